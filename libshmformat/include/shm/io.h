@@ -1,0 +1,88 @@
+// Where bytes come from and go to. Two interfaces of one call each, and the usual ends.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "shm/result.h"
+
+namespace shm {
+
+/// Takes bytes, front to back. Implement it to write anywhere; the library never seeks.
+class SHM_API ByteSink {
+ public:
+  virtual ~ByteSink() = default;
+  /// All of `bytes` or an error; after an error the sink is not used again.
+  virtual Result<void> write(std::span<const std::byte> bytes) = 0;
+};
+
+/// Gives bytes, front to back.
+class SHM_API ByteSource {
+ public:
+  virtual ~ByteSource() = default;
+  /// Fills the front of `into`; returns how many bytes, 0 only at the end.
+  virtual Result<std::size_t> read(std::span<std::byte> into) = 0;
+};
+
+/// Appends to memory.
+class SHM_API MemorySink final : public ByteSink {
+ public:
+  Result<void> write(std::span<const std::byte> bytes) override;
+  std::vector<std::byte> bytes;
+};
+
+/// Reads borrowed memory, which must outlive the source.
+class SHM_API MemorySource final : public ByteSource {
+ public:
+  explicit MemorySource(std::span<const std::byte> bytes) : left_(bytes) {}
+  Result<std::size_t> read(std::span<std::byte> into) override;
+
+ private:
+  std::span<const std::byte> left_;
+};
+
+/// Counts and forgets.
+class SHM_API NullSink final : public ByteSink {
+ public:
+  Result<void> write(std::span<const std::byte> bytes) override;
+  std::uint64_t bytes = 0;
+};
+
+/// Writes a file that appears whole or not at all: bytes go to a temporary name beside
+/// `path`, `commit()` flushes and renames. Destroyed without commit: the temporary is removed.
+/// "-" is standard output (commit only flushes).
+class SHM_API FileSink final : public ByteSink {
+ public:
+  static Result<std::unique_ptr<FileSink>> create(const std::string& path);
+  ~FileSink() override;
+  FileSink(const FileSink&) = delete;
+  FileSink& operator=(const FileSink&) = delete;
+  Result<void> write(std::span<const std::byte> bytes) override;
+  Result<void> commit();
+
+ private:
+  FileSink() = default;
+  int descriptor_ = -1;
+  std::string path_, temporary_;
+};
+
+/// Reads a file; "-" is standard input.
+class SHM_API FileSource final : public ByteSource {
+ public:
+  static Result<std::unique_ptr<FileSource>> open(const std::string& path);
+  ~FileSource() override;
+  FileSource(const FileSource&) = delete;
+  FileSource& operator=(const FileSource&) = delete;
+  Result<std::size_t> read(std::span<std::byte> into) override;
+
+ private:
+  FileSource() = default;
+  int descriptor_ = -1;
+  std::string path_;
+};
+
+}  // namespace shm

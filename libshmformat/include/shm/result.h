@@ -1,0 +1,79 @@
+// Result: how every call of the library says that it worked or why it did not.
+// One error shape everywhere: code, file, offset, section, sentence.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+
+#if defined(SHM_STATIC)
+#define SHM_API
+#else
+#define SHM_API __attribute__((visibility("default")))
+#endif
+
+namespace shm {
+
+/// What kind of failure this is. The numbers are frozen: programs switch on them.
+enum class ErrorCode : std::uint8_t {
+  io = 1,       ///< the operating system refused to read
+  truncated,    ///< the input ends before it should
+  corrupt,      ///< the input contradicts itself or a checksum
+  unsupported,  ///< the input is valid but needs something this build does not know
+  over_limit,   ///< the input asks for more than the caller allowed
+  misuse,       ///< the caller broke the contract of a call
+  output,       ///< the output could not be written
+};
+
+inline constexpr std::uint64_t kNoOffset = ~std::uint64_t{0};
+
+/// One failure. A plain value: copy it, keep it, print it.
+struct Error {
+  ErrorCode code = ErrorCode::corrupt;
+  std::string detail;                ///< one sentence for people, without file and place
+  std::string section;               ///< part of the file, e.g. "group 3, geometry" or "CELLS"
+  std::uint64_t offset = kNoOffset;  ///< bytes from the start of the file, kNoOffset when unknown
+  std::string file;                  ///< path, empty when unknown
+
+  /// "file: section, at byte N: detail", leaving out what is unknown.
+  SHM_API std::string message() const;
+};
+
+/// Either a value or an Error. Move-only values are fine. Never throws by itself.
+template <class T = void>
+class [[nodiscard]] Result {
+ public:
+  Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}
+  Result(Error error) : state_(std::in_place_index<1>, std::move(error)) {}
+
+  explicit operator bool() const { return state_.index() == 0; }
+  T& value() { return std::get<0>(state_); }
+  const T& value() const { return std::get<0>(state_); }
+  T& operator*() { return value(); }
+  const T& operator*() const { return value(); }
+  T* operator->() { return &value(); }
+  const T* operator->() const { return &value(); }
+  /// Must hold: this is a failure.
+  const Error& error() const { return std::get<1>(state_); }
+
+ private:
+  std::variant<T, Error> state_;
+};
+
+template <>
+class [[nodiscard]] Result<void> {
+ public:
+  Result() = default;
+  Result(Error error) : error_(std::move(error)) {}
+
+  explicit operator bool() const { return !error_.has_value(); }
+  /// Must hold: this is a failure.
+  const Error& error() const { return *error_; }
+
+ private:
+  std::optional<Error> error_;
+};
+
+}  // namespace shm

@@ -1,0 +1,164 @@
+// Schema: what a mesh file is made of, said before its first vertex.
+// Scalars, cell shapes, element blocks, data arrays, order promise, extras.
+// spec: "Schema", "Extras"
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "shm/result.h"
+
+namespace shm {
+
+/// Type of one number. The values are the bytes of the format (spec "Scalar types").
+enum class ScalarType : std::uint8_t {
+  int8 = 1,
+  uint8 = 2,
+  int16 = 3,
+  uint16 = 4,
+  int32 = 5,
+  uint32 = 6,
+  int64 = 7,
+  uint64 = 8,
+  float32 = 9,
+  float64 = 10,
+};
+
+/// Bytes of one scalar: 1, 2, 4 or 8; 0 for a value outside the enumeration.
+constexpr std::size_t scalar_bytes(ScalarType type) {
+  switch (type) {
+    case ScalarType::int8:
+    case ScalarType::uint8: return 1;
+    case ScalarType::int16:
+    case ScalarType::uint16: return 2;
+    case ScalarType::int32:
+    case ScalarType::uint32:
+    case ScalarType::float32: return 4;
+    case ScalarType::int64:
+    case ScalarType::uint64:
+    case ScalarType::float64: return 8;
+  }
+  return 0;
+}
+constexpr bool is_float(ScalarType type) {
+  return type == ScalarType::float32 || type == ScalarType::float64;
+}
+constexpr bool is_signed_integer(ScalarType type) {
+  return type == ScalarType::int8 || type == ScalarType::int16 || type == ScalarType::int32 ||
+         type == ScalarType::int64;
+}
+/// "int8" .. "float64".
+SHM_API std::string_view scalar_name(ScalarType type);
+
+/// Geometric kind of a cell. Together with `nodes_per_cell` it says the order of the
+/// element: a hexahedron with 20 nodes is the serendipity one, with 27 the full quadratic one.
+/// Nodes stand in VTK's order for that cell (corners first; hexahedron corners 0..3 bottom,
+/// 4..7 top, 4 above 0); converters permute where their format differs.
+/// The values are the bytes of the format (spec "Cell shapes").
+enum class CellShape : std::uint8_t {
+  other = 0,  ///< the library knows no geometry for it: a list of vertices
+  vertex = 1,
+  line = 2,
+  triangle = 3,
+  quad = 4,
+  polygon = 5,
+  tetrahedron = 6,
+  pyramid = 7,
+  wedge = 8,
+  hexahedron = 9,
+  polyhedron = 10,  ///< all vertices of all faces in turn; face sizes travel beside
+};
+SHM_API std::string_view shape_name(CellShape shape);
+
+/// A set of cells that share a shape (Exodus element block, Gmsh entity, VTK cell type).
+struct BlockInfo {
+  std::int64_t id = 0;  ///< the source's own number; need not be unique or positive
+  std::string name;
+  CellShape shape = CellShape::hexahedron;
+  std::uint32_t nodes_per_cell = 8;  ///< 0: varies from cell to cell
+  bool operator==(const BlockInfo&) const = default;
+};
+
+enum class Location : std::uint8_t { point = 0, cell = 1 };
+
+/// Uniform quantization of floating-point values. bits == 0 means lossless.
+/// Value v becomes the integer nearest to (v - minimum[c]) / step, with
+/// step = (largest side of the box) / (2^bits - 1). Non-finite values, and finite ones whose
+/// restored value would miss `max_error()`, are kept exactly.
+struct Quantization {
+  std::uint32_t bits = 0;       ///< 0 (lossless) or 1..52
+  std::vector<double> minimum;  ///< per component, finite
+  std::vector<double> maximum;  ///< per component, finite, >= minimum
+  bool operator==(const Quantization&) const = default;
+  SHM_API double step() const;
+  /// Promise about |restored - source| for a value stored as `type`: half a step plus the
+  /// rounding to the stored type at the box's largest magnitude.
+  SHM_API double max_error(ScalarType type) const;
+};
+
+/// One data array on vertices or cells.
+struct ArrayInfo {
+  std::string name;
+  Location location = Location::point;
+  ScalarType type = ScalarType::float64;
+  std::uint32_t components = 1;  ///< 1..65535
+  bool per_step = false;         ///< one value set for each time step; else static
+  /// Cell arrays: indices of the blocks that carry it, ascending; empty: every block.
+  std::vector<std::uint32_t> blocks;
+  /// Empty for field data. Otherwise what the source calls this array, e.g.
+  /// "exodus:node_num_map"; another format's writer may leave such an array out.
+  std::string role;
+  Quantization quantization;
+  bool operator==(const ArrayInfo&) const = default;
+};
+
+/// What comes back (spec "Order").
+enum class Order : std::uint8_t {
+  keep = 0,    ///< vertex numbers, cell order and corner order exactly as they were
+  stream = 1,  ///< cells in input order up to the delay buffer, vertices numbered by first use
+};
+
+/// Everything a file says about itself before its first vertex.
+struct Schema {
+  Order order = Order::keep;
+  bool corner_order = true;  ///< false: corners may come back rotated (Order::stream only)
+  std::uint32_t delay = 0;   ///< cells in the delay buffer, 0 = off
+  ScalarType coordinate_type = ScalarType::float64;  ///< float32 or float64
+  Quantization coordinate_quantization;
+  std::vector<BlockInfo> blocks;
+  std::vector<ArrayInfo> arrays;
+  std::string source_format;  ///< "exodus", "vtk", "gmsh", or whatever made the mesh; may be empty
+  bool operator==(const Schema&) const = default;
+
+  bool array_covers(std::size_t array, std::uint32_t block) const {
+    const auto& blocks_of = arrays[array].blocks;
+    if (blocks_of.empty()) return true;
+    for (std::uint32_t b : blocks_of)
+      if (b == block) return true;
+    return false;
+  }
+};
+
+/// What the numbers of an Extra mean; they follow a renumbering of the mesh.
+enum class Reference : std::uint8_t {
+  nothing = 0,
+  vertex = 1,  ///< vertex numbers, from 0
+  cell = 2,    ///< cell numbers, from 0
+};
+
+/// A typed key/value pair for what the model has no word for: sets, names, maps of the source.
+/// Text is carried as uint8. References must be int32 or int64; negative ones are left alone.
+struct Extra {
+  std::string key;  ///< slash-separated path, first part is the format: "exodus/side_set/3/sides"
+  ScalarType type = ScalarType::uint8;
+  Reference refers = Reference::nothing;
+  std::vector<std::uint64_t> shape;  ///< row-major; the product is the number of values
+  std::vector<std::byte> data;       ///< values in host byte order
+  bool operator==(const Extra&) const = default;
+};
+
+}  // namespace shm

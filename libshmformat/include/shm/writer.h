@@ -1,0 +1,86 @@
+// Writer: push a mesh in, vertex by vertex and cell by cell; a .shm file comes out at the sink.
+// Memory follows the active surface, the delay buffer and one chunk group, not the mesh.
+// spec: "Group"; the event grammar is that of streaming meshes (Isenburg & Lindstrom 2005).
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "shm/io.h"
+#include "shm/schema.h"
+
+namespace shm {
+
+/// Hears in which order vertices and cells are coded: the order of step values, of stream
+/// numbers, and of what a Reader will yield. Called from inside Writer calls.
+class SHM_API CodingOrder {
+ public:
+  virtual ~CodingOrder() = default;
+  virtual void vertex(std::uint64_t number) = 0;  ///< the number given to add_vertex
+  virtual void cell(std::uint64_t number) = 0;    ///< cells count from 0 in order of add_cell
+};
+
+struct WriteOptions {
+  std::uint32_t group_cells = 65536;     ///< cells in one chunk group, 1..2^20
+  CodingOrder* coding_order = nullptr;   ///< borrowed, may be null
+};
+
+/// Where the bytes went. All byte counts add up to `total_bytes`.
+struct SizeReport {
+  std::uint64_t vertices = 0, cells = 0, hexahedra = 0;
+  std::uint64_t max_active_vertices = 0;
+  std::uint64_t total_bytes = 0;
+  /// Bytes of each kind of stream: "connectivity", "corner order", "vertex numbers",
+  /// "cell numbers", "geometry", "array:NAME" (static and stepped), "extras", "container".
+  std::map<std::string, std::uint64_t> streams;
+};
+
+/// Order of calls: create; then any mix of add_vertex and add_cell, where a vertex comes before
+/// the first cell that uses it; then end_mesh; then steps and extras; then finish.
+/// After the first error every call returns that error. Not thread safe; distinct Writers are
+/// independent. Values are raw bytes of the declared scalar type in host byte order.
+class SHM_API Writer {
+ public:
+  /// `sink` and options.coding_order are borrowed and must outlive the Writer.
+  static Result<Writer> create(ByteSink& sink, Schema schema, const WriteOptions& options = {});
+  Writer(Writer&&) noexcept;
+  Writer& operator=(Writer&&) noexcept;
+  ~Writer();
+
+  /// `number` names the vertex in later calls. It must be free: never used, or (Order::stream)
+  /// finalized. Order::keep gives it back on reading. `xyz`: 3 scalars of the coordinate type.
+  /// `data`: the static point arrays of the schema in order, packed.
+  Result<void> add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
+                          std::span<const std::byte> data = {});
+  /// `corners`: numbers of live vertices, repeats allowed; as many as the block's nodes_per_cell.
+  /// Bit i of `last_use` (i < 64): no later cell uses corner i. Vertices never marked stay in
+  /// memory to the end, on both sides.
+  /// `data`: the static cell arrays that cover this block, in order, packed.
+  Result<void> add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
+                        std::uint64_t last_use = 0, std::span<const std::byte> data = {});
+  /// Codes what is pending, unused vertices last. No vertices or cells after it.
+  Result<void> end_mesh();
+
+  /// Values of array `array` (a per_step one) at step `step`, for all its elements in coding
+  /// order; give them in pieces of any size. Steps of one array come in ascending order; one
+  /// array at one step is finished before the next begins.
+  Result<void> add_step_values(std::uint32_t array, std::uint64_t step,
+                               std::span<const std::byte> values);
+  /// The time of each step, once, any time after end_mesh.
+  Result<void> set_step_times(std::span<const double> times);
+  /// Any time after create. References must already be in the numbers a Reader will see.
+  Result<void> add_extra(const Extra& extra);
+
+  /// Writes index and totals. The file is good only if this succeeds; the destructor is silent.
+  Result<SizeReport> finish();
+
+ private:
+  class Impl;
+  explicit Writer(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace shm
