@@ -20,10 +20,11 @@ namespace shm {
 
 /// What a file may ask of its reader. Asking for more is ErrorCode::over_limit.
 struct ReadLimits {
-  std::uint64_t max_active_vertices = std::uint64_t{1} << 31;
-  std::uint64_t max_chunk_bytes = std::uint64_t{1} << 30;   ///< payload of one chunk
-  std::uint64_t max_extra_bytes = std::uint64_t{1} << 32;   ///< one extra, unpacked
-  std::uint32_t max_arrays = 65536;
+  std::uint64_t max_active_vertices = std::uint64_t{1} << 27;
+  std::uint64_t max_chunk_bytes = std::uint64_t{1} << 30;  ///< payload of one chunk
+  std::uint64_t max_group_bytes = std::uint64_t{1} << 30;  ///< one chunk group, unpacked
+  std::uint64_t max_extra_bytes = std::uint64_t{1} << 30;  ///< one extra, unpacked
+  std::uint32_t max_arrays = 65536;  ///< arrays, and components of static arrays in sum
   std::uint32_t max_blocks = 1 << 20;
 };
 
@@ -66,6 +67,7 @@ struct Totals {
   std::map<std::string, std::uint64_t> streams;  ///< as in SizeReport
   std::uint64_t steps = 0;
   std::vector<std::uint64_t> block_cells;
+  std::uint64_t trailing_bytes = 0;  ///< ignored bytes behind the end record: a torn append
 };
 
 /// One thing read from a file. A Decoder yields MeshBlocks, then StepPieces; Extras and StepTimes
@@ -84,7 +86,7 @@ class SHM_API Decoder {
   enum class Progress : std::uint8_t {
     need_input,  ///< nothing to take; feed more
     item_ready,  ///< take() has something
-    finished,    ///< the end record has been read and everything taken
+    finished,    ///< everything up to end_of_input() has been taken
   };
   /// Copies `bytes` into the decoder's chunk buffer (at most one chunk is kept beyond them).
   Result<void> feed(std::span<const std::byte> bytes);

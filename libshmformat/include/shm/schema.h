@@ -83,6 +83,9 @@ struct BlockInfo {
   bool operator==(const BlockInfo&) const = default;
 };
 
+/// Most nodes of one cell.
+inline constexpr std::uint32_t kMaxNodesPerCell = 1 << 16;
+
 enum class Location : std::uint8_t { point = 0, cell = 1 };
 
 /// Uniform quantization of floating-point values. bits == 0 means lossless.

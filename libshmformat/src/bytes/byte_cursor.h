@@ -1,0 +1,126 @@
+// Byte cursors: every multi-byte number of the format is little-endian and passes through here.
+// ByteWriter appends to a vector; ByteReader walks borrowed bytes, returns zeros past the end
+// and remembers that it did: ask ok() once per structure, before using what was read.
+// spec: "Conventions"
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace shm {
+
+static_assert(std::endian::native == std::endian::little || std::endian::native == std::endian::big);
+
+/// Copies `count` scalars of `width` bytes between host and little-endian order.
+inline void copy_little_endian(std::byte* to, const std::byte* from, std::size_t count,
+                               std::size_t width) {
+  if (count == 0) return;
+  if constexpr (std::endian::native == std::endian::little) {
+    std::memcpy(to, from, count * width);
+  } else {
+    for (std::size_t i = 0; i < count; ++i)
+      for (std::size_t b = 0; b < width; ++b) to[i * width + b] = from[i * width + width - 1 - b];
+  }
+}
+
+class ByteWriter {
+ public:
+  std::vector<std::byte> bytes;
+
+  void put_u8(std::uint8_t v) { bytes.push_back(std::byte{v}); }
+  void put_u16(std::uint16_t v) { put_fixed(v, 2); }
+  void put_u32(std::uint32_t v) { put_fixed(v, 4); }
+  void put_u64(std::uint64_t v) { put_fixed(v, 8); }
+  void put_f64(double v) { put_u64(std::bit_cast<std::uint64_t>(v)); }
+  /// LEB128: seven bits a byte, low bits first, at most ten bytes.
+  void put_varint(std::uint64_t v) {
+    for (; v >= 0x80; v >>= 7) put_u8(static_cast<std::uint8_t>(v | 0x80));
+    put_u8(static_cast<std::uint8_t>(v));
+  }
+  void put_signed(std::int64_t v) {
+    put_varint((static_cast<std::uint64_t>(v) << 1) ^ static_cast<std::uint64_t>(v >> 63));
+  }
+  void put_text(std::string_view v) {
+    put_varint(v.size());
+    put_bytes(std::as_bytes(std::span(v.data(), v.size())));
+  }
+  void put_bytes(std::span<const std::byte> v) { bytes.insert(bytes.end(), v.begin(), v.end()); }
+
+ private:
+  void put_fixed(std::uint64_t v, int width) {
+    for (int i = 0; i < width; ++i) put_u8(static_cast<std::uint8_t>(v >> (8 * i)));
+  }
+};
+
+class ByteReader {
+ public:
+  explicit ByteReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
+
+  std::uint8_t get_u8() { return static_cast<std::uint8_t>(get_fixed(1)); }
+  std::uint16_t get_u16() { return static_cast<std::uint16_t>(get_fixed(2)); }
+  std::uint32_t get_u32() { return static_cast<std::uint32_t>(get_fixed(4)); }
+  std::uint64_t get_u64() { return get_fixed(8); }
+  double get_f64() { return std::bit_cast<double>(get_u64()); }
+  std::uint64_t get_varint() {
+    std::uint64_t v = 0;
+    for (int shift = 0; shift < 64; shift += 7) {
+      const std::uint8_t byte = get_u8();
+      if (shift == 63 && byte > 1) ok_ = false;  // more than 64 bits
+      v |= static_cast<std::uint64_t>(byte & 0x7f) << shift;
+      if (byte < 0x80) return v;
+    }
+    ok_ = false;
+    return 0;
+  }
+  std::int64_t get_signed() {
+    const std::uint64_t v = get_varint();
+    return static_cast<std::int64_t>((v >> 1) ^ (0 - (v & 1)));
+  }
+  std::string get_text() {
+    const auto v = get_bytes(get_varint());
+    return {reinterpret_cast<const char*>(v.data()), v.size()};
+  }
+  /// A view of the next `count` bytes; empty, and not ok, when there are fewer.
+  std::span<const std::byte> get_bytes(std::uint64_t count) {
+    if (count > left()) {
+      ok_ = false;
+      at_ = bytes_.size();
+      return {};
+    }
+    const auto view = bytes_.subspan(at_, count);
+    at_ += count;
+    return view;
+  }
+  std::size_t left() const { return bytes_.size() - at_; }
+  std::size_t position() const { return at_; }
+  bool ok() const { return ok_; }
+  /// A count of things that take at least `bytes_each` bytes of what is left.
+  std::uint64_t get_count(std::size_t bytes_each) {
+    const std::uint64_t count = get_varint();
+    if (count > left() / bytes_each) {
+      ok_ = false;
+      return 0;
+    }
+    return count;
+  }
+
+ private:
+  std::uint64_t get_fixed(std::size_t width) {
+    const auto view = get_bytes(width);
+    std::uint64_t v = 0;
+    for (std::size_t i = view.size(); i-- > 0;) v = v << 8 | std::to_integer<std::uint64_t>(view[i]);
+    return v;
+  }
+
+  std::span<const std::byte> bytes_;
+  std::size_t at_ = 0;
+  bool ok_ = true;
+};
+
+}  // namespace shm

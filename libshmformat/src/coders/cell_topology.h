@@ -1,0 +1,39 @@
+// CellTopology: one cell between the coders. Connectivity fills it, geometry and data read it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "front/active_surface.h"
+
+namespace shm {
+
+/// Corners of a cell that can be marked as last use: the bits of a 64-bit mask.
+inline constexpr std::uint32_t kMaxLastUse = 64;
+
+struct CellTopology {
+  std::uint32_t block = 0;
+  bool hexahedral = false;  ///< positions 0..7 are a hexahedron's corners in the coder's frame
+
+  /// By position: vertex slot. When encoding, kNone on the way in marks a new vertex.
+  std::vector<std::uint32_t> slots;
+  /// By position, when encoding: the caller's vertex number; tells repeated corners apart.
+  std::vector<std::uint64_t> numbers;
+  /// By position: 1 where the vertex is finalized by this cell (first occurrence only).
+  std::vector<std::uint8_t> last_use;
+  /// Positions of new vertices, in the order in which they were born.
+  std::vector<std::uint32_t> new_positions;
+  /// Position in the coder's frame -> corner as stored.
+  std::array<std::uint8_t, 8> stored_corner{0, 1, 2, 3, 4, 5, 6, 7};
+
+  std::uint32_t cell_slot = kNone;
+  std::uint8_t face_mask = 0;  ///< bit k: face k was active before this cell
+  std::array<std::uint32_t, 6> neighbour{};  ///< cell slot behind face k, where the bit is set
+
+  std::uint32_t stored_position(std::uint32_t position) const {
+    return hexahedral && position < 8 ? stored_corner[position] : position;
+  }
+};
+
+}  // namespace shm

@@ -1,0 +1,48 @@
+// Stencil: from which live vertices a new vertex is predicted.
+// Spectral rules of the paper (section 3.2, Table 1), for any set of known corners.
+// spec: "Prediction of vertex values"
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "coders/cell_topology.h"
+#include "front/hexahedron.h"
+
+namespace shm {
+
+struct Stencil {
+  enum Kind : std::uint8_t {
+    last,           ///< the vertex coded before; zero before the first
+    copy,           ///< at[0]
+    midpoint,       ///< (at[0] + at[1]) / 2
+    parallelogram,  ///< at[0] + at[1] - at[2]
+    lorenzo,        ///< at[0] + at[1] + at[2] - at[3] - at[4] - at[5] + at[6]
+  };
+  Kind kind = last;
+  std::array<std::uint32_t, 7> at{};  ///< vertex slots
+
+  /// How many of `at` the kind uses.
+  std::uint32_t size() const {
+    constexpr std::array<std::uint8_t, 5> kSize = {0, 1, 2, 3, 7};
+    return kSize[kind];
+  }
+};
+
+/// The stencil of the new vertex at `position`. `known`: bit i set where position i < 64 of the
+/// cell has values by now.
+Stencil stencil_of(const CellTopology& cell, std::uint32_t position, std::uint64_t known);
+
+/// Calls `visit(slot, stencil)` for the new vertices of a cell in coding order.
+template <class Visit>
+void for_each_new_vertex(const CellTopology& cell, Visit&& visit) {
+  std::uint64_t known = ~std::uint64_t{0};
+  for (std::uint32_t position : cell.new_positions)
+    if (position < 64) known &= ~(std::uint64_t{1} << position);
+  for (std::uint32_t position : cell.new_positions) {
+    visit(cell.slots[position], stencil_of(cell, position, known));
+    if (position < 64) known |= std::uint64_t{1} << position;
+  }
+}
+
+}  // namespace shm

@@ -1,0 +1,48 @@
+#include "container/chunk_writer.h"
+
+#include <utility>
+
+#include "bytes/checksum.h"
+
+namespace shm::container {
+
+Result<void> ChunkWriter::put(std::span<const std::byte> bytes) {
+  offset_ += bytes.size();
+  return sink_->write(bytes);
+}
+
+Result<void> ChunkWriter::start(const FileStart& start) {
+  ByteWriter out;
+  container::put(out, start);
+  return put(out.bytes);
+}
+
+Result<void> ChunkWriter::write(ChunkKind kind, std::span<const std::byte> payload,
+                                IndexEntry entry) {
+  ChunkHeader header;
+  header.kind = static_cast<std::uint8_t>(kind);
+  header.sequence = sequence_++;
+  header.payload_bytes = payload.size();
+  header.payload_checksum = checksum(payload);
+  entry.kind = header.kind;
+  entry.offset = offset_;
+  entry.bytes = kChunkHeaderBytes + payload.size();
+  entries_.push_back(entry);
+  ByteWriter out;
+  container::put(out, header);
+  if (auto good = put(out.bytes); !good) return good;
+  return put(payload);
+}
+
+Result<void> ChunkWriter::finish(Index index) {
+  index.entries = std::exchange(entries_, {});
+  const std::uint64_t index_offset = offset_;
+  ByteWriter payload;
+  container::put(payload, index);
+  if (auto good = write(ChunkKind::index, payload.bytes); !good) return good;
+  ByteWriter trailer;
+  put_trailer(trailer, index_offset);
+  return put(trailer.bytes);
+}
+
+}  // namespace shm::container

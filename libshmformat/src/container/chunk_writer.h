@@ -1,0 +1,36 @@
+// ChunkWriter: chunks front to back into a sink, numbered, checksummed and remembered for the index.
+// spec: "Container"
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "container/format.h"
+#include "shm/io.h"
+
+namespace shm::container {
+
+class ChunkWriter {
+ public:
+  /// `sink` is borrowed.
+  explicit ChunkWriter(ByteSink& sink) : sink_(&sink) {}
+
+  Result<void> start(const FileStart& start);
+  /// Writes one chunk; `entry` says what the index tells of it (kind, offset, bytes are filled in).
+  Result<void> write(ChunkKind kind, std::span<const std::byte> payload, IndexEntry entry = {});
+  /// Writes `index` (entries are filled in) and the trailer.
+  Result<void> finish(Index index);
+
+  std::uint64_t offset() const { return offset_; }
+
+ private:
+  Result<void> put(std::span<const std::byte> bytes);
+
+  ByteSink* sink_;
+  std::uint64_t offset_ = 0;
+  std::uint32_t sequence_ = 0;
+  std::vector<IndexEntry> entries_;
+};
+
+}  // namespace shm::container

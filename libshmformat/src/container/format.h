@@ -1,0 +1,157 @@
+// Format: signature, chunk header, schema, group directory, index: plain structs with a put and a
+// get each, one under the other. Fields stand in the order of the bytes.
+// The container knows chunks and bitstreams; it never learns what a hexahedron is.
+// spec: "Container"
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bytes/byte_cursor.h"
+
+namespace shm::container {
+
+/// Like PNG's: a byte with the high bit set, the name, CR LF, end-of-file of old systems, LF.
+inline constexpr std::array<std::uint8_t, 8> kSignature = {0x89, 'S', 'H', 'M', '\r', '\n', 0x1a, '\n'};
+inline constexpr std::uint16_t kMajor = 0, kMinor = 1;
+/// Features a reader must know by name to read the file. None so far.
+inline constexpr std::uint32_t kKnownFeatures = 0;
+
+/// The first 16 bytes of a file; the 8 after the signature stand again in the schema chunk, where
+/// a checksum covers them.
+struct FileStart {
+  std::uint16_t major = kMajor, minor = kMinor;
+  std::uint32_t needed_features = 0;
+  bool operator==(const FileStart&) const = default;
+};
+inline constexpr std::size_t kFileStartBytes = 16;
+void put(ByteWriter& out, const FileStart& start);
+/// False when the signature is wrong.
+bool get(ByteReader& in, FileStart& start);
+
+enum class ChunkKind : std::uint8_t {
+  schema = 1,
+  group = 2,
+  step_values = 3,
+  step_times = 4,
+  extra = 5,
+  index = 6,
+};
+std::string chunk_name(std::uint8_t kind);
+
+inline constexpr std::uint32_t kSyncMark = 0x434d4853;  // "SHMC"
+inline constexpr std::uint8_t kChunkOptional = 1;      ///< flag: a reader may skip what it does not know
+
+struct ChunkHeader {
+  std::uint8_t kind = 0;
+  std::uint8_t version = 0;
+  std::uint8_t flags = 0;
+  std::uint32_t sequence = 0;  ///< 0, 1, 2, ... through the file
+  std::uint32_t segment = 0;   ///< 0 until files have several
+  std::uint64_t payload_bytes = 0;
+  std::uint32_t payload_checksum = 0;
+};
+inline constexpr std::size_t kChunkHeaderBytes = 32;
+void put(ByteWriter& out, const ChunkHeader& header);
+enum class HeaderState { good, bad_mark, bad_checksum };
+/// Must hold: `in` has kChunkHeaderBytes left.
+HeaderState get(ByteReader& in, ChunkHeader& header);
+
+/// What a bitstream of a group holds.
+enum class StreamKind : std::uint8_t {
+  connectivity = 1,
+  corner_order = 2,
+  cell_numbers = 3,
+  vertex_numbers = 4,
+  geometry = 5,
+  array = 6,  ///< `array` says which
+};
+std::string stream_name(StreamKind kind);
+
+/// Codec ids (registered in spec/registry.md).
+enum class Codec : std::uint8_t {
+  paper = 1,         ///< connectivity and its companions as in spec "Connectivity stream"
+  predictive = 2,    ///< values predicted from the mesh, adaptive range coder
+  local = 3,         ///< step values predicted from the one before, adaptive range coder
+  shuffled_zstd = 4, ///< byte planes under zstd
+};
+
+struct StreamEntry {
+  StreamKind kind = StreamKind::connectivity;
+  std::uint32_t array = 0;  ///< only for StreamKind::array
+  Codec codec = Codec::paper;
+  std::uint32_t needs = 0;  ///< bit per StreamKind that must be decoded with it
+  std::uint64_t bytes = 0;
+  std::uint32_t checksum = 0;
+};
+
+/// The head of a group chunk's payload; the bitstreams follow it in order.
+struct GroupHeader {
+  std::uint64_t first_cell = 0, first_vertex = 0;
+  std::uint32_t cells = 0;           ///< 0..2^20
+  std::uint64_t vertices = 0;        ///< all that are born in it
+  std::uint64_t loose_vertices = 0;  ///< the last of them, which no cell uses
+  std::uint64_t max_active_vertices = 0;
+  std::uint64_t decoded_bytes = 0;   ///< values and corners, unpacked
+  std::array<double, 6> box{};       ///< min x y z, max x y z of finite coordinates; +inf -inf if none
+  std::vector<StreamEntry> streams;
+};
+inline constexpr std::uint32_t kMaxGroupCells = 1u << 20;
+void put(ByteWriter& out, const GroupHeader& header);
+bool get(ByteReader& in, GroupHeader& header);
+
+/// The head of a step_values payload; the coded bytes follow.
+struct StepHeader {
+  std::uint32_t array = 0;
+  std::uint64_t step = 0;
+  std::uint64_t reference_step = 0;  ///< == step: a key step, decoded alone
+  std::uint64_t first = 0;
+  std::uint32_t count = 0;           ///< elements, 1..65536, together at most kMaxStepBytes
+  Codec codec = Codec::local;
+};
+inline constexpr std::uint32_t kMaxStepPiece = 65536;
+inline constexpr std::uint64_t kMaxStepBytes = std::uint64_t{1} << 24;  ///< unless count is 1
+void put(ByteWriter& out, const StepHeader& header);
+bool get(ByteReader& in, StepHeader& header);
+
+/// One line of the index.
+struct IndexEntry {
+  std::uint8_t kind = 0;
+  std::uint64_t offset = 0, bytes = 0;  ///< of the whole chunk, header included
+  std::uint64_t first_cell = 0, cells = 0, first_vertex = 0, vertices = 0;  ///< groups
+  std::array<double, 6> box{};                                             ///< groups
+  std::uint32_t array = 0;                                                 ///< step values
+  std::uint64_t step = 0, first = 0, count = 0;                            ///< step values
+};
+struct NamedBytes {
+  std::string name;
+  std::uint64_t bytes = 0;
+};
+/// Smallest and largest finite value of each component of a static array, as doubles.
+struct ArrayRange {
+  std::uint32_t array = 0;
+  std::vector<double> minimum, maximum;
+};
+struct Index {
+  std::uint64_t previous_index = 0;  ///< offset of the index chunk before, 0 = none
+  std::uint64_t vertices = 0, cells = 0, hexahedra = 0, max_active_vertices = 0, steps = 0;
+  std::vector<std::uint64_t> block_cells;
+  std::vector<NamedBytes> streams;   ///< all but the container's
+  std::vector<ArrayRange> ranges;
+  std::vector<IndexEntry> entries;
+};
+void put(ByteWriter& out, const Index& index);
+/// `max_entries`: chunks there can be; more lines than that are damage.
+bool get(ByteReader& in, Index& index, std::uint64_t max_entries);
+
+/// The last 16 bytes behind an index chunk: where it begins, a checksum, "SHME".
+inline constexpr std::size_t kTrailerBytes = 16;
+inline constexpr std::uint32_t kTrailerMark = 0x454d4853;  // "SHME"
+void put_trailer(ByteWriter& out, std::uint64_t index_offset);
+bool get_trailer(ByteReader& in, std::uint64_t& index_offset);
+
+}  // namespace shm::container

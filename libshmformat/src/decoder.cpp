@@ -1,0 +1,364 @@
+// Decoder: chunks out of fed bytes, items out of chunks. The mirror of writer.cpp.
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "bytes/checksum.h"
+#include "coders/step_values.h"
+#include "container/format.h"
+#include "mesh_decoder.h"
+#include "packing.h"
+#include "schema_codec.h"
+#include "shm/reader.h"
+
+namespace shm {
+
+using container::ChunkHeader;
+using container::ChunkKind;
+
+class Decoder::Impl {
+ public:
+  explicit Impl(const ReadLimits& limits) : limits_(limits) {}
+
+  void feed(std::span<const std::byte> bytes) {
+    if (at_ > 0 && at_ == buffer_.size()) {
+      buffer_.clear();
+      at_ = 0;
+    } else if (at_ > (std::size_t{1} << 20)) {
+      buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(at_));
+      at_ = 0;
+    }
+    buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
+  }
+  void end_of_input() { ended_ = true; }
+
+  Result<Progress> advance() {
+    if (error_) return *error_;
+    auto result = work();
+    if (!result) error_ = result.error();
+    return result;
+  }
+
+  Item take() {
+    Item item = std::move(*item_);
+    item_.reset();
+    return item;
+  }
+  const Schema* schema() const { return schema_ ? schema_.get() : nullptr; }
+  const std::optional<Error>& error() const { return error_; }
+
+ private:
+  enum class State { start, header, payload, trailer, behind_end };
+
+  Result<Progress> work();
+  Result<Progress> missing();
+  Result<void> read_start();
+  Result<void> read_header();
+  Result<void> read_payload();
+  Result<void> read_trailer();
+  Result<void> read_schema(std::span<const std::byte> payload);
+  Result<void> read_step_values(std::span<const std::byte> payload);
+  Result<void> read_step_times(std::span<const std::byte> payload);
+  Result<void> read_extra(std::span<const std::byte> payload);
+  Result<void> read_index(std::span<const std::byte> payload);
+  std::uint64_t elements_of(std::uint32_t array) const;
+  Error wrong(ErrorCode code, std::string detail) const {
+    return Error{code, std::move(detail), section_, chunk_offset_, {}};
+  }
+  std::size_t wanted() const;
+  std::span<const std::byte> consume(std::size_t count) {
+    const auto view = std::span<const std::byte>(buffer_).subspan(at_, count);
+    at_ += count;
+    offset_ += count;
+    return view;
+  }
+
+  ReadLimits limits_;
+  std::vector<std::byte> buffer_;
+  std::size_t at_ = 0;         // consumed bytes of buffer_
+  std::uint64_t offset_ = 0;   // consumed bytes of the file
+  bool ended_ = false;
+  State state_ = State::start;
+  std::optional<Error> error_;
+  std::optional<Item> item_;
+
+  container::FileStart start_;
+  ChunkHeader header_;
+  std::uint64_t chunk_offset_ = 0;
+  std::string section_ = "signature";
+  std::uint32_t next_sequence_ = 0;
+  std::unique_ptr<Schema> schema_;  // its address stays: coders borrow it
+  std::vector<std::byte> schema_bytes_;
+  std::unique_ptr<MeshDecoder> mesh_;
+  bool steps_begun_ = false;
+  std::uint64_t steps_ = 0, index_offset_ = 0;
+  std::map<std::string, std::uint64_t> stream_bytes_;
+  bool totals_taken_ = false;
+};
+
+std::size_t Decoder::Impl::wanted() const {
+  switch (state_) {
+    case State::start: return container::kFileStartBytes;
+    case State::header: return container::kChunkHeaderBytes;
+    case State::payload: return static_cast<std::size_t>(header_.payload_bytes);
+    case State::trailer: return container::kTrailerBytes;
+    case State::behind_end: break;
+  }
+  return 0;
+}
+
+Result<Decoder::Progress> Decoder::Impl::work() {
+  while (!item_) {
+    if (mesh_ && mesh_->in_group()) {
+      auto block = mesh_->next_block();
+      if (!block) return block.error();
+      item_ = std::move(*block);
+      break;
+    }
+    if (state_ == State::behind_end) {
+      if (!ended_) return Progress::need_input;
+      if (totals_taken_) return Progress::finished;
+      totals_taken_ = true;
+      Totals totals;
+      totals.vertices = mesh_->vertices();
+      totals.cells = mesh_->cells();
+      totals.hexahedra = mesh_->hexahedra();
+      totals.max_active_vertices = mesh_->max_active_vertices();
+      totals.block_cells = mesh_->block_cells();
+      totals.steps = steps_;
+      totals.total_bytes = offset_;
+      totals.trailing_bytes = buffer_.size() - at_;
+      totals.streams = stream_bytes_;
+      std::uint64_t coded = 0;
+      for (const auto& [name, bytes] : stream_bytes_) coded += bytes;
+      totals.streams["container"] = offset_ - coded;
+      item_ = std::move(totals);
+      break;
+    }
+    if (buffer_.size() - at_ < wanted()) return missing();
+    Result<void> step;
+    switch (state_) {
+      case State::start: step = read_start(); break;
+      case State::header: step = read_header(); break;
+      case State::payload: step = read_payload(); break;
+      case State::trailer: step = read_trailer(); break;
+      case State::behind_end: break;
+    }
+    if (!step) return step.error();
+  }
+  return Progress::item_ready;
+}
+
+Result<Decoder::Progress> Decoder::Impl::missing() {
+  if (!ended_) return Progress::need_input;
+  const std::uint64_t end = offset_ + buffer_.size() - at_;
+  if (state_ == State::start && end < container::kFileStartBytes)
+    return Error{ErrorCode::truncated,
+                 end == 0 ? "the file is empty" : "the file ends within its first 16 bytes",
+                 "signature", end, {}};
+  return Error{ErrorCode::truncated,
+               "the file ends here, within or before a chunk, without an end record", section_, end,
+               {}};
+}
+
+Result<void> Decoder::Impl::read_start() {
+  ByteReader in(consume(container::kFileStartBytes));
+  if (!container::get(in, start_)) return wrong(ErrorCode::corrupt, "this is no .shm file");
+  if (start_.major != container::kMajor || start_.minor > container::kMinor)
+    return wrong(ErrorCode::unsupported, "format version " + std::to_string(start_.major) + "." +
+                                             std::to_string(start_.minor) +
+                                             " is newer than this reader");
+  if ((start_.needed_features & ~container::kKnownFeatures) != 0)
+    return wrong(ErrorCode::unsupported,
+                 "needs features " + std::to_string(start_.needed_features) + " that this reader does not know");
+  section_ = "chunk header";
+  state_ = State::header;
+  return {};
+}
+
+Result<void> Decoder::Impl::read_header() {
+  chunk_offset_ = offset_;
+  section_ = "chunk header";
+  ByteReader in(consume(container::kChunkHeaderBytes));
+  switch (container::get(in, header_)) {
+    case container::HeaderState::good: break;
+    case container::HeaderState::bad_mark: return wrong(ErrorCode::corrupt, "no chunk begins here");
+    case container::HeaderState::bad_checksum:
+      return wrong(ErrorCode::corrupt, "checksum of the chunk header does not match");
+  }
+  section_ = container::chunk_name(header_.kind);
+  if (header_.sequence != next_sequence_++)
+    return wrong(ErrorCode::corrupt, "a chunk is missing or out of order before this one");
+  if (header_.payload_bytes > limits_.max_chunk_bytes)
+    return wrong(ErrorCode::over_limit, "a chunk of " + std::to_string(header_.payload_bytes) +
+                                            " bytes, the limit is " +
+                                            std::to_string(limits_.max_chunk_bytes));
+  if (!schema_ && header_.kind != static_cast<std::uint8_t>(ChunkKind::schema))
+    return wrong(ErrorCode::corrupt, "the first chunk is not the schema");
+  state_ = State::payload;
+  return {};
+}
+
+Result<void> Decoder::Impl::read_payload() {
+  const auto payload = consume(static_cast<std::size_t>(header_.payload_bytes));
+  state_ = State::header;
+  if (checksum(payload) != header_.payload_checksum)
+    return wrong(ErrorCode::corrupt, "checksum of the chunk does not match");
+  const bool known = header_.kind >= static_cast<std::uint8_t>(ChunkKind::schema) &&
+                     header_.kind <= static_cast<std::uint8_t>(ChunkKind::index) &&
+                     header_.version == 0 && header_.segment == 0;
+  if (!known) {
+    if ((header_.flags & container::kChunkOptional) != 0) return {};
+    return wrong(ErrorCode::unsupported, "this reader does not know it, and the file needs it");
+  }
+  switch (static_cast<ChunkKind>(header_.kind)) {
+    case ChunkKind::schema: return read_schema(payload);
+    case ChunkKind::group:
+      if (steps_begun_) return wrong(ErrorCode::corrupt, "mesh groups come before step values");
+      return mesh_->begin_group({payload.begin(), payload.end()}, chunk_offset_);
+    case ChunkKind::step_values: return read_step_values(payload);
+    case ChunkKind::step_times: return read_step_times(payload);
+    case ChunkKind::extra: return read_extra(payload);
+    case ChunkKind::index: return read_index(payload);
+  }
+  return {};
+}
+
+Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
+  if (schema_) {  // said again for repair: must be the same
+    if (payload.size() == schema_bytes_.size() &&
+        std::equal(payload.begin(), payload.end(), schema_bytes_.begin()))
+      return {};
+    return wrong(ErrorCode::corrupt, "the repeated schema differs from the first");
+  }
+  ByteReader in(payload);
+  container::FileStart again;
+  again.major = in.get_u16();
+  again.minor = in.get_u16();
+  again.needed_features = in.get_u32();
+  if (!in.ok() || again != start_)
+    return wrong(ErrorCode::corrupt, "version or features differ from the start of the file");
+  const auto blob = get_packed(in, limits_.max_chunk_bytes);
+  if (!blob) return wrong(ErrorCode::corrupt, "cannot be unpacked");
+  ByteReader fields(*blob);
+  auto schema = std::make_unique<Schema>();
+  if (!get(fields, *schema)) return wrong(ErrorCode::corrupt, "makes no sense");
+  if (auto good = check_schema(*schema, limits_); !good) {
+    const bool limit = good.error().code == ErrorCode::over_limit;
+    return wrong(limit ? ErrorCode::over_limit : ErrorCode::corrupt, good.error().detail);
+  }
+  schema_ = std::move(schema);
+  schema_bytes_.assign(payload.begin(), payload.end());
+  mesh_ = std::make_unique<MeshDecoder>(*schema_, limits_);
+  return {};
+}
+
+std::uint64_t Decoder::Impl::elements_of(std::uint32_t array) const {
+  if (schema_->arrays[array].location == Location::point) return mesh_->vertices();
+  std::uint64_t cells = 0;
+  for (std::uint32_t b = 0; b < schema_->blocks.size(); ++b)
+    if (schema_->array_covers(array, b)) cells += mesh_->block_cells()[b];
+  return cells;
+}
+
+Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload) {
+  steps_begun_ = true;
+  ByteReader in(payload);
+  container::StepHeader header;
+  if (!container::get(in, header)) return wrong(ErrorCode::corrupt, "its header makes no sense");
+  if (header.array >= schema_->arrays.size() || !schema_->arrays[header.array].per_step)
+    return wrong(ErrorCode::corrupt, "belongs to no stepped array");
+  const ArrayInfo& info = schema_->arrays[header.array];
+  const std::uint64_t elements = elements_of(header.array);
+  if (header.first > elements || header.count > elements - header.first)
+    return wrong(ErrorCode::corrupt, "array '" + info.name + "' has more values than elements");
+  if (header.count > 1 &&
+      header.count * scalar_bytes(info.type) * info.components > container::kMaxStepBytes)
+    return wrong(ErrorCode::corrupt, "array '" + info.name + "': too much in one piece");
+  if (header.reference_step != header.step)
+    return wrong(ErrorCode::unsupported, "refers to another step, which this reader cannot follow");
+  const auto bytes = in.get_bytes(in.left());
+  auto values = decode_step_values(info, header.codec, bytes, header.count);
+  if (!values)
+    return wrong(ErrorCode::corrupt, "array '" + info.name + "': codec unknown or values damaged");
+  stream_bytes_["array:" + info.name] += bytes.size();
+  steps_ = std::max(steps_, header.step + 1);
+  item_ = StepPiece{header.array, header.step, header.first, std::move(*values)};
+  return {};
+}
+
+Result<void> Decoder::Impl::read_step_times(std::span<const std::byte> payload) {
+  ByteReader in(payload);
+  const auto blob = get_packed(in, limits_.max_extra_bytes);
+  if (!blob || blob->size() % 8 != 0) return wrong(ErrorCode::corrupt, "cannot be unpacked");
+  StepTimes times;
+  ByteReader values(*blob);
+  while (values.left() > 0) times.times.push_back(values.get_f64());
+  steps_ = std::max<std::uint64_t>(steps_, times.times.size());
+  stream_bytes_["extras"] += payload.size();
+  item_ = std::move(times);
+  return {};
+}
+
+Result<void> Decoder::Impl::read_extra(std::span<const std::byte> payload) {
+  ByteReader in(payload);
+  const auto blob = get_packed(in, limits_.max_extra_bytes);
+  Extra extra;
+  if (blob) {
+    ByteReader fields(*blob);
+    if (get(fields, extra)) {
+      stream_bytes_["extras"] += payload.size();
+      item_ = std::move(extra);
+      return {};
+    }
+  }
+  return wrong(ErrorCode::corrupt, "cannot be unpacked");
+}
+
+Result<void> Decoder::Impl::read_index(std::span<const std::byte> payload) {
+  ByteReader in(payload);
+  container::Index index;
+  if (!container::get(in, index, next_sequence_)) return wrong(ErrorCode::corrupt, "makes no sense");
+  for (auto& [name, bytes] : mesh_->stream_bytes()) stream_bytes_[name] += bytes;
+  bool same = index.vertices == mesh_->vertices() && index.cells == mesh_->cells() &&
+              index.hexahedra == mesh_->hexahedra() &&
+              index.max_active_vertices == mesh_->max_active_vertices() &&
+              index.block_cells == mesh_->block_cells() && index.steps == steps_ &&
+              index.streams.size() == stream_bytes_.size() &&
+              index.entries.size() + 1 == next_sequence_ && index.previous_index == 0;
+  for (const auto& stream : index.streams) {
+    const auto found = stream_bytes_.find(stream.name);
+    same = same && found != stream_bytes_.end() && found->second == stream.bytes;
+  }
+  if (!same) return wrong(ErrorCode::corrupt, "does not tell what the file holds");
+  index_offset_ = chunk_offset_;
+  section_ = "end record";
+  state_ = State::trailer;
+  return {};
+}
+
+Result<void> Decoder::Impl::read_trailer() {
+  ByteReader in(consume(container::kTrailerBytes));
+  std::uint64_t stated = 0;
+  if (!container::get_trailer(in, stated) || stated != index_offset_)
+    return wrong(ErrorCode::corrupt, "the last 16 bytes do not point to the index");
+  state_ = State::behind_end;
+  return {};
+}
+
+Decoder::Decoder(const ReadLimits& limits) : impl_(std::make_unique<Impl>(limits)) {}
+Decoder::Decoder(Decoder&&) noexcept = default;
+Decoder& Decoder::operator=(Decoder&&) noexcept = default;
+Decoder::~Decoder() = default;
+
+Result<void> Decoder::feed(std::span<const std::byte> bytes) {
+  if (impl_->error()) return *impl_->error();
+  impl_->feed(bytes);
+  return {};
+}
+void Decoder::end_of_input() { impl_->end_of_input(); }
+Result<Decoder::Progress> Decoder::advance() { return impl_->advance(); }
+Item Decoder::take() { return impl_->take(); }
+const Schema* Decoder::schema() const { return impl_->schema(); }
+
+}  // namespace shm

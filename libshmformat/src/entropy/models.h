@@ -1,0 +1,103 @@
+// Models: small alphabets and integers, made of adaptive bits.
+// Every call has the form `code_x(coder, model, value)`, encodes `value` with a RangeEncoder,
+// ignores it with a RangeDecoder, and returns the coded value either way.
+// spec: "Models"
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+
+#include "entropy/range_coder.h"
+
+namespace shm {
+
+/// A symbol of kBits bits, as a path through a binary tree, high bit first.
+template <int kBits>
+struct TreeModel {
+  std::array<AdaptiveBit, std::size_t{1} << kBits> nodes;  // node 0 is unused
+};
+template <class Coder, int kBits>
+std::uint32_t code_tree(Coder& coder, TreeModel<kBits>& model, std::uint32_t value) {
+  std::uint32_t node = 1;
+  for (int i = kBits - 1; i >= 0; --i)
+    node = node << 1 | static_cast<std::uint32_t>(coder.bit(model.nodes[node], value >> i & 1));
+  return node - (1u << kBits);
+}
+
+/// A non-negative integer: its bit length K (0..64), then the bits below the leading one, all
+/// adaptive by position: for numbers that repeat exactly.
+///   value   0   1   2..3   4..7   8..15  ...
+///   K       0   1     2      3      4
+struct NumberModel {
+  AdaptiveBit zero;
+  TreeModel<6> length;                               // K - 1
+  std::array<std::array<AdaptiveBit, 4>, 64> first;  // two bits after the leading one, by K
+  std::array<std::array<AdaptiveBit, 64>, 64> rest;  // further bits by K and position
+};
+/// The same with raw bits after the first two: for measured values. Small, so contexts are cheap.
+struct ResidualModel {
+  AdaptiveBit zero;
+  TreeModel<6> length;
+  std::array<std::array<AdaptiveBit, 4>, 64> first;
+};
+
+template <class Coder, class Model>
+std::uint64_t code_number(Coder& coder, Model& model, std::uint64_t value) {
+  const auto length = static_cast<int>(std::bit_width(value));
+  if (coder.bit(model.zero, length == 0)) return 0;
+  const int k = static_cast<int>(code_tree(coder, model.length,
+                                           static_cast<std::uint32_t>(length - 1) & 63)) + 1;
+  std::uint64_t result = 1;
+  int left = k - 1;
+  std::uint32_t node = 1;
+  for (int i = 0; i < 2 && left > 0; ++i) {
+    --left;
+    const bool one = coder.bit(model.first[static_cast<std::size_t>(k - 1)][node], value >> left & 1);
+    node = node << 1 | static_cast<std::uint32_t>(one);
+    result = result << 1 | static_cast<std::uint64_t>(one);
+  }
+  if constexpr (requires { model.rest; }) {
+    while (left > 0) {
+      --left;
+      auto& bit = model.rest[static_cast<std::size_t>(k - 1)][static_cast<std::size_t>(left)];
+      result = result << 1 | static_cast<std::uint64_t>(coder.bit(bit, value >> left & 1));
+    }
+  } else if (left > 0) {
+    const std::uint64_t low = value & ((std::uint64_t{1} << left) - 1);
+    result = result << left | coder.raw(low, left);
+  }
+  return result;
+}
+
+/// A signed integer: magnitude, then the sign by the magnitude's bit length.
+template <class Magnitude>
+struct SignedModel {
+  Magnitude magnitude;
+  std::array<AdaptiveBit, 65> negative;
+};
+template <class Coder, class Magnitude>
+std::int64_t code_signed(Coder& coder, SignedModel<Magnitude>& model, std::int64_t value) {
+  const auto bits = static_cast<std::uint64_t>(value);
+  const std::uint64_t size = code_number(coder, model.magnitude, value < 0 ? 0 - bits : bits);
+  if (size == 0) return 0;
+  const bool negative =
+      coder.bit(model.negative[static_cast<std::size_t>(std::bit_width(size))], value < 0);
+  return static_cast<std::int64_t>(negative ? 0 - size : size);
+}
+
+/// Which of `count` candidates: one yes/no each, the last one implied. Past the model's end the
+/// last bit is shared. Must hold: index < count.
+template <std::size_t kSize>
+struct ChoiceModel {
+  std::array<AdaptiveBit, kSize> yes;
+};
+template <class Coder, std::size_t kSize>
+std::uint32_t code_choice(Coder& coder, ChoiceModel<kSize>& model, std::uint32_t count,
+                          std::uint32_t index) {
+  for (std::uint32_t i = 0; i + 1 < count; ++i)
+    if (coder.bit(model.yes[i < kSize ? i : kSize - 1], i == index)) return i;
+  return count - 1;
+}
+
+}  // namespace shm

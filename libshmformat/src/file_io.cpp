@@ -1,0 +1,103 @@
+// The only file of the library that meets the operating system.
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "shm/io.h"
+
+namespace shm {
+namespace {
+
+Error system_error(ErrorCode code, const std::string& what, const std::string& path) {
+  return Error{code, what + ": " + std::strerror(errno), {}, kNoOffset, path};
+}
+
+}  // namespace
+
+Result<void> MemorySink::write(std::span<const std::byte> more) {
+  bytes.insert(bytes.end(), more.begin(), more.end());
+  return {};
+}
+
+Result<std::size_t> MemorySource::read(std::span<std::byte> into) {
+  const std::size_t n = std::min(into.size(), left_.size());
+  std::copy_n(left_.begin(), n, into.begin());
+  left_ = left_.subspan(n);
+  return n;
+}
+
+Result<void> NullSink::write(std::span<const std::byte> more) {
+  bytes += more.size();
+  return {};
+}
+
+Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path) {
+  std::unique_ptr<FileSink> sink(new FileSink());
+  sink->path_ = path;
+  if (path == "-") {
+    sink->descriptor_ = STDOUT_FILENO;
+    return sink;
+  }
+  sink->temporary_ = path + ".part-" + std::to_string(::getpid());
+  sink->descriptor_ =
+      ::open(sink->temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (sink->descriptor_ < 0) {
+    sink->temporary_.clear();
+    return system_error(ErrorCode::output, "cannot be created", path);
+  }
+  return sink;
+}
+
+FileSink::~FileSink() {
+  if (path_ == "-") return;
+  if (descriptor_ >= 0) ::close(descriptor_);
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+}
+
+Result<void> FileSink::write(std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t n = ::write(descriptor_, bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return system_error(ErrorCode::output, "cannot be written", path_);
+    bytes = bytes.subspan(static_cast<std::size_t>(n));
+  }
+  return {};
+}
+
+Result<void> FileSink::commit() {
+  if (path_ == "-") return {};
+  if (::fsync(descriptor_) != 0 && errno != EINVAL)
+    return system_error(ErrorCode::output, "cannot be flushed", path_);
+  if (::close(std::exchange(descriptor_, -1)) != 0)
+    return system_error(ErrorCode::output, "cannot be closed", path_);
+  if (::rename(temporary_.c_str(), path_.c_str()) != 0)
+    return system_error(ErrorCode::output, "cannot be given its name", path_);
+  temporary_.clear();
+  return {};
+}
+
+Result<std::unique_ptr<FileSource>> FileSource::open(const std::string& path) {
+  std::unique_ptr<FileSource> source(new FileSource());
+  source->path_ = path;
+  source->descriptor_ = path == "-" ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (source->descriptor_ < 0) return system_error(ErrorCode::io, "cannot be opened", path);
+  return source;
+}
+
+FileSource::~FileSource() {
+  if (descriptor_ >= 0 && path_ != "-") ::close(descriptor_);
+}
+
+Result<std::size_t> FileSource::read(std::span<std::byte> into) {
+  while (true) {
+    const ssize_t n = ::read(descriptor_, into.data(), into.size());
+    if (n >= 0) return static_cast<std::size_t>(n);
+    if (errno != EINTR) return system_error(ErrorCode::io, "cannot be read", path_);
+  }
+}
+
+}  // namespace shm

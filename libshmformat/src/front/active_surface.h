@@ -1,0 +1,90 @@
+// Active surface: the part of the mesh that coding still needs, the same on both sides.
+//   vertices  born at their first use, gone when finalized; linked in order of birth
+//   faces     quadrilaterals used by an odd number of hexahedra so far; gone with their first vertex
+//   cells     a number for each hexahedron that still has a face here, for its cell data
+// Slots are reused, so arrays indexed by them stay as small as the surface is wide.
+// source: paper section 3.1; spec: "Active surface"
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "front/id_map.h"
+
+namespace shm {
+
+/// Four vertex slots around a face, ordered so that the right-hand normal points away from the
+/// hexahedron that put it here: a neighbour glued on has them as its corners 0 1 2 3.
+using Quad = std::array<std::uint32_t, 4>;
+
+/// Face slot * 4 + position of the vertex in its quad; kNone ends a list.
+using FaceCorner = std::uint32_t;
+
+class ActiveSurface {
+ public:
+  struct Vertex {
+    std::uint64_t id = 0;  ///< stream number
+    FaceCorner first_face = kNone;
+    std::uint32_t face_count = 0;
+    std::uint32_t older = kNone, younger = kNone;
+    std::uint32_t uses = 0;  ///< cells that have used it
+    bool alive = false;
+  };
+  struct Face {
+    Quad quad{};
+    std::array<FaceCorner, 4> next{};             ///< next face around each vertex
+    std::array<std::uint8_t, 4> owner_corner{};  ///< the vertex's corner in its owner, as stored
+    std::uint32_t cell = kNone;                   ///< owner's cell slot
+    bool alive = false;
+  };
+
+  /// A new vertex with the next stream number.
+  std::uint32_t add_vertex();
+  /// Removes the vertex and every face that it has.
+  void finalize(std::uint32_t vertex);
+  void count_use(std::uint32_t vertex) { ++vertices_[vertex].uses; }
+
+  /// A slot for the cell at hand. It stays until end_cell, and then while one of its faces does;
+  /// slots that its faces set free are not reused before the next begin_cell.
+  std::uint32_t begin_cell();
+  void end_cell();
+  /// Adds a face of the cell at hand; returns its slot. Must hold: four different live vertices.
+  std::uint32_t add_face(const Quad& quad, const std::array<std::uint8_t, 4>& owner_corner);
+  void remove_face(std::uint32_t face);
+
+  /// The active face with this cycle of vertices in either direction, kNone when there is none.
+  std::uint32_t find_face(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) const;
+  /// The newest active face at `b` in which `a` and `c` are its neighbours; returns the corner of b.
+  FaceCorner find_path(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+
+  const Vertex& vertex(std::uint32_t slot) const { return vertices_[slot]; }
+  const Face& face(std::uint32_t slot) const { return faces_[slot]; }
+  FaceCorner next_around(FaceCorner at) const { return faces_[at / 4].next[at % 4]; }
+  /// Vertex of the face at `at`, `steps` further around.
+  std::uint32_t around(FaceCorner at, std::uint32_t steps) const {
+    return faces_[at / 4].quad[(at + steps) % 4];
+  }
+  std::uint32_t slot_of(std::uint64_t id) const { return slots_.find(id); }
+
+  std::uint64_t next_id() const { return next_id_; }
+  /// Stream number of the oldest live vertex; next_id() when none is alive.
+  std::uint64_t oldest_id() const { return oldest_ == kNone ? next_id_ : vertices_[oldest_].id; }
+  std::uint64_t active_vertices() const { return slots_.size(); }
+  std::uint32_t vertex_slots() const { return static_cast<std::uint32_t>(vertices_.size()); }
+  std::uint32_t cell_slots() const { return static_cast<std::uint32_t>(cell_faces_.size()); }
+
+ private:
+  void unlink(FaceCorner at);
+
+  std::vector<Vertex> vertices_;
+  std::vector<Face> faces_;
+  std::vector<std::uint32_t> cell_faces_;  // active faces of each cell slot
+  std::vector<std::uint32_t> free_vertices_, free_faces_, free_cells_;
+  IdMap slots_;
+  std::uint64_t next_id_ = 0;
+  std::uint32_t oldest_ = kNone, youngest_ = kNone;
+  std::uint32_t current_cell_ = kNone;
+};
+
+}  // namespace shm

@@ -1,0 +1,92 @@
+#include "mesh_streams.h"
+
+namespace shm {
+namespace {
+
+ArrayInfo coordinates_info(const Schema& schema) {
+  ArrayInfo info;
+  info.type = schema.coordinate_type;
+  info.components = 3;
+  info.quantization = schema.coordinate_quantization;
+  return info;
+}
+ArrayInfo numbers_info() {
+  ArrayInfo info;
+  info.type = ScalarType::uint64;
+  return info;
+}
+
+}  // namespace
+
+template <class Coder>
+auto MeshStreams<Coder>::list(const Schema& schema) -> std::vector<Stream> {
+  using container::StreamKind;
+  std::vector<Stream> streams = {{StreamKind::connectivity}, {StreamKind::corner_order},
+                                 {StreamKind::cell_numbers}, {StreamKind::vertex_numbers},
+                                 {StreamKind::geometry}};
+  for (std::uint32_t a = 0; a < schema.arrays.size(); ++a)
+    if (!schema.arrays[a].per_step) streams.push_back({StreamKind::array, a});
+  return streams;
+}
+
+template <class Coder>
+MeshStreams<Coder>::MeshStreams(const Schema& schema)
+    : schema_(&schema),
+      connectivity_(schema),
+      numbers_(VertexColumn<Coder>::create(numbers_info())),
+      geometry_(VertexColumn<Coder>::create(coordinates_info(schema))) {
+  const auto streams = list(schema);
+  streams_.resize(streams.size());
+  for (std::size_t s = kFixed; s < streams.size(); ++s) {
+    const ArrayInfo& info = schema.arrays[streams[s].array];
+    if (info.location == Location::point) {
+      point_columns_.push_back(VertexColumn<Coder>::create(info));
+      point_arrays_.push_back(streams[s].array);
+      point_streams_.push_back(s);
+      point_data_bytes_ += scalar_bytes(info.type) * info.components;
+    } else {
+      cell_columns_.push_back(CellColumn<Coder>::create(info));
+      cell_arrays_.push_back(streams[s].array);
+      cell_streams_.push_back(s);
+    }
+  }
+}
+
+template <class Coder>
+void MeshStreams<Coder>::code_vertex(const Stencil& stencil, std::uint32_t slot,
+                                     VertexValues& values) {
+  if (schema_->order == Order::keep)
+    numbers_->code(streams_[kVertexNumbers], stencil, slot,
+                   reinterpret_cast<std::byte*>(&values.number));
+  geometry_->code(streams_[kGeometry], stencil, slot, values.xyz);
+  for (std::size_t i = 0; i < point_columns_.size(); ++i)
+    point_columns_[i]->code(streams_[point_streams_[i]], stencil, slot, values.data[i]);
+}
+
+template <class Coder>
+std::uint64_t MeshStreams<Coder>::code_cell_number(std::uint64_t number) {
+  if (schema_->order == Order::keep && schema_->delay > 0) {
+    const auto step = static_cast<std::int64_t>(number - next_cell_number_);
+    number = next_cell_number_ +
+             static_cast<std::uint64_t>(code_signed(streams_[kCellNumbers], cell_number_, step));
+  } else {
+    number = next_cell_number_;
+  }
+  next_cell_number_ = number + 1;
+  return number;
+}
+
+template <class Coder>
+void MeshStreams<Coder>::code_cell_values(const CellTopology& cell, std::span<std::byte*> data) {
+  for (std::size_t i = 0; i < cell_columns_.size(); ++i) {
+    if (schema_->array_covers(cell_arrays_[i], cell.block))
+      cell_columns_[i]->code(streams_[cell_streams_[i]], cell, data[i]);
+    else
+      cell_columns_[i]->skip(cell);
+  }
+}
+
+template class MeshStreams<RangeEncoder>;
+template class MeshStreams<RangeDecoder>;
+
+}  // namespace shm

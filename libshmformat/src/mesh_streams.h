@@ -1,0 +1,78 @@
+// MeshStreams: the bitstreams of a mesh and the coders that fill or read them, in step.
+// The one place where connectivity, corner order, numbers, geometry and static arrays meet; the
+// same code runs in both directions (Coder is a RangeEncoder or a RangeDecoder).
+// spec: "Group", "Decoding a group"
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "coders/columns.h"
+#include "coders/connectivity.h"
+#include "container/format.h"
+#include "shm/schema.h"
+
+namespace shm {
+
+template <class Coder>
+class MeshStreams {
+ public:
+  /// `schema` is checked, borrowed, and stays where it is.
+  explicit MeshStreams(const Schema& schema);
+
+  /// Bytes of one element of the static arrays together.
+  std::size_t point_data_bytes() const { return point_data_bytes_; }
+
+  /// Values of one new vertex: read when encoding, filled when decoding. `data[i]` is the element
+  /// of the i-th static point array.
+  struct VertexValues {
+    std::uint64_t number = 0;
+    std::byte* xyz = nullptr;
+    std::span<std::byte*> data;
+  };
+  void code_vertex(const Stencil& stencil, std::uint32_t slot, VertexValues& values);
+
+  /// Topology of one cell; false when decoding damaged data.
+  bool code_cell(CellTopology& cell) { return connectivity_.code_cell(streams_[0], streams_[1], cell); }
+  /// Its number, and the elements of the static cell arrays that cover its block.
+  std::uint64_t code_cell_number(std::uint64_t number);
+  void code_cell_values(const CellTopology& cell, std::span<std::byte*> data);
+  void finish_cell(const CellTopology& cell) { connectivity_.finish_cell(cell); }
+
+  Connectivity<Coder>& connectivity() { return connectivity_; }
+
+  /// All bitstreams: fixed ones first (see kFixed), then one for each static array in schema order.
+  struct Stream {
+    container::StreamKind kind;
+    std::uint32_t array = 0;
+  };
+  static std::vector<Stream> list(const Schema& schema);
+  std::vector<Coder>& coders() { return streams_; }
+
+  const std::vector<std::uint32_t>& point_arrays() const { return point_arrays_; }
+  const std::vector<std::uint32_t>& cell_arrays() const { return cell_arrays_; }
+
+ private:
+  static constexpr std::size_t kConnectivity = 0, kCornerOrder = 1, kCellNumbers = 2,
+                               kVertexNumbers = 3, kGeometry = 4, kFixed = 5;
+
+  const Schema* schema_;
+  Connectivity<Coder> connectivity_;
+  std::vector<Coder> streams_;
+  std::unique_ptr<VertexColumn<Coder>> numbers_, geometry_;
+  std::vector<std::unique_ptr<VertexColumn<Coder>>> point_columns_;
+  std::vector<std::unique_ptr<CellColumn<Coder>>> cell_columns_;
+  std::vector<std::uint32_t> point_arrays_, cell_arrays_;  // schema indices of static arrays
+  std::vector<std::size_t> point_streams_, cell_streams_;
+  std::size_t point_data_bytes_ = 0;
+  std::uint64_t next_cell_number_ = 0;
+  SignedModel<NumberModel> cell_number_;
+};
+
+extern template class MeshStreams<RangeEncoder>;
+extern template class MeshStreams<RangeDecoder>;
+
+}  // namespace shm

@@ -1,0 +1,26 @@
+// Packing: blobs (schema, extras, step times) as they stand or under zstd, whichever is smaller.
+// spec: "Packed blobs"
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "bytes/byte_cursor.h"
+
+namespace shm {
+
+/// One byte of method (0 raw, 1 zstd), the unpacked length, the bytes.
+void put_packed(ByteWriter& out, std::span<const std::byte> blob);
+/// Takes all that is left of `in`; nothing when it is damaged or longer than `limit`.
+/// Memory grows with what really comes out, not with what the header states.
+std::optional<std::vector<std::byte>> get_packed(ByteReader& in, std::uint64_t limit);
+
+std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level);
+/// Exactly `size` bytes, or nothing.
+std::optional<std::vector<std::byte>> zstd_decompress(std::span<const std::byte> bytes,
+                                                      std::uint64_t size);
+
+}  // namespace shm

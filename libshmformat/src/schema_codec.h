@@ -1,0 +1,21 @@
+// Schema and extras as bytes, and what a schema must satisfy. spec: "Schema", "Extras"
+#pragma once
+
+#include <span>
+
+#include "bytes/byte_cursor.h"
+#include "shm/reader.h"
+#include "shm/schema.h"
+
+namespace shm {
+
+void put(ByteWriter& out, const Schema& schema);
+/// False when the bytes are no schema; what it means is then checked by check_schema.
+bool get(ByteReader& in, Schema& schema);
+/// Says what is wrong with a schema, ErrorCode::misuse or over_limit.
+Result<void> check_schema(const Schema& schema, const ReadLimits& limits = {});
+
+void put(ByteWriter& out, const Extra& extra);
+bool get(ByteReader& in, Extra& extra);
+
+}  // namespace shm

@@ -1,0 +1,310 @@
+// Writer: joins the mesh encoder, step values and extras with the chunk writer.
+#include "shm/writer.h"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "coders/step_values.h"
+#include "container/chunk_writer.h"
+#include "mesh_encoder.h"
+#include "packing.h"
+#include "schema_codec.h"
+
+namespace shm {
+namespace {
+
+using container::ChunkKind;
+
+/// From this many bytes on the schema is said again before the index, for whoever must repair.
+constexpr std::uint64_t kRepeatSchemaFrom = std::uint64_t{1} << 20;
+
+Error misuse(std::string detail, std::string section) {
+  return Error{ErrorCode::misuse, std::move(detail), std::move(section), kNoOffset, {}};
+}
+
+}  // namespace
+
+class Writer::Impl {
+ public:
+  Impl(ByteSink& sink, Schema schema, const WriteOptions& options)
+      : schema_(std::move(schema)),
+        chunks_(sink),
+        mesh_(schema_, options,
+              [this](const auto& header, const auto& streams) { return write_group(header, streams); }) {}
+
+  Result<void> start() {
+    if (auto good = chunks_.start({}); !good) return good;
+    return write_schema();
+  }
+
+  /// Runs `work` unless an error came before; the first error sticks.
+  template <class Work>
+  Result<void> guarded(Work&& work) {
+    if (error_) return *error_;
+    Result<void> result = work();
+    if (!result) error_ = result.error();
+    return result;
+  }
+
+  Result<void> expect_mesh_open() const {
+    if (mesh_ended_) return misuse("the mesh has been ended", "mesh");
+    return {};
+  }
+  Result<void> expect_mesh_ended() const {
+    if (!mesh_ended_) return misuse("end_mesh comes first", "steps");
+    return {};
+  }
+
+  MeshEncoder& mesh() { return mesh_; }
+  Result<void> end_mesh() {
+    mesh_ended_ = true;
+    return mesh_.end();
+  }
+
+  Result<void> add_step_values(std::uint32_t array, std::uint64_t step,
+                               std::span<const std::byte> values);
+  Result<void> end_step_array();
+  Result<void> set_step_times(std::span<const double> times);
+  Result<void> add_extra(const Extra& extra);
+  Result<SizeReport> finish();
+
+ private:
+  Result<void> write_schema();
+  Result<void> write_group(const container::GroupHeader& header,
+                           const std::vector<std::vector<std::byte>>& streams);
+  Result<void> write_step_piece(std::size_t bytes);
+  std::uint64_t elements_of(std::uint32_t array) const;
+  std::string array_key(std::uint32_t array) const { return "array:" + schema_.arrays[array].name; }
+
+  Schema schema_;
+  container::ChunkWriter chunks_;
+  MeshEncoder mesh_;
+  bool mesh_ended_ = false, finished_ = false;
+  std::optional<Error> error_;
+  std::map<std::string, std::uint64_t> stream_bytes_;
+
+  // the stepped array at hand
+  std::optional<std::uint32_t> array_;
+  std::uint64_t step_ = 0, first_ = 0, steps_ = 0;
+  std::vector<std::byte> pending_;
+  std::vector<std::uint64_t> next_step_;  // by array
+};
+
+Result<void> Writer::Impl::write_schema() {
+  ByteWriter blob, payload;
+  put(blob, schema_);
+  container::FileStart start;
+  payload.put_u16(start.major);
+  payload.put_u16(start.minor);
+  payload.put_u32(start.needed_features);
+  put_packed(payload, blob.bytes);
+  return chunks_.write(ChunkKind::schema, payload.bytes);
+}
+
+Result<void> Writer::Impl::write_group(const container::GroupHeader& header,
+                                       const std::vector<std::vector<std::byte>>& streams) {
+  ByteWriter payload;
+  container::put(payload, header);
+  for (std::size_t s = 0; s < streams.size(); ++s) {
+    payload.put_bytes(streams[s]);
+    const container::StreamEntry& entry = header.streams[s];
+    const bool array = entry.kind == container::StreamKind::array;
+    stream_bytes_[array ? array_key(entry.array) : container::stream_name(entry.kind)] +=
+        streams[s].size();
+  }
+  container::IndexEntry entry;
+  entry.first_cell = header.first_cell;
+  entry.cells = header.cells;
+  entry.first_vertex = header.first_vertex;
+  entry.vertices = header.vertices;
+  entry.box = header.box;
+  return chunks_.write(ChunkKind::group, payload.bytes, entry);
+}
+
+std::uint64_t Writer::Impl::elements_of(std::uint32_t array) const {
+  const auto& totals = mesh_.totals();
+  if (schema_.arrays[array].location == Location::point) return totals.vertices;
+  std::uint64_t cells = 0;
+  for (std::uint32_t b = 0; b < totals.block_cells.size(); ++b)
+    if (schema_.array_covers(array, b)) cells += totals.block_cells[b];
+  return cells;
+}
+
+Result<void> Writer::Impl::add_step_values(std::uint32_t array, std::uint64_t step,
+                                           std::span<const std::byte> values) {
+  if (array >= schema_.arrays.size() || !schema_.arrays[array].per_step)
+    return misuse("array " + std::to_string(array) + " is no stepped array", "steps");
+  const ArrayInfo& info = schema_.arrays[array];
+  const std::size_t stride = scalar_bytes(info.type) * info.components;
+  if (values.size() % stride != 0) return misuse("values end within an element", "steps");
+  if (array_ != array || step_ != step) {
+    if (auto good = end_step_array(); !good) return good;
+    next_step_.resize(schema_.arrays.size());
+    if (step < next_step_[array]) return misuse("steps of an array must ascend", "steps");
+    next_step_[array] = step + 1;
+    array_ = array;
+    step_ = step;
+    first_ = 0;
+    steps_ = std::max(steps_, step + 1);
+  }
+  pending_.insert(pending_.end(), values.begin(), values.end());
+  const std::size_t piece =
+      stride * std::clamp<std::size_t>(container::kMaxStepBytes / stride, 1, container::kMaxStepPiece);
+  while (pending_.size() >= piece)
+    if (auto good = write_step_piece(piece); !good) return good;
+  return {};
+}
+
+Result<void> Writer::Impl::write_step_piece(std::size_t bytes) {
+  const ArrayInfo& info = schema_.arrays[*array_];
+  const auto values = std::span<const std::byte>(pending_).first(bytes);
+  const StepBytes coded = encode_step_values(info, values);
+  container::StepHeader header;
+  header.array = *array_;
+  header.step = header.reference_step = step_;
+  header.first = first_;
+  header.count = static_cast<std::uint32_t>(bytes / (scalar_bytes(info.type) * info.components));
+  header.codec = coded.codec;
+  ByteWriter payload;
+  container::put(payload, header);
+  payload.put_bytes(coded.bytes);
+  stream_bytes_[array_key(*array_)] += coded.bytes.size();
+  container::IndexEntry entry;
+  entry.array = header.array;
+  entry.step = header.step;
+  entry.first = header.first;
+  entry.count = header.count;
+  first_ += header.count;
+  pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(bytes));
+  return chunks_.write(ChunkKind::step_values, payload.bytes, entry);
+}
+
+Result<void> Writer::Impl::end_step_array() {
+  if (!array_) return {};
+  if (!pending_.empty())
+    if (auto good = write_step_piece(pending_.size()); !good) return good;
+  if (first_ != elements_of(*array_))
+    return misuse("array '" + schema_.arrays[*array_].name + "' got " + std::to_string(first_) +
+                      " elements at step " + std::to_string(step_) + ", the mesh has " +
+                      std::to_string(elements_of(*array_)),
+                  "steps");
+  array_.reset();
+  return {};
+}
+
+Result<void> Writer::Impl::set_step_times(std::span<const double> times) {
+  ByteWriter blob, payload;
+  for (double time : times) blob.put_f64(time);
+  put_packed(payload, blob.bytes);
+  steps_ = std::max<std::uint64_t>(steps_, times.size());
+  stream_bytes_["extras"] += payload.bytes.size();
+  return chunks_.write(ChunkKind::step_times, payload.bytes);
+}
+
+Result<void> Writer::Impl::add_extra(const Extra& extra) {
+  std::uint64_t values = 1;
+  for (std::uint64_t side : extra.shape) values *= side;
+  const std::size_t width = scalar_bytes(extra.type);
+  if (width == 0 || values * width != extra.data.size())
+    return misuse("extra '" + extra.key + "': data does not match type and shape", "extras");
+  if (extra.refers != Reference::nothing && extra.type != ScalarType::int32 &&
+      extra.type != ScalarType::int64)
+    return misuse("extra '" + extra.key + "': references are int32 or int64", "extras");
+  ByteWriter blob, payload;
+  put(blob, extra);
+  put_packed(payload, blob.bytes);
+  stream_bytes_["extras"] += payload.bytes.size();
+  return chunks_.write(ChunkKind::extra, payload.bytes);
+}
+
+Result<SizeReport> Writer::Impl::finish() {
+  if (error_) return *error_;
+  if (finished_) return misuse("finish was called before", "file");
+  finished_ = true;
+  if (!mesh_ended_)
+    if (auto good = end_mesh(); !good) return good.error();
+  if (auto good = end_step_array(); !good) return good.error();
+  if (chunks_.offset() >= kRepeatSchemaFrom)
+    if (auto good = write_schema(); !good) return good.error();
+
+  const auto& totals = mesh_.totals();
+  container::Index index;
+  index.vertices = totals.vertices;
+  index.cells = totals.cells;
+  index.hexahedra = totals.hexahedra;
+  index.max_active_vertices = totals.max_active_vertices;
+  index.steps = steps_;
+  index.block_cells = totals.block_cells;
+  index.ranges = totals.ranges;
+  SizeReport report;
+  for (const auto& [name, bytes] : stream_bytes_) index.streams.push_back({name, bytes});
+  if (auto good = chunks_.finish(std::move(index)); !good) return good.error();
+
+  report.vertices = totals.vertices;
+  report.cells = totals.cells;
+  report.hexahedra = totals.hexahedra;
+  report.max_active_vertices = totals.max_active_vertices;
+  report.total_bytes = chunks_.offset();
+  report.streams = stream_bytes_;
+  std::uint64_t coded = 0;
+  for (const auto& [name, bytes] : stream_bytes_) coded += bytes;
+  report.streams["container"] = report.total_bytes - coded;
+  return report;
+}
+
+Writer::Writer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Writer::Writer(Writer&&) noexcept = default;
+Writer& Writer::operator=(Writer&&) noexcept = default;
+Writer::~Writer() = default;
+
+Result<Writer> Writer::create(ByteSink& sink, Schema schema, const WriteOptions& options) {
+  if (auto good = check_schema(schema); !good) return good.error();
+  if (options.group_cells < 1 || options.group_cells > container::kMaxGroupCells)
+    return misuse("group_cells must be 1 to 2^20", "options");
+  auto impl = std::make_unique<Impl>(sink, std::move(schema), options);
+  if (auto good = impl->start(); !good) return good.error();
+  return Writer(std::move(impl));
+}
+
+Result<void> Writer::add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
+                                std::span<const std::byte> data) {
+  return impl_->guarded([&]() -> Result<void> {
+    if (auto good = impl_->expect_mesh_open(); !good) return good;
+    return impl_->mesh().add_vertex(number, xyz, data);
+  });
+}
+Result<void> Writer::add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
+                              std::uint64_t last_use, std::span<const std::byte> data) {
+  return impl_->guarded([&]() -> Result<void> {
+    if (auto good = impl_->expect_mesh_open(); !good) return good;
+    return impl_->mesh().add_cell(block, corners, last_use, data);
+  });
+}
+Result<void> Writer::end_mesh() {
+  return impl_->guarded([&]() -> Result<void> {
+    if (auto good = impl_->expect_mesh_open(); !good) return good;
+    return impl_->end_mesh();
+  });
+}
+Result<void> Writer::add_step_values(std::uint32_t array, std::uint64_t step,
+                                     std::span<const std::byte> values) {
+  return impl_->guarded([&]() -> Result<void> {
+    if (auto good = impl_->expect_mesh_ended(); !good) return good;
+    return impl_->add_step_values(array, step, values);
+  });
+}
+Result<void> Writer::set_step_times(std::span<const double> times) {
+  return impl_->guarded([&]() -> Result<void> {
+    if (auto good = impl_->expect_mesh_ended(); !good) return good;
+    return impl_->set_step_times(times);
+  });
+}
+Result<void> Writer::add_extra(const Extra& extra) {
+  return impl_->guarded([&] { return impl_->add_extra(extra); });
+}
+Result<SizeReport> Writer::finish() { return impl_->finish(); }
+
+}  // namespace shm
