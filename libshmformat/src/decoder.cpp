@@ -281,7 +281,7 @@ Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload)
   auto values = decode_step_values(info, header.codec, bytes, header.count);
   if (!values)
     return wrong(ErrorCode::corrupt, "array '" + info.name + "': codec unknown or values damaged");
-  stream_bytes_["array:" + info.name] += bytes.size();
+  stream_bytes_[array_stream_name(*schema_, header.array)] += bytes.size();
   steps_ = std::max(steps_, header.step + 1);
   item_ = StepPiece{header.array, header.step, header.first, std::move(*values)};
   return {};

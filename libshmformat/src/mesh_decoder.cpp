@@ -77,7 +77,7 @@ Result<void> MeshDecoder::assign_streams() {
                      ErrorCode::unsupported);
     streams_.coders()[next++] = RangeDecoder(bytes);
     const std::string key = entry.kind == StreamKind::array
-                                ? "array:" + schema_->arrays[entry.array].name
+                                ? array_stream_name(*schema_, entry.array)
                                 : name;
     stream_bytes_[key] += bytes.size();
   }

@@ -39,6 +39,17 @@ std::string_view shape_name(CellShape shape) {
   return "unknown";
 }
 
+std::string array_stream_name(const Schema& schema, std::size_t array) {
+  const ArrayInfo& info = schema.arrays[array];
+  int same = 1;
+  for (std::size_t a = 0; a < array; ++a)
+    if (schema.arrays[a].name == info.name && schema.arrays[a].location == info.location) ++same;
+  std::string name = info.location == Location::point ? "array:point/" : "array:cell/";
+  name += info.name;
+  if (same > 1) name += "#" + std::to_string(same);
+  return name;
+}
+
 double Quantization::step() const {
   double side = 0;
   for (std::size_t c = 0; c < minimum.size() && c < maximum.size(); ++c)

@@ -77,7 +77,7 @@ class Writer::Impl {
                            const std::vector<std::vector<std::byte>>& streams);
   Result<void> write_step_piece(std::size_t bytes);
   std::uint64_t elements_of(std::uint32_t array) const;
-  std::string array_key(std::uint32_t array) const { return "array:" + schema_.arrays[array].name; }
+  std::string array_key(std::uint32_t array) const { return array_stream_name(schema_, array); }
 
   Schema schema_;
   container::ChunkWriter chunks_;

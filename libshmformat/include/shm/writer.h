@@ -34,7 +34,7 @@ struct SizeReport {
   std::uint64_t max_active_vertices = 0;
   std::uint64_t total_bytes = 0;
   /// Bytes of each kind of stream: "connectivity", "corner order", "vertex numbers",
-  /// "cell numbers", "geometry", "array:NAME" (static and stepped), "extras", "container".
+  /// "cell numbers", "geometry", array_stream_name() of each array, "extras", "container".
   std::map<std::string, std::uint64_t> streams;
 };
 

@@ -530,6 +530,10 @@ bool Connectivity<Coder>::code_nodes(Coder& symbols, CellTopology& cell, std::ui
       last_new_[1] = is_new;
       if (is_new) {
         add_vertex(cell, i);
+        // Farther repeats than the model can say are found by their number from here on.
+        if constexpr (!Coder::kDecodes)
+          for (std::size_t j = i + kMaxLastUse; j < count; ++j)
+            if (cell.numbers[j] == cell.numbers[i]) cell.slots[j] = cell.slots[i];
       } else if (i > 0 && symbols.bit(model.repeated, repeats != kNone)) {
         const std::uint64_t back = code_number(symbols, model.repeat, i - 1 - repeats);
         if (back >= i) return false;

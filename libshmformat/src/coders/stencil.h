@@ -36,12 +36,19 @@ Stencil stencil_of(const CellTopology& cell, std::uint32_t position, std::uint64
 /// Calls `visit(slot, stencil)` for the new vertices of a cell in coding order.
 template <class Visit>
 void for_each_new_vertex(const CellTopology& cell, Visit&& visit) {
+  if (cell.new_positions.empty()) return;
+  // A vertex may stand at several positions: all of them are known once it is coded, none before.
+  const auto standing_at = [&](std::uint32_t slot) {
+    std::uint64_t positions = 0;
+    for (std::size_t i = 0; i < cell.slots.size() && i < 64; ++i)
+      if (cell.slots[i] == slot) positions |= std::uint64_t{1} << i;
+    return positions;
+  };
   std::uint64_t known = ~std::uint64_t{0};
-  for (std::uint32_t position : cell.new_positions)
-    if (position < 64) known &= ~(std::uint64_t{1} << position);
+  for (std::uint32_t position : cell.new_positions) known &= ~standing_at(cell.slots[position]);
   for (std::uint32_t position : cell.new_positions) {
     visit(cell.slots[position], stencil_of(cell, position, known));
-    if (position < 64) known |= std::uint64_t{1} << position;
+    known |= standing_at(cell.slots[position]);
   }
 }
 
