@@ -1,21 +1,63 @@
 #include "coders/connectivity.h"
 
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 namespace shm {
 namespace {
 
-// Which faces of the frame an operation must find active, for each operation.
+// A set of faces is a mask with a bit for each.
 constexpr std::uint32_t face_bit(std::uint32_t face) { return 1u << face; }
 
 // Faces of the previous hexahedron in the order in which a gate is looked for there: straight on
 // first, back last.
 constexpr std::array<std::uint8_t, 6> kGateOrder = {5, 3, 1, 4, 2, 0};
 
-bool all_different(const Quad& q) {
-  return q[0] != q[1] && q[0] != q[2] && q[0] != q[3] && q[1] != q[2] && q[1] != q[3] && q[2] != q[3];
+template <std::size_t kCount>
+bool all_different(const std::array<std::uint32_t, kCount>& slots) {
+  for (std::size_t i = 0; i < kCount; ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (slots[i] == slots[j]) return false;
+  return true;
 }
+
+/// Which operation says a hexahedron whose active faces, seen in some rotation, are `mask`; none
+/// where the rotation does not bring them to where the operations look.
+enum class Fit : std::uint8_t { none, hut, roof, step, bridge };
+constexpr Fit fit_of(std::uint32_t mask) {
+  const auto has = [&](std::uint32_t faces) { return (mask & faces) == faces; };
+  const int count = std::popcount(mask);
+  if (!has(face_bit(0))) return Fit::none;
+  if (count == 1) return Fit::hut;
+  if (count == 2 && has(face_bit(5))) return Fit::roof;
+  if (count == 2 && has(face_bit(1))) return Fit::step;
+  if (has(face_bit(1) | face_bit(2))) return Fit::step;  // CORNER, GAP, PIT, DEN
+  const bool tunnel = mask == (face_bit(0) | face_bit(1) | face_bit(3) | face_bit(5));
+  return (count == 3 || tunnel) && has(face_bit(1) | face_bit(3)) ? Fit::bridge : Fit::none;
+}
+
+/// The rotations to try for each set of active faces as stored.
+struct RotationFit {
+  std::uint8_t rotation = 0;
+  Fit fit = Fit::none;
+};
+struct RotationFits {
+  std::array<RotationFit, kRotationCount> fits{};
+  std::uint8_t count = 0;
+};
+constexpr auto kFits = [] {
+  std::array<RotationFits, 64> table{};
+  for (std::uint32_t active = 0; active < 64; ++active)
+    for (std::uint8_t r = 0; r < kRotationCount; ++r) {
+      std::uint32_t mask = 0;
+      for (std::uint32_t k = 0; k < 6; ++k)
+        if ((active >> kRotatedFace[r][k] & 1) != 0) mask |= face_bit(k);
+      const Fit fit = fit_of(mask);
+      if (fit != Fit::none) table[active].fits[table[active].count++] = {r, fit};
+    }
+  return table;
+}();
 
 // Corners by face, for 6 faces of a hexahedron whose corners may be unknown (kNone).
 bool known(const std::array<std::uint32_t, 8>& corners, std::uint32_t face) {
@@ -95,41 +137,24 @@ auto Connectivity<Coder>::choose_plan(const CellTopology& cell) const -> Plan {
   Corners stored{};
   std::copy_n(cell.slots.begin(), 8, stored.begin());
   std::array<std::uint32_t, 6> active{};
-  std::uint32_t count = 0;
+  std::uint32_t active_set = 0;
   for (std::uint32_t f = 0; f < 6; ++f) {
     const auto& c = kFaceCorners[f];
     active[f] = known(stored, f)
                     ? surface_.find_face(stored[c[0]], stored[c[1]], stored[c[2]], stored[c[3]])
                     : kNone;
-    count += active[f] != kNone ? 1 : 0;
+    if (active[f] != kNone) active_set |= face_bit(f);
   }
-  if (count == 0) return best;
-
-  for (std::uint32_t r = 0; r < kRotationCount; ++r) {
-    std::uint32_t mask = 0;
-    for (std::uint32_t k = 0; k < 6; ++k)
-      if (active[kRotatedFace[r][k]] != kNone) mask |= face_bit(k);
+  const RotationFits& possible = kFits[active_set];
+  for (std::uint32_t n = 0; n < possible.count; ++n) {
+    const auto [r, fit] = possible.fits[n];
     Plan plan;
     plan.rotation = r;
-    const auto need = [&](std::uint32_t faces) { return (mask & faces) == faces; };
-    if (count == 1 && need(face_bit(0))) {
-      plan.operation = kHut;
-    } else if (count == 2 && need(face_bit(0) | face_bit(5))) {
-      plan.operation = kRoof;
-      plan.far_face = active[kRotatedFace[r][5]];
-    } else if (count >= 3 && need(face_bit(0) | face_bit(1) | face_bit(2))) {
-      plan.operation = kStep;
-    } else if (count == 2 && need(face_bit(0) | face_bit(1))) {
-      plan.operation = kStep;
-    } else if ((count == 3 || mask == 0b101011) && need(face_bit(0) | face_bit(1) | face_bit(3))) {
-      plan.operation = kBridge;
-      plan.far_face = active[kRotatedFace[r][3]];
-    } else {
-      continue;
-    }
+    plan.operation = fit == Fit::hut ? kHut : fit == Fit::roof ? kRoof : fit == Fit::step ? kStep : kBridge;
     plan.gate_face = active[kRotatedFace[r][0]];
-    if (plan.operation == kStep || plan.operation == kBridge)
-      plan.side_face = active[kRotatedFace[r][1]];
+    if (fit == Fit::roof) plan.far_face = active[kRotatedFace[r][5]];
+    if (fit == Fit::bridge) plan.far_face = active[kRotatedFace[r][3]];
+    if (fit == Fit::step || fit == Fit::bridge) plan.side_face = active[kRotatedFace[r][1]];
     Corners target{};
     for (std::uint32_t i = 0; i < 8; ++i) target[i] = stored[kRotations[r][i]];
     rate_gate(plan, target);
@@ -592,11 +617,12 @@ void Connectivity<Coder>::glue(CellTopology& cell) {
   cell.cell_slot = surface_.begin_cell();
   Corners v{};
   std::copy_n(cell.slots.begin(), 8, v.begin());
+  const bool distinct = all_different(v);
   std::array<std::uint32_t, 6> present{};
   for (std::uint32_t k = 0; k < 6; ++k) {
     const auto& c = kFaceCorners[k];
     const Quad quad = {v[c[0]], v[c[1]], v[c[2]], v[c[3]]};
-    present[k] = all_different(quad) ? surface_.find_face(quad[0], quad[1], quad[2], quad[3]) : kNone;
+    present[k] = distinct || all_different(quad) ? surface_.find_face(quad[0], quad[1], quad[2], quad[3]) : kNone;
     if (present[k] == kNone) continue;
     cell.face_mask |= static_cast<std::uint8_t>(face_bit(k));
     cell.neighbour[k] = surface_.face(present[k]).cell;
@@ -605,9 +631,10 @@ void Connectivity<Coder>::glue(CellTopology& cell) {
     const auto& c = kFaceCorners[k];
     const Quad quad = {v[c[0]], v[c[1]], v[c[2]], v[c[3]]};
     previous_face_[k] = kNone;
-    if (!all_different(quad)) continue;
-    // A hexahedron with repeated corners may meet the same face twice: look again.
-    const std::uint32_t now = surface_.find_face(quad[0], quad[1], quad[2], quad[3]);
+    if (!distinct && !all_different(quad)) continue;
+    // Only a hexahedron with repeated corners can meet the same face twice and must look again.
+    const std::uint32_t now =
+        distinct ? present[k] : surface_.find_face(quad[0], quad[1], quad[2], quad[3]);
     if (now != kNone) {
       surface_.remove_face(now);
     } else {
