@@ -1,0 +1,27 @@
+# Finds the Exodus II library, which has no pkg-config file and no CMake package, and the netCDF
+# library that it is linked to. Gives the target ExodusII::ExodusII.
+#
+# Debian builds Exodus on the MPI flavour of netCDF. A program must not load the serial flavour
+# beside it (same symbols, other HDF5), and the MPI flavour's development package is not needed:
+# the header is the same, so the run-time library is linked by its file name.
+find_path(ExodusII_INCLUDE_DIR exodusII.h)
+find_path(ExodusII_NETCDF_INCLUDE_DIR netcdf.h)
+find_library(ExodusII_LIBRARY NAMES exoIIv2c exodus)
+find_library(ExodusII_NETCDF_LIBRARY NAMES netcdf_mpi libnetcdf_mpi.so.19 netcdf)
+mark_as_advanced(ExodusII_INCLUDE_DIR ExodusII_NETCDF_INCLUDE_DIR ExodusII_LIBRARY
+                 ExodusII_NETCDF_LIBRARY)
+
+include(FindPackageHandleStandardArgs)
+find_package_handle_standard_args(
+  ExodusII REQUIRED_VARS ExodusII_LIBRARY ExodusII_INCLUDE_DIR ExodusII_NETCDF_LIBRARY
+                         ExodusII_NETCDF_INCLUDE_DIR)
+
+if(ExodusII_FOUND AND NOT TARGET ExodusII::ExodusII)
+  add_library(ExodusII::ExodusII UNKNOWN IMPORTED)
+  set_target_properties(
+    ExodusII::ExodusII
+    PROPERTIES IMPORTED_LOCATION "${ExodusII_LIBRARY}"
+               INTERFACE_INCLUDE_DIRECTORIES
+               "${ExodusII_INCLUDE_DIR};${ExodusII_NETCDF_INCLUDE_DIR}"
+               INTERFACE_LINK_LIBRARIES "${ExodusII_NETCDF_LIBRARY}")
+endif()

@@ -1,0 +1,22 @@
+# shm_sources(OUT list...): the sources of a target.
+# While the first version is being written, a listed file may not exist yet (left out), and a new
+# one may not be listed yet (PATTERN globs it in, with a message; EXCLUDE names other targets').
+function(shm_sources out)
+  cmake_parse_arguments(ARG "" "PATTERN" "EXCLUDE" ${ARGN})
+  set(found)
+  foreach(source IN LISTS ARG_UNPARSED_ARGUMENTS)
+    if(EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/${source}")
+      list(APPEND found "${source}")
+    endif()
+  endforeach()
+  if(ARG_PATTERN)
+    file(GLOB others CONFIGURE_DEPENDS RELATIVE "${CMAKE_CURRENT_SOURCE_DIR}" "${ARG_PATTERN}")
+    foreach(source IN LISTS others)
+      if(NOT source IN_LIST found AND NOT source IN_LIST ARG_EXCLUDE)
+        message(STATUS "not listed yet: ${CMAKE_CURRENT_SOURCE_DIR}/${source}")
+        list(APPEND found "${source}")
+      endif()
+    endforeach()
+  endif()
+  set(${out} "${found}" PARENT_SCOPE)
+endfunction()
