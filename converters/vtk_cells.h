@@ -1,0 +1,71 @@
+// The cells of a VTK legacy file: rows (to 4.x) or offsets and connectivity (5.x), their types,
+// and the blocks that the model makes of them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "mesh_source.h"
+#include "vtk_values.h"
+
+namespace shm::converters::vtk {
+
+class CellTable {
+ public:
+  CellTable() = default;
+  CellTable(const CellTable&) = delete;  // its cursors point into it
+  CellTable& operator=(const CellTable&) = delete;
+  // Classic rows: number of nodes and nodes, cell by cell.
+  void set_rows(std::uint64_t cells, Values rows);
+  // 5.x: `offsets` has one entry more than there are cells, or none.
+  void set_offsets(Values offsets, Values connectivity);
+  void set_types(Values types);
+
+  std::uint64_t cells() const { return cells_; }
+  bool has_types() const { return types_.size() > 0; }
+
+  // Walks all cells once: checks every number, finds the blocks, and adds them with
+  // vtk/cell_types and the faces of polyhedra to `info`. Call once everything is set.
+  // Throws Failure naming `path`.
+  void find_blocks(MeshInfo& info, const std::string& path);
+
+  void rewind();
+  bool next_cells(CellBatch& out, std::size_t max_cells);
+
+ private:
+  static constexpr std::size_t kMostSizes = 64;  // of one type; with more, one varying block
+  struct Block {
+    std::uint32_t nodes, index;
+  };
+  struct TypeBlocks {
+    bool varying = false;  // all cells of the type in one block
+    std::vector<Block> blocks;
+  };
+  struct Faces {
+    std::vector<std::int64_t> cells, counts, sizes;
+  };
+  bool next_cell();  // fills type_ and nodes_ with what stands in the file
+  void unpack_faces();
+  bool collect_blocks(MeshInfo& info, Faces& faces);  // false: start again, a type got varying
+  void count_cell(MeshInfo& info);
+  std::uint32_t block_of_cell() const;
+  void add_extras(MeshInfo& info, const Faces& faces) const;
+  [[noreturn]] void fail(const char* section, const Values& values, std::string detail) const;
+  [[noreturn]] void fail_size(std::uint64_t nodes) const;
+
+  std::string path_;
+  std::uint64_t cells_ = 0, cell_ = 0, vertices_ = 0;
+  bool has_offsets_ = false;
+  Values rows_, offsets_, types_;  // rows_ is the connectivity when has_offsets_
+  IntegerCursor row_{rows_}, offset_{offsets_}, type_cursor_{types_};
+  std::int64_t begin_ = 0;  // offset of the current cell
+  std::uint8_t type_ = 0;
+  std::vector<std::uint64_t> nodes_;
+  std::vector<std::int64_t> face_sizes_;  // of the current polyhedron
+  std::array<TypeBlocks, 256> by_type_;
+};
+
+}  // namespace shm::converters::vtk

@@ -1,0 +1,52 @@
+// VtkOutput: a VTK legacy file being written front to back: text, or numbers as text or big-endian
+// bytes. Buffered; every refusal of the operating system is thrown as Failure (output).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "shm/schema.h"
+
+namespace shm::converters::vtk {
+
+class VtkOutput {
+ public:
+  VtkOutput(const std::string& path, bool binary);
+  ~VtkOutput();
+  VtkOutput(const VtkOutput&) = delete;
+  VtkOutput& operator=(const VtkOutput&) = delete;
+
+  bool binary() const { return binary_; }
+  void text(std::string_view text);
+  void line(std::string_view words) {
+    text(words);
+    text("\n");
+  }
+  // `count` values in host order. As text: separated by blanks, `per_line` to a line.
+  void numbers(ScalarType type, const std::byte* values, std::size_t count, std::size_t per_line);
+  // Ends the last line of a column of numbers.
+  void end_column() {
+    if (binary_ || in_line_ > 0) text("\n");
+    in_line_ = 0;
+  }
+  // Hands everything to the operating system. The file is good only if this returns.
+  void finish();
+
+ private:
+  template <class T>
+  void number_text(const T* values, std::size_t count, std::size_t per_line);
+  void flush();
+  [[noreturn]] void fail(const char* what) const;
+
+  std::string path_;
+  bool binary_;
+  int descriptor_ = -1;
+  std::size_t in_line_ = 0;  // numbers in the current line
+  std::vector<char> buffer_;
+  std::vector<std::byte> swapped_;
+};
+
+}  // namespace shm::converters::vtk
