@@ -1,0 +1,177 @@
+#!/usr/bin/python3
+"""Are two MSH files the same to Gmsh? Exit code 0: yes, 1: no, 2: one of them cannot be read.
+
+    gmsh_oracle.py A.msh B.msh
+
+Needs Debian's python3-gmsh. Independent of this project's reader: both files are loaded by Gmsh,
+and what its API shows is compared exactly: nodes by tag with entity, coordinates and parameters,
+elements by tag with type, entity and nodes, entities, partitions, physical groups and names,
+periodic links, views with all steps. Both are also saved by Gmsh as MSH 4.1 in ASCII and
+compared line by line, which catches what the API has no call for (ghost elements), and sections
+that Gmsh ignores are compared as text.
+"""
+import os
+import re
+import struct
+import sys
+import tempfile
+
+import gmsh
+
+
+def key(value):
+    """Floats as bits, so that -0.0 and nan count; everything else as it is."""
+    if isinstance(value, float):
+        return struct.pack("<d", value)
+    if isinstance(value, (list, tuple)) or hasattr(value, "tolist"):
+        return tuple(key(v) for v in (value.tolist() if hasattr(value, "tolist") else value))
+    return value
+
+
+def nodes(found):
+    for dim, tag in [(-1, -1)] + gmsh.model.getEntities():
+        if dim < 0:
+            continue
+        tags, xyz, uvw = gmsh.model.mesh.getNodes(dim, tag, False, False)
+        try:
+            with_uvw = gmsh.model.mesh.getNodes(dim, tag, False, True)[2]
+        except Exception:
+            with_uvw = []
+        per_node = len(with_uvw) // len(tags) if len(tags) else 0
+        for i, node in enumerate(tags):
+            found["node", int(node)] = key((dim, tag, xyz[3 * i:3 * i + 3],
+                                            with_uvw[per_node * i:per_node * (i + 1)]))
+
+
+def elements(found):
+    for dim, tag in gmsh.model.getEntities():
+        order = 0
+        ghosts = "Ghost" in gmsh.model.getType(dim, tag)  # Gmsh sorts those by address
+        for kind, tags, corners in zip(*gmsh.model.mesh.getElements(dim, tag)):
+            width = len(corners) // len(tags) if len(tags) else 0
+            for i, element in enumerate(tags):
+                order += 0 if ghosts else 1
+                where = ("element", int(element), dim, tag)
+                found[where] = key((int(kind), order, corners[width * i:width * (i + 1)]))
+
+
+def model(found):
+    for dim, tag in gmsh.model.getEntities():
+        entry = [gmsh.model.getType(dim, tag), gmsh.model.getPhysicalGroupsForEntity(dim, tag)]
+        for call in (gmsh.model.getParent, gmsh.model.getPartitions):
+            try:
+                entry.append(call(dim, tag))
+            except Exception:
+                entry.append(None)
+        try:
+            entry.append(gmsh.model.getBoundary([(dim, tag)], False, True))
+        except Exception:
+            entry.append(None)
+        found["entity", dim, tag] = key(entry)
+        try:
+            master, slaves, masters, affine = gmsh.model.mesh.getPeriodicNodes(dim, tag)
+            pairs = sorted(zip(slaves.tolist(), masters.tolist()))  # Gmsh's order is by address
+            found["periodic", dim, tag] = key((master, pairs, affine))
+        except Exception:
+            pass
+    for dim, tag in gmsh.model.getPhysicalGroups():
+        found["group", dim, tag] = (gmsh.model.getPhysicalName(dim, tag),
+                                    key(gmsh.model.getEntitiesForPhysicalGroup(dim, tag)))
+
+
+def views(found):
+    for number, view in enumerate(gmsh.view.getTags()):
+        name = gmsh.option.getString(f"View[{number}].Name")
+        steps = int(gmsh.option.getNumber(f"View[{number}].NbTimeStep"))
+        found["view", number] = (name, steps)
+        for step in range(steps):
+            try:
+                kind, tags, data, time, components = gmsh.view.getModelData(view, step)
+            except Exception as error:
+                found["view", number, step] = str(error)
+                continue
+            values = {int(t): key(d) for t, d in zip(tags, data)}
+            found["view", number, step] = (kind, key(float(time)), components, values)
+
+
+def other_sections(path):
+    """The sections without a meaning to Gmsh, and names, as (name, text)."""
+    known = ("MeshFormat", "Entities", "PartitionedEntities", "Nodes", "ParametricNodes",
+             "Elements", "Periodic", "GhostElements", "NodeData", "ElementData",
+             "ElementNodeData", "NOD", "ELM")
+    with open(path, "rb") as file:
+        content = file.read()
+    found = []
+    for match in re.finditer(rb"^\$([A-Za-z]\w*)[ \r]*\n(.*?)^\$End\1", content, re.S | re.M):
+        if match.group(1).decode() not in known:
+            found.append((match.group(1), match.group(2)))
+    return found
+
+
+def saved(folder):
+    """What Gmsh makes of the loaded mesh in MSH 4.1 ASCII."""
+    path = os.path.join(folder, "saved.msh")
+    gmsh.option.setNumber("Mesh.SaveAll", 1)
+    gmsh.option.setNumber("Mesh.Binary", 0)
+    gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
+    gmsh.option.setNumber("Mesh.SaveParametric", 1)
+    gmsh.write(path)
+    with open(path, "rb") as file:
+        text = file.read()
+    # Gmsh sorts these by address: from run to run they change places. The API shows the links.
+    text = re.sub(rb"\$Periodic\n.*?\$EndPeriodic\n", b"", text, flags=re.S)
+    return re.sub(rb"(?<=\$GhostElements\n).*?(?=\$EndGhostElements)",
+                  lambda m: b"\n".join(sorted(b" ".join(ghost_line(l)) for l in
+                                              m.group(0).splitlines())), text, flags=re.S)
+
+
+def ghost_line(line):
+    words = line.split()
+    return words[:3] + sorted(words[3:])
+
+
+def load(path):
+    # Loaded twice: asking for some things (parameters) changes what is saved afterwards.
+    found = {}
+    for run in ("api", "saved"):
+        gmsh.initialize(["gmsh"], False)
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.logger.start()
+        gmsh.open(path)
+        errors = [line for line in gmsh.logger.get() if line.startswith("Error")]
+        if errors:
+            found["errors", run] = tuple(errors)
+        if run == "api":
+            for part in (nodes, elements, model, views):
+                part(found)
+        else:
+            with tempfile.TemporaryDirectory() as folder:
+                found["saved"] = saved(folder)
+        gmsh.finalize()
+    found["other sections"] = tuple(other_sections(path))
+    return found
+
+
+def main():
+    if len(sys.argv) != 3:
+        print(__doc__)
+        return 2
+    try:
+        first, second = load(sys.argv[1]), load(sys.argv[2])
+    except Exception as error:
+        print(f"cannot be read: {error}")
+        return 2
+    differences = [k for k in sorted(set(first) | set(second), key=str)
+                   if first.get(k) != second.get(k)]
+    for k in differences[:10]:
+        print(f"{k}: {str(first.get(k))[:200]} != {str(second.get(k))[:200]}")
+    if any(k[0] == "errors" for k in first):
+        print("note: Gmsh itself complains about the first file:", first.get(("errors", "api")))
+    if differences:
+        print(f"{len(differences)} differences")
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
