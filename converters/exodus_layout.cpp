@@ -1,0 +1,624 @@
+#include "exodus_layout.h"
+
+#include <netcdf.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+#include <utility>
+
+namespace shm::converters::exodus {
+namespace {
+
+constexpr std::uint64_t kMaxComponents = 65535;
+constexpr std::uint64_t kMaxBlocks = 1 << 20;
+
+// The number N of "prefixN", at least 1; 0 when `name` is not of that form.
+std::uint32_t number_after(std::string_view name, std::string_view prefix) {
+  if (name.substr(0, prefix.size()) != prefix) return 0;
+  name.remove_prefix(prefix.size());
+  std::uint32_t number = 0;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), number);
+  const bool whole = error == std::errc() && end == name.data() + name.size();
+  return whole && !name.empty() && name.front() != '0' ? number : 0;
+}
+
+// k and b of "vals_elem_var<k>eb<b>".
+std::optional<std::pair<std::uint32_t, std::uint32_t>> element_variable(std::string_view name) {
+  const std::size_t split = name.rfind("eb");
+  if (split == std::string_view::npos) return std::nullopt;
+  const std::uint32_t field = number_after(name.substr(0, split), "vals_elem_var");
+  const std::uint32_t block = number_after(name.substr(split), "eb");
+  if (field == 0 || block == 0) return std::nullopt;
+  return std::pair(field, block);
+}
+
+bool is_integer(int type) {
+  return type != NC_CHAR && type != NC_STRING && !is_float(scalar_of(type));
+}
+bool is_numeric(int type) { return type != NC_CHAR && type != NC_STRING; }
+
+std::string upper_without_padding(std::string_view text) {
+  text = text.substr(0, text.find('\0'));
+  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
+  std::string upper(text);
+  for (char& c : upper)
+    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
+  return upper;
+}
+
+std::string element_type_of(const Variable& variable) {
+  for (const Attribute& attribute : variable.attributes)
+    if (attribute.name == "elem_type" && attribute.type == NC_CHAR)
+      return upper_without_padding({reinterpret_cast<const char*>(attribute.values.data()),
+                                    attribute.values.size()});
+    else if (attribute.name == "elem_type" && !attribute.strings.empty())
+      return upper_without_padding(attribute.strings.front());
+  return {};
+}
+
+class Surveyor {
+ public:
+  Surveyor(const Skeleton& skeleton, const Place& place) : skeleton_(skeleton), place_(place) {}
+
+  Layout survey() {
+    out_.vertices = skeleton_.length_of("num_nodes");
+    out_.steps = skeleton_.length_of("time_step");
+    out_.uses.assign(skeleton_.variables.size(), Use::extra);
+    find_coordinates();
+    find_blocks();
+    find_nodal_fields();
+    find_element_fields();
+    find_other_arrays();
+    return std::move(out_);
+  }
+
+ private:
+  const Variable& variable(int index) const {
+    return skeleton_.variables[static_cast<std::size_t>(index)];
+  }
+  void use(int index, Use use) { out_.uses[static_cast<std::size_t>(index)] = use; }
+  bool has_dimensions(const Variable& v, std::initializer_list<std::string_view> names) const {
+    if (v.dimensions.size() != names.size()) return false;
+    std::size_t i = 0;
+    for (const std::string_view name : names)
+      if (skeleton_.dimension_name(v, i++) != name) return false;
+    return true;
+  }
+  [[noreturn]] void contradiction(const Variable& v, const std::string& detail) const {
+    place_.fail(ErrorCode::corrupt, "variable '" + v.name + "'", detail);
+  }
+
+  void find_coordinates() {
+    constexpr std::array<const char*, 3> kNames{"coordx", "coordy", "coordz"};
+    bool any_double = false, any = false;
+    const auto take = [&](int v, std::initializer_list<std::string_view> dimensions) {
+      if (v < 0 || !has_dimensions(variable(v), dimensions) ||
+          !is_float(scalar_of(variable(v).type)))
+        return false;
+      any_double |= variable(v).type == NC_DOUBLE;
+      any = true;
+      use(v, Use::coordinates);
+      return true;
+    };
+    const std::uint64_t dimension = skeleton_.length_of("num_dim");
+    if (dimension > 3)
+      place_.fail(ErrorCode::corrupt, "dimension 'num_dim'",
+                  "states " + std::to_string(dimension) + " coordinates; there are 1 to 3");
+    const int together = skeleton_.find_variable("coord");
+    if (take(together, {"num_dim", "num_nodes"})) {
+      out_.coordinates_together = true;
+      for (std::size_t c = 0; c < dimension; ++c) out_.coordinates[c] = together;
+    } else {
+      for (std::size_t c = 0; c < 3; ++c) {
+        const int v = skeleton_.find_variable(kNames[c]);
+        if (take(v, {"num_nodes"})) out_.coordinates[c] = v;
+      }
+    }
+    if (any && !any_double) out_.coordinate_type = ScalarType::float32;
+  }
+
+  void find_blocks() {
+    const std::uint64_t count = skeleton_.length_of("num_el_blk");
+    if (count > kMaxBlocks)
+      place_.fail(ErrorCode::unsupported, "dimension 'num_el_blk'",
+                  "states " + std::to_string(count) + " element blocks; at most " +
+                      std::to_string(kMaxBlocks) + " can be converted");
+    std::map<std::string_view, int> variables;
+    for (std::size_t v = 0; v < skeleton_.variables.size(); ++v)
+      variables.emplace(skeleton_.variables[v].name, static_cast<int>(v));
+    std::map<std::string_view, std::uint64_t> lengths;
+    for (const Dimension& dimension : skeleton_.dimensions)
+      lengths.emplace(dimension.name, dimension.length);
+    const auto variable_named = [&](const std::string& name) {
+      const auto found = variables.find(name);
+      return found == variables.end() ? -1 : found->second;
+    };
+    for (std::uint64_t b = 1; b <= count; ++b) {
+      const std::string number = std::to_string(b);
+      const auto length = lengths.find("num_el_in_blk" + number);
+      BlockLayout block;
+      block.cells = length == lengths.end() ? 0 : length->second;
+      block.connectivity = variable_named("connect" + number);
+      const int counts = variable_named("ebepecnt" + number);
+      const int faces = variable_named("facconn" + number);
+      if (block.connectivity >= 0)
+        describe_cells(block, number, counts);
+      else if (block.cells > 0 && counts >= 0 && faces >= 0 &&
+               variable(faces).dimensions.size() == 1)
+        describe_polyhedra(block, counts, faces);
+      if (__builtin_add_overflow(out_.cells, block.cells, &out_.cells))
+        place_.fail(ErrorCode::corrupt, "dimension 'num_el_in_blk" + number + "'",
+                    "there cannot be that many elements");
+      out_.blocks.push_back(block);
+    }
+  }
+
+  void describe_cells(BlockLayout& block, const std::string& number, int counts) {
+    const Variable& connect = variable(block.connectivity);
+    const auto lengths = skeleton_.shape(connect);
+    if (!is_integer(connect.type)) contradiction(connect, "holds no integers");
+    use(block.connectivity, Use::connectivity);
+    const bool by_element = !lengths.empty() && skeleton_.dimension_name(connect, 0) ==
+                                                    "num_el_in_blk" + number;
+    const std::string type = element_type_of(connect);
+    if (by_element && lengths.size() <= 2) {
+      const std::uint64_t nodes = lengths.size() == 2 ? lengths[1] : 1;
+      if (nodes > kMaxNodesPerCell)
+        place_.fail(ErrorCode::unsupported, "variable '" + connect.name + "'",
+                    "has elements of " + std::to_string(nodes) + " nodes; at most " +
+                        std::to_string(kMaxNodesPerCell) + " can be converted");
+      block.nodes_per_cell = static_cast<std::uint32_t>(nodes);
+      block.shape = shape_of(type, block.nodes_per_cell);
+      return;
+    }
+    if (lengths.size() != 1 || counts < 0 ||
+        !has_dimensions(variable(counts), {"num_el_in_blk" + number}) ||
+        !is_integer(variable(counts).type))
+      contradiction(connect, "does not have the shape of a connectivity");
+    block.counts = counts;
+    block.shape = CellShape::polygon;
+    use(counts, Use::node_counts);
+  }
+
+  void describe_polyhedra(BlockLayout& block, int counts, int faces) {
+    if (!is_integer(variable(counts).type)) contradiction(variable(counts), "holds no integers");
+    if (!is_integer(variable(faces).type)) contradiction(variable(faces), "holds no integers");
+    block.counts = counts;
+    block.faces = faces;
+    block.shape = CellShape::polyhedron;
+  }
+
+  void find_nodal_fields() {
+    const int together = skeleton_.find_variable("vals_nod_var");
+    if (together >= 0 && is_numeric(variable(together).type) &&
+        has_dimensions(variable(together), {"time_step", "num_nod_var", "num_nodes"}) &&
+        skeleton_.length_of("num_nod_var") <= kMaxComponents) {
+      const std::uint64_t fields = skeleton_.length_of("num_nod_var");
+      for (std::uint64_t i = 0; i < fields; ++i) {
+        ArrayLayout& array = add_array(Location::point, together, {}, true);
+        array.plane = static_cast<int>(i);
+        array.field = static_cast<int>(i + 1);
+      }
+      return;
+    }
+    std::map<std::uint32_t, int> fields;
+    for (std::size_t v = 0; v < skeleton_.variables.size(); ++v) {
+      const Variable& candidate = skeleton_.variables[v];
+      const std::uint32_t field = number_after(candidate.name, "vals_nod_var");
+      if (field > 0 && field < 1U << 30 && is_numeric(candidate.type) &&
+          has_dimensions(candidate, {"time_step", "num_nodes"}))
+        fields.emplace(field, static_cast<int>(v));
+    }
+    for (const auto& [field, v] : fields)
+      add_array(Location::point, v, {}, true).field = static_cast<int>(field);
+  }
+
+  void find_element_fields() {
+    std::map<std::uint32_t, std::map<std::uint32_t, int>> fields;  // field -> block -> variable
+    for (std::size_t v = 0; v < skeleton_.variables.size(); ++v) {
+      const Variable& candidate = skeleton_.variables[v];
+      const auto numbers = element_variable(candidate.name);
+      if (!numbers || numbers->first >= 1U << 30 || !is_numeric(candidate.type) ||
+          numbers->second > out_.blocks.size() ||
+          !has_dimensions(candidate,
+                          {"time_step", "num_el_in_blk" + std::to_string(numbers->second)}))
+        continue;
+      fields[numbers->first].emplace(numbers->second - 1, static_cast<int>(v));
+    }
+    for (const auto& [field, by_block] : fields) {
+      const int type = variable(by_block.begin()->second).type;
+      ArrayLayout array;
+      array.info.location = Location::cell;
+      array.info.type = scalar_of(type);
+      array.info.per_step = true;
+      array.field = static_cast<int>(field);
+      for (const auto& [block, v] : by_block) {
+        if (variable(v).type != type) continue;  // of another type: stays an extra
+        array.parts.push_back({block, v});
+        array.info.blocks.push_back(block);
+        use(v, Use::array);
+      }
+      if (array.info.blocks.size() == out_.blocks.size()) array.info.blocks.clear();
+      out_.arrays.push_back(std::move(array));
+    }
+  }
+
+  void find_other_arrays() {
+    const bool cells_agree = skeleton_.length_of("num_elem") == out_.cells;
+    for (std::size_t i = 0; i < skeleton_.variables.size(); ++i) {
+      const Variable& v = skeleton_.variables[i];
+      if (out_.uses[i] != Use::extra || v.dimensions.empty() || !is_numeric(v.type)) continue;
+      const bool stepped = skeleton_.dimension_name(v, 0) == "time_step";
+      if (stepped && v.dimensions.size() == 1) continue;
+      const std::string& entities = skeleton_.dimension_name(v, stepped ? 1 : 0);
+      const std::uint32_t block = number_after(entities, "num_el_in_blk");
+      const auto index = static_cast<int>(i);
+      const std::string role = "exodus:" + (number_after(v.name, "attrib") > 0 ? "attribute"
+                                            : v.name == "nattrb"              ? "node_attribute"
+                                                                              : v.name);
+      if (components_of(v, stepped) == 0) continue;
+      if (entities == "num_nodes")
+        add_array(Location::point, index, role, stepped);
+      else if (entities == "num_elem" && cells_agree)
+        add_array(Location::cell, index, role, stepped);
+      else if (block > 0 && block <= out_.blocks.size())
+        add_array(Location::cell, index, role, stepped, block - 1);
+    }
+  }
+
+  // 0 when there are too many.
+  std::uint32_t components_of(const Variable& v, bool stepped) const {
+    std::uint64_t product = 1;
+    for (std::size_t d = stepped ? 2 : 1; d < v.dimensions.size(); ++d) {
+      product *= std::min(skeleton_.dimensions[v.dimensions[d]].length, kMaxComponents + 1);
+      if (product > kMaxComponents) return 0;
+    }
+    return static_cast<std::uint32_t>(product);
+  }
+
+  ArrayLayout& add_array(Location location, int v, const std::string& role, bool stepped,
+                         std::uint32_t block = ArrayPart::kEverything) {
+    ArrayLayout array;
+    array.info.location = location;
+    array.info.type = scalar_of(variable(v).type);
+    array.info.per_step = stepped;
+    array.info.role = role;
+    if (!role.empty()) {
+      array.info.name = variable(v).name;
+      array.info.components = components_of(variable(v), stepped);
+    }
+    if (block != ArrayPart::kEverything && out_.blocks.size() > 1) array.info.blocks = {block};
+    array.parts.push_back({block, v});
+    use(v, Use::array);
+    out_.arrays.push_back(std::move(array));
+    return out_.arrays.back();
+  }
+
+  const Skeleton& skeleton_;
+  const Place& place_;
+  Layout out_;
+};
+
+struct Member {
+  std::string_view prefix, kind, field;
+  Reference refers;
+};
+constexpr std::array<Member, 12> kMembers{
+    {{"node_ns", "node_set", "vertices", Reference::vertex},
+     {"dist_fact_ns", "node_set", "factors", Reference::nothing},
+     {"elem_ss", "side_set", "cells", Reference::cell},
+     {"side_ss", "side_set", "sides", Reference::nothing},
+     {"dist_fact_ss", "side_set", "factors", Reference::nothing},
+     {"edge_es", "edge_set", "edges", Reference::nothing},
+     {"ornt_es", "edge_set", "sides", Reference::nothing},
+     {"dist_fact_es", "edge_set", "factors", Reference::nothing},
+     {"face_fs", "face_set", "faces", Reference::nothing},
+     {"ornt_fs", "face_set", "sides", Reference::nothing},
+     {"dist_fact_fs", "face_set", "factors", Reference::nothing},
+     {"elem_els", "elem_set", "cells", Reference::cell}}};
+
+// Appends `value` as `type`; false when the type cannot hold it.
+template <class T, class From>
+bool append_value(std::vector<std::byte>& out, From value) {
+  if constexpr (std::is_integral_v<T> && std::is_integral_v<From>)
+    if (!std::in_range<T>(value)) return false;
+  const T stored = static_cast<T>(value);
+  const auto* bytes = reinterpret_cast<const std::byte*>(&stored);
+  out.insert(out.end(), bytes, bytes + sizeof stored);
+  return true;
+}
+bool append_integer(std::vector<std::byte>& out, int type, std::int64_t value) {
+  switch (type) {
+    case NC_BYTE: return append_value<std::int8_t>(out, value);
+    case NC_SHORT: return append_value<std::int16_t>(out, value);
+    case NC_INT: return append_value<std::int32_t>(out, value);
+    case NC_INT64: return append_value<std::int64_t>(out, value);
+    default: return false;
+  }
+}
+bool append_real(std::vector<std::byte>& out, int type, double value) {
+  if (type == NC_FLOAT) return append_value<float>(out, value);
+  return type == NC_DOUBLE && append_value<double>(out, value);
+}
+
+// Values of one derived variable, row by row.
+class Deriver {
+ public:
+  Deriver(const Skeleton& skeleton, const Layout& layout, const Variable& variable,
+          const MeshInfo& info, const ExtraIndex& extras)
+      : skeleton_(skeleton), layout_(layout), variable_(variable), info_(info), extras_(extras),
+        shape_(skeleton.shape(variable)) {}
+
+  std::optional<std::vector<std::byte>> derive() {
+    const std::string& name = variable_.name;
+    const auto& blocks = info_.schema.blocks;
+    if (shape_.empty()) return std::nullopt;
+    bool good = false;
+    if (name == "eb_prop1" && is_list_of(blocks.size()))
+      good = integers([&](std::size_t i) { return std::optional(blocks[i].id); });
+    else if (name == "eb_names" && is_table_of(blocks.size()))
+      good = names([&](std::size_t i) -> const std::string& { return blocks[i].name; });
+    else if (name == "name_nod_var")
+      good = field_names(Location::point);
+    else if (name == "name_elem_var")
+      good = field_names(Location::cell);
+    else if (name == "elem_var_tab")
+      good = truth_table();
+    else if (name == "time_whole" && is_list_of(info_.step_times.size()))
+      good = std::all_of(info_.step_times.begin(), info_.step_times.end(), [&](double time) {
+        return append_real(values_, variable_.type, time);
+      });
+    else
+      good = set_table();
+    return good ? std::optional(std::move(values_)) : std::nullopt;
+  }
+
+ private:
+  bool is_list_of(std::size_t rows) const { return shape_.size() == 1 && shape_[0] == rows; }
+  bool is_table_of(std::size_t rows) const {
+    return shape_.size() == 2 && shape_[0] == rows && variable_.type == NC_CHAR &&
+           shape_[1] <= NC_MAX_NAME * 16;
+  }
+  template <class Number>
+  bool integers(Number&& number) {
+    for (std::size_t i = 0; i < shape_[0]; ++i) {
+      const std::optional<std::int64_t> value = number(i);
+      if (!value || !append_integer(values_, variable_.type, *value)) return false;
+    }
+    return true;
+  }
+  template <class Name>
+  bool names(Name&& name) {
+    values_.assign(shape_[0] * shape_[1], std::byte{0});
+    for (std::size_t i = 0; i < shape_[0]; ++i) {
+      const std::string text = name(i);
+      if (text.size() > shape_[1]) return false;
+      if (!text.empty()) std::memcpy(values_.data() + i * shape_[1], text.data(), text.size());
+    }
+    return true;
+  }
+  // The i-th field of the file must be the i-th of the mesh.
+  bool field_names(Location location) {
+    std::vector<std::string> fields;
+    for (std::size_t a = 0; a < layout_.arrays.size() && a < info_.schema.arrays.size(); ++a) {
+      const ArrayLayout& array = layout_.arrays[a];
+      if (array.field == 0 || array.info.location != location) continue;
+      fields.push_back(info_.schema.arrays[a].name);
+      if (static_cast<std::size_t>(array.field) != fields.size()) return false;
+    }
+    return is_table_of(fields.size()) &&
+           names([&](std::size_t i) -> const std::string& { return fields[i]; });
+  }
+  bool truth_table() {
+    if (shape_.size() != 2 || shape_[0] != layout_.blocks.size()) return false;
+    const std::uint64_t fields = shape_[1];
+    if (fields > skeleton_.variables.size()) return false;
+    std::vector<std::uint8_t> table(shape_[0] * fields);
+    for (const ArrayLayout& array : layout_.arrays) {
+      if (array.field == 0 || array.info.location != Location::cell) continue;
+      if (static_cast<std::uint64_t>(array.field) > fields) return false;
+      for (const ArrayPart& part : array.parts)
+        table[part.block * fields + static_cast<std::size_t>(array.field) - 1] = 1;
+    }
+    for (const std::uint8_t entry : table)
+      if (!append_integer(values_, variable_.type, entry)) return false;
+    return true;
+  }
+  bool set_table() {
+    for (const SetKind& kind : kSetKinds) {
+      if (variable_.name == std::string(kind.prefix) + "_prop1" && shape_.size() == 1)
+        return integers([&](std::size_t i) { return set_id(kind, i); });
+      if (variable_.name == std::string(kind.prefix) + "_names" && is_table_of(shape_[0]))
+        return names([&](std::size_t i) { return set_name(kind, i); });
+    }
+    return false;
+  }
+  std::optional<std::int64_t> set_id(const SetKind& kind, std::size_t index) const {
+    const Extra* extra = extras_.find(set_key(kind, index, "id"));
+    if (extra == nullptr || extra->data.size() != scalar_bytes(extra->type)) return std::nullopt;
+    if (extra->type == ScalarType::int32) {
+      std::int32_t value;
+      std::memcpy(&value, extra->data.data(), sizeof value);
+      return value;
+    }
+    if (extra->type != ScalarType::int64) return std::nullopt;
+    std::int64_t value;
+    std::memcpy(&value, extra->data.data(), sizeof value);
+    return value;
+  }
+  std::string set_name(const SetKind& kind, std::size_t index) const {
+    const Extra* extra = extras_.find(set_key(kind, index, "name"));
+    if (extra == nullptr) return {};
+    return {reinterpret_cast<const char*>(extra->data.data()), extra->data.size()};
+  }
+
+  const Skeleton& skeleton_;
+  const Layout& layout_;
+  const Variable& variable_;
+  const MeshInfo& info_;
+  const ExtraIndex& extras_;
+  std::vector<std::uint64_t> shape_;
+  std::vector<std::byte> values_;
+};
+
+}  // namespace
+
+Layout lay_out(const Skeleton& skeleton, const Place& place) {
+  return Surveyor(skeleton, place).survey();
+}
+
+void narrow_connectivity(const Skeleton& skeleton, Layout& layout, std::uint32_t block,
+                         std::uint32_t nodes) {
+  BlockLayout& cells = layout.blocks[block];
+  const Variable& connect = skeleton.variables[static_cast<std::size_t>(cells.connectivity)];
+  ArrayLayout array;
+  array.info.name = connect.name;
+  array.info.role = "exodus:connectivity";
+  array.info.location = Location::cell;
+  array.info.type = scalar_of(connect.type);
+  array.info.components = cells.nodes_per_cell - nodes;
+  if (layout.blocks.size() > 1) array.info.blocks = {block};
+  array.parts = {{block, cells.connectivity}};
+  array.column = nodes;
+  layout.arrays.push_back(std::move(array));
+  cells.nodes_per_cell = nodes;
+}
+
+std::uint32_t node_columns(const Skeleton& skeleton, const BlockLayout& block) {
+  const Variable& connect = skeleton.variables[static_cast<std::size_t>(block.connectivity)];
+  const bool bezier = element_type_of(connect).rfind("BEX_", 0) == 0;
+  return bezier ? block.nodes_per_cell / 2 : block.nodes_per_cell;
+}
+
+CellShape shape_of(std::string_view element_type, std::uint32_t nodes) {
+  struct Family {
+    std::string_view prefix;
+    CellShape shape;
+    std::array<std::uint32_t, 3> nodes;
+  };
+  // The first that fits counts. Shells and triangles by the array, as SHELL may have three nodes.
+  static constexpr std::array<Family, 16> kFamilies{{
+      {"HEX", CellShape::hexahedron, {8, 20, 27}},
+      {"TET", CellShape::tetrahedron, {4, 10, 10}},
+      {"WEDGE", CellShape::wedge, {6, 15, 18}},
+      {"PYR", CellShape::pyramid, {5, 13, 13}},
+      {"QUAD", CellShape::quad, {4, 8, 9}},
+      {"SHEL", CellShape::quad, {4, 8, 9}},
+      {"SHEL", CellShape::triangle, {3, 6, 6}},
+      {"TRI", CellShape::triangle, {3, 6, 6}},
+      {"BAR", CellShape::line, {2, 3, 3}},
+      {"BEAM", CellShape::line, {2, 3, 3}},
+      {"TRUSS", CellShape::line, {2, 3, 3}},
+      {"ROD", CellShape::line, {2, 3, 3}},
+      {"EDGE", CellShape::line, {2, 3, 3}},
+      {"SPHERE", CellShape::vertex, {1, 1, 1}},
+      {"CIRCLE", CellShape::vertex, {1, 1, 1}},
+      {"POINT", CellShape::vertex, {1, 1, 1}},
+  }};
+  const std::string type = upper_without_padding(element_type);
+  for (const Family& family : kFamilies)
+    if (type.rfind(family.prefix, 0) == 0 &&
+        std::find(family.nodes.begin(), family.nodes.end(), nodes) != family.nodes.end())
+      return family.shape;
+  // HEX9, HEX16 ...: the corners come first. With 24 nodes it would pass for VTK's.
+  if (type.rfind("HEX", 0) == 0 && nodes > 8 && nodes != 24) return CellShape::hexahedron;
+  return CellShape::other;
+}
+
+std::vector<std::uint8_t> node_places(CellShape shape, std::uint32_t nodes) {
+  std::vector<std::uint8_t> places;
+  if (nodes > 32) return places;
+  const auto identity = [&] {
+    for (std::uint8_t i = 0; i < nodes; ++i) places.push_back(i);
+  };
+  // Exodus: edges of the bottom, upright edges, edges of the top. VTK: bottom, top, upright.
+  if (shape == CellShape::hexahedron && (nodes == 20 || nodes == 27)) {
+    identity();
+    for (std::uint8_t i = 0; i < 4; ++i) {
+      places[12U + i] = static_cast<std::uint8_t>(16 + i);
+      places[16U + i] = static_cast<std::uint8_t>(12 + i);
+    }
+    if (nodes == 27) {
+      // Exodus: middle, then the faces -z +z -x +x -y +y. VTK: -x +x -y +y -z +z, then the middle.
+      constexpr std::array<std::uint8_t, 7> kLast{23, 24, 25, 26, 21, 22, 20};
+      std::copy(kLast.begin(), kLast.end(), places.begin() + 20);
+    }
+  } else if (shape == CellShape::wedge && (nodes == 15 || nodes == 18)) {
+    identity();
+    for (std::uint8_t i = 0; i < 3; ++i) {
+      places[9U + i] = static_cast<std::uint8_t>(12 + i);
+      places[12U + i] = static_cast<std::uint8_t>(9 + i);
+    }
+  }
+  return places;
+}
+
+Slab slab_of(const Skeleton& skeleton, const ArrayLayout& array, const ArrayPart& part,
+             std::uint64_t step, std::uint64_t first, std::uint64_t count) {
+  Slab slab;
+  const auto add = [&](std::size_t start, std::size_t length) {
+    slab.start.push_back(start);
+    slab.count.push_back(length);
+  };
+  if (array.info.per_step) add(step, 1);
+  if (array.plane >= 0) add(static_cast<std::size_t>(array.plane), 1);
+  add(first, count);
+  const auto shape = skeleton.shape(skeleton.variables[static_cast<std::size_t>(part.variable)]);
+  if (array.column > 0) add(array.column, shape[1] - array.column);
+  for (std::size_t d = slab.start.size(); d < shape.size(); ++d) add(0, shape[d]);
+  return slab;
+}
+
+std::string plain_key(std::string_view name) { return "exodus/variable/" + std::string(name); }
+
+std::string set_key(const SetKind& kind, std::size_t index, std::string_view field) {
+  return "exodus/" + std::string(kind.kind) + "/" + std::to_string(index) + "/" +
+         std::string(field);
+}
+
+std::string extra_key(std::string_view name) {
+  for (const Member& member : kMembers)
+    if (const std::uint32_t number = number_after(name, member.prefix); number > 0)
+      return set_key({member.kind, {}}, number - 1, member.field);
+  if (const std::uint32_t number = number_after(name, "dist_fact_els"); number > 0)
+    return set_key({"elem_set", {}}, number - 1, "factors");
+  return plain_key(name);
+}
+
+Reference reference_of(std::string_view name) {
+  for (const Member& member : kMembers)
+    if (number_after(name, member.prefix) > 0) return member.refers;
+  // Nodes of edge and face blocks, and Nemesis' lists of local nodes and elements.
+  if (number_after(name, "ebconn") > 0 || number_after(name, "fbconn") > 0 ||
+      name == "node_mapi" || name == "node_mapb" || name == "node_mape" || name == "n_comm_nids")
+    return Reference::vertex;
+  if (name == "elem_mapi" || name == "elem_mapb" || name == "e_comm_eids") return Reference::cell;
+  return Reference::nothing;
+}
+
+ExtraIndex::ExtraIndex(const std::vector<Extra>& extras) {
+  for (const Extra& extra : extras) by_key_.emplace(extra.key, &extra);
+}
+
+const Extra* ExtraIndex::find(std::string_view key) const {
+  const auto found = by_key_.find(key);
+  return found == by_key_.end() ? nullptr : found->second;
+}
+
+std::optional<std::vector<std::byte>> derived_values(const Skeleton& skeleton,
+                                                     const Layout& layout, std::size_t variable,
+                                                     const MeshInfo& info,
+                                                     const ExtraIndex& extras) {
+  return Deriver(skeleton, layout, skeleton.variables[variable], info, extras).derive();
+}
+
+std::string name_in_table(const std::vector<std::byte>& table, std::uint64_t width,
+                          std::uint64_t index) {
+  std::string_view row(reinterpret_cast<const char*>(table.data()) + index * width, width);
+  row = row.substr(0, row.find('\0'));
+  while (!row.empty() && row.back() == ' ') row.remove_suffix(1);
+  return std::string(row);
+}
+
+}  // namespace shm::converters::exodus

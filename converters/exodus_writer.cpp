@@ -1,0 +1,317 @@
+#include <netcdf.h>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "exodus.h"
+#include "exodus_foreign.h"
+#include "exodus_grouping.h"
+#include "exodus_layout.h"
+#include "exodus_skeleton.h"
+#include "failure.h"
+
+namespace shm::converters {
+namespace {
+
+using namespace exodus;
+
+// A mesh with the netCDF structure that it came with. Written through netCDF alone: opening a file
+// for writing, the Exodus library adds to old ones what they did not have.
+class SkeletonWriter {
+ public:
+  SkeletonWriter(MeshSource& mesh, const Skeleton& skeleton, const Layout& layout,
+                 const ExtraIndex& extras, const Place& place, Spool& spool)
+      : mesh_(mesh), info_(mesh.info()), skeleton_(skeleton), layout_(layout), extras_(extras),
+        place_(place), grouping_(mesh, spool, true) {}
+  ~SkeletonWriter() {
+    if (ncid_ >= 0) nc_abort(ncid_);
+  }
+  SkeletonWriter(const SkeletonWriter&) = delete;
+  SkeletonWriter& operator=(const SkeletonWriter&) = delete;
+
+  void write() {
+    check_polyhedra();
+    collect_values();
+    ncid_ = create_file(skeleton_, place_);
+    write_points();
+    write_cells();
+    for (std::size_t a = 0; a < layout_.arrays.size(); ++a) write_array(a);
+    for (std::size_t v = 0; v < skeleton_.variables.size(); ++v)
+      if (layout_.uses[v] == Use::extra) write_list(v);
+    place_.check(nc_close(std::exchange(ncid_, -1)), "closing it");
+  }
+
+ private:
+  const Variable& variable(int index) const {
+    return skeleton_.variables[static_cast<std::size_t>(index)];
+  }
+  std::string section(int index) const { return "variable '" + variable(index).name + "'"; }
+
+  // Faces of polyhedra are a list in cell order, which does not follow when cells move.
+  void check_polyhedra() const {
+    for (const BlockLayout& block : layout_.blocks)
+      if (block.faces >= 0 && info_.schema.order == Order::stream && info_.schema.delay > 0)
+        place_.fail(ErrorCode::unsupported, "polyhedra",
+                    "their faces cannot be told after cells have been reordered");
+  }
+
+  const Extra* extra_of(const Variable& one) const {
+    const Extra* extra = extras_.find(extra_key(one.name));
+    return extra != nullptr ? extra : extras_.find(plain_key(one.name));
+  }
+
+  // Whatever is missing is told before anything is written.
+  void collect_values() const {
+    for (std::size_t v = 0; v < skeleton_.variables.size(); ++v) {
+      const Variable& one = skeleton_.variables[v];
+      const std::uint64_t size = skeleton_.size(one);
+      if (layout_.uses[v] != Use::extra || size == 0) continue;
+      const Extra* extra = extra_of(one);
+      if (extra == nullptr) {
+        if (!derived_values(skeleton_, layout_, v, info_, extras_))
+          place_.fail(ErrorCode::corrupt, "variable '" + one.name + "'",
+                      "the mesh has no values for it");
+        continue;
+      }
+      const std::size_t bytes = scalar_bytes(scalar_of(one.type));
+      const auto zeros = static_cast<std::uint64_t>(
+          std::count(extra->data.begin(), extra->data.end(), std::byte{0}));
+      const bool fits = one.type == NC_STRING
+                            ? zeros == size && extra->data.back() == std::byte{0}
+                            : extra->data.size() / bytes == size && extra->data.size() % bytes == 0;
+      if (extra->type != scalar_of(one.type) || !fits)
+        place_.fail(ErrorCode::corrupt, "extra '" + extra->key + "'",
+                    "its values do not fit variable '" + one.name + "'");
+    }
+  }
+
+  template <class Real>
+  void write_points_as() {
+    const auto put = [&](int v, const Slab& slab, const Real* values) {
+      if constexpr (std::is_same_v<Real, float>)
+        return nc_put_vara_float(ncid_, v, slab.start.data(), slab.count.data(), values);
+      else
+        return nc_put_vara_double(ncid_, v, slab.start.data(), slab.count.data(), values);
+    };
+    std::vector<Real> xyz, axis;
+    for (std::uint64_t first = 0; first < info_.vertices; first += kPieceElements) {
+      const std::uint64_t count = std::min(kPieceElements, info_.vertices - first);
+      xyz.resize(3 * count);
+      axis.resize(count);
+      mesh_.read_points(first, count, reinterpret_cast<std::byte*>(xyz.data()));
+      for (std::size_t c = 0; c < 3; ++c) {
+        const int v = layout_.coordinates[c];
+        if (v < 0) continue;
+        for (std::uint64_t i = 0; i < count; ++i) axis[i] = xyz[3 * i + c];
+        Slab slab{{first}, {count}};
+        if (layout_.coordinates_together) slab = {{c, first}, {1, count}};
+        place_.check(put(v, slab, axis.data()), section(v));
+      }
+    }
+  }
+  void write_points() {
+    if (info_.schema.coordinate_type == ScalarType::float32)
+      write_points_as<float>();
+    else
+      write_points_as<double>();
+  }
+
+  void write_cells() {
+    std::vector<std::uint64_t> next_node(layout_.blocks.size(), 0);
+    std::vector<long long> nodes;
+    grouping_.deal_cells(mesh_, [&](std::uint32_t b, std::uint64_t first, std::uint64_t cells,
+                                    const std::vector<std::uint64_t>& corners,
+                                    const std::vector<std::uint32_t>& sizes) {
+      const BlockLayout& block = layout_.blocks[b];
+      if (block.connectivity < 0 || block.faces >= 0) return;
+      nodes.resize(corners.size());
+      const auto places = node_places(block.shape, block.nodes_per_cell);
+      const std::size_t width = places.empty() ? 1 : places.size();
+      for (std::size_t begin = 0; begin < corners.size(); begin += width)
+        for (std::size_t i = 0; i < width; ++i)
+          nodes[begin + (places.empty() ? i : places[i])] =
+              static_cast<long long>(corners[begin + i]) + 1;
+      Slab slab{{first}, {cells}};
+      if (block.counts >= 0) {
+        const std::vector<long long> counts(sizes.begin(), sizes.end());
+        place_.check(nc_put_vara_longlong(ncid_, block.counts, slab.start.data(),
+                                          slab.count.data(), counts.data()),
+                     section(block.counts));
+        if (corners.size() > skeleton_.size(variable(block.connectivity)) - next_node[b])
+          place_.fail(ErrorCode::corrupt, section(block.connectivity),
+                      "the mesh has more polygon nodes than it has room for");
+        slab = {{next_node[b]}, {corners.size()}};
+        next_node[b] += corners.size();
+      } else if (variable(block.connectivity).dimensions.size() == 2) {
+        slab = {{first, 0}, {cells, block.nodes_per_cell}};
+      }
+      if (!nodes.empty())
+        place_.check(nc_put_vara_longlong(ncid_, block.connectivity, slab.start.data(),
+                                          slab.count.data(), nodes.data()),
+                     section(block.connectivity));
+    });
+  }
+
+  void write_array(std::size_t index) {
+    const ArrayLayout& array = layout_.arrays[index];
+    const std::uint64_t steps = array.info.per_step ? layout_.steps : 1;
+    const std::size_t stride = info_.array_stride(index);
+    if (stride == 0) return;
+    const auto put = [&](const ArrayPart& part, std::uint64_t step, std::uint64_t first,
+                         std::uint64_t count, const std::byte* values) {
+      const Slab slab = slab_of(skeleton_, array, part, step, first, count);
+      place_.check(
+          nc_put_vara(ncid_, part.variable, slab.start.data(), slab.count.data(), values),
+          section(part.variable));
+    };
+    for (std::uint64_t step = 0; step < steps; ++step) {
+      if (array.info.location == Location::cell) {
+        grouping_.deal_values(mesh_, index, step,
+                              [&](std::uint32_t group, std::uint64_t first, std::uint64_t count,
+                                  const std::byte* values) {
+                                const ArrayPart& part = part_of(array, group);
+                                if (part.block == ArrayPart::kEverything)
+                                  first += grouping_.groups()[group].first_cell;
+                                put(part, step, first, count, values);
+                              });
+        continue;
+      }
+      std::vector<std::byte> values;
+      for (std::uint64_t first = 0; first < info_.vertices; first += kPieceElements) {
+        const std::uint64_t count = std::min(kPieceElements, info_.vertices - first);
+        values.resize(count * stride);
+        mesh_.read_array(index, step, first, count, values.data());
+        put(array.parts.front(), step, first, count, values.data());
+      }
+    }
+  }
+  // The part of an array that has the cells of `block`, which it covers.
+  static const ArrayPart& part_of(const ArrayLayout& array, std::uint32_t block) {
+    if (array.parts.front().block == ArrayPart::kEverything) return array.parts.front();
+    return *std::lower_bound(
+        array.parts.begin(), array.parts.end(), block,
+        [](const ArrayPart& part, std::uint32_t wanted) { return part.block < wanted; });
+  }
+
+  // An extra, or what follows from the rest of the mesh.
+  void write_list(std::size_t v) {
+    const Variable& one = skeleton_.variables[v];
+    if (skeleton_.size(one) == 0) return;
+    const auto lengths = skeleton_.shape(one);
+    const std::vector<std::size_t> start(lengths.size(), 0), count(lengths.begin(), lengths.end());
+    const Extra* extra = extra_of(one);
+    std::vector<std::byte> values =
+        extra != nullptr ? extra->data
+                         : *derived_values(skeleton_, layout_, v, info_, extras_);
+    const auto id = static_cast<int>(v);
+    if (one.type == NC_STRING) {
+      std::vector<const char*> texts;
+      const auto* text = reinterpret_cast<const char*>(values.data());
+      for (std::uint64_t i = 0; i < skeleton_.size(one); ++i) {
+        texts.push_back(text);
+        text += std::strlen(text) + 1;
+      }
+      place_.check(nc_put_vara_string(ncid_, id, start.data(), count.data(), texts.data()),
+                   section(id));
+      return;
+    }
+    if (extra != nullptr && extra->refers != Reference::nothing) {
+      if (extra->type == ScalarType::int32)
+        count_from_one<std::int32_t>(values, *extra);
+      else
+        count_from_one<std::int64_t>(values, *extra);
+    }
+    place_.check(nc_put_vara(ncid_, id, start.data(), count.data(), values.data()), section(id));
+  }
+
+  template <class T>
+  void count_from_one(std::vector<std::byte>& values, const Extra& extra) {
+    const bool cells = extra.refers == Reference::cell;
+    const std::uint64_t count = cells ? info_.cells() : info_.vertices;
+    for (std::size_t at = 0; at + sizeof(T) <= values.size(); at += sizeof(T)) {
+      T value;
+      std::memcpy(&value, values.data() + at, sizeof value);
+      if (value >= 0) {
+        if (std::cmp_greater_equal(value, count))
+          place_.fail(ErrorCode::corrupt, "extra '" + extra.key + "'",
+                      "refers to number " + std::to_string(value) + " of " +
+                          std::to_string(count));
+        if (cells) value = static_cast<T>(grouping_.position(static_cast<std::uint64_t>(value)));
+      }
+      ++value;
+      std::memcpy(values.data() + at, &value, sizeof value);
+    }
+  }
+
+  MeshSource& mesh_;
+  const MeshInfo& info_;
+  const Skeleton& skeleton_;
+  const Layout& layout_;
+  const ExtraIndex& extras_;
+  const Place& place_;
+  CellGrouping grouping_;
+  int ncid_ = -1;
+};
+
+// The mesh knows which columns of a connectivity are nodes.
+void narrow_as(const MeshInfo& info, const Skeleton& skeleton, Layout& layout) {
+  const std::size_t count = std::min(info.schema.blocks.size(), layout.blocks.size());
+  for (std::uint32_t b = 0; b < count; ++b) {
+    const BlockLayout& block = layout.blocks[b];
+    const std::uint32_t nodes = info.schema.blocks[b].nodes_per_cell;
+    const bool rows = block.shape == CellShape::other && block.connectivity >= 0;
+    if (rows && nodes > 0 && nodes < block.nodes_per_cell)
+      narrow_connectivity(skeleton, layout, b, nodes);
+  }
+}
+
+// Whether the mesh still has the parts that the structure tells of.
+bool fits(const MeshInfo& info, const Layout& layout) {
+  const Schema& schema = info.schema;
+  if (info.vertices != layout.vertices || info.step_times.size() != layout.steps ||
+      schema.coordinate_type != layout.coordinate_type ||
+      schema.blocks.size() != layout.blocks.size() ||
+      schema.arrays.size() != layout.arrays.size())
+    return false;
+  for (std::size_t b = 0; b < layout.blocks.size(); ++b)
+    if (schema.blocks[b].shape != layout.blocks[b].shape ||
+        schema.blocks[b].nodes_per_cell != layout.blocks[b].nodes_per_cell ||
+        info.block_cells[b] != layout.blocks[b].cells)
+      return false;
+  for (std::size_t a = 0; a < layout.arrays.size(); ++a) {
+    ArrayInfo bare = schema.arrays[a];
+    bare.name = layout.arrays[a].info.name;
+    bare.quantization = {};
+    if (bare != layout.arrays[a].info) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+void write_exodus(MeshSource& mesh, const std::string& path) {
+  const MeshInfo& info = mesh.info();
+  const Place place{path, ErrorCode::output};
+  Spool spool(std::filesystem::path(path).parent_path().string(), std::size_t{8} << 20);
+  const ExtraIndex extras(info.extras);
+  const Extra* text = extras.find("exodus/skeleton");
+  if (info.schema.source_format == "exodus" && text != nullptr) {
+    const Skeleton skeleton = from_text(
+        {reinterpret_cast<const char*>(text->data.data()), text->data.size()}, place);
+    Layout layout = lay_out(skeleton, place);
+    narrow_as(info, skeleton, layout);
+    if (fits(info, layout)) {
+      SkeletonWriter(mesh, skeleton, layout, extras, place, spool).write();
+      return;
+    }
+  }
+  write_foreign(mesh, path, spool);
+}
+
+}  // namespace shm::converters

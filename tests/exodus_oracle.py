@@ -1,0 +1,115 @@
+#!/usr/bin/env python3
+"""Are two Exodus II files equal? Told by netCDF's own ncdump, independently of our code.
+
+usage: exodus_oracle.py A B
+
+Compares the kind of netCDF file, all dimensions, variables, attributes and values; the order in
+which they are defined does not matter. No name is ignored. Numbers are printed with enough digits
+to tell all of them apart, except the bits inside a NaN.
+Exit code: 0 equal, 1 different (the differences are printed), 2 a file cannot be read.
+"""
+import re
+import subprocess
+import sys
+
+DIGITS = "9,17"  # enough for every float and double
+
+
+def run(*command):
+    result = subprocess.run(command, capture_output=True, text=True, errors="surrogateescape")
+    if result.returncode != 0:
+        print(f"{' '.join(command)}: {result.stderr.strip()}")
+        sys.exit(2)
+    return result.stdout
+
+
+def statements(text):
+    """Splits CDL at semicolons and section heads, respecting strings and comments."""
+    token = re.compile(r'"(?:[^"\\]|\\.)*"|//[^\n]*|;|[^";/]+|/', re.DOTALL)
+    current = []
+    for match in token.finditer(text):
+        piece = match.group()
+        if piece.startswith("//"):
+            # The length of an unlimited dimension stands in a comment.
+            if "currently" in piece:
+                yield "length " + piece
+            continue
+        if piece == ";":
+            yield "".join(current).strip()
+            current = []
+        else:
+            current.append(piece)
+
+
+def contents(path):
+    """{what: text} of everything in a file."""
+    text = run("ncdump", "-p", DIGITS, path)
+    text = text[text.index("{") + 1:text.rindex("}")]
+    found = {"kind": run("ncdump", "-k", path).strip()}
+    section, last_dimension = "", ""
+    for statement in statements(text):
+        head = re.match(r"(dimensions|variables|data|group):", statement)
+        if head:
+            section = head.group(1)
+            statement = statement[head.end():].strip()
+        if not statement:
+            continue
+        if statement.startswith("length "):
+            found[f"length of {last_dimension}"] = statement
+            continue
+        if section == "dimensions" and "=" in statement and not statement.startswith(":"):
+            last_dimension = statement.split("=")[0].strip()
+            found[f"dimension {last_dimension}"] = " ".join(statement.split())
+            continue
+        name, equals, value = statement.partition(" =")
+        if section == "data" and equals:
+            found[f"values of {name.strip()}"] = value if '"' in value else " ".join(value.split())
+        elif equals and ":" in name:
+            found[f"attribute {name.strip()}"] = value.strip()
+        else:
+            declared = re.match(r"(\S+)\s+(\S+?)\s*(\(.*\))?$", statement, re.DOTALL)
+            if declared is None:
+                found[f"statement {statement}"] = ""
+            else:
+                found[f"variable {declared.group(2)}"] = " ".join(statement.split())
+    return found
+
+
+def shorten(text):
+    return text if len(text) < 200 else text[:200] + "..."
+
+
+def first_difference(a, b):
+    """Where long values differ."""
+    left, right = a.split(","), b.split(",")
+    if len(left) != len(right):
+        return f"{len(left)} against {len(right)} values"
+    for i, (x, y) in enumerate(zip(left, right)):
+        if x != y:
+            return f"value {i}: {shorten(x.strip())} against {shorten(y.strip())}"
+    return ""
+
+
+def main():
+    if len(sys.argv) != 3:
+        print(__doc__)
+        sys.exit(2)
+    a, b = contents(sys.argv[1]), contents(sys.argv[2])
+    differences = []
+    for what in sorted(a.keys() | b.keys()):
+        if what not in b:
+            differences.append(f"{what}: only in the first file")
+        elif what not in a:
+            differences.append(f"{what}: only in the second file")
+        elif a[what] != b[what]:
+            detail = (first_difference(a[what], b[what]) if what.startswith("values")
+                      else f"{shorten(a[what])} against {shorten(b[what])}")
+            differences.append(f"{what}: {detail}")
+    for line in differences[:20]:
+        print(line)
+    if len(differences) > 20:
+        print(f"... and {len(differences) - 20} more differences")
+    sys.exit(1 if differences else 0)
+
+
+main()
