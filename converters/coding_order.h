@@ -1,0 +1,116 @@
+// CodingOrderLog: remembers in which order a Writer codes vertices and cells, and what follows
+// from it: the order of step values, and the new numbers of a mesh in Order::stream.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "mesh_source.h"
+#include "number_table.h"
+#include "shm/writer.h"
+#include "spool.h"
+
+namespace shm::converters {
+
+// A long list of numbers, written front to back and read in pieces.
+class NumberList {
+ public:
+  explicit NumberList(Spool& spool) : paged_(spool, sizeof(std::uint64_t)) {}
+  void push_back(std::uint64_t number) {
+    tail_.push_back(number);
+    if (tail_.size() == kTail) flush();
+  }
+  std::uint64_t size() const { return paged_.size() + tail_.size(); }
+  // `count` numbers from number `first`.
+  void read(std::uint64_t first, std::uint64_t count, std::vector<std::uint64_t>& out) {
+    flush();
+    out.resize(count);
+    paged_.read(first, count, reinterpret_cast<std::byte*>(out.data()));
+  }
+  // Calls visit(position, number) for all of them.
+  template <class Visit>
+  void for_each(Visit&& visit) {
+    std::vector<std::uint64_t> piece;
+    const std::uint64_t end = size();
+    for (std::uint64_t first = 0; first < end; first += piece.size()) {
+      read(first, std::min<std::uint64_t>(kTail, end - first), piece);
+      for (std::size_t i = 0; i < piece.size(); ++i) visit(first + i, piece[i]);
+    }
+  }
+
+ private:
+  static constexpr std::size_t kTail = 8192;
+  void flush() {
+    if (tail_.empty()) return;
+    paged_.append(tail_.size(), reinterpret_cast<const std::byte*>(tail_.data()));
+    tail_.clear();
+  }
+  PagedArray paged_;
+  std::vector<std::uint64_t> tail_;
+};
+
+class CodingOrderLog final : public CodingOrder {
+ public:
+  explicit CodingOrderLog(Spool& spool, bool with_cells = true)
+      : with_cells_(with_cells), vertices_(spool), cells_(spool) {}
+  void vertex(std::uint64_t number) override { note(vertices_, number); }
+  void cell(std::uint64_t number) override {
+    if (with_cells_) note(cells_, number);
+  }
+  // Throws what went wrong inside a Writer call, where nothing may be thrown.
+  void check() const {
+    if (failure_) std::rethrow_exception(failure_);
+  }
+  NumberList& vertices() { return vertices_; }
+  NumberList& cells() { return cells_; }
+
+ private:
+  void note(NumberList& list, std::uint64_t number) {
+    if (failure_) return;
+    try {
+      list.push_back(number);
+    } catch (...) {
+      failure_ = std::current_exception();
+    }
+  }
+  bool with_cells_;
+  NumberList vertices_, cells_;
+  std::exception_ptr failure_;
+};
+
+// Where step values of cell arrays come from when cells are coded out of file order: for each
+// set of covered blocks, the element numbers (ranks among the covered cells in file order) in
+// coding order.
+class CoveredOrder {
+ public:
+  // Borrows all three. `cell_order`: cell numbers in coding order.
+  CoveredOrder(MeshSource& mesh, NumberList& cell_order, Spool& spool)
+      : mesh_(&mesh), cell_order_(&cell_order), spool_(&spool) {}
+  NumberList& elements(std::size_t array);
+
+ private:
+  MeshSource* mesh_;
+  NumberList* cell_order_;
+  Spool* spool_;
+  std::map<std::vector<std::uint32_t>, std::unique_ptr<NumberList>> lists_;
+};
+
+// position[number] for a list of numbers below `size`. Throws corrupt unless the list holds each
+// number below `size` exactly once; `what` names them in the complaint.
+NumberTable invert(NumberList& order, std::uint64_t size, const char* what, Spool& spool);
+
+// From old numbers to new ones; empty: numbers stay.
+struct Renumbering {
+  std::function<std::uint64_t(std::uint64_t)> vertex, cell;
+  std::uint64_t vertices = 0, cells = 0;
+};
+// `extra` with its references in new numbers. Negative ones, and those that name nothing, stay.
+Extra renumbered(Extra extra, const Renumbering& to);
+
+}  // namespace shm::converters

@@ -1,0 +1,540 @@
+#include "compare.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "coding_order.h"
+#include "compress.h"
+#include "decompress.h"
+#include "page_cache.h"
+
+namespace shm::converters {
+namespace {
+
+constexpr std::uint64_t kPieceElements = 16384;
+constexpr std::size_t kBatchCells = 8192;
+constexpr std::size_t kCacheBytes = std::size_t{32} << 20;
+
+template <class T>
+T load(const std::byte* from) {
+  T value;
+  std::memcpy(&value, from, sizeof value);
+  return value;
+}
+
+double as_real(const std::byte* value, ScalarType type) {
+  return type == ScalarType::float32 ? static_cast<double>(load<float>(value))
+                                     : load<double>(value);
+}
+
+template <class T>
+std::string number_text(T value) {
+  char text[64];
+  return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
+
+// Shortest decimal; for what decimals do not tell apart also the bits, as in "nan (0x7fc00000)".
+template <class Real, class Bits>
+std::string real_text(const std::byte* from) {
+  const Real value = load<Real>(from);
+  if (!std::isnan(value)) return number_text(value);
+  char text[32];
+  return "nan (0x" + std::string(text, std::to_chars(text, text + 32, load<Bits>(from), 16).ptr) +
+         ")";
+}
+
+std::string value_text(const std::byte* value, ScalarType type) {
+  switch (type) {
+    case ScalarType::int8: return number_text(load<std::int8_t>(value));
+    case ScalarType::uint8: return number_text(load<std::uint8_t>(value));
+    case ScalarType::int16: return number_text(load<std::int16_t>(value));
+    case ScalarType::uint16: return number_text(load<std::uint16_t>(value));
+    case ScalarType::int32: return number_text(load<std::int32_t>(value));
+    case ScalarType::uint32: return number_text(load<std::uint32_t>(value));
+    case ScalarType::int64: return number_text(load<std::int64_t>(value));
+    case ScalarType::uint64: return number_text(load<std::uint64_t>(value));
+    case ScalarType::float32: return real_text<float, std::uint32_t>(value);
+    case ScalarType::float64: return real_text<double, std::uint64_t>(value);
+  }
+  return "?";
+}
+
+// Cells one by one, however a source cuts its batches.
+class CellCursor {
+ public:
+  explicit CellCursor(MeshSource& mesh) : mesh_(&mesh) { mesh.rewind_cells(); }
+  bool next() {
+    if (++at_ < batch_.size()) return true;
+    at_ = 0;
+    return mesh_->next_cells(batch_, kBatchCells) && batch_.size() > 0;
+  }
+  std::uint32_t block() const { return batch_.blocks[at_]; }
+  std::span<const std::uint64_t> corners() const { return batch_.cell(at_); }
+
+ private:
+  MeshSource* mesh_;
+  CellBatch batch_;
+  std::size_t at_ = 0;
+};
+
+std::string corners_text(std::span<const std::uint64_t> corners) {
+  std::string text = "(";
+  for (std::size_t i = 0; i < corners.size() && i < 32; ++i)
+    text += (i > 0 ? " " : "") + std::to_string(corners[i]);
+  return text + (corners.size() > 32 ? " ...)" : ")");
+}
+
+// A run of values on both sides.
+struct Column {
+  std::string what;     // "coordinates" or "array 'T', step 3"
+  std::string element;  // "vertex", "cell" or "element"
+  ScalarType type;
+  std::uint32_t components;
+  std::uint64_t elements;
+  Quantization quantization;
+  PageCache::Fetch source, restored;
+};
+
+class Comparison {
+ public:
+  Comparison(MeshSource& source, MeshSource& restored, Spool& spool, const Progress& progress)
+      : source_(&source), restored_(&restored), spool_(&spool), progress_(progress) {}
+
+  CompareReport run() {
+    compare_structure();
+    if (!same_counts_) return std::move(report_);
+    const Schema& schema = restored_->info().schema;
+    as_mesh_ = schema.order == Order::stream && source_->info().schema.order == Order::keep;
+    if (as_mesh_ && !same_numbering() && !same_within_blocks()) find_renumbering();
+    compare_points();
+    compare_cells();
+    for (std::size_t a = 0; same_arrays_ && a < schema.arrays.size(); ++a) compare_array(a);
+    compare_extras();
+    return std::move(report_);
+  }
+
+ private:
+  void differ(const std::string& sentence) {
+    if (report_.differences++ < kDifferencesInWords) report_.first.push_back(sentence);
+  }
+  void differ(const std::string& where, const std::string& source, const std::string& restored) {
+    differ(where + ": " + source + " in the source, " + restored + " in the restored mesh");
+  }
+  bool same_count(const std::string& what, std::uint64_t source, std::uint64_t restored) {
+    if (source == restored) return true;
+    differ("number of " + what, std::to_string(source), std::to_string(restored));
+    return false;
+  }
+
+  void compare_structure();
+  void compare_block_lists();
+  void compare_array_lists();
+  bool same_numbering();
+  bool same_within_blocks();
+  void find_renumbering();
+  void follow(NumberList* vertices, NumberList* cells);
+  void compare_points();
+  void compare_cells();
+  void compare_cell(std::uint64_t number, std::uint32_t source_block,
+                    std::span<const std::uint64_t> source_corners, std::uint32_t block,
+                    std::span<const std::uint64_t> corners);
+  bool same_corners(std::span<const std::uint64_t> source, std::uint32_t block);
+  void compare_array(std::size_t array);
+  void compare_column(const Column& column, NumberList* order);
+  void compare_values(const Column& column, std::uint64_t first, std::uint64_t count,
+                      const std::byte* source, const std::byte* restored, MeasuredError* measured);
+  MeasuredError* measured_error(const Column& column, const std::string& name);
+  void compare_extras();
+  void compare_extra(const Extra& source, const Extra& restored);
+
+  MeshSource* source_;
+  MeshSource* restored_;
+  Spool* spool_;
+  const Progress& progress_;
+  CompareReport report_;
+  bool same_counts_ = true, same_arrays_ = true;
+  bool as_mesh_ = false;  // the restored mesh is in Order::stream, the source is not
+
+  // A guess about how the restored mesh is numbered, checked like anything else: the source's
+  // number of each restored vertex and cell. Null: the same.
+  NumberList* vertex_order_ = nullptr;
+  NumberList* cell_order_ = nullptr;
+  std::optional<NumberTable> source_vertex_;       // of a restored vertex
+  std::optional<NumberTable> position_of_vertex_;  // of a source vertex; exists: a bijection
+  std::optional<NumberTable> position_of_cell_;
+  std::unique_ptr<CoveredOrder> covered_;
+  std::unique_ptr<CodingOrderLog> log_;   // where the guess comes from, or
+  std::unique_ptr<NumberList> by_block_;  // the source has the cells of each block together
+  std::vector<std::uint64_t> mapped_;     // corners of a restored cell in source numbers
+};
+
+void Comparison::compare_structure() {
+  const MeshInfo& a = source_->info();
+  const MeshInfo& b = restored_->info();
+  if (a.schema.source_format != b.schema.source_format)
+    differ("source format", a.schema.source_format, b.schema.source_format);
+  if (a.schema.coordinate_type != b.schema.coordinate_type) {
+    differ("coordinate type", std::string(scalar_name(a.schema.coordinate_type)),
+           std::string(scalar_name(b.schema.coordinate_type)));
+    same_counts_ = false;
+  }
+  same_counts_ &= same_count("vertices", a.vertices, b.vertices);
+  same_counts_ &= same_count("cells", a.cells(), b.cells());
+  compare_block_lists();
+  compare_array_lists();
+  if (!same_count("time steps", a.step_times.size(), b.step_times.size())) {
+    same_arrays_ = false;
+  } else {
+    for (std::size_t s = 0; s < a.step_times.size(); ++s)
+      if (std::memcmp(&a.step_times[s], &b.step_times[s], sizeof(double)) != 0)
+        differ("time of step " + std::to_string(s), number_text(a.step_times[s]),
+               number_text(b.step_times[s]));
+  }
+}
+
+void Comparison::compare_block_lists() {
+  const MeshInfo& a = source_->info();
+  const MeshInfo& b = restored_->info();
+  if (!same_count("blocks", a.schema.blocks.size(), b.schema.blocks.size())) {
+    same_counts_ = false;
+    return;
+  }
+  const auto text = [](const BlockInfo& block) {
+    return "id " + std::to_string(block.id) + ", '" + block.name + "', " +
+           std::string(shape_name(block.shape)) + " of " + std::to_string(block.nodes_per_cell);
+  };
+  for (std::size_t i = 0; i < a.schema.blocks.size(); ++i) {
+    if (a.schema.blocks[i] != b.schema.blocks[i])
+      differ("block " + std::to_string(i), text(a.schema.blocks[i]), text(b.schema.blocks[i]));
+    same_counts_ &=
+        same_count("cells of block " + std::to_string(i), a.block_cells[i], b.block_cells[i]);
+  }
+}
+
+void Comparison::compare_array_lists() {
+  const auto& a = source_->info().schema.arrays;
+  const auto& b = restored_->info().schema.arrays;
+  if (!same_count("arrays", a.size(), b.size())) {
+    same_arrays_ = false;
+    return;
+  }
+  const auto text = [](const ArrayInfo& array) {
+    return "'" + array.name + "' (" + (array.location == Location::point ? "point" : "cell") +
+           " data, " + std::to_string(array.components) + " x " +
+           std::string(scalar_name(array.type)) + (array.per_step ? " per step" : "") +
+           (array.role.empty() ? "" : ", " + array.role) + ", on " +
+           (array.blocks.empty() ? "all" : std::to_string(array.blocks.size())) + " blocks)";
+  };
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    ArrayInfo plain = b[i];
+    plain.quantization = a[i].quantization;
+    if (a[i] == plain) continue;
+    differ("array " + std::to_string(i), text(a[i]), text(b[i]));
+    same_arrays_ = false;
+  }
+}
+
+// Whether the cells are the same without any renumbering, as in a file that was made of the
+// restored mesh. Stops at the first difference.
+bool Comparison::same_numbering() {
+  CellCursor source(*source_), restored(*restored_);
+  while (source.next() && restored.next()) {
+    mapped_.assign(restored.corners().begin(), restored.corners().end());
+    if (source.block() != restored.block() || !same_corners(source.corners(), source.block()))
+      return false;
+  }
+  return true;
+}
+
+// Whether the cells are the same when those of each block are taken by themselves: a format that
+// stores one block after the other moves cells, but no vertices.
+bool Comparison::same_within_blocks() {
+  const MeshInfo& info = source_->info();
+  if (restored_->info().schema.delay == 0 || info.block_cells.size() < 2) return false;
+  std::vector<std::uint64_t> next;  // place of the next cell of each block in source_cell
+  for (std::uint64_t sum = 0; const std::uint64_t count : info.block_cells) {
+    next.push_back(sum);
+    sum += count;
+  }
+  const std::vector<std::uint64_t> begin = next;
+  NumberTable source_cell(*spool_, info.cells());
+  CellStore store(*spool_);
+  for (CellCursor source(*source_); source.next();) {
+    source_cell.set(next[source.block()]++, store.size());
+    store.append(source.block(), source.corners());
+  }
+  next = begin;
+  by_block_ = std::make_unique<NumberList>(*spool_);
+  CellBatch one;
+  for (CellCursor restored(*restored_); restored.next();) {
+    const std::uint64_t number = source_cell.get(next[restored.block()]++);
+    one.clear();
+    store.read(number, one);
+    mapped_.assign(restored.corners().begin(), restored.corners().end());
+    if (!same_corners(one.cell(0), restored.block())) return false;
+    by_block_->push_back(number);
+  }
+  follow(nullptr, by_block_.get());
+  return true;
+}
+
+void Comparison::find_renumbering() {
+  if (progress_) progress_("finding the renumbering", 0, 1);
+  log_ = std::make_unique<CodingOrderLog>(*spool_);
+  replay_coding_order(*source_, restored_->info().schema, *log_, *spool_);
+  log_->check();
+  follow(&log_->vertices(), restored_->info().schema.delay > 0 ? &log_->cells() : nullptr);
+}
+
+// Takes up a guess. Throws when it is no bijection.
+void Comparison::follow(NumberList* vertices, NumberList* cells) {
+  const MeshInfo& info = source_->info();
+  vertex_order_ = vertices;
+  cell_order_ = cells;
+  if (vertices != nullptr) {
+    position_of_vertex_ = invert(*vertices, info.vertices, "vertex", *spool_);
+    source_vertex_.emplace(*spool_, info.vertices);
+    vertices->for_each(
+        [&](std::uint64_t at, std::uint64_t number) { source_vertex_->set(at, number); });
+  }
+  if (cells != nullptr) {
+    position_of_cell_ = invert(*cells, info.cells(), "cell", *spool_);
+    covered_ = std::make_unique<CoveredOrder>(*source_, *cells, *spool_);
+  }
+}
+
+void Comparison::compare_points() {
+  const MeshInfo& info = restored_->info();
+  Column column{"coordinates",
+                "vertex",
+                info.schema.coordinate_type,
+                3,
+                info.vertices,
+                info.schema.coordinate_quantization,
+                [&](std::uint64_t first, std::uint64_t count, std::byte* out) {
+                  source_->read_points(first, count, out);
+                },
+                [&](std::uint64_t first, std::uint64_t count, std::byte* out) {
+                  restored_->read_points(first, count, out);
+                }};
+  compare_column(column, vertex_order_);
+}
+
+void Comparison::compare_cells() {
+  const std::uint64_t cells = restored_->info().cells();
+  CellCursor restored(*restored_);
+  if (cell_order_ == nullptr) {
+    CellCursor source(*source_);
+    for (std::uint64_t i = 0; i < cells && source.next() && restored.next(); ++i)
+      compare_cell(i, source.block(), source.corners(), restored.block(), restored.corners());
+    return;
+  }
+  CellStore store(*spool_);
+  for (CellCursor source(*source_); source.next();) store.append(source.block(), source.corners());
+  CellBatch one;
+  cell_order_->for_each([&](std::uint64_t at, std::uint64_t number) {
+    if (!restored.next()) return;
+    one.clear();
+    store.read(number, one);
+    compare_cell(at, one.blocks[0], one.cell(0), restored.block(), restored.corners());
+  });
+}
+
+void Comparison::compare_cell(std::uint64_t number, std::uint32_t source_block,
+                              std::span<const std::uint64_t> source_corners, std::uint32_t block,
+                              std::span<const std::uint64_t> corners) {
+  if (source_block != block)
+    return differ("block of cell " + std::to_string(number), std::to_string(source_block),
+                  std::to_string(block));
+  mapped_.assign(corners.begin(), corners.end());
+  if (source_vertex_)
+    for (std::uint64_t& v : mapped_) v = source_vertex_->get(v);
+  if (!same_corners(source_corners, block))
+    differ("corners of cell " + std::to_string(number), corners_text(source_corners),
+           corners_text(mapped_));
+}
+
+bool Comparison::same_corners(std::span<const std::uint64_t> source, std::uint32_t block) {
+  if (std::equal(source.begin(), source.end(), mapped_.begin(), mapped_.end())) return true;
+  const Schema& schema = restored_->info().schema;
+  const BlockInfo& info = schema.blocks[block];
+  if (!as_mesh_ || schema.corner_order || info.shape != CellShape::hexahedron ||
+      source.size() != 8 || mapped_.size() != 8)
+    return false;
+  return std::any_of(hexahedron_rotations().begin(), hexahedron_rotations().end(),
+                     [&](const auto& rotation) {
+                       for (std::size_t c = 0; c < 8; ++c)
+                         if (mapped_[c] != source[rotation[c]]) return false;
+                       return true;
+                     });
+}
+
+void Comparison::compare_array(std::size_t array) {
+  const MeshInfo& info = restored_->info();
+  const ArrayInfo& data = info.schema.arrays[array];
+  NumberList* order = vertex_order_;
+  if (data.location == Location::cell)
+    order = cell_order_ != nullptr ? &covered_->elements(array) : nullptr;
+  const std::uint64_t steps = data.per_step ? info.step_times.size() : 1;
+  for (std::uint64_t step = 0; step < steps; ++step) {
+    const auto from = [array, step](MeshSource* mesh) {
+      return [=](std::uint64_t first, std::uint64_t count, std::byte* out) {
+        mesh->read_array(array, step, first, count, out);
+      };
+    };
+    std::string what = "array '" + data.name + "'";
+    if (data.per_step) what += ", step " + std::to_string(step);
+    const char* element = data.location == Location::point ? "vertex"
+                          : data.blocks.empty()            ? "cell"
+                                                           : "element";
+    compare_column({std::move(what), element, data.type, data.components,
+                    info.array_elements(array), data.quantization, from(source_), from(restored_)},
+                   order);
+  }
+}
+
+MeasuredError* Comparison::measured_error(const Column& column, const std::string& name) {
+  if (column.quantization.bits == 0 || !is_float(column.type)) return nullptr;
+  for (MeasuredError& entry : report_.measured)
+    if (entry.what == name) return &entry;
+  report_.measured.push_back({name, 0, column.quantization.max_error(column.type)});
+  return &report_.measured.back();
+}
+
+// `order`: for each restored element the source's; null: the same.
+void Comparison::compare_column(const Column& column, NumberList* order) {
+  const std::size_t stride = column.components * scalar_bytes(column.type);
+  MeasuredError* measured =
+      measured_error(column, column.what.substr(0, column.what.find(", step ")));
+  std::vector<std::byte> source, restored;
+  std::vector<std::uint64_t> numbers;
+  PageCache cache(column.elements, stride, kCacheBytes, column.source);
+  for (std::uint64_t first = 0; first < column.elements; first += kPieceElements) {
+    const std::uint64_t count = std::min(kPieceElements, column.elements - first);
+    source.resize(count * stride);
+    restored.resize(count * stride);
+    column.restored(first, count, restored.data());
+    if (order == nullptr) {
+      column.source(first, count, source.data());
+    } else {
+      order->read(first, count, numbers);
+      for (std::uint64_t i = 0; i < count; ++i)
+        std::memcpy(source.data() + i * stride, cache[numbers[i]], stride);
+    }
+    if (source != restored)
+      compare_values(column, first, count, source.data(), restored.data(), measured);
+    if (progress_) progress_(column.what, first + count, column.elements);
+  }
+}
+
+void Comparison::compare_values(const Column& column, std::uint64_t first, std::uint64_t count,
+                                const std::byte* source, const std::byte* restored,
+                                MeasuredError* measured) {
+  const std::size_t bytes = scalar_bytes(column.type);
+  for (std::uint64_t i = 0; i < count * column.components; ++i) {
+    const std::byte* a = source + i * bytes;
+    const std::byte* b = restored + i * bytes;
+    if (std::memcmp(a, b, bytes) == 0) continue;
+    if (measured != nullptr) {
+      const double error = std::fabs(as_real(a, column.type) - as_real(b, column.type));
+      if (std::isfinite(error)) {
+        measured->largest = std::max(measured->largest, error);
+        if (error <= measured->promised) continue;
+      }
+    }
+    std::string where =
+        column.what + ", " + column.element + " " + std::to_string(first + i / column.components);
+    if (column.components > 1) where += ", component " + std::to_string(i % column.components);
+    differ(where, value_text(a, column.type), value_text(b, column.type));
+  }
+}
+
+void Comparison::compare_extras() {
+  Renumbering to;
+  to.vertices = source_->info().vertices;
+  to.cells = source_->info().cells();
+  if (vertex_order_ != nullptr)
+    to.vertex = [&](std::uint64_t v) { return position_of_vertex_->get(v); };
+  if (cell_order_ != nullptr) to.cell = [&](std::uint64_t c) { return position_of_cell_->get(c); };
+  // Sorted by key; the order in which extras come means nothing, except under the same key.
+  const auto sorted = [](const std::vector<Extra>& extras) {
+    std::vector<const Extra*> list;
+    for (const Extra& extra : extras) list.push_back(&extra);
+    std::stable_sort(list.begin(), list.end(),
+                     [](const Extra* a, const Extra* b) { return a->key < b->key; });
+    return list;
+  };
+  const auto source = sorted(source_->info().extras);
+  const auto restored = sorted(restored_->info().extras);
+  auto a = source.begin();
+  auto b = restored.begin();
+  while (a != source.end() || b != restored.end()) {
+    if (b == restored.end() || (a != source.end() && (*a)->key < (*b)->key)) {
+      differ("extra '" + (*a)->key + "' is missing from the restored mesh");
+      ++a;
+    } else if (a == source.end() || (*b)->key < (*a)->key) {
+      differ("extra '" + (*b)->key + "' is not in the source");
+      ++b;
+    } else {
+      compare_extra(renumbered(**a, to), **b);
+      ++a;
+      ++b;
+    }
+  }
+}
+
+void Comparison::compare_extra(const Extra& source, const Extra& restored) {
+  if (source == restored) return;
+  const std::string name = "extra '" + source.key + "'";
+  const auto text = [](const Extra& extra) {
+    std::string shape;
+    for (const std::uint64_t n : extra.shape)
+      shape += (shape.empty() ? "" : " x ") + std::to_string(n);
+    return "[" + shape + "] " + std::string(scalar_name(extra.type)) +
+           (extra.refers == Reference::vertex ? " vertices"
+            : extra.refers == Reference::cell ? " cells"
+                                              : "");
+  };
+  if (source.type != restored.type || source.shape != restored.shape ||
+      source.refers != restored.refers || source.data.size() != restored.data.size())
+    return differ(name, text(source), text(restored));
+  const std::size_t bytes = scalar_bytes(source.type);
+  for (std::size_t at = 0; at + bytes <= source.data.size(); at += bytes)
+    if (std::memcmp(source.data.data() + at, restored.data.data() + at, bytes) != 0)
+      return differ(name + ", value " + std::to_string(at / bytes),
+                    value_text(source.data.data() + at, source.type),
+                    value_text(restored.data.data() + at, source.type));
+}
+
+}  // namespace
+
+const std::vector<std::array<std::uint8_t, 8>>& hexahedron_rotations() {
+  using Turn = std::array<std::uint8_t, 8>;
+  static const std::vector<Turn> all = [] {
+    constexpr Turn kAboutZ{1, 2, 3, 0, 5, 6, 7, 4}, kAboutX{3, 2, 6, 7, 0, 1, 5, 4};
+    std::vector<Turn> found{{0, 1, 2, 3, 4, 5, 6, 7}};
+    for (std::size_t i = 0; i < found.size(); ++i)
+      for (const Turn& turn : {kAboutZ, kAboutX}) {
+        Turn next;
+        for (std::size_t c = 0; c < 8; ++c) next[c] = found[i][turn[c]];
+        if (std::find(found.begin(), found.end(), next) == found.end()) found.push_back(next);
+      }
+    return found;
+  }();
+  return all;
+}
+
+CompareReport compare_meshes(MeshSource& source, MeshSource& restored, Spool& spool,
+                             const Progress& progress) {
+  return Comparison(source, restored, spool, progress).run();
+}
+
+}  // namespace shm::converters

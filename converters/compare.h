@@ -1,0 +1,43 @@
+// Comparison of two meshes, piece by piece, in bounded memory.
+// A restored mesh must equal its source bit for bit (NaN payloads and the sign of zero included),
+// except where it says that values were quantized: there the promised error is measured, and
+// values that are not finite must still be equal.
+// A mesh in Order::stream is equal to its source when a renumbering of vertices and cells (and,
+// unless it promises corner order, a rotation of each hexahedron) makes it so; the comparison
+// finds that renumbering by coding the source again, and then checks it without trusting it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "mesh_source.h"
+#include "progress.h"
+#include "spool.h"
+
+namespace shm::converters {
+
+struct MeasuredError {
+  std::string what;     // "coordinates", or the name of an array
+  double largest = 0;   // |restored - source|
+  double promised = 0;  // the bound that the file gives
+};
+
+struct CompareReport {
+  std::uint64_t differences = 0;
+  std::vector<std::string> first;       // the first of them in words
+  std::vector<MeasuredError> measured;  // of what is quantized
+  bool equal() const { return differences == 0; }
+};
+
+inline constexpr std::size_t kDifferencesInWords = 10;
+
+CompareReport compare_meshes(MeshSource& source, MeshSource& restored, Spool& spool,
+                             const Progress& progress = {});
+
+// The 24 ways to turn a hexahedron onto itself: corner i of the turned one is corner
+// `rotation[i]` of the original.
+const std::vector<std::array<std::uint8_t, 8>>& hexahedron_rotations();
+
+}  // namespace shm::converters

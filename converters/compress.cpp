@@ -1,0 +1,321 @@
+#include "compress.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "coding_order.h"
+#include "failure.h"
+#include "page_cache.h"
+#include "vertex_compaction.h"
+
+namespace shm::converters {
+namespace {
+
+constexpr std::size_t kCacheBytes = std::size_t{32} << 20;  // vertex records, or one step's values
+constexpr std::uint64_t kPieceElements = 65536;             // of step values, of points measured
+
+// A library result. The mesh, not the user, is to blame for a call that the library refuses.
+template <class T>
+T checked(Result<T> result) {
+  if (!result && result.error().code == ErrorCode::misuse) {
+    Error error = result.error();
+    error.code = ErrorCode::unsupported;
+    throw Failure(std::move(error));
+  }
+  return unwrap(std::move(result));
+}
+
+// Tells two listeners.
+class BothOrders final : public CodingOrder {
+ public:
+  BothOrders(CodingOrder* first, CodingOrder* second) : first_(first), second_(second) {}
+  void vertex(std::uint64_t number) override {
+    if (first_ != nullptr) first_->vertex(number);
+    if (second_ != nullptr) second_->vertex(number);
+  }
+  void cell(std::uint64_t number) override {
+    if (first_ != nullptr) first_->cell(number);
+    if (second_ != nullptr) second_->cell(number);
+  }
+
+ private:
+  CodingOrder* first_;
+  CodingOrder* second_;
+};
+
+// Static arrays at one location, with the bytes of one element and how far they have been read.
+struct StaticArray {
+  std::size_t index;
+  std::size_t stride;
+  std::vector<bool> covers;  // by block; cell arrays only
+  std::uint64_t next = 0;
+  std::vector<std::byte> batch;  // values of the covered cells of a batch
+};
+
+std::vector<StaticArray> static_arrays(const MeshInfo& info, const Schema& schema,
+                                       Location location) {
+  std::vector<StaticArray> arrays;
+  for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
+    const ArrayInfo& array = schema.arrays[a];
+    if (array.location != location || array.per_step) continue;
+    StaticArray entry{a, info.array_stride(a), {}, 0, {}};
+    if (location == Location::cell)
+      for (std::uint32_t b = 0; b < schema.blocks.size(); ++b)
+        entry.covers.push_back(schema.array_covers(a, b));
+    arrays.push_back(std::move(entry));
+  }
+  return arrays;
+}
+
+// Vertices and cells of a mesh on their way into a Writer, with their static data.
+class MeshFeeder final : public CompactedMesh {
+ public:
+  // `schema`: the Writer's; its arrays are those of the mesh, or none.
+  MeshFeeder(MeshSource& mesh, const Schema& schema, Writer& writer)
+      : mesh_(&mesh),
+        writer_(&writer),
+        point_arrays_(static_arrays(mesh.info(), schema, Location::point)),
+        cell_arrays_(static_arrays(mesh.info(), schema, Location::cell)),
+        xyz_bytes_(3 * scalar_bytes(mesh.info().schema.coordinate_type)),
+        record_bytes_(xyz_bytes_ + data_bytes(point_arrays_)),
+        records_(mesh.info().vertices, record_bytes_, kCacheBytes,
+                 [this](std::uint64_t first, std::uint64_t count, std::byte* out) {
+                   fetch_records(first, count, out);
+                 }) {}
+
+  void begin_batch(const CellBatch& batch, std::uint64_t) override {
+    for (StaticArray& array : cell_arrays_) {
+      const auto covered = static_cast<std::uint64_t>(
+          std::count_if(batch.blocks.begin(), batch.blocks.end(),
+                        [&](std::uint32_t block) { return array.covers[block]; }));
+      array.batch.resize(covered * array.stride);
+      mesh_->read_array(array.index, 0, array.next, covered, array.batch.data());
+      array.next += covered;
+    }
+    array_place_.assign(cell_arrays_.size(), 0);
+  }
+
+  void vertex(std::uint64_t number, std::uint64_t) override {
+    const std::byte* record = records_[number];
+    checked(writer_->add_vertex(number, {record, xyz_bytes_},
+                                {record + xyz_bytes_, record_bytes_ - xyz_bytes_}));
+  }
+
+  void cell(const CellBatch& batch, std::size_t index, std::uint64_t last_use,
+            std::uint64_t) override {
+    const std::uint32_t block = batch.blocks[index];
+    cell_data_.clear();
+    for (std::size_t a = 0; a < cell_arrays_.size(); ++a) {
+      const StaticArray& array = cell_arrays_[a];
+      if (!array.covers[block]) continue;
+      const std::byte* value = array.batch.data() + array_place_[a];
+      cell_data_.insert(cell_data_.end(), value, value + array.stride);
+      array_place_[a] += array.stride;
+    }
+    checked(writer_->add_cell(block, batch.cell(index), last_use, cell_data_));
+  }
+
+ private:
+  static std::size_t data_bytes(const std::vector<StaticArray>& arrays) {
+    std::size_t sum = 0;
+    for (const StaticArray& array : arrays) sum += array.stride;
+    return sum;
+  }
+
+  // A record: the coordinates of a vertex, then its values of each static array, packed.
+  void fetch_records(std::uint64_t first, std::uint64_t count, std::byte* out) {
+    if (point_arrays_.empty()) return mesh_->read_points(first, count, out);
+    column_.resize(count * record_bytes_);
+    mesh_->read_points(first, count, column_.data());
+    scatter_column(count, xyz_bytes_, out);
+    std::byte* place = out + xyz_bytes_;
+    for (const StaticArray& array : point_arrays_) {
+      mesh_->read_array(array.index, 0, first, count, column_.data());
+      scatter_column(count, array.stride, place);
+      place += array.stride;
+    }
+  }
+  void scatter_column(std::uint64_t count, std::size_t bytes, std::byte* out) const {
+    for (std::uint64_t i = 0; i < count; ++i)
+      std::memcpy(out + i * record_bytes_, column_.data() + i * bytes, bytes);
+  }
+
+  MeshSource* mesh_;
+  Writer* writer_;
+  std::vector<StaticArray> point_arrays_, cell_arrays_;
+  std::size_t xyz_bytes_, record_bytes_;
+  PageCache records_;
+  std::vector<std::byte> column_, cell_data_;
+  std::vector<std::size_t> array_place_;  // next unread byte of each cell array's batch
+};
+
+// All steps of one array. `order`: element numbers in coding order; null: the order of the file.
+void write_steps(MeshSource& mesh, Writer& writer, std::size_t array, NumberList* order,
+                 const Progress& progress) {
+  const std::uint64_t elements = mesh.info().array_elements(array);
+  const std::uint64_t steps = mesh.info().step_times.size();
+  const std::size_t stride = mesh.info().array_stride(array);
+  std::vector<std::byte> values;
+  std::vector<std::uint64_t> numbers;
+  for (std::uint64_t step = 0; step < steps; ++step) {
+    PageCache cache(elements, stride, kCacheBytes,
+                    [&](std::uint64_t first, std::uint64_t count, std::byte* out) {
+                      mesh.read_array(array, step, first, count, out);
+                    });
+    for (std::uint64_t first = 0; first < elements; first += kPieceElements) {
+      const std::uint64_t count = std::min(kPieceElements, elements - first);
+      values.resize(count * stride);
+      if (order == nullptr) {
+        mesh.read_array(array, step, first, count, values.data());
+      } else {
+        order->read(first, count, numbers);
+        for (std::uint64_t i = 0; i < count; ++i)
+          std::memcpy(values.data() + i * stride, cache[numbers[i]], stride);
+      }
+      checked(writer.add_step_values(static_cast<std::uint32_t>(array), step, values));
+    }
+    if (progress) progress(mesh.info().schema.arrays[array].name, step + 1, steps);
+  }
+}
+
+// The box of a file goes no further; what lies beyond, or is not finite, is stored exactly.
+constexpr double kLargestBox = 1e300;
+
+template <class Real>
+void widen_box(const std::vector<std::byte>& xyz, Quantization& box) {
+  for (std::size_t at = 0; at < xyz.size() / sizeof(Real); ++at) {
+    Real value;
+    std::memcpy(&value, xyz.data() + at * sizeof(Real), sizeof value);
+    if (!(std::fabs(static_cast<double>(value)) < kLargestBox)) continue;
+    const std::size_t c = at % 3;
+    box.minimum[c] = std::min(box.minimum[c], static_cast<double>(value));
+    box.maximum[c] = std::max(box.maximum[c], static_cast<double>(value));
+  }
+}
+
+// The box of all coordinates that it may hold; a component without any becomes [0, 0].
+Quantization measured_box(MeshSource& mesh, std::uint32_t bits, const Progress& progress) {
+  constexpr double kHuge = std::numeric_limits<double>::max();
+  Quantization box{bits, {kHuge, kHuge, kHuge}, {-kHuge, -kHuge, -kHuge}};
+  const MeshInfo& info = mesh.info();
+  const std::size_t stride = 3 * scalar_bytes(info.schema.coordinate_type);
+  std::vector<std::byte> xyz;
+  for (std::uint64_t first = 0; first < info.vertices; first += kPieceElements) {
+    const std::uint64_t count = std::min(kPieceElements, info.vertices - first);
+    xyz.resize(count * stride);
+    mesh.read_points(first, count, xyz.data());
+    if (info.schema.coordinate_type == ScalarType::float32)
+      widen_box<float>(xyz, box);
+    else
+      widen_box<double>(xyz, box);
+    if (progress) progress("measuring", first + count, info.vertices);
+  }
+  for (std::size_t c = 0; c < 3; ++c)
+    if (box.minimum[c] > box.maximum[c]) box.minimum[c] = box.maximum[c] = 0;
+  return box;
+}
+
+}  // namespace
+
+bool needs_corner_order(const MeshInfo& info) {
+  constexpr std::int64_t kVtkVoxel = 11;  // its corners run along the axes
+  constexpr std::string_view kPerCorner = "ElementNodeData";
+  for (const Extra& extra : info.extras) {
+    if (extra.key.find("side") != std::string::npos) return true;
+    const std::string_view text(reinterpret_cast<const char*>(extra.data.data()),
+                                extra.data.size());
+    if (extra.key == "gmsh/sections" && text.find(kPerCorner) != std::string_view::npos)
+      return true;
+  }
+  for (const BlockInfo& block : info.schema.blocks) {
+    if (block.shape != CellShape::hexahedron) continue;
+    if (block.nodes_per_cell != 8) return true;
+    if (info.schema.source_format == "vtk" && block.id == kVtkVoxel) return true;
+  }
+  // Values for each corner, edge or face of a cell stand in the order of its corners.
+  for (const ArrayInfo& array : info.schema.arrays)
+    for (const std::string_view word : {"node", "corner", "edg", "fac"})
+      if (array.location == Location::cell && array.role.find(word) != std::string::npos)
+        return true;
+  return false;
+}
+
+Schema schema_for(MeshSource& mesh, const CompressOptions& options) {
+  Schema schema = mesh.info().schema;
+  schema.order = options.order;
+  schema.delay = options.delay;
+  schema.corner_order = options.order == Order::keep || needs_corner_order(mesh.info());
+  schema.coordinate_quantization = {};
+  for (ArrayInfo& array : schema.arrays) array.quantization = {};
+  if (options.coordinate_bits > 0)
+    schema.coordinate_quantization = measured_box(mesh, options.coordinate_bits, options.progress);
+  return schema;
+}
+
+SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions& options,
+                         Spool& spool) {
+  const MeshInfo& info = mesh.info();
+  const Schema schema = schema_for(mesh, options);
+  const bool cells_move = options.delay > 0;
+  const bool renumber = options.order == Order::stream;
+
+  CodingOrderLog log(spool, cells_move);
+  BothOrders orders(&log, options.coding_order);
+  WriteOptions write_options;
+  write_options.coding_order = &orders;
+  Writer writer = checked(Writer::create(sink, schema, write_options));
+  {
+    MeshFeeder feeder(mesh, schema, writer);
+    stream_compacted(mesh, spool, feeder, options.progress);
+  }
+  checked(writer.end_mesh());
+  log.check();
+
+  CoveredOrder covered(mesh, log.cells(), spool);
+  for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
+    if (!schema.arrays[a].per_step) continue;
+    NumberList* order = nullptr;
+    if (schema.arrays[a].location == Location::point)
+      order = &log.vertices();
+    else if (cells_move)
+      order = &covered.elements(a);
+    write_steps(mesh, writer, a, order, options.progress);
+  }
+  checked(writer.set_step_times(info.step_times));
+
+  Renumbering to;
+  to.vertices = info.vertices;
+  to.cells = info.cells();
+  std::optional<NumberTable> vertex_position, cell_position;
+  if (renumber && !info.extras.empty()) {
+    vertex_position = invert(log.vertices(), info.vertices, "vertex", spool);
+    to.vertex = [&](std::uint64_t v) { return vertex_position->get(v); };
+    if (cells_move) {
+      cell_position = invert(log.cells(), info.cells(), "cell", spool);
+      to.cell = [&](std::uint64_t c) { return cell_position->get(c); };
+    }
+  }
+  for (const Extra& extra : info.extras) checked(writer.add_extra(renumbered(extra, to)));
+  return checked(writer.finish());
+}
+
+void replay_coding_order(MeshSource& mesh, const Schema& schema, CodingOrder& out, Spool& spool) {
+  NullSink nowhere;
+  Schema bare = schema;
+  bare.arrays.clear();
+  WriteOptions options;
+  options.coding_order = &out;
+  Writer writer = checked(Writer::create(nowhere, bare, options));
+  MeshFeeder feeder(mesh, bare, writer);
+  stream_compacted(mesh, spool, feeder);
+  checked(writer.end_mesh());
+}
+
+}  // namespace shm::converters

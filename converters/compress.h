@@ -1,0 +1,37 @@
+// Compression: any MeshSource through vertex compaction into a shm::Writer.
+// Two passes over the cells (three when there is a delay buffer and arrays on some blocks only);
+// memory follows the active surface, not the mesh.
+#pragma once
+
+#include <cstdint>
+
+#include "mesh_source.h"
+#include "progress.h"
+#include "shm/writer.h"
+#include "spool.h"
+
+namespace shm::converters {
+
+struct CompressOptions {
+  Order order = Order::keep;
+  std::uint32_t delay = 0;              // cells in the delay buffer
+  std::uint32_t coordinate_bits = 0;    // 0: lossless; else 1..52, uniform over the bounding box
+  CodingOrder* coding_order = nullptr;  // also hears the coding order; borrowed, may be null
+  Progress progress;
+};
+
+// The schema that the options make of a source's: order, delay, what corners must keep, the box.
+Schema schema_for(MeshSource& mesh, const CompressOptions& options);
+
+// True when something in the mesh counts on the position of corners within a cell: side sets,
+// nodes on edges and faces, values per corner.
+bool needs_corner_order(const MeshInfo& info);
+
+// Writes the whole mesh to `sink`, which is not committed.
+SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions& options,
+                         Spool& spool);
+
+// Only vertices and cells, for who wants to hear the coding order; `schema` says order and delay.
+void replay_coding_order(MeshSource& mesh, const Schema& schema, CodingOrder& out, Spool& spool);
+
+}  // namespace shm::converters

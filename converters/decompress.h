@@ -1,0 +1,106 @@
+// Decompression: a .shm file as a MeshSource, staged in the spool.
+// Everything is staged in the order it arrives in; reading goes through maps from the mesh's own
+// numbers to that order, so nothing that a file claims decides how much is allocated.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "coding_order.h"
+#include "mesh_source.h"
+#include "number_table.h"
+#include "progress.h"
+#include "shm/reader.h"
+#include "spool.h"
+
+namespace shm::converters {
+
+// By the signature of the format.
+bool looks_like_shm(std::span<const std::byte> head);
+
+// Cells of any size, appended in one order and read in any.
+class CellStore {
+ public:
+  explicit CellStore(Spool& spool)
+      : records_(spool, sizeof(Record)), corners_(spool, sizeof(std::uint64_t)) {}
+  std::uint64_t size() const { return records_.size(); }
+  void append(std::uint32_t block, std::span<const std::uint64_t> corners);
+  // Adds cell `position` to the end of `out`.
+  void read(std::uint64_t position, CellBatch& out);
+  // Adds `count` cells from `first` on.
+  void read_run(std::uint64_t first, std::uint64_t count, CellBatch& out);
+
+ private:
+  struct Record {
+    std::uint64_t begin;
+    std::uint32_t block;
+    std::uint32_t corners;
+  };
+  PagedArray records_, corners_;
+};
+
+class StagedMesh final : public MeshSource {
+ public:
+  // Reads `source` to its end. Throws what the library says about a bad file, naming `name`, and
+  // corrupt when the parts contradict each other. `spool` must outlive the mesh.
+  StagedMesh(ByteSource& source, const std::string& name, Spool& spool,
+             const ReadLimits& limits = {});
+
+  const MeshInfo& info() const override { return info_; }
+  void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override;
+  bool next_cells(CellBatch& out, std::size_t max_cells) override;
+  void rewind_cells() override { next_cell_ = 0; }
+  void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
+                  std::byte* out) override;
+
+  const Totals& totals() const { return totals_; }
+
+ private:
+  struct Array {
+    PagedArray values;                             // of one step after the other
+    std::map<std::uint64_t, std::uint64_t> steps;  // step -> its place in `values`
+    std::uint64_t staged = 0;                      // elements
+    std::unique_ptr<NumberTable> positions;        // cell arrays on some blocks, cells moved
+  };
+  void stage_mesh(const MeshBlock& block);
+  void stage_step(const StepPiece& piece);
+  void finish();
+  void map_partial_arrays();
+  // Reads elements of `values` behind `base` whose positions in coding order `positions` gives;
+  // null: they are in order.
+  void gather(PagedArray& values, std::uint64_t base, std::size_t stride, NumberTable* positions,
+              std::uint64_t first, std::uint64_t count, std::byte* out);
+  [[noreturn]] void fail(const std::string& section, const std::string& detail) const;
+
+  std::string name_;
+  Spool* spool_;
+  MeshInfo info_;
+  Totals totals_;
+  PagedArray points_;
+  CellStore cells_;
+  NumberList vertex_numbers_, cell_numbers_;  // in coding order
+  bool vertices_moved_ = false, cells_moved_ = false;
+  std::optional<NumberTable> vertex_positions_, cell_positions_;
+  std::vector<Array> arrays_;
+  std::uint64_t next_cell_ = 0;
+  bool mesh_done_ = false;
+};
+
+// Opens and stages `path`; "-" is standard input.
+std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
+                                     const Progress& progress = {});
+
+// What a .shm file says about itself, read through without keeping the mesh.
+struct FileSummary {
+  MeshInfo info;
+  Totals totals;
+};
+FileSummary summarize_shm(const std::string& path, const Progress& progress = {});
+
+}  // namespace shm::converters

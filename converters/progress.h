@@ -1,0 +1,13 @@
+// Progress: how long jobs tell how far they are. May be empty; called every few thousand elements.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string_view>
+
+namespace shm::converters {
+
+using Progress =
+    std::function<void(std::string_view phase, std::uint64_t done, std::uint64_t total)>;
+
+}  // namespace shm::converters

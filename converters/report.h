@@ -1,0 +1,33 @@
+// What the tool tells about meshes and files, as text for people and JSON for programs.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "compare.h"
+#include "mesh_source.h"
+#include "shm/reader.h"
+#include "shm/writer.h"
+
+namespace shm::converters {
+
+struct CompressRun {
+  std::string input, output;
+  std::uint64_t input_bytes = 0;
+  double seconds = 0;
+  SizeReport sizes;
+};
+std::string compress_json(const CompressRun& run, const MeshInfo& info);
+std::string compress_text(const CompressRun& run, const MeshInfo& info);
+
+// `totals`: null for files that are not .shm.
+std::string info_json(const std::string& path, const MeshInfo& info, const Totals* totals);
+std::string info_text(const std::string& path, const MeshInfo& info, const Totals* totals);
+
+std::string compare_text(const CompareReport& report, const std::string& source,
+                         const std::string& restored);
+
+// "3 vertices, 1 hexahedron, 2 other cells"
+std::string counts_text(const MeshInfo& info);
+
+}  // namespace shm::converters

@@ -1,0 +1,413 @@
+// shm: the tool. Each command is one function from options to an exit code; everything that goes
+// wrong is thrown as a Failure and said once, here.
+// Exit codes: 0 done, 1 a difference was found, 2 wrong use, 3 bad or unreadable input,
+// 4 output could not be written, 5 a limit was exceeded.
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <new>
+#include <span>
+#include <stdexcept>
+#include <string>
+
+#include "compare.h"
+#include "compress.h"
+#include "decompress.h"
+#include "failure.h"
+#include "formats.h"
+#include "layout.h"
+#include "output_file.h"
+#include "report.h"
+
+#ifndef SHM_VERSION
+#define SHM_VERSION "0.1.0"
+#endif
+
+namespace shm::converters {
+namespace {
+
+enum ExitCode {
+  kDone = 0,
+  kDifferent = 1,
+  kWrongUse = 2,
+  kBadInput = 3,
+  kBadOutput = 4,
+  kLimit = 5
+};
+
+struct Options {
+  std::string input, output, format, against, temp;
+  std::string order = "keep";
+  std::uint32_t delay = 0, bits = 0;
+  bool json = false, quiet = false;
+};
+
+ExitCode exit_code(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::misuse: return kWrongUse;
+    case ErrorCode::output: return kBadOutput;
+    case ErrorCode::over_limit: return kLimit;
+    case ErrorCode::io:
+    case ErrorCode::truncated:
+    case ErrorCode::corrupt:
+    case ErrorCode::unsupported: return kBadInput;
+  }
+  return kBadInput;
+}
+
+// One line on the terminal, rewritten at most ten times a second and wiped at the end.
+class ProgressLine {
+ public:
+  explicit ProgressLine(bool quiet) : shown_(!quiet && ::isatty(STDERR_FILENO) != 0) {}
+  ~ProgressLine() { wipe(); }
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
+  Progress callback() {
+    if (!shown_) return {};
+    return [this](std::string_view phase, std::uint64_t done, std::uint64_t total) {
+      show(phase, done, total);
+    };
+  }
+  void show(std::string_view phase, std::uint64_t done = 0, std::uint64_t total = 0) {
+    const auto now = std::chrono::steady_clock::now();
+    if (!shown_ || (now - last_ < std::chrono::milliseconds(100) && total != 0)) return;
+    last_ = now;
+    dirty_ = true;
+    std::fprintf(stderr, "\r\033[K%.*s", static_cast<int>(phase.size()), phase.data());
+    if (total > 0)
+      std::fprintf(stderr, " %3.0f %%",
+                   100.0 * static_cast<double>(done) / static_cast<double>(total));
+  }
+  void wipe() {
+    if (dirty_) std::fputs("\r\033[K", stderr);
+    dirty_ = false;
+  }
+
+ private:
+  bool shown_, dirty_ = false;
+  std::chrono::steady_clock::time_point last_{};
+};
+
+// Spools go beside the output, which has room for meshes, or where the user says.
+std::string spool_directory(const Options& options) {
+  if (!options.temp.empty()) return options.temp;
+  if (options.output.empty() || options.output == "-")
+    return std::filesystem::temp_directory_path().string();
+  const std::filesystem::path parent = std::filesystem::path(options.output).parent_path();
+  return parent.empty() ? "." : parent.string();
+}
+
+std::uint64_t file_bytes(const std::string& path) {
+  struct stat status {};
+  return ::stat(path.c_str(), &status) == 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
+}
+
+void say(const Options& options, const std::string& text) {
+  if (!options.quiet) std::fputs(text.c_str(), options.output == "-" ? stderr : stdout);
+}
+
+[[noreturn]] void wrong_use(const std::string& sentence) {
+  throw Failure(Error{ErrorCode::misuse, sentence, {}, kNoOffset, {}});
+}
+
+SizeReport compress_to_standard_output(MeshSource& mesh, const CompressOptions& how, Spool& spool) {
+  const auto sink = unwrap(FileSink::create("-"), "-");
+  const SizeReport sizes = compress_mesh(mesh, *sink, how, spool);
+  unwrap(sink->commit(), "-");
+  return sizes;
+}
+
+SizeReport compress_to_file(MeshSource& mesh, const std::string& path, const CompressOptions& how,
+                            Spool& spool) {
+  OutputFile output(path);
+  OutputSink sink(output);
+  const SizeReport sizes = compress_mesh(mesh, sink, how, spool);
+  output.commit();
+  return sizes;
+}
+
+ExitCode run_compress(Options& options) {
+  if (options.output.empty()) options.output = options.input + ".shm";
+  if (options.output == "-" && options.json)
+    wrong_use("--json and the compressed mesh cannot both go to standard output");
+  const auto start = std::chrono::steady_clock::now();
+  ProgressLine line(options.quiet);
+  Spool spool(spool_directory(options));
+  line.show("reading " + options.input);
+  const auto mesh = open_mesh(options.input, spool, line.callback());
+
+  CompressOptions how;
+  how.order = options.order == "stream" ? Order::stream : Order::keep;
+  how.delay = options.delay;
+  how.coordinate_bits = options.bits;
+  how.progress = line.callback();
+  CompressRun run;
+  run.input = options.input;
+  run.output = options.output;
+  run.input_bytes = file_bytes(options.input);
+  run.sizes = options.output == "-" ? compress_to_standard_output(*mesh, how, spool)
+                                    : compress_to_file(*mesh, options.output, how, spool);
+  run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  line.wipe();
+  if (options.json)
+    std::fputs(compress_json(run, mesh->info()).c_str(), stdout);
+  else
+    say(options, compress_text(run, mesh->info()));
+  return kDone;
+}
+
+ExitCode run_convert(Options& options) {
+  const Format& format = output_format(options.output, options.format);
+  ProgressLine line(options.quiet);
+  Spool spool(spool_directory(options));
+  line.show("reading " + options.input);
+  const auto mesh = open_mesh(options.input, spool, line.callback());
+  line.show("writing " + options.output);
+  write_mesh(*mesh, options.output, format, spool);
+  line.wipe();
+  say(options, options.output + ": " + counts_text(mesh->info()) + "\n");
+  return kDone;
+}
+
+bool is_shm(const std::string& path) {
+  const Format* format = format_of_file(path);
+  return format != nullptr && format->name == "shm";
+}
+
+void require_shm(const std::string& path) {
+  if (!is_shm(path))
+    throw Failure(Error{ErrorCode::unsupported, "is not a .shm file", {}, kNoOffset, path});
+}
+
+ExitCode run_decompress(Options& options) {
+  output_format(options.output, options.format);  // wrong use comes before bad input
+  require_shm(options.input);
+  return run_convert(options);
+}
+
+ExitCode run_verify(Options& options) {
+  require_shm(options.input);
+  ProgressLine line(options.quiet);
+  Spool spool(spool_directory(options));
+  const auto restored = open_shm(options.input, spool, line.callback());
+  if (options.against.empty()) {
+    line.wipe();
+    say(options, options.input + ": sound, " + counts_text(restored->info()) + "\n");
+    return kDone;
+  }
+  line.show("reading " + options.against);
+  const auto source = open_mesh(options.against, spool, line.callback());
+  const CompareReport report = compare_meshes(*source, *restored, spool, line.callback());
+  line.wipe();
+  say(options, compare_text(report, options.against, options.input));
+  return report.equal() ? kDone : kDifferent;
+}
+
+ExitCode run_info(Options& options) {
+  ProgressLine line(options.quiet);
+  std::string text;
+  if (is_shm(options.input)) {
+    const FileSummary summary = summarize_shm(options.input, line.callback());
+    text = (options.json ? info_json : info_text)(options.input, summary.info, &summary.totals);
+  } else {
+    Spool spool(spool_directory(options));
+    const auto mesh = open_mesh(options.input, spool, line.callback());
+    text = (options.json ? info_json : info_text)(options.input, mesh->info(), nullptr);
+  }
+  line.wipe();
+  std::fputs(text.c_str(), stdout);
+  return kDone;
+}
+
+ExitCode run_layout(Options& options) {
+  ProgressLine line(options.quiet);
+  Spool spool(spool_directory(options));
+  line.show("reading " + options.input);
+  const auto mesh = open_mesh(options.input, spool, line.callback());
+  const Layout layout = measure_layout(*mesh, spool, line.callback());
+  const std::string svg =
+      layout_svg(layout, std::filesystem::path(options.input).filename().string());
+  OutputFile output(options.output);
+  output.write(std::as_bytes(std::span(svg)));
+  output.commit();
+  line.wipe();
+  say(options, options.output + ": width " + std::to_string(layout.width) + " of " +
+                   std::to_string(layout.vertices) + " vertices, " + std::to_string(layout.cells) +
+                   " cells\n");
+  return kDone;
+}
+
+struct Command {
+  CLI::App* app;
+  ExitCode (*run)(Options&);
+};
+
+CLI::App* add_command(CLI::App& app, Options& options, const std::string& name,
+                      const std::string& description, const std::string& examples) {
+  CLI::App* command = app.add_subcommand(name, description);
+  command->footer("Examples:\n" + examples);
+  command->add_option("--temp", options.temp, "Directory for temporary files")
+      ->check(CLI::Validator(CLI::ExistingDirectory).description(""))
+      ->type_name("DIR");
+  command->add_flag("-q,--quiet", options.quiet, "No progress, and no summary at the end");
+  return command;
+}
+
+CLI::App* add_compress(CLI::App& app, Options& options) {
+  CLI::App* command = add_command(
+      app, options, "compress", "Compress a mesh with all its data into a .shm file",
+      "  shm compress rotor.e                     writes rotor.e.shm, gives back all as it was\n"
+      "  shm compress part.vtk -o part.shm --json sizes of all streams for a program\n"
+      "  shm compress part.msh --order stream --delay 100\n"
+      "                                           smaller: vertices renumbered, cells reordered\n"
+      "  shm compress scan.vtk --bits 16          coordinates rounded to 16 bits of the box");
+  command->add_option("IN", options.input, "Exodus, VTK legacy, Gmsh or .shm file")
+      ->required()
+      ->type_name("");
+  command->add_option("-o,--output", options.output, "File to write (default: IN.shm)")
+      ->type_name("OUT.shm");
+  command
+      ->add_option("--order", options.order,
+                   "keep: all numbers come back (default); stream: vertices numbered by first use")
+      ->check(CLI::IsMember({"keep", "stream"}).description(""))
+      ->type_name("keep|stream");
+  command->add_option("--delay", options.delay, "Cells in the delay buffer (default: 0)")
+      ->check(CLI::Range(0u, 1u << 20).description(""))
+      ->type_name("N");
+  command
+      ->add_option("--bits", options.bits, "Round coordinates to N bits of the bounding box, 1..52")
+      ->check(CLI::Range(1u, 52u).description(""))
+      ->type_name("N");
+  command->add_flag("--json", options.json, "Print the sizes as JSON");
+  return command;
+}
+
+CLI::App* add_decompress(CLI::App& app, Options& options) {
+  CLI::App* command =
+      add_command(app, options, "decompress", "Write the mesh of a .shm file in another format",
+                  "  shm decompress rotor.e.shm -o rotor.e\n"
+                  "  shm decompress part.shm -o part.out --format vtk");
+  command->add_option("IN", options.input, ".shm file, - for standard input")
+      ->required()
+      ->type_name("");
+  command->add_option("-o,--output", options.output, "File to write")->required()->type_name("OUT");
+  command->add_option("--format", options.format, "exodus, vtk, gmsh or shm; default: by name")
+      ->type_name("F");
+  return command;
+}
+
+CLI::App* add_convert(CLI::App& app, Options& options) {
+  CLI::App* command =
+      add_command(app, options, "convert", "Write a mesh of any known format in another one",
+                  "  shm convert part.msh part.e\n"
+                  "  shm convert part.e part.dat --format vtk");
+  command->add_option("IN", options.input, "Exodus, VTK legacy, Gmsh or .shm file")
+      ->required()
+      ->type_name("");
+  command->add_option("OUT", options.output, "File to write")->required()->type_name("");
+  command->add_option("--format", options.format, "exodus, vtk, gmsh or shm; default: by name")
+      ->type_name("F");
+  return command;
+}
+
+CLI::App* add_verify(CLI::App& app, Options& options) {
+  CLI::App* command =
+      add_command(app, options, "verify",
+                  "Decode all of a .shm file; with --against, prove that it holds the same mesh",
+                  "  shm verify rotor.e.shm\n"
+                  "  shm verify rotor.e.shm --against rotor.e   exit code 1 when they differ");
+  command->add_option("IN", options.input, ".shm file")->required()->type_name("");
+  command->add_option("--against", options.against, "Mesh that IN was made of")
+      ->type_name("SOURCE");
+  return command;
+}
+
+CLI::App* add_info(CLI::App& app, Options& options) {
+  CLI::App* command = add_command(app, options, "info",
+                                  "Tell what a mesh holds and where the bytes of a .shm file go",
+                                  "  shm info rotor.e.shm\n"
+                                  "  shm info rotor.e.shm --json | jq .streams");
+  command->add_option("IN", options.input, ".shm file (or any mesh, without sizes)")
+      ->required()
+      ->type_name("");
+  command->add_flag("--json", options.json, "Print as JSON");
+  return command;
+}
+
+CLI::App* add_layout(CLI::App& app, Options& options) {
+  CLI::App* command = add_command(
+      app, options, "layout",
+      "Draw how coherently a mesh is stored: vertices down, cells across, a green line\n"
+      "from the first to the last use of each vertex",
+      "  shm layout rotor.e -o rotor.svg");
+  command->add_option("IN", options.input, "Exodus, VTK legacy, Gmsh or .shm file")
+      ->required()
+      ->type_name("");
+  command->add_option("-o,--output", options.output, "Picture to write")
+      ->required()
+      ->type_name("OUT.svg");
+  return command;
+}
+
+int run(int argc, char** argv, Options& options) {
+  CLI::App app{"shm compresses hexahedral meshes with their data and gives them back."};
+  app.name("shm");
+  app.set_version_flag("--version", "shm " SHM_VERSION);
+  app.require_subcommand(1);
+  app.footer(
+      "shm COMMAND --help tells more and gives examples.\n"
+      "Exit codes: 0 done, 1 a difference was found, 2 wrong use, 3 bad or unreadable input,\n"
+      "4 output could not be written, 5 a limit was exceeded.");
+  const Command commands[] = {
+      {add_compress(app, options), run_compress}, {add_decompress(app, options), run_decompress},
+      {add_convert(app, options), run_convert},   {add_verify(app, options), run_verify},
+      {add_info(app, options), run_info},         {add_layout(app, options), run_layout},
+  };
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // help, version
+    std::fprintf(stderr, "shm: %s (see shm --help)\n", error.what());
+    return kWrongUse;
+  }
+  for (const Command& command : commands)
+    if (command.app->parsed()) return command.run(options);
+  return kWrongUse;
+}
+
+int complain(int code, const std::string& sentence) {
+  std::fprintf(stderr, "shm: %s\n", sentence.c_str());
+  return code;
+}
+
+int guarded_run(int argc, char** argv) {
+  Options options;
+  try {
+    const int code = run(argc, argv, options);
+    if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+    return complain(kBadOutput, "standard output cannot be written");
+  } catch (const Failure& failure) {
+    Error error = failure.error();
+    if (error.file.empty() && error.code != ErrorCode::misuse) error.file = options.input;
+    return complain(exit_code(error.code), error.message());
+  } catch (const std::bad_alloc&) {
+    return complain(kLimit, options.input + ": needs more memory than there is");
+  } catch (const std::length_error&) {
+    return complain(kLimit, options.input + ": needs more memory than there is");
+  } catch (const std::exception& error) {
+    return complain(kBadInput, options.input + ": " + error.what());
+  }
+}
+
+}  // namespace
+}  // namespace shm::converters
+
+int main(int argc, char** argv) {
+  shm::converters::remove_outputs_on_signals();
+  return shm::converters::guarded_run(argc, argv);
+}

@@ -1,0 +1,72 @@
+#include "vertex_compaction.h"
+
+#include <string>
+
+#include "failure.h"
+#include "number_table.h"
+
+namespace shm::converters {
+namespace {
+
+constexpr std::size_t kBatchCells = 8192;
+
+// What the table says about a vertex: 0 while no cell is known to use it, else 1 + its last
+// cell; kEmitted joins when it has been handed out, and alone remains when it is finalized.
+constexpr std::uint64_t kEmitted = std::uint64_t{1} << 63;
+
+void find_last_uses(MeshSource& mesh, NumberTable& table, const Progress& progress) {
+  const std::uint64_t vertices = mesh.info().vertices, cells = mesh.info().cells();
+  CellBatch batch;
+  std::uint64_t first_cell = 0;
+  for (mesh.rewind_cells(); mesh.next_cells(batch, kBatchCells); first_cell += batch.size()) {
+    for (std::size_t i = 0; i < batch.size(); ++i)
+      for (const std::uint64_t v : batch.cell(i)) {
+        if (v >= vertices)
+          throw Failure(Error{ErrorCode::corrupt,
+                              "uses vertex " + std::to_string(v) + " of " +
+                                  std::to_string(vertices) + " (counted from 0)",
+                              "cell " + std::to_string(first_cell + i),
+                              kNoOffset,
+                              {}});
+        table.set(v, first_cell + i + 1);
+      }
+    if (progress) progress("finding last uses", first_cell + batch.size(), cells);
+  }
+}
+
+}  // namespace
+
+void stream_compacted(MeshSource& mesh, Spool& spool, CompactedMesh& out,
+                      const Progress& progress) {
+  const std::uint64_t vertices = mesh.info().vertices, cells = mesh.info().cells();
+  NumberTable table(spool, vertices);
+  find_last_uses(mesh, table, progress);
+
+  CellBatch batch;
+  std::uint64_t first_cell = 0;
+  for (mesh.rewind_cells(); mesh.next_cells(batch, kBatchCells); first_cell += batch.size()) {
+    out.begin_batch(batch, first_cell);
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      const auto corners = batch.cell(i);
+      std::uint64_t last_use = 0, finalized = 0;
+      for (const std::uint64_t v : corners) {
+        const std::uint64_t entry = table.get(v);
+        if (entry & kEmitted) continue;
+        out.vertex(v, entry - 1);
+        table.set(v, entry | kEmitted);
+      }
+      for (std::size_t c = 0; c < corners.size(); ++c) {
+        if (table.get(corners[c]) != (kEmitted | (first_cell + i + 1))) continue;
+        table.set(corners[c], kEmitted);
+        if (c < 64) last_use |= std::uint64_t{1} << c;
+        ++finalized;
+      }
+      out.cell(batch, i, last_use, finalized);
+    }
+    if (progress) progress("streaming cells", first_cell + batch.size(), cells);
+  }
+  for (std::uint64_t v = 0; v < vertices; ++v)
+    if (table.get(v) == 0) out.vertex(v, kNeverUsed);
+}
+
+}  // namespace shm::converters

@@ -1,0 +1,124 @@
+// Formats by name, and files that appear whole or not at all.
+#include "formats.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "failure.h"
+#include "memory_mesh.h"
+#include "output_file.h"
+
+namespace shm::converters {
+namespace {
+
+std::string format_by_name(const char* path) {
+  const Format* format = format_of_name(path);
+  return format == nullptr ? "" : std::string(format->name);
+}
+
+TEST(Formats, ByName) {
+  EXPECT_EQ(format_by_name("a.e"), "exodus");
+  EXPECT_EQ(format_by_name("dir.vtk/a.EXO"), "exodus");
+  EXPECT_EQ(format_by_name("out.e.4.0"), "exodus");
+  EXPECT_EQ(format_by_name("out.e-s002"), "exodus");
+  EXPECT_EQ(format_by_name("out.e-s002.4.1"), "exodus");
+  EXPECT_EQ(format_by_name("a.g"), "exodus");
+  EXPECT_EQ(format_by_name("a.gen"), "exodus");
+  EXPECT_EQ(format_by_name("a.b.vtk"), "vtk");
+  EXPECT_EQ(format_by_name("a.msh"), "gmsh");
+  EXPECT_EQ(format_by_name("a.e.shm"), "shm");
+  EXPECT_EQ(format_by_name("a"), "");
+  EXPECT_EQ(format_by_name("a.4"), "");
+  EXPECT_EQ(format_by_name("a.e-"), "");
+  EXPECT_EQ(format_by_name("a.e-sx"), "");
+  EXPECT_EQ(format_by_name("a.vtk.gz"), "");
+  EXPECT_EQ(format_by_name("a.vtk."), "");
+  EXPECT_EQ(format_by_name("dir.vtk/a"), "");
+  EXPECT_EQ(format_by_name(""), "");
+}
+
+TEST(Formats, ContentCountsBeforeName) {
+  const std::string directory = ::testing::TempDir();
+  const std::string vtk = directory + "formats_test.vtk", odd = directory + "formats_test.msh";
+  MemoryMesh mesh = grid_mesh(2, 2, 2);
+  mesh.mesh.schema.source_format = "";
+  Spool spool(directory);
+  write_mesh(mesh, vtk, *format_named("vtk"), spool);
+  std::filesystem::rename(vtk, odd);
+  EXPECT_EQ(format_of_file(odd)->name, "vtk");
+  EXPECT_EQ(open_mesh(odd, spool)->info().schema.source_format, "vtk");
+  std::filesystem::remove(odd);
+}
+
+class OutputFileTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    directory_ = ::testing::TempDir() + "output_file_test";
+    std::filesystem::remove_all(directory_);
+    std::filesystem::create_directory(directory_);
+    path_ = directory_ + "/out.txt";
+  }
+  void TearDown() override { std::filesystem::remove_all(directory_); }
+  long files() const {
+    return std::distance(std::filesystem::directory_iterator(directory_),
+                         std::filesystem::directory_iterator());
+  }
+  std::string text() const {
+    std::ifstream in(path_);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  static void put(OutputFile& file, const std::string& words) {
+    file.write(std::as_bytes(std::span(words)));
+  }
+  std::string directory_, path_;
+};
+
+TEST_F(OutputFileTest, AppearsWithCommitOnly) {
+  {
+    OutputFile file(path_);
+    put(file, "half");
+    EXPECT_FALSE(std::filesystem::exists(path_));
+  }
+  EXPECT_EQ(files(), 0);
+  OutputFile file(path_);
+  put(file, "whole");
+  file.commit();
+  EXPECT_EQ(text(), "whole");
+  EXPECT_EQ(files(), 1);
+}
+
+TEST_F(OutputFileTest, FailedRunLeavesTheOldFile) {
+  std::ofstream(path_) << "old";
+  {
+    OutputFile file(path_);
+    put(file, "new");
+  }
+  EXPECT_EQ(text(), "old");
+  EXPECT_EQ(files(), 1);
+}
+
+TEST_F(OutputFileTest, WrittenByName) {
+  OutputFile file(path_);
+  std::filesystem::remove(file.temporary());  // as some libraries do before they create
+  std::ofstream(file.temporary()) << "named";
+  file.commit();
+  EXPECT_EQ(text(), "named");
+  EXPECT_EQ(files(), 1);
+}
+
+TEST_F(OutputFileTest, NowhereToWrite) {
+  try {
+    OutputFile file(directory_ + "/no/out.txt");
+    FAIL();
+  } catch (const Failure& failure) {
+    EXPECT_EQ(failure.error().code, ErrorCode::output);
+    EXPECT_EQ(failure.error().file, directory_ + "/no/out.txt");
+  }
+}
+
+}  // namespace
+}  // namespace shm::converters

@@ -1,0 +1,252 @@
+#!/usr/bin/env python3
+"""The command line of shm: exit codes, JSON, nothing left behind.
+
+Usage: tool_test.py PATH_OF_SHM
+"""
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import xml.etree.ElementTree
+
+SHM = "shm"
+
+
+def write_vtk(path, n, bend=0.0):
+    """An ASCII VTK grid of n*n*n hexahedra with one point and one cell array."""
+    m = n + 1
+    points, cells = [], []
+    for z in range(m):
+        for y in range(m):
+            for x in range(m):
+                points.append(f"{x * 0.1 + bend * z} {y * 0.1} {z * 0.1}")
+    at = lambda x, y, z: (z * m + y) * m + x
+    for z in range(n):
+        for y in range(n):
+            for x in range(n):
+                corners = [at(x, y, z), at(x + 1, y, z), at(x + 1, y + 1, z), at(x, y + 1, z),
+                           at(x, y, z + 1), at(x + 1, y, z + 1), at(x + 1, y + 1, z + 1),
+                           at(x, y + 1, z + 1)]
+                cells.append("8 " + " ".join(map(str, corners)))
+    with open(path, "w") as out:
+        out.write("# vtk DataFile Version 3.0\na grid\nASCII\nDATASET UNSTRUCTURED_GRID\n")
+        out.write(f"POINTS {len(points)} double\n" + "\n".join(points) + "\n")
+        out.write(f"CELLS {len(cells)} {9 * len(cells)}\n" + "\n".join(cells) + "\n")
+        out.write(f"CELL_TYPES {len(cells)}\n" + "12\n" * len(cells))
+        out.write(f"POINT_DATA {len(points)}\nSCALARS heat double 1\nLOOKUP_TABLE default\n")
+        out.write("\n".join(str(i % 17 / 16) for i in range(len(points))) + "\n")
+        out.write(f"CELL_DATA {len(cells)}\nSCALARS zone int 1\nLOOKUP_TABLE default\n")
+        out.write("\n".join(str(i // 7) for i in range(len(cells))) + "\n")
+
+
+class ToolTest(unittest.TestCase):
+    def setUp(self):
+        self.directory = tempfile.TemporaryDirectory(prefix="shm-tool-test-")
+        self.addCleanup(self.directory.cleanup)
+        self.mesh = self.path("mesh.vtk")
+        write_vtk(self.mesh, 5)
+
+    def path(self, name):
+        return os.path.join(self.directory.name, name)
+
+    def shm(self, *words, code=0):
+        """Runs the tool, checks the exit code; returns (stdout, stderr)."""
+        done = subprocess.run([SHM, *words], capture_output=True, text=True, timeout=120)
+        self.assertEqual(done.returncode, code, f"shm {' '.join(words)}\n{done.stdout}{done.stderr}")
+        if code in (0, 1):
+            self.assertEqual(done.stderr, "")
+        else:
+            self.assertEqual(done.stdout, "")
+            self.assertTrue(done.stderr.startswith("shm: "), done.stderr)
+            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        return done.stdout, done.stderr
+
+    def assert_only(self, *names):
+        self.assertEqual(sorted(os.listdir(self.directory.name)), sorted(names))
+
+    def test_help_and_version(self):
+        self.assertIn("compress", self.shm("--help")[0])
+        self.assertRegex(self.shm("--version")[0], r"^shm \d+\.\d+\.\d+\n$")
+        for command in ("compress", "decompress", "convert", "verify", "info", "layout"):
+            self.assertIn("Examples:\n  shm " + command, self.shm(command, "--help")[0])
+
+    def test_wrong_use(self):
+        self.shm(code=2)
+        self.shm("squash", self.mesh, code=2)
+        self.shm("compress", code=2)
+        self.shm("compress", self.mesh, "--order", "free", code=2)
+        self.shm("compress", self.mesh, "--bits", "53", code=2)
+        self.shm("compress", self.mesh, "--bits", "0", code=2)
+        self.shm("compress", self.mesh, "--delay", "-1", code=2)
+        self.shm("compress", self.mesh, "--temp", self.path("nowhere"), code=2)
+        self.shm("compress", self.mesh, "-o", "-", "--json", code=2)
+        self.shm("convert", self.mesh, self.path("out.xyz"), code=2)
+        self.shm("convert", self.mesh, self.path("out.vtk"), "--format", "stl", code=2)
+        self.shm("decompress", self.path("nothing.shm"), code=2)
+        self.assert_only("mesh.vtk")
+
+    def test_bad_input(self):
+        garbage = self.path("garbage.bin")
+        with open(garbage, "wb") as out:
+            out.write(bytes(range(256)) * 8)
+        for words in (["compress", self.path("missing.e")], ["compress", garbage],
+                      ["compress", self.directory.name], ["verify", garbage],
+                      ["verify", self.mesh], ["info", garbage], ["info", self.path("missing.shm")],
+                      ["layout", garbage, "-o", self.path("x.svg")],
+                      ["decompress", self.mesh, "-o", self.path("x.vtk")],
+                      ["convert", garbage, self.path("x.vtk")]):
+            _, error = self.shm(*words, code=3)
+            self.assertIn(words[1], error)
+        self.assert_only("mesh.vtk", "garbage.bin")
+
+    def test_damaged_files(self):
+        packed = self.path("mesh.vtk.shm")
+        self.shm("compress", self.mesh)
+        with open(packed, "rb") as source:
+            good = source.read()
+        cut = self.path("cut.shm")
+        for size in (0, 5, 40, len(good) // 2, len(good) - 1):
+            with open(cut, "wb") as out:
+                out.write(good[:size])
+            for words in (["verify", cut], ["info", cut],
+                          ["decompress", cut, "-o", self.path("x.vtk")]):
+                self.assertIn(cut, self.shm(*words, code=3)[1])
+        damaged = bytearray(good)
+        damaged[len(good) // 2] ^= 0x10
+        with open(cut, "wb") as out:
+            out.write(damaged)
+        self.shm("verify", cut, code=3)
+        self.assert_only("mesh.vtk", "mesh.vtk.shm", "cut.shm")
+
+    def test_output_that_cannot_be_written(self):
+        packed = self.path("mesh.shm")
+        self.shm("compress", self.mesh, "-o", packed)
+        nowhere = self.path("nowhere/out")
+        self.shm("compress", self.mesh, "-o", nowhere + ".shm", code=4)
+        self.shm("decompress", packed, "-o", nowhere + ".vtk", code=4)
+        self.shm("decompress", packed, "-o", nowhere + ".e", code=4)
+        self.shm("layout", self.mesh, "-o", nowhere + ".svg", code=4)
+        os.mkdir(self.path("folder.vtk"))
+        self.shm("decompress", packed, "-o", self.path("folder.vtk"), code=4)
+        self.assert_only("mesh.vtk", "mesh.shm", "folder.vtk")
+
+    def test_compress_json(self):
+        out, _ = self.shm("compress", self.mesh, "--json")
+        told = json.loads(out)
+        packed = self.path("mesh.vtk.shm")
+        self.assertEqual(told["input_bytes"], os.path.getsize(self.mesh))
+        self.assertEqual(told["output_bytes"], os.path.getsize(packed))
+        self.assertEqual(sum(told["streams"].values()), told["output_bytes"])
+        self.assertEqual((told["vertices"], told["cells"], told["hexahedra"]), (216, 125, 125))
+        streams = told["streams"]
+        connectivity = sum(streams.get(k, 0) for k in
+                           ("connectivity", "corner order", "vertex numbers", "cell numbers"))
+        self.assertAlmostEqual(told["connectivity_bits_per_hex"], 8 * connectivity / 125)
+        self.assertAlmostEqual(told["geometry_bits_per_vertex"], 8 * streams["geometry"] / 216)
+        self.assertGreaterEqual(told["max_active_vertices"], 8)
+        self.assertGreater(told["peak_rss_bytes"], 1 << 20)
+        self.assertGreaterEqual(told["seconds"], 0)
+        self.assertEqual(sorted(told["arrays"]), ["cell/zone", "point/heat"])
+        self.assertAlmostEqual(told["arrays"]["point/heat"]["bits_per_value"],
+                               8 * streams["array:point/heat"] / 216)
+
+    def test_info(self):
+        packed = self.path("mesh.vtk.shm")
+        self.shm("compress", self.mesh)
+        text, _ = self.shm("info", packed)
+        for word in ("216 vertices", "125 hexahedra", "'heat'", "connectivity", "geometry"):
+            self.assertIn(word, text)
+        told = json.loads(self.shm("info", packed, "--json")[0])
+        self.assertEqual(told["total_bytes"], os.path.getsize(packed))
+        self.assertEqual(sum(s["bytes"] for s in told["streams"].values()), told["total_bytes"])
+        self.assertEqual(told["blocks"][0]["shape"], "hexahedron")
+        plain = json.loads(self.shm("info", self.mesh, "--json")[0])
+        self.assertEqual(plain["arrays"], told["arrays"])
+
+    def test_verify(self):
+        other = self.path("other.vtk")
+        write_vtk(other, 5, bend=1e-9)
+        for options in ([], ["--order", "stream"], ["--order", "stream", "--delay", "20"],
+                        ["--delay", "7"], ["--bits", "12"]):
+            packed = self.path("mesh.shm")
+            self.shm("compress", self.mesh, "-o", packed, *options)
+            self.shm("verify", packed)
+            self.shm("verify", packed, "--against", self.mesh)
+            if "--bits" not in options:
+                out, _ = self.shm("verify", packed, "--against", other, code=1)
+                self.assertIn("coordinates, vertex", out)
+            back = self.path("back.vtk")
+            self.shm("decompress", packed, "-o", back)
+            self.shm("verify", packed, "--against", back)
+
+    def test_keep_gives_back_the_source(self):
+        packed, again = self.path("mesh.shm"), self.path("again.shm")
+        back = self.path("back.vtk")
+        self.shm("compress", self.mesh, "-o", packed)
+        self.shm("decompress", packed, "-o", back)
+        self.shm("compress", back, "-o", again)
+        with open(packed, "rb") as a, open(again, "rb") as b:
+            self.assertEqual(a.read(), b.read())
+
+    def test_formats_and_names(self):
+        for name in ("out.e", "out.e.4.0", "out.e-s002", "out.exo", "out.msh", "out.vtk", "out.shm"):
+            out = self.path(name)
+            self.shm("convert", self.mesh, out)
+            told = json.loads(self.shm("info", out, "--json")[0])
+            self.assertEqual((told["vertices"], told["hexahedra"]), (216, 125), name)
+        odd = self.path("odd.name")
+        self.shm("convert", self.mesh, odd, "--format", "exodus")
+        self.assertEqual(json.loads(self.shm("info", odd, "--json")[0])["source_format"], "exodus")
+
+    def test_layout(self):
+        svg = self.path("mesh.svg")
+        self.assertIn("width", self.shm("layout", self.mesh, "-o", svg)[0])
+        root = xml.etree.ElementTree.parse(svg).getroot()
+        self.assertTrue(root.tag.endswith("svg"))
+
+    def test_full_disk(self):
+        packed = self.path("mesh.vtk.shm")
+        self.shm("compress", self.mesh)
+        for words in (["info", packed], ["compress", self.mesh, "-o", "-"]):
+            with open("/dev/full", "wb") as full:
+                done = subprocess.run([SHM, *words], stdout=full, stderr=subprocess.PIPE)
+            self.assertEqual(done.returncode, 4, done.stderr)
+
+    def test_quiet(self):
+        self.assertEqual(self.shm("compress", "--quiet", self.mesh)[0], "")
+        self.assertEqual(self.shm("verify", "-q", self.path("mesh.vtk.shm"))[0], "")
+
+    def test_standard_streams(self):
+        packed = subprocess.run([SHM, "compress", "-q", self.mesh, "-o", "-"], capture_output=True,
+                                check=True).stdout
+        back = self.path("back.vtk")
+        subprocess.run([SHM, "decompress", "-", "-o", back, "-q"], input=packed, check=True)
+        self.shm("compress", self.mesh, "-o", self.path("mesh.shm"))
+        with open(self.path("mesh.shm"), "rb") as source:
+            self.assertEqual(source.read(), packed)
+        self.shm("verify", self.path("mesh.shm"), "--against", back)
+
+    def test_interrupted_run_leaves_nothing(self):
+        big = self.path("big.vtk")
+        write_vtk(big, 40)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            process = subprocess.Popen([SHM, "compress", big], stdout=subprocess.DEVNULL)
+            while process.poll() is None and not any(".tmp" in name for name in
+                                                     os.listdir(self.directory.name)):
+                time.sleep(0.001)
+            process.send_signal(number)
+            if process.wait() == -number:
+                self.assert_only("mesh.vtk", "big.vtk")
+            else:  # it was faster
+                os.remove(big + ".shm")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    SHM = os.path.abspath(sys.argv.pop())
+    unittest.main()
