@@ -91,6 +91,11 @@ class Decoder::Impl {
   std::vector<std::byte> schema_bytes_;
   std::unique_ptr<MeshDecoder> mesh_;
   bool steps_begun_ = false;
+  struct NextPiece {  // of a stepped array
+    bool begun = false;
+    std::uint64_t step = 0, first = 0;  // first step that may begin; where the open one goes on
+  };
+  std::vector<NextPiece> next_piece_;
   std::uint64_t steps_ = 0, index_offset_ = 0;
   std::map<std::string, std::uint64_t> stream_bytes_;
   bool totals_taken_ = false;
@@ -242,7 +247,7 @@ Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
   if (!blob) return wrong(ErrorCode::corrupt, "cannot be unpacked");
   ByteReader fields(*blob);
   auto schema = std::make_unique<Schema>();
-  if (!get(fields, *schema)) return wrong(ErrorCode::corrupt, "makes no sense");
+  if (!get(fields, *schema, limits_)) return wrong(ErrorCode::corrupt, "makes no sense");
   if (auto good = check_schema(*schema, limits_); !good) {
     const bool limit = good.error().code == ErrorCode::over_limit;
     return wrong(limit ? ErrorCode::over_limit : ErrorCode::corrupt, good.error().detail);
@@ -277,6 +282,13 @@ Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload)
     return wrong(ErrorCode::corrupt, "array '" + info.name + "': too much in one piece");
   if (header.reference_step != header.step)
     return wrong(ErrorCode::unsupported, "refers to another step, which this reader cannot follow");
+  // Pieces of one array at one step follow each other; a new step begins when the last is whole.
+  next_piece_.resize(schema_->arrays.size());
+  NextPiece& next = next_piece_[header.array];
+  const bool begins = header.first == 0 && next.first == elements && header.step >= next.step;
+  if (!next.begun ? header.first != 0 : !begins && (header.step + 1 != next.step || header.first != next.first))
+    return wrong(ErrorCode::corrupt, "array '" + info.name + "': a piece is missing or out of order");
+  next = {true, header.step + 1, header.first + header.count};
   const auto bytes = in.get_bytes(in.left());
   auto values = decode_step_values(info, header.codec, bytes, header.count);
   if (!values)
@@ -326,6 +338,10 @@ Result<void> Decoder::Impl::read_index(std::span<const std::byte> payload) {
               index.block_cells == mesh_->block_cells() && index.steps == steps_ &&
               index.streams.size() == stream_bytes_.size() &&
               index.entries.size() + 1 == next_sequence_ && index.previous_index == 0;
+  for (std::uint32_t a = 0; a < next_piece_.size(); ++a)
+    same = same && (!next_piece_[a].begun || next_piece_[a].first == elements_of(a));
+  for (std::size_t i = 1; i < index.streams.size(); ++i)
+    same = same && index.streams[i - 1].name < index.streams[i].name;
   for (const auto& stream : index.streams) {
     const auto found = stream_bytes_.find(stream.name);
     same = same && found != stream_bytes_.end() && found->second == stream.bytes;

@@ -50,7 +50,7 @@ Result<void> MeshDecoder::begin_group(std::vector<std::byte> payload, std::uint6
                    ErrorCode::over_limit);
   if (auto good = assign_streams(); !good) return good;
   cells_done_ = 0;
-  vertices_done_ = bytes_done_ = active_seen_ = 0;
+  vertices_done_ = loose_done_ = bytes_done_ = active_seen_ = 0;
   in_group_ = true;
   return {};
 }
@@ -97,6 +97,9 @@ Result<MeshBlock> MeshDecoder::next_block() {
     if (auto good = decode_cell(block); !good) return good.error();
   while (cells_done_ == group_.cells && vertices_done_ < group_.vertices &&
          bytes_done_ - bytes_before < kBlockBytes) {
+    if (bytes_done_ + vertex_bytes_ > group_.decoded_bytes)
+      return damaged("unpacks to more than stated");
+    ++loose_done_;
     const std::uint32_t slot = streams_.connectivity().add_loose_vertex();
     active_seen_ = std::max(active_seen_, streams_.connectivity().surface().active_vertices());
     if (auto good = decode_vertex(Stencil{}, slot, block); !good) return good.error();
@@ -181,7 +184,8 @@ void MeshDecoder::grow_arrays(MeshBlock& block, const std::vector<std::uint32_t>
 }
 
 Result<void> MeshDecoder::end_group() {
-  if (bytes_done_ != group_.decoded_bytes || active_seen_ != group_.max_active_vertices)
+  if (bytes_done_ != group_.decoded_bytes || active_seen_ != group_.max_active_vertices ||
+      loose_done_ != group_.loose_vertices)
     return damaged("does not hold what its header states");
   max_active_vertices_ = std::max(max_active_vertices_, active_seen_);
   in_group_ = false;

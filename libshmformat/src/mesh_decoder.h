@@ -55,7 +55,7 @@ class MeshDecoder {
   bool in_group_ = false;
   std::uint64_t group_offset_ = 0, groups_ = 0;
   std::uint32_t cells_done_ = 0;
-  std::uint64_t vertices_done_ = 0, bytes_done_ = 0, active_seen_ = 0;
+  std::uint64_t vertices_done_ = 0, loose_done_ = 0, bytes_done_ = 0, active_seen_ = 0;
 
   std::uint64_t vertices_ = 0, cells_ = 0, hexahedra_ = 0, max_active_vertices_ = 0;
   std::vector<std::uint64_t> block_cells_;

@@ -36,6 +36,7 @@ MeshEncoder::MeshEncoder(const Schema& schema, const WriteOptions& options, Grou
       if (schema.array_covers(a, b))
         bytes += scalar_bytes(schema.arrays[a].type) * schema.arrays[a].components;
     cell_data_bytes_.push_back(bytes);
+    has_edge_nodes_ |= schema.blocks[b].shape == CellShape::hexahedron && schema.blocks[b].nodes_per_cell >= 20;
   }
   totals_.block_cells.resize(schema.blocks.size());
   range_of_array_.resize(schema.arrays.size());
@@ -258,8 +259,9 @@ Result<void> MeshEncoder::flush_group() {
     entry.array = names[s].array;
     const bool values = entry.kind >= container::StreamKind::vertex_numbers;
     entry.codec = values ? container::Codec::predictive : container::Codec::paper;
-    if (entry.kind != container::StreamKind::connectivity)
-      entry.needs = 1u << static_cast<unsigned>(container::StreamKind::connectivity);
+    const auto needs = [&](container::StreamKind kind) { entry.needs |= 1u << static_cast<unsigned>(kind); };
+    if (entry.kind != container::StreamKind::connectivity) needs(container::StreamKind::connectivity);
+    if (values && has_edge_nodes_) needs(container::StreamKind::corner_order);  // midpoints
     entry.bytes = bytes.size();
     entry.checksum = checksum(bytes);
     group_.streams.push_back(entry);

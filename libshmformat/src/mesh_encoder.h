@@ -77,6 +77,7 @@ class MeshEncoder {
   IdMap by_number_;
   std::size_t xyz_bytes_, values_bytes_;
   std::vector<std::size_t> cell_data_bytes_;  // by block
+  bool has_edge_nodes_ = false;               // hexahedra whose edge nodes are predicted
 
   std::vector<WaitingCell> cells_;
   std::vector<std::uint32_t> free_cells_;

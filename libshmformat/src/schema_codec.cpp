@@ -89,31 +89,42 @@ void put(ByteWriter& out, const Schema& schema) {
   }
 }
 
-bool get(ByteReader& in, Schema& schema) {
+bool get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
   schema = {};
   schema.order = static_cast<Order>(in.get_u8());
-  schema.corner_order = in.get_u8() != 0;
-  schema.delay = static_cast<std::uint32_t>(in.get_varint());
+  schema.corner_order = in.get_flag();
+  schema.delay = in.get_varint32();
   schema.coordinate_type = static_cast<ScalarType>(in.get_u8());
   get(in, schema.coordinate_quantization);
   schema.source_format = in.get_text();
-  for (std::uint64_t n = in.get_count(4); n > 0 && in.ok(); --n) {
+  // One more than the limits allow is enough for check_schema to say so.
+  const std::uint64_t blocks = in.get_count(4);
+  if (blocks > limits.max_blocks) {
+    schema.blocks.resize(std::size_t{limits.max_blocks} + 1);
+    return in.ok();
+  }
+  for (std::uint64_t n = blocks; n > 0 && in.ok(); --n) {
     BlockInfo block;
     block.id = in.get_signed();
     block.name = in.get_text();
     block.shape = static_cast<CellShape>(in.get_u8());
-    block.nodes_per_cell = static_cast<std::uint32_t>(in.get_varint());
+    block.nodes_per_cell = in.get_varint32();
     schema.blocks.push_back(std::move(block));
   }
-  for (std::uint64_t n = in.get_count(8); n > 0 && in.ok(); --n) {
+  const std::uint64_t arrays = in.get_count(8);
+  if (arrays > limits.max_arrays) {
+    schema.arrays.resize(std::size_t{limits.max_arrays} + 1);
+    return in.ok();
+  }
+  for (std::uint64_t n = arrays; n > 0 && in.ok(); --n) {
     ArrayInfo array;
     array.name = in.get_text();
     array.location = static_cast<Location>(in.get_u8());
     array.type = static_cast<ScalarType>(in.get_u8());
-    array.components = static_cast<std::uint32_t>(in.get_varint());
-    array.per_step = in.get_u8() != 0;
+    array.components = in.get_varint32();
+    array.per_step = in.get_flag();
     for (std::uint64_t b = in.get_count(1); b > 0 && in.ok(); --b)
-      array.blocks.push_back(static_cast<std::uint32_t>(in.get_varint()));
+      array.blocks.push_back(in.get_varint32());
     array.role = in.get_text();
     get(in, array.quantization);
     schema.arrays.push_back(std::move(array));
@@ -146,9 +157,9 @@ Result<void> check_schema(const Schema& schema, const ReadLimits& limits) {
     if (auto good = check_array(schema, array); !good) return good;
     components += array.per_step ? 0 : array.components;
   }
-  if (components > limits.max_arrays)
+  if (components > limits.max_static_components)
     return wrong("more components of static arrays than the limit of " +
-                     std::to_string(limits.max_arrays),
+                     std::to_string(limits.max_static_components),
                  ErrorCode::over_limit);
   return {};
 }

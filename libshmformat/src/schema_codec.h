@@ -10,8 +10,9 @@
 namespace shm {
 
 void put(ByteWriter& out, const Schema& schema);
-/// False when the bytes are no schema; what it means is then checked by check_schema.
-bool get(ByteReader& in, Schema& schema);
+/// False when the bytes are no schema; what it means is then checked by check_schema. Stops
+/// reading where it passes the limits, so that memory stays within them.
+bool get(ByteReader& in, Schema& schema, const ReadLimits& limits);
 /// Says what is wrong with a schema, ErrorCode::misuse or over_limit.
 Result<void> check_schema(const Schema& schema, const ReadLimits& limits = {});
 

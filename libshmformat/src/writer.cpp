@@ -75,7 +75,7 @@ class Writer::Impl {
   Result<void> write_schema();
   Result<void> write_group(const container::GroupHeader& header,
                            const std::vector<std::vector<std::byte>>& streams);
-  Result<void> write_step_piece(std::size_t bytes);
+  Result<void> write_step_piece();
   std::uint64_t elements_of(std::uint32_t array) const;
   std::string array_key(std::uint32_t array) const { return array_stream_name(schema_, array); }
 
@@ -150,23 +150,28 @@ Result<void> Writer::Impl::add_step_values(std::uint32_t array, std::uint64_t st
     first_ = 0;
     steps_ = std::max(steps_, step + 1);
   }
-  pending_.insert(pending_.end(), values.begin(), values.end());
   const std::size_t piece =
       stride * std::clamp<std::size_t>(container::kMaxStepBytes / stride, 1, container::kMaxStepPiece);
-  while (pending_.size() >= piece)
-    if (auto good = write_step_piece(piece); !good) return good;
+  while (!values.empty()) {
+    const std::size_t taken = std::min(piece - pending_.size(), values.size());
+    const auto head = values.first(taken);
+    pending_.insert(pending_.end(), head.begin(), head.end());
+    values = values.subspan(taken);
+    if (pending_.size() == piece)
+      if (auto good = write_step_piece(); !good) return good;
+  }
   return {};
 }
 
-Result<void> Writer::Impl::write_step_piece(std::size_t bytes) {
+/// What is pending, as one chunk.
+Result<void> Writer::Impl::write_step_piece() {
   const ArrayInfo& info = schema_.arrays[*array_];
-  const auto values = std::span<const std::byte>(pending_).first(bytes);
-  const StepBytes coded = encode_step_values(info, values);
+  const StepBytes coded = encode_step_values(info, pending_);
   container::StepHeader header;
   header.array = *array_;
   header.step = header.reference_step = step_;
   header.first = first_;
-  header.count = static_cast<std::uint32_t>(bytes / (scalar_bytes(info.type) * info.components));
+  header.count = static_cast<std::uint32_t>(pending_.size() / (scalar_bytes(info.type) * info.components));
   header.codec = coded.codec;
   ByteWriter payload;
   container::put(payload, header);
@@ -178,14 +183,14 @@ Result<void> Writer::Impl::write_step_piece(std::size_t bytes) {
   entry.first = header.first;
   entry.count = header.count;
   first_ += header.count;
-  pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(bytes));
+  pending_.clear();
   return chunks_.write(ChunkKind::step_values, payload.bytes, entry);
 }
 
 Result<void> Writer::Impl::end_step_array() {
   if (!array_) return {};
   if (!pending_.empty())
-    if (auto good = write_step_piece(pending_.size()); !good) return good;
+    if (auto good = write_step_piece(); !good) return good;
   if (first_ != elements_of(*array_))
     return misuse("array '" + schema_.arrays[*array_].name + "' got " + std::to_string(first_) +
                       " elements at step " + std::to_string(step_) + ", the mesh has " +
@@ -196,6 +201,7 @@ Result<void> Writer::Impl::end_step_array() {
 }
 
 Result<void> Writer::Impl::set_step_times(std::span<const double> times) {
+  if (auto good = end_step_array(); !good) return good;
   ByteWriter blob, payload;
   for (double time : times) blob.put_f64(time);
   put_packed(payload, blob.bytes);
@@ -213,6 +219,7 @@ Result<void> Writer::Impl::add_extra(const Extra& extra) {
   if (extra.refers != Reference::nothing && extra.type != ScalarType::int32 &&
       extra.type != ScalarType::int64)
     return misuse("extra '" + extra.key + "': references are int32 or int64", "extras");
+  if (auto good = end_step_array(); !good) return good;
   ByteWriter blob, payload;
   put(blob, extra);
   put_packed(payload, blob.bytes);

@@ -24,7 +24,8 @@ struct ReadLimits {
   std::uint64_t max_chunk_bytes = std::uint64_t{1} << 30;  ///< payload of one chunk
   std::uint64_t max_group_bytes = std::uint64_t{1} << 30;  ///< one chunk group, unpacked
   std::uint64_t max_extra_bytes = std::uint64_t{1} << 30;  ///< one extra, unpacked
-  std::uint32_t max_arrays = 65536;  ///< arrays, and components of static arrays in sum
+  std::uint32_t max_arrays = 65536;
+  std::uint32_t max_static_components = 4096;  ///< of all arrays without time steps together
   std::uint32_t max_blocks = 1 << 20;
 };
 

@@ -78,6 +78,18 @@ class ByteReader {
     ok_ = false;
     return 0;
   }
+  /// A varint that must stay below 2^32.
+  std::uint32_t get_varint32() {
+    const std::uint64_t v = get_varint();
+    if (v > 0xffffffffu) ok_ = false;
+    return static_cast<std::uint32_t>(v);
+  }
+  /// A byte that must be 0 or 1.
+  bool get_flag() {
+    const std::uint8_t v = get_u8();
+    if (v > 1) ok_ = false;
+    return v == 1;
+  }
   std::int64_t get_signed() {
     const std::uint64_t v = get_varint();
     return static_cast<std::int64_t>((v >> 1) ^ (0 - (v & 1)));

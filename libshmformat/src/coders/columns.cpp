@@ -48,7 +48,8 @@ std::uint64_t combine(const Stencil& s, const std::uint64_t* v, std::size_t stri
   switch (s.kind) {
     case Stencil::last: break;
     case Stencil::copy: return at(0);
-    case Stencil::midpoint: return at(0) + (at(1) - at(0)) / 2;
+    case Stencil::midpoint:
+      return at(0) + static_cast<std::uint64_t>(static_cast<std::int64_t>(at(1) - at(0)) / 2);
     case Stencil::parallelogram: return at(0) + at(1) - at(2);
     case Stencil::lorenzo: return at(0) + at(1) + at(2) - at(3) - at(4) - at(5) + at(6);
   }

@@ -627,17 +627,21 @@ void Connectivity<Coder>::glue(CellTopology& cell) {
     cell.face_mask |= static_cast<std::uint8_t>(face_bit(k));
     cell.neighbour[k] = surface_.face(present[k]).cell;
   }
+  previous_face_.fill(kNone);
   for (std::uint32_t k = 0; k < 6; ++k) {
     const auto& c = kFaceCorners[k];
     const Quad quad = {v[c[0]], v[c[1]], v[c[2]], v[c[3]]};
-    previous_face_[k] = kNone;
     if (!distinct && !all_different(quad)) continue;
     // Only a hexahedron with repeated corners can meet the same face twice and must look again.
     const std::uint32_t now =
         distinct ? present[k] : surface_.find_face(quad[0], quad[1], quad[2], quad[3]);
     if (now != kNone) {
+      for (std::uint32_t& face : previous_face_)
+        if (face == now) face = kNone;  // its slot may be taken by another one
       surface_.remove_face(now);
-    } else {
+    } else if (std::all_of(quad.begin(), quad.end(), [&](std::uint32_t vertex) {
+                 return surface_.vertex(vertex).face_count < kMaxFacesAtVertex;
+               })) {
       previous_face_[k] = surface_.add_face(
           quad, {cell.stored_corner[c[0]], cell.stored_corner[c[1]], cell.stored_corner[c[2]],
                  cell.stored_corner[c[3]]});

@@ -118,9 +118,9 @@ bool get(ByteReader& in, GroupHeader& header) {
   for (std::uint64_t i = 0; i < streams && in.ok(); ++i) {
     StreamEntry stream;
     stream.kind = static_cast<StreamKind>(in.get_u8());
-    if (stream.kind == StreamKind::array) stream.array = static_cast<std::uint32_t>(in.get_varint());
+    if (stream.kind == StreamKind::array) stream.array = in.get_varint32();
     stream.codec = static_cast<Codec>(in.get_u8());
-    stream.needs = static_cast<std::uint32_t>(in.get_varint());
+    stream.needs = in.get_varint32();
     stream.bytes = in.get_varint();
     stream.checksum = in.get_u32();
     header.streams.push_back(stream);
@@ -137,15 +137,14 @@ void put(ByteWriter& out, const StepHeader& header) {
   out.put_u8(static_cast<std::uint8_t>(header.codec));
 }
 bool get(ByteReader& in, StepHeader& header) {
-  const std::uint64_t array = in.get_varint();
-  header.array = static_cast<std::uint32_t>(array);
+  header.array = in.get_varint32();
   header.step = in.get_varint();
   header.reference_step = in.get_varint();
   header.first = in.get_varint();
   const std::uint64_t count = in.get_varint();
   header.count = static_cast<std::uint32_t>(count);
   header.codec = static_cast<Codec>(in.get_u8());
-  return in.ok() && array <= 0xffffffffu && count >= 1 && count <= kMaxStepPiece;
+  return in.ok() && header.step <= 0xffffffffu && count >= 1 && count <= kMaxStepPiece;
 }
 
 void put(ByteWriter& out, const Index& index) {
@@ -199,7 +198,7 @@ bool get(ByteReader& in, Index& index, std::uint64_t max_entries) {
   }
   for (std::uint64_t n = in.get_count(2); n > 0 && in.ok(); --n) {
     ArrayRange range;
-    range.array = static_cast<std::uint32_t>(in.get_varint());
+    range.array = in.get_varint32();
     for (std::uint64_t c = in.get_count(16); c > 0 && in.ok(); --c) {
       range.minimum.push_back(in.get_f64());
       range.maximum.push_back(in.get_f64());
@@ -218,7 +217,7 @@ bool get(ByteReader& in, Index& index, std::uint64_t max_entries) {
         *v = in.get_varint();
       get_box(in, entry.box);
     } else if (entry.kind == static_cast<std::uint8_t>(ChunkKind::step_values)) {
-      entry.array = static_cast<std::uint32_t>(in.get_varint());
+      entry.array = in.get_varint32();
       for (std::uint64_t* v : {&entry.step, &entry.first, &entry.count}) *v = in.get_varint();
     }
     index.entries.push_back(entry);

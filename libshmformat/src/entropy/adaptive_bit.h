@@ -1,6 +1,6 @@
 // AdaptiveBit: how likely a yes/no decision is, learnt from its past.
 // 22 bits of probability and 10 bits of count in one word. The first decisions move it fast
-// (1/2, 1/3, ...), later ones by 1/kLimit, so small meshes learn quickly and long ones forget slowly.
+// (2/3, 2/5, ...), later ones by about 1/kLimit, so small meshes learn quickly and long ones forget slowly.
 // Integers only: the same on every machine. spec: "Adaptive bit"
 #pragma once
 

@@ -33,7 +33,11 @@ struct NumberModel {
   AdaptiveBit zero;
   TreeModel<6> length;                               // K - 1
   std::array<std::array<AdaptiveBit, 4>, 64> first;  // two bits after the leading one, by K
-  std::array<std::array<AdaptiveBit, 64>, 64> rest;  // further bits by K and position
+  std::array<AdaptiveBit, 64 * 63 / 2> rest;         // further bits by K and position
+  /// The model of the bit with `left` bits below it, left < k - 1.
+  AdaptiveBit& rest_bit(int k, int left) {
+    return rest[static_cast<std::size_t>((k - 1) * (k - 2) / 2 + left)];
+  }
 };
 /// The same with raw bits after the first two: for measured values. Small, so contexts are cheap.
 struct ResidualModel {
@@ -60,8 +64,8 @@ std::uint64_t code_number(Coder& coder, Model& model, std::uint64_t value) {
   if constexpr (requires { model.rest; }) {
     while (left > 0) {
       --left;
-      auto& bit = model.rest[static_cast<std::size_t>(k - 1)][static_cast<std::size_t>(left)];
-      result = result << 1 | static_cast<std::uint64_t>(coder.bit(bit, value >> left & 1));
+      const bool one = coder.bit(model.rest_bit(k, left), value >> left & 1);
+      result = result << 1 | static_cast<std::uint64_t>(one);
     }
   } else if (left > 0) {
     const std::uint64_t low = value & ((std::uint64_t{1} << left) - 1);

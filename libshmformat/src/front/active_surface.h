@@ -21,6 +21,10 @@ using Quad = std::array<std::uint32_t, 4>;
 /// Face slot * 4 + position of the vertex in its quad; kNone ends a list.
 using FaceCorner = std::uint32_t;
 
+/// A face does not join the surface where one of its vertices has this many: keeps every search
+/// short, also in hostile files. Frozen: part of the format.
+inline constexpr std::uint32_t kMaxFacesAtVertex = 128;
+
 class ActiveSurface {
  public:
   struct Vertex {
