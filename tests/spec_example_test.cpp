@@ -46,7 +46,6 @@ Result<std::vector<std::byte>> example_file() {
   (void)writer->add_cell(0, corners, 0xff, std::as_bytes(std::span(seven)));
   (void)writer->end_mesh();
   const std::array<float, 1> warm{2.5f};
-  (void)writer->add_step_values(1, 0, std::as_bytes(std::span(warm)));
   const std::array<double, 1> times{0.5};
   (void)writer->set_step_times(times);
   Extra note;
@@ -54,6 +53,7 @@ Result<std::vector<std::byte>> example_file() {
   note.shape = {2};
   note.data = {std::byte{'h'}, std::byte{'i'}};
   (void)writer->add_extra(note);
+  (void)writer->add_step_values(1, 0, std::as_bytes(std::span(warm)));
   if (auto sizes = writer->finish(); !sizes) return sizes.error();
   return std::move(sink.bytes);
 }
