@@ -273,6 +273,9 @@ Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload)
   if (!container::get(in, header)) return wrong(ErrorCode::corrupt, "its header makes no sense");
   if (header.array >= schema_->arrays.size() || !schema_->arrays[header.array].per_step)
     return wrong(ErrorCode::corrupt, "belongs to no stepped array");
+  if (header.step >= limits_.max_steps)
+    return wrong(ErrorCode::over_limit, "step " + std::to_string(header.step) + ", the limit is " +
+                                            std::to_string(limits_.max_steps) + " steps");
   const ArrayInfo& info = schema_->arrays[header.array];
   const std::uint64_t elements = elements_of(header.array);
   if (header.first > elements || header.count > elements - header.first)

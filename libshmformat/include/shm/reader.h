@@ -27,6 +27,7 @@ struct ReadLimits {
   std::uint32_t max_arrays = 65536;
   std::uint32_t max_static_components = 4096;  ///< of all arrays without time steps together
   std::uint32_t max_blocks = 1 << 20;
+  std::uint64_t max_steps = 1 << 20;
 };
 
 /// A run of vertices and cells in coding order. Cell i may use the vertices below

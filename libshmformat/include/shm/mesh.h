@@ -1,0 +1,47 @@
+// Mesh: a whole mesh in memory, for callers who have the room. Convenience over Writer and Reader.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "shm/io.h"
+#include "shm/reader.h"
+#include "shm/schema.h"
+#include "shm/writer.h"
+
+namespace shm {
+
+/// Vertices and cells in their own numbering, from 0. Values are raw bytes of the declared scalar
+/// types in host order.
+struct Mesh {
+  Schema schema;
+  std::vector<std::byte> xyz;                    ///< 3 coordinates for each vertex
+  std::vector<std::uint32_t> cell_blocks;        ///< block index of each cell
+  std::vector<std::uint64_t> corner_begin = {0};  ///< cells + 1 offsets into corners
+  std::vector<std::uint64_t> corners;            ///< vertex numbers
+  /// Values of static arrays, by array: one element for each vertex, or for each cell of a
+  /// covered block in cell order. Stepped arrays: empty.
+  std::vector<std::vector<std::byte>> arrays;
+  /// Values of stepped arrays: [array][step], elements as in `arrays`; static arrays and steps
+  /// without values: empty.
+  std::vector<std::vector<std::vector<std::byte>>> steps;
+  std::vector<double> step_times;
+  std::vector<Extra> extras;
+  bool operator==(const Mesh&) const = default;
+
+  std::uint64_t vertex_count() const {
+    return xyz.size() / (3 * scalar_bytes(schema.coordinate_type));
+  }
+  std::uint64_t cell_count() const { return cell_blocks.size(); }
+};
+
+/// Writes a whole mesh: vertices are interleaved with cells and finalized as early as possible
+/// (vertex compaction). With Order::stream, references in extras are renumbered as a Reader will
+/// see vertices and cells. Sizes that contradict each other are ErrorCode::misuse.
+SHM_API Result<SizeReport> write_mesh(ByteSink& sink, const Mesh& mesh);
+
+/// Reads a whole file. Order::keep: everything in the original numbering; Order::stream: in the
+/// order of the stream. Memory is that of the mesh; `limits` bound a hostile file.
+SHM_API Result<Mesh> read_mesh(ByteSource& source, const ReadLimits& limits = {});
+
+}  // namespace shm
