@@ -1,0 +1,85 @@
+#!/usr/bin/python3
+"""Every Exodus, VTK and Gmsh file of the corpus through the tool, as a user would.
+
+corpus_test.py SHM            SHM: path of the tool; the corpus is the folder in SHM_CORPUS
+
+For each file: compress in `keep` and in `stream`; `verify --against` the source says equal; the
+streams of --json add up to the output; decompress to the file's own format, and a reader that we
+did not write (VTK, gmsh, netCDF's tools) finds source and result equal.
+Exit code 0 when all hold, 1 when one fails, 77 (skipped) where there is no corpus.
+"""
+import concurrent.futures
+import json
+import os
+import subprocess
+import sys
+import tempfile
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+FORMATS = {  # folder: (extension to decompress to, oracle)
+    "vtk": (".vtk", "vtk_oracle.py"),
+    "gmsh": (".msh", "gmsh_oracle.py"),
+    "exodus": (".e", "exodus_oracle.py"),
+}
+
+
+def run(command):
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
+    return done.returncode, (done.stderr + done.stdout).strip()[:400], done.stdout
+
+
+def check(shm, folder, path, scratch):
+    """What is wrong with one file: a list of sentences."""
+    wrong = []
+    packed = os.path.join(scratch, "packed.shm")
+    for order in ("stream", "keep"):
+        code, text, out = run([shm, "compress", path, "-o", packed, "--order", order, "--json"])
+        if code != 0:
+            wrong.append(f"compress --order {order}: exit {code}: {text}")
+            continue
+        report = json.loads(out)
+        if sum(report["streams"].values()) != report["output_bytes"]:
+            wrong.append(f"{order}: streams do not add up to the output")
+        if os.path.getsize(packed) != report["output_bytes"]:
+            wrong.append(f"{order}: output_bytes is not the size of the file")
+        code, text, _ = run([shm, "verify", packed, "--against", path])
+        if code != 0:
+            wrong.append(f"verify --order {order}: exit {code}: {text}")
+    if wrong:
+        return wrong
+    extension, oracle = FORMATS[folder]
+    back = os.path.join(scratch, "back" + extension)
+    code, text, _ = run([shm, "decompress", packed, "-o", back])
+    if code != 0:
+        return [f"decompress: exit {code}: {text}"]
+    code, text, _ = run(["/usr/bin/python3", os.path.join(HERE, oracle), path, back])
+    if code != 0:
+        wrong.append(f"{oracle}: exit {code}: {text}")
+    return wrong
+
+
+def main():
+    shm = sys.argv[1]
+    corpus = os.environ.get("SHM_CORPUS", "")
+    if not os.path.isdir(corpus):
+        print("skipped: SHM_CORPUS names no folder, so no corpus file was tried")
+        return 77
+    files = [(folder, os.path.join(corpus, folder, name))
+             for folder in FORMATS for name in sorted(os.listdir(os.path.join(corpus, folder)))]
+
+    def one(item):
+        with tempfile.TemporaryDirectory() as scratch:
+            return check(shm, *item, scratch)
+
+    bad = 0
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        for (folder, path), wrong in zip(files, pool.map(one, files)):
+            for sentence in wrong:
+                print(f"{folder}/{os.path.basename(path)}: {sentence}")
+            bad += bool(wrong)
+    print(f"{len(files) - bad} of {len(files)} corpus files come back equal")
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
