@@ -102,10 +102,12 @@ class MeshFeeder final : public CompactedMesh {
     array_place_.assign(cell_arrays_.size(), 0);
   }
 
-  void vertex(std::uint64_t number, std::uint64_t) override {
+  void vertex(std::uint64_t number, std::uint64_t last_cell) override {
     const std::byte* record = records_[number];
-    checked(writer_->add_vertex(number, {record, xyz_bytes_},
-                                {record + xyz_bytes_, record_bytes_ - xyz_bytes_}));
+    const std::span<const std::byte> xyz(record, xyz_bytes_);
+    const std::span<const std::byte> data(record + xyz_bytes_, record_bytes_ - xyz_bytes_);
+    checked(last_cell == kNeverUsed ? writer_->add_unused_vertex(number, xyz, data)
+                                    : writer_->add_vertex(number, xyz, data));
   }
 
   void cell(const CellBatch& batch, std::size_t index, std::uint64_t last_use,

@@ -26,6 +26,24 @@ extern "C" void remove_and_die(int signal_number) {
 }
 
 constexpr int kMostAttempts = 100;
+constexpr int kEndingSignals[] = {SIGINT, SIGTERM, SIGHUP};
+
+// Holds those signals back while the file is there and its name is not yet told.
+class SignalPause {
+ public:
+  SignalPause() {
+    sigset_t held;
+    ::sigemptyset(&held);
+    for (const int number : kEndingSignals) ::sigaddset(&held, number);
+    ::pthread_sigmask(SIG_BLOCK, &held, &before_);
+  }
+  ~SignalPause() { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+  SignalPause(const SignalPause&) = delete;
+  SignalPause& operator=(const SignalPause&) = delete;
+
+ private:
+  sigset_t before_;
+};
 
 std::string beside(const std::string& path, int attempt) {
   const std::size_t slash = path.rfind('/');
@@ -37,6 +55,7 @@ std::string beside(const std::string& path, int attempt) {
 }  // namespace
 
 OutputFile::OutputFile(std::string path) : path_(std::move(path)) {
+  const SignalPause pause;
   // A killed process may have left its file under the same name.
   for (int attempt = 0; attempt < kMostAttempts && descriptor_ < 0; ++attempt) {
     temporary_ = beside(path_, attempt);
@@ -93,7 +112,7 @@ Result<void> OutputSink::write(std::span<const std::byte> bytes) {
 
 void remove_outputs_on_signals() {
   // Who ignores a signal, as nohup does, goes on doing so.
-  for (const int number : {SIGINT, SIGTERM, SIGHUP})
+  for (const int number : kEndingSignals)
     if (std::signal(number, remove_and_die) == SIG_IGN) std::signal(number, SIG_IGN);
 }
 

@@ -99,8 +99,12 @@ inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink, Write
       const auto* from = mesh.arrays[a].data() + v * mesh.stride(a);
       data.insert(data.end(), from, from + mesh.stride(a));
     }
-    return writer->add_vertex(v, std::span(mesh.xyz).subspan(v * xyz_bytes, xyz_bytes), data);
+    const auto xyz = std::span(mesh.xyz).subspan(v * xyz_bytes, xyz_bytes);
+    return last[v] == ~std::uint64_t{0} && v % 2 == 0 ? writer->add_unused_vertex(v, xyz, data)
+                                                      : writer->add_vertex(v, xyz, data);
   };
+  // Some unused vertices right away, between cells; the others at the end.
+  std::uint64_t next_unused = 0;
   std::vector<std::uint64_t> next(mesh.schema.arrays.size());
   for (std::uint64_t c = 0; c < mesh.cells.size(); ++c) {
     const TestCell& cell = mesh.cells[c];
@@ -119,6 +123,9 @@ inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink, Write
     }
     if (auto good = writer->add_cell(cell.block, cell.corners, last_use, data); !good)
       return good.error();
+    for (; c % 16 == 15 && next_unused < mesh.vertices && next_unused < c * 4; ++next_unused)
+      if (last[next_unused] == ~std::uint64_t{0} && next_unused % 2 == 0)
+        if (auto good = add(next_unused); !good) return good.error();
   }
   for (std::uint64_t v = 0; v < mesh.vertices; ++v)
     if (auto good = add(v); !good) return good.error();

@@ -162,7 +162,7 @@ Result<void> MeshWriter::write_cells() {
       return good;
   }
   for (std::uint64_t v = 0; v < mesh_->vertex_count(); ++v)
-    if (auto good = write_vertex(v); !good) return good;
+    if (auto good = write_vertex(v); !good) return good;  // unused ones
   return {};
 }
 

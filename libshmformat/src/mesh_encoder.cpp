@@ -75,6 +75,12 @@ Result<void> MeshEncoder::add_vertex(std::uint64_t number, std::span<const std::
   return {};
 }
 
+Result<void> MeshEncoder::add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
+                                            std::span<const std::byte> data) {
+  if (auto good = add_vertex(number, xyz, data); !good) return good;
+  return code_loose(by_number_.find(number));
+}
+
 Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                                    std::uint64_t last_use, std::span<const std::byte> data) {
   if (block >= schema_->blocks.size()) return misuse("cell of an unknown block");
@@ -131,15 +137,14 @@ Result<void> MeshEncoder::end() {
     if (entries_[e].slot == kNone && by_number_.find(entries_[e].number) == e) loose.push_back(e);
   std::sort(loose.begin(), loose.end(),
             [&](std::uint32_t a, std::uint32_t b) { return entries_[a].number < entries_[b].number; });
-  for (std::uint32_t entry : loose) {
-    code_loose(entry);
-    if (group_.vertices >= kFullGroupVertices || group_.decoded_bytes >= kFullGroupBytes)
-      if (auto good = flush_group(); !good) return good;
-  }
+  for (std::uint32_t entry : loose)
+    if (auto good = code_loose(entry); !good) return good;
   return group_.cells + group_.vertices > 0 ? flush_group() : Result<void>();
 }
 
 Result<void> MeshEncoder::code(std::uint32_t handle) {
+  if (group_.loose_vertices > 0)  // they stand last in their group
+    if (auto good = flush_group(); !good) return good;
   WaitingCell& cell = cells_[handle];
   topology_.block = cell.block;
   topology_.slots.clear();
@@ -223,7 +228,7 @@ void MeshEncoder::code_cell_data(WaitingCell& cell, const CellTopology& topology
   streams_.code_cell_values(topology, pointers_);
 }
 
-void MeshEncoder::code_loose(std::uint32_t entry) {
+Result<void> MeshEncoder::code_loose(std::uint32_t entry) {
   const std::uint32_t slot = streams_.connectivity().add_loose_vertex();
   code_vertex(Stencil{}, slot, entry);
   ++group_.loose_vertices;
@@ -231,6 +236,8 @@ void MeshEncoder::code_loose(std::uint32_t entry) {
   group_.max_active_vertices = std::max(group_.max_active_vertices, active);
   streams_.connectivity().remove_loose_vertex(slot);
   free_entry(entry);
+  const bool full = group_.vertices >= kFullGroupVertices || group_.decoded_bytes >= kFullGroupBytes;
+  return full ? flush_group() : Result<void>();
 }
 
 void MeshEncoder::free_entry(std::uint32_t entry) {

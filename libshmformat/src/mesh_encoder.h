@@ -30,6 +30,8 @@ class MeshEncoder {
 
   Result<void> add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                           std::span<const std::byte> data);
+  Result<void> add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
+                                 std::span<const std::byte> data);
   Result<void> add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                         std::uint64_t last_use, std::span<const std::byte> data);
   Result<void> end();
@@ -60,7 +62,7 @@ class MeshEncoder {
   void take_vertices(const WaitingCell& cell, const CellTopology& topology);
   void code_vertex(const Stencil& stencil, std::uint32_t slot, std::uint32_t entry);
   void code_cell_data(WaitingCell& cell, const CellTopology& topology);
-  void code_loose(std::uint32_t entry);
+  Result<void> code_loose(std::uint32_t entry);
   void free_entry(std::uint32_t entry);
   Result<void> flush_group();
   void widen_range(std::size_t range, const ArrayInfo& info, const std::byte* element);

@@ -283,6 +283,13 @@ Result<void> Writer::add_vertex(std::uint64_t number, std::span<const std::byte>
     return impl_->mesh().add_vertex(number, xyz, data);
   });
 }
+Result<void> Writer::add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
+                                       std::span<const std::byte> data) {
+  return impl_->guarded([&]() -> Result<void> {
+    if (auto good = impl_->expect_mesh_open(); !good) return good;
+    return impl_->mesh().add_unused_vertex(number, xyz, data);
+  });
+}
 Result<void> Writer::add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                               std::uint64_t last_use, std::span<const std::byte> data) {
   return impl_->guarded([&]() -> Result<void> {

@@ -55,6 +55,10 @@ class SHM_API Writer {
   /// `data`: the static point arrays of the schema in order, packed.
   Result<void> add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                           std::span<const std::byte> data = {});
+  /// A vertex that no cell uses: coded at once, never kept. Vertices that turn out unused when the
+  /// mesh ends are coded too, but wait in memory until then.
+  Result<void> add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
+                                 std::span<const std::byte> data = {});
   /// `corners`: numbers of live vertices, repeats allowed; as many as the block's nodes_per_cell.
   /// Bit i of `last_use` (i < 64): no later cell uses corner i. Vertices never marked stay in
   /// memory to the end, on both sides.
