@@ -1,7 +1,9 @@
-// The header of a netCDF file, read for one question: is everything that it places inside the file?
+// The header of a netCDF file, read for where it places its values: is everything inside the file,
+// and what lies between?
 // Classic files (CDF-1, CDF-2, CDF-5) have big-endian numbers; names and attributes are padded to 4
-// bytes. netCDF-4 files are HDF5, which is little-endian. netCDF trusts lengths of names and numbers
-// of dimensions, and overruns buffers with them: they are checked here, before it sees the file.
+// bytes. netCDF-4 files are HDF5, which is little-endian. netCDF trusts lengths of names and
+// numbers of dimensions, and overruns buffers with them: they are checked here, before it sees the
+// file.
 #include <netcdf.h>
 
 #include <algorithm>
@@ -29,7 +31,9 @@ std::uint64_t sum(std::uint64_t a, std::uint64_t b) {
   std::uint64_t result = 0;
   return __builtin_add_overflow(a, b, &result) ? kHuge : result;
 }
-std::uint64_t padded(std::uint64_t bytes) { return bytes > kHuge - 3 ? kHuge : (bytes + 3) & ~3ULL; }
+std::uint64_t padded(std::uint64_t bytes) {
+  return bytes > kHuge - 3 ? kHuge : (bytes + 3) & ~3ULL;
+}
 
 // Bytes of one value of a classic type (1..6) or CDF-5 type (7..11); 0: no such type.
 std::uint64_t type_bytes(std::uint64_t type) {
@@ -39,21 +43,23 @@ std::uint64_t type_bytes(std::uint64_t type) {
 
 class Header {
  public:
-  explicit Header(const std::string& path) : path_(path), file_(std::fopen(path.c_str(), "rb")) {
+  Header(const std::string& path, const char* mode)
+      : path_(path), file_(std::fopen(path.c_str(), mode)) {
     if (!file_) fail(ErrorCode::io, "", std::string("cannot be read: ") + std::strerror(errno));
     if (std::fseek(file_.get(), 0, SEEK_END) != 0) fail(ErrorCode::io, "", "cannot be read");
     size_ = static_cast<std::uint64_t>(std::max(0L, std::ftell(file_.get())));
     std::rewind(file_.get());
   }
 
-  void check() {
+  // False when the file is not a classic one.
+  bool read() {
     std::array<unsigned char, 4> magic{};
-    if (size_ < magic.size()) return;
+    if (size_ < magic.size()) return false;
     take(magic.data(), magic.size());
-    if (std::memcmp(magic.data(), "\x89HDF", 4) == 0) return check_hdf5();
-    if (std::memcmp(magic.data(), "CDF", 3) != 0) return;
+    if (std::memcmp(magic.data(), "\x89HDF", 4) == 0) check_hdf5();
+    if (std::memcmp(magic.data(), "CDF", 3) != 0) return false;
     version_ = magic[3];
-    if (version_ != 1 && version_ != 2 && version_ != 5) return;
+    if (version_ != 1 && version_ != 2 && version_ != 5) return false;
     const std::uint64_t records = count();
     // All ones: the writer was streaming and did not know.
     if (records != (version_ == 5 ? kHuge : 0xffffffffU)) records_ = records;
@@ -66,7 +72,40 @@ class Header {
     attributes();
     const std::uint64_t variables = list(11, "variables");
     for (std::uint64_t i = 0; i < variables; ++i) variable();
-    check_variables();
+    return true;
+  }
+
+  // A record variable may begin beyond the end as long as there are no records.
+  void check_variables() {
+    for (const Extent& extent : extents_) {
+      if (extent.record && records_ == 0) continue;
+      const std::uint64_t before = extent.record ? product(records_ - 1, record_bytes()) : 0;
+      const std::uint64_t end = sum(sum(extent.begin, before), extent.bytes);
+      if (end > size_)
+        throw Failure(Error{ErrorCode::truncated,
+                            "its values should end at byte " + std::to_string(end) +
+                                ", but the file ends at byte " + std::to_string(size_),
+                            "variable '" + extent.name + "'", extent.begin, path_});
+    }
+  }
+
+  void clear_padding() {
+    const std::uint64_t record = record_bytes();
+    for (const Extent& extent : extents_) {
+      const std::uint64_t pad = padded(extent.bytes) - extent.bytes;
+      if (pad == 0 || (extent.record && record == extent.bytes)) continue;
+      const std::uint64_t times = extent.record ? records_ : 1;
+      for (std::uint64_t r = 0; r < times; ++r) {
+        constexpr std::array<char, 4> kZeros{};
+        const std::uint64_t begin = extent.begin + r * record + extent.bytes;
+        if (begin >= size_) continue;
+        const std::uint64_t bytes = std::min(pad, size_ - begin);
+        if (std::fseek(file_.get(), static_cast<long>(begin), SEEK_SET) != 0 ||
+            std::fwrite(kZeros.data(), 1, bytes, file_.get()) != bytes)
+          throw_output();
+      }
+    }
+    if (std::fflush(file_.get()) != 0) throw_output();
   }
 
  private:
@@ -80,6 +119,13 @@ class Header {
   [[noreturn]] void fail(ErrorCode code, const std::string& section,
                          const std::string& detail) const {
     throw Failure(Error{code, detail, section, section.empty() ? kNoOffset : at_, path_});
+  }
+  [[noreturn]] void throw_output() const {
+    throw Failure(Error{ErrorCode::output,
+                        std::string("cannot be written: ") + std::strerror(errno),
+                        {},
+                        kNoOffset,
+                        path_});
   }
   void take(void* out, std::size_t bytes) {
     if (bytes > size_ - at_ || std::fread(out, 1, bytes, file_.get()) != bytes)
@@ -107,8 +153,8 @@ class Header {
     const std::uint64_t entries = count();
     if (tag == 0 && entries == 0) return 0;
     if (tag != expected_tag)
-      fail(ErrorCode::corrupt, "netCDF header", std::string("the list of ") + what +
-                                                    " does not begin where it should");
+      fail(ErrorCode::corrupt, "netCDF header",
+           std::string("the list of ") + what + " does not begin where it should");
     if (entries > (size_ - at_) / 8)
       fail(ErrorCode::truncated, "netCDF header",
            "the file is too short for " + std::to_string(entries) + " " + what);
@@ -174,8 +220,7 @@ class Header {
     attributes();
     const std::uint64_t bytes = type_bytes(number(4));
     if (bytes == 0)
-      fail(ErrorCode::corrupt, "netCDF header",
-           "variable '" + extent.name + "' has no known type");
+      fail(ErrorCode::corrupt, "netCDF header", "variable '" + extent.name + "' has no known type");
     extent.bytes = product(extent.bytes, bytes);
     count();  // the stated size: redundant, and wrong in variables beyond 4 GiB
     extent.begin = number(version_ == 1 ? 4 : 8);
@@ -183,26 +228,16 @@ class Header {
   }
 
   // A record is one value set of each record variable, padded unless there is only one of them.
-  // A record variable may begin beyond the end as long as there are no records.
-  void check_variables() {
-    std::uint64_t record_bytes = 0;
-    std::size_t record_variables = 0;
-    for (const Extent& extent : extents_)
-      if (extent.record) {
-        record_bytes = sum(record_bytes, padded(extent.bytes));
-        ++record_variables;
-      }
+  std::uint64_t record_bytes() const {
+    std::uint64_t all = 0, last = 0;
+    std::size_t variables = 0;
     for (const Extent& extent : extents_) {
-      if (extent.record && records_ == 0) continue;
-      if (record_variables == 1 && extent.record) record_bytes = extent.bytes;
-      const std::uint64_t before = extent.record ? product(records_ - 1, record_bytes) : 0;
-      const std::uint64_t end = sum(sum(extent.begin, before), extent.bytes);
-      if (end > size_)
-        throw Failure(Error{ErrorCode::truncated,
-                            "its values should end at byte " + std::to_string(end) +
-                                ", but the file ends at byte " + std::to_string(size_),
-                            "variable '" + extent.name + "'", extent.begin, path_});
+      if (!extent.record) continue;
+      all = sum(all, padded(extent.bytes));
+      last = extent.bytes;
+      ++variables;
     }
+    return variables == 1 ? last : all;
   }
 
   struct Close {
@@ -218,6 +253,14 @@ class Header {
 
 }  // namespace
 
-void check_extent(const std::string& path) { Header(path).check(); }
+void check_extent(const std::string& path) {
+  Header header(path, "rb");
+  if (header.read()) header.check_variables();
+}
+
+void clear_padding(const std::string& path) {
+  Header header(path, "r+b");
+  if (header.read()) header.clear_padding();
+}
 
 }  // namespace shm::converters::exodus

@@ -82,7 +82,9 @@ std::vector<char*> pointers(std::vector<std::string>& names) {
 class ForeignWriter {
  public:
   ForeignWriter(MeshSource& mesh, const std::string& path, Spool& spool)
-      : mesh_(mesh), info_(mesh.info()), place_{path, ErrorCode::output},
+      : mesh_(mesh),
+        info_(mesh.info()),
+        place_{path, ErrorCode::output},
         grouping_(mesh, spool, false) {}
   ~ForeignWriter() {
     if (exoid_ >= 0) ex_close(exoid_);
@@ -103,6 +105,7 @@ class ForeignWriter {
     else
       write_values<double>();
     check(ex_close(std::exchange(exoid_, -1)), "closing it");
+    clear_padding(place_.file);
   }
 
  private:
@@ -149,8 +152,8 @@ class ForeignWriter {
     std::uint64_t largest = info_.vertices * static_cast<std::uint64_t>(real_bytes_);
     std::uint64_t most = std::max(info_.vertices, info_.cells());
     for (const CellGroup& group : grouping_.groups()) {
-      largest = std::max({largest, group.nodes * 4,
-                          group.cells * static_cast<std::uint64_t>(real_bytes_)});
+      largest = std::max(
+          {largest, group.nodes * 4, group.cells * static_cast<std::uint64_t>(real_bytes_)});
       most = std::max(most, group.nodes);
     }
     wide_ = most > std::numeric_limits<std::int32_t>::max();
@@ -228,15 +231,14 @@ class ForeignWriter {
     std::vector<std::string> names;
     for (const Column& column : columns) names.push_back(column.name);
     check(ex_put_variable_param(exoid_, kind, static_cast<int>(columns.size())), section);
-    check(ex_put_variable_names(exoid_, kind, static_cast<int>(names.size()),
-                                pointers(names).data()),
-          section);
+    check(
+        ex_put_variable_names(exoid_, kind, static_cast<int>(names.size()), pointers(names).data()),
+        section);
     if (kind == EX_NODAL || ids_.empty()) return;
     std::vector<int> table;
     for (const CellGroup& group : grouping_.groups())
       for (const Column& column : columns)
-        table.push_back(group.cells > 0 &&
-                        info_.schema.array_covers(column.array, group.block));
+        table.push_back(group.cells > 0 && info_.schema.array_covers(column.array, group.block));
     check(ex_put_truth_table(exoid_, kind, static_cast<int>(ids_.size()),
                              static_cast<int>(columns.size()), table.data()),
           section);
@@ -345,8 +347,7 @@ class ForeignWriter {
       values.resize(count * info_.array_stride(column.array));
       mesh_.read_array(column.array, source_step(column, step), first, count, values.data());
       check(ex_put_partial_var(exoid_, static_cast<int>(step + 1), EX_NODAL,
-                               static_cast<int>(index + 1), 1,
-                               static_cast<std::int64_t>(first + 1),
+                               static_cast<int>(index + 1), 1, static_cast<std::int64_t>(first + 1),
                                static_cast<std::int64_t>(count),
                                component(column, count, values.data(), reals).data()),
             "nodal variable '" + column.name + "'");

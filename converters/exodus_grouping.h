@@ -17,7 +17,7 @@ namespace shm::converters::exodus {
 inline constexpr std::uint64_t kPieceElements = std::uint64_t{1} << 15;
 
 struct CellGroup {
-  std::uint32_t block;          // of the mesh
+  std::uint32_t block;           // of the mesh
   std::uint32_t nodes_per_cell;  // 0: varies
   std::uint64_t cells = 0, nodes = 0;
   std::uint64_t first_cell = 0;  // in the numbering group by group
@@ -98,8 +98,7 @@ void CellGrouping::deal_cells(MeshSource& mesh, Put&& put) {
 }
 
 template <class Put>
-void CellGrouping::deal_values(MeshSource& mesh, std::size_t array, std::uint64_t step,
-                               Put&& put) {
+void CellGrouping::deal_values(MeshSource& mesh, std::size_t array, std::uint64_t step, Put&& put) {
   struct Hand {
     std::uint64_t first = 0;
     std::vector<std::byte> values;

@@ -17,7 +17,7 @@
 namespace shm::converters::exodus {
 
 enum class Use : std::uint8_t {
-  extra,        // a value list, or derived from the rest of the mesh
+  extra,  // a value list, or derived from the rest of the mesh
   coordinates,
   connectivity,
   node_counts,  // of the polygons of a block
@@ -50,19 +50,19 @@ struct ArrayLayout {
 struct Layout {
   std::uint64_t vertices = 0, cells = 0, steps = 0;
   ScalarType coordinate_type = ScalarType::float64;
-  bool coordinates_together = false;             // one variable, coordinate by coordinate
-  std::array<int, 3> coordinates{-1, -1, -1};    // variables
+  bool coordinates_together = false;           // one variable, coordinate by coordinate
+  std::array<int, 3> coordinates{-1, -1, -1};  // variables
   std::vector<BlockLayout> blocks;
   std::vector<ArrayLayout> arrays;
-  std::vector<Use> uses;                         // of each variable
+  std::vector<Use> uses;  // of each variable
 };
 
 // Throws corrupt when variables contradict each other.
 Layout lay_out(const Skeleton& skeleton, const Place& place);
 
-// Takes the first `nodes` columns of the connectivity of a block as the nodes of its cells, and makes
-// the others an array with role "exodus:connectivity": Bezier elements (BEX_HEX ...) number their
-// coefficients there.
+// Takes the first `nodes` columns of the connectivity of a block as the nodes of its cells, and
+// makes the others an array with role "exodus:connectivity": Bezier elements (BEX_HEX ...) number
+// their coefficients there.
 void narrow_connectivity(const Skeleton& skeleton, Layout& layout, std::uint32_t block,
                          std::uint32_t nodes);
 // How many columns of a block may be nodes, as far as the element type tells.
@@ -85,6 +85,14 @@ std::string plain_key(std::string_view name);  // "exodus/variable/NAME"
 // What the numbers of variable `name` count from 1.
 Reference reference_of(std::string_view name);
 
+// References travel as int32 or int64, whatever integers the file has.
+ScalarType reference_type(ScalarType stored);
+// Null when `type` is no integer or a value is beyond 64 bits with a sign.
+std::optional<std::vector<std::int64_t>> integers_of(ScalarType type,
+                                                     const std::vector<std::byte>& values);
+// False when `type` is no integer or cannot hold the value.
+bool append_integer(std::vector<std::byte>& out, ScalarType type, std::int64_t value);
+
 // Extras by key. Borrows them.
 class ExtraIndex {
  public:
@@ -97,18 +105,19 @@ class ExtraIndex {
 
 // Values of a variable that follows from the rest of the mesh: ids, names, times, truth table.
 // Null when `variable` is no such one or its type cannot hold them.
-std::optional<std::vector<std::byte>> derived_values(const Skeleton& skeleton,
-                                                     const Layout& layout, std::size_t variable,
-                                                     const MeshInfo& info,
+std::optional<std::vector<std::byte>> derived_values(const Skeleton& skeleton, const Layout& layout,
+                                                     std::size_t variable, const MeshInfo& info,
                                                      const ExtraIndex& extras);
 
 // Sets of entities: "node_set" with "ns", and so on.
 struct SetKind {
   std::string_view kind, prefix;
 };
-inline constexpr std::array<SetKind, 5> kSetKinds{
-    {{"node_set", "ns"}, {"side_set", "ss"}, {"edge_set", "es"}, {"face_set", "fs"},
-     {"elem_set", "els"}}};
+inline constexpr std::array<SetKind, 5> kSetKinds{{{"node_set", "ns"},
+                                                   {"side_set", "ss"},
+                                                   {"edge_set", "es"},
+                                                   {"face_set", "fs"},
+                                                   {"elem_set", "els"}}};
 std::string set_key(const SetKind& kind, std::size_t index, std::string_view field);
 
 // Row `index` of a table of names, without padding.

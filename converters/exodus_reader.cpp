@@ -25,22 +25,18 @@ constexpr std::uint64_t kPiecePoints = std::uint64_t{1} << 15;
 // Deflate makes at most 1032 bytes of one; a few more for values that repeat by default.
 constexpr std::uint64_t kMostExpansion = 2048;
 
-template <class T>
-T load(const std::byte* from) {
-  T value;
-  std::memcpy(&value, from, sizeof value);
-  return value;
-}
-
-// 0-based copy of 1-based numbers; false when one is neither 0 nor in 1..count.
-template <class T>
-bool count_from_zero(std::vector<std::byte>& values, std::uint64_t count) {
-  for (std::size_t at = 0; at < values.size(); at += sizeof(T)) {
-    T value = load<T>(values.data() + at);
-    if (value < 0 || std::cmp_greater(value, count)) return false;
-    --value;
-    std::memcpy(values.data() + at, &value, sizeof value);
-  }
+// Numbers from 1 as references from 0; false when one is neither 0 nor in 1..count.
+bool refer_from_zero(Extra& extra, Reference refers, std::uint64_t count) {
+  const auto numbers = integers_of(extra.type, extra.data);
+  if (!numbers) return false;
+  const ScalarType type = reference_type(extra.type);
+  std::vector<std::byte> values;
+  for (const std::int64_t number : *numbers)
+    if (number < 0 || std::cmp_greater(number, count) || !append_integer(values, type, number - 1))
+      return false;
+  extra.type = type;
+  extra.refers = refers;
+  extra.data = std::move(values);
   return true;
 }
 
@@ -82,6 +78,7 @@ class ExodusMesh final : public MeshSource {
   const Variable& variable(int index) const {
     return skeleton_.variables[static_cast<std::size_t>(index)];
   }
+  void touch(int index) const { caches_.touch(exoid_, skeleton_, index); }
   std::string section(int index) const { return "variable '" + variable(index).name + "'"; }
   void check_library(int status, const std::string& where) const;
   std::vector<std::int64_t> integers(int index, std::uint64_t first, std::uint64_t count) const;
@@ -101,6 +98,7 @@ class ExodusMesh final : public MeshSource {
 
   Place place_;
   int exoid_ = -1;
+  mutable ChunkCaches caches_;
   Skeleton skeleton_;
   Layout layout_;
   MeshInfo info_;
@@ -147,8 +145,7 @@ void ExodusMesh::read_structure() {
 // loops from here on.
 void ExodusMesh::check_sizes() {
   struct stat status {};
-  if (::stat(place_.file.c_str(), &status) != 0)
-    place_.fail(ErrorCode::io, "", "cannot be read");
+  if (::stat(place_.file.c_str(), &status) != 0) place_.fail(ErrorCode::io, "", "cannot be read");
   const bool packed = skeleton_.kind == Kind::netcdf4 || skeleton_.kind == Kind::netcdf4_classic;
   most_bytes_ = static_cast<std::uint64_t>(status.st_size) * (packed ? kMostExpansion : 1);
   const auto check = [&](std::uint64_t values, std::size_t bytes, const std::string& where) {
@@ -173,8 +170,7 @@ void ExodusMesh::open_library() {
   if (exoid_ < 0)
     place_.fail(ErrorCode::corrupt, "ex_open",
                 "is a netCDF file, but the Exodus library does not accept it");
-  check_library(ex_set_int64_status(exoid_, EX_ALL_INT64_API),
-                "ex_set_int64_status");
+  check_library(ex_set_int64_status(exoid_, EX_ALL_INT64_API), "ex_set_int64_status");
   const auto dimension = skeleton_.length_of("num_dim");
   library_has_points_ = (ex_large_model(exoid_) == 0) == layout_.coordinates_together;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -211,20 +207,21 @@ void ExodusMesh::read_connectivity(const BlockLayout& block, std::uint64_t first
   const std::uint64_t nodes = block.nodes_per_cell;
   const std::size_t start[2] = {first, 0}, length[2] = {cells, nodes};
   std::vector<long long> values(cells * nodes);
+  touch(block.connectivity);
   place_.check(nc_get_vara_longlong(exoid_, block.connectivity, start, length, values.data()),
                section(block.connectivity));
   nodes_.assign(values.begin(), values.end());
 }
 
 void ExodusMesh::check_library(int status, const std::string& where) const {
-  if (status < 0)
-    place_.fail(ErrorCode::corrupt, where, "the Exodus library fails to read it");
+  if (status < 0) place_.fail(ErrorCode::corrupt, where, "the Exodus library fails to read it");
 }
 
 std::vector<std::int64_t> ExodusMesh::integers(int index, std::uint64_t first,
                                                std::uint64_t count) const {
   std::vector<long long> values(count);
   std::size_t start = first, length = count;
+  touch(index);
   if (count > 0)
     place_.check(nc_get_vara_longlong(exoid_, index, &start, &length, values.data()),
                  section(index));
@@ -235,6 +232,7 @@ std::vector<std::int64_t> ExodusMesh::integers(int index, std::uint64_t first,
 std::vector<std::byte> ExodusMesh::whole(int index) const {
   const std::uint64_t count = skeleton_.size(variable(index));
   std::vector<std::byte> values;
+  touch(index);
   if (variable(index).type != NC_STRING) {
     values.resize(count * scalar_bytes(scalar_of(variable(index).type)));
     if (count > 0) place_.check(nc_get_var(exoid_, index, values.data()), section(index));
@@ -244,8 +242,7 @@ std::vector<std::byte> ExodusMesh::whole(int index) const {
   if (count > 0) place_.check(nc_get_var_string(exoid_, index, texts.data()), section(index));
   for (const char* text : texts) {
     const auto* bytes = reinterpret_cast<const std::byte*>(text != nullptr ? text : "");
-    values.insert(values.end(), bytes,
-                  bytes + (text != nullptr ? std::strlen(text) : 0) + 1);
+    values.insert(values.end(), bytes, bytes + (text != nullptr ? std::strlen(text) : 0) + 1);
   }
   nc_free_string(count, texts.data());
   return values;
@@ -327,12 +324,15 @@ void ExodusMesh::read_set_labels(std::vector<Extra>& extras) {
     const auto bytes = static_cast<std::ptrdiff_t>(scalar_bytes(type));
     for (std::size_t i = 0; i < shape[0]; ++i) {
       const auto begin = ids.begin() + static_cast<std::ptrdiff_t>(i) * bytes;
-      extras.push_back({set_key(kind, i, "id"), type, Reference::nothing, {1},
-                        {begin, begin + bytes}});
+      extras.push_back(
+          {set_key(kind, i, "id"), type, Reference::nothing, {1}, {begin, begin + bytes}});
       if (i >= labels.size() || labels[i].empty()) continue;
       const auto* text = reinterpret_cast<const std::byte*>(labels[i].data());
-      extras.push_back({set_key(kind, i, "name"), ScalarType::uint8, Reference::nothing,
-                        {labels[i].size()}, {text, text + labels[i].size()}});
+      extras.push_back({set_key(kind, i, "name"),
+                        ScalarType::uint8,
+                        Reference::nothing,
+                        {labels[i].size()},
+                        {text, text + labels[i].size()}});
     }
   }
 }
@@ -341,7 +341,10 @@ void ExodusMesh::read_extras() {
   const std::string text = to_text(skeleton_);
   const auto* bytes = reinterpret_cast<const std::byte*>(text.data());
   std::vector<Extra> extras;
-  extras.push_back({"exodus/skeleton", ScalarType::uint8, Reference::nothing, {text.size()},
+  extras.push_back({"exodus/skeleton",
+                    ScalarType::uint8,
+                    Reference::nothing,
+                    {text.size()},
                     {bytes, bytes + text.size()}});
   read_set_labels(extras);
   const ExtraIndex labels(extras);
@@ -349,23 +352,15 @@ void ExodusMesh::read_extras() {
   for (std::size_t v = 0; v < skeleton_.variables.size(); ++v) {
     if (layout_.uses[v] != Use::extra) continue;
     const Variable& one = skeleton_.variables[v];
-    Extra extra{plain_key(one.name), scalar_of(one.type), Reference::nothing,
-                skeleton_.shape(one), whole(static_cast<int>(v))};
+    Extra extra{plain_key(one.name), scalar_of(one.type), Reference::nothing, skeleton_.shape(one),
+                whole(static_cast<int>(v))};
     if (one.type == NC_STRING) extra.shape = {extra.data.size()};
     if (derived_values(skeleton_, layout_, v, info_, labels) == extra.data) continue;
     const Reference refers = reference_of(one.name);
     const std::uint64_t count = refers == Reference::vertex ? layout_.vertices : layout_.cells;
-    std::vector<std::byte> from_zero = extra.data;
-    const bool referring = refers != Reference::nothing &&
-                           (one.type == NC_INT ? count_from_zero<std::int32_t>(from_zero, count)
-                                               : one.type == NC_INT64 &&
-                                                     count_from_zero<std::int64_t>(from_zero,
-                                                                                   count));
-    if (referring) {
-      extra.data = std::move(from_zero);
-      extra.refers = refers;
-    }
-    if (referring || refers == Reference::nothing) extra.key = extra_key(one.name);
+    if (refers == Reference::nothing ||
+        (one.type != NC_CHAR && one.type != NC_STRING && refer_from_zero(extra, refers, count)))
+      extra.key = extra_key(one.name);
     values.push_back(std::move(extra));
   }
   info_.extras = std::move(extras);
@@ -406,11 +401,9 @@ void ExodusMesh::read_faces() {
                       " nodes where its faces need " + std::to_string(total));
     const std::size_t old = face_nodes_.size();
     std::vector<long long> values(total);
-    if (total > 0)
-      place_.check(nc_get_var_longlong(exoid_, nodes, values.data()), section(nodes));
+    if (total > 0) place_.check(nc_get_var_longlong(exoid_, nodes, values.data()), section(nodes));
     face_nodes_.resize(old + total);
-    std::copy(values.begin(), values.end(),
-              face_nodes_.begin() + static_cast<std::ptrdiff_t>(old));
+    std::copy(values.begin(), values.end(), face_nodes_.begin() + static_cast<std::ptrdiff_t>(old));
   }
 }
 
@@ -420,6 +413,8 @@ void ExodusMesh::read_points_as(std::uint64_t first, std::uint64_t count, Real* 
   for (auto& axis : axes) axis.resize(std::min(count, kPiecePoints));
   while (count > 0) {
     const std::uint64_t run = std::min(count, kPiecePoints);
+    for (const int v : layout_.coordinates)
+      if (v >= 0) touch(v);
     if (library_has_points_) {
       check_library(ex_get_partial_coord(exoid_, static_cast<std::int64_t>(first + 1),
                                          static_cast<std::int64_t>(run), axes[0].data(),
@@ -435,13 +430,11 @@ void ExodusMesh::read_points_as(std::uint64_t first, std::uint64_t count, Real* 
           length.insert(length.begin(), 1);
         }
         if constexpr (std::is_same_v<Real, float>)
-          place_.check(
-              nc_get_vara_float(exoid_, v, start.data(), length.data(), axes[c].data()),
-              section(v));
+          place_.check(nc_get_vara_float(exoid_, v, start.data(), length.data(), axes[c].data()),
+                       section(v));
         else
-          place_.check(
-              nc_get_vara_double(exoid_, v, start.data(), length.data(), axes[c].data()),
-              section(v));
+          place_.check(nc_get_vara_double(exoid_, v, start.data(), length.data(), axes[c].data()),
+                       section(v));
       }
     }
     for (std::size_t c = 0; c < 3; ++c) {
@@ -496,6 +489,7 @@ std::uint64_t ExodusMesh::take_nodes(CellBatch& out, std::uint64_t most) {
   } else if (variable(block.connectivity).dimensions.size() == 1) {
     nodes_ = integers(block.connectivity, at_.cell, cells);
   } else if (library_has_blocks_ && skeleton_.shape(variable(block.connectivity))[1] == nodes) {
+    touch(block.connectivity);
     check_library(
         ex_get_partial_conn(exoid_, EX_ELEM_BLOCK, info_.schema.blocks[at_.block].id,
                             static_cast<std::int64_t>(at_.cell + 1),
@@ -588,23 +582,23 @@ void ExodusMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t
 
 void ExodusMesh::read_part(const ArrayLayout& array, const ArrayPart& part, std::uint64_t step,
                            std::uint64_t first, std::uint64_t count, std::byte* out) const {
+  touch(part.variable);
   const bool nodal = array.info.location == Location::point;
-  const bool asked_library = array.field > 0 && array.info.type == layout_.coordinate_type &&
-                             (nodal ? (ex_large_model(exoid_) == 0) == (array.plane >= 0)
-                                    : library_has_blocks_);
+  const bool asked_library =
+      array.field > 0 && array.info.type == layout_.coordinate_type &&
+      (nodal ? (ex_large_model(exoid_) == 0) == (array.plane >= 0) : library_has_blocks_);
   if (asked_library) {
     const std::int64_t id = nodal ? 1 : info_.schema.blocks[part.block].id;
-    check_library(ex_get_partial_var(exoid_, static_cast<int>(step + 1),
-                                     nodal ? EX_NODAL : EX_ELEM_BLOCK, array.field, id,
-                                     static_cast<std::int64_t>(first + 1),
-                                     static_cast<std::int64_t>(count), out),
-                  section(part.variable));
+    check_library(
+        ex_get_partial_var(exoid_, static_cast<int>(step + 1), nodal ? EX_NODAL : EX_ELEM_BLOCK,
+                           array.field, id, static_cast<std::int64_t>(first + 1),
+                           static_cast<std::int64_t>(count), out),
+        section(part.variable));
     return;
   }
   const Slab slab = slab_of(skeleton_, array, part, step, first, count);
-  place_.check(
-      nc_get_vara(exoid_, part.variable, slab.start.data(), slab.count.data(), out),
-      section(part.variable));
+  place_.check(nc_get_vara(exoid_, part.variable, slab.start.data(), slab.count.data(), out),
+               section(part.variable));
 }
 
 }  // namespace

@@ -83,5 +83,19 @@ Skeleton from_text(std::string_view text, const Place& place);
 // Throws truncated when the header of a netCDF file, or the values that it places, reach beyond the
 // end of the file (netCDF itself reads zeros there); corrupt when the header makes no sense.
 void check_extent(const std::string& path);
+// Zeros between the values of a classic file, where netCDF leaves what was in its buffers: the same
+// mesh must become the same bytes.
+void clear_padding(const std::string& path);
+
+// Caches of chunked (netCDF-4) variables: netCDF would keep tens of megabytes for each variable
+// that has been touched. Here the last few keep one, large enough for a chunk.
+class ChunkCaches {
+ public:
+  // Before values of `variable` of open file `ncid` are read or written.
+  void touch(int ncid, const Skeleton& skeleton, int variable);
+
+ private:
+  std::vector<int> recent_;  // latest last
+};
 
 }  // namespace shm::converters::exodus

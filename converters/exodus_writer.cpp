@@ -27,8 +27,13 @@ class SkeletonWriter {
  public:
   SkeletonWriter(MeshSource& mesh, const Skeleton& skeleton, const Layout& layout,
                  const ExtraIndex& extras, const Place& place, Spool& spool)
-      : mesh_(mesh), info_(mesh.info()), skeleton_(skeleton), layout_(layout), extras_(extras),
-        place_(place), grouping_(mesh, spool, true) {}
+      : mesh_(mesh),
+        info_(mesh.info()),
+        skeleton_(skeleton),
+        layout_(layout),
+        extras_(extras),
+        place_(place),
+        grouping_(mesh, spool, true) {}
   ~SkeletonWriter() {
     if (ncid_ >= 0) nc_abort(ncid_);
   }
@@ -45,9 +50,11 @@ class SkeletonWriter {
     for (std::size_t v = 0; v < skeleton_.variables.size(); ++v)
       if (layout_.uses[v] == Use::extra) write_list(v);
     place_.check(nc_close(std::exchange(ncid_, -1)), "closing it");
+    clear_padding(place_.file);
   }
 
  private:
+  void touch(int variable) { caches_.touch(ncid_, skeleton_, variable); }
   const Variable& variable(int index) const {
     return skeleton_.variables[static_cast<std::size_t>(index)];
   }
@@ -79,13 +86,16 @@ class SkeletonWriter {
                       "the mesh has no values for it");
         continue;
       }
-      const std::size_t bytes = scalar_bytes(scalar_of(one.type));
+      const ScalarType type = extra->refers == Reference::nothing
+                                  ? scalar_of(one.type)
+                                  : reference_type(scalar_of(one.type));
+      const std::size_t bytes = scalar_bytes(type);
       const auto zeros = static_cast<std::uint64_t>(
           std::count(extra->data.begin(), extra->data.end(), std::byte{0}));
       const bool fits = one.type == NC_STRING
                             ? zeros == size && extra->data.back() == std::byte{0}
                             : extra->data.size() / bytes == size && extra->data.size() % bytes == 0;
-      if (extra->type != scalar_of(one.type) || !fits)
+      if (extra->type != type || !fits)
         place_.fail(ErrorCode::corrupt, "extra '" + extra->key + "'",
                     "its values do not fit variable '" + one.name + "'");
     }
@@ -108,6 +118,7 @@ class SkeletonWriter {
       for (std::size_t c = 0; c < 3; ++c) {
         const int v = layout_.coordinates[c];
         if (v < 0) continue;
+        touch(v);
         for (std::uint64_t i = 0; i < count; ++i) axis[i] = xyz[3 * i + c];
         Slab slab{{first}, {count}};
         if (layout_.coordinates_together) slab = {{c, first}, {1, count}};
@@ -130,6 +141,7 @@ class SkeletonWriter {
                                     const std::vector<std::uint32_t>& sizes) {
       const BlockLayout& block = layout_.blocks[b];
       if (block.connectivity < 0 || block.faces >= 0) return;
+      touch(block.connectivity);
       nodes.resize(corners.size());
       const auto places = node_places(block.shape, block.nodes_per_cell);
       const std::size_t width = places.empty() ? 1 : places.size();
@@ -140,8 +152,8 @@ class SkeletonWriter {
       Slab slab{{first}, {cells}};
       if (block.counts >= 0) {
         const std::vector<long long> counts(sizes.begin(), sizes.end());
-        place_.check(nc_put_vara_longlong(ncid_, block.counts, slab.start.data(),
-                                          slab.count.data(), counts.data()),
+        place_.check(nc_put_vara_longlong(ncid_, block.counts, slab.start.data(), slab.count.data(),
+                                          counts.data()),
                      section(block.counts));
         if (corners.size() > skeleton_.size(variable(block.connectivity)) - next_node[b])
           place_.fail(ErrorCode::corrupt, section(block.connectivity),
@@ -166,9 +178,9 @@ class SkeletonWriter {
     const auto put = [&](const ArrayPart& part, std::uint64_t step, std::uint64_t first,
                          std::uint64_t count, const std::byte* values) {
       const Slab slab = slab_of(skeleton_, array, part, step, first, count);
-      place_.check(
-          nc_put_vara(ncid_, part.variable, slab.start.data(), slab.count.data(), values),
-          section(part.variable));
+      touch(part.variable);
+      place_.check(nc_put_vara(ncid_, part.variable, slab.start.data(), slab.count.data(), values),
+                   section(part.variable));
     };
     for (std::uint64_t step = 0; step < steps; ++step) {
       if (array.info.location == Location::cell) {
@@ -207,9 +219,9 @@ class SkeletonWriter {
     const std::vector<std::size_t> start(lengths.size(), 0), count(lengths.begin(), lengths.end());
     const Extra* extra = extra_of(one);
     std::vector<std::byte> values =
-        extra != nullptr ? extra->data
-                         : *derived_values(skeleton_, layout_, v, info_, extras_);
+        extra != nullptr ? extra->data : *derived_values(skeleton_, layout_, v, info_, extras_);
     const auto id = static_cast<int>(v);
+    touch(id);
     if (one.type == NC_STRING) {
       std::vector<const char*> texts;
       const auto* text = reinterpret_cast<const char*>(values.data());
@@ -221,32 +233,26 @@ class SkeletonWriter {
                    section(id));
       return;
     }
-    if (extra != nullptr && extra->refers != Reference::nothing) {
-      if (extra->type == ScalarType::int32)
-        count_from_one<std::int32_t>(values, *extra);
-      else
-        count_from_one<std::int64_t>(values, *extra);
-    }
+    if (extra != nullptr && extra->refers != Reference::nothing)
+      values = counted_from_one(*extra, scalar_of(one.type));
     place_.check(nc_put_vara(ncid_, id, start.data(), count.data(), values.data()), section(id));
   }
 
-  template <class T>
-  void count_from_one(std::vector<std::byte>& values, const Extra& extra) {
+  // References as the file has them: from 1, of type `stored`, cells block by block.
+  std::vector<std::byte> counted_from_one(const Extra& extra, ScalarType stored) {
     const bool cells = extra.refers == Reference::cell;
     const std::uint64_t count = cells ? info_.cells() : info_.vertices;
-    for (std::size_t at = 0; at + sizeof(T) <= values.size(); at += sizeof(T)) {
-      T value;
-      std::memcpy(&value, values.data() + at, sizeof value);
-      if (value >= 0) {
-        if (std::cmp_greater_equal(value, count))
-          place_.fail(ErrorCode::corrupt, "extra '" + extra.key + "'",
-                      "refers to number " + std::to_string(value) + " of " +
-                          std::to_string(count));
-        if (cells) value = static_cast<T>(grouping_.position(static_cast<std::uint64_t>(value)));
-      }
-      ++value;
-      std::memcpy(values.data() + at, &value, sizeof value);
+    std::vector<std::byte> values;
+    const auto numbers = integers_of(extra.type, extra.data);
+    for (std::int64_t number : *numbers) {
+      const bool known = number < 0 || std::cmp_less(number, count);
+      if (known && cells && number >= 0)
+        number = static_cast<std::int64_t>(grouping_.position(static_cast<std::uint64_t>(number)));
+      if (!known || !append_integer(values, stored, number + 1))
+        place_.fail(ErrorCode::corrupt, "extra '" + extra.key + "'",
+                    "refers to number " + std::to_string(number) + " of " + std::to_string(count));
     }
+    return values;
   }
 
   MeshSource& mesh_;
@@ -257,6 +263,7 @@ class SkeletonWriter {
   const Place& place_;
   CellGrouping grouping_;
   int ncid_ = -1;
+  ChunkCaches caches_;
 };
 
 // The mesh knows which columns of a connectivity are nodes.
@@ -276,8 +283,7 @@ bool fits(const MeshInfo& info, const Layout& layout) {
   const Schema& schema = info.schema;
   if (info.vertices != layout.vertices || info.step_times.size() != layout.steps ||
       schema.coordinate_type != layout.coordinate_type ||
-      schema.blocks.size() != layout.blocks.size() ||
-      schema.arrays.size() != layout.arrays.size())
+      schema.blocks.size() != layout.blocks.size() || schema.arrays.size() != layout.arrays.size())
     return false;
   for (std::size_t b = 0; b < layout.blocks.size(); ++b)
     if (schema.blocks[b].shape != layout.blocks[b].shape ||
@@ -302,8 +308,8 @@ void write_exodus(MeshSource& mesh, const std::string& path) {
   const ExtraIndex extras(info.extras);
   const Extra* text = extras.find("exodus/skeleton");
   if (info.schema.source_format == "exodus" && text != nullptr) {
-    const Skeleton skeleton = from_text(
-        {reinterpret_cast<const char*>(text->data.data()), text->data.size()}, place);
+    const Skeleton skeleton =
+        from_text({reinterpret_cast<const char*>(text->data.data()), text->data.size()}, place);
     Layout layout = lay_out(skeleton, place);
     narrow_as(info, skeleton, layout);
     if (fits(info, layout)) {
