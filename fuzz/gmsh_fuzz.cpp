@@ -1,0 +1,21 @@
+// Any bytes as a Gmsh file: a whole mesh or a Failure.
+#include "gmsh.h"
+
+#include <cstddef>
+#include <cstdint>
+
+#include "failure.h"
+#include "memory_file.h"
+#include "read_everything.h"
+#include "spool.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const MemoryFile file(data, size);
+  shm::converters::Spool spool("/tmp");
+  try {
+    const auto mesh = shm::converters::open_gmsh(file.path(), spool);
+    read_everything(*mesh);
+  } catch (const shm::converters::Failure&) {
+  }
+  return 0;
+}

@@ -1,0 +1,235 @@
+// Damage behind right checksums: the mutator takes a .shm file apart, damages chunks, group headers
+// or bitstreams, and makes lengths, numbers and checksums anew, so that the coders are reached.
+// The target feeds the Decoder in pieces whose sizes the input says. An item, an error or a wish
+// for more; never a crash, never memory out of proportion, and the same whatever the pieces.
+// An input is one byte, the seed of the piece sizes, and a file.
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <random>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "../tests/file_surgery.h"
+#include "packing.h"
+#include "shm/reader.h"
+
+extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
+
+namespace {
+
+using Bytes = std::vector<std::byte>;
+using Random = std::minstd_rand;
+
+// --- the target
+
+/// What came out, as one number.
+class Outcome {
+ public:
+  void add(std::span<const std::byte> bytes) {
+    for (const std::byte b : bytes) add_number(std::to_integer<std::uint64_t>(b));
+  }
+  template <class T>
+  void add_all(const std::vector<T>& values) {
+    add_number(values.size());
+    add(std::as_bytes(std::span(values)));
+  }
+  void add_number(std::uint64_t number) { hash_ = (hash_ ^ number) * 0x100000001b3; }
+  void add_item(const shm::Item& item) {
+    add_number(item.index());
+    if (const auto* block = std::get_if<shm::MeshBlock>(&item)) add_block(*block);
+    if (const auto* piece = std::get_if<shm::StepPiece>(&item)) add_all(piece->values);
+    if (const auto* times = std::get_if<shm::StepTimes>(&item)) add_all(times->times);
+    if (const auto* extra = std::get_if<shm::Extra>(&item)) add_all(extra->data);
+    if (const auto* totals = std::get_if<shm::Totals>(&item)) add_number(totals->trailing_bytes);
+  }
+  bool operator==(const Outcome&) const = default;
+
+ private:
+  void add_block(const shm::MeshBlock& block) {
+    add_all(block.vertex_numbers);
+    add_all(block.xyz);
+    add_all(block.cell_numbers);
+    add_all(block.cell_blocks);
+    add_all(block.corner_begin);
+    add_all(block.corners);
+    add_all(block.last_use);
+    add_all(block.vertices_before_cell);
+    for (const Bytes& values : block.arrays) add_all(values);
+  }
+  std::uint64_t hash_ = 0xcbf29ce484222325;
+};
+
+/// Every promise that a caller may lean on without looking.
+void check_block(const shm::MeshBlock& block, const shm::Schema& schema) {
+  const auto expect = [](bool good) {
+    if (!good) std::abort();
+  };
+  const std::size_t cells = block.cell_count();
+  expect(block.cell_numbers.size() == cells && block.last_use.size() == cells);
+  expect(block.vertices_before_cell.size() == cells && block.corner_begin.size() == cells + 1);
+  expect(block.corner_begin.back() == block.corners.size());
+  expect(block.xyz.size() == block.vertex_count() * 3 * shm::scalar_bytes(schema.coordinate_type));
+  std::vector<std::uint64_t> covered(schema.arrays.size());
+  for (std::size_t c = 0; c < cells; ++c) {
+    const std::uint32_t b = block.cell_blocks[c];
+    expect(b < schema.blocks.size() && block.corner_begin[c] <= block.corner_begin[c + 1]);
+    expect(block.vertices_before_cell[c] <= block.vertex_count());
+    const std::uint64_t nodes = block.corner_begin[c + 1] - block.corner_begin[c];
+    expect(schema.blocks[b].nodes_per_cell == 0 || nodes == schema.blocks[b].nodes_per_cell);
+    expect(nodes >= 64 || block.last_use[c] >> nodes == 0);
+    for (std::size_t a = 0; a < covered.size(); ++a)
+      if (schema.array_covers(a, b)) ++covered[a];
+  }
+  for (std::size_t a = 0; a < covered.size(); ++a) {
+    const shm::ArrayInfo& info = schema.arrays[a];
+    const std::uint64_t elements = info.per_step                            ? 0
+                                   : info.location == shm::Location::point ? block.vertex_count()
+                                                                           : covered[a];
+    expect(block.arrays[a].size() == elements * info.components * shm::scalar_bytes(info.type));
+  }
+}
+
+Outcome decode(std::span<const std::byte> bytes, std::uint32_t seed) {
+  shm::ReadLimits limits;
+  limits.max_active_vertices = 1 << 16;
+  limits.max_chunk_bytes = limits.max_extra_bytes = 1 << 22;
+  limits.max_group_bytes = 1 << 22;
+  limits.max_arrays = limits.max_blocks = 256;
+  shm::Decoder decoder(limits);
+  Random random(seed);
+  Outcome outcome;
+  const auto failed = [&](const shm::Error& error) {
+    outcome.add(std::as_bytes(std::span<const char>(error.message())));
+    return outcome;
+  };
+  bool ended = false;
+  while (true) {
+    const auto progress = decoder.advance();
+    if (!progress) return failed(progress.error());
+    if (*progress == shm::Decoder::Progress::finished) return outcome;
+    if (*progress == shm::Decoder::Progress::item_ready) {
+      const shm::Item item = decoder.take();
+      if (const auto* block = std::get_if<shm::MeshBlock>(&item))
+        check_block(*block, *decoder.schema());
+      outcome.add_item(item);
+    } else if (!bytes.empty()) {
+      const std::size_t wish = seed == 0 ? bytes.size() : random() % (1u << (random() % 12));
+      const auto piece = bytes.first(std::min(wish, bytes.size()));
+      if (auto good = decoder.feed(piece); !good) return failed(good.error());
+      bytes = bytes.subspan(piece.size());
+    } else {
+      if (std::exchange(ended, true)) std::abort();  // wants more than everything
+      decoder.end_of_input();
+    }
+  }
+}
+
+// --- the mutator
+
+void mutate(Bytes& bytes, std::size_t room) {
+  const std::size_t size = bytes.size();
+  bytes.resize(size + std::min<std::size_t>(room, 64));
+  if (bytes.empty()) return;
+  bytes.resize(LLVMFuzzerMutate(reinterpret_cast<std::uint8_t*>(bytes.data()), size, bytes.size()));
+}
+
+/// Damages what a packed blob holds, not its packing.
+void mutate_packed(Bytes& payload, std::size_t head, std::size_t room) {
+  if (payload.size() < head) return;
+  shm::ByteReader in(std::span<const std::byte>(payload).subspan(head));
+  auto blob = shm::get_packed(in, 1 << 20);
+  if (!blob) return mutate(payload, room);
+  mutate(*blob, room);
+  shm::ByteWriter out;
+  out.put_bytes(std::span<const std::byte>(payload).first(head));
+  out.put_u8(0);
+  out.put_varint(blob->size());
+  out.put_bytes(*blob);
+  payload = std::move(out.bytes);
+}
+
+void mutate_group(Bytes& payload, Random& random, std::size_t room) {
+  auto group = shm::take_group_apart(payload);
+  if (!group) return mutate(payload, room);
+  auto& header = group->header;
+  const std::size_t streams = group->streams.size();
+  switch (random() % 8) {
+    case 0: header.cells += static_cast<std::uint32_t>(random() % 5) - 2; break;
+    case 1: header.vertices += random() % 5 - 2; break;
+    case 2: header.loose_vertices += random() % 3 - 1; break;
+    case 3: header.max_active_vertices = header.max_active_vertices * 2 + random() % 3; break;
+    case 4:
+      if (streams > 0) {
+        const std::size_t s = random() % streams;
+        header.streams.erase(header.streams.begin() + static_cast<std::ptrdiff_t>(s));
+        group->streams.erase(group->streams.begin() + static_cast<std::ptrdiff_t>(s));
+      }
+      break;
+    default:
+      if (streams > 0) mutate(group->streams[random() % streams], room);
+      // Room for what the damage makes.
+      if (random() % 2 == 0) {
+        header.decoded_bytes = 1 << 22;
+        header.vertices = header.vertices * 2 + 8;
+        header.max_active_vertices = 1 << 16;
+      }
+  }
+  payload = shm::put_group_together(std::move(*group));
+}
+
+void mutate_chunk(shm::Chunk& chunk, Random& random, std::size_t room) {
+  using shm::container::ChunkKind;
+  if (random() % 32 == 0) {
+    chunk.header.kind = static_cast<std::uint8_t>(random() % 8);
+    chunk.header.flags = static_cast<std::uint8_t>(random() % 2);
+    return;
+  }
+  if (chunk.is(ChunkKind::group)) return mutate_group(chunk.payload, random, room);
+  if (chunk.is(ChunkKind::schema)) return mutate_packed(chunk.payload, 8, room);
+  if (chunk.is(ChunkKind::extra) || chunk.is(ChunkKind::step_times))
+    return mutate_packed(chunk.payload, 0, room);
+  mutate(chunk.payload, room);
+}
+
+void mutate_file(shm::FileParts& parts, Random& random, std::size_t room) {
+  auto& chunks = parts.chunks;
+  const std::size_t at = random() % chunks.size();
+  const auto place = chunks.begin() + static_cast<std::ptrdiff_t>(at);
+  switch (random() % 16) {
+    case 0: chunks.erase(place); break;
+    case 1:
+      if (chunks[at].payload.size() + shm::container::kChunkHeaderBytes < room)
+        chunks.insert(place, shm::Chunk(*place));
+      break;
+    case 2: std::swap(chunks[at], chunks[random() % chunks.size()]); break;
+    default: mutate_chunk(chunks[at], random, room);
+  }
+}
+
+}  // namespace
+
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
+                                               std::size_t max_size, unsigned int seed) {
+  Random random(seed);
+  auto parts = shm::take_apart(std::as_bytes(std::span(data, size)).subspan(size > 0 ? 1 : 0));
+  if (size < 2 || parts.chunks.empty() || random() % 32 == 0)
+    return LLVMFuzzerMutate(data, size, max_size);
+  for (std::size_t n = random() % 3 + 1; n > 0 && !parts.chunks.empty(); --n)
+    mutate_file(parts, random, max_size > size ? max_size - size : 0);
+  const Bytes bytes = shm::put_together(std::move(parts));
+  if (bytes.size() + 1 > max_size) return LLVMFuzzerMutate(data, size, max_size);
+  if (random() % 8 == 0) data[0] = static_cast<std::uint8_t>(random());
+  std::memcpy(data + 1, bytes.data(), bytes.size());
+  return bytes.size() + 1;
+}
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0) return 0;
+  const Bytes bytes(reinterpret_cast<const std::byte*>(data) + 1,
+                    reinterpret_cast<const std::byte*>(data) + size);
+  const Outcome outcome = decode(bytes, data[0]);
+  if (data[0] % 4 == 1 && !(decode(bytes, 0) == outcome)) std::abort();
+  return 0;
+}

@@ -1,0 +1,282 @@
+// Feature files: small .shm files that together use every feature of the format. Made with integers
+// and exact floating-point arithmetic only, so that they are the same on every machine.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "test_mesh.h"
+
+namespace shm {
+
+struct FeatureFile {
+  std::string name;
+  std::vector<std::byte> bytes;
+};
+
+/// Bends a unit cube with polynomials, which round alike everywhere.
+inline std::array<double, 3> bent(double x, double y, double z) {
+  return {x + .125 * y * z, y + .25 * x * (1 - z), z - .0625 * x * y};
+}
+
+/// Random numbers that are the same with every standard library.
+class PlainRandom {
+ public:
+  explicit PlainRandom(std::uint64_t seed) : engine_(seed) {}
+  std::uint64_t below(std::uint64_t end) { return engine_() % end; }
+  std::uint64_t bits() { return engine_(); }
+  template <class T>
+  void shuffle(std::vector<T>& values) {
+    for (std::size_t i = values.size(); i > 1; --i) std::swap(values[i - 1], values[below(i)]);
+  }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+inline ArrayInfo array_of(std::string name, Location location, ScalarType type,
+                          std::uint32_t components = 1, std::vector<std::uint32_t> blocks = {}) {
+  ArrayInfo info;
+  info.name = std::move(name);
+  info.location = location;
+  info.type = type;
+  info.components = components;
+  info.blocks = std::move(blocks);
+  return info;
+}
+
+inline void append_scalar(std::vector<std::byte>& to, ScalarType type, std::int64_t value) {
+  if (type == ScalarType::float32) return append(to, static_cast<float>(value) * .25f);
+  if (type == ScalarType::float64) return append(to, static_cast<double>(value) * .125);
+  for (std::size_t b = 0; b < scalar_bytes(type); ++b)
+    to.push_back(static_cast<std::byte>(static_cast<std::uint64_t>(value) >> (8 * b)));
+}
+
+/// Adds a static array with values that vary slowly, now and then by leaps.
+inline void add_array(TestMesh& mesh, ArrayInfo info, std::uint64_t elements) {
+  PlainRandom random(mesh.schema.arrays.size() + 1);
+  std::vector<std::byte> values;
+  for (std::uint64_t i = 0; i < elements * info.components; ++i) {
+    const bool leap = random.below(16) == 0;
+    append_scalar(values, info.type, static_cast<std::int64_t>(leap ? random.below(1000000) : i / 3));
+  }
+  mesh.schema.arrays.push_back(std::move(info));
+  mesh.arrays.push_back(std::move(values));
+}
+
+inline TestMesh bent_grid(std::uint64_t nx, std::uint64_t ny, std::uint64_t nz,
+                          ScalarType type = ScalarType::float32) {
+  return grid(nx, ny, nz, type, bent);
+}
+
+inline TestMesh with_order(TestMesh mesh, Order order, bool corner_order, std::uint32_t delay) {
+  mesh.schema.order = order;
+  mesh.schema.corner_order = corner_order;
+  mesh.schema.delay = delay;
+  return mesh;
+}
+
+inline TestMesh shuffled(TestMesh mesh) {
+  PlainRandom random(3);
+  random.shuffle(mesh.cells);
+  for (TestCell& cell : mesh.cells)  // turn by quarters around one axis
+    for (std::uint64_t n = random.below(4); n > 0; --n) {
+      std::rotate(cell.corners.begin(), cell.corners.begin() + 1, cell.corners.begin() + 4);
+      std::rotate(cell.corners.begin() + 4, cell.corners.begin() + 5, cell.corners.begin() + 8);
+    }
+  return mesh;
+}
+
+/// Hexahedra around an axis whose first and last layer meet, at made-up points.
+inline TestMesh exact_ring(std::uint64_t around, std::uint64_t out, std::uint64_t up) {
+  TestMesh mesh = ring(around, out, up, ScalarType::float64);
+  std::vector<std::array<double, 3>> points;
+  for (std::uint64_t v = 0; v < mesh.vertices; ++v)
+    points.push_back({static_cast<double>(v % around), static_cast<double>(v / around % (out + 1)),
+                      static_cast<double>(v / around / (out + 1)) * .5});
+  mesh.set_points(points);
+  return mesh;
+}
+
+inline TestMesh mixed_cells() {
+  TestMesh mesh;
+  mesh.schema = hexahedra_schema(ScalarType::float64);
+  mesh.schema.blocks.push_back({20, "quadratic", CellShape::hexahedron, 20});
+  mesh.schema.blocks.push_back({-27, "triquadratic", CellShape::hexahedron, 27});
+  mesh.schema.blocks.push_back({4, "tetrahedra", CellShape::tetrahedron, 4});
+  mesh.schema.blocks.push_back({0, "polygons", CellShape::polygon, 0});
+  mesh.schema.blocks.push_back({6, "no cells", CellShape::wedge, 6});
+  PlainRandom random(4);
+  std::vector<std::array<double, 3>> points(120);
+  for (auto& p : points)
+    p = {static_cast<double>(random.below(64)), static_cast<double>(random.below(64)), .5};
+  mesh.set_points(points);
+  constexpr std::array<std::size_t, 5> kNodes = {8, 20, 27, 4, 0};
+  for (std::uint64_t c = 0; c < 24; ++c) {
+    TestCell cell;
+    cell.block = static_cast<std::uint32_t>(random.below(5));
+    const std::size_t nodes = cell.block == 4 ? random.below(7) : kNodes[cell.block];
+    for (std::size_t i = 0; i < nodes; ++i)
+      cell.corners.push_back(random.below(8) == 0 ? random.below(120) : (c * 4 + i) % 120);
+    mesh.cells.push_back(std::move(cell));
+  }
+  return mesh;
+}
+
+inline TestMesh degenerate_hexahedra() {
+  TestMesh mesh = bent_grid(3, 2, 2);
+  for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
+    auto& v = mesh.cells[c].corners;
+    if (c % 5 == 0) v[3] = v[2], v[7] = v[6];                        // a wedge
+    if (c % 5 == 1) v[5] = v[6] = v[7] = v[4];                       // a pyramid
+    if (c % 5 == 2) std::fill(v.begin() + 1, v.end(), v[0]);         // a point
+    if (c % 5 == 3) std::swap(v[5], v[6]);                           // twisted
+  }
+  mesh.cells.push_back(mesh.cells[4]);  // the same cell again
+  mesh.cells.push_back(mesh.cells[4]);
+  return mesh;
+}
+
+inline TestMesh with_arrays_of_every_type(TestMesh mesh) {
+  for (int t = 1; t <= 10; ++t) {
+    const auto type = static_cast<ScalarType>(t);
+    const std::string name(scalar_name(type));
+    add_array(mesh, array_of(name, Location::point, type, t % 3 + 1), mesh.vertices);
+    add_array(mesh, array_of(name, Location::cell, type, t % 2 + 1), mesh.cells.size());
+  }
+  return mesh;
+}
+
+inline TestMesh arrays_on_some_blocks() {
+  TestMesh mesh = bent_grid(3, 3, 1);
+  mesh.schema.blocks.push_back({2, "others", CellShape::hexahedron, 8});
+  for (std::size_t c = 0; c < mesh.cells.size(); c += 2) mesh.cells[c].block = 1;
+  add_array(mesh, array_of("a", Location::cell, ScalarType::float32, 1, {1}), (mesh.cells.size() + 1) / 2);
+  add_array(mesh, array_of("a", Location::cell, ScalarType::int16, 1, {0}), mesh.cells.size() / 2);
+  ArrayInfo tags = array_of("tag", Location::point, ScalarType::int64);
+  tags.role = "test:tag";
+  add_array(mesh, tags, mesh.vertices);
+  return mesh;
+}
+
+inline TestMesh quantized() {
+  TestMesh mesh = bent_grid(3, 3, 2);
+  mesh.schema.coordinate_quantization = {10, {0, 0, -.0625}, {1.125, 1.25, 1}};
+  ArrayInfo info = array_of("q", Location::point, ScalarType::float64, 2);
+  info.quantization = {7, {0, 0}, {20, 16}};  // leaps are outside, and exact
+  add_array(mesh, info, mesh.vertices);
+  return mesh;
+}
+
+inline TestMesh special_values() {
+  TestMesh mesh = bent_grid(2, 2, 2, ScalarType::float64);
+  constexpr std::array<std::uint64_t, 7> kOdd = {
+      0x8000000000000000, 0x7ff8000000000000, 0xfff4000000000123, 0x7ff0000000000000,
+      0xfff0000000000000, 0x0000000000000001, 0x7fefffffffffffff};
+  for (std::size_t i = 0; i < kOdd.size(); ++i) std::memcpy(&mesh.xyz[i * 40], &kOdd[i], 8);
+  return mesh;
+}
+
+/// A grid with stepped arrays, step times and extras.
+inline std::vector<std::byte> steps_and_extras_file(Order order) {
+  TestMesh mesh = with_order(bent_grid(2, 2, 3), order, true, 0);
+  for (const auto& [name, where, type] :
+       {std::tuple("u", Location::point, ScalarType::float64), std::tuple("p", Location::cell, ScalarType::float32),
+        std::tuple("n", Location::cell, ScalarType::uint16)}) {
+    ArrayInfo info = array_of(name, where, type, where == Location::point ? 3 : 1);
+    info.per_step = true;
+    mesh.schema.arrays.push_back(info);
+  }
+  MemorySink sink;
+  auto writer = Writer::create(sink, mesh.schema);
+  EXPECT_TRUE(writer);
+  const auto text = std::as_bytes(std::span("a name", 6));
+  EXPECT_TRUE(writer->add_extra({"test/text", ScalarType::uint8, Reference::nothing, {6}, {text.begin(), text.end()}}));
+  for (std::uint64_t v = 0; v < mesh.vertices; ++v)
+    EXPECT_TRUE(writer->add_vertex(v, std::span(mesh.xyz).subspan(v * 12, 12)));
+  for (const TestCell& cell : mesh.cells) EXPECT_TRUE(writer->add_cell(0, cell.corners));
+  EXPECT_TRUE(writer->end_mesh());
+  PlainRandom random(6);
+  for (std::uint64_t step : {0u, 1u, 3u})
+    for (std::uint32_t a = 0; a < 3; ++a) {
+      const ArrayInfo& info = mesh.schema.arrays[a];
+      const std::uint64_t elements = a == 0 ? mesh.vertices : mesh.cells.size();
+      std::vector<std::byte> values;
+      for (std::uint64_t i = 0; i < elements * info.components; ++i)
+        append_scalar(values, info.type, static_cast<std::int64_t>(a == 1 ? random.below(1 << 20) : i * step));
+      EXPECT_TRUE(writer->add_step_values(a, step, values));
+    }
+  const std::vector<double> times = {0, .5, 1, 2};
+  EXPECT_TRUE(writer->set_step_times(times));
+  Extra set{"test/set", ScalarType::int64, Reference::vertex, {2, 2}, {}};
+  for (std::int64_t v : {0, 5, 7, -1}) append(set.data, v);
+  EXPECT_TRUE(writer->add_extra(set));
+  EXPECT_TRUE(writer->add_extra({"test/nothing", ScalarType::float32, Reference::nothing, {3, 0}, {}}));
+  std::vector<std::byte> long_text(300, std::byte{'x'});
+  EXPECT_TRUE(writer->add_extra({"test/long", ScalarType::uint8, Reference::nothing, {300}, long_text}));
+  EXPECT_TRUE(writer->finish());
+  return std::move(sink.bytes);
+}
+
+/// Vertices that are never marked as finalized, and vertices that no cell uses.
+inline std::vector<std::byte> unmarked_file() {
+  const TestMesh mesh = grid(2, 2, 1, ScalarType::float64, bent);
+  MemorySink sink;
+  auto writer = Writer::create(sink, mesh.schema);
+  EXPECT_TRUE(writer);
+  for (std::uint64_t v = 0; v < mesh.vertices; ++v)
+    EXPECT_TRUE(writer->add_vertex(v * 1000, std::span(mesh.xyz).subspan(v * 24, 24)));
+  for (std::size_t c = 0; c < 2; ++c) {
+    auto corners = mesh.cells[c].corners;
+    for (auto& corner : corners) corner *= 1000;
+    EXPECT_TRUE(writer->add_cell(0, corners));
+  }
+  EXPECT_TRUE(writer->end_mesh());
+  EXPECT_TRUE(writer->finish());
+  return std::move(sink.bytes);
+}
+
+inline std::vector<std::byte> written(const TestMesh& mesh, std::uint32_t group_cells = 65536) {
+  MemorySink sink;
+  WriteOptions options;
+  options.group_cells = group_cells;
+  const auto report = write_mesh(mesh, sink, options);
+  EXPECT_TRUE(report) << (report ? "" : report.error().message());
+  return std::move(sink.bytes);
+}
+
+inline std::vector<FeatureFile> feature_files() {
+  using enum Order;
+  std::vector<FeatureFile> files;
+  const auto add = [&](const char* name, std::vector<std::byte> bytes) {
+    files.push_back({name, std::move(bytes)});
+  };
+  add("no_blocks", written({}));
+  add("no_cells", written({hexahedra_schema(), {}, 0, {}, {}}));
+  add("one_hexahedron", written(grid(1, 1, 1)));
+  add("keep", written(bent_grid(3, 2, 2)));
+  add("keep_delay", written(with_order(shuffled(bent_grid(3, 2, 2)), keep, true, 5)));
+  add("stream", written(with_order(shuffled(bent_grid(3, 2, 2)), stream, true, 0)));
+  add("stream_turned", written(with_order(shuffled(bent_grid(3, 2, 2)), stream, false, 5)));
+  add("groups", written(bent_grid(3, 3, 1), 2));
+  add("holes", written(grid(4, 4, 3, ScalarType::float32, straight, porous)));
+  add("ring", written(exact_ring(5, 2, 2)));
+  add("mixed_cells", written(mixed_cells()));
+  add("mixed_cells_stream", written(with_order(mixed_cells(), stream, true, 3)));
+  add("degenerate", written(degenerate_hexahedra()));
+  add("arrays", written(with_arrays_of_every_type(bent_grid(2, 2, 1))));
+  add("arrays_on_some_blocks", written(arrays_on_some_blocks()));
+  add("quantized", written(quantized()));
+  add("special_values", written(special_values()));
+  add("unmarked", unmarked_file());
+  add("steps_and_extras", steps_and_extras_file(keep));
+  add("steps_and_extras_stream", steps_and_extras_file(stream));
+  return files;
+}
+
+}  // namespace shm

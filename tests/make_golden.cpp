@@ -1,0 +1,47 @@
+// Makes golden files: make_golden DIR writes NAME.shm and its readable twin NAME.txt for each feature
+// of the format into DIR. Run by hand when a format version is new; a file that is there already is
+// never overwritten, because what old versions wrote must be read for ever.
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "feature_files.h"
+#include "item_text.h"
+
+namespace {
+
+/// False when it cannot be written; true also when it was there.
+bool write_new(const std::filesystem::path& path, const char* bytes, std::size_t size) {
+  if (std::filesystem::exists(path)) {
+    std::printf("kept  %s\n", path.c_str());
+    return true;
+  }
+  std::ofstream out(path, std::ios::binary);
+  out.write(bytes, static_cast<std::streamsize>(size));
+  std::printf("wrote %s\n", path.c_str());
+  return static_cast<bool>(out.flush());
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  if (count != 2) {
+    std::fputs("usage: make_golden DIR\n", stderr);
+    return 2;
+  }
+  for (const shm::FeatureFile& feature : shm::feature_files()) {
+    const std::filesystem::path path = std::filesystem::path(words[1]) / feature.name;
+    const auto decoded = shm::decode_in_pieces(feature.bytes);
+    if (!decoded) {
+      std::fprintf(stderr, "%s: %s\n", feature.name.c_str(), decoded.error().message().c_str());
+      return 1;
+    }
+    const std::string text = shm::ItemText::of(*decoded);
+    if (!write_new(path.string() + ".shm", reinterpret_cast<const char*>(feature.bytes.data()),
+                   feature.bytes.size()) ||
+        !write_new(path.string() + ".txt", text.data(), text.size()))
+      return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,89 @@
+#include "packing.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <vector>
+
+namespace shm {
+namespace {
+
+using Bytes = std::vector<std::byte>;
+
+Bytes noise(std::size_t size) {
+  std::mt19937_64 random(1);
+  Bytes bytes(size);
+  for (std::byte& b : bytes) b = static_cast<std::byte>(random());
+  return bytes;
+}
+Bytes packed(const Bytes& blob) {
+  ByteWriter out;
+  put_packed(out, blob);
+  return std::move(out.bytes);
+}
+std::optional<Bytes> unpacked(std::span<const std::byte> bytes, std::uint64_t limit = 1 << 30) {
+  ByteReader in(bytes);
+  return get_packed(in, limit);
+}
+
+TEST(Packing, WhateverIsSmaller) {
+  for (std::size_t size : {0u, 1u, 64u, 65u, 1000u, 300000u}) {
+    const Bytes zeros(size), wild = noise(size);
+    EXPECT_EQ(unpacked(packed(zeros)), zeros);
+    EXPECT_EQ(unpacked(packed(wild)), wild);
+    EXPECT_LE(packed(wild).size(), size + 4);
+    if (size > 64) {
+      EXPECT_EQ(packed(zeros)[0], std::byte{1});
+      EXPECT_LT(packed(zeros).size(), 60u);
+      EXPECT_EQ(packed(wild)[0], std::byte{0});
+    }
+  }
+}
+
+TEST(Packing, DamageIsRefused) {
+  for (const Bytes& blob : {Bytes(1000), noise(50)}) {
+    const Bytes whole = packed(blob);
+    for (std::size_t size = 0; size < whole.size(); ++size)
+      EXPECT_FALSE(unpacked(std::span(whole).first(size))) << size;
+    Bytes more = whole;
+    more.push_back(std::byte{0});
+    EXPECT_FALSE(unpacked(more));
+    more = whole;
+    more[0] = std::byte{2};
+    EXPECT_FALSE(unpacked(more));
+  }
+}
+
+TEST(Packing, TheLimitHolds) {
+  for (const Bytes& blob : {Bytes(1000), noise(1000)}) {
+    EXPECT_TRUE(unpacked(packed(blob), 1000));
+    EXPECT_FALSE(unpacked(packed(blob), 999));
+  }
+}
+
+TEST(Packing, StatedLengthMustBeTheLength) {
+  for (std::uint64_t stated : {std::uint64_t{0}, std::uint64_t{99999}, std::uint64_t{100001}, std::uint64_t{1} << 40}) {
+    ByteWriter out;
+    out.put_u8(1);
+    out.put_varint(stated);
+    out.put_bytes(zstd_compress(Bytes(100000), 3));
+    EXPECT_FALSE(unpacked(out.bytes, ~std::uint64_t{0})) << stated;
+  }
+}
+
+TEST(Zstd, BackAndForth) {
+  for (std::size_t size : {0u, 1u, 65536u, 65537u, 5000000u}) {
+    const Bytes bytes = size < 100000 ? noise(size) : Bytes(size, std::byte{7});
+    EXPECT_EQ(zstd_decompress(zstd_compress(bytes, 3), size), bytes);
+  }
+  EXPECT_FALSE(zstd_decompress({}, 0));
+  EXPECT_FALSE(zstd_decompress(noise(100), 100));
+  // Two frames one after the other are one too many.
+  Bytes two = zstd_compress(Bytes(10), 3);
+  const Bytes second = two;
+  two.insert(two.end(), second.begin(), second.end());
+  EXPECT_FALSE(zstd_decompress(two, 20));
+}
+
+}  // namespace
+}  // namespace shm
