@@ -84,7 +84,7 @@ void check_block(const shm::MeshBlock& block, const shm::Schema& schema) {
   }
   for (std::size_t a = 0; a < covered.size(); ++a) {
     const shm::ArrayInfo& info = schema.arrays[a];
-    const std::uint64_t elements = info.per_step                            ? 0
+    const std::uint64_t elements = info.per_step                           ? 0
                                    : info.location == shm::Location::point ? block.vertex_count()
                                                                            : covered[a];
     expect(block.arrays[a].size() == elements * info.components * shm::scalar_bytes(info.type));

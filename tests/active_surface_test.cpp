@@ -144,7 +144,8 @@ TEST(ActiveSurface, LikeAPlainList) {
     if (found == kNone) faces[surface.add_face(quad, kCorners)] = quad;
     surface.end_cell();
     if (random() % 4 == 0 && !faces.empty()) {
-      const auto any = std::next(faces.begin(), static_cast<std::ptrdiff_t>(random() % faces.size()));
+      const auto any =
+          std::next(faces.begin(), static_cast<std::ptrdiff_t>(random() % faces.size()));
       surface.remove_face(any->first);
       faces.erase(any);
     }

@@ -38,7 +38,8 @@ TEST(ByteCursor, VarintsOfEveryLength) {
       const std::uint64_t value = (std::uint64_t{1} << bit) + near - 1;
       ByteWriter out;
       out.put_varint(value);
-      EXPECT_EQ(out.bytes.size(), value == 0 ? 1u : static_cast<std::size_t>(std::bit_width(value) + 6) / 7);
+      EXPECT_EQ(out.bytes.size(),
+                value == 0 ? 1u : static_cast<std::size_t>(std::bit_width(value) + 6) / 7);
       ByteReader in(out.bytes);
       EXPECT_EQ(in.get_varint(), value);
       EXPECT_TRUE(in.ok());
@@ -62,9 +63,9 @@ TEST(ByteCursor, VarintsBeyond64BitsAreRefused) {
 }
 
 TEST(ByteCursor, SignedNumbersOfSmallSizeAreShort) {
-  for (std::int64_t value : {std::int64_t{0}, std::int64_t{-1}, std::int64_t{1}, std::int64_t{-64},
-                             std::int64_t{63}, std::numeric_limits<std::int64_t>::min(),
-                             std::numeric_limits<std::int64_t>::max()}) {
+  for (std::int64_t value :
+       {std::int64_t{0}, std::int64_t{-1}, std::int64_t{1}, std::int64_t{-64}, std::int64_t{63},
+        std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max()}) {
     ByteWriter out;
     out.put_signed(value);
     if (value >= -64 && value < 64) {

@@ -25,19 +25,22 @@ ArrayInfo info_of(ScalarType type, std::uint32_t components = 1) {
 
 /// Codes `values` one after the other, with the stencil that `stencil(i)` says for slot i.
 template <class StencilOf>
-std::pair<Bytes, Bytes> vertex_round_trip(const ArrayInfo& info, const Bytes& values, StencilOf&& stencil) {
+std::pair<Bytes, Bytes> vertex_round_trip(const ArrayInfo& info, const Bytes& values,
+                                          StencilOf&& stencil) {
   const std::size_t stride = scalar_bytes(info.type) * info.components;
   const auto count = static_cast<std::uint32_t>(values.size() / stride);
   RangeEncoder encoder;
   const auto writer = VertexColumn<RangeEncoder>::create(info);
   Bytes source = values;
-  for (std::uint32_t i = 0; i < count; ++i) writer->code(encoder, stencil(i), i, source.data() + i * stride);
+  for (std::uint32_t i = 0; i < count; ++i)
+    writer->code(encoder, stencil(i), i, source.data() + i * stride);
   EXPECT_EQ(source, values);  // only read
   Bytes coded = encoder.finish();
   RangeDecoder decoder(coded);
   const auto reader = VertexColumn<RangeDecoder>::create(info);
   Bytes back(values.size());
-  for (std::uint32_t i = 0; i < count; ++i) reader->code(decoder, stencil(i), i, back.data() + i * stride);
+  for (std::uint32_t i = 0; i < count; ++i)
+    reader->code(decoder, stencil(i), i, back.data() + i * stride);
   return {std::move(coded), std::move(back)};
 }
 
@@ -71,19 +74,30 @@ Bytes packed(const std::vector<T>& values) {
 
 TEST(VertexColumn, SpecialFloats) {
   using Limits = std::numeric_limits<double>;
-  const std::vector<double> odd = {-0.0, 0.0, Limits::infinity(), -Limits::infinity(), Limits::quiet_NaN(),
-                                   Limits::signaling_NaN(), Limits::max(), Limits::lowest(),
-                                   Limits::denorm_min(), -Limits::denorm_min(), Limits::min()};
+  const std::vector<double> odd = {-0.0,
+                                   0.0,
+                                   Limits::infinity(),
+                                   -Limits::infinity(),
+                                   Limits::quiet_NaN(),
+                                   Limits::signaling_NaN(),
+                                   Limits::max(),
+                                   Limits::lowest(),
+                                   Limits::denorm_min(),
+                                   -Limits::denorm_min(),
+                                   Limits::min()};
   std::mt19937_64 random(2);
   std::vector<double> wide;
   std::vector<float> narrow;
   for (int i = 0; i < 2000; ++i) {
     wide.push_back(random() % 3 == 0 ? odd[random() % odd.size()] : static_cast<double>(i));
-    narrow.push_back(std::bit_cast<float>(random() % 3 == 0 ? 0x7f800000u + static_cast<std::uint32_t>(random() % 3)
-                                                            : static_cast<std::uint32_t>(random())));
+    narrow.push_back(std::bit_cast<float>(
+        random() % 3 == 0 ? 0x7f800000u + static_cast<std::uint32_t>(random() % 3)
+                          : static_cast<std::uint32_t>(random())));
   }
-  EXPECT_EQ(vertex_round_trip(info_of(ScalarType::float64), packed(wide), any_stencil).second, packed(wide));
-  EXPECT_EQ(vertex_round_trip(info_of(ScalarType::float32), packed(narrow), any_stencil).second, packed(narrow));
+  EXPECT_EQ(vertex_round_trip(info_of(ScalarType::float64), packed(wide), any_stencil).second,
+            packed(wide));
+  EXPECT_EQ(vertex_round_trip(info_of(ScalarType::float32), packed(narrow), any_stencil).second,
+            packed(narrow));
 }
 
 TEST(VertexColumn, WhatIsPredictedCostsNearlyNothing) {
@@ -98,9 +112,12 @@ TEST(VertexColumn, WhatIsPredictedCostsNearlyNothing) {
     if (i >= 3) s = {Stencil::parallelogram, {i - 1, i - 2, i - 3}};
     return s;
   };
-  EXPECT_LT(vertex_round_trip(info_of(ScalarType::float64), packed(line), straight_on).first.size(), 60u);
+  EXPECT_LT(vertex_round_trip(info_of(ScalarType::float64), packed(line), straight_on).first.size(),
+            60u);
   // Integers wrap: 250 + 7 is 1.
-  EXPECT_LT(vertex_round_trip(info_of(ScalarType::uint8), packed(wrapped), straight_on).first.size(), 60u);
+  EXPECT_LT(
+      vertex_round_trip(info_of(ScalarType::uint8), packed(wrapped), straight_on).first.size(),
+      60u);
 }
 
 TEST(VertexColumn, QuantizedKeepsThePromiseOrTheValue) {
@@ -133,7 +150,8 @@ TEST(VertexColumn, QuantizedKeepsThePromiseOrTheValue) {
           std::memcpy(&after, &back[i * 8], 8);
         }
         const bool exact = std::memcmp(&before, &after, 8) == 0;
-        ASSERT_TRUE(exact || std::fabs(before - after) <= promise) << before << ' ' << after << ' ' << bits;
+        ASSERT_TRUE(exact || std::fabs(before - after) <= promise)
+            << before << ' ' << after << ' ' << bits;
         if (!std::isfinite(before)) {
           ASSERT_TRUE(exact || (std::isnan(before) && std::isnan(after)));
         }
@@ -217,9 +235,13 @@ TEST(CellColumn, EqualNeighboursCostNearlyNothing) {
   const auto cells = row_of_cells(4000);
   const std::vector<char> covered(cells.size(), 1);
   const std::vector<std::int32_t> values(cells.size(), 4711);
-  EXPECT_LT(cell_round_trip(info_of(ScalarType::int32), packed(values), cells, covered).first.size(), 40u);
+  EXPECT_LT(
+      cell_round_trip(info_of(ScalarType::int32), packed(values), cells, covered).first.size(),
+      40u);
   const std::vector<float> floats(cells.size(), 47.11f);
-  EXPECT_LT(cell_round_trip(info_of(ScalarType::float32), packed(floats), cells, covered).first.size(), 40u);
+  EXPECT_LT(
+      cell_round_trip(info_of(ScalarType::float32), packed(floats), cells, covered).first.size(),
+      40u);
 }
 
 TEST(CellColumn, NonFiniteNeighboursDoNotSpread) {
@@ -228,7 +250,8 @@ TEST(CellColumn, NonFiniteNeighboursDoNotSpread) {
   std::vector<double> values(cells.size(), 1.5);
   values[5] = std::numeric_limits<double>::infinity();
   values[50] = std::numeric_limits<double>::quiet_NaN();
-  const auto [coded, back] = cell_round_trip(info_of(ScalarType::float64), packed(values), cells, covered);
+  const auto [coded, back] =
+      cell_round_trip(info_of(ScalarType::float64), packed(values), cells, covered);
   EXPECT_EQ(back, packed(values));
   EXPECT_LT(coded.size(), 160u);
 }

@@ -123,7 +123,8 @@ TEST(Connectivity, TheTenConfigurations) {
     }
 }
 
-// Every set of faces, in each of the 24 rotations of the centre: one of the ten, seen from anywhere.
+// Every set of faces, in each of the 24 rotations of the centre: one of the ten, seen from
+// anywhere.
 TEST(Connectivity, EverySetOfFacesInEveryRotation) {
   for (std::uint32_t faces = 0; faces < 64; ++faces)
     for (std::uint32_t r = 0; r < kRotationCount; ++r) {

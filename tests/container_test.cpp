@@ -1,4 +1,5 @@
-// The format's structs: put and get are mirrors, and the fixed ones have the very bytes of the spec.
+// The format's structs: put and get are mirrors, and the fixed ones have the very bytes of the
+// spec.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -22,7 +23,8 @@ std::vector<std::byte> bytes_of(std::initializer_list<int> values) {
 TEST(Container, FileStart) {
   ByteWriter out;
   put(out, FileStart{0x0102, 0x0304, 0x05060708});
-  EXPECT_EQ(out.bytes, bytes_of({0x89, 'S', 'H', 'M', '\r', '\n', 0x1a, '\n', 2, 1, 4, 3, 8, 7, 6, 5}));
+  EXPECT_EQ(out.bytes,
+            bytes_of({0x89, 'S', 'H', 'M', '\r', '\n', 0x1a, '\n', 2, 1, 4, 3, 8, 7, 6, 5}));
   EXPECT_EQ(out.bytes.size(), kFileStartBytes);
   ByteReader in(out.bytes);
   FileStart start;
@@ -41,9 +43,9 @@ TEST(Container, ChunkHeader) {
   ByteWriter out;
   put(out, header);
   ASSERT_EQ(out.bytes.size(), kChunkHeaderBytes);
-  const auto expected = bytes_of({'S', 'H', 'M', 'C', 3, 4, 1, 0, 0x14, 0x13, 0x12, 0x11, 0x24, 0x23,
-                                  0x22, 0x21, 0x38, 0x37, 0x36, 0x35, 0x34, 0x33, 0x32, 0x31, 0x44,
-                                  0x43, 0x42, 0x41});
+  const auto expected = bytes_of({'S',  'H',  'M',  'C',  3,    4,    1,    0,    0x14, 0x13,
+                                  0x12, 0x11, 0x24, 0x23, 0x22, 0x21, 0x38, 0x37, 0x36, 0x35,
+                                  0x34, 0x33, 0x32, 0x31, 0x44, 0x43, 0x42, 0x41});
   EXPECT_TRUE(std::equal(expected.begin(), expected.end(), out.bytes.begin()));
   ChunkHeader back;
   ByteReader in(out.bytes);

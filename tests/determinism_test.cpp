@@ -1,7 +1,8 @@
-// The same input gives the same mesh groups: on every machine, with every compiler, in every version
-// that does not change the coders on purpose. On a mismatch the new table is printed, to be put in
-// place of the old one where the change is meant (the commit says which stream gained or lost).
-// What passes through zstd (schema, extras, steps) may change with zstd's version and is left out.
+// The same input gives the same mesh groups: on every machine, with every compiler, in every
+// version that does not change the coders on purpose. On a mismatch the new table is printed, to be
+// put in place of the old one where the change is meant (the commit says which stream gained or
+// lost). What passes through zstd (schema, extras, steps) may change with zstd's version and is
+// left out.
 #include <xxhash.h>
 
 #include <charconv>
@@ -32,8 +33,10 @@ std::vector<FeatureFile> larger_files() {
   };
   add("large grid", bent_grid(16, 15, 14));
   add("large grid, doubles, groups", bent_grid(16, 15, 14, ScalarType::float64), 500);
-  add("large grid, shuffled, stream, delay", with_order(shuffled(bent_grid(12, 12, 12)), stream, false, 300));
-  add("large grid, shuffled, keep, delay", with_order(shuffled(bent_grid(12, 12, 12)), keep, true, 300));
+  add("large grid, shuffled, stream, delay",
+      with_order(shuffled(bent_grid(12, 12, 12)), stream, false, 300));
+  add("large grid, shuffled, keep, delay",
+      with_order(shuffled(bent_grid(12, 12, 12)), keep, true, 300));
   add("large holes", grid(16, 16, 16, ScalarType::float32, straight, porous));
   add("large ring", exact_ring(40, 6, 8));
   add("large arrays", with_arrays_of_every_type(bent_grid(9, 9, 9)));
@@ -96,7 +99,8 @@ TEST(Determinism, PinnedHashes) {
 
 TEST(Determinism, TwiceInOneProcess) {
   const auto first = feature_files(), second = feature_files();
-  for (std::size_t i = 0; i < first.size(); ++i) EXPECT_EQ(first[i].bytes, second[i].bytes) << first[i].name;
+  for (std::size_t i = 0; i < first.size(); ++i)
+    EXPECT_EQ(first[i].bytes, second[i].bytes) << first[i].name;
 }
 
 }  // namespace

@@ -63,7 +63,8 @@ inline void add_array(TestMesh& mesh, ArrayInfo info, std::uint64_t elements) {
   std::vector<std::byte> values;
   for (std::uint64_t i = 0; i < elements * info.components; ++i) {
     const bool leap = random.below(16) == 0;
-    append_scalar(values, info.type, static_cast<std::int64_t>(leap ? random.below(1000000) : i / 3));
+    append_scalar(values, info.type,
+                  static_cast<std::int64_t>(leap ? random.below(1000000) : i / 3));
   }
   mesh.schema.arrays.push_back(std::move(info));
   mesh.arrays.push_back(std::move(values));
@@ -132,10 +133,10 @@ inline TestMesh degenerate_hexahedra() {
   TestMesh mesh = bent_grid(3, 2, 2);
   for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
     auto& v = mesh.cells[c].corners;
-    if (c % 5 == 0) v[3] = v[2], v[7] = v[6];                        // a wedge
-    if (c % 5 == 1) v[5] = v[6] = v[7] = v[4];                       // a pyramid
-    if (c % 5 == 2) std::fill(v.begin() + 1, v.end(), v[0]);         // a point
-    if (c % 5 == 3) std::swap(v[5], v[6]);                           // twisted
+    if (c % 5 == 0) v[3] = v[2], v[7] = v[6];                 // a wedge
+    if (c % 5 == 1) v[5] = v[6] = v[7] = v[4];                // a pyramid
+    if (c % 5 == 2) std::fill(v.begin() + 1, v.end(), v[0]);  // a point
+    if (c % 5 == 3) std::swap(v[5], v[6]);                    // twisted
   }
   mesh.cells.push_back(mesh.cells[4]);  // the same cell again
   mesh.cells.push_back(mesh.cells[4]);
@@ -156,7 +157,8 @@ inline TestMesh arrays_on_some_blocks() {
   TestMesh mesh = bent_grid(3, 3, 1);
   mesh.schema.blocks.push_back({2, "others", CellShape::hexahedron, 8});
   for (std::size_t c = 0; c < mesh.cells.size(); c += 2) mesh.cells[c].block = 1;
-  add_array(mesh, array_of("a", Location::cell, ScalarType::float32, 1, {1}), (mesh.cells.size() + 1) / 2);
+  add_array(mesh, array_of("a", Location::cell, ScalarType::float32, 1, {1}),
+            (mesh.cells.size() + 1) / 2);
   add_array(mesh, array_of("a", Location::cell, ScalarType::int16, 1, {0}), mesh.cells.size() / 2);
   ArrayInfo tags = array_of("tag", Location::point, ScalarType::int64);
   tags.role = "test:tag";
@@ -185,9 +187,9 @@ inline TestMesh special_values() {
 /// A grid with stepped arrays, step times and extras.
 inline std::vector<std::byte> steps_and_extras_file(Order order) {
   TestMesh mesh = with_order(bent_grid(2, 2, 3), order, true, 0);
-  for (const auto& [name, where, type] :
-       {std::tuple("u", Location::point, ScalarType::float64), std::tuple("p", Location::cell, ScalarType::float32),
-        std::tuple("n", Location::cell, ScalarType::uint16)}) {
+  for (const auto& [name, where, type] : {std::tuple("u", Location::point, ScalarType::float64),
+                                          std::tuple("p", Location::cell, ScalarType::float32),
+                                          std::tuple("n", Location::cell, ScalarType::uint16)}) {
     ArrayInfo info = array_of(name, where, type, where == Location::point ? 3 : 1);
     info.per_step = true;
     mesh.schema.arrays.push_back(info);
@@ -196,7 +198,8 @@ inline std::vector<std::byte> steps_and_extras_file(Order order) {
   auto writer = Writer::create(sink, mesh.schema);
   EXPECT_TRUE(writer);
   const auto text = std::as_bytes(std::span("a name", 6));
-  EXPECT_TRUE(writer->add_extra({"test/text", ScalarType::uint8, Reference::nothing, {6}, {text.begin(), text.end()}}));
+  EXPECT_TRUE(writer->add_extra(
+      {"test/text", ScalarType::uint8, Reference::nothing, {6}, {text.begin(), text.end()}}));
   for (std::uint64_t v = 0; v < mesh.vertices; ++v)
     EXPECT_TRUE(writer->add_vertex(v, std::span(mesh.xyz).subspan(v * 12, 12)));
   for (const TestCell& cell : mesh.cells) EXPECT_TRUE(writer->add_cell(0, cell.corners));
@@ -208,7 +211,8 @@ inline std::vector<std::byte> steps_and_extras_file(Order order) {
       const std::uint64_t elements = a == 0 ? mesh.vertices : mesh.cells.size();
       std::vector<std::byte> values;
       for (std::uint64_t i = 0; i < elements * info.components; ++i)
-        append_scalar(values, info.type, static_cast<std::int64_t>(a == 1 ? random.below(1 << 20) : i * step));
+        append_scalar(values, info.type,
+                      static_cast<std::int64_t>(a == 1 ? random.below(1 << 20) : i * step));
       EXPECT_TRUE(writer->add_step_values(a, step, values));
     }
   const std::vector<double> times = {0, .5, 1, 2};
@@ -216,9 +220,11 @@ inline std::vector<std::byte> steps_and_extras_file(Order order) {
   Extra set{"test/set", ScalarType::int64, Reference::vertex, {2, 2}, {}};
   for (std::int64_t v : {0, 5, 7, -1}) append(set.data, v);
   EXPECT_TRUE(writer->add_extra(set));
-  EXPECT_TRUE(writer->add_extra({"test/nothing", ScalarType::float32, Reference::nothing, {3, 0}, {}}));
+  EXPECT_TRUE(
+      writer->add_extra({"test/nothing", ScalarType::float32, Reference::nothing, {3, 0}, {}}));
   std::vector<std::byte> long_text(300, std::byte{'x'});
-  EXPECT_TRUE(writer->add_extra({"test/long", ScalarType::uint8, Reference::nothing, {300}, long_text}));
+  EXPECT_TRUE(
+      writer->add_extra({"test/long", ScalarType::uint8, Reference::nothing, {300}, long_text}));
   EXPECT_TRUE(writer->finish());
   return std::move(sink.bytes);
 }

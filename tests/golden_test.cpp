@@ -24,7 +24,8 @@ std::string content(const fs::path& path) {
 
 std::vector<fs::path> golden_files() {
   std::vector<fs::path> files;
-  for (const auto& entry : fs::recursive_directory_iterator(fs::path(SHM_SOURCE_DIR) / "tests/golden"))
+  for (const auto& entry :
+       fs::recursive_directory_iterator(fs::path(SHM_SOURCE_DIR) / "tests/golden"))
     if (entry.path().extension() == ".shm") files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   return files;
@@ -42,7 +43,8 @@ TEST(Golden, EveryFileDecodesToItsTwin) {
 }
 
 TEST(Golden, NoTwinStandsAlone) {
-  for (const auto& entry : fs::recursive_directory_iterator(fs::path(SHM_SOURCE_DIR) / "tests/golden"))
+  for (const auto& entry :
+       fs::recursive_directory_iterator(fs::path(SHM_SOURCE_DIR) / "tests/golden"))
     if (entry.path().extension() == ".txt") {
       EXPECT_TRUE(fs::exists(fs::path(entry.path()).replace_extension(".shm"))) << entry.path();
     }

@@ -82,7 +82,8 @@ TEST(Hostile, EveryCutIsTruncated) {
   for (const FeatureFile& feature : files())
     for (std::size_t size = 0; size < feature.bytes.size(); size += is_thorough(feature) ? 1 : 5) {
       // An exact-size copy, so that a read past the end is seen.
-      const Bytes cut(feature.bytes.begin(), feature.bytes.begin() + static_cast<std::ptrdiff_t>(size));
+      const Bytes cut(feature.bytes.begin(),
+                      feature.bytes.begin() + static_cast<std::ptrdiff_t>(size));
       const auto decoded = decode_in_pieces(cut);
       ASSERT_FALSE(decoded) << feature.name << " cut to " << size;
       ASSERT_EQ(decoded.error().code, ErrorCode::truncated) << feature.name << " cut to " << size;
@@ -243,7 +244,8 @@ TEST(Hostile, ChunksMissingRepeatedOrSwapped) {
           return chunk.is(ChunkKind::extra) || chunk.is(ChunkKind::step_times) ||
                  chunk.is(ChunkKind::step_values);
         };
-        const bool extra = whole.chunks[at].is(ChunkKind::extra) || whole.chunks[at - 1].is(ChunkKind::extra);
+        const bool extra =
+            whole.chunks[at].is(ChunkKind::extra) || whole.chunks[at - 1].is(ChunkKind::extra);
         const bool end = at == 1 || whole.chunks[at].is(ChunkKind::index);
         const bool may = numbering == Numbering::anew && !end &&
                          (extra || (movable(whole.chunks[at]) && movable(whole.chunks[at - 1])));
@@ -278,7 +280,8 @@ TEST(Hostile, LimitsAreKept) {
     tighten(limits);
     const auto decoded = decode_in_pieces(file(name), 0, limits);
     ASSERT_FALSE(decoded) << name;
-    EXPECT_EQ(decoded.error().code, ErrorCode::over_limit) << name << ": " << decoded.error().message();
+    EXPECT_EQ(decoded.error().code, ErrorCode::over_limit)
+        << name << ": " << decoded.error().message();
   };
   expect_over("keep", [](ReadLimits& limits) { limits.max_active_vertices = 7; });
   expect_over("keep", [](ReadLimits& limits) { limits.max_chunk_bytes = 10; });
@@ -364,8 +367,10 @@ TEST(Hostile, LimitsOfTheSchemaComeBeforeItsMemory) {
   // A million blocks and a million arrays of no name pack to almost nothing.
   for (const bool arrays : {false, true}) {
     Schema schema;
-    if (arrays) schema.arrays.resize(1000000);
-    else schema.blocks.resize(1000000);
+    if (arrays)
+      schema.arrays.resize(1000000);
+    else
+      schema.blocks.resize(1000000);
     const Bytes bytes = file_of({{ChunkKind::schema, schema_payload(schema)}});
     ReadLimits limits;
     limits.max_blocks = limits.max_arrays = 1000;
@@ -378,7 +383,8 @@ TEST(Hostile, LimitsOfTheSchemaComeBeforeItsMemory) {
 // --- lies behind good checksums
 
 TEST(Hostile, LyingSchema) {
-  const auto refused = [](const std::function<void(Schema&)>& lie, ErrorCode code = ErrorCode::corrupt) {
+  const auto refused = [](const std::function<void(Schema&)>& lie,
+                          ErrorCode code = ErrorCode::corrupt) {
     Schema schema = hexahedra_schema();
     schema.arrays.push_back(array_of("a", Location::cell, ScalarType::float32, 1, {0}));
     lie(schema);
@@ -400,8 +406,11 @@ TEST(Hostile, LyingSchema) {
   refused([](Schema& s) { s.arrays[0].components = 65536; });
   refused([](Schema& s) { s.arrays[0].blocks = {1}; });
   refused([](Schema& s) { s.arrays[0].blocks = {0, 0}; });
-  refused([](Schema& s) { s.arrays.assign(3, array_of("a", Location::point, ScalarType::int8, 65535)); },
-          ErrorCode::over_limit);
+  refused(
+      [](Schema& s) {
+        s.arrays.assign(3, array_of("a", Location::point, ScalarType::int8, 65535));
+      },
+      ErrorCode::over_limit);
   // Every cut, and something behind.
   Schema schema = mixed_cells().schema;
   schema.arrays.push_back(array_of("a", Location::cell, ScalarType::float32, 1, {0}));
@@ -412,7 +421,8 @@ TEST(Hostile, LyingSchema) {
     cut.resize(size);
     const bool whole = size == blob.bytes.size();
     EXPECT_EQ(code_of(file_of({{ChunkKind::schema, schema_payload(cut)}})),
-              whole ? ErrorCode::truncated : ErrorCode::corrupt) << size;
+              whole ? ErrorCode::truncated : ErrorCode::corrupt)
+        << size;
   }
 }
 
@@ -445,11 +455,14 @@ TEST(Hostile, LyingGroupHeader) {
     refused(name, [](Header& h) { h.max_active_vertices += 1; });
     refused(name, [](Header& h) { h.max_active_vertices -= 1; });
     refused(name, [](Header& h) { h.max_active_vertices = 0; });
-    refused(name, [](Header& h) { h.max_active_vertices = std::uint64_t{1} << 28; }, ErrorCode::over_limit);
+    refused(
+        name, [](Header& h) { h.max_active_vertices = std::uint64_t{1} << 28; },
+        ErrorCode::over_limit);
     refused(name, [](Header& h) { h.decoded_bytes += 1; });
     refused(name, [](Header& h) { h.decoded_bytes -= 1; });
     refused(name, [](Header& h) { h.decoded_bytes = 0; });
-    refused(name, [](Header& h) { h.decoded_bytes = std::uint64_t{1} << 31; }, ErrorCode::over_limit);
+    refused(
+        name, [](Header& h) { h.decoded_bytes = std::uint64_t{1} << 31; }, ErrorCode::over_limit);
     refused(name, [](Header& h) { h.streams[0].bytes += 1; });
     refused(name, [](Header& h) { h.streams[0].bytes = ~std::uint64_t{0}; });
     refused(name, [](Header& h) { h.streams.back().bytes -= 1; });
@@ -463,12 +476,16 @@ TEST(Hostile, LyingGroupHeader) {
     });
     refused(name, [](Header& h) { h.streams[0].kind = static_cast<container::StreamKind>(0); });
     refused(name, [](Header& h) { h.streams[0].kind = static_cast<container::StreamKind>(7); });
-    refused(name, [](Header& h) { h.streams.back().kind = container::StreamKind::array;
-                                  h.streams.back().array = 1000; });
-    refused(name, [](Header& h) { h.streams[0].codec = static_cast<container::Codec>(99); },
-            ErrorCode::unsupported);
-    refused(name, [](Header& h) { h.streams.back().codec = container::Codec::paper; },
-            ErrorCode::unsupported);
+    refused(name, [](Header& h) {
+      h.streams.back().kind = container::StreamKind::array;
+      h.streams.back().array = 1000;
+    });
+    refused(
+        name, [](Header& h) { h.streams[0].codec = static_cast<container::Codec>(99); },
+        ErrorCode::unsupported);
+    refused(
+        name, [](Header& h) { h.streams.back().codec = container::Codec::paper; },
+        ErrorCode::unsupported);
   }
   refused("unmarked", [](Header& h) { h.loose_vertices += 1; });
   refused("unmarked", [](Header& h) { h.loose_vertices -= 1; });
@@ -529,7 +546,9 @@ TEST(Hostile, LyingIndex) {
       [](Index& i) { ++i.streams[0].bytes; },
       [](Index& i) { i.streams[0].name += 'x'; },
       [](Index& i) { i.streams.pop_back(); },
-      [](Index& i) { i.streams.push_back({"more", 1}); },
+      [](Index& i) {
+        i.streams.push_back({"more", 1});
+      },
       [](Index& i) { i.entries.pop_back(); },
       [](Index& i) { i.entries.push_back(i.entries.back()); },
       [](Index& i) { i.entries.resize(100000); },
@@ -589,7 +608,8 @@ TEST(Hostile, LyingExtra) {
     recount_index(parts);
     EXPECT_EQ(code_of(put_together(parts)), ErrorCode::corrupt);
   };
-  const auto blob_of = [](int type, int refers, const std::vector<std::uint64_t>& shape, std::size_t data) {
+  const auto blob_of = [](int type, int refers, const std::vector<std::uint64_t>& shape,
+                          std::size_t data) {
     ByteWriter out;
     out.put_text("key");
     out.put_u8(static_cast<std::uint8_t>(type));
@@ -637,7 +657,8 @@ TEST(Hostile, DamagedBitstreams) {
           group->header.decoded_bytes += random.below(2) * 10000;
           chunk.payload = put_group_together(*group);
         } else if (!group && chunk.payload.size() > 10) {
-          chunk.payload[10 + random.below(chunk.payload.size() - 10)] ^= static_cast<std::byte>(random.bits());
+          chunk.payload[10 + random.below(chunk.payload.size() - 10)] ^=
+              static_cast<std::byte>(random.bits());
         }
       }
       Decoder decoder(limits);

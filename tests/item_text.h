@@ -54,8 +54,7 @@ class ItemText {
   static std::string of(const Decoded& decoded) {
     ItemText text(decoded.schema);
     text.add_schema();
-    for (const Item& item : decoded.items)
-      std::visit([&](const auto& it) { text.add(it); }, item);
+    for (const Item& item : decoded.items) std::visit([&](const auto& it) { text.add(it); }, item);
     return std::move(text.out_);
   }
 

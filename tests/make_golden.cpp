@@ -1,6 +1,6 @@
-// Makes golden files: make_golden DIR writes NAME.shm and its readable twin NAME.txt for each feature
-// of the format into DIR. Run by hand when a format version is new; a file that is there already is
-// never overwritten, because what old versions wrote must be read for ever.
+// Makes golden files: make_golden DIR writes NAME.shm and its readable twin NAME.txt for each
+// feature of the format into DIR. Run by hand when a format version is new; a file that is there
+// already is never overwritten, because what old versions wrote must be read for ever.
 #include <cstdio>
 #include <filesystem>
 #include <fstream>

@@ -62,7 +62,8 @@ TEST(Packing, TheLimitHolds) {
 }
 
 TEST(Packing, StatedLengthMustBeTheLength) {
-  for (std::uint64_t stated : {std::uint64_t{0}, std::uint64_t{99999}, std::uint64_t{100001}, std::uint64_t{1} << 40}) {
+  for (std::uint64_t stated :
+       {std::uint64_t{0}, std::uint64_t{99999}, std::uint64_t{100001}, std::uint64_t{1} << 40}) {
     ByteWriter out;
     out.put_u8(1);
     out.put_varint(stated);

@@ -59,7 +59,8 @@ TEST(AdaptiveBit, PinnedSteps) {
     bit.update(one);
     steps.push_back(bit.probability_of_one());
   }
-  EXPECT_EQ(steps, (std::vector<std::uint32_t>{54612, 58982, 42130, 47331, 38726, 32768, 28399, 32768}));
+  EXPECT_EQ(steps,
+            (std::vector<std::uint32_t>{54612, 58982, 42130, 47331, 38726, 32768, 28399, 32768}));
 }
 
 TEST(RangeCoder, NothingIsNoBytes) {
@@ -150,7 +151,10 @@ TEST(Models, NumbersOfEveryLength) {
   for (int bits = 0; bits <= 64; ++bits)
     for (int n = 0; n < 20; ++n) {
       const std::uint64_t low = bits == 0 ? 0 : std::uint64_t{1} << (bits - 1);
-      values.push_back(n == 0 ? low : n == 1 ? low | (low - (low > 0)) : bits == 0 ? 0 : low | (random() & (low - 1)));
+      values.push_back(n == 0      ? low
+                       : n == 1    ? low | (low - (low > 0))
+                       : bits == 0 ? 0
+                                   : low | (random() & (low - 1)));
     }
   both_ways([&](auto& coder) {
     const auto numbers = std::make_unique<NumberModel>();
@@ -166,7 +170,8 @@ TEST(Models, SignedNumbers) {
   std::vector<std::int64_t> values = {0, 1, -1, std::numeric_limits<std::int64_t>::min(),
                                       std::numeric_limits<std::int64_t>::max()};
   std::mt19937_64 random(5);
-  for (int n = 0; n < 2000; ++n) values.push_back(static_cast<std::int64_t>(random()) >> (random() % 64));
+  for (int n = 0; n < 2000; ++n)
+    values.push_back(static_cast<std::int64_t>(random()) >> (random() % 64));
   both_ways([&](auto& coder) {
     const auto numbers = std::make_unique<SignedModel<NumberModel>>();
     const auto residuals = std::make_unique<SignedModel<ResidualModel>>();
@@ -222,7 +227,8 @@ TEST(Models, PinnedStream) {
     ChoiceModel<2> choice;
     for (std::uint64_t value : values) {
       ASSERT_EQ(code_number(coder, *number, value % 1000), value % 1000);
-      ASSERT_EQ(code_signed(coder, *residual, static_cast<std::int64_t>(value)), static_cast<std::int64_t>(value));
+      ASSERT_EQ(code_signed(coder, *residual, static_cast<std::int64_t>(value)),
+                static_cast<std::int64_t>(value));
       ASSERT_EQ(code_tree(coder, tree, static_cast<std::uint32_t>(value & 7)), value & 7);
       ASSERT_EQ(code_choice(coder, choice, 5, static_cast<std::uint32_t>(value % 5)), value % 5);
       ASSERT_EQ(coder.raw(value & 0x1f, 5), value & 0x1f);

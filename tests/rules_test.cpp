@@ -19,8 +19,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Source {
-  std::string path;  // from the root of the project
-  std::string text, code;  // code: without comments
+  std::string path;                         // from the root of the project
+  std::string text, code;                   // code: without comments
   std::vector<std::string> quoted, angled;  // included headers
 
   std::string folder() const { return fs::path(path).parent_path().string(); }
@@ -59,17 +59,21 @@ std::vector<Source> sources_in(const std::string& folder) {
 
 /// Whether `word` stands in `code` as a word of its own.
 bool says(const std::string& code, const std::string& word) {
-  const auto part_of_word = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };
+  const auto part_of_word = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
+  };
   for (std::size_t at = code.find(word); at != std::string::npos; at = code.find(word, at + 1)) {
     const std::size_t end = at + word.size();
-    if ((at == 0 || !part_of_word(code[at - 1])) && (end == code.size() || !part_of_word(code[end])))
+    if ((at == 0 || !part_of_word(code[at - 1])) &&
+        (end == code.size() || !part_of_word(code[end])))
       return true;
   }
   return false;
 }
 
 bool begins_with_any(const std::string& text, std::initializer_list<const char*> heads) {
-  return std::any_of(heads.begin(), heads.end(), [&](const char* head) { return text.starts_with(head); });
+  return std::any_of(heads.begin(), heads.end(),
+                     [&](const char* head) { return text.starts_with(head); });
 }
 
 /// No file in `folder` includes a header whose path begins with one of `heads`.
@@ -90,8 +94,10 @@ TEST(Rules, TheContainerKnowsNoHexahedra) {
 TEST(Rules, TheCodersKnowNoChunks) {
   for (const Source& source : sources_in("libshmformat/src/coders"))
     for (const std::string& header : source.quoted) {
-      const bool names_codec = source.name().starts_with("step_values.") && header == "container/format.h";
-      EXPECT_TRUE(names_codec || !header.starts_with("container/")) << source.path << " includes " << header;
+      const bool names_codec =
+          source.name().starts_with("step_values.") && header == "container/format.h";
+      EXPECT_TRUE(names_codec || !header.starts_with("container/"))
+          << source.path << " includes " << header;
     }
   for (const Source& source : sources_in("libshmformat/src/coders"))
     for (const char* word : {"ChunkHeader", "ChunkKind", "ChunkWriter", "GroupHeader", "Index"})
@@ -99,7 +105,8 @@ TEST(Rules, TheCodersKnowNoChunks) {
 }
 
 TEST(Rules, EachRoomStandsOnThoseBelow) {
-  expect_without("libshmformat/src/bytes", {"entropy/", "front/", "coders/", "container/", "mesh_"});
+  expect_without("libshmformat/src/bytes",
+                 {"entropy/", "front/", "coders/", "container/", "mesh_"});
   expect_without("libshmformat/src/entropy", {"front/", "coders/", "container/", "mesh_", "shm/"});
   expect_without("libshmformat/src/front", {"entropy/", "coders/", "container/", "mesh_", "shm/"});
   expect_without("libshmformat/src/coders", {"mesh_"});
@@ -107,8 +114,8 @@ TEST(Rules, EachRoomStandsOnThoseBelow) {
 
 const std::set<std::string>& system_headers() {
   static const std::set<std::string> headers = {
-      "unistd.h", "fcntl.h", "dirent.h", "pthread.h", "signal.h", "csignal", "termios.h", "windows.h",
-      "filesystem", "fstream", "cstdio", "stdio.h", "thread", "mutex"};
+      "unistd.h",  "fcntl.h",    "dirent.h", "pthread.h", "signal.h", "csignal", "termios.h",
+      "windows.h", "filesystem", "fstream",  "cstdio",    "stdio.h",  "thread",  "mutex"};
   return headers;
 }
 
@@ -125,13 +132,15 @@ TEST(Rules, TheLibraryNeitherPrintsNorAsks) {
   for (const char* folder : {"libshmformat/src", "libshmformat/include"})
     for (const Source& source : sources_in(folder)) {
       for (const std::string& header : source.angled)
-        for (const char* banned : {"iostream", "ostream", "sstream", "print", "syncstream", "chrono",
-                                   "ctime", "time.h", "clocale", "locale", "random"})
+        for (const char* banned : {"iostream", "ostream", "sstream", "print", "syncstream",
+                                   "chrono", "ctime", "time.h", "clocale", "locale", "random"})
           EXPECT_NE(header, banned) << source.path;
       for (const char* word :
-           {"printf", "fprintf", "puts", "fputs", "putchar", "cout", "cerr", "clog", "getenv",
-            "setlocale", "localeconv", "gettimeofday", "clock_gettime", "system_clock",
-            "steady_clock", "abort", "exit", "rand", "srand", "strtod", "atof", "stod"})
+           {"printf",     "fprintf",      "puts",          "fputs",        "putchar",
+            "cout",       "cerr",         "clog",          "getenv",       "setlocale",
+            "localeconv", "gettimeofday", "clock_gettime", "system_clock", "steady_clock",
+            "abort",      "exit",         "rand",          "srand",        "strtod",
+            "atof",       "stod"})
         EXPECT_FALSE(says(source.code, word)) << source.path << " says " << word;
     }
 }
@@ -144,8 +153,9 @@ TEST(Rules, TheLibraryThrowsNothingAndKeepsNoGlobals) {
       // A variable that is static and not const: "static Type name =", "... name;", "... name{".
       std::istringstream lines(source.code);
       for (std::string line; std::getline(lines, line);) {
-        const bool variable = says(line, "static") && !says(line, "constexpr") && !says(line, "const") &&
-                              line.find('(') == std::string::npos && line.find(';') != std::string::npos;
+        const bool variable = says(line, "static") && !says(line, "constexpr") &&
+                              !says(line, "const") && line.find('(') == std::string::npos &&
+                              line.find(';') != std::string::npos;
         EXPECT_FALSE(variable) << source.path << ": " << line;
       }
     }
@@ -167,9 +177,12 @@ TEST(Rules, ConvertersAndToolsSeePublicHeadersOnly) {
   for (const Source& source : sources_in("converters"))
     for (const std::string& header : source.quoted) {
       const fs::path beside = fs::path(SHM_SOURCE_DIR) / source.folder() / header;
-      EXPECT_TRUE(header.starts_with("shm/") || fs::exists(beside)) << source.path << " includes " << header;
-      EXPECT_FALSE(inside.contains(header) && !fs::exists(beside)) << source.path << " includes " << header;
-      EXPECT_EQ(header.find("libshmformat"), std::string::npos) << source.path << " includes " << header;
+      EXPECT_TRUE(header.starts_with("shm/") || fs::exists(beside))
+          << source.path << " includes " << header;
+      EXPECT_FALSE(inside.contains(header) && !fs::exists(beside))
+          << source.path << " includes " << header;
+      EXPECT_EQ(header.find("libshmformat"), std::string::npos)
+          << source.path << " includes " << header;
     }
 }
 

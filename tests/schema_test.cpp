@@ -68,10 +68,18 @@ TEST(Schema, WhatIsRefused) {
       [](Schema& s) { s.arrays[0].components = 0; },
       [](Schema& s) { s.arrays[0].components = 65536; },
       [](Schema& s) { s.arrays[0].blocks = {0}; },  // a point array
-      [](Schema& s) { s.arrays[0].quantization = {8, {0}, {1}}; },  // integers
-      [](Schema& s) { s.arrays[1].blocks = {0, 6}; },
-      [](Schema& s) { s.arrays[1].blocks = {2, 0}; },
-      [](Schema& s) { s.arrays[1].blocks = {2, 2}; },
+      [](Schema& s) {
+        s.arrays[0].quantization = {8, {0}, {1}};
+      },  // integers
+      [](Schema& s) {
+        s.arrays[1].blocks = {0, 6};
+      },
+      [](Schema& s) {
+        s.arrays[1].blocks = {2, 0};
+      },
+      [](Schema& s) {
+        s.arrays[1].blocks = {2, 2};
+      },
       [](Schema& s) { s.arrays[1].quantization.minimum.pop_back(); },
       [](Schema& s) { s.arrays[1].per_step = true; },  // and quantized
   };
@@ -88,7 +96,9 @@ TEST(Schema, WhatIsRefused) {
 }
 
 TEST(Schema, LimitsAreKept) {
-  const auto code = [](const ReadLimits& limits) { return check_schema(rich_schema(), limits).error().code; };
+  const auto code = [](const ReadLimits& limits) {
+    return check_schema(rich_schema(), limits).error().code;
+  };
   ReadLimits limits;
   EXPECT_TRUE(check_schema(rich_schema(), limits));
   limits.max_blocks = 5;
@@ -117,7 +127,8 @@ TEST(Schema, ReadingStopsAtTheLimits) {
 
 TEST(Schema, NamesOfStreams) {
   Schema schema;
-  for (const char* name : {"a", "b", "a", "a"}) schema.arrays.push_back(array_of(name, Location::point, ScalarType::int8));
+  for (const char* name : {"a", "b", "a", "a"})
+    schema.arrays.push_back(array_of(name, Location::point, ScalarType::int8));
   schema.arrays.push_back(array_of("a", Location::cell, ScalarType::int8));
   EXPECT_EQ(array_stream_name(schema, 0), "array:point/a");
   EXPECT_EQ(array_stream_name(schema, 1), "array:point/b");
@@ -150,7 +161,11 @@ TEST(Extra, BytesAndBack) {
   for (const Extra& extra :
        {Extra{"k", ScalarType::uint8, Reference::nothing, {}, std::vector<std::byte>(1)},
         Extra{"", ScalarType::float64, Reference::nothing, {2, 0, 3}, {}},
-        Extra{"a/b", ScalarType::int32, Reference::cell, {2, 2}, std::vector<std::byte>(16, std::byte{9})}}) {
+        Extra{"a/b",
+              ScalarType::int32,
+              Reference::cell,
+              {2, 2},
+              std::vector<std::byte>(16, std::byte{9})}}) {
     ByteWriter out;
     put(out, extra);
     ByteReader in(out.bytes);
@@ -163,8 +178,10 @@ TEST(Extra, BytesAndBack) {
 TEST(Error, SaysFilePlaceAndCause) {
   EXPECT_EQ((Error{ErrorCode::corrupt, "detail", "section", 7, "file"}).message(),
             "file: section, at byte 7: detail");
-  EXPECT_EQ((Error{ErrorCode::corrupt, "detail", "", 7, "file"}).message(), "file: at byte 7: detail");
-  EXPECT_EQ((Error{ErrorCode::corrupt, "detail", "section", kNoOffset, ""}).message(), "section: detail");
+  EXPECT_EQ((Error{ErrorCode::corrupt, "detail", "", 7, "file"}).message(),
+            "file: at byte 7: detail");
+  EXPECT_EQ((Error{ErrorCode::corrupt, "detail", "section", kNoOffset, ""}).message(),
+            "section: detail");
   EXPECT_EQ((Error{ErrorCode::corrupt, "detail", "", kNoOffset, ""}).message(), "detail");
 }
 

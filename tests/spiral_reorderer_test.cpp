@@ -59,7 +59,9 @@ TEST(SpiralReorderer, EveryCellLeavesOnce) {
   std::mt19937_64 random(1);
   for (std::size_t delay : {1u, 7u, 100u, 10000u})
     for (int kind = 0; kind < 4; ++kind) {
-      TestMesh mesh = kind == 3 ? ring(2, 3, 4, ScalarType::float32) : grid(6, 7, 8, ScalarType::float32, straight, kind == 1 ? porous : nullptr);
+      TestMesh mesh =
+          kind == 3 ? ring(2, 3, 4, ScalarType::float32)
+                    : grid(6, 7, 8, ScalarType::float32, straight, kind == 1 ? porous : nullptr);
       if (kind == 2) shuffle_cells(mesh, random);
       rotate_corners(mesh, random, true);
       const auto order = order_of(mesh, delay);

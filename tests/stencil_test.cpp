@@ -19,7 +19,8 @@ CellTopology hexahedron(std::size_t nodes = 8) {
 
 std::array<double, 3> corner_point(std::uint32_t corner) {
   const std::uint32_t bits = kCornerBits[corner];
-  return {static_cast<double>(bits & 1), static_cast<double>(bits >> 1 & 1), static_cast<double>(bits >> 2)};
+  return {static_cast<double>(bits & 1), static_cast<double>(bits >> 1 & 1),
+          static_cast<double>(bits >> 2)};
 }
 
 double predict(const Stencil& s, const std::array<double, 8>& value) {
@@ -39,13 +40,13 @@ TEST(Stencil, NothingIsKnown) {
   for (std::uint32_t i = 0; i < 8; ++i) EXPECT_EQ(stencil_of(cell, i, 0).kind, Stencil::last);
 }
 
-// v1 = v0, v2 = v1, v3 = v0 + v2 - v1, v4 = v0, v7 = v4 + v3 - v0, v5 = v1 + v4 - v0, v6 by all seven.
+// v1 = v0, v2 = v1, v3 = v0 + v2 - v1, v4 = v0, v7 = v4 + v3 - v0, v5 = v1 + v4 - v0, v6 by all
+// seven.
 TEST(Stencil, Table1OfThePaper) {
   const auto cell = hexahedron();
-  const std::array<Stencil::Kind, 8> kinds = {Stencil::last, Stencil::copy, Stencil::copy,
-                                              Stencil::parallelogram, Stencil::copy,
-                                              Stencil::parallelogram, Stencil::parallelogram,
-                                              Stencil::lorenzo};
+  const std::array<Stencil::Kind, 8> kinds = {
+      Stencil::last, Stencil::copy,          Stencil::copy,          Stencil::parallelogram,
+      Stencil::copy, Stencil::parallelogram, Stencil::parallelogram, Stencil::lorenzo};
   std::uint64_t known = 0;
   for (std::size_t n = 0; n < 8; ++n) {
     const std::uint8_t position = kCornerOrder[n];
@@ -68,7 +69,9 @@ TEST(Stencil, UsesKnownCornersOnly) {
 // terms of two axes.
 TEST(Stencil, ExactOnSmoothFunctions) {
   const auto cell = hexahedron();
-  const auto linear = [](const std::array<double, 3>& p) { return 3 + 5 * p[0] - 2 * p[1] + 7 * p[2]; };
+  const auto linear = [](const std::array<double, 3>& p) {
+    return 3 + 5 * p[0] - 2 * p[1] + 7 * p[2];
+  };
   const auto mixed = [&](const std::array<double, 3>& p) {
     return linear(p) + 11 * p[0] * p[1] - 4 * p[1] * p[2] + 6 * p[0] * p[2];
   };

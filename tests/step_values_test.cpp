@@ -62,7 +62,8 @@ TEST(StepValues, DamageIsRefused) {
   EXPECT_TRUE(decode_step_values(info, coded.codec, coded.bytes, 1000));
   EXPECT_FALSE(decode_step_values(info, coded.codec, coded.bytes, 999));
   EXPECT_FALSE(decode_step_values(info, coded.codec, coded.bytes, 1001));
-  EXPECT_FALSE(decode_step_values(info, coded.codec, std::span(coded.bytes).first(coded.bytes.size() - 1), 1000));
+  EXPECT_FALSE(decode_step_values(info, coded.codec,
+                                  std::span(coded.bytes).first(coded.bytes.size() - 1), 1000));
 }
 
 }  // namespace

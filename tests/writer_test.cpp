@@ -33,8 +33,12 @@ class Session {
       : writer_(std::move(*Writer::create(sink_, schema, options))) {
     for (std::uint64_t v = 0; v < 8; ++v) EXPECT_TRUE(add_vertex(v));
   }
-  Result<void> add_vertex(std::uint64_t number) { return writer_.add_vertex(number, xyz_, point_data_); }
-  Result<void> add_cube(std::uint64_t last_use = 0) { return writer_.add_cell(0, kCube, last_use, cell_data_); }
+  Result<void> add_vertex(std::uint64_t number) {
+    return writer_.add_vertex(number, xyz_, point_data_);
+  }
+  Result<void> add_cube(std::uint64_t last_use = 0) {
+    return writer_.add_cell(0, kCube, last_use, cell_data_);
+  }
   Result<void> add_steps(std::uint64_t step, std::size_t values) {
     return writer_.add_step_values(2, step, std::vector<std::byte>(4 * values));
   }
@@ -92,27 +96,41 @@ TEST(Writer, FinishEndsTheMesh) {
 
 TEST(Writer, Vertices) {
   expect_misuse([](Session& s) { return s.add_vertex(7); }, "twice");
-  expect_misuse([](Session& s) { return s->add_vertex(9, std::vector<std::byte>(11), std::vector<std::byte>(2)); },
-                "coordinates too short");
-  expect_misuse([](Session& s) { return s->add_vertex(9, std::vector<std::byte>(12), {}); }, "no data");
-  expect_misuse([](Session& s) { return s->add_vertex(9, std::vector<std::byte>(12), std::vector<std::byte>(3)); },
-                "too much data");
+  expect_misuse(
+      [](Session& s) {
+        return s->add_vertex(9, std::vector<std::byte>(11), std::vector<std::byte>(2));
+      },
+      "coordinates too short");
+  expect_misuse([](Session& s) { return s->add_vertex(9, std::vector<std::byte>(12), {}); },
+                "no data");
+  expect_misuse(
+      [](Session& s) {
+        return s->add_vertex(9, std::vector<std::byte>(12), std::vector<std::byte>(3));
+      },
+      "too much data");
 }
 
 TEST(Writer, Cells) {
   const std::vector<std::byte> data(8);
   expect_misuse([&](Session& s) { return s->add_cell(2, kCube, 0, data); }, "unknown block");
-  expect_misuse([&](Session& s) { return s->add_cell(0, std::span(kCube).first(7), 0, data); }, "too few corners");
+  expect_misuse([&](Session& s) { return s->add_cell(0, std::span(kCube).first(7), 0, data); },
+                "too few corners");
   expect_misuse([&](Session& s) { return s->add_cell(0, kCube, 0, {}); }, "no data");
-  expect_misuse([&](Session& s) { return s->add_cell(1, kCube, 0, data); }, "data of another block");
-  expect_misuse([&](Session& s) {
-    return s->add_cell(1, std::vector<std::uint64_t>(kMaxNodesPerCell + 1), 0, {});
-  }, "too many corners");
-  expect_misuse([&](Session& s) { return s->add_cell(1, std::array<std::uint64_t, 1>{8}, 0, {}); }, "unknown vertex");
-  expect_misuse([&](Session& s) {
-    EXPECT_TRUE(s.add_cube(1 << 3));
-    return s.add_cube();
-  }, "vertex that was finalized");
+  expect_misuse([&](Session& s) { return s->add_cell(1, kCube, 0, data); },
+                "data of another block");
+  expect_misuse(
+      [&](Session& s) {
+        return s->add_cell(1, std::vector<std::uint64_t>(kMaxNodesPerCell + 1), 0, {});
+      },
+      "too many corners");
+  expect_misuse([&](Session& s) { return s->add_cell(1, std::array<std::uint64_t, 1>{8}, 0, {}); },
+                "unknown vertex");
+  expect_misuse(
+      [&](Session& s) {
+        EXPECT_TRUE(s.add_cube(1 << 3));
+        return s.add_cube();
+      },
+      "vertex that was finalized");
 }
 
 TEST(Writer, FinalizedVerticesStayUnusableInTheDelayBuffer) {
@@ -147,23 +165,31 @@ TEST(Writer, NumbersAreFreeAgain) {
 TEST(Writer, OrderOfCalls) {
   expect_misuse([](Session& s) { return s.add_steps(0, 8); }, "steps before end_mesh");
   expect_misuse([](Session& s) { return s->set_step_times({}); }, "times before end_mesh");
-  expect_misuse([](Session& s) {
-    EXPECT_TRUE(s->end_mesh());
-    return s.add_vertex(20);
-  }, "vertex behind end_mesh");
-  expect_misuse([](Session& s) {
-    EXPECT_TRUE(s->end_mesh());
-    return s.add_cube();
-  }, "cell behind end_mesh");
-  expect_misuse([](Session& s) {
-    EXPECT_TRUE(s->end_mesh());
-    return s->end_mesh();
-  }, "end_mesh twice");
-  expect_misuse([](Session& s) {
-    EXPECT_TRUE(s->end_mesh());
-    EXPECT_TRUE(s->set_step_times(std::vector<double>{1}));
-    return s->set_step_times(std::vector<double>{2});
-  }, "times twice");
+  expect_misuse(
+      [](Session& s) {
+        EXPECT_TRUE(s->end_mesh());
+        return s.add_vertex(20);
+      },
+      "vertex behind end_mesh");
+  expect_misuse(
+      [](Session& s) {
+        EXPECT_TRUE(s->end_mesh());
+        return s.add_cube();
+      },
+      "cell behind end_mesh");
+  expect_misuse(
+      [](Session& s) {
+        EXPECT_TRUE(s->end_mesh());
+        return s->end_mesh();
+      },
+      "end_mesh twice");
+  expect_misuse(
+      [](Session& s) {
+        EXPECT_TRUE(s->end_mesh());
+        EXPECT_TRUE(s->set_step_times(std::vector<double>{1}));
+        return s->set_step_times(std::vector<double>{2});
+      },
+      "times twice");
 }
 
 TEST(Writer, Steps) {
@@ -175,21 +201,25 @@ TEST(Writer, Steps) {
   };
   expect_misuse(ended([](Session& s) { return s->add_step_values(3, 0, {}); }), "no array");
   expect_misuse(ended([](Session& s) { return s->add_step_values(0, 0, {}); }), "a static array");
-  expect_misuse(ended([](Session& s) { return s->add_step_values(2, 0, std::vector<std::byte>(5)); }),
-                "within an element");
+  expect_misuse(
+      ended([](Session& s) { return s->add_step_values(2, 0, std::vector<std::byte>(5)); }),
+      "within an element");
   expect_misuse(ended([](Session& s) {
-    EXPECT_TRUE(s.add_steps(3, 8));
-    return s.add_steps(2, 8);
-  }), "descending");
+                  EXPECT_TRUE(s.add_steps(3, 8));
+                  return s.add_steps(2, 8);
+                }),
+                "descending");
   expect_misuse(ended([](Session& s) {
-    EXPECT_TRUE(s.add_steps(0, 7));
-    return s.add_steps(1, 8);
-  }), "too few");
+                  EXPECT_TRUE(s.add_steps(0, 7));
+                  return s.add_steps(1, 8);
+                }),
+                "too few");
   expect_misuse(ended([](Session& s) -> Result<void> {
-    EXPECT_TRUE(s.add_steps(0, 8));
-    if (auto good = s.add_steps(0, 1); !good) return good;
-    return s.add_steps(1, 8);
-  }), "too many");
+                  EXPECT_TRUE(s.add_steps(0, 8));
+                  if (auto good = s.add_steps(0, 1); !good) return good;
+                  return s.add_steps(1, 8);
+                }),
+                "too many");
 }
 
 TEST(Writer, StepsLeftShortAreFoundAtTheEnd) {
@@ -206,8 +236,11 @@ TEST(Writer, StepsLeftShortAreFoundAtTheEnd) {
 }
 
 TEST(Writer, Extras) {
-  const auto extra = [](ScalarType type, Reference refers, std::vector<std::uint64_t> shape, std::size_t bytes) {
-    return [=](Session& s) { return s->add_extra({"key", type, refers, shape, std::vector<std::byte>(bytes)}); };
+  const auto extra = [](ScalarType type, Reference refers, std::vector<std::uint64_t> shape,
+                        std::size_t bytes) {
+    return [=](Session& s) {
+      return s->add_extra({"key", type, refers, shape, std::vector<std::byte>(bytes)});
+    };
   };
   using enum ScalarType;
   expect_misuse(extra(uint8, Reference::nothing, {4}, 5), "too long");

@@ -21,6 +21,10 @@ class Decoder::Impl {
   explicit Impl(const ReadLimits& limits) : limits_(limits) {}
 
   void feed(std::span<const std::byte> bytes) {
+    if (state_ == State::behind_end) {  // counted, not kept
+      trailing_bytes_ += bytes.size();
+      return;
+    }
     if (at_ > 0 && at_ == buffer_.size()) {
       buffer_.clear();
       at_ = 0;
@@ -62,6 +66,7 @@ class Decoder::Impl {
   Result<void> read_extra(std::span<const std::byte> payload);
   Result<void> read_index(std::span<const std::byte> payload);
   std::uint64_t elements_of(std::uint32_t array) const;
+  Result<std::vector<std::byte>> unpack(ByteReader& in, std::uint64_t limit) const;
   Error wrong(ErrorCode code, std::string detail) const {
     return Error{code, std::move(detail), section_, chunk_offset_, {}};
   }
@@ -99,6 +104,7 @@ class Decoder::Impl {
   std::uint64_t steps_ = 0, index_offset_ = 0;
   std::map<std::string, std::uint64_t> stream_bytes_;
   bool totals_taken_ = false;
+  std::uint64_t trailing_bytes_ = 0;
 };
 
 std::size_t Decoder::Impl::wanted() const {
@@ -132,7 +138,7 @@ Result<Decoder::Progress> Decoder::Impl::work() {
       totals.block_cells = mesh_->block_cells();
       totals.steps = steps_;
       totals.total_bytes = offset_;
-      totals.trailing_bytes = buffer_.size() - at_;
+      totals.trailing_bytes = trailing_bytes_ + buffer_.size() - at_;
       totals.streams = stream_bytes_;
       std::uint64_t coded = 0;
       for (const auto& [name, bytes] : stream_bytes_) coded += bytes;
@@ -243,8 +249,8 @@ Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
   again.needed_features = in.get_u32();
   if (!in.ok() || again != start_)
     return wrong(ErrorCode::corrupt, "version or features differ from the start of the file");
-  const auto blob = get_packed(in, limits_.max_chunk_bytes);
-  if (!blob) return wrong(ErrorCode::corrupt, "cannot be unpacked");
+  const auto blob = unpack(in, limits_.max_chunk_bytes);
+  if (!blob) return blob.error();
   ByteReader fields(*blob);
   auto schema = std::make_unique<Schema>();
   if (!get(fields, *schema, limits_)) return wrong(ErrorCode::corrupt, "makes no sense");
@@ -256,6 +262,16 @@ Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
   schema_bytes_.assign(payload.begin(), payload.end());
   mesh_ = std::make_unique<MeshDecoder>(*schema_, limits_);
   return {};
+}
+
+Result<std::vector<std::byte>> Decoder::Impl::unpack(ByteReader& in, std::uint64_t limit) const {
+  const std::uint64_t size = stated_packed_size(in);
+  if (size > limit)
+    return wrong(ErrorCode::over_limit, "unpacks to " + std::to_string(size) +
+                                            " bytes, the limit is " + std::to_string(limit));
+  auto blob = get_packed(in, limit);
+  if (!blob) return wrong(ErrorCode::corrupt, "cannot be unpacked");
+  return std::move(*blob);
 }
 
 std::uint64_t Decoder::Impl::elements_of(std::uint32_t array) const {
@@ -304,8 +320,9 @@ Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload)
 
 Result<void> Decoder::Impl::read_step_times(std::span<const std::byte> payload) {
   ByteReader in(payload);
-  const auto blob = get_packed(in, limits_.max_extra_bytes);
-  if (!blob || blob->size() % 8 != 0) return wrong(ErrorCode::corrupt, "cannot be unpacked");
+  const auto blob = unpack(in, limits_.max_extra_bytes);
+  if (!blob) return blob.error();
+  if (blob->size() % 8 != 0) return wrong(ErrorCode::corrupt, "ends within a number");
   StepTimes times;
   ByteReader values(*blob);
   while (values.left() > 0) times.times.push_back(values.get_f64());
@@ -317,17 +334,14 @@ Result<void> Decoder::Impl::read_step_times(std::span<const std::byte> payload) 
 
 Result<void> Decoder::Impl::read_extra(std::span<const std::byte> payload) {
   ByteReader in(payload);
-  const auto blob = get_packed(in, limits_.max_extra_bytes);
+  const auto blob = unpack(in, limits_.max_extra_bytes);
+  if (!blob) return blob.error();
   Extra extra;
-  if (blob) {
-    ByteReader fields(*blob);
-    if (get(fields, extra)) {
-      stream_bytes_["extras"] += payload.size();
-      item_ = std::move(extra);
-      return {};
-    }
-  }
-  return wrong(ErrorCode::corrupt, "cannot be unpacked");
+  ByteReader fields(*blob);
+  if (!get(fields, extra)) return wrong(ErrorCode::corrupt, "makes no sense");
+  stream_bytes_["extras"] += payload.size();
+  item_ = std::move(extra);
+  return {};
 }
 
 Result<void> Decoder::Impl::read_index(std::span<const std::byte> payload) {

@@ -106,20 +106,22 @@ Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uin
   cell.entries.clear();
   for (std::uint64_t corner : corners) {
     const std::uint32_t entry = by_number_.find(corner);
-    if (entry == kNone || entries_[entry].ends)
-      return misuse("cell uses vertex " + std::to_string(corner) + ", which is not there" +
-                    (entry == kNone ? "" : " any more"));
+    if (entry == kNone)
+      return misuse("cell uses vertex " + std::to_string(corner) +
+                    ", which was never added or is finalized");
     cell.entries.push_back(entry);
   }
   for (std::size_t i = 0; i < corners.size(); ++i) {
     Entry& entry = entries_[cell.entries[i]];
     ++entry.waiting;
-    if (i < kMaxLastUse && (last_use >> i & 1) != 0) entry.ends = true;
+    if (i >= kMaxLastUse || (last_use >> i & 1) == 0 || entry.ends) continue;
+    entry.ends = true;  // its number is free from here on, though it may wait for its last cell
+    by_number_.erase(entry.number);
   }
   if (schema_->delay == 0) return code(handle);
   if (info.shape == CellShape::hexahedron && info.nodes_per_cell >= 8) {
     SpiralReorderer::Corners eight{};
-    std::copy_n(corners.begin(), 8, eight.begin());
+    std::copy_n(cell.entries.begin(), 8, eight.begin());
     reorderer_.push_hexahedron(handle, eight);
   } else {
     reorderer_.push_other(handle);
@@ -154,7 +156,7 @@ Result<void> MeshEncoder::code(std::uint32_t handle) {
   for (std::uint32_t e : cell.entries) {
     const Entry& entry = entries_[e];
     topology_.slots.push_back(entry.slot);
-    topology_.numbers.push_back(entry.number);
+    topology_.numbers.push_back(e);  // unlike numbers, never the same for two that wait
     const bool marked = topology_.last_use.size() < kMaxLastUse && entry.ends && entry.waiting == 0;
     topology_.last_use.push_back(marked ? 1 : 0);
   }
@@ -241,7 +243,7 @@ Result<void> MeshEncoder::code_loose(std::uint32_t entry) {
 }
 
 void MeshEncoder::free_entry(std::uint32_t entry) {
-  by_number_.erase(entries_[entry].number);
+  if (!entries_[entry].ends) by_number_.erase(entries_[entry].number);
   free_entries_.push_back(entry);
 }
 

@@ -46,6 +46,11 @@ void put_packed(ByteWriter& out, std::span<const std::byte> blob) {
   out.put_bytes(smaller ? std::span<const std::byte>(packed) : blob);
 }
 
+std::uint64_t stated_packed_size(ByteReader in) {
+  in.get_u8();
+  return in.get_varint();
+}
+
 std::optional<std::vector<std::byte>> get_packed(ByteReader& in, std::uint64_t limit) {
   const std::uint8_t method = in.get_u8();
   const std::uint64_t size = in.get_varint();

@@ -18,6 +18,9 @@ void put_packed(ByteWriter& out, std::span<const std::byte> blob);
 /// Memory grows with what really comes out, not with what the header states.
 std::optional<std::vector<std::byte>> get_packed(ByteReader& in, std::uint64_t limit);
 
+/// The unpacked length that a blob states; takes nothing from `in`.
+std::uint64_t stated_packed_size(ByteReader in);
+
 std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level);
 /// Exactly `size` bytes, or nothing.
 std::optional<std::vector<std::byte>> zstd_decompress(std::span<const std::byte> bytes,

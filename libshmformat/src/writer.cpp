@@ -76,13 +76,14 @@ class Writer::Impl {
   Result<void> write_group(const container::GroupHeader& header,
                            const std::vector<std::vector<std::byte>>& streams);
   Result<void> write_step_piece();
+  Result<void> write_index(SizeReport& report);
   std::uint64_t elements_of(std::uint32_t array) const;
   std::string array_key(std::uint32_t array) const { return array_stream_name(schema_, array); }
 
   Schema schema_;
   container::ChunkWriter chunks_;
   MeshEncoder mesh_;
-  bool mesh_ended_ = false, finished_ = false;
+  bool mesh_ended_ = false, times_set_ = false;
   std::optional<Error> error_;
   std::map<std::string, std::uint64_t> stream_bytes_;
 
@@ -201,6 +202,7 @@ Result<void> Writer::Impl::end_step_array() {
 }
 
 Result<void> Writer::Impl::set_step_times(std::span<const double> times) {
+  if (std::exchange(times_set_, true)) return misuse("step times were set before", "steps");
   if (auto good = end_step_array(); !good) return good;
   ByteWriter blob, payload;
   for (double time : times) blob.put_f64(time);
@@ -211,10 +213,16 @@ Result<void> Writer::Impl::set_step_times(std::span<const double> times) {
 }
 
 Result<void> Writer::Impl::add_extra(const Extra& extra) {
-  std::uint64_t values = 1;
-  for (std::uint64_t side : extra.shape) values *= side;
   const std::size_t width = scalar_bytes(extra.type);
-  if (width == 0 || values * width != extra.data.size())
+  std::uint64_t values = 1;
+  bool fits = width != 0;
+  for (std::uint64_t side : extra.shape) {
+    fits = fits && (side == 0 || values <= ~std::uint64_t{0} / 8 / side);
+    values *= side;
+  }
+  if (extra.refers > Reference::cell)
+    return misuse("extra '" + extra.key + "': unknown reference", "extras");
+  if (!fits || values * width != extra.data.size())
     return misuse("extra '" + extra.key + "': data does not match type and shape", "extras");
   if (extra.refers != Reference::nothing && extra.type != ScalarType::int32 &&
       extra.type != ScalarType::int64)
@@ -228,15 +236,21 @@ Result<void> Writer::Impl::add_extra(const Extra& extra) {
 }
 
 Result<SizeReport> Writer::Impl::finish() {
-  if (error_) return *error_;
-  if (finished_) return misuse("finish was called before", "file");
-  finished_ = true;
-  if (!mesh_ended_)
-    if (auto good = end_mesh(); !good) return good.error();
-  if (auto good = end_step_array(); !good) return good.error();
-  if (chunks_.offset() >= kRepeatSchemaFrom)
-    if (auto good = write_schema(); !good) return good.error();
+  Result<void> closed = guarded([&]() -> Result<void> {
+    if (!mesh_ended_)
+      if (auto good = end_mesh(); !good) return good;
+    if (auto good = end_step_array(); !good) return good;
+    return chunks_.offset() >= kRepeatSchemaFrom ? write_schema() : Result<void>();
+  });
+  if (!closed) return closed.error();
+  SizeReport report;
+  closed = guarded([&] { return write_index(report); });
+  if (!closed) return closed.error();
+  error_ = misuse("the file is finished", "file");  // what every later call says
+  return report;
+}
 
+Result<void> Writer::Impl::write_index(SizeReport& report) {
   const auto& totals = mesh_.totals();
   container::Index index;
   index.vertices = totals.vertices;
@@ -246,9 +260,8 @@ Result<SizeReport> Writer::Impl::finish() {
   index.steps = steps_;
   index.block_cells = totals.block_cells;
   index.ranges = totals.ranges;
-  SizeReport report;
   for (const auto& [name, bytes] : stream_bytes_) index.streams.push_back({name, bytes});
-  if (auto good = chunks_.finish(std::move(index)); !good) return good.error();
+  if (auto good = chunks_.finish(std::move(index)); !good) return good;
 
   report.vertices = totals.vertices;
   report.cells = totals.cells;
@@ -259,7 +272,7 @@ Result<SizeReport> Writer::Impl::finish() {
   std::uint64_t coded = 0;
   for (const auto& [name, bytes] : stream_bytes_) coded += bytes;
   report.streams["container"] = report.total_bytes - coded;
-  return report;
+  return {};
 }
 
 Writer::Writer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -18,7 +18,7 @@ struct CellTopology {
 
   /// By position: vertex slot. When encoding, kNone on the way in marks a new vertex.
   std::vector<std::uint32_t> slots;
-  /// By position, when encoding: the caller's vertex number; tells repeated corners apart.
+  /// By position, when encoding: equal where and only where the vertex is the same.
   std::vector<std::uint64_t> numbers;
   /// By position: 1 where the vertex is finalized by this cell (first occurrence only).
   std::vector<std::uint8_t> last_use;

@@ -15,7 +15,7 @@ namespace shm {
 
 class SpiralReorderer {
  public:
-  using Corners = std::array<std::uint64_t, 8>;  // vertex numbers as stored
+  using Corners = std::array<std::uint64_t, 8>;  // any names of vertices, corners as stored
 
   /// `handle` is the caller's; handles of waiting cells are different.
   void push_hexahedron(std::uint32_t handle, const Corners& corners);
