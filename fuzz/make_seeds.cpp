@@ -1,4 +1,4 @@
-// Writes the seeds of repaired_decoder_fuzz: make_seeds DIR. One small file for each feature of the
+// Writes the seeds of fuzz_decoder: make_seeds DIR. One small file for each feature of the
 // format, behind the byte that says the piece sizes.
 #include <cstdio>
 #include <fstream>
