@@ -1,6 +1,7 @@
 #include "output_file.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -55,6 +56,10 @@ std::string beside(const std::string& path, int attempt) {
 }  // namespace
 
 OutputFile::OutputFile(std::string path) : path_(std::move(path)) {
+  // Renaming over a device or a folder would do harm, or nothing.
+  struct stat status {};
+  if (::stat(path_.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
+    throw Failure(Error{ErrorCode::output, "is there, and is no regular file", {}, kNoOffset, path_});
   const SignalPause pause;
   // A killed process may have left its file under the same name.
   for (int attempt = 0; attempt < kMostAttempts && descriptor_ < 0; ++attempt) {

@@ -80,8 +80,8 @@ class Decoder::Impl {
 
   ReadLimits limits_;
   std::vector<std::byte> buffer_;
-  std::size_t at_ = 0;         // consumed bytes of buffer_
-  std::uint64_t offset_ = 0;   // consumed bytes of the file
+  std::size_t at_ = 0;        // consumed bytes of buffer_
+  std::uint64_t offset_ = 0;  // consumed bytes of the file
   bool ended_ = false;
   State state_ = State::start;
   std::optional<Error> error_;
@@ -166,9 +166,13 @@ Result<Decoder::Progress> Decoder::Impl::missing() {
   if (state_ == State::start && end < container::kFileStartBytes)
     return Error{ErrorCode::truncated,
                  end == 0 ? "the file is empty" : "the file ends within its first 16 bytes",
-                 "signature", end, {}};
+                 "signature",
+                 end,
+                 {}};
   return Error{ErrorCode::truncated,
-               "the file ends here, within or before a chunk, without an end record", section_, end,
+               "the file ends here, within or before a chunk, without an end record",
+               section_,
+               end,
                {}};
 }
 
@@ -180,8 +184,9 @@ Result<void> Decoder::Impl::read_start() {
                                              std::to_string(start_.minor) +
                                              " is newer than this reader");
   if ((start_.needed_features & ~container::kKnownFeatures) != 0)
-    return wrong(ErrorCode::unsupported,
-                 "needs features " + std::to_string(start_.needed_features) + " that this reader does not know");
+    return wrong(ErrorCode::unsupported, "needs features " +
+                                             std::to_string(start_.needed_features) +
+                                             " that this reader does not know");
   section_ = "chunk header";
   state_ = State::header;
   return {};
@@ -305,8 +310,10 @@ Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload)
   next_piece_.resize(schema_->arrays.size());
   NextPiece& next = next_piece_[header.array];
   const bool begins = header.first == 0 && next.first == elements && header.step >= next.step;
-  if (!next.begun ? header.first != 0 : !begins && (header.step + 1 != next.step || header.first != next.first))
-    return wrong(ErrorCode::corrupt, "array '" + info.name + "': a piece is missing or out of order");
+  if (!next.begun ? header.first != 0
+                  : !begins && (header.step + 1 != next.step || header.first != next.first))
+    return wrong(ErrorCode::corrupt,
+                 "array '" + info.name + "': a piece is missing or out of order");
   next = {true, header.step + 1, header.first + header.count};
   const auto bytes = in.get_bytes(in.left());
   auto values = decode_step_values(info, header.codec, bytes, header.count);
@@ -347,7 +354,8 @@ Result<void> Decoder::Impl::read_extra(std::span<const std::byte> payload) {
 Result<void> Decoder::Impl::read_index(std::span<const std::byte> payload) {
   ByteReader in(payload);
   container::Index index;
-  if (!container::get(in, index, next_sequence_)) return wrong(ErrorCode::corrupt, "makes no sense");
+  if (!container::get(in, index, next_sequence_))
+    return wrong(ErrorCode::corrupt, "makes no sense");
   for (auto& [name, bytes] : mesh_->stream_bytes()) stream_bytes_[name] += bytes;
   bool same = index.vertices == mesh_->vertices() && index.cells == mesh_->cells() &&
               index.hexahedra == mesh_->hexahedra() &&

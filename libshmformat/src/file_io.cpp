@@ -1,5 +1,6 @@
 // The only file of the library that meets the operating system.
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -42,6 +43,13 @@ Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path) {
     sink->descriptor_ = STDOUT_FILENO;
     return sink;
   }
+  // A device or a pipe is written as it is: there is nothing to rename over.
+  struct stat status {};
+  if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) {
+    sink->descriptor_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    if (sink->descriptor_ < 0) return system_error(ErrorCode::output, "cannot be opened", path);
+    return sink;
+  }
   sink->temporary_ = path + ".part-" + std::to_string(::getpid());
   sink->descriptor_ =
       ::open(sink->temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
@@ -74,6 +82,7 @@ Result<void> FileSink::commit() {
     return system_error(ErrorCode::output, "cannot be flushed", path_);
   if (::close(std::exchange(descriptor_, -1)) != 0)
     return system_error(ErrorCode::output, "cannot be closed", path_);
+  if (temporary_.empty()) return {};
   if (::rename(temporary_.c_str(), path_.c_str()) != 0)
     return system_error(ErrorCode::output, "cannot be given its name", path_);
   temporary_.clear();

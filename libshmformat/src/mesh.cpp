@@ -44,8 +44,8 @@ std::vector<std::uint64_t> covered_cells(const Schema& schema, std::size_t array
 }
 
 /// out[i] = in[from[i]], elements of `stride` bytes.
-std::vector<std::byte> gather(const std::vector<std::byte>& in, const std::vector<std::uint64_t>& from,
-                              std::size_t stride) {
+std::vector<std::byte> gather(const std::vector<std::byte>& in,
+                              const std::vector<std::uint64_t>& from, std::size_t stride) {
   std::vector<std::byte> out(from.size() * stride);
   for (std::size_t i = 0; i < from.size(); ++i)
     std::memcpy(out.data() + i * stride, in.data() + from[i] * stride, stride);
@@ -97,7 +97,8 @@ class MeshWriter {
 Result<void> MeshWriter::check() const {
   const Schema& schema = mesh_->schema;
   const std::uint64_t cells = mesh_->cell_count();
-  if (mesh_->corner_begin.size() != cells + 1 || mesh_->corner_begin.back() != mesh_->corners.size() ||
+  if (mesh_->corner_begin.size() != cells + 1 ||
+      mesh_->corner_begin.back() != mesh_->corners.size() ||
       !std::is_sorted(mesh_->corner_begin.begin(), mesh_->corner_begin.end()))
     return misuse("corner_begin does not fit cells and corners");
   for (std::uint64_t v : mesh_->corners)
@@ -143,8 +144,9 @@ Result<void> MeshWriter::write_cells() {
   written_.assign(mesh_->vertex_count(), 0);
   std::vector<std::uint64_t> next_element(schema.arrays.size());
   for (std::uint64_t c = 0; c < mesh_->cell_count(); ++c) {
-    const auto corners = std::span(mesh_->corners)
-                             .subspan(mesh_->corner_begin[c], mesh_->corner_begin[c + 1] - mesh_->corner_begin[c]);
+    const auto corners =
+        std::span(mesh_->corners)
+            .subspan(mesh_->corner_begin[c], mesh_->corner_begin[c + 1] - mesh_->corner_begin[c]);
     std::uint64_t last_use = 0;
     for (std::size_t i = 0; i < corners.size(); ++i) {
       if (auto good = write_vertex(corners[i]); !good) return good;
@@ -153,7 +155,8 @@ Result<void> MeshWriter::write_cells() {
     std::vector<std::byte> data;
     for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
       const ArrayInfo& info = schema.arrays[a];
-      if (info.location != Location::cell || info.per_step || !schema.array_covers(a, mesh_->cell_blocks[c]))
+      if (info.location != Location::cell || info.per_step ||
+          !schema.array_covers(a, mesh_->cell_blocks[c]))
         continue;
       const std::byte* from = mesh_->arrays[a].data() + next_element[a]++ * stride_of(info);
       data.insert(data.end(), from, from + stride_of(info));
@@ -197,8 +200,10 @@ Result<void> MeshWriter::write_extras() {
   for (Extra extra : mesh_->extras) {
     if (moved && extra.refers != Reference::nothing) {
       const auto& position = extra.refers == Reference::vertex ? vertices : cells;
-      if (extra.type == ScalarType::int32) renumber<std::int32_t>(extra, position);
-      else renumber<std::int64_t>(extra, position);
+      if (extra.type == ScalarType::int32)
+        renumber<std::int32_t>(extra, position);
+      else
+        renumber<std::int64_t>(extra, position);
     }
     if (auto good = writer_->add_extra(extra); !good) return good;
   }
@@ -225,7 +230,9 @@ class MeshCollector {
 
  private:
   void take(const MeshBlock& block) {
-    const auto add = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    const auto add = [](auto& to, const auto& from) {
+      to.insert(to.end(), from.begin(), from.end());
+    };
     const std::uint64_t base = mesh_.corners.size();
     add(vertex_numbers_, block.vertex_numbers);
     add(cell_numbers_, block.cell_numbers);
@@ -242,7 +249,8 @@ class MeshCollector {
     auto& values = steps[static_cast<std::size_t>(piece.step)];
     values.insert(values.end(), piece.values.begin(), piece.values.end());
   }
-  void reorder_values(const std::vector<std::uint64_t>& vertex_at, const std::vector<std::uint64_t>& cell_at,
+  void reorder_values(const std::vector<std::uint64_t>& vertex_at,
+                      const std::vector<std::uint64_t>& cell_at,
                       const std::vector<std::uint32_t>& coded_blocks);
 
   Mesh mesh_;

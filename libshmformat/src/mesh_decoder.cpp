@@ -73,12 +73,12 @@ Result<void> MeshDecoder::assign_streams() {
     if (next == known.size()) return damaged(name + ": unknown or out of order");
     const bool values = entry.kind >= StreamKind::vertex_numbers;
     if (entry.codec != (values ? container::Codec::predictive : container::Codec::paper))
-      return damaged(name + ": codec " + std::to_string(static_cast<int>(entry.codec)) + " is unknown",
-                     ErrorCode::unsupported);
+      return damaged(
+          name + ": codec " + std::to_string(static_cast<int>(entry.codec)) + " is unknown",
+          ErrorCode::unsupported);
     streams_.coders()[next++] = RangeDecoder(bytes);
-    const std::string key = entry.kind == StreamKind::array
-                                ? array_stream_name(*schema_, entry.array)
-                                : name;
+    const std::string key =
+        entry.kind == StreamKind::array ? array_stream_name(*schema_, entry.array) : name;
     stream_bytes_[key] += bytes.size();
   }
   if (in.left() != 0) return damaged("bytes are left over behind the last stream");
@@ -112,7 +112,8 @@ Result<MeshBlock> MeshDecoder::next_block() {
 
 Result<void> MeshDecoder::decode_cell(MeshBlock& block) {
   CellTopology& cell = topology_;
-  if (!streams_.code_cell(cell)) return damaged("connectivity: cell " + std::to_string(cells_) + " makes no sense");
+  if (!streams_.code_cell(cell))
+    return damaged("connectivity: cell " + std::to_string(cells_) + " makes no sense");
   active_seen_ = std::max(active_seen_, streams_.connectivity().surface().active_vertices());
   if (active_seen_ > group_.max_active_vertices) return damaged("more active vertices than stated");
   bytes_done_ += 8 * cell.slots.size() + cell_bytes_[cell.block];
@@ -161,7 +162,8 @@ Result<void> MeshDecoder::decode_vertex(const Stencil& stencil, std::uint32_t sl
   values.data = pointers_;
   streams_.code_vertex(stencil, slot, values);
   block.vertex_numbers.push_back(values.number);
-  if (slot >= numbers_.size()) numbers_.resize(std::max<std::size_t>(slot + 1, numbers_.size() * 2));
+  if (slot >= numbers_.size())
+    numbers_.resize(std::max<std::size_t>(slot + 1, numbers_.size() * 2));
   numbers_[slot] = values.number;
   bytes_done_ += vertex_bytes_;
   ++vertices_done_;

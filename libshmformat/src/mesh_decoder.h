@@ -38,7 +38,8 @@ class MeshDecoder {
   Result<void> end_group();
   Result<void> assign_streams();
   Error damaged(std::string detail, ErrorCode code = ErrorCode::corrupt) const;
-  void grow_arrays(MeshBlock& block, const std::vector<std::uint32_t>& arrays, std::uint32_t of_block);
+  void grow_arrays(MeshBlock& block, const std::vector<std::uint32_t>& arrays,
+                   std::uint32_t of_block);
 
   const Schema* schema_;
   ReadLimits limits_;

@@ -18,7 +18,7 @@ Error misuse(std::string detail) {
 }
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::array<double, 6> kEmptyBox = {kInfinity, kInfinity, kInfinity,
+constexpr std::array<double, 6> kEmptyBox = {kInfinity,  kInfinity,  kInfinity,
                                              -kInfinity, -kInfinity, -kInfinity};
 
 }  // namespace
@@ -36,7 +36,8 @@ MeshEncoder::MeshEncoder(const Schema& schema, const WriteOptions& options, Grou
       if (schema.array_covers(a, b))
         bytes += scalar_bytes(schema.arrays[a].type) * schema.arrays[a].components;
     cell_data_bytes_.push_back(bytes);
-    has_edge_nodes_ |= schema.blocks[b].shape == CellShape::hexahedron && schema.blocks[b].nodes_per_cell >= 20;
+    has_edge_nodes_ |=
+        schema.blocks[b].shape == CellShape::hexahedron && schema.blocks[b].nodes_per_cell >= 20;
   }
   totals_.block_cells.resize(schema.blocks.size());
   range_of_array_.resize(schema.arrays.size());
@@ -44,7 +45,8 @@ MeshEncoder::MeshEncoder(const Schema& schema, const WriteOptions& options, Grou
     if (schema.arrays[a].per_step) continue;
     range_of_array_[a] = totals_.ranges.size();
     const std::size_t n = schema.arrays[a].components;
-    totals_.ranges.push_back({a, std::vector<double>(n, kInfinity), std::vector<double>(n, -kInfinity)});
+    totals_.ranges.push_back(
+        {a, std::vector<double>(n, kInfinity), std::vector<double>(n, -kInfinity)});
   }
   pointers_.resize(std::max(streams_.point_arrays().size(), streams_.cell_arrays().size()));
   group_.box = kEmptyBox;
@@ -137,8 +139,9 @@ Result<void> MeshEncoder::end() {
   std::vector<std::uint32_t> loose;
   for (std::uint32_t e = 0; e < entries_.size(); ++e)
     if (entries_[e].slot == kNone && by_number_.find(entries_[e].number) == e) loose.push_back(e);
-  std::sort(loose.begin(), loose.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return entries_[a].number < entries_[b].number; });
+  std::sort(loose.begin(), loose.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return entries_[a].number < entries_[b].number;
+  });
   for (std::uint32_t entry : loose)
     if (auto good = code_loose(entry); !good) return good;
   return group_.cells + group_.vertices > 0 ? flush_group() : Result<void>();
@@ -238,7 +241,8 @@ Result<void> MeshEncoder::code_loose(std::uint32_t entry) {
   group_.max_active_vertices = std::max(group_.max_active_vertices, active);
   streams_.connectivity().remove_loose_vertex(slot);
   free_entry(entry);
-  const bool full = group_.vertices >= kFullGroupVertices || group_.decoded_bytes >= kFullGroupBytes;
+  const bool full =
+      group_.vertices >= kFullGroupVertices || group_.decoded_bytes >= kFullGroupBytes;
   return full ? flush_group() : Result<void>();
 }
 
@@ -268,8 +272,11 @@ Result<void> MeshEncoder::flush_group() {
     entry.array = names[s].array;
     const bool values = entry.kind >= container::StreamKind::vertex_numbers;
     entry.codec = values ? container::Codec::predictive : container::Codec::paper;
-    const auto needs = [&](container::StreamKind kind) { entry.needs |= 1u << static_cast<unsigned>(kind); };
-    if (entry.kind != container::StreamKind::connectivity) needs(container::StreamKind::connectivity);
+    const auto needs = [&](container::StreamKind kind) {
+      entry.needs |= 1u << static_cast<unsigned>(kind);
+    };
+    if (entry.kind != container::StreamKind::connectivity)
+      needs(container::StreamKind::connectivity);
     if (values && has_edge_nodes_) needs(container::StreamKind::corner_order);  // midpoints
     entry.bytes = bytes.size();
     entry.checksum = checksum(bytes);

@@ -47,9 +47,9 @@ class MeshEncoder {
   /// A vertex that the caller may still name.
   struct Entry {
     std::uint64_t number = 0;
-    std::uint32_t slot = kNone;     // on the active surface, once coded
-    std::uint32_t waiting = 0;      // uses by cells in the delay buffer
-    bool ends = false;              // no cell will use it but those waiting
+    std::uint32_t slot = kNone;  // on the active surface, once coded
+    std::uint32_t waiting = 0;   // uses by cells in the delay buffer
+    bool ends = false;           // no cell will use it but those waiting
   };
   struct WaitingCell {
     std::uint64_t number = 0;

@@ -21,8 +21,10 @@ ArrayInfo numbers_info() {
 template <class Coder>
 auto MeshStreams<Coder>::list(const Schema& schema) -> std::vector<Stream> {
   using container::StreamKind;
-  std::vector<Stream> streams = {{StreamKind::connectivity}, {StreamKind::corner_order},
-                                 {StreamKind::cell_numbers}, {StreamKind::vertex_numbers},
+  std::vector<Stream> streams = {{StreamKind::connectivity},
+                                 {StreamKind::corner_order},
+                                 {StreamKind::cell_numbers},
+                                 {StreamKind::vertex_numbers},
                                  {StreamKind::geometry}};
   for (std::uint32_t a = 0; a < schema.arrays.size(); ++a)
     if (!schema.arrays[a].per_step) streams.push_back({StreamKind::array, a});

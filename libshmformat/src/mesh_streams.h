@@ -36,7 +36,9 @@ class MeshStreams {
   void code_vertex(const Stencil& stencil, std::uint32_t slot, VertexValues& values);
 
   /// Topology of one cell; false when decoding damaged data.
-  bool code_cell(CellTopology& cell) { return connectivity_.code_cell(streams_[0], streams_[1], cell); }
+  bool code_cell(CellTopology& cell) {
+    return connectivity_.code_cell(streams_[0], streams_[1], cell);
+  }
   /// Its number, and the elements of the static cell arrays that cover its block.
   std::uint64_t code_cell_number(std::uint64_t number);
   void code_cell_values(const CellTopology& cell, std::span<std::byte*> data);

@@ -52,7 +52,8 @@ Result<void> check_array(const Schema& schema, const ArrayInfo& array) {
   if (array.location == Location::point && !array.blocks.empty())
     return wrong(what + ": point arrays cover every vertex");
   for (std::size_t i = 0; i < array.blocks.size(); ++i)
-    if (array.blocks[i] >= schema.blocks.size() || (i > 0 && array.blocks[i] <= array.blocks[i - 1]))
+    if (array.blocks[i] >= schema.blocks.size() ||
+        (i > 0 && array.blocks[i] <= array.blocks[i - 1]))
       return wrong(what + ": block indices must ascend and exist");
   if (array.per_step && array.quantization.bits != 0)
     return wrong(what + ": stepped arrays are lossless");

@@ -32,8 +32,9 @@ class Writer::Impl {
   Impl(ByteSink& sink, Schema schema, const WriteOptions& options)
       : schema_(std::move(schema)),
         chunks_(sink),
-        mesh_(schema_, options,
-              [this](const auto& header, const auto& streams) { return write_group(header, streams); }) {}
+        mesh_(schema_, options, [this](const auto& header, const auto& streams) {
+          return write_group(header, streams);
+        }) {}
 
   Result<void> start() {
     if (auto good = chunks_.start({}); !good) return good;
@@ -151,8 +152,8 @@ Result<void> Writer::Impl::add_step_values(std::uint32_t array, std::uint64_t st
     first_ = 0;
     steps_ = std::max(steps_, step + 1);
   }
-  const std::size_t piece =
-      stride * std::clamp<std::size_t>(container::kMaxStepBytes / stride, 1, container::kMaxStepPiece);
+  const std::size_t piece = stride * std::clamp<std::size_t>(container::kMaxStepBytes / stride, 1,
+                                                             container::kMaxStepPiece);
   while (!values.empty()) {
     const std::size_t taken = std::min(piece - pending_.size(), values.size());
     const auto head = values.first(taken);
@@ -172,7 +173,8 @@ Result<void> Writer::Impl::write_step_piece() {
   header.array = *array_;
   header.step = header.reference_step = step_;
   header.first = first_;
-  header.count = static_cast<std::uint32_t>(pending_.size() / (scalar_bytes(info.type) * info.components));
+  header.count =
+      static_cast<std::uint32_t>(pending_.size() / (scalar_bytes(info.type) * info.components));
   header.codec = coded.codec;
   ByteWriter payload;
   container::put(payload, header);

@@ -15,10 +15,10 @@ namespace shm {
 /// types in host order.
 struct Mesh {
   Schema schema;
-  std::vector<std::byte> xyz;                    ///< 3 coordinates for each vertex
-  std::vector<std::uint32_t> cell_blocks;        ///< block index of each cell
+  std::vector<std::byte> xyz;                     ///< 3 coordinates for each vertex
+  std::vector<std::uint32_t> cell_blocks;         ///< block index of each cell
   std::vector<std::uint64_t> corner_begin = {0};  ///< cells + 1 offsets into corners
-  std::vector<std::uint64_t> corners;            ///< vertex numbers
+  std::vector<std::uint64_t> corners;             ///< vertex numbers
   /// Values of static arrays, by array: one element for each vertex, or for each cell of a
   /// covered block in cell order. Stepped arrays: empty.
   std::vector<std::vector<std::byte>> arrays;

@@ -33,15 +33,16 @@ struct ReadLimits {
 /// A run of vertices and cells in coding order. Cell i may use the vertices below
 /// `vertices_before_cell[i]` of this block and any earlier vertex that is not finalized.
 struct MeshBlock {
-  std::uint64_t first_vertex = 0;             ///< stream number of the first vertex
-  std::vector<std::uint64_t> vertex_numbers;  ///< keep: the original number; stream: the stream number
-  std::vector<std::byte> xyz;                 ///< 3 coordinates each
-  std::uint64_t first_cell = 0;               ///< position in coding order of the first cell
-  std::vector<std::uint64_t> cell_numbers;    ///< keep: the original number; stream: the position
+  std::uint64_t first_vertex = 0;  ///< stream number of the first vertex
+  std::vector<std::uint64_t>
+      vertex_numbers;            ///< keep: the original number; stream: the stream number
+  std::vector<std::byte> xyz;    ///< 3 coordinates each
+  std::uint64_t first_cell = 0;  ///< position in coding order of the first cell
+  std::vector<std::uint64_t> cell_numbers;  ///< keep: the original number; stream: the position
   std::vector<std::uint32_t> cell_blocks;
-  std::vector<std::uint64_t> corner_begin;    ///< cells + 1 offsets into corners
-  std::vector<std::uint64_t> corners;         ///< vertex numbers
-  std::vector<std::uint64_t> last_use;        ///< bit i: corner i is finalized by this cell
+  std::vector<std::uint64_t> corner_begin;  ///< cells + 1 offsets into corners
+  std::vector<std::uint64_t> corners;       ///< vertex numbers
+  std::vector<std::uint64_t> last_use;      ///< bit i: corner i is finalized by this cell
   std::vector<std::uint64_t> vertices_before_cell;
   /// Values of static arrays by array index; point arrays for each vertex, cell arrays for
   /// each cell whose block they cover. Stepped arrays: empty.

@@ -3,6 +3,7 @@
 // spec: "Schema", "Extras"
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -138,11 +139,8 @@ struct Schema {
   bool operator==(const Schema&) const = default;
 
   bool array_covers(std::size_t array, std::uint32_t block) const {
-    const auto& blocks_of = arrays[array].blocks;
-    if (blocks_of.empty()) return true;
-    for (std::uint32_t b : blocks_of)
-      if (b == block) return true;
-    return false;
+    const auto& covered = arrays[array].blocks;
+    return covered.empty() || std::binary_search(covered.begin(), covered.end(), block);
   }
 };
 

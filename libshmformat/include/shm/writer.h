@@ -24,8 +24,8 @@ class SHM_API CodingOrder {
 };
 
 struct WriteOptions {
-  std::uint32_t group_cells = 65536;     ///< cells in one chunk group, 1..2^20
-  CodingOrder* coding_order = nullptr;   ///< borrowed, may be null
+  std::uint32_t group_cells = 65536;    ///< cells in one chunk group, 1..2^20
+  CodingOrder* coding_order = nullptr;  ///< borrowed, may be null
 };
 
 /// Where the bytes went. All byte counts add up to `total_bytes`.

@@ -15,7 +15,8 @@
 
 namespace shm {
 
-static_assert(std::endian::native == std::endian::little || std::endian::native == std::endian::big);
+static_assert(std::endian::native == std::endian::little ||
+              std::endian::native == std::endian::big);
 
 /// Copies `count` scalars of `width` bytes between host and little-endian order.
 inline void copy_little_endian(std::byte* to, const std::byte* from, std::size_t count,
@@ -126,7 +127,8 @@ class ByteReader {
   std::uint64_t get_fixed(std::size_t width) {
     const auto view = get_bytes(width);
     std::uint64_t v = 0;
-    for (std::size_t i = view.size(); i-- > 0;) v = v << 8 | std::to_integer<std::uint64_t>(view[i]);
+    for (std::size_t i = view.size(); i-- > 0;)
+      v = v << 8 | std::to_integer<std::uint64_t>(view[i]);
     return v;
   }
 

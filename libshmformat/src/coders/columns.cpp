@@ -38,8 +38,7 @@ double combine(const Stencil& s, const double* v, std::size_t stride) {
     case Stencil::copy: return at(0);
     case Stencil::midpoint: return (at(0) + at(1)) / 2.0;
     case Stencil::parallelogram: return (at(0) + at(1)) - at(2);
-    case Stencil::lorenzo:
-      return (((at(0) + at(1)) + at(2)) - ((at(3) + at(4)) + at(5))) + at(6);
+    case Stencil::lorenzo: return (((at(0) + at(1)) + at(2)) - ((at(3) + at(4)) + at(5))) + at(6);
   }
   return 0.0;
 }
@@ -142,8 +141,10 @@ class CellColumnOf final : public CellColumn<Coder> {
       if constexpr (kSecondOrder) first_order = mean(values_, near, c);
       State prediction = last_[c];
       if (near.count > 0) {
-        if constexpr (kSecondOrder) prediction = first_order + mean(residuals_, near, c);
-        else prediction = values_[near.cell[0] * components_ + c];
+        if constexpr (kSecondOrder)
+          prediction = first_order + mean(residuals_, near, c);
+        else
+          prediction = values_[near.cell[0] * components_ + c];
       }
       Surprise surprise = 0;
       auto& models = models_[model_component(c)];
@@ -188,7 +189,8 @@ class CellColumnOf final : public CellColumn<Coder> {
   }
   std::size_t context(const Neighbours& near, std::size_t c) const {
     std::uint32_t sum = near.count == 0 ? last_surprise_[c] : 0;
-    for (std::uint32_t i = 0; i < near.count; ++i) sum += surprises_[near.cell[i] * components_ + c];
+    for (std::uint32_t i = 0; i < near.count; ++i)
+      sum += surprises_[near.cell[i] * components_ + c];
     const std::uint32_t n = std::max(near.count, 1u);
     return std::min(near.count, 3u) * kSurpriseClasses + surprise_class((sum + n / 2) / n);
   }
@@ -207,13 +209,20 @@ std::unique_ptr<Base> create_column(const ArrayInfo& info) {
   const bool quantized = info.quantization.bits != 0;
   switch (info.type) {
     case ScalarType::int8: return std::make_unique<Column<Coder, IntegerDomain<std::int8_t>>>(info);
-    case ScalarType::uint8: return std::make_unique<Column<Coder, IntegerDomain<std::uint8_t>>>(info);
-    case ScalarType::int16: return std::make_unique<Column<Coder, IntegerDomain<std::int16_t>>>(info);
-    case ScalarType::uint16: return std::make_unique<Column<Coder, IntegerDomain<std::uint16_t>>>(info);
-    case ScalarType::int32: return std::make_unique<Column<Coder, IntegerDomain<std::int32_t>>>(info);
-    case ScalarType::uint32: return std::make_unique<Column<Coder, IntegerDomain<std::uint32_t>>>(info);
-    case ScalarType::int64: return std::make_unique<Column<Coder, IntegerDomain<std::int64_t>>>(info);
-    case ScalarType::uint64: return std::make_unique<Column<Coder, IntegerDomain<std::uint64_t>>>(info);
+    case ScalarType::uint8:
+      return std::make_unique<Column<Coder, IntegerDomain<std::uint8_t>>>(info);
+    case ScalarType::int16:
+      return std::make_unique<Column<Coder, IntegerDomain<std::int16_t>>>(info);
+    case ScalarType::uint16:
+      return std::make_unique<Column<Coder, IntegerDomain<std::uint16_t>>>(info);
+    case ScalarType::int32:
+      return std::make_unique<Column<Coder, IntegerDomain<std::int32_t>>>(info);
+    case ScalarType::uint32:
+      return std::make_unique<Column<Coder, IntegerDomain<std::uint32_t>>>(info);
+    case ScalarType::int64:
+      return std::make_unique<Column<Coder, IntegerDomain<std::int64_t>>>(info);
+    case ScalarType::uint64:
+      return std::make_unique<Column<Coder, IntegerDomain<std::uint64_t>>>(info);
     case ScalarType::float32:
       if (quantized) return std::make_unique<Column<Coder, QuantizedDomain<float>>>(info);
       return std::make_unique<Column<Coder, FloatDomain<float>>>(info);

@@ -150,7 +150,10 @@ auto Connectivity<Coder>::choose_plan(const CellTopology& cell) const -> Plan {
     const auto [r, fit] = possible.fits[n];
     Plan plan;
     plan.rotation = r;
-    plan.operation = fit == Fit::hut ? kHut : fit == Fit::roof ? kRoof : fit == Fit::step ? kStep : kBridge;
+    plan.operation = fit == Fit::hut    ? kHut
+                     : fit == Fit::roof ? kRoof
+                     : fit == Fit::step ? kStep
+                                        : kBridge;
     plan.gate_face = active[kRotatedFace[r][0]];
     if (fit == Fit::roof) plan.far_face = active[kRotatedFace[r][5]];
     if (fit == Fit::bridge) plan.far_face = active[kRotatedFace[r][3]];
@@ -171,8 +174,8 @@ void Connectivity<Coder>::rate_gate(Plan& plan, const Corners& target) const {
     const std::uint32_t k = kGateOrder[i];
     if (previous_face_[k] != plan.gate_face || !on_previous(plan.gate_face)) continue;
     const Quad& quad = surface_.face(plan.gate_face).quad;
-    const auto turn = static_cast<std::uint32_t>(
-        std::find(quad.begin(), quad.end(), target[0]) - quad.begin());
+    const auto turn =
+        static_cast<std::uint32_t>(std::find(quad.begin(), quad.end(), target[0]) - quad.begin());
     if (!turns && turn != 0) return;  // a HUT or ROOF on the previous hexahedron starts at 0
     plan.mode = kOnFace;
     plan.cost = (k == last_face_ ? 0 : 8 + i) * 8 + (turn == last_turn_ ? 0 : 1 + turn);
@@ -253,8 +256,7 @@ bool Connectivity<Coder>::code_hexahedron(Coder& symbols, Coder& corner_order, C
   if (operation_ == kStep || operation_ == kBridge)
     good = code_second_face(symbols, plan, target, gate.at, cell);
   if (operation_ == kHut)
-    for (std::uint32_t i : {4u, 7u, 5u, 6u})
-      good = good && code_corner(symbols, target, cell, i);
+    for (std::uint32_t i : {4u, 7u, 5u, 6u}) good = good && code_corner(symbols, target, cell, i);
   last_operation_ = operation_;
   const bool rotation_matters =
       schema_->corner_order || schema_->blocks[cell.block].nodes_per_cell != 8;
@@ -309,8 +311,8 @@ bool Connectivity<Coder>::code_gate(Coder& symbols, const Plan& plan, const Corn
   bool mirrored = false;
   if constexpr (!Coder::kDecodes) {
     const Quad& quad = surface_.face(plan.gate_face).quad;
-    const auto at = static_cast<std::uint32_t>(
-        std::find(quad.begin(), quad.end(), target[0]) - quad.begin());
+    const auto at =
+        static_cast<std::uint32_t>(std::find(quad.begin(), quad.end(), target[0]) - quad.begin());
     mirrored = quad[(at + 1) % 4] != target[1];
   }
   gate.mirrored = symbols.bit(mirrored_[operation_], mirrored);
@@ -335,12 +337,14 @@ bool Connectivity<Coder>::code_gate_face(Coder& symbols, const Plan& plan, const
     for (std::uint32_t k : kGateOrder) {
       const std::uint32_t face = previous_face_[k];
       if (face == kNone || !on_previous(face)) continue;
-      if (--left > 0 && !symbols.bit(gate_on_face_[last_face_][k], face == plan.gate_face)) continue;
+      if (--left > 0 && !symbols.bit(gate_on_face_[last_face_][k], face == plan.gate_face))
+        continue;
       std::uint32_t turn = 0;
       if (operation_ == kStep || operation_ == kBridge) {
         const Quad& quad = surface_.face(face).quad;
         turn = static_cast<std::uint32_t>(std::find(quad.begin(), quad.end(), target[0]) -
-                                          quad.begin()) & 3;
+                                          quad.begin()) &
+               3;
         turn = code_tree(symbols, turn_[k][last_turn_], turn);
         last_turn_ = turn;
       }
@@ -405,7 +409,8 @@ bool Connectivity<Coder>::code_side(Coder& symbols, std::uint32_t along, std::ui
                                     std::uint32_t& above_from, std::uint32_t& above_along) {
   scratch_.clear();
   std::uint32_t index = 0;
-  for (FaceCorner at = surface_.vertex(from).first_face; at != kNone; at = surface_.next_around(at)) {
+  for (FaceCorner at = surface_.vertex(from).first_face; at != kNone;
+       at = surface_.next_around(at)) {
     if (at / 4 == not_face) continue;
     if (surface_.around(at, 1) != along && surface_.around(at, 3) != along) continue;
     if (at / 4 == side_face) index = static_cast<std::uint32_t>(scratch_.size());
@@ -465,7 +470,8 @@ bool Connectivity<Coder>::code_roof(Coder& symbols, const Plan& plan, const Corn
   if (!code_reference(symbols, *join_reference_, v[4])) return false;
   scratch_.clear();
   std::uint32_t index = 0;
-  for (FaceCorner at = surface_.vertex(v[4]).first_face; at != kNone; at = surface_.next_around(at)) {
+  for (FaceCorner at = surface_.vertex(v[4]).first_face; at != kNone;
+       at = surface_.next_around(at)) {
     if (at / 4 == plan.far_face) index = static_cast<std::uint32_t>(scratch_.size());
     scratch_.emplace_back(at, 0);
   }
@@ -515,7 +521,8 @@ bool Connectivity<Coder>::code_corner(Coder& symbols, const Corners& target, Cel
 }
 
 template <class Coder>
-bool Connectivity<Coder>::code_reference(Coder& symbols, ReferenceModel& model, std::uint32_t& slot) {
+bool Connectivity<Coder>::code_reference(Coder& symbols, ReferenceModel& model,
+                                         std::uint32_t& slot) {
   std::uint64_t id = 0;
   bool near = false;
   const std::uint64_t oldest = surface_.oldest_id();
@@ -545,13 +552,17 @@ bool Connectivity<Coder>::code_nodes(Coder& symbols, CellTopology& cell, std::ui
       while (nodes_.size() <= std::min<std::uint32_t>(i, 31))
         nodes_.push_back(std::make_unique<NodeModel>());
       NodeModel& model = *nodes_[std::min<std::uint32_t>(i, 31)];
-      const std::uint64_t expected = (i < last.size() ? last[i] : i > 0 && !last.empty() ? last.back() : 0) + shift;
+      const std::uint64_t expected = (i < last.size()          ? last[i]
+                                      : i > 0 && !last.empty() ? last.back()
+                                                               : 0) +
+                                     shift;
       std::uint32_t repeats = kNone;
       if constexpr (!Coder::kDecodes)
-        for (std::uint32_t j = i > kMaxLastUse ? i - kMaxLastUse : 0; j < i && repeats == kNone; ++j)
+        for (std::uint32_t j = i > kMaxLastUse ? i - kMaxLastUse : 0; j < i && repeats == kNone;
+             ++j)
           if (cell.numbers[j] == cell.numbers[i]) repeats = j;
-      const bool is_new = symbols.bit(model.is_new[last_new_[1]],
-                                      cell.slots[i] == kNone && repeats == kNone);
+      const bool is_new =
+          symbols.bit(model.is_new[last_new_[1]], cell.slots[i] == kNone && repeats == kNone);
       last_new_[1] = is_new;
       if (is_new) {
         add_vertex(cell, i);
@@ -575,8 +586,10 @@ bool Connectivity<Coder>::code_nodes(Coder& symbols, CellTopology& cell, std::ui
     }
     const std::uint64_t id = surface_.vertex(cell.slots[i]).id;
     if (first == 0 || i >= first) {
-      if (i < last.size()) last[i] = id;
-      else last.push_back(id);
+      if (i < last.size())
+        last[i] = id;
+      else
+        last.push_back(id);
     } else if (i >= last.size()) {
       last.push_back(id);
     }
@@ -593,7 +606,9 @@ bool Connectivity<Coder>::code_corner_order(Coder& corner_order, const Gate& gat
   std::uint32_t expected = kRotationCount;
   if (!gate.mirrored) {
     const auto& owner = surface_.face(gate.at / 4).owner_corner;
-    const auto bits = [&](std::uint32_t i) { return std::uint32_t{kCornerBits[owner[(gate.at + i) % 4]]}; };
+    const auto bits = [&](std::uint32_t i) {
+      return std::uint32_t{kCornerBits[owner[(gate.at + i) % 4]]};
+    };
     const std::uint32_t across = 7u & ~((bits(0) ^ bits(1)) | (bits(0) ^ bits(3)));
     if (std::popcount(across) == 1)
       expected = rotation_of(kCornerBits[bits(0) ^ across], kCornerBits[bits(1) ^ across],
@@ -602,8 +617,10 @@ bool Connectivity<Coder>::code_corner_order(Coder& corner_order, const Gate& gat
   if (expected != kRotationCount) {
     const bool hit = corner_order.bit(rotation_hit_[rotation_history_], rotation == expected);
     rotation_history_ = (rotation_history_ << 1 | (hit ? 1u : 0u)) & 3;
-    if (hit) rotation = expected;
-    else expected = kRotationCount;
+    if (hit)
+      rotation = expected;
+    else
+      expected = kRotationCount;
   }
   if (expected == kRotationCount) rotation = code_tree(corner_order, rotation_, rotation);
   if (rotation >= kRotationCount) return false;
@@ -622,7 +639,9 @@ void Connectivity<Coder>::glue(CellTopology& cell) {
   for (std::uint32_t k = 0; k < 6; ++k) {
     const auto& c = kFaceCorners[k];
     const Quad quad = {v[c[0]], v[c[1]], v[c[2]], v[c[3]]};
-    present[k] = distinct || all_different(quad) ? surface_.find_face(quad[0], quad[1], quad[2], quad[3]) : kNone;
+    present[k] = distinct || all_different(quad)
+                     ? surface_.find_face(quad[0], quad[1], quad[2], quad[3])
+                     : kNone;
     if (present[k] == kNone) continue;
     cell.face_mask |= static_cast<std::uint8_t>(face_bit(k));
     cell.neighbour[k] = surface_.face(present[k]).cell;
@@ -642,9 +661,9 @@ void Connectivity<Coder>::glue(CellTopology& cell) {
     } else if (std::all_of(quad.begin(), quad.end(), [&](std::uint32_t vertex) {
                  return surface_.vertex(vertex).face_count < kMaxFacesAtVertex;
                })) {
-      previous_face_[k] = surface_.add_face(
-          quad, {cell.stored_corner[c[0]], cell.stored_corner[c[1]], cell.stored_corner[c[2]],
-                 cell.stored_corner[c[3]]});
+      previous_face_[k] =
+          surface_.add_face(quad, {cell.stored_corner[c[0]], cell.stored_corner[c[1]],
+                                   cell.stored_corner[c[2]], cell.stored_corner[c[3]]});
     }
   }
   previous_ = v;

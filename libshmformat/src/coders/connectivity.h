@@ -94,7 +94,8 @@ class Connectivity {
                  std::uint32_t side_face, int model, std::uint32_t& above_from,
                  std::uint32_t& above_along);
   bool code_corners_left(Coder& symbols, const Corners& target, CellTopology& cell);
-  bool code_corner(Coder& symbols, const Corners& target, CellTopology& cell, std::uint32_t position);
+  bool code_corner(Coder& symbols, const Corners& target, CellTopology& cell,
+                   std::uint32_t position);
   bool code_reference(Coder& symbols, ReferenceModel& model, std::uint32_t& slot);
   bool code_corner_order(Coder& corner_order, const Gate& gate, CellTopology& cell,
                          std::uint32_t rotation);
@@ -120,7 +121,7 @@ class Connectivity {
 
   // contexts
   std::uint32_t last_block_ = 0;
-  Operation operation_ = kStart;   // of the cell at hand
+  Operation operation_ = kStart;  // of the cell at hand
   std::uint32_t last_operation_ = kStart, mode_history_ = 0, last_face_ = 5, last_turn_ = 0;
   std::array<std::uint8_t, 8> last_finalized_{};
   std::uint32_t rotation_history_ = 0;

@@ -29,8 +29,10 @@ void SpiralReorderer::push_hexahedron(std::uint32_t handle, const Corners& corne
   by_age_[next_age_++] = handle;
   for (std::uint32_t f = 0; f < 6; ++f) {
     auto& sharing = faces_.try_emplace(face_of(corners, f), std::array{kNone, kNone}).first->second;
-    if (sharing[0] == kNone) sharing[0] = handle;
-    else if (sharing[1] == kNone) sharing[1] = handle;
+    if (sharing[0] == kNone)
+      sharing[0] = handle;
+    else if (sharing[1] == kNone)
+      sharing[1] = handle;
   }
 }
 
@@ -60,8 +62,7 @@ std::uint32_t SpiralReorderer::pop() {
     for (Label label : {first, second, kFront, kLeft, kRight, kTop, kBottom, kBack}) {
       const auto found = faces_.find(face_of(previous_, face_at_[label]));
       if (found == faces_.end()) continue;
-      const std::uint32_t handle =
-          found->second[0] != kNone ? found->second[0] : found->second[1];
+      const std::uint32_t handle = found->second[0] != kNone ? found->second[0] : found->second[1];
       const Corners next = cells_.at(handle).corners;
       const Face shared = found->first;
       remove(handle);
@@ -95,12 +96,12 @@ void SpiralReorderer::walk_through(Label label, std::uint32_t entered, const Cor
   // For each way of leaving: which old faces become left, right, top and bottom of the next cell.
   // Turning right puts what was ahead to the left, and so on.
   constexpr std::array<std::array<std::uint8_t, 4>, kLabels> kBecomes = {{
-      {kLeft, kRight, kTop, kBottom},   // front
-      {kBack, kFront, kTop, kBottom},   // left
-      {kFront, kBack, kTop, kBottom},   // right
-      {kLeft, kRight, kBack, kFront},   // top
-      {kLeft, kRight, kFront, kBack},   // bottom
-      {kRight, kLeft, kTop, kBottom},   // back
+      {kLeft, kRight, kTop, kBottom},  // front
+      {kBack, kFront, kTop, kBottom},  // left
+      {kFront, kBack, kTop, kBottom},  // right
+      {kLeft, kRight, kBack, kFront},  // top
+      {kLeft, kRight, kFront, kBack},  // bottom
+      {kRight, kLeft, kTop, kBottom},  // back
   }};
   // The next cell's face at the edge where the passed face meets the old one.
   const auto carried = [&](std::uint32_t old_face) -> std::uint8_t {

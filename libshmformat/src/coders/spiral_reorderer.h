@@ -1,6 +1,7 @@
 // Spiral reorderer: the delay buffer. Of the cells waiting it picks the one that hugs the
 // previous one best, so that gates are found on the previous hexahedron more often.
-// in: cells in input order     out: the same cells, each at most about `delay` places late
+// in: cells in input order     out: the same cells; one that nothing leads to may wait long, but
+// never more cells wait than the buffer holds
 // source: paper section 3.1.1; nothing of it is part of the format: a reader sees only the order.
 #pragma once
 

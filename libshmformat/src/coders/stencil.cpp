@@ -8,7 +8,9 @@ constexpr std::array<std::array<std::uint8_t, 2>, 12> kQuadraticEdges = kEdgeCor
 
 Stencil corner_stencil(const CellTopology& cell, std::uint32_t position, std::uint64_t known) {
   const std::uint32_t bits = kCornerBits[position];
-  const auto corner = [&](std::uint32_t flipped) { return std::uint32_t{kCornerBits[bits ^ flipped]}; };
+  const auto corner = [&](std::uint32_t flipped) {
+    return std::uint32_t{kCornerBits[bits ^ flipped]};
+  };
   const auto has = [&](std::uint32_t flipped) { return (known >> corner(flipped) & 1) != 0; };
   const auto slot = [&](std::uint32_t flipped) { return cell.slots[corner(flipped)]; };
   if (has(1) && has(2) && has(4) && has(3) && has(5) && has(6) && has(7))
@@ -36,7 +38,8 @@ Stencil stencil_of(const CellTopology& cell, std::uint32_t position, std::uint64
   if (cell.hexahedral && position < 8) return corner_stencil(cell, position, known);
   if (cell.hexahedral && position < 20 && cell.slots.size() >= 20) {
     const auto& edge = kQuadraticEdges[position - 8];
-    return {Stencil::midpoint, {cell.slots[framed(cell, edge[0])], cell.slots[framed(cell, edge[1])]}};
+    return {Stencil::midpoint,
+            {cell.slots[framed(cell, edge[0])], cell.slots[framed(cell, edge[1])]}};
   }
   if (position == 0 || position > 64 || (known >> (position - 1) & 1) == 0) return {};
   return {Stencil::copy, {cell.slots[position - 1]}};

@@ -42,11 +42,13 @@ StepBytes encode_step_values(const ArrayInfo& info, std::span<const std::byte> v
     column->code(coder, Stencil{}, 0, element.data());
   }
   StepBytes predicted{container::Codec::local, coder.finish()};
-  StepBytes packed{container::Codec::shuffled_zstd, zstd_compress(shuffle(values, width), kZstdLevel)};
+  StepBytes packed{container::Codec::shuffled_zstd,
+                   zstd_compress(shuffle(values, width), kZstdLevel)};
   return packed.bytes.empty() || predicted.bytes.size() <= packed.bytes.size() ? predicted : packed;
 }
 
-std::optional<std::vector<std::byte>> decode_step_values(const ArrayInfo& info, container::Codec codec,
+std::optional<std::vector<std::byte>> decode_step_values(const ArrayInfo& info,
+                                                         container::Codec codec,
                                                          std::span<const std::byte> bytes,
                                                          std::uint32_t count) {
   const std::size_t width = scalar_bytes(info.type), stride = width * info.components;

@@ -23,7 +23,8 @@ struct StepBytes {
 /// `values`: whole elements of `info` in host order.
 StepBytes encode_step_values(const ArrayInfo& info, std::span<const std::byte> values);
 /// `count` elements; nothing when the bytes are damaged or the codec is unknown.
-std::optional<std::vector<std::byte>> decode_step_values(const ArrayInfo& info, container::Codec codec,
+std::optional<std::vector<std::byte>> decode_step_values(const ArrayInfo& info,
+                                                         container::Codec codec,
                                                          std::span<const std::byte> bytes,
                                                          std::uint32_t count);
 

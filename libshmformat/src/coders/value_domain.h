@@ -80,10 +80,11 @@ class IntegerDomain {
     T value{};
     if constexpr (!Coder::kDecodes) std::memcpy(&value, bytes, sizeof value);
     // The difference in the scalar's own width, so that wrap-around stays small.
-    const auto residual = static_cast<Signed>(static_cast<Unsigned>(static_cast<std::uint64_t>(value) - prediction));
+    const auto residual =
+        static_cast<Signed>(static_cast<Unsigned>(static_cast<std::uint64_t>(value) - prediction));
     const std::int64_t coded = code_signed(coder, model, residual);
-    surprise = static_cast<Surprise>(
-        std::bit_width(coded < 0 ? 0 - static_cast<std::uint64_t>(coded) : static_cast<std::uint64_t>(coded)));
+    surprise = static_cast<Surprise>(std::bit_width(
+        coded < 0 ? 0 - static_cast<std::uint64_t>(coded) : static_cast<std::uint64_t>(coded)));
     value = static_cast<T>(static_cast<Unsigned>(prediction + static_cast<std::uint64_t>(coded)));
     if constexpr (Coder::kDecodes) std::memcpy(bytes, &value, sizeof value);
     return static_cast<std::uint64_t>(value);

@@ -1,5 +1,5 @@
-// ChunkWriter: chunks front to back into a sink, numbered, checksummed and remembered for the index.
-// spec: "Container"
+// ChunkWriter: chunks front to back into a sink, numbered, checksummed and remembered for the
+// index. spec: "Container"
 #pragma once
 
 #include <cstdint>

@@ -149,7 +149,8 @@ bool get(ByteReader& in, StepHeader& header) {
 
 void put(ByteWriter& out, const Index& index) {
   out.put_varint(index.previous_index);
-  for (std::uint64_t v : {index.vertices, index.cells, index.hexahedra, index.max_active_vertices, index.steps})
+  for (std::uint64_t v :
+       {index.vertices, index.cells, index.hexahedra, index.max_active_vertices, index.steps})
     out.put_varint(v);
   out.put_varint(index.block_cells.size());
   for (std::uint64_t cells : index.block_cells) out.put_varint(cells);
@@ -185,8 +186,8 @@ void put(ByteWriter& out, const Index& index) {
 bool get(ByteReader& in, Index& index, std::uint64_t max_entries) {
   index = {};
   index.previous_index = in.get_varint();
-  for (std::uint64_t* v : {&index.vertices, &index.cells, &index.hexahedra,
-                           &index.max_active_vertices, &index.steps})
+  for (std::uint64_t* v :
+       {&index.vertices, &index.cells, &index.hexahedra, &index.max_active_vertices, &index.steps})
     *v = in.get_varint();
   for (std::uint64_t n = in.get_count(1); n > 0 && in.ok(); --n)
     index.block_cells.push_back(in.get_varint());
@@ -213,7 +214,8 @@ bool get(ByteReader& in, Index& index, std::uint64_t max_entries) {
     entry.offset = in.get_varint();
     entry.bytes = in.get_varint();
     if (entry.kind == static_cast<std::uint8_t>(ChunkKind::group)) {
-      for (std::uint64_t* v : {&entry.first_cell, &entry.cells, &entry.first_vertex, &entry.vertices})
+      for (std::uint64_t* v :
+           {&entry.first_cell, &entry.cells, &entry.first_vertex, &entry.vertices})
         *v = in.get_varint();
       get_box(in, entry.box);
     } else if (entry.kind == static_cast<std::uint8_t>(ChunkKind::step_values)) {

@@ -16,7 +16,8 @@
 namespace shm::container {
 
 /// Like PNG's: a byte with the high bit set, the name, CR LF, end-of-file of old systems, LF.
-inline constexpr std::array<std::uint8_t, 8> kSignature = {0x89, 'S', 'H', 'M', '\r', '\n', 0x1a, '\n'};
+inline constexpr std::array<std::uint8_t, 8> kSignature = {0x89, 'S',  'H',  'M',
+                                                           '\r', '\n', 0x1a, '\n'};
 inline constexpr std::uint16_t kMajor = 0, kMinor = 1;
 /// Features a reader must know by name to read the file. None so far.
 inline constexpr std::uint32_t kKnownFeatures = 0;
@@ -44,7 +45,8 @@ enum class ChunkKind : std::uint8_t {
 std::string chunk_name(std::uint8_t kind);
 
 inline constexpr std::uint32_t kSyncMark = 0x434d4853;  // "SHMC"
-inline constexpr std::uint8_t kChunkOptional = 1;      ///< flag: a reader may skip what it does not know
+inline constexpr std::uint8_t kChunkOptional =
+    1;  ///< flag: a reader may skip what it does not know
 
 struct ChunkHeader {
   std::uint8_t kind = 0;
@@ -74,10 +76,10 @@ std::string stream_name(StreamKind kind);
 
 /// Codec ids (registered in spec/registry.md).
 enum class Codec : std::uint8_t {
-  paper = 1,         ///< connectivity and its companions as in spec "Connectivity stream"
-  predictive = 2,    ///< values predicted from the mesh, adaptive range coder
-  local = 3,         ///< step values predicted from the one before, adaptive range coder
-  shuffled_zstd = 4, ///< byte planes under zstd
+  paper = 1,          ///< connectivity and its companions as in spec "Connectivity stream"
+  predictive = 2,     ///< values predicted from the mesh, adaptive range coder
+  local = 3,          ///< step values predicted from the one before, adaptive range coder
+  shuffled_zstd = 4,  ///< byte planes under zstd
 };
 
 struct StreamEntry {
@@ -96,8 +98,8 @@ struct GroupHeader {
   std::uint64_t vertices = 0;        ///< all that are born in it
   std::uint64_t loose_vertices = 0;  ///< the last of them, which no cell uses
   std::uint64_t max_active_vertices = 0;
-  std::uint64_t decoded_bytes = 0;   ///< values and corners, unpacked
-  std::array<double, 6> box{};       ///< min x y z, max x y z of finite coordinates; +inf -inf if none
+  std::uint64_t decoded_bytes = 0;  ///< values and corners, unpacked
+  std::array<double, 6> box{};  ///< min x y z, max x y z of finite coordinates; +inf -inf if none
   std::vector<StreamEntry> streams;
 };
 inline constexpr std::uint32_t kMaxGroupCells = 1u << 20;
@@ -110,7 +112,7 @@ struct StepHeader {
   std::uint64_t step = 0;
   std::uint64_t reference_step = 0;  ///< == step: a key step, decoded alone
   std::uint64_t first = 0;
-  std::uint32_t count = 0;           ///< elements, 1..65536, together at most kMaxStepBytes
+  std::uint32_t count = 0;  ///< elements, 1..65536, together at most kMaxStepBytes
   Codec codec = Codec::local;
 };
 inline constexpr std::uint32_t kMaxStepPiece = 65536;
@@ -123,9 +125,9 @@ struct IndexEntry {
   std::uint8_t kind = 0;
   std::uint64_t offset = 0, bytes = 0;  ///< of the whole chunk, header included
   std::uint64_t first_cell = 0, cells = 0, first_vertex = 0, vertices = 0;  ///< groups
-  std::array<double, 6> box{};                                             ///< groups
-  std::uint32_t array = 0;                                                 ///< step values
-  std::uint64_t step = 0, first = 0, count = 0;                            ///< step values
+  std::array<double, 6> box{};                                              ///< groups
+  std::uint32_t array = 0;                                                  ///< step values
+  std::uint64_t step = 0, first = 0, count = 0;                             ///< step values
 };
 struct NamedBytes {
   std::string name;
@@ -140,7 +142,7 @@ struct Index {
   std::uint64_t previous_index = 0;  ///< offset of the index chunk before, 0 = none
   std::uint64_t vertices = 0, cells = 0, hexahedra = 0, max_active_vertices = 0, steps = 0;
   std::vector<std::uint64_t> block_cells;
-  std::vector<NamedBytes> streams;   ///< all but the container's
+  std::vector<NamedBytes> streams;  ///< all but the container's
   std::vector<ArrayRange> ranges;
   std::vector<IndexEntry> entries;
 };

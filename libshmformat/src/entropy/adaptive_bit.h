@@ -1,7 +1,7 @@
 // AdaptiveBit: how likely a yes/no decision is, learnt from its past.
 // 22 bits of probability and 10 bits of count in one word. The first decisions move it fast
-// (2/3, 2/5, ...), later ones by about 1/kLimit, so small meshes learn quickly and long ones forget slowly.
-// Integers only: the same on every machine. spec: "Adaptive bit"
+// (2/3, 2/5, ...), later ones by about 1/kLimit, so small meshes learn quickly and long ones forget
+// slowly. Integers only: the same on every machine. spec: "Adaptive bit"
 #pragma once
 
 #include <array>
@@ -23,8 +23,8 @@ class AdaptiveBit {
     const auto p = static_cast<std::int32_t>(state_ >> 10);
     const std::int32_t target = one ? kOne : 0;
     const auto moved = static_cast<std::uint32_t>(
-        p + static_cast<std::int32_t>(
-                (static_cast<std::int64_t>(target - p) * kRate[count]) >> 16));
+        p +
+        static_cast<std::int32_t>((static_cast<std::int64_t>(target - p) * kRate[count]) >> 16));
     state_ = moved << 10 | (count < kLimit ? count + 1 : count);
   }
 

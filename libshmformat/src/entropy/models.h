@@ -50,14 +50,16 @@ template <class Coder, class Model>
 std::uint64_t code_number(Coder& coder, Model& model, std::uint64_t value) {
   const auto length = static_cast<int>(std::bit_width(value));
   if (coder.bit(model.zero, length == 0)) return 0;
-  const int k = static_cast<int>(code_tree(coder, model.length,
-                                           static_cast<std::uint32_t>(length - 1) & 63)) + 1;
+  const int k = static_cast<int>(
+                    code_tree(coder, model.length, static_cast<std::uint32_t>(length - 1) & 63)) +
+                1;
   std::uint64_t result = 1;
   int left = k - 1;
   std::uint32_t node = 1;
   for (int i = 0; i < 2 && left > 0; ++i) {
     --left;
-    const bool one = coder.bit(model.first[static_cast<std::size_t>(k - 1)][node], value >> left & 1);
+    const bool one =
+        coder.bit(model.first[static_cast<std::size_t>(k - 1)][node], value >> left & 1);
     node = node << 1 | static_cast<std::uint32_t>(one);
     result = result << 1 | static_cast<std::uint64_t>(one);
   }

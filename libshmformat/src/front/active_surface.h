@@ -1,7 +1,7 @@
 // Active surface: the part of the mesh that coding still needs, the same on both sides.
 //   vertices  born at their first use, gone when finalized; linked in order of birth
-//   faces     quadrilaterals used by an odd number of hexahedra so far; gone with their first vertex
-//   cells     a number for each hexahedron that still has a face here, for its cell data
+//   faces     quadrilaterals used by an odd number of hexahedra so far; gone with their first
+//   vertex cells     a number for each hexahedron that still has a face here, for its cell data
 // Slots are reused, so arrays indexed by them stay as small as the surface is wide.
 // source: paper section 3.1; spec: "Active surface"
 #pragma once
@@ -37,9 +37,9 @@ class ActiveSurface {
   };
   struct Face {
     Quad quad{};
-    std::array<FaceCorner, 4> next{};             ///< next face around each vertex
+    std::array<FaceCorner, 4> next{};            ///< next face around each vertex
     std::array<std::uint8_t, 4> owner_corner{};  ///< the vertex's corner in its owner, as stored
-    std::uint32_t cell = kNone;                   ///< owner's cell slot
+    std::uint32_t cell = kNone;                  ///< owner's cell slot
     bool alive = false;
   };
 
@@ -59,7 +59,8 @@ class ActiveSurface {
 
   /// The active face with this cycle of vertices in either direction, kNone when there is none.
   std::uint32_t find_face(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) const;
-  /// The newest active face at `b` in which `a` and `c` are its neighbours; returns the corner of b.
+  /// The newest active face at `b` in which `a` and `c` are its neighbours; returns the corner of
+  /// b.
   FaceCorner find_path(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
 
   const Vertex& vertex(std::uint32_t slot) const { return vertices_[slot]; }

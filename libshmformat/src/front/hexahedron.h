@@ -20,8 +20,18 @@ namespace shm {
 inline constexpr std::array<std::array<std::uint8_t, 4>, 6> kFaceCorners = {
     {{0, 3, 2, 1}, {0, 4, 7, 3}, {0, 1, 5, 4}, {1, 2, 6, 5}, {3, 7, 6, 2}, {4, 5, 6, 7}}};
 
-inline constexpr std::array<std::array<std::uint8_t, 2>, 12> kEdgeCorners = {
-    {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6}, {6, 7}, {7, 4}, {0, 4}, {1, 5}, {2, 6}, {3, 7}}};
+inline constexpr std::array<std::array<std::uint8_t, 2>, 12> kEdgeCorners = {{{0, 1},
+                                                                              {1, 2},
+                                                                              {2, 3},
+                                                                              {3, 0},
+                                                                              {4, 5},
+                                                                              {5, 6},
+                                                                              {6, 7},
+                                                                              {7, 4},
+                                                                              {0, 4},
+                                                                              {1, 5},
+                                                                              {2, 6},
+                                                                              {3, 7}}};
 
 /// Corner to bits x + 2y + 4z and back (the same table both ways).
 inline constexpr std::array<std::uint8_t, 8> kCornerBits = {0, 1, 3, 2, 4, 5, 7, 6};
@@ -46,7 +56,8 @@ inline constexpr auto kRotations = [] {
         if (odd_axes != odd_flips) continue;  // a reflection
         for (std::uint32_t i = 0; i < 8; ++i) {
           const std::uint32_t bits = kCornerBits[i];
-          const std::uint32_t moved = origin ^ (bits & 1) << a ^ (bits >> 1 & 1) << b ^ (bits >> 2) << c;
+          const std::uint32_t moved =
+              origin ^ (bits & 1) << a ^ (bits >> 1 & 1) << b ^ (bits >> 2) << c;
           table[count][i] = kCornerBits[moved];
         }
         ++count;
