@@ -88,12 +88,24 @@ TEST_F(FileIo, CannotBeCreated) {
 }
 
 TEST_F(FileIo, CannotBeGivenItsName) {
-  fs::create_directories(path("a/b"));
   auto sink = FileSink::create(path("a"));
   ASSERT_TRUE(sink);
+  fs::create_directories(path("a/b"));  // stands in the way only now
   EXPECT_EQ((*sink)->commit().error().code, ErrorCode::output);
   sink->reset();
   EXPECT_EQ(files(), 1u);
+}
+
+TEST_F(FileIo, DevicesAreWrittenAndFoldersRefused) {
+  auto device = FileSink::create("/dev/null");
+  ASSERT_TRUE(device);
+  EXPECT_TRUE((*device)->write(std::vector<std::byte>(100)));
+  EXPECT_TRUE((*device)->commit());
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));  // not renamed over
+  fs::create_directories(path("a"));
+  const auto folder = FileSink::create(path("a"));
+  ASSERT_FALSE(folder);
+  EXPECT_EQ(folder.error().code, ErrorCode::output);
 }
 
 TEST_F(FileIo, ReadsInPieces) {
