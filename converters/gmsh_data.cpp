@@ -9,7 +9,6 @@ namespace shm::converters {
 namespace {
 
 constexpr std::uint64_t kMaxComponents = 65535;  // of an array
-constexpr std::uint64_t kPiece = 4096;           // numbers moved at once
 
 struct Header {
   std::vector<std::string> strings;

@@ -42,7 +42,7 @@ class GmshMesh final : public MeshSource {
 // dense; the first of equal tags wins.
 class GmshTags {
  public:
-  explicit GmshTags(Spool& spool) : spool_(&spool), tags_(spool, 8), places_(spool, 8) {}
+  explicit GmshTags(Spool& spool) : tags_(spool, 8), places_(spool, 8) {}
   void append(std::int64_t tag);
   void finish();  // after the last append, before the first find
   std::optional<std::uint64_t> find(std::int64_t tag);
@@ -54,7 +54,6 @@ class GmshTags {
   const PagedArray& tags() const { return tags_; }  // int64; only when there is no run
 
  private:
-  Spool* spool_;
   std::uint64_t size_ = 0;
   bool run_ = true;
   std::int64_t first_ = 1, lowest_ = 0, highest_ = 0;
