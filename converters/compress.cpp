@@ -272,6 +272,7 @@ SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions
   BothOrders orders(&log, options.coding_order);
   WriteOptions write_options;
   write_options.coding_order = &orders;
+  write_options.connectivity = options.connectivity;
   Writer writer = checked(Writer::create(sink, schema, write_options));
   {
     MeshFeeder feeder(mesh, schema, writer);
