@@ -129,5 +129,84 @@ TEST(Segments, ImportsAreCheapOnACoherentMesh) {
   }
 }
 
+TEST(Segments, AnyNumberOfThreadsWritesTheSameBytes) {
+  std::vector<Family> meshes = families();
+  meshes.push_back({"many cells", grid(30, 30, 30, ScalarType::float32, bent, porous)});
+  for (const Family& family : meshes)
+    for (const auto& [order, delay] : {std::pair(Order::keep, 0u), std::pair(Order::stream, 5u)})
+      for (std::uint64_t cells : {7u, 3000u}) {
+        SCOPED_TRACE(std::string(family.name) + ", " + std::to_string(cells));
+        const TestMesh mesh = with_order(family.mesh, order, true, delay);
+        WriteOptions options = cut_every(cells);
+        options.group_cells = 1000;
+        const auto alone = expect_round_trip(mesh, options);
+        for (unsigned threads : {2u, 3u, 0u}) {
+          options.threads = threads;
+          EXPECT_EQ(expect_round_trip(mesh, options), alone) << threads << " threads";
+        }
+      }
+}
+
+TEST(Segments, ExtrasBetweenCellsStandInTheSamePlace) {
+  const TestMesh mesh = grid(40, 10, 10);
+  std::vector<std::byte> alone;
+  for (unsigned threads : {1u, 3u}) {
+    MemorySink sink;
+    WriteOptions options = cut_every(500);
+    options.group_cells = 200;
+    options.threads = threads;
+    auto writer = Writer::create(sink, mesh.schema, options);
+    ASSERT_TRUE(writer);
+    for (std::uint64_t v = 0; v < mesh.vertices; ++v)
+      ASSERT_TRUE(writer->add_vertex(v, std::span(mesh.xyz).subspan(v * 12, 12)));
+    for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
+      ASSERT_TRUE(writer->add_cell(0, mesh.cells[c].corners));
+      if (c % 777 == 700) {
+        ASSERT_TRUE(
+            writer->add_extra({"test/now", ScalarType::uint8, Reference::nothing, {0}, {}}));
+      }
+    }
+    ASSERT_TRUE(writer->finish());
+    if (threads == 1) alone = sink.bytes;
+    EXPECT_EQ(sink.bytes, alone);
+  }
+}
+
+/// Fails from some byte on.
+class BrokenSink final : public ByteSink {
+ public:
+  Result<void> write(std::span<const std::byte> bytes) override {
+    bytes_ += bytes.size();
+    if (bytes_ < 1000) return {};
+    return Error{ErrorCode::output, "is full", {}, kNoOffset, "disk"};
+  }
+
+ private:
+  std::size_t bytes_ = 0;
+};
+
+TEST(Segments, ErrorsComeOutOfThreads) {
+  WriteOptions options = cut_every(100);
+  options.threads = 3;
+  BrokenSink sink;
+  const auto report = write_mesh(grid(20, 20, 20), sink, options);
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().code, ErrorCode::output);
+}
+
+TEST(Segments, WritersWithThreadsMayBeLeft) {
+  const TestMesh mesh = grid(20, 20, 20);
+  for (std::size_t cells : {0u, 1u, 1500u, 8000u}) {
+    NullSink sink;
+    WriteOptions options = cut_every(300);
+    options.threads = 2;
+    auto writer = Writer::create(sink, mesh.schema, options);
+    ASSERT_TRUE(writer);
+    for (std::uint64_t v = 0; v < mesh.vertices; ++v)
+      ASSERT_TRUE(writer->add_vertex(v, std::span(mesh.xyz).subspan(v * 12, 12)));
+    for (std::size_t c = 0; c < cells; ++c) ASSERT_TRUE(writer->add_cell(0, mesh.cells[c].corners));
+  }
+}
+
 }  // namespace
 }  // namespace shm

@@ -33,6 +33,45 @@ bool is_hexahedral(const BlockInfo& block) {
   return block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8;
 }
 
+// Waiting pieces of cells, for each thread.
+constexpr std::size_t kWaitingBytes = std::size_t{64} << 20;
+
+using Tasks = OrderedTasks<SegmentPiece, EncodedGroup>;
+
+class SegmentTask final : public Tasks::Task {
+ public:
+  SegmentTask(const Schema& schema, std::uint32_t group_cells, const SegmentStart& start)
+      : schema_(&schema), group_cells_(group_cells), start_(start) {}
+
+  Result<void> take(SegmentPiece& piece, const Tasks::Emit& emit) override {
+    if (!encoder_) encoder_ = std::make_unique<SegmentEncoder>(*schema_, group_cells_, start_);
+    auto result = encoder_->take(piece, done_);
+    emit_done(emit);
+    return result;
+  }
+  Result<void> end(const Tasks::Emit& emit) override {
+    encoder_->end(done_);
+    emit_done(emit);
+    encoder_.reset();
+    return {};
+  }
+
+ private:
+  void emit_done(const Tasks::Emit& emit) {
+    for (EncodedGroup& group : done_) {
+      const std::size_t bytes = group.bytes();
+      emit(std::move(group), bytes);
+    }
+    done_.clear();
+  }
+
+  const Schema* schema_;
+  std::uint32_t group_cells_;
+  SegmentStart start_;
+  std::unique_ptr<SegmentEncoder> encoder_;
+  std::vector<EncodedGroup> done_;
+};
+
 ArrayInfo number_info() {
   ArrayInfo info;
   info.type = ScalarType::uint64;
@@ -48,6 +87,10 @@ MeshEncoder::MeshEncoder(const Schema& schema, const WriteOptions& options, Grou
       xyz_bytes_(3 * scalar_bytes(schema.coordinate_type)),
       values_bytes_(xyz_bytes_ + point_data_bytes(schema)),
       cell_data_bytes_(cell_data_bytes(schema)) {
+  const unsigned threads = thread_count(options.threads);
+  if (threads > 1)
+    tasks_ = std::make_unique<Tasks>(threads, threads * kWaitingBytes, threads * kWaitingBytes);
+  if (tasks_ && !tasks_->has_threads()) tasks_.reset();
   totals_.block_cells.resize(schema.blocks.size());
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
@@ -204,7 +247,8 @@ Result<void> MeshEncoder::end() {
   });
   for (std::uint32_t entry : loose)
     if (auto good = code_loose(entry); !good) return good;
-  return end_segment();
+  if (auto good = end_segment(); !good) return good;
+  return catch_up();
 }
 
 // --- into the segment at hand, in coding order
@@ -286,22 +330,50 @@ Result<void> MeshEncoder::code_loose(std::uint32_t e) {
 
 Result<void> MeshEncoder::pass_piece_on() {
   if (piece_.empty()) return {};
-  if (!encoder_)
-    encoder_ = std::make_unique<SegmentEncoder>(*schema_, options_.group_cells, start_);
+  const bool begins = !std::exchange(segment_begun_, true);
+  if (tasks_) {
+    if (begins)
+      tasks_->begin(std::make_unique<SegmentTask>(*schema_, options_.group_cells, start_));
+    while (!tasks_->has_room())
+      if (auto good = take_finished(Tasks::Wait::for_output_or_room); !good) return good;
+    const std::size_t bytes = piece_.bytes();
+    tasks_->push(std::move(piece_), bytes);
+    piece_ = tasks_->spare();
+    piece_.clear();
+    return take_finished(Tasks::Wait::no);
+  }
+  if (begins) encoder_ = std::make_unique<SegmentEncoder>(*schema_, options_.group_cells, start_);
   const auto good = encoder_->take(piece_, done_);
   piece_.clear();
   if (!good) return good;
   return give_out(done_);
 }
 
-Result<void> MeshEncoder::catch_up() { return pass_piece_on(); }
-
 Result<void> MeshEncoder::end_segment() {
   if (auto good = pass_piece_on(); !good) return good;
-  if (!encoder_) return {};
+  if (!std::exchange(segment_begun_, false)) return {};
+  if (tasks_) {
+    tasks_->end();
+    return {};
+  }
   encoder_->end(done_);
-  encoder_.reset();
   return give_out(done_);
+}
+
+Result<void> MeshEncoder::catch_up() {
+  if (auto good = pass_piece_on(); !good) return good;
+  return tasks_ ? take_finished(Tasks::Wait::for_output) : Result<void>();
+}
+
+/// Gives out the groups that threads have finished; with for_output, all of what was passed on.
+Result<void> MeshEncoder::take_finished(Tasks::Wait wait) {
+  while (true) {
+    auto group = tasks_->next(wait);
+    if (!group) return group.error();
+    if (!*group) return {};
+    if (auto good = give_out(**group); !good) return good;
+    if (wait == Tasks::Wait::for_output_or_room) wait = Tasks::Wait::no;
+  }
 }
 
 // --- groups, in order

@@ -14,6 +14,7 @@
 
 #include "coders/spiral_reorderer.h"
 #include "front/id_map.h"
+#include "ordered_tasks.h"
 #include "segment_encoder.h"
 #include "shm/writer.h"
 
@@ -35,7 +36,7 @@ class MeshEncoder {
   Result<void> add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                         std::uint64_t last_use, std::span<const std::byte> data);
   Result<void> end();
-  /// Gives out all groups that are complete by now.
+  /// Gives out all groups that are complete by now: which these are depends on calls alone.
   Result<void> catch_up();
 
   struct Totals {
@@ -77,6 +78,7 @@ class MeshEncoder {
   Result<void> code_loose(std::uint32_t entry);
   void give_vertex(std::uint32_t entry);
   Result<void> pass_piece_on();
+  Result<void> take_finished(OrderedTasks<SegmentPiece, EncodedGroup>::Wait wait);
   Result<void> end_segment();
   Result<void> give_out(std::vector<EncodedGroup>& groups);
   Result<void> give_out(EncodedGroup& group);
@@ -108,8 +110,10 @@ class MeshEncoder {
   std::uint64_t given_vertices_ = 0;  // to encoders, own ones
   std::uint64_t given_cells_ = 0;
   SegmentPiece piece_;
-  std::unique_ptr<SegmentEncoder> encoder_;
+  bool segment_begun_ = false;
+  std::unique_ptr<SegmentEncoder> encoder_;  // without threads
   std::vector<EncodedGroup> done_;
+  std::unique_ptr<OrderedTasks<SegmentPiece, EncodedGroup>> tasks_;  // with threads
 
   // Stream numbers of vertices that a segment may import, by ticket; not in Order::keep. A ticket
   // is free again when the group with the vertex's last use has been given out.

@@ -72,6 +72,13 @@ struct EncodedGroup {
     Stencil stencil;
   };
   std::vector<Import> imports;  ///< in order of birth; not in Order::keep
+
+  std::size_t bytes() const {
+    std::size_t sum =
+        cell_numbers.size() * 8 + born.size() * sizeof(Born) + imports.size() * sizeof(Import);
+    for (const auto& stream : streams) sum += stream.size();
+    return sum;
+  }
 };
 
 class SegmentEncoder {

@@ -16,7 +16,8 @@
 namespace shm {
 
 /// Hears in which order vertices and cells are coded: the order of step values, of stream
-/// numbers, and of what a Reader will yield. Called from inside Writer calls.
+/// numbers, and of what a Reader will yield. Called from inside Writer calls, in the caller's
+/// thread, group by group: its vertices, then its cells.
 class SHM_API CodingOrder {
  public:
   virtual ~CodingOrder() = default;
@@ -27,6 +28,9 @@ class SHM_API CodingOrder {
 struct WriteOptions {
   std::uint32_t group_cells = 65536;    ///< cells in one chunk group, 1..2^20
   CodingOrder* coding_order = nullptr;  ///< borrowed, may be null
+  /// Threads that encode segments, beside the caller's; 1: none, 0: one for each core. The file is
+  /// the same for any number. Each may hold 64 MiB of cells that wait.
+  unsigned threads = 1;
 
   // Segments: runs of cells that can be decoded alone, and by several threads at once. Vertices
   // that an earlier segment owns are coded again ("imported") where a segment uses them.
