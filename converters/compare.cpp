@@ -289,7 +289,7 @@ bool Comparison::same_within_blocks() {
 void Comparison::find_renumbering() {
   if (progress_) progress_("finding the renumbering", 0, 1);
   log_ = std::make_unique<CodingOrderLog>(*spool_);
-  replay_coding_order(*source_, restored_->info().schema, *log_, *spool_);
+  replay_coding_order(*source_, restored_->info(), *log_, *spool_);
   log_->check();
   follow(&log_->vertices(), restored_->info().schema.delay > 0 ? &log_->cells() : nullptr);
 }

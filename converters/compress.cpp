@@ -273,6 +273,8 @@ SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions
   WriteOptions write_options;
   write_options.coding_order = &orders;
   write_options.connectivity = options.connectivity;
+  write_options.segment_cells = options.segment_cells;
+  write_options.restart_budget = options.restart_budget;
   Writer writer = checked(Writer::create(sink, schema, write_options));
   {
     MeshFeeder feeder(mesh, schema, writer);
@@ -309,12 +311,14 @@ SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions
   return checked(writer.finish());
 }
 
-void replay_coding_order(MeshSource& mesh, const Schema& schema, CodingOrder& out, Spool& spool) {
+void replay_coding_order(MeshSource& mesh, const MeshInfo& of, CodingOrder& out, Spool& spool) {
   NullSink nowhere;
-  Schema bare = schema;
+  Schema bare = of.schema;
   bare.arrays.clear();
   WriteOptions options;
   options.coding_order = &out;
+  options.segment_starts = of.segment_starts;
+  if (options.segment_starts.empty()) options.restart_budget = 0;
   Writer writer = checked(Writer::create(nowhere, bare, options));
   MeshFeeder feeder(mesh, bare, writer);
   stream_compacted(mesh, spool, feeder);

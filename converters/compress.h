@@ -17,6 +17,8 @@ struct CompressOptions {
   std::uint32_t delay = 0;              // cells in the delay buffer
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
   std::uint32_t coordinate_bits = 0;    // 0: lossless; else 1..52, uniform over the bounding box
+  std::uint64_t segment_cells = 0;      // cells of a segment; 0: cuts follow the budget
+  double restart_budget = .02;          // as in shm::WriteOptions
   CodingOrder* coding_order = nullptr;  // also hears the coding order; borrowed, may be null
   Progress progress;
 };
@@ -32,7 +34,8 @@ bool needs_corner_order(const MeshInfo& info);
 SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions& options,
                          Spool& spool);
 
-// Only vertices and cells, for who wants to hear the coding order; `schema` says order and delay.
-void replay_coding_order(MeshSource& mesh, const Schema& schema, CodingOrder& out, Spool& spool);
+// Only vertices and cells, for who wants to hear the coding order; `of`, what a .shm file says of
+// itself, gives order, delay and segments.
+void replay_coding_order(MeshSource& mesh, const MeshInfo& of, CodingOrder& out, Spool& spool);
 
 }  // namespace shm::converters

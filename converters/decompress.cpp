@@ -100,6 +100,7 @@ StagedMesh::StagedMesh(ByteSource& source, const std::string& name, Spool& spool
       info_.extras.push_back(std::move(*extra));
     } else {
       totals_ = std::get<Totals>(*item);
+      info_.segment_starts = totals_.segment_starts;
       ended = true;
     }
   }
@@ -258,6 +259,7 @@ FileSummary summarize_shm(const std::string& path, const Progress& progress) {
     if (auto* totals = std::get_if<Totals>(item)) summary.totals = std::move(*totals);
   }
   summary.info.vertices = summary.totals.vertices;
+  summary.info.segment_starts = summary.totals.segment_starts;
   summary.info.block_cells = summary.totals.block_cells;
   summary.info.block_cells.resize(summary.info.schema.blocks.size());
   return summary;

@@ -49,7 +49,8 @@ std::uint64_t bytes_of(const std::map<std::string, std::uint64_t>& streams,
 
 std::uint64_t connectivity_bytes(const std::map<std::string, std::uint64_t>& streams) {
   return bytes_of(streams, "connectivity") + bytes_of(streams, "corner order") +
-         bytes_of(streams, "vertex numbers") + bytes_of(streams, "cell numbers");
+         bytes_of(streams, "vertex numbers") + bytes_of(streams, "cell numbers") +
+         bytes_of(streams, "imports");
 }
 
 // Values of an array, all steps and components together.
@@ -80,7 +81,8 @@ std::string dump(const Json& json) {
 // The element that a stream is counted by, and how many there are; "" for none.
 std::pair<std::string, std::uint64_t> element_of(const std::string& stream, const MeshInfo& info,
                                                  const Totals& totals) {
-  if (stream == "connectivity" || stream == "corner order" || stream == "cell numbers")
+  if (stream == "connectivity" || stream == "corner order" || stream == "cell numbers" ||
+      stream == "imports")
     return {"cell", totals.cells};
   if (stream == "geometry" || stream == "vertex numbers") return {"vertex", totals.vertices};
   for (std::size_t a = 0; a < info.schema.arrays.size(); ++a)
@@ -188,6 +190,8 @@ std::string compress_json(const CompressRun& run, const MeshInfo& info) {
   json["connectivity_bits_per_hex"] = bits_each(connectivity_bytes(sizes.streams), sizes.hexahedra);
   json["geometry_bits_per_vertex"] = bits_each(bytes_of(sizes.streams, "geometry"), sizes.vertices);
   json["max_active_vertices"] = sizes.max_active_vertices;
+  json["segments"] = sizes.segments;
+  json["imported_vertices"] = sizes.imported_vertices;
   json["seconds"] = run.seconds;
   json["peak_rss_bytes"] = peak_rss_bytes();
   json["arrays"] = arrays_json(info, sizes.streams);
@@ -222,6 +226,9 @@ std::string info_json(const std::string& path, const MeshInfo& info, const Total
   if (totals == nullptr) return dump(json);
   json["total_bytes"] = totals->total_bytes;
   json["max_active_vertices"] = totals->max_active_vertices;
+  json["segments"] = totals->segment_starts.size();
+  json["segment_starts"] = totals->segment_starts;
+  json["imported_vertices"] = totals->imported_vertices;
   json["connectivity_bits_per_hex"] =
       bits_each(connectivity_bytes(totals->streams), totals->hexahedra);
   json["geometry_bits_per_vertex"] =
@@ -254,6 +261,13 @@ std::string info_text(const std::string& path, const MeshInfo& info, const Total
     if (info.vertices > 0)
       text += ", " +
               fixed(100.0 * static_cast<double>(totals->max_active_vertices) /
+                        static_cast<double>(info.vertices),
+                    2) +
+              " %";
+    text += "\nsegments     " + std::to_string(totals->segment_starts.size());
+    if (totals->segment_starts.size() > 1)
+      text += ", " + plural(totals->imported_vertices, "vertex", "vertices") + " imported, " +
+              fixed(100.0 * static_cast<double>(totals->imported_vertices) /
                         static_cast<double>(info.vertices),
                     2) +
               " %";

@@ -44,6 +44,8 @@ struct Options {
   std::string order = "keep";
   std::uint32_t delay = 0, bits = 0;
   std::string codec = "auto";
+  std::uint64_t segment_cells = 0;
+  double restart_budget = 2;  // percent
   bool json = false, quiet = false;
 };
 
@@ -136,6 +138,7 @@ ExitCode run_compress(Options& options) {
   if (options.output.empty()) options.output = options.input + ".shm";
   if (options.output == "-" && options.json)
     wrong_use("--json and the compressed mesh cannot both go to standard output");
+  if (!(options.restart_budget >= 0)) wrong_use("--restart-budget is no number");
   const auto start = std::chrono::steady_clock::now();
   ProgressLine line(options.quiet);
   Spool spool(spool_directory(options));
@@ -149,6 +152,8 @@ ExitCode run_compress(Options& options) {
                      : options.codec == "rows" ? ConnectivityCodec::rows
                                                : ConnectivityCodec::automatic;
   how.coordinate_bits = options.bits;
+  how.segment_cells = options.segment_cells;
+  how.restart_budget = options.restart_budget / 100;
   how.progress = line.callback();
   CompressRun run;
   run.input = options.input;
@@ -293,6 +298,17 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
           "Connectivity: auto, what is smallest (default); paper, the published scheme; rows")
       ->check(CLI::IsMember({"auto", "paper", "rows"}).description(""))
       ->type_name("auto|paper|rows");
+  command
+      ->add_option("--segment-cells", options.segment_cells,
+                   "Start afresh every N cells, for random access and threads (default: by budget)")
+      ->check(CLI::Range(std::uint64_t{1}, ~std::uint64_t{0}).description(""))
+      ->type_name("N");
+  command
+      ->add_option("--restart-budget", options.restart_budget,
+                   "Start afresh where at most P percent of the vertices have to be said again\n"
+                   "(default: 2; 0: never)")
+      ->check(CLI::Range(0.0, 100.0).description(""))
+      ->type_name("P");
   command->add_flag("--json", options.json, "Print the sizes as JSON");
   return command;
 }

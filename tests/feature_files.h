@@ -258,6 +258,21 @@ inline std::vector<std::byte> written(const TestMesh& mesh, std::uint32_t group_
   return std::move(sink.bytes);
 }
 
+/// Cut into segments of `cells`, each of several groups, with values at vertices and cells.
+inline std::vector<std::byte> segments_file(Order order, bool corner_order, std::uint32_t delay,
+                                            std::uint64_t cells) {
+  TestMesh mesh = with_order(grid(3, 4, 3, ScalarType::float32, bent, porous), order, corner_order,
+                             delay);
+  add_array(mesh, array_of("u", Location::point, ScalarType::int16, 2), mesh.vertices);
+  add_array(mesh, array_of("p", Location::cell, ScalarType::float32), mesh.cells.size());
+  MemorySink sink;
+  WriteOptions options;
+  options.group_cells = 4;
+  options.segment_cells = cells;
+  EXPECT_TRUE(write_mesh(mesh, sink, options));
+  return std::move(sink.bytes);
+}
+
 inline std::vector<FeatureFile> feature_files() {
   using enum Order;
   std::vector<FeatureFile> files;
@@ -287,6 +302,8 @@ inline std::vector<FeatureFile> feature_files() {
   add("unmarked", unmarked_file());
   add("steps_and_extras", steps_and_extras_file(keep));
   add("steps_and_extras_stream", steps_and_extras_file(stream));
+  add("segments", segments_file(keep, true, 3, 7));
+  add("segments_stream", segments_file(stream, false, 0, 6));
   return files;
 }
 

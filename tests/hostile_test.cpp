@@ -5,6 +5,7 @@
 #include <limits>
 #include <new>
 #include <string>
+#include <unordered_set>
 
 #include "feature_files.h"
 #include "file_surgery.h"
@@ -216,8 +217,25 @@ TEST(Hostile, UnknownChunksAreSkippedOrRefused) {
   parts.chunks[1].header.version = 1;
   EXPECT_EQ(code_of(put_together(parts)), ErrorCode::unsupported);
   parts.chunks[1].header.version = 0;
-  parts.chunks[1].header.segment = 1;
+  parts.chunks[0].header.segment = 1;  // only groups have segments
   EXPECT_EQ(code_of(put_together(parts)), ErrorCode::unsupported);
+  parts = take_apart(file("groups"));
+  parts.chunks.back().header.segment = 1;
+  EXPECT_EQ(code_of(put_together(parts)), ErrorCode::unsupported);
+}
+
+TEST(Hostile, SegmentNumbersThatJump) {
+  for (const char* name : {"groups", "segments", "segments_stream"}) {
+    const FileParts whole = take_apart(file(name));
+    for (std::size_t at = 1; at + 1 < whole.chunks.size(); ++at)
+      for (const std::uint32_t segment : {0u, 1u, 2u, 3u, 4u, 5u, ~0u}) {
+        FileParts parts = whole;
+        if (parts.chunks[at].header.segment == segment) continue;
+        parts.chunks[at].header.segment = segment;
+        EXPECT_EQ(code_of(put_together(parts)), ErrorCode::corrupt)
+            << name << ", chunk " << at << ", segment " << segment;
+      }
+  }
 }
 
 TEST(Hostile, ChunksMissingRepeatedOrSwapped) {
@@ -292,6 +310,7 @@ TEST(Hostile, LimitsAreKept) {
   expect_over("arrays", [](ReadLimits& limits) { limits.max_static_components = 33; });
   expect_over("mixed_cells", [](ReadLimits& limits) { limits.max_blocks = 5; });
   expect_over("steps_and_extras", [](ReadLimits& limits) { limits.max_steps = 3; });
+  expect_over("segments", [](ReadLimits& limits) { limits.max_segments = 2; });
 }
 
 /// A file of a start and chunks made of these payloads.
@@ -427,10 +446,12 @@ TEST(Hostile, LyingSchema) {
 }
 
 TEST(Hostile, LyingGroupHeader) {
-  const auto refused = [](const char* name, const std::function<void(container::GroupHeader&)>& lie,
-                          ErrorCode code = ErrorCode::corrupt) {
+  std::size_t nth = 0;
+  const auto refused = [&](const char* name,
+                           const std::function<void(container::GroupHeader&)>& lie,
+                           ErrorCode code = ErrorCode::corrupt) {
     FileParts parts = take_apart(file(name));
-    Chunk* chunk = parts.find(ChunkKind::group);
+    Chunk* chunk = parts.find(ChunkKind::group, nth);
     auto group = take_group_apart(chunk->payload);
     ASSERT_TRUE(group);
     lie(group->header);
@@ -441,8 +462,13 @@ TEST(Hostile, LyingGroupHeader) {
     EXPECT_EQ(code_of(put_together(parts)), code);
   };
   using Header = container::GroupHeader;
-  for (const char* name : {"keep", "groups", "mixed_cells", "arrays"}) {
+  for (const char* name :
+       {"keep", "groups", "mixed_cells", "arrays", "segments", "segments_stream"}) {
     SCOPED_TRACE(name);
+    nth = std::string(name).starts_with("segments") ? 2 : 0;  // the first of the second segment
+    refused(name, [](Header& h) { h.imported_vertices += 1; });
+    refused(name, [](Header& h) { h.imported_vertices -= 1; });
+    refused(name, [](Header& h) { h.imported_vertices = ~std::uint64_t{0}; });
     refused(name, [](Header& h) { h.first_cell += 1; });
     refused(name, [](Header& h) { h.first_vertex += 1; });
     refused(name, [](Header& h) { h.cells += 1; });
@@ -475,7 +501,7 @@ TEST(Hostile, LyingGroupHeader) {
       std::swap(h.streams[0].codec, h.streams[1].codec);
     });
     refused(name, [](Header& h) { h.streams[0].kind = static_cast<container::StreamKind>(0); });
-    refused(name, [](Header& h) { h.streams[0].kind = static_cast<container::StreamKind>(7); });
+    refused(name, [](Header& h) { h.streams[0].kind = static_cast<container::StreamKind>(8); });
     refused(name, [](Header& h) {
       h.streams.back().kind = container::StreamKind::array;
       h.streams.back().array = 1000;
@@ -487,8 +513,33 @@ TEST(Hostile, LyingGroupHeader) {
         name, [](Header& h) { h.streams.back().codec = container::Codec::paper; },
         ErrorCode::unsupported);
   }
+  nth = 0;
+  refused("keep", [](Header& h) {  // no segment before has anything to import
+    h.streams.back().kind = container::StreamKind::imports;
+  });
   refused("unmarked", [](Header& h) { h.loose_vertices += 1; });
   refused("unmarked", [](Header& h) { h.loose_vertices -= 1; });
+}
+
+TEST(Hostile, ImportsOfVerticesThatAreNotThere) {
+  for (const char* name : {"segments", "segments_stream"})
+    for (const auto kind :
+         {container::StreamKind::imports, container::StreamKind::vertex_numbers}) {
+      // A stream that is left out reads as zeros: all are imported, or the same one again and
+      // again.
+      FileParts parts = take_apart(file(name));
+      Chunk* chunk = parts.find(ChunkKind::group, 2);
+      auto group = take_group_apart(chunk->payload);
+      ASSERT_TRUE(group);
+      auto& entries = group->header.streams;
+      const auto at = std::find_if(entries.begin(), entries.end(),
+                                   [&](const auto& entry) { return entry.kind == kind; });
+      ASSERT_NE(at, entries.end());
+      group->streams.erase(group->streams.begin() + (at - entries.begin()));
+      entries.erase(at);
+      chunk->payload = put_group_together(*group);
+      EXPECT_EQ(code_of(put_together(parts)), ErrorCode::corrupt) << name;
+    }
 }
 
 TEST(Hostile, EndlessLooseVertices) {
@@ -664,6 +715,7 @@ TEST(Hostile, DamagedBitstreams) {
       Decoder decoder(limits);
       ASSERT_TRUE(decoder.feed(put_together(parts)));
       decoder.end_of_input();
+      std::unordered_set<std::uint64_t> alive;  // order stream promises that corners are
       for (auto progress = decoder.advance();
            progress && *progress == Decoder::Progress::item_ready; progress = decoder.advance()) {
         const Item item = decoder.take();
@@ -671,6 +723,14 @@ TEST(Hostile, DamagedBitstreams) {
           for (std::uint32_t b : block->cell_blocks) ASSERT_LT(b, decoder.schema()->blocks.size());
           ASSERT_EQ(block->corner_begin.size(), block->cell_count() + 1);
           ASSERT_EQ(block->corner_begin.back(), block->corners.size());
+          if (decoder.schema()->order == Order::keep) continue;
+          for_each_event(*block, decoder.schema()->coordinate_type, [&](const Event& event) {
+            if (const auto* vertex = std::get_if<VertexEvent>(&event)) alive.insert(vertex->number);
+            if (const auto* end = std::get_if<FinalizeEvent>(&event)) alive.erase(end->vertex);
+            if (const auto* cell = std::get_if<CellEvent>(&event)) {
+              for (std::uint64_t corner : cell->corners) ASSERT_TRUE(alive.contains(corner));
+            }
+          });
         }
       }
     }

@@ -124,7 +124,11 @@ TEST(Rules, OneFileOfTheLibraryMeetsTheOperatingSystem) {
     for (const Source& source : sources_in(folder))
       for (const std::string& header : source.angled)
         if (header.starts_with("sys/") || system_headers().contains(header)) {
-          EXPECT_EQ(source.path, "libshmformat/src/file_io.cpp") << "includes " << header;
+          const bool threads = header == "thread" || header == "mutex";
+          const bool may =
+              threads && (source.name() == "workers.h" || source.name() == "ordered_tasks.h");
+          EXPECT_TRUE(may || source.path == "libshmformat/src/file_io.cpp")
+              << source.path << " includes " << header;
         }
 }
 
@@ -148,8 +152,11 @@ TEST(Rules, TheLibraryNeitherPrintsNorAsks) {
 TEST(Rules, TheLibraryThrowsNothingAndKeepsNoGlobals) {
   for (const char* folder : {"libshmformat/src", "libshmformat/include"})
     for (const Source& source : sources_in(folder)) {
-      for (const char* word : {"throw", "catch", "thread_local"})
+      for (const char* word : {"throw", "catch", "thread_local"}) {
+        // std::thread has no other way to say that there are no more threads.
+        if (source.name() == "workers.cpp" && word == std::string("catch")) continue;
         EXPECT_FALSE(says(source.code, word)) << source.path << " says " << word;
+      }
       // A variable that is static and not const: "static Type name =", "... name;", "... name{".
       std::istringstream lines(source.code);
       for (std::string line; std::getline(lines, line);) {

@@ -82,6 +82,9 @@ class ToolTest(unittest.TestCase):
         self.shm("compress", self.mesh, "--bits", "53", code=2)
         self.shm("compress", self.mesh, "--bits", "0", code=2)
         self.shm("compress", self.mesh, "--delay", "-1", code=2)
+        self.shm("compress", self.mesh, "--segment-cells", "0", code=2)
+        self.shm("compress", self.mesh, "--restart-budget", "-1", code=2)
+        self.shm("compress", self.mesh, "--restart-budget", "nan", code=2)
         self.shm("compress", self.mesh, "--temp", self.path("nowhere"), code=2)
         self.shm("compress", self.mesh, "-o", "-", "--json", code=2)
         self.shm("convert", self.mesh, self.path("out.xyz"), code=2)
@@ -144,7 +147,9 @@ class ToolTest(unittest.TestCase):
         self.assertEqual((told["vertices"], told["cells"], told["hexahedra"]), (216, 125, 125))
         streams = told["streams"]
         connectivity = sum(streams.get(k, 0) for k in
-                           ("connectivity", "corner order", "vertex numbers", "cell numbers"))
+                           ("connectivity", "corner order", "vertex numbers", "cell numbers",
+                            "imports"))
+        self.assertEqual((told["segments"], told["imported_vertices"]), (1, 0))
         self.assertAlmostEqual(told["connectivity_bits_per_hex"], 8 * connectivity / 125)
         self.assertAlmostEqual(told["geometry_bits_per_vertex"], 8 * streams["geometry"] / 216)
         self.assertGreaterEqual(told["max_active_vertices"], 8)
@@ -166,6 +171,29 @@ class ToolTest(unittest.TestCase):
         self.assertEqual(told["blocks"][0]["shape"], "hexahedron")
         plain = json.loads(self.shm("info", self.mesh, "--json")[0])
         self.assertEqual(plain["arrays"], told["arrays"])
+
+    def test_segments(self):
+        packed = self.path("mesh.shm")
+        for order in ("keep", "stream"):
+            for delay in ("0", "9"):
+                out, _ = self.shm("compress", self.mesh, "-o", packed, "--order", order, "--delay",
+                                  delay, "--segment-cells", "50", "--json")
+                self.assertEqual(json.loads(out)["segments"], 3)
+                told = json.loads(self.shm("info", packed, "--json")[0])
+                self.assertEqual(told["segment_starts"], [0, 50, 100])
+                self.assertEqual(told["imported_vertices"], json.loads(out)["imported_vertices"])
+                self.assertIn("segments     3, ", self.shm("info", packed)[0])
+                self.shm("verify", packed, "--against", self.mesh)
+                back = self.path("back.vtk")
+                self.shm("decompress", packed, "-o", back)
+                self.shm("verify", packed, "--against", back)
+
+    def test_restart_budget(self):
+        mesh, packed = self.path("slim.vtk"), self.path("slim.shm")
+        write_vtk(mesh, 8)  # too small for a cut of its own accord
+        for budget in ("0", "2", "100"):
+            out, _ = self.shm("compress", mesh, "-o", packed, "--restart-budget", budget, "--json")
+            self.assertEqual(json.loads(out)["segments"], 1)
 
     def test_verify(self):
         other = self.path("other.vtk")

@@ -136,6 +136,8 @@ Result<Decoder::Progress> Decoder::Impl::work() {
       totals.hexahedra = mesh_->hexahedra();
       totals.max_active_vertices = mesh_->max_active_vertices();
       totals.block_cells = mesh_->block_cells();
+      totals.segment_starts = mesh_->segment_starts();
+      totals.imported_vertices = mesh_->imported_vertices();
       totals.steps = steps_;
       totals.total_bytes = offset_;
       totals.trailing_bytes = trailing_bytes_ + buffer_.size() - at_;
@@ -220,9 +222,10 @@ Result<void> Decoder::Impl::read_payload() {
   state_ = State::header;
   if (checksum(payload) != header_.payload_checksum)
     return wrong(ErrorCode::corrupt, "checksum of the chunk does not match");
-  const bool known = header_.kind >= static_cast<std::uint8_t>(ChunkKind::schema) &&
-                     header_.kind <= static_cast<std::uint8_t>(ChunkKind::index) &&
-                     header_.version == 0 && header_.segment == 0;
+  const bool known =
+      header_.kind >= static_cast<std::uint8_t>(ChunkKind::schema) &&
+      header_.kind <= static_cast<std::uint8_t>(ChunkKind::index) && header_.version == 0 &&
+      (header_.segment == 0 || header_.kind == static_cast<std::uint8_t>(ChunkKind::group));
   if (!known) {
     if ((header_.flags & container::kChunkOptional) != 0) return {};
     return wrong(ErrorCode::unsupported, "this reader does not know it, and the file needs it");
@@ -231,7 +234,7 @@ Result<void> Decoder::Impl::read_payload() {
     case ChunkKind::schema: return read_schema(payload);
     case ChunkKind::group:
       if (steps_begun_) return wrong(ErrorCode::corrupt, "mesh groups come before step values");
-      return mesh_->begin_group({payload.begin(), payload.end()}, chunk_offset_);
+      return mesh_->begin_group({payload.begin(), payload.end()}, header_.segment, chunk_offset_);
     case ChunkKind::step_values: return read_step_values(payload);
     case ChunkKind::step_times: return read_step_times(payload);
     case ChunkKind::extra: return read_extra(payload);
@@ -360,6 +363,8 @@ Result<void> Decoder::Impl::read_index(std::span<const std::byte> payload) {
   bool same = index.vertices == mesh_->vertices() && index.cells == mesh_->cells() &&
               index.hexahedra == mesh_->hexahedra() &&
               index.max_active_vertices == mesh_->max_active_vertices() &&
+              index.segments == mesh_->segment_starts().size() &&
+              index.imported_vertices == mesh_->imported_vertices() &&
               index.block_cells == mesh_->block_cells() && index.steps == steps_ &&
               index.streams.size() == stream_bytes_.size() &&
               index.entries.size() + 1 == next_sequence_ && index.previous_index == 0;

@@ -1,14 +1,10 @@
 #include "mesh_encoder.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
 #include <limits>
 #include <string>
-#include <utility>
 
 #include "bytes/checksum.h"
-#include "scalar_value.h"
 
 namespace shm {
 namespace {
@@ -17,9 +13,70 @@ Error misuse(std::string detail) {
   return Error{ErrorCode::misuse, std::move(detail), "mesh", kNoOffset, {}};
 }
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::array<double, 6> kEmptyBox = {kInfinity,  kInfinity,  kInfinity,
-                                             -kInfinity, -kInfinity, -kInfinity};
+// Cells and bytes of a piece: enough that passing it on costs nothing, little beside a group.
+constexpr std::size_t kPieceCells = 1024;
+constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
+
+// Segments that are cut where the budget allows have at least this many cells; a quarter of it
+// where a block begins, which is a better place.
+constexpr std::uint64_t kLeastSegmentCells = 65536;
+
+std::size_t point_data_bytes(const Schema& schema) {
+  std::size_t bytes = 0;
+  for (const ArrayInfo& info : schema.arrays)
+    if (info.location == Location::point && !info.per_step)
+      bytes += scalar_bytes(info.type) * info.components;
+  return bytes;
+}
+
+bool is_hexahedral(const BlockInfo& block) {
+  return block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8;
+}
+
+// Waiting pieces of cells, for each thread.
+constexpr std::size_t kWaitingBytes = std::size_t{64} << 20;
+
+using Tasks = OrderedTasks<SegmentPiece, EncodedGroup>;
+
+class SegmentTask final : public Tasks::Task {
+ public:
+  SegmentTask(const Schema& schema, const SegmentOptions& options, const SegmentStart& start)
+      : schema_(&schema), options_(options), start_(start) {}
+
+  Result<void> take(SegmentPiece& piece, const Tasks::Emit& emit) override {
+    if (!encoder_) encoder_ = std::make_unique<SegmentEncoder>(*schema_, options_, start_);
+    auto result = encoder_->take(piece, done_);
+    emit_done(emit);
+    return result;
+  }
+  Result<void> end(const Tasks::Emit& emit) override {
+    encoder_->end(done_);
+    emit_done(emit);
+    encoder_.reset();
+    return {};
+  }
+
+ private:
+  void emit_done(const Tasks::Emit& emit) {
+    for (EncodedGroup& group : done_) {
+      const std::size_t bytes = group.bytes();
+      emit(std::move(group), bytes);
+    }
+    done_.clear();
+  }
+
+  const Schema* schema_;
+  SegmentOptions options_;
+  SegmentStart start_;
+  std::unique_ptr<SegmentEncoder> encoder_;
+  std::vector<EncodedGroup> done_;
+};
+
+ArrayInfo number_info() {
+  ArrayInfo info;
+  info.type = ScalarType::uint64;
+  return info;
+}
 
 }  // namespace
 
@@ -27,31 +84,24 @@ MeshEncoder::MeshEncoder(const Schema& schema, const WriteOptions& options, Grou
     : schema_(&schema),
       options_(options),
       sink_(std::move(sink)),
-      streams_(schema),
       xyz_bytes_(3 * scalar_bytes(schema.coordinate_type)),
-      values_bytes_(xyz_bytes_ + streams_.point_data_bytes()) {
-  for (std::uint32_t b = 0; b < schema.blocks.size(); ++b) {
-    std::size_t bytes = 0;
-    for (std::uint32_t a : streams_.cell_arrays())
-      if (schema.array_covers(a, b))
-        bytes += scalar_bytes(schema.arrays[a].type) * schema.arrays[a].components;
-    cell_data_bytes_.push_back(bytes);
-    has_edge_nodes_ |=
-        schema.blocks[b].shape == CellShape::hexahedron && schema.blocks[b].nodes_per_cell >= 20;
-  }
-  totals_.block_cells.resize(schema.blocks.size());
-  range_of_array_.resize(schema.arrays.size());
-  for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
-    if (schema.arrays[a].per_step) continue;
-    range_of_array_[a] = totals_.ranges.size();
-    const std::size_t n = schema.arrays[a].components;
-    totals_.ranges.push_back(
-        {a, std::vector<double>(n, kInfinity), std::vector<double>(n, -kInfinity)});
-  }
-  pointers_.resize(std::max(streams_.point_arrays().size(), streams_.cell_arrays().size()));
-  group_.box = kEmptyBox;
+      values_bytes_(xyz_bytes_ + point_data_bytes(schema)),
+      cell_data_bytes_(cell_data_bytes(schema)) {
+  segment_options_.group_cells = options.group_cells;
   if (options.connectivity == ConnectivityCodec::paper)
-    streams_.connectivity().set_codec(HexahedronCodec::paper);
+    segment_options_.codec = HexahedronCodec::paper;
+  const unsigned threads = thread_count(options.threads);
+  if (threads > 1)
+    tasks_ = std::make_unique<Tasks>(threads, threads * kWaitingBytes, threads * kWaitingBytes);
+  if (tasks_ && !tasks_->has_threads()) tasks_.reset();
+  totals_.block_cells.resize(schema.blocks.size());
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
+    const std::size_t n = schema.arrays[a].components;
+    if (!schema.arrays[a].per_step)
+      totals_.ranges.push_back(
+          {a, std::vector<double>(n, kInfinity), std::vector<double>(n, -kInfinity)});
+  }
 }
 
 Result<void> MeshEncoder::add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
@@ -96,6 +146,40 @@ Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uin
   if (data.size() != cell_data_bytes_[block])
     return misuse("cell with " + std::to_string(data.size()) + " bytes of data, the schema says " +
                   std::to_string(cell_data_bytes_[block]));
+  cell_entries_.clear();
+  for (std::uint64_t corner : corners) {
+    const std::uint32_t entry = by_number_.find(corner);
+    if (entry == kNone)
+      return misuse("cell uses vertex " + std::to_string(corner) +
+                    ", which was never added or is finalized");
+    cell_entries_.push_back(entry);
+  }
+  if (cut_is_due(block))
+    if (auto good = cut(); !good) return good;
+
+  last_block_ = block;
+  ++run_.cells;
+  ++totals_.block_cells[block];
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    Entry& entry = entries_[cell_entries_[i]];
+    ++entry.waiting;
+    if (!std::exchange(entry.used, true)) {
+      ++run_.introduced;
+      ++live_;
+    }
+    if (i >= kMaxLastUse || (last_use >> i & 1) == 0 || entry.ends) continue;
+    entry.ends = true;  // its number is free from here on, though it may wait for its last cell
+    by_number_.erase(entry.number);
+    --live_;
+  }
+  const std::uint64_t number = totals_.cells++;
+  return schema_->delay == 0 ? code(number, block, cell_entries_, data)
+                             : delay(block, number, data);
+}
+
+/// Puts the cell of cell_entries_ into the delay buffer, and codes what falls out of it.
+Result<void> MeshEncoder::delay(std::uint32_t block, std::uint64_t number,
+                                std::span<const std::byte> data) {
   std::uint32_t handle = static_cast<std::uint32_t>(cells_.size());
   if (free_cells_.empty()) {
     cells_.emplace_back();
@@ -105,201 +189,270 @@ Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uin
   }
   WaitingCell& cell = cells_[handle];
   cell.block = block;
-  cell.number = totals_.cells++;
+  cell.number = number;
   cell.data.assign(data.begin(), data.end());
-  cell.entries.clear();
-  for (std::uint64_t corner : corners) {
-    const std::uint32_t entry = by_number_.find(corner);
-    if (entry == kNone)
-      return misuse("cell uses vertex " + std::to_string(corner) +
-                    ", which was never added or is finalized");
-    cell.entries.push_back(entry);
-  }
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    Entry& entry = entries_[cell.entries[i]];
-    ++entry.waiting;
-    if (i >= kMaxLastUse || (last_use >> i & 1) == 0 || entry.ends) continue;
-    entry.ends = true;  // its number is free from here on, though it may wait for its last cell
-    by_number_.erase(entry.number);
-  }
-  if (schema_->delay == 0) return code(handle);
-  if (info.shape == CellShape::hexahedron && info.nodes_per_cell >= 8) {
+  cell.entries = cell_entries_;
+  if (is_hexahedral(schema_->blocks[block])) {
     SpiralReorderer::Corners eight{};
     std::copy_n(cell.entries.begin(), 8, eight.begin());
     reorderer_.push_hexahedron(handle, eight);
   } else {
     reorderer_.push_other(handle);
   }
-  if (reorderer_.waiting() <= schema_->delay) return {};
-  return code(reorderer_.pop());
+  return reorderer_.waiting() <= schema_->delay ? Result<void>() : code_waiting();
+}
+
+Result<void> MeshEncoder::code_waiting() {
+  const std::uint32_t handle = reorderer_.pop();
+  free_cells_.push_back(handle);
+  const WaitingCell& cell = cells_[handle];
+  return code(cell.number, cell.block, cell.entries, cell.data);
+}
+
+// --- segments
+
+/// Whether a segment begins before a cell of `block`. Counts of what was added alone decide, so
+/// that the same calls give the same bytes.
+bool MeshEncoder::cut_is_due(std::uint32_t block) const {
+  if (run_.cells == 0) return false;
+  if (!options_.segment_starts.empty())
+    return std::binary_search(options_.segment_starts.begin(), options_.segment_starts.end(),
+                              totals_.cells);
+  if (options_.segment_cells > 0) return run_.cells >= options_.segment_cells;
+  if (!(options_.restart_budget > 0)) return false;
+  const std::uint64_t least = block != last_block_ ? kLeastSegmentCells / 4 : kLeastSegmentCells;
+  return run_.cells >= least && static_cast<double>(live_) <=
+                                    options_.restart_budget * static_cast<double>(run_.introduced);
+}
+
+/// Ends the segment at hand: what waits belongs to it.
+Result<void> MeshEncoder::cut() {
+  while (reorderer_.waiting() > 0)
+    if (auto good = code_waiting(); !good) return good;
+  if (auto good = end_segment(); !good) return good;
+  reorderer_ = SpiralReorderer();
+  ++start_.segment;
+  start_.first_cell = given_cells_;
+  start_.first_vertex = given_vertices_;
+  run_ = {};
+  return {};
 }
 
 Result<void> MeshEncoder::end() {
   while (reorderer_.waiting() > 0)
-    if (auto good = code(reorderer_.pop()); !good) return good;
+    if (auto good = code_waiting(); !good) return good;
   // What is left has never been used: say it in ascending order.
   std::vector<std::uint32_t> loose;
   for (std::uint32_t e = 0; e < entries_.size(); ++e)
-    if (entries_[e].slot == kNone && by_number_.find(entries_[e].number) == e) loose.push_back(e);
+    if (!entries_[e].used && by_number_.find(entries_[e].number) == e) loose.push_back(e);
   std::sort(loose.begin(), loose.end(), [&](std::uint32_t a, std::uint32_t b) {
     return entries_[a].number < entries_[b].number;
   });
   for (std::uint32_t entry : loose)
     if (auto good = code_loose(entry); !good) return good;
-  return group_.cells + group_.vertices > 0 ? flush_group() : Result<void>();
+  if (auto good = end_segment(); !good) return good;
+  return catch_up();
 }
 
-Result<void> MeshEncoder::code(std::uint32_t handle) {
-  if (group_.loose_vertices > 0)  // they stand last in their group
-    if (auto good = flush_group(); !good) return good;
-  WaitingCell& cell = cells_[handle];
-  topology_.block = cell.block;
-  topology_.slots.clear();
-  topology_.numbers.clear();
-  topology_.last_use.clear();
-  for (std::uint32_t e : cell.entries) --entries_[e].waiting;
-  for (std::uint32_t e : cell.entries) {
-    const Entry& entry = entries_[e];
-    topology_.slots.push_back(entry.slot);
-    topology_.numbers.push_back(e);  // unlike numbers, never the same for two that wait
-    const bool marked = topology_.last_use.size() < kMaxLastUse && entry.ends && entry.waiting == 0;
-    topology_.last_use.push_back(marked ? 1 : 0);
+// --- into the segment at hand, in coding order
+
+Result<void> MeshEncoder::code(std::uint64_t number, std::uint32_t block,
+                               std::span<const std::uint32_t> entries,
+                               std::span<const std::byte> data) {
+  SegmentPiece::Cell cell;
+  cell.number = number;
+  cell.block = block;
+  cell.nodes = static_cast<std::uint32_t>(entries.size());
+  const std::size_t vertices_before = piece_.vertices.size();
+  for (std::uint32_t e : entries) {
+    --entries_[e].waiting;
+    if (entries_[e].in_segment != start_.segment) give_vertex(e);
   }
-  if (!streams_.code_cell(topology_)) return misuse("a cell cannot be coded");
-  take_vertices(cell, topology_);
-  streams_.code_cell_number(cell.number);
-  code_cell_data(cell, topology_);
-  if (options_.coding_order != nullptr) options_.coding_order->cell(cell.number);
-
-  const std::uint64_t active = streams_.connectivity().surface().active_vertices();
-  group_.max_active_vertices = std::max(group_.max_active_vertices, active);
-  group_.decoded_bytes += cell.data.size() + 8 * cell.entries.size();
-  ++group_.cells;
-  ++totals_.block_cells[cell.block];
-  totals_.hexahedra += topology_.hexahedral ? 1 : 0;
-  streams_.finish_cell(topology_);
-  for (std::uint32_t i = 0; i < topology_.slots.size(); ++i)
-    if (topology_.last_use[i] != 0) free_entry(cell.entries[topology_.stored_position(i)]);
-  free_cells_.push_back(handle);
-  const bool full = group_.cells >= options_.group_cells || group_.decoded_bytes >= kFullGroupBytes;
-  return full ? flush_group() : Result<void>();
+  cell.new_vertices = static_cast<std::uint32_t>(piece_.vertices.size() - vertices_before);
+  const std::size_t markable = std::min<std::size_t>(entries.size(), kMaxLastUse);
+  for (std::size_t i = 0; i < markable; ++i)
+    if (entries_[entries[i]].ends && entries_[entries[i]].waiting == 0)
+      cell.last_use |= std::uint64_t{1} << i;
+  for (std::size_t i = 0; i < markable; ++i)
+    if ((cell.last_use >> i & 1) != 0 && entries_[entries[i]].waiting == 0) {
+      entries_[entries[i]].waiting = kNone;  // once, also where it stands at several corners
+      if (entries_[entries[i]].ticket != kNone)
+        ending_tickets_.emplace_back(given_cells_, entries_[entries[i]].ticket);
+      free_entries_.push_back(entries[i]);
+    }
+  piece_.cells.push_back(cell);
+  piece_.nodes.insert(piece_.nodes.end(), entries.begin(), entries.end());
+  piece_.cell_data.insert(piece_.cell_data.end(), data.begin(), data.end());
+  ++given_cells_;
+  const bool full = piece_.cells.size() >= kPieceCells || piece_.bytes() >= kPieceBytes;
+  return full ? pass_piece_on() : Result<void>();
 }
 
-void MeshEncoder::take_vertices(const WaitingCell& cell, const CellTopology& topology) {
-  streams_.code_vertex_numbers(topology, [&](std::uint32_t position) -> std::uint64_t& {
-    return entries_[entry_at(cell, topology, position)].number;
-  });
-  for_each_new_vertex(
-      topology, topology.new_positions, [&](std::uint32_t position, const Stencil& stencil) {
-        code_vertex(stencil, topology.slots[position], entry_at(cell, topology, position));
-      });
-}
-
-void MeshEncoder::code_vertex(const Stencil& stencil, std::uint32_t slot, std::uint32_t e) {
-  entries_[e].slot = slot;
-  std::byte* values = values_.data() + e * values_bytes_;
-  MeshStreams<RangeEncoder>::VertexValues vertex;
-  vertex.xyz = values;
-  std::byte* at = values + xyz_bytes_;
-  for (std::size_t i = 0; i < streams_.point_arrays().size(); ++i) {
-    const std::uint32_t a = streams_.point_arrays()[i];
-    const ArrayInfo& info = schema_->arrays[a];
-    pointers_[i] = at;
-    widen_range(range_of_array_[a], info, at);
-    at += scalar_bytes(info.type) * info.components;
+/// The vertex is new to the segment at hand.
+void MeshEncoder::give_vertex(std::uint32_t e) {
+  Entry& entry = entries_[e];
+  SegmentPiece::Vertex vertex;
+  vertex.number = entry.number;
+  vertex.handle = e;
+  vertex.imported = entry.in_segment != kNone;
+  if (!vertex.imported) {
+    ++given_vertices_;
+    if (schema_->order != Order::keep) {
+      if (free_tickets_.empty()) {
+        free_tickets_.push_back(static_cast<std::uint32_t>(tickets_.size()));
+        tickets_.push_back(0);
+      }
+      entry.ticket = free_tickets_.back();
+      free_tickets_.pop_back();
+    }
   }
-  vertex.data = pointers_;
-  streams_.code_vertex(stencil, slot, vertex);
-  for (std::size_t c = 0; c < 3; ++c) {
-    const double v = scalar_value(schema_->coordinate_type, values, c);
-    if (!std::isfinite(v)) continue;
-    group_.box[c] = std::min(group_.box[c], v);
-    group_.box[3 + c] = std::max(group_.box[3 + c], v);
+  vertex.ticket = entry.ticket;
+  entry.in_segment = start_.segment;
+  piece_.vertices.push_back(vertex);
+  const std::byte* values = values_.data() + e * values_bytes_;
+  piece_.vertex_values.insert(piece_.vertex_values.end(), values, values + values_bytes_);
+}
+
+Result<void> MeshEncoder::code_loose(std::uint32_t e) {
+  SegmentPiece::Cell cell;
+  cell.block = SegmentPiece::kLoose;
+  cell.new_vertices = 1;
+  piece_.cells.push_back(cell);
+  SegmentPiece::Vertex vertex;
+  vertex.number = entries_[e].number;
+  vertex.handle = e;
+  piece_.vertices.push_back(vertex);
+  ++given_vertices_;
+  const std::byte* values = values_.data() + e * values_bytes_;
+  piece_.vertex_values.insert(piece_.vertex_values.end(), values, values + values_bytes_);
+  by_number_.erase(entries_[e].number);
+  free_entries_.push_back(e);
+  const bool full = piece_.cells.size() >= kPieceCells || piece_.bytes() >= kPieceBytes;
+  return full ? pass_piece_on() : Result<void>();
+}
+
+Result<void> MeshEncoder::pass_piece_on() {
+  if (piece_.empty()) return {};
+  const bool begins = !std::exchange(segment_begun_, true);
+  if (tasks_) {
+    if (begins) tasks_->begin(std::make_unique<SegmentTask>(*schema_, segment_options_, start_));
+    while (!tasks_->has_room())
+      if (auto good = take_finished(Tasks::Wait::for_output_or_room); !good) return good;
+    const std::size_t bytes = piece_.bytes();
+    tasks_->push(std::move(piece_), bytes);
+    piece_ = tasks_->spare();
+    piece_.clear();
+    return take_finished(Tasks::Wait::no);
   }
-  ++group_.vertices;
-  ++totals_.vertices;
-  group_.decoded_bytes += values_bytes_;
-  if (options_.coding_order != nullptr) options_.coding_order->vertex(entries_[e].number);
+  if (begins) encoder_ = std::make_unique<SegmentEncoder>(*schema_, segment_options_, start_);
+  const auto good = encoder_->take(piece_, done_);
+  piece_.clear();
+  if (!good) return good;
+  return give_out(done_);
 }
 
-void MeshEncoder::code_cell_data(WaitingCell& cell, const CellTopology& topology) {
-  std::byte* at = cell.data.data();
-  for (std::size_t i = 0; i < streams_.cell_arrays().size(); ++i) {
-    const std::uint32_t a = streams_.cell_arrays()[i];
-    pointers_[i] = nullptr;
-    if (!schema_->array_covers(a, cell.block)) continue;
-    const ArrayInfo& info = schema_->arrays[a];
-    pointers_[i] = at;
-    widen_range(range_of_array_[a], info, at);
-    at += scalar_bytes(info.type) * info.components;
+Result<void> MeshEncoder::end_segment() {
+  if (auto good = pass_piece_on(); !good) return good;
+  if (!std::exchange(segment_begun_, false)) return {};
+  if (tasks_) {
+    tasks_->end();
+    return {};
   }
-  streams_.code_cell_values(topology, pointers_);
+  encoder_->end(done_);
+  return give_out(done_);
 }
 
-Result<void> MeshEncoder::code_loose(std::uint32_t entry) {
-  const std::uint32_t slot = streams_.connectivity().add_loose_vertex();
-  streams_.code_loose_number(slot, entries_[entry].number);
-  code_vertex(Stencil{}, slot, entry);
-  ++group_.loose_vertices;
-  const std::uint64_t active = streams_.connectivity().surface().active_vertices();
-  group_.max_active_vertices = std::max(group_.max_active_vertices, active);
-  streams_.connectivity().remove_loose_vertex(slot);
-  free_entry(entry);
-  const bool full =
-      group_.vertices >= kFullGroupVertices || group_.decoded_bytes >= kFullGroupBytes;
-  return full ? flush_group() : Result<void>();
+Result<void> MeshEncoder::catch_up() {
+  if (auto good = pass_piece_on(); !good) return good;
+  return tasks_ ? take_finished(Tasks::Wait::for_output) : Result<void>();
 }
 
-void MeshEncoder::free_entry(std::uint32_t entry) {
-  if (!entries_[entry].ends) by_number_.erase(entries_[entry].number);
-  free_entries_.push_back(entry);
-}
-
-void MeshEncoder::widen_range(std::size_t range, const ArrayInfo& info, const std::byte* element) {
-  auto& [array, minimum, maximum] = totals_.ranges[range];
-  for (std::size_t c = 0; c < info.components; ++c) {
-    const double v = scalar_value(info.type, element, c);
-    if (!std::isfinite(v)) continue;
-    minimum[c] = std::min(minimum[c], v);
-    maximum[c] = std::max(maximum[c], v);
+/// Gives out the groups that threads have finished; with for_output, all of what was passed on.
+Result<void> MeshEncoder::take_finished(Tasks::Wait wait) {
+  while (true) {
+    auto group = tasks_->next(wait);
+    if (!group) return group.error();
+    if (!*group) return {};
+    if (auto good = give_out(**group); !good) return good;
+    if (wait == Tasks::Wait::for_output_or_room) wait = Tasks::Wait::no;
   }
 }
 
-Result<void> MeshEncoder::flush_group() {
-  const auto names = MeshStreams<RangeEncoder>::list(*schema_);
-  std::vector<std::vector<std::byte>> payloads;
-  for (std::size_t s = 0; s < names.size(); ++s) {
-    std::vector<std::byte> bytes = streams_.coders()[s].finish();
-    container::StreamEntry entry;
-    entry.kind = names[s].kind;
-    entry.array = names[s].array;
-    // An absent stream reads as zeros; connectivity is there to tell its codec.
-    if (bytes.empty() && (entry.kind != container::StreamKind::connectivity || group_.cells == 0))
-      continue;
-    const bool values = entry.kind >= container::StreamKind::vertex_numbers;
-    const bool paper = options_.connectivity == ConnectivityCodec::paper;
-    entry.codec = values  ? container::Codec::predictive
-                  : paper ? container::Codec::paper
-                          : container::Codec::rows;
-    const auto needs = [&](container::StreamKind kind) {
-      entry.needs |= 1u << static_cast<unsigned>(kind);
-    };
-    if (entry.kind != container::StreamKind::connectivity)
-      needs(container::StreamKind::connectivity);
-    const bool by_corner = entry.kind == container::StreamKind::vertex_numbers;
-    if (by_corner || (values && has_edge_nodes_))  // numbers in stored order; midpoints of edges
-      needs(container::StreamKind::corner_order);
-    entry.bytes = bytes.size();
-    entry.checksum = checksum(bytes);
-    group_.streams.push_back(entry);
-    payloads.push_back(std::move(bytes));
+// --- groups, in order
+
+Result<void> MeshEncoder::give_out(std::vector<EncodedGroup>& groups) {
+  for (EncodedGroup& group : groups)
+    if (auto good = give_out(group); !good) return good;
+  groups.clear();
+  return {};
+}
+
+Result<void> MeshEncoder::give_out(EncodedGroup& group) {
+  container::GroupHeader& header = group.header;
+  if (group.segment != segment_given_out_ || totals_.segments == 0) {
+    segment_given_out_ = group.segment;
+    ++totals_.segments;
+    import_numbers_ = VertexColumn<RangeEncoder>::create(number_info());
   }
-  totals_.max_active_vertices = std::max(totals_.max_active_vertices, group_.max_active_vertices);
-  container::GroupHeader done = std::exchange(group_, {});
-  group_.box = kEmptyBox;
-  group_.first_cell = done.first_cell + done.cells;
-  group_.first_vertex = done.first_vertex + done.vertices;
-  return sink_(done, payloads);
+  if (schema_->order != Order::keep) {
+    number_vertices(group);
+    code_import_numbers(group);
+  }
+  totals_.vertices += header.vertices;
+  totals_.imported_vertices += header.imported_vertices;
+  totals_.hexahedra += group.hexahedra;
+  totals_.max_active_vertices = std::max(totals_.max_active_vertices, header.max_active_vertices);
+  for (std::size_t r = 0; r < group.ranges.size(); ++r)
+    for (std::size_t c = 0; c < group.ranges[r].minimum.size(); ++c) {
+      double& low = totals_.ranges[r].minimum[c];
+      double& high = totals_.ranges[r].maximum[c];
+      low = std::min(low, group.ranges[r].minimum[c]);
+      high = std::max(high, group.ranges[r].maximum[c]);
+    }
+  if (options_.coding_order != nullptr) tell_order(group);
+  return sink_(group.segment, header, group.streams);
+}
+
+/// Notes the stream numbers of the group's own vertices.
+void MeshEncoder::number_vertices(EncodedGroup& group) {
+  for (std::size_t i = 0; i < group.born.size(); ++i)
+    if (group.born[i].ticket != kNone)
+      tickets_[group.born[i].ticket] = group.header.first_vertex + i;
+}
+
+/// Adds the stream numbers of the group's imported vertices, which earlier groups have told.
+void MeshEncoder::code_import_numbers(EncodedGroup& group) {
+  using container::StreamKind;
+  container::GroupHeader& header = group.header;
+  for (const EncodedGroup::Import& import : group.imports) {
+    std::uint64_t number = tickets_[import.ticket];
+    import_numbers_->code(import_coder_, import.stencil, import.slot,
+                          reinterpret_cast<std::byte*>(&number));
+  }
+  const std::uint64_t cells_done = header.first_cell + header.cells;
+  for (; !ending_tickets_.empty() && ending_tickets_.front().first < cells_done;
+       ending_tickets_.pop_front())
+    free_tickets_.push_back(ending_tickets_.front().second);
+  const std::vector<std::byte> bytes = import_coder_.finish();
+  if (bytes.empty()) return;
+  container::StreamEntry entry;
+  entry.kind = StreamKind::vertex_numbers;
+  entry.codec = container::Codec::predictive;
+  entry.needs = 1u << static_cast<unsigned>(StreamKind::connectivity) |
+                1u << static_cast<unsigned>(StreamKind::imports);
+  entry.bytes = bytes.size();
+  entry.checksum = checksum(bytes);
+  std::size_t at = 0;
+  while (at < header.streams.size() && header.streams[at].kind < entry.kind) ++at;
+  const auto place = static_cast<std::ptrdiff_t>(at);
+  header.streams.insert(header.streams.begin() + place, entry);
+  group.streams.insert(group.streams.begin() + place, bytes);
+}
+
+/// To the caller: each cell and the vertices of the group, in coding order.
+void MeshEncoder::tell_order(const EncodedGroup& group) const {
+  for (const EncodedGroup::Born& vertex : group.born) options_.coding_order->vertex(vertex.number);
+  for (std::uint64_t cell : group.cell_numbers) options_.coding_order->cell(cell);
 }
 
 }  // namespace shm

@@ -1,28 +1,29 @@
-// MeshEncoder: vertices and cells in, chunk groups out. Holds what the active surface and the
-// delay buffer need and nothing else. The mirror of mesh_decoder.h.
-// spec: "Group"
+// MeshEncoder: vertices and cells in, chunk groups out. Checks what the caller gives, holds what
+// the active surface and the delay buffer need, says where segments begin, and gives the groups of
+// their encoders out in order. The mirror of mesh_decoder.h.
+// spec: "Segments", "Group"
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
+#include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "coders/spiral_reorderer.h"
 #include "front/id_map.h"
-#include "mesh_streams.h"
+#include "ordered_tasks.h"
+#include "segment_encoder.h"
 #include "shm/writer.h"
 
 namespace shm {
 
-/// A group is closed early when it holds this much, so that readers can promise small memory.
-inline constexpr std::uint64_t kFullGroupBytes = std::uint64_t{1} << 26;
-inline constexpr std::uint64_t kFullGroupVertices = std::uint64_t{1} << 16;  // loose vertices alone
-
 class MeshEncoder {
  public:
-  /// Receives a finished group: header, and the bitstreams that it lists, in order.
-  using GroupSink = std::function<Result<void>(const container::GroupHeader&,
+  /// Receives a finished group of a segment: header, and the bitstreams that it lists, in order.
+  using GroupSink = std::function<Result<void>(std::uint32_t, const container::GroupHeader&,
                                                const std::vector<std::vector<std::byte>>&)>;
 
   /// `schema` is checked and borrowed.
@@ -35,9 +36,12 @@ class MeshEncoder {
   Result<void> add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                         std::uint64_t last_use, std::span<const std::byte> data);
   Result<void> end();
+  /// Gives out all groups that are complete by now: which these are depends on calls alone.
+  Result<void> catch_up();
 
   struct Totals {
     std::uint64_t vertices = 0, cells = 0, hexahedra = 0, max_active_vertices = 0;
+    std::uint64_t segments = 0, imported_vertices = 0;
     std::vector<std::uint64_t> block_cells;
     std::vector<container::ArrayRange> ranges;
   };
@@ -47,9 +51,11 @@ class MeshEncoder {
   /// A vertex that the caller may still name.
   struct Entry {
     std::uint64_t number = 0;
-    std::uint32_t slot = kNone;  // on the active surface, once coded
-    std::uint32_t waiting = 0;   // uses by cells in the delay buffer
-    bool ends = false;           // no cell will use it but those waiting
+    std::uint32_t waiting = 0;         // uses by cells in the delay buffer
+    std::uint32_t in_segment = kNone;  // the last segment that it was given to
+    std::uint32_t ticket = kNone;
+    bool used = false;  // by a cell
+    bool ends = false;  // no cell will use it but those waiting
   };
   struct WaitingCell {
     std::uint64_t number = 0;
@@ -57,42 +63,69 @@ class MeshEncoder {
     std::vector<std::uint32_t> entries;
     std::vector<std::byte> data;
   };
+  /// What the cut rule counts, of the segment at hand.
+  struct Run {
+    std::uint64_t cells = 0;       // added, coded or waiting
+    std::uint64_t introduced = 0;  // vertices that no cell used before
+  };
 
-  Result<void> code(std::uint32_t handle);
-  void take_vertices(const WaitingCell& cell, const CellTopology& topology);
-  void code_vertex(const Stencil& stencil, std::uint32_t slot, std::uint32_t entry);
-  std::uint32_t entry_at(const WaitingCell& cell, const CellTopology& topology,
-                         std::uint32_t position) const {
-    return cell.entries[topology.stored_position(position)];
-  }
-  void code_cell_data(WaitingCell& cell, const CellTopology& topology);
+  Result<void> delay(std::uint32_t block, std::uint64_t number, std::span<const std::byte> data);
+  Result<void> code_waiting();
+  bool cut_is_due(std::uint32_t block) const;
+  Result<void> cut();
+  Result<void> code(std::uint64_t number, std::uint32_t block,
+                    std::span<const std::uint32_t> entries, std::span<const std::byte> data);
   Result<void> code_loose(std::uint32_t entry);
-  void free_entry(std::uint32_t entry);
-  Result<void> flush_group();
-  void widen_range(std::size_t range, const ArrayInfo& info, const std::byte* element);
+  void give_vertex(std::uint32_t entry);
+  Result<void> pass_piece_on();
+  Result<void> take_finished(OrderedTasks<SegmentPiece, EncodedGroup>::Wait wait);
+  Result<void> end_segment();
+  Result<void> give_out(std::vector<EncodedGroup>& groups);
+  Result<void> give_out(EncodedGroup& group);
+  void number_vertices(EncodedGroup& group);
+  void code_import_numbers(EncodedGroup& group);
+  void tell_order(const EncodedGroup& group) const;
 
   const Schema* schema_;
   WriteOptions options_;
+  SegmentOptions segment_options_;
   GroupSink sink_;
-  MeshStreams<RangeEncoder> streams_;
-  SpiralReorderer reorderer_;
+  std::size_t xyz_bytes_, values_bytes_;
+  std::vector<std::size_t> cell_data_bytes_;  // by block
 
+  // what has been added
   std::vector<Entry> entries_;
   std::vector<std::byte> values_;  // xyz and point data of each entry
   std::vector<std::uint32_t> free_entries_;
   IdMap by_number_;
-  std::size_t xyz_bytes_, values_bytes_;
-  std::vector<std::size_t> cell_data_bytes_;  // by block
-  bool has_edge_nodes_ = false;               // hexahedra whose edge nodes are predicted
-
+  std::uint64_t live_ = 0;  // vertices used by a cell and not finalized
+  std::vector<std::uint32_t> cell_entries_;
+  SpiralReorderer reorderer_;
   std::vector<WaitingCell> cells_;
   std::vector<std::uint32_t> free_cells_;
-  CellTopology topology_;
-  std::vector<std::byte*> pointers_;
 
-  container::GroupHeader group_;
+  // the segment at hand
+  SegmentStart start_;
+  Run run_;
+  std::uint32_t last_block_ = 0;
+  std::uint64_t given_vertices_ = 0;  // to encoders, own ones
+  std::uint64_t given_cells_ = 0;
+  SegmentPiece piece_;
+  bool segment_begun_ = false;
+  std::unique_ptr<SegmentEncoder> encoder_;  // without threads
+  std::vector<EncodedGroup> done_;
+  std::unique_ptr<OrderedTasks<SegmentPiece, EncodedGroup>> tasks_;  // with threads
+
+  // Stream numbers of vertices that a segment may import, by ticket; not in Order::keep. A ticket
+  // is free again when the group with the vertex's last use has been given out.
+  std::vector<std::uint64_t> tickets_;
+  std::vector<std::uint32_t> free_tickets_;
+  std::deque<std::pair<std::uint64_t, std::uint32_t>> ending_tickets_;  // with their last cell
+  std::uint32_t segment_given_out_ = 0;
+  std::unique_ptr<VertexColumn<RangeEncoder>> import_numbers_;
+  RangeEncoder import_coder_;
+
   Totals totals_;
-  std::vector<std::size_t> range_of_array_;
 };
 
 }  // namespace shm

@@ -10,8 +10,24 @@ ArrayInfo coordinates_info(const Schema& schema) {
   info.quantization = schema.coordinate_quantization;
   return info;
 }
+ArrayInfo numbers_info() {
+  ArrayInfo info;
+  info.type = ScalarType::uint64;
+  return info;
+}
 
 }  // namespace
+
+std::vector<std::size_t> cell_data_bytes(const Schema& schema) {
+  std::vector<std::size_t> bytes(schema.blocks.size());
+  for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
+    const ArrayInfo& info = schema.arrays[a];
+    if (info.per_step || info.location != Location::cell) continue;
+    for (std::uint32_t b = 0; b < bytes.size(); ++b)
+      if (schema.array_covers(a, b)) bytes[b] += scalar_bytes(info.type) * info.components;
+  }
+  return bytes;
+}
 
 template <class Coder>
 auto MeshStreams<Coder>::list(const Schema& schema) -> std::vector<Stream> {
@@ -23,17 +39,21 @@ auto MeshStreams<Coder>::list(const Schema& schema) -> std::vector<Stream> {
                                  {StreamKind::geometry}};
   for (std::uint32_t a = 0; a < schema.arrays.size(); ++a)
     if (!schema.arrays[a].per_step) streams.push_back({StreamKind::array, a});
+  streams.push_back({StreamKind::imports});
   return streams;
 }
 
 template <class Coder>
-MeshStreams<Coder>::MeshStreams(const Schema& schema)
+MeshStreams<Coder>::MeshStreams(const Schema& schema, const SegmentStart& start)
     : schema_(&schema),
       connectivity_(schema),
-      geometry_(VertexColumn<Coder>::create(coordinates_info(schema))) {
+      import_numbers_(VertexColumn<Coder>::create(numbers_info())),
+      geometry_(VertexColumn<Coder>::create(coordinates_info(schema))),
+      next_cell_number_(start.first_cell) {
   const auto streams = list(schema);
   streams_.resize(streams.size());
-  for (std::size_t s = kFixed; s < streams.size(); ++s) {
+  imports_stream_ = streams.size() - 1;
+  for (std::size_t s = kFixed; s < imports_stream_; ++s) {
     const ArrayInfo& info = schema.arrays[streams[s].array];
     if (info.location == Location::point) {
       point_columns_.push_back(VertexColumn<Coder>::create(info));

@@ -1,7 +1,7 @@
-// MeshStreams: the bitstreams of a mesh and the coders that fill or read them, in step.
+// MeshStreams: the bitstreams of one segment and the coders that fill or read them, in step.
 // The one place where connectivity, corner order, numbers, geometry and static arrays meet; the
 // same code runs in both directions (Coder is a RangeEncoder or a RangeDecoder).
-// spec: "Group", "Decoding a group"
+// spec: "Segments", "Group", "Decoding a group"
 #pragma once
 
 #include <cstddef>
@@ -14,15 +14,22 @@
 #include "coders/connectivity.h"
 #include "coders/vertex_numbers.h"
 #include "container/format.h"
+#include "imports.h"
 #include "shm/schema.h"
 
 namespace shm {
+
+/// Where a segment begins.
+struct SegmentStart {
+  std::uint32_t segment = 0;
+  std::uint64_t first_cell = 0, first_vertex = 0;  ///< cells and vertices of all segments before
+};
 
 template <class Coder>
 class MeshStreams {
  public:
   /// `schema` is checked, borrowed, and stays where it is.
-  explicit MeshStreams(const Schema& schema);
+  MeshStreams(const Schema& schema, const SegmentStart& start);
 
   /// Bytes of one element of the static arrays together.
   std::size_t point_data_bytes() const { return point_data_bytes_; }
@@ -47,6 +54,20 @@ class MeshStreams {
       number = vertex_numbers_.code_loose(streams_[kVertexNumbers], slot, number);
   }
 
+  // In segments but the first, before the values of each new vertex of a cell: whether an earlier
+  // segment owns it; and, where vertices are numbered by birth, the number that it has there.
+  void begin_new_vertices(const CellTopology& cell) { imports_.begin_cell(cell); }
+  bool code_import(const CellTopology& cell, std::uint32_t position, bool imported) {
+    return imports_.code(streams_[imports_stream_], cell, position, imported);
+  }
+  Stencil import_stencil(const CellTopology& cell, std::uint32_t position) const {
+    return imports_.stencil(cell, position);
+  }
+  void code_import_number(const Stencil& stencil, std::uint32_t slot, std::uint64_t& number) {
+    import_numbers_->code(streams_[kVertexNumbers], stencil, slot,
+                          reinterpret_cast<std::byte*>(&number));
+  }
+
   /// Topology of one cell; false when decoding damaged data.
   bool code_cell(CellTopology& cell) {
     return connectivity_.code_cell(streams_[0], streams_[1], cell);
@@ -58,7 +79,8 @@ class MeshStreams {
 
   Connectivity<Coder>& connectivity() { return connectivity_; }
 
-  /// All bitstreams: fixed ones first (see kFixed), then one for each static array in schema order.
+  /// All bitstreams in the order of a group: fixed ones first (see kFixed), then one for each
+  /// static array in schema order, then imports.
   struct Stream {
     container::StreamKind kind;
     std::uint32_t array = 0;
@@ -77,15 +99,20 @@ class MeshStreams {
   Connectivity<Coder> connectivity_;
   std::vector<Coder> streams_;
   VertexNumbers<Coder> vertex_numbers_;
-  std::unique_ptr<VertexColumn<Coder>> geometry_;
+  std::unique_ptr<VertexColumn<Coder>> import_numbers_, geometry_;
   std::vector<std::unique_ptr<VertexColumn<Coder>>> point_columns_;
   std::vector<std::unique_ptr<CellColumn<Coder>>> cell_columns_;
   std::vector<std::uint32_t> point_arrays_, cell_arrays_;  // schema indices of static arrays
   std::vector<std::size_t> point_streams_, cell_streams_;
+  std::size_t imports_stream_ = 0;
+  ImportFlags<Coder> imports_;
   std::size_t point_data_bytes_ = 0;
   std::uint64_t next_cell_number_ = 0;
   SignedModel<NumberModel> cell_number_;
 };
+
+/// Bytes of the static arrays in one cell, by block.
+std::vector<std::size_t> cell_data_bytes(const Schema& schema);
 
 extern template class MeshStreams<RangeEncoder>;
 extern template class MeshStreams<RangeDecoder>;

@@ -32,8 +32,8 @@ class Writer::Impl {
   Impl(ByteSink& sink, Schema schema, const WriteOptions& options)
       : schema_(std::move(schema)),
         chunks_(sink),
-        mesh_(schema_, options, [this](const auto& header, const auto& streams) {
-          return write_group(header, streams);
+        mesh_(schema_, options, [this](auto segment, const auto& header, const auto& streams) {
+          return write_group(segment, header, streams);
         }) {}
 
   Result<void> start() {
@@ -74,7 +74,7 @@ class Writer::Impl {
 
  private:
   Result<void> write_schema();
-  Result<void> write_group(const container::GroupHeader& header,
+  Result<void> write_group(std::uint32_t segment, const container::GroupHeader& header,
                            const std::vector<std::vector<std::byte>>& streams);
   Result<void> write_step_piece();
   Result<void> write_index(SizeReport& report);
@@ -106,7 +106,7 @@ Result<void> Writer::Impl::write_schema() {
   return chunks_.write(ChunkKind::schema, payload.bytes);
 }
 
-Result<void> Writer::Impl::write_group(const container::GroupHeader& header,
+Result<void> Writer::Impl::write_group(std::uint32_t segment, const container::GroupHeader& header,
                                        const std::vector<std::vector<std::byte>>& streams) {
   ByteWriter payload;
   container::put(payload, header);
@@ -118,6 +118,7 @@ Result<void> Writer::Impl::write_group(const container::GroupHeader& header,
         streams[s].size();
   }
   container::IndexEntry entry;
+  entry.segment = segment;
   entry.first_cell = header.first_cell;
   entry.cells = header.cells;
   entry.first_vertex = header.first_vertex;
@@ -230,6 +231,8 @@ Result<void> Writer::Impl::add_extra(const Extra& extra) {
       extra.type != ScalarType::int64)
     return misuse("extra '" + extra.key + "': references are int32 or int64", "extras");
   if (auto good = end_step_array(); !good) return good;
+  if (!mesh_ended_)  // its place among the groups depends on what was added alone
+    if (auto good = mesh_.catch_up(); !good) return good;
   ByteWriter blob, payload;
   put(blob, extra);
   put_packed(payload, blob.bytes);
@@ -260,6 +263,8 @@ Result<void> Writer::Impl::write_index(SizeReport& report) {
   index.hexahedra = totals.hexahedra;
   index.max_active_vertices = totals.max_active_vertices;
   index.steps = steps_;
+  index.segments = totals.segments;
+  index.imported_vertices = totals.imported_vertices;
   index.block_cells = totals.block_cells;
   index.ranges = totals.ranges;
   for (const auto& [name, bytes] : stream_bytes_) index.streams.push_back({name, bytes});
@@ -269,6 +274,8 @@ Result<void> Writer::Impl::write_index(SizeReport& report) {
   report.cells = totals.cells;
   report.hexahedra = totals.hexahedra;
   report.max_active_vertices = totals.max_active_vertices;
+  report.segments = totals.segments;
+  report.imported_vertices = totals.imported_vertices;
   report.total_bytes = chunks_.offset();
   report.streams = stream_bytes_;
   std::uint64_t coded = 0;
@@ -286,6 +293,9 @@ Result<Writer> Writer::create(ByteSink& sink, Schema schema, const WriteOptions&
   if (auto good = check_schema(schema); !good) return good.error();
   if (options.group_cells < 1 || options.group_cells > container::kMaxGroupCells)
     return misuse("group_cells must be 1 to 2^20", "options");
+  if (!(options.restart_budget >= 0)) return misuse("restart_budget must be 0 or more", "options");
+  if (!std::is_sorted(options.segment_starts.begin(), options.segment_starts.end()))
+    return misuse("segment_starts must ascend", "options");
   auto impl = std::make_unique<Impl>(sink, std::move(schema), options);
   if (auto good = impl->start(); !good) return good.error();
   return Writer(std::move(impl));

@@ -28,6 +28,7 @@ struct ReadLimits {
   std::uint32_t max_static_components = 4096;  ///< of all arrays without time steps together
   std::uint32_t max_blocks = 1 << 20;
   std::uint64_t max_steps = 1 << 20;
+  std::uint32_t max_segments = 1 << 20;
 };
 
 /// A run of vertices and cells in coding order. Cell i may use the vertices below
@@ -44,6 +45,9 @@ struct MeshBlock {
   std::vector<std::uint64_t> corners;       ///< vertex numbers
   std::vector<std::uint64_t> last_use;      ///< bit i: corner i is finalized by this cell
   std::vector<std::uint64_t> vertices_before_cell;
+  /// Empty where each vertex comes once, from the segment that owns it. Where a segment is read
+  /// alone: 1 for each vertex that an earlier segment owns, 0 for the others.
+  std::vector<std::uint8_t> imported;
   /// Values of static arrays by array index; point arrays for each vertex, cell arrays for
   /// each cell whose block they cover. Stepped arrays: empty.
   std::vector<std::vector<std::byte>> arrays;
@@ -66,6 +70,8 @@ struct StepTimes {
 struct Totals {
   std::uint64_t vertices = 0, cells = 0, hexahedra = 0;
   std::uint64_t max_active_vertices = 0;
+  std::vector<std::uint64_t> segment_starts;  ///< position in coding order of their first cells
+  std::uint64_t imported_vertices = 0;        ///< coded again by segments that do not own them
   std::uint64_t total_bytes = 0;
   std::map<std::string, std::uint64_t> streams;  ///< as in SizeReport
   std::uint64_t steps = 0;

@@ -8,6 +8,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "shm/io.h"
 #include "shm/schema.h"
@@ -15,7 +16,8 @@
 namespace shm {
 
 /// Hears in which order vertices and cells are coded: the order of step values, of stream
-/// numbers, and of what a Reader will yield. Called from inside Writer calls.
+/// numbers, and of what a Reader will yield. Called from inside Writer calls, in the caller's
+/// thread, group by group: its vertices, then its cells.
 class SHM_API CodingOrder {
  public:
   virtual ~CodingOrder() = default;
@@ -34,12 +36,27 @@ struct WriteOptions {
   std::uint32_t group_cells = 65536;    ///< cells in one chunk group, 1..2^20
   CodingOrder* coding_order = nullptr;  ///< borrowed, may be null
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
+  /// Threads that encode segments, beside the caller's; 1: none, 0: one for each core. The file is
+  /// the same for any number. Each may hold 64 MiB of cells that wait.
+  unsigned threads = 1;
+
+  // Segments: runs of cells that can be decoded alone, and by several threads at once. Vertices
+  // that an earlier segment owns are coded again ("imported") where a segment uses them.
+  /// A segment begins where the vertices that it may have to import are at most this fraction of
+  /// those that the segment before it introduced. 0: never.
+  double restart_budget = .02;
+  std::uint64_t segment_cells = 0;  ///< not 0: the cells of every segment, whatever the budget
+  /// Not empty: segments begin before the cells of these numbers and nowhere else; ascending, 0 is
+  /// ignored.
+  std::vector<std::uint64_t> segment_starts{};
 };
 
 /// Where the bytes went. All byte counts add up to `total_bytes`.
 struct SizeReport {
   std::uint64_t vertices = 0, cells = 0, hexahedra = 0;
   std::uint64_t max_active_vertices = 0;
+  std::uint64_t segments = 0;
+  std::uint64_t imported_vertices = 0;  ///< coded again by segments that do not own them
   std::uint64_t total_bytes = 0;
   /// Bytes of each kind of stream: "connectivity", "corner order", "vertex numbers",
   /// "cell numbers", "geometry", array_stream_name() of each array, "extras", "container".

@@ -22,6 +22,7 @@ Result<void> ChunkWriter::write(ChunkKind kind, std::span<const std::byte> paylo
   ChunkHeader header;
   header.kind = static_cast<std::uint8_t>(kind);
   header.sequence = sequence_++;
+  header.segment = entry.segment;
   header.payload_bytes = payload.size();
   header.payload_checksum = checksum(payload);
   entry.kind = header.kind;

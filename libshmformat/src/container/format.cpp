@@ -34,6 +34,7 @@ std::string stream_name(StreamKind kind) {
     case StreamKind::vertex_numbers: return "vertex numbers";
     case StreamKind::geometry: return "geometry";
     case StreamKind::array: return "array";
+    case StreamKind::imports: return "imports";
   }
   return "unknown stream";
 }
@@ -89,6 +90,7 @@ void put(ByteWriter& out, const GroupHeader& header) {
   out.put_varint(header.first_vertex);
   out.put_varint(header.cells);
   out.put_varint(header.vertices);
+  out.put_varint(header.imported_vertices);
   out.put_varint(header.loose_vertices);
   out.put_varint(header.max_active_vertices);
   out.put_varint(header.decoded_bytes);
@@ -109,6 +111,7 @@ bool get(ByteReader& in, GroupHeader& header) {
   const std::uint64_t cells = in.get_varint();
   header.cells = static_cast<std::uint32_t>(cells);
   header.vertices = in.get_varint();
+  header.imported_vertices = in.get_varint();
   header.loose_vertices = in.get_varint();
   header.max_active_vertices = in.get_varint();
   header.decoded_bytes = in.get_varint();
@@ -149,8 +152,8 @@ bool get(ByteReader& in, StepHeader& header) {
 
 void put(ByteWriter& out, const Index& index) {
   out.put_varint(index.previous_index);
-  for (std::uint64_t v :
-       {index.vertices, index.cells, index.hexahedra, index.max_active_vertices, index.steps})
+  for (std::uint64_t v : {index.vertices, index.cells, index.hexahedra, index.max_active_vertices,
+                          index.steps, index.segments, index.imported_vertices})
     out.put_varint(v);
   out.put_varint(index.block_cells.size());
   for (std::uint64_t cells : index.block_cells) out.put_varint(cells);
@@ -174,6 +177,7 @@ void put(ByteWriter& out, const Index& index) {
     out.put_varint(entry.offset);
     out.put_varint(entry.bytes);
     if (entry.kind == static_cast<std::uint8_t>(ChunkKind::group)) {
+      out.put_varint(entry.segment);
       for (std::uint64_t v : {entry.first_cell, entry.cells, entry.first_vertex, entry.vertices})
         out.put_varint(v);
       put_box(out, entry.box);
@@ -187,7 +191,8 @@ bool get(ByteReader& in, Index& index, std::uint64_t max_entries) {
   index = {};
   index.previous_index = in.get_varint();
   for (std::uint64_t* v :
-       {&index.vertices, &index.cells, &index.hexahedra, &index.max_active_vertices, &index.steps})
+       {&index.vertices, &index.cells, &index.hexahedra, &index.max_active_vertices, &index.steps,
+        &index.segments, &index.imported_vertices})
     *v = in.get_varint();
   for (std::uint64_t n = in.get_count(1); n > 0 && in.ok(); --n)
     index.block_cells.push_back(in.get_varint());
@@ -214,6 +219,7 @@ bool get(ByteReader& in, Index& index, std::uint64_t max_entries) {
     entry.offset = in.get_varint();
     entry.bytes = in.get_varint();
     if (entry.kind == static_cast<std::uint8_t>(ChunkKind::group)) {
+      entry.segment = in.get_varint32();
       for (std::uint64_t* v :
            {&entry.first_cell, &entry.cells, &entry.first_vertex, &entry.vertices})
         *v = in.get_varint();

@@ -53,7 +53,7 @@ struct ChunkHeader {
   std::uint8_t version = 0;
   std::uint8_t flags = 0;
   std::uint32_t sequence = 0;  ///< 0, 1, 2, ... through the file
-  std::uint32_t segment = 0;   ///< 0 until files have several
+  std::uint32_t segment = 0;   ///< groups: 0, 0, ..., 1, 1, ...; all other kinds: 0
   std::uint64_t payload_bytes = 0;
   std::uint32_t payload_checksum = 0;
 };
@@ -70,7 +70,8 @@ enum class StreamKind : std::uint8_t {
   cell_numbers = 3,
   vertex_numbers = 4,
   geometry = 5,
-  array = 6,  ///< `array` says which
+  array = 6,    ///< `array` says which
+  imports = 7,  ///< which vertices an earlier segment owns
 };
 std::string stream_name(StreamKind kind);
 
@@ -95,9 +96,10 @@ struct StreamEntry {
 /// The head of a group chunk's payload; the bitstreams follow it in order.
 struct GroupHeader {
   std::uint64_t first_cell = 0, first_vertex = 0;
-  std::uint32_t cells = 0;           ///< 0..2^20
-  std::uint64_t vertices = 0;        ///< all that are born in it
-  std::uint64_t loose_vertices = 0;  ///< the last of them, which no cell uses
+  std::uint32_t cells = 0;              ///< 0..2^20
+  std::uint64_t vertices = 0;           ///< all that are born in it and that its segment owns
+  std::uint64_t imported_vertices = 0;  ///< born in it again: an earlier segment owns them
+  std::uint64_t loose_vertices = 0;     ///< the last of them, which no cell uses
   std::uint64_t max_active_vertices = 0;
   std::uint64_t decoded_bytes = 0;  ///< values and corners, unpacked
   std::array<double, 6> box{};  ///< min x y z, max x y z of finite coordinates; +inf -inf if none
@@ -125,6 +127,7 @@ bool get(ByteReader& in, StepHeader& header);
 struct IndexEntry {
   std::uint8_t kind = 0;
   std::uint64_t offset = 0, bytes = 0;  ///< of the whole chunk, header included
+  std::uint32_t segment = 0;            ///< groups
   std::uint64_t first_cell = 0, cells = 0, first_vertex = 0, vertices = 0;  ///< groups
   std::array<double, 6> box{};                                              ///< groups
   std::uint32_t array = 0;                                                  ///< step values
@@ -142,6 +145,7 @@ struct ArrayRange {
 struct Index {
   std::uint64_t previous_index = 0;  ///< offset of the index chunk before, 0 = none
   std::uint64_t vertices = 0, cells = 0, hexahedra = 0, max_active_vertices = 0, steps = 0;
+  std::uint64_t segments = 0, imported_vertices = 0;
   std::vector<std::uint64_t> block_cells;
   std::vector<NamedBytes> streams;  ///< all but the container's
   std::vector<ArrayRange> ranges;

@@ -1,0 +1,300 @@
+#include "segment_decoder.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "bytes/checksum.h"
+
+namespace shm {
+namespace {
+
+// A block stops at the first of these, so that a reader's memory stays small.
+constexpr std::size_t kBlockCells = 4096;
+constexpr std::uint64_t kBlockBytes = std::uint64_t{1} << 22;
+
+}  // namespace
+
+SegmentDecoder::SegmentDecoder(const Schema& schema, const ReadLimits& limits,
+                               std::uint32_t segment, Imports imports)
+    : schema_(&schema), limits_(limits), imports_(imports) {
+  start_.segment = segment;
+}
+
+Error SegmentDecoder::damaged(std::string detail, ErrorCode code) const {
+  return Error{
+      code, std::move(detail), "group " + std::to_string(group_number_), group_offset_, {}};
+}
+
+Result<void> SegmentDecoder::begin_group(std::vector<std::byte> payload, std::uint64_t offset,
+                                         std::uint64_t group) {
+  payload_ = std::move(payload);
+  group_offset_ = offset;
+  group_number_ = group;
+  ByteReader in(payload_);
+  if (!container::get(in, group_)) return damaged("the group header makes no sense");
+  header_bytes_ = in.position();
+  if (!streams_) {
+    start_.first_cell = next_cell_ = group_.first_cell;
+    start_.first_vertex = next_vertex_ = group_.first_vertex;
+    streams_ = std::make_unique<MeshStreams<RangeDecoder>>(*schema_, start_);
+    vertex_bytes_ = 3 * scalar_bytes(schema_->coordinate_type) + streams_->point_data_bytes();
+    cell_bytes_ = cell_data_bytes(*schema_);
+    copy_.resize(vertex_bytes_);
+    pointers_.resize(std::max(streams_->point_arrays().size(), streams_->cell_arrays().size()));
+  }
+  if (group_.first_cell != next_cell_ || group_.first_vertex != next_vertex_)
+    return damaged("the group does not follow the one before it");
+  if (start_.segment == 0 && group_.imported_vertices > 0)
+    return damaged("the first segment cannot import vertices");
+  if (group_.max_active_vertices > limits_.max_active_vertices)
+    return damaged("needs " + std::to_string(group_.max_active_vertices) +
+                       " active vertices, the limit is " +
+                       std::to_string(limits_.max_active_vertices),
+                   ErrorCode::over_limit);
+  if (group_.decoded_bytes > limits_.max_group_bytes)
+    return damaged("unpacks to " + std::to_string(group_.decoded_bytes) + " bytes, the limit is " +
+                       std::to_string(limits_.max_group_bytes),
+                   ErrorCode::over_limit);
+  if (auto good = assign_streams(); !good) return good;
+  cells_done_ = 0;
+  own_done_ = imported_done_ = loose_done_ = bytes_done_ = active_seen_ = 0;
+  in_group_ = true;
+  return {};
+}
+
+Result<void> SegmentDecoder::assign_streams() {
+  using container::StreamKind;
+  const auto known = MeshStreams<RangeDecoder>::list(*schema_);
+  for (RangeDecoder& coder : streams_->coders()) coder = RangeDecoder(std::span<const std::byte>());
+  stream_bytes_.clear();
+  ByteReader in(std::span<const std::byte>(payload_).subspan(header_bytes_));
+  std::size_t next = 0;
+  for (const container::StreamEntry& entry : group_.streams) {
+    const auto bytes = in.get_bytes(entry.bytes);
+    const std::string name = container::stream_name(entry.kind);
+    if (!in.ok()) return damaged(name + ": ends beyond the group");
+    if (checksum(bytes) != entry.checksum) return damaged(name + ": checksum does not match");
+    while (next < known.size() &&
+           (known[next].kind != entry.kind ||
+            (entry.kind == StreamKind::array && known[next].array != entry.array)))
+      ++next;
+    if (next == known.size() || (start_.segment == 0 && entry.kind == StreamKind::imports))
+      return damaged(name + ": unknown or out of order");
+    const bool values = entry.kind >= StreamKind::vertex_numbers;
+    if (entry.kind == StreamKind::connectivity) {
+      if (auto good = take_codec(entry.codec); !good) return good;
+    } else if (!values && &entry == &group_.streams[0]) {
+      return damaged(name + ": stands where connectivity should");
+    } else if (entry.codec != (values ? container::Codec::predictive : codec_)) {
+      return damaged(
+          name + ": codec " + std::to_string(static_cast<int>(entry.codec)) + " is unknown here",
+          ErrorCode::unsupported);
+    }
+    streams_->coders()[next++] = RangeDecoder(bytes);
+    const std::string key =
+        entry.kind == StreamKind::array ? array_stream_name(*schema_, entry.array) : name;
+    stream_bytes_[key] += bytes.size();
+  }
+  if (in.left() != 0) return damaged("bytes are left over behind the last stream");
+  if (group_.cells > 0 &&
+      (group_.streams.empty() || group_.streams[0].kind != StreamKind::connectivity))
+    return damaged("connectivity: missing");
+  return {};
+}
+
+Result<void> SegmentDecoder::take_codec(container::Codec codec) {
+  using container::Codec;
+  if (codec_ && *codec_ != codec)
+    return damaged("connectivity: another codec than before in this segment");
+  if (codec != Codec::paper && codec != Codec::rows)
+    return damaged("connectivity: codec " + std::to_string(static_cast<int>(codec)) + " is unknown",
+                   ErrorCode::unsupported);
+  if (!codec_)
+    streams_->connectivity().set_codec(codec == Codec::paper ? HexahedronCodec::paper
+                                                             : HexahedronCodec::rows);
+  codec_ = codec;
+  return {};
+}
+
+Result<DecodedBlock> SegmentDecoder::next_block() {
+  DecodedBlock decoded;
+  MeshBlock& block = decoded.mesh;
+  block.first_vertex = next_vertex_;
+  block.first_cell = next_cell_;
+  block.corner_begin.push_back(0);
+  block.arrays.resize(schema_->arrays.size());
+  const std::uint64_t bytes_before = bytes_done_;
+  while (cells_done_ < group_.cells && block.cell_count() < kBlockCells &&
+         bytes_done_ - bytes_before < kBlockBytes)
+    if (auto good = decode_cell(decoded); !good) return good.error();
+  while (cells_done_ == group_.cells && own_done_ < group_.vertices &&
+         bytes_done_ - bytes_before < kBlockBytes) {
+    if (bytes_done_ + vertex_bytes_ > group_.decoded_bytes)
+      return damaged("unpacks to more than stated");
+    ++loose_done_;
+    const std::uint32_t slot = streams_->connectivity().add_loose_vertex();
+    active_seen_ = std::max(active_seen_, streams_->connectivity().surface().active_vertices());
+    streams_->code_loose_number(slot, vertex_at(slot).number);
+    if (auto good = decode_vertex(Stencil{}, slot, block); !good) return good.error();
+    streams_->connectivity().remove_loose_vertex(slot);
+    vertices_[slot].owner = Owner::nobody;
+  }
+  if (cells_done_ == group_.cells && own_done_ == group_.vertices)
+    if (auto good = end_group(decoded); !good) return good.error();
+  return decoded;
+}
+
+Result<void> SegmentDecoder::decode_cell(DecodedBlock& decoded) {
+  CellTopology& cell = topology_;
+  MeshBlock& block = decoded.mesh;
+  if (!streams_->code_cell(cell))
+    return damaged("connectivity: cell " + std::to_string(next_cell_) + " makes no sense");
+  active_seen_ = std::max(active_seen_, streams_->connectivity().surface().active_vertices());
+  if (active_seen_ > group_.max_active_vertices) return damaged("more active vertices than stated");
+  bytes_done_ += 8 * cell.slots.size() + cell_bytes_[cell.block];
+  if (bytes_done_ + cell.new_positions.size() * vertex_bytes_ > group_.decoded_bytes)
+    return damaged("unpacks to more than stated");
+  if (auto good = decode_new_vertices(decoded); !good) return good;
+
+  block.vertices_before_cell.push_back(block.vertex_count());
+  block.cell_numbers.push_back(streams_->code_cell_number(0));
+  block.cell_blocks.push_back(cell.block);
+  const std::size_t begin = block.corners.size();
+  block.corners.resize(begin + cell.slots.size());
+  std::uint64_t last_use = 0;
+  for (std::uint32_t i = 0; i < cell.slots.size(); ++i) {
+    const std::uint32_t stored = cell.stored_position(i);
+    Vertex& vertex = vertices_[cell.slots[i]];
+    block.corners[begin + stored] = vertex.number;
+    if (cell.last_use[i] == 0) continue;
+    last_use |= std::uint64_t{1} << stored;
+    if (vertex.owner == Owner::earlier) decoded.finalized_imports.push_back(vertex.number);
+    vertex.owner = Owner::nobody;
+  }
+  block.last_use.push_back(last_use);
+  block.corner_begin.push_back(block.corners.size());
+
+  grow_arrays(block, streams_->cell_arrays(), cell.block);
+  streams_->code_cell_values(cell, pointers_);
+  streams_->finish_cell(cell);
+  ++cells_done_;
+  ++next_cell_;
+  return {};
+}
+
+Result<void> SegmentDecoder::decode_new_vertices(DecodedBlock& decoded) {
+  const bool may_import = start_.segment > 0;
+  if (may_import) streams_->begin_new_vertices(topology_);
+  streams_->code_vertex_numbers(topology_, [&](std::uint32_t position) -> std::uint64_t& {
+    return vertex_at(topology_.slots[position]).number;
+  });
+  Result<void> result;
+  for_each_new_vertex(topology_, topology_.new_positions,
+                      [&](std::uint32_t position, const Stencil& stencil) {
+                        const std::uint32_t slot = topology_.slots[position];
+                        if (!result) return;
+                        result = may_import && streams_->code_import(topology_, position, false)
+                                     ? decode_import(position, stencil, slot, decoded)
+                                     : decode_vertex(stencil, slot, decoded.mesh);
+                      });
+  return result;
+}
+
+Result<void> SegmentDecoder::decode_vertex(const Stencil& stencil, std::uint32_t slot,
+                                           MeshBlock& block) {
+  if (own_done_ == group_.vertices) return damaged("more vertices than stated");
+  MeshStreams<RangeDecoder>::VertexValues values;
+  Vertex& vertex = vertex_at(slot);
+  if (schema_->order != Order::keep) vertex.number = next_vertex_;
+  vertex.owner = Owner::own;
+  add_vertex(block, values);
+  streams_->code_vertex(stencil, slot, values);
+  block.vertex_numbers.push_back(vertex.number);
+  if (imports_ == Imports::yielded) block.imported.push_back(0);
+  bytes_done_ += vertex_bytes_;
+  ++own_done_;
+  ++next_vertex_;
+  return {};
+}
+
+Result<void> SegmentDecoder::decode_import(std::uint32_t position, const Stencil& stencil,
+                                           std::uint32_t slot, DecodedBlock& decoded) {
+  if (imported_done_ == group_.imported_vertices) return damaged("more imports than stated");
+  MeshStreams<RangeDecoder>::VertexValues values;
+  Vertex& vertex = vertex_at(slot);
+  vertex.owner = Owner::earlier;
+  if (schema_->order != Order::keep) {
+    streams_->code_import_number(streams_->import_stencil(topology_, position), slot,
+                                 vertex.number);
+    if (vertex.number >= start_.first_vertex)
+      return damaged("imports a vertex that no earlier segment has");
+  }
+  if (imports_ == Imports::yielded) {
+    add_vertex(decoded.mesh, values);
+  } else {
+    values.xyz = copy_.data();
+    std::byte* at = copy_.data() + 3 * scalar_bytes(schema_->coordinate_type);
+    for (std::size_t i = 0; i < streams_->point_arrays().size(); ++i) {
+      const ArrayInfo& info = schema_->arrays[streams_->point_arrays()[i]];
+      pointers_[i] = at;
+      at += scalar_bytes(info.type) * info.components;
+    }
+    values.data = pointers_;
+  }
+  streams_->code_vertex(stencil, slot, values);
+  if (imports_ == Imports::yielded) {
+    decoded.mesh.vertex_numbers.push_back(vertex.number);
+    decoded.mesh.imported.push_back(1);
+  }
+  decoded.imported.push_back(vertex.number);
+  bytes_done_ += vertex_bytes_;
+  ++imported_done_;
+  return {};
+}
+
+SegmentDecoder::Vertex& SegmentDecoder::vertex_at(std::uint32_t slot) {
+  if (slot >= vertices_.size())
+    vertices_.resize(std::max<std::size_t>(std::size_t{slot} + 1, vertices_.size() * 2));
+  return vertices_[slot];
+}
+
+std::vector<std::uint64_t> SegmentDecoder::alive() const {
+  std::vector<std::uint64_t> numbers;
+  for (const Vertex& vertex : vertices_)
+    if (vertex.owner == Owner::own) numbers.push_back(vertex.number);
+  return numbers;
+}
+
+/// Room for the values of one more vertex; `values` points there.
+void SegmentDecoder::add_vertex(MeshBlock& block, MeshStreams<RangeDecoder>::VertexValues& values) {
+  const std::size_t xyz_bytes = 3 * scalar_bytes(schema_->coordinate_type);
+  block.xyz.resize(block.xyz.size() + xyz_bytes);
+  grow_arrays(block, streams_->point_arrays(), 0);
+  values.xyz = block.xyz.data() + block.xyz.size() - xyz_bytes;
+  values.data = pointers_;
+}
+
+/// Room for one more element of each array in `arrays`; leaves pointers to it in pointers_.
+void SegmentDecoder::grow_arrays(MeshBlock& block, const std::vector<std::uint32_t>& arrays,
+                                 std::uint32_t of_block) {
+  for (std::size_t i = 0; i < arrays.size(); ++i) {
+    const ArrayInfo& info = schema_->arrays[arrays[i]];
+    pointers_[i] = nullptr;
+    if (info.location == Location::cell && !schema_->array_covers(arrays[i], of_block)) continue;
+    auto& bytes = block.arrays[arrays[i]];
+    const std::size_t stride = scalar_bytes(info.type) * info.components;
+    bytes.resize(bytes.size() + stride);
+    pointers_[i] = bytes.data() + bytes.size() - stride;
+  }
+}
+
+Result<void> SegmentDecoder::end_group(DecodedBlock& block) {
+  if (bytes_done_ != group_.decoded_bytes || active_seen_ != group_.max_active_vertices ||
+      loose_done_ != group_.loose_vertices || imported_done_ != group_.imported_vertices)
+    return damaged("does not hold what its header states");
+  block.group_end = DecodedBlock::GroupEnd{imported_done_, active_seen_, std::move(stream_bytes_)};
+  in_group_ = false;
+  return {};
+}
+
+}  // namespace shm

@@ -1,0 +1,250 @@
+#include "segment_encoder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "bytes/checksum.h"
+#include "scalar_value.h"
+
+namespace shm {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::array<double, 6> kEmptyBox = {kInfinity,  kInfinity,  kInfinity,
+                                             -kInfinity, -kInfinity, -kInfinity};
+
+bool has_edge_nodes(const Schema& schema) {
+  return std::any_of(schema.blocks.begin(), schema.blocks.end(), [](const BlockInfo& block) {
+    return block.shape == CellShape::hexahedron && block.nodes_per_cell >= 20;
+  });
+}
+
+}  // namespace
+
+SegmentEncoder::SegmentEncoder(const Schema& schema, const SegmentOptions& options,
+                               const SegmentStart& start)
+    : schema_(&schema),
+      group_cells_(options.group_cells),
+      codec_(options.codec),
+      start_(start),
+      streams_(schema, start),
+      xyz_bytes_(3 * scalar_bytes(schema.coordinate_type)),
+      values_bytes_(xyz_bytes_ + streams_.point_data_bytes()),
+      cell_data_bytes_(cell_data_bytes(schema)),
+      has_edge_nodes_(has_edge_nodes(schema)),
+      pointers_(std::max(streams_.point_arrays().size(), streams_.cell_arrays().size())),
+      range_of_array_(schema.arrays.size()),
+      next_cell_(start.first_cell),
+      next_vertex_(start.first_vertex) {
+  streams_.connectivity().set_codec(codec_);
+  start_group();
+}
+
+void SegmentEncoder::start_group() {
+  group_ = {};
+  group_.segment = start_.segment;
+  group_.header.first_cell = next_cell_;
+  group_.header.first_vertex = next_vertex_;
+  group_.header.box = kEmptyBox;
+  for (std::uint32_t a = 0; a < schema_->arrays.size(); ++a) {
+    if (schema_->arrays[a].per_step) continue;
+    range_of_array_[a] = group_.ranges.size();
+    const std::size_t n = schema_->arrays[a].components;
+    group_.ranges.push_back(
+        {a, std::vector<double>(n, kInfinity), std::vector<double>(n, -kInfinity)});
+  }
+}
+
+Result<void> SegmentEncoder::take(const SegmentPiece& piece, std::vector<EncodedGroup>& done) {
+  Place at;
+  for (const SegmentPiece::Cell& cell : piece.cells) {
+    const container::GroupHeader& group = group_.header;
+    introduce(piece, at.vertex, cell.new_vertices);
+    if (cell.block == SegmentPiece::kLoose) {
+      code_loose(piece, at.vertex);
+      if (group.vertices >= kFullGroupVertices || group.decoded_bytes >= kFullGroupBytes)
+        flush_group(done);
+    } else {
+      if (group.loose_vertices > 0) flush_group(done);  // they stand last in their group
+      if (!code_cell(piece, cell, at))
+        return Error{ErrorCode::misuse, "a cell cannot be coded", "mesh", kNoOffset, {}};
+      at.data += cell_data_bytes_[cell.block];
+      if (group.cells >= group_cells_ || group.decoded_bytes >= kFullGroupBytes) flush_group(done);
+    }
+    at.vertex += cell.new_vertices;
+    at.node += cell.nodes;
+  }
+  return {};
+}
+
+void SegmentEncoder::end(std::vector<EncodedGroup>& done) {
+  const container::GroupHeader& group = group_.header;
+  if (group.cells + group.vertices + group.imported_vertices > 0) flush_group(done);
+}
+
+void SegmentEncoder::introduce(const SegmentPiece& piece, std::size_t first, std::size_t count) {
+  for (std::size_t i = first; i < first + count; ++i) {
+    const std::uint32_t handle = piece.vertices[i].handle;
+    if (handle >= handles_.size())
+      handles_.resize(std::max<std::size_t>(std::size_t{handle} + 1, handles_.size() * 2));
+    handles_[handle] = {kNone, static_cast<std::uint32_t>(i)};
+  }
+}
+
+bool SegmentEncoder::code_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
+                               const Place& at) {
+  const auto nodes = std::span(piece.nodes).subspan(at.node, cell.nodes);
+  topology_.block = cell.block;
+  topology_.slots.resize(cell.nodes);
+  topology_.numbers.assign(nodes.begin(), nodes.end());
+  topology_.last_use.resize(cell.nodes);
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    topology_.slots[i] = handles_[nodes[i]].slot;
+    topology_.last_use[i] = i < kMaxLastUse && (cell.last_use >> i & 1) != 0 ? 1 : 0;
+  }
+  if (!streams_.code_cell(topology_)) return false;
+  code_new_vertices(piece, at);
+  streams_.code_cell_number(cell.number);
+  group_.cell_numbers.push_back(cell.number);
+  code_cell_data(piece, cell.block, at.data);
+  note_active();
+  group_.header.decoded_bytes += cell_data_bytes_[cell.block] + 8 * nodes.size();
+  ++group_.header.cells;
+  group_.hexahedra += topology_.hexahedral ? 1 : 0;
+  streams_.finish_cell(topology_);
+  return true;
+}
+
+void SegmentEncoder::code_new_vertices(const SegmentPiece& piece, const Place& at) {
+  if (start_.segment > 0) streams_.begin_new_vertices(topology_);
+  const auto handle_at = [&](std::uint32_t position) -> Handle& {
+    return handles_[piece.nodes[at.node + topology_.stored_position(position)]];
+  };
+  std::uint64_t number = 0;
+  streams_.code_vertex_numbers(topology_, [&](std::uint32_t position) -> std::uint64_t& {
+    number = piece.vertices[handle_at(position).vertex].number;
+    return number;
+  });
+  for_each_new_vertex(
+      topology_, topology_.new_positions, [&](std::uint32_t position, const Stencil& stencil) {
+        const std::uint32_t slot = topology_.slots[position];
+        Handle& handle = handle_at(position);
+        const SegmentPiece::Vertex& vertex = piece.vertices[handle.vertex];
+        if (start_.segment > 0) {
+          streams_.code_import(topology_, position, vertex.imported);
+          if (vertex.imported && schema_->order != Order::keep)
+            group_.imports.push_back(
+                {vertex.ticket, slot, streams_.import_stencil(topology_, position)});
+        }
+        code_vertex(piece, handle.vertex, stencil, slot);
+        handle.slot = slot;
+      });
+}
+
+void SegmentEncoder::code_loose(const SegmentPiece& piece, std::size_t vertex) {
+  const std::uint32_t slot = streams_.connectivity().add_loose_vertex();
+  std::uint64_t number = piece.vertices[vertex].number;
+  streams_.code_loose_number(slot, number);
+  code_vertex(piece, vertex, Stencil{}, slot);
+  ++group_.header.loose_vertices;
+  note_active();
+  streams_.connectivity().remove_loose_vertex(slot);
+}
+
+void SegmentEncoder::code_vertex(const SegmentPiece& piece, std::size_t index,
+                                 const Stencil& stencil, std::uint32_t slot) {
+  const SegmentPiece::Vertex& vertex = piece.vertices[index];
+  // The coder's calls are the same in both directions; encoding does not change what it reads.
+  auto* values = const_cast<std::byte*>(piece.vertex_values.data()) + index * values_bytes_;
+  MeshStreams<RangeEncoder>::VertexValues coded;
+  coded.xyz = values;
+  std::byte* at = values + xyz_bytes_;
+  for (std::size_t i = 0; i < streams_.point_arrays().size(); ++i) {
+    const std::uint32_t a = streams_.point_arrays()[i];
+    pointers_[i] = at;
+    widen_range(a, at);
+    at += scalar_bytes(schema_->arrays[a].type) * schema_->arrays[a].components;
+  }
+  coded.data = pointers_;
+  streams_.code_vertex(stencil, slot, coded);
+  container::GroupHeader& group = group_.header;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double v = scalar_value(schema_->coordinate_type, values, c);
+    if (!std::isfinite(v)) continue;
+    group.box[c] = std::min(group.box[c], v);
+    group.box[3 + c] = std::max(group.box[3 + c], v);
+  }
+  group.decoded_bytes += values_bytes_;
+  if (vertex.imported) {
+    ++group.imported_vertices;
+  } else {
+    ++group.vertices;
+    group_.born.push_back({vertex.number, vertex.ticket});
+  }
+}
+
+void SegmentEncoder::code_cell_data(const SegmentPiece& piece, std::uint32_t block,
+                                    std::size_t begin) {
+  auto* at = const_cast<std::byte*>(piece.cell_data.data()) + begin;  // as in code_vertex
+  for (std::size_t i = 0; i < streams_.cell_arrays().size(); ++i) {
+    const std::uint32_t a = streams_.cell_arrays()[i];
+    pointers_[i] = nullptr;
+    if (!schema_->array_covers(a, block)) continue;
+    pointers_[i] = at;
+    widen_range(a, at);
+    at += scalar_bytes(schema_->arrays[a].type) * schema_->arrays[a].components;
+  }
+  streams_.code_cell_values(topology_, pointers_);
+}
+
+void SegmentEncoder::note_active() {
+  const std::uint64_t active = streams_.connectivity().surface().active_vertices();
+  group_.header.max_active_vertices = std::max(group_.header.max_active_vertices, active);
+}
+
+void SegmentEncoder::widen_range(std::uint32_t a, const std::byte* element) {
+  const ArrayInfo& info = schema_->arrays[a];
+  container::ArrayRange& range = group_.ranges[range_of_array_[a]];
+  for (std::size_t c = 0; c < info.components; ++c) {
+    const double v = scalar_value(info.type, element, c);
+    if (!std::isfinite(v)) continue;
+    range.minimum[c] = std::min(range.minimum[c], v);
+    range.maximum[c] = std::max(range.maximum[c], v);
+  }
+}
+
+void SegmentEncoder::flush_group(std::vector<EncodedGroup>& done) {
+  using container::StreamKind;
+  const auto names = MeshStreams<RangeEncoder>::list(*schema_);
+  for (std::size_t s = 0; s < names.size(); ++s) {
+    std::vector<std::byte> bytes = streams_.coders()[s].finish();
+    container::StreamEntry entry;
+    entry.kind = names[s].kind;
+    entry.array = names[s].array;
+    // An absent stream reads as zeros; connectivity is there to tell its codec.
+    if (bytes.empty() && (entry.kind != StreamKind::connectivity || group_.header.cells == 0))
+      continue;
+    const bool values = entry.kind >= StreamKind::vertex_numbers;
+    entry.codec = values                             ? container::Codec::predictive
+                  : codec_ == HexahedronCodec::paper ? container::Codec::paper
+                                                     : container::Codec::rows;
+    const auto needs = [&](StreamKind kind) { entry.needs |= 1u << static_cast<unsigned>(kind); };
+    if (entry.kind != StreamKind::connectivity) needs(StreamKind::connectivity);
+    const bool by_corner =
+        entry.kind == StreamKind::vertex_numbers && schema_->order == Order::keep;
+    if (by_corner || (values && has_edge_nodes_))  // numbers in stored order; midpoints of edges
+      needs(StreamKind::corner_order);
+    entry.bytes = bytes.size();
+    entry.checksum = checksum(bytes);
+    group_.header.streams.push_back(entry);
+    group_.streams.push_back(std::move(bytes));
+  }
+  next_cell_ += group_.header.cells;
+  next_vertex_ += group_.header.vertices;
+  done.push_back(std::move(group_));
+  start_group();
+}
+
+}  // namespace shm

@@ -1,0 +1,212 @@
+// Segments: meshes cut at many places come back whole, each vertex once, and cuts follow counts.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "feature_files.h"
+#include "file_surgery.h"
+
+namespace shm {
+namespace {
+
+WriteOptions cut_every(std::uint64_t cells) {
+  WriteOptions options;
+  options.segment_cells = cells;
+  return options;
+}
+
+struct Family {
+  const char* name;
+  TestMesh mesh;
+};
+std::vector<Family> families() {
+  std::vector<Family> all;
+  all.push_back({"grid", bent_grid(5, 4, 4)});
+  all.push_back({"shuffled", shuffled(bent_grid(4, 4, 4))});
+  all.push_back({"holes and unused vertices", grid(5, 4, 4, ScalarType::float64, warped, porous)});
+  all.push_back({"ring", exact_ring(7, 2, 3)});
+  all.push_back({"mixed cells", mixed_cells()});
+  all.push_back({"degenerate", degenerate_hexahedra()});
+  all.push_back({"arrays", with_arrays_of_every_type(bent_grid(3, 3, 3))});
+  all.push_back({"arrays on some blocks", arrays_on_some_blocks()});
+  all.push_back({"special values", special_values()});
+  TestMesh renumbered = bent_grid(4, 4, 4);
+  std::mt19937_64 random(5);
+  shuffle_vertices(renumbered, random);
+  all.push_back({"shuffled vertices", renumbered});
+  return all;
+}
+
+TEST(Segments, RoundTripsCutAnywhere) {
+  for (const Family& family : families())
+    for (const auto& [order, corner_order, delay] :
+         {std::tuple(Order::keep, true, 0u), std::tuple(Order::keep, true, 6u),
+          std::tuple(Order::stream, true, 0u), std::tuple(Order::stream, false, 4u)})
+      for (std::uint64_t cells : {1u, 2u, 7u, 20u, 1000u}) {
+        SCOPED_TRACE(std::string(family.name) + ", order " +
+                     (order == Order::keep ? "keep" : "stream") + ", delay " +
+                     std::to_string(delay) + ", " + std::to_string(cells) + " cells a segment");
+        const TestMesh mesh = with_order(family.mesh, order, corner_order, delay);
+        WriteOptions options = cut_every(cells);
+        options.group_cells = 5;
+        SizeReport report;
+        const auto bytes = expect_round_trip(mesh, options, &report);
+        EXPECT_EQ(report.segments, (mesh.cells.size() + cells - 1) / cells);
+        EXPECT_EQ(report.imported_vertices > 0, report.segments > 1);
+        const auto back = read_mesh(bytes);
+        ASSERT_TRUE(back);
+        EXPECT_EQ(back->totals.imported_vertices, report.imported_vertices);
+        ASSERT_EQ(back->totals.segment_starts.size(), report.segments);
+        for (std::size_t s = 0; s < report.segments; ++s)
+          EXPECT_EQ(back->totals.segment_starts[s], s * cells);
+      }
+}
+
+TEST(Segments, CutWhereTheCallerSays) {
+  WriteOptions options;
+  options.segment_starts = {0, 10, 11, 40, 5000};
+  SizeReport report;
+  const auto bytes = expect_round_trip(bent_grid(4, 4, 4), options, &report);
+  EXPECT_EQ(read_mesh(bytes)->totals.segment_starts, (std::vector<std::uint64_t>{0, 10, 11, 40}));
+  options.segment_starts = {0};
+  options.segment_cells = 3;
+  expect_round_trip(bent_grid(4, 4, 4), options, &report);
+  EXPECT_EQ(report.segments, 1u);
+}
+
+TEST(Segments, NoMeshNoSegment) {
+  SizeReport report;
+  expect_round_trip({hexahedra_schema(), {}, 0, {}, {}}, {}, &report);
+  EXPECT_EQ(report.segments, 0u);
+}
+
+std::uint64_t segments_of(const TestMesh& mesh, double budget, std::uint64_t* imported = nullptr) {
+  WriteOptions options;
+  options.restart_budget = budget;
+  SizeReport report;
+  expect_round_trip(mesh, options, &report);
+  if (imported != nullptr) *imported = report.imported_vertices;
+  return report.segments;
+}
+
+TEST(Segments, CutsKeepTheBudget) {
+  // 21 x 21 vertices live at each layer of 400 cells: 2 % of what 50 layers introduce, but a
+  // segment has 65536 cells at least.
+  const TestMesh slim = grid(20, 20, 400);
+  std::uint64_t imported = 0;
+  EXPECT_EQ(segments_of(slim, .02, &imported), 3u);
+  EXPECT_LE(imported, 2 * 470u);
+  EXPECT_EQ(segments_of(slim, 0), 1u);
+  // A wide one allows cuts at 20 %, and at 2 % only near its end, where little is left alive.
+  const TestMesh wide = grid(80, 80, 30);
+  EXPECT_LE(segments_of(wide, .02, &imported), 2u);
+  EXPECT_LE(imported, wide.vertices / 50);
+  EXPECT_GE(segments_of(wide, .2, &imported), 3u);
+  EXPECT_LE(imported, wide.vertices / 5);
+}
+
+TEST(Segments, BlocksBeginSegmentsEarlier) {
+  TestMesh mesh = grid(10, 10, 400);
+  for (int b = 2; b <= 4; ++b) mesh.schema.blocks.push_back({b, "", CellShape::hexahedron, 8});
+  for (std::size_t c = 0; c < mesh.cells.size(); ++c)
+    mesh.cells[c].block = static_cast<std::uint32_t>(c * 4 / mesh.cells.size());
+  mesh.cells.resize(36000);  // the second block begins at cell 10000, the third at 20000
+  const auto bytes = expect_round_trip(mesh);
+  EXPECT_EQ(read_mesh(bytes)->totals.segment_starts, (std::vector<std::uint64_t>{0, 20000}));
+}
+
+TEST(Segments, ImportsAreCheapOnACoherentMesh) {
+  const TestMesh mesh = bent_grid(30, 30, 30);
+  for (Order order : {Order::keep, Order::stream}) {
+    SizeReport whole, cut;
+    expect_round_trip(with_order(mesh, order, order == Order::keep, 0), {}, &whole);
+    expect_round_trip(with_order(mesh, order, order == Order::keep, 0), cut_every(6750), &cut);
+    EXPECT_EQ(cut.segments, 4u);
+    EXPECT_EQ(cut.imported_vertices, 3u * 31 * 31 + 2 * 31);  // one cut at a layer, two within
+    EXPECT_LE(cut.streams.at("imports"), 80u);
+  }
+}
+
+TEST(Segments, AnyNumberOfThreadsWritesTheSameBytes) {
+  std::vector<Family> meshes = families();
+  meshes.push_back({"many cells", grid(30, 30, 30, ScalarType::float32, bent, porous)});
+  for (const Family& family : meshes)
+    for (const auto& [order, delay] : {std::pair(Order::keep, 0u), std::pair(Order::stream, 5u)})
+      for (std::uint64_t cells : {7u, 3000u}) {
+        SCOPED_TRACE(std::string(family.name) + ", " + std::to_string(cells));
+        const TestMesh mesh = with_order(family.mesh, order, true, delay);
+        WriteOptions options = cut_every(cells);
+        options.group_cells = 1000;
+        const auto alone = expect_round_trip(mesh, options);
+        for (unsigned threads : {2u, 3u, 0u}) {
+          options.threads = threads;
+          EXPECT_EQ(expect_round_trip(mesh, options), alone) << threads << " threads";
+        }
+      }
+}
+
+TEST(Segments, ExtrasBetweenCellsStandInTheSamePlace) {
+  const TestMesh mesh = grid(40, 10, 10);
+  std::vector<std::byte> alone;
+  for (unsigned threads : {1u, 3u}) {
+    MemorySink sink;
+    WriteOptions options = cut_every(500);
+    options.group_cells = 200;
+    options.threads = threads;
+    auto writer = Writer::create(sink, mesh.schema, options);
+    ASSERT_TRUE(writer);
+    for (std::uint64_t v = 0; v < mesh.vertices; ++v)
+      ASSERT_TRUE(writer->add_vertex(v, std::span(mesh.xyz).subspan(v * 12, 12)));
+    for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
+      ASSERT_TRUE(writer->add_cell(0, mesh.cells[c].corners));
+      if (c % 777 == 700) {
+        ASSERT_TRUE(
+            writer->add_extra({"test/now", ScalarType::uint8, Reference::nothing, {0}, {}}));
+      }
+    }
+    ASSERT_TRUE(writer->finish());
+    if (threads == 1) alone = sink.bytes;
+    EXPECT_EQ(sink.bytes, alone);
+  }
+}
+
+/// Fails from some byte on.
+class BrokenSink final : public ByteSink {
+ public:
+  Result<void> write(std::span<const std::byte> bytes) override {
+    bytes_ += bytes.size();
+    if (bytes_ < 1000) return {};
+    return Error{ErrorCode::output, "is full", {}, kNoOffset, "disk"};
+  }
+
+ private:
+  std::size_t bytes_ = 0;
+};
+
+TEST(Segments, ErrorsComeOutOfThreads) {
+  WriteOptions options = cut_every(100);
+  options.threads = 3;
+  BrokenSink sink;
+  const auto report = write_mesh(grid(20, 20, 20), sink, options);
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().code, ErrorCode::output);
+}
+
+TEST(Segments, WritersWithThreadsMayBeLeft) {
+  const TestMesh mesh = grid(20, 20, 20);
+  for (std::size_t cells : {0u, 1u, 1500u, 8000u}) {
+    NullSink sink;
+    WriteOptions options = cut_every(300);
+    options.threads = 2;
+    auto writer = Writer::create(sink, mesh.schema, options);
+    ASSERT_TRUE(writer);
+    for (std::uint64_t v = 0; v < mesh.vertices; ++v)
+      ASSERT_TRUE(writer->add_vertex(v, std::span(mesh.xyz).subspan(v * 12, 12)));
+    for (std::size_t c = 0; c < cells; ++c) ASSERT_TRUE(writer->add_cell(0, mesh.cells[c].corners));
+  }
+}
+
+}  // namespace
+}  // namespace shm
