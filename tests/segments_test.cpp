@@ -7,6 +7,7 @@
 
 #include "feature_files.h"
 #include "file_surgery.h"
+#include "item_text.h"
 
 namespace shm {
 namespace {
@@ -145,6 +146,87 @@ TEST(Segments, AnyNumberOfThreadsWritesTheSameBytes) {
           EXPECT_EQ(expect_round_trip(mesh, options), alone) << threads << " threads";
         }
       }
+}
+
+std::string text_read(std::span<const std::byte> bytes, const ReadOptions& options) {
+  MemorySource source(bytes);
+  auto reader = Reader::open(source, {}, options);
+  if (!reader) return reader.error().message();
+  Decoded decoded;
+  decoded.schema = reader->schema();
+  while (true) {
+    auto item = reader->next();
+    if (!item) return ItemText::of(decoded) + item.error().message();
+    if (*item == nullptr) return ItemText::of(decoded);
+    decoded.items.push_back(std::move(**item));
+  }
+}
+
+/// What a Reader yields, down to the last words, for several numbers of threads and little room.
+void expect_same_with_threads(std::span<const std::byte> bytes) {
+  const std::string alone = text_read(bytes, {});
+  for (const auto& [threads, ahead] :
+       {std::pair(2u, std::uint64_t{1} << 28), std::pair(3u, std::uint64_t{2000}),
+        std::pair(2u, std::uint64_t{0})})
+    ASSERT_EQ(text_read(bytes, {threads, ahead}), alone) << threads << " threads";
+}
+
+TEST(Segments, AnyNumberOfThreadsReadsTheSame) {
+  for (const FeatureFile& feature : feature_files()) {
+    SCOPED_TRACE(feature.name);
+    expect_same_with_threads(feature.bytes);
+  }
+  MemorySink sink;
+  WriteOptions options = cut_every(700);
+  options.group_cells = 300;
+  ASSERT_TRUE(write_mesh(grid(20, 20, 20, ScalarType::float32, bent, porous), sink, options));
+  expect_same_with_threads(sink.bytes);
+}
+
+TEST(Segments, DamageIsToldAlikeWithThreads) {
+  for (const char* name : {"segments", "segments_stream"}) {
+    std::vector<std::byte> bytes;
+    for (const FeatureFile& feature : feature_files())
+      if (feature.name == name) bytes = feature.bytes;
+    for (std::size_t at = 0; at < bytes.size(); at += 29) {
+      SCOPED_TRACE(std::string(name) + ", byte " + std::to_string(at));
+      bytes[at] ^= std::byte{4};
+      expect_same_with_threads(bytes);
+      bytes[at] ^= std::byte{4};
+      expect_same_with_threads(std::span(bytes).first(at));
+    }
+    // Behind right checksums: in the middle of a segment, and of one whose start lies.
+    for (std::size_t nth = 0; nth < 5; ++nth) {
+      FileParts parts = take_apart(bytes);
+      Chunk* chunk = parts.find(container::ChunkKind::group, nth);
+      auto group = take_group_apart(chunk->payload);
+      ASSERT_TRUE(group);
+      for (auto& stream : group->streams)
+        if (!stream.empty()) stream[stream.size() / 2] ^= std::byte{0x55};
+      chunk->payload = put_group_together(*group);
+      expect_same_with_threads(put_together(parts));
+      parts = take_apart(bytes);
+      parts.find(container::ChunkKind::group, nth)->header.segment ^= 1;
+      expect_same_with_threads(put_together(parts));
+      parts = take_apart(bytes);
+      chunk = parts.find(container::ChunkKind::group, nth);
+      group = take_group_apart(chunk->payload);
+      ++group->header.first_vertex;
+      chunk->payload = put_group_together(*group);
+      expect_same_with_threads(put_together(parts));
+    }
+  }
+}
+
+TEST(Segments, ReadersWithThreadsMayBeLeft) {
+  MemorySink sink;
+  ASSERT_TRUE(write_mesh(grid(20, 20, 20), sink, cut_every(300)));
+  for (int items : {0, 1, 5}) {
+    MemorySource source(sink.bytes);
+    auto reader = Reader::open(source, {}, {3, std::uint64_t{1} << 20});
+    ASSERT_TRUE(reader);
+    for (int i = 0; i < items; ++i) ASSERT_TRUE(reader->next());
+  }
 }
 
 TEST(Segments, ExtrasBetweenCellsStandInTheSamePlace) {

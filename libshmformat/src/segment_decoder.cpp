@@ -97,6 +97,8 @@ Result<void> SegmentDecoder::assign_streams() {
 Result<DecodedBlock> SegmentDecoder::next_block() {
   DecodedBlock decoded;
   MeshBlock& block = decoded.mesh;
+  decoded.segment = start_;
+  decoded.offset = group_offset_;
   block.first_vertex = next_vertex_;
   block.first_cell = next_cell_;
   block.corner_begin.push_back(0);
