@@ -274,6 +274,7 @@ SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions
   write_options.coding_order = &orders;
   write_options.segment_cells = options.segment_cells;
   write_options.restart_budget = options.restart_budget;
+  write_options.threads = options.threads;
   Writer writer = checked(Writer::create(sink, schema, write_options));
   {
     MeshFeeder feeder(mesh, schema, writer);
