@@ -275,6 +275,7 @@ SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions
   write_options.connectivity = options.connectivity;
   write_options.segment_cells = options.segment_cells;
   write_options.restart_budget = options.restart_budget;
+  write_options.threads = options.threads;
   Writer writer = checked(Writer::create(sink, schema, write_options));
   {
     MeshFeeder feeder(mesh, schema, writer);

@@ -72,14 +72,14 @@ void CellStore::read_run(std::uint64_t first, std::uint64_t count, CellBatch& ou
 }
 
 StagedMesh::StagedMesh(ByteSource& source, const std::string& name, Spool& spool,
-                       const ReadLimits& limits)
+                       const ReadLimits& limits, const ReadOptions& options)
     : name_(name),
       spool_(&spool),
       points_(spool, 3 * sizeof(double)),
       cells_(spool),
       vertex_numbers_(spool),
       cell_numbers_(spool) {
-  Reader reader = unwrap(Reader::open(source, limits), name);
+  Reader reader = unwrap(Reader::open(source, limits, options), name);
   info_.schema = reader.schema();
   info_.block_cells.assign(info_.schema.blocks.size(), 0);
   points_ = PagedArray(spool, 3 * scalar_bytes(info_.schema.coordinate_type));
@@ -240,16 +240,24 @@ void StagedMesh::fail(const std::string& section, const std::string& detail) con
 }
 
 std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
-                                     const Progress& progress) {
+                                     const Progress& progress, unsigned threads) {
   const auto file = unwrap(FileSource::open(path), path);
   WatchedSource watched(*file, file_bytes(path), progress);
-  return std::make_unique<StagedMesh>(watched, path, spool);
+  ReadOptions options;
+  options.threads = threads;
+  return std::make_unique<StagedMesh>(watched, path, spool, ReadLimits(), options);
+}
+std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
+                                     const Progress& progress) {
+  return open_shm(path, spool, progress, 0);
 }
 
 FileSummary summarize_shm(const std::string& path, const Progress& progress) {
   const auto file = unwrap(FileSource::open(path), path);
   WatchedSource watched(*file, file_bytes(path), progress);
-  Reader reader = unwrap(Reader::open(watched), path);
+  ReadOptions options;
+  options.threads = 0;
+  Reader reader = unwrap(Reader::open(watched, {}, options), path);
   FileSummary summary;
   summary.info.schema = reader.schema();
   while (Item* item = unwrap(reader.next(), path)) {

@@ -50,7 +50,7 @@ class StagedMesh final : public MeshSource {
   // Reads `source` to its end. Throws what the library says about a bad file, naming `name`, and
   // corrupt when the parts contradict each other. `spool` must outlive the mesh.
   StagedMesh(ByteSource& source, const std::string& name, Spool& spool,
-             const ReadLimits& limits = {});
+             const ReadLimits& limits = {}, const ReadOptions& options = {});
 
   const MeshInfo& info() const override { return info_; }
   void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override;
@@ -92,7 +92,9 @@ class StagedMesh final : public MeshSource {
   bool mesh_done_ = false;
 };
 
-// Opens and stages `path`; "-" is standard input.
+// Opens and stages `path`; "-" is standard input. `threads` decode, 0 for one on each core.
+std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
+                                     const Progress& progress, unsigned threads);
 std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
                                      const Progress& progress = {});
 

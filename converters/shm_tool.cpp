@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <new>
 #include <span>
 #include <stdexcept>
@@ -46,6 +47,7 @@ struct Options {
   std::string codec = "auto";
   std::uint64_t segment_cells = 0;
   double restart_budget = 2;  // percent
+  unsigned threads = 0;       // one for each core
   bool json = false, quiet = false;
 };
 
@@ -154,6 +156,7 @@ ExitCode run_compress(Options& options) {
   how.coordinate_bits = options.bits;
   how.segment_cells = options.segment_cells;
   how.restart_budget = options.restart_budget / 100;
+  how.threads = options.threads;
   how.progress = line.callback();
   CompressRun run;
   run.input = options.input;
@@ -170,22 +173,27 @@ ExitCode run_compress(Options& options) {
   return kDone;
 }
 
+bool is_shm(const std::string& path) {
+  const Format* format = format_of_file(path);
+  return format != nullptr && format->name == "shm";
+}
+
+std::unique_ptr<MeshSource> open_input(const Options& options, Spool& spool, ProgressLine& line) {
+  return is_shm(options.input) ? open_shm(options.input, spool, line.callback(), options.threads)
+                               : open_mesh(options.input, spool, line.callback());
+}
+
 ExitCode run_convert(Options& options) {
   const Format& format = output_format(options.output, options.format);
   ProgressLine line(options.quiet);
   Spool spool(spool_directory(options));
   line.show("reading " + options.input);
-  const auto mesh = open_mesh(options.input, spool, line.callback());
+  const auto mesh = open_input(options, spool, line);
   line.show("writing " + options.output);
   write_mesh(*mesh, options.output, format, spool);
   line.wipe();
   say(options, options.output + ": " + counts_text(mesh->info()) + "\n");
   return kDone;
-}
-
-bool is_shm(const std::string& path) {
-  const Format* format = format_of_file(path);
-  return format != nullptr && format->name == "shm";
 }
 
 void require_shm(const std::string& path) {
@@ -203,7 +211,7 @@ ExitCode run_verify(Options& options) {
   require_shm(options.input);
   ProgressLine line(options.quiet);
   Spool spool(spool_directory(options));
-  const auto restored = open_shm(options.input, spool, line.callback());
+  const auto restored = open_shm(options.input, spool, line.callback(), options.threads);
   if (options.against.empty()) {
     line.wipe();
     say(options, options.input + ": sound, " + counts_text(restored->info()) + "\n");
@@ -267,6 +275,12 @@ CLI::App* add_command(CLI::App& app, Options& options, const std::string& name,
   return command;
 }
 
+void add_threads(CLI::App& command, Options& options, const std::string& what) {
+  command.add_option("--threads", options.threads, what + " with N threads (default: one a core)")
+      ->check(CLI::Range(1u, 1024u).description(""))
+      ->type_name("N");
+}
+
 CLI::App* add_compress(CLI::App& app, Options& options) {
   CLI::App* command = add_command(
       app, options, "compress", "Compress a mesh with all its data into a .shm file",
@@ -309,6 +323,7 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
                    "(default: 2; 0: never)")
       ->check(CLI::Range(0.0, 100.0).description(""))
       ->type_name("P");
+  add_threads(*command, options, "Encode segments");
   command->add_flag("--json", options.json, "Print the sizes as JSON");
   return command;
 }
@@ -324,6 +339,7 @@ CLI::App* add_decompress(CLI::App& app, Options& options) {
   command->add_option("-o,--output", options.output, "File to write")->required()->type_name("OUT");
   command->add_option("--format", options.format, "exodus, vtk, gmsh or shm; default: by name")
       ->type_name("F");
+  add_threads(*command, options, "Decode segments");
   return command;
 }
 
@@ -348,6 +364,7 @@ CLI::App* add_verify(CLI::App& app, Options& options) {
                   "  shm verify rotor.e.shm\n"
                   "  shm verify rotor.e.shm --against rotor.e   exit code 1 when they differ");
   command->add_option("IN", options.input, ".shm file")->required()->type_name("");
+  add_threads(*command, options, "Decode segments");
   command->add_option("--against", options.against, "Mesh that IN was made of")
       ->type_name("SOURCE");
   return command;

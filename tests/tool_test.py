@@ -83,6 +83,7 @@ class ToolTest(unittest.TestCase):
         self.shm("compress", self.mesh, "--bits", "0", code=2)
         self.shm("compress", self.mesh, "--delay", "-1", code=2)
         self.shm("compress", self.mesh, "--segment-cells", "0", code=2)
+        self.shm("compress", self.mesh, "--threads", "0", code=2)
         self.shm("compress", self.mesh, "--restart-budget", "-1", code=2)
         self.shm("compress", self.mesh, "--restart-budget", "nan", code=2)
         self.shm("compress", self.mesh, "--temp", self.path("nowhere"), code=2)
@@ -187,6 +188,19 @@ class ToolTest(unittest.TestCase):
                 back = self.path("back.vtk")
                 self.shm("decompress", packed, "-o", back)
                 self.shm("verify", packed, "--against", back)
+
+    def test_threads(self):
+        files = []
+        for threads in ("1", "2", "3"):
+            packed, back = self.path("mesh.shm"), self.path("back.vtk")
+            self.shm("compress", self.mesh, "-o", packed, "--segment-cells", "30", "--threads",
+                     threads)
+            self.shm("verify", packed, "--against", self.mesh, "--threads", threads)
+            self.shm("decompress", packed, "-o", back, "--threads", threads)
+            with open(packed, "rb") as a, open(back, "rb") as b:
+                files.append((a.read(), b.read()))
+        self.assertEqual(files[0], files[1])
+        self.assertEqual(files[0], files[2])
 
     def test_restart_budget(self):
         mesh, packed = self.path("slim.vtk"), self.path("slim.shm")

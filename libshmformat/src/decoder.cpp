@@ -18,7 +18,7 @@ using container::ChunkKind;
 
 class Decoder::Impl {
  public:
-  explicit Impl(const ReadLimits& limits) : limits_(limits) {}
+  Impl(const ReadLimits& limits, const ReadOptions& options) : limits_(limits), options_(options) {}
 
   void feed(std::span<const std::byte> bytes) {
     if (state_ == State::behind_end) {  // counted, not kept
@@ -55,6 +55,8 @@ class Decoder::Impl {
   enum class State { start, header, payload, trailer, behind_end };
 
   Result<Progress> work();
+  bool may_read_ahead() const;
+  Result<void> read_part();
   Result<Progress> missing();
   Result<void> read_start();
   Result<void> read_header();
@@ -79,6 +81,7 @@ class Decoder::Impl {
   }
 
   ReadLimits limits_;
+  ReadOptions options_;
   std::vector<std::byte> buffer_;
   std::size_t at_ = 0;        // consumed bytes of buffer_
   std::uint64_t offset_ = 0;  // consumed bytes of the file
@@ -86,6 +89,7 @@ class Decoder::Impl {
   State state_ = State::start;
   std::optional<Error> error_;
   std::optional<Item> item_;
+  std::optional<Error> error_ahead_;  // behind blocks that have not been taken yet
 
   container::FileStart start_;
   ChunkHeader header_;
@@ -120,12 +124,17 @@ std::size_t Decoder::Impl::wanted() const {
 
 Result<Decoder::Progress> Decoder::Impl::work() {
   while (!item_) {
-    if (mesh_ && mesh_->in_group()) {
-      auto block = mesh_->next_block();
+    const bool complete = buffer_.size() - at_ >= wanted();
+    if (mesh_ && !(complete && may_read_ahead()) && mesh_->is_busy()) {
+      auto block = mesh_->next_block(!may_read_ahead());
       if (!block) return block.error();
-      item_ = std::move(*block);
-      break;
+      if (*block) {
+        item_ = std::move(**block);
+        break;
+      }
+      if (!may_read_ahead()) continue;  // nothing is under way any more
     }
+    if (error_ahead_) return *error_ahead_;
     if (state_ == State::behind_end) {
       if (!ended_) return Progress::need_input;
       if (totals_taken_) return Progress::finished;
@@ -148,18 +157,30 @@ Result<Decoder::Progress> Decoder::Impl::work() {
       item_ = std::move(totals);
       break;
     }
-    if (buffer_.size() - at_ < wanted()) return missing();
-    Result<void> step;
-    switch (state_) {
-      case State::start: step = read_start(); break;
-      case State::header: step = read_header(); break;
-      case State::payload: step = read_payload(); break;
-      case State::trailer: step = read_trailer(); break;
-      case State::behind_end: break;
-    }
-    if (!step) return step.error();
+    if (!complete) return missing();
+    if (auto good = read_part(); !good) error_ahead_ = good.error();
   }
   return Progress::item_ready;
+}
+
+/// Whether the next part of the file may be read before all blocks have been taken: with threads,
+/// the groups to come.
+bool Decoder::Impl::may_read_ahead() const {
+  if (error_ahead_ || (ended_ && buffer_.size() - at_ < wanted())) return false;
+  const bool group =
+      state_ == State::payload && header_.kind == static_cast<std::uint8_t>(ChunkKind::group);
+  return (group || state_ == State::header) && mesh_ && mesh_->wants_group();
+}
+
+Result<void> Decoder::Impl::read_part() {
+  switch (state_) {
+    case State::start: return read_start();
+    case State::header: return read_header();
+    case State::payload: return read_payload();
+    case State::trailer: return read_trailer();
+    case State::behind_end: break;
+  }
+  return {};
 }
 
 Result<Decoder::Progress> Decoder::Impl::missing() {
@@ -268,7 +289,7 @@ Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
   }
   schema_ = std::move(schema);
   schema_bytes_.assign(payload.begin(), payload.end());
-  mesh_ = std::make_unique<MeshDecoder>(*schema_, limits_);
+  mesh_ = std::make_unique<MeshDecoder>(*schema_, limits_, options_);
   return {};
 }
 
@@ -392,7 +413,9 @@ Result<void> Decoder::Impl::read_trailer() {
   return {};
 }
 
-Decoder::Decoder(const ReadLimits& limits) : impl_(std::make_unique<Impl>(limits)) {}
+Decoder::Decoder(const ReadLimits& limits) : Decoder(limits, {}) {}
+Decoder::Decoder(const ReadLimits& limits, const ReadOptions& options)
+    : impl_(std::make_unique<Impl>(limits, options)) {}
 Decoder::Decoder(Decoder&&) noexcept = default;
 Decoder& Decoder::operator=(Decoder&&) noexcept = default;
 Decoder::~Decoder() = default;

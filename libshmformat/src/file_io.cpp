@@ -109,4 +109,39 @@ Result<std::size_t> FileSource::read(std::span<std::byte> into) {
   }
 }
 
+Result<void> MemoryRandomSource::read_at(std::uint64_t offset, std::span<std::byte> into) {
+  if (offset > bytes_.size() || into.size() > bytes_.size() - offset)
+    return Error{ErrorCode::truncated, "ends before it should", {}, bytes_.size(), {}};
+  const auto from = bytes_.subspan(static_cast<std::size_t>(offset), into.size());
+  std::copy(from.begin(), from.end(), into.begin());
+  return {};
+}
+
+Result<std::unique_ptr<FileRandomSource>> FileRandomSource::open(const std::string& path) {
+  std::unique_ptr<FileRandomSource> source(new FileRandomSource());
+  source->path_ = path;
+  source->descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (source->descriptor_ < 0) return system_error(ErrorCode::io, "cannot be opened", path);
+  const off_t end = ::lseek(source->descriptor_, 0, SEEK_END);
+  if (end < 0) return system_error(ErrorCode::io, "cannot be sought in", path);
+  source->size_ = static_cast<std::uint64_t>(end);
+  return source;
+}
+
+FileRandomSource::~FileRandomSource() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+Result<void> FileRandomSource::read_at(std::uint64_t offset, std::span<std::byte> into) {
+  while (!into.empty()) {
+    const ssize_t n = ::pread(descriptor_, into.data(), into.size(), static_cast<off_t>(offset));
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return system_error(ErrorCode::io, "cannot be read", path_);
+    if (n == 0) return Error{ErrorCode::truncated, "ends before it should", {}, offset, path_};
+    offset += static_cast<std::uint64_t>(n);
+    into = into.subspan(static_cast<std::size_t>(n));
+  }
+  return {};
+}
+
 }  // namespace shm

@@ -126,14 +126,16 @@ class OrderedTasks {
     bool running = false, ended = false, closed = false;  // closed: told that it has ended
     std::optional<Error> error;
 
+    bool is_done() const { return closed && !running && outputs.empty() && !error; }
     bool has_work() const { return !error && (!inputs.empty() || (ended && !closed)); }
   };
 
   /// Drops tasks that are done; whether the first one left has something to take.
   bool has_output() {
-    while (!jobs_.empty() && jobs_.front().outputs.empty() && jobs_.front().closed &&
-           !jobs_.front().running && !jobs_.front().error)
+    while (!jobs_.empty() && jobs_.front().is_done()) {
       jobs_.pop_front();
+      wake_workers_.notify_all();  // the next one is first now
+    }
     return !jobs_.empty() && (!jobs_.front().outputs.empty() || jobs_.front().error.has_value());
   }
   bool is_under_way() const {

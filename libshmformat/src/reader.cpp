@@ -12,7 +12,8 @@ constexpr std::size_t kReadBytes = std::size_t{1} << 16;
 
 class Reader::Impl {
  public:
-  Impl(ByteSource& source, const ReadLimits& limits) : source_(&source), decoder_(limits) {}
+  Impl(ByteSource& source, const ReadLimits& limits, const ReadOptions& options)
+      : source_(&source), decoder_(limits, options) {}
 
   /// Feeds until the schema is known.
   Result<void> open() {
@@ -59,8 +60,9 @@ Reader::Reader(Reader&&) noexcept = default;
 Reader& Reader::operator=(Reader&&) noexcept = default;
 Reader::~Reader() = default;
 
-Result<Reader> Reader::open(ByteSource& source, const ReadLimits& limits) {
-  auto impl = std::make_unique<Impl>(source, limits);
+Result<Reader> Reader::open(ByteSource& source, const ReadLimits& limits,
+                            const ReadOptions& options) {
+  auto impl = std::make_unique<Impl>(source, limits, options);
   if (auto good = impl->open(); !good) return good.error();
   return Reader(std::move(impl));
 }

@@ -119,6 +119,8 @@ Result<void> SegmentDecoder::take_codec(container::Codec codec) {
 Result<DecodedBlock> SegmentDecoder::next_block() {
   DecodedBlock decoded;
   MeshBlock& block = decoded.mesh;
+  decoded.segment = start_;
+  decoded.offset = group_offset_;
   block.first_vertex = next_vertex_;
   block.first_cell = next_cell_;
   block.corner_begin.push_back(0);

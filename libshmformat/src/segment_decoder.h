@@ -19,6 +19,8 @@ namespace shm {
 /// What came out of one step of decoding.
 struct DecodedBlock {
   MeshBlock mesh;
+  SegmentStart segment;      ///< that it belongs to
+  std::uint64_t offset = 0;  ///< of its group's chunk in the file
   /// Numbers of vertices of earlier segments: those that cells of this block are the first of their
   /// segment to use, and those that they finalize.
   std::vector<std::uint64_t> imported, finalized_imports;

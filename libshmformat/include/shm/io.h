@@ -85,4 +85,41 @@ class SHM_API FileSource final : public ByteSource {
   std::string path_;
 };
 
+/// Gives bytes from anywhere.
+class SHM_API RandomSource {
+ public:
+  virtual ~RandomSource() = default;
+  virtual std::uint64_t size() const = 0;
+  /// Fills `into` with the bytes from `offset` on, or fails.
+  virtual Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) = 0;
+};
+
+/// Reads borrowed memory, which must outlive the source.
+class SHM_API MemoryRandomSource final : public RandomSource {
+ public:
+  explicit MemoryRandomSource(std::span<const std::byte> bytes) : bytes_(bytes) {}
+  std::uint64_t size() const override { return bytes_.size(); }
+  Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override;
+
+ private:
+  std::span<const std::byte> bytes_;
+};
+
+/// Reads a file that can be sought in.
+class SHM_API FileRandomSource final : public RandomSource {
+ public:
+  static Result<std::unique_ptr<FileRandomSource>> open(const std::string& path);
+  ~FileRandomSource() override;
+  FileRandomSource(const FileRandomSource&) = delete;
+  FileRandomSource& operator=(const FileRandomSource&) = delete;
+  std::uint64_t size() const override { return size_; }
+  Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override;
+
+ private:
+  FileRandomSource() = default;
+  int descriptor_ = -1;
+  std::uint64_t size_ = 0;
+  std::string path_;
+};
+
 }  // namespace shm

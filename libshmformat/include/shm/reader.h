@@ -1,7 +1,7 @@
 // Reader and Decoder: a .shm file out again, in pieces, with memory that follows the active
 // surface and one chunk.
 //   Decoder   push bytes in, take items out; no I/O, no threads, nothing global
-//   Reader    pulls from a ByteSource and offers blocks or single events
+//   Reader    pulls from a ByteSource and offers blocks or single events; with threads if asked
 // spec: "Decoding a file"
 #pragma once
 
@@ -29,6 +29,15 @@ struct ReadLimits {
   std::uint32_t max_blocks = 1 << 20;
   std::uint64_t max_steps = 1 << 20;
   std::uint32_t max_segments = 1 << 20;
+};
+
+/// How a Reader works. What it yields is the same in every case.
+struct ReadOptions {
+  /// Threads that decode segments ahead, beside the caller's; 1: none, 0: one for each core.
+  unsigned threads = 1;
+  /// With threads: groups that wait for them and blocks that wait for the caller, together; each
+  /// thread may hold one group more.
+  std::uint64_t max_ahead_bytes = std::uint64_t{256} << 20;
 };
 
 /// A run of vertices and cells in coding order. Cell i may use the vertices below
@@ -109,6 +118,9 @@ class SHM_API Decoder {
   const Schema* schema() const;
 
  private:
+  friend class Reader;
+  Decoder(const ReadLimits& limits, const ReadOptions& options);
+
   class Impl;
   std::unique_ptr<Impl> impl_;
 };
@@ -117,7 +129,8 @@ class SHM_API Decoder {
 class SHM_API Reader {
  public:
   /// Reads up to and including the schema. `source` is borrowed and must outlive the Reader.
-  static Result<Reader> open(ByteSource& source, const ReadLimits& limits = {});
+  static Result<Reader> open(ByteSource& source, const ReadLimits& limits = {},
+                             const ReadOptions& options = {});
   Reader(Reader&&) noexcept;
   Reader& operator=(Reader&&) noexcept;
   ~Reader();
