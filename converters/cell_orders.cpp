@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <deque>
 
 namespace shm::converters {
 namespace {
@@ -223,21 +222,27 @@ CellSequence breadth_first_order(const CellGraph& graph) {
 CellSequence enclosed_first_order(const CellGraph& graph) {
   Traversal walk(graph);
   std::vector<std::uint8_t> shared(graph.cells().size(), 0);
-  std::array<std::deque<std::uint32_t>, 7> waiting;  // by faces shared; stale ones are left in
-  for_each_component(graph, walk, 2, [&](std::uint32_t first, const Frame&) {
-    waiting[0].push_back(first);
-    for (;;) {
-      std::size_t most = 7;
-      while (most > 0 && waiting[most - 1].empty()) --most;
-      if (most == 0) return;
-      const std::uint32_t cell = waiting[most - 1].front();
-      waiting[most - 1].pop_front();
-      if (walk.visited(cell)) continue;
-      walk.visit(cell, kPlainFrame);
-      for (std::uint32_t face = 0; face < 6; ++face) {
+  std::array<std::vector<CellFace>, 7> waiting;  // by faces shared; stale ones are left in
+  const auto come = [&](std::uint32_t cell, const Frame& frame) {
+    walk.visit(cell, frame);
+    for (const bool back : {true, false})
+      for (const std::size_t axis : {kAbove, kBeside, kAhead}) {
+        const std::uint32_t face = frame[axis] ^ (back ? 1u : 0u);
         const CellFace to = graph.across(cell, face);
-        if (to && !walk.visited(to.cell())) waiting[++shared[to.cell()]].push_back(to.cell());
+        if (to && !walk.visited(to.cell())) waiting[++shared[to.cell()]].push_back(to);
       }
+  };
+  for_each_component(graph, walk, 2, [&](std::uint32_t first, const Frame& frame) {
+    come(first, frame);
+    for (;;) {
+      std::size_t most = 6;
+      while (most > 0 && waiting[most].empty()) --most;
+      if (most == 0) return;
+      const CellFace at = waiting[most].back();
+      waiting[most].pop_back();
+      if (walk.visited(at.cell())) continue;
+      const CellFace from = graph.across(at.cell(), at.face());
+      come(at.cell(), graph.carried(from.cell(), walk.frame(from.cell()), from.face(), at));
     }
   });
   return std::move(walk.order());
