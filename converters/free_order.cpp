@@ -21,17 +21,19 @@ constexpr double kNegligible = 1.0 / 256;
 
 std::uint32_t sample_size(const MeshInfo& info) {
   std::uint64_t stride = 1;
-  for (std::size_t a = 0; a < info.schema.arrays.size(); ++a) stride += info.array_stride(a);
+  for (std::size_t a = 0; a < info.schema.arrays.size(); ++a)
+    stride += info.array_stride(a) * (info.schema.arrays[a].per_step ? 3 : 1);
   const std::uint64_t most = std::max<std::uint64_t>(kSampleBytes / stride, 4096);
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(kSampleCells, most));
 }
 
-// Bytes of the whole part, every step as large as the one that was coded.
+// Bytes of the whole part, all steps on the average as large as those that were coded.
 double bytes_of_all_steps(SizeReport sizes, const MeshInfo& sample, std::size_t steps) {
   auto total = static_cast<double>(sizes.total_bytes);
-  for (std::size_t a = 0; a < sample.schema.arrays.size() && steps > 1; ++a)
+  const std::size_t coded = sample.step_times.size();
+  for (std::size_t a = 0; a < sample.schema.arrays.size() && steps > coded; ++a)
     if (sample.schema.arrays[a].per_step)
-      total += static_cast<double>(steps - 1) *
+      total += static_cast<double>(steps - coded) / static_cast<double>(coded) *
                static_cast<double>(sizes.streams[array_stream_name(sample.schema, a)]);
   return total;
 }

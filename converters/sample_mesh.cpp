@@ -86,9 +86,12 @@ CellSequence sample_of_cells(const CellGraph& graph, std::uint32_t count) {
 SampleMesh::SampleMesh(MeshSource& mesh, const CellTable& cells, const CellSequence& picked)
     : info_(mesh.info()) {
   const MeshInfo whole = mesh.info();
-  info_.extras.clear();
+  if (const std::uint64_t steps = whole.step_times.size(); steps > 0)
+    for (const std::uint64_t step : {std::uint64_t{0}, steps / 2, steps - 1})
+      if (steps_.empty() || step > steps_.back()) steps_.push_back(step);
   std::vector<bool> picked_vertices(cells.vertices(), false);
   take_cells(cells, picked, picked_vertices);
+  if (picked.size() < cells.size() || info_.vertices < whole.vertices) info_.extras.clear();
   points_ = take(picked_vertices, 3 * scalar_bytes(info_.schema.coordinate_type),
                  [&](std::uint64_t first, std::uint64_t count, std::byte* out) {
                    mesh.read_points(first, count, out);
@@ -110,7 +113,7 @@ SampleMesh::SampleMesh(MeshSource& mesh, const CellTable& cells, const CellSeque
       take_array(mesh, a, picked_elements);
     }
   }
-  if (!info_.step_times.empty()) info_.step_times.resize(1);
+  info_.step_times.resize(steps_.size());
 }
 
 void SampleMesh::take_cells(const CellTable& cells, const CellSequence& picked,
@@ -132,15 +135,13 @@ void SampleMesh::take_cells(const CellTable& cells, const CellSequence& picked,
   }
 }
 
-// A step in the middle stands for all.
 void SampleMesh::take_array(MeshSource& mesh, std::size_t array, const std::vector<bool>& picked) {
   const bool per_step = info_.schema.arrays[array].per_step;
-  if (per_step && info_.step_times.empty()) return;
-  const std::uint64_t step = per_step ? info_.step_times.size() / 2 : 0;
-  arrays_[array] = take(picked, info_.array_stride(array),
-                        [&](std::uint64_t first, std::uint64_t count, std::byte* out) {
-                          mesh.read_array(array, step, first, count, out);
-                        });
+  for (const std::uint64_t step : per_step ? steps_ : std::vector<std::uint64_t>{0})
+    arrays_[array].push_back(take(picked, info_.array_stride(array),
+                                  [&](std::uint64_t first, std::uint64_t count, std::byte* out) {
+                                    mesh.read_array(array, step, first, count, out);
+                                  }));
 }
 
 void SampleMesh::read_points(std::uint64_t first, std::uint64_t count, std::byte* out) {
@@ -159,10 +160,10 @@ bool SampleMesh::next_cells(CellBatch& out, std::size_t max_cells) {
   return out.size() > 0;
 }
 
-void SampleMesh::read_array(std::size_t array, std::uint64_t, std::uint64_t first,
+void SampleMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t first,
                             std::uint64_t count, std::byte* out) {
   const std::size_t stride = info_.array_stride(array);
-  if (count > 0) std::memcpy(out, arrays_[array].data() + first * stride, count * stride);
+  if (count > 0) std::memcpy(out, arrays_[array][step].data() + first * stride, count * stride);
 }
 
 }  // namespace shm::converters

@@ -17,8 +17,8 @@ namespace shm::converters {
 // the other cells that have all their vertices there; all cells, when there are no more.
 CellSequence sample_of_cells(const CellGraph& graph, std::uint32_t count);
 
-// The cells of a sample with their vertices and all arrays, of the stepped ones one step only,
-// which is step 0 here. No extras.
+// The cells of a sample with their vertices and all arrays, of the stepped ones the first step, the
+// middle one and the last. Extras only where the sample is the whole mesh, and no vertex unused.
 class SampleMesh final : public MeshSource {
  public:
   // `picked`: in ascending order. Reads the points and values of `mesh` once.
@@ -41,7 +41,8 @@ class SampleMesh final : public MeshSource {
   MeshInfo info_;
   CellTable cells_;
   std::vector<std::byte> points_;
-  std::vector<std::vector<std::byte>> arrays_;
+  std::vector<std::vector<std::vector<std::byte>>> arrays_;  // [array][step, or 0]
+  std::vector<std::uint64_t> steps_;                         // of the source, for each step here
   std::uint32_t next_cell_ = 0;
 };
 

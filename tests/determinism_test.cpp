@@ -54,6 +54,7 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"keep_delay", 0xc36546a785c731a4},
     {"stream", 0x6ee372feb0942d36},
     {"stream_turned", 0x86f7e01285ee739c},
+    {"free", 0x6ee372feb0942d36},
     {"groups", 0x47274431576a7976},
     {"holes", 0xc77fc0569a27eb4d},
     {"ring", 0x5beb2845d7b37c51},
