@@ -36,29 +36,32 @@ std::array<std::uint32_t, 4> vertices_of(const CellTable& cells, CellFace at) {
   return vertices;
 }
 
-// What a face is found by: its lowest vertex, and the one diagonally opposite.
-struct FaceKey {
-  std::uint32_t lowest = 0, opposite = 0;
-  bool proper = false;  // four different vertices
-};
-
-FaceKey key_of(const std::array<std::uint32_t, 4>& v) {
-  const auto lowest = static_cast<std::size_t>(std::min_element(v.begin(), v.end()) - v.begin());
-  FaceKey key{v[lowest], v[(lowest + 2) % 4], true};
-  for (std::size_t i = 0; i < 4; ++i)
-    for (std::size_t j = 0; j < i; ++j) key.proper &= v[i] != v[j];
-  return key;
+bool all_different(const std::array<std::uint32_t, 4>& v) {
+  return v[0] != v[1] && v[0] != v[2] && v[0] != v[3] && v[1] != v[2] && v[1] != v[3] &&
+         v[2] != v[3];
 }
 
-// Calls visit(face, key) for the proper faces of all hexahedra.
+// Tells faces with the same lowest vertex apart, nearly always: the vertex diagonally opposite, and
+// a hash of the other two.
+std::uint64_t key_of(const std::array<std::uint32_t, 4>& v, std::size_t lowest) {
+  const std::uint64_t a = v[(lowest + 1) % 4], b = v[(lowest + 3) % 4];
+  const std::uint64_t both = (a + b) * 0x9e3779b97f4a7c15u ^ (a * b) * 0xff51afd7ed558ccdu;
+  return std::uint64_t{v[(lowest + 2) % 4]} << 32 | both >> 32;
+}
+
+// Calls visit(face, lowest vertex, key) for the faces of four different vertices whose lowest one
+// is in [begin, end).
 template <class Visit>
-void for_each_face(const CellTable& cells, Visit&& visit) {
+void for_each_face(const CellTable& cells, std::uint64_t begin, std::uint64_t end, Visit&& visit) {
   for (std::uint32_t cell = 0; cell < cells.size(); ++cell) {
     if (!cells.is_hexahedron(cell)) continue;
     for (std::uint32_t face = 0; face < 6; ++face) {
       const CellFace at(cell, face);
-      const FaceKey key = key_of(vertices_of(cells, at));
-      if (key.proper) visit(at, key);
+      const auto v = vertices_of(cells, at);
+      const auto lowest =
+          static_cast<std::size_t>(std::min_element(v.begin(), v.end()) - v.begin());
+      if (v[lowest] < begin || v[lowest] >= end || !all_different(v)) continue;
+      visit(at, v[lowest], key_of(v, lowest));
     }
   }
 }
@@ -67,33 +70,50 @@ void for_each_face(const CellTable& cells, Visit&& visit) {
 
 CellGraph::CellGraph(const CellTable& cells, const Progress& progress)
     : cells_(&cells), neighbours_(6 * std::uint64_t{cells.size()}) {
-  if (progress) progress("joining faces", 0, 2);
-  // Faces by their lowest vertex: counted, then dealt out.
-  std::vector<std::uint32_t> end_of(cells.vertices() + 1, 0);
-  for_each_face(cells, [&](CellFace, const FaceKey& key) { ++end_of[key.lowest + 1]; });
-  for (std::size_t v = 1; v < end_of.size(); ++v) end_of[v] += end_of[v - 1];
-  std::vector<Candidate> faces(end_of.back());
-  for_each_face(cells, [&](CellFace face, const FaceKey& key) {
-    faces[end_of[key.lowest]++] = {key.opposite, face};
-  });
-  if (progress) progress("joining faces", 1, 2);
-  std::uint32_t begin = 0;
-  for (std::uint64_t v = 0; v < cells.vertices(); begin = end_of[v++])
-    join(std::span(faces).subspan(begin, end_of[v] - begin));
+  // In slices of vertices, so that what is looked for at once stays small.
+  constexpr std::uint64_t kSliceCells = 1 << 18, kMostSlices = 8;
+  const std::uint64_t slices =
+      std::clamp<std::uint64_t>(cells.size() / kSliceCells, 1, kMostSlices);
+  for (std::uint64_t slice = 0; slice < slices; ++slice) {
+    if (progress) progress("joining faces", slice, slices);
+    join_slice(cells.vertices() * slice / slices, cells.vertices() * (slice + 1) / slices);
+  }
 }
 
-// Joins faces that are the same, two by two, the first with the second.
-void CellGraph::join(std::span<Candidate> faces) {
+// Faces whose lowest vertex is in [begin, end).
+void CellGraph::join_slice(std::uint64_t begin, std::uint64_t end) {
+  // By that vertex: counted, then dealt out.
+  std::vector<std::uint32_t> end_of(end - begin + 1, 0);
+  for_each_face(*cells_, begin, end, [&](CellFace, std::uint32_t lowest, std::uint64_t) {
+    ++end_of[lowest - begin + 1];
+  });
+  for (std::size_t v = 1; v < end_of.size(); ++v) end_of[v] += end_of[v - 1];
+  std::vector<Candidate> faces(end_of.back());
+  for_each_face(*cells_, begin, end, [&](CellFace face, std::uint32_t lowest, std::uint64_t key) {
+    faces[end_of[lowest - begin]++] = {static_cast<std::uint32_t>(key >> 32),
+                                       static_cast<std::uint32_t>(key), face};
+  });
+  std::uint32_t first = 0;
+  for (std::uint64_t v = 0; v < end - begin; first = end_of[v++])
+    join(std::span(faces).subspan(first, end_of[v] - first));
+}
+
+// Joins faces that are the same, two by two, the first with the second. Should two different ones
+// have the same key, orders suffer a little, and nothing else.
+void CellGraph::join(std::span<const Candidate> faces) {
   constexpr std::size_t kManyFaces = 64;
   if (faces.size() > kManyFaces) return join_many(faces);
   for (std::size_t i = 0; i < faces.size(); ++i) {
-    CellFace& mine = neighbour(faces[i].face);
-    for (std::size_t j = i + 1; j < faces.size() && !mine; ++j) {
-      if (faces[i].opposite != faces[j].opposite) continue;
-      CellFace& other = neighbour(faces[j].face);
-      if (other || !same_face(faces[i].face, faces[j].face)) continue;
-      mine = faces[j].face;
-      other = faces[i].face;
+    const Candidate& a = faces[i];
+    for (std::size_t j = i + 1; j < faces.size(); ++j) {
+      const Candidate& b = faces[j];
+      if (a.opposite != b.opposite || a.others != b.others || a.face.cell() == b.face.cell() ||
+          neighbour(b.face))
+        continue;
+      if (neighbour(a.face)) break;
+      neighbour(a.face) = b.face;
+      neighbour(b.face) = a.face;
+      break;
     }
   }
 }
@@ -118,15 +138,6 @@ void CellGraph::join_many(std::span<const Candidate> faces) {
     neighbour(b) = a;
     ++i;
   }
-}
-
-// Of faces with the same lowest vertex and the same one opposite.
-bool CellGraph::same_face(CellFace a, CellFace b) const {
-  if (a.cell() == b.cell()) return false;
-  auto mine = vertices_of(*cells_, a), others = vertices_of(*cells_, b);
-  std::sort(mine.begin(), mine.end());
-  std::sort(others.begin(), others.end());
-  return mine == others;
 }
 
 void CellGraph::cut_between_blocks() {

@@ -1,5 +1,6 @@
 // CellGraph: which hexahedra share a face, and how directions are carried across it.
-// Memory: 24 bytes a cell; 48 more a hexahedron and 4 a vertex while it is built.
+// Memory: 24 bytes a cell; while it is built up to 72 more for each of 2^18 hexahedra, or for an
+// eighth of them where that is more, and half a byte a vertex.
 #pragma once
 
 #include <array>
@@ -48,18 +49,19 @@ class CellGraph {
   int degree(std::uint32_t cell) const;
 
  private:
-  // A face while it looks for its like, with the vertex diagonally opposite its lowest one.
+  // A face while it looks for its like, with the vertex diagonally opposite its lowest one and a
+  // hash of the other two.
   struct Candidate {
-    std::uint32_t opposite;
+    std::uint32_t opposite, others;
     CellFace face;
   };
   CellFace& neighbour(CellFace of) { return neighbours_[6 * std::uint64_t{of.cell()} + of.face()]; }
-  void join(std::span<Candidate> faces);
+  void join_slice(std::uint64_t begin, std::uint64_t end);
+  void join(std::span<const Candidate> faces);
   void join_many(std::span<const Candidate> faces);
   // The face of `cell`, other than `not_this`, at the edge between two vertices; 6: none.
   std::uint32_t face_at_edge(std::uint32_t cell, std::uint32_t a, std::uint32_t b,
                              std::uint32_t not_this) const;
-  bool same_face(CellFace a, CellFace b) const;
 
   const CellTable* cells_;
   std::vector<CellFace> neighbours_;
