@@ -14,7 +14,9 @@
 #include "coding_order.h"
 #include "compress.h"
 #include "decompress.h"
+#include "order_match.h"
 #include "page_cache.h"
+#include "reordered_mesh.h"
 
 namespace shm::converters {
 namespace {
@@ -112,7 +114,7 @@ class Comparison {
     compare_structure();
     if (!same_counts_) return std::move(report_);
     const Schema& schema = restored_->info().schema;
-    as_mesh_ = schema.order == Order::stream && source_->info().schema.order == Order::keep;
+    as_mesh_ = schema.order != Order::keep && source_->info().schema.order == Order::keep;
     if (as_mesh_ && !same_numbering() && !same_within_blocks()) find_renumbering();
     compare_points();
     compare_cells();
@@ -140,6 +142,7 @@ class Comparison {
   bool same_numbering();
   bool same_within_blocks();
   void find_renumbering();
+  bool find_free_order();
   void follow(NumberList* vertices, NumberList* cells);
   void compare_points();
   void compare_cells();
@@ -161,7 +164,7 @@ class Comparison {
   const Progress& progress_;
   CompareReport report_;
   bool same_counts_ = true, same_arrays_ = true;
-  bool as_mesh_ = false;  // the restored mesh is in Order::stream, the source is not
+  bool as_mesh_ = false;  // the restored mesh is in another order than keep, the source is not
 
   // A guess about how the restored mesh is numbered, checked like anything else: the source's
   // number of each restored vertex and cell. Null: the same.
@@ -171,9 +174,10 @@ class Comparison {
   std::optional<NumberTable> position_of_vertex_;  // of a source vertex; exists: a bijection
   std::optional<NumberTable> position_of_cell_;
   std::unique_ptr<CoveredOrder> covered_;
-  std::unique_ptr<CodingOrderLog> log_;   // where the guess comes from, or
-  std::unique_ptr<NumberList> by_block_;  // the source has the cells of each block together
-  std::vector<std::uint64_t> mapped_;     // corners of a restored cell in source numbers
+  std::unique_ptr<CodingOrderLog> log_;      // where the guess comes from, or
+  std::unique_ptr<NumberList> by_block_;     // the source has the cells of each block together
+  std::unique_ptr<NumberList> moved_cells_;  // cells were put in another order
+  std::vector<std::uint64_t> mapped_;        // corners of a restored cell in source numbers
 };
 
 void Comparison::compare_structure() {
@@ -258,7 +262,9 @@ bool Comparison::same_numbering() {
 // stores one block after the other moves cells, but no vertices.
 bool Comparison::same_within_blocks() {
   const MeshInfo& info = source_->info();
-  if (restored_->info().schema.delay == 0 || info.block_cells.size() < 2) return false;
+  const Schema& schema = restored_->info().schema;
+  const bool cells_move = schema.delay > 0 || schema.order == Order::free;
+  if (!cells_move || info.block_cells.size() < 2) return false;
   std::vector<std::uint64_t> next;  // place of the next cell of each block in source_cell
   for (std::uint64_t sum = 0; const std::uint64_t count : info.block_cells) {
     next.push_back(sum);
@@ -288,10 +294,27 @@ bool Comparison::same_within_blocks() {
 
 void Comparison::find_renumbering() {
   if (progress_) progress_("finding the renumbering", 0, 1);
+  const Schema& schema = restored_->info().schema;
+  if (schema.order == Order::free && schema.delay == 0 && find_free_order()) return;
   log_ = std::make_unique<CodingOrderLog>(*spool_);
   replay_coding_order(*source_, restored_->info(), *log_, *spool_);
   log_->check();
-  follow(&log_->vertices(), restored_->info().schema.delay > 0 ? &log_->cells() : nullptr);
+  follow(&log_->vertices(), schema.delay > 0 ? &log_->cells() : nullptr);
+}
+
+// The same where cells were put in another order first.
+bool Comparison::find_free_order() {
+  const auto order = matching_order(*source_, *restored_, progress_);
+  if (!order) return false;
+  const std::optional<CellTable> cells = CellTable::read(*source_);
+  ReorderedMesh ordered(*source_, *cells, *order);
+  log_ = std::make_unique<CodingOrderLog>(*spool_, false);
+  replay_coding_order(ordered, restored_->info(), *log_, *spool_);
+  log_->check();
+  moved_cells_ = std::make_unique<NumberList>(*spool_);
+  for (const std::uint32_t cell : *order) moved_cells_->push_back(cell);
+  follow(&log_->vertices(), moved_cells_.get());
+  return true;
 }
 
 // Takes up a guess. Throws when it is no bijection.

@@ -12,14 +12,18 @@
 
 #include "coding_order.h"
 #include "failure.h"
+#include "free_order.h"
 #include "page_cache.h"
+#include "reordered_mesh.h"
 #include "vertex_compaction.h"
 
 namespace shm::converters {
 namespace {
 
-constexpr std::size_t kCacheBytes = std::size_t{32} << 20;  // vertex records, or one step's values
-constexpr std::uint64_t kPieceElements = 65536;             // of step values, of points measured
+// For vertex records, or one step's values; no limit where the whole mesh is in memory anyway.
+constexpr std::size_t kCacheBytes = std::size_t{32} << 20;
+constexpr std::size_t kUnlimited = std::numeric_limits<std::size_t>::max();
+constexpr std::uint64_t kPieceElements = 65536;  // of step values, of points measured
 
 // A library result. The mesh, not the user, is to blame for a call that the library refuses.
 template <class T>
@@ -78,14 +82,14 @@ std::vector<StaticArray> static_arrays(const MeshInfo& info, const Schema& schem
 class MeshFeeder final : public CompactedMesh {
  public:
   // `schema`: the Writer's; its arrays are those of the mesh, or none.
-  MeshFeeder(MeshSource& mesh, const Schema& schema, Writer& writer)
+  MeshFeeder(MeshSource& mesh, const Schema& schema, Writer& writer, std::size_t cache_bytes)
       : mesh_(&mesh),
         writer_(&writer),
         point_arrays_(static_arrays(mesh.info(), schema, Location::point)),
         cell_arrays_(static_arrays(mesh.info(), schema, Location::cell)),
         xyz_bytes_(3 * scalar_bytes(mesh.info().schema.coordinate_type)),
         record_bytes_(xyz_bytes_ + data_bytes(point_arrays_)),
-        records_(mesh.info().vertices, record_bytes_, kCacheBytes,
+        records_(mesh.info().vertices, record_bytes_, cache_bytes,
                  [this](std::uint64_t first, std::uint64_t count, std::byte* out) {
                    fetch_records(first, count, out);
                  }) {}
@@ -160,14 +164,14 @@ class MeshFeeder final : public CompactedMesh {
 
 // All steps of one array. `order`: element numbers in coding order; null: the order of the file.
 void write_steps(MeshSource& mesh, Writer& writer, std::size_t array, NumberList* order,
-                 const Progress& progress) {
+                 std::size_t cache_bytes, const Progress& progress) {
   const std::uint64_t elements = mesh.info().array_elements(array);
   const std::uint64_t steps = mesh.info().step_times.size();
   const std::size_t stride = mesh.info().array_stride(array);
   std::vector<std::byte> values;
   std::vector<std::uint64_t> numbers;
   for (std::uint64_t step = 0; step < steps; ++step) {
-    PageCache cache(elements, stride, kCacheBytes,
+    PageCache cache(elements, stride, cache_bytes,
                     [&](std::uint64_t first, std::uint64_t count, std::byte* out) {
                       mesh.read_array(array, step, first, count, out);
                     });
@@ -224,6 +228,80 @@ Quantization measured_box(MeshSource& mesh, std::uint32_t bits, const Progress& 
   return box;
 }
 
+// Codes a mesh in the order its cells come in.
+SizeReport code_mesh(MeshSource& mesh, const Schema& schema, ByteSink& sink,
+                     const WriteOptions& options, const Progress& progress, Spool& spool) {
+  const MeshInfo& info = mesh.info();
+  const bool cells_move = schema.delay > 0;
+  const bool renumber = schema.order != Order::keep;
+  const std::size_t cache_bytes = schema.order == Order::free ? kUnlimited : kCacheBytes;
+
+  CodingOrderLog log(spool, cells_move);
+  BothOrders orders(&log, options.coding_order);
+  WriteOptions write_options = options;
+  write_options.coding_order = &orders;
+  Writer writer = checked(Writer::create(sink, schema, write_options));
+  {
+    MeshFeeder feeder(mesh, schema, writer, cache_bytes);
+    stream_compacted(mesh, spool, feeder, progress);
+  }
+  checked(writer.end_mesh());
+  log.check();
+
+  CoveredOrder covered(mesh, log.cells(), spool);
+  for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
+    if (!schema.arrays[a].per_step) continue;
+    NumberList* order = nullptr;
+    if (schema.arrays[a].location == Location::point)
+      order = &log.vertices();
+    else if (cells_move)
+      order = &covered.elements(a);
+    write_steps(mesh, writer, a, order, cache_bytes, progress);
+  }
+  checked(writer.set_step_times(info.step_times));
+
+  Renumbering to;
+  to.vertices = info.vertices;
+  to.cells = info.cells();
+  std::optional<NumberTable> vertex_position, cell_position;
+  if (renumber && !info.extras.empty()) {
+    vertex_position = invert(log.vertices(), info.vertices, "vertex", spool);
+    to.vertex = [&](std::uint64_t v) { return vertex_position->get(v); };
+    if (cells_move) {
+      cell_position = invert(log.cells(), info.cells(), "cell", spool);
+      to.cell = [&](std::uint64_t c) { return cell_position->get(c); };
+    }
+  }
+  for (const Extra& extra : info.extras) checked(writer.add_extra(renumbered(extra, to)));
+  return checked(writer.finish());
+}
+
+// Tells numbers of reordered cells as they were before.
+class FormerNumbers final : public CodingOrder {
+ public:
+  FormerNumbers(const CellSequence& order, CodingOrder* out) : order_(&order), out_(out) {}
+  void vertex(std::uint64_t number) override {
+    if (out_ != nullptr) out_->vertex(number);
+  }
+  void cell(std::uint64_t number) override {
+    if (out_ != nullptr) out_->cell((*order_)[number]);
+  }
+
+ private:
+  const CellSequence* order_;
+  CodingOrder* out_;
+};
+
+TrialCoder trial_coder(const Schema& schema, ConnectivityCodec codec, Spool& spool) {
+  return [&, codec](MeshSource& part) {
+    NullSink nowhere;
+    WriteOptions options;
+    options.connectivity = codec;
+    options.restart_budget = 0;
+    return code_mesh(part, schema, nowhere, options, {}, spool);
+  };
+}
+
 }  // namespace
 
 bool needs_corner_order(const MeshInfo& info) {
@@ -252,7 +330,7 @@ bool needs_corner_order(const MeshInfo& info) {
 Schema schema_for(MeshSource& mesh, const CompressOptions& options) {
   Schema schema = mesh.info().schema;
   schema.order = options.order;
-  schema.delay = options.delay;
+  schema.delay = options.order == Order::free ? 0 : options.delay;
   schema.corner_order = options.order == Order::keep || needs_corner_order(mesh.info());
   schema.coordinate_quantization = {};
   for (ArrayInfo& array : schema.arrays) array.quantization = {};
@@ -263,53 +341,41 @@ Schema schema_for(MeshSource& mesh, const CompressOptions& options) {
 
 SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions& options,
                          Spool& spool) {
-  const MeshInfo& info = mesh.info();
   const Schema schema = schema_for(mesh, options);
-  const bool cells_move = options.delay > 0;
-  const bool renumber = options.order == Order::stream;
+  const auto code = [&](MeshSource& ordered, CodingOrder* coding_order) {
+    WriteOptions write_options;
+    write_options.coding_order = coding_order;
+    write_options.connectivity = options.connectivity;
+    write_options.segment_cells = options.segment_cells;
+    write_options.restart_budget = options.restart_budget;
+    write_options.threads = options.threads;
+    return code_mesh(ordered, schema, sink, write_options, options.progress, spool);
+  };
+  std::optional<CellTable> cells;
+  if (options.order == Order::free) cells = CellTable::read(mesh, options.progress);
+  if (!cells) return code(mesh, options.coding_order);
+  const std::optional<CellSequence> order = find_free_order(
+      mesh, *cells, trial_coder(schema, options.connectivity, spool), options.progress);
+  if (!order) cells.reset();
+  if (!order) return code(mesh, options.coding_order);
+  FormerNumbers former(*order, options.coding_order);
+  ReorderedMesh ordered(mesh, *cells, *order);
+  return code(ordered, &former);
+}
 
-  CodingOrderLog log(spool, cells_move);
-  BothOrders orders(&log, options.coding_order);
-  WriteOptions write_options;
-  write_options.coding_order = &orders;
-  write_options.connectivity = options.connectivity;
-  write_options.segment_cells = options.segment_cells;
-  write_options.restart_budget = options.restart_budget;
-  write_options.threads = options.threads;
-  Writer writer = checked(Writer::create(sink, schema, write_options));
-  {
-    MeshFeeder feeder(mesh, schema, writer);
-    stream_compacted(mesh, spool, feeder, options.progress);
-  }
-  checked(writer.end_mesh());
-  log.check();
-
-  CoveredOrder covered(mesh, log.cells(), spool);
-  for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
-    if (!schema.arrays[a].per_step) continue;
-    NumberList* order = nullptr;
-    if (schema.arrays[a].location == Location::point)
-      order = &log.vertices();
-    else if (cells_move)
-      order = &covered.elements(a);
-    write_steps(mesh, writer, a, order, options.progress);
-  }
-  checked(writer.set_step_times(info.step_times));
-
-  Renumbering to;
-  to.vertices = info.vertices;
-  to.cells = info.cells();
-  std::optional<NumberTable> vertex_position, cell_position;
-  if (renumber && !info.extras.empty()) {
-    vertex_position = invert(log.vertices(), info.vertices, "vertex", spool);
-    to.vertex = [&](std::uint64_t v) { return vertex_position->get(v); };
-    if (cells_move) {
-      cell_position = invert(log.cells(), info.cells(), "cell", spool);
-      to.cell = [&](std::uint64_t c) { return cell_position->get(c); };
-    }
-  }
-  for (const Extra& extra : info.extras) checked(writer.add_extra(renumbered(extra, to)));
-  return checked(writer.finish());
+std::optional<std::uint64_t> bytes_in_free_order(MeshSource& mesh, const CompressOptions& options,
+                                                 const SizeReport& sizes, Spool& spool) {
+  const std::optional<CellTable> cells = CellTable::read(mesh);
+  if (!cells) return std::nullopt;
+  CompressOptions free_options = options;
+  free_options.order = Order::free;
+  const Schema free_schema = schema_for(mesh, free_options), schema = schema_for(mesh, options);
+  const double share =
+      share_in_free_order(mesh, *cells, trial_coder(free_schema, options.connectivity, spool),
+                          trial_coder(schema, options.connectivity, spool));
+  const auto extras = sizes.streams.find("extras");  // as large in any order
+  const std::uint64_t fixed = extras == sizes.streams.end() ? 0 : extras->second;
+  return fixed + static_cast<std::uint64_t>(share * static_cast<double>(sizes.total_bytes - fixed));
 }
 
 void replay_coding_order(MeshSource& mesh, const MeshInfo& of, CodingOrder& out, Spool& spool) {
@@ -321,7 +387,7 @@ void replay_coding_order(MeshSource& mesh, const MeshInfo& of, CodingOrder& out,
   options.segment_starts = of.segment_starts;
   if (options.segment_starts.empty()) options.restart_budget = 0;
   Writer writer = checked(Writer::create(nowhere, bare, options));
-  MeshFeeder feeder(mesh, bare, writer);
+  MeshFeeder feeder(mesh, bare, writer, bare.order == Order::free ? kUnlimited : kCacheBytes);
   stream_compacted(mesh, spool, feeder);
   checked(writer.end_mesh());
 }

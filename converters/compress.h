@@ -1,9 +1,11 @@
 // Compression: any MeshSource through vertex compaction into a shm::Writer.
 // Two passes over the cells (three when there is a delay buffer and arrays on some blocks only);
-// memory follows the active surface, not the mesh.
+// memory follows the active surface, not the mesh. Order::free is the exception: it looks at the
+// whole mesh, and keeps it in memory with its data; see free_order.h.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "mesh_source.h"
 #include "progress.h"
@@ -14,7 +16,7 @@ namespace shm::converters {
 
 struct CompressOptions {
   Order order = Order::keep;
-  std::uint32_t delay = 0;              // cells in the delay buffer
+  std::uint32_t delay = 0;              // cells in the delay buffer; none in Order::free
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
   std::uint32_t coordinate_bits = 0;    // 0: lossless; else 1..52, uniform over the bounding box
   std::uint64_t segment_cells = 0;      // cells of a segment; 0: cuts follow the budget
@@ -31,9 +33,15 @@ Schema schema_for(MeshSource& mesh, const CompressOptions& options);
 // nodes on edges and faces, values per corner.
 bool needs_corner_order(const MeshInfo& info);
 
-// Writes the whole mesh to `sink`, which is not committed.
+// Writes the whole mesh to `sink`, which is not committed. In Order::free the order of cells is the
+// smallest that is known (find_free_order).
 SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions& options,
                          Spool& spool);
+
+// About how many bytes the file would have in Order::free, where it has `sizes` with `options`;
+// from a sample. Memory as for Order::free. Nothing when there are too many cells.
+std::optional<std::uint64_t> bytes_in_free_order(MeshSource& mesh, const CompressOptions& options,
+                                                 const SizeReport& sizes, Spool& spool);
 
 // Only vertices and cells, for who wants to hear the coding order; `of`, what a .shm file says of
 // itself, gives order, delay and segments.

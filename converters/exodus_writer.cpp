@@ -62,8 +62,11 @@ class SkeletonWriter {
 
   // Faces of polyhedra are a list in cell order, which does not follow when cells move.
   void check_polyhedra() const {
+    const Schema& schema = info_.schema;
+    const bool cells_move =
+        schema.order == Order::free || (schema.order == Order::stream && schema.delay > 0);
     for (const BlockLayout& block : layout_.blocks)
-      if (block.faces >= 0 && info_.schema.order == Order::stream && info_.schema.delay > 0)
+      if (block.faces >= 0 && cells_move)
         place_.fail(ErrorCode::unsupported, "polyhedra",
                     "their faces cannot be told after cells have been reordered");
   }

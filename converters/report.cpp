@@ -117,7 +117,7 @@ Json schema_json(const MeshInfo& info) {
   const Schema& schema = info.schema;
   Json json;
   json["source_format"] = schema.source_format;
-  json["order"] = schema.order == Order::keep ? "keep" : "stream";
+  json["order"] = order_name(schema.order);
   json["delay"] = schema.delay;
   json["corner_order"] = schema.corner_order;
   json["coordinate_type"] = scalar_name(schema.coordinate_type);
@@ -219,6 +219,20 @@ std::string compress_text(const CompressRun& run, const MeshInfo& info) {
   return text + "; " + fixed(run.seconds, 2) + " s)\n";
 }
 
+double bits_a_cell(const SizeReport& sizes) {
+  if (sizes.cells == 0) return 0;
+  return 8.0 * static_cast<double>(connectivity_bytes(sizes.streams)) /
+         static_cast<double>(sizes.cells);
+}
+
+std::string free_order_hint(const CompressRun& run, std::uint64_t free_bytes) {
+  const std::uint64_t bytes = run.sizes.total_bytes;
+  if (free_bytes >= bytes - bytes / 5) return {};
+  return run.input +
+         ": its cells are stored in an incoherent order; the same mesh with --order free " +
+         "would take about " + std::to_string(100 * free_bytes / bytes) + " % of these bytes\n";
+}
+
 std::string info_json(const std::string& path, const MeshInfo& info, const Totals* totals) {
   Json json;
   json["file"] = path;
@@ -253,7 +267,7 @@ std::string info_text(const std::string& path, const MeshInfo& info, const Total
   text +=
       "source       " + (schema.source_format.empty() ? "unknown" : schema.source_format) + "\n";
   if (totals != nullptr) {
-    text += std::string("order        ") + (schema.order == Order::keep ? "keep" : "stream");
+    text += "order        " + std::string(order_name(schema.order));
     if (schema.delay > 0) text += ", delay buffer of " + plural(schema.delay, "cell", "cells");
     if (!schema.corner_order) text += ", corners may come back rotated";
     text += "\nwidth        " + plural(totals->max_active_vertices, "vertex", "vertices") +

@@ -40,6 +40,9 @@ enum ExitCode {
   kLimit = 5
 };
 
+// Memory of the spool.
+constexpr std::size_t kSpool = std::size_t{64} << 20, kFreeOrderSpool = std::size_t{1} << 30;
+
 struct Options {
   std::string input, output, format, against, temp;
   std::string order = "keep";
@@ -136,19 +139,41 @@ SizeReport compress_to_file(MeshSource& mesh, const std::string& path, const Com
   return sizes;
 }
 
+Order order_of(const std::string& name) {
+  for (const Order order : {Order::stream, Order::free})
+    if (name == order_name(order)) return order;
+  return Order::keep;
+}
+
+// Tells on standard error when numbers and order that nobody may need are most of the file. Looks
+// closer only where connectivity is dear, and the mesh is small enough to look at quickly.
+void hint_at_free_order(MeshSource& mesh, const CompressOptions& how, const CompressRun& run,
+                        Spool& spool) {
+  constexpr double kDearBits = 6;
+  constexpr std::uint64_t kMostCells = 1 << 20, kFewestBytes = 1 << 16;
+  if (how.order != Order::keep || bits_a_cell(run.sizes) < kDearBits ||
+      run.sizes.cells > kMostCells || run.sizes.total_bytes < kFewestBytes)
+    return;
+  if (const auto bytes = bytes_in_free_order(mesh, how, run.sizes, spool))
+    std::fputs(free_order_hint(run, *bytes).c_str(), stderr);
+}
+
 ExitCode run_compress(Options& options) {
   if (options.output.empty()) options.output = options.input + ".shm";
   if (options.output == "-" && options.json)
     wrong_use("--json and the compressed mesh cannot both go to standard output");
   if (!(options.restart_budget >= 0)) wrong_use("--restart-budget is no number");
+  if (options.delay > 0 && options.order == "free")
+    wrong_use("--delay is for the order stream; --order free moves cells anyway");
   const auto start = std::chrono::steady_clock::now();
   ProgressLine line(options.quiet);
-  Spool spool(spool_directory(options));
+  // An incoherent mesh is read in any order: pages that go to disk would come back soon.
+  Spool spool(spool_directory(options), options.order == "free" ? kFreeOrderSpool : kSpool);
   line.show("reading " + options.input);
   const auto mesh = open_mesh(options.input, spool, line.callback());
 
   CompressOptions how;
-  how.order = options.order == "stream" ? Order::stream : Order::keep;
+  how.order = order_of(options.order);
   how.delay = options.delay;
   how.connectivity = options.codec == "paper"  ? ConnectivityCodec::paper
                      : options.codec == "rows" ? ConnectivityCodec::rows
@@ -170,6 +195,7 @@ ExitCode run_compress(Options& options) {
     std::fputs(compress_json(run, mesh->info()).c_str(), stdout);
   else
     say(options, compress_text(run, mesh->info()));
+  if (!options.json && !options.quiet) hint_at_free_order(*mesh, how, run, spool);
   return kDone;
 }
 
@@ -288,6 +314,7 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
       "  shm compress part.vtk -o part.shm --json sizes of all streams for a program\n"
       "  shm compress part.msh --order stream --delay 100\n"
       "                                           smaller: vertices renumbered, cells reordered\n"
+      "  shm compress part.e --order free         the same mesh in the order that is smallest\n"
       "  shm compress scan.vtk --bits 16          coordinates rounded to 16 bits of the box");
   command->add_option("IN", options.input, "Exodus, VTK legacy, Gmsh or .shm file")
       ->required()
@@ -295,10 +322,12 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
   command->add_option("-o,--output", options.output, "File to write (default: IN.shm)")
       ->type_name("OUT.shm");
   command
-      ->add_option("--order", options.order,
-                   "keep: all numbers come back (default); stream: vertices numbered by first use")
-      ->check(CLI::IsMember({"keep", "stream"}).description(""))
-      ->type_name("keep|stream");
+      ->add_option(
+          "--order", options.order,
+          "keep: all numbers come back (default); stream: vertices numbered by first use;\n"
+          "free: the same mesh, its cells in whatever order is smallest (needs memory)")
+      ->check(CLI::IsMember({"keep", "stream", "free"}).description(""))
+      ->type_name("keep|stream|free");
   command->add_option("--delay", options.delay, "Cells in the delay buffer (default: 0)")
       ->check(CLI::Range(0u, 1u << 20).description(""))
       ->type_name("N");

@@ -21,13 +21,7 @@ void find_last_uses(MeshSource& mesh, NumberTable& table, const Progress& progre
   for (mesh.rewind_cells(); mesh.next_cells(batch, kBatchCells); first_cell += batch.size()) {
     for (std::size_t i = 0; i < batch.size(); ++i)
       for (const std::uint64_t v : batch.cell(i)) {
-        if (v >= vertices)
-          throw Failure(Error{ErrorCode::corrupt,
-                              "uses vertex " + std::to_string(v) + " of " +
-                                  std::to_string(vertices) + " (counted from 0)",
-                              "cell " + std::to_string(first_cell + i),
-                              kNoOffset,
-                              {}});
+        require_vertex(first_cell + i, v, vertices);
         table.set(v, first_cell + i + 1);
       }
     if (progress) progress("finding last uses", first_cell + batch.size(), cells);
@@ -35,6 +29,16 @@ void find_last_uses(MeshSource& mesh, NumberTable& table, const Progress& progre
 }
 
 }  // namespace
+
+void require_vertex(std::uint64_t cell, std::uint64_t vertex, std::uint64_t vertices) {
+  if (vertex < vertices) return;
+  throw Failure(Error{ErrorCode::corrupt,
+                      "uses vertex " + std::to_string(vertex) + " of " + std::to_string(vertices) +
+                          " (counted from 0)",
+                      "cell " + std::to_string(cell),
+                      kNoOffset,
+                      {}});
+}
 
 void stream_compacted(MeshSource& mesh, Spool& spool, CompactedMesh& out,
                       const Progress& progress) {

@@ -15,6 +15,9 @@ namespace shm::converters {
 
 inline constexpr std::uint64_t kNeverUsed = ~std::uint64_t{0};
 
+// Throws corrupt, naming the cell, unless vertex < vertices.
+void require_vertex(std::uint64_t cell, std::uint64_t vertex, std::uint64_t vertices);
+
 // Hears the streaming mesh.
 class CompactedMesh {
  public:

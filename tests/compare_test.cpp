@@ -164,19 +164,21 @@ TEST(Compare, QuantizedValuesHaveAPromise) {
   EXPECT_TRUE(compare(a, b).equal());
 }
 
-TEST(RoundTrip, KeepAndStreamWithAndWithoutDelay) {
+TEST(RoundTrip, EveryOrderWithAndWithoutDelay) {
   MemoryMesh rich = rich_mesh();
   for (const Order order : {Order::keep, Order::stream})
     for (const std::uint32_t delay : {0u, 3u, 1000u}) {
       const CompareReport report = round_trip(rich, options_of(order, delay));
       EXPECT_TRUE(report.equal()) << "delay " << delay << "\n" << words(report);
     }
+  const CompareReport report = round_trip(rich, options_of(Order::free));
+  EXPECT_TRUE(report.equal()) << words(report);
 }
 
 TEST(RoundTrip, ShuffledCells) {
   MemoryMesh mesh = grid_mesh(9, 8, 7);
   shuffle_mesh(mesh, 11, true);
-  for (const Order order : {Order::keep, Order::stream})
+  for (const Order order : {Order::keep, Order::stream, Order::free})
     EXPECT_TRUE(round_trip(mesh, options_of(order, 10)).equal());
 }
 
@@ -209,7 +211,7 @@ TEST(RoundTrip, EmptyAndLooseVertices) {
   EXPECT_TRUE(round_trip(mesh, options_of(Order::keep)).equal());
   mesh.add_point(1, 2, 3);
   mesh.add_point(4, 5, 6);
-  for (const Order order : {Order::keep, Order::stream})
+  for (const Order order : {Order::keep, Order::stream, Order::free})
     EXPECT_TRUE(round_trip(mesh, options_of(order)).equal());
 }
 

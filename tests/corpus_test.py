@@ -3,7 +3,7 @@
 
 corpus_test.py SHM            SHM: path of the tool; the corpus is the folder in SHM_CORPUS
 
-For each file: compress in `keep` and in `stream`; `verify --against` the source says equal; the
+For each file: compress in `keep`, `stream` and `free`; `verify --against` the source says equal; the
 streams of --json add up to the output; decompress to the file's own format, and a reader that we
 did not write (VTK, gmsh, netCDF's tools) finds source and result equal.
 Exit code 0 when all hold, 1 when one fails, 77 (skipped) where there is no corpus.
@@ -32,7 +32,7 @@ def check(shm, folder, path, scratch):
     """What is wrong with one file: a list of sentences."""
     wrong = []
     packed = os.path.join(scratch, "packed.shm")
-    for order in ("stream", "keep"):
+    for order in ("stream", "free", "keep"):
         code, text, out = run([shm, "compress", path, "-o", packed, "--order", order, "--json"])
         if code != 0:
             wrong.append(f"compress --order {order}: exit {code}: {text}")

@@ -54,6 +54,7 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"keep_delay", 0xfc4d305b01724be6},
     {"stream", 0x158de4e8c843da94},
     {"stream_turned", 0x3c7b91c9b8222364},
+    {"free", 0x158de4e8c843da94},
     {"groups", 0x8b79e01fedda1cb9},
     {"paper_codec", 0xf9075a9f41850e08},
     {"paper_codec_stream", 0xbaf715d1cd60b882},

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Families of generated meshes through the tool: both orders, delay buffers, lossless and quantized.
+"""Families of generated meshes through the tool: all orders, delay buffers, lossless and quantized.
 
 families_test.py SHM          shm_make_mesh (and shm_make_tet_mesh, where TetGen is) stand beside SHM
 
@@ -20,8 +20,8 @@ def run(*command):
 
 
 def check(shm, name, mesh, packed):
-    for order in ("keep", "stream"):
-        for delay in DELAYS:
+    for order in ("keep", "stream", "free"):
+        for delay in DELAYS if order != "free" else ("0",):
             for bits in ((), ("--bits", "16")):
                 if bits and delay in ("1", "1000"):
                     continue  # geometry does not care how the order came about

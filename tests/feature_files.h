@@ -286,6 +286,7 @@ inline std::vector<FeatureFile> feature_files() {
   add("keep_delay", written(with_order(shuffled(bent_grid(3, 2, 2)), keep, true, 5)));
   add("stream", written(with_order(shuffled(bent_grid(3, 2, 2)), stream, true, 0)));
   add("stream_turned", written(with_order(shuffled(bent_grid(3, 2, 2)), stream, false, 5)));
+  add("free", written(with_order(shuffled(bent_grid(3, 2, 2)), Order::free, true, 0)));
   add("groups", written(bent_grid(3, 3, 1), 2));
   add("paper_codec", written(shuffled(bent_grid(3, 3, 2)), 10, ConnectivityCodec::paper));
   add("paper_codec_stream", written(with_order(shuffled(bent_grid(3, 3, 2)), stream, false, 3),

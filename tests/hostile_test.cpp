@@ -410,7 +410,7 @@ TEST(Hostile, LyingSchema) {
     EXPECT_EQ(code_of(file_of({{ChunkKind::schema, schema_payload(schema)}})), code);
   };
   refused([](Schema&) {}, ErrorCode::truncated);  // no lie: nothing follows
-  refused([](Schema& s) { s.order = static_cast<Order>(2); });
+  refused([](Schema& s) { s.order = static_cast<Order>(3); });
   refused([](Schema& s) { s.corner_order = false; });
   refused([](Schema& s) { s.coordinate_type = ScalarType::int32; });
   refused([](Schema& s) { s.coordinate_quantization = {8, {0, 0}, {1, 1}}; });

@@ -127,7 +127,7 @@ class ItemText {
   }
 
   void add_schema() {
-    out_ += schema_.order == Order::keep ? "order keep" : "order stream";
+    out_ += "order " + std::string(order_name(schema_.order));
     out_ += schema_.corner_order ? ", corners in order" : ", corners may turn";
     field(", delay", schema_.delay);
     out_ += ", coordinates " + std::string(scalar_name(schema_.coordinate_type));

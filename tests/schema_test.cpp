@@ -50,7 +50,7 @@ TEST(Schema, WhatIsRefused) {
   const double infinity = std::numeric_limits<double>::infinity();
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<std::function<void(Schema&)>> lies = {
-      [](Schema& s) { s.order = static_cast<Order>(2); },
+      [](Schema& s) { s.order = static_cast<Order>(3); },
       [](Schema& s) { s.order = Order::keep; },  // with corners that may turn
       [](Schema& s) { s.coordinate_type = ScalarType::int32; },
       [](Schema& s) { s.coordinate_type = static_cast<ScalarType>(0); },

@@ -5,6 +5,7 @@ Usage: tool_test.py PATH_OF_SHM
 """
 import json
 import os
+import random
 import signal
 import subprocess
 import sys
@@ -16,7 +17,7 @@ import xml.etree.ElementTree
 SHM = "shm"
 
 
-def write_vtk(path, n, bend=0.0):
+def write_vtk(path, n, bend=0.0, shuffled=False):
     """An ASCII VTK grid of n*n*n hexahedra with one point and one cell array."""
     m = n + 1
     points, cells = [], []
@@ -24,7 +25,11 @@ def write_vtk(path, n, bend=0.0):
         for y in range(m):
             for x in range(m):
                 points.append(f"{x * 0.1 + bend * z} {y * 0.1} {z * 0.1}")
-    at = lambda x, y, z: (z * m + y) * m + x
+    number = list(range(len(points)))
+    if shuffled:
+        random.Random(1).shuffle(number)
+        points = [place for _, place in sorted(zip(number, points))]
+    at = lambda x, y, z: number[(z * m + y) * m + x]
     for z in range(n):
         for y in range(n):
             for x in range(n):
@@ -32,6 +37,8 @@ def write_vtk(path, n, bend=0.0):
                            at(x, y, z + 1), at(x + 1, y, z + 1), at(x + 1, y + 1, z + 1),
                            at(x, y + 1, z + 1)]
                 cells.append("8 " + " ".join(map(str, corners)))
+    if shuffled:
+        random.Random(2).shuffle(cells)
     with open(path, "w") as out:
         out.write("# vtk DataFile Version 3.0\na grid\nASCII\nDATASET UNSTRUCTURED_GRID\n")
         out.write(f"POINTS {len(points)} double\n" + "\n".join(points) + "\n")
@@ -78,7 +85,8 @@ class ToolTest(unittest.TestCase):
         self.shm(code=2)
         self.shm("squash", self.mesh, code=2)
         self.shm("compress", code=2)
-        self.shm("compress", self.mesh, "--order", "free", code=2)
+        self.shm("compress", self.mesh, "--order", "any", code=2)
+        self.shm("compress", self.mesh, "--order", "free", "--delay", "5", code=2)
         self.shm("compress", self.mesh, "--bits", "53", code=2)
         self.shm("compress", self.mesh, "--bits", "0", code=2)
         self.shm("compress", self.mesh, "--delay", "-1", code=2)
@@ -214,6 +222,7 @@ class ToolTest(unittest.TestCase):
         write_vtk(other, 5, bend=1e-9)
         for options in ([], ["--order", "stream"], ["--order", "stream", "--delay", "20"],
                         ["--delay", "7"], ["--bits", "12"], ["--codec", "paper"],
+                        ["--order", "free"],
                         ["--codec", "rows", "--order", "stream"]):
             packed = self.path("mesh.shm")
             self.shm("compress", self.mesh, "-o", packed, *options)
@@ -225,6 +234,37 @@ class ToolTest(unittest.TestCase):
             back = self.path("back.vtk")
             self.shm("decompress", packed, "-o", back)
             self.shm("verify", packed, "--against", back)
+
+    def test_order_free(self):
+        mesh, packed = self.path("shuffled.vtk"), self.path("shuffled.shm")
+        write_vtk(mesh, 16, shuffled=True)
+        sizes = {}
+        for order in ("stream", "free"):
+            told = json.loads(self.shm("compress", mesh, "-o", packed, "--order", order,
+                                       "--json")[0])
+            sizes[order] = told["streams"]["connectivity"] + told["streams"]["geometry"]
+            self.shm("verify", packed, "--against", mesh)
+        self.assertLess(5 * sizes["free"], sizes["stream"])
+        self.assertIn("order        free", self.shm("info", packed)[0])
+        self.assertEqual(json.loads(self.shm("info", packed, "--json")[0])["order"], "free")
+        self.shm("verify", packed, "--against", self.mesh, code=1)
+        back = self.path("back.vtk")
+        self.shm("decompress", packed, "-o", back)
+        self.shm("verify", packed, "--against", back)
+
+    def test_hint_at_order_free(self):
+        mesh, packed = self.path("shuffled.vtk"), self.path("shuffled.shm")
+        write_vtk(mesh, 25, shuffled=True)
+
+        def told(path, *options):
+            return subprocess.run([SHM, "compress", path, "-o", packed, *options], check=True,
+                                  capture_output=True, text=True).stderr
+        self.assertRegex(told(mesh), r"^.*shuffled.vtk: .* --order free .* \d+ % of these bytes\n$")
+        self.assertEqual(told(mesh, "--quiet"), "")
+        self.assertEqual(told(mesh, "--json"), "")
+        self.assertEqual(told(mesh, "--order", "stream"), "")
+        write_vtk(mesh, 25)
+        self.assertEqual(told(mesh), "")
 
     def test_keep_gives_back_the_source(self):
         packed, again = self.path("mesh.shm"), self.path("again.shm")

@@ -194,7 +194,7 @@ Result<void> MeshWriter::write_steps() {
 }
 
 Result<void> MeshWriter::write_extras() {
-  const bool moved = mesh_->schema.order == Order::stream;
+  const bool moved = mesh_->schema.order != Order::keep;
   const auto vertices = moved ? inverse(order_->vertices) : std::vector<std::uint64_t>();
   const auto cells = moved ? inverse(order_->cells) : std::vector<std::uint64_t>();
   for (Extra extra : mesh_->extras) {

@@ -39,6 +39,15 @@ std::string_view shape_name(CellShape shape) {
   return "unknown";
 }
 
+std::string_view order_name(Order order) {
+  switch (order) {
+    case Order::keep: return "keep";
+    case Order::stream: return "stream";
+    case Order::free: return "free";
+  }
+  return "unknown";
+}
+
 std::string array_stream_name(const Schema& schema, std::size_t array) {
   const ArrayInfo& info = schema.arrays[array];
   int same = 1;

@@ -140,7 +140,7 @@ Result<void> check_schema(const Schema& schema, const ReadLimits& limits) {
   if (schema.arrays.size() > limits.max_arrays)
     return wrong("more arrays than the limit of " + std::to_string(limits.max_arrays),
                  ErrorCode::over_limit);
-  if (schema.order > Order::stream) return wrong("unknown order");
+  if (schema.order > Order::free) return wrong("unknown order");
   if (schema.order == Order::keep && !schema.corner_order)
     return wrong("order keep includes the order of corners");
   if (!is_float(schema.coordinate_type)) return wrong("coordinates are float32 or float64");

@@ -36,12 +36,12 @@ struct Mesh {
 };
 
 /// Writes a whole mesh: vertices are interleaved with cells and finalized as early as possible
-/// (vertex compaction). With Order::stream, references in extras are renumbered as a Reader will
-/// see vertices and cells. Sizes that contradict each other are ErrorCode::misuse.
+/// (vertex compaction). Except in Order::keep, references in extras are renumbered as a Reader
+/// will see vertices and cells; cells are never moved but by the delay buffer. Sizes that contradict each other are ErrorCode::misuse.
 SHM_API Result<SizeReport> write_mesh(ByteSink& sink, const Mesh& mesh);
 
-/// Reads a whole file. Order::keep: everything in the original numbering; Order::stream: in the
-/// order of the stream. Memory is that of the mesh; `limits` bound a hostile file.
+/// Reads a whole file. Order::keep: everything in the original numbering; else in the order of
+/// the stream. Memory is that of the mesh; `limits` bound a hostile file.
 SHM_API Result<Mesh> read_mesh(ByteSource& source, const ReadLimits& limits = {});
 
 }  // namespace shm

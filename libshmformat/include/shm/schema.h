@@ -124,12 +124,15 @@ struct ArrayInfo {
 enum class Order : std::uint8_t {
   keep = 0,    ///< vertex numbers, cell order and corner order exactly as they were
   stream = 1,  ///< cells in input order up to the delay buffer, vertices numbered by first use
+  free = 2,    ///< the same mesh: as stream, but cells were put in any order before they came
 };
+/// "keep", "stream", "free".
+SHM_API std::string_view order_name(Order order);
 
 /// Everything a file says about itself before its first vertex.
 struct Schema {
   Order order = Order::keep;
-  bool corner_order = true;  ///< false: corners may come back rotated (Order::stream only)
+  bool corner_order = true;  ///< false: corners may come back rotated (not in Order::keep)
   std::uint32_t delay = 0;   ///< cells in the delay buffer, 0 = off
   ScalarType coordinate_type = ScalarType::float64;  ///< float32 or float64
   Quantization coordinate_quantization;

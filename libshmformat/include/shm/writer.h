@@ -75,7 +75,7 @@ class SHM_API Writer {
   Writer& operator=(Writer&&) noexcept;
   ~Writer();
 
-  /// `number` names the vertex in later calls. It must be free: never used, or (Order::stream)
+  /// `number` names the vertex in later calls. It must be free: never used, or (not in Order::keep)
   /// finalized. Order::keep gives it back on reading. `xyz`: 3 scalars of the coordinate type.
   /// `data`: the static point arrays of the schema in order, packed.
   Result<void> add_vertex(std::uint64_t number, std::span<const std::byte> xyz,

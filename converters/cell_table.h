@@ -1,0 +1,51 @@
+// CellTable: all cells of a mesh in memory, with 32-bit numbers, for those who must see them in any
+// order. 32 bytes a hexahedron, and 4 more where there is more than one block.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "mesh_source.h"
+#include "progress.h"
+
+namespace shm::converters {
+
+class CellTable {
+ public:
+  // Cells and vertices must stay below this.
+  static constexpr std::uint64_t kMostCells = std::uint64_t{1} << 29;
+  static constexpr std::uint64_t kMostVertices = ~std::uint32_t{0};
+
+  CellTable() = default;
+  explicit CellTable(const MeshInfo& info);
+  // Nothing when the mesh has more cells or vertices than 32-bit numbers can tell apart.
+  static std::optional<CellTable> read(MeshSource& mesh, const Progress& progress = {});
+
+  void append(std::uint32_t block, std::span<const std::uint32_t> corners);
+
+  std::uint32_t size() const { return size_; }
+  std::uint64_t vertices() const { return vertices_; }
+  std::uint32_t block(std::uint32_t cell) const { return blocks_.empty() ? 0 : blocks_[cell]; }
+  bool one_block() const { return blocks_.empty(); }
+  std::span<const std::uint32_t> cell(std::uint32_t cell) const {
+    const std::uint64_t begin = begin_.empty() ? cell * uniform_ : begin_[cell];
+    const std::uint64_t end = begin_.empty() ? begin + uniform_ : begin_[cell + 1];
+    return std::span(corners_).subspan(begin, end - begin);
+  }
+  // Has six faces between its first eight corners.
+  bool is_hexahedron(std::uint32_t cell) const { return hexahedral_[block(cell)]; }
+
+ private:
+  std::uint64_t vertices_ = 0;
+  std::uint32_t size_ = 0;
+  std::vector<std::uint32_t> corners_;
+  std::uint64_t uniform_ = 0;          // nodes of every cell, or
+  std::vector<std::uint64_t> begin_;   // cells + 1 offsets into corners_
+  std::vector<std::uint32_t> blocks_;  // empty: there is only one
+  std::vector<bool> hexahedral_;       // by block
+};
+
+}  // namespace shm::converters

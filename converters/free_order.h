@@ -1,0 +1,63 @@
+// Order::free, the writer's side: which order of the cells is smallest, found by trying.
+// A sample of the mesh is coded in the order it came in and in every other one that is known; the
+// order with the fewest bytes, all data counted, is taken for the whole mesh.
+// Memory, while orders are made: 110 bytes a cell, 8 a vertex, and the sample with its values.
+// Afterwards: the cells and their order, 36 bytes a hexahedron.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "cell_graph.h"
+#include "cell_orders.h"
+#include "cell_table.h"
+#include "mesh_source.h"
+#include "progress.h"
+#include "shm/writer.h"
+
+namespace shm::converters {
+
+// A way to order cells.
+struct CellOrdering {
+  enum class Kind : std::uint8_t { stored, breadth_first, swept, enclosed_first, hilbert };
+  Kind kind = Kind::stored;
+  std::uint8_t layers_along = 0;  // swept only
+  bool within_blocks = false;     // connected parts of one block are kept together
+};
+
+// All that are worth a trial for these cells; the order they come in is the first.
+std::vector<CellOrdering> cell_orderings(const CellTable& cells);
+
+// Makes orders of one mesh. Those `within_blocks` should be asked for last.
+class CellOrderer {
+ public:
+  // Borrows both.
+  CellOrderer(const CellTable& cells, MeshSource& mesh, Progress progress = {})
+      : cells_(&cells), mesh_(&mesh), progress_(std::move(progress)) {}
+  CellSequence operator()(const CellOrdering& ordering);
+  const CellGraph& graph() { return graph(false); }
+
+ private:
+  const CellGraph& graph(bool within_blocks);
+
+  const CellTable* cells_;
+  MeshSource* mesh_;
+  Progress progress_;
+  std::optional<CellGraph> graph_;
+  bool cut_ = false;
+};
+
+// Codes a mesh that has the arrays of the source, and says how large it is.
+using TrialCoder = std::function<SizeReport(MeshSource& part)>;
+
+// The order found; nothing: the one that the cells came in.
+std::optional<CellSequence> find_free_order(MeshSource& mesh, const CellTable& cells,
+                                            const TrialCoder& code, const Progress& progress = {});
+
+// Bytes of a sample in the order found, by those that `code_as_is` needs.
+double share_in_free_order(MeshSource& mesh, const CellTable& cells, const TrialCoder& code,
+                           const TrialCoder& code_as_is);
+
+}  // namespace shm::converters

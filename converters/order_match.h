@@ -1,0 +1,19 @@
+// Which order a file in Order::free has its cells in, found by making every known order of its
+// source again, and comparing when each cell's vertices come for the first time, and where some of
+// the cells lie.
+// Memory: as for making orders (free_order.h), and 8 bytes a cell.
+#pragma once
+
+#include <optional>
+
+#include "cell_orders.h"
+#include "mesh_source.h"
+#include "progress.h"
+
+namespace shm::converters {
+
+// A guess: cells of `source` in the order of `restored`. Nothing where no known order fits.
+std::optional<CellSequence> matching_order(MeshSource& source, MeshSource& restored,
+                                           const Progress& progress = {});
+
+}  // namespace shm::converters

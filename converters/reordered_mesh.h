@@ -1,0 +1,52 @@
+// ReorderedMesh: a mesh whose cells come in another order. Vertices keep their numbers; cell data
+// and the extras that refer to cells follow.
+// Memory: the cells, their new order, each static cell array and one step of a stepped one.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "cell_orders.h"
+#include "cell_table.h"
+#include "mesh_source.h"
+
+namespace shm::converters {
+
+class ReorderedMesh final : public MeshSource {
+ public:
+  // Borrows all three; `cells` are those of `mesh`, `order` holds each of them once.
+  ReorderedMesh(MeshSource& mesh, const CellTable& cells, const CellSequence& order);
+
+  const MeshInfo& info() const override { return info_; }
+  void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override {
+    mesh_->read_points(first, count, out);
+  }
+  bool next_cells(CellBatch& out, std::size_t max_cells) override;
+  void rewind_cells() override { next_cell_ = 0; }
+  void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
+                  std::byte* out) override;
+
+ private:
+  struct Values {
+    std::size_t array = ~std::size_t{0};
+    std::uint64_t step = 0;
+    std::vector<std::byte> bytes;  // in the order of the file
+  };
+  const Values& values(std::size_t array, std::uint64_t step);
+  // For an array on some blocks: number of its elements, in the new order of cells.
+  const CellSequence& elements(std::size_t array);
+
+  MeshSource* mesh_;
+  const CellTable* cells_;
+  const CellSequence* order_;
+  MeshInfo info_;
+  std::uint64_t next_cell_ = 0;
+  std::map<std::size_t, Values> static_values_;
+  Values step_values_;                                           // the ones read last
+  std::map<std::vector<std::uint32_t>, CellSequence> elements_;  // by covered blocks
+};
+
+}  // namespace shm::converters

@@ -1,0 +1,49 @@
+// SampleMesh: a part of a mesh in memory, small enough to try things on.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "cell_graph.h"
+#include "cell_orders.h"
+#include "cell_table.h"
+#include "mesh_source.h"
+
+namespace shm::converters {
+
+// About `count` cells of a mesh, in ascending number: two regions that grow over shared faces, with
+// the other cells that have all their vertices there; all cells, when there are no more.
+CellSequence sample_of_cells(const CellGraph& graph, std::uint32_t count);
+
+// The cells of a sample with their vertices and all arrays, of the stepped ones the first step, the
+// middle one and the last. Extras only where the sample is the whole mesh, and no vertex unused.
+class SampleMesh final : public MeshSource {
+ public:
+  // `picked`: in ascending order. Reads the points and values of `mesh` once.
+  SampleMesh(MeshSource& mesh, const CellTable& cells, const CellSequence& picked);
+
+  const CellTable& cells() const { return cells_; }
+
+  const MeshInfo& info() const override { return info_; }
+  void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override;
+  bool next_cells(CellBatch& out, std::size_t max_cells) override;
+  void rewind_cells() override { next_cell_ = 0; }
+  void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
+                  std::byte* out) override;
+
+ private:
+  void take_cells(const CellTable& cells, const CellSequence& picked,
+                  std::vector<bool>& picked_vertices);
+  void take_array(MeshSource& mesh, std::size_t array, const std::vector<bool>& picked);
+
+  MeshInfo info_;
+  CellTable cells_;
+  std::vector<std::byte> points_;
+  std::vector<std::vector<std::vector<std::byte>>> arrays_;  // [array][step, or 0]
+  std::vector<std::uint64_t> steps_;                         // of the source, for each step here
+  std::uint32_t next_cell_ = 0;
+};
+
+}  // namespace shm::converters
