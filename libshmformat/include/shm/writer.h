@@ -30,6 +30,7 @@ enum class ConnectivityCodec : std::uint8_t {
   automatic = 0,  ///< what is smallest
   paper = 1,      ///< the published scheme, as a baseline (spec "Paper hexahedra")
   rows = 2,       ///< predicted from the neighbouring row (spec "Row hexahedra")
+  replay = 3,     ///< repeated from cells before, numbers and all (spec "Replay hexahedra")
 };
 
 struct WriteOptions {
