@@ -114,9 +114,8 @@ Streams encode(const Mesh& mesh, HexahedronCodec codec) {
     if (!connectivity.code_cell(symbols, corner_order, cell))
       throw std::runtime_error("cannot be coded");
     if (!connectivity.says_numbers())
-      vertex_numbers.code_cell(numbers, cell, [&](std::uint32_t p) -> std::uint64_t& {
-        return cell.numbers[p];
-      });
+      vertex_numbers.code_cell(numbers, cell,
+                               [&](std::uint32_t p) -> std::uint64_t& { return cell.numbers[p]; });
     for (std::uint32_t p : cell.new_positions) slot[cell.numbers[p]] = cell.slots[p];
     connectivity.finish_cell(cell);
   }
@@ -137,9 +136,8 @@ void decode(const Streams& streams, std::size_t cells, HexahedronCodec codec) {
       throw std::runtime_error("cannot be decoded");
     number.resize(connectivity.surface().vertex_slots());
     if (!connectivity.says_numbers())
-      vertex_numbers.code_cell(numbers, cell, [&](std::uint32_t p) -> std::uint64_t& {
-        return number[cell.slots[p]];
-      });
+      vertex_numbers.code_cell(
+          numbers, cell, [&](std::uint32_t p) -> std::uint64_t& { return number[cell.slots[p]]; });
     benchmark::DoNotOptimize(cell.slots.data());
     connectivity.finish_cell(cell);
   }
@@ -166,8 +164,12 @@ void decode_connectivity(benchmark::State& state, HexahedronCodec codec) {
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(mesh.cells.size()));
 }
 
-void encode_grid(benchmark::State& state, HexahedronCodec c) { encode_connectivity<grid>(state, c); }
-void decode_grid(benchmark::State& state, HexahedronCodec c) { decode_connectivity<grid>(state, c); }
+void encode_grid(benchmark::State& state, HexahedronCodec c) {
+  encode_connectivity<grid>(state, c);
+}
+void decode_grid(benchmark::State& state, HexahedronCodec c) {
+  decode_connectivity<grid>(state, c);
+}
 void encode_o_grid(benchmark::State& state, HexahedronCodec c) {
   encode_connectivity<o_grid>(state, c);
 }
@@ -175,15 +177,15 @@ void decode_o_grid(benchmark::State& state, HexahedronCodec c) {
   decode_connectivity<o_grid>(state, c);
 }
 
-#define SHM_FOR_EACH_CODEC(function, size)                                               \
-  BENCHMARK_CAPTURE(function, paper, HexahedronCodec::paper)                             \
-      ->Arg(size)                                                                        \
-      ->Unit(benchmark::kMillisecond);                                                   \
-  BENCHMARK_CAPTURE(function, rows, HexahedronCodec::rows)                               \
-      ->Arg(size)                                                                        \
-      ->Unit(benchmark::kMillisecond);                                                   \
-  BENCHMARK_CAPTURE(function, replay, HexahedronCodec::replay)                           \
-      ->Arg(size)                                                                        \
+#define SHM_FOR_EACH_CODEC(function, size)                     \
+  BENCHMARK_CAPTURE(function, paper, HexahedronCodec::paper)   \
+      ->Arg(size)                                              \
+      ->Unit(benchmark::kMillisecond);                         \
+  BENCHMARK_CAPTURE(function, rows, HexahedronCodec::rows)     \
+      ->Arg(size)                                              \
+      ->Unit(benchmark::kMillisecond);                         \
+  BENCHMARK_CAPTURE(function, replay, HexahedronCodec::replay) \
+      ->Arg(size)                                              \
       ->Unit(benchmark::kMillisecond)
 
 SHM_FOR_EACH_CODEC(encode_grid, 80);

@@ -148,9 +148,10 @@ ExitCode run_compress(Options& options) {
   CompressOptions how;
   how.order = options.order == "stream" ? Order::stream : Order::keep;
   how.delay = options.delay;
-  how.connectivity = options.codec == "paper"  ? ConnectivityCodec::paper
-                     : options.codec == "rows" ? ConnectivityCodec::rows
-                                               : ConnectivityCodec::automatic;
+  how.connectivity = options.codec == "paper"    ? ConnectivityCodec::paper
+                     : options.codec == "rows"   ? ConnectivityCodec::rows
+                     : options.codec == "replay" ? ConnectivityCodec::replay
+                                                 : ConnectivityCodec::automatic;
   how.coordinate_bits = options.bits;
   how.segment_cells = options.segment_cells;
   how.restart_budget = options.restart_budget / 100;
@@ -295,9 +296,10 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
   command
       ->add_option(
           "--codec", options.codec,
-          "Connectivity: auto, what is smallest (default); paper, the published scheme; rows")
-      ->check(CLI::IsMember({"auto", "paper", "rows"}).description(""))
-      ->type_name("auto|paper|rows");
+          "Connectivity: auto, what is smallest (default); paper, the published scheme; rows; "
+          "replay, fast on regular layouts")
+      ->check(CLI::IsMember({"auto", "paper", "rows", "replay"}).description(""))
+      ->type_name("auto|paper|rows|replay");
   command
       ->add_option("--segment-cells", options.segment_cells,
                    "Start afresh every N cells, for random access and threads (default: by budget)")

@@ -388,6 +388,8 @@ TEST(RoundTrip, RandomSmallMeshes) {
     expect_round_trip(mesh, options);
     options.connectivity = ConnectivityCodec::replay;
     expect_round_trip(mesh, options);
+    options.segment_cells = 7;
+    expect_round_trip(mesh, options);
     if (testing::Test::HasFailure()) return;
   }
 }

@@ -73,7 +73,9 @@ Result<void> SegmentEncoder::take(const SegmentPiece& piece, std::vector<Encoded
         return Error{ErrorCode::misuse,
                      "cell " + std::to_string(cell.number) +
                          " cannot be coded: two vertices have the same number",
-                     "mesh", kNoOffset, {}};
+                     "mesh",
+                     kNoOffset,
+                     {}};
       at.data += cell_data_bytes_[cell.block];
       if (group.cells >= group_cells_ || group.decoded_bytes >= kFullGroupBytes) flush_group(done);
     }

@@ -17,13 +17,15 @@ void Connectivity<Coder>::set_codec(HexahedronCodec codec) {
     case HexahedronCodec::paper:
       hexahedra_ = std::make_unique<PaperHexahedra<Coder>>(surface_);
       return;
-    case HexahedronCodec::rows: hexahedra_ = std::make_unique<RowHexahedra<Coder>>(surface_); return;
+    case HexahedronCodec::rows:
+      hexahedra_ = std::make_unique<RowHexahedra<Coder>>(surface_);
+      return;
     case HexahedronCodec::replay:
       bool cell_data = false;
       for (const ArrayInfo& array : schema_->arrays)
         cell_data |= array.location == Location::cell && !array.per_step;
-      hexahedra_ = std::make_unique<ReplayHexahedra<Coder>>(
-          surface_, schema_->order == Order::keep, cell_data);
+      hexahedra_ = std::make_unique<ReplayHexahedra<Coder>>(surface_, schema_->order == Order::keep,
+                                                            cell_data);
       return;
   }
 }

@@ -26,7 +26,8 @@ bool ReplayHexahedra<Coder>::code(Coder& symbols, Coder&, CellTopology& cell, bo
   beside_now_ = beside_of(distances_[0]);
   const bool model_hit = reaches(distances_[0]) && past(distances_[0]).guessed;
   const Guess first = guess(distances_[0], distances_[0], beside_now_);
-  const bool hit = symbols.bit(hit_[model_hit ? 1 : 0][hits_], first.number == number && first.marks == marks);
+  const bool hit =
+      symbols.bit(hit_[model_hit ? 1 : 0][hits_], first.number == number && first.marks == marks);
   hits_ = (hits_ << 1 | (hit ? 1u : 0u)) & 7;
   if (hit) {
     number = first.number;
@@ -95,8 +96,7 @@ bool ReplayHexahedra<Coder>::code_surprise(Coder& symbols, CellTopology& cell, N
   if constexpr (!Coder::kDecodes) choice = choose(cell, number, marks);
   const std::uint64_t before = distances_[0];
   if (!code_choice_of_guess(symbols, choice)) return false;
-  const Guess it =
-      guess(distances_[0], choice.old_shift ? before : distances_[0], beside_now_);
+  const Guess it = guess(distances_[0], choice.old_shift ? before : distances_[0], beside_now_);
   const std::uint32_t likely_fresh = reaches(distances_[0]) ? past(distances_[0]).fresh : 0u;
   if (symbols.bit(as_guessed_[choice.place], it.number == number))
     number = it.number;
@@ -210,7 +210,9 @@ bool ReplayHexahedra<Coder>::code_corners(Coder& symbols, const Guess& guess, Nu
       } else if ((corner = at(previous)) < 8) {
         kind = kPrevious;
       } else {
-        const auto far = [](std::uint64_t d) { return static_cast<std::int64_t>(d) < 0 ? 0 - d : d; };
+        const auto far = [](std::uint64_t d) {
+          return static_cast<std::int64_t>(d) < 0 ? 0 - d : d;
+        };
         const std::uint64_t a = far(number[c] - previous[c]), b = far(number[c] - expected);
         if (a < b) kind = kFromPrevious;
         if (std::min(a, b) > 7)
@@ -372,8 +374,7 @@ void ReplayHexahedra<Coder>::forget(std::uint32_t slot) {
 // --- afterwards
 
 template <class Coder>
-void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number,
-                                    std::uint8_t marks) {
+void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number, std::uint8_t marks) {
   if (wants_neighbours_) {
     cell.cell_slot = static_cast<std::uint32_t>(sequence_ & (kReplayWindow - 1));
     find_neighbours(cell, number);
@@ -420,8 +421,7 @@ void ReplayHexahedra<Coder>::find_neighbours(CellTopology& cell, const Numbers& 
       for (std::uint32_t c : kFaceCorners[k]) all = all && (met >> c & 1) != 0;
       if (!all) continue;
       cell.face_mask |= bit(k);
-      cell.neighbour[k] =
-          static_cast<std::uint32_t>((sequence_ - distance) & (kReplayWindow - 1));
+      cell.neighbour[k] = static_cast<std::uint32_t>((sequence_ - distance) & (kReplayWindow - 1));
     }
   }
 }

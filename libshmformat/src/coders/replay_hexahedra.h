@@ -50,10 +50,10 @@ class ReplayHexahedra {
   struct Past {
     Numbers number{};
     Slots slot{};
-    std::uint8_t fresh = 0;  // corners that it introduced
-    std::uint8_t next = 0;   // of these, those that took the number above the largest
-    std::uint8_t marks = 0;  // corners that it used last, as said
-    bool guessed = false;    // all of it was as expected
+    std::uint8_t fresh = 0;    // corners that it introduced
+    std::uint8_t next = 0;     // of these, those that took the number above the largest
+    std::uint8_t marks = 0;    // corners that it used last, as said
+    bool guessed = false;      // all of it was as expected
     std::uint32_t beside = 1;  // distance of the cell whose shift it had
   };
   struct Named {
@@ -125,10 +125,10 @@ class ReplayHexahedra {
   std::array<std::uint64_t, kDistances> distances_{1};  // the one used last first
   bool marks_shift_ = false;
 
-  std::vector<Named> named_;  // by vertex slot
+  std::vector<Named> named_;           // by vertex slot
   std::vector<std::uint64_t> births_;  // encoder, by vertex slot: the hexahedron at hand then
   bool clash_ = false;                 // two live vertices had the same number
-  NumberMap by_number_;       // Order::keep
+  NumberMap by_number_;                // Order::keep
   std::uint64_t largest_ = ~std::uint64_t{0};
   Numbers top_{};  // largest number of each corner, where it was a surprise
   std::array<std::array<Source, 2>, 8> sources_{};  // decoder: the one that was right first

@@ -21,8 +21,7 @@ class VertexNumbers {
   /// Codes the numbers of the vertices that `cell` introduces at positions from `first` on:
   /// number(position) refers to one: read when encoding, filled when decoding.
   template <class Number>
-  void code_cell(Coder& coder, const CellTopology& cell, Number&& number,
-                 std::uint32_t first = 0);
+  void code_cell(Coder& coder, const CellTopology& cell, Number&& number, std::uint32_t first = 0);
   /// Takes note of a vertex whose number was said elsewhere.
   void know(std::uint32_t slot, std::uint64_t number);
   /// A vertex that no cell uses.
