@@ -20,7 +20,7 @@ struct CompressOptions {
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
   std::uint32_t coordinate_bits = 0;    // 0: lossless; else 1..52, uniform over the bounding box
   std::uint64_t segment_cells = 0;      // cells of a segment; 0: cuts follow the budget
-  double restart_budget = .02;          // as in shm::WriteOptions
+  double restart_budget = .002;         // as in shm::WriteOptions
   unsigned threads = 1;                 // as in shm::WriteOptions
   CodingOrder* coding_order = nullptr;  // also hears the coding order; borrowed, may be null
   Progress progress;

@@ -49,7 +49,7 @@ struct Options {
   std::uint32_t delay = 0, bits = 0;
   std::string codec = "auto";
   std::uint64_t segment_cells = 0;
-  double restart_budget = 2;  // percent
+  double restart_budget = .2;  // percent
   unsigned threads = 0;       // one for each core
   bool json = false, quiet = false;
 };
@@ -175,9 +175,10 @@ ExitCode run_compress(Options& options) {
   CompressOptions how;
   how.order = order_of(options.order);
   how.delay = options.delay;
-  how.connectivity = options.codec == "paper"  ? ConnectivityCodec::paper
-                     : options.codec == "rows" ? ConnectivityCodec::rows
-                                               : ConnectivityCodec::automatic;
+  how.connectivity = options.codec == "paper"    ? ConnectivityCodec::paper
+                     : options.codec == "rows"   ? ConnectivityCodec::rows
+                     : options.codec == "replay" ? ConnectivityCodec::replay
+                                                 : ConnectivityCodec::automatic;
   how.coordinate_bits = options.bits;
   how.segment_cells = options.segment_cells;
   how.restart_budget = options.restart_budget / 100;
@@ -338,9 +339,10 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
   command
       ->add_option(
           "--codec", options.codec,
-          "Connectivity: auto, what is smallest (default); paper, the published scheme; rows")
-      ->check(CLI::IsMember({"auto", "paper", "rows"}).description(""))
-      ->type_name("auto|paper|rows");
+          "Connectivity: auto, what is smallest (default); paper, the published scheme; rows; "
+          "replay, fast on regular layouts")
+      ->check(CLI::IsMember({"auto", "paper", "rows", "replay"}).description(""))
+      ->type_name("auto|paper|rows|replay");
   command
       ->add_option("--segment-cells", options.segment_cells,
                    "Start afresh every N cells, for random access and threads (default: by budget)")
@@ -349,7 +351,7 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
   command
       ->add_option("--restart-budget", options.restart_budget,
                    "Start afresh where at most P percent of the vertices have to be said again\n"
-                   "(default: 2; 0: never)")
+                   "(default: 0.2; 0: never)")
       ->check(CLI::Range(0.0, 100.0).description(""))
       ->type_name("P");
   add_threads(*command, options, "Encode segments");

@@ -143,6 +143,32 @@ inline TestMesh degenerate_hexahedra() {
   return mesh;
 }
 
+/// A grid with a hole, a second one enumerated the other way round, degenerate and other cells:
+/// every way in which a replayed cell is said.
+inline TestMesh replayed(Order order) {
+  TestMesh mesh = mixed_cells();
+  std::vector<TestCell> cells;
+  const auto add = [&](TestMesh grid, std::uint64_t first) {
+    for (TestCell& cell : grid.cells) {
+      for (std::uint64_t& corner : cell.corners) corner = (corner + first) % mesh.vertices;
+      cells.push_back(std::move(cell));
+    }
+  };
+  add(grid(5, 3, 3, ScalarType::float64, straight, porous), 0);
+  TestMesh turned = grid(4, 3, 2);
+  std::reverse(turned.cells.begin(), turned.cells.end());
+  add(turned, 40);
+  add(degenerate_hexahedra(), 80);
+  cells.insert(cells.end(), mesh.cells.begin(), mesh.cells.end());
+  mesh.cells = std::move(cells);
+  mesh = with_order(std::move(mesh), order, true, order == Order::keep ? 0 : 7);
+  add_array(mesh, array_of("a", Location::cell, ScalarType::float32, 1, {0}),
+            static_cast<std::uint64_t>(
+                std::count_if(mesh.cells.begin(), mesh.cells.end(),
+                              [](const TestCell& cell) { return cell.block == 0; })));
+  return mesh;
+}
+
 inline TestMesh with_arrays_of_every_type(TestMesh mesh) {
   for (int t = 1; t <= 10; ++t) {
     const auto type = static_cast<ScalarType>(t);
@@ -300,6 +326,8 @@ inline std::vector<FeatureFile> feature_files() {
   add("arrays_on_some_blocks", written(arrays_on_some_blocks()));
   add("quantized", written(quantized()));
   add("special_values", written(special_values()));
+  add("replay_keep", written(replayed(Order::keep), 65536, ConnectivityCodec::replay));
+  add("replay_stream", written(replayed(Order::stream), 20, ConnectivityCodec::replay));
   add("unmarked", unmarked_file());
   add("steps_and_extras", steps_and_extras_file(keep));
   add("steps_and_extras_stream", steps_and_extras_file(stream));

@@ -11,17 +11,20 @@ void expect_all_modes(TestMesh mesh) {
   for (std::uint32_t delay : {0u, 1u, 50u, 1000u}) {
     mesh.schema.delay = delay;
     SCOPED_TRACE("delay " + std::to_string(delay));
-    mesh.schema.order = Order::keep;
-    mesh.schema.corner_order = true;
-    expect_round_trip(mesh);
-    mesh.schema.order = Order::stream;
-    expect_round_trip(mesh);
-    mesh.schema.corner_order = false;
-    expect_round_trip(mesh, {.group_cells = 100});
-    expect_round_trip(mesh, {.connectivity = ConnectivityCodec::paper});
-    mesh.schema.order = Order::keep;
-    mesh.schema.corner_order = true;
-    expect_round_trip(mesh, {.group_cells = 70, .connectivity = ConnectivityCodec::paper});
+    for (const auto codec : {ConnectivityCodec::automatic, ConnectivityCodec::paper,
+                             ConnectivityCodec::replay}) {
+      SCOPED_TRACE("codec " + std::to_string(static_cast<int>(codec)));
+      WriteOptions options;
+      options.connectivity = codec;
+      mesh.schema.order = Order::keep;
+      mesh.schema.corner_order = true;
+      expect_round_trip(mesh, options);
+      mesh.schema.order = Order::stream;
+      expect_round_trip(mesh, options);
+      mesh.schema.corner_order = false;
+      options.group_cells = 100;
+      expect_round_trip(mesh, options);
+    }
   }
 }
 
@@ -380,7 +383,13 @@ TEST(RoundTrip, RandomSmallMeshes) {
     mesh.schema.corner_order = mesh.schema.order == Order::keep || random() % 2 == 0;
     mesh.schema.delay = static_cast<std::uint32_t>(random() % 3 == 0 ? random() % 40 : 0);
     SCOPED_TRACE("seed " + std::to_string(seed));
-    expect_round_trip(mesh, {.group_cells = static_cast<std::uint32_t>(1 + random() % 20)});
+    WriteOptions options;
+    options.group_cells = static_cast<std::uint32_t>(1 + random() % 20);
+    expect_round_trip(mesh, options);
+    options.connectivity = ConnectivityCodec::replay;
+    expect_round_trip(mesh, options);
+    options.segment_cells = 7;
+    expect_round_trip(mesh, options);
     if (testing::Test::HasFailure()) return;
   }
 }

@@ -222,7 +222,7 @@ class ToolTest(unittest.TestCase):
         write_vtk(other, 5, bend=1e-9)
         for options in ([], ["--order", "stream"], ["--order", "stream", "--delay", "20"],
                         ["--delay", "7"], ["--bits", "12"], ["--codec", "paper"],
-                        ["--order", "free"],
+                        ["--order", "free"], ["--codec", "replay"],
                         ["--codec", "rows", "--order", "stream"]):
             packed = self.path("mesh.shm")
             self.shm("compress", self.mesh, "-o", packed, *options)

@@ -90,6 +90,8 @@ MeshEncoder::MeshEncoder(const Schema& schema, const WriteOptions& options, Grou
   segment_options_.group_cells = options.group_cells;
   if (options.connectivity == ConnectivityCodec::paper)
     segment_options_.codec = HexahedronCodec::paper;
+  if (options.connectivity == ConnectivityCodec::replay)
+    segment_options_.codec = HexahedronCodec::replay;
   const unsigned threads = thread_count(options.threads);
   if (threads > 1)
     tasks_ = std::make_unique<Tasks>(threads, threads * kWaitingBytes, threads * kWaitingBytes);

@@ -46,8 +46,21 @@ class MeshStreams {
   /// number(position) refers to one: read when encoding, filled when decoding.
   template <class Number>
   void code_vertex_numbers(const CellTopology& cell, Number&& number) {
-    if (schema_->order == Order::keep)
-      vertex_numbers_.code_cell(streams_[kVertexNumbers], cell, number);
+    if (schema_->order != Order::keep) return;
+    const bool told = connectivity_.says_numbers();
+    const std::uint32_t corners = told && cell.hexahedral ? 8 : 0;
+    bool more = false;
+    for (std::uint32_t position : cell.new_positions) {
+      more |= position >= corners;
+      if (position >= corners) continue;
+      number(position) = cell.original[position];
+      vertex_numbers_.know(cell.slots[position], cell.original[position]);
+    }
+    if (!more) return;
+    vertex_numbers_.code_cell(streams_[kVertexNumbers], cell, number, corners);
+    if (!told) return;
+    for (std::uint32_t position : cell.new_positions)
+      if (position >= corners) connectivity_.name_vertex(cell.slots[position], number(position));
   }
   void code_loose_number(std::uint32_t slot, std::uint64_t& number) {
     if (schema_->order == Order::keep)

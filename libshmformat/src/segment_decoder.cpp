@@ -106,12 +106,13 @@ Result<void> SegmentDecoder::take_codec(container::Codec codec) {
   using container::Codec;
   if (codec_ && *codec_ != codec)
     return damaged("connectivity: another codec than before in this segment");
-  if (codec != Codec::paper && codec != Codec::rows)
+  if (codec != Codec::paper && codec != Codec::rows && codec != Codec::replay)
     return damaged("connectivity: codec " + std::to_string(static_cast<int>(codec)) + " is unknown",
                    ErrorCode::unsupported);
   if (!codec_)
-    streams_->connectivity().set_codec(codec == Codec::paper ? HexahedronCodec::paper
-                                                             : HexahedronCodec::rows);
+    streams_->connectivity().set_codec(codec == Codec::paper    ? HexahedronCodec::paper
+                                       : codec == Codec::replay ? HexahedronCodec::replay
+                                                                : HexahedronCodec::rows);
   codec_ = codec;
   return {};
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
 #include <utility>
 
 #include "bytes/checksum.h"
@@ -69,7 +70,12 @@ Result<void> SegmentEncoder::take(const SegmentPiece& piece, std::vector<Encoded
     } else {
       if (group.loose_vertices > 0) flush_group(done);  // they stand last in their group
       if (!code_cell(piece, cell, at))
-        return Error{ErrorCode::misuse, "a cell cannot be coded", "mesh", kNoOffset, {}};
+        return Error{ErrorCode::misuse,
+                     "cell " + std::to_string(cell.number) +
+                         " cannot be coded: two vertices have the same number",
+                     "mesh",
+                     kNoOffset,
+                     {}};
       at.data += cell_data_bytes_[cell.block];
       if (group.cells >= group_cells_ || group.decoded_bytes >= kFullGroupBytes) flush_group(done);
     }
@@ -89,7 +95,7 @@ void SegmentEncoder::introduce(const SegmentPiece& piece, std::size_t first, std
     const std::uint32_t handle = piece.vertices[i].handle;
     if (handle >= handles_.size())
       handles_.resize(std::max<std::size_t>(std::size_t{handle} + 1, handles_.size() * 2));
-    handles_[handle] = {kNone, static_cast<std::uint32_t>(i)};
+    handles_[handle] = {piece.vertices[i].number, kNone, static_cast<std::uint32_t>(i)};
   }
 }
 
@@ -102,6 +108,7 @@ bool SegmentEncoder::code_cell(const SegmentPiece& piece, const SegmentPiece::Ce
   topology_.last_use.resize(cell.nodes);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     topology_.slots[i] = handles_[nodes[i]].slot;
+    if (i < 8) topology_.original[i] = handles_[nodes[i]].number;
     topology_.last_use[i] = i < kMaxLastUse && (cell.last_use >> i & 1) != 0 ? 1 : 0;
   }
   if (!streams_.code_cell(topology_)) return false;
@@ -227,9 +234,10 @@ void SegmentEncoder::flush_group(std::vector<EncodedGroup>& done) {
     if (bytes.empty() && (entry.kind != StreamKind::connectivity || group_.header.cells == 0))
       continue;
     const bool values = entry.kind >= StreamKind::vertex_numbers;
-    entry.codec = values                             ? container::Codec::predictive
-                  : codec_ == HexahedronCodec::paper ? container::Codec::paper
-                                                     : container::Codec::rows;
+    entry.codec = values                              ? container::Codec::predictive
+                  : codec_ == HexahedronCodec::paper  ? container::Codec::paper
+                  : codec_ == HexahedronCodec::replay ? container::Codec::replay
+                                                      : container::Codec::rows;
     const auto needs = [&](StreamKind kind) { entry.needs |= 1u << static_cast<unsigned>(kind); };
     if (entry.kind != StreamKind::connectivity) needs(StreamKind::connectivity);
     const bool by_corner =

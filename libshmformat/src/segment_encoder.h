@@ -100,6 +100,7 @@ class SegmentEncoder {
  private:
   /// What a handle stands for.
   struct Handle {
+    std::uint64_t number = 0;    // the caller's
     std::uint32_t slot = kNone;  // on the active surface, once coded
     std::uint32_t vertex = 0;    // in the piece at hand, until it is coded
   };

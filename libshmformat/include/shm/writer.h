@@ -30,6 +30,7 @@ enum class ConnectivityCodec : std::uint8_t {
   automatic = 0,  ///< what is smallest
   paper = 1,      ///< the published scheme, as a baseline (spec "Paper hexahedra")
   rows = 2,       ///< predicted from the neighbouring row (spec "Row hexahedra")
+  replay = 3,     ///< repeated from cells before, numbers and all (spec "Replay hexahedra")
 };
 
 struct WriteOptions {
@@ -44,7 +45,7 @@ struct WriteOptions {
   // that an earlier segment owns are coded again ("imported") where a segment uses them.
   /// A segment begins where the vertices that it may have to import are at most this fraction of
   /// those that the segment before it introduced. 0: never.
-  double restart_budget = .02;
+  double restart_budget = .002;
   std::uint64_t segment_cells = 0;  ///< not 0: the cells of every segment, whatever the budget
   /// Not empty: segments begin before the cells of these numbers and nowhere else; ascending, 0 is
   /// ignored.

@@ -24,6 +24,8 @@ struct CellTopology {
   std::vector<std::uint8_t> last_use;
   /// Positions of new vertices, in the order in which they were born.
   std::vector<std::uint32_t> new_positions;
+  /// Order::keep, coders that say them: the source's numbers of a hexahedron's corners.
+  std::array<std::uint64_t, 8> original{};
   /// Position in the coder's frame -> corner as stored.
   std::array<std::uint8_t, 8> stored_corner{0, 1, 2, 3, 4, 5, 6, 7};
 

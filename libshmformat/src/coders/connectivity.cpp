@@ -13,10 +13,21 @@ Connectivity<Coder>::Connectivity(const Schema& schema)
 
 template <class Coder>
 void Connectivity<Coder>::set_codec(HexahedronCodec codec) {
-  if (codec == HexahedronCodec::paper)
-    hexahedra_ = std::make_unique<PaperHexahedra<Coder>>(surface_);
-  else
-    hexahedra_ = std::make_unique<RowHexahedra<Coder>>(surface_);
+  switch (codec) {
+    case HexahedronCodec::paper:
+      hexahedra_ = std::make_unique<PaperHexahedra<Coder>>(surface_);
+      return;
+    case HexahedronCodec::rows:
+      hexahedra_ = std::make_unique<RowHexahedra<Coder>>(surface_);
+      return;
+    case HexahedronCodec::replay:
+      bool cell_data = false;
+      for (const ArrayInfo& array : schema_->arrays)
+        cell_data |= array.location == Location::cell && !array.per_step;
+      hexahedra_ = std::make_unique<ReplayHexahedra<Coder>>(surface_, schema_->order == Order::keep,
+                                                            cell_data);
+      return;
+  }
 }
 
 template <class Coder>
@@ -37,9 +48,13 @@ bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, CellTop
 
 template <class Coder>
 void Connectivity<Coder>::finish_cell(const CellTopology& cell) {
-  for (std::size_t i = 0; i < cell.slots.size(); ++i)
-    if (cell.last_use[i] != 0) surface_.finalize(cell.slots[i]);
-  if (cell.hexahedral) surface_.end_cell();
+  auto* replay = std::get_if<Replay>(&hexahedra_);
+  for (std::size_t i = 0; i < cell.slots.size(); ++i) {
+    if (cell.last_use[i] == 0) continue;
+    if (replay != nullptr) (*replay)->forget(cell.slots[i]);
+    surface_.finalize(cell.slots[i]);
+  }
+  if (cell.hexahedral && replay == nullptr) surface_.end_cell();
 }
 
 template <class Coder>
@@ -135,6 +150,8 @@ void Connectivity<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
   if (auto* rows = std::get_if<Rows>(&hexahedra_); rows != nullptr && cell.hexahedral) {
     (*rows)->code_last_use(symbols, cell);
     i = 8;
+  } else if (std::holds_alternative<Replay>(hexahedra_) && cell.hexahedral) {
+    i = 8;  // said with the corners
   }
   for (; i < std::min<std::size_t>(cell.slots.size(), kMaxLastUse); ++i) {
     const auto begin = cell.slots.begin();

@@ -12,6 +12,7 @@
 
 #include "coders/cell_topology.h"
 #include "coders/paper_hexahedra.h"
+#include "coders/replay_hexahedra.h"
 #include "coders/row_hexahedra.h"
 #include "entropy/models.h"
 #include "front/active_surface.h"
@@ -20,7 +21,7 @@
 namespace shm {
 
 /// How hexahedra are said.
-enum class HexahedronCodec : std::uint8_t { paper, rows };
+enum class HexahedronCodec : std::uint8_t { paper, rows, replay };
 
 template <class Coder>
 class Connectivity {
@@ -40,6 +41,15 @@ class Connectivity {
   /// Finalizes what the cell finalizes. Until then all its vertices and neighbours are valid.
   void finish_cell(const CellTopology& cell);
 
+  /// Whether cell.original tells the numbers of a hexahedron's corners, and wants them told.
+  bool says_numbers() const {
+    return schema_->order == Order::keep && std::holds_alternative<Replay>(hexahedra_);
+  }
+  /// Must hold: says_numbers(). The number of a new vertex that is no hexahedron's corner.
+  void name_vertex(std::uint32_t slot, std::uint64_t number) {
+    std::get<Replay>(hexahedra_)->name(slot, number);
+  }
+
   /// A vertex that no cell uses: born and finalized at once.
   std::uint32_t add_loose_vertex() { return surface_.add_vertex(); }
   void remove_loose_vertex(std::uint32_t slot) { surface_.finalize(slot); }
@@ -55,6 +65,7 @@ class Connectivity {
   };
   using Paper = std::unique_ptr<PaperHexahedra<Coder>>;
   using Rows = std::unique_ptr<RowHexahedra<Coder>>;
+  using Replay = std::unique_ptr<ReplayHexahedra<Coder>>;
 
   bool code_block(Coder& symbols, CellTopology& cell);
   bool code_hexahedron(Coder& symbols, Coder& corner_order, CellTopology& cell);
@@ -63,7 +74,7 @@ class Connectivity {
 
   const Schema* schema_;
   ActiveSurface surface_;
-  std::variant<Paper, Rows> hexahedra_;
+  std::variant<Paper, Rows, Replay> hexahedra_;
 
   // contexts
   std::uint32_t last_block_ = 0;

@@ -35,11 +35,18 @@ std::uint32_t VertexNumbers<Coder>::direction_of(const CellTopology& cell, std::
 }
 
 template <class Coder>
+void VertexNumbers<Coder>::know(std::uint32_t slot, std::uint64_t number) {
+  if (slot >= numbers_.size())
+    numbers_.resize(std::max<std::size_t>(slot + 1, 2 * numbers_.size()));
+  last_ = number;
+  if (largest_ + 1 <= number) largest_ = number;
+  numbers_[slot] = number;
+}
+
+template <class Coder>
 std::uint64_t VertexNumbers<Coder>::code(Coder& coder, const Stencil& stencil,
                                          std::uint32_t direction, std::uint32_t slot,
                                          std::uint64_t number) {
-  if (slot >= numbers_.size())
-    numbers_.resize(std::max<std::size_t>(slot + 1, 2 * numbers_.size()));
   const std::uint64_t next = last_ + 1, beyond = largest_ + 1;
   std::uint64_t near = stencil.kind == Stencil::last ? next : spectral(stencil, numbers_);
   if (direction != kNone) near += stride_[direction];
@@ -67,9 +74,7 @@ std::uint64_t VertexNumbers<Coder>::code(Coder& coder, const Stencil& stencil,
     stride_[direction] = step;
     stride_[direction ^ 1] = 0 - step;
   }
-  last_ = number;
-  if (largest_ + 1 <= number) largest_ = number;
-  numbers_[slot] = number;
+  know(slot, number);
   return number;
 }
 

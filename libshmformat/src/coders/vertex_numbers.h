@@ -18,10 +18,12 @@ namespace shm {
 template <class Coder>
 class VertexNumbers {
  public:
-  /// Codes the numbers of the vertices that `cell` introduces: number(position) refers to
-  /// one: read when encoding, filled when decoding.
+  /// Codes the numbers of the vertices that `cell` introduces at positions from `first` on:
+  /// number(position) refers to one: read when encoding, filled when decoding.
   template <class Number>
-  void code_cell(Coder& coder, const CellTopology& cell, Number&& number);
+  void code_cell(Coder& coder, const CellTopology& cell, Number&& number, std::uint32_t first = 0);
+  /// Takes note of a vertex whose number was said elsewhere.
+  void know(std::uint32_t slot, std::uint64_t number);
   /// A vertex that no cell uses.
   std::uint64_t code_loose(Coder& coder, std::uint32_t slot, std::uint64_t number) {
     return code(coder, {}, kNone, slot, number);
@@ -44,8 +46,10 @@ class VertexNumbers {
 
 template <class Coder>
 template <class Number>
-void VertexNumbers<Coder>::code_cell(Coder& coder, const CellTopology& cell, Number&& number) {
+void VertexNumbers<Coder>::code_cell(Coder& coder, const CellTopology& cell, Number&& number,
+                                     std::uint32_t first) {
   order_ = cell.new_positions;
+  std::erase_if(order_, [&](std::uint32_t position) { return position < first; });
   std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
     return cell.stored_position(a) < cell.stored_position(b);
   });

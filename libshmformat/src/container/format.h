@@ -82,6 +82,7 @@ enum class Codec : std::uint8_t {
   local = 3,          ///< step values predicted from the one before, adaptive range coder
   shuffled_zstd = 4,  ///< byte planes under zstd
   rows = 6,           ///< cells: hexahedra predicted from the neighbouring row
+  replay = 7,         ///< cells: hexahedra repeated from cells before, with their numbers
 };
 
 struct StreamEntry {

@@ -1,0 +1,196 @@
+// How fast connectivity alone is, for each way of saying hexahedra: corners and original numbers
+// in and out, no geometry. Reports cells a second and bits for each.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <stdexcept>
+#include <vector>
+
+#include "coders/connectivity.h"
+#include "coders/vertex_numbers.h"
+
+namespace {
+
+using shm::HexahedronCodec;
+
+struct Mesh {
+  std::uint64_t vertices = 0;
+  std::vector<std::array<std::uint32_t, 8>> cells;
+  std::vector<std::uint8_t> last_use;  // bit i: of corner i
+
+  /// One layer of quadrilaterals, `layers` times.
+  void extrude(std::span<const std::array<std::uint32_t, 4>> quads, std::uint32_t plane,
+               std::uint32_t layers) {
+    for (std::uint32_t k = 0; k < layers; ++k)
+      for (const auto& q : quads) {
+        std::array<std::uint32_t, 8> cell{};
+        for (std::size_t i = 0; i < 8; ++i)
+          cell[i] = q[i % 4] + plane * (k + static_cast<std::uint32_t>(i / 4));
+        cells.push_back(cell);
+      }
+    vertices = std::uint64_t{plane} * (layers + 1);
+  }
+  void find_last_uses() {
+    std::vector<bool> used(vertices);
+    last_use.assign(cells.size(), 0);
+    for (std::size_t c = cells.size(); c-- > 0;)
+      for (std::size_t i = 0; i < 8; ++i) {
+        if (!used[cells[c][i]]) last_use[c] |= static_cast<std::uint8_t>(1u << i);
+        used[cells[c][i]] = true;
+      }
+  }
+};
+
+Mesh grid(std::uint32_t n) {
+  std::vector<std::array<std::uint32_t, 4>> quads;
+  const std::uint32_t m = n + 1;
+  for (std::uint32_t j = 0; j < n; ++j)
+    for (std::uint32_t i = 0; i < n; ++i)
+      quads.push_back({j * m + i, j * m + i + 1, j * m + m + i + 1, j * m + m + i});
+  Mesh mesh;
+  mesh.extrude(quads, m * m, n);
+  mesh.find_last_uses();
+  return mesh;
+}
+
+/// A cylinder: a square core of n x n columns, then n rings around it; each block from bottom to
+/// top before the next.
+Mesh o_grid(std::uint32_t n) {
+  const std::uint32_t m = n + 1, around = 4 * n, core = m * m;
+  std::vector<std::uint32_t> rim;  // of the core, counter-clockwise
+  for (std::uint32_t i = 0; i < n; ++i) rim.push_back(i);
+  for (std::uint32_t j = 0; j < n; ++j) rim.push_back(j * m + n);
+  for (std::uint32_t i = n; i > 0; --i) rim.push_back(n * m + i);
+  for (std::uint32_t j = n; j > 0; --j) rim.push_back(j * m);
+  const auto at = [&](std::uint32_t ring, std::uint32_t a) {
+    return ring == 0 ? rim[a % around] : core + (ring - 1) * around + a % around;
+  };
+  std::vector<std::array<std::uint32_t, 4>> inner, outer;
+  for (std::uint32_t j = 0; j < n; ++j)
+    for (std::uint32_t i = 0; i < n; ++i)
+      inner.push_back({j * m + i, j * m + i + 1, j * m + m + i + 1, j * m + m + i});
+  for (std::uint32_t r = 0; r < n; ++r)
+    for (std::uint32_t a = 0; a < around; ++a)
+      outer.push_back({at(r, a), at(r + 1, a), at(r + 1, a + 1), at(r, a + 1)});
+  Mesh mesh;
+  mesh.extrude(inner, core + n * around, n);
+  mesh.extrude(outer, core + n * around, n);
+  mesh.find_last_uses();
+  return mesh;
+}
+
+shm::Schema schema() {
+  shm::Schema schema;
+  schema.blocks.push_back({1, "hexahedra", shm::CellShape::hexahedron, 8});
+  return schema;
+}
+
+struct Streams {
+  std::vector<std::byte> symbols, corner_order, numbers;
+};
+
+Streams encode(const Mesh& mesh, HexahedronCodec codec) {
+  const shm::Schema described = schema();
+  shm::Connectivity<shm::RangeEncoder> connectivity(described);
+  connectivity.set_codec(codec);
+  shm::VertexNumbers<shm::RangeEncoder> vertex_numbers;
+  shm::RangeEncoder symbols, corner_order, numbers;
+  std::vector<std::uint32_t> slot(mesh.vertices, shm::kNone);
+  shm::CellTopology cell;
+  for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
+    cell.block = 0;
+    cell.slots.resize(8);
+    cell.numbers.resize(8);
+    cell.last_use.resize(8);
+    for (std::size_t i = 0; i < 8; ++i) {
+      const std::uint32_t v = mesh.cells[c][i];
+      cell.slots[i] = slot[v];
+      cell.numbers[i] = cell.original[i] = v;
+      cell.last_use[i] = mesh.last_use[c] >> i & 1;
+    }
+    if (!connectivity.code_cell(symbols, corner_order, cell))
+      throw std::runtime_error("cannot be coded");
+    if (!connectivity.says_numbers())
+      vertex_numbers.code_cell(numbers, cell,
+                               [&](std::uint32_t p) -> std::uint64_t& { return cell.numbers[p]; });
+    for (std::uint32_t p : cell.new_positions) slot[cell.numbers[p]] = cell.slots[p];
+    connectivity.finish_cell(cell);
+  }
+  return {symbols.finish(), corner_order.finish(), numbers.finish()};
+}
+
+void decode(const Streams& streams, std::size_t cells, HexahedronCodec codec) {
+  const shm::Schema described = schema();
+  shm::Connectivity<shm::RangeDecoder> connectivity(described);
+  connectivity.set_codec(codec);
+  shm::VertexNumbers<shm::RangeDecoder> vertex_numbers;
+  shm::RangeDecoder symbols(streams.symbols), corner_order(streams.corner_order),
+      numbers(streams.numbers);
+  std::vector<std::uint64_t> number;
+  shm::CellTopology cell;
+  for (std::size_t c = 0; c < cells; ++c) {
+    if (!connectivity.code_cell(symbols, corner_order, cell))
+      throw std::runtime_error("cannot be decoded");
+    number.resize(connectivity.surface().vertex_slots());
+    if (!connectivity.says_numbers())
+      vertex_numbers.code_cell(
+          numbers, cell, [&](std::uint32_t p) -> std::uint64_t& { return number[cell.slots[p]]; });
+    benchmark::DoNotOptimize(cell.slots.data());
+    connectivity.finish_cell(cell);
+  }
+}
+
+template <Mesh (*make)(std::uint32_t)>
+void encode_connectivity(benchmark::State& state, HexahedronCodec codec) {
+  const Mesh mesh = make(static_cast<std::uint32_t>(state.range(0)));
+  std::size_t bytes = 0;
+  for (auto _ : state) {
+    const Streams streams = encode(mesh, codec);
+    bytes = streams.symbols.size() + streams.corner_order.size() + streams.numbers.size();
+  }
+  const auto cells = static_cast<std::int64_t>(mesh.cells.size());
+  state.SetItemsProcessed(state.iterations() * cells);
+  state.counters["bits_per_cell"] = 8.0 * static_cast<double>(bytes) / static_cast<double>(cells);
+}
+
+template <Mesh (*make)(std::uint32_t)>
+void decode_connectivity(benchmark::State& state, HexahedronCodec codec) {
+  const Mesh mesh = make(static_cast<std::uint32_t>(state.range(0)));
+  const Streams streams = encode(mesh, codec);
+  for (auto _ : state) decode(streams, mesh.cells.size(), codec);
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(mesh.cells.size()));
+}
+
+void encode_grid(benchmark::State& state, HexahedronCodec c) {
+  encode_connectivity<grid>(state, c);
+}
+void decode_grid(benchmark::State& state, HexahedronCodec c) {
+  decode_connectivity<grid>(state, c);
+}
+void encode_o_grid(benchmark::State& state, HexahedronCodec c) {
+  encode_connectivity<o_grid>(state, c);
+}
+void decode_o_grid(benchmark::State& state, HexahedronCodec c) {
+  decode_connectivity<o_grid>(state, c);
+}
+
+#define SHM_FOR_EACH_CODEC(function, size)                     \
+  BENCHMARK_CAPTURE(function, paper, HexahedronCodec::paper)   \
+      ->Arg(size)                                              \
+      ->Unit(benchmark::kMillisecond);                         \
+  BENCHMARK_CAPTURE(function, rows, HexahedronCodec::rows)     \
+      ->Arg(size)                                              \
+      ->Unit(benchmark::kMillisecond);                         \
+  BENCHMARK_CAPTURE(function, replay, HexahedronCodec::replay) \
+      ->Arg(size)                                              \
+      ->Unit(benchmark::kMillisecond)
+
+SHM_FOR_EACH_CODEC(encode_grid, 80);
+SHM_FOR_EACH_CODEC(decode_grid, 80);
+SHM_FOR_EACH_CODEC(encode_o_grid, 40);
+SHM_FOR_EACH_CODEC(decode_o_grid, 40);
+
+}  // namespace

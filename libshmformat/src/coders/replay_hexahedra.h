@@ -1,0 +1,161 @@
+// Replay hexahedra: each hexahedron repeats, in other numbers, one that came some cells earlier.
+// in:    hexahedra in coding order            out: symbols for "connectivity"
+// keeps: the last cells in a ring, the numbers of live vertices, the models; alike both ways
+//
+// Layouts that a program enumerated go on as they began: with a distance d, corner by corner,
+//   number[i] = number[i - d] + (number[i - 1] - number[i - 1 - d])
+// and the cell finalizes what cell i - d finalized. One decision says that all of it is so. The
+// numbers are the source's own (Order::keep) or stream numbers; a number that no live vertex has
+// is a new vertex. So numbers, order and corner order come back at no cost, and no face is ever
+// looked at. What is not so is said corner by corner.
+// spec: "Replay hexahedra"
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "coders/cell_topology.h"
+#include "entropy/models.h"
+#include "front/active_surface.h"
+#include "front/number_map.h"
+
+namespace shm {
+
+/// Cells that are remembered at most. Frozen: part of the format.
+inline constexpr std::uint64_t kReplayWindow = std::uint64_t{1} << 18;
+
+template <class Coder>
+class ReplayHexahedra {
+ public:
+  /// `surface` is borrowed. `keep`: corners are told by the source's numbers, in
+  /// cell.original; else by stream numbers. `neighbours`: cells want to know theirs.
+  ReplayHexahedra(ActiveSurface& surface, bool keep, bool neighbours)
+      : surface_(&surface), keep_(keep), wants_neighbours_(neighbours) {}
+
+  /// Codes corners as stored, and which of them are used last, of one hexahedron. False when
+  /// decoding damaged data, or when two live vertices have the same number.
+  bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters);
+  /// Order::keep: the number of a vertex that no hexahedron has as a corner so far.
+  void name(std::uint32_t slot, std::uint64_t number);
+  /// Before any vertex is finalized.
+  void forget(std::uint32_t slot);
+
+ private:
+  using Numbers = std::array<std::uint64_t, 8>;
+  using Slots = std::array<std::uint32_t, 8>;
+  static constexpr std::uint32_t kDistances = 6;  // as many as trees of 3 bits can choose from
+  enum Kind : std::uint8_t { kSameStep, kBeyond, kTop, kPrevious, kEarlier, kFromPrevious, kStep };
+
+  struct Past {
+    Numbers number{};
+    Slots slot{};
+    std::uint8_t fresh = 0;    // corners that it introduced
+    std::uint8_t next = 0;     // of these, those that took the number above the largest
+    std::uint8_t marks = 0;    // corners that it used last, as said
+    bool guessed = false;      // all of it was as expected
+    std::uint32_t beside = 1;  // distance of the cell whose shift it had
+  };
+  struct Named {
+    std::uint64_t number = 0;
+    bool known = false;  // the number leads here
+  };
+  /// Where a corner's vertex was found before: a corner of the cell `distance` before.
+  struct Source {
+    std::uint32_t distance = 1;
+    std::uint8_t corner = 0;
+  };
+  /// What a cell is expected to be.
+  struct Guess {
+    Numbers number{};
+    std::uint8_t marks = 0;
+  };
+  /// Which guess to take.
+  struct Choice {
+    std::uint32_t place = 0;     // in distances_; kDistances: a new one
+    std::uint64_t distance = 0;  // if new
+    bool old_shift = false;      // the shift is over the distance used last
+    std::uint32_t beside = 0;    // whose shift: 0 as the model's, 1 the last cell's,
+                                 // 2.. that of the cell at distances_[beside - 2]
+  };
+
+  const Past& past(std::uint64_t distance) const {
+    return ring_[(sequence_ - distance) & (ring_.size() - 1)];
+  }
+  bool reaches(std::uint64_t distance) const { return distance > 0 && distance < kept_; }
+  Guess guess(std::uint64_t distance, std::uint64_t over, std::uint64_t beside) const;
+  std::uint64_t beside_of(std::uint64_t distance) const {
+    return reaches(distance) ? past(distance).beside : 1;
+  }
+  std::uint64_t beside_of(std::uint64_t distance, std::uint32_t choice) const {
+    return choice == 0 ? beside_of(distance) : choice == 1 ? 1 : distances_[choice - 2];
+  }
+  void take(const CellTopology& cell, Numbers& number, std::uint8_t& marks) const;
+  Choice choose(const CellTopology& cell, const Numbers& number, std::uint8_t marks) const;
+  bool code_surprise(Coder& symbols, CellTopology& cell, Numbers& number, std::uint8_t& marks);
+  bool code_choice_of_guess(Coder& symbols, Choice& choice);
+  bool code_corners(Coder& symbols, const Guess& guess, Numbers& number);
+  void code_marks(Coder& symbols, const CellTopology& cell, std::uint8_t expected,
+                  std::uint8_t& marks);
+  bool resolve(CellTopology& cell, const Numbers& number, std::uint32_t likely_fresh);
+  bool resolve_corner(CellTopology& cell, std::uint64_t number, std::uint32_t corner,
+                      bool likely_fresh);
+  bool is(std::uint32_t slot, std::uint64_t number) const {
+    return slot < named_.size() && named_[slot].known && named_[slot].number == number;
+  }
+  /// The vertex where the corner's was found last time; kNone when it is another one.
+  std::uint32_t hinted(std::uint64_t number, std::uint32_t corner) const {
+    const Source& source = sources_[corner][0];
+    if (source.distance > kept_) return kNone;
+    const std::uint32_t slot = past(source.distance).slot[source.corner];
+    return is(slot, number) ? slot : kNone;
+  }
+  std::uint32_t find(std::uint64_t number, std::uint32_t corner);
+  std::uint32_t find_anywhere(std::uint64_t number) const;
+  void finish(CellTopology& cell, const Numbers& number, std::uint8_t marks);
+  void find_neighbours(CellTopology& cell, const Numbers& number) const;
+  Past& make_room();
+
+  ActiveSurface* surface_;
+  bool keep_, wants_neighbours_;
+
+  std::vector<Past> ring_;
+  std::uint64_t sequence_ = 0;  // of the hexahedron at hand
+  std::uint64_t kept_ = 0;      // of those before it, how many the ring holds
+  std::array<std::uint64_t, kDistances> distances_{1};  // the one used last first
+  bool marks_shift_ = false;
+
+  std::vector<Named> named_;           // by vertex slot
+  std::vector<std::uint64_t> births_;  // encoder, by vertex slot: the hexahedron at hand then
+  bool clash_ = false;                 // two live vertices had the same number
+  NumberMap by_number_;                // Order::keep
+  std::uint64_t largest_ = ~std::uint64_t{0};
+  Numbers top_{};  // largest number of each corner, where it was a surprise
+  std::array<std::array<Source, 2>, 8> sources_{};  // decoder: the one that was right first
+  std::uint8_t fresh_ = 0, next_ = 0;               // of the hexahedron at hand
+  std::uint64_t beside_now_ = 1;
+
+  // contexts
+  std::uint32_t hits_ = 0;
+  std::uint32_t last_place_ = 0, last_kind_ = 0;
+
+  // models
+  std::array<std::array<AdaptiveBit, 8>, 2> hit_;
+  std::array<TreeModel<3>, kDistances + 1> place_;
+  SignedModel<NumberModel> distance_;
+  AdaptiveBit old_shift_;
+  std::array<TreeModel<3>, kDistances + 1> beside_;
+  std::array<AdaptiveBit, kDistances + 1> as_guessed_;
+  std::array<std::array<AdaptiveBit, 3>, 8> same_;
+  std::array<std::array<TreeModel<3>, 8>, 8> kind_;
+  std::array<TreeModel<3>, 8> previous_, earlier_;
+  std::array<NumberModel, 8> age_;
+  std::array<SignedModel<NumberModel>, 3> step_;
+  AdaptiveBit marks_as_guessed_;
+  std::array<std::array<std::array<AdaptiveBit, 2>, 9>, 8> mark_;
+};
+
+extern template class ReplayHexahedra<RangeEncoder>;
+extern template class ReplayHexahedra<RangeDecoder>;
+
+}  // namespace shm

@@ -1,0 +1,78 @@
+// NumberMap: from 64-bit numbers to 32-bit slots, for numbers that live and die in runs.
+// Numbers are kept by sixteens, each on a cache line of its own, so that neighbours are found
+// side by side and the table of an IdMap changes once for all of them. Memory follows what is
+// alive: some 90 bytes for a number that is alone, some 6 for one of a run.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "front/id_map.h"
+#include "front/none.h"
+
+namespace shm {
+
+class NumberMap {
+ public:
+  /// The slot of `number`, kNone when absent.
+  std::uint32_t find(std::uint64_t number) const {
+    const std::uint32_t line = find_line(number);
+    return line == kNone ? kNone : lines_[line].slot[number % kLine];
+  }
+  /// Must hold: `number` is absent, slot is not kNone.
+  void insert(std::uint64_t number, std::uint32_t slot) {
+    std::uint32_t line = find_line(number);
+    if (line == kNone) line = add_line(number);
+    lines_[line].slot[number % kLine] = slot;
+    ++counts_[line];
+  }
+  /// Must hold: `number` is present.
+  void erase(std::uint64_t number) {
+    const std::uint32_t line = find_line(number);
+    lines_[line].slot[number % kLine] = kNone;
+    if (--counts_[line] != 0) return;
+    table_.erase(number / kLine);
+    free_.push_back(line);
+    last_ = kNone;
+  }
+
+ private:
+  static constexpr std::uint64_t kLine = 16;
+  struct Line {
+    std::array<std::uint32_t, kLine> slot{};
+  };
+
+  std::uint32_t find_line(std::uint64_t number) const {
+    if (last_ != kNone && last_number_ == number / kLine) return last_;
+    const std::uint32_t line = table_.find(number / kLine);
+    if (line != kNone) {
+      last_ = line;
+      last_number_ = number / kLine;
+    }
+    return line;
+  }
+  std::uint32_t add_line(std::uint64_t number) {
+    auto line = static_cast<std::uint32_t>(lines_.size());
+    if (free_.empty()) {
+      lines_.emplace_back();
+      counts_.push_back(0);
+    } else {
+      line = free_.back();
+      free_.pop_back();
+    }
+    lines_[line].slot.fill(kNone);
+    table_.insert(number / kLine, line);
+    return line;
+  }
+
+  IdMap table_;  // by number / kLine
+  std::vector<Line> lines_;
+  std::vector<std::uint8_t> counts_;  // of live numbers, by line
+  std::vector<std::uint32_t> free_;
+  mutable std::uint32_t last_ = kNone;  // the line that was found last
+  mutable std::uint64_t last_number_ = 0;
+};
+
+}  // namespace shm
