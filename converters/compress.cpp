@@ -230,7 +230,8 @@ Quantization measured_box(MeshSource& mesh, std::uint32_t bits, const Progress& 
 
 // Codes a mesh in the order its cells come in.
 SizeReport code_mesh(MeshSource& mesh, const Schema& schema, ByteSink& sink,
-                     CodingOrder* coding_order, const Progress& progress, Spool& spool) {
+                     ConnectivityCodec connectivity, CodingOrder* coding_order,
+                     const Progress& progress, Spool& spool) {
   const MeshInfo& info = mesh.info();
   const bool cells_move = schema.delay > 0;
   const bool renumber = schema.order != Order::keep;
@@ -240,6 +241,7 @@ SizeReport code_mesh(MeshSource& mesh, const Schema& schema, ByteSink& sink,
   BothOrders orders(&log, coding_order);
   WriteOptions write_options;
   write_options.coding_order = &orders;
+  write_options.connectivity = connectivity;
   Writer writer = checked(Writer::create(sink, schema, write_options));
   {
     MeshFeeder feeder(mesh, schema, writer, cache_bytes);
@@ -292,10 +294,10 @@ class FormerNumbers final : public CodingOrder {
   CodingOrder* out_;
 };
 
-TrialCoder trial_coder(const Schema& schema, Spool& spool) {
-  return [&](MeshSource& part) {
+TrialCoder trial_coder(const Schema& schema, ConnectivityCodec connectivity, Spool& spool) {
+  return [&schema, connectivity, &spool](MeshSource& part) {
     NullSink nowhere;
-    return code_mesh(part, schema, nowhere, nullptr, {}, spool);
+    return code_mesh(part, schema, nowhere, connectivity, nullptr, {}, spool);
   };
 }
 
@@ -340,13 +342,14 @@ SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions
                          Spool& spool) {
   const Schema schema = schema_for(mesh, options);
   const auto code = [&](MeshSource& ordered, CodingOrder* coding_order) {
-    return code_mesh(ordered, schema, sink, coding_order, options.progress, spool);
+    return code_mesh(ordered, schema, sink, options.connectivity, coding_order, options.progress,
+                     spool);
   };
   std::optional<CellTable> cells;
   if (options.order == Order::free) cells = CellTable::read(mesh, options.progress);
   if (!cells) return code(mesh, options.coding_order);
-  const std::optional<CellSequence> order =
-      find_free_order(mesh, *cells, trial_coder(schema, spool), options.progress);
+  const std::optional<CellSequence> order = find_free_order(
+      mesh, *cells, trial_coder(schema, options.connectivity, spool), options.progress);
   if (!order) cells.reset();
   if (!order) return code(mesh, options.coding_order);
   FormerNumbers former(*order, options.coding_order);
@@ -361,8 +364,9 @@ std::optional<std::uint64_t> bytes_in_free_order(MeshSource& mesh, const Compres
   CompressOptions free_options = options;
   free_options.order = Order::free;
   const Schema free_schema = schema_for(mesh, free_options), schema = schema_for(mesh, options);
-  const double share = share_in_free_order(mesh, *cells, trial_coder(free_schema, spool),
-                                           trial_coder(schema, spool));
+  const double share =
+      share_in_free_order(mesh, *cells, trial_coder(free_schema, options.connectivity, spool),
+                          trial_coder(schema, options.connectivity, spool));
   const auto extras = sizes.streams.find("extras");  // as large in any order
   const std::uint64_t fixed = extras == sizes.streams.end() ? 0 : extras->second;
   return fixed + static_cast<std::uint64_t>(share * static_cast<double>(sizes.total_bytes - fixed));

@@ -47,6 +47,7 @@ struct Options {
   std::string input, output, format, against, temp;
   std::string order = "keep";
   std::uint32_t delay = 0, bits = 0;
+  std::string codec = "auto";
   bool json = false, quiet = false;
 };
 
@@ -173,6 +174,9 @@ ExitCode run_compress(Options& options) {
   CompressOptions how;
   how.order = order_of(options.order);
   how.delay = options.delay;
+  how.connectivity = options.codec == "paper"  ? ConnectivityCodec::paper
+                     : options.codec == "rows" ? ConnectivityCodec::rows
+                                               : ConnectivityCodec::automatic;
   how.coordinate_bits = options.bits;
   how.progress = line.callback();
   CompressRun run;
@@ -316,6 +320,12 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
       ->add_option("--bits", options.bits, "Round coordinates to N bits of the bounding box, 1..52")
       ->check(CLI::Range(1u, 52u).description(""))
       ->type_name("N");
+  command
+      ->add_option(
+          "--codec", options.codec,
+          "Connectivity: auto, what is smallest (default); paper, the published scheme; rows")
+      ->check(CLI::IsMember({"auto", "paper", "rows"}).description(""))
+      ->type_name("auto|paper|rows");
   command->add_flag("--json", options.json, "Print the sizes as JSON");
   return command;
 }

@@ -45,7 +45,7 @@ TEST(ActiveSurface, SlotsAreReused) {
   for (int n = 0; n < 1000; ++n) {
     const auto v = add_vertices(surface, 8);
     surface.begin_cell();
-    surface.add_face({v[0], v[1], v[2], v[3]}, kCorners);
+    surface.add_face({v[0], v[1], v[2], v[3]}, kCorners, 0);
     surface.end_cell();
     for (std::uint32_t slot : v) surface.finalize(slot);
   }
@@ -58,7 +58,7 @@ TEST(ActiveSurface, FacesAreFoundInEitherDirectionFromAnyCorner) {
   ActiveSurface surface;
   const auto v = add_vertices(surface, 6);
   const std::uint32_t cell = surface.begin_cell();
-  const std::uint32_t face = surface.add_face({v[0], v[1], v[2], v[3]}, kCorners);
+  const std::uint32_t face = surface.add_face({v[0], v[1], v[2], v[3]}, kCorners, 0);
   surface.end_cell();
   for (std::uint32_t turn = 0; turn < 4; ++turn) {
     const auto at = [&](std::uint32_t i) { return v[(turn + i) % 4]; };
@@ -79,8 +79,8 @@ TEST(ActiveSurface, TheNewestFaceIsFoundFirst) {
   ActiveSurface surface;
   const auto v = add_vertices(surface, 5);
   surface.begin_cell();
-  const std::uint32_t older = surface.add_face({v[0], v[1], v[2], v[3]}, kCorners);
-  const std::uint32_t newer = surface.add_face({v[4], v[0], v[1], v[2]}, kCorners);
+  const std::uint32_t older = surface.add_face({v[0], v[1], v[2], v[3]}, kCorners, 0);
+  const std::uint32_t newer = surface.add_face({v[4], v[0], v[1], v[2]}, kCorners, 0);
   surface.end_cell();
   EXPECT_EQ(surface.find_path(v[0], v[1], v[2]) / 4, newer);
   surface.remove_face(newer);
@@ -92,7 +92,7 @@ TEST(ActiveSurface, AFaceGoesWithItsFirstVertex) {
     ActiveSurface surface;
     const auto v = add_vertices(surface, 4);
     surface.begin_cell();
-    const std::uint32_t face = surface.add_face({v[0], v[1], v[2], v[3]}, kCorners);
+    const std::uint32_t face = surface.add_face({v[0], v[1], v[2], v[3]}, kCorners, 0);
     surface.end_cell();
     EXPECT_EQ(surface.vertex(v[0]).face_count, 1u);
     surface.finalize(v[gone]);
@@ -109,8 +109,8 @@ TEST(ActiveSurface, ACellKeepsItsSlotWhileItHasAFace) {
   ActiveSurface surface;
   const auto v = add_vertices(surface, 8);
   const std::uint32_t first = surface.begin_cell();
-  const std::uint32_t a = surface.add_face({v[0], v[1], v[2], v[3]}, kCorners);
-  const std::uint32_t b = surface.add_face({v[4], v[5], v[6], v[7]}, kCorners);
+  const std::uint32_t a = surface.add_face({v[0], v[1], v[2], v[3]}, kCorners, 0);
+  const std::uint32_t b = surface.add_face({v[4], v[5], v[6], v[7]}, kCorners, 0);
   surface.end_cell();
   const std::uint32_t second = surface.begin_cell();
   EXPECT_NE(second, first);
@@ -120,7 +120,7 @@ TEST(ActiveSurface, ACellKeepsItsSlotWhileItHasAFace) {
   EXPECT_EQ(third, second);
   surface.remove_face(b);  // the last of the first cell
   EXPECT_NE(surface.cell_slots(), 0u);
-  surface.add_face({v[0], v[1], v[2], v[3]}, kCorners);
+  surface.add_face({v[0], v[1], v[2], v[3]}, kCorners, 0);
   surface.end_cell();
   EXPECT_EQ(surface.begin_cell(), first);
 }
@@ -141,7 +141,7 @@ TEST(ActiveSurface, LikeAPlainList) {
     const Quad quad = {alive[0], alive[1], alive[2], alive[3]};
     surface.begin_cell();
     const std::uint32_t found = surface.find_face(quad[0], quad[1], quad[2], quad[3]);
-    if (found == kNone) faces[surface.add_face(quad, kCorners)] = quad;
+    if (found == kNone) faces[surface.add_face(quad, kCorners, 0)] = quad;
     surface.end_cell();
     if (random() % 4 == 0 && !faces.empty()) {
       const auto any =
@@ -170,6 +170,25 @@ TEST(ActiveSurface, LikeAPlainList) {
     for (std::uint32_t v : alive) ASSERT_EQ(surface.vertex(v).face_count, count[v]);
     ASSERT_EQ(surface.oldest_id(), oldest);
   }
+}
+
+TEST(ActiveSurface, MatesAreForgottenWithTheirFaces) {
+  ActiveSurface surface;
+  const auto v = add_vertices(surface, 6);
+  surface.begin_cell();
+  const std::uint32_t a = surface.add_face({v[0], v[1], v[2], v[3]}, kCorners, 0);
+  const std::uint32_t b = surface.add_face({v[1], v[0], v[4], v[5]}, kCorners, 2);
+  EXPECT_EQ(surface.mate(a * 4), kNone);
+  surface.join(a * 4, b * 4, 3);
+  EXPECT_EQ(surface.mate(a * 4), b * 4);
+  EXPECT_EQ(surface.mate(b * 4), a * 4);
+  EXPECT_EQ(surface.fan(b * 4), 3u);
+  surface.join(a * 4 + 1, kNone, 700);
+  EXPECT_EQ(surface.mate(a * 4 + 1), kNone);
+  EXPECT_EQ(surface.fan(a * 4 + 1), 255u);
+  surface.finalize(v[4]);
+  EXPECT_FALSE(surface.face(b).alive);
+  EXPECT_EQ(surface.mate(a * 4), kNone);
 }
 
 }  // namespace

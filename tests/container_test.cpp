@@ -75,7 +75,7 @@ GroupHeader any_group() {
   header.max_active_vertices = 99;
   header.decoded_bytes = 123456;
   header.box = {-1, -2, -3, 1, 2, std::numeric_limits<double>::infinity()};
-  header.streams = {{StreamKind::connectivity, 0, Codec::paper, 0, 10, 11},
+  header.streams = {{StreamKind::connectivity, 0, Codec::rows, 0, 10, 11},
                     {StreamKind::geometry, 0, Codec::predictive, 2, 1 << 20, 12},
                     {StreamKind::array, 5000, Codec::predictive, 2, 0, 0xffffffff}};
   return header;

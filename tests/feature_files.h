@@ -247,10 +247,12 @@ inline std::vector<std::byte> unmarked_file() {
   return std::move(sink.bytes);
 }
 
-inline std::vector<std::byte> written(const TestMesh& mesh, std::uint32_t group_cells = 65536) {
+inline std::vector<std::byte> written(const TestMesh& mesh, std::uint32_t group_cells = 65536,
+                                      ConnectivityCodec codec = ConnectivityCodec::automatic) {
   MemorySink sink;
   WriteOptions options;
   options.group_cells = group_cells;
+  options.connectivity = codec;
   const auto report = write_mesh(mesh, sink, options);
   EXPECT_TRUE(report) << (report ? "" : report.error().message());
   return std::move(sink.bytes);
@@ -271,6 +273,9 @@ inline std::vector<FeatureFile> feature_files() {
   add("stream_turned", written(with_order(shuffled(bent_grid(3, 2, 2)), stream, false, 5)));
   add("free", written(with_order(shuffled(bent_grid(3, 2, 2)), Order::free, true, 0)));
   add("groups", written(bent_grid(3, 3, 1), 2));
+  add("paper_codec", written(shuffled(bent_grid(3, 3, 2)), 10, ConnectivityCodec::paper));
+  add("paper_codec_stream", written(with_order(shuffled(bent_grid(3, 3, 2)), stream, false, 3),
+                                    65536, ConnectivityCodec::paper));
   add("holes", written(grid(4, 4, 3, ScalarType::float32, straight, porous)));
   add("ring", written(exact_ring(5, 2, 2)));
   add("mixed_cells", written(mixed_cells()));

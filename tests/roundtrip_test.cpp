@@ -18,6 +18,10 @@ void expect_all_modes(TestMesh mesh) {
     expect_round_trip(mesh);
     mesh.schema.corner_order = false;
     expect_round_trip(mesh, {.group_cells = 100});
+    expect_round_trip(mesh, {.connectivity = ConnectivityCodec::paper});
+    mesh.schema.order = Order::keep;
+    mesh.schema.corner_order = true;
+    expect_round_trip(mesh, {.group_cells = 70, .connectivity = ConnectivityCodec::paper});
   }
 }
 
@@ -37,7 +41,9 @@ TEST(RoundTrip, Grids) {
   expect_all_modes(grid(12, 11, 10, ScalarType::float64, warped));
 }
 
-TEST(RoundTrip, VoxelsWithHoles) { expect_all_modes(grid(11, 12, 13, ScalarType::float32, straight, porous)); }
+TEST(RoundTrip, VoxelsWithHoles) {
+  expect_all_modes(grid(11, 12, 13, ScalarType::float32, straight, porous));
+}
 
 TEST(RoundTrip, Ring) {
   expect_all_modes(ring(12, 4, 6, ScalarType::float64));
@@ -93,10 +99,13 @@ TEST(RoundTrip, DegenerateHexahedra) {
   for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
     auto& v = mesh.cells[c].corners;
     switch (c % 5) {
-      case 0: v[3] = v[2]; v[7] = v[6]; break;              // wedge
-      case 1: v[5] = v[6] = v[7] = v[4]; break;             // pyramid
+      case 0:
+        v[3] = v[2];
+        v[7] = v[6];
+        break;                                                 // wedge
+      case 1: v[5] = v[6] = v[7] = v[4]; break;                // pyramid
       case 2: std::fill(v.begin() + 1, v.end(), v[0]); break;  // a point
-      case 3: v[0] = v[6]; break;                           // opposite corners
+      case 3: v[0] = v[6]; break;                              // opposite corners
       default: break;
     }
   }
@@ -105,7 +114,8 @@ TEST(RoundTrip, DegenerateHexahedra) {
 
 TEST(RoundTrip, TwistedFaces) {
   TestMesh mesh = grid(6, 6, 6);
-  for (std::size_t c = 0; c < mesh.cells.size(); c += 3) std::swap(mesh.cells[c].corners[5], mesh.cells[c].corners[6]);
+  for (std::size_t c = 0; c < mesh.cells.size(); c += 3)
+    std::swap(mesh.cells[c].corners[5], mesh.cells[c].corners[6]);
   expect_all_modes(mesh);
 }
 
@@ -120,18 +130,25 @@ TEST(RoundTrip, UnusedAndDuplicateVertices) {
 TEST(RoundTrip, SpecialCoordinates) {
   for (ScalarType type : {ScalarType::float32, ScalarType::float64}) {
     TestMesh mesh = grid(6, 5, 4, type, warped);
-    const std::array<double, 8> odd = {-0.0, std::numeric_limits<double>::quiet_NaN(),
+    const std::array<double, 8> odd = {-0.0,
+                                       std::numeric_limits<double>::quiet_NaN(),
                                        std::numeric_limits<double>::infinity(),
                                        -std::numeric_limits<double>::infinity(),
-                                       std::numeric_limits<double>::denorm_min(), 1e-42, 3e38, 1e308};
+                                       std::numeric_limits<double>::denorm_min(),
+                                       1e-42,
+                                       3e38,
+                                       1e308};
     std::mt19937_64 random(9);
     const std::size_t width = scalar_bytes(type);
     for (int n = 0; n < 60; ++n) {
       const std::size_t at = random() % (mesh.xyz.size() / width) * width;
       std::vector<std::byte> one;
-      if (type == ScalarType::float64) append(one, odd[random() % 8]);
-      else if (n % 4 == 0) append(one, static_cast<std::uint32_t>(0x7fc00000u + random() % 5000));  // NaN payloads
-      else append(one, static_cast<float>(odd[random() % 7]));
+      if (type == ScalarType::float64)
+        append(one, odd[random() % 8]);
+      else if (n % 4 == 0)
+        append(one, static_cast<std::uint32_t>(0x7fc00000u + random() % 5000));  // NaN payloads
+      else
+        append(one, static_cast<float>(odd[random() % 7]));
       std::copy(one.begin(), one.end(), mesh.xyz.begin() + static_cast<std::ptrdiff_t>(at));
     }
     expect_all_modes(mesh);
@@ -148,7 +165,8 @@ TEST(RoundTrip, QuadraticAndMixedCells) {
   mesh.schema.blocks.push_back({6, "empty", CellShape::wedge, 6});
   std::mt19937_64 random(10);
   std::vector<std::array<double, 3>> points(4000);
-  for (auto& p : points) p = {static_cast<double>(random() % 100), static_cast<double>(random() % 100), 0.5};
+  for (auto& p : points)
+    p = {static_cast<double>(random() % 100), static_cast<double>(random() % 100), 0.5};
   mesh.set_points(points);
   const std::array<std::size_t, 5> sizes = {8, 20, 27, 4, 0};
   for (int c = 0; c < 600; ++c) {
@@ -156,7 +174,8 @@ TEST(RoundTrip, QuadraticAndMixedCells) {
     cell.block = static_cast<std::uint32_t>(random() % 5);
     const std::size_t n = cell.block == 4 ? random() % 100 : sizes[cell.block];
     for (std::size_t i = 0; i < n; ++i)
-      cell.corners.push_back(random() % 8 == 0 ? random() % 4000 : (static_cast<std::uint64_t>(c) * 3 + i) % 4000);
+      cell.corners.push_back(random() % 8 == 0 ? random() % 4000
+                                               : (static_cast<std::uint64_t>(c) * 3 + i) % 4000);
     mesh.cells.push_back(cell);
   }
   expect_all_modes(mesh);
@@ -195,10 +214,12 @@ TEST(RoundTrip, ArraysOfEveryTypeOnPointsAndCells) {
           append(values, wild ? std::bit_cast<float>(static_cast<std::uint32_t>(random()))
                               : static_cast<float>(std::sin(static_cast<double>(i) * .01)));
         } else if (type == ScalarType::float64) {
-          append(values, wild ? std::bit_cast<double>(random()) : std::sin(static_cast<double>(i) * .01));
+          append(values,
+                 wild ? std::bit_cast<double>(random()) : std::sin(static_cast<double>(i) * .01));
         } else {
           const std::uint64_t v = wild ? random() : i / 7;
-          for (std::size_t b = 0; b < scalar_bytes(type); ++b) values.push_back(static_cast<std::byte>(v >> (8 * b)));
+          for (std::size_t b = 0; b < scalar_bytes(type); ++b)
+            values.push_back(static_cast<std::byte>(v >> (8 * b)));
         }
       }
       mesh.arrays.push_back(std::move(values));
@@ -247,7 +268,10 @@ TEST(RoundTrip, StepsTimesAndExtras) {
   TestMesh mesh = grid(20, 20, 20);
   mesh.schema.blocks.push_back({2, "none", CellShape::quad, 4});
   for (int a = 0; a < 3; ++a) {
-    auto info = array_info(a == 0 ? "u" : a == 1 ? "p" : "none", a == 0 ? Location::point : Location::cell,
+    auto info = array_info(a == 0   ? "u"
+                           : a == 1 ? "p"
+                                    : "none",
+                           a == 0 ? Location::point : Location::cell,
                            a == 0 ? ScalarType::float64 : ScalarType::float32, a == 0 ? 3 : 1,
                            a == 2 ? std::vector<std::uint32_t>{1} : std::vector<std::uint32_t>{});
     info.per_step = true;
@@ -265,9 +289,12 @@ TEST(RoundTrip, StepsTimesAndExtras) {
   for (std::uint64_t step = 0; step < 3; ++step) {
     for (std::uint64_t i = 0; i < mesh.vertices * 3; ++i)
       append(u[step], std::sin(static_cast<double>(i * (step + 1)) * 1e-3));
-    for (std::uint64_t i = 0; i < mesh.cells.size(); ++i) append(p[step], static_cast<float>(i / 100 + step));
+    for (std::uint64_t i = 0; i < mesh.cells.size(); ++i)
+      append(p[step], static_cast<float>(i / 100 + step));
     for (std::size_t at = 0; at < u[step].size(); at += 24 * 1000)
-      ASSERT_TRUE(writer->add_step_values(0, step, std::span(u[step]).subspan(at, std::min<std::size_t>(24000, u[step].size() - at))));
+      ASSERT_TRUE(writer->add_step_values(
+          0, step,
+          std::span(u[step]).subspan(at, std::min<std::size_t>(24000, u[step].size() - at))));
     ASSERT_TRUE(writer->add_step_values(1, step, p[step]));
     ASSERT_TRUE(writer->add_step_values(2, step, {}));
   }

@@ -123,7 +123,8 @@ TEST(Stencil, NewVerticesAreKnownOnlyOnceTheyAreCoded) {
   cell.slots[6] = cell.slots[4];  // stands twice
   cell.new_positions = {4, 7, 5};
   std::vector<std::uint32_t> order;
-  for_each_new_vertex(cell, [&](std::uint32_t slot, const Stencil& s) {
+  for_each_new_vertex(cell, cell.new_positions, [&](std::uint32_t position, const Stencil& s) {
+    const std::uint32_t slot = cell.slots[position];
     for (std::uint32_t n = 0; n < s.size(); ++n) {
       const std::uint32_t used = s.at[n];
       const bool is_old = used <= 103;

@@ -179,8 +179,8 @@ class ToolTest(unittest.TestCase):
         other = self.path("other.vtk")
         write_vtk(other, 5, bend=1e-9)
         for options in ([], ["--order", "stream"], ["--order", "stream", "--delay", "20"],
-                        ["--order", "free"],
-                        ["--delay", "7"], ["--bits", "12"]):
+                        ["--order", "free"], ["--delay", "7"], ["--bits", "12"], ["--codec", "paper"],
+                        ["--codec", "rows", "--order", "stream"]):
             packed = self.path("mesh.shm")
             self.shm("compress", self.mesh, "-o", packed, *options)
             self.shm("verify", packed)

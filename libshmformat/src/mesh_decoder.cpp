@@ -72,16 +72,35 @@ Result<void> MeshDecoder::assign_streams() {
       ++next;
     if (next == known.size()) return damaged(name + ": unknown or out of order");
     const bool values = entry.kind >= StreamKind::vertex_numbers;
-    if (entry.codec != (values ? container::Codec::predictive : container::Codec::paper))
+    if (entry.kind == StreamKind::connectivity) {
+      if (auto good = take_codec(entry.codec); !good) return good;
+    } else if (entry.codec != (values ? container::Codec::predictive : codec_)) {
       return damaged(
-          name + ": codec " + std::to_string(static_cast<int>(entry.codec)) + " is unknown",
+          name + ": codec " + std::to_string(static_cast<int>(entry.codec)) + " is unknown here",
           ErrorCode::unsupported);
+    }
     streams_.coders()[next++] = RangeDecoder(bytes);
     const std::string key =
         entry.kind == StreamKind::array ? array_stream_name(*schema_, entry.array) : name;
     stream_bytes_[key] += bytes.size();
   }
   if (in.left() != 0) return damaged("bytes are left over behind the last stream");
+  if (group_.cells > 0 &&
+      (group_.streams.empty() || group_.streams[0].kind != StreamKind::connectivity))
+    return damaged("connectivity: missing");
+  return {};
+}
+
+Result<void> MeshDecoder::take_codec(container::Codec codec) {
+  using container::Codec;
+  if (codec_ && *codec_ != codec) return damaged("connectivity: another codec than before");
+  if (codec != Codec::paper && codec != Codec::rows)
+    return damaged("connectivity: codec " + std::to_string(static_cast<int>(codec)) + " is unknown",
+                   ErrorCode::unsupported);
+  if (!codec_)
+    streams_.connectivity().set_codec(codec == Codec::paper ? HexahedronCodec::paper
+                                                            : HexahedronCodec::rows);
+  codec_ = codec;
   return {};
 }
 
@@ -102,6 +121,8 @@ Result<MeshBlock> MeshDecoder::next_block() {
     ++loose_done_;
     const std::uint32_t slot = streams_.connectivity().add_loose_vertex();
     active_seen_ = std::max(active_seen_, streams_.connectivity().surface().active_vertices());
+    name_vertex(slot);
+    streams_.code_loose_number(slot, numbers_[slot]);
     if (auto good = decode_vertex(Stencil{}, slot, block); !good) return good.error();
     streams_.connectivity().remove_loose_vertex(slot);
   }
@@ -120,10 +141,16 @@ Result<void> MeshDecoder::decode_cell(MeshBlock& block) {
   if (bytes_done_ + cell.new_positions.size() * vertex_bytes_ > group_.decoded_bytes)
     return damaged("unpacks to more than stated");
 
-  Result<void> vertices;
-  for_each_new_vertex(cell, [&](std::uint32_t slot, const Stencil& stencil) {
-    if (vertices) vertices = decode_vertex(stencil, slot, block);
+  for (std::uint32_t position : cell.new_positions) name_vertex(cell.slots[position]);
+  streams_.code_vertex_numbers(cell, [&](std::uint32_t position) -> std::uint64_t& {
+    return numbers_[cell.slots[position]];
   });
+  Result<void> vertices;
+  for_each_new_vertex(cell, cell.new_positions,
+                      [&](std::uint32_t position, const Stencil& stencil) {
+                        if (vertices)
+                          vertices = decode_vertex(stencil, cell.slots[position], block);
+                      });
   if (!vertices) return vertices;
 
   block.vertices_before_cell.push_back(block.vertex_count());
@@ -157,18 +184,21 @@ Result<void> MeshDecoder::decode_vertex(const Stencil& stencil, std::uint32_t sl
   block.xyz.resize(block.xyz.size() + xyz_bytes);
   grow_arrays(block, streams_.point_arrays(), 0);
   MeshStreams<RangeDecoder>::VertexValues values;
-  values.number = vertices_;
   values.xyz = block.xyz.data() + block.xyz.size() - xyz_bytes;
   values.data = pointers_;
   streams_.code_vertex(stencil, slot, values);
-  block.vertex_numbers.push_back(values.number);
-  if (slot >= numbers_.size())
-    numbers_.resize(std::max<std::size_t>(slot + 1, numbers_.size() * 2));
-  numbers_[slot] = values.number;
+  block.vertex_numbers.push_back(numbers_[slot]);
   bytes_done_ += vertex_bytes_;
   ++vertices_done_;
   ++vertices_;
   return {};
+}
+
+/// A new vertex's stream number, until its original one is known.
+void MeshDecoder::name_vertex(std::uint32_t slot) {
+  if (slot >= numbers_.size())
+    numbers_.resize(std::max<std::size_t>(slot + 1, numbers_.size() * 2));
+  numbers_[slot] = next_name_++;
 }
 
 /// Room for one more element of each array in `arrays`; leaves pointers to it in pointers_.

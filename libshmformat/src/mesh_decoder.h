@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -37,6 +38,8 @@ class MeshDecoder {
   Result<void> decode_vertex(const Stencil& stencil, std::uint32_t slot, MeshBlock& block);
   Result<void> end_group();
   Result<void> assign_streams();
+  Result<void> take_codec(container::Codec codec);
+  void name_vertex(std::uint32_t slot);
   Error damaged(std::string detail, ErrorCode code = ErrorCode::corrupt) const;
   void grow_arrays(MeshBlock& block, const std::vector<std::uint32_t>& arrays,
                    std::uint32_t of_block);
@@ -44,7 +47,8 @@ class MeshDecoder {
   const Schema* schema_;
   ReadLimits limits_;
   MeshStreams<RangeDecoder> streams_;
-  std::vector<std::uint64_t> numbers_;  // of live vertices, by slot
+  std::vector<std::uint64_t> numbers_;     // of live vertices, by slot
+  std::optional<container::Codec> codec_;  // of the connectivity
   CellTopology topology_;
   std::vector<std::byte*> pointers_;
   std::size_t vertex_bytes_ = 0;
@@ -54,6 +58,7 @@ class MeshDecoder {
   container::GroupHeader group_;
   std::size_t header_bytes_ = 0;
   bool in_group_ = false;
+  std::uint64_t next_name_ = 0;  // stream number of the next vertex
   std::uint64_t group_offset_ = 0, groups_ = 0;
   std::uint32_t cells_done_ = 0;
   std::uint64_t vertices_done_ = 0, loose_done_ = 0, bytes_done_ = 0, active_seen_ = 0;

@@ -50,6 +50,8 @@ MeshEncoder::MeshEncoder(const Schema& schema, const WriteOptions& options, Grou
   }
   pointers_.resize(std::max(streams_.point_arrays().size(), streams_.cell_arrays().size()));
   group_.box = kEmptyBox;
+  if (options.connectivity == ConnectivityCodec::paper)
+    streams_.connectivity().set_codec(HexahedronCodec::paper);
 }
 
 Result<void> MeshEncoder::add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
@@ -184,18 +186,19 @@ Result<void> MeshEncoder::code(std::uint32_t handle) {
 }
 
 void MeshEncoder::take_vertices(const WaitingCell& cell, const CellTopology& topology) {
-  std::size_t next = 0;
-  for_each_new_vertex(topology, [&](std::uint32_t slot, const Stencil& stencil) {
-    const std::uint32_t position = topology.new_positions[next++];
-    code_vertex(stencil, slot, cell.entries[topology.stored_position(position)]);
+  streams_.code_vertex_numbers(topology, [&](std::uint32_t position) -> std::uint64_t& {
+    return entries_[entry_at(cell, topology, position)].number;
   });
+  for_each_new_vertex(
+      topology, topology.new_positions, [&](std::uint32_t position, const Stencil& stencil) {
+        code_vertex(stencil, topology.slots[position], entry_at(cell, topology, position));
+      });
 }
 
 void MeshEncoder::code_vertex(const Stencil& stencil, std::uint32_t slot, std::uint32_t e) {
   entries_[e].slot = slot;
   std::byte* values = values_.data() + e * values_bytes_;
   MeshStreams<RangeEncoder>::VertexValues vertex;
-  vertex.number = entries_[e].number;
   vertex.xyz = values;
   std::byte* at = values + xyz_bytes_;
   for (std::size_t i = 0; i < streams_.point_arrays().size(); ++i) {
@@ -235,6 +238,7 @@ void MeshEncoder::code_cell_data(WaitingCell& cell, const CellTopology& topology
 
 Result<void> MeshEncoder::code_loose(std::uint32_t entry) {
   const std::uint32_t slot = streams_.connectivity().add_loose_vertex();
+  streams_.code_loose_number(slot, entries_[entry].number);
   code_vertex(Stencil{}, slot, entry);
   ++group_.loose_vertices;
   const std::uint64_t active = streams_.connectivity().surface().active_vertices();
@@ -266,18 +270,25 @@ Result<void> MeshEncoder::flush_group() {
   std::vector<std::vector<std::byte>> payloads;
   for (std::size_t s = 0; s < names.size(); ++s) {
     std::vector<std::byte> bytes = streams_.coders()[s].finish();
-    if (bytes.empty()) continue;  // an absent stream reads as zeros
     container::StreamEntry entry;
     entry.kind = names[s].kind;
     entry.array = names[s].array;
+    // An absent stream reads as zeros; connectivity is there to tell its codec.
+    if (bytes.empty() && (entry.kind != container::StreamKind::connectivity || group_.cells == 0))
+      continue;
     const bool values = entry.kind >= container::StreamKind::vertex_numbers;
-    entry.codec = values ? container::Codec::predictive : container::Codec::paper;
+    const bool paper = options_.connectivity == ConnectivityCodec::paper;
+    entry.codec = values  ? container::Codec::predictive
+                  : paper ? container::Codec::paper
+                          : container::Codec::rows;
     const auto needs = [&](container::StreamKind kind) {
       entry.needs |= 1u << static_cast<unsigned>(kind);
     };
     if (entry.kind != container::StreamKind::connectivity)
       needs(container::StreamKind::connectivity);
-    if (values && has_edge_nodes_) needs(container::StreamKind::corner_order);  // midpoints
+    const bool by_corner = entry.kind == container::StreamKind::vertex_numbers;
+    if (by_corner || (values && has_edge_nodes_))  // numbers in stored order; midpoints of edges
+      needs(container::StreamKind::corner_order);
     entry.bytes = bytes.size();
     entry.checksum = checksum(bytes);
     group_.streams.push_back(entry);

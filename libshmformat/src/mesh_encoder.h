@@ -61,6 +61,10 @@ class MeshEncoder {
   Result<void> code(std::uint32_t handle);
   void take_vertices(const WaitingCell& cell, const CellTopology& topology);
   void code_vertex(const Stencil& stencil, std::uint32_t slot, std::uint32_t entry);
+  std::uint32_t entry_at(const WaitingCell& cell, const CellTopology& topology,
+                         std::uint32_t position) const {
+    return cell.entries[topology.stored_position(position)];
+  }
   void code_cell_data(WaitingCell& cell, const CellTopology& topology);
   Result<void> code_loose(std::uint32_t entry);
   void free_entry(std::uint32_t entry);

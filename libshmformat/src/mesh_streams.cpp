@@ -10,11 +10,6 @@ ArrayInfo coordinates_info(const Schema& schema) {
   info.quantization = schema.coordinate_quantization;
   return info;
 }
-ArrayInfo numbers_info() {
-  ArrayInfo info;
-  info.type = ScalarType::uint64;
-  return info;
-}
 
 }  // namespace
 
@@ -35,7 +30,6 @@ template <class Coder>
 MeshStreams<Coder>::MeshStreams(const Schema& schema)
     : schema_(&schema),
       connectivity_(schema),
-      numbers_(VertexColumn<Coder>::create(numbers_info())),
       geometry_(VertexColumn<Coder>::create(coordinates_info(schema))) {
   const auto streams = list(schema);
   streams_.resize(streams.size());
@@ -57,9 +51,6 @@ MeshStreams<Coder>::MeshStreams(const Schema& schema)
 template <class Coder>
 void MeshStreams<Coder>::code_vertex(const Stencil& stencil, std::uint32_t slot,
                                      VertexValues& values) {
-  if (schema_->order == Order::keep)
-    numbers_->code(streams_[kVertexNumbers], stencil, slot,
-                   reinterpret_cast<std::byte*>(&values.number));
   geometry_->code(streams_[kGeometry], stencil, slot, values.xyz);
   for (std::size_t i = 0; i < point_columns_.size(); ++i)
     point_columns_[i]->code(streams_[point_streams_[i]], stencil, slot, values.data[i]);

@@ -12,6 +12,7 @@
 
 #include "coders/columns.h"
 #include "coders/connectivity.h"
+#include "coders/vertex_numbers.h"
 #include "container/format.h"
 #include "shm/schema.h"
 
@@ -29,11 +30,22 @@ class MeshStreams {
   /// Values of one new vertex: read when encoding, filled when decoding. `data[i]` is the element
   /// of the i-th static point array.
   struct VertexValues {
-    std::uint64_t number = 0;
     std::byte* xyz = nullptr;
     std::span<std::byte*> data;
   };
   void code_vertex(const Stencil& stencil, std::uint32_t slot, VertexValues& values);
+
+  /// Order::keep: the numbers of the vertices that a cell introduces, or of one that no cell uses.
+  /// number(position) refers to one: read when encoding, filled when decoding.
+  template <class Number>
+  void code_vertex_numbers(const CellTopology& cell, Number&& number) {
+    if (schema_->order == Order::keep)
+      vertex_numbers_.code_cell(streams_[kVertexNumbers], cell, number);
+  }
+  void code_loose_number(std::uint32_t slot, std::uint64_t& number) {
+    if (schema_->order == Order::keep)
+      number = vertex_numbers_.code_loose(streams_[kVertexNumbers], slot, number);
+  }
 
   /// Topology of one cell; false when decoding damaged data.
   bool code_cell(CellTopology& cell) {
@@ -64,7 +76,8 @@ class MeshStreams {
   const Schema* schema_;
   Connectivity<Coder> connectivity_;
   std::vector<Coder> streams_;
-  std::unique_ptr<VertexColumn<Coder>> numbers_, geometry_;
+  VertexNumbers<Coder> vertex_numbers_;
+  std::unique_ptr<VertexColumn<Coder>> geometry_;
   std::vector<std::unique_ptr<VertexColumn<Coder>>> point_columns_;
   std::vector<std::unique_ptr<CellColumn<Coder>>> cell_columns_;
   std::vector<std::uint32_t> point_arrays_, cell_arrays_;  // schema indices of static arrays

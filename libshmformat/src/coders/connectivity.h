@@ -1,36 +1,37 @@
 // Connectivity: says which vertices each cell joins, and which of them it finalizes.
 // in:    cells in coding order                out: symbols for "connectivity" and "corner order"
-// keeps: the active surface, the previous hexahedron, the models; changed alike in both directions
-//
-// A hexahedron is glued to the active surface by one of five operations; which further faces it
-// shares is deduced and confirmed:
-//   START   no face shared, or not sayable otherwise: eight corners, each new, live or repeated
-//   HUT     one face f0                          ROOF  f0 and the opposite f5
-//   STEP    f0 and f1 at an edge; then, deduced, f2 (CORNER) and more (GAP, PIT, DEN)
-//   BRIDGE  f0, f1 and the opposite f3; TUNNEL follows
-// The face f0 (the gate) is looked for on the previous hexahedron, at its edges, at its vertices,
-// and only then said by the number of a live vertex.
-// source: paper section 3.1; spec: "Connectivity stream", "Corner order stream"
+// keeps: the active surface, a coder for hexahedra, the models; changed alike in both directions
+// spec: "Connectivity stream", "Corner order stream"
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <variant>
 #include <vector>
 
 #include "coders/cell_topology.h"
+#include "coders/paper_hexahedra.h"
+#include "coders/row_hexahedra.h"
 #include "entropy/models.h"
 #include "front/active_surface.h"
-#include "front/hexahedron.h"
 #include "shm/schema.h"
 
 namespace shm {
+
+/// How hexahedra are said.
+enum class HexahedronCodec : std::uint8_t { paper, rows };
 
 template <class Coder>
 class Connectivity {
  public:
   /// `schema` is borrowed.
   explicit Connectivity(const Schema& schema);
+  Connectivity(const Connectivity&) = delete;  // the coders point to the surface
+  Connectivity& operator=(const Connectivity&) = delete;
+
+  /// Before the first cell; rows if never called.
+  void set_codec(HexahedronCodec codec);
 
   /// Codes one cell. Encoding: cell.block, slots (kNone: new), numbers and last_use are set, in
   /// stored order, and come back in the coder's frame. New vertices get slots either way.
@@ -46,113 +47,36 @@ class Connectivity {
   const ActiveSurface& surface() const { return surface_; }
 
  private:
-  enum Operation : std::uint8_t { kStart, kHut, kRoof, kStep, kBridge, kOperations };
-  enum GateMode : std::uint8_t { kOnFace, kAtEdge, kAtVertex, kAnywhere, kGateModes };
-
-  /// How a hexahedron is glued on: found by the encoder, told to the decoder.
-  struct Plan {
-    Operation operation = kStart;
-    std::uint32_t rotation = 0;
-    GateMode mode = kAnywhere;
-    std::uint32_t gate_face = kNone, side_face = kNone, far_face = kNone;
-    std::uint64_t cost = ~std::uint64_t{0};
-  };
-  /// Where vertex 0 stands in the gate face, and which way the others follow.
-  struct Gate {
-    FaceCorner at = kNone;
-    bool mirrored = false;
-  };
-  using Corners = std::array<std::uint32_t, 8>;
-  /// A number said relative to the last one of its kind or to the oldest live vertex.
-  struct ReferenceModel {
-    AdaptiveBit from_last;
-    SignedModel<NumberModel> step;
-    NumberModel age;
-    std::uint64_t last = 0;
-  };
   struct NodeModel {
-    AdaptiveBit is_new[2], repeated;
+    std::array<AdaptiveBit, 2> is_new;
+    AdaptiveBit repeated;
     SignedModel<NumberModel> step;
     NumberModel repeat;
   };
+  using Paper = std::unique_ptr<PaperHexahedra<Coder>>;
+  using Rows = std::unique_ptr<RowHexahedra<Coder>>;
 
-  // choosing (encoder)
-  Plan choose_plan(const CellTopology& cell) const;
-  void rate_gate(Plan& plan, const Corners& target) const;
-  static void rotate(CellTopology& cell, std::uint32_t rotation);
-
-  // coding, in the order in which it happens
   bool code_block(Coder& symbols, CellTopology& cell);
   bool code_hexahedron(Coder& symbols, Coder& corner_order, CellTopology& cell);
-  bool code_gate(Coder& symbols, const Plan& plan, const Corners& target, Gate& gate);
-  bool code_gate_face(Coder& symbols, const Plan& plan, const Corners& target, FaceCorner& at,
-                      bool& mirrored);
-  bool code_second_face(Coder& symbols, const Plan& plan, const Corners& target, FaceCorner gate,
-                        CellTopology& cell);
-  bool code_roof(Coder& symbols, const Plan& plan, const Corners& target, CellTopology& cell);
-  bool code_side(Coder& symbols, std::uint32_t along, std::uint32_t from, std::uint32_t not_face,
-                 std::uint32_t side_face, int model, std::uint32_t& above_from,
-                 std::uint32_t& above_along);
-  bool code_corners_left(Coder& symbols, const Corners& target, CellTopology& cell);
-  bool code_corner(Coder& symbols, const Corners& target, CellTopology& cell,
-                   std::uint32_t position);
-  bool code_reference(Coder& symbols, ReferenceModel& model, std::uint32_t& slot);
-  bool code_corner_order(Coder& corner_order, const Gate& gate, CellTopology& cell,
-                         std::uint32_t rotation);
   bool code_nodes(Coder& symbols, CellTopology& cell, std::uint32_t first_position);
-  void glue(CellTopology& cell);
   void code_last_use(Coder& symbols, CellTopology& cell);
-
-  std::uint32_t add_vertex(CellTopology& cell, std::uint32_t position);
-  bool previous_alive(std::uint32_t corner) const;
-  bool on_previous(std::uint32_t face) const;
-  void list_edge_gates(std::vector<std::pair<FaceCorner, std::uint32_t>>& out) const;
-  void list_vertex_gates(std::vector<std::pair<FaceCorner, std::uint32_t>>& out) const;
 
   const Schema* schema_;
   ActiveSurface surface_;
-
-  // the previous hexahedron, in its frame
-  Corners previous_{};
-  std::array<std::uint64_t, 8> previous_id_{};
-  std::array<std::uint32_t, 6> previous_face_{kNone, kNone, kNone, kNone, kNone, kNone};
-  std::uint32_t previous_cell_ = kNone;
-  bool has_previous_ = false;
+  std::variant<Paper, Rows> hexahedra_;
 
   // contexts
   std::uint32_t last_block_ = 0;
-  Operation operation_ = kStart;  // of the cell at hand
-  std::uint32_t last_operation_ = kStart, mode_history_ = 0, last_face_ = 5, last_turn_ = 0;
   std::array<std::uint8_t, 8> last_finalized_{};
-  std::uint32_t rotation_history_ = 0;
   std::vector<std::vector<std::uint64_t>> node_ids_;  // of the last cell of each block
+  bool last_new_ = false;
 
   // models
   AdaptiveBit same_block_;
   NumberModel block_number_, node_count_;
-  std::array<std::array<TreeModel<3>, 16>, kOperations> operations_;
-  std::array<std::array<std::array<AdaptiveBit, 3>, 16>, kOperations> modes_;
-  std::array<std::array<AdaptiveBit, 6>, 6> gate_on_face_;
-  std::array<std::array<TreeModel<2>, 4>, 6> turn_;
-  std::array<AdaptiveBit, 12> gate_at_edge_;
-  std::array<AdaptiveBit, 8> gate_at_vertex_;
-  ChoiceModel<16> gate_anywhere_;
-  std::array<ChoiceModel<8>, 2> side_;
-  ChoiceModel<16> roof_face_;
-  AdaptiveBit roof_turned_;
-  std::array<AdaptiveBit, kOperations> mirrored_;
-  std::array<AdaptiveBit, 4> confirm_;
-  std::array<std::array<std::array<AdaptiveBit, 2>, 8>, kOperations> corner_new_;
-  std::array<AdaptiveBit, 8> corner_repeated_;
-  TreeModel<3> repeated_corner_;
-  std::unique_ptr<ReferenceModel> gate_reference_, join_reference_;
-  std::array<AdaptiveBit, 4> rotation_hit_;
-  TreeModel<5> rotation_;
   std::vector<std::unique_ptr<NodeModel>> nodes_;
+  /// By: corner of a hexahedron or not, active faces, uses, whether the one before was one.
   std::array<std::array<std::array<std::array<AdaptiveBit, 2>, 9>, 6>, 2> last_use_;
-  std::array<bool, 2> last_new_{};
-
-  std::vector<std::pair<FaceCorner, std::uint32_t>> scratch_;
 };
 
 extern template class Connectivity<RangeEncoder>;

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include "coders/cell_topology.h"
 #include "front/hexahedron.h"
@@ -33,21 +34,23 @@ struct Stencil {
 /// cell has values by now.
 Stencil stencil_of(const CellTopology& cell, std::uint32_t position, std::uint64_t known);
 
-/// Calls `visit(slot, stencil)` for the new vertices of a cell in coding order.
+/// Calls `visit(position, stencil)` for new vertices of a cell: `positions` are its
+/// new_positions, in the order in which they are to become known.
 template <class Visit>
-void for_each_new_vertex(const CellTopology& cell, Visit&& visit) {
-  if (cell.new_positions.empty()) return;
+void for_each_new_vertex(const CellTopology& cell, std::span<const std::uint32_t> positions,
+                         Visit&& visit) {
+  if (positions.empty()) return;
   // A vertex may stand at several positions: all of them are known once it is coded, none before.
   const auto standing_at = [&](std::uint32_t slot) {
-    std::uint64_t positions = 0;
+    std::uint64_t found = 0;
     for (std::size_t i = 0; i < cell.slots.size() && i < 64; ++i)
-      if (cell.slots[i] == slot) positions |= std::uint64_t{1} << i;
-    return positions;
+      if (cell.slots[i] == slot) found |= std::uint64_t{1} << i;
+    return found;
   };
   std::uint64_t known = ~std::uint64_t{0};
-  for (std::uint32_t position : cell.new_positions) known &= ~standing_at(cell.slots[position]);
-  for (std::uint32_t position : cell.new_positions) {
-    visit(cell.slots[position], stencil_of(cell, position, known));
+  for (std::uint32_t position : positions) known &= ~standing_at(cell.slots[position]);
+  for (std::uint32_t position : positions) {
+    visit(position, stencil_of(cell, position, known));
     known |= standing_at(cell.slots[position]);
   }
 }

@@ -76,16 +76,17 @@ std::string stream_name(StreamKind kind);
 
 /// Codec ids (registered in spec/registry.md).
 enum class Codec : std::uint8_t {
-  paper = 1,          ///< connectivity and its companions as in spec "Connectivity stream"
+  paper = 1,          ///< cells: hexahedra by the published scheme
   predictive = 2,     ///< values predicted from the mesh, adaptive range coder
   local = 3,          ///< step values predicted from the one before, adaptive range coder
   shuffled_zstd = 4,  ///< byte planes under zstd
+  rows = 6,           ///< cells: hexahedra predicted from the neighbouring row
 };
 
 struct StreamEntry {
   StreamKind kind = StreamKind::connectivity;
   std::uint32_t array = 0;  ///< only for StreamKind::array
-  Codec codec = Codec::paper;
+  Codec codec = Codec::rows;
   std::uint32_t needs = 0;  ///< bit per StreamKind that must be decoded with it
   std::uint64_t bytes = 0;
   std::uint32_t checksum = 0;

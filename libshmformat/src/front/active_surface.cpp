@@ -1,5 +1,7 @@
 #include "front/active_surface.h"
 
+#include <algorithm>
+
 namespace shm {
 namespace {
 
@@ -14,6 +16,8 @@ std::uint32_t take_slot(std::vector<T>& slots, std::vector<std::uint32_t>& free)
   return slot;
 }
 
+constexpr std::array<std::uint32_t, 4> kNobody = {kNone, kNone, kNone, kNone};
+
 }  // namespace
 
 std::uint32_t ActiveSurface::add_vertex() {
@@ -22,21 +26,31 @@ std::uint32_t ActiveSurface::add_vertex() {
   vertex = Vertex{};
   vertex.id = next_id_++;
   vertex.alive = true;
-  vertex.older = youngest_;
-  (youngest_ == kNone ? oldest_ : vertices_[youngest_].younger) = slot;
-  youngest_ = slot;
-  slots_.insert(vertex.id, slot);
+  ++active_vertices_;
+  births_.push_back({vertex.id, slot});
   return slot;
 }
 
 void ActiveSurface::finalize(std::uint32_t slot) {
   Vertex& vertex = vertices_[slot];
   while (vertex.first_face != kNone) remove_face(vertex.first_face / 4);
-  (vertex.older == kNone ? oldest_ : vertices_[vertex.older].younger) = vertex.younger;
-  (vertex.younger == kNone ? youngest_ : vertices_[vertex.younger].older) = vertex.older;
-  slots_.erase(vertex.id);
   vertex.alive = false;
+  --active_vertices_;
   free_vertices_.push_back(slot);
+  while (oldest_ < births_.size() && !alive(births_[oldest_])) ++oldest_;
+  if (births_.size() > 2 * active_vertices_ + 64) sweep_births();
+}
+
+void ActiveSurface::sweep_births() {
+  std::erase_if(births_, [&](const Birth& birth) { return !alive(birth); });
+  oldest_ = 0;
+}
+
+std::uint32_t ActiveSurface::slot_of(std::uint64_t id) const {
+  const auto found =
+      std::lower_bound(births_.begin(), births_.end(), id,
+                       [](const Birth& birth, std::uint64_t wanted) { return birth.id < wanted; });
+  return found != births_.end() && found->id == id && alive(*found) ? found->slot : kNone;
 }
 
 std::uint32_t ActiveSurface::begin_cell() {
@@ -51,36 +65,63 @@ void ActiveSurface::end_cell() {
 }
 
 std::uint32_t ActiveSurface::add_face(const Quad& quad,
-                                      const std::array<std::uint8_t, 4>& owner_corner) {
+                                      const std::array<std::uint8_t, 4>& owner_corner,
+                                      std::uint8_t side) {
   const std::uint32_t slot = take_slot(faces_, free_faces_);
   Face& face = faces_[slot];
   face.quad = quad;
+  face.mate = kNobody;
+  face.fan = {};
   face.owner_corner = owner_corner;
   face.cell = current_cell_;
+  face.side = side;
   face.alive = true;
   ++cell_faces_[current_cell_];
   for (std::uint32_t i = 0; i < 4; ++i) {
     Vertex& vertex = vertices_[quad[i]];
+    const FaceCorner here = slot * 4 + i;
     face.next[i] = vertex.first_face;
-    vertex.first_face = slot * 4 + i;
+    face.previous[i] = kNone;
+    if (vertex.first_face != kNone)
+      faces_[vertex.first_face / 4].previous[vertex.first_face % 4] = here;
+    vertex.first_face = here;
     ++vertex.face_count;
   }
   return slot;
 }
 
+void ActiveSurface::join(FaceEdge a, FaceEdge b, std::uint32_t fan) {
+  const auto size = static_cast<std::uint8_t>(std::min(fan, 255u));
+  if (a != kNone) {
+    faces_[a / 4].mate[a % 4] = b;
+    faces_[a / 4].fan[a % 4] = size;
+  }
+  if (b != kNone) {
+    faces_[b / 4].mate[b % 4] = a;
+    faces_[b / 4].fan[b % 4] = size;
+  }
+}
+
 void ActiveSurface::unlink(FaceCorner at) {
   Vertex& vertex = vertices_[faces_[at / 4].quad[at % 4]];
-  FaceCorner* link = &vertex.first_face;
-  while (*link != at) link = &faces_[*link / 4].next[*link % 4];
-  *link = faces_[at / 4].next[at % 4];
+  const FaceCorner next = faces_[at / 4].next[at % 4];
+  const FaceCorner previous = faces_[at / 4].previous[at % 4];
+  if (next != kNone) faces_[next / 4].previous[next % 4] = previous;
+  (previous == kNone ? vertex.first_face : faces_[previous / 4].next[previous % 4]) = next;
   --vertex.face_count;
 }
 
 void ActiveSurface::remove_face(std::uint32_t slot) {
-  for (std::uint32_t i = 0; i < 4; ++i) unlink(slot * 4 + i);
-  faces_[slot].alive = false;
+  Face& face = faces_[slot];
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    unlink(slot * 4 + i);
+    const FaceEdge mate = face.mate[i];
+    if (mate != kNone && faces_[mate / 4].mate[mate % 4] == slot * 4 + i)
+      faces_[mate / 4].mate[mate % 4] = kNone;
+  }
+  face.alive = false;
   free_faces_.push_back(slot);
-  const std::uint32_t owner = faces_[slot].cell;
+  const std::uint32_t owner = face.cell;
   if (--cell_faces_[owner] == 0 && owner != current_cell_) free_cells_.push_back(owner);
 }
 

@@ -1,16 +1,19 @@
 // Active surface: the part of the mesh that coding still needs, the same on both sides.
-//   vertices  born at their first use, gone when finalized; linked in order of birth
-//   faces     quadrilaterals used by an odd number of hexahedra so far; gone with their first
-//   vertex cells     a number for each hexahedron that still has a face here, for its cell data
+//   vertices  born at their first use, gone when finalized
+//   faces     quadrilaterals that one hexahedron uses and no second one has been glued to; gone
+//             with their first finalized vertex. Across each of its four edges a face has at most
+//             one mate: the face at the other end of the fan of hexahedra around that edge.
+//   cells     a number for each hexahedron that still has a face here
 // Slots are reused, so arrays indexed by them stay as small as the surface is wide.
 // source: paper section 3.1; spec: "Active surface"
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
-#include "front/id_map.h"
+#include "front/none.h"
 
 namespace shm {
 
@@ -20,6 +23,8 @@ using Quad = std::array<std::uint32_t, 4>;
 
 /// Face slot * 4 + position of the vertex in its quad; kNone ends a list.
 using FaceCorner = std::uint32_t;
+/// Face slot * 4 + position of the edge's first vertex in its quad; kNone: no mate.
+using FaceEdge = std::uint32_t;
 
 /// A face does not join the surface where one of its vertices has this many: keeps every search
 /// short, also in hostile files. Frozen: part of the format.
@@ -31,15 +36,17 @@ class ActiveSurface {
     std::uint64_t id = 0;  ///< stream number
     FaceCorner first_face = kNone;
     std::uint32_t face_count = 0;
-    std::uint32_t older = kNone, younger = kNone;
     std::uint32_t uses = 0;  ///< cells that have used it
     bool alive = false;
   };
   struct Face {
     Quad quad{};
-    std::array<FaceCorner, 4> next{};            ///< next face around each vertex
-    std::array<std::uint8_t, 4> owner_corner{};  ///< the vertex's corner in its owner, as stored
+    std::array<FaceCorner, 4> next{}, previous{};  ///< other faces around each vertex
+    std::array<FaceEdge, 4> mate{};                ///< across the edge from quad[i] to quad[i + 1]
+    std::array<std::uint8_t, 4> fan{};  ///< hexahedra between here and the mate, 255: or more
+    std::array<std::uint8_t, 4> owner_corner{};  ///< the vertex's corner in its owner
     std::uint32_t cell = kNone;                  ///< owner's cell slot
+    std::uint8_t side = 0;                       ///< which of its owner's faces it is
     bool alive = false;
   };
 
@@ -53,11 +60,15 @@ class ActiveSurface {
   /// slots that its faces set free are not reused before the next begin_cell.
   std::uint32_t begin_cell();
   void end_cell();
-  /// Adds a face of the cell at hand; returns its slot. Must hold: four different live vertices.
-  std::uint32_t add_face(const Quad& quad, const std::array<std::uint8_t, 4>& owner_corner);
+  /// Adds a face of the cell at hand, without mates; returns its slot. Must hold: live vertices.
+  std::uint32_t add_face(const Quad& quad, const std::array<std::uint8_t, 4>& owner_corner,
+                         std::uint8_t side);
   void remove_face(std::uint32_t face);
+  /// Makes two faces mates across these edges, with `fan` hexahedra between them.
+  void join(FaceEdge a, FaceEdge b, std::uint32_t fan);
 
-  /// The active face with this cycle of vertices in either direction, kNone when there is none.
+  /// The newest active face with this cycle of vertices in either direction, kNone when there is
+  /// none.
   std::uint32_t find_face(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) const;
   /// The newest active face at `b` in which `a` and `c` are its neighbours; returns the corner of
   /// b.
@@ -70,25 +81,39 @@ class ActiveSurface {
   std::uint32_t around(FaceCorner at, std::uint32_t steps) const {
     return faces_[at / 4].quad[(at + steps) % 4];
   }
-  std::uint32_t slot_of(std::uint64_t id) const { return slots_.find(id); }
+  FaceEdge mate(FaceEdge at) const { return faces_[at / 4].mate[at % 4]; }
+  std::uint32_t fan(FaceEdge at) const { return faces_[at / 4].fan[at % 4]; }
+  /// The slot of the live vertex with stream number `id`, kNone when there is none.
+  std::uint32_t slot_of(std::uint64_t id) const;
 
   std::uint64_t next_id() const { return next_id_; }
   /// Stream number of the oldest live vertex; next_id() when none is alive.
-  std::uint64_t oldest_id() const { return oldest_ == kNone ? next_id_ : vertices_[oldest_].id; }
-  std::uint64_t active_vertices() const { return slots_.size(); }
+  std::uint64_t oldest_id() const {
+    return oldest_ == births_.size() ? next_id_ : births_[oldest_].id;
+  }
+  std::uint64_t active_vertices() const { return active_vertices_; }
   std::uint32_t vertex_slots() const { return static_cast<std::uint32_t>(vertices_.size()); }
   std::uint32_t cell_slots() const { return static_cast<std::uint32_t>(cell_faces_.size()); }
 
  private:
+  /// A vertex in order of birth; dead ones are swept out now and then.
+  struct Birth {
+    std::uint64_t id = 0;
+    std::uint32_t slot = 0;
+  };
+  bool alive(const Birth& birth) const {
+    return vertices_[birth.slot].alive && vertices_[birth.slot].id == birth.id;
+  }
   void unlink(FaceCorner at);
+  void sweep_births();
 
   std::vector<Vertex> vertices_;
   std::vector<Face> faces_;
-  std::vector<std::uint32_t> cell_faces_;  // active faces of each cell slot
+  std::vector<std::uint8_t> cell_faces_;  // active faces of each cell slot
   std::vector<std::uint32_t> free_vertices_, free_faces_, free_cells_;
-  IdMap slots_;
-  std::uint64_t next_id_ = 0;
-  std::uint32_t oldest_ = kNone, youngest_ = kNone;
+  std::vector<Birth> births_;
+  std::size_t oldest_ = 0;  // in births_
+  std::uint64_t next_id_ = 0, active_vertices_ = 0;
   std::uint32_t current_cell_ = kNone;
 };
 

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-namespace shm {
+#include "front/none.h"
 
-inline constexpr std::uint32_t kNone = 0xffffffffu;
+namespace shm {
 
 class IdMap {
  public:

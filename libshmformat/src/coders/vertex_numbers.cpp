@@ -1,0 +1,79 @@
+#include "coders/vertex_numbers.h"
+
+#include <algorithm>
+
+#include "front/hexahedron.h"
+
+namespace shm {
+namespace {
+
+std::uint64_t spectral(const Stencil& s, const std::vector<std::uint64_t>& v) {
+  const auto at = [&](std::size_t i) { return v[s.at[i]]; };
+  switch (s.kind) {
+    case Stencil::last: break;
+    case Stencil::copy: return at(0);
+    case Stencil::midpoint:
+      return at(0) + static_cast<std::uint64_t>(static_cast<std::int64_t>(at(1) - at(0)) / 2);
+    case Stencil::parallelogram: return at(0) + at(1) - at(2);
+    case Stencil::lorenzo: return at(0) + at(1) + at(2) - at(3) - at(4) - at(5) + at(6);
+  }
+  return 0;
+}
+
+}  // namespace
+
+/// Along which side of the frame the vertex lies from the one that it is copied from.
+template <class Coder>
+std::uint32_t VertexNumbers<Coder>::direction_of(const CellTopology& cell, std::uint32_t position,
+                                                 const Stencil& stencil) {
+  if (stencil.kind != Stencil::copy || !cell.hexahedral || position >= 8) return kNone;
+  const std::uint32_t here = kCornerBits[position];
+  for (std::uint32_t axis = 0; axis < 3; ++axis)
+    if (cell.slots[kCornerBits[here ^ (1u << axis)]] == stencil.at[0])
+      return 2 * axis + (here >> axis & 1);
+  return kNone;
+}
+
+template <class Coder>
+std::uint64_t VertexNumbers<Coder>::code(Coder& coder, const Stencil& stencil,
+                                         std::uint32_t direction, std::uint32_t slot,
+                                         std::uint64_t number) {
+  if (slot >= numbers_.size())
+    numbers_.resize(std::max<std::size_t>(slot + 1, 2 * numbers_.size()));
+  const std::uint64_t next = last_ + 1, beyond = largest_ + 1;
+  std::uint64_t near = stencil.kind == Stencil::last ? next : spectral(stencil, numbers_);
+  if (direction != kNone) near += stride_[direction];
+  const std::uint32_t kind = stencil.kind == Stencil::lorenzo         ? 2
+                             : stencil.kind == Stencil::parallelogram ? 1
+                                                                      : 0;
+  auto& model = guess_[kind][history_];
+  std::uint32_t guess = 3;
+  if (coder.bit(model[0], number == near)) {
+    number = near;
+    guess = 0;
+  } else if (next != near && coder.bit(model[1], number == next)) {
+    number = next;
+    guess = 1;
+  } else if (beyond != near && beyond != next && coder.bit(model[2], number == beyond)) {
+    number = beyond;
+    guess = 2;
+  } else {
+    const auto step = static_cast<std::int64_t>(number - near);
+    number = near + static_cast<std::uint64_t>(code_signed(coder, residual_[kind], step));
+  }
+  history_ = (history_ << 2 | guess) & 63;
+  if (direction != kNone) {
+    const std::uint64_t step = number - numbers_[stencil.at[0]];
+    stride_[direction] = step;
+    stride_[direction ^ 1] = 0 - step;
+  }
+  last_ = number;
+  if (largest_ + 1 <= number) largest_ = number;
+  numbers_[slot] = number;
+  return number;
+}
+
+template class VertexNumbers<RangeEncoder>;
+template class VertexNumbers<RangeDecoder>;
+
+}  // namespace shm

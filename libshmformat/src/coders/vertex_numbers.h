@@ -1,0 +1,61 @@
+// Vertex numbers: the source's own number of each vertex (Order::keep).
+// Vertices are visited in the order in which their cell stores its corners: most files number
+// them in just that order, so a number is often the last one plus one, or the largest plus one;
+// on lattices it follows from its neighbours by the rule that predicts coordinates.
+// spec: "Vertex numbers"
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "coders/stencil.h"
+#include "entropy/models.h"
+
+namespace shm {
+
+template <class Coder>
+class VertexNumbers {
+ public:
+  /// Codes the numbers of the vertices that `cell` introduces: number(position) refers to
+  /// one: read when encoding, filled when decoding.
+  template <class Number>
+  void code_cell(Coder& coder, const CellTopology& cell, Number&& number);
+  /// A vertex that no cell uses.
+  std::uint64_t code_loose(Coder& coder, std::uint32_t slot, std::uint64_t number) {
+    return code(coder, {}, kNone, slot, number);
+  }
+
+ private:
+  std::uint64_t code(Coder& coder, const Stencil& stencil, std::uint32_t direction,
+                     std::uint32_t slot, std::uint64_t number);
+  static std::uint32_t direction_of(const CellTopology& cell, std::uint32_t position,
+                                    const Stencil& stencil);
+
+  std::vector<std::uint64_t> numbers_;                                    // by vertex slot
+  std::uint64_t last_ = ~std::uint64_t{0}, largest_ = ~std::uint64_t{0};  // -1: before the first
+  std::array<std::uint64_t, 6> stride_{1, 1, 1, 1, 1, 1};  // last step along each side
+  std::uint32_t history_ = 0;
+  std::array<std::array<std::array<AdaptiveBit, 3>, 64>, 3> guess_;
+  std::array<SignedModel<NumberModel>, 3> residual_;
+  std::vector<std::uint32_t> order_;
+};
+
+template <class Coder>
+template <class Number>
+void VertexNumbers<Coder>::code_cell(Coder& coder, const CellTopology& cell, Number&& number) {
+  order_ = cell.new_positions;
+  std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return cell.stored_position(a) < cell.stored_position(b);
+  });
+  for_each_new_vertex(cell, order_, [&](std::uint32_t position, const Stencil& stencil) {
+    std::uint64_t& it = number(position);
+    it = code(coder, stencil, direction_of(cell, position, stencil), cell.slots[position], it);
+  });
+}
+
+extern template class VertexNumbers<RangeEncoder>;
+extern template class VertexNumbers<RangeDecoder>;
+
+}  // namespace shm
