@@ -225,12 +225,19 @@ double bits_a_cell(const SizeReport& sizes) {
          static_cast<double>(sizes.cells);
 }
 
-std::string free_order_hint(const CompressRun& run, std::uint64_t free_bytes) {
+std::string free_order_hint(const CompressRun& run, std::optional<std::uint64_t> free_bytes) {
   const std::uint64_t bytes = run.sizes.total_bytes;
-  if (free_bytes >= bytes - bytes / 5) return {};
-  return run.input +
-         ": its cells are stored in an incoherent order; the same mesh with --order free " +
-         "would take about " + std::to_string(100 * free_bytes / bytes) + " % of these bytes\n";
+  // Where no trial was made: only what is surely bad, and a third of the file.
+  if (!free_bytes && (run.sizes.max_active_vertices < run.sizes.vertices / 4 ||
+                      connectivity_bytes(run.sizes.streams) < bytes / 3))
+    return {};
+  if (free_bytes && *free_bytes >= bytes - bytes / 5) return {};
+  return run.input + ": its cells are stored in an incoherent order; the same mesh with " +
+         "--order free " +
+         (free_bytes ? "would take about " + std::to_string(100 * *free_bytes / bytes) +
+                           " % of these bytes"
+                     : std::string("may be much smaller")) +
+         "\n";
 }
 
 std::string info_json(const std::string& path, const MeshInfo& info, const Totals* totals) {

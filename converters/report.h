@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "compare.h"
@@ -22,9 +23,9 @@ std::string compress_text(const CompressRun& run, const MeshInfo& info);
 
 // Bits a cell that say how cells hang together and how all is numbered.
 double bits_a_cell(const SizeReport& sizes);
-// Tells that the same mesh in another order would need only `free_bytes`; empty when that is not
-// worth a word.
-std::string free_order_hint(const CompressRun& run, std::uint64_t free_bytes);
+// Tells that the same mesh in another order would need only `free_bytes`, as far as that is known;
+// empty when that is not worth a word.
+std::string free_order_hint(const CompressRun& run, std::optional<std::uint64_t> free_bytes);
 
 // `totals`: null for files that are not .shm.
 std::string info_json(const std::string& path, const MeshInfo& info, const Totals* totals);

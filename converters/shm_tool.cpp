@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <memory>
 #include <new>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -145,17 +146,20 @@ Order order_of(const std::string& name) {
   return Order::keep;
 }
 
-// Tells on standard error when numbers and order that nobody may need are most of the file. Looks
-// closer only where connectivity is dear, and the mesh is small enough to look at quickly.
+// Tells on standard error when order and numbers that nobody may need are much of the file. Looks
+// only at what is dear and has many vertices waiting for their last use; closer, by a trial, where
+// the mesh is small enough for that.
 void hint_at_free_order(MeshSource& mesh, const CompressOptions& how, const CompressRun& run,
                         Spool& spool) {
   constexpr double kDearBits = 6;
-  constexpr std::uint64_t kMostCells = 1 << 20, kFewestBytes = 1 << 16;
-  if (how.order != Order::keep || bits_a_cell(run.sizes) < kDearBits ||
-      run.sizes.cells > kMostCells || run.sizes.total_bytes < kFewestBytes)
+  constexpr std::uint64_t kMostCells = 1 << 19, kFewestBytes = 1 << 16;
+  const SizeReport& sizes = run.sizes;
+  if (how.order != Order::keep || bits_a_cell(sizes) < kDearBits ||
+      sizes.max_active_vertices < sizes.vertices / 16 || sizes.total_bytes < kFewestBytes)
     return;
-  if (const auto bytes = bytes_in_free_order(mesh, how, run.sizes, spool))
-    std::fputs(free_order_hint(run, *bytes).c_str(), stderr);
+  std::optional<std::uint64_t> free_bytes;
+  if (sizes.cells <= kMostCells) free_bytes = bytes_in_free_order(mesh, how, sizes, spool);
+  std::fputs(free_order_hint(run, free_bytes).c_str(), stderr);
 }
 
 ExitCode run_compress(Options& options) {

@@ -89,8 +89,9 @@ TEST(FreeOrder, GraphJoinsNeighboursAndCutsBetweenBlocks) {
   graph.cut_between_blocks();
   for (std::uint32_t cell = 0; cell < cells->size(); ++cell)
     for (std::uint32_t face = 0; face < 6; ++face)
-      if (const CellFace to = graph.across(cell, face))
+      if (const CellFace to = graph.across(cell, face)) {
         EXPECT_EQ(cells->block(cell), cells->block(to.cell()));
+      }
 }
 
 // Vertices with very many faces are joined another way.
