@@ -90,6 +90,7 @@ bool Connectivity<Coder>::code_block(Coder& symbols, CellTopology& cell) {
 /// Nodes that are no corners of a hexahedron: by their step from the last cell of the block.
 template <class Coder>
 bool Connectivity<Coder>::code_nodes(Coder& symbols, CellTopology& cell, std::uint32_t first) {
+  if (cell.slots.size() <= first) return true;  // corners alone: nobody reads their ids
   auto& last = node_ids_[cell.block];
   std::uint64_t shift = 0;  // how far the node before this one moved
   const std::size_t count = cell.slots.size();
