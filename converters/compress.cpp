@@ -296,7 +296,8 @@ TrialCoder trial_coder(const Schema& schema, ConnectivityCodec codec, Spool& spo
   return [&, codec](MeshSource& part) {
     NullSink nowhere;
     WriteOptions options;
-    options.connectivity = codec;
+    // One codec is enough to compare orders.
+    options.connectivity = codec == ConnectivityCodec::automatic ? ConnectivityCodec::rows : codec;
     options.restart_budget = 0;
     return code_mesh(part, schema, nowhere, options, {}, spool);
   };
@@ -385,6 +386,7 @@ void replay_coding_order(MeshSource& mesh, const MeshInfo& of, CodingOrder& out,
   WriteOptions options;
   options.coding_order = &out;
   options.segment_starts = of.segment_starts;
+  options.connectivity = of.connectivity;  // it says in which order a cell's new vertices come
   if (options.segment_starts.empty()) options.restart_budget = 0;
   Writer writer = checked(Writer::create(nowhere, bare, options));
   MeshFeeder feeder(mesh, bare, writer, bare.order == Order::free ? kUnlimited : kCacheBytes);

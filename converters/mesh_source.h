@@ -25,6 +25,7 @@ struct MeshInfo {
   std::vector<double> step_times;          // one for each time step
   std::vector<Extra> extras;               // all that the model has no word for
   // Of a mesh that came from a .shm file: the first cell of each segment, in coding order.
+  ConnectivityCodec connectivity = ConnectivityCodec::automatic;  // of a .shm file
   std::vector<std::uint64_t> segment_starts;
 
   std::uint64_t cells() const {

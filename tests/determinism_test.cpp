@@ -78,7 +78,7 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"large grid, doubles, groups", 0x264efc1ab13a2c32},
     {"large grid, shuffled, stream, delay", 0x46c09a97f847ba8c},
     {"large grid, shuffled, keep, delay", 0x5207a0d927df2335},
-    {"large holes", 0xefcfcfb218877610},
+    {"large holes", 0xab12def16caed182},
     {"large ring", 0x9add9e0b5668dee5},
     {"large arrays", 0xd5a54a40bab389e8},
     {"large quantized", 0xad8d7b0977ed6c25},

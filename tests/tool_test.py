@@ -223,6 +223,8 @@ class ToolTest(unittest.TestCase):
         for options in ([], ["--order", "stream"], ["--order", "stream", "--delay", "20"],
                         ["--delay", "7"], ["--bits", "12"], ["--codec", "paper"],
                         ["--order", "free"], ["--codec", "replay"],
+                        ["--codec", "paper", "--order", "stream", "--delay", "9"],
+                        ["--codec", "replay", "--order", "free"],
                         ["--codec", "rows", "--order", "stream"]):
             packed = self.path("mesh.shm")
             self.shm("compress", self.mesh, "-o", packed, *options)

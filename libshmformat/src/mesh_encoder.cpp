@@ -36,24 +36,42 @@ bool is_hexahedral(const BlockInfo& block) {
 // Waiting pieces of cells, for each thread.
 constexpr std::size_t kWaitingBytes = std::size_t{64} << 20;
 
+/// Codecs to try. Those that number new vertices in an order of their own are not tried where that
+/// is the order of the file.
+std::span<const HexahedronCodec> codecs_for(ConnectivityCodec codec, Order order) {
+  static constexpr std::array kPaper = {HexahedronCodec::paper};
+  static constexpr std::array kRows = {HexahedronCodec::rows};
+  static constexpr std::array kReplay = {HexahedronCodec::replay};
+  static constexpr std::array kAll = {HexahedronCodec::rows, HexahedronCodec::replay};
+  switch (codec) {
+    case ConnectivityCodec::paper: return kPaper;
+    case ConnectivityCodec::replay: return kReplay;
+    case ConnectivityCodec::rows: return kRows;
+    case ConnectivityCodec::automatic: break;
+  }
+  return order == Order::keep ? std::span<const HexahedronCodec>(kAll) : kRows;
+}
+
 using Tasks = OrderedTasks<SegmentPiece, EncodedGroup>;
 
 class SegmentTask final : public Tasks::Task {
  public:
-  SegmentTask(const Schema& schema, const SegmentOptions& options, const SegmentStart& start)
-      : schema_(&schema), options_(options), start_(start) {}
+  SegmentTask(const Schema& schema, std::uint32_t group_cells,
+              std::span<const HexahedronCodec> codecs, const SegmentStart& start)
+      : schema_(&schema), group_cells_(group_cells), codecs_(codecs), start_(start) {}
 
   Result<void> take(SegmentPiece& piece, const Tasks::Emit& emit) override {
-    if (!encoder_) encoder_ = std::make_unique<SegmentEncoder>(*schema_, options_, start_);
+    if (!encoder_)
+      encoder_ = std::make_unique<ChoosingEncoder>(*schema_, group_cells_, codecs_, start_);
     auto result = encoder_->take(piece, done_);
     emit_done(emit);
     return result;
   }
   Result<void> end(const Tasks::Emit& emit) override {
-    encoder_->end(done_);
+    auto result = encoder_->end(done_);
     emit_done(emit);
     encoder_.reset();
-    return {};
+    return result;
   }
 
  private:
@@ -66,9 +84,10 @@ class SegmentTask final : public Tasks::Task {
   }
 
   const Schema* schema_;
-  SegmentOptions options_;
+  std::uint32_t group_cells_;
+  std::span<const HexahedronCodec> codecs_;
   SegmentStart start_;
-  std::unique_ptr<SegmentEncoder> encoder_;
+  std::unique_ptr<ChoosingEncoder> encoder_;
   std::vector<EncodedGroup> done_;
 };
 
@@ -86,12 +105,8 @@ MeshEncoder::MeshEncoder(const Schema& schema, const WriteOptions& options, Grou
       sink_(std::move(sink)),
       xyz_bytes_(3 * scalar_bytes(schema.coordinate_type)),
       values_bytes_(xyz_bytes_ + point_data_bytes(schema)),
-      cell_data_bytes_(cell_data_bytes(schema)) {
-  segment_options_.group_cells = options.group_cells;
-  if (options.connectivity == ConnectivityCodec::paper)
-    segment_options_.codec = HexahedronCodec::paper;
-  if (options.connectivity == ConnectivityCodec::replay)
-    segment_options_.codec = HexahedronCodec::replay;
+      cell_data_bytes_(cell_data_bytes(schema)),
+      codecs_(codecs_for(options.connectivity, schema.order)) {
   const unsigned threads = thread_count(options.threads);
   if (threads > 1)
     tasks_ = std::make_unique<Tasks>(threads, threads * kWaitingBytes, threads * kWaitingBytes);
@@ -337,7 +352,8 @@ Result<void> MeshEncoder::pass_piece_on() {
   if (piece_.empty()) return {};
   const bool begins = !std::exchange(segment_begun_, true);
   if (tasks_) {
-    if (begins) tasks_->begin(std::make_unique<SegmentTask>(*schema_, segment_options_, start_));
+    if (begins)
+      tasks_->begin(std::make_unique<SegmentTask>(*schema_, options_.group_cells, codecs_, start_));
     while (!tasks_->has_room())
       if (auto good = take_finished(Tasks::Wait::for_output_or_room); !good) return good;
     const std::size_t bytes = piece_.bytes();
@@ -346,7 +362,8 @@ Result<void> MeshEncoder::pass_piece_on() {
     piece_.clear();
     return take_finished(Tasks::Wait::no);
   }
-  if (begins) encoder_ = std::make_unique<SegmentEncoder>(*schema_, segment_options_, start_);
+  if (begins)
+    encoder_ = std::make_unique<ChoosingEncoder>(*schema_, options_.group_cells, codecs_, start_);
   const auto good = encoder_->take(piece_, done_);
   piece_.clear();
   if (!good) return good;
@@ -360,7 +377,7 @@ Result<void> MeshEncoder::end_segment() {
     tasks_->end();
     return {};
   }
-  encoder_->end(done_);
+  if (auto good = encoder_->end(done_); !good) return good;
   return give_out(done_);
 }
 

@@ -12,10 +12,10 @@
 #include <utility>
 #include <vector>
 
+#include "choosing_encoder.h"
 #include "coders/spiral_reorderer.h"
 #include "front/id_map.h"
 #include "ordered_tasks.h"
-#include "segment_encoder.h"
 #include "shm/writer.h"
 
 namespace shm {
@@ -88,10 +88,10 @@ class MeshEncoder {
 
   const Schema* schema_;
   WriteOptions options_;
-  SegmentOptions segment_options_;
   GroupSink sink_;
   std::size_t xyz_bytes_, values_bytes_;
   std::vector<std::size_t> cell_data_bytes_;  // by block
+  std::span<const HexahedronCodec> codecs_;   // to try
 
   // what has been added
   std::vector<Entry> entries_;
@@ -112,7 +112,7 @@ class MeshEncoder {
   std::uint64_t given_cells_ = 0;
   SegmentPiece piece_;
   bool segment_begun_ = false;
-  std::unique_ptr<SegmentEncoder> encoder_;  // without threads
+  std::unique_ptr<ChoosingEncoder> encoder_;  // without threads
   std::vector<EncodedGroup> done_;
   std::unique_ptr<OrderedTasks<SegmentPiece, EncodedGroup>> tasks_;  // with threads
 

@@ -109,10 +109,14 @@ Result<void> SegmentDecoder::take_codec(container::Codec codec) {
   if (codec != Codec::paper && codec != Codec::rows && codec != Codec::replay)
     return damaged("connectivity: codec " + std::to_string(static_cast<int>(codec)) + " is unknown",
                    ErrorCode::unsupported);
-  if (!codec_)
+  if (!codec_) {
     streams_->connectivity().set_codec(codec == Codec::paper    ? HexahedronCodec::paper
                                        : codec == Codec::replay ? HexahedronCodec::replay
                                                                 : HexahedronCodec::rows);
+    connectivity_ = codec == Codec::paper    ? ConnectivityCodec::paper
+                    : codec == Codec::replay ? ConnectivityCodec::replay
+                                             : ConnectivityCodec::rows;
+  }
   codec_ = codec;
   return {};
 }
@@ -121,6 +125,7 @@ Result<DecodedBlock> SegmentDecoder::next_block() {
   DecodedBlock decoded;
   MeshBlock& block = decoded.mesh;
   decoded.segment = start_;
+  decoded.connectivity = connectivity_;
   decoded.offset = group_offset_;
   block.first_vertex = next_vertex_;
   block.first_cell = next_cell_;

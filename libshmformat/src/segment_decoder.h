@@ -21,6 +21,7 @@ struct DecodedBlock {
   MeshBlock mesh;
   SegmentStart segment;      ///< that it belongs to
   std::uint64_t offset = 0;  ///< of its group's chunk in the file
+  ConnectivityCodec connectivity = ConnectivityCodec::automatic;
   /// Numbers of vertices of earlier segments: those that cells of this block are the first of their
   /// segment to use, and those that they finalize.
   std::vector<std::uint64_t> imported, finalized_imports;
@@ -81,6 +82,7 @@ class SegmentDecoder {
   Imports imports_;
   std::unique_ptr<MeshStreams<RangeDecoder>> streams_;  // from the first group on
   std::vector<Vertex> vertices_;
+  ConnectivityCodec connectivity_ = ConnectivityCodec::automatic;
   std::optional<container::Codec> codec_;  // of the connectivity
   CellTopology topology_;
   std::vector<std::byte*> pointers_;

@@ -37,7 +37,8 @@ struct Mesh {
 
 /// Writes a whole mesh: vertices are interleaved with cells and finalized as early as possible
 /// (vertex compaction). Except in Order::keep, references in extras are renumbered as a Reader
-/// will see vertices and cells; cells are never moved but by the delay buffer. Sizes that contradict each other are ErrorCode::misuse.
+/// will see vertices and cells; cells are never moved but by the delay buffer. Sizes that
+/// contradict each other are ErrorCode::misuse.
 SHM_API Result<SizeReport> write_mesh(ByteSink& sink, const Mesh& mesh);
 
 /// Reads a whole file. Order::keep: everything in the original numbering; else in the order of

@@ -129,6 +129,14 @@ enum class Order : std::uint8_t {
 /// "keep", "stream", "free".
 SHM_API std::string_view order_name(Order order);
 
+/// How hexahedra are said. A Reader takes any.
+enum class ConnectivityCodec : std::uint8_t {
+  automatic = 0,  ///< what is smallest
+  paper = 1,      ///< the published scheme, as a baseline (spec "Paper hexahedra")
+  rows = 2,       ///< predicted from the neighbouring row (spec "Row hexahedra")
+  replay = 3,     ///< repeated from cells before, numbers and all (spec "Replay hexahedra")
+};
+
 /// Everything a file says about itself before its first vertex.
 struct Schema {
   Order order = Order::keep;

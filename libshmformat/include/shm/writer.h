@@ -25,14 +25,6 @@ class SHM_API CodingOrder {
   virtual void cell(std::uint64_t number) = 0;    ///< cells count from 0 in order of add_cell
 };
 
-/// How hexahedra are said. A Reader takes any.
-enum class ConnectivityCodec : std::uint8_t {
-  automatic = 0,  ///< what is smallest
-  paper = 1,      ///< the published scheme, as a baseline (spec "Paper hexahedra")
-  rows = 2,       ///< predicted from the neighbouring row (spec "Row hexahedra")
-  replay = 3,     ///< repeated from cells before, numbers and all (spec "Replay hexahedra")
-};
-
 struct WriteOptions {
   std::uint32_t group_cells = 65536;    ///< cells in one chunk group, 1..2^20
   CodingOrder* coding_order = nullptr;  ///< borrowed, may be null
