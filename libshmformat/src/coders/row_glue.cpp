@@ -72,8 +72,9 @@ bool RowHexahedra<Coder>::code_orientation(Coder& corner_order, Coder& symbols, 
     if (i == count) votes[count++] = {it, 0};
     ++votes[i].count;
   }
-  std::stable_sort(votes.begin(), votes.begin() + count,
-                   [](const Vote& a, const Vote& b) { return a.count > b.count; });
+  for (std::uint32_t i = 1; i < count; ++i)
+    for (std::uint32_t at = i; at > 0 && votes[at - 1].count < votes[at].count; --at)
+      std::swap(votes[at - 1], votes[at]);
   for (std::uint32_t i = 0; i < std::min(count, 3u); ++i) {
     auto& model = orientation_hit_[i][std::min<std::uint32_t>(votes[i].count, 4)]
                                   [std::min(voters, 4u)][orientation_hits_];

@@ -210,7 +210,7 @@ void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
     for (std::uint32_t b = 0; b < 8; ++b)
       if (known(b) && work_.corner[b] == slot) return;
     join_place_[slot] = static_cast<std::uint32_t>(joins_.size());
-    joins_.push_back({slot, score});
+    joins_.push_back({slot, score, 0});
   };
   for (std::uint32_t axis : {1u, 2u, 4u}) {
     const std::uint32_t p = corner ^ axis;
@@ -238,9 +238,11 @@ void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
       }
     }
   }
-  if (joins_.size() > 1)
-    std::stable_sort(joins_.begin(), joins_.end(),
-                     [](const Join& a, const Join& b) { return a.score > b.score; });
+  // First met first among equals: a stable sort would allocate.
+  for (std::uint32_t i = 0; i < joins_.size(); ++i) joins_[i].met = i;
+  std::sort(joins_.begin(), joins_.end(), [](const Join& a, const Join& b) {
+    return a.score != b.score ? a.score > b.score : a.met < b.met;
+  });
   if (joins_.size() > kMaxJoins) joins_.resize(kMaxJoins);
 }
 

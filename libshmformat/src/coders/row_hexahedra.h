@@ -82,7 +82,7 @@ class RowHexahedra {
     std::uint32_t cell = 0;
   };
   struct Join {
-    std::uint32_t slot = 0, score = 0;
+    std::uint32_t slot = 0, score = 0, met = 0;
   };
 
   // gate (row_gate.cpp)
