@@ -333,7 +333,7 @@ void RowHexahedra<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
     for (std::uint32_t n = 0; n < candidate_count_; ++n) {
       const Quad& quad = surface_->face(candidates_[n].face).quad;
       const std::uint32_t slot = cell.slots[i];
-      wanted += (quad[0] == slot) | (quad[1] == slot) | (quad[2] == slot) | (quad[3] == slot);
+      wanted += std::find(quad.begin(), quad.end(), slot) != quad.end() ? 1 : 0;
     }
     auto& model =
         final_[std::min(vertex.face_count, 7u)][std::min(vertex.uses, 8u)]
