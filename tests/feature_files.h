@@ -274,7 +274,7 @@ inline std::vector<std::byte> unmarked_file() {
 }
 
 inline std::vector<std::byte> written(const TestMesh& mesh, std::uint32_t group_cells = 65536,
-                                      ConnectivityCodec codec = ConnectivityCodec::automatic) {
+                                      ConnectivityCodec codec = ConnectivityCodec::rows) {
   MemorySink sink;
   WriteOptions options;
   options.group_cells = group_cells;
@@ -295,6 +295,8 @@ inline std::vector<std::byte> segments_file(Order order, bool corner_order, std:
   WriteOptions options;
   options.group_cells = 4;
   options.segment_cells = cells;
+  options.segment_connectivity = {ConnectivityCodec::rows, ConnectivityCodec::replay,
+                                  ConnectivityCodec::paper};
   EXPECT_TRUE(write_mesh(mesh, sink, options));
   return std::move(sink.bytes);
 }
