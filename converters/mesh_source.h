@@ -19,7 +19,7 @@
 namespace shm::converters {
 
 struct MeshInfo {
-  Schema schema;                           // blocks, arrays, coordinate_type, source_format
+  Schema schema;  // blocks, arrays, coordinate_type, source_format
   std::uint64_t vertices = 0;
   std::vector<std::uint64_t> block_cells;  // cells of each block
   std::vector<double> step_times;          // one for each time step

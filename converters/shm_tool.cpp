@@ -51,7 +51,7 @@ struct Options {
   std::string level = "default", codec = "auto";
   std::uint64_t segment_cells = 0;
   double restart_budget = .2;  // percent
-  unsigned threads = 0;       // one for each core
+  unsigned threads = 0;        // one for each core
   bool json = false, quiet = false;
 };
 

@@ -225,7 +225,8 @@ class ToolTest(unittest.TestCase):
                         ["--order", "free"], ["--codec", "replay"],
                         ["--codec", "paper", "--order", "stream", "--delay", "9"],
                         ["--codec", "replay", "--order", "free"],
-                        ["--codec", "rows", "--order", "stream"]):
+                        ["--codec", "rows", "--order", "stream"],
+                        ["--level", "fast"], ["--level", "best", "--order", "stream"]):
             packed = self.path("mesh.shm")
             self.shm("compress", self.mesh, "-o", packed, *options)
             self.shm("verify", packed)

@@ -59,7 +59,7 @@ class ReplayHexahedra {
   };
   struct Named {
     std::uint64_t number = 0;
-    bool known = false;      // the number leads here
+    bool known = false;     // the number leads here
     std::uint8_t uses = 0;  // corners of hexahedra that it has been, at most 8
   };
   /// Where a corner's vertex was found before: a corner of the cell `distance` before.
@@ -118,15 +118,15 @@ class ReplayHexahedra {
   std::array<std::uint64_t, kDistances> distances_{1};  // the one used last first
   bool marks_shift_ = false;
 
-  std::vector<Named> named_;           // by vertex slot
-  std::vector<std::uint64_t> births_;  // encoder, by vertex slot: the hexahedron at hand then
+  std::vector<Named> named_;              // by vertex slot
+  std::vector<std::uint64_t> births_;     // encoder, by vertex slot: the hexahedron at hand then
   std::vector<std::uint64_t> surprises_;  // encoder, by step_key: the last hexahedron
-  bool clash_ = false;                 // two live vertices had the same number
-  NumberMap by_number_;                // Order::keep
+  bool clash_ = false;                    // two live vertices had the same number
+  NumberMap by_number_;                   // Order::keep
   std::uint64_t largest_ = ~std::uint64_t{0};
   Numbers top_{};  // largest number of each corner, where it was a surprise
   std::array<std::array<Source, 2>, 8> sources_{};  // decoder: the one that was right last first
-  std::uint8_t next_ = 0;  // of the hexahedron at hand
+  std::uint8_t next_ = 0;                           // of the hexahedron at hand
   std::uint64_t beside_now_ = 1;
 
   // contexts
