@@ -1,5 +1,6 @@
 // Compression: any MeshSource through vertex compaction into a shm::Writer.
-// Two passes over the cells (three when there is a delay buffer and arrays on some blocks only);
+// Two passes over the cells (one more when there is a delay buffer and arrays on some blocks only,
+// one more to try delay buffers on a sample);
 // memory follows the active surface, not the mesh. Order::free is the exception: it looks at the
 // whole mesh, and keeps it in memory with its data; see free_order.h.
 #pragma once
@@ -16,7 +17,8 @@ namespace shm::converters {
 
 struct CompressOptions {
   Order order = Order::keep;
-  std::uint32_t delay = 0;              // cells in the delay buffer; none in Order::free
+  // Cells in the delay buffer; none in Order::free. Nothing: in Order::stream as find_delay says.
+  std::optional<std::uint32_t> delay = 0;
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
   std::uint32_t coordinate_bits = 0;    // 0: lossless; else 1..52, uniform over the bounding box
   std::uint64_t segment_cells = 0;      // cells of a segment; 0: cuts follow the budget
@@ -27,6 +29,7 @@ struct CompressOptions {
 };
 
 // The schema that the options make of a source's: order, delay, what corners must keep, the box.
+// Nothing is tried: no delay buffer unless the options say one.
 Schema schema_for(MeshSource& mesh, const CompressOptions& options);
 
 // True when something in the mesh counts on the position of corners within a cell: side sets,

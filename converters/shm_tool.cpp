@@ -47,11 +47,12 @@ constexpr std::size_t kSpool = std::size_t{64} << 20, kFreeOrderSpool = std::siz
 struct Options {
   std::string input, output, format, against, temp;
   std::string order = "keep";
-  std::uint32_t delay = 0, bits = 0;
+  std::optional<std::uint32_t> delay;  // none told: as a trial finds
+  std::uint32_t bits = 0;
   std::string codec = "auto";
   std::uint64_t segment_cells = 0;
   double restart_budget = .2;  // percent
-  unsigned threads = 0;       // one for each core
+  unsigned threads = 0;        // one for each core
   bool json = false, quiet = false;
 };
 
@@ -167,7 +168,7 @@ ExitCode run_compress(Options& options) {
   if (options.output == "-" && options.json)
     wrong_use("--json and the compressed mesh cannot both go to standard output");
   if (!(options.restart_budget >= 0)) wrong_use("--restart-budget is no number");
-  if (options.delay > 0 && options.order == "free")
+  if (options.delay.value_or(0) > 0 && options.order == "free")
     wrong_use("--delay is for the order stream; --order free moves cells anyway");
   const auto start = std::chrono::steady_clock::now();
   ProgressLine line(options.quiet);
@@ -333,7 +334,10 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
           "free: the same mesh, its cells in whatever order is smallest (needs memory)")
       ->check(CLI::IsMember({"keep", "stream", "free"}).description(""))
       ->type_name("keep|stream|free");
-  command->add_option("--delay", options.delay, "Cells in the delay buffer (default: 0)")
+  command
+      ->add_option("--delay", options.delay,
+                   "Cells in the delay buffer, 0 for none\n"
+                   "(default: none; in --order stream what a trial on a sample finds smaller)")
       ->check(CLI::Range(0u, 1u << 20).description(""))
       ->type_name("N");
   command

@@ -17,8 +17,9 @@ import xml.etree.ElementTree
 SHM = "shm"
 
 
-def write_vtk(path, n, bend=0.0, shuffled=False):
-    """An ASCII VTK grid of n*n*n hexahedra with one point and one cell array."""
+def write_vtk(path, n, bend=0.0, shuffled=False, window=1):
+    """An ASCII VTK grid of n*n*n hexahedra with one point and one cell array; cells shuffled among
+    all, or among `window` that stand one behind the other."""
     m = n + 1
     points, cells = [], []
     for z in range(m):
@@ -39,6 +40,10 @@ def write_vtk(path, n, bend=0.0, shuffled=False):
                 cells.append("8 " + " ".join(map(str, corners)))
     if shuffled:
         random.Random(2).shuffle(cells)
+    for first in range(0, len(cells) if window > 1 else 0, window):
+        some = cells[first:first + window]
+        random.Random(first).shuffle(some)
+        cells[first:first + window] = some
     with open(path, "w") as out:
         out.write("# vtk DataFile Version 3.0\na grid\nASCII\nDATASET UNSTRUCTURED_GRID\n")
         out.write(f"POINTS {len(points)} double\n" + "\n".join(points) + "\n")
@@ -196,6 +201,28 @@ class ToolTest(unittest.TestCase):
                 back = self.path("back.vtk")
                 self.shm("decompress", packed, "-o", back)
                 self.shm("verify", packed, "--against", back)
+
+    def test_delay_is_tried(self):
+        plain, local = self.path("plain.vtk"), self.path("local.vtk")
+        write_vtk(plain, 29)
+        write_vtk(local, 29, window=60)
+        packed = self.path("mesh.shm")
+
+        def delay_of(mesh, *options):
+            self.shm("compress", mesh, "-o", packed, *options)
+            self.shm("verify", packed, "--against", mesh)
+            return json.loads(self.shm("info", packed, "--json")[0])["delay"]
+        for order, mesh in (("stream", self.mesh), ("stream", plain), ("keep", local)):
+            self.assertEqual(delay_of(mesh, "--order", order), 0)
+        self.assertEqual(delay_of(local, "--order", "stream", "--delay", "0"), 0)
+        without = os.path.getsize(packed)
+        self.assertEqual(delay_of(plain, "--order", "stream", "--delay", "16"), 16)
+        self.assertIn(delay_of(local, "--order", "stream"), (256, 1024))
+        self.assertLess(os.path.getsize(packed), 0.99 * without)
+        # A source that is staged, because its file is read only once.
+        again = self.path("again.shm")
+        self.shm("compress", local, "-o", again)
+        self.assertIn(delay_of(again, "--order", "stream"), (256, 1024))
 
     def test_threads(self):
         files = []
