@@ -369,10 +369,13 @@ SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions
   std::optional<CellTable> cells;
   if (options.order == Order::free) cells = CellTable::read(mesh, options.progress);
   if (!cells) return code(mesh, options.coding_order);
-  const std::optional<CellSequence> order = find_free_order(
-      mesh, *cells, trial_coder(schema, options.connectivity, spool), options.progress);
-  if (!order) cells.reset();
-  if (!order) return code(mesh, options.coding_order);
+  std::optional<CellSequence> found;
+  if (options.cell_order == nullptr)
+    found = find_free_order(mesh, *cells, trial_coder(schema, options.connectivity, spool),
+                            options.progress);
+  const CellSequence* order = found ? &*found : options.cell_order;
+  if (order == nullptr) cells.reset();
+  if (order == nullptr) return code(mesh, options.coding_order);
   FormerNumbers former(*order, options.coding_order);
   ReorderedMesh ordered(mesh, *cells, *order);
   return code(ordered, &former);

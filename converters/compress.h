@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "cell_orders.h"
 #include "mesh_source.h"
 #include "progress.h"
 #include "shm/writer.h"
@@ -25,6 +26,8 @@ struct CompressOptions {
   double restart_budget = .002;         // as in shm::WriteOptions
   unsigned threads = 1;                 // as in shm::WriteOptions
   CodingOrder* coding_order = nullptr;  // also hears the coding order; borrowed, may be null
+  // Order::free: the cells in this order, instead of a search for one; borrowed, each cell once.
+  const CellSequence* cell_order = nullptr;
   Progress progress;
 };
 
@@ -37,7 +40,7 @@ Schema schema_for(MeshSource& mesh, const CompressOptions& options);
 bool needs_corner_order(const MeshInfo& info);
 
 // Writes the whole mesh to `sink`, which is not committed. In Order::free the order of cells is the
-// smallest that is known (find_free_order).
+// one that the options say, or the smallest that is known (find_free_order).
 SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions& options,
                          Spool& spool);
 
