@@ -11,7 +11,9 @@ namespace shm::converters {
 namespace {
 
 constexpr std::uint64_t kPieceElements = 65536;
-constexpr std::uint64_t kMostUnwanted = 256;  // elements read for nothing rather than in two pieces
+// Elements read for nothing rather than in two pieces: a file that is packed in chunks may unpack
+// a whole chunk for each piece.
+constexpr std::uint64_t kMostUnwanted = 16384;
 constexpr std::size_t kBatchCells = 8192;
 
 using Read = std::function<void(std::uint64_t first, std::uint64_t count, std::byte* out)>;

@@ -67,6 +67,29 @@ TEST(DelayTrial, RunsKeepTheirOrderAndData) {
   }
 }
 
+// Far apart, and more than one piece long.
+TEST(DelayTrial, VerticesThatLieApart) {
+  MemoryMesh mesh;
+  const std::uint32_t block = mesh.add_block(CellShape::hexahedron, 8);
+  constexpr std::uint64_t kVertices = 200000;
+  for (std::uint64_t v = 0; v < kVertices; ++v) mesh.add_point(static_cast<double>(v), 0, 1);
+  for (std::uint64_t c = 0; c < 40; ++c) {
+    const std::uint64_t v = c < 20 ? c * 9000 : 190000 - c * 17;
+    mesh.add_cell(block, {v, v + 1, v + 2, v + 3, v + 4, v + 5, v + 6, kVertices - 1});
+  }
+  SampleMesh sample(mesh, {{0, 30}, {35, 5}});
+  CellBatch batch;
+  ASSERT_TRUE(sample.next_cells(batch, 1000));
+  ASSERT_EQ(batch.size(), 35u);
+  for (std::size_t i = 0; i < batch.size(); ++i)
+    for (std::size_t k = 0; k < 8; ++k) {
+      double xyz[3];
+      sample.read_points(batch.cell(i)[k], 1, reinterpret_cast<std::byte*>(xyz));
+      EXPECT_EQ(xyz[0], static_cast<double>(mesh.cells[i < 30 ? i : i + 5][k]));
+      EXPECT_EQ(xyz[2], 1);
+    }
+}
+
 TEST(DelayTrial, CellsWithVerticesThatAreNone) {
   MemoryMesh mesh = grid_mesh(3, 3, 3);
   mesh.cells[20][4] = 64;
