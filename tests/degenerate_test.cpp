@@ -29,8 +29,11 @@ std::string name_of(const ::testing::TestParamInfo<std::size_t>& parameter) {
   return name;
 }
 
-void expect_all_segments(const TestMesh& mesh, ConnectivityCodec codec) {
+void expect_round_trips(const TestMesh& mesh, ConnectivityCodec codec) {
   for (const std::uint64_t segment_cells : {0, 5}) {
+    // Many segments take time: with a short delay buffer, and in keep without one.
+    if (segment_cells > 0 && mesh.schema.delay != (mesh.schema.order == Order::keep ? 0 : 7))
+      continue;
     SCOPED_TRACE("codec " + std::to_string(static_cast<int>(codec)) + ", " +
                  std::string(order_name(mesh.schema.order)) + ", delay " +
                  std::to_string(mesh.schema.delay) + ", segments of " +
@@ -50,11 +53,12 @@ TEST_P(EveryFamily, ThroughWriterAndReader) {
       copy.schema.delay = delay;
       copy.schema.order = Order::keep;
       copy.schema.corner_order = true;
-      expect_all_segments(copy, codec);
+      expect_round_trips(copy, codec);
       copy.schema.order = Order::stream;
-      expect_all_segments(copy, codec);
       copy.schema.corner_order = false;
-      expect_all_segments(copy, codec);
+      expect_round_trips(copy, codec);
+      copy.schema.corner_order = true;
+      if (delay == 7) expect_round_trips(copy, codec);
     }
 }
 
