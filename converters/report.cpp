@@ -107,6 +107,24 @@ std::uint64_t hexahedra_of(const MeshInfo& info) {
   return sum;
 }
 
+std::string_view codec_name(ConnectivityCodec codec) {
+  switch (codec) {
+    case ConnectivityCodec::automatic: return "none";  // there are no cells
+    case ConnectivityCodec::paper: return "paper";
+    case ConnectivityCodec::rows: return "rows";
+    case ConnectivityCodec::replay: return "replay";
+  }
+  return "unknown";
+}
+
+std::string codec_text(const Schema& schema, const Totals& totals) {
+  std::string text(codec_name(totals.connectivity));
+  // In other orders one codec goes through the whole file.
+  if (schema.order == Order::keep && totals.segment_starts.size() > 1)
+    text += " in the first segment";
+  return text;
+}
+
 std::string quantization_text(const Quantization& quantization, ScalarType type) {
   if (quantization.bits == 0) return {};
   return ", quantized to " + std::to_string(quantization.bits) + " bits, error at most " +
@@ -161,6 +179,14 @@ Json schema_json(const MeshInfo& info) {
                               {"shape", extra.shape},
                               {"bytes", extra.data.size()}});
   return json;
+}
+
+void add_counts(Json& json, const MeshInfo& info) {
+  json["vertices"] = info.vertices;
+  json["cells"] = info.cells();
+  json["hexahedra"] = hexahedra_of(info);
+  json["arrays"] = info.schema.arrays.size();
+  json["steps"] = info.step_times.size();
 }
 
 }  // namespace
@@ -246,6 +272,7 @@ std::string info_json(const std::string& path, const MeshInfo& info, const Total
   json.update(schema_json(info));
   if (totals == nullptr) return dump(json);
   json["total_bytes"] = totals->total_bytes;
+  json["connectivity_codec"] = codec_name(totals->connectivity);  // of the first segment
   json["max_active_vertices"] = totals->max_active_vertices;
   json["segments"] = totals->segment_starts.size();
   json["segment_starts"] = totals->segment_starts;
@@ -277,6 +304,7 @@ std::string info_text(const std::string& path, const MeshInfo& info, const Total
     text += "order        " + std::string(order_name(schema.order));
     if (schema.delay > 0) text += ", delay buffer of " + plural(schema.delay, "cell", "cells");
     if (!schema.corner_order) text += ", corners may come back rotated";
+    text += "\ncodec        " + codec_text(schema, *totals);
     text += "\nwidth        " + plural(totals->max_active_vertices, "vertex", "vertices") +
             " active at most";
     if (info.vertices > 0)
@@ -338,6 +366,32 @@ std::string info_text(const std::string& path, const MeshInfo& info, const Total
   }
   return text + "  " + padded("all", 30) + " " +
          padded(std::to_string(totals->total_bytes), 15, true) + "\n";
+}
+
+std::string sound_json(const std::string& path, const MeshInfo& info) {
+  Json json;
+  json["file"] = path;
+  json["sound"] = true;
+  add_counts(json, info);
+  return dump(json);
+}
+
+std::string compare_json(const CompareReport& report, const std::string& source,
+                         const std::string& restored, const MeshInfo& info) {
+  Json json;
+  json["file"] = restored;
+  json["sound"] = true;
+  json["against"] = source;
+  json["equal"] = report.equal();
+  json["differences"] = report.differences;
+  json["first_differences"] = report.first;
+  json["quantized"] = Json::array();
+  for (const MeasuredError& error : report.measured)
+    json["quantized"].push_back({{"what", error.what},
+                                 {"largest_error", error.largest},
+                                 {"promised_error", error.promised}});
+  add_counts(json, info);
+  return dump(json);
 }
 
 std::string compare_text(const CompareReport& report, const std::string& source,

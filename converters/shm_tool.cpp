@@ -51,7 +51,7 @@ struct Options {
   std::string codec = "auto";
   std::uint64_t segment_cells = 0;
   double restart_budget = .2;  // percent
-  unsigned threads = 0;       // one for each core
+  unsigned threads = 0;        // one for each core
   bool json = false, quiet = false;
 };
 
@@ -245,14 +245,21 @@ ExitCode run_verify(Options& options) {
   const auto restored = open_shm(options.input, spool, line.callback(), options.threads);
   if (options.against.empty()) {
     line.wipe();
-    say(options, options.input + ": sound, " + counts_text(restored->info()) + "\n");
+    if (options.json)
+      std::fputs(sound_json(options.input, restored->info()).c_str(), stdout);
+    else
+      say(options, options.input + ": sound, " + counts_text(restored->info()) + "\n");
     return kDone;
   }
   line.show("reading " + options.against);
   const auto source = open_mesh(options.against, spool, line.callback());
   const CompareReport report = compare_meshes(*source, *restored, spool, line.callback());
   line.wipe();
-  say(options, compare_text(report, options.against, options.input));
+  if (options.json)
+    std::fputs(compare_json(report, options.against, options.input, restored->info()).c_str(),
+               stdout);
+  else
+    say(options, compare_text(report, options.against, options.input));
   return report.equal() ? kDone : kDifferent;
 }
 
@@ -402,6 +409,9 @@ CLI::App* add_verify(CLI::App& app, Options& options) {
   add_threads(*command, options, "Decode segments");
   command->add_option("--against", options.against, "Mesh that IN was made of")
       ->type_name("SOURCE");
+  command->add_flag(
+      "--json", options.json,
+      "Print as JSON whether they are equal, how many differences there are, and counts");
   return command;
 }
 
