@@ -346,6 +346,7 @@ SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions
   const auto code = [&](MeshSource& ordered, CodingOrder* coding_order) {
     WriteOptions write_options;
     write_options.coding_order = coding_order;
+    write_options.level = options.level;
     write_options.connectivity = options.connectivity;
     write_options.segment_cells = options.segment_cells;
     write_options.restart_budget = options.restart_budget;
@@ -386,7 +387,8 @@ void replay_coding_order(MeshSource& mesh, const MeshInfo& of, CodingOrder& out,
   WriteOptions options;
   options.coding_order = &out;
   options.segment_starts = of.segment_starts;
-  options.connectivity = of.connectivity;  // it says in which order a cell's new vertices come
+  // It says in which order a cell's new vertices come.
+  options.segment_connectivity = of.segment_connectivity;
   if (options.segment_starts.empty()) options.restart_budget = 0;
   Writer writer = checked(Writer::create(nowhere, bare, options));
   MeshFeeder feeder(mesh, bare, writer, bare.order == Order::free ? kUnlimited : kCacheBytes);

@@ -16,7 +16,8 @@ namespace shm::converters {
 
 struct CompressOptions {
   Order order = Order::keep;
-  std::uint32_t delay = 0;              // cells in the delay buffer; none in Order::free
+  std::uint32_t delay = 0;  // cells in the delay buffer; none in Order::free
+  Level level = Level::standard;
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
   std::uint32_t coordinate_bits = 0;    // 0: lossless; else 1..52, uniform over the bounding box
   std::uint64_t segment_cells = 0;      // cells of a segment; 0: cuts follow the budget

@@ -101,7 +101,7 @@ StagedMesh::StagedMesh(ByteSource& source, const std::string& name, Spool& spool
     } else {
       totals_ = std::get<Totals>(*item);
       info_.segment_starts = totals_.segment_starts;
-      info_.connectivity = totals_.connectivity;
+      info_.segment_connectivity = totals_.segment_connectivity;
       ended = true;
     }
   }
@@ -269,7 +269,7 @@ FileSummary summarize_shm(const std::string& path, const Progress& progress) {
   }
   summary.info.vertices = summary.totals.vertices;
   summary.info.segment_starts = summary.totals.segment_starts;
-  summary.info.connectivity = summary.totals.connectivity;
+  summary.info.segment_connectivity = summary.totals.segment_connectivity;
   summary.info.block_cells = summary.totals.block_cells;
   summary.info.block_cells.resize(summary.info.schema.blocks.size());
   return summary;

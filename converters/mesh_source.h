@@ -19,14 +19,15 @@
 namespace shm::converters {
 
 struct MeshInfo {
-  Schema schema;                           // blocks, arrays, coordinate_type, source_format
+  Schema schema;  // blocks, arrays, coordinate_type, source_format
   std::uint64_t vertices = 0;
   std::vector<std::uint64_t> block_cells;  // cells of each block
   std::vector<double> step_times;          // one for each time step
   std::vector<Extra> extras;               // all that the model has no word for
-  // Of a mesh that came from a .shm file: the first cell of each segment, in coding order.
-  ConnectivityCodec connectivity = ConnectivityCodec::automatic;  // of a .shm file
+  // Of a mesh that came from a .shm file: the first cell of each segment in coding order, and how
+  // its hexahedra are said.
   std::vector<std::uint64_t> segment_starts;
+  std::vector<ConnectivityCodec> segment_connectivity;
 
   std::uint64_t cells() const {
     std::uint64_t sum = 0;

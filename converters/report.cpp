@@ -107,22 +107,25 @@ std::uint64_t hexahedra_of(const MeshInfo& info) {
   return sum;
 }
 
-std::string_view codec_name(ConnectivityCodec codec) {
-  switch (codec) {
-    case ConnectivityCodec::automatic: return "none";  // there are no cells
-    case ConnectivityCodec::paper: return "paper";
-    case ConnectivityCodec::rows: return "rows";
-    case ConnectivityCodec::replay: return "replay";
+std::string codecs_text(const std::vector<ConnectivityCodec>& of_segments) {
+  std::map<ConnectivityCodec, std::size_t> segments;
+  for (ConnectivityCodec codec : of_segments)
+    if (codec != ConnectivityCodec::automatic) ++segments[codec];  // else there are no cells
+  if (segments.empty()) return "none";
+  std::string text;
+  for (const auto& [codec, count] : segments) {
+    text += (text.empty() ? "" : ", ") + std::string(codec_name(codec));
+    if (segments.size() > 1) text += " in " + plural(count, "segment", "segments");
   }
-  return "unknown";
+  return text;
 }
 
-std::string codec_text(const Schema& schema, const Totals& totals) {
-  std::string text(codec_name(totals.connectivity));
-  // In other orders one codec goes through the whole file.
-  if (schema.order == Order::keep && totals.segment_starts.size() > 1)
-    text += " in the first segment";
-  return text;
+// By segment.
+Json codecs_json(const std::vector<ConnectivityCodec>& of_segments) {
+  Json names = Json::array();
+  for (ConnectivityCodec codec : of_segments)
+    names.push_back(codec == ConnectivityCodec::automatic ? "none" : codec_name(codec));
+  return names;
 }
 
 std::string quantization_text(const Quantization& quantization, ScalarType type) {
@@ -272,10 +275,10 @@ std::string info_json(const std::string& path, const MeshInfo& info, const Total
   json.update(schema_json(info));
   if (totals == nullptr) return dump(json);
   json["total_bytes"] = totals->total_bytes;
-  json["connectivity_codec"] = codec_name(totals->connectivity);  // of the first segment
   json["max_active_vertices"] = totals->max_active_vertices;
   json["segments"] = totals->segment_starts.size();
   json["segment_starts"] = totals->segment_starts;
+  json["segment_codecs"] = codecs_json(totals->segment_connectivity);
   json["imported_vertices"] = totals->imported_vertices;
   json["connectivity_bits_per_hex"] =
       bits_each(connectivity_bytes(totals->streams), totals->hexahedra);
@@ -304,7 +307,7 @@ std::string info_text(const std::string& path, const MeshInfo& info, const Total
     text += "order        " + std::string(order_name(schema.order));
     if (schema.delay > 0) text += ", delay buffer of " + plural(schema.delay, "cell", "cells");
     if (!schema.corner_order) text += ", corners may come back rotated";
-    text += "\ncodec        " + codec_text(schema, *totals);
+    text += "\ncodec        " + codecs_text(totals->segment_connectivity);
     text += "\nwidth        " + plural(totals->max_active_vertices, "vertex", "vertices") +
             " active at most";
     if (info.vertices > 0)

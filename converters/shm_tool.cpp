@@ -48,7 +48,7 @@ struct Options {
   std::string input, output, format, against, temp;
   std::string order = "keep";
   std::uint32_t delay = 0, bits = 0;
-  std::string codec = "auto";
+  std::string level = "default", codec = "auto";
   std::uint64_t segment_cells = 0;
   double restart_budget = .2;  // percent
   unsigned threads = 0;        // one for each core
@@ -146,6 +146,17 @@ Order order_of(const std::string& name) {
   return Order::keep;
 }
 
+Level level_of(const std::string& name) {
+  return name == "fast" ? Level::fast : name == "best" ? Level::best : Level::standard;
+}
+
+ConnectivityCodec codec_of(const std::string& name) {
+  for (const auto codec :
+       {ConnectivityCodec::paper, ConnectivityCodec::rows, ConnectivityCodec::replay})
+    if (name == codec_name(codec)) return codec;
+  return ConnectivityCodec::automatic;
+}
+
 // Tells on standard error when order and numbers that nobody may need are much of the file. Looks
 // only at what is dear and has many vertices waiting for their last use; closer, by a trial, where
 // the mesh is small enough for that.
@@ -179,10 +190,8 @@ ExitCode run_compress(Options& options) {
   CompressOptions how;
   how.order = order_of(options.order);
   how.delay = options.delay;
-  how.connectivity = options.codec == "paper"    ? ConnectivityCodec::paper
-                     : options.codec == "rows"   ? ConnectivityCodec::rows
-                     : options.codec == "replay" ? ConnectivityCodec::replay
-                                                 : ConnectivityCodec::automatic;
+  how.level = level_of(options.level);
+  how.connectivity = codec_of(options.codec);
   how.coordinate_bits = options.bits;
   how.segment_cells = options.segment_cells;
   how.restart_budget = options.restart_budget / 100;
@@ -348,9 +357,14 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
       ->check(CLI::Range(1u, 52u).description(""))
       ->type_name("N");
   command
+      ->add_option("--level", options.level,
+                   "fast: little work for each cell; default; best: the smallest file, slower")
+      ->check(CLI::IsMember({"fast", "default", "best"}).description(""))
+      ->type_name("fast|default|best");
+  command
       ->add_option(
           "--codec", options.codec,
-          "Connectivity: auto, what is smallest (default); paper, the published scheme; rows; "
+          "Connectivity: auto, what the level tries (default); paper, the published scheme; rows; "
           "replay, fast on regular layouts")
       ->check(CLI::IsMember({"auto", "paper", "rows", "replay"}).description(""))
       ->type_name("auto|paper|rows|replay");

@@ -274,7 +274,7 @@ inline std::vector<std::byte> unmarked_file() {
 }
 
 inline std::vector<std::byte> written(const TestMesh& mesh, std::uint32_t group_cells = 65536,
-                                      ConnectivityCodec codec = ConnectivityCodec::automatic) {
+                                      ConnectivityCodec codec = ConnectivityCodec::rows) {
   MemorySink sink;
   WriteOptions options;
   options.group_cells = group_cells;
@@ -287,14 +287,16 @@ inline std::vector<std::byte> written(const TestMesh& mesh, std::uint32_t group_
 /// Cut into segments of `cells`, each of several groups, with values at vertices and cells.
 inline std::vector<std::byte> segments_file(Order order, bool corner_order, std::uint32_t delay,
                                             std::uint64_t cells) {
-  TestMesh mesh = with_order(grid(3, 4, 3, ScalarType::float32, bent, porous), order, corner_order,
-                             delay);
+  TestMesh mesh =
+      with_order(grid(3, 4, 3, ScalarType::float32, bent, porous), order, corner_order, delay);
   add_array(mesh, array_of("u", Location::point, ScalarType::int16, 2), mesh.vertices);
   add_array(mesh, array_of("p", Location::cell, ScalarType::float32), mesh.cells.size());
   MemorySink sink;
   WriteOptions options;
   options.group_cells = 4;
   options.segment_cells = cells;
+  options.segment_connectivity = {ConnectivityCodec::rows, ConnectivityCodec::replay,
+                                  ConnectivityCodec::paper};
   EXPECT_TRUE(write_mesh(mesh, sink, options));
   return std::move(sink.bytes);
 }

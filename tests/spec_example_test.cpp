@@ -34,7 +34,7 @@ Result<std::vector<std::byte>> example_file() {
   schema.arrays = {material, heat};
 
   MemorySink sink;
-  auto writer = Writer::create(sink, schema);
+  auto writer = Writer::create(sink, schema, {.connectivity = ConnectivityCodec::rows});
   if (!writer) return writer.error();
   const std::array<std::uint64_t, 8> corners{0, 1, 2, 3, 4, 5, 6, 7};
   constexpr float kXyz[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},

@@ -180,18 +180,19 @@ class ToolTest(unittest.TestCase):
         self.assertEqual(told["blocks"][0]["shape"], "hexahedron")
         plain = json.loads(self.shm("info", self.mesh, "--json")[0])
         self.assertEqual(plain["arrays"], told["arrays"])
-        self.assertNotIn("connectivity_codec", plain)
+        self.assertNotIn("segment_codecs", plain)
 
     def test_info_tells_the_codec(self):
         packed = self.path("mesh.shm")
         for codec in ("paper", "rows", "replay"):
             self.shm("compress", self.mesh, "-o", packed, "--codec", codec)
             told = json.loads(self.shm("info", packed, "--json")[0])
-            self.assertEqual(told["connectivity_codec"], codec)
+            self.assertEqual(told["segment_codecs"], [codec])
             self.assertIn(f"\ncodec        {codec}\n", self.shm("info", packed)[0])
             self.shm("compress", self.mesh, "-o", packed, "--codec", codec, "--segment-cells", "50")
-            self.assertIn(f"\ncodec        {codec} in the first segment\n",
-                          self.shm("info", packed)[0])
+            told = json.loads(self.shm("info", packed, "--json")[0])
+            self.assertEqual(told["segment_codecs"], [codec] * 3)
+            self.assertIn(f"\ncodec        {codec}\n", self.shm("info", packed)[0])
 
     def test_segments(self):
         packed = self.path("mesh.shm")
@@ -237,7 +238,8 @@ class ToolTest(unittest.TestCase):
                         ["--order", "free"], ["--codec", "replay"],
                         ["--codec", "paper", "--order", "stream", "--delay", "9"],
                         ["--codec", "replay", "--order", "free"],
-                        ["--codec", "rows", "--order", "stream"]):
+                        ["--codec", "rows", "--order", "stream"],
+                        ["--level", "fast"], ["--level", "best", "--order", "stream"]):
             packed = self.path("mesh.shm")
             self.shm("compress", self.mesh, "-o", packed, *options)
             self.shm("verify", packed)

@@ -3,11 +3,11 @@
 namespace shm {
 
 ChoosingEncoder::ChoosingEncoder(const Schema& schema, std::uint32_t group_cells,
-                                 std::span<const HexahedronCodec> codecs, const SegmentStart& start)
-    : schema_(&schema), group_cells_(group_cells), codecs_(codecs), start_(start) {
-  if (codecs.size() == 1)
-    encoder_ =
-        std::make_unique<SegmentEncoder>(schema, SegmentOptions{group_cells, codecs[0]}, start);
+                                 const CodecTrial& trial, const SegmentStart& start)
+    : schema_(&schema), group_cells_(group_cells), trial_(trial), start_(start) {
+  if (trial.codecs.size() == 1)
+    encoder_ = std::make_unique<SegmentEncoder>(
+        schema, SegmentOptions{group_cells, trial.codecs[0]}, start);
 }
 
 Result<void> ChoosingEncoder::take(const SegmentPiece& piece, std::vector<EncodedGroup>& done) {
@@ -25,13 +25,13 @@ Result<void> ChoosingEncoder::end(std::vector<EncodedGroup>& done) {
 }
 
 Result<void> ChoosingEncoder::choose(std::vector<EncodedGroup>& done) {
-  HexahedronCodec best = codecs_[0];
+  HexahedronCodec best = trial_.codecs[0];
   std::uint64_t fewest = ~std::uint64_t{0};
-  for (HexahedronCodec codec : codecs_) {
-    if (sample_cells_ < kFewestTrialCells) break;
+  for (HexahedronCodec codec : trial_.codecs) {
     const auto bytes = bytes_with(codec);
     if (!bytes) return bytes.error();
-    if (*bytes >= fewest) continue;
+    const std::uint64_t gain = sample_cells_ >= kTrialCells ? fewest / trial_.gain : 0;
+    if (*bytes >= fewest - gain) continue;
     fewest = *bytes;
     best = codec;
   }

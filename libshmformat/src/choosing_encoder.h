@@ -15,15 +15,20 @@ namespace shm {
 
 /// Cells of a segment on which codecs are tried; the whole segment if it is shorter.
 inline constexpr std::size_t kTrialCells = 16384;
-/// Below this nothing is tried: what is left to gain are bytes.
-inline constexpr std::size_t kFewestTrialCells = 1024;
+
+/// Codecs to choose from.
+struct CodecTrial {
+  std::span<const HexahedronCodec> codecs;  ///< not empty, static, the fastest first
+  /// Where there are more than kTrialCells, a codec must be smaller than a faster one by one part
+  /// in so many of the bytes.
+  std::uint64_t gain = 128;
+};
 
 class ChoosingEncoder {
  public:
-  /// `schema` is checked and borrowed. `codecs`: not empty, static; the first one wins a tie, and
-  /// where there is only one nothing is tried.
-  ChoosingEncoder(const Schema& schema, std::uint32_t group_cells,
-                  std::span<const HexahedronCodec> codecs, const SegmentStart& start);
+  /// `schema` is checked and borrowed. Of one codec nothing is tried.
+  ChoosingEncoder(const Schema& schema, std::uint32_t group_cells, const CodecTrial& trial,
+                  const SegmentStart& start);
 
   /// Codes the cells of `piece`, and adds the groups that they complete to `done`.
   Result<void> take(const SegmentPiece& piece, std::vector<EncodedGroup>& done);
@@ -36,7 +41,7 @@ class ChoosingEncoder {
 
   const Schema* schema_;
   std::uint32_t group_cells_;
-  std::span<const HexahedronCodec> codecs_;
+  CodecTrial trial_;
   SegmentStart start_;
   std::vector<SegmentPiece> sample_;
   std::size_t sample_cells_ = 0;

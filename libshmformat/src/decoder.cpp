@@ -146,7 +146,7 @@ Result<Decoder::Progress> Decoder::Impl::work() {
       totals.max_active_vertices = mesh_->max_active_vertices();
       totals.block_cells = mesh_->block_cells();
       totals.segment_starts = mesh_->segment_starts();
-      totals.connectivity = mesh_->connectivity();
+      totals.segment_connectivity = mesh_->segment_connectivity();
       totals.imported_vertices = mesh_->imported_vertices();
       totals.steps = steps_;
       totals.total_bytes = offset_;

@@ -124,8 +124,8 @@ Result<void> MeshDecoder::join(const DecodedBlock& block) {
   if (block.segment.segment == segment_starts_.size()) {
     if (block.segment.first_cell != cells_ || block.segment.first_vertex != vertices_)
       return damaged("the group does not follow the one before it", groups_, block.offset);
-    if (segment_starts_.empty()) connectivity_ = block.connectivity;
     segment_starts_.push_back(cells_);
+    segment_connectivity_.push_back(block.connectivity);
   }
   if (auto good = check_imports(block); !good) return good;
   count(block);

@@ -44,8 +44,10 @@ class MeshDecoder {
   std::uint64_t imported_vertices() const { return imported_vertices_; }
   /// The first cell of each segment.
   const std::vector<std::uint64_t>& segment_starts() const { return segment_starts_; }
-  /// Of the first segment.
-  ConnectivityCodec connectivity() const { return connectivity_; }
+  /// How the hexahedra of each segment are said.
+  const std::vector<ConnectivityCodec>& segment_connectivity() const {
+    return segment_connectivity_;
+  }
   const std::vector<std::uint64_t>& block_cells() const { return block_cells_; }
   /// Bytes of each kind of stream, by the names of SizeReport.
   const std::map<std::string, std::uint64_t>& stream_bytes() const { return stream_bytes_; }
@@ -86,7 +88,7 @@ class MeshDecoder {
   std::uint64_t vertices_ = 0, cells_ = 0, hexahedra_ = 0, max_active_vertices_ = 0,
                 imported_vertices_ = 0;
   std::vector<std::uint64_t> segment_starts_;
-  ConnectivityCodec connectivity_ = ConnectivityCodec::automatic;
+  std::vector<ConnectivityCodec> segment_connectivity_;
   std::vector<std::uint64_t> block_cells_;
   std::map<std::string, std::uint64_t> stream_bytes_;
 };

@@ -36,33 +36,32 @@ bool is_hexahedral(const BlockInfo& block) {
 // Waiting pieces of cells, for each thread.
 constexpr std::size_t kWaitingBytes = std::size_t{64} << 20;
 
-/// Codecs to try. Those that number new vertices in an order of their own are not tried where that
-/// is the order of the file.
-std::span<const HexahedronCodec> codecs_for(ConnectivityCodec codec, Order order) {
+/// What to try at a level: at Level::fast the faster codec is preferred where it costs little.
+CodecTrial trial_for(ConnectivityCodec codec, Level level) {
   static constexpr std::array kPaper = {HexahedronCodec::paper};
   static constexpr std::array kRows = {HexahedronCodec::rows};
   static constexpr std::array kReplay = {HexahedronCodec::replay};
-  static constexpr std::array kAll = {HexahedronCodec::rows, HexahedronCodec::replay};
+  static constexpr std::array kAll = {HexahedronCodec::replay, HexahedronCodec::rows};
   switch (codec) {
-    case ConnectivityCodec::paper: return kPaper;
-    case ConnectivityCodec::replay: return kReplay;
-    case ConnectivityCodec::rows: return kRows;
+    case ConnectivityCodec::paper: return {kPaper};
+    case ConnectivityCodec::replay: return {kReplay};
+    case ConnectivityCodec::rows: return {kRows};
     case ConnectivityCodec::automatic: break;
   }
-  return order == Order::keep ? std::span<const HexahedronCodec>(kAll) : kRows;
+  return {kAll, level == Level::fast ? 8u : 128u};
 }
 
 using Tasks = OrderedTasks<SegmentPiece, EncodedGroup>;
 
 class SegmentTask final : public Tasks::Task {
  public:
-  SegmentTask(const Schema& schema, std::uint32_t group_cells,
-              std::span<const HexahedronCodec> codecs, const SegmentStart& start)
-      : schema_(&schema), group_cells_(group_cells), codecs_(codecs), start_(start) {}
+  SegmentTask(const Schema& schema, std::uint32_t group_cells, const CodecTrial& trial,
+              const SegmentStart& start)
+      : schema_(&schema), group_cells_(group_cells), trial_(trial), start_(start) {}
 
   Result<void> take(SegmentPiece& piece, const Tasks::Emit& emit) override {
     if (!encoder_)
-      encoder_ = std::make_unique<ChoosingEncoder>(*schema_, group_cells_, codecs_, start_);
+      encoder_ = std::make_unique<ChoosingEncoder>(*schema_, group_cells_, trial_, start_);
     auto result = encoder_->take(piece, done_);
     emit_done(emit);
     return result;
@@ -85,7 +84,7 @@ class SegmentTask final : public Tasks::Task {
 
   const Schema* schema_;
   std::uint32_t group_cells_;
-  std::span<const HexahedronCodec> codecs_;
+  CodecTrial trial_;
   SegmentStart start_;
   std::unique_ptr<ChoosingEncoder> encoder_;
   std::vector<EncodedGroup> done_;
@@ -105,8 +104,7 @@ MeshEncoder::MeshEncoder(const Schema& schema, const WriteOptions& options, Grou
       sink_(std::move(sink)),
       xyz_bytes_(3 * scalar_bytes(schema.coordinate_type)),
       values_bytes_(xyz_bytes_ + point_data_bytes(schema)),
-      cell_data_bytes_(cell_data_bytes(schema)),
-      codecs_(codecs_for(options.connectivity, schema.order)) {
+      cell_data_bytes_(cell_data_bytes(schema)) {
   const unsigned threads = thread_count(options.threads);
   if (threads > 1)
     tasks_ = std::make_unique<Tasks>(threads, threads * kWaitingBytes, threads * kWaitingBytes);
@@ -242,6 +240,15 @@ bool MeshEncoder::cut_is_due(std::uint32_t block) const {
                                     options_.restart_budget * static_cast<double>(run_.introduced);
 }
 
+/// Codecs to try on the segment at hand.
+CodecTrial MeshEncoder::trial() const {
+  const auto& told = options_.segment_connectivity;
+  const ConnectivityCodec codec =
+      told.empty() ? options_.connectivity
+                   : told[std::min<std::size_t>(start_.segment, told.size() - 1)];
+  return trial_for(codec, options_.level);
+}
+
 /// Ends the segment at hand: what waits belongs to it.
 Result<void> MeshEncoder::cut() {
   while (reorderer_.waiting() > 0)
@@ -353,7 +360,7 @@ Result<void> MeshEncoder::pass_piece_on() {
   const bool begins = !std::exchange(segment_begun_, true);
   if (tasks_) {
     if (begins)
-      tasks_->begin(std::make_unique<SegmentTask>(*schema_, options_.group_cells, codecs_, start_));
+      tasks_->begin(std::make_unique<SegmentTask>(*schema_, options_.group_cells, trial(), start_));
     while (!tasks_->has_room())
       if (auto good = take_finished(Tasks::Wait::for_output_or_room); !good) return good;
     const std::size_t bytes = piece_.bytes();
@@ -363,7 +370,7 @@ Result<void> MeshEncoder::pass_piece_on() {
     return take_finished(Tasks::Wait::no);
   }
   if (begins)
-    encoder_ = std::make_unique<ChoosingEncoder>(*schema_, options_.group_cells, codecs_, start_);
+    encoder_ = std::make_unique<ChoosingEncoder>(*schema_, options_.group_cells, trial(), start_);
   const auto good = encoder_->take(piece_, done_);
   piece_.clear();
   if (!good) return good;

@@ -72,6 +72,7 @@ class MeshEncoder {
   Result<void> delay(std::uint32_t block, std::uint64_t number, std::span<const std::byte> data);
   Result<void> code_waiting();
   bool cut_is_due(std::uint32_t block) const;
+  CodecTrial trial() const;
   Result<void> cut();
   Result<void> code(std::uint64_t number, std::uint32_t block,
                     std::span<const std::uint32_t> entries, std::span<const std::byte> data);
@@ -91,7 +92,6 @@ class MeshEncoder {
   GroupSink sink_;
   std::size_t xyz_bytes_, values_bytes_;
   std::vector<std::size_t> cell_data_bytes_;  // by block
-  std::span<const HexahedronCodec> codecs_;   // to try
 
   // what has been added
   std::vector<Entry> entries_;

@@ -48,6 +48,16 @@ std::string_view order_name(Order order) {
   return "unknown";
 }
 
+std::string_view codec_name(ConnectivityCodec codec) {
+  switch (codec) {
+    case ConnectivityCodec::automatic: return "automatic";
+    case ConnectivityCodec::paper: return "paper";
+    case ConnectivityCodec::rows: return "rows";
+    case ConnectivityCodec::replay: return "replay";
+  }
+  return "unknown";
+}
+
 std::string array_stream_name(const Schema& schema, std::size_t array) {
   const ArrayInfo& info = schema.arrays[array];
   int same = 1;

@@ -80,9 +80,8 @@ struct Totals {
   std::uint64_t vertices = 0, cells = 0, hexahedra = 0;
   std::uint64_t max_active_vertices = 0;
   std::vector<std::uint64_t> segment_starts;  ///< position in coding order of their first cells
-  /// Of the first segment; automatic where there are no cells. Order::stream and Order::free: of
-  /// all segments, and stream numbers follow from it.
-  ConnectivityCodec connectivity = ConnectivityCodec::automatic;
+  /// How the hexahedra of each segment are said; automatic where it has no cells.
+  std::vector<ConnectivityCodec> segment_connectivity;
   std::uint64_t imported_vertices = 0;  ///< coded again by segments that do not own them
   std::uint64_t total_bytes = 0;
   std::map<std::string, std::uint64_t> streams;  ///< as in SizeReport

@@ -136,6 +136,16 @@ enum class ConnectivityCodec : std::uint8_t {
   rows = 2,       ///< predicted from the neighbouring row (spec "Row hexahedra")
   replay = 3,     ///< repeated from cells before, numbers and all (spec "Replay hexahedra")
 };
+/// "automatic", "paper", "rows", "replay".
+SHM_API std::string_view codec_name(ConnectivityCodec codec);
+
+/// How much work a Writer puts into small files. No level needs a Reader of its own: every
+/// bitstream names its codec.
+enum class Level : std::uint8_t {
+  fast = 0,      ///< replay, or rows where they save much
+  standard = 1,  ///< replay or rows, what is smallest
+  best = 2,      ///< the smallest of all
+};
 
 /// Everything a file says about itself before its first vertex.
 struct Schema {

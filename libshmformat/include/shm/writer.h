@@ -28,6 +28,8 @@ class SHM_API CodingOrder {
 struct WriteOptions {
   std::uint32_t group_cells = 65536;    ///< cells in one chunk group, 1..2^20
   CodingOrder* coding_order = nullptr;  ///< borrowed, may be null
+  Level level = Level::standard;
+  /// automatic: what the level tries, the smallest on the first cells of each segment.
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
   /// Threads that encode segments, beside the caller's; 1: none, 0: one for each core. The file is
   /// the same for any number. Each may hold 64 MiB of cells that wait.
@@ -42,6 +44,8 @@ struct WriteOptions {
   /// Not empty: segments begin before the cells of these numbers and nowhere else; ascending, 0 is
   /// ignored.
   std::vector<std::uint64_t> segment_starts{};
+  /// Not empty: how the hexahedra of each segment are said, in order; further segments as the last.
+  std::vector<ConnectivityCodec> segment_connectivity{};
 };
 
 /// Where the bytes went. All byte counts add up to `total_bytes`.

@@ -1,6 +1,7 @@
 #include "coders/connectivity.h"
 
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 namespace shm {
@@ -40,20 +41,32 @@ bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, CellTop
   cell.cell_slot = kNone;
   for (std::uint8_t i = 0; i < 8; ++i) cell.stored_corner[i] = i;
   if (cell.hexahedral && !code_hexahedron(symbols, corner_order, cell)) return false;
-  if (!code_nodes(symbols, cell, cell.hexahedral ? 8 : 0)) return false;
-  for (std::uint32_t slot : cell.slots) surface_.count_use(slot);
-  code_last_use(symbols, cell);
+  const std::uint32_t corners = cell.hexahedral ? 8 : 0;
+  // Of corners alone nobody reads the ids.
+  if (cell.slots.size() > corners && !code_nodes(symbols, cell, corners)) return false;
+  // Replay counts for itself, and has said which corners are used last.
+  const bool told = cell.hexahedral && std::holds_alternative<Replay>(hexahedra_);
+  for (std::size_t i = told ? 8 : 0; i < cell.slots.size(); ++i) surface_.count_use(cell.slots[i]);
+  if (!told || cell.slots.size() > 8) code_last_use(symbols, cell);
   return true;
 }
 
 template <class Coder>
 void Connectivity<Coder>::finish_cell(const CellTopology& cell) {
   auto* replay = std::get_if<Replay>(&hexahedra_);
-  for (std::size_t i = 0; i < cell.slots.size(); ++i) {
-    if (cell.last_use[i] == 0) continue;
+  const auto finalize = [&](std::size_t i) {
     if (replay != nullptr) (*replay)->forget(cell.slots[i]);
     surface_.finalize(cell.slots[i]);
+  };
+  std::size_t i = 0;
+  for (; i + 8 <= cell.slots.size(); i += 8) {  // as a rule one of eight
+    std::uint32_t marks = 0;
+    for (std::size_t k = 0; k < 8; ++k) marks |= std::uint32_t{cell.last_use[i + k]} << k;
+    for (; marks != 0; marks &= marks - 1)
+      finalize(i + static_cast<std::size_t>(std::countr_zero(marks)));
   }
+  for (; i < cell.slots.size(); ++i)
+    if (cell.last_use[i] != 0) finalize(i);
   if (cell.hexahedral && replay == nullptr) surface_.end_cell();
 }
 
@@ -68,7 +81,7 @@ bool Connectivity<Coder>::code_hexahedron(Coder& symbols, Coder& corner_order, C
 
 template <class Coder>
 bool Connectivity<Coder>::code_block(Coder& symbols, CellTopology& cell) {
-  if (!symbols.bit(same_block_, cell.block == last_block_)) {
+  if (schema_->blocks.size() > 1 && !symbols.bit(same_block_, cell.block == last_block_)) {
     const std::uint64_t block = code_number(symbols, block_number_, cell.block);
     if (block >= schema_->blocks.size()) return false;
     cell.block = static_cast<std::uint32_t>(block);
@@ -81,8 +94,12 @@ bool Connectivity<Coder>::code_block(Coder& symbols, CellTopology& cell) {
   if (count == 0) count = code_number(symbols, node_count_, cell.slots.size());
   if (count > kMaxNodesPerCell) return false;
   if constexpr (Coder::kDecodes) {
-    cell.slots.assign(count, kNone);
-    cell.last_use.assign(count, 0);
+    if (cell.slots.size() != count) {
+      cell.slots.resize(count);
+      cell.last_use.resize(count);
+    }
+    std::fill(cell.slots.begin(), cell.slots.end(), kNone);
+    std::fill(cell.last_use.begin(), cell.last_use.end(), std::uint8_t{0});
   }
   return true;
 }
@@ -90,7 +107,6 @@ bool Connectivity<Coder>::code_block(Coder& symbols, CellTopology& cell) {
 /// Nodes that are no corners of a hexahedron: by their step from the last cell of the block.
 template <class Coder>
 bool Connectivity<Coder>::code_nodes(Coder& symbols, CellTopology& cell, std::uint32_t first) {
-  if (cell.slots.size() <= first) return true;  // corners alone: nobody reads their ids
   auto& last = node_ids_[cell.block];
   std::uint64_t shift = 0;  // how far the node before this one moved
   const std::size_t count = cell.slots.size();
@@ -114,6 +130,9 @@ bool Connectivity<Coder>::code_nodes(Coder& symbols, CellTopology& cell, std::ui
       if (is_new) {
         cell.new_positions.push_back(i);
         cell.slots[i] = surface_.add_vertex();
+        if (auto* replay = std::get_if<Replay>(&hexahedra_);
+            replay != nullptr && schema_->order != Order::keep)
+          (*replay)->name(cell.slots[i], surface_.vertex(cell.slots[i]).id);
         // Farther repeats than the model can say are found by their number from here on.
         if constexpr (!Coder::kDecodes)
           for (std::size_t j = i + kMaxLastUse; j < count; ++j)

@@ -18,10 +18,13 @@ constexpr std::uint8_t bit(std::uint32_t i) { return static_cast<std::uint8_t>(1
 
 template <class Coder>
 bool ReplayHexahedra<Coder>::code(Coder& symbols, Coder&, CellTopology& cell, bool) {
-  Numbers number{};
+  Numbers number;
   std::uint8_t marks = 0;
-  if constexpr (!Coder::kDecodes) take(cell, number, marks);
-  fresh_ = next_ = 0;
+  if constexpr (!Coder::kDecodes)
+    take(cell, number, marks);
+  else
+    number.fill(0);
+  next_ = 0;
   if (!keep_) largest_ = surface_->next_id() - 1;
   beside_now_ = beside_of(distances_[0]);
   const bool model_hit = reaches(distances_[0]) && past(distances_[0]).guessed;
@@ -32,8 +35,7 @@ bool ReplayHexahedra<Coder>::code(Coder& symbols, Coder&, CellTopology& cell, bo
   if (hit) {
     number = first.number;
     marks = first.marks;
-    const bool reached = reaches(distances_[0]);
-    if (!resolve(cell, number, reached ? past(distances_[0]).fresh : 0u)) return false;
+    if (!resolve(cell, number)) return false;
   } else if (!code_surprise(symbols, cell, number, marks)) {
     return false;
   }
@@ -47,8 +49,8 @@ bool ReplayHexahedra<Coder>::code(Coder& symbols, Coder&, CellTopology& cell, bo
 template <class Coder>
 auto ReplayHexahedra<Coder>::guess(std::uint64_t distance, std::uint64_t over,
                                    std::uint64_t beside) const -> Guess {
+  if (kept_ == 0) return {};
   Guess it;
-  if (kept_ == 0) return it;
   if (!reaches(distance) || over + beside > kept_) {
     it.number = past(1).number;
     it.marks = past(1).marks;
@@ -71,12 +73,14 @@ auto ReplayHexahedra<Coder>::guess(std::uint64_t distance, std::uint64_t over,
 template <class Coder>
 void ReplayHexahedra<Coder>::take(const CellTopology& cell, Numbers& number,
                                   std::uint8_t& marks) const {
+  for (std::uint32_t c = 0; c < 8; ++c) marks |= static_cast<std::uint8_t>(cell.last_use[c] << c);
+  if (keep_) {
+    number = cell.original;
+    return;
+  }
   std::uint64_t next = surface_->next_id();
   for (std::uint32_t c = 0; c < 8; ++c) {
-    if (cell.last_use[c] != 0) marks |= bit(c);
-    if (keep_) {
-      number[c] = cell.original[c];
-    } else if (cell.slots[c] != kNone) {
+    if (cell.slots[c] != kNone) {
       number[c] = surface_->vertex(cell.slots[c]).id;
     } else {
       std::uint32_t same = 0;
@@ -93,16 +97,19 @@ template <class Coder>
 bool ReplayHexahedra<Coder>::code_surprise(Coder& symbols, CellTopology& cell, Numbers& number,
                                            std::uint8_t& marks) {
   Choice choice;
-  if constexpr (!Coder::kDecodes) choice = choose(cell, number, marks);
+  if constexpr (!Coder::kDecodes) {
+    choice = choose(cell, number, marks);
+    surprises_.resize(kSurprises);
+    surprises_[step_key(number)] = sequence_;
+  }
   const std::uint64_t before = distances_[0];
   if (!code_choice_of_guess(symbols, choice)) return false;
   const Guess it = guess(distances_[0], choice.old_shift ? before : distances_[0], beside_now_);
-  const std::uint32_t likely_fresh = reaches(distances_[0]) ? past(distances_[0]).fresh : 0u;
   if (symbols.bit(as_guessed_[choice.place], it.number == number))
     number = it.number;
   else if (!code_corners(symbols, it, number))
     return false;
-  if (!resolve(cell, number, likely_fresh)) return false;
+  if (!resolve(cell, number)) return false;
   code_marks(symbols, cell, it.marks, marks);
   return true;
 }
@@ -145,6 +152,8 @@ auto ReplayHexahedra<Coder>::choose(const CellTopology& cell, const Numbers& num
   // The cells that introduced its vertices: in a scan, those below and beside it are among them.
   for (std::uint32_t c = 0; c < 8; ++c)
     if (cell.slots[c] < births_.size()) try_new(sequence_ - births_[cell.slots[c]], 12);
+  // Parts that come again: where a step like this one was a surprise before.
+  if (!surprises_.empty()) try_new(sequence_ - surprises_[step_key(number)], 12);
   // Layers with holes: a little more or less than the distance used last.
   if (!reaches(distances_[0])) return best;
   const std::uint64_t moved = number[0] - past(1).number[0];
@@ -155,6 +164,16 @@ auto ReplayHexahedra<Coder>::choose(const CellTopology& cell, const Numbers& num
                                 moved == past(distance).number[0] - past(distance + 1).number[0]))
         try_new(distance, 10);
   return best;
+}
+
+/// Encoder: a hash of the step from the last cell to this one.
+template <class Coder>
+std::size_t ReplayHexahedra<Coder>::step_key(const Numbers& number) const {
+  if (kept_ == 0) return 0;
+  std::uint64_t key = 0;
+  for (std::size_t c = 0; c < 8; ++c)
+    key = (key ^ (number[c] - past(1).number[c])) * 0x9e3779b97f4a7c15u;
+  return static_cast<std::size_t>(key >> 54);
 }
 
 template <class Coder>
@@ -263,7 +282,7 @@ void ReplayHexahedra<Coder>::code_marks(Coder& symbols, const CellTopology& cell
   }
   std::uint8_t said = 0;
   for (std::uint32_t c = 0; c < 8; ++c) {
-    const std::uint32_t uses = std::min(surface_->vertex(cell.slots[c]).uses, 8u);
+    const std::uint32_t uses = named_[cell.slots[c]].uses;
     if (symbols.bit(mark_[c][uses][expected >> c & 1], marks >> c & 1)) said |= bit(c);
   }
   marks = said;
@@ -272,66 +291,71 @@ void ReplayHexahedra<Coder>::code_marks(Coder& symbols, const CellTopology& cell
 // --- from numbers to vertices
 
 template <class Coder>
-bool ReplayHexahedra<Coder>::resolve(CellTopology& cell, const Numbers& number,
-                                     std::uint32_t likely_fresh) {
-  for (std::uint32_t c = 0; c < 8; ++c) {
-    const bool fresh = (likely_fresh >> c & 1) != 0;
-    if (!fresh) {
-      // The common case, in short.
-      if constexpr (Coder::kDecodes) cell.slots[c] = hinted(number[c], c);
-      if (cell.slots[c] != kNone && (Coder::kDecodes || keep_)) continue;
-    }
-    if (!resolve_corner(cell, number[c], c, fresh)) return false;
+bool ReplayHexahedra<Coder>::resolve(CellTopology& cell, const Numbers& number) {
+  std::uint32_t left = 0;  // corners that are no vertices yet
+  if constexpr (Coder::kDecodes) {
+    left = kept_ == 0 ? 0xffu : look_up_hints(cell, number);
+  } else {
+    for (std::uint32_t c = 0; c < 8; ++c) left |= std::uint32_t{cell.slots[c] == kNone} << c;
   }
+  for (; left != 0; left &= left - 1)
+    if (!resolve_corner(cell, number, static_cast<std::uint32_t>(std::countr_zero(left))))
+      return false;
   return true;
 }
 
+/// The common case, in short: each vertex where the corner's was found last time. Returns the
+/// corners where it is not.
 template <class Coder>
-bool ReplayHexahedra<Coder>::resolve_corner(CellTopology& cell, std::uint64_t number,
-                                            std::uint32_t corner, bool likely_fresh) {
+std::uint32_t ReplayHexahedra<Coder>::look_up_hints(CellTopology& cell,
+                                                    const Numbers& number) const {
+  std::uint32_t failed = 0;
+  for (std::uint32_t c = 0; c < 8; ++c) {
+    const Source& source = sources_[c][0];
+    const std::uint32_t slot = past(source.distance).slot[source.corner];
+    const Named& named = named_[slot];
+    cell.slots[c] = slot;
+    failed |= std::uint32_t{!named.known || named.number != number[c]} << c;
+  }
+  return failed;
+}
+
+template <class Coder>
+bool ReplayHexahedra<Coder>::resolve_corner(CellTopology& cell, const Numbers& number,
+                                            std::uint32_t corner) {
   std::uint32_t slot = kNone;
   if constexpr (Coder::kDecodes) {
-    slot = likely_fresh ? find_anywhere(number) : find(number, corner);
-  } else if (cell.slots[corner] != kNone) {
-    slot = cell.slots[corner];
+    slot = find(number[corner], corner);
   } else {
-    slot = find_anywhere(number);  // none, or born a moment ago at an earlier corner
-    bool mine = slot == kNone;
-    for (std::uint32_t c = 0; c < corner && !mine; ++c)
-      mine = cell.slots[c] == slot && cell.numbers[c] == cell.numbers[corner];
-    if (!mine) return false;
+    for (std::uint32_t c = 0; c < corner && slot == kNone; ++c)  // born a moment ago
+      if (cell.numbers[c] == cell.numbers[corner]) slot = cell.slots[c];
   }
   if (slot == kNone) {
-    if (!keep_ && number != surface_->next_id()) return false;
+    if (!keep_ && number[corner] != surface_->next_id()) return false;
     slot = surface_->add_vertex();
-    if (number == largest_ + 1) next_ |= bit(corner);
-    name(slot, number);
-    fresh_ |= bit(corner);
+    if (number[corner] == largest_ + 1) next_ |= bit(corner);
+    name(slot, number[corner]);
     cell.new_positions.push_back(corner);
-  } else if (!keep_ && !is(slot, number)) {
-    name(slot, number);  // born by a cell that is no hexahedron
   }
   cell.slots[corner] = slot;
   return true;
 }
 
+/// Decoder: the vertex of a corner that is not where it was found last time.
 template <class Coder>
 std::uint32_t ReplayHexahedra<Coder>::find(std::uint64_t number, std::uint32_t corner) {
-  auto& sources = sources_[corner];
-  for (int n = 0; n < 2; ++n) {
-    const std::uint32_t slot = hinted(number, corner);
-    if (slot != kNone) return slot;
-    std::swap(sources[0], sources[1]);
-  }
   const std::uint32_t slot = find_anywhere(number);
-  if (slot == kNone) return slot;
+  if (slot == kNone) return slot;  // as a rule: one that the cell introduces
+  auto& sources = sources_[corner];
+  std::swap(sources[0], sources[1]);
+  if (sources[0].distance <= kept_ && past(sources[0].distance).slot[sources[0].corner] == slot)
+    return slot;
   for (std::size_t n = 0; n <= kDistances; ++n) {
     const std::uint64_t distance = n == 0 ? 1 : distances_[n - 1];
     if (!reaches(distance)) continue;
     const Slots& slots = past(distance).slot;
     const auto at = std::find(slots.begin(), slots.end(), slot);
     if (at == slots.end()) continue;
-    sources[1] = sources[0];
     sources[0] = {static_cast<std::uint32_t>(distance),
                   static_cast<std::uint8_t>(at - slots.begin())};
     break;
@@ -353,15 +377,10 @@ void ReplayHexahedra<Coder>::name(std::uint32_t slot, std::uint64_t number) {
     births_.resize(named_.size());
     births_[slot] = sequence_;
   }
-  named_[slot].number = number;
-  named_[slot].known = true;
   if (largest_ + 1 <= number) largest_ = number;
-  if (!keep_) return;
-  named_[slot].known = by_number_.find(number) == kNone;
-  if (named_[slot].known)
-    by_number_.insert(number, slot);
-  else
-    clash_ = true;
+  const bool known = !keep_ || by_number_.insert(number, slot);
+  named_[slot] = {number, known, 0};
+  clash_ |= !known;
 }
 
 template <class Coder>
@@ -390,13 +409,14 @@ void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number, s
   }
   Past& it = make_room();
   it.number = number;
-  it.fresh = fresh_;
   it.next = next_;
   it.marks = marks;
   it.guessed = (hits_ & 1) != 0;
   it.beside = static_cast<std::uint32_t>(beside_now_);
   std::copy_n(cell.slots.begin(), 8, it.slot.begin());
-  if (keep_) cell.original = number;
+  for (std::uint32_t slot : it.slot)
+    if (named_[slot].uses < 8) ++named_[slot].uses;
+  if (Coder::kDecodes && keep_) cell.original = number;
   // A vertex that stands at several corners ends once.
   std::fill_n(cell.last_use.begin(), 8, std::uint8_t{0});
   for (std::uint32_t left = marks; left != 0; left &= left - 1) {
@@ -432,7 +452,7 @@ template <class Coder>
 auto ReplayHexahedra<Coder>::make_room() -> Past& {
   if (kept_ == ring_.size() &&
       (ring_.empty() ||
-       (ring_.size() < kReplayWindow && ring_.size() < 4 * surface_->active_vertices()))) {
+       ring_.size() < std::clamp(4 * surface_->active_vertices(), kReplayLeast, kReplayWindow))) {
     std::vector<Past> wider(ring_.empty() ? kFirstRing : 2 * ring_.size());
     for (std::uint64_t n = 1; n <= kept_; ++n)
       wider[(sequence_ - n) & (wider.size() - 1)] = past(n);

@@ -22,7 +22,8 @@
 
 namespace shm {
 
-/// Cells that are remembered at most. Frozen: part of the format.
+/// Cells that are remembered: these at least, and these at most. Frozen: part of the format.
+inline constexpr std::uint64_t kReplayLeast = std::uint64_t{1} << 14;
 inline constexpr std::uint64_t kReplayWindow = std::uint64_t{1} << 18;
 
 template <class Coder>
@@ -36,7 +37,7 @@ class ReplayHexahedra {
   /// Codes corners as stored, and which of them are used last, of one hexahedron. False when
   /// decoding damaged data, or when two live vertices have the same number.
   bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters);
-  /// Order::keep: the number of a vertex that no hexahedron has as a corner so far.
+  /// The number of a vertex that no hexahedron has as a corner so far.
   void name(std::uint32_t slot, std::uint64_t number);
   /// Before any vertex is finalized.
   void forget(std::uint32_t slot);
@@ -44,21 +45,22 @@ class ReplayHexahedra {
  private:
   using Numbers = std::array<std::uint64_t, 8>;
   using Slots = std::array<std::uint32_t, 8>;
+  static constexpr std::size_t kSurprises = 1024;
   static constexpr std::uint32_t kDistances = 6;  // as many as trees of 3 bits can choose from
   enum Kind : std::uint8_t { kSameStep, kBeyond, kTop, kPrevious, kEarlier, kFromPrevious, kStep };
 
   struct Past {
     Numbers number{};
     Slots slot{};
-    std::uint8_t fresh = 0;    // corners that it introduced
-    std::uint8_t next = 0;     // of these, those that took the number above the largest
+    std::uint8_t next = 0;     // corners that introduced the number above the largest
     std::uint8_t marks = 0;    // corners that it used last, as said
     bool guessed = false;      // all of it was as expected
     std::uint32_t beside = 1;  // distance of the cell whose shift it had
   };
   struct Named {
     std::uint64_t number = 0;
-    bool known = false;  // the number leads here
+    bool known = false;     // the number leads here
+    std::uint8_t uses = 0;  // corners of hexahedra that it has been, at most 8
   };
   /// Where a corner's vertex was found before: a corner of the cell `distance` before.
   struct Source {
@@ -92,24 +94,15 @@ class ReplayHexahedra {
   }
   void take(const CellTopology& cell, Numbers& number, std::uint8_t& marks) const;
   Choice choose(const CellTopology& cell, const Numbers& number, std::uint8_t marks) const;
+  std::size_t step_key(const Numbers& number) const;
   bool code_surprise(Coder& symbols, CellTopology& cell, Numbers& number, std::uint8_t& marks);
   bool code_choice_of_guess(Coder& symbols, Choice& choice);
   bool code_corners(Coder& symbols, const Guess& guess, Numbers& number);
   void code_marks(Coder& symbols, const CellTopology& cell, std::uint8_t expected,
                   std::uint8_t& marks);
-  bool resolve(CellTopology& cell, const Numbers& number, std::uint32_t likely_fresh);
-  bool resolve_corner(CellTopology& cell, std::uint64_t number, std::uint32_t corner,
-                      bool likely_fresh);
-  bool is(std::uint32_t slot, std::uint64_t number) const {
-    return slot < named_.size() && named_[slot].known && named_[slot].number == number;
-  }
-  /// The vertex where the corner's was found last time; kNone when it is another one.
-  std::uint32_t hinted(std::uint64_t number, std::uint32_t corner) const {
-    const Source& source = sources_[corner][0];
-    if (source.distance > kept_) return kNone;
-    const std::uint32_t slot = past(source.distance).slot[source.corner];
-    return is(slot, number) ? slot : kNone;
-  }
+  bool resolve(CellTopology& cell, const Numbers& number);
+  std::uint32_t look_up_hints(CellTopology& cell, const Numbers& number) const;
+  bool resolve_corner(CellTopology& cell, const Numbers& number, std::uint32_t corner);
   std::uint32_t find(std::uint64_t number, std::uint32_t corner);
   std::uint32_t find_anywhere(std::uint64_t number) const;
   void finish(CellTopology& cell, const Numbers& number, std::uint8_t marks);
@@ -125,14 +118,15 @@ class ReplayHexahedra {
   std::array<std::uint64_t, kDistances> distances_{1};  // the one used last first
   bool marks_shift_ = false;
 
-  std::vector<Named> named_;           // by vertex slot
-  std::vector<std::uint64_t> births_;  // encoder, by vertex slot: the hexahedron at hand then
-  bool clash_ = false;                 // two live vertices had the same number
-  NumberMap by_number_;                // Order::keep
+  std::vector<Named> named_;              // by vertex slot
+  std::vector<std::uint64_t> births_;     // encoder, by vertex slot: the hexahedron at hand then
+  std::vector<std::uint64_t> surprises_;  // encoder, by step_key: the last hexahedron
+  bool clash_ = false;                    // two live vertices had the same number
+  NumberMap by_number_;                   // Order::keep
   std::uint64_t largest_ = ~std::uint64_t{0};
   Numbers top_{};  // largest number of each corner, where it was a surprise
-  std::array<std::array<Source, 2>, 8> sources_{};  // decoder: the one that was right first
-  std::uint8_t fresh_ = 0, next_ = 0;               // of the hexahedron at hand
+  std::array<std::array<Source, 2>, 8> sources_{};  // decoder: the one that was right last first
+  std::uint8_t next_ = 0;                           // of the hexahedron at hand
   std::uint64_t beside_now_ = 1;
 
   // contexts

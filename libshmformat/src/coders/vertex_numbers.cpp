@@ -64,9 +64,12 @@ std::uint64_t VertexNumbers<Coder>::code(Coder& coder, const Stencil& stencil,
   } else if (beyond != near && beyond != next && coder.bit(model[2], number == beyond)) {
     number = beyond;
     guess = 2;
+  } else if (coder.bit(missed_as_before_[kind][history_ & 3], number == near + miss_[kind])) {
+    number = near + miss_[kind];
   } else {
     const auto step = static_cast<std::int64_t>(number - near);
-    number = near + static_cast<std::uint64_t>(code_signed(coder, residual_[kind], step));
+    miss_[kind] = static_cast<std::uint64_t>(code_signed(coder, residual_[kind], step));
+    number = near + miss_[kind];
   }
   history_ = (history_ << 2 | guess) & 63;
   if (direction != kNone) {

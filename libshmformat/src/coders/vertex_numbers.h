@@ -38,8 +38,10 @@ class VertexNumbers {
   std::vector<std::uint64_t> numbers_;                                    // by vertex slot
   std::uint64_t last_ = ~std::uint64_t{0}, largest_ = ~std::uint64_t{0};  // -1: before the first
   std::array<std::uint64_t, 6> stride_{1, 1, 1, 1, 1, 1};  // last step along each side
+  std::array<std::uint64_t, 3> miss_{};  // what was wrong with `near` last, by kind
   std::uint32_t history_ = 0;
   std::array<std::array<std::array<AdaptiveBit, 3>, 64>, 3> guess_;
+  std::array<std::array<AdaptiveBit, 4>, 3> missed_as_before_;
   std::array<SignedModel<NumberModel>, 3> residual_;
   std::vector<std::uint32_t> order_;
 };

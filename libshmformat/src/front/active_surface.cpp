@@ -5,41 +5,9 @@
 namespace shm {
 namespace {
 
-template <class T>
-std::uint32_t take_slot(std::vector<T>& slots, std::vector<std::uint32_t>& free) {
-  if (free.empty()) {
-    slots.emplace_back();
-    return static_cast<std::uint32_t>(slots.size() - 1);
-  }
-  const std::uint32_t slot = free.back();
-  free.pop_back();
-  return slot;
-}
-
 constexpr std::array<std::uint32_t, 4> kNobody = {kNone, kNone, kNone, kNone};
 
 }  // namespace
-
-std::uint32_t ActiveSurface::add_vertex() {
-  const std::uint32_t slot = take_slot(vertices_, free_vertices_);
-  Vertex& vertex = vertices_[slot];
-  vertex = Vertex{};
-  vertex.id = next_id_++;
-  vertex.alive = true;
-  ++active_vertices_;
-  births_.push_back({vertex.id, slot});
-  return slot;
-}
-
-void ActiveSurface::finalize(std::uint32_t slot) {
-  Vertex& vertex = vertices_[slot];
-  while (vertex.first_face != kNone) remove_face(vertex.first_face / 4);
-  vertex.alive = false;
-  --active_vertices_;
-  free_vertices_.push_back(slot);
-  while (oldest_ < births_.size() && !alive(births_[oldest_])) ++oldest_;
-  if (births_.size() > 2 * active_vertices_ + 64) sweep_births();
-}
 
 void ActiveSurface::sweep_births() {
   std::erase_if(births_, [&](const Birth& birth) { return !alive(birth); });

@@ -51,9 +51,25 @@ class ActiveSurface {
   };
 
   /// A new vertex with the next stream number.
-  std::uint32_t add_vertex();
+  std::uint32_t add_vertex() {
+    const std::uint32_t slot = take_slot(vertices_, free_vertices_);
+    Vertex& vertex = vertices_[slot];
+    vertex = Vertex{};
+    vertex.id = next_id_++;
+    vertex.alive = true;
+    ++active_vertices_;
+    births_.push_back({vertex.id, slot});
+    return slot;
+  }
   /// Removes the vertex and every face that it has.
-  void finalize(std::uint32_t vertex);
+  void finalize(std::uint32_t slot) {
+    Vertex& vertex = vertices_[slot];
+    while (vertex.first_face != kNone) remove_face(vertex.first_face / 4);
+    vertex.alive = false;
+    --active_vertices_;
+    free_vertices_.push_back(slot);
+    if (births_.size() > 2 * active_vertices_ + 64) sweep_births();
+  }
   void count_use(std::uint32_t vertex) { ++vertices_[vertex].uses; }
 
   /// A slot for the cell at hand. It stays until end_cell, and then while one of its faces does;
@@ -88,7 +104,8 @@ class ActiveSurface {
 
   std::uint64_t next_id() const { return next_id_; }
   /// Stream number of the oldest live vertex; next_id() when none is alive.
-  std::uint64_t oldest_id() const {
+  std::uint64_t oldest_id() {
+    while (oldest_ < births_.size() && !alive(births_[oldest_])) ++oldest_;
     return oldest_ == births_.size() ? next_id_ : births_[oldest_].id;
   }
   std::uint64_t active_vertices() const { return active_vertices_; }
@@ -104,6 +121,16 @@ class ActiveSurface {
   bool alive(const Birth& birth) const {
     return vertices_[birth.slot].alive && vertices_[birth.slot].id == birth.id;
   }
+  template <class T>
+  static std::uint32_t take_slot(std::vector<T>& slots, std::vector<std::uint32_t>& free) {
+    if (free.empty()) {
+      slots.emplace_back();
+      return static_cast<std::uint32_t>(slots.size() - 1);
+    }
+    const std::uint32_t slot = free.back();
+    free.pop_back();
+    return slot;
+  }
   void unlink(FaceCorner at);
   void sweep_births();
 
@@ -112,7 +139,7 @@ class ActiveSurface {
   std::vector<std::uint8_t> cell_faces_;  // active faces of each cell slot
   std::vector<std::uint32_t> free_vertices_, free_faces_, free_cells_;
   std::vector<Birth> births_;
-  std::size_t oldest_ = 0;  // in births_
+  std::size_t oldest_ = 0;  // in births_: none before it is alive
   std::uint64_t next_id_ = 0, active_vertices_ = 0;
   std::uint32_t current_cell_ = kNone;
 };

@@ -21,12 +21,15 @@ class NumberMap {
     const std::uint32_t line = find_line(number);
     return line == kNone ? kNone : lines_[line].slot[number % kLine];
   }
-  /// Must hold: `number` is absent, slot is not kNone.
-  void insert(std::uint64_t number, std::uint32_t slot) {
+  /// False, and nothing changes, where `number` is present. Must hold: slot is not kNone.
+  bool insert(std::uint64_t number, std::uint32_t slot) {
     std::uint32_t line = find_line(number);
     if (line == kNone) line = add_line(number);
-    lines_[line].slot[number % kLine] = slot;
+    std::uint32_t& place = lines_[line].slot[number % kLine];
+    if (place != kNone) return false;
+    place = slot;
     ++counts_[line];
+    return true;
   }
   /// Must hold: `number` is present.
   void erase(std::uint64_t number) {
