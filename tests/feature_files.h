@@ -295,8 +295,8 @@ inline std::vector<std::byte> segments_file(Order order, bool corner_order, std:
   WriteOptions options;
   options.group_cells = 4;
   options.segment_cells = cells;
-  options.segment_connectivity = {ConnectivityCodec::rows, ConnectivityCodec::replay,
-                                  ConnectivityCodec::paper};
+  options.segment_connectivity = {ConnectivityCodec::rows, ConnectivityCodec::rows,
+                                  ConnectivityCodec::replay, ConnectivityCodec::paper};
   EXPECT_TRUE(write_mesh(mesh, sink, options));
   return std::move(sink.bytes);
 }

@@ -8,6 +8,7 @@
 #include "feature_files.h"
 #include "file_surgery.h"
 #include "item_text.h"
+#include "ordered_tasks.h"
 #include "shm/segment_reader.h"
 
 namespace shm {
@@ -399,6 +400,34 @@ TEST(Segments, WritersWithThreadsMayBeLeft) {
       ASSERT_TRUE(writer->add_vertex(v, std::span(mesh.xyz).subspan(v * 12, 12)));
     for (std::size_t c = 0; c < cells; ++c) ASSERT_TRUE(writer->add_cell(0, mesh.cells[c].corners));
   }
+}
+
+class FailingTask final : public OrderedTasks<int, int>::Task {
+ public:
+  Result<void> take(int& in, const OrderedTasks<int, int>::Emit& emit) override {
+    if (in < 0) throw std::bad_alloc();
+    emit(in, 4);
+    return {};
+  }
+  Result<void> end(const OrderedTasks<int, int>::Emit&) override { return {}; }
+};
+
+TEST(OrderedTasks, NoMemoryComesOutInItsTurn) {
+  OrderedTasks<int, int> tasks(2, 1 << 20, 1 << 20);
+  for (int task = 0; task < 3; ++task) {
+    tasks.begin(std::make_unique<FailingTask>());
+    tasks.push(task, 4);
+    if (task == 1) tasks.push(-1, 4);
+  }
+  tasks.end();
+  const auto wait = OrderedTasks<int, int>::Wait::for_output;
+  for (int task = 0; task < 2; ++task) {
+    const auto out = tasks.next(wait);
+    ASSERT_TRUE(out && *out);
+    EXPECT_EQ(**out, task);
+  }
+  EXPECT_THROW((void)tasks.next(wait), std::bad_alloc);
+  EXPECT_THROW((void)tasks.next(wait), std::bad_alloc);
 }
 
 }  // namespace

@@ -3,12 +3,14 @@
 // in:    inputs for the newest task           out: outputs, task after task
 // keeps: inputs that wait for their task, outputs that wait for their turn, both within limits
 // One thread, the caller's, begins tasks, gives inputs and takes outputs; within a task nothing
-// happens at once. Outputs depend on the inputs alone, not on the number of threads.
+// happens at once. Outputs depend on the inputs alone, not on the number of threads. What a task
+// throws (only std::bad_alloc in this library) comes out of the caller's next(), in its turn.
 #pragma once
 
 #include <condition_variable>
 #include <cstddef>
 #include <deque>
+#include <exception>
 #include <functional>
 #include <list>
 #include <memory>
@@ -39,6 +41,7 @@ class OrderedTasks {
   /// Bytes of inputs and of outputs that may wait; what is at hand comes on top.
   OrderedTasks(unsigned threads, std::size_t in_limit, std::size_t out_limit)
       : in_limit_(in_limit), out_limit_(out_limit) {
+    spares_.reserve(kSpares);
     workers_ = std::make_unique<Workers>(threads, [this] { work(); });
   }
   ~OrderedTasks() {
@@ -109,6 +112,7 @@ class OrderedTasks {
       });
     if (!has_output()) return std::optional<Out>();
     Job& job = jobs_.front();
+    if (job.outputs.empty() && job.thrown) std::rethrow_exception(job.thrown);
     if (job.outputs.empty()) return *job.error;
     std::optional<Out> out = std::move(job.outputs.front().first);
     out_bytes_ -= job.outputs.front().second;
@@ -125,9 +129,11 @@ class OrderedTasks {
     std::deque<std::pair<Out, std::size_t>> outputs;
     bool running = false, ended = false, closed = false;  // closed: told that it has ended
     std::optional<Error> error;
+    std::exception_ptr thrown;
 
-    bool is_done() const { return closed && !running && outputs.empty() && !error; }
-    bool has_work() const { return !error && (!inputs.empty() || (ended && !closed)); }
+    bool failed() const { return error || thrown; }
+    bool is_done() const { return closed && !running && outputs.empty() && !failed(); }
+    bool has_work() const { return !failed() && (!inputs.empty() || (ended && !closed)); }
   };
 
   /// Drops tasks that are done; whether the first one left has something to take.
@@ -136,7 +142,7 @@ class OrderedTasks {
       jobs_.pop_front();
       wake_workers_.notify_all();  // the next one is first now
     }
-    return !jobs_.empty() && (!jobs_.front().outputs.empty() || jobs_.front().error.has_value());
+    return !jobs_.empty() && (!jobs_.front().outputs.empty() || jobs_.front().failed());
   }
   bool is_under_way() const {
     for (const Job& job : jobs_)
@@ -179,10 +185,17 @@ class OrderedTasks {
         }
         wake_caller_.notify_one();
       };
-      Result<void> result = in ? job->task->take(*in, emit) : job->task->end(emit);
+      Result<void> result;
+      std::exception_ptr thrown;
+      try {
+        result = in ? job->task->take(*in, emit) : job->task->end(emit);
+      } catch (...) {
+        thrown = std::current_exception();
+      }
       lock.lock();
-      if (in && spares_.size() < kSpares) spares_.push_back(std::move(*in));
+      if (in && spares_.size() < spares_.capacity()) spares_.push_back(std::move(*in));
       if (!result) job->error = result.error();
+      job->thrown = thrown;
       job->running = false;
       wake_workers_.notify_all();
       wake_caller_.notify_one();

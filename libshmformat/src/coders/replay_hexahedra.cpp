@@ -110,7 +110,7 @@ bool ReplayHexahedra<Coder>::code_surprise(Coder& symbols, CellTopology& cell, N
   else if (!code_corners(symbols, it, number))
     return false;
   if (!resolve(cell, number)) return false;
-  code_marks(symbols, cell, it.marks, marks);
+  code_marks(symbols, it.marks, marks);
   return true;
 }
 
@@ -274,16 +274,15 @@ bool ReplayHexahedra<Coder>::code_corners(Coder& symbols, const Guess& guess, Nu
 }
 
 template <class Coder>
-void ReplayHexahedra<Coder>::code_marks(Coder& symbols, const CellTopology& cell,
-                                        std::uint8_t expected, std::uint8_t& marks) {
+void ReplayHexahedra<Coder>::code_marks(Coder& symbols, std::uint8_t expected,
+                                        std::uint8_t& marks) {
   if (symbols.bit(marks_as_guessed_, marks == expected)) {
     marks = expected;
     return;
   }
   std::uint8_t said = 0;
   for (std::uint32_t c = 0; c < 8; ++c) {
-    const std::uint32_t uses = named_[cell.slots[c]].uses;
-    if (symbols.bit(mark_[c][uses][expected >> c & 1], marks >> c & 1)) said |= bit(c);
+    if (symbols.bit(mark_[c][expected >> c & 1], marks >> c & 1)) said |= bit(c);
   }
   marks = said;
 }
@@ -379,7 +378,7 @@ void ReplayHexahedra<Coder>::name(std::uint32_t slot, std::uint64_t number) {
   }
   if (largest_ + 1 <= number) largest_ = number;
   const bool known = !keep_ || by_number_.insert(number, slot);
-  named_[slot] = {number, known, 0};
+  named_[slot] = {number, known};
   clash_ |= !known;
 }
 
@@ -399,13 +398,11 @@ void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number, s
     find_neighbours(cell, number);
   }
   // Which way of guessing marks was right, where the two differ.
-  if (reaches(distances_[0])) {
-    const std::uint8_t plain = past(distances_[0]).marks;
-    std::uint8_t shifted = plain;
-    if (distances_[0] + beside_now_ <= kept_)
-      shifted ^= static_cast<std::uint8_t>(past(beside_now_).marks ^
-                                           past(distances_[0] + beside_now_).marks);
-    if (plain != shifted && (marks == plain || marks == shifted)) marks_shift_ = marks == shifted;
+  if (reaches(distances_[0]) && distances_[0] + beside_now_ <= kept_) {
+    const std::uint8_t moved = static_cast<std::uint8_t>(past(beside_now_).marks ^
+                                                         past(distances_[0] + beside_now_).marks);
+    const std::uint8_t away = static_cast<std::uint8_t>(marks ^ past(distances_[0]).marks);
+    if (moved != 0 && (away == 0 || away == moved)) marks_shift_ = away != 0;
   }
   Past& it = make_room();
   it.number = number;
@@ -414,8 +411,6 @@ void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number, s
   it.guessed = (hits_ & 1) != 0;
   it.beside = static_cast<std::uint32_t>(beside_now_);
   std::copy_n(cell.slots.begin(), 8, it.slot.begin());
-  for (std::uint32_t slot : it.slot)
-    if (named_[slot].uses < 8) ++named_[slot].uses;
   if (Coder::kDecodes && keep_) cell.original = number;
   // A vertex that stands at several corners ends once.
   std::fill_n(cell.last_use.begin(), 8, std::uint8_t{0});

@@ -59,8 +59,7 @@ class ReplayHexahedra {
   };
   struct Named {
     std::uint64_t number = 0;
-    bool known = false;     // the number leads here
-    std::uint8_t uses = 0;  // corners of hexahedra that it has been, at most 8
+    bool known = false;  // the number leads here
   };
   /// Where a corner's vertex was found before: a corner of the cell `distance` before.
   struct Source {
@@ -98,8 +97,7 @@ class ReplayHexahedra {
   bool code_surprise(Coder& symbols, CellTopology& cell, Numbers& number, std::uint8_t& marks);
   bool code_choice_of_guess(Coder& symbols, Choice& choice);
   bool code_corners(Coder& symbols, const Guess& guess, Numbers& number);
-  void code_marks(Coder& symbols, const CellTopology& cell, std::uint8_t expected,
-                  std::uint8_t& marks);
+  void code_marks(Coder& symbols, std::uint8_t expected, std::uint8_t& marks);
   bool resolve(CellTopology& cell, const Numbers& number);
   std::uint32_t look_up_hints(CellTopology& cell, const Numbers& number) const;
   bool resolve_corner(CellTopology& cell, const Numbers& number, std::uint32_t corner);
@@ -146,7 +144,7 @@ class ReplayHexahedra {
   std::array<NumberModel, 8> age_;
   std::array<SignedModel<NumberModel>, 3> step_;
   AdaptiveBit marks_as_guessed_;
-  std::array<std::array<std::array<AdaptiveBit, 2>, 9>, 8> mark_;
+  std::array<std::array<AdaptiveBit, 2>, 8> mark_;
 };
 
 extern template class ReplayHexahedra<RangeEncoder>;

@@ -68,7 +68,7 @@ class ActiveSurface {
     vertex.alive = false;
     --active_vertices_;
     free_vertices_.push_back(slot);
-    if (births_.size() > 2 * active_vertices_ + 64) sweep_births();
+    if (births_.size() > 3 * active_vertices_ + 64) sweep_births();
   }
   void count_use(std::uint32_t vertex) { ++vertices_[vertex].uses; }
 
