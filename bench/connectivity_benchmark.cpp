@@ -6,19 +6,18 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <stdexcept>
 #include <vector>
 
-#include "coders/connectivity.h"
-#include "coders/vertex_numbers.h"
+#include "connectivity_coding.h"
 
 namespace {
 
 using shm::HexahedronCodec;
+using shm::bench::Streams;
 
 struct Mesh {
   std::uint64_t vertices = 0;
-  std::vector<std::array<std::uint32_t, 8>> cells;
+  std::vector<std::uint32_t> corners;  // eight for each cell
   std::vector<std::uint8_t> last_use;  // bit i: of corner i
 
   /// One layer of quadrilaterals, `layers` times.
@@ -29,19 +28,11 @@ struct Mesh {
         std::array<std::uint32_t, 8> cell{};
         for (std::size_t i = 0; i < 8; ++i)
           cell[i] = q[i % 4] + plane * (k + static_cast<std::uint32_t>(i / 4));
-        cells.push_back(cell);
+        corners.insert(corners.end(), cell.begin(), cell.end());
       }
     vertices = std::uint64_t{plane} * (layers + 1);
   }
-  void find_last_uses() {
-    std::vector<bool> used(vertices);
-    last_use.assign(cells.size(), 0);
-    for (std::size_t c = cells.size(); c-- > 0;)
-      for (std::size_t i = 0; i < 8; ++i) {
-        if (!used[cells[c][i]]) last_use[c] |= static_cast<std::uint8_t>(1u << i);
-        used[cells[c][i]] = true;
-      }
-  }
+  void find_last_uses() { last_use = shm::bench::last_uses(corners, vertices); }
 };
 
 Mesh grid(std::uint32_t n) {
@@ -82,65 +73,8 @@ Mesh o_grid(std::uint32_t n) {
   return mesh;
 }
 
-shm::Schema schema() {
-  shm::Schema schema;
-  schema.blocks.push_back({1, "hexahedra", shm::CellShape::hexahedron, 8});
-  return schema;
-}
-
-struct Streams {
-  std::vector<std::byte> symbols, corner_order, numbers;
-};
-
 Streams encode(const Mesh& mesh, HexahedronCodec codec) {
-  const shm::Schema described = schema();
-  shm::Connectivity<shm::RangeEncoder> connectivity(described);
-  connectivity.set_codec(codec);
-  shm::VertexNumbers<shm::RangeEncoder> vertex_numbers;
-  shm::RangeEncoder symbols, corner_order, numbers;
-  std::vector<std::uint32_t> slot(mesh.vertices, shm::kNone);
-  shm::CellTopology cell;
-  for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
-    cell.block = 0;
-    cell.slots.resize(8);
-    cell.numbers.resize(8);
-    cell.last_use.resize(8);
-    for (std::size_t i = 0; i < 8; ++i) {
-      const std::uint32_t v = mesh.cells[c][i];
-      cell.slots[i] = slot[v];
-      cell.numbers[i] = cell.original[i] = v;
-      cell.last_use[i] = mesh.last_use[c] >> i & 1;
-    }
-    if (!connectivity.code_cell(symbols, corner_order, cell))
-      throw std::runtime_error("cannot be coded");
-    if (!connectivity.says_numbers())
-      vertex_numbers.code_cell(numbers, cell,
-                               [&](std::uint32_t p) -> std::uint64_t& { return cell.numbers[p]; });
-    for (std::uint32_t p : cell.new_positions) slot[cell.numbers[p]] = cell.slots[p];
-    connectivity.finish_cell(cell);
-  }
-  return {symbols.finish(), corner_order.finish(), numbers.finish()};
-}
-
-void decode(const Streams& streams, std::size_t cells, HexahedronCodec codec) {
-  const shm::Schema described = schema();
-  shm::Connectivity<shm::RangeDecoder> connectivity(described);
-  connectivity.set_codec(codec);
-  shm::VertexNumbers<shm::RangeDecoder> vertex_numbers;
-  shm::RangeDecoder symbols(streams.symbols), corner_order(streams.corner_order),
-      numbers(streams.numbers);
-  std::vector<std::uint64_t> number;
-  shm::CellTopology cell;
-  for (std::size_t c = 0; c < cells; ++c) {
-    if (!connectivity.code_cell(symbols, corner_order, cell))
-      throw std::runtime_error("cannot be decoded");
-    number.resize(connectivity.surface().vertex_slots());
-    if (!connectivity.says_numbers())
-      vertex_numbers.code_cell(
-          numbers, cell, [&](std::uint32_t p) -> std::uint64_t& { return number[cell.slots[p]]; });
-    benchmark::DoNotOptimize(cell.slots.data());
-    connectivity.finish_cell(cell);
-  }
+  return shm::bench::encode(mesh.corners, mesh.last_use, mesh.vertices, codec);
 }
 
 template <Mesh (*make)(std::uint32_t)>
@@ -148,10 +82,9 @@ void encode_connectivity(benchmark::State& state, HexahedronCodec codec) {
   const Mesh mesh = make(static_cast<std::uint32_t>(state.range(0)));
   std::size_t bytes = 0;
   for (auto _ : state) {
-    const Streams streams = encode(mesh, codec);
-    bytes = streams.symbols.size() + streams.corner_order.size() + streams.numbers.size();
+    bytes = encode(mesh, codec).bytes();
   }
-  const auto cells = static_cast<std::int64_t>(mesh.cells.size());
+  const auto cells = static_cast<std::int64_t>(mesh.last_use.size());
   state.SetItemsProcessed(state.iterations() * cells);
   state.counters["bits_per_cell"] = 8.0 * static_cast<double>(bytes) / static_cast<double>(cells);
 }
@@ -160,8 +93,9 @@ template <Mesh (*make)(std::uint32_t)>
 void decode_connectivity(benchmark::State& state, HexahedronCodec codec) {
   const Mesh mesh = make(static_cast<std::uint32_t>(state.range(0)));
   const Streams streams = encode(mesh, codec);
-  for (auto _ : state) decode(streams, mesh.cells.size(), codec);
-  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(mesh.cells.size()));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(shm::bench::decode(streams, mesh.last_use.size(), codec));
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(mesh.last_use.size()));
 }
 
 void encode_grid(benchmark::State& state, HexahedronCodec c) {

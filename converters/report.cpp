@@ -107,6 +107,27 @@ std::uint64_t hexahedra_of(const MeshInfo& info) {
   return sum;
 }
 
+std::string codecs_text(const std::vector<ConnectivityCodec>& of_segments) {
+  std::map<ConnectivityCodec, std::size_t> segments;
+  for (ConnectivityCodec codec : of_segments)
+    if (codec != ConnectivityCodec::automatic) ++segments[codec];  // else there are no cells
+  if (segments.empty()) return "none";
+  std::string text;
+  for (const auto& [codec, count] : segments) {
+    text += (text.empty() ? "" : ", ") + std::string(codec_name(codec));
+    if (segments.size() > 1) text += " in " + plural(count, "segment", "segments");
+  }
+  return text;
+}
+
+// By segment.
+Json codecs_json(const std::vector<ConnectivityCodec>& of_segments) {
+  Json names = Json::array();
+  for (ConnectivityCodec codec : of_segments)
+    names.push_back(codec == ConnectivityCodec::automatic ? "none" : codec_name(codec));
+  return names;
+}
+
 std::string quantization_text(const Quantization& quantization, ScalarType type) {
   if (quantization.bits == 0) return {};
   return ", quantized to " + std::to_string(quantization.bits) + " bits, error at most " +
@@ -161,6 +182,14 @@ Json schema_json(const MeshInfo& info) {
                               {"shape", extra.shape},
                               {"bytes", extra.data.size()}});
   return json;
+}
+
+void add_counts(Json& json, const MeshInfo& info) {
+  json["vertices"] = info.vertices;
+  json["cells"] = info.cells();
+  json["hexahedra"] = hexahedra_of(info);
+  json["arrays"] = info.schema.arrays.size();
+  json["steps"] = info.step_times.size();
 }
 
 }  // namespace
@@ -249,6 +278,7 @@ std::string info_json(const std::string& path, const MeshInfo& info, const Total
   json["max_active_vertices"] = totals->max_active_vertices;
   json["segments"] = totals->segment_starts.size();
   json["segment_starts"] = totals->segment_starts;
+  json["segment_codecs"] = codecs_json(totals->segment_connectivity);
   json["imported_vertices"] = totals->imported_vertices;
   json["connectivity_bits_per_hex"] =
       bits_each(connectivity_bytes(totals->streams), totals->hexahedra);
@@ -277,6 +307,7 @@ std::string info_text(const std::string& path, const MeshInfo& info, const Total
     text += "order        " + std::string(order_name(schema.order));
     if (schema.delay > 0) text += ", delay buffer of " + plural(schema.delay, "cell", "cells");
     if (!schema.corner_order) text += ", corners may come back rotated";
+    text += "\ncodec        " + codecs_text(totals->segment_connectivity);
     text += "\nwidth        " + plural(totals->max_active_vertices, "vertex", "vertices") +
             " active at most";
     if (info.vertices > 0)
@@ -338,6 +369,32 @@ std::string info_text(const std::string& path, const MeshInfo& info, const Total
   }
   return text + "  " + padded("all", 30) + " " +
          padded(std::to_string(totals->total_bytes), 15, true) + "\n";
+}
+
+std::string sound_json(const std::string& path, const MeshInfo& info) {
+  Json json;
+  json["file"] = path;
+  json["sound"] = true;
+  add_counts(json, info);
+  return dump(json);
+}
+
+std::string compare_json(const CompareReport& report, const std::string& source,
+                         const std::string& restored, const MeshInfo& info) {
+  Json json;
+  json["file"] = restored;
+  json["sound"] = true;
+  json["against"] = source;
+  json["equal"] = report.equal();
+  json["differences"] = report.differences;
+  json["first_differences"] = report.first;
+  json["quantized"] = Json::array();
+  for (const MeasuredError& error : report.measured)
+    json["quantized"].push_back({{"what", error.what},
+                                 {"largest_error", error.largest},
+                                 {"promised_error", error.promised}});
+  add_counts(json, info);
+  return dump(json);
 }
 
 std::string compare_text(const CompareReport& report, const std::string& source,

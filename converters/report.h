@@ -31,6 +31,10 @@ std::string free_order_hint(const CompressRun& run, std::optional<std::uint64_t>
 std::string info_json(const std::string& path, const MeshInfo& info, const Totals* totals);
 std::string info_text(const std::string& path, const MeshInfo& info, const Totals* totals);
 
+// What verify tells: of a file that could be decoded; and of how it compares with its source.
+std::string sound_json(const std::string& path, const MeshInfo& info);
+std::string compare_json(const CompareReport& report, const std::string& source,
+                         const std::string& restored, const MeshInfo& info);
 std::string compare_text(const CompareReport& report, const std::string& source,
                          const std::string& restored);
 

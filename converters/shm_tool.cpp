@@ -263,7 +263,10 @@ ExitCode run_verify(Options& options) {
   const auto restored = open_shm(options.input, spool, line.callback(), options.threads);
   if (options.against.empty()) {
     line.wipe();
-    say(options, options.input + ": sound, " + counts_text(restored->info()) + "\n");
+    if (options.json)
+      std::fputs(sound_json(options.input, restored->info()).c_str(), stdout);
+    else
+      say(options, options.input + ": sound, " + counts_text(restored->info()) + "\n");
     return kDone;
   }
   line.show("reading " + options.against);
@@ -274,7 +277,11 @@ ExitCode run_verify(Options& options) {
   const CompareReport report = compare_meshes(*source, *restored, spool, line.callback(),
                                               cell_order ? &*cell_order : nullptr);
   line.wipe();
-  say(options, compare_text(report, options.against, options.input));
+  if (options.json)
+    std::fputs(compare_json(report, options.against, options.input, restored->info()).c_str(),
+               stdout);
+  else
+    say(options, compare_text(report, options.against, options.input));
   return report.equal() ? kDone : kDifferent;
 }
 
@@ -441,6 +448,9 @@ CLI::App* add_verify(CLI::App& app, Options& options) {
       ->add_option("--cell-order", options.cell_order,
                    "The file with which IN was made in --order free")
       ->type_name("FILE");
+  command->add_flag(
+      "--json", options.json,
+      "Print as JSON whether they are equal, how many differences there are, and counts");
   return command;
 }
 

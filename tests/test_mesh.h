@@ -81,8 +81,13 @@ inline void join(MeshBlock& all, const MeshBlock& more) {
   for (std::size_t a = 0; a < more.arrays.size(); ++a) add(all.arrays[a], more.arrays[a]);
 }
 
+/// Threads of the Writers of write_mesh, where its options name none. The bytes are the same for any
+/// number, which determinism_test proves with it.
+inline unsigned writer_threads = 1;
+
 /// Writes `mesh` the way a converter does: vertices just before their first cell, last uses marked.
 inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink, WriteOptions options = {}) {
+  if (options.threads == 1) options.threads = writer_threads;
   auto writer = Writer::create(sink, mesh.schema, options);
   if (!writer) return writer.error();
   std::vector<std::uint64_t> last(mesh.vertices, ~std::uint64_t{0});

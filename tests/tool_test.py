@@ -185,6 +185,19 @@ class ToolTest(unittest.TestCase):
         self.assertEqual(told["blocks"][0]["shape"], "hexahedron")
         plain = json.loads(self.shm("info", self.mesh, "--json")[0])
         self.assertEqual(plain["arrays"], told["arrays"])
+        self.assertNotIn("segment_codecs", plain)
+
+    def test_info_tells_the_codec(self):
+        packed = self.path("mesh.shm")
+        for codec in ("paper", "rows", "replay"):
+            self.shm("compress", self.mesh, "-o", packed, "--codec", codec)
+            told = json.loads(self.shm("info", packed, "--json")[0])
+            self.assertEqual(told["segment_codecs"], [codec])
+            self.assertIn(f"\ncodec        {codec}\n", self.shm("info", packed)[0])
+            self.shm("compress", self.mesh, "-o", packed, "--codec", codec, "--segment-cells", "50")
+            told = json.loads(self.shm("info", packed, "--json")[0])
+            self.assertEqual(told["segment_codecs"], [codec] * 3)
+            self.assertIn(f"\ncodec        {codec}\n", self.shm("info", packed)[0])
 
     def test_segments(self):
         packed = self.path("mesh.shm")
@@ -264,6 +277,27 @@ class ToolTest(unittest.TestCase):
             back = self.path("back.vtk")
             self.shm("decompress", packed, "-o", back)
             self.shm("verify", packed, "--against", back)
+
+    def test_verify_json(self):
+        packed, other = self.path("mesh.shm"), self.path("other.vtk")
+        write_vtk(other, 5, bend=1e-9)
+        self.shm("compress", self.mesh, "-o", packed)
+
+        def told(*words, code=0):
+            return json.loads(self.shm("verify", packed, *words, "--json", code=code)[0])
+        counts = {"vertices": 216, "cells": 125, "hexahedra": 125, "arrays": 2, "steps": 0}
+        self.assertEqual(told(), {"file": packed, "sound": True, **counts})
+        self.assertEqual(told("--against", self.mesh),
+                         {"file": packed, "sound": True, "against": self.mesh, "equal": True,
+                          "differences": 0, "first_differences": [], "quantized": [], **counts})
+        bent = told("--against", other, code=1)
+        self.assertFalse(bent["equal"])
+        self.assertGreater(bent["differences"], len(bent["first_differences"]))
+        self.assertIn("coordinates, vertex", bent["first_differences"][0])
+        self.shm("compress", self.mesh, "-o", packed, "--bits", "12")
+        [error] = told("--against", self.mesh)["quantized"]
+        self.assertEqual(error["what"], "coordinates")
+        self.assertLessEqual(error["largest_error"], error["promised_error"])
 
     def test_order_free(self):
         mesh, packed = self.path("shuffled.vtk"), self.path("shuffled.shm")

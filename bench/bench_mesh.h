@@ -1,0 +1,82 @@
+// The hexahedra of a file of any format, in memory, and the way into a Writer.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "connectivity_coding.h"
+#include "formats.h"
+#include "shm/writer.h"
+
+namespace shm::bench {
+
+struct BenchMesh {
+  std::uint64_t vertices = 0;
+  ScalarType coordinate_type = ScalarType::float32;
+  std::vector<std::byte> xyz;          // empty: nobody asked
+  std::vector<std::uint32_t> corners;  // eight for each hexahedron, block after block
+  std::vector<std::uint8_t> last_use;
+  std::size_t hexahedra() const { return last_use.size(); }
+};
+
+inline BenchMesh load_hexahedra(const std::string& path, bool with_points) {
+  converters::Spool spool("/tmp", std::size_t{1} << 30);
+  const auto source = converters::open_mesh(path, spool);
+  const converters::MeshInfo& info = source->info();
+  if (info.vertices > 0xffffffffu) throw std::runtime_error(path + ": more than 2^32 vertices");
+  BenchMesh mesh;
+  mesh.vertices = info.vertices;
+  mesh.coordinate_type = info.schema.coordinate_type;
+  std::vector<std::vector<std::uint32_t>> blocks(info.schema.blocks.size());
+  converters::CellBatch batch;
+  while (source->next_cells(batch, 65536))
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      if (info.schema.blocks[batch.blocks[i]].shape != CellShape::hexahedron) continue;
+      for (std::uint64_t v : batch.cell(i).first(8))
+        blocks[batch.blocks[i]].push_back(static_cast<std::uint32_t>(v));
+    }
+  for (const auto& block : blocks)
+    mesh.corners.insert(mesh.corners.end(), block.begin(), block.end());
+  mesh.last_use = last_uses(mesh.corners, mesh.vertices);
+  if (with_points) {
+    mesh.xyz.resize(mesh.vertices * 3 * scalar_bytes(mesh.coordinate_type));
+    source->read_points(0, mesh.vertices, mesh.xyz.data());
+  }
+  return mesh;
+}
+
+template <class T>
+T unwrap(Result<T> result) {
+  if (!result) throw std::runtime_error(result.error().message());
+  if constexpr (!std::is_void_v<T>) return std::move(*result);
+}
+
+/// Vertices that hexahedra use, just before their first use; without points all lie in the origin.
+inline SizeReport write(const BenchMesh& mesh, ByteSink& sink, const WriteOptions& options) {
+  Schema schema = hexahedra_schema();
+  schema.coordinate_type = mesh.coordinate_type;
+  const std::size_t xyz_bytes = 3 * scalar_bytes(mesh.coordinate_type);
+  const std::vector<std::byte> origin(xyz_bytes);
+  Writer writer = unwrap(Writer::create(sink, schema, options));
+  std::vector<bool> added(mesh.vertices);
+  std::array<std::uint64_t, 8> cell{};
+  for (std::size_t c = 0; c < mesh.hexahedra(); ++c) {
+    for (std::size_t i = 0; i < 8; ++i) {
+      const std::uint32_t v = mesh.corners[8 * c + i];
+      cell[i] = v;
+      if (added[v]) continue;
+      added[v] = true;
+      unwrap(writer.add_vertex(
+          v, mesh.xyz.empty() ? origin : std::span(mesh.xyz).subspan(v * xyz_bytes, xyz_bytes)));
+    }
+    unwrap(writer.add_cell(0, cell, mesh.last_use[c]));
+  }
+  unwrap(writer.end_mesh());
+  return unwrap(writer.finish());
+}
+
+}  // namespace shm::bench

@@ -1,0 +1,157 @@
+// connectivity_bench [--corners FILE] [--seconds S] [--codecs-only] MESH: the connectivity of a
+// mesh through each codec and each level, encoded and decoded, in processor time; JSON on standard
+// output. The mesh is the corners of its hexahedra, one block after the other; all numbers and the
+// order of cells come back, which is checked.
+//   codecs  nothing but the coders of connectivity and vertex numbers
+//   levels  whole Writer and Reader with all coordinates zero: what a user of the library pays
+// --corners: also writes the corners as raw int32, for other compressors.
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+#include <ctime>
+#include <exception>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "bench_mesh.h"
+#include "failure.h"
+#include "shm/reader.h"
+
+namespace shm::bench {
+namespace {
+
+struct Coding {
+  std::string name;
+  std::uint64_t bytes = 0;
+  double encode = 0, decode = 0;  // processor seconds
+};
+
+double processor_seconds() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+/// The quickest of as many runs as go into `seconds`, of two at least.
+double quickest(double seconds, const std::function<void()>& run) {
+  double best = 1e300, spent = 0;
+  for (int runs = 0; runs < 2 || spent < seconds; ++runs) {
+    const double start = processor_seconds();
+    run();
+    const double took = processor_seconds() - start;
+    best = std::min(best, took);
+    spent += took;
+  }
+  return best;
+}
+
+Coding with_codec(const BenchMesh& mesh, const std::string& name, HexahedronCodec codec,
+                  double seconds) {
+  Coding coding{name};
+  Streams streams;
+  coding.encode = quickest(
+      seconds, [&] { streams = encode(mesh.corners, mesh.last_use, mesh.vertices, codec); });
+  std::vector<std::uint32_t> back;
+  coding.decode = quickest(seconds, [&] { back = decode(streams, mesh.hexahedra(), codec); });
+  if (back != mesh.corners) throw std::runtime_error(name + ": came back different");
+  coding.bytes = streams.bytes();
+  return coding;
+}
+
+std::vector<std::uint32_t> corners_of(std::span<const std::byte> file) {
+  MemorySource source(file);
+  Reader reader = unwrap(Reader::open(source));
+  std::vector<std::uint32_t> corners;
+  while (Item* item = unwrap(reader.next()))
+    if (auto* block = std::get_if<MeshBlock>(item))
+      for (std::uint64_t v : block->corners) corners.push_back(static_cast<std::uint32_t>(v));
+  return corners;
+}
+
+Coding with_level(const BenchMesh& mesh, const std::string& name, Level level, double seconds) {
+  Coding coding{name};
+  WriteOptions options;
+  options.level = level;
+  MemorySink file;
+  SizeReport sizes;
+  coding.encode = quickest(seconds, [&] {
+    file = {};
+    sizes = write(mesh, file, options);
+  });
+  std::vector<std::uint32_t> back;
+  coding.decode = quickest(seconds, [&] { back = corners_of(file.bytes); });
+  if (back != mesh.corners) throw std::runtime_error(name + ": came back different");
+  for (const char* stream :
+       {"connectivity", "corner order", "vertex numbers", "cell numbers", "imports"})
+    coding.bytes += sizes.streams[stream];
+  return coding;
+}
+
+void write_raw(const std::string& path, const BenchMesh& mesh) {
+  std::FILE* file = std::fopen(path.c_str(), "wb");
+  const std::size_t count = mesh.corners.size();
+  const bool good = file != nullptr &&
+                    std::fwrite(mesh.corners.data(), sizeof mesh.corners[0], count, file) == count;
+  if (file == nullptr || std::fclose(file) != 0 || !good)
+    throw std::runtime_error(path + ": cannot be written");
+}
+
+int run(int argc, char** argv) {
+  std::string path, corners;
+  double seconds = .3;
+  bool codecs_only = false;
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view word = argv[i];
+    const std::string_view value = i + 1 < argc ? argv[i + 1] : "";
+    if (word == "--codecs-only")
+      codecs_only = true;
+    else if (word == "--corners")
+      corners = value, ++i;
+    else if (word == "--seconds") {
+      std::from_chars(value.data(), value.data() + value.size(), seconds);
+      ++i;
+    } else
+      path = word;
+  }
+  if (path.empty()) throw std::runtime_error("no mesh is named");
+  const BenchMesh mesh = load_hexahedra(path, false);
+  if (!corners.empty()) write_raw(corners, mesh);
+  std::vector<Coding> codings;
+  if (mesh.hexahedra() > 0) {
+    for (const auto& [name, codec] : kHexahedronCodecs)
+      codings.push_back(with_codec(mesh, name, codec, seconds));
+    if (!codecs_only)
+      for (const auto& [name, level] : {std::pair{"level fast", Level::fast},
+                                        {"level default", Level::standard},
+                                        {"level best", Level::best}})
+        codings.push_back(with_level(mesh, name, level, seconds));
+  }
+  std::printf("{\"vertices\": %llu, \"hexahedra\": %zu, \"codings\": [",
+              static_cast<unsigned long long>(mesh.vertices), mesh.hexahedra());
+  const char* comma = "";
+  for (const Coding& c : codings) {
+    std::printf("%s{\"name\": \"%s\", \"bytes\": %llu, \"encode_s\": %.9f, \"decode_s\": %.9f}",
+                comma, c.name.c_str(), static_cast<unsigned long long>(c.bytes), c.encode,
+                c.decode);
+    comma = ", ";
+  }
+  std::printf("]}\n");
+  return 0;
+}
+
+}  // namespace
+}  // namespace shm::bench
+
+int main(int argc, char** argv) {
+  try {
+    return shm::bench::run(argc, argv);
+  } catch (const shm::converters::Failure& failure) {
+    std::fprintf(stderr, "connectivity_bench: %s\n", failure.error().message().c_str());
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "connectivity_bench: %s\n", error.what());
+  }
+  return 1;
+}

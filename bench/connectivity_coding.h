@@ -1,0 +1,108 @@
+// Connectivity alone: hexahedra through a codec and back, with the numbers of Order::keep, no
+// values.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "coders/connectivity.h"
+#include "coders/vertex_numbers.h"
+
+namespace shm::bench {
+
+inline constexpr std::array<std::pair<const char*, HexahedronCodec>, 3> kHexahedronCodecs = {
+    {{"codec rows", HexahedronCodec::rows},
+     {"codec replay", HexahedronCodec::replay},
+     {"codec paper", HexahedronCodec::paper}}};
+
+/// Bit i of an element: no later hexahedron uses corner i.
+inline std::vector<std::uint8_t> last_uses(std::span<const std::uint32_t> corners,
+                                           std::uint64_t vertices) {
+  std::vector<bool> used(vertices);
+  std::vector<std::uint8_t> last_use(corners.size() / 8);
+  for (std::size_t i = corners.size(); i-- > 0;) {
+    // A vertex that a cell has twice is used last by one of both, whichever.
+    if (!used[corners[i]]) last_use[i / 8] |= static_cast<std::uint8_t>(1u << i % 8);
+    used[corners[i]] = true;
+  }
+  return last_use;
+}
+
+struct Streams {
+  std::vector<std::byte> symbols, corner_order, numbers;
+  std::size_t bytes() const { return symbols.size() + corner_order.size() + numbers.size(); }
+};
+
+inline Schema hexahedra_schema() {
+  Schema schema;
+  schema.blocks.push_back({1, "hexahedra", CellShape::hexahedron, 8});
+  return schema;
+}
+
+/// `corners`: eight for each hexahedron, all < `vertices`.
+inline Streams encode(std::span<const std::uint32_t> corners,
+                      std::span<const std::uint8_t> last_use, std::uint64_t vertices,
+                      HexahedronCodec codec) {
+  const Schema schema = hexahedra_schema();
+  Connectivity<RangeEncoder> connectivity(schema);
+  connectivity.set_codec(codec);
+  VertexNumbers<RangeEncoder> vertex_numbers;
+  RangeEncoder symbols, corner_order, numbers;
+  std::vector<std::uint32_t> slot(vertices, kNone);
+  CellTopology cell;
+  for (std::size_t c = 0; c < last_use.size(); ++c) {
+    cell.block = 0;
+    cell.slots.resize(8);
+    cell.numbers.resize(8);
+    cell.last_use.resize(8);
+    for (std::size_t i = 0; i < 8; ++i) {
+      const std::uint32_t v = corners[8 * c + i];
+      cell.slots[i] = slot[v];
+      cell.numbers[i] = cell.original[i] = v;
+      cell.last_use[i] = last_use[c] >> i & 1;
+    }
+    if (!connectivity.code_cell(symbols, corner_order, cell))
+      throw std::runtime_error("cannot be coded");
+    if (!connectivity.says_numbers())
+      vertex_numbers.code_cell(numbers, cell,
+                               [&](std::uint32_t p) -> std::uint64_t& { return cell.numbers[p]; });
+    for (std::uint32_t p : cell.new_positions) slot[cell.numbers[p]] = cell.slots[p];
+    connectivity.finish_cell(cell);
+  }
+  return {symbols.finish(), corner_order.finish(), numbers.finish()};
+}
+
+/// The corners again, as they were given.
+inline std::vector<std::uint32_t> decode(const Streams& streams, std::size_t hexahedra,
+                                         HexahedronCodec codec) {
+  const Schema schema = hexahedra_schema();
+  Connectivity<RangeDecoder> connectivity(schema);
+  connectivity.set_codec(codec);
+  VertexNumbers<RangeDecoder> vertex_numbers;
+  RangeDecoder symbols(streams.symbols), corner_order(streams.corner_order),
+      numbers(streams.numbers);
+  std::vector<std::uint64_t> number;
+  std::vector<std::uint32_t> corners(8 * hexahedra);
+  CellTopology cell;
+  for (std::size_t c = 0; c < hexahedra; ++c) {
+    if (!connectivity.code_cell(symbols, corner_order, cell))
+      throw std::runtime_error("cannot be decoded");
+    number.resize(connectivity.surface().vertex_slots());
+    if (connectivity.says_numbers())
+      for (std::uint32_t p : cell.new_positions) number[cell.slots[p]] = cell.original[p];
+    else
+      vertex_numbers.code_cell(
+          numbers, cell, [&](std::uint32_t p) -> std::uint64_t& { return number[cell.slots[p]]; });
+    for (std::uint32_t p = 0; p < 8; ++p)
+      corners[8 * c + cell.stored_position(p)] = static_cast<std::uint32_t>(number[cell.slots[p]]);
+    connectivity.finish_cell(cell);
+  }
+  return corners;
+}
+
+}  // namespace shm::bench
