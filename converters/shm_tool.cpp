@@ -182,6 +182,7 @@ ExitCode run_compress(Options& options) {
   how.connectivity = options.codec == "paper"    ? ConnectivityCodec::paper
                      : options.codec == "rows"   ? ConnectivityCodec::rows
                      : options.codec == "replay" ? ConnectivityCodec::replay
+                     : options.codec == "mixed"  ? ConnectivityCodec::mixed
                                                  : ConnectivityCodec::automatic;
   how.coordinate_bits = options.bits;
   how.segment_cells = options.segment_cells;
@@ -343,10 +344,10 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
   command
       ->add_option(
           "--codec", options.codec,
-          "Connectivity: auto, what is smallest (default); paper, the published scheme; rows; "
-          "replay, fast on regular layouts")
-      ->check(CLI::IsMember({"auto", "paper", "rows", "replay"}).description(""))
-      ->type_name("auto|paper|rows|replay");
+          "Connectivity: auto, the smaller of rows and replay (default); paper, the published "
+          "scheme; rows; replay, fast on regular layouts; mixed, smallest, half as fast as rows")
+      ->check(CLI::IsMember({"auto", "paper", "rows", "replay", "mixed"}).description(""))
+      ->type_name("auto|paper|rows|replay|mixed");
   command
       ->add_option("--segment-cells", options.segment_cells,
                    "Start afresh every N cells, for random access and threads (default: by budget)")

@@ -42,10 +42,12 @@ std::span<const HexahedronCodec> codecs_for(ConnectivityCodec codec, Order order
   static constexpr std::array kPaper = {HexahedronCodec::paper};
   static constexpr std::array kRows = {HexahedronCodec::rows};
   static constexpr std::array kReplay = {HexahedronCodec::replay};
+  static constexpr std::array kMixed = {HexahedronCodec::mixed};
   static constexpr std::array kAll = {HexahedronCodec::rows, HexahedronCodec::replay};
   switch (codec) {
     case ConnectivityCodec::paper: return kPaper;
     case ConnectivityCodec::replay: return kReplay;
+    case ConnectivityCodec::mixed: return kMixed;
     case ConnectivityCodec::rows: return kRows;
     case ConnectivityCodec::automatic: break;
   }

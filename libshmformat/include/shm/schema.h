@@ -131,10 +131,11 @@ SHM_API std::string_view order_name(Order order);
 
 /// How hexahedra are said. A Reader takes any.
 enum class ConnectivityCodec : std::uint8_t {
-  automatic = 0,  ///< what is smallest
+  automatic = 0,  ///< the smaller of rows and replay
   paper = 1,      ///< the published scheme, as a baseline (spec "Paper hexahedra")
   rows = 2,       ///< predicted from the neighbouring row (spec "Row hexahedra")
   replay = 3,     ///< repeated from cells before, numbers and all (spec "Replay hexahedra")
+  mixed = 4,      ///< as rows, smaller and slower (spec "Mixed rows"); never taken unasked
 };
 
 /// Everything a file says about itself before its first vertex.
