@@ -69,6 +69,8 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"special_values", 0x5394b4f75ca3d816},
     {"replay_keep", 0x27b93f06da6fcf9},
     {"replay_stream", 0x210b8cf1f9d35b42},
+    {"mixed_rows", 0x3df434e396b4fdf6},
+    {"mixed_rows_stream", 0xb150438e48ed87bd},
     {"unmarked", 0xdf6debbdce0f5338},
     {"steps_and_extras", 0xf7895473885ed1f5},
     {"steps_and_extras_stream", 0xf530266f9dad01d1},

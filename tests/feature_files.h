@@ -287,8 +287,8 @@ inline std::vector<std::byte> written(const TestMesh& mesh, std::uint32_t group_
 /// Cut into segments of `cells`, each of several groups, with values at vertices and cells.
 inline std::vector<std::byte> segments_file(Order order, bool corner_order, std::uint32_t delay,
                                             std::uint64_t cells) {
-  TestMesh mesh = with_order(grid(3, 4, 3, ScalarType::float32, bent, porous), order, corner_order,
-                             delay);
+  TestMesh mesh =
+      with_order(grid(3, 4, 3, ScalarType::float32, bent, porous), order, corner_order, delay);
   add_array(mesh, array_of("u", Location::point, ScalarType::int16, 2), mesh.vertices);
   add_array(mesh, array_of("p", Location::cell, ScalarType::float32), mesh.cells.size());
   MemorySink sink;
@@ -328,6 +328,9 @@ inline std::vector<FeatureFile> feature_files() {
   add("special_values", written(special_values()));
   add("replay_keep", written(replayed(Order::keep), 65536, ConnectivityCodec::replay));
   add("replay_stream", written(replayed(Order::stream), 20, ConnectivityCodec::replay));
+  add("mixed_rows", written(shuffled(bent_grid(4, 4, 3)), 20, ConnectivityCodec::mixed));
+  add("mixed_rows_stream",
+      written(with_order(mixed_cells(), stream, false, 3), 65536, ConnectivityCodec::mixed));
   add("unmarked", unmarked_file());
   add("steps_and_extras", steps_and_extras_file(keep));
   add("steps_and_extras_stream", steps_and_extras_file(stream));

@@ -109,7 +109,8 @@ void RowHexahedra<Coder>::about_cell_side(Coder& symbols, Question question, std
                                           std::uint32_t side, std::uint32_t left) const {
   const std::uint32_t face = live_face(cell, side);
   symbols.about(question, clue(side, live_sides(cell), last_side_), clue(side, sorted_fans(face)),
-                clue(side, left, crowd(face), uses(face)), clue(side, last_gate_side_, gate_side_before_, last_side_));
+                clue(side, left, crowd(face), uses(face)),
+                clue(side, last_gate_side_, gate_side_before_, last_side_));
 }
 
 template <class Coder>
@@ -179,15 +180,17 @@ template <class Coder>
 void RowHexahedra<Coder>::about_orientation(Coder& corner_order, std::uint32_t index,
                                             std::uint8_t orientation, std::uint32_t votes,
                                             std::uint32_t voters) const {
-  corner_order.about(
-      kTurn, clue(index, orientation, last().orientation),
-      clue(index, votes, voters, orientation == owner_.orientation, gate_age()),
-      clue(index, votes, shared_sides(), work_.gate_side), clue(index, orientation, owner_.orientation), clue(index,orientation,work_.gate_side,gates_&63));
+  corner_order.about(kTurn, clue(index, orientation, last().orientation),
+                     clue(index, votes, voters, orientation == owner_.orientation, gate_age()),
+                     clue(index, votes, shared_sides(), work_.gate_side),
+                     clue(index, orientation, owner_.orientation),
+                     clue(index, orientation, work_.gate_side, gates_ & 63));
 }
 
 template <class Coder>
 void RowHexahedra<Coder>::about_stored_face(Coder& corner_order, std::uint32_t theirs) const {
-  corner_order.about(kStoredFace, clue(theirs, work_.kind), clue(owner_.orientation, work_.gate_side));
+  corner_order.about(kStoredFace, clue(theirs, work_.kind),
+                     clue(owner_.orientation, work_.gate_side));
 }
 
 template <class Coder>
@@ -199,20 +202,18 @@ template <class Coder>
 void RowHexahedra<Coder>::about_last_use(Coder& symbols, const Record& record, std::uint32_t corner,
                                          std::uint32_t slot, std::uint32_t wanted) const {
   const auto& vertex = surface_->vertex(slot);
-  std::uint32_t sum = 0, largest = 0, open = 0, mine = 0;
+  std::uint32_t sum = 0, largest = 0, open = 0;
   for (FaceCorner at = vertex.first_face; at != kNone; at = surface_->next_around(at)) {
     const std::uint32_t fan = std::min(surface_->fan(at), 7u);
     sum += fan;
     largest = std::max(largest, fan);
     open += surface_->mate(at) == kNone ? 1 : 0;
-    mine += surface_->face(at / 4).cell == last_cell_ ? 1 : 0;
   }
-  symbols.about(kFinal,
-                clue(vertex.face_count, vertex.uses, std::min(sum, 31u), largest,
-                     std::min(open, 3u), wanted),
-                clue(vertex.face_count, vertex.uses,
-                     std::bit_width(surface_->next_id() - vertex.id), wanted),
-                clue(vertex.face_count, vertex.uses, corner, last_finals_, record.finals, wanted));
+  symbols.about(
+      kFinal,
+      clue(vertex.face_count, vertex.uses, std::min(sum, 31u), largest, std::min(open, 3u), wanted),
+      clue(vertex.face_count, vertex.uses, std::bit_width(surface_->next_id() - vertex.id), wanted),
+      clue(vertex.face_count, vertex.uses, corner, last_finals_, record.finals, wanted));
 }
 
 template class RowHexahedra<MixingCoder<RangeEncoder>>;

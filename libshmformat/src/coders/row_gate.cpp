@@ -300,7 +300,6 @@ void RowHexahedra<Coder>::take_gate(std::uint32_t face) {
   work_.owner = &owner_;
   gate_side_before_ = std::exchange(last_gate_side_, it.side);
   work_.gate_side = kOpposite[it.side];
-  work_.gate = face;
   work_.shared[work_.gate_side] = face;
   for (std::uint32_t i = 0; i < 4; ++i) {
     const std::uint32_t b = kQuadBits[it.side][i] ^ kAxis[it.side];

@@ -80,9 +80,9 @@ bool RowHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopology
 
 /// Says whether the face, whose vertices above corners a and b are given, is shared.
 template <class Coder>
-bool RowHexahedra<Coder>::share(Coder& symbols, Bit& model, std::uint32_t side,
-                                std::uint32_t face, std::uint32_t a, std::uint32_t b,
-                                std::uint32_t above_a, std::uint32_t above_b) {
+bool RowHexahedra<Coder>::share(Coder& symbols, Bit& model, std::uint32_t side, std::uint32_t face,
+                                std::uint32_t a, std::uint32_t b, std::uint32_t above_a,
+                                std::uint32_t above_b) {
   if (!symbols.bit(model, work_.target[a] == above_a && work_.target[b] == above_b)) return false;
   work_.shared[side] = face;
   work_.corner[a] = above_a;
@@ -130,8 +130,7 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
       candidate |= candidates_[n].face == mate / 4;
     auto& model = side_[std::min<std::uint32_t>(face.fan[i], 7)][evidence]
                        [work_.owner->shared >> side & 1][candidate ? 1 : 0][hits_ & 1];
-    if constexpr (Coder::kMixes)
-      about_side(symbols, gate * 4 + i, evidence, candidate, yes);
+    if constexpr (Coder::kMixes) about_side(symbols, gate * 4 + i, evidence, candidate, yes);
     if (share(symbols, model, side, mate / 4, a, b, it.a, it.b)) yes |= bit(i);
   }
   // The far face, across the top edges of shared sides.

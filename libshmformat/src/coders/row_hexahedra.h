@@ -114,7 +114,6 @@ class RowHexahedra {
     std::array<std::uint32_t, 6> shared{kNone, kNone, kNone, kNone, kNone, kNone};
     const Record* owner = nullptr;
     std::uint32_t gate_side = 0;  // H's own face at the gate
-    std::uint32_t gate = kNone;
     Kind kind = kStart;
   };
   struct Birth {
@@ -146,8 +145,8 @@ class RowHexahedra {
   void take_gate(std::uint32_t face);
   bool taken(std::uint32_t face) const;
   void code_sides(Coder& symbols, std::uint32_t gate);
-  bool share(Coder& symbols, Bit& model, std::uint32_t side, std::uint32_t face,
-             std::uint32_t a, std::uint32_t b, std::uint32_t above_a, std::uint32_t above_b);
+  bool share(Coder& symbols, Bit& model, std::uint32_t side, std::uint32_t face, std::uint32_t a,
+             std::uint32_t b, std::uint32_t above_a, std::uint32_t above_b);
   bool code_corner(Coder& symbols, CellTopology& cell, std::uint32_t corner);
   bool code_reference(Coder& symbols, std::uint32_t& slot);
   std::uint32_t count_leads(std::uint32_t corner) const;

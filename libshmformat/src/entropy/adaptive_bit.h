@@ -26,8 +26,7 @@ class AdaptiveBit {
     const auto p = static_cast<std::int32_t>(state_ >> 10);
     const std::int32_t target = one ? kOne : 0;
     const auto moved = static_cast<std::uint32_t>(
-        p +
-        static_cast<std::int32_t>((static_cast<std::int64_t>(target - p) * kRate[seen]) >> 16));
+        p + static_cast<std::int32_t>((static_cast<std::int64_t>(target - p) * kRate[seen]) >> 16));
     state_ = moved << 10 | (seen < limit ? seen + 1 : seen);
   }
 

@@ -34,12 +34,12 @@ namespace mixing {
 
 inline constexpr std::uint32_t kHistoryBits = 6;
 inline constexpr std::uint32_t kMaxClues = 5;
-inline constexpr std::uint32_t kDepths = 4;         // weights differ this far down a path
-inline constexpr std::uint32_t kTableBits = 16;        // predictions by clue
-inline constexpr std::uint32_t kClueLimit = 30;     // these forget fast
-inline constexpr std::int32_t kStretchLimit = 2839; // 256 ln 65535
-inline constexpr std::int32_t kBias = 256;          // the input that is always there
-inline constexpr std::int32_t kOne = 1 << 16;       // a weight of 1
+inline constexpr std::uint32_t kDepths = 4;          // weights differ this far down a path
+inline constexpr std::uint32_t kTableBits = 16;      // predictions by clue
+inline constexpr std::uint32_t kClueLimit = 30;      // these forget fast
+inline constexpr std::int32_t kStretchLimit = 2839;  // 256 ln 65535
+inline constexpr std::int32_t kBias = 256;           // the input that is always there
+inline constexpr std::int32_t kOne = 1 << 16;        // a weight of 1
 inline constexpr std::int32_t kMaxWeight = 16 * kOne;
 
 /// squash(x) = 65536 / (1 + e^(-x / 256)) for x = 0..kStretchLimit.
@@ -134,8 +134,7 @@ class MixingCoder {
     path_ = 1;
     depth_ = 0;
     clue_count_ = 0;
-    ((clues_[clue_count_] =
-          mixing::hash(question * mixing::kMaxClues + clue_count_ + 1, clues),
+    ((clues_[clue_count_] = mixing::hash(question * mixing::kMaxClues + clue_count_ + 1, clues),
       ++clue_count_),
      ...);
   }
@@ -200,8 +199,7 @@ bool MixingCoder<Engine>::bit(MixedBit& model, bool value) {
   const std::int64_t step = std::int64_t{error} * kRate[weights.count];
   if (weights.count + 1 < kRate.size()) ++weights.count;
   for (std::size_t i = 0; i < kInputs; ++i) {
-    const auto moved =
-        weights.of[i] + static_cast<std::int32_t>((in[i] * step + (1 << 17)) >> 18);
+    const auto moved = weights.of[i] + static_cast<std::int32_t>((in[i] * step + (1 << 17)) >> 18);
     weights.of[i] = std::clamp(moved, -kMaxWeight, kMaxWeight);
   }
   model.adaptive.update(value);
@@ -209,8 +207,8 @@ bool MixingCoder<Engine>::bit(MixedBit& model, bool value) {
   for (std::uint32_t i = 0; i < clue_count_; ++i) by_clue[i]->update(value, kClueLimit);
   const std::uint32_t history = model.history * 2u + (value ? 1 : 0);
   constexpr std::uint32_t kLead = 1u << kHistoryBits;
-  model.history = static_cast<std::uint8_t>(history < 2 * kLead ? history
-                                                                : (history & (kLead - 1)) | kLead);
+  model.history =
+      static_cast<std::uint8_t>(history < 2 * kLead ? history : (history & (kLead - 1)) | kLead);
   path_ = path_ * 2 + (value ? 1 : 0);
   ++depth_;
   return value;
