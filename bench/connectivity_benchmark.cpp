@@ -118,6 +118,9 @@ void decode_o_grid(benchmark::State& state, HexahedronCodec c) {
   BENCHMARK_CAPTURE(function, rows, HexahedronCodec::rows)     \
       ->Arg(size)                                              \
       ->Unit(benchmark::kMillisecond);                         \
+  BENCHMARK_CAPTURE(function, mixed, HexahedronCodec::mixed)   \
+      ->Arg(size)                                              \
+      ->Unit(benchmark::kMillisecond);                         \
   BENCHMARK_CAPTURE(function, replay, HexahedronCodec::replay) \
       ->Arg(size)                                              \
       ->Unit(benchmark::kMillisecond)

@@ -297,8 +297,9 @@ TrialCoder trial_coder(const Schema& schema, ConnectivityCodec codec, Spool& spo
   return [&, codec](MeshSource& part) {
     NullSink nowhere;
     WriteOptions options;
-    // One codec is enough to compare orders.
-    options.connectivity = codec == ConnectivityCodec::automatic ? ConnectivityCodec::rows : codec;
+    // One codec is enough to compare orders; mixed makes the decisions of rows.
+    const bool as_rows = codec == ConnectivityCodec::automatic || codec == ConnectivityCodec::mixed;
+    options.connectivity = as_rows ? ConnectivityCodec::rows : codec;
     options.restart_budget = 0;
     return code_mesh(part, schema, nowhere, options, {}, spool);
   };

@@ -153,8 +153,8 @@ Level level_of(const std::string& name) {
 }
 
 ConnectivityCodec codec_of(const std::string& name) {
-  for (const auto codec :
-       {ConnectivityCodec::paper, ConnectivityCodec::rows, ConnectivityCodec::replay})
+  for (const auto codec : {ConnectivityCodec::paper, ConnectivityCodec::rows,
+                           ConnectivityCodec::replay, ConnectivityCodec::mixed})
     if (name == codec_name(codec)) return codec;
   return ConnectivityCodec::automatic;
 }
@@ -386,9 +386,9 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
       ->add_option(
           "--codec", options.codec,
           "Connectivity: auto, what the level tries (default); paper, the published scheme; rows; "
-          "replay, fast on regular layouts")
-      ->check(CLI::IsMember({"auto", "paper", "rows", "replay"}).description(""))
-      ->type_name("auto|paper|rows|replay");
+          "replay, fast on regular layouts; mixed, smallest, half as fast as rows")
+      ->check(CLI::IsMember({"auto", "paper", "rows", "replay", "mixed"}).description(""))
+      ->type_name("auto|paper|rows|replay|mixed");
   command
       ->add_option("--segment-cells", options.segment_cells,
                    "Start afresh every N cells, for random access and threads (default: by budget)")

@@ -35,6 +35,17 @@ TEST(CodecChoice, TheSmallerOneWins) {
   }
 }
 
+TEST(CodecChoice, MixedOnlyWhenAsked) {
+  using enum ConnectivityCodec;
+  TestMesh scrambled = shuffled(grid(12, 12, 12));
+  EXPECT_NE(codec_of(scrambled), mixed);
+  WriteOptions options;
+  options.connectivity = mixed;
+  EXPECT_EQ(codec_of(scrambled, options), mixed);
+  EXPECT_LT(bytes_with(scrambled, mixed), bytes_with(scrambled, rows));
+  EXPECT_LE(bytes_with(grid(15, 12, 12), mixed), bytes_with(grid(15, 12, 12), rows));
+}
+
 TEST(CodecChoice, EachSegmentForItself) {
   // Rows of a grid first, then the same in no order.
   TestMesh mesh = grid(16, 16, 16);

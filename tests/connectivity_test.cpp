@@ -77,6 +77,7 @@ std::vector<CellTopology> expect_same_cells(const TestMesh& mesh, HexahedronCode
 std::vector<CellTopology> expect_same_cells(const TestMesh& mesh) {
   expect_same_cells(mesh, HexahedronCodec::rows);
   expect_same_cells(mesh, HexahedronCodec::replay);
+  expect_same_cells(mesh, HexahedronCodec::mixed);
   return expect_same_cells(mesh, HexahedronCodec::paper);
 }
 
@@ -203,14 +204,15 @@ TEST(Connectivity, AnyBytesDecodeOrAreRefused) {
   mesh.schema = hexahedra_schema();
   mesh.schema.blocks.push_back({2, "quadratic", CellShape::hexahedron, 27});
   mesh.schema.blocks.push_back({3, "polygons", CellShape::polygon, 0});
-  for (int n = 0; n < 300; ++n) {
+  for (int n = 0; n < 400; ++n) {
     std::vector<std::byte> bytes(random() % 300);
     for (auto& b : bytes) b = static_cast<std::byte>(random() % (n % 2 == 0 ? 256 : 3));
     RangeDecoder symbols(bytes), order(std::span<const std::byte>(bytes).subspan(bytes.size() / 2));
     Connectivity<RangeDecoder> decoder(mesh.schema);
-    constexpr std::array<HexahedronCodec, 3> kCodecs = {
-        HexahedronCodec::paper, HexahedronCodec::rows, HexahedronCodec::replay};
-    decoder.set_codec(kCodecs[static_cast<std::size_t>(n / 2) % 3]);
+    constexpr std::array<HexahedronCodec, 4> kCodecs = {
+        HexahedronCodec::paper, HexahedronCodec::rows, HexahedronCodec::replay,
+        HexahedronCodec::mixed};
+    decoder.set_codec(kCodecs[static_cast<std::size_t>(n / 2) % 4]);
     CellTopology cell;
     for (int c = 0; c < 200 && decoder.code_cell(symbols, order, cell); ++c) {
       for (std::uint32_t slot : cell.slots) ASSERT_TRUE(decoder.surface().vertex(slot).alive);

@@ -47,8 +47,9 @@ void expect_round_trips(const TestMesh& mesh, ConnectivityCodec codec) {
 
 TEST_P(EveryFamily, ThroughWriterAndReader) {
   TestMesh copy = mesh();
-  for (const auto codec : {ConnectivityCodec::automatic, ConnectivityCodec::paper,
-                           ConnectivityCodec::rows, ConnectivityCodec::replay})
+  for (const auto codec :
+       {ConnectivityCodec::automatic, ConnectivityCodec::paper, ConnectivityCodec::rows,
+        ConnectivityCodec::replay, ConnectivityCodec::mixed})
     for (const std::uint32_t delay : {0u, 7u, 300u}) {
       copy.schema.delay = delay;
       copy.schema.order = Order::keep;

@@ -12,7 +12,7 @@ void expect_all_modes(TestMesh mesh) {
     mesh.schema.delay = delay;
     SCOPED_TRACE("delay " + std::to_string(delay));
     for (const auto codec : {ConnectivityCodec::automatic, ConnectivityCodec::paper,
-                             ConnectivityCodec::replay}) {
+                             ConnectivityCodec::replay, ConnectivityCodec::mixed}) {
       SCOPED_TRACE("codec " + std::to_string(static_cast<int>(codec)));
       WriteOptions options;
       options.connectivity = codec;
@@ -389,6 +389,8 @@ TEST(RoundTrip, RandomSmallMeshes) {
     options.connectivity = ConnectivityCodec::replay;
     expect_round_trip(mesh, options);
     options.segment_cells = 7;
+    expect_round_trip(mesh, options);
+    options.connectivity = ConnectivityCodec::mixed;
     expect_round_trip(mesh, options);
     if (testing::Test::HasFailure()) return;
   }

@@ -263,6 +263,7 @@ class ToolTest(unittest.TestCase):
         for options in ([], ["--order", "stream"], ["--order", "stream", "--delay", "20"],
                         ["--delay", "7"], ["--bits", "12"], ["--codec", "paper"],
                         ["--order", "free"], ["--codec", "replay"],
+                        ["--codec", "mixed"], ["--codec", "mixed", "--order", "free"],
                         ["--codec", "paper", "--order", "stream", "--delay", "9"],
                         ["--codec", "replay", "--order", "free"],
                         ["--codec", "rows", "--order", "stream"],

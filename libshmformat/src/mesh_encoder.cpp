@@ -36,20 +36,28 @@ bool is_hexahedral(const BlockInfo& block) {
 // Waiting pieces of cells, for each thread.
 constexpr std::size_t kWaitingBytes = std::size_t{64} << 20;
 
-/// What to try at a level: at Level::fast the faster codec is preferred where it costs little.
+/// What to try at a level.
 CodecTrial trial_for(ConnectivityCodec codec, Level level) {
   static constexpr std::array kPaper = {HexahedronCodec::paper};
   static constexpr std::array kRows = {HexahedronCodec::rows};
   static constexpr std::array kReplay = {HexahedronCodec::replay};
-  static constexpr std::array kAll = {HexahedronCodec::replay, HexahedronCodec::rows};
+  static constexpr std::array kMixed = {HexahedronCodec::mixed};
+  static constexpr std::array kStandard = {HexahedronCodec::replay, HexahedronCodec::rows};
+  static constexpr std::array kBest = {HexahedronCodec::replay, HexahedronCodec::rows,
+                                       HexahedronCodec::mixed};
   switch (codec) {
     case ConnectivityCodec::paper: return {kPaper};
     case ConnectivityCodec::replay: return {kReplay};
     case ConnectivityCodec::rows: return {kRows};
+    case ConnectivityCodec::mixed: return {kMixed};
     case ConnectivityCodec::automatic: break;
   }
-  if (level == Level::fast) return {kAll, 8, 1};
-  return {kAll};
+  switch (level) {
+    case Level::fast: return {kStandard, 8, 1};
+    case Level::standard: break;
+    case Level::best: return {kBest, 1 << 16, 1 << 16};
+  }
+  return {kStandard};
 }
 
 using Tasks = OrderedTasks<SegmentPiece, EncodedGroup>;

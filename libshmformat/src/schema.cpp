@@ -54,6 +54,7 @@ std::string_view codec_name(ConnectivityCodec codec) {
     case ConnectivityCodec::paper: return "paper";
     case ConnectivityCodec::rows: return "rows";
     case ConnectivityCodec::replay: return "replay";
+    case ConnectivityCodec::mixed: return "mixed";
   }
   return "unknown";
 }

@@ -106,15 +106,18 @@ Result<void> SegmentDecoder::take_codec(container::Codec codec) {
   using container::Codec;
   if (codec_ && *codec_ != codec)
     return damaged("connectivity: another codec than before in this segment");
-  if (codec != Codec::paper && codec != Codec::rows && codec != Codec::replay)
+  if (codec != Codec::paper && codec != Codec::rows && codec != Codec::replay &&
+      codec != Codec::mixed)
     return damaged("connectivity: codec " + std::to_string(static_cast<int>(codec)) + " is unknown",
                    ErrorCode::unsupported);
   if (!codec_) {
     streams_->connectivity().set_codec(codec == Codec::paper    ? HexahedronCodec::paper
                                        : codec == Codec::replay ? HexahedronCodec::replay
+                                       : codec == Codec::mixed  ? HexahedronCodec::mixed
                                                                 : HexahedronCodec::rows);
     connectivity_ = codec == Codec::paper    ? ConnectivityCodec::paper
                     : codec == Codec::replay ? ConnectivityCodec::replay
+                    : codec == Codec::mixed  ? ConnectivityCodec::mixed
                                              : ConnectivityCodec::rows;
   }
   codec_ = codec;

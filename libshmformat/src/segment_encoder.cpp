@@ -237,6 +237,7 @@ void SegmentEncoder::flush_group(std::vector<EncodedGroup>& done) {
     entry.codec = values                              ? container::Codec::predictive
                   : codec_ == HexahedronCodec::paper  ? container::Codec::paper
                   : codec_ == HexahedronCodec::replay ? container::Codec::replay
+                  : codec_ == HexahedronCodec::mixed  ? container::Codec::mixed
                                                       : container::Codec::rows;
     const auto needs = [&](StreamKind kind) { entry.needs |= 1u << static_cast<unsigned>(kind); };
     if (entry.kind != StreamKind::connectivity) needs(StreamKind::connectivity);

@@ -131,12 +131,13 @@ SHM_API std::string_view order_name(Order order);
 
 /// How hexahedra are said. A Reader takes any.
 enum class ConnectivityCodec : std::uint8_t {
-  automatic = 0,  ///< what is smallest
+  automatic = 0,  ///< the smaller of rows and replay
   paper = 1,      ///< the published scheme, as a baseline (spec "Paper hexahedra")
   rows = 2,       ///< predicted from the neighbouring row (spec "Row hexahedra")
   replay = 3,     ///< repeated from cells before, numbers and all (spec "Replay hexahedra")
+  mixed = 4,      ///< as rows, smaller and slower (spec "Mixed rows"); never taken unasked
 };
-/// "automatic", "paper", "rows", "replay".
+/// "automatic", "paper", "rows", "replay", "mixed".
 SHM_API std::string_view codec_name(ConnectivityCodec codec);
 
 /// How much work a Writer puts into small files. No level needs a Reader of its own: every

@@ -21,6 +21,7 @@ void Connectivity<Coder>::set_codec(HexahedronCodec codec) {
     case HexahedronCodec::rows:
       hexahedra_ = std::make_unique<RowHexahedra<Coder>>(surface_);
       return;
+    case HexahedronCodec::mixed: hexahedra_ = std::make_unique<MixedRows<Coder>>(surface_); return;
     case HexahedronCodec::replay:
       bool cell_data = false;
       for (const ArrayInfo& array : schema_->arrays)
@@ -169,6 +170,9 @@ void Connectivity<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
   std::size_t i = 0;
   if (auto* rows = std::get_if<Rows>(&hexahedra_); rows != nullptr && cell.hexahedral) {
     (*rows)->code_last_use(symbols, cell);
+    i = 8;
+  } else if (auto* mixed = std::get_if<Mixed>(&hexahedra_); mixed != nullptr && cell.hexahedral) {
+    (*mixed)->code_last_use(symbols, cell);
     i = 8;
   } else if (std::holds_alternative<Replay>(hexahedra_) && cell.hexahedral) {
     i = 8;  // said with the corners

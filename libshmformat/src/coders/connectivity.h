@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "coders/cell_topology.h"
+#include "coders/mixed_rows.h"
 #include "coders/paper_hexahedra.h"
 #include "coders/replay_hexahedra.h"
 #include "coders/row_hexahedra.h"
@@ -21,7 +22,7 @@
 namespace shm {
 
 /// How hexahedra are said.
-enum class HexahedronCodec : std::uint8_t { paper, rows, replay };
+enum class HexahedronCodec : std::uint8_t { paper, rows, replay, mixed };
 
 template <class Coder>
 class Connectivity {
@@ -66,6 +67,7 @@ class Connectivity {
   using Paper = std::unique_ptr<PaperHexahedra<Coder>>;
   using Rows = std::unique_ptr<RowHexahedra<Coder>>;
   using Replay = std::unique_ptr<ReplayHexahedra<Coder>>;
+  using Mixed = std::unique_ptr<MixedRows<Coder>>;
 
   bool code_block(Coder& symbols, CellTopology& cell);
   bool code_hexahedron(Coder& symbols, Coder& corner_order, CellTopology& cell);
@@ -74,7 +76,7 @@ class Connectivity {
 
   const Schema* schema_;
   ActiveSurface surface_;
-  std::variant<Paper, Rows, Replay> hexahedra_;
+  std::variant<Paper, Rows, Replay, Mixed> hexahedra_;
 
   // contexts
   std::uint32_t last_block_ = 0;

@@ -145,13 +145,14 @@ bool RowHexahedra<Coder>::code_gate(Coder& symbols, const CellTopology& cell, Fi
   std::uint32_t index = 0;  // in the list of its kind
   kind = kStart;
   if constexpr (!Coder::kDecodes) kind = choose_elsewhere(cell, gate, index);
+  if constexpr (Coder::kMixes) about_kind(symbols);
   const std::uint32_t said = code_tree(symbols, kind_[kinds_], static_cast<std::uint32_t>(kind));
   if (said >= kKinds || said == kCandidate) return false;
   kind = static_cast<Kind>(said);
   kinds_ = (kinds_ << 3 | said) & 63;
   switch (kind) {
     case kPrevious:
-      return last_cell_ != kNone && code_side(symbols, previous_side_, last_cell_, gate.face);
+      return last_cell_ != kNone && code_side(symbols, kPreviousSide, last_cell_, gate.face);
     case kChain: return code_listed(symbols, kind, chain_, index, gate.face);
     case kAtEdge: return code_listed(symbols, kind, at_edge_, index, gate.face);
     case kRecent: return code_recent(symbols, gate.face);
@@ -173,6 +174,7 @@ bool RowHexahedra<Coder>::code_candidate(Coder& symbols, const CellTopology& cel
     }
   const Candidate& first = candidates_[0];
   auto& model = hit_[candidate_count_][std::min(first.support, 3u)][hits_][first.guessed ? 1 : 0];
+  if constexpr (Coder::kMixes) about_candidates(symbols);
   if (!symbols.bit(model, hit != none)) return false;
   std::uint32_t i = 0;
   for (; i + 1 < candidate_count_; ++i) {
@@ -182,6 +184,7 @@ bool RowHexahedra<Coder>::code_candidate(Coder& symbols, const CellTopology& cel
         (side == last_gate_side_ ? 1u : 0u) + (side == gate_side_before_ ? 2u : 0u);
     auto& yes = which_[std::min(candidate_count_ - i, 3u)][std::min(i, 3u)]
                       [std::min(it.support, 3u)][again][it.guessed ? 1 : 0];
+    if constexpr (Coder::kMixes) about_candidate(symbols, i);
     if (symbols.bit(yes, hit == i)) break;
   }
   gate.face = candidates_[i].face;
@@ -218,23 +221,27 @@ auto RowHexahedra<Coder>::choose_elsewhere(const CellTopology& cell, Fit& gate,
 }
 
 template <class Coder>
-bool RowHexahedra<Coder>::code_listed(Coder& symbols, Kind kind, ChoiceModel<32>& model,
+bool RowHexahedra<Coder>::code_listed(Coder& symbols, Kind kind, Choice<32>& model,
                                       std::uint32_t index, std::uint32_t& face) {
   list_faces(kind, faces_);
   if (faces_.empty()) return false;
+  if constexpr (Coder::kMixes) about_listed(symbols, kind);
   face = faces_[code_choice(symbols, model, static_cast<std::uint32_t>(faces_.size()), index)];
   return true;
 }
 
 /// One of the active faces of a hexahedron, by its side.
 template <class Coder>
-bool RowHexahedra<Coder>::code_side(Coder& symbols, std::array<ChoiceModel<6>, 6>& models,
-                                    std::uint32_t cell, std::uint32_t& face) {
+bool RowHexahedra<Coder>::code_side(Coder& symbols, Question question, std::uint32_t cell,
+                                    std::uint32_t& face) {
+  auto& models = question == kPreviousSide ? previous_side_ : recent_side_;
   std::uint32_t left = 0;
   for (std::uint32_t side = 0; side < 6; ++side) left += live_face(cell, side) != kNone ? 1 : 0;
   for (std::uint32_t side = 0; side < 6; ++side) {
     const std::uint32_t it = live_face(cell, side);
     if (it == kNone) continue;
+    if constexpr (Coder::kMixes)
+      if (left > 1) about_cell_side(symbols, question, cell, side, left);
     if (--left > 0 && !symbols.bit(models[last_side_].yes[side], it == face)) continue;
     face = it;
     last_side_ = side;
@@ -251,12 +258,15 @@ bool RowHexahedra<Coder>::code_recent(Coder& symbols, std::uint32_t& face) {
     distance = sequence_ - records_[surface_->face(face).cell].sequence;
   const auto begin = distances_.begin();
   auto place = std::find(begin, distances_.end(), distance);
+  if constexpr (Coder::kMixes) about_distance(symbols, kDistanceAgain);
   if (symbols.bit(distance_again_, place != distances_.end())) {
+    if constexpr (Coder::kMixes) about_distance(symbols, kDistanceWhich);
     place =
         begin + code_tree(symbols, distance_which_, static_cast<std::uint32_t>(place - begin) & 7);
     distance = *place;
     std::rotate(begin, place, place + 1);
   } else {
+    if constexpr (Coder::kMixes) about_distance(symbols, kDistance);
     distance = code_number(symbols, distance_, distance);
     std::rotate(begin, distances_.end() - 1, distances_.end());
     distances_[0] = distance;
@@ -264,7 +274,7 @@ bool RowHexahedra<Coder>::code_recent(Coder& symbols, std::uint32_t& face) {
   if (distance == 0 || distance > sequence_) return false;
   const std::uint32_t cell =
       Coder::kDecodes ? cell_of(sequence_ - distance) : surface_->face(face).cell;
-  return cell != kNone && code_side(symbols, recent_side_, cell, face);
+  return cell != kNone && code_side(symbols, kRecentSide, cell, face);
 }
 
 template <class Coder>
@@ -300,5 +310,7 @@ void RowHexahedra<Coder>::take_gate(std::uint32_t face) {
 
 template class RowHexahedra<RangeEncoder>;
 template class RowHexahedra<RangeDecoder>;
+template class RowHexahedra<MixingCoder<RangeEncoder>>;
+template class RowHexahedra<MixingCoder<RangeDecoder>>;
 
 }  // namespace shm

@@ -51,6 +51,7 @@ template <class Coder>
 bool RowHexahedra<Coder>::code_orientation(Coder& corner_order, Coder& symbols, bool order_matters,
                                            std::uint8_t& orientation) {
   if (!order_matters) {
+    if constexpr (Coder::kMixes) symbols.about(kMirrored);
     const bool flip =
         symbols.bit(mirrored_[mirrors(owner_.orientation) ? 1 : 0], mirrors(orientation));
     orientation = flip ? kMirror : 0;
@@ -78,6 +79,8 @@ bool RowHexahedra<Coder>::code_orientation(Coder& corner_order, Coder& symbols, 
   for (std::uint32_t i = 0; i < std::min(count, 3u); ++i) {
     auto& model = orientation_hit_[i][std::min<std::uint32_t>(votes[i].count, 4)]
                                   [std::min(voters, 4u)][orientation_hits_];
+    if constexpr (Coder::kMixes)
+      about_orientation(corner_order, i, votes[i].orientation, votes[i].count, voters);
     const bool hit = corner_order.bit(model, orientation == votes[i].orientation);
     if (i == 0) orientation_hits_ = (orientation_hits_ << 1 | (hit ? 1u : 0u)) & 7;
     if (!hit) continue;
@@ -112,10 +115,13 @@ bool RowHexahedra<Coder>::code_turn(Coder& corner_order, std::uint8_t& orientati
     while (kQuadBits[mine][corner] != kStoredBits[orientation][at]) ++corner;
     turned = mirrors(orientation) != mirrors(owner_.orientation);
   }
+  if constexpr (Coder::kMixes) about_stored_face(corner_order, theirs);
   mine = code_tree(corner_order, stored_face_[theirs][last_stored_face_], mine);
   if (mine >= 6) return false;
   last_stored_face_ = mine;
+  if constexpr (Coder::kMixes) about_stored_corner(corner_order, mine);
   corner = code_tree(corner_order, stored_corner_[theirs][mine], corner);
+  if constexpr (Coder::kMixes) corner_order.about(kTurned);
   turned = corner_order.bit(turned_[0], turned);
   for (std::uint8_t o = 0; o < kOrientations; ++o)
     if (kStoredBits[o][at] == kQuadBits[mine][corner] && face_of(o, work_.gate_side) == mine &&
@@ -225,5 +231,7 @@ void RowHexahedra<Coder>::link_edges(const std::array<std::uint32_t, 6>& face) {
 
 template class RowHexahedra<RangeEncoder>;
 template class RowHexahedra<RangeDecoder>;
+template class RowHexahedra<MixingCoder<RangeEncoder>>;
+template class RowHexahedra<MixingCoder<RangeDecoder>>;
 
 }  // namespace shm

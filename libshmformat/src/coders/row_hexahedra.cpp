@@ -41,6 +41,8 @@ bool RowHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopology
     }
   }
   std::uint8_t orientation = gate.orientation;
+  work_.kind = kind;
+  gates_ = (gates_ << 3 | kind) & ((1u << 30) - 1);
   if (kind != kStart) {
     take_gate(gate.face);
     code_sides(symbols, gate.face);
@@ -78,9 +80,9 @@ bool RowHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopology
 
 /// Says whether the face, whose vertices above corners a and b are given, is shared.
 template <class Coder>
-bool RowHexahedra<Coder>::share(Coder& symbols, AdaptiveBit& model, std::uint32_t side,
-                                std::uint32_t face, std::uint32_t a, std::uint32_t b,
-                                std::uint32_t above_a, std::uint32_t above_b) {
+bool RowHexahedra<Coder>::share(Coder& symbols, Bit& model, std::uint32_t side, std::uint32_t face,
+                                std::uint32_t a, std::uint32_t b, std::uint32_t above_a,
+                                std::uint32_t above_b) {
   if (!symbols.bit(model, work_.target[a] == above_a && work_.target[b] == above_b)) return false;
   work_.shared[side] = face;
   work_.corner[a] = above_a;
@@ -128,6 +130,7 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
       candidate |= candidates_[n].face == mate / 4;
     auto& model = side_[std::min<std::uint32_t>(face.fan[i], 7)][evidence]
                        [work_.owner->shared >> side & 1][candidate ? 1 : 0][hits_ & 1];
+    if constexpr (Coder::kMixes) about_side(symbols, gate * 4 + i, evidence, candidate, yes);
     if (share(symbols, model, side, mate / 4, a, b, it.a, it.b)) yes |= bit(i);
   }
   // The far face, across the top edges of shared sides.
@@ -152,6 +155,7 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
     auto& model =
         far_[std::min<std::uint32_t>(surface_->fan(sides[i].top), 7)][support]
             [static_cast<std::uint32_t>(std::popcount(yes))][work_.owner->shared >> far_side & 1];
+    if constexpr (Coder::kMixes) about_far(symbols, sides[i].top, mate);
     share(symbols, model, far_side, mate / 4, c, d, it.a, it.b);
     return;
   }
@@ -260,7 +264,9 @@ bool RowHexahedra<Coder>::code_corner(Coder& symbols, CellTopology& cell, std::u
     for (std::uint32_t b = 0; b < 8 && again == 8; ++b)
       if ((known >> b & 1) != 0 && work_.number[b] == work_.number[corner]) again = b;
   }
+  if constexpr (Coder::kMixes) symbols.about(kRepeated);
   if (known != 0 && symbols.bit(repeated_[corner][neighbours][owner_repeats ? 1 : 0], again != 8)) {
+    if constexpr (Coder::kMixes) symbols.about(kRepeatedWhich);
     const std::uint32_t b = code_tree(symbols, repeated_which_[corner], again & 7);
     if ((known >> b & 1) == 0) return false;
     work_.corner[corner] = work_.corner[b];
@@ -269,6 +275,7 @@ bool RowHexahedra<Coder>::code_corner(Coder& symbols, CellTopology& cell, std::u
 
   work_.known = known;
   const std::uint32_t leads = count_leads(corner);
+  if constexpr (Coder::kMixes) about_fresh(symbols, corner, leads, neighbours);
   work_.known |= bit(corner);
   auto& model = fresh_[work_.owner != nullptr ? 1 : 0][leads][neighbours][owner_fresh ? 1 : 0];
   if (symbols.bit(model, work_.target[corner] == kNone)) {
@@ -282,6 +289,7 @@ bool RowHexahedra<Coder>::code_corner(Coder& symbols, CellTopology& cell, std::u
   work_.known |= bit(corner);
   for (std::uint32_t rank = 0; rank < joins_.size(); ++rank) {
     auto& yes = join_[std::min(rank, 7u)][std::min(joins_[rank].score, 7u)];
+    if constexpr (Coder::kMixes) about_join(symbols, rank);
     if (!symbols.bit(yes, joins_[rank].slot == work_.target[corner])) continue;
     work_.corner[corner] = joins_[rank].slot;
     return true;
@@ -301,10 +309,13 @@ bool RowHexahedra<Coder>::code_reference(Coder& symbols, std::uint32_t& slot) {
     id = surface_->vertex(slot).id;
     near = (id > last ? id - last : last - id) <= id - oldest;
   }
+  if constexpr (Coder::kMixes) about_reference(symbols, kFromLast);
   if (symbols.bit(from_last_, near)) {
+    if constexpr (Coder::kMixes) about_reference(symbols, kReferenceStep);
     id = last + static_cast<std::uint64_t>(
                     code_signed(symbols, reference_step_, static_cast<std::int64_t>(id - last)));
   } else {
+    if constexpr (Coder::kMixes) about_reference(symbols, kReferenceAge);
     id = oldest + code_number(symbols, reference_age_, id - oldest);
   }
   last_reference_ = id;
@@ -338,6 +349,7 @@ void RowHexahedra<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
     auto& model =
         final_[std::min(vertex.face_count, 7u)][std::min(vertex.uses, 8u)]
               [(owner_finals >> b & 1) * 2 + (last_finals_ >> b & 1)][std::min(wanted, 2u)];
+    if constexpr (Coder::kMixes) about_last_use(symbols, record, b, cell.slots[i], wanted);
     const bool last = symbols.bit(model, cell.last_use[i] != 0);
     cell.last_use[i] = last ? 1 : 0;
     if (last) record.finals |= static_cast<std::uint8_t>(bit(b));
@@ -347,5 +359,7 @@ void RowHexahedra<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
 
 template class RowHexahedra<RangeEncoder>;
 template class RowHexahedra<RangeDecoder>;
+template class RowHexahedra<MixingCoder<RangeEncoder>>;
+template class RowHexahedra<MixingCoder<RangeDecoder>>;
 
 }  // namespace shm

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "coders/cell_topology.h"
+#include "entropy/mixing.h"
 #include "entropy/models.h"
 #include "front/active_surface.h"
 #include "front/hexahedron.h"
@@ -30,6 +31,36 @@ namespace shm {
 template <class Coder>
 class RowHexahedra {
  public:
+  /// What a decision is about. Frozen: part of the format.
+  enum Question : std::uint8_t {
+    kHit = 0,
+    kWhich = 1,
+    kKind = 2,
+    kPreviousSide = 3,
+    kChainPlace = 4,
+    kEdgePlace = 5,
+    kDistanceAgain = 6,
+    kDistanceWhich = 7,
+    kDistance = 8,
+    kRecentSide = 9,
+    kSide = 10,
+    kFar = 11,
+    kRepeated = 12,
+    kRepeatedWhich = 13,
+    kFresh = 14,
+    kJoin = 15,
+    kFromLast = 16,
+    kReferenceStep = 17,
+    kReferenceAge = 18,
+    kTurn = 19,
+    kStoredFace = 20,
+    kStoredCorner = 21,
+    kTurned = 22,
+    kMirrored = 23,
+    kFinal = 24,
+    kQuestions = 25
+  };
+
   /// `surface` is borrowed.
   explicit RowHexahedra(ActiveSurface& surface) : surface_(&surface) {}
 
@@ -40,6 +71,13 @@ class RowHexahedra {
   void code_last_use(Coder& symbols, CellTopology& cell);
 
  private:
+  using Bit = typename Coder::Bit;
+  using Number = NumberModelOf<Bit>;
+  template <int kBits>
+  using Tree = TreeModel<kBits, Bit>;
+  template <std::size_t kSize>
+  using Choice = ChoiceModel<kSize, Bit>;
+
   using Corners = std::array<std::uint32_t, 8>;  // by corner bits x + 2y + 4z of the frame
   enum Kind : std::uint8_t { kCandidate, kPrevious, kChain, kAtEdge, kRecent, kStart, kKinds };
 
@@ -76,6 +114,7 @@ class RowHexahedra {
     std::array<std::uint32_t, 6> shared{kNone, kNone, kNone, kNone, kNone, kNone};
     const Record* owner = nullptr;
     std::uint32_t gate_side = 0;  // H's own face at the gate
+    Kind kind = kStart;
   };
   struct Birth {
     std::uint64_t sequence = 0;
@@ -89,10 +128,9 @@ class RowHexahedra {
   bool code_gate(Coder& symbols, const CellTopology& cell, Fit& gate, Kind& kind);
   bool code_candidate(Coder& symbols, const CellTopology& cell, Fit& gate);
   Kind choose_elsewhere(const CellTopology& cell, Fit& gate, std::uint32_t& index);
-  bool code_listed(Coder& symbols, Kind kind, ChoiceModel<32>& model, std::uint32_t index,
+  bool code_listed(Coder& symbols, Kind kind, Choice<32>& model, std::uint32_t index,
                    std::uint32_t& face);
-  bool code_side(Coder& symbols, std::array<ChoiceModel<6>, 6>& models, std::uint32_t cell,
-                 std::uint32_t& face);
+  bool code_side(Coder& symbols, Question question, std::uint32_t cell, std::uint32_t& face);
   void list_candidates();
   void list_faces(Kind kind, std::vector<std::uint32_t>& out) const;
   void list_chain(std::vector<std::uint32_t>& out) const;
@@ -107,12 +145,43 @@ class RowHexahedra {
   void take_gate(std::uint32_t face);
   bool taken(std::uint32_t face) const;
   void code_sides(Coder& symbols, std::uint32_t gate);
-  bool share(Coder& symbols, AdaptiveBit& model, std::uint32_t side, std::uint32_t face,
-             std::uint32_t a, std::uint32_t b, std::uint32_t above_a, std::uint32_t above_b);
+  bool share(Coder& symbols, Bit& model, std::uint32_t side, std::uint32_t face, std::uint32_t a,
+             std::uint32_t b, std::uint32_t above_a, std::uint32_t above_b);
   bool code_corner(Coder& symbols, CellTopology& cell, std::uint32_t corner);
   bool code_reference(Coder& symbols, std::uint32_t& slot);
   std::uint32_t count_leads(std::uint32_t corner) const;
   void list_joins(std::uint32_t corner);
+
+  // what a coder that mixes predictions is told about the next decision (row_clues.cpp)
+  void about_candidates(Coder& symbols) const;
+  void about_candidate(Coder& symbols, std::uint32_t index) const;
+  void about_kind(Coder& symbols) const;
+  void about_cell_side(Coder& symbols, Question question, std::uint32_t cell, std::uint32_t side,
+                       std::uint32_t left) const;
+  void about_listed(Coder& symbols, Kind kind) const;
+  void about_distance(Coder& symbols, Question question) const;
+  void about_side(Coder& symbols, FaceEdge edge, std::uint32_t evidence, bool candidate,
+                  std::uint32_t yes) const;
+  void about_far(Coder& symbols, FaceEdge top, FaceEdge mate) const;
+  void about_fresh(Coder& symbols, std::uint32_t corner, std::uint32_t leads,
+                   std::uint32_t neighbours) const;
+  void about_join(Coder& symbols, std::uint32_t rank) const;
+  void about_reference(Coder& symbols, Question question) const;
+  void about_orientation(Coder& corner_order, std::uint32_t index, std::uint8_t orientation,
+                         std::uint32_t votes, std::uint32_t voters) const;
+  void about_stored_face(Coder& corner_order, std::uint32_t theirs) const;
+  void about_stored_corner(Coder& corner_order, std::uint32_t mine) const;
+  void about_last_use(Coder& symbols, const Record& record, std::uint32_t corner,
+                      std::uint32_t slot, std::uint32_t wanted) const;
+  std::uint32_t live_sides(std::uint32_t cell) const;
+  std::uint32_t shared_sides() const;
+  std::uint32_t fans(std::uint32_t face) const;
+  std::uint32_t sorted_fans(std::uint32_t face) const;
+  std::uint32_t crowd(std::uint32_t face) const;
+  std::uint32_t uses(std::uint32_t face) const;
+  std::uint32_t age(std::uint32_t face) const;
+  std::uint32_t gate_age() const;
+  Record last() const;
 
   // once all corners are known (row_glue.cpp)
   void find_unspoken();
@@ -145,6 +214,7 @@ class RowHexahedra {
   // contexts
   std::uint32_t hits_ = 0;  // last three gates: 1 for a candidate
   std::uint32_t kinds_ = 0;
+  std::uint32_t gates_ = 0;  // kinds of the last ten gates, three bits each
   std::uint32_t last_gate_side_ = 0, gate_side_before_ = 0;
   std::uint32_t last_side_ = 0;
   std::uint32_t orientation_hits_ = 0, last_stored_face_ = 0;
@@ -153,30 +223,30 @@ class RowHexahedra {
   std::uint64_t last_reference_ = 0;
 
   // models
-  std::array<std::array<std::array<std::array<AdaptiveBit, 2>, 8>, 4>, 7> hit_;
-  std::array<std::array<std::array<std::array<std::array<AdaptiveBit, 2>, 4>, 4>, 4>, 4> which_;
-  std::array<TreeModel<3>, 64> kind_;
-  std::array<ChoiceModel<6>, 6> previous_side_;
-  ChoiceModel<32> chain_, at_edge_;
-  AdaptiveBit distance_again_;
-  TreeModel<3> distance_which_;
-  NumberModel distance_;
-  std::array<ChoiceModel<6>, 6> recent_side_;
-  std::array<std::array<std::array<std::array<std::array<AdaptiveBit, 2>, 2>, 2>, 6>, 8> side_;
-  std::array<std::array<std::array<std::array<AdaptiveBit, 2>, 5>, 5>, 8> far_;
-  std::array<std::array<std::array<AdaptiveBit, 2>, 4>, 8> repeated_;
-  std::array<TreeModel<3>, 8> repeated_which_;
-  std::array<std::array<std::array<std::array<AdaptiveBit, 2>, 4>, 8>, 2> fresh_;
-  std::array<std::array<AdaptiveBit, 8>, 8> join_;
-  AdaptiveBit from_last_;
-  SignedModel<NumberModel> reference_step_;
-  NumberModel reference_age_;
-  std::array<std::array<std::array<std::array<AdaptiveBit, 8>, 5>, 5>, 3> orientation_hit_;
-  std::array<std::array<TreeModel<3>, 6>, 6> stored_face_;
-  std::array<std::array<TreeModel<2>, 6>, 6> stored_corner_;
-  std::array<AdaptiveBit, 2> turned_;
-  std::array<AdaptiveBit, 2> mirrored_;
-  std::array<std::array<std::array<std::array<AdaptiveBit, 3>, 4>, 9>, 8> final_;
+  std::array<std::array<std::array<std::array<Bit, 2>, 8>, 4>, 7> hit_;
+  std::array<std::array<std::array<std::array<std::array<Bit, 2>, 4>, 4>, 4>, 4> which_;
+  std::array<Tree<3>, 64> kind_;
+  std::array<Choice<6>, 6> previous_side_;
+  Choice<32> chain_, at_edge_;
+  Bit distance_again_;
+  Tree<3> distance_which_;
+  Number distance_;
+  std::array<Choice<6>, 6> recent_side_;
+  std::array<std::array<std::array<std::array<std::array<Bit, 2>, 2>, 2>, 6>, 8> side_;
+  std::array<std::array<std::array<std::array<Bit, 2>, 5>, 5>, 8> far_;
+  std::array<std::array<std::array<Bit, 2>, 4>, 8> repeated_;
+  std::array<Tree<3>, 8> repeated_which_;
+  std::array<std::array<std::array<std::array<Bit, 2>, 4>, 8>, 2> fresh_;
+  std::array<std::array<Bit, 8>, 8> join_;
+  Bit from_last_;
+  SignedModel<Number> reference_step_;
+  Number reference_age_;
+  std::array<std::array<std::array<std::array<Bit, 8>, 5>, 5>, 3> orientation_hit_;
+  std::array<std::array<Tree<3>, 6>, 6> stored_face_;
+  std::array<std::array<Tree<2>, 6>, 6> stored_corner_;
+  std::array<Bit, 2> turned_;
+  std::array<Bit, 2> mirrored_;
+  std::array<std::array<std::array<std::array<Bit, 3>, 4>, 9>, 8> final_;
 
   std::vector<std::uint32_t> faces_;
   std::vector<Fit> fits_;
@@ -186,5 +256,7 @@ class RowHexahedra {
 
 extern template class RowHexahedra<RangeEncoder>;
 extern template class RowHexahedra<RangeDecoder>;
+extern template class RowHexahedra<MixingCoder<RangeEncoder>>;
+extern template class RowHexahedra<MixingCoder<RangeDecoder>>;
 
 }  // namespace shm

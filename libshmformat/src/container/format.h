@@ -83,6 +83,7 @@ enum class Codec : std::uint8_t {
   shuffled_zstd = 4,  ///< byte planes under zstd
   rows = 6,           ///< cells: hexahedra predicted from the neighbouring row
   replay = 7,         ///< cells: hexahedra repeated from cells before, with their numbers
+  mixed = 8,          ///< cells: as rows, with a mix of predictions
 };
 
 struct StreamEntry {

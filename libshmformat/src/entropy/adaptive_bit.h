@@ -18,14 +18,16 @@ class AdaptiveBit {
     const std::uint32_t p = state_ >> 16;
     return p == 0 ? 1 : p;  // at most 65535 by construction
   }
-  void update(bool one) {
-    const std::uint32_t count = state_ & 0x3ff;
+  /// Decisions seen, up to the limit.
+  std::uint32_t count() const { return state_ & 0x3ff; }
+  /// `limit`: at most kLimit; a smaller one forgets faster.
+  void update(bool one, std::uint32_t limit = kLimit) {
+    const std::uint32_t seen = count();
     const auto p = static_cast<std::int32_t>(state_ >> 10);
     const std::int32_t target = one ? kOne : 0;
     const auto moved = static_cast<std::uint32_t>(
-        p +
-        static_cast<std::int32_t>((static_cast<std::int64_t>(target - p) * kRate[count]) >> 16));
-    state_ = moved << 10 | (count < kLimit ? count + 1 : count);
+        p + static_cast<std::int32_t>((static_cast<std::int64_t>(target - p) * kRate[seen]) >> 16));
+    state_ = moved << 10 | (seen < limit ? seen + 1 : seen);
   }
 
  private:

@@ -13,12 +13,12 @@
 namespace shm {
 
 /// A symbol of kBits bits, as a path through a binary tree, high bit first.
-template <int kBits>
+template <int kBits, class Bit = AdaptiveBit>
 struct TreeModel {
-  std::array<AdaptiveBit, std::size_t{1} << kBits> nodes;  // node 0 is unused
+  std::array<Bit, std::size_t{1} << kBits> nodes;  // node 0 is unused
 };
-template <class Coder, int kBits>
-std::uint32_t code_tree(Coder& coder, TreeModel<kBits>& model, std::uint32_t value) {
+template <class Coder, int kBits, class Bit>
+std::uint32_t code_tree(Coder& coder, TreeModel<kBits, Bit>& model, std::uint32_t value) {
   std::uint32_t node = 1;
   for (int i = kBits - 1; i >= 0; --i)
     node = node << 1 | static_cast<std::uint32_t>(coder.bit(model.nodes[node], value >> i & 1));
@@ -29,16 +29,18 @@ std::uint32_t code_tree(Coder& coder, TreeModel<kBits>& model, std::uint32_t val
 /// adaptive by position: for numbers that repeat exactly.
 ///   value   0   1   2..3   4..7   8..15  ...
 ///   K       0   1     2      3      4
-struct NumberModel {
-  AdaptiveBit zero;
-  TreeModel<6> length;                               // K - 1
-  std::array<std::array<AdaptiveBit, 4>, 64> first;  // two bits after the leading one, by K
-  std::array<AdaptiveBit, 64 * 63 / 2> rest;         // further bits by K and position
+template <class Bit>
+struct NumberModelOf {
+  Bit zero;
+  TreeModel<6, Bit> length;                  // K - 1
+  std::array<std::array<Bit, 4>, 64> first;  // two bits after the leading one, by K
+  std::array<Bit, 64 * 63 / 2> rest;         // further bits by K and position
   /// The model of the bit with `left` bits below it, left < k - 1.
-  AdaptiveBit& rest_bit(int k, int left) {
+  Bit& rest_bit(int k, int left) {
     return rest[static_cast<std::size_t>((k - 1) * (k - 2) / 2 + left)];
   }
 };
+using NumberModel = NumberModelOf<AdaptiveBit>;
 /// The same with raw bits after the first two: for measured values. Small, so contexts are cheap.
 struct ResidualModel {
   AdaptiveBit zero;
@@ -80,7 +82,7 @@ std::uint64_t code_number(Coder& coder, Model& model, std::uint64_t value) {
 template <class Magnitude>
 struct SignedModel {
   Magnitude magnitude;
-  std::array<AdaptiveBit, 65> negative;
+  std::array<decltype(Magnitude::zero), 65> negative;
 };
 template <class Coder, class Magnitude>
 std::int64_t code_signed(Coder& coder, SignedModel<Magnitude>& model, std::int64_t value) {
@@ -94,12 +96,12 @@ std::int64_t code_signed(Coder& coder, SignedModel<Magnitude>& model, std::int64
 
 /// Which of `count` candidates: one yes/no each, the last one implied. Past the model's end the
 /// last bit is shared. Must hold: index < count.
-template <std::size_t kSize>
+template <std::size_t kSize, class Bit = AdaptiveBit>
 struct ChoiceModel {
-  std::array<AdaptiveBit, kSize> yes;
+  std::array<Bit, kSize> yes;
 };
-template <class Coder, std::size_t kSize>
-std::uint32_t code_choice(Coder& coder, ChoiceModel<kSize>& model, std::uint32_t count,
+template <class Coder, std::size_t kSize, class Bit>
+std::uint32_t code_choice(Coder& coder, ChoiceModel<kSize, Bit>& model, std::uint32_t count,
                           std::uint32_t index) {
   for (std::uint32_t i = 0; i + 1 < count; ++i)
     if (coder.bit(model.yes[i < kSize ? i : kSize - 1], i == index)) return i;

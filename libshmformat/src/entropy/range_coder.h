@@ -29,16 +29,24 @@ inline constexpr std::uint32_t kRangeTop = std::uint32_t{1} << 24;
 class RangeEncoder {
  public:
   static constexpr bool kDecodes = false;
+  static constexpr bool kMixes = false;
+  using Bit = AdaptiveBit;
 
   bool bit(AdaptiveBit& model, bool value) {
-    const std::uint32_t bound = (range_ >> 16) * model.probability_of_one();
+    decide(model.probability_of_one(), value);
+    model.update(value);
+    return value;
+  }
+
+  /// A decision whose odds somebody else knows: `probability` of one, 1 to 65535 of 65536.
+  bool decide(std::uint32_t probability, bool value) {
+    const std::uint32_t bound = (range_ >> 16) * probability;
     if (value) {
       range_ = bound;
     } else {
       low_ += bound;
       range_ -= bound;
     }
-    model.update(value);
     while (range_ < kRangeTop) {
       range_ <<= 8;
       shift_low();
@@ -100,6 +108,8 @@ class RangeEncoder {
 class RangeDecoder {
  public:
   static constexpr bool kDecodes = true;
+  static constexpr bool kMixes = false;
+  using Bit = AdaptiveBit;
 
   RangeDecoder() = default;
   /// `bytes` are borrowed.
@@ -108,7 +118,13 @@ class RangeDecoder {
   }
 
   bool bit(AdaptiveBit& model, bool = false) {
-    const std::uint32_t bound = (range_ >> 16) * model.probability_of_one();
+    const bool value = decide(model.probability_of_one());
+    model.update(value);
+    return value;
+  }
+
+  bool decide(std::uint32_t probability, bool = false) {
+    const std::uint32_t bound = (range_ >> 16) * probability;
     const bool value = code_ < bound;
     if (value) {
       range_ = bound;
@@ -116,7 +132,6 @@ class RangeDecoder {
       code_ -= bound;
       range_ -= bound;
     }
-    model.update(value);
     while (range_ < kRangeTop) {
       range_ <<= 8;
       code_ = code_ << 8 | next_byte();

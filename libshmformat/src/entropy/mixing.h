@@ -1,0 +1,217 @@
+// Mixing: a decision's odds from several predictions, each right where the others are not.
+//
+//   MixedBit     a decision in its own context: an AdaptiveBit, and what it was the last times
+//   about()      what the next decisions are about: a question, and clues that the question's own
+//                contexts are too coarse for. A path of the decisions since then goes with them, so
+//                that the bits of a number or a tree are told apart.
+//   predictions  the AdaptiveBit; one by question and history; one by each clue and the path,
+//                looked up by hash
+//   mix          stretch(p) = ln(p / (1 - p)) of each, weighted, summed, squashed back. The weights
+//                belong to the question, and move with every decision towards what would have been
+//                better.
+//
+// Integers only, and nothing depends on addresses or layout: the same on every machine.
+// spec: "Mixing"
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "entropy/adaptive_bit.h"
+
+namespace shm {
+
+/// A decision in its context, for a MixingCoder.
+struct MixedBit {
+  AdaptiveBit adaptive;
+  std::uint8_t history = 1;  // the last decisions behind a leading one, newest low
+};
+
+namespace mixing {
+
+inline constexpr std::uint32_t kHistoryBits = 6;
+inline constexpr std::uint32_t kMaxClues = 5;
+inline constexpr std::uint32_t kDepths = 4;          // weights differ this far down a path
+inline constexpr std::uint32_t kTableBits = 16;      // predictions by clue
+inline constexpr std::uint32_t kClueLimit = 30;      // these forget fast
+inline constexpr std::int32_t kStretchLimit = 2839;  // 256 ln 65535
+inline constexpr std::int32_t kBias = 256;           // the input that is always there
+inline constexpr std::int32_t kOne = 1 << 16;        // a weight of 1
+inline constexpr std::int32_t kMaxWeight = 16 * kOne;
+
+/// squash(x) = 65536 / (1 + e^(-x / 256)) for x = 0..kStretchLimit.
+inline constexpr auto kSquash = [] {
+  std::array<std::uint16_t, kStretchLimit + 1> table{};
+  std::uint64_t power = std::uint64_t{1} << 40;  // e^(-x / 256), 40 bits behind the point
+  for (auto& it : table) {
+    const std::uint64_t below = (std::uint64_t{1} << 40) + power;
+    const std::uint64_t p = ((std::uint64_t{1} << 56) + below / 2) / below;
+    it = static_cast<std::uint16_t>(p > 65535 ? 65535 : p);
+    power = power * 16711808 >> 24;  // e^(-1 / 256), 24 bits behind the point
+  }
+  return table;
+}();
+/// Of 65536. Must hold: -kStretchLimit <= x <= kStretchLimit.
+constexpr std::uint32_t squash(std::int32_t x) {
+  return x >= 0 ? kSquash[static_cast<std::size_t>(x)]
+                : 65536u - kSquash[static_cast<std::size_t>(-x)];
+}
+
+/// The largest x with squash(x) <= 65536 - q: for each q below kNear, and each 16th from there on.
+struct StretchTable {
+  static constexpr std::uint32_t kNear = 2048;
+  std::array<std::int16_t, kNear> near{};
+  std::array<std::int16_t, 32768 / 16 + 1> far{};
+};
+inline constexpr StretchTable kStretch = [] {
+  StretchTable table;
+  std::int32_t x = kStretchLimit;
+  const auto find = [&](std::uint32_t q) {
+    while (kSquash[static_cast<std::size_t>(x)] > 65536 - q) --x;
+    return static_cast<std::int16_t>(x);
+  };
+  for (std::uint32_t q = 1; q < StretchTable::kNear; ++q) table.near[q] = find(q);
+  for (std::uint32_t q = StretchTable::kNear / 16; q < table.far.size(); ++q)
+    table.far[q] = find(q * 16);
+  return table;
+}();
+/// About 256 ln(p / (65536 - p)). Must hold: 0 < p < 65536.
+constexpr std::int32_t stretch(std::uint32_t p) {
+  const std::uint32_t q = p < 32768 ? p : 65536 - p;
+  const std::int32_t x = q < StretchTable::kNear ? kStretch.near[q] : kStretch.far[q / 16];
+  return p < 32768 ? -x : x;
+}
+
+/// How fast weights move: fast at first.
+inline constexpr auto kRate = [] {
+  std::array<std::uint8_t, 160> rate{};
+  for (std::uint32_t n = 0; n < rate.size(); ++n)
+    rate[n] = static_cast<std::uint8_t>(std::max(12u, 2048 / (n + 16)));
+  return rate;
+}();
+
+constexpr std::uint32_t hash(std::uint32_t h, std::uint32_t value) {
+  h = (h ^ value) * 0x9e3779b1u;
+  return h ^ h >> 15;
+}
+
+}  // namespace mixing
+
+/// Several numbers as one clue.
+template <class... Numbers>
+constexpr std::uint32_t clue(Numbers... numbers) {
+  std::uint32_t h = 0;
+  ((h = mixing::hash(h, static_cast<std::uint32_t>(numbers) + 1)), ...);
+  return h;
+}
+
+/// A coder of MixedBits. Its bytes are those of an Engine, a RangeEncoder or RangeDecoder, which
+/// may be another one from call to call.
+template <class Engine>
+class MixingCoder {
+ public:
+  static constexpr bool kDecodes = Engine::kDecodes;
+  static constexpr bool kMixes = true;
+  using Bit = MixedBit;
+
+  explicit MixingCoder(std::uint32_t questions)
+      : weights_(questions * mixing::kDepths),
+        by_history_(questions << (mixing::kHistoryBits + 1)),
+        by_clue_(std::size_t{1} << mixing::kTableBits),
+        checks_(by_clue_.size()) {}
+
+  /// Before coding: whose bytes. `engine` is borrowed.
+  void use(Engine& engine) { engine_ = &engine; }
+
+  /// What the decisions that follow are about. At most kMaxClues.
+  template <class... Clues>
+  void about(std::uint32_t question, Clues... clues) {
+    static_assert(sizeof...(Clues) <= mixing::kMaxClues);
+    question_ = question;
+    path_ = 1;
+    depth_ = 0;
+    clue_count_ = 0;
+    ((clues_[clue_count_] = mixing::hash(question * mixing::kMaxClues + clue_count_ + 1, clues),
+      ++clue_count_),
+     ...);
+  }
+
+  bool bit(MixedBit& model, bool value = false);
+
+ private:
+  static constexpr std::size_t kInputs = 3 + mixing::kMaxClues;
+  struct Weights {
+    std::array<std::int32_t, kInputs> of = [] {
+      std::array<std::int32_t, kInputs> first{};
+      first.fill(3 * mixing::kOne / 8);
+      first[0] = 5 * mixing::kOne / 8;
+      first[2] = 0;
+      return first;
+    }();
+    std::uint32_t count = 0;
+  };
+
+  /// The prediction with this hash: in one of two places, or a new one for the less used of them.
+  AdaptiveBit& find(std::uint32_t hash) {
+    std::uint32_t at = hash >> (32 - mixing::kTableBits);
+    const auto check = static_cast<std::uint8_t>(hash);
+    if (checks_[at] == check) return by_clue_[at];
+    if (checks_[at ^ 1] == check) return by_clue_[at ^ 1];
+    if (by_clue_[at ^ 1].count() < by_clue_[at].count()) at ^= 1;
+    checks_[at] = check;
+    return by_clue_[at] = AdaptiveBit();
+  }
+
+  Engine* engine_ = nullptr;
+  std::uint32_t question_ = 0, path_ = 1, depth_ = 0, clue_count_ = 0;
+  std::array<std::uint32_t, mixing::kMaxClues> clues_{};
+  std::vector<Weights> weights_;         // by question and depth
+  std::vector<AdaptiveBit> by_history_;  // by question and history
+  std::vector<AdaptiveBit> by_clue_;
+  std::vector<std::uint8_t> checks_;  // of by_clue_: low bits of the hash
+};
+
+template <class Engine>
+bool MixingCoder<Engine>::bit(MixedBit& model, bool value) {
+  using namespace mixing;
+  std::array<std::int32_t, kInputs> in{};
+  AdaptiveBit& by_history = by_history_[question_ << (kHistoryBits + 1) | model.history];
+  std::array<AdaptiveBit*, kMaxClues> by_clue{};
+  in[0] = stretch(model.adaptive.probability_of_one());
+  in[1] = stretch(by_history.probability_of_one());
+  in[2] = kBias;
+  for (std::uint32_t i = 0; i < clue_count_; ++i) {
+    by_clue[i] = &find(hash(clues_[i], path_));
+    in[3 + i] = stretch(by_clue[i]->probability_of_one());
+  }
+
+  Weights& weights = weights_[question_ * kDepths + std::min(depth_, kDepths - 1)];
+  std::int64_t sum = 0;
+  for (std::size_t i = 0; i < kInputs; ++i) sum += std::int64_t{weights.of[i]} * in[i];
+  const std::uint32_t p = squash(static_cast<std::int32_t>(
+      std::clamp<std::int64_t>(sum >> 16, -kStretchLimit, kStretchLimit)));
+  value = engine_->decide(p, value);
+
+  const std::int32_t error = (value ? 65535 : 0) - static_cast<std::int32_t>(p);
+  const std::int64_t step = std::int64_t{error} * kRate[weights.count];
+  if (weights.count + 1 < kRate.size()) ++weights.count;
+  for (std::size_t i = 0; i < kInputs; ++i) {
+    const auto moved = weights.of[i] + static_cast<std::int32_t>((in[i] * step + (1 << 17)) >> 18);
+    weights.of[i] = std::clamp(moved, -kMaxWeight, kMaxWeight);
+  }
+  model.adaptive.update(value);
+  by_history.update(value);
+  for (std::uint32_t i = 0; i < clue_count_; ++i) by_clue[i]->update(value, kClueLimit);
+  const std::uint32_t history = model.history * 2u + (value ? 1 : 0);
+  constexpr std::uint32_t kLead = 1u << kHistoryBits;
+  model.history =
+      static_cast<std::uint8_t>(history < 2 * kLead ? history : (history & (kLead - 1)) | kLead);
+  path_ = path_ * 2 + (value ? 1 : 0);
+  ++depth_;
+  return value;
+}
+
+}  // namespace shm
