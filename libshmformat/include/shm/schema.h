@@ -135,7 +135,7 @@ enum class ConnectivityCodec : std::uint8_t {
   paper = 1,      ///< the published scheme, as a baseline (spec "Paper hexahedra")
   rows = 2,       ///< predicted from the neighbouring row (spec "Row hexahedra")
   replay = 3,     ///< repeated from cells before, numbers and all (spec "Replay hexahedra")
-  mixed = 4,      ///< as rows, smaller and slower (spec "Mixed rows"); never taken unasked
+  mixed = 4,      ///< as rows, smaller and slower (spec "Mixed rows")
 };
 /// "automatic", "paper", "rows", "replay", "mixed".
 SHM_API std::string_view codec_name(ConnectivityCodec codec);
@@ -144,8 +144,8 @@ SHM_API std::string_view codec_name(ConnectivityCodec codec);
 /// bitstream names its codec.
 enum class Level : std::uint8_t {
   fast = 0,      ///< replay, or rows where they save much
-  standard = 1,  ///< replay or rows, what is smallest
-  best = 2,      ///< the smallest of all
+  standard = 1,  ///< replay or rows: what is smallest, or nearly so and faster
+  best = 2,      ///< the smallest of these and mixed, at half the speed of rows or less
 };
 
 /// Everything a file says about itself before its first vertex.
