@@ -107,21 +107,29 @@ struct Column {
 
 class Comparison {
  public:
-  Comparison(MeshSource& source, MeshSource& restored, Spool& spool, const Progress& progress)
-      : source_(&source), restored_(&restored), spool_(&spool), progress_(progress) {}
+  Comparison(MeshSource& source, MeshSource& restored, Spool& spool, const Progress& progress,
+             const CellSequence* told_order, std::size_t guess)
+      : source_(&source),
+        restored_(&restored),
+        spool_(&spool),
+        progress_(progress),
+        told_order_(told_order),
+        guess_(guess) {}
 
   CompareReport run() {
     compare_structure();
     if (!same_counts_) return std::move(report_);
     const Schema& schema = restored_->info().schema;
     as_mesh_ = schema.order != Order::keep && source_->info().schema.order == Order::keep;
-    if (as_mesh_ && !same_numbering() && !same_within_blocks()) find_renumbering();
+    if (as_mesh_) guess_numbering();
     compare_points();
     compare_cells();
     for (std::size_t a = 0; same_arrays_ && a < schema.arrays.size(); ++a) compare_array(a);
     compare_extras();
     return std::move(report_);
   }
+  // After run(): there is another guess about the numbering.
+  bool may_guess_again() const { return may_guess_again_; }
 
  private:
   void differ(const std::string& sentence) {
@@ -141,8 +149,9 @@ class Comparison {
   void compare_array_lists();
   bool same_numbering();
   bool same_within_blocks();
-  void find_renumbering();
-  bool find_free_order();
+  void guess_numbering();
+  void find_renumbering(std::size_t guess);
+  bool find_free_order(std::size_t guess);
   void follow(NumberList* vertices, NumberList* cells);
   void compare_points();
   void compare_cells();
@@ -162,6 +171,9 @@ class Comparison {
   MeshSource* restored_;
   Spool* spool_;
   const Progress& progress_;
+  const CellSequence* told_order_;
+  std::size_t guess_;
+  bool may_guess_again_ = false;
   CompareReport report_;
   bool same_counts_ = true, same_arrays_ = true;
   bool as_mesh_ = false;  // the restored mesh is in another order than keep, the source is not
@@ -292,21 +304,36 @@ bool Comparison::same_within_blocks() {
   return true;
 }
 
-void Comparison::find_renumbering() {
+// Cells that look the same turned, or lie on each other, may fit a guess that their vertices and
+// values do not fit. Then the next guess is due: the numbers as they are, then as coding the source
+// gives them, in each order of cells that fits.
+void Comparison::guess_numbering() {
+  const bool as_they_are = same_numbering() || same_within_blocks();
+  if (as_they_are) may_guess_again_ = true;
+  if (as_they_are && guess_ == 0) return;
+  find_renumbering(guess_ - (as_they_are ? 1 : 0));
+}
+
+void Comparison::find_renumbering(std::size_t guess) {
   if (progress_) progress_("finding the renumbering", 0, 1);
   const Schema& schema = restored_->info().schema;
-  if (schema.order == Order::free && schema.delay == 0 && find_free_order()) return;
+  if (schema.order == Order::free && schema.delay == 0 && find_free_order(guess)) return;
   log_ = std::make_unique<CodingOrderLog>(*spool_);
   replay_coding_order(*source_, restored_->info(), *log_, *spool_);
   log_->check();
+  may_guess_again_ = false;
   follow(&log_->vertices(), schema.delay > 0 ? &log_->cells() : nullptr);
 }
 
 // The same where cells were put in another order first.
-bool Comparison::find_free_order() {
-  const auto order = matching_order(*source_, *restored_, progress_);
-  if (!order) return false;
+bool Comparison::find_free_order(std::size_t guess) {
+  std::optional<CellSequence> found;
+  if (told_order_ == nullptr) found = matching_order(*source_, *restored_, guess, progress_);
+  const CellSequence* order = found ? &*found : told_order_;
+  if (order == nullptr) return false;
   const std::optional<CellTable> cells = CellTable::read(*source_);
+  if (!cells) return false;
+  may_guess_again_ = told_order_ == nullptr;
   ReorderedMesh ordered(*source_, *cells, *order);
   log_ = std::make_unique<CodingOrderLog>(*spool_, false);
   replay_coding_order(ordered, restored_->info(), *log_, *spool_);
@@ -556,8 +583,14 @@ const std::vector<std::array<std::uint8_t, 8>>& hexahedron_rotations() {
 }
 
 CompareReport compare_meshes(MeshSource& source, MeshSource& restored, Spool& spool,
-                             const Progress& progress) {
-  return Comparison(source, restored, spool, progress).run();
+                             const Progress& progress, const CellSequence* cell_order) {
+  CompareReport best;
+  for (std::size_t guess = 0;; ++guess) {
+    Comparison comparison(source, restored, spool, progress, cell_order, guess);
+    CompareReport report = comparison.run();
+    if (guess == 0 || report.differences < best.differences) best = std::move(report);
+    if (best.equal() || !comparison.may_guess_again()) return best;
+  }
 }
 
 }  // namespace shm::converters

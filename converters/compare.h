@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "cell_orders.h"
 #include "mesh_source.h"
 #include "progress.h"
 #include "spool.h"
@@ -33,8 +34,11 @@ struct CompareReport {
 
 inline constexpr std::size_t kDifferencesInWords = 10;
 
+// `cell_order`, may be null: the order that the cells of `source` were put in for Order::free,
+// where it is none of those that are tried.
 CompareReport compare_meshes(MeshSource& source, MeshSource& restored, Spool& spool,
-                             const Progress& progress = {});
+                             const Progress& progress = {},
+                             const CellSequence* cell_order = nullptr);
 
 // The 24 ways to turn a hexahedron onto itself: corner i of the turned one is corner
 // `rotation[i]` of the original.

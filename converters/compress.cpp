@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "coding_order.h"
+#include "delay_trial.h"
 #include "failure.h"
 #include "free_order.h"
 #include "page_cache.h"
@@ -303,6 +304,17 @@ TrialCoder trial_coder(const Schema& schema, ConnectivityCodec codec, Spool& spo
   };
 }
 
+// What find_delay says of a mesh.
+std::uint32_t tried_delay(MeshSource& mesh, const Schema& schema, const CompressOptions& options,
+                          Spool& spool) {
+  if (options.progress) options.progress("trying delays", 0, 1);
+  return find_delay(mesh, [&](MeshSource& part, std::uint32_t delay) {
+    Schema delayed = schema;
+    delayed.delay = delay;
+    return trial_coder(delayed, options.connectivity, spool)(part);
+  });
+}
+
 }  // namespace
 
 bool needs_corner_order(const MeshInfo& info) {
@@ -331,7 +343,7 @@ bool needs_corner_order(const MeshInfo& info) {
 Schema schema_for(MeshSource& mesh, const CompressOptions& options) {
   Schema schema = mesh.info().schema;
   schema.order = options.order;
-  schema.delay = options.order == Order::free ? 0 : options.delay;
+  schema.delay = options.order == Order::free ? 0 : options.delay.value_or(0);
   schema.corner_order = options.order == Order::keep || needs_corner_order(mesh.info());
   schema.coordinate_quantization = {};
   for (ArrayInfo& array : schema.arrays) array.quantization = {};
@@ -342,7 +354,9 @@ Schema schema_for(MeshSource& mesh, const CompressOptions& options) {
 
 SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions& options,
                          Spool& spool) {
-  const Schema schema = schema_for(mesh, options);
+  Schema schema = schema_for(mesh, options);
+  if (options.order == Order::stream && !options.delay && options.level != Level::fast)
+    schema.delay = tried_delay(mesh, schema, options, spool);
   const auto code = [&](MeshSource& ordered, CodingOrder* coding_order) {
     WriteOptions write_options;
     write_options.coding_order = coding_order;
@@ -356,10 +370,13 @@ SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions
   std::optional<CellTable> cells;
   if (options.order == Order::free) cells = CellTable::read(mesh, options.progress);
   if (!cells) return code(mesh, options.coding_order);
-  const std::optional<CellSequence> order = find_free_order(
-      mesh, *cells, trial_coder(schema, options.connectivity, spool), options.progress);
-  if (!order) cells.reset();
-  if (!order) return code(mesh, options.coding_order);
+  std::optional<CellSequence> found;
+  if (options.cell_order == nullptr)
+    found = find_free_order(mesh, *cells, trial_coder(schema, options.connectivity, spool),
+                            options.progress);
+  const CellSequence* order = found ? &*found : options.cell_order;
+  if (order == nullptr) cells.reset();
+  if (order == nullptr) return code(mesh, options.coding_order);
   FormerNumbers former(*order, options.coding_order);
   ReorderedMesh ordered(mesh, *cells, *order);
   return code(ordered, &former);

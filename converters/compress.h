@@ -1,5 +1,6 @@
 // Compression: any MeshSource through vertex compaction into a shm::Writer.
-// Two passes over the cells (three when there is a delay buffer and arrays on some blocks only);
+// Two passes over the cells (one more when there is a delay buffer and arrays on some blocks only,
+// one more to try delay buffers on a sample);
 // memory follows the active surface, not the mesh. Order::free is the exception: it looks at the
 // whole mesh, and keeps it in memory with its data; see free_order.h.
 #pragma once
@@ -7,6 +8,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "cell_orders.h"
 #include "mesh_source.h"
 #include "progress.h"
 #include "shm/writer.h"
@@ -16,7 +18,9 @@ namespace shm::converters {
 
 struct CompressOptions {
   Order order = Order::keep;
-  std::uint32_t delay = 0;  // cells in the delay buffer; none in Order::free
+  // Cells in the delay buffer; none in Order::free. Nothing: in Order::stream as find_delay says,
+  // but for Level::fast.
+  std::optional<std::uint32_t> delay = 0;
   Level level = Level::standard;
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
   std::uint32_t coordinate_bits = 0;    // 0: lossless; else 1..52, uniform over the bounding box
@@ -24,10 +28,13 @@ struct CompressOptions {
   double restart_budget = .002;         // as in shm::WriteOptions
   unsigned threads = 1;                 // as in shm::WriteOptions
   CodingOrder* coding_order = nullptr;  // also hears the coding order; borrowed, may be null
+  // Order::free: the cells in this order, instead of a search for one; borrowed, each cell once.
+  const CellSequence* cell_order = nullptr;
   Progress progress;
 };
 
 // The schema that the options make of a source's: order, delay, what corners must keep, the box.
+// Nothing is tried: no delay buffer unless the options say one.
 Schema schema_for(MeshSource& mesh, const CompressOptions& options);
 
 // True when something in the mesh counts on the position of corners within a cell: side sets,
@@ -35,7 +42,7 @@ Schema schema_for(MeshSource& mesh, const CompressOptions& options);
 bool needs_corner_order(const MeshInfo& info);
 
 // Writes the whole mesh to `sink`, which is not committed. In Order::free the order of cells is the
-// smallest that is known (find_free_order).
+// one that the options say, or the smallest that is known (find_free_order).
 SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions& options,
                          Spool& spool);
 

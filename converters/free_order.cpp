@@ -27,17 +27,6 @@ std::uint32_t sample_size(const MeshInfo& info) {
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(kSampleCells, most));
 }
 
-// Bytes of the whole part, all steps on the average as large as those that were coded.
-double bytes_of_all_steps(SizeReport sizes, const MeshInfo& sample, std::size_t steps) {
-  auto total = static_cast<double>(sizes.total_bytes);
-  const std::size_t coded = sample.step_times.size();
-  for (std::size_t a = 0; a < sample.schema.arrays.size() && steps > coded; ++a)
-    if (sample.schema.arrays[a].per_step)
-      total += static_cast<double>(steps - coded) / static_cast<double>(coded) *
-               static_cast<double>(sizes.streams[array_stream_name(sample.schema, a)]);
-  return total;
-}
-
 struct Trial {
   CellOrdering ordering;
   double bytes = 0;

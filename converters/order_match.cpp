@@ -128,7 +128,7 @@ bool fits(const CellTable& cells, const CellSequence& order,
 }  // namespace
 
 std::optional<CellSequence> matching_order(MeshSource& source, MeshSource& restored,
-                                           const Progress& progress) {
+                                           std::size_t skipped, const Progress& progress) {
   const std::optional<CellTable> cells = CellTable::read(source, progress);
   if (!cells) return std::nullopt;
   const std::vector<std::uint64_t> wanted = fingerprints_of(restored);
@@ -137,7 +137,8 @@ std::optional<CellSequence> matching_order(MeshSource& source, MeshSource& resto
   CellOrderer orderer(*cells, source, progress);
   for (const CellOrdering& ordering : cell_orderings(*cells)) {
     CellSequence order = orderer(ordering);
-    if (fits(*cells, order, wanted) && landmarks.found_in(source, *cells, order)) return order;
+    if (fits(*cells, order, wanted) && landmarks.found_in(source, *cells, order) && skipped-- == 0)
+      return order;
   }
   return std::nullopt;
 }

@@ -4,6 +4,7 @@
 // Memory: as for making orders (free_order.h), and 8 bytes a cell.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 
 #include "cell_orders.h"
@@ -12,8 +13,9 @@
 
 namespace shm::converters {
 
-// A guess: cells of `source` in the order of `restored`. Nothing where no known order fits.
+// A guess: cells of `source` in the order of `restored`; after the first `skipped` known orders
+// that fit. Nothing where no further one does.
 std::optional<CellSequence> matching_order(MeshSource& source, MeshSource& restored,
-                                           const Progress& progress = {});
+                                           std::size_t skipped = 0, const Progress& progress = {});
 
 }  // namespace shm::converters

@@ -3,11 +3,18 @@
 #include <algorithm>
 #include <cstring>
 #include <functional>
+#include <span>
+
+#include "vertex_compaction.h"
 
 namespace shm::converters {
 namespace {
 
 constexpr std::uint64_t kPieceElements = 65536;
+// Elements read for nothing rather than in two pieces: a file that is packed in chunks may unpack
+// a whole chunk for each piece.
+constexpr std::uint64_t kMostUnwanted = 16384;
+constexpr std::size_t kBatchCells = 8192;
 
 using Read = std::function<void(std::uint64_t first, std::uint64_t count, std::byte* out)>;
 
@@ -27,6 +34,25 @@ std::vector<std::byte> take(const std::vector<bool>& picked, std::size_t stride,
         const std::byte* value = piece.data() + i * stride;
         taken.insert(taken.end(), value, value + stride);
       }
+  }
+  return taken;
+}
+
+// Those of the given numbers, which ascend.
+std::vector<std::byte> take(const std::vector<std::uint64_t>& numbers, std::size_t stride,
+                            const Read& read) {
+  std::vector<std::byte> taken(numbers.size() * stride), piece;
+  for (std::size_t begin = 0, end = 0; begin < numbers.size(); begin = end) {
+    const std::uint64_t first = numbers[begin];
+    for (end = begin + 1; end < numbers.size() &&
+                          numbers[end] - numbers[end - 1] <= kMostUnwanted &&
+                          numbers[end] - first < kPieceElements;)
+      ++end;
+    const std::uint64_t count = numbers[end - 1] - first + 1;
+    piece.resize(count * stride);
+    read(first, count, piece.data());
+    for (std::size_t i = begin; i < end; ++i)
+      std::memcpy(taken.data() + i * stride, piece.data() + (numbers[i] - first) * stride, stride);
   }
   return taken;
 }
@@ -86,9 +112,7 @@ CellSequence sample_of_cells(const CellGraph& graph, std::uint32_t count) {
 SampleMesh::SampleMesh(MeshSource& mesh, const CellTable& cells, const CellSequence& picked)
     : info_(mesh.info()) {
   const MeshInfo whole = mesh.info();
-  if (const std::uint64_t steps = whole.step_times.size(); steps > 0)
-    for (const std::uint64_t step : {std::uint64_t{0}, steps / 2, steps - 1})
-      if (steps_.empty() || step > steps_.back()) steps_.push_back(step);
+  choose_steps(whole);
   std::vector<bool> picked_vertices(cells.vertices(), false);
   take_cells(cells, picked, picked_vertices);
   if (picked.size() < cells.size() || info_.vertices < whole.vertices) info_.extras.clear();
@@ -113,6 +137,107 @@ SampleMesh::SampleMesh(MeshSource& mesh, const CellTable& cells, const CellSeque
       take_array(mesh, a, picked_elements);
     }
   }
+}
+
+// Vertices of a sample by their numbers in the whole mesh, ascending; where in arrays on cells its
+// runs begin: cells of each block before each run, and in it.
+struct SampleMesh::Elements {
+  struct Run {
+    std::vector<std::uint64_t> before, inside;  // by block
+  };
+  std::vector<std::uint64_t> vertices;
+  std::vector<Run> runs;
+};
+
+SampleMesh::SampleMesh(MeshSource& mesh, const std::vector<CellRun>& runs) : info_(mesh.info()) {
+  const MeshInfo whole = mesh.info();
+  choose_steps(whole);
+  info_.extras.clear();
+  const Elements elements = take_runs(mesh, runs);
+  points_ = take(elements.vertices, 3 * scalar_bytes(info_.schema.coordinate_type),
+                 [&](std::uint64_t first, std::uint64_t count, std::byte* out) {
+                   mesh.read_points(first, count, out);
+                 });
+  arrays_.resize(info_.schema.arrays.size());
+  for (std::size_t a = 0; a < arrays_.size(); ++a) {
+    const std::size_t stride = info_.array_stride(a);
+    const bool per_step = info_.schema.arrays[a].per_step;
+    for (const std::uint64_t step : per_step ? steps_ : std::vector<std::uint64_t>{0}) {
+      const auto read = [&](std::uint64_t first, std::uint64_t count, std::byte* out) {
+        mesh.read_array(a, step, first, count, out);
+      };
+      if (info_.schema.arrays[a].location == Location::point) {
+        arrays_[a].push_back(take(elements.vertices, stride, read));
+        continue;
+      }
+      std::vector<std::byte> values;
+      for (const Elements::Run& run : elements.runs) {
+        std::uint64_t first = 0, count = 0;
+        for (std::uint32_t b = 0; b < run.before.size(); ++b) {
+          if (!info_.schema.array_covers(a, b)) continue;
+          first += run.before[b];
+          count += run.inside[b];
+        }
+        const std::size_t place = values.size();
+        values.resize(place + count * stride);
+        if (count > 0) read(first, count, values.data() + place);
+      }
+      arrays_[a].push_back(std::move(values));
+    }
+  }
+}
+
+SampleMesh::Elements SampleMesh::take_runs(MeshSource& mesh, const std::vector<CellRun>& runs) {
+  const std::uint64_t all_vertices = info_.vertices;
+  const std::size_t blocks = info_.block_cells.size();
+  Elements elements;
+  std::vector<std::uint64_t> before(blocks), corners, corner_begin = {0};
+  std::vector<std::uint32_t> cell_blocks;
+  info_.block_cells.assign(blocks, 0);
+  std::uint64_t number = 0;
+  CellBatch batch;
+  auto run = runs.begin();
+  for (mesh.rewind_cells(); run != runs.end() && mesh.next_cells(batch, kBatchCells);)
+    for (std::size_t i = 0; i < batch.size() && run != runs.end(); ++i, ++number) {
+      const std::uint32_t block = batch.blocks[i];
+      if (number == run->first)
+        elements.runs.push_back({before, std::vector<std::uint64_t>(blocks)});
+      ++before[block];
+      if (number < run->first) continue;
+      for (const std::uint64_t v : batch.cell(i)) {
+        require_vertex(number, v, all_vertices);
+        corners.push_back(v);
+      }
+      corner_begin.push_back(corners.size());
+      cell_blocks.push_back(block);
+      ++elements.runs.back().inside[block];
+      ++info_.block_cells[block];
+      if (number + 1 == run->first + run->count) ++run;
+    }
+  mesh.rewind_cells();
+
+  std::vector<std::uint64_t>& used = elements.vertices;
+  used = corners;
+  std::sort(used.begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
+  info_.vertices = used.size();
+  cells_ = CellTable(info_);
+  std::vector<std::uint32_t> local;
+  for (std::size_t cell = 0; cell < cell_blocks.size(); ++cell) {
+    local.clear();
+    for (const std::uint64_t v : std::span(corners).subspan(
+             corner_begin[cell], corner_begin[cell + 1] - corner_begin[cell]))
+      local.push_back(
+          static_cast<std::uint32_t>(std::lower_bound(used.begin(), used.end(), v) - used.begin()));
+    cells_.append(cell_blocks[cell], local);
+  }
+  return elements;
+}
+
+void SampleMesh::choose_steps(const MeshInfo& whole) {
+  if (const std::uint64_t steps = whole.step_times.size(); steps > 0)
+    for (const std::uint64_t step : {std::uint64_t{0}, steps / 2, steps - 1})
+      if (steps_.empty() || step > steps_.back()) steps_.push_back(step);
   info_.step_times.resize(steps_.size());
 }
 
@@ -164,6 +289,19 @@ void SampleMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t
                             std::uint64_t count, std::byte* out) {
   const std::size_t stride = info_.array_stride(array);
   if (count > 0) std::memcpy(out, arrays_[array][step].data() + first * stride, count * stride);
+}
+
+double bytes_of_all_steps(const SizeReport& sizes, const MeshInfo& sample, std::size_t steps) {
+  auto total = static_cast<double>(sizes.total_bytes);
+  const std::size_t coded = sample.step_times.size();
+  for (std::size_t a = 0; a < sample.schema.arrays.size() && steps > coded; ++a) {
+    if (!sample.schema.arrays[a].per_step) continue;
+    const auto bytes = sizes.streams.find(array_stream_name(sample.schema, a));
+    if (bytes != sizes.streams.end())
+      total += static_cast<double>(steps - coded) / static_cast<double>(coded) *
+               static_cast<double>(bytes->second);
+  }
+  return total;
 }
 
 }  // namespace shm::converters

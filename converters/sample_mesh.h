@@ -10,6 +10,7 @@
 #include "cell_orders.h"
 #include "cell_table.h"
 #include "mesh_source.h"
+#include "shm/writer.h"
 
 namespace shm::converters {
 
@@ -17,12 +18,20 @@ namespace shm::converters {
 // the other cells that have all their vertices there; all cells, when there are no more.
 CellSequence sample_of_cells(const CellGraph& graph, std::uint32_t count);
 
+// Some cells that stand one behind the other in their file.
+struct CellRun {
+  std::uint64_t first = 0, count = 0;
+};
+
 // The cells of a sample with their vertices and all arrays, of the stepped ones the first step, the
 // middle one and the last. Extras only where the sample is the whole mesh, and no vertex unused.
 class SampleMesh final : public MeshSource {
  public:
   // `picked`: in ascending order. Reads the points and values of `mesh` once.
   SampleMesh(MeshSource& mesh, const CellTable& cells, const CellSequence& picked);
+  // `runs`: ascending and apart. Memory follows the sample; vertices are read where they lie.
+  // Throws corrupt where a cell has a vertex that is none.
+  SampleMesh(MeshSource& mesh, const std::vector<CellRun>& runs);
 
   const CellTable& cells() const { return cells_; }
 
@@ -34,6 +43,9 @@ class SampleMesh final : public MeshSource {
                   std::byte* out) override;
 
  private:
+  struct Elements;
+  void choose_steps(const MeshInfo& whole);
+  Elements take_runs(MeshSource& mesh, const std::vector<CellRun>& runs);
   void take_cells(const CellTable& cells, const CellSequence& picked,
                   std::vector<bool>& picked_vertices);
   void take_array(MeshSource& mesh, std::size_t array, const std::vector<bool>& picked);
@@ -45,5 +57,9 @@ class SampleMesh final : public MeshSource {
   std::vector<std::uint64_t> steps_;                         // of the source, for each step here
   std::uint32_t next_cell_ = 0;
 };
+
+// Bytes of a sample that was coded with `sizes`, if all of `steps` steps were as large on the
+// average as those that it has.
+double bytes_of_all_steps(const SizeReport& sizes, const MeshInfo& sample, std::size_t steps);
 
 }  // namespace shm::converters

@@ -16,6 +16,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "cell_order_file.h"
 #include "compare.h"
 #include "compress.h"
 #include "decompress.h"
@@ -45,9 +46,10 @@ enum ExitCode {
 constexpr std::size_t kSpool = std::size_t{64} << 20, kFreeOrderSpool = std::size_t{1} << 30;
 
 struct Options {
-  std::string input, output, format, against, temp;
+  std::string input, output, format, against, temp, cell_order;
   std::string order = "keep";
-  std::uint32_t delay = 0, bits = 0;
+  std::optional<std::uint32_t> delay;  // none told: as a trial finds
+  std::uint32_t bits = 0;
   std::string level = "default", codec = "auto";
   std::uint64_t segment_cells = 0;
   double restart_budget = .2;  // percent
@@ -178,8 +180,10 @@ ExitCode run_compress(Options& options) {
   if (options.output == "-" && options.json)
     wrong_use("--json and the compressed mesh cannot both go to standard output");
   if (!(options.restart_budget >= 0)) wrong_use("--restart-budget is no number");
-  if (options.delay > 0 && options.order == "free")
+  if (options.delay.value_or(0) > 0 && options.order == "free")
     wrong_use("--delay is for the order stream; --order free moves cells anyway");
+  if (!options.cell_order.empty() && options.order != "free")
+    wrong_use("--cell-order is for --order free");
   const auto start = std::chrono::steady_clock::now();
   ProgressLine line(options.quiet);
   // An incoherent mesh is read in any order: pages that go to disk would come back soon.
@@ -197,6 +201,9 @@ ExitCode run_compress(Options& options) {
   how.restart_budget = options.restart_budget / 100;
   how.threads = options.threads;
   how.progress = line.callback();
+  std::optional<CellSequence> cell_order;
+  if (!options.cell_order.empty())
+    how.cell_order = &cell_order.emplace(read_cell_order(options.cell_order, mesh->info().cells()));
   CompressRun run;
   run.input = options.input;
   run.output = options.output;
@@ -248,6 +255,8 @@ ExitCode run_decompress(Options& options) {
 }
 
 ExitCode run_verify(Options& options) {
+  if (!options.cell_order.empty() && options.against.empty())
+    wrong_use("--cell-order tells how --against is to be compared");
   require_shm(options.input);
   ProgressLine line(options.quiet);
   Spool spool(spool_directory(options));
@@ -262,7 +271,11 @@ ExitCode run_verify(Options& options) {
   }
   line.show("reading " + options.against);
   const auto source = open_mesh(options.against, spool, line.callback());
-  const CompareReport report = compare_meshes(*source, *restored, spool, line.callback());
+  std::optional<CellSequence> cell_order;
+  if (!options.cell_order.empty())
+    cell_order = read_cell_order(options.cell_order, source->info().cells());
+  const CompareReport report = compare_meshes(*source, *restored, spool, line.callback(),
+                                              cell_order ? &*cell_order : nullptr);
   line.wipe();
   if (options.json)
     std::fputs(compare_json(report, options.against, options.input, restored->info()).c_str(),
@@ -349,9 +362,17 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
           "free: the same mesh, its cells in whatever order is smallest (needs memory)")
       ->check(CLI::IsMember({"keep", "stream", "free"}).description(""))
       ->type_name("keep|stream|free");
-  command->add_option("--delay", options.delay, "Cells in the delay buffer (default: 0)")
+  command
+      ->add_option("--delay", options.delay,
+                   "Cells in the delay buffer, 0 for none\n"
+                   "(default: none; in --order stream what a trial on a sample finds smaller)")
       ->check(CLI::Range(0u, 1u << 20).description(""))
       ->type_name("N");
+  command
+      ->add_option("--cell-order", options.cell_order,
+                   "For --order free: the cells in the order of this file, a number from 0 in each "
+                   "line,\ninstead of a search; verify needs the file too")
+      ->type_name("FILE");
   command
       ->add_option("--bits", options.bits, "Round coordinates to N bits of the bounding box, 1..52")
       ->check(CLI::Range(1u, 52u).description(""))
@@ -423,6 +444,10 @@ CLI::App* add_verify(CLI::App& app, Options& options) {
   add_threads(*command, options, "Decode segments");
   command->add_option("--against", options.against, "Mesh that IN was made of")
       ->type_name("SOURCE");
+  command
+      ->add_option("--cell-order", options.cell_order,
+                   "The file with which IN was made in --order free")
+      ->type_name("FILE");
   command->add_flag(
       "--json", options.json,
       "Print as JSON whether they are equal, how many differences there are, and counts");

@@ -96,14 +96,14 @@ std::uint64_t segments_of(const TestMesh& mesh, double budget, std::uint64_t* im
 
 TEST(Segments, CutsKeepTheBudget) {
   // 21 x 21 vertices live at each layer of 400 cells: 2 % of what 50 layers introduce, but a
-  // segment has 65536 cells at least.
-  const TestMesh slim = grid(20, 20, 400);
+  // segment has 131072 cells at least.
+  const TestMesh slim = grid(20, 20, 800);
   std::uint64_t imported = 0;
   EXPECT_EQ(segments_of(slim, .02, &imported), 3u);
   EXPECT_LE(imported, 2 * 470u);
   EXPECT_EQ(segments_of(slim, 0), 1u);
   // A wide one allows cuts at 20 %, and at 2 % only near its end, where little is left alive.
-  const TestMesh wide = grid(80, 80, 30);
+  const TestMesh wide = grid(80, 80, 62);
   EXPECT_LE(segments_of(wide, .02, &imported), 2u);
   EXPECT_LE(imported, wide.vertices / 50);
   EXPECT_GE(segments_of(wide, .2, &imported), 3u);
@@ -111,13 +111,13 @@ TEST(Segments, CutsKeepTheBudget) {
 }
 
 TEST(Segments, BlocksBeginSegmentsEarlier) {
-  TestMesh mesh = grid(10, 10, 400);
+  TestMesh mesh = grid(20, 20, 400);
   for (int b = 2; b <= 4; ++b) mesh.schema.blocks.push_back({b, "", CellShape::hexahedron, 8});
   for (std::size_t c = 0; c < mesh.cells.size(); ++c)
     mesh.cells[c].block = static_cast<std::uint32_t>(c * 4 / mesh.cells.size());
-  mesh.cells.resize(36000);  // the second block begins at cell 10000, the third at 20000
+  mesh.cells.resize(144000);  // the second block begins at cell 40000, the third at 80000
   const auto bytes = expect_round_trip(mesh, {.restart_budget = .02});
-  EXPECT_EQ(read_mesh(bytes)->totals.segment_starts, (std::vector<std::uint64_t>{0, 20000}));
+  EXPECT_EQ(read_mesh(bytes)->totals.segment_starts, (std::vector<std::uint64_t>{0, 80000}));
 }
 
 TEST(Segments, ImportsAreCheapOnACoherentMesh) {

@@ -17,8 +17,9 @@ import xml.etree.ElementTree
 SHM = "shm"
 
 
-def write_vtk(path, n, bend=0.0, shuffled=False):
-    """An ASCII VTK grid of n*n*n hexahedra with one point and one cell array."""
+def write_vtk(path, n, bend=0.0, shuffled=False, window=1):
+    """An ASCII VTK grid of n*n*n hexahedra with one point and one cell array; cells shuffled among
+    all, or among `window` that stand one behind the other."""
     m = n + 1
     points, cells = [], []
     for z in range(m):
@@ -39,6 +40,10 @@ def write_vtk(path, n, bend=0.0, shuffled=False):
                 cells.append("8 " + " ".join(map(str, corners)))
     if shuffled:
         random.Random(2).shuffle(cells)
+    for first in range(0, len(cells) if window > 1 else 0, window):
+        some = cells[first:first + window]
+        random.Random(first).shuffle(some)
+        cells[first:first + window] = some
     with open(path, "w") as out:
         out.write("# vtk DataFile Version 3.0\na grid\nASCII\nDATASET UNSTRUCTURED_GRID\n")
         out.write(f"POINTS {len(points)} double\n" + "\n".join(points) + "\n")
@@ -210,6 +215,28 @@ class ToolTest(unittest.TestCase):
                 self.shm("decompress", packed, "-o", back)
                 self.shm("verify", packed, "--against", back)
 
+    def test_delay_is_tried(self):
+        plain, local = self.path("plain.vtk"), self.path("local.vtk")
+        write_vtk(plain, 29)
+        write_vtk(local, 29, window=60)
+        packed = self.path("mesh.shm")
+
+        def delay_of(mesh, *options):
+            self.shm("compress", mesh, "-o", packed, *options)
+            self.shm("verify", packed, "--against", mesh)
+            return json.loads(self.shm("info", packed, "--json")[0])["delay"]
+        for order, mesh in (("stream", self.mesh), ("stream", plain), ("keep", local)):
+            self.assertEqual(delay_of(mesh, "--order", order), 0)
+        self.assertEqual(delay_of(local, "--order", "stream", "--delay", "0"), 0)
+        without = os.path.getsize(packed)
+        self.assertEqual(delay_of(plain, "--order", "stream", "--delay", "16"), 16)
+        self.assertIn(delay_of(local, "--order", "stream"), (256, 1024))
+        self.assertLess(os.path.getsize(packed), 0.99 * without)
+        # A source that is staged, because its file is read only once.
+        again = self.path("again.shm")
+        self.shm("compress", local, "-o", again)
+        self.assertIn(delay_of(again, "--order", "stream"), (256, 1024))
+
     def test_threads(self):
         files = []
         for threads in ("1", "2", "3"):
@@ -288,6 +315,83 @@ class ToolTest(unittest.TestCase):
         back = self.path("back.vtk")
         self.shm("decompress", packed, "-o", back)
         self.shm("verify", packed, "--against", back)
+
+    def test_cell_order(self):
+        order, packed, back = self.path("order.txt"), self.path("mesh.shm"), self.path("back.vtk")
+
+        def write(text):
+            with open(order, "w") as out:
+                out.write(text)
+
+        def lines(numbers):
+            return "".join(f"{n}\n" for n in numbers)
+        free = ("--order", "free", "--cell-order", order)
+        shuffled = random.Random(3).sample(range(125), 125)
+        for numbers in (range(125), reversed(range(125)), shuffled):
+            write(lines(numbers))
+            self.shm("compress", self.mesh, "-o", packed, *free)
+            self.shm("verify", packed, "--against", self.mesh, "--cell-order", order)
+        write(lines(shuffled)[:-1])  # no end of line after the last number
+        self.shm("compress", self.mesh, "-o", packed, *free, "--bits", "12", "--segment-cells", "30")
+        self.shm("verify", packed, "--against", self.mesh, "--cell-order", order)
+        self.shm("verify", packed, "--against", self.mesh, code=1)  # no known order
+        self.shm("compress", self.mesh, "-o", packed, *free)
+        self.shm("decompress", packed, "-o", back)
+        self.shm("verify", packed, "--against", back)
+        with open(back) as text:  # "zone" says which seven cells each cell was among
+            words = text.read().split()
+        at = words.index("CELL_DATA")
+        zones = [int(w) for w in words[at:][words[at:].index("default") + 1:][:125]]
+        self.assertEqual(zones, [n // 7 for n in shuffled])
+
+        os.remove(packed)
+        identity = list(range(125))
+        for text, line, what in (
+                (lines(identity[:99]) + "99x\n" + lines(identity[100:]), 100, "'99x' is no number"),
+                (lines(identity[:99]) + "-99\n" + lines(identity[100:]), 100, "'-99' is no number"),
+                (lines(identity[:60]) + "\n" + lines(identity[60:]), 61, "is no number"),
+                (lines(identity[:124]) + "125\n", 125, "cell 125 is beyond the last"),
+                (lines(identity[:124]) + "7\n", 125, "cell 7 comes for the second time"),
+                (lines(identity + [0]), 126, "comes for the second time"),
+                (lines(identity[:124]), 125, "ends after 124 of 125 cells"),
+                ("", None, "has no room for the numbers of 125 cells")):
+            write(text)
+            for command in (("compress", self.mesh, "-o", packed, *free),):
+                _, error = self.shm(*command, code=3)
+                self.assertIn(order, error)
+                self.assertIn(what, error)
+                if line is not None:
+                    self.assertIn(f"line {line}", error)
+        self.shm("compress", self.mesh, "-o", packed, "--order", "free", "--cell-order",
+                 self.path("missing"), code=3)
+        self.shm("compress", self.mesh, "-o", packed, "--cell-order", order, code=2)
+        self.shm("compress", self.mesh, "-o", packed, "--order", "stream", "--cell-order", order,
+                 code=2)
+        self.shm("verify", self.mesh, "--cell-order", order, code=2)
+        self.assert_only("mesh.vtk", "order.txt", "back.vtk")
+
+    def test_spatial_sort(self):
+        program = os.path.join(os.path.dirname(os.path.abspath(SHM)), "shm_spatial_sort")
+        if not os.path.exists(program):
+            self.skipTest("shm_spatial_sort was not built (SHM_BUILD_CGAL)")
+        mesh, order = self.path("shuffled.vtk"), self.path("order.txt")
+        packed = self.path("mesh.shm")
+        write_vtk(mesh, 16, shuffled=True)
+        for options in ([], ["--multiscale"]):
+            subprocess.run([program, mesh, "-o", order, *options], check=True)
+            printed = subprocess.run([program, mesh, *options], check=True, capture_output=True,
+                                     text=True).stdout
+            with open(order) as text:
+                numbers = text.read()
+            self.assertEqual(numbers, printed)
+            self.assertEqual(sorted(map(int, numbers.split())), list(range(16 ** 3)))
+            self.shm("compress", mesh, "-o", packed, "--order", "free", "--cell-order", order)
+            self.shm("verify", packed, "--against", mesh, "--cell-order", order)
+        for words, code in (([], 2), ([mesh, "--what"], 2), ([mesh, mesh], 2),
+                            ([self.path("missing")], 3), ([mesh, "-o", self.path("no/where")], 4)):
+            done = subprocess.run([program, *words], capture_output=True, text=True)
+            self.assertEqual(done.returncode, code, done.stderr)
+            self.assertEqual(done.stdout, "")
 
     def test_hint_at_order_free(self):
         mesh, packed = self.path("shuffled.vtk"), self.path("shuffled.shm")

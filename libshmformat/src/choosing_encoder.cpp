@@ -1,5 +1,7 @@
 #include "choosing_encoder.h"
 
+#include <optional>
+
 namespace shm {
 
 ChoosingEncoder::ChoosingEncoder(const Schema& schema, std::uint32_t group_cells,
@@ -26,13 +28,12 @@ Result<void> ChoosingEncoder::end(std::vector<EncodedGroup>& done) {
 
 Result<void> ChoosingEncoder::choose(std::vector<EncodedGroup>& done) {
   HexahedronCodec best = trial_.codecs[0];
-  std::uint64_t fewest = ~std::uint64_t{0};
+  std::optional<Size> size;
   for (HexahedronCodec codec : trial_.codecs) {
-    const auto bytes = bytes_with(codec);
-    if (!bytes) return bytes.error();
-    const std::uint64_t gain = sample_cells_ >= kTrialCells ? fewest / trial_.gain : 0;
-    if (*bytes >= fewest - gain) continue;
-    fewest = *bytes;
+    const auto its = size_with(codec);
+    if (!its) return its.error();
+    if (size && !is_worth_it(*its, *size)) continue;
+    size = *its;
     best = codec;
   }
   encoder_ = std::make_unique<SegmentEncoder>(*schema_, SegmentOptions{group_cells_, best}, start_);
@@ -42,16 +43,30 @@ Result<void> ChoosingEncoder::choose(std::vector<EncodedGroup>& done) {
   return {};
 }
 
-Result<std::uint64_t> ChoosingEncoder::bytes_with(HexahedronCodec codec) const {
+bool ChoosingEncoder::is_worth_it(const Size& smaller, const Size& faster) const {
+  if (smaller.all >= faster.all) return false;
+  if (sample_cells_ < kTrialCells) return true;  // time is no matter
+  return (faster.all - smaller.all) * trial_.spare_share > faster.all ||
+         (smaller.topology < faster.topology &&
+          8 * (faster.topology - smaller.topology) * trial_.spare_bits > sample_cells_);
+}
+
+auto ChoosingEncoder::size_with(HexahedronCodec codec) const -> Result<Size> {
+  using container::StreamKind;
   SegmentEncoder encoder(*schema_, SegmentOptions{group_cells_, codec}, start_);
   std::vector<EncodedGroup> groups;
   for (const SegmentPiece& piece : sample_)
     if (auto good = encoder.take(piece, groups); !good) return good.error();
   encoder.end(groups);
-  std::uint64_t bytes = 0;
+  Size size;
   for (const EncodedGroup& group : groups)
-    for (const auto& stream : group.streams) bytes += stream.size();
-  return bytes;
+    for (const container::StreamEntry& stream : group.header.streams) {
+      size.all += stream.bytes;
+      if (stream.kind == StreamKind::connectivity || stream.kind == StreamKind::corner_order ||
+          stream.kind == StreamKind::vertex_numbers)
+        size.topology += stream.bytes;
+    }
+  return size;
 }
 
 }  // namespace shm

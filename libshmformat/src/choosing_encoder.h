@@ -19,9 +19,10 @@ inline constexpr std::size_t kTrialCells = 16384;
 /// Codecs to choose from.
 struct CodecTrial {
   std::span<const HexahedronCodec> codecs;  ///< not empty, static, the fastest first
-  /// Where there are more than kTrialCells, a codec must be smaller than a faster one by one part
-  /// in so many of the bytes.
-  std::uint64_t gain = 128;
+  // Where there are more than kTrialCells, a faster codec is preferred to one that saves at most
+  // this much:
+  std::uint64_t spare_share = 128;  ///< one part of all bytes in so many, and
+  std::uint64_t spare_bits = 32;    ///< one bit of connectivity and numbers in so many cells
 };
 
 class ChoosingEncoder {
@@ -37,7 +38,12 @@ class ChoosingEncoder {
 
  private:
   Result<void> choose(std::vector<EncodedGroup>& done);
-  Result<std::uint64_t> bytes_with(HexahedronCodec codec) const;
+  struct Size {
+    std::uint64_t all = 0;
+    std::uint64_t topology = 0;  ///< of these: connectivity, corner order, vertex numbers
+  };
+  Result<Size> size_with(HexahedronCodec codec) const;
+  bool is_worth_it(const Size& smaller, const Size& faster) const;
 
   const Schema* schema_;
   std::uint32_t group_cells_;

@@ -17,9 +17,9 @@ Error misuse(std::string detail) {
 constexpr std::size_t kPieceCells = 1024;
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 
-// Segments that are cut where the budget allows have at least this many cells; a quarter of it
+// Segments that are cut where the budget allows have at least this many cells; half of it
 // where a block begins, which is a better place.
-constexpr std::uint64_t kLeastSegmentCells = 65536;
+constexpr std::uint64_t kLeastSegmentCells = 131072;
 
 std::size_t point_data_bytes(const Schema& schema) {
   std::size_t bytes = 0;
@@ -48,7 +48,8 @@ CodecTrial trial_for(ConnectivityCodec codec, Level level) {
     case ConnectivityCodec::rows: return {kRows};
     case ConnectivityCodec::automatic: break;
   }
-  return {kAll, level == Level::fast ? 8u : 128u};
+  if (level == Level::fast) return {kAll, 8, 1};
+  return {kAll};
 }
 
 using Tasks = OrderedTasks<SegmentPiece, EncodedGroup>;
@@ -235,7 +236,7 @@ bool MeshEncoder::cut_is_due(std::uint32_t block) const {
                               totals_.cells);
   if (options_.segment_cells > 0) return run_.cells >= options_.segment_cells;
   if (!(options_.restart_budget > 0)) return false;
-  const std::uint64_t least = block != last_block_ ? kLeastSegmentCells / 4 : kLeastSegmentCells;
+  const std::uint64_t least = block != last_block_ ? kLeastSegmentCells / 2 : kLeastSegmentCells;
   return run_.cells >= least && static_cast<double>(live_) <=
                                     options_.restart_budget * static_cast<double>(run_.introduced);
 }
