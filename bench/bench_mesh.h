@@ -30,7 +30,7 @@ inline BenchMesh load_hexahedra(const std::string& path, bool with_points) {
   if (info.vertices > 0xffffffffu) throw std::runtime_error(path + ": more than 2^32 vertices");
   BenchMesh mesh;
   mesh.vertices = info.vertices;
-  mesh.coordinate_type = info.schema.coordinate_type;
+  if (with_points) mesh.coordinate_type = info.schema.coordinate_type;
   std::vector<std::vector<std::uint32_t>> blocks(info.schema.blocks.size());
   converters::CellBatch batch;
   while (source->next_cells(batch, 65536))

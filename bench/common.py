@@ -1,0 +1,57 @@
+"""What the benchmark scripts share: where things are, building, meshes, tables."""
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+BIN = ROOT / "build" / "release" / "bin"
+FAMILIES = ["grid", "ogrid", "shell", "voxel", "swept", "tets", "blocks", "shuffled"]
+
+
+def under_debians_python():
+    """Debian's Python has the modules that scripts/setup installs; another one may not."""
+    if sys.executable == "/usr/bin/python3" or not os.path.exists("/usr/bin/python3"):
+        sys.exit("a Python module is missing: scripts/setup --bench")
+    os.execv("/usr/bin/python3", ["/usr/bin/python3", *sys.argv])
+
+
+def build(*targets, options=()):
+    subprocess.run([ROOT / "scripts" / "setup", "--bench"], check=True)
+    log = ROOT / "build" / "bench.log"
+    log.parent.mkdir(exist_ok=True)
+    with open(log, "wb") as out:
+        for command in (["cmake", "--preset", "release", *options],
+                        ["cmake", "--build", "--preset", "release", "--target", *targets]):
+            if subprocess.run(command, cwd=ROOT, stdout=out, stderr=out).returncode != 0:
+                sys.exit(f"the build failed: {log}")
+
+
+def machine():
+    model = re.search(r"model name\s*: (.*)", Path("/proc/cpuinfo").read_text())
+    return (f"{model.group(1) if model else 'unknown processor'}, {os.cpu_count()} cores, "
+            f"load {os.getloadavg()[0]:.1f}")
+
+
+def corpus_folder():
+    return Path(os.environ.get("SHM_CORPUS") or ROOT.parent / "shared" / "corpus")
+
+
+def make_mesh(family, cells, path, *options, tools=BIN):
+    subprocess.run([tools / "shm_make_mesh", family, str(cells), path, *options], check=True,
+                   stdout=subprocess.DEVNULL)
+
+
+def print_table(title, rows, columns, markdown):
+    if markdown:
+        print(f"\n**{title}**\n\n| | " + " | ".join(columns) + " |")
+        print("|---|" + "---:|" * len(columns))
+        for name, cells in rows:
+            print(f"| {name} | " + " | ".join(cells) + " |")
+    else:
+        wide = max(24, *(len(name) + 2 for name, _ in rows)) if rows else 24
+        print(f"\n{title}\n" + " " * wide + "".join(f"{name:>14}" for name in columns))
+        for name, cells in rows:
+            print(f"{name:<{wide}}" + "".join(f"{cell:>14}" for cell in cells))
+    sys.stdout.flush()
