@@ -16,7 +16,7 @@ Result<void> ChoosingEncoder::take(const SegmentPiece& piece, std::vector<Encode
   if (encoder_) return encoder_->take(piece, done);
   sample_.push_back(piece);
   sample_cells_ += piece.cells.size();
-  return sample_cells_ >= kTrialCells ? choose(done) : Result<void>();
+  return sample_cells_ >= trial_.sample_cells ? choose(done) : Result<void>();
 }
 
 Result<void> ChoosingEncoder::end(std::vector<EncodedGroup>& done) {
@@ -45,7 +45,7 @@ Result<void> ChoosingEncoder::choose(std::vector<EncodedGroup>& done) {
 
 bool ChoosingEncoder::is_worth_it(const Size& smaller, const Size& faster) const {
   if (smaller.all >= faster.all) return false;
-  if (sample_cells_ < kTrialCells) return true;  // time is no matter
+  if (sample_cells_ < trial_.sample_cells) return true;  // time is no matter
   return (faster.all - smaller.all) * trial_.spare_share > faster.all ||
          (smaller.topology < faster.topology &&
           8 * (faster.topology - smaller.topology) * trial_.spare_bits > sample_cells_);

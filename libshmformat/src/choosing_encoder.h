@@ -13,13 +13,12 @@
 
 namespace shm {
 
-/// Cells of a segment on which codecs are tried; the whole segment if it is shorter.
-inline constexpr std::size_t kTrialCells = 16384;
-
 /// Codecs to choose from.
 struct CodecTrial {
   std::span<const HexahedronCodec> codecs;  ///< not empty, static, the fastest first
-  // Where there are more than kTrialCells, a faster codec is preferred to one that saves at most
+  /// Cells of a segment on which they are tried; the whole segment if it is shorter.
+  std::size_t sample_cells = 16384;
+  // Where there are more cells than that, a faster codec is preferred to one that saves at most
   // this much:
   std::uint64_t spare_share = 128;  ///< one part of all bytes in so many, and
   std::uint64_t spare_bits = 32;    ///< one bit of connectivity and numbers in so many cells

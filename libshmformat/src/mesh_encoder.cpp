@@ -53,9 +53,11 @@ CodecTrial trial_for(ConnectivityCodec codec, Level level) {
     case ConnectivityCodec::automatic: break;
   }
   switch (level) {
-    case Level::fast: return {kStandard, 8, 1};
+    case Level::fast: return {.codecs = kStandard, .spare_share = 8, .spare_bits = 1};
     case Level::standard: break;
-    case Level::best: return {kBest, 1 << 16, 1 << 16};
+    case Level::best:
+      return {
+          .codecs = kBest, .sample_cells = 65536, .spare_share = 1 << 16, .spare_bits = 1 << 16};
   }
   return {kStandard};
 }
