@@ -13,8 +13,9 @@ namespace shm {
 
 /// The hexahedron coded last; before glue().
 template <class Coder>
-auto RowHexahedra<Coder>::last() const -> Record {
-  return last_cell_ == kNone ? Record{} : records_[last_cell_];
+auto RowHexahedra<Coder>::last() const -> const Record& {
+  static constexpr Record kNobody{};
+  return last_cell_ == kNone ? kNobody : records_[last_cell_];
 }
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::live_sides(std::uint32_t cell) const {
@@ -78,7 +79,7 @@ std::uint32_t RowHexahedra<Coder>::gate_age() const {
 template <class Coder>
 void RowHexahedra<Coder>::about_candidates(Coder& symbols) const {
   const Candidate& first = candidates_[0];
-  const Record before = last();
+  const Record& before = last();
   const std::uint32_t support = std::min(first.support, 3u);
   symbols.about(kHit, clue(candidate_count_, gates_ & 0xfff),
                 clue(candidate_count_, support, first.guessed, sorted_fans(first.face)),

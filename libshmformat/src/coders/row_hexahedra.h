@@ -181,7 +181,7 @@ class RowHexahedra {
   std::uint32_t uses(std::uint32_t face) const;
   std::uint32_t age(std::uint32_t face) const;
   std::uint32_t gate_age() const;
-  Record last() const;
+  const Record& last() const;
 
   // once all corners are known (row_glue.cpp)
   void find_unspoken();
