@@ -15,9 +15,10 @@
 
 namespace shm::bench {
 
-inline constexpr std::array<std::pair<const char*, HexahedronCodec>, 3> kHexahedronCodecs = {
+inline constexpr std::array<std::pair<const char*, HexahedronCodec>, 4> kHexahedronCodecs = {
     {{"codec rows", HexahedronCodec::rows},
      {"codec replay", HexahedronCodec::replay},
+     {"codec mixed", HexahedronCodec::mixed},
      {"codec paper", HexahedronCodec::paper}}};
 
 /// Bit i of an element: no later hexahedron uses corner i.
