@@ -48,7 +48,7 @@ double quickest(double seconds, const std::function<void()>& run) {
   return best;
 }
 
-Coding with_codec(const BenchMesh& mesh, const std::string& name, HexahedronCodec codec,
+Coding with_codec(const BenchMesh& mesh, const std::string& name, ConnectivityCodec codec,
                   double seconds) {
   Coding coding{name};
   Streams streams;
@@ -121,7 +121,7 @@ int run(int argc, char** argv) {
   if (!corners.empty()) write_raw(corners, mesh);
   std::vector<Coding> codings;
   if (mesh.hexahedra() > 0) {
-    for (const auto& [name, codec] : kHexahedronCodecs)
+    for (const auto& [name, codec] : kConnectivityCodecs)
       codings.push_back(with_codec(mesh, name, codec, seconds));
     if (!codecs_only)
       for (const auto& [name, level] : {std::pair{"level fast", Level::fast},

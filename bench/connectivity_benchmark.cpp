@@ -12,7 +12,7 @@
 
 namespace {
 
-using shm::HexahedronCodec;
+using shm::ConnectivityCodec;
 using shm::bench::Streams;
 
 struct Mesh {
@@ -73,12 +73,12 @@ Mesh o_grid(std::uint32_t n) {
   return mesh;
 }
 
-Streams encode(const Mesh& mesh, HexahedronCodec codec) {
+Streams encode(const Mesh& mesh, ConnectivityCodec codec) {
   return shm::bench::encode(mesh.corners, mesh.last_use, mesh.vertices, codec);
 }
 
 template <Mesh (*make)(std::uint32_t)>
-void encode_connectivity(benchmark::State& state, HexahedronCodec codec) {
+void encode_connectivity(benchmark::State& state, ConnectivityCodec codec) {
   const Mesh mesh = make(static_cast<std::uint32_t>(state.range(0)));
   std::size_t bytes = 0;
   for (auto _ : state) {
@@ -90,7 +90,7 @@ void encode_connectivity(benchmark::State& state, HexahedronCodec codec) {
 }
 
 template <Mesh (*make)(std::uint32_t)>
-void decode_connectivity(benchmark::State& state, HexahedronCodec codec) {
+void decode_connectivity(benchmark::State& state, ConnectivityCodec codec) {
   const Mesh mesh = make(static_cast<std::uint32_t>(state.range(0)));
   const Streams streams = encode(mesh, codec);
   for (auto _ : state)
@@ -98,31 +98,31 @@ void decode_connectivity(benchmark::State& state, HexahedronCodec codec) {
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(mesh.last_use.size()));
 }
 
-void encode_grid(benchmark::State& state, HexahedronCodec c) {
+void encode_grid(benchmark::State& state, ConnectivityCodec c) {
   encode_connectivity<grid>(state, c);
 }
-void decode_grid(benchmark::State& state, HexahedronCodec c) {
+void decode_grid(benchmark::State& state, ConnectivityCodec c) {
   decode_connectivity<grid>(state, c);
 }
-void encode_o_grid(benchmark::State& state, HexahedronCodec c) {
+void encode_o_grid(benchmark::State& state, ConnectivityCodec c) {
   encode_connectivity<o_grid>(state, c);
 }
-void decode_o_grid(benchmark::State& state, HexahedronCodec c) {
+void decode_o_grid(benchmark::State& state, ConnectivityCodec c) {
   decode_connectivity<o_grid>(state, c);
 }
 
-#define SHM_FOR_EACH_CODEC(function, size)                     \
-  BENCHMARK_CAPTURE(function, paper, HexahedronCodec::paper)   \
-      ->Arg(size)                                              \
-      ->Unit(benchmark::kMillisecond);                         \
-  BENCHMARK_CAPTURE(function, rows, HexahedronCodec::rows)     \
-      ->Arg(size)                                              \
-      ->Unit(benchmark::kMillisecond);                         \
-  BENCHMARK_CAPTURE(function, mixed, HexahedronCodec::mixed)   \
-      ->Arg(size)                                              \
-      ->Unit(benchmark::kMillisecond);                         \
-  BENCHMARK_CAPTURE(function, replay, HexahedronCodec::replay) \
-      ->Arg(size)                                              \
+#define SHM_FOR_EACH_CODEC(function, size)                       \
+  BENCHMARK_CAPTURE(function, paper, ConnectivityCodec::paper)   \
+      ->Arg(size)                                                \
+      ->Unit(benchmark::kMillisecond);                           \
+  BENCHMARK_CAPTURE(function, rows, ConnectivityCodec::rows)     \
+      ->Arg(size)                                                \
+      ->Unit(benchmark::kMillisecond);                           \
+  BENCHMARK_CAPTURE(function, mixed, ConnectivityCodec::mixed)   \
+      ->Arg(size)                                                \
+      ->Unit(benchmark::kMillisecond);                           \
+  BENCHMARK_CAPTURE(function, replay, ConnectivityCodec::replay) \
+      ->Arg(size)                                                \
       ->Unit(benchmark::kMillisecond)
 
 SHM_FOR_EACH_CODEC(encode_grid, 80);

@@ -15,11 +15,11 @@
 
 namespace shm::bench {
 
-inline constexpr std::array<std::pair<const char*, HexahedronCodec>, 4> kHexahedronCodecs = {
-    {{"codec rows", HexahedronCodec::rows},
-     {"codec replay", HexahedronCodec::replay},
-     {"codec mixed", HexahedronCodec::mixed},
-     {"codec paper", HexahedronCodec::paper}}};
+inline constexpr std::array<std::pair<const char*, ConnectivityCodec>, 4> kConnectivityCodecs = {
+    {{"codec rows", ConnectivityCodec::rows},
+     {"codec replay", ConnectivityCodec::replay},
+     {"codec mixed", ConnectivityCodec::mixed},
+     {"codec paper", ConnectivityCodec::paper}}};
 
 /// Bit i of an element: no later hexahedron uses corner i.
 inline std::vector<std::uint8_t> last_uses(std::span<const std::uint32_t> corners,
@@ -48,7 +48,7 @@ inline Schema hexahedra_schema() {
 /// `corners`: eight for each hexahedron, all < `vertices`.
 inline Streams encode(std::span<const std::uint32_t> corners,
                       std::span<const std::uint8_t> last_use, std::uint64_t vertices,
-                      HexahedronCodec codec) {
+                      ConnectivityCodec codec) {
   const Schema schema = hexahedra_schema();
   Connectivity<RangeEncoder> connectivity(schema);
   connectivity.set_codec(codec);
@@ -80,7 +80,7 @@ inline Streams encode(std::span<const std::uint32_t> corners,
 
 /// The corners again, as they were given.
 inline std::vector<std::uint32_t> decode(const Streams& streams, std::size_t hexahedra,
-                                         HexahedronCodec codec) {
+                                         ConnectivityCodec codec) {
   const Schema schema = hexahedra_schema();
   Connectivity<RangeDecoder> connectivity(schema);
   connectivity.set_codec(codec);

@@ -16,7 +16,7 @@ namespace shm {
 namespace {
 
 /// Codes the cells of `mesh` in order, decodes them, and compares. Gives the decoder's cells.
-std::vector<CellTopology> expect_same_cells(const TestMesh& mesh, HexahedronCodec codec) {
+std::vector<CellTopology> expect_same_cells(const TestMesh& mesh, ConnectivityCodec codec) {
   std::vector<std::uint64_t> last(mesh.vertices);
   for (std::uint64_t c = 0; c < mesh.cells.size(); ++c)
     for (std::uint64_t v : mesh.cells[c].corners) last[v] = c;
@@ -75,10 +75,10 @@ std::vector<CellTopology> expect_same_cells(const TestMesh& mesh, HexahedronCode
 
 /// With every codec. Gives the cells of the published one.
 std::vector<CellTopology> expect_same_cells(const TestMesh& mesh) {
-  expect_same_cells(mesh, HexahedronCodec::rows);
-  expect_same_cells(mesh, HexahedronCodec::replay);
-  expect_same_cells(mesh, HexahedronCodec::mixed);
-  return expect_same_cells(mesh, HexahedronCodec::paper);
+  expect_same_cells(mesh, ConnectivityCodec::rows);
+  expect_same_cells(mesh, ConnectivityCodec::replay);
+  expect_same_cells(mesh, ConnectivityCodec::mixed);
+  return expect_same_cells(mesh, ConnectivityCodec::paper);
 }
 
 enum : std::uint32_t { kBottom = 1, kWest = 2, kSouth = 4, kEast = 8, kNorth = 16, kTop = 32 };
@@ -209,9 +209,9 @@ TEST(Connectivity, AnyBytesDecodeOrAreRefused) {
     for (auto& b : bytes) b = static_cast<std::byte>(random() % (n % 2 == 0 ? 256 : 3));
     RangeDecoder symbols(bytes), order(std::span<const std::byte>(bytes).subspan(bytes.size() / 2));
     Connectivity<RangeDecoder> decoder(mesh.schema);
-    constexpr std::array<HexahedronCodec, 4> kCodecs = {
-        HexahedronCodec::paper, HexahedronCodec::rows, HexahedronCodec::replay,
-        HexahedronCodec::mixed};
+    constexpr std::array<ConnectivityCodec, 4> kCodecs = {
+        ConnectivityCodec::paper, ConnectivityCodec::rows, ConnectivityCodec::replay,
+        ConnectivityCodec::mixed};
     decoder.set_codec(kCodecs[static_cast<std::size_t>(n / 2) % 4]);
     CellTopology cell;
     for (int c = 0; c < 200 && decoder.code_cell(symbols, order, cell); ++c) {

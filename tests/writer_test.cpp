@@ -274,6 +274,11 @@ TEST(Writer, OptionsAndSchemaAreChecked) {
     ASSERT_FALSE(writer);
     EXPECT_EQ(writer.error().code, ErrorCode::misuse);
   }
+  constexpr auto kNoCodec = static_cast<ConnectivityCodec>(99);
+  for (const WriteOptions& options :
+       {WriteOptions{.level = static_cast<Level>(3)}, WriteOptions{.connectivity = kNoCodec},
+        WriteOptions{.segment_connectivity = {ConnectivityCodec::rows, kNoCodec}}})
+    EXPECT_EQ(Writer::create(sink, small_schema(), options).error().code, ErrorCode::misuse);
   Schema schema = small_schema();
   schema.corner_order = false;
   EXPECT_EQ(Writer::create(sink, schema).error().code, ErrorCode::misuse);

@@ -27,9 +27,9 @@ Result<void> ChoosingEncoder::end(std::vector<EncodedGroup>& done) {
 }
 
 Result<void> ChoosingEncoder::choose(std::vector<EncodedGroup>& done) {
-  HexahedronCodec best = trial_.codecs[0];
+  ConnectivityCodec best = trial_.codecs[0];
   std::optional<Size> size;
-  for (HexahedronCodec codec : trial_.codecs) {
+  for (ConnectivityCodec codec : trial_.codecs) {
     const auto its = size_with(codec);
     if (!its) return its.error();
     if (size && !is_worth_it(*its, *size)) continue;
@@ -51,7 +51,7 @@ bool ChoosingEncoder::is_worth_it(const Size& smaller, const Size& faster) const
           8 * (faster.topology - smaller.topology) * trial_.spare_bits > sample_cells_);
 }
 
-auto ChoosingEncoder::size_with(HexahedronCodec codec) const -> Result<Size> {
+auto ChoosingEncoder::size_with(ConnectivityCodec codec) const -> Result<Size> {
   using container::StreamKind;
   SegmentEncoder encoder(*schema_, SegmentOptions{group_cells_, codec}, start_);
   std::vector<EncodedGroup> groups;

@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <span>
 #include <vector>
 
 #include "segment_encoder.h"
@@ -15,7 +14,7 @@ namespace shm {
 
 /// Codecs to choose from.
 struct CodecTrial {
-  std::span<const HexahedronCodec> codecs;  ///< not empty, static, the fastest first
+  std::vector<ConnectivityCodec> codecs;  ///< not empty, the fastest first
   /// Cells of a segment on which they are tried; the whole segment if it is shorter.
   std::size_t sample_cells = 16384;
   // Where there are more cells than that, a faster codec is preferred to one that saves at most
@@ -41,7 +40,7 @@ class ChoosingEncoder {
     std::uint64_t all = 0;
     std::uint64_t topology = 0;  ///< of these: connectivity, corner order, vertex numbers
   };
-  Result<Size> size_with(HexahedronCodec codec) const;
+  Result<Size> size_with(ConnectivityCodec codec) const;
   bool is_worth_it(const Size& smaller, const Size& faster) const;
 
   const Schema* schema_;

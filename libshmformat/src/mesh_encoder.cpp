@@ -36,30 +36,20 @@ bool is_hexahedral(const BlockInfo& block) {
 // Waiting pieces of cells, for each thread.
 constexpr std::size_t kWaitingBytes = std::size_t{64} << 20;
 
-/// What to try at a level.
+/// What to try at a level, the fastest first.
 CodecTrial trial_for(ConnectivityCodec codec, Level level) {
-  static constexpr std::array kPaper = {HexahedronCodec::paper};
-  static constexpr std::array kRows = {HexahedronCodec::rows};
-  static constexpr std::array kReplay = {HexahedronCodec::replay};
-  static constexpr std::array kMixed = {HexahedronCodec::mixed};
-  static constexpr std::array kStandard = {HexahedronCodec::replay, HexahedronCodec::rows};
-  static constexpr std::array kBest = {HexahedronCodec::replay, HexahedronCodec::rows,
-                                       HexahedronCodec::mixed};
-  switch (codec) {
-    case ConnectivityCodec::paper: return {kPaper};
-    case ConnectivityCodec::replay: return {kReplay};
-    case ConnectivityCodec::rows: return {kRows};
-    case ConnectivityCodec::mixed: return {kMixed};
-    case ConnectivityCodec::automatic: break;
-  }
+  using enum ConnectivityCodec;
+  if (codec != automatic) return {.codecs = {codec}};
   switch (level) {
-    case Level::fast: return {.codecs = kStandard, .spare_share = 8, .spare_bits = 1};
+    case Level::fast: return {.codecs = {replay, rows}, .spare_share = 8, .spare_bits = 1};
     case Level::standard: break;
     case Level::best:
-      return {
-          .codecs = kBest, .sample_cells = 65536, .spare_share = 1 << 16, .spare_bits = 1 << 16};
+      return {.codecs = {replay, rows, mixed},
+              .sample_cells = 65536,
+              .spare_share = 1 << 16,
+              .spare_bits = 1 << 16};
   }
-  return {kStandard};
+  return {.codecs = {replay, rows}};
 }
 
 using Tasks = OrderedTasks<SegmentPiece, EncodedGroup>;

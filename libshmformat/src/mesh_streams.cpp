@@ -1,5 +1,8 @@
 #include "mesh_streams.h"
 
+#include <algorithm>
+#include <array>
+
 namespace shm {
 namespace {
 
@@ -17,6 +20,33 @@ ArrayInfo numbers_info() {
 }
 
 }  // namespace
+
+namespace {
+
+struct CodecPair {
+  ConnectivityCodec said;
+  container::Codec stream;
+};
+constexpr std::array kCodecs = {
+    CodecPair{ConnectivityCodec::paper, container::Codec::paper},
+    CodecPair{ConnectivityCodec::rows, container::Codec::rows},
+    CodecPair{ConnectivityCodec::replay, container::Codec::replay},
+    CodecPair{ConnectivityCodec::mixed, container::Codec::mixed},
+};
+
+}  // namespace
+
+container::Codec stream_codec(ConnectivityCodec codec) {
+  return std::find_if(kCodecs.begin(), kCodecs.end(),
+                      [&](const CodecPair& it) { return it.said == codec; })
+      ->stream;
+}
+
+std::optional<ConnectivityCodec> connectivity_codec(container::Codec codec) {
+  for (const CodecPair& it : kCodecs)
+    if (it.stream == codec) return it.said;
+  return std::nullopt;
+}
 
 std::vector<std::size_t> cell_data_bytes(const Schema& schema) {
   std::vector<std::size_t> bytes(schema.blocks.size());

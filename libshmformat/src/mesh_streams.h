@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -123,6 +124,11 @@ class MeshStreams {
   std::uint64_t next_cell_number_ = 0;
   SignedModel<NumberModel> cell_number_;
 };
+
+/// The codec of connectivity streams that says hexahedra so. Must hold: not automatic.
+container::Codec stream_codec(ConnectivityCodec codec);
+/// The reverse; nothing for a codec of other streams, or an unknown one.
+std::optional<ConnectivityCodec> connectivity_codec(container::Codec codec);
 
 /// Bytes of the static arrays in one cell, by block.
 std::vector<std::size_t> cell_data_bytes(const Schema& schema);

@@ -103,23 +103,14 @@ Result<void> SegmentDecoder::assign_streams() {
 }
 
 Result<void> SegmentDecoder::take_codec(container::Codec codec) {
-  using container::Codec;
   if (codec_ && *codec_ != codec)
     return damaged("connectivity: another codec than before in this segment");
-  if (codec != Codec::paper && codec != Codec::rows && codec != Codec::replay &&
-      codec != Codec::mixed)
+  const std::optional<ConnectivityCodec> said = connectivity_codec(codec);
+  if (!said)
     return damaged("connectivity: codec " + std::to_string(static_cast<int>(codec)) + " is unknown",
                    ErrorCode::unsupported);
-  if (!codec_) {
-    streams_->connectivity().set_codec(codec == Codec::paper    ? HexahedronCodec::paper
-                                       : codec == Codec::replay ? HexahedronCodec::replay
-                                       : codec == Codec::mixed  ? HexahedronCodec::mixed
-                                                                : HexahedronCodec::rows);
-    connectivity_ = codec == Codec::paper    ? ConnectivityCodec::paper
-                    : codec == Codec::replay ? ConnectivityCodec::replay
-                    : codec == Codec::mixed  ? ConnectivityCodec::mixed
-                                             : ConnectivityCodec::rows;
-  }
+  if (!codec_) streams_->connectivity().set_codec(*said);
+  connectivity_ = *said;
   codec_ = codec;
   return {};
 }

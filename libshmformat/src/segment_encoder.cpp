@@ -234,11 +234,7 @@ void SegmentEncoder::flush_group(std::vector<EncodedGroup>& done) {
     if (bytes.empty() && (entry.kind != StreamKind::connectivity || group_.header.cells == 0))
       continue;
     const bool values = entry.kind >= StreamKind::vertex_numbers;
-    entry.codec = values                              ? container::Codec::predictive
-                  : codec_ == HexahedronCodec::paper  ? container::Codec::paper
-                  : codec_ == HexahedronCodec::replay ? container::Codec::replay
-                  : codec_ == HexahedronCodec::mixed  ? container::Codec::mixed
-                                                      : container::Codec::rows;
+    entry.codec = values ? container::Codec::predictive : stream_codec(codec_);
     const auto needs = [&](StreamKind kind) { entry.needs |= 1u << static_cast<unsigned>(kind); };
     if (entry.kind != StreamKind::connectivity) needs(StreamKind::connectivity);
     const bool by_corner =

@@ -84,7 +84,7 @@ struct EncodedGroup {
 /// How a segment is coded.
 struct SegmentOptions {
   std::uint32_t group_cells = 65536;
-  HexahedronCodec codec = HexahedronCodec::rows;
+  ConnectivityCodec codec = ConnectivityCodec::rows;
 };
 
 class SegmentEncoder {
@@ -123,7 +123,7 @@ class SegmentEncoder {
 
   const Schema* schema_;
   std::uint32_t group_cells_;
-  HexahedronCodec codec_;
+  ConnectivityCodec codec_;
   SegmentStart start_;
   MeshStreams<RangeEncoder> streams_;
   std::size_t xyz_bytes_, values_bytes_;

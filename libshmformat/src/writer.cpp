@@ -293,6 +293,11 @@ Result<Writer> Writer::create(ByteSink& sink, Schema schema, const WriteOptions&
   if (auto good = check_schema(schema); !good) return good.error();
   if (options.group_cells < 1 || options.group_cells > container::kMaxGroupCells)
     return misuse("group_cells must be 1 to 2^20", "options");
+  const auto is_codec = [](ConnectivityCodec codec) { return codec <= ConnectivityCodec::mixed; };
+  const auto& codecs = options.segment_connectivity;
+  if (!is_codec(options.connectivity) || !std::all_of(codecs.begin(), codecs.end(), is_codec) ||
+      options.level > Level::best)
+    return misuse("unknown codec of connectivity, or level", "options");
   if (!(options.restart_budget >= 0)) return misuse("restart_budget must be 0 or more", "options");
   if (!std::is_sorted(options.segment_starts.begin(), options.segment_starts.end()))
     return misuse("segment_starts must ascend", "options");

@@ -9,20 +9,23 @@ namespace shm {
 template <class Coder>
 Connectivity<Coder>::Connectivity(const Schema& schema)
     : schema_(&schema), node_ids_(schema.blocks.size()) {
-  set_codec(HexahedronCodec::rows);
+  set_codec(ConnectivityCodec::rows);
 }
 
 template <class Coder>
-void Connectivity<Coder>::set_codec(HexahedronCodec codec) {
+void Connectivity<Coder>::set_codec(ConnectivityCodec codec) {
   switch (codec) {
-    case HexahedronCodec::paper:
+    case ConnectivityCodec::paper:
       hexahedra_ = std::make_unique<PaperHexahedra<Coder>>(surface_);
       return;
-    case HexahedronCodec::rows:
+    case ConnectivityCodec::automatic:
+    case ConnectivityCodec::rows:
       hexahedra_ = std::make_unique<RowHexahedra<Coder>>(surface_);
       return;
-    case HexahedronCodec::mixed: hexahedra_ = std::make_unique<MixedRows<Coder>>(surface_); return;
-    case HexahedronCodec::replay:
+    case ConnectivityCodec::mixed:
+      hexahedra_ = std::make_unique<MixedRows<Coder>>(surface_);
+      return;
+    case ConnectivityCodec::replay:
       bool cell_data = false;
       for (const ArrayInfo& array : schema_->arrays)
         cell_data |= array.location == Location::cell && !array.per_step;

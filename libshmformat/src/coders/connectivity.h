@@ -21,9 +21,6 @@
 
 namespace shm {
 
-/// How hexahedra are said.
-enum class HexahedronCodec : std::uint8_t { paper, rows, replay, mixed };
-
 template <class Coder>
 class Connectivity {
  public:
@@ -32,8 +29,8 @@ class Connectivity {
   Connectivity(const Connectivity&) = delete;  // the coders point to the surface
   Connectivity& operator=(const Connectivity&) = delete;
 
-  /// Before the first cell; rows if never called.
-  void set_codec(HexahedronCodec codec);
+  /// How hexahedra are said. Before the first cell; rows if never called. Not automatic.
+  void set_codec(ConnectivityCodec codec);
 
   /// Codes one cell. Encoding: cell.block, slots (kNone: new), numbers and last_use are set, in
   /// stored order, and come back in the coder's frame. New vertices get slots either way.
