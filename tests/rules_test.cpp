@@ -153,8 +153,10 @@ TEST(Rules, TheLibraryThrowsNothingAndKeepsNoGlobals) {
   for (const char* folder : {"libshmformat/src", "libshmformat/include"})
     for (const Source& source : sources_in(folder)) {
       for (const char* word : {"throw", "catch", "thread_local"}) {
-        // std::thread has no other way to say that there are no more threads.
-        if (source.name() == "workers.cpp" && word == std::string("catch")) continue;
+        // std::thread has no other way to say that there are no more threads, and memory may run
+        // out in one that no caller sees.
+        const bool threads = source.name() == "workers.cpp" || source.name() == "ordered_tasks.h";
+        if (threads && word == std::string("catch")) continue;
         EXPECT_FALSE(says(source.code, word)) << source.path << " says " << word;
       }
       // A variable that is static and not const: "static Type name =", "... name;", "... name{".
