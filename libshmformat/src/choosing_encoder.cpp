@@ -46,9 +46,13 @@ Result<void> ChoosingEncoder::choose(std::vector<EncodedGroup>& done) {
 bool ChoosingEncoder::is_worth_it(const Size& smaller, const Size& faster) const {
   if (smaller.all >= faster.all) return false;
   if (sample_cells_ < trial_.sample_cells) return true;  // time is no matter
-  return (faster.all - smaller.all) * trial_.spare_share > faster.all ||
-         (smaller.topology < faster.topology &&
-          8 * (faster.topology - smaller.topology) * trial_.spare_bits > sample_cells_);
+  const auto is_felt = [&](std::uint64_t bytes) {
+    return 8 * bytes * trial_.spare_bits > sample_cells_;
+  };
+  const std::uint64_t saved = faster.all - smaller.all;
+  if (!is_felt(saved)) return false;
+  return saved * trial_.spare_share > faster.all ||
+         (smaller.topology < faster.topology && is_felt(faster.topology - smaller.topology));
 }
 
 auto ChoosingEncoder::size_with(ConnectivityCodec codec) const -> Result<Size> {

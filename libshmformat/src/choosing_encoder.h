@@ -20,7 +20,8 @@ struct CodecTrial {
   // Where there are more cells than that, a faster codec is preferred to one that saves at most
   // this much:
   std::uint64_t spare_share = 128;  ///< one part of all bytes in so many, and
-  std::uint64_t spare_bits = 32;    ///< one bit of connectivity and numbers in so many cells
+  std::uint64_t spare_bits = 32;    ///< one bit of connectivity and numbers in so many cells;
+                                    ///< or no more than such a bit of everything
 };
 
 class ChoosingEncoder {
