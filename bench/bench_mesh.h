@@ -3,12 +3,16 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "connectivity_coding.h"
+#include "failure.h"
 #include "formats.h"
 #include "shm/writer.h"
 
@@ -24,7 +28,7 @@ struct BenchMesh {
 };
 
 inline BenchMesh load_hexahedra(const std::string& path, bool with_points) {
-  converters::Spool spool("/tmp", std::size_t{1} << 30);
+  converters::Spool spool(std::filesystem::temp_directory_path().string(), std::size_t{1} << 30);
   const auto source = converters::open_mesh(path, spool);
   const converters::MeshInfo& info = source->info();
   if (info.vertices > 0xffffffffu) throw std::runtime_error(path + ": more than 2^32 vertices");
@@ -53,6 +57,18 @@ template <class T>
 T unwrap(Result<T> result) {
   if (!result) throw std::runtime_error(result.error().message());
   if constexpr (!std::is_void_v<T>) return std::move(*result);
+}
+
+/// What main() returns: run's result, or 1 after saying on standard error what went wrong.
+inline int run_reporting(const char* program, int (*run)(int, char**), int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const converters::Failure& failure) {
+    std::fprintf(stderr, "%s: %s\n", program, failure.error().message().c_str());
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s: %s\n", program, error.what());
+  }
+  return 1;
 }
 
 /// Vertices that hexahedra use, just before their first use; without points all lie in the origin.

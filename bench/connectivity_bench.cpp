@@ -9,7 +9,6 @@
 #include <charconv>
 #include <cstdio>
 #include <ctime>
-#include <exception>
 #include <functional>
 #include <map>
 #include <string>
@@ -17,7 +16,6 @@
 #include <utility>
 
 #include "bench_mesh.h"
-#include "failure.h"
 #include "shm/reader.h"
 
 namespace shm::bench {
@@ -146,12 +144,5 @@ int run(int argc, char** argv) {
 }  // namespace shm::bench
 
 int main(int argc, char** argv) {
-  try {
-    return shm::bench::run(argc, argv);
-  } catch (const shm::converters::Failure& failure) {
-    std::fprintf(stderr, "connectivity_bench: %s\n", failure.error().message().c_str());
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "connectivity_bench: %s\n", error.what());
-  }
-  return 1;
+  return shm::bench::run_reporting("connectivity_bench", shm::bench::run, argc, argv);
 }

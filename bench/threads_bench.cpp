@@ -6,14 +6,12 @@
 #include <charconv>
 #include <chrono>
 #include <cstdio>
-#include <exception>
 #include <functional>
 #include <string>
 #include <string_view>
 #include <thread>
 
 #include "bench_mesh.h"
-#include "failure.h"
 #include "shm/reader.h"
 #include "shm/segment_reader.h"
 
@@ -133,12 +131,5 @@ int run(int argc, char** argv) {
 }  // namespace shm::bench
 
 int main(int argc, char** argv) {
-  try {
-    return shm::bench::run(argc, argv);
-  } catch (const shm::converters::Failure& failure) {
-    std::fprintf(stderr, "threads_bench: %s\n", failure.error().message().c_str());
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "threads_bench: %s\n", error.what());
-  }
-  return 1;
+  return shm::bench::run_reporting("threads_bench", shm::bench::run, argc, argv);
 }

@@ -1,17 +1,15 @@
 // Cells along a Hilbert curve (John Skilling's transpose form of it, 2004).
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstring>
 #include <utility>
 
 #include "cell_orders.h"
+#include "mesh_points.h"
 
 namespace shm::converters {
 namespace {
 
 constexpr std::uint32_t kAxisBits = 20;
-constexpr std::uint64_t kPiecePoints = 65536;
 
 using Place = std::array<std::uint32_t, 3>;
 
@@ -40,38 +38,6 @@ std::uint64_t along_curve(Place x) {
   for (std::uint32_t bit = kAxisBits; bit-- > 0;)
     for (const std::uint32_t value : x) distance = distance << 1 | (value >> bit & 1);
   return distance;
-}
-
-double coordinate(const std::byte* from, ScalarType type) {
-  double wide;
-  if (type == ScalarType::float32) {
-    float narrow;
-    std::memcpy(&narrow, from, sizeof narrow);
-    wide = static_cast<double>(narrow);
-  } else {
-    std::memcpy(&wide, from, sizeof wide);
-  }
-  return std::isfinite(wide) ? wide : 0;
-}
-
-// Calls visit(vertex, {x, y, z}) for all vertices.
-template <class Visit>
-void for_each_point(MeshSource& mesh, Visit&& visit) {
-  const MeshInfo& info = mesh.info();
-  const ScalarType type = info.schema.coordinate_type;
-  const std::size_t bytes = scalar_bytes(type);
-  std::vector<std::byte> piece;
-  for (std::uint64_t first = 0; first < info.vertices; first += kPiecePoints) {
-    const std::uint64_t count = std::min(kPiecePoints, info.vertices - first);
-    piece.resize(count * 3 * bytes);
-    mesh.read_points(first, count, piece.data());
-    for (std::uint64_t i = 0; i < count; ++i) {
-      std::array<double, 3> point{};
-      for (std::size_t c = 0; c < 3; ++c)
-        point[c] = coordinate(piece.data() + (3 * i + c) * bytes, type);
-      visit(first + i, point);
-    }
-  }
 }
 
 // Points on a grid over their box, equally fine along all axes.

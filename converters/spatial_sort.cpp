@@ -9,11 +9,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <cstring>
 #include <exception>
 #include <filesystem>
 #include <numeric>
@@ -26,6 +24,7 @@
 #include "cell_table.h"
 #include "failure.h"
 #include "formats.h"
+#include "mesh_points.h"
 #include "output_file.h"
 #include "spool.h"
 
@@ -35,7 +34,6 @@ namespace {
 using Kernel = CGAL::Simple_cartesian<double>;
 using Point = Kernel::Point_3;
 
-constexpr std::uint64_t kPiecePoints = 65536;
 constexpr std::size_t kSpoolBytes = std::size_t{256} << 20;
 
 constexpr const char* kUsage =
@@ -50,35 +48,9 @@ struct Options {
   bool multiscale = false;
 };
 
-double coordinate(const std::byte* from, ScalarType type) {
-  double wide;
-  if (type == ScalarType::float32) {
-    float narrow;
-    std::memcpy(&narrow, from, sizeof narrow);
-    wide = static_cast<double>(narrow);
-  } else {
-    std::memcpy(&wide, from, sizeof wide);
-  }
-  return std::isfinite(wide) ? wide : 0;  // CGAL compares them
-}
-
-std::vector<std::array<double, 3>> points_of(MeshSource& mesh) {
-  const ScalarType type = mesh.info().schema.coordinate_type;
-  const std::size_t bytes = scalar_bytes(type);
-  std::vector<std::array<double, 3>> points(mesh.info().vertices);
-  std::vector<std::byte> piece;
-  for (std::uint64_t first = 0; first < points.size(); first += kPiecePoints) {
-    const std::uint64_t count = std::min<std::uint64_t>(kPiecePoints, points.size() - first);
-    piece.resize(count * 3 * bytes);
-    mesh.read_points(first, count, piece.data());
-    for (std::uint64_t i = 0; i < 3 * count; ++i)
-      points[first + i / 3][i % 3] = coordinate(piece.data() + i * bytes, type);
-  }
-  return points;
-}
-
 std::vector<Point> centres_of(MeshSource& mesh, const CellTable& cells) {
-  const std::vector<std::array<double, 3>> points = points_of(mesh);
+  std::vector<std::array<double, 3>> points(mesh.info().vertices);
+  for_each_point(mesh, [&](std::uint64_t vertex, const auto& point) { points[vertex] = point; });
   std::vector<Point> centres;
   centres.reserve(cells.size());
   for (std::uint32_t cell = 0; cell < cells.size(); ++cell) {

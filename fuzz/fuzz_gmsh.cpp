@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 
 #include "failure.h"
 #include "memory_file.h"
@@ -11,7 +12,7 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const MemoryFile file(data, size);
-  shm::converters::Spool spool("/tmp");
+  shm::converters::Spool spool(std::filesystem::temp_directory_path().string());
   try {
     const auto mesh = shm::converters::open_gmsh(file.path(), spool);
     read_everything(*mesh);

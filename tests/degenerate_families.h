@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "front/hexahedron.h"
 #include "test_mesh.h"
 
 namespace shm {
@@ -189,19 +190,7 @@ inline void add_collapsed(std::vector<Family>& all) {
                    v[a] = v[b];
                  })});
   all.push_back({"an edge is a point", changed_grid(4, [](std::size_t c, auto& v) {
-                   constexpr std::array<std::array<std::size_t, 2>, 12> kEdges = {{{0, 1},
-                                                                                   {1, 2},
-                                                                                   {2, 3},
-                                                                                   {3, 0},
-                                                                                   {4, 5},
-                                                                                   {5, 6},
-                                                                                   {6, 7},
-                                                                                   {7, 4},
-                                                                                   {0, 4},
-                                                                                   {1, 5},
-                                                                                   {2, 6},
-                                                                                   {3, 7}}};
-                   v[kEdges[c % 12][0]] = v[kEdges[c % 12][1]];
+                   v[kEdgeCorners[c % 12][0]] = v[kEdgeCorners[c % 12][1]];
                  })});
   all.push_back({"a face is an edge", changed_grid(4, [](std::size_t c, auto& v) {
                    v[c % 2 == 0 ? 1 : 3] = v[0];
