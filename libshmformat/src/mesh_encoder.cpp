@@ -21,14 +21,6 @@ constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 // where a block begins, which is a better place.
 constexpr std::uint64_t kLeastSegmentCells = 131072;
 
-std::size_t point_data_bytes(const Schema& schema) {
-  std::size_t bytes = 0;
-  for (const ArrayInfo& info : schema.arrays)
-    if (info.location == Location::point && !info.per_step)
-      bytes += scalar_bytes(info.type) * info.components;
-  return bytes;
-}
-
 bool is_hexahedral(const BlockInfo& block) {
   return block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8;
 }
@@ -90,12 +82,6 @@ class SegmentTask final : public Tasks::Task {
   std::unique_ptr<ChoosingEncoder> encoder_;
   std::vector<EncodedGroup> done_;
 };
-
-ArrayInfo number_info() {
-  ArrayInfo info;
-  info.type = ScalarType::uint64;
-  return info;
-}
 
 }  // namespace
 
@@ -419,7 +405,7 @@ Result<void> MeshEncoder::give_out(EncodedGroup& group) {
   if (group.segment != segment_given_out_ || totals_.segments == 0) {
     segment_given_out_ = group.segment;
     ++totals_.segments;
-    import_numbers_ = VertexColumn<RangeEncoder>::create(number_info());
+    import_numbers_ = {};
   }
   if (schema_->order != Order::keep) {
     number_vertices(group);
@@ -452,9 +438,7 @@ void MeshEncoder::code_import_numbers(EncodedGroup& group) {
   using container::StreamKind;
   container::GroupHeader& header = group.header;
   for (const EncodedGroup::Import& import : group.imports) {
-    std::uint64_t number = tickets_[import.ticket];
-    import_numbers_->code(import_coder_, import.stencil, import.slot,
-                          reinterpret_cast<std::byte*>(&number));
+    import_numbers_.code(import_coder_, import.stencil, import.slot, tickets_[import.ticket]);
   }
   const std::uint64_t cells_done = header.first_cell + header.cells;
   for (; !ending_tickets_.empty() && ending_tickets_.front().first < cells_done;

@@ -122,7 +122,7 @@ class MeshEncoder {
   std::vector<std::uint32_t> free_tickets_;
   std::deque<std::pair<std::uint64_t, std::uint32_t>> ending_tickets_;  // with their last cell
   std::uint32_t segment_given_out_ = 0;
-  std::unique_ptr<VertexColumn<RangeEncoder>> import_numbers_;
+  NumberColumn<RangeEncoder> import_numbers_;
   RangeEncoder import_coder_;
 
   Totals totals_;

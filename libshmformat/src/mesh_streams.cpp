@@ -6,23 +6,6 @@
 namespace shm {
 namespace {
 
-ArrayInfo coordinates_info(const Schema& schema) {
-  ArrayInfo info;
-  info.type = schema.coordinate_type;
-  info.components = 3;
-  info.quantization = schema.coordinate_quantization;
-  return info;
-}
-ArrayInfo numbers_info() {
-  ArrayInfo info;
-  info.type = ScalarType::uint64;
-  return info;
-}
-
-}  // namespace
-
-namespace {
-
 struct CodecPair {
   ConnectivityCodec said;
   container::Codec stream;
@@ -46,6 +29,14 @@ std::optional<ConnectivityCodec> connectivity_codec(container::Codec codec) {
   for (const CodecPair& it : kCodecs)
     if (it.stream == codec) return it.said;
   return std::nullopt;
+}
+
+std::size_t point_data_bytes(const Schema& schema) {
+  std::size_t bytes = 0;
+  for (const ArrayInfo& info : schema.arrays)
+    if (info.location == Location::point && !info.per_step)
+      bytes += scalar_bytes(info.type) * info.components;
+  return bytes;
 }
 
 std::vector<std::size_t> cell_data_bytes(const Schema& schema) {
@@ -77,33 +68,10 @@ template <class Coder>
 MeshStreams<Coder>::MeshStreams(const Schema& schema, const SegmentStart& start)
     : schema_(&schema),
       connectivity_(schema),
-      import_numbers_(VertexColumn<Coder>::create(numbers_info())),
-      geometry_(VertexColumn<Coder>::create(coordinates_info(schema))),
+      values_(schema),
       next_cell_number_(start.first_cell) {
-  const auto streams = list(schema);
-  streams_.resize(streams.size());
-  imports_stream_ = streams.size() - 1;
-  for (std::size_t s = kFixed; s < imports_stream_; ++s) {
-    const ArrayInfo& info = schema.arrays[streams[s].array];
-    if (info.location == Location::point) {
-      point_columns_.push_back(VertexColumn<Coder>::create(info));
-      point_arrays_.push_back(streams[s].array);
-      point_streams_.push_back(s);
-      point_data_bytes_ += scalar_bytes(info.type) * info.components;
-    } else {
-      cell_columns_.push_back(CellColumn<Coder>::create(info));
-      cell_arrays_.push_back(streams[s].array);
-      cell_streams_.push_back(s);
-    }
-  }
-}
-
-template <class Coder>
-void MeshStreams<Coder>::code_vertex(const Stencil& stencil, std::uint32_t slot,
-                                     VertexValues& values) {
-  geometry_->code(streams_[kGeometry], stencil, slot, values.xyz);
-  for (std::size_t i = 0; i < point_columns_.size(); ++i)
-    point_columns_[i]->code(streams_[point_streams_[i]], stencil, slot, values.data[i]);
+  streams_.resize(list(schema).size());
+  imports_stream_ = streams_.size() - 1;
 }
 
 template <class Coder>
@@ -117,16 +85,6 @@ std::uint64_t MeshStreams<Coder>::code_cell_number(std::uint64_t number) {
   }
   next_cell_number_ = number + 1;
   return number;
-}
-
-template <class Coder>
-void MeshStreams<Coder>::code_cell_values(const CellTopology& cell, std::span<std::byte*> data) {
-  for (std::size_t i = 0; i < cell_columns_.size(); ++i) {
-    if (schema_->array_covers(cell_arrays_[i], cell.block))
-      cell_columns_[i]->code(streams_[cell_streams_[i]], cell, data[i]);
-    else
-      cell_columns_[i]->skip(cell);
-  }
 }
 
 template class MeshStreams<RangeEncoder>;

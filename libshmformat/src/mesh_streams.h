@@ -11,12 +11,13 @@
 #include <span>
 #include <vector>
 
-#include "coders/columns.h"
 #include "coders/connectivity.h"
+#include "coders/number_column.h"
 #include "coders/vertex_numbers.h"
 #include "container/format.h"
 #include "imports.h"
 #include "shm/schema.h"
+#include "value_streams.h"
 
 namespace shm {
 
@@ -31,17 +32,6 @@ class MeshStreams {
  public:
   /// `schema` is checked, borrowed, and stays where it is.
   MeshStreams(const Schema& schema, const SegmentStart& start);
-
-  /// Bytes of one element of the static arrays together.
-  std::size_t point_data_bytes() const { return point_data_bytes_; }
-
-  /// Values of one new vertex: read when encoding, filled when decoding. `data[i]` is the element
-  /// of the i-th static point array.
-  struct VertexValues {
-    std::byte* xyz = nullptr;
-    std::span<std::byte*> data;
-  };
-  void code_vertex(const Stencil& stencil, std::uint32_t slot, VertexValues& values);
 
   /// Order::keep: the numbers of the vertices that a cell introduces, or of one that no cell uses.
   /// number(position) refers to one: read when encoding, filled when decoding.
@@ -78,49 +68,45 @@ class MeshStreams {
     return imports_.stencil(cell, position);
   }
   void code_import_number(const Stencil& stencil, std::uint32_t slot, std::uint64_t& number) {
-    import_numbers_->code(streams_[kVertexNumbers], stencil, slot,
-                          reinterpret_cast<std::byte*>(&number));
+    number = import_numbers_.code(streams_[kVertexNumbers], stencil, slot, number);
   }
 
   /// Topology of one cell; false when decoding damaged data.
   bool code_cell(CellTopology& cell) {
     return connectivity_.code_cell(streams_[0], streams_[1], cell);
   }
-  /// Its number, and the elements of the static cell arrays that cover its block.
   std::uint64_t code_cell_number(std::uint64_t number);
-  void code_cell_values(const CellTopology& cell, std::span<std::byte*> data);
   void finish_cell(const CellTopology& cell) { connectivity_.finish_cell(cell); }
 
   Connectivity<Coder>& connectivity() { return connectivity_; }
+  /// Coordinates and static arrays; follows the cells on its own.
+  ValueStreams<Coder>& values() { return values_; }
 
-  /// All bitstreams in the order of a group: fixed ones first (see kFixed), then one for each
-  /// static array in schema order, then imports.
+  /// All bitstreams in the order of a group: fixed ones first, geometry the last of these, then one
+  /// for each static array in schema order, then imports.
   struct Stream {
     container::StreamKind kind;
     std::uint32_t array = 0;
   };
   static std::vector<Stream> list(const Schema& schema);
+  /// Whether stream number s of the list holds values, and of which column of values().
+  bool holds_values(std::size_t s) const { return s >= kGeometry && s < imports_stream_; }
+  std::size_t column_of(std::size_t s) const { return s - kGeometry; }
+  /// By stream; those that hold values are left alone.
   std::vector<Coder>& coders() { return streams_; }
-
-  const std::vector<std::uint32_t>& point_arrays() const { return point_arrays_; }
-  const std::vector<std::uint32_t>& cell_arrays() const { return cell_arrays_; }
 
  private:
   static constexpr std::size_t kConnectivity = 0, kCornerOrder = 1, kCellNumbers = 2,
-                               kVertexNumbers = 3, kGeometry = 4, kFixed = 5;
+                               kVertexNumbers = 3, kGeometry = 4;
 
   const Schema* schema_;
   Connectivity<Coder> connectivity_;
   std::vector<Coder> streams_;
   VertexNumbers<Coder> vertex_numbers_;
-  std::unique_ptr<VertexColumn<Coder>> import_numbers_, geometry_;
-  std::vector<std::unique_ptr<VertexColumn<Coder>>> point_columns_;
-  std::vector<std::unique_ptr<CellColumn<Coder>>> cell_columns_;
-  std::vector<std::uint32_t> point_arrays_, cell_arrays_;  // schema indices of static arrays
-  std::vector<std::size_t> point_streams_, cell_streams_;
+  NumberColumn<Coder> import_numbers_;
+  ValueStreams<Coder> values_;
   std::size_t imports_stream_ = 0;
   ImportFlags<Coder> imports_;
-  std::size_t point_data_bytes_ = 0;
   std::uint64_t next_cell_number_ = 0;
   SignedModel<NumberModel> cell_number_;
 };
@@ -130,6 +116,8 @@ container::Codec stream_codec(ConnectivityCodec codec);
 /// The reverse; nothing for a codec of other streams, or an unknown one.
 std::optional<ConnectivityCodec> connectivity_codec(container::Codec codec);
 
+/// Bytes of the static point arrays in one vertex.
+std::size_t point_data_bytes(const Schema& schema);
 /// Bytes of the static arrays in one cell, by block.
 std::vector<std::size_t> cell_data_bytes(const Schema& schema);
 

@@ -1,6 +1,7 @@
 #include "segment_decoder.h"
 
 #include <algorithm>
+#include <string>
 #include <utility>
 
 #include "bytes/checksum.h"
@@ -8,9 +9,18 @@
 namespace shm {
 namespace {
 
-// A block stops at the first of these, so that a reader's memory stays small.
-constexpr std::size_t kBlockCells = 4096;
-constexpr std::uint64_t kBlockBytes = std::uint64_t{1} << 22;
+/// Leaves out the elements of `stride` bytes that are marked.
+void leave_out(std::vector<std::byte>& values, const std::vector<char>& marked,
+               std::size_t stride) {
+  std::size_t to = 0;
+  for (std::size_t i = 0; i < marked.size(); ++i) {
+    if (marked[i] != 0) continue;
+    std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(i * stride), stride,
+                values.begin() + static_cast<std::ptrdiff_t>(to));
+    to += stride;
+  }
+  values.resize(to);
+}
 
 }  // namespace
 
@@ -37,10 +47,8 @@ Result<void> SegmentDecoder::begin_group(std::vector<std::byte> payload, std::ui
     start_.first_cell = next_cell_ = group_.first_cell;
     start_.first_vertex = next_vertex_ = group_.first_vertex;
     streams_ = std::make_unique<MeshStreams<RangeDecoder>>(*schema_, start_);
-    vertex_bytes_ = 3 * scalar_bytes(schema_->coordinate_type) + streams_->point_data_bytes();
+    vertex_bytes_ = 3 * scalar_bytes(schema_->coordinate_type) + point_data_bytes(*schema_);
     cell_bytes_ = cell_data_bytes(*schema_);
-    copy_.resize(vertex_bytes_);
-    pointers_.resize(std::max(streams_->point_arrays().size(), streams_->cell_arrays().size()));
   }
   if (group_.first_cell != next_cell_ || group_.first_vertex != next_vertex_)
     return damaged("the group does not follow the one before it");
@@ -66,6 +74,8 @@ Result<void> SegmentDecoder::assign_streams() {
   using container::StreamKind;
   const auto known = MeshStreams<RangeDecoder>::list(*schema_);
   for (RangeDecoder& coder : streams_->coders()) coder = RangeDecoder(std::span<const std::byte>());
+  for (std::size_t c = 0; c < streams_->values().columns(); ++c)
+    streams_->values().begin_column(c, {});
   stream_bytes_.clear();
   ByteReader in(std::span<const std::byte>(payload_).subspan(header_bytes_));
   std::size_t next = 0;
@@ -80,17 +90,25 @@ Result<void> SegmentDecoder::assign_streams() {
       ++next;
     if (next == known.size() || (start_.segment == 0 && entry.kind == StreamKind::imports))
       return damaged(name + ": unknown or out of order");
-    const bool values = entry.kind >= StreamKind::vertex_numbers;
+    const bool topology = entry.kind < StreamKind::vertex_numbers;
+    const bool values = streams_->holds_values(next);
+    const container::Codec wanted = values     ? container::Codec::columns
+                                    : topology ? codec_.value_or(entry.codec)
+                                               : container::Codec::predictive;
     if (entry.kind == StreamKind::connectivity) {
       if (auto good = take_codec(entry.codec); !good) return good;
-    } else if (!values && &entry == &group_.streams[0]) {
+    } else if (topology && &entry == &group_.streams[0]) {
       return damaged(name + ": stands where connectivity should");
-    } else if (entry.codec != (values ? container::Codec::predictive : codec_)) {
+    } else if (entry.codec != wanted) {
       return damaged(
           name + ": codec " + std::to_string(static_cast<int>(entry.codec)) + " is unknown here",
           ErrorCode::unsupported);
     }
-    streams_->coders()[next++] = RangeDecoder(bytes);
+    if (values)
+      streams_->values().begin_column(streams_->column_of(next), bytes);
+    else
+      streams_->coders()[next] = RangeDecoder(bytes);
+    ++next;
     const std::string key =
         entry.kind == StreamKind::array ? array_stream_name(*schema_, entry.array) : name;
     stream_bytes_[key] += bytes.size();
@@ -126,21 +144,23 @@ Result<DecodedBlock> SegmentDecoder::next_block() {
   block.corner_begin.push_back(0);
   block.arrays.resize(schema_->arrays.size());
   const std::uint64_t bytes_before = bytes_done_;
-  while (cells_done_ < group_.cells && block.cell_count() < kBlockCells &&
-         bytes_done_ - bytes_before < kBlockBytes)
+  while (cells_done_ < group_.cells && block.cell_count() < kTileCells &&
+         bytes_done_ - bytes_before < kTileBytes)
     if (auto good = decode_cell(decoded); !good) return good.error();
   while (cells_done_ == group_.cells && own_done_ < group_.vertices &&
-         bytes_done_ - bytes_before < kBlockBytes) {
+         bytes_done_ - bytes_before < kTileBytes) {
     if (bytes_done_ + vertex_bytes_ > group_.decoded_bytes)
       return damaged("unpacks to more than stated");
     ++loose_done_;
     const std::uint32_t slot = streams_->connectivity().add_loose_vertex();
     active_seen_ = std::max(active_seen_, streams_->connectivity().surface().active_vertices());
     streams_->code_loose_number(slot, vertex_at(slot).number);
-    if (auto good = decode_vertex(Stencil{}, slot, block); !good) return good.error();
+    streams_->values().add_loose_vertex(slot);
+    if (auto good = decode_vertex(slot, block); !good) return good.error();
     streams_->connectivity().remove_loose_vertex(slot);
     vertices_[slot].owner = Owner::nobody;
   }
+  if (auto good = decode_values(block); !good) return good.error();
   if (cells_done_ == group_.cells && own_done_ == group_.vertices)
     if (auto good = end_group(decoded); !good) return good.error();
   return decoded;
@@ -156,7 +176,9 @@ Result<void> SegmentDecoder::decode_cell(DecodedBlock& decoded) {
   bytes_done_ += 8 * cell.slots.size() + cell_bytes_[cell.block];
   if (bytes_done_ + cell.new_positions.size() * vertex_bytes_ > group_.decoded_bytes)
     return damaged("unpacks to more than stated");
+  streams_->values().begin_cell(cell, streams_->connectivity().surface().active_vertices());
   if (auto good = decode_new_vertices(decoded); !good) return good;
+  streams_->values().end_cell(cell);
 
   block.vertices_before_cell.push_back(block.vertex_count());
   block.cell_numbers.push_back(streams_->code_cell_number(0));
@@ -176,8 +198,6 @@ Result<void> SegmentDecoder::decode_cell(DecodedBlock& decoded) {
   block.last_use.push_back(last_use);
   block.corner_begin.push_back(block.corners.size());
 
-  grow_arrays(block, streams_->cell_arrays(), cell.block);
-  streams_->code_cell_values(cell, pointers_);
   streams_->finish_cell(cell);
   ++cells_done_;
   ++next_cell_;
@@ -190,39 +210,36 @@ Result<void> SegmentDecoder::decode_new_vertices(DecodedBlock& decoded) {
   streams_->code_vertex_numbers(topology_, [&](std::uint32_t position) -> std::uint64_t& {
     return vertex_at(topology_.slots[position]).number;
   });
-  Result<void> result;
-  for_each_new_vertex(topology_, topology_.new_positions,
-                      [&](std::uint32_t position, const Stencil& stencil) {
-                        const std::uint32_t slot = topology_.slots[position];
-                        if (!result) return;
-                        result = may_import && streams_->code_import(topology_, position, false)
-                                     ? decode_import(position, stencil, slot, decoded)
-                                     : decode_vertex(stencil, slot, decoded.mesh);
-                      });
-  return result;
+  for (std::uint32_t position : topology_.new_positions) {
+    const std::uint32_t slot = topology_.slots[position];
+    streams_->values().add_vertex(topology_, position);
+    const auto good = may_import && streams_->code_import(topology_, position, false)
+                          ? decode_import(position, slot, decoded)
+                          : decode_vertex(slot, decoded.mesh);
+    if (!good) return good;
+  }
+  return {};
 }
 
-Result<void> SegmentDecoder::decode_vertex(const Stencil& stencil, std::uint32_t slot,
-                                           MeshBlock& block) {
+Result<void> SegmentDecoder::decode_vertex(std::uint32_t slot, MeshBlock& block) {
   if (own_done_ == group_.vertices) return damaged("more vertices than stated");
-  MeshStreams<RangeDecoder>::VertexValues values;
   Vertex& vertex = vertex_at(slot);
   if (schema_->order != Order::keep) vertex.number = next_vertex_;
   vertex.owner = Owner::own;
-  add_vertex(block, values);
-  streams_->code_vertex(stencil, slot, values);
   block.vertex_numbers.push_back(vertex.number);
-  if (imports_ == Imports::yielded) block.imported.push_back(0);
+  if (imports_ == Imports::yielded)
+    block.imported.push_back(0);
+  else
+    left_out_.push_back(0);
   bytes_done_ += vertex_bytes_;
   ++own_done_;
   ++next_vertex_;
   return {};
 }
 
-Result<void> SegmentDecoder::decode_import(std::uint32_t position, const Stencil& stencil,
-                                           std::uint32_t slot, DecodedBlock& decoded) {
+Result<void> SegmentDecoder::decode_import(std::uint32_t position, std::uint32_t slot,
+                                           DecodedBlock& decoded) {
   if (imported_done_ == group_.imported_vertices) return damaged("more imports than stated");
-  MeshStreams<RangeDecoder>::VertexValues values;
   Vertex& vertex = vertex_at(slot);
   vertex.owner = Owner::earlier;
   if (schema_->order != Order::keep) {
@@ -232,25 +249,35 @@ Result<void> SegmentDecoder::decode_import(std::uint32_t position, const Stencil
       return damaged("imports a vertex that no earlier segment has");
   }
   if (imports_ == Imports::yielded) {
-    add_vertex(decoded.mesh, values);
-  } else {
-    values.xyz = copy_.data();
-    std::byte* at = copy_.data() + 3 * scalar_bytes(schema_->coordinate_type);
-    for (std::size_t i = 0; i < streams_->point_arrays().size(); ++i) {
-      const ArrayInfo& info = schema_->arrays[streams_->point_arrays()[i]];
-      pointers_[i] = at;
-      at += scalar_bytes(info.type) * info.components;
-    }
-    values.data = pointers_;
-  }
-  streams_->code_vertex(stencil, slot, values);
-  if (imports_ == Imports::yielded) {
     decoded.mesh.vertex_numbers.push_back(vertex.number);
     decoded.mesh.imported.push_back(1);
+  } else {
+    left_out_.push_back(1);
   }
   decoded.imported.push_back(vertex.number);
   bytes_done_ += vertex_bytes_;
   ++imported_done_;
+  return {};
+}
+
+/// The values of the cells and vertices of the block: a tile.
+Result<void> SegmentDecoder::decode_values(MeshBlock& block) {
+  ValueStreams<RangeDecoder>& values = streams_->values();
+  const bool leaves_out = std::find(left_out_.begin(), left_out_.end(), 1) != left_out_.end();
+  for (std::size_t c = 0; c < values.columns(); ++c) {
+    const bool geometry = c == 0;
+    const std::uint32_t a = geometry ? 0 : values.array_of(c);
+    std::vector<std::byte>& out = geometry ? block.xyz : block.arrays[a];
+    if (!values.decode_tile(c, out))
+      return damaged((geometry ? "geometry" : array_stream_name(*schema_, a)) +
+                     ": its values make no sense");
+    if (!leaves_out || (!geometry && schema_->arrays[a].location == Location::cell)) continue;
+    leave_out(out, left_out_,
+              geometry ? 3 * scalar_bytes(schema_->coordinate_type)
+                       : scalar_bytes(schema_->arrays[a].type) * schema_->arrays[a].components);
+  }
+  values.clear();
+  left_out_.clear();
   return {};
 }
 
@@ -265,29 +292,6 @@ std::vector<std::uint64_t> SegmentDecoder::alive() const {
   for (const Vertex& vertex : vertices_)
     if (vertex.owner == Owner::own) numbers.push_back(vertex.number);
   return numbers;
-}
-
-/// Room for the values of one more vertex; `values` points there.
-void SegmentDecoder::add_vertex(MeshBlock& block, MeshStreams<RangeDecoder>::VertexValues& values) {
-  const std::size_t xyz_bytes = 3 * scalar_bytes(schema_->coordinate_type);
-  block.xyz.resize(block.xyz.size() + xyz_bytes);
-  grow_arrays(block, streams_->point_arrays(), 0);
-  values.xyz = block.xyz.data() + block.xyz.size() - xyz_bytes;
-  values.data = pointers_;
-}
-
-/// Room for one more element of each array in `arrays`; leaves pointers to it in pointers_.
-void SegmentDecoder::grow_arrays(MeshBlock& block, const std::vector<std::uint32_t>& arrays,
-                                 std::uint32_t of_block) {
-  for (std::size_t i = 0; i < arrays.size(); ++i) {
-    const ArrayInfo& info = schema_->arrays[arrays[i]];
-    pointers_[i] = nullptr;
-    if (info.location == Location::cell && !schema_->array_covers(arrays[i], of_block)) continue;
-    auto& bytes = block.arrays[arrays[i]];
-    const std::size_t stride = scalar_bytes(info.type) * info.components;
-    bytes.resize(bytes.size() + stride);
-    pointers_[i] = bytes.data() + bytes.size() - stride;
-  }
 }
 
 Result<void> SegmentDecoder::end_group(DecodedBlock& block) {

@@ -64,16 +64,13 @@ class SegmentDecoder {
 
   Result<void> decode_cell(DecodedBlock& block);
   Result<void> decode_new_vertices(DecodedBlock& block);
-  Result<void> decode_vertex(const Stencil& stencil, std::uint32_t slot, MeshBlock& block);
-  Result<void> decode_import(std::uint32_t position, const Stencil& stencil, std::uint32_t slot,
-                             DecodedBlock& block);
+  Result<void> decode_vertex(std::uint32_t slot, MeshBlock& block);
+  Result<void> decode_import(std::uint32_t position, std::uint32_t slot, DecodedBlock& block);
+  Result<void> decode_values(MeshBlock& block);
   Result<void> end_group(DecodedBlock& block);
   Result<void> assign_streams();
   Result<void> take_codec(container::Codec codec);
   Error damaged(std::string detail, ErrorCode code = ErrorCode::corrupt) const;
-  void add_vertex(MeshBlock& block, MeshStreams<RangeDecoder>::VertexValues& values);
-  void grow_arrays(MeshBlock& block, const std::vector<std::uint32_t>& arrays,
-                   std::uint32_t of_block);
   Vertex& vertex_at(std::uint32_t slot);
 
   const Schema* schema_;
@@ -85,8 +82,7 @@ class SegmentDecoder {
   ConnectivityCodec connectivity_ = ConnectivityCodec::automatic;
   std::optional<container::Codec> codec_;  // of the connectivity
   CellTopology topology_;
-  std::vector<std::byte*> pointers_;
-  std::vector<std::byte> copy_;  // values of an import that is left out
+  std::vector<char> left_out_;  // of the vertices of the tile at hand
   std::size_t vertex_bytes_ = 0;
   std::vector<std::size_t> cell_bytes_;  // static cell data by block
 

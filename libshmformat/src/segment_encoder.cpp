@@ -16,12 +16,6 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::array<double, 6> kEmptyBox = {kInfinity,  kInfinity,  kInfinity,
                                              -kInfinity, -kInfinity, -kInfinity};
 
-bool has_edge_nodes(const Schema& schema) {
-  return std::any_of(schema.blocks.begin(), schema.blocks.end(), [](const BlockInfo& block) {
-    return block.shape == CellShape::hexahedron && block.nodes_per_cell >= 20;
-  });
-}
-
 }  // namespace
 
 SegmentEncoder::SegmentEncoder(const Schema& schema, const SegmentOptions& options,
@@ -32,11 +26,10 @@ SegmentEncoder::SegmentEncoder(const Schema& schema, const SegmentOptions& optio
       start_(start),
       streams_(schema, start),
       xyz_bytes_(3 * scalar_bytes(schema.coordinate_type)),
-      values_bytes_(xyz_bytes_ + streams_.point_data_bytes()),
+      values_bytes_(xyz_bytes_ + point_data_bytes(schema)),
       cell_data_bytes_(cell_data_bytes(schema)),
-      has_edge_nodes_(has_edge_nodes(schema)),
-      pointers_(std::max(streams_.point_arrays().size(), streams_.cell_arrays().size())),
       range_of_array_(schema.arrays.size()),
+      cell_values_(streams_.values().columns()),
       next_cell_(start.first_cell),
       next_vertex_(start.first_vertex) {
   streams_.connectivity().set_codec(codec_);
@@ -111,11 +104,14 @@ bool SegmentEncoder::code_cell(const SegmentPiece& piece, const SegmentPiece::Ce
     if (i < 8) topology_.original[i] = handles_[nodes[i]].number;
     topology_.last_use[i] = i < kMaxLastUse && (cell.last_use >> i & 1) != 0 ? 1 : 0;
   }
+  begin_element(true);
   if (!streams_.code_cell(topology_)) return false;
+  streams_.values().begin_cell(topology_, streams_.connectivity().surface().active_vertices());
   code_new_vertices(piece, at);
   streams_.code_cell_number(cell.number);
   group_.cell_numbers.push_back(cell.number);
-  code_cell_data(piece, cell.block, at.data);
+  take_cell_data(piece, cell.block, at.data);
+  streams_.values().end_cell(topology_);
   note_active();
   group_.header.decoded_bytes += cell_data_bytes_[cell.block] + 8 * nodes.size();
   ++group_.header.cells;
@@ -134,48 +130,56 @@ void SegmentEncoder::code_new_vertices(const SegmentPiece& piece, const Place& a
     number = piece.vertices[handle_at(position).vertex].number;
     return number;
   });
-  for_each_new_vertex(
-      topology_, topology_.new_positions, [&](std::uint32_t position, const Stencil& stencil) {
-        const std::uint32_t slot = topology_.slots[position];
-        Handle& handle = handle_at(position);
-        const SegmentPiece::Vertex& vertex = piece.vertices[handle.vertex];
-        if (start_.segment > 0) {
-          streams_.code_import(topology_, position, vertex.imported);
-          if (vertex.imported && schema_->order != Order::keep)
-            group_.imports.push_back(
-                {vertex.ticket, slot, streams_.import_stencil(topology_, position)});
-        }
-        code_vertex(piece, handle.vertex, stencil, slot);
-        handle.slot = slot;
-      });
+  for (std::uint32_t position : topology_.new_positions) {
+    const std::uint32_t slot = topology_.slots[position];
+    Handle& handle = handle_at(position);
+    const SegmentPiece::Vertex& vertex = piece.vertices[handle.vertex];
+    if (start_.segment > 0) {
+      streams_.code_import(topology_, position, vertex.imported);
+      if (vertex.imported && schema_->order != Order::keep)
+        group_.imports.push_back(
+            {vertex.ticket, slot, streams_.import_stencil(topology_, position)});
+    }
+    streams_.values().add_vertex(topology_, position);
+    take_vertex(piece, handle.vertex);
+    handle.slot = slot;
+  }
 }
 
 void SegmentEncoder::code_loose(const SegmentPiece& piece, std::size_t vertex) {
+  begin_element(false);
   const std::uint32_t slot = streams_.connectivity().add_loose_vertex();
   std::uint64_t number = piece.vertices[vertex].number;
   streams_.code_loose_number(slot, number);
-  code_vertex(piece, vertex, Stencil{}, slot);
+  streams_.values().add_loose_vertex(slot);
+  take_vertex(piece, vertex);
   ++group_.header.loose_vertices;
   note_active();
   streams_.connectivity().remove_loose_vertex(slot);
 }
 
-void SegmentEncoder::code_vertex(const SegmentPiece& piece, std::size_t index,
-                                 const Stencil& stencil, std::uint32_t slot) {
-  const SegmentPiece::Vertex& vertex = piece.vertices[index];
-  // The coder's calls are the same in both directions; encoding does not change what it reads.
-  auto* values = const_cast<std::byte*>(piece.vertex_values.data()) + index * values_bytes_;
-  MeshStreams<RangeEncoder>::VertexValues coded;
-  coded.xyz = values;
-  std::byte* at = values + xyz_bytes_;
-  for (std::size_t i = 0; i < streams_.point_arrays().size(); ++i) {
-    const std::uint32_t a = streams_.point_arrays()[i];
-    pointers_[i] = at;
-    widen_range(a, at);
-    at += scalar_bytes(schema_->arrays[a].type) * schema_->arrays[a].components;
+/// A tile ends here if it is full: as a reader ends it.
+void SegmentEncoder::begin_element(bool cell) {
+  const std::uint64_t bytes = group_.header.decoded_bytes - tile_begin_bytes_;
+  if ((cell && tile_cells_ == kTileCells) || bytes >= kTileBytes) {
+    streams_.values().begin_tile();
+    tile_cells_ = 0;
+    tile_begin_bytes_ = group_.header.decoded_bytes;
   }
-  coded.data = pointers_;
-  streams_.code_vertex(stencil, slot, coded);
+  tile_cells_ += cell ? 1 : 0;
+}
+
+void SegmentEncoder::take_vertex(const SegmentPiece& piece, std::size_t index) {
+  const SegmentPiece::Vertex& vertex = piece.vertices[index];
+  const std::byte* values = piece.vertex_values.data() + index * values_bytes_;
+  vertex_values_.insert(vertex_values_.end(), values, values + values_bytes_);
+  const std::byte* at = values + xyz_bytes_;
+  for (std::uint32_t a = 0; a < schema_->arrays.size(); ++a) {
+    const ArrayInfo& info = schema_->arrays[a];
+    if (info.per_step || info.location != Location::point) continue;
+    widen_range(a, at);
+    at += scalar_bytes(info.type) * info.components;
+  }
   container::GroupHeader& group = group_.header;
   for (std::size_t c = 0; c < 3; ++c) {
     const double v = scalar_value(schema_->coordinate_type, values, c);
@@ -192,18 +196,34 @@ void SegmentEncoder::code_vertex(const SegmentPiece& piece, std::size_t index,
   }
 }
 
-void SegmentEncoder::code_cell_data(const SegmentPiece& piece, std::uint32_t block,
+void SegmentEncoder::take_cell_data(const SegmentPiece& piece, std::uint32_t block,
                                     std::size_t begin) {
-  auto* at = const_cast<std::byte*>(piece.cell_data.data()) + begin;  // as in code_vertex
-  for (std::size_t i = 0; i < streams_.cell_arrays().size(); ++i) {
-    const std::uint32_t a = streams_.cell_arrays()[i];
-    pointers_[i] = nullptr;
-    if (!schema_->array_covers(a, block)) continue;
-    pointers_[i] = at;
+  const std::byte* at = piece.cell_data.data() + begin;
+  for (std::size_t column = 1; column < streams_.values().columns(); ++column) {
+    const std::uint32_t a = streams_.values().array_of(column);
+    const ArrayInfo& info = schema_->arrays[a];
+    if (info.location != Location::cell || !schema_->array_covers(a, block)) continue;
     widen_range(a, at);
-    at += scalar_bytes(schema_->arrays[a].type) * schema_->arrays[a].components;
+    const std::size_t bytes = scalar_bytes(info.type) * info.components;
+    cell_values_[column].insert(cell_values_[column].end(), at, at + bytes);
+    at += bytes;
   }
-  streams_.code_cell_values(topology_, pointers_);
+}
+
+std::vector<std::byte> SegmentEncoder::encode_column(std::size_t column) {
+  ValueStreams<RangeEncoder>& values = streams_.values();
+  if (column == 0) return values.encode(0, vertex_values_.data(), values_bytes_);
+  const ArrayInfo& info = schema_->arrays[values.array_of(column)];
+  if (info.location == Location::cell)
+    return values.encode(column, cell_values_[column].data(),
+                         scalar_bytes(info.type) * info.components);
+  std::size_t at = xyz_bytes_;
+  for (std::uint32_t a = 0; a < values.array_of(column); ++a) {
+    const ArrayInfo& before = schema_->arrays[a];
+    if (!before.per_step && before.location == Location::point)
+      at += scalar_bytes(before.type) * before.components;
+  }
+  return values.encode(column, vertex_values_.data() + at, values_bytes_);
 }
 
 void SegmentEncoder::note_active() {
@@ -226,26 +246,33 @@ void SegmentEncoder::flush_group(std::vector<EncodedGroup>& done) {
   using container::StreamKind;
   const auto names = MeshStreams<RangeEncoder>::list(*schema_);
   for (std::size_t s = 0; s < names.size(); ++s) {
-    std::vector<std::byte> bytes = streams_.coders()[s].finish();
+    const bool values = streams_.holds_values(s);
+    std::vector<std::byte> bytes =
+        values ? encode_column(streams_.column_of(s)) : streams_.coders()[s].finish();
     container::StreamEntry entry;
     entry.kind = names[s].kind;
     entry.array = names[s].array;
     // An absent stream reads as zeros; connectivity is there to tell its codec.
     if (bytes.empty() && (entry.kind != StreamKind::connectivity || group_.header.cells == 0))
       continue;
-    const bool values = entry.kind >= StreamKind::vertex_numbers;
-    entry.codec = values ? container::Codec::predictive : stream_codec(codec_);
+    entry.codec = values                                     ? container::Codec::columns
+                  : entry.kind >= StreamKind::vertex_numbers ? container::Codec::predictive
+                                                             : stream_codec(codec_);
     const auto needs = [&](StreamKind kind) { entry.needs |= 1u << static_cast<unsigned>(kind); };
     if (entry.kind != StreamKind::connectivity) needs(StreamKind::connectivity);
     const bool by_corner =
         entry.kind == StreamKind::vertex_numbers && schema_->order == Order::keep;
-    if (by_corner || (values && has_edge_nodes_))  // numbers in stored order; midpoints of edges
+    if (by_corner || values)  // in stored order, and along stored axes
       needs(StreamKind::corner_order);
     entry.bytes = bytes.size();
     entry.checksum = checksum(bytes);
     group_.header.streams.push_back(entry);
     group_.streams.push_back(std::move(bytes));
   }
+  streams_.values().clear();
+  vertex_values_.clear();
+  for (auto& values : cell_values_) values.clear();
+  tile_cells_ = tile_begin_bytes_ = 0;
   next_cell_ += group_.header.cells;
   next_vertex_ += group_.header.vertices;
   done.push_back(std::move(group_));

@@ -113,9 +113,10 @@ class SegmentEncoder {
   bool code_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell, const Place& at);
   void code_loose(const SegmentPiece& piece, std::size_t vertex);
   void code_new_vertices(const SegmentPiece& piece, const Place& at);
-  void code_vertex(const SegmentPiece& piece, std::size_t vertex, const Stencil& stencil,
-                   std::uint32_t slot);
-  void code_cell_data(const SegmentPiece& piece, std::uint32_t block, std::size_t at);
+  void take_vertex(const SegmentPiece& piece, std::size_t vertex);
+  void take_cell_data(const SegmentPiece& piece, std::uint32_t block, std::size_t at);
+  void begin_element(bool cell);
+  std::vector<std::byte> encode_column(std::size_t column);
   void note_active();
   void widen_range(std::uint32_t array, const std::byte* element);
   void start_group();
@@ -128,12 +129,15 @@ class SegmentEncoder {
   MeshStreams<RangeEncoder> streams_;
   std::size_t xyz_bytes_, values_bytes_;
   std::vector<std::size_t> cell_data_bytes_;  // by block
-  bool has_edge_nodes_;
 
   std::vector<Handle> handles_;
   CellTopology topology_;
-  std::vector<std::byte*> pointers_;
   std::vector<std::size_t> range_of_array_;
+
+  // values of the group at hand
+  std::vector<std::byte> vertex_values_;             // coordinates, then static point data
+  std::vector<std::vector<std::byte>> cell_values_;  // by column
+  std::uint64_t tile_cells_ = 0, tile_begin_bytes_ = 0;
 
   EncodedGroup group_;
   std::uint64_t next_cell_, next_vertex_;

@@ -34,6 +34,19 @@ std::uint32_t framed(const CellTopology& cell, std::uint32_t stored) {
 
 }  // namespace
 
+std::uint64_t spectral(const Stencil& s, const std::vector<std::uint64_t>& v) {
+  const auto at = [&](std::size_t i) { return v[s.at[i]]; };
+  switch (s.kind) {
+    case Stencil::last: break;
+    case Stencil::copy: return at(0);
+    case Stencil::midpoint:
+      return at(0) + static_cast<std::uint64_t>(static_cast<std::int64_t>(at(1) - at(0)) / 2);
+    case Stencil::parallelogram: return at(0) + at(1) - at(2);
+    case Stencil::lorenzo: return at(0) + at(1) + at(2) - at(3) - at(4) - at(5) + at(6);
+  }
+  return 0;
+}
+
 Stencil stencil_of(const CellTopology& cell, std::uint32_t position, std::uint64_t known) {
   if (cell.hexahedral && position < 8) return corner_stencil(cell, position, known);
   if (cell.hexahedral && position < 20 && cell.slots.size() >= 20) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "coders/cell_topology.h"
 #include "front/hexahedron.h"
@@ -29,6 +30,9 @@ struct Stencil {
     return kSize[kind];
   }
 };
+
+/// What a stencil makes of numbers by slot, modulo 2^64; 0 for kind last.
+std::uint64_t spectral(const Stencil& stencil, const std::vector<std::uint64_t>& numbers);
 
 /// The stencil of the new vertex at `position`. `known`: bit i set where position i < 64 of the
 /// cell has values by now.

@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "bytes/byte_cursor.h"
-#include "coders/columns.h"
 #include "packing.h"
+#include "values/value_column.h"
 
 namespace shm {
 namespace {
@@ -30,18 +30,21 @@ std::vector<std::byte> unshuffle(std::span<const std::byte> planes, std::size_t 
   return out;
 }
 
+/// An element of which nothing is known but what came before it.
+Neighbourhood element() {
+  Neighbourhood it;
+  it.self = 0;
+  return it;
+}
+
 }  // namespace
 
 StepBytes encode_step_values(const ArrayInfo& info, std::span<const std::byte> values) {
   const std::size_t width = scalar_bytes(info.type), stride = width * info.components;
-  RangeEncoder coder;
-  const auto column = VertexColumn<RangeEncoder>::create(info);
-  std::vector<std::byte> element(stride);
-  for (std::size_t at = 0; at + stride <= values.size(); at += stride) {
-    std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(at), stride, element.begin());
-    column->code(coder, Stencil{}, 0, element.data());
-  }
-  StepBytes predicted{container::Codec::local, coder.finish()};
+  TiledItems elements;
+  elements.items.assign(values.size() / stride, element());
+  StepBytes predicted{container::Codec::local,
+                      ValueColumn<RangeEncoder>(info, {}).encode(elements, values.data(), stride)};
   StepBytes packed{container::Codec::shuffled_zstd,
                    zstd_compress(shuffle(values, width), kZstdLevel)};
   return packed.bytes.empty() || predicted.bytes.size() <= packed.bytes.size() ? predicted : packed;
@@ -58,11 +61,10 @@ std::optional<std::vector<std::byte>> decode_step_values(const ArrayInfo& info,
     return unshuffle(*planes, width);
   }
   if (codec != container::Codec::local) return std::nullopt;
-  RangeDecoder coder(bytes);
-  const auto column = VertexColumn<RangeDecoder>::create(info);
-  std::vector<std::byte> out(std::size_t{count} * stride);
-  for (std::size_t at = 0; at < out.size(); at += stride)
-    column->code(coder, Stencil{}, 0, out.data() + at);
+  ValueColumn<RangeDecoder> column(info, {});
+  column.begin_group(bytes);
+  std::vector<std::byte> out;
+  if (!column.decode_tile(std::vector(count, element()), {}, out)) return std::nullopt;
   return out;
 }
 

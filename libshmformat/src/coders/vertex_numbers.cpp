@@ -5,23 +5,6 @@
 #include "front/hexahedron.h"
 
 namespace shm {
-namespace {
-
-std::uint64_t spectral(const Stencil& s, const std::vector<std::uint64_t>& v) {
-  const auto at = [&](std::size_t i) { return v[s.at[i]]; };
-  switch (s.kind) {
-    case Stencil::last: break;
-    case Stencil::copy: return at(0);
-    case Stencil::midpoint:
-      return at(0) + static_cast<std::uint64_t>(static_cast<std::int64_t>(at(1) - at(0)) / 2);
-    case Stencil::parallelogram: return at(0) + at(1) - at(2);
-    case Stencil::lorenzo: return at(0) + at(1) + at(2) - at(3) - at(4) - at(5) + at(6);
-  }
-  return 0;
-}
-
-}  // namespace
-
 /// Along which side of the frame the vertex lies from the one that it is copied from.
 template <class Coder>
 std::uint32_t VertexNumbers<Coder>::direction_of(const CellTopology& cell, std::uint32_t position,

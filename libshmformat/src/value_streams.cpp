@@ -1,0 +1,100 @@
+#include "value_streams.h"
+
+#include <algorithm>
+
+namespace shm {
+namespace {
+
+ArrayInfo coordinates_info(const Schema& schema) {
+  ArrayInfo info;
+  info.type = schema.coordinate_type;
+  info.components = 3;
+  info.quantization = schema.coordinate_quantization;
+  return info;
+}
+
+bool has_cell_arrays(const Schema& schema) {
+  return std::any_of(schema.arrays.begin(), schema.arrays.end(), [](const ArrayInfo& info) {
+    return info.location == Location::cell && !info.per_step;
+  });
+}
+
+/// By block: whether the array has values there; empty: everywhere.
+std::vector<char> coverage(const Schema& schema, std::uint32_t array) {
+  std::vector<char> covers(schema.blocks.size());
+  for (std::uint32_t b = 0; b < covers.size(); ++b)
+    covers[b] = schema.array_covers(array, b) ? 1 : 0;
+  const bool all = std::find(covers.begin(), covers.end(), 0) == covers.end();
+  return all ? std::vector<char>() : covers;
+}
+
+}  // namespace
+
+template <class Coder>
+ValueStreams<Coder>::ValueStreams(const Schema& schema)
+    : schema_(&schema), has_cell_arrays_(has_cell_arrays(schema)), finder_(has_cell_arrays_) {
+  columns_.emplace_back(coordinates_info(schema), std::vector<char>());
+  for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
+    const ArrayInfo& info = schema.arrays[a];
+    if (info.per_step) continue;
+    arrays_.push_back(a);
+    columns_.emplace_back(
+        info, info.location == Location::cell ? coverage(schema, a) : std::vector<char>());
+  }
+}
+
+template <class Coder>
+bool ValueStreams<Coder>::of_cells(std::size_t column) const {
+  return column > 0 && schema_->arrays[arrays_[column - 1]].location == Location::cell;
+}
+
+template <class Coder>
+void ValueStreams<Coder>::begin_cell(const CellTopology& cell, std::uint64_t live) {
+  const bool as_stored = schema_->corner_order || schema_->blocks[cell.block].nodes_per_cell != 8;
+  finder_.begin_cell(cell, as_stored, live);
+}
+
+template <class Coder>
+void ValueStreams<Coder>::end_cell(const CellTopology& cell) {
+  if (has_cell_arrays_) {
+    cells_.items.push_back(finder_.cell(cell, Reach::farther));
+    cells_.blocks.push_back(cell.block);
+  }
+  finder_.end_cell(cell);
+}
+
+template <class Coder>
+void ValueStreams<Coder>::begin_tile() {
+  vertices_.tile_begin.push_back(vertices_.items.size());
+  cells_.tile_begin.push_back(cells_.items.size());
+}
+
+template <class Coder>
+std::vector<std::byte> ValueStreams<Coder>::encode(std::size_t column, const std::byte* values,
+                                                   std::size_t stride) requires(!Coder::kDecodes) {
+  return columns_[column].encode(of_cells(column) ? cells_ : vertices_, values, stride);
+}
+
+template <class Coder>
+void ValueStreams<Coder>::begin_column(std::size_t column,
+                                       std::span<const std::byte> bytes) requires(Coder::kDecodes) {
+  columns_[column].begin_group(bytes);
+}
+
+template <class Coder>
+bool ValueStreams<Coder>::decode_tile(std::size_t column,
+                                      std::vector<std::byte>& out) requires(Coder::kDecodes) {
+  const TiledItems& elements = of_cells(column) ? cells_ : vertices_;
+  return columns_[column].decode_tile(elements.items, elements.blocks, out);
+}
+
+template <class Coder>
+void ValueStreams<Coder>::clear() {
+  vertices_.clear();
+  cells_.clear();
+}
+
+template class ValueStreams<RangeEncoder>;
+template class ValueStreams<RangeDecoder>;
+
+}  // namespace shm

@@ -1,0 +1,67 @@
+// ValueStreams: coordinates and static arrays of one segment, each in its own bitstream. It follows
+// the mesh cell by cell, collects the neighbourhoods of what comes, and codes the values of a tile
+// (decoding) or of a whole group (encoding) at once.
+// spec: "Tiles", "Value columns"
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "shm/schema.h"
+#include "values/value_column.h"
+
+namespace shm {
+
+// A tile ends before the element that comes after so many cells, or so many unpacked bytes. It is
+// what a Reader gives out at once. Frozen: part of the format.
+inline constexpr std::uint64_t kTileCells = 4096;
+inline constexpr std::uint64_t kTileBytes = std::uint64_t{1} << 22;
+
+template <class Coder>
+class ValueStreams {
+ public:
+  /// `schema` is borrowed.
+  explicit ValueStreams(const Schema& schema);
+
+  // In step with the mesh: each cell, then its new vertices in order of birth, then its end.
+  void begin_cell(const CellTopology& cell, std::uint64_t live);
+  void add_vertex(const CellTopology& cell, std::uint32_t position) {
+    vertices_.items.push_back(finder_.vertex(cell, position, Reach::farther));
+  }
+  void end_cell(const CellTopology& cell);
+  void add_loose_vertex(std::uint32_t slot) { vertices_.items.push_back(finder_.loose(slot)); }
+
+  /// Column 0 is geometry, the others the static arrays in schema order.
+  std::size_t columns() const { return columns_.size(); }
+  /// The schema's index of the array in a column from 1 on.
+  std::uint32_t array_of(std::size_t column) const { return arrays_[column - 1]; }
+
+  // Encoding: tiles, then each column, then the next group.
+  void begin_tile();
+  std::vector<std::byte> encode(std::size_t column, const std::byte* values,
+                                std::size_t stride) requires(!Coder::kDecodes);
+
+  // Decoding: all columns, then tile by tile. `bytes` are borrowed for the group.
+  void begin_column(std::size_t column, std::span<const std::byte> bytes) requires(Coder::kDecodes);
+  /// Values of what came since the last tile, appended to `out`; false for damaged data.
+  bool decode_tile(std::size_t column, std::vector<std::byte>& out) requires(Coder::kDecodes);
+  /// Forgets what came: after the last column of a group (encoding) or tile (decoding).
+  void clear();
+
+ private:
+  bool of_cells(std::size_t column) const;
+
+  const Schema* schema_;
+  std::vector<std::uint32_t> arrays_;
+  bool has_cell_arrays_ = false;
+  NeighbourFinder finder_;
+  TiledItems vertices_, cells_;
+  std::vector<ValueColumn<Coder>> columns_;
+};
+
+extern template class ValueStreams<RangeEncoder>;
+extern template class ValueStreams<RangeDecoder>;
+
+}  // namespace shm

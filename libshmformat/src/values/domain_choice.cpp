@@ -1,0 +1,178 @@
+#include "values/domain_choice.h"
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+namespace shm {
+namespace {
+
+/// A domain may miss one value in so many.
+constexpr std::size_t kMostOddShare = 200;
+constexpr std::size_t kLookAt = 256;
+/// Indices longer than this are hardly better than floating-point numbers.
+constexpr int kLongIndex = 40;
+
+bool is_finite(double v) { return std::fabs(v) <= std::numeric_limits<double>::max(); }
+
+/// Shortest decimal that reads back as the same number.
+struct Decimal {
+  std::int32_t digits = 0;    ///< significant ones
+  std::int32_t decimals = 0;  ///< behind the point; negative: zeros before it
+};
+Decimal shortest(ScalarType type, std::uint64_t bits) {
+  char text[64];
+  const auto end = type == ScalarType::float32
+                       ? std::to_chars(text, text + sizeof text,
+                                       std::bit_cast<float>(static_cast<std::uint32_t>(bits)),
+                                       std::chars_format::scientific)
+                             .ptr
+                       : std::to_chars(text, text + sizeof text, std::bit_cast<double>(bits),
+                                       std::chars_format::scientific)
+                             .ptr;
+  Decimal it;
+  const char* at = text;
+  for (; at < end && *at != 'e'; ++at) it.digits += *at >= '0' && *at <= '9' ? 1 : 0;
+  int exponent = 0;
+  if (at < end) {
+    ++at;
+    if (at < end && *at == '+') ++at;
+    std::from_chars(at, end, exponent);
+  }
+  it.decimals = it.digits - 1 - exponent;
+  return it;
+}
+
+/// How well a domain fits.
+struct Fit {
+  bool good = false;
+  int length = 0;  // of the longest index, in bits
+};
+Fit try_domain(const ArrayInfo& info, std::size_t component, std::span<const std::uint64_t> bits,
+               ValueDomain& domain) {
+  if (!domain.fits(info)) return {};
+  const ValueTranslator translator(info, component, domain);
+  const std::uint64_t zero = negative_zero(info.type);
+  std::size_t odd = 0, negative = 0;
+  std::uint64_t longest = 0;
+  for (std::uint64_t it : bits) {
+    if (is_float(info.type) && it == zero) {
+      ++negative;
+      continue;
+    }
+    const auto index = translator.index(it);
+    if (!index) {
+      if (++odd > bits.size() / kMostOddShare + 2) return {};
+      continue;
+    }
+    longest = std::max(longest, static_cast<std::uint64_t>(*index < 0 ? -*index : *index));
+  }
+  const bool signs = domain.kind == DomainKind::binary || domain.kind == DomainKind::decimal ||
+                     domain.kind == DomainKind::digits;
+  domain.negative_zero = signs && negative > 0;
+  domain.odd = odd > 0 || (!signs && negative > 0 && domain.kind == DomainKind::quantized);
+  return {true, static_cast<int>(std::bit_width(longest))};
+}
+
+/// The multiple of a power of two that all finite values are.
+std::int32_t binary_exponent(ScalarType type, std::span<const std::uint64_t> bits) {
+  std::int32_t finest = -971;
+  for (std::uint64_t it : bits) {
+    const double value = scalar_as_double(type, it);
+    if (value == 0.0 || !is_finite(value)) continue;
+    const auto raw = std::bit_cast<std::uint64_t>(value);
+    const std::uint64_t mantissa = raw & ((std::uint64_t{1} << 52) - 1);
+    const auto biased = static_cast<std::int32_t>(raw >> 52 & 0x7ff);
+    const std::int32_t zeros = mantissa == 0 ? 52 : std::countr_zero(mantissa);
+    finest = std::max(finest, biased == 0 ? 1074 : 1075 - biased - zeros);
+  }
+  return finest;
+}
+
+/// Indices that occur, ascending; empty where they are too many to be worth a table.
+std::vector<std::int64_t> table_of(const ArrayInfo& info, std::size_t component,
+                                   std::span<const std::uint64_t> bits, const ValueDomain& domain) {
+  const ValueTranslator translator(info, component, domain);
+  std::vector<std::int64_t> table;
+  table.reserve(bits.size());
+  for (std::uint64_t it : bits)
+    if (const auto index = translator.index(it)) table.push_back(*index);
+  std::sort(table.begin(), table.end());
+  table.erase(std::unique(table.begin(), table.end()), table.end());
+  if (table.size() > bits.size() / 2 || table.size() > (std::size_t{1} << 19)) table.clear();
+  return table;
+}
+
+}  // namespace
+
+std::vector<DomainPlan> domain_candidates(const ArrayInfo& info, std::size_t component,
+                                          std::span<const std::uint64_t> bits) {
+  std::vector<DomainPlan> plans;
+  const auto add = [&](const ValueDomain& domain) { plans.push_back({domain, {}}); };
+  if (!is_float(info.type) || info.quantization.bits > 0) {
+    ValueDomain domain{is_float(info.type) ? DomainKind::quantized : DomainKind::integers, 0, false,
+                       false};
+    const Fit fit = try_domain(info, component, bits, domain);
+    if (!fit.good) domain.odd = true;
+    add(domain);
+    if (!is_float(info.type))
+      if (auto table = table_of(info, component, bits, domain);
+          !table.empty() && table.size() <= bits.size() / 8)
+        plans.push_back({domain, std::move(table)});
+    return plans;
+  }
+
+  // As multiples of a power of ten, or of two.
+  std::vector<Decimal> shapes;
+  const std::size_t looked = std::min(bits.size(), kLookAt);
+  for (std::size_t i = 0; i < looked; ++i) {
+    const std::uint64_t it = bits[i * bits.size() / looked];
+    const double value = scalar_as_double(info.type, it);
+    if (value != 0.0 && is_finite(value)) shapes.push_back(shortest(info.type, it));
+  }
+  const std::int32_t most_digits = info.type == ScalarType::float32 ? 7 : 15;
+  std::int32_t decimals = -22, digits = 1;
+  std::size_t long_ones = 0;
+  for (const Decimal& it : shapes) {
+    if (it.digits > most_digits) {
+      ++long_ones;
+      continue;
+    }
+    decimals = std::max(decimals, it.decimals);
+    digits = std::max(digits, it.digits);
+  }
+  ValueDomain linear;
+  int length = 64;
+  if (long_ones <= shapes.size() / 100 && decimals <= 22) {
+    ValueDomain decimal{DomainKind::decimal, decimals, false, false};
+    if (const Fit fit = try_domain(info, component, bits, decimal); fit.good) {
+      linear = decimal;
+      length = fit.length;
+    }
+  }
+  ValueDomain binary{DomainKind::binary, binary_exponent(info.type, bits), false, false};
+  if (const Fit fit = try_domain(info, component, bits, binary); fit.good && fit.length < length) {
+    linear = binary;
+    length = fit.length;
+  }
+  if (length < 53) add(linear);
+  if (long_ones <= shapes.size() / 100 && (length > digits * 10 / 3 + 6)) {
+    ValueDomain significant{DomainKind::digits, digits, false, false};
+    if (try_domain(info, component, bits, significant).good) add(significant);
+  }
+  if (plans.empty() || length > kLongIndex) {
+    ValueDomain narrow{DomainKind::narrow, 0, false, false};
+    ValueDomain floats;
+    if (info.type == ScalarType::float64 && try_domain(info, component, bits, narrow).good)
+      add(narrow);
+    else
+      add(floats);
+  }
+  if (auto table = table_of(info, component, bits, plans[0].domain); !table.empty())
+    plans.push_back({plans[0].domain, std::move(table)});
+  return plans;
+}
+
+}  // namespace shm

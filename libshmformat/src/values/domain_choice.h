@@ -1,0 +1,16 @@
+// Domain choice: what the numbers of a component may be made of. Encoder only.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "values/scalar_column.h"
+
+namespace shm {
+
+/// Ways to say these values (bits of scalars), the most likely first; never empty.
+std::vector<DomainPlan> domain_candidates(const ArrayInfo& info, std::size_t component,
+                                          std::span<const std::uint64_t> bits);
+
+}  // namespace shm

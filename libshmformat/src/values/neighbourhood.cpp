@@ -1,0 +1,269 @@
+#include "values/neighbourhood.h"
+
+#include <algorithm>
+
+namespace shm {
+namespace {
+
+// The ring of remembered cells: never fewer than this wide once it is full, never more.
+constexpr std::uint64_t kFirstCells = 64, kLeastCells = std::uint64_t{1} << 14,
+                        kMostCells = std::uint64_t{1} << 18;
+
+constexpr std::uint32_t axis_of(std::uint32_t bit) { return bit == 4 ? 2 : bit - 1; }
+/// Axes of diagonal[i].
+constexpr std::array<std::array<std::uint32_t, 2>, 3> kDiagonalAxes = {{{0, 1}, {0, 2}, {1, 2}}};
+/// Which diagonals lie along axis a, by the other axis in ascending order.
+constexpr std::array<std::array<std::uint32_t, 2>, 3> kDiagonalsAlong = {{{0, 1}, {0, 2}, {1, 2}}};
+
+}  // namespace
+
+NeighbourFinder::Vertex& NeighbourFinder::vertex_at(std::uint32_t slot) {
+  if (slot >= vertices_.size())
+    vertices_.resize(std::max<std::size_t>(std::size_t{slot} + 1, vertices_.size() * 2));
+  return vertices_[slot];
+}
+
+void NeighbourFinder::begin_cell(const CellTopology& cell, bool as_stored, std::uint64_t live) {
+  as_stored_ = as_stored;
+  if (next_place_ == ring_.size()) {
+    if (ring_.empty() || ring_.size() < std::clamp(4 * live, kLeastCells, kMostCells))
+      ring_.resize(std::max<std::size_t>(kFirstCells, 2 * ring_.size()));
+    else
+      next_place_ = 0;
+  }
+  place_ = next_place_++;
+  ring_[place_].sequence = kNever;
+
+  known_ = ~std::uint64_t{0};
+  known_corners_ = 0xff;
+  if (cell.hexahedral)
+    for (std::uint32_t i = 0; i < 8; ++i) corner_[corner_bits(cell, i)] = cell.slots[i];
+  for (std::uint32_t position : cell.new_positions) {
+    const std::uint32_t slot = cell.slots[position];
+    if (cell.hexahedral)
+      for (std::uint32_t b = 0; b < 8; ++b)
+        if (corner_[b] == slot) known_corners_ &= ~(1u << b);
+    if (cell.slots.size() > 8 || !cell.hexahedral)
+      for (std::size_t i = 0; i < std::min<std::size_t>(cell.slots.size(), 64); ++i)
+        if (cell.slots[i] == slot) known_ &= ~(std::uint64_t{1} << i);
+  }
+}
+
+Neighbourhood NeighbourFinder::vertex(const CellTopology& cell, std::uint32_t position,
+                                      Reach reach) {
+  Neighbourhood it;
+  it.self = cell.slots[position];
+  Vertex& self = vertex_at(it.self);
+  self = Vertex{};
+  self.born = sequence_;
+  if (cell.hexahedral && position < 8) {
+    const std::uint32_t bits = corner_bits(cell, position);
+    it.kind = Neighbourhood::lattice;
+    it.corner = static_cast<std::uint8_t>(bits);
+    std::uint32_t known = 0;
+    const auto take = [&](std::uint32_t flipped, std::uint32_t& slot, std::uint32_t bit) {
+      if ((known_corners_ >> (bits ^ flipped) & 1) == 0) return;
+      slot = corner_[bits ^ flipped];
+      known |= bit;
+    };
+    for (std::uint32_t a = 0; a < 3; ++a) take(1u << a, it.at[a], Neighbourhood::kNear << a);
+    for (std::uint32_t i = 0; i < 3; ++i)
+      take(1u << kDiagonalAxes[i][0] | 1u << kDiagonalAxes[i][1], it.at[kAtDiagonal + i],
+           Neighbourhood::kDiagonal << i);
+    take(7, it.at[kAtOpposite], Neighbourhood::kOpposite);
+    for (std::uint32_t a = 0; a < 3; ++a)
+      if ((known >> a & 1) != 0 && vertices_[it.at[a]].full) known |= Neighbourhood::kThird << a;
+    it.known = static_cast<std::uint16_t>(known);
+    self.full = it.knows(Neighbourhood::kLattice);
+    if (reach != Reach::lattice) look_beyond(it, reach);
+    for (std::uint32_t b = 0; b < 8; ++b)
+      if (corner_[b] == it.self) known_corners_ |= 1u << b;
+  } else if (cell.hexahedral && position < 20 && cell.slots.size() >= 20) {
+    it.kind = Neighbourhood::midpoint;
+    it.corner = 0;
+    for (std::uint32_t i = 0; i < 2; ++i)
+      it.at[i] = corner_[kCornerBits[kEdgeCorners[position - 8][i]]];
+    it.known = Neighbourhood::kNear * 3;
+  } else if (position > 0 && position <= 64 && (known_ >> (position - 1) & 1) != 0) {
+    it.at[0] = cell.slots[position - 1];
+    it.known = Neighbourhood::kNear;
+  }
+  if (cell.slots.size() > 8 || !cell.hexahedral)
+    for (std::size_t i = 0; i < std::min<std::size_t>(cell.slots.size(), 64); ++i)
+      if (cell.slots[i] == it.self) known_ |= std::uint64_t{1} << i;
+  return it;
+}
+
+Neighbourhood NeighbourFinder::loose(std::uint32_t slot) {
+  Neighbourhood it;
+  it.self = slot;
+  Vertex& self = vertex_at(slot);
+  self = Vertex{};
+  self.born = sequence_;
+  return it;
+}
+
+/// A remembered hexahedron, not the one at `except`, in which `one` and `two` are neighbours of
+/// `slot` along two axes.
+NeighbourFinder::Found NeighbourFinder::behind(std::uint32_t slot, std::uint32_t one,
+                                               std::uint32_t two, std::uint32_t except) const {
+  for (const Standing& stands : vertices_[slot].stands) {
+    if (stands.sequence == kNever || stands.place == except) continue;
+    const Cell& cell = ring_[stands.place];
+    if (cell.sequence != stands.sequence) continue;
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+      const std::uint32_t a = cell.corner[stands.corner ^ 1u << (axis == 0 ? 1 : 0)];
+      const std::uint32_t b = cell.corner[stands.corner ^ 1u << (axis == 2 ? 1 : 2)];
+      if ((a == one && b == two) || (a == two && b == one))
+        return {stands.place, stands.corner, axis};
+    }
+  }
+  return {};
+}
+
+/// The hexahedron behind the face slot-one-both-two: asked at each of its corners.
+NeighbourFinder::Found NeighbourFinder::across(std::uint32_t slot, std::uint32_t one,
+                                               std::uint32_t two, std::uint32_t both) const {
+  if (const Found found = behind(slot, one, two, kNone)) return found;
+  for (std::uint32_t side : {one, two}) {
+    Found found = behind(side, slot, both, kNone);
+    if (!found) continue;
+    for (std::uint32_t axis = 0; axis < 3; ++axis)
+      if (axis != found.axis && ring_[found.place].corner[found.corner ^ 1u << axis] == slot)
+        return {found.place, found.corner ^ 1u << axis, found.axis};
+  }
+  if (const Found found = behind(both, one, two, kNone))
+    return {found.place, found.corner ^ 7u ^ 1u << found.axis, found.axis};
+  return {};
+}
+
+void NeighbourFinder::look_beyond(Neighbourhood& it, Reach reach) const {
+  for (std::uint32_t a = 0; a < 3; ++a) {
+    const auto [d, e] = kDiagonalsAlong[a];
+    if (!it.knows(Neighbourhood::kNear << a | Neighbourhood::kDiagonal << d |
+                  Neighbourhood::kDiagonal << e | Neighbourhood::kOpposite))
+      continue;
+    const Found found =
+        across(it.at[a], it.at[kAtDiagonal + d], it.at[kAtDiagonal + e], it.at[kAtOpposite]);
+    if (!found) continue;
+    const Cell& cell = ring_[found.place];
+    const std::uint32_t corner = found.corner ^ 1u << found.axis;
+    const std::uint32_t slot = cell.corner[corner];
+    if (vertices_[slot].born > cell.sequence) continue;  // another vertex has its slot by now
+    it.at[kAtBeyond + a] = slot;
+    it.known |= static_cast<std::uint16_t>(Neighbourhood::kBeyond << a);
+    if (reach == Reach::beyond) continue;
+    const Found next = behind(slot, cell.corner[corner ^ 1u << (found.axis == 0 ? 1 : 0)],
+                              cell.corner[corner ^ 1u << (found.axis == 2 ? 1 : 2)], found.place);
+    if (!next) continue;
+    const Cell& second = ring_[next.place];
+    const std::uint32_t farther = second.corner[next.corner ^ 1u << next.axis];
+    if (vertices_[farther].born > second.sequence || farther == it.at[a]) continue;
+    it.at[kAtFarther + a] = farther;
+    it.known |= static_cast<std::uint16_t>(Neighbourhood::kFarther << a);
+  }
+}
+
+// --- cells
+
+Neighbourhood NeighbourFinder::cell(const CellTopology& cell, Reach reach) {
+  Neighbourhood it;
+  it.self = place_;
+  if (!cell.hexahedral) return it;
+  it.kind = Neighbourhood::lattice;
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    const std::uint32_t u = 1u << (axis == 0 ? 1 : 0), v = 1u << (axis == 2 ? 1 : 2);
+    for (std::uint32_t up = 0; up < 2; ++up) {
+      const std::uint32_t at = up << axis;
+      // far corner first: it is the one that was last new, as a rule
+      found_[2 * axis + up] =
+          across(corner_[at | u | v], corner_[at | u], corner_[at | v], corner_[at]);
+    }
+  }
+  look_around_cell(it, reach);
+  full_ = it.knows(Neighbourhood::kLattice);
+  return it;
+}
+
+std::uint32_t NeighbourFinder::behind_of(std::uint32_t place, std::uint32_t side) const {
+  const Cell& cell = ring_[place];
+  const std::uint32_t other = cell.behind[side];
+  // A place that has been taken again belongs to a younger cell.
+  return other != kNone && ring_[other].sequence < cell.sequence ? other : kNone;
+}
+
+bool NeighbourFinder::is_behind(std::uint32_t place, std::uint32_t other) const {
+  for (std::uint32_t side = 0; side < 6; ++side)
+    if (behind_of(place, side) == other) return true;
+  return false;
+}
+
+/// A cell behind faces of both, kNone when there is none.
+std::uint32_t NeighbourFinder::common(std::uint32_t a, std::uint32_t b) const {
+  for (std::uint32_t side = 0; side < 6; ++side) {
+    const std::uint32_t other = behind_of(a, side);
+    if (other != kNone && is_behind(b, other)) return other;
+  }
+  return kNone;
+}
+
+void NeighbourFinder::look_around_cell(Neighbourhood& it, Reach reach) const {
+  std::uint32_t known = 0;
+  for (std::uint32_t a = 0; a < 3; ++a) {
+    const std::uint32_t side = found_[2 * a] ? 2 * a : 2 * a + 1;
+    const Found& found = found_[side];
+    if (!found) continue;
+    it.at[a] = found.place;
+    known |= Neighbourhood::kNear << a;
+    if (ring_[found.place].full) known |= Neighbourhood::kThird << a;
+    if (reach == Reach::lattice) continue;
+    const std::uint32_t far_side = 2 * found.axis + ((found.corner >> found.axis & 1) != 0 ? 0 : 1);
+    const std::uint32_t beyond = behind_of(found.place, far_side);
+    if (beyond == kNone) continue;
+    it.at[kAtBeyond + a] = beyond;
+    known |= Neighbourhood::kBeyond << a;
+    if (reach == Reach::beyond) continue;
+    const std::uint32_t farther = behind_of(beyond, far_side);
+    if (farther == kNone || farther == found.place) continue;
+    it.at[kAtFarther + a] = farther;
+    known |= Neighbourhood::kFarther << a;
+  }
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    const auto [a, b] = kDiagonalAxes[i];
+    if ((known >> a & known >> b & 1) == 0) continue;
+    const std::uint32_t diagonal = common(it.at[a], it.at[b]);
+    if (diagonal == kNone) continue;
+    it.at[kAtDiagonal + i] = diagonal;
+    known |= Neighbourhood::kDiagonal << i;
+  }
+  if ((known >> 3 & 7) == 7) {
+    const std::uint32_t opposite = common(it.at[kAtDiagonal + 0], it.at[kAtDiagonal + 1]);
+    if (opposite != kNone && is_behind(it.at[kAtDiagonal + 2], opposite)) {
+      it.at[kAtOpposite] = opposite;
+      known |= Neighbourhood::kOpposite;
+    }
+  }
+  it.known = static_cast<std::uint16_t>(known);
+}
+
+void NeighbourFinder::end_cell(const CellTopology& cell) {
+  Cell& it = ring_[place_];
+  if (cell.hexahedral) {
+    it.sequence = sequence_;
+    it.corner = corner_;
+    it.full = full_;
+    if (cells_)
+      for (std::uint32_t side = 0; side < 6; ++side) it.behind[side] = found_[side].place;
+    for (std::uint32_t b = 0; b < 8; ++b) {
+      Vertex& vertex = vertex_at(corner_[b]);
+      const Standing here{sequence_, place_, b};
+      if (vertex.stands[0].sequence == kNever)
+        vertex.stands[0] = here;
+      else
+        vertex.stands[1] = here;
+    }
+  }
+  ++sequence_;
+}
+
+}  // namespace shm

@@ -1,0 +1,121 @@
+// Neighbourhood: which earlier elements a new vertex or cell is predicted from, and the finder that
+// sees them. It knows nothing of how connectivity is said: any codec gives the same neighbourhoods
+// for the same cells in the same order.
+//
+//                        beyond[a]   near[a]   self        along each axis a of the hexahedron:
+//          farther[a] ------ o -------- o ------- x        one edge back, across the face behind
+//                                       |         |        that, and once more
+//                                  diagonal[..] - near[b]
+//
+// For a vertex the lattice is that of hexahedron corners; for a cell it is that of cells behind
+// faces. spec: "Neighbourhoods"
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "coders/cell_topology.h"
+#include "front/hexahedron.h"
+
+namespace shm {
+
+/// Places in Neighbourhood::at; near ones stand first.
+inline constexpr std::uint32_t kAtDiagonal = 3, kAtOpposite = 6, kAtBeyond = 7, kAtFarther = 10;
+
+struct Neighbourhood {
+  // Bits of `known`: those of `at`, then whether the lattice of a near one was known.
+  static constexpr std::uint32_t kNear = 1u, kDiagonal = 1u << 3, kOpposite = 1u << 6,
+                                 kBeyond = 1u << 7, kFarther = 1u << 10, kThird = 1u << 13;
+  static constexpr std::uint32_t kLattice = 127u;  ///< near, diagonal and opposite all known
+
+  enum Kind : std::uint8_t { lattice, midpoint, other };
+
+  std::uint32_t self = kNone;  ///< slot of the element
+  /// Slots: near 0-2 (one step along axis 0, 1, 2), diagonal 3-5 (one step along 0 and 1, 0 and 2,
+  /// 1 and 2), opposite 6 (along all three), beyond 7-9 (two steps along one axis), farther 10-12.
+  std::array<std::uint32_t, 13> at{};
+  std::uint16_t known = 0;
+  std::uint8_t corner = 0;  ///< of the vertex in its hexahedron, as stored, in corner bits
+  Kind kind = other;
+
+  bool knows(std::uint32_t bits) const { return (known & bits) == bits; }
+};
+
+/// How far neighbourhoods look.
+enum class Reach : std::uint8_t { lattice = 0, beyond = 1, farther = 2 };
+
+class NeighbourFinder {
+ public:
+  /// `cells`: whether cell() will be asked.
+  explicit NeighbourFinder(bool cells) : cells_(cells) {}
+
+  /// Begins a cell whose slots are known. `as_stored`: whether its corners stand as in its source,
+  /// or else in the coder's frame. `live`: vertices on the surface.
+  void begin_cell(const CellTopology& cell, bool as_stored, std::uint64_t live);
+  /// Of the new vertex at `position`; it counts as known from then on. Of each new vertex once, in
+  /// order of birth.
+  Neighbourhood vertex(const CellTopology& cell, std::uint32_t position, Reach reach);
+  /// Of the cell itself, after its vertices.
+  Neighbourhood cell(const CellTopology& cell, Reach reach);
+  void end_cell(const CellTopology& cell);
+  /// Of a vertex that no cell uses.
+  Neighbourhood loose(std::uint32_t slot);
+
+ private:
+  static constexpr std::uint64_t kNever = ~std::uint64_t{0};
+  /// Where a vertex stands in a remembered hexahedron.
+  struct Standing {
+    std::uint64_t sequence = kNever;  ///< of the cell
+    std::uint32_t place = kNone;      ///< of the cell
+    std::uint32_t corner = 0;         ///< corner bits
+  };
+  struct Vertex {
+    std::uint64_t born = 0;          // sequence of the cell that introduced it
+    std::array<Standing, 2> stands;  // in that cell, and in the last one that used it
+    bool full = false;               // its lattice was known
+  };
+  /// A remembered cell, by place.
+  struct Cell {
+    std::uint64_t sequence = kNever;
+    std::array<std::uint32_t, 8> corner{};  // slots, by corner bits
+    std::array<std::uint32_t, 6> behind{};  // places: along axis a down (2 a), up (2 a + 1)
+    bool full = false;
+  };
+  /// A corner of a remembered hexahedron, and the axis that leads on from it.
+  struct Found {
+    std::uint32_t place = kNone, corner = 0, axis = 0;
+    explicit operator bool() const { return place != kNone; }
+  };
+
+  Vertex& vertex_at(std::uint32_t slot);
+  std::uint32_t corner_bits(const CellTopology& cell, std::uint32_t position) const {
+    return kCornerBits[as_stored_ ? cell.stored_corner[position] : position];
+  }
+  Found behind(std::uint32_t slot, std::uint32_t one, std::uint32_t two,
+               std::uint32_t except) const;
+  Found across(std::uint32_t slot, std::uint32_t one, std::uint32_t two, std::uint32_t both) const;
+  void look_beyond(Neighbourhood& it, Reach reach) const;
+  void look_around_cell(Neighbourhood& it, Reach reach) const;
+  /// The place behind face `side` of the cell at `place`, kNone when there is none any more.
+  std::uint32_t behind_of(std::uint32_t place, std::uint32_t side) const;
+  bool is_behind(std::uint32_t place, std::uint32_t other) const;
+  std::uint32_t common(std::uint32_t a, std::uint32_t b) const;
+
+  bool cells_;
+  std::vector<Vertex> vertices_;
+  std::vector<Cell> ring_;
+  std::uint32_t next_place_ = 0, place_ = 0;
+  std::uint64_t sequence_ = 0;
+
+  // the cell at hand
+  bool as_stored_ = true;
+  std::array<std::uint32_t, 8> corner_{};  // slots, by corner bits
+  std::uint64_t known_ = 0;                // positions whose vertices have values
+  std::uint32_t known_corners_ = 0;        // the same of a hexahedron's corners, by corner bits
+  std::array<Found, 6> found_{};           // behind its faces, for cell()
+  bool full_ = false;                      // the lattice of the cell itself is known
+};
+
+}  // namespace shm

@@ -1,0 +1,67 @@
+// ValueColumn: an array in step with the mesh: its components one after the other, tile by tile,
+// into one bitstream a group.
+// spec: "Value columns"
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "values/scalar_column.h"
+
+namespace shm {
+
+/// Elements of a group, tile by tile.
+struct TiledItems {
+  std::vector<Neighbourhood> items;
+  std::vector<std::uint32_t> blocks;       ///< of cells: their element block; of vertices: empty
+  std::vector<std::size_t> tile_begin{0};  ///< first item of each tile
+  void clear() {
+    items.clear();
+    blocks.clear();
+    tile_begin.assign(1, 0);
+  }
+};
+
+template <class Coder>
+class ValueColumn {
+ public:
+  /// `covers(block)`: whether cells of the block have a value; of point arrays all have.
+  ValueColumn(const ArrayInfo& info, std::vector<char> covers);
+
+  /// Encoding: all values of a group, of the covered elements in order, `stride` bytes apart.
+  std::vector<std::byte> encode(const TiledItems& elements, const std::byte* values,
+                                std::size_t stride) requires(!Coder::kDecodes);
+
+  /// Decoding. `bytes` are borrowed until the next call.
+  bool begin_group(std::span<const std::byte> bytes) requires(Coder::kDecodes);
+  /// The values of the elements of the next tile, packed, appended to `out`.
+  bool decode_tile(std::span<const Neighbourhood> items, std::span<const std::uint32_t> blocks,
+                   std::vector<std::byte>& out) requires(Coder::kDecodes);
+
+ private:
+  std::span<const ValueSurprise> before(std::size_t component) const {
+    return component == 0 ? std::span<const ValueSurprise>() : columns_[component - 1].surprises();
+  }
+  DomainPlan choose_domain(std::size_t component, std::span<const Neighbourhood> first_tile,
+                           std::span<const std::uint64_t> bits) const;
+  bool covers(std::uint32_t block) const { return covers_.empty() || covers_[block] != 0; }
+  /// Those of the tile that are covered; the others take the last state.
+  std::span<const Neighbourhood> covered(std::span<const Neighbourhood> items,
+                                         std::span<const std::uint32_t> blocks);
+
+  ArrayInfo info_;
+  std::vector<char> covers_;  // by block; empty: all
+  std::size_t width_;
+  std::vector<ScalarColumn<Coder>> columns_;
+  std::vector<Neighbourhood> covered_;
+  std::vector<std::uint64_t> bits_;
+  Coder coder_;
+  bool begun_ = true;
+};
+
+extern template class ValueColumn<RangeEncoder>;
+extern template class ValueColumn<RangeDecoder>;
+
+}  // namespace shm

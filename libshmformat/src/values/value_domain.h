@@ -1,0 +1,71 @@
+// ValueDomain: which numbers a component of an array is made of, in one group: what its indices
+// mean. Found by the encoder, said in the stream. spec: "Value domains"
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "shm/schema.h"
+#include "values/value_space.h"
+
+namespace shm {
+
+enum class DomainKind : std::uint8_t {
+  floats = 0,     ///< every bit pattern of the stored type
+  narrow = 1,     ///< doubles that are float32
+  binary = 2,     ///< d * 2^-exponent
+  decimal = 3,    ///< d / 10^exponent, or d * 10^-exponent
+  digits = 4,     ///< `exponent` significant decimal digits
+  integers = 5,   ///< whole numbers: integer types
+  quantized = 6,  ///< minimum + d * step of the schema
+};
+inline constexpr std::uint32_t kDomainKinds = 7;
+
+struct ValueDomain {
+  DomainKind kind = DomainKind::floats;
+  std::int32_t exponent = 0;
+  bool negative_zero = false;  ///< whether a zero may be -0.0 (binary, decimal, digits)
+  bool odd = false;            ///< whether some values are none of the domain, and said in full
+  bool operator==(const ValueDomain&) const = default;
+
+  bool is_linear() const {
+    return kind == DomainKind::binary || kind == DomainKind::decimal ||
+           kind == DomainKind::integers || kind == DomainKind::quantized;
+  }
+  /// Whether kind and exponent can be of values of this type.
+  bool fits(const ArrayInfo& info) const;
+};
+
+/// Translates the bits of scalars of one component to indices and back.
+class ValueTranslator {
+ public:
+  ValueTranslator(const ArrayInfo& info, std::size_t component, const ValueDomain& domain);
+
+  /// The index of a value (bits in the low bytes); nothing where the domain has none for it. The
+  /// sign of a zero is lost where negative_zero is set.
+  std::optional<std::int64_t> index(std::uint64_t bits) const;
+  /// Bits of the value.
+  std::uint64_t bits(std::int64_t index) const;
+
+  /// The state that an index of another domain stands for here; any number, the same everywhere.
+  double as_value(double state) const;    ///< state of this domain -> value
+  double from_value(double value) const;  ///< value -> state of this domain
+
+ private:
+  double linear_value(std::int64_t index) const;
+
+  ScalarType type_;
+  ValueDomain domain_;
+  double minimum_ = 0, step_ = 1, max_error_ = 0;
+};
+
+/// A value as a double: what as_value would give.
+double scalar_as_double(ScalarType type, std::uint64_t bits);
+
+/// Bits of -0.0.
+constexpr std::uint64_t negative_zero(ScalarType type) {
+  return type == ScalarType::float32 ? 0x80000000u : std::uint64_t{1} << 63;
+}
+
+}  // namespace shm

@@ -1,0 +1,153 @@
+// Predictors: candidates for the next value of a column, from the states of its neighbourhood.
+// A *mode* names one; the encoder says which, class by class, and a decoder computes only that one.
+// Double arithmetic, + - * / in the order written. spec: "Predictors"
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "values/neighbourhood.h"
+
+namespace shm {
+
+/// States around an element, in this order: near 0-2, diagonal 3-5, opposite 6, beyond 7-9,
+/// farther 10-12, thirds 13-15 (what the lattice missed at near 0-2), and the two elements coded
+/// last in the column.
+enum Feature : std::uint32_t {
+  kFNear = 0,
+  kFDiagonal = 3,
+  kFOpposite = 6,
+  kFBeyond = 7,
+  kFFarther = 10,
+  kFThird = 13,
+  kFLast = 16,
+  kFBeforeLast = 17,
+  kFeatures = 18
+};
+
+enum Mode : std::uint32_t {
+  kLattice = 0,         // the best rule that the known corners allow
+  kNearMode = 1,        // 1..3: a copy along one axis
+  kLineMode = 4,        // 4..6: a straight line along one axis
+  kCurveMode = 7,       // 7..9: a parabola along one axis
+  kFaceMode = 10,       // 10..12: a parallelogram
+  kThirdMode = 13,      // 13..15: the lattice, corrected by what it missed at one neighbour
+  kMeanThirdMode = 16,  // by the mean of these
+  kMeanNearMode = 17,
+  kMeanLineMode = 18,
+  kMeanFaceMode = 19,
+  kLastMode = 20,
+  kLastLineMode = 21,
+  kFittedMode = 22,  // weights that the encoder has fitted
+  kModes = 23
+};
+
+inline constexpr std::uint32_t kWeights = 12;
+inline constexpr double kWeightStep = 1.0 / 4096.0;
+using Weights = std::array<std::int32_t, kWeights>;
+
+/// The axes of each parallelogram, as near[..] indices; its diagonal has the number of the face.
+inline constexpr std::array<std::array<std::uint32_t, 2>, 3> kFaceAxes = {{{0, 1}, {0, 2}, {1, 2}}};
+
+/// `at(feature)` is the state of a feature; asked for known ones only.
+template <class At>
+class Predictor {
+ public:
+  Predictor(std::uint32_t known, const At& at) : known_(known), at_(at) {}
+
+  double predict(std::uint32_t mode, const Weights& weights) const {
+    if (mode == kLattice) return lattice();
+    if (mode == kFittedMode) return fitted(weights);
+    if (mode < kLineMode) return has(mode - kNearMode) ? at_(mode - kNearMode) : lattice();
+    if (mode < kCurveMode) return has_line(mode - kLineMode) ? line(mode - kLineMode) : lattice();
+    if (mode < kFaceMode) {
+      const std::uint32_t a = mode - kCurveMode;
+      if (!has_line(a)) return lattice();
+      if (!has(kFFarther + a)) return line(a);
+      return 3.0 * (at_(a) - at_(kFBeyond + a)) + at_(kFFarther + a);
+    }
+    if (mode < kThirdMode) return has_face(mode - kFaceMode) ? face(mode - kFaceMode) : lattice();
+    if (mode < kMeanThirdMode) {
+      const std::uint32_t a = mode - kThirdMode;
+      return has(kFThird + a) ? lattice() + at_(kFThird + a) : lattice();
+    }
+    switch (mode) {
+      case kMeanThirdMode:
+        return lattice() + mean([&](std::uint32_t a) { return has(kFThird + a); },
+                                [&](std::uint32_t a) { return at_(kFThird + a); }, 0.0);
+      case kMeanNearMode:
+        return mean([&](std::uint32_t a) { return has(a); },
+                    [&](std::uint32_t a) { return at_(a); }, at_(kFLast));
+      case kMeanLineMode: return any_line() ? mean_line() : lattice();
+      case kMeanFaceMode: return any_face() ? mean_face() : lattice();
+      case kLastLineMode: return 2.0 * at_(kFLast) - at_(kFBeforeLast);
+      default: return at_(kFLast);
+    }
+  }
+
+  double lattice() const {
+    if ((known_ & Neighbourhood::kLattice) == Neighbourhood::kLattice)
+      return ((at_(0) + at_(1) + at_(2)) - (at_(3) + at_(4) + at_(5))) + at_(6);
+    if (any_face()) return mean_face();
+    if (any_line()) return mean_line();
+    for (std::uint32_t a = 0; a < 3; ++a)
+      if (has(a)) return at_(a);
+    return at_(kFLast);
+  }
+  /// What the weights multiply, and what they are added to.
+  std::array<double, kWeights> terms(double base) const {
+    std::array<double, kWeights> x{};
+    for (std::uint32_t a = 0; a < 3; ++a) {
+      if (has(kFThird + a)) x[a] = at_(kFThird + a);
+      if (has_line(a)) x[3 + a] = line(a) - base;
+      if (has_face(a)) x[6 + a] = face(a) - base;
+      if (has(a)) x[9 + a] = at_(a) - base;
+    }
+    return x;
+  }
+
+ private:
+  bool has(std::uint32_t feature) const { return (known_ >> feature & 1) != 0; }
+  bool has_line(std::uint32_t a) const { return has(a) && has(kFBeyond + a); }
+  bool has_face(std::uint32_t i) const {
+    return has(kFaceAxes[i][0]) && has(kFaceAxes[i][1]) && has(kFDiagonal + i);
+  }
+  bool any_line() const { return has_line(0) || has_line(1) || has_line(2); }
+  bool any_face() const { return has_face(0) || has_face(1) || has_face(2); }
+  double line(std::uint32_t a) const { return 2.0 * at_(a) - at_(kFBeyond + a); }
+  double face(std::uint32_t i) const {
+    return (at_(kFaceAxes[i][0]) + at_(kFaceAxes[i][1])) - at_(kFDiagonal + i);
+  }
+  double mean_line() const {
+    return mean([&](std::uint32_t a) { return has_line(a); },
+                [&](std::uint32_t a) { return line(a); }, 0.0);
+  }
+  double mean_face() const {
+    return mean([&](std::uint32_t i) { return has_face(i); },
+                [&](std::uint32_t i) { return face(i); }, 0.0);
+  }
+  double fitted(const Weights& weights) const {
+    const double base = lattice();
+    const auto x = terms(base);
+    double sum = 0.0;
+    for (std::uint32_t i = 0; i < kWeights; ++i)
+      sum += static_cast<double>(weights[i]) * kWeightStep * x[i];
+    return base + sum;
+  }
+  template <class Has, class Get>
+  static double mean(Has&& has, Get&& get, double none) {
+    double sum = 0.0;
+    std::uint32_t count = 0;
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      if (!has(i)) continue;
+      sum += get(i);
+      ++count;
+    }
+    return count == 0 ? none : count == 1 ? sum : sum / static_cast<double>(count);
+  }
+
+  std::uint32_t known_;
+  const At& at_;
+};
+
+}  // namespace shm
