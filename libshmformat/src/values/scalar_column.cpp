@@ -35,6 +35,13 @@ double cost_of(std::int64_t residual) {
   return length == 0 ? 0.3 : 1.7 + static_cast<double>(length);
 }
 
+/// Bits of `taken` yes among `count` decisions.
+double binary_entropy(std::size_t taken, std::size_t count) {
+  if (taken == 0 || taken == count) return 0.0;
+  const double n = static_cast<double>(count), p = static_cast<double>(taken) / n;
+  return -n * (p * std::log2(p) + (1.0 - p) * std::log2(1.0 - p));
+}
+
 bool is_finite(double v) { return std::fabs(v) <= std::numeric_limits<double>::max(); }
 
 std::int64_t minus(std::int64_t a, std::int64_t b) {
@@ -48,7 +55,9 @@ std::int64_t plus(std::int64_t a, std::int64_t b) {
 bool is_sayable(std::uint32_t mode, std::uint32_t known) {
   const auto has = [&](std::uint32_t bits) { return (known & bits) == bits; };
   const auto any = [&](std::uint32_t bits) { return (known & bits) != 0; };
-  if (mode == kLattice || mode == kLastMode || mode == kLastLineMode) return true;
+  if (mode == kLattice || mode == kLastMode || mode == kLastLineMode ||
+      (mode >= kMatchMode && mode < kFittedMode))
+    return true;
   if (mode < kLineMode) return has(1u << (mode - kNearMode));
   if (mode < kCurveMode) return has(Neighbourhood::kBeyond << (mode - kLineMode));
   if (mode < kFaceMode) return has(Neighbourhood::kFarther << (mode - kCurveMode));
@@ -89,6 +98,7 @@ void ScalarColumn<Coder>::make_room(std::uint32_t slot) {
   states_.resize(size);
   thirds_.resize(size);
   surprises_.resize(size);
+  seconds_.resize(size);
 }
 
 // --- domains
@@ -189,7 +199,11 @@ void ScalarColumn<Coder>::code_class(Coder& coder, std::uint32_t of_class) {
   const Class* wanted = Coder::kDecodes ? &it : &wanted_[of_class];
   if (!coder.bit(same_mode_, wanted->mode == it.mode))
     it.mode = std::min<std::uint32_t>(code_tree(coder, mode_, wanted->mode), kModes - 1);
-  if (it.mode != kFittedMode) return;
+  if (!coder.bit(same_second_, wanted->second == it.second)) {
+    it.second = code_tree(coder, second_, wanted->second);
+    if (it.second >= kModes) it.second = kNoMode;
+  }
+  if (it.mode != kFittedMode && it.second != kFittedMode) return;
   if (coder.bit(same_weights_, wanted->weights == it.weights)) return;
   for (std::uint32_t i = 0; i < kWeights; ++i) {
     const std::int64_t weight =
@@ -207,6 +221,7 @@ void ScalarColumn<Coder>::skip(const Neighbourhood& item) {
   states_[item.self] = last_;
   thirds_[item.self] = 0.0;
   surprises_[item.self] = 0;
+  seconds_[item.self] = 0;
 }
 
 template <class Coder>
@@ -222,7 +237,7 @@ auto ScalarColumn<Coder>::residual_model(std::uint32_t context) -> Residual& {
 
 template <class Coder>
 std::uint32_t ScalarColumn<Coder>::context(const Neighbourhood& item, std::int32_t scale,
-                                           std::span<const ValueSurprise> before) const {
+                                           bool second, std::size_t i) const {
   const auto relative = [&](ValueSurprise surprise) {
     return surprise == 0
                ? 0u
@@ -235,10 +250,22 @@ std::uint32_t ScalarColumn<Coder>::context(const Neighbourhood& item, std::int32
       ++count;
     }
   const std::uint32_t mean = count == 0 ? relative(last_surprise_) : (sum + count / 2) / count;
-  const std::uint32_t other = before.empty() || item.self >= before.size() ? 0
-                              : before[item.self] == 0                     ? 1
-                                                                           : 2;
-  return surprise_class(mean) * 3 + other;
+  const std::uint32_t other = before_.empty() ? 0 : before_.back()->surprises[i] == 0 ? 1 : 2;
+  return (surprise_class(mean) * 3 + other) * 2 + (second ? 1 : 0);
+}
+
+template <class Coder>
+template <class At>
+MatchTables::Places ScalarColumn<Coder>::match_places(const Neighbourhood& item, const At& at,
+                                                      std::size_t i) const {
+  std::array<MatchTables::Key, kMatchKinds> keys;
+  for (std::uint32_t a = 0; a < 3; ++a)
+    if ((item.known >> a & 1) != 0) keys[0].add(at(a));
+  keys[1].add(at(kFLast));
+  keys[1].add(at(kFBeforeLast));
+  for (std::size_t c = 0; c < before_.size() && c < 2; ++c)
+    keys[2].add(before_[before_.size() - 1 - c]->values[i]);
+  return {keys[0].place(), keys[1].place(), keys[2].place()};
 }
 
 /// The state of a value that the space has no place for, or that is not finite: what the lattice
@@ -253,15 +280,18 @@ double ScalarColumn<Coder>::odd_state(const auto& space, const Predictor<At>& pr
 template <class Coder>
 bool ScalarColumn<Coder>::code_tile(Coder& coder, std::span<const Neighbourhood> items,
                                     std::span<std::uint64_t> bits,
-                                    std::span<const ValueSurprise> before) {
+                                    std::span<const Trace* const> before) {
   ++tile_;
+  before_ = before;
+  trace_.values.resize(items.size());
+  trace_.surprises.resize(items.size());
   for (const Neighbourhood& item : items) make_room(item.self);
   return with_space([&](const auto& space) {
     if constexpr (!Coder::kDecodes) {
       look_ahead(space, items, bits);
       choose_modes(space);
     }
-    return code_items(coder, space, items, bits, before);
+    return code_items(coder, space, items, bits);
   });
 }
 
@@ -269,21 +299,24 @@ template <class Coder>
 template <class Space>
 bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
                                      std::span<const Neighbourhood> items,
-                                     std::span<std::uint64_t> bits,
-                                     std::span<const ValueSurprise> before) {
+                                     std::span<std::uint64_t> bits) {
   for (std::size_t i = 0; i < items.size(); ++i) {
     const Neighbourhood& item = items[i];
+    MatchTables::Places places{};
     const auto at = [&](std::uint32_t feature) {
       if constexpr (!Coder::kDecodes) return samples_[i].state[feature];
       if (feature < kFThird) return states_[item.at[feature]];
       if (feature < kFLast) return thirds_[item.at[feature - kFThird]];
+      if (feature >= kFOther) return other_value(i);
+      if (feature >= kFMatch) return from_match(feature - kFMatch, places);
       return feature == kFLast ? last_ : before_last_;
     };
+    if constexpr (Coder::kDecodes) places = match_places(item, at, i);
     const Predictor predictor(item.known, at);
     const std::uint32_t of_class = class_of(item);
     if (classes_[of_class].tile != tile_) code_class(coder, of_class);
-    const Class& how = classes_[of_class];
-    const double prediction = predictor.predict(how.mode, how.weights);
+    Class& how = classes_[of_class];
+    double prediction = predictor.predict(how.mode, how.weights);
 
     bool odd = false;
     if constexpr (!Coder::kDecodes) odd = samples_[i].odd;
@@ -294,11 +327,30 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
       bits[i] = coder.raw(bits[i], static_cast<int>(8 * scalar_bytes(info_.type)));
       state = odd_state(space, predictor);
     } else {
-      const std::int64_t expected = space.index(prediction);
+      std::int64_t expected = space.index(prediction);
+      bool second = false;
+      if (how.second != kNoMode) {
+        const double other = predictor.predict(how.second, how.weights);
+        const std::int64_t instead = space.index(other);
+        if (instead != expected) {
+          if constexpr (!Coder::kDecodes)
+            second = bit_length(minus(samples_[i].index, instead)) + 1 <
+                     bit_length(minus(samples_[i].index, expected));
+          std::uint32_t near = 0;
+          for (std::uint32_t a = 0; a < 3; ++a)
+            if ((item.known >> a & 1) != 0) near += seconds_[item.at[a]];
+          second = coder.bit(how.takes_second[near], second);
+          if (second) {
+            expected = instead;
+            prediction = other;
+          }
+        }
+      }
+      seconds_[item.self] = second ? 1 : 0;
       const std::int32_t scale = space.scale(prediction);
       std::int64_t residual = 0;
       if constexpr (!Coder::kDecodes) residual = minus(samples_[i].index, expected);
-      residual = code_signed(coder, residual_model(context(item, scale, before)), residual);
+      residual = code_signed(coder, residual_model(context(item, scale, second, i)), residual);
       const std::int64_t index = plus(expected, residual);
       const std::uint32_t length = bit_length(residual);
       surprise =
@@ -308,23 +360,26 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
         if (index < 0 || static_cast<std::uint64_t>(index) >= space.table.size()) return false;
         base_index = space.table[static_cast<std::size_t>(index)];
       }
-      bool negative = false;
+      bool minus_zero = false;
       if (domain_.negative_zero && base_index == 0) {
-        if constexpr (!Coder::kDecodes) negative = bits[i] == negative_zero(info_.type);
-        negative = last_negative_ = coder.bit(negative_[last_negative_], negative);
+        if constexpr (!Coder::kDecodes) minus_zero = bits[i] == negative_zero(info_.type);
+        minus_zero = last_negative_ = coder.bit(negative_[last_negative_], minus_zero);
       }
       if constexpr (Coder::kDecodes)
-        bits[i] = negative ? negative_zero(info_.type) : translator_.bits(base_index);
+        bits[i] = minus_zero ? negative_zero(info_.type) : translator_.bits(base_index);
       state = space.state(index);
       if (!is_finite(state)) state = odd_state(space, predictor);
     }
     surprises_[item.self] = surprise;
+    trace_.surprises[i] = surprise;
     last_surprise_ = surprise;
     if constexpr (Coder::kDecodes) {
       thirds_[item.self] = item.knows(Neighbourhood::kLattice) ? state - predictor.lattice() : 0.0;
       states_[item.self] = state;
       before_last_ = last_;
       last_ = state;
+      trace_.values[i] = translator_.as_value(state);
+      matches_.remember(places, trace_.values[i]);
     }
   }
   return true;
@@ -351,6 +406,9 @@ void ScalarColumn<Coder>::look_ahead(const Space& space, std::span<const Neighbo
     it.known = item.known;
     it.of_class = class_of(item);
     const auto at = [&](std::uint32_t feature) { return it.state[feature]; };
+    const MatchTables::Places places = match_places(item, at, i);
+    for (std::uint32_t m = 0; m < kMatchKinds; ++m) it.state[kFMatch + m] = from_match(m, places);
+    it.state[kFOther] = other_value(i);
     const Predictor predictor(item.known, at);
 
     auto index = translator_.index(bits[i]);
@@ -371,6 +429,8 @@ void ScalarColumn<Coder>::look_ahead(const Space& space, std::span<const Neighbo
     states_[item.self] = state;
     before_last_ = last_;
     last_ = state;
+    trace_.values[i] = translator_.as_value(state);
+    matches_.remember(places, trace_.values[i]);
   }
 }
 
@@ -399,47 +459,83 @@ void ScalarColumn<Coder>::choose_modes(const Space& space) {
     const std::uint32_t known = samples_[order[begin[c]]].known;
     const std::size_t looked = std::min<std::size_t>(count[c], kLookAt);
     const double scale = static_cast<double>(count[c]) / static_cast<double>(looked);
-    const auto cost = [&](std::uint32_t mode, const Weights& weights) {
+    // What each mode misses: bits by sample.
+    std::array<std::vector<double>, kModes> missed;
+    const auto look = [&](std::uint32_t mode, const Weights& weights) {
+      missed[mode].clear();
       double sum = 0.0;
       for (std::size_t i = 0; i < looked; ++i) {
         const Sample& sample = pick(i, looked);
         if (sample.odd) continue;
         const auto at = [&](std::uint32_t feature) { return sample.state[feature]; };
         const double prediction = Predictor(sample.known, at).predict(mode, weights);
-        sum += cost_of(minus(sample.index, space.index(prediction)));
+        const double bits = cost_of(minus(sample.index, space.index(prediction)));
+        missed[mode].push_back(bits);
+        sum += bits;
       }
       return sum * scale;
     };
 
-    std::uint32_t best = it.mode;
     Weights weights = it.weights;
-    double least = cost(it.mode, it.weights);
-    for (std::uint32_t mode = 0; mode < kFittedMode; ++mode) {
-      if (mode == it.mode || !is_sayable(mode, known)) continue;
-      const double its = cost(mode, weights) + kModeBits;
-      if (its >= least) continue;
+    std::array<double, kModes> cost{};
+    std::array<bool, kModes> tried{};
+    for (std::uint32_t mode = 0; mode < kModes; ++mode) {
+      tried[mode] = is_sayable(mode, known);
+      if (mode == kFittedMode) {
+        tried[mode] = tried[mode] && count[c] >= kFewestToFit;
+        if (!tried[mode]) continue;
+        const std::size_t fitted = std::min<std::size_t>(count[c], kFitAt);
+        fit.clear();
+        for (std::size_t i = 0; i < fitted; ++i) {
+          const Sample& sample = pick(i, fitted);
+          const auto at = [&](std::uint32_t feature) { return sample.state[feature]; };
+          const Predictor predictor(sample.known, at);
+          const double base = predictor.lattice();
+          const double target = space.state(sample.index) - base;
+          if (!sample.odd && is_finite(target)) fit.push_back({predictor.terms(base), target});
+        }
+        const Weights found = fit_weights(fit);
+        const double kept = it.weights == Weights{} ? 1e300 : look(mode, it.weights);
+        const double anew = look(mode, found) + kWeightsBits;
+        if (anew < kept) {
+          weights = found;
+          cost[mode] = anew;
+        } else {
+          cost[mode] = look(mode, it.weights);
+        }
+      } else if (tried[mode]) {
+        cost[mode] = look(mode, weights);
+      }
+    }
+    std::uint32_t best = kLattice;
+    double least = cost[best] + (it.mode == best ? 0.0 : kModeBits);
+    for (std::uint32_t mode = 0; mode < kModes; ++mode) {
+      const double its = cost[mode] + (it.mode == mode ? 0.0 : kModeBits);
+      if (!tried[mode] || its >= least) continue;
       least = its;
       best = mode;
     }
-    if (count[c] >= kFewestToFit && is_sayable(kFittedMode, known)) {
-      const std::size_t fitted = std::min<std::size_t>(count[c], kFitAt);
-      fit.clear();
-      for (std::size_t i = 0; i < fitted; ++i) {
-        const Sample& sample = pick(i, fitted);
-        const auto at = [&](std::uint32_t feature) { return sample.state[feature]; };
-        const Predictor predictor(sample.known, at);
-        const double base = predictor.lattice();
-        const double target = space.state(sample.index) - base;
-        if (!sample.odd && is_finite(target)) fit.push_back({predictor.terms(base), target});
+    std::uint32_t second = kNoMode;
+    const double alone = cost[best];
+    double less = alone + (it.second == kNoMode ? 0.0 : kModeBits);
+    for (std::uint32_t mode = 0; mode < kModes; ++mode) {
+      if (!tried[mode] || mode == best) continue;
+      double sum = 0.0;
+      std::size_t taken = 0;
+      for (std::size_t i = 0; i < missed[mode].size(); ++i) {
+        const bool better = missed[mode][i] + 1.0 < missed[best][i];
+        taken += better ? 1 : 0;
+        sum += better ? missed[mode][i] : missed[best][i];
       }
-      const Weights found = fit_weights(fit);
-      const double its =
-          cost(kFittedMode, found) + kWeightsBits + (it.mode == kFittedMode ? 0.0 : kModeBits);
-      if (its < least) {
-        best = kFittedMode;
-        weights = found;
-      }
+      if (taken == 0) continue;
+      const double its = (sum + binary_entropy(taken, missed[mode].size())) * scale +
+                         (it.second == mode ? 0.0 : kModeBits) +
+                         (mode == kFittedMode && !(weights == it.weights) ? kWeightsBits : 0.0);
+      if (its >= less) continue;
+      less = its;
+      second = mode;
     }
+    it.second = second;
     it.mode = best;
     it.weights = weights;
   }

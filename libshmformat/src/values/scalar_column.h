@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "entropy/models.h"
+#include "values/match_tables.h"
 #include "values/neighbourhood.h"
 #include "values/value_domain.h"
 #include "values/value_predictor.h"
@@ -31,14 +32,19 @@ class ScalarColumn {
 
   /// Begins a group. Encoding: as `plan` says; decoding: as the stream says. False for damage.
   bool begin_group(Coder& coder, const DomainPlan& plan);
-  /// Codes the values (bits) of the elements of one tile, in order. `before`: the surprises of the
-  /// component before, by slot; empty for the first. False for damaged data.
+  /// What the last tile held, by element.
+  struct Trace {
+    std::vector<double> values;
+    std::vector<ValueSurprise> surprises;
+  };
+  /// Codes the values (bits) of the elements of one tile, in order. `before`: what the components
+  /// before this one held in this tile. False for damaged data.
   bool code_tile(Coder& coder, std::span<const Neighbourhood> items, std::span<std::uint64_t> bits,
-                 std::span<const ValueSurprise> before);
+                 std::span<const Trace* const> before);
   /// An element that the array does not cover: takes the state of the last one.
   void skip(const Neighbourhood& item);
 
-  std::span<const ValueSurprise> surprises() const { return surprises_; }
+  const Trace& trace() const { return trace_; }
 
  private:
   using Residual = SignedModel<ResidualModel>;
@@ -46,7 +52,9 @@ class ScalarColumn {
   struct Class {
     std::uint64_t tile = 0;  ///< the last one that had it, from 1
     std::uint32_t mode = kLattice;
+    std::uint32_t second = kNoMode;  ///< a mode that may be right where the first is wrong
     Weights weights{};
+    std::array<AdaptiveBit, 4> takes_second;  ///< by how many near ones did
   };
   /// An element as the encoder sees it.
   struct Sample {
@@ -65,17 +73,26 @@ class ScalarColumn {
   bool with_space(Visit&& visit);
   template <class Space>
   bool code_items(Coder& coder, const Space& space, std::span<const Neighbourhood> items,
-                  std::span<std::uint64_t> bits, std::span<const ValueSurprise> before);
+                  std::span<std::uint64_t> bits);
   template <class Space>
   void look_ahead(const Space& space, std::span<const Neighbourhood> items,
                   std::span<const std::uint64_t> bits);
   template <class Space>
   void choose_modes(const Space& space);
+  template <class At>
+  MatchTables::Places match_places(const Neighbourhood& item, const At& at, std::size_t i) const;
+  double from_match(std::uint32_t kind, const MatchTables::Places& places) const {
+    return translator_.from_value(matches_.find(kind, places[kind]));
+  }
+  /// What the component before is at this element.
+  double other_value(std::size_t i) const {
+    return before_.empty() ? 0.0 : translator_.from_value(before_.back()->values[i]);
+  }
   void code_class(Coder& coder, std::uint32_t of_class);
   template <class At>
   double odd_state(const auto& space, const Predictor<At>& predictor) const;
-  std::uint32_t context(const Neighbourhood& item, std::int32_t scale,
-                        std::span<const ValueSurprise> before) const;
+  std::uint32_t context(const Neighbourhood& item, std::int32_t scale, bool second,
+                        std::size_t i) const;
   Residual& residual_model(std::uint32_t context);
 
   ArrayInfo info_;
@@ -84,11 +101,15 @@ class ScalarColumn {
   std::vector<std::int64_t> table_;
   ValueTranslator translator_;
   std::uint64_t tile_ = 0;
+  Trace trace_;
+  std::span<const Trace* const> before_;  // during code_tile
 
   // by slot
   std::vector<double> states_, thirds_;
   std::vector<ValueSurprise> surprises_;
+  std::vector<std::uint8_t> seconds_;  // whether the second predictor was taken
   double last_ = 0, before_last_ = 0;
+  MatchTables matches_;
   ValueSurprise last_surprise_ = 0;
   bool last_odd_ = false, last_negative_ = false;
 
@@ -102,8 +123,8 @@ class ScalarColumn {
   TreeModel<3> kind_;
   SignedModel<NumberModel> exponent_, first_entry_, weight_;
   NumberModel entries_, step_;
-  AdaptiveBit same_mode_, same_weights_;
-  TreeModel<5> mode_;
+  AdaptiveBit same_mode_, same_second_, same_weights_;
+  TreeModel<5> mode_, second_;
   std::array<AdaptiveBit, 2> odd_, negative_;
   std::vector<std::uint16_t> residual_numbers_;  // by context, from 1
   std::vector<Residual> residuals_;

@@ -84,10 +84,18 @@ std::vector<std::byte> ValueColumn<Coder>::encode(const TiledItems& elements,
     const auto [items, blocks] = tile(t);
     const auto own = covered(items, blocks);
     for (std::size_t c = 0; c < info_.components && !own.empty(); ++c)
-      columns_[c].code_tile(coder_, own, std::span(bits[c]).subspan(at, own.size()), before(c));
+      code_component(c, own, std::span(bits[c]).subspan(at, own.size()));
     at += own.size();
   }
   return coder_.finish();
+}
+
+template <class Coder>
+bool ValueColumn<Coder>::code_component(std::size_t component, std::span<const Neighbourhood> items,
+                                        std::span<std::uint64_t> bits) {
+  traces_.clear();
+  for (std::size_t c = 0; c < component; ++c) traces_.push_back(&columns_[c].trace());
+  return columns_[component].code_tile(coder_, items, bits, traces_);
 }
 
 template <class Coder>
@@ -104,7 +112,7 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component,
           bits.begin(), bits.begin() + static_cast<std::ptrdiff_t>(first_tile.size()));
       Coder head, body;
       column.begin_group(head, plans[p]);
-      column.code_tile(body, first_tile, values, before(component));
+      column.code_tile(body, first_tile, values, {});
       const double size =
           static_cast<double>(head.finish().size()) + static_cast<double>(body.finish().size()) *
                                                           static_cast<double>(bits.size()) /
@@ -138,7 +146,7 @@ bool ValueColumn<Coder>::decode_tile(std::span<const Neighbourhood> items,
   out.resize(base + own.size() * stride);
   bits_.resize(own.size());
   for (std::size_t c = 0; c < info_.components; ++c) {
-    if (!columns_[c].code_tile(coder_, own, bits_, before(c))) return false;
+    if (!code_component(c, own, bits_)) return false;
     std::byte* to = out.data() + base + c * width_;
     for (std::size_t i = 0; i < own.size(); ++i) store(to + i * stride, bits_[i], width_);
   }

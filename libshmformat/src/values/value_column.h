@@ -41,9 +41,8 @@ class ValueColumn {
                    std::vector<std::byte>& out) requires(Coder::kDecodes);
 
  private:
-  std::span<const ValueSurprise> before(std::size_t component) const {
-    return component == 0 ? std::span<const ValueSurprise>() : columns_[component - 1].surprises();
-  }
+  bool code_component(std::size_t component, std::span<const Neighbourhood> items,
+                      std::span<std::uint64_t> bits);
   DomainPlan choose_domain(std::size_t component, std::span<const Neighbourhood> first_tile,
                            std::span<const std::uint64_t> bits) const;
   bool covers(std::uint32_t block) const { return covers_.empty() || covers_[block] != 0; }
@@ -55,6 +54,7 @@ class ValueColumn {
   std::vector<char> covers_;  // by block; empty: all
   std::size_t width_;
   std::vector<ScalarColumn<Coder>> columns_;
+  std::vector<const typename ScalarColumn<Coder>::Trace*> traces_;
   std::vector<Neighbourhood> covered_;
   std::vector<std::uint64_t> bits_;
   Coder coder_;
