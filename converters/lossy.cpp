@@ -35,11 +35,23 @@ std::optional<Number> number_in(std::string_view text) {
   return number;
 }
 
+// Logarithm to base 2 of a positive number, good to 1e-5; the same on every machine.
+double binary_log(double number) {
+  int exponent = 0;
+  const double fraction = std::frexp(number, &exponent);  // 0.5 to 1
+  const double x = (fraction - 1) / (fraction + 1), square = x * x;
+  constexpr double kTwoOverLog2 = 2.885390081777927;
+  return exponent +
+         kTwoOverLog2 * x *
+             (1 + square * (1.0 / 3 + square * (1.0 / 5 + square * (1.0 / 7 + square / 9))));
+}
+
 // What a pass over values tells.
 class Statistics {
  public:
   Statistics(ScalarType type, std::uint32_t components)
-      : half_ulp_exponent_(type == ScalarType::float32 ? -24 : -53),
+      : bits_(8.0 * static_cast<double>(scalar_bytes(type))),
+        ulp_exponent_(type == ScalarType::float32 ? -23 : -52),
         minimum_(components, std::numeric_limits<double>::max()),
         maximum_(components, std::numeric_limits<double>::lowest()) {}
 
@@ -71,20 +83,27 @@ class Statistics {
     return std::max(0.0, *std::max_element(maximum_.begin(), maximum_.end()) -
                              *std::min_element(minimum_.begin(), minimum_.end()));
   }
-  // What all but one in a thousand values stay below: a marker for "no data" is no measure.
-  double usual_magnitude() const {
-    std::uint64_t beyond = 0;
-    std::size_t e = kExponents;
-    while (e > 1 && (beyond += counts_[e - 1]) <= values_ / 1000) --e;
-    return std::ldexp(1.0, static_cast<int>(e) - kBias);
+  // The step for a bound that costs least. Steps are about twice the bound. But a restored value is
+  // rounded to a neighbour of the source's in the stored type, so that errors are whole multiples
+  // of their distance: below it, steps must be shorter to keep the bound, or values are kept
+  // exactly; or they may be longer. So there is one longest step for each magnitude.
+  double best_step(double bound) const {
+    // Never quite twice the bound: values midway between steps are common (decimals), and must not
+    // fall on both sides of the bound.
+    double best = 2 * bound * (1 - 0x1p-20), least = cost(best, bound);
+    for (std::size_t e = 0; e < kExponents; ++e) {
+      if (counts_[e] == 0) continue;
+      const double step = longest_step(e, bound), bits = cost(step, bound);
+      if (bits < least) best = step, least = bits;
+    }
+    return best;
   }
   // Whether most values are so large that their neighbours in the stored type are farther away
   // than the bound lets them move.
   bool mostly_exact(double bound) const {
     std::uint64_t exact = 0;
-    for (std::size_t e = 1; e < kExponents; ++e)
-      if (std::ldexp(1.0, static_cast<int>(e) - kBias + half_ulp_exponent_) > bound)
-        exact += counts_[e];
+    for (std::size_t e = 0; e < kExponents; ++e)
+      if (ulp(e) > 2 * bound) exact += counts_[e];
     return 2 * exact > values_;
   }
 
@@ -92,6 +111,25 @@ class Statistics {
   static constexpr std::size_t kExponents = 2047;  // of finite binary64
   static constexpr int kBias = 1023;
 
+  // Distance of neighbours in the stored type, for values of biased exponent `e`.
+  double ulp(std::size_t e) const {
+    return std::ldexp(1.0, std::max(static_cast<int>(e) - kBias + ulp_exponent_, -1074));
+  }
+  double longest_step(std::size_t e, double bound) const {
+    const double distance = ulp(e), ratio = bound / distance;
+    constexpr double kFine = 0x1p20;  // from here on the rounding does not matter
+    return ratio > kFine ? 2 * bound * (1 - 0x1p-20) : (2 * std::floor(ratio) + 1) * distance;
+  }
+  // Bits of a value, but for what is the same with any step. Values that are kept exactly cost all
+  // of theirs, and some to say so.
+  double cost(double step, double bound) const {
+    double exact = 0;
+    for (std::size_t e = 0; e < kExponents; ++e)
+      if (counts_[e] != 0)
+        exact += static_cast<double>(counts_[e]) * std::max(0.0, 1 - longest_step(e, bound) / step);
+    exact /= static_cast<double>(values_);
+    return exact * (bits_ + 4) - (1 - exact) * binary_log(step / bound);
+  }
   void add(double value, std::size_t c) {
     if (!(std::fabs(value) < kLargest)) return;
     minimum_[c] = std::min(minimum_[c], value);
@@ -101,7 +139,8 @@ class Statistics {
     ++counts_[std::bit_cast<std::uint64_t>(value) << 1 >> 53];
   }
 
-  int half_ulp_exponent_;  // of half the distance of neighbours, for a value in [1, 2)
+  double bits_;       // of the stored type
+  int ulp_exponent_;  // of the distance of neighbours, for a value in [1, 2)
   std::vector<double> minimum_, maximum_;
   std::array<std::uint64_t, kExponents> counts_{};  // by biased exponent, without zeros
   std::uint64_t values_ = 0;                        // their sum
@@ -150,8 +189,9 @@ Quantization quantization_of(const Accuracy& accuracy, const Values& values, boo
         std::min(bound * (is_box ? statistics.largest_side() : statistics.range()), kLargest / 2);
   // Values that are all the same have no range: they are as small without loss.
   if (!(bound > 0) || statistics.mostly_exact(bound)) return {};
-  return Quantization::absolute(bound, values.type, values.components,
-                                statistics.usual_magnitude());
+  Quantization quantization = Quantization::absolute(bound, values.components);
+  quantization.spacing = statistics.best_step(bound);
+  return quantization;
 }
 
 std::string path_of(const Schema& schema, std::size_t array) {

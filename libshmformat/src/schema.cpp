@@ -70,21 +70,13 @@ std::string array_stream_name(const Schema& schema, std::size_t array) {
   return name;
 }
 
-Quantization Quantization::absolute(double max_abs, ScalarType type, std::uint32_t components,
-                                    double largest) {
-  // What rounding may add to half a step, as a part of the bound: half an ulp of the stored type,
-  // for binary64 also that of the division. Never nothing, because values that lie midway between
-  // steps are common (decimals) and must not fall on both sides of the bound; and never much,
-  // because it costs all values what it saves the largest.
-  constexpr double kLeast = 0x1p-20, kMost = 0x1p-3, kUnknown = 0x1p-6;
-  const double half_ulp = type == ScalarType::float32 ? 0x1p-24 : 0x1p-52;
-  const double rounding = largest / max_abs * half_ulp;
-  const double shade = largest > 0 ? std::clamp(rounding, kLeast, kMost) : kUnknown;
+Quantization Quantization::absolute(double max_abs, std::uint32_t components) {
+  constexpr double kShade = 0x1p-6;  // costs .02 bits a value
   Quantization quantization;
   quantization.bits = kAbsolute;
   quantization.minimum.assign(components, 0.0);
   quantization.max_abs = max_abs;
-  quantization.spacing = 2 * max_abs * (1 - shade);
+  quantization.spacing = 2 * max_abs * (1 - kShade);
   return quantization;
 }
 

@@ -42,9 +42,10 @@ Error wrong(std::string detail, ErrorCode code = ErrorCode::misuse) {
 constexpr double kTooLarge = 1e300;  // of what quantization counts with
 
 Result<void> check_bound(const Quantization& q, std::size_t components, const std::string& what) {
-  const auto usable = [](double v) { return v > 0 && v < kTooLarge; };
-  if (!usable(q.max_abs)) return wrong(what + ": the bound of errors is no positive number");
-  if (!usable(q.spacing)) return wrong(what + ": the step of a bound is no positive number");
+  if (!(q.max_abs > 0 && q.max_abs < kTooLarge))
+    return wrong(what + ": the bound of errors is no positive number");
+  if (!(q.spacing > 0 && q.spacing < 2 * kTooLarge))
+    return wrong(what + ": the step of a bound is no positive number");
   if (q.minimum.size() != components || !q.maximum.empty())
     return wrong(what + ": a bound needs one anchor for each component, and no box");
   for (double anchor : q.minimum)

@@ -106,10 +106,10 @@ struct Quantization {
   bool operator==(const Quantization&) const = default;
 
   /// |restored - v| <= max_abs for every finite value, 0 < max_abs < 1e300. Steps are counted from
-  /// 0 and a shade smaller than 2 * max_abs, so that values up to `largest` in magnitude (0: not
-  /// known) keep the bound when they are rounded to `type`, and need not be kept exactly.
-  SHM_API static Quantization absolute(double max_abs, ScalarType type, std::uint32_t components,
-                                       double largest = 0);
+  /// 0 and a shade smaller than 2 * max_abs, so that few values break the bound when they are
+  /// rounded to the stored type, and have to be kept exactly. Who knows the values may change
+  /// `spacing`: any step keeps the bound.
+  SHM_API static Quantization absolute(double max_abs, std::uint32_t components);
   bool lossy() const { return bits != 0; }
   SHM_API double step() const;
   /// Promise about |restored - v| for a value stored as `type`. Absolute: max_abs, whatever the
