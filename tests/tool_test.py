@@ -345,7 +345,7 @@ class ToolTest(unittest.TestCase):
         told = json.loads(self.shm("info", packed, "--json")[0])
         self.assertEqual((told["coordinate_bits"], told["coordinate_max_error"]), (0, 1))
         self.assertEqual(told["arrays"][0]["bits"], 7)
-        # Rounded values written down come back as they are; rounding twice changes nothing.
+        # Rounded values written down are still those of the file.
         self.shm("compress", self.mesh, "-o", packed, *abs3)
         self.shm("decompress", packed, "-o", back)
         self.shm("verify", packed, "--against", back)
