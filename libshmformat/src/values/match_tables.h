@@ -23,14 +23,15 @@ class MatchTables {
   };
   using Places = std::array<Place, kMatchKinds>;
 
-  /// Magnitudes to ask with, in any number; their order matters.
+  /// Magnitudes to ask with, in any number; their order does not matter.
   class Key {
    public:
     void add(double value) {
       const std::uint64_t size =
           (std::bit_cast<std::uint64_t>(value) & ~(std::uint64_t{1} << 63)) + (1u << 11);
-      hash_ = (hash_ ^ size >> 12) * 0x9e3779b97f4a7c15u;
-      hash_ ^= hash_ >> 29;
+      std::uint64_t mixed = (size >> 12) * 0x9e3779b97f4a7c15u;
+      mixed ^= mixed >> 29;
+      hash_ += mixed * 0xbf58476d1ce4e5b9u;
       if (!std::exchange(any_, true)) negative_ = value < 0;
     }
     Place place() const {

@@ -104,11 +104,12 @@ void ScalarColumn<Coder>::make_room(std::uint32_t slot) {
 // --- domains
 
 template <class Coder>
-bool ScalarColumn<Coder>::begin_group(Coder& coder, const DomainPlan& plan) {
+bool ScalarColumn<Coder>::begin_group(Coder& coder, const DomainPlan& plan,
+                                      std::span<const ScalarColumn<Coder>> before) {
   ValueDomain domain = plan.domain;
   if (!coder.bit(same_domain_, domain == domain_)) {
-    domain.kind =
-        static_cast<DomainKind>(code_tree(coder, kind_, static_cast<std::uint32_t>(domain.kind)));
+    domain.kind = static_cast<DomainKind>(
+        code_tree(coder, kind_, static_cast<std::uint32_t>(domain.kind)));
     if (static_cast<std::uint32_t>(domain.kind) >= kDomainKinds) return false;
     domain.exponent = static_cast<std::int32_t>(code_signed(coder, exponent_, domain.exponent));
     domain.negative_zero = coder.bit(negative_zero_flag_, domain.negative_zero);
@@ -116,9 +117,31 @@ bool ScalarColumn<Coder>::begin_group(Coder& coder, const DomainPlan& plan) {
     if (!domain.fits(info_)) return false;
     change_domain(domain);
   }
-  table_.clear();
-  if (!coder.bit(table_flag_, !plan.table.empty())) return true;
-  return code_table(coder, plan.table);
+  if (!coder.bit(table_flag_, !plan.table.empty())) {
+    table_.clear();
+    return true;
+  }
+  std::vector<std::int64_t> known;
+  add_known_entries(*this, known);
+  for (const auto& other : before) add_known_entries(other, known);
+  return code_table(coder, plan.table, known);
+}
+
+/// Entries that another component has in its table and this one may have: of either sign.
+template <class Coder>
+void ScalarColumn<Coder>::add_known_entries(const ScalarColumn& other,
+                                            std::vector<std::int64_t>& known) const {
+  if (other.domain_.kind != domain_.kind || other.domain_.exponent != domain_.exponent) return;
+  for (std::int64_t entry : other.table_) {
+    known.push_back(entry);
+    known.push_back(opposite(entry));
+  }
+}
+
+/// The index of the negative value.
+template <class Coder>
+std::int64_t ScalarColumn<Coder>::opposite(std::int64_t index) const {
+  return domain_.kind == DomainKind::floats || domain_.kind == DomainKind::narrow ? ~index : -index;
 }
 
 template <class Coder>
@@ -138,26 +161,61 @@ void ScalarColumn<Coder>::change_domain(const ValueDomain& domain) {
   translator_ = next;
 }
 
+/// Entry by entry, ascending: one that is known of somewhere else, or by its distance from the last.
 template <class Coder>
-bool ScalarColumn<Coder>::code_table(Coder& coder, const std::vector<std::int64_t>& table) {
+bool ScalarColumn<Coder>::code_table(Coder& coder, const std::vector<std::int64_t>& table,
+                                     std::vector<std::int64_t> known) {
   const std::uint64_t count = code_number(coder, entries_, table.size() - 1) + 1;
   if (count > kMostEntries) return false;
-  std::int64_t entry = 0;
+  std::sort(known.begin(), known.end());
+  known.erase(std::unique(known.begin(), known.end()), known.end());
+  const bool others = !known.empty();
+  table_.clear();
   std::uint64_t step = 0;
+  std::size_t next = 0, mirrored = 0;  // in known, and in table_ from its end
+  std::uint32_t history = 0;
   for (std::uint64_t i = 0; i < count; ++i) {
-    if (i == 0) {
-      entry = code_signed(coder, first_entry_, table.empty() ? 0 : table[0]);
+    // Of the entries so far the negative ones become known as positive ones.
+    const std::int64_t last = i == 0 ? std::numeric_limits<std::int64_t>::min() : table_.back();
+    if (i > 0 && !others && mirrored == 0 && last >= 0) {
+      known.clear();
+      for (std::size_t k = table_.size(); k-- > 0;)
+        if (opposite(table_[k]) > 0) known.push_back(opposite(table_[k]));
+      mirrored = 1;
+      next = 0;
+    }
+    while (next < known.size() && known[next] <= last && i > 0) ++next;
+    std::uint64_t skip = 0;
+    bool is_known = false;
+    if constexpr (!Coder::kDecodes) {
+      const auto found = std::lower_bound(known.begin() + static_cast<std::ptrdiff_t>(next),
+                                          known.end(), table[i]);
+      is_known = found != known.end() && *found == table[i];
+      skip = static_cast<std::uint64_t>(found - known.begin()) - next;
+      is_known = is_known && skip < 64;
+    }
+    if (next < known.size()) {
+      is_known = coder.bit(known_entry_[history], is_known);
+      history = (2 * history + (is_known ? 1 : 0)) % 8;
+    } else {
+      is_known = false;
+    }
+    if (is_known) {
+      skip = code_number(coder, skipped_, skip);
+      if (skip >= known.size() - next) return false;
+      table_.push_back(known[next + static_cast<std::size_t>(skip)]);
+    } else if (i == 0) {
+      table_.push_back(code_signed(coder, first_entry_, table.empty() ? 0 : table[0]));
     } else {
       std::uint64_t wanted = 0;
       if constexpr (!Coder::kDecodes)
         wanted =
             static_cast<std::uint64_t>(table[i]) - static_cast<std::uint64_t>(table[i - 1]) - 1;
       if (!coder.bit(same_step_, wanted == step)) step = code_number(coder, step_, wanted);
-      const std::int64_t next = plus(entry, static_cast<std::int64_t>(step + 1));
-      if (next <= entry) return false;
-      entry = next;
+      const std::int64_t entry = plus(last, static_cast<std::int64_t>(step + 1));
+      if (entry <= last) return false;
+      table_.push_back(entry);
     }
-    table_.push_back(entry);
   }
   return true;
 }

@@ -30,8 +30,10 @@ class ScalarColumn {
  public:
   ScalarColumn(const ArrayInfo& info, std::size_t component);
 
-  /// Begins a group. Encoding: as `plan` says; decoding: as the stream says. False for damage.
-  bool begin_group(Coder& coder, const DomainPlan& plan);
+  /// Begins a group. Encoding: as `plan` says; decoding: as the stream says. `before`: the
+  /// components before this one, which have begun it. False for damage.
+  bool begin_group(Coder& coder, const DomainPlan& plan,
+                   std::span<const ScalarColumn<Coder>> before);
   /// What the last tile held, by element.
   struct Trace {
     std::vector<double> values;
@@ -67,7 +69,10 @@ class ScalarColumn {
 
   void make_room(std::uint32_t slot);
   void change_domain(const ValueDomain& domain);
-  bool code_table(Coder& coder, const std::vector<std::int64_t>& table);
+  bool code_table(Coder& coder, const std::vector<std::int64_t>& table,
+                  std::vector<std::int64_t> known);
+  std::int64_t opposite(std::int64_t index) const;
+  void add_known_entries(const ScalarColumn& other, std::vector<std::int64_t>& known) const;
   std::uint32_t class_of(const Neighbourhood& item);
   template <class Visit>
   bool with_space(Visit&& visit);
@@ -122,7 +127,8 @@ class ScalarColumn {
   AdaptiveBit same_domain_, negative_zero_flag_, odd_flag_, table_flag_, same_step_;
   TreeModel<3> kind_;
   SignedModel<NumberModel> exponent_, first_entry_, weight_;
-  NumberModel entries_, step_;
+  NumberModel entries_, step_, skipped_;
+  std::array<AdaptiveBit, 8> known_entry_;
   AdaptiveBit same_mode_, same_second_, same_weights_;
   TreeModel<5> mode_, second_;
   std::array<AdaptiveBit, 2> odd_, negative_;

@@ -77,7 +77,8 @@ std::vector<std::byte> ValueColumn<Coder>::encode(const TiledItems& elements,
     const auto [items, blocks] = tile(0);
     const auto first = covered(items, blocks);
     for (std::size_t c = 0; c < info_.components; ++c)
-      columns_[c].begin_group(coder_, choose_domain(c, first, bits[c]));
+      columns_[c].begin_group(coder_, choose_domain(c, first, bits[c]),
+                              std::span(columns_).first(c));
   }
   std::size_t at = 0;
   for (std::size_t t = 0; t < tiles; ++t) {
@@ -111,7 +112,7 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component,
       std::vector<std::uint64_t> values(
           bits.begin(), bits.begin() + static_cast<std::ptrdiff_t>(first_tile.size()));
       Coder head, body;
-      column.begin_group(head, plans[p]);
+      column.begin_group(head, plans[p], std::span(columns_).first(component));
       column.code_tile(body, first_tile, values, {});
       const double size =
           static_cast<double>(head.finish().size()) + static_cast<double>(body.finish().size()) *
@@ -140,8 +141,8 @@ bool ValueColumn<Coder>::decode_tile(std::span<const Neighbourhood> items,
   const auto own = covered(items, blocks);
   if (own.empty()) return true;
   if (!std::exchange(begun_, true))
-    for (auto& column : columns_)
-      if (!column.begin_group(coder_, {})) return false;
+    for (std::size_t c = 0; c < columns_.size(); ++c)
+      if (!columns_[c].begin_group(coder_, {}, std::span(columns_).first(c))) return false;
   const std::size_t stride = width_ * info_.components, base = out.size();
   out.resize(base + own.size() * stride);
   bits_.resize(own.size());
