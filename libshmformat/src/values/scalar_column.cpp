@@ -92,6 +92,12 @@ ScalarColumn<Coder>::ScalarColumn(const ArrayInfo& info, std::size_t component)
       class_numbers_(kClassKeys) {}
 
 template <class Coder>
+void ScalarColumn<Coder>::mix(bool mixes) {
+  mixes_ = mixes;
+  if (mixes && mixed_.empty()) mixed_.emplace_back();
+}
+
+template <class Coder>
 void ScalarColumn<Coder>::make_room(std::uint32_t slot) {
   if (slot < states_.size()) return;
   const std::size_t size = std::max<std::size_t>(std::size_t{slot} + 1, states_.size() * 2);
@@ -326,6 +332,33 @@ MatchTables::Places ScalarColumn<Coder>::match_places(const Neighbourhood& item,
   return {keys[0].place(), keys[1].place(), keys[2].place()};
 }
 
+template <class Coder>
+void ScalarColumn<Coder>::ask_about(Mixed& mixed, const Neighbourhood& item, std::int32_t scale,
+                                    std::size_t i, std::uint32_t of_class, std::int64_t expected,
+                                    const std::array<std::int64_t, 3>& others, bool second) {
+  const auto relative = [&](ValueSurprise surprise) {
+    return surprise == 0
+               ? 0u
+               : static_cast<std::uint32_t>(std::clamp<std::int32_t>(surprise - scale, 1, 64));
+  };
+  std::array<std::uint32_t, 3> near{};
+  for (std::uint32_t a = 0; a < 3; ++a)
+    near[a] = (item.known >> a & 1) != 0 ? relative(surprises_[item.at[a]]) + 1 : 0;
+  const auto way = [&](std::int64_t other) {
+    const std::int64_t by = minus(other, expected);
+    return 2 * bit_length(by) + (by < 0 ? 1 : 0);
+  };
+  const std::uint32_t last = relative(last_surprise_);
+  const std::uint32_t before =
+      before_.empty() ? 0 : relative(before_.back()->surprises[i]) + 1;
+  const std::uint32_t first =
+      before_.size() < 2 ? 0 : relative(before_[before_.size() - 2]->surprises[i]) + 1;
+  const std::uint32_t sum = near[0] + near[1] + near[2];
+  mixed.coder.about(0, clue(sum, before, second), clue(near[0], near[1], near[2]),
+                    clue(of_class, last, second), clue(way(others[0]), way(others[1])),
+                    clue(before, first, way(others[2])));
+}
+
 /// The state of a value that the space has no place for, or that is not finite: what the lattice
 /// says.
 template <class Coder>
@@ -408,7 +441,20 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
       const std::int32_t scale = space.scale(prediction);
       std::int64_t residual = 0;
       if constexpr (!Coder::kDecodes) residual = minus(samples_[i].index, expected);
-      residual = code_signed(coder, residual_model(context(item, scale, second, i)), residual);
+      if (mixes_) {
+        Mixed& mixed = mixed_[0];
+        const std::array<std::int64_t, 3> others = {
+            space.index(predictor.lattice()),
+            space.index(how.second == kNoMode ? predictor.predict(kMeanNearMode, how.weights)
+                        : second ? predictor.predict(how.mode, how.weights)
+                                 : predictor.predict(how.second, how.weights)),
+            space.index(predictor.predict(kMeanLineMode, how.weights))};
+        mixed.coder.use(coder);
+        ask_about(mixed, item, scale, i, of_class, expected, others, second);
+        residual = code_signed(mixed.coder, mixed.residuals[context(item, scale, second, i)], residual);
+      } else {
+        residual = code_signed(coder, residual_model(context(item, scale, second, i)), residual);
+      }
       const std::int64_t index = plus(expected, residual);
       const std::uint32_t length = bit_length(residual);
       surprise =

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "entropy/mixing.h"
 #include "entropy/models.h"
 #include "values/match_tables.h"
 #include "values/neighbourhood.h"
@@ -30,6 +31,9 @@ class ScalarColumn {
  public:
   ScalarColumn(const ArrayInfo& info, std::size_t component);
 
+  /// Whether groups from here on are said with mixed bits. It lasts.
+  void mix(bool mixes);
+
   /// Begins a group. Encoding: as `plan` says; decoding: as the stream says. `before`: the
   /// components before this one, which have begun it. False for damage.
   bool begin_group(Coder& coder, const DomainPlan& plan,
@@ -50,6 +54,13 @@ class ScalarColumn {
 
  private:
   using Residual = SignedModel<ResidualModel>;
+  using MixedResidual = SignedModel<ResidualModelOf<MixedBit>>;
+  /// Codec mixed: one for each component.
+  struct Mixed {
+    MixingCoder<Coder> coder{3};
+    std::vector<MixedResidual> residuals{2 * 27 * 3};
+    std::array<MixedBit, 4> second;
+  };
   /// What is said of a class of neighbourhoods.
   struct Class {
     std::uint64_t tile = 0;  ///< the last one that had it, from 1
@@ -99,6 +110,9 @@ class ScalarColumn {
   std::uint32_t context(const Neighbourhood& item, std::int32_t scale, bool second,
                         std::size_t i) const;
   Residual& residual_model(std::uint32_t context);
+  void ask_about(Mixed& mixed, const Neighbourhood& item, std::int32_t scale, std::size_t i,
+                 std::uint32_t of_class, std::int64_t expected,
+                 const std::array<std::int64_t, 3>& others, bool second);
 
   ArrayInfo info_;
   std::size_t component_;
@@ -134,6 +148,8 @@ class ScalarColumn {
   std::array<AdaptiveBit, 2> odd_, negative_;
   std::vector<std::uint16_t> residual_numbers_;  // by context, from 1
   std::vector<Residual> residuals_;
+  std::vector<Mixed> mixed_;  // one where mixed bits have been used
+  bool mixes_ = false;
 };
 
 extern template class ScalarColumn<RangeEncoder>;

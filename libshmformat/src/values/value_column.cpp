@@ -31,6 +31,7 @@ ValueColumn<Coder>::ValueColumn(const ArrayInfo& info, std::vector<char> covers)
     : info_(info), covers_(std::move(covers)), width_(scalar_bytes(info.type)) {
   columns_.reserve(info.components);
   for (std::size_t c = 0; c < info.components; ++c) columns_.emplace_back(info, c);
+  if (getenv("MIX")) mix(true);
 }
 
 template <class Coder>

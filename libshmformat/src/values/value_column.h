@@ -30,6 +30,11 @@ class ValueColumn {
   /// `covers(block)`: whether cells of the block have a value; of point arrays all have.
   ValueColumn(const ArrayInfo& info, std::vector<char> covers);
 
+  /// Whether groups from here on are said with mixed bits.
+  void mix(bool mixes) {
+    for (auto& column : columns_) column.mix(mixes);
+  }
+
   /// Encoding: all values of a group, of the covered elements in order, `stride` bytes apart.
   std::vector<std::byte> encode(const TiledItems& elements, const std::byte* values,
                                 std::size_t stride) requires(!Coder::kDecodes);
