@@ -409,10 +409,17 @@ void run(int argc, char** argv) {
   if (components == 0 || steps == 0 ||
       array.bytes.size() % (array.value_bytes * components * steps) != 0)
     throw std::runtime_error(path + ": not so many components and steps");
+  const auto try_peer = [&](const Peer& peer, double bound) {
+    try {
+      measure(array, peer, bound, seconds);
+    } catch (const std::exception& error) {
+      std::printf("{\"name\": \"%s\", \"failed\": \"%s\"}\n", peer.name.c_str(), error.what());
+    }
+  };
   if (bounds.empty())
-    for (const Peer& peer : lossless_peers(array, quick)) measure(array, peer, 0, seconds);
+    for (const Peer& peer : lossless_peers(array, quick)) try_peer(peer, 0);
   for (const double bound : bounds)
-    for (const Peer& peer : lossy_peers(array, bound)) measure(array, peer, bound, seconds);
+    for (const Peer& peer : lossy_peers(array, bound)) try_peer(peer, bound);
 }
 
 }  // namespace
