@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
+#include <stdexcept>
 
 #include "bench_mesh.h"
 #include "shm/reader.h"
@@ -159,7 +160,7 @@ ArrayMesh load_arrays(const std::string& path) {
 
 ReadBack::ReadBack(const ArrayMesh& mesh, std::span<const MeshArray* const> wanted) {
   xyz.resize(mesh.xyz.size());
-  corners.reserve(mesh.corners.size());
+  corners.resize(mesh.corners.size());
   for (const MeshArray* array : wanted) {
     auto& steps = arrays.emplace_back(array->steps.size());
     for (auto& values : steps) values.resize(array->steps[0].size());
@@ -193,6 +194,7 @@ void read(std::span<const std::byte> file, ReadBack& into) {
   const std::size_t xyz_bytes = 3 * scalar_bytes(schema.coordinate_type);
   std::vector<std::uint64_t> vertex_order;
   std::vector<std::size_t> written(schema.arrays.size());  // bytes of cell arrays
+  std::size_t corners = 0;
   const auto stride = [&](std::size_t a) {
     return scalar_bytes(schema.arrays[a].type) * schema.arrays[a].components;
   };
@@ -203,7 +205,10 @@ void read(std::span<const std::byte> file, ReadBack& into) {
   };
   const auto take_mesh = [&](const MeshBlock& block) {
     scatter(block.xyz, xyz_bytes, block.vertex_numbers, into.xyz);
-    into.corners.insert(into.corners.end(), block.corners.begin(), block.corners.end());
+    if (block.corners.size() > into.corners.size() - corners)
+      throw std::runtime_error("more corners came back than there were");
+    std::copy(block.corners.begin(), block.corners.end(), into.corners.begin() + corners);
+    corners += block.corners.size();
     for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
       const std::vector<std::byte>& values = block.arrays[a];
       if (values.empty()) continue;
@@ -227,7 +232,6 @@ void read(std::span<const std::byte> file, ReadBack& into) {
     else
       std::memcpy(out.data() + piece.first * bytes, piece.values.data(), piece.values.size());
   };
-  into.corners.clear();
   while (Item* item = unwrap(reader.next())) {
     if (const auto* block = std::get_if<MeshBlock>(item)) take_mesh(*block);
     if (const auto* piece = std::get_if<StepPiece>(item)) take_step(*piece);

@@ -64,7 +64,10 @@ def put_labels(figure, axes, points):
 
 
 def round_numbers(low, high):
-    digits = (1, 2, 5) if high > 10 * low else (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8)
+    if high > 100 * low:
+        digits = (1, 3)
+    else:
+        digits = (1, 2, 5) if high > 10 * low else (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8)
     steps = [m * 10**e for e in range(-3, 7) for m in digits]
     return [n for n in steps if low <= n <= high]
 
