@@ -114,8 +114,8 @@ bool ScalarColumn<Coder>::begin_group(Coder& coder, const DomainPlan& plan,
                                       std::span<const ScalarColumn<Coder>> before) {
   ValueDomain domain = plan.domain;
   if (!coder.bit(same_domain_, domain == domain_)) {
-    domain.kind = static_cast<DomainKind>(
-        code_tree(coder, kind_, static_cast<std::uint32_t>(domain.kind)));
+    domain.kind =
+        static_cast<DomainKind>(code_tree(coder, kind_, static_cast<std::uint32_t>(domain.kind)));
     if (static_cast<std::uint32_t>(domain.kind) >= kDomainKinds) return false;
     domain.exponent = static_cast<std::int32_t>(code_signed(coder, exponent_, domain.exponent));
     domain.negative_zero = coder.bit(negative_zero_flag_, domain.negative_zero);
@@ -167,7 +167,8 @@ void ScalarColumn<Coder>::change_domain(const ValueDomain& domain) {
   translator_ = next;
 }
 
-/// Entry by entry, ascending: one that is known of somewhere else, or by its distance from the last.
+/// Entry by entry, ascending: one that is known of somewhere else, or by its distance from the
+/// last.
 template <class Coder>
 bool ScalarColumn<Coder>::code_table(Coder& coder, const std::vector<std::int64_t>& table,
                                      std::vector<std::int64_t> known) {
@@ -289,6 +290,19 @@ void ScalarColumn<Coder>::skip(const Neighbourhood& item) {
 }
 
 template <class Coder>
+void ScalarColumn<Coder>::note(std::span<const Neighbourhood> items,
+                               std::span<const std::uint64_t> bits) {
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const double value = translator_.from_value(scalar_as_double(info_.type, bits[i]));
+    skip(items[i]);
+    if (is_finite(value)) states_[items[i].self] = value;
+    before_last_ = last_;
+    last_ = states_[items[i].self];
+    last_surprise_ = 0;
+  }
+}
+
+template <class Coder>
 auto ScalarColumn<Coder>::residual_model(std::uint32_t context) -> Residual& {
   if (context >= residual_numbers_.size()) residual_numbers_.resize(context + 1);
   std::uint16_t& number = residual_numbers_[context];
@@ -349,8 +363,7 @@ void ScalarColumn<Coder>::ask_about(Mixed& mixed, const Neighbourhood& item, std
     return 2 * bit_length(by) + (by < 0 ? 1 : 0);
   };
   const std::uint32_t last = relative(last_surprise_);
-  const std::uint32_t before =
-      before_.empty() ? 0 : relative(before_.back()->surprises[i]) + 1;
+  const std::uint32_t before = before_.empty() ? 0 : relative(before_.back()->surprises[i]) + 1;
   const std::uint32_t first =
       before_.size() < 2 ? 0 : relative(before_[before_.size() - 2]->surprises[i]) + 1;
   const std::uint32_t sum = near[0] + near[1] + near[2];
@@ -446,12 +459,13 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
         const std::array<std::int64_t, 3> others = {
             space.index(predictor.lattice()),
             space.index(how.second == kNoMode ? predictor.predict(kMeanNearMode, how.weights)
-                        : second ? predictor.predict(how.mode, how.weights)
-                                 : predictor.predict(how.second, how.weights)),
+                        : second              ? predictor.predict(how.mode, how.weights)
+                                              : predictor.predict(how.second, how.weights)),
             space.index(predictor.predict(kMeanLineMode, how.weights))};
         mixed.coder.use(coder);
         ask_about(mixed, item, scale, i, of_class, expected, others, second);
-        residual = code_signed(mixed.coder, mixed.residuals[context(item, scale, second, i)], residual);
+        residual =
+            code_signed(mixed.coder, mixed.residuals[context(item, scale, second, i)], residual);
       } else {
         residual = code_signed(coder, residual_model(context(item, scale, second, i)), residual);
       }

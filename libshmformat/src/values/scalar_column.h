@@ -47,6 +47,8 @@ class ScalarColumn {
   /// before this one held in this tile. False for damaged data.
   bool code_tile(Coder& coder, std::span<const Neighbourhood> items, std::span<std::uint64_t> bits,
                  std::span<const Trace* const> before);
+  /// Takes note of values that were said otherwise.
+  void note(std::span<const Neighbourhood> items, std::span<const std::uint64_t> bits);
   /// An element that the array does not cover: takes the state of the last one.
   void skip(const Neighbourhood& item);
 

@@ -24,28 +24,40 @@ struct TiledItems {
   }
 };
 
+/// How the values of a group are said.
+enum class ColumnCodec : std::uint8_t {
+  predicted,      ///< components over the mesh, adaptive bits
+  mixed,          ///< the same, mixed bits
+  shuffled_zstd,  ///< bytes of all scalars by significance, under zstd
+};
+struct EncodedColumn {
+  ColumnCodec codec = ColumnCodec::predicted;
+  std::vector<std::byte> bytes;
+};
+
 template <class Coder>
 class ValueColumn {
  public:
   /// `covers(block)`: whether cells of the block have a value; of point arrays all have.
   ValueColumn(const ArrayInfo& info, std::vector<char> covers);
 
-  /// Whether groups from here on are said with mixed bits.
-  void mix(bool mixes) {
-    for (auto& column : columns_) column.mix(mixes);
-  }
-
   /// Encoding: all values of a group, of the covered elements in order, `stride` bytes apart.
-  std::vector<std::byte> encode(const TiledItems& elements, const std::byte* values,
-                                std::size_t stride) requires(!Coder::kDecodes);
+  EncodedColumn encode(const TiledItems& elements, const std::byte* values, std::size_t stride,
+                       Level level) requires(!Coder::kDecodes);
 
-  /// Decoding. `bytes` are borrowed until the next call.
-  bool begin_group(std::span<const std::byte> bytes) requires(Coder::kDecodes);
+  /// Decoding. `bytes` are borrowed until the next call; they may unpack to `limit` bytes. False
+  /// for damaged data.
+  bool begin_group(ColumnCodec codec, std::span<const std::byte> bytes,
+                   std::uint64_t limit) requires(Coder::kDecodes);
   /// The values of the elements of the next tile, packed, appended to `out`.
   bool decode_tile(std::span<const Neighbourhood> items, std::span<const std::uint32_t> blocks,
                    std::vector<std::byte>& out) requires(Coder::kDecodes);
 
  private:
+  std::vector<std::byte> encode_predicted(const TiledItems& elements,
+                                          std::vector<std::vector<std::uint64_t>>& bits);
+  /// Takes note of values that were said otherwise.
+  void note(const TiledItems& elements, const std::vector<std::vector<std::uint64_t>>& bits);
   bool code_component(std::size_t component, std::span<const Neighbourhood> items,
                       std::span<std::uint64_t> bits);
   DomainPlan choose_domain(std::size_t component, std::span<const Neighbourhood> first_tile,
@@ -64,6 +76,9 @@ class ValueColumn {
   std::vector<std::uint64_t> bits_;
   Coder coder_;
   bool begun_ = true;
+  ColumnCodec codec_ = ColumnCodec::predicted;
+  std::vector<std::byte> unpacked_;  // decoding shuffled_zstd: values of the group, packed
+  std::size_t unpacked_at_ = 0;
 };
 
 extern template class ValueColumn<RangeEncoder>;
