@@ -265,7 +265,7 @@ Result<void> SegmentDecoder::decode_import(std::uint32_t position, std::uint32_t
 
 /// The values of the cells and vertices of the block: a tile.
 Result<void> SegmentDecoder::decode_values(MeshBlock& block) {
-  ValueStreams<RangeDecoder>& values = streams_->values();
+  ValueStreams<SplitDecoder>& values = streams_->values();
   const bool leaves_out = std::find(left_out_.begin(), left_out_.end(), 1) != left_out_.end();
   for (std::size_t c = 0; c < values.columns(); ++c) {
     const bool geometry = c == 0;

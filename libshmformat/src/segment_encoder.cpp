@@ -212,7 +212,7 @@ void SegmentEncoder::take_cell_data(const SegmentPiece& piece, std::uint32_t blo
 }
 
 EncodedColumn SegmentEncoder::encode_column(std::size_t column) {
-  ValueStreams<RangeEncoder>& values = streams_.values();
+  ValueStreams<SplitEncoder>& values = streams_.values();
   if (column == 0) return values.encode(0, vertex_values_.data(), values_bytes_, level_);
   const ArrayInfo& info = schema_->arrays[values.array_of(column)];
   if (info.location == Location::cell)

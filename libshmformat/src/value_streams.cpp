@@ -96,7 +96,7 @@ void ValueStreams<Coder>::clear() {
   cells_.clear();
 }
 
-template class ValueStreams<RangeEncoder>;
-template class ValueStreams<RangeDecoder>;
+template class ValueStreams<SplitEncoder>;
+template class ValueStreams<SplitDecoder>;
 
 }  // namespace shm

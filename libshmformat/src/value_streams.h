@@ -63,7 +63,7 @@ class ValueStreams {
   std::vector<ValueColumn<Coder>> columns_;
 };
 
-extern template class ValueStreams<RangeEncoder>;
-extern template class ValueStreams<RangeDecoder>;
+extern template class ValueStreams<SplitEncoder>;
+extern template class ValueStreams<SplitDecoder>;
 
 }  // namespace shm

@@ -51,6 +51,22 @@ std::int64_t plus(std::int64_t a, std::int64_t b) {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
 }
 
+/// Its bit length, near a guess; then sign and the bits behind the leading one, as they are.
+template <class Coder>
+std::int64_t code_residual(Coder& coder, NearModel& model, std::uint32_t guess,
+                           std::int64_t residual) {
+  const std::uint32_t length = code_near(coder, model, guess, bit_length(residual));
+  if (length == 0) return 0;
+  const auto bits = static_cast<std::uint64_t>(residual);
+  const std::uint64_t low = (std::uint64_t{1} << (length - 1)) - 1;
+  std::uint64_t size = residual < 0 ? 0 - bits : bits;
+  // length bits: the sign stands where the leading one would
+  std::uint64_t said = (size & low) | (residual < 0 ? low + 1 : 0);
+  said = coder.raw(said, static_cast<int>(length));
+  size = (said & low) | (low + 1);
+  return static_cast<std::int64_t>((said & (low + 1)) != 0 ? 0 - size : size);
+}
+
 /// Whether a mode says anything else than the lattice for neighbourhoods with these bits.
 bool is_sayable(std::uint32_t mode, std::uint32_t known) {
   const auto has = [&](std::uint32_t bits) { return (known & bits) == bits; };
@@ -314,8 +330,8 @@ auto ScalarColumn<Coder>::residual_model(std::uint32_t context) -> Residual& {
 }
 
 template <class Coder>
-std::uint32_t ScalarColumn<Coder>::context(const Neighbourhood& item, std::int32_t scale,
-                                           bool second, std::size_t i) const {
+auto ScalarColumn<Coder>::context(const Neighbourhood& item, std::int32_t scale,
+                                           bool second, std::size_t i) const -> Context {
   const auto relative = [&](ValueSurprise surprise) {
     return surprise == 0
                ? 0u
@@ -329,7 +345,7 @@ std::uint32_t ScalarColumn<Coder>::context(const Neighbourhood& item, std::int32
     }
   const std::uint32_t mean = count == 0 ? relative(last_surprise_) : (sum + count / 2) / count;
   const std::uint32_t other = before_.empty() ? 0 : before_.back()->surprises[i] == 0 ? 1 : 2;
-  return (surprise_class(mean) * 3 + other) * 2 + (second ? 1 : 0);
+  return {(surprise_class(mean) * 3 + other) * 2 + (second ? 1 : 0), mean};
 }
 
 template <class Coder>
@@ -464,10 +480,11 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
             space.index(predictor.predict(kMeanLineMode, how.weights))};
         mixed.coder.use(coder);
         ask_about(mixed, item, scale, i, of_class, expected, others, second);
-        residual =
-            code_signed(mixed.coder, mixed.residuals[context(item, scale, second, i)], residual);
+        residual = code_signed(mixed.coder, mixed.residuals[context(item, scale, second, i).number],
+                               residual);
       } else {
-        residual = code_signed(coder, residual_model(context(item, scale, second, i)), residual);
+        const Context around = context(item, scale, second, i);
+        residual = code_residual(coder, residual_model(around.number), around.mean, residual);
       }
       const std::int64_t index = plus(expected, residual);
       const std::uint32_t length = bit_length(residual);
@@ -659,7 +676,7 @@ void ScalarColumn<Coder>::choose_modes(const Space& space) {
   }
 }
 
-template class ScalarColumn<RangeEncoder>;
-template class ScalarColumn<RangeDecoder>;
+template class ScalarColumn<SplitEncoder>;
+template class ScalarColumn<SplitDecoder>;
 
 }  // namespace shm

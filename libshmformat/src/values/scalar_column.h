@@ -10,6 +10,7 @@
 
 #include "entropy/mixing.h"
 #include "entropy/models.h"
+#include "entropy/split_coder.h"
 #include "values/match_tables.h"
 #include "values/neighbourhood.h"
 #include "values/value_domain.h"
@@ -55,7 +56,7 @@ class ScalarColumn {
   const Trace& trace() const { return trace_; }
 
  private:
-  using Residual = SignedModel<ResidualModel>;
+  using Residual = NearModel;
   using MixedResidual = SignedModel<ResidualModelOf<MixedBit>>;
   /// Codec mixed: one for each component.
   struct Mixed {
@@ -109,7 +110,11 @@ class ScalarColumn {
   void code_class(Coder& coder, std::uint32_t of_class);
   template <class At>
   double odd_state(const auto& space, const Predictor<At>& predictor) const;
-  std::uint32_t context(const Neighbourhood& item, std::int32_t scale, bool second,
+  struct Context {
+    std::uint32_t number = 0;
+    std::uint32_t mean = 0;  ///< of the surprises near
+  };
+  Context context(const Neighbourhood& item, std::int32_t scale, bool second,
                         std::size_t i) const;
   Residual& residual_model(std::uint32_t context);
   void ask_about(Mixed& mixed, const Neighbourhood& item, std::int32_t scale, std::size_t i,
@@ -154,7 +159,7 @@ class ScalarColumn {
   bool mixes_ = false;
 };
 
-extern template class ScalarColumn<RangeEncoder>;
-extern template class ScalarColumn<RangeDecoder>;
+extern template class ScalarColumn<SplitEncoder>;
+extern template class ScalarColumn<SplitDecoder>;
 
 }  // namespace shm

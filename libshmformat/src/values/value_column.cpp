@@ -233,7 +233,7 @@ bool ValueColumn<Coder>::decode_tile(std::span<const Neighbourhood> items,
   return true;
 }
 
-template class ValueColumn<RangeEncoder>;
-template class ValueColumn<RangeDecoder>;
+template class ValueColumn<SplitEncoder>;
+template class ValueColumn<SplitDecoder>;
 
 }  // namespace shm

@@ -81,7 +81,7 @@ class ValueColumn {
   std::size_t unpacked_at_ = 0;
 };
 
-extern template class ValueColumn<RangeEncoder>;
-extern template class ValueColumn<RangeDecoder>;
+extern template class ValueColumn<SplitEncoder>;
+extern template class ValueColumn<SplitDecoder>;
 
 }  // namespace shm
