@@ -254,8 +254,9 @@ void SegmentEncoder::flush_group(std::vector<EncodedGroup>& done) {
     container::StreamEntry entry;
     entry.kind = names[s].kind;
     entry.array = names[s].array;
-    // An absent stream reads as zeros; connectivity is there to tell its codec.
-    if (bytes.empty() && (entry.kind != StreamKind::connectivity || group_.header.cells == 0))
+    // An absent stream reads as zeros; connectivity and other codecs are there to tell so.
+    if (bytes.empty() && (entry.kind != StreamKind::connectivity || group_.header.cells == 0) &&
+        column.codec == ColumnCodec::predicted)
       continue;
     entry.codec = values                                     ? stream_codec(column.codec)
                   : entry.kind >= StreamKind::vertex_numbers ? container::Codec::predictive

@@ -62,7 +62,7 @@ std::optional<std::vector<std::byte>> decode_step_values(const ArrayInfo& info,
   }
   if (codec != container::Codec::local) return std::nullopt;
   ValueColumn<SplitDecoder> column(info, {});
-  column.begin_group(ColumnCodec::predicted, bytes, 0);
+  if (!column.begin_group(ColumnCodec::predicted, bytes, count * stride)) return std::nullopt;
   std::vector<std::byte> out;
   if (!column.decode_tile(std::vector(count, element()), {}, out)) return std::nullopt;
   return out;

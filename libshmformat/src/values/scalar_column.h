@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -24,6 +25,19 @@ struct DomainPlan {
   std::vector<std::int64_t> table;  ///< what occurs, ascending; empty: no ranks
 };
 
+/// How the components of an array are said in a group.
+struct ColumnStyle {
+  Reach reach = Reach::farther;  ///< how far predictions look
+  bool matches = true;           ///< whether they look at matches, and at other components
+  bool mixes = false;            ///< whether bits are mixed
+  /// Bits of Neighbourhood::known that count.
+  std::uint32_t known() const {
+    return reach == Reach::lattice   ? 0xe07fu
+           : reach == Reach::beyond ? 0xe3ffu
+                                    : 0xffffu;
+  }
+};
+
 /// Bit length of what a prediction missed, raised by the scale of the prediction; 0 for a hit.
 using ValueSurprise = std::uint16_t;
 
@@ -32,13 +46,14 @@ class ScalarColumn {
  public:
   ScalarColumn(const ArrayInfo& info, std::size_t component);
 
-  /// Whether groups from here on are said with mixed bits. It lasts.
-  void mix(bool mixes);
+  /// How groups from here on are said. It lasts.
+  void set_style(const ColumnStyle& style);
 
   /// Begins a group. Encoding: as `plan` says; decoding: as the stream says. `before`: the
-  /// components before this one, which have begun it. False for damage.
+  /// components before this one, which have begun it. A table has `most_entries` at most. False
+  /// for damage.
   bool begin_group(Coder& coder, const DomainPlan& plan,
-                   std::span<const ScalarColumn<Coder>> before);
+                   std::span<const ScalarColumn<Coder>> before, std::uint64_t most_entries);
   /// What the last tile held, by element.
   struct Trace {
     std::vector<double> values;
@@ -71,12 +86,15 @@ class ScalarColumn {
     std::uint32_t second = kNoMode;  ///< a mode that may be right where the first is wrong
     Weights weights{};
     std::array<AdaptiveBit, 4> takes_second;  ///< by how many near ones did
+    // Encoding: elements and bits in the last tile that had it, and bits an element when the
+    // modes were chosen; negative: never.
+    double count = 0, bits = 0, bits_then = -1;
+    std::uint32_t tiles_since = 0;
   };
   /// An element as the encoder sees it.
   struct Sample {
     std::array<double, kFeatures> state{};
-    std::int64_t index = 0;
-    bool odd = false;
+    std::optional<std::int64_t> index;
     std::uint32_t known = 0, of_class = 0;
   };
   static constexpr std::uint32_t kSurpriseClasses = 27;
@@ -84,15 +102,21 @@ class ScalarColumn {
   void make_room(std::uint32_t slot);
   void change_domain(const ValueDomain& domain);
   bool code_table(Coder& coder, const std::vector<std::int64_t>& table,
-                  std::vector<std::int64_t> known);
+                  std::vector<std::int64_t> known, std::uint64_t most_entries);
   std::int64_t opposite(std::int64_t index) const;
   void add_known_entries(const ScalarColumn& other, std::vector<std::int64_t>& known) const;
-  std::uint32_t class_of(const Neighbourhood& item);
+  std::uint32_t class_of(const Neighbourhood& item) const {
+    return style_.reach == Reach::lattice ? item.narrow_class : item.wide_class;
+  }
+  bool needs_search(std::span<const Neighbourhood> items);
+  std::optional<std::int64_t> index_of(const auto& space, std::uint64_t bits) const;
   template <class Visit>
   bool with_space(Visit&& visit);
   template <class Space>
   bool code_items(Coder& coder, const Space& space, std::span<const Neighbourhood> items,
                   std::span<std::uint64_t> bits);
+  void settle(const Neighbourhood& item, std::size_t i, double state, double lattice,
+              const MatchTables::Places& places);
   template <class Space>
   void look_ahead(const Space& space, std::span<const Neighbourhood> items,
                   std::span<const std::uint64_t> bits);
@@ -139,7 +163,7 @@ class ScalarColumn {
   ValueSurprise last_surprise_ = 0;
   bool last_odd_ = false, last_negative_ = false;
 
-  std::vector<std::uint16_t> class_numbers_;  // by key, from 1
+  ColumnStyle style_;
   std::vector<Class> classes_;
   std::vector<Class> wanted_;    // encoding: what the tile at hand will say
   std::vector<Sample> samples_;  // encoding
@@ -156,7 +180,7 @@ class ScalarColumn {
   std::vector<std::uint16_t> residual_numbers_;  // by context, from 1
   std::vector<Residual> residuals_;
   std::vector<Mixed> mixed_;  // one where mixed bits have been used
-  bool mixes_ = false;
+  bool looked_ahead_ = false;  // encoding: samples_ are those of the tile at hand
 };
 
 extern template class ScalarColumn<SplitEncoder>;
