@@ -77,17 +77,14 @@ EncodedColumn ValueStreams<Coder>::encode(std::size_t column, const std::byte* v
 }
 
 template <class Coder>
-void ValueStreams<Coder>::begin_group()
-  requires(Coder::kDecodes)
-{
+void ValueStreams<Coder>::begin_group() requires(Coder::kDecodes) {
   vertex_reach_ = cell_reach_ = Reach::lattice;
 }
 
 template <class Coder>
 bool ValueStreams<Coder>::begin_column(std::size_t column, ColumnCodec codec,
-                                       std::span<const std::byte> bytes, std::uint64_t limit)
-  requires(Coder::kDecodes)
-{
+                                       std::span<const std::byte> bytes,
+                                       std::uint64_t limit) requires(Coder::kDecodes) {
   if (!columns_[column].begin_group(codec, bytes, limit)) return false;
   Reach& reach = of_cells(column) ? cell_reach_ : vertex_reach_;
   reach = std::max(reach, columns_[column].reach());

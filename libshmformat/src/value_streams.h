@@ -43,10 +43,9 @@ class ValueStreams {
   EncodedColumn encode(std::size_t column, const std::byte* values, std::size_t stride,
                        Level level) requires(!Coder::kDecodes);
 
-  // Decoding: the group, all its columns, then tile by tile. `bytes` are borrowed for the group, and may unpack to
-  // `limit` bytes; false for damaged data.
-  void begin_group()
-    requires(Coder::kDecodes);
+  // Decoding: the group, all its columns, then tile by tile. `bytes` are borrowed for the group,
+  // and may unpack to `limit` bytes; false for damaged data.
+  void begin_group() requires(Coder::kDecodes);
   bool begin_column(std::size_t column, ColumnCodec codec, std::span<const std::byte> bytes,
                     std::uint64_t limit) requires(Coder::kDecodes);
   /// Values of what came since the last tile, appended to `out`; false for damaged data.

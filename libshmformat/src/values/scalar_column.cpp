@@ -182,8 +182,7 @@ void ScalarColumn<Coder>::change_domain(const ValueDomain& domain) {
 /// last.
 template <class Coder>
 bool ScalarColumn<Coder>::code_table(Coder& coder, const std::vector<std::int64_t>& table,
-                                     std::vector<std::int64_t> known,
-                                     std::uint64_t most_entries) {
+                                     std::vector<std::int64_t> known, std::uint64_t most_entries) {
   const std::uint64_t count = code_number(coder, entries_, table.size() - 1) + 1;
   if (count > most_entries) return false;
   std::sort(known.begin(), known.end());
@@ -316,8 +315,8 @@ auto ScalarColumn<Coder>::residual_model(std::uint32_t context) -> Residual& {
 }
 
 template <class Coder>
-auto ScalarColumn<Coder>::context(const Neighbourhood& item, std::int32_t scale,
-                                           bool second, std::size_t i) const -> Context {
+auto ScalarColumn<Coder>::context(const Neighbourhood& item, std::int32_t scale, bool second,
+                                  std::size_t i) const -> Context {
   const auto relative = [&](ValueSurprise surprise) {
     return surprise == 0
                ? 0u
@@ -561,7 +560,7 @@ void ScalarColumn<Coder>::settle(const Neighbourhood& item, std::size_t i, doubl
 /// when its modes were chosen, or has kept them for long.
 template <class Coder>
 bool ScalarColumn<Coder>::needs_search(std::span<const Neighbourhood> items) {
-  if (style_.mixes) return true;
+  if (!style_.hurries) return true;
   std::vector<std::uint32_t> count(classes_.size());
   for (const Neighbourhood& item : items) ++count[class_of(item)];
   bool needs = false;
@@ -659,8 +658,8 @@ void ScalarColumn<Coder>::choose_modes(const Space& space) {
     std::array<double, kModes> cost{};
     std::array<bool, kModes> tried{};
     for (std::uint32_t mode = 0; mode < kModes; ++mode) {
-      tried[mode] = is_sayable(mode, known) &&
-                    (style_.matches || mode < kMatchMode || mode == kFittedMode);
+      tried[mode] =
+          is_sayable(mode, known) && (style_.matches || mode < kMatchMode || mode == kFittedMode);
       if (mode == kFittedMode) {
         tried[mode] = tried[mode] && count[c] >= kFewestToFit;
         if (!tried[mode]) continue;

@@ -30,11 +30,10 @@ struct ColumnStyle {
   Reach reach = Reach::farther;  ///< how far predictions look
   bool matches = true;           ///< whether they look at matches, and at other components
   bool mixes = false;            ///< whether bits are mixed
+  bool hurries = false;          ///< encoding: modes are kept while they do well
   /// Bits of Neighbourhood::known that count.
   std::uint32_t known() const {
-    return reach == Reach::lattice   ? 0xe07fu
-           : reach == Reach::beyond ? 0xe3ffu
-                                    : 0xffffu;
+    return reach == Reach::lattice ? 0xe07fu : reach == Reach::beyond ? 0xe3ffu : 0xffffu;
   }
 };
 
@@ -138,8 +137,7 @@ class ScalarColumn {
     std::uint32_t number = 0;
     std::uint32_t mean = 0;  ///< of the surprises near
   };
-  Context context(const Neighbourhood& item, std::int32_t scale, bool second,
-                        std::size_t i) const;
+  Context context(const Neighbourhood& item, std::int32_t scale, bool second, std::size_t i) const;
   Residual& residual_model(std::uint32_t context);
   void ask_about(Mixed& mixed, const Neighbourhood& item, std::int32_t scale, std::size_t i,
                  std::uint32_t of_class, std::int64_t expected,
@@ -179,7 +177,7 @@ class ScalarColumn {
   std::array<AdaptiveBit, 2> odd_, negative_;
   std::vector<std::uint16_t> residual_numbers_;  // by context, from 1
   std::vector<Residual> residuals_;
-  std::vector<Mixed> mixed_;  // one where mixed bits have been used
+  std::vector<Mixed> mixed_;   // one where mixed bits have been used
   bool looked_ahead_ = false;  // encoding: samples_ are those of the tile at hand
 };
 

@@ -51,10 +51,7 @@ void for_each_tile(const TiledItems& elements, Visit&& visit) {
 
 template <class Coder>
 ValueColumn<Coder>::ValueColumn(const ArrayInfo& info, std::vector<char> covers, bool repeats)
-    : info_(info),
-      covers_(std::move(covers)),
-      repeats_(repeats),
-      width_(scalar_bytes(info.type)) {
+    : info_(info), covers_(std::move(covers)), repeats_(repeats), width_(scalar_bytes(info.type)) {
   columns_.reserve(info.components);
   for (std::size_t c = 0; c < info.components; ++c) columns_.emplace_back(info, c);
 }
@@ -76,9 +73,8 @@ std::span<const Neighbourhood> ValueColumn<Coder>::covered(std::span<const Neigh
 
 template <class Coder>
 EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::byte* values,
-                                         std::size_t stride, Level level)
-  requires(!Coder::kDecodes)
-{
+                                         std::size_t stride,
+                                         Level level) requires(!Coder::kDecodes) {
   std::size_t count = 0;
   for (std::size_t i = 0; i < elements.items.size(); ++i)
     count += elements.blocks.empty() || covers(elements.blocks[i]) ? 1 : 0;
@@ -126,6 +122,7 @@ template <class Coder>
 bool ValueColumn<Coder>::code_head(Coder& coder, ColumnStyle style,
                                    std::span<const DomainPlan> plans, std::uint64_t most_entries) {
   style_.mixes = style.mixes;
+  style_.hurries = style.hurries;
   style_.reach = static_cast<Reach>(
       std::min(code_tree(coder, reach_, static_cast<std::uint32_t>(style.reach)), 2u));
   style_.matches = coder.bit(matches_, style.matches) && info_.components <= kMostMatched;
@@ -175,12 +172,11 @@ std::vector<std::byte> ValueColumn<Coder>::encode_predicted(
 template <class Coder>
 ColumnStyle ValueColumn<Coder>::choose_style(std::span<const Neighbourhood> first_tile,
                                              const std::vector<std::vector<std::uint64_t>>& bits,
-                                             std::span<const DomainPlan> plans,
-                                             Level level) const {
+                                             std::span<const DomainPlan> plans, Level level) const {
   ColumnStyle full;
   full.mixes = level == Level::best;
   full.matches = info_.components <= kMostMatched;
-  if (level == Level::fast) return {Reach::lattice, false, false};
+  if (level == Level::fast) return {Reach::lattice, false, false, true};
   if (level == Level::best || groups_ == 0 || first_tile.empty()) return full;
   const ColumnStyle lean{Reach::lattice, false, false};
   if constexpr (!Coder::kDecodes) {
@@ -259,9 +255,7 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component,
 
 template <class Coder>
 bool ValueColumn<Coder>::begin_group(ColumnCodec codec, std::span<const std::byte> bytes,
-                                     std::uint64_t limit)
-  requires(Coder::kDecodes)
-{
+                                     std::uint64_t limit) requires(Coder::kDecodes) {
   codec_ = codec;
   if (codec != ColumnCodec::shuffled_zstd) {
     coder_ = Coder(bytes);

@@ -51,7 +51,9 @@ class ValueColumn {
   bool begin_group(ColumnCodec codec, std::span<const std::byte> bytes,
                    std::uint64_t limit) requires(Coder::kDecodes);
   /// How far the neighbourhoods of the group must look. After begin_group().
-  Reach reach() const { return codec_ == ColumnCodec::shuffled_zstd ? Reach::lattice : style_.reach; }
+  Reach reach() const {
+    return codec_ == ColumnCodec::shuffled_zstd ? Reach::lattice : style_.reach;
+  }
   /// The values of the elements of the next tile, packed, appended to `out`.
   bool decode_tile(std::span<const Neighbourhood> items, std::span<const std::uint32_t> blocks,
                    std::vector<std::byte>& out) requires(Coder::kDecodes);

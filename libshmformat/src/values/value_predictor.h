@@ -60,8 +60,7 @@ inline constexpr std::array<std::array<std::uint32_t, 2>, 3> kFaceAxes = {{{0, 1
 template <class At>
 class Predictor {
  public:
-  Predictor(std::uint32_t known, const At& at)
-      : known_(known), at_(at), lattice_(find_lattice()) {}
+  Predictor(std::uint32_t known, const At& at) : known_(known), at_(at), lattice_(find_lattice()) {}
 
   double predict(std::uint32_t mode, const Weights& weights) const {
     if (mode == kLattice) return lattice();
