@@ -89,6 +89,7 @@ void ScalarColumn<Coder>::make_room(std::uint32_t slot) {
   states_.resize(size);
   thirds_.resize(size);
   surprises_.resize(size);
+  if (has_twins_) twins_.resize(size);
 }
 
 // --- domains
@@ -120,6 +121,9 @@ void ScalarColumn<Coder>::change_domain(const ValueDomain& domain) {
       return is_finite(moved) ? moved : 0.0;
     };
     for (double& state : states_) state = translate(state);
+    for (Twin& twin : twins_) twin = {translate(twin.state), 0.0};
+    twin_last_ = translate(twin_last_);
+    twin_before_last_ = translate(twin_before_last_);
     last_ = translate(last_);
     before_last_ = translate(before_last_);
     std::fill(thirds_.begin(), thirds_.end(), 0.0);
@@ -187,9 +191,12 @@ void ScalarColumn<Coder>::code_class(Coder& coder, std::uint32_t of_class) {
   Class& it = classes_[of_class];
   it.tile = tile_;
   const Class* wanted = Coder::kDecodes ? &it : &wanted_[of_class];
-  if (!coder.bit(same_mode_, wanted->mode == it.mode))
-    it.mode = std::min<std::uint32_t>(code_tree(coder, mode_, wanted->mode), kModes - 1);
-  if (it.mode != kFittedMode) return;
+  if (!coder.bit(same_mode_, wanted->mode == it.mode && wanted->way == it.way)) {
+    if (has_twins_) it.way = std::min<std::uint32_t>(code_tree(coder, way_, wanted->way), kWays - 1);
+    if (it.way != kCopy)
+      it.mode = std::min<std::uint32_t>(code_tree(coder, mode_, wanted->mode), kModes - 1);
+  }
+  if (it.way == kCopy || it.mode != kFittedMode) return;
   if (coder.bit(same_weights_, wanted->weights == it.weights)) return;
   for (std::uint32_t i = 0; i < kWeights; ++i) {
     const std::int64_t weight =
@@ -207,6 +214,33 @@ void ScalarColumn<Coder>::skip(const Neighbourhood& item) {
   states_[item.self] = last_;
   thirds_[item.self] = 0.0;
   surprises_[item.self] = 0;
+  if (has_twins_) twins_[item.self] = {twin_last_, 0.0};
+}
+
+// --- the reference step
+
+/// The state of a value in the domain at hand: any number, the same everywhere.
+template <class Coder>
+double ScalarColumn<Coder>::reference_state(std::uint64_t bits) const {
+  const double state = translator_.from_value(scalar_as_double(info_.type, bits));
+  return is_finite(state) ? state : twin_last_;
+}
+
+template <class Coder>
+double ScalarColumn<Coder>::twin_feature(const Neighbourhood& item, std::uint32_t feature) const {
+  if (feature < kFThird) return twins_[item.at[feature]].state;
+  if (feature < kFLast) return twins_[item.at[feature - kFThird]].third;
+  return feature == kFLast ? twin_last_ : twin_before_last_;
+}
+
+template <class Coder>
+void ScalarColumn<Coder>::note_twin(const Neighbourhood& item, double state) {
+  const auto at = [&](std::uint32_t feature) { return twin_feature(item, feature); };
+  const double third =
+      item.knows(Neighbourhood::kLattice) ? state - Predictor(item.known, at).lattice() : 0.0;
+  twins_[item.self] = {state, third};
+  twin_before_last_ = twin_last_;
+  twin_last_ = state;
 }
 
 template <class Coder>
@@ -253,15 +287,16 @@ double ScalarColumn<Coder>::odd_state(const auto& space, const Predictor<At>& pr
 template <class Coder>
 bool ScalarColumn<Coder>::code_tile(Coder& coder, std::span<const Neighbourhood> items,
                                     std::span<std::uint64_t> bits,
-                                    std::span<const ValueSurprise> before) {
+                                    std::span<const ValueSurprise> before,
+                                    std::span<const std::uint64_t> reference) {
   ++tile_;
   for (const Neighbourhood& item : items) make_room(item.self);
   return with_space([&](const auto& space) {
     if constexpr (!Coder::kDecodes) {
-      look_ahead(space, items, bits);
+      look_ahead(space, items, bits, reference);
       choose_modes(space);
     }
-    return code_items(coder, space, items, bits, before);
+    return code_items(coder, space, items, bits, before, reference);
   });
 }
 
@@ -270,7 +305,8 @@ template <class Space>
 bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
                                      std::span<const Neighbourhood> items,
                                      std::span<std::uint64_t> bits,
-                                     std::span<const ValueSurprise> before) {
+                                     std::span<const ValueSurprise> before,
+                                     std::span<const std::uint64_t> reference) {
   for (std::size_t i = 0; i < items.size(); ++i) {
     const Neighbourhood& item = items[i];
     const auto at = [&](std::uint32_t feature) {
@@ -283,7 +319,21 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
     const std::uint32_t of_class = class_of(item);
     if (classes_[of_class].tile != tile_) code_class(coder, of_class);
     const Class& how = classes_[of_class];
-    const double prediction = predictor.predict(how.mode, how.weights);
+    double then = 0.0;  // the state at the reference step
+    if (has_twins_) {
+      if constexpr (Coder::kDecodes)
+        then = reference_state(reference[i]);
+      else
+        then = samples_[i].reference;
+    }
+    const auto difference = [&](std::uint32_t feature) {
+      if constexpr (!Coder::kDecodes) return samples_[i].difference[feature];
+      return at(feature) - twin_feature(item, feature);
+    };
+    const double prediction =
+        how.way == kAlone  ? predictor.predict(how.mode, how.weights)
+        : how.way == kCopy ? then
+                           : then + Predictor(item.known, difference).predict(how.mode, how.weights);
 
     bool odd = false;
     if constexpr (!Coder::kDecodes) odd = samples_[i].odd;
@@ -291,7 +341,10 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
     ValueSurprise surprise = 0;
     double state = 0.0;
     if (odd) {
-      bits[i] = coder.raw(bits[i], static_cast<int>(8 * scalar_bytes(info_.type)));
+      if (has_twins_ && coder.bit(same_odd_, bits[i] == reference[i]))
+        bits[i] = reference[i];
+      else
+        bits[i] = coder.raw(bits[i], static_cast<int>(8 * scalar_bytes(info_.type)));
       state = odd_state(space, predictor);
     } else {
       const std::int64_t expected = space.index(prediction);
@@ -325,6 +378,7 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
       states_[item.self] = state;
       before_last_ = last_;
       last_ = state;
+      if (has_twins_) note_twin(item, then);
     }
   }
   return true;
@@ -337,7 +391,8 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
 template <class Coder>
 template <class Space>
 void ScalarColumn<Coder>::look_ahead(const Space& space, std::span<const Neighbourhood> items,
-                                     std::span<const std::uint64_t> bits) {
+                                     std::span<const std::uint64_t> bits,
+                                     std::span<const std::uint64_t> reference) {
   samples_.resize(items.size());
   for (std::size_t i = 0; i < items.size(); ++i) {
     const Neighbourhood& item = items[i];
@@ -369,6 +424,13 @@ void ScalarColumn<Coder>::look_ahead(const Space& space, std::span<const Neighbo
     if (!index || !is_finite(state)) state = odd_state(space, predictor);
     thirds_[item.self] = item.knows(Neighbourhood::kLattice) ? state - predictor.lattice() : 0.0;
     states_[item.self] = state;
+    if (has_twins_) {
+      for (std::uint32_t f = 0; f < kFeatures; ++f)
+        if (f >= kFLast || (item.known >> f & 1) != 0)
+          it.difference[f] = it.state[f] - twin_feature(item, f);
+      it.reference = reference_state(reference[i]);
+      note_twin(item, it.reference);
+    }
     before_last_ = last_;
     last_ = state;
   }
@@ -399,49 +461,56 @@ void ScalarColumn<Coder>::choose_modes(const Space& space) {
     const std::uint32_t known = samples_[order[begin[c]]].known;
     const std::size_t looked = std::min<std::size_t>(count[c], kLookAt);
     const double scale = static_cast<double>(count[c]) / static_cast<double>(looked);
-    const auto cost = [&](std::uint32_t mode, const Weights& weights) {
+    const auto cost = [&](std::uint32_t way, std::uint32_t mode, const Weights& weights) {
       double sum = 0.0;
       for (std::size_t i = 0; i < looked; ++i) {
         const Sample& sample = pick(i, looked);
         if (sample.odd) continue;
-        const auto at = [&](std::uint32_t feature) { return sample.state[feature]; };
-        const double prediction = Predictor(sample.known, at).predict(mode, weights);
+        double prediction = way == kAlone ? 0.0 : sample.reference;
+        const auto& features = sample.features(way);
+        const auto at = [&](std::uint32_t feature) { return features[feature]; };
+        if (way != kCopy) prediction += Predictor(sample.known, at).predict(mode, weights);
         sum += cost_of(minus(sample.index, space.index(prediction)));
       }
       return sum * scale;
     };
 
-    std::uint32_t best = it.mode;
-    Weights weights = it.weights;
-    double least = cost(it.mode, it.weights);
-    for (std::uint32_t mode = 0; mode < kFittedMode; ++mode) {
-      if (mode == it.mode || !is_sayable(mode, known)) continue;
-      const double its = cost(mode, weights) + kModeBits;
-      if (its >= least) continue;
+    Class best = it;
+    double least = cost(it.way, it.mode, it.weights);
+    const auto offer = [&](std::uint32_t way, std::uint32_t mode, const Weights& weights,
+                           double extra) {
+      const double its = cost(way, mode, weights) + extra +
+                         (way == it.way && mode == it.mode ? 0.0 : kModeBits);
+      if (its >= least) return;
       least = its;
-      best = mode;
-    }
-    if (count[c] >= kFewestToFit && is_sayable(kFittedMode, known)) {
+      best.way = way;
+      best.mode = mode;
+      best.weights = weights;
+    };
+    for (std::uint32_t way = 0; way < (has_twins_ ? kWays : 1u); ++way) {
+      if (way == kCopy) {
+        if (it.way != kCopy) offer(way, it.mode, it.weights, 0.0);
+        continue;
+      }
+      for (std::uint32_t mode = 0; mode < kFittedMode; ++mode)
+        if ((way != it.way || mode != it.mode) && is_sayable(mode, known))
+          offer(way, mode, it.weights, 0.0);
+      if (count[c] < kFewestToFit || !is_sayable(kFittedMode, known)) continue;
       const std::size_t fitted = std::min<std::size_t>(count[c], kFitAt);
       fit.clear();
       for (std::size_t i = 0; i < fitted; ++i) {
         const Sample& sample = pick(i, fitted);
-        const auto at = [&](std::uint32_t feature) { return sample.state[feature]; };
+        const auto& features = sample.features(way);
+        const auto at = [&](std::uint32_t feature) { return features[feature]; };
         const Predictor predictor(sample.known, at);
         const double base = predictor.lattice();
-        const double target = space.state(sample.index) - base;
+        const double target =
+            space.state(sample.index) - (way == kAlone ? 0.0 : sample.reference) - base;
         if (!sample.odd && is_finite(target)) fit.push_back({predictor.terms(base), target});
       }
-      const Weights found = fit_weights(fit);
-      const double its =
-          cost(kFittedMode, found) + kWeightsBits + (it.mode == kFittedMode ? 0.0 : kModeBits);
-      if (its < least) {
-        best = kFittedMode;
-        weights = found;
-      }
+      offer(way, kFittedMode, fit_weights(fit), kWeightsBits);
     }
-    it.mode = best;
-    it.weights = weights;
+    it = best;
   }
 }
 

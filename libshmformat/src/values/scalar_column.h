@@ -32,11 +32,17 @@ class ScalarColumn {
   /// Begins a group. Encoding: as `plan` says; decoding: as the stream says. False for damage.
   bool begin_group(Coder& coder, const DomainPlan& plan);
   /// Codes the values (bits) of the elements of one tile, in order. `before`: the surprises of the
-  /// component before, by slot; empty for the first. False for damaged data.
+  /// component before, by slot; empty for the first. `reference`: bits of the same elements at the
+  /// reference step; empty unless use_reference() was called. False for damaged data.
   bool code_tile(Coder& coder, std::span<const Neighbourhood> items, std::span<std::uint64_t> bits,
-                 std::span<const ValueSurprise> before);
+                 std::span<const ValueSurprise> before,
+                 std::span<const std::uint64_t> reference = {});
   /// An element that the array does not cover: takes the state of the last one.
   void skip(const Neighbourhood& item);
+
+  void make_room(std::uint32_t slot);
+  /// Before the first element: all tiles will come with a reference.
+  void use_reference() { has_twins_ = true; }
 
   std::span<const ValueSurprise> surprises() const { return surprises_; }
 
@@ -47,6 +53,7 @@ class ScalarColumn {
     std::uint64_t tile = 0;  ///< the last one that had it, from 1
     std::uint32_t mode = kLattice;
     Weights weights{};
+    std::uint32_t way = kAlone;
   };
   /// An element as the encoder sees it.
   struct Sample {
@@ -54,10 +61,18 @@ class ScalarColumn {
     std::int64_t index = 0;
     bool odd = false;
     std::uint32_t known = 0, of_class = 0;
+    std::array<double, kFeatures> difference{};  ///< state - that of the twin
+    double reference = 0;
+    const std::array<double, kFeatures>& features(std::uint32_t way) const {
+      return way == kDifference ? difference : state;
+    }
+  };
+  /// The state of an element at the reference step.
+  struct Twin {
+    double state = 0, third = 0;
   };
   static constexpr std::uint32_t kSurpriseClasses = 27;
 
-  void make_room(std::uint32_t slot);
   void change_domain(const ValueDomain& domain);
   bool code_table(Coder& coder, const std::vector<std::int64_t>& table);
   std::uint32_t class_of(const Neighbourhood& item);
@@ -65,10 +80,14 @@ class ScalarColumn {
   bool with_space(Visit&& visit);
   template <class Space>
   bool code_items(Coder& coder, const Space& space, std::span<const Neighbourhood> items,
-                  std::span<std::uint64_t> bits, std::span<const ValueSurprise> before);
+                  std::span<std::uint64_t> bits, std::span<const ValueSurprise> before,
+                  std::span<const std::uint64_t> reference);
   template <class Space>
   void look_ahead(const Space& space, std::span<const Neighbourhood> items,
-                  std::span<const std::uint64_t> bits);
+                  std::span<const std::uint64_t> bits, std::span<const std::uint64_t> reference);
+  double twin_feature(const Neighbourhood& item, std::uint32_t feature) const;
+  double reference_state(std::uint64_t bits) const;
+  void note_twin(const Neighbourhood& item, double state);
   template <class Space>
   void choose_modes(const Space& space);
   void code_class(Coder& coder, std::uint32_t of_class);
@@ -92,6 +111,11 @@ class ScalarColumn {
   ValueSurprise last_surprise_ = 0;
   bool last_odd_ = false, last_negative_ = false;
 
+  // at the reference step
+  bool has_twins_ = false;
+  std::vector<Twin> twins_;  // by slot
+  double twin_last_ = 0, twin_before_last_ = 0;
+
   std::vector<std::uint16_t> class_numbers_;  // by key, from 1
   std::vector<Class> classes_;
   std::vector<Class> wanted_;    // encoding: what the tile at hand will say
@@ -104,6 +128,8 @@ class ScalarColumn {
   NumberModel entries_, step_;
   AdaptiveBit same_mode_, same_weights_;
   TreeModel<5> mode_;
+  TreeModel<2> way_;
+  AdaptiveBit same_odd_;
   std::array<AdaptiveBit, 2> odd_, negative_;
   std::vector<std::uint16_t> residual_numbers_;  // by context, from 1
   std::vector<Residual> residuals_;

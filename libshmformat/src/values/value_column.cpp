@@ -49,9 +49,20 @@ std::span<const Neighbourhood> ValueColumn<Coder>::covered(std::span<const Neigh
 }
 
 template <class Coder>
+void ValueColumn<Coder>::make_room(std::uint32_t slots) {
+  if (slots > 0)
+    for (auto& column : columns_) column.make_room(slots - 1);
+}
+template <class Coder>
+void ValueColumn<Coder>::use_reference() {
+  for (auto& column : columns_) column.use_reference();
+}
+
+template <class Coder>
 std::vector<std::byte> ValueColumn<Coder>::encode(const TiledItems& elements,
                                                   const std::byte* values,
-                                                  std::size_t stride) requires(!Coder::kDecodes) {
+                                                  std::size_t stride, const std::byte* reference)
+    requires(!Coder::kDecodes) {
   const std::size_t tiles = elements.tile_begin.size();
   const auto tile = [&](std::size_t t) {
     const std::size_t end = t + 1 < tiles ? elements.tile_begin[t + 1] : elements.items.size();
@@ -67,24 +78,30 @@ std::vector<std::byte> ValueColumn<Coder>::encode(const TiledItems& elements,
   for (std::size_t i = 0; i < elements.items.size(); ++i)
     count += elements.blocks.empty() || covers(elements.blocks[i]) ? 1 : 0;
 
-  std::vector<std::vector<std::uint64_t>> bits(info_.components);
+  std::vector<std::vector<std::uint64_t>> bits(info_.components), then(info_.components);
   for (std::size_t c = 0; c < info_.components; ++c) {
     bits[c].resize(count);
     for (std::size_t i = 0; i < count; ++i)
       bits[c][i] = load(values + i * stride + c * width_, width_);
+    if (reference == nullptr) continue;
+    then[c].resize(count);
+    for (std::size_t i = 0; i < count; ++i)
+      then[c][i] = load(reference + i * stride + c * width_, width_);
   }
   if (count > 0) {
     const auto [items, blocks] = tile(0);
     const auto first = covered(items, blocks);
     for (std::size_t c = 0; c < info_.components; ++c)
-      columns_[c].begin_group(coder_, choose_domain(c, first, bits[c]));
+      columns_[c].begin_group(coder_, choose_domain(c, first, bits[c], then[c]));
   }
   std::size_t at = 0;
   for (std::size_t t = 0; t < tiles; ++t) {
     const auto [items, blocks] = tile(t);
     const auto own = covered(items, blocks);
     for (std::size_t c = 0; c < info_.components && !own.empty(); ++c)
-      columns_[c].code_tile(coder_, own, std::span(bits[c]).subspan(at, own.size()), before(c));
+      columns_[c].code_tile(coder_, own, std::span(bits[c]).subspan(at, own.size()), before(c),
+                            then[c].empty() ? std::span<const std::uint64_t>()
+                                            : std::span(then[c]).subspan(at, own.size()));
     at += own.size();
   }
   return coder_.finish();
@@ -93,7 +110,8 @@ std::vector<std::byte> ValueColumn<Coder>::encode(const TiledItems& elements,
 template <class Coder>
 DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component,
                                              std::span<const Neighbourhood> first_tile,
-                                             std::span<const std::uint64_t> bits) const {
+                                             std::span<const std::uint64_t> bits,
+                                             std::span<const std::uint64_t> reference) const {
   auto plans = domain_candidates(info_, component, bits);
   if constexpr (!Coder::kDecodes) {
     std::size_t best = 0;
@@ -104,7 +122,8 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component,
           bits.begin(), bits.begin() + static_cast<std::ptrdiff_t>(first_tile.size()));
       Coder head, body;
       column.begin_group(head, plans[p]);
-      column.code_tile(body, first_tile, values, before(component));
+      column.code_tile(body, first_tile, values, before(component),
+                       reference.first(std::min(reference.size(), values.size())));
       const double size =
           static_cast<double>(head.finish().size()) + static_cast<double>(body.finish().size()) *
                                                           static_cast<double>(bits.size()) /
@@ -128,7 +147,8 @@ bool ValueColumn<Coder>::begin_group(std::span<const std::byte> bytes) requires(
 template <class Coder>
 bool ValueColumn<Coder>::decode_tile(std::span<const Neighbourhood> items,
                                      std::span<const std::uint32_t> blocks,
-                                     std::vector<std::byte>& out) requires(Coder::kDecodes) {
+                                     std::vector<std::byte>& out, const std::byte* reference)
+    requires(Coder::kDecodes) {
   const auto own = covered(items, blocks);
   if (own.empty()) return true;
   if (!std::exchange(begun_, true))
@@ -138,7 +158,10 @@ bool ValueColumn<Coder>::decode_tile(std::span<const Neighbourhood> items,
   out.resize(base + own.size() * stride);
   bits_.resize(own.size());
   for (std::size_t c = 0; c < info_.components; ++c) {
-    if (!columns_[c].code_tile(coder_, own, bits_, before(c))) return false;
+    reference_bits_.resize(reference == nullptr ? 0 : own.size());
+    for (std::size_t i = 0; i < reference_bits_.size(); ++i)
+      reference_bits_[i] = load(reference + i * stride + c * width_, width_);
+    if (!columns_[c].code_tile(coder_, own, bits_, before(c), reference_bits_)) return false;
     std::byte* to = out.data() + base + c * width_;
     for (std::size_t i = 0; i < own.size(); ++i) store(to + i * stride, bits_[i], width_);
   }

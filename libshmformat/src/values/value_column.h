@@ -30,22 +30,31 @@ class ValueColumn {
   /// `covers(block)`: whether cells of the block have a value; of point arrays all have.
   ValueColumn(const ArrayInfo& info, std::vector<char> covers);
 
+  /// Before a group that names these slots, where groups before may have been left out.
+  void make_room(std::uint32_t slots);
+  /// Before the first element: all groups will come with a reference.
+  void use_reference();
+
+  // `reference`: values at another time step of the covered elements, as these are; or null.
   /// Encoding: all values of a group, of the covered elements in order, `stride` bytes apart.
   std::vector<std::byte> encode(const TiledItems& elements, const std::byte* values,
-                                std::size_t stride) requires(!Coder::kDecodes);
+                                std::size_t stride, const std::byte* reference = nullptr)
+      requires(!Coder::kDecodes);
 
   /// Decoding. `bytes` are borrowed until the next call.
   bool begin_group(std::span<const std::byte> bytes) requires(Coder::kDecodes);
   /// The values of the elements of the next tile, packed, appended to `out`.
   bool decode_tile(std::span<const Neighbourhood> items, std::span<const std::uint32_t> blocks,
-                   std::vector<std::byte>& out) requires(Coder::kDecodes);
+                   std::vector<std::byte>& out, const std::byte* reference = nullptr)
+      requires(Coder::kDecodes);
 
  private:
   std::span<const ValueSurprise> before(std::size_t component) const {
     return component == 0 ? std::span<const ValueSurprise>() : columns_[component - 1].surprises();
   }
   DomainPlan choose_domain(std::size_t component, std::span<const Neighbourhood> first_tile,
-                           std::span<const std::uint64_t> bits) const;
+                           std::span<const std::uint64_t> bits,
+                           std::span<const std::uint64_t> reference) const;
   bool covers(std::uint32_t block) const { return covers_.empty() || covers_[block] != 0; }
   /// Those of the tile that are covered; the others take the last state.
   std::span<const Neighbourhood> covered(std::span<const Neighbourhood> items,
@@ -56,7 +65,7 @@ class ValueColumn {
   std::size_t width_;
   std::vector<ScalarColumn<Coder>> columns_;
   std::vector<Neighbourhood> covered_;
-  std::vector<std::uint64_t> bits_;
+  std::vector<std::uint64_t> bits_, reference_bits_;
   Coder coder_;
   bool begun_ = true;
 };

@@ -42,6 +42,14 @@ enum Mode : std::uint32_t {
   kModes = 23
 };
 
+/// Where there is a reference: what a mode is applied to.
+enum Way : std::uint32_t {
+  kAlone = 0,       // the states
+  kCopy = 1,        // nothing: the state at the reference step stays
+  kDifference = 2,  // the differences from the reference step
+  kWays = 3
+};
+
 inline constexpr std::uint32_t kWeights = 12;
 inline constexpr double kWeightStep = 1.0 / 4096.0;
 using Weights = std::array<std::int32_t, kWeights>;

@@ -1,0 +1,57 @@
+// StepDecoder: step_values chunks in, values of stepped arrays out. The mirror of step_encoder.h.
+// spec: "Step values"
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "shm/reader.h"
+#include "step_values.h"
+
+namespace shm {
+
+class StepDecoder {
+ public:
+  /// `schema` is checked, borrowed, and so is `topology`, of the whole mesh. `elements`: how many
+  /// each array has.
+  StepDecoder(const Schema& schema, const ReadLimits& limits, TopologyReplay& topology,
+              std::vector<std::uint64_t> elements);
+
+  /// The values of a chunk. Complaints name no place.
+  Result<StepPiece> read(const container::StepHeader& header, std::span<const std::byte> bytes);
+  /// Whether all steps that have begun are complete.
+  bool is_complete() const;
+
+ private:
+  /// Of an array: its last step.
+  struct Last {
+    bool begun = false;
+    std::uint64_t step = 0, first = 0;  // element after the last one
+    std::size_t group = 0;              // after the last one
+    std::optional<StepColumn<RangeDecoder>> column;
+    /// Whole steps of one array: those of `step` up to `first`, of the step before behind it.
+    std::vector<std::byte> values;
+    std::optional<std::uint64_t> step_before;
+  };
+
+  Result<void> begin_step(const container::StepHeader& header);
+  Result<void> expect_group(const container::StepHeader& header);
+  Result<std::vector<std::byte>> decode(const container::StepHeader& header,
+                                        std::span<const std::byte> bytes);
+  Error wrong(const container::StepHeader& header, const std::string& detail,
+              ErrorCode code = ErrorCode::corrupt) const;
+
+  const Schema* schema_;
+  ReadLimits limits_;
+  TopologyReplay* topology_;
+  std::vector<std::uint64_t> elements_;
+  bool may_refer_;
+  std::vector<Last> last_;  // by array
+};
+
+}  // namespace shm

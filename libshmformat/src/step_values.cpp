@@ -1,0 +1,114 @@
+#include "step_values.h"
+
+#include "bytes/byte_cursor.h"
+#include "packing.h"
+
+namespace shm {
+namespace {
+
+constexpr int kZstdLevel = 9;
+
+/// Byte b of every scalar together, least significant byte first.
+std::vector<std::byte> shuffle(std::span<const std::byte> values, std::size_t width) {
+  const std::size_t count = values.size() / width;
+  std::vector<std::byte> little(values.size()), out(values.size());
+  copy_little_endian(little.data(), values.data(), count, width);
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t b = 0; b < width; ++b) out[b * count + i] = little[i * width + b];
+  return out;
+}
+std::vector<std::byte> unshuffle(std::span<const std::byte> planes, std::size_t width) {
+  const std::size_t count = planes.size() / width;
+  std::vector<std::byte> little(planes.size()), out(planes.size());
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t b = 0; b < width; ++b) little[i * width + b] = planes[b * count + i];
+  copy_little_endian(out.data(), little.data(), count, width);
+  return out;
+}
+
+/// By TiledItems::blocks: which elements have a value.
+std::vector<char> coverage(const Schema& schema, std::uint32_t array, std::uint32_t segment) {
+  if (schema.arrays[array].location == Location::point)
+    return segment == 0 ? std::vector<char>() : std::vector<char>{1, 0};
+  std::vector<char> covers(schema.blocks.size());
+  for (std::uint32_t b = 0; b < covers.size(); ++b)
+    covers[b] = schema.array_covers(array, b) ? 1 : 0;
+  return covers;
+}
+
+}  // namespace
+
+bool steps_may_refer(const Schema& schema, std::span<const std::uint64_t> elements) {
+  std::uint64_t bytes = 0;
+  for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
+    const ArrayInfo& info = schema.arrays[a];
+    if (!info.per_step) continue;
+    if (elements[a] > kMostReferenceBytes) return false;  // and no product overflows
+    bytes += elements[a] * scalar_bytes(info.type) * info.components;
+    if (bytes > kMostReferenceBytes) return false;
+  }
+  return true;
+}
+
+template <class Coder>
+bool StepColumn<Coder>::begin(std::uint32_t segment, bool refers) {
+  const bool goes_on = column_ && segment == segment_;
+  if (goes_on && refers != refers_) return false;
+  if (!goes_on) {
+    column_.emplace(schema_->arrays[array_], coverage(*schema_, array_, segment));
+    if (refers) column_->use_reference();
+  }
+  segment_ = segment;
+  refers_ = refers;
+  return true;
+}
+
+template <class Coder>
+std::vector<std::byte> StepColumn<Coder>::encode(
+    const GroupElements& elements, std::span<const std::byte> values,
+    std::span<const std::byte> reference) requires(!Coder::kDecodes) {
+  const ArrayInfo& info = schema_->arrays[array_];
+  column_->make_room(elements.slots);
+  return column_->encode(items(elements), values.data(), scalar_bytes(info.type) * info.components,
+                         reference.empty() ? nullptr : reference.data());
+}
+
+template <class Coder>
+std::optional<std::vector<std::byte>> StepColumn<Coder>::decode(
+    const GroupElements& elements, std::span<const std::byte> bytes,
+    std::span<const std::byte> reference) requires(Coder::kDecodes) {
+  const TiledItems& all = items(elements);
+  column_->make_room(elements.slots);
+  column_->begin_group(bytes);
+  std::vector<std::byte> out;
+  for (std::size_t t = 0; t < all.tile_begin.size(); ++t) {
+    const std::size_t begin = all.tile_begin[t];
+    const std::size_t end =
+        t + 1 < all.tile_begin.size() ? all.tile_begin[t + 1] : all.items.size();
+    const auto blocks = all.blocks.empty() ? std::span<const std::uint32_t>()
+                                           : std::span(all.blocks).subspan(begin, end - begin);
+    if (!column_->decode_tile(std::span(all.items).subspan(begin, end - begin), blocks, out,
+                              reference.empty() ? nullptr : reference.data() + out.size()))
+      return std::nullopt;
+  }
+  return out;
+}
+
+template class StepColumn<RangeEncoder>;
+template class StepColumn<RangeDecoder>;
+
+std::vector<std::byte> shuffle_and_compress(const ArrayInfo& info,
+                                            std::span<const std::byte> values) {
+  return zstd_compress(shuffle(values, scalar_bytes(info.type)), kZstdLevel);
+}
+
+std::optional<std::vector<std::byte>> decompress_shuffled(const ArrayInfo& info,
+                                                          std::span<const std::byte> bytes,
+                                                          std::uint64_t count) {
+  const std::size_t width = scalar_bytes(info.type);
+  const auto planes = zstd_decompress(bytes, count * width * info.components);
+  if (!planes) return std::nullopt;
+  return unshuffle(*planes, width);
+}
+
+}  // namespace shm
