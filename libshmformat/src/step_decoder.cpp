@@ -10,8 +10,10 @@ StepDecoder::StepDecoder(const Schema& schema, const ReadLimits& limits, Topolog
       limits_(limits),
       topology_(&topology),
       elements_(std::move(elements)),
-      may_refer_(steps_may_refer(schema, elements_)),
-      last_(schema.arrays.size()) {}
+      most_(most_reference(schema, elements_)),
+      last_(schema.arrays.size()) {
+  for (Last& last : last_) last.values = StepMemory(most_);
+}
 
 Error StepDecoder::wrong(const container::StepHeader& header, const std::string& detail,
                          ErrorCode code) const {
@@ -37,14 +39,8 @@ Result<StepPiece> StepDecoder::read(const container::StepHeader& header,
   auto values = decode(header, bytes);
   if (!values) return values.error();
   StepPiece piece{header.array, header.step, last.first, std::move(*values)};
-  if (may_refer_) {
-    const std::size_t at = static_cast<std::size_t>(last.first) * (piece.values.size() / header.count);
-    if (at == last.values.size())
-      last.values.insert(last.values.end(), piece.values.begin(), piece.values.end());
-    else
-      std::copy(piece.values.begin(), piece.values.end(),
-                last.values.begin() + static_cast<std::ptrdiff_t>(at));
-  }
+  last.values.take(static_cast<std::size_t>(last.first) * (piece.values.size() / header.count),
+                   piece.values);
   last.first += header.count;
   last.group = std::size_t{header.group} + 1;
   if (last.first == elements_[header.array]) last.column.reset();
@@ -56,9 +52,12 @@ Result<void> StepDecoder::begin_step(const container::StepHeader& header) {
   Last& last = last_[header.array];
   if (last.begun && (header.step < last.step || last.first != elements_[header.array]))
     return wrong(header, "begins before another step is complete, or behind a later one");
-  last.step_before.reset();
-  if (last.begun) last.step_before = last.step;
+  if (last.begun) {
+    last.step_before = last.step;
+    last.run = last.has_referred ? last.run + 1 : 1;
+  }
   last.begun = true;
+  last.has_referred = false;
   last.step = header.step;
   last.first = 0;
   last.group = 0;
@@ -83,6 +82,24 @@ Result<void> StepDecoder::expect_group(const container::StepHeader& header) {
   return {};
 }
 
+/// A trend needs two steps, of which the later one refers to a step itself: who begins to read
+/// between them has neither.
+Result<StepReference> StepDecoder::reference_of(const container::StepHeader& header) const {
+  const Last& last = last_[header.array];
+  const StepReference kind = header.reference_step == header.step ? StepReference::nothing
+                             : header.trend                       ? StepReference::trend
+                                                                  : StepReference::before;
+  if (kind == StepReference::nothing) {
+    if (header.trend) return wrong(header, "has a trend, but refers to no step");
+    return kind;
+  }
+  if (last.run == 0 || header.reference_step != last.step_before ||
+      (kind == StepReference::trend && last.run < 2))
+    return wrong(header, "refers to a step that is not the one before it");
+  if (kind > most_) return wrong(header, "refers to steps that are too large to hold");
+  return kind;
+}
+
 Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& header,
                                                    std::span<const std::byte> bytes) {
   using container::Codec;
@@ -93,9 +110,10 @@ Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& 
     return wrong(header, "a group takes more than the limit of " +
                              std::to_string(limits_.max_group_bytes) + " bytes",
                  ErrorCode::over_limit);
-  const bool refers = header.reference_step != header.step;
+  const auto kind = reference_of(header);
+  if (!kind) return kind.error();
   if (header.codec == Codec::shuffled_zstd) {
-    if (refers) return wrong(header, "this codec refers to no other step");
+    if (*kind != StepReference::nothing) return wrong(header, "this codec refers to no step");
     last.column->forget();
     auto values = decompress_shuffled(info, bytes, header.count);
     if (!values) return wrong(header, "its bytes cannot be unpacked");
@@ -103,18 +121,14 @@ Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& 
   }
   if (header.codec != Codec::columns || info.components > kMostStepComponents)
     return wrong(header, "its codec is unknown");
-  std::span<const std::byte> reference;
-  if (refers) {
-    if (!may_refer_ || last.step_before != header.reference_step)
-      return wrong(header, "refers to a step that is not the one before it, or too large to hold");
-    reference = std::span(last.values)
-                    .subspan(static_cast<std::size_t>(last.first) * stride,
-                             static_cast<std::size_t>(header.count) * stride);
-  }
-  if (!last.column->begin(topology_->segment_of(header.group), refers))
-    return wrong(header, "refers to another step than the group before");
+  if (!last.column->begin(topology_->segment_of(header.group), *kind))
+    return wrong(header, "refers to something else than the group before");
+  last.has_referred = last.has_referred || *kind != StepReference::nothing;
   const auto elements = topology_->elements(header.group);
   if (!elements) return elements.error();
+  const auto reference =
+      last.values.reference(*kind, info, static_cast<std::size_t>(last.first) * stride,
+                            static_cast<std::size_t>(header.count) * stride);
   auto values = last.column->decode(**elements, bytes, reference);
   if (!values) return wrong(header, "its values make no sense");
   return std::move(*values);

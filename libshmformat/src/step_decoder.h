@@ -34,13 +34,15 @@ class StepDecoder {
     std::uint64_t step = 0, first = 0;  // element after the last one
     std::size_t group = 0;              // after the last one
     std::optional<StepColumn<RangeDecoder>> column;
-    /// Whole steps of one array: those of `step` up to `first`, of the step before behind it.
-    std::vector<std::byte> values;
-    std::optional<std::uint64_t> step_before;
+    StepMemory values;
+    std::uint64_t step_before = 0;
+    std::uint32_t run = 0;  // steps since one that refers to no other, up to step_before
+    bool has_referred = false;
   };
 
   Result<void> begin_step(const container::StepHeader& header);
   Result<void> expect_group(const container::StepHeader& header);
+  Result<StepReference> reference_of(const container::StepHeader& header) const;
   Result<std::vector<std::byte>> decode(const container::StepHeader& header,
                                         std::span<const std::byte> bytes);
   Error wrong(const container::StepHeader& header, const std::string& detail,
@@ -50,7 +52,7 @@ class StepDecoder {
   ReadLimits limits_;
   TopologyReplay* topology_;
   std::vector<std::uint64_t> elements_;
-  bool may_refer_;
+  StepReference most_;
   std::vector<Last> last_;  // by array
 };
 

@@ -19,9 +19,9 @@ StepEncoder::StepEncoder(const Schema& schema, TopologyReplay& topology,
       topology_(&topology),
       elements_(std::move(elements)),
       key_steps_(key_steps),
-      may_refer_(key_steps > 1 && steps_may_refer(schema, elements_)),
+      most_(key_steps > 1 ? most_reference(schema, elements_) : StepReference::nothing),
       sink_(std::move(sink)),
-      before_(schema.arrays.size()) {}
+      before_(schema.arrays.size(), Before{0, 0, StepMemory(most_)}) {}
 
 Result<void> StepEncoder::add(std::uint32_t array, std::uint64_t step,
                               std::span<const std::byte> values) {
@@ -45,8 +45,10 @@ Result<void> StepEncoder::add(std::uint32_t array, std::uint64_t step,
 Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   Before& before = before_[array];
   if (step < before.next_step) return misuse("steps of an array must ascend");
-  reference_step_.reset();
-  if (!before.values.empty() && before.run < key_steps_) reference_step_ = before.next_step - 1;
+  reference_step_ = before.next_step - 1;  // of no matter where nothing may be referred to
+  most_here_ = before.run == 0 || before.run >= key_steps_ ? StepReference::nothing
+               : before.run == 1 ? std::min(most_, StepReference::before)
+                                 : most_;
   before.next_step = step + 1;
   steps_ = std::max(steps_, step + 1);
   array_ = array;
@@ -54,7 +56,7 @@ Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   first_ = 0;
   group_ = 0;
   count_ = 0;
-  refers_.reset();
+  reference_.reset();
   has_referred_ = false;
   column_.emplace(*schema_, array);
   return {};
@@ -75,12 +77,7 @@ Result<void> StepEncoder::begin_group() {
 
 Result<void> StepEncoder::end_group() {
   const std::size_t group = group_ - 1;
-  Before& before = before_[*array_];
-  std::span<const std::byte> reference;
-  if (reference_step_)
-    reference = std::span(before.values)
-                    .subspan(static_cast<std::size_t>(first_) * stride(), pending_.size());
-  auto coded = encode(reference);
+  auto coded = encode();
   if (!coded) return coded.error();
   container::StepHeader header;
   header.array = *array_;
@@ -88,19 +85,13 @@ Result<void> StepEncoder::end_group() {
   header.group = static_cast<std::uint32_t>(group);
   header.count = count_;
   header.codec = coded->codec;
-  if (coded->codec == container::Codec::columns && *refers_) {
-    header.reference_step = *reference_step_;
+  if (coded->codec == container::Codec::columns && *reference_ != StepReference::nothing) {
+    header.reference_step = reference_step_;
+    header.trend = *reference_ == StepReference::trend;
     has_referred_ = true;
   }
   if (auto good = sink_(header, first_, coded->bytes); !good) return good;
-  if (may_refer_) {
-    const std::size_t at = static_cast<std::size_t>(first_) * stride();
-    if (at == before.values.size())
-      before.values.insert(before.values.end(), pending_.begin(), pending_.end());
-    else
-      std::copy(pending_.begin(), pending_.end(),
-                before.values.begin() + static_cast<std::ptrdiff_t>(at));
-  }
+  before_[*array_].values.take(static_cast<std::size_t>(first_) * stride(), pending_);
   first_ += count_;
   count_ = 0;
   pending_.clear();
@@ -108,7 +99,7 @@ Result<void> StepEncoder::end_group() {
 }
 
 /// What is pending, the smaller way.
-Result<StepBytes> StepEncoder::encode(std::span<const std::byte> reference) {
+Result<StepBytes> StepEncoder::encode() {
   const ArrayInfo& info = schema_->arrays[*array_];
   StepBytes packed{container::Codec::shuffled_zstd, shuffle_and_compress(info, pending_)};
   if (info.components > kMostStepComponents) return packed;
@@ -116,32 +107,33 @@ Result<StepBytes> StepEncoder::encode(std::span<const std::byte> reference) {
   const auto elements = topology_->elements(group);
   if (!elements) return elements.error();
   StepBytes predicted;
-  if (!refers_ && !reference.empty()) {
-    predicted.bytes = choose_reference(**elements, reference);
+  if (!reference_ && most_here_ != StepReference::nothing) {
+    predicted.bytes = choose_reference(**elements);
   } else {
-    if (!refers_) refers_ = false;
-    column_->begin(topology_->segment_of(group), *refers_);
-    predicted.bytes = column_->encode(**elements, pending_,
-                                      *refers_ ? reference : std::span<const std::byte>());
+    if (!reference_) reference_ = StepReference::nothing;
+    column_->begin(topology_->segment_of(group), *reference_);
+    predicted.bytes = column_->encode(**elements, pending_, reference(*reference_));
   }
   if (packed.bytes.empty() || predicted.bytes.size() <= packed.bytes.size()) return predicted;
   column_->forget();
   return packed;
 }
 
-/// The first group of a step says whether all of them refer to the step before.
-std::vector<std::byte> StepEncoder::choose_reference(const GroupElements& elements,
-                                                     std::span<const std::byte> reference) {
-  const std::uint32_t segment = topology_->segment_of(group_ - 1);
-  Column with(*schema_, *array_);
-  column_->begin(segment, false);
-  with.begin(segment, true);
-  auto alone = column_->encode(elements, pending_, {});
-  auto referring = with.encode(elements, pending_, reference);
-  refers_ = referring.size() < alone.size();
-  if (!*refers_) return alone;
-  column_ = std::move(with);
-  return referring;
+/// The first group of a step says what all of them refer to.
+std::vector<std::byte> StepEncoder::choose_reference(const GroupElements& elements) {
+  std::vector<std::byte> best;
+  for (const StepReference kind :
+       {StepReference::nothing, StepReference::before, StepReference::trend}) {
+    if (kind > most_here_) break;
+    Column column(*schema_, *array_);
+    column.begin(topology_->segment_of(group_ - 1), kind);
+    auto bytes = column.encode(elements, pending_, reference(kind));
+    if (reference_ && bytes.size() >= best.size()) continue;
+    reference_ = kind;
+    best = std::move(bytes);
+    column_ = std::move(column);
+  }
+  return best;
 }
 
 Result<void> StepEncoder::end_step() {

@@ -37,16 +37,20 @@ class StepEncoder {
   struct Before {
     std::uint64_t next_step = 0;  ///< the first that may come
     std::uint32_t run = 0;        ///< steps since one that refers to no other, it included
-    std::vector<std::byte> values;
+    StepMemory values;
   };
   using Column = StepColumn<RangeEncoder>;
 
   Result<void> begin_step(std::uint32_t array, std::uint64_t step);
   Result<void> begin_group();
   Result<void> end_group();
-  Result<StepBytes> encode(std::span<const std::byte> reference);
-  std::vector<std::byte> choose_reference(const GroupElements& elements,
-                                          std::span<const std::byte> reference);
+  Result<StepBytes> encode();
+  std::vector<std::byte> choose_reference(const GroupElements& elements);
+  std::span<const std::byte> reference(StepReference kind) {
+    return before_[*array_].values.reference(kind, schema_->arrays[*array_],
+                                             static_cast<std::size_t>(first_) * stride(),
+                                             pending_.size());
+  }
   std::size_t stride() const {
     return scalar_bytes(schema_->arrays[*array_].type) * schema_->arrays[*array_].components;
   }
@@ -55,7 +59,7 @@ class StepEncoder {
   TopologyReplay* topology_;
   std::vector<std::uint64_t> elements_;
   std::uint32_t key_steps_;
-  bool may_refer_;
+  StepReference most_;
   Sink sink_;
   std::uint64_t steps_ = 0;
   std::vector<Before> before_;  // by array
@@ -63,8 +67,9 @@ class StepEncoder {
   // the array and step at hand
   std::optional<std::uint32_t> array_;
   std::uint64_t step_ = 0, first_ = 0;
-  std::optional<std::uint64_t> reference_step_;  // that it may refer to
-  std::optional<bool> refers_;                   // once chosen
+  std::uint64_t reference_step_ = 0;
+  StepReference most_here_ = StepReference::nothing;
+  std::optional<StepReference> reference_;  // once chosen
   bool has_referred_ = false;
   std::optional<Column> column_;
   std::size_t group_ = 0;

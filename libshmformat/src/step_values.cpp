@@ -1,5 +1,10 @@
 #include "step_values.h"
 
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <type_traits>
+
 #include "bytes/byte_cursor.h"
 #include "packing.h"
 
@@ -36,30 +41,85 @@ std::vector<char> coverage(const Schema& schema, std::uint32_t array, std::uint3
   return covers;
 }
 
+/// last + (last - before) for each scalar: integers modulo their range; floating-point numbers as
+/// they are rounded, or `last` where that is not finite.
+template <class T>
+void go_on(std::span<const std::byte> last, std::span<const std::byte> before,
+           std::span<std::byte> out) {
+  for (std::size_t i = 0; i < out.size(); i += sizeof(T)) {
+    T a{}, b{};
+    std::memcpy(&a, last.data() + i, sizeof(T));
+    std::memcpy(&b, before.data() + i, sizeof(T));
+    if constexpr (std::is_integral_v<T>) {
+      const auto whole = static_cast<std::uint64_t>(a);
+      a = static_cast<T>(whole + (whole - static_cast<std::uint64_t>(b)));
+    } else {
+      const T next = a + (a - b);
+      if (std::isfinite(next)) a = next;
+    }
+    std::memcpy(out.data() + i, &a, sizeof(T));
+  }
+}
+
 }  // namespace
 
-bool steps_may_refer(const Schema& schema, std::span<const std::uint64_t> elements) {
+StepReference most_reference(const Schema& schema, std::span<const std::uint64_t> elements) {
   std::uint64_t bytes = 0;
   for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
     const ArrayInfo& info = schema.arrays[a];
     if (!info.per_step) continue;
-    if (elements[a] > kMostReferenceBytes) return false;  // and no product overflows
+    if (elements[a] > kMostReferenceBytes) return StepReference::nothing;  // no product overflows
     bytes += elements[a] * scalar_bytes(info.type) * info.components;
-    if (bytes > kMostReferenceBytes) return false;
+    if (bytes > kMostReferenceBytes) return StepReference::nothing;
   }
-  return true;
+  return 2 * bytes > kMostReferenceBytes ? StepReference::before : StepReference::trend;
+}
+
+// --- the steps before
+
+void StepMemory::take(std::size_t at, std::span<const std::byte> values) {
+  if (most_ == StepReference::nothing) return;
+  const auto put = [&](std::vector<std::byte>& to, std::span<const std::byte> from) {
+    if (to.size() < at + from.size()) to.resize(at + from.size());
+    std::copy(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(at));
+  };
+  if (most_ == StepReference::trend && last_.size() >= at + values.size())
+    put(before_last_, std::span(last_).subspan(at, values.size()));
+  put(last_, values);
+}
+
+std::span<const std::byte> StepMemory::reference(StepReference kind, const ArrayInfo& info,
+                                                 std::size_t at, std::size_t bytes) {
+  if (kind == StepReference::nothing) return {};
+  const auto last = std::span(last_).subspan(at, bytes);
+  if (kind == StepReference::before) return last;
+  trend_.resize(bytes);
+  const auto before = std::span(before_last_).subspan(at, bytes);
+  switch (info.type) {
+    case ScalarType::int8: go_on<std::int8_t>(last, before, trend_); break;
+    case ScalarType::uint8: go_on<std::uint8_t>(last, before, trend_); break;
+    case ScalarType::int16: go_on<std::int16_t>(last, before, trend_); break;
+    case ScalarType::uint16: go_on<std::uint16_t>(last, before, trend_); break;
+    case ScalarType::int32: go_on<std::int32_t>(last, before, trend_); break;
+    case ScalarType::uint32: go_on<std::uint32_t>(last, before, trend_); break;
+    case ScalarType::int64: go_on<std::int64_t>(last, before, trend_); break;
+    case ScalarType::uint64: go_on<std::uint64_t>(last, before, trend_); break;
+    case ScalarType::float32: go_on<float>(last, before, trend_); break;
+    case ScalarType::float64: go_on<double>(last, before, trend_); break;
+  }
+  return trend_;
 }
 
 template <class Coder>
-bool StepColumn<Coder>::begin(std::uint32_t segment, bool refers) {
+bool StepColumn<Coder>::begin(std::uint32_t segment, StepReference reference) {
   const bool goes_on = column_ && segment == segment_;
-  if (goes_on && refers != refers_) return false;
+  if (goes_on && reference != reference_) return false;
   if (!goes_on) {
     column_.emplace(schema_->arrays[array_], coverage(*schema_, array_, segment));
-    if (refers) column_->use_reference();
+    if (reference != StepReference::nothing) column_->use_reference();
   }
   segment_ = segment;
-  refers_ = refers;
+  reference_ = reference;
   return true;
 }
 

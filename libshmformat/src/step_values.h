@@ -18,12 +18,36 @@ namespace shm {
 
 /// Arrays of more components are left to zstd: columns cost memory each.
 inline constexpr std::uint32_t kMostStepComponents = 1024;
-/// Values may refer to the step before if one step of all stepped arrays takes no more than this,
-/// which both sides hold.
+/// Values may refer to the steps before where these, of all stepped arrays together, take no more
+/// than this, since both sides hold them.
 inline constexpr std::uint64_t kMostReferenceBytes = std::uint64_t{1} << 27;
 
-/// `elements`: how many each array has, by array.
-bool steps_may_refer(const Schema& schema, std::span<const std::uint64_t> elements);
+/// What the values of a step may refer to.
+enum class StepReference : std::uint8_t {
+  nothing,
+  before,  ///< the step before
+  trend,   ///< what the two steps before lead to
+};
+/// The most that a file allows. `elements`: how many each array has, by array.
+StepReference most_reference(const Schema& schema, std::span<const std::uint64_t> elements);
+
+/// What is held of the last steps of an array.
+class StepMemory {
+ public:
+  /// `most`: what may be asked of it.
+  explicit StepMemory(StepReference most = StepReference::nothing) : most_(most) {}
+
+  /// Takes note of values of a step, from byte `at` on. All of a step come in order.
+  void take(std::size_t at, std::span<const std::byte> values);
+  /// What the values from byte `at` on may refer to, valid until the next call; `info` is of the
+  /// array. Must hold: so many steps have been taken, and are allowed.
+  std::span<const std::byte> reference(StepReference kind, const ArrayInfo& info, std::size_t at,
+                                       std::size_t bytes);
+
+ private:
+  StepReference most_;
+  std::vector<std::byte> last_, before_last_, trend_;
+};
 
 struct StepBytes {
   container::Codec codec = container::Codec::columns;
@@ -38,13 +62,12 @@ class StepColumn {
   StepColumn(const Schema& schema, std::uint32_t array) : schema_(&schema), array_(array) {}
 
   /// Before each group in columns. It goes on with what the group before has left, if that is of the
-  /// same segment. False if it cannot, because only one of both refers to another step.
-  bool begin(std::uint32_t segment, bool refers);
+  /// same segment. False if it cannot, because that group refers to something else.
+  bool begin(std::uint32_t segment, StepReference reference);
   /// After a group that was coded otherwise: the next one starts afresh.
   void forget() { column_.reset(); }
 
-  /// Encoding. `values`: those of the group's elements; `reference`: theirs at the reference step,
-  /// or empty.
+  /// Encoding. `values`: those of the group's elements; `reference`: what they refer to, or empty.
   std::vector<std::byte> encode(const GroupElements& elements, std::span<const std::byte> values,
                                 std::span<const std::byte> reference) requires(!Coder::kDecodes);
   /// Decoding. Nothing for damaged data.
@@ -61,7 +84,7 @@ class StepColumn {
   std::uint32_t array_;
   std::optional<ValueColumn<Coder>> column_;
   std::uint32_t segment_ = 0;
-  bool refers_ = false;
+  StepReference reference_ = StepReference::nothing;
 };
 
 extern template class StepColumn<RangeEncoder>;

@@ -116,6 +116,7 @@ struct StepHeader {
   std::uint32_t array = 0;
   std::uint64_t step = 0;
   std::uint64_t reference_step = 0;  ///< == step: no other step is needed
+  bool trend = false;                ///< the reference goes on from the step before it
   std::uint32_t group = 0;           ///< the elements are those of this group; from 0 in the file
   std::uint64_t count = 0;           ///< elements, at least 1
   Codec codec = Codec::columns;

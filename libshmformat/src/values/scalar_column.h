@@ -42,7 +42,10 @@ class ScalarColumn {
 
   void make_room(std::uint32_t slot);
   /// Before the first element: all tiles will come with a reference.
-  void use_reference() { has_twins_ = true; }
+  void use_reference() {
+    has_twins_ = true;
+    twins_.resize(states_.size());
+  }
 
   std::span<const ValueSurprise> surprises() const { return surprises_; }
 
