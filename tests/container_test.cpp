@@ -126,7 +126,7 @@ TEST(Container, GroupHeaderThatCannotBe) {
 }
 
 TEST(Container, StepHeader) {
-  const StepHeader header{3, 1 << 20, 1 << 19, 77, std::uint64_t{1} << 33, Codec::shuffled_zstd};
+  const StepHeader header{3, 1 << 20, 1 << 19, true, 77, std::uint64_t{1} << 33, Codec::shuffled_zstd};
   ByteWriter out;
   put(out, header);
   ByteReader in(out.bytes);
@@ -136,6 +136,7 @@ TEST(Container, StepHeader) {
   EXPECT_EQ(back.array, header.array);
   EXPECT_EQ(back.step, header.step);
   EXPECT_EQ(back.reference_step, header.reference_step);
+  EXPECT_TRUE(back.trend);
   EXPECT_EQ(back.group, header.group);
   EXPECT_EQ(back.count, header.count);
   EXPECT_EQ(back.codec, header.codec);

@@ -250,14 +250,58 @@ TEST(StepValues, NothingRefersWhereAStepIsTooLarge) {
   schema.arrays.push_back(array_of("a", Location::point, ScalarType::float64, 16));
   schema.arrays.push_back(array_of("b", Location::cell, ScalarType::uint8, 65535));
   for (ArrayInfo& info : schema.arrays) info.per_step = true;
-  const auto may = [&](std::uint64_t points, std::uint64_t cells) {
-    return steps_may_refer(schema, std::vector<std::uint64_t>{points, cells});
+  const auto most = [&](std::uint64_t points, std::uint64_t cells) {
+    return most_reference(schema, std::vector<std::uint64_t>{points, cells});
   };
-  EXPECT_TRUE(may(1 << 20, 0));
-  EXPECT_FALSE(may((1 << 20) + 1, 0));
-  EXPECT_FALSE(may(1 << 20, 1));
-  EXPECT_FALSE(may(~std::uint64_t{0}, 0));
-  EXPECT_FALSE(may(0, ~std::uint64_t{0} / 2));
+  EXPECT_EQ(most(1 << 19, 0), StepReference::trend);
+  EXPECT_EQ(most(1 << 19, 1), StepReference::before);
+  EXPECT_EQ(most(1 << 20, 0), StepReference::before);
+  EXPECT_EQ(most((1 << 20) + 1, 0), StepReference::nothing);
+  EXPECT_EQ(most(1 << 20, 1), StepReference::nothing);
+  EXPECT_EQ(most(~std::uint64_t{0}, 0), StepReference::nothing);
+  EXPECT_EQ(most(0, ~std::uint64_t{0} / 2), StepReference::nothing);
+}
+
+template <class T>
+std::vector<T> trend_of(ScalarType type, const std::vector<T>& first, const std::vector<T>& second) {
+  StepMemory memory(StepReference::trend);
+  memory.take(0, std::as_bytes(std::span(first)));
+  for (std::size_t at = 0; at < second.size(); ++at)  // in pieces
+    memory.take(at * sizeof(T), std::as_bytes(std::span(second)).subspan(at * sizeof(T), sizeof(T)));
+  const ArrayInfo info = array_of("a", Location::point, type);
+  const std::size_t bytes = second.size() * sizeof(T);
+  const auto before = memory.reference(StepReference::before, info, 0, bytes);
+  EXPECT_TRUE(std::equal(before.begin(), before.end(), std::as_bytes(std::span(second)).begin()));
+  const auto trend = memory.reference(StepReference::trend, info, 0, bytes);
+  std::vector<T> out(second.size());
+  std::memcpy(out.data(), trend.data(), bytes);
+  return out;
+}
+
+TEST(StepValues, ATrendGoesOn) {
+  constexpr double kMost = std::numeric_limits<double>::max();
+  EXPECT_EQ(trend_of<double>(ScalarType::float64, {1, -kMost, 5}, {1.5, kMost, 5}),
+            (std::vector<double>{2, kMost, 5}));
+  EXPECT_EQ(trend_of<float>(ScalarType::float32, {1, 2}, {3, -2}), (std::vector<float>{5, -6}));
+  EXPECT_EQ(trend_of<std::int8_t>(ScalarType::int8, {0, -128}, {100, 127}),
+            (std::vector<std::int8_t>{-56, 126}));
+  EXPECT_EQ(trend_of<std::uint64_t>(ScalarType::uint64, {0, ~std::uint64_t{0}}, {1, 0}),
+            (std::vector<std::uint64_t>{2, 1}));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(trend_of<double>(ScalarType::float64, {nan}, {7}), std::vector<double>{7});
+}
+
+TEST(StepValues, ATrendIsFollowed) {
+  Stepped it = waves(4);
+  for (auto& [key, values] : it.values)  // noise, moving on at the same pace everywhere
+    for (std::size_t i = 0; i < values.size() / 8; ++i) {
+      const double v = static_cast<double>(i * 2654435761u % 1000003) * 0x1p-20 *
+                       (64 + static_cast<double>(key.second));
+      std::memcpy(&values[8 * i], &v, 8);
+    }
+  const auto headers = headers_of(expect_values_back(it));
+  ASSERT_EQ(headers.size(), 4u);
+  for (std::size_t s = 0; s < 4; ++s) EXPECT_EQ(headers[s].trend, s >= 2) << s;
 }
 
 TEST(StepValues, ManyComponentsAreLeftToZstd) {
@@ -357,6 +401,9 @@ TEST(StepValues, LyingHeaders) {
   refused(1, [](StepHeader& h) { h.group = 0; });
   refused(5, [](StepHeader& h) { h.reference_step = h.step; });  // unlike the group before
   refused(8, [](StepHeader& h) { h.reference_step = 0; });       // not the step before
+  refused(0, [](StepHeader& h) { h.trend = true; });             // of no step
+  refused(4, [](StepHeader& h) { h.trend = true; });             // of one step
+  refused(9, [](StepHeader& h) { h.trend = !h.trend; });         // unlike the group before
   refused(0, [](StepHeader& h) { h.step = h.reference_step = 1 << 21; }, ErrorCode::over_limit);
 }
 
