@@ -126,7 +126,8 @@ TEST(Container, GroupHeaderThatCannotBe) {
 }
 
 TEST(Container, StepHeader) {
-  const StepHeader header{3, 1 << 20, 1 << 19, true, 77, std::uint64_t{1} << 33, Codec::shuffled_zstd};
+  const StepHeader header{
+      3, 1 << 20, 1 << 19, true, 77, std::uint64_t{1} << 33, Codec::shuffled_zstd};
   ByteWriter out;
   put(out, header);
   ByteReader in(out.bytes);

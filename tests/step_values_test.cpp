@@ -46,9 +46,12 @@ Bytes moving_values(const ArrayInfo& info, std::uint64_t elements, std::uint64_t
     double v = std::sin(x) * (1 + static_cast<double>(step));
     if (i % 97 == 5) v = std::numeric_limits<double>::quiet_NaN();
     if (i % 89 == 7) v = step % 2 == 0 ? -std::numeric_limits<double>::infinity() : -0.0;
-    if (info.type == ScalarType::float64) append(out, v);
-    else if (info.type == ScalarType::float32) append(out, static_cast<float>(v));
-    else append_scalar(out, info.type, static_cast<std::int64_t>(i / 7 * step));
+    if (info.type == ScalarType::float64)
+      append(out, v);
+    else if (info.type == ScalarType::float32)
+      append(out, static_cast<float>(v));
+    else
+      append_scalar(out, info.type, static_cast<std::int64_t>(i / 7 * step));
   }
   return out;
 }
@@ -72,19 +75,18 @@ Stepped with_steps(TestMesh mesh, Order order) {
 
 Bytes written(const Stepped& it, std::size_t piece_elements = 77) {
   MemorySink sink;
-  const auto report =
-      write_mesh(it.mesh, sink, it.options, [&](Writer& writer) -> Result<void> {
-        for (const auto& [key, values] : it.values) {
-          const std::size_t piece = it.mesh.stride(key.first) * piece_elements;
-          for (std::size_t at = 0; at < values.size(); at += piece)
-            if (auto good = writer.add_step_values(
-                    key.first, key.second,
-                    std::span(values).subspan(at, std::min(piece, values.size() - at)));
-                !good)
-              return good;
-        }
-        return {};
-      });
+  const auto report = write_mesh(it.mesh, sink, it.options, [&](Writer& writer) -> Result<void> {
+    for (const auto& [key, values] : it.values) {
+      const std::size_t piece = it.mesh.stride(key.first) * piece_elements;
+      for (std::size_t at = 0; at < values.size(); at += piece)
+        if (auto good = writer.add_step_values(
+                key.first, key.second,
+                std::span(values).subspan(at, std::min(piece, values.size() - at)));
+            !good)
+          return good;
+    }
+    return {};
+  });
   EXPECT_TRUE(report) << (report ? "" : report.error().message());
   return std::move(sink.bytes);
 }
@@ -96,10 +98,12 @@ Values read_values(std::span<const std::byte> bytes) {
   if (!back) return values;
   for (const StepPiece& piece : back->steps) {
     Bytes& to = values[{piece.array, piece.step}];
-    EXPECT_EQ(to.size(), piece.first * (piece.values.size() / std::max<std::size_t>(
-                                            1, piece.values.size() /
-                                                   (scalar_bytes(back->schema.arrays[piece.array].type) *
-                                                    back->schema.arrays[piece.array].components))));
+    EXPECT_EQ(to.size(),
+              piece.first * (piece.values.size() /
+                             std::max<std::size_t>(
+                                 1, piece.values.size() /
+                                        (scalar_bytes(back->schema.arrays[piece.array].type) *
+                                         back->schema.arrays[piece.array].components))));
     to.insert(to.end(), piece.values.begin(), piece.values.end());
   }
   return values;
@@ -263,11 +267,13 @@ TEST(StepValues, NothingRefersWhereAStepIsTooLarge) {
 }
 
 template <class T>
-std::vector<T> trend_of(ScalarType type, const std::vector<T>& first, const std::vector<T>& second) {
+std::vector<T> trend_of(ScalarType type, const std::vector<T>& first,
+                        const std::vector<T>& second) {
   StepMemory memory(StepReference::trend);
   memory.take(0, std::as_bytes(std::span(first)));
   for (std::size_t at = 0; at < second.size(); ++at)  // in pieces
-    memory.take(at * sizeof(T), std::as_bytes(std::span(second)).subspan(at * sizeof(T), sizeof(T)));
+    memory.take(at * sizeof(T),
+                std::as_bytes(std::span(second)).subspan(at * sizeof(T), sizeof(T)));
   const ArrayInfo info = array_of("a", Location::point, type);
   const std::size_t bytes = second.size() * sizeof(T);
   const auto before = memory.reference(StepReference::before, info, 0, bytes);
@@ -404,7 +410,8 @@ TEST(StepValues, LyingHeaders) {
   refused(0, [](StepHeader& h) { h.trend = true; });             // of no step
   refused(4, [](StepHeader& h) { h.trend = true; });             // of one step
   refused(9, [](StepHeader& h) { h.trend = !h.trend; });         // unlike the group before
-  refused(0, [](StepHeader& h) { h.step = h.reference_step = 1 << 21; }, ErrorCode::over_limit);
+  refused(
+      0, [](StepHeader& h) { h.step = h.reference_step = 1 << 21; }, ErrorCode::over_limit);
 }
 
 TEST(StepValues, StepsThatAreMissing) {
@@ -416,12 +423,28 @@ TEST(StepValues, StepsThatAreMissing) {
   }
 }
 
+TEST(StepValues, OneArrayAtATime) {
+  Stepped it = with_steps(two_blocks(), Order::keep);
+  it.options.group_cells = 120;
+  const Bytes bytes = written(it);
+  const auto headers = headers_of(bytes);
+  ASSERT_EQ(headers[1].array, 0u);
+  for (std::size_t i = 1; i < headers.size(); ++i) {
+    if (headers[i].array == 0) continue;
+    FileParts parts = take_apart(bytes);
+    std::swap(*parts.find(ChunkKind::step_values, 1), *parts.find(ChunkKind::step_values, i));
+    EXPECT_EQ(code_of(put_together(parts)), ErrorCode::corrupt);
+  }
+}
+
 TEST(StepValues, DamagedBytesGiveAsManyValuesOrNone) {
   PlainRandom random(5);
   for (int i = 0; i < 200; ++i) {
     const Bytes bytes = with_chunk(waves_file(), random.below(12), [&](StepHeader&, Bytes& values) {
-      if (i % 4 == 0) values.resize(random.below(values.size()));
-      else values[random.below(values.size())] ^= static_cast<std::byte>(1 + random.below(255));
+      if (i % 4 == 0)
+        values.resize(random.below(values.size()));
+      else
+        values[random.below(values.size())] ^= static_cast<std::byte>(1 + random.below(255));
     });
     MemorySource source(bytes);
     auto reader = Reader::open(source);
@@ -440,8 +463,7 @@ TEST(StepValues, AGroupMayTakeTooMuch) {
             ErrorCode::over_limit);
   Stepped it;
   it.mesh = grid(2, 2, 2);
-  const auto a =
-      add_stepped(it.mesh, array_of("a", Location::cell, ScalarType::float64, 2000));
+  const auto a = add_stepped(it.mesh, array_of("a", Location::cell, ScalarType::float64, 2000));
   it.values[{a, 0}] = Bytes(8 * 8 * 2000);
   limits.max_group_bytes = 100000;
   EXPECT_EQ(code_of(written(it), limits), ErrorCode::over_limit);

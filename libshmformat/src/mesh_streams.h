@@ -27,9 +27,9 @@ struct SegmentStart {
   std::uint64_t first_cell = 0, first_vertex = 0;  ///< cells and vertices of all segments before
 };
 
-/// Order::keep: the numbers of the vertices that a cell introduces. Corners of hexahedra whose coder
-/// says numbers are taken from there, all others from `stream`; number(position) refers to one:
-/// read when encoding, filled when decoding.
+/// Order::keep: the numbers of the vertices that a cell introduces. Corners of hexahedra whose
+/// coder says numbers are taken from there, all others from `stream`; number(position) refers to
+/// one: read when encoding, filled when decoding.
 template <class Coder, class Number>
 void code_vertex_numbers(Connectivity<Coder>& connectivity, VertexNumbers<Coder>& numbers,
                          Coder& stream, const CellTopology& cell, Number&& number) {

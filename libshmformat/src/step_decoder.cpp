@@ -33,7 +33,7 @@ Result<StepPiece> StepDecoder::read(const container::StepHeader& header,
     return wrong(header, "the limit is " + std::to_string(limits_.max_steps) + " steps",
                  ErrorCode::over_limit);
   Last& last = last_[header.array];
-  if (!last.begun || header.step != last.step)
+  if (array_ != header.array || header.step != last.step)
     if (auto good = begin_step(header); !good) return good.error();
   if (auto good = expect_group(header); !good) return good.error();
   auto values = decode(header, bytes);
@@ -43,14 +43,13 @@ Result<StepPiece> StepDecoder::read(const container::StepHeader& header,
                    piece.values);
   last.first += header.count;
   last.group = std::size_t{header.group} + 1;
-  if (last.first == elements_[header.array]) last.column.reset();
   return piece;
 }
 
-/// A step begins when the last one is complete.
+/// A step begins when the last one, of whatever array, is complete.
 Result<void> StepDecoder::begin_step(const container::StepHeader& header) {
   Last& last = last_[header.array];
-  if (last.begun && (header.step < last.step || last.first != elements_[header.array]))
+  if (!is_complete() || (last.begun && header.step <= last.step))
     return wrong(header, "begins before another step is complete, or behind a later one");
   if (last.begun) {
     last.step_before = last.step;
@@ -61,7 +60,8 @@ Result<void> StepDecoder::begin_step(const container::StepHeader& header) {
   last.step = header.step;
   last.first = 0;
   last.group = 0;
-  last.column.emplace(*schema_, header.array);
+  array_ = header.array;
+  column_.emplace(*schema_, header.array);
   return {};
 }
 
@@ -107,21 +107,22 @@ Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& 
   const ArrayInfo& info = schema_->arrays[header.array];
   const std::size_t stride = scalar_bytes(info.type) * info.components;
   if (header.count > limits_.max_group_bytes / stride)
-    return wrong(header, "a group takes more than the limit of " +
-                             std::to_string(limits_.max_group_bytes) + " bytes",
+    return wrong(header,
+                 "a group takes more than the limit of " + std::to_string(limits_.max_group_bytes) +
+                     " bytes",
                  ErrorCode::over_limit);
   const auto kind = reference_of(header);
   if (!kind) return kind.error();
   if (header.codec == Codec::shuffled_zstd) {
     if (*kind != StepReference::nothing) return wrong(header, "this codec refers to no step");
-    last.column->forget();
+    column_->forget();
     auto values = decompress_shuffled(info, bytes, header.count);
     if (!values) return wrong(header, "its bytes cannot be unpacked");
     return std::move(*values);
   }
   if (header.codec != Codec::columns || info.components > kMostStepComponents)
     return wrong(header, "its codec is unknown");
-  if (!last.column->begin(topology_->segment_of(header.group), *kind))
+  if (!column_->begin(topology_->segment_of(header.group), *kind))
     return wrong(header, "refers to something else than the group before");
   last.has_referred = last.has_referred || *kind != StepReference::nothing;
   const auto elements = topology_->elements(header.group);
@@ -129,15 +130,9 @@ Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& 
   const auto reference =
       last.values.reference(*kind, info, static_cast<std::size_t>(last.first) * stride,
                             static_cast<std::size_t>(header.count) * stride);
-  auto values = last.column->decode(**elements, bytes, reference);
+  auto values = column_->decode(**elements, bytes, reference);
   if (!values) return wrong(header, "its values make no sense");
   return std::move(*values);
-}
-
-bool StepDecoder::is_complete() const {
-  for (std::size_t a = 0; a < last_.size(); ++a)
-    if (last_[a].begun && last_[a].first != elements_[a]) return false;
-  return true;
 }
 
 }  // namespace shm

@@ -24,8 +24,8 @@ class StepDecoder {
 
   /// The values of a chunk. Complaints name no place.
   Result<StepPiece> read(const container::StepHeader& header, std::span<const std::byte> bytes);
-  /// Whether all steps that have begun are complete.
-  bool is_complete() const;
+  /// Whether the step that began last is complete.
+  bool is_complete() const { return array_ == kNone || last_[array_].first == elements_[array_]; }
 
  private:
   /// Of an array: its last step.
@@ -33,7 +33,6 @@ class StepDecoder {
     bool begun = false;
     std::uint64_t step = 0, first = 0;  // element after the last one
     std::size_t group = 0;              // after the last one
-    std::optional<StepColumn<RangeDecoder>> column;
     StepMemory values;
     std::uint64_t step_before = 0;
     std::uint32_t run = 0;  // steps since one that refers to no other, up to step_before
@@ -54,6 +53,9 @@ class StepDecoder {
   std::vector<std::uint64_t> elements_;
   StepReference most_;
   std::vector<Last> last_;  // by array
+  // the step at hand, of one array
+  std::uint32_t array_ = kNone;
+  std::optional<StepColumn<RangeDecoder>> column_;
 };
 
 }  // namespace shm

@@ -47,8 +47,8 @@ Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   if (step < before.next_step) return misuse("steps of an array must ascend");
   reference_step_ = before.next_step - 1;  // of no matter where nothing may be referred to
   most_here_ = before.run == 0 || before.run >= key_steps_ ? StepReference::nothing
-               : before.run == 1 ? std::min(most_, StepReference::before)
-                                 : most_;
+               : before.run == 1                           ? std::min(most_, StepReference::before)
+                                                           : most_;
   before.next_step = step + 1;
   steps_ = std::max(steps_, step + 1);
   array_ = array;
@@ -142,8 +142,7 @@ Result<void> StepEncoder::end_step() {
   const std::uint64_t got = first_ + pending_.size() / stride();
   if (got != elements_[*array_])
     return misuse("array '" + info.name + "' got " + std::to_string(got) + " elements at step " +
-                  std::to_string(step_) + ", the mesh has " +
-                  std::to_string(elements_[*array_]));
+                  std::to_string(step_) + ", the mesh has " + std::to_string(elements_[*array_]));
   Before& before = before_[*array_];
   before.run = has_referred_ ? before.run + 1 : 1;
   array_.reset();

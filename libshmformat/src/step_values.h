@@ -1,8 +1,7 @@
 // Step values: one stepped array at one step, group by group.
-// Two codecs, the smaller wins: `columns` predicts each value over the mesh, from its neighbours and
-// perhaps from the step before; `shuffled_zstd` sorts the bytes by significance and leaves them to
-// zstd.
-// spec: "Step values"
+// Two codecs, the smaller wins: `columns` predicts each value over the mesh, from its neighbours
+// and perhaps from the step before; `shuffled_zstd` sorts the bytes by significance and leaves them
+// to zstd. spec: "Step values"
 #pragma once
 
 #include <cstddef>
@@ -17,7 +16,7 @@
 namespace shm {
 
 /// Arrays of more components are left to zstd: columns cost memory each.
-inline constexpr std::uint32_t kMostStepComponents = 1024;
+inline constexpr std::uint32_t kMostStepComponents = 256;
 /// Values may refer to the steps before where these, of all stepped arrays together, take no more
 /// than this, since both sides hold them.
 inline constexpr std::uint64_t kMostReferenceBytes = std::uint64_t{1} << 27;
@@ -61,8 +60,8 @@ class StepColumn {
   /// `schema` is borrowed.
   StepColumn(const Schema& schema, std::uint32_t array) : schema_(&schema), array_(array) {}
 
-  /// Before each group in columns. It goes on with what the group before has left, if that is of the
-  /// same segment. False if it cannot, because that group refers to something else.
+  /// Before each group in columns. It goes on with what the group before has left, if that is of
+  /// the same segment. False if it cannot, because that group refers to something else.
   bool begin(std::uint32_t segment, StepReference reference);
   /// After a group that was coded otherwise: the next one starts afresh.
   void forget() { column_.reset(); }

@@ -101,9 +101,8 @@ void TopologyReplay::Replayed::new_vertices() {
   const CellTopology& it = segment_->cell;
   // Numbers matter only to a coder that says hexahedra by them.
   if (segment_->connectivity.says_numbers())
-    code_vertex_numbers(
-        segment_->connectivity, segment_->numbers, numbers_, it,
-        [&](std::uint32_t p) -> std::uint64_t& { return number_of(it.slots[p]); });
+    code_vertex_numbers(segment_->connectivity, segment_->numbers, numbers_, it,
+                        [&](std::uint32_t p) -> std::uint64_t& { return number_of(it.slots[p]); });
   const bool may_import = group_->segment > 0;
   if (may_import) segment_->imports.begin_cell(it);
   for (std::uint32_t position : it.new_positions)

@@ -32,9 +32,10 @@ class Writer::Impl {
   Impl(ByteSink& sink, Schema schema, const WriteOptions& options)
       : schema_(std::move(schema)),
         chunks_(sink),
-        mesh_(schema_, options, [this](auto segment, const auto& header, const auto& streams) {
-          return write_group(segment, header, streams);
-        }),
+        mesh_(schema_, options,
+              [this](auto segment, const auto& header, const auto& streams) {
+                return write_group(segment, header, streams);
+              }),
         key_steps_(options.key_steps),
         topology_(schema_, ~std::uint64_t{0}) {}
 
@@ -119,7 +120,8 @@ Result<void> Writer::Impl::write_group(std::uint32_t segment, const container::G
     stream_bytes_[array ? array_key(entry.array) : container::stream_name(entry.kind)] +=
         streams[s].size();
   }
-  topology_.add_group(segment, header, std::vector<std::span<const std::byte>>(streams.begin(), streams.end()));
+  topology_.add_group(segment, header,
+                      std::vector<std::span<const std::byte>>(streams.begin(), streams.end()));
   container::IndexEntry entry;
   entry.segment = segment;
   entry.first_cell = header.first_cell;
@@ -149,11 +151,10 @@ Result<void> Writer::Impl::add_step_values(std::uint32_t array, std::uint64_t st
   if (!step_values_) {
     std::vector<std::uint64_t> elements(schema_.arrays.size());
     for (std::uint32_t a = 0; a < elements.size(); ++a) elements[a] = elements_of(a);
-    step_values_.emplace(
-        schema_, topology_, std::move(elements), key_steps_,
-        [this](const auto& header, auto first, auto bytes) {
-          return write_step_values(header, first, bytes);
-        });
+    step_values_.emplace(schema_, topology_, std::move(elements), key_steps_,
+                         [this](const auto& header, auto first, auto bytes) {
+                           return write_step_values(header, first, bytes);
+                         });
   }
   return step_values_->add(array, step, values);
 }

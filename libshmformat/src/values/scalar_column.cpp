@@ -192,7 +192,8 @@ void ScalarColumn<Coder>::code_class(Coder& coder, std::uint32_t of_class) {
   it.tile = tile_;
   const Class* wanted = Coder::kDecodes ? &it : &wanted_[of_class];
   if (!coder.bit(same_mode_, wanted->mode == it.mode && wanted->way == it.way)) {
-    if (has_twins_) it.way = std::min<std::uint32_t>(code_tree(coder, way_, wanted->way), kWays - 1);
+    if (has_twins_)
+      it.way = std::min<std::uint32_t>(code_tree(coder, way_, wanted->way), kWays - 1);
     if (it.way != kCopy)
       it.mode = std::min<std::uint32_t>(code_tree(coder, mode_, wanted->mode), kModes - 1);
   }
@@ -331,9 +332,10 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
       return at(feature) - twin_feature(item, feature);
     };
     const double prediction =
-        how.way == kAlone  ? predictor.predict(how.mode, how.weights)
-        : how.way == kCopy ? then
-                           : then + Predictor(item.known, difference).predict(how.mode, how.weights);
+        how.way == kAlone ? predictor.predict(how.mode, how.weights)
+        : how.way == kCopy
+            ? then
+            : then + Predictor(item.known, difference).predict(how.mode, how.weights);
 
     bool odd = false;
     if constexpr (!Coder::kDecodes) odd = samples_[i].odd;
@@ -479,8 +481,8 @@ void ScalarColumn<Coder>::choose_modes(const Space& space) {
     double least = cost(it.way, it.mode, it.weights);
     const auto offer = [&](std::uint32_t way, std::uint32_t mode, const Weights& weights,
                            double extra) {
-      const double its = cost(way, mode, weights) + extra +
-                         (way == it.way && mode == it.mode ? 0.0 : kModeBits);
+      const double its =
+          cost(way, mode, weights) + extra + (way == it.way && mode == it.mode ? 0.0 : kModeBits);
       if (its >= least) return;
       least = its;
       best.way = way;

@@ -59,10 +59,9 @@ void ValueColumn<Coder>::use_reference() {
 }
 
 template <class Coder>
-std::vector<std::byte> ValueColumn<Coder>::encode(const TiledItems& elements,
-                                                  const std::byte* values,
-                                                  std::size_t stride, const std::byte* reference)
-    requires(!Coder::kDecodes) {
+std::vector<std::byte> ValueColumn<Coder>::encode(
+    const TiledItems& elements, const std::byte* values, std::size_t stride,
+    const std::byte* reference) requires(!Coder::kDecodes) {
   const std::size_t tiles = elements.tile_begin.size();
   const auto tile = [&](std::size_t t) {
     const std::size_t end = t + 1 < tiles ? elements.tile_begin[t + 1] : elements.items.size();
@@ -147,8 +146,8 @@ bool ValueColumn<Coder>::begin_group(std::span<const std::byte> bytes) requires(
 template <class Coder>
 bool ValueColumn<Coder>::decode_tile(std::span<const Neighbourhood> items,
                                      std::span<const std::uint32_t> blocks,
-                                     std::vector<std::byte>& out, const std::byte* reference)
-    requires(Coder::kDecodes) {
+                                     std::vector<std::byte>& out,
+                                     const std::byte* reference) requires(Coder::kDecodes) {
   const auto own = covered(items, blocks);
   if (own.empty()) return true;
   if (!std::exchange(begun_, true))

@@ -38,15 +38,15 @@ class ValueColumn {
   // `reference`: values at another time step of the covered elements, as these are; or null.
   /// Encoding: all values of a group, of the covered elements in order, `stride` bytes apart.
   std::vector<std::byte> encode(const TiledItems& elements, const std::byte* values,
-                                std::size_t stride, const std::byte* reference = nullptr)
-      requires(!Coder::kDecodes);
+                                std::size_t stride,
+                                const std::byte* reference = nullptr) requires(!Coder::kDecodes);
 
   /// Decoding. `bytes` are borrowed until the next call.
   bool begin_group(std::span<const std::byte> bytes) requires(Coder::kDecodes);
   /// The values of the elements of the next tile, packed, appended to `out`.
   bool decode_tile(std::span<const Neighbourhood> items, std::span<const std::uint32_t> blocks,
-                   std::vector<std::byte>& out, const std::byte* reference = nullptr)
-      requires(Coder::kDecodes);
+                   std::vector<std::byte>& out,
+                   const std::byte* reference = nullptr) requires(Coder::kDecodes);
 
  private:
   std::span<const ValueSurprise> before(std::size_t component) const {
