@@ -5,17 +5,15 @@
 //   codecs  nothing but the coders of connectivity and vertex numbers
 //   levels  whole Writer and Reader with all coordinates zero: what a user of the library pays
 // --corners: also writes the corners as raw int32, for other compressors.
-#include <algorithm>
 #include <charconv>
 #include <cstdio>
-#include <ctime>
-#include <functional>
 #include <map>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include "bench_mesh.h"
+#include "measure.h"
 #include "shm/reader.h"
 
 namespace shm::bench {
@@ -26,25 +24,6 @@ struct Coding {
   std::uint64_t bytes = 0;
   double encode = 0, decode = 0;  // processor seconds
 };
-
-double processor_seconds() {
-  timespec time{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
-/// The quickest of as many runs as go into `seconds`, of two at least.
-double quickest(double seconds, const std::function<void()>& run) {
-  double best = 1e300, spent = 0;
-  for (int runs = 0; runs < 2 || spent < seconds; ++runs) {
-    const double start = processor_seconds();
-    run();
-    const double took = processor_seconds() - start;
-    best = std::min(best, took);
-    spent += took;
-  }
-  return best;
-}
 
 Coding with_codec(const BenchMesh& mesh, const std::string& name, ConnectivityCodec codec,
                   double seconds) {

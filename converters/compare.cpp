@@ -96,7 +96,8 @@ std::string corners_text(std::span<const std::uint64_t> corners) {
 
 // A run of values on both sides.
 struct Column {
-  std::string what;     // "coordinates" or "array 'T', step 3"
+  std::string name;     // "coordinates" or "array 'T'"
+  std::string what;     // the same, for one step: "array 'T', step 3"
   std::string element;  // "vertex", "cell" or "element"
   ScalarType type;
   std::uint32_t components;
@@ -135,8 +136,10 @@ class Comparison {
   void differ(const std::string& sentence) {
     if (report_.differences++ < kDifferencesInWords) report_.first.push_back(sentence);
   }
-  void differ(const std::string& where, const std::string& source, const std::string& restored) {
-    differ(where + ": " + source + " in the source, " + restored + " in the restored mesh");
+  void differ(const std::string& where, const std::string& source, const std::string& restored,
+              const std::string& remark = {}) {
+    differ(where + ": " + source + " in the source, " + restored + " in the restored mesh" +
+           remark);
   }
   bool same_count(const std::string& what, std::uint64_t source, std::uint64_t restored) {
     if (source == restored) return true;
@@ -160,10 +163,11 @@ class Comparison {
                     std::span<const std::uint64_t> corners);
   bool same_corners(std::span<const std::uint64_t> source, std::uint32_t block);
   void compare_array(std::size_t array);
+  std::string array_name(std::size_t array) const;
   void compare_column(const Column& column, NumberList* order);
   void compare_values(const Column& column, std::uint64_t first, std::uint64_t count,
                       const std::byte* source, const std::byte* restored, MeasuredError* measured);
-  MeasuredError* measured_error(const Column& column, const std::string& name);
+  MeasuredError* measured_error(const Column& column);
   void compare_extras();
   void compare_extra(const Extra& source, const Extra& restored);
 
@@ -364,6 +368,7 @@ void Comparison::follow(NumberList* vertices, NumberList* cells) {
 void Comparison::compare_points() {
   const MeshInfo& info = restored_->info();
   Column column{"coordinates",
+                "coordinates",
                 "vertex",
                 info.schema.coordinate_type,
                 3,
@@ -433,6 +438,7 @@ void Comparison::compare_array(std::size_t array) {
   NumberList* order = vertex_order_;
   if (data.location == Location::cell)
     order = cell_order_ != nullptr ? &covered_->elements(array) : nullptr;
+  const std::string name = array_name(array);
   const std::uint64_t steps = data.per_step ? info.step_times.size() : 1;
   for (std::uint64_t step = 0; step < steps; ++step) {
     const auto from = [array, step](MeshSource* mesh) {
@@ -440,30 +446,39 @@ void Comparison::compare_array(std::size_t array) {
         mesh->read_array(array, step, first, count, out);
       };
     };
-    std::string what = "array '" + data.name + "'";
+    std::string what = name;
     if (data.per_step) what += ", step " + std::to_string(step);
     const char* element = data.location == Location::point ? "vertex"
                           : data.blocks.empty()            ? "cell"
                                                            : "element";
-    compare_column({std::move(what), element, data.type, data.components,
+    compare_column({name, std::move(what), element, data.type, data.components,
                     info.array_elements(array), data.quantization, from(source_), from(restored_)},
                    order);
   }
 }
 
-MeasuredError* Comparison::measured_error(const Column& column, const std::string& name) {
-  if (column.quantization.bits == 0 || !is_float(column.type)) return nullptr;
+// "array 'T'", or "array 'point/T'" where there are several T.
+std::string Comparison::array_name(std::size_t array) const {
+  constexpr std::string_view kPrefix = "array:";
+  const Schema& schema = restored_->info().schema;
+  const std::string& name = schema.arrays[array].name;
+  const bool alone = std::count_if(schema.arrays.begin(), schema.arrays.end(),
+                                   [&](const ArrayInfo& other) { return other.name == name; }) == 1;
+  return "array '" + (alone ? name : array_stream_name(schema, array).substr(kPrefix.size())) + "'";
+}
+
+MeasuredError* Comparison::measured_error(const Column& column) {
+  if (!column.quantization.lossy()) return nullptr;
   for (MeasuredError& entry : report_.measured)
-    if (entry.what == name) return &entry;
-  report_.measured.push_back({name, 0, column.quantization.max_error(column.type)});
+    if (entry.what == column.name) return &entry;
+  report_.measured.push_back({column.name, 0, column.quantization.max_error(column.type)});
   return &report_.measured.back();
 }
 
 // `order`: for each restored element the source's; null: the same.
 void Comparison::compare_column(const Column& column, NumberList* order) {
   const std::size_t stride = column.components * scalar_bytes(column.type);
-  MeasuredError* measured =
-      measured_error(column, column.what.substr(0, column.what.find(", step ")));
+  MeasuredError* measured = measured_error(column);
   std::vector<std::byte> source, restored;
   std::vector<std::uint64_t> numbers;
   PageCache cache(column.elements, stride, kCacheBytes, column.source);
@@ -493,17 +508,19 @@ void Comparison::compare_values(const Column& column, std::uint64_t first, std::
     const std::byte* a = source + i * bytes;
     const std::byte* b = restored + i * bytes;
     if (std::memcmp(a, b, bytes) == 0) continue;
+    std::string broken;
     if (measured != nullptr) {
       const double error = std::fabs(as_real(a, column.type) - as_real(b, column.type));
       if (std::isfinite(error)) {
         measured->largest = std::max(measured->largest, error);
         if (error <= measured->promised) continue;
+        broken = "; error " + number_text(error) + ", promised " + number_text(measured->promised);
       }
     }
     std::string where =
         column.what + ", " + column.element + " " + std::to_string(first + i / column.components);
     if (column.components > 1) where += ", component " + std::to_string(i % column.components);
-    differ(where, value_text(a, column.type), value_text(b, column.type));
+    differ(where, value_text(a, column.type), value_text(b, column.type), broken);
   }
 }
 

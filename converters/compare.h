@@ -1,7 +1,7 @@
 // Comparison of two meshes, piece by piece, in bounded memory.
 // A restored mesh must equal its source bit for bit (NaN payloads and the sign of zero included),
-// except where it says that values were quantized: there the promised error is measured, and
-// values that are not finite must still be equal.
+// except where it says that values were quantized: there the error is measured and must stay within
+// the promise, and values that are not finite must still be equal.
 // A mesh in Order::stream is equal to its source when a renumbering of vertices and cells (and,
 // unless it promises corner order, a rotation of each hexahedron) makes it so; the comparison
 // finds that renumbering by coding the source again, and then checks it without trusting it.
@@ -20,7 +20,7 @@
 namespace shm::converters {
 
 struct MeasuredError {
-  std::string what;     // "coordinates", or the name of an array
+  std::string what;     // "coordinates", "array 'T'", or "array 'point/T'" where T is not alone
   double largest = 0;   // |restored - source|
   double promised = 0;  // the bound that the file gives
 };

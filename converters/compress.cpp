@@ -1,7 +1,6 @@
 #include "compress.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <limits>
 #include <optional>
@@ -24,7 +23,7 @@ namespace {
 // For vertex records, or one step's values; no limit where the whole mesh is in memory anyway.
 constexpr std::size_t kCacheBytes = std::size_t{32} << 20;
 constexpr std::size_t kUnlimited = std::numeric_limits<std::size_t>::max();
-constexpr std::uint64_t kPieceElements = 65536;  // of step values, of points measured
+constexpr std::uint64_t kPieceElements = 65536;  // of step values
 
 // A library result. The mesh, not the user, is to blame for a call that the library refuses.
 template <class T>
@@ -192,43 +191,6 @@ void write_steps(MeshSource& mesh, Writer& writer, std::size_t array, NumberList
   }
 }
 
-// The box of a file goes no further; what lies beyond, or is not finite, is stored exactly.
-constexpr double kLargestBox = 1e300;
-
-template <class Real>
-void widen_box(const std::vector<std::byte>& xyz, Quantization& box) {
-  for (std::size_t at = 0; at < xyz.size() / sizeof(Real); ++at) {
-    Real value;
-    std::memcpy(&value, xyz.data() + at * sizeof(Real), sizeof value);
-    if (!(std::fabs(static_cast<double>(value)) < kLargestBox)) continue;
-    const std::size_t c = at % 3;
-    box.minimum[c] = std::min(box.minimum[c], static_cast<double>(value));
-    box.maximum[c] = std::max(box.maximum[c], static_cast<double>(value));
-  }
-}
-
-// The box of all coordinates that it may hold; a component without any becomes [0, 0].
-Quantization measured_box(MeshSource& mesh, std::uint32_t bits, const Progress& progress) {
-  constexpr double kHuge = std::numeric_limits<double>::max();
-  Quantization box{bits, {kHuge, kHuge, kHuge}, {-kHuge, -kHuge, -kHuge}};
-  const MeshInfo& info = mesh.info();
-  const std::size_t stride = 3 * scalar_bytes(info.schema.coordinate_type);
-  std::vector<std::byte> xyz;
-  for (std::uint64_t first = 0; first < info.vertices; first += kPieceElements) {
-    const std::uint64_t count = std::min(kPieceElements, info.vertices - first);
-    xyz.resize(count * stride);
-    mesh.read_points(first, count, xyz.data());
-    if (info.schema.coordinate_type == ScalarType::float32)
-      widen_box<float>(xyz, box);
-    else
-      widen_box<double>(xyz, box);
-    if (progress) progress("measuring", first + count, info.vertices);
-  }
-  for (std::size_t c = 0; c < 3; ++c)
-    if (box.minimum[c] > box.maximum[c]) box.minimum[c] = box.maximum[c] = 0;
-  return box;
-}
-
 // Codes a mesh in the order its cells come in.
 SizeReport code_mesh(MeshSource& mesh, const Schema& schema, ByteSink& sink,
                      const WriteOptions& options, const Progress& progress, Spool& spool) {
@@ -346,10 +308,7 @@ Schema schema_for(MeshSource& mesh, const CompressOptions& options) {
   schema.order = options.order;
   schema.delay = options.order == Order::free ? 0 : options.delay.value_or(0);
   schema.corner_order = options.order == Order::keep || needs_corner_order(mesh.info());
-  schema.coordinate_quantization = {};
-  for (ArrayInfo& array : schema.arrays) array.quantization = {};
-  if (options.coordinate_bits > 0)
-    schema.coordinate_quantization = measured_box(mesh, options.coordinate_bits, options.progress);
+  set_accuracy(mesh, options.lossy, schema, options.progress);
   return schema;
 }
 
@@ -387,9 +346,11 @@ std::optional<std::uint64_t> bytes_in_free_order(MeshSource& mesh, const Compres
                                                  const SizeReport& sizes, Spool& spool) {
   const std::optional<CellTable> cells = CellTable::read(mesh);
   if (!cells) return std::nullopt;
-  CompressOptions free_options = options;
-  free_options.order = Order::free;
-  const Schema free_schema = schema_for(mesh, free_options), schema = schema_for(mesh, options);
+  const Schema schema = schema_for(mesh, options);
+  Schema free_schema = schema;
+  free_schema.order = Order::free;
+  free_schema.delay = 0;
+  free_schema.corner_order = needs_corner_order(mesh.info());
   const double share =
       share_in_free_order(mesh, *cells, trial_coder(free_schema, options.connectivity, spool),
                           trial_coder(schema, options.connectivity, spool));

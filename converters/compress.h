@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "cell_orders.h"
+#include "lossy.h"
 #include "mesh_source.h"
 #include "progress.h"
 #include "shm/writer.h"
@@ -23,7 +24,7 @@ struct CompressOptions {
   std::optional<std::uint32_t> delay = 0;
   Level level = Level::standard;
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
-  std::uint32_t coordinate_bits = 0;    // 0: lossless; else 1..52, uniform over the bounding box
+  Lossy lossy;                          // what may come back rounded; nothing
   std::uint64_t segment_cells = 0;      // cells of a segment; 0: cuts follow the budget
   double restart_budget = .002;         // as in shm::WriteOptions
   unsigned threads = 1;                 // as in shm::WriteOptions
@@ -33,8 +34,9 @@ struct CompressOptions {
   Progress progress;
 };
 
-// The schema that the options make of a source's: order, delay, what corners must keep, the box.
-// Nothing is tried: no delay buffer unless the options say one.
+// The schema that the options make of a source's: order, delay, what corners must keep, what is
+// rounded and how (a pass over those values). Nothing is tried: no delay buffer unless the options
+// say one.
 Schema schema_for(MeshSource& mesh, const CompressOptions& options);
 
 // True when something in the mesh counts on the position of corners within a cell: side sets,

@@ -129,9 +129,20 @@ Json codecs_json(const std::vector<ConnectivityCodec>& of_segments) {
 }
 
 std::string quantization_text(const Quantization& quantization, ScalarType type) {
-  if (quantization.bits == 0) return {};
-  return ", quantized to " + std::to_string(quantization.bits) + " bits, error at most " +
-         shortest(quantization.max_error(type));
+  if (!quantization.lossy()) return {};
+  std::string text = ", rounded";
+  if (quantization.bits != Quantization::kAbsolute)
+    text += " to " + std::to_string(quantization.bits) + " bits";
+  return text + ", error at most " + shortest(quantization.max_error(type));
+}
+
+// Bits of the box, 0 where there is none; and the largest error, null where there is no loss.
+void add_quantization(Json& json, const std::string& prefix, const Quantization& quantization,
+                      ScalarType type) {
+  const bool of_box = quantization.lossy() && quantization.bits != Quantization::kAbsolute;
+  json[prefix + "bits"] = of_box ? quantization.bits : 0;
+  json[prefix + "max_error"] =
+      quantization.lossy() ? Json(quantization.max_error(type)) : Json(nullptr);
 }
 
 Json schema_json(const MeshInfo& info) {
@@ -142,7 +153,7 @@ Json schema_json(const MeshInfo& info) {
   json["delay"] = schema.delay;
   json["corner_order"] = schema.corner_order;
   json["coordinate_type"] = scalar_name(schema.coordinate_type);
-  json["coordinate_bits"] = schema.coordinate_quantization.bits;
+  add_quantization(json, "coordinate_", schema.coordinate_quantization, schema.coordinate_type);
   json["vertices"] = info.vertices;
   json["cells"] = info.cells();
   json["hexahedra"] = hexahedra_of(info);
@@ -166,6 +177,7 @@ Json schema_json(const MeshInfo& info) {
                   {"elements", info.array_elements(a)},
                   {"role", array.role},
                   {"blocks", array.blocks}};
+    add_quantization(entry, "", array.quantization, array.type);
     json["arrays"].push_back(std::move(entry));
   }
   json["step_times"] = info.step_times;

@@ -15,6 +15,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "cell_order_file.h"
 #include "compare.h"
@@ -50,6 +51,8 @@ struct Options {
   std::string order = "keep";
   std::optional<std::uint32_t> delay;  // none told: as a trial finds
   std::uint32_t bits = 0;
+  std::optional<std::string> abs, rel;
+  std::vector<std::string> arrays;  // NAME:ACCURACY
   std::string level = "default", codec = "auto";
   std::uint64_t segment_cells = 0;
   double restart_budget = .2;  // percent
@@ -159,6 +162,18 @@ ConnectivityCodec codec_of(const std::string& name) {
   return ConnectivityCodec::automatic;
 }
 
+// --array beats the others; for coordinates --bits beats --abs and --rel.
+Lossy lossy_of(const Options& options) {
+  if (options.abs && options.rel) wrong_use("--abs and --rel exclude each other");
+  Lossy lossy;
+  if (options.abs) lossy.fields = parse_accuracy("abs=" + *options.abs, "--abs");
+  if (options.rel) lossy.fields = parse_accuracy("rel=" + *options.rel, "--rel");
+  lossy.coordinates = options.bits > 0 ? Accuracy::of_bits(options.bits) : lossy.fields;
+  for (const std::string& text : options.arrays)
+    lossy.named.push_back(parse_named_accuracy(text, "--array"));
+  return lossy;
+}
+
 // Tells on standard error when order and numbers that nobody may need are much of the file. Looks
 // only at what is dear and has many vertices waiting for their last use; closer, by a trial, where
 // the mesh is small enough for that.
@@ -184,6 +199,8 @@ ExitCode run_compress(Options& options) {
     wrong_use("--delay is for the order stream; --order free moves cells anyway");
   if (!options.cell_order.empty() && options.order != "free")
     wrong_use("--cell-order is for --order free");
+  CompressOptions how;
+  how.lossy = lossy_of(options);
   const auto start = std::chrono::steady_clock::now();
   ProgressLine line(options.quiet);
   // An incoherent mesh is read in any order: pages that go to disk would come back soon.
@@ -191,12 +208,10 @@ ExitCode run_compress(Options& options) {
   line.show("reading " + options.input);
   const auto mesh = open_mesh(options.input, spool, line.callback());
 
-  CompressOptions how;
   how.order = order_of(options.order);
   how.delay = options.delay;
   how.level = level_of(options.level);
   how.connectivity = codec_of(options.codec);
-  how.coordinate_bits = options.bits;
   how.segment_cells = options.segment_cells;
   how.restart_budget = options.restart_budget / 100;
   how.threads = options.threads;
@@ -349,7 +364,10 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
       "  shm compress part.msh --order stream --delay 100\n"
       "                                           smaller: vertices renumbered, cells reordered\n"
       "  shm compress part.e --order free         the same mesh in the order that is smallest\n"
-      "  shm compress scan.vtk --bits 16          coordinates rounded to 16 bits of the box");
+      "  shm compress scan.vtk --bits 16          coordinates rounded to 16 bits of the box\n"
+      "  shm compress flow.e --rel 1e-4           coordinates and fields within 1e-4 of their "
+      "range\n"
+      "  shm compress flow.e --abs 1e-6 --array coordinates:lossless --array point/T:abs=0.01");
   command->add_option("IN", options.input, "Exodus, VTK legacy, Gmsh or .shm file")
       ->required()
       ->type_name("");
@@ -377,6 +395,23 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
       ->add_option("--bits", options.bits, "Round coordinates to N bits of the bounding box, 1..52")
       ->check(CLI::Range(1u, 52u).description(""))
       ->type_name("N");
+  command
+      ->add_option("--abs", options.abs,
+                   "Round coordinates and all floating-point fields; no finite value moves by more "
+                   "than E,\nand what is not finite stays (--bits, if given, is for coordinates)")
+      ->type_name("E");
+  command
+      ->add_option("--rel", options.rel,
+                   "The same, with a bound for each array: E times its range over all components, "
+                   "blocks and\nsteps; for coordinates the largest side of their box")
+      ->type_name("E");
+  command
+      ->add_option("--array", options.arrays,
+                   "For one array, whatever the options above say: NAME:abs=E, NAME:rel=E, "
+                   "NAME:bits=N or\nNAME:lossless; NAME is coordinates or an array's, as "
+                   "point/NAME or cell/NAME where there are\nseveral. May be repeated")
+      ->allow_extra_args(false)
+      ->type_name("NAME:HOW");
   command
       ->add_option("--level", options.level,
                    "fast: little work for each cell; default; best: the smallest file, slower")
@@ -437,7 +472,8 @@ CLI::App* add_convert(CLI::App& app, Options& options) {
 CLI::App* add_verify(CLI::App& app, Options& options) {
   CLI::App* command =
       add_command(app, options, "verify",
-                  "Decode all of a .shm file; with --against, prove that it holds the same mesh",
+                  "Decode all of a .shm file; with --against, prove that it holds the same mesh;\n"
+                  "of what was rounded, tell the largest error, and prove that it keeps its bound",
                   "  shm verify rotor.e.shm\n"
                   "  shm verify rotor.e.shm --against rotor.e   exit code 1 when they differ");
   command->add_option("IN", options.input, ".shm file")->required()->type_name("");

@@ -47,7 +47,7 @@ CompressOptions options_of(Order order, std::uint32_t delay = 0, std::uint32_t b
   CompressOptions options;
   options.order = order;
   options.delay = delay;
-  options.coordinate_bits = bits;
+  if (bits > 0) options.lossy.coordinates = Accuracy::of_bits(bits);
   return options;
 }
 

@@ -78,6 +78,7 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"arrays", 0x6082d312066d00da},
     {"arrays_on_some_blocks", 0x8402b1d8258f6cea},
     {"quantized", 0x2ebf8d01231ab6c8},
+    {"bounded", 0x915627c92b414b68},
     {"special_values", 0x99d9df369a5c978f},
     {"replay_keep", 0x8b8eaccea6eec392},
     {"replay_stream", 0xac97440a669960a8},

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "shm/mesh.h"
 #include "test_mesh.h"
 
 namespace shm {
@@ -201,6 +202,43 @@ inline TestMesh quantized() {
   return mesh;
 }
 
+/// Bounds of errors: on coordinates, a point array with odd values, and a stepped cell array.
+inline std::vector<std::byte> bounded_file() {
+  const TestMesh from = bent_grid(3, 2, 2, ScalarType::float64);
+  Mesh mesh;
+  mesh.schema = from.schema;
+  mesh.schema.coordinate_quantization = Quantization::absolute(.015625, 3);
+  mesh.xyz = from.xyz;
+  for (const TestCell& cell : from.cells) {
+    mesh.cell_blocks.push_back(cell.block);
+    mesh.corners.insert(mesh.corners.end(), cell.corners.begin(), cell.corners.end());
+    mesh.corner_begin.push_back(mesh.corners.size());
+  }
+  mesh.schema.arrays.push_back(array_of("p", Location::point, ScalarType::float32, 2));
+  mesh.schema.arrays.push_back(array_of("c", Location::cell, ScalarType::float64));
+  for (ArrayInfo& info : mesh.schema.arrays)
+    info.quantization = Quantization::absolute(.25, info.components);
+  mesh.schema.arrays[1].quantization.spacing = .375;
+  mesh.schema.arrays[1].quantization.minimum[0] = -1;
+  mesh.schema.arrays[1].per_step = true;
+  constexpr std::array<std::uint32_t, 5> kOdd = {0x80000000, 0x7fc00123, 0x7f800000, 0xff800000,
+                                                 0x7f7fffff};
+  mesh.arrays.resize(2);
+  mesh.steps.resize(2);
+  for (std::uint32_t i = 0; i < 2 * from.vertices; ++i)
+    append(mesh.arrays[0],
+           i % 10 == 3 ? std::bit_cast<float>(kOdd[i / 10 % 5]) : static_cast<float>(i * i) / 16);
+  for (int step = 0; step < 2; ++step) {
+    mesh.steps[1].emplace_back();
+    for (std::size_t c = 0; c < from.cells.size(); ++c)
+      append(mesh.steps[1].back(), static_cast<double>(c) * .7 + step);
+  }
+  mesh.step_times = {0, 1};
+  MemorySink sink;
+  EXPECT_TRUE(write_mesh(sink, mesh));
+  return std::move(sink.bytes);
+}
+
 inline TestMesh special_values() {
   TestMesh mesh = bent_grid(2, 2, 2, ScalarType::float64);
   constexpr std::array<std::uint64_t, 7> kOdd = {
@@ -327,6 +365,7 @@ inline std::vector<FeatureFile> feature_files() {
   add("arrays", written(with_arrays_of_every_type(bent_grid(2, 2, 1))));
   add("arrays_on_some_blocks", written(arrays_on_some_blocks()));
   add("quantized", written(quantized()));
+  add("bounded", bounded_file());
   add("special_values", written(special_values()));
   add("replay_keep", written(replayed(Order::keep), 65536, ConnectivityCodec::replay));
   add("replay_stream", written(replayed(Order::stream), 20, ConnectivityCodec::replay));

@@ -416,6 +416,23 @@ TEST(Hostile, LyingSchema) {
   refused([](Schema& s) { s.coordinate_quantization = {8, {0, 0}, {1, 1}}; });
   refused([](Schema& s) { s.coordinate_quantization = {53, {0, 0, 0}, {1, 1, 1}}; });
   refused([](Schema& s) { s.coordinate_quantization = {8, {0, 0, 2}, {1, 1, 1}}; });
+  for (const double lie : {0.0, -1e-6, 1e300, std::numeric_limits<double>::infinity(),
+                           std::numeric_limits<double>::quiet_NaN()}) {
+    refused([&](Schema& s) { s.coordinate_quantization = Quantization::absolute(lie, 3); });
+    refused([&](Schema& s) {
+      s.coordinate_quantization = Quantization::absolute(1e-6, 3);
+      s.coordinate_quantization.spacing = 2 * lie;
+    });
+  }
+  refused([](Schema& s) { s.coordinate_quantization = Quantization::absolute(1e-6, 2); });
+  refused([](Schema& s) {
+    s.coordinate_quantization = Quantization::absolute(1e-6, 3);
+    s.coordinate_quantization.minimum[2] = -std::numeric_limits<double>::infinity();
+  });
+  refused([](Schema& s) {
+    s.arrays[0].type = ScalarType::int64;
+    s.arrays[0].quantization = Quantization::absolute(1e-6, 1);
+  });
   refused([](Schema& s) { s.blocks[0].shape = static_cast<CellShape>(11); });
   refused([](Schema& s) { s.blocks[0].nodes_per_cell = kMaxNodesPerCell + 1; });
   refused([](Schema& s) { s.arrays[0].type = static_cast<ScalarType>(0); });

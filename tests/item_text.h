@@ -120,7 +120,13 @@ class ItemText {
     number(value);
   }
   void quantization(const Quantization& q) {
-    if (q.bits == 0) return;
+    if (!q.lossy()) return;
+    if (q.bits == Quantization::kAbsolute) {
+      field(", within", q.max_abs);
+      field(" by steps of", q.spacing);
+      list(" from", q.minimum);
+      return;
+    }
     field(", quantized to bits", q.bits);
     list(" from", q.minimum);
     list(" to", q.maximum);

@@ -26,6 +26,9 @@ Schema rich_schema() {
   schema.arrays.back().role = "test:role";
   schema.arrays.push_back(array_of("steps", Location::cell, ScalarType::uint64));
   schema.arrays.back().per_step = true;
+  schema.arrays.push_back(array_of("bounded", Location::point, ScalarType::float64, 2));
+  schema.arrays.back().quantization = Quantization::absolute(1e-6, 2);
+  schema.arrays.back().per_step = true;
   return schema;
 }
 
@@ -81,7 +84,24 @@ TEST(Schema, WhatIsRefused) {
         s.arrays[1].blocks = {2, 2};
       },
       [](Schema& s) { s.arrays[1].quantization.minimum.pop_back(); },
-      [](Schema& s) { s.arrays[1].per_step = true; },  // and quantized
+      [](Schema& s) { s.arrays[1].quantization.max_abs = 1; },  // and bits
+      [](Schema& s) { s.arrays[1].quantization.bits = 0, s.arrays[1].quantization.spacing = 1; },
+      [](Schema& s) { s.arrays.back().quantization.max_abs = 0; },
+      [](Schema& s) { s.arrays.back().quantization.max_abs = -1; },
+      [](Schema& s) { s.arrays.back().quantization.max_abs = 1e300; },
+      [&](Schema& s) { s.arrays.back().quantization.max_abs = infinity; },
+      [&](Schema& s) { s.arrays.back().quantization.max_abs = nan; },
+      [](Schema& s) { s.arrays.back().quantization.spacing = 0; },
+      [](Schema& s) { s.arrays.back().quantization.spacing = -1; },
+      [&](Schema& s) { s.arrays.back().quantization.spacing = infinity; },
+      [&](Schema& s) { s.arrays.back().quantization.spacing = nan; },
+      [&](Schema& s) { s.arrays.back().quantization.minimum[1] = nan; },
+      [&](Schema& s) { s.arrays.back().quantization.minimum[1] = -infinity; },
+      [](Schema& s) { s.arrays.back().quantization.minimum.pop_back(); },
+      [](Schema& s) {
+        s.arrays.back().quantization.maximum = {1, 1};
+      },
+      [](Schema& s) { s.arrays.back().type = ScalarType::int64; },
   };
   for (std::size_t i = 0; i < lies.size(); ++i) {
     Schema schema = rich_schema();
@@ -155,6 +175,17 @@ TEST(Schema, StepOfAQuantization) {
   EXPECT_GE(q.max_error(ScalarType::float64), 1.0);
   EXPECT_LT(q.max_error(ScalarType::float64), 1.0001);
   EXPECT_EQ((Quantization{8, {1}, {1}}).step(), 1.0);
+}
+
+TEST(Schema, StepOfABound) {
+  const Quantization q = Quantization::absolute(.5, 3);
+  EXPECT_TRUE(q.lossy());
+  EXPECT_EQ(q.max_error(ScalarType::float32), .5);
+  EXPECT_EQ(q.max_error(ScalarType::float64), .5);
+  EXPECT_LT(q.step(), 1.0);
+  EXPECT_GT(q.step(), .97);
+  EXPECT_EQ(q.minimum, std::vector<double>(3));
+  EXPECT_FALSE(Quantization{}.lossy());
 }
 
 TEST(Extra, BytesAndBack) {

@@ -402,7 +402,6 @@ TEST(StepValues, LyingHeaders) {
     refused(nth, [](StepHeader& h) { h.reference_step = h.step - 1000; });
     for (int codec : {0, 2, 3, 5, 6, 255})
       refused(nth, [&](StepHeader& h) { h.codec = static_cast<Codec>(codec); });
-    refused(nth, [](StepHeader& h) { h.codec = Codec::shuffled_zstd; });
   }
   refused(1, [](StepHeader& h) { h.group = 0; });
   refused(5, [](StepHeader& h) { h.reference_step = h.step; });  // unlike the group before

@@ -262,6 +262,7 @@ class ToolTest(unittest.TestCase):
         write_vtk(other, 5, bend=1e-9)
         for options in ([], ["--order", "stream"], ["--order", "stream", "--delay", "20"],
                         ["--delay", "7"], ["--bits", "12"], ["--codec", "paper"],
+                        ["--abs", "1e-12"], ["--rel", "1e-12", "--order", "free"],
                         ["--order", "free"], ["--codec", "replay"],
                         ["--codec", "mixed"], ["--codec", "mixed", "--order", "free"],
                         ["--codec", "paper", "--order", "stream", "--delay", "9"],
@@ -299,6 +300,120 @@ class ToolTest(unittest.TestCase):
         [error] = told("--against", self.mesh)["quantized"]
         self.assertEqual(error["what"], "coordinates")
         self.assertLessEqual(error["largest_error"], error["promised_error"])
+
+    def told_bounds(self, packed):
+        """The bounds that info tells: of coordinates, of the array heat."""
+        told = json.loads(self.shm("info", packed, "--json")[0])
+        bounds = {a["name"]: a["max_error"] for a in told["arrays"]}
+        self.assertIsNone(bounds["zone"])  # integers
+        return told["coordinate_max_error"], bounds["heat"]
+
+    def test_bounds(self):
+        packed, back = self.path("mesh.shm"), self.path("back.vtk")
+        abs3, rel2 = ["--abs", "1e-3"], ["--rel", "0.01"]
+        heat, points = "array 'heat'", "coordinates"
+        # The grid is .5 wide, heat goes from 0 to 1.
+        for options, bounds in (
+                ([], (None, None)), (abs3, (1e-3, 1e-3)), (rel2, (.005, .01)),
+                (["--array", "heat:abs=.25"], (None, .25)),
+                (["--array", "point/heat:rel=.25"], (None, .25)),
+                (["--array", "coordinates:abs=1e-5"], (1e-5, None)),
+                ([*abs3, "--array", "coordinates:lossless"], (None, 1e-3)),
+                ([*rel2, "--array", "heat:lossless"], (.005, None)),
+                ([*abs3, "--array", "heat:abs=0.1", "--array", "coordinates:rel=1e-3"], (.0005, .1)),
+                (["--abs", "1e-30"], (None, None))):
+            self.shm("compress", *options, self.mesh, "-o", packed)
+            for told, bound in zip(self.told_bounds(packed), bounds):
+                self.assertEqual(told is None, bound is None, options)
+                if bound is not None:
+                    self.assertAlmostEqual(told, bound, delta=1e-12)
+            names = [name for name, bound in zip((points, heat), bounds) if bound]
+            out = self.shm("verify", packed, "--against", self.mesh)[0]
+            self.assertEqual([line.split(":")[0].strip() for line in out.splitlines()[1:]], names)
+            told = json.loads(self.shm("verify", packed, "--against", self.mesh, "--json")[0])
+            self.assertEqual([error["what"] for error in told["quantized"]], names)
+            for error in told["quantized"]:
+                self.assertLessEqual(error["largest_error"], error["promised_error"])
+                self.assertGreater(error["promised_error"], 0)
+            self.assertEqual("error at most" in self.shm("info", packed)[0], bool(names))
+        # For coordinates --bits is said more closely than --abs, and --array than both.
+        self.shm("compress", self.mesh, "-o", packed, "--bits", "4", *abs3)
+        told = json.loads(self.shm("info", packed, "--json")[0])
+        self.assertEqual((told["coordinate_bits"], told["arrays"][0]["max_error"]), (4, 1e-3))
+        self.shm("compress", self.mesh, "-o", packed, "--bits", "4", "--array", "coordinates:abs=1",
+                 "--array", "heat:bits=7")
+        told = json.loads(self.shm("info", packed, "--json")[0])
+        self.assertEqual((told["coordinate_bits"], told["coordinate_max_error"]), (0, 1))
+        self.assertEqual(told["arrays"][0]["bits"], 7)
+        # Rounded values written down are still those of the file.
+        self.shm("compress", self.mesh, "-o", packed, *abs3)
+        self.shm("decompress", packed, "-o", back)
+        self.shm("verify", packed, "--against", back)
+        self.shm("verify", packed, "--against", self.mesh)
+
+    def test_bounds_in_steps(self):
+        """Exodus files hold their fields in steps."""
+        exodus, packed = self.path("mesh.e"), self.path("mesh.shm")
+        self.shm("convert", self.mesh, exodus)
+        told = json.loads(self.shm("info", exodus, "--json")[0])
+        stepped = [a["name"] for a in told["arrays"] if a["per_step"]]
+        self.assertIn("heat", stepped)
+        for order in ("keep", "stream", "free"):
+            self.shm("compress", exodus, "-o", packed, "--rel", "1e-3", "--order", order)
+            out = self.shm("verify", packed, "--against", exodus)[0]
+            self.assertIn("array 'heat': largest error ", out)
+            self.assertIn("coordinates: largest error ", out)
+
+    def test_broken_bounds(self):
+        packed, other = self.path("mesh.shm"), self.path("other.vtk")
+        with open(self.mesh) as source:
+            lines = source.read().split("\n")
+        at = lines.index("LOOKUP_TABLE default") + 1  # of heat
+
+        def write_other(number, value):
+            changed = list(lines)
+            changed[at + number] = value
+            with open(other, "w") as out:
+                out.write("\n".join(changed))
+        self.shm("compress", self.mesh, "-o", packed, "--array", "heat:abs=0.01")
+        write_other(17, "0.0101")  # 0 in the mesh
+        self.shm("verify", packed, "--against", self.mesh)
+        out = self.shm("verify", packed, "--against", other, code=1)[0]
+        self.assertIn("array 'heat', vertex 17: 0.0101 in the source, 0 in the restored mesh; "
+                      "error 0.0101, promised 0.01", out)
+        told = json.loads(self.shm("verify", packed, "--against", other, "--json", code=1)[0])
+        self.assertFalse(told["equal"])
+        self.assertEqual(told["differences"], 1)
+        self.assertGreater(told["quantized"][0]["largest_error"], .01)
+        write_other(17, "nan")
+        out = self.shm("verify", packed, "--against", other, code=1)[0]
+        self.assertIn("vertex 17: nan", out)
+        write_other(17, "0.0099")  # as far off as the bound allows
+        self.shm("verify", packed, "--against", other)
+        # What is not finite is kept through rounding.
+        for odd in ("nan", "inf", "-inf"):
+            write_other(5, odd)
+            self.shm("compress", other, "-o", packed, "--rel", "0.01")
+            self.assertIsNotNone(self.told_bounds(packed)[1])
+            self.shm("verify", packed, "--against", other)
+            self.shm("verify", packed, "--against", self.mesh, code=1)
+
+    def test_wrong_bounds(self):
+        for options, what in (
+                (["--abs", "0"], "'0' is no number above 0"), (["--abs", "x"], "'x' is no number"),
+                (["--abs", "nan"], "'nan' is no number"), (["--abs", "inf"], "'inf' is no number"),
+                (["--abs=-1"], "'-1' is no number"), (["--rel", "1"], "below 1"),
+                (["--rel", "0"], "'0' is no number"), (["--abs", "1", "--rel", ".1"], "exclude"),
+                (["--array", "heat"], "'heat' is not NAME:abs=E"),
+                (["--array", "heat:abs"], "no number"), (["--array", "heat:exact"], "is none of"),
+                (["--array", "heat:bits=53"], "1 to 52"), (["--array", "heat:rel=2"], "below 1"),
+                (["--array", "cold:abs=1"], "the mesh has no array 'cold'"),
+                (["--array", "cell/heat:abs=1"], "no array 'cell/heat'"),
+                (["--array", "zone:abs=1"], "'zone' holds int32, and integers are never rounded"),
+                (["--array", "heat:abs=1", "--array", "heat:abs=2"], "comes twice")):
+            _, error = self.shm("compress", self.mesh, *options, code=2)
+            self.assertIn(what, error)
+        self.assert_only("mesh.vtk")
 
     def test_order_free(self):
         mesh, packed = self.path("shuffled.vtk"), self.path("shuffled.shm")

@@ -9,7 +9,7 @@ ChoosingEncoder::ChoosingEncoder(const Schema& schema, std::uint32_t group_cells
     : schema_(&schema), group_cells_(group_cells), trial_(trial), start_(start) {
   if (trial.codecs.size() == 1)
     encoder_ = std::make_unique<SegmentEncoder>(
-        schema, SegmentOptions{group_cells, trial.codecs[0]}, start);
+        schema, SegmentOptions{group_cells, trial.codecs[0], trial.level}, start);
 }
 
 Result<void> ChoosingEncoder::take(const SegmentPiece& piece, std::vector<EncodedGroup>& done) {
@@ -36,7 +36,8 @@ Result<void> ChoosingEncoder::choose(std::vector<EncodedGroup>& done) {
     size = *its;
     best = codec;
   }
-  encoder_ = std::make_unique<SegmentEncoder>(*schema_, SegmentOptions{group_cells_, best}, start_);
+  encoder_ = std::make_unique<SegmentEncoder>(
+      *schema_, SegmentOptions{group_cells_, best, trial_.level}, start_);
   for (const SegmentPiece& piece : sample_)
     if (auto good = encoder_->take(piece, done); !good) return good;
   sample_ = {};
@@ -57,7 +58,7 @@ bool ChoosingEncoder::is_worth_it(const Size& smaller, const Size& faster) const
 
 auto ChoosingEncoder::size_with(ConnectivityCodec codec) const -> Result<Size> {
   using container::StreamKind;
-  SegmentEncoder encoder(*schema_, SegmentOptions{group_cells_, codec}, start_);
+  SegmentEncoder encoder(*schema_, SegmentOptions{group_cells_, codec, Level::fast}, start_);
   std::vector<EncodedGroup> groups;
   for (const SegmentPiece& piece : sample_)
     if (auto good = encoder.take(piece, groups); !good) return good.error();

@@ -14,6 +14,7 @@ namespace shm {
 
 /// Codecs to choose from.
 struct CodecTrial {
+  Level level = Level::standard;          ///< of values
   std::vector<ConnectivityCodec> codecs;  ///< not empty, the fastest first
   /// Cells of a segment on which they are tried; the whole segment if it is shorter.
   std::size_t sample_cells = 16384;

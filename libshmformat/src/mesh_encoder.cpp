@@ -31,17 +31,19 @@ constexpr std::size_t kWaitingBytes = std::size_t{64} << 20;
 /// What to try at a level, the fastest first.
 CodecTrial trial_for(ConnectivityCodec codec, Level level) {
   using enum ConnectivityCodec;
-  if (codec != automatic) return {.codecs = {codec}};
+  if (codec != automatic) return {.level = level, .codecs = {codec}};
   switch (level) {
-    case Level::fast: return {.codecs = {replay, rows}, .spare_share = 8, .spare_bits = 1};
+    case Level::fast:
+      return {.level = level, .codecs = {replay, rows}, .spare_share = 8, .spare_bits = 1};
     case Level::standard: break;
     case Level::best:
-      return {.codecs = {replay, rows, mixed},
+      return {.level = level,
+              .codecs = {replay, rows, mixed},
               .sample_cells = 65536,
               .spare_share = 1 << 16,
               .spare_bits = 1 << 16};
   }
-  return {.codecs = {replay, rows}};
+  return {.level = level, .codecs = {replay, rows}};
 }
 
 using Tasks = OrderedTasks<SegmentPiece, EncodedGroup>;

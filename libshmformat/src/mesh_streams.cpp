@@ -31,6 +31,21 @@ std::optional<ConnectivityCodec> connectivity_codec(container::Codec codec) {
   return std::nullopt;
 }
 
+container::Codec stream_codec(ColumnCodec codec) {
+  switch (codec) {
+    case ColumnCodec::predicted: break;
+    case ColumnCodec::mixed: return container::Codec::mixed_columns;
+    case ColumnCodec::shuffled_zstd: return container::Codec::shuffled_zstd;
+  }
+  return container::Codec::columns;
+}
+
+std::optional<ColumnCodec> column_codec(container::Codec codec) {
+  for (ColumnCodec it : {ColumnCodec::predicted, ColumnCodec::mixed, ColumnCodec::shuffled_zstd})
+    if (stream_codec(it) == codec) return it;
+  return std::nullopt;
+}
+
 std::size_t point_data_bytes(const Schema& schema) {
   std::size_t bytes = 0;
   for (const ArrayInfo& info : schema.arrays)

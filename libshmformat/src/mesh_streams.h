@@ -125,6 +125,10 @@ container::Codec stream_codec(ConnectivityCodec codec);
 /// The reverse; nothing for a codec of other streams, or an unknown one.
 std::optional<ConnectivityCodec> connectivity_codec(container::Codec codec);
 
+/// The codec of a stream of values, and the reverse.
+container::Codec stream_codec(ColumnCodec codec);
+std::optional<ColumnCodec> column_codec(container::Codec codec);
+
 /// Bytes of the static point arrays in one vertex.
 std::size_t point_data_bytes(const Schema& schema);
 /// Bytes of the static arrays in one cell, by block.

@@ -9,19 +9,29 @@ bool is_scalar(ScalarType type) { return scalar_bytes(type) != 0; }
 
 void put(ByteWriter& out, const Quantization& q) {
   out.put_u8(static_cast<std::uint8_t>(q.bits));
-  if (q.bits == 0) return;
+  if (!q.lossy()) return;
+  const bool absolute = q.bits == Quantization::kAbsolute;
+  if (absolute) {
+    out.put_f64(q.max_abs);
+    out.put_f64(q.spacing);
+  }
   out.put_varint(q.minimum.size());
   for (std::size_t c = 0; c < q.minimum.size(); ++c) {
     out.put_f64(q.minimum[c]);
-    out.put_f64(q.maximum[c]);
+    if (!absolute) out.put_f64(q.maximum[c]);
   }
 }
 void get(ByteReader& in, Quantization& q) {
   q.bits = in.get_u8();
-  if (q.bits == 0) return;
-  for (std::uint64_t n = in.get_count(16); n > 0 && in.ok(); --n) {
+  if (!q.lossy()) return;
+  const bool absolute = q.bits == Quantization::kAbsolute;
+  if (absolute) {
+    q.max_abs = in.get_f64();
+    q.spacing = in.get_f64();
+  }
+  for (std::uint64_t n = in.get_count(absolute ? 8 : 16); n > 0 && in.ok(); --n) {
     q.minimum.push_back(in.get_f64());
-    q.maximum.push_back(in.get_f64());
+    if (!absolute) q.maximum.push_back(in.get_f64());
   }
 }
 
@@ -29,15 +39,33 @@ Error wrong(std::string detail, ErrorCode code = ErrorCode::misuse) {
   return Error{code, std::move(detail), "schema", kNoOffset, {}};
 }
 
+constexpr double kTooLarge = 1e300;  // of what quantization counts with
+
+Result<void> check_bound(const Quantization& q, std::size_t components, const std::string& what) {
+  if (!(q.max_abs > 0 && q.max_abs < kTooLarge))
+    return wrong(what + ": the bound of errors is no positive number");
+  if (!(q.spacing > 0 && q.spacing < 2 * kTooLarge))
+    return wrong(what + ": the step of a bound is no positive number");
+  if (q.minimum.size() != components || !q.maximum.empty())
+    return wrong(what + ": a bound needs one anchor for each component, and no box");
+  for (double anchor : q.minimum)
+    if (!(std::fabs(anchor) < kTooLarge)) return wrong(what + ": an anchor is not finite");
+  return {};
+}
+
 Result<void> check_quantization(const Quantization& q, ScalarType type, std::size_t components,
                                 const std::string& what) {
+  if (q.lossy() && !is_float(type))
+    return wrong(what + ": only floating-point values can be quantized");
+  if (q.bits == Quantization::kAbsolute) return check_bound(q, components, what);
+  if (q.max_abs != 0 || q.spacing != 0)
+    return wrong(what + ": a bound of errors goes without bits of a box");
   if (q.bits == 0) return {};
-  if (!is_float(type)) return wrong(what + ": only floating-point values can be quantized");
   if (q.bits > 52) return wrong(what + ": quantization takes 1 to 52 bits");
   if (q.minimum.size() != components || q.maximum.size() != components)
     return wrong(what + ": quantization needs a range for each component");
   for (std::size_t c = 0; c < components; ++c)
-    if (!(std::fabs(q.minimum[c]) < 1e300 && std::fabs(q.maximum[c]) < 1e300 &&
+    if (!(std::fabs(q.minimum[c]) < kTooLarge && std::fabs(q.maximum[c]) < kTooLarge &&
           q.minimum[c] <= q.maximum[c]))
       return wrong(what + ": quantization range is not finite or is reversed");
   return {};
@@ -55,8 +83,6 @@ Result<void> check_array(const Schema& schema, const ArrayInfo& array) {
     if (array.blocks[i] >= schema.blocks.size() ||
         (i > 0 && array.blocks[i] <= array.blocks[i - 1]))
       return wrong(what + ": block indices must ascend and exist");
-  if (array.per_step && array.quantization.bits != 0)
-    return wrong(what + ": stepped arrays are lossless");
   return check_quantization(array.quantization, array.type, array.components, what);
 }
 

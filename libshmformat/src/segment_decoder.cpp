@@ -75,7 +75,7 @@ Result<void> SegmentDecoder::assign_streams() {
   const auto known = MeshStreams<RangeDecoder>::list(*schema_);
   for (RangeDecoder& coder : streams_->coders()) coder = RangeDecoder(std::span<const std::byte>());
   for (std::size_t c = 0; c < streams_->values().columns(); ++c)
-    streams_->values().begin_column(c, {});
+    streams_->values().begin_column(c, ColumnCodec::predicted, {}, 0);
   stream_bytes_.clear();
   ByteReader in(std::span<const std::byte>(payload_).subspan(header_bytes_));
   std::size_t next = 0;
@@ -92,22 +92,25 @@ Result<void> SegmentDecoder::assign_streams() {
       return damaged(name + ": unknown or out of order");
     const bool topology = entry.kind < StreamKind::vertex_numbers;
     const bool values = streams_->holds_values(next);
-    const container::Codec wanted = values     ? container::Codec::columns
-                                    : topology ? codec_.value_or(entry.codec)
-                                               : container::Codec::predictive;
+    const std::optional<ColumnCodec> column = column_codec(entry.codec);
+    const bool is_known = values     ? column.has_value()
+                          : topology ? entry.codec == codec_.value_or(entry.codec)
+                                     : entry.codec == container::Codec::predictive;
     if (entry.kind == StreamKind::connectivity) {
       if (auto good = take_codec(entry.codec); !good) return good;
     } else if (topology && &entry == &group_.streams[0]) {
       return damaged(name + ": stands where connectivity should");
-    } else if (entry.codec != wanted) {
+    } else if (!is_known) {
       return damaged(
           name + ": codec " + std::to_string(static_cast<int>(entry.codec)) + " is unknown here",
           ErrorCode::unsupported);
     }
-    if (values)
-      streams_->values().begin_column(streams_->column_of(next), bytes);
-    else
+    if (!values) {
       streams_->coders()[next] = RangeDecoder(bytes);
+    } else if (!streams_->values().begin_column(streams_->column_of(next), *column, bytes,
+                                                group_.decoded_bytes)) {
+      return damaged(name + ": cannot be unpacked");
+    }
     ++next;
     const std::string key =
         entry.kind == StreamKind::array ? array_stream_name(*schema_, entry.array) : name;

@@ -23,6 +23,7 @@ SegmentEncoder::SegmentEncoder(const Schema& schema, const SegmentOptions& optio
     : schema_(&schema),
       group_cells_(options.group_cells),
       codec_(options.codec),
+      level_(options.level),
       start_(start),
       streams_(schema, start),
       xyz_bytes_(3 * scalar_bytes(schema.coordinate_type)),
@@ -214,20 +215,20 @@ void SegmentEncoder::take_cell_data(const SegmentPiece& piece, std::uint32_t blo
   }
 }
 
-std::vector<std::byte> SegmentEncoder::encode_column(std::size_t column) {
+EncodedColumn SegmentEncoder::encode_column(std::size_t column) {
   ValueStreams<RangeEncoder>& values = streams_.values();
-  if (column == 0) return values.encode(0, vertex_values_.data(), values_bytes_);
+  if (column == 0) return values.encode(0, vertex_values_.data(), values_bytes_, level_);
   const ArrayInfo& info = schema_->arrays[values.array_of(column)];
   if (info.location == Location::cell)
     return values.encode(column, cell_values_[column].data(),
-                         scalar_bytes(info.type) * info.components);
+                         scalar_bytes(info.type) * info.components, level_);
   std::size_t at = xyz_bytes_;
   for (std::uint32_t a = 0; a < values.array_of(column); ++a) {
     const ArrayInfo& before = schema_->arrays[a];
     if (!before.per_step && before.location == Location::point)
       at += scalar_bytes(before.type) * before.components;
   }
-  return values.encode(column, vertex_values_.data() + at, values_bytes_);
+  return values.encode(column, vertex_values_.data() + at, values_bytes_, level_);
 }
 
 bool SegmentEncoder::holds_full_bytes() const {
@@ -258,15 +259,16 @@ void SegmentEncoder::flush_group(std::vector<EncodedGroup>& done) {
   const auto names = MeshStreams<RangeEncoder>::list(*schema_);
   for (std::size_t s = 0; s < names.size(); ++s) {
     const bool values = streams_.holds_values(s);
-    std::vector<std::byte> bytes =
-        values ? encode_column(streams_.column_of(s)) : streams_.coders()[s].finish();
+    EncodedColumn column;
+    if (values) column = encode_column(streams_.column_of(s));
+    std::vector<std::byte> bytes = values ? std::move(column.bytes) : streams_.coders()[s].finish();
     container::StreamEntry entry;
     entry.kind = names[s].kind;
     entry.array = names[s].array;
     // An absent stream reads as zeros; connectivity is there to tell its codec.
     if (bytes.empty() && (entry.kind != StreamKind::connectivity || group_.header.cells == 0))
       continue;
-    entry.codec = values                                     ? container::Codec::columns
+    entry.codec = values                                     ? stream_codec(column.codec)
                   : entry.kind >= StreamKind::vertex_numbers ? container::Codec::predictive
                                                              : stream_codec(codec_);
     const auto needs = [&](StreamKind kind) { entry.needs |= 1u << static_cast<unsigned>(kind); };

@@ -86,6 +86,7 @@ struct EncodedGroup {
 struct SegmentOptions {
   std::uint32_t group_cells = 65536;
   ConnectivityCodec codec = ConnectivityCodec::rows;
+  Level level = Level::standard;  ///< of values
 };
 
 class SegmentEncoder {
@@ -117,7 +118,7 @@ class SegmentEncoder {
   void take_vertex(const SegmentPiece& piece, std::size_t vertex);
   void take_cell_data(const SegmentPiece& piece, std::uint32_t block, std::size_t at);
   void begin_element(bool cell);
-  std::vector<std::byte> encode_column(std::size_t column);
+  EncodedColumn encode_column(std::size_t column);
   bool holds_full_bytes() const;
   void note_active();
   void widen_range(std::uint32_t array, const std::byte* element);
@@ -127,6 +128,7 @@ class SegmentEncoder {
   const Schema* schema_;
   std::uint32_t group_cells_;
   ConnectivityCodec codec_;
+  Level level_;
   SegmentStart start_;
   MeshStreams<RangeEncoder> streams_;
   std::size_t xyz_bytes_, values_bytes_;

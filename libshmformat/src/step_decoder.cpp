@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "mesh_streams.h"
+
 namespace shm {
 
 StepDecoder::StepDecoder(const Schema& schema, const ReadLimits& limits, TopologyReplay& topology,
@@ -96,13 +98,14 @@ Result<StepReference> StepDecoder::reference_of(const container::StepHeader& hea
   if (last.run == 0 || header.reference_step != last.step_before ||
       (kind == StepReference::trend && last.run < 2))
     return wrong(header, "refers to a step that is not the one before it");
+  if (schema_->arrays[header.array].quantization.lossy())
+    return wrong(header, "refers to a step, but the array is quantized");
   if (kind > most_) return wrong(header, "refers to steps that are too large to hold");
   return kind;
 }
 
 Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& header,
                                                    std::span<const std::byte> bytes) {
-  using container::Codec;
   Last& last = last_[header.array];
   const ArrayInfo& info = schema_->arrays[header.array];
   const std::size_t stride = scalar_bytes(info.type) * info.components;
@@ -113,15 +116,15 @@ Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& 
                  ErrorCode::over_limit);
   const auto kind = reference_of(header);
   if (!kind) return kind.error();
-  if (header.codec == Codec::shuffled_zstd) {
-    if (*kind != StepReference::nothing) return wrong(header, "this codec refers to no step");
-    column_->forget();
+  const auto codec = column_codec(header.codec);
+  if (!codec) return wrong(header, "its codec is unknown");
+  if (info.components > kMostStepComponents) {
+    if (*codec != ColumnCodec::shuffled_zstd || *kind != StepReference::nothing)
+      return wrong(header, "has too many components for its codec");
     auto values = decompress_shuffled(info, bytes, header.count);
     if (!values) return wrong(header, "its bytes cannot be unpacked");
     return std::move(*values);
   }
-  if (header.codec != Codec::columns || info.components > kMostStepComponents)
-    return wrong(header, "its codec is unknown");
   if (!column_->begin(topology_->segment_of(header.group), *kind))
     return wrong(header, "refers to something else than the group before");
   last.has_referred = last.has_referred || *kind != StepReference::nothing;
@@ -130,7 +133,7 @@ Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& 
   const auto reference =
       last.values.reference(*kind, info, static_cast<std::size_t>(last.first) * stride,
                             static_cast<std::size_t>(header.count) * stride);
-  auto values = column_->decode(**elements, bytes, reference);
+  auto values = column_->decode(**elements, *codec, bytes, header.count * stride, reference);
   if (!values) return wrong(header, "its values make no sense");
   return std::move(*values);
 }

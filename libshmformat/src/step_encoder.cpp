@@ -4,6 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "mesh_streams.h"
+
 namespace shm {
 namespace {
 
@@ -14,11 +16,13 @@ Error misuse(std::string detail) {
 }  // namespace
 
 StepEncoder::StepEncoder(const Schema& schema, TopologyReplay& topology,
-                         std::vector<std::uint64_t> elements, std::uint32_t key_steps, Sink sink)
+                         std::vector<std::uint64_t> elements, std::uint32_t key_steps, Level level,
+                         Sink sink)
     : schema_(&schema),
       topology_(&topology),
       elements_(std::move(elements)),
       key_steps_(key_steps),
+      level_(level),
       most_(key_steps > 1 ? most_reference(schema, elements_) : StepReference::nothing),
       sink_(std::move(sink)),
       before_(schema.arrays.size(), Before{0, 0, StepMemory(most_)}) {}
@@ -49,6 +53,8 @@ Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   most_here_ = before.run == 0 || before.run >= key_steps_ ? StepReference::nothing
                : before.run == 1                           ? std::min(most_, StepReference::before)
                                                            : most_;
+  // What a reader restores of a quantized array is not what stands here.
+  if (schema_->arrays[array].quantization.lossy()) most_here_ = StepReference::nothing;
   before.next_step = step + 1;
   steps_ = std::max(steps_, step + 1);
   array_ = array;
@@ -84,8 +90,8 @@ Result<void> StepEncoder::end_group() {
   header.step = header.reference_step = step_;
   header.group = static_cast<std::uint32_t>(group);
   header.count = count_;
-  header.codec = coded->codec;
-  if (coded->codec == container::Codec::columns && *reference_ != StepReference::nothing) {
+  header.codec = stream_codec(coded->codec);
+  if (*reference_ != StepReference::nothing) {
     header.reference_step = reference_step_;
     header.trend = *reference_ == StepReference::trend;
     has_referred_ = true;
@@ -98,39 +104,34 @@ Result<void> StepEncoder::end_group() {
   return {};
 }
 
-/// What is pending, the smaller way.
-Result<StepBytes> StepEncoder::encode() {
+/// What is pending.
+Result<EncodedColumn> StepEncoder::encode() {
   const ArrayInfo& info = schema_->arrays[*array_];
-  StepBytes packed{container::Codec::shuffled_zstd, shuffle_and_compress(info, pending_)};
-  if (info.components > kMostStepComponents) return packed;
+  if (info.components > kMostStepComponents) {
+    reference_ = StepReference::nothing;
+    return EncodedColumn{ColumnCodec::shuffled_zstd, shuffle_and_compress(info, pending_)};
+  }
   const std::size_t group = group_ - 1;
   const auto elements = topology_->elements(group);
   if (!elements) return elements.error();
-  StepBytes predicted;
-  if (!reference_ && most_here_ != StepReference::nothing) {
-    predicted.bytes = choose_reference(**elements);
-  } else {
-    if (!reference_) reference_ = StepReference::nothing;
-    column_->begin(topology_->segment_of(group), *reference_);
-    predicted.bytes = column_->encode(**elements, pending_, reference(*reference_));
-  }
-  if (packed.bytes.empty() || predicted.bytes.size() <= packed.bytes.size()) return predicted;
-  column_->forget();
-  return packed;
+  if (!reference_ && most_here_ != StepReference::nothing) return choose_reference(**elements);
+  if (!reference_) reference_ = StepReference::nothing;
+  column_->begin(topology_->segment_of(group), *reference_);
+  return column_->encode(**elements, pending_, level_, reference(*reference_));
 }
 
 /// The first group of a step says what all of them refer to.
-std::vector<std::byte> StepEncoder::choose_reference(const GroupElements& elements) {
-  std::vector<std::byte> best;
+EncodedColumn StepEncoder::choose_reference(const GroupElements& elements) {
+  EncodedColumn best;
   for (const StepReference kind :
        {StepReference::nothing, StepReference::before, StepReference::trend}) {
     if (kind > most_here_) break;
     Column column(*schema_, *array_);
     column.begin(topology_->segment_of(group_ - 1), kind);
-    auto bytes = column.encode(elements, pending_, reference(kind));
-    if (reference_ && bytes.size() >= best.size()) continue;
+    auto coded = column.encode(elements, pending_, level_, reference(kind));
+    if (reference_ && coded.bytes.size() >= best.bytes.size()) continue;
     reference_ = kind;
-    best = std::move(bytes);
+    best = std::move(coded);
     column_ = std::move(column);
   }
   return best;

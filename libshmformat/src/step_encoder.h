@@ -23,7 +23,7 @@ class StepEncoder {
   /// `schema` is checked, borrowed, and so is `topology`, of the whole mesh. `elements`: how many
   /// each array has. At least one of `key_steps` steps refers to no other.
   StepEncoder(const Schema& schema, TopologyReplay& topology, std::vector<std::uint64_t> elements,
-              std::uint32_t key_steps, Sink sink);
+              std::uint32_t key_steps, Level level, Sink sink);
 
   /// Must hold: the array is stepped, `values` are whole elements.
   Result<void> add(std::uint32_t array, std::uint64_t step, std::span<const std::byte> values);
@@ -44,8 +44,8 @@ class StepEncoder {
   Result<void> begin_step(std::uint32_t array, std::uint64_t step);
   Result<void> begin_group();
   Result<void> end_group();
-  Result<StepBytes> encode();
-  std::vector<std::byte> choose_reference(const GroupElements& elements);
+  Result<EncodedColumn> encode();
+  EncodedColumn choose_reference(const GroupElements& elements);
   std::span<const std::byte> reference(StepReference kind) {
     return before_[*array_].values.reference(kind, schema_->arrays[*array_],
                                              static_cast<std::size_t>(first_) * stride(),
@@ -59,6 +59,7 @@ class StepEncoder {
   TopologyReplay* topology_;
   std::vector<std::uint64_t> elements_;
   std::uint32_t key_steps_;
+  Level level_;
   StepReference most_;
   Sink sink_;
   std::uint64_t steps_ = 0;

@@ -124,22 +124,22 @@ bool StepColumn<Coder>::begin(std::uint32_t segment, StepReference reference) {
 }
 
 template <class Coder>
-std::vector<std::byte> StepColumn<Coder>::encode(
-    const GroupElements& elements, std::span<const std::byte> values,
+EncodedColumn StepColumn<Coder>::encode(
+    const GroupElements& elements, std::span<const std::byte> values, Level level,
     std::span<const std::byte> reference) requires(!Coder::kDecodes) {
   const ArrayInfo& info = schema_->arrays[array_];
   column_->make_room(elements.slots);
   return column_->encode(items(elements), values.data(), scalar_bytes(info.type) * info.components,
-                         reference.empty() ? nullptr : reference.data());
+                         level, reference.empty() ? nullptr : reference.data());
 }
 
 template <class Coder>
 std::optional<std::vector<std::byte>> StepColumn<Coder>::decode(
-    const GroupElements& elements, std::span<const std::byte> bytes,
-    std::span<const std::byte> reference) requires(Coder::kDecodes) {
+    const GroupElements& elements, ColumnCodec codec, std::span<const std::byte> bytes,
+    std::uint64_t limit, std::span<const std::byte> reference) requires(Coder::kDecodes) {
   const TiledItems& all = items(elements);
   column_->make_room(elements.slots);
-  column_->begin_group(bytes);
+  if (!column_->begin_group(codec, bytes, limit)) return std::nullopt;
   std::vector<std::byte> out;
   for (std::size_t t = 0; t < all.tile_begin.size(); ++t) {
     const std::size_t begin = all.tile_begin[t];
@@ -159,14 +159,20 @@ template class StepColumn<RangeDecoder>;
 
 std::vector<std::byte> shuffle_and_compress(const ArrayInfo& info,
                                             std::span<const std::byte> values) {
-  return zstd_compress(shuffle(values, scalar_bytes(info.type)), kZstdLevel);
+  ByteWriter out;
+  out.put_varint(values.size());
+  out.put_bytes(zstd_compress(shuffle(values, scalar_bytes(info.type)), kZstdLevel));
+  return std::move(out.bytes);
 }
 
 std::optional<std::vector<std::byte>> decompress_shuffled(const ArrayInfo& info,
                                                           std::span<const std::byte> bytes,
                                                           std::uint64_t count) {
   const std::size_t width = scalar_bytes(info.type);
-  const auto planes = zstd_decompress(bytes, count * width * info.components);
+  ByteReader in(bytes);
+  const std::uint64_t size = count * width * info.components;
+  if (in.get_varint() != size) return std::nullopt;
+  const auto planes = zstd_decompress(in.get_bytes(in.left()), size);
   if (!planes) return std::nullopt;
   return unshuffle(*planes, width);
 }

@@ -48,11 +48,6 @@ class StepMemory {
   std::vector<std::byte> last_, before_last_, trend_;
 };
 
-struct StepBytes {
-  container::Codec codec = container::Codec::columns;
-  std::vector<std::byte> bytes;
-};
-
 /// The values of one array at one step through `columns`.
 template <class Coder>
 class StepColumn {
@@ -63,16 +58,15 @@ class StepColumn {
   /// Before each group in columns. It goes on with what the group before has left, if that is of
   /// the same segment. False if it cannot, because that group refers to something else.
   bool begin(std::uint32_t segment, StepReference reference);
-  /// After a group that was coded otherwise: the next one starts afresh.
-  void forget() { column_.reset(); }
 
   /// Encoding. `values`: those of the group's elements; `reference`: what they refer to, or empty.
-  std::vector<std::byte> encode(const GroupElements& elements, std::span<const std::byte> values,
-                                std::span<const std::byte> reference) requires(!Coder::kDecodes);
-  /// Decoding. Nothing for damaged data.
+  EncodedColumn encode(const GroupElements& elements, std::span<const std::byte> values,
+                       Level level,
+                       std::span<const std::byte> reference) requires(!Coder::kDecodes);
+  /// Decoding. `limit`: bytes of all values. Nothing for damaged data.
   std::optional<std::vector<std::byte>> decode(
-      const GroupElements& elements, std::span<const std::byte> bytes,
-      std::span<const std::byte> reference) requires(Coder::kDecodes);
+      const GroupElements& elements, ColumnCodec codec, std::span<const std::byte> bytes,
+      std::uint64_t limit, std::span<const std::byte> reference) requires(Coder::kDecodes);
 
  private:
   const TiledItems& items(const GroupElements& elements) const {

@@ -70,15 +70,17 @@ void ValueStreams<Coder>::begin_tile() {
 }
 
 template <class Coder>
-std::vector<std::byte> ValueStreams<Coder>::encode(std::size_t column, const std::byte* values,
-                                                   std::size_t stride) requires(!Coder::kDecodes) {
-  return columns_[column].encode(of_cells(column) ? cells_ : vertices_, values, stride);
+EncodedColumn ValueStreams<Coder>::encode(std::size_t column, const std::byte* values,
+                                          std::size_t stride,
+                                          Level level) requires(!Coder::kDecodes) {
+  return columns_[column].encode(of_cells(column) ? cells_ : vertices_, values, stride, level);
 }
 
 template <class Coder>
-void ValueStreams<Coder>::begin_column(std::size_t column,
-                                       std::span<const std::byte> bytes) requires(Coder::kDecodes) {
-  columns_[column].begin_group(bytes);
+bool ValueStreams<Coder>::begin_column(std::size_t column, ColumnCodec codec,
+                                       std::span<const std::byte> bytes,
+                                       std::uint64_t limit) requires(Coder::kDecodes) {
+  return columns_[column].begin_group(codec, bytes, limit);
 }
 
 template <class Coder>

@@ -40,11 +40,13 @@ class ValueStreams {
 
   // Encoding: tiles, then each column, then the next group.
   void begin_tile();
-  std::vector<std::byte> encode(std::size_t column, const std::byte* values,
-                                std::size_t stride) requires(!Coder::kDecodes);
+  EncodedColumn encode(std::size_t column, const std::byte* values, std::size_t stride,
+                       Level level) requires(!Coder::kDecodes);
 
-  // Decoding: all columns, then tile by tile. `bytes` are borrowed for the group.
-  void begin_column(std::size_t column, std::span<const std::byte> bytes) requires(Coder::kDecodes);
+  // Decoding: all columns, then tile by tile. `bytes` are borrowed for the group, and may unpack to
+  // `limit` bytes; false for damaged data.
+  bool begin_column(std::size_t column, ColumnCodec codec, std::span<const std::byte> bytes,
+                    std::uint64_t limit) requires(Coder::kDecodes);
   /// Values of what came since the last tile, appended to `out`; false for damaged data.
   bool decode_tile(std::size_t column, std::vector<std::byte>& out) requires(Coder::kDecodes);
   /// Forgets what came: after the last column of a group (encoding) or tile (decoding).

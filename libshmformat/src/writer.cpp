@@ -37,6 +37,7 @@ class Writer::Impl {
                 return write_group(segment, header, streams);
               }),
         key_steps_(options.key_steps),
+        level_(options.level),
         topology_(schema_, ~std::uint64_t{0}) {}
 
   Result<void> start() {
@@ -93,6 +94,7 @@ class Writer::Impl {
   std::map<std::string, std::uint64_t> stream_bytes_;
 
   std::uint32_t key_steps_;
+  Level level_;
   TopologyReplay topology_;
   std::optional<StepEncoder> step_values_;  // from the first ones on
   std::uint64_t step_times_ = 0;
@@ -151,7 +153,7 @@ Result<void> Writer::Impl::add_step_values(std::uint32_t array, std::uint64_t st
   if (!step_values_) {
     std::vector<std::uint64_t> elements(schema_.arrays.size());
     for (std::uint32_t a = 0; a < elements.size(); ++a) elements[a] = elements_of(a);
-    step_values_.emplace(schema_, topology_, std::move(elements), key_steps_,
+    step_values_.emplace(schema_, topology_, std::move(elements), key_steps_, level_,
                          [this](const auto& header, auto first, auto bytes) {
                            return write_step_values(header, first, bytes);
                          });

@@ -89,18 +89,32 @@ inline constexpr std::uint32_t kMaxNodesPerCell = 1 << 16;
 
 enum class Location : std::uint8_t { point = 0, cell = 1 };
 
-/// Uniform quantization of floating-point values. bits == 0 means lossless.
-/// Value v becomes the integer nearest to (v - minimum[c]) / step, with
-/// step = (largest side of the box) / (2^bits - 1). Non-finite values, and finite ones whose
-/// restored value would miss `max_error()`, are kept exactly.
+/// Uniform quantization of floating-point values. Value v of component c is kept as the integer k
+/// nearest to (v - minimum[c]) / step() and comes back as minimum[c] + k * step(), rounded to the
+/// stored type. Non-finite values, and finite ones whose restored value would miss `max_error()`,
+/// are kept exactly; -0.0 may come back as 0.0.
+/// Two kinds say the step: N bits of a box, step = (largest side of the box) / (2^N - 1); or an
+/// absolute bound, the step beside it. Make the second with `absolute()`.
 struct Quantization {
-  std::uint32_t bits = 0;       ///< 0 (lossless) or 1..52
-  std::vector<double> minimum;  ///< per component, finite
-  std::vector<double> maximum;  ///< per component, finite, >= minimum
+  static constexpr std::uint32_t kAbsolute = 64;  ///< `bits` of an absolute bound
+
+  std::uint32_t bits = 0;       ///< 0 (lossless), 1..52 (of the box) or kAbsolute
+  std::vector<double> minimum;  ///< per component, finite; absolute: where 0 steps are
+  std::vector<double> maximum;  ///< per component, finite, >= minimum; absolute: empty
+  double max_abs = 0;           ///< absolute: the bound; else 0
+  double spacing = 0;           ///< absolute: the step; else 0
   bool operator==(const Quantization&) const = default;
+
+  /// |restored - v| <= max_abs for every finite value, 0 < max_abs < 1e300. Steps are counted from
+  /// 0 and a shade smaller than 2 * max_abs, so that few values break the bound when they are
+  /// rounded to the stored type, and have to be kept exactly. Who knows the values may change
+  /// `spacing`: any step keeps the bound.
+  SHM_API static Quantization absolute(double max_abs, std::uint32_t components);
+  bool lossy() const { return bits != 0; }
   SHM_API double step() const;
-  /// Promise about |restored - source| for a value stored as `type`: half a step plus the
-  /// rounding to the stored type at the box's largest magnitude.
+  /// Promise about |restored - v| for a value stored as `type`. Absolute: max_abs, whatever the
+  /// type. Of a box: half a step plus the rounding to the stored type at the box's largest
+  /// magnitude.
   SHM_API double max_error(ScalarType type) const;
 };
 

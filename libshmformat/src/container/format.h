@@ -84,6 +84,7 @@ enum class Codec : std::uint8_t {
   replay = 7,         ///< cells: hexahedra repeated from cells before, with their numbers
   mixed = 8,          ///< cells: as rows, with a mix of predictions
   columns = 9,        ///< values: chosen predictors, adaptive range coder
+  mixed_columns = 10, ///< values: as columns, with a mix of predictions
 };
 
 struct StreamEntry {

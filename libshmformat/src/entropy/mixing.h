@@ -140,6 +140,7 @@ class MixingCoder {
   }
 
   bool bit(MixedBit& model, bool value = false);
+  std::uint64_t raw(std::uint64_t value, int count) { return engine_->raw(value, count); }
 
  private:
   static constexpr std::size_t kInputs = 3 + mixing::kMaxClues;

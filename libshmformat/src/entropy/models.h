@@ -42,11 +42,13 @@ struct NumberModelOf {
 };
 using NumberModel = NumberModelOf<AdaptiveBit>;
 /// The same with raw bits after the first two: for measured values. Small, so contexts are cheap.
-struct ResidualModel {
-  AdaptiveBit zero;
-  TreeModel<6> length;
-  std::array<std::array<AdaptiveBit, 4>, 64> first;
+template <class Bit>
+struct ResidualModelOf {
+  Bit zero;
+  TreeModel<6, Bit> length;
+  std::array<std::array<Bit, 4>, 64> first;
 };
+using ResidualModel = ResidualModelOf<AdaptiveBit>;
 
 template <class Coder, class Model>
 std::uint64_t code_number(Coder& coder, Model& model, std::uint64_t value) {

@@ -11,6 +11,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <vector>
 
 #include "front/none.h"
@@ -52,7 +53,7 @@ class ActiveSurface {
 
   /// A new vertex with the next stream number.
   std::uint32_t add_vertex() {
-    const std::uint32_t slot = take_slot(vertices_, free_vertices_);
+    const std::uint32_t slot = vertex_slot();
     Vertex& vertex = vertices_[slot];
     vertex = Vertex{};
     vertex.id = next_id_++;
@@ -131,13 +132,26 @@ class ActiveSurface {
     free.pop_back();
     return slot;
   }
+  /// The slot that has been free for longest, if more are free than vertices alive, so that what is
+  /// kept by slot outlasts its vertex for a while; else a new one. Frozen: part of the format.
+  std::uint32_t vertex_slot() {
+    if (free_vertices_.size() <= active_vertices_ + kRestingSlots) {
+      vertices_.emplace_back();
+      return static_cast<std::uint32_t>(vertices_.size() - 1);
+    }
+    const std::uint32_t slot = free_vertices_.front();
+    free_vertices_.pop_front();
+    return slot;
+  }
   void unlink(FaceCorner at);
   void sweep_births();
 
   std::vector<Vertex> vertices_;
   std::vector<Face> faces_;
   std::vector<std::uint8_t> cell_faces_;  // active faces of each cell slot
-  std::vector<std::uint32_t> free_vertices_, free_faces_, free_cells_;
+  static constexpr std::size_t kRestingSlots = 256;
+  std::deque<std::uint32_t> free_vertices_;  // the one that was freed first in front
+  std::vector<std::uint32_t> free_faces_, free_cells_;
   std::vector<Birth> births_;
   std::size_t oldest_ = 0;  // in births_: none before it is alive
   std::uint64_t next_id_ = 0, active_vertices_ = 0;

@@ -35,6 +35,13 @@ double cost_of(std::int64_t residual) {
   return length == 0 ? 0.3 : 1.7 + static_cast<double>(length);
 }
 
+/// Bits of `taken` yes among `count` decisions.
+double binary_entropy(std::size_t taken, std::size_t count) {
+  if (taken == 0 || taken == count) return 0.0;
+  const double n = static_cast<double>(count), p = static_cast<double>(taken) / n;
+  return -n * (p * std::log2(p) + (1.0 - p) * std::log2(1.0 - p));
+}
+
 bool is_finite(double v) { return std::fabs(v) <= std::numeric_limits<double>::max(); }
 
 std::int64_t minus(std::int64_t a, std::int64_t b) {
@@ -48,7 +55,9 @@ std::int64_t plus(std::int64_t a, std::int64_t b) {
 bool is_sayable(std::uint32_t mode, std::uint32_t known) {
   const auto has = [&](std::uint32_t bits) { return (known & bits) == bits; };
   const auto any = [&](std::uint32_t bits) { return (known & bits) != 0; };
-  if (mode == kLattice || mode == kLastMode || mode == kLastLineMode) return true;
+  if (mode == kLattice || mode == kLastMode || mode == kLastLineMode ||
+      (mode >= kMatchMode && mode < kFittedMode))
+    return true;
   if (mode < kLineMode) return has(1u << (mode - kNearMode));
   if (mode < kCurveMode) return has(Neighbourhood::kBeyond << (mode - kLineMode));
   if (mode < kFaceMode) return has(Neighbourhood::kFarther << (mode - kCurveMode));
@@ -83,19 +92,27 @@ ScalarColumn<Coder>::ScalarColumn(const ArrayInfo& info, std::size_t component)
       class_numbers_(kClassKeys) {}
 
 template <class Coder>
+void ScalarColumn<Coder>::mix(bool mixes) {
+  mixes_ = mixes;
+  if (mixes && mixed_.empty()) mixed_.emplace_back();
+}
+
+template <class Coder>
 void ScalarColumn<Coder>::make_room(std::uint32_t slot) {
   if (slot < states_.size()) return;
   const std::size_t size = std::max<std::size_t>(std::size_t{slot} + 1, states_.size() * 2);
   states_.resize(size);
   thirds_.resize(size);
   surprises_.resize(size);
+  seconds_.resize(size);
   if (has_twins_) twins_.resize(size);
 }
 
 // --- domains
 
 template <class Coder>
-bool ScalarColumn<Coder>::begin_group(Coder& coder, const DomainPlan& plan) {
+bool ScalarColumn<Coder>::begin_group(Coder& coder, const DomainPlan& plan,
+                                      std::span<const ScalarColumn<Coder>> before) {
   ValueDomain domain = plan.domain;
   if (!coder.bit(same_domain_, domain == domain_)) {
     domain.kind =
@@ -107,9 +124,31 @@ bool ScalarColumn<Coder>::begin_group(Coder& coder, const DomainPlan& plan) {
     if (!domain.fits(info_)) return false;
     change_domain(domain);
   }
-  table_.clear();
-  if (!coder.bit(table_flag_, !plan.table.empty())) return true;
-  return code_table(coder, plan.table);
+  if (!coder.bit(table_flag_, !plan.table.empty())) {
+    table_.clear();
+    return true;
+  }
+  std::vector<std::int64_t> known;
+  add_known_entries(*this, known);
+  for (const auto& other : before) add_known_entries(other, known);
+  return code_table(coder, plan.table, known);
+}
+
+/// Entries that another component has in its table and this one may have: of either sign.
+template <class Coder>
+void ScalarColumn<Coder>::add_known_entries(const ScalarColumn& other,
+                                            std::vector<std::int64_t>& known) const {
+  if (other.domain_.kind != domain_.kind || other.domain_.exponent != domain_.exponent) return;
+  for (std::int64_t entry : other.table_) {
+    known.push_back(entry);
+    known.push_back(opposite(entry));
+  }
+}
+
+/// The index of the negative value.
+template <class Coder>
+std::int64_t ScalarColumn<Coder>::opposite(std::int64_t index) const {
+  return domain_.kind == DomainKind::floats || domain_.kind == DomainKind::narrow ? ~index : -index;
 }
 
 template <class Coder>
@@ -132,26 +171,62 @@ void ScalarColumn<Coder>::change_domain(const ValueDomain& domain) {
   translator_ = next;
 }
 
+/// Entry by entry, ascending: one that is known of somewhere else, or by its distance from the
+/// last.
 template <class Coder>
-bool ScalarColumn<Coder>::code_table(Coder& coder, const std::vector<std::int64_t>& table) {
+bool ScalarColumn<Coder>::code_table(Coder& coder, const std::vector<std::int64_t>& table,
+                                     std::vector<std::int64_t> known) {
   const std::uint64_t count = code_number(coder, entries_, table.size() - 1) + 1;
   if (count > kMostEntries) return false;
-  std::int64_t entry = 0;
+  std::sort(known.begin(), known.end());
+  known.erase(std::unique(known.begin(), known.end()), known.end());
+  const bool others = !known.empty();
+  table_.clear();
   std::uint64_t step = 0;
+  std::size_t next = 0, mirrored = 0;  // in known, and in table_ from its end
+  std::uint32_t history = 0;
   for (std::uint64_t i = 0; i < count; ++i) {
-    if (i == 0) {
-      entry = code_signed(coder, first_entry_, table.empty() ? 0 : table[0]);
+    // Of the entries so far the negative ones become known as positive ones.
+    const std::int64_t last = i == 0 ? std::numeric_limits<std::int64_t>::min() : table_.back();
+    if (i > 0 && !others && mirrored == 0 && last >= 0) {
+      known.clear();
+      for (std::size_t k = table_.size(); k-- > 0;)
+        if (opposite(table_[k]) > 0) known.push_back(opposite(table_[k]));
+      mirrored = 1;
+      next = 0;
+    }
+    while (next < known.size() && known[next] <= last && i > 0) ++next;
+    std::uint64_t skip = 0;
+    bool is_known = false;
+    if constexpr (!Coder::kDecodes) {
+      const auto found = std::lower_bound(known.begin() + static_cast<std::ptrdiff_t>(next),
+                                          known.end(), table[i]);
+      is_known = found != known.end() && *found == table[i];
+      skip = static_cast<std::uint64_t>(found - known.begin()) - next;
+      is_known = is_known && skip < 64;
+    }
+    if (next < known.size()) {
+      is_known = coder.bit(known_entry_[history], is_known);
+      history = (2 * history + (is_known ? 1 : 0)) % 8;
+    } else {
+      is_known = false;
+    }
+    if (is_known) {
+      skip = code_number(coder, skipped_, skip);
+      if (skip >= known.size() - next) return false;
+      table_.push_back(known[next + static_cast<std::size_t>(skip)]);
+    } else if (i == 0) {
+      table_.push_back(code_signed(coder, first_entry_, table.empty() ? 0 : table[0]));
     } else {
       std::uint64_t wanted = 0;
       if constexpr (!Coder::kDecodes)
         wanted =
             static_cast<std::uint64_t>(table[i]) - static_cast<std::uint64_t>(table[i - 1]) - 1;
       if (!coder.bit(same_step_, wanted == step)) step = code_number(coder, step_, wanted);
-      const std::int64_t next = plus(entry, static_cast<std::int64_t>(step + 1));
-      if (next <= entry) return false;
-      entry = next;
+      const std::int64_t entry = plus(last, static_cast<std::int64_t>(step + 1));
+      if (entry <= last) return false;
+      table_.push_back(entry);
     }
-    table_.push_back(entry);
   }
   return true;
 }
@@ -191,13 +266,15 @@ void ScalarColumn<Coder>::code_class(Coder& coder, std::uint32_t of_class) {
   Class& it = classes_[of_class];
   it.tile = tile_;
   const Class* wanted = Coder::kDecodes ? &it : &wanted_[of_class];
-  if (!coder.bit(same_mode_, wanted->mode == it.mode && wanted->way == it.way)) {
-    if (has_twins_)
-      it.way = std::min<std::uint32_t>(code_tree(coder, way_, wanted->way), kWays - 1);
-    if (it.way != kCopy)
-      it.mode = std::min<std::uint32_t>(code_tree(coder, mode_, wanted->mode), kModes - 1);
+  if (has_twins_ && !coder.bit(same_way_, wanted->way == it.way))
+    it.way = it.way == kAlone ? kDifference : kAlone;
+  if (!coder.bit(same_mode_, wanted->mode == it.mode))
+    it.mode = std::min<std::uint32_t>(code_tree(coder, mode_, wanted->mode), kModes - 1);
+  if (!coder.bit(same_second_, wanted->second == it.second)) {
+    it.second = code_tree(coder, second_, wanted->second);
+    if (it.second >= kModes) it.second = kNoMode;
   }
-  if (it.way == kCopy || it.mode != kFittedMode) return;
+  if (it.mode != kFittedMode && it.second != kFittedMode) return;
   if (coder.bit(same_weights_, wanted->weights == it.weights)) return;
   for (std::uint32_t i = 0; i < kWeights; ++i) {
     const std::int64_t weight =
@@ -215,10 +292,28 @@ void ScalarColumn<Coder>::skip(const Neighbourhood& item) {
   states_[item.self] = last_;
   thirds_[item.self] = 0.0;
   surprises_[item.self] = 0;
+  seconds_[item.self] = 0;
   if (has_twins_) twins_[item.self] = {twin_last_, 0.0};
 }
 
-// --- the reference step
+template <class Coder>
+void ScalarColumn<Coder>::note(std::span<const Neighbourhood> items,
+                               std::span<const std::uint64_t> bits) {
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const double value = translator_.from_value(scalar_as_double(info_.type, bits[i]));
+    skip(items[i]);
+    if (is_finite(value)) states_[items[i].self] = value;
+    before_last_ = last_;
+    last_ = states_[items[i].self];
+    last_surprise_ = 0;
+    if (!has_twins_) continue;
+    twins_[items[i].self] = {last_, 0.0};
+    twin_before_last_ = twin_last_;
+    twin_last_ = last_;
+  }
+}
+
+// --- what values refer to
 
 /// The state of a value in the domain at hand: any number, the same everywhere.
 template <class Coder>
@@ -227,16 +322,19 @@ double ScalarColumn<Coder>::reference_state(std::uint64_t bits) const {
   return is_finite(state) ? state : twin_last_;
 }
 
+/// What is told from a feature in a difference. `then`: the twin of the element itself.
 template <class Coder>
-double ScalarColumn<Coder>::twin_feature(const Neighbourhood& item, std::uint32_t feature) const {
+double ScalarColumn<Coder>::twin_feature(const Neighbourhood& item, std::uint32_t feature,
+                                         double then) const {
   if (feature < kFThird) return twins_[item.at[feature]].state;
   if (feature < kFLast) return twins_[item.at[feature - kFThird]].third;
+  if (feature >= kFMatch) return then;
   return feature == kFLast ? twin_last_ : twin_before_last_;
 }
 
 template <class Coder>
 void ScalarColumn<Coder>::note_twin(const Neighbourhood& item, double state) {
-  const auto at = [&](std::uint32_t feature) { return twin_feature(item, feature); };
+  const auto at = [&](std::uint32_t feature) { return twin_feature(item, feature, state); };
   const double third =
       item.knows(Neighbourhood::kLattice) ? state - Predictor(item.known, at).lattice() : 0.0;
   twins_[item.self] = {state, third};
@@ -257,7 +355,7 @@ auto ScalarColumn<Coder>::residual_model(std::uint32_t context) -> Residual& {
 
 template <class Coder>
 std::uint32_t ScalarColumn<Coder>::context(const Neighbourhood& item, std::int32_t scale,
-                                           std::span<const ValueSurprise> before) const {
+                                           bool second, std::size_t i) const {
   const auto relative = [&](ValueSurprise surprise) {
     return surprise == 0
                ? 0u
@@ -270,10 +368,48 @@ std::uint32_t ScalarColumn<Coder>::context(const Neighbourhood& item, std::int32
       ++count;
     }
   const std::uint32_t mean = count == 0 ? relative(last_surprise_) : (sum + count / 2) / count;
-  const std::uint32_t other = before.empty() || item.self >= before.size() ? 0
-                              : before[item.self] == 0                     ? 1
-                                                                           : 2;
-  return surprise_class(mean) * 3 + other;
+  const std::uint32_t other = before_.empty() ? 0 : before_.back()->surprises[i] == 0 ? 1 : 2;
+  return (surprise_class(mean) * 3 + other) * 2 + (second ? 1 : 0);
+}
+
+template <class Coder>
+template <class At>
+MatchTables::Places ScalarColumn<Coder>::match_places(const Neighbourhood& item, const At& at,
+                                                      std::size_t i) const {
+  std::array<MatchTables::Key, kMatchKinds> keys;
+  for (std::uint32_t a = 0; a < 3; ++a)
+    if ((item.known >> a & 1) != 0) keys[0].add(at(a));
+  keys[1].add(at(kFLast));
+  keys[1].add(at(kFBeforeLast));
+  for (std::size_t c = 0; c < before_.size() && c < 2; ++c)
+    keys[2].add(before_[before_.size() - 1 - c]->values[i]);
+  return {keys[0].place(), keys[1].place(), keys[2].place()};
+}
+
+template <class Coder>
+void ScalarColumn<Coder>::ask_about(Mixed& mixed, const Neighbourhood& item, std::int32_t scale,
+                                    std::size_t i, std::uint32_t of_class, std::int64_t expected,
+                                    const std::array<std::int64_t, 3>& others, bool second) {
+  const auto relative = [&](ValueSurprise surprise) {
+    return surprise == 0
+               ? 0u
+               : static_cast<std::uint32_t>(std::clamp<std::int32_t>(surprise - scale, 1, 64));
+  };
+  std::array<std::uint32_t, 3> near{};
+  for (std::uint32_t a = 0; a < 3; ++a)
+    near[a] = (item.known >> a & 1) != 0 ? relative(surprises_[item.at[a]]) + 1 : 0;
+  const auto way = [&](std::int64_t other) {
+    const std::int64_t by = minus(other, expected);
+    return 2 * bit_length(by) + (by < 0 ? 1 : 0);
+  };
+  const std::uint32_t last = relative(last_surprise_);
+  const std::uint32_t before = before_.empty() ? 0 : relative(before_.back()->surprises[i]) + 1;
+  const std::uint32_t first =
+      before_.size() < 2 ? 0 : relative(before_[before_.size() - 2]->surprises[i]) + 1;
+  const std::uint32_t sum = near[0] + near[1] + near[2];
+  mixed.coder.about(0, clue(sum, before, second), clue(near[0], near[1], near[2]),
+                    clue(of_class, last, second), clue(way(others[0]), way(others[1])),
+                    clue(before, first, way(others[2])));
 }
 
 /// The state of a value that the space has no place for, or that is not finite: what the lattice
@@ -288,16 +424,19 @@ double ScalarColumn<Coder>::odd_state(const auto& space, const Predictor<At>& pr
 template <class Coder>
 bool ScalarColumn<Coder>::code_tile(Coder& coder, std::span<const Neighbourhood> items,
                                     std::span<std::uint64_t> bits,
-                                    std::span<const ValueSurprise> before,
+                                    std::span<const Trace* const> before,
                                     std::span<const std::uint64_t> reference) {
   ++tile_;
+  before_ = before;
+  trace_.values.resize(items.size());
+  trace_.surprises.resize(items.size());
   for (const Neighbourhood& item : items) make_room(item.self);
   return with_space([&](const auto& space) {
     if constexpr (!Coder::kDecodes) {
       look_ahead(space, items, bits, reference);
       choose_modes(space);
     }
-    return code_items(coder, space, items, bits, before, reference);
+    return code_items(coder, space, items, bits, reference);
   });
 }
 
@@ -306,36 +445,40 @@ template <class Space>
 bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
                                      std::span<const Neighbourhood> items,
                                      std::span<std::uint64_t> bits,
-                                     std::span<const ValueSurprise> before,
                                      std::span<const std::uint64_t> reference) {
   for (std::size_t i = 0; i < items.size(); ++i) {
     const Neighbourhood& item = items[i];
+    MatchTables::Places places{};
     const auto at = [&](std::uint32_t feature) {
       if constexpr (!Coder::kDecodes) return samples_[i].state[feature];
       if (feature < kFThird) return states_[item.at[feature]];
       if (feature < kFLast) return thirds_[item.at[feature - kFThird]];
+      if (feature >= kFOther) return other_value(i);
+      if (feature >= kFMatch) return from_match(feature - kFMatch, places);
       return feature == kFLast ? last_ : before_last_;
     };
+    if constexpr (Coder::kDecodes) places = match_places(item, at, i);
     const Predictor predictor(item.known, at);
     const std::uint32_t of_class = class_of(item);
     if (classes_[of_class].tile != tile_) code_class(coder, of_class);
-    const Class& how = classes_[of_class];
-    double then = 0.0;  // the state at the reference step
+    Class& how = classes_[of_class];
+    double then = 0.0;  // the state of the reference
     if (has_twins_) {
       if constexpr (Coder::kDecodes)
         then = reference_state(reference[i]);
       else
         then = samples_[i].reference;
     }
-    const auto difference = [&](std::uint32_t feature) {
+    const auto difference_at = [&](std::uint32_t feature) {
       if constexpr (!Coder::kDecodes) return samples_[i].difference[feature];
-      return at(feature) - twin_feature(item, feature);
+      return at(feature) - twin_feature(item, feature, then);
     };
-    const double prediction =
-        how.way == kAlone ? predictor.predict(how.mode, how.weights)
-        : how.way == kCopy
-            ? then
-            : then + Predictor(item.known, difference).predict(how.mode, how.weights);
+    const Predictor difference(item.known, difference_at);
+    const auto predict = [&](std::uint32_t mode) {
+      return how.way == kAlone ? predictor.predict(mode, how.weights)
+                               : then + difference.predict(mode, how.weights);
+    };
+    double prediction = predict(how.mode);
 
     bool odd = false;
     if constexpr (!Coder::kDecodes) odd = samples_[i].odd;
@@ -349,11 +492,44 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
         bits[i] = coder.raw(bits[i], static_cast<int>(8 * scalar_bytes(info_.type)));
       state = odd_state(space, predictor);
     } else {
-      const std::int64_t expected = space.index(prediction);
+      std::int64_t expected = space.index(prediction);
+      bool second = false;
+      if (how.second != kNoMode) {
+        const double other = predict(how.second);
+        const std::int64_t instead = space.index(other);
+        if (instead != expected) {
+          if constexpr (!Coder::kDecodes)
+            second = bit_length(minus(samples_[i].index, instead)) + 1 <
+                     bit_length(minus(samples_[i].index, expected));
+          std::uint32_t near = 0;
+          for (std::uint32_t a = 0; a < 3; ++a)
+            if ((item.known >> a & 1) != 0) near += seconds_[item.at[a]];
+          second = coder.bit(how.takes_second[near], second);
+          if (second) {
+            expected = instead;
+            prediction = other;
+          }
+        }
+      }
+      seconds_[item.self] = second ? 1 : 0;
       const std::int32_t scale = space.scale(prediction);
       std::int64_t residual = 0;
       if constexpr (!Coder::kDecodes) residual = minus(samples_[i].index, expected);
-      residual = code_signed(coder, residual_model(context(item, scale, before)), residual);
+      if (mixes_) {
+        Mixed& mixed = mixed_[0];
+        const std::array<std::int64_t, 3> others = {
+            space.index(predict(kLattice)),
+            space.index(predict(how.second == kNoMode ? kMeanNearMode
+                                : second              ? how.mode
+                                                      : how.second)),
+            space.index(predict(kMeanLineMode))};
+        mixed.coder.use(coder);
+        ask_about(mixed, item, scale, i, of_class, expected, others, second);
+        residual =
+            code_signed(mixed.coder, mixed.residuals[context(item, scale, second, i)], residual);
+      } else {
+        residual = code_signed(coder, residual_model(context(item, scale, second, i)), residual);
+      }
       const std::int64_t index = plus(expected, residual);
       const std::uint32_t length = bit_length(residual);
       surprise =
@@ -363,17 +539,18 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
         if (index < 0 || static_cast<std::uint64_t>(index) >= space.table.size()) return false;
         base_index = space.table[static_cast<std::size_t>(index)];
       }
-      bool negative = false;
+      bool minus_zero = false;
       if (domain_.negative_zero && base_index == 0) {
-        if constexpr (!Coder::kDecodes) negative = bits[i] == negative_zero(info_.type);
-        negative = last_negative_ = coder.bit(negative_[last_negative_], negative);
+        if constexpr (!Coder::kDecodes) minus_zero = bits[i] == negative_zero(info_.type);
+        minus_zero = last_negative_ = coder.bit(negative_[last_negative_], minus_zero);
       }
       if constexpr (Coder::kDecodes)
-        bits[i] = negative ? negative_zero(info_.type) : translator_.bits(base_index);
+        bits[i] = minus_zero ? negative_zero(info_.type) : translator_.bits(base_index);
       state = space.state(index);
       if (!is_finite(state)) state = odd_state(space, predictor);
     }
     surprises_[item.self] = surprise;
+    trace_.surprises[i] = surprise;
     last_surprise_ = surprise;
     if constexpr (Coder::kDecodes) {
       thirds_[item.self] = item.knows(Neighbourhood::kLattice) ? state - predictor.lattice() : 0.0;
@@ -381,6 +558,8 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
       before_last_ = last_;
       last_ = state;
       if (has_twins_) note_twin(item, then);
+      trace_.values[i] = translator_.as_value(state);
+      matches_.remember(places, trace_.values[i]);
     }
   }
   return true;
@@ -408,6 +587,9 @@ void ScalarColumn<Coder>::look_ahead(const Space& space, std::span<const Neighbo
     it.known = item.known;
     it.of_class = class_of(item);
     const auto at = [&](std::uint32_t feature) { return it.state[feature]; };
+    const MatchTables::Places places = match_places(item, at, i);
+    for (std::uint32_t m = 0; m < kMatchKinds; ++m) it.state[kFMatch + m] = from_match(m, places);
+    it.state[kFOther] = other_value(i);
     const Predictor predictor(item.known, at);
 
     auto index = translator_.index(bits[i]);
@@ -427,14 +609,16 @@ void ScalarColumn<Coder>::look_ahead(const Space& space, std::span<const Neighbo
     thirds_[item.self] = item.knows(Neighbourhood::kLattice) ? state - predictor.lattice() : 0.0;
     states_[item.self] = state;
     if (has_twins_) {
+      it.reference = reference_state(reference[i]);
       for (std::uint32_t f = 0; f < kFeatures; ++f)
         if (f >= kFLast || (item.known >> f & 1) != 0)
-          it.difference[f] = it.state[f] - twin_feature(item, f);
-      it.reference = reference_state(reference[i]);
+          it.difference[f] = it.state[f] - twin_feature(item, f, it.reference);
       note_twin(item, it.reference);
     }
     before_last_ = last_;
     last_ = state;
+    trace_.values[i] = translator_.as_value(state);
+    matches_.remember(places, trace_.values[i]);
   }
 }
 
@@ -463,56 +647,99 @@ void ScalarColumn<Coder>::choose_modes(const Space& space) {
     const std::uint32_t known = samples_[order[begin[c]]].known;
     const std::size_t looked = std::min<std::size_t>(count[c], kLookAt);
     const double scale = static_cast<double>(count[c]) / static_cast<double>(looked);
-    const auto cost = [&](std::uint32_t way, std::uint32_t mode, const Weights& weights) {
-      double sum = 0.0;
-      for (std::size_t i = 0; i < looked; ++i) {
-        const Sample& sample = pick(i, looked);
-        if (sample.odd) continue;
-        double prediction = way == kAlone ? 0.0 : sample.reference;
-        const auto& features = sample.features(way);
-        const auto at = [&](std::uint32_t feature) { return features[feature]; };
-        if (way != kCopy) prediction += Predictor(sample.known, at).predict(mode, weights);
-        sum += cost_of(minus(sample.index, space.index(prediction)));
-      }
-      return sum * scale;
-    };
+    const Class start = it;
+    double least_of_ways = 0.0;
+    for (const Way way : {kAlone, kDifference}) {
+      if (way == kDifference && !has_twins_) break;
+      // What each mode misses: bits by sample.
+      std::array<std::vector<double>, kModes> missed;
+      const auto look = [&](std::uint32_t mode, const Weights& weights) {
+        missed[mode].clear();
+        double sum = 0.0;
+        for (std::size_t i = 0; i < looked; ++i) {
+          const Sample& sample = pick(i, looked);
+          if (sample.odd) continue;
+          const auto& features = way == kAlone ? sample.state : sample.difference;
+          const auto at = [&](std::uint32_t feature) { return features[feature]; };
+          const double prediction = Predictor(sample.known, at).predict(mode, weights) +
+                                    (way == kAlone ? 0.0 : sample.reference);
+          const double bits = cost_of(minus(sample.index, space.index(prediction)));
+          missed[mode].push_back(bits);
+          sum += bits;
+        }
+        return sum * scale;
+      };
 
-    Class best = it;
-    double least = cost(it.way, it.mode, it.weights);
-    const auto offer = [&](std::uint32_t way, std::uint32_t mode, const Weights& weights,
-                           double extra) {
-      const double its =
-          cost(way, mode, weights) + extra + (way == it.way && mode == it.mode ? 0.0 : kModeBits);
-      if (its >= least) return;
-      least = its;
-      best.way = way;
-      best.mode = mode;
-      best.weights = weights;
-    };
-    for (std::uint32_t way = 0; way < (has_twins_ ? kWays : 1u); ++way) {
-      if (way == kCopy) {
-        if (it.way != kCopy) offer(way, it.mode, it.weights, 0.0);
-        continue;
+      Weights weights = start.weights;
+      std::array<double, kModes> cost{};
+      std::array<bool, kModes> tried{};
+      for (std::uint32_t mode = 0; mode < kModes; ++mode) {
+        tried[mode] = mode == kStayMode ? way == kDifference : is_sayable(mode, known);
+        if (mode == kFittedMode) {
+          tried[mode] = tried[mode] && count[c] >= kFewestToFit;
+          if (!tried[mode]) continue;
+          const std::size_t fitted = std::min<std::size_t>(count[c], kFitAt);
+          fit.clear();
+          for (std::size_t i = 0; i < fitted; ++i) {
+            const Sample& sample = pick(i, fitted);
+            const auto& features = way == kAlone ? sample.state : sample.difference;
+            const auto at = [&](std::uint32_t feature) { return features[feature]; };
+            const Predictor predictor(sample.known, at);
+            const double base = predictor.lattice();
+            const double target =
+                space.state(sample.index) - base - (way == kAlone ? 0.0 : sample.reference);
+            if (!sample.odd && is_finite(target)) fit.push_back({predictor.terms(base), target});
+          }
+          const Weights found = fit_weights(fit);
+          const double kept = start.weights == Weights{} ? 1e300 : look(mode, start.weights);
+          const double anew = look(mode, found) + kWeightsBits;
+          if (anew < kept) {
+            weights = found;
+            cost[mode] = anew;
+          } else {
+            cost[mode] = look(mode, start.weights);
+          }
+        } else if (tried[mode]) {
+          cost[mode] = look(mode, weights);
+        }
       }
-      for (std::uint32_t mode = 0; mode < kFittedMode; ++mode)
-        if ((way != it.way || mode != it.mode) && is_sayable(mode, known))
-          offer(way, mode, it.weights, 0.0);
-      if (count[c] < kFewestToFit || !is_sayable(kFittedMode, known)) continue;
-      const std::size_t fitted = std::min<std::size_t>(count[c], kFitAt);
-      fit.clear();
-      for (std::size_t i = 0; i < fitted; ++i) {
-        const Sample& sample = pick(i, fitted);
-        const auto& features = sample.features(way);
-        const auto at = [&](std::uint32_t feature) { return features[feature]; };
-        const Predictor predictor(sample.known, at);
-        const double base = predictor.lattice();
-        const double target =
-            space.state(sample.index) - (way == kAlone ? 0.0 : sample.reference) - base;
-        if (!sample.odd && is_finite(target)) fit.push_back({predictor.terms(base), target});
+      std::uint32_t best = kLattice;
+      double least = cost[best] + (start.mode == best ? 0.0 : kModeBits);
+      for (std::uint32_t mode = 0; mode < kModes; ++mode) {
+        const double its = cost[mode] + (start.mode == mode ? 0.0 : kModeBits);
+        if (!tried[mode] || its >= least) continue;
+        least = its;
+        best = mode;
       }
-      offer(way, kFittedMode, fit_weights(fit), kWeightsBits);
+      std::uint32_t second = kNoMode;
+      const double alone = cost[best];
+      double less = alone + (start.second == kNoMode ? 0.0 : kModeBits);
+      for (std::uint32_t mode = 0; mode < kModes; ++mode) {
+        if (!tried[mode] || mode == best) continue;
+        double sum = 0.0;
+        std::size_t taken = 0;
+        for (std::size_t i = 0; i < missed[mode].size(); ++i) {
+          const bool better = missed[mode][i] + 1.0 < missed[best][i];
+          taken += better ? 1 : 0;
+          sum += better ? missed[mode][i] : missed[best][i];
+        }
+        if (taken == 0) continue;
+        const double its =
+            (sum + binary_entropy(taken, missed[mode].size())) * scale +
+            (start.second == mode ? 0.0 : kModeBits) +
+            (mode == kFittedMode && !(weights == start.weights) ? kWeightsBits : 0.0);
+        if (its >= less) continue;
+        less = its;
+        second = mode;
+      }
+      less += start.mode == best ? 0.0 : kModeBits;
+      if (way != kAlone && less >= least_of_ways) break;
+      least_of_ways = less;
+      it.way = way;
+      it.second = second;
+      it.mode = best;
+      it.weights = weights;
     }
-    it = best;
   }
 }
 

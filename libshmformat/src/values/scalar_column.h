@@ -8,7 +8,9 @@
 #include <span>
 #include <vector>
 
+#include "entropy/mixing.h"
 #include "entropy/models.h"
+#include "values/match_tables.h"
 #include "values/neighbourhood.h"
 #include "values/value_domain.h"
 #include "values/value_predictor.h"
@@ -29,34 +31,52 @@ class ScalarColumn {
  public:
   ScalarColumn(const ArrayInfo& info, std::size_t component);
 
-  /// Begins a group. Encoding: as `plan` says; decoding: as the stream says. False for damage.
-  bool begin_group(Coder& coder, const DomainPlan& plan);
-  /// Codes the values (bits) of the elements of one tile, in order. `before`: the surprises of the
-  /// component before, by slot; empty for the first. `reference`: bits of the same elements at the
-  /// reference step; empty unless use_reference() was called. False for damaged data.
+  /// Whether groups from here on are said with mixed bits. It lasts.
+  void mix(bool mixes);
+
+  /// Begins a group. Encoding: as `plan` says; decoding: as the stream says. `before`: the
+  /// components before this one, which have begun it. False for damage.
+  bool begin_group(Coder& coder, const DomainPlan& plan,
+                   std::span<const ScalarColumn<Coder>> before);
+  /// What the last tile held, by element.
+  struct Trace {
+    std::vector<double> values;
+    std::vector<ValueSurprise> surprises;
+  };
+  /// Codes the values (bits) of the elements of one tile, in order. `before`: what the components
+  /// before this one held in this tile. `reference`: bits that these values refer to; empty unless
+  /// use_reference() was called. False for damaged data.
   bool code_tile(Coder& coder, std::span<const Neighbourhood> items, std::span<std::uint64_t> bits,
-                 std::span<const ValueSurprise> before,
+                 std::span<const Trace* const> before,
                  std::span<const std::uint64_t> reference = {});
+  /// Takes note of values that were said otherwise.
+  void note(std::span<const Neighbourhood> items, std::span<const std::uint64_t> bits);
   /// An element that the array does not cover: takes the state of the last one.
   void skip(const Neighbourhood& item);
 
   void make_room(std::uint32_t slot);
   /// Before the first element: all tiles will come with a reference.
-  void use_reference() {
-    has_twins_ = true;
-    twins_.resize(states_.size());
-  }
+  void use_reference() { has_twins_ = true; }
 
-  std::span<const ValueSurprise> surprises() const { return surprises_; }
+  const Trace& trace() const { return trace_; }
 
  private:
   using Residual = SignedModel<ResidualModel>;
+  using MixedResidual = SignedModel<ResidualModelOf<MixedBit>>;
+  /// Codec mixed: one for each component.
+  struct Mixed {
+    MixingCoder<Coder> coder{3};
+    std::vector<MixedResidual> residuals{2 * 27 * 3};
+    std::array<MixedBit, 4> second;
+  };
   /// What is said of a class of neighbourhoods.
   struct Class {
     std::uint64_t tile = 0;  ///< the last one that had it, from 1
     std::uint32_t mode = kLattice;
+    std::uint32_t second = kNoMode;  ///< a mode that may be right where the first is wrong
     Weights weights{};
     std::uint32_t way = kAlone;
+    std::array<AdaptiveBit, 4> takes_second;  ///< by how many near ones did
   };
   /// An element as the encoder sees it.
   struct Sample {
@@ -65,40 +85,51 @@ class ScalarColumn {
     bool odd = false;
     std::uint32_t known = 0, of_class = 0;
     std::array<double, kFeatures> difference{};  ///< state - that of the twin
-    double reference = 0;
-    const std::array<double, kFeatures>& features(std::uint32_t way) const {
-      return way == kDifference ? difference : state;
-    }
+    double reference = 0;                        ///< state of the reference
   };
-  /// The state of an element at the reference step.
+  /// The state of what an element refers to.
   struct Twin {
     double state = 0, third = 0;
   };
   static constexpr std::uint32_t kSurpriseClasses = 27;
 
   void change_domain(const ValueDomain& domain);
-  bool code_table(Coder& coder, const std::vector<std::int64_t>& table);
+  bool code_table(Coder& coder, const std::vector<std::int64_t>& table,
+                  std::vector<std::int64_t> known);
+  std::int64_t opposite(std::int64_t index) const;
+  void add_known_entries(const ScalarColumn& other, std::vector<std::int64_t>& known) const;
   std::uint32_t class_of(const Neighbourhood& item);
   template <class Visit>
   bool with_space(Visit&& visit);
   template <class Space>
   bool code_items(Coder& coder, const Space& space, std::span<const Neighbourhood> items,
-                  std::span<std::uint64_t> bits, std::span<const ValueSurprise> before,
-                  std::span<const std::uint64_t> reference);
+                  std::span<std::uint64_t> bits, std::span<const std::uint64_t> reference);
   template <class Space>
   void look_ahead(const Space& space, std::span<const Neighbourhood> items,
                   std::span<const std::uint64_t> bits, std::span<const std::uint64_t> reference);
-  double twin_feature(const Neighbourhood& item, std::uint32_t feature) const;
+  double twin_feature(const Neighbourhood& item, std::uint32_t feature, double then) const;
   double reference_state(std::uint64_t bits) const;
   void note_twin(const Neighbourhood& item, double state);
   template <class Space>
   void choose_modes(const Space& space);
+  template <class At>
+  MatchTables::Places match_places(const Neighbourhood& item, const At& at, std::size_t i) const;
+  double from_match(std::uint32_t kind, const MatchTables::Places& places) const {
+    return translator_.from_value(matches_.find(kind, places[kind]));
+  }
+  /// What the component before is at this element.
+  double other_value(std::size_t i) const {
+    return before_.empty() ? 0.0 : translator_.from_value(before_.back()->values[i]);
+  }
   void code_class(Coder& coder, std::uint32_t of_class);
   template <class At>
   double odd_state(const auto& space, const Predictor<At>& predictor) const;
-  std::uint32_t context(const Neighbourhood& item, std::int32_t scale,
-                        std::span<const ValueSurprise> before) const;
+  std::uint32_t context(const Neighbourhood& item, std::int32_t scale, bool second,
+                        std::size_t i) const;
   Residual& residual_model(std::uint32_t context);
+  void ask_about(Mixed& mixed, const Neighbourhood& item, std::int32_t scale, std::size_t i,
+                 std::uint32_t of_class, std::int64_t expected,
+                 const std::array<std::int64_t, 3>& others, bool second);
 
   ArrayInfo info_;
   std::size_t component_;
@@ -106,15 +137,19 @@ class ScalarColumn {
   std::vector<std::int64_t> table_;
   ValueTranslator translator_;
   std::uint64_t tile_ = 0;
+  Trace trace_;
+  std::span<const Trace* const> before_;  // during code_tile
 
   // by slot
   std::vector<double> states_, thirds_;
   std::vector<ValueSurprise> surprises_;
+  std::vector<std::uint8_t> seconds_;  // whether the second predictor was taken
   double last_ = 0, before_last_ = 0;
+  MatchTables matches_;
   ValueSurprise last_surprise_ = 0;
   bool last_odd_ = false, last_negative_ = false;
 
-  // at the reference step
+  // of the reference
   bool has_twins_ = false;
   std::vector<Twin> twins_;  // by slot
   double twin_last_ = 0, twin_before_last_ = 0;
@@ -128,14 +163,15 @@ class ScalarColumn {
   AdaptiveBit same_domain_, negative_zero_flag_, odd_flag_, table_flag_, same_step_;
   TreeModel<3> kind_;
   SignedModel<NumberModel> exponent_, first_entry_, weight_;
-  NumberModel entries_, step_;
-  AdaptiveBit same_mode_, same_weights_;
-  TreeModel<5> mode_;
-  TreeModel<2> way_;
-  AdaptiveBit same_odd_;
+  NumberModel entries_, step_, skipped_;
+  std::array<AdaptiveBit, 8> known_entry_;
+  AdaptiveBit same_mode_, same_second_, same_weights_, same_way_, same_odd_;
+  TreeModel<5> mode_, second_;
   std::array<AdaptiveBit, 2> odd_, negative_;
   std::vector<std::uint16_t> residual_numbers_;  // by context, from 1
   std::vector<Residual> residuals_;
+  std::vector<Mixed> mixed_;  // one where mixed bits have been used
+  bool mixes_ = false;
 };
 
 extern template class ScalarColumn<RangeEncoder>;

@@ -4,6 +4,8 @@
 #include <bit>
 #include <cstring>
 
+#include "bytes/byte_cursor.h"
+#include "packing.h"
 #include "values/domain_choice.h"
 
 namespace shm {
@@ -22,6 +24,20 @@ void store(std::byte* at, std::uint64_t bits, std::size_t width) {
     std::memcpy(at, &bits, width);
   else
     std::memcpy(at, reinterpret_cast<const std::byte*>(&bits) + (8 - width), width);
+}
+
+/// Calls visit(items, blocks) for each tile.
+template <class Visit>
+void for_each_tile(const TiledItems& elements, Visit&& visit) {
+  for (std::size_t t = 0; t < elements.tile_begin.size(); ++t) {
+    const std::size_t begin = elements.tile_begin[t];
+    const std::size_t end =
+        t + 1 < elements.tile_begin.size() ? elements.tile_begin[t + 1] : elements.items.size();
+    const auto blocks = elements.blocks.empty()
+                            ? std::span<const std::uint32_t>()
+                            : std::span(elements.blocks).subspan(begin, end - begin);
+    visit(std::span(elements.items).subspan(begin, end - begin), blocks);
+  }
 }
 
 }  // namespace
@@ -59,51 +75,90 @@ void ValueColumn<Coder>::use_reference() {
 }
 
 template <class Coder>
-std::vector<std::byte> ValueColumn<Coder>::encode(
-    const TiledItems& elements, const std::byte* values, std::size_t stride,
-    const std::byte* reference) requires(!Coder::kDecodes) {
-  const std::size_t tiles = elements.tile_begin.size();
-  const auto tile = [&](std::size_t t) {
-    const std::size_t end = t + 1 < tiles ? elements.tile_begin[t + 1] : elements.items.size();
-    const auto all =
-        std::span(elements.items).subspan(elements.tile_begin[t], end - elements.tile_begin[t]);
-    const auto blocks =
-        elements.blocks.empty()
-            ? std::span<const std::uint32_t>()
-            : std::span(elements.blocks).subspan(elements.tile_begin[t], all.size());
-    return std::pair(all, blocks);
-  };
+EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::byte* values,
+                                         std::size_t stride, Level level,
+                                         const std::byte* reference) requires(!Coder::kDecodes) {
   std::size_t count = 0;
   for (std::size_t i = 0; i < elements.items.size(); ++i)
     count += elements.blocks.empty() || covers(elements.blocks[i]) ? 1 : 0;
-
-  std::vector<std::vector<std::uint64_t>> bits(info_.components), then(info_.components);
+  if (count == 0) return {};
+  Bits bits(info_.components), references(info_.components);
   for (std::size_t c = 0; c < info_.components; ++c) {
     bits[c].resize(count);
     for (std::size_t i = 0; i < count; ++i)
       bits[c][i] = load(values + i * stride + c * width_, width_);
-    if (reference == nullptr) continue;
-    then[c].resize(count);
-    for (std::size_t i = 0; i < count; ++i)
-      then[c][i] = load(reference + i * stride + c * width_, width_);
+    references[c].resize(reference == nullptr ? 0 : count);
+    for (std::size_t i = 0; i < references[c].size(); ++i)
+      references[c][i] = load(reference + i * stride + c * width_, width_);
   }
-  if (count > 0) {
-    const auto [items, blocks] = tile(0);
-    const auto first = covered(items, blocks);
-    for (std::size_t c = 0; c < info_.components; ++c)
-      columns_[c].begin_group(coder_, choose_domain(c, first, bits[c], then[c]));
-  }
+  const bool mixes = level == Level::best;
+  for (auto& column : columns_) column.mix(mixes);
+
+  // Runs and repeats are zstd's: tried where a quick look says that they may be the most of it.
+  std::vector<std::byte> planes(count * info_.components * width_);
+  for (std::size_t i = 0, at = 0; i < count; ++i)
+    for (std::size_t c = 0; c < info_.components; ++c, ++at)
+      for (std::size_t b = 0; b < width_; ++b)
+        planes[b * count * info_.components + at] = static_cast<std::byte>(bits[c][i] >> (8 * b));
+  const std::size_t quick = zstd_compress(planes, 1).size();
+  const bool may_repeat = level == Level::best || quick * 6 < planes.size();
+  const auto before = may_repeat ? columns_ : std::vector<ScalarColumn<Coder>>();
+  EncodedColumn coded{mixes ? ColumnCodec::mixed : ColumnCodec::predicted,
+                      encode_predicted(elements, bits, references)};
+  if (!may_repeat || (level != Level::best && quick > 2 * coded.bytes.size())) return coded;
+  ByteWriter packed;
+  packed.put_varint(planes.size());
+  packed.put_bytes(zstd_compress(planes, level == Level::fast ? 9 : 19));
+  std::vector<std::byte> repeated = std::move(packed.bytes);
+  if (repeated.size() >= coded.bytes.size()) return coded;
+  columns_ = before;
+  note(elements, bits);
+  return {ColumnCodec::shuffled_zstd, std::move(repeated)};
+}
+
+template <class Coder>
+std::vector<std::byte> ValueColumn<Coder>::encode_predicted(const TiledItems& elements, Bits& bits,
+                                                            const Bits& reference) {
+  bool begun = false;
   std::size_t at = 0;
-  for (std::size_t t = 0; t < tiles; ++t) {
-    const auto [items, blocks] = tile(t);
+  for_each_tile(elements, [&](auto items, auto blocks) {
     const auto own = covered(items, blocks);
-    for (std::size_t c = 0; c < info_.components && !own.empty(); ++c)
-      columns_[c].code_tile(coder_, own, std::span(bits[c]).subspan(at, own.size()), before(c),
-                            then[c].empty() ? std::span<const std::uint64_t>()
-                                            : std::span(then[c]).subspan(at, own.size()));
+    if (own.empty()) return;
+    if (!std::exchange(begun, true))
+      for (std::size_t c = 0; c < info_.components; ++c)
+        columns_[c].begin_group(coder_, choose_domain(c, own, bits[c], reference[c]),
+                                std::span(columns_).first(c));
+    for (std::size_t c = 0; c < info_.components; ++c)
+      code_component(c, own, std::span(bits[c]).subspan(at, own.size()),
+                     reference[c].empty() ? std::span<const std::uint64_t>()
+                                          : std::span(reference[c]).subspan(at, own.size()));
     at += own.size();
-  }
-  return coder_.finish();
+  });
+  if constexpr (Coder::kDecodes)
+    return {};
+  else
+    return coder_.finish();
+}
+
+template <class Coder>
+void ValueColumn<Coder>::note(const TiledItems& elements,
+                              const std::vector<std::vector<std::uint64_t>>& bits) {
+  std::size_t at = 0;
+  for_each_tile(elements, [&](auto items, auto blocks) {
+    const auto own = covered(items, blocks);
+    for (std::size_t c = 0; c < info_.components; ++c)
+      columns_[c].note(own, std::span(bits[c]).subspan(at, own.size()));
+    at += own.size();
+  });
+}
+
+template <class Coder>
+bool ValueColumn<Coder>::code_component(std::size_t component, std::span<const Neighbourhood> items,
+                                        std::span<std::uint64_t> bits,
+                                        std::span<const std::uint64_t> reference) {
+  traces_.clear();
+  for (std::size_t c = 0; c < component; ++c) traces_.push_back(&columns_[c].trace());
+  return columns_[component].code_tile(coder_, items, bits, traces_, reference);
 }
 
 template <class Coder>
@@ -120,8 +175,8 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component,
       std::vector<std::uint64_t> values(
           bits.begin(), bits.begin() + static_cast<std::ptrdiff_t>(first_tile.size()));
       Coder head, body;
-      column.begin_group(head, plans[p]);
-      column.code_tile(body, first_tile, values, before(component),
+      column.begin_group(head, plans[p], std::span(columns_).first(component));
+      column.code_tile(body, first_tile, values, {},
                        reference.first(std::min(reference.size(), values.size())));
       const double size =
           static_cast<double>(head.finish().size()) + static_cast<double>(body.finish().size()) *
@@ -137,9 +192,29 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component,
 }
 
 template <class Coder>
-bool ValueColumn<Coder>::begin_group(std::span<const std::byte> bytes) requires(Coder::kDecodes) {
-  coder_ = Coder(bytes);
+bool ValueColumn<Coder>::begin_group(ColumnCodec codec, std::span<const std::byte> bytes,
+                                     std::uint64_t limit) requires(Coder::kDecodes) {
+  codec_ = codec;
   begun_ = false;
+  if (codec != ColumnCodec::shuffled_zstd) {
+    coder_ = Coder(bytes);
+    for (auto& column : columns_) column.mix(codec == ColumnCodec::mixed);
+    return true;
+  }
+  ByteReader in(bytes);
+  const std::uint64_t size = in.get_varint();
+  if (!in.ok() || size > limit || size % (width_ * info_.components) != 0) return false;
+  const auto planes = zstd_decompress(in.get_bytes(in.left()), size);
+  if (!planes) return false;
+  const std::size_t scalars = planes->size() / width_;
+  unpacked_.resize(planes->size());
+  unpacked_at_ = 0;
+  for (std::size_t i = 0; i < scalars; ++i) {
+    std::uint64_t bits = 0;
+    for (std::size_t b = 0; b < width_; ++b)
+      bits |= std::to_integer<std::uint64_t>((*planes)[b * scalars + i]) << (8 * b);
+    store(unpacked_.data() + i * width_, bits, width_);
+  }
   return true;
 }
 
@@ -150,17 +225,30 @@ bool ValueColumn<Coder>::decode_tile(std::span<const Neighbourhood> items,
                                      const std::byte* reference) requires(Coder::kDecodes) {
   const auto own = covered(items, blocks);
   if (own.empty()) return true;
-  if (!std::exchange(begun_, true))
-    for (auto& column : columns_)
-      if (!column.begin_group(coder_, {})) return false;
   const std::size_t stride = width_ * info_.components, base = out.size();
-  out.resize(base + own.size() * stride);
+  const std::size_t bytes = own.size() * stride;
   bits_.resize(own.size());
+  if (codec_ == ColumnCodec::shuffled_zstd) {
+    if (bytes > unpacked_.size() - unpacked_at_) return false;
+    const std::byte* from = unpacked_.data() + unpacked_at_;
+    out.insert(out.end(), from, from + bytes);
+    unpacked_at_ += bytes;
+    for (std::size_t c = 0; c < info_.components; ++c) {
+      for (std::size_t i = 0; i < own.size(); ++i)
+        bits_[i] = load(from + i * stride + c * width_, width_);
+      columns_[c].note(own, bits_);
+    }
+    return true;
+  }
+  if (!std::exchange(begun_, true))
+    for (std::size_t c = 0; c < columns_.size(); ++c)
+      if (!columns_[c].begin_group(coder_, {}, std::span(columns_).first(c))) return false;
+  out.resize(base + bytes);
   for (std::size_t c = 0; c < info_.components; ++c) {
     reference_bits_.resize(reference == nullptr ? 0 : own.size());
     for (std::size_t i = 0; i < reference_bits_.size(); ++i)
       reference_bits_[i] = load(reference + i * stride + c * width_, width_);
-    if (!columns_[c].code_tile(coder_, own, bits_, before(c), reference_bits_)) return false;
+    if (!code_component(c, own, bits_, reference_bits_)) return false;
     std::byte* to = out.data() + base + c * width_;
     for (std::size_t i = 0; i < own.size(); ++i) store(to + i * stride, bits_[i], width_);
   }

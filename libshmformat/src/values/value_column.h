@@ -24,6 +24,17 @@ struct TiledItems {
   }
 };
 
+/// How the values of a group are said.
+enum class ColumnCodec : std::uint8_t {
+  predicted,      ///< components over the mesh, adaptive bits
+  mixed,          ///< the same, mixed bits
+  shuffled_zstd,  ///< bytes of all scalars by significance, under zstd
+};
+struct EncodedColumn {
+  ColumnCodec codec = ColumnCodec::predicted;
+  std::vector<std::byte> bytes;
+};
+
 template <class Coder>
 class ValueColumn {
  public:
@@ -35,23 +46,30 @@ class ValueColumn {
   /// Before the first element: all groups will come with a reference.
   void use_reference();
 
-  // `reference`: values at another time step of the covered elements, as these are; or null.
+  // `reference`: what the values of the covered elements refer to, as these are; or null.
   /// Encoding: all values of a group, of the covered elements in order, `stride` bytes apart.
-  std::vector<std::byte> encode(const TiledItems& elements, const std::byte* values,
-                                std::size_t stride,
-                                const std::byte* reference = nullptr) requires(!Coder::kDecodes);
+  EncodedColumn encode(const TiledItems& elements, const std::byte* values, std::size_t stride,
+                       Level level,
+                       const std::byte* reference = nullptr) requires(!Coder::kDecodes);
 
-  /// Decoding. `bytes` are borrowed until the next call.
-  bool begin_group(std::span<const std::byte> bytes) requires(Coder::kDecodes);
+  /// Decoding. `bytes` are borrowed until the next call; they may unpack to `limit` bytes. False
+  /// for damaged data.
+  bool begin_group(ColumnCodec codec, std::span<const std::byte> bytes,
+                   std::uint64_t limit) requires(Coder::kDecodes);
   /// The values of the elements of the next tile, packed, appended to `out`.
   bool decode_tile(std::span<const Neighbourhood> items, std::span<const std::uint32_t> blocks,
                    std::vector<std::byte>& out,
                    const std::byte* reference = nullptr) requires(Coder::kDecodes);
 
  private:
-  std::span<const ValueSurprise> before(std::size_t component) const {
-    return component == 0 ? std::span<const ValueSurprise>() : columns_[component - 1].surprises();
-  }
+  using Bits = std::vector<std::vector<std::uint64_t>>;  // by component
+
+  std::vector<std::byte> encode_predicted(const TiledItems& elements, Bits& bits,
+                                          const Bits& reference);
+  /// Takes note of values that were said otherwise.
+  void note(const TiledItems& elements, const std::vector<std::vector<std::uint64_t>>& bits);
+  bool code_component(std::size_t component, std::span<const Neighbourhood> items,
+                      std::span<std::uint64_t> bits, std::span<const std::uint64_t> reference);
   DomainPlan choose_domain(std::size_t component, std::span<const Neighbourhood> first_tile,
                            std::span<const std::uint64_t> bits,
                            std::span<const std::uint64_t> reference) const;
@@ -64,10 +82,14 @@ class ValueColumn {
   std::vector<char> covers_;  // by block; empty: all
   std::size_t width_;
   std::vector<ScalarColumn<Coder>> columns_;
+  std::vector<const typename ScalarColumn<Coder>::Trace*> traces_;
   std::vector<Neighbourhood> covered_;
   std::vector<std::uint64_t> bits_, reference_bits_;
   Coder coder_;
   bool begun_ = true;
+  ColumnCodec codec_ = ColumnCodec::predicted;
+  std::vector<std::byte> unpacked_;  // decoding shuffled_zstd: values of the group, packed
+  std::size_t unpacked_at_ = 0;
 };
 
 extern template class ValueColumn<RangeEncoder>;

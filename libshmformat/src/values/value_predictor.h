@@ -22,7 +22,9 @@ enum Feature : std::uint32_t {
   kFThird = 13,
   kFLast = 16,
   kFBeforeLast = 17,
-  kFeatures = 18
+  kFMatch = 18,  // 18-20: what came when the same stood near, before, or in the other components
+  kFOther = 21,  // what the component before is here
+  kFeatures = 22
 };
 
 enum Mode : std::uint32_t {
@@ -38,17 +40,21 @@ enum Mode : std::uint32_t {
   kMeanFaceMode = 19,
   kLastMode = 20,
   kLastLineMode = 21,
-  kFittedMode = 22,  // weights that the encoder has fitted
-  kModes = 23
+  kMatchMode = 22,   // 22-24: what came when the same stood near, before, in other components
+  kOtherMode = 25,   // 25, 26: what the component before is here, or its negative
+  kFittedMode = 27,  // weights that the encoder has fitted
+  kStayMode = 28,    // nothing: of differences only
+  kModes = 29
 };
 
-/// Where there is a reference: what a mode is applied to.
+/// Where there is a reference: what modes are applied to.
 enum Way : std::uint32_t {
   kAlone = 0,       // the states
-  kCopy = 1,        // nothing: the state at the reference step stays
-  kDifference = 2,  // the differences from the reference step
-  kWays = 3
+  kDifference = 1,  // their differences from the states of the reference
 };
+
+/// As a second predictor: there is none.
+inline constexpr std::uint32_t kNoMode = 31;
 
 inline constexpr std::uint32_t kWeights = 12;
 inline constexpr double kWeightStep = 1.0 / 4096.0;
@@ -66,6 +72,7 @@ class Predictor {
   double predict(std::uint32_t mode, const Weights& weights) const {
     if (mode == kLattice) return lattice();
     if (mode == kFittedMode) return fitted(weights);
+    if (mode == kStayMode) return 0.0;
     if (mode < kLineMode) return has(mode - kNearMode) ? at_(mode - kNearMode) : lattice();
     if (mode < kCurveMode) return has_line(mode - kLineMode) ? line(mode - kLineMode) : lattice();
     if (mode < kFaceMode) {
@@ -88,6 +95,11 @@ class Predictor {
                     [&](std::uint32_t a) { return at_(a); }, at_(kFLast));
       case kMeanLineMode: return any_line() ? mean_line() : lattice();
       case kMeanFaceMode: return any_face() ? mean_face() : lattice();
+      case kMatchMode: return at_(kFMatch);
+      case kMatchMode + 1: return at_(kFMatch + 1);
+      case kMatchMode + 2: return at_(kFMatch + 2);
+      case kOtherMode: return at_(kFOther);
+      case kOtherMode + 1: return -at_(kFOther);
       case kLastLineMode: return 2.0 * at_(kFLast) - at_(kFBeforeLast);
       default: return at_(kFLast);
     }

@@ -1,0 +1,241 @@
+#include "array_mesh.h"
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+
+#include "bench_mesh.h"
+#include "shm/reader.h"
+
+namespace shm::bench {
+namespace {
+
+void find_last_uses(ArrayMesh& mesh) {
+  std::vector<bool> used(mesh.vertices);
+  mesh.last_use.assign(mesh.cells(), 0);
+  for (std::size_t c = mesh.cells(); c-- > 0;) {
+    const auto corners = mesh.cell(c);
+    for (std::size_t i = 0; i < corners.size() && i < 64; ++i)
+      if (!used[corners[i]]) {
+        mesh.last_use[c] |= std::uint64_t{1} << i;
+        used[corners[i]] = true;
+      }
+    for (const std::uint64_t v : corners) used[v] = true;
+  }
+}
+
+/// Pushes a mesh, each vertex just before the first cell that uses it.
+class Feeder {
+ public:
+  Feeder(const ArrayMesh& mesh, std::span<const MeshArray* const> arrays, Writer& writer)
+      : mesh_(&mesh), writer_(&writer), added_(mesh.vertices) {
+    for (const MeshArray* array : arrays) {
+      if (array->info.per_step) continue;
+      (array->info.location == Location::point ? point_ : cell_).push_back({array, 0});
+    }
+  }
+
+  void feed() {
+    for (std::size_t c = 0; c < mesh_->cells(); ++c) {
+      for (const std::uint64_t v : mesh_->cell(c))
+        if (!added_[v]) add_vertex(v, &Writer::add_vertex);
+      add_cell(c);
+    }
+    for (std::uint64_t v = 0; v < mesh_->vertices; ++v)
+      if (!added_[v]) add_vertex(v, &Writer::add_unused_vertex);
+  }
+
+ private:
+  struct Column {
+    const MeshArray* array;
+    std::size_t next;  // element, of a cell array
+  };
+
+  static std::span<const std::byte> element(const MeshArray& array, std::size_t index) {
+    return std::span(array.steps[0]).subspan(index * array.stride(), array.stride());
+  }
+  void append(std::span<const std::byte> values) {
+    data_.insert(data_.end(), values.begin(), values.end());
+  }
+
+  template <class Add>
+  void add_vertex(std::uint64_t v, Add add) {
+    added_[v] = true;
+    data_.clear();
+    for (const Column& column : point_) append(element(*column.array, v));
+    const std::size_t bytes = 3 * scalar_bytes(mesh_->coordinate_type);
+    unwrap((writer_->*add)(v, std::span(mesh_->xyz).subspan(v * bytes, bytes), data_));
+  }
+  void add_cell(std::size_t c) {
+    const std::uint32_t block = mesh_->cell_blocks[c];
+    data_.clear();
+    for (Column& column : cell_) {
+      const auto& covered = column.array->info.blocks;
+      if (covered.empty() || std::binary_search(covered.begin(), covered.end(), block))
+        append(element(*column.array, column.next++));
+    }
+    unwrap(writer_->add_cell(block, mesh_->cell(c), mesh_->last_use[c], data_));
+  }
+
+  const ArrayMesh* mesh_;
+  Writer* writer_;
+  std::vector<bool> added_;
+  std::vector<Column> point_, cell_;
+  std::vector<std::byte> data_;
+};
+
+/// The order that vertices are coded in; that of cells is the mesh's.
+class VertexOrder final : public CodingOrder {
+ public:
+  void vertex(std::uint64_t number) override { vertices.push_back(number); }
+  void cell(std::uint64_t) override {}
+  std::vector<std::uint64_t> vertices;
+};
+
+void write_steps(std::span<const MeshArray* const> arrays, const VertexOrder& order,
+                 Writer& writer) {
+  std::size_t steps = 0;
+  std::vector<std::byte> coded;
+  for (std::uint32_t a = 0; a < arrays.size(); ++a) {
+    const MeshArray& array = *arrays[a];
+    if (!array.info.per_step) continue;
+    steps = std::max(steps, array.steps.size());
+    for (std::size_t s = 0; s < array.steps.size(); ++s) {
+      const std::vector<std::byte>& values = array.steps[s];
+      if (array.info.location == Location::point) {
+        coded.resize(values.size());
+        for (std::size_t i = 0; i < order.vertices.size(); ++i)
+          std::memcpy(coded.data() + i * array.stride(),
+                      values.data() + order.vertices[i] * array.stride(), array.stride());
+      }
+      unwrap(writer.add_step_values(a, s, array.info.location == Location::point ? coded : values));
+    }
+  }
+  if (steps == 0) return;
+  std::vector<double> times(steps);
+  for (std::size_t s = 0; s < steps; ++s) times[s] = static_cast<double>(s);
+  unwrap(writer.set_step_times(times));
+}
+
+bool has_steps(std::span<const MeshArray* const> arrays) {
+  return std::any_of(arrays.begin(), arrays.end(),
+                     [](const MeshArray* array) { return array->info.per_step; });
+}
+
+}  // namespace
+
+ArrayMesh load_arrays(const std::string& path) {
+  converters::Spool spool(std::filesystem::temp_directory_path().string(), std::size_t{1} << 30);
+  const auto source = converters::open_mesh(path, spool);
+  const converters::MeshInfo& info = source->info();
+  ArrayMesh mesh;
+  mesh.coordinate_type = info.schema.coordinate_type;
+  mesh.vertices = info.vertices;
+  mesh.blocks = info.schema.blocks;
+  mesh.xyz.resize(mesh.vertices * 3 * scalar_bytes(mesh.coordinate_type));
+  source->read_points(0, mesh.vertices, mesh.xyz.data());
+  converters::CellBatch batch;
+  while (source->next_cells(batch, 65536))
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      const auto corners = batch.cell(i);
+      mesh.cell_blocks.push_back(batch.blocks[i]);
+      mesh.corners.insert(mesh.corners.end(), corners.begin(), corners.end());
+      mesh.corner_begin.push_back(mesh.corners.size());
+    }
+  find_last_uses(mesh);
+  for (std::size_t a = 0; a < info.schema.arrays.size(); ++a) {
+    MeshArray array{info.schema.arrays[a], {}};
+    array.info.quantization = {};
+    const std::uint64_t elements = info.array_elements(a);
+    array.steps.resize(array.info.per_step ? info.step_times.size() : 1);
+    for (std::size_t s = 0; s < array.steps.size(); ++s) {
+      array.steps[s].resize(elements * array.stride());
+      source->read_array(a, s, 0, elements, array.steps[s].data());
+    }
+    mesh.arrays.push_back(std::move(array));
+  }
+  return mesh;
+}
+
+ReadBack::ReadBack(const ArrayMesh& mesh, std::span<const MeshArray* const> wanted) {
+  xyz.resize(mesh.xyz.size());
+  corners.resize(mesh.corners.size());
+  for (const MeshArray* array : wanted) {
+    auto& steps = arrays.emplace_back(array->steps.size());
+    for (auto& values : steps) values.resize(array->steps[0].size());
+  }
+}
+
+SizeReport write(const ArrayMesh& mesh, std::span<const MeshArray* const> arrays, ByteSink& sink,
+                 Level level) {
+  Schema schema;
+  schema.coordinate_type = mesh.coordinate_type;
+  schema.coordinate_quantization = mesh.coordinate_quantization;
+  schema.blocks = mesh.blocks;
+  for (const MeshArray* array : arrays) schema.arrays.push_back(array->info);
+  VertexOrder order;
+  WriteOptions options;
+  options.level = level;
+  if (has_steps(arrays)) options.coding_order = &order;
+  Writer writer = unwrap(Writer::create(sink, std::move(schema), options));
+  Feeder(mesh, arrays, writer).feed();
+  unwrap(writer.end_mesh());
+  write_steps(arrays, order, writer);
+  return unwrap(writer.finish());
+}
+
+void read(std::span<const std::byte> file, ReadBack& into) {
+  MemorySource source(file);
+  Reader reader = unwrap(Reader::open(source));
+  const Schema& schema = reader.schema();
+  const bool ordered = std::any_of(schema.arrays.begin(), schema.arrays.end(),
+                                   [](const ArrayInfo& array) { return array.per_step; });
+  const std::size_t xyz_bytes = 3 * scalar_bytes(schema.coordinate_type);
+  std::vector<std::uint64_t> vertex_order;
+  std::vector<std::size_t> written(schema.arrays.size());  // bytes of cell arrays
+  std::size_t corners = 0;
+  const auto stride = [&](std::size_t a) {
+    return scalar_bytes(schema.arrays[a].type) * schema.arrays[a].components;
+  };
+  const auto scatter = [](const std::vector<std::byte>& values, std::size_t bytes,
+                          std::span<const std::uint64_t> numbers, std::vector<std::byte>& out) {
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+      std::memcpy(&out.at(numbers[i] * bytes), values.data() + i * bytes, bytes);
+  };
+  const auto take_mesh = [&](const MeshBlock& block) {
+    scatter(block.xyz, xyz_bytes, block.vertex_numbers, into.xyz);
+    if (block.corners.size() > into.corners.size() - corners)
+      throw std::runtime_error("more corners came back than there were");
+    std::copy(block.corners.begin(), block.corners.end(), into.corners.begin() + corners);
+    corners += block.corners.size();
+    for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
+      const std::vector<std::byte>& values = block.arrays[a];
+      if (values.empty()) continue;
+      if (schema.arrays[a].location == Location::point) {
+        scatter(values, stride(a), block.vertex_numbers, into.arrays[a][0]);
+      } else {
+        std::memcpy(into.arrays[a][0].data() + written[a], values.data(), values.size());
+        written[a] += values.size();
+      }
+    }
+    if (ordered)
+      vertex_order.insert(vertex_order.end(), block.vertex_numbers.begin(),
+                          block.vertex_numbers.end());
+  };
+  const auto take_step = [&](const StepPiece& piece) {
+    std::vector<std::byte>& out = into.arrays[piece.array].at(piece.step);
+    const std::size_t bytes = stride(piece.array);
+    if (schema.arrays[piece.array].location == Location::point)
+      scatter(piece.values, bytes,
+              std::span(vertex_order).subspan(piece.first, piece.values.size() / bytes), out);
+    else
+      std::memcpy(out.data() + piece.first * bytes, piece.values.data(), piece.values.size());
+  };
+  while (Item* item = unwrap(reader.next())) {
+    if (const auto* block = std::get_if<MeshBlock>(item)) take_mesh(*block);
+    if (const auto* piece = std::get_if<StepPiece>(item)) take_step(*piece);
+  }
+}
+
+}  // namespace shm::bench

@@ -1,0 +1,146 @@
+"""Hexahedral meshes and fields of the benchmarks, in NumPy; deterministic."""
+import numpy as np
+
+VTK_HEXAHEDRON = 12
+VTK_TYPES = {"float32": "float", "float64": "double", "int32": "int"}
+
+
+def big_endian(values):
+    return np.ascontiguousarray(values).astype(values.dtype.newbyteorder(">")).tobytes()
+
+
+def write_vtk(path, points, corners, point_arrays=None, cell_arrays=None):
+    """Binary legacy VTK 4.2; arrays by name, of one value or one row for each element."""
+    cells = len(corners)
+    rows = np.empty((cells, 9), ">i4")
+    rows[:, 0], rows[:, 1:] = 8, corners
+    with open(path, "wb") as file:
+        file.write(f"# vtk DataFile Version 4.2\nmesh\nBINARY\nDATASET UNSTRUCTURED_GRID\n"
+                   f"POINTS {len(points)} {VTK_TYPES[points.dtype.name]}\n".encode())
+        file.write(big_endian(points))
+        file.write(f"\nCELLS {cells} {9 * cells}\n".encode())
+        file.write(rows.tobytes())
+        file.write(f"\nCELL_TYPES {cells}\n".encode())
+        file.write(np.full(cells, VTK_HEXAHEDRON, ">i4").tobytes())
+        file.write(b"\n")
+        for section, count, arrays in (("CELL_DATA", cells, cell_arrays),
+                                       ("POINT_DATA", len(points), point_arrays)):
+            if not arrays:
+                continue
+            file.write(f"{section} {count}\nFIELD FieldData {len(arrays)}\n".encode())
+            for name, values in arrays.items():
+                components = 1 if values.ndim == 1 else values.shape[1]
+                file.write(f"{name} {components} {count} {VTK_TYPES[values.dtype.name]}\n".encode())
+                file.write(big_endian(values))
+                file.write(b"\n")
+
+
+def lattice(ni, nj, nk, closed=False):
+    """Corners of ni * nj * nk hexahedra, i fastest; closed: the last i meets the first."""
+    across = ni if closed else ni + 1
+    k, j, i = np.meshgrid(np.arange(nk), np.arange(nj), np.arange(ni), indexing="ij")
+
+    def vertex(a, b, c):
+        return ((i + a) % across + across * ((j + b) + (nj + 1) * (k + c))).ravel()
+
+    return np.stack([vertex(0, 0, 0), vertex(1, 0, 0), vertex(1, 1, 0), vertex(0, 1, 0),
+                     vertex(0, 0, 1), vertex(1, 0, 1), vertex(1, 1, 1), vertex(0, 1, 1)], 1)
+
+
+def unit_lattice(n):
+    a = np.arange(n + 1) / n
+    z, y, x = np.meshgrid(a, a, a, indexing="ij")
+    return x.ravel(), y.ravel(), z.ravel()
+
+
+def grid(n):
+    """The paper's mesh "grid" is n = 15."""
+    return np.stack(unit_lattice(n), 1), lattice(n, n, n)
+
+
+def warped_block(n):
+    x, y, z = unit_lattice(n)
+    points = np.stack([x + .05 * np.sin(5 * y + 3 * z) + .03 * np.sin(4 * x * z),
+                       y + .06 * np.sin(4 * x + 2 * z) * np.cos(3 * y),
+                       z + .04 * np.cos(3 * x + 5 * y) + .02 * np.exp(x * y)], 1)
+    return points, lattice(n, n, n)
+
+
+def annulus(ni, nj, nk):
+    k, j, i = np.meshgrid(np.linspace(0, 1, nk + 1), np.linspace(0, 1, nj + 1), np.arange(ni) / ni,
+                          indexing="ij")
+    radius = 1 + .8 * j**1.2 + .1 * np.sin(6 * np.pi * i) * j
+    angle = 2 * np.pi * i + .4 * k
+    points = np.stack([radius * np.cos(angle), radius * np.sin(angle),
+                       2 * k + .1 * np.cos(4 * np.pi * j) * k], -1)
+    return points.reshape(-1, 3), lattice(ni, nj, nk, closed=True)
+
+
+def text_born(values, digits=8):
+    """What comes back from decimal text of so many significant digits."""
+    text = np.char.mod(f"%.{digits}g", values.ravel())
+    return text.astype(np.float64).reshape(values.shape)
+
+
+def centres(points, corners):
+    return points[corners].mean(axis=1)
+
+
+def normalized(places):
+    low = places.min(axis=0)
+    return (places - low) / (places.max(axis=0) - low).max()
+
+
+def float_fields(places):
+    """name -> float64 values: smooth; a shock; turbulence with a little noise; velocity."""
+    u = normalized(places)
+    x, y, z = u.T
+    random = np.random.default_rng(11)
+    turbulence = np.zeros(len(u))
+    for _ in range(48):
+        wave = 2 * np.pi * 2**(random.random() * 5.5)
+        direction = random.normal(size=3)
+        direction /= np.linalg.norm(direction)
+        turbulence += wave**(-1 / 3) * np.cos(wave * (u @ direction) + 6.28 * random.random())
+    turbulence += 1e-3 * turbulence.std() * random.normal(size=len(u))
+    front = np.sqrt((x - .3)**2 + (y - .4)**2 + (z - .2)**2) - .45
+    return {
+        "smooth": smooth(x, y, z, 0),
+        "shock": np.where(front < 0, 1 + .2 * x, .125 + .02 * y) + .3 * np.tanh(front / .003),
+        "turbulence": turbulence,
+        "velocity": np.stack([np.sin(5 * y) * np.cos(3 * z), np.sin(5 * z + x),
+                              np.cos(4 * x) * y], 1),
+    }
+
+
+def smooth(x, y, z, time):
+    return 300 + 50 * np.sin(3 * x + 1 + .02 * time) * np.cos(4 * y - .01 * time) * np.exp(-z)
+
+
+def moving_steps(places, steps):
+    """Step by step, a smooth field that moves slowly."""
+    x, y, z = normalized(places).T
+    return [smooth(x, y, z, time) for time in range(steps)]
+
+
+def bisected(places, levels):
+    """Part numbers of a recursive coordinate bisection into 2^levels parts."""
+    part = np.zeros(len(places), np.int32)
+    for _ in range(levels):
+        split = 2 * part
+        for p in range(part.max() + 1):
+            inside = np.flatnonzero(part == p)
+            axis = np.ptp(places[inside], axis=0).argmax()
+            order = inside[np.argsort(places[inside, axis], kind="stable")]
+            split[order[len(order) // 2:]] += 1
+        part = split
+    return part
+
+
+def integer_fields(places):
+    """name -> int32 values: numbers of 12 blocks; of 64 parts; of the elements."""
+    u = normalized(places)
+    sites = np.random.default_rng(7).random((12, 3)) * u.max(axis=0)
+    nearest = ((u[:, None, :] - sites[None])**2).sum(axis=2).argmin(axis=1)
+    return {"block": (nearest + 1).astype(np.int32), "part": bisected(u, 6),
+            "number": np.arange(1, len(u) + 1, dtype=np.int32)}

@@ -1,0 +1,430 @@
+// values_bench [--level fast|default|best]... [--seconds S] [--stepped NAME]... [--like FILE.shm]
+//              [--sizes | --dump FOLDER | --beside-zstd] MESH
+// What the values of a mesh of any format cost in a .shm file: lines of JSON on standard output.
+// From memory to memory through Writer and Reader, order kept, one thread, processor time; all is
+// decoded and compared.
+// For each level, for the coordinates and each array: bytes of its stream, and the seconds that it
+// adds to the mesh, the median of several runs, each beside one of the mesh alone. An array: the
+// mesh with it, less the mesh alone. Coordinates: the mesh with its coordinates once more as a
+// point array, less the mesh; if that array's bytes tell that it is coded otherwise, the mesh less
+// the same mesh with all coordinates zero ("timed": "zeros"). Less than a hundredth of the mesh's
+// time counts as that. Memory: of the whole Writer or Reader, beyond the raw arrays, the packed
+// bytes included.
+//   --stepped NAME  the arrays NAME.0, NAME.1, ... are time steps of one array NAME
+//   --like FILE     quantizes as FILE says of coordinates and arrays of the same name
+//   --sizes         all arrays in one file; no times
+//   --dump FOLDER   nothing but the raw arrays, for other compressors; one line for each
+//   --beside-zstd   the mesh alone, beside zstd -3 on int32 corners and coordinates, in turn
+#include <zstd.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "array_mesh.h"
+#include "bench_mesh.h"
+#include "measure.h"
+#include "shm/reader.h"
+
+namespace shm::bench {
+namespace {
+
+using nlohmann::json;
+using Arrays = std::vector<const MeshArray*>;
+
+constexpr std::array<std::pair<const char*, Level>, 3> kLevels = {
+    {{"fast", Level::fast}, {"default", Level::standard}, {"best", Level::best}}};
+
+std::string location_name(const ArrayInfo& info) {
+  return info.location == Location::point ? "point" : "cell";
+}
+
+std::uint64_t values_of(const MeshArray& array) {
+  std::uint64_t bytes = 0;
+  for (const auto& values : array.steps) bytes += values.size();
+  return bytes / scalar_bytes(array.info.type);
+}
+
+template <class T>
+double largest_error(std::span<const std::byte> a, std::span<const std::byte> b) {
+  double largest = 0;
+  for (std::size_t at = 0; at < a.size(); at += sizeof(T)) {
+    T x, y;
+    std::memcpy(&x, a.data() + at, sizeof x);
+    std::memcpy(&y, b.data() + at, sizeof y);
+    if (std::isfinite(x))
+      largest = std::max(largest, std::fabs(static_cast<double>(x) - static_cast<double>(y)));
+  }
+  return largest;
+}
+
+/// The largest error; 0 for equal bytes. Throws where lossless values differ.
+double compared(const std::vector<std::byte>& source, const std::vector<std::byte>& back,
+                ScalarType type, const Quantization& quantization, const std::string& name) {
+  if (source == back) return 0;
+  if (quantization.bits == 0 || source.size() != back.size())
+    throw std::runtime_error(name + ": came back different");
+  return type == ScalarType::float64 ? largest_error<double>(source, back)
+                                     : largest_error<float>(source, back);
+}
+
+struct Seconds {
+  double write = 1e300, read = 1e300;
+};
+
+/// One file made of a mesh: what it takes to write and read it.
+struct Variant {
+  const ArrayMesh* mesh;
+  Arrays arrays;
+  Seconds last{}, quickest{};
+  std::uint64_t write_memory = 0, read_memory = 0;
+  SizeReport sizes{};
+  double coordinates_error = 0;
+  std::vector<double> errors{};                   // of each array
+  std::vector<double> more_write{}, more_read{};  // seconds, over the first variant
+
+  /// `first`: measures memory and compares, else time.
+  void run(Level level, bool first) {
+    MemorySink file;
+    file.bytes.reserve(mesh->xyz.size() + 8 * mesh->corners.size());
+    const auto do_write = [&] { sizes = write(*mesh, arrays, file, level); };
+    ReadBack back(*mesh, arrays);
+    const auto do_read = [&] { read(file.bytes, back); };
+    if (first) {
+      write_memory = memory_of(do_write);
+      read_memory = memory_of(do_read);
+      check(back);
+    } else {
+      last = {seconds_of(do_write), seconds_of(do_read)};
+      quickest = {std::min(quickest.write, last.write), std::min(quickest.read, last.read)};
+    }
+  }
+
+ private:
+  void check(const ReadBack& back) {
+    if (back.corners != mesh->corners) throw std::runtime_error("corners came back different");
+    coordinates_error = compared(mesh->xyz, back.xyz, mesh->coordinate_type,
+                                 mesh->coordinate_quantization, "coordinates");
+    errors.assign(arrays.size(), 0);
+    for (std::size_t a = 0; a < arrays.size(); ++a)
+      for (std::size_t s = 0; s < arrays[a]->steps.size(); ++s)
+        errors[a] = std::max(errors[a],
+                             compared(arrays[a]->steps[s], back.arrays[a][s], arrays[a]->info.type,
+                                      arrays[a]->info.quantization, arrays[a]->info.name));
+  }
+};
+
+/// Each just after the first variant, the one that has less, so that what disturbs one disturbs the
+/// other; `seconds` for each, and thrice at least.
+void run_in_turn(std::vector<Variant>& variants, Level level, double seconds) {
+  for (Variant& variant : variants) variant.run(level, true);
+  const double start = processor_seconds();
+  const double all = seconds * static_cast<double>(variants.size());
+  for (int round = 0; round < 3 || processor_seconds() - start < all; ++round)
+    for (Variant& variant : std::span(variants).subspan(1)) {
+      variants[0].run(level, false);
+      variant.run(level, false);
+      variant.more_write.push_back(variant.last.write - variants[0].last.write);
+      variant.more_read.push_back(variant.last.read - variants[0].last.read);
+    }
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t n = values.size();
+  return (values[(n - 1) / 2] + values[n / 2]) / 2;
+}
+
+json row(const char* level, const std::string& name, const Variant& variant, const Variant& alone) {
+  return {{"level", level},
+          {"array", name},
+          {"encode_s", std::max(median(variant.more_write), .01 * alone.quickest.write)},
+          {"decode_s", std::max(median(variant.more_read), .01 * alone.quickest.read)},
+          {"encode_memory", variant.write_memory},
+          {"decode_memory", variant.read_memory}};
+}
+
+void print(const json& line) { std::printf("%s\n", line.dump().c_str()); }
+
+std::string stream_of(const MeshArray& array) {
+  Schema schema;
+  schema.arrays.push_back(array.info);
+  return array_stream_name(schema, 0);
+}
+
+MeshArray coordinates_as_array(const ArrayMesh& mesh) {
+  MeshArray copy;
+  copy.info.name = "coordinates once more";
+  copy.info.type = mesh.coordinate_type;
+  copy.info.components = 3;
+  copy.info.quantization = mesh.coordinate_quantization;
+  copy.steps.push_back(mesh.xyz);
+  return copy;
+}
+
+json row_beside_zeros(const ArrayMesh& mesh, const char* name, Level level, double seconds) {
+  ArrayMesh flat = mesh;
+  flat.xyz.assign(mesh.xyz.size(), {});
+  std::vector<Variant> variants = {{&flat, {}}, {&mesh, {}}};
+  run_in_turn(variants, level, seconds);
+  return row(name, "coordinates", variants[1], variants[0]);
+}
+
+void time_level(const ArrayMesh& mesh, const char* name, Level level, double seconds) {
+  const MeshArray copy = coordinates_as_array(mesh);
+  std::vector<Variant> variants = {{&mesh, {}}, {&mesh, {&copy}}};
+  const std::size_t first_array = variants.size();
+  for (const MeshArray& array : mesh.arrays) variants.push_back({&mesh, {&array}});
+  run_in_turn(variants, level, seconds);
+
+  Variant& alone = variants[0];
+  const std::uint64_t bytes = alone.sizes.streams["geometry"];
+  const std::uint64_t again = variants[1].sizes.streams[stream_of(copy)];
+  const bool alike = std::max(bytes, again) - std::min(bytes, again) <= bytes / 20 + 64;
+  json line = alike ? row(name, "coordinates", variants[1], alone)
+                    : row_beside_zeros(mesh, name, level, seconds);
+  line["encode_memory"] = alone.write_memory;
+  line["decode_memory"] = alone.read_memory;
+  line["bytes"] = bytes;
+  line["max_error"] = alone.coordinates_error;
+  line["timed"] = alike ? "copy" : "zeros";
+  line["mesh_encode_s"] = alone.quickest.write;
+  line["mesh_decode_s"] = alone.quickest.read;
+  print(line);
+  for (std::size_t a = 0; a < mesh.arrays.size(); ++a) {
+    Variant& with = variants[first_array + a];
+    const MeshArray& array = mesh.arrays[a];
+    line = row(name, location_name(array.info) + "/" + array.info.name, with, alone);
+    line["bytes"] = with.sizes.streams[stream_of(array)];
+    line["max_error"] = with.errors[0];
+    print(line);
+  }
+}
+
+void tell_sizes(const ArrayMesh& mesh, const char* name, Level level) {
+  Variant all{&mesh, {}};
+  Schema schema;
+  for (const MeshArray& array : mesh.arrays) {
+    all.arrays.push_back(&array);
+    schema.arrays.push_back(array.info);
+  }
+  all.run(level, true);
+  json arrays = json::array();
+  for (std::size_t a = 0; a < mesh.arrays.size(); ++a)
+    arrays.push_back(all.sizes.streams[array_stream_name(schema, a)]);
+  print({{"level", name},
+         {"coordinates", all.sizes.streams["geometry"]},
+         {"arrays", arrays},
+         {"total", all.sizes.total_bytes}});
+}
+
+// Beside zstd
+
+/// The raw arrays through zstd -3.
+struct ZstdMesh {
+  std::vector<std::vector<std::byte>> raw, packed, back;
+  Seconds quickest{};
+  std::uint64_t write_memory = 0, read_memory = 0;
+
+  explicit ZstdMesh(const ArrayMesh& mesh) {
+    std::vector<std::byte> corners(mesh.corners.size() * sizeof(std::int32_t));
+    for (std::size_t i = 0; i < mesh.corners.size(); ++i) {
+      const auto corner = static_cast<std::int32_t>(mesh.corners[i]);
+      std::memcpy(corners.data() + i * sizeof corner, &corner, sizeof corner);
+    }
+    raw = {std::move(corners), mesh.xyz};
+    for (const auto& part : raw) {
+      packed.emplace_back(ZSTD_compressBound(part.size()));
+      back.emplace_back(part.size());
+    }
+  }
+  std::size_t raw_bytes() const { return raw[0].size() + raw[1].size(); }
+  std::size_t packed_bytes() const { return sizes_[0] + sizes_[1]; }
+  void run(bool first) {
+    const auto pack = [&] {
+      for (std::size_t i = 0; i < raw.size(); ++i)
+        sizes_[i] = good(
+            ZSTD_compress(packed[i].data(), packed[i].size(), raw[i].data(), raw[i].size(), 3));
+    };
+    const auto unpack = [&] {
+      for (std::size_t i = 0; i < raw.size(); ++i)
+        good(ZSTD_decompress(back[i].data(), back[i].size(), packed[i].data(), sizes_[i]));
+    };
+    if (first) {
+      write_memory = memory_of(pack) + packed_bytes();  // the room is there before
+      read_memory = memory_of(unpack);
+      if (back != raw) throw std::runtime_error("zstd: came back different");
+    } else {
+      quickest = {std::min(quickest.write, seconds_of(pack)),
+                  std::min(quickest.read, seconds_of(unpack))};
+    }
+  }
+
+ private:
+  static std::size_t good(std::size_t code) {
+    if (ZSTD_isError(code)) throw std::runtime_error(ZSTD_getErrorName(code));
+    return code;
+  }
+  std::array<std::size_t, 2> sizes_{};
+};
+
+void beside_zstd(const ArrayMesh& mesh, const std::vector<std::size_t>& levels, double seconds) {
+  ZstdMesh zstd(mesh);
+  std::vector<Variant> ours(levels.size(), Variant{&mesh, {}});
+  const double start = processor_seconds();
+  for (int round = 0; round < 4 || processor_seconds() - start < seconds; ++round) {
+    zstd.run(round == 0);
+    for (std::size_t i = 0; i < levels.size(); ++i)
+      ours[i].run(kLevels[levels[i]].second, round == 0);
+  }
+  const auto tell = [&](const std::string& name, std::uint64_t bytes, const auto& it) {
+    print({{"name", name},
+           {"hexahedra", mesh.cells()},
+           {"raw_bytes", zstd.raw_bytes()},
+           {"bytes", bytes},
+           {"encode_s", it.quickest.write},
+           {"decode_s", it.quickest.read},
+           {"encode_memory", it.write_memory},
+           {"decode_memory", it.read_memory}});
+  };
+  tell("zstd -3, raw arrays", zstd.packed_bytes(), zstd);
+  for (std::size_t i = 0; i < levels.size(); ++i)
+    tell(std::string("shm ") + kLevels[levels[i]].first, ours[i].sizes.total_bytes, ours[i]);
+}
+
+// Raw arrays
+
+void write_raw(const std::string& path, std::span<const std::vector<std::byte>> parts) {
+  std::FILE* file = std::fopen(path.c_str(), "wb");
+  bool good = file != nullptr;
+  for (const auto& part : parts)
+    good = good && std::fwrite(part.data(), 1, part.size(), file) == part.size();
+  if (file == nullptr || std::fclose(file) != 0 || !good)
+    throw std::runtime_error(path + ": cannot be written");
+}
+
+void dump(const ArrayMesh& mesh, const std::string& folder) {
+  std::filesystem::create_directories(folder);
+  std::vector<std::byte> corners(mesh.corners.size() * sizeof mesh.corners[0]);
+  std::memcpy(corners.data(), mesh.corners.data(), corners.size());
+  const auto tell = [&](const std::string& name, const std::string& file,
+                        std::span<const std::vector<std::byte>> parts, ScalarType type,
+                        std::uint64_t components, std::uint64_t values) {
+    write_raw(folder + "/" + file, parts);
+    print({{"array", name},
+           {"file", file},
+           {"type", scalar_name(type)},
+           {"components", components},
+           {"steps", parts.size()},
+           {"values", values}});
+  };
+  tell("corners", "corners.bin", {&corners, 1}, ScalarType::uint64, 1, mesh.corners.size());
+  tell("coordinates", "coordinates.bin", {&mesh.xyz, 1}, mesh.coordinate_type, 3,
+       3 * mesh.vertices);
+  for (std::size_t a = 0; a < mesh.arrays.size(); ++a) {
+    const MeshArray& array = mesh.arrays[a];
+    tell(location_name(array.info) + "/" + array.info.name, "array" + std::to_string(a) + ".bin",
+         array.steps, array.info.type, array.info.components, values_of(array));
+  }
+}
+
+// What is asked
+
+/// The arrays NAME.0, NAME.1, ... become one array.
+void join_steps(ArrayMesh& mesh, const std::string& name) {
+  std::optional<MeshArray> joined;
+  std::vector<MeshArray> rest;
+  for (MeshArray& array : mesh.arrays) {
+    if (!array.info.name.starts_with(name + ".")) {
+      rest.push_back(std::move(array));
+    } else if (!joined) {
+      joined = std::move(array);
+      joined->info.name = name;
+      joined->info.per_step = true;
+    } else {
+      joined->steps.push_back(std::move(array.steps[0]));
+    }
+  }
+  if (!joined) throw std::runtime_error("no arrays " + name + ".0, " + name + ".1, ...");
+  mesh.arrays = std::move(rest);
+  mesh.arrays.push_back(std::move(*joined));
+}
+
+void quantize_like(ArrayMesh& mesh, const std::string& path) {
+  const auto file = unwrap(FileSource::open(path));
+  const Reader reader = unwrap(Reader::open(*file));
+  mesh.coordinate_quantization = reader.schema().coordinate_quantization;
+  for (MeshArray& array : mesh.arrays)
+    for (const ArrayInfo& like : reader.schema().arrays)
+      if (like.name == array.info.name && like.location == array.info.location)
+        array.info.quantization = like.quantization;
+}
+
+int run(int argc, char** argv) {
+  std::string path, like, folder;
+  std::vector<std::string> stepped;
+  std::vector<std::size_t> levels;
+  double seconds = .3;
+  bool only_sizes = false, with_zstd = false;
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view word = argv[i];
+    const std::string value = i + 1 < argc ? argv[i + 1] : "";
+    if (word == "--level") {
+      for (std::size_t l = 0; l < kLevels.size(); ++l)
+        if (value == kLevels[l].first) levels.push_back(l);
+      ++i;
+    } else if (word == "--seconds") {
+      std::from_chars(value.data(), value.data() + value.size(), seconds);
+      ++i;
+    } else if (word == "--stepped")
+      stepped.push_back(value), ++i;
+    else if (word == "--like")
+      like = value, ++i;
+    else if (word == "--dump")
+      folder = value, ++i;
+    else if (word == "--sizes")
+      only_sizes = true;
+    else if (word == "--beside-zstd")
+      with_zstd = true;
+    else
+      path = word;
+  }
+  if (path.empty()) throw std::runtime_error("no mesh is named");
+  if (levels.empty()) levels = {0, 1, 2};
+  ArrayMesh mesh = load_arrays(path);
+  for (const std::string& name : stepped) join_steps(mesh, name);
+  if (!like.empty()) quantize_like(mesh, like);
+  if (!folder.empty()) {
+    dump(mesh, folder);
+  } else if (with_zstd) {
+    beside_zstd(mesh, levels, seconds);
+  } else {
+    for (const std::size_t level : levels) {
+      const auto& [name, what] = kLevels[level];
+      if (only_sizes)
+        tell_sizes(mesh, name, what);
+      else
+        time_level(mesh, name, what, seconds);
+    }
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace shm::bench
+
+int main(int argc, char** argv) {
+  return shm::bench::run_reporting("values_bench", shm::bench::run, argc, argv);
+}
