@@ -1,69 +1,483 @@
-#include "coders/step_values.h"
+// Step values: what goes in comes out, whatever the mesh, its segments and groups, the codecs, and
+// the step that is referred to; and files that lie about it are refused.
+#include "step_values.h"
 
-#include <gtest/gtest.h>
+#include <limits>
 
-#include <cstring>
-#include <random>
-#include <vector>
+#include "feature_files.h"
+#include "file_surgery.h"
 
 namespace shm {
 namespace {
 
 using Bytes = std::vector<std::byte>;
+using container::ChunkKind;
+using container::Codec;
+using container::StepHeader;
 
-ArrayInfo info_of(ScalarType type, std::uint32_t components) {
-  ArrayInfo info;
-  info.type = type;
-  info.components = components;
+/// By array and step: all elements in coding order.
+using Values = std::map<std::pair<std::uint32_t, std::uint64_t>, Bytes>;
+
+struct Stepped {
+  TestMesh mesh;
+  Values values;
+  WriteOptions options;
+};
+
+std::uint64_t elements_of(const TestMesh& mesh, std::uint32_t array) {
+  if (mesh.schema.arrays[array].location == Location::point) return mesh.vertices;
+  std::uint64_t cells = 0;
+  for (const TestCell& cell : mesh.cells) cells += mesh.schema.array_covers(array, cell.block);
+  return cells;
+}
+
+std::uint32_t add_stepped(TestMesh& mesh, ArrayInfo info) {
   info.per_step = true;
-  return info;
+  mesh.schema.arrays.push_back(std::move(info));
+  mesh.arrays.emplace_back();
+  return static_cast<std::uint32_t>(mesh.schema.arrays.size() - 1);
 }
 
-TEST(StepValues, EveryBitOfEveryType) {
-  std::mt19937_64 random(1);
-  for (int t = 1; t <= 10; ++t)
-    for (std::uint32_t components : {1u, 3u})
-      for (std::uint32_t count : {1u, 2u, 500u})
-        for (const bool wild : {true, false}) {
-          const ArrayInfo info = info_of(static_cast<ScalarType>(t), components);
-          Bytes values(count * components * scalar_bytes(info.type));
-          for (std::size_t i = 0; i < values.size(); ++i)
-            values[i] = static_cast<std::byte>(wild ? random() : i / 64);
-          const StepBytes coded = encode_step_values(info, values);
-          const auto back = decode_step_values(info, coded.codec, coded.bytes, count);
-          ASSERT_TRUE(back);
-          EXPECT_EQ(*back, values);
-          EXPECT_LE(coded.bytes.size(), values.size() + values.size() / 16 + 40);
-        }
-}
-
-TEST(StepValues, TheSmallerCodecWins) {
-  const ArrayInfo info = info_of(ScalarType::float64, 1);
-  std::mt19937_64 random(2);
-  std::vector<double> words(3000), line(3000);
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    words[i] = static_cast<double>(i % 100) * 1.1e10 / 7;  // a pattern that comes again and again
-    line[i] = 1 + static_cast<double>(i) * 0x1p-52;
+/// Values that move on with the steps; NaNs, infinities and zeros of both signs among them.
+Bytes moving_values(const ArrayInfo& info, std::uint64_t elements, std::uint64_t step) {
+  Bytes out;
+  for (std::uint64_t i = 0; i < elements * info.components; ++i) {
+    const double x = static_cast<double>(i) * .01 + static_cast<double>(step) * .125;
+    double v = std::sin(x) * (1 + static_cast<double>(step));
+    if (i % 97 == 5) v = std::numeric_limits<double>::quiet_NaN();
+    if (i % 89 == 7) v = step % 2 == 0 ? -std::numeric_limits<double>::infinity() : -0.0;
+    if (info.type == ScalarType::float64)
+      append(out, v);
+    else if (info.type == ScalarType::float32)
+      append(out, static_cast<float>(v));
+    else
+      append_scalar(out, info.type, static_cast<std::int64_t>(i / 7 * step));
   }
-  const auto bytes = [](const std::vector<double>& v) { return std::as_bytes(std::span(v)); };
-  EXPECT_EQ(encode_step_values(info, bytes(words)).codec, container::Codec::shuffled_zstd);
-  EXPECT_EQ(encode_step_values(info, bytes(line)).codec, container::Codec::local);
+  return out;
 }
 
-TEST(StepValues, DamageIsRefused) {
-  const ArrayInfo info = info_of(ScalarType::float32, 2);
-  EXPECT_FALSE(decode_step_values(info, static_cast<container::Codec>(0), {}, 1));
-  EXPECT_FALSE(decode_step_values(info, container::Codec::predictive, {}, 1));
-  EXPECT_FALSE(decode_step_values(info, container::Codec::shuffled_zstd, {}, 1));
+/// Arrays of points and cells, one of some blocks only, at steps with gaps.
+Stepped with_steps(TestMesh mesh, Order order) {
+  Stepped out{with_order(std::move(mesh), order, order == Order::keep, 0), {}, {}};
+  add_stepped(out.mesh, array_of("u", Location::point, ScalarType::float64, 3));
+  add_stepped(out.mesh, array_of("n", Location::point, ScalarType::int32));
+  add_stepped(out.mesh, array_of("p", Location::cell, ScalarType::float32));
+  const auto last = static_cast<std::uint32_t>(out.mesh.schema.blocks.size() - 1);
+  add_stepped(out.mesh, array_of("some", Location::cell, ScalarType::float64, 1, {last}));
+  add_stepped(out.mesh, array_of("bytes", Location::cell, ScalarType::uint8, 2));
+  for (std::uint32_t a = 0; a < out.mesh.schema.arrays.size(); ++a)
+    for (std::uint64_t step : {0u, 1u, 2u, 4u, 5u, 9u})
+      if (out.mesh.schema.arrays[a].per_step)
+        out.values[{a, step}] =
+            moving_values(out.mesh.schema.arrays[a], elements_of(out.mesh, a), step);
+  return out;
+}
+
+Bytes written(const Stepped& it, std::size_t piece_elements = 77) {
+  MemorySink sink;
+  const auto report = write_mesh(it.mesh, sink, it.options, [&](Writer& writer) -> Result<void> {
+    for (const auto& [key, values] : it.values) {
+      const std::size_t piece = it.mesh.stride(key.first) * piece_elements;
+      for (std::size_t at = 0; at < values.size(); at += piece)
+        if (auto good = writer.add_step_values(
+                key.first, key.second,
+                std::span(values).subspan(at, std::min(piece, values.size() - at)));
+            !good)
+          return good;
+    }
+    return {};
+  });
+  EXPECT_TRUE(report) << (report ? "" : report.error().message());
+  return std::move(sink.bytes);
+}
+
+Values read_values(std::span<const std::byte> bytes) {
+  const auto back = read_mesh(bytes);
+  EXPECT_TRUE(back) << (back ? "" : back.error().message());
+  Values values;
+  if (!back) return values;
+  for (const StepPiece& piece : back->steps) {
+    Bytes& to = values[{piece.array, piece.step}];
+    EXPECT_EQ(to.size(),
+              piece.first * (piece.values.size() /
+                             std::max<std::size_t>(
+                                 1, piece.values.size() /
+                                        (scalar_bytes(back->schema.arrays[piece.array].type) *
+                                         back->schema.arrays[piece.array].components))));
+    to.insert(to.end(), piece.values.begin(), piece.values.end());
+  }
+  return values;
+}
+
+std::vector<StepHeader> headers_of(std::span<const std::byte> bytes) {
+  std::vector<StepHeader> headers;
+  for (const Chunk& chunk : take_apart(bytes).chunks) {
+    if (!chunk.is(ChunkKind::step_values)) continue;
+    ByteReader in(chunk.payload);
+    EXPECT_TRUE(container::get(in, headers.emplace_back()));
+  }
+  return headers;
+}
+
+Bytes expect_values_back(const Stepped& it) {
+  const Bytes bytes = written(it);
+  Values expected;
+  for (const auto& [key, values] : it.values)
+    if (!values.empty()) expected[key] = values;
+  EXPECT_TRUE(read_values(bytes) == expected);
+  return bytes;
+}
+
+TestMesh two_blocks() {
+  TestMesh mesh = grid(7, 6, 5, ScalarType::float64, warped, porous);
+  mesh.schema.blocks.push_back({2, "others", CellShape::hexahedron, 8});
+  for (std::size_t c = 0; c < mesh.cells.size(); ++c) mesh.cells[c].block = c / 40 % 2 == 0;
+  return mesh;
+}
+
+TEST(StepValues, WhateverTheMeshAndItsPieces) {
+  for (const Order order : {Order::keep, Order::stream})
+    for (const auto codec : {ConnectivityCodec::paper, ConnectivityCodec::rows,
+                             ConnectivityCodec::replay, ConnectivityCodec::mixed})
+      for (const std::uint64_t segment_cells : {0u, 33u})
+        for (const std::uint32_t group_cells : {14u, 65536u})
+          for (int family = 0; family < 3; ++family) {
+            Stepped it = with_steps(family == 0   ? two_blocks()
+                                    : family == 1 ? mixed_cells()
+                                                  : replayed(order),
+                                    order);
+            it.options.connectivity = codec;
+            it.options.segment_cells = segment_cells;
+            it.options.group_cells = group_cells;
+            SCOPED_TRACE(std::to_string(family) + " codec " +
+                         std::to_string(static_cast<int>(codec)) + " order " +
+                         std::to_string(static_cast<int>(order)));
+            expect_values_back(it);
+          }
+}
+
+TEST(StepValues, ADelayBufferIsNoMatter) {
+  Stepped it = with_steps(two_blocks(), Order::stream);
+  it.mesh.schema.delay = 20;
+  it.options.group_cells = 30;
+  expect_values_back(it);
+}
+
+TEST(StepValues, NoCellsNoVerticesNoElements) {
+  Stepped it = with_steps(grid(1, 1, 1), Order::keep);
+  it.mesh.cells.clear();
+  it.values.clear();
+  it.values[{0, 3}] = moving_values(it.mesh.schema.arrays[0], 8, 3);
+  it.values[{2, 0}] = {};
+  expect_values_back(it);
+  it.mesh.vertices = 0;
+  it.mesh.xyz.clear();
+  it.values[{0, 3}] = {};
+  expect_values_back(it);
+}
+
+TEST(StepValues, PiecesAreCutAtGroups) {
+  Stepped it = with_steps(two_blocks(), Order::keep);
+  it.options.group_cells = 30;
+  const Bytes bytes = written(it, 1);
+  EXPECT_EQ(written(it, 5), bytes);
+  EXPECT_EQ(written(it, 100000), bytes);
+}
+
+/// A field of waves over the warped grid, in coding order, on the move.
+Stepped waves(std::uint64_t steps) {
+  Stepped it;
+  it.mesh = grid(12, 11, 10, ScalarType::float64, warped);
+  const std::uint32_t a = add_stepped(it.mesh, array_of("w", Location::point, ScalarType::float64));
+  for (std::uint64_t step = 0; step < steps; ++step)
+    for (std::uint64_t v = 0; v < it.mesh.vertices; ++v) {
+      double p[3];
+      std::memcpy(p, &it.mesh.xyz[v * 24], 24);
+      append(it.values[{a, step}], std::sin(3 * p[0] + p[1]) * std::cos(2 * p[2]) +
+                                       .01 * static_cast<double>(step) * p[0]);
+    }
+  return it;
+}
+
+TEST(StepValues, TheMeshPredicts) {
+  Stepped it = waves(1);
+  RecordedOrder order;
+  it.options.coding_order = &order;
+  written(it);  // to learn the order
+  Bytes sorted;
+  for (std::uint64_t v : order.vertices) {
+    const auto& values = it.values[{0, 0}];
+    sorted.insert(sorted.end(), values.begin() + static_cast<std::ptrdiff_t>(8 * v),
+                  values.begin() + static_cast<std::ptrdiff_t>(8 * v + 8));
+  }
+  it.values[{0, 0}] = sorted;
+  const Bytes bytes = expect_values_back(it);
+  EXPECT_EQ(headers_of(bytes)[0].codec, Codec::columns);
+  std::size_t coded = 0;
+  for (const Chunk& chunk : take_apart(bytes).chunks)
+    if (chunk.is(ChunkKind::step_values)) coded += chunk.payload.size();
+  EXPECT_LT(coded, shuffle_and_compress(it.mesh.schema.arrays[0], sorted).size() * 7 / 8);
+}
+
+TEST(StepValues, StepsReferToTheOneBefore) {
+  for (const std::uint32_t key_steps : {1u, 3u, 8u}) {
+    Stepped it = waves(10);
+    it.options.key_steps = key_steps;
+    const auto headers = headers_of(expect_values_back(it));
+    ASSERT_EQ(headers.size(), 10u);
+    for (std::uint64_t s = 0; s < 10; ++s)
+      EXPECT_EQ(headers[s].reference_step, s % key_steps == 0 ? s : s - 1) << s;
+  }
+}
+
+TEST(StepValues, WhatStaysCostsNothing) {
+  Stepped it = with_steps(two_blocks(), Order::keep);
+  std::mt19937_64 random(3);
+  Bytes& first = it.values[{0, 0}];
+  for (std::byte& b : first) b = static_cast<std::byte>(random());
+  for (auto& [key, values] : it.values)
+    if (key.first == 0) values = first;
+  const Bytes bytes = expect_values_back(it);
+  for (const Chunk& chunk : take_apart(bytes).chunks) {
+    if (!chunk.is(ChunkKind::step_values)) continue;
+    ByteReader in(chunk.payload);
+    StepHeader header;
+    ASSERT_TRUE(container::get(in, header));
+    if (header.array == 0 && header.step > 0) {
+      EXPECT_LT(chunk.payload.size(), 300u);
+    }
+  }
+}
+
+TEST(StepValues, NothingRefersWhereAStepIsTooLarge) {
+  Schema schema;
+  schema.arrays.push_back(array_of("a", Location::point, ScalarType::float64, 16));
+  schema.arrays.push_back(array_of("b", Location::cell, ScalarType::uint8, 65535));
+  for (ArrayInfo& info : schema.arrays) info.per_step = true;
+  const auto most = [&](std::uint64_t points, std::uint64_t cells) {
+    return most_reference(schema, std::vector<std::uint64_t>{points, cells});
+  };
+  EXPECT_EQ(most(1 << 19, 0), StepReference::trend);
+  EXPECT_EQ(most(1 << 19, 1), StepReference::before);
+  EXPECT_EQ(most(1 << 20, 0), StepReference::before);
+  EXPECT_EQ(most((1 << 20) + 1, 0), StepReference::nothing);
+  EXPECT_EQ(most(1 << 20, 1), StepReference::nothing);
+  EXPECT_EQ(most(~std::uint64_t{0}, 0), StepReference::nothing);
+  EXPECT_EQ(most(0, ~std::uint64_t{0} / 2), StepReference::nothing);
+}
+
+template <class T>
+std::vector<T> trend_of(ScalarType type, const std::vector<T>& first,
+                        const std::vector<T>& second) {
+  StepMemory memory(StepReference::trend);
+  memory.take(0, std::as_bytes(std::span(first)));
+  for (std::size_t at = 0; at < second.size(); ++at)  // in pieces
+    memory.take(at * sizeof(T),
+                std::as_bytes(std::span(second)).subspan(at * sizeof(T), sizeof(T)));
+  const ArrayInfo info = array_of("a", Location::point, type);
+  const std::size_t bytes = second.size() * sizeof(T);
+  const auto before = memory.reference(StepReference::before, info, 0, bytes);
+  EXPECT_TRUE(std::equal(before.begin(), before.end(), std::as_bytes(std::span(second)).begin()));
+  const auto trend = memory.reference(StepReference::trend, info, 0, bytes);
+  std::vector<T> out(second.size());
+  std::memcpy(out.data(), trend.data(), bytes);
+  return out;
+}
+
+TEST(StepValues, ATrendGoesOn) {
+  constexpr double kMost = std::numeric_limits<double>::max();
+  EXPECT_EQ(trend_of<double>(ScalarType::float64, {1, -kMost, 5}, {1.5, kMost, 5}),
+            (std::vector<double>{2, kMost, 5}));
+  EXPECT_EQ(trend_of<float>(ScalarType::float32, {1, 2}, {3, -2}), (std::vector<float>{5, -6}));
+  EXPECT_EQ(trend_of<std::int8_t>(ScalarType::int8, {0, -128}, {100, 127}),
+            (std::vector<std::int8_t>{-56, 126}));
+  EXPECT_EQ(trend_of<std::uint64_t>(ScalarType::uint64, {0, ~std::uint64_t{0}}, {1, 0}),
+            (std::vector<std::uint64_t>{2, 1}));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(trend_of<double>(ScalarType::float64, {nan}, {7}), std::vector<double>{7});
+}
+
+TEST(StepValues, ATrendIsFollowed) {
+  Stepped it = waves(4);
+  for (auto& [key, values] : it.values)  // noise, moving on at the same pace everywhere
+    for (std::size_t i = 0; i < values.size() / 8; ++i) {
+      const double v = static_cast<double>(i * 2654435761u % 1000003) * 0x1p-20 *
+                       (64 + static_cast<double>(key.second));
+      std::memcpy(&values[8 * i], &v, 8);
+    }
+  const auto headers = headers_of(expect_values_back(it));
+  ASSERT_EQ(headers.size(), 4u);
+  for (std::size_t s = 0; s < 4; ++s) EXPECT_EQ(headers[s].trend, s >= 2) << s;
+}
+
+TEST(StepValues, ManyComponentsAreLeftToZstd) {
+  Stepped it;
+  it.mesh = grid(2, 1, 1);
+  const auto a = add_stepped(
+      it.mesh, array_of("a", Location::cell, ScalarType::float32, kMostStepComponents + 1));
+  it.values[{a, 0}] = moving_values(it.mesh.schema.arrays[a], 2, 0);
+  it.values[{a, 1}] = it.values[{a, 0}];
+  for (const StepHeader& header : headers_of(expect_values_back(it)))
+    EXPECT_EQ(header.codec, Codec::shuffled_zstd);
+}
+
+TEST(StepValues, ShuffledBytes) {
+  const ArrayInfo info = array_of("a", Location::point, ScalarType::float32, 2);
   std::vector<float> values(2000);
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<float>(i % 50) * .37f;
-  const StepBytes coded = encode_step_values(info, std::as_bytes(std::span(values)));
-  ASSERT_EQ(coded.codec, container::Codec::shuffled_zstd);
-  EXPECT_TRUE(decode_step_values(info, coded.codec, coded.bytes, 1000));
-  EXPECT_FALSE(decode_step_values(info, coded.codec, coded.bytes, 999));
-  EXPECT_FALSE(decode_step_values(info, coded.codec, coded.bytes, 1001));
-  EXPECT_FALSE(decode_step_values(info, coded.codec,
-                                  std::span(coded.bytes).first(coded.bytes.size() - 1), 1000));
+  const auto bytes = std::as_bytes(std::span(values));
+  const Bytes coded = shuffle_and_compress(info, bytes);
+  const auto back = decompress_shuffled(info, coded, 1000);
+  ASSERT_TRUE(back);
+  EXPECT_TRUE(std::equal(bytes.begin(), bytes.end(), back->begin(), back->end()));
+  EXPECT_FALSE(decompress_shuffled(info, {}, 1));
+  EXPECT_FALSE(decompress_shuffled(info, coded, 999));
+  EXPECT_FALSE(decompress_shuffled(info, coded, 1001));
+  EXPECT_FALSE(decompress_shuffled(info, std::span(coded).first(coded.size() - 1), 1000));
+}
+
+// --- files that lie
+
+ErrorCode code_of(std::span<const std::byte> bytes, const ReadLimits& limits = {}) {
+  MemorySource source(bytes);
+  auto reader = Reader::open(source, limits);
+  if (!reader) return reader.error().code;
+  while (true) {
+    auto item = reader->next();
+    if (!item) return item.error().code;
+    if (*item == nullptr) break;
+  }
+  ADD_FAILURE() << "accepted";
+  return {};
+}
+
+/// Changes chunk `nth` of step values.
+Bytes with_chunk(std::span<const std::byte> bytes, std::size_t nth,
+                 const std::function<void(StepHeader&, Bytes&)>& change) {
+  FileParts parts = take_apart(bytes);
+  Chunk* chunk = parts.find(ChunkKind::step_values, nth);
+  ByteReader in(chunk->payload);
+  StepHeader header;
+  EXPECT_TRUE(container::get(in, header));
+  const auto rest = in.get_bytes(in.left());
+  Bytes values(rest.begin(), rest.end());
+  change(header, values);
+  ByteWriter out;
+  container::put(out, header);
+  out.put_bytes(values);
+  chunk->payload = std::move(out.bytes);
+  return put_together(parts);
+}
+
+/// Waves in four groups, three steps, the later two referring.
+const Bytes& waves_file() {
+  static const Bytes bytes = [] {
+    Stepped it = waves(3);
+    it.options.group_cells = 330;
+    return written(it);
+  }();
+  return bytes;
+}
+
+TEST(StepValues, LyingHeaders) {
+  const auto headers = headers_of(waves_file());
+  ASSERT_EQ(headers.size(), 12u);
+  ASSERT_EQ(headers[4].reference_step, 0u);
+  ASSERT_EQ(headers[1].codec, Codec::columns);
+  const auto refused = [&](std::size_t nth, const std::function<void(StepHeader&)>& lie,
+                           ErrorCode code = ErrorCode::corrupt) {
+    EXPECT_EQ(code_of(with_chunk(waves_file(), nth, [&](StepHeader& h, Bytes&) { lie(h); })), code);
+  };
+  for (std::size_t nth : {0u, 1u, 5u}) {
+    refused(nth, [](StepHeader& h) { h.array = 1; });
+    refused(nth, [](StepHeader& h) { h.group += 1; });
+    refused(nth, [](StepHeader& h) { h.group = 4; });
+    refused(nth, [](StepHeader& h) { h.group = ~0u; });
+    refused(nth, [](StepHeader& h) { h.count += 1; });
+    refused(nth, [](StepHeader& h) { h.count -= 1; });
+    refused(nth, [](StepHeader& h) { h.count = 0; });
+    refused(nth, [](StepHeader& h) { h.count = ~std::uint64_t{0}; });
+    refused(nth, [](StepHeader& h) { h.step += 1; });
+    refused(nth, [](StepHeader& h) { h.reference_step = h.step + 1; });
+    refused(nth, [](StepHeader& h) { h.reference_step = h.step - 1000; });
+    for (int codec : {0, 2, 3, 5, 6, 255})
+      refused(nth, [&](StepHeader& h) { h.codec = static_cast<Codec>(codec); });
+  }
+  refused(1, [](StepHeader& h) { h.group = 0; });
+  refused(5, [](StepHeader& h) { h.reference_step = h.step; });  // unlike the group before
+  refused(8, [](StepHeader& h) { h.reference_step = 0; });       // not the step before
+  refused(0, [](StepHeader& h) { h.trend = true; });             // of no step
+  refused(4, [](StepHeader& h) { h.trend = true; });             // of one step
+  refused(9, [](StepHeader& h) { h.trend = !h.trend; });         // unlike the group before
+  refused(
+      0, [](StepHeader& h) { h.step = h.reference_step = 1 << 21; }, ErrorCode::over_limit);
+}
+
+TEST(StepValues, StepsThatAreMissing) {
+  for (std::size_t nth = 0; nth < 12; ++nth) {
+    FileParts parts = take_apart(waves_file());
+    const Chunk* chunk = parts.find(ChunkKind::step_values, nth);
+    parts.chunks.erase(parts.chunks.begin() + (chunk - parts.chunks.data()));
+    EXPECT_EQ(code_of(put_together(parts)), ErrorCode::corrupt) << nth;
+  }
+}
+
+TEST(StepValues, OneArrayAtATime) {
+  Stepped it = with_steps(two_blocks(), Order::keep);
+  it.options.group_cells = 120;
+  const Bytes bytes = written(it);
+  const auto headers = headers_of(bytes);
+  ASSERT_EQ(headers[1].array, 0u);
+  for (std::size_t i = 1; i < headers.size(); ++i) {
+    if (headers[i].array == 0) continue;
+    FileParts parts = take_apart(bytes);
+    std::swap(*parts.find(ChunkKind::step_values, 1), *parts.find(ChunkKind::step_values, i));
+    EXPECT_EQ(code_of(put_together(parts)), ErrorCode::corrupt);
+  }
+}
+
+TEST(StepValues, DamagedBytesGiveAsManyValuesOrNone) {
+  PlainRandom random(5);
+  for (int i = 0; i < 200; ++i) {
+    const Bytes bytes = with_chunk(waves_file(), random.below(12), [&](StepHeader&, Bytes& values) {
+      if (i % 4 == 0)
+        values.resize(random.below(values.size()));
+      else
+        values[random.below(values.size())] ^= static_cast<std::byte>(1 + random.below(255));
+    });
+    MemorySource source(bytes);
+    auto reader = Reader::open(source);
+    ASSERT_TRUE(reader);
+    std::size_t got = 0;
+    for (auto item = reader->next(); item && *item != nullptr; item = reader->next())
+      if (const auto* piece = std::get_if<StepPiece>(*item)) got += piece->values.size();
+    EXPECT_LE(got, 3u * 13 * 12 * 11 * 8);
+  }
+}
+
+TEST(StepValues, AGroupMayTakeTooMuch) {
+  ReadLimits limits;
+  limits.max_group_bytes = 20000;  // the cells fit, their neighbourhoods do not
+  EXPECT_EQ(code_of(written(with_steps(grid(6, 6, 6), Order::stream)), limits),
+            ErrorCode::over_limit);
+  Stepped it;
+  it.mesh = grid(2, 2, 2);
+  const auto a = add_stepped(it.mesh, array_of("a", Location::cell, ScalarType::float64, 2000));
+  it.values[{a, 0}] = Bytes(8 * 8 * 2000);
+  limits.max_group_bytes = 100000;
+  EXPECT_EQ(code_of(written(it), limits), ErrorCode::over_limit);
+}
+
+TEST(StepValues, AWriterTakesNoMoreThanThereIs) {
+  Stepped it = with_steps(grid(2, 2, 2), Order::keep);
+  it.values.clear();
+  it.values[{2, 0}] = Bytes(9 * 4);
+  MemorySink sink;
+  const auto report = write_mesh(it.mesh, sink, {}, [&](Writer& writer) {
+    return writer.add_step_values(2, 0, it.values[{2, 0}]);
+  });
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().code, ErrorCode::misuse);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <map>
 #include <numeric>
 #include <random>
@@ -86,7 +87,9 @@ inline void join(MeshBlock& all, const MeshBlock& more) {
 inline unsigned writer_threads = 1;
 
 /// Writes `mesh` the way a converter does: vertices just before their first cell, last uses marked.
-inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink, WriteOptions options = {}) {
+/// `after_mesh` may write step values.
+inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink, WriteOptions options = {},
+                                     const std::function<Result<void>(Writer&)>& after_mesh = {}) {
   if (options.threads == 1) options.threads = writer_threads;
   auto writer = Writer::create(sink, mesh.schema, options);
   if (!writer) return writer.error();
@@ -135,6 +138,8 @@ inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink, Write
   for (std::uint64_t v = 0; v < mesh.vertices; ++v)
     if (auto good = add(v); !good) return good.error();
   if (auto good = writer->end_mesh(); !good) return good.error();
+  if (after_mesh)
+    if (auto good = after_mesh(*writer); !good) return good.error();
   return writer->finish();
 }
 

@@ -4,12 +4,12 @@
 #include <utility>
 
 #include "bytes/checksum.h"
-#include "coders/step_values.h"
 #include "container/format.h"
 #include "mesh_decoder.h"
 #include "packing.h"
 #include "schema_codec.h"
 #include "shm/reader.h"
+#include "step_decoder.h"
 
 namespace shm {
 
@@ -63,6 +63,7 @@ class Decoder::Impl {
   Result<void> read_payload();
   Result<void> read_trailer();
   Result<void> read_schema(std::span<const std::byte> payload);
+  void keep_topology(std::span<const std::byte> payload);
   Result<void> read_step_values(std::span<const std::byte> payload);
   Result<void> read_step_times(std::span<const std::byte> payload);
   Result<void> read_extra(std::span<const std::byte> payload);
@@ -99,12 +100,8 @@ class Decoder::Impl {
   std::unique_ptr<Schema> schema_;  // its address stays: coders borrow it
   std::vector<std::byte> schema_bytes_;
   std::unique_ptr<MeshDecoder> mesh_;
-  bool steps_begun_ = false;
-  struct NextPiece {  // of a stepped array
-    bool begun = false;
-    std::uint64_t step = 0, first = 0;  // first step that may begin; where the open one goes on
-  };
-  std::vector<NextPiece> next_piece_;
+  std::unique_ptr<TopologyReplay> topology_;
+  std::optional<StepDecoder> step_values_;  // from the first ones on
   std::uint64_t steps_ = 0, index_offset_ = 0;
   std::map<std::string, std::uint64_t> stream_bytes_;
   bool totals_taken_ = false;
@@ -255,7 +252,8 @@ Result<void> Decoder::Impl::read_payload() {
   switch (static_cast<ChunkKind>(header_.kind)) {
     case ChunkKind::schema: return read_schema(payload);
     case ChunkKind::group:
-      if (steps_begun_) return wrong(ErrorCode::corrupt, "mesh groups come before step values");
+      if (step_values_) return wrong(ErrorCode::corrupt, "mesh groups come before step values");
+      keep_topology(payload);
       return mesh_->begin_group({payload.begin(), payload.end()}, header_.segment, chunk_offset_);
     case ChunkKind::step_values: return read_step_values(payload);
     case ChunkKind::step_times: return read_step_times(payload);
@@ -291,6 +289,7 @@ Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
   schema_ = std::move(schema);
   schema_bytes_.assign(payload.begin(), payload.end());
   mesh_ = std::make_unique<MeshDecoder>(*schema_, limits_, options_);
+  topology_ = std::make_unique<TopologyReplay>(*schema_, limits_.max_group_bytes);
   return {};
 }
 
@@ -312,41 +311,32 @@ std::uint64_t Decoder::Impl::elements_of(std::uint32_t array) const {
   return cells;
 }
 
+/// Step values need the topology again.
+void Decoder::Impl::keep_topology(std::span<const std::byte> payload) {
+  ByteReader in(payload);
+  container::GroupHeader header;
+  if (!container::get(in, header)) return;  // who decodes the group will complain
+  std::vector<std::span<const std::byte>> streams;
+  for (const container::StreamEntry& entry : header.streams)
+    streams.push_back(in.get_bytes(entry.bytes));
+  if (in.ok()) topology_->add_group(header_.segment, header, streams);
+}
+
 Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload) {
-  steps_begun_ = true;
+  if (!step_values_) {
+    std::vector<std::uint64_t> elements(schema_->arrays.size());
+    for (std::uint32_t a = 0; a < elements.size(); ++a) elements[a] = elements_of(a);
+    step_values_.emplace(*schema_, limits_, *topology_, std::move(elements));
+  }
   ByteReader in(payload);
   container::StepHeader header;
   if (!container::get(in, header)) return wrong(ErrorCode::corrupt, "its header makes no sense");
-  if (header.array >= schema_->arrays.size() || !schema_->arrays[header.array].per_step)
-    return wrong(ErrorCode::corrupt, "belongs to no stepped array");
-  if (header.step >= limits_.max_steps)
-    return wrong(ErrorCode::over_limit, "step " + std::to_string(header.step) + ", the limit is " +
-                                            std::to_string(limits_.max_steps) + " steps");
-  const ArrayInfo& info = schema_->arrays[header.array];
-  const std::uint64_t elements = elements_of(header.array);
-  if (header.first > elements || header.count > elements - header.first)
-    return wrong(ErrorCode::corrupt, "array '" + info.name + "' has more values than elements");
-  if (header.count > 1 &&
-      header.count * scalar_bytes(info.type) * info.components > container::kMaxStepBytes)
-    return wrong(ErrorCode::corrupt, "array '" + info.name + "': too much in one piece");
-  if (header.reference_step != header.step)
-    return wrong(ErrorCode::unsupported, "refers to another step, which this reader cannot follow");
-  // Pieces of one array at one step follow each other; a new step begins when the last is whole.
-  next_piece_.resize(schema_->arrays.size());
-  NextPiece& next = next_piece_[header.array];
-  const bool begins = header.first == 0 && next.first == elements && header.step >= next.step;
-  if (!next.begun ? header.first != 0
-                  : !begins && (header.step + 1 != next.step || header.first != next.first))
-    return wrong(ErrorCode::corrupt,
-                 "array '" + info.name + "': a piece is missing or out of order");
-  next = {true, header.step + 1, header.first + header.count};
   const auto bytes = in.get_bytes(in.left());
-  auto values = decode_step_values(info, header.codec, bytes, header.count);
-  if (!values)
-    return wrong(ErrorCode::corrupt, "array '" + info.name + "': codec unknown or values damaged");
+  auto piece = step_values_->read(header, bytes);
+  if (!piece) return wrong(piece.error().code, piece.error().detail);
   stream_bytes_[array_stream_name(*schema_, header.array)] += bytes.size();
   steps_ = std::max(steps_, header.step + 1);
-  item_ = StepPiece{header.array, header.step, header.first, std::move(*values)};
+  item_ = std::move(*piece);
   return {};
 }
 
@@ -390,8 +380,7 @@ Result<void> Decoder::Impl::read_index(std::span<const std::byte> payload) {
               index.block_cells == mesh_->block_cells() && index.steps == steps_ &&
               index.streams.size() == stream_bytes_.size() &&
               index.entries.size() + 1 == next_sequence_ && index.previous_index == 0;
-  for (std::uint32_t a = 0; a < next_piece_.size(); ++a)
-    same = same && (!next_piece_[a].begun || next_piece_[a].first == elements_of(a));
+  same = same && (!step_values_ || step_values_->is_complete());
   for (std::size_t i = 1; i < index.streams.size(); ++i)
     same = same && index.streams[i - 1].name < index.streams[i].name;
   for (const auto& stream : index.streams) {

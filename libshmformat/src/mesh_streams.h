@@ -28,6 +28,28 @@ struct SegmentStart {
   std::uint64_t first_cell = 0, first_vertex = 0;  ///< cells and vertices of all segments before
 };
 
+/// Order::keep: the numbers of the vertices that a cell introduces. Corners of hexahedra whose
+/// coder says numbers are taken from there, all others from `stream`; number(position) refers to
+/// one: read when encoding, filled when decoding.
+template <class Coder, class Number>
+void code_vertex_numbers(Connectivity<Coder>& connectivity, VertexNumbers<Coder>& numbers,
+                         Coder& stream, const CellTopology& cell, Number&& number) {
+  const bool told = connectivity.says_numbers();
+  const std::uint32_t corners = told && cell.hexahedral ? 8 : 0;
+  bool more = false;
+  for (std::uint32_t position : cell.new_positions) {
+    more |= position >= corners;
+    if (position >= corners) continue;
+    number(position) = cell.original[position];
+    numbers.know(cell.slots[position], cell.original[position]);
+  }
+  if (!more) return;
+  numbers.code_cell(stream, cell, number, corners);
+  if (!told) return;
+  for (std::uint32_t position : cell.new_positions)
+    if (position >= corners) connectivity.name_vertex(cell.slots[position], number(position));
+}
+
 template <class Coder>
 class MeshStreams {
  public:
@@ -35,24 +57,11 @@ class MeshStreams {
   MeshStreams(const Schema& schema, const SegmentStart& start);
 
   /// Order::keep: the numbers of the vertices that a cell introduces, or of one that no cell uses.
-  /// number(position) refers to one: read when encoding, filled when decoding.
   template <class Number>
   void code_vertex_numbers(const CellTopology& cell, Number&& number) {
-    if (schema_->order != Order::keep) return;
-    const bool told = connectivity_.says_numbers();
-    const std::uint32_t corners = told && cell.hexahedral ? 8 : 0;
-    bool more = false;
-    for (std::uint32_t position : cell.new_positions) {
-      more |= position >= corners;
-      if (position >= corners) continue;
-      number(position) = cell.original[position];
-      vertex_numbers_.know(cell.slots[position], cell.original[position]);
-    }
-    if (!more) return;
-    vertex_numbers_.code_cell(streams_[kVertexNumbers], cell, number, corners);
-    if (!told) return;
-    for (std::uint32_t position : cell.new_positions)
-      if (position >= corners) connectivity_.name_vertex(cell.slots[position], number(position));
+    if (schema_->order == Order::keep)
+      shm::code_vertex_numbers(connectivity_, vertex_numbers_, streams_[kVertexNumbers], cell,
+                               number);
   }
   void code_loose_number(std::uint32_t slot, std::uint64_t& number) {
     if (schema_->order == Order::keep)

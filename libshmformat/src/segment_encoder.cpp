@@ -34,6 +34,11 @@ SegmentEncoder::SegmentEncoder(const Schema& schema, const SegmentOptions& optio
       next_cell_(start.first_cell),
       next_vertex_(start.first_vertex) {
   streams_.connectivity().set_codec(codec_);
+  for (const ArrayInfo& info : schema.arrays) {
+    if (!info.per_step) continue;
+    std::uint64_t& most = info.location == Location::point ? vertex_step_bytes_ : cell_step_bytes_;
+    most = std::max<std::uint64_t>(most, scalar_bytes(info.type) * info.components);
+  }
   start_group();
 }
 
@@ -59,8 +64,7 @@ Result<void> SegmentEncoder::take(const SegmentPiece& piece, std::vector<Encoded
     introduce(piece, at.vertex, cell.new_vertices);
     if (cell.block == SegmentPiece::kLoose) {
       code_loose(piece, at.vertex);
-      if (group.vertices >= kFullGroupVertices || group.decoded_bytes >= kFullGroupBytes)
-        flush_group(done);
+      if (group.vertices >= kFullGroupVertices || holds_full_bytes()) flush_group(done);
     } else {
       if (group.loose_vertices > 0) flush_group(done);  // they stand last in their group
       if (!code_cell(piece, cell, at))
@@ -71,7 +75,7 @@ Result<void> SegmentEncoder::take(const SegmentPiece& piece, std::vector<Encoded
                      kNoOffset,
                      {}};
       at.data += cell_data_bytes_[cell.block];
-      if (group.cells >= group_cells_ || group.decoded_bytes >= kFullGroupBytes) flush_group(done);
+      if (group.cells >= group_cells_ || holds_full_bytes()) flush_group(done);
     }
     at.vertex += cell.new_vertices;
     at.node += cell.nodes;
@@ -225,6 +229,13 @@ EncodedColumn SegmentEncoder::encode_column(std::size_t column) {
       at += scalar_bytes(before.type) * before.components;
   }
   return values.encode(column, vertex_values_.data() + at, values_bytes_, level_);
+}
+
+bool SegmentEncoder::holds_full_bytes() const {
+  const container::GroupHeader& group = group_.header;
+  return group.decoded_bytes >= kFullGroupBytes ||
+         group.vertices * vertex_step_bytes_ >= kFullGroupBytes ||
+         group.cells * cell_step_bytes_ >= kFullGroupBytes;
 }
 
 void SegmentEncoder::note_active() {

@@ -12,7 +12,8 @@
 
 namespace shm {
 
-/// A group is closed early when it holds this much, so that readers can promise small memory.
+/// A group is closed early when it, or a stepped array in it at one step, holds this much, so that
+/// readers can promise small memory.
 inline constexpr std::uint64_t kFullGroupBytes = std::uint64_t{1} << 26;
 inline constexpr std::uint64_t kFullGroupVertices = std::uint64_t{1} << 16;  // loose vertices alone
 
@@ -118,6 +119,7 @@ class SegmentEncoder {
   void take_cell_data(const SegmentPiece& piece, std::uint32_t block, std::size_t at);
   void begin_element(bool cell);
   EncodedColumn encode_column(std::size_t column);
+  bool holds_full_bytes() const;
   void note_active();
   void widen_range(std::uint32_t array, const std::byte* element);
   void start_group();
@@ -131,6 +133,8 @@ class SegmentEncoder {
   MeshStreams<RangeEncoder> streams_;
   std::size_t xyz_bytes_, values_bytes_;
   std::vector<std::size_t> cell_data_bytes_;  // by block
+  // of the widest stepped array: what an element has at one step
+  std::uint64_t vertex_step_bytes_ = 0, cell_step_bytes_ = 0;
 
   std::vector<Handle> handles_;
   CellTopology topology_;

@@ -7,11 +7,11 @@
 #include <utility>
 #include <vector>
 
-#include "coders/step_values.h"
 #include "container/chunk_writer.h"
 #include "mesh_encoder.h"
 #include "packing.h"
 #include "schema_codec.h"
+#include "step_encoder.h"
 
 namespace shm {
 namespace {
@@ -32,9 +32,13 @@ class Writer::Impl {
   Impl(ByteSink& sink, Schema schema, const WriteOptions& options)
       : schema_(std::move(schema)),
         chunks_(sink),
-        mesh_(schema_, options, [this](auto segment, const auto& header, const auto& streams) {
-          return write_group(segment, header, streams);
-        }) {}
+        mesh_(schema_, options,
+              [this](auto segment, const auto& header, const auto& streams) {
+                return write_group(segment, header, streams);
+              }),
+        key_steps_(options.key_steps),
+        level_(options.level),
+        topology_(schema_, ~std::uint64_t{0}) {}
 
   Result<void> start() {
     if (auto good = chunks_.start({}); !good) return good;
@@ -67,7 +71,6 @@ class Writer::Impl {
 
   Result<void> add_step_values(std::uint32_t array, std::uint64_t step,
                                std::span<const std::byte> values);
-  Result<void> end_step_array();
   Result<void> set_step_times(std::span<const double> times);
   Result<void> add_extra(const Extra& extra);
   Result<SizeReport> finish();
@@ -76,7 +79,9 @@ class Writer::Impl {
   Result<void> write_schema();
   Result<void> write_group(std::uint32_t segment, const container::GroupHeader& header,
                            const std::vector<std::vector<std::byte>>& streams);
-  Result<void> write_step_piece();
+  Result<void> write_step_values(const container::StepHeader& header, std::uint64_t first,
+                                 std::span<const std::byte> bytes);
+  Result<void> end_step_array() { return step_values_ ? step_values_->end_step() : Result<void>(); }
   Result<void> write_index(SizeReport& report);
   std::uint64_t elements_of(std::uint32_t array) const;
   std::string array_key(std::uint32_t array) const { return array_stream_name(schema_, array); }
@@ -88,11 +93,11 @@ class Writer::Impl {
   std::optional<Error> error_;
   std::map<std::string, std::uint64_t> stream_bytes_;
 
-  // the stepped array at hand
-  std::optional<std::uint32_t> array_;
-  std::uint64_t step_ = 0, first_ = 0, steps_ = 0;
-  std::vector<std::byte> pending_;
-  std::vector<std::uint64_t> next_step_;  // by array
+  std::uint32_t key_steps_;
+  Level level_;
+  TopologyReplay topology_;
+  std::optional<StepEncoder> step_values_;  // from the first ones on
+  std::uint64_t step_times_ = 0;
 };
 
 Result<void> Writer::Impl::write_schema() {
@@ -117,6 +122,8 @@ Result<void> Writer::Impl::write_group(std::uint32_t segment, const container::G
     stream_bytes_[array ? array_key(entry.array) : container::stream_name(entry.kind)] +=
         streams[s].size();
   }
+  topology_.add_group(segment, header,
+                      std::vector<std::span<const std::byte>>(streams.begin(), streams.end()));
   container::IndexEntry entry;
   entry.segment = segment;
   entry.first_cell = header.first_cell;
@@ -141,67 +148,32 @@ Result<void> Writer::Impl::add_step_values(std::uint32_t array, std::uint64_t st
   if (array >= schema_.arrays.size() || !schema_.arrays[array].per_step)
     return misuse("array " + std::to_string(array) + " is no stepped array", "steps");
   const ArrayInfo& info = schema_.arrays[array];
-  const std::size_t stride = scalar_bytes(info.type) * info.components;
-  if (values.size() % stride != 0) return misuse("values end within an element", "steps");
-  if (array_ != array || step_ != step) {
-    if (auto good = end_step_array(); !good) return good;
-    next_step_.resize(schema_.arrays.size());
-    if (step < next_step_[array]) return misuse("steps of an array must ascend", "steps");
-    next_step_[array] = step + 1;
-    array_ = array;
-    step_ = step;
-    first_ = 0;
-    steps_ = std::max(steps_, step + 1);
+  if (values.size() % (scalar_bytes(info.type) * info.components) != 0)
+    return misuse("values end within an element", "steps");
+  if (!step_values_) {
+    std::vector<std::uint64_t> elements(schema_.arrays.size());
+    for (std::uint32_t a = 0; a < elements.size(); ++a) elements[a] = elements_of(a);
+    step_values_.emplace(schema_, topology_, std::move(elements), key_steps_, level_,
+                         [this](const auto& header, auto first, auto bytes) {
+                           return write_step_values(header, first, bytes);
+                         });
   }
-  const std::size_t piece = stride * std::clamp<std::size_t>(container::kMaxStepBytes / stride, 1,
-                                                             container::kMaxStepPiece);
-  while (!values.empty()) {
-    const std::size_t taken = std::min(piece - pending_.size(), values.size());
-    const auto head = values.first(taken);
-    pending_.insert(pending_.end(), head.begin(), head.end());
-    values = values.subspan(taken);
-    if (pending_.size() == piece)
-      if (auto good = write_step_piece(); !good) return good;
-  }
-  return {};
+  return step_values_->add(array, step, values);
 }
 
-/// What is pending, as one chunk.
-Result<void> Writer::Impl::write_step_piece() {
-  const ArrayInfo& info = schema_.arrays[*array_];
-  const StepBytes coded = encode_step_values(info, pending_);
-  container::StepHeader header;
-  header.array = *array_;
-  header.step = header.reference_step = step_;
-  header.first = first_;
-  header.count =
-      static_cast<std::uint32_t>(pending_.size() / (scalar_bytes(info.type) * info.components));
-  header.codec = coded.codec;
+Result<void> Writer::Impl::write_step_values(const container::StepHeader& header,
+                                             std::uint64_t first,
+                                             std::span<const std::byte> bytes) {
   ByteWriter payload;
   container::put(payload, header);
-  payload.put_bytes(coded.bytes);
-  stream_bytes_[array_key(*array_)] += coded.bytes.size();
+  payload.put_bytes(bytes);
+  stream_bytes_[array_key(header.array)] += bytes.size();
   container::IndexEntry entry;
   entry.array = header.array;
   entry.step = header.step;
-  entry.first = header.first;
+  entry.first = first;
   entry.count = header.count;
-  first_ += header.count;
-  pending_.clear();
   return chunks_.write(ChunkKind::step_values, payload.bytes, entry);
-}
-
-Result<void> Writer::Impl::end_step_array() {
-  if (!array_) return {};
-  if (!pending_.empty())
-    if (auto good = write_step_piece(); !good) return good;
-  if (first_ != elements_of(*array_))
-    return misuse("array '" + schema_.arrays[*array_].name + "' got " + std::to_string(first_) +
-                      " elements at step " + std::to_string(step_) + ", the mesh has " +
-                      std::to_string(elements_of(*array_)),
-                  "steps");
-  array_.reset();
-  return {};
 }
 
 Result<void> Writer::Impl::set_step_times(std::span<const double> times) {
@@ -210,7 +182,7 @@ Result<void> Writer::Impl::set_step_times(std::span<const double> times) {
   ByteWriter blob, payload;
   for (double time : times) blob.put_f64(time);
   put_packed(payload, blob.bytes);
-  steps_ = std::max<std::uint64_t>(steps_, times.size());
+  step_times_ = times.size();
   stream_bytes_["extras"] += payload.bytes.size();
   return chunks_.write(ChunkKind::step_times, payload.bytes);
 }
@@ -262,7 +234,7 @@ Result<void> Writer::Impl::write_index(SizeReport& report) {
   index.cells = totals.cells;
   index.hexahedra = totals.hexahedra;
   index.max_active_vertices = totals.max_active_vertices;
-  index.steps = steps_;
+  index.steps = std::max(step_times_, step_values_ ? step_values_->steps() : 0);
   index.segments = totals.segments;
   index.imported_vertices = totals.imported_vertices;
   index.block_cells = totals.block_cells;
@@ -299,6 +271,7 @@ Result<Writer> Writer::create(ByteSink& sink, Schema schema, const WriteOptions&
       options.level > Level::best)
     return misuse("unknown codec of connectivity, or level", "options");
   if (!(options.restart_budget >= 0)) return misuse("restart_budget must be 0 or more", "options");
+  if (options.key_steps < 1) return misuse("key_steps must be 1 or more", "options");
   if (!std::is_sorted(options.segment_starts.begin(), options.segment_starts.end()))
     return misuse("segment_starts must ascend", "options");
   auto impl = std::make_unique<Impl>(sink, std::move(schema), options);

@@ -1,5 +1,6 @@
 // Reader and Decoder: a .shm file out again, in pieces, with memory that follows the active
-// surface and one chunk.
+// surface and one chunk. Where a file has stepped arrays it also holds the compressed connectivity,
+// up to 64 MiB of neighbourhoods, and one step of all stepped arrays where that is 128 MiB or less.
 //   Decoder   push bytes in, take items out; no I/O, no threads, nothing global
 //   Reader    pulls from a ByteSource and offers blocks or single events; with threads if asked
 // spec: "Decoding a file"
@@ -22,7 +23,8 @@ namespace shm {
 struct ReadLimits {
   std::uint64_t max_active_vertices = std::uint64_t{1} << 27;
   std::uint64_t max_chunk_bytes = std::uint64_t{1} << 30;  ///< payload of one chunk
-  std::uint64_t max_group_bytes = std::uint64_t{1} << 30;  ///< one chunk group, unpacked
+  /// One chunk group, unpacked; of step values also its neighbourhoods.
+  std::uint64_t max_group_bytes = std::uint64_t{1} << 30;
   std::uint64_t max_extra_bytes = std::uint64_t{1} << 30;  ///< one extra, unpacked
   std::uint32_t max_arrays = 65536;
   std::uint32_t max_static_components = 4096;  ///< of all arrays without time steps together
@@ -65,7 +67,7 @@ struct MeshBlock {
   std::size_t cell_count() const { return cell_blocks.size(); }
 };
 
-/// Some values of a stepped array, in coding order of its elements.
+/// The values of a stepped array in one chunk group, in coding order of its elements.
 struct StepPiece {
   std::uint32_t array = 0;
   std::uint64_t step = 0;

@@ -1,5 +1,7 @@
 // Writer: push a mesh in, vertex by vertex and cell by cell; a .shm file comes out at the sink.
-// Memory follows the active surface, the delay buffer and one chunk group, not the mesh.
+// Memory follows the active surface, the delay buffer and one chunk group, not the mesh. With
+// stepped arrays it also holds the compressed connectivity, up to 64 MiB of neighbourhoods, and one
+// step of all stepped arrays where that is 128 MiB or less.
 // spec: "Group"; the event grammar is that of streaming meshes (Isenburg & Lindstrom 2005).
 #pragma once
 
@@ -31,6 +33,9 @@ struct WriteOptions {
   Level level = Level::standard;
   /// automatic: what the level tries, the smallest on the first cells of each segment.
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
+  /// Step values: of an array's steps at least one in so many refers to no other, so that reading
+  /// may begin there; 1: all.
+  std::uint32_t key_steps = 8;
   /// Threads that encode segments, beside the caller's; 1: none, 0: one for each core. The file is
   /// the same for any number. Each may hold 64 MiB of cells that wait.
   unsigned threads = 1;

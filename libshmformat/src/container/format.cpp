@@ -135,7 +135,8 @@ void put(ByteWriter& out, const StepHeader& header) {
   out.put_varint(header.array);
   out.put_varint(header.step);
   out.put_varint(header.reference_step);
-  out.put_varint(header.first);
+  out.put_u8(header.trend ? 1 : 0);
+  out.put_varint(header.group);
   out.put_varint(header.count);
   out.put_u8(static_cast<std::uint8_t>(header.codec));
 }
@@ -143,11 +144,12 @@ bool get(ByteReader& in, StepHeader& header) {
   header.array = in.get_varint32();
   header.step = in.get_varint();
   header.reference_step = in.get_varint();
-  header.first = in.get_varint();
-  const std::uint64_t count = in.get_varint();
-  header.count = static_cast<std::uint32_t>(count);
+  const std::uint8_t trend = in.get_u8();
+  header.trend = trend != 0;
+  header.group = in.get_varint32();
+  header.count = in.get_varint();
   header.codec = static_cast<Codec>(in.get_u8());
-  return in.ok() && header.step <= 0xffffffffu && count >= 1 && count <= kMaxStepPiece;
+  return in.ok() && header.step <= 0xffffffffu && header.count >= 1 && trend <= 1;
 }
 
 void put(ByteWriter& out, const Index& index) {

@@ -79,7 +79,6 @@ std::string stream_name(StreamKind kind);
 enum class Codec : std::uint8_t {
   paper = 1,          ///< cells: hexahedra by the published scheme
   predictive = 2,     ///< numbers predicted from the mesh, adaptive range coder
-  local = 3,          ///< step values predicted from the one before, adaptive range coder
   shuffled_zstd = 4,  ///< byte planes under zstd
   rows = 6,           ///< cells: hexahedra predicted from the neighbouring row
   replay = 7,         ///< cells: hexahedra repeated from cells before, with their numbers
@@ -117,13 +116,12 @@ bool get(ByteReader& in, GroupHeader& header);
 struct StepHeader {
   std::uint32_t array = 0;
   std::uint64_t step = 0;
-  std::uint64_t reference_step = 0;  ///< == step: a key step, decoded alone
-  std::uint64_t first = 0;
-  std::uint32_t count = 0;  ///< elements, 1..65536, together at most kMaxStepBytes
-  Codec codec = Codec::local;
+  std::uint64_t reference_step = 0;  ///< == step: no other step is needed
+  bool trend = false;                ///< the reference goes on from the step before it
+  std::uint32_t group = 0;           ///< the elements are those of this group; from 0 in the file
+  std::uint64_t count = 0;           ///< elements, at least 1
+  Codec codec = Codec::columns;
 };
-inline constexpr std::uint32_t kMaxStepPiece = 65536;
-inline constexpr std::uint64_t kMaxStepBytes = std::uint64_t{1} << 24;  ///< unless count is 1
 void put(ByteWriter& out, const StepHeader& header);
 bool get(ByteReader& in, StepHeader& header);
 

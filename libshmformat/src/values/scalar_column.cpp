@@ -101,8 +101,6 @@ ScalarColumn<Coder>::ScalarColumn(const ArrayInfo& info, std::size_t component)
 
 template <class Coder>
 void ScalarColumn<Coder>::set_style(const ColumnStyle& style) {
-  // Classes have other numbers then.
-  if ((style.reach == Reach::lattice) != (style_.reach == Reach::lattice)) classes_.clear();
   style_ = style;
   if (style.mixes && mixed_.empty()) mixed_.emplace_back();
 }
@@ -115,6 +113,7 @@ void ScalarColumn<Coder>::make_room(std::uint32_t slot) {
   thirds_.resize(size);
   surprises_.resize(size);
   seconds_.resize(size);
+  if (has_twins_) twins_.resize(size);
 }
 
 // --- domains
@@ -170,6 +169,9 @@ void ScalarColumn<Coder>::change_domain(const ValueDomain& domain) {
       return is_finite(moved) ? moved : 0.0;
     };
     for (double& state : states_) state = translate(state);
+    for (Twin& twin : twins_) twin = {translate(twin.state), 0.0};
+    twin_last_ = translate(twin_last_);
+    twin_before_last_ = translate(twin_before_last_);
     last_ = translate(last_);
     before_last_ = translate(before_last_);
     std::fill(thirds_.begin(), thirds_.end(), 0.0);
@@ -263,6 +265,8 @@ void ScalarColumn<Coder>::code_class(Coder& coder, std::uint32_t of_class) {
   Class& it = classes_[of_class];
   it.tile = tile_;
   const Class* wanted = Coder::kDecodes ? &it : &wanted_[of_class];
+  if (has_twins_ && !coder.bit(same_way_, wanted->way == it.way))
+    it.way = it.way == kAlone ? kDifference : kAlone;
   if (!coder.bit(same_mode_, wanted->mode == it.mode))
     it.mode = std::min<std::uint32_t>(code_tree(coder, mode_, wanted->mode), kModes - 1);
   if (!coder.bit(same_second_, wanted->second == it.second)) {
@@ -288,6 +292,7 @@ void ScalarColumn<Coder>::skip(const Neighbourhood& item) {
   thirds_[item.self] = 0.0;
   surprises_[item.self] = 0;
   seconds_[item.self] = 0;
+  if (has_twins_) twins_[item.self] = {twin_last_, 0.0};
 }
 
 template <class Coder>
@@ -300,7 +305,40 @@ void ScalarColumn<Coder>::note(std::span<const Neighbourhood> items,
     before_last_ = last_;
     last_ = states_[items[i].self];
     last_surprise_ = 0;
+    if (!has_twins_) continue;
+    twins_[items[i].self] = {last_, 0.0};
+    twin_before_last_ = twin_last_;
+    twin_last_ = last_;
   }
+}
+
+// --- what values refer to
+
+/// The state of a value in the domain at hand: any number, the same everywhere.
+template <class Coder>
+double ScalarColumn<Coder>::reference_state(std::uint64_t bits) const {
+  const double state = translator_.from_value(scalar_as_double(info_.type, bits));
+  return is_finite(state) ? state : twin_last_;
+}
+
+/// What is told from a feature in a difference. `then`: the twin of the element itself.
+template <class Coder>
+double ScalarColumn<Coder>::twin_feature(const Neighbourhood& item, std::uint32_t feature,
+                                         double then) const {
+  if (feature < kFThird) return twins_[item.at[feature]].state;
+  if (feature < kFLast) return twins_[item.at[feature - kFThird]].third;
+  if (feature >= kFMatch) return then;
+  return feature == kFLast ? twin_last_ : twin_before_last_;
+}
+
+template <class Coder>
+void ScalarColumn<Coder>::note_twin(const Neighbourhood& item, double state) {
+  const auto at = [&](std::uint32_t feature) { return twin_feature(item, feature, state); };
+  const double third =
+      item.knows(Neighbourhood::kLattice) ? state - Predictor(item.known, at).lattice() : 0.0;
+  twins_[item.self] = {state, third};
+  twin_before_last_ = twin_last_;
+  twin_last_ = state;
 }
 
 template <class Coder>
@@ -402,8 +440,10 @@ std::optional<std::int64_t> ScalarColumn<Coder>::index_of(const auto& space,
 
 template <class Coder>
 bool ScalarColumn<Coder>::code_tile(Coder& coder, std::span<const Neighbourhood> items,
+                                    std::span<const std::uint16_t> classes,
                                     std::span<std::uint64_t> bits,
-                                    std::span<const Trace* const> before) {
+                                    std::span<const Trace* const> before,
+                                    std::span<const std::uint64_t> reference) {
   ++tile_;
   before_ = before;
   trace_.surprises.resize(items.size());
@@ -411,25 +451,24 @@ bool ScalarColumn<Coder>::code_tile(Coder& coder, std::span<const Neighbourhood>
     trace_.values.resize(items.size());
     matches_.expect(items.size());
   }
+  item_classes_ = classes;
   std::uint32_t most_slot = 0, most_class = 0;
-  for (const Neighbourhood& item : items) {
-    most_slot = std::max(most_slot, item.self);
-    most_class = std::max(most_class, class_of(item));
-  }
+  for (const Neighbourhood& item : items) most_slot = std::max(most_slot, item.self);
+  for (std::uint32_t it : classes) most_class = std::max(most_class, it);
   make_room(most_slot);
   if (most_class >= classes_.size()) classes_.resize(most_class + 1);
   return with_space([&](const auto& space) {
     if constexpr (!Coder::kDecodes) {
-      looked_ahead_ = needs_search(items);
+      looked_ahead_ = needs_search();
       if (looked_ahead_) {
-        look_ahead(space, items, bits);
+        look_ahead(space, items, bits, reference);
         choose_modes(space);
       } else {
         wanted_ = classes_;
       }
       for (Class& it : classes_) it.count = it.bits = 0;
     }
-    return code_items(coder, space, items, bits);
+    return code_items(coder, space, items, bits, reference);
   });
 }
 
@@ -437,7 +476,8 @@ template <class Coder>
 template <class Space>
 bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
                                      std::span<const Neighbourhood> items,
-                                     std::span<std::uint64_t> bits) {
+                                     std::span<std::uint64_t> bits,
+                                     std::span<const std::uint64_t> reference) {
   const std::uint32_t counts = style_.known();
   for (std::size_t i = 0; i < items.size(); ++i) {
     const Neighbourhood& item = items[i];
@@ -453,10 +493,20 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
     };
     if (style_.matches && (Coder::kDecodes || !looked_ahead_)) places = match_places(item, at, i);
     const Predictor predictor(item.known & counts, at);
-    const std::uint32_t of_class = class_of(item);
+    const std::uint32_t of_class = item_classes_[i];
     if (classes_[of_class].tile != tile_) code_class(coder, of_class);
     Class& how = classes_[of_class];
-    double prediction = predictor.predict(how.mode, how.weights);
+    const double then = has_twins_ ? reference_state(reference[i]) : 0.0;
+    const auto difference_at = [&](std::uint32_t feature) {
+      if constexpr (!Coder::kDecodes)
+        if (looked_ahead_) return samples_[i].difference[feature];
+      return at(feature) - twin_feature(item, feature, then);
+    };
+    const auto predict = [&](std::uint32_t mode) {
+      if (how.way == kAlone) return predictor.predict(mode, how.weights);
+      return then + Predictor(item.known & counts, difference_at).predict(mode, how.weights);
+    };
+    double prediction = predict(how.mode);
 
     bool odd = false;
     std::int64_t actual = 0;
@@ -469,14 +519,17 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
     ValueSurprise surprise = 0;
     double state = 0.0;
     if (odd) {
-      bits[i] = coder.raw(bits[i], static_cast<int>(8 * scalar_bytes(info_.type)));
+      if (has_twins_ && coder.bit(same_odd_, bits[i] == reference[i]))
+        bits[i] = reference[i];
+      else
+        bits[i] = coder.raw(bits[i], static_cast<int>(8 * scalar_bytes(info_.type)));
       state = odd_state(space, predictor);
       seconds_[item.self] = 0;
     } else {
       std::int64_t expected = space.index(prediction);
       bool second = false;
       if (how.second != kNoMode) {
-        const double other = predictor.predict(how.second, how.weights);
+        const double other = predict(how.second);
         const std::int64_t instead = space.index(other);
         if (instead != expected) {
           if constexpr (!Coder::kDecodes)
@@ -499,11 +552,11 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
       if (style_.mixes) {
         Mixed& mixed = mixed_[0];
         const std::array<std::int64_t, 3> others = {
-            space.index(predictor.lattice()),
-            space.index(how.second == kNoMode ? predictor.predict(kMeanNearMode, how.weights)
-                        : second              ? predictor.predict(how.mode, how.weights)
-                                              : predictor.predict(how.second, how.weights)),
-            space.index(predictor.predict(kMeanLineMode, how.weights))};
+            space.index(predict(kLattice)),
+            space.index(predict(how.second == kNoMode ? kMeanNearMode
+                                : second              ? how.mode
+                                                      : how.second)),
+            space.index(predict(kMeanLineMode))};
         mixed.coder.use(coder);
         ask_about(mixed, item, scale, i, of_class, expected, others, second);
         residual = code_signed(mixed.coder, mixed.residuals[around.number], residual);
@@ -536,7 +589,10 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
     surprises_[item.self] = surprise;
     trace_.surprises[i] = surprise;
     last_surprise_ = surprise;
-    if (Coder::kDecodes || !looked_ahead_) settle(item, i, state, predictor.lattice(), places);
+    if (Coder::kDecodes || !looked_ahead_) {
+      if (has_twins_) note_twin(item, then);
+      settle(item, i, state, predictor.lattice(), places);
+    }
   }
   return true;
 }
@@ -559,10 +615,10 @@ void ScalarColumn<Coder>::settle(const Neighbourhood& item, std::size_t i, doubl
 /// Whether the modes of the tile's classes should be chosen anew: where one is new, does worse than
 /// when its modes were chosen, or has kept them for long.
 template <class Coder>
-bool ScalarColumn<Coder>::needs_search(std::span<const Neighbourhood> items) {
+bool ScalarColumn<Coder>::needs_search() {
   if (!style_.hurries) return true;
   std::vector<std::uint32_t> count(classes_.size());
-  for (const Neighbourhood& item : items) ++count[class_of(item)];
+  for (std::uint32_t it : item_classes_) ++count[it];
   bool needs = false;
   for (std::size_t c = 0; c < count.size(); ++c) {
     Class& it = classes_[c];
@@ -572,8 +628,8 @@ bool ScalarColumn<Coder>::needs_search(std::span<const Neighbourhood> items) {
       if (bits > it.bits_then * 1.06 + 0.1) needs = true;
     }
     if (count[c] == 0) continue;
-    if (it.bits_then < 0 && count[c] * 32 > items.size()) needs = true;
-    if (++it.tiles_since >= kMostTilesKept && count[c] * 8 > items.size()) needs = true;
+    if (it.bits_then < 0 && count[c] * 32 > item_classes_.size()) needs = true;
+    if (++it.tiles_since >= kMostTilesKept && count[c] * 8 > item_classes_.size()) needs = true;
   }
   return needs;
 }
@@ -583,13 +639,14 @@ bool ScalarColumn<Coder>::needs_search(std::span<const Neighbourhood> items) {
 template <class Coder>
 template <class Space>
 void ScalarColumn<Coder>::look_ahead(const Space& space, std::span<const Neighbourhood> items,
-                                     std::span<const std::uint64_t> bits) {
+                                     std::span<const std::uint64_t> bits,
+                                     std::span<const std::uint64_t> reference) {
   samples_.resize(items.size());
   for (std::size_t i = 0; i < items.size(); ++i) {
     const Neighbourhood& item = items[i];
     Sample& it = samples_[i];
     it.known = item.known & style_.known();
-    it.of_class = class_of(item);
+    it.of_class = item_classes_[i];
     for (std::uint32_t f = 0; f < kFThird; ++f)
       if ((it.known >> f & 1) != 0) it.state[f] = states_[item.at[f]];
     for (std::uint32_t a = 0; a < 3; ++a)
@@ -607,6 +664,13 @@ void ScalarColumn<Coder>::look_ahead(const Space& space, std::span<const Neighbo
     it.index = index_of(space, bits[i]);
     double state = it.index ? space.state(*it.index) : 0.0;
     if (!it.index || !is_finite(state)) state = odd_state(space, predictor);
+    if (has_twins_) {
+      it.reference = reference_state(reference[i]);
+      for (std::uint32_t f = 0; f < kFeatures; ++f)
+        if (f >= kFLast || (it.known >> f & 1) != 0)
+          it.difference[f] = it.state[f] - twin_feature(item, f, it.reference);
+      note_twin(item, it.reference);
+    }
     settle(item, i, state, predictor.lattice(), places);
   }
 }
@@ -637,87 +701,103 @@ void ScalarColumn<Coder>::choose_modes(const Space& space) {
     const std::uint32_t known = samples_[order[begin[c]]].known;
     const std::size_t looked = std::min<std::size_t>(count[c], kLookAt);
     const double scale = static_cast<double>(count[c]) / static_cast<double>(looked);
-    // What each mode misses: bits by sample.
-    std::array<std::vector<double>, kModes> missed;
-    const auto look = [&](std::uint32_t mode, const Weights& weights) {
-      missed[mode].clear();
-      double sum = 0.0;
-      for (std::size_t i = 0; i < looked; ++i) {
-        const Sample& sample = pick(i, looked);
-        if (!sample.index) continue;
-        const auto at = [&](std::uint32_t feature) { return sample.state[feature]; };
-        const double prediction = Predictor(sample.known, at).predict(mode, weights);
-        const double bits = cost_of(minus(*sample.index, space.index(prediction)));
-        missed[mode].push_back(bits);
-        sum += bits;
-      }
-      return sum * scale;
-    };
-
-    Weights weights = it.weights;
-    std::array<double, kModes> cost{};
-    std::array<bool, kModes> tried{};
-    for (std::uint32_t mode = 0; mode < kModes; ++mode) {
-      tried[mode] =
-          is_sayable(mode, known) && (style_.matches || mode < kMatchMode || mode == kFittedMode);
-      if (mode == kFittedMode) {
-        tried[mode] = tried[mode] && count[c] >= kFewestToFit;
-        if (!tried[mode]) continue;
-        const std::size_t fitted = std::min<std::size_t>(count[c], kFitAt);
-        fit.clear();
-        for (std::size_t i = 0; i < fitted; ++i) {
-          const Sample& sample = pick(i, fitted);
-          const auto at = [&](std::uint32_t feature) { return sample.state[feature]; };
-          const Predictor predictor(sample.known, at);
-          const double base = predictor.lattice();
+    const Class start = it;
+    double least_of_ways = 0.0;
+    for (const Way way : {kAlone, kDifference}) {
+      if (way == kDifference && !has_twins_) break;
+      // What each mode misses: bits by sample.
+      std::array<std::vector<double>, kModes> missed;
+      const auto look = [&](std::uint32_t mode, const Weights& weights) {
+        missed[mode].clear();
+        double sum = 0.0;
+        for (std::size_t i = 0; i < looked; ++i) {
+          const Sample& sample = pick(i, looked);
           if (!sample.index) continue;
-          const double target = space.state(*sample.index) - base;
-          if (is_finite(target)) fit.push_back({predictor.terms(base), target});
+          const auto& features = way == kAlone ? sample.state : sample.difference;
+          const auto at = [&](std::uint32_t feature) { return features[feature]; };
+          const double prediction = Predictor(sample.known, at).predict(mode, weights) +
+                                    (way == kAlone ? 0.0 : sample.reference);
+          const double bits = cost_of(minus(*sample.index, space.index(prediction)));
+          missed[mode].push_back(bits);
+          sum += bits;
         }
-        const Weights found = fit_weights(fit);
-        const double kept = it.weights == Weights{} ? 1e300 : look(mode, it.weights);
-        const double anew = look(mode, found) + kWeightsBits;
-        if (anew < kept) {
-          weights = found;
-          cost[mode] = anew;
-        } else {
-          cost[mode] = look(mode, it.weights);
+        return sum * scale;
+      };
+
+      Weights weights = start.weights;
+      std::array<double, kModes> cost{};
+      std::array<bool, kModes> tried{};
+      for (std::uint32_t mode = 0; mode < kModes; ++mode) {
+        tried[mode] = mode == kStayMode ? way == kDifference
+                                        : is_sayable(mode, known) &&
+                                              (style_.matches || mode < kMatchMode ||
+                                               mode == kFittedMode);
+        if (mode == kFittedMode) {
+          tried[mode] = tried[mode] && count[c] >= kFewestToFit;
+          if (!tried[mode]) continue;
+          const std::size_t fitted = std::min<std::size_t>(count[c], kFitAt);
+          fit.clear();
+          for (std::size_t i = 0; i < fitted; ++i) {
+            const Sample& sample = pick(i, fitted);
+            const auto& features = way == kAlone ? sample.state : sample.difference;
+            const auto at = [&](std::uint32_t feature) { return features[feature]; };
+            const Predictor predictor(sample.known, at);
+            const double base = predictor.lattice();
+            if (!sample.index) continue;
+            const double target =
+                space.state(*sample.index) - base - (way == kAlone ? 0.0 : sample.reference);
+            if (is_finite(target)) fit.push_back({predictor.terms(base), target});
+          }
+          const Weights found = fit_weights(fit);
+          const double kept = start.weights == Weights{} ? 1e300 : look(mode, start.weights);
+          const double anew = look(mode, found) + kWeightsBits;
+          if (anew < kept) {
+            weights = found;
+            cost[mode] = anew;
+          } else {
+            cost[mode] = look(mode, start.weights);
+          }
+        } else if (tried[mode]) {
+          cost[mode] = look(mode, weights);
         }
-      } else if (tried[mode]) {
-        cost[mode] = look(mode, weights);
       }
-    }
-    std::uint32_t best = kLattice;
-    double least = cost[best] + (it.mode == best ? 0.0 : kModeBits);
-    for (std::uint32_t mode = 0; mode < kModes; ++mode) {
-      const double its = cost[mode] + (it.mode == mode ? 0.0 : kModeBits);
-      if (!tried[mode] || its >= least) continue;
-      least = its;
-      best = mode;
-    }
-    std::uint32_t second = kNoMode;
-    const double alone = cost[best];
-    double less = alone + (it.second == kNoMode ? 0.0 : kModeBits);
-    for (std::uint32_t mode = 0; mode < kModes; ++mode) {
-      if (!tried[mode] || mode == best) continue;
-      double sum = 0.0;
-      std::size_t taken = 0;
-      for (std::size_t i = 0; i < missed[mode].size(); ++i) {
-        const bool better = missed[mode][i] + 1.0 < missed[best][i];
-        taken += better ? 1 : 0;
-        sum += better ? missed[mode][i] : missed[best][i];
+      std::uint32_t best = kLattice;
+      double least = cost[best] + (start.mode == best ? 0.0 : kModeBits);
+      for (std::uint32_t mode = 0; mode < kModes; ++mode) {
+        const double its = cost[mode] + (start.mode == mode ? 0.0 : kModeBits);
+        if (!tried[mode] || its >= least) continue;
+        least = its;
+        best = mode;
       }
-      if (taken == 0) continue;
-      const double its = (sum + binary_entropy(taken, missed[mode].size())) * scale +
-                         (it.second == mode ? 0.0 : kModeBits) +
-                         (mode == kFittedMode && !(weights == it.weights) ? kWeightsBits : 0.0);
-      if (its >= less) continue;
-      less = its;
-      second = mode;
+      std::uint32_t second = kNoMode;
+      const double alone = cost[best];
+      double less = alone + (start.second == kNoMode ? 0.0 : kModeBits);
+      for (std::uint32_t mode = 0; mode < kModes; ++mode) {
+        if (!tried[mode] || mode == best) continue;
+        double sum = 0.0;
+        std::size_t taken = 0;
+        for (std::size_t i = 0; i < missed[mode].size(); ++i) {
+          const bool better = missed[mode][i] + 1.0 < missed[best][i];
+          taken += better ? 1 : 0;
+          sum += better ? missed[mode][i] : missed[best][i];
+        }
+        if (taken == 0) continue;
+        const double its =
+            (sum + binary_entropy(taken, missed[mode].size())) * scale +
+            (start.second == mode ? 0.0 : kModeBits) +
+            (mode == kFittedMode && !(weights == start.weights) ? kWeightsBits : 0.0);
+        if (its >= less) continue;
+        less = its;
+        second = mode;
+      }
+      less += start.mode == best ? 0.0 : kModeBits;
+      if (way != kAlone && less >= least_of_ways) break;
+      least_of_ways = less;
+      it.way = way;
+      it.second = second;
+      it.mode = best;
+      it.weights = weights;
     }
-    it.second = second;
-    it.mode = best;
-    it.weights = weights;
   }
 }
 

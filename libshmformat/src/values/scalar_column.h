@@ -58,14 +58,21 @@ class ScalarColumn {
     std::vector<double> values;
     std::vector<ValueSurprise> surprises;
   };
-  /// Codes the values (bits) of the elements of one tile, in order. `before`: what the components
-  /// before this one held in this tile. False for damaged data.
-  bool code_tile(Coder& coder, std::span<const Neighbourhood> items, std::span<std::uint64_t> bits,
-                 std::span<const Trace* const> before);
+  /// Codes the values (bits) of the elements of one tile, in order. `classes`: their classes'
+  /// numbers, the same for all components. `before`: what the components
+  /// before this one held in this tile. `reference`: bits that these values refer to; empty unless
+  /// use_reference() was called. False for damaged data.
+  bool code_tile(Coder& coder, std::span<const Neighbourhood> items, std::span<const std::uint16_t> classes, std::span<std::uint64_t> bits,
+                 std::span<const Trace* const> before,
+                 std::span<const std::uint64_t> reference = {});
   /// Takes note of values that were said otherwise.
   void note(std::span<const Neighbourhood> items, std::span<const std::uint64_t> bits);
   /// An element that the array does not cover: takes the state of the last one.
   void skip(const Neighbourhood& item);
+
+  void make_room(std::uint32_t slot);
+  /// Before the first element: all tiles will come with a reference.
+  void use_reference() { has_twins_ = true; }
 
   const Trace& trace() const { return trace_; }
 
@@ -84,6 +91,7 @@ class ScalarColumn {
     std::uint32_t mode = kLattice;
     std::uint32_t second = kNoMode;  ///< a mode that may be right where the first is wrong
     Weights weights{};
+    std::uint32_t way = kAlone;
     std::array<AdaptiveBit, 4> takes_second;  ///< by how many near ones did
     // Encoding: elements and bits in the last tile that had it, and bits an element when the
     // modes were chosen; negative: never.
@@ -95,40 +103,47 @@ class ScalarColumn {
     std::array<double, kFeatures> state{};
     std::optional<std::int64_t> index;
     std::uint32_t known = 0, of_class = 0;
+    std::array<double, kFeatures> difference{};  ///< state - that of the twin
+    double reference = 0;                        ///< state of the reference
+  };
+  /// The state of what an element refers to.
+  struct Twin {
+    double state = 0, third = 0;
   };
   static constexpr std::uint32_t kSurpriseClasses = 27;
 
-  void make_room(std::uint32_t slot);
   void change_domain(const ValueDomain& domain);
   bool code_table(Coder& coder, const std::vector<std::int64_t>& table,
                   std::vector<std::int64_t> known, std::uint64_t most_entries);
   std::int64_t opposite(std::int64_t index) const;
   void add_known_entries(const ScalarColumn& other, std::vector<std::int64_t>& known) const;
-  std::uint32_t class_of(const Neighbourhood& item) const {
-    return style_.reach == Reach::lattice ? item.narrow_class : item.wide_class;
-  }
-  bool needs_search(std::span<const Neighbourhood> items);
+  bool needs_search();
   std::optional<std::int64_t> index_of(const auto& space, std::uint64_t bits) const;
   template <class Visit>
   bool with_space(Visit&& visit);
   template <class Space>
   bool code_items(Coder& coder, const Space& space, std::span<const Neighbourhood> items,
-                  std::span<std::uint64_t> bits);
+                  std::span<std::uint64_t> bits, std::span<const std::uint64_t> reference);
   void settle(const Neighbourhood& item, std::size_t i, double state, double lattice,
               const MatchTables::Places& places);
   template <class Space>
   void look_ahead(const Space& space, std::span<const Neighbourhood> items,
-                  std::span<const std::uint64_t> bits);
+                  std::span<const std::uint64_t> bits, std::span<const std::uint64_t> reference);
+  double twin_feature(const Neighbourhood& item, std::uint32_t feature, double then) const;
+  double reference_state(std::uint64_t bits) const;
+  void note_twin(const Neighbourhood& item, double state);
   template <class Space>
   void choose_modes(const Space& space);
   template <class At>
   MatchTables::Places match_places(const Neighbourhood& item, const At& at, std::size_t i) const;
   double from_match(std::uint32_t kind, const MatchTables::Places& places) const {
-    return translator_.from_value(matches_.find(kind, places[kind]));
+    return style_.matches ? translator_.from_value(matches_.find(kind, places[kind])) : 0.0;
   }
   /// What the component before is at this element.
   double other_value(std::size_t i) const {
-    return before_.empty() ? 0.0 : translator_.from_value(before_.back()->values[i]);
+    return before_.empty() || !style_.matches
+               ? 0.0
+               : translator_.from_value(before_.back()->values[i]);
   }
   void code_class(Coder& coder, std::uint32_t of_class);
   template <class At>
@@ -150,7 +165,8 @@ class ScalarColumn {
   ValueTranslator translator_;
   std::uint64_t tile_ = 0;
   Trace trace_;
-  std::span<const Trace* const> before_;  // during code_tile
+  std::span<const Trace* const> before_;     // during code_tile
+  std::span<const std::uint16_t> item_classes_;  // during code_tile
 
   // by slot
   std::vector<double> states_, thirds_;
@@ -162,6 +178,11 @@ class ScalarColumn {
   bool last_odd_ = false, last_negative_ = false;
 
   ColumnStyle style_;
+  // of the reference
+  bool has_twins_ = false;
+  std::vector<Twin> twins_;  // by slot
+  double twin_last_ = 0, twin_before_last_ = 0;
+
   std::vector<Class> classes_;
   std::vector<Class> wanted_;    // encoding: what the tile at hand will say
   std::vector<Sample> samples_;  // encoding
@@ -172,7 +193,7 @@ class ScalarColumn {
   SignedModel<NumberModel> exponent_, first_entry_, weight_;
   NumberModel entries_, step_, skipped_;
   std::array<AdaptiveBit, 8> known_entry_;
-  AdaptiveBit same_mode_, same_second_, same_weights_;
+  AdaptiveBit same_mode_, same_second_, same_weights_, same_way_, same_odd_;
   TreeModel<5> mode_, second_;
   std::array<AdaptiveBit, 2> odd_, negative_;
   std::vector<std::uint16_t> residual_numbers_;  // by context, from 1

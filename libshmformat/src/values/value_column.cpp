@@ -72,17 +72,30 @@ std::span<const Neighbourhood> ValueColumn<Coder>::covered(std::span<const Neigh
 }
 
 template <class Coder>
+void ValueColumn<Coder>::make_room(std::uint32_t slots) {
+  if (slots > 0)
+    for (auto& column : columns_) column.make_room(slots - 1);
+}
+template <class Coder>
+void ValueColumn<Coder>::use_reference() {
+  for (auto& column : columns_) column.use_reference();
+}
+
+template <class Coder>
 EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::byte* values,
-                                         std::size_t stride,
-                                         Level level) requires(!Coder::kDecodes) {
+                                         std::size_t stride, Level level,
+                                         const std::byte* reference) requires(!Coder::kDecodes) {
   std::size_t count = 0;
   for (std::size_t i = 0; i < elements.items.size(); ++i)
     count += elements.blocks.empty() || covers(elements.blocks[i]) ? 1 : 0;
-  std::vector<std::vector<std::uint64_t>> bits(info_.components);
+  Bits bits(info_.components), references(info_.components);
   for (std::size_t c = 0; c < info_.components; ++c) {
     bits[c].resize(count);
     for (std::size_t i = 0; i < count; ++i)
       bits[c][i] = load(values + i * stride + c * width_, width_);
+    references[c].resize(reference == nullptr ? 0 : count);
+    for (std::size_t i = 0; i < references[c].size(); ++i)
+      references[c][i] = load(reference + i * stride + c * width_, width_);
   }
   const ColumnCodec codec = level == Level::best ? ColumnCodec::mixed : ColumnCodec::predicted;
 
@@ -92,15 +105,15 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
   const std::size_t quick = planes.empty() ? 0 : zstd_compress(planes, 1).size();
   const bool may_repeat = !planes.empty() && (level == Level::best || quick * 6 < planes.size());
   const auto before = may_repeat ? columns_ : std::vector<ScalarColumn<Coder>>();
-  const auto models = std::pair(reach_, matches_);
-  EncodedColumn coded{codec, encode_predicted(elements, bits, level)};
+  const auto models = std::tuple(reach_, matches_, class_numbers_);
+  EncodedColumn coded{codec, encode_predicted(elements, bits, references, level)};
   if (!may_repeat || (level != Level::best && quick > 2 * coded.bytes.size())) return coded;
   ByteWriter packed;
   packed.put_varint(planes.size());
   packed.put_bytes(zstd_compress(planes, level == Level::fast ? 9 : 19));
   if (packed.bytes.size() >= coded.bytes.size()) return coded;
   columns_ = before;
-  std::tie(reach_, matches_) = models;
+  std::tie(reach_, matches_, class_numbers_) = models;
   note(elements, bits);
   return {ColumnCodec::shuffled_zstd, std::move(packed.bytes)};
 }
@@ -108,7 +121,7 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
 /// Bytes of all scalars, element by element: first the least significant ones.
 template <class Coder>
 std::vector<std::byte> ValueColumn<Coder>::shuffled(
-    const std::vector<std::vector<std::uint64_t>>& bits) const {
+    const Bits& bits) const {
   const std::size_t count = bits[0].size(), scalars = count * info_.components;
   std::vector<std::byte> planes(scalars * width_);
   for (std::size_t i = 0, at = 0; i < count; ++i)
@@ -137,7 +150,7 @@ bool ValueColumn<Coder>::code_head(Coder& coder, ColumnStyle style,
 
 template <class Coder>
 std::vector<std::byte> ValueColumn<Coder>::encode_predicted(
-    const TiledItems& elements, std::vector<std::vector<std::uint64_t>>& bits, Level level) {
+    const TiledItems& elements, Bits& bits, const Bits& reference, Level level) {
   // The first tile that has any.
   std::vector<Neighbourhood> first;
   for_each_tile(elements, [&](auto items, auto blocks) {
@@ -145,10 +158,12 @@ std::vector<std::byte> ValueColumn<Coder>::encode_predicted(
     const auto own = covered(items, blocks);
     first.assign(own.begin(), own.end());
   });
+  const ClassNumbers numbers = class_numbers_;  // trials number classes that are never said
   std::vector<DomainPlan> plans;
   for (std::size_t c = 0; c < info_.components; ++c)
-    plans.push_back(choose_domain(c, first, bits[c], level));
-  const ColumnStyle style = choose_style(first, bits, plans, level);
+    plans.push_back(choose_domain(c, first, bits[c], reference[c], level));
+  const ColumnStyle style = choose_style(first, bits, reference, plans, level);
+  class_numbers_ = numbers;
   code_head(coder_, style, plans, bits[0].size());
   plans_ = std::move(plans);
   ++groups_;
@@ -157,8 +172,11 @@ std::vector<std::byte> ValueColumn<Coder>::encode_predicted(
   for_each_tile(elements, [&](auto items, auto blocks) {
     const auto own = covered(items, blocks);
     if (own.empty()) return;
+    classify(own, style_);
     for (std::size_t c = 0; c < info_.components; ++c)
-      code_component(c, own, std::span(bits[c]).subspan(at, own.size()));
+      code_component(c, own, std::span(bits[c]).subspan(at, own.size()),
+                     reference[c].empty() ? std::span<const std::uint64_t>()
+                                          : std::span(reference[c]).subspan(at, own.size()));
     at += own.size();
   });
   if constexpr (Coder::kDecodes)
@@ -171,8 +189,9 @@ std::vector<std::byte> ValueColumn<Coder>::encode_predicted(
 /// tile of a mesh is no sample: the first group says what it can.
 template <class Coder>
 ColumnStyle ValueColumn<Coder>::choose_style(std::span<const Neighbourhood> first_tile,
-                                             const std::vector<std::vector<std::uint64_t>>& bits,
-                                             std::span<const DomainPlan> plans, Level level) const {
+                                             const Bits& bits, const Bits& reference,
+                                             std::span<const DomainPlan> plans,
+                                             Level level) {
   ColumnStyle full;
   full.mixes = level == Level::best;
   full.matches = info_.components <= kMostMatched;
@@ -182,6 +201,7 @@ ColumnStyle ValueColumn<Coder>::choose_style(std::span<const Neighbourhood> firs
   if constexpr (!Coder::kDecodes) {
     const auto size_with = [&](const ColumnStyle& style) {
       auto columns = columns_;
+      classify(first_tile, style);
       std::vector<const typename ScalarColumn<Coder>::Trace*> traces;
       Coder head, body;
       for (std::size_t c = 0; c < columns.size(); ++c) {
@@ -189,7 +209,10 @@ ColumnStyle ValueColumn<Coder>::choose_style(std::span<const Neighbourhood> firs
         columns[c].begin_group(head, plans[c], std::span(columns).first(c), bits[c].size());
         std::vector<std::uint64_t> values(
             bits[c].begin(), bits[c].begin() + static_cast<std::ptrdiff_t>(first_tile.size()));
-        columns[c].code_tile(body, first_tile, values, traces);
+        columns[c].code_tile(body, first_tile, classes_, values, traces,
+                             reference[c].empty()
+                                 ? std::span<const std::uint64_t>()
+                                 : std::span(reference[c]).first(first_tile.size()));
         traces.push_back(&columns[c].trace());
       }
       return body.finish().size();
@@ -202,7 +225,7 @@ ColumnStyle ValueColumn<Coder>::choose_style(std::span<const Neighbourhood> firs
 
 template <class Coder>
 void ValueColumn<Coder>::note(const TiledItems& elements,
-                              const std::vector<std::vector<std::uint64_t>>& bits) {
+                              const Bits& bits) {
   std::size_t at = 0;
   for_each_tile(elements, [&](auto items, auto blocks) {
     const auto own = covered(items, blocks);
@@ -213,18 +236,28 @@ void ValueColumn<Coder>::note(const TiledItems& elements,
 }
 
 template <class Coder>
+void ValueColumn<Coder>::classify(std::span<const Neighbourhood> items, const ColumnStyle& style) {
+  const std::uint32_t counts = style.known();
+  classes_.resize(items.size());
+  for (std::size_t i = 0; i < items.size(); ++i)
+    classes_[i] = class_numbers_.of(items[i], counts);
+}
+
+template <class Coder>
 bool ValueColumn<Coder>::code_component(std::size_t component, std::span<const Neighbourhood> items,
-                                        std::span<std::uint64_t> bits) {
+                                        std::span<std::uint64_t> bits,
+                                        std::span<const std::uint64_t> reference) {
   traces_.clear();
   for (std::size_t c = 0; c < component; ++c) traces_.push_back(&columns_[c].trace());
-  return columns_[component].code_tile(coder_, items, bits, traces_);
+  return columns_[component].code_tile(coder_, items, classes_, bits, traces_, reference);
 }
 
 template <class Coder>
 DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component,
                                              std::span<const Neighbourhood> first_tile,
                                              std::span<const std::uint64_t> bits,
-                                             Level level) const {
+                                             std::span<const std::uint64_t> reference,
+                                             Level level) {
   // What was right for the group before is right again, as a rule.
   if (level != Level::best && groups_ % kGroupsKept != 0 && plans_[component].table.empty() &&
       still_fits(info_, component, plans_[component].domain, bits))
@@ -239,7 +272,10 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component,
           bits.begin(), bits.begin() + static_cast<std::ptrdiff_t>(first_tile.size()));
       Coder head, body;
       column.begin_group(head, plans[p], std::span(columns_).first(component), bits.size());
-      column.code_tile(body, first_tile, values, {});
+      classify(first_tile, style_);
+      column.set_style(style_);
+      column.code_tile(body, first_tile, classes_, values, {},
+                       reference.first(std::min(reference.size(), values.size())));
       const double size =
           static_cast<double>(head.finish().size()) + static_cast<double>(body.finish().size()) *
                                                           static_cast<double>(bits.size()) /
@@ -283,7 +319,8 @@ bool ValueColumn<Coder>::begin_group(ColumnCodec codec, std::span<const std::byt
 template <class Coder>
 bool ValueColumn<Coder>::decode_tile(std::span<const Neighbourhood> items,
                                      std::span<const std::uint32_t> blocks,
-                                     std::vector<std::byte>& out) requires(Coder::kDecodes) {
+                                     std::vector<std::byte>& out,
+                                     const std::byte* reference) requires(Coder::kDecodes) {
   const auto own = covered(items, blocks);
   if (own.empty()) return true;
   const std::size_t stride = width_ * info_.components, base = out.size();
@@ -302,8 +339,12 @@ bool ValueColumn<Coder>::decode_tile(std::span<const Neighbourhood> items,
     return true;
   }
   out.resize(base + bytes);
+  classify(own, style_);
   for (std::size_t c = 0; c < info_.components; ++c) {
-    if (!code_component(c, own, bits_)) return false;
+    reference_bits_.resize(reference == nullptr ? 0 : own.size());
+    for (std::size_t i = 0; i < reference_bits_.size(); ++i)
+      reference_bits_[i] = load(reference + i * stride + c * width_, width_);
+    if (!code_component(c, own, bits_, reference_bits_)) return false;
     std::byte* to = out.data() + base + c * width_;
     for (std::size_t i = 0; i < own.size(); ++i) store(to + i * stride, bits_[i], width_);
   }

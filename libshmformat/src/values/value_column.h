@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "values/class_numbers.h"
 #include "values/scalar_column.h"
 
 namespace shm {
@@ -42,9 +43,16 @@ class ValueColumn {
   /// whether values may repeat so that they are better left to zstd, as coordinates do not.
   ValueColumn(const ArrayInfo& info, std::vector<char> covers, bool repeats = true);
 
+  /// Before a group that names these slots, where groups before may have been left out.
+  void make_room(std::uint32_t slots);
+  /// Before the first element: all groups will come with a reference.
+  void use_reference();
+
+  // `reference`: what the values of the covered elements refer to, as these are; or null.
   /// Encoding: all values of a group, of the covered elements in order, `stride` bytes apart.
   EncodedColumn encode(const TiledItems& elements, const std::byte* values, std::size_t stride,
-                       Level level) requires(!Coder::kDecodes);
+                       Level level,
+                       const std::byte* reference = nullptr) requires(!Coder::kDecodes);
 
   /// Decoding. `bytes` are borrowed until the next call; they may unpack to `limit` bytes. False
   /// for damaged data.
@@ -56,25 +64,30 @@ class ValueColumn {
   }
   /// The values of the elements of the next tile, packed, appended to `out`.
   bool decode_tile(std::span<const Neighbourhood> items, std::span<const std::uint32_t> blocks,
-                   std::vector<std::byte>& out) requires(Coder::kDecodes);
+                   std::vector<std::byte>& out,
+                   const std::byte* reference = nullptr) requires(Coder::kDecodes);
 
  private:
-  std::vector<std::byte> shuffled(const std::vector<std::vector<std::uint64_t>>& bits) const;
-  std::vector<std::byte> encode_predicted(const TiledItems& elements,
-                                          std::vector<std::vector<std::uint64_t>>& bits,
-                                          Level level);
+  using Bits = std::vector<std::vector<std::uint64_t>>;  // by component
+
+  std::vector<std::byte> shuffled(const Bits& bits) const;
+  std::vector<std::byte> encode_predicted(const TiledItems& elements, Bits& bits,
+                                          const Bits& reference, Level level);
   /// Takes note of values that were said otherwise.
-  void note(const TiledItems& elements, const std::vector<std::vector<std::uint64_t>>& bits);
+  void note(const TiledItems& elements, const Bits& bits);
   /// What a group says first: the style, then the domain of each component. `plans` when encoding.
   bool code_head(Coder& coder, ColumnStyle style, std::span<const DomainPlan> plans,
                  std::uint64_t most_entries);
   ColumnStyle choose_style(std::span<const Neighbourhood> first_tile,
-                           const std::vector<std::vector<std::uint64_t>>& bits,
-                           std::span<const DomainPlan> plans, Level level) const;
+                           const Bits& bits, const Bits& reference,
+                           std::span<const DomainPlan> plans, Level level);
+  /// Numbers of the classes of these elements in a style, in classes_.
+  void classify(std::span<const Neighbourhood> items, const ColumnStyle& style);
   bool code_component(std::size_t component, std::span<const Neighbourhood> items,
-                      std::span<std::uint64_t> bits);
+                      std::span<std::uint64_t> bits, std::span<const std::uint64_t> reference);
   DomainPlan choose_domain(std::size_t component, std::span<const Neighbourhood> first_tile,
-                           std::span<const std::uint64_t> bits, Level level) const;
+                           std::span<const std::uint64_t> bits,
+                           std::span<const std::uint64_t> reference, Level level);
   bool covers(std::uint32_t block) const { return covers_.empty() || covers_[block] != 0; }
   /// Those of the tile that are covered; the others take the last state.
   std::span<const Neighbourhood> covered(std::span<const Neighbourhood> items,
@@ -87,9 +100,11 @@ class ValueColumn {
   std::vector<ScalarColumn<Coder>> columns_;
   std::vector<const typename ScalarColumn<Coder>::Trace*> traces_;
   std::vector<Neighbourhood> covered_;
-  std::vector<std::uint64_t> bits_;
+  std::vector<std::uint64_t> bits_, reference_bits_;
   Coder coder_;
   ColumnStyle style_;
+  ClassNumbers class_numbers_;
+  std::vector<std::uint16_t> classes_;  // of the tile at hand
   std::vector<DomainPlan> plans_;  // encoding: of the group before
   std::uint32_t groups_ = 0;       // encoded so far
   TreeModel<2> reach_;

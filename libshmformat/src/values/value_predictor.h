@@ -43,7 +43,14 @@ enum Mode : std::uint32_t {
   kMatchMode = 22,   // 22-24: what came when the same stood near, before, in other components
   kOtherMode = 25,   // 25, 26: what the component before is here, or its negative
   kFittedMode = 27,  // weights that the encoder has fitted
-  kModes = 28
+  kStayMode = 28,    // nothing: of differences only
+  kModes = 29
+};
+
+/// Where there is a reference: what modes are applied to.
+enum Way : std::uint32_t {
+  kAlone = 0,       // the states
+  kDifference = 1,  // their differences from the states of the reference
 };
 
 /// As a second predictor: there is none.
@@ -65,6 +72,7 @@ class Predictor {
   double predict(std::uint32_t mode, const Weights& weights) const {
     if (mode == kLattice) return lattice();
     if (mode == kFittedMode) return fitted(weights);
+    if (mode == kStayMode) return 0.0;
     if (mode < kLineMode) return has(mode - kNearMode) ? at_(mode - kNearMode) : lattice();
     if (mode < kCurveMode) return has_line(mode - kLineMode) ? line(mode - kLineMode) : lattice();
     if (mode < kFaceMode) {

@@ -1,0 +1,141 @@
+#include "step_decoder.h"
+
+#include <algorithm>
+
+#include "mesh_streams.h"
+
+namespace shm {
+
+StepDecoder::StepDecoder(const Schema& schema, const ReadLimits& limits, TopologyReplay& topology,
+                         std::vector<std::uint64_t> elements)
+    : schema_(&schema),
+      limits_(limits),
+      topology_(&topology),
+      elements_(std::move(elements)),
+      most_(most_reference(schema, elements_)),
+      last_(schema.arrays.size()) {
+  for (Last& last : last_) last.values = StepMemory(most_);
+}
+
+Error StepDecoder::wrong(const container::StepHeader& header, const std::string& detail,
+                         ErrorCode code) const {
+  return Error{code,
+               "array '" + schema_->arrays[header.array].name + "' at step " +
+                   std::to_string(header.step) + ": " + detail,
+               "step values",
+               kNoOffset,
+               {}};
+}
+
+Result<StepPiece> StepDecoder::read(const container::StepHeader& header,
+                                    std::span<const std::byte> bytes) {
+  if (header.array >= schema_->arrays.size() || !schema_->arrays[header.array].per_step)
+    return Error{ErrorCode::corrupt, "belongs to no stepped array", "step values", kNoOffset, {}};
+  if (header.step >= limits_.max_steps)
+    return wrong(header, "the limit is " + std::to_string(limits_.max_steps) + " steps",
+                 ErrorCode::over_limit);
+  Last& last = last_[header.array];
+  if (array_ != header.array || header.step != last.step)
+    if (auto good = begin_step(header); !good) return good.error();
+  if (auto good = expect_group(header); !good) return good.error();
+  auto values = decode(header, bytes);
+  if (!values) return values.error();
+  StepPiece piece{header.array, header.step, last.first, std::move(*values)};
+  last.values.take(static_cast<std::size_t>(last.first) * (piece.values.size() / header.count),
+                   piece.values);
+  last.first += header.count;
+  last.group = std::size_t{header.group} + 1;
+  return piece;
+}
+
+/// A step begins when the last one, of whatever array, is complete.
+Result<void> StepDecoder::begin_step(const container::StepHeader& header) {
+  Last& last = last_[header.array];
+  if (!is_complete() || (last.begun && header.step <= last.step))
+    return wrong(header, "begins before another step is complete, or behind a later one");
+  if (last.begun) {
+    last.step_before = last.step;
+    last.run = last.has_referred ? last.run + 1 : 1;
+  }
+  last.begun = true;
+  last.has_referred = false;
+  last.step = header.step;
+  last.first = 0;
+  last.group = 0;
+  array_ = header.array;
+  column_.emplace(*schema_, header.array);
+  return {};
+}
+
+/// The group must be the next one that has elements of the array, and as many as the header says.
+Result<void> StepDecoder::expect_group(const container::StepHeader& header) {
+  const Last& last = last_[header.array];
+  if (header.count > elements_[header.array] - last.first)
+    return wrong(header, "has more values than the mesh has elements");
+  if (header.group < last.group || header.group >= topology_->groups())
+    return wrong(header, "its group is no later one of the mesh");
+  for (std::size_t g = last.group; g <= header.group; ++g) {
+    const auto count = topology_->count(header.array, g);
+    if (!count) return count.error();
+    if (*count != (g == header.group ? header.count : 0))
+      return wrong(header, g == header.group ? "has another number of values than elements"
+                                             : "a group is missing or out of order");
+  }
+  return {};
+}
+
+/// A trend needs two steps, of which the later one refers to a step itself: who begins to read
+/// between them has neither.
+Result<StepReference> StepDecoder::reference_of(const container::StepHeader& header) const {
+  const Last& last = last_[header.array];
+  const StepReference kind = header.reference_step == header.step ? StepReference::nothing
+                             : header.trend                       ? StepReference::trend
+                                                                  : StepReference::before;
+  if (kind == StepReference::nothing) {
+    if (header.trend) return wrong(header, "has a trend, but refers to no step");
+    return kind;
+  }
+  if (last.run == 0 || header.reference_step != last.step_before ||
+      (kind == StepReference::trend && last.run < 2))
+    return wrong(header, "refers to a step that is not the one before it");
+  if (schema_->arrays[header.array].quantization.lossy())
+    return wrong(header, "refers to a step, but the array is quantized");
+  if (kind > most_) return wrong(header, "refers to steps that are too large to hold");
+  return kind;
+}
+
+Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& header,
+                                                   std::span<const std::byte> bytes) {
+  Last& last = last_[header.array];
+  const ArrayInfo& info = schema_->arrays[header.array];
+  const std::size_t stride = scalar_bytes(info.type) * info.components;
+  if (header.count > limits_.max_group_bytes / stride)
+    return wrong(header,
+                 "a group takes more than the limit of " + std::to_string(limits_.max_group_bytes) +
+                     " bytes",
+                 ErrorCode::over_limit);
+  const auto kind = reference_of(header);
+  if (!kind) return kind.error();
+  const auto codec = column_codec(header.codec);
+  if (!codec) return wrong(header, "its codec is unknown");
+  if (info.components > kMostStepComponents) {
+    if (*codec != ColumnCodec::shuffled_zstd || *kind != StepReference::nothing)
+      return wrong(header, "has too many components for its codec");
+    auto values = decompress_shuffled(info, bytes, header.count);
+    if (!values) return wrong(header, "its bytes cannot be unpacked");
+    return std::move(*values);
+  }
+  if (!column_->begin(topology_->segment_of(header.group), *kind))
+    return wrong(header, "refers to something else than the group before");
+  last.has_referred = last.has_referred || *kind != StepReference::nothing;
+  const auto elements = topology_->elements(header.group);
+  if (!elements) return elements.error();
+  const auto reference =
+      last.values.reference(*kind, info, static_cast<std::size_t>(last.first) * stride,
+                            static_cast<std::size_t>(header.count) * stride);
+  auto values = column_->decode(**elements, *codec, bytes, header.count * stride, reference);
+  if (!values) return wrong(header, "its values make no sense");
+  return std::move(*values);
+}
+
+}  // namespace shm

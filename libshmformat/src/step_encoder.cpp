@@ -1,0 +1,154 @@
+#include "step_encoder.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "mesh_streams.h"
+
+namespace shm {
+namespace {
+
+Error misuse(std::string detail) {
+  return Error{ErrorCode::misuse, std::move(detail), "steps", kNoOffset, {}};
+}
+
+}  // namespace
+
+StepEncoder::StepEncoder(const Schema& schema, TopologyReplay& topology,
+                         std::vector<std::uint64_t> elements, std::uint32_t key_steps, Level level,
+                         Sink sink)
+    : schema_(&schema),
+      topology_(&topology),
+      elements_(std::move(elements)),
+      key_steps_(key_steps),
+      level_(level),
+      most_(key_steps > 1 ? most_reference(schema, elements_) : StepReference::nothing),
+      sink_(std::move(sink)),
+      before_(schema.arrays.size(), Before{0, 0, StepMemory(most_)}) {}
+
+Result<void> StepEncoder::add(std::uint32_t array, std::uint64_t step,
+                              std::span<const std::byte> values) {
+  if (array_ != array || step_ != step) {
+    if (auto good = end_step(); !good) return good;
+    if (auto good = begin_step(array, step); !good) return good;
+  }
+  while (!values.empty()) {
+    if (count_ == 0)
+      if (auto good = begin_group(); !good) return good;
+    const std::size_t wanted = static_cast<std::size_t>(count_) * stride();
+    const auto head = values.first(std::min(wanted - pending_.size(), values.size()));
+    pending_.insert(pending_.end(), head.begin(), head.end());
+    values = values.subspan(head.size());
+    if (pending_.size() == wanted)
+      if (auto good = end_group(); !good) return good;
+  }
+  return {};
+}
+
+Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
+  Before& before = before_[array];
+  if (step < before.next_step) return misuse("steps of an array must ascend");
+  reference_step_ = before.next_step - 1;  // of no matter where nothing may be referred to
+  most_here_ = before.run == 0 || before.run >= key_steps_ ? StepReference::nothing
+               : before.run == 1                           ? std::min(most_, StepReference::before)
+                                                           : most_;
+  // What a reader restores of a quantized array is not what stands here.
+  if (schema_->arrays[array].quantization.lossy()) most_here_ = StepReference::nothing;
+  before.next_step = step + 1;
+  steps_ = std::max(steps_, step + 1);
+  array_ = array;
+  step_ = step;
+  first_ = 0;
+  group_ = 0;
+  count_ = 0;
+  reference_.reset();
+  has_referred_ = false;
+  column_.emplace(*schema_, array);
+  return {};
+}
+
+/// Goes to the next group that has elements of the array.
+Result<void> StepEncoder::begin_group() {
+  if (first_ == elements_[*array_])
+    return misuse("array '" + schema_->arrays[*array_].name + "' got more than its " +
+                  std::to_string(first_) + " elements at step " + std::to_string(step_));
+  for (; count_ == 0; ++group_) {
+    const auto count = topology_->count(*array_, group_);
+    if (!count) return count.error();
+    count_ = *count;
+  }
+  return {};
+}
+
+Result<void> StepEncoder::end_group() {
+  const std::size_t group = group_ - 1;
+  auto coded = encode();
+  if (!coded) return coded.error();
+  container::StepHeader header;
+  header.array = *array_;
+  header.step = header.reference_step = step_;
+  header.group = static_cast<std::uint32_t>(group);
+  header.count = count_;
+  header.codec = stream_codec(coded->codec);
+  if (*reference_ != StepReference::nothing) {
+    header.reference_step = reference_step_;
+    header.trend = *reference_ == StepReference::trend;
+    has_referred_ = true;
+  }
+  if (auto good = sink_(header, first_, coded->bytes); !good) return good;
+  before_[*array_].values.take(static_cast<std::size_t>(first_) * stride(), pending_);
+  first_ += count_;
+  count_ = 0;
+  pending_.clear();
+  return {};
+}
+
+/// What is pending.
+Result<EncodedColumn> StepEncoder::encode() {
+  const ArrayInfo& info = schema_->arrays[*array_];
+  if (info.components > kMostStepComponents) {
+    reference_ = StepReference::nothing;
+    return EncodedColumn{ColumnCodec::shuffled_zstd, shuffle_and_compress(info, pending_)};
+  }
+  const std::size_t group = group_ - 1;
+  const auto elements = topology_->elements(group);
+  if (!elements) return elements.error();
+  if (!reference_ && most_here_ != StepReference::nothing) return choose_reference(**elements);
+  if (!reference_) reference_ = StepReference::nothing;
+  column_->begin(topology_->segment_of(group), *reference_);
+  return column_->encode(**elements, pending_, level_, reference(*reference_));
+}
+
+/// The first group of a step says what all of them refer to.
+EncodedColumn StepEncoder::choose_reference(const GroupElements& elements) {
+  EncodedColumn best;
+  for (const StepReference kind :
+       {StepReference::nothing, StepReference::before, StepReference::trend}) {
+    if (kind > most_here_) break;
+    Column column(*schema_, *array_);
+    column.begin(topology_->segment_of(group_ - 1), kind);
+    auto coded = column.encode(elements, pending_, level_, reference(kind));
+    if (reference_ && coded.bytes.size() >= best.bytes.size()) continue;
+    reference_ = kind;
+    best = std::move(coded);
+    column_ = std::move(column);
+  }
+  return best;
+}
+
+Result<void> StepEncoder::end_step() {
+  if (!array_) return {};
+  const ArrayInfo& info = schema_->arrays[*array_];
+  const std::uint64_t got = first_ + pending_.size() / stride();
+  if (got != elements_[*array_])
+    return misuse("array '" + info.name + "' got " + std::to_string(got) + " elements at step " +
+                  std::to_string(step_) + ", the mesh has " + std::to_string(elements_[*array_]));
+  Before& before = before_[*array_];
+  before.run = has_referred_ ? before.run + 1 : 1;
+  array_.reset();
+  column_.reset();
+  return {};
+}
+
+}  // namespace shm

@@ -1,0 +1,81 @@
+// StepEncoder: values of stepped arrays in, step_values chunks out: one for each group that has
+// elements of the array. The mirror of step_decoder.h.
+// spec: "Step values"
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "step_values.h"
+
+namespace shm {
+
+class StepEncoder {
+ public:
+  /// Receives a chunk: header, the number of its first element in the array, the coded bytes.
+  using Sink = std::function<Result<void>(const container::StepHeader&, std::uint64_t,
+                                          std::span<const std::byte>)>;
+
+  /// `schema` is checked, borrowed, and so is `topology`, of the whole mesh. `elements`: how many
+  /// each array has. At least one of `key_steps` steps refers to no other.
+  StepEncoder(const Schema& schema, TopologyReplay& topology, std::vector<std::uint64_t> elements,
+              std::uint32_t key_steps, Level level, Sink sink);
+
+  /// Must hold: the array is stepped, `values` are whole elements.
+  Result<void> add(std::uint32_t array, std::uint64_t step, std::span<const std::byte> values);
+  /// Ends the step at hand, if there is one.
+  Result<void> end_step();
+  /// Highest step + 1.
+  std::uint64_t steps() const { return steps_; }
+
+ private:
+  /// What is held of an array between its steps.
+  struct Before {
+    std::uint64_t next_step = 0;  ///< the first that may come
+    std::uint32_t run = 0;        ///< steps since one that refers to no other, it included
+    StepMemory values;
+  };
+  using Column = StepColumn<SplitEncoder>;
+
+  Result<void> begin_step(std::uint32_t array, std::uint64_t step);
+  Result<void> begin_group();
+  Result<void> end_group();
+  Result<EncodedColumn> encode();
+  EncodedColumn choose_reference(const GroupElements& elements);
+  std::span<const std::byte> reference(StepReference kind) {
+    return before_[*array_].values.reference(kind, schema_->arrays[*array_],
+                                             static_cast<std::size_t>(first_) * stride(),
+                                             pending_.size());
+  }
+  std::size_t stride() const {
+    return scalar_bytes(schema_->arrays[*array_].type) * schema_->arrays[*array_].components;
+  }
+
+  const Schema* schema_;
+  TopologyReplay* topology_;
+  std::vector<std::uint64_t> elements_;
+  std::uint32_t key_steps_;
+  Level level_;
+  StepReference most_;
+  Sink sink_;
+  std::uint64_t steps_ = 0;
+  std::vector<Before> before_;  // by array
+
+  // the array and step at hand
+  std::optional<std::uint32_t> array_;
+  std::uint64_t step_ = 0, first_ = 0;
+  std::uint64_t reference_step_ = 0;
+  StepReference most_here_ = StepReference::nothing;
+  std::optional<StepReference> reference_;  // once chosen
+  bool has_referred_ = false;
+  std::optional<Column> column_;
+  std::size_t group_ = 0;
+  std::uint64_t count_ = 0;  // elements of the group at hand; 0: none is begun
+  std::vector<std::byte> pending_;
+};
+
+}  // namespace shm
