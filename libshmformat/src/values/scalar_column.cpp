@@ -147,7 +147,8 @@ void ScalarColumn<Coder>::add_known_entries(const ScalarColumn& other,
 /// The index of the negative value.
 template <class Coder>
 std::int64_t ScalarColumn<Coder>::opposite(std::int64_t index) const {
-  return domain_.kind == DomainKind::floats || domain_.kind == DomainKind::narrow ? ~index : -index;
+  return domain_.kind == DomainKind::floats || domain_.kind == DomainKind::narrow ? ~index
+                                                                                  : minus(0, index);
 }
 
 template <class Coder>
@@ -272,7 +273,7 @@ void ScalarColumn<Coder>::code_class(Coder& coder, std::uint32_t of_class) {
   if (coder.bit(same_weights_, wanted->weights == it.weights)) return;
   for (std::uint32_t i = 0; i < kWeights; ++i) {
     const std::int64_t weight =
-        it.weights[i] + code_signed(coder, weight_, wanted->weights[i] - it.weights[i]);
+        plus(it.weights[i], code_signed(coder, weight_, wanted->weights[i] - it.weights[i]));
     it.weights[i] =
         static_cast<std::int32_t>(std::clamp<std::int64_t>(weight, -kMostWeight, kMostWeight));
   }
