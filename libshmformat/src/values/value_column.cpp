@@ -71,7 +71,10 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
   std::size_t count = 0;
   for (std::size_t i = 0; i < elements.items.size(); ++i)
     count += elements.blocks.empty() || covers(elements.blocks[i]) ? 1 : 0;
-  if (count == 0) return {};
+  if (count == 0) {
+    for_each_tile(elements, [&](auto items, auto blocks) { covered(items, blocks); });
+    return {};
+  }
   std::vector<std::vector<std::uint64_t>> bits(info_.components);
   for (std::size_t c = 0; c < info_.components; ++c) {
     bits[c].resize(count);
