@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "values/entropy_bits.h"
 #include "values/fitting.h"
 
 namespace shm {
@@ -33,13 +34,6 @@ std::uint32_t bit_length(std::int64_t residual) {
 double cost_of(std::int64_t residual) {
   const std::uint32_t length = bit_length(residual);
   return length == 0 ? 0.3 : 1.7 + static_cast<double>(length);
-}
-
-/// Bits of `taken` yes among `count` decisions.
-double binary_entropy(std::size_t taken, std::size_t count) {
-  if (taken == 0 || taken == count) return 0.0;
-  const double n = static_cast<double>(count), p = static_cast<double>(taken) / n;
-  return -n * (p * std::log2(p) + (1.0 - p) * std::log2(1.0 - p));
 }
 
 bool is_finite(double v) { return std::fabs(v) <= std::numeric_limits<double>::max(); }
