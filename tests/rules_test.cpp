@@ -84,7 +84,8 @@ void expect_without(const std::string& folder, std::initializer_list<const char*
 }
 
 TEST(Rules, TheContainerKnowsNoHexahedra) {
-  expect_without("libshmformat/src/container", {"coders/", "front/", "entropy/", "mesh_"});
+  expect_without("libshmformat/src/container",
+                 {"coders/", "front/", "entropy/", "values/", "mesh_"});
   for (const Source& source : sources_in("libshmformat/src/container"))
     for (const char* word : {"Stencil", "Connectivity", "ActiveSurface", "kFaceCorners"})
       EXPECT_FALSE(says(source.code, word)) << source.path << " says " << word;
@@ -99,10 +100,21 @@ TEST(Rules, TheCodersKnowNoChunks) {
 
 TEST(Rules, EachRoomStandsOnThoseBelow) {
   expect_without("libshmformat/src/bytes",
-                 {"entropy/", "front/", "coders/", "container/", "mesh_"});
-  expect_without("libshmformat/src/entropy", {"front/", "coders/", "container/", "mesh_", "shm/"});
-  expect_without("libshmformat/src/front", {"entropy/", "coders/", "container/", "mesh_", "shm/"});
+                 {"entropy/", "front/", "coders/", "container/", "values/", "mesh_"});
+  expect_without("libshmformat/src/entropy",
+                 {"front/", "coders/", "container/", "values/", "mesh_", "shm/"});
+  expect_without("libshmformat/src/front",
+                 {"entropy/", "coders/", "container/", "values/", "mesh_", "shm/"});
   expect_without("libshmformat/src/coders", {"mesh_"});
+}
+
+// Values follow a mesh cell by cell, and know nothing of how its connectivity is said.
+TEST(Rules, ValuesSeeCellsOnly) {
+  for (const Source& source : sources_in("libshmformat/src/values"))
+    for (const std::string& header : source.quoted)
+      EXPECT_TRUE(header == "coders/cell_topology.h" || header == "packing.h" ||
+                  begins_with_any(header, {"values/", "bytes/", "entropy/", "front/", "shm/"}))
+          << source.path << " includes " << header;
 }
 
 const std::set<std::string>& system_headers() {

@@ -265,10 +265,10 @@ void SegmentEncoder::flush_group(std::vector<EncodedGroup>& done) {
     container::StreamEntry entry;
     entry.kind = names[s].kind;
     entry.array = names[s].array;
-    // An absent stream reads as zeros; connectivity and other codecs are there to tell so.
-    if (bytes.empty() && (entry.kind != StreamKind::connectivity || group_.header.cells == 0) &&
-        column.codec == ColumnCodec::predicted)
-      continue;
+    // An absent stream reads as zeros; it is there to tell its codec where that may be another one.
+    const bool tells = values ? column.codec != ColumnCodec::predicted
+                              : entry.kind == StreamKind::connectivity && group_.header.cells > 0;
+    if (bytes.empty() && !tells) continue;
     entry.codec = values                                     ? stream_codec(column.codec)
                   : entry.kind >= StreamKind::vertex_numbers ? container::Codec::predictive
                                                              : stream_codec(codec_);

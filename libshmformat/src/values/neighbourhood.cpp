@@ -114,8 +114,10 @@ NeighbourFinder::Found NeighbourFinder::behind(std::uint32_t slot, std::uint32_t
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
       const std::uint32_t a = cell.corner[stands.corner ^ 1u << (axis == 0 ? 1 : 0)];
       const std::uint32_t b = cell.corner[stands.corner ^ 1u << (axis == 2 ? 1 : 2)];
-      if ((a == one && b == two) || (a == two && b == one))
-        return {stands.place, stands.corner, axis};
+      if (!((a == one && b == two) || (a == two && b == one))) continue;
+      // The cell may have had other vertices in these slots.
+      if (vertices_[one].born > cell.sequence || vertices_[two].born > cell.sequence) continue;
+      return {stands.place, stands.corner, axis};
     }
   }
   return {};
@@ -132,9 +134,11 @@ NeighbourFinder::Found NeighbourFinder::across(std::uint32_t slot, std::uint32_t
       if (axis != found.axis && ring_[found.place].corner[found.corner ^ 1u << axis] == slot)
         return {found.place, found.corner ^ 1u << axis, found.axis};
   }
-  if (const Found found = behind(both, one, two, kNone))
-    return {found.place, found.corner ^ 7u ^ 1u << found.axis, found.axis};
-  return {};
+  const Found found = behind(both, one, two, kNone);
+  if (!found) return {};
+  const std::uint32_t corner = found.corner ^ 7u ^ 1u << found.axis;
+  if (ring_[found.place].corner[corner] != slot) return {};
+  return {found.place, corner, found.axis};
 }
 
 void NeighbourFinder::look_beyond(Neighbourhood& it, Reach reach) const {
@@ -153,8 +157,10 @@ void NeighbourFinder::look_beyond(Neighbourhood& it, Reach reach) const {
     it.at[kAtBeyond + a] = slot;
     it.known |= static_cast<std::uint16_t>(Neighbourhood::kBeyond << a);
     if (reach == Reach::beyond) continue;
-    const Found next = behind(slot, cell.corner[corner ^ 1u << (found.axis == 0 ? 1 : 0)],
-                              cell.corner[corner ^ 1u << (found.axis == 2 ? 1 : 2)], found.place);
+    const std::uint32_t one = cell.corner[corner ^ 1u << (found.axis == 0 ? 1 : 0)];
+    const std::uint32_t two = cell.corner[corner ^ 1u << (found.axis == 2 ? 1 : 2)];
+    if (vertices_[one].born > cell.sequence || vertices_[two].born > cell.sequence) continue;
+    const Found next = behind(slot, one, two, found.place);
     if (!next) continue;
     const Cell& second = ring_[next.place];
     const std::uint32_t farther = second.corner[next.corner ^ 1u << next.axis];
@@ -218,13 +224,13 @@ void NeighbourFinder::look_around_cell(Neighbourhood& it, Reach reach) const {
     known |= Neighbourhood::kNear << a;
     if (ring_[found.place].full) known |= Neighbourhood::kThird << a;
     if (reach == Reach::lattice) continue;
-    const std::uint32_t far_side = 2 * found.axis + ((found.corner >> found.axis & 1) != 0 ? 0 : 1);
-    const std::uint32_t beyond = behind_of(found.place, far_side);
+    const std::uint32_t onward = found.far_side();
+    const std::uint32_t beyond = behind_of(found.place, onward);
     if (beyond == kNone) continue;
     it.at[kAtBeyond + a] = beyond;
     known |= Neighbourhood::kBeyond << a;
     if (reach == Reach::beyond) continue;
-    const std::uint32_t farther = behind_of(beyond, far_side);
+    const std::uint32_t farther = behind_of(beyond, ring_[found.place].onward[onward]);
     if (farther == kNone || farther == found.place) continue;
     it.at[kAtFarther + a] = farther;
     known |= Neighbourhood::kFarther << a;
@@ -254,7 +260,10 @@ void NeighbourFinder::end_cell(const CellTopology& cell) {
     it.corner = corner_;
     it.full = full_;
     if (cells_)
-      for (std::uint32_t side = 0; side < 6; ++side) it.behind[side] = found_[side].place;
+      for (std::uint32_t side = 0; side < 6; ++side) {
+        it.behind[side] = found_[side].place;
+        it.onward[side] = static_cast<std::uint8_t>(found_[side].far_side());
+      }
     for (std::uint32_t b = 0; b < 8; ++b) {
       Vertex& vertex = vertex_at(corner_[b]);
       const Standing here{sequence_, place_, b};

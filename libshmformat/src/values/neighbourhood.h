@@ -81,12 +81,15 @@ class NeighbourFinder {
     std::uint64_t sequence = kNever;
     std::array<std::uint32_t, 8> corner{};  // slots, by corner bits
     std::array<std::uint32_t, 6> behind{};  // places: along axis a down (2 a), up (2 a + 1)
+    std::array<std::uint8_t, 6> onward{};   // the side of that cell that leads on straight
     bool full = false;
   };
   /// A corner of a remembered hexahedron, and the axis that leads on from it.
   struct Found {
     std::uint32_t place = kNone, corner = 0, axis = 0;
     explicit operator bool() const { return place != kNone; }
+    /// The side of the hexahedron that the axis leads to.
+    std::uint32_t far_side() const { return 2 * axis + ((corner >> axis & 1) != 0 ? 0 : 1); }
   };
 
   Vertex& vertex_at(std::uint32_t slot);

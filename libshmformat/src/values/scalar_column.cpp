@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "values/entropy_bits.h"
 #include "values/fitting.h"
 
 namespace shm {
@@ -32,13 +33,6 @@ std::uint32_t bit_length(std::int64_t residual) {
 double cost_of(std::int64_t residual) {
   const std::uint32_t length = bit_length(residual);
   return length == 0 ? 0.3 : 1.7 + static_cast<double>(length);
-}
-
-/// Bits of `taken` yes among `count` decisions.
-double binary_entropy(std::size_t taken, std::size_t count) {
-  if (taken == 0 || taken == count) return 0.0;
-  const double n = static_cast<double>(count), p = static_cast<double>(taken) / n;
-  return -n * (p * std::log2(p) + (1.0 - p) * std::log2(1.0 - p));
 }
 
 bool is_finite(double v) { return std::fabs(v) <= std::numeric_limits<double>::max(); }
@@ -157,7 +151,8 @@ void ScalarColumn<Coder>::add_known_entries(const ScalarColumn& other,
 /// The index of the negative value.
 template <class Coder>
 std::int64_t ScalarColumn<Coder>::opposite(std::int64_t index) const {
-  return domain_.kind == DomainKind::floats || domain_.kind == DomainKind::narrow ? ~index : -index;
+  return domain_.kind == DomainKind::floats || domain_.kind == DomainKind::narrow ? ~index
+                                                                                  : minus(0, index);
 }
 
 template <class Coder>
@@ -277,7 +272,7 @@ void ScalarColumn<Coder>::code_class(Coder& coder, std::uint32_t of_class) {
   if (coder.bit(same_weights_, wanted->weights == it.weights)) return;
   for (std::uint32_t i = 0; i < kWeights; ++i) {
     const std::int64_t weight =
-        it.weights[i] + code_signed(coder, weight_, wanted->weights[i] - it.weights[i]);
+        plus(it.weights[i], code_signed(coder, weight_, wanted->weights[i] - it.weights[i]));
     it.weights[i] =
         static_cast<std::int32_t>(std::clamp<std::int64_t>(weight, -kMostWeight, kMostWeight));
   }

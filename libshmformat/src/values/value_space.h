@@ -27,12 +27,13 @@ inline constexpr std::array<double, 23> kPowersOfTen = {
 
 /// Nearest integer, halves up, within +-2^53; 0 for NaN.
 inline std::int64_t nearest_integer(double v) {
-  if (!(v > -9.0e15)) return v == v ? -kLargestIndex : 0;
-  if (v > 9.0e15) return kLargestIndex;
-  const double shifted = v + 0.5;
-  auto down = static_cast<std::int64_t>(shifted);
-  if (static_cast<double>(down) > shifted) --down;
-  return down;
+  constexpr auto kMost = static_cast<double>(kLargestIndex);
+  if (!(v > -kMost)) return v == v ? -kLargestIndex : 0;
+  if (v >= kMost) return kLargestIndex;
+  // v + 0.5 is not exact: not for the number below 0.5, not from 2^52 on.
+  auto down = static_cast<std::int64_t>(v);
+  if (static_cast<double>(down) > v) --down;
+  return v - static_cast<double>(down) >= 0.5 ? down + 1 : down;
 }
 
 /// Bits of a float or double as a signed integer in the order of the values; -1 for -0.0.
@@ -104,7 +105,8 @@ struct DecimalSpace {
   double state(std::int64_t index) const {
     if (index == 0) return 0.0;
     const std::int64_t most = (2 * kMostPower + 1) * span();
-    const std::int64_t place = std::min(index < 0 ? -index : index, most) - 1;
+    const std::int64_t within = std::clamp(index, -most, most);
+    const std::int64_t place = (within < 0 ? -within : within) - 1;
     const auto k = static_cast<std::int32_t>(place / span()) - kMostPower;
     const double m =
         static_cast<double>(place % span()) + kPowersOfTen[static_cast<std::size_t>(digits) - 1];

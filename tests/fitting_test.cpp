@@ -1,0 +1,104 @@
+// Fitted weights: those that made the samples come back, whatever else is among the samples.
+#include "values/fitting.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
+
+namespace shm {
+namespace {
+
+Weights some_weights() {
+  Weights weights{};
+  for (std::uint32_t i = 0; i < kWeights; ++i)
+    weights[i] = static_cast<std::int32_t>(i % 3 == 0 ? 0 : 4096 / (i + 1)) * (i % 2 == 0 ? 1 : -1);
+  return weights;
+}
+
+double noise(std::mt19937_64& random) {
+  return static_cast<double>(random() % 2000001) / 1e6 - 1.0;
+}
+
+std::vector<FitSample> samples_of(const Weights& weights, std::size_t count, std::uint32_t used) {
+  std::mt19937_64 random(3);
+  std::vector<FitSample> samples(count);
+  for (FitSample& it : samples)
+    for (std::uint32_t i = 0; i < used; ++i) {
+      it.terms[i] = noise(random);
+      it.target += static_cast<double>(weights[i]) * kWeightStep * it.terms[i];
+    }
+  return samples;
+}
+
+TEST(Fitting, FindsTheWeights) {
+  const Weights weights = some_weights();
+  const auto samples = samples_of(weights, 200, kWeights);
+  const Weights found = fit_weights(samples);
+  for (std::uint32_t i = 0; i < kWeights; ++i) EXPECT_NEAR(found[i], weights[i], 1) << i;
+}
+
+TEST(Fitting, OutliersDoNotSpoilThem) {
+  const Weights weights = some_weights();
+  auto samples = samples_of(weights, 400, kWeights);
+  std::mt19937_64 random(4);
+  for (std::size_t i = 0; i < samples.size(); i += 20) samples[i].target += 100.0 * noise(random);
+  const Weights found = fit_weights(samples);
+  for (std::uint32_t i = 0; i < kWeights; ++i) EXPECT_NEAR(found[i], weights[i], 150) << i;
+}
+
+TEST(Fitting, TermsThatAreNotThereHaveNoWeight) {
+  const Weights weights = some_weights();
+  const Weights found = fit_weights(samples_of(weights, 100, 5));
+  for (std::uint32_t i = 0; i < kWeights; ++i) EXPECT_NEAR(found[i], i < 5 ? weights[i] : 0, 1);
+}
+
+void expect_in_range(const Weights& weights) {
+  for (std::int32_t it : weights) EXPECT_LE(std::abs(it), 65535);
+}
+
+// Terms that say the same: some weights together are known, no single one.
+TEST(Fitting, EqualTerms) {
+  std::mt19937_64 random(5);
+  std::vector<FitSample> samples(100);
+  for (FitSample& it : samples) {
+    it.terms.fill(noise(random));
+    it.target = 0.75 * it.terms[0];
+  }
+  const Weights found = fit_weights(samples);
+  expect_in_range(found);
+  std::int32_t sum = 0;
+  for (std::int32_t it : found) sum += it;
+  EXPECT_NEAR(sum, 0.75 * 4096, 12);
+}
+
+TEST(Fitting, WhatCannotBeFitted) {
+  EXPECT_EQ(fit_weights({}), Weights{});
+  EXPECT_EQ(fit_weights(std::vector<FitSample>(50)), Weights{});  // nothing to say
+  std::vector<FitSample> samples = samples_of(some_weights(), 50, kWeights);
+  for (FitSample& it : samples) it.terms.fill(0.0);
+  EXPECT_EQ(fit_weights(samples), Weights{});  // nothing to say it with
+  for (double large : {1e-320, 1e-160, 1e160, 1e300, std::numeric_limits<double>::max(),
+                       std::numeric_limits<double>::infinity()}) {
+    samples = samples_of(some_weights(), 50, kWeights);
+    for (FitSample& it : samples) {
+      for (double& term : it.terms) term *= large;
+      it.target *= large;
+    }
+    expect_in_range(fit_weights(samples));
+    samples = samples_of(some_weights(), 50, kWeights);
+    for (FitSample& it : samples) it.target *= large;
+    expect_in_range(fit_weights(samples));
+    samples = samples_of(some_weights(), 50, kWeights);
+    for (FitSample& it : samples) it.terms[3] *= large;
+    expect_in_range(fit_weights(samples));
+  }
+  samples = samples_of(some_weights(), 50, kWeights);
+  samples[7].terms[3] = std::numeric_limits<double>::quiet_NaN();
+  expect_in_range(fit_weights(samples));
+}
+
+}  // namespace
+}  // namespace shm

@@ -1,0 +1,589 @@
+// Columns of values over a mesh: every bit comes back whatever the values are and however they are
+// said, what is predicted costs nearly nothing, and damaged bytes do no harm.
+#include "values/value_column.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <random>
+#include <utility>
+#include <vector>
+
+namespace shm {
+namespace {
+
+using Encoder = ValueColumn<RangeEncoder>;
+using Decoder = ValueColumn<RangeDecoder>;
+using Bytes = std::vector<std::byte>;
+using Point = std::array<std::uint32_t, 3>;
+
+ArrayInfo info_of(ScalarType type, std::uint32_t components = 1) {
+  ArrayInfo info;
+  info.type = type;
+  info.components = components;
+  return info;
+}
+
+template <class T>
+Bytes packed(const std::vector<T>& values) {
+  Bytes bytes(values.size() * sizeof(T));
+  std::memcpy(bytes.data(), values.data(), bytes.size());
+  return bytes;
+}
+
+/// Vertices or cells of a grid, in the order in which they come.
+struct Elements {
+  TiledItems all;  // one tile
+  std::vector<Point> points;
+
+  std::size_t size() const { return all.items.size(); }
+
+  /// The elements [begin, end) as a group; its tiles end at some of `cuts`.
+  TiledItems group(std::size_t begin, std::size_t end, const std::vector<std::size_t>& cuts) const {
+    TiledItems part;
+    part.items.assign(all.items.begin() + static_cast<std::ptrdiff_t>(begin),
+                      all.items.begin() + static_cast<std::ptrdiff_t>(end));
+    if (!all.blocks.empty())
+      part.blocks.assign(all.blocks.begin() + static_cast<std::ptrdiff_t>(begin),
+                         all.blocks.begin() + static_cast<std::ptrdiff_t>(end));
+    for (std::size_t cut : cuts)
+      if (cut >= begin && cut < end) part.tile_begin.push_back(cut - begin);
+    return part;
+  }
+};
+
+Elements grid(const Point& n, bool cells) {
+  Elements elements;
+  NeighbourFinder finder(true);
+  std::vector<char> met((n[0] + 1) * (n[1] + 1) * (n[2] + 1));
+  for (std::uint32_t z = 0; z < n[2]; ++z)
+    for (std::uint32_t y = 0; y < n[1]; ++y)
+      for (std::uint32_t x = 0; x < n[0]; ++x) {
+        CellTopology cell;
+        cell.hexahedral = true;
+        std::array<Point, 8> at{};
+        for (std::uint32_t i = 0; i < 8; ++i) {
+          const std::uint32_t bits = kCornerBits[i];
+          at[i] = {x + (bits & 1), y + (bits >> 1 & 1), z + (bits >> 2)};
+          cell.slots.push_back(at[i][0] + (n[0] + 1) * (at[i][1] + (n[1] + 1) * at[i][2]));
+        }
+        for (std::uint8_t i : kCornerOrder)
+          if (std::exchange(met[cell.slots[i]], 1) == 0) cell.new_positions.push_back(i);
+        finder.begin_cell(cell, true, met.size());
+        for (std::uint32_t position : cell.new_positions) {
+          const Neighbourhood around = finder.vertex(cell, position, Reach::farther);
+          if (cells) continue;
+          elements.all.items.push_back(around);
+          elements.points.push_back(at[position]);
+        }
+        const Neighbourhood around = finder.cell(cell, Reach::farther);
+        if (cells) {
+          elements.all.items.push_back(around);
+          elements.all.blocks.push_back((x + y + z) % 3);
+          elements.points.push_back({x, y, z});
+        }
+        finder.end_cell(cell);
+      }
+  return elements;
+}
+
+const Elements& vertices() {
+  static const Elements elements = grid({13, 9, 7}, false);
+  return elements;
+}
+const Elements& cells() {
+  static const Elements elements = grid({12, 9, 7}, true);
+  return elements;
+}
+
+struct Plan {
+  std::vector<std::size_t> groups, tiles;  // where they end, but for the last
+  std::vector<char> covers;
+  Level level = Level::standard;
+  /// Of each group, where not all are said alike.
+  std::function<Level(std::size_t)> level_of;
+};
+struct Coded {
+  std::vector<EncodedColumn> groups;
+  std::size_t bytes = 0;
+};
+
+bool covers(const Plan& plan, std::uint32_t block) {
+  return plan.covers.empty() || plan.covers[block] != 0;
+}
+
+std::size_t covered(const TiledItems& part, const Plan& plan) {
+  if (part.blocks.empty()) return part.items.size();
+  return static_cast<std::size_t>(
+      std::count_if(part.blocks.begin(), part.blocks.end(),
+                    [&](std::uint32_t block) { return covers(plan, block); }));
+}
+
+template <class Visit>
+void for_each_group(const Elements& elements, const Plan& plan, Visit&& visit) {
+  std::vector<std::size_t> ends = plan.groups;
+  ends.push_back(elements.size());
+  std::size_t begin = 0;
+  for (std::size_t g = 0; g < ends.size(); ++g) {
+    visit(g, elements.group(begin, ends[g], plan.tiles));
+    begin = ends[g];
+  }
+}
+
+Coded encode(const ArrayInfo& info, const Elements& elements, const Bytes& values,
+             const Plan& plan) {
+  const std::size_t stride = scalar_bytes(info.type) * info.components;
+  Encoder encoder(info, plan.covers);
+  Coded coded;
+  std::size_t at = 0;
+  for_each_group(elements, plan, [&](std::size_t g, const TiledItems& part) {
+    const Level level = plan.level_of ? plan.level_of(g) : plan.level;
+    coded.groups.push_back(encoder.encode(part, values.data() + at, stride, level));
+    coded.bytes += coded.groups.back().bytes.size();
+    at += covered(part, plan) * stride;
+  });
+  EXPECT_EQ(at, values.size());
+  return coded;
+}
+
+/// Nothing where the bytes make no sense.
+std::optional<Bytes> decode(const ArrayInfo& info, const Elements& elements, const Coded& coded,
+                            const Plan& plan, std::uint64_t limit = 1 << 24) {
+  Decoder decoder(info, plan.covers);
+  Bytes back;
+  bool good = true;
+  for_each_group(elements, plan, [&](std::size_t g, const TiledItems& part) {
+    good = good && decoder.begin_group(coded.groups[g].codec, coded.groups[g].bytes, limit);
+    for (std::size_t t = 0; good && t < part.tile_begin.size(); ++t) {
+      const std::size_t begin = part.tile_begin[t];
+      const std::size_t end =
+          t + 1 < part.tile_begin.size() ? part.tile_begin[t + 1] : part.items.size();
+      const auto blocks = part.blocks.empty() ? std::span<const std::uint32_t>()
+                                              : std::span(part.blocks).subspan(begin, end - begin);
+      good = decoder.decode_tile(std::span(part.items).subspan(begin, end - begin), blocks, back);
+    }
+  });
+  if (!good) return std::nullopt;
+  return back;
+}
+
+/// Bytes that the values take; they come back.
+std::size_t expect_back(const ArrayInfo& info, const Elements& elements, const Bytes& values,
+                        const Plan& plan = {}) {
+  const Coded coded = encode(info, elements, values, plan);
+  const auto back = decode(info, elements, coded, plan);
+  EXPECT_TRUE(back.has_value());
+  if (back) {
+    EXPECT_TRUE(*back == values) << scalar_name(info.type) << " x " << info.components;
+  }
+  return coded.bytes;
+}
+
+template <class Value>
+Bytes values_of(const Elements& elements, ScalarType type, std::uint32_t components,
+                Value&& value) {
+  Bytes bytes;
+  const auto put = [&](auto v) {
+    const std::size_t at = bytes.size();
+    bytes.resize(at + sizeof v);
+    std::memcpy(bytes.data() + at, &v, sizeof v);
+  };
+  for (const Point& p : elements.points)
+    for (std::uint32_t c = 0; c < components; ++c) {
+      const double v = value(p, c);
+      switch (type) {
+        case ScalarType::int8: put(static_cast<std::int8_t>(v)); break;
+        case ScalarType::uint8: put(static_cast<std::uint8_t>(std::fabs(v))); break;
+        case ScalarType::int16: put(static_cast<std::int16_t>(v)); break;
+        case ScalarType::uint16: put(static_cast<std::uint16_t>(std::fabs(v))); break;
+        case ScalarType::int32: put(static_cast<std::int32_t>(v)); break;
+        case ScalarType::uint32: put(static_cast<std::uint32_t>(std::fabs(v))); break;
+        case ScalarType::int64: put(static_cast<std::int64_t>(v)); break;
+        case ScalarType::uint64: put(static_cast<std::uint64_t>(std::fabs(v))); break;
+        case ScalarType::float32: put(static_cast<float>(v)); break;
+        case ScalarType::float64: put(v); break;
+      }
+    }
+  return bytes;
+}
+
+double smooth(const Point& p, std::uint32_t c) {
+  return 40.0 * std::sin(0.2 * p[0] + 0.1 * p[1] + c) + 0.3 * p[2] * p[1] - 2.0 * c;
+}
+
+Plan some_plan(const Elements& elements, std::mt19937_64& random) {
+  Plan plan;
+  plan.level = static_cast<Level>(random() % 3);
+  for (std::size_t at = 1 + random() % 400; at < elements.size(); at += 1 + random() % 400)
+    plan.groups.push_back(at);
+  for (std::size_t at = 1 + random() % 90; at < elements.size(); at += 1 + random() % 200)
+    plan.tiles.push_back(at);
+  return plan;
+}
+
+TEST(ValueColumn, EveryBitOfEveryType) {
+  std::mt19937_64 random(1);
+  for (const Elements* elements : {&vertices(), &cells()})
+    for (int t = 1; t <= 10; ++t)
+      for (std::uint32_t components : {1u, 3u, 9u}) {
+        const auto type = static_cast<ScalarType>(t);
+        const ArrayInfo info = info_of(type, components);
+        Bytes noise(elements->size() * components * scalar_bytes(type));
+        for (std::byte& b : noise) b = static_cast<std::byte>(random());
+        expect_back(info, *elements, noise, some_plan(*elements, random));
+        expect_back(info, *elements, values_of(*elements, type, components, smooth),
+                    some_plan(*elements, random));
+      }
+}
+
+TEST(ValueColumn, AllLevels) {
+  const ArrayInfo info = info_of(ScalarType::float64, 3);
+  const Bytes values = values_of(vertices(), ScalarType::float64, 3, smooth);
+  std::vector<std::size_t> sizes;
+  for (Level level : {Level::fast, Level::standard, Level::best}) {
+    Plan plan;
+    plan.groups = {300, 301, 700};
+    plan.level = level;
+    sizes.push_back(expect_back(info, vertices(), values, plan));
+    EXPECT_LT(sizes.back(), values.size());
+  }
+}
+
+TEST(ValueColumn, SpecialFloats) {
+  using Limits = std::numeric_limits<double>;
+  const std::vector<double> special = {
+      -0.0,          0.0,   Limits::infinity(),   -Limits::infinity(),    Limits::quiet_NaN(),
+      Limits::max(), -1e23, Limits::denorm_min(), -Limits::denorm_min(),  Limits::min(),
+      1e300,         0.1,   Limits::lowest(),     Limits::signaling_NaN()};
+  std::mt19937_64 random(2);
+  for (ScalarType type : {ScalarType::float32, ScalarType::float64})
+    for (std::uint64_t seldom : {1, 5, 100, 400})
+      for (Level level : {Level::standard, Level::best}) {
+        Plan plan = some_plan(vertices(), random);
+        plan.level = level;
+        const Bytes values = values_of(vertices(), type, 2, [&](const Point& p, std::uint32_t c) {
+          if (random() % seldom == 0) return special[random() % special.size()];
+          return seldom == 5 ? smooth(p, c) : 0.125 * p[0] - p[1];
+        });
+        expect_back(info_of(type, 2), vertices(), values, plan);
+      }
+}
+
+// Each group is made of other numbers, so that states move from domain to domain.
+TEST(ValueColumn, DomainsChange) {
+  std::mt19937_64 random(3);
+  for (ScalarType type : {ScalarType::float32, ScalarType::float64})
+    for (Level level : {Level::fast, Level::standard, Level::best})
+      for (int round = 0; round < 3; ++round) {
+        Plan plan = some_plan(vertices(), random);
+        plan.level = level;
+        std::size_t i = 0;
+        const auto value = [&](const Point& p, std::uint32_t c) {
+          const auto group = std::upper_bound(plan.groups.begin(), plan.groups.end(), i / 3) -
+                             plan.groups.begin() + round;
+          ++i;
+          const double v = smooth(p, c);
+          switch (group % 8) {
+            case 0: return std::round(v * 100) / 100;
+            case 1: return std::round(v * 64) / 64;
+            case 2: return v;
+            case 3: return static_cast<double>(static_cast<float>(v));
+            case 4: return std::sqrt(static_cast<double>(random() % 5));
+            case 5: return random() % 9 == 0 ? -0.0 : std::round(v);
+            case 6: return random() % 20 == 0 ? std::numeric_limits<double>::infinity() : v * 1e300;
+            default: return v * 1e-312;
+          }
+        };
+        expect_back(info_of(type, 3), vertices(), values_of(vertices(), type, 3, value), plan);
+      }
+}
+
+TEST(ValueColumn, BlocksWithoutValues) {
+  std::mt19937_64 random(4);
+  for (const std::vector<char>& covers :
+       {std::vector<char>{1, 0, 1}, {0, 1, 0}, {0, 0, 0}, {1, 1, 1}}) {
+    for (int round = 0; round < 6; ++round) {
+      Plan plan = some_plan(cells(), random);
+      plan.covers = covers;
+      Elements some = cells();
+      // In some rounds blocks stand together: whole groups have no value.
+      if (round % 2 == 0)
+        for (std::size_t i = 0; i < some.size(); ++i)
+          some.all.blocks[i] = static_cast<std::uint32_t>(i / 130 % 3);
+      Elements only;
+      for (std::size_t i = 0; i < some.size(); ++i)
+        if (covers[some.all.blocks[i]] != 0) only.points.push_back(some.points[i]);
+      for (ScalarType type : {ScalarType::int32, ScalarType::float64})
+        expect_back(info_of(type, 2), some, values_of(only, type, 2, smooth), plan);
+    }
+  }
+}
+
+TEST(ValueColumn, NoValuesAtAll) {
+  Encoder encoder(info_of(ScalarType::float64), {});
+  const EncodedColumn coded = encoder.encode({}, nullptr, 8, Level::best);
+  EXPECT_TRUE(coded.bytes.empty());
+  Decoder decoder(info_of(ScalarType::float64), {});
+  EXPECT_TRUE(decoder.begin_group(coded.codec, coded.bytes, 0));
+  Bytes back;
+  EXPECT_TRUE(decoder.decode_tile({}, {}, back));
+  EXPECT_TRUE(back.empty());
+}
+
+// Integers in a pattern that has nothing to do with the mesh.
+TEST(ValueColumn, WhatRepeatsGoesUnderZstd) {
+  std::mt19937_64 random(5);
+  std::vector<std::int64_t> pattern(61);
+  for (auto& it : pattern) it = static_cast<std::int64_t>(random() >> 1);
+  std::vector<std::int64_t> values(vertices().size());
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = pattern[i % pattern.size()];
+  const ArrayInfo info = info_of(ScalarType::int64);
+  Plan plan;
+  plan.groups = {500};
+  for (Level level : {Level::fast, Level::standard, Level::best}) {
+    plan.level = level;
+    const Coded coded = encode(info, vertices(), packed(values), plan);
+    EXPECT_EQ(coded.groups[0].codec, ColumnCodec::shuffled_zstd);
+    EXPECT_LT(coded.groups[0].bytes.size(), 900u);
+    expect_back(info, vertices(), packed(values), plan);
+    // Predicted, packed and mixed groups in turn know of each other.
+    for (std::size_t i = 300; i < 500; ++i) values[i] = static_cast<std::int64_t>(i);
+    plan.groups = {100, 300, 500, 800};
+    plan.level_of = [&](std::size_t g) { return static_cast<Level>(g % 3); };
+    expect_back(info, vertices(), packed(values), plan);
+    plan.level_of = nullptr;
+    plan.groups = {500};
+    for (std::size_t i = 300; i < 500; ++i) values[i] = pattern[i % pattern.size()];
+  }
+  // No more than the reader allows.
+  const Coded coded = encode(info, vertices(), packed(values), plan);
+  EXPECT_FALSE(decode(info, vertices(), coded, plan, 100).has_value());
+}
+
+TEST(ValueColumn, QuantizedKeepsThePromiseOrTheValue) {
+  std::mt19937_64 random(6);
+  for (const ScalarType type : {ScalarType::float32, ScalarType::float64})
+    for (std::uint32_t bits : {1u, 7u, 16u, 24u, 40u, 52u, Quantization::kAbsolute}) {
+      ArrayInfo info = info_of(type, 2);
+      info.quantization = bits == Quantization::kAbsolute
+                              ? Quantization::absolute(0.01, 2)
+                              : Quantization{bits, {-50, -60}, {60, 50}, 0, 0};
+      const Bytes values = values_of(vertices(), type, 2, [&](const Point& p, std::uint32_t c) {
+        if (random() % 40 == 0) return smooth(p, c) * 1e30;  // outside of the box
+        if (random() % 40 == 0) return std::numeric_limits<double>::quiet_NaN();
+        if (random() % 40 == 0) return -std::numeric_limits<double>::infinity();
+        return smooth(p, c);
+      });
+      const Plan plan = some_plan(vertices(), random);
+      const auto back = decode(info, vertices(), encode(info, vertices(), values, plan), plan);
+      ASSERT_TRUE(back && back->size() == values.size());
+      const double promise = info.quantization.max_error(type);
+      const std::size_t width = scalar_bytes(type);
+      for (std::size_t i = 0; i < values.size(); i += width) {
+        const auto at = [&](const Bytes& from) {
+          if (type == ScalarType::float64) {
+            double v = 0;
+            std::memcpy(&v, &from[i], 8);
+            return v;
+          }
+          float v = 0;
+          std::memcpy(&v, &from[i], 4);
+          return static_cast<double>(v);
+        };
+        const double before = at(values), after = at(*back);
+        const bool exact = std::memcmp(&values[i], &(*back)[i], width) == 0;
+        ASSERT_TRUE(exact || std::fabs(before - after) <= promise) << before << ' ' << after;
+      }
+      // What has been restored is quantized to itself (but for steps as fine as the rounding).
+      if (bits <= 24) {
+        expect_back(info, vertices(), *back, plan);
+      }
+    }
+}
+
+TEST(ValueColumn, QuantizedBoxWithoutVolume) {
+  ArrayInfo info = info_of(ScalarType::float64);
+  info.quantization = {16, {3}, {3}, 0, 0};
+  const std::vector<double> values(vertices().size(), 3.0);
+  EXPECT_LT(expect_back(info, vertices(), packed(values)), 30u);
+}
+
+TEST(ValueColumn, WhatIsPredictedCostsNearlyNothing) {
+  const auto cost = [](const Elements& elements, ScalarType type, std::uint32_t components,
+                       auto value) {
+    return expect_back(info_of(type, components), elements,
+                       values_of(elements, type, components, value));
+  };
+  const auto constant = [](const Point&, std::uint32_t) { return 47.11; };
+  const auto linear = [](const Point& p, std::uint32_t c) {
+    return 0.25 * p[0] - 1.5 * p[1] + 3.0 * p[2] + c;
+  };
+  const auto text = [](const Point& p, std::uint32_t) {
+    return std::round(100.0 * (0.17 * p[0] - 1.31 * p[1] + 3.0 * p[2])) / 100.0;
+  };
+  for (const Elements* elements : {&vertices(), &cells()}) {
+    EXPECT_LT(cost(*elements, ScalarType::float32, 1, constant), 40u);
+    EXPECT_LT(cost(*elements, ScalarType::float64, 1, constant), 40u);
+    EXPECT_LT(cost(*elements, ScalarType::int32, 1, constant), 40u);
+    EXPECT_LT(cost(*elements, ScalarType::float64, 3, linear), 200u);
+    EXPECT_LT(cost(*elements, ScalarType::float32, 1, linear), 100u);
+    EXPECT_LT(cost(*elements, ScalarType::float64, 1, text), 120u);
+  }
+}
+
+// Two components that are the same, or opposite, cost what one does.
+TEST(ValueColumn, EqualComponentsCostNearlyNothing) {
+  std::mt19937_64 random(7);
+  std::vector<double> one, two, opposite;
+  for (std::size_t i = 0; i < vertices().size(); ++i) {
+    const double v = static_cast<double>(random() % 1000003) / 7 - 60000;
+    one.push_back(v);
+    two.insert(two.end(), {v, v});
+    opposite.insert(opposite.end(), {v, -v});
+  }
+  const std::size_t single = expect_back(info_of(ScalarType::float64), vertices(), packed(one));
+  EXPECT_GT(single, 6 * one.size());  // noise
+  EXPECT_LT(expect_back(info_of(ScalarType::float64, 2), vertices(), packed(two)), single + 300);
+  EXPECT_LT(expect_back(info_of(ScalarType::float64, 2), vertices(), packed(opposite)),
+            single + 300);
+}
+
+// A mirrored copy of a part: each value of the second half has stood in the first one among the
+// same others.
+TEST(ValueColumn, CopiesAreFound) {
+  std::mt19937_64 random(8);
+  const std::size_t half = vertices().size() / 2;
+  Elements line;
+  for (std::uint32_t i = 0; i < 2 * half; ++i) {
+    Neighbourhood it;
+    it.self = i;
+    line.all.items.push_back(it);
+  }
+  std::vector<double> once, again;
+  for (std::size_t i = 0; i < half; ++i)
+    once.push_back(std::sqrt(static_cast<double>(random() % 100000007)));
+  again = once;
+  for (double v : once) again.push_back(-v);
+  const auto cost = [&](const std::vector<double>& values) {
+    Elements part;
+    part.all = line.group(0, values.size(), {});
+    return expect_back(info_of(ScalarType::float64), part, packed(values));
+  };
+  const std::size_t first = cost(once), both = cost(again);
+  EXPECT_GT(first, 5 * half);
+  EXPECT_LT(both, first + first / 4);
+}
+
+// A lone NaN or infinity does not make its neighbours dear.
+TEST(ValueColumn, NonFiniteNeighboursDoNotSpread) {
+  std::vector<double> values(vertices().size(), 1.5);
+  values[5] = std::numeric_limits<double>::infinity();
+  values[150] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_LT(expect_back(info_of(ScalarType::float64), vertices(), packed(values)), 120u);
+}
+
+TEST(ValueColumn, TheSameBytesEachTime) {
+  std::mt19937_64 random(9);
+  const ArrayInfo info = info_of(ScalarType::float64, 3);
+  const Bytes values = values_of(vertices(), ScalarType::float64, 3, smooth);
+  for (int level = 0; level < 3; ++level) {
+    Plan plan = some_plan(vertices(), random);
+    plan.level = static_cast<Level>(level);
+    const Coded one = encode(info, vertices(), values, plan);
+    const Coded two = encode(info, vertices(), values, plan);
+    for (std::size_t g = 0; g < one.groups.size(); ++g) {
+      EXPECT_EQ(one.groups[g].codec, two.groups[g].codec);
+      EXPECT_EQ(one.groups[g].bytes, two.groups[g].bytes);
+    }
+  }
+}
+
+// --- damage
+
+struct Victim {
+  ArrayInfo info;
+  Elements elements;
+  Plan plan;
+  Coded coded;
+  std::size_t values = 0;  // bytes
+};
+
+std::vector<Victim> victims() {
+  std::mt19937_64 random(10);
+  std::vector<Victim> all;
+  for (int kind = 0; kind < 24; ++kind) {
+    Victim it;
+    it.elements = grid({4, 3, 3}, kind % 2 == 1);
+    it.plan = some_plan(it.elements, random);
+    it.plan.groups = {20};
+    it.plan.level = kind % 6 == 5 ? Level::best : Level::standard;
+    const ScalarType type = std::array{ScalarType::float64, ScalarType::int64, ScalarType::float32,
+                                       ScalarType::uint8}[static_cast<std::size_t>(kind) / 2 % 4];
+    it.info = info_of(type, kind % 5 == 0 ? 3 : 1);
+    if (is_float(type) && kind % 8 >= 6) it.info.quantization = Quantization::absolute(0.1, 3);
+    const Bytes values =
+        values_of(it.elements, type, it.info.components, [&](const Point& p, std::uint32_t c) {
+          switch (kind / 8) {
+            case 0: return smooth(p, c);
+            case 1: return std::round(smooth(p, c) * 10) / 10;
+            default: return static_cast<double>(random() % 5) * 3.7;
+          }
+        });
+    it.coded = encode(it.info, it.elements, values, it.plan);
+    it.values = values.size();
+    all.push_back(std::move(it));
+  }
+  return all;
+}
+
+void expect_harmless(const Victim& it, const Coded& damaged) {
+  const auto back = decode(it.info, it.elements, damaged, it.plan, 1 << 16);
+  if (back) {
+    EXPECT_EQ(back->size(), it.values);
+  }
+}
+
+TEST(ValueColumn, DamagedBytesDoNoHarm) {
+  std::mt19937_64 random(11);
+  for (const Victim& it : victims())
+    for (int round = 0; round < 120; ++round) {
+      Coded damaged = it.coded;
+      EncodedColumn& group = damaged.groups[random() % damaged.groups.size()];
+      switch (round % 4) {
+        case 0:
+        case 1:
+          for (std::uint64_t n = 1 + random() % 3; n > 0 && !group.bytes.empty(); --n)
+            group.bytes[random() % group.bytes.size()] ^= static_cast<std::byte>(1 << random() % 8);
+          break;
+        case 2: group.bytes.resize(random() % (group.bytes.size() + 1)); break;
+        default: group.codec = static_cast<ColumnCodec>(random() % 3);
+      }
+      expect_harmless(it, damaged);
+    }
+}
+
+TEST(ValueColumn, RandomBytesDoNoHarm) {
+  std::mt19937_64 random(12);
+  for (const Victim& it : victims())
+    for (int round = 0; round < 120; ++round) {
+      Coded damaged = it.coded;
+      for (EncodedColumn& group : damaged.groups) {
+        group.codec = static_cast<ColumnCodec>(random() % 4 == 0 ? random() % 3 : 0);
+        group.bytes.resize(random() % 60);
+        const std::uint64_t shape = random() % 3;
+        for (std::byte& b : group.bytes)
+          b = static_cast<std::byte>(shape == 0   ? random()
+                                     : shape == 1 ? random() & random() & random()
+                                                  : random() | random() | random());
+      }
+      expect_harmless(it, damaged);
+    }
+}
+
+}  // namespace
+}  // namespace shm
