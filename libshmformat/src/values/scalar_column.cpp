@@ -491,7 +491,9 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
     const std::uint32_t of_class = item_classes_[i];
     if (classes_[of_class].tile != tile_) code_class(coder, of_class);
     Class& how = classes_[of_class];
-    const double then = has_twins_ ? reference_state(reference[i]) : 0.0;
+    double then = 0.0;  // the state of the reference
+    if (has_twins_)
+      then = !Coder::kDecodes && looked_ahead_ ? samples_[i].reference : reference_state(reference[i]);
     const auto difference_at = [&](std::uint32_t feature) {
       if constexpr (!Coder::kDecodes)
         if (looked_ahead_) return samples_[i].difference[feature];
