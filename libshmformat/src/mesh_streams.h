@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "coders/connectivity.h"
@@ -80,7 +81,8 @@ class MeshStreams {
 
   Connectivity<Coder>& connectivity() { return connectivity_; }
   /// Coordinates and static arrays; follows the cells on its own.
-  ValueStreams<Coder>& values() { return values_; }
+  using Values = ValueStreams<std::conditional_t<Coder::kDecodes, SplitDecoder, SplitEncoder>>;
+  Values& values() { return values_; }
 
   /// All bitstreams in the order of a group: fixed ones first, geometry the last of these, then one
   /// for each static array in schema order, then imports.
@@ -104,7 +106,7 @@ class MeshStreams {
   std::vector<Coder> streams_;
   VertexNumbers<Coder> vertex_numbers_;
   NumberColumn<Coder> import_numbers_;
-  ValueStreams<Coder> values_;
+  Values values_;
   std::size_t imports_stream_ = 0;
   ImportFlags<Coder> imports_;
   std::uint64_t next_cell_number_ = 0;

@@ -74,8 +74,8 @@ Result<void> SegmentDecoder::assign_streams() {
   using container::StreamKind;
   const auto known = MeshStreams<RangeDecoder>::list(*schema_);
   for (RangeDecoder& coder : streams_->coders()) coder = RangeDecoder(std::span<const std::byte>());
-  for (std::size_t c = 0; c < streams_->values().columns(); ++c)
-    streams_->values().begin_column(c, ColumnCodec::predicted, {}, 0);
+  streams_->values().begin_group();
+  std::vector<char> listed(known.size());
   stream_bytes_.clear();
   ByteReader in(std::span<const std::byte>(payload_).subspan(header_bytes_));
   std::size_t next = 0;
@@ -111,12 +111,18 @@ Result<void> SegmentDecoder::assign_streams() {
                                                 group_.decoded_bytes)) {
       return damaged(name + ": cannot be unpacked");
     }
+    listed[next] = 1;
     ++next;
     const std::string key =
         entry.kind == StreamKind::array ? array_stream_name(*schema_, entry.array) : name;
     stream_bytes_[key] += bytes.size();
   }
   if (in.left() != 0) return damaged("bytes are left over behind the last stream");
+  for (std::size_t s = 0; s < known.size(); ++s)
+    if (listed[s] == 0 && streams_->holds_values(s) &&
+        !streams_->values().begin_column(streams_->column_of(s), ColumnCodec::predicted, {},
+                                         group_.decoded_bytes))
+      return damaged("a stream that is not there makes no sense");
   if (group_.cells > 0 &&
       (group_.streams.empty() || group_.streams[0].kind != StreamKind::connectivity))
     return damaged("connectivity: missing");
@@ -265,7 +271,7 @@ Result<void> SegmentDecoder::decode_import(std::uint32_t position, std::uint32_t
 
 /// The values of the cells and vertices of the block: a tile.
 Result<void> SegmentDecoder::decode_values(MeshBlock& block) {
-  ValueStreams<RangeDecoder>& values = streams_->values();
+  ValueStreams<SplitDecoder>& values = streams_->values();
   const bool leaves_out = std::find(left_out_.begin(), left_out_.end(), 1) != left_out_.end();
   for (std::size_t c = 0; c < values.columns(); ++c) {
     const bool geometry = c == 0;

@@ -212,7 +212,7 @@ void SegmentEncoder::take_cell_data(const SegmentPiece& piece, std::uint32_t blo
 }
 
 EncodedColumn SegmentEncoder::encode_column(std::size_t column) {
-  ValueStreams<RangeEncoder>& values = streams_.values();
+  ValueStreams<SplitEncoder>& values = streams_.values();
   if (column == 0) return values.encode(0, vertex_values_.data(), values_bytes_, level_);
   const ArrayInfo& info = schema_->arrays[values.array_of(column)];
   if (info.location == Location::cell)
@@ -254,10 +254,10 @@ void SegmentEncoder::flush_group(std::vector<EncodedGroup>& done) {
     container::StreamEntry entry;
     entry.kind = names[s].kind;
     entry.array = names[s].array;
-    // An absent stream reads as zeros; it is there to tell its codec where that may be another one.
-    const bool tells = values ? column.codec != ColumnCodec::predicted
-                              : entry.kind == StreamKind::connectivity && group_.header.cells > 0;
-    if (bytes.empty() && !tells) continue;
+    // An absent stream reads as zeros; connectivity and other codecs are there to tell so.
+    if (bytes.empty() && (entry.kind != StreamKind::connectivity || group_.header.cells == 0) &&
+        column.codec == ColumnCodec::predicted)
+      continue;
     entry.codec = values                                     ? stream_codec(column.codec)
                   : entry.kind >= StreamKind::vertex_numbers ? container::Codec::predictive
                                                              : stream_codec(codec_);

@@ -33,7 +33,7 @@ std::vector<char> coverage(const Schema& schema, std::uint32_t array) {
 template <class Coder>
 ValueStreams<Coder>::ValueStreams(const Schema& schema)
     : schema_(&schema), has_cell_arrays_(has_cell_arrays(schema)), finder_(has_cell_arrays_) {
-  columns_.emplace_back(coordinates_info(schema), std::vector<char>());
+  columns_.emplace_back(coordinates_info(schema), std::vector<char>(), false);
   for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
     const ArrayInfo& info = schema.arrays[a];
     if (info.per_step) continue;
@@ -57,7 +57,7 @@ void ValueStreams<Coder>::begin_cell(const CellTopology& cell, std::uint64_t liv
 template <class Coder>
 void ValueStreams<Coder>::end_cell(const CellTopology& cell) {
   if (has_cell_arrays_) {
-    cells_.items.push_back(finder_.cell(cell, Reach::farther));
+    cells_.items.push_back(finder_.cell(cell, cell_reach_));
     cells_.blocks.push_back(cell.block);
   }
   finder_.end_cell(cell);
@@ -77,10 +77,18 @@ EncodedColumn ValueStreams<Coder>::encode(std::size_t column, const std::byte* v
 }
 
 template <class Coder>
+void ValueStreams<Coder>::begin_group() requires(Coder::kDecodes) {
+  vertex_reach_ = cell_reach_ = Reach::lattice;
+}
+
+template <class Coder>
 bool ValueStreams<Coder>::begin_column(std::size_t column, ColumnCodec codec,
                                        std::span<const std::byte> bytes,
                                        std::uint64_t limit) requires(Coder::kDecodes) {
-  return columns_[column].begin_group(codec, bytes, limit);
+  if (!columns_[column].begin_group(codec, bytes, limit)) return false;
+  Reach& reach = of_cells(column) ? cell_reach_ : vertex_reach_;
+  reach = std::max(reach, columns_[column].reach());
+  return true;
 }
 
 template <class Coder>
@@ -96,7 +104,7 @@ void ValueStreams<Coder>::clear() {
   cells_.clear();
 }
 
-template class ValueStreams<RangeEncoder>;
-template class ValueStreams<RangeDecoder>;
+template class ValueStreams<SplitEncoder>;
+template class ValueStreams<SplitDecoder>;
 
 }  // namespace shm

@@ -28,7 +28,7 @@ class ValueStreams {
   // In step with the mesh: each cell, then its new vertices in order of birth, then its end.
   void begin_cell(const CellTopology& cell, std::uint64_t live);
   void add_vertex(const CellTopology& cell, std::uint32_t position) {
-    vertices_.items.push_back(finder_.vertex(cell, position, Reach::farther));
+    vertices_.items.push_back(finder_.vertex(cell, position, vertex_reach_));
   }
   void end_cell(const CellTopology& cell);
   void add_loose_vertex(std::uint32_t slot) { vertices_.items.push_back(finder_.loose(slot)); }
@@ -43,8 +43,9 @@ class ValueStreams {
   EncodedColumn encode(std::size_t column, const std::byte* values, std::size_t stride,
                        Level level) requires(!Coder::kDecodes);
 
-  // Decoding: all columns, then tile by tile. `bytes` are borrowed for the group, and may unpack to
-  // `limit` bytes; false for damaged data.
+  // Decoding: the group, all its columns, then tile by tile. `bytes` are borrowed for the group,
+  // and may unpack to `limit` bytes; false for damaged data.
+  void begin_group() requires(Coder::kDecodes);
   bool begin_column(std::size_t column, ColumnCodec codec, std::span<const std::byte> bytes,
                     std::uint64_t limit) requires(Coder::kDecodes);
   /// Values of what came since the last tile, appended to `out`; false for damaged data.
@@ -59,11 +60,12 @@ class ValueStreams {
   std::vector<std::uint32_t> arrays_;
   bool has_cell_arrays_ = false;
   NeighbourFinder finder_;
+  Reach vertex_reach_ = Reach::farther, cell_reach_ = Reach::farther;
   TiledItems vertices_, cells_;
   std::vector<ValueColumn<Coder>> columns_;
 };
 
-extern template class ValueStreams<RangeEncoder>;
-extern template class ValueStreams<RangeDecoder>;
+extern template class ValueStreams<SplitEncoder>;
+extern template class ValueStreams<SplitDecoder>;
 
 }  // namespace shm

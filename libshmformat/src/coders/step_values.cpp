@@ -44,7 +44,7 @@ StepBytes encode_step_values(const ArrayInfo& info, std::span<const std::byte> v
   TiledItems elements;
   elements.items.assign(values.size() / stride, element());
   StepBytes predicted{container::Codec::local,
-                      ValueColumn<RangeEncoder>(info, {}).encode(elements, values.data(), stride, Level::standard).bytes};
+                      ValueColumn<SplitEncoder>(info, {}).encode(elements, values.data(), stride, Level::standard).bytes};
   StepBytes packed{container::Codec::shuffled_zstd,
                    zstd_compress(shuffle(values, width), kZstdLevel)};
   return packed.bytes.empty() || predicted.bytes.size() <= packed.bytes.size() ? predicted : packed;
@@ -61,8 +61,8 @@ std::optional<std::vector<std::byte>> decode_step_values(const ArrayInfo& info,
     return unshuffle(*planes, width);
   }
   if (codec != container::Codec::local) return std::nullopt;
-  ValueColumn<RangeDecoder> column(info, {});
-  column.begin_group(ColumnCodec::predicted, bytes, 0);
+  ValueColumn<SplitDecoder> column(info, {});
+  if (!column.begin_group(ColumnCodec::predicted, bytes, count * stride)) return std::nullopt;
   std::vector<std::byte> out;
   if (!column.decode_tile(std::vector(count, element()), {}, out)) return std::nullopt;
   return out;

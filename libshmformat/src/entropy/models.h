@@ -4,6 +4,7 @@
 // spec: "Models"
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -78,6 +79,24 @@ std::uint64_t code_number(Coder& coder, Model& model, std::uint64_t value) {
     result = result << left | coder.raw(low, left);
   }
   return result;
+}
+
+/// A number of bits, 0..64, that is likely to be near a guess: whether it is, on which side, how
+/// far. Few decisions where the guess is good.
+struct NearModel {
+  AdaptiveBit same, above;
+  std::array<AdaptiveBit, 16> higher, lower;  // whether it is one farther still
+};
+template <class Coder>
+std::uint32_t code_near(Coder& coder, NearModel& model, std::uint32_t guess, std::uint32_t value) {
+  if (coder.bit(model.same, value == guess)) return guess;
+  const bool above = guess == 0 || (guess < 64 && coder.bit(model.above, value > guess));
+  const std::uint32_t most = above ? 64 - guess : guess;
+  const std::uint32_t wanted = above ? value - guess : guess - value;
+  auto& farther = above ? model.higher : model.lower;
+  std::uint32_t by = 1;
+  while (by < most && coder.bit(farther[std::min(by - 1, 15u)], wanted > by)) ++by;
+  return above ? guess + by : guess - by;
 }
 
 /// A signed integer: magnitude, then the sign by the magnitude's bit length.

@@ -91,11 +91,23 @@ std::int32_t binary_exponent(ScalarType type, std::span<const std::uint64_t> bit
   return finest;
 }
 
+/// Whether so many values occur twice that a table may pay: by a sample.
+bool repeats_often(std::span<const std::uint64_t> bits) {
+  constexpr std::size_t kSample = 1024;
+  if (bits.size() < 4 * kSample) return true;
+  std::vector<std::uint64_t> sample;
+  for (std::size_t i = 0; i < kSample; ++i) sample.push_back(bits[i * bits.size() / kSample]);
+  std::sort(sample.begin(), sample.end());
+  const auto distinct = std::unique(sample.begin(), sample.end()) - sample.begin();
+  return static_cast<std::size_t>(distinct) < kSample - kSample / 64;
+}
+
 /// Indices that occur, ascending; empty where they are too many to be worth a table.
 std::vector<std::int64_t> table_of(const ArrayInfo& info, std::size_t component,
                                    std::span<const std::uint64_t> bits, const ValueDomain& domain) {
-  const ValueTranslator translator(info, component, domain);
   std::vector<std::int64_t> table;
+  if (!repeats_often(bits)) return table;
+  const ValueTranslator translator(info, component, domain);
   table.reserve(bits.size());
   for (std::uint64_t it : bits)
     if (const auto index = translator.index(it)) table.push_back(*index);
@@ -106,6 +118,13 @@ std::vector<std::int64_t> table_of(const ArrayInfo& info, std::size_t component,
 }
 
 }  // namespace
+
+bool still_fits(const ArrayInfo& info, std::size_t component, const ValueDomain& domain,
+                std::span<const std::uint64_t> bits) {
+  ValueDomain now = domain;
+  return try_domain(info, component, bits, now).good && now.odd <= domain.odd &&
+         now.negative_zero <= domain.negative_zero;
+}
 
 std::vector<DomainPlan> domain_candidates(const ArrayInfo& info, std::size_t component,
                                           std::span<const std::uint64_t> bits) {

@@ -13,4 +13,8 @@ namespace shm {
 std::vector<DomainPlan> domain_candidates(const ArrayInfo& info, std::size_t component,
                                           std::span<const std::uint64_t> bits);
 
+/// Whether these values are of a domain, none odd but those of `domain` allows.
+bool still_fits(const ArrayInfo& info, std::size_t component, const ValueDomain& domain,
+                std::span<const std::uint64_t> bits);
+
 }  // namespace shm

@@ -3,6 +3,7 @@
 // spec: "Matches"
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -35,7 +36,8 @@ class MatchTables {
       if (!std::exchange(any_, true)) negative_ = value < 0;
     }
     Place place() const {
-      return {static_cast<std::uint32_t>(hash_ * 0xbf58476d1ce4e5b9u >> (64 - kBits)), negative_};
+      return {static_cast<std::uint32_t>(hash_ * 0xbf58476d1ce4e5b9u >> (64 - kMostBits)),
+              negative_};
     }
 
    private:
@@ -43,24 +45,32 @@ class MatchTables {
     bool any_ = false, negative_ = false;
   };
 
+  /// Makes room for so many more values. Where the tables grow they forget.
+  void expect(std::size_t values) {
+    values_ += values;
+    const int wanted = std::clamp<int>(static_cast<int>(std::bit_width(8 * values_)), 8, kMostBits);
+    if (bits_ == wanted) return;
+    bits_ = wanted;
+    for (auto& table : tables_) table.assign(std::size_t{1} << bits_, Entry{});
+  }
+  // Must hold: expect() came before.
   double find(std::uint32_t kind, const Place& place) const {
-    if (tables_[kind].empty()) return 0.0;
-    const Entry& it = tables_[kind][place.at];
+    const Entry& it = tables_[kind][place.at >> (kMostBits - bits_)];
     return it.negative == place.negative ? it.value : -it.value;
   }
   void remember(const Places& places, double value) {
-    for (std::uint32_t kind = 0; kind < kMatchKinds; ++kind) {
-      if (tables_[kind].empty()) tables_[kind].resize(std::size_t{1} << kBits);
-      tables_[kind][places[kind].at] = {value, places[kind].negative};
-    }
+    for (std::uint32_t kind = 0; kind < kMatchKinds; ++kind)
+      tables_[kind][places[kind].at >> (kMostBits - bits_)] = {value, places[kind].negative};
   }
 
  private:
-  static constexpr std::uint32_t kBits = 15;
+  static constexpr int kMostBits = 15;
   struct Entry {
     double value = 0;
     bool negative = false;
   };
+  std::size_t values_ = 0;
+  int bits_ = 0;
   std::array<std::vector<Entry>, kMatchKinds> tables_;
 };
 

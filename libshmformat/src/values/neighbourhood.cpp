@@ -15,7 +15,33 @@ constexpr std::array<std::array<std::uint32_t, 2>, 3> kDiagonalAxes = {{{0, 1}, 
 /// Which diagonals lie along axis a, by the other axis in ascending order.
 constexpr std::array<std::array<std::uint32_t, 2>, 3> kDiagonalsAlong = {{{0, 1}, {0, 2}, {1, 2}}};
 
+constexpr std::uint32_t kMostClasses = 65535;
+
+std::uint16_t number_of(std::vector<std::uint16_t>& numbers, std::uint32_t key,
+                        std::uint16_t& count) {
+  std::uint16_t& number = numbers[key];
+  if (number == 0) number = count < kMostClasses ? ++count : count;
+  return static_cast<std::uint16_t>(number - 1);
+}
+
 }  // namespace
+
+void NeighbourFinder::Classes::number(Neighbourhood& it) {
+  constexpr std::uint32_t kWideKeys = 1u << 16, kNarrowKeys = 1u << 13, kOtherKeys = 32;
+  if (wide.empty()) {
+    wide.resize(kWideKeys + kOtherKeys);
+    narrow.resize(kNarrowKeys + kOtherKeys);
+  }
+  const std::uint32_t thirds = it.known >> 13 & 7u, corner = it.corner;
+  const bool lattice = it.kind == Neighbourhood::lattice;
+  const std::uint32_t other = std::uint32_t{it.kind} << 3 | (it.known & 7u);
+  it.wide_class = number_of(
+      wide, lattice ? (it.known & 0x3ffu) | thirds << 10 | corner << 13 : kWideKeys + other,
+      wide_count);
+  it.narrow_class = number_of(
+      narrow, lattice ? (it.known & 0x7fu) | thirds << 7 | corner << 10 : kNarrowKeys + other,
+      narrow_count);
+}
 
 NeighbourFinder::Vertex& NeighbourFinder::vertex_at(std::uint32_t slot) {
   if (slot >= vertices_.size())
@@ -91,6 +117,7 @@ Neighbourhood NeighbourFinder::vertex(const CellTopology& cell, std::uint32_t po
   if (cell.slots.size() > 8 || !cell.hexahedral)
     for (std::size_t i = 0; i < std::min<std::size_t>(cell.slots.size(), 64); ++i)
       if (cell.slots[i] == it.self) known_ |= std::uint64_t{1} << i;
+  vertex_classes_.number(it);
   return it;
 }
 
@@ -100,6 +127,7 @@ Neighbourhood NeighbourFinder::loose(std::uint32_t slot) {
   Vertex& self = vertex_at(slot);
   self = Vertex{};
   self.born = sequence_;
+  vertex_classes_.number(it);
   return it;
 }
 
@@ -175,7 +203,11 @@ void NeighbourFinder::look_beyond(Neighbourhood& it, Reach reach) const {
 Neighbourhood NeighbourFinder::cell(const CellTopology& cell, Reach reach) {
   Neighbourhood it;
   it.self = place_;
-  if (!cell.hexahedral) return it;
+  full_ = false;
+  if (!cell.hexahedral) {
+    cell_classes_.number(it);
+    return it;
+  }
   it.kind = Neighbourhood::lattice;
   for (std::uint32_t axis = 0; axis < 3; ++axis) {
     const std::uint32_t u = 1u << (axis == 0 ? 1 : 0), v = 1u << (axis == 2 ? 1 : 2);
@@ -188,6 +220,7 @@ Neighbourhood NeighbourFinder::cell(const CellTopology& cell, Reach reach) {
   }
   look_around_cell(it, reach);
   full_ = it.knows(Neighbourhood::kLattice);
+  cell_classes_.number(it);
   return it;
 }
 

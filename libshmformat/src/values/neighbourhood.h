@@ -39,6 +39,9 @@ struct Neighbourhood {
   std::uint16_t known = 0;
   std::uint8_t corner = 0;  ///< of the vertex in its hexahedron, as stored, in corner bits
   Kind kind = other;
+  /// Numbers for what is known and where it stands, in order of first appearance: with and without
+  /// what is beyond.
+  std::uint16_t wide_class = 0, narrow_class = 0;
 
   bool knows(std::uint32_t bits) const { return (known & bits) == bits; }
 };
@@ -105,6 +108,14 @@ class NeighbourFinder {
   std::uint32_t behind_of(std::uint32_t place, std::uint32_t side) const;
   bool is_behind(std::uint32_t place, std::uint32_t other) const;
   std::uint32_t common(std::uint32_t a, std::uint32_t b) const;
+
+  /// Classes by key, from 1; of vertices or of cells.
+  struct Classes {
+    std::vector<std::uint16_t> wide, narrow;
+    std::uint16_t wide_count = 0, narrow_count = 0;
+    void number(Neighbourhood& it);
+  };
+  Classes vertex_classes_, cell_classes_;
 
   bool cells_;
   std::vector<Vertex> vertices_;

@@ -11,13 +11,12 @@
 namespace shm {
 namespace {
 
-/// Entries that a table of ranks may have.
-constexpr std::uint64_t kMostEntries = std::uint64_t{1} << 20;
-constexpr std::size_t kClassKeys = (std::size_t{1} << 16) + 64;
 constexpr std::int32_t kMostWeight = 16 * 4096 - 1;
 
 // Encoder: elements of a class that are looked at before its predictor is chosen, in each tile.
 constexpr std::size_t kLookAt = 256, kFitAt = 512, kFewestToFit = 40;
+// Tiles for which the modes of a large class are kept.
+constexpr std::uint32_t kMostTilesKept = 8;
 // About what it costs to say another mode, and weights, in bits.
 constexpr double kModeBits = 5.0, kWeightsBits = 120.0;
 
@@ -45,6 +44,22 @@ std::int64_t plus(std::int64_t a, std::int64_t b) {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
 }
 
+/// Its bit length, near a guess; then sign and the bits behind the leading one, as they are.
+template <class Coder>
+std::int64_t code_residual(Coder& coder, NearModel& model, std::uint32_t guess,
+                           std::int64_t residual) {
+  const std::uint32_t length = code_near(coder, model, guess, bit_length(residual));
+  if (length == 0) return 0;
+  const auto bits = static_cast<std::uint64_t>(residual);
+  const std::uint64_t low = (std::uint64_t{1} << (length - 1)) - 1;
+  std::uint64_t size = residual < 0 ? 0 - bits : bits;
+  // length bits: the sign stands where the leading one would
+  std::uint64_t said = (size & low) | (residual < 0 ? low + 1 : 0);
+  said = coder.raw(said, static_cast<int>(length));
+  size = (said & low) | (low + 1);
+  return static_cast<std::int64_t>((said & (low + 1)) != 0 ? 0 - size : size);
+}
+
 /// Whether a mode says anything else than the lattice for neighbourhoods with these bits.
 bool is_sayable(std::uint32_t mode, std::uint32_t known) {
   const auto has = [&](std::uint32_t bits) { return (known & bits) == bits; };
@@ -66,12 +81,6 @@ bool is_sayable(std::uint32_t mode, std::uint32_t known) {
   }
 }
 
-std::uint32_t key_of(const Neighbourhood& item) {
-  if (item.kind == Neighbourhood::lattice)
-    return (item.known & 0x3ffu) | (item.known >> 13 & 7u) << 10 | std::uint32_t{item.corner} << 13;
-  return (1u << 16) | std::uint32_t{item.kind} << 3 | (item.known & 7u);
-}
-
 }  // namespace
 
 template <class Coder>
@@ -82,13 +91,14 @@ ScalarColumn<Coder>::ScalarColumn(const ArrayInfo& info, std::size_t component)
                   ? (info.quantization.bits > 0 ? DomainKind::quantized : DomainKind::floats)
                   : DomainKind::integers,
               0, false, true},
-      translator_(info, component, domain_),
-      class_numbers_(kClassKeys) {}
+      translator_(info, component, domain_) {}
 
 template <class Coder>
-void ScalarColumn<Coder>::mix(bool mixes) {
-  mixes_ = mixes;
-  if (mixes && mixed_.empty()) mixed_.emplace_back();
+void ScalarColumn<Coder>::set_style(const ColumnStyle& style) {
+  // Classes have other numbers then.
+  if ((style.reach == Reach::lattice) != (style_.reach == Reach::lattice)) classes_.clear();
+  style_ = style;
+  if (style.mixes && mixed_.empty()) mixed_.emplace_back();
 }
 
 template <class Coder>
@@ -105,7 +115,8 @@ void ScalarColumn<Coder>::make_room(std::uint32_t slot) {
 
 template <class Coder>
 bool ScalarColumn<Coder>::begin_group(Coder& coder, const DomainPlan& plan,
-                                      std::span<const ScalarColumn<Coder>> before) {
+                                      std::span<const ScalarColumn<Coder>> before,
+                                      std::uint64_t most_entries) {
   ValueDomain domain = plan.domain;
   if (!coder.bit(same_domain_, domain == domain_)) {
     domain.kind =
@@ -124,7 +135,7 @@ bool ScalarColumn<Coder>::begin_group(Coder& coder, const DomainPlan& plan,
   std::vector<std::int64_t> known;
   add_known_entries(*this, known);
   for (const auto& other : before) add_known_entries(other, known);
-  return code_table(coder, plan.table, known);
+  return code_table(coder, plan.table, std::move(known), most_entries);
 }
 
 /// Entries that another component has in its table and this one may have: of either sign.
@@ -166,9 +177,9 @@ void ScalarColumn<Coder>::change_domain(const ValueDomain& domain) {
 /// last.
 template <class Coder>
 bool ScalarColumn<Coder>::code_table(Coder& coder, const std::vector<std::int64_t>& table,
-                                     std::vector<std::int64_t> known) {
+                                     std::vector<std::int64_t> known, std::uint64_t most_entries) {
   const std::uint64_t count = code_number(coder, entries_, table.size() - 1) + 1;
-  if (count > kMostEntries) return false;
+  if (count > most_entries) return false;
   std::sort(known.begin(), known.end());
   known.erase(std::unique(known.begin(), known.end()), known.end());
   const bool others = !known.empty();
@@ -241,16 +252,6 @@ bool ScalarColumn<Coder>::with_space(Visit&& visit) {
 
 // --- classes
 
-template <class Coder>
-std::uint32_t ScalarColumn<Coder>::class_of(const Neighbourhood& item) {
-  std::uint16_t& number = class_numbers_[key_of(item)];
-  if (number == 0) {
-    classes_.emplace_back();
-    number = static_cast<std::uint16_t>(std::min<std::size_t>(classes_.size(), 65535));
-  }
-  return number - 1u;
-}
-
 /// At the first element of a class in a tile: its mode, and the weights.
 template <class Coder>
 void ScalarColumn<Coder>::code_class(Coder& coder, std::uint32_t of_class) {
@@ -309,8 +310,8 @@ auto ScalarColumn<Coder>::residual_model(std::uint32_t context) -> Residual& {
 }
 
 template <class Coder>
-std::uint32_t ScalarColumn<Coder>::context(const Neighbourhood& item, std::int32_t scale,
-                                           bool second, std::size_t i) const {
+auto ScalarColumn<Coder>::context(const Neighbourhood& item, std::int32_t scale, bool second,
+                                  std::size_t i) const -> Context {
   const auto relative = [&](ValueSurprise surprise) {
     return surprise == 0
                ? 0u
@@ -322,9 +323,12 @@ std::uint32_t ScalarColumn<Coder>::context(const Neighbourhood& item, std::int32
       sum += relative(surprises_[item.at[a]]);
       ++count;
     }
-  const std::uint32_t mean = count == 0 ? relative(last_surprise_) : (sum + count / 2) / count;
+  const std::uint32_t mean = count == 0   ? relative(last_surprise_)
+                             : count == 1 ? sum
+                             : count == 2 ? (sum + 1) / 2
+                                          : (sum + 1) / 3;
   const std::uint32_t other = before_.empty() ? 0 : before_.back()->surprises[i] == 0 ? 1 : 2;
-  return (surprise_class(mean) * 3 + other) * 2 + (second ? 1 : 0);
+  return {(surprise_class(mean) * 3 + other) * 2 + (second ? 1 : 0), mean};
 }
 
 template <class Coder>
@@ -376,19 +380,49 @@ double ScalarColumn<Coder>::odd_state(const auto& space, const Predictor<At>& pr
   return is_finite(state) ? state : 0.0;
 }
 
+/// The index of a value in a space, nothing where it has none.
+template <class Coder>
+std::optional<std::int64_t> ScalarColumn<Coder>::index_of(const auto& space,
+                                                          std::uint64_t bits) const {
+  const auto index = translator_.index(bits);
+  if constexpr (requires { space.table; }) {
+    if (!index) return index;
+    const auto found = std::lower_bound(space.table.begin(), space.table.end(), *index);
+    if (found == space.table.end() || *found != *index) return std::nullopt;
+    return found - space.table.begin();
+  } else {
+    return index;
+  }
+}
+
 template <class Coder>
 bool ScalarColumn<Coder>::code_tile(Coder& coder, std::span<const Neighbourhood> items,
                                     std::span<std::uint64_t> bits,
                                     std::span<const Trace* const> before) {
   ++tile_;
   before_ = before;
-  trace_.values.resize(items.size());
   trace_.surprises.resize(items.size());
-  for (const Neighbourhood& item : items) make_room(item.self);
+  if (style_.matches) {
+    trace_.values.resize(items.size());
+    matches_.expect(items.size());
+  }
+  std::uint32_t most_slot = 0, most_class = 0;
+  for (const Neighbourhood& item : items) {
+    most_slot = std::max(most_slot, item.self);
+    most_class = std::max(most_class, class_of(item));
+  }
+  make_room(most_slot);
+  if (most_class >= classes_.size()) classes_.resize(most_class + 1);
   return with_space([&](const auto& space) {
     if constexpr (!Coder::kDecodes) {
-      look_ahead(space, items, bits);
-      choose_modes(space);
+      looked_ahead_ = needs_search(items);
+      if (looked_ahead_) {
+        look_ahead(space, items, bits);
+        choose_modes(space);
+      } else {
+        wanted_ = classes_;
+      }
+      for (Class& it : classes_) it.count = it.bits = 0;
     }
     return code_items(coder, space, items, bits);
   });
@@ -399,32 +433,40 @@ template <class Space>
 bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
                                      std::span<const Neighbourhood> items,
                                      std::span<std::uint64_t> bits) {
+  const std::uint32_t counts = style_.known();
   for (std::size_t i = 0; i < items.size(); ++i) {
     const Neighbourhood& item = items[i];
     MatchTables::Places places{};
     const auto at = [&](std::uint32_t feature) {
-      if constexpr (!Coder::kDecodes) return samples_[i].state[feature];
+      if constexpr (!Coder::kDecodes)
+        if (looked_ahead_) return samples_[i].state[feature];
       if (feature < kFThird) return states_[item.at[feature]];
       if (feature < kFLast) return thirds_[item.at[feature - kFThird]];
       if (feature >= kFOther) return other_value(i);
       if (feature >= kFMatch) return from_match(feature - kFMatch, places);
       return feature == kFLast ? last_ : before_last_;
     };
-    if constexpr (Coder::kDecodes) places = match_places(item, at, i);
-    const Predictor predictor(item.known, at);
+    if (style_.matches && (Coder::kDecodes || !looked_ahead_)) places = match_places(item, at, i);
+    const Predictor predictor(item.known & counts, at);
     const std::uint32_t of_class = class_of(item);
     if (classes_[of_class].tile != tile_) code_class(coder, of_class);
     Class& how = classes_[of_class];
     double prediction = predictor.predict(how.mode, how.weights);
 
     bool odd = false;
-    if constexpr (!Coder::kDecodes) odd = samples_[i].odd;
+    std::int64_t actual = 0;
+    if constexpr (!Coder::kDecodes) {
+      const auto index = looked_ahead_ ? samples_[i].index : index_of(space, bits[i]);
+      odd = !index;
+      actual = index.value_or(0);
+    }
     if (domain_.odd) odd = last_odd_ = coder.bit(odd_[last_odd_], odd);
     ValueSurprise surprise = 0;
     double state = 0.0;
     if (odd) {
       bits[i] = coder.raw(bits[i], static_cast<int>(8 * scalar_bytes(info_.type)));
       state = odd_state(space, predictor);
+      seconds_[item.self] = 0;
     } else {
       std::int64_t expected = space.index(prediction);
       bool second = false;
@@ -433,8 +475,7 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
         const std::int64_t instead = space.index(other);
         if (instead != expected) {
           if constexpr (!Coder::kDecodes)
-            second = bit_length(minus(samples_[i].index, instead)) + 1 <
-                     bit_length(minus(samples_[i].index, expected));
+            second = bit_length(minus(actual, instead)) + 1 < bit_length(minus(actual, expected));
           std::uint32_t near = 0;
           for (std::uint32_t a = 0; a < 3; ++a)
             if ((item.known >> a & 1) != 0) near += seconds_[item.at[a]];
@@ -447,9 +488,10 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
       }
       seconds_[item.self] = second ? 1 : 0;
       const std::int32_t scale = space.scale(prediction);
+      const Context around = context(item, scale, second, i);
       std::int64_t residual = 0;
-      if constexpr (!Coder::kDecodes) residual = minus(samples_[i].index, expected);
-      if (mixes_) {
+      if constexpr (!Coder::kDecodes) residual = minus(actual, expected);
+      if (style_.mixes) {
         Mixed& mixed = mixed_[0];
         const std::array<std::int64_t, 3> others = {
             space.index(predictor.lattice()),
@@ -459,10 +501,9 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
             space.index(predictor.predict(kMeanLineMode, how.weights))};
         mixed.coder.use(coder);
         ask_about(mixed, item, scale, i, of_class, expected, others, second);
-        residual =
-            code_signed(mixed.coder, mixed.residuals[context(item, scale, second, i)], residual);
+        residual = code_signed(mixed.coder, mixed.residuals[around.number], residual);
       } else {
-        residual = code_signed(coder, residual_model(context(item, scale, second, i)), residual);
+        residual = code_residual(coder, residual_model(around.number), around.mean, residual);
       }
       const std::int64_t index = plus(expected, residual);
       const std::uint32_t length = bit_length(residual);
@@ -478,27 +519,59 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
         if constexpr (!Coder::kDecodes) minus_zero = bits[i] == negative_zero(info_.type);
         minus_zero = last_negative_ = coder.bit(negative_[last_negative_], minus_zero);
       }
-      if constexpr (Coder::kDecodes)
+      if constexpr (Coder::kDecodes) {
         bits[i] = minus_zero ? negative_zero(info_.type) : translator_.bits(base_index);
+      } else {
+        how.count += 1;
+        how.bits += static_cast<double>(length);
+      }
       state = space.state(index);
       if (!is_finite(state)) state = odd_state(space, predictor);
     }
     surprises_[item.self] = surprise;
     trace_.surprises[i] = surprise;
     last_surprise_ = surprise;
-    if constexpr (Coder::kDecodes) {
-      thirds_[item.self] = item.knows(Neighbourhood::kLattice) ? state - predictor.lattice() : 0.0;
-      states_[item.self] = state;
-      before_last_ = last_;
-      last_ = state;
-      trace_.values[i] = translator_.as_value(state);
-      matches_.remember(places, trace_.values[i]);
-    }
+    if (Coder::kDecodes || !looked_ahead_) settle(item, i, state, predictor.lattice(), places);
   }
   return true;
 }
 
+/// The element has this state: known to those that come after it.
+template <class Coder>
+void ScalarColumn<Coder>::settle(const Neighbourhood& item, std::size_t i, double state,
+                                 double lattice, const MatchTables::Places& places) {
+  thirds_[item.self] = item.knows(Neighbourhood::kLattice) ? state - lattice : 0.0;
+  states_[item.self] = state;
+  before_last_ = last_;
+  last_ = state;
+  if (!style_.matches) return;
+  trace_.values[i] = translator_.as_value(state);
+  matches_.remember(places, trace_.values[i]);
+}
+
 // --- encoder: looking ahead
+
+/// Whether the modes of the tile's classes should be chosen anew: where one is new, does worse than
+/// when its modes were chosen, or has kept them for long.
+template <class Coder>
+bool ScalarColumn<Coder>::needs_search(std::span<const Neighbourhood> items) {
+  if (!style_.hurries) return true;
+  std::vector<std::uint32_t> count(classes_.size());
+  for (const Neighbourhood& item : items) ++count[class_of(item)];
+  bool needs = false;
+  for (std::size_t c = 0; c < count.size(); ++c) {
+    Class& it = classes_[c];
+    if (it.count > 0) {
+      const double bits = it.bits / it.count;
+      if (it.bits_then < 0 || it.tiles_since == 0) it.bits_then = bits;
+      if (bits > it.bits_then * 1.06 + 0.1) needs = true;
+    }
+    if (count[c] == 0) continue;
+    if (it.bits_then < 0 && count[c] * 32 > items.size()) needs = true;
+    if (++it.tiles_since >= kMostTilesKept && count[c] * 8 > items.size()) needs = true;
+  }
+  return needs;
+}
 
 /// States, indices and classes of all elements of the tile, and what surrounds each of them. The
 /// states move on to the end of the tile.
@@ -510,40 +583,26 @@ void ScalarColumn<Coder>::look_ahead(const Space& space, std::span<const Neighbo
   for (std::size_t i = 0; i < items.size(); ++i) {
     const Neighbourhood& item = items[i];
     Sample& it = samples_[i];
+    it.known = item.known & style_.known();
+    it.of_class = class_of(item);
     for (std::uint32_t f = 0; f < kFThird; ++f)
-      if ((item.known >> f & 1) != 0) it.state[f] = states_[item.at[f]];
+      if ((it.known >> f & 1) != 0) it.state[f] = states_[item.at[f]];
     for (std::uint32_t a = 0; a < 3; ++a)
-      if ((item.known >> (kFThird + a) & 1) != 0) it.state[kFThird + a] = thirds_[item.at[a]];
+      if ((it.known >> (kFThird + a) & 1) != 0) it.state[kFThird + a] = thirds_[item.at[a]];
     it.state[kFLast] = last_;
     it.state[kFBeforeLast] = before_last_;
-    it.known = item.known;
-    it.of_class = class_of(item);
     const auto at = [&](std::uint32_t feature) { return it.state[feature]; };
-    const MatchTables::Places places = match_places(item, at, i);
-    for (std::uint32_t m = 0; m < kMatchKinds; ++m) it.state[kFMatch + m] = from_match(m, places);
-    it.state[kFOther] = other_value(i);
-    const Predictor predictor(item.known, at);
-
-    auto index = translator_.index(bits[i]);
-    if constexpr (requires { space.table; }) {
-      if (index) {
-        const auto found = std::lower_bound(space.table.begin(), space.table.end(), *index);
-        if (found == space.table.end() || *found != *index)
-          index.reset();
-        else
-          index = found - space.table.begin();
-      }
+    MatchTables::Places places{};
+    if (style_.matches) {
+      places = match_places(item, at, i);
+      for (std::uint32_t m = 0; m < kMatchKinds; ++m) it.state[kFMatch + m] = from_match(m, places);
+      it.state[kFOther] = other_value(i);
     }
-    it.odd = !index;
-    it.index = index.value_or(0);
-    double state = index ? space.state(*index) : 0.0;
-    if (!index || !is_finite(state)) state = odd_state(space, predictor);
-    thirds_[item.self] = item.knows(Neighbourhood::kLattice) ? state - predictor.lattice() : 0.0;
-    states_[item.self] = state;
-    before_last_ = last_;
-    last_ = state;
-    trace_.values[i] = translator_.as_value(state);
-    matches_.remember(places, trace_.values[i]);
+    const Predictor predictor(it.known, at);
+    it.index = index_of(space, bits[i]);
+    double state = it.index ? space.state(*it.index) : 0.0;
+    if (!it.index || !is_finite(state)) state = odd_state(space, predictor);
+    settle(item, i, state, predictor.lattice(), places);
   }
 }
 
@@ -569,6 +628,7 @@ void ScalarColumn<Coder>::choose_modes(const Space& space) {
       return samples_[order[begin[c] + i * count[c] / picked]];
     };
     Class& it = wanted_[c];
+    classes_[c].tiles_since = 0;
     const std::uint32_t known = samples_[order[begin[c]]].known;
     const std::size_t looked = std::min<std::size_t>(count[c], kLookAt);
     const double scale = static_cast<double>(count[c]) / static_cast<double>(looked);
@@ -579,10 +639,10 @@ void ScalarColumn<Coder>::choose_modes(const Space& space) {
       double sum = 0.0;
       for (std::size_t i = 0; i < looked; ++i) {
         const Sample& sample = pick(i, looked);
-        if (sample.odd) continue;
+        if (!sample.index) continue;
         const auto at = [&](std::uint32_t feature) { return sample.state[feature]; };
         const double prediction = Predictor(sample.known, at).predict(mode, weights);
-        const double bits = cost_of(minus(sample.index, space.index(prediction)));
+        const double bits = cost_of(minus(*sample.index, space.index(prediction)));
         missed[mode].push_back(bits);
         sum += bits;
       }
@@ -593,7 +653,8 @@ void ScalarColumn<Coder>::choose_modes(const Space& space) {
     std::array<double, kModes> cost{};
     std::array<bool, kModes> tried{};
     for (std::uint32_t mode = 0; mode < kModes; ++mode) {
-      tried[mode] = is_sayable(mode, known);
+      tried[mode] =
+          is_sayable(mode, known) && (style_.matches || mode < kMatchMode || mode == kFittedMode);
       if (mode == kFittedMode) {
         tried[mode] = tried[mode] && count[c] >= kFewestToFit;
         if (!tried[mode]) continue;
@@ -604,8 +665,9 @@ void ScalarColumn<Coder>::choose_modes(const Space& space) {
           const auto at = [&](std::uint32_t feature) { return sample.state[feature]; };
           const Predictor predictor(sample.known, at);
           const double base = predictor.lattice();
-          const double target = space.state(sample.index) - base;
-          if (!sample.odd && is_finite(target)) fit.push_back({predictor.terms(base), target});
+          if (!sample.index) continue;
+          const double target = space.state(*sample.index) - base;
+          if (is_finite(target)) fit.push_back({predictor.terms(base), target});
         }
         const Weights found = fit_weights(fit);
         const double kept = it.weights == Weights{} ? 1e300 : look(mode, it.weights);
@@ -654,7 +716,7 @@ void ScalarColumn<Coder>::choose_modes(const Space& space) {
   }
 }
 
-template class ScalarColumn<RangeEncoder>;
-template class ScalarColumn<RangeDecoder>;
+template class ScalarColumn<SplitEncoder>;
+template class ScalarColumn<SplitDecoder>;
 
 }  // namespace shm

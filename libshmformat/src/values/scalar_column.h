@@ -5,11 +5,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "entropy/mixing.h"
 #include "entropy/models.h"
+#include "entropy/split_coder.h"
 #include "values/match_tables.h"
 #include "values/neighbourhood.h"
 #include "values/value_domain.h"
@@ -23,6 +25,18 @@ struct DomainPlan {
   std::vector<std::int64_t> table;  ///< what occurs, ascending; empty: no ranks
 };
 
+/// How the components of an array are said in a group.
+struct ColumnStyle {
+  Reach reach = Reach::farther;  ///< how far predictions look
+  bool matches = true;           ///< whether they look at matches, and at other components
+  bool mixes = false;            ///< whether bits are mixed
+  bool hurries = false;          ///< encoding: modes are kept while they do well
+  /// Bits of Neighbourhood::known that count.
+  std::uint32_t known() const {
+    return reach == Reach::lattice ? 0xe07fu : reach == Reach::beyond ? 0xe3ffu : 0xffffu;
+  }
+};
+
 /// Bit length of what a prediction missed, raised by the scale of the prediction; 0 for a hit.
 using ValueSurprise = std::uint16_t;
 
@@ -31,13 +45,14 @@ class ScalarColumn {
  public:
   ScalarColumn(const ArrayInfo& info, std::size_t component);
 
-  /// Whether groups from here on are said with mixed bits. It lasts.
-  void mix(bool mixes);
+  /// How groups from here on are said. It lasts.
+  void set_style(const ColumnStyle& style);
 
   /// Begins a group. Encoding: as `plan` says; decoding: as the stream says. `before`: the
-  /// components before this one, which have begun it. False for damage.
+  /// components before this one, which have begun it. A table has `most_entries` at most. False
+  /// for damage.
   bool begin_group(Coder& coder, const DomainPlan& plan,
-                   std::span<const ScalarColumn<Coder>> before);
+                   std::span<const ScalarColumn<Coder>> before, std::uint64_t most_entries);
   /// What the last tile held, by element.
   struct Trace {
     std::vector<double> values;
@@ -55,7 +70,7 @@ class ScalarColumn {
   const Trace& trace() const { return trace_; }
 
  private:
-  using Residual = SignedModel<ResidualModel>;
+  using Residual = NearModel;
   using MixedResidual = SignedModel<ResidualModelOf<MixedBit>>;
   /// Codec mixed: one for each component.
   struct Mixed {
@@ -70,12 +85,15 @@ class ScalarColumn {
     std::uint32_t second = kNoMode;  ///< a mode that may be right where the first is wrong
     Weights weights{};
     std::array<AdaptiveBit, 4> takes_second;  ///< by how many near ones did
+    // Encoding: elements and bits in the last tile that had it, and bits an element when the
+    // modes were chosen; negative: never.
+    double count = 0, bits = 0, bits_then = -1;
+    std::uint32_t tiles_since = 0;
   };
   /// An element as the encoder sees it.
   struct Sample {
     std::array<double, kFeatures> state{};
-    std::int64_t index = 0;
-    bool odd = false;
+    std::optional<std::int64_t> index;
     std::uint32_t known = 0, of_class = 0;
   };
   static constexpr std::uint32_t kSurpriseClasses = 27;
@@ -83,15 +101,21 @@ class ScalarColumn {
   void make_room(std::uint32_t slot);
   void change_domain(const ValueDomain& domain);
   bool code_table(Coder& coder, const std::vector<std::int64_t>& table,
-                  std::vector<std::int64_t> known);
+                  std::vector<std::int64_t> known, std::uint64_t most_entries);
   std::int64_t opposite(std::int64_t index) const;
   void add_known_entries(const ScalarColumn& other, std::vector<std::int64_t>& known) const;
-  std::uint32_t class_of(const Neighbourhood& item);
+  std::uint32_t class_of(const Neighbourhood& item) const {
+    return style_.reach == Reach::lattice ? item.narrow_class : item.wide_class;
+  }
+  bool needs_search(std::span<const Neighbourhood> items);
+  std::optional<std::int64_t> index_of(const auto& space, std::uint64_t bits) const;
   template <class Visit>
   bool with_space(Visit&& visit);
   template <class Space>
   bool code_items(Coder& coder, const Space& space, std::span<const Neighbourhood> items,
                   std::span<std::uint64_t> bits);
+  void settle(const Neighbourhood& item, std::size_t i, double state, double lattice,
+              const MatchTables::Places& places);
   template <class Space>
   void look_ahead(const Space& space, std::span<const Neighbourhood> items,
                   std::span<const std::uint64_t> bits);
@@ -100,17 +124,22 @@ class ScalarColumn {
   template <class At>
   MatchTables::Places match_places(const Neighbourhood& item, const At& at, std::size_t i) const;
   double from_match(std::uint32_t kind, const MatchTables::Places& places) const {
+    if (!style_.matches) return 0.0;  // there are no tables, and nobody has noted the values
     return translator_.from_value(matches_.find(kind, places[kind]));
   }
   /// What the component before is at this element.
   double other_value(std::size_t i) const {
-    return before_.empty() ? 0.0 : translator_.from_value(before_.back()->values[i]);
+    return before_.empty() || !style_.matches ? 0.0
+                                              : translator_.from_value(before_.back()->values[i]);
   }
   void code_class(Coder& coder, std::uint32_t of_class);
   template <class At>
   double odd_state(const auto& space, const Predictor<At>& predictor) const;
-  std::uint32_t context(const Neighbourhood& item, std::int32_t scale, bool second,
-                        std::size_t i) const;
+  struct Context {
+    std::uint32_t number = 0;
+    std::uint32_t mean = 0;  ///< of the surprises near
+  };
+  Context context(const Neighbourhood& item, std::int32_t scale, bool second, std::size_t i) const;
   Residual& residual_model(std::uint32_t context);
   void ask_about(Mixed& mixed, const Neighbourhood& item, std::int32_t scale, std::size_t i,
                  std::uint32_t of_class, std::int64_t expected,
@@ -134,7 +163,7 @@ class ScalarColumn {
   ValueSurprise last_surprise_ = 0;
   bool last_odd_ = false, last_negative_ = false;
 
-  std::vector<std::uint16_t> class_numbers_;  // by key, from 1
+  ColumnStyle style_;
   std::vector<Class> classes_;
   std::vector<Class> wanted_;    // encoding: what the tile at hand will say
   std::vector<Sample> samples_;  // encoding
@@ -150,11 +179,11 @@ class ScalarColumn {
   std::array<AdaptiveBit, 2> odd_, negative_;
   std::vector<std::uint16_t> residual_numbers_;  // by context, from 1
   std::vector<Residual> residuals_;
-  std::vector<Mixed> mixed_;  // one where mixed bits have been used
-  bool mixes_ = false;
+  std::vector<Mixed> mixed_;   // one where mixed bits have been used
+  bool looked_ahead_ = false;  // encoding: samples_ are those of the tile at hand
 };
 
-extern template class ScalarColumn<RangeEncoder>;
-extern template class ScalarColumn<RangeDecoder>;
+extern template class ScalarColumn<SplitEncoder>;
+extern template class ScalarColumn<SplitDecoder>;
 
 }  // namespace shm

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <tuple>
 
 #include "bytes/byte_cursor.h"
 #include "packing.h"
@@ -10,6 +11,12 @@
 
 namespace shm {
 namespace {
+
+/// Arrays of more components than this have no matches: their tables would take too much.
+constexpr std::uint32_t kMostMatched = 16;
+// Encoder. What looking far must save, one part in so many; groups for which a domain is kept.
+constexpr std::size_t kWorthFarShare = 20;
+constexpr std::uint32_t kGroupsKept = 8;
 
 std::uint64_t load(const std::byte* at, std::size_t width) {
   std::uint64_t bits = 0;
@@ -43,8 +50,8 @@ void for_each_tile(const TiledItems& elements, Visit&& visit) {
 }  // namespace
 
 template <class Coder>
-ValueColumn<Coder>::ValueColumn(const ArrayInfo& info, std::vector<char> covers)
-    : info_(info), covers_(std::move(covers)), width_(scalar_bytes(info.type)) {
+ValueColumn<Coder>::ValueColumn(const ArrayInfo& info, std::vector<char> covers, bool repeats)
+    : info_(info), covers_(std::move(covers)), repeats_(repeats), width_(scalar_bytes(info.type)) {
   columns_.reserve(info.components);
   for (std::size_t c = 0; c < info.components; ++c) columns_.emplace_back(info, c);
 }
@@ -71,53 +78,85 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
   std::size_t count = 0;
   for (std::size_t i = 0; i < elements.items.size(); ++i)
     count += elements.blocks.empty() || covers(elements.blocks[i]) ? 1 : 0;
-  if (count == 0) {
-    for_each_tile(elements, [&](auto items, auto blocks) { covered(items, blocks); });
-    return {};
-  }
   std::vector<std::vector<std::uint64_t>> bits(info_.components);
   for (std::size_t c = 0; c < info_.components; ++c) {
     bits[c].resize(count);
     for (std::size_t i = 0; i < count; ++i)
       bits[c][i] = load(values + i * stride + c * width_, width_);
   }
-  const bool mixes = level == Level::best;
-  for (auto& column : columns_) column.mix(mixes);
+  const ColumnCodec codec = level == Level::best ? ColumnCodec::mixed : ColumnCodec::predicted;
 
   // Runs and repeats are zstd's: tried where a quick look says that they may be the most of it.
-  std::vector<std::byte> planes(count * info_.components * width_);
-  for (std::size_t i = 0, at = 0; i < count; ++i)
-    for (std::size_t c = 0; c < info_.components; ++c, ++at)
-      for (std::size_t b = 0; b < width_; ++b)
-        planes[b * count * info_.components + at] = static_cast<std::byte>(bits[c][i] >> (8 * b));
-  const std::size_t quick = zstd_compress(planes, 1).size();
-  const bool may_repeat = level == Level::best || quick * 6 < planes.size();
+  const std::vector<std::byte> planes =
+      level == Level::best || repeats_ ? shuffled(bits) : std::vector<std::byte>();
+  const std::size_t quick = planes.empty() ? 0 : zstd_compress(planes, 1).size();
+  const bool may_repeat = !planes.empty() && (level == Level::best || quick * 6 < planes.size());
   const auto before = may_repeat ? columns_ : std::vector<ScalarColumn<Coder>>();
-  EncodedColumn coded{mixes ? ColumnCodec::mixed : ColumnCodec::predicted,
-                      encode_predicted(elements, bits)};
+  const auto models = std::pair(reach_, matches_);
+  EncodedColumn coded{codec, encode_predicted(elements, bits, level)};
   if (!may_repeat || (level != Level::best && quick > 2 * coded.bytes.size())) return coded;
   ByteWriter packed;
   packed.put_varint(planes.size());
   packed.put_bytes(zstd_compress(planes, level == Level::fast ? 9 : 19));
-  std::vector<std::byte> repeated = std::move(packed.bytes);
-  if (repeated.size() >= coded.bytes.size()) return coded;
+  if (packed.bytes.size() >= coded.bytes.size()) return coded;
   columns_ = before;
+  std::tie(reach_, matches_) = models;
   note(elements, bits);
-  return {ColumnCodec::shuffled_zstd, std::move(repeated)};
+  return {ColumnCodec::shuffled_zstd, std::move(packed.bytes)};
+}
+
+/// Bytes of all scalars, element by element: first the least significant ones.
+template <class Coder>
+std::vector<std::byte> ValueColumn<Coder>::shuffled(
+    const std::vector<std::vector<std::uint64_t>>& bits) const {
+  const std::size_t count = bits[0].size(), scalars = count * info_.components;
+  std::vector<std::byte> planes(scalars * width_);
+  for (std::size_t i = 0, at = 0; i < count; ++i)
+    for (std::size_t c = 0; c < info_.components; ++c, ++at)
+      for (std::size_t b = 0; b < width_; ++b)
+        planes[b * scalars + at] = static_cast<std::byte>(bits[c][i] >> (8 * b));
+  return planes;
+}
+
+template <class Coder>
+bool ValueColumn<Coder>::code_head(Coder& coder, ColumnStyle style,
+                                   std::span<const DomainPlan> plans, std::uint64_t most_entries) {
+  style_.mixes = style.mixes;
+  style_.hurries = style.hurries;
+  style_.reach = static_cast<Reach>(
+      std::min(code_tree(coder, reach_, static_cast<std::uint32_t>(style.reach)), 2u));
+  style_.matches = coder.bit(matches_, style.matches) && info_.components <= kMostMatched;
+  for (std::size_t c = 0; c < columns_.size(); ++c) {
+    columns_[c].set_style(style_);
+    if (!columns_[c].begin_group(coder, plans.empty() ? DomainPlan() : plans[c],
+                                 std::span(columns_).first(c), most_entries))
+      return false;
+  }
+  return true;
 }
 
 template <class Coder>
 std::vector<std::byte> ValueColumn<Coder>::encode_predicted(
-    const TiledItems& elements, std::vector<std::vector<std::uint64_t>>& bits) {
-  bool begun = false;
+    const TiledItems& elements, std::vector<std::vector<std::uint64_t>>& bits, Level level) {
+  // The first tile that has any.
+  std::vector<Neighbourhood> first;
+  for_each_tile(elements, [&](auto items, auto blocks) {
+    if (!first.empty()) return;
+    const auto own = covered(items, blocks);
+    first.assign(own.begin(), own.end());
+  });
+  std::vector<DomainPlan> plans;
+  for (std::size_t c = 0; c < info_.components; ++c)
+    plans.push_back(choose_domain(c, first, bits[c], level));
+  const ColumnStyle style = choose_style(first, bits, plans, level);
+  code_head(coder_, style, plans, bits[0].size());
+  plans_ = std::move(plans);
+  ++groups_;
+
   std::size_t at = 0;
   for_each_tile(elements, [&](auto items, auto blocks) {
     const auto own = covered(items, blocks);
     if (own.empty()) return;
-    if (!std::exchange(begun, true))
-      for (std::size_t c = 0; c < info_.components; ++c)
-        columns_[c].begin_group(coder_, choose_domain(c, own, bits[c]),
-                                std::span(columns_).first(c));
     for (std::size_t c = 0; c < info_.components; ++c)
       code_component(c, own, std::span(bits[c]).subspan(at, own.size()));
     at += own.size();
@@ -126,6 +165,39 @@ std::vector<std::byte> ValueColumn<Coder>::encode_predicted(
     return {};
   else
     return coder_.finish();
+}
+
+/// Far neighbours and matches cost time; at the lower levels they must save a good deal. The first
+/// tile of a mesh is no sample: the first group says what it can.
+template <class Coder>
+ColumnStyle ValueColumn<Coder>::choose_style(std::span<const Neighbourhood> first_tile,
+                                             const std::vector<std::vector<std::uint64_t>>& bits,
+                                             std::span<const DomainPlan> plans, Level level) const {
+  ColumnStyle full;
+  full.mixes = level == Level::best;
+  full.matches = info_.components <= kMostMatched;
+  if (level == Level::fast) return {Reach::lattice, false, false, true};
+  if (level == Level::best || groups_ == 0 || first_tile.empty()) return full;
+  const ColumnStyle lean{Reach::lattice, false, false};
+  if constexpr (!Coder::kDecodes) {
+    const auto size_with = [&](const ColumnStyle& style) {
+      auto columns = columns_;
+      std::vector<const typename ScalarColumn<Coder>::Trace*> traces;
+      Coder head, body;
+      for (std::size_t c = 0; c < columns.size(); ++c) {
+        columns[c].set_style(style);
+        columns[c].begin_group(head, plans[c], std::span(columns).first(c), bits[c].size());
+        std::vector<std::uint64_t> values(
+            bits[c].begin(), bits[c].begin() + static_cast<std::ptrdiff_t>(first_tile.size()));
+        columns[c].code_tile(body, first_tile, values, traces);
+        traces.push_back(&columns[c].trace());
+      }
+      return body.finish().size();
+    };
+    const std::size_t least = size_with(full), its = size_with(lean);
+    if ((its - least) * kWorthFarShare <= its || its <= least) return lean;
+  }
+  return full;
 }
 
 template <class Coder>
@@ -151,7 +223,12 @@ bool ValueColumn<Coder>::code_component(std::size_t component, std::span<const N
 template <class Coder>
 DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component,
                                              std::span<const Neighbourhood> first_tile,
-                                             std::span<const std::uint64_t> bits) const {
+                                             std::span<const std::uint64_t> bits,
+                                             Level level) const {
+  // What was right for the group before is right again, as a rule.
+  if (level != Level::best && groups_ % kGroupsKept != 0 && plans_[component].table.empty() &&
+      still_fits(info_, component, plans_[component].domain, bits))
+    return plans_[component];
   auto plans = domain_candidates(info_, component, bits);
   if constexpr (!Coder::kDecodes) {
     std::size_t best = 0;
@@ -161,7 +238,7 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component,
       std::vector<std::uint64_t> values(
           bits.begin(), bits.begin() + static_cast<std::ptrdiff_t>(first_tile.size()));
       Coder head, body;
-      column.begin_group(head, plans[p], std::span(columns_).first(component));
+      column.begin_group(head, plans[p], std::span(columns_).first(component), bits.size());
       column.code_tile(body, first_tile, values, {});
       const double size =
           static_cast<double>(head.finish().size()) + static_cast<double>(body.finish().size()) *
@@ -180,11 +257,11 @@ template <class Coder>
 bool ValueColumn<Coder>::begin_group(ColumnCodec codec, std::span<const std::byte> bytes,
                                      std::uint64_t limit) requires(Coder::kDecodes) {
   codec_ = codec;
-  begun_ = false;
   if (codec != ColumnCodec::shuffled_zstd) {
     coder_ = Coder(bytes);
-    for (auto& column : columns_) column.mix(codec == ColumnCodec::mixed);
-    return true;
+    ColumnStyle style;
+    style.mixes = codec == ColumnCodec::mixed;
+    return code_head(coder_, style, {}, limit / (width_ * info_.components));
   }
   ByteReader in(bytes);
   const std::uint64_t size = in.get_varint();
@@ -224,9 +301,6 @@ bool ValueColumn<Coder>::decode_tile(std::span<const Neighbourhood> items,
     }
     return true;
   }
-  if (!std::exchange(begun_, true))
-    for (std::size_t c = 0; c < columns_.size(); ++c)
-      if (!columns_[c].begin_group(coder_, {}, std::span(columns_).first(c))) return false;
   out.resize(base + bytes);
   for (std::size_t c = 0; c < info_.components; ++c) {
     if (!code_component(c, own, bits_)) return false;
@@ -236,7 +310,7 @@ bool ValueColumn<Coder>::decode_tile(std::span<const Neighbourhood> items,
   return true;
 }
 
-template class ValueColumn<RangeEncoder>;
-template class ValueColumn<RangeDecoder>;
+template class ValueColumn<SplitEncoder>;
+template class ValueColumn<SplitDecoder>;
 
 }  // namespace shm

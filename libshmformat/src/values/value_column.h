@@ -38,8 +38,9 @@ struct EncodedColumn {
 template <class Coder>
 class ValueColumn {
  public:
-  /// `covers(block)`: whether cells of the block have a value; of point arrays all have.
-  ValueColumn(const ArrayInfo& info, std::vector<char> covers);
+  /// `covers`: by block, whether its cells have a value; empty: all elements have. `repeats`:
+  /// whether values may repeat so that they are better left to zstd, as coordinates do not.
+  ValueColumn(const ArrayInfo& info, std::vector<char> covers, bool repeats = true);
 
   /// Encoding: all values of a group, of the covered elements in order, `stride` bytes apart.
   EncodedColumn encode(const TiledItems& elements, const std::byte* values, std::size_t stride,
@@ -49,19 +50,31 @@ class ValueColumn {
   /// for damaged data.
   bool begin_group(ColumnCodec codec, std::span<const std::byte> bytes,
                    std::uint64_t limit) requires(Coder::kDecodes);
+  /// How far the neighbourhoods of the group must look. After begin_group().
+  Reach reach() const {
+    return codec_ == ColumnCodec::shuffled_zstd ? Reach::lattice : style_.reach;
+  }
   /// The values of the elements of the next tile, packed, appended to `out`.
   bool decode_tile(std::span<const Neighbourhood> items, std::span<const std::uint32_t> blocks,
                    std::vector<std::byte>& out) requires(Coder::kDecodes);
 
  private:
+  std::vector<std::byte> shuffled(const std::vector<std::vector<std::uint64_t>>& bits) const;
   std::vector<std::byte> encode_predicted(const TiledItems& elements,
-                                          std::vector<std::vector<std::uint64_t>>& bits);
+                                          std::vector<std::vector<std::uint64_t>>& bits,
+                                          Level level);
   /// Takes note of values that were said otherwise.
   void note(const TiledItems& elements, const std::vector<std::vector<std::uint64_t>>& bits);
+  /// What a group says first: the style, then the domain of each component. `plans` when encoding.
+  bool code_head(Coder& coder, ColumnStyle style, std::span<const DomainPlan> plans,
+                 std::uint64_t most_entries);
+  ColumnStyle choose_style(std::span<const Neighbourhood> first_tile,
+                           const std::vector<std::vector<std::uint64_t>>& bits,
+                           std::span<const DomainPlan> plans, Level level) const;
   bool code_component(std::size_t component, std::span<const Neighbourhood> items,
                       std::span<std::uint64_t> bits);
   DomainPlan choose_domain(std::size_t component, std::span<const Neighbourhood> first_tile,
-                           std::span<const std::uint64_t> bits) const;
+                           std::span<const std::uint64_t> bits, Level level) const;
   bool covers(std::uint32_t block) const { return covers_.empty() || covers_[block] != 0; }
   /// Those of the tile that are covered; the others take the last state.
   std::span<const Neighbourhood> covered(std::span<const Neighbourhood> items,
@@ -69,19 +82,24 @@ class ValueColumn {
 
   ArrayInfo info_;
   std::vector<char> covers_;  // by block; empty: all
+  bool repeats_;
   std::size_t width_;
   std::vector<ScalarColumn<Coder>> columns_;
   std::vector<const typename ScalarColumn<Coder>::Trace*> traces_;
   std::vector<Neighbourhood> covered_;
   std::vector<std::uint64_t> bits_;
   Coder coder_;
-  bool begun_ = true;
+  ColumnStyle style_;
+  std::vector<DomainPlan> plans_;  // encoding: of the group before
+  std::uint32_t groups_ = 0;       // encoded so far
+  TreeModel<2> reach_;
+  AdaptiveBit matches_;
   ColumnCodec codec_ = ColumnCodec::predicted;
   std::vector<std::byte> unpacked_;  // decoding shuffled_zstd: values of the group, packed
   std::size_t unpacked_at_ = 0;
 };
 
-extern template class ValueColumn<RangeEncoder>;
-extern template class ValueColumn<RangeDecoder>;
+extern template class ValueColumn<SplitEncoder>;
+extern template class ValueColumn<SplitDecoder>;
 
 }  // namespace shm

@@ -60,7 +60,7 @@ inline constexpr std::array<std::array<std::uint32_t, 2>, 3> kFaceAxes = {{{0, 1
 template <class At>
 class Predictor {
  public:
-  Predictor(std::uint32_t known, const At& at) : known_(known), at_(at) {}
+  Predictor(std::uint32_t known, const At& at) : known_(known), at_(at), lattice_(find_lattice()) {}
 
   double predict(std::uint32_t mode, const Weights& weights) const {
     if (mode == kLattice) return lattice();
@@ -97,15 +97,7 @@ class Predictor {
     }
   }
 
-  double lattice() const {
-    if ((known_ & Neighbourhood::kLattice) == Neighbourhood::kLattice)
-      return ((at_(0) + at_(1) + at_(2)) - (at_(3) + at_(4) + at_(5))) + at_(6);
-    if (any_face()) return mean_face();
-    if (any_line()) return mean_line();
-    for (std::uint32_t a = 0; a < 3; ++a)
-      if (has(a)) return at_(a);
-    return at_(kFLast);
-  }
+  double lattice() const { return lattice_; }
   /// What the weights multiply, and what they are added to.
   std::array<double, kWeights> terms(double base) const {
     std::array<double, kWeights> x{};
@@ -119,6 +111,15 @@ class Predictor {
   }
 
  private:
+  double find_lattice() const {
+    if ((known_ & Neighbourhood::kLattice) == Neighbourhood::kLattice)
+      return ((at_(0) + at_(1) + at_(2)) - (at_(3) + at_(4) + at_(5))) + at_(6);
+    if (any_face()) return mean_face();
+    if (any_line()) return mean_line();
+    for (std::uint32_t a = 0; a < 3; ++a)
+      if (has(a)) return at_(a);
+    return at_(kFLast);
+  }
   bool has(std::uint32_t feature) const { return (known_ >> feature & 1) != 0; }
   bool has_line(std::uint32_t a) const { return has(a) && has(kFBeyond + a); }
   bool has_face(std::uint32_t i) const {
@@ -160,6 +161,7 @@ class Predictor {
 
   std::uint32_t known_;
   const At& at_;
+  double lattice_;
 };
 
 }  // namespace shm
