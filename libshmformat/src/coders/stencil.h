@@ -1,6 +1,6 @@
 // Stencil: from which live vertices a new vertex is predicted.
 // Spectral rules of the paper (section 3.2, Table 1), for any set of known corners.
-// spec: "Prediction of vertex values"
+// spec: "Stencils"
 #pragma once
 
 #include <array>
