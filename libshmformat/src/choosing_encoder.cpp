@@ -58,7 +58,7 @@ bool ChoosingEncoder::is_worth_it(const Size& smaller, const Size& faster) const
 
 auto ChoosingEncoder::size_with(ConnectivityCodec codec) const -> Result<Size> {
   using container::StreamKind;
-  SegmentEncoder encoder(*schema_, SegmentOptions{group_cells_, codec, Level::fast}, start_);
+  SegmentEncoder encoder(*schema_, SegmentOptions{group_cells_, codec, Level::fast, false}, start_);
   std::vector<EncodedGroup> groups;
   for (const SegmentPiece& piece : sample_)
     if (auto good = encoder.take(piece, groups); !good) return good.error();

@@ -1,5 +1,5 @@
 // ChoosingEncoder: a SegmentEncoder that tries the codecs of hexahedra on the first cells of its
-// segment and goes on with the one that makes them smallest, values and all.
+// segment and goes on with the one that makes these smallest; values have no part in it.
 // It decides by coded cells alone: the same for any number of threads.
 #pragma once
 

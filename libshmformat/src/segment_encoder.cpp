@@ -24,6 +24,7 @@ SegmentEncoder::SegmentEncoder(const Schema& schema, const SegmentOptions& optio
       group_cells_(options.group_cells),
       codec_(options.codec),
       level_(options.level),
+      has_values_(options.values),
       start_(start),
       streams_(schema, start),
       xyz_bytes_(3 * scalar_bytes(schema.coordinate_type)),
@@ -111,12 +112,15 @@ bool SegmentEncoder::code_cell(const SegmentPiece& piece, const SegmentPiece::Ce
   }
   begin_element(true);
   if (!streams_.code_cell(topology_)) return false;
-  streams_.values().begin_cell(topology_, streams_.connectivity().surface().active_vertices());
+  if (has_values_)
+    streams_.values().begin_cell(topology_, streams_.connectivity().surface().active_vertices());
   code_new_vertices(piece, at);
   streams_.code_cell_number(cell.number);
   group_.cell_numbers.push_back(cell.number);
-  take_cell_data(piece, cell.block, at.data);
-  streams_.values().end_cell(topology_);
+  if (has_values_) {
+    take_cell_data(piece, cell.block, at.data);
+    streams_.values().end_cell(topology_);
+  }
   note_active();
   group_.header.decoded_bytes += cell_data_bytes_[cell.block] + 8 * nodes.size();
   ++group_.header.cells;
@@ -145,7 +149,7 @@ void SegmentEncoder::code_new_vertices(const SegmentPiece& piece, const Place& a
         group_.imports.push_back(
             {vertex.ticket, slot, streams_.import_stencil(topology_, position)});
     }
-    streams_.values().add_vertex(topology_, position);
+    if (has_values_) streams_.values().add_vertex(topology_, position);
     take_vertex(piece, handle.vertex);
     handle.slot = slot;
   }
@@ -156,7 +160,7 @@ void SegmentEncoder::code_loose(const SegmentPiece& piece, std::size_t vertex) {
   const std::uint32_t slot = streams_.connectivity().add_loose_vertex();
   std::uint64_t number = piece.vertices[vertex].number;
   streams_.code_loose_number(slot, number);
-  streams_.values().add_loose_vertex(slot);
+  if (has_values_) streams_.values().add_loose_vertex(slot);
   take_vertex(piece, vertex);
   ++group_.header.loose_vertices;
   note_active();
@@ -177,7 +181,7 @@ void SegmentEncoder::begin_element(bool cell) {
 void SegmentEncoder::take_vertex(const SegmentPiece& piece, std::size_t index) {
   const SegmentPiece::Vertex& vertex = piece.vertices[index];
   const std::byte* values = piece.vertex_values.data() + index * values_bytes_;
-  vertex_values_.insert(vertex_values_.end(), values, values + values_bytes_);
+  if (has_values_) vertex_values_.insert(vertex_values_.end(), values, values + values_bytes_);
   const std::byte* at = values + xyz_bytes_;
   for (std::uint32_t a = 0; a < schema_->arrays.size(); ++a) {
     const ArrayInfo& info = schema_->arrays[a];
@@ -259,6 +263,7 @@ void SegmentEncoder::flush_group(std::vector<EncodedGroup>& done) {
   const auto names = MeshStreams<RangeEncoder>::list(*schema_);
   for (std::size_t s = 0; s < names.size(); ++s) {
     const bool values = streams_.holds_values(s);
+    if (values && !has_values_) continue;
     EncodedColumn column;
     if (values) column = encode_column(streams_.column_of(s));
     std::vector<std::byte> bytes = values ? std::move(column.bytes) : streams_.coders()[s].finish();
@@ -276,7 +281,8 @@ void SegmentEncoder::flush_group(std::vector<EncodedGroup>& done) {
     if (entry.kind != StreamKind::connectivity) needs(StreamKind::connectivity);
     const bool by_corner =
         entry.kind == StreamKind::vertex_numbers && schema_->order == Order::keep;
-    if (by_corner || values)  // in stored order, and along stored axes
+    if (by_corner || values ||
+        entry.kind == StreamKind::imports)  // in stored order, and along stored axes
       needs(StreamKind::corner_order);
     entry.bytes = bytes.size();
     entry.checksum = checksum(bytes);

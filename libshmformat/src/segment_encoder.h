@@ -87,6 +87,7 @@ struct SegmentOptions {
   std::uint32_t group_cells = 65536;
   ConnectivityCodec codec = ConnectivityCodec::rows;
   Level level = Level::standard;  ///< of values
+  bool values = true;             ///< false, to measure: coordinates and arrays are left out
 };
 
 class SegmentEncoder {
@@ -129,6 +130,7 @@ class SegmentEncoder {
   std::uint32_t group_cells_;
   ConnectivityCodec codec_;
   Level level_;
+  bool has_values_;
   SegmentStart start_;
   MeshStreams<RangeEncoder> streams_;
   std::size_t xyz_bytes_, values_bytes_;

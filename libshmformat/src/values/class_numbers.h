@@ -1,6 +1,5 @@
-// ClassNumbers: neighbourhoods of which the same is known and that stand alike are a class; its number
-// is how many other classes came before it.
-// spec: "Classes"
+// ClassNumbers: neighbourhoods of which the same is known and that stand alike are a class; its
+// number is how many other classes came before it. spec: "Classes"
 #pragma once
 
 #include <cstdint>

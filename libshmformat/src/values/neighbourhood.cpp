@@ -26,10 +26,11 @@ NeighbourFinder::Vertex& NeighbourFinder::vertex_at(std::uint32_t slot) {
 void NeighbourFinder::begin_cell(const CellTopology& cell, bool as_stored, std::uint64_t live) {
   as_stored_ = as_stored;
   if (next_place_ == ring_.size()) {
-    if (ring_.empty() || ring_.size() < std::clamp(4 * live, kLeastCells, kMostCells))
+    if (ring_.empty() || ring_.size() < std::clamp(2 * live, kLeastCells, kMostCells))
       ring_.resize(std::max<std::size_t>(kFirstCells, 2 * ring_.size()));
     else
       next_place_ = 0;
+    if (cells_) links_.resize(ring_.size());
   }
   place_ = next_place_++;
   ring_[place_].sequence = kNever;
@@ -194,7 +195,7 @@ Neighbourhood NeighbourFinder::cell(const CellTopology& cell, Reach reach) {
 
 std::uint32_t NeighbourFinder::behind_of(std::uint32_t place, std::uint32_t side) const {
   const Cell& cell = ring_[place];
-  const std::uint32_t other = cell.behind[side];
+  const std::uint32_t other = links_[place].behind[side];
   // A place that has been taken again belongs to a younger cell.
   return other != kNone && ring_[other].sequence < cell.sequence ? other : kNone;
 }
@@ -222,7 +223,7 @@ void NeighbourFinder::look_around_cell(Neighbourhood& it, Reach reach) const {
     if (!found) continue;
     it.at[a] = found.place;
     known |= Neighbourhood::kNear << a;
-    if (ring_[found.place].full) known |= Neighbourhood::kThird << a;
+    if (links_[found.place].full) known |= Neighbourhood::kThird << a;
     if (reach == Reach::lattice) continue;
     const std::uint32_t onward = found.far_side();
     const std::uint32_t beyond = behind_of(found.place, onward);
@@ -230,7 +231,7 @@ void NeighbourFinder::look_around_cell(Neighbourhood& it, Reach reach) const {
     it.at[kAtBeyond + a] = beyond;
     known |= Neighbourhood::kBeyond << a;
     if (reach == Reach::beyond) continue;
-    const std::uint32_t farther = behind_of(beyond, ring_[found.place].onward[onward]);
+    const std::uint32_t farther = behind_of(beyond, links_[found.place].onward[onward]);
     if (farther == kNone || farther == found.place) continue;
     it.at[kAtFarther + a] = farther;
     known |= Neighbourhood::kFarther << a;
@@ -258,12 +259,14 @@ void NeighbourFinder::end_cell(const CellTopology& cell) {
   if (cell.hexahedral) {
     it.sequence = sequence_;
     it.corner = corner_;
-    it.full = full_;
-    if (cells_)
+    if (cells_) {
+      Links& links = links_[place_];
+      links.full = full_;
       for (std::uint32_t side = 0; side < 6; ++side) {
-        it.behind[side] = found_[side].place;
-        it.onward[side] = static_cast<std::uint8_t>(found_[side].far_side());
+        links.behind[side] = found_[side].place;
+        links.onward[side] = static_cast<std::uint8_t>(found_[side].far_side());
       }
+    }
     for (std::uint32_t b = 0; b < 8; ++b) {
       Vertex& vertex = vertex_at(corner_[b]);
       const Standing here{sequence_, place_, b};

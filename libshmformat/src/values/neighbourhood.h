@@ -80,6 +80,9 @@ class NeighbourFinder {
   struct Cell {
     std::uint64_t sequence = kNever;
     std::array<std::uint32_t, 8> corner{};  // slots, by corner bits
+  };
+  /// What cell() remembers besides, by place.
+  struct Links {
     std::array<std::uint32_t, 6> behind{};  // places: along axis a down (2 a), up (2 a + 1)
     std::array<std::uint8_t, 6> onward{};   // the side of that cell that leads on straight
     bool full = false;
@@ -109,6 +112,7 @@ class NeighbourFinder {
   bool cells_;
   std::vector<Vertex> vertices_;
   std::vector<Cell> ring_;
+  std::vector<Links> links_;  // where cells are asked for
   std::uint32_t next_place_ = 0, place_ = 0;
   std::uint64_t sequence_ = 0;
 

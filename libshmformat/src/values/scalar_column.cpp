@@ -479,7 +479,7 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
     MatchTables::Places places{};
     const auto at = [&](std::uint32_t feature) {
       if constexpr (!Coder::kDecodes)
-        if (looked_ahead_) return samples_[i].state[feature];
+        if (looked_ahead_) return scratch_->samples[i].state[feature];
       if (feature < kFThird) return states_[item.at[feature]];
       if (feature < kFLast) return thirds_[item.at[feature - kFThird]];
       if (feature >= kFOther) return other_value(i);
@@ -493,10 +493,11 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
     Class& how = classes_[of_class];
     double then = 0.0;  // the state of the reference
     if (has_twins_)
-      then = !Coder::kDecodes && looked_ahead_ ? samples_[i].reference : reference_state(reference[i]);
+      then = !Coder::kDecodes && looked_ahead_ ? scratch_->samples[i].reference
+                                               : reference_state(reference[i]);
     const auto difference_at = [&](std::uint32_t feature) {
       if constexpr (!Coder::kDecodes)
-        if (looked_ahead_) return samples_[i].difference[feature];
+        if (looked_ahead_) return scratch_->differences[i][feature];
       return at(feature) - twin_feature(item, feature, then);
     };
     const auto predict = [&](std::uint32_t mode) {
@@ -508,7 +509,7 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
     bool odd = false;
     std::int64_t actual = 0;
     if constexpr (!Coder::kDecodes) {
-      const auto index = looked_ahead_ ? samples_[i].index : index_of(space, bits[i]);
+      const auto index = looked_ahead_ ? scratch_->samples[i].index : index_of(space, bits[i]);
       odd = !index;
       actual = index.value_or(0);
     }
@@ -638,10 +639,11 @@ template <class Space>
 void ScalarColumn<Coder>::look_ahead(const Space& space, std::span<const Neighbourhood> items,
                                      std::span<const std::uint64_t> bits,
                                      std::span<const std::uint64_t> reference) {
-  samples_.resize(items.size());
+  scratch_->samples.resize(items.size());
+  if (has_twins_) scratch_->differences.resize(items.size());
   for (std::size_t i = 0; i < items.size(); ++i) {
     const Neighbourhood& item = items[i];
-    Sample& it = samples_[i];
+    Sample& it = scratch_->samples[i];
     it.known = item.known & style_.known();
     it.of_class = item_classes_[i];
     for (std::uint32_t f = 0; f < kFThird; ++f)
@@ -665,7 +667,7 @@ void ScalarColumn<Coder>::look_ahead(const Space& space, std::span<const Neighbo
       it.reference = reference_state(reference[i]);
       for (std::uint32_t f = 0; f < kFeatures; ++f)
         if (f >= kFLast || (it.known >> f & 1) != 0)
-          it.difference[f] = it.state[f] - twin_feature(item, f, it.reference);
+          scratch_->differences[i][f] = it.state[f] - twin_feature(item, f, it.reference);
       note_twin(item, it.reference);
     }
     settle(item, i, state, predictor.lattice(), places);
@@ -678,24 +680,24 @@ template <class Space>
 void ScalarColumn<Coder>::choose_modes(const Space& space) {
   wanted_ = classes_;
   std::vector<std::uint32_t> count(classes_.size());
-  for (const Sample& it : samples_) ++count[it.of_class];
+  for (const Sample& it : scratch_->samples) ++count[it.of_class];
   std::vector<std::size_t> begin(classes_.size() + 1);
   for (std::size_t c = 0; c < count.size(); ++c) begin[c + 1] = begin[c] + count[c];
-  std::vector<std::uint32_t> order(samples_.size());
+  std::vector<std::uint32_t> order(scratch_->samples.size());
   {
     auto next = begin;
-    for (std::size_t i = 0; i < samples_.size(); ++i)
-      order[next[samples_[i].of_class]++] = static_cast<std::uint32_t>(i);
+    for (std::size_t i = 0; i < scratch_->samples.size(); ++i)
+      order[next[scratch_->samples[i].of_class]++] = static_cast<std::uint32_t>(i);
   }
   std::vector<FitSample> fit;
   for (std::uint32_t c = 0; c < count.size(); ++c) {
     if (count[c] == 0) continue;
-    const auto pick = [&](std::size_t i, std::size_t picked) -> const Sample& {
-      return samples_[order[begin[c] + i * count[c] / picked]];
+    const auto pick = [&](std::size_t i, std::size_t picked) {
+      return order[begin[c] + i * count[c] / picked];
     };
     Class& it = wanted_[c];
     classes_[c].tiles_since = 0;
-    const std::uint32_t known = samples_[order[begin[c]]].known;
+    const std::uint32_t known = scratch_->samples[order[begin[c]]].known;
     const std::size_t looked = std::min<std::size_t>(count[c], kLookAt);
     const double scale = static_cast<double>(count[c]) / static_cast<double>(looked);
     const Class start = it;
@@ -708,9 +710,10 @@ void ScalarColumn<Coder>::choose_modes(const Space& space) {
         missed[mode].clear();
         double sum = 0.0;
         for (std::size_t i = 0; i < looked; ++i) {
-          const Sample& sample = pick(i, looked);
+          const std::uint32_t picked = pick(i, looked);
+          const Sample& sample = scratch_->samples[picked];
           if (!sample.index) continue;
-          const auto& features = way == kAlone ? sample.state : sample.difference;
+          const auto& features = way == kAlone ? sample.state : scratch_->differences[picked];
           const auto at = [&](std::uint32_t feature) { return features[feature]; };
           const double prediction = Predictor(sample.known, at).predict(mode, weights) +
                                     (way == kAlone ? 0.0 : sample.reference);
@@ -725,18 +728,19 @@ void ScalarColumn<Coder>::choose_modes(const Space& space) {
       std::array<double, kModes> cost{};
       std::array<bool, kModes> tried{};
       for (std::uint32_t mode = 0; mode < kModes; ++mode) {
-        tried[mode] = mode == kStayMode ? way == kDifference
-                                        : is_sayable(mode, known) &&
-                                              (style_.matches || mode < kMatchMode ||
-                                               mode == kFittedMode);
+        tried[mode] = mode == kStayMode
+                          ? way == kDifference
+                          : is_sayable(mode, known) &&
+                                (style_.matches || mode < kMatchMode || mode == kFittedMode);
         if (mode == kFittedMode) {
           tried[mode] = tried[mode] && count[c] >= kFewestToFit;
           if (!tried[mode]) continue;
           const std::size_t fitted = std::min<std::size_t>(count[c], kFitAt);
           fit.clear();
           for (std::size_t i = 0; i < fitted; ++i) {
-            const Sample& sample = pick(i, fitted);
-            const auto& features = way == kAlone ? sample.state : sample.difference;
+            const std::uint32_t picked = pick(i, fitted);
+            const Sample& sample = scratch_->samples[picked];
+            const auto& features = way == kAlone ? sample.state : scratch_->differences[picked];
             const auto at = [&](std::uint32_t feature) { return features[feature]; };
             const Predictor predictor(sample.known, at);
             const double base = predictor.lattice();

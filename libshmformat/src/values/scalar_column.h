@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -45,6 +46,9 @@ class ScalarColumn {
  public:
   ScalarColumn(const ArrayInfo& info, std::size_t component);
 
+  /// Its scratch memory is that of another component.
+  void share_scratch(const ScalarColumn& other) { scratch_ = other.scratch_; }
+
   /// How groups from here on are said. It lasts.
   void set_style(const ColumnStyle& style);
 
@@ -62,7 +66,8 @@ class ScalarColumn {
   /// numbers, the same for all components. `before`: what the components
   /// before this one held in this tile. `reference`: bits that these values refer to; empty unless
   /// use_reference() was called. False for damaged data.
-  bool code_tile(Coder& coder, std::span<const Neighbourhood> items, std::span<const std::uint16_t> classes, std::span<std::uint64_t> bits,
+  bool code_tile(Coder& coder, std::span<const Neighbourhood> items,
+                 std::span<const std::uint16_t> classes, std::span<std::uint64_t> bits,
                  std::span<const Trace* const> before,
                  std::span<const std::uint64_t> reference = {});
   /// Takes note of values that were said otherwise.
@@ -103,14 +108,17 @@ class ScalarColumn {
     std::array<double, kFeatures> state{};
     std::optional<std::int64_t> index;
     std::uint32_t known = 0, of_class = 0;
-    std::array<double, kFeatures> difference{};  ///< state - that of the twin
-    double reference = 0;                        ///< state of the reference
+    double reference = 0;  ///< state of the reference
   };
   /// The state of what an element refers to.
   struct Twin {
     double state = 0, third = 0;
   };
-  static constexpr std::uint32_t kSurpriseClasses = 27;
+  /// What only the tile at hand needs: shared by components and copies, which take turns.
+  struct Scratch {
+    std::vector<Sample> samples;
+    std::vector<std::array<double, kFeatures>> differences;  // from the twins, where there are any
+  };
 
   void change_domain(const ValueDomain& domain);
   bool code_table(Coder& coder, const std::vector<std::int64_t>& table,
@@ -141,9 +149,8 @@ class ScalarColumn {
   }
   /// What the component before is at this element.
   double other_value(std::size_t i) const {
-    return before_.empty() || !style_.matches
-               ? 0.0
-               : translator_.from_value(before_.back()->values[i]);
+    return before_.empty() || !style_.matches ? 0.0
+                                              : translator_.from_value(before_.back()->values[i]);
   }
   void code_class(Coder& coder, std::uint32_t of_class);
   template <class At>
@@ -165,7 +172,7 @@ class ScalarColumn {
   ValueTranslator translator_;
   std::uint64_t tile_ = 0;
   Trace trace_;
-  std::span<const Trace* const> before_;     // during code_tile
+  std::span<const Trace* const> before_;         // during code_tile
   std::span<const std::uint16_t> item_classes_;  // during code_tile
 
   // by slot
@@ -184,8 +191,8 @@ class ScalarColumn {
   double twin_last_ = 0, twin_before_last_ = 0;
 
   std::vector<Class> classes_;
-  std::vector<Class> wanted_;    // encoding: what the tile at hand will say
-  std::vector<Sample> samples_;  // encoding
+  std::vector<Class> wanted_;  // encoding: what the tile at hand will say
+  std::shared_ptr<Scratch> scratch_ = std::make_shared<Scratch>();  // encoding
 
   // models
   AdaptiveBit same_domain_, negative_zero_flag_, odd_flag_, table_flag_, same_step_;

@@ -53,7 +53,10 @@ template <class Coder>
 ValueColumn<Coder>::ValueColumn(const ArrayInfo& info, std::vector<char> covers, bool repeats)
     : info_(info), covers_(std::move(covers)), repeats_(repeats), width_(scalar_bytes(info.type)) {
   columns_.reserve(info.components);
-  for (std::size_t c = 0; c < info.components; ++c) columns_.emplace_back(info, c);
+  for (std::size_t c = 0; c < info.components; ++c) {
+    columns_.emplace_back(info, c);
+    columns_[c].share_scratch(columns_[0]);
+  }
 }
 
 template <class Coder>
@@ -120,8 +123,7 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
 
 /// Bytes of all scalars, element by element: first the least significant ones.
 template <class Coder>
-std::vector<std::byte> ValueColumn<Coder>::shuffled(
-    const Bits& bits) const {
+std::vector<std::byte> ValueColumn<Coder>::shuffled(const Bits& bits) const {
   const std::size_t count = bits[0].size(), scalars = count * info_.components;
   std::vector<std::byte> planes(scalars * width_);
   for (std::size_t i = 0, at = 0; i < count; ++i)
@@ -149,8 +151,8 @@ bool ValueColumn<Coder>::code_head(Coder& coder, ColumnStyle style,
 }
 
 template <class Coder>
-std::vector<std::byte> ValueColumn<Coder>::encode_predicted(
-    const TiledItems& elements, Bits& bits, const Bits& reference, Level level) {
+std::vector<std::byte> ValueColumn<Coder>::encode_predicted(const TiledItems& elements, Bits& bits,
+                                                            const Bits& reference, Level level) {
   // The first tile that has any.
   std::vector<Neighbourhood> first;
   for_each_tile(elements, [&](auto items, auto blocks) {
@@ -190,8 +192,7 @@ std::vector<std::byte> ValueColumn<Coder>::encode_predicted(
 template <class Coder>
 ColumnStyle ValueColumn<Coder>::choose_style(std::span<const Neighbourhood> first_tile,
                                              const Bits& bits, const Bits& reference,
-                                             std::span<const DomainPlan> plans,
-                                             Level level) {
+                                             std::span<const DomainPlan> plans, Level level) {
   ColumnStyle full;
   full.mixes = level == Level::best;
   full.matches = info_.components <= kMostMatched;
@@ -200,20 +201,21 @@ ColumnStyle ValueColumn<Coder>::choose_style(std::span<const Neighbourhood> firs
   const ColumnStyle lean{Reach::lattice, false, false};
   if constexpr (!Coder::kDecodes) {
     const auto size_with = [&](const ColumnStyle& style) {
-      auto columns = columns_;
       classify(first_tile, style);
+      std::vector<typename ScalarColumn<Coder>::Trace> held(columns_.size());
       std::vector<const typename ScalarColumn<Coder>::Trace*> traces;
       Coder head, body;
-      for (std::size_t c = 0; c < columns.size(); ++c) {
-        columns[c].set_style(style);
-        columns[c].begin_group(head, plans[c], std::span(columns).first(c), bits[c].size());
+      for (std::size_t c = 0; c < columns_.size(); ++c) {
+        ScalarColumn<Coder> column = columns_[c];
+        column.set_style(style);
+        column.begin_group(head, plans[c], std::span(columns_).first(c), bits[c].size());
         std::vector<std::uint64_t> values(
             bits[c].begin(), bits[c].begin() + static_cast<std::ptrdiff_t>(first_tile.size()));
-        columns[c].code_tile(body, first_tile, classes_, values, traces,
-                             reference[c].empty()
-                                 ? std::span<const std::uint64_t>()
-                                 : std::span(reference[c]).first(first_tile.size()));
-        traces.push_back(&columns[c].trace());
+        column.code_tile(body, first_tile, classes_, values, traces,
+                         reference[c].empty() ? std::span<const std::uint64_t>()
+                                              : std::span(reference[c]).first(first_tile.size()));
+        held[c] = column.trace();
+        traces.push_back(&held[c]);
       }
       return body.finish().size();
     };
@@ -224,8 +226,7 @@ ColumnStyle ValueColumn<Coder>::choose_style(std::span<const Neighbourhood> firs
 }
 
 template <class Coder>
-void ValueColumn<Coder>::note(const TiledItems& elements,
-                              const Bits& bits) {
+void ValueColumn<Coder>::note(const TiledItems& elements, const Bits& bits) {
   std::size_t at = 0;
   for_each_tile(elements, [&](auto items, auto blocks) {
     const auto own = covered(items, blocks);
@@ -239,8 +240,7 @@ template <class Coder>
 void ValueColumn<Coder>::classify(std::span<const Neighbourhood> items, const ColumnStyle& style) {
   const std::uint32_t counts = style.known();
   classes_.resize(items.size());
-  for (std::size_t i = 0; i < items.size(); ++i)
-    classes_[i] = class_numbers_.of(items[i], counts);
+  for (std::size_t i = 0; i < items.size(); ++i) classes_[i] = class_numbers_.of(items[i], counts);
 }
 
 template <class Coder>

@@ -78,9 +78,8 @@ class ValueColumn {
   /// What a group says first: the style, then the domain of each component. `plans` when encoding.
   bool code_head(Coder& coder, ColumnStyle style, std::span<const DomainPlan> plans,
                  std::uint64_t most_entries);
-  ColumnStyle choose_style(std::span<const Neighbourhood> first_tile,
-                           const Bits& bits, const Bits& reference,
-                           std::span<const DomainPlan> plans, Level level);
+  ColumnStyle choose_style(std::span<const Neighbourhood> first_tile, const Bits& bits,
+                           const Bits& reference, std::span<const DomainPlan> plans, Level level);
   /// Numbers of the classes of these elements in a style, in classes_.
   void classify(std::span<const Neighbourhood> items, const ColumnStyle& style);
   bool code_component(std::size_t component, std::span<const Neighbourhood> items,
@@ -105,8 +104,8 @@ class ValueColumn {
   ColumnStyle style_;
   ClassNumbers class_numbers_;
   std::vector<std::uint16_t> classes_;  // of the tile at hand
-  std::vector<DomainPlan> plans_;  // encoding: of the group before
-  std::uint32_t groups_ = 0;       // encoded so far
+  std::vector<DomainPlan> plans_;       // encoding: of the group before
+  std::uint32_t groups_ = 0;            // encoded so far
   TreeModel<2> reach_;
   AdaptiveBit matches_;
   ColumnCodec codec_ = ColumnCodec::predicted;

@@ -14,9 +14,8 @@ bool is_finite(double v) { return std::fabs(v) <= std::numeric_limits<double>::m
 
 /// 2^-exponent, for the exponents that a domain may have; denormal from 1023 on.
 double binary_step(std::int32_t exponent) {
-  return std::bit_cast<double>(exponent <= 1022
-                                   ? static_cast<std::uint64_t>(1023 - exponent) << 52
-                                   : std::uint64_t{1} << (1074 - exponent));
+  return std::bit_cast<double>(exponent <= 1022 ? static_cast<std::uint64_t>(1023 - exponent) << 52
+                                                : std::uint64_t{1} << (1074 - exponent));
 }
 
 }  // namespace
