@@ -124,9 +124,9 @@ bool StepColumn<Coder>::begin(std::uint32_t segment, StepReference reference) {
 }
 
 template <class Coder>
-EncodedColumn StepColumn<Coder>::encode(
-    const GroupElements& elements, std::span<const std::byte> values, Level level,
-    std::span<const std::byte> reference) requires(!Coder::kDecodes) {
+EncodedColumn StepColumn<Coder>::encode(const GroupElements& elements,
+                                        std::span<const std::byte> values, Level level,
+                                        std::span<const std::byte> reference) {
   const ArrayInfo& info = schema_->arrays[array_];
   column_->make_room(elements.slots);
   return column_->encode(items(elements), values.data(), scalar_bytes(info.type) * info.components,
@@ -136,7 +136,7 @@ EncodedColumn StepColumn<Coder>::encode(
 template <class Coder>
 std::optional<std::vector<std::byte>> StepColumn<Coder>::decode(
     const GroupElements& elements, ColumnCodec codec, std::span<const std::byte> bytes,
-    std::uint64_t limit, std::span<const std::byte> reference) requires(Coder::kDecodes) {
+    std::uint64_t limit, std::span<const std::byte> reference) {
   const TiledItems& all = items(elements);
   column_->make_room(elements.slots);
   if (!column_->begin_group(codec, bytes, limit)) return std::nullopt;

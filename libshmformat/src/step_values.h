@@ -61,12 +61,12 @@ class StepColumn {
 
   /// Encoding. `values`: those of the group's elements; `reference`: what they refer to, or empty.
   EncodedColumn encode(const GroupElements& elements, std::span<const std::byte> values,
-                       Level level,
-                       std::span<const std::byte> reference) requires(!Coder::kDecodes);
+                       Level level, std::span<const std::byte> reference);
   /// Decoding. `limit`: bytes of all values. Nothing for damaged data.
-  std::optional<std::vector<std::byte>> decode(
-      const GroupElements& elements, ColumnCodec codec, std::span<const std::byte> bytes,
-      std::uint64_t limit, std::span<const std::byte> reference) requires(Coder::kDecodes);
+  std::optional<std::vector<std::byte>> decode(const GroupElements& elements, ColumnCodec codec,
+                                               std::span<const std::byte> bytes,
+                                               std::uint64_t limit,
+                                               std::span<const std::byte> reference);
 
  private:
   const TiledItems& items(const GroupElements& elements) const {

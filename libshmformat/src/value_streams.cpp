@@ -71,20 +71,18 @@ void ValueStreams<Coder>::begin_tile() {
 
 template <class Coder>
 EncodedColumn ValueStreams<Coder>::encode(std::size_t column, const std::byte* values,
-                                          std::size_t stride,
-                                          Level level) requires(!Coder::kDecodes) {
+                                          std::size_t stride, Level level) {
   return columns_[column].encode(of_cells(column) ? cells_ : vertices_, values, stride, level);
 }
 
 template <class Coder>
-void ValueStreams<Coder>::begin_group() requires(Coder::kDecodes) {
+void ValueStreams<Coder>::begin_group() {
   vertex_reach_ = cell_reach_ = Reach::lattice;
 }
 
 template <class Coder>
 bool ValueStreams<Coder>::begin_column(std::size_t column, ColumnCodec codec,
-                                       std::span<const std::byte> bytes,
-                                       std::uint64_t limit) requires(Coder::kDecodes) {
+                                       std::span<const std::byte> bytes, std::uint64_t limit) {
   if (!columns_[column].begin_group(codec, bytes, limit)) return false;
   Reach& reach = of_cells(column) ? cell_reach_ : vertex_reach_;
   reach = std::max(reach, columns_[column].reach());
@@ -92,8 +90,7 @@ bool ValueStreams<Coder>::begin_column(std::size_t column, ColumnCodec codec,
 }
 
 template <class Coder>
-bool ValueStreams<Coder>::decode_tile(std::size_t column,
-                                      std::vector<std::byte>& out) requires(Coder::kDecodes) {
+bool ValueStreams<Coder>::decode_tile(std::size_t column, std::vector<std::byte>& out) {
   const TiledItems& elements = of_cells(column) ? cells_ : vertices_;
   return columns_[column].decode_tile(elements.items, elements.blocks, out);
 }

@@ -41,15 +41,15 @@ class ValueStreams {
   // Encoding: tiles, then each column, then the next group.
   void begin_tile();
   EncodedColumn encode(std::size_t column, const std::byte* values, std::size_t stride,
-                       Level level) requires(!Coder::kDecodes);
+                       Level level);
 
   // Decoding: the group, all its columns, then tile by tile. `bytes` are borrowed for the group,
   // and may unpack to `limit` bytes; false for damaged data.
-  void begin_group() requires(Coder::kDecodes);
+  void begin_group();
   bool begin_column(std::size_t column, ColumnCodec codec, std::span<const std::byte> bytes,
-                    std::uint64_t limit) requires(Coder::kDecodes);
+                    std::uint64_t limit);
   /// Values of what came since the last tile, appended to `out`; false for damaged data.
-  bool decode_tile(std::size_t column, std::vector<std::byte>& out) requires(Coder::kDecodes);
+  bool decode_tile(std::size_t column, std::vector<std::byte>& out);
   /// Forgets what came: after the last column of a group (encoding) or tile (decoding).
   void clear();
 

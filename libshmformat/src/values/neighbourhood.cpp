@@ -9,7 +9,6 @@ namespace {
 constexpr std::uint64_t kFirstCells = 64, kLeastCells = std::uint64_t{1} << 14,
                         kMostCells = std::uint64_t{1} << 18;
 
-constexpr std::uint32_t axis_of(std::uint32_t bit) { return bit == 4 ? 2 : bit - 1; }
 /// Axes of diagonal[i].
 constexpr std::array<std::array<std::uint32_t, 2>, 3> kDiagonalAxes = {{{0, 1}, {0, 2}, {1, 2}}};
 /// Which diagonals lie along axis a, by the other axis in ascending order.

@@ -87,7 +87,7 @@ void ValueColumn<Coder>::use_reference() {
 template <class Coder>
 EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::byte* values,
                                          std::size_t stride, Level level,
-                                         const std::byte* reference) requires(!Coder::kDecodes) {
+                                         const std::byte* reference) {
   std::size_t count = 0;
   for (std::size_t i = 0; i < elements.items.size(); ++i)
     count += elements.blocks.empty() || covers(elements.blocks[i]) ? 1 : 0;
@@ -291,10 +291,10 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component,
 
 template <class Coder>
 bool ValueColumn<Coder>::begin_group(ColumnCodec codec, std::span<const std::byte> bytes,
-                                     std::uint64_t limit) requires(Coder::kDecodes) {
+                                     std::uint64_t limit) {
   codec_ = codec;
   if (codec != ColumnCodec::shuffled_zstd) {
-    coder_ = Coder(bytes);
+    if constexpr (Coder::kDecodes) coder_ = Coder(bytes);
     ColumnStyle style;
     style.mixes = codec == ColumnCodec::mixed;
     return code_head(coder_, style, {}, limit / (width_ * info_.components));
@@ -319,8 +319,7 @@ bool ValueColumn<Coder>::begin_group(ColumnCodec codec, std::span<const std::byt
 template <class Coder>
 bool ValueColumn<Coder>::decode_tile(std::span<const Neighbourhood> items,
                                      std::span<const std::uint32_t> blocks,
-                                     std::vector<std::byte>& out,
-                                     const std::byte* reference) requires(Coder::kDecodes) {
+                                     std::vector<std::byte>& out, const std::byte* reference) {
   const auto own = covered(items, blocks);
   if (own.empty()) return true;
   const std::size_t stride = width_ * info_.components, base = out.size();

@@ -51,21 +51,18 @@ class ValueColumn {
   // `reference`: what the values of the covered elements refer to, as these are; or null.
   /// Encoding: all values of a group, of the covered elements in order, `stride` bytes apart.
   EncodedColumn encode(const TiledItems& elements, const std::byte* values, std::size_t stride,
-                       Level level,
-                       const std::byte* reference = nullptr) requires(!Coder::kDecodes);
+                       Level level, const std::byte* reference = nullptr);
 
   /// Decoding. `bytes` are borrowed until the next call; they may unpack to `limit` bytes. False
   /// for damaged data.
-  bool begin_group(ColumnCodec codec, std::span<const std::byte> bytes,
-                   std::uint64_t limit) requires(Coder::kDecodes);
+  bool begin_group(ColumnCodec codec, std::span<const std::byte> bytes, std::uint64_t limit);
   /// How far the neighbourhoods of the group must look. After begin_group().
   Reach reach() const {
     return codec_ == ColumnCodec::shuffled_zstd ? Reach::lattice : style_.reach;
   }
   /// The values of the elements of the next tile, packed, appended to `out`.
   bool decode_tile(std::span<const Neighbourhood> items, std::span<const std::uint32_t> blocks,
-                   std::vector<std::byte>& out,
-                   const std::byte* reference = nullptr) requires(Coder::kDecodes);
+                   std::vector<std::byte>& out, const std::byte* reference = nullptr);
 
  private:
   using Bits = std::vector<std::vector<std::uint64_t>>;  // by component
