@@ -5,15 +5,14 @@
 //   codecs  nothing but the coders of connectivity and vertex numbers
 //   levels  whole Writer and Reader with all coordinates zero: what a user of the library pays
 // --corners: also writes the corners as raw int32, for other compressors.
-#include <charconv>
 #include <cstdio>
 #include <map>
 #include <string>
-#include <string_view>
 #include <utility>
 
 #include "bench_mesh.h"
 #include "measure.h"
+#include "options.h"
 #include "shm/reader.h"
 
 namespace shm::bench {
@@ -77,23 +76,11 @@ void write_raw(const std::string& path, const BenchMesh& mesh) {
 }
 
 int run(int argc, char** argv) {
-  std::string path, corners;
+  std::string corners;
   double seconds = .3;
   bool codecs_only = false;
-  for (int i = 1; i < argc; ++i) {
-    const std::string_view word = argv[i];
-    const std::string_view value = i + 1 < argc ? argv[i + 1] : "";
-    if (word == "--codecs-only")
-      codecs_only = true;
-    else if (word == "--corners")
-      corners = value, ++i;
-    else if (word == "--seconds") {
-      std::from_chars(value.data(), value.data() + value.size(), seconds);
-      ++i;
-    } else
-      path = word;
-  }
-  if (path.empty()) throw std::runtime_error("no mesh is named");
+  const std::string path = parse_options(
+      argc, argv, {{"--corners", corners}, {"--seconds", seconds}, {"--codecs-only", codecs_only}});
   const BenchMesh mesh = load_hexahedra(path, false);
   if (!corners.empty()) write_raw(corners, mesh);
   std::vector<Coding> codings;

@@ -1,14 +1,19 @@
-// What the benchmark programs measure with: processor time and peak memory of this process.
+// What the benchmark programs measure with: processor time and peak memory of this process,
+// and how far values are off.
 #pragma once
 
 #include <malloc.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <cstring>
 #include <ctime>
 #include <fstream>
 #include <functional>
+#include <span>
 #include <string>
 
 namespace shm::bench {
@@ -56,6 +61,20 @@ inline std::uint64_t memory_of(const std::function<void()>& run) {
   run();
   const std::uint64_t peak = status_bytes("VmHWM");
   return peak > before ? peak - before : 0;
+}
+
+/// Between two arrays of T, over what is finite in the first.
+template <class T>
+double largest_error(std::span<const std::byte> a, std::span<const std::byte> b) {
+  double largest = 0;
+  for (std::size_t at = 0; at < a.size(); at += sizeof(T)) {
+    T x, y;
+    std::memcpy(&x, a.data() + at, sizeof x);
+    std::memcpy(&y, b.data() + at, sizeof y);
+    if (std::isfinite(x))
+      largest = std::max(largest, std::fabs(static_cast<double>(x) - static_cast<double>(y)));
+  }
+  return largest;
 }
 
 }  // namespace shm::bench

@@ -26,6 +26,7 @@
 #include <vector>
 
 #include "measure.h"
+#include "options.h"
 
 namespace shm::bench {
 namespace {
@@ -305,19 +306,6 @@ Peer sz_peer(const RawArray& array, double bound) {
 
 // Measuring
 
-template <class T>
-double largest_error(Bytes a, Bytes b) {
-  double largest = 0;
-  for (std::size_t at = 0; at < a.size(); at += sizeof(T)) {
-    T x, y;
-    std::memcpy(&x, a.data() + at, sizeof x);
-    std::memcpy(&y, b.data() + at, sizeof y);
-    if (std::isfinite(x))
-      largest = std::max(largest, std::fabs(static_cast<double>(x) - static_cast<double>(y)));
-  }
-  return largest;
-}
-
 /// `bound`: 0 when the peer must be lossless.
 void measure(const RawArray& array, const Peer& peer, double bound, double seconds) {
   const auto room = std::make_unique_for_overwrite<std::byte[]>(peer.room);
@@ -379,33 +367,18 @@ RawArray load(const std::string& path, std::string_view type) {
 }
 
 void run(int argc, char** argv) {
-  std::string path, type;
+  std::string type;
   std::size_t components = 1, steps = 1;
   double seconds = .3;
   bool quick = false;
   std::vector<double> bounds;
-  for (int i = 1; i < argc; ++i) {
-    const std::string_view word = argv[i];
-    const std::string_view value = i + 1 < argc ? argv[i + 1] : "";
-    const auto number = [&](auto& to) {
-      std::from_chars(value.data(), value.data() + value.size(), to);
-      ++i;
-    };
-    if (word == "--type")
-      type = value, ++i;
-    else if (word == "--components")
-      number(components);
-    else if (word == "--steps")
-      number(steps);
-    else if (word == "--seconds")
-      number(seconds);
-    else if (word == "--bound")
-      number(bounds.emplace_back());
-    else if (word == "--quick")
-      quick = true;
-    else
-      path = word;
-  }
+  const std::string path = parse_options(argc, argv,
+                                         {{"--type", type},
+                                          {"--components", components},
+                                          {"--steps", steps},
+                                          {"--seconds", seconds},
+                                          {"--bound", bounds},
+                                          {"--quick", quick}});
   RawArray array = load(path, type);
   array.components = components;
   array.steps = steps;

@@ -3,15 +3,14 @@
 // quickest of three runs; JSON on standard output. Wants a machine that is otherwise idle.
 #include <algorithm>
 #include <atomic>
-#include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <functional>
 #include <string>
-#include <string_view>
 #include <thread>
 
 #include "bench_mesh.h"
+#include "options.h"
 #include "shm/reader.h"
 #include "shm/segment_reader.h"
 
@@ -70,24 +69,11 @@ std::uint64_t cells_of_segments(std::span<const std::byte> file, unsigned thread
 }
 
 int run(int argc, char** argv) {
-  std::string path;
   std::uint64_t segments = 8;
   unsigned threads = 2;
-  for (int i = 1; i < argc; ++i) {
-    const std::string_view word = argv[i];
-    const std::string_view value = i + 1 < argc ? argv[i + 1] : "";
-    const auto number = [&](auto& to) {
-      std::from_chars(value.data(), value.data() + value.size(), to);
-      ++i;
-    };
-    if (word == "--segments")
-      number(segments);
-    else if (word == "--threads")
-      number(threads);
-    else
-      path = word;
-  }
-  if (path.empty() || segments == 0 || threads == 0) throw std::runtime_error("no mesh is named");
+  const std::string path =
+      parse_options(argc, argv, {{"--segments", segments}, {"--threads", threads}});
+  if (segments == 0 || threads == 0) throw std::runtime_error("nothing is asked");
   const BenchMesh mesh = load_hexahedra(path, true);
   const std::uint64_t cells = mesh.hexahedra();
   WriteOptions options;

@@ -19,8 +19,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
-#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -29,13 +27,13 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "array_mesh.h"
 #include "bench_mesh.h"
 #include "measure.h"
+#include "options.h"
 #include "shm/reader.h"
 
 namespace shm::bench {
@@ -55,19 +53,6 @@ std::uint64_t values_of(const MeshArray& array) {
   std::uint64_t bytes = 0;
   for (const auto& values : array.steps) bytes += values.size();
   return bytes / scalar_bytes(array.info.type);
-}
-
-template <class T>
-double largest_error(std::span<const std::byte> a, std::span<const std::byte> b) {
-  double largest = 0;
-  for (std::size_t at = 0; at < a.size(); at += sizeof(T)) {
-    T x, y;
-    std::memcpy(&x, a.data() + at, sizeof x);
-    std::memcpy(&y, b.data() + at, sizeof y);
-    if (std::isfinite(x))
-      largest = std::max(largest, std::fabs(static_cast<double>(x) - static_cast<double>(y)));
-  }
-  return largest;
 }
 
 /// The largest error; 0 for equal bytes. Throws where lossless values differ.
@@ -373,36 +358,24 @@ void quantize_like(ArrayMesh& mesh, const std::string& path) {
 }
 
 int run(int argc, char** argv) {
-  std::string path, like, folder;
-  std::vector<std::string> stepped;
-  std::vector<std::size_t> levels;
+  std::string like, folder;
+  std::vector<std::string> level_names, stepped;
   double seconds = .3;
   bool only_sizes = false, with_zstd = false;
-  for (int i = 1; i < argc; ++i) {
-    const std::string_view word = argv[i];
-    const std::string value = i + 1 < argc ? argv[i + 1] : "";
-    if (word == "--level") {
-      for (std::size_t l = 0; l < kLevels.size(); ++l)
-        if (value == kLevels[l].first) levels.push_back(l);
-      ++i;
-    } else if (word == "--seconds") {
-      std::from_chars(value.data(), value.data() + value.size(), seconds);
-      ++i;
-    } else if (word == "--stepped")
-      stepped.push_back(value), ++i;
-    else if (word == "--like")
-      like = value, ++i;
-    else if (word == "--dump")
-      folder = value, ++i;
-    else if (word == "--sizes")
-      only_sizes = true;
-    else if (word == "--beside-zstd")
-      with_zstd = true;
-    else
-      path = word;
-  }
-  if (path.empty()) throw std::runtime_error("no mesh is named");
-  if (levels.empty()) levels = {0, 1, 2};
+  const std::string path = parse_options(argc, argv,
+                                         {{"--level", level_names},
+                                          {"--seconds", seconds},
+                                          {"--stepped", stepped},
+                                          {"--like", like},
+                                          {"--dump", folder},
+                                          {"--sizes", only_sizes},
+                                          {"--beside-zstd", with_zstd}});
+  std::vector<std::size_t> levels;
+  for (std::size_t l = 0; l < kLevels.size(); ++l)
+    if (level_names.empty() ||
+        std::ranges::find(level_names, kLevels[l].first) != level_names.end())
+      levels.push_back(l);
+  if (levels.empty()) throw std::runtime_error("--level: fast, default or best");
   ArrayMesh mesh = load_arrays(path);
   for (const std::string& name : stepped) join_steps(mesh, name);
   if (!like.empty()) quantize_like(mesh, like);
