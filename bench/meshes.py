@@ -76,6 +76,14 @@ def annulus(ni, nj, nk):
     return points.reshape(-1, 3), lattice(ni, nj, nk, closed=True)
 
 
+def straight_annulus(ni, nj, nk):
+    """All its layers are alike."""
+    z, radius, angle = np.meshgrid(np.linspace(0, 2, nk + 1), np.linspace(1, 1.8, nj + 1),
+                                   np.arange(ni) * 2 * np.pi / ni, indexing="ij")
+    points = np.stack([radius * np.cos(angle), radius * np.sin(angle), z], -1)
+    return points.reshape(-1, 3), lattice(ni, nj, nk, closed=True)
+
+
 def text_born(values, digits=8):
     """What comes back from decimal text of so many significant digits."""
     text = np.char.mod(f"%.{digits}g", values.ravel())

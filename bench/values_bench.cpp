@@ -13,6 +13,7 @@
 //   --stepped NAME  the arrays NAME.0, NAME.1, ... are time steps of one array NAME
 //   --like FILE     quantizes as FILE says of coordinates and arrays of the same name
 //   --sizes         all arrays in one file; no times
+//   --no-arrays     the mesh alone
 //   --dump FOLDER   nothing but the raw arrays, for other compressors; one line for each
 //   --beside-zstd   the mesh alone, beside zstd -3 on int32 corners and coordinates, in turn
 #include <zstd.h>
@@ -45,8 +46,8 @@ using Arrays = std::vector<const MeshArray*>;
 constexpr std::array<std::pair<const char*, Level>, 3> kLevels = {
     {{"fast", Level::fast}, {"default", Level::standard}, {"best", Level::best}}};
 
-std::string location_name(const ArrayInfo& info) {
-  return info.location == Location::point ? "point" : "cell";
+std::string full_name(const ArrayInfo& info) {
+  return (info.location == Location::point ? "point/" : "cell/") + info.name;
 }
 
 std::uint64_t values_of(const MeshArray& array) {
@@ -191,7 +192,7 @@ void time_level(const ArrayMesh& mesh, const char* name, Level level, double sec
   for (std::size_t a = 0; a < mesh.arrays.size(); ++a) {
     Variant& with = variants[first_array + a];
     const MeshArray& array = mesh.arrays[a];
-    line = row(name, location_name(array.info) + "/" + array.info.name, with, alone);
+    line = row(name, full_name(array.info), with, alone);
     line["bytes"] = with.sizes.streams[stream_of(array)];
     line["max_error"] = with.errors[0];
     print(line);
@@ -206,13 +207,14 @@ void tell_sizes(const ArrayMesh& mesh, const char* name, Level level) {
     schema.arrays.push_back(array.info);
   }
   all.run(level, true);
-  json arrays = json::array();
+  json arrays = {{{"array", "coordinates"},
+                  {"bytes", all.sizes.streams["geometry"]},
+                  {"max_error", all.coordinates_error}}};
   for (std::size_t a = 0; a < mesh.arrays.size(); ++a)
-    arrays.push_back(all.sizes.streams[array_stream_name(schema, a)]);
-  print({{"level", name},
-         {"coordinates", all.sizes.streams["geometry"]},
-         {"arrays", arrays},
-         {"total", all.sizes.total_bytes}});
+    arrays.push_back({{"array", full_name(mesh.arrays[a].info)},
+                      {"bytes", all.sizes.streams[array_stream_name(schema, a)]},
+                      {"max_error", all.errors[a]}});
+  print({{"level", name}, {"arrays", arrays}});
 }
 
 // Beside zstd
@@ -320,8 +322,8 @@ void dump(const ArrayMesh& mesh, const std::string& folder) {
        3 * mesh.vertices);
   for (std::size_t a = 0; a < mesh.arrays.size(); ++a) {
     const MeshArray& array = mesh.arrays[a];
-    tell(location_name(array.info) + "/" + array.info.name, "array" + std::to_string(a) + ".bin",
-         array.steps, array.info.type, array.info.components, values_of(array));
+    tell(full_name(array.info), "array" + std::to_string(a) + ".bin", array.steps, array.info.type,
+         array.info.components, values_of(array));
   }
 }
 
@@ -361,7 +363,7 @@ int run(int argc, char** argv) {
   std::string like, folder;
   std::vector<std::string> level_names, stepped;
   double seconds = .3;
-  bool only_sizes = false, with_zstd = false;
+  bool only_sizes = false, no_arrays = false, with_zstd = false;
   const std::string path = parse_options(argc, argv,
                                          {{"--level", level_names},
                                           {"--seconds", seconds},
@@ -369,6 +371,7 @@ int run(int argc, char** argv) {
                                           {"--like", like},
                                           {"--dump", folder},
                                           {"--sizes", only_sizes},
+                                          {"--no-arrays", no_arrays},
                                           {"--beside-zstd", with_zstd}});
   std::vector<std::size_t> levels;
   for (std::size_t l = 0; l < kLevels.size(); ++l)
@@ -377,6 +380,7 @@ int run(int argc, char** argv) {
       levels.push_back(l);
   if (levels.empty()) throw std::runtime_error("--level: fast, default or best");
   ArrayMesh mesh = load_arrays(path);
+  if (no_arrays) mesh.arrays.clear();
   for (const std::string& name : stepped) join_steps(mesh, name);
   if (!like.empty()) quantize_like(mesh, like);
   if (!folder.empty()) {
