@@ -30,8 +30,7 @@ struct CellTopology {
   std::array<std::uint8_t, 8> stored_corner{0, 1, 2, 3, 4, 5, 6, 7};
 
   std::uint32_t cell_slot = kNone;
-  std::uint8_t face_mask = 0;                ///< bit k: face k was active before this cell
-  std::array<std::uint32_t, 6> neighbour{};  ///< cell slot behind face k, where the bit is set
+  std::uint8_t face_mask = 0;  ///< bit k: face k was active before this cell (but for replay)
 
   std::uint32_t stored_position(std::uint32_t position) const {
     return hexahedral && position < 8 ? stored_corner[position] : position;

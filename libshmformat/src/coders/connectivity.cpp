@@ -26,11 +26,8 @@ void Connectivity<Coder>::set_codec(ConnectivityCodec codec) {
       hexahedra_ = std::make_unique<MixedRows<Coder>>(surface_);
       return;
     case ConnectivityCodec::replay:
-      bool cell_data = false;
-      for (const ArrayInfo& array : schema_->arrays)
-        cell_data |= array.location == Location::cell && !array.per_step;
-      hexahedra_ = std::make_unique<ReplayHexahedra<Coder>>(surface_, schema_->order == Order::keep,
-                                                            cell_data);
+      hexahedra_ =
+          std::make_unique<ReplayHexahedra<Coder>>(surface_, schema_->order == Order::keep);
       return;
   }
 }

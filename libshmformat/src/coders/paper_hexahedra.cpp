@@ -533,7 +533,6 @@ void PaperHexahedra<Coder>::glue(CellTopology& cell) {
                      : kNone;
     if (present[k] == kNone) continue;
     cell.face_mask |= static_cast<std::uint8_t>(face_bit(k));
-    cell.neighbour[k] = surface_.face(present[k]).cell;
   }
   previous_face_.fill(kNone);
   for (std::uint32_t k = 0; k < 6; ++k) {

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <bit>
 
-#include "front/hexahedron.h"
-
 namespace shm {
 namespace {
 
@@ -393,10 +391,6 @@ void ReplayHexahedra<Coder>::forget(std::uint32_t slot) {
 
 template <class Coder>
 void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number, std::uint8_t marks) {
-  if (wants_neighbours_) {
-    cell.cell_slot = static_cast<std::uint32_t>(sequence_ & (kReplayWindow - 1));
-    find_neighbours(cell, number);
-  }
   // Which way of guessing marks was right, where the two differ.
   if (reaches(distances_[0]) && distances_[0] + beside_now_ <= kept_) {
     const std::uint8_t moved = static_cast<std::uint8_t>(past(beside_now_).marks ^
@@ -419,25 +413,6 @@ void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number, s
     bool first = true;
     for (std::uint32_t j = 0; j < c; ++j) first = first && it.slot[j] != it.slot[c];
     cell.last_use[c] = first ? 1 : 0;
-  }
-}
-
-template <class Coder>
-void ReplayHexahedra<Coder>::find_neighbours(CellTopology& cell, const Numbers& number) const {
-  for (std::size_t n = 0; n <= kDistances; ++n) {
-    const std::uint64_t distance = n == 0 ? 1 : distances_[n - 1];
-    if (distance == 0 || distance > kept_) continue;
-    const Numbers& theirs = past(distance).number;
-    std::uint32_t met = 0;
-    for (std::uint32_t c = 0; c < 8; ++c)
-      for (std::uint32_t t = 0; t < 8; ++t) met |= std::uint32_t{number[c] == theirs[t]} << c;
-    for (std::uint32_t k = 0; k < 6; ++k) {
-      bool all = (cell.face_mask >> k & 1) == 0;
-      for (std::uint32_t c : kFaceCorners[k]) all = all && (met >> c & 1) != 0;
-      if (!all) continue;
-      cell.face_mask |= bit(k);
-      cell.neighbour[k] = static_cast<std::uint32_t>((sequence_ - distance) & (kReplayWindow - 1));
-    }
   }
 }
 

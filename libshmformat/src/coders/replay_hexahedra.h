@@ -30,9 +30,8 @@ template <class Coder>
 class ReplayHexahedra {
  public:
   /// `surface` is borrowed. `keep`: corners are told by the source's numbers, in
-  /// cell.original; else by stream numbers. `neighbours`: cells want to know theirs.
-  ReplayHexahedra(ActiveSurface& surface, bool keep, bool neighbours)
-      : surface_(&surface), keep_(keep), wants_neighbours_(neighbours) {}
+  /// cell.original; else by stream numbers.
+  ReplayHexahedra(ActiveSurface& surface, bool keep) : surface_(&surface), keep_(keep) {}
 
   /// Codes corners as stored, and which of them are used last, of one hexahedron. False when
   /// decoding damaged data, or when two live vertices have the same number.
@@ -104,11 +103,10 @@ class ReplayHexahedra {
   std::uint32_t find(std::uint64_t number, std::uint32_t corner);
   std::uint32_t find_anywhere(std::uint64_t number) const;
   void finish(CellTopology& cell, const Numbers& number, std::uint8_t marks);
-  void find_neighbours(CellTopology& cell, const Numbers& number) const;
   Past& make_room();
 
   ActiveSurface* surface_;
-  bool keep_, wants_neighbours_;
+  bool keep_;
 
   std::vector<Past> ring_;
   std::uint64_t sequence_ = 0;  // of the hexahedron at hand

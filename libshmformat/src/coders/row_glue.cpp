@@ -143,7 +143,6 @@ void RowHexahedra<Coder>::glue(CellTopology& cell) {
     shared_mask |= static_cast<std::uint8_t>(bit(k));
     const auto& face = surface_->face(work_.shared[k]);
     cell.face_mask |= static_cast<std::uint8_t>(bit(k));
-    cell.neighbour[k] = face.cell;
     Owner owner{face.cell, records_[face.cell].sequence, face.side};
     std::uint32_t at = owner_count_++;
     for (; at > 0 && owners_[at - 1].sequence > owner.sequence; --at) owners_[at] = owners_[at - 1];
