@@ -20,8 +20,16 @@ constexpr std::uint32_t kMostTilesKept = 8;
 // About what it costs to say another mode, and weights, in bits.
 constexpr double kModeBits = 5.0, kWeightsBits = 120.0;
 
+/// Of the mean of relative surprises.
 std::uint32_t surprise_class(std::uint32_t mean) {
-  return mean <= 12 ? mean : std::min(12 + (mean - 9) / 4, 26u);
+  return mean <= 12 ? mean : std::min(12 + (mean - 9) / 4, kSurpriseClasses - 1);
+}
+
+/// A surprise as it looks from a prediction of this scale.
+std::uint32_t relative(ValueSurprise surprise, std::int32_t scale) {
+  return surprise == 0
+             ? 0u
+             : static_cast<std::uint32_t>(std::clamp<std::int32_t>(surprise - scale, 1, 64));
 }
 
 std::uint32_t bit_length(std::int64_t residual) {
@@ -184,20 +192,18 @@ bool ScalarColumn<Coder>::code_table(Coder& coder, const std::vector<std::int64_
   if (count > most_entries) return false;
   std::sort(known.begin(), known.end());
   known.erase(std::unique(known.begin(), known.end()), known.end());
-  const bool others = !known.empty();
+  // Where no other table is known the negative entries of this one are, as positive ones.
+  bool mirrors = known.empty();
   table_.clear();
   std::uint64_t step = 0;
-  std::size_t next = 0, mirrored = 0;  // in known, and in table_ from its end
+  std::size_t next = 0;  // in known
   std::uint32_t history = 0;
   for (std::uint64_t i = 0; i < count; ++i) {
-    // Of the entries so far the negative ones become known as positive ones.
     const std::int64_t last = i == 0 ? std::numeric_limits<std::int64_t>::min() : table_.back();
-    if (i > 0 && !others && mirrored == 0 && last >= 0) {
-      known.clear();
+    if (mirrors && i > 0 && last >= 0) {
       for (std::size_t k = table_.size(); k-- > 0;)
         if (opposite(table_[k]) > 0) known.push_back(opposite(table_[k]));
-      mirrored = 1;
-      next = 0;
+      mirrors = false;
     }
     while (next < known.size() && known[next] <= last && i > 0) ++next;
     std::uint64_t skip = 0;
@@ -350,18 +356,13 @@ auto ScalarColumn<Coder>::residual_model(std::uint32_t context) -> Residual& {
 template <class Coder>
 auto ScalarColumn<Coder>::context(const Neighbourhood& item, std::int32_t scale, bool second,
                                   std::size_t i) const -> Context {
-  const auto relative = [&](ValueSurprise surprise) {
-    return surprise == 0
-               ? 0u
-               : static_cast<std::uint32_t>(std::clamp<std::int32_t>(surprise - scale, 1, 64));
-  };
   std::uint32_t sum = 0, count = 0;
   for (std::uint32_t a = 0; a < 3; ++a)
     if ((item.known >> a & 1) != 0) {
-      sum += relative(surprises_[item.at[a]]);
+      sum += relative(surprises_[item.at[a]], scale);
       ++count;
     }
-  const std::uint32_t mean = count == 0   ? relative(last_surprise_)
+  const std::uint32_t mean = count == 0   ? relative(last_surprise_, scale)
                              : count == 1 ? sum
                              : count == 2 ? (sum + 1) / 2
                                           : (sum + 1) / 3;
@@ -387,22 +388,18 @@ template <class Coder>
 void ScalarColumn<Coder>::ask_about(Mixed& mixed, const Neighbourhood& item, std::int32_t scale,
                                     std::size_t i, std::uint32_t of_class, std::int64_t expected,
                                     const std::array<std::int64_t, 3>& others, bool second) {
-  const auto relative = [&](ValueSurprise surprise) {
-    return surprise == 0
-               ? 0u
-               : static_cast<std::uint32_t>(std::clamp<std::int32_t>(surprise - scale, 1, 64));
-  };
   std::array<std::uint32_t, 3> near{};
   for (std::uint32_t a = 0; a < 3; ++a)
-    near[a] = (item.known >> a & 1) != 0 ? relative(surprises_[item.at[a]]) + 1 : 0;
+    near[a] = (item.known >> a & 1) != 0 ? relative(surprises_[item.at[a]], scale) + 1 : 0;
   const auto way = [&](std::int64_t other) {
     const std::int64_t by = minus(other, expected);
     return 2 * bit_length(by) + (by < 0 ? 1 : 0);
   };
-  const std::uint32_t last = relative(last_surprise_);
-  const std::uint32_t before = before_.empty() ? 0 : relative(before_.back()->surprises[i]) + 1;
+  const std::uint32_t last = relative(last_surprise_, scale);
+  const std::uint32_t before =
+      before_.empty() ? 0 : relative(before_.back()->surprises[i], scale) + 1;
   const std::uint32_t first =
-      before_.size() < 2 ? 0 : relative(before_[before_.size() - 2]->surprises[i]) + 1;
+      before_.size() < 2 ? 0 : relative(before_[before_.size() - 2]->surprises[i], scale) + 1;
   const std::uint32_t sum = near[0] + near[1] + near[2];
   mixed.coder.about(0, clue(sum, before, second), clue(near[0], near[1], near[2]),
                     clue(of_class, last, second), clue(way(others[0]), way(others[1])),

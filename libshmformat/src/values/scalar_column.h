@@ -34,12 +34,16 @@ struct ColumnStyle {
   bool hurries = false;          ///< encoding: modes are kept while they do well
   /// Bits of Neighbourhood::known that count.
   std::uint32_t known() const {
-    return reach == Reach::lattice ? 0xe07fu : reach == Reach::beyond ? 0xe3ffu : 0xffffu;
+    constexpr std::uint32_t kNearest = Neighbourhood::kLattice | 7 * Neighbourhood::kThird;
+    constexpr std::uint32_t kToBeyond = kNearest | 7 * Neighbourhood::kBeyond;
+    if (reach == Reach::lattice) return kNearest;
+    return reach == Reach::beyond ? kToBeyond : kToBeyond | 7 * Neighbourhood::kFarther;
   }
 };
 
 /// Bit length of what a prediction missed, raised by the scale of the prediction; 0 for a hit.
 using ValueSurprise = std::uint16_t;
+inline constexpr std::uint32_t kSurpriseClasses = 27;
 
 template <class Coder>
 class ScalarColumn {
@@ -84,11 +88,12 @@ class ScalarColumn {
  private:
   using Residual = NearModel;
   using MixedResidual = SignedModel<ResidualModelOf<MixedBit>>;
+  /// Of residuals: by class of surprises, what the component before was, and the predictor.
+  static constexpr std::uint32_t kContexts = kSurpriseClasses * 3 * 2;
   /// Codec mixed: one for each component.
   struct Mixed {
-    MixingCoder<Coder> coder{3};
-    std::vector<MixedResidual> residuals{2 * 27 * 3};
-    std::array<MixedBit, 4> second;
+    MixingCoder<Coder> coder{1};
+    std::vector<MixedResidual> residuals{kContexts};
   };
   /// What is said of a class of neighbourhoods.
   struct Class {
