@@ -6,6 +6,7 @@
 
 #include "feature_files.h"
 #include "file_surgery.h"
+#include "values/shuffled_zstd.h"
 
 namespace shm {
 namespace {
@@ -216,7 +217,7 @@ TEST(StepValues, TheMeshPredicts) {
   std::size_t coded = 0;
   for (const Chunk& chunk : take_apart(bytes).chunks)
     if (chunk.is(ChunkKind::step_values)) coded += chunk.payload.size();
-  EXPECT_LT(coded, shuffle_and_compress(it.mesh.schema.arrays[0], sorted).size() * 7 / 8);
+  EXPECT_LT(coded, pack_shuffled(shuffled(sorted, 8), 9).size() * 7 / 8);
 }
 
 TEST(StepValues, StepsReferToTheOneBefore) {
@@ -326,14 +327,15 @@ TEST(StepValues, ShuffledBytes) {
   std::vector<float> values(2000);
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<float>(i % 50) * .37f;
   const auto bytes = std::as_bytes(std::span(values));
-  const Bytes coded = shuffle_and_compress(info, bytes);
-  const auto back = decompress_shuffled(info, coded, 1000);
+  const Bytes coded = pack_shuffled(shuffled(bytes, 4), 9);
+  const auto back = unpack_shuffled(coded, 4, 8000);
   ASSERT_TRUE(back);
   EXPECT_TRUE(std::equal(bytes.begin(), bytes.end(), back->begin(), back->end()));
-  EXPECT_FALSE(decompress_shuffled(info, {}, 1));
-  EXPECT_FALSE(decompress_shuffled(info, coded, 999));
-  EXPECT_FALSE(decompress_shuffled(info, coded, 1001));
-  EXPECT_FALSE(decompress_shuffled(info, std::span(coded).first(coded.size() - 1), 1000));
+  EXPECT_FALSE(unpack_shuffled({}, 4, 8));
+  EXPECT_FALSE(unpack_shuffled(coded, 4, 7992));
+  EXPECT_FALSE(unpack_shuffled(coded, 3, 8000));
+  EXPECT_EQ(unpack_shuffled(coded, 4, 8004)->size(), 8000u);  // who wants more has to look
+  EXPECT_FALSE(unpack_shuffled(std::span(coded).first(coded.size() - 1), 4, 8000));
 }
 
 // --- files that lie

@@ -117,6 +117,15 @@ bool covers(const Plan& plan, std::uint32_t block) {
   return plan.covers.empty() || plan.covers[block] != 0;
 }
 
+/// As columns want it.
+std::vector<std::uint32_t> covered_blocks(const Plan& plan) {
+  std::vector<std::uint32_t> blocks;
+  for (std::uint32_t b = 0; b < plan.covers.size(); ++b)
+    if (plan.covers[b] != 0) blocks.push_back(b);
+  if (blocks.empty() && !plan.covers.empty()) blocks.push_back(99);  // one that no cell is of
+  return blocks;
+}
+
 std::size_t covered(const TiledItems& part, const Plan& plan) {
   if (part.blocks.empty()) return part.items.size();
   return static_cast<std::size_t>(
@@ -138,7 +147,7 @@ void for_each_group(const Elements& elements, const Plan& plan, Visit&& visit) {
 Coded encode(const ArrayInfo& info, const Elements& elements, const Bytes& values,
              const Plan& plan) {
   const std::size_t stride = scalar_bytes(info.type) * info.components;
-  Encoder encoder(info, plan.covers);
+  Encoder encoder(info, covered_blocks(plan));
   Coded coded;
   std::size_t at = 0;
   for_each_group(elements, plan, [&](std::size_t g, const TiledItems& part) {
@@ -154,7 +163,7 @@ Coded encode(const ArrayInfo& info, const Elements& elements, const Bytes& value
 /// Nothing where the bytes make no sense.
 std::optional<Bytes> decode(const ArrayInfo& info, const Elements& elements, const Coded& coded,
                             const Plan& plan, std::uint64_t limit = 1 << 24) {
-  Decoder decoder(info, plan.covers);
+  Decoder decoder(info, covered_blocks(plan));
   Bytes back;
   bool good = true;
   for_each_group(elements, plan, [&](std::size_t g, const TiledItems& part) {

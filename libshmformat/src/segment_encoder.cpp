@@ -110,7 +110,7 @@ bool SegmentEncoder::code_cell(const SegmentPiece& piece, const SegmentPiece::Ce
     if (i < 8) topology_.original[i] = handles_[nodes[i]].number;
     topology_.last_use[i] = i < kMaxLastUse && (cell.last_use >> i & 1) != 0 ? 1 : 0;
   }
-  begin_element(true);
+  if (tile_ends_.before(true, group_.header.decoded_bytes)) streams_.values().begin_tile();
   if (!streams_.code_cell(topology_)) return false;
   if (has_values_)
     streams_.values().begin_cell(topology_, streams_.connectivity().surface().active_vertices());
@@ -156,7 +156,7 @@ void SegmentEncoder::code_new_vertices(const SegmentPiece& piece, const Place& a
 }
 
 void SegmentEncoder::code_loose(const SegmentPiece& piece, std::size_t vertex) {
-  begin_element(false);
+  if (tile_ends_.before(false, group_.header.decoded_bytes)) streams_.values().begin_tile();
   const std::uint32_t slot = streams_.connectivity().add_loose_vertex();
   std::uint64_t number = piece.vertices[vertex].number;
   streams_.code_loose_number(slot, number);
@@ -165,17 +165,6 @@ void SegmentEncoder::code_loose(const SegmentPiece& piece, std::size_t vertex) {
   ++group_.header.loose_vertices;
   note_active();
   streams_.connectivity().remove_loose_vertex(slot);
-}
-
-/// A tile ends here if it is full: as a reader ends it.
-void SegmentEncoder::begin_element(bool cell) {
-  const std::uint64_t bytes = group_.header.decoded_bytes - tile_begin_bytes_;
-  if ((cell && tile_cells_ == kTileCells) || bytes >= kTileBytes) {
-    streams_.values().begin_tile();
-    tile_cells_ = 0;
-    tile_begin_bytes_ = group_.header.decoded_bytes;
-  }
-  tile_cells_ += cell ? 1 : 0;
 }
 
 void SegmentEncoder::take_vertex(const SegmentPiece& piece, std::size_t index) {
@@ -292,7 +281,7 @@ void SegmentEncoder::flush_group(std::vector<EncodedGroup>& done) {
   streams_.values().clear();
   vertex_values_.clear();
   for (auto& values : cell_values_) values.clear();
-  tile_cells_ = tile_begin_bytes_ = 0;
+  tile_ends_ = {};
   next_cell_ += group_.header.cells;
   next_vertex_ += group_.header.vertices;
   done.push_back(std::move(group_));

@@ -118,7 +118,6 @@ class SegmentEncoder {
   void code_new_vertices(const SegmentPiece& piece, const Place& at);
   void take_vertex(const SegmentPiece& piece, std::size_t vertex);
   void take_cell_data(const SegmentPiece& piece, std::uint32_t block, std::size_t at);
-  void begin_element(bool cell);
   EncodedColumn encode_column(std::size_t column);
   bool holds_full_bytes() const;
   void note_active();
@@ -145,7 +144,7 @@ class SegmentEncoder {
   // values of the group at hand
   std::vector<std::byte> vertex_values_;             // coordinates, then static point data
   std::vector<std::vector<std::byte>> cell_values_;  // by column
-  std::uint64_t tile_cells_ = 0, tile_begin_bytes_ = 0;
+  TileEnds tile_ends_;
 
   EncodedGroup group_;
   std::uint64_t next_cell_, next_vertex_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "mesh_streams.h"
+#include "values/shuffled_zstd.h"
 
 namespace shm {
 
@@ -121,8 +122,9 @@ Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& 
   if (info.components > kMostStepComponents) {
     if (*codec != ColumnCodec::shuffled_zstd || *kind != StepReference::nothing)
       return wrong(header, "has too many components for its codec");
-    auto values = decompress_shuffled(info, bytes, header.count);
-    if (!values) return wrong(header, "its bytes cannot be unpacked");
+    auto values = unpack_shuffled(bytes, scalar_bytes(info.type), header.count * stride);
+    if (!values || values->size() != header.count * stride)
+      return wrong(header, "its bytes cannot be unpacked");
     return std::move(*values);
   }
   if (!column_->begin(topology_->segment_of(header.group), *kind))

@@ -5,9 +5,12 @@
 #include <utility>
 
 #include "mesh_streams.h"
+#include "values/shuffled_zstd.h"
 
 namespace shm {
 namespace {
+
+constexpr int kZstdLevel = 9;  // of arrays with too many components for columns
 
 Error misuse(std::string detail) {
   return Error{ErrorCode::misuse, std::move(detail), "steps", kNoOffset, {}};
@@ -109,7 +112,8 @@ Result<EncodedColumn> StepEncoder::encode() {
   const ArrayInfo& info = schema_->arrays[*array_];
   if (info.components > kMostStepComponents) {
     reference_ = StepReference::nothing;
-    return EncodedColumn{ColumnCodec::shuffled_zstd, shuffle_and_compress(info, pending_)};
+    return EncodedColumn{ColumnCodec::shuffled_zstd,
+                         pack_shuffled(shuffled(pending_, scalar_bytes(info.type)), kZstdLevel)};
   }
   const std::size_t group = group_ - 1;
   const auto elements = topology_->elements(group);

@@ -5,41 +5,8 @@
 #include <cstring>
 #include <type_traits>
 
-#include "bytes/byte_cursor.h"
-#include "packing.h"
-
 namespace shm {
 namespace {
-
-constexpr int kZstdLevel = 9;
-
-/// Byte b of every scalar together, least significant byte first.
-std::vector<std::byte> shuffle(std::span<const std::byte> values, std::size_t width) {
-  const std::size_t count = values.size() / width;
-  std::vector<std::byte> little(values.size()), out(values.size());
-  copy_little_endian(little.data(), values.data(), count, width);
-  for (std::size_t i = 0; i < count; ++i)
-    for (std::size_t b = 0; b < width; ++b) out[b * count + i] = little[i * width + b];
-  return out;
-}
-std::vector<std::byte> unshuffle(std::span<const std::byte> planes, std::size_t width) {
-  const std::size_t count = planes.size() / width;
-  std::vector<std::byte> little(planes.size()), out(planes.size());
-  for (std::size_t i = 0; i < count; ++i)
-    for (std::size_t b = 0; b < width; ++b) little[i * width + b] = planes[b * count + i];
-  copy_little_endian(out.data(), little.data(), count, width);
-  return out;
-}
-
-/// By TiledItems::blocks: which elements have a value.
-std::vector<char> coverage(const Schema& schema, std::uint32_t array, std::uint32_t segment) {
-  if (schema.arrays[array].location == Location::point)
-    return segment == 0 ? std::vector<char>() : std::vector<char>{1, 0};
-  std::vector<char> covers(schema.blocks.size());
-  for (std::uint32_t b = 0; b < covers.size(); ++b)
-    covers[b] = schema.array_covers(array, b) ? 1 : 0;
-  return covers;
-}
 
 /// last + (last - before) for each scalar: integers modulo their range; floating-point numbers as
 /// they are rounded, or `last` where that is not finite.
@@ -115,7 +82,10 @@ bool StepColumn<Coder>::begin(std::uint32_t segment, StepReference reference) {
   const bool goes_on = column_ && segment == segment_;
   if (goes_on && reference != reference_) return false;
   if (!goes_on) {
-    column_.emplace(schema_->arrays[array_], coverage(*schema_, array_, segment));
+    const ArrayInfo& info = schema_->arrays[array_];
+    // GroupElements: of segments but the first, vertices in "block" 1 are imported.
+    const bool may_import = segment > 0 && info.location == Location::point;
+    column_.emplace(info, may_import ? std::vector<std::uint32_t>{0} : info.blocks);
     if (reference != StepReference::nothing) column_->use_reference();
   }
   segment_ = segment;
@@ -142,12 +112,8 @@ std::optional<std::vector<std::byte>> StepColumn<Coder>::decode(
   if (!column_->begin_group(codec, bytes, limit)) return std::nullopt;
   std::vector<std::byte> out;
   for (std::size_t t = 0; t < all.tile_begin.size(); ++t) {
-    const std::size_t begin = all.tile_begin[t];
-    const std::size_t end =
-        t + 1 < all.tile_begin.size() ? all.tile_begin[t + 1] : all.items.size();
-    const auto blocks = all.blocks.empty() ? std::span<const std::uint32_t>()
-                                           : std::span(all.blocks).subspan(begin, end - begin);
-    if (!column_->decode_tile(std::span(all.items).subspan(begin, end - begin), blocks, out,
+    const auto [elements_of_tile, blocks] = all.tile(t);
+    if (!column_->decode_tile(elements_of_tile, blocks, out,
                               reference.empty() ? nullptr : reference.data() + out.size()))
       return std::nullopt;
   }
@@ -156,25 +122,5 @@ std::optional<std::vector<std::byte>> StepColumn<Coder>::decode(
 
 template class StepColumn<SplitEncoder>;
 template class StepColumn<SplitDecoder>;
-
-std::vector<std::byte> shuffle_and_compress(const ArrayInfo& info,
-                                            std::span<const std::byte> values) {
-  ByteWriter out;
-  out.put_varint(values.size());
-  out.put_bytes(zstd_compress(shuffle(values, scalar_bytes(info.type)), kZstdLevel));
-  return std::move(out.bytes);
-}
-
-std::optional<std::vector<std::byte>> decompress_shuffled(const ArrayInfo& info,
-                                                          std::span<const std::byte> bytes,
-                                                          std::uint64_t count) {
-  const std::size_t width = scalar_bytes(info.type);
-  ByteReader in(bytes);
-  const std::uint64_t size = count * width * info.components;
-  if (in.get_varint() != size) return std::nullopt;
-  const auto planes = zstd_decompress(in.get_bytes(in.left()), size);
-  if (!planes) return std::nullopt;
-  return unshuffle(*planes, width);
-}
 
 }  // namespace shm

@@ -83,12 +83,4 @@ class StepColumn {
 extern template class StepColumn<SplitEncoder>;
 extern template class StepColumn<SplitDecoder>;
 
-/// `values`: whole elements in host order.
-std::vector<std::byte> shuffle_and_compress(const ArrayInfo& info,
-                                            std::span<const std::byte> values);
-/// `count` elements; nothing when the bytes are damaged.
-std::optional<std::vector<std::byte>> decompress_shuffled(const ArrayInfo& info,
-                                                          std::span<const std::byte> bytes,
-                                                          std::uint64_t count);
-
 }  // namespace shm

@@ -73,7 +73,8 @@ class TopologyReplay::Replayed {
   GroupElements* out_;
   RangeDecoder symbols_, corner_order_, numbers_, imports_;
   std::uint64_t own_ = 0;
-  std::uint64_t tile_cells_ = 0, tile_bytes_ = 0;
+  TileEnds tile_ends_;
+  std::uint64_t bytes_ = 0;  // of corners and static values
 };
 
 bool TopologyReplay::Replayed::cell() {
@@ -91,8 +92,7 @@ bool TopologyReplay::Replayed::cell() {
     segment_->slots = std::max(segment_->slots, out_->cells.items.back().self + 1);
   }
   segment_->finder.end_cell(it);
-  tile_bytes_ += 8 * it.slots.size() + replay_->cell_bytes_[it.block];
-  ++tile_cells_;
+  bytes_ += 8 * it.slots.size() + replay_->cell_bytes_[it.block];
   connectivity.finish_cell(it);
   return is_small();
 }
@@ -111,7 +111,7 @@ void TopologyReplay::Replayed::new_vertices() {
 }
 
 void TopologyReplay::Replayed::add_vertex(const Neighbourhood& item, bool imported) {
-  tile_bytes_ += replay_->vertex_bytes_;
+  bytes_ += replay_->vertex_bytes_;
   own_ += imported ? 0 : 1;
   if (!replay_->of_vertices_) return;
   out_->vertices.items.push_back(item);
@@ -129,12 +129,11 @@ bool TopologyReplay::Replayed::loose() {
   return is_small();
 }
 
-/// A tile ends here if it is full: as that of the static arrays.
+/// Tiles are those of the static arrays.
 void TopologyReplay::Replayed::begin_element(bool is_cell) {
-  if (!(is_cell && tile_cells_ == kTileCells) && tile_bytes_ < kTileBytes) return;
+  if (!tile_ends_.before(is_cell, bytes_)) return;
   out_->vertices.tile_begin.push_back(out_->vertices.items.size());
   out_->cells.tile_begin.push_back(out_->cells.items.size());
-  tile_cells_ = tile_bytes_ = 0;
 }
 
 // --- groups

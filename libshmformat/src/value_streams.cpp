@@ -19,27 +19,17 @@ bool has_cell_arrays(const Schema& schema) {
   });
 }
 
-/// By block: whether the array has values there; empty: everywhere.
-std::vector<char> coverage(const Schema& schema, std::uint32_t array) {
-  std::vector<char> covers(schema.blocks.size());
-  for (std::uint32_t b = 0; b < covers.size(); ++b)
-    covers[b] = schema.array_covers(array, b) ? 1 : 0;
-  const bool all = std::find(covers.begin(), covers.end(), 0) == covers.end();
-  return all ? std::vector<char>() : covers;
-}
-
 }  // namespace
 
 template <class Coder>
 ValueStreams<Coder>::ValueStreams(const Schema& schema)
     : schema_(&schema), has_cell_arrays_(has_cell_arrays(schema)), finder_(has_cell_arrays_) {
-  columns_.emplace_back(coordinates_info(schema), std::vector<char>(), false);
+  columns_.emplace_back(coordinates_info(schema), std::vector<std::uint32_t>(), false);
   for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
     const ArrayInfo& info = schema.arrays[a];
     if (info.per_step) continue;
     arrays_.push_back(a);
-    columns_.emplace_back(
-        info, info.location == Location::cell ? coverage(schema, a) : std::vector<char>());
+    columns_.emplace_back(info, info.blocks);
   }
 }
 

@@ -19,6 +19,25 @@ namespace shm {
 inline constexpr std::uint64_t kTileCells = 4096;
 inline constexpr std::uint64_t kTileBytes = std::uint64_t{1} << 22;
 
+/// Finds where the tiles of a group end, element by element.
+class TileEnds {
+ public:
+  /// Before each cell and each loose vertex; `bytes`: unpacked ones of the group until here.
+  /// Whether the tile ends here.
+  bool before(bool is_cell, std::uint64_t bytes) {
+    const bool ends = (is_cell && cells_ == kTileCells) || bytes - begin_ >= kTileBytes;
+    if (ends) {
+      cells_ = 0;
+      begin_ = bytes;
+    }
+    cells_ += is_cell ? 1 : 0;
+    return ends;
+  }
+
+ private:
+  std::uint64_t cells_ = 0, begin_ = 0;  // of the tile: cells so far, bytes before it
+};
+
 template <class Coder>
 class ValueStreams {
  public:

@@ -5,9 +5,9 @@
 #include <cstring>
 #include <tuple>
 
-#include "bytes/byte_cursor.h"
 #include "packing.h"
 #include "values/domain_choice.h"
+#include "values/shuffled_zstd.h"
 
 namespace shm {
 namespace {
@@ -37,21 +37,17 @@ void store(std::byte* at, std::uint64_t bits, std::size_t width) {
 template <class Visit>
 void for_each_tile(const TiledItems& elements, Visit&& visit) {
   for (std::size_t t = 0; t < elements.tile_begin.size(); ++t) {
-    const std::size_t begin = elements.tile_begin[t];
-    const std::size_t end =
-        t + 1 < elements.tile_begin.size() ? elements.tile_begin[t + 1] : elements.items.size();
-    const auto blocks = elements.blocks.empty()
-                            ? std::span<const std::uint32_t>()
-                            : std::span(elements.blocks).subspan(begin, end - begin);
-    visit(std::span(elements.items).subspan(begin, end - begin), blocks);
+    const TiledItems::Tile tile = elements.tile(t);
+    visit(tile.items, tile.blocks);
   }
 }
 
 }  // namespace
 
 template <class Coder>
-ValueColumn<Coder>::ValueColumn(const ArrayInfo& info, std::vector<char> covers, bool repeats)
-    : info_(info), covers_(std::move(covers)), repeats_(repeats), width_(scalar_bytes(info.type)) {
+ValueColumn<Coder>::ValueColumn(const ArrayInfo& info, std::vector<std::uint32_t> blocks,
+                                bool repeats)
+    : info_(info), blocks_(std::move(blocks)), repeats_(repeats), width_(scalar_bytes(info.type)) {
   columns_.reserve(info.components);
   for (std::size_t c = 0; c < info.components; ++c) {
     columns_.emplace_back(info, c);
@@ -62,7 +58,7 @@ ValueColumn<Coder>::ValueColumn(const ArrayInfo& info, std::vector<char> covers,
 template <class Coder>
 std::span<const Neighbourhood> ValueColumn<Coder>::covered(std::span<const Neighbourhood> items,
                                                            std::span<const std::uint32_t> blocks) {
-  if (covers_.empty()) return items;
+  if (blocks_.empty()) return items;
   covered_.clear();
   for (std::size_t i = 0; i < items.size(); ++i) {
     if (covers(blocks[i])) {
@@ -103,34 +99,32 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
   const ColumnCodec codec = level == Level::best ? ColumnCodec::mixed : ColumnCodec::predicted;
 
   // Runs and repeats are zstd's: tried where a quick look says that they may be the most of it.
-  const std::vector<std::byte> planes =
-      level == Level::best || repeats_ ? shuffled(bits) : std::vector<std::byte>();
+  const std::vector<std::byte> planes = level == Level::best || repeats_
+                                            ? shuffled(packed(values, stride, count), width_)
+                                            : std::vector<std::byte>();
   const std::size_t quick = planes.empty() ? 0 : zstd_compress(planes, 1).size();
   const bool may_repeat = !planes.empty() && (level == Level::best || quick * 6 < planes.size());
   const auto before = may_repeat ? columns_ : std::vector<ScalarColumn<Coder>>();
   const auto models = std::tuple(reach_, matches_, class_numbers_);
   EncodedColumn coded{codec, encode_predicted(elements, bits, references, level)};
   if (!may_repeat || (level != Level::best && quick > 2 * coded.bytes.size())) return coded;
-  ByteWriter packed;
-  packed.put_varint(planes.size());
-  packed.put_bytes(zstd_compress(planes, level == Level::fast ? 9 : 19));
-  if (packed.bytes.size() >= coded.bytes.size()) return coded;
+  std::vector<std::byte> under_zstd = pack_shuffled(planes, level == Level::fast ? 9 : 19);
+  if (under_zstd.size() >= coded.bytes.size()) return coded;
   columns_ = before;
   std::tie(reach_, matches_, class_numbers_) = models;
   note(elements, bits);
-  return {ColumnCodec::shuffled_zstd, std::move(packed.bytes)};
+  return {ColumnCodec::shuffled_zstd, std::move(under_zstd)};
 }
 
-/// Bytes of all scalars, element by element: first the least significant ones.
+/// Elements that stand `stride` bytes apart, one behind the other.
 template <class Coder>
-std::vector<std::byte> ValueColumn<Coder>::shuffled(const Bits& bits) const {
-  const std::size_t count = bits[0].size(), scalars = count * info_.components;
-  std::vector<std::byte> planes(scalars * width_);
-  for (std::size_t i = 0, at = 0; i < count; ++i)
-    for (std::size_t c = 0; c < info_.components; ++c, ++at)
-      for (std::size_t b = 0; b < width_; ++b)
-        planes[b * scalars + at] = static_cast<std::byte>(bits[c][i] >> (8 * b));
-  return planes;
+std::vector<std::byte> ValueColumn<Coder>::packed(const std::byte* values, std::size_t stride,
+                                                  std::size_t count) const {
+  const std::size_t bytes = width_ * info_.components;
+  std::vector<std::byte> out(count * bytes);
+  for (std::size_t i = 0; i < count; ++i)
+    std::copy_n(values + i * stride, bytes, out.data() + i * bytes);
+  return out;
 }
 
 template <class Coder>
@@ -299,20 +293,10 @@ bool ValueColumn<Coder>::begin_group(ColumnCodec codec, std::span<const std::byt
     style.mixes = codec == ColumnCodec::mixed;
     return code_head(coder_, style, {}, limit / (width_ * info_.components));
   }
-  ByteReader in(bytes);
-  const std::uint64_t size = in.get_varint();
-  if (!in.ok() || size > limit || size % (width_ * info_.components) != 0) return false;
-  const auto planes = zstd_decompress(in.get_bytes(in.left()), size);
-  if (!planes) return false;
-  const std::size_t scalars = planes->size() / width_;
-  unpacked_.resize(planes->size());
+  auto values = unpack_shuffled(bytes, width_, limit);
+  if (!values || values->size() % (width_ * info_.components) != 0) return false;
+  unpacked_ = std::move(*values);
   unpacked_at_ = 0;
-  for (std::size_t i = 0; i < scalars; ++i) {
-    std::uint64_t bits = 0;
-    for (std::size_t b = 0; b < width_; ++b)
-      bits |= std::to_integer<std::uint64_t>((*planes)[b * scalars + i]) << (8 * b);
-    store(unpacked_.data() + i * width_, bits, width_);
-  }
   return true;
 }
 

@@ -3,6 +3,7 @@
 // spec: "Value columns"
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -18,6 +19,18 @@ struct TiledItems {
   std::vector<Neighbourhood> items;
   std::vector<std::uint32_t> blocks;       ///< of cells: their element block; of vertices: empty
   std::vector<std::size_t> tile_begin{0};  ///< first item of each tile
+
+  struct Tile {
+    std::span<const Neighbourhood> items;
+    std::span<const std::uint32_t> blocks;
+  };
+  Tile tile(std::size_t t) const {
+    const std::size_t begin = tile_begin[t];
+    const std::size_t end = t + 1 < tile_begin.size() ? tile_begin[t + 1] : items.size();
+    return {std::span(items).subspan(begin, end - begin),
+            blocks.empty() ? std::span<const std::uint32_t>()
+                           : std::span(blocks).subspan(begin, end - begin)};
+  }
   void clear() {
     items.clear();
     blocks.clear();
@@ -39,9 +52,9 @@ struct EncodedColumn {
 template <class Coder>
 class ValueColumn {
  public:
-  /// `covers`: by block, whether its cells have a value; empty: all elements have. `repeats`:
+  /// `blocks`: those whose elements have a value, ascending; empty: all elements have. `repeats`:
   /// whether values may repeat so that they are better left to zstd, as coordinates do not.
-  ValueColumn(const ArrayInfo& info, std::vector<char> covers, bool repeats = true);
+  ValueColumn(const ArrayInfo& info, std::vector<std::uint32_t> blocks, bool repeats = true);
 
   /// Before a group that names these slots, where groups before may have been left out.
   void make_room(std::uint32_t slots);
@@ -67,7 +80,8 @@ class ValueColumn {
  private:
   using Bits = std::vector<std::vector<std::uint64_t>>;  // by component
 
-  std::vector<std::byte> shuffled(const Bits& bits) const;
+  std::vector<std::byte> packed(const std::byte* values, std::size_t stride,
+                                std::size_t count) const;
   std::vector<std::byte> encode_predicted(const TiledItems& elements, Bits& bits,
                                           const Bits& reference, Level level);
   /// Takes note of values that were said otherwise.
@@ -84,13 +98,15 @@ class ValueColumn {
   DomainPlan choose_domain(std::size_t component, std::span<const Neighbourhood> first_tile,
                            std::span<const std::uint64_t> bits,
                            std::span<const std::uint64_t> reference, Level level);
-  bool covers(std::uint32_t block) const { return covers_.empty() || covers_[block] != 0; }
+  bool covers(std::uint32_t block) const {
+    return blocks_.empty() || std::binary_search(blocks_.begin(), blocks_.end(), block);
+  }
   /// Those of the tile that are covered; the others take the last state.
   std::span<const Neighbourhood> covered(std::span<const Neighbourhood> items,
                                          std::span<const std::uint32_t> blocks);
 
   ArrayInfo info_;
-  std::vector<char> covers_;  // by block; empty: all
+  std::vector<std::uint32_t> blocks_;  // that have values; empty: all
   bool repeats_;
   std::size_t width_;
   std::vector<ScalarColumn<Coder>> columns_;
