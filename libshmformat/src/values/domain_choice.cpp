@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <charconv>
-#include <cmath>
-#include <limits>
 
 namespace shm {
 namespace {
@@ -14,8 +12,6 @@ constexpr std::size_t kMostOddShare = 200;
 constexpr std::size_t kLookAt = 256;
 /// Indices longer than this are hardly better than floating-point numbers.
 constexpr int kLongIndex = 40;
-
-bool is_finite(double v) { return std::fabs(v) <= std::numeric_limits<double>::max(); }
 
 /// Shortest decimal that reads back as the same number.
 struct Decimal {

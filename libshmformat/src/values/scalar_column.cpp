@@ -1,24 +1,13 @@
 #include "values/scalar_column.h"
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
-#include <limits>
 
-#include "values/entropy_bits.h"
-#include "values/fitting.h"
+#include "values/whole_numbers.h"
 
 namespace shm {
 namespace {
 
 constexpr std::int32_t kMostWeight = 16 * 4096 - 1;
-
-// Encoder: elements of a class that are looked at before its predictor is chosen, in each tile.
-constexpr std::size_t kLookAt = 256, kFitAt = 512, kFewestToFit = 40;
-// Tiles for which the modes of a large class are kept.
-constexpr std::uint32_t kMostTilesKept = 8;
-// About what it costs to say another mode, and weights, in bits.
-constexpr double kModeBits = 5.0, kWeightsBits = 120.0;
 
 /// Of the mean of relative surprises.
 std::uint32_t surprise_class(std::uint32_t mean) {
@@ -30,26 +19,6 @@ std::uint32_t relative(ValueSurprise surprise, std::int32_t scale) {
   return surprise == 0
              ? 0u
              : static_cast<std::uint32_t>(std::clamp<std::int32_t>(surprise - scale, 1, 64));
-}
-
-std::uint32_t bit_length(std::int64_t residual) {
-  const auto bits = static_cast<std::uint64_t>(residual);
-  return static_cast<std::uint32_t>(std::bit_width(residual < 0 ? 0 - bits : bits));
-}
-
-/// About the bits that it takes to say a residual.
-double cost_of(std::int64_t residual) {
-  const std::uint32_t length = bit_length(residual);
-  return length == 0 ? 0.3 : 1.7 + static_cast<double>(length);
-}
-
-bool is_finite(double v) { return std::fabs(v) <= std::numeric_limits<double>::max(); }
-
-std::int64_t minus(std::int64_t a, std::int64_t b) {
-  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
-}
-std::int64_t plus(std::int64_t a, std::int64_t b) {
-  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
 }
 
 /// Its bit length, near a guess; then sign and the bits behind the leading one, as they are.
@@ -66,27 +35,6 @@ std::int64_t code_residual(Coder& coder, NearModel& model, std::uint32_t guess,
   said = coder.raw(said, static_cast<int>(length));
   size = (said & low) | (low + 1);
   return static_cast<std::int64_t>((said & (low + 1)) != 0 ? 0 - size : size);
-}
-
-/// Whether a mode says anything else than the lattice for neighbourhoods with these bits.
-bool is_sayable(std::uint32_t mode, std::uint32_t known) {
-  const auto has = [&](std::uint32_t bits) { return (known & bits) == bits; };
-  const auto any = [&](std::uint32_t bits) { return (known & bits) != 0; };
-  if (mode == kLattice || mode == kLastMode || mode == kLastLineMode ||
-      (mode >= kMatchMode && mode < kFittedMode))
-    return true;
-  if (mode < kLineMode) return has(1u << (mode - kNearMode));
-  if (mode < kCurveMode) return has(Neighbourhood::kBeyond << (mode - kLineMode));
-  if (mode < kFaceMode) return has(Neighbourhood::kFarther << (mode - kCurveMode));
-  if (mode < kThirdMode) return has(Neighbourhood::kDiagonal << (mode - kFaceMode));
-  if (mode < kMeanThirdMode) return has(Neighbourhood::kThird << (mode - kThirdMode));
-  switch (mode) {
-    case kMeanThirdMode: return any(7 * Neighbourhood::kThird);
-    case kMeanNearMode: return any(7 * Neighbourhood::kNear);
-    case kMeanLineMode: return any(7 * Neighbourhood::kBeyond);
-    case kMeanFaceMode: return any(7 * Neighbourhood::kDiagonal);
-    default: return any(7 * Neighbourhood::kNear);
-  }
 }
 
 }  // namespace
@@ -140,27 +88,13 @@ bool ScalarColumn<Coder>::begin_group(Coder& coder, const DomainPlan& plan,
     return true;
   }
   std::vector<std::int64_t> known;
-  add_known_entries(*this, known);
-  for (const auto& other : before) add_known_entries(other, known);
-  return code_table(coder, plan.table, std::move(known), most_entries);
-}
-
-/// Entries that another component has in its table and this one may have: of either sign.
-template <class Coder>
-void ScalarColumn<Coder>::add_known_entries(const ScalarColumn& other,
-                                            std::vector<std::int64_t>& known) const {
-  if (other.domain_.kind != domain_.kind || other.domain_.exponent != domain_.exponent) return;
-  for (std::int64_t entry : other.table_) {
-    known.push_back(entry);
-    known.push_back(opposite(entry));
-  }
-}
-
-/// The index of the negative value.
-template <class Coder>
-std::int64_t ScalarColumn<Coder>::opposite(std::int64_t index) const {
-  return domain_.kind == DomainKind::floats || domain_.kind == DomainKind::narrow ? ~index
-                                                                                  : minus(0, index);
+  add_known_entries(table_, domain_.kind, known);
+  for (const ScalarColumn& other : before)
+    if (other.domain_.kind == domain_.kind && other.domain_.exponent == domain_.exponent)
+      add_known_entries(other.table_, domain_.kind, known);
+  table_ = plan.table;
+  return code_rank_table(coder, table_models_, domain_.kind, std::move(known), most_entries,
+                         table_);
 }
 
 template <class Coder>
@@ -183,64 +117,6 @@ void ScalarColumn<Coder>::change_domain(const ValueDomain& domain) {
   translator_ = next;
 }
 
-/// Entry by entry, ascending: one that is known of somewhere else, or by its distance from the
-/// last.
-template <class Coder>
-bool ScalarColumn<Coder>::code_table(Coder& coder, const std::vector<std::int64_t>& table,
-                                     std::vector<std::int64_t> known, std::uint64_t most_entries) {
-  const std::uint64_t count = code_number(coder, entries_, table.size() - 1) + 1;
-  if (count > most_entries) return false;
-  std::sort(known.begin(), known.end());
-  known.erase(std::unique(known.begin(), known.end()), known.end());
-  // Where no other table is known the negative entries of this one are, as positive ones.
-  bool mirrors = known.empty();
-  table_.clear();
-  std::uint64_t step = 0;
-  std::size_t next = 0;  // in known
-  std::uint32_t history = 0;
-  for (std::uint64_t i = 0; i < count; ++i) {
-    const std::int64_t last = i == 0 ? std::numeric_limits<std::int64_t>::min() : table_.back();
-    if (mirrors && i > 0 && last >= 0) {
-      for (std::size_t k = table_.size(); k-- > 0;)
-        if (opposite(table_[k]) > 0) known.push_back(opposite(table_[k]));
-      mirrors = false;
-    }
-    while (next < known.size() && known[next] <= last && i > 0) ++next;
-    std::uint64_t skip = 0;
-    bool is_known = false;
-    if constexpr (!Coder::kDecodes) {
-      const auto found = std::lower_bound(known.begin() + static_cast<std::ptrdiff_t>(next),
-                                          known.end(), table[i]);
-      is_known = found != known.end() && *found == table[i];
-      skip = static_cast<std::uint64_t>(found - known.begin()) - next;
-      is_known = is_known && skip < 64;
-    }
-    if (next < known.size()) {
-      is_known = coder.bit(known_entry_[history], is_known);
-      history = (2 * history + (is_known ? 1 : 0)) % 8;
-    } else {
-      is_known = false;
-    }
-    if (is_known) {
-      skip = code_number(coder, skipped_, skip);
-      if (skip >= known.size() - next) return false;
-      table_.push_back(known[next + static_cast<std::size_t>(skip)]);
-    } else if (i == 0) {
-      table_.push_back(code_signed(coder, first_entry_, table.empty() ? 0 : table[0]));
-    } else {
-      std::uint64_t wanted = 0;
-      if constexpr (!Coder::kDecodes)
-        wanted =
-            static_cast<std::uint64_t>(table[i]) - static_cast<std::uint64_t>(table[i - 1]) - 1;
-      if (!coder.bit(same_step_, wanted == step)) step = code_number(coder, step_, wanted);
-      const std::int64_t entry = plus(last, static_cast<std::int64_t>(step + 1));
-      if (entry <= last) return false;
-      table_.push_back(entry);
-    }
-  }
-  return true;
-}
-
 template <class Coder>
 template <class Visit>
 bool ScalarColumn<Coder>::with_space(Visit&& visit) {
@@ -260,25 +136,25 @@ bool ScalarColumn<Coder>::with_space(Visit&& visit) {
 
 // --- classes
 
-/// At the first element of a class in a tile: its mode, and the weights.
+/// At the first element of a class in a tile: its modes, and the weights.
 template <class Coder>
 void ScalarColumn<Coder>::code_class(Coder& coder, std::uint32_t of_class) {
-  Class& it = classes_[of_class];
-  it.tile = tile_;
-  const Class* wanted = Coder::kDecodes ? &it : &wanted_[of_class];
-  if (has_twins_ && !coder.bit(same_way_, wanted->way == it.way))
+  classes_[of_class].tile = tile_;
+  ClassModes& it = classes_[of_class].modes;
+  const ClassModes& wanted = Coder::kDecodes ? it : scratch_->wanted[of_class];
+  if (has_twins_ && !coder.bit(same_way_, wanted.way == it.way))
     it.way = it.way == kAlone ? kDifference : kAlone;
-  if (!coder.bit(same_mode_, wanted->mode == it.mode))
-    it.mode = std::min<std::uint32_t>(code_tree(coder, mode_, wanted->mode), kModes - 1);
-  if (!coder.bit(same_second_, wanted->second == it.second)) {
-    it.second = code_tree(coder, second_, wanted->second);
+  if (!coder.bit(same_mode_, wanted.mode == it.mode))
+    it.mode = std::min<std::uint32_t>(code_tree(coder, mode_, wanted.mode), kModes - 1);
+  if (!coder.bit(same_second_, wanted.second == it.second)) {
+    it.second = code_tree(coder, second_, wanted.second);
     if (it.second >= kModes) it.second = kNoMode;
   }
   if (it.mode != kFittedMode && it.second != kFittedMode) return;
-  if (coder.bit(same_weights_, wanted->weights == it.weights)) return;
+  if (coder.bit(same_weights_, wanted.weights == it.weights)) return;
   for (std::uint32_t i = 0; i < kWeights; ++i) {
     const std::int64_t weight =
-        plus(it.weights[i], code_signed(coder, weight_, wanted->weights[i] - it.weights[i]));
+        plus(it.weights[i], code_signed(coder, weight_, wanted.weights[i] - it.weights[i]));
     it.weights[i] =
         static_cast<std::int32_t>(std::clamp<std::int64_t>(weight, -kMostWeight, kMostWeight));
   }
@@ -451,14 +327,13 @@ bool ScalarColumn<Coder>::code_tile(Coder& coder, std::span<const Neighbourhood>
   if (most_class >= classes_.size()) classes_.resize(most_class + 1);
   return with_space([&](const auto& space) {
     if constexpr (!Coder::kDecodes) {
-      looked_ahead_ = needs_search();
+      looked_ahead_ = watch_.begin_tile(classes, style_.hurries);
+      scratch_->wanted.clear();
+      for (const Class& it : classes_) scratch_->wanted.push_back(it.modes);
       if (looked_ahead_) {
         look_ahead(space, items, bits, reference);
-        choose_modes(space);
-      } else {
-        wanted_ = classes_;
+        choose_modes(space, scratch_->samples, style_.matches, scratch_->wanted);
       }
-      for (Class& it : classes_) it.count = it.bits = 0;
     }
     return code_items(coder, space, items, bits, reference);
   });
@@ -476,7 +351,7 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
     MatchTables::Places places{};
     const auto at = [&](std::uint32_t feature) {
       if constexpr (!Coder::kDecodes)
-        if (looked_ahead_) return scratch_->samples[i].state[feature];
+        if (looked_ahead_) return sample(i).state[feature];
       if (feature < kFThird) return states_[item.at[feature]];
       if (feature < kFLast) return thirds_[item.at[feature - kFThird]];
       if (feature >= kFOther) return other_value(i);
@@ -487,14 +362,15 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
     const Predictor predictor(item.known & counts, at);
     const std::uint32_t of_class = item_classes_[i];
     if (classes_[of_class].tile != tile_) code_class(coder, of_class);
-    Class& how = classes_[of_class];
+    Class& its = classes_[of_class];
+    const ClassModes& how = its.modes;
     double then = 0.0;  // the state of the reference
     if (has_twins_)
-      then = !Coder::kDecodes && looked_ahead_ ? scratch_->samples[i].reference
-                                               : reference_state(reference[i]);
+      then =
+          !Coder::kDecodes && looked_ahead_ ? sample(i).reference : reference_state(reference[i]);
     const auto difference_at = [&](std::uint32_t feature) {
       if constexpr (!Coder::kDecodes)
-        if (looked_ahead_) return scratch_->differences[i][feature];
+        if (looked_ahead_) return scratch_->samples.differences[i][feature];
       return at(feature) - twin_feature(item, feature, then);
     };
     const auto predict = [&](std::uint32_t mode) {
@@ -506,7 +382,7 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
     bool odd = false;
     std::int64_t actual = 0;
     if constexpr (!Coder::kDecodes) {
-      const auto index = looked_ahead_ ? scratch_->samples[i].index : index_of(space, bits[i]);
+      const auto index = looked_ahead_ ? sample(i).index : index_of(space, bits[i]);
       odd = !index;
       actual = index.value_or(0);
     }
@@ -532,7 +408,7 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
           std::uint32_t near = 0;
           for (std::uint32_t a = 0; a < 3; ++a)
             if ((item.known >> a & 1) != 0) near += seconds_[item.at[a]];
-          second = coder.bit(how.takes_second[near], second);
+          second = coder.bit(its.takes_second[near], second);
           if (second) {
             expected = instead;
             prediction = other;
@@ -575,8 +451,7 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
       if constexpr (Coder::kDecodes) {
         bits[i] = minus_zero ? negative_zero(info_.type) : translator_.bits(base_index);
       } else {
-        how.count += 1;
-        how.bits += static_cast<double>(length);
+        watch_.note(of_class, length);
       }
       state = space.state(index);
       if (!is_finite(state)) state = odd_state(space, predictor);
@@ -607,28 +482,6 @@ void ScalarColumn<Coder>::settle(const Neighbourhood& item, std::size_t i, doubl
 
 // --- encoder: looking ahead
 
-/// Whether the modes of the tile's classes should be chosen anew: where one is new, does worse than
-/// when its modes were chosen, or has kept them for long.
-template <class Coder>
-bool ScalarColumn<Coder>::needs_search() {
-  if (!style_.hurries) return true;
-  std::vector<std::uint32_t> count(classes_.size());
-  for (std::uint32_t it : item_classes_) ++count[it];
-  bool needs = false;
-  for (std::size_t c = 0; c < count.size(); ++c) {
-    Class& it = classes_[c];
-    if (it.count > 0) {
-      const double bits = it.bits / it.count;
-      if (it.bits_then < 0 || it.tiles_since == 0) it.bits_then = bits;
-      if (bits > it.bits_then * 1.06 + 0.1) needs = true;
-    }
-    if (count[c] == 0) continue;
-    if (it.bits_then < 0 && count[c] * 32 > item_classes_.size()) needs = true;
-    if (++it.tiles_since >= kMostTilesKept && count[c] * 8 > item_classes_.size()) needs = true;
-  }
-  return needs;
-}
-
 /// States, indices and classes of all elements of the tile, and what surrounds each of them. The
 /// states move on to the end of the tile.
 template <class Coder>
@@ -636,11 +489,12 @@ template <class Space>
 void ScalarColumn<Coder>::look_ahead(const Space& space, std::span<const Neighbourhood> items,
                                      std::span<const std::uint64_t> bits,
                                      std::span<const std::uint64_t> reference) {
-  scratch_->samples.resize(items.size());
-  if (has_twins_) scratch_->differences.resize(items.size());
+  auto& [samples, differences] = scratch_->samples;
+  samples.resize(items.size());
+  if (has_twins_) differences.resize(items.size());
   for (std::size_t i = 0; i < items.size(); ++i) {
     const Neighbourhood& item = items[i];
-    Sample& it = scratch_->samples[i];
+    ModeSample& it = samples[i];
     it.known = item.known & style_.known();
     it.of_class = item_classes_[i];
     for (std::uint32_t f = 0; f < kFThird; ++f)
@@ -664,138 +518,10 @@ void ScalarColumn<Coder>::look_ahead(const Space& space, std::span<const Neighbo
       it.reference = reference_state(reference[i]);
       for (std::uint32_t f = 0; f < kFeatures; ++f)
         if (f >= kFLast || (it.known >> f & 1) != 0)
-          scratch_->differences[i][f] = it.state[f] - twin_feature(item, f, it.reference);
+          differences[i][f] = it.state[f] - twin_feature(item, f, it.reference);
       note_twin(item, it.reference);
     }
     settle(item, i, state, predictor.lattice(), places);
-  }
-}
-
-/// Says in wanted_ with which mode each class of the tile is best predicted.
-template <class Coder>
-template <class Space>
-void ScalarColumn<Coder>::choose_modes(const Space& space) {
-  wanted_ = classes_;
-  std::vector<std::uint32_t> count(classes_.size());
-  for (const Sample& it : scratch_->samples) ++count[it.of_class];
-  std::vector<std::size_t> begin(classes_.size() + 1);
-  for (std::size_t c = 0; c < count.size(); ++c) begin[c + 1] = begin[c] + count[c];
-  std::vector<std::uint32_t> order(scratch_->samples.size());
-  {
-    auto next = begin;
-    for (std::size_t i = 0; i < scratch_->samples.size(); ++i)
-      order[next[scratch_->samples[i].of_class]++] = static_cast<std::uint32_t>(i);
-  }
-  std::vector<FitSample> fit;
-  for (std::uint32_t c = 0; c < count.size(); ++c) {
-    if (count[c] == 0) continue;
-    const auto pick = [&](std::size_t i, std::size_t picked) {
-      return order[begin[c] + i * count[c] / picked];
-    };
-    Class& it = wanted_[c];
-    classes_[c].tiles_since = 0;
-    const std::uint32_t known = scratch_->samples[order[begin[c]]].known;
-    const std::size_t looked = std::min<std::size_t>(count[c], kLookAt);
-    const double scale = static_cast<double>(count[c]) / static_cast<double>(looked);
-    const Class start = it;
-    double least_of_ways = 0.0;
-    for (const Way way : {kAlone, kDifference}) {
-      if (way == kDifference && !has_twins_) break;
-      // What each mode misses: bits by sample.
-      std::array<std::vector<double>, kModes> missed;
-      const auto look = [&](std::uint32_t mode, const Weights& weights) {
-        missed[mode].clear();
-        double sum = 0.0;
-        for (std::size_t i = 0; i < looked; ++i) {
-          const std::uint32_t picked = pick(i, looked);
-          const Sample& sample = scratch_->samples[picked];
-          if (!sample.index) continue;
-          const auto& features = way == kAlone ? sample.state : scratch_->differences[picked];
-          const auto at = [&](std::uint32_t feature) { return features[feature]; };
-          const double prediction = Predictor(sample.known, at).predict(mode, weights) +
-                                    (way == kAlone ? 0.0 : sample.reference);
-          const double bits = cost_of(minus(*sample.index, space.index(prediction)));
-          missed[mode].push_back(bits);
-          sum += bits;
-        }
-        return sum * scale;
-      };
-
-      Weights weights = start.weights;
-      std::array<double, kModes> cost{};
-      std::array<bool, kModes> tried{};
-      for (std::uint32_t mode = 0; mode < kModes; ++mode) {
-        tried[mode] = mode == kStayMode
-                          ? way == kDifference
-                          : is_sayable(mode, known) &&
-                                (style_.matches || mode < kMatchMode || mode == kFittedMode);
-        if (mode == kFittedMode) {
-          tried[mode] = tried[mode] && count[c] >= kFewestToFit;
-          if (!tried[mode]) continue;
-          const std::size_t fitted = std::min<std::size_t>(count[c], kFitAt);
-          fit.clear();
-          for (std::size_t i = 0; i < fitted; ++i) {
-            const std::uint32_t picked = pick(i, fitted);
-            const Sample& sample = scratch_->samples[picked];
-            const auto& features = way == kAlone ? sample.state : scratch_->differences[picked];
-            const auto at = [&](std::uint32_t feature) { return features[feature]; };
-            const Predictor predictor(sample.known, at);
-            const double base = predictor.lattice();
-            if (!sample.index) continue;
-            const double target =
-                space.state(*sample.index) - base - (way == kAlone ? 0.0 : sample.reference);
-            if (is_finite(target)) fit.push_back({predictor.terms(base), target});
-          }
-          const Weights found = fit_weights(fit);
-          const double kept = start.weights == Weights{} ? 1e300 : look(mode, start.weights);
-          const double anew = look(mode, found) + kWeightsBits;
-          if (anew < kept) {
-            weights = found;
-            cost[mode] = anew;
-          } else {
-            cost[mode] = look(mode, start.weights);
-          }
-        } else if (tried[mode]) {
-          cost[mode] = look(mode, weights);
-        }
-      }
-      std::uint32_t best = kLattice;
-      double least = cost[best] + (start.mode == best ? 0.0 : kModeBits);
-      for (std::uint32_t mode = 0; mode < kModes; ++mode) {
-        const double its = cost[mode] + (start.mode == mode ? 0.0 : kModeBits);
-        if (!tried[mode] || its >= least) continue;
-        least = its;
-        best = mode;
-      }
-      std::uint32_t second = kNoMode;
-      const double alone = cost[best];
-      double less = alone + (start.second == kNoMode ? 0.0 : kModeBits);
-      for (std::uint32_t mode = 0; mode < kModes; ++mode) {
-        if (!tried[mode] || mode == best) continue;
-        double sum = 0.0;
-        std::size_t taken = 0;
-        for (std::size_t i = 0; i < missed[mode].size(); ++i) {
-          const bool better = missed[mode][i] + 1.0 < missed[best][i];
-          taken += better ? 1 : 0;
-          sum += better ? missed[mode][i] : missed[best][i];
-        }
-        if (taken == 0) continue;
-        const double its =
-            (sum + binary_entropy(taken, missed[mode].size())) * scale +
-            (start.second == mode ? 0.0 : kModeBits) +
-            (mode == kFittedMode && !(weights == start.weights) ? kWeightsBits : 0.0);
-        if (its >= less) continue;
-        less = its;
-        second = mode;
-      }
-      less += start.mode == best ? 0.0 : kModeBits;
-      if (way != kAlone && less >= least_of_ways) break;
-      least_of_ways = less;
-      it.way = way;
-      it.second = second;
-      it.mode = best;
-      it.weights = weights;
-    }
   }
 }
 

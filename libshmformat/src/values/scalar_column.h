@@ -14,7 +14,9 @@
 #include "entropy/models.h"
 #include "entropy/split_coder.h"
 #include "values/match_tables.h"
+#include "values/mode_choice.h"
 #include "values/neighbourhood.h"
+#include "values/rank_table.h"
 #include "values/value_domain.h"
 #include "values/value_predictor.h"
 
@@ -98,22 +100,8 @@ class ScalarColumn {
   /// What is said of a class of neighbourhoods.
   struct Class {
     std::uint64_t tile = 0;  ///< the last one that had it, from 1
-    std::uint32_t mode = kLattice;
-    std::uint32_t second = kNoMode;  ///< a mode that may be right where the first is wrong
-    Weights weights{};
-    std::uint32_t way = kAlone;
+    ClassModes modes;
     std::array<AdaptiveBit, 4> takes_second;  ///< by how many near ones did
-    // Encoding: elements and bits in the last tile that had it, and bits an element when the
-    // modes were chosen; negative: never.
-    double count = 0, bits = 0, bits_then = -1;
-    std::uint32_t tiles_since = 0;
-  };
-  /// An element as the encoder sees it.
-  struct Sample {
-    std::array<double, kFeatures> state{};
-    std::optional<std::int64_t> index;
-    std::uint32_t known = 0, of_class = 0;
-    double reference = 0;  ///< state of the reference
   };
   /// The state of what an element refers to.
   struct Twin {
@@ -121,16 +109,11 @@ class ScalarColumn {
   };
   /// What only the tile at hand needs: shared by components and copies, which take turns.
   struct Scratch {
-    std::vector<Sample> samples;
-    std::vector<std::array<double, kFeatures>> differences;  // from the twins, where there are any
+    ModeSamples samples;
+    std::vector<ClassModes> wanted;  // by class: what the tile will say
   };
 
   void change_domain(const ValueDomain& domain);
-  bool code_table(Coder& coder, const std::vector<std::int64_t>& table,
-                  std::vector<std::int64_t> known, std::uint64_t most_entries);
-  std::int64_t opposite(std::int64_t index) const;
-  void add_known_entries(const ScalarColumn& other, std::vector<std::int64_t>& known) const;
-  bool needs_search();
   std::optional<std::int64_t> index_of(const auto& space, std::uint64_t bits) const;
   template <class Visit>
   bool with_space(Visit&& visit);
@@ -145,8 +128,6 @@ class ScalarColumn {
   double twin_feature(const Neighbourhood& item, std::uint32_t feature, double then) const;
   double reference_state(std::uint64_t bits) const;
   void note_twin(const Neighbourhood& item, double state);
-  template <class Space>
-  void choose_modes(const Space& space);
   template <class At>
   MatchTables::Places match_places(const Neighbourhood& item, const At& at, std::size_t i) const;
   double from_match(std::uint32_t kind, const MatchTables::Places& places) const {
@@ -157,6 +138,7 @@ class ScalarColumn {
     return before_.empty() || !style_.matches ? 0.0
                                               : translator_.from_value(before_.back()->values[i]);
   }
+  const ModeSample& sample(std::size_t i) const { return scratch_->samples.samples[i]; }
   void code_class(Coder& coder, std::uint32_t of_class);
   template <class At>
   double odd_state(const auto& space, const Predictor<At>& predictor) const;
@@ -196,22 +178,21 @@ class ScalarColumn {
   double twin_last_ = 0, twin_before_last_ = 0;
 
   std::vector<Class> classes_;
-  std::vector<Class> wanted_;  // encoding: what the tile at hand will say
+  ModeWatch watch_;                                                 // encoding
   std::shared_ptr<Scratch> scratch_ = std::make_shared<Scratch>();  // encoding
 
   // models
-  AdaptiveBit same_domain_, negative_zero_flag_, odd_flag_, table_flag_, same_step_;
+  AdaptiveBit same_domain_, negative_zero_flag_, odd_flag_, table_flag_;
   TreeModel<3> kind_;
-  SignedModel<NumberModel> exponent_, first_entry_, weight_;
-  NumberModel entries_, step_, skipped_;
-  std::array<AdaptiveBit, 8> known_entry_;
+  SignedModel<NumberModel> exponent_, weight_;
+  RankTableModels table_models_;
   AdaptiveBit same_mode_, same_second_, same_weights_, same_way_, same_odd_;
   TreeModel<5> mode_, second_;
   std::array<AdaptiveBit, 2> odd_, negative_;
   std::vector<std::uint16_t> residual_numbers_;  // by context, from 1
   std::vector<Residual> residuals_;
   std::vector<Mixed> mixed_;   // one where mixed bits have been used
-  bool looked_ahead_ = false;  // encoding: samples_ are those of the tile at hand
+  bool looked_ahead_ = false;  // encoding: the samples are those of the tile at hand
 };
 
 extern template class ScalarColumn<SplitEncoder>;

@@ -2,15 +2,12 @@
 
 #include <bit>
 #include <cmath>
-#include <limits>
 
 namespace shm {
 namespace {
 
 constexpr std::int32_t kMostBinary = 1074, kLeastBinary = -971;
 constexpr std::int32_t kMostDecimal = 22;
-
-bool is_finite(double v) { return std::fabs(v) <= std::numeric_limits<double>::max(); }
 
 /// 2^-exponent, for the exponents that a domain may have; denormal from 1023 on.
 double binary_step(std::int32_t exponent) {

@@ -12,6 +12,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <type_traits>
 
@@ -24,6 +25,11 @@ inline constexpr std::int64_t kLargestIndex = std::int64_t{1} << 53;
 inline constexpr std::array<double, 23> kPowersOfTen = {
     1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
     1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+
+inline bool is_finite(double v) {
+  constexpr double kMost = std::numeric_limits<double>::max();
+  return v >= -kMost && v <= kMost;
+}
 
 /// Nearest integer, halves up, within +-2^53; 0 for NaN.
 inline std::int64_t nearest_integer(double v) {

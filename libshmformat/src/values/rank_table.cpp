@@ -1,0 +1,91 @@
+#include "values/rank_table.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "entropy/split_coder.h"
+#include "values/whole_numbers.h"
+
+namespace shm {
+namespace {
+
+constexpr std::uint64_t kMostSkipped = 63;  // encoder: farther entries are said by their distance
+
+/// The index of the negative value.
+std::int64_t opposite(std::int64_t index, DomainKind kind) {
+  return kind == DomainKind::floats || kind == DomainKind::narrow ? ~index : minus(0, index);
+}
+
+}  // namespace
+
+void add_known_entries(std::span<const std::int64_t> table, DomainKind kind,
+                       std::vector<std::int64_t>& known) {
+  for (std::int64_t entry : table) {
+    known.push_back(entry);
+    known.push_back(opposite(entry, kind));
+  }
+}
+
+template <class Coder>
+bool code_rank_table(Coder& coder, RankTableModels& models, DomainKind kind,
+                     std::vector<std::int64_t> known, std::uint64_t most_entries,
+                     std::vector<std::int64_t>& table) {
+  const std::vector<std::int64_t> wanted = Coder::kDecodes ? std::vector<std::int64_t>() : table;
+  const std::uint64_t count = code_number(coder, models.entries, wanted.size() - 1) + 1;
+  if (count > most_entries) return false;
+  std::sort(known.begin(), known.end());
+  known.erase(std::unique(known.begin(), known.end()), known.end());
+  // Where no other table is known the negative entries of this one are, as positive ones.
+  bool mirrors = known.empty();
+  table.clear();
+  std::uint64_t step = 0;
+  std::size_t next = 0;  // in known
+  std::uint32_t history = 0;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::int64_t last = i == 0 ? std::numeric_limits<std::int64_t>::min() : table.back();
+    if (mirrors && i > 0 && last >= 0) {
+      for (std::size_t k = table.size(); k-- > 0;)
+        if (opposite(table[k], kind) > 0) known.push_back(opposite(table[k], kind));
+      mirrors = false;
+    }
+    while (next < known.size() && known[next] <= last && i > 0) ++next;
+    std::uint64_t skip = 0;
+    bool is_known = false;
+    if constexpr (!Coder::kDecodes) {
+      const auto found = std::lower_bound(known.begin() + static_cast<std::ptrdiff_t>(next),
+                                          known.end(), wanted[i]);
+      skip = static_cast<std::uint64_t>(found - known.begin()) - next;
+      is_known = found != known.end() && *found == wanted[i] && skip <= kMostSkipped;
+    }
+    if (next < known.size()) {
+      is_known = coder.bit(models.known_entry[history], is_known);
+      history = (2 * history + (is_known ? 1 : 0)) % 8;
+    } else {
+      is_known = false;
+    }
+    if (is_known) {
+      skip = code_number(coder, models.skipped, skip);
+      if (skip >= known.size() - next) return false;
+      table.push_back(known[next + static_cast<std::size_t>(skip)]);
+    } else if (i == 0) {
+      table.push_back(code_signed(coder, models.first_entry, wanted.empty() ? 0 : wanted[0]));
+    } else {
+      std::uint64_t distance = 0;
+      if constexpr (!Coder::kDecodes)
+        distance = static_cast<std::uint64_t>(minus(wanted[i], wanted[i - 1])) - 1;
+      if (!coder.bit(models.same_step, distance == step))
+        step = code_number(coder, models.step, distance);
+      const std::int64_t entry = plus(last, static_cast<std::int64_t>(step + 1));
+      if (entry <= last) return false;
+      table.push_back(entry);
+    }
+  }
+  return true;
+}
+
+template bool code_rank_table(SplitEncoder&, RankTableModels&, DomainKind,
+                              std::vector<std::int64_t>, std::uint64_t, std::vector<std::int64_t>&);
+template bool code_rank_table(SplitDecoder&, RankTableModels&, DomainKind,
+                              std::vector<std::int64_t>, std::uint64_t, std::vector<std::int64_t>&);
+
+}  // namespace shm
