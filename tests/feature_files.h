@@ -170,6 +170,16 @@ inline TestMesh replayed(Order order) {
   return mesh;
 }
 
+/// Of these arrays those of 16 components that come first have tables, and the last one.
+inline TestMesh with_tables_for_some(TestMesh mesh) {
+  for (const std::uint32_t components : {17, 16, 16, 16, 16, 13})
+    add_array(mesh,
+              array_of("a" + std::to_string(mesh.schema.arrays.size()), Location::point,
+                       ScalarType::uint8, components),
+              mesh.vertices);
+  return mesh;
+}
+
 inline TestMesh with_arrays_of_every_type(TestMesh mesh) {
   for (int t = 1; t <= 10; ++t) {
     const auto type = static_cast<ScalarType>(t);
@@ -312,9 +322,11 @@ inline std::vector<std::byte> unmarked_file() {
 }
 
 inline std::vector<std::byte> written(const TestMesh& mesh, std::uint32_t group_cells = 65536,
-                                      ConnectivityCodec codec = ConnectivityCodec::rows) {
+                                      ConnectivityCodec codec = ConnectivityCodec::rows,
+                                      Level level = Level::standard) {
   MemorySink sink;
   WriteOptions options;
+  options.level = level;
   options.group_cells = group_cells;
   options.connectivity = codec;
   const auto report = write_mesh(mesh, sink, options);
@@ -364,6 +376,9 @@ inline std::vector<FeatureFile> feature_files() {
   add("degenerate", written(degenerate_hexahedra()));
   add("arrays", written(with_arrays_of_every_type(bent_grid(2, 2, 1))));
   add("arrays_on_some_blocks", written(arrays_on_some_blocks()));
+  add("tables_for_some", written(with_tables_for_some(bent_grid(2, 2, 1))));
+  add("mixed_columns", written(with_arrays_of_every_type(bent_grid(2, 2, 2)), 5,
+                               ConnectivityCodec::rows, Level::best));
   add("quantized", written(quantized()));
   add("bounded", bounded_file());
   add("special_values", written(special_values()));

@@ -1,5 +1,8 @@
 // Damaged and lying files: every one is an error with a fitting code or decodes to the very same
 // content; never other content, never a crash, never memory out of proportion.
+#include <malloc.h>
+
+#include <atomic>
 #include <cstdlib>
 #include <functional>
 #include <limits>
@@ -17,17 +20,27 @@ namespace {
 
 // The largest single allocation since it was last set to zero.
 std::size_t largest_allocation = 0;
+// Bytes that are allocated, and the most that were since it was last set.
+std::atomic<std::size_t> allocated = 0, most_allocated = 0;
 
 }  // namespace
 
 // Not inlined, or the compiler sees malloc and delete, and warns.
 [[gnu::noinline]] void* operator new(std::size_t bytes) {
   largest_allocation = std::max(largest_allocation, bytes);
-  if (void* memory = std::malloc(bytes > 0 ? bytes : 1)) return memory;
-  throw std::bad_alloc();
+  void* memory = std::malloc(bytes > 0 ? bytes : 1);
+  if (memory == nullptr) throw std::bad_alloc();
+  const std::size_t now = allocated += ::malloc_usable_size(memory);
+  if (now > most_allocated) most_allocated = now;
+  return memory;
 }
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory) noexcept {
+  allocated -= ::malloc_usable_size(memory);
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
+  operator delete(memory);
+}
 
 namespace shm {
 namespace {
@@ -396,6 +409,97 @@ TEST(Hostile, LimitsOfTheSchemaComeBeforeItsMemory) {
     largest_allocation = 0;
     EXPECT_EQ(code_of(bytes, limits), ErrorCode::over_limit);
     EXPECT_LE(largest_allocation, std::size_t{33} << 20) << (arrays ? "arrays" : "blocks");
+  }
+}
+
+/// The most memory that `work` holds at once, in bytes.
+std::size_t memory_of(const std::function<void()>& work) {
+  const std::size_t before = allocated;
+  most_allocated = before;
+  work();
+  return most_allocated - before;
+}
+
+/// Point arrays of so many components on a mesh.
+TestMesh with_components(TestMesh mesh, std::uint32_t arrays, std::uint32_t components,
+                         ScalarType type) {
+  for (std::uint32_t a = 0; a < arrays; ++a)
+    add_array(mesh, array_of("a" + std::to_string(a), Location::point, type, components),
+              mesh.vertices);
+  return mesh;
+}
+struct Components {
+  std::uint32_t arrays, components;
+  bool any_tables;  // whether columns of some of the arrays have tables
+};
+constexpr std::array<Components, 4> kManyComponents = {
+    {{1, 4096, false}, {4096, 1, true}, {256, 16, true}, {64, 64, false}}};
+
+// A component takes a few kilobytes, and tables are for few of them.
+TEST(Hostile, ManyComponentsTakeLittleMemory) {
+  constexpr std::size_t kPerComponent = 12 << 10, kTables = 32 << 20;
+  for (const Components& many : kManyComponents)
+    for (const Level level : {Level::fast, Level::standard, Level::best}) {
+      SCOPED_TRACE(std::to_string(many.arrays) + " arrays, level " +
+                   std::to_string(static_cast<int>(level)));
+      const TestMesh mesh =
+          with_components(grid(1, 1, 1), many.arrays, many.components, ScalarType::uint8);
+      MemorySink sink;
+      WriteOptions options;
+      options.level = level;
+      ASSERT_TRUE(write_mesh(mesh, sink, options));
+      const std::size_t most =
+          4096 * kPerComponent + (level == Level::best || many.any_tables ? kTables : 0);
+      EXPECT_LE(memory_of([&] { EXPECT_TRUE(decode_in_pieces(sink.bytes)); }), most);
+
+      FileParts parts = take_apart(sink.bytes);
+      Bytes& payload = parts.find(ChunkKind::group)->payload;
+      const auto group = take_group_apart(payload);
+      ASSERT_TRUE(group);
+      // Streams that are not there read as zeros: a file of a few bytes for each array.
+      auto empty = *group;
+      const auto first_array = static_cast<std::ptrdiff_t>(
+          std::find_if(
+              empty.header.streams.begin(), empty.header.streams.end(),
+              [](const auto& entry) { return entry.kind == container::StreamKind::array; }) -
+          empty.header.streams.begin());
+      empty.header.streams.erase(empty.header.streams.begin() + first_array,
+                                 empty.header.streams.end());
+      empty.streams.erase(empty.streams.begin() + first_array, empty.streams.end());
+      payload = put_group_together(empty);
+      EXPECT_LE(memory_of([&] { (void)decode_in_pieces(put_together(parts)); }), most);
+
+      // Mixed columns where there may be none.
+      auto mixed = *group;
+      mixed.header.streams.back().codec = container::Codec::mixed_columns;
+      payload = put_group_together(mixed);
+      EXPECT_LE(memory_of([&] { EXPECT_EQ(code_of(put_together(parts)), ErrorCode::unsupported); }),
+                most + kTables);
+    }
+}
+
+TEST(Hostile, QuantizedComponentsShareTheirSchema) {
+  TestMesh mesh = with_components(grid(1, 1, 1), 1, 4096, ScalarType::float32);
+  Quantization& quantization = mesh.schema.arrays[0].quantization;
+  quantization.bits = 16;
+  quantization.minimum.assign(4096, 0.0);
+  quantization.maximum.assign(4096, 1.0);
+  const Bytes bytes = written(mesh);
+  EXPECT_LE(memory_of([&] { EXPECT_TRUE(decode_in_pieces(bytes)); }), std::size_t{64} << 20);
+}
+
+// Of each component a Writer holds several copies while it tries, and tables of few: 1.3 MB of
+// values in 4096 components do not take gigabytes.
+TEST(Hostile, ManyComponentsAreWrittenInBoundedMemory) {
+  for (const Components& many : kManyComponents) {
+    SCOPED_TRACE(many.arrays);
+    const TestMesh mesh =
+        with_components(bent_grid(4, 3, 3), many.arrays, many.components, ScalarType::float32);
+    WriteOptions options;
+    options.level = Level::best;
+    MemorySink sink;
+    EXPECT_LE(memory_of([&] { EXPECT_TRUE(write_mesh(mesh, sink, options)); }),
+              std::size_t{256} << 20);
   }
 }
 

@@ -93,9 +93,10 @@ Result<void> SegmentDecoder::assign_streams() {
     const bool topology = entry.kind < StreamKind::vertex_numbers;
     const bool values = streams_->holds_values(next);
     const std::optional<ColumnCodec> column = column_codec(entry.codec);
-    const bool is_known = values     ? column.has_value()
-                          : topology ? entry.codec == codec_.value_or(entry.codec)
-                                     : entry.codec == container::Codec::predictive;
+    const bool is_known =
+        values     ? column && streams_->values().takes(streams_->column_of(next), *column)
+        : topology ? entry.codec == codec_.value_or(entry.codec)
+                   : entry.codec == container::Codec::predictive;
     if (entry.kind == StreamKind::connectivity) {
       if (auto good = take_codec(entry.codec); !good) return good;
     } else if (topology && &entry == &group_.streams[0]) {

@@ -127,6 +127,8 @@ Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& 
       return wrong(header, "its bytes cannot be unpacked");
     return std::move(*values);
   }
+  if (*codec == ColumnCodec::mixed && info.components > kMostTableComponents)
+    return wrong(header, "has too many components for its codec");
   if (!column_->begin(topology_->segment_of(header.group), *kind))
     return wrong(header, "refers to something else than the group before");
   last.has_referred = last.has_referred || *kind != StepReference::nothing;

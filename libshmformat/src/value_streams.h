@@ -65,6 +65,7 @@ class ValueStreams {
   // Decoding: the group, all its columns, then tile by tile. `bytes` are borrowed for the group,
   // and may unpack to `limit` bytes; false for damaged data.
   void begin_group();
+  bool takes(std::size_t column, ColumnCodec codec) const { return columns_[column].takes(codec); }
   bool begin_column(std::size_t column, ColumnCodec codec, std::span<const std::byte> bytes,
                     std::uint64_t limit);
   /// Values of what came since the last tile, appended to `out`; false for damaged data.

@@ -51,27 +51,24 @@ class MatchTables {
     const int wanted = std::clamp<int>(static_cast<int>(std::bit_width(8 * values_)), 8, kMostBits);
     if (bits_ == wanted) return;
     bits_ = wanted;
-    for (auto& table : tables_) table.assign(std::size_t{1} << bits_, Entry{});
+    for (auto& table : tables_) table.assign(std::size_t{1} << bits_, 0.0);
   }
   // Must hold: expect() came before.
   double find(std::uint32_t kind, const Place& place) const {
-    const Entry& it = tables_[kind][place.at >> (kMostBits - bits_)];
-    return it.negative == place.negative ? it.value : -it.value;
+    const double value = tables_[kind][place.at >> (kMostBits - bits_)];
+    return place.negative ? -value : value;
   }
   void remember(const Places& places, double value) {
     for (std::uint32_t kind = 0; kind < kMatchKinds; ++kind)
-      tables_[kind][places[kind].at >> (kMostBits - bits_)] = {value, places[kind].negative};
+      tables_[kind][places[kind].at >> (kMostBits - bits_)] =
+          places[kind].negative ? -value : value;
   }
 
  private:
   static constexpr int kMostBits = 15;
-  struct Entry {
-    double value = 0;
-    bool negative = false;
-  };
   std::size_t values_ = 0;
   int bits_ = 0;
-  std::array<std::vector<Entry>, kMatchKinds> tables_;
+  std::array<std::vector<double>, kMatchKinds> tables_;  // values as after a positive key
 };
 
 }  // namespace shm

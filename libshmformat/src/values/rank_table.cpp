@@ -16,6 +16,30 @@ std::int64_t opposite(std::int64_t index, DomainKind kind) {
   return kind == DomainKind::floats || kind == DomainKind::narrow ? ~index : minus(0, index);
 }
 
+/// The last few steps between entries, the one used last first: rounding lets evenly spaced numbers
+/// take two or three in turn.
+class Steps {
+ public:
+  template <class Coder>
+  std::uint64_t code(Coder& coder, RankTableModels& models, std::uint64_t wanted) {
+    std::size_t at = 0;
+    while (at < count_ && !coder.bit(models.same_step[at], wanted == last_[at])) ++at;
+    if (at == count_) {
+      const std::uint64_t step = code_number(coder, models.step, wanted);
+      if (count_ < last_.size()) ++count_;
+      at = count_ - 1;
+      last_[at] = step;
+    }
+    std::rotate(last_.begin(), last_.begin() + static_cast<std::ptrdiff_t>(at),
+                last_.begin() + static_cast<std::ptrdiff_t>(at) + 1);
+    return last_[0];
+  }
+
+ private:
+  std::array<std::uint64_t, 4> last_{};  // at first: a step of 0, entries without gaps
+  std::size_t count_ = 1;
+};
+
 }  // namespace
 
 void add_known_entries(std::span<const std::int64_t> table, DomainKind kind,
@@ -38,7 +62,7 @@ bool code_rank_table(Coder& coder, RankTableModels& models, DomainKind kind,
   // Where no other table is known the negative entries of this one are, as positive ones.
   bool mirrors = known.empty();
   table.clear();
-  std::uint64_t step = 0;
+  Steps steps;
   std::size_t next = 0;  // in known
   std::uint32_t history = 0;
   for (std::uint64_t i = 0; i < count; ++i) {
@@ -73,8 +97,7 @@ bool code_rank_table(Coder& coder, RankTableModels& models, DomainKind kind,
       std::uint64_t distance = 0;
       if constexpr (!Coder::kDecodes)
         distance = static_cast<std::uint64_t>(minus(wanted[i], wanted[i - 1])) - 1;
-      if (!coder.bit(models.same_step, distance == step))
-        step = code_number(coder, models.step, distance);
+      const std::uint64_t step = steps.code(coder, models, distance);
       const std::int64_t entry = plus(last, static_cast<std::int64_t>(step + 1));
       if (entry <= last) return false;
       table.push_back(entry);

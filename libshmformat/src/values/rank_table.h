@@ -8,15 +8,15 @@
 #include <span>
 #include <vector>
 
-#include "entropy/models.h"
+#include "entropy/compact_number.h"
 #include "values/value_domain.h"
 
 namespace shm {
 
 struct RankTableModels {
-  NumberModel entries, step, skipped;
-  SignedModel<NumberModel> first_entry;
-  AdaptiveBit same_step;
+  CompactNumberModel entries, step, skipped;
+  SignedModel<CompactNumberModel> first_entry;
+  std::array<AdaptiveBit, 4> same_step;    // as one of the last
   std::array<AdaptiveBit, 8> known_entry;  // by the last three
 };
 

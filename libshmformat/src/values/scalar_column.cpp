@@ -40,19 +40,18 @@ std::int64_t code_residual(Coder& coder, NearModel& model, std::uint32_t guess,
 }  // namespace
 
 template <class Coder>
-ScalarColumn<Coder>::ScalarColumn(const ArrayInfo& info, std::size_t component)
-    : info_(info),
+ScalarColumn<Coder>::ScalarColumn(std::shared_ptr<const ArrayInfo> info, std::size_t component)
+    : info_(std::move(info)),
       component_(component),
-      domain_{is_float(info.type)
-                  ? (info.quantization.bits > 0 ? DomainKind::quantized : DomainKind::floats)
+      domain_{is_float(info_->type)
+                  ? (info_->quantization.bits > 0 ? DomainKind::quantized : DomainKind::floats)
                   : DomainKind::integers,
               0, false, true},
-      translator_(info, component, domain_) {}
+      translator_(*info_, component, domain_) {}
 
 template <class Coder>
 void ScalarColumn<Coder>::set_style(const ColumnStyle& style) {
   style_ = style;
-  if (style.mixes && mixed_.empty()) mixed_.emplace_back();
 }
 
 template <class Coder>
@@ -74,13 +73,15 @@ bool ScalarColumn<Coder>::begin_group(Coder& coder, const DomainPlan& plan,
                                       std::uint64_t most_entries) {
   ValueDomain domain = plan.domain;
   if (!coder.bit(same_domain_, domain == domain_)) {
-    domain.kind =
-        static_cast<DomainKind>(code_tree(coder, kind_, static_cast<std::uint32_t>(domain.kind)));
+    DomainModels& models = domain_models_.get();
+    domain.kind = static_cast<DomainKind>(
+        code_tree(coder, models.kind, static_cast<std::uint32_t>(domain.kind)));
     if (static_cast<std::uint32_t>(domain.kind) >= kDomainKinds) return false;
-    domain.exponent = static_cast<std::int32_t>(code_signed(coder, exponent_, domain.exponent));
-    domain.negative_zero = coder.bit(negative_zero_flag_, domain.negative_zero);
-    domain.odd = coder.bit(odd_flag_, domain.odd);
-    if (!domain.fits(info_)) return false;
+    domain.exponent =
+        static_cast<std::int32_t>(code_signed(coder, models.exponent, domain.exponent));
+    domain.negative_zero = coder.bit(models.negative_zero, domain.negative_zero);
+    domain.odd = coder.bit(models.odd, domain.odd);
+    if (!domain.fits(*info_)) return false;
     change_domain(domain);
   }
   if (!coder.bit(table_flag_, !plan.table.empty())) {
@@ -93,13 +94,13 @@ bool ScalarColumn<Coder>::begin_group(Coder& coder, const DomainPlan& plan,
     if (other.domain_.kind == domain_.kind && other.domain_.exponent == domain_.exponent)
       add_known_entries(other.table_, domain_.kind, known);
   table_ = plan.table;
-  return code_rank_table(coder, table_models_, domain_.kind, std::move(known), most_entries,
+  return code_rank_table(coder, table_models_.get(), domain_.kind, std::move(known), most_entries,
                          table_);
 }
 
 template <class Coder>
 void ScalarColumn<Coder>::change_domain(const ValueDomain& domain) {
-  const ValueTranslator next(info_, component_, domain);
+  const ValueTranslator next(*info_, component_, domain);
   if (domain.kind != domain_.kind || domain.exponent != domain_.exponent) {
     const auto translate = [&](double state) {
       const double moved = next.from_value(translator_.as_value(state));
@@ -126,7 +127,7 @@ bool ScalarColumn<Coder>::with_space(Visit&& visit) {
   };
   switch (domain_.kind) {
     case DomainKind::floats:
-      if (info_.type == ScalarType::float32) return ranked(FloatSpace<float>());
+      if (info_->type == ScalarType::float32) return ranked(FloatSpace<float>());
       return ranked(FloatSpace<double>());
     case DomainKind::narrow: return ranked(FloatSpace<float>());
     case DomainKind::digits: return ranked(DecimalSpace{domain_.exponent});
@@ -154,7 +155,7 @@ void ScalarColumn<Coder>::code_class(Coder& coder, std::uint32_t of_class) {
   if (coder.bit(same_weights_, wanted.weights == it.weights)) return;
   for (std::uint32_t i = 0; i < kWeights; ++i) {
     const std::int64_t weight =
-        plus(it.weights[i], code_signed(coder, weight_, wanted.weights[i] - it.weights[i]));
+        plus(it.weights[i], code_signed(coder, weight_.get(), wanted.weights[i] - it.weights[i]));
     it.weights[i] =
         static_cast<std::int32_t>(std::clamp<std::int64_t>(weight, -kMostWeight, kMostWeight));
   }
@@ -176,7 +177,7 @@ template <class Coder>
 void ScalarColumn<Coder>::note(std::span<const Neighbourhood> items,
                                std::span<const std::uint64_t> bits) {
   for (std::size_t i = 0; i < items.size(); ++i) {
-    const double value = translator_.from_value(scalar_as_double(info_.type, bits[i]));
+    const double value = translator_.from_value(scalar_as_double(info_->type, bits[i]));
     skip(items[i]);
     if (is_finite(value)) states_[items[i].self] = value;
     before_last_ = last_;
@@ -194,7 +195,7 @@ void ScalarColumn<Coder>::note(std::span<const Neighbourhood> items,
 /// The state of a value in the domain at hand: any number, the same everywhere.
 template <class Coder>
 double ScalarColumn<Coder>::reference_state(std::uint64_t bits) const {
-  const double state = translator_.from_value(scalar_as_double(info_.type, bits));
+  const double state = translator_.from_value(scalar_as_double(info_->type, bits));
   return is_finite(state) ? state : twin_last_;
 }
 
@@ -216,17 +217,6 @@ void ScalarColumn<Coder>::note_twin(const Neighbourhood& item, double state) {
   twins_[item.self] = {state, third};
   twin_before_last_ = twin_last_;
   twin_last_ = state;
-}
-
-template <class Coder>
-auto ScalarColumn<Coder>::residual_model(std::uint32_t context) -> Residual& {
-  if (context >= residual_numbers_.size()) residual_numbers_.resize(context + 1);
-  std::uint16_t& number = residual_numbers_[context];
-  if (number == 0) {
-    residuals_.emplace_back();
-    number = static_cast<std::uint16_t>(residuals_.size());
-  }
-  return residuals_[number - 1u];
 }
 
 template <class Coder>
@@ -393,7 +383,7 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
       if (has_twins_ && coder.bit(same_odd_, bits[i] == reference[i]))
         bits[i] = reference[i];
       else
-        bits[i] = coder.raw(bits[i], static_cast<int>(8 * scalar_bytes(info_.type)));
+        bits[i] = coder.raw(bits[i], static_cast<int>(8 * scalar_bytes(info_->type)));
       state = odd_state(space, predictor);
       seconds_[item.self] = 0;
     } else {
@@ -421,7 +411,7 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
       std::int64_t residual = 0;
       if constexpr (!Coder::kDecodes) residual = minus(actual, expected);
       if (style_.mixes) {
-        Mixed& mixed = mixed_[0];
+        Mixed& mixed = mixed_.get();
         const std::array<std::int64_t, 3> others = {
             space.index(predict(kLattice)),
             space.index(predict(how.second == kNoMode ? kMeanNearMode
@@ -430,9 +420,9 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
             space.index(predict(kMeanLineMode))};
         mixed.coder.use(coder);
         ask_about(mixed, item, scale, i, of_class, expected, others, second);
-        residual = code_signed(mixed.coder, mixed.residuals[around.number], residual);
+        residual = code_signed(mixed.coder, mixed.residuals.of(around.number), residual);
       } else {
-        residual = code_residual(coder, residual_model(around.number), around.mean, residual);
+        residual = code_residual(coder, residuals_.of(around.number), around.mean, residual);
       }
       const std::int64_t index = plus(expected, residual);
       const std::uint32_t length = bit_length(residual);
@@ -445,11 +435,11 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
       }
       bool minus_zero = false;
       if (domain_.negative_zero && base_index == 0) {
-        if constexpr (!Coder::kDecodes) minus_zero = bits[i] == negative_zero(info_.type);
+        if constexpr (!Coder::kDecodes) minus_zero = bits[i] == negative_zero(info_->type);
         minus_zero = last_negative_ = coder.bit(negative_[last_negative_], minus_zero);
       }
       if constexpr (Coder::kDecodes) {
-        bits[i] = minus_zero ? negative_zero(info_.type) : translator_.bits(base_index);
+        bits[i] = minus_zero ? negative_zero(info_->type) : translator_.bits(base_index);
       } else {
         watch_.note(of_class, length);
       }

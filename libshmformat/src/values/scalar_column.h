@@ -10,6 +10,8 @@
 #include <span>
 #include <vector>
 
+#include "entropy/compact_number.h"
+#include "entropy/lazy_models.h"
 #include "entropy/mixing.h"
 #include "entropy/models.h"
 #include "entropy/split_coder.h"
@@ -50,7 +52,7 @@ inline constexpr std::uint32_t kSurpriseClasses = 27;
 template <class Coder>
 class ScalarColumn {
  public:
-  ScalarColumn(const ArrayInfo& info, std::size_t component);
+  ScalarColumn(std::shared_ptr<const ArrayInfo> info, std::size_t component);
 
   /// Its scratch memory is that of another component.
   void share_scratch(const ScalarColumn& other) { scratch_ = other.scratch_; }
@@ -88,14 +90,17 @@ class ScalarColumn {
   const Trace& trace() const { return trace_; }
 
  private:
-  using Residual = NearModel;
   using MixedResidual = SignedModel<ResidualModelOf<MixedBit>>;
-  /// Of residuals: by class of surprises, what the component before was, and the predictor.
-  static constexpr std::uint32_t kContexts = kSurpriseClasses * 3 * 2;
-  /// Codec mixed: one for each component.
+  /// What is said of another domain.
+  struct DomainModels {
+    AdaptiveBit negative_zero, odd;
+    TreeModel<3> kind;
+    SignedModel<CompactNumberModel> exponent;
+  };
+  /// Codec mixed.
   struct Mixed {
     MixingCoder<Coder> coder{1};
-    std::vector<MixedResidual> residuals{kContexts};
+    LazyModels<MixedResidual> residuals;  // by context
   };
   /// What is said of a class of neighbourhoods.
   struct Class {
@@ -147,12 +152,11 @@ class ScalarColumn {
     std::uint32_t mean = 0;  ///< of the surprises near
   };
   Context context(const Neighbourhood& item, std::int32_t scale, bool second, std::size_t i) const;
-  Residual& residual_model(std::uint32_t context);
   void ask_about(Mixed& mixed, const Neighbourhood& item, std::int32_t scale, std::size_t i,
                  std::uint32_t of_class, std::int64_t expected,
                  const std::array<std::int64_t, 3>& others, bool second);
 
-  ArrayInfo info_;
+  std::shared_ptr<const ArrayInfo> info_;
   std::size_t component_;
   ValueDomain domain_;
   std::vector<std::int64_t> table_;
@@ -182,16 +186,15 @@ class ScalarColumn {
   std::shared_ptr<Scratch> scratch_ = std::make_shared<Scratch>();  // encoding
 
   // models
-  AdaptiveBit same_domain_, negative_zero_flag_, odd_flag_, table_flag_;
-  TreeModel<3> kind_;
-  SignedModel<NumberModel> exponent_, weight_;
-  RankTableModels table_models_;
+  AdaptiveBit same_domain_, table_flag_;
+  LazyModel<DomainModels> domain_models_;
+  LazyModel<RankTableModels> table_models_;
+  LazyModel<SignedModel<CompactNumberModel>> weight_;
   AdaptiveBit same_mode_, same_second_, same_weights_, same_way_, same_odd_;
   TreeModel<5> mode_, second_;
   std::array<AdaptiveBit, 2> odd_, negative_;
-  std::vector<std::uint16_t> residual_numbers_;  // by context, from 1
-  std::vector<Residual> residuals_;
-  std::vector<Mixed> mixed_;   // one where mixed bits have been used
+  LazyModels<NearModel> residuals_;  // by context
+  LazyModel<Mixed> mixed_;
   bool looked_ahead_ = false;  // encoding: the samples are those of the tile at hand
 };
 

@@ -12,8 +12,6 @@
 namespace shm {
 namespace {
 
-/// Arrays of more components than this have no matches: their tables would take too much.
-constexpr std::uint32_t kMostMatched = 16;
 // Encoder. What looking far must save, one part in so many; groups for which a domain is kept.
 constexpr std::size_t kWorthFarShare = 20;
 constexpr std::uint32_t kGroupsKept = 8;
@@ -46,11 +44,15 @@ void for_each_tile(const TiledItems& elements, Visit&& visit) {
 
 template <class Coder>
 ValueColumn<Coder>::ValueColumn(const ArrayInfo& info, std::vector<std::uint32_t> blocks,
-                                bool repeats)
-    : info_(info), blocks_(std::move(blocks)), repeats_(repeats), width_(scalar_bytes(info.type)) {
+                                bool repeats, bool tables)
+    : info_(std::make_shared<const ArrayInfo>(info)),
+      blocks_(std::move(blocks)),
+      repeats_(repeats),
+      has_tables_(tables && info.components <= kMostTableComponents),
+      width_(scalar_bytes(info.type)) {
   columns_.reserve(info.components);
   for (std::size_t c = 0; c < info.components; ++c) {
-    columns_.emplace_back(info, c);
+    columns_.emplace_back(info_, c);
     columns_[c].share_scratch(columns_[0]);
   }
 }
@@ -87,8 +89,8 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
   std::size_t count = 0;
   for (std::size_t i = 0; i < elements.items.size(); ++i)
     count += elements.blocks.empty() || covers(elements.blocks[i]) ? 1 : 0;
-  Bits bits(info_.components), references(info_.components);
-  for (std::size_t c = 0; c < info_.components; ++c) {
+  Bits bits(info_->components), references(info_->components);
+  for (std::size_t c = 0; c < info_->components; ++c) {
     bits[c].resize(count);
     for (std::size_t i = 0; i < count; ++i)
       bits[c][i] = load(values + i * stride + c * width_, width_);
@@ -96,7 +98,8 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
     for (std::size_t i = 0; i < references[c].size(); ++i)
       references[c][i] = load(reference + i * stride + c * width_, width_);
   }
-  const ColumnCodec codec = level == Level::best ? ColumnCodec::mixed : ColumnCodec::predicted;
+  const ColumnCodec codec =
+      level == Level::best && has_tables_ ? ColumnCodec::mixed : ColumnCodec::predicted;
 
   // Runs and repeats are zstd's: tried where a quick look says that they may be the most of it.
   const std::vector<std::byte> planes = level == Level::best || repeats_
@@ -120,7 +123,7 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
 template <class Coder>
 std::vector<std::byte> ValueColumn<Coder>::packed(const std::byte* values, std::size_t stride,
                                                   std::size_t count) const {
-  const std::size_t bytes = width_ * info_.components;
+  const std::size_t bytes = width_ * info_->components;
   std::vector<std::byte> out(count * bytes);
   for (std::size_t i = 0; i < count; ++i)
     std::copy_n(values + i * stride, bytes, out.data() + i * bytes);
@@ -134,7 +137,7 @@ bool ValueColumn<Coder>::code_head(Coder& coder, ColumnStyle style,
   style_.hurries = style.hurries;
   style_.reach = static_cast<Reach>(
       std::min(code_tree(coder, reach_, static_cast<std::uint32_t>(style.reach)), 2u));
-  style_.matches = coder.bit(matches_, style.matches) && info_.components <= kMostMatched;
+  style_.matches = coder.bit(matches_, style.matches) && has_tables_;
   for (std::size_t c = 0; c < columns_.size(); ++c) {
     columns_[c].set_style(style_);
     if (!columns_[c].begin_group(coder, plans.empty() ? DomainPlan() : plans[c],
@@ -156,7 +159,7 @@ std::vector<std::byte> ValueColumn<Coder>::encode_predicted(const TiledItems& el
   });
   const ClassNumbers numbers = class_numbers_;  // trials number classes that are never said
   std::vector<DomainPlan> plans;
-  for (std::size_t c = 0; c < info_.components; ++c)
+  for (std::size_t c = 0; c < info_->components; ++c)
     plans.push_back(choose_domain(c, first, bits[c], reference[c], level));
   const ColumnStyle style = choose_style(first, bits, reference, plans, level);
   class_numbers_ = numbers;
@@ -169,7 +172,7 @@ std::vector<std::byte> ValueColumn<Coder>::encode_predicted(const TiledItems& el
     const auto own = covered(items, blocks);
     if (own.empty()) return;
     classify(own, style_);
-    for (std::size_t c = 0; c < info_.components; ++c)
+    for (std::size_t c = 0; c < info_->components; ++c)
       code_component(c, own, std::span(bits[c]).subspan(at, own.size()),
                      reference[c].empty() ? std::span<const std::uint64_t>()
                                           : std::span(reference[c]).subspan(at, own.size()));
@@ -188,8 +191,8 @@ ColumnStyle ValueColumn<Coder>::choose_style(std::span<const Neighbourhood> firs
                                              const Bits& bits, const Bits& reference,
                                              std::span<const DomainPlan> plans, Level level) {
   ColumnStyle full;
-  full.mixes = level == Level::best;
-  full.matches = info_.components <= kMostMatched;
+  full.mixes = level == Level::best && has_tables_;
+  full.matches = has_tables_;
   if (level == Level::fast) return {Reach::lattice, false, false, true};
   if (level == Level::best || groups_ == 0 || first_tile.empty()) return full;
   const ColumnStyle lean{Reach::lattice, false, false};
@@ -224,7 +227,7 @@ void ValueColumn<Coder>::note(const TiledItems& elements, const Bits& bits) {
   std::size_t at = 0;
   for_each_tile(elements, [&](auto items, auto blocks) {
     const auto own = covered(items, blocks);
-    for (std::size_t c = 0; c < info_.components; ++c)
+    for (std::size_t c = 0; c < info_->components; ++c)
       columns_[c].note(own, std::span(bits[c]).subspan(at, own.size()));
     at += own.size();
   });
@@ -254,9 +257,9 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component,
                                              Level level) {
   // What was right for the group before is right again, as a rule.
   if (level != Level::best && groups_ % kGroupsKept != 0 && plans_[component].table.empty() &&
-      still_fits(info_, component, plans_[component].domain, bits))
+      still_fits(*info_, component, plans_[component].domain, bits))
     return plans_[component];
-  auto plans = domain_candidates(info_, component, bits);
+  auto plans = domain_candidates(*info_, component, bits);
   if constexpr (!Coder::kDecodes) {
     std::size_t best = 0;
     double least = 0;
@@ -286,15 +289,16 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component,
 template <class Coder>
 bool ValueColumn<Coder>::begin_group(ColumnCodec codec, std::span<const std::byte> bytes,
                                      std::uint64_t limit) {
+  if (!takes(codec)) return false;
   codec_ = codec;
   if (codec != ColumnCodec::shuffled_zstd) {
     if constexpr (Coder::kDecodes) coder_ = Coder(bytes);
     ColumnStyle style;
     style.mixes = codec == ColumnCodec::mixed;
-    return code_head(coder_, style, {}, limit / (width_ * info_.components));
+    return code_head(coder_, style, {}, limit / (width_ * info_->components));
   }
   auto values = unpack_shuffled(bytes, width_, limit);
-  if (!values || values->size() % (width_ * info_.components) != 0) return false;
+  if (!values || values->size() % (width_ * info_->components) != 0) return false;
   unpacked_ = std::move(*values);
   unpacked_at_ = 0;
   return true;
@@ -306,7 +310,7 @@ bool ValueColumn<Coder>::decode_tile(std::span<const Neighbourhood> items,
                                      std::vector<std::byte>& out, const std::byte* reference) {
   const auto own = covered(items, blocks);
   if (own.empty()) return true;
-  const std::size_t stride = width_ * info_.components, base = out.size();
+  const std::size_t stride = width_ * info_->components, base = out.size();
   const std::size_t bytes = own.size() * stride;
   bits_.resize(own.size());
   if (codec_ == ColumnCodec::shuffled_zstd) {
@@ -314,7 +318,7 @@ bool ValueColumn<Coder>::decode_tile(std::span<const Neighbourhood> items,
     const std::byte* from = unpacked_.data() + unpacked_at_;
     out.insert(out.end(), from, from + bytes);
     unpacked_at_ += bytes;
-    for (std::size_t c = 0; c < info_.components; ++c) {
+    for (std::size_t c = 0; c < info_->components; ++c) {
       for (std::size_t i = 0; i < own.size(); ++i)
         bits_[i] = load(from + i * stride + c * width_, width_);
       columns_[c].note(own, bits_);
@@ -323,7 +327,7 @@ bool ValueColumn<Coder>::decode_tile(std::span<const Neighbourhood> items,
   }
   out.resize(base + bytes);
   classify(own, style_);
-  for (std::size_t c = 0; c < info_.components; ++c) {
+  for (std::size_t c = 0; c < info_->components; ++c) {
     reference_bits_.resize(reference == nullptr ? 0 : own.size());
     for (std::size_t i = 0; i < reference_bits_.size(); ++i)
       reference_bits_[i] = load(reference + i * stride + c * width_, width_);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -38,6 +39,10 @@ struct TiledItems {
   }
 };
 
+// Columns with tables alone have matches and mixed bits, which take up to 1.6 MB of each component:
+// arrays of so many components, and of all static arrays so many. Frozen: part of the format.
+inline constexpr std::uint32_t kMostTableComponents = 16, kMostTableComponentsInAll = 64;
+
 /// How the values of a group are said.
 enum class ColumnCodec : std::uint8_t {
   predicted,      ///< components over the mesh, adaptive bits
@@ -54,7 +59,12 @@ class ValueColumn {
  public:
   /// `blocks`: those whose elements have a value, ascending; empty: all elements have. `repeats`:
   /// whether values may repeat so that they are better left to zstd, as coordinates do not.
-  ValueColumn(const ArrayInfo& info, std::vector<std::uint32_t> blocks, bool repeats = true);
+  /// `tables`: whether it has some, unless it has too many components.
+  ValueColumn(const ArrayInfo& info, std::vector<std::uint32_t> blocks, bool repeats = true,
+              bool tables = true);
+
+  /// Whether its groups may be in this codec.
+  bool takes(ColumnCodec codec) const { return codec != ColumnCodec::mixed || has_tables_; }
 
   /// Before a group that names these slots, where groups before may have been left out.
   void make_room(std::uint32_t slots);
@@ -67,7 +77,7 @@ class ValueColumn {
                        Level level, const std::byte* reference = nullptr);
 
   /// Decoding. `bytes` are borrowed until the next call; they may unpack to `limit` bytes. False
-  /// for damaged data.
+  /// for damaged data, and for a codec that it does not take.
   bool begin_group(ColumnCodec codec, std::span<const std::byte> bytes, std::uint64_t limit);
   /// How far the neighbourhoods of the group must look. After begin_group().
   Reach reach() const {
@@ -105,9 +115,9 @@ class ValueColumn {
   std::span<const Neighbourhood> covered(std::span<const Neighbourhood> items,
                                          std::span<const std::uint32_t> blocks);
 
-  ArrayInfo info_;
+  std::shared_ptr<const ArrayInfo> info_;
   std::vector<std::uint32_t> blocks_;  // that have values; empty: all
-  bool repeats_;
+  bool repeats_, has_tables_;
   std::size_t width_;
   std::vector<ScalarColumn<Coder>> columns_;
   std::vector<const typename ScalarColumn<Coder>::Trace*> traces_;
