@@ -1,13 +1,21 @@
 // ClassNumbers: neighbourhoods of which the same is known and that stand alike are a class; its
-// number is how many other classes came before it. spec: "Classes"
+// number is how many other classes came before it. Classes of one family know the same of their own
+// hexahedron, and differ in what is beyond it; families are numbered likewise. spec: "Classes"
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "values/neighbourhood.h"
 
 namespace shm {
+
+/// Of the elements of a tile the numbers of their classes, and of each class that of its family.
+struct TileClasses {
+  std::span<const std::uint16_t> of_item, families;
+};
 
 class ClassNumbers {
  public:
@@ -23,6 +31,8 @@ class ClassNumbers {
     }
     return entries_[at].number;
   }
+  /// By class: the number of its family.
+  std::span<const std::uint16_t> families() const { return families_; }
 
  private:
   static constexpr std::uint32_t kFree = ~std::uint32_t{0};
@@ -37,12 +47,21 @@ class ClassNumbers {
     return (known & 0x3ffu) | (known >> 13 & 7u) << 10 | std::uint32_t{item.corner} << 13 |
            std::uint32_t{item.kind} << 16;
   }
+  /// What is known within the hexahedron; the corner; the kind: 12 bits.
+  static std::uint16_t family_key(std::uint32_t key) {
+    return static_cast<std::uint16_t>((key & Neighbourhood::kLattice) | (key >> 13 & 31u) << 7);
+  }
   std::size_t place(std::uint32_t key) const {
     return (key * 0x9e3779b1u >> 8) & (entries_.size() - 1);
   }
   std::uint16_t add(std::uint32_t key, std::size_t at) {
     const auto number = static_cast<std::uint16_t>(count_ < kMost ? count_++ : count_ - 1);
     entries_[at] = {key, number};
+    if (number == families_.size()) {
+      const auto found = std::find(family_keys_.begin(), family_keys_.end(), family_key(key));
+      families_.push_back(static_cast<std::uint16_t>(found - family_keys_.begin()));
+      if (found == family_keys_.end()) family_keys_.push_back(family_key(key));
+    }
     if (2 * ++used_ > entries_.size()) grow();
     return number;
   }
@@ -58,6 +77,8 @@ class ClassNumbers {
   }
 
   std::vector<Entry> entries_ = std::vector<Entry>(64);
+  std::vector<std::uint16_t> families_;     // by class
+  std::vector<std::uint16_t> family_keys_;  // in order of number: at most 4096
   std::uint32_t count_ = 0;
   std::size_t used_ = 0;
 };

@@ -10,8 +10,8 @@ namespace {
 /// A domain may miss one value in so many.
 constexpr std::size_t kMostOddShare = 200;
 constexpr std::size_t kLookAt = 256;
-/// Indices longer than this are hardly better than floating-point numbers.
-constexpr int kLongIndex = 40;
+/// Indices longer than this are hardly better than float64 numbers, or float32.
+constexpr int kLongIndex = 40, kLongNarrowIndex = 24;
 
 /// Shortest decimal that reads back as the same number.
 struct Decimal {
@@ -177,13 +177,12 @@ std::vector<DomainPlan> domain_candidates(const ArrayInfo& info, std::size_t com
     ValueDomain significant{DomainKind::digits, digits, false, false};
     if (try_domain(info, component, bits, significant).good) add(significant);
   }
-  if (plans.empty() || length > kLongIndex) {
+  if (plans.empty() || length > kLongNarrowIndex) {
     ValueDomain narrow{DomainKind::narrow, 0, false, false};
-    ValueDomain floats;
     if (info.type == ScalarType::float64 && try_domain(info, component, bits, narrow).good)
       add(narrow);
-    else
-      add(floats);
+    else if (plans.empty() || info.type == ScalarType::float32 || length > kLongIndex)
+      add(ValueDomain());
   }
   if (auto table = table_of(info, component, bits, plans[0].domain); !table.empty())
     plans.push_back({plans[0].domain, std::move(table)});

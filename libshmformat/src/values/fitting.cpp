@@ -10,7 +10,6 @@ namespace {
 using Vector = std::array<double, kWeights>;
 using Matrix = std::array<Vector, kWeights>;
 
-constexpr std::int32_t kMostWeight = 16 * 4096 - 1;
 
 double dot(const Vector& a, const Vector& b) {
   double sum = 0.0;
@@ -77,10 +76,10 @@ Weights fit_weights(std::span<const FitSample> samples) {
   }
   Weights weights{};
   for (std::uint32_t i = 0; i < kWeights; ++i) {
-    const double scaled = std::clamp(x[i] / kWeightStep, -65535.0, 65535.0);
+    constexpr double kMost = kMostWeight;
+    const double scaled = std::clamp(x[i] * kWeightParts, -kMost, kMost);
     weights[i] =
         scaled == scaled ? static_cast<std::int32_t>(scaled < 0 ? scaled - 0.5 : scaled + 0.5) : 0;
-    weights[i] = std::clamp(weights[i], -kMostWeight, kMostWeight);
   }
   return weights;
 }

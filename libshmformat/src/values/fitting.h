@@ -13,7 +13,7 @@ struct FitSample {
   double target = 0;
 };
 
-/// Weights in steps of kWeightStep; all zero where nothing better is found. The samples weigh by
+/// Weights in parts of kWeightParts; all zero where nothing better is found. The samples weigh by
 /// how near the fit comes to them.
 Weights fit_weights(std::span<const FitSample> samples);
 

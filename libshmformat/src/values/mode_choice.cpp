@@ -15,7 +15,7 @@ constexpr std::size_t kLookAt = 256, kFitAt = 512, kFewestToFit = 40;
 // Tiles for which the modes of a large class are kept.
 constexpr std::uint32_t kMostTilesKept = 8;
 // About what it costs to say another mode, and weights, in bits.
-constexpr double kModeBits = 5.0, kWeightsBits = 120.0;
+constexpr double kModeBits = 5.0, kWeightsBits = 250.0;
 
 /// About the bits that it takes to say a residual.
 double cost_of(std::int64_t residual) {
@@ -44,21 +44,100 @@ bool is_sayable(std::uint32_t mode, std::uint32_t known) {
   }
 }
 
-/// Members of each class, one class behind the other.
+/// Samples sorted into sets, one set behind the other.
 struct Members {
-  explicit Members(const ModeSamples& all, std::size_t classes) : begin(classes + 1) {
-    for (const ModeSample& it : all.samples) ++begin[it.of_class + 1];
-    for (std::size_t c = 0; c < classes; ++c) begin[c + 1] += begin[c];
+  /// `set_of`: the set of a sample.
+  template <class SetOf>
+  Members(const ModeSamples& all, std::size_t sets, SetOf&& set_of) : begin(sets + 1) {
+    for (const ModeSample& it : all.samples) ++begin[set_of(it) + 1];
+    for (std::size_t s = 0; s < sets; ++s) begin[s + 1] += begin[s];
     order.resize(all.samples.size());
     auto next = begin;
     for (std::size_t i = 0; i < all.samples.size(); ++i)
-      order[next[all.samples[i].of_class]++] = static_cast<std::uint32_t>(i);
+      order[next[set_of(all.samples[i])]++] = static_cast<std::uint32_t>(i);
   }
-  std::span<const std::uint32_t> of(std::size_t c) const {
-    return std::span(order).subspan(begin[c], begin[c + 1] - begin[c]);
+  std::span<const std::uint32_t> of(std::size_t s) const {
+    return std::span(order).subspan(begin[s], begin[s + 1] - begin[s]);
   }
-  std::vector<std::size_t> begin;  // by class
+  std::vector<std::size_t> begin;  // by set
   std::vector<std::uint32_t> order;
+};
+
+/// Visits so many members, spread over all: visit(sample, predictor, what is added to predictions)
+/// for those that have an index.
+template <class Visit>
+void for_each_picked(const ModeSamples& all, std::span<const std::uint32_t> members,
+                     std::size_t count, std::uint32_t way, Visit&& visit) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t picked = members[i * members.size() / count];
+    const ModeSample& sample = all.samples[picked];
+    if (!sample.index) continue;
+    const auto& features = way == kDifference ? all.differences[picked] : sample.state;
+    const auto at = [&](std::uint32_t feature) { return features[feature]; };
+    visit(sample, Predictor(sample.known, at), way == kDifference ? sample.reference : 0.0);
+  }
+}
+
+/// Weights for the fitted mode.
+template <class Space>
+Weights fit_members(const Space& space, const ModeSamples& all,
+                    std::span<const std::uint32_t> members, std::uint32_t way) {
+  std::vector<FitSample> samples;
+  for_each_picked(all, members, std::min(members.size(), kFitAt), way,
+                  [&](const auto& sample, const auto& predictor, double added) {
+                    const double base = predictor.lattice();
+                    const double target = space.state(*sample.index) - base - added;
+                    if (is_finite(target)) samples.push_back({predictor.terms(base), target});
+                  });
+  return fit_weights(samples);
+}
+
+/// Weights that fit a family: for new classes that are too small to be fitted. They share what it
+/// takes to say them.
+template <class Space>
+class FamilyFits {
+ public:
+  FamilyFits(const Space& space, const ModeSamples& all, std::span<const std::uint16_t> families,
+             const Members& classes, std::span<const ClassModes> modes)
+      : space_(&space),
+        all_(&all),
+        families_(families),
+        count_(families.empty() ? 0u : *std::max_element(families.begin(), families.end()) + 1u),
+        members_(all, count_, [&](const ModeSample& it) { return families[it.of_class]; }),
+        sharing_(count_),
+        weights_{std::vector<std::optional<Weights>>(count_),
+                 std::vector<std::optional<Weights>>(count_)} {
+    for (std::size_t c = 0; c < modes.size(); ++c)
+      if (shares(classes.of(c).size(), modes[c])) sharing_[families[c]] += classes.of(c).size();
+  }
+
+  struct Fit {
+    std::optional<Weights> weights;
+    double bits = 0;  ///< what saying them costs the class
+  };
+  /// No weights: the class is not one of those that share, or the family is too small.
+  Fit of(std::uint32_t of_class, std::size_t size, const ClassModes& start, std::uint32_t way) {
+    const std::uint16_t family = families_[of_class];
+    const auto members = members_.of(family);
+    if (!shares(size, start) || members.size() < kFewestToFit) return {};
+    std::optional<Weights>& weights = weights_[way][family];
+    if (!weights) weights = fit_members(*space_, *all_, members, way);
+    return {weights,
+            kWeightsBits * static_cast<double>(size) / static_cast<double>(sharing_[family])};
+  }
+
+ private:
+  static bool shares(std::size_t size, const ClassModes& start) {
+    return size < kFewestToFit && start.weights == Weights{};
+  }
+
+  const Space* space_;
+  const ModeSamples* all_;
+  std::span<const std::uint16_t> families_;  // by class
+  std::size_t count_;
+  Members members_;
+  std::vector<std::size_t> sharing_;                            // members, by family
+  std::array<std::vector<std::optional<Weights>>, 2> weights_;  // by way, by family
 };
 
 /// Searches the modes of one class, said one way.
@@ -67,8 +146,14 @@ class Search {
  public:
   /// `members`: not empty. `start`: how the class is said now.
   Search(const Space& space, const ModeSamples& all, std::span<const std::uint32_t> members,
-         const ClassModes& start, std::uint32_t way, bool matches)
-      : space_(&space), all_(&all), members_(members), start_(&start), matches_(matches) {
+         const ClassModes& start, std::uint32_t way, bool matches,
+         const typename FamilyFits<Space>::Fit& family)
+      : space_(&space),
+        all_(&all),
+        members_(members),
+        start_(&start),
+        matches_(matches),
+        family_(family) {
     chosen_.way = way;
     chosen_.weights = start.weights;
     looked_ = std::min(members.size(), kLookAt);
@@ -89,56 +174,42 @@ class Search {
   double bits() const { return bits_; }
 
  private:
-  bool is_difference() const { return chosen_.way == kDifference; }
+  bool is_fittable() const { return members_.size() >= kFewestToFit; }
   bool is_worth_trying(std::uint32_t mode) const {
-    if (mode == kStayMode) return is_difference();
-    if (mode == kFittedMode && members_.size() < kFewestToFit) return false;
+    if (mode == kStayMode) return chosen_.way == kDifference;
+    if (mode == kFittedMode && !is_fittable() && !family_.weights && start_->weights == Weights{})
+      return false;
     if (!matches_ && mode >= kMatchMode && mode != kFittedMode) return false;
     return is_sayable(mode, all_->samples[members_[0]].known);
-  }
-  /// Number i of so many samples that are spread over the class.
-  std::uint32_t pick(std::size_t i, std::size_t of) const {
-    return members_[i * members_.size() / of];
-  }
-  /// visit(sample, predictor, what is added to predictions) for those that have an index.
-  template <class Visit>
-  void for_each_picked(std::size_t count, Visit&& visit) const {
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::uint32_t picked = pick(i, count);
-      const ModeSample& sample = all_->samples[picked];
-      if (!sample.index) continue;
-      const auto& features = is_difference() ? all_->differences[picked] : sample.state;
-      const auto at = [&](std::uint32_t feature) { return features[feature]; };
-      visit(sample, Predictor(sample.known, at), is_difference() ? sample.reference : 0.0);
-    }
   }
   /// What a mode misses, in bits.
   double look(std::uint32_t mode, const Weights& weights) {
     missed_[mode].clear();
     double sum = 0.0;
-    for_each_picked(looked_, [&](const auto& sample, const auto& predictor, double added) {
-      const double prediction = predictor.predict(mode, weights) + added;
-      const double bits = cost_of(minus(*sample.index, space_->index(prediction)));
-      missed_[mode].push_back(bits);
-      sum += bits;
-    });
+    for_each_picked(*all_, members_, looked_, chosen_.way,
+                    [&](const auto& sample, const auto& predictor, double added) {
+                      const double prediction = predictor.predict(mode, weights) + added;
+                      const double bits = cost_of(minus(*sample.index, space_->index(prediction)));
+                      missed_[mode].push_back(bits);
+                      sum += bits;
+                    });
     return sum * scale_;
   }
-  /// What the fitted mode misses, with the weights as they are or with new ones.
+  /// What the fitted mode misses, with the weights as they are or with those of the class or its
+  /// family.
   double fit() {
-    std::vector<FitSample> samples;
-    for_each_picked(std::min(members_.size(), kFitAt),
-                    [&](const auto& sample, const auto& predictor, double added) {
-                      const double base = predictor.lattice();
-                      const double target = space_->state(*sample.index) - base - added;
-                      if (is_finite(target)) samples.push_back({predictor.terms(base), target});
-                    });
-    const Weights found = fit_weights(samples);
-    const double kept = start_->weights == Weights{} ? 1e300 : look(kFittedMode, start_->weights);
-    const double anew = look(kFittedMode, found) + kWeightsBits;
-    if (anew >= kept) return look(kFittedMode, start_->weights);
-    chosen_.weights = found;
-    return anew;
+    double least = 1e300, to_say = 0.0;
+    const auto rate = [&](const Weights& weights, double bits) {
+      const double cost = look(kFittedMode, weights) + bits;
+      if (cost >= least) return;
+      least = cost;
+      to_say = bits;
+      chosen_.weights = weights;
+    };
+    if (!(start_->weights == Weights{})) rate(start_->weights, 0.0);
+    if (family_.weights) rate(*family_.weights, family_.bits);
+    if (is_fittable()) rate(fit_members(*space_, *all_, members_, chosen_.way), kWeightsBits);
+    return look(kFittedMode, chosen_.weights) + to_say;
   }
   void choose_first() {
     const auto with_change = [&](std::uint32_t mode) {
@@ -179,6 +250,7 @@ class Search {
   std::span<const std::uint32_t> members_;
   const ClassModes* start_;
   bool matches_;
+  typename FamilyFits<Space>::Fit family_;
   std::size_t looked_ = 0;
   double scale_ = 1.0;  // members for each that is looked at
   ClassModes chosen_;
@@ -192,36 +264,39 @@ class Search {
 }  // namespace
 
 template <class Space>
-void choose_modes(const Space& space, const ModeSamples& samples, bool matches,
+void choose_modes(const Space& space, const ModeSamples& samples,
+                  std::span<const std::uint16_t> families, bool matches,
                   std::vector<ClassModes>& modes) {
-  const Members members(samples, modes.size());
-  for (std::size_t c = 0; c < modes.size(); ++c) {
-    if (members.of(c).empty()) continue;
+  const Members members(samples, modes.size(), [](const ModeSample& it) { return it.of_class; });
+  FamilyFits fits(space, samples, families, members, modes);
+  for (std::uint32_t c = 0; c < modes.size(); ++c) {
+    const auto its = members.of(c);
+    if (its.empty()) continue;
     const ClassModes start = modes[c];
-    Search alone(space, samples, members.of(c), start, kAlone, matches);
+    Search alone(space, samples, its, start, kAlone, matches,
+                 fits.of(c, its.size(), start, kAlone));
     alone.run();
     modes[c] = alone.chosen();
     if (samples.differences.empty()) continue;
-    Search difference(space, samples, members.of(c), start, kDifference, matches);
+    Search difference(space, samples, its, start, kDifference, matches,
+                      fits.of(c, its.size(), start, kDifference));
     difference.run();
     if (difference.bits() < alone.bits()) modes[c] = difference.chosen();
   }
 }
 
-template void choose_modes(const LinearSpace&, const ModeSamples&, bool, std::vector<ClassModes>&);
-template void choose_modes(const DecimalSpace&, const ModeSamples&, bool, std::vector<ClassModes>&);
-template void choose_modes(const FloatSpace<float>&, const ModeSamples&, bool,
-                           std::vector<ClassModes>&);
-template void choose_modes(const FloatSpace<double>&, const ModeSamples&, bool,
-                           std::vector<ClassModes>&);
-template void choose_modes(const RankSpace<LinearSpace>&, const ModeSamples&, bool,
-                           std::vector<ClassModes>&);
-template void choose_modes(const RankSpace<DecimalSpace>&, const ModeSamples&, bool,
-                           std::vector<ClassModes>&);
-template void choose_modes(const RankSpace<FloatSpace<float>>&, const ModeSamples&, bool,
-                           std::vector<ClassModes>&);
-template void choose_modes(const RankSpace<FloatSpace<double>>&, const ModeSamples&, bool,
-                           std::vector<ClassModes>&);
+#define SHM_CHOOSE_MODES(Space)                                                                \
+  template void choose_modes(const Space&, const ModeSamples&, std::span<const std::uint16_t>, \
+                             bool, std::vector<ClassModes>&)
+SHM_CHOOSE_MODES(LinearSpace);
+SHM_CHOOSE_MODES(DecimalSpace);
+SHM_CHOOSE_MODES(FloatSpace<float>);
+SHM_CHOOSE_MODES(FloatSpace<double>);
+SHM_CHOOSE_MODES(RankSpace<LinearSpace>);
+SHM_CHOOSE_MODES(RankSpace<DecimalSpace>);
+SHM_CHOOSE_MODES(RankSpace<FloatSpace<float>>);
+SHM_CHOOSE_MODES(RankSpace<FloatSpace<double>>);
+#undef SHM_CHOOSE_MODES
 
 // --- when
 

@@ -34,10 +34,11 @@ struct ModeSamples {
   std::vector<std::array<double, kFeatures>> differences;
 };
 
-/// How each class of these elements is best said. `modes`, by class: as it is said now, on the way
-/// in. `matches`: whether modes may look at matches and other components.
+/// How each class of these elements is best said. `families`: by class. `modes`, by class: as it is
+/// said now, on the way in. `matches`: whether modes may look at matches and other components.
 template <class Space>
-void choose_modes(const Space& space, const ModeSamples& samples, bool matches,
+void choose_modes(const Space& space, const ModeSamples& samples,
+                  std::span<const std::uint16_t> families, bool matches,
                   std::vector<ClassModes>& modes);
 
 /// Knows when to choose anew.

@@ -7,8 +7,6 @@
 namespace shm {
 namespace {
 
-constexpr std::int32_t kMostWeight = 16 * 4096 - 1;
-
 /// Of the mean of relative surprises.
 std::uint32_t surprise_class(std::uint32_t mean) {
   return mean <= 12 ? mean : std::min(12 + (mean - 9) / 4, kSurpriseClasses - 1);
@@ -137,6 +135,20 @@ bool ScalarColumn<Coder>::with_space(Visit&& visit) {
 
 // --- classes
 
+/// A class that is new begins as the last one of its family was said before this tile.
+template <class Coder>
+void ScalarColumn<Coder>::meet_classes(const TileClasses& classes) {
+  std::uint32_t most = 0;
+  for (std::uint32_t it : classes.of_item) most = std::max(most, it);
+  for (std::size_t c = classes_.size(); c <= most; ++c) {
+    const std::uint16_t family = classes.families[c];
+    if (family >= said_last_.size()) said_last_.resize(std::size_t{family} + 1);
+    const ClassModes modes =
+        said_last_[family] == 0 ? ClassModes() : classes_[said_last_[family] - 1u].modes;
+    classes_.emplace_back().modes = modes;
+  }
+}
+
 /// At the first element of a class in a tile: its modes, and the weights.
 template <class Coder>
 void ScalarColumn<Coder>::code_class(Coder& coder, std::uint32_t of_class) {
@@ -151,14 +163,22 @@ void ScalarColumn<Coder>::code_class(Coder& coder, std::uint32_t of_class) {
     it.second = code_tree(coder, second_, wanted.second);
     if (it.second >= kModes) it.second = kNoMode;
   }
-  if (it.mode != kFittedMode && it.second != kFittedMode) return;
-  if (coder.bit(same_weights_, wanted.weights == it.weights)) return;
-  for (std::uint32_t i = 0; i < kWeights; ++i) {
-    const std::int64_t weight =
-        plus(it.weights[i], code_signed(coder, weight_.get(), wanted.weights[i] - it.weights[i]));
-    it.weights[i] =
-        static_cast<std::int32_t>(std::clamp<std::int64_t>(weight, -kMostWeight, kMostWeight));
+  std::uint16_t& said_last = said_last_[tile_classes_.families[of_class]];
+  const Weights& family = said_last == 0 ? it.weights : classes_[said_last - 1u].modes.weights;
+  if ((it.mode == kFittedMode || it.second == kFittedMode) &&
+      !coder.bit(same_weights_, wanted.weights == it.weights)) {
+    if (coder.bit(family_weights_, wanted.weights == family)) {
+      it.weights = family;
+    } else {
+      for (std::uint32_t i = 0; i < kWeights; ++i) {
+        const std::int64_t weight = plus(
+            it.weights[i], code_signed(coder, weight_.get(), wanted.weights[i] - it.weights[i]));
+        it.weights[i] =
+            static_cast<std::int32_t>(std::clamp<std::int64_t>(weight, -kMostWeight, kMostWeight));
+      }
+    }
   }
+  said_last = static_cast<std::uint16_t>(of_class + 1);
 }
 
 // --- elements
@@ -298,8 +318,7 @@ std::optional<std::int64_t> ScalarColumn<Coder>::index_of(const auto& space,
 
 template <class Coder>
 bool ScalarColumn<Coder>::code_tile(Coder& coder, std::span<const Neighbourhood> items,
-                                    std::span<const std::uint16_t> classes,
-                                    std::span<std::uint64_t> bits,
+                                    const TileClasses& classes, std::span<std::uint64_t> bits,
                                     std::span<const Trace* const> before,
                                     std::span<const std::uint64_t> reference) {
   ++tile_;
@@ -309,20 +328,19 @@ bool ScalarColumn<Coder>::code_tile(Coder& coder, std::span<const Neighbourhood>
     trace_.values.resize(items.size());
     matches_.expect(items.size());
   }
-  item_classes_ = classes;
-  std::uint32_t most_slot = 0, most_class = 0;
+  tile_classes_ = classes;
+  std::uint32_t most_slot = 0;
   for (const Neighbourhood& item : items) most_slot = std::max(most_slot, item.self);
-  for (std::uint32_t it : classes) most_class = std::max(most_class, it);
   make_room(most_slot);
-  if (most_class >= classes_.size()) classes_.resize(most_class + 1);
+  meet_classes(classes);
   return with_space([&](const auto& space) {
     if constexpr (!Coder::kDecodes) {
-      looked_ahead_ = watch_.begin_tile(classes, style_.hurries);
+      looked_ahead_ = watch_.begin_tile(classes.of_item, style_.hurries);
       scratch_->wanted.clear();
       for (const Class& it : classes_) scratch_->wanted.push_back(it.modes);
       if (looked_ahead_) {
         look_ahead(space, items, bits, reference);
-        choose_modes(space, scratch_->samples, style_.matches, scratch_->wanted);
+        choose_modes(space, scratch_->samples, classes.families, style_.matches, scratch_->wanted);
       }
     }
     return code_items(coder, space, items, bits, reference);
@@ -350,7 +368,7 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
     };
     if (style_.matches && (Coder::kDecodes || !looked_ahead_)) places = match_places(item, at, i);
     const Predictor predictor(item.known & counts, at);
-    const std::uint32_t of_class = item_classes_[i];
+    const std::uint32_t of_class = tile_classes_.of_item[i];
     if (classes_[of_class].tile != tile_) code_class(coder, of_class);
     Class& its = classes_[of_class];
     const ClassModes& how = its.modes;
@@ -486,7 +504,7 @@ void ScalarColumn<Coder>::look_ahead(const Space& space, std::span<const Neighbo
     const Neighbourhood& item = items[i];
     ModeSample& it = samples[i];
     it.known = item.known & style_.known();
-    it.of_class = item_classes_[i];
+    it.of_class = tile_classes_.of_item[i];
     for (std::uint32_t f = 0; f < kFThird; ++f)
       if ((it.known >> f & 1) != 0) it.state[f] = states_[item.at[f]];
     for (std::uint32_t a = 0; a < 3; ++a)

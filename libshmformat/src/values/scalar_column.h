@@ -15,6 +15,7 @@
 #include "entropy/mixing.h"
 #include "entropy/models.h"
 #include "entropy/split_coder.h"
+#include "values/class_numbers.h"
 #include "values/match_tables.h"
 #include "values/mode_choice.h"
 #include "values/neighbourhood.h"
@@ -70,13 +71,11 @@ class ScalarColumn {
     std::vector<double> values;
     std::vector<ValueSurprise> surprises;
   };
-  /// Codes the values (bits) of the elements of one tile, in order. `classes`: their classes'
-  /// numbers, the same for all components. `before`: what the components
-  /// before this one held in this tile. `reference`: bits that these values refer to; empty unless
-  /// use_reference() was called. False for damaged data.
-  bool code_tile(Coder& coder, std::span<const Neighbourhood> items,
-                 std::span<const std::uint16_t> classes, std::span<std::uint64_t> bits,
-                 std::span<const Trace* const> before,
+  /// Codes the values (bits) of the elements of one tile, in order. `classes`: the same for all
+  /// components. `before`: what the components before this one held in this tile. `reference`: bits
+  /// that these values refer to; empty unless use_reference() was called. False for damaged data.
+  bool code_tile(Coder& coder, std::span<const Neighbourhood> items, const TileClasses& classes,
+                 std::span<std::uint64_t> bits, std::span<const Trace* const> before,
                  std::span<const std::uint64_t> reference = {});
   /// Takes note of values that were said otherwise.
   void note(std::span<const Neighbourhood> items, std::span<const std::uint64_t> bits);
@@ -144,6 +143,7 @@ class ScalarColumn {
                                               : translator_.from_value(before_.back()->values[i]);
   }
   const ModeSample& sample(std::size_t i) const { return scratch_->samples.samples[i]; }
+  void meet_classes(const TileClasses& classes);
   void code_class(Coder& coder, std::uint32_t of_class);
   template <class At>
   double odd_state(const auto& space, const Predictor<At>& predictor) const;
@@ -163,8 +163,8 @@ class ScalarColumn {
   ValueTranslator translator_;
   std::uint64_t tile_ = 0;
   Trace trace_;
-  std::span<const Trace* const> before_;         // during code_tile
-  std::span<const std::uint16_t> item_classes_;  // during code_tile
+  std::span<const Trace* const> before_;  // during code_tile
+  TileClasses tile_classes_;              // during code_tile
 
   // by slot
   std::vector<double> states_, thirds_;
@@ -182,7 +182,8 @@ class ScalarColumn {
   double twin_last_ = 0, twin_before_last_ = 0;
 
   std::vector<Class> classes_;
-  ModeWatch watch_;                                                 // encoding
+  std::vector<std::uint16_t> said_last_;  // by family: the class, from 1; 0: none so far
+  ModeWatch watch_;                       // encoding
   std::shared_ptr<Scratch> scratch_ = std::make_shared<Scratch>();  // encoding
 
   // models
@@ -190,7 +191,7 @@ class ScalarColumn {
   LazyModel<DomainModels> domain_models_;
   LazyModel<RankTableModels> table_models_;
   LazyModel<SignedModel<CompactNumberModel>> weight_;
-  AdaptiveBit same_mode_, same_second_, same_weights_, same_way_, same_odd_;
+  AdaptiveBit same_mode_, same_second_, same_weights_, family_weights_, same_way_, same_odd_;
   TreeModel<5> mode_, second_;
   std::array<AdaptiveBit, 2> odd_, negative_;
   LazyModels<NearModel> residuals_;  // by context

@@ -208,7 +208,7 @@ ColumnStyle ValueColumn<Coder>::choose_style(std::span<const Neighbourhood> firs
         column.begin_group(head, plans[c], std::span(columns_).first(c), bits[c].size());
         std::vector<std::uint64_t> values(
             bits[c].begin(), bits[c].begin() + static_cast<std::ptrdiff_t>(first_tile.size()));
-        column.code_tile(body, first_tile, classes_, values, traces,
+        column.code_tile(body, first_tile, tile_classes(), values, traces,
                          reference[c].empty() ? std::span<const std::uint64_t>()
                                               : std::span(reference[c]).first(first_tile.size()));
         held[c] = column.trace();
@@ -246,7 +246,7 @@ bool ValueColumn<Coder>::code_component(std::size_t component, std::span<const N
                                         std::span<const std::uint64_t> reference) {
   traces_.clear();
   for (std::size_t c = 0; c < component; ++c) traces_.push_back(&columns_[c].trace());
-  return columns_[component].code_tile(coder_, items, classes_, bits, traces_, reference);
+  return columns_[component].code_tile(coder_, items, tile_classes(), bits, traces_, reference);
 }
 
 template <class Coder>
@@ -271,7 +271,7 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component,
       column.begin_group(head, plans[p], std::span(columns_).first(component), bits.size());
       classify(first_tile, style_);
       column.set_style(style_);
-      column.code_tile(body, first_tile, classes_, values, {},
+      column.code_tile(body, first_tile, tile_classes(), values, {},
                        reference.first(std::min(reference.size(), values.size())));
       const double size =
           static_cast<double>(head.finish().size()) + static_cast<double>(body.finish().size()) *

@@ -103,6 +103,7 @@ class ValueColumn {
                            const Bits& reference, std::span<const DomainPlan> plans, Level level);
   /// Numbers of the classes of these elements in a style, in classes_.
   void classify(std::span<const Neighbourhood> items, const ColumnStyle& style);
+  TileClasses tile_classes() const { return {classes_, class_numbers_.families()}; }
   bool code_component(std::size_t component, std::span<const Neighbourhood> items,
                       std::span<std::uint64_t> bits, std::span<const std::uint64_t> reference);
   DomainPlan choose_domain(std::size_t component, std::span<const Neighbourhood> first_tile,

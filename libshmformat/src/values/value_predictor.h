@@ -56,8 +56,11 @@ enum Way : std::uint32_t {
 /// As a second predictor: there is none.
 inline constexpr std::uint32_t kNoMode = 31;
 
-inline constexpr std::uint32_t kWeights = 12;
-inline constexpr double kWeightStep = 1.0 / 4096.0;
+inline constexpr std::uint32_t kWeights = 13;
+/// Weights are said in parts of this: halves, thirds, quarters and ninths, of which vertices in the
+/// middle of others are made, are exact.
+inline constexpr double kWeightParts = 36864.0;
+inline constexpr std::int32_t kMostWeight = 16 * 36864 - 1;
 using Weights = std::array<std::int32_t, kWeights>;
 
 /// The axes of each parallelogram, as near[..] indices; its diagonal has the number of the face.
@@ -111,16 +114,18 @@ class Predictor {
     std::array<double, kWeights> x{};
     for (std::uint32_t a = 0; a < 3; ++a) {
       if (has(kFThird + a)) x[a] = at_(kFThird + a);
-      if (has_line(a)) x[3 + a] = line(a) - base;
-      if (has_face(a)) x[6 + a] = face(a) - base;
+      if (has(kFBeyond + a)) x[3 + a] = at_(kFBeyond + a) - base;
+      if (has(kFDiagonal + a)) x[6 + a] = at_(kFDiagonal + a) - base;
       if (has(a)) x[9 + a] = at_(a) - base;
     }
+    // Where all of the lattice is known, the others tell it.
+    if (has(kFOpposite) && !knows_lattice()) x[12] = at_(kFOpposite) - base;
     return x;
   }
 
  private:
   double find_lattice() const {
-    if ((known_ & Neighbourhood::kLattice) == Neighbourhood::kLattice)
+    if (knows_lattice())
       return ((at_(0) + at_(1) + at_(2)) - (at_(3) + at_(4) + at_(5))) + at_(6);
     if (any_face()) return mean_face();
     if (any_line()) return mean_line();
@@ -129,6 +134,9 @@ class Predictor {
     return at_(kFLast);
   }
   bool has(std::uint32_t feature) const { return (known_ >> feature & 1) != 0; }
+  bool knows_lattice() const {
+    return (known_ & Neighbourhood::kLattice) == Neighbourhood::kLattice;
+  }
   bool has_line(std::uint32_t a) const { return has(a) && has(kFBeyond + a); }
   bool has_face(std::uint32_t i) const {
     return has(kFaceAxes[i][0]) && has(kFaceAxes[i][1]) && has(kFDiagonal + i);
@@ -152,7 +160,7 @@ class Predictor {
     const auto x = terms(base);
     double sum = 0.0;
     for (std::uint32_t i = 0; i < kWeights; ++i)
-      sum += static_cast<double>(weights[i]) * kWeightStep * x[i];
+      sum += static_cast<double>(weights[i]) / kWeightParts * x[i];
     return base + sum;
   }
   template <class Has, class Get>
