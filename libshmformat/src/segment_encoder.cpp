@@ -35,6 +35,7 @@ SegmentEncoder::SegmentEncoder(const Schema& schema, const SegmentOptions& optio
       next_cell_(start.first_cell),
       next_vertex_(start.first_vertex) {
   streams_.connectivity().set_codec(codec_);
+  streams_.values().expect_level(level_);
   for (const ArrayInfo& info : schema.arrays) {
     if (!info.per_step) continue;
     std::uint64_t& most = info.location == Location::point ? vertex_step_bytes_ : cell_step_bytes_;

@@ -57,6 +57,11 @@ class ValueStreams {
   /// The schema's index of the array in a column from 1 on.
   std::uint32_t array_of(std::size_t column) const { return arrays_[column - 1]; }
 
+  /// Encoding, before the first cell: values will be said at this level.
+  void expect_level(Level level) {
+    if (level == Level::fast) vertex_reach_ = cell_reach_ = Reach::lattice;
+  }
+
   // Encoding: tiles, then each column, then the next group.
   void begin_tile();
   EncodedColumn encode(std::size_t column, const std::byte* values, std::size_t stride,
