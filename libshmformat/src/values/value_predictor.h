@@ -62,6 +62,9 @@ inline constexpr std::uint32_t kWeights = 13;
 inline constexpr double kWeightParts = 36864.0;
 inline constexpr std::int32_t kMostWeight = 16 * 36864 - 1;
 using Weights = std::array<std::int32_t, kWeights>;
+inline constexpr std::array<std::uint32_t, kWeights> kTermFeatures = {
+    kFThird,        kFThird + 1,    kFThird + 2, kFBeyond,   kFBeyond + 1, kFBeyond + 2, kFDiagonal,
+    kFDiagonal + 1, kFDiagonal + 2, kFNear,      kFNear + 1, kFNear + 2,   kFOpposite};
 
 /// The axes of each parallelogram, as near[..] indices; its diagonal has the number of the face.
 inline constexpr std::array<std::array<std::uint32_t, 2>, 3> kFaceAxes = {{{0, 1}, {0, 2}, {1, 2}}};
@@ -109,24 +112,16 @@ class Predictor {
   }
 
   double lattice() const { return lattice_; }
-  /// What the weights multiply, and what they are added to.
+  /// What the weights multiply, beside `base`: 0.0 where it is not known.
   std::array<double, kWeights> terms(double base) const {
     std::array<double, kWeights> x{};
-    for (std::uint32_t a = 0; a < 3; ++a) {
-      if (has(kFThird + a)) x[a] = at_(kFThird + a);
-      if (has(kFBeyond + a)) x[3 + a] = at_(kFBeyond + a) - base;
-      if (has(kFDiagonal + a)) x[6 + a] = at_(kFDiagonal + a) - base;
-      if (has(a)) x[9 + a] = at_(a) - base;
-    }
-    // Where all of the lattice is known, the others tell it.
-    if (has(kFOpposite) && !knows_lattice()) x[12] = at_(kFOpposite) - base;
+    for (std::uint32_t i = 0; i < kWeights; ++i) x[i] = term(i, base);
     return x;
   }
 
  private:
   double find_lattice() const {
-    if (knows_lattice())
-      return ((at_(0) + at_(1) + at_(2)) - (at_(3) + at_(4) + at_(5))) + at_(6);
+    if (knows_lattice()) return ((at_(0) + at_(1) + at_(2)) - (at_(3) + at_(4) + at_(5))) + at_(6);
     if (any_face()) return mean_face();
     if (any_line()) return mean_line();
     for (std::uint32_t a = 0; a < 3; ++a)
@@ -155,12 +150,19 @@ class Predictor {
     return mean([&](std::uint32_t i) { return has_face(i); },
                 [&](std::uint32_t i) { return face(i); }, 0.0);
   }
+  double term(std::uint32_t i, double base) const {
+    const std::uint32_t feature = kTermFeatures[i];
+    if (!has(feature)) return 0.0;
+    if (feature >= kFThird) return at_(feature);
+    // Where all of the lattice is known, the others tell the opposite one.
+    if (feature == kFOpposite && knows_lattice()) return 0.0;
+    return at_(feature) - base;
+  }
   double fitted(const Weights& weights) const {
     const double base = lattice();
-    const auto x = terms(base);
     double sum = 0.0;
     for (std::uint32_t i = 0; i < kWeights; ++i)
-      sum += static_cast<double>(weights[i]) / kWeightParts * x[i];
+      if (weights[i] != 0) sum += static_cast<double>(weights[i]) / kWeightParts * term(i, base);
     return base + sum;
   }
   template <class Has, class Get>
