@@ -14,7 +14,8 @@ namespace {
 Weights some_weights() {
   Weights weights{};
   for (std::uint32_t i = 0; i < kWeights; ++i)
-    weights[i] = static_cast<std::int32_t>(i % 3 == 0 ? 0 : 4096 / (i + 1)) * (i % 2 == 0 ? 1 : -1);
+    weights[i] =
+        static_cast<std::int32_t>(i % 3 == 0 ? 0 : 36864 / (i + 1)) * (i % 2 == 0 ? 1 : -1);
   return weights;
 }
 
@@ -28,7 +29,7 @@ std::vector<FitSample> samples_of(const Weights& weights, std::size_t count, std
   for (FitSample& it : samples)
     for (std::uint32_t i = 0; i < used; ++i) {
       it.terms[i] = noise(random);
-      it.target += static_cast<double>(weights[i]) * kWeightStep * it.terms[i];
+      it.target += static_cast<double>(weights[i]) / kWeightParts * it.terms[i];
     }
   return samples;
 }
@@ -46,7 +47,8 @@ TEST(Fitting, OutliersDoNotSpoilThem) {
   std::mt19937_64 random(4);
   for (std::size_t i = 0; i < samples.size(); i += 20) samples[i].target += 100.0 * noise(random);
   const Weights found = fit_weights(samples);
-  for (std::uint32_t i = 0; i < kWeights; ++i) EXPECT_NEAR(found[i], weights[i], 150) << i;
+  for (std::uint32_t i = 0; i < kWeights; ++i)
+    EXPECT_NEAR(found[i], weights[i], 0.01 * kWeightParts) << i;
 }
 
 TEST(Fitting, TermsThatAreNotThereHaveNoWeight) {
@@ -55,8 +57,23 @@ TEST(Fitting, TermsThatAreNotThereHaveNoWeight) {
   for (std::uint32_t i = 0; i < kWeights; ++i) EXPECT_NEAR(found[i], i < 5 ? weights[i] : 0, 1);
 }
 
+/// Middles of faces and cells of other meshes are thirds, quarters and ninths of their corners.
+TEST(Fitting, FractionsOfTemplatesAreExactDespiteRounding) {
+  std::mt19937_64 random(5);
+  std::vector<FitSample> samples(100);
+  for (FitSample& it : samples) {
+    for (double& term : it.terms) term = static_cast<float>(noise(random));
+    it.target = static_cast<float>(it.terms[3] / 3.0 - it.terms[6] / 9.0 + 0.75 * it.terms[9]);
+  }
+  Weights expected{};
+  expected[3] = static_cast<std::int32_t>(kWeightParts) / 3;
+  expected[6] = -static_cast<std::int32_t>(kWeightParts) / 9;
+  expected[9] = static_cast<std::int32_t>(kWeightParts) * 3 / 4;
+  EXPECT_EQ(fit_weights(samples), expected);
+}
+
 void expect_in_range(const Weights& weights) {
-  for (std::int32_t it : weights) EXPECT_LE(std::abs(it), 65535);
+  for (std::int32_t it : weights) EXPECT_LE(std::abs(it), kMostWeight);
 }
 
 // Terms that say the same: some weights together are known, no single one.
@@ -71,7 +88,7 @@ TEST(Fitting, EqualTerms) {
   expect_in_range(found);
   std::int32_t sum = 0;
   for (std::int32_t it : found) sum += it;
-  EXPECT_NEAR(sum, 0.75 * 4096, 12);
+  EXPECT_NEAR(sum, 0.75 * kWeightParts, kWeights);
 }
 
 TEST(Fitting, WhatCannotBeFitted) {
