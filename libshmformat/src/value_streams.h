@@ -58,9 +58,7 @@ class ValueStreams {
   std::uint32_t array_of(std::size_t column) const { return arrays_[column - 1]; }
 
   /// Encoding, before the first cell: values will be said at this level.
-  void expect_level(Level level) {
-    if (level == Level::fast) vertex_reach_ = cell_reach_ = Reach::lattice;
-  }
+  void expect_level(Level level) { vertex_reach_ = cell_reach_ = farthest_reach(level); }
 
   // Encoding: tiles, then each column, then the next group.
   void begin_tile();

@@ -193,7 +193,7 @@ ColumnStyle ValueColumn<Coder>::choose_style(std::span<const Neighbourhood> firs
   ColumnStyle full;
   full.mixes = level == Level::best && has_tables_;
   full.matches = has_tables_;
-  if (level == Level::fast) return {Reach::lattice, false, false, true};
+  if (level == Level::fast) return {farthest_reach(level), false, false, true};
   if (level == Level::best || groups_ == 0 || first_tile.empty()) return full;
   const ColumnStyle lean{Reach::lattice, false, false};
   if constexpr (!Coder::kDecodes) {

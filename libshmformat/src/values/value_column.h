@@ -54,6 +54,11 @@ struct EncodedColumn {
   std::vector<std::byte> bytes;
 };
 
+/// How far the styles of a level look at most: what a finder must see before any style is chosen.
+inline constexpr Reach farthest_reach(Level level) {
+  return level == Level::fast ? Reach::lattice : Reach::farther;
+}
+
 template <class Coder>
 class ValueColumn {
  public:
