@@ -15,7 +15,7 @@ Weights some_weights() {
   Weights weights{};
   for (std::uint32_t i = 0; i < kWeights; ++i)
     weights[i] =
-        static_cast<std::int32_t>(i % 3 == 0 ? 0 : 36864 / (i + 1)) * (i % 2 == 0 ? 1 : -1);
+        static_cast<std::int32_t>(i % 3 == 0 ? 0 : kWeightParts / (i + 1)) * (i % 2 == 0 ? 1 : -1);
   return weights;
 }
 
