@@ -25,11 +25,23 @@ void find_last_uses(ArrayMesh& mesh) {
   }
 }
 
+void find_births(ArrayMesh& mesh) {
+  std::vector<bool> used(mesh.vertices);
+  for (std::size_t c = 0; c < mesh.cells(); ++c) {
+    for (const std::uint64_t v : mesh.cell(c))
+      if (!used[v]) {
+        used[v] = true;
+        mesh.births.push_back(v);
+      }
+    mesh.births_end.push_back(mesh.births.size());
+  }
+}
+
 /// Pushes a mesh, each vertex just before the first cell that uses it.
 class Feeder {
  public:
   Feeder(const ArrayMesh& mesh, std::span<const MeshArray* const> arrays, Writer& writer)
-      : mesh_(&mesh), writer_(&writer), added_(mesh.vertices) {
+      : mesh_(&mesh), writer_(&writer) {
     for (const MeshArray* array : arrays) {
       if (array->info.per_step) continue;
       (array->info.location == Location::point ? point_ : cell_).push_back({array, 0});
@@ -37,13 +49,17 @@ class Feeder {
   }
 
   void feed() {
+    std::size_t born = 0;
     for (std::size_t c = 0; c < mesh_->cells(); ++c) {
-      for (const std::uint64_t v : mesh_->cell(c))
-        if (!added_[v]) add_vertex(v, &Writer::add_vertex);
+      for (; born < mesh_->births_end[c]; ++born)
+        add_vertex(mesh_->births[born], &Writer::add_vertex);
       add_cell(c);
     }
+    if (mesh_->births.size() == mesh_->vertices) return;
+    std::vector<bool> used(mesh_->vertices);
+    for (const std::uint64_t v : mesh_->births) used[v] = true;
     for (std::uint64_t v = 0; v < mesh_->vertices; ++v)
-      if (!added_[v]) add_vertex(v, &Writer::add_unused_vertex);
+      if (!used[v]) add_vertex(v, &Writer::add_unused_vertex);
   }
 
  private:
@@ -61,7 +77,6 @@ class Feeder {
 
   template <class Add>
   void add_vertex(std::uint64_t v, Add add) {
-    added_[v] = true;
     data_.clear();
     for (const Column& column : point_) append(element(*column.array, v));
     const std::size_t bytes = 3 * scalar_bytes(mesh_->coordinate_type);
@@ -80,7 +95,6 @@ class Feeder {
 
   const ArrayMesh* mesh_;
   Writer* writer_;
-  std::vector<bool> added_;
   std::vector<Column> point_, cell_;
   std::vector<std::byte> data_;
 };
@@ -144,6 +158,7 @@ ArrayMesh load_arrays(const std::string& path) {
       mesh.corner_begin.push_back(mesh.corners.size());
     }
   find_last_uses(mesh);
+  find_births(mesh);
   for (std::size_t a = 0; a < info.schema.arrays.size(); ++a) {
     MeshArray array{info.schema.arrays[a], {}};
     array.info.quantization = {};

@@ -28,6 +28,8 @@ struct ArrayMesh {
   std::vector<std::uint64_t> corner_begin = {0};  // cells + 1 offsets into corners
   std::vector<std::uint64_t> corners;
   std::vector<std::uint64_t> last_use;  // as in Writer::add_cell
+  std::vector<std::uint64_t> births;    // vertices in the order in which cells use them, once each
+  std::vector<std::uint64_t> births_end;  // by cell: how many there are by then
   std::vector<MeshArray> arrays;
 
   std::size_t cells() const { return cell_blocks.size(); }
