@@ -156,8 +156,9 @@ Level level_of(const std::string& name) {
 }
 
 ConnectivityCodec codec_of(const std::string& name) {
-  for (const auto codec : {ConnectivityCodec::paper, ConnectivityCodec::rows,
-                           ConnectivityCodec::replay, ConnectivityCodec::mixed})
+  for (const auto codec :
+       {ConnectivityCodec::paper, ConnectivityCodec::rows, ConnectivityCodec::replay,
+        ConnectivityCodec::mixed, ConnectivityCodec::shifts})
     if (name == codec_name(codec)) return codec;
   return ConnectivityCodec::automatic;
 }
@@ -421,9 +422,12 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
       ->add_option(
           "--codec", options.codec,
           "Connectivity: auto, what the level tries (default); paper, the published scheme; rows; "
-          "replay, fast on regular layouts; mixed, smallest, half as fast as rows")
-      ->check(CLI::IsMember({"auto", "paper", "rows", "replay", "mixed"}).description(""))
-      ->type_name("auto|paper|rows|replay|mixed");
+          "replay, fast on regular layouts; mixed, smallest, half as fast as rows; shifts, many "
+          "times faster\nwhere numbers run in rows and layers, coordinates and arrays too, which "
+          "take "
+          "more room (order keep,\nno delay, no time steps)")
+      ->check(CLI::IsMember({"auto", "paper", "rows", "replay", "mixed", "shifts"}).description(""))
+      ->type_name("auto|paper|rows|replay|mixed|shifts");
   command
       ->add_option("--segment-cells", options.segment_cells,
                    "Start afresh every N cells, for random access and threads (default: by budget)")

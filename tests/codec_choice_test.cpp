@@ -70,6 +70,10 @@ TEST(CodecChoice, TheCallerMaySayIt) {
   ASSERT_TRUE(back);
   EXPECT_EQ(back->totals.segment_connectivity,
             (std::vector<ConnectivityCodec>{rows, paper, replay, replay}));
+  options.segment_connectivity = {shifts, rows, shifts, replay};
+  const auto again = read_mesh(expect_round_trip(mesh, options));
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->totals.segment_connectivity, options.segment_connectivity);
 }
 
 TEST(CodecChoice, FastTakesTheFasterUnlessItCostsMuch) {
@@ -88,6 +92,50 @@ TEST(CodecChoice, FastTakesTheFasterUnlessItCostsMuch) {
   EXPECT_EQ(codec_of(stream, {.level = Level::best}), mixed);
   EXPECT_EQ(codec_of(with_order(shuffled(mesh), Order::stream, true, 0), {.level = Level::fast}),
             rows);
+}
+
+TEST(CodecChoice, FastTakesShiftsWhereTheyTakeNoRoom) {
+  using enum ConnectivityCodec;
+  const auto of = [](const TestMesh& mesh, Level level) {
+    return codec_of(mesh, {.level = level});
+  };
+  const TestMesh large = bent_grid(26, 26, 26);
+  EXPECT_EQ(of(large, Level::fast), shifts);
+  EXPECT_EQ(of(bent_grid(64, 16, 16), Level::fast), shifts);  // as short as they may be
+  for (const Level level : {Level::standard, Level::best}) EXPECT_NE(of(large, level), shifts);
+  // Where time is not felt.
+  EXPECT_NE(of(bent_grid(25, 25, 26), Level::fast), shifts);
+  // Where rows are none.
+  EXPECT_NE(of(shuffled(large), Level::fast), shifts);
+  TestMesh scrambled = large;
+  std::mt19937_64 random(9);
+  shuffle_vertices(scrambled, random);
+  EXPECT_NE(of(scrambled, Level::fast), shifts);
+  // Where the schema does not take them.
+  EXPECT_NE(of(with_order(large, Order::stream, true, 0), Level::fast), shifts);
+  EXPECT_NE(of(with_order(large, Order::keep, true, 10), Level::fast), shifts);
+  TestMesh polygons = large;
+  polygons.schema.blocks.push_back({2, "polygons", CellShape::polygon, 0});
+  EXPECT_NE(of(polygons, Level::fast), shifts);
+}
+
+TEST(CodecChoice, FastLooksAtEachSegment) {
+  using enum ConnectivityCodec;
+  TestMesh mesh = bent_grid(32, 32, 40);
+  std::mt19937_64 random(4);
+  std::shuffle(mesh.cells.begin() + 20480, mesh.cells.end(), random);
+  WriteOptions options;
+  options.level = Level::fast;
+  options.segment_cells = 20480;
+  options.group_cells = 5000;
+  const auto one = expect_round_trip(mesh, options);
+  const auto back = read_mesh(one);
+  ASSERT_TRUE(back);
+  ASSERT_EQ(back->totals.segment_connectivity.size(), 2u);
+  EXPECT_EQ(back->totals.segment_connectivity[0], shifts);
+  EXPECT_NE(back->totals.segment_connectivity[1], shifts);
+  options.threads = 2;
+  EXPECT_EQ(expect_round_trip(mesh, options), one);
 }
 
 }  // namespace

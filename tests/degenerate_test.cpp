@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <string>
 
+#include "coders/shifts.h"
 #include "compare.h"
 #include "compress.h"
 #include "decompress.h"
@@ -49,11 +50,15 @@ TEST_P(EveryFamily, ThroughWriterAndReader) {
   TestMesh copy = mesh();
   for (const auto codec :
        {ConnectivityCodec::automatic, ConnectivityCodec::paper, ConnectivityCodec::rows,
-        ConnectivityCodec::replay, ConnectivityCodec::mixed})
+        ConnectivityCodec::replay, ConnectivityCodec::mixed, ConnectivityCodec::shifts})
     for (const std::uint32_t delay : {0u, 7u, 300u}) {
       copy.schema.delay = delay;
       copy.schema.order = Order::keep;
       copy.schema.corner_order = true;
+      if (codec == ConnectivityCodec::shifts) {
+        if (takes_shifts(copy.schema)) expect_round_trips(copy, codec);
+        continue;
+      }
       expect_round_trips(copy, codec);
       copy.schema.order = Order::stream;
       copy.schema.corner_order = false;

@@ -94,6 +94,16 @@ inline TestMesh shuffled(TestMesh mesh) {
   return mesh;
 }
 
+inline void append_point(TestMesh& mesh, const std::array<double, 3>& point) {
+  for (double v : point) {
+    if (mesh.schema.coordinate_type == ScalarType::float32)
+      append(mesh.xyz, static_cast<float>(v));
+    else
+      append(mesh.xyz, v);
+  }
+  ++mesh.vertices;
+}
+
 /// Hexahedra around an axis whose first and last layer meet, at made-up points.
 inline TestMesh exact_ring(std::uint64_t around, std::uint64_t out, std::uint64_t up) {
   TestMesh mesh = ring(around, out, up, ScalarType::float64);
@@ -351,6 +361,22 @@ inline std::vector<std::byte> segments_file(Order order, bool corner_order, std:
   return std::move(sink.bytes);
 }
 
+/// Cells that are shifts, in two segments of several groups, with values at vertices and cells, and
+/// two vertices that no cell uses: one between cells, one at the end.
+inline std::vector<std::byte> shifts_file() {
+  TestMesh mesh = bent_grid(4, 3, 4);
+  for (int i = 0; i < 2; ++i) append_point(mesh, {2, i + .5, -1});
+  add_array(mesh, array_of("u", Location::point, ScalarType::int16, 2), mesh.vertices);
+  add_array(mesh, array_of("p", Location::cell, ScalarType::float64), mesh.cells.size());
+  MemorySink sink;
+  WriteOptions options;
+  options.group_cells = 12;
+  options.segment_cells = 24;
+  options.connectivity = ConnectivityCodec::shifts;
+  EXPECT_TRUE(write_mesh(mesh, sink, options));
+  return std::move(sink.bytes);
+}
+
 inline std::vector<FeatureFile> feature_files() {
   using enum Order;
   std::vector<FeatureFile> files;
@@ -392,6 +418,14 @@ inline std::vector<FeatureFile> feature_files() {
   add("steps_and_extras_stream", steps_and_extras_file(stream));
   add("segments", segments_file(keep, true, 3, 7));
   add("segments_stream", segments_file(stream, false, 0, 6));
+  add("shifts", shifts_file());
+  // More shifts than the table holds.
+  add("shifts_shuffled",
+      written(shuffled(bent_grid(7, 7, 6, ScalarType::float64)), 200, ConnectivityCodec::shifts));
+  add("shifts_arrays",
+      written(with_arrays_of_every_type(bent_grid(2, 2, 2)), 5, ConnectivityCodec::shifts));
+  add("shifts_quantized", written(quantized(), 5, ConnectivityCodec::shifts));
+  add("shifts_special_values", written(special_values(), 65536, ConnectivityCodec::shifts));
   return files;
 }
 

@@ -89,7 +89,8 @@ TEST(Hostile, WholeFilesAreReadInPiecesOfAnySize) {
 /// Files that are cut and flipped at every place; the others, for time's sake, here and there.
 bool is_thorough(const FeatureFile& feature) {
   return feature.name == "one_hexahedron" || feature.name == "stream_turned" ||
-         feature.name == "arrays_on_some_blocks" || feature.name == "steps_and_extras";
+         feature.name == "arrays_on_some_blocks" || feature.name == "steps_and_extras" ||
+         feature.name == "shifts_shuffled";
 }
 
 TEST(Hostile, EveryCutIsTruncated) {
@@ -238,7 +239,7 @@ TEST(Hostile, UnknownChunksAreSkippedOrRefused) {
 }
 
 TEST(Hostile, SegmentNumbersThatJump) {
-  for (const char* name : {"groups", "segments", "segments_stream"}) {
+  for (const char* name : {"groups", "segments", "segments_stream", "shifts"}) {
     const FileParts whole = take_apart(file(name));
     for (std::size_t at = 1; at + 1 < whole.chunks.size(); ++at)
       for (const std::uint32_t segment : {0u, 1u, 2u, 3u, 4u, 5u, ~0u}) {
@@ -315,6 +316,8 @@ TEST(Hostile, LimitsAreKept) {
         << name << ": " << decoded.error().message();
   };
   expect_over("keep", [](ReadLimits& limits) { limits.max_active_vertices = 7; });
+  expect_over("shifts", [](ReadLimits& limits) { limits.max_active_vertices = 7; });
+  expect_over("shifts", [](ReadLimits& limits) { limits.max_group_bytes = 100; });
   expect_over("keep", [](ReadLimits& limits) { limits.max_chunk_bytes = 10; });
   expect_over("keep", [](ReadLimits& limits) { limits.max_group_bytes = 100; });
   expect_over("unmarked", [](ReadLimits& limits) { limits.max_group_bytes = 8 * 8 * 2 + 24 * 17; });
@@ -478,6 +481,86 @@ TEST(Hostile, ManyComponentsTakeLittleMemory) {
     }
 }
 
+// Shifts remember values of a few components only; the others are under zstd alone.
+TEST(Hostile, ManyComponentsOfShiftsTakeLittleMemory) {
+  constexpr std::size_t kPerComponent = 4 << 10, kRings = 34 << 20;
+  for (const Components& many : kManyComponents) {
+    SCOPED_TRACE(many.arrays);
+    const TestMesh mesh =
+        with_components(bent_grid(2, 2, 2), many.arrays, many.components, ScalarType::float32);
+    MemorySink sink;
+    WriteOptions options;
+    options.connectivity = ConnectivityCodec::shifts;
+    options.segment_cells = 3;
+    EXPECT_LE(memory_of([&] { EXPECT_TRUE(write_mesh(mesh, sink, options)); }),
+              std::size_t{128} << 20);
+    const Decoded whole = std::move(*decode_in_pieces(sink.bytes));
+    const std::size_t most = kRings + 4096 * kPerComponent;
+    EXPECT_LE(memory_of([&] { EXPECT_TRUE(decode_in_pieces(sink.bytes)); }), most);
+
+    // Differences where there may be none.
+    FileParts parts = take_apart(sink.bytes);
+    Bytes& payload = parts.find(ChunkKind::group)->payload;
+    auto group = take_group_apart(payload);
+    ASSERT_TRUE(group);
+    EXPECT_EQ(group->header.streams.back().codec, container::Codec::shuffled_zstd);
+    group->header.streams.back().codec = container::Codec::differences;
+    payload = put_group_together(*group);
+    EXPECT_LE(memory_of([&] { EXPECT_EQ(code_of(put_together(parts)), ErrorCode::unsupported); }),
+              most);
+  }
+}
+
+// As many segments as there are cells hold what one holds.
+TEST(Hostile, ManySegmentsOfShiftsTakeLittleMemory) {
+  MemorySink sink;
+  WriteOptions options;
+  options.connectivity = ConnectivityCodec::shifts;
+  options.segment_cells = 1;
+  ASSERT_TRUE(write_mesh(bent_grid(6, 6, 6), sink, options));
+  EXPECT_LE(memory_of([&] { EXPECT_TRUE(decode_in_pieces(sink.bytes)); }), std::size_t{8} << 20);
+}
+
+/// The second segment's first group of the file "shifts", changed.
+Bytes shifts_with(const std::function<void(GroupParts&)>& change) {
+  FileParts parts = take_apart(file("shifts"));
+  Chunk* chunk = parts.find(ChunkKind::group, 2);
+  auto group = take_group_apart(chunk->payload);
+  EXPECT_TRUE(group);
+  if (!group) return {};
+  change(*group);
+  chunk->payload = put_group_together(*group);
+  return put_together(parts);
+}
+
+TEST(Hostile, StatedSizesOfShiftsAllocateNothing) {
+  // A gigabyte of shifts or values, of which nothing is there.
+  for (const std::size_t stream : {0u, 1u, 2u, 3u}) {
+    const Bytes bytes = shifts_with([&](GroupParts& group) {
+      group.header.decoded_bytes = std::uint64_t{1} << 30;
+      group.header.cells = container::kMaxGroupCells;
+      ASSERT_EQ(group.streams.size(), 4u);
+      ByteWriter out;
+      out.put_varint(stream == 0 ? std::uint64_t{1} << 30 : std::uint64_t{1} << 26);
+      if (stream > 0) {
+        const int components = stream == 1 ? 3 : stream == 2 ? 2 : 1;
+        out.put_u8(0);
+        for (int c = 0; c < components; ++c) {
+          out.put_u8(stream == 2 ? 5 : 0);  // integers, or any float
+          out.put_signed(0);
+          out.put_u8(stream == 2 ? 2 : 4);
+        }
+        group.header.streams[stream].codec = container::Codec::differences;
+      }
+      out.put_bytes(zstd_compress(Bytes(100), 1));
+      group.streams[stream] = std::move(out.bytes);
+    });
+    largest_allocation = 0;
+    EXPECT_EQ(code_of(bytes), ErrorCode::corrupt) << stream;
+    EXPECT_LE(largest_allocation, std::size_t{4} << 20) << stream;
+  }
+}
+
 TEST(Hostile, QuantizedComponentsShareTheirSchema) {
   TestMesh mesh = with_components(grid(1, 1, 1), 1, 4096, ScalarType::float32);
   Quantization& quantization = mesh.schema.arrays[0].quantization;
@@ -584,9 +667,11 @@ TEST(Hostile, LyingGroupHeader) {
   };
   using Header = container::GroupHeader;
   for (const char* name :
-       {"keep", "groups", "mixed_cells", "arrays", "segments", "segments_stream"}) {
+       {"keep", "groups", "mixed_cells", "arrays", "segments", "segments_stream", "shifts"}) {
     SCOPED_TRACE(name);
-    nth = std::string(name).starts_with("segments") ? 2 : 0;  // the first of the second segment
+    const bool shifts = std::string(name) == "shifts";
+    // The first of the second segment.
+    nth = shifts || std::string(name).starts_with("segments") ? 2 : 0;
     refused(name, [](Header& h) { h.imported_vertices += 1; });
     refused(name, [](Header& h) { h.imported_vertices -= 1; });
     refused(name, [](Header& h) { h.imported_vertices = ~std::uint64_t{0}; });
@@ -617,10 +702,14 @@ TEST(Hostile, LyingGroupHeader) {
     refused(name, [](Header& h) { h.streams.back().checksum ^= 1; });
     refused(name, [](Header& h) { h.streams.pop_back(); });
     refused(name, [](Header& h) { h.streams.push_back(h.streams.back()); });
-    refused(name, [](Header& h) {
-      std::swap(h.streams[0].kind, h.streams[1].kind);
-      std::swap(h.streams[0].codec, h.streams[1].codec);
-    });
+    // Where no connectivity says that cells are shifts, their values are in no known codec.
+    refused(
+        name,
+        [](Header& h) {
+          std::swap(h.streams[0].kind, h.streams[1].kind);
+          std::swap(h.streams[0].codec, h.streams[1].codec);
+        },
+        shifts ? ErrorCode::unsupported : ErrorCode::corrupt);
     refused(name, [](Header& h) { h.streams[0].kind = static_cast<container::StreamKind>(0); });
     refused(name, [](Header& h) { h.streams[0].kind = static_cast<container::StreamKind>(8); });
     refused(name, [](Header& h) {
@@ -640,6 +729,156 @@ TEST(Hostile, LyingGroupHeader) {
   });
   refused("unmarked", [](Header& h) { h.loose_vertices += 1; });
   refused("unmarked", [](Header& h) { h.loose_vertices -= 1; });
+}
+
+/// What a group of shifts says, before zstd.
+struct ShiftWords {
+  Bytes words, symbols;
+};
+ShiftWords words_of(const GroupParts& group) {
+  ByteReader in(group.streams[0]);
+  const std::uint64_t words = in.get_varint();
+  const auto all = zstd_decompress(in.get_bytes(in.left()), words + group.header.cells);
+  EXPECT_TRUE(all.has_value());
+  if (!all) return {};
+  const auto middle = all->begin() + static_cast<std::ptrdiff_t>(words);
+  return {Bytes(all->begin(), middle), Bytes(middle, all->end())};
+}
+Bytes bytes_of(const ShiftWords& said) {
+  ByteWriter out, all;
+  out.put_varint(said.words.size());
+  all.put_bytes(said.words);
+  all.put_bytes(said.symbols);
+  out.put_bytes(zstd_compress(all.bytes, 1));
+  return std::move(out.bytes);
+}
+
+// Every vertex is born once, alive where it is used, and imported where an earlier segment has it.
+TEST(Hostile, LyingShifts) {
+  EXPECT_EQ(text_of(decode_in_pieces(shifts_with([](GroupParts&) {}))),
+            text_of(decode_in_pieces(file("shifts"))));
+  using Shift = std::vector<std::uint64_t>;  // block, nodes, births, imports, last uses
+  const auto with_first = [](const std::function<void(Shift&)>& lie) {
+    return shifts_with([&](GroupParts& group) {
+      ShiftWords said = words_of(group);
+      ByteReader in(said.words);
+      Shift first;
+      for (int i = 0; i < 12; ++i) first.push_back(in.get_varint());
+      lie(first);
+      ByteWriter out;
+      for (const std::uint64_t it : first) out.put_varint(it);
+      out.put_bytes(in.get_bytes(in.left()));
+      said.words = std::move(out.bytes);
+      group.streams[0] = bytes_of(said);
+    });
+  };
+  EXPECT_TRUE(decode_in_pieces(with_first([](Shift&) {})));
+  constexpr std::size_t kBirths = 9, kImports = 10, kLastUse = 11;
+  const std::vector<std::function<void(Shift&)>> lies = {
+      [](Shift& s) { s[0] = 1; },                               // no such block
+      [](Shift& s) { s[1] += 2; },                              // another vertex
+      [](Shift& s) { s[1] = s[2]; },                            // born twice
+      [](Shift& s) { s[1] = 1 << 20; },                         // imported from nowhere
+      [](Shift& s) { s[1] = ~std::uint64_t{0}; },               // the same
+      [](Shift& s) { s[kBirths] &= s[kBirths] - 1; },           // used, not born
+      [](Shift& s) { s[kBirths] = s[kImports] = 0; },           // none is
+      [](Shift& s) { s[kImports] &= s[kImports] - 1; },         // an earlier segment's, born here
+      [](Shift& s) { s[kImports] = 0; },                        // all of them
+      [](Shift& s) { s[kImports] = 0xff; },                     // an own one, imported
+      [](Shift& s) { s[kLastUse] = 0xff; },                     // used later
+      [](Shift& s) { s[kBirths] |= 0x100; },                    // a node that is not there
+      [](Shift& s) { s[kLastUse] |= std::uint64_t{1} << 63; },  // again
+  };
+  for (std::size_t i = 0; i < lies.size(); ++i)
+    EXPECT_EQ(code_of(with_first(lies[i])), ErrorCode::corrupt) << "lie " << i;
+
+  const auto with_symbols = [](const std::function<void(Bytes&)>& lie) {
+    return shifts_with([&](GroupParts& group) {
+      ShiftWords said = words_of(group);
+      lie(said.symbols);
+      group.streams[0] = bytes_of(said);
+    });
+  };
+  EXPECT_EQ(code_of(with_symbols([](Bytes& s) { s[0] = std::byte{0}; })), ErrorCode::corrupt);
+  // One more new shift than is said.
+  EXPECT_EQ(code_of(with_symbols([](Bytes& s) {
+              *std::find_if(s.begin(), s.end(), [](std::byte b) { return b != std::byte{255}; }) =
+                  std::byte{255};
+            })),
+            ErrorCode::corrupt);
+  EXPECT_EQ(code_of(with_symbols([](Bytes& s) { s.back() = std::byte{254}; })), ErrorCode::corrupt);
+  EXPECT_EQ(code_of(with_symbols([](Bytes& s) { s.pop_back(); })), ErrorCode::corrupt);
+  EXPECT_EQ(code_of(with_symbols([](Bytes& s) { s.push_back(s.back()); })), ErrorCode::corrupt);
+}
+
+TEST(Hostile, StreamsOfShiftsMissingRepeatedOrSwapped) {
+  const std::size_t streams = 4;
+  for (std::size_t at = 0; at < streams; ++at) {
+    const auto place = static_cast<std::ptrdiff_t>(at);
+    const auto refused = [&](const std::function<void(GroupParts&)>& lie) {
+      EXPECT_FALSE(decode_in_pieces(shifts_with(lie))) << at;
+    };
+    refused([&](GroupParts& group) {
+      ASSERT_EQ(group.streams.size(), streams);
+      group.streams.erase(group.streams.begin() + place);
+      group.header.streams.erase(group.header.streams.begin() + place);
+    });
+    refused([&](GroupParts& group) {
+      group.streams.insert(group.streams.begin() + place, group.streams[at]);
+      group.header.streams.insert(group.header.streams.begin() + place, group.header.streams[at]);
+    });
+    if (at > 0) {
+      refused([&](GroupParts& group) {
+        std::swap(group.streams[at], group.streams[at - 1]);
+        std::swap(group.header.streams[at], group.header.streams[at - 1]);
+      });
+    }
+    for (const auto codec : {container::Codec::predictive, container::Codec::paper,
+                             container::Codec::mixed_columns, container::Codec::shifts,
+                             container::Codec::differences, static_cast<container::Codec>(99)})
+      refused([&](GroupParts& group) {
+        auto& is = group.header.streams[at].codec;
+        is = is == codec ? static_cast<container::Codec>(98) : codec;
+      });
+  }
+  // Shifts behind another codec of the same segment, and the other way round.
+  for (const auto codec : {container::Codec::predictive, container::Codec::paper}) {
+    FileParts parts = take_apart(file("shifts"));
+    for (const std::size_t nth : {0u, 1u}) {
+      FileParts changed = parts;
+      Chunk* chunk = changed.find(ChunkKind::group, nth);
+      auto group = take_group_apart(chunk->payload);
+      ASSERT_TRUE(group);
+      group->header.streams[0].codec = codec;
+      chunk->payload = put_group_together(*group);
+      EXPECT_FALSE(decode_in_pieces(put_together(changed))) << nth;
+    }
+  }
+}
+
+// Shifts in files whose schema does not take them.
+TEST(Hostile, ShiftsOfAnotherSchema) {
+  const auto code_with = [](const std::function<void(Schema&)>& change) {
+    TestMesh mesh = bent_grid(3, 2, 2);
+    const Bytes good = written(mesh, 65536, ConnectivityCodec::shifts);
+    change(mesh.schema);
+    FileParts parts = take_apart(good);
+    parts.chunks[0].payload = schema_payload(mesh.schema);
+    return code_of(put_together(parts));
+  };
+  EXPECT_EQ(code_with([](Schema& s) { s.order = Order::stream; }), ErrorCode::unsupported);
+  EXPECT_EQ(code_with([](Schema& s) { s.order = Order::free; }), ErrorCode::unsupported);
+  EXPECT_EQ(code_with([](Schema& s) { s.delay = 5; }), ErrorCode::unsupported);
+  EXPECT_EQ(code_with([](Schema& s) { s.blocks[0].nodes_per_cell = 0; }), ErrorCode::unsupported);
+  EXPECT_EQ(code_with([](Schema& s) { s.blocks[0].nodes_per_cell = 65; }), ErrorCode::unsupported);
+  EXPECT_EQ(code_with([](Schema& s) {
+              s.arrays.push_back(array_of("a", Location::cell, ScalarType::int8));
+              s.arrays[0].per_step = true;
+            }),
+            ErrorCode::unsupported);
+  EXPECT_EQ(code_with([](Schema& s) { s.blocks[0].nodes_per_cell = 7; }), ErrorCode::corrupt);
+  EXPECT_EQ(code_with([](Schema& s) { s.coordinate_type = ScalarType::float64; }),
+            ErrorCode::corrupt);
 }
 
 TEST(Hostile, ImportsOfVerticesThatAreNotThere) {

@@ -188,6 +188,42 @@ TEST(Lossy, ThroughAFileInEveryOrder) {
     }
 }
 
+TEST(Lossy, ThroughShifts) {
+  MemoryMesh mesh = grid_mesh(12, 12, 12);
+  std::vector<double> values(2 * mesh.mesh.vertices);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = std::sin(static_cast<double>(i) * .01) * 30;
+  values[5] = std::bit_cast<double>(0x7ff8000000000123u);
+  values[6] = -std::numeric_limits<double>::infinity();
+  values[7] = 1e300;
+  mesh.add_array<double>({"odd", Location::point, ScalarType::float64, 2, false, {}, "", {}},
+                         {values});
+  std::vector<float> tame(mesh.cells.size());
+  for (std::size_t i = 0; i < tame.size(); ++i) tame[i] = static_cast<float>(i % 144) * .7f;
+  mesh.add_array<float>({"tame", Location::cell, ScalarType::float32, 1, false, {}, "", {}},
+                        {tame});
+  for (const bool of_bits : {false, true}) {
+    std::size_t last = 0;
+    for (const double part : {1e-2, 1e-5, 1e-9}) {
+      CompressOptions options;
+      options.connectivity = ConnectivityCodec::shifts;
+      options.lossy.coordinates = Accuracy::absolute(part);
+      options.lossy.fields = of_bits ? Accuracy::of_bits(part > 1e-4   ? 8
+                                                         : part > 1e-8 ? 18
+                                                                       : 40)
+                                     : Accuracy::absolute(part);
+      std::size_t bytes = 0;
+      const CompareReport report = round_trip(mesh, options, &bytes);
+      EXPECT_TRUE(report.equal()) << part << "\n" << words(report);
+      EXPECT_GE(report.measured.size(), 2u);  // 40 bits of a float32 round nothing
+      for (const MeasuredError& error : report.measured)
+        EXPECT_LE(error.largest, error.promised) << error.what;
+      EXPECT_GT(bytes, last);
+      last = bytes;
+    }
+  }
+}
+
 // Steps follow the magnitudes that are there: near the distance of neighbouring floats neither the
 // bound nor the size suffers.
 TEST(Lossy, TighterBoundsCostMoreButNotMoreThanLossless) {

@@ -77,6 +77,20 @@ TEST(Zstd, BackAndForth) {
     const Bytes bytes = size < 100000 ? noise(size) : Bytes(size, std::byte{7});
     EXPECT_EQ(zstd_decompress(zstd_compress(bytes, 3), size), bytes);
   }
+  // Small sizes are made at once, large ones as they come: neither believes what is stated.
+  for (const Bytes& bytes : {noise(1000), Bytes(1 << 20, std::byte{7})}) {
+    const Bytes packed = zstd_compress(bytes, 1);
+    for (const std::uint64_t stated : {std::uint64_t{0}, std::uint64_t{1}, bytes.size() - 1,
+                                       bytes.size() + 1, 2 * bytes.size(), std::uint64_t{1} << 40})
+      EXPECT_FALSE(zstd_decompress(packed, stated)) << stated;
+    for (std::size_t size = 0; size < packed.size(); ++size) {
+      const Bytes cut(packed.begin(), packed.begin() + static_cast<std::ptrdiff_t>(size));
+      EXPECT_FALSE(zstd_decompress(cut, bytes.size())) << size;
+    }
+    Bytes more = packed;
+    more.push_back(std::byte{0});
+    EXPECT_FALSE(zstd_decompress(more, bytes.size()));
+  }
   EXPECT_FALSE(zstd_decompress({}, 0));
   EXPECT_FALSE(zstd_decompress(noise(100), 100));
   // Two frames one after the other are one too many.

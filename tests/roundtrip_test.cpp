@@ -1,13 +1,29 @@
 // Every generated family through Writer and Reader: both orders, delay buffers, quantized and not.
 #include <limits>
 
+#include "coders/shifts.h"
 #include "test_mesh.h"
 
 namespace shm {
 namespace {
 
+/// As shifts, where they do: they have one order alone.
+void expect_as_shifts(TestMesh mesh) {
+  mesh.schema.delay = 0;
+  mesh.schema.order = Order::keep;
+  mesh.schema.corner_order = true;
+  if (!takes_shifts(mesh.schema)) return;
+  SCOPED_TRACE("shifts");
+  WriteOptions options;
+  options.connectivity = ConnectivityCodec::shifts;
+  expect_round_trip(mesh, options);
+  options.group_cells = 100;
+  expect_round_trip(mesh, options);
+}
+
 /// Both orders, with and without corner order, and the delay buffers of interest.
 void expect_all_modes(TestMesh mesh) {
+  expect_as_shifts(mesh);
   for (std::uint32_t delay : {0u, 1u, 50u, 1000u}) {
     mesh.schema.delay = delay;
     SCOPED_TRACE("delay " + std::to_string(delay));
@@ -182,6 +198,10 @@ TEST(RoundTrip, QuadraticAndMixedCells) {
     mesh.cells.push_back(cell);
   }
   expect_all_modes(mesh);
+  // Shifts are for cells of as many nodes each.
+  std::erase_if(mesh.cells, [](const TestCell& cell) { return cell.block == 4; });
+  mesh.schema.blocks[4].nodes_per_cell = 64;
+  expect_as_shifts(mesh);
 }
 
 ArrayInfo array_info(const char* name, Location location, ScalarType type, std::uint32_t components,
@@ -231,7 +251,10 @@ TEST(RoundTrip, ArraysOfEveryTypeOnPointsAndCells) {
 }
 
 TEST(RoundTrip, QuantizedValuesKeepThePromise) {
-  for (ScalarType type : {ScalarType::float32, ScalarType::float64})
+  for (const auto& [type, codec] : {std::pair(ScalarType::float32, ConnectivityCodec::automatic),
+                                    std::pair(ScalarType::float64, ConnectivityCodec::automatic),
+                                    std::pair(ScalarType::float32, ConnectivityCodec::shifts),
+                                    std::pair(ScalarType::float64, ConnectivityCodec::shifts)})
     for (std::uint32_t bits : {1u, 8u, 12u, 16u, 24u, 40u, 52u}) {
       TestMesh mesh = grid(9, 8, 7, type, warped);
       mesh.schema.coordinate_quantization = {bits, {-1, -1, -1}, {1.1, 1.2, 1.3}};
@@ -242,7 +265,9 @@ TEST(RoundTrip, QuantizedValuesKeepThePromise) {
       } else {
         std::memcpy(&mesh.xyz[24], &nan, 8);
       }
-      const auto bytes = expect_round_trip(mesh);
+      WriteOptions options;
+      options.connectivity = codec;
+      const auto bytes = expect_round_trip(mesh, options);
       const auto back = read_mesh(bytes);
       ASSERT_TRUE(back);
       const double promise = mesh.schema.coordinate_quantization.max_error(type);
@@ -329,6 +354,38 @@ TEST(RoundTrip, StepsTimesAndExtras) {
   }
 }
 
+// Vertices whose numbers want the same place in the table of those that are alive: when one goes
+// the other takes its place, and is still found.
+TEST(RoundTrip, ShiftsOfNumbersThatCollide) {
+  std::vector<std::uint64_t> numbers;
+  for (std::uint64_t word = 0; numbers.size() < 4; ++word)
+    if (((word * 0x9e3779b97f4a7c15u) >> 32 & 0xffff) == 0xffff) numbers.push_back(word << 6);
+  Schema schema = hexahedra_schema();
+  schema.blocks[0] = {1, "lines", CellShape::line, 2};
+  MemorySink sink;
+  WriteOptions options;
+  options.connectivity = ConnectivityCodec::shifts;
+  auto writer = Writer::create(sink, schema, options);
+  ASSERT_TRUE(writer);
+  const std::vector<std::byte> xyz(12);
+  for (const std::uint64_t number : numbers) ASSERT_TRUE(writer->add_vertex(number, xyz));
+  const auto add = [&](std::size_t a, std::size_t b, std::uint64_t last_use) {
+    const std::array<std::uint64_t, 2> corners = {numbers[a], numbers[b]};
+    ASSERT_TRUE(writer->add_cell(0, corners, last_use));
+  };
+  for (std::size_t a = 0; a < 3; ++a) add(a, a + 1, 0);  // all are there, in order
+  for (std::size_t a = 0; a < 3; ++a) {                  // one goes after the other
+    for (std::size_t b = a + 1; b < 4; ++b) add(b, a, 0);
+    for (std::size_t b = a + 1; b < 4; ++b) add(a, b, 0);
+    add(a, 3, 1);
+    for (std::size_t b = a + 1; b < 4; ++b) add(b, 3, 0);
+  }
+  ASSERT_TRUE(writer->finish());
+  const auto back = read_mesh(sink.bytes);
+  ASSERT_TRUE(back) << back.error().message();
+  EXPECT_EQ(back->mesh.cell_count(), 24u);
+}
+
 TEST(RoundTrip, SameBytesTwice) {
   TestMesh mesh = grid(9, 9, 9, ScalarType::float64, warped, porous);
   mesh.schema.delay = 20;
@@ -385,7 +442,12 @@ TEST(RoundTrip, RandomSmallMeshes) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     WriteOptions options;
     options.group_cells = static_cast<std::uint32_t>(1 + random() % 20);
-    options.connectivity = static_cast<ConnectivityCodec>(seed % 5);
+    options.connectivity = static_cast<ConnectivityCodec>(seed % 6);
+    if (options.connectivity == ConnectivityCodec::shifts && !takes_shifts(mesh.schema)) {
+      mesh.schema.order = Order::keep;
+      mesh.schema.corner_order = true;
+      mesh.schema.delay = 0;
+    }
     expect_round_trip(mesh, options);
     options.segment_cells = 7;
     expect_round_trip(mesh, options);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "coders/shifts.h"
 #include "feature_files.h"
 #include "file_surgery.h"
 #include "item_text.h"
@@ -64,6 +65,17 @@ TEST(Segments, RoundTripsCutAnywhere) {
         ASSERT_EQ(back->totals.segment_starts.size(), report.segments);
         for (std::size_t s = 0; s < report.segments; ++s)
           EXPECT_EQ(back->totals.segment_starts[s], s * cells);
+        if (!takes_shifts(mesh.schema)) continue;
+        options.connectivity = ConnectivityCodec::shifts;
+        SizeReport as_shifts;
+        expect_round_trip(mesh, options, &as_shifts);
+        EXPECT_EQ(as_shifts.segments, report.segments);
+        EXPECT_EQ(as_shifts.imported_vertices, report.imported_vertices);
+        EXPECT_EQ(as_shifts.max_active_vertices, report.max_active_vertices);
+        // Some segments so, some otherwise: vertices pass from one kind to the other.
+        using enum ConnectivityCodec;
+        options.segment_connectivity = {rows, shifts, replay, shifts, shifts, paper};
+        expect_round_trip(mesh, options);
       }
 }
 
@@ -130,6 +142,13 @@ TEST(Segments, ImportsAreCheapOnACoherentMesh) {
     EXPECT_EQ(cut.imported_vertices, 3u * 31 * 31 + 2 * 31);  // one cut at a layer, two within
     EXPECT_LE(cut.streams.at("imports"), 80u);
   }
+  SizeReport shifts;
+  WriteOptions options = cut_every(6750);
+  options.connectivity = ConnectivityCodec::shifts;
+  expect_round_trip(mesh, options, &shifts);
+  EXPECT_EQ(shifts.imported_vertices, 3u * 31 * 31 + 2 * 31);
+  EXPECT_LE(shifts.streams.at("connectivity"), 27000u / 8 / 2);  // a bit for two cells
+  EXPECT_FALSE(shifts.streams.contains("imports"));
 }
 
 TEST(Segments, AnyNumberOfThreadsWritesTheSameBytes) {
@@ -142,15 +161,21 @@ TEST(Segments, AnyNumberOfThreadsWritesTheSameBytes) {
         const TestMesh mesh = with_order(family.mesh, order, true, delay);
         WriteOptions options = cut_every(cells);
         options.group_cells = 1000;
-        const auto alone = expect_round_trip(mesh, options);
-        options.threads = 3;
-        EXPECT_EQ(expect_round_trip(mesh, options), alone);
-        for (unsigned threads : {2u, 0u}) {
-          MemorySink sink;
-          options.threads = threads;
-          ASSERT_TRUE(write_mesh(mesh, sink, options));
-          EXPECT_EQ(sink.bytes, alone) << threads << " threads";
-        }
+        const auto expect_same = [&] {
+          options.threads = 1;
+          const auto alone = expect_round_trip(mesh, options);
+          options.threads = 3;
+          EXPECT_EQ(expect_round_trip(mesh, options), alone);
+          for (unsigned threads : {2u, 0u}) {
+            MemorySink sink;
+            options.threads = threads;
+            ASSERT_TRUE(write_mesh(mesh, sink, options));
+            EXPECT_EQ(sink.bytes, alone) << threads << " threads";
+          }
+        };
+        expect_same();
+        options.connectivity = ConnectivityCodec::shifts;
+        if (takes_shifts(mesh.schema)) expect_same();
       }
 }
 
@@ -187,10 +212,14 @@ TEST(Segments, AnyNumberOfThreadsReadsTheSame) {
   options.group_cells = 300;
   ASSERT_TRUE(write_mesh(grid(20, 20, 20, ScalarType::float32, bent, porous), sink, options));
   expect_same_with_threads(sink.bytes);
+  sink.bytes.clear();
+  options.connectivity = ConnectivityCodec::shifts;
+  ASSERT_TRUE(write_mesh(grid(20, 20, 20, ScalarType::float32, bent, porous), sink, options));
+  expect_same_with_threads(sink.bytes);
 }
 
 TEST(Segments, DamageIsToldAlikeWithThreads) {
-  for (const char* name : {"segments", "segments_stream"}) {
+  for (const char* name : {"segments", "segments_stream", "shifts"}) {
     std::vector<std::byte> bytes;
     for (const FeatureFile& feature : feature_files())
       if (feature.name == name) bytes = feature.bytes;
@@ -251,13 +280,18 @@ class CountedSource final : public RandomSource {
 };
 
 TEST(Segments, EachIsReadAlone) {
-  for (Order order : {Order::keep, Order::stream}) {
+  using enum ConnectivityCodec;
+  for (const auto& [order, codec] :
+       {std::pair(Order::keep, automatic), std::pair(Order::stream, automatic),
+        std::pair(Order::keep, shifts)}) {
+    SCOPED_TRACE(codec_name(codec));
     TestMesh mesh = with_order(grid(12, 10, 10, ScalarType::float64, bent, porous), order,
-                               order == Order::keep, 7);
+                               order == Order::keep, codec == shifts ? 0 : 7);
     add_array(mesh, array_of("u", Location::point, ScalarType::float32, 2), mesh.vertices);
     add_array(mesh, array_of("p", Location::cell, ScalarType::int16), mesh.cells.size());
     WriteOptions options = cut_every(200);
     options.group_cells = 90;
+    options.connectivity = codec;
     const auto bytes = expect_round_trip(mesh, options);
     const auto whole = read_mesh(bytes);
     ASSERT_TRUE(whole);
@@ -314,8 +348,12 @@ TEST(Segments, EachIsReadAlone) {
   }
 }
 
-TEST(Segments, DamageIsNoticedWhenReadAlone) {
-  const auto bytes = segments_file(Order::stream, false, 0, 6);
+class SegmentsReadAlone : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(SegmentsReadAlone, DamageIsNoticed) {
+  const auto bytes = std::string(GetParam()) == "shifts"
+                         ? shifts_file()
+                         : segments_file(Order::stream, false, 0, 6);
   const auto read_all = [](std::span<const std::byte> file) -> Result<std::size_t> {
     MemoryRandomSource source(file);
     auto reader = SegmentReader::open(source);
@@ -340,6 +378,9 @@ TEST(Segments, DamageIsNoticedWhenReadAlone) {
     (void)static_cast<bool>(read_all(put_together(parts)));
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Segments, SegmentsReadAlone, ::testing::Values("predicted", "shifts"),
+                         [](const auto& it) { return std::string(it.param); });
 
 TEST(Segments, ExtrasBetweenCellsStandInTheSamePlace) {
   const TestMesh mesh = grid(40, 10, 10);

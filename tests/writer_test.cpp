@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -283,6 +284,50 @@ TEST(Writer, OptionsAndSchemaAreChecked) {
   schema.corner_order = false;
   EXPECT_EQ(Writer::create(sink, schema).error().code, ErrorCode::misuse);
   EXPECT_EQ(sink.bytes, 0u);
+}
+
+TEST(Writer, ShiftsAreNotForEverySchema) {
+  const auto code_with = [](const WriteOptions& options,
+                            const std::function<void(Schema&)>& change) {
+    Schema schema = hexahedra_schema();
+    change(schema);
+    NullSink sink;
+    const auto writer = Writer::create(sink, schema, options);
+    EXPECT_EQ(sink.bytes > 0, static_cast<bool>(writer));
+    return writer ? std::optional<ErrorCode>() : writer.error().code;
+  };
+  const std::vector<std::function<void(Schema&)>> good = {
+      [](Schema&) {},
+      [](Schema& s) { s.blocks.clear(); },
+      [](Schema& s) { s.blocks[0].nodes_per_cell = 64; },
+      [](Schema& s) {
+        s.blocks.push_back({2, "", CellShape::vertex, 1});
+      },
+      [](Schema& s) { s.arrays.push_back(array_of("a", Location::cell, ScalarType::int8)); },
+  };
+  const std::vector<std::function<void(Schema&)>> bad = {
+      [](Schema& s) { s.order = Order::stream; },
+      [](Schema& s) { s.order = Order::free; },
+      [](Schema& s) { s.delay = 1; },
+      [](Schema& s) { s.blocks[0].nodes_per_cell = 65; },
+      [](Schema& s) {
+        s.blocks.push_back({2, "", CellShape::polygon, 0});
+      },
+      [](Schema& s) {
+        s.arrays.push_back(array_of("a", Location::cell, ScalarType::int8));
+        s.arrays[0].per_step = true;
+      },
+  };
+  using enum ConnectivityCodec;
+  for (const WriteOptions& options : {WriteOptions{.connectivity = shifts},
+                                      WriteOptions{.segment_connectivity = {rows, shifts}}}) {
+    for (std::size_t i = 0; i < good.size(); ++i)
+      EXPECT_EQ(code_with(options, good[i]), std::nullopt) << i;
+    for (std::size_t i = 0; i < bad.size(); ++i)
+      EXPECT_EQ(code_with(options, bad[i]), ErrorCode::misuse) << i;
+  }
+  // Who leaves the choice to the Writer gets another codec.
+  for (const auto& change : bad) EXPECT_EQ(code_with({.level = Level::fast}, change), std::nullopt);
 }
 
 /// Takes so many bytes, then fails.

@@ -2,14 +2,20 @@
 
 #include <optional>
 
+#include "coders/shifts.h"
+
 namespace shm {
+namespace {
+
+/// Shifts do where a cell takes no more bits.
+constexpr std::uint64_t kShiftBits = 1;
+
+}  // namespace
 
 ChoosingEncoder::ChoosingEncoder(const Schema& schema, std::uint32_t group_cells,
                                  const CodecTrial& trial, const SegmentStart& start)
     : schema_(&schema), group_cells_(group_cells), trial_(trial), start_(start) {
-  if (trial.codecs.size() == 1)
-    encoder_ = std::make_unique<SegmentEncoder>(
-        schema, SegmentOptions{group_cells, trial.codecs[0], trial.level}, start);
+  if (trial.codecs.size() == 1) encoder_ = encoder_with(trial.codecs[0]);
 }
 
 Result<void> ChoosingEncoder::take(const SegmentPiece& piece, std::vector<EncodedGroup>& done) {
@@ -27,6 +33,27 @@ Result<void> ChoosingEncoder::end(std::vector<EncodedGroup>& done) {
 }
 
 Result<void> ChoosingEncoder::choose(std::vector<EncodedGroup>& done) {
+  const Result<bool> shifts = shifts_do();
+  if (!shifts) return shifts.error();
+  const auto best = *shifts ? Result<ConnectivityCodec>(ConnectivityCodec::shifts) : smallest();
+  if (!best) return best.error();
+  encoder_ = encoder_with(*best);
+  for (const SegmentPiece& piece : sample_)
+    if (auto good = encoder_->take(piece, done); !good) return good;
+  sample_ = {};
+  return {};
+}
+
+/// Whether shifts are to be used: they take no room, and the segment is one on which time is felt.
+Result<bool> ChoosingEncoder::shifts_do() const {
+  if (!trial_.shifts || sample_cells_ < trial_.sample_cells || !takes_shifts(*schema_))
+    return false;
+  const auto its = size_with(ConnectivityCodec::shifts);
+  if (!its) return its.error();
+  return 8 * its->all <= kShiftBits * sample_cells_;
+}
+
+Result<ConnectivityCodec> ChoosingEncoder::smallest() const {
   ConnectivityCodec best = trial_.codecs[0];
   std::optional<Size> size;
   for (ConnectivityCodec codec : trial_.codecs) {
@@ -36,12 +63,7 @@ Result<void> ChoosingEncoder::choose(std::vector<EncodedGroup>& done) {
     size = *its;
     best = codec;
   }
-  encoder_ = std::make_unique<SegmentEncoder>(
-      *schema_, SegmentOptions{group_cells_, best, trial_.level}, start_);
-  for (const SegmentPiece& piece : sample_)
-    if (auto good = encoder_->take(piece, done); !good) return good;
-  sample_ = {};
-  return {};
+  return best;
 }
 
 bool ChoosingEncoder::is_worth_it(const Size& smaller, const Size& faster) const {
@@ -58,11 +80,12 @@ bool ChoosingEncoder::is_worth_it(const Size& smaller, const Size& faster) const
 
 auto ChoosingEncoder::size_with(ConnectivityCodec codec) const -> Result<Size> {
   using container::StreamKind;
-  SegmentEncoder encoder(*schema_, SegmentOptions{group_cells_, codec, Level::fast, false}, start_);
+  const auto encoder = make_segment_encoder(
+      *schema_, SegmentOptions{group_cells_, codec, Level::fast, false, false}, start_);
   std::vector<EncodedGroup> groups;
   for (const SegmentPiece& piece : sample_)
-    if (auto good = encoder.take(piece, groups); !good) return good.error();
-  encoder.end(groups);
+    if (auto good = encoder->take(piece, groups); !good) return good.error();
+  encoder->end(groups);
   Size size;
   for (const EncodedGroup& group : groups)
     for (const container::StreamEntry& stream : group.header.streams) {

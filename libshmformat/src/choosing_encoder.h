@@ -15,7 +15,10 @@ namespace shm {
 /// Codecs to choose from.
 struct CodecTrial {
   Level level = Level::standard;          ///< of values
+  bool tells_order = true;                ///< as in SegmentOptions
   std::vector<ConnectivityCodec> codecs;  ///< not empty, the fastest first
+  /// Before these shifts are tried, and taken where they are hardly felt: speed is what matters.
+  bool shifts = false;
   /// Cells of a segment on which they are tried; the whole segment if it is shorter.
   std::size_t sample_cells = 16384;
   // Where there are more cells than that, a faster codec is preferred to one that saves at most
@@ -38,6 +41,12 @@ class ChoosingEncoder {
 
  private:
   Result<void> choose(std::vector<EncodedGroup>& done);
+  std::unique_ptr<SegmentEncoder> encoder_with(ConnectivityCodec codec) const {
+    return make_segment_encoder(
+        *schema_, {group_cells_, codec, trial_.level, true, trial_.tells_order}, start_);
+  }
+  Result<ConnectivityCodec> smallest() const;
+  Result<bool> shifts_do() const;
   struct Size {
     std::uint64_t all = 0;
     std::uint64_t topology = 0;  ///< of these: connectivity, corner order, vertex numbers

@@ -1,6 +1,7 @@
 #include "mesh_encoder.h"
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 #include <string>
 
@@ -34,7 +35,11 @@ CodecTrial trial_for(ConnectivityCodec codec, Level level) {
   if (codec != automatic) return {.level = level, .codecs = {codec}};
   switch (level) {
     case Level::fast:
-      return {.level = level, .codecs = {replay, rows}, .spare_share = 8, .spare_bits = 1};
+      return {.level = level,
+              .codecs = {replay, rows},
+              .shifts = true,
+              .spare_share = 8,
+              .spare_bits = 1};
     case Level::standard: break;
     case Level::best:
       return {.level = level,
@@ -114,22 +119,23 @@ Result<void> MeshEncoder::add_vertex(std::uint64_t number, std::span<const std::
     return misuse("vertex " + std::to_string(number) + " has " +
                   std::to_string(xyz.size() + data.size()) + " bytes of values, the schema says " +
                   std::to_string(values_bytes_));
-  if (by_number_.find(number) != kNone)
+  const auto entry =
+      static_cast<std::uint32_t>(free_entries_.empty() ? entries_.size() : free_entries_.back());
+  if (!by_number_.insert(number, entry))
     return misuse("vertex " + std::to_string(number) + " is added twice");
-  std::uint32_t entry = static_cast<std::uint32_t>(entries_.size());
   if (free_entries_.empty()) {
     entries_.emplace_back();
+    in_segment_.push_back(kNone);
     values_.resize(values_.size() + values_bytes_);
   } else {
-    entry = free_entries_.back();
     free_entries_.pop_back();
   }
   entries_[entry] = Entry{};
+  in_segment_[entry] = kNone;
   entries_[entry].number = number;
   std::byte* values = values_.data() + entry * values_bytes_;
   std::copy(xyz.begin(), xyz.end(), values);
   std::copy(data.begin(), data.end(), values + xyz_bytes_);
-  by_number_.insert(number, entry);
   return {};
 }
 
@@ -150,35 +156,42 @@ Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uin
   if (data.size() != cell_data_bytes_[block])
     return misuse("cell with " + std::to_string(data.size()) + " bytes of data, the schema says " +
                   std::to_string(cell_data_bytes_[block]));
-  cell_entries_.clear();
-  for (std::uint64_t corner : corners) {
-    const std::uint32_t entry = by_number_.find(corner);
+  cell_entries_.resize(corners.size());
+  std::uint64_t introduced = 0;
+  bool gives = false;  // vertices to the segment
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const std::uint32_t entry = by_number_.find(corners[i]);
     if (entry == kNone)
-      return misuse("cell uses vertex " + std::to_string(corner) +
+      return misuse("cell uses vertex " + std::to_string(corners[i]) +
                     ", which was never added or is finalized");
-    cell_entries_.push_back(entry);
+    cell_entries_[i] = entry;
+    if (in_segment_[entry] == start_.segment) continue;
+    gives = true;
+    introduced += std::exchange(entries_[entry].used, true) ? 0 : 1;
   }
-  if (cut_is_due(block))
+  if (cut_is_due(block)) {
     if (auto good = cut(); !good) return good;
+    gives = true;
+  }
 
   last_block_ = block;
   ++run_.cells;
   ++totals_.block_cells[block];
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    Entry& entry = entries_[cell_entries_[i]];
-    ++entry.waiting;
-    if (!std::exchange(entry.used, true)) {
-      ++run_.introduced;
-      ++live_;
-    }
-    if (i >= kMaxLastUse || (last_use >> i & 1) == 0 || entry.ends) continue;
-    entry.ends = true;  // its number is free from here on, though it may wait for its last cell
+  run_.introduced += introduced;
+  live_ += introduced;
+  const std::size_t markable = std::min<std::size_t>(corners.size(), kMaxLastUse);
+  if (markable < kMaxLastUse) last_use &= (std::uint64_t{1} << markable) - 1;
+  for (std::uint64_t left = last_use; left != 0; left &= left - 1) {
+    Entry& entry = entries_[cell_entries_[static_cast<std::size_t>(std::countr_zero(left))]];
+    if (std::exchange(entry.ends, true)) continue;
+    // Its number is free from here on, though it may wait for its last cell.
     by_number_.erase(entry.number);
     --live_;
   }
   const std::uint64_t number = totals_.cells++;
-  return schema_->delay == 0 ? code(number, block, cell_entries_, data)
-                             : delay(block, number, data);
+  if (schema_->delay == 0) return code(number, block, cell_entries_, data, gives, last_use);
+  for (std::uint32_t e : cell_entries_) ++entries_[e].waiting;
+  return delay(block, number, data);
 }
 
 /// Puts the cell of cell_entries_ into the delay buffer, and codes what falls out of it.
@@ -210,7 +223,8 @@ Result<void> MeshEncoder::code_waiting() {
   const std::uint32_t handle = reorderer_.pop();
   free_cells_.push_back(handle);
   const WaitingCell& cell = cells_[handle];
-  return code(cell.number, cell.block, cell.entries, cell.data);
+  for (std::uint32_t e : cell.entries) --entries_[e].waiting;
+  return code(cell.number, cell.block, cell.entries, cell.data, true, ~std::uint64_t{0});
 }
 
 // --- segments
@@ -235,7 +249,9 @@ CodecTrial MeshEncoder::trial() const {
   const ConnectivityCodec codec =
       told.empty() ? options_.connectivity
                    : told[std::min<std::size_t>(start_.segment, told.size() - 1)];
-  return trial_for(codec, options_.level);
+  CodecTrial trial = trial_for(codec, options_.level);
+  trial.tells_order = schema_->order != Order::keep || options_.coding_order != nullptr;
+  return trial;
 }
 
 /// Ends the segment at hand: what waits belongs to it.
@@ -271,34 +287,43 @@ Result<void> MeshEncoder::end() {
 
 Result<void> MeshEncoder::code(std::uint64_t number, std::uint32_t block,
                                std::span<const std::uint32_t> entries,
-                               std::span<const std::byte> data) {
+                               std::span<const std::byte> data, bool may_give,
+                               std::uint64_t may_end) {
   SegmentPiece::Cell cell;
   cell.number = number;
   cell.block = block;
   cell.nodes = static_cast<std::uint32_t>(entries.size());
   const std::size_t vertices_before = piece_.vertices.size();
-  for (std::uint32_t e : entries) {
-    --entries_[e].waiting;
-    if (entries_[e].in_segment != start_.segment) give_vertex(e);
-  }
+  if (may_give)
+    for (std::uint32_t e : entries)
+      if (in_segment_[e] != start_.segment) give_vertex(e);
   cell.new_vertices = static_cast<std::uint32_t>(piece_.vertices.size() - vertices_before);
-  const std::size_t markable = std::min<std::size_t>(entries.size(), kMaxLastUse);
-  for (std::size_t i = 0; i < markable; ++i)
-    if (entries_[entries[i]].ends && entries_[entries[i]].waiting == 0)
-      cell.last_use |= std::uint64_t{1} << i;
-  for (std::size_t i = 0; i < markable; ++i)
-    if ((cell.last_use >> i & 1) != 0 && entries_[entries[i]].waiting == 0) {
-      entries_[entries[i]].waiting = kNone;  // once, also where it stands at several corners
-      if (entries_[entries[i]].ticket != kNone)
-        ending_tickets_.emplace_back(given_cells_, entries_[entries[i]].ticket);
-      free_entries_.push_back(entries[i]);
-    }
+  if (may_end != 0) cell.last_use = end_vertices(entries, may_end);
   piece_.cells.push_back(cell);
-  piece_.nodes.insert(piece_.nodes.end(), entries.begin(), entries.end());
-  piece_.cell_data.insert(piece_.cell_data.end(), data.begin(), data.end());
+  for (std::uint32_t e : entries) piece_.nodes.push_back(e);
+  if (!data.empty()) piece_.cell_data.insert(piece_.cell_data.end(), data.begin(), data.end());
   ++given_cells_;
-  const bool full = piece_.cells.size() >= kPieceCells || piece_.bytes() >= kPieceBytes;
-  return full ? pass_piece_on() : Result<void>();
+  return piece_is_full() ? pass_piece_on() : Result<void>();
+}
+
+/// Lets go of the vertices of a cell that no later one uses, of those at the nodes of `may_end`;
+/// says at which nodes they stand.
+std::uint64_t MeshEncoder::end_vertices(std::span<const std::uint32_t> entries,
+                                        std::uint64_t may_end) {
+  const auto markable = entries.first(std::min<std::size_t>(entries.size(), kMaxLastUse));
+  std::uint64_t last_use = 0;
+  for (; may_end != 0; may_end &= may_end - 1) {
+    const auto i = static_cast<std::size_t>(std::countr_zero(may_end));
+    if (i >= markable.size()) break;
+    const std::uint32_t e = markable[i];
+    Entry& entry = entries_[e];
+    if ((last_use >> i & 1) != 0 || !entry.ends || entry.waiting != 0) continue;
+    for (std::size_t j = 0; j < markable.size(); ++j)
+      if (markable[j] == e) last_use |= std::uint64_t{1} << j;
+    if (entry.ticket != kNone) ending_tickets_.emplace_back(given_cells_, entry.ticket);
+    free_entries_.push_back(e);
+  }
+  return last_use;
 }
 
 /// The vertex is new to the segment at hand.
@@ -307,7 +332,7 @@ void MeshEncoder::give_vertex(std::uint32_t e) {
   SegmentPiece::Vertex vertex;
   vertex.number = entry.number;
   vertex.handle = e;
-  vertex.imported = entry.in_segment != kNone;
+  vertex.imported = in_segment_[e] != kNone;
   if (!vertex.imported) {
     ++given_vertices_;
     if (schema_->order != Order::keep) {
@@ -320,7 +345,7 @@ void MeshEncoder::give_vertex(std::uint32_t e) {
     }
   }
   vertex.ticket = entry.ticket;
-  entry.in_segment = start_.segment;
+  in_segment_[e] = start_.segment;
   piece_.vertices.push_back(vertex);
   const std::byte* values = values_.data() + e * values_bytes_;
   piece_.vertex_values.insert(piece_.vertex_values.end(), values, values + values_bytes_);
@@ -340,8 +365,12 @@ Result<void> MeshEncoder::code_loose(std::uint32_t e) {
   piece_.vertex_values.insert(piece_.vertex_values.end(), values, values + values_bytes_);
   by_number_.erase(entries_[e].number);
   free_entries_.push_back(e);
-  const bool full = piece_.cells.size() >= kPieceCells || piece_.bytes() >= kPieceBytes;
-  return full ? pass_piece_on() : Result<void>();
+  return piece_is_full() ? pass_piece_on() : Result<void>();
+}
+
+bool MeshEncoder::piece_is_full() const {
+  return piece_.cells.size() >= kPieceCells || 4 * piece_.nodes.size() >= kPieceBytes ||
+         piece_.vertex_values.size() + piece_.cell_data.size() >= kPieceBytes;
 }
 
 Result<void> MeshEncoder::pass_piece_on() {

@@ -14,7 +14,7 @@
 
 #include "choosing_encoder.h"
 #include "coders/spiral_reorderer.h"
-#include "front/id_map.h"
+#include "front/number_map.h"
 #include "ordered_tasks.h"
 #include "shm/writer.h"
 
@@ -51,8 +51,7 @@ class MeshEncoder {
   /// A vertex that the caller may still name.
   struct Entry {
     std::uint64_t number = 0;
-    std::uint32_t waiting = 0;         // uses by cells in the delay buffer
-    std::uint32_t in_segment = kNone;  // the last segment that it was given to
+    std::uint32_t waiting = 0;  // uses by cells in the delay buffer
     std::uint32_t ticket = kNone;
     bool used = false;  // by a cell
     bool ends = false;  // no cell will use it but those waiting
@@ -74,10 +73,15 @@ class MeshEncoder {
   bool cut_is_due(std::uint32_t block) const;
   CodecTrial trial() const;
   Result<void> cut();
+  /// Whether it may be the first cell of one of its vertices in the segment; nodes whose last it
+  /// is.
   Result<void> code(std::uint64_t number, std::uint32_t block,
-                    std::span<const std::uint32_t> entries, std::span<const std::byte> data);
+                    std::span<const std::uint32_t> entries, std::span<const std::byte> data,
+                    bool may_give, std::uint64_t may_end);
+  std::uint64_t end_vertices(std::span<const std::uint32_t> entries, std::uint64_t may_end);
   Result<void> code_loose(std::uint32_t entry);
   void give_vertex(std::uint32_t entry);
+  bool piece_is_full() const;
   Result<void> pass_piece_on();
   Result<void> take_finished(OrderedTasks<SegmentPiece, EncodedGroup>::Wait wait);
   Result<void> end_segment();
@@ -95,9 +99,11 @@ class MeshEncoder {
 
   // what has been added
   std::vector<Entry> entries_;
+  /// Of each entry: the last segment that it was given to. Apart, since each cell asks for it.
+  std::vector<std::uint32_t> in_segment_;
   std::vector<std::byte> values_;  // xyz and point data of each entry
   std::vector<std::uint32_t> free_entries_;
-  IdMap by_number_;
+  NumberMap by_number_;
   std::uint64_t live_ = 0;  // vertices used by a cell and not finalized
   std::vector<std::uint32_t> cell_entries_;
   SpiralReorderer reorderer_;

@@ -15,6 +15,7 @@ constexpr std::array kCodecs = {
     CodecPair{ConnectivityCodec::rows, container::Codec::rows},
     CodecPair{ConnectivityCodec::replay, container::Codec::replay},
     CodecPair{ConnectivityCodec::mixed, container::Codec::mixed},
+    CodecPair{ConnectivityCodec::shifts, container::Codec::shifts},
 };
 
 }  // namespace

@@ -17,16 +17,11 @@
 #include "coders/vertex_numbers.h"
 #include "container/format.h"
 #include "imports.h"
+#include "segment_start.h"
 #include "shm/schema.h"
 #include "value_streams.h"
 
 namespace shm {
-
-/// Where a segment begins.
-struct SegmentStart {
-  std::uint32_t segment = 0;
-  std::uint64_t first_cell = 0, first_vertex = 0;  ///< cells and vertices of all segments before
-};
 
 /// Order::keep: the numbers of the vertices that a cell introduces. Corners of hexahedra whose
 /// coder says numbers are taken from there, all others from `stream`; number(position) refers to

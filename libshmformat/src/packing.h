@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -20,6 +21,25 @@ std::optional<std::vector<std::byte>> get_packed(ByteReader& in, std::uint64_t l
 
 /// The unpacked length that a blob states; takes nothing from `in`.
 std::uint64_t stated_packed_size(ByteReader in);
+
+/// Contexts of zstd that are used again: making one costs as much as packing some kilobytes.
+class Zstd {
+ public:
+  Zstd();
+  ~Zstd();
+  Zstd(Zstd&&) noexcept;
+  Zstd& operator=(Zstd&&) noexcept;
+
+  /// Appends one frame to `out`; nothing where there is no memory.
+  void compress(std::span<const std::byte> bytes, int level, std::vector<std::byte>& out);
+  /// Exactly `size` bytes into `out`; false where the one frame gives others.
+  bool decompress(std::span<const std::byte> bytes, std::uint64_t size,
+                  std::vector<std::byte>& out);
+
+ private:
+  struct Contexts;
+  std::unique_ptr<Contexts> contexts_;
+};
 
 std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level);
 /// Exactly `size` bytes, or nothing.

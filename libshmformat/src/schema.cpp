@@ -55,6 +55,7 @@ std::string_view codec_name(ConnectivityCodec codec) {
     case ConnectivityCodec::rows: return "rows";
     case ConnectivityCodec::replay: return "replay";
     case ConnectivityCodec::mixed: return "mixed";
+    case ConnectivityCodec::shifts: return "shifts";
   }
   return "unknown";
 }

@@ -7,10 +7,7 @@
 #include "bytes/checksum.h"
 
 namespace shm {
-namespace {
-
-/// Leaves out the elements of `stride` bytes that are marked.
-void leave_out(std::vector<std::byte>& values, const std::vector<char>& marked,
+void leave_out(std::vector<std::byte>& values, const std::vector<std::uint8_t>& marked,
                std::size_t stride) {
   std::size_t to = 0;
   for (std::size_t i = 0; i < marked.size(); ++i) {
@@ -21,8 +18,6 @@ void leave_out(std::vector<std::byte>& values, const std::vector<char>& marked,
   }
   values.resize(to);
 }
-
-}  // namespace
 
 SegmentDecoder::SegmentDecoder(const Schema& schema, const ReadLimits& limits,
                                std::uint32_t segment, Imports imports)
@@ -43,10 +38,9 @@ Result<void> SegmentDecoder::begin_group(std::vector<std::byte> payload, std::ui
   ByteReader in(payload_);
   if (!container::get(in, group_)) return damaged("the group header makes no sense");
   header_bytes_ = in.position();
-  if (!streams_) {
+  if (!std::exchange(begun_, true)) {
     start_.first_cell = next_cell_ = group_.first_cell;
     start_.first_vertex = next_vertex_ = group_.first_vertex;
-    streams_ = std::make_unique<MeshStreams<RangeDecoder>>(*schema_, start_);
     vertex_bytes_ = 3 * scalar_bytes(schema_->coordinate_type) + point_data_bytes(*schema_);
     cell_bytes_ = cell_data_bytes(*schema_);
   }
@@ -63,27 +57,68 @@ Result<void> SegmentDecoder::begin_group(std::vector<std::byte> payload, std::ui
     return damaged("unpacks to " + std::to_string(group_.decoded_bytes) + " bytes, the limit is " +
                        std::to_string(limits_.max_group_bytes),
                    ErrorCode::over_limit);
-  if (auto good = assign_streams(); !good) return good;
-  cells_done_ = 0;
-  own_done_ = imported_done_ = loose_done_ = bytes_done_ = active_seen_ = 0;
+  if (!group_.streams.empty() && group_.streams[0].kind == container::StreamKind::connectivity)
+    if (auto good = take_codec(group_.streams[0].codec); !good) return good;
+  if (auto good = has_shifts() ? assign_shift_streams() : assign_streams(); !good) return good;
+  done_ = {};
   in_group_ = true;
   return {};
 }
 
-Result<void> SegmentDecoder::assign_streams() {
+/// Calls take(entry, bytes, name) for each stream of the group, whose checksum is right.
+template <class Take>
+Result<void> SegmentDecoder::for_each_stream(Take&& take) {
   using container::StreamKind;
-  const auto known = MeshStreams<RangeDecoder>::list(*schema_);
-  for (RangeDecoder& coder : streams_->coders()) coder = RangeDecoder(std::span<const std::byte>());
-  streams_->values().begin_group();
-  std::vector<char> listed(known.size());
   stream_bytes_.clear();
   ByteReader in(std::span<const std::byte>(payload_).subspan(header_bytes_));
-  std::size_t next = 0;
   for (const container::StreamEntry& entry : group_.streams) {
     const auto bytes = in.get_bytes(entry.bytes);
     const std::string name = container::stream_name(entry.kind);
     if (!in.ok()) return damaged(name + ": ends beyond the group");
     if (checksum(bytes) != entry.checksum) return damaged(name + ": checksum does not match");
+    if (auto good = take(entry, bytes, name); !good) return good;
+    const bool array = entry.kind == StreamKind::array;
+    stream_bytes_[array ? array_stream_name(*schema_, entry.array) : name] += bytes.size();
+  }
+  if (in.left() != 0) return damaged("bytes are left over behind the last stream");
+  return {};
+}
+
+Result<void> SegmentDecoder::assign_shift_streams() {
+  if (!shifts_) {
+    if (!takes_shifts(*schema_))
+      return damaged("connectivity: shifts are not for this schema", ErrorCode::unsupported);
+    shifts_ = std::make_unique<ShiftSegmentDecoder>(*schema_, start_.segment > 0);
+  }
+  if (group_.streams.empty() || group_.streams[0].kind != container::StreamKind::connectivity)
+    return damaged("connectivity: missing");
+  shifts_->begin_group(group_);
+  return for_each_stream([&](const container::StreamEntry& entry, std::span<const std::byte> bytes,
+                             const std::string& name) -> Result<void> {
+    if (!shifts_->expects(entry)) return damaged(name + ": unknown or out of order");
+    if (!shifts_->takes(entry))
+      return damaged(
+          name + ": codec " + std::to_string(static_cast<int>(entry.codec)) + " is unknown here",
+          ErrorCode::unsupported);
+    if (const auto complaint = shifts_->take(entry, bytes); !complaint.empty())
+      return damaged(complaint);
+    return {};
+  });
+}
+
+Result<void> SegmentDecoder::assign_streams() {
+  using container::StreamKind;
+  if (!streams_) {
+    streams_ = std::make_unique<MeshStreams<RangeDecoder>>(*schema_, start_);
+    if (codec_) streams_->connectivity().set_codec(connectivity_);
+  }
+  const auto known = MeshStreams<RangeDecoder>::list(*schema_);
+  for (RangeDecoder& coder : streams_->coders()) coder = RangeDecoder(std::span<const std::byte>());
+  streams_->values().begin_group();
+  std::vector<char> listed(known.size());
+  std::size_t next = 0;
+  const auto take = [&](const container::StreamEntry& entry, std::span<const std::byte> bytes,
+                        const std::string& name) -> Result<void> {
     while (next < known.size() &&
            (known[next].kind != entry.kind ||
             (entry.kind == StreamKind::array && known[next].array != entry.array)))
@@ -97,15 +132,12 @@ Result<void> SegmentDecoder::assign_streams() {
         values     ? column && streams_->values().takes(streams_->column_of(next), *column)
         : topology ? entry.codec == codec_.value_or(entry.codec)
                    : entry.codec == container::Codec::predictive;
-    if (entry.kind == StreamKind::connectivity) {
-      if (auto good = take_codec(entry.codec); !good) return good;
-    } else if (topology && &entry == &group_.streams[0]) {
+    if (topology && entry.kind != StreamKind::connectivity && &entry == &group_.streams[0])
       return damaged(name + ": stands where connectivity should");
-    } else if (!is_known) {
+    if (!is_known)
       return damaged(
           name + ": codec " + std::to_string(static_cast<int>(entry.codec)) + " is unknown here",
           ErrorCode::unsupported);
-    }
     if (!values) {
       streams_->coders()[next] = RangeDecoder(bytes);
     } else if (!streams_->values().begin_column(streams_->column_of(next), *column, bytes,
@@ -114,11 +146,9 @@ Result<void> SegmentDecoder::assign_streams() {
     }
     listed[next] = 1;
     ++next;
-    const std::string key =
-        entry.kind == StreamKind::array ? array_stream_name(*schema_, entry.array) : name;
-    stream_bytes_[key] += bytes.size();
-  }
-  if (in.left() != 0) return damaged("bytes are left over behind the last stream");
+    return {};
+  };
+  if (auto good = for_each_stream(take); !good) return good;
   for (std::size_t s = 0; s < known.size(); ++s)
     if (listed[s] == 0 && streams_->holds_values(s) &&
         !streams_->values().begin_column(streams_->column_of(s), ColumnCodec::predicted, {},
@@ -137,7 +167,12 @@ Result<void> SegmentDecoder::take_codec(container::Codec codec) {
   if (!said)
     return damaged("connectivity: codec " + std::to_string(static_cast<int>(codec)) + " is unknown",
                    ErrorCode::unsupported);
-  if (!codec_) streams_->connectivity().set_codec(*said);
+  // Where a group of loose vertices came first, the surface is there.
+  if (streams_ && !codec_) {
+    if (*said == ConnectivityCodec::shifts)
+      return damaged("connectivity: shifts begin behind the first group of their segment");
+    streams_->connectivity().set_codec(*said);
+  }
   connectivity_ = *said;
   codec_ = codec;
   return {};
@@ -153,27 +188,38 @@ Result<DecodedBlock> SegmentDecoder::next_block() {
   block.first_cell = next_cell_;
   block.corner_begin.push_back(0);
   block.arrays.resize(schema_->arrays.size());
-  const std::uint64_t bytes_before = bytes_done_;
-  while (cells_done_ < group_.cells && block.cell_count() < kTileCells &&
-         bytes_done_ - bytes_before < kTileBytes)
-    if (auto good = decode_cell(decoded); !good) return good.error();
-  while (cells_done_ == group_.cells && own_done_ < group_.vertices &&
-         bytes_done_ - bytes_before < kTileBytes) {
-    if (bytes_done_ + vertex_bytes_ > group_.decoded_bytes)
+  if (auto good = next_cells(decoded); !good) return good.error();
+  if (done_.cells == group_.cells && done_.own == group_.vertices)
+    if (auto good = end_group(decoded); !good) return good.error();
+  return decoded;
+}
+
+Result<void> SegmentDecoder::next_cells(DecodedBlock& decoded) {
+  MeshBlock& block = decoded.mesh;
+  if (has_shifts()) {
+    const auto complaint = shifts_->next_block(decoded, done_, imports_ == Imports::yielded);
+    next_cell_ += block.cell_count();
+    next_vertex_ = group_.first_vertex + done_.own;
+    return complaint.empty() ? Result<void>() : damaged(complaint);
+  }
+  const std::uint64_t bytes_before = done_.bytes;
+  while (done_.cells < group_.cells && block.cell_count() < kTileCells &&
+         done_.bytes - bytes_before < kTileBytes)
+    if (auto good = decode_cell(decoded); !good) return good;
+  while (done_.cells == group_.cells && done_.own < group_.vertices &&
+         done_.bytes - bytes_before < kTileBytes) {
+    if (done_.bytes + vertex_bytes_ > group_.decoded_bytes)
       return damaged("unpacks to more than stated");
-    ++loose_done_;
+    ++done_.loose;
     const std::uint32_t slot = streams_->connectivity().add_loose_vertex();
-    active_seen_ = std::max(active_seen_, streams_->connectivity().surface().active_vertices());
+    done_.active = std::max(done_.active, streams_->connectivity().surface().active_vertices());
     streams_->code_loose_number(slot, vertex_at(slot).number);
     streams_->values().add_loose_vertex(slot);
-    if (auto good = decode_vertex(slot, block); !good) return good.error();
+    if (auto good = decode_vertex(slot, block); !good) return good;
     streams_->connectivity().remove_loose_vertex(slot);
     vertices_[slot].owner = Owner::nobody;
   }
-  if (auto good = decode_values(block); !good) return good.error();
-  if (cells_done_ == group_.cells && own_done_ == group_.vertices)
-    if (auto good = end_group(decoded); !good) return good.error();
-  return decoded;
+  return decode_values(block);
 }
 
 Result<void> SegmentDecoder::decode_cell(DecodedBlock& decoded) {
@@ -181,10 +227,10 @@ Result<void> SegmentDecoder::decode_cell(DecodedBlock& decoded) {
   MeshBlock& block = decoded.mesh;
   if (!streams_->code_cell(cell))
     return damaged("connectivity: cell " + std::to_string(next_cell_) + " makes no sense");
-  active_seen_ = std::max(active_seen_, streams_->connectivity().surface().active_vertices());
-  if (active_seen_ > group_.max_active_vertices) return damaged("more active vertices than stated");
-  bytes_done_ += 8 * cell.slots.size() + cell_bytes_[cell.block];
-  if (bytes_done_ + cell.new_positions.size() * vertex_bytes_ > group_.decoded_bytes)
+  done_.active = std::max(done_.active, streams_->connectivity().surface().active_vertices());
+  if (done_.active > group_.max_active_vertices) return damaged("more active vertices than stated");
+  done_.bytes += 8 * cell.slots.size() + cell_bytes_[cell.block];
+  if (done_.bytes + cell.new_positions.size() * vertex_bytes_ > group_.decoded_bytes)
     return damaged("unpacks to more than stated");
   streams_->values().begin_cell(cell, streams_->connectivity().surface().active_vertices());
   if (auto good = decode_new_vertices(decoded); !good) return good;
@@ -209,7 +255,7 @@ Result<void> SegmentDecoder::decode_cell(DecodedBlock& decoded) {
   block.corner_begin.push_back(block.corners.size());
 
   streams_->finish_cell(cell);
-  ++cells_done_;
+  ++done_.cells;
   ++next_cell_;
   return {};
 }
@@ -232,7 +278,7 @@ Result<void> SegmentDecoder::decode_new_vertices(DecodedBlock& decoded) {
 }
 
 Result<void> SegmentDecoder::decode_vertex(std::uint32_t slot, MeshBlock& block) {
-  if (own_done_ == group_.vertices) return damaged("more vertices than stated");
+  if (done_.own == group_.vertices) return damaged("more vertices than stated");
   Vertex& vertex = vertex_at(slot);
   if (schema_->order != Order::keep) vertex.number = next_vertex_;
   vertex.owner = Owner::own;
@@ -241,15 +287,15 @@ Result<void> SegmentDecoder::decode_vertex(std::uint32_t slot, MeshBlock& block)
     block.imported.push_back(0);
   else
     left_out_.push_back(0);
-  bytes_done_ += vertex_bytes_;
-  ++own_done_;
+  done_.bytes += vertex_bytes_;
+  ++done_.own;
   ++next_vertex_;
   return {};
 }
 
 Result<void> SegmentDecoder::decode_import(std::uint32_t position, std::uint32_t slot,
                                            DecodedBlock& decoded) {
-  if (imported_done_ == group_.imported_vertices) return damaged("more imports than stated");
+  if (done_.imported == group_.imported_vertices) return damaged("more imports than stated");
   Vertex& vertex = vertex_at(slot);
   vertex.owner = Owner::earlier;
   if (schema_->order != Order::keep) {
@@ -265,8 +311,8 @@ Result<void> SegmentDecoder::decode_import(std::uint32_t position, std::uint32_t
     left_out_.push_back(1);
   }
   decoded.imported.push_back(vertex.number);
-  bytes_done_ += vertex_bytes_;
-  ++imported_done_;
+  done_.bytes += vertex_bytes_;
+  ++done_.imported;
   return {};
 }
 
@@ -298,6 +344,7 @@ SegmentDecoder::Vertex& SegmentDecoder::vertex_at(std::uint32_t slot) {
 }
 
 std::vector<std::uint64_t> SegmentDecoder::alive() const {
+  if (shifts_) return shifts_->alive();
   std::vector<std::uint64_t> numbers;
   for (const Vertex& vertex : vertices_)
     if (vertex.owner == Owner::own) numbers.push_back(vertex.number);
@@ -305,10 +352,11 @@ std::vector<std::uint64_t> SegmentDecoder::alive() const {
 }
 
 Result<void> SegmentDecoder::end_group(DecodedBlock& block) {
-  if (bytes_done_ != group_.decoded_bytes || active_seen_ != group_.max_active_vertices ||
-      loose_done_ != group_.loose_vertices || imported_done_ != group_.imported_vertices)
+  if (done_.bytes != group_.decoded_bytes || done_.active != group_.max_active_vertices ||
+      done_.loose != group_.loose_vertices || done_.imported != group_.imported_vertices)
     return damaged("does not hold what its header states");
-  block.group_end = DecodedBlock::GroupEnd{imported_done_, active_seen_, std::move(stream_bytes_)};
+  if (shifts_ && !shifts_->at_end()) return damaged("its streams hold more than the group");
+  block.group_end = DecodedBlock::GroupEnd{done_.imported, done_.active, std::move(stream_bytes_)};
   in_group_ = false;
   return {};
 }

@@ -11,28 +11,11 @@
 #include <string>
 #include <vector>
 
+#include "decoded_block.h"
 #include "mesh_streams.h"
-#include "shm/reader.h"
+#include "shift_segment_decoder.h"
 
 namespace shm {
-
-/// What came out of one step of decoding.
-struct DecodedBlock {
-  MeshBlock mesh;
-  SegmentStart segment;      ///< that it belongs to
-  std::uint64_t offset = 0;  ///< of its group's chunk in the file
-  ConnectivityCodec connectivity = ConnectivityCodec::automatic;
-  /// Numbers of vertices of earlier segments: those that cells of this block are the first of their
-  /// segment to use, and those that they finalize.
-  std::vector<std::uint64_t> imported, finalized_imports;
-
-  /// Comes with the last block of a group.
-  struct GroupEnd {
-    std::uint64_t imported_vertices = 0, max_active_vertices = 0;
-    std::map<std::string, std::uint64_t> stream_bytes;  ///< by the names of SizeReport
-  };
-  std::optional<GroupEnd> group_end;
-};
 
 class SegmentDecoder {
  public:
@@ -41,6 +24,8 @@ class SegmentDecoder {
   /// `schema` is checked and borrowed.
   SegmentDecoder(const Schema& schema, const ReadLimits& limits, std::uint32_t segment,
                  Imports imports = Imports::left_out);
+  SegmentDecoder(const SegmentDecoder&) = delete;  // its shifts borrow the group's header
+  SegmentDecoder& operator=(const SegmentDecoder&) = delete;
 
   /// Takes a group's payload. `offset` of the chunk and `group`, its number, are for complaints.
   Result<void> begin_group(std::vector<std::byte> payload, std::uint64_t offset,
@@ -68,8 +53,13 @@ class SegmentDecoder {
   Result<void> decode_import(std::uint32_t position, std::uint32_t slot, DecodedBlock& block);
   Result<void> decode_values(MeshBlock& block);
   Result<void> end_group(DecodedBlock& block);
+  Result<void> next_cells(DecodedBlock& block);
+  template <class Take>
+  Result<void> for_each_stream(Take&& take);
   Result<void> assign_streams();
+  Result<void> assign_shift_streams();
   Result<void> take_codec(container::Codec codec);
+  bool has_shifts() const { return connectivity_ == ConnectivityCodec::shifts; }
   Error damaged(std::string detail, ErrorCode code = ErrorCode::corrupt) const;
   Vertex& vertex_at(std::uint32_t slot);
 
@@ -77,12 +67,14 @@ class SegmentDecoder {
   ReadLimits limits_;
   SegmentStart start_;
   Imports imports_;
-  std::unique_ptr<MeshStreams<RangeDecoder>> streams_;  // from the first group on
+  bool begun_ = false;
+  std::unique_ptr<ShiftSegmentDecoder> shifts_;         // from the first group on, if it has shifts
+  std::unique_ptr<MeshStreams<RangeDecoder>> streams_;  // from the first group on, if it has not
   std::vector<Vertex> vertices_;
   ConnectivityCodec connectivity_ = ConnectivityCodec::automatic;
   std::optional<container::Codec> codec_;  // of the connectivity
   CellTopology topology_;
-  std::vector<char> left_out_;  // of the vertices of the tile at hand
+  std::vector<std::uint8_t> left_out_;  // of the vertices of the tile at hand
   std::size_t vertex_bytes_ = 0;
   std::vector<std::size_t> cell_bytes_;  // static cell data by block
 
@@ -92,9 +84,7 @@ class SegmentDecoder {
   bool in_group_ = false;
   std::uint64_t group_offset_ = 0, group_number_ = 0;
   std::map<std::string, std::uint64_t> stream_bytes_;
-  std::uint32_t cells_done_ = 0;
-  std::uint64_t own_done_ = 0, imported_done_ = 0, loose_done_ = 0, bytes_done_ = 0,
-                active_seen_ = 0;
+  GroupProgress done_;
 
   std::uint64_t next_cell_ = 0, next_vertex_ = 0;
 };

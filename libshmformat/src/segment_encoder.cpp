@@ -1,37 +1,33 @@
 #include "segment_encoder.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <string>
 #include <utility>
 
 #include "bytes/checksum.h"
-#include "scalar_value.h"
+#include "shift_segment_encoder.h"
 
 namespace shm {
-namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::array<double, 6> kEmptyBox = {kInfinity,  kInfinity,  kInfinity,
-                                             -kInfinity, -kInfinity, -kInfinity};
+std::unique_ptr<SegmentEncoder> make_segment_encoder(const Schema& schema,
+                                                     const SegmentOptions& options,
+                                                     const SegmentStart& start) {
+  if (options.codec == ConnectivityCodec::shifts)
+    return std::make_unique<ShiftSegmentEncoder>(schema, options, start);
+  return std::make_unique<SurfaceSegmentEncoder>(schema, options, start);
+}
 
-}  // namespace
-
-SegmentEncoder::SegmentEncoder(const Schema& schema, const SegmentOptions& options,
-                               const SegmentStart& start)
+SurfaceSegmentEncoder::SurfaceSegmentEncoder(const Schema& schema, const SegmentOptions& options,
+                                             const SegmentStart& start)
     : schema_(&schema),
       group_cells_(options.group_cells),
       codec_(options.codec),
       level_(options.level),
       has_values_(options.values),
+      tells_order_(options.tells_order),
       start_(start),
       streams_(schema, start),
-      xyz_bytes_(3 * scalar_bytes(schema.coordinate_type)),
-      values_bytes_(xyz_bytes_ + point_data_bytes(schema)),
-      cell_data_bytes_(cell_data_bytes(schema)),
-      range_of_array_(schema.arrays.size()),
-      cell_values_(streams_.values().columns()),
+      values_(schema),
       next_cell_(start.first_cell),
       next_vertex_(start.first_vertex) {
   streams_.connectivity().set_codec(codec_);
@@ -44,22 +40,15 @@ SegmentEncoder::SegmentEncoder(const Schema& schema, const SegmentOptions& optio
   start_group();
 }
 
-void SegmentEncoder::start_group() {
+void SurfaceSegmentEncoder::start_group() {
   group_ = {};
   group_.segment = start_.segment;
   group_.header.first_cell = next_cell_;
   group_.header.first_vertex = next_vertex_;
-  group_.header.box = kEmptyBox;
-  for (std::uint32_t a = 0; a < schema_->arrays.size(); ++a) {
-    if (schema_->arrays[a].per_step) continue;
-    range_of_array_[a] = group_.ranges.size();
-    const std::size_t n = schema_->arrays[a].components;
-    group_.ranges.push_back(
-        {a, std::vector<double>(n, kInfinity), std::vector<double>(n, -kInfinity)});
-  }
 }
 
-Result<void> SegmentEncoder::take(const SegmentPiece& piece, std::vector<EncodedGroup>& done) {
+Result<void> SurfaceSegmentEncoder::take(const SegmentPiece& piece,
+                                         std::vector<EncodedGroup>& done) {
   Place at;
   for (const SegmentPiece::Cell& cell : piece.cells) {
     const container::GroupHeader& group = group_.header;
@@ -76,7 +65,7 @@ Result<void> SegmentEncoder::take(const SegmentPiece& piece, std::vector<Encoded
                      "mesh",
                      kNoOffset,
                      {}};
-      at.data += cell_data_bytes_[cell.block];
+      at.data += values_.cell_bytes(cell.block);
       if (group.cells >= group_cells_ || holds_full_bytes()) flush_group(done);
     }
     at.vertex += cell.new_vertices;
@@ -85,12 +74,13 @@ Result<void> SegmentEncoder::take(const SegmentPiece& piece, std::vector<Encoded
   return {};
 }
 
-void SegmentEncoder::end(std::vector<EncodedGroup>& done) {
+void SurfaceSegmentEncoder::end(std::vector<EncodedGroup>& done) {
   const container::GroupHeader& group = group_.header;
   if (group.cells + group.vertices + group.imported_vertices > 0) flush_group(done);
 }
 
-void SegmentEncoder::introduce(const SegmentPiece& piece, std::size_t first, std::size_t count) {
+void SurfaceSegmentEncoder::introduce(const SegmentPiece& piece, std::size_t first,
+                                      std::size_t count) {
   for (std::size_t i = first; i < first + count; ++i) {
     const std::uint32_t handle = piece.vertices[i].handle;
     if (handle >= handles_.size())
@@ -99,8 +89,8 @@ void SegmentEncoder::introduce(const SegmentPiece& piece, std::size_t first, std
   }
 }
 
-bool SegmentEncoder::code_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
-                               const Place& at) {
+bool SurfaceSegmentEncoder::code_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
+                                      const Place& at) {
   const auto nodes = std::span(piece.nodes).subspan(at.node, cell.nodes);
   topology_.block = cell.block;
   topology_.slots.resize(cell.nodes);
@@ -117,20 +107,20 @@ bool SegmentEncoder::code_cell(const SegmentPiece& piece, const SegmentPiece::Ce
     streams_.values().begin_cell(topology_, streams_.connectivity().surface().active_vertices());
   code_new_vertices(piece, at);
   streams_.code_cell_number(cell.number);
-  group_.cell_numbers.push_back(cell.number);
+  if (tells_order_) group_.cell_numbers.push_back(cell.number);
   if (has_values_) {
-    take_cell_data(piece, cell.block, at.data);
+    values_.add_cell(cell.block, piece.cell_data.data() + at.data);
     streams_.values().end_cell(topology_);
   }
   note_active();
-  group_.header.decoded_bytes += cell_data_bytes_[cell.block] + 8 * nodes.size();
+  group_.header.decoded_bytes += values_.cell_bytes(cell.block) + 8 * nodes.size();
   ++group_.header.cells;
   group_.hexahedra += topology_.hexahedral ? 1 : 0;
   streams_.finish_cell(topology_);
   return true;
 }
 
-void SegmentEncoder::code_new_vertices(const SegmentPiece& piece, const Place& at) {
+void SurfaceSegmentEncoder::code_new_vertices(const SegmentPiece& piece, const Place& at) {
   if (start_.segment > 0) streams_.begin_new_vertices(topology_);
   const auto handle_at = [&](std::uint32_t position) -> Handle& {
     return handles_[piece.nodes[at.node + topology_.stored_position(position)]];
@@ -156,7 +146,7 @@ void SegmentEncoder::code_new_vertices(const SegmentPiece& piece, const Place& a
   }
 }
 
-void SegmentEncoder::code_loose(const SegmentPiece& piece, std::size_t vertex) {
+void SurfaceSegmentEncoder::code_loose(const SegmentPiece& piece, std::size_t vertex) {
   if (tile_ends_.before(false, group_.header.decoded_bytes)) streams_.values().begin_tile();
   const std::uint32_t slot = streams_.connectivity().add_loose_vertex();
   std::uint64_t number = piece.vertices[vertex].number;
@@ -168,94 +158,42 @@ void SegmentEncoder::code_loose(const SegmentPiece& piece, std::size_t vertex) {
   streams_.connectivity().remove_loose_vertex(slot);
 }
 
-void SegmentEncoder::take_vertex(const SegmentPiece& piece, std::size_t index) {
+void SurfaceSegmentEncoder::take_vertex(const SegmentPiece& piece, std::size_t index) {
   const SegmentPiece::Vertex& vertex = piece.vertices[index];
-  const std::byte* values = piece.vertex_values.data() + index * values_bytes_;
-  if (has_values_) vertex_values_.insert(vertex_values_.end(), values, values + values_bytes_);
-  const std::byte* at = values + xyz_bytes_;
-  for (std::uint32_t a = 0; a < schema_->arrays.size(); ++a) {
-    const ArrayInfo& info = schema_->arrays[a];
-    if (info.per_step || info.location != Location::point) continue;
-    widen_range(a, at);
-    at += scalar_bytes(info.type) * info.components;
-  }
+  if (has_values_) values_.add_vertex(piece.vertex_values.data() + index * values_.vertex_bytes());
   container::GroupHeader& group = group_.header;
-  for (std::size_t c = 0; c < 3; ++c) {
-    const double v = scalar_value(schema_->coordinate_type, values, c);
-    if (!std::isfinite(v)) continue;
-    group.box[c] = std::min(group.box[c], v);
-    group.box[3 + c] = std::max(group.box[3 + c], v);
-  }
-  group.decoded_bytes += values_bytes_;
+  group.decoded_bytes += values_.vertex_bytes();
   if (vertex.imported) {
     ++group.imported_vertices;
   } else {
     ++group.vertices;
-    group_.born.push_back({vertex.number, vertex.ticket});
+    if (tells_order_) group_.born.push_back({vertex.number, vertex.ticket});
   }
 }
 
-void SegmentEncoder::take_cell_data(const SegmentPiece& piece, std::uint32_t block,
-                                    std::size_t begin) {
-  const std::byte* at = piece.cell_data.data() + begin;
-  for (std::size_t column = 1; column < streams_.values().columns(); ++column) {
-    const std::uint32_t a = streams_.values().array_of(column);
-    const ArrayInfo& info = schema_->arrays[a];
-    if (info.location != Location::cell || !schema_->array_covers(a, block)) continue;
-    widen_range(a, at);
-    const std::size_t bytes = scalar_bytes(info.type) * info.components;
-    cell_values_[column].insert(cell_values_[column].end(), at, at + bytes);
-    at += bytes;
-  }
-}
-
-EncodedColumn SegmentEncoder::encode_column(std::size_t column) {
-  ValueStreams<SplitEncoder>& values = streams_.values();
-  if (column == 0) return values.encode(0, vertex_values_.data(), values_bytes_, level_);
-  const ArrayInfo& info = schema_->arrays[values.array_of(column)];
-  if (info.location == Location::cell)
-    return values.encode(column, cell_values_[column].data(),
-                         scalar_bytes(info.type) * info.components, level_);
-  std::size_t at = xyz_bytes_;
-  for (std::uint32_t a = 0; a < values.array_of(column); ++a) {
-    const ArrayInfo& before = schema_->arrays[a];
-    if (!before.per_step && before.location == Location::point)
-      at += scalar_bytes(before.type) * before.components;
-  }
-  return values.encode(column, vertex_values_.data() + at, values_bytes_, level_);
-}
-
-bool SegmentEncoder::holds_full_bytes() const {
+bool SurfaceSegmentEncoder::holds_full_bytes() const {
   const container::GroupHeader& group = group_.header;
   return group.decoded_bytes >= kFullGroupBytes ||
          group.vertices * vertex_step_bytes_ >= kFullGroupBytes ||
          group.cells * cell_step_bytes_ >= kFullGroupBytes;
 }
 
-void SegmentEncoder::note_active() {
+void SurfaceSegmentEncoder::note_active() {
   const std::uint64_t active = streams_.connectivity().surface().active_vertices();
   group_.header.max_active_vertices = std::max(group_.header.max_active_vertices, active);
 }
 
-void SegmentEncoder::widen_range(std::uint32_t a, const std::byte* element) {
-  const ArrayInfo& info = schema_->arrays[a];
-  container::ArrayRange& range = group_.ranges[range_of_array_[a]];
-  for (std::size_t c = 0; c < info.components; ++c) {
-    const double v = scalar_value(info.type, element, c);
-    if (!std::isfinite(v)) continue;
-    range.minimum[c] = std::min(range.minimum[c], v);
-    range.maximum[c] = std::max(range.maximum[c], v);
-  }
-}
-
-void SegmentEncoder::flush_group(std::vector<EncodedGroup>& done) {
+void SurfaceSegmentEncoder::flush_group(std::vector<EncodedGroup>& done) {
   using container::StreamKind;
   const auto names = MeshStreams<RangeEncoder>::list(*schema_);
   for (std::size_t s = 0; s < names.size(); ++s) {
     const bool values = streams_.holds_values(s);
     if (values && !has_values_) continue;
     EncodedColumn column;
-    if (values) column = encode_column(streams_.column_of(s));
+    if (values) {
+      const std::size_t c = streams_.column_of(s);
+      column = streams_.values().encode(c, values_.values(c), values_.stride(c), level_);
+    }
     std::vector<std::byte> bytes = values ? std::move(column.bytes) : streams_.coders()[s].finish();
     container::StreamEntry entry;
     entry.kind = names[s].kind;
@@ -279,9 +217,10 @@ void SegmentEncoder::flush_group(std::vector<EncodedGroup>& done) {
     group_.header.streams.push_back(entry);
     group_.streams.push_back(std::move(bytes));
   }
+  group_.header.box = values_.box();
+  group_.ranges = values_.ranges();
   streams_.values().clear();
-  vertex_values_.clear();
-  for (auto& values : cell_values_) values.clear();
+  values_.clear();
   tile_ends_ = {};
   next_cell_ += group_.header.cells;
   next_vertex_ += group_.header.vertices;

@@ -5,8 +5,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
+#include "group_values.h"
 #include "mesh_streams.h"
 #include "shm/result.h"
 
@@ -61,13 +63,13 @@ struct EncodedGroup {
   std::vector<std::vector<std::byte>> streams;  ///< those that the header lists
   std::uint64_t hexahedra = 0;
   std::vector<container::ArrayRange> ranges;  ///< of the static arrays
-  std::vector<std::uint64_t> cell_numbers;    ///< in coding order
+  std::vector<std::uint64_t> cell_numbers;    ///< in coding order, if wanted
 
   struct Born {
     std::uint64_t number = 0;
     std::uint32_t ticket = kNone;
   };
-  std::vector<Born> born;  ///< own vertices in order of birth
+  std::vector<Born> born;  ///< own vertices in order of birth, if wanted
   struct Import {
     std::uint32_t ticket = kNone, slot = 0;
     Stencil stencil;
@@ -88,17 +90,31 @@ struct SegmentOptions {
   ConnectivityCodec codec = ConnectivityCodec::rows;
   Level level = Level::standard;  ///< of values
   bool values = true;             ///< false, to measure: coordinates and arrays are left out
+  bool tells_order = true;        ///< whether groups tell `born` and `cell_numbers`
 };
 
+/// Codes a segment.
 class SegmentEncoder {
  public:
-  /// `schema` is checked and borrowed.
-  SegmentEncoder(const Schema& schema, const SegmentOptions& options, const SegmentStart& start);
-
+  virtual ~SegmentEncoder() = default;
   /// Codes the cells of `piece`, and adds the groups that they complete to `done`.
-  Result<void> take(const SegmentPiece& piece, std::vector<EncodedGroup>& done);
+  virtual Result<void> take(const SegmentPiece& piece, std::vector<EncodedGroup>& done) = 0;
   /// Adds the last group, if anything is left for it.
-  void end(std::vector<EncodedGroup>& done);
+  virtual void end(std::vector<EncodedGroup>& done) = 0;
+};
+/// As the codec wants it. `schema` is checked and borrowed.
+std::unique_ptr<SegmentEncoder> make_segment_encoder(const Schema& schema,
+                                                     const SegmentOptions& options,
+                                                     const SegmentStart& start);
+
+/// Over the mesh: with an active surface, and neighbourhoods for the values.
+class SurfaceSegmentEncoder final : public SegmentEncoder {
+ public:
+  SurfaceSegmentEncoder(const Schema& schema, const SegmentOptions& options,
+                        const SegmentStart& start);
+
+  Result<void> take(const SegmentPiece& piece, std::vector<EncodedGroup>& done) override;
+  void end(std::vector<EncodedGroup>& done) override;
 
  private:
   /// What a handle stands for.
@@ -117,11 +133,8 @@ class SegmentEncoder {
   void code_loose(const SegmentPiece& piece, std::size_t vertex);
   void code_new_vertices(const SegmentPiece& piece, const Place& at);
   void take_vertex(const SegmentPiece& piece, std::size_t vertex);
-  void take_cell_data(const SegmentPiece& piece, std::uint32_t block, std::size_t at);
-  EncodedColumn encode_column(std::size_t column);
   bool holds_full_bytes() const;
   void note_active();
-  void widen_range(std::uint32_t array, const std::byte* element);
   void start_group();
   void flush_group(std::vector<EncodedGroup>& done);
 
@@ -129,21 +142,17 @@ class SegmentEncoder {
   std::uint32_t group_cells_;
   ConnectivityCodec codec_;
   Level level_;
-  bool has_values_;
+  bool has_values_, tells_order_;
   SegmentStart start_;
   MeshStreams<RangeEncoder> streams_;
-  std::size_t xyz_bytes_, values_bytes_;
-  std::vector<std::size_t> cell_data_bytes_;  // by block
   // of the widest stepped array: what an element has at one step
   std::uint64_t vertex_step_bytes_ = 0, cell_step_bytes_ = 0;
 
   std::vector<Handle> handles_;
   CellTopology topology_;
-  std::vector<std::size_t> range_of_array_;
 
-  // values of the group at hand
-  std::vector<std::byte> vertex_values_;             // coordinates, then static point data
-  std::vector<std::vector<std::byte>> cell_values_;  // by column
+  // of the group at hand
+  GroupValues values_;
   TileEnds tile_ends_;
 
   EncodedGroup group_;

@@ -209,7 +209,7 @@ Result<void> TopologyReplay::replay_next() {
   bool good = true;
   if (group.codec && !std::exchange(segment_->codec_known, true)) {
     const auto codec = connectivity_codec(*group.codec);
-    good = codec.has_value();
+    good = codec && *codec != ConnectivityCodec::shifts;  // which know no neighbours
     if (good) segment_->connectivity.set_codec(*codec);
   }
   has_elements_ = good && Replayed(*this, *segment_, group, elements_).run();

@@ -3,8 +3,6 @@
 #include <algorithm>
 
 namespace shm {
-namespace {
-
 ArrayInfo coordinates_info(const Schema& schema) {
   ArrayInfo info;
   info.type = schema.coordinate_type;
@@ -12,6 +10,8 @@ ArrayInfo coordinates_info(const Schema& schema) {
   info.quantization = schema.coordinate_quantization;
   return info;
 }
+
+namespace {
 
 bool has_cell_arrays(const Schema& schema) {
   return std::any_of(schema.arrays.begin(), schema.arrays.end(), [](const ArrayInfo& info) {

@@ -19,6 +19,9 @@ namespace shm {
 inline constexpr std::uint64_t kTileCells = 4096;
 inline constexpr std::uint64_t kTileBytes = std::uint64_t{1} << 22;
 
+/// Coordinates, as if they were an array.
+ArrayInfo coordinates_info(const Schema& schema);
+
 /// Finds where the tiles of a group end, element by element.
 class TileEnds {
  public:

@@ -150,14 +150,18 @@ enum class ConnectivityCodec : std::uint8_t {
   rows = 2,       ///< predicted from the neighbouring row (spec "Row hexahedra")
   replay = 3,     ///< repeated from cells before, numbers and all (spec "Replay hexahedra")
   mixed = 4,      ///< as rows, smaller and slower (spec "Mixed rows")
+  /// The cell before, moved: many times faster where numbers run in rows and layers, and so are the
+  /// values, which take more room (spec "Shifts"). Order::keep without delay, cells of 1 to 64
+  /// nodes, no stepped arrays.
+  shifts = 5,
 };
-/// "automatic", "paper", "rows", "replay", "mixed".
+/// "automatic", "paper", "rows", "replay", "mixed", "shifts".
 SHM_API std::string_view codec_name(ConnectivityCodec codec);
 
 /// How much work a Writer puts into small files. No level needs a Reader of its own: every
 /// bitstream names its codec.
 enum class Level : std::uint8_t {
-  fast = 0,      ///< replay, or rows where they save much
+  fast = 0,      ///< shifts where they do; else replay, or rows where they save much
   standard = 1,  ///< replay or rows: what is smallest, or nearly so and faster
   best = 2,      ///< the smallest of these and mixed, at half the speed of rows or less
 };

@@ -19,6 +19,7 @@ void Connectivity<Coder>::set_codec(ConnectivityCodec codec) {
       hexahedra_ = std::make_unique<PaperHexahedra<Coder>>(surface_);
       return;
     case ConnectivityCodec::automatic:
+    case ConnectivityCodec::shifts:  // which need no surface
     case ConnectivityCodec::rows:
       hexahedra_ = std::make_unique<RowHexahedra<Coder>>(surface_);
       return;

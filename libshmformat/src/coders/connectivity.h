@@ -29,7 +29,8 @@ class Connectivity {
   Connectivity(const Connectivity&) = delete;  // the coders point to the surface
   Connectivity& operator=(const Connectivity&) = delete;
 
-  /// How hexahedra are said. Before the first cell; rows if never called. Not automatic.
+  /// How hexahedra are said. Before the first cell; rows if never called. Neither automatic nor
+  /// shifts.
   void set_codec(ConnectivityCodec codec);
 
   /// Codes one cell. Encoding: cell.block, slots (kNone: new), numbers and last_use are set, in

@@ -77,14 +77,16 @@ std::string stream_name(StreamKind kind);
 
 /// Codec ids (registered in spec/registry.md).
 enum class Codec : std::uint8_t {
-  paper = 1,          ///< cells: hexahedra by the published scheme
-  predictive = 2,     ///< numbers predicted from the mesh, adaptive range coder
-  shuffled_zstd = 4,  ///< byte planes under zstd
-  rows = 6,           ///< cells: hexahedra predicted from the neighbouring row
-  replay = 7,         ///< cells: hexahedra repeated from cells before, with their numbers
-  mixed = 8,          ///< cells: as rows, with a mix of predictions
-  columns = 9,        ///< values: chosen predictors, adaptive range coder
-  mixed_columns = 10, ///< values: as columns, with a mix of predictions
+  paper = 1,           ///< cells: hexahedra by the published scheme
+  predictive = 2,      ///< numbers predicted from the mesh, adaptive range coder
+  shuffled_zstd = 4,   ///< byte planes under zstd
+  rows = 6,            ///< cells: hexahedra predicted from the neighbouring row
+  replay = 7,          ///< cells: hexahedra repeated from cells before, with their numbers
+  mixed = 8,           ///< cells: as rows, with a mix of predictions
+  columns = 9,         ///< values: chosen predictors, adaptive range coder
+  mixed_columns = 10,  ///< values: as columns, with a mix of predictions
+  shifts = 11,         ///< cells: the cell before, moved; with their numbers
+  differences = 12,    ///< values: along the numbers of shifts, under zstd
 };
 
 struct StreamEntry {

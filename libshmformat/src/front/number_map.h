@@ -38,7 +38,7 @@ class NumberMap {
     if (--counts_[line] != 0) return;
     table_.erase(number / kLine);
     free_.push_back(line);
-    last_ = kNone;
+    found_at(number / kLine).line = kNone;
   }
 
  private:
@@ -47,13 +47,19 @@ class NumberMap {
     std::array<std::uint32_t, kLine> slot{};
   };
 
+  /// A line that was found before.
+  struct Found {
+    std::uint64_t number = 0;
+    std::uint32_t line = kNone;
+  };
+  Found& found_at(std::uint64_t number) const { return found_[(number ^ number >> 6) % kFound]; }
+
   std::uint32_t find_line(std::uint64_t number) const {
-    if (last_ != kNone && last_number_ == number / kLine) return last_;
-    const std::uint32_t line = table_.find(number / kLine);
-    if (line != kNone) {
-      last_ = line;
-      last_number_ = number / kLine;
-    }
+    const std::uint64_t wanted = number / kLine;
+    Found& found = found_at(wanted);
+    if (found.line != kNone && found.number == wanted) return found.line;
+    const std::uint32_t line = table_.find(wanted);
+    if (line != kNone) found = {wanted, line};
     return line;
   }
   std::uint32_t add_line(std::uint64_t number) {
@@ -74,8 +80,8 @@ class NumberMap {
   std::vector<Line> lines_;
   std::vector<std::uint8_t> counts_;  // of live numbers, by line
   std::vector<std::uint32_t> free_;
-  mutable std::uint32_t last_ = kNone;  // the line that was found last
-  mutable std::uint64_t last_number_ = 0;
+  static constexpr std::size_t kFound = 64;
+  mutable std::array<Found, kFound> found_{};  // cells of a row ask for the same few lines
 };
 
 }  // namespace shm

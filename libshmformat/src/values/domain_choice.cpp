@@ -87,6 +87,53 @@ std::int32_t binary_exponent(ScalarType type, std::span<const std::uint64_t> bit
   return finest;
 }
 
+/// What some of the values look like as decimals.
+struct Shapes {
+  std::int32_t decimals = -22, digits = 1;  // most, of those that are short
+  bool are_short = true;                    // nearly all
+};
+Shapes shapes_of(const ArrayInfo& info, std::span<const std::uint64_t> bits) {
+  Shapes shapes;
+  const std::int32_t most_digits = info.type == ScalarType::float32 ? 7 : 15;
+  std::size_t all = 0, long_ones = 0;
+  const std::size_t looked = std::min(bits.size(), kLookAt);
+  for (std::size_t i = 0; i < looked; ++i) {
+    const std::uint64_t it = bits[i * bits.size() / looked];
+    const double value = scalar_as_double(info.type, it);
+    if (value == 0.0 || !is_finite(value)) continue;
+    ++all;
+    const Decimal shape = shortest(info.type, it);
+    if (shape.digits > most_digits) {
+      ++long_ones;
+      continue;
+    }
+    shapes.decimals = std::max(shapes.decimals, shape.decimals);
+    shapes.digits = std::max(shapes.digits, shape.digits);
+  }
+  shapes.are_short = long_ones <= all / 100;
+  return shapes;
+}
+
+/// As multiples of a power of ten, or of two; length 64 where they are none.
+struct LinearFit {
+  ValueDomain domain;
+  int length = 64;
+};
+LinearFit linear_domain(const ArrayInfo& info, std::size_t component,
+                        std::span<const std::uint64_t> bits, const Shapes& shapes) {
+  LinearFit best;
+  if (shapes.are_short && shapes.decimals <= 22) {
+    ValueDomain decimal{DomainKind::decimal, shapes.decimals, false, false};
+    if (const Fit fit = try_domain(info, component, bits, decimal); fit.good)
+      best = {decimal, fit.length};
+  }
+  ValueDomain binary{DomainKind::binary, binary_exponent(info.type, bits), false, false};
+  if (const Fit fit = try_domain(info, component, bits, binary);
+      fit.good && fit.length < best.length)
+    best = {binary, fit.length};
+  return best;
+}
+
 /// Whether so many values occur twice that a table may pay: by a sample.
 bool repeats_often(std::span<const std::uint64_t> bits) {
   constexpr std::size_t kSample = 1024;
@@ -122,6 +169,33 @@ bool still_fits(const ArrayInfo& info, std::size_t component, const ValueDomain&
          now.negative_zero <= domain.negative_zero;
 }
 
+ValueDomain evenly_spaced_domain(const ArrayInfo& info, std::size_t component,
+                                 std::span<const std::uint64_t> bits) {
+  const auto fits_all = [&](ValueDomain domain) {
+    return still_fits(info, component, domain, bits);
+  };
+  if (!is_float(info.type)) return {DomainKind::integers};
+  if (info.quantization.bits > 0) {  // the sign of a zero is not promised
+    const ValueTranslator translator(info, component, {DomainKind::quantized});
+    const bool all = std::all_of(bits.begin(), bits.end(), [&](std::uint64_t it) {
+      return translator.index(it).has_value();
+    });
+    return all ? ValueDomain{DomainKind::quantized} : ValueDomain();
+  }
+  const int longest = info.type == ScalarType::float32 ? kLongNarrowIndex : kLongIndex;
+  // A sample tells most arrays that are none.
+  std::vector<std::uint64_t> sample;
+  for (std::size_t i = 0; i < kLookAt; ++i) sample.push_back(bits[i * bits.size() / kLookAt]);
+  const Shapes shapes = shapes_of(info, bits);
+  if (linear_domain(info, component, sample, shapes).length <= longest)
+    if (const LinearFit fit = linear_domain(info, component, bits, shapes);
+        fit.length <= longest && fits_all({fit.domain.kind, fit.domain.exponent}))
+      return {fit.domain.kind, fit.domain.exponent};
+  if (info.type == ScalarType::float64 && fits_all({DomainKind::narrow}))
+    return {DomainKind::narrow};
+  return {};
+}
+
 std::vector<DomainPlan> domain_candidates(const ArrayInfo& info, std::size_t component,
                                           std::span<const std::uint64_t> bits) {
   std::vector<DomainPlan> plans;
@@ -139,42 +213,11 @@ std::vector<DomainPlan> domain_candidates(const ArrayInfo& info, std::size_t com
     return plans;
   }
 
-  // As multiples of a power of ten, or of two.
-  std::vector<Decimal> shapes;
-  const std::size_t looked = std::min(bits.size(), kLookAt);
-  for (std::size_t i = 0; i < looked; ++i) {
-    const std::uint64_t it = bits[i * bits.size() / looked];
-    const double value = scalar_as_double(info.type, it);
-    if (value != 0.0 && is_finite(value)) shapes.push_back(shortest(info.type, it));
-  }
-  const std::int32_t most_digits = info.type == ScalarType::float32 ? 7 : 15;
-  std::int32_t decimals = -22, digits = 1;
-  std::size_t long_ones = 0;
-  for (const Decimal& it : shapes) {
-    if (it.digits > most_digits) {
-      ++long_ones;
-      continue;
-    }
-    decimals = std::max(decimals, it.decimals);
-    digits = std::max(digits, it.digits);
-  }
-  ValueDomain linear;
-  int length = 64;
-  if (long_ones <= shapes.size() / 100 && decimals <= 22) {
-    ValueDomain decimal{DomainKind::decimal, decimals, false, false};
-    if (const Fit fit = try_domain(info, component, bits, decimal); fit.good) {
-      linear = decimal;
-      length = fit.length;
-    }
-  }
-  ValueDomain binary{DomainKind::binary, binary_exponent(info.type, bits), false, false};
-  if (const Fit fit = try_domain(info, component, bits, binary); fit.good && fit.length < length) {
-    linear = binary;
-    length = fit.length;
-  }
+  const Shapes shapes = shapes_of(info, bits);
+  const auto [linear, length] = linear_domain(info, component, bits, shapes);
   if (length < 53) add(linear);
-  if (long_ones <= shapes.size() / 100 && (length > digits * 10 / 3 + 6)) {
-    ValueDomain significant{DomainKind::digits, digits, false, false};
+  if (shapes.are_short && (length > shapes.digits * 10 / 3 + 6)) {
+    ValueDomain significant{DomainKind::digits, shapes.digits, false, false};
     if (try_domain(info, component, bits, significant).good) add(significant);
   }
   if (plans.empty() || length > kLongNarrowIndex) {

@@ -1,0 +1,73 @@
+// ShiftSegmentDecoder: the groups of a segment whose cells are shifts. The mirror of
+// shift_segment_encoder.h; what all segments share is in segment_decoder.h.
+// spec: "Shifts", "Values as differences"
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "coders/shifts.h"
+#include "container/format.h"
+#include "decoded_block.h"
+#include "front/live_numbers.h"
+#include "values/difference_column.h"
+
+namespace shm {
+
+class ShiftSegmentDecoder {
+ public:
+  /// What is wrong with the data; empty: nothing.
+  using Complaint = std::string;
+
+  /// `schema` is checked, borrowed, and takes shifts.
+  ShiftSegmentDecoder(const Schema& schema, bool may_import);
+
+  /// A group begins: its header (borrowed for the group), then each of its streams in order.
+  void begin_group(const container::GroupHeader& header);
+  /// Whether the group may have this stream here.
+  bool expects(const container::StreamEntry& entry) const;
+  /// Whether it may be in this codec. Must hold: expects().
+  bool takes(const container::StreamEntry& entry) const;
+  Complaint take(const container::StreamEntry& entry, std::span<const std::byte> bytes);
+
+  /// Some thousand cells, or loose vertices, added to `decoded`.
+  Complaint next_block(DecodedBlock& decoded, GroupProgress& done, bool yields_imports);
+  /// Whether the streams had no more than the group.
+  bool at_end() const;
+
+  std::vector<std::uint64_t> alive() const { return live_.own(); }
+
+ private:
+  Complaint next_cells(DecodedBlock& decoded, GroupProgress& done);
+  bool bear_and_finalize(const CellMarks& marks, std::span<const std::uint64_t> numbers,
+                         DecodedBlock& decoded, GroupProgress& done);
+  bool run_at_once(const CellMarks& marks, std::span<const std::uint64_t> numbers,
+                   std::size_t count, DecodedBlock& decoded, GroupProgress& done);
+  bool bear(std::uint64_t number, bool imported, DecodedBlock& decoded, GroupProgress& done);
+  Complaint next_values(MeshBlock& block);
+  std::size_t column_of(const container::StreamEntry& entry) const;
+
+  const Schema* schema_;
+  bool may_import_, yields_imports_ = false;
+  const container::GroupHeader* header_ = nullptr;
+  ShiftDecoder shifts_;
+  std::vector<DifferenceColumn> columns_;
+  DifferenceScratch scratch_;
+  std::vector<std::uint32_t> arrays_;  // of the columns, from 1 on
+  std::size_t next_column_ = 0;
+  std::size_t most_nodes_ = 0, vertex_bytes_ = 0;
+  std::vector<std::size_t> cell_bytes_;  // by block
+  LiveNumbers live_;
+  std::array<std::size_t, kMostShiftNodes>
+      hints_{};  // by node: where its number stood the last time
+
+  // of the block at hand
+  std::vector<std::uint64_t> born_;     // imported and loose ones too
+  std::vector<std::uint8_t> left_out_;  // of these: whether imported, where these are not yielded
+  std::vector<std::uint64_t> cells_;    // that an array covers
+};
+
+}  // namespace shm

@@ -1,0 +1,63 @@
+// ShiftSegmentEncoder: the cells of a segment as shifts, values as differences along their numbers.
+// No active surface, no neighbourhoods: for speed, where numbers run in rows and layers.
+// spec: "Shifts", "Values as differences"
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "coders/shifts.h"
+#include "group_values.h"
+#include "segment_encoder.h"
+#include "values/difference_column.h"
+
+namespace shm {
+
+class ShiftSegmentEncoder final : public SegmentEncoder {
+ public:
+  /// `schema` is checked, borrowed, and takes shifts.
+  ShiftSegmentEncoder(const Schema& schema, const SegmentOptions& options,
+                      const SegmentStart& start);
+
+  Result<void> take(const SegmentPiece& piece, std::vector<EncodedGroup>& done) override;
+  void end(std::vector<EncodedGroup>& done) override;
+
+ private:
+  void start_group();
+  void code_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
+                 std::span<const std::uint32_t> nodes, std::size_t first_vertex);
+  void take_vertex(const SegmentPiece& piece, std::size_t index);
+  void note_lags();
+  std::vector<std::uint32_t> cell_lags() const;
+  void add_columns(std::span<const std::uint32_t> by_vertex,
+                   std::span<const std::uint32_t> by_cell);
+  void add_stream(const container::StreamEntry& entry, std::vector<std::byte> bytes);
+  void flush_group(std::vector<EncodedGroup>& done);
+
+  const Schema* schema_;
+  std::uint32_t group_cells_;
+  bool has_values_, tells_order_;
+  SegmentStart start_;
+  ShiftEncoder shifts_;
+  std::vector<DifferenceColumn> columns_;
+  DifferenceScratch scratch_;
+
+  std::vector<std::uint64_t> number_of_;  // by handle
+  std::vector<std::uint64_t> corners_;    // of the cell at hand
+  std::uint64_t active_ = 0;
+
+  // the group at hand
+  EncodedGroup group_;
+  GroupValues values_;
+  std::vector<std::uint64_t> born_;  // numbers, imported and loose ones too
+  std::vector<std::uint32_t> cell_blocks_;
+  struct Lag {
+    std::uint64_t lag = 0, weight = 0;
+  };
+  std::vector<Lag> lags_;  // between corners of cells
+
+  std::uint64_t next_cell_, next_vertex_;
+};
+
+}  // namespace shm

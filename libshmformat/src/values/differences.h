@@ -1,0 +1,143 @@
+// Differences: values predicted along the numbers of their elements, where these run in rows and
+// layers: a polynomial along each of up to three lags says what comes next.
+//   Factor     a lag and an order: the order-th difference along it should be 0
+//   Tap        what that makes of one earlier value: how far back, and how often it counts
+//   Numbers    which elements are known, by number; a ring
+// spec: "Values as differences"
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <type_traits>
+#include <vector>
+
+#include "values/value_domain.h"
+#include "values/value_space.h"
+
+namespace shm {
+
+// Frozen: part of the format.
+inline constexpr std::uint32_t kMostFactors = 3, kMostOrder = 3;
+/// Elements are known until one comes whose number is the same modulo the places that there are.
+inline constexpr std::uint64_t kMostPlaces = std::uint64_t{1} << 17;
+/// A power of two, no more than so many for each of `count` elements in the group that comes first,
+/// so that what is cleared has been paid for.
+inline constexpr std::uint64_t kPlacesForEach = 64;
+constexpr std::uint64_t places_for(std::uint64_t count) {
+  return std::bit_floor(std::min(kMostPlaces, kPlacesForEach * std::max<std::uint64_t>(count, 1)));
+}
+/// Components and columns, together, that may be in differences: each takes up to a megabyte, three
+/// components four.
+inline constexpr std::uint32_t kMostDifferenceRings = 32;
+
+struct Factor {
+  std::uint32_t lag = 1;
+  std::uint32_t order = 1;
+  bool operator==(const Factor&) const = default;
+};
+struct Tap {
+  std::uint64_t back = 0;
+  std::int64_t count = 0;
+};
+/// 1 - the product of all (1 - x^lag)^order, by descending power, zeros left out: what is farthest
+/// back comes first, so that sums need not wait for the element before.
+std::vector<Tap> taps_of(std::span<const Factor> factors);
+
+class KnownNumbers {
+ public:
+  std::size_t place(std::uint64_t number) const { return number & mask_; }
+  std::size_t places() const { return numbers_.size(); }
+  bool has(std::uint64_t number) const { return numbers_[place(number)] == number; }
+  void add(std::uint64_t number) { numbers_[place(number)] = number; }
+  /// Forgets all. Must hold: `places` is a power of two, 2 or more. Before anything else.
+  void clear(std::uint64_t places) {
+    mask_ = places - 1;
+    numbers_.resize(places);
+    for (std::uint64_t i = 0; i < places; ++i) numbers_[i] = i ^ 1;  // of no place i
+  }
+
+ private:
+  std::vector<std::uint64_t> numbers_;  // the last one of each place
+  std::uint64_t mask_ = 0;
+};
+
+// How a prediction is made from what is remembered of one component, and told apart from what came.
+// Remembered is a word for each value.
+
+/// Whole numbers, modulo 2^64, or what the integer type of the values holds: domains whose values
+/// are evenly spaced.
+struct WholeDifferences {
+  int unused = 0;  // bits
+  bool has_sign = true;
+
+  static WholeDifferences of(ScalarType integers) {
+    return {static_cast<int>(64 - 8 * scalar_bytes(integers)), is_signed_integer(integers)};
+  }
+  /// What the used bits say.
+  std::int64_t within(std::uint64_t index) const {
+    const std::uint64_t high = index << unused;
+    return has_sign ? static_cast<std::int64_t>(high) >> unused
+                    : static_cast<std::int64_t>(high >> unused);
+  }
+  static std::uint64_t remember(std::int64_t index) { return static_cast<std::uint64_t>(index); }
+  using Sum = std::uint64_t;
+  static Sum weight(std::int64_t count) { return static_cast<Sum>(count); }
+  static Sum add(Sum sum, Sum weight, std::uint64_t remembered) {
+    return sum + weight * remembered;
+  }
+  /// The index that a sum predicts, or what is remembered of a value.
+  static std::int64_t index(Sum sum) { return static_cast<std::int64_t>(sum); }
+  static Sum sum_of(std::uint64_t remembered) { return remembered; }
+  std::uint64_t residual(std::int64_t value, std::int64_t predicted) const {
+    const std::uint64_t high =
+        (static_cast<std::uint64_t>(value) - static_cast<std::uint64_t>(predicted)) << unused;
+    const auto r = static_cast<std::uint64_t>(static_cast<std::int64_t>(high) >> unused);
+    return r << 1 ^ (0 - (r >> 63));
+  }
+  std::int64_t value(std::uint64_t residual, std::int64_t predicted) const {
+    const std::uint64_t r = residual >> 1 ^ (0 - (residual & 1));
+    return within(static_cast<std::uint64_t>(predicted) + r);
+  }
+};
+
+/// Floating-point numbers: predicted as float64, then as their place among all T.
+template <class T>
+struct FloatDifferences {
+  using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+  static constexpr int kTop = 8 * sizeof(T) - 1;
+
+  static std::uint64_t remember(std::int64_t index) {
+    return std::bit_cast<std::uint64_t>(FloatSpace<T>::state(index));
+  }
+  using Sum = double;
+  static Sum weight(std::int64_t count) { return static_cast<Sum>(count); }
+  static Sum add(Sum sum, Sum weight, std::uint64_t remembered) {
+    return sum + weight * std::bit_cast<double>(remembered);
+  }
+  static std::int64_t index(Sum sum) { return FloatSpace<T>::index(sum); }
+  static Sum sum_of(std::uint64_t remembered) { return std::bit_cast<double>(remembered); }
+  static std::uint64_t residual(std::int64_t value, std::int64_t predicted) {
+    const auto r = static_cast<Bits>(static_cast<Bits>(value) - static_cast<Bits>(predicted));
+    return static_cast<Bits>(static_cast<Bits>(r << 1) ^ static_cast<Bits>(0 - (r >> kTop)));
+  }
+  static std::int64_t value(std::uint64_t residual, std::int64_t predicted) {
+    const auto z = static_cast<Bits>(residual);
+    const auto r = static_cast<Bits>((z >> 1) ^ static_cast<Bits>(0 - (z & 1)));
+    const auto index = static_cast<Bits>(static_cast<Bits>(predicted) + r);
+    return static_cast<std::int64_t>(static_cast<std::make_signed_t<Bits>>(index));
+  }
+};
+
+/// Calls `work` with the differences that values of the domain have.
+template <class Work>
+decltype(auto) with_differences(ScalarType type, DomainKind kind, Work&& work) {
+  if (kind == DomainKind::narrow || (kind == DomainKind::floats && type == ScalarType::float32))
+    return work(FloatDifferences<float>());
+  if (kind == DomainKind::floats) return work(FloatDifferences<double>());
+  return work(kind == DomainKind::integers ? WholeDifferences::of(type) : WholeDifferences());
+}
+
+}  // namespace shm
