@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "front/none.h"
+#include "front/scatter.h"
 
 namespace shm {
 
@@ -48,7 +49,7 @@ class IdMap {
   };
   std::size_t mask() const { return entries_.size() - 1; }
   std::size_t home(std::uint64_t id) const {
-    return static_cast<std::size_t>((id * 0x9e3779b97f4a7c15u) >> 20) & mask();
+    return static_cast<std::size_t>(scatter_(id)) & mask();
   }
   void place(const Entry& entry) {
     std::size_t i = home(entry.id);
@@ -63,6 +64,7 @@ class IdMap {
   }
 
   std::vector<Entry> entries_;
+  Scatter scatter_;
   std::size_t count_ = 0;
 };
 
