@@ -36,6 +36,13 @@ T checked(Result<T> result) {
   return unwrap(std::move(result));
 }
 
+// What the Writer refuses of its options is the user's: a codec that is not for this mesh.
+Writer writer_to(ByteSink& sink, Schema schema, const WriteOptions& options) {
+  return options.connectivity == ConnectivityCodec::automatic
+             ? checked(Writer::create(sink, std::move(schema), options))
+             : unwrap(Writer::create(sink, std::move(schema), options));
+}
+
 // Tells two listeners.
 class BothOrders final : public CodingOrder {
  public:
@@ -203,7 +210,7 @@ SizeReport code_mesh(MeshSource& mesh, const Schema& schema, ByteSink& sink,
   BothOrders orders(&log, options.coding_order);
   WriteOptions write_options = options;
   write_options.coding_order = &orders;
-  Writer writer = checked(Writer::create(sink, schema, write_options));
+  Writer writer = writer_to(sink, schema, write_options);
   {
     MeshFeeder feeder(mesh, schema, writer, cache_bytes);
     stream_compacted(mesh, spool, feeder, progress);
@@ -369,7 +376,7 @@ void replay_coding_order(MeshSource& mesh, const MeshInfo& of, CodingOrder& out,
   // It says in which order a cell's new vertices come.
   options.segment_connectivity = of.segment_connectivity;
   if (options.segment_starts.empty()) options.restart_budget = 0;
-  Writer writer = checked(Writer::create(nowhere, bare, options));
+  Writer writer = writer_to(nowhere, bare, options);
   MeshFeeder feeder(mesh, bare, writer, bare.order == Order::free ? kUnlimited : kCacheBytes);
   stream_compacted(mesh, spool, feeder);
   checked(writer.end_mesh());

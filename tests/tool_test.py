@@ -95,6 +95,8 @@ class ToolTest(unittest.TestCase):
         self.shm("compress", self.mesh, "--bits", "53", code=2)
         self.shm("compress", self.mesh, "--bits", "0", code=2)
         self.shm("compress", self.mesh, "--delay", "-1", code=2)
+        for words in (["--order", "stream"], ["--order", "free"], ["--delay", "5"]):
+            self.shm("compress", self.mesh, "--codec", "shifts", *words, code=2)
         self.shm("compress", self.mesh, "--segment-cells", "0", code=2)
         self.shm("compress", self.mesh, "--threads", "0", code=2)
         self.shm("compress", self.mesh, "--restart-budget", "-1", code=2)
@@ -189,7 +191,7 @@ class ToolTest(unittest.TestCase):
 
     def test_info_tells_the_codec(self):
         packed = self.path("mesh.shm")
-        for codec in ("paper", "rows", "replay"):
+        for codec in ("paper", "rows", "replay", "mixed", "shifts"):
             self.shm("compress", self.mesh, "-o", packed, "--codec", codec)
             told = json.loads(self.shm("info", packed, "--json")[0])
             self.assertEqual(told["segment_codecs"], [codec])
