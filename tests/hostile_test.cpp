@@ -90,7 +90,7 @@ TEST(Hostile, WholeFilesAreReadInPiecesOfAnySize) {
 bool is_thorough(const FeatureFile& feature) {
   return feature.name == "one_hexahedron" || feature.name == "stream_turned" ||
          feature.name == "arrays_on_some_blocks" || feature.name == "steps_and_extras" ||
-         feature.name == "shifts_shuffled";
+         feature.name == "shifts_quantized";
 }
 
 TEST(Hostile, EveryCutIsTruncated) {
