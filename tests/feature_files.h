@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "shm/archive.h"
 #include "shm/mesh.h"
 #include "test_mesh.h"
 
@@ -427,6 +428,17 @@ inline std::vector<FeatureFile> feature_files() {
   add("shifts_quantized", written(quantized(), 5, ConnectivityCodec::shifts));
   add("shifts_special_values", written(special_values(), 65536, ConnectivityCodec::shifts));
   return files;
+}
+
+/// An archive of two of them.
+inline FeatureFile archive_file() {
+  MemorySink sink;
+  ArchiveWriter archive = ArchiveWriter::create(sink).value();
+  for (const FeatureFile& feature : feature_files())
+    if (feature.name == "one_hexahedron" || feature.name == "steps_and_extras")
+      (void)archive.add_member(feature.name + ".e").value()->write(feature.bytes);
+  (void)archive.finish().value();
+  return {"archive", std::move(sink.bytes)};
 }
 
 }  // namespace shm

@@ -36,9 +36,9 @@ TEST(Golden, EveryFileDecodesToItsTwin) {
   EXPECT_GE(files.size(), 20u);
   for (const fs::path& path : files) {
     const std::string bytes = content(path);
-    const auto decoded = decode_in_pieces(std::as_bytes(std::span(bytes)));
-    ASSERT_TRUE(decoded) << path << ": " << decoded.error().message();
-    EXPECT_EQ(ItemText::of(*decoded), content(fs::path(path).replace_extension(".txt"))) << path;
+    const auto text = text_of_file(std::as_bytes(std::span(bytes)));
+    ASSERT_TRUE(text) << path << ": " << text.error().message();
+    EXPECT_EQ(*text, content(fs::path(path).replace_extension(".txt"))) << path;
   }
 }
 

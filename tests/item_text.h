@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "shm/archive.h"
 #include "shm/reader.h"
 
 namespace shm {
@@ -224,5 +225,24 @@ class ItemText {
   const Schema& schema_;
   std::string out_;
 };
+
+/// The text of a whole file; of an archive, of each member under its name.
+inline Result<std::string> text_of_file(std::span<const std::byte> bytes) {
+  if (!looks_like_archive(bytes)) {
+    const auto decoded = decode_in_pieces(bytes);
+    if (!decoded) return decoded.error();
+    return ItemText::of(*decoded);
+  }
+  MemoryRandomSource source(bytes);
+  const auto archive = ArchiveReader::open(source);
+  if (!archive) return archive.error();
+  std::string text;
+  for (const ArchiveMember& member : archive->members()) {
+    const auto decoded = decode_in_pieces(bytes.subspan(member.offset, member.bytes));
+    if (!decoded) return decoded.error();
+    text += "member " + member.name + "\n" + ItemText::of(*decoded);
+  }
+  return text;
+}
 
 }  // namespace shm

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include "feature_files.h"
 #include "item_text.h"
@@ -30,17 +31,18 @@ int main(int count, char** words) {
     std::fputs("usage: make_golden DIR\n", stderr);
     return 2;
   }
-  for (const shm::FeatureFile& feature : shm::feature_files()) {
+  std::vector<shm::FeatureFile> files = shm::feature_files();
+  files.push_back(shm::archive_file());
+  for (const shm::FeatureFile& feature : files) {
     const std::filesystem::path path = std::filesystem::path(words[1]) / feature.name;
-    const auto decoded = shm::decode_in_pieces(feature.bytes);
-    if (!decoded) {
-      std::fprintf(stderr, "%s: %s\n", feature.name.c_str(), decoded.error().message().c_str());
+    const auto text = shm::text_of_file(feature.bytes);
+    if (!text) {
+      std::fprintf(stderr, "%s: %s\n", feature.name.c_str(), text.error().message().c_str());
       return 1;
     }
-    const std::string text = shm::ItemText::of(*decoded);
     if (!write_new(path.string() + ".shm", reinterpret_cast<const char*>(feature.bytes.data()),
                    feature.bytes.size()) ||
-        !write_new(path.string() + ".txt", text.data(), text.size()))
+        !write_new(path.string() + ".txt", text->data(), text->size()))
       return 1;
   }
   return 0;

@@ -204,6 +204,8 @@ Result<void> Decoder::Impl::read_start() {
     return wrong(ErrorCode::unsupported, "format version " + std::to_string(start_.major) + "." +
                                              std::to_string(start_.minor) +
                                              " is newer than this reader");
+  if ((start_.needed_features & container::kArchiveFeature) != 0)
+    return wrong(ErrorCode::unsupported, "is an archive of several files, each with its own mesh");
   if ((start_.needed_features & ~container::kKnownFeatures) != 0)
     return wrong(ErrorCode::unsupported, "needs features " +
                                              std::to_string(start_.needed_features) +
@@ -259,6 +261,7 @@ Result<void> Decoder::Impl::read_payload() {
     case ChunkKind::step_times: return read_step_times(payload);
     case ChunkKind::extra: return read_extra(payload);
     case ChunkKind::index: return read_index(payload);
+    case ChunkKind::members: break;  // of archives, refused above
   }
   return {};
 }
@@ -272,9 +275,7 @@ Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
   }
   ByteReader in(payload);
   container::FileStart again;
-  again.major = in.get_u16();
-  again.minor = in.get_u16();
-  again.needed_features = in.get_u32();
+  container::get_version(in, again);
   if (!in.ok() || again != start_)
     return wrong(ErrorCode::corrupt, "version or features differ from the start of the file");
   const auto blob = unpack(in, limits_.max_chunk_bytes);

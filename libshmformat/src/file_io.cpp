@@ -117,6 +117,19 @@ Result<void> MemoryRandomSource::read_at(std::uint64_t offset, std::span<std::by
   return {};
 }
 
+Result<void> SectionSource::read_at(std::uint64_t offset, std::span<std::byte> into) {
+  if (offset > bytes_ || into.size() > bytes_ - offset)
+    return Error{ErrorCode::truncated, "ends before it should", {}, offset_ + bytes_, {}};
+  return whole_->read_at(offset_ + offset, into);
+}
+
+Result<std::size_t> SectionSource::read(std::span<std::byte> into) {
+  const auto n = static_cast<std::size_t>(std::min<std::uint64_t>(into.size(), bytes_ - at_));
+  if (auto good = read_at(at_, into.first(n)); !good) return good.error();
+  at_ += n;
+  return n;
+}
+
 Result<std::unique_ptr<FileRandomSource>> FileRandomSource::open(const std::string& path) {
   std::unique_ptr<FileRandomSource> source(new FileRandomSource());
   source->path_ = path;

@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
-#include "bytes/checksum.h"
 #include "container/format.h"
+#include "container/random_chunks.h"
 #include "segment_decoder.h"
 
 namespace shm {
@@ -35,8 +35,6 @@ class SegmentReader::Impl {
   Result<void> read_index();
   Result<void> read_schema();
   Result<void> list_groups(const container::Index& index);
-  Result<std::vector<std::byte>> read_chunk(ChunkKind kind, std::uint32_t segment,
-                                            std::uint64_t offset, std::uint64_t bytes);
 
   RandomSource* source_;
   ReadLimits limits_;
@@ -47,49 +45,12 @@ class SegmentReader::Impl {
   std::vector<std::size_t> first_group_;  // of each segment
 };
 
-/// The payload of the chunk of `bytes` bytes at `offset`.
-Result<std::vector<std::byte>> SegmentReader::Impl::read_chunk(ChunkKind kind,
-                                                               std::uint32_t segment,
-                                                               std::uint64_t offset,
-                                                               std::uint64_t bytes) {
-  const std::string section = container::chunk_name(static_cast<std::uint8_t>(kind));
-  if (bytes < container::kChunkHeaderBytes || offset > source_->size() ||
-      bytes > source_->size() - offset)
-    return wrong("the index points beyond the file", section, offset);
-  if (bytes - container::kChunkHeaderBytes > limits_.max_chunk_bytes)
-    return wrong("a chunk of " + std::to_string(bytes) + " bytes, the limit is " +
-                     std::to_string(limits_.max_chunk_bytes),
-                 section, offset, ErrorCode::over_limit);
-  std::vector<std::byte> chunk(static_cast<std::size_t>(bytes));
-  if (auto good = source_->read_at(offset, chunk); !good) return good.error();
-  ByteReader in(chunk);
-  container::ChunkHeader header;
-  if (container::get(in, header) != container::HeaderState::good ||
-      header.kind != static_cast<std::uint8_t>(kind) || header.version != 0 ||
-      header.segment != segment || header.payload_bytes != bytes - container::kChunkHeaderBytes)
-    return wrong("the chunk that should stand here does not", section, offset);
-  chunk.erase(chunk.begin(), chunk.begin() + container::kChunkHeaderBytes);
-  if (checksum(chunk) != header.payload_checksum)
-    return wrong("checksum of the chunk does not match", section, offset);
-  return chunk;
-}
-
 Result<void> SegmentReader::Impl::read_index() {
-  const std::uint64_t size = source_->size();
-  constexpr std::uint64_t kLeast =
-      container::kFileStartBytes + container::kChunkHeaderBytes + container::kTrailerBytes;
-  if (size < kLeast)
-    return wrong("the file is too short to have an end record", "end record", size,
-                 ErrorCode::truncated);
-  std::vector<std::byte> tail(container::kTrailerBytes);
-  const std::uint64_t end = size - container::kTrailerBytes;
-  if (auto good = source_->read_at(end, tail); !good) return good;
-  ByteReader in(tail);
-  if (!container::get_trailer(in, index_offset_))
-    return wrong("the file does not end with an end record", "end record", end,
-                 ErrorCode::truncated);
-  if (index_offset_ > end) return wrong("points beyond the file", "end record", end);
-  const auto payload = read_chunk(ChunkKind::index, 0, index_offset_, end - index_offset_);
+  const auto place = container::last_chunk(*source_);
+  if (!place) return place.error();
+  index_offset_ = place->offset;
+  const auto payload =
+      container::read_chunk(*source_, ChunkKind::index, 0, *place, limits_.max_chunk_bytes);
   if (!payload) return payload.error();
   ByteReader fields(*payload);
   container::Index index;
@@ -146,7 +107,8 @@ Result<std::vector<MeshBlock>> SegmentReader::Impl::read(std::size_t index) {
   std::vector<MeshBlock> blocks;
   for (std::size_t g = first_group_[index]; g < first_group_[index + 1]; ++g) {
     const IndexEntry& entry = groups_[g];
-    auto payload = read_chunk(ChunkKind::group, segment, entry.offset, entry.bytes);
+    auto payload = container::read_chunk(*source_, ChunkKind::group, segment,
+                                         {entry.offset, entry.bytes}, limits_.max_chunk_bytes);
     if (!payload) return payload.error();
     if (auto good = decoder.begin_group(std::move(*payload), entry.offset, g); !good)
       return good.error();

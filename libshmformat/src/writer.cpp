@@ -104,10 +104,7 @@ class Writer::Impl {
 Result<void> Writer::Impl::write_schema() {
   ByteWriter blob, payload;
   put(blob, schema_);
-  container::FileStart start;
-  payload.put_u16(start.major);
-  payload.put_u16(start.minor);
-  payload.put_u32(start.needed_features);
+  container::put_version(payload, {});
   put_packed(payload, blob.bytes);
   return chunks_.write(ChunkKind::schema, payload.bytes);
 }

@@ -122,4 +122,19 @@ class SHM_API FileRandomSource final : public RandomSource {
   std::string path_;
 };
 
+/// Some consecutive bytes of another source as a source of their own, front to back or anywhere.
+class SHM_API SectionSource final : public RandomSource, public ByteSource {
+ public:
+  /// `whole` is borrowed and must outlive the section. Reading beyond the end of `whole` fails.
+  SectionSource(RandomSource& whole, std::uint64_t offset, std::uint64_t bytes)
+      : whole_(&whole), offset_(offset), bytes_(bytes) {}
+  std::uint64_t size() const override { return bytes_; }
+  Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override;
+  Result<std::size_t> read(std::span<std::byte> into) override;
+
+ private:
+  RandomSource* whole_;
+  std::uint64_t offset_, bytes_, at_ = 0;
+};
+
 }  // namespace shm

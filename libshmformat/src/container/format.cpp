@@ -22,6 +22,7 @@ std::string chunk_name(std::uint8_t kind) {
     case ChunkKind::step_times: return "step times";
     case ChunkKind::extra: return "extra";
     case ChunkKind::index: return "index";
+    case ChunkKind::members: return "members";
   }
   return "chunk of kind " + std::to_string(kind);
 }
@@ -39,18 +40,25 @@ std::string stream_name(StreamKind kind) {
   return "unknown stream";
 }
 
-void put(ByteWriter& out, const FileStart& start) {
-  for (std::uint8_t byte : kSignature) out.put_u8(byte);
+void put_version(ByteWriter& out, const FileStart& start) {
   out.put_u16(start.major);
   out.put_u16(start.minor);
   out.put_u32(start.needed_features);
 }
-bool get(ByteReader& in, FileStart& start) {
-  bool good = true;
-  for (std::uint8_t byte : kSignature) good &= in.get_u8() == byte;
+void get_version(ByteReader& in, FileStart& start) {
   start.major = in.get_u16();
   start.minor = in.get_u16();
   start.needed_features = in.get_u32();
+}
+
+void put(ByteWriter& out, const FileStart& start) {
+  for (std::uint8_t byte : kSignature) out.put_u8(byte);
+  put_version(out, start);
+}
+bool get(ByteReader& in, FileStart& start) {
+  bool good = true;
+  for (std::uint8_t byte : kSignature) good &= in.get_u8() == byte;
+  get_version(in, start);
   return good && in.ok();
 }
 
@@ -231,6 +239,27 @@ bool get(ByteReader& in, Index& index, std::uint64_t max_entries) {
       for (std::uint64_t* v : {&entry.step, &entry.first, &entry.count}) *v = in.get_varint();
     }
     index.entries.push_back(entry);
+  }
+  return in.ok() && in.left() == 0;
+}
+
+void put(ByteWriter& out, const MemberList& list) {
+  put_version(out, list.start);
+  out.put_varint(list.members.size());
+  for (const Member& member : list.members) {
+    out.put_text(member.name);
+    out.put_varint(member.bytes);
+  }
+}
+bool get(ByteReader& in, MemberList& list) {
+  get_version(in, list.start);
+  const std::uint64_t count = in.get_count(2);
+  list.members.clear();
+  for (std::uint64_t i = 0; i < count && in.ok(); ++i) {
+    Member member;
+    member.name = in.get_text();
+    member.bytes = in.get_varint();
+    list.members.push_back(std::move(member));
   }
   return in.ok() && in.left() == 0;
 }

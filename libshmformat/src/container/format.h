@@ -19,8 +19,10 @@ namespace shm::container {
 inline constexpr std::array<std::uint8_t, 8> kSignature = {0x89, 'S',  'H',  'M',
                                                            '\r', '\n', 0x1a, '\n'};
 inline constexpr std::uint16_t kMajor = 0, kMinor = 1;
-/// Features a reader must know by name to read the file. None so far.
+/// Features that a reader of one mesh must know by name. None so far.
 inline constexpr std::uint32_t kKnownFeatures = 0;
+/// What follows is no mesh, but whole files one after the other, and a list of them.
+inline constexpr std::uint32_t kArchiveFeature = 1u << 2;
 
 /// The first 16 bytes of a file; the 8 after the signature stand again in the schema chunk, where
 /// a checksum covers them.
@@ -31,6 +33,9 @@ struct FileStart {
 };
 inline constexpr std::size_t kFileStartBytes = 16;
 void put(ByteWriter& out, const FileStart& start);
+/// The bytes after the signature.
+void put_version(ByteWriter& out, const FileStart& start);
+void get_version(ByteReader& in, FileStart& start);
 /// False when the signature is wrong.
 bool get(ByteReader& in, FileStart& start);
 
@@ -41,6 +46,7 @@ enum class ChunkKind : std::uint8_t {
   step_times = 4,
   extra = 5,
   index = 6,
+  members = 9,  ///< of archives, which have no other
 };
 std::string chunk_name(std::uint8_t kind);
 
@@ -159,7 +165,19 @@ void put(ByteWriter& out, const Index& index);
 /// `max_entries`: chunks there can be; more lines than that are damage.
 bool get(ByteReader& in, Index& index, std::uint64_t max_entries);
 
-/// The last 16 bytes behind an index chunk: where it begins, a checksum, "SHME".
+/// One line of an archive's list of members.
+struct Member {
+  std::string name;
+  std::uint64_t bytes = 0;
+};
+struct MemberList {
+  FileStart start;  ///< again, under a checksum
+  std::vector<Member> members;
+};
+void put(ByteWriter& out, const MemberList& list);
+bool get(ByteReader& in, MemberList& list);
+
+/// The last 16 bytes behind an index or members chunk: where it begins, a checksum, "SHME".
 inline constexpr std::size_t kTrailerBytes = 16;
 inline constexpr std::uint32_t kTrailerMark = 0x454d4853;  // "SHME"
 void put_trailer(ByteWriter& out, std::uint64_t index_offset);
