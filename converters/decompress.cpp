@@ -240,13 +240,18 @@ void StagedMesh::fail(const std::string& section, const std::string& detail) con
   throw Failure(Error{ErrorCode::corrupt, detail, section, kNoOffset, name_});
 }
 
+std::unique_ptr<StagedMesh> stage_shm(ByteSource& source, const std::string& name,
+                                      std::uint64_t total, Spool& spool, const Progress& progress,
+                                      unsigned threads) {
+  WatchedSource watched(source, total, progress);
+  ReadOptions options;
+  options.threads = threads;
+  return std::make_unique<StagedMesh>(watched, name, spool, ReadLimits(), options);
+}
 std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
                                      const Progress& progress, unsigned threads) {
   const auto file = unwrap(FileSource::open(path), path);
-  WatchedSource watched(*file, file_bytes(path), progress);
-  ReadOptions options;
-  options.threads = threads;
-  return std::make_unique<StagedMesh>(watched, path, spool, ReadLimits(), options);
+  return stage_shm(*file, path, file_bytes(path), spool, progress, threads);
 }
 std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
                                      const Progress& progress) {
@@ -255,13 +260,18 @@ std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
 
 FileSummary summarize_shm(const std::string& path, const Progress& progress) {
   const auto file = unwrap(FileSource::open(path), path);
-  WatchedSource watched(*file, file_bytes(path), progress);
+  return summarize_shm(*file, path, file_bytes(path), progress);
+}
+
+FileSummary summarize_shm(ByteSource& source, const std::string& name, std::uint64_t total,
+                          const Progress& progress) {
+  WatchedSource watched(source, total, progress);
   ReadOptions options;
   options.threads = 0;
-  Reader reader = unwrap(Reader::open(watched, {}, options), path);
+  Reader reader = unwrap(Reader::open(watched, {}, options), name);
   FileSummary summary;
   summary.info.schema = reader.schema();
-  while (Item* item = unwrap(reader.next(), path)) {
+  while (Item* item = unwrap(reader.next(), name)) {
     if (auto* times = std::get_if<StepTimes>(item))
       summary.info.step_times = std::move(times->times);
     if (auto* extra = std::get_if<Extra>(item)) summary.info.extras.push_back(std::move(*extra));

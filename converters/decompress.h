@@ -92,7 +92,12 @@ class StagedMesh final : public MeshSource {
   bool mesh_done_ = false;
 };
 
-// Opens and stages `path`; "-" is standard input. `threads` decode, 0 for one on each core.
+// Stages a .shm file of `total` bytes (0: not known), called `name` in messages. `threads` decode,
+// 0 for one on each core.
+std::unique_ptr<StagedMesh> stage_shm(ByteSource& source, const std::string& name,
+                                      std::uint64_t total, Spool& spool, const Progress& progress,
+                                      unsigned threads);
+// The same of the file `path`; "-" is standard input.
 std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
                                      const Progress& progress, unsigned threads);
 std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
@@ -104,5 +109,7 @@ struct FileSummary {
   Totals totals;
 };
 FileSummary summarize_shm(const std::string& path, const Progress& progress = {});
+FileSummary summarize_shm(ByteSource& source, const std::string& name, std::uint64_t total,
+                          const Progress& progress);
 
 }  // namespace shm::converters

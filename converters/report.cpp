@@ -281,11 +281,13 @@ std::string free_order_hint(const CompressRun& run, std::optional<std::uint64_t>
          "\n";
 }
 
-std::string info_json(const std::string& path, const MeshInfo& info, const Totals* totals) {
+namespace {
+
+Json info_fields(const std::string& path, const MeshInfo& info, const Totals* totals) {
   Json json;
   json["file"] = path;
   json.update(schema_json(info));
-  if (totals == nullptr) return dump(json);
+  if (totals == nullptr) return json;
   json["total_bytes"] = totals->total_bytes;
   json["max_active_vertices"] = totals->max_active_vertices;
   json["segments"] = totals->segment_starts.size();
@@ -307,7 +309,49 @@ std::string info_json(const std::string& path, const MeshInfo& info, const Total
     }
     json["streams"][name] = std::move(entry);
   }
+  return json;
+}
+
+}  // namespace
+
+std::string info_json(const std::string& path, const MeshInfo& info, const Totals* totals) {
+  return dump(info_fields(path, info, totals));
+}
+
+std::string archive_json(const std::string& path, const std::vector<MemberSummary>& members) {
+  Json json = {{"file", path}, {"members", Json::array()}};
+  for (const MemberSummary& member : members)
+    json["members"].push_back(info_fields(member.name, member.file.info, &member.file.totals));
   return dump(json);
+}
+
+std::string archive_text(const std::string& path, const std::vector<MemberSummary>& members) {
+  std::string text = path + ": archive of " + plural(members.size(), "file", "files") + "\n";
+  std::size_t width = 0;
+  for (const MemberSummary& member : members) width = std::max(width, member.name.size());
+  for (const MemberSummary& member : members)
+    text += "  " + padded(member.name, width) + "  " +
+            padded(std::to_string(member.file.totals.total_bytes), 12, true) + " bytes, " +
+            counts_text(member.file.info) + "\n";
+  return text;
+}
+
+std::string join_json(const std::string& output, std::uint64_t output_bytes,
+                      const std::vector<MemberReport>& members) {
+  Json json = {{"output", output}, {"output_bytes", output_bytes}, {"members", Json::array()}};
+  for (const MemberReport& member : members)
+    json["members"].push_back(
+        {{"name", member.name}, {"input_bytes", member.input_bytes}, {"bytes", member.bytes}});
+  return dump(json);
+}
+
+std::string join_text(const std::string& output, std::uint64_t output_bytes,
+                      const std::vector<MemberReport>& members) {
+  std::uint64_t input_bytes = 0;
+  for (const MemberReport& member : members) input_bytes += member.input_bytes;
+  return output + ": " + plural(members.size(), "file", "files") + ", " +
+         std::to_string(input_bytes) + " to " + std::to_string(output_bytes) + " bytes (" +
+         fixed(static_cast<double>(input_bytes) / static_cast<double>(output_bytes), 1) + "x)\n";
 }
 
 std::string info_text(const std::string& path, const MeshInfo& info, const Totals* totals) {

@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "archive_files.h"
 #include "compare.h"
 #include "mesh_source.h"
 #include "shm/reader.h"
@@ -30,6 +32,18 @@ std::string free_order_hint(const CompressRun& run, std::optional<std::uint64_t>
 // `totals`: null for files that are not .shm.
 std::string info_json(const std::string& path, const MeshInfo& info, const Totals* totals);
 std::string info_text(const std::string& path, const MeshInfo& info, const Totals* totals);
+
+// The same of the members of an archive, and what join made of its inputs.
+struct MemberSummary {
+  std::string name;
+  FileSummary file;
+};
+std::string archive_json(const std::string& path, const std::vector<MemberSummary>& members);
+std::string archive_text(const std::string& path, const std::vector<MemberSummary>& members);
+std::string join_json(const std::string& output, std::uint64_t output_bytes,
+                      const std::vector<MemberReport>& members);
+std::string join_text(const std::string& output, std::uint64_t output_bytes,
+                      const std::vector<MemberReport>& members);
 
 // What verify tells: of a file that could be decoded; and of how it compares with its source.
 std::string sound_json(const std::string& path, const MeshInfo& info);

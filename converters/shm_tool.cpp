@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "archive_files.h"
 #include "cell_order_file.h"
 #include "compare.h"
 #include "compress.h"
@@ -47,7 +48,8 @@ enum ExitCode {
 constexpr std::size_t kSpool = std::size_t{64} << 20, kFreeOrderSpool = std::size_t{1} << 30;
 
 struct Options {
-  std::string input, output, format, against, temp, cell_order;
+  std::string input, output, format, against, temp, cell_order, directory = ".";
+  std::vector<std::string> inputs, members;
   std::string order = "keep";
   std::optional<std::uint32_t> delay;  // none told: as a trial finds
   std::uint32_t bits = 0;
@@ -57,7 +59,7 @@ struct Options {
   std::uint64_t segment_cells = 0;
   double restart_budget = .2;  // percent
   unsigned threads = 0;        // one for each core
-  bool json = false, quiet = false;
+  bool json = false, quiet = false, packed = false;
 };
 
 ExitCode exit_code(ErrorCode code) {
@@ -260,6 +262,12 @@ ExitCode run_convert(Options& options) {
 }
 
 void require_shm(const std::string& path) {
+  if (is_archive(path))
+    throw Failure(Error{ErrorCode::unsupported,
+                        "is an archive of several files; shm split gives them back",
+                        {},
+                        kNoOffset,
+                        path});
   if (!is_shm(path))
     throw Failure(Error{ErrorCode::unsupported, "is not a .shm file", {}, kNoOffset, path});
 }
@@ -270,9 +278,51 @@ ExitCode run_decompress(Options& options) {
   return run_convert(options);
 }
 
+// The file that a member was made of, in the directory --against.
+std::string source_of_member(const ArchiveMember& member, const std::string& directory) {
+  const std::filesystem::path path = std::filesystem::path(directory) / member.name;
+  return was_packed(member) && !std::filesystem::exists(path)
+             ? std::filesystem::path(path).replace_extension().string()
+             : path.string();
+}
+
+// Each member as a file of its own; --against names the directory of their sources.
+ExitCode verify_archive(const Options& options) {
+  if (!options.against.empty() && !std::filesystem::is_directory(options.against))
+    wrong_use("--against of an archive is the directory of the files that it was made of");
+  if (!options.cell_order.empty()) wrong_use("--cell-order is not for archives");
+  ArchiveFile archive(options.input);
+  ExitCode code = kDone;
+  for (const ArchiveMember& member : archive.members()) {
+    ProgressLine line(options.quiet);
+    Spool spool(spool_directory(options));
+    const auto restored = archive.open(member, spool, line.callback(), options.threads);
+    const std::string place = archive.place(member);
+    if (options.against.empty()) {
+      line.wipe();
+      if (options.json)
+        std::fputs(sound_json(place, restored->info()).c_str(), stdout);
+      else
+        say(options, place + ": sound, " + counts_text(restored->info()) + "\n");
+      continue;
+    }
+    const std::string against = source_of_member(member, options.against);
+    const auto source = open_mesh(against, spool, line.callback());
+    const CompareReport report = compare_meshes(*source, *restored, spool, line.callback());
+    line.wipe();
+    if (options.json)
+      std::fputs(compare_json(report, against, place, restored->info()).c_str(), stdout);
+    else
+      say(options, compare_text(report, against, place));
+    if (!report.equal()) code = kDifferent;
+  }
+  return code;
+}
+
 ExitCode run_verify(Options& options) {
   if (!options.cell_order.empty() && options.against.empty())
     wrong_use("--cell-order tells how --against is to be compared");
+  if (is_archive(options.input)) return verify_archive(options);
   require_shm(options.input);
   ProgressLine line(options.quiet);
   Spool spool(spool_directory(options));
@@ -304,7 +354,13 @@ ExitCode run_verify(Options& options) {
 ExitCode run_info(Options& options) {
   ProgressLine line(options.quiet);
   std::string text;
-  if (is_shm(options.input)) {
+  if (is_archive(options.input)) {
+    ArchiveFile archive(options.input);
+    std::vector<MemberSummary> members;
+    for (const ArchiveMember& member : archive.members())
+      members.push_back({member.name, archive.summarize(member, line.callback())});
+    text = (options.json ? archive_json : archive_text)(options.input, members);
+  } else if (is_shm(options.input)) {
     const FileSummary summary = summarize_shm(options.input, line.callback());
     text = (options.json ? info_json : info_text)(options.input, summary.info, &summary.totals);
   } else {
@@ -314,6 +370,48 @@ ExitCode run_info(Options& options) {
   }
   line.wipe();
   std::fputs(text.c_str(), stdout);
+  return kDone;
+}
+
+ExitCode run_join(Options& options) {
+  CompressOptions how;
+  how.order = order_of(options.order);
+  how.level = level_of(options.level);
+  how.threads = options.threads;
+  ProgressLine line(options.quiet);
+  how.progress = line.callback();
+  OutputFile output(options.output);
+  OutputSink sink(output);
+  const auto members = join_files(options.inputs, sink, how, spool_directory(options));
+  output.commit();
+  line.wipe();
+  const std::uint64_t bytes = file_bytes(options.output);
+  if (options.json)
+    std::fputs(join_json(options.output, bytes, members).c_str(), stdout);
+  else
+    say(options, join_text(options.output, bytes, members));
+  return kDone;
+}
+
+ExitCode run_split(Options& options) {
+  ArchiveFile archive(options.input);
+  std::vector<ArchiveMember> wanted;
+  for (const std::string& name : options.members) wanted.push_back(archive.find(name));
+  if (wanted.empty()) wanted = archive.members();
+  for (const ArchiveMember& member : wanted) {
+    ProgressLine line(options.quiet);
+    line.show("writing " + member.name);
+    std::string path = (std::filesystem::path(options.directory) / member.name).string();
+    if (options.packed || was_packed(member)) {
+      if (!was_packed(member)) path += ".shm";
+      archive.copy(member, path);
+    } else {
+      Spool spool(options.temp.empty() ? options.directory : options.temp);
+      archive.restore(member, path, spool, line.callback(), options.threads);
+    }
+    line.wipe();
+    say(options, path + "\n");
+  }
   return kDone;
 }
 
@@ -357,6 +455,20 @@ void add_threads(CLI::App& command, Options& options, const std::string& what) {
       ->type_name("N");
 }
 
+void add_order_and_level(CLI::App& command, Options& options) {
+  command
+      .add_option("--order", options.order,
+                  "keep: all numbers come back (default); stream: vertices numbered by first use;\n"
+                  "free: the same mesh, its cells in whatever order is smallest (needs memory)")
+      ->check(CLI::IsMember({"keep", "stream", "free"}).description(""))
+      ->type_name("keep|stream|free");
+  command
+      .add_option("--level", options.level,
+                  "fast: little work for each cell; default; best: the smallest file, slower")
+      ->check(CLI::IsMember({"fast", "default", "best"}).description(""))
+      ->type_name("fast|default|best");
+}
+
 CLI::App* add_compress(CLI::App& app, Options& options) {
   CLI::App* command = add_command(
       app, options, "compress", "Compress a mesh with all its data into a .shm file",
@@ -374,13 +486,7 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
       ->type_name("");
   command->add_option("-o,--output", options.output, "File to write (default: IN.shm)")
       ->type_name("OUT.shm");
-  command
-      ->add_option(
-          "--order", options.order,
-          "keep: all numbers come back (default); stream: vertices numbered by first use;\n"
-          "free: the same mesh, its cells in whatever order is smallest (needs memory)")
-      ->check(CLI::IsMember({"keep", "stream", "free"}).description(""))
-      ->type_name("keep|stream|free");
+  add_order_and_level(*command, options);
   command
       ->add_option("--delay", options.delay,
                    "Cells in the delay buffer, 0 for none\n"
@@ -413,11 +519,6 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
                    "point/NAME or cell/NAME where there are\nseveral. May be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME:HOW");
-  command
-      ->add_option("--level", options.level,
-                   "fast: little work for each cell; default; best: the smallest file, slower")
-      ->check(CLI::IsMember({"fast", "default", "best"}).description(""))
-      ->type_name("fast|default|best");
   command
       ->add_option(
           "--codec", options.codec,
@@ -521,6 +622,43 @@ CLI::App* add_layout(CLI::App& app, Options& options) {
   return command;
 }
 
+CLI::App* add_join(CLI::App& app, Options& options) {
+  CLI::App* command = add_command(
+      app, options, "join",
+      "Put several meshes into one .shm file: the pieces of a decomposed mesh, the files of a\n"
+      "restarted run. .shm files go in as they are, others are compressed",
+      "  shm join -o rotor.shm rotor.e.4.0 rotor.e.4.1 rotor.e.4.2 rotor.e.4.3\n"
+      "  shm join -o run.shm run.e run.e-s002 run.e-s003\n"
+      "  shm join -o rounded.shm a.e.shm b.e.shm     made by shm compress, with its options");
+  command->add_option("IN", options.inputs, "Exodus, VTK legacy, Gmsh or .shm files")
+      ->required()
+      ->type_name("");
+  command->add_option("-o,--output", options.output, "File to write")
+      ->required()
+      ->type_name("OUT.shm");
+  add_order_and_level(*command, options);
+  add_threads(*command, options, "Encode segments");
+  command->add_flag("--json", options.json, "Print the sizes as JSON");
+  return command;
+}
+
+CLI::App* add_split(CLI::App& app, Options& options) {
+  CLI::App* command =
+      add_command(app, options, "split",
+                  "Give back the files of which shm join made an archive, each in its own format",
+                  "  shm split rotor.shm -d pieces\n"
+                  "  shm split run.shm run.e-s002               only this one, here\n"
+                  "  shm split run.shm --packed                 .shm files, one for each");
+  command->add_option("IN", options.input, "Archive that shm join made")->required()->type_name("");
+  command->add_option("NAME", options.members, "Members to give back; default: all")->type_name("");
+  command->add_option("-d,--directory", options.directory, "Directory to write to; default: here")
+      ->check(CLI::Validator(CLI::ExistingDirectory).description(""))
+      ->type_name("DIR");
+  command->add_flag("--packed", options.packed, "As .shm files, without decompressing");
+  add_threads(*command, options, "Decode segments");
+  return command;
+}
+
 int run(int argc, char** argv, Options& options) {
   CLI::App app{"shm compresses hexahedral meshes with their data and gives them back."};
   app.name("shm");
@@ -533,7 +671,8 @@ int run(int argc, char** argv, Options& options) {
   const Command commands[] = {
       {add_compress(app, options), run_compress}, {add_decompress(app, options), run_decompress},
       {add_convert(app, options), run_convert},   {add_verify(app, options), run_verify},
-      {add_info(app, options), run_info},         {add_layout(app, options), run_layout},
+      {add_info(app, options), run_info},         {add_join(app, options), run_join},
+      {add_split(app, options), run_split},       {add_layout(app, options), run_layout},
   };
   try {
     app.parse(argc, argv);

@@ -544,6 +544,60 @@ class ToolTest(unittest.TestCase):
         self.shm("convert", self.mesh, odd, "--format", "exodus")
         self.assertEqual(json.loads(self.shm("info", odd, "--json")[0])["source_format"], "exodus")
 
+    def test_join_and_split(self):
+        names = ("piece.e.2.0", "piece.e.2.1", "old.vtk.shm")
+        pieces = self.path("pieces")
+        os.mkdir(pieces)
+        for count, name in enumerate(names[:2]):
+            write_vtk(self.mesh, 3 + count)
+            self.shm("convert", self.mesh, os.path.join(pieces, name))
+        self.shm("compress", self.mesh, "-o", os.path.join(pieces, names[2]))
+        archive, back = self.path("all.shm"), self.path("back")
+        inputs = [os.path.join(pieces, name) for name in names]
+        told = json.loads(self.shm("join", *inputs, "-o", archive, "--json")[0])
+        self.assertEqual(told["output_bytes"], os.path.getsize(archive))
+        self.assertEqual([member["name"] for member in told["members"]], list(names))
+        self.assertEqual(told["members"][0]["input_bytes"], os.path.getsize(inputs[0]))
+
+        info = json.loads(self.shm("info", archive, "--json")[0])
+        self.assertEqual([(m["file"], m["hexahedra"]) for m in info["members"]],
+                         [(names[0], 27), (names[1], 64), (names[2], 64)])
+        self.assertIn("archive of 3 files", self.shm("info", archive)[0])
+        self.assertEqual(self.shm("verify", archive)[0].count(": sound, "), 3)
+        self.assertEqual(self.shm("verify", archive, "--against", pieces)[0].count("equal"), 3)
+
+        os.mkdir(back)
+        self.shm("split", archive, "-d", back)
+        self.assertEqual(sorted(os.listdir(back)), sorted(names))
+        for name in names:
+            one, other = os.path.join(pieces, name), os.path.join(back, name)
+            self.shm("verify", archive, "--against", back)
+            if name.endswith(".shm"):
+                with open(one, "rb") as a, open(other, "rb") as b:
+                    self.assertEqual(a.read(), b.read())
+        self.shm("split", archive, names[1], "-d", back, "--packed")
+        self.shm("verify", os.path.join(back, names[1] + ".shm"), "--against", inputs[1])
+
+        os.replace(inputs[0], inputs[1])
+        os.replace(os.path.join(back, names[0]), inputs[0])
+        self.assertIn("differ", self.shm("verify", archive, "--against", pieces, code=1)[0])
+
+    def test_join_and_split_say_what_is_wrong(self):
+        archive, other = self.path("all.shm"), self.path("mesh.shm")
+        self.shm("compress", self.mesh, "-o", other)
+        self.shm("join", self.mesh, other, "-o", archive)
+        self.assertIn("shm split", self.shm("decompress", archive, "-o", self.path("a.vtk"), code=3)[1])
+        self.shm("split", archive, "nobody", code=2)
+        self.shm("split", other, code=3)
+        self.shm("verify", archive, "--against", self.mesh, code=2)
+        self.shm("join", archive, "-o", self.path("nested.shm"), code=2)
+        self.shm("join", self.mesh, self.mesh, "-o", self.path("twins.shm"), code=2)
+        self.shm("join", self.mesh, self.path("missing.e"), "-o", self.path("less.shm"), code=3)
+        with open(archive, "r+b") as file:
+            file.truncate(os.path.getsize(archive) - 1)
+        self.assertIn("end record", self.shm("split", archive, code=3)[1])
+        self.assert_only("all.shm", "mesh.shm", "mesh.vtk")
+
     def test_layout(self):
         svg = self.path("mesh.svg")
         self.assertIn("width", self.shm("layout", self.mesh, "-o", svg)[0])
