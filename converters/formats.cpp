@@ -12,6 +12,7 @@
 #include "exodus.h"
 #include "failure.h"
 #include "gmsh.h"
+#include "ucd.h"
 #include "vtk.h"
 
 namespace shm::converters {
@@ -77,6 +78,7 @@ const std::vector<Format>& formats() {
        open_plain<open_exodus>,
        write_plain<write_exodus>},
       {"vtk", {".vtk"}, looks_like_vtk, open_plain<open_vtk>, write_plain<write_vtk>},
+      {"ucd", {".ucd", ".inp"}, looks_like_ucd, open_plain<open_ucd>, write_plain<write_ucd>},
       {"gmsh", {".msh"}, looks_like_gmsh, open_plain<open_gmsh>, write_plain<write_gmsh>},
       {"shm", {".shm"}, looks_like_shm, open_shm, write_shm},
   };
@@ -118,7 +120,7 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, Spool& spool,
                                       const Progress& progress) {
   if (const Format* format = format_of_file(path)) return format->open(path, spool, progress);
   throw Failure(Error{ErrorCode::unsupported,
-                      "is neither an Exodus, VTK legacy, Gmsh nor .shm file",
+                      "is neither an Exodus, VTK legacy, Gmsh, UCD nor .shm file",
                       {},
                       kNoOffset,
                       path});
