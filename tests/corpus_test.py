@@ -1,11 +1,12 @@
 #!/usr/bin/python3
-"""Every Exodus, VTK and Gmsh file of the corpus through the tool, as a user would.
+"""Every file of the corpus through the tool, as a user would.
 
 corpus_test.py SHM            SHM: path of the tool; the corpus is the folder in SHM_CORPUS
 
 For each file: compress in `keep`, `stream` and `free`; `verify --against` the source says equal; the
 streams of --json add up to the output; decompress to the file's own format, and a reader that we
-did not write (VTK, gmsh, netCDF's tools) finds source and result equal.
+did not write (VTK, gmsh, netCDF's tools) finds source and result equal. Prints a table of what each
+file exercises. A file of a format that is not known is a failure: none is left out.
 Exit code 0 when all hold, 1 when one fails, 77 (skipped) where there is no corpus.
 """
 import concurrent.futures
@@ -16,11 +17,13 @@ import sys
 import tempfile
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-FORMATS = {  # folder: (extension to decompress to, oracle)
+ORACLES = {  # by source_format of `shm info`: (extension to decompress to, oracle)
     "vtk": (".vtk", "vtk_oracle.py"),
     "gmsh": (".msh", "gmsh_oracle.py"),
     "exodus": (".e", "exodus_oracle.py"),
+    "ucd": (".inp", "ucd_oracle.py"),
 }
+FOLDERS = ("exodus", "vtk", "gmsh", "other")
 
 
 def run(command):
@@ -28,8 +31,36 @@ def run(command):
     return done.returncode, (done.stderr + done.stdout).strip()[:400], done.stdout
 
 
-def check(shm, folder, path, scratch):
-    """What is wrong with one file: a list of sentences."""
+def exercised(told):
+    """What a mesh holds, from `shm info --json`: the columns of a line of the table."""
+    shapes = {}
+    for block in told["blocks"]:
+        kind = block["shape"] + (str(block["nodes_per_cell"] or "") if block["cells"] else " 0")
+        shapes[kind] = shapes.get(kind, 0) + block["cells"]
+    arrays = {}
+    for array in told["arrays"]:
+        kind = (array["role"].split(":")[-1] if array["role"]
+                else f"{array['location']} {array['type']}x{array['components']}")
+        arrays[kind] = arrays.get(kind, 0) + 1
+    counts = [f"{n} {what}" for what, n in (("vertices", told["vertices"]),
+                                            ("blocks", len(told["blocks"])),
+                                            ("steps", len(told["step_times"])), ("sets", len(told["sets"])),
+                                            ("extras", len(told["extras"]))) if n]
+    return [told["source_format"], ", ".join(counts),
+            ", ".join(f"{n} {kind}" for kind, n in sorted(shapes.items())),
+            ", ".join(kind if n == 1 else f"{n} {kind}" for kind, n in sorted(arrays.items()))]
+
+
+def check(shm, path, scratch):
+    """One file: what it exercises, and what is wrong with it, a list of sentences."""
+    code, text, out = run([shm, "info", path, "--json"])
+    if code != 0:
+        return [], [f"info: exit {code}: {text}"]
+    told = json.loads(out)
+    return exercised(told), round_trip(shm, path, told["source_format"], scratch)
+
+
+def round_trip(shm, path, source_format, scratch):
     wrong = []
     packed = os.path.join(scratch, "packed.shm")
     for order in ("stream", "free", "keep"):
@@ -47,7 +78,7 @@ def check(shm, folder, path, scratch):
             wrong.append(f"verify --order {order}: exit {code}: {text}")
     if wrong:
         return wrong
-    extension, oracle = FORMATS[folder]
+    extension, oracle = ORACLES[source_format]
     back = os.path.join(scratch, "back" + extension)
     code, text, _ = run([shm, "decompress", packed, "-o", back])
     if code != 0:
@@ -64,18 +95,20 @@ def main():
     if not os.path.isdir(corpus):
         print("skipped: SHM_CORPUS names no folder, so no corpus file was tried")
         return 77
-    files = [(folder, os.path.join(corpus, folder, name))
-             for folder in FORMATS for name in sorted(os.listdir(os.path.join(corpus, folder)))]
+    files = [os.path.join(corpus, folder, name)
+             for folder in FOLDERS for name in sorted(os.listdir(os.path.join(corpus, folder)))]
 
-    def one(item):
+    def one(path):
         with tempfile.TemporaryDirectory() as scratch:
-            return check(shm, *item, scratch)
+            return check(shm, path, scratch)
 
     bad = 0
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        for (folder, path), wrong in zip(files, pool.map(one, files)):
+        for path, (columns, wrong) in zip(files, pool.map(one, files)):
+            name = "/".join(path.split(os.sep)[-2:])
+            print(" | ".join([name, *columns]))
             for sentence in wrong:
-                print(f"{folder}/{os.path.basename(path)}: {sentence}")
+                print(f"{name}: {sentence}")
             bad += bool(wrong)
     print(f"{len(files) - bad} of {len(files)} corpus files come back equal")
     return 1 if bad else 0
