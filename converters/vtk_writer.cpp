@@ -39,8 +39,8 @@ class Writer {
   void block_ids(ScalarType type);
   void points(const Entry& entry);
   void cells(const Entry& entry);
-  void rows();
-  void offsets_and_connectivity(const Entry& entry);
+  void rows(const FilePlan::CellList& list);
+  void offsets_and_connectivity(const Entry& entry, const FilePlan::CellList& list);
   void cell_types();
   void metadata(const Entry& entry);
   void integers_out(ScalarType type, const std::vector<std::uint64_t>& numbers,
@@ -58,7 +58,7 @@ void Writer::write() {
   out_.line("# vtk DataFile Version " + skeleton_.version);
   out_.line(skeleton_.title);
   out_.line(skeleton_.binary ? "BINARY" : "ASCII");
-  out_.line("DATASET UNSTRUCTURED_GRID");
+  out_.line("DATASET " + std::string(dataset_word(skeleton_.dataset)));
   for (std::size_t i = 0; i < skeleton_.entries.size(); ++i) entry(i);
   out_.finish();
 }
@@ -68,7 +68,18 @@ void Writer::entry(std::size_t index) {
   switch (current.kind) {
     case EntryKind::field: field_head(index); break;
     case EntryKind::points: points(current); break;
-    case EntryKind::cells: cells(current); break;
+    case EntryKind::cells:
+    case EntryKind::vertices:
+    case EntryKind::lines:
+    case EntryKind::polygons:
+    case EntryKind::triangle_strips: cells(current); break;
+    case EntryKind::dimensions:
+    case EntryKind::extent:
+    case EntryKind::spacing:
+    case EntryKind::aspect_ratio:
+    case EntryKind::origin:
+      out_.line(std::string(keyword(current.kind)) + ' ' + current.type);
+      break;
     case EntryKind::cell_data: out_.line("CELL_DATA " + std::to_string(info_.cells())); break;
     case EntryKind::point_data: out_.line("POINT_DATA " + std::to_string(info_.vertices)); break;
     case EntryKind::null_array: out_.line("NULL_ARRAY"); break;
@@ -108,6 +119,10 @@ void Writer::values_head(const Entry& entry) {
       return out_.line("LOOKUP_TABLE " + entry.second);
     case EntryKind::color_scalars: return out_.line(kind + ' ' + entry.name + ' ' + components);
     case EntryKind::lookup_table: return out_.line(kind + ' ' + entry.name + ' ' + tuples);
+    case EntryKind::x_coordinates:
+    case EntryKind::y_coordinates:
+    case EntryKind::z_coordinates:
+    case EntryKind::blanking: return out_.line(kind + ' ' + tuples + ' ' + entry.type);
     case EntryKind::texture_coordinates:
       return out_.line(kind + ' ' + entry.name + ' ' + components + ' ' + entry.type);
     default: return out_.line(kind + ' ' + entry.name + ' ' + entry.type);
@@ -270,22 +285,24 @@ void Writer::integers_out(ScalarType type, const std::vector<std::uint64_t>& num
 }
 
 void Writer::cells(const Entry& entry) {
+  const FilePlan::CellList& list = plan_.cell_list(entry.kind);
+  out_.text(std::string(keyword(entry.kind)) + ' ');
   if (skeleton_.major_version() < 5) {
-    rows();
+    rows(list);
   } else {
-    offsets_and_connectivity(entry);
+    offsets_and_connectivity(entry, list);
   }
+  if (entry.kind != EntryKind::cells) return;
   out_.line("CELL_TYPES " + std::to_string(info_.cells()));
   cell_types();
   out_.end_column();
 }
 
-void Writer::rows() {
-  out_.line("CELLS " + std::to_string(info_.cells()) + ' ' +
-            std::to_string(plan_.cell_numbers() + info_.cells()));
+void Writer::rows(const FilePlan::CellList& list) {
+  out_.line(std::to_string(list.cells) + ' ' + std::to_string(list.numbers + list.cells));
   const ScalarType type = skeleton_.binary ? ScalarType::int32 : ScalarType::int64;
   std::vector<std::uint64_t> row;
-  plan_.for_each_cell([&](const auto& numbers) {
+  plan_.for_each_cell(list, [&](const auto& numbers) {
     row.assign(1, numbers.size());
     row.insert(row.end(), numbers.begin(), numbers.end());
     integers_out(type, row, row.size());
@@ -293,9 +310,9 @@ void Writer::rows() {
   out_.end_column();
 }
 
-void Writer::offsets_and_connectivity(const Entry& entry) {
-  const std::uint64_t offsets = info_.cells() > 0 ? info_.cells() + 1 : 0;
-  out_.line("CELLS " + std::to_string(offsets) + ' ' + std::to_string(plan_.cell_numbers()));
+void Writer::offsets_and_connectivity(const Entry& entry, const FilePlan::CellList& list) {
+  const std::uint64_t offsets = list.cells > 0 ? list.cells + 1 : 0;
+  out_.line(std::to_string(offsets) + ' ' + std::to_string(list.numbers));
   if (offsets == 0) return;
   const auto column = [&](const char* head, const std::string& word, auto&& fill) {
     out_.line(head + word);
@@ -305,7 +322,7 @@ void Writer::offsets_and_connectivity(const Entry& entry) {
   column("OFFSETS ", entry.type, [&](ScalarType type) {
     std::vector<std::uint64_t> ends(1, 0);
     std::uint64_t end = 0;
-    plan_.for_each_cell([&](const auto& numbers) {
+    plan_.for_each_cell(list, [&](const auto& numbers) {
       ends.push_back(end += numbers.size());
       if (ends.size() < kBatchCells) return;
       integers_out(type, ends, kNumbersPerLine);
@@ -314,7 +331,8 @@ void Writer::offsets_and_connectivity(const Entry& entry) {
     integers_out(type, ends, kNumbersPerLine);
   });
   column("CONNECTIVITY ", entry.second, [&](ScalarType type) {
-    plan_.for_each_cell([&](const auto& numbers) { integers_out(type, numbers, kNumbersPerLine); });
+    plan_.for_each_cell(list,
+                        [&](const auto& numbers) { integers_out(type, numbers, kNumbersPerLine); });
   });
 }
 
