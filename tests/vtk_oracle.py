@@ -4,16 +4,17 @@
 usage: vtk_oracle.py A.vtk B.vtk
        vtk_oracle.py --rewrite 42|51 ASCII|BINARY IN.vtk OUT.vtk   VTK reads IN and writes OUT
        vtk_oracle.py --sample 42|51 ASCII|BINARY OUT.vtk           a small grid with everything in it
-       vtk_oracle.py --sample-of KIND 42|51 ASCII|BINARY OUT.vtk   the same as another data set:
-           structured_grid, rectilinear_grid, structured_points, each of them -flat, -line, -point,
-           -empty or -extent (which states EXTENT); polydata
-       vtk_oracle.py --cells ANY.vtk UNSTRUCTURED.vtk              same points, cells and values?
+       vtk_oracle.py --samples FOLDER          the same of every data set, version and encoding
+       vtk_oracle.py --folders FOLDER FOLDER   compares each file of the first with that of its name
+       vtk_oracle.py --cells FOLDER FOLDER     as --folders, points and nodes of cells alone,
+                                               whatever the kinds of data set
 Compares the kind of data set, points, cells, cell types, polyhedron faces, extents, spacing,
 origin, axes, and all point, cell and field data: order, names, types, components, component names,
 values (bit for bit), attribute kinds, lookup tables.
 Exit code 0: equal; 1: different (each difference is printed); 2: VTK could not read a file.
 Needs Debian's python3-vtk9 and python3-numpy.
 """
+import os
 import sys
 
 import numpy
@@ -246,6 +247,7 @@ def with_data(grid):
 
 
 # Points along each axis.
+# "extent" also states EXTENT in place of DIMENSIONS.
 SHAPES = {"": (4, 3, 5), "extent": (4, 3, 5), "flat": (4, 1, 5), "line": (1, 6, 1),
           "point": (1, 1, 1), "empty": (0, 0, 0)}
 
@@ -307,6 +309,26 @@ def nodes_of(grid, cell):
     return nodes
 
 
+def write_samples(folder):
+    structured = ("structured_grid", "rectilinear_grid", "structured_points")
+    kinds = [f"{kind}-{shape}" if shape else kind for kind in structured for shape in SHAPES]
+    for kind in kinds + ["polydata"]:
+        grid = sample_of(kind)
+        for version in (42, 51):
+            for encoding in ("ASCII", "BINARY"):
+                path = os.path.join(folder, f"{kind}-{version}-{encoding}.vtk")
+                write(grid, version, encoding, path, extent=kind.endswith("-extent"))
+
+
+def compare_folders(folder_a, folder_b, comparison):
+    names = sorted(os.listdir(folder_a))
+    different = [n for n in names
+                 if comparison(*(os.path.join(f, n) for f in (folder_a, folder_b)))]
+    for name in different:
+        print(f"{name} differs")
+    return 1 if different or not names else 0
+
+
 def compare_cells(path_a, path_b):
     a, b = read(path_a)[0], read(path_b)[0]
     check = Comparison()
@@ -315,6 +337,8 @@ def compare_cells(path_a, path_b):
             check.same(f"point {i}", a.GetPoint(i), b.GetPoint(i))
     if check.same("number of cells", a.GetNumberOfCells(), b.GetNumberOfCells()):
         for i in range(a.GetNumberOfCells()):
+            if a.GetCellType(i) == vtk.VTK_EMPTY_CELL:
+                continue  # blanked: VTK shows no nodes of it
             check.same(f"cell {i}", nodes_of(a, i), nodes_of(b, i))
     return 1 if check.differences else 0
 
@@ -348,11 +372,11 @@ def main():
         write(read(arguments[3])[0], arguments[1], arguments[2], arguments[4])
     elif len(arguments) == 4 and arguments[0] == "--sample":
         write(sample(), *arguments[1:])
-    elif len(arguments) == 5 and arguments[0] == "--sample-of":
-        kind = arguments[1]
-        write(sample_of(kind), *arguments[2:], extent=kind.endswith("-extent"))
-    elif len(arguments) == 3 and arguments[0] == "--cells":
-        sys.exit(compare_cells(*arguments[1:]))
+    elif len(arguments) == 2 and arguments[0] == "--samples":
+        write_samples(arguments[1])
+    elif len(arguments) == 3 and arguments[0] in ("--folders", "--cells"):
+        comparison = compare if arguments[0] == "--folders" else compare_cells
+        sys.exit(compare_folders(*arguments[1:], comparison))
     elif len(arguments) == 2:
         sys.exit(compare(*arguments))
     else:
