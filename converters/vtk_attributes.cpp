@@ -1,4 +1,6 @@
 // Reads point, cell and field data of VTK legacy files.
+#include <limits>
+#include <unordered_map>
 #include <utility>
 
 #include "vtk_parser.h"
@@ -106,15 +108,7 @@ void Parser::values(Entry entry) {
 void Parser::numbers(Entry& entry, ScalarType type) {
   Values column_values = column(type, product(entry.tuples, entry.components));
   if (is_per_element(entry)) {
-    entry.origin = Origin::array;
-    entry.index = source_.arrays_.size();
-    source_.arrays_.push_back(std::move(column_values));
-    ArrayInfo array;
-    array.name = decode_name(entry.name);
-    array.location = section_ == Section::cell_data ? Location::cell : Location::point;
-    array.type = type;
-    array.components = static_cast<std::uint32_t>(entry.components);
-    info_.schema.arrays.push_back(std::move(array));
+    add_array(entry, std::move(column_values), {});
     return;
   }
   entry.origin = Origin::extra;
@@ -126,6 +120,19 @@ void Parser::numbers(Entry& entry, ScalarType type) {
   info_.extras.push_back(std::move(extra));
 }
 
+void Parser::add_array(Entry& entry, Values column_values, std::string_view role) {
+  entry.origin = Origin::array;
+  entry.index = source_.arrays_.size();
+  ArrayInfo array;
+  array.name = decode_name(entry.name);
+  array.location = section_ == Section::cell_data ? Location::cell : Location::point;
+  array.type = column_values.type();
+  array.components = static_cast<std::uint32_t>(entry.components);
+  array.role = role;
+  source_.arrays_.push_back(std::move(column_values));
+  info_.schema.arrays.push_back(std::move(array));
+}
+
 bool Parser::is_per_element(const Entry& entry) const {
   if (entry.kind == EntryKind::blanking) return true;
   return section_ != Section::dataset && entry.kind != EntryKind::lookup_table &&
@@ -133,54 +140,90 @@ bool Parser::is_per_element(const Entry& entry) const {
          entry.components <= kMostComponents;
 }
 
-// Strings, variants and bits: kept as the bytes or words that the file has.
+// Strings, variants and bits: of points and cells they become arrays, others are kept as the bytes
+// or words that the file has.
 void Parser::odd_values(Entry& entry, ValueForm form) {
-  std::string data;
   const std::uint64_t count = product(entry.tuples, entry.components);
-  if (form == ValueForm::string) {
-    input_.skip_line();
-    strings(count, data);
-  } else if (form == ValueForm::variant) {
-    for (std::uint64_t i = 0; i < count; ++i) {
-      data.append(input_.word()).append(" ");
-      data.append(input_.word()).append("\n");
-    }
-  } else if (skeleton_.binary) {
-    const std::uint64_t bytes = count / 8 + (count % 8 != 0);
-    if (count > 0) next_line_is_binary();
-    if (bytes > input_.left()) input_.fail(ErrorCode::truncated, "the file ends within the bits");
-    data.resize(bytes);
-    input_.bytes(reinterpret_cast<std::byte*>(data.data()), bytes);
-  } else {
-    for (std::uint64_t i = 0; i < count; ++i)
-      data += static_cast<char>(input_.number<std::int64_t>() != 0);
-  }
+  if (form == ValueForm::bit) return bits(entry, count);
+  if (form == ValueForm::string) input_.skip_line();
+  if (is_per_element(entry)) return listed_strings(entry, form, count);
+  std::string data;
+  for (std::uint64_t i = 0; i < count; ++i) one_string(form, data);
   entry.origin = Origin::extra;
   entry.index = data_count_++;
   add_text_extra(data_key(entry.index), data);
 }
 
-// Text: one %-encoded line a string. Binary: a length in 1, 2, 4 or 8 bytes, whose first two bits
-// say which (3, 2, 1, 0), then the characters.
-void Parser::strings(std::uint64_t count, std::string& out) {
+// Text: one number a bit. Binary: eight to a byte, the highest first.
+void Parser::bits(Entry& entry, std::uint64_t count) {
+  const bool array = is_per_element(entry);
+  if (count > 0) next_line_is_binary();
+  if (skeleton_.binary && count / 8 > input_.left())
+    input_.fail(ErrorCode::truncated, "the file ends within the bits");
+  PagedArray values(spool_, 1);
+  std::string kept;  // as it stands in the file
+  std::byte byte{};
   for (std::uint64_t i = 0; i < count; ++i) {
-    if (!skeleton_.binary) {
-      out.append(input_.line()).append("\n");
-      continue;
+    if (skeleton_.binary && i % 8 == 0) {
+      input_.bytes(&byte, 1);
+      if (!array) kept += static_cast<char>(byte);
     }
-    std::byte head[8] = {};
-    input_.bytes(head, 1);
-    const std::size_t head_bytes = std::size_t{8} >> (static_cast<unsigned>(head[0]) >> 6);
-    input_.bytes(head + 1, head_bytes - 1);
-    std::uint64_t length = static_cast<unsigned>(head[0]) & 63U;
-    for (std::size_t b = 1; b < head_bytes; ++b)
-      length = length << 8 | static_cast<std::uint64_t>(head[b]);
-    if (length > input_.left()) input_.fail(ErrorCode::truncated, "the file ends within a string");
-    out.append(reinterpret_cast<const char*>(head), head_bytes);
-    const std::size_t old_size = out.size();
-    out.resize(old_size + length);
-    input_.bytes(reinterpret_cast<std::byte*>(out.data() + old_size), length);
+    const bool bit = skeleton_.binary ? (byte & std::byte{0x80} >> (i % 8)) != std::byte{}
+                                      : input_.number<std::int64_t>() != 0;
+    const auto value = static_cast<char>(bit);
+    if (array) values.append(1, reinterpret_cast<const std::byte*>(&value));
+    if (!array && !skeleton_.binary) kept += value;
   }
+  if (array) return add_array(entry, Values(std::move(values), ScalarType::uint8), {});
+  entry.origin = Origin::extra;
+  entry.index = data_count_++;
+  add_text_extra(data_key(entry.index), kept);
+}
+
+// Each different string once, in a list; the array says which. So strings follow their points and
+// cells through any renumbering.
+void Parser::listed_strings(Entry& entry, ValueForm form, std::uint64_t count) {
+  std::unordered_map<std::string, std::uint32_t> places;
+  PagedArray values(spool_, sizeof(std::uint32_t));
+  std::string list, one;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    one.clear();
+    one_string(form, one);
+    const auto [place, fresh] = places.try_emplace(one, static_cast<std::uint32_t>(places.size()));
+    if (fresh && places.size() > std::numeric_limits<std::uint32_t>::max())
+      input_.fail(ErrorCode::unsupported, "has more different strings than are supported");
+    if (fresh) list += one;
+    values.append(1, reinterpret_cast<const std::byte*>(&place->second));
+  }
+  add_array(entry, Values(std::move(values), ScalarType::uint32), kStringRole);
+  add_text_extra(strings_key(entry.index), list);
+}
+
+// A variant: its type and its %-encoded text, on a line. A string, text: one %-encoded line;
+// binary: a length in 1, 2, 4 or 8 bytes, whose first two bits say which (3, 2, 1, 0), then the
+// characters.
+void Parser::one_string(ValueForm form, std::string& out) {
+  if (form == ValueForm::variant) {
+    out.append(input_.word()).append(" ");
+    out.append(input_.word()).append("\n");
+    return;
+  }
+  if (!skeleton_.binary) {
+    out.append(input_.line()).append("\n");
+    return;
+  }
+  std::byte head[8] = {};
+  input_.bytes(head, 1);
+  const std::size_t head_bytes = length_bytes(head[0]);
+  input_.bytes(head + 1, head_bytes - 1);
+  std::uint64_t length = static_cast<unsigned>(head[0]) & 63U;
+  for (std::size_t b = 1; b < head_bytes; ++b)
+    length = length << 8 | static_cast<std::uint64_t>(head[b]);
+  if (length > input_.left()) input_.fail(ErrorCode::truncated, "the file ends within a string");
+  out.append(reinterpret_cast<const char*>(head), head_bytes);
+  const std::size_t old_size = out.size();
+  out.resize(old_size + length);
+  input_.bytes(reinterpret_cast<std::byte*>(out.data() + old_size), length);
 }
 
 // METADATA, when it stands here, up to the empty line that ends it. Component names may be empty

@@ -91,8 +91,11 @@ class Parser {
   void values(Entry entry);
   void numbers(Entry& entry, ScalarType type);
   bool is_per_element(const Entry& entry) const;
+  void add_array(Entry& entry, Values values, std::string_view role);
   void odd_values(Entry& entry, ValueForm form);
-  void strings(std::uint64_t count, std::string& out);
+  void bits(Entry& entry, std::uint64_t count);
+  void listed_strings(Entry& entry, ValueForm form, std::uint64_t count);
+  void one_string(ValueForm form, std::string& out);
   void metadata(std::uint64_t components, std::string& out);
   void read_metadata(std::uint64_t components, std::string& out);
   std::uint64_t section_size() const;

@@ -161,12 +161,19 @@ bool FilePlan::plan_polydata() {
 
 // False when the array that the entry names is not there, or no longer what it was.
 bool FilePlan::place_array(const Entry& entry, Location location) {
-  if (entry.index >= info_.schema.arrays.size() || !is_written(entry.index)) return false;
+  if (entry.index >= info_.schema.arrays.size()) return false;
   const ArrayInfo& array = info_.schema.arrays[entry.index];
+  const ValueForm form = form_of_word(entry.type);
+  if (form == ValueForm::string || form == ValueForm::variant) {
+    if (array.role != kStringRole || array.per_step) return false;
+  } else if (!is_written(entry.index)) {
+    return false;
+  }
   const std::uint64_t fixed = fixed_components(entry.kind);
   const bool fits = array.location == location && entry.components == array.components &&
                     (fixed == 0 || fixed == array.components) &&
-                    scalar_of_word(entry.type, skeleton_.binary) == array.type;
+                    (form == ValueForm::number || array.blocks.empty()) &&
+                    array_type_of_word(entry.type, skeleton_.binary) == array.type;
   return fits && placed_.insert(entry.index).second;
 }
 

@@ -20,6 +20,9 @@ ValueForm form_of_word(std::string_view word);
 // Stored type of the numbers; nothing for forms other than number.
 std::optional<ScalarType> scalar_of_word(std::string_view word, bool binary);
 std::string_view word_of_scalar(ScalarType type);
+// Type of the model's array for values of a form that the file has for each point or cell: numbers
+// as they are, 0 or 1 for a bit, for strings and variants their place in vtk/strings/<index>.
+std::optional<ScalarType> array_type_of_word(std::string_view word, bool binary);
 
 inline constexpr int kPixel = 8, kVoxel = 11, kPolyhedron = 42;
 
@@ -133,6 +136,16 @@ std::string to_text(const Skeleton& skeleton);
 // Nothing when `text` is no skeleton.
 std::optional<Skeleton> parse_skeleton(std::string_view text);
 
-std::string data_key(std::size_t index);  // "vtk/data/<index>"
+std::string data_key(std::size_t index);     // "vtk/data/<index>"
+std::string strings_key(std::size_t index);  // "vtk/strings/<index>"
+// The strings of a list, each as it stands in the file: a line, its end included, or a length and
+// characters. Nothing when the list ends within one.
+std::optional<std::vector<std::string_view>> split_strings(std::string_view list, ValueForm form,
+                                                           bool binary);
+// Bytes of the length that a string of a binary file begins with, which tells itself.
+inline std::size_t length_bytes(std::byte first) {
+  return std::size_t{8} >> (static_cast<unsigned>(first) >> 6);
+}
+inline constexpr std::string_view kStringRole = "vtk:string";
 
 }  // namespace shm::converters::vtk

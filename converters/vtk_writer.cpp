@@ -34,7 +34,11 @@ class Writer {
   void values_head(const Entry& entry);
   void values(const Entry& entry);
   void extra_values(const Entry& entry);
+  template <class Take>
+  void for_each_piece(std::size_t array, Take&& take);
   void whole_array(std::size_t array);
+  void bit_array(std::size_t array);
+  void string_array(const Entry& entry, ValueForm form);
   void partial_array(std::size_t array);
   void block_ids(ScalarType type);
   void points(const Entry& entry);
@@ -131,6 +135,9 @@ void Writer::values_head(const Entry& entry) {
 
 void Writer::values(const Entry& entry) {
   if (entry.origin == Origin::extra) return extra_values(entry);
+  const ValueForm form = form_of_word(entry.type);
+  if (form == ValueForm::bit) return bit_array(entry.index);
+  if (form != ValueForm::number) return string_array(entry, form);
   if (entry.origin == Origin::block_ids) {
     block_ids(*scalar_of_word(entry.type, skeleton_.binary));
   } else if (info_.schema.arrays[entry.index].blocks.empty()) {
@@ -168,19 +175,65 @@ void Writer::extra_values(const Entry& entry) {
   }
 }
 
-void Writer::whole_array(std::size_t array) {
+// Calls take(bytes, elements) for some elements of an array after the other; but for the last call
+// their number can be divided by 8.
+template <class Take>
+void Writer::for_each_piece(std::size_t array, Take&& take) {
   const ArrayInfo& info = info_.schema.arrays[array];
   const std::size_t stride = info_.array_stride(array);
   const std::uint64_t total = info_.array_elements(array);
   const std::uint64_t step = info.per_step ? info_.step_times.size() - 1 : 0;
-  const std::uint64_t at_once = std::max<std::uint64_t>(kPieceBytes / stride, 1);
-  const std::size_t per_line = info.components > 1 ? info.components : kNumbersPerLine;
+  const std::uint64_t at_once = std::max<std::uint64_t>(kPieceBytes / stride / 8 * 8, 8);
   std::vector<std::byte> piece(std::min(at_once, total) * stride);
   for (std::uint64_t first = 0; first < total; first += at_once) {
     const std::uint64_t n = std::min(at_once, total - first);
     mesh_.read_array(array, step, first, n, piece.data());
-    out_.numbers(info.type, piece.data(), n * info.components, per_line);
+    take(piece.data(), n);
   }
+}
+
+void Writer::whole_array(std::size_t array) {
+  const ArrayInfo& info = info_.schema.arrays[array];
+  const std::size_t per_line = info.components > 1 ? info.components : kNumbersPerLine;
+  for_each_piece(array, [&](const std::byte* values, std::uint64_t n) {
+    out_.numbers(info.type, values, n * info.components, per_line);
+  });
+}
+
+void Writer::bit_array(std::size_t array) {
+  const std::uint32_t components = info_.schema.arrays[array].components;
+  std::string text;
+  for_each_piece(array, [&](const std::byte* values, std::uint64_t n) {
+    text.clear();
+    if (skeleton_.binary) text.resize((n * components + 7) / 8);
+    for (std::uint64_t i = 0; i < n * components; ++i) {
+      const bool bit = values[i] != std::byte{};
+      if (!skeleton_.binary) text.append(bit ? "1\n" : "0\n");
+      if (skeleton_.binary && bit)
+        text[i / 8] = static_cast<char>(static_cast<unsigned char>(text[i / 8]) | 0x80U >> i % 8);
+    }
+    out_.text(text);
+  });
+  if (skeleton_.binary) out_.text("\n");
+}
+
+void Writer::string_array(const Entry& entry, ValueForm form) {
+  const std::string key = strings_key(entry.index);
+  const Extra* found = plan_.extra(key);
+  if (found == nullptr) fail_extra(key, "is missing");
+  const auto strings =
+      split_strings({reinterpret_cast<const char*>(found->data.data()), found->data.size()}, form,
+                    skeleton_.binary);
+  if (!strings) fail_extra(key, "ends within a string");
+  for_each_piece(entry.index, [&](const std::byte* values, std::uint64_t n) {
+    for (std::uint64_t i = 0; i < n * entry.components; ++i) {
+      std::uint32_t place = 0;
+      std::memcpy(&place, values + i * sizeof place, sizeof place);
+      if (place >= strings->size()) fail_extra(key, "lacks string " + std::to_string(place));
+      out_.text((*strings)[place]);
+    }
+  });
+  if (skeleton_.binary && form == ValueForm::string) out_.text("\n");
 }
 
 // A cell array of some blocks: the cells of the others get NaN (floats) or 0.

@@ -16,7 +16,10 @@
 #include <string>
 #include <vector>
 
+#include "compress.h"
+#include "decompress.h"
 #include "failure.h"
+#include "memory_mesh.h"
 #include "mesh_source.h"
 #include "spool.h"
 #include "vtk.h"
@@ -156,6 +159,16 @@ inline void try_to_read(const std::string& file, Spool& spool) {
     take(*open_vtk(file, spool));
   } catch (const Failure&) {
   }
+}
+
+// Through a .shm file.
+inline std::unique_ptr<MeshSource> through_shm(MeshSource& mesh, Order order, Spool& spool) {
+  MemorySink sink;
+  CompressOptions options;
+  options.order = order;
+  compress_mesh(mesh, sink, options, spool);
+  MemorySource file(sink.bytes);
+  return std::make_unique<StagedMesh>(file, "test.shm", spool);
 }
 
 }  // namespace shm::converters

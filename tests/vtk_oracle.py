@@ -176,7 +176,16 @@ def numbers(kind, name, components, tuples):
     return array
 
 
+# Nodes of the cells that VTK has beyond the linear ones; of any number, of some number of nodes.
+HIGHER_CELLS = {21: 3, 22: 6, 23: 8, 24: 10, 25: 20, 26: 15, 27: 13, 28: 9, 29: 27, 30: 6, 31: 12,
+                32: 18, 33: 24, 34: 7, 35: 4, 36: 7, 37: 19, 41: 6, 4: 3, 1: 1, 3: 2, 5: 3, 10: 4,
+                13: 6, 15: 10, 16: 12, 68: 4, 69: 10, 70: 16, 71: 20, 72: 64, 73: 40, 74: 30,
+                75: 5, 76: 15, 77: 9, 78: 10, 79: 27, 80: 18, 81: 14}
+
+
 def sample_cells(grid):
+    for kind, count in HIGHER_CELLS.items():
+        grid.InsertNextCell(kind, count, [i % 9 for i in range(count)])
     hexahedron = [0, 1, 2, 3, 4, 5, 6, 7]
     for kind, nodes in ((vtk.VTK_HEXAHEDRON, hexahedron), (vtk.VTK_VOXEL, [0, 1, 3, 2, 4, 5, 7, 6]),
                         (vtk.VTK_PYRAMID, [4, 5, 6, 7, 8]), (vtk.VTK_PIXEL, [0, 1, 3, 2]),

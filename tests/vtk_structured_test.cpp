@@ -5,9 +5,6 @@
 #include <array>
 #include <numeric>
 
-#include "compress.h"
-#include "decompress.h"
-#include "memory_mesh.h"
 #include "vtk_fixture.h"
 #include "vtk_lattice.h"
 
@@ -78,16 +75,6 @@ std::string binary_polygons() {
 std::vector<std::string> all_files() {
   return {old_image(),    old_rectilinear(),    old_grid(),       polygons(),
           binary_image(), binary_rectilinear(), binary_polygons()};
-}
-
-// Through a .shm file.
-std::unique_ptr<MeshSource> through_shm(MeshSource& mesh, Order order, Spool& spool) {
-  MemorySink sink;
-  CompressOptions options;
-  options.order = order;
-  compress_mesh(mesh, sink, options, spool);
-  MemorySource file(sink.bytes);
-  return std::make_unique<StagedMesh>(file, "test.shm", spool);
 }
 
 std::string dataset_of(const std::string& file) {

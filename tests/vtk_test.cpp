@@ -139,6 +139,27 @@ TEST_F(VtkTest, EverythingInTextMeansWhatItShould) {
   EXPECT_NE(skeleton.find("|COMPONENT_NAMES\n|x%20x\n|\n|z\n|INFORMATION 1\n"), std::string::npos);
 }
 
+// Strings and bits are no numbers, but they belong to points and cells all the same.
+TEST_F(VtkTest, StringsAndBitsFollowARenumbering) {
+  const std::string text =
+      std::string(kHead) +
+      "POINTS 5 float\n0 0 0 1 0 0 2 0 0 3 0 0 4 0 0\nCELLS 2 10\n4 4 3 2 1\n4 0 1 2 3\n"
+      "CELL_TYPES 2\n10 10\nPOINT_DATA 5\nPEDIGREE_IDS names string\nzero\none\n\nzero\nfour%20\n"
+      "FIELD f 2\nbits 1 5 bit\n0 1 1 0 0\nvariants 1 5 variant\n6 0\n6 1\n13 two\n6 3\n6 4\n";
+  const auto mesh = open_text(text);
+  const Snapshot before = take(*mesh);
+  EXPECT_EQ(as<std::uint32_t>(before.arrays[0]), (std::vector<std::uint32_t>{0, 1, 2, 0, 3}));
+  EXPECT_EQ(text_of(find_extra(before.info, "vtk/strings/0")), "zero\none\n\nfour%20\n");
+  write_vtk(*mesh, path("out.vtk"));
+  expect_same(before, take(*open_vtk(path("out.vtk"), spool_)));
+  write_vtk(*through_shm(*mesh, Order::stream, spool_), path("out.vtk"));
+  const std::string out = read_file(path("out.vtk"));
+  EXPECT_NE(out.find("POINTS 5 float\n4 0 0\n3 0 0\n2 0 0\n1 0 0\n0 0 0\n"), std::string::npos);
+  EXPECT_NE(out.find("names string\nfour%20\nzero\n\none\nzero\n"), std::string::npos);
+  EXPECT_NE(out.find("bits 1 5 bit\n0\n0\n1\n1\n0\n"), std::string::npos);
+  EXPECT_NE(out.find("variants 1 5 variant\n6 4\n6 3\n13 two\n6 1\n6 0\n"), std::string::npos);
+}
+
 TEST_F(VtkTest, LineEndsOfWindowsChangeNothing) {
   std::string text = everything_in_text();
   const Snapshot before = take(*open_text(text));
@@ -159,7 +180,10 @@ TEST_F(VtkTest, BinaryComesBackByteForByte) {
   EXPECT_EQ(as<double>(all.points).back(), 0.1);
   EXPECT_EQ(all.corners, (std::vector<std::uint64_t>{0, 1, 2, 3, 1, 2, 3, 4}));
   EXPECT_EQ(as<std::int32_t>(all.arrays[0]), (std::vector<std::int32_t>{10, 0x0a0a0a0a}));
-  EXPECT_EQ(as<std::int64_t>(all.arrays[1])[1], std::int64_t{1} << 60);
+  EXPECT_EQ(as<std::int64_t>(all.arrays[2])[1], std::int64_t{1} << 60);
+  EXPECT_EQ(all.info.schema.arrays[1].name, "bits");
+  EXPECT_EQ(as<std::uint8_t>(all.arrays[1]),
+            (std::vector<std::uint8_t>{1, 0, 1, 0, 1, 0, 1, 0, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1}));
   EXPECT_EQ(text_of(find_extra(all.info, "vtk/data/0")),
             "\xC3"
             "abc"
