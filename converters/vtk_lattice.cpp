@@ -53,6 +53,20 @@ bool axis_ranges(const Entry& entry, std::array<std::int64_t, 6>& ranges) {
   return true;
 }
 
+// What an entry says of evenly spaced points.
+void place_axes(const Entry& entry, std::array<Axis, 3>& axes) {
+  std::array<std::int64_t, 6> ranges{};
+  std::array<double, 3> words{};
+  if (entry.kind == EntryKind::extent && axis_ranges(entry, ranges)) {
+    for (std::size_t axis = 0; axis < 3; ++axis) axes[axis].first = ranges[2 * axis];
+  } else if (entry.kind == EntryKind::origin && parse_words(entry.type, words)) {
+    for (std::size_t axis = 0; axis < 3; ++axis) axes[axis].origin = words[axis];
+  } else if ((entry.kind == EntryKind::spacing || entry.kind == EntryKind::aspect_ratio) &&
+             parse_words(entry.type, words)) {
+    for (std::size_t axis = 0; axis < 3; ++axis) axes[axis].spacing = words[axis];
+  }
+}
+
 }  // namespace
 
 std::optional<Lattice> lattice_of(const Entry& entry) {
@@ -66,40 +80,31 @@ std::optional<Lattice> lattice_of(const Entry& entry) {
 
 std::optional<LatticePoints> lattice_points_of(const Skeleton& skeleton, const FindExtra& extra,
                                                std::string& problem) {
-  const bool told = skeleton.dataset == Dataset::rectilinear_grid;
   LatticePoints points;
   std::optional<Lattice> lattice;
-  std::size_t narrow = 0;
+  std::size_t narrow_axes = 0;
   for (const Entry& entry : skeleton.entries) {
-    std::array<double, 3> words{};
-    if (entry.kind == EntryKind::dimensions || entry.kind == EntryKind::extent) {
-      std::array<std::int64_t, 6> ranges{};
+    if (entry.kind == EntryKind::dimensions || entry.kind == EntryKind::extent)
       lattice = lattice_of(entry);
-      axis_ranges(entry, ranges);
-      for (std::size_t axis = 0; axis < 3; ++axis) points.axes[axis].first = ranges[2 * axis];
-    } else if (entry.kind >= EntryKind::spacing && entry.kind <= EntryKind::origin) {
-      if (!parse_words(entry.type, words)) continue;
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        (entry.kind == EntryKind::origin ? points.axes[axis].origin : points.axes[axis].spacing) =
-            words[axis];
-    } else if (entry.kind >= EntryKind::x_coordinates && entry.kind <= EntryKind::z_coordinates) {
-      const Extra* values = extra(data_key(entry.index));
-      if (values == nullptr) continue;
+    if (entry.kind < EntryKind::x_coordinates || entry.kind > EntryKind::z_coordinates) {
+      place_axes(entry, points.axes);
+    } else if (const Extra* values = extra(data_key(entry.index)); values != nullptr) {
       const auto axis =
           static_cast<std::size_t>(entry.kind) - static_cast<std::size_t>(EntryKind::x_coordinates);
       points.axes[axis].values = wide_values(*values);
-      narrow += values->type == ScalarType::float32;
+      narrow_axes += values->type == ScalarType::float32;
     }
   }
+  if (narrow_axes == 3) points.type = ScalarType::float32;
   problem = "states no dimensions";
   if (!lattice) return std::nullopt;
-  for (std::size_t axis = 0; told && lattice->points() > 0 && axis < 3; ++axis) {
+  if (skeleton.dataset != Dataset::rectilinear_grid || lattice->points() == 0) return points;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::size_t values = points.axes[axis].values.size();
     problem = std::string(1, "XYZ"[axis]) + "_COORDINATES has " + std::to_string(values) +
               " values, but the dimensions state " + std::to_string(lattice->dimension(axis));
     if (values != lattice->dimension(axis)) return std::nullopt;
   }
-  if (narrow == 3) points.type = ScalarType::float32;
   return points;
 }
 

@@ -13,6 +13,7 @@
 #include <functional>
 #include <iterator>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -170,5 +171,32 @@ inline std::unique_ptr<MeshSource> through_shm(MeshSource& mesh, Order order, Sp
   MemorySource file(sink.bytes);
   return std::make_unique<StagedMesh>(file, "test.shm", spool);
 }
+
+// A mesh with another text in one of its extras.
+class BentExtra : public MeshSource {
+ public:
+  BentExtra(MeshSource& mesh, const std::string& key, const std::string& text)
+      : mesh_(mesh), info_(mesh.info()) {
+    for (Extra& extra : info_.extras) {
+      if (extra.key != key) continue;
+      const auto bytes = std::as_bytes(std::span(text));
+      extra.data.assign(bytes.begin(), bytes.end());
+    }
+  }
+  const MeshInfo& info() const override { return info_; }
+  void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override {
+    mesh_.read_points(first, count, out);
+  }
+  bool next_cells(CellBatch& out, std::size_t most) override { return mesh_.next_cells(out, most); }
+  void rewind_cells() override { mesh_.rewind_cells(); }
+  void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
+                  std::byte* out) override {
+    mesh_.read_array(array, step, first, count, out);
+  }
+
+ private:
+  MeshSource& mesh_;
+  MeshInfo info_;
+};
 
 }  // namespace shm::converters

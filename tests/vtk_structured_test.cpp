@@ -193,36 +193,10 @@ TEST_F(VtkTest, RenumberedMeshesBecomeUnstructured) {
   }
 }
 
-// A mesh that says it is a structured one.
-class Pretender : public MeshSource {
- public:
-  Pretender(MeshSource& mesh, const std::string& skeleton) : mesh_(mesh), info_(mesh.info()) {
-    for (Extra& extra : info_.extras) {
-      if (extra.key != "vtk/skeleton") continue;
-      const auto bytes = std::as_bytes(std::span(skeleton));
-      extra.data.assign(bytes.begin(), bytes.end());
-    }
-  }
-  const MeshInfo& info() const override { return info_; }
-  void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override {
-    mesh_.read_points(first, count, out);
-  }
-  bool next_cells(CellBatch& out, std::size_t most) override { return mesh_.next_cells(out, most); }
-  void rewind_cells() override { mesh_.rewind_cells(); }
-  void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
-                  std::byte* out) override {
-    mesh_.read_array(array, step, first, count, out);
-  }
-
- private:
-  MeshSource& mesh_;
-  MeshInfo info_;
-};
-
 TEST_F(VtkTest, SkeletonsThatDoNotFitAreNotFollowed) {
   const auto written = [&](const std::string& text, const std::string& skeleton) {
     const auto mesh = open_text(text);
-    Pretender pretender(*mesh, "4.2\nt\nASCII\n" + skeleton);
+    BentExtra pretender(*mesh, "vtk/skeleton", "4.2\nt\nASCII\n" + skeleton);
     write_vtk(pretender, path("out.vtk"));
     take(*open_vtk(path("out.vtk"), spool_));
     return dataset_of(path("out.vtk"));
@@ -349,7 +323,7 @@ TEST_F(VtkTest, VtkAgreesWithWhatWeWriteOfItsStructuredSamples) {
     if (name.find("BINARY") != std::string::npos) {
       EXPECT_EQ(read_file(path("out/" + name)), read_file(file.path().string()));
     }
-    Pretender plain(*restored, "4.2\nt\nASCII\n");
+    BentExtra plain(*restored, "vtk/skeleton", "4.2\nt\nASCII\n");
     write_vtk(plain, path("cells/" + name));
   }
   ASSERT_TRUE(run_oracle("--folders " + path("in") + ' ' + path("out"), &status));

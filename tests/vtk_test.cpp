@@ -228,6 +228,41 @@ TEST_F(VtkTest, EmptyMeshesAndMeshesWithoutCellsComeBack) {
   }
 }
 
+// Strings come from files too.
+TEST_F(VtkTest, BentListsOfStringsAreRefused) {
+  const auto with_list = [&](const std::string& encoding, const std::string& list) {
+    const std::string values = encoding == "ASCII" ? "a\nb\n"
+                                                   : "\xC1"
+                                                     "a\xC1"
+                                                     "b\n";
+    const std::string points =
+        encoding == "ASCII" ? "0 0 0 1 1 1\n" : big_endian<float>({0, 0, 0, 1, 1, 1}) + "\n";
+    const auto mesh = open_text("# vtk DataFile Version 3.0\nsmall\n" + encoding +
+                                "\nDATASET UNSTRUCTURED_GRID\nPOINTS 2 float\n" + points +
+                                "POINT_DATA 2\nPEDIGREE_IDS p string\n" + values);
+    BentExtra bent(*mesh, "vtk/strings/0", list);
+    write_vtk(bent, path("out.vtk"));
+  };
+  with_list("ASCII", "a\nb\n");
+  with_list("BINARY",
+            "\xC1"
+            "a\xC1"
+            "b");
+  for (const char* list : {"", "a\n", "a\nb"})
+    EXPECT_EQ(code_of([&] { with_list("ASCII", list); }), ErrorCode::corrupt) << list;
+  for (const char* list : {"",
+                           "\xC1"
+                           "a",
+                           "\xC1"
+                           "a\xC2"
+                           "b",
+                           "\xC1"
+                           "a\x80",
+                           "\xC1"
+                           "a\x01"})
+    EXPECT_EQ(code_of([&] { with_list("BINARY", list); }), ErrorCode::corrupt) << list;
+}
+
 // A mesh as other formats give it: blocks with numbers, steps, arrays of some blocks, roles.
 class ForeignMesh : public MeshSource {
  public:
