@@ -3,7 +3,6 @@
 #include <cstring>
 
 #include "failure.h"
-#include "vtk_words.h"
 
 namespace shm::converters::vtk {
 namespace {
@@ -34,15 +33,17 @@ void CellTable::set_offsets(Values offsets, Values connectivity) {
 
 void CellTable::set_types(Values types) { types_ = std::move(types); }
 
-void CellTable::fail(const char* section, const Values& values, std::string detail) const {
-  throw Failure(Error{ErrorCode::corrupt, std::move(detail), section, values.offset(), path_});
+void CellTable::fail(const Values& values, std::string detail) const {
+  const std::string_view section = &values == &types_ ? "CELL_TYPES" : keyword(list_);
+  throw Failure(
+      Error{ErrorCode::corrupt, std::move(detail), std::string(section), values.offset(), path_});
 }
 
 void CellTable::fail_size(std::uint64_t nodes) const {
   throw Failure(Error{ErrorCode::unsupported,
                       "cell " + std::to_string(cell_) + " has " + std::to_string(nodes) +
                           " nodes; at most " + std::to_string(kMaxNodesPerCell) + " are supported",
-                      "CELLS", rows_.offset(), path_});
+                      std::string(keyword(list_)), rows_.offset(), path_});
 }
 
 void CellTable::rewind() {
@@ -52,34 +53,27 @@ void CellTable::rewind() {
   offset_.rewind();
   type_cursor_.rewind();
   if (!has_offsets_ || offsets_.size() == 0) return;
-  if (offset_.next() != 0) fail("CELLS", offsets_, "the first offset is not 0");
+  if (offset_.next() != 0) fail(offsets_, "the first offset is not 0");
 }
 
 bool CellTable::next_cell() {
   if (cell_ == cells_) {
-    if (row_.left() > 0)
-      fail("CELLS", rows_, std::to_string(row_.left()) + " numbers follow the last cell");
+    if (row_.left() > 0) fail(rows_, std::to_string(row_.left()) + " numbers follow the last cell");
     return false;
   }
   const auto name = [&] { return "cell " + std::to_string(cell_); };
-  if (!has_offsets_ && row_.left() == 0)
-    fail("CELLS", rows_, "the list of nodes ends before " + name());
+  if (!has_offsets_ && row_.left() == 0) fail(rows_, "the list of nodes ends before " + name());
   const std::int64_t end = has_offsets_ ? offset_.next() : row_.next();
   std::uint64_t count = static_cast<std::uint64_t>(end);
   if (has_offsets_) {
-    if (end < begin_)
-      fail("CELLS", offsets_, "the offset after " + name() + " is less than before");
+    if (end < begin_) fail(offsets_, "the offset after " + name() + " is less than before");
     count = static_cast<std::uint64_t>(end) - static_cast<std::uint64_t>(begin_);
     begin_ = end;
   }
   if (end < 0 || count > row_.left())
-    fail("CELLS", rows_,
-         name() + " states " + std::to_string(has_offsets_ ? count : end) +
-             " nodes, more than the list has left");
-  const std::int64_t type = type_cursor_.next();
-  if (type < 0 || type > 255)
-    fail("CELL_TYPES", types_, name() + " has the unknown type " + std::to_string(type));
-  type_ = static_cast<std::uint8_t>(type);
+    fail(rows_, name() + " states " + std::to_string(has_offsets_ ? count : end) +
+                    " nodes, more than the list has left");
+  read_type(count);
   // Face sizes come on top of the nodes of a polyhedron: at most one for each and their number.
   const std::uint64_t room = type_ == kPolyhedron ? 2 : 1;
   if (count > room * kMaxNodesPerCell + 1) fail_size(count);
@@ -88,7 +82,7 @@ bool CellTable::next_cell() {
     const std::int64_t node = row_.next();
     // Polyhedra mix face sizes in: looked at when they are unpacked.
     if (type_ != kPolyhedron && (node < 0 || static_cast<std::uint64_t>(node) >= vertices_))
-      fail("CELLS", rows_,
+      fail(rows_,
            name() + " uses point " + std::to_string(node) + " of " + std::to_string(vertices_));
     nodes_.push_back(static_cast<std::uint64_t>(node));
   }
@@ -99,27 +93,35 @@ bool CellTable::next_cell() {
   return true;
 }
 
+void CellTable::read_type(std::uint64_t nodes) {
+  const bool listed = list_ != EntryKind::cells;
+  const std::int64_t type = listed ? cell_type_in(list_, nodes) : type_cursor_.next();
+  if (type < 0 || type > 255)
+    fail(types_, "cell " + std::to_string(cell_) + " has the unknown type " + std::to_string(type));
+  type_ = static_cast<std::uint8_t>(type);
+}
+
 // File: number of faces, then for each face its size and nodes. Leaves the nodes alone in nodes_.
 void CellTable::unpack_faces() {
   face_sizes_.clear();
   const auto name = [&] { return "polyhedron " + std::to_string(cell_); };
   const std::uint64_t faces = nodes_.empty() ? 0 : nodes_[0];
   if (nodes_.empty() || faces > nodes_.size() - 1)
-    fail("CELLS", rows_, name() + " has an impossible number of faces");
+    fail(rows_, name() + " has an impossible number of faces");
   std::size_t from = 1, to = 0;
   for (std::uint64_t face = 0; face < faces; ++face) {
-    if (from == nodes_.size()) fail("CELLS", rows_, name() + " ends before its last face");
+    if (from == nodes_.size()) fail(rows_, name() + " ends before its last face");
     const std::uint64_t size = nodes_[from++];
-    if (size > nodes_.size() - from) fail("CELLS", rows_, name() + " has a face beyond its end");
+    if (size > nodes_.size() - from) fail(rows_, name() + " has a face beyond its end");
     face_sizes_.push_back(static_cast<std::int64_t>(size));
     for (std::uint64_t i = 0; i < size; ++i) {
       if (nodes_[from] >= vertices_)
-        fail("CELLS", rows_,
+        fail(rows_,
              name() + " uses a point beyond the " + std::to_string(vertices_) + " there are");
       nodes_[to++] = nodes_[from++];
     }
   }
-  if (from != nodes_.size()) fail("CELLS", rows_, name() + " goes on after its last face");
+  if (from != nodes_.size()) fail(rows_, name() + " goes on after its last face");
   nodes_.resize(to);
 }
 
@@ -148,10 +150,10 @@ void CellTable::count_cell(MeshInfo& info) {
   info.block_cells.push_back(1);
 }
 
-bool CellTable::collect_blocks(MeshInfo& info, Faces& faces) {
+bool CellTable::collect_blocks(MeshInfo& info, std::size_t others, Faces& faces) {
   rewind();
-  info.schema.blocks.clear();
-  info.block_cells.clear();
+  info.schema.blocks.resize(others);
+  info.block_cells.resize(others);
   for (TypeBlocks& of_type : by_type_) of_type.blocks.clear();
   faces = {};
   while (next_cell()) {
@@ -174,24 +176,18 @@ bool CellTable::collect_blocks(MeshInfo& info, Faces& faces) {
 void CellTable::find_blocks(MeshInfo& info, const std::string& path) {
   path_ = path;
   vertices_ = info.vertices;
-  if (types_.size() != cells_)
-    fail("CELL_TYPES", types_,
-         "there are " + std::to_string(cells_) + " cells, but " + std::to_string(types_.size()) +
-             " cell types");
+  if (list_ == EntryKind::cells && types_.size() != cells_)
+    fail(types_, "there are " + std::to_string(cells_) + " cells, but " +
+                     std::to_string(types_.size()) + " cell types");
   Faces faces;
-  while (!collect_blocks(info, faces)) {
+  const std::size_t others = info.schema.blocks.size();
+  while (!collect_blocks(info, others, faces)) {
   }
-  add_extras(info, faces);
+  add_faces(info, faces);
   rewind();
 }
 
-void CellTable::add_extras(MeshInfo& info, const Faces& faces) const {
-  if (cells_ == 0) return;
-  std::vector<std::int32_t> types;
-  for (const BlockInfo& block : info.schema.blocks)
-    types.push_back(static_cast<std::int32_t>(block.id));
-  info.extras.push_back(
-      number_extra("vtk/cell_types", ScalarType::int32, Reference::nothing, types));
+void CellTable::add_faces(MeshInfo& info, const Faces& faces) {
   if (faces.cells.empty()) return;
   const auto add = [&](const char* key, Reference refers, const std::vector<std::int64_t>& values) {
     info.extras.push_back(number_extra(key, ScalarType::int64, refers, values));
@@ -201,14 +197,19 @@ void CellTable::add_extras(MeshInfo& info, const Faces& faces) const {
   add("vtk/polyhedron/face_sizes", Reference::nothing, faces.sizes);
 }
 
-bool CellTable::next_cells(CellBatch& out, std::size_t max_cells) {
-  out.clear();
-  while (out.size() < max_cells && next_cell()) {
+void CellTable::next_cells(CellBatch& out, std::size_t max_cells) {
+  for (std::size_t added = 0; added < max_cells && next_cell(); ++added) {
     out.blocks.push_back(block_of_cell());
     out.corners.insert(out.corners.end(), nodes_.begin(), nodes_.end());
     out.corner_begin.push_back(out.corners.size());
   }
-  return out.size() > 0;
+}
+
+Extra cell_types_extra(const MeshInfo& info) {
+  std::vector<std::int32_t> types;
+  for (const BlockInfo& block : info.schema.blocks)
+    types.push_back(static_cast<std::int32_t>(block.id));
+  return number_extra("vtk/cell_types", ScalarType::int32, Reference::nothing, types);
 }
 
 }  // namespace shm::converters::vtk

@@ -10,6 +10,7 @@
 
 #include "mesh_source.h"
 #include "vtk_values.h"
+#include "vtk_words.h"
 
 namespace shm::converters::vtk {
 
@@ -23,17 +24,18 @@ class CellTable {
   // 5.x: `offsets` has one entry more than there are cells, or none.
   void set_offsets(Values offsets, Values connectivity);
   void set_types(Values types);
+  // Of polygonal data: the list and the number of nodes tell the type.
+  void set_list(EntryKind list) { list_ = list; }
 
   std::uint64_t cells() const { return cells_; }
-  bool has_types() const { return types_.size() > 0; }
 
-  // Walks all cells once: checks every number, finds the blocks, and adds them with
-  // vtk/cell_types and the faces of polyhedra to `info`. Call once everything is set.
-  // Throws Failure naming `path`.
+  // Walks all cells once: checks every number, finds the blocks, and adds them and the faces of
+  // polyhedra to `info`. Call once everything is set. Throws Failure naming `path`.
   void find_blocks(MeshInfo& info, const std::string& path);
 
   void rewind();
-  bool next_cells(CellBatch& out, std::size_t max_cells);
+  // Adds at most `max_cells` cells to the end of `out`.
+  void next_cells(CellBatch& out, std::size_t max_cells);
 
  private:
   static constexpr std::size_t kMostSizes = 64;  // of one type; with more, one varying block
@@ -48,17 +50,20 @@ class CellTable {
     std::vector<std::int64_t> cells, counts, sizes;
   };
   bool next_cell();  // fills type_ and nodes_ with what stands in the file
+  void read_type(std::uint64_t nodes);
   void unpack_faces();
-  bool collect_blocks(MeshInfo& info, Faces& faces);  // false: start again, a type got varying
+  // Adds blocks behind the first `others`. False: start again, a type got varying.
+  bool collect_blocks(MeshInfo& info, std::size_t others, Faces& faces);
   void count_cell(MeshInfo& info);
   std::uint32_t block_of_cell() const;
-  void add_extras(MeshInfo& info, const Faces& faces) const;
-  [[noreturn]] void fail(const char* section, const Values& values, std::string detail) const;
+  static void add_faces(MeshInfo& info, const Faces& faces);
+  [[noreturn]] void fail(const Values& values, std::string detail) const;
   [[noreturn]] void fail_size(std::uint64_t nodes) const;
 
   std::string path_;
   std::uint64_t cells_ = 0, cell_ = 0, vertices_ = 0;
   bool has_offsets_ = false;
+  EntryKind list_ = EntryKind::cells;
   Values rows_, offsets_, types_;  // rows_ is the connectivity when has_offsets_
   IntegerCursor row_{rows_}, offset_{offsets_}, type_cursor_{types_};
   std::int64_t begin_ = 0;  // offset of the current cell
@@ -67,5 +72,8 @@ class CellTable {
   std::vector<std::int64_t> face_sizes_;  // of the current polyhedron
   std::array<TypeBlocks, 256> by_type_;
 };
+
+// vtk/cell_types of the blocks that CellTables found.
+Extra cell_types_extra(const MeshInfo& info);
 
 }  // namespace shm::converters::vtk

@@ -43,6 +43,7 @@ std::vector<std::int64_t> FilePlan::integers(const std::string& key) const {
 
 FilePlan::FilePlan(MeshSource& mesh) : mesh_(mesh), info_(mesh.info()) {
   for (const Extra& each : info_.extras) extras_.emplace(each.key, &each);
+  load_cell_types();
   const Extra* text = info_.schema.source_format == "vtk" ? extra("vtk/skeleton") : nullptr;
   if (text != nullptr) {
     plan_from_source(*text);
@@ -51,9 +52,13 @@ FilePlan::FilePlan(MeshSource& mesh) : mesh_(mesh), info_(mesh.info()) {
   }
   add_missing_parts();
   add_unplaced_arrays();
-  load_cell_types();
   load_polyhedra();
   choose_layout();
+}
+
+const FilePlan::CellList& FilePlan::cell_list(EntryKind kind) const {
+  return *std::find_if(lists_.begin(), lists_.end(),
+                       [&](const CellList& list) { return list.kind == kind; });
 }
 
 void FilePlan::plan_from_source(const Extra& text) {
@@ -61,6 +66,7 @@ void FilePlan::plan_from_source(const Extra& text) {
   auto parsed = parse_skeleton({begin, text.data.size()});
   if (!parsed) fail_extra(text.key, "is not the skeleton of a VTK file");
   skeleton_ = std::move(*parsed);
+  settle_dataset();
   Location location = Location::point;
   std::erase_if(skeleton_.entries, [&](const Entry& each) {
     if (each.kind == EntryKind::cell_data) location = Location::cell;
@@ -69,14 +75,105 @@ void FilePlan::plan_from_source(const Extra& text) {
   });
 }
 
+// A renumbered mesh cannot be said as dimensions, nor moved cells as lists: it becomes an
+// unstructured grid.
+void FilePlan::settle_dataset() {
+  if (skeleton_.dataset == Dataset::unstructured_grid) return;
+  if (is_lattice(skeleton_.dataset) ? plan_lattice() : plan_polydata()) return;
+  skeleton_.dataset = Dataset::unstructured_grid;
+  lists_.clear();
+  std::erase_if(skeleton_.entries, [](const Entry& each) {
+    return plain_words(each.kind) > 0 || each.kind >= EntryKind::x_coordinates ||
+           (lists_cells(each.kind) && each.kind != EntryKind::cells);
+  });
+}
+
+bool FilePlan::plan_lattice() {
+  std::optional<Lattice> lattice;
+  for (const Entry& each : skeleton_.entries)
+    if (each.kind == EntryKind::dimensions || each.kind == EntryKind::extent)
+      lattice = lattice_of(each);
+  if (!lattice) fail_extra("vtk/skeleton", "has no dimensions that are possible");
+  if (!is_lattice_of(*lattice)) return false;
+  if (skeleton_.dataset == Dataset::structured_grid) return true;
+  std::string problem;
+  const auto points = lattice_points_of(
+      skeleton_, [&](const std::string& key) { return extra(key); }, problem);
+  if (!points) fail_extra("vtk/skeleton", problem);
+  return has_points_of(*lattice, *points);
+}
+
+// Whether the mesh has the cells that follow from the dimensions, in their order.
+bool FilePlan::is_lattice_of(const Lattice& lattice) {
+  if (lattice.points() != info_.vertices || lattice.cells() != info_.cells()) return false;
+  std::uint64_t cell = 0;
+  bool same = true;
+  Lattice expected = lattice;
+  for_each_batch([&](const CellBatch& batch) {
+    for (std::size_t i = 0; i < batch.size() && same; ++i, ++cell) {
+      const auto found = batch.cell(i);
+      const auto corners = expected.corners(cell);
+      same = std::equal(found.begin(), found.end(), corners.begin(), corners.end());
+    }
+  });
+  return same;
+}
+
+// Rounded points stand for the exact ones, which the axes tell.
+bool FilePlan::has_points_of(const Lattice& lattice, const LatticePoints& points) {
+  if (points.type != info_.schema.coordinate_type) return false;
+  if (info_.schema.coordinate_quantization.lossy()) return true;
+  const std::size_t bytes = 3 * scalar_bytes(points.type);
+  std::vector<std::byte> found(kBatchCells * bytes), expected(kBatchCells * bytes);
+  for (std::uint64_t first = 0; first < info_.vertices; first += kBatchCells) {
+    const std::uint64_t count = std::min<std::uint64_t>(kBatchCells, info_.vertices - first);
+    mesh_.read_points(first, count, found.data());
+    points.read(lattice, first, count, expected.data());
+    if (std::memcmp(found.data(), expected.data(), count * bytes) != 0) return false;
+  }
+  return true;
+}
+
+// Cells come list by list, in VTK's order of numbering, and each is of a type of its list.
+bool FilePlan::plan_polydata() {
+  std::uint64_t first = 0;
+  for (const EntryKind kind :
+       {EntryKind::vertices, EntryKind::lines, EntryKind::polygons, EntryKind::triangle_strips}) {
+    std::uint64_t cells = 0;
+    for (const Entry& each : skeleton_.entries)
+      if (each.kind == kind) cells = each.tuples;
+    if (cells > info_.cells() - first) return false;
+    lists_.push_back({kind, first, cells, 0});
+    first += cells;
+  }
+  if (first != info_.cells()) return false;
+  bool fits = true;
+  std::uint64_t cell = 0;
+  auto list = lists_.begin();
+  for_each_batch([&](const CellBatch& batch) {
+    for (std::size_t i = 0; i < batch.size() && fits; ++i, ++cell) {
+      while (cell - list->first >= list->cells) ++list;
+      fits = block_types_[batch.blocks[i]] == cell_type_in(list->kind, batch.cell(i).size());
+    }
+  });
+  return fits;
+}
+
 // False when the array that the entry names is not there, or no longer what it was.
 bool FilePlan::place_array(const Entry& entry, Location location) {
-  if (entry.index >= info_.schema.arrays.size() || !is_written(entry.index)) return false;
+  if (entry.index >= info_.schema.arrays.size()) return false;
   const ArrayInfo& array = info_.schema.arrays[entry.index];
+  const ValueForm form = form_of_word(entry.type);
+  if (form == ValueForm::string || form == ValueForm::variant) {
+    if (array.role != kStringRole || array.per_step) return false;
+  } else if (!is_written(entry.index)) {
+    return false;
+  }
   const std::uint64_t fixed = fixed_components(entry.kind);
   const bool fits = array.location == location && entry.components == array.components &&
                     (fixed == 0 || fixed == array.components) &&
-                    scalar_of_word(entry.type, skeleton_.binary) == array.type;
+                    (form == ValueForm::number || array.blocks.empty()) &&
+                    array_type_of_word(entry.type, skeleton_.binary) == array.type;
   return fits && placed_.insert(entry.index).second;
 }
 
@@ -124,8 +221,12 @@ void FilePlan::add_missing_parts() {
     entries.insert(std::find_if(entries.begin(), entries.end(), is_attribute),
                    Entry{.kind = kind, .type = std::move(type)});
   };
-  add(EntryKind::points, std::string(word_of_scalar(info_.schema.coordinate_type)));
+  const Dataset dataset = skeleton_.dataset;
+  if (!is_lattice(dataset) || dataset == Dataset::structured_grid)
+    add(EntryKind::points, std::string(word_of_scalar(info_.schema.coordinate_type)));
+  if (dataset != Dataset::unstructured_grid) return;
   if (info_.cells() > 0) add(EntryKind::cells, {});
+  lists_ = {CellList{EntryKind::cells, 0, info_.cells(), 0}};
 }
 
 void FilePlan::plan_for_foreign() {
@@ -205,21 +306,26 @@ void FilePlan::load_polyhedra() {
 
 // Counts the numbers of all cells, and takes the 5.x layout where the classic one is too small.
 void FilePlan::choose_layout() {
-  bool all_fixed = polyhedra_.empty();
+  bool all_fixed = polyhedra_.empty() && lists_.size() == 1;
+  std::uint64_t all_numbers = 0;
   for (std::size_t b = 0; b < info_.schema.blocks.size(); ++b) {
     const std::uint32_t nodes = info_.schema.blocks[b].nodes_per_cell;
     all_fixed &= nodes > 0 || info_.block_cells[b] == 0;
-    cell_numbers_ += nodes * info_.block_cells[b];
+    all_numbers += nodes * info_.block_cells[b];
   }
-  if (!all_fixed) {
-    cell_numbers_ = 0;
-    for_each_cell([&](const auto& numbers) { cell_numbers_ += numbers.size(); });
+  bool too_large = info_.vertices > kMostClassic;
+  for (CellList& list : lists_) {
+    if (all_fixed) {
+      list.numbers = all_numbers;
+    } else {
+      for_each_cell(list, [&](const auto& numbers) { list.numbers += numbers.size(); });
+    }
+    too_large |= list.numbers + list.cells > kMostClassic;
   }
-  const bool too_large =
-      cell_numbers_ + info_.cells() > kMostClassic || info_.vertices > kMostClassic;
-  if (skeleton_.major_version() < 5 && skeleton_.binary && too_large) skeleton_.version = "5.1";
+  if (skeleton_.major_version() < 5 && skeleton_.binary && too_large && !lists_.empty())
+    skeleton_.version = "5.1";
   for (Entry& each : skeleton_.entries) {
-    if (each.kind != EntryKind::cells) continue;
+    if (!lists_cells(each.kind)) continue;
     const auto is_integer = [&](const std::string& word) {
       const auto type = scalar_of_word(word, skeleton_.binary);
       return type && !is_float(*type);

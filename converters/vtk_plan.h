@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "mesh_source.h"
+#include "vtk_lattice.h"
 #include "vtk_words.h"
 
 namespace shm::converters::vtk {
@@ -29,8 +30,14 @@ class FilePlan {
 
   const Skeleton& skeleton() const { return skeleton_; }
   int block_type(std::uint32_t block) const { return block_types_[block]; }
-  // Numbers that the file has for all cells together, without the counts of classic rows.
-  std::uint64_t cell_numbers() const { return cell_numbers_; }
+  // One of the lists of cells that the file has: CELLS with all of them, or one of polygonal data.
+  struct CellList {
+    EntryKind kind = EntryKind::cells;
+    std::uint64_t first = 0, cells = 0;
+    // That the file has for all of them, without the counts of classic rows.
+    std::uint64_t numbers = 0;
+  };
+  const CellList& cell_list(EntryKind kind) const;
   const Extra* extra(const std::string& key) const;  // null when absent
 
   // Calls body(batch) for all cells in file order.
@@ -40,14 +47,15 @@ class FilePlan {
     CellBatch batch;
     while (mesh_.next_cells(batch, kBatchCells)) body(batch);
   }
-  // Calls body(numbers) for each cell: its nodes in VTK's order, or the face stream of a
+  // Calls body(numbers) for each cell of a list: its nodes in VTK's order, or the face stream of a
   // polyhedron.
   template <class Body>
-  void for_each_cell(Body&& body) {
+  void for_each_cell(const CellList& list, Body&& body) {
     cell_ = 0;
     next_polyhedron_ = 0;
     for_each_batch([&](const CellBatch& batch) {
       for (std::size_t i = 0; i < batch.size(); ++i, ++cell_) {
+        if (cell_ - list.first >= list.cells) continue;
         file_numbers(batch.blocks[i], batch.cell(i));
         body(numbers_);
       }
@@ -62,6 +70,11 @@ class FilePlan {
 
   void plan_from_source(const Extra& text);
   void plan_for_foreign();
+  void settle_dataset();
+  bool is_lattice_of(const Lattice& lattice);
+  bool has_points_of(const Lattice& lattice, const LatticePoints& points);
+  bool plan_lattice();
+  bool plan_polydata();
   bool place_array(const Entry& entry, Location location);
   void add_unplaced_arrays();
   void add_missing_parts();
@@ -82,7 +95,7 @@ class FilePlan {
   std::map<std::string, const Extra*> extras_;
   std::set<std::size_t> placed_;  // arrays that the skeleton has a place for
   std::vector<int> block_types_;
-  std::uint64_t cell_numbers_ = 0;
+  std::vector<CellList> lists_;
   std::vector<Polyhedron> polyhedra_;  // by cell
   std::vector<std::int64_t> face_sizes_;
   std::size_t next_polyhedron_ = 0;     // of the walk under way

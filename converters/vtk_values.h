@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "shm/schema.h"
@@ -57,6 +58,9 @@ class Values {
   // or before the first one (text). Binary numbers are skipped over, text is parsed into `spool`.
   Values(TextInput& input, std::shared_ptr<RandomFile> binary_file, Spool& spool, ScalarType type,
          std::uint64_t count);
+  // Numbers that were parsed before, all of `parsed`.
+  Values(PagedArray parsed, ScalarType type)
+      : type_(type), size_(parsed.size()), parsed_(std::move(parsed)) {}
 
   ScalarType type() const { return type_; }
   std::uint64_t size() const { return size_; }

@@ -91,11 +91,18 @@ constexpr CellKind kCellKinds[] = {
     {kPixel, CellShape::quad, 4},
 };
 
-constexpr std::array<std::string_view, 18> kKeywords{
-    "FIELD",      "POINTS",       "CELLS",     "CELL_DATA",     "POINT_DATA",
-    "NULL_ARRAY", "ARRAY",        "SCALARS",   "COLOR_SCALARS", "LOOKUP_TABLE",
-    "VECTORS",    "NORMALS",      "TENSORS",   "TENSORS6",      "TEXTURE_COORDINATES",
-    "GLOBAL_IDS", "PEDIGREE_IDS", "EDGE_FLAGS"};
+constexpr std::array<std::string_view, 5> kDatasets{
+    "UNSTRUCTURED_GRID", "STRUCTURED_GRID", "RECTILINEAR_GRID", "STRUCTURED_POINTS", "POLYDATA"};
+
+constexpr std::array<std::string_view, kEntryKinds> kKeywords{
+    "FIELD",         "POINTS",        "CELLS",           "CELL_DATA",
+    "POINT_DATA",    "NULL_ARRAY",    "DIMENSIONS",      "EXTENT",
+    "SPACING",       "ASPECT_RATIO",  "ORIGIN",          "VERTICES",
+    "LINES",         "POLYGONS",      "TRIANGLE_STRIPS", "ARRAY",
+    "SCALARS",       "COLOR_SCALARS", "LOOKUP_TABLE",    "VECTORS",
+    "NORMALS",       "TENSORS",       "TENSORS6",        "TEXTURE_COORDINATES",
+    "GLOBAL_IDS",    "PEDIGREE_IDS",  "EDGE_FLAGS",      "X_COORDINATES",
+    "Y_COORDINATES", "Z_COORDINATES", "BLANKING"};
 
 bool is_plain(char c) { return c > ' ' && c < 127 && c != '"' && c != '%'; }
 
@@ -134,6 +141,15 @@ bool parse_values_entry(const std::vector<std::string_view>& words, Entry& entry
          parse_number(words[4], entry.components) && parse_number(words[5], entry.tuples);
 }
 
+// CELLS [<type> <type>], VERTICES <cells> [<type> <type>]
+bool parse_list_entry(const std::vector<std::string_view>& words, Entry& entry) {
+  const bool counted = entry.kind != EntryKind::cells;
+  const std::size_t first = counted ? 2 : 1;
+  if (words.size() != first && words.size() != first + 2) return false;
+  if (words.size() == first + 2) entry.type = words[first], entry.second = words[first + 1];
+  return !counted || parse_number(words[1], entry.tuples);
+}
+
 bool parse_entry(std::string_view line, Entry& entry) {
   const std::vector<std::string_view> words = split_words(line);
   if (words.empty()) return false;
@@ -141,6 +157,11 @@ bool parse_entry(std::string_view line, Entry& entry) {
   if (!kind) return false;
   entry.kind = *kind;
   if (holds_values(*kind)) return parse_values_entry(words, entry);
+  if (const std::size_t plain = plain_words(*kind); plain > 0) {
+    entry.type = line.substr(words[0].size() + (words.size() > 1));
+    return words.size() == plain + 1;
+  }
+  if (lists_cells(*kind)) return parse_list_entry(words, entry);
   switch (*kind) {
     case EntryKind::field:
       if (words.size() != 3) return false;
@@ -149,10 +170,6 @@ bool parse_entry(std::string_view line, Entry& entry) {
     case EntryKind::points:
       if (words.size() != 2) return false;
       entry.type = words[1];
-      return true;
-    case EntryKind::cells:
-      if (words.size() != 1 && words.size() != 3) return false;
-      if (words.size() == 3) entry.type = words[1], entry.second = words[2];
       return true;
     default: return words.size() == 1;
   }
@@ -170,6 +187,17 @@ std::optional<ScalarType> scalar_of_word(std::string_view word, bool binary) {
   if (known == nullptr || known->form != ValueForm::number) return std::nullopt;
   if (known->prefix == "vtkidtype" && !binary) return ScalarType::int64;
   return known->type;
+}
+
+std::optional<ScalarType> array_type_of_word(std::string_view word, bool binary) {
+  switch (form_of_word(word)) {
+    case ValueForm::number: return scalar_of_word(word, binary);
+    case ValueForm::bit: return ScalarType::uint8;
+    case ValueForm::string:
+    case ValueForm::variant: return ScalarType::uint32;
+    case ValueForm::unknown: break;
+  }
+  return std::nullopt;
 }
 
 std::string_view word_of_scalar(ScalarType type) {
@@ -257,6 +285,31 @@ std::string decode_name(std::string_view name) {
   return text;
 }
 
+std::string_view dataset_word(Dataset dataset) {
+  return kDatasets[static_cast<std::size_t>(dataset)];
+}
+
+std::optional<Dataset> dataset_of_word(std::string_view upper_case_word) {
+  const auto found = std::find(kDatasets.begin(), kDatasets.end(), upper_case_word);
+  if (found == kDatasets.end()) return std::nullopt;
+  return static_cast<Dataset>(found - kDatasets.begin());
+}
+
+std::size_t plain_words(EntryKind kind) {
+  if (kind == EntryKind::extent) return 6;
+  return kind >= EntryKind::dimensions && kind <= EntryKind::origin ? 3 : 0;
+}
+
+int cell_type_in(EntryKind list, std::uint64_t nodes) {
+  if (nodes == 0) return 0;
+  switch (list) {
+    case EntryKind::vertices: return nodes == 1 ? 1 : 2;
+    case EntryKind::lines: return nodes == 2 ? 3 : 4;
+    case EntryKind::polygons: return nodes == 3 ? 5 : nodes == 4 ? 9 : 7;
+    default: return 6;
+  }
+}
+
 std::string_view keyword(EntryKind kind) { return kKeywords[static_cast<std::size_t>(kind)]; }
 
 std::optional<EntryKind> kind_of_keyword(std::string_view upper_case_word) {
@@ -274,16 +327,45 @@ std::uint64_t fixed_components(EntryKind kind) {
     case EntryKind::lookup_table: return 4;
     case EntryKind::global_ids:
     case EntryKind::pedigree_ids:
-    case EntryKind::edge_flags: return 1;
+    case EntryKind::edge_flags:
+    case EntryKind::x_coordinates:
+    case EntryKind::y_coordinates:
+    case EntryKind::z_coordinates:
+    case EntryKind::blanking: return 1;
     default: return 0;
   }
 }
 
 std::string data_key(std::size_t index) { return "vtk/data/" + std::to_string(index); }
 
+std::string strings_key(std::size_t index) { return "vtk/strings/" + std::to_string(index); }
+
+std::optional<std::vector<std::string_view>> split_strings(std::string_view list, ValueForm form,
+                                                           bool binary) {
+  std::vector<std::string_view> strings;
+  while (!list.empty()) {
+    std::uint64_t size = list.find('\n');
+    if (binary && form == ValueForm::string) {
+      const std::size_t head = length_bytes(static_cast<std::byte>(list[0]));
+      if (head > list.size()) return std::nullopt;
+      size = static_cast<unsigned char>(list[0]) & 63U;
+      for (std::size_t b = 1; b < head; ++b) size = size << 8 | static_cast<unsigned char>(list[b]);
+      if (size > list.size() - head) return std::nullopt;
+      size += head;
+    } else if (size++ == std::string_view::npos) {
+      return std::nullopt;
+    }
+    strings.push_back(list.substr(0, size));
+    list.remove_prefix(size);
+  }
+  return strings;
+}
+
 std::string to_text(const Skeleton& skeleton) {
   std::string text =
       skeleton.version + '\n' + skeleton.title + '\n' + (skeleton.binary ? "BINARY\n" : "ASCII\n");
+  if (skeleton.dataset != Dataset::unstructured_grid)
+    text.append("DATASET ").append(dataset_word(skeleton.dataset)).append("\n");
   for (const Entry& entry : skeleton.entries) {
     text += keyword(entry.kind);
     if (holds_values(entry.kind)) {
@@ -293,8 +375,10 @@ std::string to_text(const Skeleton& skeleton) {
       if (entry.kind == EntryKind::scalars) text += ' ' + entry.second;
     } else if (entry.kind == EntryKind::field) {
       text += ' ' + entry.name + ' ' + std::to_string(entry.tuples);
-    } else if (!entry.type.empty()) {
-      text += ' ' + entry.type;
+    } else {
+      if (lists_cells(entry.kind) && entry.kind != EntryKind::cells)
+        text += ' ' + std::to_string(entry.tuples);
+      if (!entry.type.empty()) text += ' ' + entry.type;
       if (!entry.second.empty()) text += ' ' + entry.second;
     }
     text += '\n';
@@ -314,6 +398,12 @@ std::optional<Skeleton> parse_skeleton(std::string_view text) {
       version[0] > '5' || (encoding != "BINARY" && encoding != "ASCII"))
     return std::nullopt;
   skeleton.binary = encoding == "BINARY";
+  constexpr std::string_view kDataset = "DATASET ";
+  if (text.starts_with(kDataset)) {
+    const auto dataset = dataset_of_word(take_line(text).substr(kDataset.size()));
+    if (!dataset) return std::nullopt;
+    skeleton.dataset = *dataset;
+  }
   while (!text.empty()) {
     const std::string_view line = take_line(text);
     if (line.starts_with('|')) {

@@ -2,6 +2,7 @@
 // skeleton (see vtk.h) that reader and writer share.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -19,6 +20,9 @@ ValueForm form_of_word(std::string_view word);
 // Stored type of the numbers; nothing for forms other than number.
 std::optional<ScalarType> scalar_of_word(std::string_view word, bool binary);
 std::string_view word_of_scalar(ScalarType type);
+// Type of the model's array for values of a form that the file has for each point or cell: numbers
+// as they are, 0 or 1 for a bit, for strings and variants their place in vtk/strings/<index>.
+std::optional<ScalarType> array_type_of_word(std::string_view word, bool binary);
 
 inline constexpr int kPixel = 8, kVoxel = 11, kPolyhedron = 42;
 
@@ -35,6 +39,20 @@ std::string lower_case(std::string_view text);
 std::string encode_name(std::string_view name);  // %XX for what would break a word
 std::string decode_name(std::string_view name);
 
+enum class Dataset : std::uint8_t {
+  unstructured_grid,
+  structured_grid,
+  rectilinear_grid,
+  structured_points,
+  polydata,
+};
+std::string_view dataset_word(Dataset dataset);
+std::optional<Dataset> dataset_of_word(std::string_view upper_case_word);
+// True for data sets whose cells follow from dimensions alone.
+inline bool is_lattice(Dataset dataset) {
+  return dataset != Dataset::unstructured_grid && dataset != Dataset::polydata;
+}
+
 enum class EntryKind : std::uint8_t {
   field,
   points,
@@ -42,6 +60,15 @@ enum class EntryKind : std::uint8_t {
   cell_data,
   point_data,
   null_array,
+  dimensions,
+  extent,
+  spacing,
+  aspect_ratio,  // what versions before 3.0 call spacing
+  origin,
+  vertices,
+  lines,
+  polygons,
+  triangle_strips,
   array,
   scalars,
   color_scalars,
@@ -54,12 +81,30 @@ enum class EntryKind : std::uint8_t {
   global_ids,
   pedigree_ids,
   edge_flags,
+  x_coordinates,
+  y_coordinates,
+  z_coordinates,
+  blanking,
 };
+inline constexpr std::size_t kEntryKinds = 31;
 std::string_view keyword(EntryKind kind);
 std::optional<EntryKind> kind_of_keyword(std::string_view upper_case_word);
 // Components that a kind always has; 0: it says so itself.
 std::uint64_t fixed_components(EntryKind kind);
 inline bool holds_values(EntryKind kind) { return kind >= EntryKind::array; }
+// What may stand behind POINT_DATA and CELL_DATA besides FIELD.
+inline bool is_attribute(EntryKind kind) {
+  return kind > EntryKind::array && kind <= EntryKind::edge_flags;
+}
+// Words behind a keyword that are kept as they stand; 0: none.
+std::size_t plain_words(EntryKind kind);
+// CELLS, or one of the lists of cells that polygonal data have.
+inline bool lists_cells(EntryKind kind) {
+  return kind == EntryKind::cells ||
+         (kind >= EntryKind::vertices && kind <= EntryKind::triangle_strips);
+}
+// Cell type of `nodes` nodes in a list of polygonal data.
+int cell_type_in(EntryKind list, std::uint64_t nodes);
 
 enum class Origin : std::uint8_t { none, array, extra, block_ids };
 
@@ -69,9 +114,12 @@ struct Entry {
   Origin origin = Origin::none;
   std::size_t index = 0;  // into schema.arrays, or k of vtk/data/<k>
   std::string name{};     // %-encoded
-  std::string type{};     // type word; for cells: that of the offsets, empty for classic rows
-  std::string second{};   // lookup table of scalars; for cells: type word of the connectivity
-  std::uint64_t components = 0, tuples = 0;  // of a field: tuples is its number of arrays
+  // Type word; for lists of cells: that of the offsets, empty for classic rows; for those of
+  // plain_words: these.
+  std::string type{};
+  std::string second{};  // lookup table of scalars; for cells: type word of the connectivity
+  // Of a field: tuples is its number of arrays; of a list of polygonal data, that of its cells.
+  std::uint64_t components = 0, tuples = 0;
   std::string metadata{};  // lines between METADATA and the empty line, each with its '\n'
 };
 
@@ -79,6 +127,7 @@ struct Skeleton {
   std::string version = "4.2";
   std::string title = "vtk output";
   bool binary = true;
+  Dataset dataset = Dataset::unstructured_grid;
   std::vector<Entry> entries;
   int major_version() const { return version.empty() ? 0 : version.front() - '0'; }
 };
@@ -87,6 +136,16 @@ std::string to_text(const Skeleton& skeleton);
 // Nothing when `text` is no skeleton.
 std::optional<Skeleton> parse_skeleton(std::string_view text);
 
-std::string data_key(std::size_t index);  // "vtk/data/<index>"
+std::string data_key(std::size_t index);     // "vtk/data/<index>"
+std::string strings_key(std::size_t index);  // "vtk/strings/<index>"
+// The strings of a list, each as it stands in the file: a line, its end included, or a length and
+// characters. Nothing when the list ends within one.
+std::optional<std::vector<std::string_view>> split_strings(std::string_view list, ValueForm form,
+                                                           bool binary);
+// Bytes of the length that a string of a binary file begins with, which tells itself.
+inline std::size_t length_bytes(std::byte first) {
+  return std::size_t{8} >> (static_cast<unsigned>(first) >> 6);
+}
+inline constexpr std::string_view kStringRole = "vtk:string";
 
 }  // namespace shm::converters::vtk

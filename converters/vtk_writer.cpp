@@ -34,13 +34,17 @@ class Writer {
   void values_head(const Entry& entry);
   void values(const Entry& entry);
   void extra_values(const Entry& entry);
+  template <class Take>
+  void for_each_piece(std::size_t array, Take&& take);
   void whole_array(std::size_t array);
+  void bit_array(std::size_t array);
+  void string_array(const Entry& entry, ValueForm form);
   void partial_array(std::size_t array);
   void block_ids(ScalarType type);
   void points(const Entry& entry);
   void cells(const Entry& entry);
-  void rows();
-  void offsets_and_connectivity(const Entry& entry);
+  void rows(const FilePlan::CellList& list);
+  void offsets_and_connectivity(const Entry& entry, const FilePlan::CellList& list);
   void cell_types();
   void metadata(const Entry& entry);
   void integers_out(ScalarType type, const std::vector<std::uint64_t>& numbers,
@@ -58,7 +62,7 @@ void Writer::write() {
   out_.line("# vtk DataFile Version " + skeleton_.version);
   out_.line(skeleton_.title);
   out_.line(skeleton_.binary ? "BINARY" : "ASCII");
-  out_.line("DATASET UNSTRUCTURED_GRID");
+  out_.line("DATASET " + std::string(dataset_word(skeleton_.dataset)));
   for (std::size_t i = 0; i < skeleton_.entries.size(); ++i) entry(i);
   out_.finish();
 }
@@ -68,7 +72,18 @@ void Writer::entry(std::size_t index) {
   switch (current.kind) {
     case EntryKind::field: field_head(index); break;
     case EntryKind::points: points(current); break;
-    case EntryKind::cells: cells(current); break;
+    case EntryKind::cells:
+    case EntryKind::vertices:
+    case EntryKind::lines:
+    case EntryKind::polygons:
+    case EntryKind::triangle_strips: cells(current); break;
+    case EntryKind::dimensions:
+    case EntryKind::extent:
+    case EntryKind::spacing:
+    case EntryKind::aspect_ratio:
+    case EntryKind::origin:
+      out_.line(std::string(keyword(current.kind)) + ' ' + current.type);
+      break;
     case EntryKind::cell_data: out_.line("CELL_DATA " + std::to_string(info_.cells())); break;
     case EntryKind::point_data: out_.line("POINT_DATA " + std::to_string(info_.vertices)); break;
     case EntryKind::null_array: out_.line("NULL_ARRAY"); break;
@@ -108,6 +123,10 @@ void Writer::values_head(const Entry& entry) {
       return out_.line("LOOKUP_TABLE " + entry.second);
     case EntryKind::color_scalars: return out_.line(kind + ' ' + entry.name + ' ' + components);
     case EntryKind::lookup_table: return out_.line(kind + ' ' + entry.name + ' ' + tuples);
+    case EntryKind::x_coordinates:
+    case EntryKind::y_coordinates:
+    case EntryKind::z_coordinates:
+    case EntryKind::blanking: return out_.line(kind + ' ' + tuples + ' ' + entry.type);
     case EntryKind::texture_coordinates:
       return out_.line(kind + ' ' + entry.name + ' ' + components + ' ' + entry.type);
     default: return out_.line(kind + ' ' + entry.name + ' ' + entry.type);
@@ -116,6 +135,9 @@ void Writer::values_head(const Entry& entry) {
 
 void Writer::values(const Entry& entry) {
   if (entry.origin == Origin::extra) return extra_values(entry);
+  const ValueForm form = form_of_word(entry.type);
+  if (form == ValueForm::bit) return bit_array(entry.index);
+  if (form != ValueForm::number) return string_array(entry, form);
   if (entry.origin == Origin::block_ids) {
     block_ids(*scalar_of_word(entry.type, skeleton_.binary));
   } else if (info_.schema.arrays[entry.index].blocks.empty()) {
@@ -153,19 +175,65 @@ void Writer::extra_values(const Entry& entry) {
   }
 }
 
-void Writer::whole_array(std::size_t array) {
+// Calls take(bytes, elements) for some elements of an array after the other; but for the last call
+// their number can be divided by 8.
+template <class Take>
+void Writer::for_each_piece(std::size_t array, Take&& take) {
   const ArrayInfo& info = info_.schema.arrays[array];
   const std::size_t stride = info_.array_stride(array);
   const std::uint64_t total = info_.array_elements(array);
   const std::uint64_t step = info.per_step ? info_.step_times.size() - 1 : 0;
-  const std::uint64_t at_once = std::max<std::uint64_t>(kPieceBytes / stride, 1);
-  const std::size_t per_line = info.components > 1 ? info.components : kNumbersPerLine;
+  const std::uint64_t at_once = std::max<std::uint64_t>(kPieceBytes / stride / 8 * 8, 8);
   std::vector<std::byte> piece(std::min(at_once, total) * stride);
   for (std::uint64_t first = 0; first < total; first += at_once) {
     const std::uint64_t n = std::min(at_once, total - first);
     mesh_.read_array(array, step, first, n, piece.data());
-    out_.numbers(info.type, piece.data(), n * info.components, per_line);
+    take(piece.data(), n);
   }
+}
+
+void Writer::whole_array(std::size_t array) {
+  const ArrayInfo& info = info_.schema.arrays[array];
+  const std::size_t per_line = info.components > 1 ? info.components : kNumbersPerLine;
+  for_each_piece(array, [&](const std::byte* values, std::uint64_t n) {
+    out_.numbers(info.type, values, n * info.components, per_line);
+  });
+}
+
+void Writer::bit_array(std::size_t array) {
+  const std::uint32_t components = info_.schema.arrays[array].components;
+  std::string text;
+  for_each_piece(array, [&](const std::byte* values, std::uint64_t n) {
+    text.clear();
+    if (skeleton_.binary) text.resize((n * components + 7) / 8);
+    for (std::uint64_t i = 0; i < n * components; ++i) {
+      const bool bit = values[i] != std::byte{};
+      if (!skeleton_.binary) text.append(bit ? "1\n" : "0\n");
+      if (skeleton_.binary && bit)
+        text[i / 8] = static_cast<char>(static_cast<unsigned char>(text[i / 8]) | 0x80U >> i % 8);
+    }
+    out_.text(text);
+  });
+  if (skeleton_.binary) out_.text("\n");
+}
+
+void Writer::string_array(const Entry& entry, ValueForm form) {
+  const std::string key = strings_key(entry.index);
+  const Extra* found = plan_.extra(key);
+  if (found == nullptr) fail_extra(key, "is missing");
+  const auto strings =
+      split_strings({reinterpret_cast<const char*>(found->data.data()), found->data.size()}, form,
+                    skeleton_.binary);
+  if (!strings) fail_extra(key, "ends within a string");
+  for_each_piece(entry.index, [&](const std::byte* values, std::uint64_t n) {
+    for (std::uint64_t i = 0; i < n * entry.components; ++i) {
+      std::uint32_t place = 0;
+      std::memcpy(&place, values + i * sizeof place, sizeof place);
+      if (place >= strings->size()) fail_extra(key, "lacks string " + std::to_string(place));
+      out_.text((*strings)[place]);
+    }
+  });
+  if (skeleton_.binary && form == ValueForm::string) out_.text("\n");
 }
 
 // A cell array of some blocks: the cells of the others get NaN (floats) or 0.
@@ -270,22 +338,24 @@ void Writer::integers_out(ScalarType type, const std::vector<std::uint64_t>& num
 }
 
 void Writer::cells(const Entry& entry) {
+  const FilePlan::CellList& list = plan_.cell_list(entry.kind);
+  out_.text(std::string(keyword(entry.kind)) + ' ');
   if (skeleton_.major_version() < 5) {
-    rows();
+    rows(list);
   } else {
-    offsets_and_connectivity(entry);
+    offsets_and_connectivity(entry, list);
   }
+  if (entry.kind != EntryKind::cells) return;
   out_.line("CELL_TYPES " + std::to_string(info_.cells()));
   cell_types();
   out_.end_column();
 }
 
-void Writer::rows() {
-  out_.line("CELLS " + std::to_string(info_.cells()) + ' ' +
-            std::to_string(plan_.cell_numbers() + info_.cells()));
+void Writer::rows(const FilePlan::CellList& list) {
+  out_.line(std::to_string(list.cells) + ' ' + std::to_string(list.numbers + list.cells));
   const ScalarType type = skeleton_.binary ? ScalarType::int32 : ScalarType::int64;
   std::vector<std::uint64_t> row;
-  plan_.for_each_cell([&](const auto& numbers) {
+  plan_.for_each_cell(list, [&](const auto& numbers) {
     row.assign(1, numbers.size());
     row.insert(row.end(), numbers.begin(), numbers.end());
     integers_out(type, row, row.size());
@@ -293,9 +363,9 @@ void Writer::rows() {
   out_.end_column();
 }
 
-void Writer::offsets_and_connectivity(const Entry& entry) {
-  const std::uint64_t offsets = info_.cells() > 0 ? info_.cells() + 1 : 0;
-  out_.line("CELLS " + std::to_string(offsets) + ' ' + std::to_string(plan_.cell_numbers()));
+void Writer::offsets_and_connectivity(const Entry& entry, const FilePlan::CellList& list) {
+  const std::uint64_t offsets = list.cells > 0 ? list.cells + 1 : 0;
+  out_.line(std::to_string(offsets) + ' ' + std::to_string(list.numbers));
   if (offsets == 0) return;
   const auto column = [&](const char* head, const std::string& word, auto&& fill) {
     out_.line(head + word);
@@ -305,7 +375,7 @@ void Writer::offsets_and_connectivity(const Entry& entry) {
   column("OFFSETS ", entry.type, [&](ScalarType type) {
     std::vector<std::uint64_t> ends(1, 0);
     std::uint64_t end = 0;
-    plan_.for_each_cell([&](const auto& numbers) {
+    plan_.for_each_cell(list, [&](const auto& numbers) {
       ends.push_back(end += numbers.size());
       if (ends.size() < kBatchCells) return;
       integers_out(type, ends, kNumbersPerLine);
@@ -314,7 +384,8 @@ void Writer::offsets_and_connectivity(const Entry& entry) {
     integers_out(type, ends, kNumbersPerLine);
   });
   column("CONNECTIVITY ", entry.second, [&](ScalarType type) {
-    plan_.for_each_cell([&](const auto& numbers) { integers_out(type, numbers, kNumbersPerLine); });
+    plan_.for_each_cell(list,
+                        [&](const auto& numbers) { integers_out(type, numbers, kNumbersPerLine); });
   });
 }
 

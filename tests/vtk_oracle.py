@@ -1,14 +1,20 @@
 #!/usr/bin/python3
-"""Tells whether two VTK legacy files are the same unstructured grid to VTK's own reader.
+"""Tells whether two VTK legacy files are the same data set to VTK's own readers.
 
 usage: vtk_oracle.py A.vtk B.vtk
        vtk_oracle.py --rewrite 42|51 ASCII|BINARY IN.vtk OUT.vtk   VTK reads IN and writes OUT
        vtk_oracle.py --sample 42|51 ASCII|BINARY OUT.vtk           a small grid with everything in it
-Compares points, cells, cell types, polyhedron faces, and all point, cell and field data: order,
-names, types, components, component names, values (bit for bit), attribute kinds, lookup tables.
+       vtk_oracle.py --samples FOLDER          the same of every data set, version and encoding
+       vtk_oracle.py --folders FOLDER FOLDER   compares each file of the first with that of its name
+       vtk_oracle.py --cells FOLDER FOLDER     as --folders, points and nodes of cells alone,
+                                               whatever the kinds of data set
+Compares the kind of data set, points, cells, cell types, polyhedron faces, extents, spacing,
+origin, axes, and all point, cell and field data: order, names, types, components, component names,
+values (bit for bit), attribute kinds, lookup tables.
 Exit code 0: equal; 1: different (each difference is printed); 2: VTK could not read a file.
 Needs Debian's python3-vtk9 and python3-numpy.
 """
+import os
 import sys
 
 import numpy
@@ -16,9 +22,25 @@ import vtk
 from vtk.util.numpy_support import vtk_to_numpy
 
 
+READERS = {"UNSTRUCTURED_GRID": vtk.vtkUnstructuredGridReader,
+           "STRUCTURED_GRID": vtk.vtkStructuredGridReader,
+           "RECTILINEAR_GRID": vtk.vtkRectilinearGridReader,
+           "STRUCTURED_POINTS": vtk.vtkStructuredPointsReader,
+           "POLYDATA": vtk.vtkPolyDataReader}
+
+
+def kind_of(path):
+    with open(path, "rb") as file:
+        for line in file:
+            words = line.upper().split()
+            if len(words) > 1 and words[0] == b"DATASET":
+                return words[1].decode()
+    return "none"
+
+
 def read(path):
     errors = []
-    reader = vtk.vtkUnstructuredGridReader()
+    reader = READERS[kind_of(path)]()
     reader.SetFileName(path)
     for kind in ("Scalars", "Vectors", "Normals", "Tensors", "ColorScalars", "TCoords", "Fields"):
         getattr(reader, f"ReadAll{kind}On")()
@@ -95,25 +117,49 @@ class Comparison:
             label = vtk.vtkDataSetAttributes.GetAttributeTypeAsString(kind)
             self.same(f"{what}: {label}", *names)
 
+    def geometry(self, a, b):
+        if hasattr(a, "GetExtent"):
+            self.same("extent", a.GetExtent(), b.GetExtent())
+        if hasattr(a, "GetSpacing"):
+            self.same("spacing", a.GetSpacing(), b.GetSpacing())
+            self.same("origin", a.GetOrigin(), b.GetOrigin())
+        if hasattr(a, "GetXCoordinates"):
+            for axis in "XYZ":
+                axes = [getattr(g, f"Get{axis}Coordinates")() for g in (a, b)]
+                self.same(f"type of {axis}", *(describe(x) for x in axes))
+                self.same(f"values of {axis}", *(bits(x) for x in axes))
+        if hasattr(a, "GetPolys"):
+            for kind in ("Verts", "Lines", "Polys", "Strips"):
+                self.cell_arrays(kind, *(getattr(g, f"Get{kind}")() for g in (a, b)))
+        if hasattr(a, "GetFaces"):
+            self.cells(a, b)
+
+    def cell_arrays(self, what, a, b):
+        for part in ("Offsets", "Connectivity"):
+            values = [vtk_to_numpy(getattr(c, f"Get{part}Array")()).astype("int64")
+                      for c in (a, b)]
+            self.same(f"{what}: {part.lower()}", values[0].tobytes(), values[1].tobytes())
+
     def cells(self, a, b):
         if not self.same("number of cells", a.GetNumberOfCells(), b.GetNumberOfCells()):
             return
         if a.GetNumberOfCells() == 0:
             return
         self.same("cell types", bits(a.GetCellTypesArray()), bits(b.GetCellTypesArray()))
-        for part in ("Offsets", "Connectivity"):
-            values = [vtk_to_numpy(getattr(g.GetCells(), f"Get{part}Array")()).astype("int64")
-                      for g in (a, b)]
-            self.same(part.lower(), values[0].tobytes(), values[1].tobytes())
+        self.cell_arrays("cells", a.GetCells(), b.GetCells())
         self.same("faces", bits(a.GetFaces()), bits(b.GetFaces()))
 
 
-def write(grid, version, encoding, path):
-    writer = vtk.vtkUnstructuredGridWriter()
+def write(grid, version, encoding, path, extent=False):
+    kind = grid.GetClassName()
+    kind = "vtkStructuredPoints" if kind == "vtkImageData" else kind
+    writer = getattr(vtk, f"{kind}Writer")()
     writer.SetFileVersion(int(version))
     writer.SetFileType(1 if encoding == "ASCII" else 2)
     writer.SetFileName(path)
     writer.SetInputData(grid)
+    if extent:
+        writer.SetWriteExtent(True)
     if not writer.Write():
         sys.exit(2)
 
@@ -130,7 +176,16 @@ def numbers(kind, name, components, tuples):
     return array
 
 
+# Nodes of the cells that VTK has beyond the linear ones; of any number, of some number of nodes.
+HIGHER_CELLS = {21: 3, 22: 6, 23: 8, 24: 10, 25: 20, 26: 15, 27: 13, 28: 9, 29: 27, 30: 6, 31: 12,
+                32: 18, 33: 24, 34: 7, 35: 4, 36: 7, 37: 19, 41: 6, 4: 3, 1: 1, 3: 2, 5: 3, 10: 4,
+                13: 6, 15: 10, 16: 12, 68: 4, 69: 10, 70: 16, 71: 20, 72: 64, 73: 40, 74: 30,
+                75: 5, 76: 15, 77: 9, 78: 10, 79: 27, 80: 18, 81: 14}
+
+
 def sample_cells(grid):
+    for kind, count in HIGHER_CELLS.items():
+        grid.InsertNextCell(kind, count, [i % 9 for i in range(count)])
     hexahedron = [0, 1, 2, 3, 4, 5, 6, 7]
     for kind, nodes in ((vtk.VTK_HEXAHEDRON, hexahedron), (vtk.VTK_VOXEL, [0, 1, 3, 2, 4, 5, 7, 6]),
                         (vtk.VTK_PYRAMID, [4, 5, 6, 7, 8]), (vtk.VTK_PIXEL, [0, 1, 3, 2]),
@@ -151,7 +206,8 @@ def sample_cells(grid):
 def sample_attributes(data, count):
     for kind in ("Char", "UnsignedChar", "Short", "UnsignedShort", "Int", "UnsignedInt", "Long",
                  "UnsignedLong", "Float", "Double", "IdType", "Bit"):
-        data.AddArray(numbers(kind, f"of type {kind}", 2, count))
+        # VTK's writer drops bits of arrays with more than one component.
+        data.AddArray(numbers(kind, f"of type {kind}", 1 if kind == "Bit" else 2, count))
     names = numbers("Double", "named", 3, count)
     for c, name in enumerate(("first one", "", "third%")):
         names.SetComponentName(c, name)
@@ -180,6 +236,10 @@ def sample():
         points.InsertNextPoint(xyz)
     grid.SetPoints(points)
     sample_cells(grid)
+    return with_data(grid)
+
+
+def with_data(grid):
     sample_attributes(grid.GetPointData(), grid.GetNumberOfPoints())
     sample_attributes(grid.GetCellData(), grid.GetNumberOfCells())
     strings = vtk.vtkStringArray()
@@ -195,6 +255,103 @@ def sample():
     return grid
 
 
+# Points along each axis.
+# "extent" also states EXTENT in place of DIMENSIONS.
+SHAPES = {"": (4, 3, 5), "extent": (4, 3, 5), "flat": (4, 1, 5), "line": (1, 6, 1),
+          "point": (1, 1, 1), "empty": (0, 0, 0)}
+
+
+def sample_of(kind):
+    kind, _, shape = kind.partition("-")
+    if kind == "polydata":
+        return with_data(sample_polydata())
+    size = SHAPES[shape]
+    grid = {"structured_grid": vtk.vtkStructuredGrid, "rectilinear_grid": vtk.vtkRectilinearGrid,
+            "structured_points": vtk.vtkImageData}[kind]()
+    first = (2, -3, 0) if shape == "extent" else (0, 0, 0)
+    grid.SetExtent(*(x for axis in zip(first, size) for x in (axis[0], axis[0] + axis[1] - 1)))
+    if kind == "structured_points":
+        grid.SetSpacing(0.1, 1 / 3, 7)
+        grid.SetOrigin(1e-3, -2, 1e6)
+    elif kind == "rectilinear_grid":
+        for axis, count, of in zip("XYZ", size, ("Float", "Int", "Double")):
+            values = numbers(of, f"{axis} values", 1, count)
+            values.SetComponentName(0, "some name")
+            getattr(grid, f"Set{axis}Coordinates")(values)
+    else:
+        points = vtk.vtkPoints()
+        points.SetDataTypeToDouble()
+        for i in range(size[0] * size[1] * size[2]):
+            points.InsertNextPoint(i / 7, i % 5, i * i)
+        grid.SetPoints(points)
+        if shape in ("", "flat"):
+            grid.BlankPoint(1)
+            grid.BlankCell(2)
+    return with_data(grid)
+
+
+def sample_polydata():
+    mesh = vtk.vtkPolyData()
+    points = vtk.vtkPoints()
+    for i in range(9):
+        points.InsertNextPoint(i / 3, i % 4, i)
+    mesh.SetPoints(points)
+    for kind, cells in (("Verts", ([0], [1, 2, 3], [4])), ("Lines", ([0, 1], [2, 3, 4], [5, 6])),
+                        ("Polys", ([0, 1, 2], [0, 1, 2, 3], [4, 5, 6, 7, 8], [6, 7, 8])),
+                        ("Strips", ([0, 1, 2, 3], [4, 5, 6, 7, 8]))):
+        array = vtk.vtkCellArray()
+        for nodes in cells:
+            array.InsertNextCell(len(nodes), nodes)
+        getattr(mesh, f"Set{kind}")(array)
+    return mesh
+
+
+# Nodes of a cell, those of voxels and pixels in the order of hexahedra and quads.
+def nodes_of(grid, cell):
+    ids = grid.GetCell(cell).GetPointIds()
+    nodes = [ids.GetId(i) for i in range(ids.GetNumberOfIds())]
+    kind = grid.GetCellType(cell)
+    if kind in (vtk.VTK_PIXEL, vtk.VTK_VOXEL):
+        nodes[2:4] = nodes[3:1:-1]
+    if kind == vtk.VTK_VOXEL:
+        nodes[6:8] = nodes[7:5:-1]
+    return nodes
+
+
+def write_samples(folder):
+    structured = ("structured_grid", "rectilinear_grid", "structured_points")
+    kinds = [f"{kind}-{shape}" if shape else kind for kind in structured for shape in SHAPES]
+    for kind in kinds + ["polydata"]:
+        grid = sample_of(kind)
+        for version in (42, 51):
+            for encoding in ("ASCII", "BINARY"):
+                path = os.path.join(folder, f"{kind}-{version}-{encoding}.vtk")
+                write(grid, version, encoding, path, extent=kind.endswith("-extent"))
+
+
+def compare_folders(folder_a, folder_b, comparison):
+    names = sorted(os.listdir(folder_a))
+    different = [n for n in names
+                 if comparison(*(os.path.join(f, n) for f in (folder_a, folder_b)))]
+    for name in different:
+        print(f"{name} differs")
+    return 1 if different or not names else 0
+
+
+def compare_cells(path_a, path_b):
+    a, b = read(path_a)[0], read(path_b)[0]
+    check = Comparison()
+    if check.same("number of points", a.GetNumberOfPoints(), b.GetNumberOfPoints()):
+        for i in range(a.GetNumberOfPoints()):
+            check.same(f"point {i}", a.GetPoint(i), b.GetPoint(i))
+    if check.same("number of cells", a.GetNumberOfCells(), b.GetNumberOfCells()):
+        for i in range(a.GetNumberOfCells()):
+            if a.GetCellType(i) == vtk.VTK_EMPTY_CELL:
+                continue  # blanked: VTK shows no nodes of it
+            check.same(f"cell {i}", nodes_of(a, i), nodes_of(b, i))
+    return 1 if check.differences else 0
+
+
 def compare(path_a, path_b):
     (a, reader_a), (b, reader_b) = read(path_a), read(path_b)
     check = Comparison()
@@ -202,12 +359,14 @@ def compare(path_a, path_b):
     check.same("encoding", reader_a.GetFileType(), reader_b.GetFileType())
     check.same("version", *(r.GetFileMajorVersion() * 10 + r.GetFileMinorVersion()
                             for r in (reader_a, reader_b)))
+    if not check.same("data set", a.GetClassName(), b.GetClassName()):
+        return 1
     if check.same("number of points", a.GetNumberOfPoints(), b.GetNumberOfPoints()):
-        if a.GetPoints() is not None and a.GetNumberOfPoints() > 0:
+        if isinstance(a, vtk.vtkPointSet) and a.GetPoints() and a.GetNumberOfPoints() > 0:
             points = [g.GetPoints().GetData() for g in (a, b)]
             check.same("type of points", *(p.GetClassName() for p in points))
             check.same("points", *(bits(p) for p in points))
-    check.cells(a, b)
+    check.geometry(a, b)
     check.arrays("point data", a.GetPointData(), b.GetPointData())
     check.arrays("cell data", a.GetCellData(), b.GetCellData())
     check.arrays("field data", a.GetFieldData(), b.GetFieldData())
@@ -222,6 +381,11 @@ def main():
         write(read(arguments[3])[0], arguments[1], arguments[2], arguments[4])
     elif len(arguments) == 4 and arguments[0] == "--sample":
         write(sample(), *arguments[1:])
+    elif len(arguments) == 2 and arguments[0] == "--samples":
+        write_samples(arguments[1])
+    elif len(arguments) == 3 and arguments[0] in ("--folders", "--cells"):
+        comparison = compare if arguments[0] == "--folders" else compare_cells
+        sys.exit(compare_folders(*arguments[1:], comparison))
     elif len(arguments) == 2:
         sys.exit(compare(*arguments))
     else:

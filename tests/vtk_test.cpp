@@ -19,113 +19,10 @@
 #include <vector>
 
 #include "failure.h"
+#include "vtk_fixture.h"
 
 namespace shm::converters {
 namespace {
-
-namespace fs = std::filesystem;
-
-class VtkTest : public testing::Test {
- protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "vtk-test-XXXXXX").string();
-    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
-    directory_ = pattern;
-  }
-  void TearDown() override { fs::remove_all(directory_); }
-
-  std::string path(const std::string& name) const { return (directory_ / name).string(); }
-  std::string write_file(const std::string& name, const std::string& bytes) const {
-    std::ofstream(path(name), std::ios::binary) << bytes;
-    return path(name);
-  }
-  std::unique_ptr<MeshSource> open_text(const std::string& bytes) {
-    return open_vtk(write_file("in.vtk", bytes), spool_);
-  }
-
-  fs::path directory_;
-  Spool spool_{fs::temp_directory_path().string(), std::size_t{1} << 20};
-};
-
-std::string read_file(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-// Everything that a MeshSource says.
-struct Snapshot {
-  MeshInfo info;
-  std::vector<std::byte> points;
-  std::vector<std::uint32_t> blocks;
-  std::vector<std::uint64_t> corner_begin, corners;
-  std::vector<std::vector<std::byte>> arrays;
-};
-
-Snapshot take(MeshSource& mesh) {
-  Snapshot all{mesh.info(), {}, {}, {}, {}, {}};
-  all.points.resize(all.info.vertices * 3 * scalar_bytes(all.info.schema.coordinate_type));
-  mesh.read_points(0, all.info.vertices, all.points.data());
-  mesh.rewind_cells();
-  CellBatch batch;
-  while (mesh.next_cells(batch, 7)) {
-    for (std::size_t i = 0; i < batch.size(); ++i) {
-      all.blocks.push_back(batch.blocks[i]);
-      all.corner_begin.push_back(all.corners.size());
-      const auto cell = batch.cell(i);
-      all.corners.insert(all.corners.end(), cell.begin(), cell.end());
-    }
-  }
-  for (std::size_t a = 0; a < all.info.schema.arrays.size(); ++a) {
-    const std::uint64_t count = all.info.array_elements(a);
-    auto& values = all.arrays.emplace_back(count * all.info.array_stride(a));
-    const std::uint64_t half = count / 2;
-    mesh.read_array(a, 0, half, count - half, values.data() + half * all.info.array_stride(a));
-    mesh.read_array(a, 0, 0, half, values.data());
-  }
-  return all;
-}
-
-void expect_same(const Snapshot& a, const Snapshot& b) {
-  EXPECT_EQ(a.info.schema, b.info.schema);
-  EXPECT_EQ(a.info.vertices, b.info.vertices);
-  EXPECT_EQ(a.info.block_cells, b.info.block_cells);
-  EXPECT_EQ(a.info.step_times, b.info.step_times);
-  EXPECT_EQ(a.info.extras, b.info.extras);
-  EXPECT_TRUE(a.points == b.points);
-  EXPECT_TRUE(a.blocks == b.blocks);
-  EXPECT_TRUE(a.corner_begin == b.corner_begin);
-  EXPECT_TRUE(a.corners == b.corners);
-  EXPECT_TRUE(a.arrays == b.arrays);
-}
-
-const Extra* find_extra(const MeshInfo& info, const std::string& key) {
-  for (const Extra& extra : info.extras)
-    if (extra.key == key) return &extra;
-  return nullptr;
-}
-
-std::string text_of(const Extra* extra) {
-  if (extra == nullptr) return "(absent)";
-  return {reinterpret_cast<const char*>(extra->data.data()), extra->data.size()};
-}
-
-template <class T>
-std::vector<T> as(const std::vector<std::byte>& bytes) {
-  std::vector<T> values(bytes.size() / sizeof(T));
-  if (!values.empty()) std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
-  return values;
-}
-
-// VTK's own reader and writer in Python; absent on many machines.
-bool run_oracle(const std::string& arguments, int* status) {
-  static const bool available =
-      std::system("/usr/bin/python3 -c 'import vtk, numpy' >/dev/null 2>&1") == 0;
-  if (!available) return false;
-  const std::string script = std::string(SHM_SOURCE_DIR) + "/tests/vtk_oracle.py";
-  const int result = std::system(("/usr/bin/python3 '" + script + "' " + arguments).c_str());
-  *status = WIFEXITED(result) ? WEXITSTATUS(result) : -1;
-  return true;
-}
 
 constexpr const char* kHead =
     "# vtk DataFile Version 3.0\nsmall\nASCII\nDATASET UNSTRUCTURED_GRID\n";
@@ -163,18 +60,6 @@ std::string everything_in_text() {
       "SCALARS long long\nLOOKUP_TABLE default\n-9223372036854775808 1 2 3 9223372036854775807\n"
       "SCALARS long unsigned_long 1\nLOOKUP_TABLE default\n0 1 2 3 18446744073709551615\n";
   return text;
-}
-
-template <class T>
-std::string big_endian(const std::vector<T>& values) {
-  std::string bytes;
-  for (const T value : values) {
-    char raw[sizeof(T)];
-    std::memcpy(raw, &value, sizeof raw);
-    std::reverse(raw, raw + sizeof raw);  // the hosts of these tests are little-endian
-    bytes.append(raw, sizeof raw);
-  }
-  return bytes;
 }
 
 std::string binary_points() {
@@ -254,6 +139,27 @@ TEST_F(VtkTest, EverythingInTextMeansWhatItShould) {
   EXPECT_NE(skeleton.find("|COMPONENT_NAMES\n|x%20x\n|\n|z\n|INFORMATION 1\n"), std::string::npos);
 }
 
+// Strings and bits are no numbers, but they belong to points and cells all the same.
+TEST_F(VtkTest, StringsAndBitsFollowARenumbering) {
+  const std::string text =
+      std::string(kHead) +
+      "POINTS 5 float\n0 0 0 1 0 0 2 0 0 3 0 0 4 0 0\nCELLS 2 10\n4 4 3 2 1\n4 0 1 2 3\n"
+      "CELL_TYPES 2\n10 10\nPOINT_DATA 5\nPEDIGREE_IDS names string\nzero\none\n\nzero\nfour%20\n"
+      "FIELD f 2\nbits 1 5 bit\n0 1 1 0 0\nvariants 1 5 variant\n6 0\n6 1\n13 two\n6 3\n6 4\n";
+  const auto mesh = open_text(text);
+  const Snapshot before = take(*mesh);
+  EXPECT_EQ(as<std::uint32_t>(before.arrays[0]), (std::vector<std::uint32_t>{0, 1, 2, 0, 3}));
+  EXPECT_EQ(text_of(find_extra(before.info, "vtk/strings/0")), "zero\none\n\nfour%20\n");
+  write_vtk(*mesh, path("out.vtk"));
+  expect_same(before, take(*open_vtk(path("out.vtk"), spool_)));
+  write_vtk(*through_shm(*mesh, Order::stream, spool_), path("out.vtk"));
+  const std::string out = read_file(path("out.vtk"));
+  EXPECT_NE(out.find("POINTS 5 float\n4 0 0\n3 0 0\n2 0 0\n1 0 0\n0 0 0\n"), std::string::npos);
+  EXPECT_NE(out.find("names string\nfour%20\nzero\n\none\nzero\n"), std::string::npos);
+  EXPECT_NE(out.find("bits 1 5 bit\n0\n0\n1\n1\n0\n"), std::string::npos);
+  EXPECT_NE(out.find("variants 1 5 variant\n6 4\n6 3\n13 two\n6 1\n6 0\n"), std::string::npos);
+}
+
 TEST_F(VtkTest, LineEndsOfWindowsChangeNothing) {
   std::string text = everything_in_text();
   const Snapshot before = take(*open_text(text));
@@ -274,7 +180,10 @@ TEST_F(VtkTest, BinaryComesBackByteForByte) {
   EXPECT_EQ(as<double>(all.points).back(), 0.1);
   EXPECT_EQ(all.corners, (std::vector<std::uint64_t>{0, 1, 2, 3, 1, 2, 3, 4}));
   EXPECT_EQ(as<std::int32_t>(all.arrays[0]), (std::vector<std::int32_t>{10, 0x0a0a0a0a}));
-  EXPECT_EQ(as<std::int64_t>(all.arrays[1])[1], std::int64_t{1} << 60);
+  EXPECT_EQ(as<std::int64_t>(all.arrays[2])[1], std::int64_t{1} << 60);
+  EXPECT_EQ(all.info.schema.arrays[1].name, "bits");
+  EXPECT_EQ(as<std::uint8_t>(all.arrays[1]),
+            (std::vector<std::uint8_t>{1, 0, 1, 0, 1, 0, 1, 0, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1}));
   EXPECT_EQ(text_of(find_extra(all.info, "vtk/data/0")),
             "\xC3"
             "abc"
@@ -317,6 +226,41 @@ TEST_F(VtkTest, EmptyMeshesAndMeshesWithoutCellsComeBack) {
     write_vtk(*open_text(text), path("out.vtk"));
     expect_same(before, take(*open_vtk(path("out.vtk"), spool_)));
   }
+}
+
+// Strings come from files too.
+TEST_F(VtkTest, BentListsOfStringsAreRefused) {
+  const auto with_list = [&](const std::string& encoding, const std::string& list) {
+    const std::string values = encoding == "ASCII" ? "a\nb\n"
+                                                   : "\xC1"
+                                                     "a\xC1"
+                                                     "b\n";
+    const std::string points =
+        encoding == "ASCII" ? "0 0 0 1 1 1\n" : big_endian<float>({0, 0, 0, 1, 1, 1}) + "\n";
+    const auto mesh = open_text("# vtk DataFile Version 3.0\nsmall\n" + encoding +
+                                "\nDATASET UNSTRUCTURED_GRID\nPOINTS 2 float\n" + points +
+                                "POINT_DATA 2\nPEDIGREE_IDS p string\n" + values);
+    BentExtra bent(*mesh, "vtk/strings/0", list);
+    write_vtk(bent, path("out.vtk"));
+  };
+  with_list("ASCII", "a\nb\n");
+  with_list("BINARY",
+            "\xC1"
+            "a\xC1"
+            "b");
+  for (const char* list : {"", "a\n", "a\nb"})
+    EXPECT_EQ(code_of([&] { with_list("ASCII", list); }), ErrorCode::corrupt) << list;
+  for (const char* list : {"",
+                           "\xC1"
+                           "a",
+                           "\xC1"
+                           "a\xC2"
+                           "b",
+                           "\xC1"
+                           "a\x80",
+                           "\xC1"
+                           "a\x01"})
+    EXPECT_EQ(code_of([&] { with_list("BINARY", list); }), ErrorCode::corrupt) << list;
 }
 
 // A mesh as other formats give it: blocks with numbers, steps, arrays of some blocks, roles.
@@ -436,17 +380,6 @@ TEST_F(VtkTest, BentExtrasAreRefused) {
   EXPECT_EQ(open_vtk(path("out.vtk"), spool_)->info().schema.arrays.size(), 3U);
 }
 
-ErrorCode code_of(const std::function<void()>& body) {
-  try {
-    body();
-  } catch (const Failure& failure) {
-    EXPECT_FALSE(failure.error().detail.empty());
-    return failure.error().code;
-  }
-  ADD_FAILURE() << "nothing was thrown";
-  return ErrorCode::misuse;
-}
-
 TEST_F(VtkTest, LiesAndNonsenseAreRefused) {
   const std::string head = kHead, tets = std::string(kHead) + kTwoTets;
   const std::string rows = "POINTS 2 float\n0 0 0 1 1 1\nCELLS ";
@@ -456,9 +389,9 @@ TEST_F(VtkTest, LiesAndNonsenseAreRefused) {
       {ErrorCode::corrupt, "# vtk DataFile Version x\na\nASCII\n"},
       {ErrorCode::unsupported, "# vtk DataFile Version 6.0\na\nASCII\n"},
       {ErrorCode::corrupt, "# vtk DataFile Version 3.0\na\nEBCDIC\n"},
-      {ErrorCode::unsupported, "# vtk DataFile Version 3.0\na\nASCII\nDATASET POLYDATA\n"},
-      {ErrorCode::unsupported, "# vtk DataFile Version 3.0\na\nASCII\nDATASET STRUCTURED_GRID\n"},
-      {ErrorCode::corrupt, "# vtk DataFile Version 3.0\na\nASCII\nDATASET NONSENSE\n"},
+      {ErrorCode::unsupported, "# vtk DataFile Version 3.0\na\nASCII\nDATASET DIRECTED_GRAPH\n"},
+      {ErrorCode::unsupported, "# vtk DataFile Version 3.0\na\nASCII\nFIELD f 0\n"},
+      {ErrorCode::corrupt, "# vtk DataFile Version 3.0\na\nASCII\nPOINTS 0 float\n"},
       {ErrorCode::truncated, head},
       {ErrorCode::corrupt, head + "POINTS 18446744073709551615 char\n"},
       {ErrorCode::corrupt, head + "POINTS 18446744073709551616 float\n"},
@@ -515,14 +448,6 @@ TEST_F(VtkTest, LyingOffsetsAreRefused) {
   for (const auto& offsets : std::vector<std::vector<std::int64_t>>{
            {1, 4, 8}, {0, 9, 8}, {0, 4, 3}, {0, 4, 7}, {0, 4, 9}, {0, -4, 8}})
     EXPECT_EQ(code_of([&] { open_text(with_offsets(offsets)); }), ErrorCode::corrupt);
-}
-
-// Whatever happens, it is a Failure or a mesh that can be read to its end.
-void try_to_read(const std::string& file, Spool& spool) {
-  try {
-    take(*open_vtk(file, spool));
-  } catch (const Failure&) {
-  }
 }
 
 TEST_F(VtkTest, EveryTruncationIsSurvived) {
