@@ -13,6 +13,7 @@
 #include "failure.h"
 #include "gmsh.h"
 #include "vtk.h"
+#include "vtu.h"
 
 namespace shm::converters {
 namespace {
@@ -27,6 +28,10 @@ std::unique_ptr<MeshSource> open_plain(const std::string& path, Spool& spool, co
 template <auto kWrite>
 void write_plain(MeshSource& mesh, OutputFile& output, Spool&) {
   kWrite(mesh, output.temporary());
+}
+
+void write_vtu_file(MeshSource& mesh, OutputFile& output, Spool& spool) {
+  write_vtu(mesh, output.temporary(), spool);
 }
 
 void write_shm(MeshSource& mesh, OutputFile& output, Spool& spool) {
@@ -77,6 +82,7 @@ const std::vector<Format>& formats() {
        open_plain<open_exodus>,
        write_plain<write_exodus>},
       {"vtk", {".vtk"}, looks_like_vtk, open_plain<open_vtk>, write_plain<write_vtk>},
+      {"vtu", {".vtu"}, looks_like_vtu, open_plain<open_vtu>, write_vtu_file},
       {"gmsh", {".msh"}, looks_like_gmsh, open_plain<open_gmsh>, write_plain<write_gmsh>},
       {"shm", {".shm"}, looks_like_shm, open_shm, write_shm},
   };
@@ -118,7 +124,7 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, Spool& spool,
                                       const Progress& progress) {
   if (const Format* format = format_of_file(path)) return format->open(path, spool, progress);
   throw Failure(Error{ErrorCode::unsupported,
-                      "is neither an Exodus, VTK legacy, Gmsh nor .shm file",
+                      "is neither an Exodus, VTK legacy, VTU, Gmsh nor .shm file",
                       {},
                       kNoOffset,
                       path});

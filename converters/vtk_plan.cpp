@@ -16,33 +16,7 @@ constexpr std::uint64_t kMostClassic = std::numeric_limits<std::int32_t>::max();
 
 }  // namespace
 
-void fail_extra(const std::string& key, std::string detail) {
-  throw Failure(Error{ErrorCode::corrupt, std::move(detail), "extra '" + key + "'", kNoOffset, {}});
-}
-
-const Extra* FilePlan::extra(const std::string& key) const {
-  const auto found = extras_.find(key);
-  return found == extras_.end() ? nullptr : found->second;
-}
-
-// Values of an int32 or int64 extra; empty when it is absent.
-std::vector<std::int64_t> FilePlan::integers(const std::string& key) const {
-  std::vector<std::int64_t> values;
-  const Extra* found = extra(key);
-  if (found == nullptr) return values;
-  if (found->type != ScalarType::int32 && found->type != ScalarType::int64)
-    fail_extra(key, "has values of the wrong type");
-  with_scalar(found->type, [&](auto value) {
-    for (std::size_t at = 0; at + sizeof value <= found->data.size(); at += sizeof value) {
-      std::memcpy(&value, found->data.data() + at, sizeof value);
-      values.push_back(static_cast<std::int64_t>(value));
-    }
-  });
-  return values;
-}
-
-FilePlan::FilePlan(MeshSource& mesh) : mesh_(mesh), info_(mesh.info()) {
-  for (const Extra& each : info_.extras) extras_.emplace(each.key, &each);
+FilePlan::FilePlan(MeshSource& mesh) : CellPlan(mesh) {
   const Extra* text = info_.schema.source_format == "vtk" ? extra("vtk/skeleton") : nullptr;
   if (text != nullptr) {
     plan_from_source(*text);
@@ -51,8 +25,6 @@ FilePlan::FilePlan(MeshSource& mesh) : mesh_(mesh), info_(mesh.info()) {
   }
   add_missing_parts();
   add_unplaced_arrays();
-  load_cell_types();
-  load_polyhedra();
   choose_layout();
 }
 
@@ -170,42 +142,9 @@ void FilePlan::add_block_ids() {
                      .tuples = info_.cells()});
 }
 
-void FilePlan::load_cell_types() {
-  const std::string key = "vtk/cell_types";
-  const std::vector<std::int64_t> types = integers(key);
-  const auto& blocks = info_.schema.blocks;
-  const bool own = info_.schema.source_format == "vtk" && !types.empty();
-  if (own && types.size() != blocks.size())
-    fail_extra(key, "has " + std::to_string(types.size()) + " types for " +
-                        std::to_string(blocks.size()) + " blocks");
-  for (std::size_t b = 0; b < blocks.size(); ++b) {
-    if (own && (types[b] < 0 || types[b] > 255)) fail_extra(key, "has an unknown cell type");
-    block_types_.push_back(own ? static_cast<int>(types[b]) : cell_type_of_block(blocks[b]));
-  }
-}
-
-void FilePlan::load_polyhedra() {
-  if (std::find(block_types_.begin(), block_types_.end(), kPolyhedron) == block_types_.end())
-    return;
-  const std::vector<std::int64_t> cells = integers("vtk/polyhedron/cells");
-  const std::vector<std::int64_t> faces = integers("vtk/polyhedron/faces");
-  face_sizes_ = integers("vtk/polyhedron/face_sizes");
-  if (faces.size() != cells.size())
-    fail_extra("vtk/polyhedron/faces", "is not as long as the list of polyhedra");
-  std::uint64_t first = 0;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (faces[i] < 0 || static_cast<std::uint64_t>(faces[i]) > face_sizes_.size() - first)
-      fail_extra("vtk/polyhedron/faces", "states more faces than there are");
-    polyhedra_.push_back({cells[i], static_cast<std::uint64_t>(faces[i]), first});
-    first += static_cast<std::uint64_t>(faces[i]);
-  }
-  std::sort(polyhedra_.begin(), polyhedra_.end(),
-            [](const Polyhedron& a, const Polyhedron& b) { return a.cell < b.cell; });
-}
-
 // Counts the numbers of all cells, and takes the 5.x layout where the classic one is too small.
 void FilePlan::choose_layout() {
-  bool all_fixed = polyhedra_.empty();
+  bool all_fixed = !has_polyhedra();
   for (std::size_t b = 0; b < info_.schema.blocks.size(); ++b) {
     const std::uint32_t nodes = info_.schema.blocks[b].nodes_per_cell;
     all_fixed &= nodes > 0 || info_.block_cells[b] == 0;
@@ -230,33 +169,6 @@ void FilePlan::choose_layout() {
       each.type = each.second = "vtktypeint64";
     }
   }
-}
-
-void FilePlan::file_numbers(std::uint32_t block, std::span<const std::uint64_t> corners) {
-  const int type = block_types_[block];
-  if (type != kPolyhedron) {
-    numbers_.assign(corners.begin(), corners.end());
-    permute_corners(type, numbers_.data(), numbers_.size());
-    return;
-  }
-  const auto cell = static_cast<std::int64_t>(cell_);
-  while (next_polyhedron_ < polyhedra_.size() && polyhedra_[next_polyhedron_].cell < cell)
-    ++next_polyhedron_;
-  if (next_polyhedron_ == polyhedra_.size() || polyhedra_[next_polyhedron_].cell != cell)
-    fail_extra("vtk/polyhedron/cells", "lacks cell " + std::to_string(cell_));
-  const Polyhedron& faces = polyhedra_[next_polyhedron_];
-  numbers_.assign(1, faces.faces);
-  std::size_t corner = 0;
-  for (std::uint64_t f = 0; f < faces.faces; ++f) {
-    const auto size = static_cast<std::uint64_t>(face_sizes_[faces.first_size + f]);
-    if (size > corners.size() - corner) break;
-    numbers_.push_back(size);
-    const auto from = corners.begin() + static_cast<std::ptrdiff_t>(corner);
-    numbers_.insert(numbers_.end(), from, from + static_cast<std::ptrdiff_t>(size));
-    corner += size;
-  }
-  if (corner != corners.size() || numbers_.size() != 1 + faces.faces + corner)
-    fail_extra("vtk/polyhedron/face_sizes", "does not fit cell " + std::to_string(cell_));
 }
 
 }  // namespace shm::converters::vtk
