@@ -52,15 +52,11 @@ CellCollector::Column::Column(CellCollector& owner, Node& array, std::uint64_t m
   });
 }
 
+// The first of that name: with several time steps there may be one for each.
 Node* CellCollector::find(Node& cells, std::string_view name) const {
-  Node* found = nullptr;
-  for (Node& each : cells.children) {
-    if (!each.is_array() || each.attribute_or("Name", "") != name) continue;
-    if (found != nullptr)
-      loader_.fail(ErrorCode::unsupported, each, "cells that change from step to step are not read");
-    found = &each;
-  }
-  return found;
+  for (Node& each : cells.children)
+    if (each.is_array() && each.attribute_or("Name", "") == name) return &each;
+  return nullptr;
 }
 
 void CellCollector::add_piece(Node& cells, const PieceRange& piece) {
@@ -77,7 +73,21 @@ void CellCollector::add_piece(Node& cells, const PieceRange& piece) {
       read_plain(*offsets, *connectivity, piece);
     }
   }
+  mark_steps(cells);
   mark_rest(cells);
+}
+
+// The cells of later steps must be those of the first.
+void CellCollector::mark_steps(Node& cells) {
+  for (Node& each : cells.children) {
+    if (!each.is_array()) continue;
+    Node* first = find(cells, each.attribute_or("Name", ""));
+    if (first == &each || first->values() == nullptr || first->values()->text.empty()) continue;
+    if (!loader_.same_values(*first, each, spool_))
+      loader_.fail(ErrorCode::unsupported, each,
+                   "cells that change from step to step are not read");
+    loader_.mark_like(each, first->values()->text);
+  }
 }
 
 // Arrays that nobody took: empty ones of their names, or others, which are kept.
@@ -172,11 +182,20 @@ void CellCollector::read_with_faces(Node& cells, Node& offsets, Node& connectivi
     if (face_streams(*faces, *ends, piece)) {
       loader_.mark(*faces, std::string(kFaces));
       loader_.mark(*ends, std::string(kFaceOffsets));
+    } else {
+      loader_.keep_as_extra(*faces, kNoLimit);
+      loader_.keep_as_extra(*ends, kNoLimit);
     }
-  } else if (face_tables(cells, piece)) {
+  } else {
+    const bool standard = face_tables(cells, piece);
     for (const std::string_view name :
-         {kFaceConnectivity, kFaceEnds, kPolyhedronFaces, kPolyhedronEnds})
-      loader_.mark(*find(cells, name), std::string(name));
+         {kFaceConnectivity, kFaceEnds, kPolyhedronFaces, kPolyhedronEnds}) {
+      if (standard) {
+        loader_.mark(*find(cells, name), std::string(name));
+      } else {
+        loader_.keep_as_extra(*find(cells, name), kNoLimit);
+      }
+    }
   }
   add_cells(offsets, connectivity, piece);
   loader_.mark(offsets, std::string(kOffsets));

@@ -55,6 +55,7 @@ class CellCollector {
                 const PieceRange& piece);
   void check_nodes(Node& array, const std::vector<std::int64_t>& nodes,
                    const PieceRange& piece) const;
+  void mark_steps(Node& cells);
   void mark_rest(Node& cells);
 
   ArrayLoader& loader_;

@@ -176,6 +176,39 @@ void ArrayLoader::load(Node& array, const ArrayType& type, std::uint64_t count, 
          "has " + std::to_string(found) + " values where " + std::to_string(count) + " belong");
 }
 
+bool ArrayLoader::same_place(const Node& a, const Node& b) {
+  const auto appended = [](const Node& node) {
+    return node.attribute_or("format", "") == "appended";
+  };
+  return appended(a) && appended(b) &&
+         a.attribute_or("offset", "") == b.attribute_or("offset", "") &&
+         a.attribute_or("type", "") == b.attribute_or("type", "");
+}
+
+bool ArrayLoader::same_values(Node& a, Node& b, Spool& spool) {
+  if (same_place(a, b)) return true;
+  const auto type = type_of(a);
+  if (!type || type != type_of(b)) return false;
+  const std::size_t width = scalar_bytes(type->stored);
+  PagedArray first(spool, width);
+  read(a, *type, kNoLimit, [&](std::span<const std::byte> values) {
+    first.append(values.size() / width, values.data());
+  });
+  bool same = true;
+  std::uint64_t at = 0;
+  std::vector<std::byte> other;
+  read(b, *type, kNoLimit, [&](std::span<const std::byte> values) {
+    const std::uint64_t n = values.size() / width;
+    same = same && n <= first.size() - at;
+    if (!same) return;
+    other.resize(values.size());
+    first.read(at, n, other.data());
+    same = std::equal(other.begin(), other.end(), values.begin());
+    at += n;
+  });
+  return same && at == first.size();
+}
+
 std::uint64_t ArrayLoader::read_integers(
     Node& array, std::uint64_t most,
     const std::function<void(std::span<const std::int64_t>)>& take) {
@@ -200,6 +233,13 @@ std::uint64_t ArrayLoader::read_integers(
 void ArrayLoader::keep_as_extra(Node& array, std::uint64_t most) {
   const auto type = type_of(array);
   if (!type) return mark(array, "none");  // VTK reads nothing of it
+  std::string place;
+  if (array.attribute_or("format", "") == "appended")
+    place = array.attribute_or("offset", "") + ' ' + array.attribute_or("type", "") + ' ' +
+            std::to_string(most);
+  if (const auto known = kept_.find(place); known != kept_.end()) {
+    return mark_like(array, known->second);
+  }
   Extra extra{data_key(extras_), type->stored, Reference::nothing, {}, {}};
   const std::uint64_t found = read(array, *type, most, [&](std::span<const std::byte> values) {
     extra_bytes_ += values.size();
@@ -214,6 +254,12 @@ void ArrayLoader::keep_as_extra(Node& array, std::uint64_t most) {
   extra.shape = {found};
   info_.extras.push_back(std::move(extra));
   mark(array, 'x' + std::to_string(extras_++));
+  if (!place.empty()) kept_[place] = array.values()->text;
+}
+
+void ArrayLoader::mark_like(Node& array, const std::string& text) {
+  block_bytes_ = 0;
+  mark(array, text);
 }
 
 void ArrayLoader::mark(Node& array, const std::string& what) {

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -51,6 +52,11 @@ class ArrayLoader {
                      const PayloadReader::Take& take);
   // Exactly `count` numbers, which `out` gets appended.
   void load(Node& array, const ArrayType& type, std::uint64_t count, PagedArray& out);
+  // Whether both stand at the same place in the file, as arrays that do not change from step to
+  // step do.
+  static bool same_place(const Node& a, const Node& b);
+  // Whether they have the same values, however they stand.
+  bool same_values(Node& a, Node& b, Spool& spool);
   // As integers of 64 bits, in pieces.
   std::uint64_t read_integers(Node& array, std::uint64_t most,
                               const std::function<void(std::span<const std::int64_t>)>& take);
@@ -58,6 +64,7 @@ class ArrayLoader {
   void keep_as_extra(Node& array, std::uint64_t most);
   // Notes what the numbers of an array are (see vtu.h). After reading them, when they are read.
   void mark(Node& array, const std::string& what);
+  void mark_like(Node& array, const std::string& text);  // `text`: of another array's mark
 
   [[noreturn]] void fail(ErrorCode code, const Node& node, std::string detail) const;
 
@@ -72,6 +79,7 @@ class ArrayLoader {
   std::uint64_t file_bytes_ = 0;
   Style appended_style_ = Style::base64;
   std::optional<PayloadReader> payload_;
+  std::map<std::string, std::string> kept_;  // appended extras by their place
   std::uint64_t extras_ = 0, extra_bytes_ = 0;
   std::uint64_t block_bytes_ = 0;  // of the array read last, until it is marked
 };

@@ -212,10 +212,26 @@ bool VtuPlan::is_written(std::size_t array) const {
   return info.role.empty() && (!info.per_step || !info_.step_times.empty());
 }
 
+// The points of later steps may be arrays of their own.
+void VtuPlan::fit_points(Node& points) {
+  std::erase_if(points.children, [&](Node& each) {
+    if (!each.is_array()) return false;
+    const auto word = each.values() == nullptr ? std::nullopt
+                                               : parse_values_word(each.values()->text);
+    if (!word) return true;
+    if (word->kind != ValuesWord::Kind::array) return word->word != "points";
+    const auto& arrays = info_.schema.arrays;
+    return word->index >= arrays.size() || arrays[word->index].role != "vtu:points" ||
+           type_of_word(each.attribute_or("type", "")) !=
+               ArrayType{ArrayKind::number, arrays[word->index].type};
+  });
+}
+
 // Points, and the arrays that say the cells. Where cells stand in another order, arrays of faces
 // that were kept as they were are made anew.
 void VtuPlan::fit_cells(Node& piece) {
   Node& points = child_of(piece, "Points");
+  fit_points(points);
   const auto is_any_array = [](const Node& node) { return node.is_array(); };
   if (std::none_of(points.children.begin(), points.children.end(), is_any_array))
     points.children.push_back(

@@ -48,6 +48,7 @@ class VtuPlan : public vtk::CellPlan {
   void fit_arrays(Node& data, Location location);
   bool fits(Node& array, Location location);
   void fit_cells(Node& piece);
+  void fit_points(Node& points);
   void forget_ranges(Node& array) const;
   void add_unplaced_arrays(Node& piece, Location location);
   void add_array(Node& data, std::size_t array) const;

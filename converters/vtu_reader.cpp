@@ -49,10 +49,12 @@ struct Column {
   ArrayType type;
   std::uint64_t components = 1;
   bool per_step = false;
+  bool constant = false;  // the nodes of all steps stand for the same values
   std::vector<Node*> nodes;
   bool same_as(const Column& other) const {
     return name == other.name && occurrence == other.occurrence && type == other.type &&
-           components == other.components && per_step == other.per_step;
+           components == other.components && per_step == other.per_step &&
+           constant == other.constant;
   }
 };
 
@@ -76,11 +78,14 @@ class Parser {
   void find_pieces(Node& grid);
   void find_steps(const Node& grid);
   void points();
+  void begin_points(const ArrayType& type);
+  void points_of_step(Node& array, Node& first, const PieceRange& piece);
   void load_points(Node& array, const ArrayType& type, const PieceRange& piece);
   void data(Location location, const char* element_name);
   std::vector<Column> columns_of(Node& data);
   bool join_steps(std::vector<Column>& columns, Column& column, std::vector<Node*>& nodes);
-  void load_column(Location location, const std::vector<std::pair<Column, Piece>>& parts);
+  void load_column(Location location, const std::vector<std::pair<Column, Piece>>& parts,
+                   const std::string& role);
   void keep_rest(Node& node);
   std::uint64_t product(const Node& node, std::uint64_t a, std::uint64_t b) const;
 
@@ -157,45 +162,61 @@ void Parser::find_pieces(Node& grid) {
   info_.vertices = next.first_point;
 }
 
+// All pieces go with the first that has points, as VTK has it.
 void Parser::points() {
-  // All pieces go with the first that has points, as VTK has it.
-  std::optional<ArrayType> type;
   source_.points_ = PagedArray(spool_, scalar_bytes(ScalarType::float64));
+  std::optional<ArrayType> type;
   for (Piece& piece : pieces_) {
     Node* points = piece.node->child("Points");
-    Node* array = nullptr;
+    Node* first = nullptr;
     for (std::size_t i = 0; points != nullptr && i < points->children.size(); ++i) {
       Node& each = points->children[i];
       if (!each.is_array()) continue;
-      if (array != nullptr)
-        loader_.fail(ErrorCode::unsupported, each,
-                     "points that change from step to step are not read");
-      array = &each;
-    }
-    if (array == nullptr && piece.range.points > 0)
-      loader_.fail(ErrorCode::corrupt, *piece.node, "has points, but no array of them");
-    if (array == nullptr) continue;
-    const auto own = loader_.type_of(*array);
-    if (!own || own->kind != ArrayKind::number)
-      loader_.fail(ErrorCode::unsupported, *array, "is of no type that coordinates can have");
-    if (piece.range.points > 0) {
-      if (!type) {
-        type = own;
-        info_.schema.coordinate_type =
-            own->stored == ScalarType::float32 ? ScalarType::float32 : ScalarType::float64;
-        source_.points_ = PagedArray(spool_, scalar_bytes(info_.schema.coordinate_type));
+      if (first != nullptr) {
+        points_of_step(each, *first, piece.range);
+        continue;
       }
-      if (*type != *own)
-        loader_.fail(ErrorCode::unsupported, *array, "the pieces have points of different types");
-      if (loader_.components_of(*array) != 3)
-        loader_.fail(ErrorCode::corrupt, *array, "points do not have 3 components");
-      load_points(*array, *own, piece.range);
+      first = &each;
+      const auto own = loader_.type_of(each);
+      if (!own || own->kind != ArrayKind::number)
+        loader_.fail(ErrorCode::unsupported, each, "is of no type that coordinates can have");
+      if (piece.range.points > 0) {
+        if (!type) begin_points(*own);
+        if (type && *type != *own)
+          loader_.fail(ErrorCode::unsupported, each, "the pieces have points of different types");
+        type = own;
+        load_points(each, *own, piece.range);
+      }
+      loader_.mark(each, "points");
     }
-    loader_.mark(*array, "points");
+    if (first == nullptr && piece.range.points > 0)
+      loader_.fail(ErrorCode::corrupt, *piece.node, "has points, but no array of them");
   }
 }
 
+void Parser::begin_points(const ArrayType& type) {
+  info_.schema.coordinate_type =
+      type.stored == ScalarType::float32 ? ScalarType::float32 : ScalarType::float64;
+  source_.points_ = PagedArray(spool_, scalar_bytes(info_.schema.coordinate_type));
+}
+
+// Points of a later step: those of the first, or an array of their own.
+void Parser::points_of_step(Node& array, Node& first, const PieceRange& piece) {
+  if (piece.points == 0 || loader_.same_values(first, array, spool_))
+    return loader_.mark_like(array, first.values()->text);
+  const auto type = loader_.type_of(array);
+  if (pieces_.size() > 1 || !type || type->kind != ArrayKind::number)
+    loader_.fail(ErrorCode::unsupported, array,
+                 "points of several pieces that change from step to step are not read");
+  load_column(Location::point, {{{.name = "Points", .type = *type, .components = 3,
+                                  .nodes = {&array}},
+                                 pieces_.front()}},
+              "vtu:points");
+}
+
 void Parser::load_points(Node& array, const ArrayType& type, const PieceRange& piece) {
+  if (loader_.components_of(array) != 3)
+    loader_.fail(ErrorCode::corrupt, array, "points do not have 3 components");
   const std::uint64_t count = product(array, piece.points, 3);
   if (is_float(type.stored)) return loader_.load(array, type, count, source_.points_);
   // Integer coordinates go out as double.
@@ -222,7 +243,11 @@ bool Parser::join_steps(std::vector<Column>& columns, Column& column, std::vecto
     column.nodes[*step] = node;
   }
   if (nodes.size() != times_.size()) return false;
-  column.per_step = true;
+  const Node& first = *column.nodes.front();
+  column.constant = std::all_of(nodes.begin(), nodes.end(), [&](const Node* node) {
+    return ArrayLoader::same_place(*node, first);
+  });
+  column.per_step = !column.constant;
   columns.push_back(column);
   return true;
 }
@@ -301,7 +326,7 @@ void Parser::data(Location location, const char* element_name) {
         break;
       }
     }
-    if (found == others) load_column(location, parts);
+    if (found == others) load_column(location, parts, {});
   }
   // What is left has no place in the schema.
   for (std::size_t p = 0; p < pieces_.size(); ++p) {
@@ -319,7 +344,8 @@ void Parser::data(Location location, const char* element_name) {
   }
 }
 
-void Parser::load_column(Location location, const std::vector<std::pair<Column, Piece>>& parts) {
+void Parser::load_column(Location location, const std::vector<std::pair<Column, Piece>>& parts,
+                         const std::string& role) {
   const Column& column = parts.front().first;
   ArrayInfo array;
   array.name = column.name;
@@ -327,18 +353,20 @@ void Parser::load_column(Location location, const std::vector<std::pair<Column, 
   array.type = column.type.stored;
   array.components = static_cast<std::uint32_t>(column.components);
   array.per_step = column.per_step;
+  array.role = role;
   if (column.per_step) info_.step_times = times_;
   const std::string word = 'a' + std::to_string(info_.schema.arrays.size());
   info_.schema.arrays.push_back(std::move(array));
   auto& steps = source_.arrays_.emplace_back();
-  for (std::size_t s = 0; s < column.nodes.size(); ++s)
+  for (std::size_t s = 0; s < (column.per_step ? times_.size() : 1); ++s)
     steps.emplace_back(spool_, scalar_bytes(column.type.stored));
   for (const auto& [part, piece] : parts) {
     const std::uint64_t elements =
         location == Location::point ? piece.range.points : piece.range.cells;
     for (std::size_t s = 0; s < part.nodes.size(); ++s) {
       Node& node = *part.nodes[s];
-      loader_.load(node, part.type, product(node, elements, part.components), steps[s]);
+      if (!part.constant || s == 0)
+        loader_.load(node, part.type, product(node, elements, part.components), steps[s]);
       loader_.mark(node, word + (part.per_step ? 's' + std::to_string(s) : ""));
     }
   }

@@ -150,10 +150,21 @@ void Writer::appended(Node& node_to_write, int depth) {
   indent(depth);
   out_.text(" _");
   const std::uint64_t begin = out_.position();
+  // Arrays that do not change from step to step stand here once.
+  std::map<std::string, std::string> places;
   for (const Waiting& each : waiting_) {
+    const Node* values = each.array->values();
+    const std::string same = (values == nullptr ? "" : values->text) + ' ' +
+                             each.array->attribute_or("type", "") + ' ' +
+                             std::to_string(each.piece.first_point) + ' ' +
+                             std::to_string(each.piece.first_cell) + ' ' +
+                             std::to_string(each.piece.points) + ' ' +
+                             std::to_string(each.piece.cells);
     std::string offset = std::to_string(out_.position() - begin) + '"';
     offset.resize(kOffsetRoom, ' ');
-    out_.patch(each.offset_at, offset);
+    const auto [place, is_new] = places.emplace(same, offset);
+    out_.patch(each.offset_at, place->second);
+    if (!is_new) continue;
     payload(*each.array, plan_.raw_appended() ? Style::raw : Style::base64, each.piece,
             each.in_piece);
   }

@@ -3,10 +3,9 @@
 
 usage: vtu_oracle.py A.vtu B.vtu
        vtu_oracle.py --data A B                         grids alone; .vtu or .vtk
-       vtu_oracle.py --sample MODE COMPRESSOR HEADER ORDER PIECES OUT.vtu
-           a small grid with everything in it, written by VTK. MODE: ascii, binary, base64, raw;
-           COMPRESSOR: none, zlib, lz4, lzma; HEADER: 32, 64; ORDER: little, big
-       vtu_oracle.py --steps OUT.vtu                    a grid with three time steps in one file
+       vtu_oracle.py --all DIRECTORY_A DIRECTORY_B      all files of A against those of B
+       vtu_oracle.py --samples DIRECTORY                a small grid with everything in it, written
+           by VTK in every encoding: MODE_COMPRESSOR_HEADER_ORDER.vtu; steps.vtu: three time steps
        vtu_oracle.py --read A.vtu                       VTK reads it, no more
 Compares points, cells, cell types, polyhedron faces, and all point, cell and field data: order,
 names, types, components, component names, information keys, values (bit for bit), attribute kinds;
@@ -15,6 +14,7 @@ comments, in order, but for the offsets of appended data and blanks.
 Exit code 0: equal; 1: different (each difference is printed); 2: VTK could not read a file.
 Needs Debian's python3-vtk9 and python3-numpy.
 """
+import itertools
 import os
 import sys
 import xml.parsers.expat
@@ -135,6 +135,16 @@ def compare(path_a, path_b, with_xml):
     return 1 if check.differences else 0
 
 
+def compare_all(directory_a, directory_b):
+    worst = 0
+    for name in sorted(os.listdir(directory_a)):
+        result = compare(os.path.join(directory_a, name), os.path.join(directory_b, name), True)
+        if result:
+            print(f"so much for {name}")
+        worst = max(worst, result)
+    return worst
+
+
 def set_up(writer, mode, compressor, header, order, path):
     writer.SetDataMode(MODES[mode][0])
     writer.SetEncodeAppendedData(MODES[mode][1])
@@ -153,22 +163,24 @@ def sample():
     time.InsertNextValue(2.5)
     grid.GetFieldData().AddArray(time)
     words = vtk.vtkStringArray()
-    words.SetName("wörter <&>")
+    words.SetName("w\u00f6rter &lt;&amp;&gt;")  # VTK writes names as they are
     for i in range(grid.GetNumberOfPoints()):
         words.InsertNextValue("p" * i + "é")
     grid.GetPointData().AddArray(words)
-    grid.GetPointData().AddArray(vtk_oracle.numbers("Float", "named & \"quoted\" ü", 1,
+    grid.GetPointData().AddArray(vtk_oracle.numbers("Float", "named &amp; &quot;quoted&quot;", 1,
                                                     grid.GetNumberOfPoints()))
     return grid
 
 
-def write_sample(mode, compressor, header, order, pieces, path):
-    writer = vtk.vtkXMLUnstructuredGridWriter()
-    set_up(writer, mode, compressor, header, order, path)
-    writer.SetInputData(sample())
-    writer.SetNumberOfPieces(int(pieces))
-    if not writer.Write():
-        sys.exit(2)
+def write_samples(directory):
+    grid = sample()
+    for choice in itertools.product(MODES, COMPRESSORS, ("32", "64"), ("little", "big")):
+        writer = vtk.vtkXMLUnstructuredGridWriter()
+        set_up(writer, *choice, os.path.join(directory, "_".join(choice) + ".vtu"))
+        writer.SetInputData(grid)
+        if not writer.Write():
+            sys.exit(2)
+    write_steps(os.path.join(directory, "steps.vtu"))
 
 
 def write_steps(path):
@@ -189,10 +201,10 @@ def write_steps(path):
 
 def main():
     arguments = sys.argv[1:]
-    if len(arguments) == 7 and arguments[0] == "--sample":
-        write_sample(*arguments[1:])
-    elif len(arguments) == 2 and arguments[0] == "--steps":
-        write_steps(arguments[1])
+    if len(arguments) == 2 and arguments[0] == "--samples":
+        write_samples(arguments[1])
+    elif len(arguments) == 3 and arguments[0] == "--all":
+        sys.exit(compare_all(*arguments[1:]))
     elif len(arguments) == 2 and arguments[0] == "--read":
         read(arguments[1])
     elif len(arguments) == 3 and arguments[0] == "--data":
