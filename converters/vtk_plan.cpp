@@ -7,6 +7,7 @@
 
 #include "failure.h"
 #include "vtk_values.h"
+#include "vtu_legacy.h"
 
 namespace shm::converters::vtk {
 namespace {
@@ -101,6 +102,14 @@ void FilePlan::add_missing_parts() {
 }
 
 void FilePlan::plan_for_foreign() {
+  if (info_.schema.source_format == "vtu") {
+    skeleton_.entries = vtu::legacy_entries(info_, extras_, placed_, made_);
+    for (std::size_t k = 0; k < made_.size(); ++k) {
+      made_[k].key = data_key(k);
+      extras_[made_[k].key] = &made_[k];
+    }
+    return add_missing_parts();
+  }
   if (!info_.step_times.empty()) add_time();
   add_missing_parts();
   add_block_ids();

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <set>
 #include <string>
 
@@ -36,6 +37,7 @@ class FilePlan : public CellPlan {
 
   Skeleton skeleton_;
   Extra time_;
+  std::deque<Extra> made_;  // for values that stand otherwise in the source
   std::set<std::size_t> placed_;  // arrays that the skeleton has a place for
   std::uint64_t cell_numbers_ = 0;
 };

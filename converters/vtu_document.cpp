@@ -338,6 +338,19 @@ Node element(std::string name, std::vector<std::pair<std::string, std::string>> 
   return Node{.name = std::move(name), .attributes = std::move(attributes)};
 }
 
+Node values_node(std::string word) {
+  return Node{.kind = NodeKind::values, .name = {}, .text = std::move(word)};
+}
+
+Node array_element(std::string type, std::string name, std::uint64_t components,
+                   std::string format, std::string word) {
+  Node node = element("DataArray", {{"type", std::move(type)}, {"Name", std::move(name)}});
+  if (components != 1) node.set_attribute("NumberOfComponents", std::to_string(components));
+  node.set_attribute("format", std::move(format));
+  node.children.push_back(values_node(std::move(word)));
+  return node;
+}
+
 Node& Document::root() {
   return *std::find_if(nodes.begin(), nodes.end(),
                        [](const Node& node) { return node.kind == NodeKind::element; });

@@ -38,6 +38,12 @@ struct Node {
 
 Node element(std::string name, std::vector<std::pair<std::string, std::string>> attributes = {});
 
+// What stands for the numbers of an array.
+Node values_node(std::string word);
+// <DataArray> of numbers: type is "Float64", ...
+Node array_element(std::string type, std::string name, std::uint64_t components,
+                   std::string format, std::string word);
+
 struct Document {
   std::vector<Node> nodes;          // the root and what stands before and after it
   std::uint64_t appended_begin = 0;  // in the file, behind the '_'; 0: no appended data

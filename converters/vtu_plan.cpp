@@ -4,6 +4,7 @@
 #include <charconv>
 #include <utility>
 
+#include "vtu_legacy.h"
 #include "vtu_loader.h"
 #include "vtk_words.h"
 
@@ -21,19 +22,6 @@ bool take_number(std::string_view& text, std::uint64_t& value) {
   if (error != std::errc()) return false;
   text.remove_prefix(static_cast<std::size_t>(end - text.data()));
   return true;
-}
-
-Node values(std::string word) {
-  return Node{.kind = NodeKind::values, .name = {}, .text = std::move(word)};
-}
-
-Node array_element(std::string type, std::string name, std::uint64_t components,
-                   std::string format, std::string word) {
-  Node node = element("DataArray", {{"type", std::move(type)}, {"Name", std::move(name)}});
-  if (components != 1) node.set_attribute("NumberOfComponents", std::to_string(components));
-  node.set_attribute("format", std::move(format));
-  node.children.push_back(values(std::move(word)));
-  return node;
 }
 
 bool is_piece(const Node& node) { return node.is("Piece"); }
@@ -86,9 +74,10 @@ VtuPlan::VtuPlan(MeshSource& mesh) : CellPlan(mesh) {
   } else {
     plan_for_foreign();
   }
+  std::size_t next_piece = 0;
   for (Node& piece : grid().children) {
     if (!is_piece(piece)) continue;
-    fit_cells(piece);
+    fit_cells(piece, pieces_[next_piece++]);
     add_unplaced_arrays(piece, Location::point);
     add_unplaced_arrays(piece, Location::cell);
   }
@@ -229,7 +218,8 @@ void VtuPlan::fit_points(Node& points) {
 
 // Points, and the arrays that say the cells. Where cells stand in another order, arrays of faces
 // that were kept as they were are made anew.
-void VtuPlan::fit_cells(Node& piece) {
+void VtuPlan::fit_cells(Node& piece, const PieceRange& range) {
+  if (own_ && range.points == 0 && piece.child("Points") == nullptr) return;
   Node& points = child_of(piece, "Points");
   fit_points(points);
   const auto is_any_array = [](const Node& node) { return node.is_array(); };
@@ -240,13 +230,13 @@ void VtuPlan::fit_cells(Node& piece) {
   if (info_.schema.coordinate_quantization.lossy())
     for (Node& each : points.children)
       if (each.is_array()) forget_ranges(each);
-  if (info_.cells() == 0) return;
+  if (range.cells == 0) return;
   Node& cells = child_of(piece, "Cells");
   const auto need = [&](std::string_view name, const char* type) {
     Node* found = array_named(cells, name);
     if (found == nullptr)
       found = &cells.children.emplace_back(array_element(type, std::string(name), 1, format_, ""));
-    if (found->values() == nullptr) found->children.push_back(values({}));
+    if (found->values() == nullptr) found->children.push_back(values_node({}));
     const std::string& word = found->values()->text;
     const bool other_order = info_.schema.order != Order::keep && word.starts_with('x');
     if (word.empty() || other_order) found->values()->text = name;
@@ -302,6 +292,15 @@ void VtuPlan::plan_for_foreign() {
   piece.children.push_back(element("PointData"));
   piece.children.push_back(element("CellData"));
   add_block_ids(piece.children.back());
+  if (info_.schema.source_format == "vtk") {
+    LegacyParts parts{child_of(grid_node, "FieldData"), piece.children[0], piece.children[1],
+                      format_, placed_, made_};
+    root.set_attribute("version", add_legacy_parts(info_, extras_, parts));
+    for (std::size_t k = 0; k < made_.size(); ++k) {
+      made_[k].key = data_key(k);
+      extras_[made_[k].key] = &made_[k];
+    }
+  }
   grid_node.children.push_back(std::move(piece));
   root.children.push_back(std::move(grid_node));
   root.children.push_back(element("AppendedData", {{"encoding", "raw"}}));

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <set>
 #include <string>
@@ -47,7 +48,7 @@ class VtuPlan : public vtk::CellPlan {
   void join_pieces();
   void fit_arrays(Node& data, Location location);
   bool fits(Node& array, Location location);
-  void fit_cells(Node& piece);
+  void fit_cells(Node& piece, const PieceRange& range);
   void fit_points(Node& points);
   void forget_ranges(Node& array) const;
   void add_unplaced_arrays(Node& piece, Location location);
@@ -62,6 +63,7 @@ class VtuPlan : public vtk::CellPlan {
   std::string format_ = "appended";  // of arrays that the source did not have
   std::vector<PieceRange> pieces_;
   std::set<std::size_t> placed_;
+  std::deque<Extra> made_;  // for values that stand otherwise in the source
 };
 
 }  // namespace shm::converters::vtu

@@ -3,6 +3,8 @@
 
 usage: vtu_oracle.py A.vtu B.vtu
        vtu_oracle.py --data A B                         grids alone; .vtu or .vtk
+       vtu_oracle.py --legacy A B                       the same, one of them .vtk: by name, and
+           without what one of the two formats cannot hold
        vtu_oracle.py --all DIRECTORY_A DIRECTORY_B      all files of A against those of B
        vtu_oracle.py --samples DIRECTORY                a small grid with everything in it, written
            by VTK in every encoding: MODE_COMPRESSOR_HEADER_ORDER.vtu; steps.vtu: three time steps
@@ -20,6 +22,7 @@ import sys
 import xml.parsers.expat
 
 import vtk
+from vtk.util.numpy_support import vtk_to_numpy
 
 import vtk_oracle
 from vtk_oracle import Comparison, bits
@@ -135,6 +138,45 @@ def compare(path_a, path_b, with_xml):
     return 1 if check.differences else 0
 
 
+def in_common(grid):
+    """Arrays by name, as both formats can hold them."""
+    found = {}
+    for what in ("PointData", "CellData", "FieldData"):
+        data = getattr(grid, f"Get{what}")()
+        for i in range(data.GetNumberOfArrays()):
+            array = data.GetAbstractArray(i)
+            if isinstance(array, vtk.vtkVariantArray):
+                continue
+            name = "TIME" if array.GetName() == "TimeValue" else array.GetName()
+            values = bits(array)
+            if isinstance(array, vtk.vtkDataArray) and not isinstance(array, vtk.vtkBitArray):
+                # vtkIdType is narrow in legacy files, bits come back as bytes
+                values = tuple(map(repr, vtk_to_numpy(array).ravel()))
+            elif isinstance(array, vtk.vtkBitArray):
+                values = tuple(map(str, values))
+            components = array.GetNumberOfComponents()
+            names = tuple(array.GetComponentName(c) for c in range(components))
+            found[what, name] = (components, array.GetNumberOfTuples(), names, values)
+    for what in ("PointData", "CellData"):
+        data = getattr(grid, f"Get{what}")()
+        for kind in range(vtk.vtkDataSetAttributes.NUM_ATTRIBUTES):
+            array = data.GetAbstractAttribute(kind)
+            if array is not None:
+                found[what, kind] = array.GetName()
+    return found
+
+
+def compare_legacy(path_a, path_b):
+    check = Comparison()
+    (a,), (b,) = read(path_a), read(path_b)
+    check.cells(a, b)
+    check.same("points", *(bits(g.GetPoints().GetData()) for g in (a, b)))
+    left, right = in_common(a), in_common(b)
+    for key in sorted(left.keys() | right.keys(), key=str):
+        check.same(str(key), left.get(key), right.get(key))
+    return 1 if check.differences else 0
+
+
 def compare_all(directory_a, directory_b):
     worst = 0
     for name in sorted(os.listdir(directory_a)):
@@ -203,6 +245,8 @@ def main():
     arguments = sys.argv[1:]
     if len(arguments) == 2 and arguments[0] == "--samples":
         write_samples(arguments[1])
+    elif len(arguments) == 3 and arguments[0] == "--legacy":
+        sys.exit(compare_legacy(*arguments[1:]))
     elif len(arguments) == 3 and arguments[0] == "--all":
         sys.exit(compare_all(*arguments[1:]))
     elif len(arguments) == 2 and arguments[0] == "--read":
