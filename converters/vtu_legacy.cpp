@@ -102,6 +102,7 @@ void add_information(Node& array, std::string_view name_line, std::string_view d
   take_word(name_line);
   const std::string location = vtk::decode_name(take_word(name_line));
   take_word(data_line);
+  while (data_line.ends_with(' ')) data_line.remove_suffix(1);
   Node node = element("InformationKey", {{"name", key}, {"location", location}});
   const auto text_node = [](std::string_view word) {
     return Node{.kind = NodeKind::text, .name = {}, .text = valid_name(vtk::decode_name(word))};
@@ -202,14 +203,47 @@ std::string strings_with_lengths(std::string_view text) {
   return out;
 }
 
-std::string metadata_of(const Node& array, std::uint64_t components) {
-  std::string names;
-  for (std::uint64_t c = 0; c < components; ++c) {
-    const std::string* name = array.attribute("ComponentName" + std::to_string(c));
-    if (name == nullptr) return {};
-    names += (name->empty() ? "" : vtk::encode_name(*name)) + '\n';
+// The words of an information key, "<value>" or "<count> <values>".
+std::string information_data(const Node& key) {
+  const auto word_of = [](const Node& node) {
+    for (const Node& each : node.children) {
+      if (each.kind != NodeKind::text) continue;
+      constexpr std::string_view kBlank = " \t\r\n";
+      const std::size_t first = each.text.find_first_not_of(kBlank);
+      if (first == std::string::npos) break;
+      return vtk::encode_name(
+          std::string_view(each.text).substr(first, each.text.find_last_not_of(kBlank) + 1 - first));
+    }
+    return std::string();
+  };
+  std::string values;
+  std::uint64_t count = 0;
+  for (const Node& each : key.children) {
+    if (!each.is("Value")) continue;
+    values += ' ' + word_of(each);
+    ++count;
   }
-  return "COMPONENT_NAMES\n" + names;
+  return count > 0 ? std::to_string(count) + values : word_of(key);
+}
+
+std::string metadata_of(const Node& array, std::uint64_t components) {
+  std::string names, keys;
+  bool all_named = true;
+  for (std::uint64_t c = 0; all_named && c < components; ++c) {
+    const std::string* name = array.attribute("ComponentName" + std::to_string(c));
+    all_named = name != nullptr;
+    if (all_named) names += (name->empty() ? "" : vtk::encode_name(*name)) + '\n';
+  }
+  std::size_t count = 0;
+  for (const Node& each : array.children) {
+    if (!each.is("InformationKey")) continue;
+    ++count;
+    keys += "NAME " + vtk::encode_name(each.attribute_or("name", "")) + " LOCATION " +
+            vtk::encode_name(each.attribute_or("location", "")) + "\nDATA " +
+            information_data(each) + '\n';
+  }
+  return (all_named ? "COMPONENT_NAMES\n" + names : "") +
+         (count > 0 ? "INFORMATION " + std::to_string(count) + '\n' + keys : "");
 }
 
 class LegacyBuilder {

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Every Exodus, VTK and Gmsh file of the corpus through the tool, as a user would.
+"""Every Exodus, VTK, VTU and Gmsh file of the corpus through the tool, as a user would.
 
 corpus_test.py SHM            SHM: path of the tool; the corpus is the folder in SHM_CORPUS
 
@@ -20,6 +20,7 @@ FORMATS = {  # folder: (extension to decompress to, oracle)
     "vtk": (".vtk", "vtk_oracle.py"),
     "gmsh": (".msh", "gmsh_oracle.py"),
     "exodus": (".e", "exodus_oracle.py"),
+    "other": (".vtu", "vtu_oracle.py"),
 }
 
 
@@ -65,7 +66,8 @@ def main():
         print("skipped: SHM_CORPUS names no folder, so no corpus file was tried")
         return 77
     files = [(folder, os.path.join(corpus, folder, name))
-             for folder in FORMATS for name in sorted(os.listdir(os.path.join(corpus, folder)))]
+             for folder in FORMATS for name in sorted(os.listdir(os.path.join(corpus, folder)))
+             if folder != "other" or name.endswith(".vtu")]
 
     def one(item):
         with tempfile.TemporaryDirectory() as scratch:

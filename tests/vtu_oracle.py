@@ -156,7 +156,9 @@ def in_common(grid):
                 values = tuple(map(str, values))
             components = array.GetNumberOfComponents()
             names = tuple(array.GetComponentName(c) for c in range(components))
-            found[what, name] = (components, array.GetNumberOfTuples(), names, values)
+            key = vtk.vtkDataArray.UNITS_LABEL()
+            units = array.GetInformation().Get(key) if array.HasInformation() else None
+            found[what, name] = (components, array.GetNumberOfTuples(), names, units, values)
     for what in ("PointData", "CellData"):
         data = getattr(grid, f"Get{what}")()
         for kind in range(vtk.vtkDataSetAttributes.NUM_ATTRIBUTES):
