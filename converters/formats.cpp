@@ -14,6 +14,7 @@
 #include "gmsh.h"
 #include "ucd.h"
 #include "vtk.h"
+#include "vtu.h"
 
 namespace shm::converters {
 namespace {
@@ -28,6 +29,10 @@ std::unique_ptr<MeshSource> open_plain(const std::string& path, Spool& spool, co
 template <auto kWrite>
 void write_plain(MeshSource& mesh, OutputFile& output, Spool&) {
   kWrite(mesh, output.temporary());
+}
+
+void write_vtu_file(MeshSource& mesh, OutputFile& output, Spool& spool) {
+  write_vtu(mesh, output.temporary(), spool);
 }
 
 void write_shm(MeshSource& mesh, OutputFile& output, Spool& spool) {
@@ -79,6 +84,7 @@ const std::vector<Format>& formats() {
        write_plain<write_exodus>},
       {"vtk", {".vtk"}, looks_like_vtk, open_plain<open_vtk>, write_plain<write_vtk>},
       {"ucd", {".ucd", ".inp"}, looks_like_ucd, open_plain<open_ucd>, write_plain<write_ucd>},
+      {"vtu", {".vtu"}, looks_like_vtu, open_plain<open_vtu>, write_vtu_file},
       {"gmsh", {".msh"}, looks_like_gmsh, open_plain<open_gmsh>, write_plain<write_gmsh>},
       {"shm", {".shm"}, looks_like_shm, open_shm, write_shm},
   };
@@ -120,7 +126,7 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, Spool& spool,
                                       const Progress& progress) {
   if (const Format* format = format_of_file(path)) return format->open(path, spool, progress);
   throw Failure(Error{ErrorCode::unsupported,
-                      "is neither an Exodus, VTK legacy, Gmsh, UCD nor .shm file",
+                      "is neither an Exodus, VTK legacy, VTU, Gmsh, UCD nor .shm file",
                       {},
                       kNoOffset,
                       path});

@@ -481,7 +481,7 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
       "  shm compress flow.e --rel 1e-4           coordinates and fields within 1e-4 of their "
       "range\n"
       "  shm compress flow.e --abs 1e-6 --array coordinates:lossless --array point/T:abs=0.01");
-  command->add_option("IN", options.input, "Exodus, VTK legacy, Gmsh or .shm file")
+  command->add_option("IN", options.input, "Exodus, VTK legacy, VTU, Gmsh or .shm file")
       ->required()
       ->type_name("");
   command->add_option("-o,--output", options.output, "File to write (default: IN.shm)")
@@ -565,7 +565,7 @@ CLI::App* add_convert(CLI::App& app, Options& options) {
       add_command(app, options, "convert", "Write a mesh of any known format in another one",
                   "  shm convert part.msh part.e\n"
                   "  shm convert part.e part.dat --format vtk");
-  command->add_option("IN", options.input, "Exodus, VTK legacy, Gmsh or .shm file")
+  command->add_option("IN", options.input, "Exodus, VTK legacy, VTU, Gmsh or .shm file")
       ->required()
       ->type_name("");
   command->add_option("OUT", options.output, "File to write")->required()->type_name("");
@@ -613,7 +613,7 @@ CLI::App* add_layout(CLI::App& app, Options& options) {
       "Draw how coherently a mesh is stored: vertices down, cells across, a green line\n"
       "from the first to the last use of each vertex",
       "  shm layout rotor.e -o rotor.svg");
-  command->add_option("IN", options.input, "Exodus, VTK legacy, Gmsh or .shm file")
+  command->add_option("IN", options.input, "Exodus, VTK legacy, VTU, Gmsh or .shm file")
       ->required()
       ->type_name("");
   command->add_option("-o,--output", options.output, "Picture to write")

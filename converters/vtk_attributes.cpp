@@ -174,7 +174,7 @@ void Parser::bits(Entry& entry, std::uint64_t count) {
     if (array) values.append(1, reinterpret_cast<const std::byte*>(&value));
     if (!array && !skeleton_.binary) kept += value;
   }
-  if (array) return add_array(entry, Values(std::move(values), ScalarType::uint8), {});
+  if (array) return add_array(entry, Values(ScalarType::uint8, std::move(values)), {});
   entry.origin = Origin::extra;
   entry.index = data_count_++;
   add_text_extra(data_key(entry.index), kept);
@@ -195,7 +195,7 @@ void Parser::listed_strings(Entry& entry, ValueForm form, std::uint64_t count) {
     if (fresh) list += one;
     values.append(1, reinterpret_cast<const std::byte*>(&place->second));
   }
-  add_array(entry, Values(std::move(values), ScalarType::uint32), kStringRole);
+  add_array(entry, Values(ScalarType::uint32, std::move(values)), kStringRole);
   add_text_extra(strings_key(entry.index), list);
 }
 

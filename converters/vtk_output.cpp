@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cstring>
@@ -42,7 +43,24 @@ void VtkOutput::flush() {
     if (n < 0) fail("cannot write it");
     done += static_cast<std::size_t>(n);
   }
+  flushed_ += buffer_.size();
   buffer_.clear();
+}
+
+void VtkOutput::patch(std::uint64_t offset, std::string_view text) {
+  if (offset >= flushed_) {
+    std::copy(text.begin(), text.end(),
+              buffer_.begin() + static_cast<std::ptrdiff_t>(offset - flushed_));
+    return;
+  }
+  flush();
+  while (!text.empty()) {
+    const ssize_t n = ::pwrite(descriptor_, text.data(), text.size(), static_cast<off_t>(offset));
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail("cannot write it");
+    text.remove_prefix(static_cast<std::size_t>(n));
+    offset += static_cast<std::uint64_t>(n);
+  }
 }
 
 void VtkOutput::finish() {

@@ -32,6 +32,9 @@ class VtkOutput {
     if (binary_ || in_line_ > 0) text("\n");
     in_line_ = 0;
   }
+  // Bytes so far, and others over what stands at `offset`, all of them before position().
+  std::uint64_t position() const { return flushed_ + buffer_.size(); }
+  void patch(std::uint64_t offset, std::string_view text);
   // Hands everything to the operating system. The file is good only if this returns.
   void finish();
 
@@ -45,6 +48,7 @@ class VtkOutput {
   bool binary_;
   int descriptor_ = -1;
   std::size_t in_line_ = 0;  // numbers in the current line
+  std::uint64_t flushed_ = 0;
   std::vector<char> buffer_;
   std::vector<std::byte> swapped_;
 };

@@ -7,6 +7,7 @@
 
 #include "failure.h"
 #include "vtk_values.h"
+#include "vtu_legacy.h"
 
 namespace shm::converters::vtk {
 namespace {
@@ -16,34 +17,7 @@ constexpr std::uint64_t kMostClassic = std::numeric_limits<std::int32_t>::max();
 
 }  // namespace
 
-void fail_extra(const std::string& key, std::string detail) {
-  throw Failure(Error{ErrorCode::corrupt, std::move(detail), "extra '" + key + "'", kNoOffset, {}});
-}
-
-const Extra* FilePlan::extra(const std::string& key) const {
-  const auto found = extras_.find(key);
-  return found == extras_.end() ? nullptr : found->second;
-}
-
-// Values of an int32 or int64 extra; empty when it is absent.
-std::vector<std::int64_t> FilePlan::integers(const std::string& key) const {
-  std::vector<std::int64_t> values;
-  const Extra* found = extra(key);
-  if (found == nullptr) return values;
-  if (found->type != ScalarType::int32 && found->type != ScalarType::int64)
-    fail_extra(key, "has values of the wrong type");
-  with_scalar(found->type, [&](auto value) {
-    for (std::size_t at = 0; at + sizeof value <= found->data.size(); at += sizeof value) {
-      std::memcpy(&value, found->data.data() + at, sizeof value);
-      values.push_back(static_cast<std::int64_t>(value));
-    }
-  });
-  return values;
-}
-
-FilePlan::FilePlan(MeshSource& mesh) : mesh_(mesh), info_(mesh.info()) {
-  for (const Extra& each : info_.extras) extras_.emplace(each.key, &each);
-  load_cell_types();
+FilePlan::FilePlan(MeshSource& mesh) : CellPlan(mesh) {
   const Extra* text = info_.schema.source_format == "vtk" ? extra("vtk/skeleton") : nullptr;
   if (text != nullptr) {
     plan_from_source(*text);
@@ -52,7 +26,6 @@ FilePlan::FilePlan(MeshSource& mesh) : mesh_(mesh), info_(mesh.info()) {
   }
   add_missing_parts();
   add_unplaced_arrays();
-  load_polyhedra();
   choose_layout();
 }
 
@@ -153,7 +126,7 @@ bool FilePlan::plan_polydata() {
   for_each_batch([&](const CellBatch& batch) {
     for (std::size_t i = 0; i < batch.size() && fits; ++i, ++cell) {
       while (cell - list->first >= list->cells) ++list;
-      fits = block_types_[batch.blocks[i]] == cell_type_in(list->kind, batch.cell(i).size());
+      fits = block_type(batch.blocks[i]) == cell_type_in(list->kind, batch.cell(i).size());
     }
   });
   return fits;
@@ -230,6 +203,14 @@ void FilePlan::add_missing_parts() {
 }
 
 void FilePlan::plan_for_foreign() {
+  if (info_.schema.source_format == "vtu") {
+    skeleton_.entries = vtu::legacy_entries(info_, extras_, placed_, made_);
+    for (std::size_t k = 0; k < made_.size(); ++k) {
+      made_[k].key = data_key(k);
+      extras_[made_[k].key] = &made_[k];
+    }
+    return add_missing_parts();
+  }
   if (!info_.step_times.empty()) add_time();
   add_missing_parts();
   add_block_ids();
@@ -271,42 +252,9 @@ void FilePlan::add_block_ids() {
                      .tuples = info_.cells()});
 }
 
-void FilePlan::load_cell_types() {
-  const std::string key = "vtk/cell_types";
-  const std::vector<std::int64_t> types = integers(key);
-  const auto& blocks = info_.schema.blocks;
-  const bool own = info_.schema.source_format == "vtk" && !types.empty();
-  if (own && types.size() != blocks.size())
-    fail_extra(key, "has " + std::to_string(types.size()) + " types for " +
-                        std::to_string(blocks.size()) + " blocks");
-  for (std::size_t b = 0; b < blocks.size(); ++b) {
-    if (own && (types[b] < 0 || types[b] > 255)) fail_extra(key, "has an unknown cell type");
-    block_types_.push_back(own ? static_cast<int>(types[b]) : cell_type_of_block(blocks[b]));
-  }
-}
-
-void FilePlan::load_polyhedra() {
-  if (std::find(block_types_.begin(), block_types_.end(), kPolyhedron) == block_types_.end())
-    return;
-  const std::vector<std::int64_t> cells = integers("vtk/polyhedron/cells");
-  const std::vector<std::int64_t> faces = integers("vtk/polyhedron/faces");
-  face_sizes_ = integers("vtk/polyhedron/face_sizes");
-  if (faces.size() != cells.size())
-    fail_extra("vtk/polyhedron/faces", "is not as long as the list of polyhedra");
-  std::uint64_t first = 0;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (faces[i] < 0 || static_cast<std::uint64_t>(faces[i]) > face_sizes_.size() - first)
-      fail_extra("vtk/polyhedron/faces", "states more faces than there are");
-    polyhedra_.push_back({cells[i], static_cast<std::uint64_t>(faces[i]), first});
-    first += static_cast<std::uint64_t>(faces[i]);
-  }
-  std::sort(polyhedra_.begin(), polyhedra_.end(),
-            [](const Polyhedron& a, const Polyhedron& b) { return a.cell < b.cell; });
-}
-
 // Counts the numbers of all cells, and takes the 5.x layout where the classic one is too small.
 void FilePlan::choose_layout() {
-  bool all_fixed = polyhedra_.empty() && lists_.size() == 1;
+  bool all_fixed = !has_polyhedra() && lists_.size() == 1;
   std::uint64_t all_numbers = 0;
   for (std::size_t b = 0; b < info_.schema.blocks.size(); ++b) {
     const std::uint32_t nodes = info_.schema.blocks[b].nodes_per_cell;
@@ -318,7 +266,7 @@ void FilePlan::choose_layout() {
     if (all_fixed) {
       list.numbers = all_numbers;
     } else {
-      for_each_cell(list, [&](const auto& numbers) { list.numbers += numbers.size(); });
+      for_each_cell_of(list, [&](const auto& numbers) { list.numbers += numbers.size(); });
     }
     too_large |= list.numbers + list.cells > kMostClassic;
   }
@@ -336,33 +284,6 @@ void FilePlan::choose_layout() {
       each.type = each.second = "vtktypeint64";
     }
   }
-}
-
-void FilePlan::file_numbers(std::uint32_t block, std::span<const std::uint64_t> corners) {
-  const int type = block_types_[block];
-  if (type != kPolyhedron) {
-    numbers_.assign(corners.begin(), corners.end());
-    permute_corners(type, numbers_.data(), numbers_.size());
-    return;
-  }
-  const auto cell = static_cast<std::int64_t>(cell_);
-  while (next_polyhedron_ < polyhedra_.size() && polyhedra_[next_polyhedron_].cell < cell)
-    ++next_polyhedron_;
-  if (next_polyhedron_ == polyhedra_.size() || polyhedra_[next_polyhedron_].cell != cell)
-    fail_extra("vtk/polyhedron/cells", "lacks cell " + std::to_string(cell_));
-  const Polyhedron& faces = polyhedra_[next_polyhedron_];
-  numbers_.assign(1, faces.faces);
-  std::size_t corner = 0;
-  for (std::uint64_t f = 0; f < faces.faces; ++f) {
-    const auto size = static_cast<std::uint64_t>(face_sizes_[faces.first_size + f]);
-    if (size > corners.size() - corner) break;
-    numbers_.push_back(size);
-    const auto from = corners.begin() + static_cast<std::ptrdiff_t>(corner);
-    numbers_.insert(numbers_.end(), from, from + static_cast<std::ptrdiff_t>(size));
-    corner += size;
-  }
-  if (corner != corners.size() || numbers_.size() != 1 + faces.faces + corner)
-    fail_extra("vtk/polyhedron/face_sizes", "does not fit cell " + std::to_string(cell_));
 }
 
 }  // namespace shm::converters::vtk

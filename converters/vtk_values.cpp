@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <bit>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <type_traits>
 #include <utility>
 
@@ -52,10 +54,41 @@ void swap_words(std::byte* values, std::size_t count, Word (*swap)(Word)) {
   }
 }
 
+template <class To>
+void convert_to(ScalarType from, const std::byte* in, std::size_t count, std::byte* out) {
+  with_scalar(from, [&](auto value) {
+    for (std::size_t i = 0; i < count; ++i) {
+      std::memcpy(&value, in + i * sizeof value, sizeof value);
+      To result{};
+      if constexpr (std::is_floating_point_v<To>) {
+        result = static_cast<To>(value);
+      } else {
+        const auto wide = static_cast<double>(value);
+        const auto least = static_cast<double>(std::numeric_limits<To>::min());
+        const auto most = static_cast<double>(std::numeric_limits<To>::max());
+        if (wide >= most) {
+          result = std::numeric_limits<To>::max();
+        } else if (wide > least) {
+          result = static_cast<To>(std::nearbyint(wide));
+        } else if (wide <= least) {
+          result = std::numeric_limits<To>::min();
+        }
+      }
+      std::memcpy(out + i * sizeof result, &result, sizeof result);
+    }
+  });
+}
+
 }  // namespace
 
-void swap_big_endian(std::byte* values, std::size_t count, std::size_t value_bytes) {
-  if constexpr (std::endian::native == std::endian::big) return;
+void convert_numbers(ScalarType from, const std::byte* in, std::size_t count, ScalarType to,
+                     std::byte* out) {
+  with_scalar(to, [&](auto zero) { convert_to<decltype(zero)>(from, in, count, out); });
+}
+
+void swap_from_file(std::byte* values, std::size_t count, std::size_t value_bytes,
+                    bool big_endian) {
+  if (big_endian == (std::endian::native == std::endian::big)) return;
   using U16 = std::uint16_t;
   using U32 = std::uint32_t;
   using U64 = std::uint64_t;
@@ -65,6 +98,10 @@ void swap_big_endian(std::byte* values, std::size_t count, std::size_t value_byt
     swap_words<U32>(values, count, [](U32 w) { return static_cast<U32>(__builtin_bswap32(w)); });
   if (value_bytes == 8)
     swap_words<U64>(values, count, [](U64 w) { return static_cast<U64>(__builtin_bswap64(w)); });
+}
+
+void swap_big_endian(std::byte* values, std::size_t count, std::size_t value_bytes) {
+  swap_from_file(values, count, value_bytes, true);
 }
 
 RandomFile::RandomFile(const std::string& path) : path_(path) {

@@ -18,6 +18,8 @@ namespace shm::converters::vtk {
 
 // Reverses the bytes of each of `count` values on little-endian hosts: VTK files are big-endian.
 void swap_big_endian(std::byte* values, std::size_t count, std::size_t value_bytes);
+// The same for files that may be of either order: to host order, or from it.
+void swap_from_file(std::byte* values, std::size_t count, std::size_t value_bytes, bool big_endian);
 
 // Calls `body(T{})` with the C++ type of `type`.
 template <class Body>
@@ -36,6 +38,10 @@ decltype(auto) with_scalar(ScalarType type, Body&& body) {
   }
   return body(double{});
 }
+
+// `count` numbers as another type; what it cannot hold becomes the nearest value that it can.
+void convert_numbers(ScalarType from, const std::byte* in, std::size_t count, ScalarType to,
+                     std::byte* out);
 
 // Reads anywhere in a file, without moving anyone's position.
 class RandomFile {
@@ -58,9 +64,9 @@ class Values {
   // or before the first one (text). Binary numbers are skipped over, text is parsed into `spool`.
   Values(TextInput& input, std::shared_ptr<RandomFile> binary_file, Spool& spool, ScalarType type,
          std::uint64_t count);
-  // Numbers that were parsed before, all of `parsed`.
-  Values(PagedArray parsed, ScalarType type)
-      : type_(type), size_(parsed.size()), parsed_(std::move(parsed)) {}
+  // Takes over numbers that are in a spool.
+  Values(ScalarType type, PagedArray numbers)
+      : type_(type), size_(numbers.size()), offset_(kNoOffset), parsed_(std::move(numbers)) {}
 
   ScalarType type() const { return type_; }
   std::uint64_t size() const { return size_; }

@@ -1,8 +1,7 @@
 // Writes VTK legacy files: walks the skeleton of a FilePlan once, filling in the numbers.
 #include <algorithm>
-#include <cmath>
 #include <cstring>
-#include <limits>
+#include <span>
 #include <utility>
 
 #include "vtk.h"
@@ -236,36 +235,12 @@ void Writer::string_array(const Entry& entry, ValueForm form) {
   if (skeleton_.binary && form == ValueForm::string) out_.text("\n");
 }
 
-// A cell array of some blocks: the cells of the others get NaN (floats) or 0.
 void Writer::partial_array(std::size_t array) {
   const ArrayInfo& info = info_.schema.arrays[array];
-  const std::size_t stride = info_.array_stride(array);
-  const std::uint64_t step = info.per_step ? info_.step_times.size() - 1 : 0;
   const std::size_t per_line = info.components > 1 ? info.components : kNumbersPerLine;
-  std::vector<std::byte> nothing(stride);
-  with_scalar(info.type, [&](auto value) {
-    using T = decltype(value);
-    if constexpr (std::is_floating_point_v<T>) value = std::numeric_limits<T>::quiet_NaN();
-    for (std::uint32_t c = 0; c < info.components; ++c)
-      std::memcpy(nothing.data() + c * sizeof value, &value, sizeof value);
-  });
-  std::uint64_t next = 0;
-  std::vector<std::byte> covered, all;
-  plan_.for_each_batch([&](const CellBatch& batch) {
-    std::uint64_t n = 0;
-    for (const std::uint32_t block : batch.blocks) n += info_.schema.array_covers(array, block);
-    covered.resize(n * stride);
-    mesh_.read_array(array, step, next, n, covered.data());
-    next += n;
-    all.clear();
-    auto from = covered.begin();
-    for (const std::uint32_t block : batch.blocks) {
-      const bool has_value = info_.schema.array_covers(array, block);
-      const auto& source = has_value ? from : nothing.begin();
-      all.insert(all.end(), source, source + static_cast<std::ptrdiff_t>(stride));
-      if (has_value) from += static_cast<std::ptrdiff_t>(stride);
-    }
-    out_.numbers(info.type, all.data(), batch.size() * info.components, per_line);
+  const std::uint64_t step = info.per_step ? info_.step_times.size() - 1 : 0;
+  plan_.for_each_filled(array, step, [&](std::span<const std::byte> values) {
+    out_.numbers(info.type, values.data(), values.size() / scalar_bytes(info.type), per_line);
   });
 }
 
@@ -276,32 +251,6 @@ void Writer::block_ids(ScalarType type) {
     for (const std::uint32_t block : batch.blocks)
       ids.push_back(static_cast<std::uint64_t>(info_.schema.blocks[block].id));
     integers_out(type, ids, kNumbersPerLine);
-  });
-}
-
-// Coordinates as the type `To`; what it cannot hold becomes the nearest value that it can.
-template <class To>
-void convert_coordinates(ScalarType from, const std::byte* in, std::size_t count, std::byte* out) {
-  with_scalar(from, [&](auto value) {
-    for (std::size_t i = 0; i < count; ++i) {
-      std::memcpy(&value, in + i * sizeof value, sizeof value);
-      To result{};
-      if constexpr (std::is_floating_point_v<To>) {
-        result = static_cast<To>(value);
-      } else {
-        const auto wide = static_cast<double>(value);
-        const auto least = static_cast<double>(std::numeric_limits<To>::min());
-        const auto most = static_cast<double>(std::numeric_limits<To>::max());
-        if (wide >= most) {
-          result = std::numeric_limits<To>::max();
-        } else if (wide > least) {
-          result = static_cast<To>(std::nearbyint(wide));
-        } else if (wide <= least) {
-          result = std::numeric_limits<To>::min();
-        }
-      }
-      std::memcpy(out + i * sizeof result, &result, sizeof result);
-    }
   });
 }
 
@@ -316,10 +265,7 @@ void Writer::points(const Entry& entry) {
   for (std::uint64_t first = 0; first < info_.vertices; first += kAtOnce) {
     const std::uint64_t n = std::min(kAtOnce, info_.vertices - first);
     mesh_.read_points(first, n, piece.data());
-    if (to != from)
-      with_scalar(to, [&](auto zero) {
-        convert_coordinates<decltype(zero)>(from, piece.data(), n * 3, converted.data());
-      });
+    if (to != from) convert_numbers(from, piece.data(), n * 3, to, converted.data());
     out_.numbers(to, to == from ? piece.data() : converted.data(), n * 3, 3);
   }
   out_.end_column();
@@ -355,7 +301,7 @@ void Writer::rows(const FilePlan::CellList& list) {
   out_.line(std::to_string(list.cells) + ' ' + std::to_string(list.numbers + list.cells));
   const ScalarType type = skeleton_.binary ? ScalarType::int32 : ScalarType::int64;
   std::vector<std::uint64_t> row;
-  plan_.for_each_cell(list, [&](const auto& numbers) {
+  plan_.for_each_cell_of(list, [&](const auto& numbers) {
     row.assign(1, numbers.size());
     row.insert(row.end(), numbers.begin(), numbers.end());
     integers_out(type, row, row.size());
@@ -375,7 +321,7 @@ void Writer::offsets_and_connectivity(const Entry& entry, const FilePlan::CellLi
   column("OFFSETS ", entry.type, [&](ScalarType type) {
     std::vector<std::uint64_t> ends(1, 0);
     std::uint64_t end = 0;
-    plan_.for_each_cell(list, [&](const auto& numbers) {
+    plan_.for_each_cell_of(list, [&](const auto& numbers) {
       ends.push_back(end += numbers.size());
       if (ends.size() < kBatchCells) return;
       integers_out(type, ends, kNumbersPerLine);
@@ -384,8 +330,8 @@ void Writer::offsets_and_connectivity(const Entry& entry, const FilePlan::CellLi
     integers_out(type, ends, kNumbersPerLine);
   });
   column("CONNECTIVITY ", entry.second, [&](ScalarType type) {
-    plan_.for_each_cell(list,
-                        [&](const auto& numbers) { integers_out(type, numbers, kNumbersPerLine); });
+    plan_.for_each_cell_of(
+        list, [&](const auto& numbers) { integers_out(type, numbers, kNumbersPerLine); });
   });
 }
 

@@ -22,6 +22,7 @@ ORACLES = {  # by source_format of `shm info`: (extension to decompress to, orac
     "gmsh": (".msh", "gmsh_oracle.py"),
     "exodus": (".e", "exodus_oracle.py"),
     "ucd": (".inp", "ucd_oracle.py"),
+    "vtu": (".vtu", "vtu_oracle.py"),
 }
 FOLDERS = ("exodus", "vtk", "gmsh", "other")
 

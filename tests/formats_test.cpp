@@ -29,6 +29,7 @@ TEST(Formats, ByName) {
   EXPECT_EQ(format_by_name("a.g"), "exodus");
   EXPECT_EQ(format_by_name("a.gen"), "exodus");
   EXPECT_EQ(format_by_name("a.b.vtk"), "vtk");
+  EXPECT_EQ(format_by_name("a.vtu"), "vtu");
   EXPECT_EQ(format_by_name("a.msh"), "gmsh");
   EXPECT_EQ(format_by_name("a.e.shm"), "shm");
   EXPECT_EQ(format_by_name("a"), "");
