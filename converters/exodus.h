@@ -43,8 +43,10 @@
 //   one
 //                                value; floats are shortest decimals, or x and their bits
 //   V  name  type  dimension...  numbers of D lines, from 0
-//   S  level  shuffle  checksum  [chunk...]   storage of the variable above (netCDF-4, when
-//   chunked)
+// and for the variable above, in netCDF-4 files:
+//   S  level  shuffle  checksum  chunk...   when chunked
+//   F  filter  parameter...      another filter of HDF5
+//   O  word...                   compact, big-endian, filled (before values are written)
 #pragma once
 
 #include <cstddef>
