@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <random>
 #include <string>
 
@@ -14,6 +15,7 @@
 #include "decompress.h"
 #include "exodus.h"
 #include "exodus_files.h"
+#include "exodus_oddities.h"
 #include "failure.h"
 #include "shm/io.h"
 
@@ -84,14 +86,104 @@ TEST(ExodusArchive, EverythingComesBackEqual) {
   }
 }
 
+TEST(ExodusArchive, WhatTheManualDoesNotNameComesBackEqual) {
+  TemporaryFolder folder;
+  const std::string path = folder / "odd.e", copy = folder / "copy.e", again = folder / "again.e";
+  for (const int mode : {EX_NORMAL_MODEL, EX_LARGE_MODEL, EX_NETCDF4, EX_NETCDF4 | EX_NOCLASSIC}) {
+    SCOPED_TRACE(mode);
+    exodus_files::Maker(path, {mode, 8, 32});
+    exodus_files::add_oddities(path);
+    ASSERT_FALSE(HasFailure());
+    ASSERT_NO_THROW(archive_and_restore(path, copy));
+    EXPECT_TRUE(equal_files(path, copy));
+    ASSERT_NO_THROW(archive_and_restore(path, again));
+    EXPECT_TRUE(bytes_of(copy) == bytes_of(again));
+  }
+}
+
+// Calls `define` on a new netCDF-4 file that is otherwise Exodus; says why it is not converted.
+Error refusal(const std::string& path, const std::function<void(int)>& define) {
+  exodus_files::Maker(path, {EX_NETCDF4 | EX_NOCLASSIC, 8, 32});
+  int id = -1;
+  EXPECT_EQ(nc_open(path.c_str(), NC_WRITE, &id), NC_NOERR);
+  define(id);
+  EXPECT_EQ(nc_close(id), NC_NOERR);
+  Spool spool(fs::path(path).parent_path().string());
+  try {
+    open_exodus(path, spool);
+  } catch (const Failure& failure) {
+    return failure.error();
+  }
+  ADD_FAILURE() << "not refused";
+  return {};
+}
+
+TEST(ExodusArchive, GroupsAndTypesOfUsersAreRefusedByName) {
+  TemporaryFolder folder;
+  int made = -1;
+  const Error groups = refusal(folder / "groups.e", [&](int id) {
+    EXPECT_EQ(nc_def_grp(id, "first mesh", &made), NC_NOERR);
+    EXPECT_EQ(nc_def_grp(id, "second mesh", &made), NC_NOERR);
+  });
+  EXPECT_EQ(groups.code, ErrorCode::unsupported);
+  EXPECT_NE(groups.detail.find("'first mesh', 'second mesh'"), std::string::npos) << groups.detail;
+  const Error types = refusal(folder / "types.e", [&](int id) {
+    EXPECT_EQ(nc_def_opaque(id, 4, "colours", &made), NC_NOERR);
+    EXPECT_EQ(nc_def_vlen(id, "lists", NC_INT, &made), NC_NOERR);
+  });
+  EXPECT_EQ(types.code, ErrorCode::unsupported);
+  EXPECT_NE(types.detail.find("'colours', 'lists'"), std::string::npos) << types.detail;
+}
+
+// A set and its variable larger than one extra may be, in parts; members follow.
+TEST(ExodusArchive, LargeVariablesAreCarriedInParts) {
+  TemporaryFolder folder;
+  const std::string path = folder / "large.e", copy = folder / "copy.e";
+  constexpr std::int64_t kMembers = 5'000'000;
+  int memory = 8, file = 8;
+  const int id = ex_create(path.c_str(), EX_CLOBBER | EX_LARGE_MODEL, &memory, &file);
+  ASSERT_GE(id, 0);
+  const double xyz[3] = {0, 1, 2}, time = 0;
+  std::vector<int> members(kMembers, 2);
+  std::vector<double> values(kMembers);
+  members.front() = 1;
+  members.back() = 3;
+  values.back() = 4.5;
+  char name[] = "load";
+  char* names[1] = {name};
+  EXPECT_GE(ex_put_init(id, "large", 3, 3, 0, 0, 1, 0), 0);
+  EXPECT_GE(ex_put_coord(id, xyz, xyz, xyz), 0);
+  EXPECT_GE(ex_put_set_param(id, EX_NODE_SET, 1, kMembers, 0), 0);
+  EXPECT_GE(ex_put_set(id, EX_NODE_SET, 1, members.data(), nullptr), 0);
+  EXPECT_GE(ex_put_variable_param(id, EX_NODE_SET, 1), 0);
+  EXPECT_GE(ex_put_variable_names(id, EX_NODE_SET, 1, names), 0);
+  for (int step = 1; step <= 2; ++step) {
+    EXPECT_GE(ex_put_time(id, step, &time), 0);
+    EXPECT_GE(ex_put_var(id, step, EX_NODE_SET, 1, 1, kMembers, values.data()), 0);
+  }
+  EXPECT_GE(ex_close(id), 0);
+  Spool spool(folder / ".");
+  std::size_t parts = 0;
+  for (const Extra& extra : open_exodus(path, spool)->info().extras) {
+    EXPECT_LE(extra.data.size(), std::size_t{40} << 20) << extra.key;
+    if (extra.refers == Reference::vertex) ++parts;
+  }
+  EXPECT_EQ(parts, 2u);
+  ASSERT_NO_THROW(archive_and_restore(path, copy));
+  EXPECT_TRUE(bytes_of(path) == bytes_of(copy));
+}
+
 // Sentences of one file that the other does not say.
 testing::AssertionResult same_mesh(const std::string& a, const std::string& b) {
-  const exodus_files::Teller first(a), second(b);
+  const exodus_files::Teller exodus_a(a), exodus_b(b);
   std::vector<std::string> only;
-  std::set_symmetric_difference(first.sentences.begin(), first.sentences.end(),
-                                second.sentences.begin(), second.sentences.end(),
-                                std::back_inserter(only));
-  if (first.sentences.size() < 500) return testing::AssertionFailure() << "too little is told";
+  const auto compare = [&](const std::multiset<std::string>& x,
+                           const std::multiset<std::string>& y) {
+    EXPECT_GT(x.size(), 500u);
+    std::set_symmetric_difference(x.begin(), x.end(), y.begin(), y.end(), std::back_inserter(only));
+  };
+  compare(exodus_a.sentences, exodus_b.sentences);
+  compare(exodus_files::told_by_netcdf(a), exodus_files::told_by_netcdf(b));
   if (only.empty()) return testing::AssertionSuccess();
   auto failure = testing::AssertionFailure() << only.size() << " differences:";
   for (std::size_t i = 0; i < std::min<std::size_t>(only.size(), 8); ++i)
@@ -103,6 +195,7 @@ TEST(ExodusArchive, EverythingFollowsNodesAndElementsThatMove) {
   TemporaryFolder folder;
   const std::string path = folder / "all.e", copy = folder / "copy.e";
   exodus_files::Maker(path, {EX_LARGE_MODEL, 8, 32});
+  exodus_files::add_oddities(path);
   CompressOptions stream, delayed, free, shuffled;
   stream.order = delayed.order = Order::stream;
   delayed.delay = 20;
