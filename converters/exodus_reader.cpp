@@ -20,8 +20,11 @@ using namespace exodus;
 constexpr std::uint64_t kPieceNodes = std::uint64_t{1} << 18;  // node numbers read at once
 constexpr std::uint64_t kPieceCells = std::uint64_t{1} << 15;
 constexpr std::uint64_t kPiecePoints = std::uint64_t{1} << 15;
-// Deflate makes at most 1032 bytes of one; a few more for values that repeat by default.
+// Deflate makes at most 1032 bytes of one; a few more for values that repeat by default. Chunks
+// that were never written take no room at all: so much may be missing from a file, all values
+// together.
 constexpr std::uint64_t kMostExpansion = 2048;
+constexpr std::uint64_t kMostUnwritten = std::uint64_t{1} << 30;
 
 // Numbers from 1 as references from 0; false when one is neither 0 nor in 1..count.
 bool refer_from_zero(Extra& extra, Reference refers, std::uint64_t count) {
@@ -149,17 +152,24 @@ void ExodusMesh::check_sizes() {
   if (::stat(place_.file.c_str(), &status) != 0) place_.fail(ErrorCode::io, "", "cannot be read");
   const bool packed = skeleton_.kind == Kind::netcdf4 || skeleton_.kind == Kind::netcdf4_classic;
   most_bytes_ = static_cast<std::uint64_t>(status.st_size) * (packed ? kMostExpansion : 1);
-  const auto check = [&](std::uint64_t values, std::size_t bytes, const std::string& where) {
-    if (values > most_bytes_ / bytes)
-      place_.fail(ErrorCode::corrupt, where,
-                  "states " + std::to_string(values) + " values, more than the file can hold");
+  const auto refuse = [&](std::uint64_t values, const std::string& where) {
+    place_.fail(ErrorCode::corrupt, where,
+                "states " + std::to_string(values) + " values, more than the file can hold");
   };
-  check(layout_.vertices, 1, "dimension 'num_nodes'");
-  check(layout_.cells, 1, "dimension 'num_elem'");
-  check(layout_.steps, 1, "dimension 'time_step'");
-  for (std::size_t v = 0; v < skeleton_.variables.size(); ++v)
-    check(skeleton_.size(skeleton_.variables[v]),
-          scalar_bytes(scalar_of(skeleton_.variables[v].type)), section(static_cast<int>(v)));
+  const auto check = [&](std::uint64_t values, const std::string& where) {
+    if (values > most_bytes_) refuse(values, where);
+  };
+  check(layout_.vertices, "dimension 'num_nodes'");
+  check(layout_.cells, "dimension 'num_elem'");
+  check(layout_.steps, "dimension 'time_step'");
+  const std::uint64_t most = packed ? std::max(most_bytes_, kMostUnwritten) : most_bytes_;
+  std::uint64_t room = most;
+  for (std::size_t v = 0; v < skeleton_.variables.size(); ++v) {
+    const std::uint64_t values = skeleton_.size(skeleton_.variables[v]);
+    const std::size_t bytes = scalar_bytes(scalar_of(skeleton_.variables[v].type));
+    if (values > room / bytes) refuse(values, section(static_cast<int>(v)));
+    room -= values * bytes;
+  }
 }
 
 // Elements of unknown kinds may have other numbers than nodes in the last columns.

@@ -173,6 +173,70 @@ TEST(ExodusArchive, LargeVariablesAreCarriedInParts) {
   EXPECT_TRUE(bytes_of(path) == bytes_of(copy));
 }
 
+// Files with next to nothing in them, and values that were never written.
+TEST(ExodusArchive, SparseAndSmallFilesComeBackEqual) {
+  TemporaryFolder folder;
+  const std::string path = folder / "small.e", copy = folder / "copy.e";
+  struct Kind {
+    int mode;
+    int variables;  // record variables
+    nc_type type;
+  };
+  for (const Kind& kind :
+       {Kind{0, 0, NC_INT}, Kind{0, 1, NC_BYTE}, Kind{0, 3, NC_SHORT},
+        Kind{NC_64BIT_OFFSET, 1, NC_SHORT}, Kind{NC_64BIT_DATA, 3, NC_UINT64},
+        Kind{NC_NETCDF4, 2, NC_DOUBLE}, Kind{NC_NETCDF4 | NC_CLASSIC_MODEL, 2, NC_FLOAT}}) {
+    SCOPED_TRACE(testing::Message() << kind.mode << " " << kind.variables);
+    int id = -1, dimension = -1, used[2], variable = -1;
+    NC(nc_create(path.c_str(), NC_CLOBBER | kind.mode, &id));
+    NC(nc_def_dim(id, "num_dim", 3, &dimension));
+    const bool sparse = (kind.mode & NC_NETCDF4) != 0;
+    if (kind.variables > 0) {
+      NC(nc_def_dim(id, "time_step", NC_UNLIMITED, &used[0]));
+      NC(nc_def_dim(id, "num_nodes", sparse ? 20'000 : 5, &used[1]));
+    }
+    for (int v = 0; v < kind.variables; ++v) {
+      NC(nc_def_var(id, ("record" + std::to_string(v)).c_str(), kind.type, 2, used, &variable));
+      if (v == 0) {
+        NC(nc_put_att(id, variable, "_FillValue", kind.type, 1,
+                      "\x40\x41\x42\x43\x44\x45\x46\x47"));
+      }
+      if (sparse) {
+        NC(nc_def_var_deflate(id, variable, 1, 1, 1));
+      }
+    }
+    NC(nc_enddef(id));
+    const std::vector<double> values{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14};
+    const std::size_t start[2] = {0, 0}, count[2] = {3, 5};
+    if (kind.variables > 0) {
+      NC(nc_put_vara_double(id, variable, start, count, values.data()));
+    }
+    NC(nc_close(id));
+    ASSERT_NO_THROW(archive_and_restore(path, copy));
+    EXPECT_TRUE(equal_files(path, copy));
+  }
+}
+
+// A file of few bytes may say that much; not that more.
+TEST(ExodusArchive, UnwrittenValuesHaveABound) {
+  TemporaryFolder folder;
+  for (const std::size_t steps : {100, 1000}) {
+    int id = -1, dimension = -1, used[2], variable = -1;
+    NC(nc_create((folder / "sparse.e").c_str(), NC_CLOBBER | NC_NETCDF4, &id));
+    NC(nc_def_dim(id, "num_dim", 3, &dimension));
+    NC(nc_def_dim(id, "time_step", steps, &used[0]));
+    NC(nc_def_dim(id, "num_nodes", 1'000'000, &used[1]));
+    NC(nc_def_var(id, "never", NC_DOUBLE, 2, used, &variable));
+    NC(nc_def_var_deflate(id, variable, 1, 1, 1));
+    NC(nc_close(id));
+    Spool spool(folder / ".");
+    if (steps == 100)
+      EXPECT_EQ(open_exodus(folder / "sparse.e", spool)->info().schema.arrays.size(), 1u);
+    else
+      EXPECT_THROW(open_exodus(folder / "sparse.e", spool), Failure);
+  }
+}
+
 // Sentences of one file that the other does not say.
 testing::AssertionResult same_mesh(const std::string& a, const std::string& b) {
   const exodus_files::Teller exodus_a(a), exodus_b(b);
