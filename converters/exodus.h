@@ -4,23 +4,25 @@
 // In the model: one block for each element block, in file order; hexahedra, wedges and so on of
 // known orders have VTK's node order. HEX9, HEX16 ... are hexahedra too, other elements (BEX_HEX,
 // TETRA14 ...) have shape `other`, both in the order of the file. NSIDED blocks are polygons,
-// NFACED blocks polyhedra. Missing coordinates are 0. Every numeric variable that has values for
-// all nodes, all elements or all elements of a block is an array of its stored type:
-//   role ""                      nodal and element variables, per step
-//   "exodus:attribute"           attrib<b>: components = attributes, on one block
-//   "exodus:node_attribute"      nattrb
-//   "exodus:connectivity"        columns of a connectivity behind the nodes (BEX_HEX ...), one
-//   block "exodus:<variable>"          node_num_map, elem_num_map, elem_map, node_map<i>,
-//   elem_map<i> and
-//                                whatever else has that shape; the name is the variable's, too
+// NFACED blocks polyhedra. Missing coordinates are 0. Every variable of numbers or characters that
+// has values for all nodes, all elements or all elements of a block, in any one of its dimensions,
+// is an array of its stored type; places in dimensions before that one are arrays of their own:
+//   role ""                  nodal and element variables, per step
+//   "exodus:attribute"       attrib<b>: components = attributes, on one block
+//   "exodus:node_attribute"  nattrb
+//   "exodus:connectivity"    columns of a connectivity behind the nodes (BEX_HEX ...), one block
+//   "exodus:polyhedron"      of a block of polyhedra: which one of the file, from 0
+//   "exodus:<variable>"      node_num_map, elem_num_map, elem_map, node_map<i>, elem_map<i> and
+//                            whatever else has that shape; the name is the variable's, too, with
+//                            #1, #2, ... for places in dimensions before
 //
 // Extras:
 //   exodus/skeleton              text: the netCDF structure in file order (below)
 //   exodus/<kind>_set/<i>/...    kind is node, side, edge, face or elem; i counts from 0
 //     id                         integer [1]
 //     name                       text, when there is one
-//     vertices, cells, edges, faces   members; vertices and cells from 0, with references (int32,
-//     or
+//     vertices, cells, edges, faces
+//                                members; vertices and cells from 0, with references (int32, or
 //                                int64 when the file has wider integers), edges and faces as they
 //                                are in the file (from 1)
 //     sides                      local side of each cell, from 1 (side sets); orientation of each
@@ -31,20 +33,22 @@
 //                                set variables, edge and face blocks, assemblies, blobs, Nemesis
 //                                data. Text as uint8; netCDF strings as uint8, each ended by a
 //                                zero. With a reference: vertices or cells from 0, as above
+//   .../1, .../2, ...            further rows of a variable of more than 16 MiB, behind its first
 // A variable that can be told from the rest of the mesh is not carried twice: ids and names of
 // blocks and sets, names of nodal and element variables, their truth table, times, node counts of
 // polygons. Members that are numbers of no vertex or cell make their variable a plain
-// exodus/variable.
+// exodus/variable. What of a file is kept, and how: exodus.md.
 //
 // The skeleton: a line for each thing, fields separated by tabs, names and text %-encoded:
 //   N  kind                      classic, 64-bit-offset, cdf5, netcdf4 or netcdf4-classic
 //   D  name  length  [unlimited]
 //   A  name  type  value...      of the variable above; before the first V: of the file. Text is
-//   one
-//                                value; floats are shortest decimals, or x and their bits
+//                                one value; floats are shortest decimals, or x and their bits
 //   V  name  type  dimension...  numbers of D lines, from 0
-//   S  level  shuffle  checksum  [chunk...]   storage of the variable above (netCDF-4, when
-//   chunked)
+// and for the variable above, in netCDF-4 files:
+//   S  level  shuffle  checksum  chunk...   when chunked
+//   F  filter  parameter...      another filter of HDF5
+//   O  word...                   compact, big-endian, filled (before values are written)
 #pragma once
 
 #include <cstddef>

@@ -33,9 +33,6 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> element_variable(std::str
   return std::pair(field, block);
 }
 
-bool is_integer(int type) {
-  return type != NC_CHAR && type != NC_STRING && !is_float(scalar_of(type));
-}
 bool is_numeric(int type) { return type != NC_CHAR && type != NC_STRING; }
 
 std::string upper_without_padding(std::string_view text) {
@@ -145,6 +142,7 @@ class Surveyor {
       if (block.connectivity >= 0)
         describe_cells(block, number, counts);
       else if (block.cells > 0 && counts >= 0 && faces >= 0 &&
+               has_dimensions(variable(counts), {"num_el_in_blk" + number}) &&
                variable(faces).dimensions.size() == 1)
         describe_polyhedra(block, counts, faces);
       if (__builtin_add_overflow(out_.cells, block.cells, &out_.cells))
@@ -197,7 +195,8 @@ class Surveyor {
       const std::uint64_t fields = skeleton_.length_of("num_nod_var");
       for (std::uint64_t i = 0; i < fields; ++i) {
         ArrayLayout& array = add_array(Location::point, together, {}, true);
-        array.plane = static_cast<int>(i);
+        array.leading = 1;
+        array.plane = i;
         array.field = static_cast<int>(i + 1);
       }
       return;
@@ -244,33 +243,73 @@ class Surveyor {
     }
   }
 
+  // Whatever else has a value for each node or element, so that it follows when these move.
   void find_other_arrays() {
-    const bool cells_agree = skeleton_.length_of("num_elem") == out_.cells;
     for (std::size_t i = 0; i < skeleton_.variables.size(); ++i) {
       const Variable& v = skeleton_.variables[i];
-      if (out_.uses[i] != Use::extra || v.dimensions.empty() || !is_numeric(v.type)) continue;
-      const bool stepped = skeleton_.dimension_name(v, 0) == "time_step";
-      if (stepped && v.dimensions.size() == 1) continue;
-      const std::string& entities = skeleton_.dimension_name(v, stepped ? 1 : 0);
-      const std::uint32_t block = number_after(entities, "num_el_in_blk");
-      const auto index = static_cast<int>(i);
-      const std::string role = "exodus:" + (number_after(v.name, "attrib") > 0 ? "attribute"
-                                            : v.name == "nattrb"               ? "node_attribute"
-                                                                               : v.name);
-      if (components_of(v, stepped) == 0) continue;
-      if (entities == "num_nodes")
-        add_array(Location::point, index, role, stepped);
-      else if (entities == "num_elem" && cells_agree)
-        add_array(Location::cell, index, role, stepped);
-      else if (block > 0 && block <= out_.blocks.size())
-        add_array(Location::cell, index, role, stepped, block - 1);
+      if (out_.uses[i] != Use::extra || v.type == NC_STRING) continue;
+      for (std::size_t d = 0; d < v.dimensions.size(); ++d)
+        if (const auto elements = elements_of(skeleton_.dimension_name(v, d))) {
+          add_planes(static_cast<int>(i), d, *elements);
+          break;
+        }
+    }
+    // The faces of polyhedra are one list in the order of the file.
+    for (std::uint32_t b = 0; b < out_.blocks.size(); ++b) {
+      if (out_.blocks[b].faces < 0) continue;
+      ArrayLayout array;
+      array.info.name = "polyhedron" + std::to_string(b + 1);
+      array.info.role = "exodus:polyhedron";
+      array.info.location = Location::cell;
+      array.info.type =
+          std::in_range<std::int32_t>(out_.blocks[b].cells) ? ScalarType::int32 : ScalarType::int64;
+      if (out_.blocks.size() > 1) array.info.blocks = {b};
+      array.parts = {{b, -1}};
+      out_.arrays.push_back(std::move(array));
     }
   }
 
-  // 0 when there are too many.
-  std::uint32_t components_of(const Variable& v, bool stepped) const {
+  struct Elements {
+    Location location;
+    std::uint32_t block;
+  };
+  std::optional<Elements> elements_of(std::string_view dimension) const {
+    if (dimension == "num_nodes") return Elements{Location::point, ArrayPart::kEverything};
+    if (dimension == "num_elem" && skeleton_.length_of("num_elem") == out_.cells)
+      return Elements{Location::cell, ArrayPart::kEverything};
+    const std::uint32_t block = number_after(dimension, "num_el_in_blk");
+    if (block > 0 && block <= out_.blocks.size()) return Elements{Location::cell, block - 1};
+    return std::nullopt;
+  }
+
+  // An array for each place in the dimensions before the elements.
+  void add_planes(int index, std::size_t elements_at, const Elements& elements) {
+    constexpr std::uint64_t kMostPlanes = 1024;
+    const Variable& v = variable(index);
+    const bool stepped = skeleton_.dimension_name(v, 0) == "time_step";
+    const std::size_t leading = elements_at - (stepped ? 1 : 0);
+    std::uint64_t planes = 1;
+    for (std::size_t d = stepped ? 1 : 0; d < elements_at; ++d) {
+      planes *= std::min(skeleton_.dimensions[v.dimensions[d]].length, kMostPlanes + 1);
+      if (planes > kMostPlanes) return;
+    }
+    if (planes == 0 || components_of(v, elements_at + 1) == 0) return;
+    const std::string role = "exodus:" + (number_after(v.name, "attrib") > 0 ? "attribute"
+                                          : v.name == "nattrb"               ? "node_attribute"
+                                                                             : v.name);
+    for (std::uint64_t plane = 0; plane < planes; ++plane) {
+      ArrayLayout& array =
+          add_array(elements.location, index, role, stepped, elements.block, elements_at);
+      array.leading = leading;
+      array.plane = plane;
+      if (leading > 0) array.info.name += "#" + std::to_string(plane + 1);
+    }
+  }
+
+  // Product of the dimensions from `first` on; 0 when there are too many.
+  std::uint32_t components_of(const Variable& v, std::size_t first) const {
     std::uint64_t product = 1;
-    for (std::size_t d = stepped ? 2 : 1; d < v.dimensions.size(); ++d) {
+    for (std::size_t d = first; d < v.dimensions.size(); ++d) {
       product *= std::min(skeleton_.dimensions[v.dimensions[d]].length, kMaxComponents + 1);
       if (product > kMaxComponents) return 0;
     }
@@ -278,7 +317,8 @@ class Surveyor {
   }
 
   ArrayLayout& add_array(Location location, int v, const std::string& role, bool stepped,
-                         std::uint32_t block = ArrayPart::kEverything) {
+                         std::uint32_t block = ArrayPart::kEverything,
+                         std::size_t elements_at = 0) {
     ArrayLayout array;
     array.info.location = location;
     array.info.type = scalar_of(variable(v).type);
@@ -286,7 +326,7 @@ class Surveyor {
     array.info.role = role;
     if (!role.empty()) {
       array.info.name = variable(v).name;
-      array.info.components = components_of(variable(v), stepped);
+      array.info.components = components_of(variable(v), elements_at + 1);
     }
     if (block != ArrayPart::kEverything && out_.blocks.size() > 1) array.info.blocks = {block};
     array.parts.push_back({block, v});
@@ -319,6 +359,10 @@ constexpr std::array<Member, 12> kMembers{
      {"elem_els", "elem_set", "cells", Reference::cell}}};
 
 }  // namespace
+
+bool is_integer(int nc_type) {
+  return nc_type != NC_CHAR && nc_type != NC_STRING && !is_float(scalar_of(nc_type));
+}
 
 Layout lay_out(const Skeleton& skeleton, const Place& place) {
   return Surveyor(skeleton, place).survey();
@@ -418,12 +462,35 @@ Slab slab_of(const Skeleton& skeleton, const ArrayLayout& array, const ArrayPart
     slab.count.push_back(length);
   };
   if (array.info.per_step) add(step, 1);
-  if (array.plane >= 0) add(static_cast<std::size_t>(array.plane), 1);
-  add(first, count);
   const auto shape = skeleton.shape(skeleton.variables[static_cast<std::size_t>(part.variable)]);
+  const std::size_t first_leading = slab.start.size();
+  std::uint64_t plane = array.plane;
+  slab.start.resize(first_leading + array.leading);
+  slab.count.resize(slab.start.size(), 1);
+  for (std::size_t d = slab.start.size(); d-- > first_leading; plane /= shape[d])
+    slab.start[d] = plane % shape[d];
+  add(first, count);
   if (array.column > 0) add(array.column, shape[1] - array.column);
   for (std::size_t d = slab.start.size(); d < shape.size(); ++d) add(0, shape[d]);
   return slab;
+}
+
+std::vector<std::uint64_t> rows_of_parts(const Skeleton& skeleton, const Variable& variable) {
+  constexpr std::uint64_t kPartBytes = std::uint64_t{16} << 20;
+  const std::uint64_t values = skeleton.size(variable);
+  const std::uint64_t rows = variable.dimensions.empty() ? 1 : skeleton.shape(variable)[0];
+  if (values == 0 || variable.type == NC_STRING) return {0, rows};
+  const std::uint64_t row_bytes = values / rows * scalar_bytes(scalar_of(variable.type));
+  const std::uint64_t together = std::max<std::uint64_t>(kPartBytes / row_bytes, 1);
+  std::vector<std::uint64_t> begins;
+  for (std::uint64_t row = 0; row < rows; row += std::min(together, rows - row))
+    begins.push_back(row);
+  begins.push_back(rows);
+  return begins;
+}
+
+std::string part_key(const std::string& key, std::size_t part) {
+  return part == 0 ? key : key + "/" + std::to_string(part);
 }
 
 std::string plain_key(std::string_view name) { return "exodus/variable/" + std::string(name); }

@@ -37,14 +37,17 @@ struct BlockLayout {
 struct ArrayPart {
   static constexpr std::uint32_t kEverything = ~std::uint32_t{0};
   std::uint32_t block = kEverything;
-  int variable = -1;
+  int variable = -1;  // none: the cells of the block, numbered from 0
 };
 struct ArrayLayout {
   ArrayInfo info;                // without a name when the file's tables have it
   std::vector<ArrayPart> parts;  // by block
   int field = 0;                 // number of the nodal or element variable, from 1
-  int plane = -1;                // place in the one variable for all nodal fields of old files
-  std::uint32_t column = 0;      // first of the array's columns in its variable
+  // Dimensions between the step and the elements, and the array's place in them: the one variable
+  // for all nodal fields of old files, or what users add.
+  std::size_t leading = 0;
+  std::uint64_t plane = 0;
+  std::uint32_t column = 0;  // first of the array's columns in its variable
 };
 
 struct Layout {
@@ -78,6 +81,13 @@ struct Slab {
 };
 Slab slab_of(const Skeleton& skeleton, const ArrayLayout& array, const ArrayPart& part,
              std::uint64_t step, std::uint64_t first, std::uint64_t count);
+
+// First rows of the parts that carry a variable, and behind them the end: each of about 16 MiB, so
+// that no extra is large, however large the variable.
+std::vector<std::uint64_t> rows_of_parts(const Skeleton& skeleton, const Variable& variable);
+std::string part_key(const std::string& key, std::size_t part);  // KEY, KEY/1, KEY/2 ...
+
+bool is_integer(int nc_type);
 
 // Key of the extra that carries variable `name`.
 std::string extra_key(std::string_view name);

@@ -1,4 +1,3 @@
-#include <exodusII.h>
 #include <netcdf.h>
 
 #include <sys/stat.h>
@@ -6,7 +5,6 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
-#include <set>
 #include <utility>
 
 #include "exodus.h"
@@ -22,8 +20,11 @@ using namespace exodus;
 constexpr std::uint64_t kPieceNodes = std::uint64_t{1} << 18;  // node numbers read at once
 constexpr std::uint64_t kPieceCells = std::uint64_t{1} << 15;
 constexpr std::uint64_t kPiecePoints = std::uint64_t{1} << 15;
-// Deflate makes at most 1032 bytes of one; a few more for values that repeat by default.
+// Deflate makes at most 1032 bytes of one; a few more for values that repeat by default. Chunks
+// that were never written take no room at all: so much may be missing from a file, all values
+// together.
 constexpr std::uint64_t kMostExpansion = 2048;
+constexpr std::uint64_t kMostUnwritten = std::uint64_t{1} << 30;
 
 // Numbers from 1 as references from 0; false when one is neither 0 nor in 1..count.
 bool refer_from_zero(Extra& extra, Reference refers, std::uint64_t count) {
@@ -40,14 +41,27 @@ bool refer_from_zero(Extra& extra, Reference refers, std::uint64_t count) {
   return true;
 }
 
+// first, first + 1, ...
+void write_numbers(ScalarType type, std::uint64_t first, std::uint64_t count, std::byte* out) {
+  std::vector<std::byte> values;
+  for (std::uint64_t i = 0; i < count; ++i)
+    append_integer(values, type, static_cast<std::int64_t>(first + i));
+  std::copy(values.begin(), values.end(), out);
+}
+
+struct NetcdfFile {
+  NetcdfFile() = default;
+  NetcdfFile(const NetcdfFile&) = delete;
+  NetcdfFile& operator=(const NetcdfFile&) = delete;
+  ~NetcdfFile() {
+    if (id >= 0) nc_close(id);
+  }
+  int id = -1;
+};
+
 class ExodusMesh final : public MeshSource {
  public:
   explicit ExodusMesh(const std::string& path);
-  ~ExodusMesh() override {
-    if (exoid_ >= 0) ex_close(exoid_);
-  }
-  ExodusMesh(const ExodusMesh&) = delete;
-  ExodusMesh& operator=(const ExodusMesh&) = delete;
 
   const MeshInfo& info() const override { return info_; }
   void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override;
@@ -66,21 +80,21 @@ class ExodusMesh final : public MeshSource {
 
   void read_structure();
   void check_sizes();
-  void open_library();
   void find_nodes();
   void describe_blocks();
   void describe_arrays();
   void describe_times();
   void read_set_labels(std::vector<Extra>& extras);
   void read_extras();
+  void read_variable(std::size_t v, const ExtraIndex& labels, std::vector<Extra>& out);
+  Extra read_rows(int index, std::uint64_t first, std::uint64_t count) const;
   void read_faces();
 
   const Variable& variable(int index) const {
     return skeleton_.variables[static_cast<std::size_t>(index)];
   }
-  void touch(int index) const { caches_.touch(exoid_, skeleton_, index); }
+  void touch(int index) const { caches_.touch(file_.id, skeleton_, index); }
   std::string section(int index) const { return "variable '" + variable(index).name + "'"; }
-  void check_library(int status, const std::string& where) const;
   std::vector<std::int64_t> integers(int index, std::uint64_t first, std::uint64_t count) const;
   std::vector<std::byte> whole(int index) const;
   std::vector<std::string> names(std::string_view table, std::uint64_t count) const;
@@ -97,15 +111,12 @@ class ExodusMesh final : public MeshSource {
   std::uint64_t vertex_of(std::int64_t node) const;
 
   Place place_;
-  int exoid_ = -1;
+  NetcdfFile file_;
   mutable ChunkCaches caches_;
   Skeleton skeleton_;
   Layout layout_;
   MeshInfo info_;
-  std::uint64_t most_bytes_ = 0;  // that values can have in a file of this size
-  // What the Exodus library can be asked for. It finds blocks by id, and reads reals in one
-  // precision; the rest is read by variable.
-  bool library_has_points_ = false, library_has_blocks_ = false;
+  std::uint64_t most_bytes_ = 0;                   // that values can have in a file of this size
   std::vector<std::vector<std::uint8_t>> places_;  // of nodes, by block
   std::vector<std::uint64_t> face_begin_;          // of all faces; only with polyhedra
   std::vector<std::int64_t> face_nodes_;
@@ -117,7 +128,6 @@ ExodusMesh::ExodusMesh(const std::string& path) : place_{path, ErrorCode::corrup
   check_extent(path);
   read_structure();
   check_sizes();
-  open_library();
   find_nodes();
   describe_blocks();
   describe_arrays();
@@ -127,14 +137,8 @@ ExodusMesh::ExodusMesh(const std::string& path) : place_{path, ErrorCode::corrup
 }
 
 void ExodusMesh::read_structure() {
-  struct Closer {
-    int id = -1;
-    ~Closer() {
-      if (id >= 0) nc_close(id);
-    }
-  } file;
-  place_.check(nc_open(place_.file.c_str(), NC_NOWRITE, &file.id), "opening it");
-  skeleton_ = read_skeleton(file.id, place_);
+  place_.check(nc_open(place_.file.c_str(), NC_NOWRITE, &file_.id), "opening it");
+  skeleton_ = read_skeleton(file_.id, place_);
   if (skeleton_.find_dimension("num_dim") < 0)
     place_.fail(ErrorCode::unsupported, "dimensions",
                 "is a netCDF file, but not Exodus: it has no dimension 'num_dim'");
@@ -148,35 +152,23 @@ void ExodusMesh::check_sizes() {
   if (::stat(place_.file.c_str(), &status) != 0) place_.fail(ErrorCode::io, "", "cannot be read");
   const bool packed = skeleton_.kind == Kind::netcdf4 || skeleton_.kind == Kind::netcdf4_classic;
   most_bytes_ = static_cast<std::uint64_t>(status.st_size) * (packed ? kMostExpansion : 1);
-  const auto check = [&](std::uint64_t values, std::size_t bytes, const std::string& where) {
-    if (values > most_bytes_ / bytes)
-      place_.fail(ErrorCode::corrupt, where,
-                  "states " + std::to_string(values) + " values, more than the file can hold");
+  const auto refuse = [&](std::uint64_t values, const std::string& where) {
+    place_.fail(ErrorCode::corrupt, where,
+                "states " + std::to_string(values) + " values, more than the file can hold");
   };
-  check(layout_.vertices, 1, "dimension 'num_nodes'");
-  check(layout_.cells, 1, "dimension 'num_elem'");
-  check(layout_.steps, 1, "dimension 'time_step'");
-  for (std::size_t v = 0; v < skeleton_.variables.size(); ++v)
-    check(skeleton_.size(skeleton_.variables[v]),
-          scalar_bytes(scalar_of(skeleton_.variables[v].type)), section(static_cast<int>(v)));
-}
-
-void ExodusMesh::open_library() {
-  ex_opts(0);  // or it prints
-  int memory_bytes = layout_.coordinate_type == ScalarType::float32 ? 4 : 8;
-  int file_bytes = 0;
-  float version = 0;
-  exoid_ = ex_open(place_.file.c_str(), EX_READ, &memory_bytes, &file_bytes, &version);
-  if (exoid_ < 0)
-    place_.fail(ErrorCode::corrupt, "ex_open",
-                "is a netCDF file, but the Exodus library does not accept it");
-  check_library(ex_set_int64_status(exoid_, EX_ALL_INT64_API), "ex_set_int64_status");
-  const auto dimension = skeleton_.length_of("num_dim");
-  library_has_points_ = (ex_large_model(exoid_) == 0) == layout_.coordinates_together;
-  for (std::size_t c = 0; c < 3; ++c) {
-    const int v = layout_.coordinates[c];
-    library_has_points_ &= (v >= 0) == (c < dimension);
-    library_has_points_ &= v < 0 || scalar_of(variable(v).type) == layout_.coordinate_type;
+  const auto check = [&](std::uint64_t values, const std::string& where) {
+    if (values > most_bytes_) refuse(values, where);
+  };
+  check(layout_.vertices, "dimension 'num_nodes'");
+  check(layout_.cells, "dimension 'num_elem'");
+  check(layout_.steps, "dimension 'time_step'");
+  const std::uint64_t most = packed ? std::max(most_bytes_, kMostUnwritten) : most_bytes_;
+  std::uint64_t room = most;
+  for (std::size_t v = 0; v < skeleton_.variables.size(); ++v) {
+    const std::uint64_t values = skeleton_.size(skeleton_.variables[v]);
+    const std::size_t bytes = scalar_bytes(scalar_of(skeleton_.variables[v].type));
+    if (values > room / bytes) refuse(values, section(static_cast<int>(v)));
+    room -= values * bytes;
   }
 }
 
@@ -208,13 +200,9 @@ void ExodusMesh::read_connectivity(const BlockLayout& block, std::uint64_t first
   const std::size_t start[2] = {first, 0}, length[2] = {cells, nodes};
   std::vector<long long> values(cells * nodes);
   touch(block.connectivity);
-  place_.check(nc_get_vara_longlong(exoid_, block.connectivity, start, length, values.data()),
+  place_.check(nc_get_vara_longlong(file_.id, block.connectivity, start, length, values.data()),
                section(block.connectivity));
   nodes_.assign(values.begin(), values.end());
-}
-
-void ExodusMesh::check_library(int status, const std::string& where) const {
-  if (status < 0) place_.fail(ErrorCode::corrupt, where, "the Exodus library fails to read it");
 }
 
 std::vector<std::int64_t> ExodusMesh::integers(int index, std::uint64_t first,
@@ -223,7 +211,7 @@ std::vector<std::int64_t> ExodusMesh::integers(int index, std::uint64_t first,
   std::size_t start = first, length = count;
   touch(index);
   if (count > 0)
-    place_.check(nc_get_vara_longlong(exoid_, index, &start, &length, values.data()),
+    place_.check(nc_get_vara_longlong(file_.id, index, &start, &length, values.data()),
                  section(index));
   return {values.begin(), values.end()};
 }
@@ -235,11 +223,11 @@ std::vector<std::byte> ExodusMesh::whole(int index) const {
   touch(index);
   if (variable(index).type != NC_STRING) {
     values.resize(count * scalar_bytes(scalar_of(variable(index).type)));
-    if (count > 0) place_.check(nc_get_var(exoid_, index, values.data()), section(index));
+    if (count > 0) place_.check(nc_get_var(file_.id, index, values.data()), section(index));
     return values;
   }
   std::vector<char*> texts(count);
-  if (count > 0) place_.check(nc_get_var_string(exoid_, index, texts.data()), section(index));
+  if (count > 0) place_.check(nc_get_var_string(file_.id, index, texts.data()), section(index));
   for (const char* text : texts) {
     const auto* bytes = reinterpret_cast<const std::byte*>(text != nullptr ? text : "");
     values.insert(values.end(), bytes, bytes + (text != nullptr ? std::strlen(text) : 0) + 1);
@@ -282,7 +270,6 @@ void ExodusMesh::describe_blocks() {
     info_.block_cells.push_back(block.cells);
     places_.push_back(node_places(block.shape, block.nodes_per_cell));
   }
-  library_has_blocks_ = has_ids && std::set(ids.begin(), ids.end()).size() == ids.size();
 }
 
 void ExodusMesh::describe_arrays() {
@@ -309,7 +296,7 @@ void ExodusMesh::describe_times() {
       skeleton_.shape(variable(index)) != std::vector<std::uint64_t>{layout_.steps})
     return;
   if (layout_.steps > 0)
-    place_.check(nc_get_var_double(exoid_, index, info_.step_times.data()), section(index));
+    place_.check(nc_get_var_double(file_.id, index, info_.step_times.data()), section(index));
 }
 
 void ExodusMesh::read_set_labels(std::vector<Extra>& extras) {
@@ -349,23 +336,64 @@ void ExodusMesh::read_extras() {
   read_set_labels(extras);
   const ExtraIndex labels(extras);
   std::vector<Extra> values;
-  for (std::size_t v = 0; v < skeleton_.variables.size(); ++v) {
-    if (layout_.uses[v] != Use::extra) continue;
-    const Variable& one = skeleton_.variables[v];
-    Extra extra{plain_key(one.name), scalar_of(one.type), Reference::nothing, skeleton_.shape(one),
-                whole(static_cast<int>(v))};
-    if (one.type == NC_STRING) extra.shape = {extra.data.size()};
-    if (derived_values(skeleton_, layout_, v, info_, labels) == extra.data) continue;
-    const Reference refers = reference_of(one.name);
-    const std::uint64_t count = refers == Reference::vertex ? layout_.vertices : layout_.cells;
-    if (refers == Reference::nothing ||
-        (one.type != NC_CHAR && one.type != NC_STRING && refer_from_zero(extra, refers, count)))
-      extra.key = extra_key(one.name);
-    values.push_back(std::move(extra));
-  }
+  for (std::size_t v = 0; v < skeleton_.variables.size(); ++v)
+    if (layout_.uses[v] == Use::extra) read_variable(v, labels, values);
   info_.extras = std::move(extras);
   info_.extras.insert(info_.extras.end(), std::make_move_iterator(values.begin()),
                       std::make_move_iterator(values.end()));
+}
+
+// A variable as extras, of some rows each when it is large. Nothing when it follows from the rest.
+void ExodusMesh::read_variable(std::size_t v, const ExtraIndex& labels, std::vector<Extra>& out) {
+  const Variable& one = skeleton_.variables[v];
+  const Reference refers = reference_of(one.name);
+  const std::uint64_t count = refers == Reference::vertex ? layout_.vertices : layout_.cells;
+  const bool integral = is_integer(one.type);
+  const auto rows = rows_of_parts(skeleton_, one);
+  std::vector<Extra> parts;
+  bool referring = integral && refers != Reference::nothing;
+  for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
+    Extra part = read_rows(static_cast<int>(v), rows[i], rows[i + 1] - rows[i]);
+    if (rows.size() == 2 && derived_values(skeleton_, layout_, v, info_, labels) == part.data)
+      return;
+    parts.push_back(std::move(part));
+    if (referring && !refer_from_zero(parts.back(), refers, count)) {
+      // What is no reference in one part is none in any.
+      referring = false;
+      parts.clear();
+      i = std::size_t(-1);
+    }
+  }
+  const bool plain = refers != Reference::nothing && !referring;
+  const std::string key = plain ? plain_key(one.name) : extra_key(one.name);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    parts[i].key = part_key(key, i);
+    out.push_back(std::move(parts[i]));
+  }
+}
+
+// Rows of a variable: those of its first dimension.
+Extra ExodusMesh::read_rows(int index, std::uint64_t first, std::uint64_t count) const {
+  const Variable& one = variable(index);
+  Extra extra{{}, scalar_of(one.type), Reference::nothing, skeleton_.shape(one), {}};
+  if (count == 0 || one.type == NC_STRING || one.dimensions.empty()) {
+    extra.data = whole(index);
+    if (one.type == NC_STRING) extra.shape = {extra.data.size()};
+    return extra;
+  }
+  extra.shape[0] = count;
+  Slab slab{std::vector<std::size_t>(extra.shape.size(), 0),
+            {extra.shape.begin(), extra.shape.end()}};
+  slab.start[0] = first;
+  std::size_t bytes = scalar_bytes(extra.type);
+  for (const std::size_t length : slab.count) bytes *= length;
+  extra.data.resize(bytes);
+  touch(index);
+  if (bytes > 0)
+    place_.check(
+        nc_get_vara(file_.id, index, slab.start.data(), slab.count.data(), extra.data.data()),
+        section(index));
+  return extra;
 }
 
 // Faces are numbered through all face blocks; polyhedra name them.
@@ -401,7 +429,8 @@ void ExodusMesh::read_faces() {
                       " nodes where its faces need " + std::to_string(total));
     const std::size_t old = face_nodes_.size();
     std::vector<long long> values(total);
-    if (total > 0) place_.check(nc_get_var_longlong(exoid_, nodes, values.data()), section(nodes));
+    if (total > 0)
+      place_.check(nc_get_var_longlong(file_.id, nodes, values.data()), section(nodes));
     face_nodes_.resize(old + total);
     std::copy(values.begin(), values.end(), face_nodes_.begin() + static_cast<std::ptrdiff_t>(old));
   }
@@ -415,27 +444,19 @@ void ExodusMesh::read_points_as(std::uint64_t first, std::uint64_t count, Real* 
     const std::uint64_t run = std::min(count, kPiecePoints);
     for (const int v : layout_.coordinates)
       if (v >= 0) touch(v);
-    if (library_has_points_) {
-      check_library(ex_get_partial_coord(exoid_, static_cast<std::int64_t>(first + 1),
-                                         static_cast<std::int64_t>(run), axes[0].data(),
-                                         axes[1].data(), axes[2].data()),
-                    "coordinates");
-    } else {
-      for (std::size_t c = 0; c < 3; ++c) {
-        const int v = layout_.coordinates[c];
-        if (v < 0) continue;
-        std::vector<std::size_t> start{first}, length{run};
-        if (layout_.coordinates_together) {
-          start.insert(start.begin(), c);
-          length.insert(length.begin(), 1);
-        }
-        if constexpr (std::is_same_v<Real, float>)
-          place_.check(nc_get_vara_float(exoid_, v, start.data(), length.data(), axes[c].data()),
-                       section(v));
-        else
-          place_.check(nc_get_vara_double(exoid_, v, start.data(), length.data(), axes[c].data()),
-                       section(v));
-      }
+    for (std::size_t c = 0; c < 3; ++c) {
+      const int v = layout_.coordinates[c];
+      if (v < 0) continue;
+      Slab slab{{first}, {run}};
+      if (layout_.coordinates_together) slab = {{c, first}, {1, run}};
+      if constexpr (std::is_same_v<Real, float>)
+        place_.check(
+            nc_get_vara_float(file_.id, v, slab.start.data(), slab.count.data(), axes[c].data()),
+            section(v));
+      else
+        place_.check(
+            nc_get_vara_double(file_.id, v, slab.start.data(), slab.count.data(), axes[c].data()),
+            section(v));
     }
     for (std::size_t c = 0; c < 3; ++c) {
       if (layout_.coordinates[c] < 0) std::fill(axes[c].begin(), axes[c].end(), Real{0});
@@ -488,13 +509,6 @@ std::uint64_t ExodusMesh::take_nodes(CellBatch& out, std::uint64_t most) {
     // Elements without nodes.
   } else if (variable(block.connectivity).dimensions.size() == 1) {
     nodes_ = integers(block.connectivity, at_.cell, cells);
-  } else if (library_has_blocks_ && skeleton_.shape(variable(block.connectivity))[1] == nodes) {
-    touch(block.connectivity);
-    check_library(
-        ex_get_partial_conn(exoid_, EX_ELEM_BLOCK, info_.schema.blocks[at_.block].id,
-                            static_cast<std::int64_t>(at_.cell + 1),
-                            static_cast<std::int64_t>(cells), nodes_.data(), nullptr, nullptr),
-        section(block.connectivity));
   } else {
     read_connectivity(block, at_.cell, cells);
   }
@@ -582,22 +596,13 @@ void ExodusMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t
 
 void ExodusMesh::read_part(const ArrayLayout& array, const ArrayPart& part, std::uint64_t step,
                            std::uint64_t first, std::uint64_t count, std::byte* out) const {
-  touch(part.variable);
-  const bool nodal = array.info.location == Location::point;
-  const bool asked_library =
-      array.field > 0 && array.info.type == layout_.coordinate_type &&
-      (nodal ? (ex_large_model(exoid_) == 0) == (array.plane >= 0) : library_has_blocks_);
-  if (asked_library) {
-    const std::int64_t id = nodal ? 1 : info_.schema.blocks[part.block].id;
-    check_library(
-        ex_get_partial_var(exoid_, static_cast<int>(step + 1), nodal ? EX_NODAL : EX_ELEM_BLOCK,
-                           array.field, id, static_cast<std::int64_t>(first + 1),
-                           static_cast<std::int64_t>(count), out),
-        section(part.variable));
+  if (part.variable < 0) {
+    write_numbers(array.info.type, first, count, out);
     return;
   }
+  touch(part.variable);
   const Slab slab = slab_of(skeleton_, array, part, step, first, count);
-  place_.check(nc_get_vara(exoid_, part.variable, slab.start.data(), slab.count.data(), out),
+  place_.check(nc_get_vara(file_.id, part.variable, slab.start.data(), slab.count.data(), out),
                section(part.variable));
 }
 

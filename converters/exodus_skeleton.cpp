@@ -1,6 +1,7 @@
 #include "exodus_skeleton.h"
 
 #include <netcdf.h>
+#include <netcdf_filter.h>
 
 #include <algorithm>
 #include <array>
@@ -60,30 +61,112 @@ void write_attributes(int ncid, int variable, const std::vector<Attribute>& attr
 
 bool is_netcdf4(Kind kind) { return kind == Kind::netcdf4 || kind == Kind::netcdf4_classic; }
 
-void read_storage(int ncid, int id, Variable& variable, const Place& place) {
+// Filters beyond those that netCDF has words for.
+std::vector<Filter> read_filters(int ncid, int id, const std::string& section, const Place& place) {
+  constexpr unsigned kDeflate = 1, kShuffle = 2, kChecksum = 3;
+  std::size_t count = 0;
+  place.check(nc_inq_var_filter_ids(ncid, id, &count, nullptr), section);
+  std::vector<unsigned> ids(count);
+  place.check(nc_inq_var_filter_ids(ncid, id, &count, ids.data()), section);
+  std::vector<Filter> filters;
+  for (const unsigned filter : ids) {
+    if (filter == kDeflate || filter == kShuffle || filter == kChecksum) continue;
+    place.check(nc_inq_var_filter_info(ncid, id, filter, &count, nullptr), section);
+    std::vector<unsigned> parameters(count);
+    place.check(nc_inq_var_filter_info(ncid, id, filter, &count, parameters.data()), section);
+    filters.push_back({filter, std::move(parameters)});
+  }
+  return filters;
+}
+
+Storage read_storage(int ncid, int id, const Variable& variable, const Place& place) {
   const std::string section = "variable '" + variable.name + "'";
-  int storage = NC_CONTIGUOUS, shuffle = 0, deflate = 0, level = 0, checksum = 0;
+  Storage storage;
+  int kind = NC_CONTIGUOUS, shuffle = 0, deflate = 0, level = 0, checksum = 0, endianness = 0,
+      unfilled = 0;
   std::vector<std::size_t> chunks(variable.dimensions.size() + 1);
-  place.check(nc_inq_var_chunking(ncid, id, &storage, chunks.data()), section);
-  if (storage != NC_CHUNKED) return;
-  variable.chunks.assign(chunks.begin(), chunks.end() - 1);
+  place.check(nc_inq_var_chunking(ncid, id, &kind, chunks.data()), section);
+  place.check(nc_inq_var_endian(ncid, id, &endianness), section);
+  place.check(nc_inq_var_fill(ncid, id, &unfilled, nullptr), section);
+  storage.compact = kind == NC_COMPACT;
+  storage.big_endian = endianness == NC_ENDIAN_BIG;
+  storage.filled = unfilled == 0;
+  if (kind != NC_CHUNKED) return storage;
+  storage.chunks.assign(chunks.begin(), chunks.end() - 1);
   place.check(nc_inq_var_deflate(ncid, id, &shuffle, &deflate, &level), section);
   place.check(nc_inq_var_fletcher32(ncid, id, &checksum), section);
-  variable.deflate_level = deflate != 0 ? level : 0;
-  variable.shuffle = shuffle != 0;
-  variable.checksum = checksum != 0;
+  storage.deflate_level = deflate != 0 ? level : 0;
+  storage.shuffle = shuffle != 0;
+  storage.checksum = checksum != 0;
+  storage.filters = read_filters(ncid, id, section, place);
+  return storage;
+}
+
+void define_filter(int ncid, int id, const Filter& filter, const std::string& section,
+                   const Place& place) {
+  constexpr unsigned kSzip = 4;
+  constexpr std::array<unsigned, 2> kSzipCoders{4, 32};  // the rest is added by HDF5
+  // Without the filter the values are the same, which is better than no file.
+  if (nc_inq_filter_avail(ncid, filter.id) != NC_NOERR) return;
+  std::vector<unsigned> parameters = filter.parameters;
+  if (filter.id == kSzip && parameters.size() > 2) {
+    parameters.resize(2);
+    parameters[0] &= kSzipCoders[0] | kSzipCoders[1];
+  }
+  place.check(nc_def_var_filter(ncid, id, filter.id, parameters.size(), parameters.data()),
+              section);
 }
 
 void define_storage(int ncid, int id, const Variable& variable, const Place& place) {
-  if (variable.chunks.empty()) return;
+  const Storage& storage = variable.storage;
   const std::string section = "variable '" + variable.name + "'";
-  const std::vector<std::size_t> chunks(variable.chunks.begin(), variable.chunks.end());
+  if (storage.big_endian) place.check(nc_def_var_endian(ncid, id, NC_ENDIAN_BIG), section);
+  if (storage.filled) place.check(nc_def_var_fill(ncid, id, NC_FILL, nullptr), section);
+  if (storage.compact) place.check(nc_def_var_chunking(ncid, id, NC_COMPACT, nullptr), section);
+  if (storage.chunks.empty()) return;
+  const std::vector<std::size_t> chunks(storage.chunks.begin(), storage.chunks.end());
   place.check(nc_def_var_chunking(ncid, id, NC_CHUNKED, chunks.data()), section);
-  if (variable.shuffle || variable.deflate_level > 0)
-    place.check(nc_def_var_deflate(ncid, id, variable.shuffle, variable.deflate_level > 0,
-                                   variable.deflate_level),
+  if (storage.shuffle || storage.deflate_level > 0)
+    place.check(nc_def_var_deflate(ncid, id, storage.shuffle, storage.deflate_level > 0,
+                                   storage.deflate_level),
                 section);
-  if (variable.checksum) place.check(nc_def_var_fletcher32(ncid, id, NC_FLETCHER32), section);
+  if (storage.checksum) place.check(nc_def_var_fletcher32(ncid, id, NC_FLETCHER32), section);
+  for (const Filter& filter : storage.filters) define_filter(ncid, id, filter, section, place);
+}
+
+std::string quoted_list(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "'" : ", '") + name + "'";
+  return list;
+}
+
+// Groups hold files within the file, and types of users' own have no place among the scalars.
+void refuse_groups_and_types(int ncid, const Place& place) {
+  char name[NC_MAX_NAME + 1];
+  int count = 0;
+  std::vector<std::string> names;
+  place.check(nc_inq_grps(ncid, &count, nullptr), "groups");
+  std::vector<int> ids(static_cast<std::size_t>(count));
+  place.check(nc_inq_grps(ncid, &count, ids.data()), "groups");
+  for (const int id : ids) {
+    place.check(nc_inq_grpname(id, name), "groups");
+    names.emplace_back(name);
+  }
+  if (!names.empty())
+    place.fail(ErrorCode::unsupported, "groups",
+               "has netCDF groups, which cannot be converted: " + quoted_list(names));
+  place.check(nc_inq_typeids(ncid, &count, nullptr), "types");
+  ids.resize(static_cast<std::size_t>(count));
+  place.check(nc_inq_typeids(ncid, &count, ids.data()), "types");
+  for (const int id : ids) {
+    place.check(nc_inq_user_type(ncid, id, name, nullptr, nullptr, nullptr, nullptr), "types");
+    names.emplace_back(name);
+  }
+  if (!names.empty())
+    place.fail(ErrorCode::unsupported, "types",
+               "defines netCDF types of its own (compound, enum, opaque or of variable length), "
+               "which cannot be converted: " +
+                   quoted_list(names));
 }
 
 }  // namespace
@@ -131,7 +214,7 @@ std::uint64_t Skeleton::size(const Variable& variable) const {
 
 Skeleton read_skeleton(int ncid, const Place& place) {
   Skeleton skeleton;
-  int format = 0, dimensions = 0, variables = 0, attributes = 0, groups = 0;
+  int format = 0, dimensions = 0, variables = 0, attributes = 0;
   place.check(nc_inq_format(ncid, &format), "header");
   switch (format) {
     case NC_FORMAT_CLASSIC: skeleton.kind = Kind::classic; break;
@@ -142,11 +225,7 @@ Skeleton read_skeleton(int ncid, const Place& place) {
     default: place.fail(ErrorCode::unsupported, "header", "is an unknown kind of netCDF file");
   }
   place.check(nc_inq(ncid, &dimensions, &variables, &attributes, nullptr), "header");
-  if (is_netcdf4(skeleton.kind)) {
-    place.check(nc_inq_grps(ncid, &groups, nullptr), "groups");
-    if (groups > 0)
-      place.fail(ErrorCode::unsupported, "groups", "files with netCDF groups cannot be converted");
-  }
+  if (is_netcdf4(skeleton.kind)) refuse_groups_and_types(ncid, place);
 
   std::vector<int> ids(static_cast<std::size_t>(dimensions)), unlimited(ids.size());
   int unlimited_count = 0;
@@ -186,7 +265,7 @@ Skeleton read_skeleton(int ncid, const Place& place) {
       variable.dimensions.push_back(static_cast<std::size_t>(at - ids.begin()));
     }
     variable.attributes = read_attributes(ncid, v, count, place);
-    if (is_netcdf4(skeleton.kind)) read_storage(ncid, v, variable, place);
+    if (is_netcdf4(skeleton.kind)) variable.storage = read_storage(ncid, v, variable, place);
     skeleton.variables.push_back(std::move(variable));
   }
   return skeleton;
@@ -200,7 +279,7 @@ int create_file(const Skeleton& skeleton, const Place& place) {
                         NC_CLOBBER | kModes[static_cast<std::size_t>(skeleton.kind)], &ncid),
               "creating it");
   try {
-    // Every value is written, so there is nothing to fill.
+    // Every value is written, so there is nothing to fill; variables may say otherwise.
     place.check(nc_set_fill(ncid, NC_NOFILL, &previous), "creating it");
     std::vector<int> ids;
     for (const Dimension& dimension : skeleton.dimensions) {
@@ -235,7 +314,7 @@ void ChunkCaches::touch(int ncid, const Skeleton& skeleton, int variable) {
   constexpr std::size_t kSlots = 101;
   constexpr float kPreemption = 1;  // values are read and written front to back
   const Variable& one = skeleton.variables[static_cast<std::size_t>(variable)];
-  if (one.chunks.empty()) return;
+  if (one.storage.chunks.empty()) return;
   const auto found = std::find(recent_.begin(), recent_.end(), variable);
   if (found != recent_.end()) {
     std::rotate(found, found + 1, recent_.end());
@@ -244,8 +323,8 @@ void ChunkCaches::touch(int ncid, const Skeleton& skeleton, int variable) {
   std::uint64_t bytes = scalar_bytes(scalar_of(one.type));
   // All chunks of a row: of an element's nodes, say. Rows are read one after the other.
   const std::size_t rows = skeleton.dimensions[one.dimensions.front()].unlimited ? 2 : 1;
-  for (std::size_t d = 0; d < one.chunks.size(); ++d) {
-    const std::uint64_t chunk = std::max<std::uint64_t>(one.chunks[d], 1);
+  for (std::size_t d = 0; d < one.storage.chunks.size(); ++d) {
+    const std::uint64_t chunk = std::max<std::uint64_t>(one.storage.chunks[d], 1);
     const std::uint64_t length = skeleton.dimensions[one.dimensions[d]].length;
     const std::uint64_t columns = d < rows ? chunk : std::max(chunk, length + chunk - 1);
     if (__builtin_mul_overflow(bytes, columns, &bytes)) bytes = kLargest;

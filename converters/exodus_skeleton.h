@@ -35,15 +35,28 @@ struct Dimension {
   bool unlimited;
   bool operator==(const Dimension&) const = default;
 };
+// A filter of HDF5 that is not deflate, shuffle or checksum.
+struct Filter {
+  unsigned id;
+  std::vector<unsigned> parameters;
+  bool operator==(const Filter&) const = default;
+};
+// How a netCDF-4 variable lies in the file.
+struct Storage {
+  std::vector<std::uint64_t> chunks;  // empty: contiguous or compact
+  int deflate_level = 0;
+  bool shuffle = false, checksum = false;
+  std::vector<Filter> filters;
+  bool compact = false, big_endian = false;
+  bool filled = false;  // with the fill value before values are written
+  bool operator==(const Storage&) const = default;
+};
 struct Variable {
   std::string name;
   int type;
   std::vector<std::size_t> dimensions;  // indices into Skeleton::dimensions
   std::vector<Attribute> attributes;
-  // netCDF-4 only; empty: contiguous.
-  std::vector<std::uint64_t> chunks;
-  int deflate_level = 0;
-  bool shuffle = false, checksum = false;
+  Storage storage;
   bool operator==(const Variable&) const = default;
 };
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <optional>
+#include <utility>
 
 #include "exodus_skeleton.h"
 
@@ -32,6 +33,7 @@ constexpr std::array<TypeWord, 12> kTypes{{{NC_BYTE, ScalarType::int8, "byte"},
                                            {NC_STRING, ScalarType::uint8, "string"}}};
 constexpr std::array<std::string_view, 5> kKinds{"classic", "64-bit-offset", "cdf5", "netcdf4",
                                                  "netcdf4-classic"};
+constexpr std::string_view kCompact = "compact", kBigEndian = "big-endian", kFilled = "filled";
 
 void append_escaped(std::string& out, std::string_view text) {
   constexpr char kDigits[] = "0123456789ABCDEF";
@@ -156,6 +158,28 @@ void append_attributes(std::string& out, const std::vector<Attribute>& attribute
   }
 }
 
+void append_storage(std::string& out, const Storage& storage) {
+  if (!storage.chunks.empty()) {
+    out += "S\t" + std::to_string(storage.deflate_level) + (storage.shuffle ? "\t1" : "\t0") +
+           (storage.checksum ? "\t1" : "\t0");
+    for (const std::uint64_t chunk : storage.chunks) out += '\t' + std::to_string(chunk);
+    out += '\n';
+  }
+  if (storage.compact || storage.big_endian || storage.filled) {
+    out += 'O';
+    for (const auto& [set, word] :
+         {std::pair(storage.compact, kCompact), std::pair(storage.big_endian, kBigEndian),
+          std::pair(storage.filled, kFilled)})
+      if (set) (out += '\t') += word;
+    out += '\n';
+  }
+  for (const Filter& filter : storage.filters) {
+    out += "F\t" + std::to_string(filter.id);
+    for (const unsigned parameter : filter.parameters) out += '\t' + std::to_string(parameter);
+    out += '\n';
+  }
+}
+
 // Reads the lines of a skeleton.
 class TextParser {
  public:
@@ -181,6 +205,10 @@ class TextParser {
       variable();
     else if (head == "S")
       storage();
+    else if (head == "O")
+      options();
+    else if (head == "F")
+      filter();
     else
       wrong();
   }
@@ -254,12 +282,30 @@ class TextParser {
   void storage() {
     need(!skeleton.variables.empty());
     Variable& variable = skeleton.variables.back();
-    variable.deflate_level = number<int>(1);
-    variable.shuffle = number<int>(2) != 0;
-    variable.checksum = number<int>(3) != 0;
+    Storage& into = variable.storage;
+    into.deflate_level = number<int>(1);
+    into.shuffle = number<int>(2) != 0;
+    into.checksum = number<int>(3) != 0;
+    into.chunks.clear();
     for (std::size_t i = 4; i < fields_.size(); ++i)
-      variable.chunks.push_back(number<std::uint64_t>(i));
-    need(variable.chunks.size() == variable.dimensions.size());
+      into.chunks.push_back(number<std::uint64_t>(i));
+    need(into.chunks.size() == variable.dimensions.size());
+  }
+  void options() {
+    need(!skeleton.variables.empty());
+    Storage& into = skeleton.variables.back().storage;
+    for (std::size_t i = 1; i < fields_.size(); ++i) {
+      need(fields_[i] == kCompact || fields_[i] == kBigEndian || fields_[i] == kFilled);
+      into.compact |= fields_[i] == kCompact;
+      into.big_endian |= fields_[i] == kBigEndian;
+      into.filled |= fields_[i] == kFilled;
+    }
+  }
+  void filter() {
+    need(!skeleton.variables.empty());
+    Filter one{number<unsigned>(1), {}};
+    for (std::size_t i = 2; i < fields_.size(); ++i) one.parameters.push_back(number<unsigned>(i));
+    skeleton.variables.back().storage.filters.push_back(std::move(one));
   }
 
   const Place* place_;
@@ -294,12 +340,7 @@ std::string to_text(const Skeleton& skeleton) {
     out += word_of(variable.type);
     for (const std::size_t d : variable.dimensions) out += '\t' + std::to_string(d);
     out += '\n';
-    if (!variable.chunks.empty()) {
-      out += "S\t" + std::to_string(variable.deflate_level) + (variable.shuffle ? "\t1" : "\t0") +
-             (variable.checksum ? "\t1" : "\t0");
-      for (const std::uint64_t chunk : variable.chunks) out += '\t' + std::to_string(chunk);
-      out += '\n';
-    }
+    append_storage(out, variable.storage);
     append_attributes(out, variable.attributes);
   }
   return out;

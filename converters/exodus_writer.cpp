@@ -4,6 +4,7 @@
 #include <cstring>
 #include <filesystem>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -41,8 +42,7 @@ class SkeletonWriter {
   SkeletonWriter& operator=(const SkeletonWriter&) = delete;
 
   void write() {
-    check_polyhedra();
-    collect_values();
+    check_values();
     ncid_ = create_file(skeleton_, place_);
     write_points();
     write_cells();
@@ -60,48 +60,47 @@ class SkeletonWriter {
   }
   std::string section(int index) const { return "variable '" + variable(index).name + "'"; }
 
-  // Faces of polyhedra are a list in cell order, which does not follow when cells move.
-  void check_polyhedra() const {
-    const Schema& schema = info_.schema;
-    const bool cells_move =
-        schema.order == Order::free || (schema.order == Order::stream && schema.delay > 0);
-    for (const BlockLayout& block : layout_.blocks)
-      if (block.faces >= 0 && cells_move)
-        place_.fail(ErrorCode::unsupported, "polyhedra",
-                    "their faces cannot be told after cells have been reordered");
-  }
-
-  const Extra* extra_of(const Variable& one) const {
-    const Extra* extra = extras_.find(extra_key(one.name));
-    return extra != nullptr ? extra : extras_.find(plain_key(one.name));
+  // The extras that carry a variable, one after the other; none when it follows from the rest.
+  std::vector<const Extra*> extras_of(const Variable& one) const {
+    std::string key = extra_key(one.name);
+    if (extras_.find(key) == nullptr) key = plain_key(one.name);
+    std::vector<const Extra*> parts;
+    const std::size_t most = rows_of_parts(skeleton_, one).size() - 1;
+    for (const Extra* part = nullptr;
+         parts.size() < most && (part = extras_.find(part_key(key, parts.size()))) != nullptr;)
+      parts.push_back(part);
+    return parts;
   }
 
   // Whatever is missing is told before anything is written.
-  void collect_values() const {
+  void check_values() const {
     for (std::size_t v = 0; v < skeleton_.variables.size(); ++v) {
       const Variable& one = skeleton_.variables[v];
-      const std::uint64_t size = skeleton_.size(one);
-      if (layout_.uses[v] != Use::extra || size == 0) continue;
-      const Extra* extra = extra_of(one);
-      if (extra == nullptr) {
-        if (!derived_values(skeleton_, layout_, v, info_, extras_))
-          place_.fail(ErrorCode::corrupt, "variable '" + one.name + "'",
-                      "the mesh has no values for it");
-        continue;
-      }
-      const ScalarType type = extra->refers == Reference::nothing
-                                  ? scalar_of(one.type)
-                                  : reference_type(scalar_of(one.type));
-      const std::size_t bytes = scalar_bytes(type);
-      const auto zeros = static_cast<std::uint64_t>(
-          std::count(extra->data.begin(), extra->data.end(), std::byte{0}));
-      const bool fits = one.type == NC_STRING
-                            ? zeros == size && extra->data.back() == std::byte{0}
-                            : extra->data.size() / bytes == size && extra->data.size() % bytes == 0;
-      if (extra->type != type || !fits)
-        place_.fail(ErrorCode::corrupt, "extra '" + extra->key + "'",
-                    "its values do not fit variable '" + one.name + "'");
+      if (layout_.uses[v] != Use::extra || skeleton_.size(one) == 0) continue;
+      const auto parts = extras_of(one);
+      const auto rows = rows_of_parts(skeleton_, one);
+      if (parts.size() + 1 != rows.size() &&
+          (!parts.empty() || !derived_values(skeleton_, layout_, v, info_, extras_)))
+        place_.fail(ErrorCode::corrupt, "variable '" + one.name + "'",
+                    "the mesh has no values for it");
+      const std::uint64_t row = skeleton_.size(one) / std::max<std::uint64_t>(rows.back(), 1);
+      for (std::size_t i = 0; i < parts.size(); ++i)
+        check_part(one, *parts[i], (rows[i + 1] - rows[i]) * row);
     }
+  }
+  void check_part(const Variable& one, const Extra& extra, std::uint64_t size) const {
+    const ScalarType type = extra.refers == Reference::nothing
+                                ? scalar_of(one.type)
+                                : reference_type(scalar_of(one.type));
+    const std::size_t bytes = scalar_bytes(type);
+    const auto zeros =
+        static_cast<std::uint64_t>(std::count(extra.data.begin(), extra.data.end(), std::byte{0}));
+    const bool fits = one.type == NC_STRING
+                          ? zeros == size && extra.data.back() == std::byte{0}
+                          : extra.data.size() / bytes == size && extra.data.size() % bytes == 0;
+    if (extra.type != type || !fits)
+      place_.fail(ErrorCode::corrupt, "extra '" + extra.key + "'",
+                  "its values do not fit variable '" + one.name + "'");
   }
 
   template <class Real>
@@ -177,7 +176,7 @@ class SkeletonWriter {
     const ArrayLayout& array = layout_.arrays[index];
     const std::uint64_t steps = array.info.per_step ? layout_.steps : 1;
     const std::size_t stride = info_.array_stride(index);
-    if (stride == 0) return;
+    if (stride == 0 || array.parts.front().variable < 0) return;
     const auto put = [&](const ArrayPart& part, std::uint64_t step, std::uint64_t first,
                          std::uint64_t count, const std::byte* values) {
       const Slab slab = slab_of(skeleton_, array, part, step, first, count);
@@ -214,31 +213,108 @@ class SkeletonWriter {
         [](const ArrayPart& part, std::uint32_t wanted) { return part.block < wanted; });
   }
 
-  // An extra, or what follows from the rest of the mesh.
+  // Extras, or what follows from the rest of the mesh.
   void write_list(std::size_t v) {
     const Variable& one = skeleton_.variables[v];
     if (skeleton_.size(one) == 0) return;
-    const auto lengths = skeleton_.shape(one);
-    const std::vector<std::size_t> start(lengths.size(), 0), count(lengths.begin(), lengths.end());
-    const Extra* extra = extra_of(one);
-    std::vector<std::byte> values =
-        extra != nullptr ? extra->data : *derived_values(skeleton_, layout_, v, info_, extras_);
     const auto id = static_cast<int>(v);
+    const auto rows = rows_of_parts(skeleton_, one);
+    const auto parts = extras_of(one);
     touch(id);
-    if (one.type == NC_STRING) {
-      std::vector<const char*> texts;
-      const auto* text = reinterpret_cast<const char*>(values.data());
-      for (std::uint64_t i = 0; i < skeleton_.size(one); ++i) {
-        texts.push_back(text);
-        text += std::strlen(text) + 1;
-      }
-      place_.check(nc_put_vara_string(ncid_, id, start.data(), count.data(), texts.data()),
-                   section(id));
-      return;
+    if (one.type == NC_STRING) return write_strings(id, parts.front()->data);
+    if (parts.empty())
+      return write_rows(id, 0, rows.back(), *derived_values(skeleton_, layout_, v, info_, extras_));
+    for (const BlockLayout& block : layout_.blocks)
+      if (block.faces == id && cells_moved(block)) return write_faces(block, parts);
+    for (std::size_t i = 0; i < parts.size(); ++i)
+      write_rows(id, rows[i], rows[i + 1] - rows[i],
+                 parts[i]->refers == Reference::nothing
+                     ? parts[i]->data
+                     : counted_from_one(*parts[i], scalar_of(one.type)));
+  }
+  void write_rows(int id, std::uint64_t first, std::uint64_t count,
+                  const std::vector<std::byte>& values) {
+    const auto lengths = skeleton_.shape(variable(id));
+    Slab slab{std::vector<std::size_t>(lengths.size(), 0), {lengths.begin(), lengths.end()}};
+    if (!lengths.empty()) {
+      slab.start[0] = first;
+      slab.count[0] = count;
     }
-    if (extra != nullptr && extra->refers != Reference::nothing)
-      values = counted_from_one(*extra, scalar_of(one.type));
-    place_.check(nc_put_vara(ncid_, id, start.data(), count.data(), values.data()), section(id));
+    place_.check(nc_put_vara(ncid_, id, slab.start.data(), slab.count.data(), values.data()),
+                 section(id));
+  }
+  // Texts, each ended by a zero.
+  void write_strings(int id, const std::vector<std::byte>& values) {
+    const auto lengths = skeleton_.shape(variable(id));
+    const std::vector<std::size_t> start(lengths.size(), 0), count(lengths.begin(), lengths.end());
+    std::vector<const char*> texts;
+    const auto* text = reinterpret_cast<const char*>(values.data());
+    for (std::uint64_t i = 0; i < skeleton_.size(variable(id)); ++i) {
+      texts.push_back(text);
+      text += std::strlen(text) + 1;
+    }
+    place_.check(nc_put_vara_string(ncid_, id, start.data(), count.data(), texts.data()),
+                 section(id));
+  }
+
+  // Values of a one-component integer array on one block, in the order of the new file.
+  std::vector<std::int64_t> numbers_on(std::uint32_t block, int variable_of_array) {
+    std::vector<std::int64_t> numbers(layout_.blocks[block].cells);
+    for (std::size_t a = 0; a < layout_.arrays.size(); ++a) {
+      const ArrayLayout& array = layout_.arrays[a];
+      if (array.parts.front().block != block || array.parts.front().variable != variable_of_array ||
+          array.info.components != 1 || array.info.per_step)
+        continue;
+      grouping_.deal_values(
+          mesh_, a, 0,
+          [&](std::uint32_t, std::uint64_t first, std::uint64_t count, const std::byte* values) {
+            const auto some = integers_of(array.info.type,
+                                          {values, values + count * scalar_bytes(array.info.type)});
+            if (some)
+              std::copy(some->begin(), some->end(),
+                        numbers.begin() + static_cast<std::ptrdiff_t>(first));
+          });
+    }
+    return numbers;
+  }
+  std::uint32_t index_of(const BlockLayout& block) const {
+    return static_cast<std::uint32_t>(&block - layout_.blocks.data());
+  }
+  bool cells_moved(const BlockLayout& block) {
+    const auto from = numbers_on(index_of(block), -1);
+    return !std::is_sorted(from.begin(), from.end());
+  }
+
+  // The faces of polyhedra that have changed places.
+  void write_faces(const BlockLayout& block, const std::vector<const Extra*>& parts) {
+    const auto from = numbers_on(index_of(block), -1);
+    const auto counts = numbers_on(index_of(block), block.counts);
+    const std::size_t width = scalar_bytes(parts.front()->type);
+    std::vector<std::byte> faces;
+    for (const Extra* part : parts) faces.insert(faces.end(), part->data.begin(), part->data.end());
+    const std::uint64_t size = faces.size() / width;
+    const auto wrong = [&] {
+      place_.fail(ErrorCode::corrupt, section(block.faces),
+                  "it cannot be told which faces belong to which polyhedron");
+    };
+    // begins[i]: of the cell that was the i-th
+    std::vector<std::uint64_t> begins(from.size() + 1, 0);
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      if (from[i] < 0 || std::cmp_greater_equal(from[i], from.size()) || counts[i] < 0 ||
+          std::cmp_greater(counts[i], size))
+        wrong();
+      begins[static_cast<std::size_t>(from[i]) + 1] = static_cast<std::uint64_t>(counts[i]);
+    }
+    std::partial_sum(begins.begin(), begins.end(), begins.begin());
+    if (begins.back() != size) wrong();
+    std::vector<std::byte> moved;
+    for (const std::int64_t cell : from) {
+      const auto i = static_cast<std::size_t>(cell);
+      moved.insert(moved.end(), faces.begin() + static_cast<std::ptrdiff_t>(begins[i] * width),
+                   faces.begin() + static_cast<std::ptrdiff_t>(begins[i + 1] * width));
+    }
+    if (moved.size() != faces.size()) wrong();
+    write_rows(block.faces, 0, size, moved);
   }
 
   // References as the file has them: from 1, of type `stored`, cells block by block.
