@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -103,7 +104,10 @@ class ExtrasDiff {
   void compare(const Extra& a, const Extra& b) {
     if (a == b || how_.is_ignored(a.key)) return;
     Finding finding{"extra", "extra '" + a.key + "'"};
-    if (is_text(a) && is_text(b)) {
+    const bool lists = a.refers != Reference::nothing && a.refers == b.refers;
+    if (lists && a.shape.size() == 1 && b.shape.size() == 1 && a.type == b.type) {
+      compare_members(a, b, finding);
+    } else if (is_text(a) && is_text(b)) {
       compare_text(a, b, finding);
     } else if (a.type != b.type || a.shape != b.shape || a.refers != b.refers ||
                a.data.size() != b.data.size()) {
@@ -114,6 +118,30 @@ class ExtrasDiff {
       if (finding.different == 0) return;
     }
     found_.push_back(std::move(finding));
+  }
+
+  // Lists of vertices or cells: how many of each are missing from the other.
+  static void compare_members(const Extra& a, const Extra& b, Finding& finding) {
+    const auto members = [](const Extra& extra) {
+      std::vector<std::int64_t> list(extra.data.size() / scalar_bytes(extra.type));
+      for (std::size_t i = 0; i < list.size(); ++i)
+        list[i] = extra.type == ScalarType::int32 ? load<std::int32_t>(extra.data.data() + 4 * i)
+                                                  : load<std::int64_t>(extra.data.data() + 8 * i);
+      std::sort(list.begin(), list.end());
+      return list;
+    };
+    const auto text = [](const Extra& extra, const auto& own, const auto& other, const char* mesh) {
+      std::vector<std::int64_t> alone;
+      std::set_difference(own.begin(), own.end(), other.begin(), other.end(),
+                          std::back_inserter(alone));
+      return std::to_string(own.size()) +
+             (extra.refers == Reference::vertex ? " vertices" : " cells") + " (" +
+             std::to_string(alone.size()) + " not in " + mesh + ")";
+    };
+    const auto list_a = members(a), list_b = members(b);
+    finding.a = text(a, list_a, list_b, "B");
+    finding.b = text(b, list_b, list_a, "A");
+    if (list_a == list_b) finding.b += ", in another order";
   }
 
   void compare_text(const Extra& a, const Extra& b, Finding& finding) {

@@ -104,9 +104,12 @@ class StepPairing {
     if (a_.size() == b_.size()) {
       for (std::uint64_t s = 0; s < a_.size(); ++s) pair(s, s);
     } else {
+      const auto count = [](std::size_t steps) {
+        return steps == 0 ? "none (compared with the last)" : std::to_string(steps);
+      };
       result_.differences.push_back(
-          {"steps", "number of time steps", std::to_string(a_.size()), std::to_string(b_.size())});
-      merge();
+          {"steps", "number of time steps", count(a_.size()), count(b_.size())});
+      if (!a_.empty() && !b_.empty()) merge();
     }
     for (Finding* finding : {&times_, &only_a_, &only_b_})
       if (finding->different > 0) result_.differences.push_back(std::move(*finding));

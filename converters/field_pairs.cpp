@@ -33,6 +33,8 @@ class Pairing {
     left_b_ = candidates(b_);
     pair_by_name();
     if (!one_format_) {
+      pair_numbered(a_, left_a_, b_, left_b_, false);
+      pair_numbered(b_, left_b_, a_, left_a_, true);
       pair_components(a_, left_a_, b_, left_b_, false);
       pair_components(b_, left_b_, a_, left_a_, true);
       pair_block_ids(a_, left_a_, b_, false);
@@ -117,6 +119,28 @@ class Pairing {
         static_cast<std::uint32_t>(std::max(pair.a.parts.size(), pair.b.parts.size()));
     while (narrow.parts.size() < pair.components) narrow.parts.push_back({FieldSide::kZeros, 0});
     return true;
+  }
+
+  // Gmsh tells arrays of one name apart: the second "v" is called "v (2)" there.
+  void pair_numbered(const MeshInfo& repeated, Arrays& repeats, const MeshInfo& numbered,
+                     Arrays& others, bool swapped) {
+    if (numbered.schema.source_format != "gmsh") return;
+    std::erase_if(repeats, [&](std::size_t index) {
+      const ArrayInfo& array = repeated.schema.arrays[index];
+      const std::string path = path_of(repeated.schema, index);
+      const std::size_t mark = path.rfind('#');
+      if (mark == path.npos) return false;
+      const std::string name = array.name + " (" + path.substr(mark + 1) + ")";
+      const auto other = std::find_if(others.begin(), others.end(), [&](std::size_t b) {
+        const ArrayInfo& candidate = numbered.schema.arrays[b];
+        return candidate.name == name && candidate.location == array.location;
+      });
+      if (other == others.end()) return false;
+      const std::size_t found = *other;
+      others.erase(other);
+      swapped ? pair(found, index) : pair(index, found);
+      return true;
+    });
   }
 
   // `v` of one mesh against v_x, v_y, v_z, or v_1, v_2, ..., or v [0], v [1], ... of the other.
