@@ -201,7 +201,8 @@ class Pairing {
   // Blocks of VTK have no numbers of their own.
   void pair_block_ids(const MeshInfo& holder, Arrays& arrays, const MeshInfo& blocks,
                       bool swapped) {
-    if (blocks.schema.source_format == "vtk") return;
+    const std::string& format = blocks.schema.source_format;
+    if (format == "vtk" || format == "vtu") return;
     std::erase_if(arrays, [&](std::size_t index) {
       const ArrayInfo& array = holder.schema.arrays[index];
       if (array.name != kBlockIds || array.location != Location::cell || array.components != 1)
