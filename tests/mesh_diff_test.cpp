@@ -497,11 +497,13 @@ TEST(MeshMatch, MissingCellAndInvertedCell) {
   b = in_another_order(b, 6);
   const MeshDiff found = diff(a, b, matching());
   std::set<std::string> whats;
-  for (const Finding& finding : found.differences) whats.insert(finding.what);
-  EXPECT_TRUE(whats.contains("cells of A") && whats.contains("cells")) << words(found);
-  EXPECT_FALSE(whats.contains("cells of B") || whats.contains("vertices of A")) << words(found);
+  for (const Finding& finding : found.differences) whats.insert(finding.kind + " " + finding.what);
+  EXPECT_TRUE(whats.contains("unmatched cells of A") && whats.contains("cells cells"))
+      << words(found);
+  EXPECT_FALSE(whats.contains("unmatched cells of B") || whats.contains("unmatched vertices of A"))
+      << words(found);
   for (const Finding& finding : found.differences) {
-    if (finding.what == "cells") {
+    if (finding.kind == "cells") {
       EXPECT_EQ(finding.places[0].a, 9u);
     }
   }
