@@ -1,7 +1,6 @@
 #include "compare.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -11,81 +10,20 @@
 #include <span>
 #include <utility>
 
+#include "cell_cursor.h"
 #include "coding_order.h"
 #include "compress.h"
 #include "decompress.h"
 #include "order_match.h"
 #include "page_cache.h"
 #include "reordered_mesh.h"
+#include "stored_value.h"
 
 namespace shm::converters {
 namespace {
 
 constexpr std::uint64_t kPieceElements = 16384;
-constexpr std::size_t kBatchCells = 8192;
 constexpr std::size_t kCacheBytes = std::size_t{32} << 20;
-
-template <class T>
-T load(const std::byte* from) {
-  T value;
-  std::memcpy(&value, from, sizeof value);
-  return value;
-}
-
-double as_real(const std::byte* value, ScalarType type) {
-  return type == ScalarType::float32 ? static_cast<double>(load<float>(value))
-                                     : load<double>(value);
-}
-
-template <class T>
-std::string number_text(T value) {
-  char text[64];
-  return {text, std::to_chars(text, text + sizeof text, value).ptr};
-}
-
-// Shortest decimal; for what decimals do not tell apart also the bits, as in "nan (0x7fc00000)".
-template <class Real, class Bits>
-std::string real_text(const std::byte* from) {
-  const Real value = load<Real>(from);
-  if (!std::isnan(value)) return number_text(value);
-  char text[32];
-  return "nan (0x" + std::string(text, std::to_chars(text, text + 32, load<Bits>(from), 16).ptr) +
-         ")";
-}
-
-std::string value_text(const std::byte* value, ScalarType type) {
-  switch (type) {
-    case ScalarType::int8: return number_text(load<std::int8_t>(value));
-    case ScalarType::uint8: return number_text(load<std::uint8_t>(value));
-    case ScalarType::int16: return number_text(load<std::int16_t>(value));
-    case ScalarType::uint16: return number_text(load<std::uint16_t>(value));
-    case ScalarType::int32: return number_text(load<std::int32_t>(value));
-    case ScalarType::uint32: return number_text(load<std::uint32_t>(value));
-    case ScalarType::int64: return number_text(load<std::int64_t>(value));
-    case ScalarType::uint64: return number_text(load<std::uint64_t>(value));
-    case ScalarType::float32: return real_text<float, std::uint32_t>(value);
-    case ScalarType::float64: return real_text<double, std::uint64_t>(value);
-  }
-  return "?";
-}
-
-// Cells one by one, however a source cuts its batches.
-class CellCursor {
- public:
-  explicit CellCursor(MeshSource& mesh) : mesh_(&mesh) { mesh.rewind_cells(); }
-  bool next() {
-    if (++at_ < batch_.size()) return true;
-    at_ = 0;
-    return mesh_->next_cells(batch_, kBatchCells) && batch_.size() > 0;
-  }
-  std::uint32_t block() const { return batch_.blocks[at_]; }
-  std::span<const std::uint64_t> corners() const { return batch_.cell(at_); }
-
- private:
-  MeshSource* mesh_;
-  CellBatch batch_;
-  std::size_t at_ = 0;
-};
 
 std::string corners_text(std::span<const std::uint64_t> corners) {
   std::string text = "(";
@@ -510,7 +448,7 @@ void Comparison::compare_values(const Column& column, std::uint64_t first, std::
     if (std::memcmp(a, b, bytes) == 0) continue;
     std::string broken;
     if (measured != nullptr) {
-      const double error = std::fabs(as_real(a, column.type) - as_real(b, column.type));
+      const double error = std::fabs(as_double(a, column.type) - as_double(b, column.type));
       if (std::isfinite(error)) {
         measured->largest = std::max(measured->largest, error);
         if (error <= measured->promised) continue;

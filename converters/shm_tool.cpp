@@ -22,6 +22,7 @@
 #include "compare.h"
 #include "compress.h"
 #include "decompress.h"
+#include "diff_command.h"
 #include "failure.h"
 #include "formats.h"
 #include "layout.h"
@@ -60,6 +61,7 @@ struct Options {
   double restart_budget = .2;  // percent
   unsigned threads = 0;        // one for each core
   bool json = false, quiet = false, packed = false;
+  DiffCommand diff;
 };
 
 ExitCode exit_code(ErrorCode code) {
@@ -351,6 +353,21 @@ ExitCode run_verify(Options& options) {
   return report.equal() ? kDone : kDifferent;
 }
 
+ExitCode run_diff(Options& options) {
+  options.input = options.diff.a;
+  ProgressLine line(options.quiet);
+  // With --match, places and values are read in any order.
+  Spool spool(spool_directory(options), options.diff.match ? kFreeOrderSpool : kSpool);
+  line.show("reading " + options.diff.a);
+  const DiffCommand::Outcome outcome = options.diff.run(spool, line.callback());
+  line.wipe();
+  if (options.diff.json)
+    std::fputs(outcome.text.c_str(), stdout);
+  else
+    say(options, outcome.text);
+  return outcome.equal ? kDone : kDifferent;
+}
+
 ExitCode run_info(Options& options) {
   ProgressLine line(options.quiet);
   std::string text;
@@ -595,6 +612,12 @@ CLI::App* add_verify(CLI::App& app, Options& options) {
   return command;
 }
 
+CLI::App* add_diff(CLI::App& app, Options& options) {
+  CLI::App* command = add_command(app, options, "diff", kDiffDescription, kDiffExamples);
+  options.diff.add_options(*command);
+  return command;
+}
+
 CLI::App* add_info(CLI::App& app, Options& options) {
   CLI::App* command = add_command(app, options, "info",
                                   "Tell what a mesh holds and where the bytes of a .shm file go",
@@ -671,8 +694,9 @@ int run(int argc, char** argv, Options& options) {
   const Command commands[] = {
       {add_compress(app, options), run_compress}, {add_decompress(app, options), run_decompress},
       {add_convert(app, options), run_convert},   {add_verify(app, options), run_verify},
-      {add_info(app, options), run_info},         {add_join(app, options), run_join},
-      {add_split(app, options), run_split},       {add_layout(app, options), run_layout},
+      {add_diff(app, options), run_diff},         {add_info(app, options), run_info},
+      {add_join(app, options), run_join},         {add_split(app, options), run_split},
+      {add_layout(app, options), run_layout},
   };
   try {
     app.parse(argc, argv);

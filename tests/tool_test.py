@@ -83,7 +83,7 @@ class ToolTest(unittest.TestCase):
     def test_help_and_version(self):
         self.assertIn("compress", self.shm("--help")[0])
         self.assertRegex(self.shm("--version")[0], r"^shm \d+\.\d+\.\d+\n$")
-        for command in ("compress", "decompress", "convert", "verify", "info", "layout"):
+        for command in ("compress", "decompress", "convert", "verify", "diff", "info", "layout"):
             self.assertIn("Examples:\n  shm " + command, self.shm(command, "--help")[0])
 
     def test_wrong_use(self):
@@ -121,6 +121,54 @@ class ToolTest(unittest.TestCase):
             _, error = self.shm(*words, code=3)
             self.assertIn(words[1], error)
         self.assert_only("mesh.vtk", "garbage.bin")
+
+    def test_diff(self):
+        moved, shuffled = self.path("moved.vtk"), self.path("shuffled.vtk")
+        packed, exodus = self.path("mesh.shm"), self.path("mesh.e")
+        write_vtk(moved, 5, bend=0.01)
+        write_vtk(shuffled, 5, shuffled=True)
+        self.shm("compress", self.mesh, "-o", packed, "-q")
+        self.shm("convert", self.mesh, exodus, "-q")
+        for other in (self.mesh, packed, exodus):
+            self.assertIn("are equal", self.shm("diff", self.mesh, other)[0])
+        text, _ = self.shm("diff", self.mesh, moved, "--limit", "1", code=1)
+        self.assertIn("coordinates: 180 of 648 values differ", text)
+        self.assertIn("vertex 180 at (0 0 0.5), component 0: 0 in A, 0.05 in B\n    and 179 more", text)
+        self.assertEqual(self.shm("diff", self.mesh, moved, "-q", code=1)[0], "")
+        for how in (["--abs", "0.051"], ["--rel", "0.102"], ["--ignore", "coordinates"],
+                    ["--array", "coordinates:abs=0.051"]):
+            self.shm("diff", self.mesh, moved, *how)
+        self.shm("diff", self.mesh, moved, "--abs", "0.049", code=1)
+
+        report = json.loads(self.shm("diff", self.mesh, moved, "--json", code=1)[0])
+        self.assertEqual(list(report), [
+            "equal", "tolerance", "match", "a", "b", "matched_vertices", "matched_cells",
+            "values_compared", "values_different", "differences", "notes"])
+        self.assertFalse(report["equal"])
+        self.assertEqual(report["b"]["vertices"], 216)
+        (finding,) = report["differences"]
+        self.assertEqual((finding["kind"], finding["what"]), ("coordinates", "coordinates"))
+        self.assertEqual(finding["different"], 180)
+        self.assertAlmostEqual(finding["largest_difference"], 0.05)
+        self.assertAlmostEqual(finding["largest_relative"], 0.1)
+        place = finding["places"][0]
+        self.assertEqual((place["element"], place["a"], place["component"]), ("vertex", 180, 0))
+
+        self.shm("diff", self.mesh, shuffled, code=1)
+        self.shm("diff", self.mesh, shuffled, "--match", "--ignore", "heat", "--ignore", "zone")
+        report = json.loads(self.shm("diff", self.mesh, shuffled, "--match", "--json", code=1)[0])
+        self.assertEqual((report["matched_vertices"], report["matched_cells"]), (216, 125))
+        self.assertEqual([each["what"] for each in report["differences"]],
+                         ["array 'point/heat'", "array 'cell/zone'"])
+
+        self.shm("diff", self.mesh, code=2)
+        self.shm("diff", self.mesh, moved, "--abs", "1", "--rel", "1", code=2)
+        self.shm("diff", self.mesh, moved, "--abs", "-1", code=2)
+        self.shm("diff", self.mesh, moved, "--only", "nothing", code=2)
+        self.shm("diff", self.mesh, moved, "--array", "heat:bits=4", code=2)
+        for words in ([self.path("no.e"), self.mesh], [self.mesh, self.path("no.e")]):
+            self.assertIn("no.e", self.shm("diff", *words, code=3)[1])
+        self.assert_only("mesh.vtk", "moved.vtk", "shuffled.vtk", "mesh.shm", "mesh.e")
 
     def test_damaged_files(self):
         packed = self.path("mesh.vtk.shm")
