@@ -51,7 +51,7 @@ class GmshTags {
   std::optional<std::int64_t> first_of_run() const {
     return run_ ? std::optional(first_) : std::nullopt;
   }
-  const PagedArray& tags() const { return tags_; }  // int64; only when there is no run
+  const PagedArray& listed();  // int64, one after the other
 
  private:
   std::uint64_t size_ = 0;
@@ -98,6 +98,9 @@ struct GmshReading {
   std::unique_ptr<GmshMesh> mesh;
   int version = 10;  // 10, 20 (all of 2.x), 40 or 41
   bool have_nodes = false, have_elements = false;
+  // Something may name nodes or elements by tags that we do not know as such: each one has to keep
+  // its tag, whatever order they get.
+  bool tags_are_referred_to = false;
   GmshTags nodes, elements;
   std::vector<std::int32_t> block_table;  // of extra gmsh/elements/blocks
   std::vector<GmshSection> sections;
@@ -122,6 +125,7 @@ void expect_section_end(GmshReading& reading);
 // The sections by what they hold. `read_*` throw on what is broken.
 void read_gmsh_nodes(GmshReading& reading, bool parametric_section);
 void read_gmsh_elements(GmshReading& reading);
+void keep_gmsh_tags(GmshReading& reading);  // after all sections
 // False (nothing consumed that matters) when the header is not one that we know.
 bool read_gmsh_data(GmshReading& reading);
 // Turns the views into arrays, once all sections are read.
