@@ -8,7 +8,8 @@
 // elements have shape `other` and keep the order of the file.
 //
 // Arrays with a role:
-//   gmsh:node_tag, gmsh:element_tag   int64, only when tags do not count up by one, or when a part of
+//   gmsh:node_tag, gmsh:element_tag   int64, only when tags do not count up by one, or when a part
+//   of
 //                                     the file that we keep as it is may name nodes and elements
 //   gmsh:node_entity                  int32, row of gmsh/nodes/entities, when there are several
 //   gmsh:node_parameters              float64 x 3, when some nodes have parametric coordinates

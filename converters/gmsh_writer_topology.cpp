@@ -57,8 +57,7 @@ class NodeWriter {
       w_.out.count(counts[e]);
       w_.out.end_line();
       if (w_.v41()) write_block_tags(first, counts[e]);
-      write_block_points(first, counts[e],
-                         gmsh_parameters(dimension, parametric != 0, w_.v41()));
+      write_block_points(first, counts[e], gmsh_parameters(dimension, parametric != 0, w_.v41()));
       first += counts[e];
     }
     w_.out.end_of_data();

@@ -6,6 +6,7 @@ Usage: gmsh_files_test.py PATH_OF_SHM     (exit code 77, skipped, without Python
 """
 import concurrent.futures
 import os
+import struct
 import subprocess
 import sys
 import tempfile
@@ -16,8 +17,13 @@ try:
 except ImportError:
     print("no gmsh for Python")
     sys.exit(77)
+try:
+    import meshio  # an independent reader of binary MSH 4.0
+except ImportError:
+    meshio = None
 import gmsh_oracle
 
+NATIVE = "<" if sys.byteorder == "little" else ">"
 SHM = "shm"
 FILES = ((1, 0), (2.2, 0), (2.2, 1), (4.0, 0), (4.1, 0), (4.1, 1))  # Gmsh 4.8 writes 4.0 as text
 AFFINE = [1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]  # one unit along x
@@ -49,9 +55,10 @@ def tetrahedra():
     gmsh.model.mesh.generate(3)
 
 
-def periodic():
+def periodic(grouped=True):
     box()
-    groups()
+    if grouped:
+        groups()
     gmsh.model.mesh.setPeriodic(2, [2], [1], AFFINE)
     gmsh.model.mesh.generate(3)
     gmsh.option.setNumber("Mesh.SaveAll", 1)
@@ -160,6 +167,7 @@ def add_views(path):
 MODELS = {
     "tetrahedra": tetrahedra,
     "periodic": periodic,
+    "periodic alone": lambda: periodic(False),
     "parametric": parametric,
     "partitions with topology": lambda: partitioned(1),
     "partitions": lambda: partitioned(0),
@@ -170,6 +178,7 @@ MODELS = {
     "tetrahedra of order 2": lambda: curved(2),
     "tetrahedra of order 4": lambda: curved(4),
     "tetrahedra of order 5": lambda: curved(5),
+    "prisms": lambda: prisms(1, 0),
     "prisms of order 2": lambda: prisms(2, 0),
     "prisms of order 2, incomplete": lambda: prisms(2, 1),
     "sparse tags": sparse_tags,
@@ -189,6 +198,86 @@ def make(path, model, version, binary, views):
     if views:
         add_views(path)
     gmsh.finalize()
+
+
+class Binary40:
+    """An MSH 4.0 file in ASCII as the binary one that Gmsh 4.0 wrote and today's Gmsh cannot read.
+    Integers have 32 bits, the long ones 64."""
+
+    def __init__(self, text, order):
+        self.order, self.out, self.names = order, b"", []
+        for section in text.split("$End")[:-1]:
+            name, content = section[section.index("$") + 1:].split("\n", 1)
+            if name == "PhysicalNames":
+                data = content.encode()
+            elif name == "MeshFormat":
+                data = b"4.0 1 8\n" + struct.pack(order + "i", 1) + b"\n"
+            else:
+                self.words, self.data = iter(content.split()), b""
+                getattr(self, name)()
+                assert next(self.words, None) is None, name
+                data = self.data + b"\n"
+            self.names.append(name)
+            self.out += f"${name}\n".encode() + data + f"$End{name}\n".encode()
+
+    def put(self, kinds):
+        """Words of the text as kinds: i int, q long, d double. The values."""
+        values = [(float if k == "d" else int)(next(self.words)) for k in kinds]
+        self.data += struct.pack(self.order + kinds, *values)
+        return values
+
+    def Entities(self, partitions=False):
+        for dimension, count in enumerate(self.put("qqqq")):
+            for _ in range(count):
+                self.put("i")
+                if partitions:
+                    self.put("i" * self.put("iii")[2])
+                self.put("d" * 6)
+                for _ in range(1 if dimension == 0 else 2):
+                    self.put("i" * self.put("q")[0])
+
+    def PartitionedEntities(self):
+        self.put("ii" * self.put("ii")[1])
+        self.Entities(True)
+
+    def Nodes(self):
+        for _ in range(self.put("qq")[0]):
+            _, dimension, parametric, count = self.put("iiiq")
+            self.put(("iddd" + "d" * (dimension % 3 * parametric)) * count)
+
+    def Elements(self):
+        for _ in range(self.put("qq")[0]):
+            _, _, kind, count = self.put("iiiq")
+            self.put("i" * count * (1 + {1: 2, 2: 3, 3: 4, 4: 4, 5: 8, 6: 6, 15: 1}[kind]))
+
+    def Periodic(self):
+        for _ in range(self.put("i")[0]):
+            self.put("iii")
+            word = next(self.words)
+            if word == "Affine":
+                self.data += struct.pack(self.order + "q", -1)
+                self.put("d" * 16)
+                word = next(self.words)
+            self.data += struct.pack(self.order + "q", int(word))
+            self.put("ii" * int(word))
+
+    def GhostElements(self):
+        for _ in range(self.put("i")[0]):
+            self.put("i" * self.put("iii")[2])
+
+
+def seen_by_meshio(path):
+    """Cells with their entities and groups, and periodic links, by the places of nodes."""
+    mesh = meshio.read(path, "gmsh")
+    place = [tuple(p) for p in mesh.points.tolist()]
+    rows = {name: [str(v) for block in data for v in block]
+            for name, data in mesh.cell_data.items() if name.startswith("gmsh:")}
+    cells = [(block.type, *(place[n] for n in cell)) for block in mesh.cells for cell in block.data]
+    links = [(int(dimension), tuple(map(int, tags)), str(affine),
+              sorted((place[a], place[b]) for a, b in nodes))
+             for dimension, tags, affine, nodes in mesh.gmsh_periodic or []]
+    return {"cells": sorted(zip(*rows.values(), map(str, cells))), "links": links,
+            "names": {name: tuple(tag) for name, tag in mesh.field_data.items()}}
 
 
 class GmshFilesTest(unittest.TestCase):
@@ -227,6 +316,36 @@ class GmshFilesTest(unittest.TestCase):
                     source = self.path("source.msh")
                     apart(make, source, model, version, binary, False)
                     self.check(source)
+
+    def test_version_4_0_in_binary(self):
+        text, binary = self.path("text.msh"), self.path("binary.msh")
+        for model in ("periodic", "partitions with topology", "parametric", "hexahedra",
+                      "periodic alone", "prisms"):
+            apart(make, text, model, 4.0, 0, False)
+            with open(text, encoding="utf-8") as file:
+                content = file.read()
+            with open(text, "w", encoding="utf-8") as file:
+                file.write(content.replace("\n4 0 8\n", "\n4.0 0 8\n"))  # meshio: "4" is 4.1
+            for order in "<>":
+                with self.subTest(model=model, order=order):
+                    encoded = Binary40(content, order)
+                    if "partitions" in model:
+                        self.assertEqual(encoded.names[-2:], ["Periodic", "GhostElements"])
+                    with open(binary, "wb") as file:
+                        file.write(encoded.out)
+                    with open(self.there_and_back(binary, "keep"), "rb") as file:
+                        self.assertEqual(file.read(), encoded.out)
+                    # meshio knows no parameters and no partitions, and wants groups everywhere.
+                    if (order != NATIVE or meshio is None or
+                            model not in ("periodic alone", "prisms")):
+                        continue
+                    expected = seen_by_meshio(text)
+                    self.assertTrue(expected["cells"])
+                    self.assertEqual(bool(expected["links"]), model == "periodic alone")
+                    self.assertEqual(seen_by_meshio(binary), expected)
+                    for kind in ("stream", "free"):
+                        self.assertEqual(seen_by_meshio(self.there_and_back(binary, kind)),
+                                         expected)
 
     def test_views(self):
         for model in ("hexahedra", "hexahedra of order 2", "sparse tags", "prisms of order 2"):
