@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmsh_groups.h"
 #include "gmsh_scan.h"
 #include "mesh_source.h"
 #include "spool.h"
@@ -105,8 +106,7 @@ struct GmshReading {
   std::vector<std::int32_t> block_table;  // of extra gmsh/elements/blocks
   std::vector<GmshSection> sections;
   std::vector<GmshView> views;
-  std::map<std::pair<std::int64_t, std::int64_t>, std::string> physical_names;  // (dim, tag)
-  std::map<std::pair<std::int64_t, std::int64_t>, std::vector<std::int64_t>> entity_groups;
+  GmshNaming naming;  // for the names of blocks
 
   std::size_t block_table_width() const { return version >= 40 ? 3 : 4; }
   std::string section_key() const { return "gmsh/section/" + std::to_string(sections.size() - 1); }
@@ -133,9 +133,5 @@ void finish_gmsh_data(GmshReading& reading);
 // Of content in memory. False when it has another form or refers to what is not in the mesh.
 bool parse_gmsh_periodic(GmshReading& reading, std::string_view content);
 bool parse_gmsh_ghosts(GmshReading& reading, std::string_view content);
-// For the names of blocks; what cannot be understood gives no names.
-void parse_gmsh_names(GmshReading& reading, std::string_view content);
-void parse_gmsh_entities(GmshReading& reading, std::string_view content, bool partitioned);
-void name_gmsh_blocks(GmshReading& reading);
 
 }  // namespace shm::converters

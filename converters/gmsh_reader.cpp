@@ -43,7 +43,7 @@ class SectionReader {
       r_.input.fail(ErrorCode::corrupt, "this is not a Gmsh MSH file: it has no section");
     r_.input.enter("whole file");
     keep_gmsh_tags(r_);
-    name_gmsh_blocks(r_);
+    name_blocks();
     finish_gmsh_data(r_);
     if (!have_format_) r_.add_text("gmsh/mesh_format", "1");
     r_.add_text("gmsh/sections", section_list());
@@ -113,11 +113,19 @@ class SectionReader {
       kind = "ghosts";
       return;
     }
-    if (name == "PhysicalNames") parse_gmsh_names(r_, content);
-    if (name == "Entities") parse_gmsh_entities(r_, content, false);
-    if (name == "PartitionedEntities") parse_gmsh_entities(r_, content, true);
+    if (name == "PhysicalNames") r_.naming.add_names(content);
+    if (name == "Entities") r_.naming.add_entities(content, false, r_.scan.encoding, r_.version);
+    if (name == "PartitionedEntities")
+      r_.naming.add_entities(content, true, r_.scan.encoding, r_.version);
     r_.tags_are_referred_to |= !names_no_tags(name);
     keep_raw(content);
+  }
+
+  void name_blocks() {
+    auto& blocks = r_.mesh->info_.schema.blocks;
+    const std::size_t width = r_.block_table_width();
+    for (std::size_t b = 0; b < blocks.size(); ++b)
+      blocks[b].name = r_.naming.block_name(std::span(r_.block_table).subspan(b * width, width));
   }
 
   void keep_raw(std::string_view content) { r_.add_text(r_.section_key(), content); }

@@ -1,9 +1,5 @@
-// The Gmsh reader's smaller sections, parsed from memory: $Periodic, $GhostElements, and what
-// gives blocks their names.
-#include <cctype>
-
+// The Gmsh reader's smaller sections, parsed from memory: $Periodic, $GhostElements.
 #include "gmsh_mesh.h"
-#include "gmsh_types.h"
 
 namespace shm::converters {
 namespace {
@@ -84,72 +80,6 @@ bool parse_gmsh_ghosts(GmshReading& reading, std::string_view content) {
   reading.add_extra(key + "/partitions", ScalarType::int32, {count, 2}, partitions.data());
   reading.add_extra(key + "/ghosts", ScalarType::int32, {ghosts.size()}, ghosts.data());
   return true;
-}
-
-void parse_gmsh_names(GmshReading& reading, std::string_view content) {
-  GmshMemoryScan scan(content, {});  // text in binary files too
-  const std::uint64_t count = scan.count();
-  for (std::uint64_t i = 0; i < count; ++i) {
-    const std::int64_t dimension = scan.integer32(), tag = scan.integer32();
-    const std::string_view rest = scan.rest_of_line();
-    if (!scan.good()) return;
-    const std::size_t open = rest.find('"'), close = rest.rfind('"');
-    if (open < close && close != std::string_view::npos)
-      reading.physical_names[{dimension, tag}] = rest.substr(open + 1, close - open - 1);
-  }
-}
-
-void parse_gmsh_entities(GmshReading& reading, std::string_view content, bool partitioned) {
-  GmshMemoryScan scan(content, reading.scan.encoding);
-  const bool v41 = reading.version >= 41;
-  if (partitioned) {
-    scan.count(v41);
-    const std::uint64_t ghosts = scan.count(v41);
-    for (std::uint64_t i = 0; i < 2 * ghosts && scan.good(); ++i) scan.integer32();
-  }
-  std::uint64_t counts[4];
-  for (std::uint64_t& count : counts) count = scan.count();
-  for (std::int64_t dimension = 0; dimension < 4; ++dimension) {
-    for (std::uint64_t i = 0; i < counts[dimension]; ++i) {
-      const std::int64_t tag = scan.integer32();
-      if (partitioned) {
-        scan.integer32();
-        scan.integer32();
-        const std::uint64_t parts = scan.count(v41);
-        for (std::uint64_t k = 0; k < parts && scan.good(); ++k) scan.integer32();
-      }
-      const int box = dimension == 0 && reading.version >= 41 ? 3 : 6;
-      for (int k = 0; k < box; ++k) scan.real();
-      std::vector<std::int64_t> groups;
-      const std::uint64_t group_count = scan.count();
-      for (std::uint64_t k = 0; k < group_count && scan.good(); ++k)
-        groups.push_back(scan.integer32());
-      const std::uint64_t bounds = dimension > 0 ? scan.count() : 0;
-      for (std::uint64_t k = 0; k < bounds && scan.good(); ++k) scan.integer32();
-      if (!scan.good()) return;
-      reading.entity_groups[{dimension, tag}] = std::move(groups);
-    }
-  }
-}
-
-void name_gmsh_blocks(GmshReading& reading) {
-  auto& blocks = reading.mesh->info_.schema.blocks;
-  const std::size_t width = reading.block_table_width();
-  for (std::size_t b = 0; b < blocks.size(); ++b) {
-    const std::int32_t* row = reading.block_table.data() + b * width;
-    std::int64_t dimension = 0, group = 0;
-    if (reading.version >= 40) {
-      const auto entity = reading.entity_groups.find({row[0], row[1]});
-      if (entity == reading.entity_groups.end() || entity->second.size() != 1) continue;
-      dimension = row[0];
-      group = entity->second[0];
-    } else {
-      dimension = gmsh_type(row[0]).dimension;
-      group = row[2];
-    }
-    const auto name = reading.physical_names.find({dimension, group < 0 ? -group : group});
-    if (name != reading.physical_names.end()) blocks[b].name = name->second;
-  }
 }
 
 }  // namespace shm::converters
