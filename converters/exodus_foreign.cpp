@@ -386,6 +386,16 @@ class ForeignWriter {
 
 }  // namespace
 
+}  // namespace shm::converters::exodus
+
+namespace shm::converters {
+
+bool exodus_holds_block(const BlockInfo& block) { return block.shape != CellShape::other; }
+
+}  // namespace shm::converters
+
+namespace shm::converters::exodus {
+
 void write_foreign(MeshSource& mesh, const std::string& path, Spool& spool) {
   ForeignWriter(mesh, path, spool).write();
 }

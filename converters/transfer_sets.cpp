@@ -153,6 +153,26 @@ std::vector<TransferSet> transfer_sets(const MeshInfo& info, std::set<std::strin
   return sets;
 }
 
+void list_members(MeshSource& mesh, std::vector<TransferSet>& sets) {
+  std::vector<std::vector<TransferSet*>> of_block(mesh.info().schema.blocks.size());
+  bool any = false;
+  for (TransferSet& set : sets)
+    for (const std::uint32_t block : set.blocks) {
+      of_block.at(block).push_back(&set);
+      any = true;
+    }
+  constexpr std::size_t kPiece = 16384;
+  std::int64_t cell = 0;
+  CellBatch batch;
+  mesh.rewind_cells();
+  while (any && mesh.next_cells(batch, kPiece))
+    for (const std::uint32_t block : batch.blocks) {
+      for (TransferSet* set : of_block[block]) set->members.push_back(cell);
+      ++cell;
+    }
+  for (TransferSet& set : sets) set.blocks.clear();
+}
+
 std::vector<Extra> extras_of_sets(const std::vector<TransferSet>& sets) {
   std::vector<Extra> extras;
   for (std::size_t i = 0; i < sets.size(); ++i) {

@@ -32,6 +32,9 @@ std::vector<TransferSet> transfer_sets(const MeshInfo& info, std::set<std::strin
 std::vector<Extra> extras_of_sets(const std::vector<TransferSet>& sets);
 std::vector<TransferSet> sets_of_extras(const MeshInfo& info);
 
+// Sets of whole blocks become lists of cells. Walks the cells when there are such sets.
+void list_members(MeshSource& mesh, std::vector<TransferSet>& sets);
+
 // Text and integers of an extra; empty when it holds something else.
 std::string text_of_extra(const Extra& extra);
 std::vector<std::int64_t> integers_of_extra(const Extra& extra);

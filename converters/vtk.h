@@ -49,6 +49,9 @@ bool looks_like_vtk(std::span<const std::byte> head);
 // arrays stay in the file, which must not change. Throws Failure.
 std::unique_ptr<MeshSource> open_vtk(const std::string& path, Spool& spool);
 
+// Whether cells of another format have a cell type; else they become loose points.
+bool vtk_holds_block(const BlockInfo& block);
+
 // Writes `mesh` front to back. A mesh that came from VTK gets its version, encoding, title and
 // arrays back as they were; any other one becomes binary version 4.2 (5.1 beyond 2^31 entries),
 // with the last time step's values and time. Throws Failure (output) when the disk fails.
