@@ -34,6 +34,20 @@ std::string exodus_set(const MeshInfo& info, const std::string& key) {
   return kind;
 }
 
+// Whether a variable only says what any file of the kind has: unnamed things, axes x y z, things
+// that exist.
+bool says_nothing(const Extra& extra) {
+  const std::string name = extra.key.substr(kExodusVariable.size());
+  if (name.ends_with("_status")) return true;
+  std::string text = text_of_extra(extra);
+  std::erase_if(text, [](char c) { return c == '\0' || c == ' '; });
+  if (name.ends_with("_names") && text.empty()) return true;
+  if (name != "coor_names") return false;
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return std::string_view("xyz").starts_with(text);
+}
+
 std::string exodus_words(const MeshInfo& info, const std::string& key) {
   if (!key.starts_with(kExodusVariable)) return exodus_set(info, key);
   const std::string name = key.substr(kExodusVariable.size());
@@ -113,6 +127,8 @@ LossList losses_of_extras(const MeshInfo& info, const std::set<std::string>& tol
   const std::string& format = info.schema.source_format;
   for (const Extra& extra : info.extras) {
     if (told.contains(extra.key) || extra.key == "exodus/skeleton") continue;
+    if (format == "exodus" && extra.key.starts_with(kExodusVariable) && says_nothing(extra))
+      continue;
     if (format == "exodus" && extra.key.starts_with("exodus/"))
       add_once(losses, exodus_words(info, extra.key));
     else if (!(format == "gmsh" && extra.key.starts_with("gmsh/")) &&

@@ -85,7 +85,8 @@ std::string other_steps(std::size_t steps, std::uint64_t kept) {
   std::string text;
   if (kept > 0) text = range(0, kept - 1);
   if (kept + 1 < steps) text += (text.empty() ? "" : ", ") + range(kept + 1, steps - 1);
-  return "time steps " + text + " of " + std::to_string(steps);
+  const bool several = text.find_first_not_of("0123456789") != std::string::npos;
+  return (several ? "time steps " : "time step ") + text + " of " + std::to_string(steps);
 }
 
 std::string block_label(const BlockInfo& block) {
@@ -163,8 +164,8 @@ void Translation::report_arrays() {
       losses_.push_back("exact values of " + label + " (integers beyond 2^53)");
   }
   if (!holds_.times && !info.step_times.empty() && !any_stepped)
-    losses_.push_back("times of " + std::to_string(info.step_times.size()) +
-                      " steps, which no array has");
+    losses_.push_back("times of steps that no array has (" +
+                      std::to_string(info.step_times.size()) + ")");
 }
 
 void Translation::report_blocks() {

@@ -65,7 +65,9 @@ class FilePlan {
   bool place_array(const Entry& entry, Location location);
   void add_unplaced_arrays();
   void add_missing_parts();
+  void set_title(const Extra& title);
   void add_time();
+  void add_block_names();
   void add_block_ids();
   bool is_written(std::size_t array) const;
   Entry array_entry(std::size_t array) const;
@@ -78,7 +80,7 @@ class FilePlan {
   MeshSource& mesh_;
   const MeshInfo& info_;
   Skeleton skeleton_;
-  Extra time_;
+  Extra time_, names_;
   std::map<std::string, const Extra*> extras_;
   std::set<std::size_t> placed_;  // arrays that the skeleton has a place for
   std::vector<int> block_types_;
