@@ -107,8 +107,8 @@ Layer& Translation::add(std::unique_ptr<Layer> layer) {
 Translation::Translation(MeshSource& source, const std::string& format, const Holds& holds,
                          std::optional<std::uint64_t> step, Spool& spool)
     : from_(source.info()), format_(format), holds_(holds), mesh_(&source) {
-  choose_step(step);
   if (holds_.block_numbers) split_blocks();
+  choose_step(step);
   add(std::make_unique<JoinedArrays>(
       *mesh_, from_.schema.source_format == "exodus" && holds.vectors, !holds.block_numbers));
   report_arrays();
