@@ -51,6 +51,7 @@ void GmshNaming::add_entities(std::string_view content, bool partitioned, GmshEn
       const std::uint64_t bounds = dimension > 0 ? scan.count() : 0;
       for (std::uint64_t k = 0; k < bounds && scan.good(); ++k) scan.integer32();
       if (!scan.good()) return;
+      any_bounds |= bounds > 0;
       groups[{dimension, tag}] = std::move(tags);
     }
   }
@@ -107,6 +108,8 @@ GmshNaming naming_of_extras(const MeshInfo& info) {
 }
 
 }  // namespace
+
+bool gmsh_entities_have_bounds(const MeshInfo& info) { return naming_of_extras(info).any_bounds; }
 
 std::vector<GmshGroup> gmsh_groups(const MeshInfo& info) {
   const Extra* table = find_extra(info, "gmsh/elements/blocks");

@@ -18,6 +18,7 @@ namespace shm::converters {
 struct GmshNaming {
   std::map<std::pair<std::int64_t, std::int64_t>, std::string> names;  // (dimension, group)
   std::map<std::pair<std::int64_t, std::int64_t>, std::vector<std::int64_t>> groups;  // of entities
+  bool any_bounds = false;  // has an entity others on its boundary?
 
   void add_names(std::string_view content);  // $PhysicalNames
   void add_entities(std::string_view content, bool partitioned, GmshEncoding encoding, int version);
@@ -32,6 +33,9 @@ struct GmshGroup {
   std::string name;                   // may be empty
   std::vector<std::uint32_t> blocks;  // that belong to it
 };
+
+// Whether $Entities says more than groups, and boxes that follow from the nodes.
+bool gmsh_entities_have_bounds(const MeshInfo& info);
 
 // Those of a mesh that came from Gmsh, out of its extras, in order of dimension and tag.
 std::vector<GmshGroup> gmsh_groups(const MeshInfo& info);

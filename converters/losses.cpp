@@ -4,6 +4,7 @@
 #include <sstream>
 #include <string_view>
 
+#include "gmsh_groups.h"
 #include "transfer_sets.h"
 #include "vtk_words.h"
 
@@ -81,8 +82,10 @@ void add_gmsh_sections(const MeshInfo& info, const std::set<std::string>& told, 
     if (told.contains(key)) continue;
     if (kind == "list") {
       add_once(losses, "view" + view_name(info, key) + " ($" + name + " of some)");
-    } else if (name == "Entities" || name == "PartitionedEntities") {
-      losses.push_back("boxes, boundaries and partitions of entities ($" + name + ")");
+    } else if (name == "Entities") {
+      if (gmsh_entities_have_bounds(info)) losses.push_back("boundaries of entities ($Entities)");
+    } else if (name == "PhysicalNames") {
+      continue;  // carried by blocks and sets
     } else if (kind == "raw" || kind == "links" || kind == "ghosts") {
       losses.push_back("section $" + name);
     } else if (kind == "between") {
