@@ -172,6 +172,60 @@ def seen_by_ncdump(path):
     return kind, [places[int(n) - 1] for n in values["connect1"]]
 
 
+def groups_seen_by_gmsh(path):
+    """Physical groups: name -> (dimension, elements as sorted lists of places)."""
+    gmsh.initialize(["gmsh"], False)
+    gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.open(path)
+    tags, xyz, _ = gmsh.model.mesh.getNodes()
+    place = {int(t): tuple(xyz[3 * i:3 * i + 3]) for i, t in enumerate(tags)}
+    found = {}
+    for dimension, tag in gmsh.model.getPhysicalGroups():
+        cells = []
+        for entity in gmsh.model.getEntitiesForPhysicalGroup(dimension, tag):
+            for _, elements, nodes in zip(*gmsh.model.mesh.getElements(dimension, entity)):
+                width = len(nodes) // len(elements)
+                cells += [[place[int(n)] for n in nodes[width * i:width * (i + 1)]]
+                          for i in range(len(elements))]
+        found[gmsh.model.getPhysicalName(dimension, tag)] = (dimension, tag, cells)
+    views = {}
+    for number, view in enumerate(gmsh.view.getTags()):
+        steps = int(gmsh.option.getNumber(f"View[{number}].NbTimeStep"))
+        views[gmsh.option.getString(f"View[{number}].Name")] = [
+            gmsh.view.getModelData(view, step)[2:] for step in range(steps)]
+    gmsh.finalize()
+    return found, views
+
+
+def normal(points):
+    """Of a face: which way it looks, by its first three corners."""
+    a, b = ([q - p for p, q in zip(points[0], other)] for other in points[1:3])
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def grouped_boxes(path):
+    """Two boxes of tetrahedra; one surface in two groups, one group of two volumes."""
+    gmsh.initialize(["gmsh"], False)
+    gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
+    gmsh.model.occ.addBox(3, 0, 0, 1, 1, 1)
+    gmsh.model.occ.synchronize()
+    gmsh.model.mesh.setSize(gmsh.model.getEntities(0), 1)
+    for dimension, tags, tag, name in ((3, [1, 2], 1, "all"), (2, [1], 2, "wall"),
+                                       (2, [1, 7], 3, "both")):
+        gmsh.model.addPhysicalGroup(dimension, tags, tag)
+        gmsh.model.setPhysicalName(dimension, tag, name)
+    gmsh.model.mesh.generate(3)
+    gmsh.write(path)
+    gmsh.finalize()
+
+
+def ncdump(path, *variables):
+    text = subprocess.run(["ncdump", "-v", ",".join(variables), path], capture_output=True,
+                          text=True, check=True).stdout
+    return [re.search(rf"\n {name} =([^;]*);", text)[1].split() for name in variables]
+
+
 def middle(points):
     return [sum(p[k] for p in points) / len(points) for k in range(3)]
 
@@ -232,6 +286,85 @@ class BetweenFormatsTest(unittest.TestCase):
             self.check_vtk(shape, cells)
             return True
         return False
+
+    def two_blocks(self):
+        with open(self.path("two.cdl"), "w") as out:
+            out.write(EXODUS)
+        subprocess.run(["ncgen", "-k", "64-bit-offset", "-o", self.path("two.e"),
+                        self.path("two.cdl")], check=True)
+
+    def test_exodus_sets_in_gmsh(self):
+        self.two_blocks()
+        self.convert("two.e", "two.msh")
+        groups, views = apart(groups_seen_by_gmsh, self.path("two.msh"))
+        self.assertEqual({name: group[:2] for name, group in groups.items()},
+                         {"steel": (3, 10), "air": (3, 20), "inlet": (2, 3), "fixed": (0, 7)})
+        self.assertEqual(groups["fixed"][2], [[(0, 0, 0)], [(0, 1, 0)], [(0, 1, 2)]])
+        low, top = groups["inlet"][2]
+        self.assertEqual(sorted(low), [(0, 0, 0), (0, 0, 1), (0, 1, 0), (0, 1, 1)])
+        self.assertEqual(sorted(top), [(0, 0, 2), (0, 1, 2), (1, 0, 2), (1, 1, 2)])
+        self.assertEqual((normal(low), normal(top)), ([-1, 0, 0], [0, 0, 1]))  # outward
+        self.assertEqual([step[1] for step in views["v"]], [0, 0.5, 2])
+        self.assertEqual(list(views["v"][2][0][11]), [42, 62, 82])
+        self.assertEqual([list(step[0][0]) for step in views["heat"]], [[0.25], [0.5], [0.75]])
+
+    def test_exodus_in_vtk(self):
+        self.two_blocks()
+        self.convert("two.e", "two.vtk")
+        reader = vtk.vtkUnstructuredGridReader()
+        reader.SetFileName(self.path("two.vtk"))
+        reader.ReadAllFieldsOn()
+        reader.Update()
+        grid = reader.GetOutput()
+        self.assertEqual(reader.GetHeader(), "two blocks")
+
+        def tuples(array):
+            return [array.GetTuple(i) for i in range(array.GetNumberOfTuples())]
+        self.assertEqual(tuples(grid.GetPointData().GetArray("v"))[11], (42, 62, 82))
+        self.assertEqual(tuples(grid.GetPointData().GetArray("fixed")),
+                         [(float(i in (0, 3, 11)),) for i in range(12)])
+        self.assertEqual(tuples(grid.GetCellData().GetArray("inlet")), [(8,), (32,)])
+        self.assertEqual(tuples(grid.GetCellData().GetArray("BlockId")), [(10,), (20,)])
+        self.assertEqual(tuples(grid.GetCellData().GetArray("elem_map")), [(2,), (1,)])
+        self.assertEqual(tuples(grid.GetFieldData().GetArray("TIME")), [(2,)])
+        names = grid.GetFieldData().GetAbstractArray("BlockNames")
+        self.assertEqual([names.GetValue(i) for i in range(2)], ["10 steel", "20 air"])
+
+    def test_exodus_back_from_others(self):
+        self.two_blocks()
+        for between in ("between.vtk", "between.msh"):
+            with self.subTest(between):
+                self.convert("two.e", between, *(["--step=2"] if between.endswith("vtk") else []))
+                self.convert(between, "back.e")
+                names, blocks, times = ncdump(self.path("back.e"), "eb_names", "eb_prop1",
+                                              "time_whole")
+                self.assertEqual([n.strip('",') for n in names[:2]], ["steel", "air"])
+                self.assertEqual([n.strip(",") for n in blocks[:2]], ["10", "20"])
+                self.assertEqual(times[-1], "2")
+                variables, = ncdump(self.path("back.e"), "name_nod_var")
+                for name in ("v_x", "v_y", "v_z"):
+                    self.assertIn(name, "".join(variables))
+
+    def test_gmsh_groups_in_exodus(self):
+        apart(grouped_boxes, self.path("boxes.msh"))
+        told = self.convert("boxes.msh", "boxes.e")
+        self.assertNotIn("group", told)
+        blocks, sets, ids = ncdump(self.path("boxes.e"), "eb_names", "els_names", "els_prop1")
+        self.assertEqual(sorted(b.strip('",') for b in blocks), ["", "all", "all", "both"])
+        self.assertEqual([s.strip('",') for s in sets], ["wall", "both"])
+        self.assertEqual([i.strip(",") for i in ids], ["2", "3"])
+        groups, _ = apart(groups_seen_by_gmsh, self.path("boxes.msh"))
+        (first,), (second,) = (ncdump(self.path("boxes.e"), f"elem_els{i}") for i in (1, 2))
+        self.assertEqual((len(first), len(second)), (len(groups["wall"][2]), len(groups["both"][2])))
+        self.convert("boxes.msh", "boxes.vtk")
+        reader = vtk.vtkUnstructuredGridReader()
+        reader.SetFileName(self.path("boxes.vtk"))
+        reader.ReadAllScalarsOn()
+        reader.ReadAllFieldsOn()
+        reader.Update()
+        both = reader.GetOutput().GetCellData().GetArray("both")
+        self.assertEqual(sum(both.GetTuple1(i) == 1 for i in range(both.GetNumberOfTuples())),
+                         len(groups["both"][2]))
 
     def test_nodes_stand_where_each_format_has_them(self):
         read_by_vtk = []
