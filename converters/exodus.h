@@ -69,6 +69,9 @@ bool looks_like_exodus(std::span<const std::byte> head);
 // outlive the mesh. Throws Failure.
 std::unique_ptr<MeshSource> open_exodus(const std::string& path, Spool& spool);
 
+// Whether cells of another format have an element type of their own.
+bool exodus_holds_block(const BlockInfo& block);
+
 // A mesh that came from Exodus gets its netCDF structure back. Any other one becomes a 64-bit
 // offset file (netCDF-4 when a variable is too large for that): one element block for each block
 // and number of nodes, polygons as NSIDED; 32-bit floats when they hold all values, else 64-bit;

@@ -14,6 +14,7 @@
 #include "exodus_grouping.h"
 #include "exodus_layout.h"
 #include "failure.h"
+#include "transfer_sets.h"
 
 namespace shm::converters::exodus {
 namespace {
@@ -85,7 +86,8 @@ class ForeignWriter {
       : mesh_(mesh),
         info_(mesh.info()),
         place_{path, ErrorCode::output},
-        grouping_(mesh, spool, false) {}
+        grouping_(mesh, spool, false),
+        sets_(sets_of_extras(info_)) {}
   ~ForeignWriter() {
     if (exoid_ >= 0) ex_close(exoid_);
   }
@@ -98,6 +100,7 @@ class ForeignWriter {
     choose_sizes();
     create();
     define_blocks();
+    define_sets();
     define_variables(EX_NODAL, nodal_);
     define_variables(EX_ELEM_BLOCK, element_);
     if (real_bytes_ == 4)
@@ -171,19 +174,28 @@ class ForeignWriter {
     std::size_t longest = kShortNames;
     for (const auto* columns : {&nodal_, &element_})
       for (const Column& column : *columns) longest = std::max(longest, column.name.size());
+    for (const TransferSet& set : sets_)
+      longest = std::max(longest, std::min(set.name.size(), kLongestName));
     for (const BlockInfo& block : info_.schema.blocks)
       longest = std::max(longest, std::min(block.name.size(), kLongestName));
     check(ex_set_max_name_length(exoid_, static_cast<int>(longest)), "creating it");
 
     ex_init_params parameters{};
-    const std::string title = info_.schema.source_format.empty()
-                                  ? std::string("mesh")
-                                  : "mesh from " + info_.schema.source_format;
+    std::string title = info_.schema.source_format.empty()
+                            ? std::string("mesh")
+                            : "mesh from " + info_.schema.source_format;
+    if (const Extra* given = find_extra(info_, "mesh/title")) title = text_of_extra(*given);
     std::strncpy(parameters.title, title.c_str(), MAX_LINE_LENGTH);
     parameters.num_dim = 3;
     parameters.num_nodes = static_cast<std::int64_t>(info_.vertices);
     parameters.num_elem = static_cast<std::int64_t>(info_.cells());
     parameters.num_elem_blk = static_cast<std::int64_t>(grouping_.groups().size());
+    for (const TransferSet& set : sets_) {
+      auto& count = set.kind == TransferSet::Kind::nodes   ? parameters.num_node_sets
+                    : set.kind == TransferSet::Kind::sides ? parameters.num_side_sets
+                                                           : parameters.num_elem_sets;
+      ++count;
+    }
     check(ex_put_init_ext(exoid_, &parameters), "dimensions");
     std::vector<std::string> axes{"x", "y", "z"};
     check(ex_put_coord_names(exoid_, pointers(axes).data()), "coordinate names");
@@ -225,6 +237,41 @@ class ForeignWriter {
     if (named) check(ex_put_names(exoid_, EX_ELEM_BLOCK, pointers(names).data()), "block names");
   }
 
+  static ex_entity_type kind_of(const TransferSet& set) {
+    return set.kind == TransferSet::Kind::nodes   ? EX_NODE_SET
+           : set.kind == TransferSet::Kind::sides ? EX_SIDE_SET
+                                                  : EX_ELEM_SET;
+  }
+
+  void define_sets() {
+    std::set<std::pair<ex_entity_type, std::int64_t>> taken;
+    for (const TransferSet& set : sets_) {
+      const ex_entity_type kind = kind_of(set);
+      std::int64_t id = std::max<std::int64_t>(set.id, 1);
+      while (!taken.emplace(kind, id).second) ++id;
+      set_ids_.push_back(id);
+      check(ex_put_set_param(exoid_, kind, id, static_cast<std::int64_t>(set.members.size()), 0),
+            set.label());
+      if (!set.name.empty())
+        check(ex_put_name(exoid_, kind, id, set.name.substr(0, kLongestName).c_str()), set.label());
+    }
+  }
+
+  void write_sets() {
+    for (std::size_t s = 0; s < sets_.size(); ++s) {
+      const TransferSet& set = sets_[s];
+      if (set.members.empty()) continue;
+      std::vector<std::int64_t> members;
+      for (const std::int64_t member : set.members)
+        members.push_back(1 + (set.kind == TransferSet::Kind::nodes
+                                   ? member
+                                   : static_cast<std::int64_t>(
+                                         grouping_.position(static_cast<std::uint64_t>(member)))));
+      const void* sides = set.sides.empty() ? nullptr : set.sides.data();
+      check(ex_put_set(exoid_, kind_of(set), set_ids_[s], members.data(), sides), set.label());
+    }
+  }
+
   void define_variables(ex_entity_type kind, const std::vector<Column>& columns) {
     if (columns.empty()) return;
     const char* section = kind == EX_NODAL ? "nodal variables" : "element variables";
@@ -248,6 +295,7 @@ class ForeignWriter {
   void write_values() {
     write_points<Real>();
     write_cells();
+    write_sets();
     for (std::size_t step = 0; step < times_.size(); ++step) {
       const auto time = static_cast<Real>(times_[step]);
       check(ex_put_time(exoid_, static_cast<int>(step + 1), &time), "times");
@@ -376,6 +424,8 @@ class ForeignWriter {
   const MeshInfo& info_;
   Place place_;
   CellGrouping grouping_;
+  const std::vector<TransferSet> sets_;
+  std::vector<std::int64_t> set_ids_;
   int exoid_ = -1;
   int real_bytes_ = 8;
   bool wide_ = false, netcdf4_ = false;
@@ -385,6 +435,16 @@ class ForeignWriter {
 };
 
 }  // namespace
+
+}  // namespace shm::converters::exodus
+
+namespace shm::converters {
+
+bool exodus_holds_block(const BlockInfo& block) { return block.shape != CellShape::other; }
+
+}  // namespace shm::converters
+
+namespace shm::converters::exodus {
 
 void write_foreign(MeshSource& mesh, const std::string& path, Spool& spool) {
   ForeignWriter(mesh, path, spool).write();

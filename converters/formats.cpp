@@ -75,18 +75,40 @@ bool is_extension(std::string_view part, std::string_view extension) {
 
 }  // namespace
 
+bool is_foreign(const MeshInfo& info, const Format& format) {
+  return format.holds != nullptr && info.schema.source_format != format.name;
+}
+
 const std::vector<Format>& formats() {
+  static const Holds exodus = {.sets = Holds::Sets::sets,
+                               .every_step = true,
+                               .vectors = false,
+                               .integers = false,
+                               .partial_arrays = true,
+                               .block_numbers = true,
+                               .unique_numbers = true,
+                               .block = exodus_holds_block};
+  static const Holds vtk = {.sets = Holds::Sets::arrays, .block = vtk_holds_block};
+  static const Holds gmsh = {.sets = Holds::Sets::cells,
+                             .every_step = true,
+                             .integers = false,
+                             .partial_arrays = true,
+                             .block_numbers = true,
+                             .times = false};
+  static const Holds ucd = {
+      .sets = Holds::Sets::arrays, .integers = false, .block_numbers = true, .times = false};
   static const std::vector<Format> all = {
       {"exodus",
        {".e", ".exo", ".g", ".ex2", ".gen", ".exii"},
        looks_like_exodus,
        open_plain<open_exodus>,
-       write_plain<write_exodus>},
-      {"vtk", {".vtk"}, looks_like_vtk, open_plain<open_vtk>, write_plain<write_vtk>},
-      {"ucd", {".ucd", ".inp"}, looks_like_ucd, open_plain<open_ucd>, write_plain<write_ucd>},
-      {"vtu", {".vtu"}, looks_like_vtu, open_plain<open_vtu>, write_vtu_file},
-      {"gmsh", {".msh"}, looks_like_gmsh, open_plain<open_gmsh>, write_plain<write_gmsh>},
-      {"shm", {".shm"}, looks_like_shm, open_shm, write_shm},
+       write_plain<write_exodus>,
+       &exodus},
+      {"vtk", {".vtk"}, looks_like_vtk, open_plain<open_vtk>, write_plain<write_vtk>, &vtk},
+      {"vtu", {".vtu"}, looks_like_vtu, open_plain<open_vtu>, write_vtu_file, &vtk},
+      {"gmsh", {".msh"}, looks_like_gmsh, open_plain<open_gmsh>, write_plain<write_gmsh>, &gmsh},
+      {"ucd", {".ucd", ".inp"}, looks_like_ucd, open_plain<open_ucd>, write_plain<write_ucd>, &ucd},
+      {"shm", {".shm"}, looks_like_shm, open_shm, write_shm, nullptr},
   };
   return all;
 }

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "losses.h"
 #include "mesh_source.h"
 #include "output_file.h"
 #include "progress.h"
@@ -23,6 +24,7 @@ struct Format {
   std::unique_ptr<MeshSource> (*open)(const std::string& path, Spool& spool,
                                       const Progress& progress);
   void (*write)(MeshSource& mesh, OutputFile& output, Spool& spool);  // commits nothing
+  const Holds* holds;  // of meshes from other formats; null: all of them
 };
 
 const std::vector<Format>& formats();
@@ -44,6 +46,9 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, Spool& spool,
 // The format that write_mesh will take. Throws Failure (misuse) when neither `format` (may be
 // empty) nor the name tells.
 const Format& output_format(const std::string& path, const std::string& format);
+
+// Whether a mesh has to be translated for `format`, which never had it.
+bool is_foreign(const MeshInfo& info, const Format& format);
 
 // Writes `mesh` under a temporary name, then gives the file its own. Throws Failure.
 void write_mesh(MeshSource& mesh, const std::string& path, const Format& format, Spool& spool);

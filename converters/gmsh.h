@@ -8,7 +8,9 @@
 // elements have shape `other` and keep the order of the file.
 //
 // Arrays with a role:
-//   gmsh:node_tag, gmsh:element_tag   int64, only when tags do not count up by one
+//   gmsh:node_tag, gmsh:element_tag   int64, only when tags do not count up by one, or when a part
+//   of
+//                                     the file that we keep as it is may name nodes and elements
 //   gmsh:node_entity                  int32, row of gmsh/nodes/entities, when there are several
 //   gmsh:node_parameters              float64 x 3, when some nodes have parametric coordinates
 //   gmsh:tag_<i>                      int32, i-th tag of an MSH 1/2 element, on the blocks whose
@@ -19,12 +21,14 @@
 //   gmsh/mesh_format       text: the line of $MeshFormat, e.g. "4.1 0 8"; "1" for MSH 1
 //   gmsh/byte_order        text: "little" or "big"; binary files only
 //   gmsh/sections          text: a line for each section, "name TAB kind TAB step TAB array";
-//                          kind is format, nodes, elements, array, list, links, ghosts or raw
+//                          kind is format, nodes, elements, array, list, links, ghosts, raw or
+//                          between (text between sections, no name)
 //   gmsh/nodes/first_tag, gmsh/elements/first_tag   int64, when the tags count up from it
 //   gmsh/nodes/entities    int32 [n, 3]: dimension, tag, parametric, in file order
 //   gmsh/elements/blocks   int32 [blocks, 3]: dimension, entity, type (MSH 4), or
 //                          int32 [blocks, 4]: type, number of tags, first two tags (MSH 1/2)
-//   gmsh/section/<k>       uint8: content of the raw section in line k (from 0) of gmsh/sections
+//   gmsh/section/<k>       uint8: content of the raw section, or text, in line k (from 0) of
+//                          gmsh/sections
 //   gmsh/section/<k>/header   text: string, real and integer tags of a data section
 //   list (a view that covers some nodes or elements, in file order):
 //     .../vertices or .../cells   int64, references; or .../tags when some are not in the mesh

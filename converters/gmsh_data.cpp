@@ -210,6 +210,7 @@ class DataReader {
     const Reference refers = !found_all_ ? Reference::nothing
                              : points_   ? Reference::vertex
                                          : Reference::cell;
+    r_.tags_are_referred_to |= !found_all_;
     const char* what = !found_all_ ? "/tags" : points_ ? "/vertices" : "/cells";
     add_numbers(key + what, ScalarType::int64, numbers, header_.entries, refers);
     if (by_node_) add_numbers(key + "/counts", ScalarType::int32, sizes_, header_.entries);

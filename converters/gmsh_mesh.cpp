@@ -77,6 +77,12 @@ void GmshTags::finish() {
   std::sort(sparse_.begin(), sparse_.end());  // equal tags: the lowest place first
 }
 
+const PagedArray& GmshTags::listed() {
+  for (std::uint64_t i = 0; run_ && i < size_; ++i)
+    tags_.set(i, static_cast<std::int64_t>(static_cast<std::uint64_t>(first_) + i));
+  return tags_;
+}
+
 std::optional<std::uint64_t> GmshTags::find(std::int64_t tag) {
   if (size_ == 0 || tag < lowest_ || tag > highest_) return std::nullopt;
   const std::uint64_t at = static_cast<std::uint64_t>(tag) - static_cast<std::uint64_t>(lowest_);

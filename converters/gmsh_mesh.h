@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "gmsh_groups.h"
 #include "gmsh_scan.h"
 #include "mesh_source.h"
 #include "spool.h"
@@ -51,7 +52,7 @@ class GmshTags {
   std::optional<std::int64_t> first_of_run() const {
     return run_ ? std::optional(first_) : std::nullopt;
   }
-  const PagedArray& tags() const { return tags_; }  // int64; only when there is no run
+  const PagedArray& listed();  // int64, one after the other
 
  private:
   std::uint64_t size_ = 0;
@@ -98,12 +99,14 @@ struct GmshReading {
   std::unique_ptr<GmshMesh> mesh;
   int version = 10;  // 10, 20 (all of 2.x), 40 or 41
   bool have_nodes = false, have_elements = false;
+  // Something may name nodes or elements by tags that we do not know as such: each one has to keep
+  // its tag, whatever order they get.
+  bool tags_are_referred_to = false;
   GmshTags nodes, elements;
   std::vector<std::int32_t> block_table;  // of extra gmsh/elements/blocks
   std::vector<GmshSection> sections;
   std::vector<GmshView> views;
-  std::map<std::pair<std::int64_t, std::int64_t>, std::string> physical_names;  // (dim, tag)
-  std::map<std::pair<std::int64_t, std::int64_t>, std::vector<std::int64_t>> entity_groups;
+  GmshNaming naming;  // for the names of blocks
 
   std::size_t block_table_width() const { return version >= 40 ? 3 : 4; }
   std::string section_key() const { return "gmsh/section/" + std::to_string(sections.size() - 1); }
@@ -122,6 +125,7 @@ void expect_section_end(GmshReading& reading);
 // The sections by what they hold. `read_*` throw on what is broken.
 void read_gmsh_nodes(GmshReading& reading, bool parametric_section);
 void read_gmsh_elements(GmshReading& reading);
+void keep_gmsh_tags(GmshReading& reading);  // after all sections
 // False (nothing consumed that matters) when the header is not one that we know.
 bool read_gmsh_data(GmshReading& reading);
 // Turns the views into arrays, once all sections are read.
@@ -129,9 +133,5 @@ void finish_gmsh_data(GmshReading& reading);
 // Of content in memory. False when it has another form or refers to what is not in the mesh.
 bool parse_gmsh_periodic(GmshReading& reading, std::string_view content);
 bool parse_gmsh_ghosts(GmshReading& reading, std::string_view content);
-// For the names of blocks; what cannot be understood gives no names.
-void parse_gmsh_names(GmshReading& reading, std::string_view content);
-void parse_gmsh_entities(GmshReading& reading, std::string_view content, bool partitioned);
-void name_gmsh_blocks(GmshReading& reading);
 
 }  // namespace shm::converters

@@ -27,6 +27,7 @@ class GmshOutput {
   void integer64(std::int64_t value);
   void tag(std::int64_t value, bool wide) { wide ? integer64(value) : integer32(value); }
   void count(std::uint64_t value) { integer64(static_cast<std::int64_t>(value)); }
+  void count(std::uint64_t value, bool wide) { tag(static_cast<std::int64_t>(value), wide); }
   void real(double value);
   void end_line();     // of numbers; nothing in binary
   void end_of_data();  // before an end marker: it must stand on a line of its own

@@ -193,13 +193,14 @@ class PlanFromExtras {
     section.key = key;
     const std::string kind = line.substr(first + 1, second - first - 1);
     static const std::map<std::string, Kind> kinds = {
-        {"format", Kind::format}, {"raw", Kind::raw},      {"nodes", Kind::nodes},
-        {"array", Kind::array},   {"list", Kind::list},    {"elements", Kind::elements},
-        {"links", Kind::links},   {"ghosts", Kind::ghosts}};
+        {"format", Kind::format},     {"raw", Kind::raw},     {"between", Kind::between},
+        {"nodes", Kind::nodes},       {"array", Kind::array}, {"list", Kind::list},
+        {"elements", Kind::elements}, {"links", Kind::links}, {"ghosts", Kind::ghosts}};
     const auto found = kinds.find(kind);
     if (found == kinds.end()) extras_.fail("gmsh/sections", "names a kind that does not exist");
     section.kind = found->second;
-    if (section.kind == Kind::raw) section.content = extras_.text(key);
+    if (section.kind == Kind::raw || section.kind == Kind::between)
+      section.content = extras_.text(key);
     if (section.kind == Kind::array || section.kind == Kind::list)
       section.header = extras_.text(key + "/header");
     if (section.kind == Kind::array) {

@@ -23,7 +23,7 @@ struct GmshElementGroup {
 };
 
 struct GmshPlannedSection {
-  enum class Kind { format, raw, nodes, elements, array, list, links, ghosts };
+  enum class Kind { format, raw, between, nodes, elements, array, list, links, ghosts };
   Kind kind = Kind::raw;
   std::string name;
   std::string key;        // folder of its extras

@@ -8,6 +8,7 @@
 #include "failure.h"
 #include "gmsh_plan.h"
 #include "gmsh_types.h"
+#include "transfer_sets.h"
 
 namespace shm::converters {
 namespace {
@@ -40,6 +41,7 @@ class PlanAnew {
     plan_blocks();
     plan_nodes();
     add_section("MeshFormat", Kind::format);
+    add_title();
     add_names();
     add_section("Entities", Kind::raw).content = entities();
     add_section("Nodes", Kind::nodes);
@@ -54,6 +56,15 @@ class PlanAnew {
     section.name = name;
     section.kind = kind;
     return section;
+  }
+
+  void add_title() {
+    const Extra* title = find_extra(info_, "mesh/title");
+    if (title == nullptr) return;
+    std::string text = text_of_extra(*title);
+    for (char& c : text)
+      if (c == '$' || c == '\0') c = ' ';
+    add_section("Comments", Kind::raw).content = text + '\n';
   }
 
   void plan_blocks() {
@@ -101,11 +112,14 @@ class PlanAnew {
     return group;
   }
 
-  // The block's own number where it can be, else the next free one.
+  // The block's own number where it can be, else the next free one. Blocks that differ only in the
+  // kind of their cells are one entity.
   std::int32_t entity_for(std::int32_t dimension, std::uint32_t b) {
     auto& entities = entities_[static_cast<std::size_t>(dimension)];
     for (const auto& [entity, block] : entities)
-      if (block == b) return entity;
+      if (block == b || (info_.schema.blocks[block].id == info_.schema.blocks[b].id &&
+                         info_.schema.blocks[block].name == info_.schema.blocks[b].name))
+        return entity;
     const std::int64_t id = info_.schema.blocks[b].id;
     std::int32_t entity = static_cast<std::int32_t>(std::clamp<std::int64_t>(id, 0, kLastEntity));
     if (id < 1 || id > kLastEntity || entities.contains(entity))

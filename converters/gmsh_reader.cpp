@@ -15,6 +15,19 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
 }
 
+std::string_view trimmed_lines(std::string_view text) {
+  return text.find_first_not_of(" \t\r\n") == std::string_view::npos ? std::string_view() : text;
+}
+
+// Sections that are kept as they are and certainly name no node and no element by its tag.
+bool names_no_tags(std::string_view section) {
+  for (const std::string_view known :
+       {"MeshFormat", "Comments", "PhysicalNames", "Entities", "PartitionedEntities",
+        "InterpolationScheme", "Parametrizations"})
+    if (section == known) return true;
+  return false;
+}
+
 std::string end_marker(const std::string& name) {
   return (name == "NOD" || name == "ELM" ? "$END" : "$End") + name;
 }
@@ -29,7 +42,8 @@ class SectionReader {
     if (r_.sections.empty())
       r_.input.fail(ErrorCode::corrupt, "this is not a Gmsh MSH file: it has no section");
     r_.input.enter("whole file");
-    name_gmsh_blocks(r_);
+    keep_gmsh_tags(r_);
+    name_blocks();
     finish_gmsh_data(r_);
     if (!have_format_) r_.add_text("gmsh/mesh_format", "1");
     r_.add_text("gmsh/sections", section_list());
@@ -37,11 +51,16 @@ class SectionReader {
   }
 
  private:
-  // To the line after the next line that begins a section. What stands between is nobody's.
+  // To the line after the next line that begins a section. Text between sections is kept.
   bool next_section() {
+    std::string between;
     while (!r_.input.at_end()) {
       const std::string line = r_.input.line();
-      if (line.empty() || line[0] != '$') continue;
+      if (line.empty() || line[0] != '$') {
+        between += line + '\n';
+        continue;
+      }
+      keep_between(between);
       const std::string_view name = trimmed(std::string_view(line).substr(1));
       if (name.empty() || name.find('\t') != std::string_view::npos)
         r_.input.fail(ErrorCode::corrupt, "a section has no proper name");
@@ -49,7 +68,14 @@ class SectionReader {
       r_.input.enter("$" + std::string(name));
       return true;
     }
+    if (!r_.sections.empty()) keep_between(between);
     return false;
+  }
+
+  void keep_between(const std::string& text) {
+    if (trimmed_lines(text).empty()) return;
+    r_.sections.push_back(GmshSection{"", "between", 0, {}});
+    keep_raw(text);
   }
 
   void read_section() {
@@ -71,6 +97,7 @@ class SectionReader {
       if (read_gmsh_data(r_)) return;
       r_.input.seek(start);
       keep_raw(read_raw());
+      r_.tags_are_referred_to = true;
     } else {
       read_small_section(name, kind);
     }
@@ -86,10 +113,19 @@ class SectionReader {
       kind = "ghosts";
       return;
     }
-    if (name == "PhysicalNames") parse_gmsh_names(r_, content);
-    if (name == "Entities") parse_gmsh_entities(r_, content, false);
-    if (name == "PartitionedEntities") parse_gmsh_entities(r_, content, true);
+    if (name == "PhysicalNames") r_.naming.add_names(content);
+    if (name == "Entities") r_.naming.add_entities(content, false, r_.scan.encoding, r_.version);
+    if (name == "PartitionedEntities")
+      r_.naming.add_entities(content, true, r_.scan.encoding, r_.version);
+    r_.tags_are_referred_to |= !names_no_tags(name);
     keep_raw(content);
+  }
+
+  void name_blocks() {
+    auto& blocks = r_.mesh->info_.schema.blocks;
+    const std::size_t width = r_.block_table_width();
+    for (std::size_t b = 0; b < blocks.size(); ++b)
+      blocks[b].name = r_.naming.block_name(std::span(r_.block_table).subspan(b * width, width));
   }
 
   void keep_raw(std::string_view content) { r_.add_text(r_.section_key(), content); }

@@ -93,6 +93,15 @@ class GmshMemoryScan {
     if (value < 0 || static_cast<std::uint64_t>(value) > left_.size()) good_ = false;
     return good_ ? static_cast<std::uint64_t>(value) : 0;
   }
+  // The same where MSH 4.0 has 32 bits.
+  std::uint64_t count(bool wide) {
+    if (wide) return count();
+    const std::int64_t value = integer32();
+    if (value < 0 || static_cast<std::uint64_t>(value) > left_.size()) good_ = false;
+    return good_ ? static_cast<std::uint64_t>(value) : 0;
+  }
+  std::int64_t tag(bool wide) { return wide ? integer64() : integer32(); }
+  bool binary() const { return encoding_.binary; }
   std::string_view word() {
     skip_space();
     const std::size_t length = std::min(left_.find_first_of(" \t\r\n"), left_.size());

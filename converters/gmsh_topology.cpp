@@ -16,17 +16,6 @@ const std::byte* bytes_of(const T& value) {
   return reinterpret_cast<const std::byte*>(&value);
 }
 
-// Says once what the tags are: the start of a run, or an array.
-void keep_tags(GmshReading& reading, GmshTags& tags, const char* what, Location location) {
-  tags.finish();
-  const std::string folder = location == Location::point ? "gmsh/nodes" : "gmsh/elements";
-  if (const auto first = tags.first_of_run())
-    reading.add_extra(folder + "/first_tag", ScalarType::int64, {1}, &*first);
-  else
-    reading.add_role_array(std::string("gmsh:") + what + "_tag", location, ScalarType::int64, 1,
-                           tags.tags());
-}
-
 class NodeReader {
  public:
   explicit NodeReader(GmshReading& reading)
@@ -46,7 +35,7 @@ class NodeReader {
       const auto tag = static_cast<std::int32_t>(r_.scan.integer32());
       const std::int32_t entity = entity_number(dimension, tag);
       entity_of_.append(1, bytes_of(entity));
-      add_parameters(dimension == 1 || dimension == 2 ? static_cast<std::size_t>(dimension) : 0);
+      add_parameters(gmsh_parameters(dimension, true, false));
     }
     finish();
   }
@@ -79,7 +68,7 @@ class NodeReader {
         r_.input.fail(ErrorCode::corrupt, "entity blocks hold more nodes than the section says");
       done += count;
       entities_.insert(entities_.end(), {dimension, tag, parametric});
-      const auto parameters = static_cast<std::size_t>(parametric != 0 ? dimension : 0);
+      const std::size_t parameters = gmsh_parameters(dimension, parametric != 0, v41);
       for (std::uint64_t i = 0; v41 && i < count; ++i) r_.nodes.append(r_.scan.integer64());
       for (std::uint64_t i = 0; i < count; ++i) {
         if (!v41) r_.nodes.append(r_.scan.integer32());
@@ -114,7 +103,7 @@ class NodeReader {
   }
   void finish() {
     r_.mesh->info_.vertices = r_.nodes.size();
-    keep_tags(r_, r_.nodes, "node", Location::point);
+    r_.nodes.finish();
     if (entity_of_.size() == 0 && entities_.empty()) return;
     r_.add_extra("gmsh/nodes/entities", ScalarType::int32, {entities_.size() / 3, 3},
                  entities_.data());
@@ -248,6 +237,7 @@ class ElementReader {
     const GmshType type = known_type(type_number);
     const std::uint64_t tags = r_.version >= 20 ? r_.scan.text_count() : 2;
     check_tag_count(tags);
+    r_.tags_are_referred_to |= gmsh_type_has_parent(type_number);
     read_tags(tags);
     std::uint64_t nodes = type.nodes;
     if (r_.version < 20 || nodes == 0) nodes = r_.scan.text_count();
@@ -269,6 +259,7 @@ class ElementReader {
     if (count < 1 || static_cast<std::uint64_t>(count) > most || tags < 0)
       r_.input.fail(ErrorCode::corrupt, "a run of elements says counts that cannot be");
     check_tag_count(static_cast<std::uint64_t>(tags));
+    r_.tags_are_referred_to |= gmsh_type_has_parent(type_number);
     for (std::int64_t i = 0; i < count; ++i) {
       r_.elements.append(r_.scan.integer32());
       read_tags(static_cast<std::uint64_t>(tags));
@@ -349,7 +340,7 @@ class ElementReader {
   }
 
   void finish() {
-    keep_tags(r_, r_.elements, "element", Location::cell);
+    r_.elements.finish();
     r_.add_extra("gmsh/elements/blocks", ScalarType::int32,
                  {info_.schema.blocks.size(), r_.block_table_width()}, r_.block_table.data());
   }
@@ -379,6 +370,26 @@ void read_gmsh_nodes(GmshReading& reading, bool parametric_section) {
   else
     reader.read_flat(parametric_section);
   reading.have_nodes = true;
+}
+
+namespace {
+
+// Says once what the tags are: the start of a run, or an array.
+void keep_tags(GmshReading& reading, GmshTags& tags, const char* what, Location location) {
+  const std::string folder = location == Location::point ? "gmsh/nodes" : "gmsh/elements";
+  const auto first = tags.first_of_run();
+  if (first && (!reading.tags_are_referred_to || tags.size() == 0))
+    reading.add_extra(folder + "/first_tag", ScalarType::int64, {1}, &*first);
+  else
+    reading.add_role_array(std::string("gmsh:") + what + "_tag", location, ScalarType::int64, 1,
+                           tags.listed());
+}
+
+}  // namespace
+
+void keep_gmsh_tags(GmshReading& reading) {
+  if (reading.have_nodes) keep_tags(reading, reading.nodes, "node", Location::point);
+  if (reading.have_elements) keep_tags(reading, reading.elements, "element", Location::cell);
 }
 
 void read_gmsh_elements(GmshReading& reading) {

@@ -100,6 +100,11 @@ GmshType gmsh_type(std::int64_t type) {
   return {};
 }
 
+// Polygons and polyhedra, borders, children, parts of cut elements.
+bool gmsh_type_has_parent(std::int64_t type) {
+  return type == 34 || type == 35 || (type >= 67 && type <= 70) || (type >= 133 && type <= 136);
+}
+
 std::int32_t gmsh_type_for(CellShape shape, std::uint64_t nodes) {
   if (shape == CellShape::polygon) shape = nodes == 3 ? CellShape::triangle : CellShape::quad;
   for (std::int32_t type = 1; type < 20; ++type) {

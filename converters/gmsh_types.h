@@ -1,6 +1,7 @@
 // What MSH element types are: dimension, number of nodes, and how their nodes stand in VTK.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -18,6 +19,15 @@ struct GmshType {
 };
 
 GmshType gmsh_type(std::int64_t type);
+
+// Parameters of a node on an entity of this dimension. Those in volumes are new in MSH 4.1.
+constexpr std::size_t gmsh_parameters(std::int32_t dimension, bool parametric, bool v41) {
+  if (!parametric || dimension < 1 || dimension > (v41 ? 3 : 2)) return 0;
+  return static_cast<std::size_t>(dimension);
+}
+
+// Whether a tag of an MSH 2 element of this type is the number of another element, its parent.
+bool gmsh_type_has_parent(std::int64_t type);
 
 // The MSH type for a cell of this shape; 0 when there is none.
 std::int32_t gmsh_type_for(CellShape shape, std::uint64_t nodes);

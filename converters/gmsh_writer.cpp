@@ -19,11 +19,13 @@ class SectionWriter {
   explicit SectionWriter(GmshWriting& writing) : w_(writing) {}
 
   void write(const GmshPlannedSection& section) {
+    if (section.kind == Kind::between) return w_.out.text(section.content);
     w_.section = "$" + section.name;
     w_.out.text("$" + section.name + "\n");
     switch (section.kind) {
       case Kind::format: write_format(); break;
-      case Kind::raw: w_.out.text(section.content); break;
+      case Kind::raw:
+      case Kind::between: w_.out.text(section.content); break;
       case Kind::nodes: write_gmsh_nodes(w_, section.name); break;
       case Kind::elements: write_gmsh_elements(w_); break;
       case Kind::array: write_gmsh_view(w_, section); break;
@@ -47,8 +49,8 @@ class SectionWriter {
     const auto links = w_.extras.integers(key + "/links", 5);
     const auto affine = w_.extras.reals(key + "/affine");
     const auto nodes = w_.extras.integers(key + "/nodes", 2);
-    w_.out.write_numbers_as_text(!w_.v41());
-    w_.out.count(links.size() / 5);
+    w_.out.write_numbers_as_text(!w_.v4());
+    w_.out.count(links.size() / 5, w_.v41());
     w_.out.end_line();
     std::size_t next_affine = 0, next_node = 0;
     for (std::size_t i = 0; i < links.size(); i += 5) {
@@ -59,19 +61,28 @@ class SectionWriter {
       if (affine_count > affine.size() - next_affine || pairs > (nodes.size() - next_node) / 2)
         w_.extras.fail(key + "/links", "counts more than there is");
       if (w_.v41()) w_.out.count(affine_count);
-      if (!w_.v41() && affine_count > 0) w_.out.text("Affine ");
+      if (!w_.v41() && affine_count > 0) begin_old_affine(key, affine_count);
       for (std::uint64_t k = 0; k < affine_count; ++k) w_.out.real(affine[next_affine++]);
       if (w_.v41() || affine_count > 0) w_.out.end_line();
       w_.out.count(pairs);
       w_.out.end_line();
       for (std::uint64_t k = 0; k < pairs; ++k) {
-        w_.out.integer64(w_.node_tag(nodes[next_node++]));
-        w_.out.integer64(w_.node_tag(nodes[next_node++]));
+        w_.out.tag(w_.node_tag(nodes[next_node++]), w_.v41());
+        w_.out.tag(w_.node_tag(nodes[next_node++]), w_.v41());
         w_.out.end_line();
       }
     }
     w_.out.end_of_data();
     w_.out.write_numbers_as_text(false);
+  }
+
+  // Before version 4.1: a word, or in binary (4.0 only) a negative number of nodes.
+  void begin_old_affine(const std::string& key, std::uint64_t values) {
+    if (values != 16) w_.extras.fail(key + "/links", "has no affine transformation of 16 values");
+    if (w_.v4() && w_.plan.encoding.binary)
+      w_.out.integer64(-1);
+    else
+      w_.out.text("Affine ");
   }
 
   void write_ghosts(const std::string& key) {
@@ -80,15 +91,15 @@ class SectionWriter {
     const auto ghosts = w_.extras.integers(key + "/ghosts");
     if (partitions.size() != 2 * cells.size())
       w_.extras.fail(key + "/partitions", "does not have a row for each cell");
-    w_.out.count(cells.size());
+    w_.out.count(cells.size(), w_.v41());
     w_.out.end_line();
     std::size_t next = 0;
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const auto count = static_cast<std::uint64_t>(partitions[2 * i + 1]);
       if (count > ghosts.size() - next) w_.extras.fail(key + "/ghosts", "is too short");
-      w_.out.integer64(w_.element_tag(cells[i]));
+      w_.out.tag(w_.element_tag(cells[i]), w_.v41());
       w_.out.integer32(partitions[2 * i]);
-      w_.out.count(count);
+      w_.out.count(count, w_.v41());
       for (std::uint64_t k = 0; k < count; ++k) w_.out.integer32(ghosts[next++]);
       w_.out.end_line();
     }

@@ -30,8 +30,8 @@ class NodeWriter {
           const auto& entity = w_.plan.node_entities[static_cast<std::size_t>(rows[i])];
           w_.out.integer32(entity[0]);
           w_.out.integer32(entity[1]);
-          for (std::size_t k = 0; entity[0] < 3 && k < static_cast<std::size_t>(entity[0]); ++k)
-            w_.out.real(parameters_[3 * i + k]);
+          const std::size_t parameters = gmsh_parameters(entity[0], true, false);
+          for (std::size_t k = 0; k < parameters; ++k) w_.out.real(parameters_[3 * i + k]);
         }
         w_.out.end_line();
       }
@@ -57,8 +57,7 @@ class NodeWriter {
       w_.out.count(counts[e]);
       w_.out.end_line();
       if (w_.v41()) write_block_tags(first, counts[e]);
-      write_block_points(first, counts[e],
-                         static_cast<std::size_t>(parametric != 0 ? dimension : 0));
+      write_block_points(first, counts[e], gmsh_parameters(dimension, parametric != 0, w_.v41()));
       first += counts[e];
     }
     w_.out.end_of_data();

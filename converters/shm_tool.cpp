@@ -1,7 +1,8 @@
 // shm: the tool. Each command is one function from options to an exit code; everything that goes
 // wrong is thrown as a Failure and said once, here.
 // Exit codes: 0 done, 1 a difference was found, 2 wrong use, 3 bad or unreadable input,
-// 4 output could not be written, 5 a limit was exceeded.
+// 4 output could not be written, 5 a limit was exceeded, 6 the output would lack something
+// (--strict).
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -28,6 +29,7 @@
 #include "layout.h"
 #include "output_file.h"
 #include "report.h"
+#include "translate.h"
 
 #ifndef SHM_VERSION
 #define SHM_VERSION "0.1.0"
@@ -42,7 +44,8 @@ enum ExitCode {
   kWrongUse = 2,
   kBadInput = 3,
   kBadOutput = 4,
-  kLimit = 5
+  kLimit = 5,
+  kIncomplete = 6
 };
 
 // Memory of the spool.
@@ -60,7 +63,8 @@ struct Options {
   std::uint64_t segment_cells = 0;
   double restart_budget = .2;  // percent
   unsigned threads = 0;        // one for each core
-  bool json = false, quiet = false, packed = false;
+  std::optional<std::uint64_t> step;
+  bool json = false, quiet = false, packed = false, strict = false;
   DiffCommand diff;
 };
 
@@ -250,16 +254,34 @@ std::unique_ptr<MeshSource> open_input(const Options& options, Spool& spool, Pro
                                : open_mesh(options.input, spool, line.callback());
 }
 
+// Whatever --quiet says: nothing goes silently.
+void tell_losses(const LossList& losses, const std::string& output) {
+  for (const std::string& loss : losses)
+    std::fprintf(stderr, "shm: not in %s: %s\n", output.c_str(), loss.c_str());
+}
+
 ExitCode run_convert(Options& options) {
   const Format& format = output_format(options.output, options.format);
   ProgressLine line(options.quiet);
   Spool spool(spool_directory(options));
   line.show("reading " + options.input);
   const auto mesh = open_input(options, spool, line);
+  std::optional<Translation> translation;
+  if (is_foreign(mesh->info(), format)) {
+    translation.emplace(*mesh, std::string(format.name), *format.holds, options.step, spool);
+  } else if (options.step) {
+    wrong_use("--step is for a mesh from another format than that of OUT");
+  }
+  MeshSource& written = translation ? translation->mesh() : *mesh;
+  if (translation && !translation->losses().empty()) {
+    line.wipe();
+    tell_losses(translation->losses(), options.output);
+    if (options.strict) return kIncomplete;
+  }
   line.show("writing " + options.output);
-  write_mesh(*mesh, options.output, format, spool);
+  write_mesh(written, options.output, format, spool);
   line.wipe();
-  say(options, options.output + ": " + counts_text(mesh->info()) + "\n");
+  say(options, options.output + ": " + counts_text(written.info()) + "\n");
   return kDone;
 }
 
@@ -562,6 +584,18 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
   return command;
 }
 
+// What another format than the mesh's own cannot hold.
+void add_translation(CLI::App& command, Options& options) {
+  command.add_flag("--strict", options.strict,
+                   "Write nothing when OUT, of another format than the mesh came from, would lack "
+                   "something\n(which is named on standard error in any case): exit code 6");
+  command
+      .add_option("--step", options.step,
+                  "Of a mesh that goes to another format: time step N alone, from 0 (default: all; "
+                  "the last\nwhere a file holds one)")
+      ->type_name("N");
+}
+
 CLI::App* add_decompress(CLI::App& app, Options& options) {
   CLI::App* command =
       add_command(app, options, "decompress", "Write the mesh of a .shm file in another format",
@@ -573,6 +607,7 @@ CLI::App* add_decompress(CLI::App& app, Options& options) {
   command->add_option("-o,--output", options.output, "File to write")->required()->type_name("OUT");
   command->add_option("--format", options.format, "exodus, vtk, gmsh or shm; default: by name")
       ->type_name("F");
+  add_translation(*command, options);
   add_threads(*command, options, "Decode segments");
   return command;
 }
@@ -588,6 +623,7 @@ CLI::App* add_convert(CLI::App& app, Options& options) {
   command->add_option("OUT", options.output, "File to write")->required()->type_name("");
   command->add_option("--format", options.format, "exodus, vtk, gmsh or shm; default: by name")
       ->type_name("F");
+  add_translation(*command, options);
   return command;
 }
 
@@ -690,7 +726,8 @@ int run(int argc, char** argv, Options& options) {
   app.footer(
       "shm COMMAND --help tells more and gives examples.\n"
       "Exit codes: 0 done, 1 a difference was found, 2 wrong use, 3 bad or unreadable input,\n"
-      "4 output could not be written, 5 a limit was exceeded.");
+      "4 output could not be written, 5 a limit was exceeded, 6 the output would lack something\n"
+      "of the mesh (--strict).");
   const Command commands[] = {
       {add_compress(app, options), run_compress}, {add_decompress(app, options), run_decompress},
       {add_convert(app, options), run_convert},   {add_verify(app, options), run_verify},

@@ -64,6 +64,9 @@ bool looks_like_vtk(std::span<const std::byte> head);
 // arrays stay in the file, which must not change. Throws Failure.
 std::unique_ptr<MeshSource> open_vtk(const std::string& path, Spool& spool);
 
+// Whether cells of another format have a cell type; else they become loose points.
+bool vtk_holds_block(const BlockInfo& block);
+
 // Writes `mesh` front to back. A mesh that came from VTK gets its data set, version, encoding, title
 // and arrays back as they were; where points or cells no longer are in the order that its dimensions
 // or lists state (Order::stream and free), it becomes an unstructured grid. Any other mesh becomes

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "failure.h"
+#include "vtk_field_data.h"
 #include "vtk_values.h"
 #include "vtu_legacy.h"
 
@@ -211,7 +212,9 @@ void FilePlan::plan_for_foreign() {
     }
     return add_missing_parts();
   }
+  if (const Extra* title = extra("mesh/title")) set_title(*title);
   if (!info_.step_times.empty()) add_time();
+  add_block_names();
   add_missing_parts();
   add_block_ids();
 }
@@ -230,12 +233,36 @@ void FilePlan::add_time() {
                                .tuples = 1});
 }
 
+// VTK's readers take one line of at most 255 bytes.
+void FilePlan::set_title(const Extra& title) {
+  constexpr std::size_t kLongest = 255;
+  const auto* begin = reinterpret_cast<const char*>(title.data.data());
+  skeleton_.title.assign(begin, std::min(title.data.size(), kLongest));
+  for (char& c : skeleton_.title)
+    if (c == '\n' || c == '\r' || c == '\0') c = ' ';
+}
+
+void FilePlan::add_block_names() {
+  names_ = vtk_block_names_extra(info_, data_key(1));
+  if (names_.shape[0] == 0) return;
+  extras_[names_.key] = &names_;
+  if (skeleton_.entries.empty())
+    skeleton_.entries.push_back({.kind = EntryKind::field, .name = "FieldData"});
+  skeleton_.entries.push_back({.kind = EntryKind::array,
+                               .origin = Origin::extra,
+                               .index = 1,
+                               .name = kVtkBlockNames,
+                               .type = "string",
+                               .components = 1,
+                               .tuples = names_.shape[0]});
+}
+
 // Blocks of other formats have numbers of their own; VTK has only types, so they become an array.
 void FilePlan::add_block_ids() {
   const auto& blocks = info_.schema.blocks;
   bool differ = false, wide = false;
   for (const BlockInfo& block : blocks) {
-    differ |= block.id != blocks.front().id;
+    differ |= block.id != blocks.front().id || !block.name.empty();
     wide |= block.id != static_cast<std::int32_t>(block.id);
   }
   for (const ArrayInfo& array : info_.schema.arrays)

@@ -47,14 +47,16 @@ class FilePlan : public CellPlan {
   bool place_array(const Entry& entry, Location location);
   void add_unplaced_arrays();
   void add_missing_parts();
+  void set_title(const Extra& title);
   void add_time();
+  void add_block_names();
   void add_block_ids();
   bool is_written(std::size_t array) const;
   Entry array_entry(std::size_t array) const;
   void choose_layout();
 
   Skeleton skeleton_;
-  Extra time_;
+  Extra time_, names_;
   std::deque<Extra> made_;        // for values that stand otherwise in the source
   std::set<std::size_t> placed_;  // arrays that the skeleton has a place for
   std::vector<CellList> lists_;

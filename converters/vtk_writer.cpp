@@ -348,6 +348,12 @@ void Writer::cell_types() {
 }  // namespace
 }  // namespace vtk
 
+bool vtk_holds_block(const BlockInfo& block) {
+  constexpr int kConvexPointSet = 41, kPolyVertex = 2;
+  const int type = vtk::cell_type_of_block(block);
+  return type != kPolyVertex && type != kConvexPointSet;
+}
+
 void write_vtk(MeshSource& mesh, const std::string& path) { vtk::Writer(mesh, path).write(); }
 
 }  // namespace shm::converters

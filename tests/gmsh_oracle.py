@@ -1,14 +1,15 @@
 #!/usr/bin/python3
 """Are two MSH files the same to Gmsh? Exit code 0: yes, 1: no, 2: one of them cannot be read.
 
-    gmsh_oracle.py A.msh B.msh
+    gmsh_oracle.py [--renumbered] A.msh B.msh
 
 Needs Debian's python3-gmsh. Independent of this project's reader: both files are loaded by Gmsh,
 and what its API shows is compared exactly: nodes by tag with entity, coordinates and parameters,
 elements by tag with type, entity and nodes, entities, partitions, physical groups and names,
 periodic links, views with all steps. Both are also saved by Gmsh as MSH 4.1 in ASCII and
 compared line by line, which catches what the API has no call for (ghost elements), and sections
-that Gmsh ignores are compared as text.
+that Gmsh ignores are compared as text. With --renumbered nodes are told by their place and elements by
+their nodes: tags may differ, and the order of things.
 """
 import os
 import re
@@ -130,14 +131,43 @@ def ghost_line(line):
     return words[:3] + sorted(words[3:])
 
 
-def load(path):
+def renumbered(found):
+    """What is the same whatever numbers nodes and elements have."""
+    place = {k[1]: v[:3] for k, v in found.items() if k[0] == "node"}
+    cell, all_cells = {}, []
+    for k, (kind, _, corners) in ((k, v) for k, v in found.items() if k[0] == "element"):
+        what = (k[2], k[3], kind, tuple(place[int(c)] for c in corners))
+        cell[k[1]] = what
+        all_cells.append(what)
+    told = {"cells": sorted(map(str, all_cells)),
+            "nodes": sorted(str(v) for k, v in found.items() if k[0] == "node")}
+    for k, v in found.items():
+        if k[0] in ("entity", "group"):
+            told[k] = v
+        elif k[0] == "periodic":
+            told[k] = (v[0], sorted(str((place[a], place[b])) for a, b in v[1]), v[2])
+        elif k[0] == "view" and len(k) == 3 and not isinstance(v, str):
+            where = place if v[0] == "NodeData" else cell
+            told[k] = (*v[:3], sorted(str((where.get(t, t), d)) for t, d in v[3].items()))
+        elif k[0] in ("view", "open", "errors"):
+            told[k] = v
+    return told
+
+
+def load(path, convert_partitions=True):
+    """What Gmsh sees in a file. From the partitions of MSH 2 it makes entities, unless told not to:
+    their tags depend on the order of elements."""
     # Loaded twice: asking for some things (parameters) changes what is saved afterwards.
     found = {}
     for run in ("api", "saved"):
         gmsh.initialize(["gmsh"], False)
         gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("Mesh.PartitionConvertMsh2", 1 if convert_partitions else 0)
         gmsh.logger.start()
-        gmsh.open(path)
+        try:
+            gmsh.open(path)
+        except Exception as error:  # it tells what it did not like, but has what it could read
+            found["open", run] = str(error)
         errors = [line for line in gmsh.logger.get() if line.startswith("Error")]
         if errors:
             found["errors", run] = tuple(errors)
@@ -152,17 +182,24 @@ def load(path):
     return found
 
 
+def compare(first, second):
+    """Of two results of load or renumbered: keys of what differs."""
+    return [k for k in sorted(set(first) | set(second), key=str) if first.get(k) != second.get(k)]
+
+
 def main():
-    if len(sys.argv) != 3:
+    words = [w for w in sys.argv[1:] if w != "--renumbered"]
+    if len(words) != 2:
         print(__doc__)
         return 2
     try:
-        first, second = load(sys.argv[1]), load(sys.argv[2])
+        first, second = (load(w, "--renumbered" not in sys.argv) for w in words)
     except Exception as error:
         print(f"cannot be read: {error}")
         return 2
-    differences = [k for k in sorted(set(first) | set(second), key=str)
-                   if first.get(k) != second.get(k)]
+    if "--renumbered" in sys.argv:
+        first, second = renumbered(first), renumbered(second)
+    differences = compare(first, second)
     for k in differences[:10]:
         print(f"{k}: {str(first.get(k))[:200]} != {str(second.get(k))[:200]}")
     if any(k[0] == "errors" for k in first):

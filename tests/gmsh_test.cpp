@@ -215,7 +215,8 @@ const std::string kVersion40 =
     "$Nodes\n2 8\n3 2 1 4\n1 0 0 0 0 0\n2 1 0 0 1 0\n3 1 1 0 1 1\n4 0 1 0 0 1\n1 3 0 4\n5 0 0 1\n"
     "6 1 0 1\n7 1 1 1\n8 0 1 1\n$EndNodes\n"
     "$Elements\n2 2\n3 2 3 1\n1 1 2 3 4 \n1 3 5 1\n2 1 2 3 4 5 6 7 8 \n$EndElements\n"
-    "$Periodic\n1\n2 3 3\n1\n1 5\n$EndPeriodic\n";
+    "$Periodic\n2\n2 3 3\n1\n1 5\n2 1 1\nAffine 1 0 0 0 0 1 0 0 0 0 1 1 0 0 0 1\n1\n2 6\n"
+    "$EndPeriodic\n$GhostElements\n1\n2 1 2 2 3\n$EndGhostElements\n";
 
 const std::string kVersion41 =
     "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 7 \"body\"\n$EndPhysicalNames\n"
@@ -291,6 +292,9 @@ TEST_F(GmshTest, ReadsVersion4) {
   EXPECT_EQ(mesh.values<double>("e"), (std::vector<double>{1.5, 2.5}));
   EXPECT_NE(mesh.extra("gmsh/section/6/cells"), nullptr);
   EXPECT_NE(mesh.extra("gmsh/section/5/links"), nullptr);
+  const MemoryMesh old = open_text(kVersion40);
+  EXPECT_NE(old.extra("gmsh/section/4/links"), nullptr);
+  EXPECT_NE(old.extra("gmsh/section/5/cells"), nullptr);
 }
 
 TEST_F(GmshTest, BinaryIsTheSameInEitherByteOrder) {
@@ -348,6 +352,51 @@ TEST_F(GmshTest, ManyCombinationsOfTags) {
   EXPECT_EQ(mesh.values<std::int32_t>("gmsh:tag_1")[2999], 2999);
   EXPECT_EQ(mesh.values<std::int32_t>("gmsh:tag_2").size(), 2000u);
   expect_round_trip(nodes);
+}
+
+// What we do not understand may name nodes and elements by their tags: each keeps its own, in
+// whatever order they come.
+TEST_F(GmshTest, TagsStayWhereOthersMayNameThem) {
+  const std::string mesh =
+      "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n$EndNodes\n"
+      "$Elements\n2\n1 2 2 0 1 1 2 3\n2 1 2 0 1 1 2\n$EndElements\n";
+  const std::string list = "1\n\"a\"\n1\n0\n3\n0\n1\n1\n";
+  const auto names_tags = [](const MemoryMesh& read) {
+    for (const ArrayInfo& array : read.info_.schema.arrays)
+      if (array.role == "gmsh:node_tag") return true;
+    return false;
+  };
+  for (const std::string& harmless :
+       {std::string(), std::string("$Comments\n1 2 3\n$EndComments\n"),
+        "$NodeData\n" + list + "2 1.5\n$EndNodeData\n"}) {
+    EXPECT_FALSE(names_tags(open_text(mesh + harmless))) << harmless;
+    expect_round_trip(mesh + harmless);
+  }
+  for (const std::string& naming :
+       {std::string("$MyOwn\n1 2 3\n$EndMyOwn\n"), "$NodeData\n" + list + "7 1.5\n$EndNodeData\n",
+        std::string("$Periodic\n1\n1 2 3\n1\n2 9\n$EndPeriodic\n")}) {
+    const MemoryMesh read = open_text(mesh + naming);
+    ASSERT_TRUE(names_tags(read)) << naming;
+    EXPECT_EQ(read.values<std::int64_t>("gmsh:node_tag"), (std::vector<std::int64_t>{1, 2, 3}));
+    EXPECT_EQ(read.values<std::int64_t>("gmsh:element_tag"), (std::vector<std::int64_t>{1, 2}));
+    expect_round_trip(mesh + naming);
+  }
+  // A polygon in two parts: tags 5 of the parts is the number of their parent.
+  const std::string parts =
+      "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n$EndNodes\n"
+      "$Elements\n2\n1 34 2 0 1 3 1 2 3\n2 68 5 0 1 0 1 1 1 2 3\n$EndElements\n";
+  EXPECT_TRUE(names_tags(open_text(parts)));
+  expect_round_trip(parts);
+}
+
+TEST_F(GmshTest, TextBetweenSections) {
+  const std::string file =
+      "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n# made by hand\n\n// twice\n$Nodes\n1\n1 0 0 0\n"
+      "$EndNodes\n$Elements\n0\n$EndElements\nlast words\n";
+  expect_round_trip(file);
+  MemoryMesh mesh = open_text(file);
+  write_gmsh(mesh, path("out.msh"));
+  EXPECT_EQ(load(path("out.msh")), file);
 }
 
 TEST_F(GmshTest, ReadsWindowsLines) {

@@ -6,6 +6,7 @@ Usage: tool_test.py PATH_OF_SHM
 import json
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -53,6 +54,47 @@ def write_vtk(path, n, bend=0.0, shuffled=False, window=1):
         out.write("\n".join(str(i % 17 / 16) for i in range(len(points))) + "\n")
         out.write(f"CELL_DATA {len(cells)}\nSCALARS zone int 1\nLOOKUP_TABLE default\n")
         out.write("\n".join(str(i // 7) for i in range(len(cells))) + "\n")
+
+
+EXODUS = """netcdf two {
+dimensions: len_string = 33 ; len_line = 81 ; four = 4 ; len_name = 33 ; time_step = UNLIMITED ;
+  num_dim = 3 ; num_nodes = 12 ; num_elem = 2 ; num_el_blk = 2 ; num_el_in_blk1 = 1 ;
+  num_nod_per_el1 = 8 ; num_el_in_blk2 = 1 ; num_nod_per_el2 = 8 ; num_side_sets = 1 ;
+  num_side_ss1 = 2 ; num_df_ss1 = 8 ; num_node_sets = 1 ; num_nod_ns1 = 3 ; num_qa_rec = 1 ;
+  num_nod_var = 3 ; num_elem_var = 1 ;
+variables: double time_whole(time_step) ; int eb_status(num_el_blk) ; int eb_prop1(num_el_blk) ;
+  eb_prop1:name = "ID" ; char eb_names(num_el_blk, len_name) ; int ss_status(num_side_sets) ;
+  int ss_prop1(num_side_sets) ; ss_prop1:name = "ID" ; char ss_names(num_side_sets, len_name) ;
+  int ns_status(num_node_sets) ; int ns_prop1(num_node_sets) ; ns_prop1:name = "ID" ;
+  char ns_names(num_node_sets, len_name) ; int elem_ss1(num_side_ss1) ; int side_ss1(num_side_ss1) ;
+  double dist_fact_ss1(num_df_ss1) ; int node_ns1(num_nod_ns1) ;
+  int connect1(num_el_in_blk1, num_nod_per_el1) ; connect1:elem_type = "HEX8" ;
+  int connect2(num_el_in_blk2, num_nod_per_el2) ; connect2:elem_type = "HEX8" ;
+  double coordx(num_nodes) ; double coordy(num_nodes) ; double coordz(num_nodes) ;
+  int elem_map(num_elem) ; char qa_records(num_qa_rec, four, len_string) ;
+  char name_nod_var(num_nod_var, len_name) ; char name_elem_var(num_elem_var, len_name) ;
+  double vals_nod_var1(time_step, num_nodes) ; double vals_nod_var2(time_step, num_nodes) ;
+  double vals_nod_var3(time_step, num_nodes) ; int elem_var_tab(num_el_blk, num_elem_var) ;
+  double vals_elem_var1eb2(time_step, num_el_in_blk2) ;
+  :api_version = 5.14f ; :version = 5.14f ; :floating_point_word_size = 8 ; :file_size = 1 ;
+  :title = "two blocks" ;
+data: time_whole = 0, 0.5, 2 ; eb_status = 1, 1 ; eb_prop1 = 10, 20 ; eb_names = "steel", "air" ;
+  ss_status = 1 ; ss_prop1 = 3 ; ss_names = "inlet" ; ns_status = 1 ; ns_prop1 = 7 ;
+  ns_names = "fixed" ; elem_ss1 = 1, 2 ; side_ss1 = 4, 6 ; dist_fact_ss1 = 1, 1, 1, 1, 1, 1, 1, 2 ;
+  node_ns1 = 1, 4, 12 ; connect1 = 1, 2, 3, 4, 5, 6, 7, 8 ; connect2 = 5, 6, 7, 8, 9, 10, 11, 12 ;
+  coordx = 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 0 ; coordy = 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1 ;
+  coordz = 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2 ; elem_map = 2, 1 ;
+  qa_records = "code", "1", "today", "now" ; name_nod_var = "v_x", "v_y", "v_z" ;
+  name_elem_var = "heat" ; elem_var_tab = 0, 1 ;
+  vals_nod_var1 = 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12,
+    31, 32, 33, 34, 35, 36, 37, 38, 39, 40, 41, 42 ;
+  vals_nod_var2 = 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12,
+    51, 52, 53, 54, 55, 56, 57, 58, 59, 60, 61, 62 ;
+  vals_nod_var3 = 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12,
+    71, 72, 73, 74, 75, 76, 77, 78, 79, 80, 81, 82 ;
+  vals_elem_var1eb2 = 0.25, 0.5, 0.75 ;
+}
+"""
 
 
 class ToolTest(unittest.TestCase):
@@ -645,6 +687,91 @@ class ToolTest(unittest.TestCase):
             file.truncate(os.path.getsize(archive) - 1)
         self.assertIn("end record", self.shm("split", archive, code=3)[1])
         self.assert_only("all.shm", "mesh.shm", "mesh.vtk")
+
+    def losses(self, *words, code=0):
+        """What a conversion says that is not in its output."""
+        done = subprocess.run([SHM, *words, "-q"], capture_output=True, text=True, timeout=120)
+        self.assertEqual(done.returncode, code, done.stderr)
+        self.assertEqual(done.stdout, "")
+        out = next(word for word in words[2:] if not word.startswith("-"))
+        lines = done.stderr.splitlines()
+        for line in lines:
+            self.assertTrue(line.startswith(f"shm: not in {out}: "), line)
+        return [line.split(": ", 2)[2] for line in lines]
+
+    def exodus(self):
+        """Two blocks, a node set, a side set, three steps, QA records; made by netCDF's ncgen."""
+        if not shutil.which("ncgen"):
+            self.skipTest("ncgen is not installed")
+        with open(self.path("two.cdl"), "w") as out:
+            out.write(EXODUS)
+        subprocess.run(["ncgen", "-k", "64-bit-offset", "-o", self.path("two.e"),
+                        self.path("two.cdl")], check=True)
+        return self.path("two.e")
+
+    def arrays(self, path):
+        told = json.loads(self.shm("info", path, "--json")[0])
+        return {a["name"]: a for a in told["arrays"]}, told
+
+    def test_losses_are_named(self):
+        exodus, packed = self.exodus(), self.path("two.shm")
+        vtk, msh = self.path("two.vtk"), self.path("two.msh")
+        factors = "distribution factors of side set 3 'inlet'"
+        of_vtk = ["time steps 0 to 1 of 3 (a file of vtk holds one)",
+                  "which blocks array 'heat' is on (NaN on the others)", factors, "QA records"]
+        self.assertEqual(self.losses("convert", exodus, vtk), of_vtk)
+        self.assertEqual(self.losses("convert", exodus, msh), [factors, "QA records"])
+        # As well out of an archive; an Exodus file and an archive hold all.
+        self.shm("compress", exodus, "-o", packed)
+        self.assertEqual(self.losses("decompress", packed, "-o", vtk), of_vtk)
+        self.assertEqual(self.losses("decompress", packed, "-o", self.path("back.e"), "--strict"), [])
+        self.assertEqual(self.losses("convert", exodus, self.path("again.shm"), "--strict"), [])
+
+    def test_strict_writes_nothing(self):
+        exodus, packed = self.exodus(), self.path("two.shm")
+        self.shm("compress", exodus, "-o", packed)
+        for words in (["convert", exodus, self.path("two.vtk")],
+                      ["decompress", packed, "-o", self.path("two.msh")]):
+            self.assertIn("QA records", self.losses(*words, "--strict", code=6))
+        self.assert_only("mesh.vtk", "two.cdl", "two.e", "two.shm")
+        # Nothing is lacking: nothing is said.
+        self.assertEqual(self.losses("convert", self.mesh, self.path("mesh.msh"), "--strict"), [])
+
+    def test_one_step(self):
+        exodus, vtk = self.exodus(), self.path("two.vtk")
+        for step, last in ((0, 1), (2, 31)):
+            self.assertNotIn("time", " ".join(self.losses("convert", exodus, vtk, f"--step={step}")))
+            told = json.loads(self.shm("info", vtk, "--json")[0])
+            self.assertEqual(len(told["step_times"]), 0)
+            self.losses("convert", vtk, self.path("back.e"))
+            arrays, told = self.arrays(self.path("back.e"))
+            self.assertEqual(len(told["step_times"]), 1)
+            self.assertIn("v_x", arrays)
+        self.assertIn("there is no step 3", self.shm("convert", exodus, vtk, "--step", "3", code=2)[1])
+        self.shm("convert", exodus, self.path("other.e"), "--step", "1", code=2)
+
+    def test_what_survives(self):
+        exodus = self.exodus()
+        vtk, msh = self.path("two.vtk"), self.path("two.msh")
+        self.losses("convert", exodus, vtk)
+        arrays, told = self.arrays(vtk)
+        self.assertEqual(arrays["v"]["components"], 3)
+        for name in ("heat", "fixed", "inlet", "elem_map"):
+            self.assertIn(name, arrays)
+        self.losses("convert", vtk, self.path("vtk.e"))
+        arrays, told = self.arrays(self.path("vtk.e"))
+        self.assertEqual([(b["id"], b["name"]) for b in told["blocks"]], [(10, "steel"), (20, "air")])
+        self.losses("convert", exodus, msh)
+        arrays, told = self.arrays(msh)
+        self.assertEqual(len(told["step_times"]), 3)
+        self.assertTrue(arrays["v"]["per_step"])
+        self.assertEqual([(b["id"], b["name"], b["cells"]) for b in told["blocks"]],
+                         [(10, "steel", 1), (20, "air", 1), (7, "fixed", 3), (3, "inlet", 2)])
+        self.losses("convert", msh, self.path("msh.e"))
+        arrays, told = self.arrays(self.path("msh.e"))
+        self.assertEqual(len(told["step_times"]), 3)
+        self.assertEqual([b["name"] for b in told["blocks"]], ["steel", "air", "fixed", "inlet"])
+        self.assertIn("v_z", arrays)
 
     def test_layout(self):
         svg = self.path("mesh.svg")

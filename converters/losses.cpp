@@ -1,0 +1,149 @@
+#include "losses.h"
+
+#include <algorithm>
+#include <sstream>
+#include <string_view>
+
+#include "gmsh_groups.h"
+#include "transfer_sets.h"
+#include "vtk_words.h"
+
+namespace shm::converters {
+namespace {
+
+constexpr std::string_view kExodusVariable = "exodus/variable/";
+
+void add_once(LossList& losses, std::string what) {
+  if (std::find(losses.begin(), losses.end(), what) == losses.end())
+    losses.push_back(std::move(what));
+}
+
+std::string quoted(std::string_view text) { return " '" + std::string(text) + "'"; }
+
+// "exodus/edge_set/0/edges": the kind, id and name of its set.
+std::string exodus_set(const MeshInfo& info, const std::string& key) {
+  const std::size_t second = key.find('/', 7), third = key.find('/', second + 1);
+  if (second == std::string::npos || third == std::string::npos) return {};
+  const std::string folder = key.substr(0, third + 1);
+  std::string kind = key.substr(7, second - 7);
+  std::replace(kind.begin(), kind.end(), '_', ' ');
+  const Extra* id = find_extra(info, folder + "id");
+  const Extra* name = find_extra(info, folder + "name");
+  const auto number = id == nullptr ? std::vector<std::int64_t>() : integers_of_extra(*id);
+  if (!number.empty()) kind += ' ' + std::to_string(number[0]);
+  if (name != nullptr && !name->data.empty()) kind += quoted(text_of_extra(*name));
+  return kind;
+}
+
+// Whether a variable only says what any file of the kind has: unnamed things, axes x y z, things
+// that exist.
+bool says_nothing(const Extra& extra) {
+  const std::string name = extra.key.substr(kExodusVariable.size());
+  if (name.ends_with("_status")) return true;
+  std::string text = text_of_extra(extra);
+  std::erase_if(text, [](char c) { return c == '\0' || c == ' '; });
+  if (name.ends_with("_names") && text.empty()) return true;
+  if (name != "coor_names") return false;
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return std::string_view("xyz").starts_with(text);
+}
+
+std::string exodus_words(const MeshInfo& info, const std::string& key) {
+  if (!key.starts_with(kExodusVariable)) return exodus_set(info, key);
+  const std::string name = key.substr(kExodusVariable.size());
+  if (name == "qa_records") return "QA records";
+  if (name == "info_records") return "information records";
+  if (name == "name_glo_var" || name == "vals_glo_var") return "global variables";
+  if (name == "coor_names") return "names of coordinates";
+  return "netCDF variable" + quoted(name);
+}
+
+std::string view_name(const MeshInfo& info, const std::string& section) {
+  const Extra* header = find_extra(info, section + "/header");
+  std::istringstream lines(header == nullptr ? std::string() : text_of_extra(*header));
+  std::string count, name;
+  std::getline(lines, count);
+  std::getline(lines, name);
+  std::erase(name, '"');
+  return quoted(name);
+}
+
+void add_gmsh_sections(const MeshInfo& info, const std::set<std::string>& told, LossList& losses) {
+  const Extra* sections = find_extra(info, "gmsh/sections");
+  std::istringstream lines(sections == nullptr ? std::string() : text_of_extra(*sections));
+  std::string line;
+  for (std::size_t k = 0; std::getline(lines, line); ++k) {
+    std::istringstream words(line);
+    std::string name, kind;
+    std::getline(words, name, '\t');
+    std::getline(words, kind, '\t');
+    const std::string key = "gmsh/section/" + std::to_string(k);
+    if (told.contains(key)) continue;
+    if (kind == "list") {
+      add_once(losses, "view" + view_name(info, key) + " ($" + name + " of some)");
+    } else if (name == "Entities") {
+      if (gmsh_entities_have_bounds(info)) losses.push_back("boundaries of entities ($Entities)");
+    } else if (name == "PhysicalNames") {
+      continue;  // carried by blocks and sets
+    } else if (kind == "raw" || kind == "links" || kind == "ghosts") {
+      losses.push_back("section $" + name);
+    } else if (kind == "between") {
+      add_once(losses, "text between sections");
+    }
+  }
+}
+
+void add_gmsh_tags(const MeshInfo& info, LossList& losses) {
+  for (const auto& [key, what] : {std::pair("gmsh/nodes/first_tag", "node tags"),
+                                  {"gmsh/elements/first_tag", "element tags"}}) {
+    const Extra* first = find_extra(info, key);
+    if (first == nullptr) continue;
+    const auto value = integers_of_extra(*first);
+    if (!value.empty() && value[0] != 1)
+      losses.push_back(std::string(what) + ", from " + std::to_string(value[0]));
+  }
+  const Extra* entities = find_extra(info, "gmsh/nodes/entities");
+  if (entities != nullptr && !entities->shape.empty() && entities->shape[0] > 1)
+    losses.push_back("entities of nodes");
+}
+
+void add_vtk_data(const MeshInfo& info, const std::set<std::string>& told, LossList& losses) {
+  const Extra* text = find_extra(info, "vtk/skeleton");
+  if (text == nullptr) return;
+  const auto skeleton = vtk::parse_skeleton(text_of_extra(*text));
+  if (!skeleton) return;
+  for (const vtk::Entry& entry : skeleton->entries) {
+    if (!entry.metadata.empty())
+      losses.push_back("metadata of array" + quoted(vtk::decode_name(entry.name)));
+    if (entry.origin != vtk::Origin::extra || told.contains(vtk::data_key(entry.index))) continue;
+    const bool table = entry.kind == vtk::EntryKind::lookup_table;
+    losses.push_back((table ? "lookup table" : "field data") +
+                     quoted(vtk::decode_name(entry.name)));
+  }
+}
+
+}  // namespace
+
+LossList losses_of_extras(const MeshInfo& info, const std::set<std::string>& told) {
+  LossList losses;
+  const std::string& format = info.schema.source_format;
+  for (const Extra& extra : info.extras) {
+    if (told.contains(extra.key) || extra.key == "exodus/skeleton") continue;
+    if (format == "exodus" && extra.key.starts_with(kExodusVariable) && says_nothing(extra))
+      continue;
+    if (format == "exodus" && extra.key.starts_with("exodus/"))
+      add_once(losses, exodus_words(info, extra.key));
+    else if (!(format == "gmsh" && extra.key.starts_with("gmsh/")) &&
+             !(format == "vtk" && extra.key.starts_with("vtk/")))
+      losses.push_back("extra" + quoted(extra.key));
+  }
+  if (format == "gmsh") {
+    add_gmsh_sections(info, told, losses);
+    add_gmsh_tags(info, losses);
+  }
+  if (format == "vtk") add_vtk_data(info, told, losses);
+  return losses;
+}
+
+}  // namespace shm::converters

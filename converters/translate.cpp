@@ -1,0 +1,227 @@
+#include "translate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <utility>
+
+#include "blocks_by_id.h"
+#include "failure.h"
+#include "forwarding_mesh.h"
+#include "joined_arrays.h"
+#include "one_step.h"
+#include "set_arrays.h"
+#include "set_cells.h"
+#include "transfer_sets.h"
+#include "vtk_field_data.h"
+#include "vtk_words.h"
+
+namespace shm::converters {
+namespace {
+
+constexpr std::uint64_t kPieceElements = 16384;
+
+// All stepped: a mesh of one time, which the format could only say in a word of its own.
+class AtTime final : public ForwardingMesh {
+ public:
+  AtTime(MeshSource& source, double time) : ForwardingMesh(source) {
+    info_ = source.info();
+    info_.step_times = {time};
+    for (ArrayInfo& array : info_.schema.arrays) array.per_step |= array.role.empty();
+  }
+};
+
+class WithExtras final : public ForwardingMesh {
+ public:
+  WithExtras(MeshSource& source, std::vector<Extra> extras) : ForwardingMesh(source) {
+    info_ = source.info();
+    info_.extras = std::move(extras);
+  }
+};
+
+std::string title_of_exodus(const std::string& skeleton) {
+  const std::size_t variables = skeleton.find("\nV\t"), title = skeleton.find("\nA\ttitle\t");
+  if (title == std::string::npos || title > variables) return {};
+  const std::size_t end = skeleton.find('\n', title + 1);
+  const std::string line = skeleton.substr(title + 1, end - title - 1);
+  const std::size_t value = line.rfind('\t');
+  return vtk::decode_name(std::string_view(line).substr(value + 1));
+}
+
+bool is_flat(const MeshInfo& info) {
+  const Extra* skeleton = find_extra(info, "exodus/skeleton");
+  return skeleton != nullptr &&
+         text_of_extra(*skeleton).find("\nD\tnum_dim\t2\n") != std::string::npos;
+}
+
+// Whether a 64-bit integer of the array is not that of a double.
+bool beyond_doubles(MeshSource& mesh, std::size_t a) {
+  constexpr std::int64_t kMost = std::int64_t{1} << 53;
+  const MeshInfo& info = mesh.info();
+  const ArrayInfo& array = info.schema.arrays[a];
+  if (array.type != ScalarType::int64 && array.type != ScalarType::uint64) return false;
+  std::vector<std::int64_t> values(kPieceElements * array.components);
+  const std::uint64_t steps = array.per_step ? info.step_times.size() : 1;
+  const std::uint64_t elements = info.array_elements(a);
+  for (std::uint64_t step = 0; step < steps; ++step) {
+    for (std::uint64_t first = 0; first < elements; first += kPieceElements) {
+      const std::uint64_t count = std::min(kPieceElements, elements - first);
+      mesh.read_array(a, step, first, count, reinterpret_cast<std::byte*>(values.data()));
+      const auto end = values.begin() + static_cast<std::ptrdiff_t>(count * array.components);
+      if (std::any_of(values.begin(), end, [](std::int64_t v) { return v > kMost || v < -kMost; }))
+        return true;
+    }
+  }
+  return false;
+}
+
+// "time steps 0 to 7 of 9", without step `kept`.
+std::string other_steps(std::size_t steps, std::uint64_t kept) {
+  const auto range = [](std::uint64_t first, std::uint64_t last) {
+    return first == last ? std::to_string(first)
+                         : std::to_string(first) + " to " + std::to_string(last);
+  };
+  std::string text;
+  if (kept > 0) text = range(0, kept - 1);
+  if (kept + 1 < steps) text += (text.empty() ? "" : ", ") + range(kept + 1, steps - 1);
+  const bool several = text.find_first_not_of("0123456789") != std::string::npos;
+  return (several ? "time steps " : "time step ") + text + " of " + std::to_string(steps);
+}
+
+std::string block_label(const BlockInfo& block) {
+  std::string text = "block " + std::to_string(block.id);
+  return block.name.empty() ? text : text + " '" + block.name + "'";
+}
+
+}  // namespace
+
+template <class Layer>
+Layer& Translation::add(std::unique_ptr<Layer> layer) {
+  Layer& added = *layer;
+  mesh_ = layer.get();
+  layers_.push_back(std::move(layer));
+  return added;
+}
+
+Translation::Translation(MeshSource& source, const std::string& format, const Holds& holds,
+                         std::optional<std::uint64_t> step, Spool& spool)
+    : from_(source.info()), format_(format), holds_(holds), mesh_(&source) {
+  if (holds_.block_numbers) split_blocks();
+  choose_step(step);
+  add(std::make_unique<JoinedArrays>(
+      *mesh_, from_.schema.source_format == "exodus" && holds.vectors, !holds.block_numbers));
+  report_arrays();
+  report_blocks();
+  carry_title();
+  carry_sets(spool);
+  add(std::make_unique<WithExtras>(*mesh_, std::move(extras_)));
+  for (std::string& loss : losses_of_extras(from_, told_)) losses_.push_back(std::move(loss));
+}
+
+void Translation::choose_step(std::optional<std::uint64_t> step) {
+  const std::size_t steps = from_.step_times.size();
+  if (step && *step >= steps)
+    throw Failure(Error{ErrorCode::misuse,
+                        "there is no step " + std::to_string(*step) + ": the mesh has " +
+                            std::to_string(steps) + ", counted from 0",
+                        {},
+                        kNoOffset,
+                        {}});
+  if (step) {
+    add(std::make_unique<OneStep>(*mesh_, *step));
+  } else if (!holds_.every_step && steps > 1) {
+    add(std::make_unique<OneStep>(*mesh_, steps - 1));
+    losses_.push_back(other_steps(steps, steps - 1) + " (a file of " + format_ + " holds one)");
+  } else if (steps == 0) {
+    if (const auto time = vtk_time(from_, told_)) add(std::make_unique<AtTime>(*mesh_, *time));
+  }
+}
+
+void Translation::split_blocks() {
+  const std::size_t array = BlocksById::array_of_ids(mesh_->info());
+  const auto names = vtk_block_names(from_, told_);
+  if (array == mesh_->info().schema.arrays.size()) return;
+  auto split = std::make_unique<BlocksById>(*mesh_, array, names);
+  if (split->useful()) add(std::move(split));
+}
+
+void Translation::report_arrays() {
+  for (const ArrayInfo& array : from_.schema.arrays)
+    if (array.role == "gmsh:element_node_data")
+      losses_.push_back("view '" + array.name + "' ($ElementNodeData)");
+  const MeshInfo& info = mesh_->info();
+  bool any_stepped = false;
+  for (std::size_t a = 0; a < info.schema.arrays.size(); ++a) {
+    const ArrayInfo& array = info.schema.arrays[a];
+    any_stepped |= array.per_step;
+    const std::string label = "array '" + array.name + "'";
+    if (!holds_.partial_arrays && array.location == Location::cell &&
+        info.array_elements(a) != info.cells())
+      losses_.push_back("which blocks " + label + " is on (" +
+                        (is_float(array.type) ? "NaN" : "0") + " on the others)");
+    if (!holds_.integers && beyond_doubles(*mesh_, a))
+      losses_.push_back("exact values of " + label + " (integers beyond 2^53)");
+  }
+  if (!holds_.times && !info.step_times.empty() && !any_stepped)
+    losses_.push_back("times of steps that no array has (" +
+                      std::to_string(info.step_times.size()) + ")");
+}
+
+void Translation::report_blocks() {
+  const MeshInfo& info = mesh_->info();
+  std::set<std::pair<std::int64_t, int>> used;
+  bool apart = true;
+  for (std::size_t b = 0; b < info.schema.blocks.size(); ++b) {
+    const BlockInfo& block = info.schema.blocks[b];
+    apart &= block.id > 0 && used.emplace(block.id, 0).second;
+    if (holds_.block != nullptr && info.block_cells[b] > 0 && !holds_.block(block))
+      losses_.push_back("cells of " + block_label(block) + " as what they are (" +
+                        std::string(shape_name(block.shape)) + " with " +
+                        (block.nodes_per_cell == 0 ? std::string("any number of")
+                                                   : std::to_string(block.nodes_per_cell)) +
+                        " nodes)");
+  }
+  // Of VTK's own blocks the number only says the type of their cells.
+  const bool numbered = from_.schema.source_format != "vtk";
+  if (holds_.unique_numbers && numbered && !apart)
+    losses_.push_back("numbers of blocks (each must have one above 0 of its own)");
+}
+
+void Translation::carry_title() {
+  std::string title;
+  const std::string& format = from_.schema.source_format;
+  if (const Extra* skeleton = find_extra(from_, format + "/skeleton")) {
+    if (format == "exodus") title = title_of_exodus(text_of_extra(*skeleton));
+    if (format == "vtk")
+      if (const auto parsed = vtk::parse_skeleton(text_of_extra(*skeleton))) title = parsed->title;
+  }
+  if (title.empty() || title == vtk::Skeleton().title) return;
+  Extra extra{"mesh/title", ScalarType::uint8, Reference::nothing, {title.size()}, {}};
+  extra.data.resize(title.size());
+  std::memcpy(extra.data.data(), title.data(), title.size());
+  extras_.push_back(std::move(extra));
+}
+
+void Translation::carry_sets(Spool& spool) {
+  std::vector<TransferSet> sets = transfer_sets(from_, told_);
+  for (const TransferSet& set : sets)
+    if (set.weighted) losses_.push_back("distribution factors of " + set.label());
+  if (sets.empty()) return;
+  LossList left_out;
+  if (holds_.sets == Holds::Sets::sets) {
+    list_members(*mesh_, sets);
+    for (Extra& extra : extras_of_sets(sets)) extras_.push_back(std::move(extra));
+  } else if (holds_.sets == Holds::Sets::arrays) {
+    left_out = add(std::make_unique<SetArrays>(*mesh_, sets, spool)).left_out();
+  } else if (!mesh_->info().schema.blocks.empty()) {
+    left_out = add(std::make_unique<SetCells>(*mesh_, sets, is_flat(from_), spool)).left_out();
+    for (const TransferSet& set : sets)
+      if (set.kind == TransferSet::Kind::elements) left_out.push_back(set.label());
+  } else {
+    for (const TransferSet& set : sets) left_out.push_back(set.label());
+  }
+  losses_.insert(losses_.end(), left_out.begin(), left_out.end());
+}
+
+}  // namespace shm::converters

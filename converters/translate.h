@@ -1,0 +1,50 @@
+// Translation: a mesh from one format as the writer of another one can hold most of it, and a list
+// of what it cannot.
+//
+// Extras of the result, which any writer may look for:
+//   mesh/title               text
+//   mesh/node_set/..., mesh/side_set/..., mesh/element_set/...   see transfer_sets.h
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "losses.h"
+#include "mesh_source.h"
+#include "spool.h"
+
+namespace shm::converters {
+
+class Translation {
+ public:
+  // `step`: this one alone; none told: all, or the last where a file holds one. `source` and
+  // `spool` must outlive the translation. `format` is the target's name, for the list.
+  Translation(MeshSource& source, const std::string& format, const Holds& holds,
+              std::optional<std::uint64_t> step, Spool& spool);
+  MeshSource& mesh() { return *mesh_; }
+  const LossList& losses() const { return losses_; }
+
+ private:
+  template <class Layer>
+  Layer& add(std::unique_ptr<Layer> layer);
+  void split_blocks();
+  void choose_step(std::optional<std::uint64_t> step);
+  void carry_sets(Spool& spool);
+  void carry_title();
+  void report_arrays();
+  void report_blocks();
+
+  const MeshInfo& from_;
+  const std::string format_;
+  const Holds& holds_;
+  MeshSource* mesh_;
+  std::vector<std::unique_ptr<MeshSource>> layers_;
+  std::vector<Extra> extras_;   // of the result
+  std::set<std::string> told_;  // keys of extras of the source that the result has
+  LossList losses_;
+};
+
+}  // namespace shm::converters
