@@ -107,6 +107,23 @@ class VertexOrder final : public CodingOrder {
   std::vector<std::uint64_t> vertices;
 };
 
+/// Values in the mesh's order, in coding order; perhaps in `room`.
+std::span<const std::byte> in_order(const ArrayInfo& info, const std::vector<std::byte>& values,
+                                    const VertexOrder& order, std::vector<std::byte>& room) {
+  if (info.location != Location::point) return values;
+  const std::size_t stride = scalar_bytes(info.type) * info.components;
+  room.resize(values.size());
+  for (std::size_t i = 0; i < order.vertices.size(); ++i)
+    std::memcpy(room.data() + i * stride, values.data() + order.vertices[i] * stride, stride);
+  return room;
+}
+
+void set_step_numbers(std::size_t steps, Writer& writer) {
+  std::vector<double> times(steps);
+  for (std::size_t s = 0; s < steps; ++s) times[s] = static_cast<double>(s);
+  unwrap(writer.set_step_times(times));
+}
+
 void write_steps(std::span<const MeshArray* const> arrays, const VertexOrder& order,
                  Writer& writer) {
   std::size_t steps = 0;
@@ -117,19 +134,10 @@ void write_steps(std::span<const MeshArray* const> arrays, const VertexOrder& or
     steps = std::max(steps, array.steps.size());
     for (std::size_t s = 0; s < array.steps.size(); ++s) {
       const std::vector<std::byte>& values = array.steps[s];
-      if (array.info.location == Location::point) {
-        coded.resize(values.size());
-        for (std::size_t i = 0; i < order.vertices.size(); ++i)
-          std::memcpy(coded.data() + i * array.stride(),
-                      values.data() + order.vertices[i] * array.stride(), array.stride());
-      }
-      unwrap(writer.add_step_values(a, s, array.info.location == Location::point ? coded : values));
+      unwrap(writer.add_step_values(a, s, in_order(array.info, values, order, coded)));
     }
   }
-  if (steps == 0) return;
-  std::vector<double> times(steps);
-  for (std::size_t s = 0; s < steps; ++s) times[s] = static_cast<double>(s);
-  unwrap(writer.set_step_times(times));
+  if (steps > 0) set_step_numbers(steps, writer);
 }
 
 bool has_steps(std::span<const MeshArray* const> arrays) {
@@ -197,6 +205,28 @@ SizeReport write(const ArrayMesh& mesh, std::span<const MeshArray* const> arrays
   Feeder(mesh, arrays, writer).feed();
   unwrap(writer.end_mesh());
   write_steps(arrays, order, writer);
+  return unwrap(writer.finish());
+}
+
+SizeReport write_series(
+    const ArrayMesh& mesh, std::span<const ArrayInfo> arrays, std::uint64_t steps,
+    const std::function<std::vector<std::byte>(std::size_t, std::uint64_t)>& values, ByteSink& sink,
+    WriteOptions options) {
+  Schema schema;
+  schema.coordinate_type = mesh.coordinate_type;
+  schema.coordinate_quantization = mesh.coordinate_quantization;
+  schema.blocks = mesh.blocks;
+  schema.arrays.assign(arrays.begin(), arrays.end());
+  VertexOrder order;
+  options.coding_order = &order;
+  Writer writer = unwrap(Writer::create(sink, std::move(schema), options));
+  Feeder(mesh, {}, writer).feed();
+  unwrap(writer.end_mesh());
+  std::vector<std::byte> coded;
+  for (std::uint64_t s = 0; s < steps; ++s)
+    for (std::uint32_t a = 0; a < arrays.size(); ++a)
+      unwrap(writer.add_step_values(a, s, in_order(arrays[a], values(a, s), order, coded)));
+  set_step_numbers(steps, writer);
   return unwrap(writer.finish());
 }
 

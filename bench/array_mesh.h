@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -53,5 +54,12 @@ struct ReadBack {
 SizeReport write(const ArrayMesh& mesh, std::span<const MeshArray* const> arrays, ByteSink& sink,
                  Level level);
 void read(std::span<const std::byte> file, ReadBack& into);
+
+/// The mesh and stepped arrays, of which one step at a time is asked for: values(array, step), in
+/// the mesh's order; all arrays at a step, then the next step.
+SizeReport write_series(
+    const ArrayMesh& mesh, std::span<const ArrayInfo> arrays, std::uint64_t steps,
+    const std::function<std::vector<std::byte>(std::size_t, std::uint64_t)>& values, ByteSink& sink,
+    WriteOptions options);
 
 }  // namespace shm::bench

@@ -331,6 +331,7 @@ SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions
     write_options.connectivity = options.connectivity;
     write_options.segment_cells = options.segment_cells;
     write_options.restart_budget = options.restart_budget;
+    write_options.key_steps = options.key_steps;
     write_options.threads = options.threads;
     return code_mesh(ordered, schema, sink, write_options, options.progress, spool);
   };

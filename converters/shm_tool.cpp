@@ -62,7 +62,8 @@ struct Options {
   std::string level = "default", codec = "auto";
   std::uint64_t segment_cells = 0;
   double restart_budget = .2;  // percent
-  unsigned threads = 0;        // one for each core
+  std::uint32_t key_steps = 8;
+  unsigned threads = 0;  // one for each core
   std::optional<std::uint64_t> step;
   bool json = false, quiet = false, packed = false, strict = false;
   DiffCommand diff;
@@ -223,6 +224,7 @@ ExitCode run_compress(Options& options) {
   how.connectivity = codec_of(options.codec);
   how.segment_cells = options.segment_cells;
   how.restart_budget = options.restart_budget / 100;
+  how.key_steps = options.key_steps;
   how.threads = options.threads;
   how.progress = line.callback();
   std::optional<CellSequence> cell_order;
@@ -579,6 +581,12 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
                    "(default: 0.2; 0: never)")
       ->check(CLI::Range(0.0, 100.0).description(""))
       ->type_name("P");
+  command
+      ->add_option("--key-steps", options.key_steps,
+                   "Of N time steps in turn at least one refers to no other, so that reading can\n"
+                   "begin there (default: 8; 1: all)")
+      ->check(CLI::Range(std::uint32_t{1}, ~std::uint32_t{0}).description(""))
+      ->type_name("N");
   add_threads(*command, options, "Encode segments");
   command->add_flag("--json", options.json, "Print the sizes as JSON");
   return command;

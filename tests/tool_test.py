@@ -141,6 +141,7 @@ class ToolTest(unittest.TestCase):
             self.shm("compress", self.mesh, "--codec", "shifts", *words, code=2)
         self.shm("compress", self.mesh, "--segment-cells", "0", code=2)
         self.shm("compress", self.mesh, "--threads", "0", code=2)
+        self.shm("compress", self.mesh, "--key-steps", "0", code=2)
         self.shm("compress", self.mesh, "--restart-budget", "-1", code=2)
         self.shm("compress", self.mesh, "--restart-budget", "nan", code=2)
         self.shm("compress", self.mesh, "--temp", self.path("nowhere"), code=2)
@@ -341,6 +342,32 @@ class ToolTest(unittest.TestCase):
                 files.append((a.read(), b.read()))
         self.assertEqual(files[0], files[1])
         self.assertEqual(files[0], files[2])
+
+    def test_key_steps(self):
+        """Values that stay cost little, but for the steps that refer to no other."""
+        mesh, packed = self.path("steps.msh"), self.path("steps.shm")
+        corners = ("0 0 0", "1 0 0", "1 1 0", "0 1 0", "0 0 1", "1 0 1", "1 1 1", "0 1 1")
+        with open(mesh, "w") as out:
+            out.write("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n8\n")
+            for node, place in enumerate(corners, 1):
+                out.write(f"{node} {place}\n")
+            out.write("$EndNodes\n$Elements\n1\n1 5 2 1 1 1 2 3 4 5 6 7 8\n$EndElements\n")
+            for step in range(9):
+                out.write(f'$NodeData\n1\n"heat"\n1\n{step / 2}\n3\n{step}\n1\n8\n')
+                for node in range(1, 9):
+                    out.write(f"{node} {0.1 * node ** 3.3!r}\n")
+                out.write("$EndNodeData\n")
+        sizes = {}
+        for key_steps in ("1", "3", "8", "9"):
+            out = self.shm("compress", mesh, "-o", packed, "--key-steps", key_steps, "--json")[0]
+            sizes[key_steps] = json.loads(out)["streams"]["array:point/heat"]
+            self.shm("verify", packed, "--against", mesh)
+        self.assertGreater(sizes["1"], 2 * sizes["3"])
+        self.assertGreater(sizes["3"], sizes["8"])
+        self.assertGreater(sizes["8"], sizes["9"])
+        self.shm("compress", mesh, "-o", packed)
+        self.assertEqual(json.loads(self.shm("info", packed, "--json")[0])["streams"]
+                         ["array:point/heat"]["bytes"], sizes["8"])
 
     def test_restart_budget(self):
         mesh, packed = self.path("slim.vtk"), self.path("slim.shm")

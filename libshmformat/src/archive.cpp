@@ -161,10 +161,9 @@ Result<ArchiveReader> ArchiveReader::open(RandomSource& source, const ReadLimits
       start.needed_features != container::kArchiveFeature)
     return wrong("the archive is newer than this reader", 0, ErrorCode::unsupported);
 
-  const auto place = container::last_chunk(source);
+  const auto place = container::last_chunk(source, container::ChunkKind::members);
   if (!place) return place.error();
-  const auto payload = container::read_chunk(source, container::ChunkKind::members, 0, *place,
-                                             limits.max_chunk_bytes);
+  const auto payload = container::read_chunk(source, *place, limits.max_chunk_bytes);
   if (!payload) return payload.error();
   ByteReader in(*payload);
   container::MemberList list;

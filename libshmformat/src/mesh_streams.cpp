@@ -85,22 +85,9 @@ MeshStreams<Coder>::MeshStreams(const Schema& schema, const SegmentStart& start)
     : schema_(&schema),
       connectivity_(schema),
       values_(schema),
-      next_cell_number_(start.first_cell) {
+      cell_numbers_(schema, start.first_cell) {
   streams_.resize(list(schema).size());
   imports_stream_ = streams_.size() - 1;
-}
-
-template <class Coder>
-std::uint64_t MeshStreams<Coder>::code_cell_number(std::uint64_t number) {
-  if (schema_->order == Order::keep && schema_->delay > 0) {
-    const auto step = static_cast<std::int64_t>(number - next_cell_number_);
-    number = next_cell_number_ +
-             static_cast<std::uint64_t>(code_signed(streams_[kCellNumbers], cell_number_, step));
-  } else {
-    number = next_cell_number_;
-  }
-  next_cell_number_ = number + 1;
-  return number;
 }
 
 template class MeshStreams<RangeEncoder>;

@@ -45,6 +45,30 @@ void code_vertex_numbers(Connectivity<Coder>& connectivity, VertexNumbers<Coder>
     if (position >= corners) connectivity.name_vertex(cell.slots[position], number(position));
 }
 
+/// Numbers of the cells of a segment: positions in coding order, unless the source's own are said.
+template <class Coder>
+class CellNumbers {
+ public:
+  /// `schema` is borrowed. `first`: of the segment's first cell, in coding order.
+  CellNumbers(const Schema& schema, std::uint64_t first)
+      : said_(schema.order == Order::keep && schema.delay > 0), next_(first) {}
+
+  std::uint64_t code(Coder& coder, std::uint64_t number) {
+    if (said_)
+      number = next_ + static_cast<std::uint64_t>(
+                           code_signed(coder, step_, static_cast<std::int64_t>(number - next_)));
+    else
+      number = next_;
+    next_ = number + 1;
+    return number;
+  }
+
+ private:
+  bool said_;
+  std::uint64_t next_;
+  SignedModel<NumberModel> step_;
+};
+
 template <class Coder>
 class MeshStreams {
  public:
@@ -80,7 +104,9 @@ class MeshStreams {
   bool code_cell(CellTopology& cell) {
     return connectivity_.code_cell(streams_[0], streams_[1], cell);
   }
-  std::uint64_t code_cell_number(std::uint64_t number);
+  std::uint64_t code_cell_number(std::uint64_t number) {
+    return cell_numbers_.code(streams_[kCellNumbers], number);
+  }
   void finish_cell(const CellTopology& cell) { connectivity_.finish_cell(cell); }
 
   Connectivity<Coder>& connectivity() { return connectivity_; }
@@ -113,8 +139,7 @@ class MeshStreams {
   Values values_;
   std::size_t imports_stream_ = 0;
   ImportFlags<Coder> imports_;
-  std::uint64_t next_cell_number_ = 0;
-  SignedModel<NumberModel> cell_number_;
+  CellNumbers<Coder> cell_numbers_;
 };
 
 /// The codec of connectivity streams that says hexahedra so. Must hold: not automatic.

@@ -2,9 +2,6 @@
 
 #include <algorithm>
 
-#include "mesh_streams.h"
-#include "values/shuffled_zstd.h"
-
 namespace shm {
 
 StepDecoder::StepDecoder(const Schema& schema, const ReadLimits& limits, TopologyReplay& topology,
@@ -18,23 +15,14 @@ StepDecoder::StepDecoder(const Schema& schema, const ReadLimits& limits, Topolog
   for (Last& last : last_) last.values = StepMemory(most_);
 }
 
-Error StepDecoder::wrong(const container::StepHeader& header, const std::string& detail,
-                         ErrorCode code) const {
-  return Error{code,
-               "array '" + schema_->arrays[header.array].name + "' at step " +
-                   std::to_string(header.step) + ": " + detail,
-               "step values",
-               kNoOffset,
-               {}};
-}
-
 Result<StepPiece> StepDecoder::read(const container::StepHeader& header,
                                     std::span<const std::byte> bytes) {
   if (header.array >= schema_->arrays.size() || !schema_->arrays[header.array].per_step)
     return Error{ErrorCode::corrupt, "belongs to no stepped array", "step values", kNoOffset, {}};
   if (header.step >= limits_.max_steps)
-    return wrong(header, "the limit is " + std::to_string(limits_.max_steps) + " steps",
-                 ErrorCode::over_limit);
+    return wrong_step_values(*schema_, header,
+                             "the limit is " + std::to_string(limits_.max_steps) + " steps",
+                             ErrorCode::over_limit);
   Last& last = last_[header.array];
   if (array_ != header.array || header.step != last.step)
     if (auto good = begin_step(header); !good) return good.error();
@@ -53,7 +41,8 @@ Result<StepPiece> StepDecoder::read(const container::StepHeader& header,
 Result<void> StepDecoder::begin_step(const container::StepHeader& header) {
   Last& last = last_[header.array];
   if (!is_complete() || (last.begun && header.step <= last.step))
-    return wrong(header, "begins before another step is complete, or behind a later one");
+    return wrong_step_values(*schema_, header,
+                             "begins before another step is complete, or behind a later one");
   if (last.begun) {
     last.step_before = last.step;
     last.run = last.has_referred ? last.run + 1 : 1;
@@ -64,7 +53,7 @@ Result<void> StepDecoder::begin_step(const container::StepHeader& header) {
   last.first = 0;
   last.group = 0;
   array_ = header.array;
-  column_.emplace(*schema_, header.array);
+  chunks_.emplace(*schema_, limits_.max_group_bytes, header.array);
   return {};
 }
 
@@ -72,15 +61,16 @@ Result<void> StepDecoder::begin_step(const container::StepHeader& header) {
 Result<void> StepDecoder::expect_group(const container::StepHeader& header) {
   const Last& last = last_[header.array];
   if (header.count > elements_[header.array] - last.first)
-    return wrong(header, "has more values than the mesh has elements");
+    return wrong_step_values(*schema_, header, "has more values than the mesh has elements");
   if (header.group < last.group || header.group >= topology_->groups())
-    return wrong(header, "its group is no later one of the mesh");
+    return wrong_step_values(*schema_, header, "its group is no later one of the mesh");
   for (std::size_t g = last.group; g <= header.group; ++g) {
     const auto count = topology_->count(header.array, g);
     if (!count) return count.error();
     if (*count != (g == header.group ? header.count : 0))
-      return wrong(header, g == header.group ? "has another number of values than elements"
-                                             : "a group is missing or out of order");
+      return wrong_step_values(*schema_, header,
+                               g == header.group ? "has another number of values than elements"
+                                                 : "a group is missing or out of order");
   }
   return {};
 }
@@ -89,19 +79,19 @@ Result<void> StepDecoder::expect_group(const container::StepHeader& header) {
 /// between them has neither.
 Result<StepReference> StepDecoder::reference_of(const container::StepHeader& header) const {
   const Last& last = last_[header.array];
-  const StepReference kind = header.reference_step == header.step ? StepReference::nothing
-                             : header.trend                       ? StepReference::trend
-                                                                  : StepReference::before;
+  const StepReference kind = reference_kind(header);
   if (kind == StepReference::nothing) {
-    if (header.trend) return wrong(header, "has a trend, but refers to no step");
+    if (header.trend)
+      return wrong_step_values(*schema_, header, "has a trend, but refers to no step");
     return kind;
   }
   if (last.run == 0 || header.reference_step != last.step_before ||
       (kind == StepReference::trend && last.run < 2))
-    return wrong(header, "refers to a step that is not the one before it");
+    return wrong_step_values(*schema_, header, "refers to a step that is not the one before it");
   if (schema_->arrays[header.array].quantization.lossy())
-    return wrong(header, "refers to a step, but the array is quantized");
-  if (kind > most_) return wrong(header, "refers to steps that are too large to hold");
+    return wrong_step_values(*schema_, header, "refers to a step, but the array is quantized");
+  if (kind > most_)
+    return wrong_step_values(*schema_, header, "refers to steps that are too large to hold");
   return kind;
 }
 
@@ -109,37 +99,21 @@ Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& 
                                                    std::span<const std::byte> bytes) {
   Last& last = last_[header.array];
   const ArrayInfo& info = schema_->arrays[header.array];
-  const std::size_t stride = scalar_bytes(info.type) * info.components;
-  if (header.count > limits_.max_group_bytes / stride)
-    return wrong(header,
-                 "a group takes more than the limit of " + std::to_string(limits_.max_group_bytes) +
-                     " bytes",
-                 ErrorCode::over_limit);
+  if (auto good = chunks_->check_size(header); !good) return good.error();
   const auto kind = reference_of(header);
   if (!kind) return kind.error();
-  const auto codec = column_codec(header.codec);
-  if (!codec) return wrong(header, "its codec is unknown");
-  if (info.components > kMostStepComponents) {
-    if (*codec != ColumnCodec::shuffled_zstd || *kind != StepReference::nothing)
-      return wrong(header, "has too many components for its codec");
-    auto values = unpack_shuffled(bytes, scalar_bytes(info.type), header.count * stride);
-    if (!values || values->size() != header.count * stride)
-      return wrong(header, "its bytes cannot be unpacked");
-    return std::move(*values);
-  }
-  if (*codec == ColumnCodec::mixed && info.components > kMostTableComponents)
-    return wrong(header, "has too many components for its codec");
-  if (!column_->begin(topology_->segment_of(header.group), *kind))
-    return wrong(header, "refers to something else than the group before");
   last.has_referred = last.has_referred || *kind != StepReference::nothing;
-  const auto elements = topology_->elements(header.group);
-  if (!elements) return elements.error();
+  const GroupElements* elements = nullptr;
+  if (StepChunks::may_need_elements(info)) {
+    const auto told = topology_->elements(header.group);
+    if (!told) return told.error();
+    elements = *told;
+  }
+  const std::size_t stride = scalar_bytes(info.type) * info.components;
   const auto reference =
       last.values.reference(*kind, info, static_cast<std::size_t>(last.first) * stride,
                             static_cast<std::size_t>(header.count) * stride);
-  auto values = column_->decode(**elements, *codec, bytes, header.count * stride, reference);
-  if (!values) return wrong(header, "its values make no sense");
-  return std::move(*values);
+  return chunks_->decode(header, bytes, topology_->segment_of(header.group), elements, reference);
 }
 
 }  // namespace shm

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "shm/reader.h"
-#include "step_values.h"
+#include "step_chunk.h"
 
 namespace shm {
 
@@ -44,8 +44,6 @@ class StepDecoder {
   Result<StepReference> reference_of(const container::StepHeader& header) const;
   Result<std::vector<std::byte>> decode(const container::StepHeader& header,
                                         std::span<const std::byte> bytes);
-  Error wrong(const container::StepHeader& header, const std::string& detail,
-              ErrorCode code = ErrorCode::corrupt) const;
 
   const Schema* schema_;
   ReadLimits limits_;
@@ -55,7 +53,7 @@ class StepDecoder {
   std::vector<Last> last_;  // by array
   // the step at hand, of one array
   std::uint32_t array_ = kNone;
-  std::optional<StepColumn<SplitDecoder>> column_;
+  std::optional<StepChunks> chunks_;
 };
 
 }  // namespace shm

@@ -8,8 +8,6 @@
 namespace shm {
 namespace {
 
-/// last + (last - before) for each scalar: integers modulo their range; floating-point numbers as
-/// they are rounded, or `last` where that is not finite.
 template <class T>
 void go_on(std::span<const std::byte> last, std::span<const std::byte> before,
            std::span<std::byte> out) {
@@ -44,6 +42,23 @@ StepReference most_reference(const Schema& schema, std::span<const std::uint64_t
 
 // --- the steps before
 
+void go_on(ScalarType type, std::span<const std::byte> last, std::span<const std::byte> before,
+           std::vector<std::byte>& out) {
+  out.resize(last.size());
+  switch (type) {
+    case ScalarType::int8: go_on<std::int8_t>(last, before, out); break;
+    case ScalarType::uint8: go_on<std::uint8_t>(last, before, out); break;
+    case ScalarType::int16: go_on<std::int16_t>(last, before, out); break;
+    case ScalarType::uint16: go_on<std::uint16_t>(last, before, out); break;
+    case ScalarType::int32: go_on<std::int32_t>(last, before, out); break;
+    case ScalarType::uint32: go_on<std::uint32_t>(last, before, out); break;
+    case ScalarType::int64: go_on<std::int64_t>(last, before, out); break;
+    case ScalarType::uint64: go_on<std::uint64_t>(last, before, out); break;
+    case ScalarType::float32: go_on<float>(last, before, out); break;
+    case ScalarType::float64: go_on<double>(last, before, out); break;
+  }
+}
+
 void StepMemory::take(std::size_t at, std::span<const std::byte> values) {
   if (most_ == StepReference::nothing) return;
   const auto put = [&](std::vector<std::byte>& to, std::span<const std::byte> from) {
@@ -60,20 +75,7 @@ std::span<const std::byte> StepMemory::reference(StepReference kind, const Array
   if (kind == StepReference::nothing) return {};
   const auto last = std::span(last_).subspan(at, bytes);
   if (kind == StepReference::before) return last;
-  trend_.resize(bytes);
-  const auto before = std::span(before_last_).subspan(at, bytes);
-  switch (info.type) {
-    case ScalarType::int8: go_on<std::int8_t>(last, before, trend_); break;
-    case ScalarType::uint8: go_on<std::uint8_t>(last, before, trend_); break;
-    case ScalarType::int16: go_on<std::int16_t>(last, before, trend_); break;
-    case ScalarType::uint16: go_on<std::uint16_t>(last, before, trend_); break;
-    case ScalarType::int32: go_on<std::int32_t>(last, before, trend_); break;
-    case ScalarType::uint32: go_on<std::uint32_t>(last, before, trend_); break;
-    case ScalarType::int64: go_on<std::int64_t>(last, before, trend_); break;
-    case ScalarType::uint64: go_on<std::uint64_t>(last, before, trend_); break;
-    case ScalarType::float32: go_on<float>(last, before, trend_); break;
-    case ScalarType::float64: go_on<double>(last, before, trend_); break;
-  }
+  go_on(info.type, last, std::span(before_last_).subspan(at, bytes), trend_);
   return trend_;
 }
 

@@ -30,6 +30,11 @@ enum class StepReference : std::uint8_t {
 /// The most that a file allows. `elements`: how many each array has, by array.
 StepReference most_reference(const Schema& schema, std::span<const std::uint64_t> elements);
 
+/// The trend, last + (last - before) for each scalar: integers modulo their range; floating-point
+/// numbers as they are rounded, or `last` where that is not finite. Must hold: both of one size.
+void go_on(ScalarType type, std::span<const std::byte> last, std::span<const std::byte> before,
+           std::vector<std::byte>& out);
+
 /// What is held of the last steps of an array.
 class StepMemory {
  public:

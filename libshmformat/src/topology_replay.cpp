@@ -7,19 +7,22 @@
 #include "mesh_streams.h"
 
 namespace shm {
-namespace {
 
-/// Neighbourhoods of a whole mesh are kept while they take less than this.
-constexpr std::size_t kMostKept = std::size_t{64} << 20;
-
-}  // namespace
+ReplayWants wants_of_steps(const Schema& schema) {
+  ReplayWants wants;
+  for (const ArrayInfo& info : schema.arrays)
+    if (info.per_step) (info.location == Location::point ? wants.vertices : wants.cells) = true;
+  return wants;
+}
 
 /// What the coders of a segment carry from group to group.
 struct TopologyReplay::Segment {
-  Segment(const Schema& schema, bool of_cells) : connectivity(schema), finder(of_cells) {}
+  Segment(const Schema& schema, bool of_cells, std::uint64_t first_cell)
+      : connectivity(schema), cell_numbers(schema, first_cell), finder(of_cells) {}
 
   Connectivity<RangeDecoder> connectivity;
   VertexNumbers<RangeDecoder> numbers;
+  CellNumbers<RangeDecoder> cell_numbers;
   ImportFlags<RangeDecoder> imports;
   NeighbourFinder finder;
   std::vector<std::uint64_t> number;  // by vertex slot, where they are said
@@ -38,6 +41,7 @@ class TopologyReplay::Replayed {
         out_(&out),
         symbols_(group.connectivity),
         corner_order_(group.corner_order),
+        cell_numbers_(group.cell_numbers),
         numbers_(group.vertex_numbers),
         imports_(group.imports) {}
 
@@ -45,12 +49,14 @@ class TopologyReplay::Replayed {
   bool run() {
     out_->vertices.clear();
     out_->cells.clear();
+    out_->vertex_numbers.clear();
+    out_->cell_numbers.clear();
     for (std::uint32_t c = 0; c < group_->cells; ++c)
       if (!cell()) return false;
     while (own_ < group_->vertices)
       if (!loose()) return false;
     out_->slots = segment_->slots;
-    return own_ == group_->vertices;
+    return own_ == group_->vertices && bytes_ == group_->decoded_bytes;
   }
 
  private:
@@ -58,7 +64,10 @@ class TopologyReplay::Replayed {
   bool loose();
   void new_vertices();
   void begin_element(bool is_cell);
-  void add_vertex(const Neighbourhood& item, bool imported);
+  void add_vertex(const Neighbourhood& item, std::uint64_t number, bool imported);
+  const ReplayWants& wants() const { return replay_->wants_; }
+  bool finds() const { return wants().vertices || wants().cells; }
+  bool keeps_numbers() const { return replay_->schema_->order == Order::keep; }
   bool is_small() const { return out_->bytes() <= replay_->most_bytes_; }
   std::uint64_t& number_of(std::uint32_t slot) {
     auto& numbers = segment_->number;
@@ -71,7 +80,7 @@ class TopologyReplay::Replayed {
   Segment* segment_;
   const Group* group_;
   GroupElements* out_;
-  RangeDecoder symbols_, corner_order_, numbers_, imports_;
+  RangeDecoder symbols_, corner_order_, cell_numbers_, numbers_, imports_;
   std::uint64_t own_ = 0;
   TileEnds tile_ends_;
   std::uint64_t bytes_ = 0;  // of corners and static values
@@ -82,49 +91,63 @@ bool TopologyReplay::Replayed::cell() {
   CellTopology& it = segment_->cell;
   Connectivity<RangeDecoder>& connectivity = segment_->connectivity;
   if (!connectivity.code_cell(symbols_, corner_order_, it)) return false;
+  const std::uint64_t active = connectivity.surface().active_vertices();
+  if (active > group_->max_active_vertices) return false;
   const Schema& schema = *replay_->schema_;
+  bytes_ += 8 * it.slots.size() + replay_->cell_bytes_[it.block];
+  if (bytes_ + it.new_positions.size() * replay_->vertex_bytes_ > group_->decoded_bytes)
+    return false;
   const bool as_stored = schema.corner_order || schema.blocks[it.block].nodes_per_cell != 8;
-  segment_->finder.begin_cell(it, as_stored, connectivity.surface().active_vertices());
+  if (finds()) segment_->finder.begin_cell(it, as_stored, active);
   new_vertices();
-  if (replay_->of_cells_) {
+  if (wants().cells) {
     out_->cells.items.push_back(segment_->finder.cell(it, Reach::farther));
-    out_->cells.blocks.push_back(it.block);
     segment_->slots = std::max(segment_->slots, out_->cells.items.back().self + 1);
   }
-  segment_->finder.end_cell(it);
-  bytes_ += 8 * it.slots.size() + replay_->cell_bytes_[it.block];
+  if (wants().cells || wants().cell_numbers) out_->cells.blocks.push_back(it.block);
+  if (wants().cell_numbers)
+    out_->cell_numbers.push_back(segment_->cell_numbers.code(cell_numbers_, 0));
+  if (finds()) segment_->finder.end_cell(it);
   connectivity.finish_cell(it);
   return is_small();
 }
 
 void TopologyReplay::Replayed::new_vertices() {
   const CellTopology& it = segment_->cell;
-  // Numbers matter only to a coder that says hexahedra by them.
-  if (segment_->connectivity.says_numbers())
+  // Unless they are asked for, numbers matter only to a coder that says hexahedra by them.
+  const bool numbered = wants().vertex_numbers && keeps_numbers();
+  if (numbered || segment_->connectivity.says_numbers())
     code_vertex_numbers(segment_->connectivity, segment_->numbers, numbers_, it,
                         [&](std::uint32_t p) -> std::uint64_t& { return number_of(it.slots[p]); });
   const bool may_import = group_->segment > 0;
   if (may_import) segment_->imports.begin_cell(it);
+  // Where vertices are not asked for, the finder looks no farther than cells need.
+  const Reach reach = wants().vertices ? Reach::farther : Reach::lattice;
   for (std::uint32_t position : it.new_positions)
-    add_vertex(segment_->finder.vertex(it, position, Reach::farther),
+    add_vertex(finds() ? segment_->finder.vertex(it, position, reach) : Neighbourhood(),
+               numbered ? number_of(it.slots[position]) : group_->first_vertex + own_,
                may_import && segment_->imports.code(imports_, it, position, false));
 }
 
-void TopologyReplay::Replayed::add_vertex(const Neighbourhood& item, bool imported) {
+void TopologyReplay::Replayed::add_vertex(const Neighbourhood& item, std::uint64_t number,
+                                          bool imported) {
   bytes_ += replay_->vertex_bytes_;
   own_ += imported ? 0 : 1;
-  if (!replay_->of_vertices_) return;
+  if (wants().vertex_numbers && !imported) out_->vertex_numbers.push_back(number);
+  if (!wants().vertices) return;
   out_->vertices.items.push_back(item);
   if (group_->segment > 0) out_->vertices.blocks.push_back(imported ? 1 : 0);
   segment_->slots = std::max(segment_->slots, item.self + 1);
 }
 
 bool TopologyReplay::Replayed::loose() {
+  if (bytes_ + replay_->vertex_bytes_ > group_->decoded_bytes) return false;
   begin_element(false);
   Connectivity<RangeDecoder>& connectivity = segment_->connectivity;
   const std::uint32_t slot = connectivity.add_loose_vertex();
-  if (replay_->schema_->order == Order::keep) segment_->numbers.code_loose(numbers_, slot, 0);
-  add_vertex(segment_->finder.loose(slot), false);
+  std::uint64_t number = group_->first_vertex + own_;
+  if (keeps_numbers()) number = segment_->numbers.code_loose(numbers_, slot, 0);
+  add_vertex(finds() ? segment_->finder.loose(slot) : Neighbourhood(), number, false);
   connectivity.remove_loose_vertex(slot);
   return is_small();
 }
@@ -138,42 +161,57 @@ void TopologyReplay::Replayed::begin_element(bool is_cell) {
 
 // --- groups
 
-TopologyReplay::TopologyReplay(const Schema& schema, std::uint64_t most_bytes)
+TopologyReplay::TopologyReplay(const Schema& schema, std::uint64_t most_bytes,
+                               const ReplayWants& wants, std::size_t most_kept)
     : schema_(&schema),
       most_bytes_(most_bytes),
+      wants_(wants),
+      most_kept_(most_kept),
       vertex_bytes_(3 * scalar_bytes(schema.coordinate_type) + point_data_bytes(schema)),
-      cell_bytes_(cell_data_bytes(schema)) {
-  for (const ArrayInfo& info : schema.arrays)
-    if (info.per_step) (info.location == Location::point ? of_vertices_ : of_cells_) = true;
-}
+      cell_bytes_(cell_data_bytes(schema)) {}
 TopologyReplay::~TopologyReplay() = default;
+
+bool TopologyReplay::needs(const container::GroupHeader& header,
+                           const container::StreamEntry& stream) const {
+  using container::StreamKind;
+  const bool keep = schema_->order == Order::keep;
+  const container::StreamEntry* const first = header.streams.data();
+  switch (stream.kind) {
+    case StreamKind::connectivity:
+    case StreamKind::corner_order:
+    case StreamKind::imports: return true;
+    case StreamKind::cell_numbers: return wants_.cell_numbers && keep && schema_->delay > 0;
+    case StreamKind::vertex_numbers:
+      // A group without cells does not tell whether its segment says hexahedra by numbers.
+      return keep && (wants_.vertex_numbers || header.cells == 0 ||
+                      (first->kind == StreamKind::connectivity &&
+                       first->codec == container::Codec::replay));
+    default: return false;
+  }
+}
 
 void TopologyReplay::add_group(std::uint32_t segment, const container::GroupHeader& header,
                                std::span<const std::span<const std::byte>> streams) {
   using container::StreamKind;
-  if (!of_vertices_ && !of_cells_) return;
+  if (!wants_.any()) return;
   Group& group = groups_.emplace_back();
   group.segment = segment;
   group.cells = header.cells;
+  group.first_cell = header.first_cell;
+  group.first_vertex = header.first_vertex;
   group.vertices = header.vertices;
-  bool by_number = false;
+  group.max_active_vertices = header.max_active_vertices;
+  group.decoded_bytes = header.decoded_bytes;
   for (std::size_t s = 0; s < header.streams.size() && s < streams.size(); ++s) {
-    const auto keep = [&](std::vector<std::byte>& to) {
-      to.assign(streams[s].begin(), streams[s].end());
-    };
-    switch (header.streams[s].kind) {
-      case StreamKind::connectivity:
-        group.codec = header.streams[s].codec;
-        by_number = schema_->order == Order::keep && group.codec == container::Codec::replay;
-        keep(group.connectivity);
-        break;
-      case StreamKind::corner_order: keep(group.corner_order); break;
-      case StreamKind::vertex_numbers:
-        if (by_number || group.cells == 0) keep(group.vertex_numbers);
-        break;
-      case StreamKind::imports: keep(group.imports); break;
-      default: break;
-    }
+    const container::StreamEntry& entry = header.streams[s];
+    if (entry.kind == StreamKind::connectivity) group.codec = entry.codec;
+    if (!needs(header, entry)) continue;
+    std::vector<std::byte>& to = entry.kind == StreamKind::connectivity     ? group.connectivity
+                                 : entry.kind == StreamKind::corner_order   ? group.corner_order
+                                 : entry.kind == StreamKind::cell_numbers   ? group.cell_numbers
+                                 : entry.kind == StreamKind::vertex_numbers ? group.vertex_numbers
+                                                                            : group.imports;
+    to.assign(streams[s].begin(), streams[s].end());
   }
 }
 
@@ -205,7 +243,7 @@ Result<void> TopologyReplay::replay_next() {
   const std::size_t number = next_++;
   Group& group = groups_[number];
   if (number == 0 || groups_[number - 1].segment != group.segment)
-    segment_ = std::make_unique<Segment>(*schema_, of_cells_);
+    segment_ = std::make_unique<Segment>(*schema_, wants_.cells, group.first_cell);
   bool good = true;
   if (group.codec && !std::exchange(segment_->codec_known, true)) {
     const auto codec = connectivity_codec(*group.codec);
@@ -231,10 +269,16 @@ Result<void> TopologyReplay::replay_next() {
   return {};
 }
 
+void TopologyReplay::rest() {
+  segment_.reset();
+  elements_ = {};
+  has_elements_ = false;
+}
+
 /// Keeps the elements of the group, or, when they are too many by now, none at all.
 void TopologyReplay::keep() {
   kept_bytes_ += elements_.bytes();
-  keeps_ = kept_bytes_ <= kMostKept;
+  keeps_ = kept_bytes_ <= most_kept_;
   if (keeps_) {
     kept_.push_back(std::move(elements_));
     has_elements_ = false;

@@ -39,7 +39,7 @@ class Writer::Impl {
               }),
         key_steps_(options.key_steps),
         level_(options.level),
-        topology_(schema_, ~std::uint64_t{0}) {}
+        topology_(schema_, ~std::uint64_t{0}, wants_of_steps(schema_)) {}
 
   Result<void> start() {
     if (auto good = chunks_.start({}); !good) return good;
@@ -113,16 +113,17 @@ Result<void> Writer::Impl::write_group(std::uint32_t segment, const container::G
                                        const std::vector<std::vector<std::byte>>& streams) {
   ByteWriter payload;
   container::put(payload, header);
+  container::IndexEntry entry;
+  entry.header_bytes = payload.bytes.size();
   for (std::size_t s = 0; s < streams.size(); ++s) {
     payload.put_bytes(streams[s]);
-    const container::StreamEntry& entry = header.streams[s];
-    const bool array = entry.kind == container::StreamKind::array;
-    stream_bytes_[array ? array_key(entry.array) : container::stream_name(entry.kind)] +=
+    const container::StreamEntry& stream = header.streams[s];
+    const bool array = stream.kind == container::StreamKind::array;
+    stream_bytes_[array ? array_key(stream.array) : container::stream_name(stream.kind)] +=
         streams[s].size();
   }
   topology_.add_group(segment, header,
                       std::vector<std::span<const std::byte>>(streams.begin(), streams.end()));
-  container::IndexEntry entry;
   entry.segment = segment;
   entry.first_cell = header.first_cell;
   entry.cells = header.cells;
@@ -171,6 +172,9 @@ Result<void> Writer::Impl::write_step_values(const container::StepHeader& header
   entry.step = header.step;
   entry.first = first;
   entry.count = header.count;
+  entry.group = header.group;
+  entry.reference = container::refers_to(header);
+  entry.codec = header.codec;
   return chunks_.write(ChunkKind::step_values, payload.bytes, entry);
 }
 

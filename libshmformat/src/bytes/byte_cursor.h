@@ -110,6 +110,10 @@ class ByteReader {
     at_ += count;
     return view;
   }
+  /// What has been read since position() was `begin`.
+  std::span<const std::byte> since(std::size_t begin) const {
+    return bytes_.subspan(begin, at_ - begin);
+  }
   std::size_t left() const { return bytes_.size() - at_; }
   std::size_t position() const { return at_; }
   bool ok() const { return ok_; }

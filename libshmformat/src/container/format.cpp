@@ -93,7 +93,8 @@ HeaderState get(ByteReader& in, ChunkHeader& header) {
                                                                 : HeaderState::bad_checksum;
 }
 
-void put(ByteWriter& out, const GroupHeader& header) {
+void put(ByteWriter& payload, const GroupHeader& header) {
+  ByteWriter out;
   out.put_varint(header.first_cell);
   out.put_varint(header.first_vertex);
   out.put_varint(header.cells);
@@ -112,8 +113,11 @@ void put(ByteWriter& out, const GroupHeader& header) {
     out.put_varint(stream.bytes);
     out.put_u32(stream.checksum);
   }
+  out.put_u32(checksum(out.bytes));
+  payload.put_bytes(out.bytes);
 }
 bool get(ByteReader& in, GroupHeader& header) {
+  const std::size_t begin = in.position();
   header.first_cell = in.get_varint();
   header.first_vertex = in.get_varint();
   const std::uint64_t cells = in.get_varint();
@@ -136,7 +140,9 @@ bool get(ByteReader& in, GroupHeader& header) {
     stream.checksum = in.get_u32();
     header.streams.push_back(stream);
   }
-  return in.ok() && cells <= kMaxGroupCells && header.loose_vertices <= header.vertices;
+  const std::uint32_t sum = checksum(in.since(begin));
+  return in.get_u32() == sum && in.ok() && cells <= kMaxGroupCells &&
+         header.loose_vertices <= header.vertices;
 }
 
 void put(ByteWriter& out, const StepHeader& header) {
@@ -191,9 +197,13 @@ void put(ByteWriter& out, const Index& index) {
       for (std::uint64_t v : {entry.first_cell, entry.cells, entry.first_vertex, entry.vertices})
         out.put_varint(v);
       put_box(out, entry.box);
+      out.put_varint(entry.header_bytes);
     } else if (entry.kind == static_cast<std::uint8_t>(ChunkKind::step_values)) {
       out.put_varint(entry.array);
       for (std::uint64_t v : {entry.step, entry.first, entry.count}) out.put_varint(v);
+      out.put_varint(entry.group);
+      out.put_u8(static_cast<std::uint8_t>(entry.reference));
+      out.put_u8(static_cast<std::uint8_t>(entry.codec));
     }
   }
 }
@@ -234,9 +244,13 @@ bool get(ByteReader& in, Index& index, std::uint64_t max_entries) {
            {&entry.first_cell, &entry.cells, &entry.first_vertex, &entry.vertices})
         *v = in.get_varint();
       get_box(in, entry.box);
+      entry.header_bytes = in.get_varint();
     } else if (entry.kind == static_cast<std::uint8_t>(ChunkKind::step_values)) {
       entry.array = in.get_varint32();
       for (std::uint64_t* v : {&entry.step, &entry.first, &entry.count}) *v = in.get_varint();
+      entry.group = in.get_varint32();
+      entry.reference = static_cast<RefersTo>(in.get_u8());
+      entry.codec = static_cast<Codec>(in.get_u8());
     }
     index.entries.push_back(entry);
   }

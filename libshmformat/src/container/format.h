@@ -104,7 +104,8 @@ struct StreamEntry {
   std::uint32_t checksum = 0;
 };
 
-/// The head of a group chunk's payload; the bitstreams follow it in order.
+/// The head of a group chunk's payload; the bitstreams follow it in order. It has a checksum of its
+/// own, so that a stream can be read alone.
 struct GroupHeader {
   std::uint64_t first_cell = 0, first_vertex = 0;
   std::uint32_t cells = 0;              ///< 0..2^20
@@ -130,6 +131,13 @@ struct StepHeader {
   std::uint64_t count = 0;           ///< elements, at least 1
   Codec codec = Codec::columns;
 };
+/// What step values refer to.
+enum class RefersTo : std::uint8_t { nothing = 0, step_before = 1, trend = 2 };
+inline RefersTo refers_to(const StepHeader& header) {
+  return header.reference_step == header.step ? RefersTo::nothing
+         : header.trend                       ? RefersTo::trend
+                                              : RefersTo::step_before;
+}
 void put(ByteWriter& out, const StepHeader& header);
 bool get(ByteReader& in, StepHeader& header);
 
@@ -140,8 +148,12 @@ struct IndexEntry {
   std::uint32_t segment = 0;            ///< groups
   std::uint64_t first_cell = 0, cells = 0, first_vertex = 0, vertices = 0;  ///< groups
   std::array<double, 6> box{};                                              ///< groups
-  std::uint32_t array = 0;                                                  ///< step values
-  std::uint64_t step = 0, first = 0, count = 0;                             ///< step values
+  std::uint64_t header_bytes = 0;                ///< groups: where their streams begin
+  std::uint32_t array = 0;                       ///< step values
+  std::uint64_t step = 0, first = 0, count = 0;  ///< step values
+  std::uint32_t group = 0;                       ///< step values
+  RefersTo reference = RefersTo::nothing;        ///< step values
+  Codec codec = Codec::columns;                  ///< step values
 };
 struct NamedBytes {
   std::string name;

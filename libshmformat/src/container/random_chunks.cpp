@@ -15,7 +15,16 @@ Error wrong(std::string detail, std::string section, std::uint64_t offset,
 
 }  // namespace
 
-Result<ChunkPlace> last_chunk(RandomSource& source) {
+Result<std::vector<std::byte>> read_bytes(RandomSource& source, std::uint64_t offset,
+                                          std::uint64_t bytes, const std::string& section) {
+  if (offset > source.size() || bytes > source.size() - offset)
+    return wrong("the index points beyond the file", section, offset);
+  std::vector<std::byte> out(static_cast<std::size_t>(bytes));
+  if (auto good = source.read_at(offset, out); !good) return good.error();
+  return out;
+}
+
+Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind) {
   constexpr std::uint64_t kLeast = kFileStartBytes + kChunkHeaderBytes + kTrailerBytes;
   const std::uint64_t size = source.size();
   if (size < kLeast)
@@ -25,37 +34,42 @@ Result<ChunkPlace> last_chunk(RandomSource& source) {
   std::vector<std::byte> tail(kTrailerBytes);
   if (auto good = source.read_at(end, tail); !good) return good.error();
   ByteReader in(tail);
-  std::uint64_t offset = 0;
-  if (!get_trailer(in, offset))
+  IndexEntry last;
+  last.kind = static_cast<std::uint8_t>(kind);
+  if (!get_trailer(in, last.offset))
     return wrong("the file does not end with an end record", "end record", end,
                  ErrorCode::truncated);
-  if (offset > end) return wrong("points beyond the file", "end record", end);
-  return ChunkPlace{offset, end - offset};
+  if (last.offset > end) return wrong("points beyond the file", "end record", end);
+  last.bytes = end - last.offset;
+  return last;
 }
 
-Result<std::vector<std::byte>> read_chunk(RandomSource& source, ChunkKind kind,
-                                          std::uint32_t segment, ChunkPlace place,
-                                          std::uint64_t max_bytes) {
-  const std::string section = chunk_name(static_cast<std::uint8_t>(kind));
-  if (place.bytes < kChunkHeaderBytes || place.offset > source.size() ||
-      place.bytes > source.size() - place.offset)
-    return wrong("the index points beyond the file", section, place.offset);
-  if (place.bytes - kChunkHeaderBytes > max_bytes)
-    return wrong("a chunk of " + std::to_string(place.bytes) + " bytes, the limit is " +
-                     std::to_string(max_bytes),
-                 section, place.offset, ErrorCode::over_limit);
-  std::vector<std::byte> chunk(static_cast<std::size_t>(place.bytes));
-  if (auto good = source.read_at(place.offset, chunk); !good) return good.error();
+Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const IndexEntry& entry) {
   ByteReader in(chunk);
   ChunkHeader header;
-  if (get(in, header) != HeaderState::good || header.kind != static_cast<std::uint8_t>(kind) ||
-      header.version != 0 || header.segment != segment ||
-      header.payload_bytes != place.bytes - kChunkHeaderBytes)
-    return wrong("the chunk that should stand here does not", section, place.offset);
-  chunk.erase(chunk.begin(), chunk.begin() + kChunkHeaderBytes);
-  if (checksum(chunk) != header.payload_checksum)
-    return wrong("checksum of the chunk does not match", section, place.offset);
-  return chunk;
+  if (get(in, header) != HeaderState::good || header.kind != entry.kind || header.version != 0 ||
+      header.segment != entry.segment || header.payload_bytes != entry.bytes - kChunkHeaderBytes)
+    return wrong("the chunk that should stand here does not", chunk_name(entry.kind), entry.offset);
+  return header;
+}
+
+Result<std::vector<std::byte>> read_chunk(RandomSource& source, const IndexEntry& entry,
+                                          std::uint64_t max_bytes) {
+  const std::string section = chunk_name(entry.kind);
+  if (entry.bytes < kChunkHeaderBytes)
+    return wrong("the index tells of a chunk that is too short", section, entry.offset);
+  if (entry.bytes - kChunkHeaderBytes > max_bytes)
+    return wrong("a chunk of " + std::to_string(entry.bytes) + " bytes, the limit is " +
+                     std::to_string(max_bytes),
+                 section, entry.offset, ErrorCode::over_limit);
+  auto chunk = read_bytes(source, entry.offset, entry.bytes, section);
+  if (!chunk) return chunk.error();
+  const auto header = checked_header(*chunk, entry);
+  if (!header) return header.error();
+  chunk->erase(chunk->begin(), chunk->begin() + kChunkHeaderBytes);
+  if (checksum(*chunk) != header->payload_checksum)
+    return wrong("checksum of the chunk does not match", section, entry.offset);
+  return std::move(*chunk);
 }
 
 }  // namespace shm::container

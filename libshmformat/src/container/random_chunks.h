@@ -4,6 +4,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "container/format.h"
@@ -11,19 +13,20 @@
 
 namespace shm::container {
 
-/// Where a chunk should stand, header included. Nobody has checked it.
-struct ChunkPlace {
-  std::uint64_t offset = 0, bytes = 0;
-};
+/// `bytes` bytes from `offset` on, where a list said that something is; `section` is for messages.
+Result<std::vector<std::byte>> read_bytes(RandomSource& source, std::uint64_t offset,
+                                          std::uint64_t bytes, const std::string& section);
 
-/// The last chunk of a file, to which its trailer points. ErrorCode::truncated where there is no
-/// trailer at the very end.
-Result<ChunkPlace> last_chunk(RandomSource& source);
+/// The place of the last chunk, of kind `kind`, to which the trailer points. Nobody has checked it.
+/// ErrorCode::truncated where there is no trailer at the very end.
+Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind);
 
-/// The payload of the chunk at `place`, which must be of this kind and segment. At most
-/// `max_bytes`.
-Result<std::vector<std::byte>> read_chunk(RandomSource& source, ChunkKind kind,
-                                          std::uint32_t segment, ChunkPlace place,
+/// The header of the chunk that `entry` tells of and that begins with `chunk`. Must hold:
+/// entry.bytes and chunk are at least kChunkHeaderBytes.
+Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const IndexEntry& entry);
+
+/// The payload of a whole chunk, at most `max_bytes`.
+Result<std::vector<std::byte>> read_chunk(RandomSource& source, const IndexEntry& entry,
                                           std::uint64_t max_bytes);
 
 }  // namespace shm::container

@@ -1,0 +1,293 @@
+// series_bench [--steps N] [--key-steps N] [--travel N] [--every N] [--fast] MESH: what a time
+// series of five float32 fields takes in one file, and in a file for each step (every N-th of them
+// is written, and stands for N); and what reading one array at one step takes. JSON on standard
+// output. The series is written beside MESH, and removed.
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <functional>
+#include <numbers>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "array_mesh.h"
+#include "bench_mesh.h"
+#include "options.h"
+#include "shm/step_reader.h"
+
+namespace shm::bench {
+namespace {
+
+using Point = std::array<double, 3>;
+
+/// Seconds on the clock, which reading from a disk takes too.
+double seconds_of_clock(const std::function<void()>& run) {
+  const auto start = std::chrono::steady_clock::now();
+  run();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// Counts what is read.
+class CountingSource final : public RandomSource {
+ public:
+  explicit CountingSource(RandomSource& source) : source_(&source) {}
+  std::uint64_t size() const override { return source_->size(); }
+  Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override {
+    bytes += into.size();
+    return source_->read_at(offset, into);
+  }
+  std::uint64_t bytes = 0;
+
+ private:
+  RandomSource* source_;
+};
+
+// --- fields
+
+/// A sum of waves that travel; the mesh is about one unit wide.
+struct Waves {
+  struct Wave {
+    Point k{};
+    double speed = 0, phase = 0, height = 0;
+  };
+  std::vector<Wave> waves;
+
+  double at(const Point& p, double time) const {
+    double sum = 0;
+    for (const Wave& wave : waves)
+      sum += wave.height * std::sin(wave.k[0] * p[0] + wave.k[1] * p[1] + wave.k[2] * p[2] +
+                                    wave.phase - wave.speed * time);
+    return sum;
+  }
+};
+
+/// Of `count` wave numbers from `low` to `high`, in waves a unit, with the heights of turbulence:
+/// energy falls with the 5/3rd power. Each goes on with the stream and turns over at its own pace.
+Waves turbulence(std::size_t count, double low, double high, unsigned seed) {
+  std::mt19937_64 random(seed);
+  const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
+  Waves waves;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double n =
+        low * std::pow(high / low, static_cast<double>(i) /
+                                       static_cast<double>(std::max<std::size_t>(1, count - 1)));
+    const double z = 2 * uniform() - 1, angle = 2 * std::numbers::pi * uniform();
+    const double r = std::sqrt(1 - z * z), k = 2 * std::numbers::pi * n;
+    Waves::Wave wave;
+    wave.k = {k * r * std::cos(angle), k * r * std::sin(angle), k * z};
+    wave.phase = 2 * std::numbers::pi * uniform();
+    wave.height = std::pow(n / low, -5. / 6);
+    const double turning = (2 * uniform() - 1) * std::pow(n, 2. / 3);
+    wave.speed = wave.k[0] + turning;  // the stream: a unit in a unit of time, along x
+    waves.waves.push_back(wave);
+  }
+  return waves;
+}
+
+/// Two smooth fields and three of cells: a smooth one that travels, one with a front, turbulence.
+class Fields {
+ public:
+  explicit Fields(const ArrayMesh& mesh) : points_(mesh.vertices) {
+    for (std::size_t v = 0; v < mesh.vertices; ++v)
+      for (std::size_t c = 0; c < 3; ++c) points_[v][c] = coordinate(mesh, 3 * v + c);
+    normalize();
+    for (std::size_t c = 0; c < mesh.cells(); ++c) {
+      Point& centre = centres_.emplace_back();
+      for (const std::uint64_t v : mesh.cell(c))
+        for (std::size_t d = 0; d < 3; ++d)
+          centre[d] += points_[v][d] / static_cast<double>(mesh.cell(c).size());
+    }
+  }
+
+  static std::vector<ArrayInfo> infos(bool per_step) {
+    std::vector<ArrayInfo> infos;
+    for (const auto& [name, location] : {std::pair{"temperature", Location::point},
+                                         {"pressure", Location::point},
+                                         {"density", Location::cell},
+                                         {"mixture", Location::cell},
+                                         {"velocity", Location::cell}}) {
+      ArrayInfo& info = infos.emplace_back();
+      info.name = name;
+      info.location = location;
+      info.type = ScalarType::float32;
+      info.per_step = per_step;
+    }
+    return infos;
+  }
+  /// In the mesh's order.
+  std::vector<std::byte> values(std::size_t array, double time) const {
+    const auto& places = array < 2 ? points_ : centres_;
+    std::vector<std::byte> out(places.size() * 4);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const auto value = static_cast<float>(value_at(array, places[i], time));
+      std::memcpy(out.data() + 4 * i, &value, 4);
+    }
+    return out;
+  }
+
+ private:
+  static double coordinate(const ArrayMesh& mesh, std::size_t i) {
+    if (mesh.coordinate_type == ScalarType::float64) {
+      double value = 0;
+      std::memcpy(&value, mesh.xyz.data() + 8 * i, 8);
+      return value;
+    }
+    float value = 0;
+    std::memcpy(&value, mesh.xyz.data() + 4 * i, 4);
+    return value;
+  }
+  void normalize() {
+    Point low = points_.at(0), high = low;
+    for (const Point& p : points_)
+      for (std::size_t c = 0; c < 3; ++c) {
+        low[c] = std::min(low[c], p[c]);
+        high[c] = std::max(high[c], p[c]);
+      }
+    const double side = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2], 1e-300});
+    for (Point& p : points_)
+      for (std::size_t c = 0; c < 3; ++c) p[c] = (p[c] - low[c]) / side;
+  }
+  double value_at(std::size_t array, const Point& p, double time) const {
+    switch (array) {
+      case 0: return 300 + 20 * smooth_.at(p, time);
+      case 1: return 101325 + 400 * pressure_.at(p, time);
+      case 2: return 1.2 + .1 * smooth_.at(p, time) + .02 * pressure_.at(p, time);
+      case 3: return .5 + .5 * std::tanh(4 * smooth_.at(p, time));
+      default: return 10 + 2 * turbulence_.at(p, time);
+    }
+  }
+
+  std::vector<Point> points_, centres_;
+  Waves smooth_ = turbulence(4, .8, 3, 1), pressure_ = turbulence(6, 1, 6, 2),
+        turbulence_ = turbulence(20, 1, 24, 3);
+};
+
+// --- files
+
+std::uint64_t bytes_of_single(const ArrayMesh& mesh, const Fields& fields, double time,
+                              Level level) {
+  std::vector<MeshArray> arrays;
+  std::vector<const MeshArray*> all;
+  for (std::size_t a = 0; const ArrayInfo& info : Fields::infos(false))
+    arrays.push_back({info, {fields.values(a++, time)}});
+  for (const MeshArray& array : arrays) all.push_back(&array);
+  NullSink sink;
+  return write(mesh, all, sink, level).total_bytes;
+}
+
+/// One array at one step, with a new StepReader; then the step behind it with the same one.
+void tell_reading(const char* what, RandomSource& file, const StepRequest& request) {
+  CountingSource source(file);
+  std::uint64_t opening = 0, bytes = 0;
+  std::size_t values = 0;
+  double opened = 0, next = 0;
+  double best = 1e300, best_next = 1e300;
+  for (int i = 0; i < 3; ++i) {
+    source.bytes = 0;
+    std::optional<StepReader> reader;
+    opened = seconds_of_clock([&] { reader = unwrap(StepReader::open(source)); });
+    opening = source.bytes;
+    const double read = seconds_of_clock([&] {
+      values = 0;
+      for (const StepValues& group : unwrap(reader->read(request))) values += group.values.size();
+    });
+    bytes = source.bytes;
+    StepRequest following = request;
+    ++following.step;
+    following.numbers = false;
+    next = seconds_of_clock([&] { unwrap(reader->read(following)); });
+    best = std::min(best, opened + read);
+    best_next = std::min(best_next, next);
+  }
+  std::printf(
+      ",\n  \"%s\": {\"step\": %llu, \"numbers\": %s, \"index_bytes\": %llu, \"bytes\": %llu, "
+      "\"share\": %.6f, \"of_values\": %zu, \"s\": %.3f, \"next_step_s\": %.3f}",
+      what, static_cast<unsigned long long>(request.step), request.numbers ? "true" : "false",
+      static_cast<unsigned long long>(opening), static_cast<unsigned long long>(bytes),
+      static_cast<double>(bytes) / static_cast<double>(file.size()), values, best, best_next);
+}
+
+int run(int argc, char** argv) {
+  std::uint64_t steps = 100, every = 1, travel = 20;
+  std::uint32_t key_steps = 8;
+  bool fast = false;
+  const std::string path = parse_options(argc, argv,
+                                         {{"--steps", steps},
+                                          {"--key-steps", key_steps},
+                                          {"--every", every},
+                                          {"--travel", travel},
+                                          {"--fast", fast}});
+  if (steps < 2 || key_steps == 0 || every == 0) throw std::runtime_error("nothing is asked");
+  const Level level = fast ? Level::fast : Level::standard;
+  const ArrayMesh mesh = load_arrays(path);
+  const Fields fields(mesh);
+  // In a hundred steps the fields travel so many hundredths of the mesh.
+  const auto time_of = [&](std::uint64_t step) {
+    return static_cast<double>(step * travel) * 1e-4;
+  };
+  std::printf("{\"vertices\": %llu, \"cells\": %zu, \"steps\": %llu, \"key_steps\": %u",
+              static_cast<unsigned long long>(mesh.vertices), mesh.cells(),
+              static_cast<unsigned long long>(steps), key_steps);
+
+  const std::string series = path + ".series.shm";
+  WriteOptions options;
+  options.key_steps = key_steps;
+  options.level = level;
+  SizeReport sizes;
+  const double writing = seconds_of_clock([&] {
+    const auto sink = unwrap(FileSink::create(series));
+    sizes = write_series(
+        mesh, Fields::infos(true), steps,
+        [&](std::size_t array, std::uint64_t step) { return fields.values(array, time_of(step)); },
+        *sink, options);
+    unwrap(sink->commit());
+  });
+  std::printf(",\n  \"series_bytes\": %llu, \"series_s\": %.1f, \"streams\": {",
+              static_cast<unsigned long long>(sizes.total_bytes), writing);
+  const char* comma = "";
+  for (const auto& [name, bytes] : sizes.streams)
+    std::printf("%s\"%s\": %llu", std::exchange(comma, ", "), name.c_str(),
+                static_cast<unsigned long long>(bytes));
+  std::printf("}");
+
+  const auto file = unwrap(FileRandomSource::open(series));
+  const std::uint64_t key = steps / 2 / key_steps * key_steps;
+  for (const std::uint32_t array : {0u, 4u})
+    for (const auto& [name, step] :
+         {std::pair{"key", key}, {"middle", key + key_steps / 2}, {"last", key + key_steps - 1}}) {
+      if (step + 1 >= steps) continue;
+      tell_reading((Fields::infos(true)[array].name + " " + name).c_str(), *file,
+                   {array, step, {}, false});
+    }
+  tell_reading("temperature numbered", *file, {0, key, {}, true});
+  std::filesystem::remove(series);
+
+  if (every <= steps) {
+    std::uint64_t singles = 0, bytes = 0;
+    const double took = seconds_of_clock([&] {
+      for (std::uint64_t step = 0; step < steps; step += every, ++singles)
+        bytes += bytes_of_single(mesh, fields, time_of(step), level);
+    });
+    const double all =
+        static_cast<double>(bytes) * static_cast<double>(steps) / static_cast<double>(singles);
+    std::printf(
+        ",\n  \"singles\": %llu, \"singles_bytes\": %.0f, \"singles_s\": %.1f, "
+        "\"ratio\": %.4f",
+        static_cast<unsigned long long>(singles), all, took,
+        static_cast<double>(sizes.total_bytes) / all);
+  }
+  std::printf("}\n");
+  return 0;
+}
+
+}  // namespace
+}  // namespace shm::bench
+
+int main(int argc, char** argv) {
+  return shm::bench::run_reporting("series_bench", shm::bench::run, argc, argv);
+}

@@ -1,0 +1,128 @@
+#include "indexed_file.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "bytes/checksum.h"
+#include "container/random_chunks.h"
+
+namespace shm {
+
+using container::ChunkKind;
+using container::IndexEntry;
+using container::kChunkHeaderBytes;
+
+Result<void> IndexedFile::open() {
+  if (auto good = read_index(); !good) return good;
+  if (auto good = list_groups(); !good) return good;
+  return read_schema();
+}
+
+Result<std::vector<std::byte>> IndexedFile::read_chunk(const IndexEntry& entry) {
+  return container::read_chunk(*source_, entry, limits_.max_chunk_bytes);
+}
+
+Result<IndexedFile::GroupHead> IndexedFile::read_group_head(std::size_t group) {
+  const IndexEntry& entry = groups_[group];
+  const std::string section = "group " + std::to_string(group);
+  if (entry.bytes < kChunkHeaderBytes || entry.header_bytes > entry.bytes - kChunkHeaderBytes ||
+      entry.header_bytes > limits_.max_chunk_bytes)
+    return wrong("the index does not tell how long its header is", section, entry.offset);
+  const auto bytes = container::read_bytes(*source_, entry.offset,
+                                           kChunkHeaderBytes + entry.header_bytes, section);
+  if (!bytes) return bytes.error();
+  const auto chunk = container::checked_header(*bytes, entry);
+  if (!chunk) return chunk.error();
+  ByteReader in(std::span<const std::byte>(*bytes).subspan(kChunkHeaderBytes));
+  GroupHead head;
+  if (!container::get(in, head.header) || in.left() != 0)
+    return wrong("the group header makes no sense", section, entry.offset);
+  if (head.header.cells != entry.cells || head.header.vertices != entry.vertices ||
+      head.header.first_cell != entry.first_cell || head.header.first_vertex != entry.first_vertex)
+    return wrong("the index tells something else of it", section, entry.offset);
+  std::uint64_t left = chunk->payload_bytes - entry.header_bytes;
+  for (const container::StreamEntry& stream : head.header.streams) {
+    head.stream_offset.push_back(entry.offset + entry.bytes - left);
+    if (stream.bytes > left)
+      return wrong(container::stream_name(stream.kind) + ": ends beyond the group", section,
+                   entry.offset);
+    left -= stream.bytes;
+  }
+  if (left != 0) return wrong("bytes are left over behind the last stream", section, entry.offset);
+  return head;
+}
+
+Result<std::vector<std::byte>> IndexedFile::read_stream(std::size_t group, const GroupHead& head,
+                                                        std::size_t stream) {
+  const container::StreamEntry& entry = head.header.streams[stream];
+  const std::string section = "group " + std::to_string(group);
+  const std::string name = container::stream_name(entry.kind);
+  if (entry.bytes > limits_.max_chunk_bytes)
+    return wrong(name + ": " + std::to_string(entry.bytes) + " bytes, the limit is " +
+                     std::to_string(limits_.max_chunk_bytes),
+                 section, groups_[group].offset, ErrorCode::over_limit);
+  auto bytes = container::read_bytes(*source_, head.stream_offset[stream], entry.bytes, section);
+  if (bytes && checksum(*bytes) != entry.checksum)
+    return wrong(name + ": checksum does not match", section, groups_[group].offset);
+  return bytes;
+}
+
+// --- what is read first
+
+Result<void> IndexedFile::read_index() {
+  const auto last = container::last_chunk(*source_, ChunkKind::index);
+  if (!last) return last.error();
+  index_offset_ = last->offset;
+  const auto payload = read_chunk(*last);
+  if (!payload) return payload.error();
+  ByteReader fields(*payload);
+  if (!container::get(fields, index_, payload->size())) return wrong_index("makes no sense");
+  return {};
+}
+
+Result<void> IndexedFile::list_groups() {
+  for (const IndexEntry& entry : index_.entries) {
+    if (entry.kind != static_cast<std::uint8_t>(ChunkKind::group)) continue;
+    if (segments_.empty() || entry.segment + 1 != segments_.size()) {
+      if (entry.segment != segments_.size() || entry.segment >= limits_.max_segments)
+        return wrong_index("its segments are not in order, or too many");
+      segments_.push_back({entry.first_cell, 0, entry.first_vertex, 0, 0, entry.box});
+      first_group_.push_back(groups_.size());
+    }
+    SegmentInfo& segment = segments_.back();
+    segment.cells += entry.cells;
+    segment.vertices += entry.vertices;
+    segment.bytes += entry.bytes;
+    for (std::size_t c = 0; c < 3; ++c) {
+      segment.box[c] = std::min(segment.box[c], entry.box[c]);
+      segment.box[3 + c] = std::max(segment.box[3 + c], entry.box[3 + c]);
+    }
+    groups_.push_back(entry);
+  }
+  first_group_.push_back(groups_.size());
+  return {};
+}
+
+/// The first chunk, and what stands before it, through a Decoder, which checks it.
+Result<void> IndexedFile::read_schema() {
+  if (index_.entries.empty() ||
+      index_.entries[0].kind != static_cast<std::uint8_t>(ChunkKind::schema) ||
+      index_.entries[0].offset != container::kFileStartBytes ||
+      index_offset_ < container::kFileStartBytes ||
+      index_.entries[0].bytes > index_offset_ - container::kFileStartBytes)
+    return wrong_index("does not tell of the schema");
+  constexpr std::uint64_t kPiece = std::uint64_t{1} << 16;
+  const std::uint64_t end = container::kFileStartBytes + index_.entries[0].bytes;
+  decoder_ = Decoder(limits_);
+  std::vector<std::byte> piece;
+  for (std::uint64_t at = 0; at < end; at += piece.size()) {
+    piece.resize(static_cast<std::size_t>(std::min(kPiece, end - at)));
+    if (auto good = source_->read_at(at, piece); !good) return good;
+    if (auto good = decoder_.feed(piece); !good) return good;
+    if (auto progress = decoder_.advance(); !progress) return progress.error();
+  }
+  if (decoder_.schema() == nullptr) return wrong_index("does not tell how long the schema is");
+  return {};
+}
+
+}  // namespace shm

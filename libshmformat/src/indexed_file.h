@@ -1,0 +1,73 @@
+// IndexedFile: a .shm file that is read by its index: finds chunks and the bitstreams of groups,
+// and reads these alone. The index is believed where to look, and never what is there.
+// spec: "Index and trailer", "Group"
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "container/format.h"
+#include "shm/reader.h"
+#include "shm/segment_reader.h"
+
+namespace shm {
+
+class IndexedFile {
+ public:
+  /// `source` is borrowed.
+  IndexedFile(RandomSource& source, const ReadLimits& limits) : source_(&source), limits_(limits) {}
+
+  /// Reads trailer, index and schema, and nothing else.
+  Result<void> open();
+  const Schema& schema() const { return *decoder_.schema(); }
+  const ReadLimits& limits() const { return limits_; }
+  /// What it tells of the whole file; its entries until they are taken.
+  const container::Index& index() const { return index_; }
+  std::vector<container::IndexEntry> take_entries() { return std::exchange(index_.entries, {}); }
+
+  const std::vector<SegmentInfo>& segments() const { return segments_; }
+  const std::vector<container::IndexEntry>& groups() const { return groups_; }
+  /// Of `segment`; that of the segment behind the last one is the number of groups.
+  std::size_t first_group(std::size_t segment) const { return first_group_[segment]; }
+
+  /// The payload of a whole chunk.
+  Result<std::vector<std::byte>> read_chunk(const container::IndexEntry& entry);
+  /// A group without its bitstreams.
+  struct GroupHead {
+    container::GroupHeader header;
+    std::vector<std::uint64_t> stream_offset;  ///< in the file, of each stream of the header
+  };
+  Result<GroupHead> read_group_head(std::size_t group);
+  /// The bytes of one of its bitstreams.
+  Result<std::vector<std::byte>> read_stream(std::size_t group, const GroupHead& head,
+                                             std::size_t stream);
+
+  /// A complaint about the bytes at `offset`.
+  static Error wrong(std::string detail, std::string section, std::uint64_t offset,
+                     ErrorCode code = ErrorCode::corrupt) {
+    return Error{code, std::move(detail), std::move(section), offset, {}};
+  }
+  Error wrong_index(std::string detail) const {
+    return wrong(std::move(detail), "index", index_offset_);
+  }
+
+ private:
+  Result<void> read_index();
+  Result<void> read_schema();
+  Result<void> list_groups();
+
+  RandomSource* source_;
+  ReadLimits limits_;
+  Decoder decoder_;  // of the schema
+  std::uint64_t index_offset_ = 0;
+  container::Index index_;
+  std::vector<SegmentInfo> segments_;
+  std::vector<container::IndexEntry> groups_;
+  std::vector<std::size_t> first_group_;  // of each segment, and behind them
+};
+
+}  // namespace shm

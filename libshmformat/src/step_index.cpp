@@ -1,0 +1,108 @@
+#include "step_index.h"
+
+#include <algorithm>
+#include <string>
+
+namespace shm {
+
+using container::IndexEntry;
+
+Result<StepIndex> StepIndex::of(IndexedFile& file) {
+  StepIndex index;
+  index.steps_.resize(file.schema().arrays.size());
+  if (auto good = index.count_elements(file); !good) return good.error();
+  for (const IndexEntry& entry : file.take_entries())
+    if (entry.kind == static_cast<std::uint8_t>(container::ChunkKind::step_values))
+      if (auto good = index.add(file, entry); !good) return good.error();
+  if (auto good = index.expect_complete(file); !good) return good.error();
+  return index;
+}
+
+/// By the totals of the index, which its groups must add up to.
+Result<void> StepIndex::count_elements(const IndexedFile& file) {
+  const Schema& schema = file.schema();
+  const container::Index& totals = file.index();
+  std::uint64_t vertices = 0, cells = 0;
+  bool good = totals.block_cells.size() == schema.blocks.size();
+  for (const IndexEntry& group : file.groups()) {
+    good = good && group.first_vertex == vertices && group.first_cell == cells &&
+           group.vertices <= totals.vertices - vertices && group.cells <= totals.cells - cells;
+    if (!good) break;
+    vertices += group.vertices;
+    cells += group.cells;
+  }
+  good = good && vertices == totals.vertices && cells == totals.cells;
+  for (std::uint64_t of_block : totals.block_cells) {
+    good = good && of_block <= cells;
+    cells -= of_block;
+  }
+  if (!good || cells != 0) return file.wrong_index("its groups are not what it tells in all");
+  elements_.resize(schema.arrays.size());
+  for (std::size_t a = 0; a < elements_.size(); ++a) {
+    if (!schema.arrays[a].per_step) continue;
+    if (schema.arrays[a].location == Location::point) elements_[a] = vertices;
+    for (std::uint32_t b = 0; b < schema.blocks.size(); ++b)
+      if (schema.arrays[a].location == Location::cell && schema.array_covers(a, b))
+        elements_[a] += totals.block_cells[b];
+  }
+  return {};
+}
+
+Result<void> StepIndex::add(const IndexedFile& file, const IndexEntry& entry) {
+  const Schema& schema = file.schema();
+  if (entry.array >= schema.arrays.size() || !schema.arrays[entry.array].per_step)
+    return file.wrong_index("has step values of no stepped array");
+  if (entry.step >= file.limits().max_steps)
+    return IndexedFile::wrong("the limit is " + std::to_string(file.limits().max_steps) + " steps",
+                              "index", entry.offset, ErrorCode::over_limit);
+  std::vector<Step>& steps = steps_[entry.array];
+  const bool goes_on = !chunks_.empty() && last_array_ == entry.array && !steps.empty() &&
+                       steps.back().step == entry.step;
+  if (!goes_on) {
+    if (auto good = expect_complete(file); !good) return good;
+    if (!steps.empty() && steps.back().step >= entry.step)
+      return file.wrong_index("steps of an array do not ascend");
+    steps.push_back({entry.step, false, chunks_.size(), chunks_.size()});
+  }
+  last_array_ = entry.array;
+  const bool begins = steps.back().begin == chunks_.size();
+  const std::uint64_t first = begins ? 0 : chunks_.back().first + chunks_.back().count;
+  if (entry.group >= file.groups().size() || (!begins && entry.group <= chunks_.back().group) ||
+      entry.first != first || entry.count == 0 || entry.count > elements_[entry.array] - first)
+    return file.wrong_index("step values are not in order");
+  const IndexEntry& group = file.groups()[entry.group];
+  const ArrayInfo& info = schema.arrays[entry.array];
+  const bool of_points = info.location == Location::point;
+  const std::uint64_t most = of_points ? group.vertices : group.cells;
+  if (entry.count > most || (entry.count < most && info.blocks.empty()))
+    return file.wrong_index("a group has another number of step values than elements");
+  steps.back().refers = steps.back().refers || entry.reference != container::RefersTo::nothing;
+  steps.back().end = chunks_.size() + 1;
+  chunks_.push_back({entry.offset, entry.bytes, entry.first, entry.count, entry.group,
+                     entry.reference, entry.codec});
+  return {};
+}
+
+/// The step that began last must have all its elements.
+Result<void> StepIndex::expect_complete(const IndexedFile& file) const {
+  if (chunks_.empty() || chunks_.back().first + chunks_.back().count == elements_[last_array_])
+    return {};
+  return file.wrong_index("step values are missing");
+}
+
+std::span<const StepIndex::Chunk> StepIndex::chunks(const Step& step, std::size_t first_group,
+                                                    std::size_t end_group) const {
+  const auto all = std::span(chunks_).subspan(step.begin, step.end - step.begin);
+  const auto from = [&](std::size_t group) {
+    return std::lower_bound(all.begin(), all.end(), group,
+                            [](const Chunk& it, std::size_t g) { return it.group < g; });
+  };
+  return {from(first_group), from(end_group)};
+}
+
+std::size_t StepIndex::key_of(std::uint32_t array, std::size_t at) const {
+  while (at > 0 && steps_[array][at].refers) --at;
+  return at;
+}
+
+}  // namespace shm

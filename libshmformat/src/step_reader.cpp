@@ -1,0 +1,272 @@
+// StepReader: looks up in the index what a step needs, and reads that.
+#include "shm/step_reader.h"
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "indexed_file.h"
+#include "packing.h"
+#include "segment_steps.h"
+#include "step_index.h"
+
+namespace shm {
+namespace {
+
+Error misuse(std::string detail) {
+  return Error{ErrorCode::misuse, std::move(detail), "steps", kNoOffset, {}};
+}
+
+}  // namespace
+
+class StepReader::Impl {
+ public:
+  Impl(RandomSource& source, const ReadLimits& limits) : file_(source, limits) {}
+
+  Result<void> open();
+  const IndexedFile& file() const { return file_; }
+  const StepIndex& index() const { return index_; }
+  const std::vector<double>& step_times() const { return times_; }
+  bool is_stepped(std::uint32_t array) const {
+    return array < file_.schema().arrays.size() && file_.schema().arrays[array].per_step;
+  }
+
+  Result<void> begin(const StepRequest& request);
+  Result<StepValues*> next();
+
+ private:
+  Result<void> read_step_times();
+  Result<void> begin_segment();
+  Result<void> read_group();
+  Result<TopologyReplay*> topology_of(std::size_t segment, const ReplayWants& wants);
+  Result<void> add_group(TopologyReplay& topology, std::size_t group);
+  bool numbers_need_mesh() const;
+  Result<void> number(const StepIndex::Chunk& chunk);
+
+  const ArrayInfo& info() const { return file_.schema().arrays[request_.array]; }
+  bool of_points() const { return info().location == Location::point; }
+
+  IndexedFile file_;
+  StepIndex index_;
+  std::vector<double> times_;
+  StepReference most_ = StepReference::nothing;
+  std::map<std::size_t, TopologyReplay> topologies_;                 // by segment
+  std::map<std::pair<std::uint32_t, std::size_t>, HeldSteps> held_;  // by array and segment
+
+  // the request at hand
+  StepRequest request_;
+  std::size_t wanted_ = 0;                     // which of the array's steps
+  std::size_t segment_ = 0, end_segment_ = 0;  // at hand; behind the last one
+  std::optional<SegmentSteps> steps_;          // of the segment at hand
+  TopologyReplay* topology_ = nullptr;         // of the segment at hand, where it is needed
+  std::optional<Error> error_;
+  StepValues values_;
+};
+
+Result<void> StepReader::Impl::open() {
+  if (auto good = file_.open(); !good) return good;
+  if (auto good = read_step_times(); !good) return good;
+  auto index = StepIndex::of(file_);
+  if (!index) return index.error();
+  index_ = std::move(*index);
+  most_ = most_reference(file_.schema(), index_.elements());
+  return {};
+}
+
+Result<void> StepReader::Impl::read_step_times() {
+  for (const container::IndexEntry& entry : file_.index().entries) {
+    if (entry.kind != static_cast<std::uint8_t>(container::ChunkKind::step_times)) continue;
+    const auto payload = file_.read_chunk(entry);
+    if (!payload) return payload.error();
+    ByteReader in(*payload);
+    const std::string section = container::chunk_name(entry.kind);
+    if (stated_packed_size(in) > file_.limits().max_extra_bytes)
+      return IndexedFile::wrong("unpacks to more than the limit", section, entry.offset,
+                                ErrorCode::over_limit);
+    const auto blob = get_packed(in, file_.limits().max_extra_bytes);
+    if (!blob || blob->size() % 8 != 0)
+      return IndexedFile::wrong("cannot be unpacked", section, entry.offset);
+    times_.clear();
+    for (ByteReader values(*blob); values.left() > 0;) times_.push_back(values.get_f64());
+  }
+  return {};
+}
+
+Result<void> StepReader::Impl::begin(const StepRequest& request) {
+  steps_.reset();
+  error_.reset();
+  segment_ = end_segment_ = 0;
+  if (!is_stepped(request.array))
+    return misuse("array " + std::to_string(request.array) + " is no stepped array");
+  if (request.segment && *request.segment >= file_.segments().size())
+    return misuse("there is no segment " + std::to_string(*request.segment));
+  request_ = request;
+  const auto& steps = index_.steps(request.array);
+  const auto found = std::lower_bound(
+      steps.begin(), steps.end(), request.step,
+      [](const StepIndex::Step& it, std::uint64_t step) { return it.step < step; });
+  if (found == steps.end() || found->step != request.step) {
+    if (index_.elements(request.array) == 0) return {};
+    return misuse("array '" + info().name + "' has no values at step " +
+                  std::to_string(request.step));
+  }
+  wanted_ = static_cast<std::size_t>(found - steps.begin());
+  segment_ = request.segment.value_or(0);
+  end_segment_ = request.segment ? segment_ + 1 : file_.segments().size();
+  return {};
+}
+
+Result<StepValues*> StepReader::Impl::next() {
+  if (error_) return *error_;
+  while (segment_ < end_segment_) {
+    if (!steps_)
+      if (auto good = begin_segment(); !good) return *(error_ = good.error());
+    if (!steps_->at_end()) {
+      if (auto good = read_group(); !good) return *(error_ = good.error());
+      return &values_;
+    }
+    steps_.reset();
+    if (topology_ != nullptr) topology_->rest();
+    ++segment_;
+  }
+  return nullptr;
+}
+
+Result<void> StepReader::Impl::begin_segment() {
+  steps_.emplace(file_, index_, most_, request_.array, segment_, wanted_,
+                 held_[{request_.array, segment_}]);
+  ReplayWants wants;
+  if (!steps_->at_end()) {
+    (of_points() ? wants.vertices : wants.cells) = steps_->needs_mesh();
+    (of_points() ? wants.vertex_numbers : wants.cell_numbers) = numbers_need_mesh();
+  }
+  topology_ = nullptr;
+  if (!wants.any()) return {};
+  const auto topology = topology_of(segment_, wants);
+  if (!topology) return topology.error();
+  topology_ = *topology;
+  return {};
+}
+
+Result<void> StepReader::Impl::read_group() {
+  const StepIndex::Chunk chunk = steps_->next_chunk();
+  auto values = steps_->read_next(topology_);
+  if (!values) return values.error();
+  values_.first = chunk.first;
+  values_.values = std::move(*values);
+  values_.numbers.clear();
+  return request_.numbers ? number(chunk) : Result<void>();
+}
+
+// --- numbers
+
+bool StepReader::Impl::numbers_need_mesh() const {
+  const Schema& schema = file_.schema();
+  if (!request_.numbers) return false;
+  if (of_points()) return schema.order == Order::keep;
+  return (schema.order == Order::keep && schema.delay > 0) ||
+         (!info().blocks.empty() && info().blocks.size() < schema.blocks.size());
+}
+
+Result<void> StepReader::Impl::number(const StepIndex::Chunk& chunk) {
+  values_.numbers.reserve(static_cast<std::size_t>(chunk.count));
+  if (!numbers_need_mesh()) {
+    const container::IndexEntry& group = file_.groups()[chunk.group];
+    const std::uint64_t first = of_points() ? group.first_vertex : group.first_cell;
+    for (std::uint64_t i = 0; i < chunk.count; ++i) values_.numbers.push_back(first + i);
+    return {};
+  }
+  const auto told = steps_->told_group(*topology_, chunk);
+  if (!told) return told.error();
+  if (of_points()) {
+    values_.numbers = (*told)->vertex_numbers;
+    return {};
+  }
+  for (std::size_t c = 0; c < (*told)->cell_numbers.size(); ++c)
+    if (file_.schema().array_covers(request_.array, (*told)->cells.blocks[c]))
+      values_.numbers.push_back((*told)->cell_numbers[c]);
+  return {};
+}
+
+// --- topology
+
+/// Of one segment, with the groups' streams that tell what is wanted.
+Result<TopologyReplay*> StepReader::Impl::topology_of(std::size_t segment,
+                                                      const ReplayWants& wants) {
+  const auto found = topologies_.find(segment);
+  if (found != topologies_.end() && found->second.wants().include(wants)) return &found->second;
+  if (found != topologies_.end()) topologies_.erase(found);
+  std::size_t kept = 0;
+  for (const auto& [other, topology] : topologies_) kept += topology.kept_bytes();
+  TopologyReplay& topology =
+      topologies_
+          .try_emplace(segment, file_.schema(), file_.limits().max_group_bytes, wants,
+                       TopologyReplay::kMostKept - std::min(kept, TopologyReplay::kMostKept))
+          .first->second;
+  for (std::size_t g = file_.first_group(segment); g < file_.first_group(segment + 1); ++g)
+    if (auto good = add_group(topology, g); !good) {
+      topologies_.erase(segment);
+      return good.error();
+    }
+  return &topology;
+}
+
+Result<void> StepReader::Impl::add_group(TopologyReplay& topology, std::size_t group) {
+  const auto head = file_.read_group_head(group);
+  if (!head) return head.error();
+  const ReadLimits& limits = file_.limits();
+  if (head->header.max_active_vertices > limits.max_active_vertices ||
+      head->header.decoded_bytes > limits.max_group_bytes)
+    return IndexedFile::wrong("takes more memory than the limit", "group " + std::to_string(group),
+                              file_.groups()[group].offset, ErrorCode::over_limit);
+  std::vector<std::vector<std::byte>> streams(head->header.streams.size());
+  for (std::size_t s = 0; s < streams.size(); ++s) {
+    if (!topology.needs(head->header, head->header.streams[s])) continue;
+    auto bytes = file_.read_stream(group, *head, s);
+    if (!bytes) return bytes.error();
+    streams[s] = std::move(*bytes);
+  }
+  topology.add_group(file_.groups()[group].segment, head->header,
+                     std::vector<std::span<const std::byte>>(streams.begin(), streams.end()));
+  return {};
+}
+
+// --- the face
+
+StepReader::StepReader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+StepReader::StepReader(StepReader&&) noexcept = default;
+StepReader& StepReader::operator=(StepReader&&) noexcept = default;
+StepReader::~StepReader() = default;
+
+Result<StepReader> StepReader::open(RandomSource& source, const ReadLimits& limits) {
+  auto impl = std::make_unique<Impl>(source, limits);
+  if (auto good = impl->open(); !good) return good.error();
+  return StepReader(std::move(impl));
+}
+const Schema& StepReader::schema() const { return impl_->file().schema(); }
+const std::vector<SegmentInfo>& StepReader::segments() const { return impl_->file().segments(); }
+const std::vector<double>& StepReader::step_times() const { return impl_->step_times(); }
+std::uint64_t StepReader::elements(std::uint32_t array) const {
+  return impl_->is_stepped(array) ? impl_->index().elements(array) : 0;
+}
+std::vector<std::uint64_t> StepReader::steps(std::uint32_t array) const {
+  std::vector<std::uint64_t> steps;
+  if (impl_->is_stepped(array))
+    for (const StepIndex::Step& it : impl_->index().steps(array)) steps.push_back(it.step);
+  return steps;
+}
+Result<void> StepReader::begin(const StepRequest& request) { return impl_->begin(request); }
+Result<StepValues*> StepReader::next() { return impl_->next(); }
+Result<std::vector<StepValues>> StepReader::read(const StepRequest& request) {
+  if (auto good = impl_->begin(request); !good) return good.error();
+  std::vector<StepValues> all;
+  while (true) {
+    auto values = impl_->next();
+    if (!values) return values.error();
+    if (*values == nullptr) return all;
+    all.push_back(std::move(**values));
+  }
+}
+
+}  // namespace shm
