@@ -305,14 +305,15 @@ void CellCorners<Coder>::find_owners(const CellTopology& cell, std::uint32_t pos
 // --- after a cell
 
 template <class Coder>
-void CellCorners<Coder>::take_note(const CellTopology& cell, CellShape shape) {
+void CellCorners<Coder>::take_note(const CellTopology& cell, CellShape shape, bool as_stored) {
   const std::uint32_t corners = corner_count(shape, cell.slots.size());
   if (corners == 0) {
     faces_.skip_cell();
     return;
   }
   std::array<std::uint32_t, kMaxPolygonCorners> stored{};
-  for (std::uint32_t i = 0; i < corners; ++i) stored[cell.stored_position(i)] = cell.slots[i];
+  for (std::uint32_t i = 0; i < corners; ++i)
+    stored[as_stored ? cell.stored_position(i) : i] = cell.slots[i];
   const auto nodes = std::span<const std::uint32_t>(stored).first(corners);
   faces_.add_cell(sides_of(shape, corners), nodes);
   last_size_ = least(corners, kMost);

@@ -34,7 +34,8 @@ class CellCorners {
   bool code(Coder& symbols, CellTopology& cell, CellShape shape,
             const std::function<void(std::uint32_t)>& birth);
   /// After a cell, of any shape, before its last uses: its corners open and close faces.
-  void take_note(const CellTopology& cell, CellShape shape);
+  /// `as_stored`: corners of a hexahedron stand as in its source, or else in the coder's frame.
+  void take_note(const CellTopology& cell, CellShape shape, bool as_stored);
   /// Codes last_use of the first `corners` positions of a cell that code() was called for.
   void code_last_use(Coder& symbols, CellTopology& cell, CellShape shape);
   void forget(std::uint32_t vertex) { faces_.forget(vertex); }

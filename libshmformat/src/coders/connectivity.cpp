@@ -64,7 +64,8 @@ bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, CellTop
   // Replay counts for itself, and has said which corners are used last.
   const bool told = cell.hexahedral && std::holds_alternative<Replay>(hexahedra_);
   for (std::size_t i = told ? 8 : 0; i < cell.slots.size(); ++i) surface_.count_use(cell.slots[i]);
-  if (others_) others_->take_note(cell, corners > 0 ? block.shape : CellShape::other);
+  if (others_)
+    others_->take_note(cell, corners > 0 ? block.shape : CellShape::other, order_matters(block));
   if (!told || cell.slots.size() > 8) code_last_use(symbols, cell);
   return true;
 }
@@ -91,11 +92,9 @@ void Connectivity<Coder>::finish_cell(const CellTopology& cell) {
 
 template <class Coder>
 bool Connectivity<Coder>::code_hexahedron(Coder& symbols, Coder& corner_order, CellTopology& cell) {
-  const bool order_matters =
-      schema_->corner_order || schema_->blocks[cell.block].nodes_per_cell != 8;
-  return std::visit(
-      [&](auto& coder) { return coder->code(symbols, corner_order, cell, order_matters); },
-      hexahedra_);
+  const bool said = order_matters(schema_->blocks[cell.block]);
+  return std::visit([&](auto& coder) { return coder->code(symbols, corner_order, cell, said); },
+                    hexahedra_);
 }
 
 template <class Coder>

@@ -71,6 +71,10 @@ class Connectivity {
   bool code_block(Coder& symbols, CellTopology& cell);
   bool code_hexahedron(Coder& symbols, Coder& corner_order, CellTopology& cell);
   bool code_nodes(Coder& symbols, CellTopology& cell, std::uint32_t first_position);
+  /// Whether it is said how the corners of hexahedra of this block are stored.
+  bool order_matters(const BlockInfo& block) const {
+    return schema_->corner_order || block.nodes_per_cell != 8;
+  }
   void give_birth(CellTopology& cell, std::uint32_t position);
   void code_last_use(Coder& symbols, CellTopology& cell);
 
