@@ -141,6 +141,56 @@ inline TestMesh mixed_cells() {
   return mesh;
 }
 
+/// Cells of every shape beside each other: hexahedra, wedges on them, pyramids and tetrahedra on
+/// these, and on all of them polygons and lines; some degenerate, some of more nodes than corners.
+inline TestMesh every_shape() {
+  TestMesh mesh = grid(3, 3, 4, ScalarType::float64, bent);
+  auto& blocks = mesh.schema.blocks;
+  for (const auto& [shape, nodes] : std::initializer_list<std::pair<CellShape, std::uint32_t>>{
+           {CellShape::wedge, 6}, {CellShape::pyramid, 5}, {CellShape::tetrahedron, 4},
+           {CellShape::quad, 4}, {CellShape::triangle, 3}, {CellShape::line, 2},
+           {CellShape::polygon, 0}, {CellShape::tetrahedron, 10}, {CellShape::other, 0}})
+    blocks.push_back({static_cast<std::int64_t>(blocks.size()), "", shape, nodes});
+  std::vector<TestCell> cells, flat;
+  const auto part = [](std::uint32_t block, const std::vector<std::uint64_t>& v,
+                       std::initializer_list<std::size_t> at) {
+    TestCell cell{block, {}};
+    for (std::size_t i : at) cell.corners.push_back(v[i]);
+    return cell;
+  };
+  for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
+    const auto v = mesh.cells[c].corners;
+    if (c < 9) {
+      cells.push_back(mesh.cells[c]);
+      flat.push_back(part(4, v, {0, 3, 2, 1}));
+    } else if (c < 18) {
+      cells.push_back(part(1, v, {0, 1, 2, 4, 5, 6}));
+      cells.push_back(part(1, v, {0, 2, 3, 4, 6, 7}));
+    } else if (c < 27) {
+      cells.push_back(part(2, v, {0, 1, 2, 3, 6}));
+      cells.push_back(part(2, v, {0, 4, 5, 1, 6}));
+      cells.push_back(part(2, v, {0, 3, 7, 4, 6}));
+    } else {
+      for (const auto& at : std::initializer_list<std::initializer_list<std::size_t>>{
+               {0, 1, 2, 6}, {0, 2, 3, 6}, {0, 3, 7, 6}, {0, 7, 4, 6}, {0, 4, 5, 6}, {0, 5, 1, 6}})
+        cells.push_back(part(3, v, at));
+      flat.push_back(part(5, v, {4, 5, 6}));
+      flat.push_back(part(6, v, {6, 7}));
+    }
+  }
+  cells.insert(cells.end(), flat.begin(), flat.end());
+  cells.push_back(part(1, cells[20].corners, {0, 1, 1, 3, 0, 4}));
+  cells.push_back(part(3, cells[9].corners, {2, 2, 2, 2}));
+  cells.push_back(cells[40]);
+  TestCell many{7, {}}, quadratic{8, {}}, none{7, {}}, other{9, {1, 2, 1}};
+  for (std::uint64_t i = 0; i < 90; ++i) many.corners.push_back((i * 7) % mesh.vertices);
+  for (std::uint64_t i = 0; i < 10; ++i) quadratic.corners.push_back(70 + i);
+  for (TestCell* cell : {&many, &quadratic, &none, &other}) cells.push_back(*cell);
+  cells.push_back({7, {70, 71, 75, 74, 73}});
+  mesh.cells = std::move(cells);
+  return mesh;
+}
+
 inline TestMesh degenerate_hexahedra() {
   TestMesh mesh = bent_grid(3, 2, 2);
   for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
@@ -400,6 +450,9 @@ inline std::vector<FeatureFile> feature_files() {
   add("ring", written(exact_ring(5, 2, 2)));
   add("mixed_cells", written(mixed_cells()));
   add("mixed_cells_stream", written(with_order(mixed_cells(), stream, true, 3)));
+  add("every_shape", written(every_shape()));
+  add("every_shape_stream", written(with_order(every_shape(), stream, false, 5), 30,
+                                    ConnectivityCodec::mixed));
   add("degenerate", written(degenerate_hexahedra()));
   add("arrays", written(with_arrays_of_every_type(bent_grid(2, 2, 1))));
   add("arrays_on_some_blocks", written(arrays_on_some_blocks()));

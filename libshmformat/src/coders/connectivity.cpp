@@ -5,11 +5,20 @@
 #include <utility>
 
 namespace shm {
+namespace {
+
+bool is_hexahedral(const BlockInfo& block) {
+  return block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8;
+}
+
+}  // namespace
 
 template <class Coder>
 Connectivity<Coder>::Connectivity(const Schema& schema)
     : schema_(&schema), node_ids_(schema.blocks.size()) {
   set_codec(ConnectivityCodec::rows);
+  for (const BlockInfo& block : schema.blocks)
+    if (!is_hexahedral(block) && !others_) others_ = std::make_unique<CellCorners<Coder>>(surface_);
 }
 
 template <class Coder>
@@ -37,18 +46,26 @@ template <class Coder>
 bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, CellTopology& cell) {
   if (!code_block(symbols, cell)) return false;
   const BlockInfo& block = schema_->blocks[cell.block];
-  cell.hexahedral = block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8;
+  cell.hexahedral = is_hexahedral(block);
   cell.new_positions.clear();
   cell.face_mask = 0;
   cell.cell_slot = kNone;
   for (std::uint8_t i = 0; i < 8; ++i) cell.stored_corner[i] = i;
   if (cell.hexahedral && !code_hexahedron(symbols, corner_order, cell)) return false;
-  const std::uint32_t corners = cell.hexahedral ? 8 : 0;
+  const std::uint32_t corners = cell.hexahedral ? 8
+                                : block.shape == CellShape::hexahedron
+                                    ? 0
+                                    : corner_count(block.shape, cell.slots.size());
+  if (!cell.hexahedral && corners > 0 &&
+      !others_->code(symbols, cell, block.shape, [&](std::uint32_t i) { give_birth(cell, i); }))
+    return false;
   // Of corners alone nobody reads the ids.
   if (cell.slots.size() > corners && !code_nodes(symbols, cell, corners)) return false;
   // Replay counts for itself, and has said which corners are used last.
   const bool told = cell.hexahedral && std::holds_alternative<Replay>(hexahedra_);
   for (std::size_t i = told ? 8 : 0; i < cell.slots.size(); ++i) surface_.count_use(cell.slots[i]);
+  if (others_)
+    others_->take_note(cell, corners > 0 ? block.shape : CellShape::other, order_matters(block));
   if (!told || cell.slots.size() > 8) code_last_use(symbols, cell);
   return true;
 }
@@ -58,6 +75,7 @@ void Connectivity<Coder>::finish_cell(const CellTopology& cell) {
   auto* replay = std::get_if<Replay>(&hexahedra_);
   const auto finalize = [&](std::size_t i) {
     if (replay != nullptr) (*replay)->forget(cell.slots[i]);
+    if (others_) others_->forget(cell.slots[i]);
     surface_.finalize(cell.slots[i]);
   };
   std::size_t i = 0;
@@ -74,11 +92,9 @@ void Connectivity<Coder>::finish_cell(const CellTopology& cell) {
 
 template <class Coder>
 bool Connectivity<Coder>::code_hexahedron(Coder& symbols, Coder& corner_order, CellTopology& cell) {
-  const bool order_matters =
-      schema_->corner_order || schema_->blocks[cell.block].nodes_per_cell != 8;
-  return std::visit(
-      [&](auto& coder) { return coder->code(symbols, corner_order, cell, order_matters); },
-      hexahedra_);
+  const bool said = order_matters(schema_->blocks[cell.block]);
+  return std::visit([&](auto& coder) { return coder->code(symbols, corner_order, cell, said); },
+                    hexahedra_);
 }
 
 template <class Coder>
@@ -130,15 +146,7 @@ bool Connectivity<Coder>::code_nodes(Coder& symbols, CellTopology& cell, std::ui
           symbols.bit(model.is_new[last_new_], cell.slots[i] == kNone && repeats == kNone);
       last_new_ = is_new;
       if (is_new) {
-        cell.new_positions.push_back(i);
-        cell.slots[i] = surface_.add_vertex();
-        if (auto* replay = std::get_if<Replay>(&hexahedra_);
-            replay != nullptr && schema_->order != Order::keep)
-          (*replay)->name(cell.slots[i], surface_.vertex(cell.slots[i]).id);
-        // Farther repeats than the model can say are found by their number from here on.
-        if constexpr (!Coder::kDecodes)
-          for (std::size_t j = i + kMaxLastUse; j < count; ++j)
-            if (cell.numbers[j] == cell.numbers[i]) cell.slots[j] = cell.slots[i];
+        give_birth(cell, i);
       } else if (i > 0 && symbols.bit(model.repeated, repeats != kNone)) {
         const std::uint64_t back = code_number(symbols, model.repeat, i - 1 - repeats);
         if (back >= i) return false;
@@ -166,6 +174,20 @@ bool Connectivity<Coder>::code_nodes(Coder& symbols, CellTopology& cell, std::ui
   return true;
 }
 
+/// The vertex at `position` is new.
+template <class Coder>
+void Connectivity<Coder>::give_birth(CellTopology& cell, std::uint32_t position) {
+  cell.new_positions.push_back(position);
+  const std::uint32_t slot = cell.slots[position] = surface_.add_vertex();
+  if (auto* replay = std::get_if<Replay>(&hexahedra_);
+      replay != nullptr && schema_->order != Order::keep)
+    (*replay)->name(slot, surface_.vertex(slot).id);
+  // Farther repeats than the models can say are found by their number from here on.
+  if constexpr (!Coder::kDecodes)
+    for (std::size_t j = position + kMaxLastUse; j < cell.slots.size(); ++j)
+      if (cell.numbers[j] == cell.numbers[position]) cell.slots[j] = slot;
+}
+
 template <class Coder>
 void Connectivity<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
   std::size_t i = 0;
@@ -177,6 +199,10 @@ void Connectivity<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
     i = 8;
   } else if (std::holds_alternative<Replay>(hexahedra_) && cell.hexahedral) {
     i = 8;  // said with the corners
+  } else if (const CellShape shape = schema_->blocks[cell.block].shape;
+             !cell.hexahedral && shape != CellShape::hexahedron) {
+    i = corner_count(shape, cell.slots.size());
+    if (i > 0) others_->code_last_use(symbols, cell, shape);
   }
   for (; i < std::min<std::size_t>(cell.slots.size(), kMaxLastUse); ++i) {
     const auto begin = cell.slots.begin();

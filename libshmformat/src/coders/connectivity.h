@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "coders/cell_corners.h"
 #include "coders/cell_topology.h"
 #include "coders/mixed_rows.h"
 #include "coders/paper_hexahedra.h"
@@ -70,11 +71,17 @@ class Connectivity {
   bool code_block(Coder& symbols, CellTopology& cell);
   bool code_hexahedron(Coder& symbols, Coder& corner_order, CellTopology& cell);
   bool code_nodes(Coder& symbols, CellTopology& cell, std::uint32_t first_position);
+  /// Whether it is said how the corners of hexahedra of this block are stored.
+  bool order_matters(const BlockInfo& block) const {
+    return schema_->corner_order || block.nodes_per_cell != 8;
+  }
+  void give_birth(CellTopology& cell, std::uint32_t position);
   void code_last_use(Coder& symbols, CellTopology& cell);
 
   const Schema* schema_;
   ActiveSurface surface_;
   std::variant<Paper, Rows, Replay, Mixed> hexahedra_;
+  std::unique_ptr<CellCorners<Coder>> others_;  // where there are blocks of other cells
 
   // contexts
   std::uint32_t last_block_ = 0;
