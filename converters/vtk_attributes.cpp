@@ -235,7 +235,7 @@ void Parser::metadata(std::uint64_t components, std::string& out) {
 }
 
 void Parser::read_metadata(std::uint64_t components, std::string& out) {
-  std::uint64_t keys = 0;
+  std::uint64_t keys = 0, strings = 0;
   while (!input_.at_end()) {
     const std::string line = input_.line();
     const std::string lower = lower_case(line);
@@ -244,6 +244,14 @@ void Parser::read_metadata(std::uint64_t components, std::string& out) {
       return;
     }
     out.append(line).append("\n");
+    // A number alone is a value, or how many strings follow, of which some may be empty.
+    if (strings > 0 && !line.starts_with("NAME ")) {
+      for (; strings > 1; --strings) out.append(input_.line()).append("\n");
+      strings = 0;
+      continue;
+    }
+    strings = 0;
+    if (line.starts_with("DATA ")) TextInput::parse(std::string_view(line).substr(5), strings);
     if (lower.starts_with("component_names")) {
       for (std::uint64_t i = 0; i < components; ++i) out.append(input_.line()).append("\n");
     } else if (lower.starts_with("information ")) {
