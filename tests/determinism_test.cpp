@@ -121,6 +121,7 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"unmarked", 0xd7a9d86834f36fd2},
     {"steps_and_extras", 0x2a71bfa48617a504},
     {"steps_and_extras_stream", 0xe5f2dd7ca759a685},
+    {"large_extras", 0xb9dbfc62cafa425b},
     {"segments", 0x391ebfab419d6818},
     {"segments_stream", 0xa27d7523783dca77},
     {"shifts", 0x869d203d208c498c},
