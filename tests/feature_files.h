@@ -319,6 +319,23 @@ inline TestMesh special_values() {
   return mesh;
 }
 
+/// An extra large enough for planes: faces of four vertices.
+inline std::vector<std::byte> large_extras_file() {
+  TestMesh mesh = bent_grid(2, 2, 2);
+  MemorySink sink;
+  auto writer = Writer::create(sink, mesh.schema);
+  EXPECT_TRUE(writer);
+  Extra faces{"test/faces", ScalarType::int64, Reference::vertex, {2100, 4}, {}};
+  for (std::int64_t i = 0; i < 8400; ++i) append(faces.data, i / 4 * 7 % 27 - i % 4 / 3);
+  EXPECT_TRUE(writer->add_extra(faces));
+  for (std::uint64_t v = 0; v < mesh.vertices; ++v)
+    EXPECT_TRUE(writer->add_vertex(v, std::span(mesh.xyz).subspan(v * 12, 12)));
+  for (const TestCell& cell : mesh.cells) EXPECT_TRUE(writer->add_cell(0, cell.corners));
+  EXPECT_TRUE(writer->end_mesh());
+  EXPECT_TRUE(writer->finish());
+  return std::move(sink.bytes);
+}
+
 /// A grid with stepped arrays, step times and extras.
 inline std::vector<std::byte> steps_and_extras_file(Order order) {
   TestMesh mesh = with_order(bent_grid(2, 2, 3), order, true, 0);
@@ -470,6 +487,7 @@ inline std::vector<FeatureFile> feature_files() {
   add("unmarked", unmarked_file());
   add("steps_and_extras", steps_and_extras_file(keep));
   add("steps_and_extras_stream", steps_and_extras_file(stream));
+  add("large_extras", large_extras_file());
   add("segments", segments_file(keep, true, 3, 7));
   add("segments_stream", segments_file(stream, false, 0, 6));
   add("shifts", shifts_file());

@@ -54,6 +54,31 @@ TEST(Packing, DamageIsRefused) {
   }
 }
 
+// Numbers that count up, in rows of four.
+Bytes rows_of_numbers(std::uint32_t rows) {
+  ByteWriter out;
+  out.put_bytes(Bytes(5, std::byte{9}));  // what stands before them in an extra
+  for (std::uint32_t row = 0; row < rows; ++row)
+    for (const std::uint32_t number : {0u, 1u, 102u, 101u}) out.put_u32(row + number);
+  return std::move(out.bytes);
+}
+
+TEST(Packing, LargeTablesGoInPlanes) {
+  for (const std::uint32_t rows : {4000u, 4096u, 5001u, 300000u}) {
+    const Bytes blob = rows_of_numbers(rows), whole = packed(blob);
+    EXPECT_EQ(whole[0], std::byte(blob.size() < 65536 ? 1 : 2));
+    EXPECT_EQ(unpacked(whole), blob);
+    if (blob.size() < 65536) continue;
+    EXPECT_LT(whole.size() * 10, zstd_compress(blob, 12).size());
+    EXPECT_FALSE(unpacked(whole, blob.size() - 1));
+    for (std::size_t size = 0; size < whole.size(); size += 1 + whole.size() / 50)
+      EXPECT_FALSE(unpacked(std::span(whole).first(size))) << size;
+    Bytes none = whole;
+    none[rows < 300000 ? 4 : 5] = std::byte{0};  // the number of planes
+    EXPECT_FALSE(unpacked(none));
+  }
+}
+
 TEST(Packing, TheLimitHolds) {
   for (const Bytes& blob : {Bytes(1000), noise(1000)}) {
     EXPECT_TRUE(unpacked(packed(blob), 1000));

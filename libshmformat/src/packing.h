@@ -1,4 +1,5 @@
-// Packing: blobs (schema, extras, step times) as they stand or under zstd, whichever is smaller.
+// Packing: blobs (schema, extras, step times) as they stand or under zstd, whichever is smaller;
+// large ones also with their bytes in planes.
 // spec: "Packed blobs"
 #pragma once
 
@@ -13,7 +14,8 @@
 
 namespace shm {
 
-/// One byte of method (0 raw, 1 zstd), the unpacked length, the bytes.
+/// One byte of method (0 raw, 1 zstd, 2 zstd of planes), the unpacked length, for planes how many
+/// there are, the bytes.
 void put_packed(ByteWriter& out, std::span<const std::byte> blob);
 /// Takes all that is left of `in`; nothing when it is damaged or longer than `limit`.
 /// Memory grows with what really comes out, not with what the header states.
