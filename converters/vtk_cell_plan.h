@@ -1,5 +1,5 @@
-// CellPlan: what the files of VTK, legacy or XML, say of the cells of a mesh: their types, and their
-// nodes in VTK's order or, for polyhedra, their faces.
+// CellPlan: what the files of VTK, legacy or XML, say of the cells of a mesh: their types, and
+// their nodes in VTK's order or, for polyhedra, their faces.
 #pragma once
 
 #include <cstddef>

@@ -20,7 +20,8 @@ Extra integer_extra(std::string key, Reference refers, const std::vector<std::in
   return extra;
 }
 
-// The points of a stream of faces in the order of their first use.
+}  // namespace
+
 std::vector<std::int64_t> first_uses(const std::vector<std::int64_t>& stream) {
   std::vector<std::int64_t> nodes;
   std::unordered_set<std::int64_t> seen;
@@ -31,8 +32,6 @@ std::vector<std::int64_t> first_uses(const std::vector<std::int64_t>& stream) {
   }
   return nodes;
 }
-
-}  // namespace
 
 CellCollector::CellCollector(ArrayLoader& loader, Spool& spool)
     : loader_(loader),
@@ -120,9 +119,9 @@ bool CellCollector::read_types(Node& types, const PieceRange& piece) {
         types_.append(narrow.size(), narrow.data());
       });
   if (found != piece.cells)
-    loader_.fail(ErrorCode::truncated, types,
-                 "has " + std::to_string(found) + " types for " + std::to_string(piece.cells) +
-                     " cells");
+    loader_.fail(
+        ErrorCode::truncated, types,
+        "has " + std::to_string(found) + " types for " + std::to_string(piece.cells) + " cells");
   loader_.mark(types, std::string(kTypes));
   return polyhedra;
 }
@@ -135,7 +134,8 @@ void CellCollector::read_plain(Node& offsets, Node& connectivity, const PieceRan
       loader_.read_integers(offsets, piece.cells, [&](std::span<const std::int64_t> values) {
         moved.clear();
         for (const std::int64_t value : values) {
-          if (value < last) loader_.fail(ErrorCode::corrupt, offsets, "an offset is less than before");
+          if (value < last)
+            loader_.fail(ErrorCode::corrupt, offsets, "an offset is less than before");
           last = value;
           std::int64_t sum = 0;
           if (__builtin_add_overflow(base, value, &sum))
@@ -145,9 +145,9 @@ void CellCollector::read_plain(Node& offsets, Node& connectivity, const PieceRan
         offsets_.append(moved.size(), bytes_of(moved));
       });
   if (found != piece.cells)
-    loader_.fail(ErrorCode::truncated, offsets,
-                 "has " + std::to_string(found) + " values for " + std::to_string(piece.cells) +
-                     " cells");
+    loader_.fail(
+        ErrorCode::truncated, offsets,
+        "has " + std::to_string(found) + " values for " + std::to_string(piece.cells) + " cells");
   loader_.mark(offsets, std::string(kOffsets));
   const auto size = static_cast<std::uint64_t>(last);
   found = loader_.read_integers(connectivity, size, [&](std::span<const std::int64_t> values) {
@@ -157,9 +157,9 @@ void CellCollector::read_plain(Node& offsets, Node& connectivity, const PieceRan
     connectivity_.append(moved.size(), bytes_of(moved));
   });
   if (found != size)
-    loader_.fail(ErrorCode::truncated, connectivity,
-                 "has " + std::to_string(found) + " values, but the offsets end at " +
-                     std::to_string(size));
+    loader_.fail(
+        ErrorCode::truncated, connectivity,
+        "has " + std::to_string(found) + " values, but the offsets end at " + std::to_string(size));
   loader_.mark(connectivity, std::string(kConnectivity));
 }
 
@@ -283,9 +283,9 @@ bool CellCollector::face_tables(Node& cells, const PieceRange& piece) {
     for (; at < end; ++at) {
       const std::int64_t id = face_ids.at(at);
       if (id < 0 || static_cast<std::uint64_t>(id) >= face_ends.size())
-        loader_.fail(ErrorCode::corrupt, *arrays[2],
-                     "names face " + std::to_string(id) + " of " +
-                         std::to_string(face_ends.size()));
+        loader_.fail(
+            ErrorCode::corrupt, *arrays[2],
+            "names face " + std::to_string(id) + " of " + std::to_string(face_ends.size()));
       standard &= static_cast<std::uint64_t>(id) == at;
       const auto face = static_cast<std::uint64_t>(id);
       const std::int64_t from = face == 0 ? 0 : face_ends.at(face - 1);
@@ -305,8 +305,7 @@ bool CellCollector::face_tables(Node& cells, const PieceRange& piece) {
 
 void CellCollector::add_cells(Node& offsets, Node& connectivity, const PieceRange& piece) {
   Column ends(*this, offsets, piece.cells);
-  if (ends.size() != piece.cells)
-    loader_.fail(ErrorCode::truncated, offsets, "has too few values");
+  if (ends.size() != piece.cells) loader_.fail(ErrorCode::truncated, offsets, "has too few values");
   const std::int64_t size = ends.at(piece.cells - 1);
   if (size < 0) loader_.fail(ErrorCode::corrupt, offsets, "the last offset is negative");
   Column nodes(*this, connectivity, static_cast<std::uint64_t>(size));
@@ -376,12 +375,9 @@ void CellCollector::finish(vtk::CellTable& table, MeshInfo& info) {
   table.set_offsets(vtk::Values(ScalarType::int64, any ? std::move(offsets_) : none),
                     vtk::Values(ScalarType::int64, std::move(connectivity_)));
   if (odd_cells_.empty()) return;
-  info.extras.push_back(
-      integer_extra("vtu/polyhedron/cells", Reference::cell, odd_cells_));
-  info.extras.push_back(
-      integer_extra("vtu/polyhedron/counts", Reference::nothing, odd_counts_));
-  info.extras.push_back(
-      integer_extra("vtu/polyhedron/points", Reference::vertex, odd_nodes_));
+  info.extras.push_back(integer_extra("vtu/polyhedron/cells", Reference::cell, odd_cells_));
+  info.extras.push_back(integer_extra("vtu/polyhedron/counts", Reference::nothing, odd_counts_));
+  info.extras.push_back(integer_extra("vtu/polyhedron/points", Reference::vertex, odd_nodes_));
 }
 
 }  // namespace shm::converters::vtu

@@ -52,8 +52,7 @@ std::size_t deflate_block(const std::byte* values, std::size_t size, std::vector
   return made;
 }
 
-std::size_t make_lz4_block(const std::byte* values, std::size_t size,
-                           std::vector<std::byte>& out) {
+std::size_t make_lz4_block(const std::byte* values, std::size_t size, std::vector<std::byte>& out) {
   const int made = ::LZ4_compress_default(reinterpret_cast<const char*>(values),
                                           reinterpret_cast<char*>(out.data()),
                                           static_cast<int>(size), static_cast<int>(out.size()));
@@ -70,10 +69,9 @@ std::size_t make_lzma_block(const std::byte* values, std::size_t size,
     options.dict_size /= 2;
   lzma_filter filters[2] = {{LZMA_FILTER_LZMA2, &options}, {LZMA_VLI_UNKNOWN, nullptr}};
   std::size_t made = 0;
-  if (::lzma_stream_buffer_encode(filters, LZMA_CHECK_CRC32, nullptr,
-                                  reinterpret_cast<const std::uint8_t*>(values), size,
-                                  reinterpret_cast<std::uint8_t*>(out.data()), &made,
-                                  out.size()) != LZMA_OK)
+  if (::lzma_stream_buffer_encode(
+          filters, LZMA_CHECK_CRC32, nullptr, reinterpret_cast<const std::uint8_t*>(values), size,
+          reinterpret_cast<std::uint8_t*>(out.data()), &made, out.size()) != LZMA_OK)
     fail_compress();
   return made;
 }

@@ -60,9 +60,7 @@ class TreeBuilder {
   }
   [[noreturn]] void fail(ErrorCode code, std::string detail) const;
   [[noreturn]] void fail_parse() const;
-  std::vector<Node>& siblings() {
-    return open_.empty() ? document_.nodes : open_.back()->children;
-  }
+  std::vector<Node>& siblings() { return open_.empty() ? document_.nodes : open_.back()->children; }
   void count(std::size_t bytes);
   void end_text();
   Node& add(Node node);
@@ -100,8 +98,7 @@ void TreeBuilder::set_handlers() {
       },
       [](void* self, const char*) { guarded(self, [](TreeBuilder& b) { b.end(); }); });
   XML_SetCharacterDataHandler(parser_.get(), [](void* self, const char* text, int size) {
-    guarded(self,
-            [&](TreeBuilder& b) { b.characters({text, static_cast<std::size_t>(size)}); });
+    guarded(self, [&](TreeBuilder& b) { b.characters({text, static_cast<std::size_t>(size)}); });
   });
   XML_SetCommentHandler(parser_.get(), [](void* self, const char* text) {
     guarded(self, [&](TreeBuilder& b) { b.comment(text); });
@@ -120,9 +117,8 @@ void TreeBuilder::set_handlers() {
           b.fail(ErrorCode::unsupported, "a DOCTYPE stands here; entities are not resolved");
         });
       });
-  XML_SetDefaultHandler(parser_.get(), [](void* self, const char*, int) {
-    guarded(self, [](TreeBuilder&) {});
-  });
+  XML_SetDefaultHandler(parser_.get(),
+                        [](void* self, const char*, int) { guarded(self, [](TreeBuilder&) {}); });
 }
 
 void TreeBuilder::fail(ErrorCode code, std::string detail) const {
@@ -181,7 +177,8 @@ void TreeBuilder::start(const char* name, const char** attributes) {
     node.attributes.emplace_back(attributes[0], attributes[1]);
   open_.push_back(&add(std::move(node)));
   if (skeleton_ || !open_.back()->is("AppendedData")) return;
-  appended_tag_end_ = position() + static_cast<std::uint64_t>(XML_GetCurrentByteCount(parser_.get()));
+  appended_tag_end_ =
+      position() + static_cast<std::uint64_t>(XML_GetCurrentByteCount(parser_.get()));
   XML_StopParser(parser_.get(), XML_FALSE);
 }
 
@@ -342,8 +339,8 @@ Node values_node(std::string word) {
   return Node{.kind = NodeKind::values, .name = {}, .text = std::move(word)};
 }
 
-Node array_element(std::string type, std::string name, std::uint64_t components,
-                   std::string format, std::string word) {
+Node array_element(std::string type, std::string name, std::uint64_t components, std::string format,
+                   std::string word) {
   Node node = element("DataArray", {{"type", std::move(type)}, {"Name", std::move(name)}});
   if (components != 1) node.set_attribute("NumberOfComponents", std::to_string(components));
   node.set_attribute("format", std::move(format));

@@ -22,9 +22,7 @@ struct Node {
   std::vector<Node> children{};
   std::uint64_t begin = 0, end = 0;  // values that stand inline: their bytes in the file
 
-  bool is(std::string_view element) const {
-    return kind == NodeKind::element && name == element;
-  }
+  bool is(std::string_view element) const { return kind == NodeKind::element && name == element; }
   bool is_array() const { return is("DataArray") || is("Array"); }
   // Null when absent.
   const std::string* attribute(std::string_view key) const;
@@ -41,13 +39,13 @@ Node element(std::string name, std::vector<std::pair<std::string, std::string>> 
 // What stands for the numbers of an array.
 Node values_node(std::string word);
 // <DataArray> of numbers: type is "Float64", ...
-Node array_element(std::string type, std::string name, std::uint64_t components,
-                   std::string format, std::string word);
+Node array_element(std::string type, std::string name, std::uint64_t components, std::string format,
+                   std::string word);
 
 struct Document {
-  std::vector<Node> nodes;          // the root and what stands before and after it
+  std::vector<Node> nodes;           // the root and what stands before and after it
   std::uint64_t appended_begin = 0;  // in the file, behind the '_'; 0: no appended data
-  Node& root();                     // there is always one
+  Node& root();                      // there is always one
 };
 
 // Parses a file. Throws Failure: corrupt or truncated XML; unsupported for a DOCTYPE, encodings

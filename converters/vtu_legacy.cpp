@@ -107,8 +107,8 @@ void add_information(Node& array, std::string_view name_line, std::string_view d
   const auto text_node = [](std::string_view word) {
     return Node{.kind = NodeKind::text, .name = {}, .text = valid_name(vtk::decode_name(word))};
   };
-  const auto words = static_cast<std::uint64_t>(
-      std::count(data_line.begin(), data_line.end(), ' '));
+  const auto words =
+      static_cast<std::uint64_t>(std::count(data_line.begin(), data_line.end(), ' '));
   const auto stated = parse_count(data_line.substr(0, data_line.find(' ')));
   if (words > 0 && stated == words) {
     node.set_attribute("length", std::to_string(words));
@@ -139,8 +139,8 @@ void add_metadata(Node& array, const Entry& entry) {
 }
 
 // The array of an entry; nothing for those that XML files cannot have.
-std::optional<Node> array_of_entry(const Entry& entry, const MeshInfo& info,
-                                   const ExtraMap& extras, bool binary, LegacyParts& parts) {
+std::optional<Node> array_of_entry(const Entry& entry, const MeshInfo& info, const ExtraMap& extras,
+                                   bool binary, LegacyParts& parts) {
   const std::string name = valid_name(vtk::decode_name(entry.name));
   if (entry.origin == Origin::array) {
     const auto& arrays = info.schema.arrays;
@@ -164,8 +164,8 @@ std::optional<Node> array_of_entry(const Entry& entry, const MeshInfo& info,
     values = text_extra(strings_with_zeros(text_of(*found->second), binary));
   } else if (form == ValueForm::bit) {
     type = "Bit";
-    values = text_extra(bits_as_bytes(text_of(*found->second), binary,
-                                      entry.components * entry.tuples));
+    values =
+        text_extra(bits_as_bytes(text_of(*found->second), binary, entry.components * entry.tuples));
   } else {
     return std::nullopt;
   }
@@ -211,8 +211,8 @@ std::string information_data(const Node& key) {
       constexpr std::string_view kBlank = " \t\r\n";
       const std::size_t first = each.text.find_first_not_of(kBlank);
       if (first == std::string::npos) break;
-      return vtk::encode_name(
-          std::string_view(each.text).substr(first, each.text.find_last_not_of(kBlank) + 1 - first));
+      return vtk::encode_name(std::string_view(each.text).substr(
+          first, each.text.find_last_not_of(kBlank) + 1 - first));
     }
     return std::string();
   };
@@ -263,10 +263,10 @@ class LegacyBuilder {
     const bool of_cells = location == Location::cell;
     std::vector<Entry> named, others;
     for (std::size_t i = 0; node != nullptr && i < node->children.size(); ++i)
-      if (node->children[i].is_array()) add_array(*node, node->children[i], location, named, others);
+      if (node->children[i].is_array())
+        add_array(*node, node->children[i], location, named, others);
     for (std::size_t i = 0; i < info_.schema.arrays.size(); ++i)
-      if (info_.schema.arrays[i].location == location && is_written(i) &&
-          placed_.insert(i).second)
+      if (info_.schema.arrays[i].location == location && is_written(i) && placed_.insert(i).second)
         others.push_back(entry_of(i));
     if (named.empty() && others.empty()) return;
     entries_.push_back({.kind = of_cells ? EntryKind::cell_data : EntryKind::point_data});
@@ -376,9 +376,9 @@ std::string add_legacy_parts(const MeshInfo& info, const ExtraMap& extras, Legac
       if (name == kLegacyTime && entry.tuples == 1 && entry.components == 1)
         array->set_attribute("Name", std::string(kXmlTime));
     }
+    const EntryKind kind = entry.kind == EntryKind::color_scalars ? EntryKind::scalars : entry.kind;
     for (const Attribute& attribute : kAttributes)
-      if (entry.kind == attribute.kind && data != &parts.field)
-        data->set_attribute(attribute.name, name);
+      if (kind == attribute.kind && data != &parts.field) data->set_attribute(attribute.name, name);
     data->children.push_back(std::move(*array));
   }
   return version_for(info, skeleton->version);

@@ -159,9 +159,8 @@ std::uint64_t ArrayLoader::read(Node& array, const ArrayType& type, std::uint64_
   if (place.style == Style::base64 && place.begin == place.end) return 0;
   // VTK writes the characters of strings as they are signed.
   const bool text = type.kind == ArrayKind::string && place.style == Style::ascii;
-  const std::uint64_t found =
-      payload_->read(place, text ? ScalarType::int8 : type.stored, type.kind == ArrayKind::bit,
-                     most, take);
+  const std::uint64_t found = payload_->read(place, text ? ScalarType::int8 : type.stored,
+                                             type.kind == ArrayKind::bit, most, take);
   block_bytes_ = payload_->block_bytes();
   return found;
 }
@@ -265,8 +264,8 @@ void ArrayLoader::mark_like(Node& array, const std::string& text) {
 void ArrayLoader::mark(Node& array, const std::string& what) {
   Node* values = array.values();
   if (values == nullptr)
-    values = &*array.children.insert(array.children.begin(),
-                                     Node{.kind = NodeKind::values, .name = {}});
+    values =
+        &*array.children.insert(array.children.begin(), Node{.kind = NodeKind::values, .name = {}});
   values->text = what;
   if (block_bytes_ > 0 && block_bytes_ != kUsualBlockBytes)
     values->text += " b" + std::to_string(block_bytes_);

@@ -132,8 +132,7 @@ class PayloadReader::Bytes {
   std::size_t taken_ = 0, ready_ = 0;
 };
 
-PayloadReader::PayloadReader(std::shared_ptr<vtk::RandomFile> file, std::string path,
-                             ByteForm form)
+PayloadReader::PayloadReader(std::shared_ptr<vtk::RandomFile> file, std::string path, ByteForm form)
     : file_(std::move(file)), path_(std::move(path)), form_(form) {}
 
 void PayloadReader::fail(ErrorCode code, const PayloadPlace& place, std::string detail) const {

@@ -24,7 +24,9 @@ void PayloadWriter::fail(std::string detail) const {
 std::uint64_t PayloadWriter::word(std::uint64_t value) const {
   if (form_.header_bytes == 4 && value > 0xffffffffU)
     throw Failure(Error{ErrorCode::unsupported,
-                        "the array is too large for headers of 32 bits", head_.array, kNoOffset,
+                        "the array is too large for headers of 32 bits",
+                        head_.array,
+                        kNoOffset,
                         {}});
   return value;
 }
@@ -91,8 +93,7 @@ void PayloadWriter::push(const std::byte* bytes, std::size_t count) {
 
 void PayloadWriter::flush_block() {
   if (block_.empty()) return;
-  const std::vector<std::byte> packed =
-      compress(form_.compressor, block_.data(), block_.size());
+  const std::vector<std::byte> packed = compress(form_.compressor, block_.data(), block_.size());
   block_sizes_.push_back(packed.size());
   last_block_ = block_.size();
   emit(packed.data(), packed.size());

@@ -23,8 +23,8 @@ class PayloadWriter {
     std::string array;  // what complaints name
     Style style = Style::raw;
     ScalarType type = ScalarType::float64;
-    bool bits = false;         // uint8 of 0 and 1
-    std::uint64_t count = 0;   // of all numbers
+    bool bits = false;        // uint8 of 0 and 1
+    std::uint64_t count = 0;  // of all numbers
     std::uint64_t block_bytes = kUsualBlockBytes;
   };
   // begin(), as many numbers in host order as it said, end().
@@ -50,7 +50,7 @@ class PayloadWriter {
   std::vector<std::uint64_t> block_sizes_;
   std::array<std::byte, 3> group_{};  // base64: bytes of a group that is not full
   std::size_t grouped_ = 0;
-  std::uint8_t group_bits_ = 0;        // bits of a byte that is not full
+  std::uint8_t group_bits_ = 0;  // bits of a byte that is not full
   unsigned bit_count_ = 0;
   std::uint64_t last_block_ = 0;
   std::string text_;

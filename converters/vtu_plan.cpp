@@ -4,18 +4,27 @@
 #include <charconv>
 #include <utility>
 
+#include "vtk_words.h"
 #include "vtu_legacy.h"
 #include "vtu_loader.h"
-#include "vtk_words.h"
 
 namespace shm::converters::vtu {
 namespace {
 
 constexpr std::string_view kSkeletonKey = "vtu/skeleton";
-constexpr std::string_view kWords[] = {
-    "points",     kConnectivity,     kOffsets,   kTypes,           kFaces,
-    kFaceOffsets, kFaceConnectivity, kFaceEnds,  kPolyhedronFaces, kPolyhedronEnds,
-    "block_ids",  "time",            "none"};
+constexpr std::string_view kWords[] = {"points",
+                                       kConnectivity,
+                                       kOffsets,
+                                       kTypes,
+                                       kFaces,
+                                       kFaceOffsets,
+                                       kFaceConnectivity,
+                                       kFaceEnds,
+                                       kPolyhedronFaces,
+                                       kPolyhedronEnds,
+                                       "block_ids",
+                                       "time",
+                                       "none"};
 
 bool take_number(std::string_view& text, std::uint64_t& value) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -77,6 +86,7 @@ VtuPlan::VtuPlan(MeshSource& mesh) : CellPlan(mesh) {
   std::size_t next_piece = 0;
   for (Node& piece : grid().children) {
     if (!is_piece(piece)) continue;
+    by_node_[&piece] = next_piece;
     fit_cells(piece, pieces_[next_piece++]);
     add_unplaced_arrays(piece, Location::point);
     add_unplaced_arrays(piece, Location::cell);
@@ -146,17 +156,13 @@ void VtuPlan::join_pieces() {
     return is_piece(node) && parse_count(node.attribute_or("NumberOfCells", "")).value_or(0) > 0;
   });
   if (kept == nodes.end()) kept = std::find_if(nodes.begin(), nodes.end(), is_piece);
-  Node piece = kept == nodes.end() ? element("Piece") : std::move(*kept);
-  std::erase_if(nodes, [](const Node& node) {
-    return node.kind == NodeKind::element && (node.name == "Piece" || node.name.empty());
-  });
-  piece.name = "Piece";
+  Node piece = kept == nodes.end() ? element("Piece") : *kept;
+  std::erase_if(nodes, is_piece);
   piece.set_attribute("NumberOfPoints", std::to_string(info_.vertices));
   piece.set_attribute("NumberOfCells", std::to_string(info_.cells()));
   for (Node& part : piece.children)
     std::erase_if(part.children, [](Node& array) {
-      return array.is_array() && array.values() != nullptr &&
-             array.values()->text.starts_with('x');
+      return array.is_array() && array.values() != nullptr && array.values()->text.starts_with('x');
     });
   nodes.push_back(std::move(piece));
 }
@@ -191,8 +197,8 @@ void VtuPlan::forget_ranges(Node& array) const {
   array.remove_attribute("RangeMin");
   array.remove_attribute("RangeMax");
   std::erase_if(array.children, [](const Node& each) {
-    return each.is("InformationKey") && each.attribute_or("name", "").find("_RANGE") !=
-                                            std::string::npos;
+    return each.is("InformationKey") &&
+           each.attribute_or("name", "").find("_RANGE") != std::string::npos;
   });
 }
 
@@ -205,8 +211,8 @@ bool VtuPlan::is_written(std::size_t array) const {
 void VtuPlan::fit_points(Node& points) {
   std::erase_if(points.children, [&](Node& each) {
     if (!each.is_array()) return false;
-    const auto word = each.values() == nullptr ? std::nullopt
-                                               : parse_values_word(each.values()->text);
+    const auto word =
+        each.values() == nullptr ? std::nullopt : parse_values_word(each.values()->text);
     if (!word) return true;
     if (word->kind != ValuesWord::Kind::array) return word->word != "points";
     const auto& arrays = info_.schema.arrays;
@@ -224,9 +230,8 @@ void VtuPlan::fit_cells(Node& piece, const PieceRange& range) {
   fit_points(points);
   const auto is_any_array = [](const Node& node) { return node.is_array(); };
   if (std::none_of(points.children.begin(), points.children.end(), is_any_array))
-    points.children.push_back(
-        array_element(std::string(word_of_type(info_.schema.coordinate_type)), "Points", 3,
-                      format_, "points"));
+    points.children.push_back(array_element(std::string(word_of_type(info_.schema.coordinate_type)),
+                                            "Points", 3, format_, "points"));
   if (info_.schema.coordinate_quantization.lossy())
     for (Node& each : points.children)
       if (each.is_array()) forget_ranges(each);
@@ -267,9 +272,8 @@ void VtuPlan::add_array(Node& data, std::size_t array) const {
   const ArrayInfo& info = info_.schema.arrays[array];
   std::string word = 'a' + std::to_string(array);
   if (info.per_step) word += 's' + std::to_string(info_.step_times.size() - 1);
-  data.children.push_back(array_element(std::string(word_of_type(info.type)),
-                                        valid_name(info.name), info.components, format_,
-                                        std::move(word)));
+  data.children.push_back(array_element(std::string(word_of_type(info.type)), valid_name(info.name),
+                                        info.components, format_, std::move(word)));
 }
 
 void VtuPlan::plan_for_foreign() {
@@ -293,8 +297,12 @@ void VtuPlan::plan_for_foreign() {
   piece.children.push_back(element("CellData"));
   add_block_ids(piece.children.back());
   if (info_.schema.source_format == "vtk") {
-    LegacyParts parts{child_of(grid_node, "FieldData"), piece.children[0], piece.children[1],
-                      format_, placed_, made_};
+    LegacyParts parts{child_of(grid_node, "FieldData"),
+                      piece.children[0],
+                      piece.children[1],
+                      format_,
+                      placed_,
+                      made_};
     root.set_attribute("version", add_legacy_parts(info_, extras_, parts));
     for (std::size_t k = 0; k < made_.size(); ++k) {
       made_[k].key = data_key(k);
@@ -316,8 +324,7 @@ void VtuPlan::add_block_ids(Node& data) const {
     differ |= block.id != info_.schema.blocks.front().id;
   for (const ArrayInfo& array : info_.schema.arrays)
     if (array.location == Location::cell && array.name == "BlockId") return;
-  if (differ)
-    data.children.push_back(array_element("Int64", "BlockId", 1, format_, "block_ids"));
+  if (differ) data.children.push_back(array_element("Int64", "BlockId", 1, format_, "block_ids"));
 }
 
 }  // namespace shm::converters::vtu

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -37,8 +38,11 @@ class VtuPlan : public vtk::CellPlan {
   Document& document() { return document_; }
   const ByteForm& form() const { return form_; }
   bool raw_appended() const { return raw_appended_; }
-  // Points and cells of a piece; pieces follow each other.
-  const std::vector<PieceRange>& pieces() const { return pieces_; }
+  // Points and cells of a <Piece>; null for all other nodes.
+  const PieceRange* piece_of(const Node& node) const {
+    const auto found = by_node_.find(&node);
+    return found == by_node_.end() ? nullptr : &pieces_[found->second];
+  }
 
  private:
   void plan_from_source(const Extra& text);
@@ -61,7 +65,8 @@ class VtuPlan : public vtk::CellPlan {
   ByteForm form_;
   bool raw_appended_ = true, own_ = false;
   std::string format_ = "appended";  // of arrays that the source did not have
-  std::vector<PieceRange> pieces_;
+  std::vector<PieceRange> pieces_;   // they follow each other
+  std::map<const Node*, std::size_t> by_node_;
   std::set<std::size_t> placed_;
   std::deque<Extra> made_;  // for values that stand otherwise in the source
 };

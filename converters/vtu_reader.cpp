@@ -208,10 +208,10 @@ void Parser::points_of_step(Node& array, Node& first, const PieceRange& piece) {
   if (pieces_.size() > 1 || !type || type->kind != ArrayKind::number)
     loader_.fail(ErrorCode::unsupported, array,
                  "points of several pieces that change from step to step are not read");
-  load_column(Location::point, {{{.name = "Points", .type = *type, .components = 3,
-                                  .nodes = {&array}},
-                                 pieces_.front()}},
-              "vtu:points");
+  load_column(
+      Location::point,
+      {{{.name = "Points", .type = *type, .components = 3, .nodes = {&array}}, pieces_.front()}},
+      "vtu:points");
 }
 
 void Parser::load_points(Node& array, const ArrayType& type, const PieceRange& piece) {
@@ -337,9 +337,8 @@ void Parser::data(Location location, const char* element_name) {
       if (const Node* v = each.values(); v != nullptr && !v->text.empty()) continue;
       const auto type = loader_.type_of(each);
       const bool text = type && type->kind == ArrayKind::string;
-      loader_.keep_as_extra(each, text ? kNoLimit
-                                       : product(each, elements(pieces_[p]),
-                                                 loader_.components_of(each)));
+      loader_.keep_as_extra(
+          each, text ? kNoLimit : product(each, elements(pieces_[p]), loader_.components_of(each)));
     }
   }
 }

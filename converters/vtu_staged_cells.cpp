@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <string>
 #include <unordered_map>
-#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -18,7 +17,6 @@ constexpr std::uint64_t kPieceNumbers = 8192;
 class Buffer {
  public:
   explicit Buffer(const StagedCells::Take& take) : take_(take) {}
-  ~Buffer() = default;
   void add(std::int64_t number) {
     numbers_.push_back(number);
     if (numbers_.size() == kPieceNumbers) flush();
@@ -36,8 +34,7 @@ class Buffer {
 // Points of polyhedra that do not stand in the order of their first use (see vtu.h), by cell.
 class OddPolyhedra {
  public:
-  explicit OddPolyhedra(const VtuPlan& plan)
-      : points_(plan.integers("vtu/polyhedron/points")) {
+  explicit OddPolyhedra(const VtuPlan& plan) : points_(plan.integers("vtu/polyhedron/points")) {
     const auto cells = plan.integers("vtu/polyhedron/cells");
     const auto counts = plan.integers("vtu/polyhedron/counts");
     if (cells.size() != counts.size())
@@ -71,20 +68,13 @@ StagedCells::StagedCells(VtuPlan& plan, Spool& spool)
       stream_ends_(spool, sizeof(std::int64_t)),
       polyhedra_(plan.has_polyhedra()) {
   const OddPolyhedra odd(plan);
-  std::vector<std::int64_t> stream, nodes;
-  std::unordered_set<std::int64_t> seen;
+  std::vector<std::int64_t> nodes;
   std::uint64_t cell = 0;
   plan.for_each_typed_cell([&](int type, const std::vector<std::uint64_t>& numbers) {
     nodes.assign(numbers.begin(), numbers.end());
     if (type == vtk::kPolyhedron) {
       streams_.append(nodes.size(), reinterpret_cast<const std::byte*>(nodes.data()));
-      stream = std::exchange(nodes, {});
-      seen.clear();
-      for (std::size_t at = 1; at < stream.size();) {
-        const std::int64_t size = stream[at++];
-        for (std::int64_t i = 0; i < size; ++i, ++at)
-          if (seen.insert(stream[at]).second) nodes.push_back(stream[at]);
-      }
+      nodes = first_uses(nodes);
       if (const auto* own = odd.find(cell)) nodes.assign(own->begin(), own->end());
     }
     nodes_.append(nodes.size(), reinterpret_cast<const std::byte*>(nodes.data()));

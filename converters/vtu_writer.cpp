@@ -4,7 +4,6 @@
 #include <cstring>
 #include <map>
 #include <span>
-#include <unordered_set>
 #include <utility>
 
 #include "failure.h"
@@ -64,7 +63,6 @@ class Writer {
   StagedCells cells_;
   vtk::VtkOutput out_;
   PayloadWriter payload_;
-  std::size_t next_piece_ = 0;
   PieceRange piece_;
   bool in_piece_ = false;
   std::vector<Waiting> waiting_;
@@ -81,17 +79,15 @@ void Writer::node(Node& node, int depth) {
   switch (node.kind) {
     case NodeKind::text: return out_.text(escaped_text(node.text));
     case NodeKind::values: return;  // with its array
-    case NodeKind::comment:
-      indent(depth);
-      return out_.line("<!--" + node.text + "-->");
+    case NodeKind::comment: indent(depth); return out_.line("<!--" + node.text + "-->");
     case NodeKind::instruction:
       indent(depth);
       return out_.line("<?" + node.name + ' ' + node.text + "?>");
     case NodeKind::element: break;
   }
-  const bool is_piece = node.is("Piece") && depth == 2;
-  if (is_piece) {
-    piece_ = plan_.pieces()[next_piece_++];
+  const PieceRange* piece = plan_.piece_of(node);
+  if (piece != nullptr) {
+    piece_ = *piece;
     in_piece_ = true;
   }
   if (node.is_array()) {
@@ -101,7 +97,7 @@ void Writer::node(Node& node, int depth) {
   } else {
     element_node(node, depth);
   }
-  if (is_piece) in_piece_ = false;
+  if (piece != nullptr) in_piece_ = false;
 }
 
 // Texts stay as they are: nothing is put between them and what stands around them.
@@ -154,12 +150,10 @@ void Writer::appended(Node& node_to_write, int depth) {
   std::map<std::string, std::string> places;
   for (const Waiting& each : waiting_) {
     const Node* values = each.array->values();
-    const std::string same = (values == nullptr ? "" : values->text) + ' ' +
-                             each.array->attribute_or("type", "") + ' ' +
-                             std::to_string(each.piece.first_point) + ' ' +
-                             std::to_string(each.piece.first_cell) + ' ' +
-                             std::to_string(each.piece.points) + ' ' +
-                             std::to_string(each.piece.cells);
+    const std::string same =
+        (values == nullptr ? "" : values->text) + ' ' + each.array->attribute_or("type", "") + ' ' +
+        std::to_string(each.piece.first_point) + ' ' + std::to_string(each.piece.first_cell) + ' ' +
+        std::to_string(each.piece.points) + ' ' + std::to_string(each.piece.cells);
     std::string offset = std::to_string(out_.position() - begin) + '"';
     offset.resize(kOffsetRoom, ' ');
     const auto [place, is_new] = places.emplace(same, offset);
@@ -191,22 +185,26 @@ void Writer::payload(Node& array, Style style, const PieceRange& piece, bool in_
   if (word->kind == ValuesWord::Kind::extra) return extra_values(*word, head);
   if (word->word == "points") return point_values(head, in_piece ? piece : PieceRange());
   if (word->word == "block_ids") return block_ids(head);
-  if (word->word == "time") {
+  if (word->word == "time" && head.type == ScalarType::float64 && !info_.step_times.empty()) {
     head.count = 1;
     payload_.begin(head);
     payload_.numbers(reinterpret_cast<const std::byte*>(&info_.step_times.back()), 1);
     return payload_.end();
   }
-  if (word->word != "none" && in_piece) return cell_values(*word, head, piece);
+  if (word->word != "none" && word->word != "time" && in_piece)
+    return cell_values(*word, head, piece);
   payload_.begin(head);
   payload_.end();
 }
 
-void Writer::array_values(const ValuesWord& word, PayloadWriter::Head head,
-                          const PieceRange& piece, bool in_piece) {
+void Writer::array_values(const ValuesWord& word, PayloadWriter::Head head, const PieceRange& piece,
+                          bool in_piece) {
   if (!in_piece || word.index >= info_.schema.arrays.size())
     vtk::fail_extra("vtu/skeleton", "puts " + head.array + " where it cannot stand");
   const ArrayInfo& info = info_.schema.arrays[word.index];
+  if (head.type != info.type || info.per_step != word.step.has_value() ||
+      (word.step && *word.step >= info_.step_times.size()))
+    vtk::fail_extra("vtu/skeleton", "does not say what " + head.array + " is");
   const bool of_points = info.location == Location::point;
   const std::uint64_t begin = of_points ? piece.first_point : piece.first_cell;
   const std::uint64_t total = of_points ? piece.points : piece.cells;
@@ -238,9 +236,6 @@ void Writer::extra_values(const ValuesWord& word, PayloadWriter::Head head) {
   if (found->type != head.type || found->data.size() % width != 0)
     vtk::fail_extra(key, "does not have the values that the skeleton states");
   head.count = found->data.size() / width;
-  // VTK reads the characters of a text as signed numbers.
-  if (head.style == Style::ascii && head.type == ScalarType::uint8 && !head.bits)
-    head.type = ScalarType::uint8;
   payload_.begin(head);
   payload_.numbers(found->data.data(), head.count);
   payload_.end();
@@ -266,9 +261,8 @@ void Writer::cell_values(const ValuesWord& word, PayloadWriter::Head head,
                          const PieceRange& piece) {
   head.count = cells_.count(word.word, piece);
   payload_.begin(head);
-  cells_.numbers(word.word, piece, [&](std::span<const std::int64_t> numbers) {
-    integers(head.type, numbers);
-  });
+  cells_.numbers(word.word, piece,
+                 [&](std::span<const std::int64_t> numbers) { integers(head.type, numbers); });
   payload_.end();
 }
 
@@ -292,7 +286,9 @@ void Writer::integers(ScalarType type, std::span<const std::int64_t> numbers) {
       if (static_cast<std::int64_t>(value) != numbers[i])
         throw Failure(Error{ErrorCode::unsupported,
                             std::to_string(numbers[i]) + " does not fit into the type of the array",
-                            "Cells", kNoOffset, {}});
+                            "Cells",
+                            kNoOffset,
+                            {}});
       std::memcpy(raw_.data() + i * sizeof value, &value, sizeof value);
     }
   });

@@ -155,7 +155,8 @@ def in_common(grid):
             elif isinstance(array, vtk.vtkBitArray):
                 values = tuple(map(str, values))
             components = array.GetNumberOfComponents()
-            names = tuple(array.GetComponentName(c) for c in range(components))
+            # Empty names are no names in the XML format.
+            names = tuple(array.GetComponentName(c) or None for c in range(components))
             key = vtk.vtkDataArray.UNITS_LABEL()
             units = array.GetInformation().Get(key) if array.HasInformation() else None
             found[what, name] = (components, array.GetNumberOfTuples(), names, units, values)

@@ -134,7 +134,8 @@ class VtuTest : public testing::Test {
   // The file that the mesh of `text` becomes, which must be the same mesh.
   std::string round_trip_text(const std::string& text) {
     round_trip(write_file("in.vtu", text), path("back.vtu"));
-    const auto before = open_vtu(path("in.vtu"), spool_), after = open_vtu(path("back.vtu"), spool_);
+    const auto before = open_vtu(path("in.vtu"), spool_),
+               after = open_vtu(path("back.vtu"), spool_);
     EXPECT_EQ(before->info().schema, after->info().schema);
     EXPECT_EQ(before->info().extras, after->info().extras);
     EXPECT_EQ(all_of(*before), all_of(*after));
@@ -255,7 +256,9 @@ std::string point_array(const std::string& name, const std::string& values,
 }
 
 TEST_F(VtuTest, PiecesComeBackAsTheyWere) {
-  const auto data = [](const std::string& arrays) { return "<PointData>" + arrays + "</PointData>"; };
+  const auto data = [](const std::string& arrays) {
+    return "<PointData>" + arrays + "</PointData>";
+  };
   const std::string text = grid_of(
       piece(4, 1, data(point_array("p", "1 2 3 4") + point_array("only", "7 8 9 10")), "10") +
       piece(0, 0, data(point_array("p", "")), "") +
@@ -270,8 +273,8 @@ TEST_F(VtuTest, PiecesComeBackAsTheyWere) {
   ASSERT_TRUE(mesh->next_cells(batch, 10));
   EXPECT_EQ(batch.corners, (std::vector<std::uint64_t>{0, 1, 2, 3, 4, 5, 6, 7, 8, 9}));
   const std::string back = round_trip_text(text);
-  for (const char* part : {"NumberOfPoints=\"4\"", "NumberOfPoints=\"0\"", "NumberOfPoints=\"6\"",
-                           "Name=\"only\""})
+  for (const char* part :
+       {"NumberOfPoints=\"4\"", "NumberOfPoints=\"0\"", "NumberOfPoints=\"6\"", "Name=\"only\""})
     EXPECT_NE(back.find(part), std::string::npos) << part;
   if (!has_oracle()) GTEST_SKIP() << "the rest needs python3-vtk9";
   // VTK leaves values undefined where a piece lacks an array.
@@ -283,28 +286,30 @@ TEST_F(VtuTest, GridsWithoutPiecesPointsOrCells) {
   round_trip_text(grid_of(""));
   round_trip_text(grid_of(piece(0, 0, "", "")));
   round_trip_text(grid_of("<Piece NumberOfPoints=\"0\" NumberOfCells=\"0\"/>"));
-  round_trip_text(grid_of(
-      "<Piece NumberOfPoints=\"1\" NumberOfCells=\"0\"><Points><DataArray type=\"Int32\" "
-      "NumberOfComponents=\"3\">1 2 3</DataArray></Points></Piece>"));
+  round_trip_text(
+      grid_of("<Piece NumberOfPoints=\"1\" NumberOfCells=\"0\"><Points><DataArray type=\"Int32\" "
+              "NumberOfComponents=\"3\">1 2 3</DataArray></Points></Piece>"));
 }
 
 // --- polyhedra
 
 std::string tetrahedra(const std::string& attributes, const std::string& faces) {
-  return grid_of("<Piece NumberOfPoints=\"5\" NumberOfCells=\"2\"><Points><DataArray "
-                 "type=\"Float32\" NumberOfComponents=\"3\">0 0 0 1 0 0 0 1 0 0 0 1 1 1 1"
-                 "</DataArray></Points><Cells>" +
-                     point_array("connectivity", "3 2 1 0 1 2 3 4", "Int64") +
-                     point_array("offsets", "4 8", "Int64") +
-                     point_array("types", "42 42", "UInt8") + faces + "</Cells></Piece>",
-                 attributes);
+  return grid_of(
+      "<Piece NumberOfPoints=\"5\" NumberOfCells=\"2\"><Points><DataArray "
+      "type=\"Float32\" NumberOfComponents=\"3\">0 0 0 1 0 0 0 1 0 0 0 1 1 1 1"
+      "</DataArray></Points><Cells>" +
+          point_array("connectivity", "3 2 1 0 1 2 3 4", "Int64") +
+          point_array("offsets", "4 8", "Int64") + point_array("types", "42 42", "UInt8") + faces +
+          "</Cells></Piece>",
+      attributes);
 }
-const char* const kTwoPolyhedra = "4 3 0 1 2 3 0 1 3 3 0 2 3 3 1 2 3 4 3 1 2 3 3 1 2 4 3 1 3 4 3 2 3 4";
+const char* const kTwoPolyhedra =
+    "4 3 0 1 2 3 0 1 3 3 0 2 3 3 1 2 3 4 3 1 2 3 3 1 2 4 3 1 3 4 3 2 3 4";
 
 TEST_F(VtuTest, PolyhedraAsStreamsOfFaces) {
-  const std::string text = tetrahedra(
-      "version=\"1.0\"", point_array("faces", kTwoPolyhedra, "Int64") +
-                             point_array("faceoffsets", "17 34", "Int64"));
+  const std::string text =
+      tetrahedra("version=\"1.0\"", point_array("faces", kTwoPolyhedra, "Int64") +
+                                        point_array("faceoffsets", "17 34", "Int64"));
   const auto mesh = open_text(text);
   EXPECT_EQ(mesh->info().schema.blocks.at(0).shape, CellShape::polyhedron);
   // The first one's points stand in an order of their own.
@@ -319,23 +324,21 @@ TEST_F(VtuTest, PolyhedraAsStreamsOfFaces) {
 TEST_F(VtuTest, PolyhedraAsListsOfFaces) {
   const auto tables = [](const std::string& ids, const std::string& ends, const std::string& faces,
                          const std::string& face_ends) {
-    return tetrahedra("version=\"2.3\"",
-                      point_array("face_connectivity", faces, "Int64") +
-                          point_array("face_offsets", face_ends, "Int64") +
-                          point_array("polyhedron_to_faces", ids, "Int64") +
-                          point_array("polyhedron_offsets", ends, "Int64"));
+    return tetrahedra("version=\"2.3\"", point_array("face_connectivity", faces, "Int64") +
+                                             point_array("face_offsets", face_ends, "Int64") +
+                                             point_array("polyhedron_to_faces", ids, "Int64") +
+                                             point_array("polyhedron_offsets", ends, "Int64"));
   };
-  const std::string own = tables("0 1 2 3 4 5 6 7", "4 8",
-                                 "0 1 2 0 1 3 0 2 3 1 2 3 1 2 3 1 2 4 1 3 4 2 3 4",
-                                 "3 6 9 12 15 18 21 24");
+  const std::string own =
+      tables("0 1 2 3 4 5 6 7", "4 8", "0 1 2 0 1 3 0 2 3 1 2 3 1 2 3 1 2 4 1 3 4 2 3 4",
+             "3 6 9 12 15 18 21 24");
   std::string back = round_trip_text(own);
   EXPECT_NE(back.find("0 1 2 3 4 5"), std::string::npos) << back;
   EXPECT_NE(back.find("3 6 9 12 15 18"), std::string::npos) << back;
   EXPECT_EQ(find_extra(open_text(own)->info(), "vtu/data/0"), nullptr);
   // One face shared: the tables are kept as they are.
-  const std::string shared = tables("0 1 2 3 3 4 5 6", "4 8",
-                                    "0 1 2 0 1 3 0 2 3 1 2 3 1 2 4 1 3 4 2 3 4",
-                                    "3 6 9 12 15 18 21");
+  const std::string shared = tables(
+      "0 1 2 3 3 4 5 6", "4 8", "0 1 2 0 1 3 0 2 3 1 2 3 1 2 4 1 3 4 2 3 4", "3 6 9 12 15 18 21");
   back = round_trip_text(shared);
   EXPECT_NE(back.find("0 1 2 3 3 4"), std::string::npos) << back;
   EXPECT_NE(find_extra(open_text(shared)->info(), "vtu/data/0"), nullptr);
@@ -398,9 +401,9 @@ TEST_F(VtuTest, EntitiesAreNeverResolved) {
                           "<!DOCTYPE a [<!ENTITY x \"xxxxxxxx\"><!ENTITY y \"&x;&x;&x;&x;\">]>"
                           "<VTKFile "),
                  ErrorCode::unsupported, "DOCTYPE");
-  expect_failure(replaced(kPlain, "<VTKFile ",
-                          "<!DOCTYPE a SYSTEM \"file:///etc/passwd\"><VTKFile "),
-                 ErrorCode::unsupported, "DOCTYPE");
+  expect_failure(
+      replaced(kPlain, "<VTKFile ", "<!DOCTYPE a SYSTEM \"file:///etc/passwd\"><VTKFile "),
+      ErrorCode::unsupported, "DOCTYPE");
   expect_failure(replaced(kPlain, "Scalars=\"t\"", "Scalars=\"&x;\""), ErrorCode::corrupt, "XML");
 }
 
@@ -437,7 +440,8 @@ TEST_F(VtuTest, WrongArrays) {
                  ErrorCode::corrupt, "more points");
   expect_failure(with("format=\"ascii\">0 .5", "format=\"appended\" offset=\"0\">0 .5"),
                  ErrorCode::truncated, "appended");
-  expect_failure(with("type=\"Float64\"", "type=\"String\""), ErrorCode::unsupported, "coordinates");
+  expect_failure(with("type=\"Float64\"", "type=\"String\""), ErrorCode::unsupported,
+                 "coordinates");
 }
 
 TEST_F(VtuTest, MarkupIsBounded) {
@@ -462,10 +466,10 @@ std::string base64(const std::vector<std::uint32_t>& words, const std::string& r
 
 TEST_F(VtuTest, LyingHeadersOfCompressedArrays) {
   const auto with = [](const std::string& values) {
-    return replaced(replaced(replaced(kPlain, "byte_order",
-                                      "compressor=\"vtkZLibDataCompressor\" byte_order"),
-                             "format=\"ascii\">0 .5", "format=\"binary\">0 .5"),
-                    "0 .5 1e3 -1 nan", values);
+    return replaced(
+        replaced(replaced(kPlain, "byte_order", "compressor=\"vtkZLibDataCompressor\" byte_order"),
+                 "format=\"ascii\">0 .5", "format=\"binary\">0 .5"),
+        "0 .5 1e3 -1 nan", values);
   };
   // Five floats, whose blocks are each one zlib stream.
   const std::vector<std::byte> zeros(20);
@@ -507,9 +511,8 @@ TEST_F(VtuTest, EveryTruncationAndEveryFlippedByteIsAMeshOrAFailure) {
   mesh.mesh.schema.source_format = "";
   write_mesh(mesh, path("grid.vtu"), *format_named("vtu"), spool_);
   files.push_back(read_file(path("grid.vtu")));
-  files.push_back(tetrahedra("version=\"1.0\"",
-                             point_array("faces", kTwoPolyhedra, "Int64") +
-                                 point_array("faceoffsets", "17 34", "Int64")));
+  files.push_back(tetrahedra("version=\"1.0\"", point_array("faces", kTwoPolyhedra, "Int64") +
+                                                    point_array("faceoffsets", "17 34", "Int64")));
   for (const std::string& file : files) {
     const std::size_t end = file.find("</AppendedData>");
     const std::size_t needed = std::min(end, file.rfind("</VTKFile>"));
