@@ -115,7 +115,9 @@ void add_vtk_data(const MeshInfo& info, const std::set<std::string>& told, LossL
   if (!skeleton) return;
   for (const vtk::Entry& entry : skeleton->entries) {
     if (!entry.metadata.empty())
-      losses.push_back("metadata of array" + quoted(vtk::decode_name(entry.name)));
+      losses.push_back(entry.name.empty()
+                           ? std::string("metadata of points")
+                           : "metadata of array" + quoted(vtk::decode_name(entry.name)));
     if (entry.origin != vtk::Origin::extra || told.contains(vtk::data_key(entry.index))) continue;
     const bool table = entry.kind == vtk::EntryKind::lookup_table;
     losses.push_back((table ? "lookup table" : "field data") +
