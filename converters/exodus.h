@@ -71,6 +71,8 @@ std::unique_ptr<MeshSource> open_exodus(const std::string& path, Spool& spool);
 
 // Whether cells of another format have an element type of their own.
 bool exodus_holds_block(const BlockInfo& block);
+// Whether a name is short enough.
+bool exodus_holds_name(const std::string& name);
 
 // A mesh that came from Exodus gets its netCDF structure back. Any other one becomes a 64-bit
 // offset file (netCDF-4 when a variable is too large for that): one element block for each block

@@ -442,6 +442,11 @@ namespace shm::converters {
 
 bool exodus_holds_block(const BlockInfo& block) { return block.shape != CellShape::other; }
 
+bool exodus_holds_name(const std::string& name) {
+  constexpr std::size_t kSuffix = 4;  // of a component
+  return name.size() + kSuffix <= exodus::kLongestName;
+}
+
 }  // namespace shm::converters
 
 namespace shm::converters::exodus {

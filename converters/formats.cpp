@@ -86,15 +86,21 @@ const std::vector<Format>& formats() {
                                .integers = false,
                                .partial_arrays = true,
                                .block_numbers = true,
+                               .positive_numbers = true,
                                .unique_numbers = true,
-                               .block = exodus_holds_block};
-  static const Holds vtk = {.sets = Holds::Sets::arrays, .block = vtk_holds_block};
+                               .title_bytes = 80,
+                               .block = exodus_holds_block,
+                               .name = exodus_holds_name};
+  static const Holds vtk = {
+      .sets = Holds::Sets::arrays, .title_bytes = 255, .block = vtk_holds_block};
   static const Holds gmsh = {.sets = Holds::Sets::cells,
                              .every_step = true,
                              .integers = false,
                              .partial_arrays = true,
                              .block_numbers = true,
-                             .times = false};
+                             .positive_numbers = true,
+                             .times = false,
+                             .name = gmsh_holds_name};
   static const Holds ucd = {
       .sets = Holds::Sets::arrays, .integers = false, .block_numbers = true, .times = false};
   static const std::vector<Format> all = {

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "failure.h"
+#include "gmsh.h"
 #include "gmsh_plan.h"
 #include "gmsh_types.h"
 #include "transfer_sets.h"
@@ -237,6 +238,8 @@ class PlanAnew {
 };
 
 }  // namespace
+
+bool gmsh_holds_name(const std::string& name) { return quotable(name) == name; }
 
 GmshPlan plan_gmsh_anew(MeshSource& mesh, const std::string& path) {
   return PlanAnew(mesh, path).make();

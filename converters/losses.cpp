@@ -115,12 +115,25 @@ void add_vtk_data(const MeshInfo& info, const std::set<std::string>& told, LossL
   if (!skeleton) return;
   for (const vtk::Entry& entry : skeleton->entries) {
     if (!entry.metadata.empty())
-      losses.push_back("metadata of array" + quoted(vtk::decode_name(entry.name)));
+      losses.push_back(entry.name.empty()
+                           ? std::string("metadata of points")
+                           : "metadata of array" + quoted(vtk::decode_name(entry.name)));
     if (entry.origin != vtk::Origin::extra || told.contains(vtk::data_key(entry.index))) continue;
     const bool table = entry.kind == vtk::EntryKind::lookup_table;
     losses.push_back((table ? "lookup table" : "field data") +
                      quoted(vtk::decode_name(entry.name)));
   }
+}
+
+// Extras that sections, tags or the skeleton speak for; any other one is told by its key.
+bool is_spoken_for(const std::string& format, const std::string& key) {
+  std::vector<std::string_view> starts;
+  if (format == "gmsh")
+    starts = {"gmsh/mesh_format", "gmsh/byte_order", "gmsh/sections",
+              "gmsh/section/",    "gmsh/nodes/",     "gmsh/elements/"};
+  if (format == "vtk") starts = {"vtk/skeleton", "vtk/cell_types", "vtk/data/", "vtk/polyhedron/"};
+  return std::any_of(starts.begin(), starts.end(),
+                     [&](std::string_view start) { return key.starts_with(start); });
 }
 
 }  // namespace
@@ -134,8 +147,7 @@ LossList losses_of_extras(const MeshInfo& info, const std::set<std::string>& tol
       continue;
     if (format == "exodus" && extra.key.starts_with("exodus/"))
       add_once(losses, exodus_words(info, extra.key));
-    else if (!(format == "gmsh" && extra.key.starts_with("gmsh/")) &&
-             !(format == "vtk" && extra.key.starts_with("vtk/")))
+    else if (!is_spoken_for(format, extra.key))
       losses.push_back("extra" + quoted(extra.key));
   }
   if (format == "gmsh") {

@@ -2,6 +2,7 @@
 // anything is written. Nothing may go silently.
 #pragma once
 
+#include <cstddef>
 #include <set>
 #include <string>
 #include <vector>
@@ -24,9 +25,11 @@ struct Holds {
   bool integers = true;         // else all values are floating-point
   bool partial_arrays = false;  // cell arrays on some blocks; else NaN or 0 on the others
   bool block_numbers = false;   // blocks of its own; else their numbers are an array
-  bool unique_numbers = false;  // all above 0 and different
-  bool times = true;            // of steps, even when no array has any
+  bool positive_numbers = false, unique_numbers = false;
+  bool times = true;                                // of steps, even when no array has any
+  std::size_t title_bytes = ~std::size_t{0};        // most
   bool (*block)(const BlockInfo& block) = nullptr;  // whether it has such cells; null: all
+  bool (*name)(const std::string& name) = nullptr;  // whether it is written as it is; null: yes
 };
 
 // The extras of `info` that are not in `told`, in the words of the format that they came from.

@@ -156,6 +156,7 @@ void Translation::report_arrays() {
     const ArrayInfo& array = info.schema.arrays[a];
     any_stepped |= array.per_step;
     const std::string label = "array '" + array.name + "'";
+    report_name(array.name, label);
     if (!holds_.partial_arrays && array.location == Location::cell &&
         info.array_elements(a) != info.cells())
       losses_.push_back("which blocks " + label + " is on (" +
@@ -170,11 +171,13 @@ void Translation::report_arrays() {
 
 void Translation::report_blocks() {
   const MeshInfo& info = mesh_->info();
-  std::set<std::pair<std::int64_t, int>> used;
-  bool apart = true;
+  std::set<std::int64_t> used;
+  bool fit = true;
   for (std::size_t b = 0; b < info.schema.blocks.size(); ++b) {
     const BlockInfo& block = info.schema.blocks[b];
-    apart &= block.id > 0 && used.emplace(block.id, 0).second;
+    fit &= !holds_.positive_numbers || block.id > 0;
+    fit &= !holds_.unique_numbers || used.insert(block.id).second;
+    report_name(block.name, block_label(block));
     if (holds_.block != nullptr && info.block_cells[b] > 0 && !holds_.block(block))
       losses_.push_back("cells of " + block_label(block) + " as what they are (" +
                         std::string(shape_name(block.shape)) + " with " +
@@ -183,9 +186,15 @@ void Translation::report_blocks() {
                         " nodes)");
   }
   // Of VTK's own blocks the number only says the type of their cells.
-  const bool numbered = from_.schema.source_format != "vtk";
-  if (holds_.unique_numbers && numbered && !apart)
-    losses_.push_back("numbers of blocks (each must have one above 0 of its own)");
+  const bool numbered = !from_.schema.source_format.starts_with("vt") ||
+                        BlocksById::array_of_ids(from_) < from_.schema.arrays.size();
+  if (numbered && !fit)
+    losses_.push_back(std::string("numbers of blocks (each must be above 0") +
+                      (holds_.unique_numbers ? " and another)" : ")"));
+}
+
+void Translation::report_name(const std::string& name, const std::string& label) {
+  if (holds_.name != nullptr && !holds_.name(name)) losses_.push_back("spelling of " + label);
 }
 
 void Translation::carry_title() {
@@ -197,6 +206,8 @@ void Translation::carry_title() {
       if (const auto parsed = vtk::parse_skeleton(text_of_extra(*skeleton))) title = parsed->title;
   }
   if (title.empty() || title == vtk::Skeleton().title) return;
+  if (title.size() > holds_.title_bytes)
+    losses_.push_back("title beyond " + std::to_string(holds_.title_bytes) + " bytes");
   Extra extra{"mesh/title", ScalarType::uint8, Reference::nothing, {title.size()}, {}};
   extra.data.resize(title.size());
   std::memcpy(extra.data.data(), title.data(), title.size());
@@ -205,6 +216,7 @@ void Translation::carry_title() {
 
 void Translation::carry_sets(Spool& spool) {
   std::vector<TransferSet> sets = transfer_sets(from_, told_);
+  for (const TransferSet& set : sets) report_name(set.name, set.label());
   for (const TransferSet& set : sets)
     if (set.weighted) losses_.push_back("distribution factors of " + set.label());
   if (sets.empty()) return;

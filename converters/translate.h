@@ -36,6 +36,7 @@ class Translation {
   void carry_title();
   void report_arrays();
   void report_blocks();
+  void report_name(const std::string& name, const std::string& label);
 
   const MeshInfo& from_;
   const std::string format_;
