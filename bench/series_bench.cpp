@@ -185,12 +185,11 @@ void tell_reading(const char* what, RandomSource& file, const StepRequest& reque
   CountingSource source(file);
   std::uint64_t opening = 0, bytes = 0;
   std::size_t values = 0;
-  double opened = 0, next = 0;
   double best = 1e300, best_next = 1e300;
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 2; ++i) {
     source.bytes = 0;
     std::optional<StepReader> reader;
-    opened = seconds_of_clock([&] { reader = unwrap(StepReader::open(source)); });
+    const double opened = seconds_of_clock([&] { reader = unwrap(StepReader::open(source)); });
     opening = source.bytes;
     const double read = seconds_of_clock([&] {
       values = 0;
@@ -200,7 +199,7 @@ void tell_reading(const char* what, RandomSource& file, const StepRequest& reque
     StepRequest following = request;
     ++following.step;
     following.numbers = false;
-    next = seconds_of_clock([&] { unwrap(reader->read(following)); });
+    const double next = seconds_of_clock([&] { unwrap(reader->read(following)); });
     best = std::min(best, opened + read);
     best_next = std::min(best_next, next);
   }
@@ -210,6 +209,7 @@ void tell_reading(const char* what, RandomSource& file, const StepRequest& reque
       what, static_cast<unsigned long long>(request.step), request.numbers ? "true" : "false",
       static_cast<unsigned long long>(opening), static_cast<unsigned long long>(bytes),
       static_cast<double>(bytes) / static_cast<double>(file.size()), values, best, best_next);
+  std::fflush(stdout);
 }
 
 int run(int argc, char** argv) {
@@ -222,7 +222,8 @@ int run(int argc, char** argv) {
                                           {"--every", every},
                                           {"--travel", travel},
                                           {"--fast", fast}});
-  if (steps < 2 || key_steps == 0 || every == 0) throw std::runtime_error("nothing is asked");
+  if (steps < 2 || key_steps == 0 || every == 0 || every > steps)
+    throw std::runtime_error("nothing is asked");
   const Level level = fast ? Level::fast : Level::standard;
   const ArrayMesh mesh = load_arrays(path);
   const Fields fields(mesh);
@@ -254,6 +255,7 @@ int run(int argc, char** argv) {
     std::printf("%s\"%s\": %llu", std::exchange(comma, ", "), name.c_str(),
                 static_cast<unsigned long long>(bytes));
   std::printf("}");
+  std::fflush(stdout);
 
   const auto file = unwrap(FileRandomSource::open(series));
   const std::uint64_t key = steps / 2 / key_steps * key_steps;
@@ -267,20 +269,18 @@ int run(int argc, char** argv) {
   tell_reading("temperature numbered", *file, {0, key, {}, true});
   std::filesystem::remove(series);
 
-  if (every <= steps) {
-    std::uint64_t singles = 0, bytes = 0;
-    const double took = seconds_of_clock([&] {
-      for (std::uint64_t step = 0; step < steps; step += every, ++singles)
-        bytes += bytes_of_single(mesh, fields, time_of(step), level);
-    });
-    const double all =
-        static_cast<double>(bytes) * static_cast<double>(steps) / static_cast<double>(singles);
-    std::printf(
-        ",\n  \"singles\": %llu, \"singles_bytes\": %.0f, \"singles_s\": %.1f, "
-        "\"ratio\": %.4f",
-        static_cast<unsigned long long>(singles), all, took,
-        static_cast<double>(sizes.total_bytes) / all);
-  }
+  std::uint64_t singles = 0, bytes = 0;
+  const double took = seconds_of_clock([&] {
+    for (std::uint64_t step = 0; step < steps; step += every, ++singles)
+      bytes += bytes_of_single(mesh, fields, time_of(step), level);
+  });
+  const double all =
+      static_cast<double>(bytes) * static_cast<double>(steps) / static_cast<double>(singles);
+  std::printf(
+      ",\n  \"singles\": %llu, \"singles_bytes\": %.0f, \"singles_s\": %.1f, "
+      "\"ratio\": %.4f",
+      static_cast<unsigned long long>(singles), all, took,
+      static_cast<double>(sizes.total_bytes) / all);
   std::printf("}\n");
   return 0;
 }
