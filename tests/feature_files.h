@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "second_order_mesh.h"
 #include "shm/mesh.h"
 #include "test_mesh.h"
 
@@ -399,6 +400,9 @@ inline std::vector<FeatureFile> feature_files() {
   add("ring", written(exact_ring(5, 2, 2)));
   add("mixed_cells", written(mixed_cells()));
   add("mixed_cells_stream", written(with_order(mixed_cells(), stream, true, 3)));
+  add("second_order", written(second_order_cells()));
+  add("second_order_stream", written(with_order(second_order_grid(3, 2, 2, 27), stream, true, 0), 5,
+                                     ConnectivityCodec::replay));
   add("degenerate", written(degenerate_hexahedra()));
   add("arrays", written(with_arrays_of_every_type(bent_grid(2, 2, 1))));
   add("arrays_on_some_blocks", written(arrays_on_some_blocks()));
