@@ -186,7 +186,7 @@ TEST(InnerNodes, CostNothingOnAGrid) {
       options.connectivity = codec;
       SizeReport report;
       expect_round_trip(second_order_grid(12, 12, 12, nodes), options, &report);
-      EXPECT_LT(report.streams["connectivity"], 200u) << nodes;  // bytes for 1728 cells
+      EXPECT_LT(report.streams["connectivity"], 300u) << nodes;  // bytes for 1728 cells
       EXPECT_LT(report.streams["vertex numbers"], 200u) << nodes;
     }
 }
