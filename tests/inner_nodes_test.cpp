@@ -178,7 +178,7 @@ TEST(InnerNodes, OfAllShapesComeBack) {
       }
 }
 
-// What a corner tells costs nothing: a grid of quadratic cells is as cheap as one of linear ones.
+// What a corner tells costs nothing: what is left is what the corners take.
 TEST(InnerNodes, CostNothingOnAGrid) {
   for (std::uint32_t nodes : {20u, 27u})
     for (ConnectivityCodec codec : kCodecs) {
