@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "front/node_layout.h"
+#include "coders/node_layout.h"
 #include "test_mesh.h"
 
 namespace shm {

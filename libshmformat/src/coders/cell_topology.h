@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "coders/node_layout.h"
 #include "front/active_surface.h"
-#include "front/node_layout.h"
 
 namespace shm {
 

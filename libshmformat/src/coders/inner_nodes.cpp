@@ -1,6 +1,7 @@
 #include "coders/inner_nodes.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace shm {
 

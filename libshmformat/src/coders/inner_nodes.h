@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "coders/cell_topology.h"
+#include "coders/node_layout.h"
 #include "entropy/models.h"
 #include "front/active_surface.h"
 #include "front/id_map.h"
-#include "front/node_layout.h"
 
 namespace shm {
 

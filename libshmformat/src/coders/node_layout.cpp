@@ -1,4 +1,4 @@
-#include "front/node_layout.h"
+#include "coders/node_layout.h"
 
 #include <algorithm>
 #include <span>
