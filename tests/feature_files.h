@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "second_order_mesh.h"
 #include "shm/archive.h"
 #include "shm/mesh.h"
 #include "test_mesh.h"
@@ -470,6 +471,9 @@ inline std::vector<FeatureFile> feature_files() {
   add("every_shape", written(every_shape()));
   add("every_shape_stream", written(with_order(every_shape(), stream, false, 5), 30,
                                     ConnectivityCodec::mixed));
+  add("second_order", written(second_order_cells()));
+  add("second_order_stream", written(with_order(second_order_grid(3, 2, 2, 27), stream, true, 0), 5,
+                                     ConnectivityCodec::replay));
   add("degenerate", written(degenerate_hexahedra()));
   add("arrays", written(with_arrays_of_every_type(bent_grid(2, 2, 1))));
   add("arrays_on_some_blocks", written(arrays_on_some_blocks()));

@@ -70,6 +70,10 @@ class Walk {
       for (std::uint8_t i : kCornerOrder) meet(i);
     for (std::size_t i = 0; i < tested.vertices.size(); ++i) meet(i);
     for (std::uint64_t v : tested.vertices) cell.slots.push_back(slot_[v]);
+    if (tested.hexahedral)
+      cell.layout =
+          node_layout(CellShape::hexahedron, static_cast<std::uint32_t>(tested.vertices.size()));
+    for (std::uint8_t i = 0; i < 8; ++i) cell.framed[cell.stored_corner[i]] = i;
     if (!bare_) {
       cell.numbers = tested.vertices;
       cell.last_use.assign(cell.slots.size(), 1);
@@ -365,25 +369,53 @@ TEST(Neighbourhood, ReachOnlyAdds) {
   expect(far.cells, near.cells, kFar | kBeyond);
 }
 
-TEST(Neighbourhood, OfMidpoints) {
+// Of a cell alone: parallel edges come in the order of their positions.
+TEST(Neighbourhood, OfInnerNodes) {
   TestedCell cell;
   for (std::uint64_t v = 0; v < 27; ++v) cell.vertices.push_back(100 + v);
+  cell.stored_corner = kRotations[5];
   const Walk walk({cell});
   ASSERT_EQ(walk.vertices.size(), 27u);
+  // The vertex that is stored as a corner, or another node.
+  const auto stored = [&](std::uint32_t position) {
+    const auto& corners = cell.stored_corner;
+    return 100u + (position < 8
+                       ? static_cast<std::uint64_t>(
+                             std::find(corners.begin(), corners.end(), position) - corners.begin())
+                       : position);
+  };
+  constexpr std::uint32_t kThird = Neighbourhood::kThird | Neighbourhood::kNear;
   for (const Walk::Seen& it : walk.vertices) {
     const std::uint64_t position = it.vertex - 100;
+    const Neighbourhood& around = it.around;
     if (position < 8) {
-      EXPECT_EQ(it.around.kind, Neighbourhood::lattice);
+      EXPECT_EQ(around.kind, Neighbourhood::lattice);
+      EXPECT_FALSE(around.is_inner());
     } else if (position < 20) {
-      EXPECT_EQ(it.around.kind, Neighbourhood::midpoint);
-      EXPECT_EQ(it.around.known, 3 * Neighbourhood::kNear);
+      EXPECT_EQ(around.kind, Neighbourhood::midpoint);
       const auto [one, two] = kEdgeCorners[position - 8];
-      EXPECT_EQ(it.at[0], 100u + one);
-      EXPECT_EQ(it.at[1], 100u + two);
+      EXPECT_EQ(it.at[kAtDiagonal], stored(one));
+      EXPECT_EQ(it.at[kAtDiagonal + 1], stored(two));
+      EXPECT_EQ(around.known & ~(7 * kThird), 3 * Neighbourhood::kDiagonal);
+      for (std::uint32_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(around.knows(Neighbourhood::kNear << i), around.knows(kThird << i));
+        if (around.knows(Neighbourhood::kNear << i)) {
+          EXPECT_LT(it.at[i], it.vertex);
+        }
+      }
     } else {
-      EXPECT_EQ(it.around.kind, Neighbourhood::other);
-      EXPECT_EQ(it.around.known, Neighbourhood::kNear);
-      EXPECT_EQ(it.at[0], 100 + position - 1);
+      EXPECT_EQ(around.kind, Neighbourhood::centre);
+      EXPECT_EQ(around.corner, position == 26 ? 1 : 0);
+      const bool across = position < 26 && position % 2 == 1;  // the face across comes before
+      EXPECT_EQ(around.known, 0xffu << kAtDiagonal | (across ? kThird : 0));
+      if (across) {
+        EXPECT_EQ(it.at[0], it.vertex - 1);
+      }
+      const InnerNode* node = node_layout(CellShape::hexahedron, 27)->at(position);
+      for (std::uint32_t i = 0; i < 4; ++i) {
+        EXPECT_EQ(it.at[kAtDiagonal + i], stored(node->middle[i]));
+        EXPECT_EQ(it.at[kAtBeyond + i], stored(node->corner[i]));
+      }
     }
   }
 }
@@ -452,7 +484,9 @@ TEST(Neighbourhood, NamesOnlyWhatIsThere) {
     for (std::uint64_t c = 0; c < 600; ++c) {
       TestedCell cell;
       cell.hexahedral = random() % 8 != 0;
-      const std::size_t nodes = cell.hexahedral ? (random() % 10 == 0 ? 20 : 8) : 1 + random() % 9;
+      const std::size_t nodes = cell.hexahedral
+                                    ? (random() % 10 == 0 ? (random() % 2 == 0 ? 20 : 27) : 8)
+                                    : 1 + random() % 9;
       for (std::size_t i = 0; i < nodes; ++i)
         cell.vertices.push_back(c / 2 + random() % window);  // older ones die
       cell.stored_corner = kRotations[random() % kRotationCount];
@@ -481,7 +515,7 @@ TEST(Neighbourhood, NamesOnlyWhatIsThere) {
         if (it.around.knows(1u << at)) {
           ASSERT_TRUE(born.contains(it.at[at])) << at;
         }
-      for (std::uint32_t a = 0; a < 3; ++a) {
+      for (std::uint32_t a = 0; a < 3 && !it.around.is_inner(); ++a) {
         if (it.around.knows(Neighbourhood::kBeyond << a)) {
           ASSERT_TRUE(it.around.knows(Neighbourhood::kNear << a));
           ASSERT_TRUE(edges.contains({it.at[a], it.at[kAtBeyond + a]}));

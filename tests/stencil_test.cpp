@@ -123,15 +123,17 @@ TEST(Stencil, NewVerticesAreKnownOnlyOnceTheyAreCoded) {
   cell.slots[6] = cell.slots[4];  // stands twice
   cell.new_positions = {4, 7, 5};
   std::vector<std::uint32_t> order;
-  for_each_new_vertex(cell, cell.new_positions, [&](std::uint32_t position, const Stencil& s) {
+  const auto visit = [&](std::uint32_t position, const Stencil& s, std::uint64_t known) {
     const std::uint32_t slot = cell.slots[position];
+    EXPECT_EQ(known >> position & 1, 0u);
     for (std::uint32_t n = 0; n < s.size(); ++n) {
       const std::uint32_t used = s.at[n];
       const bool is_old = used <= 103;
       EXPECT_TRUE(is_old || std::find(order.begin(), order.end(), used) != order.end());
     }
     order.push_back(slot);
-  });
+  };
+  for_each_new_vertex(cell, cell.new_positions, visit);
   EXPECT_EQ(order, (std::vector<std::uint32_t>{104, 107, 105}));
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "coders/node_layout.h"
 #include "front/active_surface.h"
 
 namespace shm {
@@ -28,6 +29,11 @@ struct CellTopology {
   std::array<std::uint64_t, 8> original{};
   /// Position in the coder's frame -> corner as stored.
   std::array<std::uint8_t, 8> stored_corner{0, 1, 2, 3, 4, 5, 6, 7};
+
+  /// Where nodes stand that are no corners; null where nothing is known of them.
+  const NodeLayout* layout = nullptr;
+  /// Corner as stored -> position. Where there is a layout.
+  std::array<std::uint8_t, 8> framed{0, 1, 2, 3, 4, 5, 6, 7};
 
   std::uint32_t cell_slot = kNone;
   std::uint8_t face_mask = 0;  ///< bit k: face k was active before this cell (but for replay)

@@ -15,7 +15,9 @@ bool is_hexahedral(const BlockInfo& block) {
 
 template <class Coder>
 Connectivity<Coder>::Connectivity(const Schema& schema)
-    : schema_(&schema), node_ids_(schema.blocks.size()) {
+    : schema_(&schema), inner_nodes_(surface_), node_ids_(schema.blocks.size()) {
+  for (const BlockInfo& block : schema.blocks)
+    layouts_.push_back(node_layout(block.shape, block.nodes_per_cell));
   set_codec(ConnectivityCodec::rows);
   for (const BlockInfo& block : schema.blocks)
     if (!is_hexahedral(block) && !others_) others_ = std::make_unique<CellCorners<Coder>>(surface_);
@@ -50,7 +52,9 @@ bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, CellTop
   cell.new_positions.clear();
   cell.face_mask = 0;
   cell.cell_slot = kNone;
+  cell.layout = layouts_[cell.block];
   for (std::uint8_t i = 0; i < 8; ++i) cell.stored_corner[i] = i;
+  if constexpr (!Coder::kDecodes) sort_numbers(cell);
   if (cell.hexahedral && !code_hexahedron(symbols, corner_order, cell)) return false;
   const std::uint32_t corners = cell.hexahedral ? 8
                                 : block.shape == CellShape::hexahedron
@@ -76,6 +80,7 @@ void Connectivity<Coder>::finish_cell(const CellTopology& cell) {
   const auto finalize = [&](std::size_t i) {
     if (replay != nullptr) (*replay)->forget(cell.slots[i]);
     if (others_) others_->forget(cell.slots[i]);
+    inner_nodes_.forget(cell.slots[i]);
     surface_.finalize(cell.slots[i]);
   };
   std::size_t i = 0;
@@ -122,7 +127,8 @@ bool Connectivity<Coder>::code_block(Coder& symbols, CellTopology& cell) {
   return true;
 }
 
-/// Nodes that are no corners of a hexahedron: by their step from the last cell of the block.
+/// Nodes that are no corners of a hexahedron: as their place in the cell lets expect, else by their
+/// step from the last cell of the block.
 template <class Coder>
 bool Connectivity<Coder>::code_nodes(Coder& symbols, CellTopology& cell, std::uint32_t first) {
   auto& last = node_ids_[cell.block];
@@ -130,36 +136,19 @@ bool Connectivity<Coder>::code_nodes(Coder& symbols, CellTopology& cell, std::ui
   const std::size_t count = cell.slots.size();
   for (std::uint32_t i = 0; i < count; ++i) {
     if (i >= first) {
-      while (nodes_.size() <= std::min<std::uint32_t>(i, 31))
-        nodes_.push_back(std::make_unique<NodeModel>());
-      NodeModel& model = *nodes_[std::min<std::uint32_t>(i, 31)];
-      const std::uint64_t expected = (i < last.size()          ? last[i]
-                                      : i > 0 && !last.empty() ? last.back()
-                                                               : 0) +
-                                     shift;
-      std::uint32_t repeats = kNone;
-      if constexpr (!Coder::kDecodes)
-        for (std::uint32_t j = i > kMaxLastUse ? i - kMaxLastUse : 0; j < i && repeats == kNone;
-             ++j)
-          if (cell.numbers[j] == cell.numbers[i]) repeats = j;
-      const bool is_new =
-          symbols.bit(model.is_new[last_new_], cell.slots[i] == kNone && repeats == kNone);
-      last_new_ = is_new;
-      if (is_new) {
-        give_birth(cell, i);
-      } else if (i > 0 && symbols.bit(model.repeated, repeats != kNone)) {
-        const std::uint64_t back = code_number(symbols, model.repeat, i - 1 - repeats);
-        if (back >= i) return false;
-        cell.slots[i] = cell.slots[i - 1 - back];
-      } else {
-        std::uint64_t id = 0;
-        if constexpr (!Coder::kDecodes) id = surface_.vertex(cell.slots[i]).id;
-        id = expected + static_cast<std::uint64_t>(code_signed(
-                            symbols, model.step, static_cast<std::int64_t>(id - expected)));
-        cell.slots[i] = surface_.slot_of(id);
-        if (cell.slots[i] == kNone) return false;
-        if (i < last.size()) shift = id - last[i];
+      const InnerNode* inner = cell.layout == nullptr ? nullptr : cell.layout->at(i);
+      if (inner != nullptr) {
+        if (i == cell.layout->corners) begin_layout(cell);
+        if constexpr (!Coder::kDecodes)
+          if (const std::uint32_t same = earlier_position(cell, i); same != kNone)
+            cell.slots[i] = cell.slots[same];
       }
+      if (inner == nullptr || !inner_nodes_.code(symbols, cell, *inner, i)) {
+        if (!code_node(symbols, cell, i, shift)) return false;
+      } else if (cell.slots[i] == kNone) {
+        give_birth(cell, i);
+      }
+      if (inner != nullptr) inner_nodes_.note(cell, *inner, i);
     }
     const std::uint64_t id = surface_.vertex(cell.slots[i]).id;
     if (first == 0 || i >= first) {
@@ -174,6 +163,39 @@ bool Connectivity<Coder>::code_nodes(Coder& symbols, CellTopology& cell, std::ui
   return true;
 }
 
+/// Encoding: the first of the positions shortly before this one that has the same vertex.
+template <class Coder>
+std::uint32_t Connectivity<Coder>::earlier_position(const CellTopology& cell, std::uint32_t i) {
+  for (std::uint32_t j = i > kMaxLastUse ? i - kMaxLastUse : 0; j < i; ++j)
+    if (cell.numbers[j] == cell.numbers[i]) return j;
+  return kNone;
+}
+
+/// Encoding: in cells of so many nodes that repeats are not said, which positions have a number.
+template <class Coder>
+void Connectivity<Coder>::sort_numbers(const CellTopology& cell) {
+  positions_.clear();
+  if (cell.slots.size() <= kMaxLastUse) return;
+  for (std::uint32_t i = 0; i < cell.slots.size(); ++i) positions_.push_back({cell.numbers[i], i});
+  std::sort(positions_.begin(), positions_.end());
+}
+
+/// Encoding: a vertex that was new at `i` is found by its number at positions far behind it.
+template <class Coder>
+void Connectivity<Coder>::tell_farther_repeats(CellTopology& cell, std::uint32_t i) {
+  const std::pair<std::uint64_t, std::uint32_t> from{cell.numbers[i], i + kMaxLastUse};
+  for (auto it = std::lower_bound(positions_.begin(), positions_.end(), from);
+       it != positions_.end() && it->first == cell.numbers[i]; ++it)
+    cell.slots[it->second] = cell.slots[i];
+}
+
+/// Before the first node that is no corner.
+template <class Coder>
+void Connectivity<Coder>::begin_layout(CellTopology& cell) {
+  for (std::uint8_t i = 0; i < 8; ++i) cell.framed[cell.stored_corner[i]] = i;
+  inner_nodes_.begin_cell(cell);
+}
+
 /// The vertex at `position` is new.
 template <class Coder>
 void Connectivity<Coder>::give_birth(CellTopology& cell, std::uint32_t position) {
@@ -183,9 +205,41 @@ void Connectivity<Coder>::give_birth(CellTopology& cell, std::uint32_t position)
       replay != nullptr && schema_->order != Order::keep)
     (*replay)->name(slot, surface_.vertex(slot).id);
   // Farther repeats than the models can say are found by their number from here on.
-  if constexpr (!Coder::kDecodes)
-    for (std::size_t j = position + kMaxLastUse; j < cell.slots.size(); ++j)
-      if (cell.numbers[j] == cell.numbers[position]) cell.slots[j] = slot;
+  if constexpr (!Coder::kDecodes) tell_farther_repeats(cell, position);
+}
+
+template <class Coder>
+bool Connectivity<Coder>::code_node(Coder& symbols, CellTopology& cell, std::uint32_t i,
+                                    std::uint64_t& shift) {
+  const auto& last = node_ids_[cell.block];
+  while (nodes_.size() <= std::min<std::uint32_t>(i, 31))
+    nodes_.push_back(std::make_unique<NodeModel>());
+  NodeModel& model = *nodes_[std::min<std::uint32_t>(i, 31)];
+  const std::uint64_t expected = (i < last.size()          ? last[i]
+                                  : i > 0 && !last.empty() ? last.back()
+                                                           : 0) +
+                                 shift;
+  std::uint32_t repeats = kNone;
+  if constexpr (!Coder::kDecodes) repeats = earlier_position(cell, i);
+  const bool is_new =
+      symbols.bit(model.is_new[last_new_], cell.slots[i] == kNone && repeats == kNone);
+  last_new_ = is_new;
+  if (is_new) {
+    give_birth(cell, i);
+  } else if (i > 0 && symbols.bit(model.repeated, repeats != kNone)) {
+    const std::uint64_t back = code_number(symbols, model.repeat, i - 1 - repeats);
+    if (back >= i) return false;
+    cell.slots[i] = cell.slots[i - 1 - back];
+  } else {
+    std::uint64_t id = 0;
+    if constexpr (!Coder::kDecodes) id = surface_.vertex(cell.slots[i]).id;
+    id = expected + static_cast<std::uint64_t>(
+                        code_signed(symbols, model.step, static_cast<std::int64_t>(id - expected)));
+    cell.slots[i] = surface_.slot_of(id);
+    if (cell.slots[i] == kNone) return false;
+    if (i < last.size()) shift = id - last[i];
+  }
+  return true;
 }
 
 template <class Coder>
@@ -209,6 +263,11 @@ void Connectivity<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
     if (std::find(begin, begin + static_cast<std::ptrdiff_t>(i), cell.slots[i]) !=
         begin + static_cast<std::ptrdiff_t>(i)) {
       cell.last_use[i] = 0;
+      continue;
+    }
+    if (const InnerNode* inner = cell.layout == nullptr ? nullptr : cell.layout->at(i)) {
+      cell.last_use[i] =
+          inner_nodes_.code_last_use(symbols, cell, *inner, i, cell.last_use[i] != 0) ? 1 : 0;
       continue;
     }
     const auto& vertex = surface_.vertex(cell.slots[i]);

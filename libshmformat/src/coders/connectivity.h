@@ -7,11 +7,13 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <variant>
 #include <vector>
 
 #include "coders/cell_corners.h"
 #include "coders/cell_topology.h"
+#include "coders/inner_nodes.h"
 #include "coders/mixed_rows.h"
 #include "coders/paper_hexahedra.h"
 #include "coders/replay_hexahedra.h"
@@ -75,19 +77,28 @@ class Connectivity {
   bool order_matters(const BlockInfo& block) const {
     return schema_->corner_order || block.nodes_per_cell != 8;
   }
+  bool code_node(Coder& symbols, CellTopology& cell, std::uint32_t position, std::uint64_t& shift);
   void give_birth(CellTopology& cell, std::uint32_t position);
+  void begin_layout(CellTopology& cell);
+  static std::uint32_t earlier_position(const CellTopology& cell, std::uint32_t position);
+  void sort_numbers(const CellTopology& cell);
+  void tell_farther_repeats(CellTopology& cell, std::uint32_t position);
   void code_last_use(Coder& symbols, CellTopology& cell);
 
   const Schema* schema_;
   ActiveSurface surface_;
   std::variant<Paper, Rows, Replay, Mixed> hexahedra_;
   std::unique_ptr<CellCorners<Coder>> others_;  // where there are blocks of other cells
+  std::vector<const NodeLayout*> layouts_;      // by block
+  InnerNodes<Coder> inner_nodes_;
 
   // contexts
   std::uint32_t last_block_ = 0;
   std::array<std::uint8_t, 8> last_finalized_{};
   std::vector<std::vector<std::uint64_t>> node_ids_;  // of the last cell of each block
   bool last_new_ = false;
+
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> positions_;  // encoding: by number
 
   // models
   AdaptiveBit same_block_;

@@ -38,7 +38,7 @@ std::uint64_t spectral(const Stencil& stencil, const std::vector<std::uint64_t>&
 /// cell has values by now.
 Stencil stencil_of(const CellTopology& cell, std::uint32_t position, std::uint64_t known);
 
-/// Calls `visit(position, stencil)` for new vertices of a cell: `positions` are its
+/// Calls `visit(position, stencil, known)` for new vertices of a cell: `positions` are its
 /// new_positions, in the order in which they are to become known.
 template <class Visit>
 void for_each_new_vertex(const CellTopology& cell, std::span<const std::uint32_t> positions,
@@ -54,7 +54,7 @@ void for_each_new_vertex(const CellTopology& cell, std::span<const std::uint32_t
   std::uint64_t known = ~std::uint64_t{0};
   for (std::uint32_t position : positions) known &= ~standing_at(cell.slots[position]);
   for (std::uint32_t position : positions) {
-    visit(position, stencil_of(cell, position, known));
+    visit(position, stencil_of(cell, position, known), known);
     known |= standing_at(cell.slots[position]);
   }
 }

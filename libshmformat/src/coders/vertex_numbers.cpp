@@ -27,16 +27,35 @@ void VertexNumbers<Coder>::know(std::uint32_t slot, std::uint64_t number) {
 }
 
 template <class Coder>
-std::uint64_t VertexNumbers<Coder>::code(Coder& coder, const Stencil& stencil,
-                                         std::uint32_t direction, std::uint32_t slot,
-                                         std::uint64_t number) {
+auto VertexNumbers<Coder>::expect(const CellTopology& cell, std::uint32_t position,
+                                  const Stencil& stencil, std::uint64_t known) -> Expectation {
+  Expectation it;
+  if (const InnerNode* node = cell.layout == nullptr ? nullptr : cell.layout->at(position)) {
+    const InnerNumbers::Guess guess =
+        inner_.expect(cell, *node, position, known, numbers_, last_ + 1);
+    return {guess.best, guess.second, 3u + node->kind};
+  }
+  if (stencil.kind == Stencil::last) {
+    it.near = last_ + 1;
+  } else {
+    it.near = spectral(stencil, numbers_);
+    it.kind = stencil.kind == Stencil::lorenzo ? 2 : stencil.kind == Stencil::parallelogram ? 1 : 0;
+    it.direction = direction_of(cell, position, stencil);
+    it.from = stencil.at[0];
+    if (it.direction != kNone) it.near += stride_[it.direction];
+  }
+  it.second = it.near;
+  return it;
+}
+
+template <class Coder>
+std::uint64_t VertexNumbers<Coder>::code(Coder& coder, const Expectation& expected,
+                                         std::uint32_t slot, std::uint64_t number) {
   const std::uint64_t next = last_ + 1, beyond = largest_ + 1;
-  std::uint64_t near = stencil.kind == Stencil::last ? next : spectral(stencil, numbers_);
-  if (direction != kNone) near += stride_[direction];
-  const std::uint32_t kind = stencil.kind == Stencil::lorenzo         ? 2
-                             : stencil.kind == Stencil::parallelogram ? 1
-                                                                      : 0;
-  auto& model = guess_[kind][history_];
+  const auto [near, second, kind, direction, from] = expected;
+  const bool is_inner = kind >= 3;
+  std::uint32_t& history = history_[is_inner ? 1 : 0];
+  auto& model = guess_[kind][history];
   std::uint32_t guess = 3;
   if (coder.bit(model[0], number == near)) {
     number = near;
@@ -47,16 +66,21 @@ std::uint64_t VertexNumbers<Coder>::code(Coder& coder, const Stencil& stencil,
   } else if (beyond != near && beyond != next && coder.bit(model[2], number == beyond)) {
     number = beyond;
     guess = 2;
-  } else if (coder.bit(missed_as_before_[kind][history_ & 3], number == near + miss_[kind])) {
+  } else if (second != near && second != next && second != beyond &&
+             coder.bit(model[3], number == second)) {
+    number = second;
+    guess = 4;
+  } else if (coder.bit(missed_as_before_[kind][history & 3], number == near + miss_[kind])) {
     number = near + miss_[kind];
   } else {
     const auto step = static_cast<std::int64_t>(number - near);
     miss_[kind] = static_cast<std::uint64_t>(code_signed(coder, residual_[kind], step));
     number = near + miss_[kind];
   }
-  history_ = (history_ << 2 | guess) & 63;
+  history = (history << (is_inner ? 3 : 2) | guess) & 63;
+  if (is_inner) inner_.learn(number);
   if (direction != kNone) {
-    const std::uint64_t step = number - numbers_[stencil.at[0]];
+    const std::uint64_t step = number - numbers_[from];
     stride_[direction] = step;
     stride_[direction ^ 1] = 0 - step;
   }

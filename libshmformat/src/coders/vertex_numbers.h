@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "coders/inner_numbers.h"
 #include "coders/stencil.h"
 #include "entropy/models.h"
 
@@ -26,23 +27,35 @@ class VertexNumbers {
   void know(std::uint32_t slot, std::uint64_t number);
   /// A vertex that no cell uses.
   std::uint64_t code_loose(Coder& coder, std::uint32_t slot, std::uint64_t number) {
-    return code(coder, {}, kNone, slot, number);
+    return code(coder, {last_ + 1, last_ + 1}, slot, number);
   }
 
  private:
-  std::uint64_t code(Coder& coder, const Stencil& stencil, std::uint32_t direction,
-                     std::uint32_t slot, std::uint64_t number);
+  static constexpr std::uint32_t kKinds = 3 + InnerNode::kKinds;
+  /// What a number is expected to be.
+  struct Expectation {
+    std::uint64_t near = 0, second = 0;  // second: may be the same
+    std::uint32_t kind = 0;
+    std::uint32_t direction = kNone;
+    std::uint32_t from = kNone;  // slot, where there is a direction
+  };
+
+  Expectation expect(const CellTopology& cell, std::uint32_t position, const Stencil& stencil,
+                     std::uint64_t known);
+  std::uint64_t code(Coder& coder, const Expectation& expected, std::uint32_t slot,
+                     std::uint64_t number);
   static std::uint32_t direction_of(const CellTopology& cell, std::uint32_t position,
                                     const Stencil& stencil);
 
   std::vector<std::uint64_t> numbers_;                                    // by vertex slot
   std::uint64_t last_ = ~std::uint64_t{0}, largest_ = ~std::uint64_t{0};  // -1: before the first
   std::array<std::uint64_t, 6> stride_{1, 1, 1, 1, 1, 1};  // last step along each side
-  std::array<std::uint64_t, 3> miss_{};  // what was wrong with `near` last, by kind
-  std::uint32_t history_ = 0;
-  std::array<std::array<std::array<AdaptiveBit, 3>, 64>, 3> guess_;
-  std::array<std::array<AdaptiveBit, 4>, 3> missed_as_before_;
-  std::array<SignedModel<NumberModel>, 3> residual_;
+  InnerNumbers inner_;
+  std::array<std::uint64_t, kKinds> miss_{};  // what was wrong with `near` last, by kind
+  std::array<std::uint32_t, 2> history_{};    // of others, of inner nodes
+  std::array<std::array<std::array<AdaptiveBit, 4>, 64>, kKinds> guess_;
+  std::array<std::array<AdaptiveBit, 4>, kKinds> missed_as_before_;
+  std::array<SignedModel<NumberModel>, kKinds> residual_;
   std::vector<std::uint32_t> order_;
 };
 
@@ -55,10 +68,11 @@ void VertexNumbers<Coder>::code_cell(Coder& coder, const CellTopology& cell, Num
   std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
     return cell.stored_position(a) < cell.stored_position(b);
   });
-  for_each_new_vertex(cell, order_, [&](std::uint32_t position, const Stencil& stencil) {
-    std::uint64_t& it = number(position);
-    it = code(coder, stencil, direction_of(cell, position, stencil), cell.slots[position], it);
-  });
+  for_each_new_vertex(
+      cell, order_, [&](std::uint32_t position, const Stencil& stencil, std::uint64_t known) {
+        std::uint64_t& it = number(position);
+        it = code(coder, expect(cell, position, stencil, known), cell.slots[position], it);
+      });
 }
 
 extern template class VertexNumbers<RangeEncoder>;

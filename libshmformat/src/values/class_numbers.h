@@ -43,7 +43,7 @@ class ClassNumbers {
 
   /// What is known but for what is farther; the corner; the kind.
   static std::uint32_t key_of(const Neighbourhood& item, std::uint32_t counts) {
-    const std::uint32_t known = item.known & counts;
+    const std::uint32_t known = item.traits(counts);
     return (known & 0x3ffu) | (known >> 13 & 7u) << 10 | std::uint32_t{item.corner} << 13 |
            std::uint32_t{item.kind} << 16;
   }

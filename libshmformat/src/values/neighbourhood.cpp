@@ -78,12 +78,9 @@ Neighbourhood NeighbourFinder::vertex(const CellTopology& cell, std::uint32_t po
     if (reach != Reach::lattice) look_beyond(it, reach);
     for (std::uint32_t b = 0; b < 8; ++b)
       if (corner_[b] == it.self) known_corners_ |= 1u << b;
-  } else if (cell.hexahedral && position < 20 && cell.slots.size() >= 20) {
-    it.kind = Neighbourhood::midpoint;
-    it.corner = 0;
-    for (std::uint32_t i = 0; i < 2; ++i)
-      it.at[i] = corner_[kCornerBits[kEdgeCorners[position - 8][i]]];
-    it.known = Neighbourhood::kNear * 3;
+  } else if (const InnerNode* node = cell.layout == nullptr ? nullptr : cell.layout->at(position);
+             node != nullptr && (node->kind == InnerNode::edge || node->has_middle)) {
+    look_around_inner(it, cell, *node);
   } else if (position > 0 && position <= 64 && (known_ >> (position - 1) & 1) != 0) {
     it.at[0] = cell.slots[position - 1];
     it.known = Neighbourhood::kNear;
@@ -92,6 +89,31 @@ Neighbourhood NeighbourFinder::vertex(const CellTopology& cell, std::uint32_t po
     for (std::size_t i = 0; i < std::min<std::size_t>(cell.slots.size(), 64); ++i)
       if (cell.slots[i] == it.self) known_ |= std::uint64_t{1} << i;
   return it;
+}
+
+/// What a node lies between was known before it: corners come first, then edges, faces, the body.
+void NeighbourFinder::look_around_inner(Neighbourhood& it, const CellTopology& cell,
+                                        const InnerNode& node) const {
+  const bool is_edge = node.kind == InnerNode::edge;
+  it.kind = is_edge ? Neighbourhood::midpoint : Neighbourhood::centre;
+  it.corner = node.kind == InnerNode::body ? 1 : 0;
+  std::uint32_t known = 0;
+  for (std::uint32_t i = 0; i < node.parallels; ++i) {
+    if ((known_ >> node.parallel[i] & 1) == 0) continue;
+    it.at[i] = cell.slots[node.parallel[i]];
+    known |= (Neighbourhood::kNear | Neighbourhood::kThird) << i;
+  }
+  const auto take = [&](std::size_t place, std::uint32_t position) {
+    it.at[place] = cell.slots[position];
+    known |= 1u << place;
+  };
+  for (std::size_t i = 0; i < (is_edge ? 2u : 4u); ++i) {
+    if (!is_edge) take(kAtDiagonal + i, node.middle[i]);
+    const std::uint32_t corner = node.corner[i];
+    take(is_edge ? kAtDiagonal + i : kAtBeyond + i,
+         corner < cell.layout->corners ? cell.framed[corner] : corner);
+  }
+  it.known = static_cast<std::uint16_t>(known);
 }
 
 Neighbourhood NeighbourFinder::loose(std::uint32_t slot) {

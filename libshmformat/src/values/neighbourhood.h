@@ -8,7 +8,8 @@
 //                                  diagonal[..] - near[b]
 //
 // For a vertex the lattice is that of hexahedron corners; for a cell it is that of cells behind
-// faces. spec: "Neighbourhoods"
+// faces. Nodes of second-order cells that are no corners see those that they lie between instead.
+// spec: "Neighbourhoods", "Inner nodes"
 #pragma once
 
 #include <array>
@@ -30,7 +31,11 @@ struct Neighbourhood {
                                  kBeyond = 1u << 7, kFarther = 1u << 10, kThird = 1u << 13;
   static constexpr std::uint32_t kLattice = 127u;  ///< near, diagonal and opposite all known
 
-  enum Kind : std::uint8_t { lattice, midpoint, other };
+  /// midpoint: of an edge: near are nodes of parallel edges, diagonal 3 and 4 the ends. centre: of
+  /// a face or a body: near 0 is the node of the opposite face, 3-6 the nodes of the edges of a
+  /// quadrilateral around it, 7-10 its corners.
+  enum Kind : std::uint8_t { lattice, midpoint, other, centre };
+  static constexpr std::uint32_t kKindShift = 16;  ///< in traits()
 
   std::uint32_t self = kNone;  ///< slot of the element
   /// Slots: near 0-2 (one step along axis 0, 1, 2), diagonal 3-5 (one step along 0 and 1, 0 and 2,
@@ -41,6 +46,13 @@ struct Neighbourhood {
   Kind kind = other;
 
   bool knows(std::uint32_t bits) const { return (known & bits) == bits; }
+  bool is_inner() const { return kind == midpoint || kind == centre; }
+  /// Whether there is a rule that the value may miss by a third.
+  bool has_rule() const { return is_inner() || knows(kLattice); }
+  /// Bits of `known` where `counts` of a lattice count, and of inner nodes what they are.
+  std::uint32_t traits(std::uint32_t counts = 0xffff) const {
+    return is_inner() ? known | std::uint32_t{kind} << kKindShift : known & counts;
+  }
 };
 
 /// How far neighbourhoods look.
@@ -103,6 +115,7 @@ class NeighbourFinder {
                std::uint32_t except) const;
   Found across(std::uint32_t slot, std::uint32_t one, std::uint32_t two, std::uint32_t both) const;
   void look_beyond(Neighbourhood& it, Reach reach) const;
+  void look_around_inner(Neighbourhood& it, const CellTopology& cell, const InnerNode& node) const;
   void look_around_cell(Neighbourhood& it, Reach reach) const;
   /// The place behind face `side` of the cell at `place`, kNone when there is none any more.
   std::uint32_t behind_of(std::uint32_t place, std::uint32_t side) const;

@@ -232,8 +232,7 @@ double ScalarColumn<Coder>::twin_feature(const Neighbourhood& item, std::uint32_
 template <class Coder>
 void ScalarColumn<Coder>::note_twin(const Neighbourhood& item, double state) {
   const auto at = [&](std::uint32_t feature) { return twin_feature(item, feature, state); };
-  const double third =
-      item.knows(Neighbourhood::kLattice) ? state - Predictor(item.known, at).lattice() : 0.0;
+  const double third = item.has_rule() ? state - Predictor(item.traits(), at).lattice() : 0.0;
   twins_[item.self] = {state, third};
   twin_before_last_ = twin_last_;
   twin_last_ = state;
@@ -367,7 +366,8 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
       return feature == kFLast ? last_ : before_last_;
     };
     if (style_.matches && (Coder::kDecodes || !looked_ahead_)) places = match_places(item, at, i);
-    const Predictor predictor(item.known & counts, at);
+    const std::uint32_t traits = item.traits(counts);
+    const Predictor predictor(traits, at);
     const std::uint32_t of_class = tile_classes_.of_item[i];
     if (classes_[of_class].tile != tile_) code_class(coder, of_class);
     Class& its = classes_[of_class];
@@ -383,7 +383,7 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
     };
     const auto predict = [&](std::uint32_t mode) {
       if (how.way == kAlone) return predictor.predict(mode, how.weights);
-      return then + Predictor(item.known & counts, difference_at).predict(mode, how.weights);
+      return then + Predictor(traits, difference_at).predict(mode, how.weights);
     };
     double prediction = predict(how.mode);
 
@@ -479,7 +479,7 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
 template <class Coder>
 void ScalarColumn<Coder>::settle(const Neighbourhood& item, std::size_t i, double state,
                                  double lattice, const MatchTables::Places& places) {
-  thirds_[item.self] = item.knows(Neighbourhood::kLattice) ? state - lattice : 0.0;
+  thirds_[item.self] = item.has_rule() ? state - lattice : 0.0;
   states_[item.self] = state;
   before_last_ = last_;
   last_ = state;
@@ -503,7 +503,7 @@ void ScalarColumn<Coder>::look_ahead(const Space& space, std::span<const Neighbo
   for (std::size_t i = 0; i < items.size(); ++i) {
     const Neighbourhood& item = items[i];
     ModeSample& it = samples[i];
-    it.known = item.known & style_.known();
+    it.known = item.traits(style_.known());
     it.of_class = tile_classes_.of_item[i];
     for (std::uint32_t f = 0; f < kFThird; ++f)
       if ((it.known >> f & 1) != 0) it.state[f] = states_[item.at[f]];

@@ -69,7 +69,8 @@ inline constexpr std::array<std::uint32_t, kWeights> kTermFeatures = {
 /// The axes of each parallelogram, as near[..] indices; its diagonal has the number of the face.
 inline constexpr std::array<std::array<std::uint32_t, 2>, 3> kFaceAxes = {{{0, 1}, {0, 2}, {1, 2}}};
 
-/// `at(feature)` is the state of a feature; asked for known ones only.
+/// `known`: Neighbourhood::traits(). `at(feature)` is the state of a feature; asked for known ones
+/// only.
 template <class At>
 class Predictor {
  public:
@@ -100,7 +101,10 @@ class Predictor {
         return mean([&](std::uint32_t a) { return has(a); },
                     [&](std::uint32_t a) { return at_(a); }, at_(kFLast));
       case kMeanLineMode: return any_line() ? mean_line() : lattice();
-      case kMeanFaceMode: return any_face() ? mean_face() : lattice();
+      case kMeanFaceMode:
+        if (is_inner())
+          return has_thirds() ? lattice() + (third(0) + third(1) - third(2)) : lattice();
+        return any_face() ? mean_face() : lattice();
       case kMatchMode: return at_(kFMatch);
       case kMatchMode + 1: return at_(kFMatch + 1);
       case kMatchMode + 2: return at_(kFMatch + 2);
@@ -121,6 +125,7 @@ class Predictor {
 
  private:
   double find_lattice() const {
+    if (is_inner()) return middle();
     if (knows_lattice()) return ((at_(0) + at_(1) + at_(2)) - (at_(3) + at_(4) + at_(5))) + at_(6);
     if (any_face()) return mean_face();
     if (any_line()) return mean_line();
@@ -128,6 +133,17 @@ class Predictor {
       if (has(a)) return at_(a);
     return at_(kFLast);
   }
+  bool is_inner() const { return known_ >> Neighbourhood::kKindShift != 0; }
+  /// Between the ends of an edge; in a face what its edges tell: a transfinite interpolation.
+  double middle() const {
+    if (known_ >> Neighbourhood::kKindShift == Neighbourhood::midpoint)
+      return (at_(kFDiagonal) + at_(kFDiagonal + 1)) * 0.5;
+    const std::uint32_t edge = kFDiagonal, corner = kFBeyond;
+    return ((at_(edge) + at_(edge + 2)) + (at_(edge + 1) + at_(edge + 3))) * 0.5 -
+           ((at_(corner) + at_(corner + 2)) + (at_(corner + 1) + at_(corner + 3))) * 0.25;
+  }
+  bool has_thirds() const { return has(kFThird) && has(kFThird + 1) && has(kFThird + 2); }
+  double third(std::uint32_t a) const { return at_(kFThird + a); }
   bool has(std::uint32_t feature) const { return (known_ >> feature & 1) != 0; }
   bool knows_lattice() const {
     return (known_ & Neighbourhood::kLattice) == Neighbourhood::kLattice;
