@@ -267,7 +267,10 @@ void Connectivity<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
     }
     if (const InnerNode* inner = cell.layout == nullptr ? nullptr : cell.layout->at(i)) {
       cell.last_use[i] =
-          inner_nodes_.code_last_use(symbols, cell, *inner, i, cell.last_use[i] != 0) ? 1 : 0;
+          inner_nodes_.code_last_use(symbols, cell, *inner, static_cast<std::uint32_t>(i),
+                                     cell.last_use[i] != 0)
+              ? 1
+              : 0;
       continue;
     }
     const auto& vertex = surface_.vertex(cell.slots[i]);

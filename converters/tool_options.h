@@ -1,0 +1,49 @@
+// The commands of the tool shm, and what they can be told.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "diff_command.h"
+#include "shm/schema.h"
+
+namespace shm::converters {
+
+struct Options {
+  std::string input, output, format, against, temp, cell_order, directory = ".";
+  std::vector<std::string> inputs, members;
+  std::string order = "keep";
+  std::optional<std::uint32_t> delay;  // none told: as a trial finds
+  std::uint32_t bits = 0;
+  std::optional<std::string> abs, rel;
+  std::vector<std::string> arrays;  // NAME:ACCURACY
+  std::string level = "default", codec = "auto";
+  std::uint64_t segment_cells = 0;
+  double restart_budget = .2;  // percent
+  std::uint32_t key_steps = 8;
+  unsigned threads = 0;  // one for each core
+  std::optional<std::uint64_t> step;
+  bool json = false, quiet = false, packed = false, strict = false;
+  DiffCommand diff;
+};
+
+// Each adds a command to `app`; what it is told goes to `options`, which must outlive the app.
+CLI::App* add_compress(CLI::App& app, Options& options);
+CLI::App* add_decompress(CLI::App& app, Options& options);
+CLI::App* add_convert(CLI::App& app, Options& options);
+CLI::App* add_verify(CLI::App& app, Options& options);
+CLI::App* add_diff(CLI::App& app, Options& options);
+CLI::App* add_info(CLI::App& app, Options& options);
+CLI::App* add_join(CLI::App& app, Options& options);
+CLI::App* add_split(CLI::App& app, Options& options);
+CLI::App* add_layout(CLI::App& app, Options& options);
+
+// What the words of --order, --level and --codec mean.
+Order order_of(const std::string& name);
+Level level_of(const std::string& name);
+ConnectivityCodec codec_of(const std::string& name);
+
+}  // namespace shm::converters

@@ -1,0 +1,65 @@
+#include "tool_support.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+
+#include "failure.h"
+
+namespace shm::converters {
+
+ExitCode exit_code(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::misuse: return kWrongUse;
+    case ErrorCode::output: return kBadOutput;
+    case ErrorCode::over_limit: return kLimit;
+    case ErrorCode::io:
+    case ErrorCode::truncated:
+    case ErrorCode::corrupt:
+    case ErrorCode::unsupported: return kBadInput;
+  }
+  return kBadInput;
+}
+
+ProgressLine::ProgressLine(bool quiet) : shown_(!quiet && ::isatty(STDERR_FILENO) != 0) {}
+
+void ProgressLine::show(std::string_view phase, std::uint64_t done, std::uint64_t total) {
+  const auto now = std::chrono::steady_clock::now();
+  if (!shown_ || (now - last_ < std::chrono::milliseconds(100) && total != 0)) return;
+  last_ = now;
+  dirty_ = true;
+  std::fprintf(stderr, "\r\033[K%.*s", static_cast<int>(phase.size()), phase.data());
+  if (total > 0)
+    std::fprintf(stderr, " %3.0f %%",
+                 100.0 * static_cast<double>(done) / static_cast<double>(total));
+}
+
+void ProgressLine::wipe() {
+  if (dirty_) std::fputs("\r\033[K", stderr);
+  dirty_ = false;
+}
+
+std::string spool_directory(const Options& options) {
+  if (!options.temp.empty()) return options.temp;
+  if (options.output.empty() || options.output == "-")
+    return std::filesystem::temp_directory_path().string();
+  const std::filesystem::path parent = std::filesystem::path(options.output).parent_path();
+  return parent.empty() ? "." : parent.string();
+}
+
+std::uint64_t file_bytes(const std::string& path) {
+  struct stat status {};
+  return ::stat(path.c_str(), &status) == 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
+}
+
+void say(const Options& options, const std::string& text) {
+  if (!options.quiet) std::fputs(text.c_str(), options.output == "-" ? stderr : stdout);
+}
+
+void wrong_use(const std::string& sentence) {
+  throw Failure(Error{ErrorCode::misuse, sentence, {}, kNoOffset, {}});
+}
+
+}  // namespace shm::converters

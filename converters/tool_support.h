@@ -1,0 +1,62 @@
+// What the commands of the tool shm have in common: exit codes, the line of progress, places.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "progress.h"
+#include "shm/result.h"
+#include "tool_options.h"
+
+namespace shm::converters {
+
+enum ExitCode {
+  kDone = 0,
+  kDifferent = 1,
+  kWrongUse = 2,
+  kBadInput = 3,
+  kBadOutput = 4,
+  kLimit = 5,
+  kIncomplete = 6
+};
+ExitCode exit_code(ErrorCode code);
+
+// Memory of the spool.
+inline constexpr std::size_t kSpool = std::size_t{64} << 20, kFreeOrderSpool = std::size_t{1} << 30;
+
+// One line on the terminal, rewritten at most ten times a second and wiped at the end.
+class ProgressLine {
+ public:
+  explicit ProgressLine(bool quiet);
+  ~ProgressLine() { wipe(); }
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
+  Progress callback() {
+    if (!shown_) return {};
+    return [this](std::string_view phase, std::uint64_t done, std::uint64_t total) {
+      show(phase, done, total);
+    };
+  }
+  void show(std::string_view phase, std::uint64_t done = 0, std::uint64_t total = 0);
+  void wipe();
+
+ private:
+  bool shown_, dirty_ = false;
+  std::chrono::steady_clock::time_point last_{};
+};
+
+// Spools go beside the output, which has room for meshes, or where the user says.
+std::string spool_directory(const Options& options);
+
+std::uint64_t file_bytes(const std::string& path);  // 0 where there is none
+
+// To standard output, or to standard error where the output itself goes there.
+void say(const Options& options, const std::string& text);
+
+[[noreturn]] void wrong_use(const std::string& sentence);  // throws Failure (misuse)
+
+}  // namespace shm::converters
