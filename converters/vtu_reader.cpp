@@ -25,7 +25,9 @@ class VtuSource : public MeshSource {
     points_.read(first * 3, count * 3, out);
   }
   bool next_cells(CellBatch& out, std::size_t max_cells) override {
-    return cells_.next_cells(out, max_cells);
+    out.clear();
+    cells_.next_cells(out, max_cells);
+    return out.size() > 0;
   }
   void rewind_cells() override { cells_.rewind(); }
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
@@ -119,6 +121,7 @@ void Parser::parse() {
   data(Location::cell, "CellData");
   keep_rest(document_.root());
   source_.cells_.find_blocks(info_, path_);
+  info_.extras.push_back(vtk::cell_types_extra(info_));
   const std::string text = to_text(document_);
   Extra skeleton{"vtu/skeleton", ScalarType::uint8, Reference::nothing, {text.size()}, {}};
   skeleton.data.resize(text.size());
