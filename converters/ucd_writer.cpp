@@ -28,7 +28,7 @@ T value_at(const std::byte* values, std::uint64_t index) {
   return value;
 }
 
-// Integers exactly, floats as the shortest decimals.
+// Exactly: as the shortest decimals of integers and doubles, which readers make of them.
 void append_number(std::string& line, ScalarType type, const std::byte* values,
                    std::uint64_t index) {
   const auto append = [&]<class T>(T value) {
@@ -44,7 +44,7 @@ void append_number(std::string& line, ScalarType type, const std::byte* values,
     case ScalarType::uint32: return append(value_at<std::uint32_t>(values, index));
     case ScalarType::int64: return append(value_at<std::int64_t>(values, index));
     case ScalarType::uint64: return append(value_at<std::uint64_t>(values, index));
-    case ScalarType::float32: return append(value_at<float>(values, index));
+    case ScalarType::float32: return append(double{value_at<float>(values, index)});
     case ScalarType::float64: return append(value_at<double>(values, index));
   }
 }

@@ -205,7 +205,9 @@ void FilePlan::add_missing_parts() {
 
 void FilePlan::plan_for_foreign() {
   if (info_.schema.source_format == "vtu") {
-    skeleton_.entries = vtu::legacy_entries(info_, extras_, placed_, made_);
+    auto [version, entries] = vtu::legacy_file(info_, extras_, placed_, made_);
+    skeleton_.version = std::move(version);
+    skeleton_.entries = std::move(entries);
     for (std::size_t k = 0; k < made_.size(); ++k) {
       made_[k].key = data_key(k);
       extras_[made_[k].key] = &made_[k];

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <utility>
 
+#include "vtk_field_data.h"
 #include "vtu_loader.h"
 #include "vtu_plan.h"
 
@@ -177,13 +178,11 @@ std::optional<Node> array_of_entry(const Entry& entry, const MeshInfo& info, con
 }
 
 // Legacy files from 5.1 on and XML files from 2.1 on number the nodes of these cells anew.
-std::string version_for(const MeshInfo& info, const std::string& legacy_version) {
+bool numbers_nodes_anew(const MeshInfo& info, bool new_version) {
   const auto is_one = [](const BlockInfo& block) {
     return block.id == kLagrangeHexahedron || block.id == kBezierHexahedron;
   };
-  const auto& blocks = info.schema.blocks;
-  const bool any = std::any_of(blocks.begin(), blocks.end(), is_one);
-  return any && legacy_version >= "5.1" ? "2.2" : "1.0";
+  return new_version && std::any_of(info.schema.blocks.begin(), info.schema.blocks.end(), is_one);
 }
 
 // --- XML to legacy
@@ -381,11 +380,16 @@ std::string add_legacy_parts(const MeshInfo& info, const ExtraMap& extras, Legac
       if (kind == attribute.kind && data != &parts.field) data->set_attribute(attribute.name, name);
     data->children.push_back(std::move(*array));
   }
-  return version_for(info, skeleton->version);
+  return numbers_nodes_anew(info, skeleton->version >= "5.1") ? "2.2" : "1.0";
 }
 
-std::vector<Entry> legacy_entries(const MeshInfo& info, const ExtraMap& extras,
-                                  std::set<std::size_t>& placed, std::deque<Extra>& made) {
+Extra block_names(const MeshInfo& info) {
+  const Extra names = vtk_block_names_extra(info, {});
+  return text_extra(strings_with_zeros(text_of(names), true));
+}
+
+LegacyFile legacy_file(const MeshInfo& info, const ExtraMap& extras, std::set<std::size_t>& placed,
+                       std::deque<Extra>& made) {
   LegacyBuilder builder(info, extras, placed, made);
   const auto found = extras.find("vtu/skeleton");
   auto document = found == extras.end() ? std::nullopt : parse_skeleton(text_of(*found->second));
@@ -395,7 +399,8 @@ std::vector<Entry> legacy_entries(const MeshInfo& info, const ExtraMap& extras,
     if (Node* field = grid->child("FieldData")) builder.field(*field);
   builder.data(piece == nullptr ? nullptr : piece->child("CellData"), Location::cell);
   builder.data(piece == nullptr ? nullptr : piece->child("PointData"), Location::point);
-  return builder.take();
+  const std::string version = document ? document->root().attribute_or("version", "") : "";
+  return {numbers_nodes_anew(info, version >= "2.1") ? "5.1" : "4.2", builder.take()};
 }
 
 }  // namespace shm::converters::vtu

@@ -29,8 +29,17 @@ struct LegacyParts {
 // For a mesh that came from a legacy file. Returns the file version that its cells need.
 std::string add_legacy_parts(const MeshInfo& info, const ExtraMap& extras, LegacyParts& parts);
 
-// Field data, attributes and arrays of a mesh that came from a VTU file, for binary version 4.2.
-std::vector<vtk::Entry> legacy_entries(const MeshInfo& info, const ExtraMap& extras,
-                                       std::set<std::size_t>& placed, std::deque<Extra>& made);
+// Field data "BlockNames" (vtk_field_data.h) as strings of an XML file; empty where no block has a
+// name.
+Extra block_names(const MeshInfo& info);
+
+// Field data, attributes and arrays of a mesh that came from a VTU file, for a binary file of the
+// version that its cells need.
+struct LegacyFile {
+  std::string version;
+  std::vector<vtk::Entry> entries;
+};
+LegacyFile legacy_file(const MeshInfo& info, const ExtraMap& extras, std::set<std::size_t>& placed,
+                       std::deque<Extra>& made);
 
 }  // namespace shm::converters::vtu

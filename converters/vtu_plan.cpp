@@ -4,6 +4,7 @@
 #include <charconv>
 #include <utility>
 
+#include "vtk_field_data.h"
 #include "vtk_words.h"
 #include "vtu_legacy.h"
 #include "vtu_loader.h"
@@ -285,17 +286,16 @@ void VtuPlan::plan_for_foreign() {
                                   {"compressor", "vtkZLibDataCompressor"}});
   Node grid_node = element("UnstructuredGrid");
   if (!info_.step_times.empty()) {
-    Node field = element("FieldData");
     Node time = array_element("Float64", "TimeValue", 1, format_, "time");
     time.set_attribute("NumberOfTuples", "1");
-    field.children.push_back(std::move(time));
-    grid_node.children.push_back(std::move(field));
+    child_of(grid_node, "FieldData").children.push_back(std::move(time));
   }
   Node piece = element("Piece", {{"NumberOfPoints", std::to_string(info_.vertices)},
                                  {"NumberOfCells", std::to_string(info_.cells())}});
   piece.children.push_back(element("PointData"));
   piece.children.push_back(element("CellData"));
   add_block_ids(piece.children.back());
+  add_block_names(grid_node);
   if (info_.schema.source_format == "vtk") {
     LegacyParts parts{child_of(grid_node, "FieldData"),
                       piece.children[0],
@@ -304,10 +304,10 @@ void VtuPlan::plan_for_foreign() {
                       placed_,
                       made_};
     root.set_attribute("version", add_legacy_parts(info_, extras_, parts));
-    for (std::size_t k = 0; k < made_.size(); ++k) {
-      made_[k].key = data_key(k);
-      extras_[made_[k].key] = &made_[k];
-    }
+  }
+  for (std::size_t k = 0; k < made_.size(); ++k) {
+    made_[k].key = data_key(k);
+    extras_[made_[k].key] = &made_[k];
   }
   grid_node.children.push_back(std::move(piece));
   root.children.push_back(std::move(grid_node));
@@ -316,15 +316,32 @@ void VtuPlan::plan_for_foreign() {
   pieces_ = {{0, info_.vertices, 0, info_.cells()}};
 }
 
+void VtuPlan::add_block_names(Node& grid) {
+  if (info_.schema.source_format == "vtk") return;
+  Extra names = block_names(info_);
+  const auto count = std::count(names.data.begin(), names.data.end(), std::byte{});
+  if (count == 0) return;
+  Node array =
+      array_element("String", kVtkBlockNames, 1, format_, 'x' + std::to_string(made_.size()));
+  array.name = "Array";
+  array.set_attribute("NumberOfTuples", std::to_string(count));
+  child_of(grid, "FieldData").children.push_back(std::move(array));
+  made_.push_back(std::move(names));
+}
+
 // Blocks of other formats have numbers of their own; VTK has only types, so they become an array.
 void VtuPlan::add_block_ids(Node& data) const {
   if (info_.schema.source_format == "vtk") return;
-  bool differ = false;
-  for (const BlockInfo& block : info_.schema.blocks)
-    differ |= block.id != info_.schema.blocks.front().id;
+  bool differ = false, wide = false;
+  for (const BlockInfo& block : info_.schema.blocks) {
+    differ |= block.id != info_.schema.blocks.front().id || !block.name.empty();
+    wide |= block.id != static_cast<std::int32_t>(block.id);
+  }
   for (const ArrayInfo& array : info_.schema.arrays)
     if (array.location == Location::cell && array.name == "BlockId") return;
-  if (differ) data.children.push_back(array_element("Int64", "BlockId", 1, format_, "block_ids"));
+  if (differ)
+    data.children.push_back(
+        array_element(wide ? "Int64" : "Int32", "BlockId", 1, format_, "block_ids"));
 }
 
 }  // namespace shm::converters::vtu

@@ -58,6 +58,7 @@ class VtuPlan : public vtk::CellPlan {
   void add_unplaced_arrays(Node& piece, Location location);
   void add_array(Node& data, std::size_t array) const;
   void add_block_ids(Node& data) const;
+  void add_block_names(Node& grid);
   bool is_written(std::size_t array) const;
   Node& grid();
 
