@@ -157,7 +157,9 @@ CLI::App* add_decompress(CLI::App& app, Options& options) {
       ->required()
       ->type_name("");
   command->add_option("-o,--output", options.output, "File to write")->required()->type_name("OUT");
-  command->add_option("--format", options.format, "exodus, vtk, gmsh or shm; default: by name")
+  command
+      ->add_option("--format", options.format,
+                   "exodus, vtk, vtu, gmsh, ucd or shm; default: by name")
       ->type_name("F");
   add_translation(*command, options);
   add_threads(*command, options, "Decode segments");
@@ -173,7 +175,9 @@ CLI::App* add_convert(CLI::App& app, Options& options) {
       ->required()
       ->type_name("");
   command->add_option("OUT", options.output, "File to write")->required()->type_name("");
-  command->add_option("--format", options.format, "exodus, vtk, gmsh or shm; default: by name")
+  command
+      ->add_option("--format", options.format,
+                   "exodus, vtk, vtu, gmsh, ucd or shm; default: by name")
       ->type_name("F");
   add_translation(*command, options);
   return command;
@@ -241,7 +245,7 @@ CLI::App* add_join(CLI::App& app, Options& options) {
       "  shm join -o rotor.shm rotor.e.4.0 rotor.e.4.1 rotor.e.4.2 rotor.e.4.3\n"
       "  shm join -o run.shm run.e run.e-s002 run.e-s003\n"
       "  shm join -o rounded.shm a.e.shm b.e.shm     made by shm compress, with its options");
-  command->add_option("IN", options.inputs, "Exodus, VTK legacy, Gmsh or .shm files")
+  command->add_option("IN", options.inputs, "Exodus, VTK, VTU, Gmsh, UCD or .shm files")
       ->required()
       ->type_name("");
   command->add_option("-o,--output", options.output, "File to write")
