@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,12 @@ std::string source_of_member(const ArchiveMember& member, const std::string& dir
   return was_packed(member) && !std::filesystem::exists(path)
              ? std::filesystem::path(path).replace_extension().string()
              : path.string();
+}
+
+// Where split writes a member.
+std::string path_of_member(const ArchiveMember& member, const Options& options) {
+  const std::string path = (std::filesystem::path(options.directory) / member.name).string();
+  return options.packed && !was_packed(member) ? path + ".shm" : path;
 }
 
 }  // namespace
@@ -82,12 +89,15 @@ ExitCode run_split(Options& options) {
   std::vector<ArchiveMember> wanted;
   for (const std::string& name : options.members) wanted.push_back(archive.find(name));
   if (wanted.empty()) wanted = archive.members();
+  std::set<std::string> taken;
+  for (const ArchiveMember& member : wanted)
+    if (const std::string path = path_of_member(member, options); !taken.insert(path).second)
+      wrong_use("two members would be written to '" + path + "'; name one of them");
   for (const ArchiveMember& member : wanted) {
     ProgressLine line(options.quiet);
     line.show("writing " + member.name);
-    std::string path = (std::filesystem::path(options.directory) / member.name).string();
+    const std::string path = path_of_member(member, options);
     if (options.packed || was_packed(member)) {
-      if (!was_packed(member)) path += ".shm";
       archive.copy(member, path);
     } else {
       Spool spool(options.temp.empty() ? options.directory : options.temp);

@@ -24,6 +24,7 @@ constexpr std::uint64_t kPiecePoints = std::uint64_t{1} << 15;
 // that were never written take no room at all: so much may be missing from a file, all values
 // together.
 constexpr std::uint64_t kMostExpansion = 2048;
+constexpr std::uint64_t kMostSets = 1 << 16;  // each takes some extras
 constexpr std::uint64_t kMostUnwritten = std::uint64_t{1} << 30;
 
 // Numbers from 1 as references from 0; false when one is neither 0 nor in 1..count.
@@ -306,6 +307,9 @@ void ExodusMesh::read_set_labels(std::vector<Extra>& extras) {
     const auto shape = skeleton_.shape(variable(table));
     const ScalarType type = scalar_of(variable(table).type);
     if (shape.size() != 1 || (type != ScalarType::int32 && type != ScalarType::int64)) continue;
+    if (shape[0] > kMostSets)
+      place_.fail(ErrorCode::unsupported, section(table),
+                  "there are more than " + std::to_string(kMostSets) + " sets");
     const std::vector<std::byte> ids = whole(table);
     const auto labels = names(std::string(kind.prefix) + "_names", shape[0]);
     const auto bytes = static_cast<std::ptrdiff_t>(scalar_bytes(type));
@@ -563,10 +567,10 @@ std::uint64_t ExodusMesh::take_polyhedra(CellBatch& out, std::uint64_t most) {
       const auto begin = face_begin_[static_cast<std::size_t>(face) - 1];
       for (auto n = begin; n < face_begin_[static_cast<std::size_t>(face)]; ++n)
         out.corners.push_back(vertex_of(face_nodes_[n]));
+      if (out.corners.size() - out.corner_begin.back() > kMaxNodesPerCell)
+        place_.fail(ErrorCode::unsupported, section(block.faces),
+                    "an element has more than " + std::to_string(kMaxNodesPerCell) + " nodes");
     }
-    if (out.corners.size() - out.corner_begin.back() > kMaxNodesPerCell)
-      place_.fail(ErrorCode::unsupported, section(block.faces),
-                  "an element has more than " + std::to_string(kMaxNodesPerCell) + " nodes");
     out.corner_begin.push_back(out.corners.size());
     at_.node += static_cast<std::uint64_t>(count);
     ++cells;

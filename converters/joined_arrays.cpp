@@ -48,9 +48,10 @@ bool alike(const ArrayInfo& a, const ArrayInfo& b) {
 }  // namespace
 
 bool JoinedArrays::is_only_for_its_format(const ArrayInfo& array) {
-  // Rows of a table, block numbers that blocks have, values by corner in the order of the file.
-  return array.role == "gmsh:node_entity" || array.role == "vtk:block_id" ||
-         array.role == "gmsh:element_node_data";
+  // Rows of a table, places in a list of strings, block numbers that blocks have, values by corner
+  // in the order of the file.
+  return array.role == "gmsh:node_entity" || array.role == "vtk:string" ||
+         array.role == "vtk:block_id" || array.role == "gmsh:element_node_data";
 }
 
 JoinedArrays::JoinedArrays(MeshSource& source, bool join, bool distinct) : ForwardingMesh(source) {

@@ -119,6 +119,8 @@ void add_vtk_data(const MeshInfo& info, const std::set<std::string>& told, LossL
                            ? std::string("metadata of points")
                            : "metadata of array" + quoted(vtk::decode_name(entry.name)));
     if (entry.origin != vtk::Origin::extra || told.contains(vtk::data_key(entry.index))) continue;
+    if (entry.kind >= vtk::EntryKind::x_coordinates && entry.kind <= vtk::EntryKind::z_coordinates)
+      continue;  // of the points
     const bool table = entry.kind == vtk::EntryKind::lookup_table;
     losses.push_back((table ? "lookup table" : "field data") +
                      quoted(vtk::decode_name(entry.name)));
@@ -131,7 +133,9 @@ bool is_spoken_for(const std::string& format, const std::string& key) {
   if (format == "gmsh")
     starts = {"gmsh/mesh_format", "gmsh/byte_order", "gmsh/sections",
               "gmsh/section/",    "gmsh/nodes/",     "gmsh/elements/"};
-  if (format == "vtk") starts = {"vtk/skeleton", "vtk/cell_types", "vtk/data/", "vtk/polyhedron/"};
+  if (format == "vtk")
+    starts = {"vtk/skeleton", "vtk/cell_types", "vtk/data/", "vtk/polyhedron/", "vtk/strings/"};
+  if (format == "vtu") starts = {"vtu/skeleton", "vtk/cell_types", "vtk/polyhedron/"};
   return std::any_of(starts.begin(), starts.end(),
                      [&](std::string_view start) { return key.starts_with(start); });
 }

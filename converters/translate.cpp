@@ -150,6 +150,8 @@ void Translation::report_arrays() {
   for (const ArrayInfo& array : from_.schema.arrays)
     if (array.role == "gmsh:element_node_data")
       losses_.push_back("view '" + array.name + "' ($ElementNodeData)");
+    else if (array.role == "vtk:string")
+      losses_.push_back("strings of array '" + array.name + "'");
   const MeshInfo& info = mesh_->info();
   bool any_stepped = false;
   for (std::size_t a = 0; a < info.schema.arrays.size(); ++a) {

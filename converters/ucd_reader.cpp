@@ -268,8 +268,12 @@ void UcdMesh::data(Location location, std::uint64_t values, std::uint64_t elemen
   info_.extras.push_back(
       text_extra(location == Location::point ? "ucd/point_units" : "ucd/cell_units", units));
   std::vector<double> piece;
+  std::vector<bool> seen(static_cast<std::size_t>(elements));
   for (std::uint64_t i = 0; i < elements; ++i) {
     const std::uint64_t element = element_of_row(location, i, input_.number<std::int64_t>());
+    if (seen[static_cast<std::size_t>(element)])
+      input_.fail(ErrorCode::corrupt, "has values of one node or cell twice");
+    seen[static_cast<std::size_t>(element)] = true;
     for (std::size_t a = 0; a < arrays.size(); ++a) {
       piece.resize(sizes[a]);
       for (double& value : piece) value = input_.number<double>();

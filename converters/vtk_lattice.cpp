@@ -88,6 +88,8 @@ std::optional<LatticePoints> lattice_points_of(const Skeleton& skeleton, const F
       lattice = lattice_of(entry);
     if (entry.kind < EntryKind::x_coordinates || entry.kind > EntryKind::z_coordinates) {
       place_axes(entry, points.axes);
+    } else if (skeleton.dataset != Dataset::rectilinear_grid) {
+      continue;
     } else if (const Extra* values = extra(data_key(entry.index)); values != nullptr) {
       const auto axis =
           static_cast<std::size_t>(entry.kind) - static_cast<std::size_t>(EntryKind::x_coordinates);

@@ -26,10 +26,24 @@ FilePlan::FilePlan(MeshSource& mesh) : CellPlan(mesh) {
     plan_for_foreign();
   }
   add_missing_parts();
+  check_lists();
   add_unplaced_arrays();
   choose_layout();
 }
 
+// A broken skeleton may have lists of cells that its data set has not, or one twice.
+void FilePlan::check_lists() const {
+  std::set<EntryKind> listed;
+  for (const Entry& each : skeleton_.entries) {
+    if (!lists_cells(each.kind)) continue;
+    const bool known = std::any_of(lists_.begin(), lists_.end(),
+                                   [&](const CellList& list) { return list.kind == each.kind; });
+    if (!known || !listed.insert(each.kind).second)
+      fail_extra("vtk/skeleton", "lists cells as its data set does not");
+  }
+}
+
+// Must be one of the lists.
 const FilePlan::CellList& FilePlan::cell_list(EntryKind kind) const {
   return *std::find_if(lists_.begin(), lists_.end(),
                        [&](const CellList& list) { return list.kind == kind; });
@@ -144,8 +158,9 @@ bool FilePlan::place_array(const Entry& entry, Location location) {
     return false;
   }
   const std::uint64_t fixed = fixed_components(entry.kind);
+  const std::uint64_t tuples = location == Location::cell ? info_.cells() : info_.vertices;
   const bool fits = array.location == location && entry.components == array.components &&
-                    (fixed == 0 || fixed == array.components) &&
+                    entry.tuples == tuples && (fixed == 0 || fixed == array.components) &&
                     (form == ValueForm::number || array.blocks.empty()) &&
                     array_type_of_word(entry.type, skeleton_.binary) == array.type;
   return fits && placed_.insert(entry.index).second;

@@ -40,6 +40,7 @@ class FilePlan : public CellPlan {
   void plan_from_source(const Extra& text);
   void plan_for_foreign();
   void settle_dataset();
+  void check_lists() const;
   bool is_lattice_of(const Lattice& lattice);
   bool has_points_of(const Lattice& lattice, const LatticePoints& points);
   bool plan_lattice();

@@ -178,7 +178,8 @@ bool VtuPlan::fits(Node& array, Location location) {
   Node* node = array.values();
   const auto word = node == nullptr ? std::nullopt : parse_values_word(node->text);
   if (!word) return false;
-  if (word->kind != ValuesWord::Kind::array) return true;
+  // Values that are no array of the schema stand in the order of the source.
+  if (word->kind != ValuesWord::Kind::array) return info_.schema.order == Order::keep;
   if (word->index >= info_.schema.arrays.size() || !is_written(word->index)) return false;
   const ArrayInfo& info = info_.schema.arrays[word->index];
   const auto type = type_of_word(array.attribute_or("type", ""));

@@ -140,6 +140,23 @@ TEST(Archive, WriterSaysWhatIsWrong) {
   EXPECT_FALSE(late.finish());
 }
 
+TEST(Archive, ErrorsOfTheSinkStick) {
+  class FullSink final : public ByteSink {
+   public:
+    Result<void> write(std::span<const std::byte> bytes) override {
+      if (bytes.size() > 100) return Error{ErrorCode::output, "full", {}, kNoOffset, {}};
+      return {};
+    }
+  };
+  FullSink sink;
+  ArchiveWriter archive = ArchiveWriter::create(sink).value();
+  ByteSink* member = archive.add_member("a").value();
+  EXPECT_TRUE(member->write(std::span(mesh()).first(50)));
+  EXPECT_FALSE(member->write(std::span(mesh()).subspan(50)));
+  EXPECT_FALSE(member->write(std::span(mesh()).first(50)));
+  EXPECT_FALSE(archive.finish());
+}
+
 TEST(Archive, IsNoMesh) {
   const auto decoded = decode_in_pieces(archive_file().bytes);
   ASSERT_FALSE(decoded);

@@ -60,6 +60,18 @@ TEST(RoundTrip, Grids) {
   expect_all_modes(grid(12, 11, 10, ScalarType::float64, warped));
 }
 
+TEST(RoundTrip, NodesFarBehindTheCornersThatTheyRepeat) {
+  TestMesh mesh = grid(2, 1, 1);
+  mesh.schema.blocks[0].nodes_per_cell = 80;
+  for (TestCell& cell : mesh.cells) {
+    while (cell.corners.size() < 80) cell.corners.push_back(mesh.vertices++);
+    cell.corners[75] = cell.corners[0];
+    cell.corners[79] = cell.corners[6];
+  }
+  mesh.xyz.resize(mesh.vertices * 3 * scalar_bytes(mesh.schema.coordinate_type));
+  expect_all_modes(mesh);
+}
+
 TEST(RoundTrip, VoxelsWithHoles) {
   expect_all_modes(grid(11, 12, 13, ScalarType::float32, straight, porous));
 }

@@ -709,6 +709,10 @@ class ToolTest(unittest.TestCase):
         self.shm("verify", archive, "--against", self.mesh, code=2)
         self.shm("join", archive, "-o", self.path("nested.shm"), code=2)
         self.shm("join", self.mesh, self.mesh, "-o", self.path("twins.shm"), code=2)
+        os.rename(other, self.mesh + ".shm")
+        self.shm("join", self.mesh, self.mesh + ".shm", "-o", other)
+        self.assertIn("two members", self.shm("split", other, "--packed", code=2)[1])
+        os.remove(self.mesh + ".shm")
         self.shm("join", self.mesh, self.path("missing.e"), "-o", self.path("less.shm"), code=3)
         with open(archive, "r+b") as file:
             file.truncate(os.path.getsize(archive) - 1)

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -30,11 +31,14 @@ class MemberSink final : public ByteSink {
  public:
   explicit MemberSink(ByteSink& sink) : sink_(&sink) {}
   Result<void> write(std::span<const std::byte> more) override {
-    if (!open_) return misuse("is written to a member that has ended");
+    if (error_) return *error_;
+    if (!open_) return *(error_ = misuse("is written to a member that has ended"));
     for (std::size_t i = 0; i < more.size() && bytes_ + i < head_.size(); ++i)
       head_[static_cast<std::size_t>(bytes_) + i] = more[i];
     bytes_ += more.size();
-    return sink_->write(more);
+    auto good = sink_->write(more);
+    if (!good) error_ = good.error();
+    return good;
   }
   void begin() {
     bytes_ = 0;
@@ -43,6 +47,7 @@ class MemberSink final : public ByteSink {
   /// Bytes of the member; misuse where it does not begin as a .shm file of one mesh.
   Result<std::uint64_t> end() {
     open_ = false;
+    if (error_) return *error_;
     container::FileStart start;
     const auto size = static_cast<std::size_t>(std::min<std::uint64_t>(bytes_, head_.size()));
     if (!file_start(std::span(head_).first(size), start)) return misuse("a member is no .shm file");
@@ -56,6 +61,7 @@ class MemberSink final : public ByteSink {
   std::array<std::byte, container::kFileStartBytes> head_{};
   std::uint64_t bytes_ = 0;
   bool open_ = false;
+  std::optional<Error> error_;  // the first one
 };
 
 }  // namespace

@@ -103,6 +103,7 @@ class Decoder::Impl {
   std::unique_ptr<TopologyReplay> topology_;
   std::optional<StepDecoder> step_values_;  // from the first ones on
   std::uint64_t steps_ = 0, index_offset_ = 0;
+  bool step_times_read_ = false;
   std::map<std::string, std::uint64_t> stream_bytes_;
   bool totals_taken_ = false;
   std::uint64_t trailing_bytes_ = 0;
@@ -343,6 +344,8 @@ Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload)
 }
 
 Result<void> Decoder::Impl::read_step_times(std::span<const std::byte> payload) {
+  if (std::exchange(step_times_read_, true))
+    return wrong(ErrorCode::corrupt, "there are step times already");
   ByteReader in(payload);
   const auto blob = unpack(in, limits_.max_extra_bytes);
   if (!blob) return blob.error();

@@ -40,10 +40,12 @@ Result<void> StepIndex::count_elements(const IndexedFile& file) {
   elements_.resize(schema.arrays.size());
   for (std::size_t a = 0; a < elements_.size(); ++a) {
     if (!schema.arrays[a].per_step) continue;
-    if (schema.arrays[a].location == Location::point) elements_[a] = vertices;
-    for (std::uint32_t b = 0; b < schema.blocks.size(); ++b)
-      if (schema.arrays[a].location == Location::cell && schema.array_covers(a, b))
-        elements_[a] += totals.block_cells[b];
+    const ArrayInfo& array = schema.arrays[a];
+    elements_[a] = array.location == Location::point ? vertices
+                   : array.blocks.empty()            ? totals.cells
+                                                     : 0;
+    if (array.location == Location::cell)
+      for (const std::uint32_t b : array.blocks) elements_[a] += totals.block_cells[b];
   }
   return {};
 }

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 
 #include "indexed_file.h"
+#include "mesh_streams.h"
 #include "packing.h"
 #include "segment_steps.h"
 #include "step_index.h"
@@ -51,6 +53,7 @@ class StepReader::Impl {
   StepIndex index_;
   std::vector<double> times_;
   StepReference most_ = StepReference::nothing;
+  TopologyReplay::CellBytes cell_bytes_;                             // of the topologies
   std::map<std::size_t, TopologyReplay> topologies_;                 // by segment
   std::map<std::pair<std::uint32_t, std::size_t>, HeldSteps> held_;  // by array and segment
 
@@ -71,12 +74,15 @@ Result<void> StepReader::Impl::open() {
   if (!index) return index.error();
   index_ = std::move(*index);
   most_ = most_reference(file_.schema(), index_.elements());
+  cell_bytes_ = std::make_shared<const std::vector<std::size_t>>(cell_data_bytes(file_.schema()));
   return {};
 }
 
 Result<void> StepReader::Impl::read_step_times() {
+  bool found = false;
   for (const container::IndexEntry& entry : file_.index().entries) {
     if (entry.kind != static_cast<std::uint8_t>(container::ChunkKind::step_times)) continue;
+    if (std::exchange(found, true)) return file_.wrong_index("has step times twice");
     const auto payload = file_.read_chunk(entry);
     if (!payload) return payload.error();
     ByteReader in(*payload);
@@ -87,7 +93,6 @@ Result<void> StepReader::Impl::read_step_times() {
     const auto blob = get_packed(in, file_.limits().max_extra_bytes);
     if (!blob || blob->size() % 8 != 0)
       return IndexedFile::wrong("cannot be unpacked", section, entry.offset);
-    times_.clear();
     for (ByteReader values(*blob); values.left() > 0;) times_.push_back(values.get_f64());
   }
   return {};
@@ -96,6 +101,8 @@ Result<void> StepReader::Impl::read_step_times() {
 Result<void> StepReader::Impl::begin(const StepRequest& request) {
   steps_.reset();
   error_.reset();
+  if (topology_ != nullptr) topology_->rest();
+  topology_ = nullptr;
   segment_ = end_segment_ = 0;
   if (!is_stepped(request.array))
     return misuse("array " + std::to_string(request.array) + " is no stepped array");
@@ -196,13 +203,18 @@ Result<TopologyReplay*> StepReader::Impl::topology_of(std::size_t segment,
                                                       const ReplayWants& wants) {
   const auto found = topologies_.find(segment);
   if (found != topologies_.end() && found->second.wants().include(wants)) return &found->second;
-  if (found != topologies_.end()) topologies_.erase(found);
+  ReplayWants all = wants;
+  if (found != topologies_.end()) {
+    all.add(found->second.wants());
+    topologies_.erase(found);
+  }
   std::size_t kept = 0;
   for (const auto& [other, topology] : topologies_) kept += topology.kept_bytes();
   TopologyReplay& topology =
       topologies_
-          .try_emplace(segment, file_.schema(), file_.limits().max_group_bytes, wants,
-                       TopologyReplay::kMostKept - std::min(kept, TopologyReplay::kMostKept))
+          .try_emplace(segment, file_.schema(), file_.limits().max_group_bytes, all,
+                       TopologyReplay::kMostKept - std::min(kept, TopologyReplay::kMostKept),
+                       cell_bytes_)
           .first->second;
   for (std::size_t g = file_.first_group(segment); g < file_.first_group(segment + 1); ++g)
     if (auto good = add_group(topology, g); !good) {

@@ -94,7 +94,7 @@ bool TopologyReplay::Replayed::cell() {
   const std::uint64_t active = connectivity.surface().active_vertices();
   if (active > group_->max_active_vertices) return false;
   const Schema& schema = *replay_->schema_;
-  bytes_ += 8 * it.slots.size() + replay_->cell_bytes_[it.block];
+  bytes_ += 8 * it.slots.size() + (*replay_->cell_bytes_)[it.block];
   if (bytes_ + it.new_positions.size() * replay_->vertex_bytes_ > group_->decoded_bytes)
     return false;
   const bool as_stored = schema.corner_order || schema.blocks[it.block].nodes_per_cell != 8;
@@ -162,13 +162,17 @@ void TopologyReplay::Replayed::begin_element(bool is_cell) {
 // --- groups
 
 TopologyReplay::TopologyReplay(const Schema& schema, std::uint64_t most_bytes,
-                               const ReplayWants& wants, std::size_t most_kept)
+                               const ReplayWants& wants, std::size_t most_kept,
+                               CellBytes cell_bytes)
     : schema_(&schema),
       most_bytes_(most_bytes),
       wants_(wants),
       most_kept_(most_kept),
       vertex_bytes_(3 * scalar_bytes(schema.coordinate_type) + point_data_bytes(schema)),
-      cell_bytes_(cell_data_bytes(schema)) {}
+      cell_bytes_(cell_bytes != nullptr
+                      ? std::move(cell_bytes)
+                      : std::make_shared<const std::vector<std::size_t>>(cell_data_bytes(schema))) {
+}
 TopologyReplay::~TopologyReplay() = default;
 
 bool TopologyReplay::needs(const container::GroupHeader& header,

@@ -42,6 +42,12 @@ struct ReplayWants {
   bool vertex_numbers = false, cell_numbers = false;
 
   bool any() const { return vertices || cells || vertex_numbers || cell_numbers; }
+  void add(const ReplayWants& other) {
+    vertices |= other.vertices;
+    cells |= other.cells;
+    vertex_numbers |= other.vertex_numbers;
+    cell_numbers |= other.cell_numbers;
+  }
   bool include(const ReplayWants& other) const {
     return vertices >= other.vertices && cells >= other.cells &&
            vertex_numbers >= other.vertex_numbers && cell_numbers >= other.cell_numbers;
@@ -52,13 +58,16 @@ ReplayWants wants_of_steps(const Schema& schema);
 
 class TopologyReplay {
  public:
+  using CellBytes = std::shared_ptr<const std::vector<std::size_t>>;  ///< by block
+
   /// What is told is kept while that of all groups takes less than this.
   static constexpr std::size_t kMostKept = std::size_t{64} << 20;
 
   /// `schema` is checked and borrowed. What is told of one group and takes more than `most_bytes`
   /// is over the limit.
+  /// `cell_bytes`: cell_data_bytes(schema), where several share it; null: found here.
   TopologyReplay(const Schema& schema, std::uint64_t most_bytes, const ReplayWants& wants,
-                 std::size_t most_kept = kMostKept);
+                 std::size_t most_kept = kMostKept, CellBytes cell_bytes = nullptr);
   ~TopologyReplay();
 
   /// Whether a group with this header is told by this stream.
@@ -102,8 +111,8 @@ class TopologyReplay {
   std::uint64_t most_bytes_;
   ReplayWants wants_;
   std::size_t most_kept_;
-  std::size_t vertex_bytes_ = 0;         // static ones, which say where a tile ends
-  std::vector<std::size_t> cell_bytes_;  // by block
+  std::size_t vertex_bytes_ = 0;  // static ones, which say where a tile ends
+  CellBytes cell_bytes_;
   std::vector<Group> groups_;
   std::unique_ptr<Segment> segment_;  // its coders, behind group next_ - 1
   std::size_t next_ = 0;

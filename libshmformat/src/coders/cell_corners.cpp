@@ -30,7 +30,6 @@ bool CellCorners<Coder>::code(Coder& symbols, CellTopology& cell, CellShape shap
   mixing_.use(symbols);
   const std::uint32_t corners = corner_count(shape, cell.slots.size());
   models_ = &models_of(shape);
-  if (past_.size() <= cell.block) past_.resize(cell.block + 1);
   block_ = &past_[cell.block];
   block_->ids.resize(std::max<std::size_t>(corners, block_->ids.size()));
   sides_ = sides_of(shape, corners).sides;

@@ -10,6 +10,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <span>
 #include <vector>
@@ -122,7 +123,7 @@ class CellCorners {
   OpenFaces faces_;
   MixingCoder<Coder> mixing_{kQuestions};
   std::array<std::unique_ptr<ShapeModels>, kShapes> all_models_;
-  std::vector<Past> past_;                        // by block
+  std::map<std::uint32_t, Past> past_;            // by block, of those that came
   std::array<std::uint32_t, kMost> last_cell_{};  // slots
   std::uint32_t last_size_ = 0;
 

@@ -14,10 +14,7 @@ bool is_hexahedral(const BlockInfo& block) {
 }  // namespace
 
 template <class Coder>
-Connectivity<Coder>::Connectivity(const Schema& schema)
-    : schema_(&schema), inner_nodes_(surface_), node_ids_(schema.blocks.size()) {
-  for (const BlockInfo& block : schema.blocks)
-    layouts_.push_back(node_layout(block.shape, block.nodes_per_cell));
+Connectivity<Coder>::Connectivity(const Schema& schema) : schema_(&schema), inner_nodes_(surface_) {
   set_codec(ConnectivityCodec::rows);
   for (const BlockInfo& block : schema.blocks)
     if (!is_hexahedral(block) && !others_) others_ = std::make_unique<CellCorners<Coder>>(surface_);
@@ -52,10 +49,13 @@ bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, CellTop
   cell.new_positions.clear();
   cell.face_mask = 0;
   cell.cell_slot = kNone;
-  cell.layout = layouts_[cell.block];
+  const bool plain = cell.hexahedral && block.nodes_per_cell == 8;
+  cell.layout = plain ? nullptr : node_layout(block.shape, block.nodes_per_cell);
   for (std::uint8_t i = 0; i < 8; ++i) cell.stored_corner[i] = i;
   if constexpr (!Coder::kDecodes) sort_numbers(cell);
   if (cell.hexahedral && !code_hexahedron(symbols, corner_order, cell)) return false;
+  if constexpr (!Coder::kDecodes)
+    for (const std::uint32_t born : cell.new_positions) tell_farther_repeats(cell, born);
   const std::uint32_t corners = cell.hexahedral ? 8
                                 : block.shape == CellShape::hexahedron
                                     ? 0

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <utility>
 #include <variant>
@@ -89,13 +90,13 @@ class Connectivity {
   ActiveSurface surface_;
   std::variant<Paper, Rows, Replay, Mixed> hexahedra_;
   std::unique_ptr<CellCorners<Coder>> others_;  // where there are blocks of other cells
-  std::vector<const NodeLayout*> layouts_;      // by block
   InnerNodes<Coder> inner_nodes_;
 
   // contexts
   std::uint32_t last_block_ = 0;
   std::array<std::uint8_t, 8> last_finalized_{};
-  std::vector<std::vector<std::uint64_t>> node_ids_;  // of the last cell of each block
+  /// Of the last cell of each block that came.
+  std::map<std::uint32_t, std::vector<std::uint64_t>> node_ids_;
   bool last_new_ = false;
 
   std::vector<std::pair<std::uint64_t, std::uint32_t>> positions_;  // encoding: by number
