@@ -8,7 +8,7 @@ namespace shm::converters::vtk {
 namespace {
 
 // Of a data set that has no value for any of them: nothing else in the file speaks for so many.
-constexpr std::uint64_t kMostPointsWithoutValues = std::uint64_t{1} << 24;
+constexpr std::uint64_t kMostPointsWithoutValues = std::uint64_t{1} << 30;
 
 }  // namespace
 
