@@ -164,7 +164,8 @@ TEST(ExodusArchive, LargeVariablesAreCarriedInParts) {
   EXPECT_GE(ex_close(id), 0);
   Spool spool(folder / ".");
   std::size_t parts = 0;
-  for (const Extra& extra : open_exodus(path, spool)->info().extras) {
+  const auto mesh = open_exodus(path, spool);
+  for (const Extra& extra : mesh->info().extras) {
     EXPECT_LE(extra.data.size(), std::size_t{40} << 20) << extra.key;
     if (extra.refers == Reference::vertex) ++parts;
   }

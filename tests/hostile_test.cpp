@@ -93,9 +93,14 @@ bool is_thorough(const FeatureFile& feature) {
          feature.name == "shifts_quantized";
 }
 
+/// Bytes from one place where a file is hurt to the next. What unpacks to much takes long.
+std::size_t stride_of(const FeatureFile& feature, std::size_t usual) {
+  return is_thorough(feature) ? 1 : feature.name == "large_extras" ? 97 : usual;
+}
+
 TEST(Hostile, EveryCutIsTruncated) {
   for (const FeatureFile& feature : files())
-    for (std::size_t size = 0; size < feature.bytes.size(); size += is_thorough(feature) ? 1 : 5) {
+    for (std::size_t size = 0; size < feature.bytes.size(); size += stride_of(feature, 5)) {
       // An exact-size copy, so that a read past the end is seen.
       const Bytes cut(feature.bytes.begin(),
                       feature.bytes.begin() + static_cast<std::ptrdiff_t>(size));
@@ -111,7 +116,7 @@ TEST(Hostile, EveryFlippedBitIsNoticed) {
     const std::string text = text_of(decode_in_pieces(feature.bytes));
     Bytes bytes = feature.bytes;
     const bool thorough = is_thorough(feature);
-    for (std::size_t at = 0; at < bytes.size(); at += thorough ? 1 : 3)
+    for (std::size_t at = 0; at < bytes.size(); at += stride_of(feature, 3))
       for (std::size_t bit = thorough ? 0 : at % 8; bit < 8; bit += thorough ? 1 : 8) {
         bytes[at] ^= std::byte{1} << bit;
         const auto decoded = decode_in_pieces(bytes);
