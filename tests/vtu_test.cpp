@@ -535,8 +535,8 @@ TEST_F(VtuTest, BrokenSkeletonsAreFailures) {
   const std::string good = text_of(find_extra(mesh->info(), "vtu/skeleton"));
   const auto write_with = [&](const std::string& skeleton) {
     Extra extra{"vtu/skeleton", ScalarType::uint8, Reference::nothing, {skeleton.size()}, {}};
-    extra.data.resize(skeleton.size());
-    std::memcpy(extra.data.data(), skeleton.data(), skeleton.size());
+    const auto bytes = std::as_bytes(std::span(skeleton));
+    extra.data.assign(bytes.begin(), bytes.end());
     copy.mesh.extras = {extra};
     write_vtu(copy, path("out.vtu"), spool_);
   };
