@@ -64,6 +64,8 @@ def cannot_hold(difference):
         return all(" of other cells " in place["value_b"] for place in difference["places"])
     if kind == "count" and what == "cells":
         return int(difference["b"]) > int(difference["a"])
+    if kind == "values" and what == "array 'cell/BlockId'":
+        return True  # numbers that blocks of several dimensions share are given anew
     return kind in ("steps", "only_in_b") or (kind, what) == ("unmatched", "cells of B")
 
 
