@@ -5,6 +5,7 @@
 #include <set>
 
 #include "file_surgery.h"
+#include "sanitized.h"
 #include "stepped_mesh.h"
 
 namespace shm {
@@ -472,7 +473,7 @@ TEST(StepReader, EveryFlippedBitThatIsReadIsFound) {
   ASSERT_TRUE(good);
   std::mt19937 random(1);
   std::size_t unread = 0;
-  for (std::size_t at = 0; at < bytes.size(); ++at) {
+  for (std::size_t at = 0; at < bytes.size(); at += every(7)) {
     Bytes damaged = bytes;
     damaged[at] ^= std::byte{1} << random() % 8;
     MemoryRandomSource from(damaged);
@@ -491,12 +492,12 @@ TEST(StepReader, EveryFlippedBitThatIsReadIsFound) {
     ++unread;
     EXPECT_TRUE(values->values == good->values && values->numbers == good->numbers);
   }
-  EXPECT_GT(unread, bytes.size() / 3);
+  EXPECT_GT(unread, bytes.size() / every(7) / 3);
 }
 
 TEST(StepReader, EveryCutIsFound) {
   const Bytes bytes = written(small_mesh());
-  for (std::size_t size = 0; size < bytes.size(); ++size) {
+  for (std::size_t size = 0; size < bytes.size(); size += every(7)) {
     MemoryRandomSource source{std::span(bytes).first(size)};
     EXPECT_FALSE(StepReader::open(source)) << size;
   }
