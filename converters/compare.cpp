@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "cell_cursor.h"
+#include "cell_turns.h"
 #include "coding_order.h"
 #include "compress.h"
 #include "decompress.h"
@@ -362,12 +363,7 @@ bool Comparison::same_corners(std::span<const std::uint64_t> source, std::uint32
   if (!as_mesh_ || schema.corner_order || info.shape != CellShape::hexahedron ||
       source.size() != 8 || mapped_.size() != 8)
     return false;
-  return std::any_of(hexahedron_rotations().begin(), hexahedron_rotations().end(),
-                     [&](const auto& rotation) {
-                       for (std::size_t c = 0; c < 8; ++c)
-                         if (mapped_[c] != source[rotation[c]]) return false;
-                       return true;
-                     });
+  return is_turned<std::uint64_t>(info.shape, source, mapped_);
 }
 
 void Comparison::compare_array(std::size_t array) {
@@ -520,22 +516,6 @@ void Comparison::compare_extra(const Extra& source, const Extra& restored) {
 }
 
 }  // namespace
-
-const std::vector<std::array<std::uint8_t, 8>>& hexahedron_rotations() {
-  using Turn = std::array<std::uint8_t, 8>;
-  static const std::vector<Turn> all = [] {
-    constexpr Turn kAboutZ{1, 2, 3, 0, 5, 6, 7, 4}, kAboutX{3, 2, 6, 7, 0, 1, 5, 4};
-    std::vector<Turn> found{{0, 1, 2, 3, 4, 5, 6, 7}};
-    for (std::size_t i = 0; i < found.size(); ++i)
-      for (const Turn& turn : {kAboutZ, kAboutX}) {
-        Turn next;
-        for (std::size_t c = 0; c < 8; ++c) next[c] = found[i][turn[c]];
-        if (std::find(found.begin(), found.end(), next) == found.end()) found.push_back(next);
-      }
-    return found;
-  }();
-  return all;
-}
 
 CompareReport compare_meshes(MeshSource& source, MeshSource& restored, Spool& spool,
                              const Progress& progress, const CellSequence* cell_order) {

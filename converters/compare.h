@@ -7,7 +7,6 @@
 // finds that renumbering by coding the source again, and then checks it without trusting it.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -39,9 +38,5 @@ inline constexpr std::size_t kDifferencesInWords = 10;
 CompareReport compare_meshes(MeshSource& source, MeshSource& restored, Spool& spool,
                              const Progress& progress = {},
                              const CellSequence* cell_order = nullptr);
-
-// The 24 ways to turn a hexahedron onto itself: corner i of the turned one is corner
-// `rotation[i]` of the original.
-const std::vector<std::array<std::uint8_t, 8>>& hexahedron_rotations();
 
 }  // namespace shm::converters

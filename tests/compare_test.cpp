@@ -1,6 +1,7 @@
 // Comparison, and the whole way through a .shm file: what goes in comes back, in both orders,
 // and every kind of change is found.
 #include "compare.h"
+#include "cell_turns.h"
 
 #include <gtest/gtest.h>
 
@@ -61,9 +62,9 @@ CompareReport round_trip(MeshSource& mesh, const CompressOptions& options) {
 }
 
 TEST(Compare, HexahedronHas24Rotations) {
-  const auto& rotations = hexahedron_rotations();
+  const auto& rotations = turns_of(CellShape::hexahedron, 8);
   EXPECT_EQ(rotations.size(), 24u);
-  std::set<std::array<std::uint8_t, 8>> distinct(rotations.begin(), rotations.end());
+  std::set<Turn> distinct(rotations.begin(), rotations.end());
   EXPECT_EQ(distinct.size(), 24u);
   constexpr int kCorner[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
                                  {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};

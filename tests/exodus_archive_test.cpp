@@ -18,24 +18,12 @@
 #include "exodus_oddities.h"
 #include "failure.h"
 #include "shm/io.h"
+#include "temporary_folder.h"
 
 namespace shm::converters {
 namespace {
 
 namespace fs = std::filesystem;
-
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (fs::temp_directory_path() / "shm-exodus-XXXXXX").string();
-    path_ = mkdtemp(name.data());
-  }
-  ~TemporaryFolder() { fs::remove_all(path_); }
-  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
-
- private:
-  fs::path path_;
-};
 
 // Whether netCDF's own tools find two files equal; says how they differ.
 testing::AssertionResult equal_files(const std::string& a, const std::string& b) {

@@ -18,24 +18,12 @@
 #include <vector>
 
 #include "failure.h"
+#include "temporary_folder.h"
 
 namespace shm::converters {
 namespace {
 
 namespace fs = std::filesystem;
-
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (fs::temp_directory_path() / "shm-exodus-XXXXXX").string();
-    path_ = mkdtemp(name.data());
-  }
-  ~TemporaryFolder() { fs::remove_all(path_); }
-  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
-
- private:
-  fs::path path_;
-};
 
 bool have_ncdump() {
   return std::system("ncdump >/dev/null 2>&1 -k /dev/null; test $? -ne 127") == 0;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "shm/io.h"
+#include "temporary_folder.h"
 
 namespace shm {
 namespace {
@@ -17,13 +18,6 @@ namespace fs = std::filesystem;
 
 class FileIo : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "shm-io-XXXXXX").string();
-    ASSERT_NE(::mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   std::string path(const char* name) const { return (folder_ / name).string(); }
   std::size_t files() const {
     return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {}));
@@ -36,7 +30,8 @@ class FileIo : public testing::Test {
     return std::as_bytes(std::span(text));
   }
 
-  fs::path folder_;
+  TemporaryFolder own_folder_;
+  const fs::path& folder_ = own_folder_.path();
 };
 
 TEST_F(FileIo, AppearsWithCommit) {

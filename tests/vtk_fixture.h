@@ -23,6 +23,7 @@
 #include "memory_mesh.h"
 #include "mesh_source.h"
 #include "spool.h"
+#include "temporary_folder.h"
 #include "vtk.h"
 
 namespace shm::converters {
@@ -31,13 +32,6 @@ namespace fs = std::filesystem;
 
 class VtkTest : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "vtk-test-XXXXXX").string();
-    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
-    directory_ = pattern;
-  }
-  void TearDown() override { fs::remove_all(directory_); }
-
   std::string path(const std::string& name) const { return (directory_ / name).string(); }
   std::string write_file(const std::string& name, const std::string& bytes) const {
     std::ofstream(path(name), std::ios::binary) << bytes;
@@ -47,7 +41,8 @@ class VtkTest : public testing::Test {
     return open_vtk(write_file("in.vtk", bytes), spool_);
   }
 
-  fs::path directory_;
+  TemporaryFolder own_folder_;
+  const fs::path& directory_ = own_folder_.path();
   Spool spool_{fs::temp_directory_path().string(), std::size_t{1} << 20};
 };
 

@@ -16,6 +16,7 @@
 #include "failure.h"
 #include "formats.h"
 #include "memory_mesh.h"
+#include "temporary_folder.h"
 #include "vtk.h"
 #include "vtu_codec.h"
 
@@ -109,13 +110,6 @@ constexpr const char* kPlain = R"(<?xml version="1.0"?>
 
 class VtuTest : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "vtu-test-XXXXXX").string();
-    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
-    directory_ = pattern;
-  }
-  void TearDown() override { fs::remove_all(directory_); }
-
   std::string path(const std::string& name) const { return (directory_ / name).string(); }
   std::string write_file(const std::string& name, const std::string& bytes) const {
     std::ofstream(path(name), std::ios::binary) << bytes;
@@ -173,7 +167,8 @@ class VtuTest : public testing::Test {
     return WIFEXITED(result) ? WEXITSTATUS(result) : -1;
   }
 
-  fs::path directory_;
+  TemporaryFolder own_folder_;
+  const fs::path& directory_ = own_folder_.path();
   Spool spool_{fs::temp_directory_path().string(), std::size_t{1} << 20};
 };
 
