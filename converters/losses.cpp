@@ -4,6 +4,7 @@
 #include <sstream>
 #include <string_view>
 
+#include "extra_index.h"
 #include "gmsh_groups.h"
 #include "transfer_sets.h"
 #include "vtk_words.h"
@@ -13,22 +14,24 @@ namespace {
 
 constexpr std::string_view kExodusVariable = "exodus/variable/";
 
-void add_once(LossList& losses, std::string what) {
-  if (std::find(losses.begin(), losses.end(), what) == losses.end())
-    losses.push_back(std::move(what));
+// What has been told, so that it is told once.
+using Told = std::set<std::string>;
+
+void add_once(LossList& losses, Told& already, std::string what) {
+  if (already.insert(what).second) losses.push_back(std::move(what));
 }
 
 std::string quoted(std::string_view text) { return " '" + std::string(text) + "'"; }
 
 // "exodus/edge_set/0/edges": the kind, id and name of its set.
-std::string exodus_set(const MeshInfo& info, const std::string& key) {
+std::string exodus_set(const ExtraIndex& extras, const std::string& key) {
   const std::size_t second = key.find('/', 7), third = key.find('/', second + 1);
   if (second == std::string::npos || third == std::string::npos) return {};
   const std::string folder = key.substr(0, third + 1);
   std::string kind = key.substr(7, second - 7);
   std::replace(kind.begin(), kind.end(), '_', ' ');
-  const Extra* id = find_extra(info, folder + "id");
-  const Extra* name = find_extra(info, folder + "name");
+  const Extra* id = extras.find(folder + "id");
+  const Extra* name = extras.find(folder + "name");
   const auto number = id == nullptr ? std::vector<std::int64_t>() : integers_of_extra(*id);
   if (!number.empty()) kind += ' ' + std::to_string(number[0]);
   if (name != nullptr && !name->data.empty()) kind += quoted(text_of_extra(*name));
@@ -49,8 +52,8 @@ bool says_nothing(const Extra& extra) {
   return std::string_view("xyz").starts_with(text);
 }
 
-std::string exodus_words(const MeshInfo& info, const std::string& key) {
-  if (!key.starts_with(kExodusVariable)) return exodus_set(info, key);
+std::string exodus_words(const ExtraIndex& extras, const std::string& key) {
+  if (!key.starts_with(kExodusVariable)) return exodus_set(extras, key);
   const std::string name = key.substr(kExodusVariable.size());
   if (name == "qa_records") return "QA records";
   if (name == "info_records") return "information records";
@@ -59,8 +62,8 @@ std::string exodus_words(const MeshInfo& info, const std::string& key) {
   return "netCDF variable" + quoted(name);
 }
 
-std::string view_name(const MeshInfo& info, const std::string& section) {
-  const Extra* header = find_extra(info, section + "/header");
+std::string view_name(const ExtraIndex& extras, const std::string& section) {
+  const Extra* header = extras.find(section + "/header");
   std::istringstream lines(header == nullptr ? std::string() : text_of_extra(*header));
   std::string count, name;
   std::getline(lines, count);
@@ -69,8 +72,10 @@ std::string view_name(const MeshInfo& info, const std::string& section) {
   return quoted(name);
 }
 
-void add_gmsh_sections(const MeshInfo& info, const std::set<std::string>& told, LossList& losses) {
-  const Extra* sections = find_extra(info, "gmsh/sections");
+void add_gmsh_sections(const MeshInfo& info, const ExtraIndex& extras,
+                       const std::set<std::string>& told, LossList& losses) {
+  Told already;
+  const Extra* sections = extras.find("gmsh/sections");
   std::istringstream lines(sections == nullptr ? std::string() : text_of_extra(*sections));
   std::string line;
   for (std::size_t k = 0; std::getline(lines, line); ++k) {
@@ -81,7 +86,7 @@ void add_gmsh_sections(const MeshInfo& info, const std::set<std::string>& told, 
     const std::string key = "gmsh/section/" + std::to_string(k);
     if (told.contains(key)) continue;
     if (kind == "list") {
-      add_once(losses, "view" + view_name(info, key) + " ($" + name + " of some)");
+      add_once(losses, already, "view" + view_name(extras, key) + " ($" + name + " of some)");
     } else if (name == "Entities") {
       if (gmsh_entities_have_bounds(info)) losses.push_back("boundaries of entities ($Entities)");
     } else if (name == "PhysicalNames") {
@@ -89,7 +94,7 @@ void add_gmsh_sections(const MeshInfo& info, const std::set<std::string>& told, 
     } else if (kind == "raw" || kind == "links" || kind == "ghosts") {
       losses.push_back("section $" + name);
     } else if (kind == "between") {
-      add_once(losses, "text between sections");
+      add_once(losses, already, "text between sections");
     }
   }
 }
@@ -145,17 +150,19 @@ bool is_spoken_for(const std::string& format, const std::string& key) {
 LossList losses_of_extras(const MeshInfo& info, const std::set<std::string>& told) {
   LossList losses;
   const std::string& format = info.schema.source_format;
+  const ExtraIndex extras(info.extras);
+  Told already;
   for (const Extra& extra : info.extras) {
     if (told.contains(extra.key) || extra.key == "exodus/skeleton") continue;
     if (format == "exodus" && extra.key.starts_with(kExodusVariable) && says_nothing(extra))
       continue;
     if (format == "exodus" && extra.key.starts_with("exodus/"))
-      add_once(losses, exodus_words(info, extra.key));
+      add_once(losses, already, exodus_words(extras, extra.key));
     else if (!is_spoken_for(format, extra.key))
       losses.push_back("extra" + quoted(extra.key));
   }
   if (format == "gmsh") {
-    add_gmsh_sections(info, told, losses);
+    add_gmsh_sections(info, extras, told, losses);
     add_gmsh_tags(info, losses);
   }
   if (format == "vtk") add_vtk_data(info, told, losses);
