@@ -22,7 +22,8 @@ namespace {
 
 Spool::Spool(std::string directory, std::size_t memory_budget)
     : directory_(directory.empty() ? "." : std::move(directory)),
-      max_pages_(std::max<std::size_t>(memory_budget / kPageBytes, 4)) {}
+      max_pages_(std::max<std::size_t>(memory_budget / kPageBytes, 4)),
+      small_room_(memory_budget) {}
 
 Spool::~Spool() {
   if (descriptor_ >= 0) ::close(descriptor_);
@@ -30,6 +31,12 @@ Spool::~Spool() {
 
 std::uint64_t Spool::reserve_pages(std::uint64_t count) {
   return std::exchange(next_page_, next_page_ + count);
+}
+
+bool Spool::take_small(std::size_t bytes) {
+  if (bytes > small_room_) return false;
+  small_room_ -= bytes;
+  return true;
 }
 
 void Spool::evict_one() {
@@ -77,7 +84,12 @@ std::byte* Spool::page(std::uint64_t number, bool for_writing) {
   } else if (found->second.age != by_age_.begin()) {
     by_age_.splice(by_age_.begin(), by_age_, found->second.age);
   }
-  found->second.dirty |= for_writing;
+  if (for_writing) {
+    found->second.dirty = true;
+    if (ever_written_.size() <= number) ever_written_.resize(number + 1);
+    pages_written_ += ever_written_[number] ? 0 : 1;
+    ever_written_[number] = true;
+  }
   return found->second.bytes.get();
 }
 
@@ -95,6 +107,12 @@ std::byte* PagedArray::at(std::uint64_t byte, bool for_writing) {
 void PagedArray::read(std::uint64_t first, std::uint64_t count, std::byte* out) {
   std::uint64_t byte = first * element_bytes_;
   std::uint64_t left = count * element_bytes_;
+  if (is_small()) {
+    const std::uint64_t held = byte < small_.size() ? std::min(left, small_.size() - byte) : 0;
+    if (held > 0) std::memcpy(out, small_.data() + byte, held);
+    std::fill_n(out + held, left - held, std::byte{0});
+    return;
+  }
   while (left > 0) {
     const std::uint64_t run = std::min(left, Spool::kPageBytes - byte % Spool::kPageBytes);
     std::memcpy(out, at(byte, false), run);
@@ -105,8 +123,28 @@ void PagedArray::read(std::uint64_t first, std::uint64_t count, std::byte* out) 
 }
 
 void PagedArray::write(std::uint64_t first, std::uint64_t count, const std::byte* in) {
-  std::uint64_t byte = first * element_bytes_;
-  std::uint64_t left = count * element_bytes_;
+  const std::uint64_t byte = first * element_bytes_, bytes = count * element_bytes_;
+  if (!write_small(byte, bytes, in)) write_paged(byte, bytes, in);
+  size_ = std::max(size_, first + count);
+}
+
+// False when the array is, or has to become, one of pages.
+bool PagedArray::write_small(std::uint64_t byte, std::uint64_t bytes, const std::byte* in) {
+  if (!is_small()) return false;
+  if (bytes == 0) return true;
+  const std::uint64_t end = byte + bytes;
+  const std::uint64_t more = end > small_.size() ? end - small_.size() : 0;
+  if (end > Spool::kSmallBytes || !spool_->take_small(more)) {
+    const std::vector<std::byte> all = std::exchange(small_, {});
+    write_paged(0, all.size(), all.data());
+    return false;
+  }
+  if (more > 0) small_.resize(end);
+  std::memcpy(small_.data() + byte, in, bytes);
+  return true;
+}
+
+void PagedArray::write_paged(std::uint64_t byte, std::uint64_t left, const std::byte* in) {
   while (left > 0) {
     const std::uint64_t run = std::min(left, Spool::kPageBytes - byte % Spool::kPageBytes);
     std::memcpy(at(byte, true), in, run);
@@ -114,7 +152,6 @@ void PagedArray::write(std::uint64_t first, std::uint64_t count, const std::byte
     byte += run;
     left -= run;
   }
-  size_ = std::max(size_, first + count);
 }
 
 }  // namespace shm::converters

@@ -1,7 +1,8 @@
 // Spool: large arrays on their way between formats, in bounded memory.
 // A PagedArray is an array of fixed-size elements that may be read and written anywhere; what
 // does not fit the memory budget goes to an unlinked temporary file, so nothing is left behind
-// on any exit. Pages are fetched and evicted least recently used first.
+// on any exit. Pages are fetched and evicted least recently used first. Arrays that fit in a small
+// part of a page stay out of pages while they fit the budget once more: a file may have very many.
 #pragma once
 
 #include <cstddef>
@@ -24,6 +25,10 @@ class Spool {
   Spool& operator=(const Spool&) = delete;
 
   static constexpr std::size_t kPageBytes = 64 * 1024;
+  static constexpr std::size_t kSmallBytes = 4 * 1024;  // arrays up to here need no page
+
+  // Bytes of the pages that were ever written.
+  std::uint64_t paged_bytes() const { return pages_written_ * kPageBytes; }
 
  private:
   friend class PagedArray;
@@ -34,12 +39,15 @@ class Spool {
   };
   std::byte* page(std::uint64_t number, bool for_writing);  // valid until the next call
   std::uint64_t reserve_pages(std::uint64_t count);
+  bool take_small(std::size_t bytes);  // false: there is no room for more
   void evict_one();
 
   std::string directory_;
   std::size_t max_pages_;
   int descriptor_ = -1;
-  std::uint64_t next_page_ = 0;
+  std::uint64_t next_page_ = 0, pages_written_ = 0;
+  std::size_t small_room_;           // bytes that small arrays may still take
+  std::vector<bool> ever_written_;   // of each page
   std::list<std::uint64_t> by_age_;  // front: most recent
   std::unordered_map<std::uint64_t, Page> resident_;
 };
@@ -49,6 +57,8 @@ class Spool {
 class PagedArray {
  public:
   PagedArray(Spool& spool, std::size_t element_bytes);
+  PagedArray(PagedArray&&) = default;
+  PagedArray& operator=(PagedArray&&) = default;
 
   std::uint64_t size() const { return size_; }  // elements, one past the highest written
   void read(std::uint64_t first, std::uint64_t count, std::byte* out);
@@ -68,10 +78,14 @@ class PagedArray {
  private:
   static constexpr std::uint64_t kExtentPages = 16;  // pages reserved together: 1 MiB of file
   std::byte* at(std::uint64_t byte, bool for_writing);
+  bool is_small() const { return extents_.empty(); }
+  bool write_small(std::uint64_t byte, std::uint64_t bytes, const std::byte* in);
+  void write_paged(std::uint64_t byte, std::uint64_t bytes, const std::byte* in);
 
   Spool* spool_;
   std::size_t element_bytes_;
   std::uint64_t size_ = 0;
+  std::vector<std::byte> small_;        // all there is, while there are no extents
   std::vector<std::uint64_t> extents_;  // first page number of each extent
 };
 
