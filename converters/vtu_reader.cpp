@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cstring>
 #include <map>
+#include <string_view>
+#include <tuple>
 #include <utility>
 
 #include "failure.h"
@@ -53,10 +55,10 @@ struct Column {
   bool per_step = false;
   bool constant = false;  // the nodes of all steps stand for the same values
   std::vector<Node*> nodes;
-  bool same_as(const Column& other) const {
-    return name == other.name && occurrence == other.occurrence && type == other.type &&
-           components == other.components && per_step == other.per_step &&
-           constant == other.constant;
+  // Of columns of several pieces that are one array. No two of a piece are alike.
+  auto key() const {
+    return std::tuple(std::string_view(name), occurrence, type.kind, type.stored, components,
+                      per_step, constant);
   }
 };
 
@@ -318,19 +320,23 @@ void Parser::data(Location location, const char* element_name) {
     ++others;
   }
   if (leader == pieces_.size()) return;
-  for (const Column& column : of_piece[leader]) {
-    std::vector<std::pair<Column, Piece>> parts;
-    std::size_t found = 0;
-    for (std::size_t p = 0; p < pieces_.size(); ++p) {
-      for (const Column& each : of_piece[p]) {
-        if (!each.same_as(column)) continue;
-        parts.emplace_back(each, pieces_[p]);
-        found += all_empty || elements(pieces_[p]) > 0;
-        break;
-      }
+  struct Parts {
+    std::vector<std::pair<Column, Piece>> list;
+    std::size_t found = 0;  // in pieces that must have it
+  };
+  std::map<decltype(Column().key()), Parts> parts_of;
+  for (const Column& column : of_piece[leader]) parts_of.try_emplace(column.key());
+  for (std::size_t p = 0; p < pieces_.size(); ++p) {
+    for (const Column& each : of_piece[p]) {
+      const auto parts = parts_of.find(each.key());
+      if (parts == parts_of.end()) continue;
+      parts->second.list.emplace_back(each, pieces_[p]);
+      parts->second.found += all_empty || elements(pieces_[p]) > 0;
     }
-    if (found == others) load_column(location, parts, {});
   }
+  for (const Column& column : of_piece[leader])
+    if (const Parts& parts = parts_of.at(column.key()); parts.found == others)
+      load_column(location, parts.list, {});
   // What is left has no place in the schema.
   for (std::size_t p = 0; p < pieces_.size(); ++p) {
     Node* node = pieces_[p].node->child(element_name);
