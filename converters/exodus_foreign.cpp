@@ -7,6 +7,7 @@
 #include <array>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <set>
 #include <utility>
 #include <vector>
@@ -79,6 +80,26 @@ std::vector<char*> pointers(std::vector<std::string>& names) {
   for (std::string& name : names) list.push_back(name.data());
   return list;
 }
+
+// Numbers that nobody has yet.
+class FreeNumbers {
+ public:
+  // The first that is free from `wanted` on.
+  std::int64_t take(std::int64_t wanted) {
+    std::vector<std::int64_t> passed;
+    std::int64_t number = wanted;
+    for (auto at = next_.find(number); at != next_.end(); at = next_.find(number)) {
+      passed.push_back(number);
+      number = at->second;
+    }
+    next_[number] = number + 1;
+    for (const std::int64_t taken : passed) next_[taken] = number + 1;  // not that way again
+    return number;
+  }
+
+ private:
+  std::map<std::int64_t, std::int64_t> next_;  // of each that is taken: where to go on
+};
 
 class ForeignWriter {
  public:
@@ -244,11 +265,11 @@ class ForeignWriter {
   }
 
   void define_sets() {
-    std::set<std::pair<ex_entity_type, std::int64_t>> taken;
+    std::map<ex_entity_type, FreeNumbers> free;
     for (const TransferSet& set : sets_) {
       const ex_entity_type kind = kind_of(set);
-      std::int64_t id = std::max<std::int64_t>(set.id, 1);
-      while (!taken.emplace(kind, id).second) ++id;
+      const std::int64_t id = free[kind].take(
+          std::clamp<std::int64_t>(set.id, 1, std::numeric_limits<std::int64_t>::max() / 2));
       set_ids_.push_back(id);
       check(ex_put_set_param(exoid_, kind, id, static_cast<std::int64_t>(set.members.size()), 0),
             set.label());
