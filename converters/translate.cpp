@@ -76,6 +76,25 @@ bool beyond_doubles(MeshSource& mesh, std::size_t a) {
   return false;
 }
 
+// Where arrays cover all cells, those on few blocks of very many grow out of proportion.
+void check_filling(const MeshInfo& info) {
+  constexpr std::uint64_t kAlwaysAllowed = std::uint64_t{1} << 30, kMostGrowth = 64;
+  std::uint64_t held = 0, filled = 0;
+  for (std::size_t a = 0; a < info.schema.arrays.size(); ++a) {
+    if (info.schema.arrays[a].location != Location::cell) continue;
+    const std::uint64_t stride = info.array_stride(a);
+    held += stride * info.array_elements(a);
+    filled += stride * info.cells();
+  }
+  if (filled > std::max(kAlwaysAllowed, kMostGrowth * held))
+    throw Failure(Error{ErrorCode::over_limit,
+                        "arrays on few of many blocks would grow to more than " +
+                            std::to_string(kMostGrowth) + " times their size on all cells",
+                        "arrays",
+                        kNoOffset,
+                        {}});
+}
+
 // "time steps 0 to 7 of 9", without step `kept`.
 std::string other_steps(std::size_t steps, std::uint64_t kept) {
   const auto range = [](std::uint64_t first, std::uint64_t last) {
@@ -154,6 +173,7 @@ void Translation::report_arrays() {
       losses_.push_back("strings of array '" + array.name + "'");
   const MeshInfo& info = mesh_->info();
   bool any_stepped = false;
+  if (!holds_.partial_arrays) check_filling(info);
   for (std::size_t a = 0; a < info.schema.arrays.size(); ++a) {
     const ArrayInfo& array = info.schema.arrays[a];
     any_stepped |= array.per_step;
