@@ -23,8 +23,10 @@ class PageCache {
             Fetch fetch)
       : elements_(elements),
         element_bytes_(element_bytes),
-        page_bits_(std::countr_zero(
-            std::bit_floor(std::clamp<std::size_t>(kPageBytes / element_bytes, 1, kMostElements)))),
+        page_bits_(std::countr_zero(std::min(
+            std::bit_floor(std::clamp<std::size_t>(kPageBytes / element_bytes, 1, kMostElements)),
+            static_cast<std::size_t>(
+                std::bit_ceil(std::clamp<std::uint64_t>(elements, 1, kMostElements)))))),
         slot_of_page_((elements >> page_bits_) + 1, kAbsent),
         most_slots_(std::max<std::size_t>(budget_bytes / (element_bytes << page_bits_), 4)),
         fetch_(std::move(fetch)) {}
