@@ -24,6 +24,7 @@
 #include "joined_arrays.h"
 #include "losses.h"
 #include "memory_mesh.h"
+#include "mesh_match.h"
 #include "names_apart.h"
 #include "report.h"
 #include "set_arrays.h"
@@ -465,6 +466,30 @@ TEST(Growth, BlocksOfTwoMeshes) {
                        std::reverse(b.schema.blocks.begin(), b.schema.blocks.end());
                        const BlockPairs pairs = pair_blocks(a, b, true);
                        EXPECT_EQ(pairs.class_a[0], pairs.class_b[n - 1]);
+                     };
+                   }),
+            kMostGrowth);
+}
+
+// A column of cells, of which only the lowest layer of vertices is at places of its own: all others
+// are at one place, another one in each mesh. One cell tells the next.
+MemoryMesh column_at(double place, std::size_t cells) {
+  MemoryMesh mesh;
+  const std::uint32_t block = mesh.add_block(CellShape::hexahedron, 8);
+  for (int i = 0; i < 4; ++i) mesh.add_point(i & 1, i >> 1, 0);
+  for (std::size_t i = 0; i < 4 * cells; ++i) mesh.add_point(place, place, place);
+  for (std::uint64_t v = 0; v < 4 * cells; v += 4)
+    mesh.add_cell(block, {v, v + 1, v + 3, v + 2, v + 4, v + 5, v + 7, v + 6});
+  return mesh;
+}
+
+TEST(Growth, MatchingVerticesAtOnePlace) {
+  EXPECT_LT(growth(150,
+                   [](std::size_t n) {
+                     return [a = column_at(10, n), b = column_at(20, n), n]() mutable {
+                       const MatchRules rules{{0}, {0}, 0};
+                       const MeshMatch match = match_meshes(a, b, rules, {});
+                       EXPECT_EQ(match.matched_cells, n);
                      };
                    }),
             kMostGrowth);
