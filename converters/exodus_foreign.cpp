@@ -116,6 +116,7 @@ class ForeignWriter {
   ForeignWriter& operator=(const ForeignWriter&) = delete;
 
   void write() {
+    check_counts();
     check_cells();
     choose_columns();
     choose_sizes();
@@ -143,6 +144,15 @@ class ForeignWriter {
     if (status < 0) place_.fail(ErrorCode::output, section, "the Exodus library fails to write it");
   }
 
+  // The library writes the header anew for each block and set: some minutes for so many.
+  void check_counts() const {
+    constexpr std::size_t kMost = 1 << 14;
+    const std::size_t count = grouping_.groups().size() + sets_.size();
+    if (count > kMost)
+      place_.fail(ErrorCode::over_limit, "blocks and sets",
+                  "there are " + std::to_string(count) + "; " + std::to_string(kMost) +
+                      " can be written to Exodus");
+  }
   void check_cells() const {
     for (const CellGroup& group : grouping_.groups())
       if (block_of(group).shape == CellShape::polyhedron && group.cells > 0)

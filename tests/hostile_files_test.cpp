@@ -392,6 +392,11 @@ TEST_F(HostileFiles, TimeFollowsBlocksOnTheWayToGmsh) {
             kMostGrowth);
 }
 
+TEST_F(HostileFiles, BlocksOnTheWayToExodusAreLimited) {
+  MemoryMesh mesh = with_blocks((1 << 14) + 1);
+  expect_over_limit([&] { write_exodus(mesh, path("out.e")); }, "blocks and sets");
+}
+
 // --- between formats
 
 TEST(Growth, ManyArraysOfOneName) {
