@@ -31,10 +31,12 @@ class Translation {
   template <class Layer>
   Layer& add(std::unique_ptr<Layer> layer);
   void split_blocks();
+  bool is_kin() const { return !holds_.kin.empty() && from_.schema.source_format == holds_.kin; }
   void choose_step(std::optional<std::uint64_t> step);
   void carry_sets(Spool& spool);
   void carry_title();
   void report_arrays();
+  void report_numbers(const std::vector<BlockInfo>& before);
   void report_blocks();
   void report_name(const std::string& name, const std::string& label);
 

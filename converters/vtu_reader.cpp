@@ -6,6 +6,8 @@
 
 #include "failure.h"
 #include "text_input.h"
+#include "vtk_family.h"
+#include "vtk_strings.h"
 #include "vtu.h"
 #include "vtu_cells.h"
 #include "vtu_document.h"
@@ -16,6 +18,7 @@ namespace vtu {
 namespace {
 
 constexpr std::uint64_t kMostComponents = 65535;
+constexpr std::uint64_t kMostStringBytes = std::uint64_t{1} << 30;
 
 class VtuSource : public MeshSource {
  public:
@@ -88,6 +91,7 @@ class Parser {
   bool join_steps(std::vector<Column>& columns, Column& column, std::vector<Node*>& nodes);
   void load_column(Location location, const std::vector<std::pair<Column, Piece>>& parts,
                    const std::string& role);
+  void load_strings(Location location, const std::vector<std::pair<Column, Piece>>& parts);
   void keep_rest(Node& node);
   std::uint64_t product(const Node& node, std::uint64_t a, std::uint64_t b) const;
 
@@ -265,11 +269,12 @@ std::vector<Column> Parser::columns_of(Node& data) {
     Column column{.name = each.attribute_or("Name", ""), .nodes = {&each}};
     const auto type = loader_.type_of(each);
     column.components = loader_.components_of(each);
-    const bool fits =
-        type && type->kind != ArrayKind::string && column.components <= kMostComponents;
+    const bool stepped_one = !times_.empty() && each.attribute("TimeStep") != nullptr;
+    const bool fits = type && column.components <= kMostComponents &&
+                      !(type->kind == ArrayKind::string && stepped_one);
     if (!fits) continue;
     column.type = *type;
-    if (!times_.empty() && each.attribute("TimeStep") != nullptr) {
+    if (stepped_one) {
       if (!stepped.contains(column.name)) {
         order.push_back(column.name);
         columns.push_back(column);  // its place
@@ -329,7 +334,12 @@ void Parser::data(Location location, const char* element_name) {
         break;
       }
     }
-    if (found == others) load_column(location, parts, {});
+    if (found != others) continue;
+    if (column.type.kind == ArrayKind::string) {
+      load_strings(location, parts);
+    } else {
+      load_column(location, parts, {});
+    }
   }
   // What is left has no place in the schema.
   for (std::size_t p = 0; p < pieces_.size(); ++p) {
@@ -372,6 +382,53 @@ void Parser::load_column(Location location, const std::vector<std::pair<Column, 
       loader_.mark(node, word + (part.per_step ? 's' + std::to_string(s) : ""));
     }
   }
+}
+
+// Each different string once, in a list; the array says which, as in legacy files.
+void Parser::load_strings(Location location, const std::vector<std::pair<Column, Piece>>& parts) {
+  const Column& column = parts.front().first;
+  const std::size_t index = info_.schema.arrays.size();
+  ArrayInfo array;
+  array.name = column.name;
+  array.location = location;
+  array.type = ScalarType::uint32;
+  array.components = static_cast<std::uint32_t>(column.components);
+  array.role = vtk::kStringRole;
+  info_.schema.arrays.push_back(std::move(array));
+  PagedArray& places = source_.arrays_.emplace_back().emplace_back(spool_, sizeof(std::uint32_t));
+  vtk::StringLister strings(kMostStringBytes);
+  std::string one;
+  for (const auto& [part, piece] : parts) {
+    Node& node = *part.nodes.front();
+    const std::uint64_t wanted =
+        product(node, location == Location::point ? piece.range.points : piece.range.cells,
+                part.components);
+    std::uint64_t found = 0;
+    const auto end_of_string = [&] {
+      const auto place = strings.place_of(one);
+      if (!place)
+        loader_.fail(ErrorCode::unsupported, node, "has more different strings than 1 GiB holds");
+      if (found++ == wanted)
+        loader_.fail(ErrorCode::corrupt, node,
+                     "has more than the " + std::to_string(wanted) + " strings that belong");
+      places.append(1, reinterpret_cast<const std::byte*>(&*place));
+      one.clear();
+    };
+    loader_.read(node, part.type, kNoLimit, [&](std::span<const std::byte> bytes) {
+      for (const std::byte byte : bytes) {
+        one += static_cast<char>(byte);
+        if (byte == std::byte{}) end_of_string();
+        if (one.size() > kMostStringBytes)
+          loader_.fail(ErrorCode::unsupported, node, "has a string of more than 1 GiB");
+      }
+    });
+    if (found != wanted || !one.empty())
+      loader_.fail(
+          ErrorCode::truncated, node,
+          "has " + std::to_string(found) + " strings where " + std::to_string(wanted) + " belong");
+    loader_.mark(node, 'a' + std::to_string(index));
+  }
+  info_.extras.push_back(vtk::text_extra(vtk::strings_key(index), strings.list()));
 }
 
 // Field data, and arrays at places that VTK does not look at.
