@@ -5,6 +5,7 @@
 #include <string_view>
 #include <utility>
 
+#include "stored_value.h"
 #include "transfer_sets.h"
 #include "vtk_strings.h"
 #include "vtu_contents.h"
@@ -107,7 +108,7 @@ class LegacyBuilder {
       arrays.push_back(Entry{.kind = EntryKind::array,
                              .origin = Origin::extra,
                              .index = 0,
-                             .name = std::string(kLegacyTime),
+                             .name = std::string(has_field(kLegacyTime) ? kXmlTime : kLegacyTime),
                              .type = "double",
                              .components = 1,
                              .tuples = 1});
@@ -160,6 +161,7 @@ class LegacyBuilder {
     Node* first = contents_.first_data(location);
     if (first != nullptr) {
       std::map<std::string, EntryKind> kinds = attributes_of(*first, location);
+      of_other_steps_ = of_other_steps(*first);
       for (Node& array : first->children)
         if (array.is_array()) add_array(array, location, kinds, named, others);
       for (const auto& [name, kind] : kinds)
@@ -231,14 +233,18 @@ class LegacyBuilder {
             .tuples = info.location == Location::cell ? info_.cells() : info_.vertices};
   }
 
-  // Arrays of some time steps, which are not stepped ones.
-  bool is_of_other_step(const Node& array, const ValuesWord& word) const {
-    const auto step = parse_step(array);
-    return step && !word.step && !times_.empty() && *step != step_ &&
-           !info_.schema.arrays[word.index].per_step;
-  }
-  static std::optional<std::uint64_t> parse_step(const Node& array) {
-    return vtu::parse_count(array.attribute_or("TimeStep", ""));
+  // Arrays that stand at other time steps alone.
+  std::set<std::uint64_t> of_other_steps(Node& data) const {
+    std::set<std::uint64_t> others, good;
+    for (Node& array : data.children) {
+      const auto word = vtu::values_word(array);
+      if (!word || word->kind != ValuesWord::Kind::array) continue;
+      const auto step = vtu::parse_count(array.attribute_or("TimeStep", ""));
+      const bool other = step && !word->step && !times_.empty() && *step != step_;
+      (other ? others : good).insert(word->index);
+    }
+    for (const std::uint64_t array : good) others.erase(array);
+    return others;
   }
 
   void add_array(Node& array, Location location, std::map<std::string, EntryKind>& kinds,
@@ -254,7 +260,7 @@ class LegacyBuilder {
     if (info.location != location || strings != (info.role == kStringRole) ||
         (!strings && !is_written(word->index)))
       return;
-    if (is_of_other_step(array, *word)) {
+    if (of_other_steps_.contains(word->index)) {
       lose(quoted_array(name) + " at time step " + array.attribute_or("TimeStep", ""));
       parts_.placed.insert(word->index);
       return;
@@ -315,10 +321,12 @@ class LegacyBuilder {
                 .type = std::string(word_of_scalar(type->stored)),
                 .components = components,
                 .tuples = count / components};
-    if (name == kXmlTime && count == 1 && !has_field(kLegacyTime)) {
-      if (!info_.step_times.empty()) return;  // said by the step
-      entry.name = kLegacyTime;
+    if (name == kXmlTime && !info_.step_times.empty() && type->kind == ArrayKind::number) {
+      const bool said =
+          count == 1 && as_double(found->data.data(), found->type) == info_.step_times.back();
+      return said ? void() : lose("field data '" + name + "' (the time of the step is)");
     }
+    if (name == kXmlTime && count == 1 && !has_field(kLegacyTime)) entry.name = kLegacyTime;
     entry.metadata = metadata_of(array, components, false);
     Extra values = *found;
     if (type->kind == ArrayKind::string) {
@@ -354,6 +362,7 @@ class LegacyBuilder {
   LegacyParts parts_;
   std::vector<double> times_;
   std::size_t step_ = 0;
+  std::set<std::uint64_t> of_other_steps_;  // of the data under way
 };
 
 }  // namespace

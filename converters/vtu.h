@@ -29,7 +29,7 @@
 //   time                     time of the last step; likewise
 //   none                     nothing: VTK does not read an array of that type
 // BYTES: size of the blocks that were compressed one by one, when it is not 32768.
-// Offsets into appended data are made anew; blanks between attributes and elements are not kept.
+// Offsets into appended data, and blanks between attributes and elements, are left out.
 #pragma once
 
 #include <cstddef>

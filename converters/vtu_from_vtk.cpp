@@ -101,6 +101,7 @@ class XmlBuilder {
     for (const Entry& entry : skeleton_->entries) add(entry);
     add_dataset();
     add_title();
+    for (Node* data : {&parts_.field, &parts_.point_data, &parts_.cell_data}) name_apart(*data);
     if (skeleton_->version >= "5.1" && vtk::has_renumbered_cells(info_)) parts_.version = "2.2";
     return std::move(parts_);
   }
@@ -242,6 +243,25 @@ class XmlBuilder {
       if (kind == attribute.kind && data.attribute(attribute.name) == nullptr)
         data.set_attribute(attribute.name, name);
     data.children.push_back(std::move(array));
+  }
+
+  // Of several arrays of one name VTK keeps the last when it reads a legacy file, and mixes them up
+  // when it reads an XML file.
+  void name_apart(Node& data) const {
+    std::set<std::string> used;
+    for (const Node& array : data.children) used.insert(array.attribute_or("Name", ""));
+    std::set<std::string> taken;
+    std::map<std::string, int> numbers;
+    for (auto array = data.children.rbegin(); array != data.children.rend(); ++array) {
+      const std::string name = array->attribute_or("Name", "");
+      if (taken.insert(name).second) continue;
+      std::string other;
+      int& number = numbers.try_emplace(name, 2).first->second;
+      while (other.empty() || !used.insert(other).second)
+        other = name + " (" + std::to_string(number++) + ")";
+      array->set_attribute("Name", other);
+      lose("name of " + quoted_array(name) + ", which another array has ('" + other + "' there)");
+    }
   }
 
   void add_dataset() const {

@@ -245,8 +245,8 @@ void VtuPlan::fit_cells(Node& piece, const PieceRange& range) {
   if (info_.schema.coordinate_quantization.lossy())
     for (Node& each : points.children)
       if (each.is_array()) forget_ranges(each);
-  if (range.cells == 0) return;
-  Node& cells = child_of(piece, "Cells");
+  if (own_ && range.cells == 0) return;
+  Node& cells = child_of(piece, "Cells");  // VTK wants it even where there are none
   const auto need = [&](std::string_view name, const char* type) {
     Node* found = array_named(cells, name);
     if (found == nullptr)

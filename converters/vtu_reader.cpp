@@ -93,6 +93,7 @@ class Parser {
                    const std::string& role);
   void load_strings(Location location, const std::vector<std::pair<Column, Piece>>& parts);
   void keep_rest(Node& node);
+  static void forget_offsets(Node& node);
   std::uint64_t product(const Node& node, std::uint64_t a, std::uint64_t b) const;
 
   std::string path_;
@@ -124,6 +125,7 @@ void Parser::parse() {
   data(Location::point, "PointData");
   data(Location::cell, "CellData");
   keep_rest(document_.root());
+  forget_offsets(document_.root());
   source_.cells_.find_blocks(info_, path_);
   info_.extras.push_back(vtk::cell_types_extra(info_));
   const std::string text = to_text(document_);
@@ -250,11 +252,14 @@ bool Parser::join_steps(std::vector<Column>& columns, Column& column, std::vecto
     column.nodes[*step] = node;
   }
   if (nodes.size() != times_.size()) return false;
-  const Node& first = *column.nodes.front();
-  column.constant = std::all_of(nodes.begin(), nodes.end(), [&](const Node* node) {
-    return ArrayLoader::same_place(*node, first);
+  Node& first = *column.nodes.front();
+  const bool strings = column.type.kind == ArrayKind::string;
+  column.constant = std::all_of(nodes.begin(), nodes.end(), [&](Node* node) {
+    return strings ? loader_.same_values(first, *node, spool_)
+                   : ArrayLoader::same_place(first, *node);
   });
   column.per_step = !column.constant;
+  if (column.per_step && strings) return false;
   columns.push_back(column);
   return true;
 }
@@ -269,12 +274,9 @@ std::vector<Column> Parser::columns_of(Node& data) {
     Column column{.name = each.attribute_or("Name", ""), .nodes = {&each}};
     const auto type = loader_.type_of(each);
     column.components = loader_.components_of(each);
-    const bool stepped_one = !times_.empty() && each.attribute("TimeStep") != nullptr;
-    const bool fits = type && column.components <= kMostComponents &&
-                      !(type->kind == ArrayKind::string && stepped_one);
-    if (!fits) continue;
+    if (!type || column.components > kMostComponents) continue;
     column.type = *type;
-    if (stepped_one) {
+    if (!times_.empty() && each.attribute("TimeStep") != nullptr) {
       if (!stepped.contains(column.name)) {
         order.push_back(column.name);
         columns.push_back(column);  // its place
@@ -295,7 +297,7 @@ std::vector<Column> Parser::columns_of(Node& data) {
       continue;
     }
     if (join_steps(joined, column, steps->second)) continue;
-    column.per_step = false;
+    column.per_step = column.constant = false;
     for (Node* node : steps->second) {
       column.nodes = {node};
       column.type = *loader_.type_of(*node);
@@ -377,8 +379,11 @@ void Parser::load_column(Location location, const std::vector<std::pair<Column, 
         location == Location::point ? piece.range.points : piece.range.cells;
     for (std::size_t s = 0; s < part.nodes.size(); ++s) {
       Node& node = *part.nodes[s];
-      if (!part.constant || s == 0)
-        loader_.load(node, part.type, product(node, elements, part.components), steps[s]);
+      if (part.constant && s > 0) {
+        loader_.mark_like(node, part.nodes.front()->values()->text);
+        continue;
+      }
+      loader_.load(node, part.type, product(node, elements, part.components), steps[s]);
       loader_.mark(node, word + (part.per_step ? 's' + std::to_string(s) : ""));
     }
   }
@@ -427,6 +432,8 @@ void Parser::load_strings(Location location, const std::vector<std::pair<Column,
           ErrorCode::truncated, node,
           "has " + std::to_string(found) + " strings where " + std::to_string(wanted) + " belong");
     loader_.mark(node, 'a' + std::to_string(index));
+    for (Node* same : part.nodes)
+      if (same != &node) loader_.mark_like(*same, node.values()->text);
   }
   info_.extras.push_back(vtk::text_extra(vtk::strings_key(index), strings.list()));
 }
@@ -446,6 +453,12 @@ void Parser::keep_rest(Node& node) {
                      loader_.components_of(each));
     loader_.keep_as_extra(each, most);
   }
+}
+
+// They belong to this file, and are made anew for each.
+void Parser::forget_offsets(Node& node) {
+  if (node.is_array()) node.remove_attribute("offset");
+  for (Node& each : node.children) forget_offsets(each);
 }
 
 }  // namespace
