@@ -81,13 +81,27 @@ class LegacyBuilder {
     add_points();
     for (const Location location : {Location::cell, Location::point}) add_data(location);
     for (std::string& loss : contents_.markup()) lose(std::move(loss));
-    if (find_extra(info_, "vtu/polyhedron/points") != nullptr)
-      lose("order of points of polyhedra, where it is not that of their faces");
+    if (!points_of_polyhedra_ascend()) lose("order of points of polyhedra");
     return std::move(parts_);
   }
 
  private:
   void lose(std::string what) const { add_loss(losses_, std::move(what)); }
+
+  // As VTK has them when it reads a legacy file.
+  bool points_of_polyhedra_ascend() const {
+    const Extra* counts = find_extra(info_, "vtu/polyhedron/counts");
+    const Extra* points = find_extra(info_, "vtu/polyhedron/points");
+    if (counts == nullptr || points == nullptr) return true;
+    const std::vector<std::int64_t> all = integers_of_extra(*points);
+    auto next = all.begin();
+    for (const std::int64_t count : integers_of_extra(*counts)) {
+      if (count < 0 || count > all.end() - next) return false;
+      if (!std::is_sorted(next, next + count)) return false;
+      next += count;
+    }
+    return true;
+  }
 
   // The time step of the file that the mesh is at: its last.
   void find_step() {
