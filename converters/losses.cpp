@@ -130,8 +130,11 @@ void add_vtk_data(const MeshInfo& info, const std::set<std::string>& told, LossL
   const std::string dataset(vtk::dataset_word(skeleton->dataset));
   if (skeleton->dataset == vtk::Dataset::polydata)
     losses.push_back("kind of data set (" + dataset + ")");
+  std::set<vtk::EntryKind> roles;  // of points or cells, whose arrays are under way
   for (const vtk::Entry& entry : skeleton->entries) {
     const std::string name = vtk::decode_name(entry.name);
+    if (entry.kind == vtk::EntryKind::point_data || entry.kind == vtk::EntryKind::cell_data)
+      roles.clear();
     if (entry.kind == vtk::EntryKind::dimensions || entry.kind == vtk::EntryKind::extent)
       losses.push_back(vtk::lower_case(vtk::keyword(entry.kind)) + ' ' + entry.type + " (" +
                        dataset + ")");
@@ -139,7 +142,7 @@ void add_vtk_data(const MeshInfo& info, const std::set<std::string>& told, LossL
       losses.push_back(entry.name.empty() ? std::string("metadata of points")
                                           : "metadata of array" + quoted(name));
     if (entry.origin == vtk::Origin::array) {
-      if (vtk::is_attribute(entry.kind))
+      if (vtk::is_attribute(entry.kind) && roles.insert(entry.kind).second)  // VTK takes the first
         losses.push_back("attribute " + std::string(vtk::keyword(entry.kind)) + " of array" +
                          quoted(name));
       if (vtk::form_of_word(entry.type) == vtk::ValueForm::bit)
