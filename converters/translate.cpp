@@ -16,6 +16,7 @@
 #include "transfer_sets.h"
 #include "vtk_field_data.h"
 #include "vtk_words.h"
+#include "vtu_contents.h"
 
 namespace shm::converters {
 namespace {
@@ -137,13 +138,24 @@ void Translation::choose_step(std::optional<std::uint64_t> step) {
                         kNoOffset,
                         {}});
   if (step) {
-    add(std::make_unique<OneStep>(*mesh_, *step));
+    take_step(*step);
   } else if (!holds_.every_step && steps > 1) {
-    add(std::make_unique<OneStep>(*mesh_, steps - 1));
+    take_step(steps - 1);
     losses_.push_back(other_steps(steps, steps - 1) + " (a file of " + format_ + " holds one)");
   } else if (steps == 0 && !is_kin()) {
     if (const auto time = vtk_time(from_, told_)) add(std::make_unique<AtTime>(*mesh_, *time));
   }
+}
+
+void Translation::take_step(std::uint64_t step) {
+  const auto points = vtu::points_of_step(from_, step);
+  if (points && from_.schema.arrays[*points].type == from_.schema.coordinate_type) {
+    add(std::make_unique<PointsOfStep>(*mesh_, *points));
+  } else if (points) {
+    losses_.push_back("points of time step " + std::to_string(step) +
+                      " (of another type than the first ones)");
+  }
+  add(std::make_unique<OneStep>(*mesh_, step));
 }
 
 void Translation::split_blocks() {

@@ -33,6 +33,7 @@ class Translation {
   void split_blocks();
   bool is_kin() const { return !holds_.kin.empty() && from_.schema.source_format == holds_.kin; }
   void choose_step(std::optional<std::uint64_t> step);
+  void take_step(std::uint64_t step);
   void carry_sets(Spool& spool);
   void carry_title();
   void report_arrays();

@@ -159,7 +159,8 @@ class LegacyBuilder {
 
   void add_points() {
     for (const ArrayInfo& array : info_.schema.arrays)
-      if (array.role == "vtu:points") lose("points of other time steps");
+      if (array.role == "vtu:points" && info_.step_times.empty())
+        lose("points of other time steps");
     Node* points = contents_.points();
     if (points == nullptr) return;
     const auto type = vtu::type_of_word(points->attribute_or("type", ""));

@@ -74,11 +74,18 @@ Node* Contents::first_data(Location location) {
   return found.empty() ? nullptr : found.front();
 }
 
-Node* Contents::points() {
+std::vector<Node*> Contents::all_points() {
+  std::vector<Node*> found;
   for (Node* piece : pieces())
     if (Node* element = piece->child("Points"))
       for (Node& each : element->children)
-        if (const auto word = values_word(each); word && word->word == "points") return &each;
+        if (each.is_array()) found.push_back(&each);
+  return found;
+}
+
+Node* Contents::points() {
+  for (Node* array : all_points())
+    if (const auto word = values_word(*array); word && word->word == "points") return array;
   return nullptr;
 }
 
@@ -102,6 +109,22 @@ LossList Contents::markup() {
     losses.push_back("split into " + std::to_string(count) + " pieces");
   for (const Node& node : document_.nodes) add_markup(node, false, losses);
   return losses;
+}
+
+std::optional<std::size_t> points_of_step(const MeshInfo& info, std::uint64_t step) {
+  const auto& arrays = info.schema.arrays;
+  const auto move = [](const ArrayInfo& array) { return array.role == "vtu:points"; };
+  auto contents =
+      std::any_of(arrays.begin(), arrays.end(), move) ? Contents::of(info) : std::nullopt;
+  if (!contents) return std::nullopt;
+  for (Node* array : contents->all_points()) {
+    const auto word = values_word(*array);
+    if (word && word->kind == ValuesWord::Kind::array && word->index < arrays.size() &&
+        parse_count(array->attribute_or("TimeStep", "")) == step && move(arrays[word->index]) &&
+        arrays[word->index].location == Location::point && arrays[word->index].components == 3)
+      return word->index;
+  }
+  return std::nullopt;
 }
 
 std::optional<ValuesWord> values_word(Node& array) {

@@ -27,7 +27,9 @@ class Contents {
   std::vector<Node*> data(Location location);
   // The same of the first piece that has points or cells, whose arrays are those of all.
   Node* first_data(Location location);
-  // The array of the coordinates; null when there is none.
+  // The arrays of points of all pieces and steps.
+  std::vector<Node*> all_points();
+  // The first of them that has the coordinates; null when there is none.
   Node* points();
   // Time steps of the file, and those that an array names; none when it names none.
   std::vector<double> times();
@@ -40,6 +42,10 @@ class Contents {
 
   Document document_;
 };
+
+// The array (role vtu:points) that has the points at a time step; nothing where those of the mesh are
+// meant.
+std::optional<std::size_t> points_of_step(const MeshInfo& info, std::uint64_t step);
 
 // What stands for the values of an array; nothing where that makes no sense.
 std::optional<ValuesWord> values_word(Node& array);

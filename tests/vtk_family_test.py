@@ -234,6 +234,24 @@ class VtkFamilyTest(unittest.TestCase):
             self.assertEqual(data.GetArray("first") is not None, step == 0)
             self.assertEqual(found["FieldData", "TimeValue"][-1], (repr(step + 1.5),))
 
+    def test_points_that_move(self):
+        points, cells = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [[0, 1, 2, 3]]
+        data = "<PointData>" + "".join(
+            array_xml("t", f"{step} 1 2 3", "Int32", 1, f'TimeStep="{step}"')
+            for step in range(3)) + "</PointData>"
+        text = grid_xml(points, cells, 10, data).replace(
+            "<UnstructuredGrid>", '<UnstructuredGrid TimeValues="0 1 2">')
+        first = re.search("<Points>.*</Points>", text)[0]
+        moved = "".join(array_xml("Points", f"0 0 0 1 0 0 0 1 0 0 0 {1 + step // 2}", "Float64", 3,
+                                  f'TimeStep="{step}"') for step in range(3))
+        path = self.write("moved.vtu", text.replace(first, f"<Points>{moved}</Points>"))
+        for step in range(3):
+            for target in ("moved.vtk", "moved.inp"):
+                self.losses("convert", path, self.path(target), f"--step={step}")
+            self.assert_same(path, self.path("moved.vtk"), step=step)
+            with open(self.path("moved.inp")) as file:
+                self.assertIn(f"4 0 0 {1 + step // 2}", re.sub(" +", " ", file.read()))
+
     def test_time_of_a_single_mesh_in_exodus(self):
         if not shutil.which("ncdump"):
             self.skipTest("no ncdump")
