@@ -7,6 +7,7 @@
 
 #include "stored_value.h"
 #include "transfer_sets.h"
+#include "vtk_cell_plan.h"
 #include "vtk_strings.h"
 #include "vtu_contents.h"
 #include "vtu_loader.h"
@@ -384,6 +385,8 @@ class LegacyBuilder {
 
 LegacyParts legacy_of_xml(const MeshInfo& info, LossList* losses) {
   auto contents = Contents::of(info);
+  if (!contents && find_extra(info, "vtu/skeleton") != nullptr)
+    fail_extra("vtu/skeleton", "is not the skeleton of a VTU file");
   if (!contents) return {};
   return LegacyBuilder(info, *contents, losses).build();
 }

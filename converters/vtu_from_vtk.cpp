@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "transfer_sets.h"
+#include "vtk_cell_plan.h"
 #include "vtk_strings.h"
 #include "vtu_loader.h"
 
@@ -53,7 +54,8 @@ void add_information(Node& array, std::string_view name_line, std::string_view d
   const std::string location = vtk::decode_name(take_word(name_line));
   take_word(data_line);
   while (data_line.ends_with(' ')) data_line.remove_suffix(1);
-  Node node = element("InformationKey", {{"name", key}, {"location", location}});
+  Node node =
+      element("InformationKey", {{"name", valid_name(key)}, {"location", valid_name(location)}});
   const auto text_node = [](std::string_view word) {
     return Node{.kind = NodeKind::text, .name = {}, .text = valid_name(vtk::decode_name(word))};
   };
@@ -95,8 +97,9 @@ class XmlBuilder {
 
   XmlParts build() {
     const Extra* text = find_extra(info_, "vtk/skeleton");
-    const auto parsed = text == nullptr ? std::nullopt : vtk::parse_skeleton(text_of_extra(*text));
-    if (!parsed) return std::move(parts_);
+    if (text == nullptr) return std::move(parts_);
+    const auto parsed = vtk::parse_skeleton(text_of_extra(*text));
+    if (!parsed) vtk::fail_extra(text->key, "is not the skeleton of a VTK file");
     skeleton_ = &*parsed;
     for (const Entry& entry : skeleton_->entries) add(entry);
     add_dataset();

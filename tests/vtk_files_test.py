@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Legacy VTK and VTU, the one into the other and back, through the tool, seen by VTK's own readers.
 
-Usage: vtk_family_test.py PATH_OF_SHM      (exit code 77, skipped, where VTK for Python is missing)
+Usage: vtk_files_test.py PATH_OF_SHM      (exit code 77, skipped, where VTK for Python is missing)
 Files of the corpus, too, where SHM_CORPUS names its folder.
 """
 import glob
