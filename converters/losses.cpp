@@ -199,6 +199,8 @@ void add_vtu_data(const MeshInfo& info, const std::set<std::string>& told, LossL
       }
   }
   for (std::string& loss : contents->markup()) losses.push_back(std::move(loss));
+  if (find_extra(info, "vtu/polyhedron/points") != nullptr)
+    losses.push_back("order of points of polyhedra");
 }
 
 // Extras that sections, tags or the skeleton speak for; any other one is told by its key.
@@ -210,7 +212,8 @@ bool is_spoken_for(const std::string& format, const std::string& key) {
   if (format == "vtk")
     starts = {"vtk/skeleton", "vtk/cell_types", "vtk/data/", "vtk/polyhedron/", "vtk/strings/"};
   if (format == "vtu")
-    starts = {"vtu/skeleton", "vtk/cell_types", "vtk/polyhedron/", "vtk/strings/", "vtu/data/"};
+    starts = {"vtu/skeleton", "vtk/cell_types", "vtk/polyhedron/",
+              "vtk/strings/", "vtu/data/",      "vtu/polyhedron/"};
   return std::any_of(starts.begin(), starts.end(),
                      [&](std::string_view start) { return key.starts_with(start); });
 }

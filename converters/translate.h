@@ -1,5 +1,6 @@
 // Translation: a mesh from one format as the writer of another one can hold most of it, and a list
-// of what it cannot.
+// of what it cannot. A writer that takes meshes of the other format as they are (Holds::kin) gets
+// them with their extras, at one step where it holds one.
 //
 // Extras of the result, which any writer may look for:
 //   mesh/title               text

@@ -328,6 +328,28 @@ class VtkFamilyTest(unittest.TestCase):
         for strings in (["x", "y"], ["a", "b", "c", "d", "e"]):
             self.assertIn("strings", self.shm("info", write("bad.vtu", strings), code=3).stderr)
 
+    def test_pieces(self):
+        """Strings of all pieces are one array; what stands at some pieces only is told."""
+        first = grid_xml([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [[0, 1, 2, 3]], 10,
+                         "<PointData>" + text_xml("s", "abcd") + "</PointData>")
+        second = grid_xml([(5, 0, 0), (6, 0, 0), (5, 1, 0)], [[0, 1, 2]], 5,
+                          "<PointData>" + text_xml("s", "xay") + array_xml("only", "1 2 3")
+                          + "</PointData>")
+        piece = re.search("<Piece.*</Piece>", second)[0]
+        path = self.write("two.vtu", first.replace("</Piece>", "</Piece>" + piece))
+        for order in ("keep", "stream"):
+            self.shm("compress", path, "--order", order, "-o", self.path("two.shm"))
+            self.assertEqual(self.losses("decompress", self.path("two.shm"), "-o",
+                                         self.path("two.vtk")),
+                             ["array 'only' of piece 1", "split into 2 pieces"])
+            self.losses("decompress", self.path("two.shm"), "-o", self.path("back.vtu"))
+            for name in ("two.vtk", "back.vtu"):
+                grid, _ = vtu_oracle.seen(self.path(name))
+                strings = grid.GetPointData().GetAbstractArray("s")
+                found = {grid.GetPoint(i): strings.GetValue(i) for i in range(7)}
+                self.assertEqual([found[p] for p in ((1, 0, 0), (0, 0, 1), (5, 0, 0), (6, 0, 0),
+                                                     (5, 1, 0))], ["b", "d", "x", "a", "y"])
+
     # --- what is carried, and what is named
 
     def test_attributes_bits_and_names(self):
@@ -487,6 +509,11 @@ VECTORS v double
         self.assertEqual(sorted(self.losses("convert", path, self.path("a.inp"))),
                          sorted(of_legacy + ["title 'a grid'"]))
         self.assertEqual(self.losses("convert", path, self.path("a.vtu")), ["lookup table 'colours'"])
+        image = self.write("image.vtk", "# vtk DataFile Version 3.0\nvtk output\nASCII\nDATASET "
+                           "STRUCTURED_POINTS\nDIMENSIONS 2 2 2\nSPACING 1 1 1\nORIGIN 0 0 0\n"
+                           "CELL_DATA 1\nFIELD f 1\nm 1 1 int\n3\n")
+        self.assertEqual(self.losses("convert", image, self.path("image.e")),
+                         ["dimensions 2 2 2 (STRUCTURED_POINTS)"])
         self.assertEqual(sorted(self.losses("convert", self.path("a.vtu"), self.path("b.e"))),
                          sorted(of_xml))
 
