@@ -149,14 +149,16 @@ void Writer::appended(Node& node_to_write, int depth) {
   indent(depth);
   out_.text(" _");
   const std::uint64_t begin = out_.position();
-  // Arrays that do not change from step to step stand here once.
+  // Arrays that do not change from step to step stand here once; but strings: VTK 9.1 crashes where
+  // it need not read them again.
   std::map<std::string, std::string> places;
   for (const Waiting& each : waiting_) {
     const Node* values = each.array->values();
-    const std::string same =
+    std::string same =
         (values == nullptr ? "" : values->text) + ' ' + each.array->attribute_or("type", "") + ' ' +
         std::to_string(each.piece.first_point) + ' ' + std::to_string(each.piece.first_cell) + ' ' +
         std::to_string(each.piece.points) + ' ' + std::to_string(each.piece.cells);
+    if (each.array->attribute_or("type", "") == "String") same += std::to_string(each.offset_at);
     std::string offset = std::to_string(out_.position() - begin) + '"';
     offset.resize(kOffsetRoom, ' ');
     const auto [place, is_new] = places.emplace(same, offset);
