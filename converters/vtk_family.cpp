@@ -4,6 +4,17 @@
 
 namespace shm::converters::vtk {
 
+Entry entry_of_array(const MeshInfo& info, std::size_t array) {
+  const ArrayInfo& of = info.schema.arrays[array];
+  return {.kind = EntryKind::array,
+          .origin = Origin::array,
+          .index = array,
+          .name = encode_name(of.name),
+          .type = std::string(word_of_scalar(of.type)),
+          .components = of.components,
+          .tuples = of.location == Location::cell ? info.cells() : info.vertices};
+}
+
 Extra text_extra(std::string key, std::string_view text) {
   Extra extra{std::move(key), ScalarType::uint8, Reference::nothing, {text.size()}, {}};
   const auto* bytes = reinterpret_cast<const std::byte*>(text.data());

@@ -55,6 +55,9 @@ struct MadeExtras {
   }
 };
 
+// An array of the mesh as one of a FIELD of a legacy file.
+Entry entry_of_array(const MeshInfo& info, std::size_t array);
+
 Extra text_extra(std::string key, std::string_view text);
 
 inline void add_loss(LossList* losses, std::string what) {

@@ -188,7 +188,7 @@ class LegacyBuilder {
     for (std::size_t i = 0; i < info_.schema.arrays.size(); ++i)
       if (info_.schema.arrays[i].location == location && is_written(i) &&
           parts_.placed.insert(i).second)
-        others.push_back(entry_of(i));
+        others.push_back(entry_of_array(info_, i));
     if (named.empty() && others.empty()) return;
     auto& entries = parts_.skeleton.entries;
     entries.push_back({.kind = of_cells ? EntryKind::cell_data : EntryKind::point_data});
@@ -238,17 +238,6 @@ class LegacyBuilder {
     return info.role.empty() && (!info.per_step || !info_.step_times.empty());
   }
 
-  Entry entry_of(std::size_t array) const {
-    const ArrayInfo& info = info_.schema.arrays[array];
-    return {.kind = EntryKind::array,
-            .origin = Origin::array,
-            .index = array,
-            .name = encode_name(info.name),
-            .type = std::string(word_of_scalar(info.type)),
-            .components = info.components,
-            .tuples = info.location == Location::cell ? info_.cells() : info_.vertices};
-  }
-
   // Arrays that stand at other time steps alone.
   std::set<std::uint64_t> of_other_steps(Node& data) const {
     std::set<std::uint64_t> others, good;
@@ -282,7 +271,7 @@ class LegacyBuilder {
       return;
     }
     if (!parts_.placed.insert(word->index).second) return;
-    Entry entry = entry_of(word->index);
+    Entry entry = entry_of_array(info_, word->index);
     entry.metadata = metadata_of(array, entry.components, info.quantization.lossy());
     if (type && type->kind == ArrayKind::bit && info.type == ScalarType::uint8) entry.type = "bit";
     if (strings) {

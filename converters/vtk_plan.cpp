@@ -172,23 +172,12 @@ bool FilePlan::is_written(std::size_t array) const {
   return info.role.empty() && (!info.per_step || !info_.step_times.empty());
 }
 
-Entry FilePlan::array_entry(std::size_t array) const {
-  const ArrayInfo& info = info_.schema.arrays[array];
-  return Entry{.kind = EntryKind::array,
-               .origin = Origin::array,
-               .index = array,
-               .name = encode_name(info.name),
-               .type = std::string(word_of_scalar(info.type)),
-               .components = info.components,
-               .tuples = info.location == Location::cell ? info_.cells() : info_.vertices};
-}
-
 void FilePlan::add_unplaced_arrays() {
   for (const Location location : {Location::cell, Location::point}) {
     std::vector<Entry> arrays;
     for (std::size_t i = 0; i < info_.schema.arrays.size(); ++i)
       if (info_.schema.arrays[i].location == location && is_written(i) && !placed_.contains(i))
-        arrays.push_back(array_entry(i));
+        arrays.push_back(entry_of_array(info_, i));
     if (arrays.empty()) continue;
     auto& entries = skeleton_.entries;
     if (location == Location::point || entries.back().origin != Origin::block_ids) {

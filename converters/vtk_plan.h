@@ -53,7 +53,6 @@ class FilePlan : public CellPlan {
   void add_block_names();
   void add_block_ids();
   bool is_written(std::size_t array) const;
-  Entry array_entry(std::size_t array) const;
   void choose_layout();
 
   Skeleton skeleton_;
