@@ -76,10 +76,19 @@ class Pairing {
     for (std::size_t i = 0; i < info.schema.arrays.size(); ++i) {
       const ArrayInfo& array = info.schema.arrays[i];
       const bool empty = info.array_elements(i) == 0 || (array.per_step && info.step_times.empty());
-      if (one_format_ ? array.role.empty() || with_roles_ : array.role.empty() && !empty)
+      const bool is_field = array.role.empty() || (with_roles_ && has_strings(array));
+      if (one_format_ ? array.role.empty() || with_roles_ : is_field && !empty)
         list.insert(list.end(), i);
     }
     return list;
+  }
+
+  // In both of VTK's formats.
+  bool has_strings(const ArrayInfo& array) const {
+    const auto is_vtk = [](const MeshInfo& info) {
+      return info.schema.source_format == "vtk" || info.schema.source_format == "vtu";
+    };
+    return CommonStrings::are_in(array) && is_vtk(a_) && is_vtk(b_);
   }
 
   static Name name_of(const ArrayInfo& array) { return {array.name, array.location, array.role}; }
@@ -288,7 +297,11 @@ void FieldReader::index_covered(Spool& spool) {
 void FieldReader::read(std::uint64_t step, std::uint64_t first, std::uint64_t count,
                        std::byte* out) {
   if (block_id_) return block_id_->read(first, count, out);
-  if (whole_array_) return mesh_->read_array(side_->parts.front().array, step, first, count, out);
+  if (whole_array_) {
+    mesh_->read_array(side_->parts.front().array, step, first, count, out);
+    if (strings_ != nullptr) strings_->translate(is_a_, out, count * side_->parts.size());
+    return;
+  }
   const std::size_t bytes = scalar_bytes(side_->type);
   std::memset(out, 0, count * stride_);
   std::size_t held = FieldSide::kZeros;  // the array in `piece_`

@@ -155,7 +155,7 @@ PayloadPlace ArrayLoader::place_of(Node& array) const {
 
 std::uint64_t ArrayLoader::read(Node& array, const ArrayType& type, std::uint64_t most,
                                 const PayloadReader::Take& take) {
-  block_bytes_ = 0;
+  block_bytes_.erase(&array);
   if (most == 0) return 0;
   const PayloadPlace place = place_of(array);
   if (place.style == Style::base64 && place.begin == place.end) return 0;
@@ -163,7 +163,7 @@ std::uint64_t ArrayLoader::read(Node& array, const ArrayType& type, std::uint64_
   const bool text = type.kind == ArrayKind::string && place.style == Style::ascii;
   const std::uint64_t found = payload_->read(place, text ? ScalarType::int8 : type.stored,
                                              type.kind == ArrayKind::bit, most, take);
-  block_bytes_ = payload_->block_bytes();
+  block_bytes_[&array] = payload_->block_bytes();
   return found;
 }
 
@@ -263,7 +263,7 @@ void ArrayLoader::keep_as_extra(Node& array, std::uint64_t most) {
 }
 
 void ArrayLoader::mark_like(Node& array, const std::string& text) {
-  block_bytes_ = 0;
+  block_bytes_.erase(&array);
   mark(array, text);
 }
 
@@ -273,9 +273,9 @@ void ArrayLoader::mark(Node& array, const std::string& what) {
     values =
         &*array.children.insert(array.children.begin(), Node{.kind = NodeKind::values, .name = {}});
   values->text = what;
-  if (block_bytes_ > 0 && block_bytes_ != kUsualBlockBytes)
-    values->text += " b" + std::to_string(block_bytes_);
-  block_bytes_ = 0;
+  const auto block = block_bytes_.find(&array);
+  if (block != block_bytes_.end() && block->second > 0 && block->second != kUsualBlockBytes)
+    values->text += " b" + std::to_string(block->second);
 }
 
 }  // namespace shm::converters::vtu
