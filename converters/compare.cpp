@@ -12,10 +12,10 @@
 #include <utility>
 
 #include "cell_cursor.h"
+#include "cell_store.h"
 #include "cell_turns.h"
 #include "coding_order.h"
 #include "compress.h"
-#include "decompress.h"
 #include "order_match.h"
 #include "page_cache.h"
 #include "reordered_mesh.h"

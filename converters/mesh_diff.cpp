@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "cell_cursor.h"
+#include "cell_store.h"
 #include "cell_turns.h"
-#include "decompress.h"
 #include "diff_extras.h"
 #include "diff_names.h"
 #include "diff_pairs.h"

@@ -292,8 +292,8 @@ Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
   schema_ = std::move(schema);
   schema_bytes_.assign(payload.begin(), payload.end());
   mesh_ = std::make_unique<MeshDecoder>(*schema_, limits_, options_);
-  topology_ =
-      std::make_unique<TopologyReplay>(*schema_, limits_.max_group_bytes, wants_of_steps(*schema_));
+  topology_ = std::make_unique<TopologyReplay>(
+      *schema_, limits_.max_group_bytes, wants_of_steps(*schema_), options_.kept_topology_bytes);
   return {};
 }
 

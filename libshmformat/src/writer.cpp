@@ -39,7 +39,8 @@ class Writer::Impl {
               }),
         key_steps_(options.key_steps),
         level_(options.level),
-        topology_(schema_, ~std::uint64_t{0}, wants_of_steps(schema_)) {}
+        topology_(schema_, ~std::uint64_t{0}, wants_of_steps(schema_),
+                  options.kept_topology_bytes) {}
 
   Result<void> start() {
     if (auto good = chunks_.start({}); !good) return good;
