@@ -68,8 +68,12 @@ bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, CellTop
   // Replay counts for itself, and has said which corners are used last.
   const bool told = cell.hexahedral && std::holds_alternative<Replay>(hexahedra_);
   for (std::size_t i = told ? 8 : 0; i < cell.slots.size(); ++i) surface_.count_use(cell.slots[i]);
-  if (others_)
+  if (others_) {
     others_->take_note(cell, corners > 0 ? block.shape : CellShape::other, order_matters(block));
+    cell.shape = block.shape;
+    cell.corners = corners;
+    cell.behind = others_->faces().behind();
+  }
   if (!told || cell.slots.size() > 8) code_last_use(symbols, cell);
   return true;
 }
