@@ -15,13 +15,14 @@ bool is_hexahedral(const BlockInfo& block) {
 
 template <class Coder>
 Connectivity<Coder>::Connectivity(const Schema& schema) : schema_(&schema), inner_nodes_(surface_) {
-  set_codec(ConnectivityCodec::rows);
   for (const BlockInfo& block : schema.blocks)
     if (!is_hexahedral(block) && !others_) others_ = std::make_unique<CellCorners<Coder>>(surface_);
+  set_codec(ConnectivityCodec::rows);
 }
 
 template <class Coder>
 void Connectivity<Coder>::set_codec(ConnectivityCodec codec) {
+  const OpenFaces* const open = others_ ? &others_->faces() : nullptr;
   switch (codec) {
     case ConnectivityCodec::paper:
       hexahedra_ = std::make_unique<PaperHexahedra<Coder>>(surface_);
@@ -29,10 +30,10 @@ void Connectivity<Coder>::set_codec(ConnectivityCodec codec) {
     case ConnectivityCodec::automatic:
     case ConnectivityCodec::shifts:  // which need no surface
     case ConnectivityCodec::rows:
-      hexahedra_ = std::make_unique<RowHexahedra<Coder>>(surface_);
+      hexahedra_ = std::make_unique<RowHexahedra<Coder>>(surface_, open);
       return;
     case ConnectivityCodec::mixed:
-      hexahedra_ = std::make_unique<MixedRows<Coder>>(surface_);
+      hexahedra_ = std::make_unique<MixedRows<Coder>>(surface_, open);
       return;
     case ConnectivityCodec::replay:
       hexahedra_ =
