@@ -176,6 +176,7 @@ void add_vtu_attributes(const vtu::Node& data, const MeshInfo& info, Location lo
 void add_vtu_data(const MeshInfo& info, const std::set<std::string>& told, LossList& losses) {
   auto contents = vtu::Contents::of(info);
   if (!contents) return;
+  Told already;
   if (vtu::Node* points = contents->points(); points != nullptr && vtu::has_metadata(*points))
     losses.push_back("metadata of points");
   for (vtu::Node* array : contents->field_arrays()) {
@@ -183,7 +184,7 @@ void add_vtu_data(const MeshInfo& info, const std::set<std::string>& told, LossL
     if (word && word->kind == vtu::ValuesWord::Kind::extra &&
         told.contains(vtu::data_key(word->index)))
       continue;
-    add_once(losses, "field data" + quoted(array->attribute_or("Name", "")));
+    add_once(losses, already, "field data" + quoted(array->attribute_or("Name", "")));
   }
   for (const Location location : {Location::point, Location::cell}) {
     if (const vtu::Node* first = contents->first_data(location))
@@ -195,12 +196,12 @@ void add_vtu_data(const MeshInfo& info, const std::set<std::string>& told, LossL
         const std::string label = "array" + quoted(array.attribute_or("Name", ""));
         const auto word = vtu::values_word(array);
         if (!word || word->kind != vtu::ValuesWord::Kind::array) {
-          add_once(losses, label);
+          add_once(losses, already, label);
           continue;
         }
-        if (vtu::has_metadata(array)) add_once(losses, "metadata of " + label);
+        if (vtu::has_metadata(array)) add_once(losses, already, "metadata of " + label);
         if (array.attribute_or("type", "") == "Bit")
-          add_once(losses, "bits of " + label + " (numbers 0 and 1 there)");
+          add_once(losses, already, "bits of " + label + " (numbers 0 and 1 there)");
       }
   }
   for (std::string& loss : contents->markup()) losses.push_back(std::move(loss));
