@@ -6,6 +6,7 @@
 #include <set>
 
 #include "coders/shifts.h"
+#include "counted_source.h"
 #include "file_surgery.h"
 #include "sanitized.h"
 #include "second_order_mesh.h"
@@ -16,21 +17,6 @@ namespace {
 
 using container::ChunkKind;
 using container::IndexEntry;
-
-/// Counts what is read.
-class CountedSource final : public RandomSource {
- public:
-  explicit CountedSource(std::span<const std::byte> file) : source_(file) {}
-  std::uint64_t size() const override { return source_.size(); }
-  Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override {
-    bytes += into.size();
-    return source_.read_at(offset, into);
-  }
-  std::uint64_t bytes = 0;
-
- private:
-  MemoryRandomSource source_;
-};
 
 /// A mesh by numbers, so that order does not matter.
 struct ByNumber {

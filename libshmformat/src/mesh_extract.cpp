@@ -74,9 +74,8 @@ class MeshExtractor::Impl {
   Result<void> finish();
 
   // steps
-  Result<std::set<std::size_t>> owners();
-  Result<void> find_owners(Imports& left, bool by_box, std::vector<bool>& seen,
-                           std::set<std::size_t>& found);
+  Result<void> find_all_owners();
+  Result<void> find_owners(Imports& left, bool by_box, std::vector<bool>& seen);
   Result<bool> next_segment_values();
 
   RandomSource* source_;
@@ -433,8 +432,8 @@ Result<void> MeshExtractor::Impl::finish() {
 // --- steps
 
 /// Segments with the values of the piece's vertices: a vertex has them where it is owned.
-Result<std::set<std::size_t>> MeshExtractor::Impl::owners() {
-  if (std::exchange(owners_known_, true)) return point_segments_;
+Result<void> MeshExtractor::Impl::find_all_owners() {
+  if (owners_known_) return {};
   const auto& segments = file_.segments();
   if (schema().order != Order::keep) {
     for (const auto& [number, import] : imports_) {
@@ -443,13 +442,19 @@ Result<std::set<std::size_t>> MeshExtractor::Impl::owners() {
           [](std::uint64_t n, const SegmentInfo& segment) { return n < segment.first_vertex; });
       point_segments_.insert(static_cast<std::size_t>(behind - segments.begin()) - 1);
     }
-    return point_segments_;
+    owners_known_ = true;
+    return {};
   }
   Imports left = imports_;
   std::vector<bool> seen(segments.size());
-  for (const bool by_box : {true, false})
-    if (auto good = find_owners(left, by_box, seen, point_segments_); !good) return good.error();
-  if (left.empty()) return point_segments_;
+  // Boxes are worth a look where that is not more than the segments themselves.
+  constexpr std::size_t kMostLooks = std::size_t{1} << 28;
+  for (const bool by_box : {true, false}) {
+    if (by_box && left.size() > kMostLooks / (segments.size() + 1)) continue;
+    if (auto good = find_owners(left, by_box, seen); !good) return good.error();
+  }
+  owners_known_ = left.empty();
+  if (owners_known_) return {};
   return IndexedFile::wrong(
       "imports vertex " + std::to_string(left.begin()->first) + ", which no earlier segment has",
       "segment " + std::to_string(left.begin()->second.segment), kNoOffset);
@@ -457,21 +462,20 @@ Result<std::set<std::size_t>> MeshExtractor::Impl::owners() {
 
 /// Looks for vertices in the segments before those that import them, nearest first; where
 /// `by_box`, only in those whose boxes they are in.
-Result<void> MeshExtractor::Impl::find_owners(Imports& left, bool by_box, std::vector<bool>& seen,
-                                              std::set<std::size_t>& found) {
+Result<void> MeshExtractor::Impl::find_owners(Imports& left, bool by_box, std::vector<bool>& seen) {
   std::size_t segment = 0;
   for (const auto& [number, import] : left) segment = std::max(segment, import.segment);
   while (segment-- > 0 && !left.empty()) {
     const auto box = request_->widened(file_.segments()[segment].box);
-    if (seen[segment] || std::none_of(left.begin(), left.end(), [&](const auto& it) {
-          return it.second.segment > segment && (!by_box || is_in(box, it.second.point));
-        }))
+    if (seen[segment] || (by_box && std::none_of(left.begin(), left.end(), [&](const auto& it) {
+                            return it.second.segment > segment && is_in(box, it.second.point);
+                          })))
       continue;
     seen[segment] = true;
     const auto good = walk(segment, [&](const MeshBlock& block) {
       for (std::size_t v = 0; v < block.vertex_count(); ++v)
         if (block.imported[v] == 0 && left.erase(block.vertex_numbers[v]) > 0)
-          found.insert(segment);
+          point_segments_.insert(segment);
       return !left.empty();
     });
     if (!good) return good;
@@ -499,9 +503,8 @@ Result<void> MeshExtractor::Impl::begin_values(std::uint32_t array, std::uint64_
   in_values_ = true;
   if (request_->all()) return {};
   if (of_points) {
-    const auto all = owners();
-    if (!all) return all.error();
-    value_segments_.assign(all->begin(), all->end());
+    if (auto good = find_all_owners(); !good) return good;
+    value_segments_.assign(point_segments_.begin(), point_segments_.end());
   } else {
     value_segments_.assign(cell_segments_.begin(), cell_segments_.end());
   }
