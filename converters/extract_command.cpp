@@ -269,6 +269,7 @@ void Extraction::choose_set() {
   } else if (!wanted_set_->blocks.empty()) {
     std::vector<std::uint32_t> blocks = wanted_set_->blocks;
     std::sort(blocks.begin(), blocks.end());
+    blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
     if (request.cells.blocks)
       std::erase_if(blocks, [&](std::uint32_t b) {
         return !std::binary_search(request.cells.blocks->begin(), request.cells.blocks->end(), b);

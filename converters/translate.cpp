@@ -105,7 +105,7 @@ Translation::Translation(MeshSource& source, const std::string& format, const Ho
   choose_step(step);
   add(std::make_unique<JoinedArrays>(*mesh_,
                                      from_.schema.source_format == "exodus" && holds.vectors,
-                                     !holds.block_numbers, format == "exodus"));
+                                     !holds.block_numbers, format == "exodus" || format == "shm"));
   report_arrays();
   report_blocks();
   carry_title();

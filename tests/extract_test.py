@@ -256,6 +256,8 @@ class ExtractTest(unittest.TestCase):
         self.shm("decompress", self.path("piece.shm"), "-o", self.path("back.e"))
         np.testing.assert_array_equal(ncdump(self.path("back.e"), "elem_ss1"), inlet)
         self.assertEqual(ncdump(self.path("back.e"), "ss_names"), ["inlet"])
+        np.testing.assert_array_equal(ncdump(self.path("back.e"), "elem_num_map"),
+                                      grid.elem_map[100:300])
         # A source without maps: its own numbers, from 1.
         self.shm("extract", self.path("piece.shm"), self.path("none.vtk"), "--cells", "50:60")
         self.shm("compress", self.path("none.vtk"), "-o", self.path("none.shm"))

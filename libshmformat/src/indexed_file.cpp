@@ -58,9 +58,7 @@ Result<IndexedFile::GroupHead> IndexedFile::read_group_head(std::size_t group) {
   head.bytes.assign(bytes->begin() + kChunkHeaderBytes, bytes->end());
   if (!container::get(in, head.header) || in.left() != 0)
     return wrong("the group header makes no sense", section, entry.offset);
-  if (head.header.cells != entry.cells || head.header.vertices != entry.vertices ||
-      head.header.first_cell != entry.first_cell || head.header.first_vertex != entry.first_vertex)
-    return wrong("the index tells something else of it", section, entry.offset);
+  if (auto good = expect_group(group, head.header); !good) return good.error();
   std::uint64_t left = chunk->payload_bytes - entry.header_bytes;
   for (const container::StreamEntry& stream : head.header.streams) {
     head.stream_offset.push_back(entry.offset + entry.bytes - left);
@@ -152,6 +150,16 @@ Result<void> IndexedFile::list_groups() {
   }
   first_group_.push_back(groups_.size());
   return {};
+}
+
+Result<void> IndexedFile::expect_group(std::size_t group,
+                                       const container::GroupHeader& header) const {
+  const IndexEntry& entry = groups_[group];
+  if (header.cells == entry.cells && header.vertices == entry.vertices &&
+      header.first_cell == entry.first_cell && header.first_vertex == entry.first_vertex &&
+      header.box == entry.box)
+    return {};
+  return wrong_index("tells something else of group " + std::to_string(group) + " than its header");
 }
 
 Result<void> IndexedFile::expect_totals() const {

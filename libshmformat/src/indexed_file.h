@@ -41,6 +41,8 @@ class IndexedFile {
   Result<std::vector<Extra>> read_extras();
   /// Complains unless the groups follow each other, and are what the index tells in all.
   Result<void> expect_totals() const;
+  /// Complains unless the header of a group is what the index says of it, its box included.
+  Result<void> expect_group(std::size_t group, const container::GroupHeader& header) const;
   /// A group without its bitstreams.
   struct GroupHead {
     std::vector<std::byte> bytes;  ///< as they stand in the payload

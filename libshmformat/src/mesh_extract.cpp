@@ -225,13 +225,7 @@ Result<void> MeshExtractor::Impl::begin_group(SegmentDecoder& decoder, std::size
   auto payload = file_.read_group(group, wanted);
   if (!payload) return payload.error();
   if (auto good = decoder.begin_group(std::move(*payload), entry.offset, group); !good) return good;
-  const container::GroupHeader& header = decoder.group();
-  if (header.cells != entry.cells || header.vertices != entry.vertices ||
-      header.first_cell != entry.first_cell || header.first_vertex != entry.first_vertex ||
-      header.box != entry.box)
-    return file_.wrong_index("tells something else of group " + std::to_string(group) +
-                             " than its header");
-  return {};
+  return file_.expect_group(group, decoder.group());
 }
 
 /// The cells and the numbers of a whole segment, without values, until visit(block) says false.
