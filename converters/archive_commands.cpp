@@ -40,7 +40,7 @@ ExitCode verify_archive(const Options& options) {
   ExitCode code = kDone;
   for (const ArchiveMember& member : archive.members()) {
     ProgressLine line(options.quiet);
-    Spool spool(spool_directory(options));
+    Spool spool(spool_directory(options), spool_memory(options));
     const auto restored = archive.open(member, spool, line.callback(), options.threads);
     const std::string place = archive.place(member);
     if (options.against.empty()) {
@@ -73,7 +73,8 @@ ExitCode run_join(Options& options) {
   how.progress = line.callback();
   OutputFile output(options.output);
   OutputSink sink(output);
-  const auto members = join_files(options.inputs, sink, how, spool_directory(options));
+  const auto members =
+      join_files(options.inputs, sink, how, spool_directory(options), spool_memory(options));
   output.commit();
   line.wipe();
   const std::uint64_t bytes = file_bytes(options.output);
@@ -100,7 +101,7 @@ ExitCode run_split(Options& options) {
     if (options.packed || was_packed(member)) {
       archive.copy(member, path);
     } else {
-      Spool spool(options.temp.empty() ? options.directory : options.temp);
+      Spool spool(options.temp.empty() ? options.directory : options.temp, spool_memory(options));
       archive.restore(member, path, spool, line.callback(), options.threads);
     }
     line.wipe();

@@ -13,7 +13,7 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::size_t kCopyBytes = std::size_t{1} << 20, kSpoolBytes = std::size_t{64} << 20;
+constexpr std::size_t kCopyBytes = std::size_t{1} << 20;
 
 // Counts what it passes on.
 class CountingSink final : public ByteSink {
@@ -64,8 +64,8 @@ std::map<std::string, std::string> member_names(const std::vector<std::string>& 
 }  // namespace
 
 std::vector<MemberReport> join_files(const std::vector<std::string>& inputs, ByteSink& sink,
-                                     const CompressOptions& how,
-                                     const std::string& spool_directory) {
+                                     const CompressOptions& how, const std::string& spool_directory,
+                                     std::size_t spool_memory) {
   const auto names = member_names(inputs);
   ArchiveWriter archive = unwrap(ArchiveWriter::create(sink));
   std::vector<MemberReport> report;
@@ -75,7 +75,7 @@ std::vector<MemberReport> join_files(const std::vector<std::string>& inputs, Byt
     if (format != nullptr && format->name == "shm") {
       copy_all(*unwrap(FileSource::open(input), input), input, member);
     } else {
-      Spool spool(spool_directory, kSpoolBytes);
+      Spool spool(spool_directory, spool_memory);
       const auto mesh = open_mesh(input, spool, how.progress);
       compress_mesh(*mesh, member, how, spool);
     }

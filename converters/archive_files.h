@@ -24,11 +24,11 @@ struct MemberReport {
 };
 
 // Writes `inputs`, compressed as `how` says where they are no .shm files yet, as an archive into
-// `sink`. Spools go to `spool_directory`. Throws Failure; misuse when two inputs have the same
-// name.
+// `sink`. Spools go to `spool_directory`, with so much memory. Throws Failure; misuse when two
+// inputs have the same name.
 std::vector<MemberReport> join_files(const std::vector<std::string>& inputs, ByteSink& sink,
-                                     const CompressOptions& how,
-                                     const std::string& spool_directory);
+                                     const CompressOptions& how, const std::string& spool_directory,
+                                     std::size_t spool_memory);
 
 bool is_archive(const std::string& path);  // by its first bytes; false for "-"
 

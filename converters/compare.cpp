@@ -5,16 +5,17 @@
 #include <cstring>
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
 #include <utility>
 
 #include "cell_cursor.h"
+#include "cell_store.h"
 #include "cell_turns.h"
 #include "coding_order.h"
 #include "compress.h"
-#include "decompress.h"
 #include "order_match.h"
 #include "page_cache.h"
 #include "reordered_mesh.h"
@@ -64,7 +65,9 @@ class Comparison {
     if (as_mesh_) guess_numbering();
     compare_points();
     compare_cells();
-    for (std::size_t a = 0; same_arrays_ && a < schema.arrays.size(); ++a) compare_array(a);
+    const std::vector<std::string> names = array_names(restored_->info().schema);
+    for (std::size_t a = 0; same_arrays_ && a < schema.arrays.size(); ++a)
+      compare_array(a, names[a]);
     compare_extras();
     return std::move(report_);
   }
@@ -101,8 +104,8 @@ class Comparison {
                     std::span<const std::uint64_t> source_corners, std::uint32_t block,
                     std::span<const std::uint64_t> corners);
   bool same_corners(std::span<const std::uint64_t> source, std::uint32_t block);
-  void compare_array(std::size_t array);
-  std::string array_name(std::size_t array) const;
+  void compare_array(std::size_t array, const std::string& name);
+  static std::vector<std::string> array_names(const Schema& schema);
   void compare_column(const Column& column, NumberList* order);
   void compare_values(const Column& column, std::uint64_t first, std::uint64_t count,
                       const std::byte* source, const std::byte* restored, MeasuredError* measured);
@@ -366,13 +369,12 @@ bool Comparison::same_corners(std::span<const std::uint64_t> source, std::uint32
   return is_turned<std::uint64_t>(info.shape, source, mapped_);
 }
 
-void Comparison::compare_array(std::size_t array) {
+void Comparison::compare_array(std::size_t array, const std::string& name) {
   const MeshInfo& info = restored_->info();
   const ArrayInfo& data = info.schema.arrays[array];
   NumberList* order = vertex_order_;
   if (data.location == Location::cell)
     order = cell_order_ != nullptr ? &covered_->elements(array) : nullptr;
-  const std::string name = array_name(array);
   const std::uint64_t steps = data.per_step ? info.step_times.size() : 1;
   for (std::uint64_t step = 0; step < steps; ++step) {
     const auto from = [array, step](MeshSource* mesh) {
@@ -392,13 +394,16 @@ void Comparison::compare_array(std::size_t array) {
 }
 
 // "array 'T'", or "array 'point/T'" where there are several T.
-std::string Comparison::array_name(std::size_t array) const {
+std::vector<std::string> Comparison::array_names(const Schema& schema) {
   constexpr std::string_view kPrefix = "array:";
-  const Schema& schema = restored_->info().schema;
-  const std::string& name = schema.arrays[array].name;
-  const bool alone = std::count_if(schema.arrays.begin(), schema.arrays.end(),
-                                   [&](const ArrayInfo& other) { return other.name == name; }) == 1;
-  return "array '" + (alone ? name : array_stream_name(schema, array).substr(kPrefix.size())) + "'";
+  std::map<std::string_view, std::size_t> same;
+  for (const ArrayInfo& array : schema.arrays) ++same[array.name];
+  std::vector<std::string> names = array_stream_names(schema);
+  for (std::size_t a = 0; a < names.size(); ++a) {
+    const std::string& name = schema.arrays[a].name;
+    names[a] = "array '" + (same[name] == 1 ? name : names[a].substr(kPrefix.size())) + "'";
+  }
+  return names;
 }
 
 MeasuredError* Comparison::measured_error(const Column& column) {

@@ -20,8 +20,7 @@
 namespace shm::converters {
 namespace {
 
-// For vertex records, or one step's values; no limit where the whole mesh is in memory anyway.
-constexpr std::size_t kCacheBytes = std::size_t{32} << 20;
+// Of vertex records, or one step's values, where the whole mesh is in memory anyway.
 constexpr std::size_t kUnlimited = std::numeric_limits<std::size_t>::max();
 constexpr std::uint64_t kPieceElements = 65536;  // of step values
 
@@ -204,12 +203,14 @@ SizeReport code_mesh(MeshSource& mesh, const Schema& schema, ByteSink& sink,
   const MeshInfo& info = mesh.info();
   const bool cells_move = schema.delay > 0;
   const bool renumber = schema.order != Order::keep;
-  const std::size_t cache_bytes = schema.order == Order::free ? kUnlimited : kCacheBytes;
+  const std::size_t cache_bytes =
+      schema.order == Order::free ? kUnlimited : spool.memory_budget() / 4;
 
   CodingOrderLog log(spool, cells_move);
   BothOrders orders(&log, options.coding_order);
   WriteOptions write_options = options;
   write_options.coding_order = &orders;
+  write_options.kept_topology_bytes = kept_topology_bytes(spool);
   Writer writer = writer_to(sink, schema, write_options);
   {
     MeshFeeder feeder(mesh, schema, writer, cache_bytes);
@@ -378,7 +379,8 @@ void replay_coding_order(MeshSource& mesh, const MeshInfo& of, CodingOrder& out,
   options.segment_connectivity = of.segment_connectivity;
   if (options.segment_starts.empty()) options.restart_budget = 0;
   Writer writer = writer_to(nowhere, bare, options);
-  MeshFeeder feeder(mesh, bare, writer, bare.order == Order::free ? kUnlimited : kCacheBytes);
+  MeshFeeder feeder(mesh, bare, writer,
+                    bare.order == Order::free ? kUnlimited : spool.memory_budget() / 4);
   stream_compacted(mesh, spool, feeder);
   checked(writer.end_mesh());
 }

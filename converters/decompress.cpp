@@ -48,29 +48,6 @@ bool looks_like_shm(std::span<const std::byte> head) {
          std::memcmp(head.data(), kSignature, sizeof kSignature) == 0;
 }
 
-void CellStore::append(std::uint32_t block, std::span<const std::uint64_t> corners) {
-  const Record record{corners_.size(), block, static_cast<std::uint32_t>(corners.size())};
-  records_.append(1, reinterpret_cast<const std::byte*>(&record));
-  corners_.append(corners.size(), reinterpret_cast<const std::byte*>(corners.data()));
-}
-
-void CellStore::read(std::uint64_t position, CellBatch& out) { read_run(position, 1, out); }
-
-void CellStore::read_run(std::uint64_t first, std::uint64_t count, CellBatch& out) {
-  if (count == 0) return;
-  std::vector<Record> records(count);
-  records_.read(first, count, reinterpret_cast<std::byte*>(records.data()));
-  const std::size_t old = out.corners.size();
-  const std::uint64_t begin = records.front().begin;
-  const std::uint64_t end = records.back().begin + records.back().corners;
-  out.corners.resize(old + (end - begin));
-  corners_.read(begin, end - begin, reinterpret_cast<std::byte*>(out.corners.data() + old));
-  for (const Record& record : records) {
-    out.blocks.push_back(record.block);
-    out.corner_begin.push_back(out.corner_begin.back() + record.corners);
-  }
-}
-
 StagedMesh::StagedMesh(ByteSource& source, const std::string& name, Spool& spool,
                        const ReadLimits& limits, const ReadOptions& options)
     : name_(name),
@@ -246,6 +223,7 @@ std::unique_ptr<StagedMesh> stage_shm(ByteSource& source, const std::string& nam
   WatchedSource watched(source, total, progress);
   ReadOptions options;
   options.threads = threads;
+  options.kept_topology_bytes = kept_topology_bytes(spool);
   return std::make_unique<StagedMesh>(watched, name, spool, ReadLimits(), options);
 }
 std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "cell_store.h"
 #include "coding_order.h"
 #include "mesh_source.h"
 #include "number_table.h"
@@ -23,27 +24,6 @@ namespace shm::converters {
 
 // By the signature of the format.
 bool looks_like_shm(std::span<const std::byte> head);
-
-// Cells of any size, appended in one order and read in any.
-class CellStore {
- public:
-  explicit CellStore(Spool& spool)
-      : records_(spool, sizeof(Record)), corners_(spool, sizeof(std::uint64_t)) {}
-  std::uint64_t size() const { return records_.size(); }
-  void append(std::uint32_t block, std::span<const std::uint64_t> corners);
-  // Adds cell `position` to the end of `out`.
-  void read(std::uint64_t position, CellBatch& out);
-  // Adds `count` cells from `first` on.
-  void read_run(std::uint64_t first, std::uint64_t count, CellBatch& out);
-
- private:
-  struct Record {
-    std::uint64_t begin;
-    std::uint32_t block;
-    std::uint32_t corners;
-  };
-  PagedArray records_, corners_;
-};
 
 class StagedMesh final : public MeshSource {
  public:

@@ -1,7 +1,10 @@
 #include "diff_pairs.h"
 
 #include <algorithm>
+#include <deque>
+#include <map>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 namespace shm::converters {
@@ -18,12 +21,13 @@ class BlockPairing {
   }
 
   BlockPairs of_one_format() {
-    pair_where([](const BlockInfo& x, const BlockInfo& y) { return x == y; });
-    pair_where(
-        [](const BlockInfo& x, const BlockInfo& y) { return x.id == y.id && x.shape == y.shape; });
-    pair_where(
-        [](const BlockInfo& x, const BlockInfo& y) { return !x.name.empty() && x.name == y.name; });
-    pair_where([](const BlockInfo& x, const BlockInfo& y) { return x.id == y.id; });
+    const auto any = [](const BlockInfo&) { return true; };
+    pair_by([](const BlockInfo& x) { return std::tie(x.id, x.name, x.shape, x.nodes_per_cell); },
+            any);
+    pair_by([](const BlockInfo& x) { return std::tie(x.id, x.shape); }, any);
+    pair_by([](const BlockInfo& x) { return std::tie(x.name); },
+            [](const BlockInfo& x) { return !x.name.empty(); });
+    pair_by([](const BlockInfo& x) { return std::tie(x.id); }, any);
     tell_differences();
     return std::move(found_);
   }
@@ -40,16 +44,20 @@ class BlockPairing {
   }
 
  private:
-  template <class Same>
-  void pair_where(Same&& same) {
+  // The first that are left, of the same key, belong together.
+  template <class Key, class May>
+  void pair_by(Key&& key, May&& may) {
+    std::map<decltype(key(blocks_b_.front())), std::deque<std::size_t>> left;
+    for (std::size_t k = 0; k < blocks_b_.size(); ++k)
+      if (found_.class_b[k] == kUnpaired && may(blocks_b_[k])) left[key(blocks_b_[k])].push_back(k);
     for (std::size_t i = 0; i < blocks_a_.size(); ++i) {
       if (found_.class_a[i] != kUnpaired) continue;
-      for (std::size_t k = 0; k < blocks_b_.size(); ++k) {
-        if (found_.class_b[k] != kUnpaired || !same(blocks_a_[i], blocks_b_[k])) continue;
-        found_.class_a[i] = found_.class_b[k] = next_class_++;
-        pairs_.emplace_back(i, k);
-        break;
-      }
+      const auto fits = left.find(key(blocks_a_[i]));
+      if (fits == left.end() || fits->second.empty()) continue;
+      const std::size_t k = fits->second.front();
+      fits->second.pop_front();
+      found_.class_a[i] = found_.class_b[k] = next_class_++;
+      pairs_.emplace_back(i, k);
     }
   }
 

@@ -81,6 +81,8 @@ std::string headline(const Finding& finding) {
   }
   std::string text = finding.what + ": " + share_text(finding, "differs", "differ");
   if (kind == "cells") return text + " in corners or block";
+  const auto& places = finding.places;
+  if (kind == "values" && !places.empty() && !places.front().distance) return text;  // strings
   if (std::isinf(finding.largest)) return text + ", some by no finite number";
   text += ", largest difference " + rounded(finding.largest);
   if (finding.relative) text += " (" + rounded(*finding.relative) + " of the range in A)";

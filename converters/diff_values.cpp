@@ -18,7 +18,7 @@ void ValueScan::note(const PlaceOf& place, std::uint64_t element, std::uint32_t 
   if (components_ > 1) found.component = component;
   found.value_a = std::move(value_a);
   found.value_b = std::move(value_b);
-  found.distance = distance;
+  if (strings_ == nullptr) found.distance = distance;
   if (is_told) finding_->places.push_back(found);
   if (is_largest) {
     finding_->largest = distance;
@@ -36,7 +36,11 @@ void ValueScan::compare(const std::byte* a, const std::byte* b, std::uint64_t co
   for (std::uint64_t i = 0; i < count; ++i)
     for (std::uint32_t c = 0; c < components_; ++c, a += bytes_a, b += bytes_b) {
       const auto distance = distance_of_unlike(a, type_a_, b, type_b_, likeness_);
-      if (distance) note(place, i, c, *distance, value_text(a, type_a_), value_text(b, type_b_));
+      if (distance && strings_ != nullptr)
+        note(place, i, c, 0, strings_->text(load<std::uint32_t>(a)),
+             strings_->text(load<std::uint32_t>(b)));
+      else if (distance)
+        note(place, i, c, *distance, value_text(a, type_a_), value_text(b, type_b_));
     }
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "diff_strings.h"
 #include "mesh_diff.h"
 #include "stored_value.h"
 
@@ -30,6 +31,9 @@ class ValueScan {
         likeness_(likeness),
         limit_(limit) {}
 
+  // The numbers are places in a list, which is borrowed: its strings are told instead.
+  void tell_strings(const CommonStrings& strings) { strings_ = &strings; }
+
   // Compares `count` elements. `place(i)` tells where element i is; asked only where they differ.
   using PlaceOf = std::function<DiffPlace(std::uint64_t i)>;
   void compare(const std::byte* a, const std::byte* b, std::uint64_t count, const PlaceOf& place);
@@ -49,6 +53,7 @@ class ValueScan {
   ScalarType type_a_, type_b_;
   Likeness likeness_;
   std::uint64_t limit_;
+  const CommonStrings* strings_ = nullptr;
   std::optional<DiffPlace> largest_;
   std::uint64_t largest_rank_ = 0;  // which of the different ones it is
 };

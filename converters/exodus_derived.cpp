@@ -193,15 +193,6 @@ bool append_integer(std::vector<std::byte>& out, ScalarType type, std::int64_t v
   return false;
 }
 
-ExtraIndex::ExtraIndex(const std::vector<Extra>& extras) {
-  for (const Extra& extra : extras) by_key_.emplace(extra.key, &extra);
-}
-
-const Extra* ExtraIndex::find(std::string_view key) const {
-  const auto found = by_key_.find(key);
-  return found == by_key_.end() ? nullptr : found->second;
-}
-
 std::optional<std::vector<std::byte>> derived_values(const Skeleton& skeleton, const Layout& layout,
                                                      std::size_t variable, const MeshInfo& info,
                                                      const ExtraIndex& extras) {

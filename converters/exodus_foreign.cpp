@@ -7,6 +7,7 @@
 #include <array>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <set>
 #include <utility>
 #include <vector>
@@ -80,6 +81,26 @@ std::vector<char*> pointers(std::vector<std::string>& names) {
   return list;
 }
 
+// Numbers that nobody has yet.
+class FreeNumbers {
+ public:
+  // The first that is free from `wanted` on.
+  std::int64_t take(std::int64_t wanted) {
+    std::vector<std::int64_t> passed;
+    std::int64_t number = wanted;
+    for (auto at = next_.find(number); at != next_.end(); at = next_.find(number)) {
+      passed.push_back(number);
+      number = at->second;
+    }
+    next_[number] = number + 1;
+    for (const std::int64_t taken : passed) next_[taken] = number + 1;  // not that way again
+    return number;
+  }
+
+ private:
+  std::map<std::int64_t, std::int64_t> next_;  // of each that is taken: where to go on
+};
+
 class ForeignWriter {
  public:
   ForeignWriter(MeshSource& mesh, const std::string& path, Spool& spool)
@@ -95,6 +116,7 @@ class ForeignWriter {
   ForeignWriter& operator=(const ForeignWriter&) = delete;
 
   void write() {
+    check_counts();
     check_cells();
     choose_columns();
     choose_sizes();
@@ -122,6 +144,15 @@ class ForeignWriter {
     if (status < 0) place_.fail(ErrorCode::output, section, "the Exodus library fails to write it");
   }
 
+  // The library writes the header anew for each block and set: some minutes for so many.
+  void check_counts() const {
+    constexpr std::size_t kMost = 1 << 14;
+    const std::size_t count = grouping_.groups().size() + sets_.size();
+    if (count > kMost)
+      place_.fail(ErrorCode::over_limit, "blocks and sets",
+                  "there are " + std::to_string(count) + "; " + std::to_string(kMost) +
+                      " can be written to Exodus");
+  }
   void check_cells() const {
     for (const CellGroup& group : grouping_.groups())
       if (block_of(group).shape == CellShape::polyhedron && group.cells > 0)
@@ -252,11 +283,11 @@ class ForeignWriter {
   }
 
   void define_sets() {
-    std::set<std::pair<ex_entity_type, std::int64_t>> taken;
+    std::map<ex_entity_type, FreeNumbers> free;
     for (const TransferSet& set : sets_) {
       const ex_entity_type kind = kind_of(set);
-      std::int64_t id = std::max<std::int64_t>(set.id, 1);
-      while (!taken.emplace(kind, id).second) ++id;
+      const std::int64_t id = free[kind].take(
+          std::clamp<std::int64_t>(set.id, 1, std::numeric_limits<std::int64_t>::max() / 2));
       set_ids_.push_back(id);
       check(ex_put_set_param(exoid_, kind, id, static_cast<std::int64_t>(set.members.size()), 0),
             set.label());

@@ -108,9 +108,9 @@ void CellGrouping::deal_values(MeshSource& mesh, std::size_t array, std::uint64_
   std::vector<bool> covers;
   for (const CellGroup& group : groups_)
     covers.push_back(mesh.info().schema.array_covers(array, group.block));
-  std::vector<std::byte> values(kPieceElements * stride);
-  std::map<std::uint64_t, Hand> hands;
   const std::uint64_t elements = mesh.info().array_elements(array);
+  std::vector<std::byte> values(std::min(kPieceElements, elements) * stride);
+  std::map<std::uint64_t, Hand> hands;
   std::uint64_t read = 0, held = 0, used = 0;  // held: in `values`, used: dealt out of them
   for (std::uint64_t r = 0; r < runs_.size(); ++r) {
     const Run run = runs_.get<Run>(r);

@@ -61,6 +61,7 @@ class Surveyor {
   Layout survey() {
     out_.vertices = skeleton_.length_of("num_nodes");
     out_.steps = skeleton_.length_of("time_step");
+    elements_ = skeleton_.length_of("num_elem");
     out_.uses.assign(skeleton_.variables.size(), Use::extra);
     find_coordinates();
     find_blocks();
@@ -121,24 +122,18 @@ class Surveyor {
       place_.fail(ErrorCode::unsupported, "dimension 'num_el_blk'",
                   "states " + std::to_string(count) + " element blocks; at most " +
                       std::to_string(kMaxBlocks) + " can be converted");
-    std::map<std::string_view, int> variables;
-    for (std::size_t v = 0; v < skeleton_.variables.size(); ++v)
-      variables.emplace(skeleton_.variables[v].name, static_cast<int>(v));
+    const VariableIndex variables(skeleton_);
     std::map<std::string_view, std::uint64_t> lengths;
     for (const Dimension& dimension : skeleton_.dimensions)
       lengths.emplace(dimension.name, dimension.length);
-    const auto variable_named = [&](const std::string& name) {
-      const auto found = variables.find(name);
-      return found == variables.end() ? -1 : found->second;
-    };
     for (std::uint64_t b = 1; b <= count; ++b) {
       const std::string number = std::to_string(b);
       const auto length = lengths.find("num_el_in_blk" + number);
       BlockLayout block;
       block.cells = length == lengths.end() ? 0 : length->second;
-      block.connectivity = variable_named("connect" + number);
-      const int counts = variable_named("ebepecnt" + number);
-      const int faces = variable_named("facconn" + number);
+      block.connectivity = variables.find("connect" + number);
+      const int counts = variables.find("ebepecnt" + number);
+      const int faces = variables.find("facconn" + number);
       if (block.connectivity >= 0)
         describe_cells(block, number, counts);
       else if (block.cells > 0 && counts >= 0 && faces >= 0 &&
@@ -275,7 +270,7 @@ class Surveyor {
   };
   std::optional<Elements> elements_of(std::string_view dimension) const {
     if (dimension == "num_nodes") return Elements{Location::point, ArrayPart::kEverything};
-    if (dimension == "num_elem" && skeleton_.length_of("num_elem") == out_.cells)
+    if (dimension == "num_elem" && elements_ == out_.cells)
       return Elements{Location::cell, ArrayPart::kEverything};
     const std::uint32_t block = number_after(dimension, "num_el_in_blk");
     if (block > 0 && block <= out_.blocks.size()) return Elements{Location::cell, block - 1};
@@ -337,6 +332,7 @@ class Surveyor {
 
   const Skeleton& skeleton_;
   const Place& place_;
+  std::uint64_t elements_ = 0;  // as the file states
   Layout out_;
 };
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "exodus_skeleton.h"
+#include "extra_index.h"
 #include "mesh_source.h"
 
 namespace shm::converters::exodus {
@@ -102,16 +103,6 @@ std::optional<std::vector<std::int64_t>> integers_of(ScalarType type,
                                                      const std::vector<std::byte>& values);
 // False when `type` is no integer or cannot hold the value.
 bool append_integer(std::vector<std::byte>& out, ScalarType type, std::int64_t value);
-
-// Extras by key. Borrows them.
-class ExtraIndex {
- public:
-  explicit ExtraIndex(const std::vector<Extra>& extras);
-  const Extra* find(std::string_view key) const;
-
- private:
-  std::map<std::string_view, const Extra*> by_key_;
-};
 
 // Values of a variable that follows from the rest of the mesh: ids, names, times, truth table.
 // Null when `variable` is no such one or its type cannot hold them.

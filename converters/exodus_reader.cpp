@@ -25,6 +25,8 @@ constexpr std::uint64_t kPiecePoints = std::uint64_t{1} << 15;
 // together.
 constexpr std::uint64_t kMostExpansion = 2048;
 constexpr std::uint64_t kMostSets = 1 << 16;  // each takes some extras
+// A face belongs to two polyhedra, and rarely to more; each may have the nodes of many faces.
+constexpr std::uint64_t kMostFaceUses = 16, kFewFaceNodes = 1 << 20;
 constexpr std::uint64_t kMostUnwritten = std::uint64_t{1} << 30;
 
 // Numbers from 1 as references from 0; false when one is neither 0 nor in 1..count.
@@ -67,7 +69,10 @@ class ExodusMesh final : public MeshSource {
   const MeshInfo& info() const override { return info_; }
   void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override;
   bool next_cells(CellBatch& out, std::size_t max_cells) override;
-  void rewind_cells() override { at_ = {}; }
+  void rewind_cells() override {
+    at_ = {};
+    polyhedron_nodes_ = 0;
+  }
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
 
@@ -122,6 +127,7 @@ class ExodusMesh final : public MeshSource {
   std::vector<std::uint64_t> face_begin_;          // of all faces; only with polyhedra
   std::vector<std::int64_t> face_nodes_;
   Position at_;
+  std::uint64_t polyhedron_nodes_ = 0;  // of the polyhedra up to there, face by face
   std::vector<std::int64_t> nodes_;
 };
 
@@ -406,9 +412,11 @@ void ExodusMesh::read_faces() {
                                   [](const BlockLayout& block) { return block.faces >= 0; });
   if (!wanted) return;
   face_begin_.push_back(0);
-  for (std::uint64_t b = 1; b <= skeleton_.length_of("num_fa_blk"); ++b) {
-    const int counts = skeleton_.find_variable("fbepecnt" + std::to_string(b));
-    const int nodes = skeleton_.find_variable("fbconn" + std::to_string(b));
+  const std::uint64_t blocks = skeleton_.length_of("num_fa_blk");
+  const VariableIndex variables(skeleton_);
+  for (std::uint64_t b = 1; b <= blocks; ++b) {
+    const int counts = variables.find("fbepecnt" + std::to_string(b));
+    const int nodes = variables.find("fbconn" + std::to_string(b));
     if (nodes < 0) break;
     const auto shape = skeleton_.shape(variable(nodes));
     const bool same_size = shape.size() == 2;
@@ -571,6 +579,11 @@ std::uint64_t ExodusMesh::take_polyhedra(CellBatch& out, std::uint64_t most) {
         place_.fail(ErrorCode::unsupported, section(block.faces),
                     "an element has more than " + std::to_string(kMaxNodesPerCell) + " nodes");
     }
+    polyhedron_nodes_ += out.corners.size() - out.corner_begin.back();
+    if (polyhedron_nodes_ > kMostFaceUses * face_nodes_.size() + kFewFaceNodes)
+      place_.fail(ErrorCode::over_limit, section(block.faces),
+                  "faces belong to more than " + std::to_string(kMostFaceUses) +
+                      " elements on the average");
     out.corner_begin.push_back(out.corners.size());
     at_.node += static_cast<std::uint64_t>(count);
     ++cells;

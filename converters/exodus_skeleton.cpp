@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <map>
+#include <set>
 
 #include "failure.h"
 
@@ -16,6 +18,11 @@ bool is_atomic(int type) { return type >= NC_BYTE && type <= NC_STRING; }
 
 // Attributes of a variable, or of the file (NC_GLOBAL).
 std::vector<Attribute> read_attributes(int ncid, int variable, int count, const Place& place) {
+  // netCDF looks each up among all; it says itself that no more need be expected.
+  if (count > NC_MAX_ATTRS)
+    place.fail(ErrorCode::over_limit, "attributes",
+               "a variable or the file has " + std::to_string(count) + "; " +
+                   std::to_string(NC_MAX_ATTRS) + " are the most");
   std::vector<Attribute> attributes;
   for (int i = 0; i < count; ++i) {
     char name[NC_MAX_NAME + 1];
@@ -238,12 +245,14 @@ Skeleton read_skeleton(int ncid, const Place& place) {
     if (id >= 0) unlimited.at(static_cast<std::size_t>(unlimited_count++)) = id;
   }
   unlimited.resize(static_cast<std::size_t>(unlimited_count));
+  const std::set<int> growing(unlimited.begin(), unlimited.end());
+  std::map<int, std::size_t> place_of_id;
   for (const int id : ids) {
     char name[NC_MAX_NAME + 1];
     std::size_t length = 0;
     place.check(nc_inq_dim(ncid, id, name, &length), "dimensions");
-    const bool grows = std::find(unlimited.begin(), unlimited.end(), id) != unlimited.end();
-    skeleton.dimensions.push_back({name, length, grows});
+    place_of_id.emplace(id, skeleton.dimensions.size());
+    skeleton.dimensions.push_back({name, length, growing.contains(id)});
   }
 
   skeleton.attributes = read_attributes(ncid, NC_GLOBAL, attributes, place);
@@ -258,11 +267,11 @@ Skeleton read_skeleton(int ncid, const Place& place) {
       place.fail(ErrorCode::unsupported, "variable '" + variable.name + "'",
                  "has a type that is not built into netCDF");
     for (int d = 0; d < rank; ++d) {
-      const auto at = std::find(ids.begin(), ids.end(), used[d]);
-      if (at == ids.end())
+      const auto at = place_of_id.find(used[d]);
+      if (at == place_of_id.end())
         place.fail(ErrorCode::corrupt, "variable '" + variable.name + "'",
                    "has a dimension that does not exist");
-      variable.dimensions.push_back(static_cast<std::size_t>(at - ids.begin()));
+      variable.dimensions.push_back(at->second);
     }
     variable.attributes = read_attributes(ncid, v, count, place);
     if (is_netcdf4(skeleton.kind)) variable.storage = read_storage(ncid, v, variable, place);

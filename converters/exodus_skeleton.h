@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -79,6 +80,22 @@ struct Skeleton {
   std::vector<std::uint64_t> shape(const Variable& variable) const;
   // Number of values; the largest 64-bit number when it is even more.
   std::uint64_t size(const Variable& variable) const;
+};
+
+// Variables by name, for who asks for many. Borrows the skeleton.
+class VariableIndex {
+ public:
+  explicit VariableIndex(const Skeleton& skeleton) {
+    for (std::size_t v = 0; v < skeleton.variables.size(); ++v)
+      by_name_.emplace(skeleton.variables[v].name, static_cast<int>(v));
+  }
+  int find(std::string_view name) const {  // index, or -1
+    const auto found = by_name_.find(name);
+    return found == by_name_.end() ? -1 : found->second;
+  }
+
+ private:
+  std::map<std::string_view, int> by_name_;
 };
 
 // Our type for an atomic nc_type; characters and strings are uint8.

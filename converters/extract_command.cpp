@@ -338,7 +338,8 @@ bool Extraction::run(ProgressLine& line) {
   choose_set();
   choose_step();
   stage();
-  const Holds& holds = format_.holds != nullptr ? *format_.holds : kShmHolds;
+  Holds holds = format_.holds != nullptr ? *format_.holds : kShmHolds;
+  holds.kin = {};  // words of the source are about the whole mesh
   Translation translation(*layers_.back(), std::string(format_.name), holds, std::nullopt, spool_);
   losses_.insert(losses_.end(), translation.losses().begin(), translation.losses().end());
   line.wipe();
@@ -361,7 +362,7 @@ std::string Extraction::summary() const {
 
 ExitCode run_extract(Options& options) {
   ProgressLine line(options.quiet);
-  Spool spool(spool_directory(options));
+  Spool spool(spool_directory(options), spool_memory(options));
   Extraction extraction(options, spool);
   line.show("reading " + options.input);
   if (!extraction.run(line)) return kIncomplete;

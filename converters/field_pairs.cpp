@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <map>
+#include <set>
 #include <tuple>
 
 #include "cell_cursor.h"
@@ -12,9 +13,11 @@ namespace {
 
 constexpr std::string_view kBlockIds = "BlockId";  // as write_vtk calls them
 
-std::string path_of(const Schema& schema, std::size_t array) {
+std::vector<std::string> paths_of(const Schema& schema) {
   constexpr std::string_view kPrefix = "array:";
-  return array_stream_name(schema, array).substr(kPrefix.size());
+  std::vector<std::string> paths = array_stream_names(schema);
+  for (std::string& path : paths) path.erase(0, kPrefix.size());
+  return paths;
 }
 
 FieldSide whole_side(const ArrayInfo& array, std::size_t index) {
@@ -26,7 +29,12 @@ FieldSide whole_side(const ArrayInfo& array, std::size_t index) {
 class Pairing {
  public:
   Pairing(const MeshInfo& a, const MeshInfo& b, bool one_format, bool with_roles)
-      : a_(a), b_(b), one_format_(one_format), with_roles_(with_roles) {}
+      : a_(a),
+        b_(b),
+        paths_a_(paths_of(a.schema)),
+        paths_b_(paths_of(b.schema)),
+        one_format_(one_format),
+        with_roles_(with_roles) {}
 
   FieldPairs run() {
     left_a_ = candidates(a_);
@@ -40,14 +48,27 @@ class Pairing {
       pair_block_ids(a_, left_a_, b_, false);
       pair_block_ids(b_, left_b_, a_, true);
     }
-    for (const std::size_t array : left_a_) found_.only_a.push_back(path_of(a_.schema, array));
-    for (const std::size_t array : left_b_) found_.only_b.push_back(path_of(b_.schema, array));
+    for (const std::size_t array : left_a_) found_.only_a.push_back(path_of(a_, array));
+    for (const std::size_t array : left_b_) found_.only_b.push_back(path_of(b_, array));
     return std::move(found_);
   }
 
  private:
-  using Arrays = std::vector<std::size_t>;
+  using Arrays = std::set<std::size_t>;  // there may be very many
   using Name = std::tuple<std::string, Location, std::string>;
+  using ByName = std::map<std::pair<std::string, Location>, Arrays>;
+
+  const std::string& path_of(const MeshInfo& info, std::size_t array) const {
+    return (&info == &a_ ? paths_a_ : paths_b_)[array];
+  }
+  static ByName by_name(const MeshInfo& info, const Arrays& arrays) {
+    ByName list;
+    for (const std::size_t index : arrays) {
+      const ArrayInfo& array = info.schema.arrays[index];
+      list[{array.name, array.location}].insert(index);
+    }
+    return list;
+  }
 
   // Between formats, what has no values may be missing.
   Arrays candidates(const MeshInfo& info) const {
@@ -55,27 +76,36 @@ class Pairing {
     for (std::size_t i = 0; i < info.schema.arrays.size(); ++i) {
       const ArrayInfo& array = info.schema.arrays[i];
       const bool empty = info.array_elements(i) == 0 || (array.per_step && info.step_times.empty());
-      if (one_format_ ? array.role.empty() || with_roles_ : array.role.empty() && !empty)
-        list.push_back(i);
+      const bool is_field = array.role.empty() || (with_roles_ && has_strings(array));
+      if (one_format_ ? array.role.empty() || with_roles_ : is_field && !empty)
+        list.insert(list.end(), i);
     }
     return list;
+  }
+
+  // In both of VTK's formats.
+  bool has_strings(const ArrayInfo& array) const {
+    const auto is_vtk = [](const MeshInfo& info) {
+      return info.schema.source_format == "vtk" || info.schema.source_format == "vtu";
+    };
+    return CommonStrings::are_in(array) && is_vtk(a_) && is_vtk(b_);
   }
 
   static Name name_of(const ArrayInfo& array) { return {array.name, array.location, array.role}; }
 
   // The k-th array of a name belongs to the k-th of the same name.
   void pair_by_name() {
-    std::map<Name, std::vector<std::size_t>> by_name;
-    for (const std::size_t b : left_b_) by_name[name_of(b_.schema.arrays[b])].push_back(b);
+    std::map<Name, Arrays> same;
+    for (const std::size_t b : left_b_) same[name_of(b_.schema.arrays[b])].insert(b);
     Arrays alone;
     for (const std::size_t a : left_a_) {
-      auto& list = by_name[name_of(a_.schema.arrays[a])];
+      auto& list = same[name_of(a_.schema.arrays[a])];
       if (list.empty()) {
-        alone.push_back(a);
+        alone.insert(a);
         continue;
       }
-      pair(a, list.front());
-      std::erase(left_b_, list.front());
+      pair(a, *list.begin());
+      left_b_.erase(*list.begin());
       list.erase(list.begin());
     }
     left_a_ = std::move(alone);
@@ -83,7 +113,7 @@ class Pairing {
 
   void pair(std::size_t index_a, std::size_t index_b) {
     const ArrayInfo &a = a_.schema.arrays[index_a], &b = b_.schema.arrays[index_b];
-    FieldPair pair{path_of(a_.schema, index_a), a.location, a.components, whole_side(a, index_a),
+    FieldPair pair{path_of(a_, index_a), a.location, a.components, whole_side(a, index_a),
                    whole_side(b, index_b)};
     const auto differ = [&](const std::string& text_a, const std::string& text_b, bool is_type) {
       found_.differences.push_back({pair.path, text_a, text_b, is_type});
@@ -125,19 +155,18 @@ class Pairing {
   void pair_numbered(const MeshInfo& repeated, Arrays& repeats, const MeshInfo& numbered,
                      Arrays& others, bool swapped) {
     if (numbered.schema.source_format != "gmsh") return;
+    ByName named = by_name(numbered, others);
     std::erase_if(repeats, [&](std::size_t index) {
       const ArrayInfo& array = repeated.schema.arrays[index];
-      const std::string path = path_of(repeated.schema, index);
+      const std::string& path = path_of(repeated, index);
       const std::size_t mark = path.rfind('#');
       if (mark == path.npos) return false;
       const std::string name = array.name + " (" + path.substr(mark + 1) + ")";
-      const auto other = std::find_if(others.begin(), others.end(), [&](std::size_t b) {
-        const ArrayInfo& candidate = numbered.schema.arrays[b];
-        return candidate.name == name && candidate.location == array.location;
-      });
-      if (other == others.end()) return false;
-      const std::size_t found = *other;
-      others.erase(other);
+      const auto other = named.find({name, array.location});
+      if (other == named.end() || other->second.empty()) return false;
+      const std::size_t found = *other->second.begin();
+      other->second.erase(found);
+      others.erase(found);
       swapped ? pair(found, index) : pair(index, found);
       return true;
     });
@@ -146,18 +175,20 @@ class Pairing {
   // `v` of one mesh against v_x, v_y, v_z, or v_1, v_2, ..., or v [0], v [1], ... of the other.
   void pair_components(const MeshInfo& whole, Arrays& wholes, const MeshInfo& apart, Arrays& parts,
                        bool swapped) {
+    ByName named = by_name(apart, parts);
     std::erase_if(wholes, [&](std::size_t index) {
       const ArrayInfo& array = whole.schema.arrays[index];
       for (const auto suffix : {axis_suffix, number_suffix, index_suffix}) {
-        const auto found = find_components(array, suffix, apart, parts);
+        const auto found = find_components(array, suffix, apart, named);
         if (!found) continue;
         const ArrayInfo& first = apart.schema.arrays[found->front()];
-        FieldPair pair{path_of(whole.schema, index), array.location, array.components,
+        FieldPair pair{path_of(whole, index), array.location, array.components,
                        whole_side(array, index),
                        FieldSide{{}, first.type, first.per_step, first.blocks}};
         for (const std::size_t part : *found) {
           pair.b.parts.push_back({part, 0});
-          std::erase(parts, part);
+          parts.erase(part);
+          named[{apart.schema.arrays[part].name, array.location}].erase(part);
         }
         if (swapped) std::swap(pair.a, pair.b);
         if (pair.a.type != pair.b.type)
@@ -176,23 +207,23 @@ class Pairing {
   static std::string number_suffix(std::uint32_t c) { return "_" + std::to_string(c + 1); }
   static std::string index_suffix(std::uint32_t c) { return " [" + std::to_string(c) + "]"; }
 
-  static std::optional<Arrays> find_components(const ArrayInfo& array,
-                                               std::string (*suffix)(std::uint32_t),
-                                               const MeshInfo& apart, const Arrays& parts) {
+  static std::optional<std::vector<std::size_t>> find_components(
+      const ArrayInfo& array, std::string (*suffix)(std::uint32_t), const MeshInfo& apart,
+      const ByName& parts) {
     if (array.components < 2) return std::nullopt;
-    Arrays found;
+    std::vector<std::size_t> found;
     for (std::uint32_t c = 0; c < array.components; ++c) {
-      const std::string name = array.name + suffix(c);
-      const auto part = std::find_if(parts.begin(), parts.end(), [&](std::size_t index) {
-        const ArrayInfo& other = apart.schema.arrays[index];
-        if (other.name != name || other.location != array.location || other.components != 1)
-          return false;
+      const auto same = parts.find({array.name + suffix(c), array.location});
+      if (same == parts.end()) return std::nullopt;
+      const auto part = std::find_if(same->second.begin(), same->second.end(), [&](std::size_t i) {
+        const ArrayInfo& other = apart.schema.arrays[i];
+        if (other.components != 1) return false;
         if (found.empty()) return true;
         const ArrayInfo& first = apart.schema.arrays[found.front()];
         return other.type == first.type && other.per_step == first.per_step &&
                other.blocks == first.blocks;
       });
-      if (part == parts.end()) return std::nullopt;
+      if (part == same->second.end()) return std::nullopt;
       found.push_back(*part);
     }
     return found;
@@ -207,7 +238,7 @@ class Pairing {
       const ArrayInfo& array = holder.schema.arrays[index];
       if (array.name != kBlockIds || array.location != Location::cell || array.components != 1)
         return false;
-      FieldPair pair{path_of(holder.schema, index), array.location, 1, whole_side(array, index),
+      FieldPair pair{path_of(holder, index), array.location, 1, whole_side(array, index),
                      FieldSide{{}, array.type, false, {}}};
       pair.b.type = ScalarType::int64;
       if (swapped) std::swap(pair.a, pair.b);
@@ -217,6 +248,7 @@ class Pairing {
   }
 
   const MeshInfo &a_, &b_;
+  const std::vector<std::string> paths_a_, paths_b_;
   bool one_format_, with_roles_;
   Arrays left_a_, left_b_;
   FieldPairs found_;
@@ -265,7 +297,11 @@ void FieldReader::index_covered(Spool& spool) {
 void FieldReader::read(std::uint64_t step, std::uint64_t first, std::uint64_t count,
                        std::byte* out) {
   if (block_id_) return block_id_->read(first, count, out);
-  if (whole_array_) return mesh_->read_array(side_->parts.front().array, step, first, count, out);
+  if (whole_array_) {
+    mesh_->read_array(side_->parts.front().array, step, first, count, out);
+    if (strings_ != nullptr) strings_->translate(is_a_, out, count * side_->parts.size());
+    return;
+  }
   const std::size_t bytes = scalar_bytes(side_->type);
   std::memset(out, 0, count * stride_);
   std::size_t held = FieldSide::kZeros;  // the array in `piece_`

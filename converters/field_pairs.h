@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "coding_order.h"
+#include "diff_strings.h"
 #include "mesh_source.h"
 #include "spool.h"
 
@@ -49,8 +50,8 @@ struct FieldPairs {
 };
 
 // `one_format`: arrays with a role are compared too (unless `with_roles` is false), and must be
-// alike in everything. Between formats, only fields are, and what one format cannot say is passed
-// over.
+// alike in everything. Between formats, only fields are (of VTK's two, strings too), and what one
+// format cannot say is passed over.
 FieldPairs pair_fields(const MeshInfo& a, const MeshInfo& b, bool one_format, bool with_roles);
 
 // The values of one side, and which vertices or cells they belong to.
@@ -65,6 +66,11 @@ class FieldReader {
   // Elements are all vertices or cells, in their order.
   bool covers_all() const { return covers_all_; }
   void read(std::uint64_t step, std::uint64_t first, std::uint64_t count, std::byte* out);
+  // Borrows: what is read are places of A's or B's array of strings, from now on the common ones.
+  void translate_by(const CommonStrings& strings, bool is_a) {
+    strings_ = &strings;
+    is_a_ = is_a;
+  }
   // The cell (vertex) of each of `count` elements.
   void entities(std::uint64_t first, std::uint64_t count, std::vector<std::uint64_t>& out);
   // The element of a cell; nothing when the field does not cover it.
@@ -78,6 +84,8 @@ class FieldReader {
   std::uint64_t elements_ = 0;
   std::size_t stride_ = 0;
   bool covers_all_ = true, whole_array_ = false;
+  const CommonStrings* strings_ = nullptr;
+  bool is_a_ = true;
   std::vector<std::byte> piece_;
   // Where it covers some cells only: 16 bytes a cell in the spool.
   std::optional<NumberList> covered_;

@@ -14,7 +14,9 @@
 #include "gmsh.h"
 #include "ucd.h"
 #include "vtk.h"
+#include "vtk_from_vtu.h"
 #include "vtu.h"
+#include "vtu_from_vtk.h"
 
 namespace shm::converters {
 namespace {
@@ -91,8 +93,15 @@ const std::vector<Format>& formats() {
                                .title_bytes = 80,
                                .block = exodus_holds_block,
                                .name = exodus_holds_name};
-  static const Holds vtk = {
-      .sets = Holds::Sets::arrays, .title_bytes = 255, .block = vtk_holds_block};
+  static const Holds vtk = {.sets = Holds::Sets::arrays,
+                            .title_bytes = 255,
+                            .block = vtk_holds_block,
+                            .kin = "vtu",
+                            .losses_of_kin = vtk::losses_in_vtk};
+  static const Holds vtu = {.sets = Holds::Sets::arrays,
+                            .block = vtk_holds_block,
+                            .kin = "vtk",
+                            .losses_of_kin = vtu::losses_in_vtu};
   static const Holds gmsh = {.sets = Holds::Sets::cells,
                              .every_step = true,
                              .integers = false,
@@ -101,8 +110,11 @@ const std::vector<Format>& formats() {
                              .positive_numbers = true,
                              .times = false,
                              .name = gmsh_holds_name};
-  static const Holds ucd = {
-      .sets = Holds::Sets::arrays, .integers = false, .block_numbers = true, .times = false};
+  static const Holds ucd = {.sets = Holds::Sets::arrays,
+                            .integers = false,
+                            .block_numbers = true,
+                            .times = false,
+                            .title_bytes = 0};
   static const std::vector<Format> all = {
       {"exodus",
        {".e", ".exo", ".g", ".ex2", ".gen", ".exii"},
@@ -111,7 +123,7 @@ const std::vector<Format>& formats() {
        write_plain<write_exodus>,
        &exodus},
       {"vtk", {".vtk"}, looks_like_vtk, open_plain<open_vtk>, write_plain<write_vtk>, &vtk},
-      {"vtu", {".vtu"}, looks_like_vtu, open_plain<open_vtu>, write_vtu_file, &vtk},
+      {"vtu", {".vtu"}, looks_like_vtu, open_plain<open_vtu>, write_vtu_file, &vtu},
       {"gmsh", {".msh"}, looks_like_gmsh, open_plain<open_gmsh>, write_plain<write_gmsh>, &gmsh},
       {"ucd", {".ucd", ".inp"}, looks_like_ucd, open_plain<open_ucd>, write_plain<write_ucd>, &ucd},
       {"shm", {".shm"}, looks_like_shm, open_shm, write_shm, nullptr},

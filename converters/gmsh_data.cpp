@@ -1,14 +1,15 @@
 // The Gmsh reader's views: $NodeData, $ElementData, $ElementNodeData.
 #include <algorithm>
 #include <bit>
-#include <set>
 
 #include "gmsh_mesh.h"
+#include "names_apart.h"
 
 namespace shm::converters {
 namespace {
 
 constexpr std::uint64_t kMaxComponents = 65535;  // of an array
+constexpr std::uint64_t kFewEntries = 1 << 16;   // of a view that are sorted in memory
 
 struct Header {
   std::vector<std::string> strings;
@@ -134,7 +135,13 @@ class DataReader {
   bool covers_blocks() {
     const MeshInfo& info = r_.mesh->info_;
     if (header_.entries == 0 || header_.entries > mesh_tags().size()) return false;
-    if (!ascending_) {
+    if (!ascending_ && header_.entries <= kFewEntries) {
+      for (std::uint64_t e = 0; e < header_.entries; ++e)
+        few_.emplace_back(places_.get<std::uint64_t>(e), e);
+      std::sort(few_.begin(), few_.end());
+      const auto same = [](const auto& a, const auto& b) { return a.first == b.first; };
+      if (std::adjacent_find(few_.begin(), few_.end(), same) != few_.end()) return false;
+    } else if (!ascending_) {
       entry_of_.emplace(r_.spool, 8);
       for (std::uint64_t e = 0; e < header_.entries; ++e) {
         const auto place = places_.get<std::uint64_t>(e);
@@ -143,17 +150,14 @@ class DataReader {
       }
     }
     if (points_) return header_.entries == info.vertices;
-    std::vector<std::uint64_t> cells(info.block_cells.size());
+    std::map<std::uint32_t, std::uint64_t> cells;  // of the blocks that have entries
     for (std::uint64_t e = 0; e < header_.entries; ++e)
       ++cells[r_.mesh->cell_blocks_.get<std::uint32_t>(places_.get<std::uint64_t>(e))];
-    bool all = true;
-    for (std::uint32_t b = 0; b < cells.size(); ++b) {
-      if (cells[b] != 0 && cells[b] != info.block_cells[b]) return false;
-      all &= cells[b] == info.block_cells[b];
-      if (cells[b] != 0) blocks_.push_back(b);
+    for (const auto& [block, count] : cells) {
+      if (count != info.block_cells[block]) return false;
+      covered_.push_back(block);
     }
-    covered_ = blocks_;
-    if (all) blocks_.clear();
+    if (header_.entries != mesh_tags().size()) blocks_ = covered_;
     return true;
   }
 
@@ -193,7 +197,11 @@ class DataReader {
     PagedArray sorted(r_.spool, 8);
     std::vector<double> one(components);
     auto* bytes = reinterpret_cast<std::byte*>(one.data());
-    for (std::uint64_t place = 0; place < entry_of_->size(); ++place) {
+    for (const auto& [place, entry] : few_) {
+      values_.read(entry * components, components, bytes);
+      sorted.append(components, bytes);
+    }
+    for (std::uint64_t place = 0; entry_of_ && place < entry_of_->size(); ++place) {
       const auto entry = entry_of_->get<std::uint64_t>(place);
       if (entry == 0) continue;
       values_.read((entry - 1) * components, components, bytes);
@@ -229,7 +237,9 @@ class DataReader {
   const Header header_;
   const bool points_, by_node_, known_;
   PagedArray tags_, places_, sizes_, values_;
-  std::optional<PagedArray> entry_of_;  // entry + 1 by place, when the entries are not in order
+  // When the entries are not in order: places and their entries, or entry + 1 by place.
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> few_;
+  std::optional<PagedArray> entry_of_;
   bool found_all_ = false, ascending_ = true;
   std::uint64_t nodes_ = 1;
   std::vector<std::uint32_t> blocks_, covered_;
@@ -240,7 +250,7 @@ class ViewGroups {
  public:
   explicit ViewGroups(GmshReading& reading) : r_(reading) {
     for (const ArrayInfo& array : r_.mesh->info_.schema.arrays)
-      used_.emplace(array.location, array.name);
+      names_.keep(array.location, array.name);
     for (std::size_t v = 0; v < r_.views.size(); ++v) {
       const auto [at, fresh] = number_.try_emplace(r_.views[v].group, groups_.size());
       // A step that does not come after the last one begins another view of the same name.
@@ -276,20 +286,12 @@ class ViewGroups {
     });
   }
 
-  std::string unused_name(const std::string& wanted, Location location) {
-    std::string name = wanted;
-    std::size_t& suffix = suffixes_.try_emplace({location, wanted}, 1).first->second;
-    while (!used_.emplace(location, name).second)
-      name = wanted + " (" + std::to_string(++suffix) + ")";
-    return name;
-  }
-
   void add_array(const std::vector<std::size_t>& group, bool per_step) {
     GmshView& first = r_.views[group[0]];
     const std::string& section = r_.sections[first.section].name;
     ArrayInfo info;
     info.location = section == "NodeData" ? Location::point : Location::cell;
-    info.name = unused_name(first.array_name.empty() ? section : first.array_name, info.location);
+    info.name = names_.take(info.location, first.array_name.empty() ? section : first.array_name);
     info.components = first.components;
     info.per_step = per_step;
     info.blocks = first.blocks;
@@ -307,8 +309,7 @@ class ViewGroups {
   GmshReading& r_;
   std::map<std::string, std::size_t> number_;
   std::vector<std::vector<std::size_t>> groups_;
-  std::set<std::pair<Location, std::string>> used_;
-  std::map<std::pair<Location, std::string>, std::size_t> suffixes_;
+  NamesApart names_;
 };
 
 }  // namespace

@@ -3,6 +3,8 @@
 #include <bit>
 #include <cstdlib>
 
+#include "extra_index.h"
+#include "failure.h"
 #include "gmsh_types.h"
 #include "text_input.h"
 #include "transfer_sets.h"
@@ -71,6 +73,10 @@ std::vector<std::pair<std::int64_t, std::int64_t>> GmshNaming::groups_of(
 }
 
 std::string GmshNaming::block_name(std::span<const std::int32_t> row) const {
+  if (row.size() == 3) {  // blocks and groups of one entity may be very many
+    const auto entity = groups.find({row[0], row[1]});
+    if (entity == groups.end() || entity->second.size() != 1) return {};
+  }
   const auto found = groups_of(row);
   if (found.size() != 1) return {};
   const auto name = names.find(found[0]);
@@ -81,8 +87,9 @@ namespace {
 
 GmshNaming naming_of_extras(const MeshInfo& info) {
   GmshNaming naming;
+  const ExtraIndex extras(info.extras);
   const auto text = [&](const std::string& key) {
-    const Extra* extra = find_extra(info, key);
+    const Extra* extra = extras.find(key);
     return extra == nullptr ? std::string() : text_of_extra(*extra);
   };
   double number = 1;
@@ -107,6 +114,9 @@ GmshNaming naming_of_extras(const MeshInfo& info) {
   return naming;
 }
 
+// Of all blocks together: each entity may have many groups, and be that of many blocks.
+constexpr std::size_t kMostGroupBlocks = std::size_t{1} << 22;
+
 }  // namespace
 
 bool gmsh_entities_have_bounds(const MeshInfo& info) { return naming_of_extras(info).any_bounds; }
@@ -122,8 +132,18 @@ std::vector<GmshGroup> gmsh_groups(const MeshInfo& info) {
   if (width * blocks != rows.size()) return {};
   const GmshNaming naming = naming_of_extras(info);
   std::map<std::pair<std::int64_t, std::int64_t>, GmshGroup> groups;
+  std::size_t members = 0;
   for (std::uint32_t b = 0; b < blocks; ++b) {
-    for (const auto& key : naming.groups_of(std::span(rows).subspan(b * width, width))) {
+    const auto found = naming.groups_of(std::span(rows).subspan(b * width, width));
+    members += found.size();
+    if (members > kMostGroupBlocks)
+      throw Failure(Error{ErrorCode::over_limit,
+                          "the blocks are in more physical groups than " +
+                              std::to_string(kMostGroupBlocks) + " in sum",
+                          "physical groups",
+                          kNoOffset,
+                          {}});
+    for (const auto& key : found) {
       GmshGroup& group = groups[key];
       group.dimension = key.first;
       group.tag = key.second;

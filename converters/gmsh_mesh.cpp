@@ -77,10 +77,10 @@ void GmshTags::finish() {
   std::sort(sparse_.begin(), sparse_.end());  // equal tags: the lowest place first
 }
 
-const PagedArray& GmshTags::listed() {
+PagedArray GmshTags::take_listed() {
   for (std::uint64_t i = 0; run_ && i < size_; ++i)
     tags_.set(i, static_cast<std::int64_t>(static_cast<std::uint64_t>(first_) + i));
-  return tags_;
+  return std::move(tags_);
 }
 
 std::optional<std::uint64_t> GmshTags::find(std::int64_t tag) {

@@ -52,7 +52,7 @@ class GmshTags {
   std::optional<std::int64_t> first_of_run() const {
     return run_ ? std::optional(first_) : std::nullopt;
   }
-  const PagedArray& listed();  // int64, one after the other
+  PagedArray take_listed();  // int64, one after the other; places are found as before
 
  private:
   std::uint64_t size_ = 0;

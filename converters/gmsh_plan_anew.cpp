@@ -4,6 +4,7 @@
 #include <charconv>
 #include <limits>
 #include <set>
+#include <tuple>
 
 #include "failure.h"
 #include "gmsh.h"
@@ -117,16 +118,14 @@ class PlanAnew {
   // kind of their cells are one entity.
   std::int32_t entity_for(std::int32_t dimension, std::uint32_t b) {
     auto& entities = entities_[static_cast<std::size_t>(dimension)];
-    for (const auto& [entity, block] : entities)
-      if (block == b || (info_.schema.blocks[block].id == info_.schema.blocks[b].id &&
-                         info_.schema.blocks[block].name == info_.schema.blocks[b].name))
-        return entity;
-    const std::int64_t id = info_.schema.blocks[b].id;
+    const auto& [id, name] = std::tie(info_.schema.blocks[b].id, info_.schema.blocks[b].name);
+    const auto [known, fresh] = entity_of_.try_emplace({dimension, id, name}, 0);
+    if (!fresh) return known->second;
     std::int32_t entity = static_cast<std::int32_t>(std::clamp<std::int64_t>(id, 0, kLastEntity));
     if (id < 1 || id > kLastEntity || entities.contains(entity))
       entity = entities.empty() ? 1 : entities.rbegin()->first + 1;
     entities.emplace(entity, b);
-    return entity;
+    return known->second = entity;
   }
 
   void plan_nodes() {
@@ -235,6 +234,8 @@ class PlanAnew {
   GmshPlan plan_;
   bool named_ = false;
   std::map<std::int32_t, std::uint32_t> entities_[4];  // [dimension]: entity -> block
+  // By dimension, and number and name of a block.
+  std::map<std::tuple<std::int32_t, std::int64_t, std::string>, std::int32_t> entity_of_;
 };
 
 }  // namespace

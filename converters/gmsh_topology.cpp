@@ -108,10 +108,11 @@ class NodeReader {
     r_.add_extra("gmsh/nodes/entities", ScalarType::int32, {entities_.size() / 3, 3},
                  entities_.data());
     if (entities_.size() > 3)
-      r_.add_role_array("gmsh:node_entity", Location::point, ScalarType::int32, 1, entity_of_);
+      r_.add_role_array("gmsh:node_entity", Location::point, ScalarType::int32, 1,
+                        std::move(entity_of_));
     if (any_parameters_)
       r_.add_role_array("gmsh:node_parameters", Location::point, ScalarType::float64, 3,
-                        parameters_);
+                        std::move(parameters_));
   }
 
   GmshReading& r_;
@@ -335,7 +336,7 @@ class ElementReader {
         if (by_block_[b].tags > slot) covered.push_back(b);
       if (covered.size() == by_block_.size()) covered.clear();
       r_.add_role_array("gmsh:tag_" + std::to_string(slot), Location::cell, ScalarType::int32, 1,
-                        slots_[slot], std::move(covered));
+                        std::move(slots_[slot]), std::move(covered));
     }
   }
 
@@ -382,7 +383,7 @@ void keep_tags(GmshReading& reading, GmshTags& tags, const char* what, Location 
     reading.add_extra(folder + "/first_tag", ScalarType::int64, {1}, &*first);
   else
     reading.add_role_array(std::string("gmsh:") + what + "_tag", location, ScalarType::int64, 1,
-                           tags.listed());
+                           tags.take_listed());
 }
 
 }  // namespace

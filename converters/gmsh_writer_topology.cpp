@@ -266,7 +266,8 @@ class ElementWriter {
 
   // By way of the spool: for each group the numbers and corners of its cells.
   void write_cells_sorted() {
-    std::vector<PagedArray> of_group(w_.plan.groups.size(), PagedArray(w_.spool, 8));
+    std::vector<PagedArray> of_group;
+    for (std::size_t g = 0; g < w_.plan.groups.size(); ++g) of_group.emplace_back(w_.spool, 8);
     CellBatch batch;
     std::uint64_t cell = 0;
     w_.mesh.rewind_cells();

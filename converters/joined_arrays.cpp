@@ -4,10 +4,11 @@
 #include <cctype>
 #include <cstring>
 #include <map>
-#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
+
+#include "names_apart.h"
 
 namespace shm::converters {
 namespace {
@@ -123,12 +124,8 @@ void JoinedArrays::add(std::size_t first, std::size_t columns) {
 
 // Names of what had a role may be those of others.
 void JoinedArrays::name_apart() {
-  std::set<std::pair<Location, std::string>> used;
-  for (ArrayInfo& array : info_.schema.arrays) {
-    const std::string wanted = array.name;
-    for (int n = 2; !used.emplace(array.location, array.name).second; ++n)
-      array.name = wanted + " (" + std::to_string(n) + ")";
-  }
+  NamesApart names;
+  for (ArrayInfo& array : info_.schema.arrays) array.name = names.take(array.location, array.name);
 }
 
 void JoinedArrays::read_array(std::size_t array, std::uint64_t step, std::uint64_t first,

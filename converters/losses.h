@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "mesh_source.h"
@@ -30,6 +31,10 @@ struct Holds {
   std::size_t title_bytes = ~std::size_t{0};        // most
   bool (*block)(const BlockInfo& block) = nullptr;  // whether it has such cells; null: all
   bool (*name)(const std::string& name) = nullptr;  // whether it is written as it is; null: yes
+  // A format whose meshes the writer takes as they are, extras and all, and what it has no words
+  // for. Empty: none.
+  std::string_view kin = {};
+  LossList (*losses_of_kin)(const MeshInfo& info) = nullptr;
 };
 
 // The extras of `info` that are not in `told`, in the words of the format that they came from.

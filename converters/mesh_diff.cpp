@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "cell_cursor.h"
+#include "cell_store.h"
 #include "cell_turns.h"
-#include "decompress.h"
 #include "diff_extras.h"
 #include "diff_names.h"
 #include "diff_pairs.h"
@@ -90,6 +90,7 @@ class Diff {
   void compare_cell(std::uint64_t a, std::uint64_t b, const CellBatch& of_a, const CellBatch& of_b,
                     Finding& finding);
   void compare_fields();
+  std::optional<CommonStrings> common_strings(const FieldPair& field) const;
   void compare_field(const FieldPair& field);
   ValueRange range_of(FieldReader& reader, const FieldPair& field);
   void compare_step(const StepPair& step, const FieldPair& field, FieldReader& a, FieldReader& b,
@@ -361,17 +362,34 @@ ValueRange Diff::range_of(FieldReader& reader, const FieldPair& field) {
   return range;
 }
 
+// Of arrays whose values are places in lists of strings.
+std::optional<CommonStrings> Diff::common_strings(const FieldPair& field) const {
+  if (field.a.parts.empty() || field.b.parts.empty()) return std::nullopt;
+  const std::size_t a = field.a.parts.front().array, b = field.b.parts.front().array;
+  const auto are_in = [](const MeshInfo& info, std::size_t array) {
+    return array < info.schema.arrays.size() && CommonStrings::are_in(info.schema.arrays[array]);
+  };
+  if (!are_in(a_, a) || !are_in(b_, b)) return std::nullopt;
+  return CommonStrings(a_, a, b_, b);
+}
+
 void Diff::compare_field(const FieldPair& field) {
   const std::string what = "array '" + field.path + "'";
   if (!is_paired(field.location))
     return not_compared(what, field.location == Location::point ? "numbers of vertices differ"
                                                                 : "numbers of cells differ");
   FieldReader a(mesh_a_, field, field.a, spool_), b(mesh_b_, field, field.b, spool_);
+  const auto strings = common_strings(field);
+  if (strings) {
+    a.translate_by(*strings, true);
+    b.translate_by(*strings, false);
+  }
   const Accuracy accuracy = names_.accuracy_of(field.path);
   Likeness likeness{accuracy.kind != Accuracy::Kind::lossless, accuracy.bound};
   if (accuracy.kind == Accuracy::Kind::relative) likeness.bound *= range_of(a, field).overall();
   Finding finding{"values", what};
   ValueScan scan(finding, field.components, field.a.type, field.b.type, likeness, options_.limit);
+  if (strings) scan.tell_strings(*strings);
   for (const StepPair& step : steps_of(field, steps_, a_.step_times.size(), b_.step_times.size()))
     compare_step(step, field, a, b, scan);
   scan.finish();
@@ -449,7 +467,9 @@ void Diff::compare_uncovered(const StepPair& step, const FieldPair& field, Field
 
 void Diff::compare_extras() {
   ExtrasComparison how;
-  how.is_ignored = [&](const std::string& key) { return names_.is_ignored_extra(key); };
+  how.is_ignored = [&](const std::string& key) {
+    return key.starts_with("vtk/strings/") || names_.is_ignored_extra(key);  // with their arrays
+  };
   how.accuracy = options_.tolerance.fields;
   how.in_any_order = options_.match;
   how.limit = options_.limit;

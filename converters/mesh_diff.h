@@ -2,9 +2,10 @@
 // Numbers of vertices, cells, steps and components count from 0, as in the files.
 //
 // Of one format, all is compared. Between formats, what both can say: coordinates, cells, fields
-// (a vector also against its components apart), times, ids of blocks where VTK has them as an
-// array; what only one of them knows (number maps, sets, titles, field data) is not, and other
-// scalar types are a note, no difference. A format without steps is taken to hold the last one.
+// (a vector also against its components apart), strings of legacy VTK and VTU, times, ids of blocks
+// where VTK has them as an array; what only one of them knows (number maps, sets, titles, field
+// data) is not, and other scalar types are a note, no difference. A format without steps is taken
+// to hold the last one.
 //
 // Memory: bounded; with `match`, see mesh_match.h.
 #pragma once

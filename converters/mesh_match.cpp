@@ -73,6 +73,7 @@ class Matcher {
     PointSites sites = find_sites(a, b, rules.tolerance);
     a_.site = std::move(sites.of_a);
     b_.site = std::move(sites.of_b);
+    one_sided_.assign(sites.count, false);
     for (Side* side : {&a_, &b_}) {
       side->left_at.assign(sites.count, 0);
       for (const std::uint32_t site : side->site) ++side->left_at[site];
@@ -97,8 +98,11 @@ class Matcher {
     const std::uint32_t other = (*side.to)[vertex];
     if (other != kNone) return &side == &a_ ? vertex : other;  // A's number
     const std::uint32_t site = side.site[vertex];
-    if (a_.left_at[site] == 0 || b_.left_at[site] == 0) return kNowhere;
+    if (is_one_sided(site)) return kNowhere;
     return (std::uint64_t{1} << 32) + site;
+  }
+  bool is_one_sided(std::uint32_t site) const {
+    return a_.left_at[site] == 0 || b_.left_at[site] == 0;
   }
   void name_nodes(const Side& side, std::uint32_t cell, std::vector<std::uint64_t>& names) const {
     names.clear();
@@ -237,6 +241,8 @@ class Matcher {
   // these tell more cells. Where several fit, the first ones are taken: they are copies, or the
   // meshes differ.
   void match_rest_by_cells() {
+    for (std::uint32_t site = 0; site < one_sided_.size(); ++site)
+      one_sided_[site] = is_one_sided(site);
     for (Side* side : {&a_, &b_}) gather_rest(*side);
     fresh_.clear();
     settle();
@@ -305,10 +311,12 @@ class Matcher {
         fresh_.pop_back();
         rename(a_, a);
         rename(b_, b);
-        // Who is left alone at a site is nowhere from now on.
-        for (Side* side : {&a_, &b_})
-          for (const std::uint32_t site : {a_.site[a], b_.site[b]})
-            if (a_.left_at[site] == 0 || b_.left_at[site] == 0) rename_site(*side, site);
+        // Who is left alone at a site is nowhere from now on: told once.
+        for (const std::uint32_t site : {a_.site[a], b_.site[b]}) {
+          if (one_sided_[site] || !is_one_sided(site)) continue;
+          one_sided_[site] = true;
+          for (Side* side : {&a_, &b_}) rename_site(*side, site);
+        }
       }
       if (due_.empty()) return;
       const std::uint64_t key = due_.back();
@@ -374,6 +382,7 @@ class Matcher {
   const Progress& progress_;
   MeshMatch result_;
   Side a_, b_;
+  std::vector<bool> one_sided_;  // sites without vertices left of A, or of B, as keys know it
   std::unordered_map<std::uint64_t, Bucket> buckets_;
   std::vector<std::uint64_t> due_;                              // keys with one cell of each mesh
   std::vector<std::pair<std::uint32_t, std::uint32_t>> fresh_;  // vertices matched of late

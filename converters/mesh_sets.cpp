@@ -8,6 +8,8 @@
 #include <sstream>
 #include <string_view>
 
+#include "extra_index.h"
+
 namespace shm::converters {
 namespace {
 
@@ -19,12 +21,6 @@ std::vector<std::string_view> path_parts(std::string_view key) {
     if (slash == std::string_view::npos) return parts;
     key.remove_prefix(slash + 1);
   }
-}
-
-const Extra* find_extra(const MeshInfo& info, std::string_view key) {
-  for (const Extra& extra : info.extras)
-    if (extra.key == key) return &extra;
-  return nullptr;
 }
 
 std::string text_of(const Extra& extra) {
@@ -74,7 +70,8 @@ void add_exodus_sets(const MeshInfo& info, std::vector<MeshSet>& sets) {
 
 // Gmsh: the raw section $PhysicalNames, lines of `dimension tag "name"` after their count.
 void add_physical_groups(const MeshInfo& info, std::vector<MeshSet>& sets) {
-  const Extra* sections = find_extra(info, "gmsh/sections");
+  const ExtraIndex extras(info.extras);
+  const Extra* sections = extras.find("gmsh/sections");
   if (sections == nullptr) return;
   constexpr const char* kKinds[] = {"physical point", "physical curve", "physical surface",
                                     "physical volume"};
@@ -82,7 +79,7 @@ void add_physical_groups(const MeshInfo& info, std::vector<MeshSet>& sets) {
   std::string section;
   for (std::size_t k = 0; std::getline(list, section); ++k) {
     if (section.rfind("PhysicalNames", 0) != 0) continue;
-    const Extra* content = find_extra(info, "gmsh/section/" + std::to_string(k));
+    const Extra* content = extras.find("gmsh/section/" + std::to_string(k));
     if (content == nullptr) continue;
     std::istringstream lines(text_of(*content));
     for (std::string line; std::getline(lines, line);) {

@@ -38,9 +38,9 @@ struct MeshInfo {
   std::uint64_t array_elements(std::size_t array) const {
     const ArrayInfo& info = schema.arrays[array];
     if (info.location == Location::point) return vertices;
+    if (info.blocks.empty()) return cells();
     std::uint64_t sum = 0;
-    for (std::uint32_t b = 0; b < block_cells.size(); ++b)
-      if (schema.array_covers(array, b)) sum += block_cells[b];
+    for (const std::uint32_t b : info.blocks) sum += b < block_cells.size() ? block_cells[b] : 0;
     return sum;
   }
   std::size_t array_stride(std::size_t array) const {  // bytes of one element

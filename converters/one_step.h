@@ -1,6 +1,7 @@
-// OneStep: a mesh at one of its time steps.
+// OneStep: a mesh at one of its time steps. PointsOfStep: its points there, where they move.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "forwarding_mesh.h"
@@ -21,6 +22,20 @@ class OneStep final : public ForwardingMesh {
 
  private:
   const std::uint64_t step_;
+};
+
+class PointsOfStep final : public ForwardingMesh {
+ public:
+  // `array`: of three components for each vertex, of the type of the coordinates.
+  PointsOfStep(MeshSource& source, std::size_t array) : ForwardingMesh(source), array_(array) {
+    info_ = source.info();
+  }
+  void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override {
+    source_.read_array(array_, 0, first, count, out);
+  }
+
+ private:
+  const std::size_t array_;
 };
 
 }  // namespace shm::converters

@@ -64,8 +64,9 @@ std::uint64_t value_count(const MeshInfo& info, std::size_t array) {
 Json arrays_json(const MeshInfo& info, const std::map<std::string, std::uint64_t>& streams) {
   constexpr std::string_view kPrefix = "array:";
   Json arrays = Json::object();
+  const std::vector<std::string> names = array_stream_names(info.schema);
   for (std::size_t a = 0; a < info.schema.arrays.size(); ++a) {
-    const std::string stream = array_stream_name(info.schema, a);
+    const std::string& stream = names[a];
     const std::uint64_t bytes = bytes_of(streams, stream), values = value_count(info, a);
     arrays[stream.substr(kPrefix.size())] = {
         {"bits_per_value", bits_each(bytes, values)}, {"values", values}, {"bytes", bytes}};
@@ -78,16 +79,25 @@ std::string dump(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+// Arrays by the names of their streams.
+std::map<std::string, std::size_t> arrays_by_stream(const Schema& schema) {
+  std::map<std::string, std::size_t> arrays;
+  for (std::string& name : array_stream_names(schema))
+    arrays.emplace(std::move(name), arrays.size());
+  return arrays;
+}
+
 // The element that a stream is counted by, and how many there are; "" for none.
-std::pair<std::string, std::uint64_t> element_of(const std::string& stream, const MeshInfo& info,
-                                                 const Totals& totals) {
+std::pair<std::string, std::uint64_t> element_of(const std::string& stream,
+                                                 const std::map<std::string, std::size_t>& arrays,
+                                                 const MeshInfo& info, const Totals& totals) {
   if (stream == "connectivity" || stream == "corner order" || stream == "cell numbers" ||
       stream == "imports")
     return {"cell", totals.cells};
   if (stream == "geometry" || stream == "vertex numbers") return {"vertex", totals.vertices};
-  for (std::size_t a = 0; a < info.schema.arrays.size(); ++a)
-    if (stream == array_stream_name(info.schema, a)) return {"value", value_count(info, a)};
-  return {"", 0};
+  const auto array = arrays.find(stream);
+  if (array == arrays.end()) return {"", 0};
+  return {"value", value_count(info, array->second)};
 }
 
 std::string padded(std::string text, std::size_t width, bool right = false) {
@@ -299,8 +309,9 @@ Json info_fields(const std::string& path, const MeshInfo& info, const Totals* to
   json["geometry_bits_per_vertex"] =
       bits_each(bytes_of(totals->streams, "geometry"), totals->vertices);
   json["streams"] = Json::object();
+  const auto arrays = arrays_by_stream(info.schema);
   for (const auto& [name, bytes] : totals->streams) {
-    const auto [element, count] = element_of(name, info, *totals);
+    const auto [element, count] = element_of(name, arrays, info, *totals);
     Json entry = {{"bytes", bytes}};
     if (!element.empty()) {
       entry["element"] = element;
@@ -417,8 +428,9 @@ std::string info_text(const std::string& path, const MeshInfo& info, const Total
   if (totals == nullptr) return text;
 
   text += "\nstreams" + padded("bytes", 41, true) + padded("bits per element", 24, true) + "\n";
+  const auto arrays = arrays_by_stream(info.schema);
   for (const auto& [name, bytes] : totals->streams) {
-    const auto [element, count] = element_of(name, info, *totals);
+    const auto [element, count] = element_of(name, arrays, info, *totals);
     text += "  " + padded(name, 30) + " " + padded(std::to_string(bytes), 15, true);
     if (count > 0) text += padded(fixed(bits_each(bytes, count), 3), 15, true) + " / " + element;
     text += "\n";

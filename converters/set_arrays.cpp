@@ -2,28 +2,43 @@
 
 #include <algorithm>
 #include <cstring>
-#include <set>
 #include <utility>
 
+#include "names_apart.h"
+
 namespace shm::converters {
+namespace {
+
+// What all arrays of sets may take: each has a byte for every vertex or cell, however few it marks.
+constexpr std::uint64_t kAlwaysAllowed = std::uint64_t{256} << 20, kMostOfMesh = 64;
+
+// About what coordinates and connectivity take in most formats.
+std::uint64_t bytes_of_mesh(const MeshInfo& info) { return 24 * info.vertices + 64 * info.cells(); }
+
+}  // namespace
 
 SetArrays::SetArrays(MeshSource& source, const std::vector<TransferSet>& sets, Spool& spool)
     : ForwardingMesh(source), own_arrays_(source.info().schema.arrays.size()) {
   info_ = source.info();
-  std::set<std::pair<Location, std::string>> used;
-  for (const ArrayInfo& array : info_.schema.arrays) used.emplace(array.location, array.name);
+  NamesApart names;
+  for (const ArrayInfo& array : info_.schema.arrays) names.keep(array.location, array.name);
+  std::uint64_t room = std::max(kAlwaysAllowed, kMostOfMesh * bytes_of_mesh(info_));
   for (const TransferSet& set : sets) {
+    ArrayInfo info;
+    info.location = set.kind == TransferSet::Kind::nodes ? Location::point : Location::cell;
+    const std::uint64_t bytes = info.location == Location::point ? info_.vertices : info_.cells();
+    if (bytes > room) {
+      left_out_.push_back(set.label() + " (the arrays of all sets would be too large)");
+      continue;
+    }
     PagedArray marks(spool, 1);
     if (!fill(set, marks)) {
       left_out_.push_back(set.label());
       continue;
     }
-    ArrayInfo info;
-    info.location = set.kind == TransferSet::Kind::nodes ? Location::point : Location::cell;
+    room -= bytes;
     info.type = ScalarType::uint8;
-    info.name = set.short_name();
-    for (int n = 2; !used.emplace(info.location, info.name).second; ++n)
-      info.name = set.short_name() + " (" + std::to_string(n) + ")";
+    info.name = names.take(info.location, set.short_name());
     if (!set.blocks.empty()) info.blocks = set.blocks;
     info_.schema.arrays.push_back(std::move(info));
     marks_.push_back(std::move(marks));

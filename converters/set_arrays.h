@@ -17,7 +17,8 @@ class SetArrays final : public ForwardingMesh {
   SetArrays(MeshSource& source, const std::vector<TransferSet>& sets, Spool& spool);
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
-  // Labels of the sets with a side beyond the bits that there are.
+  // Labels of the sets with a side beyond the bits that there are, and of those that would make the
+  // arrays of all sets more than 256 MiB and 64 times as large as the mesh.
   const std::vector<std::string>& left_out() const { return left_out_; }
 
  private:

@@ -5,6 +5,8 @@
 #include <map>
 #include <utility>
 
+#include "failure.h"
+
 namespace shm::converters {
 namespace {
 
@@ -124,12 +126,27 @@ SetCells::SetCells(MeshSource& source, const std::vector<TransferSet>& sets, boo
       own_blocks_(source.info().schema.blocks.size()),
       at_block_(own_blocks_) {
   info_ = source.info();
-  for (ArrayInfo& array : info_.schema.arrays)  // the added cells have no values
-    if (array.location == Location::cell && array.blocks.empty())
-      for (std::uint32_t b = 0; b < own_blocks_; ++b) array.blocks.push_back(b);
   for (const TransferSet& set : sets)
     if (set.kind == TransferSet::Kind::nodes) add_nodes(set);
   find_sides(sets, flat);
+  if (info_.schema.blocks.size() > own_blocks_) leave_arrays_on_own_blocks();
+}
+
+// The added cells have no values.
+void SetCells::leave_arrays_on_own_blocks() {
+  constexpr std::size_t kMostListed = std::size_t{1} << 24;
+  std::size_t listed = 0;
+  for (ArrayInfo& array : info_.schema.arrays) {
+    if (array.location != Location::cell || !array.blocks.empty()) continue;
+    listed += own_blocks_;
+    if (listed > kMostListed)
+      throw Failure(Error{ErrorCode::over_limit,
+                          "there are too many cell arrays on too many blocks for sets to be cells",
+                          "sets",
+                          kNoOffset,
+                          {}});
+    for (std::uint32_t b = 0; b < own_blocks_; ++b) array.blocks.push_back(b);
+  }
 }
 
 void SetCells::add_block(const TransferSet& set, CellShape shape, std::uint32_t nodes) {

@@ -25,6 +25,7 @@ class SetCells final : public ForwardingMesh {
   struct Side {
     std::uint64_t cell, side, place;  // place: among the members of all sets
   };
+  void leave_arrays_on_own_blocks();
   void add_nodes(const TransferSet& set);
   void find_sides(const std::vector<TransferSet>& sets, bool flat);
   void add_block(const TransferSet& set, CellShape shape, std::uint32_t nodes);

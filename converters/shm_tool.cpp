@@ -97,7 +97,7 @@ ExitCode run_compress(Options& options) {
   const auto start = std::chrono::steady_clock::now();
   ProgressLine line(options.quiet);
   // An incoherent mesh is read in any order: pages that go to disk would come back soon.
-  Spool spool(spool_directory(options), options.order == "free" ? kFreeOrderSpool : kSpool);
+  Spool spool(spool_directory(options), spool_memory(options, options.order == "free"));
   line.show("reading " + options.input);
   const auto mesh = open_mesh(options.input, spool, line.callback());
 
@@ -142,7 +142,7 @@ std::unique_ptr<MeshSource> open_input(const Options& options, Spool& spool, Pro
 ExitCode run_convert(Options& options) {
   const Format& format = output_format(options.output, options.format);
   ProgressLine line(options.quiet);
-  Spool spool(spool_directory(options));
+  Spool spool(spool_directory(options), spool_memory(options));
   line.show("reading " + options.input);
   const auto mesh = open_input(options, spool, line);
   std::optional<Translation> translation;
@@ -187,7 +187,7 @@ ExitCode run_verify(Options& options) {
   if (is_archive(options.input)) return verify_archive(options);
   require_shm(options.input);
   ProgressLine line(options.quiet);
-  Spool spool(spool_directory(options));
+  Spool spool(spool_directory(options), spool_memory(options));
   const auto restored = open_shm(options.input, spool, line.callback(), options.threads);
   if (options.against.empty()) {
     line.wipe();
@@ -217,7 +217,7 @@ ExitCode run_diff(Options& options) {
   options.input = options.diff.a;
   ProgressLine line(options.quiet);
   // With --match, places and values are read in any order.
-  Spool spool(spool_directory(options), options.diff.match ? kFreeOrderSpool : kSpool);
+  Spool spool(spool_directory(options), spool_memory(options, options.diff.match));
   line.show("reading " + options.diff.a);
   const DiffCommand::Outcome outcome = options.diff.run(spool, line.callback());
   line.wipe();
@@ -241,7 +241,7 @@ ExitCode run_info(Options& options) {
     const FileSummary summary = summarize_shm(options.input, line.callback());
     text = (options.json ? info_json : info_text)(options.input, summary.info, &summary.totals);
   } else {
-    Spool spool(spool_directory(options));
+    Spool spool(spool_directory(options), spool_memory(options));
     const auto mesh = open_mesh(options.input, spool, line.callback());
     text = (options.json ? info_json : info_text)(options.input, mesh->info(), nullptr);
   }
@@ -252,7 +252,7 @@ ExitCode run_info(Options& options) {
 
 ExitCode run_layout(Options& options) {
   ProgressLine line(options.quiet);
-  Spool spool(spool_directory(options));
+  Spool spool(spool_directory(options), spool_memory(options));
   line.show("reading " + options.input);
   const auto mesh = open_mesh(options.input, spool, line.callback());
   const Layout layout = measure_layout(*mesh, spool, line.callback());

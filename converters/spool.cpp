@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <utility>
 
 #include "failure.h"
@@ -22,79 +21,85 @@ namespace {
 
 Spool::Spool(std::string directory, std::size_t memory_budget)
     : directory_(directory.empty() ? "." : std::move(directory)),
-      max_pages_(std::max<std::size_t>(memory_budget / kPageBytes, 4)) {}
+      memory_budget_(memory_budget),
+      frames_(kPageBytes, kStartBytes, memory_budget),
+      small_room_(memory_budget) {}
 
 Spool::~Spool() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
 std::uint64_t Spool::reserve_pages(std::uint64_t count) {
-  return std::exchange(next_page_, next_page_ + count);
+  const std::uint64_t first = frames_.pages();
+  frames_.add_pages(count);
+  return first;
 }
 
-void Spool::evict_one() {
-  const std::uint64_t number = by_age_.back();
-  Page& page = resident_.at(number);
-  if (page.dirty) {
-    if (descriptor_ < 0) {
-      std::string name = directory_ + "/.shm-spool-XXXXXX";
-      descriptor_ = ::mkstemp(name.data());
-      if (descriptor_ < 0) fail(directory_, "cannot create it");
-      ::unlink(name.c_str());
-    }
-    std::size_t done = 0;
-    while (done < kPageBytes) {
-      const ssize_t n = ::pwrite(descriptor_, page.bytes.get() + done, kPageBytes - done,
-                                 static_cast<off_t>(number * kPageBytes + done));
-      if (n < 0 && errno == EINTR) continue;
-      if (n <= 0) fail(directory_, "cannot write it");
-      done += static_cast<std::size_t>(n);
-    }
-  }
-  by_age_.pop_back();
-  resident_.erase(number);
+bool Spool::take_small(std::size_t bytes) {
+  if (bytes > small_room_) return false;
+  small_room_ -= bytes;
+  return true;
 }
 
-std::byte* Spool::page(std::uint64_t number, bool for_writing) {
-  auto found = resident_.find(number);
-  if (found == resident_.end()) {
-    if (resident_.size() >= max_pages_) evict_one();
-    Page fresh;
-    fresh.bytes = std::make_unique<std::byte[]>(kPageBytes);
-    std::size_t done = 0;
-    // Past the end of the file, or in a hole, a page reads as the zeros it starts with.
-    while (descriptor_ >= 0 && done < kPageBytes) {
-      const ssize_t n = ::pread(descriptor_, fresh.bytes.get() + done, kPageBytes - done,
-                                static_cast<off_t>(number * kPageBytes + done));
-      if (n < 0 && errno == EINTR) continue;
-      if (n < 0) fail(directory_, "cannot read it");
-      if (n == 0) break;
-      done += static_cast<std::size_t>(n);
-    }
-    by_age_.push_front(number);
-    fresh.age = by_age_.begin();
-    found = resident_.emplace(number, std::move(fresh)).first;
-  } else if (found->second.age != by_age_.begin()) {
-    by_age_.splice(by_age_.begin(), by_age_, found->second.age);
+void Spool::begin_writing(Frame& frame) {
+  frame.dirty = true;
+  if (ever_written_.size() <= frame.page) ever_written_.resize(frames_.pages());
+  pages_written_ += ever_written_[frame.page] ? 0 : 1;
+  ever_written_[frame.page] = true;
+}
+
+Spool::Frame* Spool::load(std::uint64_t number) {
+  const bool written = frames_.was_here(number) && descriptor_ >= 0;
+  Frame& frame = frames_.bring(number, [this](const Frame& leaving) {
+    if (leaving.dirty) write_out(leaving);
+  });
+  // Past the end of the file, or in a hole, a page is zeros; as is one that was never here.
+  std::size_t done = 0;
+  while (written && done < kPageBytes) {
+    const ssize_t n = ::pread(descriptor_, frame.bytes.get() + done, kPageBytes - done,
+                              static_cast<off_t>(number * kPageBytes + done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail(directory_, "cannot read it");
+    if (n == 0) break;
+    done += static_cast<std::size_t>(n);
   }
-  found->second.dirty |= for_writing;
-  return found->second.bytes.get();
+  std::memset(frame.bytes.get() + done, 0, kPageBytes - done);
+  return &frame;
+}
+
+void Spool::write_out(const Frame& frame) {
+  if (descriptor_ < 0) {
+    std::string name = directory_ + "/.shm-spool-XXXXXX";
+    descriptor_ = ::mkstemp(name.data());
+    if (descriptor_ < 0) fail(directory_, "cannot create it");
+    ::unlink(name.c_str());
+  }
+  for (std::size_t done = 0; done < kPageBytes;) {
+    const ssize_t n = ::pwrite(descriptor_, frame.bytes.get() + done, kPageBytes - done,
+                               static_cast<off_t>(frame.page * kPageBytes + done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) fail(directory_, "cannot write it");
+    done += static_cast<std::size_t>(n);
+  }
 }
 
 PagedArray::PagedArray(Spool& spool, std::size_t element_bytes)
     : spool_(&spool), element_bytes_(element_bytes) {}
 
-std::byte* PagedArray::at(std::uint64_t byte, bool for_writing) {
-  const std::uint64_t page = byte / Spool::kPageBytes;
+void PagedArray::reserve(std::uint64_t page) {
   while (extents_.size() <= page / kExtentPages)
     extents_.push_back(spool_->reserve_pages(kExtentPages));
-  const std::uint64_t number = extents_[page / kExtentPages] + page % kExtentPages;
-  return spool_->page(number, for_writing) + byte % Spool::kPageBytes;
 }
 
 void PagedArray::read(std::uint64_t first, std::uint64_t count, std::byte* out) {
   std::uint64_t byte = first * element_bytes_;
   std::uint64_t left = count * element_bytes_;
+  if (is_small()) {
+    const std::uint64_t held = byte < small_.size() ? std::min(left, small_.size() - byte) : 0;
+    if (held > 0) std::memcpy(out, small_.data() + byte, held);
+    std::fill_n(out + held, left - held, std::byte{0});
+    return;
+  }
   while (left > 0) {
     const std::uint64_t run = std::min(left, Spool::kPageBytes - byte % Spool::kPageBytes);
     std::memcpy(out, at(byte, false), run);
@@ -105,8 +110,28 @@ void PagedArray::read(std::uint64_t first, std::uint64_t count, std::byte* out) 
 }
 
 void PagedArray::write(std::uint64_t first, std::uint64_t count, const std::byte* in) {
-  std::uint64_t byte = first * element_bytes_;
-  std::uint64_t left = count * element_bytes_;
+  const std::uint64_t byte = first * element_bytes_, bytes = count * element_bytes_;
+  if (!write_small(byte, bytes, in)) write_paged(byte, bytes, in);
+  size_ = std::max(size_, first + count);
+}
+
+// False when the array is, or has to become, one of pages.
+bool PagedArray::write_small(std::uint64_t byte, std::uint64_t bytes, const std::byte* in) {
+  if (!is_small()) return false;
+  if (bytes == 0) return true;
+  const std::uint64_t end = byte + bytes;
+  const std::uint64_t more = end > small_.size() ? end - small_.size() : 0;
+  if (end > Spool::kSmallBytes || !spool_->take_small(more)) {
+    const std::vector<std::byte> all = std::exchange(small_, {});
+    write_paged(0, all.size(), all.data());
+    return false;
+  }
+  if (more > 0) small_.resize(end);
+  std::memcpy(small_.data() + byte, in, bytes);
+  return true;
+}
+
+void PagedArray::write_paged(std::uint64_t byte, std::uint64_t left, const std::byte* in) {
   while (left > 0) {
     const std::uint64_t run = std::min(left, Spool::kPageBytes - byte % Spool::kPageBytes);
     std::memcpy(at(byte, true), in, run);
@@ -114,7 +139,6 @@ void PagedArray::write(std::uint64_t first, std::uint64_t count, const std::byte
     byte += run;
     left -= run;
   }
-  size_ = std::max(size_, first + count);
 }
 
 }  // namespace shm::converters

@@ -10,6 +10,12 @@ CLI::App* add_command(CLI::App& app, Options& options, const std::string& name,
   command->add_option("--temp", options.temp, "Directory for temporary files")
       ->check(CLI::Validator(CLI::ExistingDirectory).description(""))
       ->type_name("DIR");
+  command
+      ->add_option("--memory", options.memory,
+                   "What tables of vertices, cells and values may take of it, such as 512M; the "
+                   "rest is on disk\n(default: 256M; 1G for what needs them in any order)")
+      ->transform(CLI::AsSizeValue(false).description(""))
+      ->type_name("SIZE");
   command->add_flag("-q,--quiet", options.quiet, "No progress, and no summary at the end");
   return command;
 }

@@ -28,6 +28,7 @@ struct Options {
   std::uint32_t key_steps = 8;
   unsigned threads = 0;  // one for each core
   std::optional<std::uint64_t> step;
+  std::optional<std::uint64_t> memory;  // bytes of the spool
   bool json = false, quiet = false, packed = false, strict = false;
   DiffCommand diff;
 };

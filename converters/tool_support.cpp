@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "failure.h"
+#include "spool.h"
 
 namespace shm::converters {
 
@@ -47,6 +48,11 @@ std::string spool_directory(const Options& options) {
     return std::filesystem::temp_directory_path().string();
   const std::filesystem::path parent = std::filesystem::path(options.output).parent_path();
   return parent.empty() ? "." : parent.string();
+}
+
+std::size_t spool_memory(const Options& options, bool any_order) {
+  constexpr std::size_t kAnyOrder = std::size_t{1} << 30;
+  return options.memory ? *options.memory : any_order ? kAnyOrder : Spool::kUsualBudget;
 }
 
 std::uint64_t file_bytes(const std::string& path) {

@@ -25,8 +25,9 @@ enum ExitCode {
 };
 ExitCode exit_code(ErrorCode code);
 
-// Memory of the spool.
-inline constexpr std::size_t kSpool = std::size_t{64} << 20, kFreeOrderSpool = std::size_t{1} << 30;
+// Memory of the spool: as the user says, or what is usual; more where `any_order` of vertices or
+// cells is likely.
+std::size_t spool_memory(const Options& options, bool any_order = false);
 
 // One line on the terminal, rewritten at most ten times a second and wiped at the end.
 class ProgressLine {

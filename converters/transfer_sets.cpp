@@ -4,6 +4,8 @@
 #include <cstring>
 #include <map>
 
+#include "extra_index.h"
+#include "failure.h"
 #include "gmsh_groups.h"
 
 namespace shm::converters {
@@ -34,6 +36,18 @@ bool all_within(const std::vector<std::int64_t>& members, std::uint64_t end) {
   });
 }
 
+// Cells may belong to many sets, each of which becomes a list.
+void check_members(std::uint64_t members, std::uint64_t cells) {
+  constexpr std::uint64_t kAlwaysAllowed = 1 << 22, kMostSetsOfCell = 64;
+  if (members > std::max(kAlwaysAllowed, kMostSetsOfCell * cells))
+    throw Failure(Error{
+        ErrorCode::over_limit,
+        "cells are in more than " + std::to_string(kMostSetsOfCell) + " groups on the average",
+        "groups",
+        kNoOffset,
+        {}});
+}
+
 template <class Real>
 bool any_not_one(const Extra& extra) {
   for (std::size_t at = 0; at + sizeof(Real) <= extra.data.size(); at += sizeof(Real)) {
@@ -45,20 +59,20 @@ bool any_not_one(const Extra& extra) {
 }
 
 // One folder of extras, of Exodus or of our own.
-bool read_set(const MeshInfo& info, const std::string& folder, const char* members, Kind kind,
-              TransferSet& set, std::set<std::string>& told) {
+bool read_set(const MeshInfo& info, const ExtraIndex& extras, const std::string& folder,
+              const char* members, Kind kind, TransferSet& set, std::set<std::string>& told) {
   const auto take = [&](const char* what) {
-    const Extra* extra = find_extra(info, folder + what);
+    const Extra* extra = extras.find(folder + what);
     if (extra != nullptr) told.insert(extra->key);
     return extra;
   };
-  const Extra* listed = find_extra(info, folder + members);
-  const Extra* id = find_extra(info, folder + "id");
+  const Extra* listed = extras.find(folder + members);
+  const Extra* id = extras.find(folder + "id");
   if (listed == nullptr || listed->refers == Reference::nothing) return false;
   set.kind = kind;
   set.members = integers_of_extra(*listed);
   if (kind == Kind::sides) {
-    const Extra* sides = find_extra(info, folder + "sides");
+    const Extra* sides = extras.find(folder + "sides");
     if (sides != nullptr) set.sides = integers_of_extra(*sides);
     if (set.sides.size() != set.members.size()) return false;
   }
@@ -75,13 +89,14 @@ bool read_set(const MeshInfo& info, const std::string& folder, const char* membe
 
 void add_exodus_sets(const MeshInfo& info, std::vector<TransferSet>& sets,
                      std::set<std::string>& told) {
+  const ExtraIndex extras(info.extras);
   for (const KindWords& words : kExodusKinds) {
     for (const Extra& extra : info.extras) {  // in the order of the file
       const std::string start = "exodus/" + std::string(words.key) + "/", end = "/id";
       if (!extra.key.starts_with(start) || !extra.key.ends_with(end)) continue;
       TransferSet set;
       const std::string folder = extra.key.substr(0, extra.key.size() - 2);
-      if (read_set(info, folder, words.members, words.kind, set, told))
+      if (read_set(info, extras, folder, words.members, words.kind, set, told))
         sets.push_back(std::move(set));
     }
   }
@@ -162,17 +177,18 @@ std::vector<TransferSet> transfer_sets(const MeshInfo& info, std::set<std::strin
 
 void list_members(MeshSource& mesh, std::vector<TransferSet>& sets) {
   std::vector<std::vector<TransferSet*>> of_block(mesh.info().schema.blocks.size());
-  bool any = false;
+  std::uint64_t members = 0;
   for (TransferSet& set : sets)
     for (const std::uint32_t block : set.blocks) {
       of_block.at(block).push_back(&set);
-      any = true;
+      members += mesh.info().block_cells[block];
+      check_members(members, mesh.info().cells());
     }
   constexpr std::size_t kPiece = 16384;
   std::int64_t cell = 0;
   CellBatch batch;
   mesh.rewind_cells();
-  while (any && mesh.next_cells(batch, kPiece))
+  while (members > 0 && mesh.next_cells(batch, kPiece))
     for (const std::uint32_t block : batch.blocks) {
       for (TransferSet* set : of_block[block]) set->members.push_back(cell);
       ++cell;
@@ -206,12 +222,14 @@ std::vector<TransferSet> sets_of_extras(const MeshInfo& info) {
 
 std::vector<TransferSet> sets_of_extras(const MeshInfo& info, std::set<std::string>& told) {
   std::vector<TransferSet> sets;
+  const ExtraIndex extras(info.extras);
   for (const Kind kind : {Kind::nodes, Kind::sides, Kind::elements}) {
     for (const Extra& extra : info.extras) {
       const std::string start = "mesh/" + std::string(words_of(kind, false)) + '/';
       if (!extra.key.starts_with(start) || !extra.key.ends_with("/id")) continue;
       TransferSet set;
-      if (read_set(info, extra.key.substr(0, extra.key.size() - 2), "members", kind, set, told))
+      const std::string folder = extra.key.substr(0, extra.key.size() - 2);
+      if (read_set(info, extras, folder, "members", kind, set, told))
         sets.push_back(std::move(set));
     }
   }

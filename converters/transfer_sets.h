@@ -43,6 +43,7 @@ bool is_flat(const MeshInfo& info);
 // Text and integers of an extra; empty when it holds something else.
 std::string text_of_extra(const Extra& extra);
 std::vector<std::int64_t> integers_of_extra(const Extra& extra);
+// Null when there is none; looks at all of them (see ExtraIndex).
 const Extra* find_extra(const MeshInfo& info, const std::string& key);
 
 }  // namespace shm::converters

@@ -16,6 +16,7 @@
 #include "transfer_sets.h"
 #include "vtk_field_data.h"
 #include "vtk_words.h"
+#include "vtu_contents.h"
 
 namespace shm::converters {
 namespace {
@@ -70,6 +71,25 @@ bool beyond_doubles(MeshSource& mesh, std::size_t a) {
   return false;
 }
 
+// Where arrays cover all cells, those on few blocks of very many grow out of proportion.
+void check_filling(const MeshInfo& info) {
+  constexpr std::uint64_t kAlwaysAllowed = std::uint64_t{1} << 30, kMostGrowth = 64;
+  std::uint64_t held = 0, filled = 0;
+  for (std::size_t a = 0; a < info.schema.arrays.size(); ++a) {
+    if (info.schema.arrays[a].location != Location::cell) continue;
+    const std::uint64_t stride = info.array_stride(a);
+    held += stride * info.array_elements(a);
+    filled += stride * info.cells();
+  }
+  if (filled > std::max(kAlwaysAllowed, kMostGrowth * held))
+    throw Failure(Error{ErrorCode::over_limit,
+                        "arrays on few of many blocks would grow to more than " +
+                            std::to_string(kMostGrowth) + " times their size on all cells",
+                        "arrays",
+                        kNoOffset,
+                        {}});
+}
+
 // "time steps 0 to 7 of 9", without step `kept`.
 std::string other_steps(std::size_t steps, std::uint64_t kept) {
   const auto range = [](std::uint64_t first, std::uint64_t last) {
@@ -101,11 +121,19 @@ Layer& Translation::add(std::unique_ptr<Layer> layer) {
 Translation::Translation(MeshSource& source, const std::string& format, const Holds& holds,
                          std::optional<std::uint64_t> step, Spool& spool)
     : from_(source.info()), format_(format), holds_(holds), mesh_(&source) {
+  if (is_kin()) {
+    choose_step(step);
+    for (std::string& loss : holds_.losses_of_kin(mesh_->info()))
+      losses_.push_back(std::move(loss));
+    return;
+  }
   if (holds_.block_numbers) split_blocks();
   choose_step(step);
+  const std::vector<BlockInfo> blocks = mesh_->info().schema.blocks;
   add(std::make_unique<JoinedArrays>(*mesh_,
                                      from_.schema.source_format == "exodus" && holds.vectors,
                                      !holds.block_numbers, format == "exodus" || format == "shm"));
+  report_numbers(blocks);
   report_arrays();
   report_blocks();
   carry_title();
@@ -124,13 +152,24 @@ void Translation::choose_step(std::optional<std::uint64_t> step) {
                         kNoOffset,
                         {}});
   if (step) {
-    add(std::make_unique<OneStep>(*mesh_, *step));
+    take_step(*step);
   } else if (!holds_.every_step && steps > 1) {
-    add(std::make_unique<OneStep>(*mesh_, steps - 1));
+    take_step(steps - 1);
     losses_.push_back(other_steps(steps, steps - 1) + " (a file of " + format_ + " holds one)");
-  } else if (steps == 0) {
+  } else if (steps == 0 && !is_kin()) {
     if (const auto time = vtk_time(from_, told_)) add(std::make_unique<AtTime>(*mesh_, *time));
   }
+}
+
+void Translation::take_step(std::uint64_t step) {
+  const auto points = vtu::points_of_step(from_, step);
+  if (points && from_.schema.arrays[*points].type == from_.schema.coordinate_type) {
+    add(std::make_unique<PointsOfStep>(*mesh_, *points));
+  } else if (points) {
+    losses_.push_back("points of time step " + std::to_string(step) +
+                      " (of another type than the first ones)");
+  }
+  add(std::make_unique<OneStep>(*mesh_, step));
 }
 
 void Translation::split_blocks() {
@@ -149,6 +188,7 @@ void Translation::report_arrays() {
       losses_.push_back("strings of array '" + array.name + "'");
   const MeshInfo& info = mesh_->info();
   bool any_stepped = false;
+  if (!holds_.partial_arrays) check_filling(info);
   for (std::size_t a = 0; a < info.schema.arrays.size(); ++a) {
     const ArrayInfo& array = info.schema.arrays[a];
     any_stepped |= array.per_step;
@@ -164,6 +204,15 @@ void Translation::report_arrays() {
   if (!holds_.times && !info.step_times.empty() && !any_stepped)
     losses_.push_back("times of steps that no array has (" +
                       std::to_string(info.step_times.size()) + ")");
+}
+
+// Blocks of one number, which an array could not tell apart.
+void Translation::report_numbers(const std::vector<BlockInfo>& before) {
+  const auto& now = mesh_->info().schema.blocks;
+  for (std::size_t b = 0; b < now.size(); ++b)
+    if (now[b].id != before[b].id)
+      losses_.push_back("number of " + block_label(before[b]) + ", which another block has (" +
+                        std::to_string(now[b].id) + " there)");
 }
 
 void Translation::report_blocks() {
@@ -199,16 +248,17 @@ void Translation::carry_title() {
   if (const Extra* given = find_extra(from_, "mesh/title")) {
     title = text_of_extra(*given);
     told_.insert(given->key);
+  } else if (from_.schema.source_format == "exodus") {
+    if (const Extra* skeleton = find_extra(from_, "exodus/skeleton"))
+      title = title_of_exodus(text_of_extra(*skeleton));
+  } else {
+    title = vtk_title(from_, told_);
   }
-  const std::string& format = from_.schema.source_format;
-  if (const Extra* skeleton = find_extra(from_, format + "/skeleton")) {
-    if (format == "exodus") title = title_of_exodus(text_of_extra(*skeleton));
-    if (format == "vtk")
-      if (const auto parsed = vtk::parse_skeleton(text_of_extra(*skeleton))) title = parsed->title;
-  }
-  if (title.empty() || title == vtk::Skeleton().title) return;
+  if (title.empty()) return;
   if (title.size() > holds_.title_bytes)
-    losses_.push_back("title beyond " + std::to_string(holds_.title_bytes) + " bytes");
+    losses_.push_back(holds_.title_bytes == 0
+                          ? "title '" + title + "'"
+                          : "title beyond " + std::to_string(holds_.title_bytes) + " bytes");
   Extra extra{"mesh/title", ScalarType::uint8, Reference::nothing, {title.size()}, {}};
   extra.data.resize(title.size());
   std::memcpy(extra.data.data(), title.data(), title.size());

@@ -1,5 +1,6 @@
 // Translation: a mesh from one format as the writer of another one can hold most of it, and a list
-// of what it cannot.
+// of what it cannot. A writer that takes meshes of the other format as they are (Holds::kin) gets
+// them with their extras, at one step where it holds one.
 //
 // Extras of the result, which any writer may look for:
 //   mesh/title               text
@@ -31,10 +32,13 @@ class Translation {
   template <class Layer>
   Layer& add(std::unique_ptr<Layer> layer);
   void split_blocks();
+  bool is_kin() const { return !holds_.kin.empty() && from_.schema.source_format == holds_.kin; }
   void choose_step(std::optional<std::uint64_t> step);
+  void take_step(std::uint64_t step);
   void carry_sets(Spool& spool);
   void carry_title();
   void report_arrays();
+  void report_numbers(const std::vector<BlockInfo>& before);
   void report_blocks();
   void report_name(const std::string& name, const std::string& label);
 

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "decompress.h"
+#include "cell_store.h"
 #include "failure.h"
 #include "text_input.h"
 #include "ucd.h"

@@ -70,7 +70,8 @@ bool vtk_holds_block(const BlockInfo& block);
 // Writes `mesh` front to back. A mesh that came from VTK gets its data set, version, encoding, title
 // and arrays back as they were; where points or cells no longer are in the order that its dimensions
 // or lists state (Order::stream and free), it becomes an unstructured grid. Any other mesh becomes
-// binary version 4.2 (5.1 beyond 2^31 entries), with the last time step's values and time.
+// binary version 4.2 (5.1 beyond 2^31 entries), with the last time step's values and time; one from
+// a VTU file with all that a legacy file can say of it (vtk_from_vtu.h).
 // Throws Failure (output) when the disk fails.
 void write_vtk(MeshSource& mesh, const std::string& path);
 

@@ -1,9 +1,9 @@
 // Reads point, cell and field data of VTK legacy files.
 #include <limits>
-#include <unordered_map>
 #include <utility>
 
 #include "vtk_parser.h"
+#include "vtk_strings.h"
 
 namespace shm::converters::vtk {
 namespace {
@@ -183,20 +183,19 @@ void Parser::bits(Entry& entry, std::uint64_t count) {
 // Each different string once, in a list; the array says which. So strings follow their points and
 // cells through any renumbering.
 void Parser::listed_strings(Entry& entry, ValueForm form, std::uint64_t count) {
-  std::unordered_map<std::string, std::uint32_t> places;
+  StringLister strings(std::numeric_limits<std::uint64_t>::max());  // no more than the file has
   PagedArray values(spool_, sizeof(std::uint32_t));
-  std::string list, one;
+  std::string one;
   for (std::uint64_t i = 0; i < count; ++i) {
     one.clear();
     one_string(form, one);
-    const auto [place, fresh] = places.try_emplace(one, static_cast<std::uint32_t>(places.size()));
-    if (fresh && places.size() > std::numeric_limits<std::uint32_t>::max())
+    const auto place = strings.place_of(one);
+    if (!place)
       input_.fail(ErrorCode::unsupported, "has more different strings than are supported");
-    if (fresh) list += one;
-    values.append(1, reinterpret_cast<const std::byte*>(&place->second));
+    values.append(1, reinterpret_cast<const std::byte*>(&*place));
   }
   add_array(entry, Values(ScalarType::uint32, std::move(values)), kStringRole);
-  add_text_extra(strings_key(entry.index), list);
+  add_text_extra(strings_key(entry.index), strings.list());
 }
 
 // A variant: its type and its %-encoded text, on a line. A string, text: one %-encoded line;

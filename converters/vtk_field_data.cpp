@@ -2,112 +2,126 @@
 
 #include <cstring>
 #include <utility>
-#include <vector>
 
+#include "stored_value.h"
 #include "text_input.h"
 #include "transfer_sets.h"
+#include "vtk_family.h"
 #include "vtk_words.h"
+#include "vtu_contents.h"
+#include "vtu_loader.h"
 
 namespace shm::converters {
 namespace {
 
-// The field data of that name, null when there is none.
-const Extra* field_data(const MeshInfo& info, std::string_view name, bool& binary) {
-  if (info.schema.source_format != "vtk") return nullptr;
+std::vector<FieldArray> of_legacy(const MeshInfo& info) {
+  std::vector<FieldArray> arrays;
   const Extra* text = find_extra(info, "vtk/skeleton");
-  if (text == nullptr) return nullptr;
-  const auto skeleton = vtk::parse_skeleton(text_of_extra(*text));
-  if (!skeleton) return nullptr;
-  binary = skeleton->binary;
-  for (const vtk::Entry& entry : skeleton->entries)
-    if (entry.origin == vtk::Origin::extra && entry.kind == vtk::EntryKind::array &&
-        vtk::decode_name(entry.name) == name)
-      return find_extra(info, vtk::data_key(entry.index));
-  return nullptr;
-}
-
-// A string of a binary file: its length in 6, 14 or 30 bits, whose first byte says which by its two
-// highest bits, then its bytes.
-void put_string(std::string& out, const std::string& text) {
-  const std::size_t size = text.size();
-  if (size < 1 << 6) {
-    out += static_cast<char>(0xC0 | size);
-  } else if (size < 1 << 14) {
-    out += {static_cast<char>(0x80 | (size >> 8)), static_cast<char>(size & 0xFF)};
-  } else {
-    out += {static_cast<char>(0x40 | ((size >> 24) & 0x3F)), static_cast<char>((size >> 16) & 0xFF),
-            static_cast<char>((size >> 8) & 0xFF), static_cast<char>(size & 0xFF)};
+  const auto skeleton = text == nullptr ? std::nullopt : vtk::parse_skeleton(text_of_extra(*text));
+  if (!skeleton) return arrays;
+  for (const vtk::Entry& entry : skeleton->entries) {
+    if (entry.kind == vtk::EntryKind::point_data || entry.kind == vtk::EntryKind::cell_data) break;
+    if (entry.kind != vtk::EntryKind::array || entry.origin != vtk::Origin::extra) continue;
+    const Extra* values = find_extra(info, vtk::data_key(entry.index));
+    const vtk::ValueForm form = vtk::form_of_word(entry.type);
+    if (values != nullptr)
+      arrays.push_back(
+          {vtk::decode_name(entry.name), form, vtk::string_form(form, skeleton->binary), values});
   }
-  out += text;
+  return arrays;
 }
 
-std::vector<std::string> binary_strings(std::string_view raw) {
+std::vector<FieldArray> of_xml(const MeshInfo& info) {
+  std::vector<FieldArray> arrays;
+  auto contents = vtu::Contents::of(info);
+  if (!contents) return arrays;
+  for (vtu::Node* array : contents->field_arrays()) {
+    const auto word = vtu::values_word(*array);
+    const auto type = vtu::type_of_word(array->attribute_or("type", ""));
+    if (!word || word->kind != vtu::ValuesWord::Kind::extra || !type) continue;
+    const Extra* values = find_extra(info, vtu::data_key(word->index));
+    const vtk::ValueForm form = type->kind == vtu::ArrayKind::string ? vtk::ValueForm::string
+                                : type->kind == vtu::ArrayKind::bit  ? vtk::ValueForm::bit
+                                                                     : vtk::ValueForm::number;
+    if (values != nullptr)
+      arrays.push_back({array->attribute_or("Name", ""), form, vtk::StringForm::zeros, values});
+  }
+  return arrays;
+}
+
+std::vector<std::string> strings_of(const FieldArray& array) {
   std::vector<std::string> strings;
-  while (!raw.empty()) {
-    const auto first = static_cast<unsigned char>(raw[0]);
-    const std::size_t more = first >= 0xC0 ? 0 : first >= 0x80 ? 1 : first >= 0x40 ? 3 : 7;
-    if (raw.size() <= more) break;
-    std::size_t size = first & 0x3F;
-    for (std::size_t i = 1; i <= more; ++i) size = size << 8 | static_cast<unsigned char>(raw[i]);
-    raw.remove_prefix(1 + more);
-    if (size > raw.size()) break;
-    strings.emplace_back(raw.substr(0, size));
-    raw.remove_prefix(size);
-  }
-  return strings;
-}
-
-std::vector<std::string> text_strings(std::string_view raw) {
-  std::vector<std::string> strings;
-  while (!raw.empty()) {
-    const std::size_t end = std::min(raw.find('\n'), raw.size());
-    strings.push_back(vtk::decode_name(raw.substr(0, end)));
-    raw.remove_prefix(std::min(end + 1, raw.size()));
-  }
+  const std::string text = text_of_extra(*array.values);
+  const auto pieces = vtk::split_strings(text, array.strings);
+  if (array.form != vtk::ValueForm::string || !pieces) return strings;
+  for (const std::string_view piece : *pieces)
+    strings.push_back(vtk::plain_string(piece, array.strings));
   return strings;
 }
 
 }  // namespace
 
+std::vector<FieldArray> field_arrays(const MeshInfo& info) {
+  if (info.schema.source_format == "vtk") return of_legacy(info);
+  return of_xml(info);
+}
+
 std::optional<double> vtk_time(const MeshInfo& info, std::set<std::string>& told) {
-  for (const char* name : {"TIME", "TimeValue"}) {
-    bool binary = false;
-    const Extra* extra = field_data(info, name, binary);
-    if (extra == nullptr || extra->type != ScalarType::float64 || extra->data.size() != 8) continue;
-    double time = 0;
-    std::memcpy(&time, extra->data.data(), sizeof time);
-    told.insert(extra->key);
-    return time;
-  }
+  const std::vector<FieldArray> arrays = field_arrays(info);
+  for (const std::string_view name : {vtk::kLegacyTime, vtk::kXmlTime})
+    for (const FieldArray& array : arrays) {
+      const Extra& values = *array.values;
+      if (array.name != name || array.form != vtk::ValueForm::number ||
+          values.data.size() != scalar_bytes(values.type))
+        continue;
+      told.insert(values.key);
+      return as_double(values.data.data(), values.type);
+    }
   return std::nullopt;
+}
+
+std::string vtk_title(const MeshInfo& info, std::set<std::string>& told) {
+  if (const Extra* text = find_extra(info, "vtk/skeleton")) {
+    const auto skeleton = vtk::parse_skeleton(text_of_extra(*text));
+    return skeleton && skeleton->title != vtk::Skeleton().title ? skeleton->title : std::string();
+  }
+  for (const FieldArray& array : field_arrays(info)) {
+    if (array.name != vtk::kXmlTitle) continue;
+    std::vector<std::string> strings = strings_of(array);
+    if (strings.size() != 1) continue;
+    told.insert(array.values->key);
+    return std::move(strings.front());
+  }
+  return {};
 }
 
 std::map<std::int64_t, std::string> vtk_block_names(const MeshInfo& info,
                                                     std::set<std::string>& told) {
   std::map<std::int64_t, std::string> names;
-  bool binary = false;
-  const Extra* extra = field_data(info, kVtkBlockNames, binary);
-  if (extra == nullptr) return names;
-  const std::string raw = text_of_extra(*extra);
-  for (const std::string& line : binary ? binary_strings(raw) : text_strings(raw)) {
-    const std::size_t blank = line.find(' ');
-    std::int64_t id = 0;
-    if (blank != std::string::npos && TextInput::parse(std::string_view(line).substr(0, blank), id))
-      names.emplace(id, line.substr(blank + 1));
+  for (const FieldArray& array : field_arrays(info)) {
+    if (array.name != kVtkBlockNames) continue;
+    for (const std::string& line : strings_of(array)) {
+      const std::size_t blank = line.find(' ');
+      std::int64_t id = 0;
+      if (blank != std::string::npos &&
+          TextInput::parse(std::string_view(line).substr(0, blank), id))
+        names.emplace(id, line.substr(blank + 1));
+    }
+    if (!names.empty()) told.insert(array.values->key);
+    break;
   }
-  if (!names.empty()) told.insert(extra->key);
   return names;
 }
 
-Extra vtk_block_names_extra(const MeshInfo& info, std::string key) {
+Extra vtk_block_names_extra(const MeshInfo& info, std::string key, vtk::StringForm form) {
   std::map<std::int64_t, std::string> names;
   for (const BlockInfo& block : info.schema.blocks)
     if (!block.name.empty()) names.emplace(block.id, block.name);
   std::string raw;
-  for (const auto& [id, name] : names) put_string(raw, std::to_string(id) + ' ' + name);
-  Extra extra{std::move(key), ScalarType::uint8, Reference::nothing, {names.size()}, {}};
-  extra.data.resize(raw.size());
-  if (!raw.empty()) std::memcpy(extra.data.data(), raw.data(), raw.size());
+  for (const auto& [id, name] : names)
+    vtk::append_string(raw, std::to_string(id) + ' ' + name, form);
+  Extra extra = vtk::text_extra(std::move(key), raw);
+  extra.shape = {names.size()};
   return extra;
 }
 

@@ -7,8 +7,9 @@
 
 #include "failure.h"
 #include "vtk_field_data.h"
+#include "vtk_from_vtu.h"
+#include "vtk_strings.h"
 #include "vtk_values.h"
-#include "vtu_legacy.h"
 
 namespace shm::converters::vtk {
 namespace {
@@ -171,23 +172,12 @@ bool FilePlan::is_written(std::size_t array) const {
   return info.role.empty() && (!info.per_step || !info_.step_times.empty());
 }
 
-Entry FilePlan::array_entry(std::size_t array) const {
-  const ArrayInfo& info = info_.schema.arrays[array];
-  return Entry{.kind = EntryKind::array,
-               .origin = Origin::array,
-               .index = array,
-               .name = encode_name(info.name),
-               .type = std::string(word_of_scalar(info.type)),
-               .components = info.components,
-               .tuples = info.location == Location::cell ? info_.cells() : info_.vertices};
-}
-
 void FilePlan::add_unplaced_arrays() {
   for (const Location location : {Location::cell, Location::point}) {
     std::vector<Entry> arrays;
     for (std::size_t i = 0; i < info_.schema.arrays.size(); ++i)
       if (info_.schema.arrays[i].location == location && is_written(i) && !placed_.contains(i))
-        arrays.push_back(array_entry(i));
+        arrays.push_back(entry_of_array(info_, i));
     if (arrays.empty()) continue;
     auto& entries = skeleton_.entries;
     if (location == Location::point || entries.back().origin != Origin::block_ids) {
@@ -220,14 +210,12 @@ void FilePlan::add_missing_parts() {
 
 void FilePlan::plan_for_foreign() {
   if (info_.schema.source_format == "vtu") {
-    auto [version, entries] = vtu::legacy_file(info_, extras_, placed_, made_);
-    skeleton_.version = std::move(version);
-    skeleton_.entries = std::move(entries);
-    for (std::size_t k = 0; k < made_.size(); ++k) {
-      made_[k].key = data_key(k);
-      extras_[made_[k].key] = &made_[k];
-    }
-    return add_missing_parts();
+    LegacyParts parts = legacy_of_xml(info_, nullptr);
+    skeleton_ = std::move(parts.skeleton);
+    placed_ = std::move(parts.placed);
+    made_ = std::move(parts.made);
+    made_.register_in(extras_);
+    return;
   }
   if (const Extra* title = extra("mesh/title")) set_title(*title);
   if (!info_.step_times.empty()) add_time();
@@ -260,7 +248,7 @@ void FilePlan::set_title(const Extra& title) {
 }
 
 void FilePlan::add_block_names() {
-  names_ = vtk_block_names_extra(info_, data_key(1));
+  names_ = vtk_block_names_extra(info_, data_key(1), StringForm::lengths);
   if (names_.shape[0] == 0) return;
   extras_[names_.key] = &names_;
   if (skeleton_.entries.empty())

@@ -4,12 +4,12 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <set>
 #include <string>
 
 #include "mesh_source.h"
 #include "vtk_cell_plan.h"
+#include "vtk_family.h"
 #include "vtk_lattice.h"
 #include "vtk_words.h"
 
@@ -53,12 +53,11 @@ class FilePlan : public CellPlan {
   void add_block_names();
   void add_block_ids();
   bool is_written(std::size_t array) const;
-  Entry array_entry(std::size_t array) const;
   void choose_layout();
 
   Skeleton skeleton_;
   Extra time_, names_;
-  std::deque<Extra> made_;        // for values that stand otherwise in the source
+  MadeExtras made_;               // for values that stand otherwise in the source
   std::set<std::size_t> placed_;  // arrays that the skeleton has a place for
   std::vector<CellList> lists_;
 };

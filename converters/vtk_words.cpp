@@ -338,29 +338,6 @@ std::uint64_t fixed_components(EntryKind kind) {
 
 std::string data_key(std::size_t index) { return "vtk/data/" + std::to_string(index); }
 
-std::string strings_key(std::size_t index) { return "vtk/strings/" + std::to_string(index); }
-
-std::optional<std::vector<std::string_view>> split_strings(std::string_view list, ValueForm form,
-                                                           bool binary) {
-  std::vector<std::string_view> strings;
-  while (!list.empty()) {
-    std::uint64_t size = list.find('\n');
-    if (binary && form == ValueForm::string) {
-      const std::size_t head = length_bytes(static_cast<std::byte>(list[0]));
-      if (head > list.size()) return std::nullopt;
-      size = static_cast<unsigned char>(list[0]) & 63U;
-      for (std::size_t b = 1; b < head; ++b) size = size << 8 | static_cast<unsigned char>(list[b]);
-      if (size > list.size() - head) return std::nullopt;
-      size += head;
-    } else if (size++ == std::string_view::npos) {
-      return std::nullopt;
-    }
-    strings.push_back(list.substr(0, size));
-    list.remove_prefix(size);
-  }
-  return strings;
-}
-
 std::string to_text(const Skeleton& skeleton) {
   std::string text =
       skeleton.version + '\n' + skeleton.title + '\n' + (skeleton.binary ? "BINARY\n" : "ASCII\n");

@@ -136,16 +136,6 @@ std::string to_text(const Skeleton& skeleton);
 // Nothing when `text` is no skeleton.
 std::optional<Skeleton> parse_skeleton(std::string_view text);
 
-std::string data_key(std::size_t index);     // "vtk/data/<index>"
-std::string strings_key(std::size_t index);  // "vtk/strings/<index>"
-// The strings of a list, each as it stands in the file: a line, its end included, or a length and
-// characters. Nothing when the list ends within one.
-std::optional<std::vector<std::string_view>> split_strings(std::string_view list, ValueForm form,
-                                                           bool binary);
-// Bytes of the length that a string of a binary file begins with, which tells itself.
-inline std::size_t length_bytes(std::byte first) {
-  return std::size_t{8} >> (static_cast<unsigned>(first) >> 6);
-}
-inline constexpr std::string_view kStringRole = "vtk:string";
+std::string data_key(std::size_t index);  // "vtk/data/<index>"
 
 }  // namespace shm::converters::vtk

@@ -7,6 +7,7 @@
 #include "vtk.h"
 #include "vtk_output.h"
 #include "vtk_plan.h"
+#include "vtk_strings.h"
 #include "vtk_values.h"
 #include "vtk_words.h"
 
@@ -221,8 +222,8 @@ void Writer::string_array(const Entry& entry, ValueForm form) {
   const Extra* found = plan_.extra(key);
   if (found == nullptr) fail_extra(key, "is missing");
   const auto strings =
-      split_strings({reinterpret_cast<const char*>(found->data.data()), found->data.size()}, form,
-                    skeleton_.binary);
+      split_strings({reinterpret_cast<const char*>(found->data.data()), found->data.size()},
+                    string_form(form, skeleton_.binary));
   if (!strings) fail_extra(key, "ends within a string");
   for_each_piece(entry.index, [&](const std::byte* values, std::uint64_t n) {
     for (std::uint64_t i = 0; i < n * entry.components; ++i) {

@@ -7,9 +7,11 @@
 // Arrays: those of PointData and CellData that have numbers (or bits: uint8, 0 or 1) for every
 // point or cell, with the same name, type and components in all pieces that have points or cells;
 // role "". Arrays with a TimeStep for each of the file's TimeValues are one array per step.
+// Strings are uint32, role "vtk:string": places in vtk/strings/<i>.
 //
 // Extras:
 //   vtu/skeleton             text: the file's XML without its numbers (below)
+//   vtk/strings/<i>          uint8: the different strings of array i of the schema, each ended by a 0
 //   vtu/data/<k>             values of the array that the skeleton calls x<k>, in their own type;
 //                            strings as their bytes, each ended by a 0
 //   vtu/polyhedron/cells     int64[n], refers to cells: polyhedra whose points do not stand in the
@@ -29,7 +31,7 @@
 //   time                     time of the last step; likewise
 //   none                     nothing: VTK does not read an array of that type
 // BYTES: size of the blocks that were compressed one by one, when it is not 32768.
-// Offsets into appended data are made anew; blanks between attributes and elements are not kept.
+// Offsets into appended data, and blanks between attributes and elements, are left out.
 #pragma once
 
 #include <cstddef>
@@ -51,7 +53,8 @@ std::unique_ptr<MeshSource> open_vtu(const std::string& path, Spool& spool);
 
 // Writes `mesh` front to back. A mesh that came from VTU gets its XML, encoding and compressor
 // back as they were; any other one becomes version 1.0 (2.2 for Lagrange hexahedra of legacy 5.1),
-// appended raw, zlib, 64-bit headers, little endian, with the last time step's values and time.
+// appended raw, zlib, 64-bit headers, little endian, with the last time step's values and time; one
+// from a legacy file with all that XML can say of it (vtu_from_vtk.h).
 // Throws Failure (output) when the disk fails.
 void write_vtu(MeshSource& mesh, const std::string& path, Spool& spool);
 

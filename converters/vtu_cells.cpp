@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <map>
 #include <unordered_set>
 #include <utility>
 
@@ -13,6 +14,9 @@ namespace {
 const std::byte* bytes_of(const std::vector<std::int64_t>& values) {
   return reinterpret_cast<const std::byte*>(values.data());
 }
+
+// Points of faces that polyhedra may have: a face belongs to two of them, and rarely to more.
+constexpr std::uint64_t kMostFaceUses = 16, kFewFaceNodes = 1 << 20;
 
 Extra integer_extra(std::string key, Reference refers, const std::vector<std::int64_t>& values) {
   Extra extra{std::move(key), ScalarType::int64, refers, {values.size()}, {}};
@@ -78,9 +82,10 @@ void CellCollector::add_piece(Node& cells, const PieceRange& piece) {
 
 // The cells of later steps must be those of the first.
 void CellCollector::mark_steps(Node& cells) {
+  std::map<std::string, Node*> firsts;
   for (Node& each : cells.children) {
     if (!each.is_array()) continue;
-    Node* first = find(cells, each.attribute_or("Name", ""));
+    Node* first = firsts.try_emplace(each.attribute_or("Name", ""), &each).first->second;
     if (first == &each || first->values() == nullptr || first->values()->text.empty()) continue;
     if (!loader_.same_values(*first, each, spool_))
       loader_.fail(ErrorCode::unsupported, each,
@@ -174,6 +179,7 @@ void CellCollector::check_nodes(Node& array, const std::vector<std::int64_t>& no
 // Arrays of faces that are not as any writer would lay them out again are kept as they are.
 void CellCollector::read_with_faces(Node& cells, Node& offsets, Node& connectivity,
                                     const PieceRange& piece) {
+  face_nodes_ = 0;
   streams_ = PagedArray(spool_, sizeof(std::int64_t));
   stream_ends_ = PagedArray(spool_, sizeof(std::int64_t));
   Node* faces = find(cells, kFaces);
@@ -208,6 +214,11 @@ void CellCollector::begin_stream(std::uint64_t faces) {
 
 void CellCollector::add_stream_face(Node& array, Column& nodes, std::uint64_t begin,
                                     std::uint64_t end) {
+  if (end - begin > kMostFaceUses * nodes.size() + kFewFaceNodes - face_nodes_)
+    loader_.fail(ErrorCode::over_limit, array,
+                 "its points are used by the faces of more than " + std::to_string(kMostFaceUses) +
+                     " polyhedra on the average");
+  face_nodes_ += end - begin;
   if (end - begin > kMaxNodesPerCell)
     loader_.fail(ErrorCode::unsupported, array,
                  "a face has " + std::to_string(end - begin) + " points; 65536 are the most");
@@ -372,7 +383,7 @@ void CellCollector::finish(vtk::CellTable& table, MeshInfo& info) {
   const bool any = types_.size() > 0;
   PagedArray none(spool_, sizeof(std::int64_t));
   table.set_types(vtk::Values(ScalarType::uint8, std::move(types_)));
-  table.set_offsets(vtk::Values(ScalarType::int64, any ? std::move(offsets_) : none),
+  table.set_offsets(vtk::Values(ScalarType::int64, any ? std::move(offsets_) : std::move(none)),
                     vtk::Values(ScalarType::int64, std::move(connectivity_)));
   if (odd_cells_.empty()) return;
   info.extras.push_back(integer_extra("vtu/polyhedron/cells", Reference::cell, odd_cells_));

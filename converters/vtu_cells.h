@@ -64,6 +64,7 @@ class CellCollector {
   Spool& spool_;
   PagedArray offsets_, connectivity_, types_;
   // Streams of the faces of the piece under way: numbers of its own points.
+  std::uint64_t face_nodes_ = 0;      // points of the faces of all polyhedra of a piece
   PagedArray streams_, stream_ends_;  // ends: one for each cell, with those before it
   // Polyhedra whose points do not stand in the order in which their faces first use them.
   std::vector<std::int64_t> odd_cells_, odd_counts_, odd_nodes_;

@@ -12,8 +12,10 @@
 namespace shm::converters::vtu {
 namespace {
 
-// Extras are held in memory.
+// Extras are held in memory. Of a smaller file there may be fewer: so many for each of its bytes.
 constexpr std::uint64_t kMostExtraBytes = std::uint64_t{1} << 30;
+constexpr std::uint64_t kFewExtraBytes = std::uint64_t{64} << 20;
+constexpr std::uint64_t kMostExtraExpansion = 64;
 
 constexpr ArrayType number(ScalarType type) { return {ArrayKind::number, type}; }
 
@@ -106,7 +108,7 @@ void ArrayLoader::read_head(Node& root) {
   if (Node* appended = root.child("AppendedData"))
     appended_style_ =
         appended->attribute_or("encoding", "base64") == "raw" ? Style::raw : Style::base64;
-  payload_.emplace(file_, path_, form);
+  payload_.emplace(file_, path_, form, file_bytes_);
 }
 
 std::optional<ArrayType> ArrayLoader::type_of(const Node& array) const {
@@ -153,7 +155,7 @@ PayloadPlace ArrayLoader::place_of(Node& array) const {
 
 std::uint64_t ArrayLoader::read(Node& array, const ArrayType& type, std::uint64_t most,
                                 const PayloadReader::Take& take) {
-  block_bytes_ = 0;
+  block_bytes_.erase(&array);
   if (most == 0) return 0;
   const PayloadPlace place = place_of(array);
   if (place.style == Style::base64 && place.begin == place.end) return 0;
@@ -161,7 +163,7 @@ std::uint64_t ArrayLoader::read(Node& array, const ArrayType& type, std::uint64_
   const bool text = type.kind == ArrayKind::string && place.style == Style::ascii;
   const std::uint64_t found = payload_->read(place, text ? ScalarType::int8 : type.stored,
                                              type.kind == ArrayKind::bit, most, take);
-  block_bytes_ = payload_->block_bytes();
+  block_bytes_[&array] = payload_->block_bytes();
   return found;
 }
 
@@ -188,24 +190,25 @@ bool ArrayLoader::same_values(Node& a, Node& b, Spool& spool) {
   if (same_place(a, b)) return true;
   const auto type = type_of(a);
   if (!type || type != type_of(b)) return false;
+  // Of `a` no more is read than `b` has: many may be compared with it.
   const std::size_t width = scalar_bytes(type->stored);
-  PagedArray first(spool, width);
-  read(a, *type, kNoLimit, [&](std::span<const std::byte> values) {
-    first.append(values.size() / width, values.data());
+  PagedArray second(spool, width);
+  read(b, *type, kNoLimit, [&](std::span<const std::byte> values) {
+    second.append(values.size() / width, values.data());
   });
   bool same = true;
   std::uint64_t at = 0;
   std::vector<std::byte> other;
-  read(b, *type, kNoLimit, [&](std::span<const std::byte> values) {
+  read(a, *type, second.size() + 1, [&](std::span<const std::byte> values) {
     const std::uint64_t n = values.size() / width;
-    same = same && n <= first.size() - at;
+    same = same && n <= second.size() - at;
     if (!same) return;
     other.resize(values.size());
-    first.read(at, n, other.data());
+    second.read(at, n, other.data());
     same = std::equal(other.begin(), other.end(), values.begin());
     at += n;
   });
-  return same && at == first.size();
+  return same && at == second.size();
 }
 
 std::uint64_t ArrayLoader::read_integers(
@@ -242,9 +245,12 @@ void ArrayLoader::keep_as_extra(Node& array, std::uint64_t most) {
   Extra extra{data_key(extras_), type->stored, Reference::nothing, {}, {}};
   const std::uint64_t found = read(array, *type, most, [&](std::span<const std::byte> values) {
     extra_bytes_ += values.size();
-    if (extra_bytes_ > kMostExtraBytes)
-      fail(ErrorCode::unsupported, array,
-           "more than 1 GiB of values that belong to no point or cell");
+    const std::uint64_t most_extra =
+        std::min(kMostExtraBytes, std::max(kFewExtraBytes, file_bytes_ * kMostExtraExpansion));
+    if (extra_bytes_ > most_extra)
+      fail(ErrorCode::over_limit, array,
+           "more than " + std::to_string(most_extra) +
+               " bytes of values that belong to no point or cell");
     extra.data.insert(extra.data.end(), values.begin(), values.end());
   });
   if (most != kNoLimit && type->kind != ArrayKind::string && found != most)
@@ -257,7 +263,7 @@ void ArrayLoader::keep_as_extra(Node& array, std::uint64_t most) {
 }
 
 void ArrayLoader::mark_like(Node& array, const std::string& text) {
-  block_bytes_ = 0;
+  block_bytes_.erase(&array);
   mark(array, text);
 }
 
@@ -267,9 +273,9 @@ void ArrayLoader::mark(Node& array, const std::string& what) {
     values =
         &*array.children.insert(array.children.begin(), Node{.kind = NodeKind::values, .name = {}});
   values->text = what;
-  if (block_bytes_ > 0 && block_bytes_ != kUsualBlockBytes)
-    values->text += " b" + std::to_string(block_bytes_);
-  block_bytes_ = 0;
+  const auto block = block_bytes_.find(&array);
+  if (block != block_bytes_.end() && block->second > 0 && block->second != kUsualBlockBytes)
+    values->text += " b" + std::to_string(block->second);
 }
 
 }  // namespace shm::converters::vtu

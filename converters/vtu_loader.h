@@ -81,7 +81,7 @@ class ArrayLoader {
   std::optional<PayloadReader> payload_;
   std::map<std::string, std::string> kept_;  // appended extras by their place
   std::uint64_t extras_ = 0, extra_bytes_ = 0;
-  std::uint64_t block_bytes_ = 0;  // of the array read last, until it is marked
+  std::map<const Node*, std::uint64_t> block_bytes_;  // of each array that was read
 };
 
 }  // namespace shm::converters::vtu

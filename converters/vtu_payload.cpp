@@ -13,7 +13,11 @@ namespace shm::converters::vtu {
 namespace {
 
 constexpr std::size_t kPieceBytes = std::size_t{1} << 18;
-constexpr std::size_t kFileBytes = std::size_t{1} << 16;
+constexpr std::size_t kFileBytes = std::size_t{1} << 16, kFirstFileBytes = std::size_t{1} << 12;
+// Read and unpacked for each byte of the file, all arrays together: deflate makes at most 1032
+// bytes of one; text makes four, and some arrays are read twice. And what any file may have.
+constexpr std::uint64_t kMostExpansion = 1100, kMostPlainExpansion = 16;
+constexpr std::uint64_t kAlwaysAllowed = std::uint64_t{256} << 20;
 constexpr std::size_t kLongestWord = 400;  // a double written out in full has some 350 digits
 
 bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
@@ -25,23 +29,28 @@ class FileRange {
       : file_(std::move(file)), at_(begin), end_(std::max(begin, end)) {}
 
   std::uint64_t left() const { return end_ - at_; }
+  // Bytes that were read or looked at since the last call.
+  std::uint64_t newly_read() { return std::exchange(newly_read_, 0); }
   std::size_t read(std::byte* out, std::size_t count) {
     const std::size_t n = std::min<std::uint64_t>(count, left());
     file_->read(at_, out, n);
     at_ += n;
+    newly_read_ += n;
     return n;
   }
   void skip(std::uint64_t count) { at_ += std::min(count, left()); }
   // The next character; false at the end.
   bool next(char& c) {
     if (taken_ == buffer_.size()) {
-      buffer_.resize(std::min<std::uint64_t>(kFileBytes, left()));
+      const std::size_t more = buffer_.empty() ? kFirstFileBytes : kFileBytes;
+      buffer_.resize(std::min<std::uint64_t>(more, left()));
       taken_ = 0;
       if (buffer_.empty()) return false;
       file_->read(at_, reinterpret_cast<std::byte*>(buffer_.data()), buffer_.size());
       at_ += buffer_.size();
     }
     c = buffer_[taken_++];
+    ++newly_read_;
     return true;
   }
 
@@ -50,6 +59,7 @@ class FileRange {
   std::uint64_t at_, end_;
   std::string buffer_;
   std::size_t taken_ = 0;
+  std::uint64_t newly_read_ = 0;
 };
 
 // A word of a text file as a number. As VTK does, bytes keep the low 8 bits: 200 may mean -56.
@@ -97,6 +107,7 @@ class PayloadReader::Bytes {
     }
     return true;
   }
+  std::uint64_t newly_read() { return range_.newly_read(); }
   // At least as many bytes as are left: what a stated size may not exceed.
   std::uint64_t most_left() const { return range_.left() + kFileBytes; }
 
@@ -132,8 +143,20 @@ class PayloadReader::Bytes {
   std::size_t taken_ = 0, ready_ = 0;
 };
 
-PayloadReader::PayloadReader(std::shared_ptr<vtk::RandomFile> file, std::string path, ByteForm form)
-    : file_(std::move(file)), path_(std::move(path)), form_(form) {}
+PayloadReader::PayloadReader(std::shared_ptr<vtk::RandomFile> file, std::string path, ByteForm form,
+                             std::uint64_t file_bytes)
+    : file_(std::move(file)), path_(std::move(path)), form_(form), file_bytes_(file_bytes) {
+  const bool plain = form.compressor == Compressor::none;
+  room_ = std::max(kAlwaysAllowed, file_bytes * (plain ? kMostPlainExpansion : kMostExpansion));
+}
+
+void PayloadReader::spend(const PayloadPlace& place, std::uint64_t bytes) {
+  if (bytes > room_)
+    fail(ErrorCode::over_limit, place,
+         "up to here the arrays unpack to more bytes than a file of " +
+             std::to_string(file_bytes_) + " may have");
+  room_ -= bytes;
+}
 
 void PayloadReader::fail(ErrorCode code, const PayloadPlace& place, std::string detail) const {
   throw Failure(Error{code, std::move(detail), place.array, place.begin, path_});
@@ -166,6 +189,7 @@ void PayloadReader::decode_plain(const PayloadPlace& place, Bytes& bytes, const 
     const std::size_t wanted = std::min<std::uint64_t>(size - done, kPieceBytes);
     const std::size_t n = bytes.read(piece.data(), wanted);
     done += n;
+    spend(place, n + bytes.newly_read());
     if (!take(std::span(piece).first(n))) return;
     if (n < wanted)
       fail(ErrorCode::truncated, place,
@@ -183,6 +207,7 @@ void PayloadReader::decode_blocks(const PayloadPlace& place, Bytes& sizes, const
   const std::uint64_t blocks = word_at(head.data(), form_);
   const std::uint64_t full = word_at(head.data() + word, form_);
   const std::uint64_t last = word_at(head.data() + 2 * word, form_);
+  spend(place, sizes.newly_read());
   if (blocks == 0) return;
   if (full > kMostBlockBytes)
     fail(ErrorCode::unsupported, place,
@@ -204,6 +229,7 @@ void PayloadReader::decode_blocks(const PayloadPlace& place, Bytes& sizes, const
     if (packed > most_compressed_bytes(size))
       fail(ErrorCode::corrupt, place,
            "block " + std::to_string(b) + " states more bytes compressed than it can have");
+    spend(place, packed + size + sizes.newly_read() + data.newly_read());
     block.resize(packed);
     if (data.read(block.data(), packed) != packed)
       fail(ErrorCode::truncated, place, "the file ends within block " + std::to_string(b));
@@ -270,10 +296,12 @@ std::uint64_t PayloadReader::read_text(const PayloadPlace& place, ScalarType typ
       const auto* bytes = reinterpret_cast<const std::byte*>(&value);
       values.insert(values.end(), bytes, bytes + sizeof value);
       if (values.size() < kPieceBytes) continue;
+      spend(place, values.size() + range.newly_read());
       take(values);
       values.clear();
     }
   });
+  spend(place, values.size() + range.newly_read());
   take(values);
   return done;
 }

@@ -26,8 +26,10 @@ struct PayloadPlace {
 
 class PayloadReader {
  public:
-  // `path`: the file, for complaints.
-  PayloadReader(std::shared_ptr<vtk::RandomFile> file, std::string path, ByteForm form);
+  // `path`: the file of `file_bytes`, for complaints. What all arrays together take is limited by
+  // its size: they may share their bytes, and bytes may unpack to very many (over_limit).
+  PayloadReader(std::shared_ptr<vtk::RandomFile> file, std::string path, ByteForm form,
+                std::uint64_t file_bytes);
 
   // Calls take(values) with at most `most` numbers in host order, in pieces; returns how many
   // there were. Bits (`bits`, with type uint8) come as 0 and 1. Throws Failure.
@@ -41,6 +43,7 @@ class PayloadReader {
   class Bytes;
   using TakeBytes = std::function<bool(std::span<const std::byte>)>;  // false: enough
   [[noreturn]] void fail(ErrorCode code, const PayloadPlace& place, std::string detail) const;
+  void spend(const PayloadPlace& place, std::uint64_t bytes);
   void decode(const PayloadPlace& place, const TakeBytes& take);
   void decode_plain(const PayloadPlace& place, Bytes& bytes, const TakeBytes& take);
   void decode_blocks(const PayloadPlace& place, Bytes& bytes, const TakeBytes& take);
@@ -53,6 +56,7 @@ class PayloadReader {
   std::shared_ptr<vtk::RandomFile> file_;
   std::string path_;
   ByteForm form_;
+  std::uint64_t file_bytes_, room_;  // bytes that may still be read and unpacked
   std::uint64_t block_bytes_ = 0;
 };
 

@@ -5,8 +5,9 @@
 #include <utility>
 
 #include "vtk_field_data.h"
+#include "vtk_strings.h"
 #include "vtk_words.h"
-#include "vtu_legacy.h"
+#include "vtu_from_vtk.h"
 #include "vtu_loader.h"
 
 namespace shm::converters::vtu {
@@ -180,11 +181,11 @@ bool VtuPlan::fits(Node& array, Location location) {
   if (!word) return false;
   // Values that are no array of the schema stand in the order of the source.
   if (word->kind != ValuesWord::Kind::array) return info_.schema.order == Order::keep;
-  if (word->index >= info_.schema.arrays.size() || !is_written(word->index)) return false;
+  if (word->index >= info_.schema.arrays.size()) return false;
   const ArrayInfo& info = info_.schema.arrays[word->index];
   const auto type = type_of_word(array.attribute_or("type", ""));
   const auto components = parse_count(array.attribute_or("NumberOfComponents", "1"));
-  if (!type || type->stored != info.type || type->kind == ArrayKind::string || !components ||
+  if (!type || !is_of_type(info, *type) || !components ||
       std::max<std::uint64_t>(*components, 1) != info.components || info.location != location ||
       info.per_step != word->step.has_value() || !info.blocks.empty())
     return false;
@@ -192,6 +193,13 @@ bool VtuPlan::fits(Node& array, Location location) {
   if (info.quantization.lossy()) forget_ranges(array);
   placed_.insert(word->index);
   return true;
+}
+
+// Strings are places in a list, and have no steps.
+bool VtuPlan::is_of_type(const ArrayInfo& info, const ArrayType& type) const {
+  if (type.kind == ArrayKind::string) return info.role == vtk::kStringRole && !info.per_step;
+  return info.role.empty() && (!info.per_step || !info_.step_times.empty()) &&
+         type.stored == info.type;
 }
 
 // Ranges that the source states are no longer true where values were changed.
@@ -237,8 +245,8 @@ void VtuPlan::fit_cells(Node& piece, const PieceRange& range) {
   if (info_.schema.coordinate_quantization.lossy())
     for (Node& each : points.children)
       if (each.is_array()) forget_ranges(each);
-  if (range.cells == 0) return;
-  Node& cells = child_of(piece, "Cells");
+  if (own_ && range.cells == 0) return;
+  Node& cells = child_of(piece, "Cells");  // VTK wants it even where there are none
   const auto need = [&](std::string_view name, const char* type) {
     Node* found = array_named(cells, name);
     if (found == nullptr)
@@ -286,30 +294,14 @@ void VtuPlan::plan_for_foreign() {
                                   {"header_type", "UInt64"},
                                   {"compressor", "vtkZLibDataCompressor"}});
   Node grid_node = element("UnstructuredGrid");
-  if (!info_.step_times.empty()) {
-    Node time = array_element("Float64", "TimeValue", 1, format_, "time");
-    time.set_attribute("NumberOfTuples", "1");
-    child_of(grid_node, "FieldData").children.push_back(std::move(time));
-  }
   Node piece = element("Piece", {{"NumberOfPoints", std::to_string(info_.vertices)},
                                  {"NumberOfCells", std::to_string(info_.cells())}});
-  piece.children.push_back(element("PointData"));
-  piece.children.push_back(element("CellData"));
-  add_block_ids(piece.children.back());
-  add_block_names(grid_node);
   if (info_.schema.source_format == "vtk") {
-    LegacyParts parts{child_of(grid_node, "FieldData"),
-                      piece.children[0],
-                      piece.children[1],
-                      format_,
-                      placed_,
-                      made_};
-    root.set_attribute("version", add_legacy_parts(info_, extras_, parts));
+    plan_from_legacy(root, grid_node, piece);
+  } else {
+    plan_from_others(grid_node, piece);
   }
-  for (std::size_t k = 0; k < made_.size(); ++k) {
-    made_[k].key = data_key(k);
-    extras_[made_[k].key] = &made_[k];
-  }
+  made_.register_in(extras_);
   grid_node.children.push_back(std::move(piece));
   root.children.push_back(std::move(grid_node));
   root.children.push_back(element("AppendedData", {{"encoding", "raw"}}));
@@ -317,22 +309,41 @@ void VtuPlan::plan_for_foreign() {
   pieces_ = {{0, info_.vertices, 0, info_.cells()}};
 }
 
-void VtuPlan::add_block_names(Node& grid) {
-  if (info_.schema.source_format == "vtk") return;
-  Extra names = block_names(info_);
-  const auto count = std::count(names.data.begin(), names.data.end(), std::byte{});
-  if (count == 0) return;
-  Node array =
-      array_element("String", kVtkBlockNames, 1, format_, 'x' + std::to_string(made_.size()));
-  array.name = "Array";
-  array.set_attribute("NumberOfTuples", std::to_string(count));
-  child_of(grid, "FieldData").children.push_back(std::move(array));
-  made_.push_back(std::move(names));
+void VtuPlan::plan_from_legacy(Node& root, Node& grid_node, Node& piece) {
+  XmlParts parts = xml_of_legacy(info_, format_, nullptr);
+  root.set_attribute("version", parts.version);
+  if (!parts.field.children.empty()) grid_node.children.push_back(std::move(parts.field));
+  piece.children = {std::move(parts.point_data), std::move(parts.cell_data)};
+  if (!parts.points.children.empty()) piece.children.push_back(std::move(parts.points));
+  placed_ = std::move(parts.placed);
+  made_ = std::move(parts.made);
+}
+
+void VtuPlan::plan_from_others(Node& grid_node, Node& piece) {
+  if (!info_.step_times.empty()) {
+    Node time = array_element("Float64", std::string(vtk::kXmlTime), 1, format_, "time");
+    time.set_attribute("NumberOfTuples", "1");
+    child_of(grid_node, "FieldData").children.push_back(std::move(time));
+  }
+  piece.children = {element("PointData"), element("CellData")};
+  add_block_ids(piece.children.back());
+  add_strings(grid_node, kVtkBlockNames, vtk_block_names_extra(info_, {}, vtk::StringForm::zeros));
+  if (const Extra* title = extra("mesh/title"); title != nullptr && !title->data.empty()) {
+    Extra ended = *title;
+    ended.data.push_back({});
+    add_strings(grid_node, std::string(vtk::kXmlTitle), ended);
+  }
+}
+
+void VtuPlan::add_strings(Node& grid, const std::string& name, const Extra& strings) {
+  if (strings.data.empty()) return;
+  const auto* text = reinterpret_cast<const char*>(strings.data.data());
+  child_of(grid, "FieldData")
+      .children.push_back(strings_element(name, {text, strings.data.size()}, format_, made_));
 }
 
 // Blocks of other formats have numbers of their own; VTK has only types, so they become an array.
 void VtuPlan::add_block_ids(Node& data) const {
-  if (info_.schema.source_format == "vtk") return;
   bool differ = false, wide = false;
   for (const BlockInfo& block : info_.schema.blocks) {
     differ |= block.id != info_.schema.blocks.front().id || !block.name.empty();

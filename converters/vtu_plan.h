@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <optional>
 #include <set>
@@ -13,9 +12,11 @@
 
 #include "mesh_source.h"
 #include "vtk_cell_plan.h"
+#include "vtk_family.h"
 #include "vtu_cells.h"
 #include "vtu_codec.h"
 #include "vtu_document.h"
+#include "vtu_loader.h"
 
 namespace shm::converters::vtu {
 
@@ -38,6 +39,8 @@ class VtuPlan : public vtk::CellPlan {
   Document& document() { return document_; }
   const ByteForm& form() const { return form_; }
   bool raw_appended() const { return raw_appended_; }
+  // Legacy files tell the points of a polyhedron by its faces alone; VTK makes them ascend.
+  bool sorts_points() const { return !own_; }
   // Points and cells of a <Piece>; null for all other nodes.
   const PieceRange* piece_of(const Node& node) const {
     const auto found = by_node_.find(&node);
@@ -47,6 +50,8 @@ class VtuPlan : public vtk::CellPlan {
  private:
   void plan_from_source(const Extra& text);
   void plan_for_foreign();
+  void plan_from_legacy(Node& root, Node& grid_node, Node& piece);
+  void plan_from_others(Node& grid_node, Node& piece);
   void read_head();
   void find_pieces();
   void join_pieces();
@@ -58,8 +63,9 @@ class VtuPlan : public vtk::CellPlan {
   void add_unplaced_arrays(Node& piece, Location location);
   void add_array(Node& data, std::size_t array) const;
   void add_block_ids(Node& data) const;
-  void add_block_names(Node& grid);
+  void add_strings(Node& grid, const std::string& name, const Extra& strings);
   bool is_written(std::size_t array) const;
+  bool is_of_type(const ArrayInfo& info, const ArrayType& type) const;
   Node& grid();
 
   Document document_;
@@ -69,7 +75,7 @@ class VtuPlan : public vtk::CellPlan {
   std::vector<PieceRange> pieces_;   // they follow each other
   std::map<const Node*, std::size_t> by_node_;
   std::set<std::size_t> placed_;
-  std::deque<Extra> made_;  // for values that stand otherwise in the source
+  vtk::MadeExtras made_;  // for values that stand otherwise in the source
 };
 
 }  // namespace shm::converters::vtu

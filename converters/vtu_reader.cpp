@@ -2,10 +2,14 @@
 #include <algorithm>
 #include <cstring>
 #include <map>
+#include <string_view>
+#include <tuple>
 #include <utility>
 
 #include "failure.h"
 #include "text_input.h"
+#include "vtk_family.h"
+#include "vtk_strings.h"
 #include "vtu.h"
 #include "vtu_cells.h"
 #include "vtu_document.h"
@@ -16,6 +20,7 @@ namespace vtu {
 namespace {
 
 constexpr std::uint64_t kMostComponents = 65535;
+constexpr std::uint64_t kMostStringBytes = std::uint64_t{1} << 30;
 
 class VtuSource : public MeshSource {
  public:
@@ -53,10 +58,10 @@ struct Column {
   bool per_step = false;
   bool constant = false;  // the nodes of all steps stand for the same values
   std::vector<Node*> nodes;
-  bool same_as(const Column& other) const {
-    return name == other.name && occurrence == other.occurrence && type == other.type &&
-           components == other.components && per_step == other.per_step &&
-           constant == other.constant;
+  // Of columns of several pieces that are one array. No two of a piece are alike.
+  auto key() const {
+    return std::tuple(std::string_view(name), occurrence, type.kind, type.stored, components,
+                      per_step, constant);
   }
 };
 
@@ -88,7 +93,9 @@ class Parser {
   bool join_steps(std::vector<Column>& columns, Column& column, std::vector<Node*>& nodes);
   void load_column(Location location, const std::vector<std::pair<Column, Piece>>& parts,
                    const std::string& role);
+  void load_strings(Location location, const std::vector<std::pair<Column, Piece>>& parts);
   void keep_rest(Node& node);
+  static void forget_offsets(Node& node);
   std::uint64_t product(const Node& node, std::uint64_t a, std::uint64_t b) const;
 
   std::string path_;
@@ -120,6 +127,7 @@ void Parser::parse() {
   data(Location::point, "PointData");
   data(Location::cell, "CellData");
   keep_rest(document_.root());
+  forget_offsets(document_.root());
   source_.cells_.find_blocks(info_, path_);
   info_.extras.push_back(vtk::cell_types_extra(info_));
   const std::string text = to_text(document_);
@@ -246,11 +254,14 @@ bool Parser::join_steps(std::vector<Column>& columns, Column& column, std::vecto
     column.nodes[*step] = node;
   }
   if (nodes.size() != times_.size()) return false;
-  const Node& first = *column.nodes.front();
-  column.constant = std::all_of(nodes.begin(), nodes.end(), [&](const Node* node) {
-    return ArrayLoader::same_place(*node, first);
+  Node& first = *column.nodes.front();
+  const bool strings = column.type.kind == ArrayKind::string;
+  column.constant = std::all_of(nodes.begin(), nodes.end(), [&](Node* node) {
+    return strings ? loader_.same_values(first, *node, spool_)
+                   : ArrayLoader::same_place(first, *node);
   });
   column.per_step = !column.constant;
+  if (column.per_step && strings) return false;
   columns.push_back(column);
   return true;
 }
@@ -265,9 +276,7 @@ std::vector<Column> Parser::columns_of(Node& data) {
     Column column{.name = each.attribute_or("Name", ""), .nodes = {&each}};
     const auto type = loader_.type_of(each);
     column.components = loader_.components_of(each);
-    const bool fits =
-        type && type->kind != ArrayKind::string && column.components <= kMostComponents;
-    if (!fits) continue;
+    if (!type || column.components > kMostComponents) continue;
     column.type = *type;
     if (!times_.empty() && each.attribute("TimeStep") != nullptr) {
       if (!stepped.contains(column.name)) {
@@ -290,7 +299,7 @@ std::vector<Column> Parser::columns_of(Node& data) {
       continue;
     }
     if (join_steps(joined, column, steps->second)) continue;
-    column.per_step = false;
+    column.per_step = column.constant = false;
     for (Node* node : steps->second) {
       column.nodes = {node};
       column.type = *loader_.type_of(*node);
@@ -318,18 +327,27 @@ void Parser::data(Location location, const char* element_name) {
     ++others;
   }
   if (leader == pieces_.size()) return;
-  for (const Column& column : of_piece[leader]) {
-    std::vector<std::pair<Column, Piece>> parts;
-    std::size_t found = 0;
-    for (std::size_t p = 0; p < pieces_.size(); ++p) {
-      for (const Column& each : of_piece[p]) {
-        if (!each.same_as(column)) continue;
-        parts.emplace_back(each, pieces_[p]);
-        found += all_empty || elements(pieces_[p]) > 0;
-        break;
-      }
+  struct Parts {
+    std::vector<std::pair<Column, Piece>> list;
+    std::size_t found = 0;  // in pieces that must have it
+  };
+  std::map<decltype(Column().key()), Parts> parts_of;
+  for (const Column& column : of_piece[leader]) parts_of.try_emplace(column.key());
+  for (std::size_t p = 0; p < pieces_.size(); ++p) {
+    for (const Column& each : of_piece[p]) {
+      const auto parts = parts_of.find(each.key());
+      if (parts == parts_of.end()) continue;
+      parts->second.list.emplace_back(each, pieces_[p]);
+      parts->second.found += all_empty || elements(pieces_[p]) > 0;
     }
-    if (found == others) load_column(location, parts, {});
+  }
+  for (const Column& column : of_piece[leader]) {
+    const Parts& parts = parts_of.at(column.key());
+    if (parts.found != others) continue;
+    if (column.type.kind == ArrayKind::string)
+      load_strings(location, parts.list);
+    else
+      load_column(location, parts.list, {});
   }
   // What is left has no place in the schema.
   for (std::size_t p = 0; p < pieces_.size(); ++p) {
@@ -367,11 +385,63 @@ void Parser::load_column(Location location, const std::vector<std::pair<Column, 
         location == Location::point ? piece.range.points : piece.range.cells;
     for (std::size_t s = 0; s < part.nodes.size(); ++s) {
       Node& node = *part.nodes[s];
-      if (!part.constant || s == 0)
-        loader_.load(node, part.type, product(node, elements, part.components), steps[s]);
+      if (part.constant && s > 0) {
+        loader_.mark_like(node, part.nodes.front()->values()->text);
+        continue;
+      }
+      loader_.load(node, part.type, product(node, elements, part.components), steps[s]);
       loader_.mark(node, word + (part.per_step ? 's' + std::to_string(s) : ""));
     }
   }
+}
+
+// Each different string once, in a list; the array says which, as in legacy files.
+void Parser::load_strings(Location location, const std::vector<std::pair<Column, Piece>>& parts) {
+  const Column& column = parts.front().first;
+  const std::size_t index = info_.schema.arrays.size();
+  ArrayInfo array;
+  array.name = column.name;
+  array.location = location;
+  array.type = ScalarType::uint32;
+  array.components = static_cast<std::uint32_t>(column.components);
+  array.role = vtk::kStringRole;
+  info_.schema.arrays.push_back(std::move(array));
+  PagedArray& places = source_.arrays_.emplace_back().emplace_back(spool_, sizeof(std::uint32_t));
+  vtk::StringLister strings(kMostStringBytes);
+  std::string one;
+  for (const auto& [part, piece] : parts) {
+    Node& node = *part.nodes.front();
+    const std::uint64_t wanted =
+        product(node, location == Location::point ? piece.range.points : piece.range.cells,
+                part.components);
+    std::uint64_t found = 0;
+    const auto end_of_string = [&] {
+      const auto place = strings.place_of(one);
+      if (!place)
+        loader_.fail(ErrorCode::unsupported, node, "has more different strings than 1 GiB holds");
+      if (found++ == wanted)
+        loader_.fail(ErrorCode::corrupt, node,
+                     "has more than the " + std::to_string(wanted) + " strings that belong");
+      places.append(1, reinterpret_cast<const std::byte*>(&*place));
+      one.clear();
+    };
+    loader_.read(node, part.type, kNoLimit, [&](std::span<const std::byte> bytes) {
+      for (const std::byte byte : bytes) {
+        one += static_cast<char>(byte);
+        if (byte == std::byte{}) end_of_string();
+        if (one.size() > kMostStringBytes)
+          loader_.fail(ErrorCode::unsupported, node, "has a string of more than 1 GiB");
+      }
+    });
+    if (found != wanted || !one.empty())
+      loader_.fail(
+          ErrorCode::truncated, node,
+          "has " + std::to_string(found) + " strings where " + std::to_string(wanted) + " belong");
+    loader_.mark(node, 'a' + std::to_string(index));
+    for (Node* same : part.nodes)
+      if (same != &node) loader_.mark_like(*same, node.values()->text);
+  }
+  info_.extras.push_back(vtk::text_extra(vtk::strings_key(index), strings.list()));
 }
 
 // Field data, and arrays at places that VTK does not look at.
@@ -389,6 +459,12 @@ void Parser::keep_rest(Node& node) {
                      loader_.components_of(each));
     loader_.keep_as_extra(each, most);
   }
+}
+
+// They belong to this file, and are made anew for each.
+void Parser::forget_offsets(Node& node) {
+  if (node.is_array()) node.remove_attribute("offset");
+  for (Node& each : node.children) forget_offsets(each);
 }
 
 }  // namespace

@@ -75,6 +75,7 @@ StagedCells::StagedCells(VtuPlan& plan, Spool& spool)
     if (type == vtk::kPolyhedron) {
       streams_.append(nodes.size(), reinterpret_cast<const std::byte*>(nodes.data()));
       nodes = first_uses(nodes);
+      if (plan.sorts_points()) std::sort(nodes.begin(), nodes.end());
       if (const auto* own = odd.find(cell)) nodes.assign(own->begin(), own->end());
     }
     nodes_.append(nodes.size(), reinterpret_cast<const std::byte*>(nodes.data()));

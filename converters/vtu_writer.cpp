@@ -8,6 +8,7 @@
 
 #include "failure.h"
 #include "vtk_output.h"
+#include "vtk_strings.h"
 #include "vtk_values.h"
 #include "vtk_words.h"
 #include "vtu.h"
@@ -51,6 +52,8 @@ class Writer {
   void payload(Node& array, Style style, const PieceRange& piece, bool in_piece);
   void array_values(const ValuesWord& word, PayloadWriter::Head head, const PieceRange& piece,
                     bool in_piece);
+  void string_values(std::size_t array, PayloadWriter::Head head, std::uint64_t begin,
+                     std::uint64_t total);
   void extra_values(const ValuesWord& word, PayloadWriter::Head head);
   void point_values(PayloadWriter::Head head, const PieceRange& piece);
   void cell_values(const ValuesWord& word, PayloadWriter::Head head, const PieceRange& piece);
@@ -146,14 +149,16 @@ void Writer::appended(Node& node_to_write, int depth) {
   indent(depth);
   out_.text(" _");
   const std::uint64_t begin = out_.position();
-  // Arrays that do not change from step to step stand here once.
+  // Arrays that do not change from step to step stand here once; but strings: VTK 9.1 crashes where
+  // it need not read them again.
   std::map<std::string, std::string> places;
   for (const Waiting& each : waiting_) {
     const Node* values = each.array->values();
-    const std::string same =
+    std::string same =
         (values == nullptr ? "" : values->text) + ' ' + each.array->attribute_or("type", "") + ' ' +
         std::to_string(each.piece.first_point) + ' ' + std::to_string(each.piece.first_cell) + ' ' +
         std::to_string(each.piece.points) + ' ' + std::to_string(each.piece.cells);
+    if (each.array->attribute_or("type", "") == "String") same += std::to_string(each.offset_at);
     std::string offset = std::to_string(out_.position() - begin) + '"';
     offset.resize(kOffsetRoom, ' ');
     const auto [place, is_new] = places.emplace(same, offset);
@@ -202,7 +207,8 @@ void Writer::array_values(const ValuesWord& word, PayloadWriter::Head head, cons
   if (!in_piece || word.index >= info_.schema.arrays.size())
     vtk::fail_extra("vtu/skeleton", "puts " + head.array + " where it cannot stand");
   const ArrayInfo& info = info_.schema.arrays[word.index];
-  if (head.type != info.type || info.per_step != word.step.has_value() ||
+  const bool strings = info.role == vtk::kStringRole;
+  if ((head.type != info.type && !strings) || info.per_step != word.step.has_value() ||
       (word.step && *word.step >= info_.step_times.size()))
     vtk::fail_extra("vtu/skeleton", "does not say what " + head.array + " is");
   const bool of_points = info.location == Location::point;
@@ -210,6 +216,7 @@ void Writer::array_values(const ValuesWord& word, PayloadWriter::Head head, cons
   const std::uint64_t total = of_points ? piece.points : piece.cells;
   const std::uint64_t step = word.step.value_or(0);
   const std::size_t stride = info_.array_stride(word.index);
+  if (strings) return string_values(word.index, head, begin, total);
   head.count = total * info.components;
   payload_.begin(head);
   if (!info.blocks.empty()) {
@@ -225,6 +232,38 @@ void Writer::array_values(const ValuesWord& word, PayloadWriter::Head head, cons
     mesh_.read_array(word.index, step, begin + done, n, raw_.data());
     payload_.numbers(raw_.data(), n * info.components);
   }
+  payload_.end();
+}
+
+// Twice through the places: their strings are counted first.
+void Writer::string_values(std::size_t array, PayloadWriter::Head head, std::uint64_t begin,
+                           std::uint64_t total) {
+  const std::string key = vtk::strings_key(array);
+  const Extra* found = plan_.extra(key);
+  if (found == nullptr) vtk::fail_extra(key, "is missing");
+  const auto list =
+      vtk::split_strings({reinterpret_cast<const char*>(found->data.data()), found->data.size()},
+                         vtk::StringForm::zeros);
+  if (!list || head.type != ScalarType::uint8) vtk::fail_extra(key, "is no list of strings");
+  const std::uint32_t components = info_.schema.arrays[array].components;
+  const std::uint64_t at_once = std::max<std::uint64_t>(kPieceBytes / (components * 4ULL), 1);
+  std::vector<std::uint32_t> places(std::min(at_once, total) * components);
+  const auto for_each_string = [&](const auto& take) {
+    for (std::uint64_t done = 0; done < total; done += at_once) {
+      const std::uint64_t n = std::min(at_once, total - done);
+      mesh_.read_array(array, 0, begin + done, n, reinterpret_cast<std::byte*>(places.data()));
+      for (std::uint64_t i = 0; i < n * components; ++i) {
+        if (places[i] >= list->size())
+          vtk::fail_extra(key, "lacks string " + std::to_string(places[i]));
+        take((*list)[places[i]]);
+      }
+    }
+  };
+  for_each_string([&](std::string_view each) { head.count += each.size(); });
+  payload_.begin(head);
+  for_each_string([&](std::string_view each) {
+    payload_.numbers(reinterpret_cast<const std::byte*>(each.data()), each.size());
+  });
   payload_.end();
 }
 

@@ -50,6 +50,36 @@ std::uint64_t hash_of(const std::vector<std::byte>& file) {
   return XXH64(groups.data(), groups.size(), 0);
 }
 
+/// Layers of hexahedra, wedges, pyramids and tetrahedra, triangles on top.
+TestMesh large_cut_grid() {
+  TestMesh mesh = bent_grid(9, 9, 12, ScalarType::float64);
+  auto& blocks = mesh.schema.blocks;
+  blocks.push_back({2, "", CellShape::wedge, 6});
+  blocks.push_back({3, "", CellShape::pyramid, 5});
+  blocks.push_back({4, "", CellShape::tetrahedron, 4});
+  blocks.push_back({5, "", CellShape::triangle, 3});
+  using Part = std::pair<std::uint32_t, std::vector<std::size_t>>;
+  const std::array<std::vector<Part>, 4> kinds = {
+      {{{0, {0, 1, 2, 3, 4, 5, 6, 7}}},
+       {{1, {0, 1, 2, 4, 5, 6}}, {1, {0, 2, 3, 4, 6, 7}}},
+       {{2, {0, 1, 2, 3, 6}}, {2, {0, 4, 5, 1, 6}}, {2, {0, 3, 7, 4, 6}}},
+       {{3, {0, 1, 2, 6}},
+        {3, {0, 2, 3, 6}},
+        {3, {0, 3, 7, 6}},
+        {3, {0, 7, 4, 6}},
+        {3, {0, 4, 5, 6}},
+        {3, {0, 5, 1, 6}},
+        {4, {4, 5, 6}}}}};
+  std::vector<TestCell> cells;
+  for (std::size_t c = 0; c < mesh.cells.size(); ++c)
+    for (const auto& [block, corners] : kinds[c / 243]) {
+      cells.push_back({block, {}});
+      for (std::size_t i : corners) cells.back().corners.push_back(mesh.cells[c].corners[i]);
+    }
+  mesh.cells = std::move(cells);
+  return mesh;
+}
+
 /// Larger than the feature files: where adaptive models, groups and reused slots come into play.
 std::vector<FeatureFile> larger_files() {
   using enum Order;
@@ -76,6 +106,11 @@ std::vector<FeatureFile> larger_files() {
   add_segments("large segments", bent_grid(14, 13, 16), 700);
   add_segments("large segments, stream",
                with_order(shuffled(bent_grid(10, 10, 10)), stream, false, 20), 300);
+  TestMesh in_any_order = large_cut_grid();
+  PlainRandom(3).shuffle(in_any_order.cells);
+  add("large cells of every shape", with_arrays_of_every_type(large_cut_grid()), 900);
+  add("large cells of every shape, shuffled, stream",
+      with_order(std::move(in_any_order), stream, true, 100));
   add("large arrays", with_arrays_of_every_type(bent_grid(9, 9, 9)));
   TestMesh coarse = bent_grid(12, 12, 12);
   coarse.schema.coordinate_quantization = {14, {0, 0, -.0625}, {1.125, 1.25, 1}};
@@ -104,11 +139,12 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"paper_codec_stream", 0x8f388faf84ca59fd},
     {"holes", 0x71e9612f6cdf1ecf},
     {"ring", 0x3156deab60e3d7e1},
-    {"mixed_cells", 0x5eb290e103702827},
-    {"mixed_cells_stream", 0x4385befe6aa6369c},
-    {"every_shape", 0x8965be6ba1007d48},
-    {"every_shape_stream", 0x6eb51eb78a6a7a68},
-    {"second_order", 0x867b74c7d4d57216},
+    {"mixed_cells", 0xbd5e4c8b64aabc97},
+    {"mixed_cells_stream", 0xfa1ae4c0c60b76d5},
+    {"every_shape", 0xc6911f72e9cb10ff},
+    {"every_shape_stream", 0x9bdf447dcf671368},
+    {"every_shape_values", 0xdecaa7c6f0ff6373},
+    {"second_order", 0x9c36b182e049c3bf},
     {"second_order_stream", 0x7e2c26948c69c21d},
     {"degenerate", 0x57bbc60143419e72},
     {"arrays", 0xe1392d6253d3559},
@@ -118,10 +154,10 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"quantized", 0x89c7cddbdf4019e5},
     {"bounded", 0xbb65af725e4d623e},
     {"special_values", 0x38446b225eb53b2b},
-    {"replay_keep", 0x5a5a65f59b57675e},
-    {"replay_stream", 0x873fe7310006c58e},
+    {"replay_keep", 0xd1b97146114196ce},
+    {"replay_stream", 0xb3e333dd4dd6df67},
     {"mixed_rows", 0x97afa7a5efc01e8b},
-    {"mixed_rows_stream", 0x23248adbaf6ca3b1},
+    {"mixed_rows_stream", 0x2ebf948842fb1094},
     {"unmarked", 0x676097828a500278},
     {"steps_and_extras", 0x12b36d4d773ae3c5},
     {"steps_and_extras_stream", 0x7655e6d2d13066e8},
@@ -141,6 +177,8 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"large ring", 0x61db960d8fa540f7},
     {"large segments", 0x41875af06bc9811f},
     {"large segments, stream", 0x94cf146e90cbbdbb},
+    {"large cells of every shape", 0x20db33c76982571e},
+    {"large cells of every shape, shuffled, stream", 0x1a347ab1e0bda1f3},
     {"large arrays", 0x10f2ea299b2f64f9},
     {"large quantized", 0xe02f5e8c1a4cf696},
     {"large shifts", 0x39c5a870eec5e491},

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "failure.h"
+#include "sanitized.h"
 #include "temporary_folder.h"
 
 namespace shm::converters {
@@ -306,7 +307,8 @@ TEST(Exodus, CorpusComesBackEqual) {
   const auto files = corpus();
   if (files.empty() || !have_ncdump()) GTEST_SKIP() << "needs SHM_CORPUS and ncdump";
   TemporaryFolder folder;
-  for (const fs::path& file : files) {
+  for (std::size_t i = 0; i < files.size(); i += every(3)) {
+    const fs::path& file = files[i];
     const std::string copy = folder / file.filename().string();
     ASSERT_NO_THROW(round_trip(file.string(), copy)) << file;
     EXPECT_TRUE(equal_files(file.string(), copy));
@@ -702,7 +704,7 @@ TEST(Exodus, RefusesDamagedStructure) {
                                     mesh.contents.array_stride(a));
   EXPECT_NO_THROW(write_exodus(mesh, folder / "copy.e"));
   const std::vector<Extra> whole = mesh.contents.extras;
-  for (std::size_t i = 0; i < whole[0].data.size(); ++i) {
+  for (std::size_t i = 0; i < whole[0].data.size(); i += every(3)) {
     mesh.contents.extras[0].data[i] ^= std::byte{1};
     try {
       write_exodus(mesh, folder / "copy.e");

@@ -471,6 +471,8 @@ inline std::vector<FeatureFile> feature_files() {
   add("every_shape", written(every_shape()));
   add("every_shape_stream", written(with_order(every_shape(), stream, false, 5), 30,
                                     ConnectivityCodec::mixed));
+  add("every_shape_values", written(with_arrays_of_every_type(every_shape()), 50,
+                                    ConnectivityCodec::rows, Level::best));
   add("second_order", written(second_order_cells()));
   add("second_order_stream", written(with_order(second_order_grid(3, 2, 2, 27), stream, true, 0), 5,
                                      ConnectivityCodec::replay));

@@ -17,6 +17,7 @@
 
 #include "failure.h"
 #include "gmsh_types.h"
+#include "sanitized.h"
 
 namespace shm::converters {
 namespace {
@@ -704,7 +705,7 @@ TEST_F(GmshTest, TruncationIsNoticed) {
     if (text != kVersion1) files.push_back(in_binary(text, true));
     for (const std::string& file : files) {
       std::size_t opened = 0;
-      for (std::size_t length = 0; length < file.size(); ++length)
+      for (std::size_t length = 0; length < file.size(); length += every(3))
         opened += survives(save(file.substr(0, length)), path("out.msh")) ? 1 : 0;
       EXPECT_LT(opened, 40u);  // between sections only
     }
@@ -716,7 +717,7 @@ TEST_F(GmshTest, DamageIsSurvived) {
     std::vector<std::string> files = {text};
     if (text != kVersion1) files.push_back(in_binary(text, false));
     for (const std::string& file : files) {
-      for (std::size_t at = 0; at < file.size(); at += 5) {
+      for (std::size_t at = 0; at < file.size(); at += 5 * every(3)) {
         for (const char c : {'\0', '9', '-', static_cast<char>(file[at] ^ 0x80)}) {
           std::string damaged = file;
           damaged[at] = c;
@@ -764,8 +765,8 @@ TEST_F(GmshTest, CorpusMakesTheRoundTrip) {
   std::size_t files = 0;
   for (const auto& entry : fs::directory_iterator(fs::path(corpus) / "gmsh")) {
     if (entry.path().extension() != ".msh") continue;
+    if (++files % every(3) != 0) continue;
     SCOPED_TRACE(entry.path().string());
-    ++files;
     MemoryMesh source = open(entry.path().string());
     expect_same(source, written(source));
     if (!ask_gmsh) continue;

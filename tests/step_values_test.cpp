@@ -56,9 +56,10 @@ TEST(StepValues, WhateverTheMeshAndItsPieces) {
                              ConnectivityCodec::replay, ConnectivityCodec::mixed})
       for (const std::uint64_t segment_cells : {0u, 33u})
         for (const std::uint32_t group_cells : {14u, 65536u})
-          for (int family = 0; family < 3; ++family) {
+          for (int family = 0; family < 4; ++family) {
             Stepped it = with_steps(family == 0   ? two_blocks()
                                     : family == 1 ? mixed_cells()
+                                    : family == 2 ? every_shape()
                                                   : replayed(order),
                                     order);
             it.options.connectivity = codec;

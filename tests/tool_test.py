@@ -50,9 +50,9 @@ def write_vtk(path, n, bend=0.0, shuffled=False, window=1):
         out.write(f"POINTS {len(points)} double\n" + "\n".join(points) + "\n")
         out.write(f"CELLS {len(cells)} {9 * len(cells)}\n" + "\n".join(cells) + "\n")
         out.write(f"CELL_TYPES {len(cells)}\n" + "12\n" * len(cells))
-        out.write(f"POINT_DATA {len(points)}\nSCALARS heat double 1\nLOOKUP_TABLE default\n")
+        out.write(f"POINT_DATA {len(points)}\nFIELD data 1\nheat 1 {len(points)} double\n")
         out.write("\n".join(str(i % 17 / 16) for i in range(len(points))) + "\n")
-        out.write(f"CELL_DATA {len(cells)}\nSCALARS zone int 1\nLOOKUP_TABLE default\n")
+        out.write(f"CELL_DATA {len(cells)}\nFIELD data 1\nzone 1 {len(cells)} int\n")
         out.write("\n".join(str(i // 7) for i in range(len(cells))) + "\n")
 
 
@@ -488,7 +488,7 @@ class ToolTest(unittest.TestCase):
         packed, other = self.path("mesh.shm"), self.path("other.vtk")
         with open(self.mesh) as source:
             lines = source.read().split("\n")
-        at = lines.index("LOOKUP_TABLE default") + 1  # of heat
+        at = lines.index("FIELD data 1") + 2  # of heat
 
         def write_other(number, value):
             changed = list(lines)
@@ -577,7 +577,7 @@ class ToolTest(unittest.TestCase):
         with open(back) as text:  # "zone" says which seven cells each cell was among
             words = text.read().split()
         at = words.index("CELL_DATA")
-        zones = [int(w) for w in words[at:][words[at:].index("default") + 1:][:125]]
+        zones = [int(w) for w in words[at:][words[at:].index("zone") + 4:][:125]]
         self.assertEqual(zones, [n // 7 for n in shuffled])
 
         os.remove(packed)

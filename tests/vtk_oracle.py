@@ -318,6 +318,22 @@ def nodes_of(grid, cell):
     return nodes
 
 
+# Kinds and nodes of all cells, voxels and pixels as hexahedra and quads; nothing of those at
+# `places`.
+def cells_of(grid, places=()):
+    kinds = {vtk.VTK_VOXEL: vtk.VTK_HEXAHEDRON, vtk.VTK_PIXEL: vtk.VTK_QUAD}
+    return [None if c in places else
+            (kinds.get(grid.GetCellType(c), grid.GetCellType(c)), nodes_of(grid, c))
+            for c in range(grid.GetNumberOfCells())]
+
+
+# Of structured data VTK shows no nodes of these.
+def blanked_cells(grid):
+    if isinstance(grid, (vtk.vtkUnstructuredGrid, vtk.vtkPolyData)):
+        return set()
+    return {c for c in range(grid.GetNumberOfCells()) if grid.GetCellType(c) == vtk.VTK_EMPTY_CELL}
+
+
 def write_samples(folder):
     structured = ("structured_grid", "rectilinear_grid", "structured_points")
     kinds = [f"{kind}-{shape}" if shape else kind for kind in structured for shape in SHAPES]

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "failure.h"
+#include "sanitized.h"
 #include "vtk_fixture.h"
 
 namespace shm::converters {
@@ -516,7 +517,9 @@ TEST_F(VtkTest, CorpusComesBack) {
   const char* corpus = std::getenv("SHM_CORPUS");
   if (corpus == nullptr || !fs::is_directory(fs::path(corpus) / "vtk"))
     GTEST_SKIP() << "SHM_CORPUS names no folder with meshes";
+  std::size_t files = 0;
   for (const auto& file : fs::directory_iterator(fs::path(corpus) / "vtk")) {
+    if (++files % every(3) != 0) continue;
     SCOPED_TRACE(file.path().filename().string());
     const auto mesh = open_vtk(file.path().string(), spool_);
     write_vtk(*mesh, path("out.vtk"));

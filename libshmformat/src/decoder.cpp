@@ -105,6 +105,7 @@ class Decoder::Impl {
   std::uint64_t steps_ = 0, index_offset_ = 0;
   bool step_times_read_ = false;
   std::map<std::string, std::uint64_t> stream_bytes_;
+  std::vector<std::string> array_names_;  // of their streams, once there are step values
   bool totals_taken_ = false;
   std::uint64_t trailing_bytes_ = 0;
 };
@@ -291,8 +292,8 @@ Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
   schema_ = std::move(schema);
   schema_bytes_.assign(payload.begin(), payload.end());
   mesh_ = std::make_unique<MeshDecoder>(*schema_, limits_, options_);
-  topology_ =
-      std::make_unique<TopologyReplay>(*schema_, limits_.max_group_bytes, wants_of_steps(*schema_));
+  topology_ = std::make_unique<TopologyReplay>(
+      *schema_, limits_.max_group_bytes, wants_of_steps(*schema_), options_.kept_topology_bytes);
   return {};
 }
 
@@ -337,7 +338,8 @@ Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload)
   const auto bytes = in.get_bytes(in.left());
   auto piece = step_values_->read(header, bytes);
   if (!piece) return wrong(piece.error().code, piece.error().detail);
-  stream_bytes_[array_stream_name(*schema_, header.array)] += bytes.size();
+  if (array_names_.empty()) array_names_ = array_stream_names(*schema_);
+  stream_bytes_[array_names_[header.array]] += bytes.size();
   steps_ = std::max(steps_, header.step + 1);
   item_ = std::move(*piece);
   return {};

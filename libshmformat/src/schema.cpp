@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
+#include <utility>
 
 namespace shm {
 
@@ -60,15 +62,32 @@ std::string_view codec_name(ConnectivityCodec codec) {
   return "unknown";
 }
 
-std::string array_stream_name(const Schema& schema, std::size_t array) {
-  const ArrayInfo& info = schema.arrays[array];
-  int same = 1;
-  for (std::size_t a = 0; a < array; ++a)
-    if (schema.arrays[a].name == info.name && schema.arrays[a].location == info.location) ++same;
+namespace {
+
+/// Of the array that is the `same`th of its name.
+std::string stream_name(const ArrayInfo& info, std::size_t same) {
   std::string name = info.location == Location::point ? "array:point/" : "array:cell/";
   name += info.name;
   if (same > 1) name += "#" + std::to_string(same);
   return name;
+}
+
+}  // namespace
+
+std::string array_stream_name(const Schema& schema, std::size_t array) {
+  const ArrayInfo& info = schema.arrays[array];
+  std::size_t same = 1;
+  for (std::size_t a = 0; a < array; ++a)
+    if (schema.arrays[a].name == info.name && schema.arrays[a].location == info.location) ++same;
+  return stream_name(info, same);
+}
+
+std::vector<std::string> array_stream_names(const Schema& schema) {
+  std::map<std::pair<Location, std::string_view>, std::size_t> seen;
+  std::vector<std::string> names;
+  for (const ArrayInfo& info : schema.arrays)
+    names.push_back(stream_name(info, ++seen[{info.location, info.name}]));
+  return names;
 }
 
 Quantization Quantization::absolute(double max_abs, std::uint32_t components) {

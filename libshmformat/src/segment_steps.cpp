@@ -66,8 +66,19 @@ Result<std::vector<std::byte>> SegmentSteps::read_next(TopologyReplay* topology)
   return std::move(values_);
 }
 
+/// What is held of another step can only stand for chunks that lie as those do.
+bool SegmentSteps::has_same_groups(std::size_t at) const {
+  const auto of_held = chunks_of(at), wanted = chunks_of(wanted_);
+  return std::equal(of_held.begin(), of_held.end(), wanted.begin(), wanted.end(),
+                    [](const StepIndex::Chunk& a, const StepIndex::Chunk& b) {
+                      return a.group == b.group && a.count == b.count;
+                    });
+}
+
 /// All that come before the wanted step, but for those of its own pass.
 Result<void> SegmentSteps::read_earlier_passes(TopologyReplay* topology) {
+  if (from_ > key_ && !has_same_groups(from_ - 1))
+    return file_->wrong_index("steps of an array have not the same groups");
   const std::size_t together =
       std::clamp<std::size_t>(kMostComponents / info().components, 1, kMostSteps);
   const std::size_t groups = chunks_of(wanted_).size();

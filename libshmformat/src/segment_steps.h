@@ -53,6 +53,7 @@ class SegmentSteps {
     return index_->chunks(index_->steps(array_)[at], file_->first_group(segment_),
                           file_->first_group(segment_ + 1));
   }
+  bool has_same_groups(std::size_t at) const;
   Result<void> read_earlier_passes(TopologyReplay* topology);
   void begin_pass();
   Result<void> read_group(std::size_t nth, TopologyReplay* topology);

@@ -15,6 +15,7 @@ Result<StepIndex> StepIndex::of(IndexedFile& file) {
     if (entry.kind == static_cast<std::uint8_t>(container::ChunkKind::step_values))
       if (auto good = index.add(file, entry); !good) return good.error();
   if (auto good = index.expect_complete(file); !good) return good.error();
+  index.find_keys();
   return index;
 }
 
@@ -50,7 +51,7 @@ Result<void> StepIndex::add(const IndexedFile& file, const IndexEntry& entry) {
     if (auto good = expect_complete(file); !good) return good;
     if (!steps.empty() && steps.back().step >= entry.step)
       return file.wrong_index("steps of an array do not ascend");
-    steps.push_back({entry.step, false, chunks_.size(), chunks_.size()});
+    steps.push_back({entry.step, false, 0, chunks_.size(), chunks_.size()});
   }
   last_array_ = entry.array;
   const bool begins = steps.back().begin == chunks_.size();
@@ -88,9 +89,11 @@ std::span<const StepIndex::Chunk> StepIndex::chunks(const Step& step, std::size_
   return {from(first_group), from(end_group)};
 }
 
-std::size_t StepIndex::key_of(std::uint32_t array, std::size_t at) const {
-  while (at > 0 && steps_[array][at].refers) --at;
-  return at;
+/// The first step of an array is taken for one, whatever it says.
+void StepIndex::find_keys() {
+  for (std::vector<Step>& steps : steps_)
+    for (std::size_t at = 0; at < steps.size(); ++at)
+      steps[at].key = at > 0 && steps[at].refers ? steps[at - 1].key : at;
 }
 
 }  // namespace shm

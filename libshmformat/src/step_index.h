@@ -24,6 +24,7 @@ class StepIndex {
   struct Step {
     std::uint64_t step = 0;
     bool refers = false;  // any of its chunks
+    std::size_t key = 0;  // place of the last step up to here that refers to no other
     std::size_t begin = 0, end = 0;
   };
 
@@ -38,12 +39,13 @@ class StepIndex {
   std::span<const Chunk> chunks(const Step& step, std::size_t first_group,
                                 std::size_t end_group) const;
   /// The last step at or before `steps(array)[at]` that refers to no other.
-  std::size_t key_of(std::uint32_t array, std::size_t at) const;
+  std::size_t key_of(std::uint32_t array, std::size_t at) const { return steps_[array][at].key; }
 
  private:
   Result<void> count_elements(const IndexedFile& file);
   Result<void> add(const IndexedFile& file, const container::IndexEntry& entry);
   Result<void> expect_complete(const IndexedFile& file) const;
+  void find_keys();
 
   std::vector<std::uint64_t> elements_;   // by array
   std::vector<std::vector<Step>> steps_;  // by array

@@ -279,10 +279,28 @@ void TopologyReplay::rest() {
   has_elements_ = false;
 }
 
-/// Keeps the elements of the group, or, when they are too many by now, none at all.
+/// At least so much is told of all groups.
+std::uint64_t TopologyReplay::expected_bytes() const {
+  const std::uint64_t cell = (wants_.cells ? sizeof(Neighbourhood) : 0) +
+                             (wants_.cell_numbers ? sizeof(std::uint64_t) : 0);
+  const std::uint64_t vertex = (wants_.vertices ? sizeof(Neighbourhood) : 0) +
+                               (wants_.vertex_numbers ? sizeof(std::uint64_t) : 0);
+  std::uint64_t bytes = 0;
+  for (const Group& group : groups_) {
+    bytes += group.cells * cell;
+    // A lying group may state more vertices than there can be numbers.
+    if (vertex > 0 && group.vertices > most_kept_) return group.vertices;
+    bytes += group.vertices * vertex;
+    if (bytes > most_kept_) break;
+  }
+  return bytes;
+}
+
+/// Keeps the elements of the group; none at all when they are, or will be, too many.
 void TopologyReplay::keep() {
+  if (kept_.empty()) keeps_ = expected_bytes() <= most_kept_;
   kept_bytes_ += elements_.bytes();
-  keeps_ = kept_bytes_ <= most_kept_;
+  keeps_ = keeps_ && kept_bytes_ <= most_kept_;
   if (keeps_) {
     kept_.push_back(std::move(elements_));
     has_elements_ = false;

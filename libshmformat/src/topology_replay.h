@@ -105,6 +105,7 @@ class TopologyReplay {
   class Replayed;
 
   Result<void> replay_next();
+  std::uint64_t expected_bytes() const;
   void keep();
 
   const Schema* schema_;

@@ -39,7 +39,8 @@ class Writer::Impl {
               }),
         key_steps_(options.key_steps),
         level_(options.level),
-        topology_(schema_, ~std::uint64_t{0}, wants_of_steps(schema_)) {}
+        topology_(schema_, ~std::uint64_t{0}, wants_of_steps(schema_),
+                  options.kept_topology_bytes) {}
 
   Result<void> start() {
     if (auto good = chunks_.start({}); !good) return good;
@@ -85,13 +86,14 @@ class Writer::Impl {
   Result<void> end_step_array() { return step_values_ ? step_values_->end_step() : Result<void>(); }
   Result<void> write_index(SizeReport& report);
   std::uint64_t elements_of(std::uint32_t array) const;
-  std::string array_key(std::uint32_t array) const { return array_stream_name(schema_, array); }
+  const std::string& array_key(std::uint32_t array) const { return array_keys_[array]; }
 
   Schema schema_;
   container::ChunkWriter chunks_;
   MeshEncoder mesh_;
   bool mesh_ended_ = false, times_set_ = false;
   std::optional<Error> error_;
+  std::vector<std::string> array_keys_ = array_stream_names(schema_);
   std::map<std::string, std::uint64_t> stream_bytes_;
 
   std::uint32_t key_steps_;

@@ -1,6 +1,7 @@
 // Reader and Decoder: a .shm file out again, in pieces, with memory that follows the active
 // surface and one chunk. Where a file has stepped arrays it also holds the compressed connectivity,
-// up to 64 MiB of neighbourhoods, and one step of all stepped arrays where that is 128 MiB or less.
+// up to 64 MiB of neighbourhoods (or what ReadOptions say), and one step of all stepped arrays where
+// that is 128 MiB or less.
 //   Decoder   push bytes in, take items out; no I/O, no threads, nothing global
 //   Reader    pulls from a ByteSource and offers blocks or single events; with threads if asked
 // spec: "Decoding a file"
@@ -40,6 +41,8 @@ struct ReadOptions {
   /// With threads: groups that wait for them and blocks that wait for the caller, together; each
   /// thread may hold one group more.
   std::uint64_t max_ahead_bytes = std::uint64_t{256} << 20;
+  /// As in WriteOptions.
+  std::uint64_t kept_topology_bytes = std::uint64_t{64} << 20;
 };
 
 /// A run of vertices and cells in coding order. Cell i may use the vertices below

@@ -187,6 +187,8 @@ struct Schema {
 /// Under which name reports count the bytes of an array: "array:point/NAME" or "array:cell/NAME",
 /// with "#2", "#3", ... where a name stands again at the same location.
 SHM_API std::string array_stream_name(const Schema& schema, std::size_t array);
+/// Those of all arrays. One alone takes a look at all arrays before it.
+SHM_API std::vector<std::string> array_stream_names(const Schema& schema);
 
 /// What the numbers of an Extra mean; they follow a renumbering of the mesh.
 enum class Reference : std::uint8_t {

@@ -66,6 +66,12 @@ constexpr std::uint32_t corner_count(CellShape shape, std::uint64_t nodes) {
   return corners <= nodes ? static_cast<std::uint32_t>(corners) : 0;
 }
 
+/// A polygon of three or four corners is a triangle or quad.
+constexpr CellShape flat_shape(CellShape shape, std::uint32_t corners) {
+  if (shape != CellShape::polygon || corners > 4) return shape;
+  return corners == 3 ? CellShape::triangle : CellShape::quad;
+}
+
 /// Faces of a cell, then the edges of one that is itself a face. Must hold: corner_count says
 /// `corners`.
 constexpr std::span<const ShapeFace> faces_of(CellShape shape, std::uint32_t corners) {

@@ -5,8 +5,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "coders/cell_shapes.h"
 #include "coders/node_layout.h"
 #include "front/active_surface.h"
+#include "front/open_faces.h"
+#include "shm/schema.h"
 
 namespace shm {
 
@@ -16,6 +19,12 @@ inline constexpr std::uint32_t kMaxLastUse = 64;
 struct CellTopology {
   std::uint32_t block = 0;
   bool hexahedral = false;  ///< positions 0..7 are a hexahedron's corners in the coder's frame
+  /// In meshes that are not of hexahedra alone: the shape, how many of its nodes are corners with
+  /// sides (coders/cell_shapes.h), and behind each side, corners as stored, the number of the cell
+  /// that has the same face (OpenFaces). Else 0 corners.
+  CellShape shape = CellShape::hexahedron;
+  std::uint32_t corners = 0;
+  std::array<std::uint64_t, OpenFaces::kMost> behind{};
 
   /// By position: vertex slot. When encoding, kNone on the way in marks a new vertex.
   std::vector<std::uint32_t> slots;

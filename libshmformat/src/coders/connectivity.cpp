@@ -15,13 +15,14 @@ bool is_hexahedral(const BlockInfo& block) {
 
 template <class Coder>
 Connectivity<Coder>::Connectivity(const Schema& schema) : schema_(&schema), inner_nodes_(surface_) {
-  set_codec(ConnectivityCodec::rows);
   for (const BlockInfo& block : schema.blocks)
     if (!is_hexahedral(block) && !others_) others_ = std::make_unique<CellCorners<Coder>>(surface_);
+  set_codec(ConnectivityCodec::rows);
 }
 
 template <class Coder>
 void Connectivity<Coder>::set_codec(ConnectivityCodec codec) {
+  const OpenFaces* const open = others_ ? &others_->faces() : nullptr;
   switch (codec) {
     case ConnectivityCodec::paper:
       hexahedra_ = std::make_unique<PaperHexahedra<Coder>>(surface_);
@@ -29,10 +30,10 @@ void Connectivity<Coder>::set_codec(ConnectivityCodec codec) {
     case ConnectivityCodec::automatic:
     case ConnectivityCodec::shifts:  // which need no surface
     case ConnectivityCodec::rows:
-      hexahedra_ = std::make_unique<RowHexahedra<Coder>>(surface_);
+      hexahedra_ = std::make_unique<RowHexahedra<Coder>>(surface_, open);
       return;
     case ConnectivityCodec::mixed:
-      hexahedra_ = std::make_unique<MixedRows<Coder>>(surface_);
+      hexahedra_ = std::make_unique<MixedRows<Coder>>(surface_, open);
       return;
     case ConnectivityCodec::replay:
       hexahedra_ =
@@ -68,8 +69,12 @@ bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, CellTop
   // Replay counts for itself, and has said which corners are used last.
   const bool told = cell.hexahedral && std::holds_alternative<Replay>(hexahedra_);
   for (std::size_t i = told ? 8 : 0; i < cell.slots.size(); ++i) surface_.count_use(cell.slots[i]);
-  if (others_)
+  if (others_) {
     others_->take_note(cell, corners > 0 ? block.shape : CellShape::other, order_matters(block));
+    cell.shape = block.shape;
+    cell.corners = corners;
+    cell.behind = others_->faces().behind();
+  }
   if (!told || cell.slots.size() > 8) code_last_use(symbols, cell);
   return true;
 }

@@ -10,8 +10,9 @@ namespace shm {
 template <class Coder>
 class MixedRows {
  public:
-  /// `surface` is borrowed.
-  explicit MixedRows(ActiveSurface& surface) : rows_(surface) {}
+  /// As RowHexahedra.
+  explicit MixedRows(ActiveSurface& surface, const OpenFaces* open = nullptr)
+      : rows_(surface, open) {}
 
   // As those of RowHexahedra.
   bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters) {

@@ -171,6 +171,15 @@ void RowHexahedra<Coder>::about_join(Coder& symbols, std::uint32_t rank) const {
 }
 
 template <class Coder>
+void RowHexahedra<Coder>::about_beside(Coder& symbols, std::uint32_t corner,
+                                       const Beside& it) const {
+  const auto& vertex = surface_->vertex(it.slot);
+  symbols.about(kBeside, clue(it.score, it.others, std::popcount(work_.known)),
+                clue(it.score, vertex.face_count, vertex.uses, shared_sides()),
+                clue(corner, it.score, work_.fresh, last().fresh));
+}
+
+template <class Coder>
 void RowHexahedra<Coder>::about_reference(Coder& symbols, Question question) const {
   symbols.about(question, clue(std::popcount(work_.known), work_.kind), clue(shared_sides()));
 }
@@ -209,6 +218,13 @@ void RowHexahedra<Coder>::about_last_use(Coder& symbols, const Record& record, s
     sum += fan;
     largest = std::max(largest, fan);
     open += surface_->mate(at) == kNone ? 1 : 0;
+  }
+  if (open_ != nullptr) {
+    const OpenFaces::Vertex open_there = open_->vertex(slot);
+    symbols.about(kFinalBeside, clue(open_there.bare, open_there.edges, vertex.face_count),
+                  clue(vertex.face_count, vertex.uses, open_there.bare, wanted),
+                  clue(open_beside(slot), corner, last_finals_, record.finals, wanted));
+    return;
   }
   symbols.about(
       kFinal,

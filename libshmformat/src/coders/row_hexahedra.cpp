@@ -274,6 +274,16 @@ bool RowHexahedra<Coder>::code_corner(Coder& symbols, CellTopology& cell, std::u
   }
 
   work_.known = known;
+  const Beside beside = open_ == nullptr ? Beside() : find_beside(corner);
+  if (beside.slot != kNone) {
+    if constexpr (Coder::kMixes) about_beside(symbols, corner, beside);
+    if (symbols.bit(beside_[std::min(beside.score, 7u)][std::min(beside.others, 2u)],
+                    beside.slot == work_.target[corner])) {
+      work_.corner[corner] = beside.slot;
+      work_.known |= bit(corner);
+      return true;
+    }
+  }
   const std::uint32_t leads = count_leads(corner);
   if constexpr (Coder::kMixes) about_fresh(symbols, corner, leads, neighbours);
   work_.known |= bit(corner);
@@ -347,8 +357,9 @@ void RowHexahedra<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
       wanted += std::find(quad.begin(), quad.end(), slot) != quad.end() ? 1 : 0;
     }
     auto& model =
-        final_[std::min(vertex.face_count, 7u)][std::min(vertex.uses, 8u)]
-              [(owner_finals >> b & 1) * 2 + (last_finals_ >> b & 1)][std::min(wanted, 2u)];
+        final_[open_beside(cell.slots[i])][std::min(vertex.face_count, 7u)]
+              [std::min(vertex.uses, 8u)][(owner_finals >> b & 1) * 2 + (last_finals_ >> b & 1)]
+              [std::min(wanted, 2u)];
     if constexpr (Coder::kMixes) about_last_use(symbols, record, b, cell.slots[i], wanted);
     const bool last = symbols.bit(model, cell.last_use[i] != 0);
     cell.last_use[i] = last ? 1 : 0;

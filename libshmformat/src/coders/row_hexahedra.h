@@ -25,6 +25,7 @@
 #include "entropy/models.h"
 #include "front/active_surface.h"
 #include "front/hexahedron.h"
+#include "front/open_faces.h"
 
 namespace shm {
 
@@ -58,11 +59,14 @@ class RowHexahedra {
     kTurned = 22,
     kMirrored = 23,
     kFinal = 24,
-    kQuestions = 25
+    kBeside = 25,
+    kFinalBeside = 26,
+    kQuestions = 27
   };
 
-  /// `surface` is borrowed.
-  explicit RowHexahedra(ActiveSurface& surface) : surface_(&surface) {}
+  /// Both are borrowed. `open`: faces of cells of all shapes; null in meshes of hexahedra alone.
+  explicit RowHexahedra(ActiveSurface& surface, const OpenFaces* open = nullptr)
+      : surface_(&surface), open_(open) {}
 
   /// Codes corners, corner order (if `order_matters`; else only handedness) of one hexahedron,
   /// and glues it to the surface.
@@ -123,6 +127,12 @@ class RowHexahedra {
   struct Join {
     std::uint32_t slot = 0, score = 0, met = 0;
   };
+  /// The vertex that closes a quadrilateral of another cell with known corners.
+  struct Beside {
+    std::uint32_t slot = kNone;
+    std::uint32_t score = 0;   ///< two for each edge that it closes so, more for three corners
+    std::uint32_t others = 0;  ///< other vertices that would, too
+  };
 
   // gate (row_gate.cpp)
   bool code_gate(Coder& symbols, const CellTopology& cell, Fit& gate, Kind& kind);
@@ -151,6 +161,9 @@ class RowHexahedra {
   bool code_reference(Coder& symbols, std::uint32_t& slot);
   std::uint32_t count_leads(std::uint32_t corner) const;
   void list_joins(std::uint32_t corner);
+  // cells of other shapes (row_beside.cpp)
+  Beside find_beside(std::uint32_t corner);
+  std::uint32_t open_beside(std::uint32_t slot) const;
 
   // what a coder that mixes predictions is told about the next decision (row_clues.cpp)
   void about_candidates(Coder& symbols) const;
@@ -166,6 +179,7 @@ class RowHexahedra {
   void about_fresh(Coder& symbols, std::uint32_t corner, std::uint32_t leads,
                    std::uint32_t neighbours) const;
   void about_join(Coder& symbols, std::uint32_t rank) const;
+  void about_beside(Coder& symbols, std::uint32_t corner, const Beside& it) const;
   void about_reference(Coder& symbols, Question question) const;
   void about_orientation(Coder& corner_order, std::uint32_t index, std::uint8_t orientation,
                          std::uint32_t votes, std::uint32_t voters) const;
@@ -193,6 +207,7 @@ class RowHexahedra {
   void link_edges(const std::array<std::uint32_t, 6>& face);
 
   ActiveSurface* surface_;
+  const OpenFaces* open_;
   std::vector<Record> records_;  // by cell slot
   std::vector<Birth> births_;    // in coding order; stale ones are swept now and then
   Work work_;
@@ -238,6 +253,7 @@ class RowHexahedra {
   std::array<Tree<3>, 8> repeated_which_;
   std::array<std::array<std::array<std::array<Bit, 2>, 4>, 8>, 2> fresh_;
   std::array<std::array<Bit, 8>, 8> join_;
+  std::array<std::array<Bit, 3>, 8> beside_;
   Bit from_last_;
   SignedModel<Number> reference_step_;
   Number reference_age_;
@@ -246,7 +262,8 @@ class RowHexahedra {
   std::array<std::array<Tree<2>, 6>, 6> stored_corner_;
   std::array<Bit, 2> turned_;
   std::array<Bit, 2> mirrored_;
-  std::array<std::array<std::array<std::array<Bit, 3>, 4>, 9>, 8> final_;
+  /// By open faces of other cells, then faces, uses, whether the owner's and the last one's were.
+  std::array<std::array<std::array<std::array<std::array<Bit, 3>, 4>, 9>, 8>, 4> final_;
 
   std::vector<std::uint32_t> faces_;
   std::vector<Fit> fits_;

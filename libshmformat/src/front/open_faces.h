@@ -83,7 +83,8 @@ class OpenFaces {
     const std::uint32_t place = by_number_.find(number);
     return place == kNone ? nullptr : &cells_[place];
   }
-  std::uint64_t number_of(const Face& face) const { return cells_[face.cell].number; }
+  std::uint64_t number_of(const Face& face) const { return owner(face).number; }
+  const Cell& owner(const Face& face) const { return cells_[face.cell]; }
 
  private:
   /// As on the active surface: keeps every search short. Frozen: part of the format.

@@ -47,9 +47,9 @@ class ClassNumbers {
     return (known & 0x3ffu) | (known >> 13 & 7u) << 10 | std::uint32_t{item.corner} << 13 |
            std::uint32_t{item.kind} << 16;
   }
-  /// What is known within the hexahedron; the corner; the kind: 12 bits.
+  /// What is known within the hexahedron; the corner; the kind: 13 bits.
   static std::uint16_t family_key(std::uint32_t key) {
-    return static_cast<std::uint16_t>((key & Neighbourhood::kLattice) | (key >> 13 & 31u) << 7);
+    return static_cast<std::uint16_t>((key & Neighbourhood::kLattice) | (key >> 13 & 63u) << 7);
   }
   std::size_t place(std::uint32_t key) const {
     return (key * 0x9e3779b1u >> 8) & (entries_.size() - 1);
@@ -78,7 +78,7 @@ class ClassNumbers {
 
   std::vector<Entry> entries_ = std::vector<Entry>(64);
   std::vector<std::uint16_t> families_;     // by class
-  std::vector<std::uint16_t> family_keys_;  // in order of number: at most 4096
+  std::vector<std::uint16_t> family_keys_;  // in order of number: at most 8192
   std::uint32_t count_ = 0;
   std::size_t used_ = 0;
 };

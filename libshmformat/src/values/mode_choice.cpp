@@ -27,7 +27,8 @@ double cost_of(std::int64_t residual) {
 bool is_sayable(std::uint32_t mode, std::uint32_t known) {
   const auto has = [&](std::uint32_t bits) { return (known & bits) == bits; };
   const auto any = [&](std::uint32_t bits) { return (known & bits) != 0; };
-  if (known >> Neighbourhood::kKindShift != 0 && mode == kMeanFaceMode)
+  const std::uint32_t kind = known >> Neighbourhood::kKindShift;
+  if ((kind == Neighbourhood::midpoint || kind == Neighbourhood::centre) && mode == kMeanFaceMode)
     return has(7 * Neighbourhood::kThird);
   if (mode == kLattice || mode == kLastMode || mode == kLastLineMode ||
       (mode >= kMatchMode && mode < kFittedMode))

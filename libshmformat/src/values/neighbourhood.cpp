@@ -78,6 +78,9 @@ Neighbourhood NeighbourFinder::vertex(const CellTopology& cell, std::uint32_t po
     if (reach != Reach::lattice) look_beyond(it, reach);
     for (std::uint32_t b = 0; b < 8; ++b)
       if (corner_[b] == it.self) known_corners_ |= 1u << b;
+  } else if (position < cell.corners) {
+    look_around_corner(it, cell, position);
+    self.full = it.has_rule();
   } else if (const InnerNode* node = cell.layout == nullptr ? nullptr : cell.layout->at(position);
              node != nullptr && (node->kind == InnerNode::edge || node->has_middle)) {
     look_around_inner(it, cell, *node);
@@ -198,7 +201,10 @@ Neighbourhood NeighbourFinder::cell(const CellTopology& cell, Reach reach) {
   Neighbourhood it;
   it.self = place_;
   full_ = false;
-  if (!cell.hexahedral) return it;
+  if (!cell.hexahedral) {
+    if (cell.corners > 0) look_beside_cell(it, cell);
+    return it;
+  }
   it.kind = Neighbourhood::lattice;
   for (std::uint32_t axis = 0; axis < 3; ++axis) {
     const std::uint32_t u = 1u << (axis == 0 ? 1 : 0), v = 1u << (axis == 2 ? 1 : 2);
@@ -277,9 +283,22 @@ void NeighbourFinder::look_around_cell(Neighbourhood& it, Reach reach) const {
 
 void NeighbourFinder::end_cell(const CellTopology& cell) {
   Cell& it = ring_[place_];
+  if (cell.corners > 0) {
+    sides_.resize(ring_.size());
+    for (std::uint32_t k = 0; k < Sides::kMost; ++k)
+      sides_[place_].behind[k] = place_of(cell.behind[k]);
+  }
+  if (!cell.hexahedral && cell.corners > 0) {
+    it.sequence = sequence_;
+    it.shape = flat_shape(cell.shape, cell.corners);
+    it.corners = static_cast<std::uint8_t>(std::min(cell.corners, 8u));
+    std::copy_n(cell.slots.begin(), it.corners, it.corner.begin());
+  }
   if (cell.hexahedral) {
     it.sequence = sequence_;
     it.corner = corner_;
+    it.shape = CellShape::hexahedron;
+    it.corners = 8;
     if (cells_) {
       Links& links = links_[place_];
       links.full = full_;

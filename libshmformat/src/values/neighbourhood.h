@@ -34,7 +34,9 @@ struct Neighbourhood {
   /// midpoint: of an edge: near are nodes of parallel edges, diagonal 3 and 4 the ends. centre: of
   /// a face or a body: near 0 is the node of the opposite face, 3-6 the nodes of the edges of a
   /// quadrilateral around it, 7-10 its corners.
-  enum Kind : std::uint8_t { lattice, midpoint, other, centre };
+  /// layered: of a wedge; flat: in a quadrilateral; simplex: on a face or edge, whose corners are
+  /// near, with opposite behind it; beside: a cell, with cells behind its sides near.
+  enum Kind : std::uint8_t { lattice, midpoint, other, centre, layered, flat, simplex, beside };
   static constexpr std::uint32_t kKindShift = 16;  ///< in traits()
 
   std::uint32_t self = kNone;  ///< slot of the element
@@ -48,10 +50,15 @@ struct Neighbourhood {
   bool knows(std::uint32_t bits) const { return (known & bits) == bits; }
   bool is_inner() const { return kind == midpoint || kind == centre; }
   /// Whether there is a rule that the value may miss by a third.
-  bool has_rule() const { return is_inner() || knows(kLattice); }
+  bool has_rule() const {
+    if (kind == flat) return knows(3 * kNear | kDiagonal);
+    if (kind == simplex) return knows(kOpposite);
+    return is_inner() || knows(kLattice);
+  }
   /// Bits of `known` where `counts` of a lattice count, and of inner nodes what they are.
   std::uint32_t traits(std::uint32_t counts = 0xffff) const {
-    return is_inner() ? known | std::uint32_t{kind} << kKindShift : known & counts;
+    if (is_inner()) return known | std::uint32_t{kind} << kKindShift;
+    return (known & counts) | (kind > centre ? std::uint32_t{kind} << kKindShift : 0);
   }
 };
 
@@ -91,8 +98,16 @@ class NeighbourFinder {
   /// A remembered cell, by place.
   struct Cell {
     std::uint64_t sequence = kNever;
-    std::array<std::uint32_t, 8> corner{};  // slots, by corner bits
+    std::array<std::uint32_t, 8> corner{};  // slots: of a hexahedron by corner bits
+    CellShape shape = CellShape::hexahedron;
+    std::uint8_t corners = 8;
   };
+  /// What lies behind the sides of a cell, in meshes of several shapes.
+  struct Sides {
+    static constexpr std::uint32_t kMost = 6;
+    std::array<std::uint32_t, kMost> behind{};  // places
+  };
+  using Cycle = std::span<const std::uint32_t>;  // slots around a side
   /// What cell() remembers besides, by place.
   struct Links {
     std::array<std::uint32_t, 6> behind{};  // places: along axis a down (2 a), up (2 a + 1)
@@ -117,6 +132,17 @@ class NeighbourFinder {
   void look_beyond(Neighbourhood& it, Reach reach) const;
   void look_around_inner(Neighbourhood& it, const CellTopology& cell, const InnerNode& node) const;
   void look_around_cell(Neighbourhood& it, Reach reach) const;
+  // cells that are no hexahedra
+  void look_around_corner(Neighbourhood& it, const CellTopology& cell,
+                          std::uint32_t position) const;
+  void look_along(Neighbourhood& it, std::uint32_t axis, std::uint32_t place, Cycle side) const;
+  void look_behind(Neighbourhood& it, const CellTopology& cell, std::uint32_t side) const;
+  void look_along_line(Neighbourhood& it) const;
+  void look_beside_cell(Neighbourhood& it, const CellTopology& cell) const;
+  std::uint32_t place_of(std::uint64_t number) const;
+  std::uint32_t far(std::uint32_t place, std::uint32_t slot, Cycle side) const;
+  std::uint32_t onward(std::uint32_t place, Cycle side,
+                       std::array<std::uint32_t, 4>& far_side) const;
   /// The place behind face `side` of the cell at `place`, kNone when there is none any more.
   std::uint32_t behind_of(std::uint32_t place, std::uint32_t side) const;
   bool is_behind(std::uint32_t place, std::uint32_t other) const;
@@ -126,6 +152,7 @@ class NeighbourFinder {
   std::vector<Vertex> vertices_;
   std::vector<Cell> ring_;
   std::vector<Links> links_;  // where cells are asked for
+  std::vector<Sides> sides_;  // where there are other cells
   std::uint32_t next_place_ = 0, place_ = 0;
   std::uint64_t sequence_ = 0;
 

@@ -97,9 +97,7 @@ class Predictor {
       case kMeanThirdMode:
         return lattice() + mean([&](std::uint32_t a) { return has(kFThird + a); },
                                 [&](std::uint32_t a) { return at_(kFThird + a); }, 0.0);
-      case kMeanNearMode:
-        return mean([&](std::uint32_t a) { return has(a); },
-                    [&](std::uint32_t a) { return at_(a); }, at_(kFLast));
+      case kMeanNearMode: return mean_near(at_(kFLast));
       case kMeanLineMode: return any_line() ? mean_line() : lattice();
       case kMeanFaceMode:
         if (is_inner())
@@ -126,6 +124,8 @@ class Predictor {
  private:
   double find_lattice() const {
     if (is_inner()) return middle();
+    if (kind() == Neighbourhood::simplex) return behind_face();
+    if (kind() == Neighbourhood::beside) return mean_near(at_(kFLast));
     if (knows_lattice()) return ((at_(0) + at_(1) + at_(2)) - (at_(3) + at_(4) + at_(5))) + at_(6);
     if (any_face()) return mean_face();
     if (any_line()) return mean_line();
@@ -133,11 +133,27 @@ class Predictor {
       if (has(a)) return at_(a);
     return at_(kFLast);
   }
-  bool is_inner() const { return known_ >> Neighbourhood::kKindShift != 0; }
+  /// lattice also where the rule is that of corners of hexahedra.
+  std::uint32_t kind() const { return known_ >> Neighbourhood::kKindShift; }
+  bool is_inner() const {
+    return kind() == Neighbourhood::midpoint || kind() == Neighbourhood::centre;
+  }
+  double mean_near(double none) const {
+    return mean([&](std::uint32_t a) { return has(a); }, [&](std::uint32_t a) { return at_(a); },
+                none);
+  }
+  /// Half as far before the middle of a face as what is known behind it.
+  double behind_face() const {
+    const double middle = mean_near(at_(kFLast));
+    if (has(kFOpposite)) return middle + (middle - at_(kFOpposite)) * 0.5;
+    if (!has(kFBeyond) && !has(kFBeyond + 1) && !has(kFBeyond + 2)) return middle;
+    const double behind = mean([&](std::uint32_t a) { return has(kFBeyond + a); },
+                               [&](std::uint32_t a) { return at_(kFBeyond + a); }, 0.0);
+    return middle + (middle - behind) * 0.5;
+  }
   /// Between the ends of an edge; in a face what its edges tell: a transfinite interpolation.
   double middle() const {
-    if (known_ >> Neighbourhood::kKindShift == Neighbourhood::midpoint)
-      return (at_(kFDiagonal) + at_(kFDiagonal + 1)) * 0.5;
+    if (kind() == Neighbourhood::midpoint) return (at_(kFDiagonal) + at_(kFDiagonal + 1)) * 0.5;
     const std::uint32_t edge = kFDiagonal, corner = kFBeyond;
     return ((at_(edge) + at_(edge + 2)) + (at_(edge + 1) + at_(edge + 3))) * 0.5 -
            ((at_(corner) + at_(corner + 2)) + (at_(corner + 1) + at_(corner + 3))) * 0.25;

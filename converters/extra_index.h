@@ -1,0 +1,28 @@
+// ExtraIndex: extras by key. A mesh may have very many: who asks for more than a few makes one.
+#pragma once
+
+#include <map>
+#include <string_view>
+#include <vector>
+
+#include "shm/schema.h"
+
+namespace shm::converters {
+
+// Borrows the extras. Of several with one key the first is found.
+class ExtraIndex {
+ public:
+  explicit ExtraIndex(const std::vector<Extra>& extras) {
+    for (const Extra& extra : extras) by_key_.emplace(extra.key, &extra);
+  }
+  // Null when there is none.
+  const Extra* find(std::string_view key) const {
+    const auto found = by_key_.find(key);
+    return found == by_key_.end() ? nullptr : found->second;
+  }
+
+ private:
+  std::map<std::string_view, const Extra*> by_key_;
+};
+
+}  // namespace shm::converters

@@ -1,0 +1,214 @@
+// NeighbourFinder: cells that are no hexahedra, and their corners.
+// spec: "Neighbourhoods", of a corner of another cell
+#include <algorithm>
+
+#include "values/cell_frames.h"
+#include "values/neighbourhood.h"
+
+namespace shm {
+namespace {
+
+/// Slots around a side of the cell at hand.
+struct SideSlots {
+  std::array<std::uint32_t, 4> slot{};
+  std::size_t size = 0;
+
+  SideSlots(const CellTopology& cell, std::uint32_t side) {
+    const ShapeFace& face = faces_of(cell.shape, cell.corners)[side];
+    size = face.size;
+    for (std::size_t i = 0; i < size; ++i) slot[i] = cell.slots[face.at[i]];
+  }
+  operator std::span<const std::uint32_t>() const { return std::span(slot).first(size); }
+};
+
+bool has(std::span<const std::uint32_t> slots, std::uint32_t slot) {
+  return std::find(slots.begin(), slots.end(), slot) != slots.end();
+}
+
+}  // namespace
+
+/// Of a remembered cell by its number; kNone: it is none.
+std::uint32_t NeighbourFinder::place_of(std::uint64_t number) const {
+  if (number >= sequence_ || sequence_ - number >= ring_.size()) return kNone;
+  const std::uint64_t age = sequence_ - number;
+  const std::uint64_t at = place_ >= age ? place_ - age : place_ + ring_.size() - age;
+  return ring_[at].sequence == number ? static_cast<std::uint32_t>(at) : kNone;
+}
+
+/// What an edge joins to a corner of a side in the cell at `place`, outside of the side; kNone:
+/// nothing, or another vertex has its slot by now.
+std::uint32_t NeighbourFinder::far(std::uint32_t place, std::uint32_t slot, Cycle side) const {
+  const Cell& cell = ring_[place];
+  const auto end = cell.corner.begin() + cell.corners;
+  const auto corner = std::find(cell.corner.begin(), end, slot);
+  if (corner == end) return kNone;
+  for (std::uint8_t next :
+       corner_neighbours(cell.shape, static_cast<std::uint32_t>(corner - cell.corner.begin()))) {
+    if (next == kNoPlace) break;
+    const std::uint32_t found = cell.corner[next];
+    if (has(side, found)) continue;
+    return vertices_[found].born > cell.sequence ? kNone : found;
+  }
+  return kNone;
+}
+
+/// The cell behind the side of the cell at `place` that lies across from `side`, if there is one:
+/// its place, and the slots around that side.
+std::uint32_t NeighbourFinder::onward(std::uint32_t place, Cycle side,
+                                      std::array<std::uint32_t, 4>& far_side) const {
+  const Cell& cell = ring_[place];
+  for (std::size_t i = 0; i < side.size(); ++i) {
+    far_side[i] = far(place, side[i], side);
+    if (far_side[i] == kNone) return kNone;
+  }
+  const auto sides = faces_of(cell.shape, cell.corners);
+  for (std::uint32_t k = 0; k < std::min<std::size_t>(sides.size(), Sides::kMost); ++k) {
+    if (sides[k].size != side.size()) continue;
+    bool same = true;
+    for (std::size_t i = 0; i < side.size() && same; ++i) {
+      const std::uint8_t at = sides[k].at[i];
+      const std::uint32_t slot =
+          cell.corner[cell.shape == CellShape::hexahedron ? kCornerBits[at] : at];
+      same = has(Cycle(far_side).first(side.size()), slot);
+    }
+    if (!same) continue;
+    const std::uint32_t behind = sides_[place].behind[k];
+    return behind != kNone && ring_[behind].sequence < cell.sequence ? behind : kNone;
+  }
+  return kNone;
+}
+
+void NeighbourFinder::look_around_corner(Neighbourhood& it, const CellTopology& cell,
+                                         std::uint32_t position) const {
+  const CornerFrame frame = corner_frame(cell.shape, cell.corners, position);
+  switch (flat_shape(cell.shape, cell.corners)) {
+    case CellShape::wedge: it.kind = Neighbourhood::layered; break;
+    case CellShape::quad: it.kind = Neighbourhood::flat; break;
+    case CellShape::pyramid:
+      it.kind = position < 4 ? Neighbourhood::flat : Neighbourhood::simplex;
+      break;
+    default: it.kind = Neighbourhood::simplex;
+  }
+  it.corner = static_cast<std::uint8_t>(std::min(position, 7u));
+  std::uint32_t known = 0, count = 0;
+  for (std::uint32_t a = 0; a < 3; ++a) {
+    const std::uint8_t p = frame.near[a];
+    if (p == kNoPlace || (known_ >> p & 1) == 0) continue;
+    const std::uint32_t at = it.kind == Neighbourhood::simplex ? count++ : a;
+    it.at[at] = cell.slots[p];
+    known |= Neighbourhood::kNear << at;
+    if (vertices_[it.at[at]].full) known |= Neighbourhood::kThird << at;
+  }
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    const std::uint8_t p = frame.diagonal[i];
+    if (p == kNoPlace || (known_ >> p & 1) == 0) continue;
+    it.at[kAtDiagonal + i] = cell.slots[p];
+    known |= Neighbourhood::kDiagonal << i;
+  }
+  it.known = static_cast<std::uint16_t>(known);
+  if (cell.shape == CellShape::line) look_along_line(it);
+  for (std::uint32_t a = 0; a < frame.across.size(); ++a) {
+    if (frame.across[a] == kNoPlace || !it.knows(Neighbourhood::kNear << a)) continue;
+    const std::uint32_t place = place_of(cell.behind[frame.across[a]]);
+    if (place != kNone) look_along(it, a, place, SideSlots(cell, frame.across[a]));
+  }
+  if (frame.around != kNoPlace) look_behind(it, cell, frame.around);
+}
+
+/// Beyond near[axis], which is in a side that the cell at `place` has too.
+void NeighbourFinder::look_along(Neighbourhood& it, std::uint32_t axis, std::uint32_t place,
+                                 Cycle side) const {
+  const std::uint32_t beyond = far(place, it.at[axis], side);
+  if (beyond == kNone) return;
+  it.at[kAtBeyond + axis] = beyond;
+  it.known |= static_cast<std::uint16_t>(Neighbourhood::kBeyond << axis);
+  std::array<std::uint32_t, 4> far_side{};
+  const std::uint32_t next = onward(place, side, far_side);
+  if (next == kNone) return;
+  const std::uint32_t farther = far(next, beyond, Cycle(far_side).first(side.size()));
+  if (farther == kNone || farther == it.at[axis]) return;
+  it.at[kAtFarther + axis] = farther;
+  it.known |= static_cast<std::uint16_t>(Neighbourhood::kFarther << axis);
+}
+
+/// What the cell behind the side across from the corner has: one vertex there, or one for each
+/// near.
+void NeighbourFinder::look_behind(Neighbourhood& it, const CellTopology& cell,
+                                  std::uint32_t side) const {
+  const std::uint32_t place = place_of(cell.behind[side]);
+  if (place == kNone) return;
+  const SideSlots slots(cell, side);
+  std::array<std::uint32_t, 3> beyond{};
+  std::uint32_t first = kNone;
+  const std::uint32_t from = it.kind == Neighbourhood::layered ? 1 : 0;
+  for (std::uint32_t a = from; a < 3; ++a) {
+    if (!it.knows(Neighbourhood::kNear << a)) continue;
+    beyond[a] = far(place, it.at[a], slots);
+    if (first == kNone) first = beyond[a];
+  }
+  if (first == kNone) return;
+  bool one = true;
+  for (std::uint32_t a = from; a < 3; ++a)
+    one = one && (!it.knows(Neighbourhood::kNear << a) || beyond[a] == first);
+  const auto say = [&](std::uint32_t at, std::uint32_t slot) {
+    if (slot == kNone) return;
+    it.at[at] = slot;
+    it.known |= static_cast<std::uint16_t>(1u << at);
+  };
+  if (!one) {
+    for (std::uint32_t a = from; a < 3; ++a)
+      if (it.knows(Neighbourhood::kNear << a)) say(kAtBeyond + a, beyond[a]);
+  } else if (it.kind == Neighbourhood::layered) {
+    say(kAtDiagonal + 2, first);
+    if (it.knows(Neighbourhood::kDiagonal)) say(kAtOpposite, far(place, it.at[kAtDiagonal], slots));
+  } else {
+    say(kAtOpposite, first);
+    if (!it.knows(3 * Neighbourhood::kDiagonal))
+      for (std::uint32_t i = 0; i < (it.knows(4 * Neighbourhood::kNear) ? 3u : 1u); ++i)
+        say(kAtDiagonal + i, first);
+  }
+}
+
+/// The line before this one, if it leads here.
+void NeighbourFinder::look_along_line(Neighbourhood& it) const {
+  if (!it.knows(Neighbourhood::kNear) || sequence_ == 0) return;
+  const std::uint32_t place = place_of(sequence_ - 1);
+  if (place == kNone || ring_[place].shape != CellShape::line) return;
+  const std::uint32_t beyond = far(place, it.at[0], Cycle(it.at).first(1));
+  if (beyond == kNone) return;
+  it.at[kAtBeyond] = beyond;
+  it.known |= Neighbourhood::kBeyond;
+}
+
+/// Cells behind the sides: of a wedge first behind a triangle, of flat cells last behind itself.
+void NeighbourFinder::look_beside_cell(Neighbourhood& it, const CellTopology& cell) const {
+  it.kind = Neighbourhood::beside;
+  const auto sides = faces_of(cell.shape, cell.corners);
+  const CellShape shape = flat_shape(cell.shape, cell.corners);
+  const std::uint32_t count =
+      static_cast<std::uint32_t>(std::min<std::size_t>(sides.size(), Sides::kMost));
+  const bool itself = shape == CellShape::triangle || shape == CellShape::quad;
+  std::uint32_t known = 0, axis = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::uint32_t k = itself ? (i + 1) % count : i;
+    const std::uint32_t place = place_of(cell.behind[k]);
+    if (place == kNone) continue;
+    if (axis == 3) {
+      it.at[kAtOpposite] = place;
+      known |= Neighbourhood::kOpposite;
+      break;
+    }
+    it.at[axis] = place;
+    known |= Neighbourhood::kNear << axis;
+    std::array<std::uint32_t, 4> far_side{};
+    const std::uint32_t next = onward(place, SideSlots(cell, k), far_side);
+    if (next != kNone) {
+      it.at[kAtBeyond + axis] = next;
+      known |= Neighbourhood::kBeyond << axis;
+    }
+    ++axis;
+  }
+  it.known = static_cast<std::uint16_t>(known);
+}
+
+}  // namespace shm
