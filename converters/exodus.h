@@ -78,7 +78,7 @@ bool exodus_holds_name(const std::string& name);
 // offset file (netCDF-4 when a variable is too large for that): one element block for each block
 // and number of nodes, polygons as NSIDED; 32-bit floats when they hold all values, else 64-bit;
 // arrays without a role as variables, components apart (name_x, name_y, name_z or name_1, ...),
-// static ones at every step. Throws Failure: output when the disk fails, unsupported for polyhedra
+// static ones at every step; arrays of role exodus:node_num_map and exodus:elem_num_map as maps. Throws Failure: output when the disk fails, unsupported for polyhedra
 // of other formats.
 void write_exodus(MeshSource& mesh, const std::string& path);
 

@@ -160,9 +160,16 @@ class ForeignWriter {
                     "polyhedra cannot be written to Exodus without the format that they came in");
   }
 
+  static bool is_map(const ArrayInfo& array) {
+    return (array.role == "exodus:node_num_map" && array.location == Location::point) ||
+           (array.role == "exodus:elem_num_map" && array.location == Location::cell &&
+            array.blocks.empty());
+  }
+
   void choose_columns() {
     for (std::size_t a = 0; a < info_.schema.arrays.size(); ++a) {
       const ArrayInfo& array = info_.schema.arrays[a];
+      if (is_map(array)) maps_.push_back(a);
       if (!array.role.empty()) continue;
       auto& columns = array.location == Location::point ? nodal_ : element_;
       for (std::uint32_t c = 0; c < array.components; ++c) {
@@ -191,6 +198,7 @@ class ForeignWriter {
       most = std::max(most, group.nodes);
     }
     wide_ = most > std::numeric_limits<std::int32_t>::max();
+    for (const std::size_t map : maps_) wide_ |= info_.schema.arrays[map].type == ScalarType::int64;
     netcdf4_ = wide_ || largest > kMostVariableBytes;
   }
 
@@ -326,6 +334,7 @@ class ForeignWriter {
   void write_values() {
     write_points<Real>();
     write_cells();
+    for (const std::size_t map : maps_) write_map(map);
     write_sets();
     for (std::size_t step = 0; step < times_.size(); ++step) {
       const auto time = static_cast<Real>(times_[step]);
@@ -383,6 +392,44 @@ class ForeignWriter {
                                      static_cast<std::int64_t>(cells), nodes.data()),
             "element block " + std::to_string(ids_[g]));
     });
+  }
+
+  // `count` numbers of nodes or elements, from the one at `first` on.
+  void put_map(std::size_t array, std::uint64_t first, std::uint64_t count,
+               const std::byte* values) const {
+    const ArrayInfo& info = info_.schema.arrays[array];
+    std::vector<std::int64_t> numbers(count);
+    for (std::uint64_t i = 0; i < count; ++i) {
+      std::int32_t narrow;
+      std::memcpy(&narrow, values + i * info_.array_stride(array), sizeof narrow);
+      numbers[i] = narrow;
+      if (info.type == ScalarType::int64)
+        std::memcpy(&numbers[i], values + i * sizeof(std::int64_t), sizeof(std::int64_t));
+    }
+    check(
+        ex_put_partial_id_map(exoid_, info.location == Location::point ? EX_NODE_MAP : EX_ELEM_MAP,
+                              static_cast<std::int64_t>(first + 1),
+                              static_cast<std::int64_t>(count), numbers.data()),
+        info.name);
+  }
+
+  void write_map(std::size_t array) {
+    if (info_.schema.arrays[array].location == Location::point) {
+      std::vector<std::byte> values;
+      for (std::uint64_t first = 0; first < info_.vertices; first += kPieceElements) {
+        const std::uint64_t count = std::min(kPieceElements, info_.vertices - first);
+        values.resize(count * info_.array_stride(array));
+        mesh_.read_array(array, 0, first, count, values.data());
+        put_map(array, first, count, values.data());
+      }
+      return;
+    }
+    std::vector<std::uint64_t> begin(1);  // of each group
+    for (const CellGroup& group : grouping_.groups()) begin.push_back(begin.back() + group.cells);
+    grouping_.deal_values(
+        mesh_, array, 0,
+        [&](std::uint32_t group, std::uint64_t first, std::uint64_t count,
+            const std::byte* values) { put_map(array, begin[group] + first, count, values); });
   }
 
   void put_integers(const char* prefix, std::uint32_t group, std::size_t first,
@@ -461,6 +508,7 @@ class ForeignWriter {
   int real_bytes_ = 8;
   bool wide_ = false, netcdf4_ = false;
   std::vector<Column> nodal_, element_;
+  std::vector<std::size_t> maps_;  // arrays that are number maps
   std::vector<double> times_;
   std::vector<std::int64_t> ids_;  // of each group
 };

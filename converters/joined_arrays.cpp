@@ -55,7 +55,8 @@ bool JoinedArrays::is_only_for_its_format(const ArrayInfo& array) {
          array.role == "vtk:block_id" || array.role == "gmsh:element_node_data";
 }
 
-JoinedArrays::JoinedArrays(MeshSource& source, bool join, bool distinct) : ForwardingMesh(source) {
+JoinedArrays::JoinedArrays(MeshSource& source, bool join, bool distinct, bool exodus_maps)
+    : ForwardingMesh(source), exodus_maps_(exodus_maps) {
   const MeshInfo& from = source.info();
   info_.schema = from.schema;
   info_.schema.arrays.clear();
@@ -108,7 +109,8 @@ std::size_t JoinedArrays::run_of_columns(std::size_t first) const {
 
 void JoinedArrays::add(std::size_t first, std::size_t columns) {
   ArrayInfo info = source_.info().schema.arrays[first];
-  info.role.clear();
+  const bool is_map = info.role == "exodus:node_num_map" || info.role == "exodus:elem_num_map";
+  if (!exodus_maps_ || !is_map) info.role.clear();
   info.quantization = {};
   if (columns > 1) {
     info.components = static_cast<std::uint32_t>(columns);

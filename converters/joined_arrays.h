@@ -13,8 +13,9 @@ namespace shm::converters {
 class JoinedArrays final : public ForwardingMesh {
  public:
   // `join`: the source has columns where the target has vectors. `distinct`: blocks of different
-  // names or dimensions get different numbers.
-  JoinedArrays(MeshSource& source, bool join, bool distinct);
+  // names or dimensions get different numbers. `exodus_maps`: number maps of Exodus stay what they
+  // are.
+  JoinedArrays(MeshSource& source, bool join, bool distinct, bool exodus_maps = false);
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
   // Without these arrays of the source: not in the result at all.
@@ -26,6 +27,7 @@ class JoinedArrays final : public ForwardingMesh {
   void name_apart();
   void number_blocks_apart();
 
+  const bool exodus_maps_;
   std::vector<std::vector<std::size_t>> parts_;  // of each array: arrays of the source
   std::vector<std::byte> column_;
 };

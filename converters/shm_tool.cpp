@@ -22,6 +22,7 @@
 #include "compress.h"
 #include "decompress.h"
 #include "diff_command.h"
+#include "extract_command.h"
 #include "failure.h"
 #include "formats.h"
 #include "layout.h"
@@ -136,12 +137,6 @@ bool is_shm(const std::string& path) {
 std::unique_ptr<MeshSource> open_input(const Options& options, Spool& spool, ProgressLine& line) {
   return is_shm(options.input) ? open_shm(options.input, spool, line.callback(), options.threads)
                                : open_mesh(options.input, spool, line.callback());
-}
-
-// Whatever --quiet says: nothing goes silently.
-void tell_losses(const LossList& losses, const std::string& output) {
-  for (const std::string& loss : losses)
-    std::fprintf(stderr, "shm: not in %s: %s\n", output.c_str(), loss.c_str());
 }
 
 ExitCode run_convert(Options& options) {
@@ -293,7 +288,7 @@ int run(int argc, char** argv, Options& options) {
       {add_convert(app, options), run_convert},   {add_verify(app, options), run_verify},
       {add_diff(app, options), run_diff},         {add_info(app, options), run_info},
       {add_join(app, options), run_join},         {add_split(app, options), run_split},
-      {add_layout(app, options), run_layout},
+      {add_extract(app, options), run_extract},   {add_layout(app, options), run_layout},
   };
   try {
     app.parse(argc, argv);

@@ -228,6 +228,70 @@ CLI::App* add_info(CLI::App& app, Options& options) {
   return command;
 }
 
+CLI::App* add_extract(CLI::App& app, Options& options) {
+  CLI::App* command = add_command(
+      app, options, "extract",
+      "Write a piece of a .shm file as a mesh of its own, in any format. Only the bytes that the\n"
+      "piece needs are read. Conditions for cells are met all together; without any, all cells "
+      "go.\n"
+      "Vertices and cells are numbered anew, in their old order; shm_vertex_number and\n"
+      "shm_cell_number (in Exodus the number maps) say what they were. Sets are cut to what is "
+      "left",
+      "  shm extract rotor.e.shm part.vtu --box 0,0,0,1,1,0.5 --array temperature --step 12\n"
+      "  shm extract rotor.e.shm casing.e --block casing\n"
+      "  shm extract rotor.e.shm inlet.vtk --set inlet     its sides, as quads and triangles\n"
+      "  shm extract rotor.e.shm first.shm --cells 0:100000\n"
+      "  shm extract pieces.shm box.vtu --part rotor.e.4.0 --box 0,0,0,1,1,1");
+  command->add_option("IN", options.input, ".shm file that can be read anywhere")
+      ->required()
+      ->type_name("");
+  command->add_option("OUT", options.output, "File to write")->required()->type_name("");
+  command
+      ->add_option("--format", options.format,
+                   "exodus, vtk, vtu, gmsh, ucd or shm; default: by name")
+      ->type_name("F");
+  command
+      ->add_option(
+          "--cells", options.cells,
+          "Cells A, A + 1, ..., B - 1, from 0 in the order of IN (in order keep that of the "
+          "source)")
+      ->type_name("A:B");
+  command
+      ->add_option("--block", options.blocks,
+                   "Cells of the blocks with this name, or this number if no name is so; may be "
+                   "repeated")
+      ->allow_extra_args(false)
+      ->type_name("ID");
+  command
+      ->add_option("--box", options.box,
+                   "Cells with a vertex in this box, or on its faces: "
+                   "xmin,ymin,zmin,xmax,ymax,zmax")
+      ->type_name("BOX");
+  command
+      ->add_option(
+          "--set", options.set,
+          "A set by name or number, or side_set_N, node_set_N, element_set_N. Element set "
+          "or physical\ngroup: its cells; side set: its sides as cells with the values of "
+          "their points;\nnode set: its points, each a cell (of the conditions only --box)")
+      ->type_name("NAME");
+  command
+      ->add_option(
+          "--array", options.arrays,
+          "This array alone, and number maps; NAME, point/NAME or cell/NAME, v for v_x, v_y, "
+          "v_z. May be\nrepeated")
+      ->allow_extra_args(false)
+      ->type_name("NAME");
+  command
+      ->add_option("--step", options.step,
+                   "Time step N alone, from 0 (default: all; the last where a file holds one)")
+      ->type_name("N");
+  command->add_option("--part", options.part, "Which file of an archive")->type_name("NAME");
+  command->add_flag("--strict", options.strict,
+                    "Write nothing when OUT would lack something of the piece (which is named on "
+                    "standard error\nin any case): exit code 6");
+  return command;
+}
+
 CLI::App* add_layout(CLI::App& app, Options& options) {
   CLI::App* command = add_command(
       app, options, "layout",

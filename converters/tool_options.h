@@ -19,7 +19,9 @@ struct Options {
   std::optional<std::uint32_t> delay;  // none told: as a trial finds
   std::uint32_t bits = 0;
   std::optional<std::string> abs, rel;
-  std::vector<std::string> arrays;  // NAME:ACCURACY
+  std::vector<std::string> arrays;  // NAME:ACCURACY; of extract NAME
+  std::string cells, box, set, part;
+  std::vector<std::string> blocks;
   std::string level = "default", codec = "auto";
   std::uint64_t segment_cells = 0;
   double restart_budget = .2;  // percent
@@ -40,6 +42,7 @@ CLI::App* add_diff(CLI::App& app, Options& options);
 CLI::App* add_info(CLI::App& app, Options& options);
 CLI::App* add_join(CLI::App& app, Options& options);
 CLI::App* add_split(CLI::App& app, Options& options);
+CLI::App* add_extract(CLI::App& app, Options& options);
 CLI::App* add_layout(CLI::App& app, Options& options);
 
 // What the words of --order, --level and --codec mean.

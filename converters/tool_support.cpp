@@ -64,6 +64,11 @@ void say(const Options& options, const std::string& text) {
   if (!options.quiet) std::fputs(text.c_str(), options.output == "-" ? stderr : stdout);
 }
 
+void tell_losses(const LossList& losses, const std::string& output) {
+  for (const std::string& loss : losses)
+    std::fprintf(stderr, "shm: not in %s: %s\n", output.c_str(), loss.c_str());
+}
+
 void wrong_use(const std::string& sentence) {
   throw Failure(Error{ErrorCode::misuse, sentence, {}, kNoOffset, {}});
 }

@@ -143,6 +143,12 @@ const Extra* find_extra(const MeshInfo& info, const std::string& key) {
   return nullptr;
 }
 
+bool is_flat(const MeshInfo& info) {
+  const Extra* skeleton = find_extra(info, "exodus/skeleton");
+  return skeleton != nullptr &&
+         text_of_extra(*skeleton).find("\nD\tnum_dim\t2\n") != std::string::npos;
+}
+
 std::string text_of_extra(const Extra& extra) {
   if (extra.type != ScalarType::uint8 || extra.data.empty()) return {};
   return {reinterpret_cast<const char*>(extra.data.data()), extra.data.size()};
@@ -165,6 +171,7 @@ std::vector<TransferSet> transfer_sets(const MeshInfo& info, std::set<std::strin
   std::vector<TransferSet> sets;
   if (info.schema.source_format == "exodus") add_exodus_sets(info, sets, told);
   if (info.schema.source_format == "gmsh") add_gmsh_groups(info, sets);
+  for (TransferSet& set : sets_of_extras(info, told)) sets.push_back(std::move(set));
   return sets;
 }
 
@@ -209,8 +216,12 @@ std::vector<Extra> extras_of_sets(const std::vector<TransferSet>& sets) {
 }
 
 std::vector<TransferSet> sets_of_extras(const MeshInfo& info) {
-  std::vector<TransferSet> sets;
   std::set<std::string> told;
+  return sets_of_extras(info, told);
+}
+
+std::vector<TransferSet> sets_of_extras(const MeshInfo& info, std::set<std::string>& told) {
+  std::vector<TransferSet> sets;
   const ExtraIndex extras(info.extras);
   for (const Kind kind : {Kind::nodes, Kind::sides, Kind::elements}) {
     for (const Extra& extra : info.extras) {

@@ -24,16 +24,21 @@ struct TransferSet {
   std::string short_name() const;     // its name, or "side_set_3"
 };
 
-// `told` gets the keys of the extras whose content the result has.
+// Those of the format that the mesh came from, and those of extras_of_sets(). `told` gets the keys
+// of the extras whose content the result has.
 std::vector<TransferSet> transfer_sets(const MeshInfo& info, std::set<std::string>& told);
 
 // Extras "mesh/node_set/<i>/...", "mesh/side_set/<i>/..." and "mesh/element_set/<i>/..." with id,
 // name, members (references) and sides: how the sets reach a writer.
 std::vector<Extra> extras_of_sets(const std::vector<TransferSet>& sets);
 std::vector<TransferSet> sets_of_extras(const MeshInfo& info);
+std::vector<TransferSet> sets_of_extras(const MeshInfo& info, std::set<std::string>& told);
 
 // Sets of whole blocks become lists of cells. Walks the cells when there are such sets.
 void list_members(MeshSource& mesh, std::vector<TransferSet>& sets);
+
+// Whether the mesh is one of two dimensions, so that sides of its triangles and quads are edges.
+bool is_flat(const MeshInfo& info);
 
 // Text and integers of an extra; empty when it holds something else.
 std::string text_of_extra(const Extra& extra);

@@ -50,12 +50,6 @@ std::string title_of_exodus(const std::string& skeleton) {
   return vtk::decode_name(std::string_view(line).substr(value + 1));
 }
 
-bool is_flat(const MeshInfo& info) {
-  const Extra* skeleton = find_extra(info, "exodus/skeleton");
-  return skeleton != nullptr &&
-         text_of_extra(*skeleton).find("\nD\tnum_dim\t2\n") != std::string::npos;
-}
-
 // Whether a 64-bit integer of the array is not that of a double.
 bool beyond_doubles(MeshSource& mesh, std::size_t a) {
   constexpr std::int64_t kMost = std::int64_t{1} << 53;
@@ -136,8 +130,9 @@ Translation::Translation(MeshSource& source, const std::string& format, const Ho
   if (holds_.block_numbers) split_blocks();
   choose_step(step);
   const std::vector<BlockInfo> blocks = mesh_->info().schema.blocks;
-  add(std::make_unique<JoinedArrays>(
-      *mesh_, from_.schema.source_format == "exodus" && holds.vectors, !holds.block_numbers));
+  add(std::make_unique<JoinedArrays>(*mesh_,
+                                     from_.schema.source_format == "exodus" && holds.vectors,
+                                     !holds.block_numbers, format == "exodus" || format == "shm"));
   report_numbers(blocks);
   report_arrays();
   report_blocks();
@@ -250,7 +245,10 @@ void Translation::report_name(const std::string& name, const std::string& label)
 
 void Translation::carry_title() {
   std::string title;
-  if (from_.schema.source_format == "exodus") {
+  if (const Extra* given = find_extra(from_, "mesh/title")) {
+    title = text_of_extra(*given);
+    told_.insert(given->key);
+  } else if (from_.schema.source_format == "exodus") {
     if (const Extra* skeleton = find_extra(from_, "exodus/skeleton"))
       title = title_of_exodus(text_of_extra(*skeleton));
   } else {

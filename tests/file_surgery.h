@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <utility>
@@ -70,6 +71,30 @@ inline std::vector<std::byte> put_together(FileParts parts, Numbering numbering 
   }
   container::put_trailer(out, last_offset);
   return std::move(out.bytes);
+}
+
+/// With another index, whose checksum is right. Must hold: the file has one.
+inline std::vector<std::byte> with_index(std::span<const std::byte> bytes,
+                                         const std::function<void(container::Index&)>& change) {
+  FileParts parts = take_apart(bytes);
+  Chunk* chunk = parts.find(container::ChunkKind::index);
+  ByteReader in(chunk->payload);
+  container::Index index;
+  container::get(in, index, chunk->payload.size());
+  change(index);
+  ByteWriter out;
+  container::put(out, index);
+  chunk->payload = std::move(out.bytes);
+  return put_together(parts);
+}
+
+/// The n-th entry of a kind. Must hold: there are so many.
+inline container::IndexEntry& entry_of(container::Index& index, container::ChunkKind kind,
+                                       std::size_t n) {
+  const auto of_kind = [&](const container::IndexEntry& entry) {
+    return entry.kind == static_cast<std::uint8_t>(kind) && n-- == 0;
+  };
+  return *std::find_if(index.entries.begin(), index.entries.end(), of_kind);
 }
 
 /// A group's payload: header and bitstreams.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "coders/shifts.h"
+#include "counted_source.h"
 #include "feature_files.h"
 #include "file_surgery.h"
 #include "item_text.h"
@@ -263,21 +264,6 @@ TEST(Segments, ReadersWithThreadsMayBeLeft) {
     for (int i = 0; i < items; ++i) ASSERT_TRUE(reader->next());
   }
 }
-
-/// Counts what is read.
-class CountedSource final : public RandomSource {
- public:
-  explicit CountedSource(std::span<const std::byte> file) : source_(file) {}
-  std::uint64_t size() const override { return source_.size(); }
-  Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override {
-    bytes += into.size();
-    return source_.read_at(offset, into);
-  }
-  std::uint64_t bytes = 0;
-
- private:
-  MemoryRandomSource source_;
-};
 
 TEST(Segments, EachIsReadAlone) {
   using enum ConnectivityCodec;

@@ -503,21 +503,6 @@ TEST(StepReader, EveryCutIsFound) {
   }
 }
 
-/// With another index, whose checksum is right.
-Bytes with_index(std::span<const std::byte> bytes,
-                 const std::function<void(container::Index&)>& change) {
-  FileParts parts = take_apart(bytes);
-  Chunk* chunk = parts.find(ChunkKind::index);
-  ByteReader in(chunk->payload);
-  container::Index index;
-  EXPECT_TRUE(container::get(in, index, chunk->payload.size()));
-  change(index);
-  ByteWriter out;
-  container::put(out, index);
-  chunk->payload = std::move(out.bytes);
-  return put_together(parts);
-}
-
 /// Reads all that there is; the first complaint.
 std::optional<Error> complaint(std::span<const std::byte> bytes, const ReadLimits& limits = {}) {
   MemoryRandomSource source(bytes);
@@ -529,13 +514,6 @@ std::optional<Error> complaint(std::span<const std::byte> bytes, const ReadLimit
   return std::nullopt;
 }
 
-IndexEntry& nth(container::Index& index, ChunkKind kind, std::size_t n) {
-  for (IndexEntry& entry : index.entries)
-    if (entry.kind == static_cast<std::uint8_t>(kind) && n-- == 0) return entry;
-  ADD_FAILURE();
-  return index.entries[0];
-}
-
 TEST(StepReader, TheIndexIsNotBelieved) {
   const Bytes bytes = written(small_mesh());
   ASSERT_FALSE(complaint(bytes));
@@ -544,7 +522,7 @@ TEST(StepReader, TheIndexIsNotBelieved) {
   };
   for (const std::size_t n : {0u, 1u, 5u, 9u}) {
     const auto lies = [&](const char* what, const std::function<void(IndexEntry&)>& lie) {
-      refused(what, [&](container::Index& index) { lie(nth(index, ChunkKind::step_values, n)); });
+      refused(what, [&](container::Index& index) { lie(entry_of(index, ChunkKind::step_values, n)); });
     };
     using container::RefersTo;
     lies("array", [](IndexEntry& e) { e.array ^= 1; });
@@ -571,7 +549,7 @@ TEST(StepReader, TheIndexIsNotBelieved) {
   }
   for (const std::size_t n : {0u, 1u, 2u}) {
     const auto lies = [&](const char* what, const std::function<void(IndexEntry&)>& lie) {
-      refused(what, [&](container::Index& index) { lie(nth(index, ChunkKind::group, n)); });
+      refused(what, [&](container::Index& index) { lie(entry_of(index, ChunkKind::group, n)); });
     };
     lies("segment", [](IndexEntry& e) { e.segment += 1; });
     lies("cells", [](IndexEntry& e) { e.cells += 1; });

@@ -5,6 +5,8 @@
 
 #include "bytes/checksum.h"
 #include "container/random_chunks.h"
+#include "packing.h"
+#include "schema_codec.h"
 
 namespace shm {
 
@@ -22,6 +24,24 @@ Result<std::vector<std::byte>> IndexedFile::read_chunk(const IndexEntry& entry) 
   return container::read_chunk(*source_, entry, limits_.max_chunk_bytes);
 }
 
+Result<std::vector<Extra>> IndexedFile::read_extras() {
+  std::vector<Extra> extras;
+  for (const IndexEntry& entry : index_.entries) {
+    if (entry.kind != static_cast<std::uint8_t>(ChunkKind::extra)) continue;
+    const auto payload = read_chunk(entry);
+    if (!payload) return payload.error();
+    ByteReader in(*payload);
+    const std::string section = container::chunk_name(entry.kind);
+    if (stated_packed_size(in) > limits_.max_extra_bytes)
+      return wrong("unpacks to more than the limit", section, entry.offset, ErrorCode::over_limit);
+    const auto blob = get_packed(in, limits_.max_extra_bytes);
+    if (!blob) return wrong("cannot be unpacked", section, entry.offset);
+    ByteReader fields(*blob);
+    if (!get(fields, extras.emplace_back())) return wrong("makes no sense", section, entry.offset);
+  }
+  return extras;
+}
+
 Result<IndexedFile::GroupHead> IndexedFile::read_group_head(std::size_t group) {
   const IndexEntry& entry = groups_[group];
   const std::string section = "group " + std::to_string(group);
@@ -35,11 +55,10 @@ Result<IndexedFile::GroupHead> IndexedFile::read_group_head(std::size_t group) {
   if (!chunk) return chunk.error();
   ByteReader in(std::span<const std::byte>(*bytes).subspan(kChunkHeaderBytes));
   GroupHead head;
+  head.bytes.assign(bytes->begin() + kChunkHeaderBytes, bytes->end());
   if (!container::get(in, head.header) || in.left() != 0)
     return wrong("the group header makes no sense", section, entry.offset);
-  if (head.header.cells != entry.cells || head.header.vertices != entry.vertices ||
-      head.header.first_cell != entry.first_cell || head.header.first_vertex != entry.first_vertex)
-    return wrong("the index tells something else of it", section, entry.offset);
+  if (auto good = expect_group(group, head.header); !good) return good.error();
   std::uint64_t left = chunk->payload_bytes - entry.header_bytes;
   for (const container::StreamEntry& stream : head.header.streams) {
     head.stream_offset.push_back(entry.offset + entry.bytes - left);
@@ -65,6 +84,36 @@ Result<std::vector<std::byte>> IndexedFile::read_stream(std::size_t group, const
   if (bytes && checksum(*bytes) != entry.checksum)
     return wrong(name + ": checksum does not match", section, groups_[group].offset);
   return bytes;
+}
+
+Result<std::vector<std::byte>> IndexedFile::read_group(std::size_t group,
+                                                       const WantedValues& wanted) {
+  const IndexEntry& entry = groups_[group];
+  if (wanted.all()) return read_chunk(entry);
+  auto head = read_group_head(group);
+  if (!head) return head.error();
+  const std::uint64_t payload_bytes = entry.bytes - kChunkHeaderBytes;
+  if (payload_bytes > limits_.max_chunk_bytes)
+    return wrong("a chunk of " + std::to_string(entry.bytes) + " bytes, the limit is " +
+                     std::to_string(limits_.max_chunk_bytes),
+                 "group " + std::to_string(group), entry.offset, ErrorCode::over_limit);
+  std::vector<std::byte> payload = std::move(head->bytes);
+  payload.resize(static_cast<std::size_t>(payload_bytes));
+  const auto& streams = head->header.streams;
+  const std::uint64_t begin = entry.offset + kChunkHeaderBytes;
+  for (std::size_t s = 0; s < streams.size();) {
+    // Neighbours are read at once.
+    std::uint64_t bytes = 0;
+    std::size_t end = s;
+    for (; end < streams.size() && wanted.include(streams[end]); ++end) bytes += streams[end].bytes;
+    if (bytes > 0) {
+      const auto from = static_cast<std::size_t>(head->stream_offset[s] - begin);
+      const auto into = std::span(payload).subspan(from, static_cast<std::size_t>(bytes));
+      if (auto good = source_->read_at(head->stream_offset[s], into); !good) return good.error();
+    }
+    s = std::max(end, s + 1);
+  }
+  return payload;
 }
 
 // --- what is read first
@@ -101,6 +150,35 @@ Result<void> IndexedFile::list_groups() {
   }
   first_group_.push_back(groups_.size());
   return {};
+}
+
+Result<void> IndexedFile::expect_group(std::size_t group,
+                                       const container::GroupHeader& header) const {
+  const IndexEntry& entry = groups_[group];
+  if (header.cells == entry.cells && header.vertices == entry.vertices &&
+      header.first_cell == entry.first_cell && header.first_vertex == entry.first_vertex &&
+      header.box == entry.box)
+    return {};
+  return wrong_index("tells something else of group " + std::to_string(group) + " than its header");
+}
+
+Result<void> IndexedFile::expect_totals() const {
+  std::uint64_t vertices = 0, cells = 0;
+  bool good = index_.block_cells.size() == schema().blocks.size();
+  for (const IndexEntry& group : groups_) {
+    good = good && group.first_vertex == vertices && group.first_cell == cells &&
+           group.vertices <= index_.vertices - vertices && group.cells <= index_.cells - cells;
+    if (!good) break;
+    vertices += group.vertices;
+    cells += group.cells;
+  }
+  good = good && vertices == index_.vertices && cells == index_.cells;
+  for (std::uint64_t of_block : index_.block_cells) {
+    good = good && of_block <= cells;
+    cells -= of_block;
+  }
+  return good && cells == 0 ? Result<void>()
+                            : wrong_index("its groups are not what it tells in all");
 }
 
 /// The first chunk, and what stands before it, through a Decoder, which checks it.

@@ -13,6 +13,7 @@
 #include "container/format.h"
 #include "shm/reader.h"
 #include "shm/segment_reader.h"
+#include "wanted_values.h"
 
 namespace shm {
 
@@ -36,8 +37,15 @@ class IndexedFile {
 
   /// The payload of a whole chunk.
   Result<std::vector<std::byte>> read_chunk(const container::IndexEntry& entry);
+  /// All of them, in the order of the file. Must hold: the entries have not been taken.
+  Result<std::vector<Extra>> read_extras();
+  /// Complains unless the groups follow each other, and are what the index tells in all.
+  Result<void> expect_totals() const;
+  /// Complains unless the header of a group is what the index says of it, its box included.
+  Result<void> expect_group(std::size_t group, const container::GroupHeader& header) const;
   /// A group without its bitstreams.
   struct GroupHead {
+    std::vector<std::byte> bytes;  ///< as they stand in the payload
     container::GroupHeader header;
     std::vector<std::uint64_t> stream_offset;  ///< in the file, of each stream of the header
   };
@@ -45,6 +53,8 @@ class IndexedFile {
   /// The bytes of one of its bitstreams.
   Result<std::vector<std::byte>> read_stream(std::size_t group, const GroupHead& head,
                                              std::size_t stream);
+  /// The payload of a group, in which zeros stand for streams that are not wanted.
+  Result<std::vector<std::byte>> read_group(std::size_t group, const WantedValues& wanted);
 
   /// A complaint about the bytes at `offset`.
   static Error wrong(std::string detail, std::string section, std::uint64_t offset,

@@ -75,6 +75,7 @@ Result<void> SegmentDecoder::for_each_stream(Take&& take) {
     const auto bytes = in.get_bytes(entry.bytes);
     const std::string name = container::stream_name(entry.kind);
     if (!in.ok()) return damaged(name + ": ends beyond the group");
+    if (!wanted_.include(entry)) continue;
     if (checksum(bytes) != entry.checksum) return damaged(name + ": checksum does not match");
     if (auto good = take(entry, bytes, name); !good) return good;
     const bool array = entry.kind == StreamKind::array;
@@ -88,7 +89,7 @@ Result<void> SegmentDecoder::assign_shift_streams() {
   if (!shifts_) {
     if (!takes_shifts(*schema_))
       return damaged("connectivity: shifts are not for this schema", ErrorCode::unsupported);
-    shifts_ = std::make_unique<ShiftSegmentDecoder>(*schema_, start_.segment > 0);
+    shifts_ = std::make_unique<ShiftSegmentDecoder>(*schema_, start_.segment > 0, wanted_);
   }
   if (group_.streams.empty() || group_.streams[0].kind != container::StreamKind::connectivity)
     return damaged("connectivity: missing");
@@ -323,6 +324,7 @@ Result<void> SegmentDecoder::decode_values(MeshBlock& block) {
   for (std::size_t c = 0; c < values.columns(); ++c) {
     const bool geometry = c == 0;
     const std::uint32_t a = geometry ? 0 : values.array_of(c);
+    if (geometry ? !wanted_.geometry : !wanted_.includes_array(a)) continue;
     std::vector<std::byte>& out = geometry ? block.xyz : block.arrays[a];
     if (!values.decode_tile(c, out))
       return damaged((geometry ? "geometry" : array_stream_name(*schema_, a)) +

@@ -14,6 +14,7 @@
 #include "decoded_block.h"
 #include "mesh_streams.h"
 #include "shift_segment_decoder.h"
+#include "wanted_values.h"
 
 namespace shm {
 
@@ -27,6 +28,9 @@ class SegmentDecoder {
   SegmentDecoder(const SegmentDecoder&) = delete;  // its shifts borrow the group's header
   SegmentDecoder& operator=(const SegmentDecoder&) = delete;
 
+  /// Values that are not wanted stay undecoded, and their streams unseen. Before the first group.
+  void want(WantedValues wanted) { wanted_ = std::move(wanted); }
+
   /// Takes a group's payload. `offset` of the chunk and `group`, its number, are for complaints.
   Result<void> begin_group(std::vector<std::byte> payload, std::uint64_t offset,
                            std::uint64_t group);
@@ -34,6 +38,8 @@ class SegmentDecoder {
   /// Must hold: in_group(). Some thousand cells at most.
   Result<DecodedBlock> next_block();
 
+  /// What the group says that began last.
+  const container::GroupHeader& group() const { return group_; }
   /// What the first group says. Must hold: begin_group() succeeded once.
   const SegmentStart& start() const { return start_; }
   /// Numbers of own vertices that are not finalized by now.
@@ -67,6 +73,7 @@ class SegmentDecoder {
   ReadLimits limits_;
   SegmentStart start_;
   Imports imports_;
+  WantedValues wanted_;
   bool begun_ = false;
   std::unique_ptr<ShiftSegmentDecoder> shifts_;         // from the first group on, if it has shifts
   std::unique_ptr<MeshStreams<RangeDecoder>> streams_;  // from the first group on, if it has not

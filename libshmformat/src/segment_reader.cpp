@@ -31,9 +31,7 @@ Result<std::vector<MeshBlock>> SegmentReader::Impl::read(std::size_t index) {
     if (!payload) return payload.error();
     if (auto good = decoder.begin_group(std::move(*payload), entry.offset, g); !good)
       return good.error();
-    if (decoder.start().first_cell != segments[index].first_cell ||
-        decoder.start().first_vertex != segments[index].first_vertex)
-      return file.wrong_index("does not tell where the segment begins");
+    if (auto good = file.expect_group(g, decoder.group()); !good) return good.error();
     while (decoder.in_group()) {
       auto block = decoder.next_block();
       if (!block) return block.error();

@@ -16,8 +16,10 @@ constexpr std::size_t kMostAtOnce = 64;
 
 using container::StreamKind;
 
-ShiftSegmentDecoder::ShiftSegmentDecoder(const Schema& schema, bool may_import)
+ShiftSegmentDecoder::ShiftSegmentDecoder(const Schema& schema, bool may_import,
+                                         const WantedValues& wanted)
     : schema_(&schema),
+      wanted_(wanted),
       may_import_(may_import),
       shifts_(schema, may_import),
       columns_(difference_columns(schema)),
@@ -251,6 +253,7 @@ auto ShiftSegmentDecoder::next_values(MeshBlock& block) -> Complaint {
   for (std::size_t c = 0; c < columns_.size(); ++c) {
     const bool geometry = c == 0;
     const std::uint32_t array = geometry ? 0 : arrays_[c - 1];
+    if (geometry ? !wanted_.geometry : !wanted_.includes_array(array)) continue;
     std::vector<std::byte>& out = geometry ? block.xyz : block.arrays[array];
     const bool of_cells = !geometry && schema_->arrays[array].location == Location::cell;
     if (of_cells) {

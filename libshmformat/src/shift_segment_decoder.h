@@ -14,6 +14,7 @@
 #include "decoded_block.h"
 #include "front/live_numbers.h"
 #include "values/difference_column.h"
+#include "wanted_values.h"
 
 namespace shm {
 
@@ -22,8 +23,8 @@ class ShiftSegmentDecoder {
   /// What is wrong with the data; empty: nothing.
   using Complaint = std::string;
 
-  /// `schema` is checked, borrowed, and takes shifts.
-  ShiftSegmentDecoder(const Schema& schema, bool may_import);
+  /// `schema` is checked, borrowed, and takes shifts. Values that are not wanted stay undecoded.
+  ShiftSegmentDecoder(const Schema& schema, bool may_import, const WantedValues& wanted);
 
   /// A group begins: its header (borrowed for the group), then each of its streams in order.
   void begin_group(const container::GroupHeader& header);
@@ -51,6 +52,7 @@ class ShiftSegmentDecoder {
   std::size_t column_of(const container::StreamEntry& entry) const;
 
   const Schema* schema_;
+  const WantedValues wanted_;
   bool may_import_, yields_imports_ = false;
   const container::GroupHeader* header_ = nullptr;
   ShiftDecoder shifts_;

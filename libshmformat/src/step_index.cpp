@@ -23,26 +23,12 @@ Result<StepIndex> StepIndex::of(IndexedFile& file) {
 Result<void> StepIndex::count_elements(const IndexedFile& file) {
   const Schema& schema = file.schema();
   const container::Index& totals = file.index();
-  std::uint64_t vertices = 0, cells = 0;
-  bool good = totals.block_cells.size() == schema.blocks.size();
-  for (const IndexEntry& group : file.groups()) {
-    good = good && group.first_vertex == vertices && group.first_cell == cells &&
-           group.vertices <= totals.vertices - vertices && group.cells <= totals.cells - cells;
-    if (!good) break;
-    vertices += group.vertices;
-    cells += group.cells;
-  }
-  good = good && vertices == totals.vertices && cells == totals.cells;
-  for (std::uint64_t of_block : totals.block_cells) {
-    good = good && of_block <= cells;
-    cells -= of_block;
-  }
-  if (!good || cells != 0) return file.wrong_index("its groups are not what it tells in all");
+  if (auto good = file.expect_totals(); !good) return good;
   elements_.resize(schema.arrays.size());
   for (std::size_t a = 0; a < elements_.size(); ++a) {
     if (!schema.arrays[a].per_step) continue;
     const ArrayInfo& array = schema.arrays[a];
-    elements_[a] = array.location == Location::point ? vertices
+    elements_[a] = array.location == Location::point ? totals.vertices
                    : array.blocks.empty()            ? totals.cells
                                                      : 0;
     if (array.location == Location::cell)

@@ -16,7 +16,7 @@
 
 namespace shm {
 
-/// What the index says of a segment. Nobody has checked it until the segment is read.
+/// What the index says of a segment. It is believed until the segment is read, which must be so.
 struct SegmentInfo {
   std::uint64_t first_cell = 0, cells = 0;       ///< in coding order
   std::uint64_t first_vertex = 0, vertices = 0;  ///< that it owns; stream numbers

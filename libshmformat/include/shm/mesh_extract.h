@@ -1,0 +1,103 @@
+// MeshExtractor: a piece of a mesh out of a .shm file: some of its cells with their vertices and
+// values. Beside index and schema it reads the segments that may have such cells, of these only the
+// streams that are wanted, and of stepped arrays only the steps that are asked for.
+// Memory: one chunk group, the vertices that wait for their last use, and 8 to 16 bytes for each
+// vertex and cell of the piece; for steps also what a StepReader takes.
+// spec: "Segments", "Index and trailer"
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "shm/io.h"
+#include "shm/reader.h"
+#include "shm/schema.h"
+#include "shm/segment_reader.h"
+#include "shm/step_reader.h"
+
+namespace shm {
+
+/// Which cells: those that meet every condition that is there; without any, all.
+struct CellSelection {
+  struct Range {
+    std::uint64_t first = 0, end = 0;  ///< first, first + 1, ..., end - 1
+  };
+  /// Numbers as in MeshBlock::cell_numbers.
+  std::optional<Range> range{};
+  /// The same, one by one, ascending.
+  std::optional<std::vector<std::uint64_t>> numbers{};
+  /// Indices into Schema::blocks, ascending.
+  std::optional<std::vector<std::uint32_t>> blocks{};
+  /// Smallest x y z, largest x y z: cells with a vertex in this box, its faces included.
+  std::optional<std::array<double, 6>> box{};
+
+  bool all() const { return !range && !numbers && !blocks && !box; }
+};
+
+struct ExtractRequest {
+  CellSelection cells{};
+  /// If given: these vertices, ascending numbers as in MeshBlock::vertex_numbers, and no cells.
+  /// Of the conditions for cells only a box may stand beside it: vertices in it.
+  std::optional<std::vector<std::uint64_t>> vertices{};
+  /// Indices of the static arrays whose values are wanted; nothing: of all.
+  std::optional<std::vector<std::uint32_t>> arrays{};
+};
+
+/// The index says where to look, and is believed where it says that nothing is to be found: an
+/// index that lies can hide cells (they are missing in the piece), and nothing else. What is read
+/// must be what the index says of it, boxes included, or reading fails. Not thread safe; distinct
+/// MeshExtractors are independent.
+class SHM_API MeshExtractor {
+ public:
+  /// Reads index and schema. `source` is borrowed and must outlive the MeshExtractor.
+  static Result<MeshExtractor> open(RandomSource& source, const ReadLimits& limits = {});
+  MeshExtractor(MeshExtractor&&) noexcept;
+  MeshExtractor& operator=(MeshExtractor&&) noexcept;
+  ~MeshExtractor();
+
+  const Schema& schema() const;
+  const std::vector<SegmentInfo>& segments() const;
+  // Of the whole file, as the index tells.
+  std::uint64_t vertices() const;
+  std::uint64_t cells() const;
+  const std::vector<std::uint64_t>& block_cells() const;
+
+  /// Reads all extras of the file. Their references are to numbers of the whole mesh.
+  Result<std::vector<Extra>> extras();
+  /// The time of each step, or nothing.
+  Result<std::vector<double>> step_times();
+  /// The steps at which a stepped array has values, ascending.
+  Result<std::vector<std::uint64_t>> steps(std::uint32_t array);
+
+  /// What next() is to give; drops the piece before. ErrorCode::misuse where the request names what
+  /// the file has not.
+  Result<void> begin(const ExtractRequest& request);
+  /// The next part of the piece; null at the end. Valid until the next call. Parts come segment by
+  /// segment, not always in order; numbers are those of the whole mesh. Each cell comes once, each
+  /// vertex once, before or with the first cell that uses it (vertices that no cell uses only
+  /// where all cells are wanted). In a part, first_vertex and first_cell count within the piece,
+  /// last_use is 0, `imported` is empty, and arrays that are not wanted are.
+  Result<MeshBlock*> next();
+
+  // After next() gave null.
+  /// Numbers of the piece's vertices and cells, ascending.
+  const std::vector<std::uint64_t>& vertex_numbers() const;
+  const std::vector<std::uint64_t>& cell_numbers() const;
+  /// A stepped array at a step: what next_values() is to give. Steps in ascending order cost least.
+  /// ErrorCode::misuse where the array has no values at that step.
+  Result<void> begin_values(std::uint32_t array, std::uint64_t step);
+  /// Values of elements of the piece, each of which comes once, with their numbers
+  /// (StepValues::first is 0); null at the end. Valid until the next call.
+  Result<StepValues*> next_values();
+
+ private:
+  class Impl;
+  explicit MeshExtractor(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace shm
