@@ -19,6 +19,19 @@ Error system_error(ErrorCode code, const std::string& what, const std::string& p
 
 }  // namespace
 
+Result<void> ByteSink::copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes) {
+  constexpr std::uint64_t kPiece = std::uint64_t{1} << 20;
+  std::vector<std::byte> piece;
+  while (bytes > 0) {
+    piece.resize(static_cast<std::size_t>(std::min(kPiece, bytes)));
+    if (auto good = from.read_at(offset, piece); !good) return good;
+    if (auto good = write(piece); !good) return good;
+    offset += piece.size();
+    bytes -= piece.size();
+  }
+  return {};
+}
+
 Result<void> MemorySink::write(std::span<const std::byte> more) {
   bytes.insert(bytes.end(), more.begin(), more.end());
   return {};
@@ -74,6 +87,13 @@ Result<void> FileSink::write(std::span<const std::byte> bytes) {
     bytes = bytes.subspan(static_cast<std::size_t>(n));
   }
   return {};
+}
+
+Result<void> FileSink::copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes) {
+  std::uint64_t done = 0;
+  if (const auto* file = dynamic_cast<const FileRandomSource*>(&from))
+    done = file->copy_to(descriptor_, offset, bytes);
+  return ByteSink::copy(from, offset + done, bytes - done);
 }
 
 Result<void> FileSink::commit() {
@@ -155,6 +175,21 @@ Result<void> FileRandomSource::read_at(std::uint64_t offset, std::span<std::byte
     into = into.subspan(static_cast<std::size_t>(n));
   }
   return {};
+}
+
+std::uint64_t FileRandomSource::copy_to(int descriptor, std::uint64_t offset,
+                                        std::uint64_t bytes) const {
+  constexpr std::uint64_t kMost = std::uint64_t{1} << 30;
+  auto from = static_cast<off_t>(offset);
+  std::uint64_t done = 0;
+  while (done < bytes) {
+    const auto wanted = static_cast<std::size_t>(std::min(kMost, bytes - done));
+    const ssize_t n = ::copy_file_range(descriptor_, &from, descriptor, nullptr, wanted, 0);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) break;
+    done += static_cast<std::uint64_t>(n);
+  }
+  return done;
 }
 
 }  // namespace shm

@@ -12,12 +12,17 @@
 
 namespace shm {
 
+class RandomSource;
+
 /// Takes bytes, front to back. Implement it to write anywhere; the library never seeks.
 class SHM_API ByteSink {
  public:
   virtual ~ByteSink() = default;
   /// All of `bytes` or an error; after an error the sink is not used again.
   virtual Result<void> write(std::span<const std::byte> bytes) = 0;
+  /// Writes `bytes` bytes of `from` from `offset` on. A sink that can leave that to the system
+  /// does.
+  virtual Result<void> copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes);
 };
 
 /// Gives bytes, front to back.
@@ -62,6 +67,7 @@ class SHM_API FileSink final : public ByteSink {
   FileSink(const FileSink&) = delete;
   FileSink& operator=(const FileSink&) = delete;
   Result<void> write(std::span<const std::byte> bytes) override;
+  Result<void> copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes) override;
   Result<void> commit();
 
  private:
@@ -114,6 +120,10 @@ class SHM_API FileRandomSource final : public RandomSource {
   FileRandomSource& operator=(const FileRandomSource&) = delete;
   std::uint64_t size() const override { return size_; }
   Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override;
+  /// Copies bytes from `offset` on to where the open file `descriptor` stands, without taking them
+  /// to this process: file systems that can share the blocks of both files do so. Returns how many
+  /// of the `bytes` bytes that were; less, or none, where the system cannot.
+  std::uint64_t copy_to(int descriptor, std::uint64_t offset, std::uint64_t bytes) const;
 
  private:
   FileRandomSource() = default;
