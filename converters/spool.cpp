@@ -37,10 +37,14 @@ void Spool::evict_one() {
   Page& page = resident_.at(number);
   if (page.dirty) {
     if (descriptor_ < 0) {
+      // A file that never has a name, or, where there is none such, one that loses it at once.
+      descriptor_ = ::open(directory_.c_str(), O_RDWR | O_TMPFILE | O_EXCL | O_CLOEXEC, 0600);
       std::string name = directory_ + "/.shm-spool-XXXXXX";
-      descriptor_ = ::mkstemp(name.data());
-      if (descriptor_ < 0) fail(directory_, "cannot create it");
-      ::unlink(name.c_str());
+      if (descriptor_ < 0) {
+        descriptor_ = ::mkstemp(name.data());
+        if (descriptor_ < 0) fail(directory_, "cannot create it");
+        ::unlink(name.c_str());
+      }
     }
     std::size_t done = 0;
     while (done < kPageBytes) {

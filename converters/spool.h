@@ -20,6 +20,7 @@ class Spool {
   // `directory`: where the temporary file is made when it is first needed.
   explicit Spool(std::string directory, std::size_t memory_budget = std::size_t{64} << 20);
   ~Spool();
+  const std::string& directory() const { return directory_; }
   Spool(const Spool&) = delete;
   Spool& operator=(const Spool&) = delete;
 

@@ -1,10 +1,13 @@
 // Files appear whole or not at all.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -52,9 +55,116 @@ TEST_F(FileIo, NothingIsLeftWithoutCommit) {
   auto sink = FileSink::create(path("a"));
   ASSERT_TRUE(sink);
   ASSERT_TRUE((*sink)->write(bytes("half")));
-  EXPECT_EQ(files(), 1u);
+  EXPECT_EQ(files(), (*sink)->is_named() ? 1u : 0u);
   sink->reset();
   EXPECT_EQ(files(), 0u);
+}
+
+// What the system does that has no files without names.
+TEST_F(FileIo, NamedTemporaries) {
+  for (const bool commit : {false, true}) {
+    std::ofstream(path("a")) << "before";
+    auto sink = FileSink::create(path("a"), FileSink::Temporary::named);
+    ASSERT_TRUE(sink);
+    EXPECT_TRUE((*sink)->is_named());
+    EXPECT_EQ(files(), 2u);
+    EXPECT_EQ((*sink)->temporary().find(path(".a.tmp")), 0u);
+    ASSERT_TRUE((*sink)->write(bytes("after")));
+    if (commit) {
+      fs::remove((*sink)->temporary());  // as some libraries do before they create
+      std::ofstream((*sink)->temporary()) << "named";
+      ASSERT_TRUE((*sink)->commit());
+    }
+    sink->reset();
+    EXPECT_EQ(files(), 1u);
+    EXPECT_EQ(content(path("a")), commit ? "named" : "before");
+  }
+}
+
+// Of a process that is gone; of another machine's when an hour old; nothing else.
+TEST_F(FileIo, LeftoversAreRemoved) {
+  const auto leave = [&](const std::string& name, int hours) {
+    std::ofstream(path(name.c_str())) << "left";
+    fs::last_write_time(path(name.c_str()),
+                        fs::file_time_type::clock::now() - std::chrono::hours(hours));
+  };
+  auto first = FileSink::create(path("a"), FileSink::Temporary::named);
+  ASSERT_TRUE(first);
+  const std::string own = fs::path((*first)->temporary()).filename().string();
+  const std::string machine = own.substr(own.rfind('-'));
+  const std::string gone = ".a.tmp" + std::to_string((1 << 22) + 1);  // above any process
+  leave(gone + machine, 0);
+  leave(gone + machine + "-7", 0);
+  leave(gone + "-other", 2);
+  leave(".a.tmp1-other", 2);
+  const std::set<std::string> others{own,
+                                     ".a.tmp1" + machine,
+                                     gone + "-another",
+                                     gone,
+                                     gone + "x" + machine,
+                                     ".a.tmp",
+                                     ".b.tmp4194305" + machine,
+                                     "a.tmp4194305" + machine,
+                                     ".a.tmp-12-3",
+                                     ".a.tmp0" + machine};
+  for (const std::string& name : others)
+    if (name != own) leave(name, name == gone + "-another" ? 0 : 2);
+  auto sink = FileSink::create(path("a"), FileSink::Temporary::named);
+  ASSERT_TRUE(sink);
+  ASSERT_TRUE((*sink)->commit());
+  std::set<std::string> left;
+  for (const auto& entry : fs::directory_iterator(folder_))
+    left.insert(entry.path().filename().string());
+  left.erase("a");
+  EXPECT_EQ(left, others);
+}
+
+// A process was killed between giving its file a name beside and renaming it.
+TEST_F(FileIo, ANameBesideThatIsTakenMakesWay) {
+  std::ofstream(path("a")) << "before";
+  std::ofstream(path(".a.tmp")) << "left";
+  auto sink = FileSink::create(path("a"));
+  ASSERT_TRUE(sink);
+  ASSERT_TRUE((*sink)->write(bytes("after")));
+  ASSERT_TRUE((*sink)->commit());
+  EXPECT_EQ(content(path("a")), "after");
+  EXPECT_EQ(files(), (*sink)->is_named() ? 2u : 1u);
+}
+
+TEST_F(FileIo, PermissionsStay) {
+  std::ofstream(path("a")) << "before";
+  fs::permissions(path("a"), fs::perms::owner_read | fs::perms::owner_write);
+  for (const auto how : {FileSink::Temporary::unnamed, FileSink::Temporary::named}) {
+    auto sink = FileSink::create(path("a"), how);
+    ASSERT_TRUE(sink);
+    ASSERT_TRUE((*sink)->commit());
+    EXPECT_EQ(fs::status(path("a")).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+  }
+}
+
+TEST_F(FileIo, CopiesFromFilesAndMemory) {
+  std::string text;
+  for (int i = 0; i < 300000; ++i) text += std::to_string(i);
+  std::ofstream(path("a")) << text;
+  auto file = FileRandomSource::open(path("a"));
+  ASSERT_TRUE(file);
+  MemoryRandomSource memory(bytes(text));
+  MemorySink into_memory;
+  auto into_file = FileSink::create(path("b"));
+  ASSERT_TRUE(into_file);
+  for (ByteSink* sink :
+       {static_cast<ByteSink*>(&into_memory), static_cast<ByteSink*>(&**into_file)}) {
+    ASSERT_TRUE(sink->write(bytes("begin ")));
+    ASSERT_TRUE(sink->copy(**file, 5, text.size() - 10));
+    ASSERT_TRUE(sink->copy(memory, 3, 4));
+    ASSERT_TRUE(sink->copy(memory, 3, 0));
+    EXPECT_FALSE(sink->copy(**file, text.size() - 3, 4)) << "the file is not so long";
+  }
+  ASSERT_TRUE((*into_file)->commit());
+  const std::string wanted = "begin " + text.substr(5, text.size() - 10) + text.substr(3, 4);
+  EXPECT_EQ(content(path("b")).substr(0, wanted.size()), wanted);
+  EXPECT_TRUE(std::equal(wanted.begin(), wanted.end(),
+                         reinterpret_cast<const char*>(into_memory.bytes.data())));
 }
 
 TEST_F(FileIo, WhatWasThereStaysUntilCommit) {
