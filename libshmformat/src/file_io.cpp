@@ -23,6 +23,14 @@ Error system_error(ErrorCode code, const std::string& what, const std::string& p
   return Error{code, what + ": " + std::strerror(errno), {}, kNoOffset, path};
 }
 
+/// A pipe with a name waits for its other end, and a signal may come meanwhile.
+int open_patiently(const std::string& path, int flags) {
+  while (true) {
+    const int descriptor = ::open(path.c_str(), flags | O_CLOEXEC);
+    if (descriptor >= 0 || errno != EINTR) return descriptor;
+  }
+}
+
 std::string folder_of(const std::string& path) {
   const std::size_t slash = path.rfind('/');
   return slash == std::string::npos ? "." : path.substr(0, slash + 1);
@@ -137,7 +145,7 @@ Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path, Temp
   struct stat status {};
   const bool exists = ::stat(path.c_str(), &status) == 0;
   if (exists && !S_ISREG(status.st_mode)) {
-    sink->descriptor_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    sink->descriptor_ = open_patiently(path, O_WRONLY);
     if (sink->descriptor_ < 0) return system_error(ErrorCode::output, "cannot be opened", path);
     return sink;
   }
@@ -247,7 +255,7 @@ Result<void> FileSink::link() const {
 Result<std::unique_ptr<FileSource>> FileSource::open(const std::string& path) {
   std::unique_ptr<FileSource> source(new FileSource());
   source->path_ = path;
-  source->descriptor_ = path == "-" ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  source->descriptor_ = path == "-" ? STDIN_FILENO : open_patiently(path, O_RDONLY);
   if (source->descriptor_ < 0) return system_error(ErrorCode::io, "cannot be opened", path);
   return source;
 }
