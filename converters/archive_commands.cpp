@@ -72,7 +72,7 @@ ExitCode run_join(Options& options) {
   ProgressLine line(options.quiet);
   how.progress = line.callback();
   OutputFile output(options.output);
-  OutputSink sink(output);
+  FileSink& sink = output.sink();
   const auto members =
       join_files(options.inputs, sink, how, spool_directory(options), spool_memory(options));
   output.commit();

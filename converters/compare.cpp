@@ -49,13 +49,14 @@ struct Column {
 class Comparison {
  public:
   Comparison(MeshSource& source, MeshSource& restored, Spool& spool, const Progress& progress,
-             const CellSequence* told_order, std::size_t guess)
+             const CellSequence* told_order, std::size_t guess, bool with_steps)
       : source_(&source),
         restored_(&restored),
         spool_(&spool),
         progress_(progress),
         told_order_(told_order),
-        guess_(guess) {}
+        guess_(guess),
+        with_steps_(with_steps) {}
 
   CompareReport run() {
     compare_structure();
@@ -67,12 +68,14 @@ class Comparison {
     compare_cells();
     const std::vector<std::string> names = array_names(restored_->info().schema);
     for (std::size_t a = 0; same_arrays_ && a < schema.arrays.size(); ++a)
-      compare_array(a, names[a]);
-    compare_extras();
+      if (with_steps_ || !schema.arrays[a].per_step) compare_array(a, names[a]);
+    if (with_steps_) compare_extras();
     return std::move(report_);
   }
   // After run(): there is another guess about the numbering.
   bool may_guess_again() const { return may_guess_again_; }
+  // After run(): the guess. It lives on without the comparison.
+  Numbering numbering() const { return {vertex_order_, cell_order_}; }
 
  private:
   void differ(const std::string& sentence) {
@@ -97,7 +100,7 @@ class Comparison {
   void guess_numbering();
   void find_renumbering(std::size_t guess);
   bool find_free_order(std::size_t guess);
-  void follow(NumberList* vertices, NumberList* cells);
+  void follow(std::shared_ptr<NumberList> vertices, std::shared_ptr<NumberList> cells);
   void compare_points();
   void compare_cells();
   void compare_cell(std::uint64_t number, std::uint32_t source_block,
@@ -119,6 +122,7 @@ class Comparison {
   const Progress& progress_;
   const CellSequence* told_order_;
   std::size_t guess_;
+  bool with_steps_;  // else only what does not change with time
   bool may_guess_again_ = false;
   CompareReport report_;
   bool same_counts_ = true, same_arrays_ = true;
@@ -126,16 +130,12 @@ class Comparison {
 
   // A guess about how the restored mesh is numbered, checked like anything else: the source's
   // number of each restored vertex and cell. Null: the same.
-  NumberList* vertex_order_ = nullptr;
-  NumberList* cell_order_ = nullptr;
+  std::shared_ptr<NumberList> vertex_order_, cell_order_;
   std::optional<NumberTable> source_vertex_;       // of a restored vertex
   std::optional<NumberTable> position_of_vertex_;  // of a source vertex; exists: a bijection
   std::optional<NumberTable> position_of_cell_;
   std::unique_ptr<CoveredOrder> covered_;
-  std::unique_ptr<CodingOrderLog> log_;      // where the guess comes from, or
-  std::unique_ptr<NumberList> by_block_;     // the source has the cells of each block together
-  std::unique_ptr<NumberList> moved_cells_;  // cells were put in another order
-  std::vector<std::uint64_t> mapped_;        // corners of a restored cell in source numbers
+  std::vector<std::uint64_t> mapped_;  // corners of a restored cell in source numbers
 };
 
 void Comparison::compare_structure() {
@@ -152,6 +152,7 @@ void Comparison::compare_structure() {
   same_counts_ &= same_count("cells", a.cells(), b.cells());
   compare_block_lists();
   compare_array_lists();
+  if (!with_steps_) return;
   if (!same_count("time steps", a.step_times.size(), b.step_times.size())) {
     same_arrays_ = false;
   } else {
@@ -236,7 +237,7 @@ bool Comparison::same_within_blocks() {
     store.append(source.block(), source.corners());
   }
   next = begin;
-  by_block_ = std::make_unique<NumberList>(*spool_);
+  auto by_block = std::make_shared<NumberList>(*spool_);
   CellBatch one;
   for (CellCursor restored(*restored_); restored.next();) {
     const std::uint64_t number = source_cell.get(next[restored.block()]++);
@@ -244,9 +245,9 @@ bool Comparison::same_within_blocks() {
     store.read(number, one);
     mapped_.assign(restored.corners().begin(), restored.corners().end());
     if (!same_corners(one.cell(0), restored.block())) return false;
-    by_block_->push_back(number);
+    by_block->push_back(number);
   }
-  follow(nullptr, by_block_.get());
+  follow(nullptr, std::move(by_block));
   return true;
 }
 
@@ -264,11 +265,12 @@ void Comparison::find_renumbering(std::size_t guess) {
   if (progress_) progress_("finding the renumbering", 0, 1);
   const Schema& schema = restored_->info().schema;
   if (schema.order == Order::free && schema.delay == 0 && find_free_order(guess)) return;
-  log_ = std::make_unique<CodingOrderLog>(*spool_);
-  replay_coding_order(*source_, restored_->info(), *log_, *spool_);
-  log_->check();
+  const auto log = std::make_shared<CodingOrderLog>(*spool_);
+  replay_coding_order(*source_, restored_->info(), *log, *spool_);
+  log->check();
   may_guess_again_ = false;
-  follow(&log_->vertices(), schema.delay > 0 ? &log_->cells() : nullptr);
+  follow({log, &log->vertices()},
+         schema.delay > 0 ? std::shared_ptr<NumberList>(log, &log->cells()) : nullptr);
 }
 
 // The same where cells were put in another order first.
@@ -281,17 +283,17 @@ bool Comparison::find_free_order(std::size_t guess) {
   if (!cells) return false;
   may_guess_again_ = told_order_ == nullptr;
   ReorderedMesh ordered(*source_, *cells, *order);
-  log_ = std::make_unique<CodingOrderLog>(*spool_, false);
-  replay_coding_order(ordered, restored_->info(), *log_, *spool_);
-  log_->check();
-  moved_cells_ = std::make_unique<NumberList>(*spool_);
-  for (const std::uint32_t cell : *order) moved_cells_->push_back(cell);
-  follow(&log_->vertices(), moved_cells_.get());
+  const auto log = std::make_shared<CodingOrderLog>(*spool_, false);
+  replay_coding_order(ordered, restored_->info(), *log, *spool_);
+  log->check();
+  auto moved_cells = std::make_shared<NumberList>(*spool_);
+  for (const std::uint32_t cell : *order) moved_cells->push_back(cell);
+  follow({log, &log->vertices()}, std::move(moved_cells));
   return true;
 }
 
 // Takes up a guess. Throws when it is no bijection.
-void Comparison::follow(NumberList* vertices, NumberList* cells) {
+void Comparison::follow(std::shared_ptr<NumberList> vertices, std::shared_ptr<NumberList> cells) {
   const MeshInfo& info = source_->info();
   vertex_order_ = vertices;
   cell_order_ = cells;
@@ -322,7 +324,7 @@ void Comparison::compare_points() {
                 [&](std::uint64_t first, std::uint64_t count, std::byte* out) {
                   restored_->read_points(first, count, out);
                 }};
-  compare_column(column, vertex_order_);
+  compare_column(column, vertex_order_.get());
 }
 
 void Comparison::compare_cells() {
@@ -372,7 +374,7 @@ bool Comparison::same_corners(std::span<const std::uint64_t> source, std::uint32
 void Comparison::compare_array(std::size_t array, const std::string& name) {
   const MeshInfo& info = restored_->info();
   const ArrayInfo& data = info.schema.arrays[array];
-  NumberList* order = vertex_order_;
+  NumberList* order = vertex_order_.get();
   if (data.location == Location::cell)
     order = cell_order_ != nullptr ? &covered_->elements(array) : nullptr;
   const std::uint64_t steps = data.per_step ? info.step_times.size() : 1;
@@ -522,15 +524,32 @@ void Comparison::compare_extra(const Extra& source, const Extra& restored) {
 
 }  // namespace
 
-CompareReport compare_meshes(MeshSource& source, MeshSource& restored, Spool& spool,
-                             const Progress& progress, const CellSequence* cell_order) {
+namespace {
+
+CompareReport best_guess(MeshSource& source, MeshSource& restored, Spool& spool,
+                         const Progress& progress, const CellSequence* cell_order, bool with_steps,
+                         Numbering* numbering) {
   CompareReport best;
   for (std::size_t guess = 0;; ++guess) {
-    Comparison comparison(source, restored, spool, progress, cell_order, guess);
+    Comparison comparison(source, restored, spool, progress, cell_order, guess, with_steps);
     CompareReport report = comparison.run();
     if (guess == 0 || report.differences < best.differences) best = std::move(report);
+    if (best.equal() && numbering != nullptr) *numbering = comparison.numbering();
     if (best.equal() || !comparison.may_guess_again()) return best;
   }
+}
+
+}  // namespace
+
+CompareReport compare_meshes(MeshSource& source, MeshSource& restored, Spool& spool,
+                             const Progress& progress, const CellSequence* cell_order) {
+  return best_guess(source, restored, spool, progress, cell_order, true, nullptr);
+}
+
+CompareReport compare_without_steps(MeshSource& source, MeshSource& restored, Spool& spool,
+                                    const Progress& progress, const CellSequence* cell_order,
+                                    Numbering& numbering) {
+  return best_guess(source, restored, spool, progress, cell_order, false, &numbering);
 }
 
 }  // namespace shm::converters

@@ -15,6 +15,7 @@
 #include "free_order.h"
 #include "page_cache.h"
 #include "reordered_mesh.h"
+#include "step_feeder.h"
 #include "vertex_compaction.h"
 
 namespace shm::converters {
@@ -22,7 +23,6 @@ namespace {
 
 // Of vertex records, or one step's values, where the whole mesh is in memory anyway.
 constexpr std::size_t kUnlimited = std::numeric_limits<std::size_t>::max();
-constexpr std::uint64_t kPieceElements = 65536;  // of step values
 
 // A library result. The mesh, not the user, is to blame for a call that the library refuses.
 template <class T>
@@ -171,28 +171,11 @@ class MeshFeeder final : public CompactedMesh {
 // All steps of one array. `order`: element numbers in coding order; null: the order of the file.
 void write_steps(MeshSource& mesh, Writer& writer, std::size_t array, NumberList* order,
                  std::size_t cache_bytes, const Progress& progress) {
-  const std::uint64_t elements = mesh.info().array_elements(array);
   const std::uint64_t steps = mesh.info().step_times.size();
-  const std::size_t stride = mesh.info().array_stride(array);
-  std::vector<std::byte> values;
-  std::vector<std::uint64_t> numbers;
   for (std::uint64_t step = 0; step < steps; ++step) {
-    PageCache cache(elements, stride, cache_bytes,
-                    [&](std::uint64_t first, std::uint64_t count, std::byte* out) {
-                      mesh.read_array(array, step, first, count, out);
-                    });
-    for (std::uint64_t first = 0; first < elements; first += kPieceElements) {
-      const std::uint64_t count = std::min(kPieceElements, elements - first);
-      values.resize(count * stride);
-      if (order == nullptr) {
-        mesh.read_array(array, step, first, count, values.data());
-      } else {
-        order->read(first, count, numbers);
-        for (std::uint64_t i = 0; i < count; ++i)
-          std::memcpy(values.data() + i * stride, cache[numbers[i]], stride);
-      }
+    feed_step(mesh, array, step, order, cache_bytes, [&](std::span<const std::byte> values) {
       checked(writer.add_step_values(static_cast<std::uint32_t>(array), step, values));
-    }
+    });
     if (progress) progress(mesh.info().schema.arrays[array].name, step + 1, steps);
   }
 }

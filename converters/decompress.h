@@ -40,6 +40,9 @@ class StagedMesh final : public MeshSource {
                   std::byte* out) override;
 
   const Totals& totals() const { return totals_; }
+  // Numbers of all vertices and cells, in coding order.
+  NumberList& vertex_order() { return vertex_numbers_; }
+  NumberList& cell_order() { return cell_numbers_; }
 
  private:
   struct Array {

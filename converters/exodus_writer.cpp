@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <filesystem>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -16,6 +15,7 @@
 #include "exodus_layout.h"
 #include "exodus_skeleton.h"
 #include "failure.h"
+#include "output_file.h"
 
 namespace shm::converters {
 namespace {
@@ -383,7 +383,7 @@ bool fits(const MeshInfo& info, const Layout& layout) {
 void write_exodus(MeshSource& mesh, const std::string& path) {
   const MeshInfo& info = mesh.info();
   const Place place{path, ErrorCode::output};
-  Spool spool(std::filesystem::path(path).parent_path().string(), std::size_t{8} << 20);
+  Spool spool(OutputFile::folder_of(path), std::size_t{8} << 20);
   const ExtraIndex extras(info.extras);
   const Extra* text = extras.find("exodus/skeleton");
   if (info.schema.source_format == "exodus" && text != nullptr) {

@@ -38,7 +38,7 @@ void write_vtu_file(MeshSource& mesh, OutputFile& output, Spool& spool) {
 }
 
 void write_shm(MeshSource& mesh, OutputFile& output, Spool& spool) {
-  OutputSink sink(output);
+  FileSink& sink = output.sink();
   compress_mesh(mesh, sink, {}, spool);
 }
 
@@ -121,7 +121,8 @@ const std::vector<Format>& formats() {
        looks_like_exodus,
        open_plain<open_exodus>,
        write_plain<write_exodus>,
-       &exodus},
+       &exodus,
+       FileSink::Temporary::named},  // HDF5 looks up what a name in /proc links to
       {"vtk", {".vtk"}, looks_like_vtk, open_plain<open_vtk>, write_plain<write_vtk>, &vtk},
       {"vtu", {".vtu"}, looks_like_vtu, open_plain<open_vtu>, write_vtu_file, &vtu},
       {"gmsh", {".msh"}, looks_like_gmsh, open_plain<open_gmsh>, write_plain<write_gmsh>, &gmsh},
@@ -188,7 +189,12 @@ const Format& output_format(const std::string& path, const std::string& format) 
 }
 
 void write_mesh(MeshSource& mesh, const std::string& path, const Format& format, Spool& spool) {
-  OutputFile output(path);
+  if (path == "-" && format.name == "shm") {
+    const auto sink = unwrap(FileSink::create(path), path);
+    compress_mesh(mesh, *sink, {}, spool);
+    return unwrap(sink->commit(), path);
+  }
+  OutputFile output(path, spool.directory(), format.temporary);
   try {
     format.write(mesh, output, spool);
   } catch (const Failure& failure) {

@@ -25,6 +25,7 @@ struct Format {
                                       const Progress& progress);
   void (*write)(MeshSource& mesh, OutputFile& output, Spool& spool);  // commits nothing
   const Holds* holds;  // of meshes from other formats; null: all of them
+  FileSink::Temporary temporary = FileSink::Temporary::unnamed;  // of its files
 };
 
 const std::vector<Format>& formats();
@@ -50,7 +51,8 @@ const Format& output_format(const std::string& path, const std::string& format);
 // Whether a mesh has to be translated for `format`, which never had it.
 bool is_foreign(const MeshInfo& info, const Format& format);
 
-// Writes `mesh` under a temporary name, then gives the file its own. Throws Failure.
+// Writes `mesh` to a temporary file, then gives that its name. "-" is standard output, which gets
+// a .shm file as it comes, and all else at the end. Throws Failure.
 void write_mesh(MeshSource& mesh, const std::string& path, const Format& format, Spool& spool);
 
 }  // namespace shm::converters

@@ -1,14 +1,11 @@
 #include "output_file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
-#include <cerrno>
 #include <csignal>
-#include <cstdio>
-#include <cstring>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "failure.h"
@@ -26,7 +23,6 @@ extern "C" void remove_and_die(int signal_number) {
   ::raise(signal_number);
 }
 
-constexpr int kMostAttempts = 100;
 constexpr int kEndingSignals[] = {SIGINT, SIGTERM, SIGHUP};
 
 // Holds those signals back while the file is there and its name is not yet told.
@@ -46,73 +42,45 @@ class SignalPause {
   sigset_t before_;
 };
 
-std::string beside(const std::string& path, int attempt) {
-  const std::size_t slash = path.rfind('/');
-  const std::size_t name = slash == std::string::npos ? 0 : slash + 1;
-  return path.substr(0, name) + "." + path.substr(name) + ".tmp" + std::to_string(::getpid()) +
-         (attempt > 0 ? "-" + std::to_string(attempt) : "");
-}
-
 }  // namespace
 
-OutputFile::OutputFile(std::string path) : path_(std::move(path)) {
+OutputFile::OutputFile(std::string path, const std::string& folder, FileSink::Temporary how)
+    : path_(std::move(path)) {
   // Renaming over a device or a folder would do harm, or nothing.
-  struct stat status {};
-  if (::stat(path_.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
-    throw Failure(Error{ErrorCode::output, "is there, and is no regular file", {}, kNoOffset, path_});
+  std::error_code none;
+  const auto status = std::filesystem::status(path_, none);
+  if (path_ != "-" && std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    throw Failure(
+        Error{ErrorCode::output, "is there, and is no regular file", {}, kNoOffset, path_});
   const SignalPause pause;
-  // A killed process may have left its file under the same name.
-  for (int attempt = 0; attempt < kMostAttempts && descriptor_ < 0; ++attempt) {
-    temporary_ = beside(path_, attempt);
-    descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (descriptor_ < 0 && errno != EEXIST) break;
-  }
-  if (descriptor_ < 0) fail("cannot create it");
-  open_temporary = temporary_.c_str();
+  const std::string file =
+      path_ == "-" ? (folder.empty() ? "." : folder) + "/standard-output" : path_;
+  sink_ = unwrap(FileSink::create(file, how), path_);
+  if (sink_->is_named()) open_temporary = sink_->temporary().c_str();
 }
 
-OutputFile::~OutputFile() {
-  if (descriptor_ < 0) return;
-  ::close(descriptor_);
-  if (open_temporary.exchange(nullptr) != nullptr) ::unlink(temporary_.c_str());
-}
+OutputFile::~OutputFile() { open_temporary = nullptr; }
 
-void OutputFile::write(std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t n = ::write(descriptor_, bytes.data(), bytes.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) fail("cannot write it");
-    bytes = bytes.subspan(static_cast<std::size_t>(n));
-  }
-}
+void OutputFile::write(std::span<const std::byte> bytes) { unwrap(sink_->write(bytes), path_); }
 
 void OutputFile::commit() {
-  // Whoever wrote by name has closed; flushing any descriptor of the file flushes all of it. A
-  // writer that replaced the file left ours behind, so flush what the name says.
-  const int named = ::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC);
-  if (named < 0) fail("cannot reopen it");
-  const int flushed = ::fsync(named);
-  const int error = errno;
-  ::close(named);
-  errno = error;
-  // Some file systems cannot flush (EINVAL); that is no failed write.
-  if (flushed != 0 && error != EINVAL) fail("cannot flush it");
-  if (std::rename(temporary_.c_str(), path_.c_str()) != 0) fail("cannot give it its name");
+  if (path_ == "-") {
+    const auto all = unwrap(FileRandomSource::open(temporary()), path_);
+    const auto out = unwrap(FileSink::create(path_), path_);
+    unwrap(out->copy(*all, 0, all->size()), path_);
+    return;
+  }
+  unwrap(sink_->commit(), path_);
   open_temporary = nullptr;
 }
 
-void OutputFile::fail(const char* what) const {
-  throw Failure(Error{
-      ErrorCode::output, std::string(what) + ": " + std::strerror(errno), {}, kNoOffset, path_});
-}
-
-Result<void> OutputSink::write(std::span<const std::byte> bytes) {
-  try {
-    file_->write(bytes);
-  } catch (const Failure& failure) {
-    return failure.error();
-  }
-  return {};
+std::string OutputFile::folder_of(const std::string& path) {
+  // The link of an open file without a name tells where it is.
+  std::error_code none;
+  const std::filesystem::path link = std::filesystem::read_symlink(path, none);
+  return (path.starts_with("/proc/") && !none ? link : std::filesystem::path(path))
+      .parent_path()
+      .string();
 }
 
 void remove_outputs_on_signals() {

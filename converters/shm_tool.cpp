@@ -3,8 +3,12 @@
 // Exit codes: 0 done, 1 a difference was found, 2 wrong use, 3 bad or unreadable input,
 // 4 output could not be written, 5 a limit was exceeded, 6 the output would lack something
 // (--strict).
+#include <poll.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -15,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "append_command.h"
 #include "archive_commands.h"
 #include "archive_files.h"
 #include "cell_order_file.h"
@@ -28,6 +33,7 @@
 #include "layout.h"
 #include "output_file.h"
 #include "report.h"
+#include "tool_input.h"
 #include "tool_options.h"
 #include "tool_support.h"
 #include "translate.h"
@@ -49,7 +55,7 @@ SizeReport compress_to_standard_output(MeshSource& mesh, const CompressOptions& 
 SizeReport compress_to_file(MeshSource& mesh, const std::string& path, const CompressOptions& how,
                             Spool& spool) {
   OutputFile output(path);
-  OutputSink sink(output);
+  FileSink& sink = output.sink();
   const SizeReport sizes = compress_mesh(mesh, sink, how, spool);
   output.commit();
   return sizes;
@@ -84,7 +90,7 @@ void hint_at_free_order(MeshSource& mesh, const CompressOptions& how, const Comp
 }
 
 ExitCode run_compress(Options& options) {
-  if (options.output.empty()) options.output = options.input + ".shm";
+  if (options.output.empty()) options.output = options.input == "-" ? "-" : options.input + ".shm";
   if (options.output == "-" && options.json)
     wrong_use("--json and the compressed mesh cannot both go to standard output");
   if (!(options.restart_budget >= 0)) wrong_use("--restart-budget is no number");
@@ -99,7 +105,8 @@ ExitCode run_compress(Options& options) {
   // An incoherent mesh is read in any order: pages that go to disk would come back soon.
   Spool spool(spool_directory(options), spool_memory(options, options.order == "free"));
   line.show("reading " + options.input);
-  const auto mesh = open_mesh(options.input, spool, line.callback());
+  ToolInput input(options);
+  const auto mesh = input.open(spool, line.callback());
 
   how.order = order_of(options.order);
   how.delay = options.delay;
@@ -116,7 +123,7 @@ ExitCode run_compress(Options& options) {
   CompressRun run;
   run.input = options.input;
   run.output = options.output;
-  run.input_bytes = file_bytes(options.input);
+  run.input_bytes = file_bytes(input.path());
   run.sizes = options.output == "-" ? compress_to_standard_output(*mesh, how, spool)
                                     : compress_to_file(*mesh, options.output, how, spool);
   run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -129,22 +136,12 @@ ExitCode run_compress(Options& options) {
   return kDone;
 }
 
-bool is_shm(const std::string& path) {
-  const Format* format = format_of_file(path);
-  return format != nullptr && format->name == "shm";
-}
-
-std::unique_ptr<MeshSource> open_input(const Options& options, Spool& spool, ProgressLine& line) {
-  return is_shm(options.input) ? open_shm(options.input, spool, line.callback(), options.threads)
-                               : open_mesh(options.input, spool, line.callback());
-}
-
-ExitCode run_convert(Options& options) {
+ExitCode run_convert(Options& options, ToolInput& input) {
   const Format& format = output_format(options.output, options.format);
   ProgressLine line(options.quiet);
   Spool spool(spool_directory(options), spool_memory(options));
   line.show("reading " + options.input);
-  const auto mesh = open_input(options, spool, line);
+  const auto mesh = input.open(spool, line.callback(), options.threads);
   std::optional<Translation> translation;
   if (is_foreign(mesh->info(), format)) {
     translation.emplace(*mesh, std::string(format.name), *format.holds, options.step, spool);
@@ -164,31 +161,31 @@ ExitCode run_convert(Options& options) {
   return kDone;
 }
 
-void require_shm(const std::string& path) {
-  if (is_archive(path))
-    throw Failure(Error{ErrorCode::unsupported,
-                        "is an archive of several files; shm split gives them back",
-                        {},
-                        kNoOffset,
-                        path});
-  if (!is_shm(path))
-    throw Failure(Error{ErrorCode::unsupported, "is not a .shm file", {}, kNoOffset, path});
+ExitCode run_convert(Options& options) {
+  output_format(options.output, options.format);  // wrong use comes before bad input
+  ToolInput input(options);
+  return run_convert(options, input);
 }
 
 ExitCode run_decompress(Options& options) {
-  output_format(options.output, options.format);  // wrong use comes before bad input
-  require_shm(options.input);
-  return run_convert(options);
+  output_format(options.output, options.format);
+  ToolInput input(options);
+  input.require_shm();
+  return run_convert(options, input);
 }
 
 ExitCode run_verify(Options& options) {
   if (!options.cell_order.empty() && options.against.empty())
     wrong_use("--cell-order tells how --against is to be compared");
-  if (is_archive(options.input)) return verify_archive(options);
-  require_shm(options.input);
+  ToolInput input(options);
+  if (!input.is_stream() && is_archive(input.path())) {
+    options.input = input.path();
+    return verify_archive(options);
+  }
+  input.require_shm();
   ProgressLine line(options.quiet);
   Spool spool(spool_directory(options), spool_memory(options));
-  const auto restored = open_shm(options.input, spool, line.callback(), options.threads);
+  const auto restored = input.open(spool, line.callback(), options.threads);
   if (options.against.empty()) {
     line.wipe();
     if (options.json)
@@ -231,18 +228,19 @@ ExitCode run_diff(Options& options) {
 ExitCode run_info(Options& options) {
   ProgressLine line(options.quiet);
   std::string text;
-  if (is_archive(options.input)) {
-    ArchiveFile archive(options.input);
+  ToolInput input(options);
+  if (!input.is_stream() && is_archive(input.path())) {
+    ArchiveFile archive(input.path());
     std::vector<MemberSummary> members;
     for (const ArchiveMember& member : archive.members())
       members.push_back({member.name, archive.summarize(member, line.callback())});
     text = (options.json ? archive_json : archive_text)(options.input, members);
-  } else if (is_shm(options.input)) {
-    const FileSummary summary = summarize_shm(options.input, line.callback());
+  } else if (input.is_shm()) {
+    const FileSummary summary = input.summarize(line.callback());
     text = (options.json ? info_json : info_text)(options.input, summary.info, &summary.totals);
   } else {
     Spool spool(spool_directory(options), spool_memory(options));
-    const auto mesh = open_mesh(options.input, spool, line.callback());
+    const auto mesh = input.open(spool, line.callback());
     text = (options.json ? info_json : info_text)(options.input, mesh->info(), nullptr);
   }
   line.wipe();
@@ -285,10 +283,11 @@ int run(int argc, char** argv, Options& options) {
       "of the mesh (--strict).");
   const Command commands[] = {
       {add_compress(app, options), run_compress}, {add_decompress(app, options), run_decompress},
-      {add_convert(app, options), run_convert},   {add_verify(app, options), run_verify},
-      {add_diff(app, options), run_diff},         {add_info(app, options), run_info},
-      {add_join(app, options), run_join},         {add_split(app, options), run_split},
-      {add_extract(app, options), run_extract},   {add_layout(app, options), run_layout},
+      {add_append(app, options), run_append},     {add_convert(app, options), run_convert},
+      {add_verify(app, options), run_verify},     {add_diff(app, options), run_diff},
+      {add_info(app, options), run_info},         {add_join(app, options), run_join},
+      {add_split(app, options), run_split},       {add_extract(app, options), run_extract},
+      {add_layout(app, options), run_layout},
   };
   try {
     app.parse(argc, argv);
@@ -302,7 +301,14 @@ int run(int argc, char** argv, Options& options) {
   return kWrongUse;
 }
 
+// Whether standard output is a pipe that nobody reads any more: `shm info x | head` is no mistake.
+bool nobody_listens() {
+  struct pollfd out = {STDOUT_FILENO, POLLOUT, 0};
+  return ::poll(&out, 1, 0) > 0 && (out.revents & POLLERR) != 0;
+}
+
 int complain(int code, const std::string& sentence) {
+  if (code == kBadOutput && nobody_listens()) return code;
   std::fprintf(stderr, "shm: %s\n", sentence.c_str());
   return code;
 }
@@ -315,6 +321,7 @@ int guarded_run(int argc, char** argv) {
     return complain(kBadOutput, "standard output cannot be written");
   } catch (const Failure& failure) {
     Error error = failure.error();
+    if (!options.spooled.empty() && error.file == options.spooled) error.file = options.input;
     if (error.file.empty() && error.code != ErrorCode::misuse) error.file = options.input;
     return complain(exit_code(error.code), error.message());
   } catch (const std::bad_alloc&) {
@@ -331,5 +338,6 @@ int guarded_run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   shm::converters::remove_outputs_on_signals();
+  std::signal(SIGPIPE, SIG_IGN);  // who writes to a pipe that is closed hears of it
   return shm::converters::guarded_run(argc, argv);
 }

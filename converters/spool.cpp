@@ -69,10 +69,14 @@ Spool::Frame* Spool::load(std::uint64_t number) {
 
 void Spool::write_out(const Frame& frame) {
   if (descriptor_ < 0) {
+    // A file that never has a name, or, where there is none such, one that loses it at once.
+    descriptor_ = ::open(directory_.c_str(), O_RDWR | O_TMPFILE | O_EXCL | O_CLOEXEC, 0600);
     std::string name = directory_ + "/.shm-spool-XXXXXX";
-    descriptor_ = ::mkstemp(name.data());
-    if (descriptor_ < 0) fail(directory_, "cannot create it");
-    ::unlink(name.c_str());
+    if (descriptor_ < 0) {
+      descriptor_ = ::mkstemp(name.data());
+      if (descriptor_ < 0) fail(directory_, "cannot create it");
+      ::unlink(name.c_str());
+    }
   }
   for (std::size_t done = 0; done < kPageBytes;) {
     const ssize_t n = ::pwrite(descriptor_, frame.bytes.get() + done, kPageBytes - done,

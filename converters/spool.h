@@ -29,6 +29,7 @@ class Spool {
   // of pages that are resident at most.
   explicit Spool(std::string directory, std::size_t memory_budget = kUsualBudget);
   ~Spool();
+  const std::string& directory() const { return directory_; }
   Spool(const Spool&) = delete;
   Spool& operator=(const Spool&) = delete;
 

@@ -172,6 +172,62 @@ CLI::App* add_decompress(CLI::App& app, Options& options) {
   return command;
 }
 
+CLI::App* add_append(CLI::App& app, Options& options) {
+  CLI::App* command = add_command(
+      app, options, "append",
+      "Put more time steps of the same mesh behind those of a .shm file. The file is the old one "
+      "or\n"
+      "the new one at every instant; what stands in it is copied, not coded again",
+      "  shm append run.shm run.e                  the steps of run.e after the last one in "
+      "run.shm\n"
+      "  shm append run.shm run.e-s002             restarted: its steps go behind\n"
+      "  shm append run.shm run.e --step 4 --step 5\n"
+      "  shm append run.shm state7.vtu --time 0.7  one step, of a file that tells no time");
+  command->add_option("FILE", options.input, ".shm file with time steps")
+      ->required()
+      ->type_name("");
+  command
+      ->add_option("SOURCE", options.against,
+                   "Exodus, VTK legacy, VTU, Gmsh, UCD or .shm file with the same vertices and "
+                   "cells, in\nthe same numbers (or those that FILE was made of), and the same "
+                   "arrays")
+      ->required()
+      ->type_name("");
+  command->add_option("-o,--output", options.output, "File to write (default: FILE)")
+      ->type_name("OUT.shm");
+  auto* steps = command
+                    ->add_option("--step", options.steps,
+                                 "Step N of SOURCE, from 0, whatever its time; may be repeated\n"
+                                 "(default: all that are later than the last one in FILE)")
+                    ->type_name("N");
+  command->add_flag("--all", options.all, "All steps of SOURCE, whatever their times")
+      ->excludes(steps);
+  command
+      ->add_option(
+          "--time", options.time,
+          "Time of a SOURCE without time steps (default: its field data TIME or TimeValue)")
+      ->type_name("T");
+  command
+      ->add_option("--key-steps", options.append_key_steps,
+                   "As in compress (default: the most that FILE has from one key step to the next, "
+                   "at least 8)")
+      ->check(CLI::Range(std::uint32_t{1}, ~std::uint32_t{0}).description(""))
+      ->type_name("N");
+  command->add_option("--level", options.level, "As in compress")
+      ->check(CLI::IsMember({"fast", "default", "best"}).description(""))
+      ->type_name("fast|default|best");
+  command
+      ->add_option("--cell-order", options.cell_order,
+                   "The file with which FILE was made in --order free")
+      ->type_name("FILE");
+  command->add_flag("--strict", options.strict,
+                    "Write nothing where something of SOURCE would be left out beside the steps "
+                    "(which is\nnamed on standard error in any case): exit code 6");
+  add_threads(*command, options, "Decode segments");
+  command->add_flag("--json", options.json, "Print steps and sizes as JSON");
+  return command;
+}
+
 CLI::App* add_convert(CLI::App& app, Options& options) {
   CLI::App* command =
       add_command(app, options, "convert", "Write a mesh of any known format in another one",

@@ -14,6 +14,7 @@ namespace shm::converters {
 
 struct Options {
   std::string input, output, format, against, temp, cell_order, directory = ".";
+  std::string spooled;  // where standard input went, if anywhere
   std::vector<std::string> inputs, members;
   std::string order = "keep";
   std::optional<std::uint32_t> delay;  // none told: as a trial finds
@@ -29,6 +30,10 @@ struct Options {
   unsigned threads = 0;  // one for each core
   std::optional<std::uint64_t> step;
   std::optional<std::uint64_t> memory;  // bytes of the spool
+  std::vector<std::uint64_t> steps;
+  std::optional<double> time;
+  std::uint32_t append_key_steps = 0;  // as in the file
+  bool all = false;
   bool json = false, quiet = false, packed = false, strict = false;
   DiffCommand diff;
 };
@@ -36,6 +41,7 @@ struct Options {
 // Each adds a command to `app`; what it is told goes to `options`, which must outlive the app.
 CLI::App* add_compress(CLI::App& app, Options& options);
 CLI::App* add_decompress(CLI::App& app, Options& options);
+CLI::App* add_append(CLI::App& app, Options& options);
 CLI::App* add_convert(CLI::App& app, Options& options);
 CLI::App* add_verify(CLI::App& app, Options& options);
 CLI::App* add_diff(CLI::App& app, Options& options);

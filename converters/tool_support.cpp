@@ -6,7 +6,9 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "archive_files.h"
 #include "failure.h"
+#include "formats.h"
 #include "spool.h"
 
 namespace shm::converters {
@@ -62,6 +64,22 @@ std::uint64_t file_bytes(const std::string& path) {
 
 void say(const Options& options, const std::string& text) {
   if (!options.quiet) std::fputs(text.c_str(), options.output == "-" ? stderr : stdout);
+}
+
+bool is_shm(const std::string& path) {
+  const Format* format = format_of_file(path);
+  return format != nullptr && format->name == "shm";
+}
+
+void require_shm(const std::string& path) {
+  if (is_archive(path))
+    throw Failure(Error{ErrorCode::unsupported,
+                        "is an archive of several files; shm split gives them back",
+                        {},
+                        kNoOffset,
+                        path});
+  if (!is_shm(path))
+    throw Failure(Error{ErrorCode::unsupported, "is not a .shm file", {}, kNoOffset, path});
 }
 
 void tell_losses(const LossList& losses, const std::string& output) {

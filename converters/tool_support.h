@@ -59,6 +59,9 @@ std::uint64_t file_bytes(const std::string& path);  // 0 where there is none
 // To standard output, or to standard error where the output itself goes there.
 void say(const Options& options, const std::string& text);
 
+bool is_shm(const std::string& path);
+void require_shm(const std::string& path);  // throws Failure where it is none, or an archive
+
 // On standard error, whatever --quiet says: nothing goes silently.
 void tell_losses(const LossList& losses, const std::string& output);
 

@@ -104,8 +104,9 @@ TEST_F(OutputFileTest, FailedRunLeavesTheOldFile) {
 
 TEST_F(OutputFileTest, WrittenByName) {
   OutputFile file(path_);
-  std::filesystem::remove(file.temporary());  // as some libraries do before they create
   std::ofstream(file.temporary()) << "named";
+  EXPECT_EQ(OutputFile::folder_of(file.temporary()), directory_);
+  EXPECT_EQ(OutputFile::folder_of(path_), directory_);
   file.commit();
   EXPECT_EQ(text(), "named");
   EXPECT_EQ(files(), 1);

@@ -1,13 +1,19 @@
 // The only file of the library that meets the operating system.
+#include <dirent.h>
 #include <fcntl.h>
+#include <signal.h>
 #include <sys/stat.h>
+#include <sys/utsname.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
+#include <string_view>
 #include <utility>
 
+#include "bytes/checksum.h"
 #include "shm/io.h"
 
 namespace shm {
@@ -17,7 +23,97 @@ Error system_error(ErrorCode code, const std::string& what, const std::string& p
   return Error{code, what + ": " + std::strerror(errno), {}, kNoOffset, path};
 }
 
+/// A pipe with a name waits for its other end, and a signal may come meanwhile.
+int open_patiently(const std::string& path, int flags) {
+  while (true) {
+    const int descriptor = ::open(path.c_str(), flags | O_CLOEXEC);
+    if (descriptor >= 0 || errno != EINTR) return descriptor;
+  }
+}
+
+std::string folder_of(const std::string& path) {
+  const std::size_t slash = path.rfind('/');
+  return slash == std::string::npos ? "." : path.substr(0, slash + 1);
+}
+
+/// ".NAME.tmp" beside the file.
+std::string temporary_name(const std::string& path) {
+  const std::size_t slash = path.rfind('/');
+  const std::size_t name = slash == std::string::npos ? 0 : slash + 1;
+  return path.substr(0, name) + "." + path.substr(name) + ".tmp";
+}
+
+/// Says among which processes this one has its number: those of a machine, or of a part of it.
+std::string name_of_machine() {
+  struct utsname names {};
+  (void)::uname(&names);
+  std::string text = names.nodename;
+  text.resize(text.size() + 64);
+  (void)::readlink("/proc/self/ns/pid", text.data() + text.size() - 64, 64);
+  const std::uint32_t number = checksum(std::as_bytes(std::span(text)));
+  char digits[8];
+  const auto end = std::to_chars(digits, digits + sizeof digits, number, 16).ptr;
+  return {digits, end};
+}
+
+/// Whether the process is gone that has left `name`, the rest of a temporary name: PID-MACHINE,
+/// and perhaps -N. Of another machine that is not known: then whether it may be.
+enum class Process { lives, may_be_gone, gone };
+Process process_of(std::string_view name, std::string_view machine) {
+  pid_t process = 0;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), process);
+  if (error != std::errc() || process <= 0) return Process::lives;
+  name.remove_prefix(static_cast<std::size_t>(end - name.data()));
+  if (!name.starts_with('-')) return Process::lives;
+  name.remove_prefix(1);
+  if (name.substr(0, name.find('-')) != machine) return Process::may_be_gone;
+  return ::kill(process, 0) != 0 && errno == ESRCH ? Process::gone : Process::lives;
+}
+
+/// Removes what killed processes have left for the same path; what another machine's may have left,
+/// once it is old.
+void remove_leftovers(const std::string& path, const std::string& machine, std::int64_t now) {
+  constexpr std::int64_t kOld = 3600;  // seconds
+  const std::string folder = folder_of(path), start = temporary_name(path);
+  const std::string_view head = std::string_view(start).substr(start.rfind('/') + 1);
+  DIR* directory = ::opendir(folder.c_str());
+  if (directory == nullptr) return;
+  while (const dirent* entry = ::readdir(directory)) {
+    const std::string_view name = entry->d_name;
+    if (!name.starts_with(head)) continue;
+    const Process process = process_of(name.substr(head.size()), machine);
+    struct stat status {};
+    const int at = ::dirfd(directory);
+    if (process == Process::lives ||
+        ::fstatat(at, entry->d_name, &status, AT_SYMLINK_NOFOLLOW) != 0 || !S_ISREG(status.st_mode))
+      continue;
+    if (process == Process::gone || status.st_mtime < now - kOld) ::unlinkat(at, entry->d_name, 0);
+  }
+  ::closedir(directory);
+}
+
+/// So that the name is on the disk, too. Some folders cannot be opened, some not flushed.
+void flush_folder(const std::string& folder) {
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  ::fsync(descriptor);
+  ::close(descriptor);
+}
+
 }  // namespace
+
+Result<void> ByteSink::copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes) {
+  constexpr std::uint64_t kPiece = std::uint64_t{1} << 20;
+  std::vector<std::byte> piece;
+  while (bytes > 0) {
+    piece.resize(static_cast<std::size_t>(std::min(kPiece, bytes)));
+    if (auto good = from.read_at(offset, piece); !good) return good;
+    if (auto good = write(piece); !good) return good;
+    offset += piece.size();
+    bytes -= piece.size();
+  }
+  return {};
+}
 
 Result<void> MemorySink::write(std::span<const std::byte> more) {
   bytes.insert(bytes.end(), more.begin(), more.end());
@@ -36,7 +132,9 @@ Result<void> NullSink::write(std::span<const std::byte> more) {
   return {};
 }
 
-Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path) {
+// --- files that appear whole
+
+Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path, Temporary how) {
   std::unique_ptr<FileSink> sink(new FileSink());
   sink->path_ = path;
   if (path == "-") {
@@ -45,25 +143,46 @@ Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path) {
   }
   // A device or a pipe is written as it is: there is nothing to rename over.
   struct stat status {};
-  if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) {
-    sink->descriptor_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+  const bool exists = ::stat(path.c_str(), &status) == 0;
+  if (exists && !S_ISREG(status.st_mode)) {
+    sink->descriptor_ = open_patiently(path, O_WRONLY);
     if (sink->descriptor_ < 0) return system_error(ErrorCode::output, "cannot be opened", path);
     return sink;
   }
-  sink->temporary_ = path + ".part-" + std::to_string(::getpid());
-  sink->descriptor_ =
-      ::open(sink->temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (sink->descriptor_ < 0) {
-    sink->temporary_.clear();
-    return system_error(ErrorCode::output, "cannot be created", path);
+  if (how == Temporary::unnamed)
+    sink->descriptor_ = ::open(folder_of(path).c_str(), O_RDWR | O_TMPFILE | O_CLOEXEC, 0666);
+  if (sink->descriptor_ >= 0) {
+    sink->temporary_ = "/proc/self/fd/" + std::to_string(sink->descriptor_);
+    if (::access(sink->temporary_.c_str(), F_OK) != 0)
+      ::close(std::exchange(sink->descriptor_, -1));
   }
+  if (sink->descriptor_ < 0)
+    if (auto good = sink->create_named(); !good) return good.error();
+  if (exists) (void)::fchmod(sink->descriptor_, status.st_mode & 0777);
   return sink;
+}
+
+Result<void> FileSink::create_named() {
+  constexpr int kMostAttempts = 100;
+  const std::string machine = name_of_machine();
+  // A killed process may have left its file under the same name.
+  for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+    temporary_ = temporary_name(path_) + std::to_string(::getpid()) + "-" + machine +
+                 (attempt > 0 ? "-" + std::to_string(attempt) : "");
+    descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor_ >= 0 || errno != EEXIST) break;
+  }
+  named_ = descriptor_ >= 0;
+  if (!named_) return system_error(ErrorCode::output, "cannot be created", path_);
+  struct stat status {};  // whose clock is that of the other files
+  if (::fstat(descriptor_, &status) == 0) remove_leftovers(path_, machine, status.st_mtime);
+  return {};
 }
 
 FileSink::~FileSink() {
   if (path_ == "-") return;
   if (descriptor_ >= 0) ::close(descriptor_);
-  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+  if (named_) ::unlink(temporary_.c_str());
 }
 
 Result<void> FileSink::write(std::span<const std::byte> bytes) {
@@ -76,23 +195,67 @@ Result<void> FileSink::write(std::span<const std::byte> bytes) {
   return {};
 }
 
+Result<void> FileSink::copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes) {
+  std::uint64_t done = 0;
+  if (const auto* file = dynamic_cast<const FileRandomSource*>(&from))
+    done = file->copy_to(descriptor_, offset, bytes);
+  return ByteSink::copy(from, offset + done, bytes - done);
+}
+
 Result<void> FileSink::commit() {
   if (path_ == "-") return {};
-  if (::fsync(descriptor_) != 0 && errno != EINVAL)
-    return system_error(ErrorCode::output, "cannot be flushed", path_);
+  if (auto good = flush(); !good) return good;
+  if (named_ && ::rename(temporary_.c_str(), path_.c_str()) != 0)
+    return system_error(ErrorCode::output, "cannot be given its name", path_);
+  if (!named_ && !temporary_.empty())
+    if (auto good = link(); !good) return good;
+  named_ = false;
   if (::close(std::exchange(descriptor_, -1)) != 0)
     return system_error(ErrorCode::output, "cannot be closed", path_);
-  if (temporary_.empty()) return {};
-  if (::rename(temporary_.c_str(), path_.c_str()) != 0)
-    return system_error(ErrorCode::output, "cannot be given its name", path_);
-  temporary_.clear();
+  if (!temporary_.empty()) flush_folder(folder_of(path_));
   return {};
 }
+
+/// Flushing any descriptor of a file flushes all of it. Who wrote by name may have replaced the
+/// file, which leaves ours behind. Some file systems cannot flush (EINVAL); that is no failed
+/// write.
+Result<void> FileSink::flush() const {
+  const int file = named_ ? ::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC) : descriptor_;
+  const bool flushed = file >= 0 && (::fsync(file) == 0 || errno == EINVAL);
+  const Error error = system_error(ErrorCode::output, "cannot be flushed", path_);
+  if (named_ && file >= 0) ::close(file);
+  return flushed ? Result<void>() : error;
+}
+
+/// Gives a file without a name its own: at once where that is free, else over a name beside. The
+/// file of that name, which a process that was killed between the two calls has left, makes way.
+Result<void> FileSink::link() const {
+  constexpr int kMostAttempts = 100;
+  const auto link_as = [this](const std::string& name) {
+    return ::linkat(AT_FDCWD, temporary_.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
+  };
+  if (link_as(path_)) return {};
+  const std::string beside = temporary_name(path_);
+  for (int attempt = 0; attempt < kMostAttempts && (errno == EEXIST || errno == ENOENT);
+       ++attempt) {
+    if (!link_as(beside)) {
+      if (errno == EEXIST) ::unlink(beside.c_str());
+      continue;
+    }
+    if (::rename(beside.c_str(), path_.c_str()) == 0) return {};
+    const int why = errno;
+    if (why != ENOENT) ::unlink(beside.c_str());  // another process took it, or is in the way
+    errno = why;
+  }
+  return system_error(ErrorCode::output, "cannot be given its name", path_);
+}
+
+// --- reading
 
 Result<std::unique_ptr<FileSource>> FileSource::open(const std::string& path) {
   std::unique_ptr<FileSource> source(new FileSource());
   source->path_ = path;
-  source->descriptor_ = path == "-" ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  source->descriptor_ = path == "-" ? STDIN_FILENO : open_patiently(path, O_RDONLY);
   if (source->descriptor_ < 0) return system_error(ErrorCode::io, "cannot be opened", path);
   return source;
 }
@@ -155,6 +318,21 @@ Result<void> FileRandomSource::read_at(std::uint64_t offset, std::span<std::byte
     into = into.subspan(static_cast<std::size_t>(n));
   }
   return {};
+}
+
+std::uint64_t FileRandomSource::copy_to(int descriptor, std::uint64_t offset,
+                                        std::uint64_t bytes) const {
+  constexpr std::uint64_t kMost = std::uint64_t{1} << 30;
+  auto from = static_cast<off_t>(offset);
+  std::uint64_t done = 0;
+  while (done < bytes) {
+    const auto wanted = static_cast<std::size_t>(std::min(kMost, bytes - done));
+    const ssize_t n = ::copy_file_range(descriptor_, &from, descriptor, nullptr, wanted, 0);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) break;
+    done += static_cast<std::uint64_t>(n);
+  }
+  return done;
 }
 
 }  // namespace shm

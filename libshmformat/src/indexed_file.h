@@ -28,6 +28,7 @@ class IndexedFile {
   const ReadLimits& limits() const { return limits_; }
   /// What it tells of the whole file; its entries until they are taken.
   const container::Index& index() const { return index_; }
+  std::uint64_t index_offset() const { return index_offset_; }
   std::vector<container::IndexEntry> take_entries() { return std::exchange(index_.entries, {}); }
 
   const std::vector<SegmentInfo>& segments() const { return segments_; }

@@ -49,15 +49,26 @@ Result<void> StepEncoder::add(std::uint32_t array, std::uint64_t step,
   return {};
 }
 
+void StepEncoder::go_on(std::uint32_t array, std::uint64_t last_step, std::uint32_t run) {
+  before_[array].next_step = last_step + 1;
+  before_[array].run = run;
+  steps_ = std::max(steps_, last_step + 1);
+}
+
+/// The most that the next step of the array may refer to.
+StepReference StepEncoder::most_next(std::uint32_t array) const {
+  // What a reader restores of a quantized array is not what stands here.
+  if (schema_->arrays[array].quantization.lossy()) return StepReference::nothing;
+  const std::uint32_t run = before_[array].run;
+  if (run == 0 || run >= key_steps_) return StepReference::nothing;
+  return run == 1 ? std::min(most_, StepReference::before) : most_;
+}
+
 Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   Before& before = before_[array];
   if (step < before.next_step) return misuse("steps of an array must ascend");
   reference_step_ = before.next_step - 1;  // of no matter where nothing may be referred to
-  most_here_ = before.run == 0 || before.run >= key_steps_ ? StepReference::nothing
-               : before.run == 1                           ? std::min(most_, StepReference::before)
-                                                           : most_;
-  // What a reader restores of a quantized array is not what stands here.
-  if (schema_->arrays[array].quantization.lossy()) most_here_ = StepReference::nothing;
+  most_here_ = most_next(array);
   before.next_step = step + 1;
   steps_ = std::max(steps_, step + 1);
   array_ = array;

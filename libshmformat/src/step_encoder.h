@@ -25,6 +25,17 @@ class StepEncoder {
   StepEncoder(const Schema& schema, TopologyReplay& topology, std::vector<std::uint64_t> elements,
               std::uint32_t key_steps, Level level, Sink sink);
 
+  /// What stands in the file of an array that this one has not begun: steps up to `last_step`, the
+  /// last `run` of them since the last key step, it included.
+  void go_on(std::uint32_t array, std::uint64_t last_step, std::uint32_t run);
+  /// Whether the next step of the array may refer to that many steps before.
+  bool refers_to(std::uint32_t array, StepReference kind) const { return most_next(array) >= kind; }
+  /// After go_on(): all values of the last step but one, then of the last one, as far as the next
+  /// step may refer to them.
+  void remember(std::uint32_t array, std::span<const std::byte> values) {
+    before_[array].values.take(0, values);
+  }
+
   /// Must hold: the array is stepped, `values` are whole elements.
   Result<void> add(std::uint32_t array, std::uint64_t step, std::span<const std::byte> values);
   /// Ends the step at hand, if there is one.
@@ -41,6 +52,7 @@ class StepEncoder {
   };
   using Column = StepColumn<SplitEncoder>;
 
+  StepReference most_next(std::uint32_t array) const;
   Result<void> begin_step(std::uint32_t array, std::uint64_t step);
   Result<void> begin_group();
   Result<void> end_group();

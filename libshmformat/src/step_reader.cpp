@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "indexed_file.h"
+#include "indexed_topology.h"
 #include "mesh_streams.h"
 #include "packing.h"
 #include "segment_steps.h"
@@ -42,7 +43,6 @@ class StepReader::Impl {
   Result<void> begin_segment();
   Result<void> read_group();
   Result<TopologyReplay*> topology_of(std::size_t segment, const ReplayWants& wants);
-  Result<void> add_group(TopologyReplay& topology, std::size_t group);
   bool numbers_need_mesh() const;
   Result<void> number(const StepIndex::Chunk& chunk);
 
@@ -217,31 +217,11 @@ Result<TopologyReplay*> StepReader::Impl::topology_of(std::size_t segment,
                        cell_bytes_)
           .first->second;
   for (std::size_t g = file_.first_group(segment); g < file_.first_group(segment + 1); ++g)
-    if (auto good = add_group(topology, g); !good) {
+    if (auto good = add_group(file_, g, topology); !good) {
       topologies_.erase(segment);
       return good.error();
     }
   return &topology;
-}
-
-Result<void> StepReader::Impl::add_group(TopologyReplay& topology, std::size_t group) {
-  const auto head = file_.read_group_head(group);
-  if (!head) return head.error();
-  const ReadLimits& limits = file_.limits();
-  if (head->header.max_active_vertices > limits.max_active_vertices ||
-      head->header.decoded_bytes > limits.max_group_bytes)
-    return IndexedFile::wrong("takes more memory than the limit", "group " + std::to_string(group),
-                              file_.groups()[group].offset, ErrorCode::over_limit);
-  std::vector<std::vector<std::byte>> streams(head->header.streams.size());
-  for (std::size_t s = 0; s < streams.size(); ++s) {
-    if (!topology.needs(head->header, head->header.streams[s])) continue;
-    auto bytes = file_.read_stream(group, *head, s);
-    if (!bytes) return bytes.error();
-    streams[s] = std::move(*bytes);
-  }
-  topology.add_group(file_.groups()[group].segment, head->header,
-                     std::vector<std::span<const std::byte>>(streams.begin(), streams.end()));
-  return {};
 }
 
 // --- the face

@@ -8,19 +8,12 @@
 #include <vector>
 
 #include "coders/shifts.h"
-#include "container/chunk_writer.h"
+#include "file_writer.h"
 #include "mesh_encoder.h"
-#include "packing.h"
 #include "schema_codec.h"
-#include "step_encoder.h"
 
 namespace shm {
 namespace {
-
-using container::ChunkKind;
-
-/// From this many bytes on the schema is said again before the index, for whoever must repair.
-constexpr std::uint64_t kRepeatSchemaFrom = std::uint64_t{1} << 20;
 
 Error misuse(std::string detail, std::string section) {
   return Error{ErrorCode::misuse, std::move(detail), std::move(section), kNoOffset, {}};
@@ -32,7 +25,7 @@ class Writer::Impl {
  public:
   Impl(ByteSink& sink, Schema schema, const WriteOptions& options)
       : schema_(std::move(schema)),
-        chunks_(sink),
+        file_(sink, schema_),
         mesh_(schema_, options,
               [this](auto segment, const auto& header, const auto& streams) {
                 return write_group(segment, header, streams);
@@ -42,10 +35,7 @@ class Writer::Impl {
         topology_(schema_, ~std::uint64_t{0}, wants_of_steps(schema_),
                   options.kept_topology_bytes) {}
 
-  Result<void> start() {
-    if (auto good = chunks_.start({}); !good) return good;
-    return write_schema();
-  }
+  Result<void> start() { return file_.start(); }
 
   /// Runs `work` unless an error came before; the first error sticks.
   template <class Work>
@@ -73,66 +63,32 @@ class Writer::Impl {
 
   Result<void> add_step_values(std::uint32_t array, std::uint64_t step,
                                std::span<const std::byte> values);
-  Result<void> set_step_times(std::span<const double> times);
+  Result<void> set_step_times(std::span<const double> times) { return file_.set_step_times(times); }
   Result<void> add_extra(const Extra& extra);
   Result<SizeReport> finish();
 
  private:
-  Result<void> write_schema();
   Result<void> write_group(std::uint32_t segment, const container::GroupHeader& header,
                            const std::vector<std::vector<std::byte>>& streams);
-  Result<void> write_step_values(const container::StepHeader& header, std::uint64_t first,
-                                 std::span<const std::byte> bytes);
-  Result<void> end_step_array() { return step_values_ ? step_values_->end_step() : Result<void>(); }
-  Result<void> write_index(SizeReport& report);
   std::uint64_t elements_of(std::uint32_t array) const;
-  const std::string& array_key(std::uint32_t array) const { return array_keys_[array]; }
+  container::Index totals() const;
 
   Schema schema_;
-  container::ChunkWriter chunks_;
+  FileWriter file_;
   MeshEncoder mesh_;
-  bool mesh_ended_ = false, times_set_ = false;
+  bool mesh_ended_ = false;
   std::optional<Error> error_;
-  std::vector<std::string> array_keys_ = array_stream_names(schema_);
-  std::map<std::string, std::uint64_t> stream_bytes_;
 
   std::uint32_t key_steps_;
   Level level_;
   TopologyReplay topology_;
-  std::optional<StepEncoder> step_values_;  // from the first ones on
-  std::uint64_t step_times_ = 0;
 };
-
-Result<void> Writer::Impl::write_schema() {
-  ByteWriter blob, payload;
-  put(blob, schema_);
-  container::put_version(payload, {});
-  put_packed(payload, blob.bytes);
-  return chunks_.write(ChunkKind::schema, payload.bytes);
-}
 
 Result<void> Writer::Impl::write_group(std::uint32_t segment, const container::GroupHeader& header,
                                        const std::vector<std::vector<std::byte>>& streams) {
-  ByteWriter payload;
-  container::put(payload, header);
-  container::IndexEntry entry;
-  entry.header_bytes = payload.bytes.size();
-  for (std::size_t s = 0; s < streams.size(); ++s) {
-    payload.put_bytes(streams[s]);
-    const container::StreamEntry& stream = header.streams[s];
-    const bool array = stream.kind == container::StreamKind::array;
-    stream_bytes_[array ? array_key(stream.array) : container::stream_name(stream.kind)] +=
-        streams[s].size();
-  }
   topology_.add_group(segment, header,
                       std::vector<std::span<const std::byte>>(streams.begin(), streams.end()));
-  entry.segment = segment;
-  entry.first_cell = header.first_cell;
-  entry.cells = header.cells;
-  entry.first_vertex = header.first_vertex;
-  entry.vertices = header.vertices;
-  entry.box = header.box;
-  return chunks_.write(ChunkKind::group, payload.bytes, entry);
+  return file_.write_group(segment, header, streams);
 }
 
 std::uint64_t Writer::Impl::elements_of(std::uint32_t array) const {
@@ -146,118 +102,49 @@ std::uint64_t Writer::Impl::elements_of(std::uint32_t array) const {
 
 Result<void> Writer::Impl::add_step_values(std::uint32_t array, std::uint64_t step,
                                            std::span<const std::byte> values) {
-  if (array >= schema_.arrays.size() || !schema_.arrays[array].per_step)
-    return misuse("array " + std::to_string(array) + " is no stepped array", "steps");
-  const ArrayInfo& info = schema_.arrays[array];
-  if (values.size() % (scalar_bytes(info.type) * info.components) != 0)
-    return misuse("values end within an element", "steps");
-  if (!step_values_) {
+  if (auto good = file_.check_step_values(array, values); !good) return good;
+  if (!file_.has_step_encoder()) {
     std::vector<std::uint64_t> elements(schema_.arrays.size());
     for (std::uint32_t a = 0; a < elements.size(); ++a) elements[a] = elements_of(a);
-    step_values_.emplace(schema_, topology_, std::move(elements), key_steps_, level_,
-                         [this](const auto& header, auto first, auto bytes) {
-                           return write_step_values(header, first, bytes);
-                         });
+    file_.begin_steps(topology_, std::move(elements), key_steps_, level_);
   }
-  return step_values_->add(array, step, values);
-}
-
-Result<void> Writer::Impl::write_step_values(const container::StepHeader& header,
-                                             std::uint64_t first,
-                                             std::span<const std::byte> bytes) {
-  ByteWriter payload;
-  container::put(payload, header);
-  payload.put_bytes(bytes);
-  stream_bytes_[array_key(header.array)] += bytes.size();
-  container::IndexEntry entry;
-  entry.array = header.array;
-  entry.step = header.step;
-  entry.first = first;
-  entry.count = header.count;
-  entry.group = header.group;
-  entry.reference = container::refers_to(header);
-  entry.codec = header.codec;
-  return chunks_.write(ChunkKind::step_values, payload.bytes, entry);
-}
-
-Result<void> Writer::Impl::set_step_times(std::span<const double> times) {
-  if (std::exchange(times_set_, true)) return misuse("step times were set before", "steps");
-  if (auto good = end_step_array(); !good) return good;
-  ByteWriter blob, payload;
-  for (double time : times) blob.put_f64(time);
-  put_packed(payload, blob.bytes);
-  step_times_ = times.size();
-  stream_bytes_["extras"] += payload.bytes.size();
-  return chunks_.write(ChunkKind::step_times, payload.bytes);
+  return file_.add_step_values(array, step, values);
 }
 
 Result<void> Writer::Impl::add_extra(const Extra& extra) {
-  const std::size_t width = scalar_bytes(extra.type);
-  std::uint64_t values = 1;
-  bool fits = width != 0;
-  for (std::uint64_t side : extra.shape) {
-    fits = fits && (side == 0 || values <= ~std::uint64_t{0} / 8 / side);
-    values *= side;
-  }
-  if (extra.refers > Reference::cell)
-    return misuse("extra '" + extra.key + "': unknown reference", "extras");
-  if (!fits || values * width != extra.data.size())
-    return misuse("extra '" + extra.key + "': data does not match type and shape", "extras");
-  if (extra.refers != Reference::nothing && extra.type != ScalarType::int32 &&
-      extra.type != ScalarType::int64)
-    return misuse("extra '" + extra.key + "': references are int32 or int64", "extras");
-  if (auto good = end_step_array(); !good) return good;
+  if (auto good = FileWriter::check(extra); !good) return good;
   if (!mesh_ended_)  // its place among the groups depends on what was added alone
     if (auto good = mesh_.catch_up(); !good) return good;
-  ByteWriter blob, payload;
-  put(blob, extra);
-  put_packed(payload, blob.bytes);
-  stream_bytes_["extras"] += payload.bytes.size();
-  return chunks_.write(ChunkKind::extra, payload.bytes);
+  return file_.add_extra(extra);
 }
 
 Result<SizeReport> Writer::Impl::finish() {
+  std::optional<SizeReport> report;
   Result<void> closed = guarded([&]() -> Result<void> {
     if (!mesh_ended_)
       if (auto good = end_mesh(); !good) return good;
-    if (auto good = end_step_array(); !good) return good;
-    return chunks_.offset() >= kRepeatSchemaFrom ? write_schema() : Result<void>();
+    auto finished = file_.finish(totals());
+    if (!finished) return finished.error();
+    report = std::move(*finished);
+    return {};
   });
   if (!closed) return closed.error();
-  SizeReport report;
-  closed = guarded([&] { return write_index(report); });
-  if (!closed) return closed.error();
   error_ = misuse("the file is finished", "file");  // what every later call says
-  return report;
+  return std::move(*report);
 }
 
-Result<void> Writer::Impl::write_index(SizeReport& report) {
+container::Index Writer::Impl::totals() const {
   const auto& totals = mesh_.totals();
   container::Index index;
   index.vertices = totals.vertices;
   index.cells = totals.cells;
   index.hexahedra = totals.hexahedra;
   index.max_active_vertices = totals.max_active_vertices;
-  index.steps = std::max(step_times_, step_values_ ? step_values_->steps() : 0);
   index.segments = totals.segments;
   index.imported_vertices = totals.imported_vertices;
   index.block_cells = totals.block_cells;
   index.ranges = totals.ranges;
-  for (const auto& [name, bytes] : stream_bytes_) index.streams.push_back({name, bytes});
-  if (auto good = chunks_.finish(std::move(index)); !good) return good;
-
-  report.vertices = totals.vertices;
-  report.cells = totals.cells;
-  report.hexahedra = totals.hexahedra;
-  report.max_active_vertices = totals.max_active_vertices;
-  report.segments = totals.segments;
-  report.imported_vertices = totals.imported_vertices;
-  report.total_bytes = chunks_.offset();
-  report.streams = stream_bytes_;
-  std::uint64_t coded = 0;
-  for (const auto& [name, bytes] : stream_bytes_) coded += bytes;
-  report.streams["container"] = report.total_bytes - coded;
-  return {};
+  return index;
 }
 
 Writer::Writer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -12,12 +12,17 @@
 
 namespace shm {
 
+class RandomSource;
+
 /// Takes bytes, front to back. Implement it to write anywhere; the library never seeks.
 class SHM_API ByteSink {
  public:
   virtual ~ByteSink() = default;
   /// All of `bytes` or an error; after an error the sink is not used again.
   virtual Result<void> write(std::span<const std::byte> bytes) = 0;
+  /// Writes `bytes` bytes of `from` from `offset` on. A sink that can leave that to the system
+  /// does.
+  virtual Result<void> copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes);
 };
 
 /// Gives bytes, front to back.
@@ -52,21 +57,39 @@ class SHM_API NullSink final : public ByteSink {
   std::uint64_t bytes = 0;
 };
 
-/// Writes a file that appears whole or not at all: bytes go to a temporary name beside
-/// `path`, `commit()` flushes and renames. Destroyed without commit: the temporary is removed.
-/// "-" is standard output (commit only flushes).
+/// Writes a file that appears whole or not at all. Bytes go to a file without a name in the same
+/// folder, which is gone with its process; commit() flushes it to the disk and gives it its name,
+/// by renaming where there is a file of that name. Where the system has no files without names,
+/// or where it is asked for one, it is called ".NAME.tmp", with numbers of process and machine, and
+/// removed when it is destroyed without commit; what a killed process has left, the next create()
+/// with a name for the same path removes (after an hour, where that was on another machine).
+/// A file that is replaced passes its permissions on.
+/// "-" is standard output (commit does nothing).
 class SHM_API FileSink final : public ByteSink {
  public:
-  static Result<std::unique_ptr<FileSink>> create(const std::string& path);
+  enum class Temporary : std::uint8_t { unnamed, named };
+  /// `how`: named, even where it need not be.
+  static Result<std::unique_ptr<FileSink>> create(const std::string& path,
+                                                  Temporary how = Temporary::unnamed);
   ~FileSink() override;
   FileSink(const FileSink&) = delete;
   FileSink& operator=(const FileSink&) = delete;
   Result<void> write(std::span<const std::byte> bytes) override;
+  Result<void> copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes) override;
   Result<void> commit();
+
+  /// By what name this process may open the file until commit(), and write it instead of here; of
+  /// a file without one it is a name in /proc. Empty where nothing is renamed in the end.
+  const std::string& temporary() const { return temporary_; }
+  bool is_named() const { return named_; }
 
  private:
   FileSink() = default;
+  Result<void> create_named();
+  Result<void> flush() const;
+  Result<void> link() const;
   int descriptor_ = -1;
+  bool named_ = false;  // there is a temporary file to remove
   std::string path_, temporary_;
 };
 
@@ -114,6 +137,10 @@ class SHM_API FileRandomSource final : public RandomSource {
   FileRandomSource& operator=(const FileRandomSource&) = delete;
   std::uint64_t size() const override { return size_; }
   Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override;
+  /// Copies bytes from `offset` on to where the open file `descriptor` stands, without taking them
+  /// to this process: file systems that can share the blocks of both files do so. Returns how many
+  /// of the `bytes` bytes that were; less, or none, where the system cannot.
+  std::uint64_t copy_to(int descriptor, std::uint64_t offset, std::uint64_t bytes) const;
 
  private:
   FileRandomSource() = default;

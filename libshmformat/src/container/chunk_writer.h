@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "container/format.h"
@@ -23,6 +24,19 @@ class ChunkWriter {
   Result<void> finish(Index index);
 
   std::uint64_t offset() const { return offset_; }
+
+  /// How far a file has come.
+  struct State {
+    std::uint64_t offset = 0;
+    std::uint32_t sequence = 0;
+    std::vector<IndexEntry> entries;
+  };
+  /// Writes behind chunks that stand in the sink.
+  void go_on(State state) {
+    offset_ = state.offset;
+    sequence_ = state.sequence;
+    entries_ = std::move(state.entries);
+  }
 
  private:
   Result<void> put(std::span<const std::byte> bytes);

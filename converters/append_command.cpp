@@ -1,0 +1,91 @@
+#include "append_command.h"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "append.h"
+#include "cell_order_file.h"
+#include "formats.h"
+#include "output_file.h"
+
+namespace shm::converters {
+namespace {
+
+AppendHow how_of(const Options& options, const Progress& progress) {
+  AppendHow how;
+  how.all = options.all;
+  how.steps = options.steps;
+  how.time = options.time;
+  how.strict = options.strict;
+  how.options.level = level_of(options.level);
+  how.options.key_steps = options.append_key_steps;
+  how.threads = options.threads;
+  how.progress = progress;
+  return how;
+}
+
+std::string json_of(const AppendOutcome& outcome, const Options& options) {
+  nlohmann::json json;
+  json["file"] = options.input;
+  json["source"] = options.against;
+  json["output"] = options.output;
+  json["appended_steps"] = outcome.steps;
+  json["step_times"] = outcome.times;
+  if (outcome.sizes) {
+    json["bytes"] = outcome.sizes->total_bytes;
+    json["streams"] = outcome.sizes->streams;
+  }
+  return json.dump(2) + "\n";
+}
+
+std::string text_of(const AppendOutcome& outcome, const Options& options) {
+  if (outcome.steps.empty())
+    return options.input + ": " + options.against + " has no later time step; nothing to do\n";
+  const std::size_t fresh = outcome.steps.size(), all = outcome.times.size();
+  return options.output + ": " + std::to_string(fresh) +
+         (fresh == 1 ? " time step" : " time steps") + " more, " + std::to_string(all) +
+         " in all, " + std::to_string(outcome.sizes->total_bytes) + " bytes\n";
+}
+
+ExitCode tell_differences(const AppendOutcome& outcome, const Options& options) {
+  std::fprintf(stderr, "shm: %s does not hold the mesh of %s:\n", options.against.c_str(),
+               options.input.c_str());
+  for (const std::string& difference : outcome.differences)
+    std::fprintf(stderr, "shm:   %s\n", difference.c_str());
+  return kDifferent;
+}
+
+}  // namespace
+
+ExitCode run_append(Options& options) {
+  require_shm(options.input);
+  if (options.output.empty()) options.output = options.input;
+  ProgressLine line(options.quiet);
+  Spool spool(spool_directory(options), spool_memory(options));
+  line.show("reading " + options.against);
+  const auto source = open_mesh(options.against, spool, line.callback());
+  AppendHow how = how_of(options, line.callback());
+  std::optional<CellSequence> cell_order;
+  if (!options.cell_order.empty())
+    how.cell_order =
+        &cell_order.emplace(read_cell_order(options.cell_order, source->info().cells()));
+  OutputFile output(options.output);
+  FileSink& sink = output.sink();
+  const AppendOutcome outcome = append_steps(options.input, *source, sink, how, spool);
+  line.wipe();
+  if (!outcome.differences.empty()) return tell_differences(outcome, options);
+  tell_losses(outcome.losses, options.output);
+  if (outcome.sizes)
+    output.commit();
+  else if (!outcome.losses.empty())
+    return kIncomplete;
+  if (options.json)
+    std::fputs(json_of(outcome, options).c_str(), stdout);
+  else
+    say(options, text_of(outcome, options));
+  return kDone;
+}
+
+}  // namespace shm::converters

@@ -1,0 +1,122 @@
+#include "container/chunk_copy.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "container/random_chunks.h"
+
+namespace shm::container {
+namespace {
+
+Error wrong_index(std::uint64_t index_offset) {
+  return Error{ErrorCode::corrupt, "does not tell of every chunk", "index", index_offset, {}};
+}
+
+Result<ChunkHeader> header_of(RandomSource& source, const IndexEntry& entry,
+                              std::uint32_t sequence) {
+  const auto bytes = read_bytes(source, entry.offset, kChunkHeaderBytes, chunk_name(entry.kind));
+  if (!bytes) return bytes.error();
+  ByteReader in(*bytes);
+  ChunkHeader header;
+  if (get(in, header) != HeaderState::good || header.kind != entry.kind ||
+      header.sequence != sequence || header.payload_bytes != entry.bytes - kChunkHeaderBytes)
+    return Error{ErrorCode::corrupt,
+                 "the chunk that should stand here does not",
+                 chunk_name(entry.kind),
+                 entry.offset,
+                 {}};
+  return header;
+}
+
+}  // namespace
+
+Result<ChunkCopy> ChunkCopy::of(RandomSource& source, std::span<const IndexEntry> entries,
+                                std::uint64_t index_offset,
+                                const std::function<bool(const IndexEntry&)>& keep) {
+  ChunkCopy copy;
+  copy.pieces_.push_back({{}, 0, kFileStartBytes});
+  copy.state_.offset = kFileStartBytes;
+  std::uint64_t end = kFileStartBytes;
+  std::uint32_t sequence = 0;
+  for (const IndexEntry& entry : entries) {
+    if (entry.offset != end || end > index_offset || entry.bytes < kChunkHeaderBytes ||
+        entry.bytes > index_offset - end)
+      return wrong_index(index_offset);
+    const auto header = header_of(source, entry, sequence++);
+    if (!header) return header.error();
+    if (keep(entry)) copy.add(*header, entry);
+    end += entry.bytes;
+  }
+  if (end != index_offset) return wrong_index(index_offset);
+  return copy;
+}
+
+void ChunkCopy::add(ChunkHeader header, const IndexEntry& entry) {
+  const bool renumbered = header.sequence != state_.sequence;
+  if (renumbered) {
+    header.sequence = state_.sequence;
+    ByteWriter out;
+    put(out, header);
+    pieces_.push_back(
+        {std::move(out.bytes), entry.offset + kChunkHeaderBytes, header.payload_bytes});
+  } else if (pieces_.back().offset + pieces_.back().bytes == entry.offset) {
+    pieces_.back().bytes += entry.bytes;
+  } else {
+    pieces_.push_back({{}, entry.offset, entry.bytes});
+  }
+  state_.entries.push_back(entry);
+  state_.entries.back().offset = state_.offset;
+  state_.offset += entry.bytes;
+  ++state_.sequence;
+}
+
+Result<void> ChunkCopy::write(RandomSource& source, ByteSink& sink) const {
+  for (const Piece& piece : pieces_) {
+    if (!piece.head.empty())
+      if (auto good = sink.write(piece.head); !good) return good;
+    if (auto good = sink.copy(source, piece.offset, piece.bytes); !good) return good;
+  }
+  return {};
+}
+
+class ChunkCopy::Source final : public ByteSource {
+ public:
+  Source(RandomSource& source, std::vector<Piece> pieces)
+      : source_(&source), pieces_(std::move(pieces)) {}
+
+  Result<std::size_t> read(std::span<std::byte> into) override {
+    for (; at_ < pieces_.size(); ++at_, done_ = 0) {
+      const Piece& piece = pieces_[at_];
+      const std::uint64_t left = piece.head.size() + piece.bytes - done_;
+      if (left == 0) continue;
+      if (done_ < piece.head.size()) {
+        const auto head = std::span(piece.head).subspan(static_cast<std::size_t>(done_));
+        const std::size_t n = std::min(into.size(), head.size());
+        std::copy_n(head.begin(), n, into.begin());
+        done_ += n;
+        return n;
+      }
+      const auto n = static_cast<std::size_t>(std::min<std::uint64_t>(into.size(), left));
+      const std::uint64_t from = piece.offset + (done_ - piece.head.size());
+      if (auto good = source_->read_at(from, into.first(n)); !good) return good.error();
+      done_ += n;
+      return n;
+    }
+    return std::size_t{0};
+  }
+
+ private:
+  RandomSource* source_;
+  std::vector<Piece> pieces_;
+  std::size_t at_ = 0;
+  std::uint64_t done_ = 0;  // of the piece at hand
+};
+
+std::unique_ptr<ByteSource> ChunkCopy::read(RandomSource& source,
+                                            std::vector<std::byte> tail) const {
+  std::vector<Piece> pieces = pieces_;
+  pieces.push_back({std::move(tail), 0, 0});
+  return std::make_unique<Source>(source, std::move(pieces));
+}
+
+}  // namespace shm::container

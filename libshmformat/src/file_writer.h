@@ -1,0 +1,73 @@
+// FileWriter: the chunks of a file into a sink, and what the index tells of them. Groups come ready
+// from the mesh encoder; step values, times and extras are made here.
+// spec: "Container", "Step values", "Step times", "Extras", "Index and trailer"
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "container/chunk_writer.h"
+#include "shm/writer.h"
+#include "step_encoder.h"
+
+namespace shm {
+
+class FileWriter {
+ public:
+  /// `sink` and `schema`, which is checked, are borrowed.
+  FileWriter(ByteSink& sink, const Schema& schema)
+      : schema_(&schema), chunks_(sink), array_keys_(array_stream_names(schema)) {}
+  FileWriter(const FileWriter&) = delete;
+  FileWriter& operator=(const FileWriter&) = delete;
+
+  /// A new file: its start and the schema.
+  Result<void> start();
+  /// A file of which some chunks stand in the sink. `streams`: their bytes, as in the index.
+  void go_on(container::ChunkWriter::State state, std::map<std::string, std::uint64_t> streams,
+             std::uint64_t steps);
+
+  Result<void> write_group(std::uint32_t segment, const container::GroupHeader& header,
+                           const std::vector<std::vector<std::byte>>& streams);
+
+  bool has_step_encoder() const { return step_values_.has_value(); }
+  /// Before the first step values. `topology` is borrowed; the rest as in StepEncoder.
+  StepEncoder& begin_steps(TopologyReplay& topology, std::vector<std::uint64_t> elements,
+                           std::uint32_t key_steps, Level level);
+  /// Whether `values` may be some of that array.
+  Result<void> check_step_values(std::uint32_t array, std::span<const std::byte> values) const;
+  /// After begin_steps() and check_step_values().
+  Result<void> add_step_values(std::uint32_t array, std::uint64_t step,
+                               std::span<const std::byte> values) {
+    return step_values_->add(array, step, values);
+  }
+  bool has_times() const { return times_set_; }
+  Result<void> set_step_times(std::span<const double> times);
+  static Result<void> check(const Extra& extra);
+  /// After check().
+  Result<void> add_extra(const Extra& extra);
+
+  /// Writes all that is left: the schema once more in a large file, the index, and the trailer.
+  /// `totals`: what it tells of the mesh. Nothing may follow.
+  Result<SizeReport> finish(container::Index totals);
+
+ private:
+  Result<void> write_schema();
+  Result<void> write_step_values(const container::StepHeader& header, std::uint64_t first,
+                                 std::span<const std::byte> bytes);
+  Result<void> end_step_array() { return step_values_ ? step_values_->end_step() : Result<void>(); }
+  const std::string& array_key(std::uint32_t array) const { return array_keys_[array]; }
+
+  const Schema* schema_;
+  container::ChunkWriter chunks_;
+  std::vector<std::string> array_keys_;
+  std::map<std::string, std::uint64_t> stream_bytes_;
+  std::optional<StepEncoder> step_values_;  // from the first ones on
+  bool times_set_ = false;
+  std::uint64_t steps_ = 0;  // of what stood there, and of the times
+};
+
+}  // namespace shm

@@ -1,0 +1,234 @@
+#!/usr/bin/env python3
+"""shm append: what comes out is what one file of all steps would have become, or nothing changes.
+
+Usage: append_test.py PATH_OF_SHM
+"""
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SHM = "shm"
+
+
+def exodus_text(steps, n, title="steps", first_node_moved=False):
+    """CDL of an Exodus file of n*n*n hexahedra in two blocks, with a node set, global, nodal and
+    element variables at these steps. What stands there at a step depends on the step alone."""
+    m = n + 1
+    at = lambda x, y, z: (z * m + y) * m + x + 1
+    half = n * n * (n // 2)
+    cells = [[at(x, y, z), at(x + 1, y, z), at(x + 1, y + 1, z), at(x, y + 1, z),
+              at(x, y, z + 1), at(x + 1, y, z + 1), at(x + 1, y + 1, z + 1), at(x, y + 1, z + 1)]
+             for z in range(n) for y in range(n) for x in range(n)]
+    blocks = [cells[:half], cells[half:]]
+    text = lambda values: ", ".join(repr(v) if isinstance(v, float) else str(v) for v in values)
+    coordinate = lambda axis: text([round((node // m ** axis % m) * .25 + node % 7 * .001 +
+                                          (.5 if first_node_moved and node == 0 else 0), 6)
+                                    for node in range(m ** 3)])
+    nodal = lambda v: text([round((node % 97) * .01 * (v + 1) + step * (.5 + node % 5), 4)
+                            for step in steps for node in range(m ** 3)])
+    element = text([round(cell % 31 + step * .125, 4)
+                    for step in steps for cell in range(len(blocks[1]))])
+    return f"""netcdf run {{
+dimensions: len_string = 33 ; len_line = 81 ; four = 4 ; len_name = 33 ; time_step = UNLIMITED ;
+  num_dim = 3 ; num_nodes = {m ** 3} ; num_elem = {len(cells)} ; num_el_blk = 2 ;
+  num_el_in_blk1 = {len(blocks[0])} ; num_nod_per_el1 = 8 ;
+  num_el_in_blk2 = {len(blocks[1])} ; num_nod_per_el2 = 8 ;
+  num_node_sets = 1 ; num_nod_ns1 = 3 ; num_glo_var = 2 ; num_nod_var = 2 ; num_elem_var = 1 ;
+variables: double time_whole(time_step) ; int eb_status(num_el_blk) ; int eb_prop1(num_el_blk) ;
+  eb_prop1:name = "ID" ; int ns_status(num_node_sets) ; int ns_prop1(num_node_sets) ;
+  ns_prop1:name = "ID" ; int node_ns1(num_nod_ns1) ;
+  int connect1(num_el_in_blk1, num_nod_per_el1) ; connect1:elem_type = "HEX8" ;
+  int connect2(num_el_in_blk2, num_nod_per_el2) ; connect2:elem_type = "HEX8" ;
+  double coordx(num_nodes) ; double coordy(num_nodes) ; double coordz(num_nodes) ;
+  char name_glo_var(num_glo_var, len_name) ; char name_nod_var(num_nod_var, len_name) ;
+  char name_elem_var(num_elem_var, len_name) ; int elem_var_tab(num_el_blk, num_elem_var) ;
+  double vals_glo_var(time_step, num_glo_var) ; double vals_nod_var1(time_step, num_nodes) ;
+  float vals_nod_var2(time_step, num_nodes) ; double vals_elem_var1eb2(time_step, num_el_in_blk2) ;
+  :api_version = 5.14f ; :version = 5.14f ; :floating_point_word_size = 8 ; :file_size = 1 ;
+  :title = "{title}" ;
+data: time_whole = {text([step * .5 for step in steps])} ; eb_status = 1, 1 ; eb_prop1 = 10, 20 ;
+  ns_status = 1 ; ns_prop1 = 7 ; node_ns1 = 1, 4, 12 ;
+  connect1 = {text(sum(blocks[0], []))} ; connect2 = {text(sum(blocks[1], []))} ;
+  coordx = {coordinate(0)} ; coordy = {coordinate(1)} ; coordz = {coordinate(2)} ;
+  name_glo_var = "energy", "mass" ; name_nod_var = "u", "p" ; name_elem_var = "heat" ;
+  elem_var_tab = 0, 1 ; vals_glo_var = {text([v for step in steps for v in (step * 3., 7.5)])} ;
+  vals_nod_var1 = {nodal(0)} ; vals_nod_var2 = {nodal(1)} ; vals_elem_var1eb2 = {element} ;
+}}
+"""
+
+
+class AppendTest(unittest.TestCase):
+    def setUp(self):
+        if not shutil.which("ncgen"):
+            self.skipTest("ncgen is not installed")
+        self.directory = tempfile.TemporaryDirectory(prefix="shm-append-test-")
+        self.addCleanup(self.directory.cleanup)
+
+    def path(self, name):
+        return os.path.join(self.directory.name, name)
+
+    def bytes(self, path):
+        with open(path, "rb") as source:
+            return source.read()
+
+    def shm(self, *words, code=0, stderr=""):
+        done = subprocess.run([SHM, *words], capture_output=True, text=True, timeout=120)
+        self.assertEqual(done.returncode, code, f"shm {' '.join(words)}\n{done.stdout}{done.stderr}")
+        if code == 0:
+            self.assertRegex(done.stderr, stderr + "$")
+        else:
+            self.assertEqual(done.stdout, "")
+            self.assertRegex(done.stderr, stderr)
+        return done.stdout
+
+    def exodus(self, name, steps, n=4, kind="64-bit-offset", **how):
+        with open(self.path("run.cdl"), "w") as out:
+            out.write(exodus_text(steps, n, **how))
+        subprocess.run(["ncgen", "-k", kind, "-o", self.path(name), self.path("run.cdl")],
+                       check=True)
+        os.remove(self.path("run.cdl"))
+        return self.path(name)
+
+    def packed(self, source, *words):
+        name = source + ".shm"
+        self.shm("compress", source, "-o", name, *words)
+        return name
+
+    def assert_steps(self, file, source, same_numbers=True):
+        """The file holds all of the source, and becomes the same Exodus file as it."""
+        self.shm("verify", file)
+        self.shm("verify", file, "--against", source)
+        self.shm("decompress", file, "-o", self.path("back.e"))
+        words = [] if same_numbers else ["--match"]
+        self.assertIn("equal", self.shm("diff", source, self.path("back.e"), *words))
+        os.remove(self.path("back.e"))
+
+    def test_a_file_that_was_written_on(self):
+        first, all_steps = self.exodus("first.e", range(4)), self.exodus("all.e", range(11))
+        for how in ([], ["--order", "stream"], ["--order", "stream", "--delay", "20"],
+                    ["--order", "free"], ["--segment-cells", "20"], ["--key-steps", "1"]):
+            with self.subTest(how):
+                file = self.packed(first, *how)
+                told = self.shm("append", file, all_steps)
+                self.assertIn("7 time steps more, 11 in all", told)
+                self.assert_steps(file, all_steps, "--order" not in how)
+                before = self.bytes(file)
+                self.assertIn("nothing to do", self.shm("append", file, all_steps))
+                self.assertEqual(self.bytes(file), before)
+        self.assertEqual(sorted(os.listdir(self.directory.name)),
+                         ["all.e", "first.e", "first.e.shm"])
+
+    def test_a_run_that_was_restarted(self):
+        all_steps = self.exodus("all.e", range(9))
+        for kind in ("64-bit-offset", "netCDF-4"):
+            for how in ([], ["--order", "stream", "--delay", "20"]):
+                with self.subTest(kind + str(how)):
+                    all_steps = self.exodus("all.e", range(9), kind=kind)
+                    file = self.packed(self.exodus("run.e", range(3), kind=kind), *how)
+                    for begin, end in ((3, 5), (4, 8), (8, 9)):  # the second one begins earlier
+                        part = self.exodus("run.e-s002", range(begin, end), kind=kind)
+                        self.shm("append", file, part)
+                    self.assert_steps(file, all_steps, not how)
+
+    def test_packed_sources(self):
+        all_steps = self.exodus("all.e", range(9))
+        file = self.packed(self.exodus("first.e", range(3)))
+        self.shm("append", file, self.packed(all_steps))
+        self.assert_steps(file, all_steps)
+        streamed = self.packed(self.exodus("first.e", range(3)), "--order", "stream")
+        self.shm("append", streamed, self.packed(all_steps))
+        self.assert_steps(streamed, all_steps, same_numbers=False)
+
+    def test_chosen_steps(self):
+        file = self.packed(self.exodus("first.e", range(3)))
+        all_steps = self.exodus("all.e", range(9))
+        out = self.path("out.shm")
+        told = json.loads(self.shm("append", file, all_steps, "-o", out, "--step", "4", "--step",
+                                   "6", "--json"))
+        self.assertEqual(told["appended_steps"], [4, 6])
+        self.assertEqual(told["step_times"], [0, .5, 1, 2, 3])
+        self.assertEqual(told["bytes"], os.path.getsize(out))
+        self.assert_steps(out, self.exodus("some.e", [0, 1, 2, 4, 6]))
+        self.shm("append", file, all_steps, "--step", "9", code=2, stderr="no step 9")
+        self.shm("append", file, all_steps, "--step", "1", "--all", code=2,
+                 stderr="excludes")
+        self.shm("append", file, self.path("first.e"), "--all", "-o", out)
+        times = json.loads(self.shm("info", out, "--json"))["step_times"]
+        self.assertEqual(times, [0, .5, 1, 0, .5, 1])
+
+    def test_what_does_not_fit(self):
+        file = self.packed(self.exodus("first.e", range(3)))
+        before = self.bytes(file)
+        self.shm("append", file, self.exodus("other.e", range(6), first_node_moved=True), code=1,
+                 stderr="coordinates, vertex 0")
+        self.shm("append", file, self.exodus("small.e", range(6), n=3), code=1,
+                 stderr="number of vertices: 64 in the source, 125")
+        later = self.exodus("later.e", range(3, 6), title="another")
+        self.shm("append", file, later, "--strict", code=6,
+                 stderr="shm: not in .*: another title")
+        self.shm("append", later, file, code=3, stderr="is not a .shm file")
+        self.shm("append", file, self.path("none.e"), code=3, stderr="none.e")
+        self.shm("append", file, code=2, stderr="required")
+        self.shm("join", "-o", self.path("two.shm"), file, self.path("first.e"))
+        self.shm("append", self.path("two.shm"), later, code=3, stderr="archive")
+        with open(self.path("cut.shm"), "wb") as out:
+            out.write(before[:-20])
+        self.shm("append", self.path("cut.shm"), later, code=3, stderr="end record")
+        self.shm("convert", later, self.path("mesh.vtk"), stderr="(?s)not in.*")
+        flat = self.packed(self.path("mesh.vtk"))
+        self.shm("append", flat, self.path("mesh.vtk"), code=3, stderr="neither time steps")
+        self.assertEqual(self.bytes(file), before)
+        self.assertEqual([name for name in os.listdir(self.directory.name) if name[0] == "."], [])
+        self.shm("append", file, later, stderr="not in .*: another title, or other parts.*\n")
+        self.assert_steps(file, self.exodus("all.e", range(6)))
+
+    def test_bounds(self):
+        file = self.packed(self.exodus("first.e", range(3)), "--rel", "1e-3")
+        all_steps = self.exodus("all.e", range(9))
+        self.shm("append", file, all_steps)
+        self.shm("verify", file, "--against", all_steps)
+
+    def test_other_formats(self):
+        """One step out of files that hold one each; global variables have no place in these."""
+        source = self.exodus("all.e", range(6))
+        self.shm("convert", source, self.path("all.msh"), stderr="(?s)not in.*")
+        self.shm("convert", self.path("all.msh"), self.path("plain.e"), stderr="(?s)(not in.*)?")
+        self.shm("compress", self.path("plain.e"), "-o", self.path("plain.shm"))
+        self.shm("convert", self.exodus("first.e", range(3)), self.path("first.msh"),
+                 stderr="(?s)not in.*")
+        self.shm("convert", self.path("first.msh"), self.path("first.e"), stderr="(?s)(not in.*)?")
+        file = self.packed(self.path("first.e"))
+        for step, name in ((3, "a.vtk"), (4, "b.vtu"), (5, "c.vtk")):
+            one = self.path(name)
+            self.shm("convert", self.path("plain.e"), one, "--step", str(step),
+                     stderr="(?s)(not in.*)?")
+            self.shm("append", file, one, *(["--time", "2"] if step == 4 else []))
+        self.assertIn("equal", self.shm("diff", self.path("plain.shm"), file))
+        self.shm("decompress", file, "-o", self.path("back.e"))
+        self.assertIn("equal", self.shm("diff", self.path("plain.e"), self.path("back.e")))
+        self.shm("convert", source, self.path("d.vtk"), stderr="(?s)not in.*")
+        with_globals = self.packed(source)
+        self.shm("append", with_globals, self.path("d.vtk"), "--all", code=3,
+                 stderr="vals_glo_var.*has a value at each step")
+        self.shm("append", file, self.path("c.vtk"), stderr="")  # no later one
+
+    def test_gmsh(self):
+        all_steps, first = self.path("all.msh"), self.path("first.msh")
+        self.shm("convert", self.exodus("all.e", range(6)), all_steps, stderr="(?s)not in.*")
+        self.shm("convert", self.exodus("first.e", range(3)), first, stderr="(?s)not in.*")
+        file = self.packed(first)
+        self.shm("append", file, all_steps)
+        self.shm("verify", file, "--against", all_steps)
+        self.shm("decompress", file, "-o", self.path("back.msh"))
+        self.assertIn("equal", self.shm("diff", all_steps, self.path("back.msh")))
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    SHM = os.path.abspath(sys.argv.pop())
+    unittest.main()

@@ -1,0 +1,127 @@
+#!/usr/bin/env python3
+"""Whoever kills shm at any instant finds the old file or a whole new one, and nothing piles up.
+
+Usage: kill_test.py PATH_OF_SHM
+"""
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+from append_test import exodus_text
+
+SHM = "shm"
+KILLS = 200
+SECONDS = 40  # for all of them; a machine that is busy kills less often
+
+
+class KillTest(unittest.TestCase):
+    def setUp(self):
+        if not shutil.which("ncgen"):
+            self.skipTest("ncgen is not installed")
+        self.directory = tempfile.TemporaryDirectory(prefix="shm-kill-test-")
+        self.addCleanup(self.directory.cleanup)
+
+    def path(self, name):
+        return os.path.join(self.directory.name, name)
+
+    def bytes(self, name):
+        with open(self.path(name), "rb") as source:
+            return source.read()
+
+    def shm(self, *words):
+        subprocess.run([SHM, *words, "--quiet"], check=True, cwd=self.directory.name, timeout=120,
+                       stderr=subprocess.DEVNULL)
+
+    def exodus(self, name, steps):
+        with open(self.path("run.cdl"), "w") as out:
+            out.write(exodus_text(steps, 10))
+        subprocess.run(["ncgen", "-k", "netCDF-4", "-o", self.path(name), self.path("run.cdl")],
+                       check=True)
+        os.remove(self.path("run.cdl"))
+
+    def others(self):
+        """Files beside, with names that nobody gave."""
+        return [name for name in os.listdir(self.directory.name) if name.startswith(".")]
+
+    def test_kills(self):
+        self.exodus("first.e", range(8))
+        self.exodus("all.e", range(12))
+        for name in ("first", "all"):
+            self.shm("compress", name + ".e", "-o", name + ".shm")
+        self.shm("append", "first.shm", "all.e", "-o", "appended.shm")
+        self.shm("convert", "all.e", "all.vtk")
+        self.shm("decompress", "all.shm", "-o", "whole.e")
+        self.shm("decompress", "all.shm", "-o", "whole.msh")
+        # A command, its output, what was there before, what a whole run writes.
+        cases = [
+            (["append", "out.shm", "all.e"], "out.shm", "first.shm", "appended.shm"),
+            (["append", "first.shm", "all.e", "-o", "out.shm"], "out.shm", None, "appended.shm"),
+            (["compress", "all.e", "-o", "out.shm"], "out.shm", None, "all.shm"),
+            (["compress", "all.e", "-o", "out.shm"], "out.shm", "first.shm", "all.shm"),
+            (["decompress", "all.shm", "-o", "out.e"], "out.e", None, "whole.e"),
+            (["decompress", "all.shm", "-o", "out.msh"], "out.msh", None, "whole.msh"),
+            (["convert", "all.e", "out.vtk"], "out.vtk", "all.vtk", "all.vtk"),
+        ]
+        times = []
+        for words, output, before, _ in cases:
+            self.prepare(output, before)
+            begin = time.monotonic()
+            self.shm(*words)
+            times.append(time.monotonic() - begin)
+        chance = random.Random(46)
+        end = time.monotonic() + SECONDS
+        killed = finished = left = 0
+        for number in range(KILLS):
+            if time.monotonic() > end:
+                break
+            words, output, before, after = cases[number % len(cases)]
+            self.prepare(output, before)
+            process = subprocess.Popen([SHM, *words, "--quiet"], cwd=self.directory.name,
+                                       stderr=subprocess.DEVNULL)
+            time.sleep(times[number % len(cases)] * chance.random() * 1.1)
+            process.kill()
+            finished += process.wait() == 0
+            killed += process.returncode != 0
+            self.check(words, output, before, after)
+            left = max(left, len(self.others()))
+        print(f"{killed} killed, {finished} were faster; at most {left} files beside")
+        self.assertGreater(killed, (killed + finished) // 4)
+        # Of an Exodus file, HDF5's, at most the last one killed is left; of all others none but for
+        # an instant.
+        self.assertLessEqual(left, 2)
+        for words, output, before, _ in cases:
+            self.prepare(output, before)
+            self.shm(*words)
+        self.assertEqual([name for name in self.others() if ".e.tmp" in name], [])
+
+    def prepare(self, output, before):
+        if os.path.exists(self.path(output)):
+            os.remove(self.path(output))
+        if before:
+            shutil.copy(self.path(before), self.path(output))
+
+    def check(self, words, output, before, after):
+        if not os.path.exists(self.path(output)):
+            self.assertIsNone(before, f"{words} removed the old file")
+            return
+        found = self.bytes(output)
+        if before and found == self.bytes(before):
+            return
+        if output.endswith(".e"):  # netCDF-4 files tell when they were made
+            self.shm("diff", after, output)
+        else:
+            self.assertTrue(found == self.bytes(after), f"{words} wrote half of a file")
+        if output.endswith(".shm"):
+            self.shm("verify", output)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    SHM = os.path.abspath(sys.argv.pop())
+    unittest.main()

@@ -1,0 +1,145 @@
+#!/usr/bin/env python3
+"""shm in pipes: what comes and goes through them is what files would have held.
+
+Usage: pipe_test.py PATH_OF_SHM
+"""
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+from append_test import exodus_text
+from tool_test import write_vtk
+
+SHM = "shm"
+
+
+class PipeTest(unittest.TestCase):
+    def setUp(self):
+        self.directory = tempfile.TemporaryDirectory(prefix="shm-pipe-test-")
+        self.addCleanup(self.directory.cleanup)
+        self.temp = self.path("temp")
+        os.mkdir(self.temp)
+        self.mesh = self.path("mesh.vtk")
+        write_vtk(self.mesh, 6)
+
+    def path(self, name):
+        return os.path.join(self.directory.name, name)
+
+    def bytes(self, path):
+        with open(path, "rb") as source:
+            return source.read()
+
+    def shm(self, *words, given=b"", code=0, pieces=0, cwd=None):
+        """Runs the tool with bytes on standard input, `pieces` at a time; gives what it writes."""
+        environment = dict(os.environ, TMPDIR=self.temp)
+        process = subprocess.Popen([SHM, *words], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, env=environment, cwd=cwd)
+        if pieces:
+            try:
+                for at in range(0, len(given), pieces):
+                    process.stdin.write(given[at:at + pieces])
+                    process.stdin.flush()
+                    if at // pieces % 100 == 0:
+                        time.sleep(0.001)
+            except BrokenPipeError:
+                pass
+            given = None
+        out, self.errors = process.communicate(given, timeout=120)
+        self.assertEqual(process.returncode, code, (words, self.errors))
+        self.assertEqual(os.listdir(self.temp), [])
+        return out
+
+    def formats(self):
+        """A file of each format, by name of the format."""
+        found = {"vtk": self.mesh}
+        for name in ("vtu", "gmsh", "ucd", "exodus"):
+            found[name] = self.path("mesh." + name)
+            self.shm("convert", self.mesh, found[name], "--format", name)
+        if shutil.which("ncgen"):
+            with open(self.path("run.cdl"), "w") as out:
+                out.write(exodus_text(range(3), 4))
+            for kind in ("64-bit-offset", "netCDF-4"):
+                found[kind] = self.path(kind)
+                subprocess.run(["ncgen", "-k", kind, "-o", found[kind], self.path("run.cdl")],
+                               check=True)
+        return found
+
+    def test_there_and_back(self):
+        for name, path in self.formats().items():
+            with self.subTest(name):
+                format_name = "exodus" if name in ("64-bit-offset", "netCDF-4") else name
+                source, packed = self.bytes(path), self.path("packed.shm")
+                self.shm("compress", path, "-o", packed)
+                for words in (["-"], ["-", "-o", "-"]):
+                    self.assertEqual(self.shm("compress", *words, given=source),
+                                     self.bytes(packed))
+                back = self.shm("decompress", "-", "-o", "-", "--format", format_name,
+                                given=self.bytes(packed), pieces=997)
+                with open(self.path("back"), "wb") as out:
+                    out.write(back)
+                self.shm("diff", path, self.path("back"))
+                self.shm("decompress", packed, "-o", self.path("file"), "--format", format_name)
+                if name != "netCDF-4":  # these tell when they were made
+                    self.assertEqual(back, self.bytes(self.path("file")))
+                again = self.shm("convert", "-", "-", "--format", "shm", given=source)
+                self.assertEqual(again, self.bytes(packed))
+                told = self.shm("info", "-", given=source).replace(b"-:", path.encode() + b":")
+                self.assertEqual(told.splitlines()[1:],
+                                 self.shm("info", path).splitlines()[1:])
+
+    def test_packed_input(self):
+        packed = self.path("mesh.shm")
+        self.shm("compress", self.mesh, "-o", packed)
+        given = self.bytes(packed)
+        for pieces in (1, 7, 1000, 1 << 20):
+            self.assertIn(b"-: sound", self.shm("verify", "-", given=given, pieces=pieces))
+        self.shm("verify", "-", "--against", self.mesh, given=given)
+        self.assertEqual(self.shm("info", "-", "--json", given=given).count(b'"streams"'), 1)
+        self.assertEqual(self.shm("compress", "-", given=given), given)
+        self.shm("verify", "-", given=given[:-100], code=3)
+        self.assertTrue(self.errors.startswith(b"shm: -"), self.errors)
+        damaged = bytearray(given)
+        damaged[len(given) // 2] ^= 1
+        self.shm("decompress", "-", "-o", "-", "--format", "vtk", given=bytes(damaged), code=3)
+        self.shm("verify", "-", given=b"", code=3)
+        self.shm("verify", "-", given=self.bytes(self.mesh), code=3)
+        self.assertIn(b"not a .shm file", self.errors)
+        self.shm("compress", "-", given=b"what is this?", code=3)
+        self.assertTrue(self.errors.startswith(b"shm: -: "), self.errors)
+        self.shm("decompress", "-", "-o", "-", given=given, code=2)  # what format?
+
+    def test_archives(self):
+        both = self.path("both.shm")
+        self.shm("compress", self.mesh, "-o", self.path("a.shm"))
+        self.shm("join", "-o", both, self.path("a.shm"), self.mesh)
+        self.assertEqual(self.shm("verify", "-", given=self.bytes(both)).count(b"sound"), 2)
+        self.assertIn(b"mesh.vtk", self.shm("info", "-", given=self.bytes(both)))
+        self.shm("decompress", "-", "-o", "-", "--format", "vtk", given=self.bytes(both), code=3)
+        self.assertIn(b"archive", self.errors)
+
+    def test_readers_that_go_away(self):
+        big = self.path("big.vtk")
+        write_vtk(big, 24)
+        self.shm("compress", big, "-o", self.path("big.shm"))
+        for words in (["compress", big, "-o", "-"],
+                      ["decompress", self.path("big.shm"), "-o", "-", "--format", "vtk"],
+                      ["convert", big, "-", "--format", "exodus"], ["info", big]):
+            with self.subTest(words):
+                process = subprocess.Popen([SHM, *words], stdout=subprocess.PIPE,
+                                           stderr=subprocess.PIPE)
+                process.stdout.close()
+                errors = process.stderr.read()
+                process.stderr.close()
+                self.assertEqual(process.wait(), 4)
+                self.assertEqual(errors, b"")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    SHM = os.path.abspath(sys.argv.pop())
+    unittest.main()
