@@ -125,7 +125,7 @@ class ToolTest(unittest.TestCase):
     def test_help_and_version(self):
         self.assertIn("compress", self.shm("--help")[0])
         self.assertRegex(self.shm("--version")[0], r"^shm \d+\.\d+\.\d+\n$")
-        for command in ("compress", "decompress", "convert", "verify", "diff", "info", "extract",
+        for command in ("compress", "decompress", "append", "convert", "extract", "verify", "diff", "info",
                         "layout"):
             self.assertIn("Examples:\n  shm " + command, self.shm(command, "--help")[0])
 

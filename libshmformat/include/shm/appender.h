@@ -2,7 +2,7 @@
 // copied as it is, not decoded, and the new steps come behind, coded as the Writer that made the
 // file would have gone on. Nothing of the old file changes. Whoever puts the new one in its place
 // when finish() has succeeded (FileSink does so) has the old one or the new one at every instant.
-// Memory as of a Writer after end_mesh.
+// Memory as of a Writer after end_mesh, and as of a StepReader that has read the last steps.
 // spec: "Step values", "Index and trailer"
 #pragma once
 
