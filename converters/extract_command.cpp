@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "archive_files.h"
+#include "extra_index.h"
 #include "failure.h"
 #include "formats.h"
 #include "forwarding_mesh.h"
@@ -21,6 +22,8 @@
 #include "set_sides.h"
 #include "text_input.h"
 #include "translate.h"
+#include "vtk_family.h"
+#include "vtu_contents.h"
 
 namespace shm::converters {
 namespace {
@@ -52,8 +55,11 @@ class CountedSource final : public RandomSource {
 // words.
 class FromElsewhere final : public ForwardingMesh {
  public:
-  explicit FromElsewhere(MeshSource& source) : ForwardingMesh(source) {
+  // `numbered_anew`: of the file that it came from.
+  FromElsewhere(MeshSource& source, bool numbered_anew) : ForwardingMesh(source) {
     info_ = source.info();
+    if (numbered_anew && ExtraIndex(info_.extras).find(vtk::kNewNumbering) == nullptr)
+      info_.extras.push_back({vtk::kNewNumbering, ScalarType::uint8, Reference::nothing, {0}, {}});
     // VTK's blocks are types of cells, which its writers know by the format.
     if (!info_.schema.source_format.starts_with("vt")) info_.schema.source_format.clear();
   }
@@ -286,6 +292,16 @@ void Extraction::choose_step() {
   if (how_.step && *how_.step >= steps)
     wrong_use("there is no step " + std::to_string(*how_.step) + ": the mesh has " +
               std::to_string(steps) + ", counted from 0");
+  const bool every_step = format_.holds == nullptr || format_.holds->every_step;
+  if (steps == 0 || (!how_.step && every_step)) return;
+  const std::uint64_t step = how_.step.value_or(steps - 1);
+  const auto points = vtu::points_of_step(whole_, step);
+  if (points && !whole_.schema.arrays[*points].per_step &&
+      whole_.schema.arrays[*points].type == whole_.schema.coordinate_type)
+    how_.points = static_cast<std::uint32_t>(*points);
+  else if (points)
+    losses_.push_back("points of time step " + std::to_string(step) +
+                      " (of another type than the first ones)");
 }
 
 void Extraction::stage() {
@@ -346,7 +362,7 @@ bool Extraction::run(ProgressLine& line) {
   tell_losses(losses_, options_.output);
   if (options_.strict && !losses_.empty()) return false;
   line.show("writing " + options_.output);
-  FromElsewhere mesh(translation.mesh());
+  FromElsewhere mesh(translation.mesh(), vtk::is_numbered_anew(whole_));
   write_mesh(mesh, options_.output, format_, spool_);
   line.wipe();
   written_ = counts_text(mesh.info());

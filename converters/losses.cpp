@@ -216,10 +216,11 @@ bool is_spoken_for(const std::string& format, const std::string& key) {
     starts = {"gmsh/mesh_format", "gmsh/byte_order", "gmsh/sections",
               "gmsh/section/",    "gmsh/nodes/",     "gmsh/elements/"};
   if (format == "vtk")
-    starts = {"vtk/skeleton", "vtk/cell_types", "vtk/data/", "vtk/polyhedron/", "vtk/strings/"};
+    starts = {"vtk/skeleton",    "vtk/cell_types", "vtk/data/",
+              "vtk/polyhedron/", "vtk/strings/",   vtk::kNewNumbering};
   if (format == "vtu")
-    starts = {"vtu/skeleton", "vtk/cell_types", "vtk/polyhedron/",
-              "vtk/strings/", "vtu/data/",      "vtu/polyhedron/"};
+    starts = {"vtu/skeleton", "vtk/cell_types",  "vtk/polyhedron/", "vtk/strings/",
+              "vtu/data/",    "vtu/polyhedron/", vtk::kNewNumbering};
   return std::any_of(starts.begin(), starts.end(),
                      [&](std::string_view start) { return key.starts_with(start); });
 }

@@ -37,6 +37,7 @@ PieceMesh::PieceMesh(MeshExtractor& file, const PieceOptions& options, std::vect
       name_(name),
       spool_(&spool),
       step_(options.step),
+      points_array_(options.points),
       wanted_(options.arrays),
       points_(spool, 3 * scalar_bytes(file.schema().coordinate_type)),
       cells_(spool),
@@ -66,7 +67,8 @@ PieceMesh::PieceMesh(MeshExtractor& file, const PieceOptions& options, std::vect
 }
 
 bool PieceMesh::takes_array(std::uint32_t source) const {
-  return !wanted_ || std::binary_search(wanted_->begin(), wanted_->end(), source) ||
+  return !wanted_ || points_array_ == source ||
+         std::binary_search(wanted_->begin(), wanted_->end(), source) ||
          is_number_map(file_->schema().arrays[source]);
 }
 
@@ -174,9 +176,11 @@ void PieceMesh::choose_blocks() {
 }
 
 void PieceMesh::choose_arrays(bool exodus_maps) {
-  for (std::uint32_t a = 0; a < file_->schema().arrays.size(); ++a) {
-    ArrayInfo array = file_->schema().arrays[a];
-    if (!takes_array(a)) continue;
+  const auto& all = file_->schema().arrays;
+  if (points_array_) points_ = std::move(staged_.at(*points_array_));
+  for (std::uint32_t a = 0; a < all.size(); ++a) {
+    ArrayInfo array = all[a];
+    if (!takes_array(a) || (points_array_ && array.role == all[*points_array_].role)) continue;
     array.quantization = {};
     if (array.location == Location::cell) {
       std::vector<std::uint32_t> blocks;
@@ -244,7 +248,10 @@ void PieceMesh::read_points(std::uint64_t first, std::uint64_t count, std::byte*
 }
 
 std::uint64_t PieceMesh::vertex_of(std::uint64_t number) const {
-  return rank_of(vertex_numbers(), number).value();
+  if (const auto rank = rank_of(vertex_numbers(), number)) return *rank;
+  throw Failure(Error{ErrorCode::corrupt,
+                      "uses vertex " + std::to_string(number) + ", which no segment has", "mesh",
+                      kNoOffset, name_});
 }
 
 bool PieceMesh::next_cells(CellBatch& out, std::size_t max_cells) {

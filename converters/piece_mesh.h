@@ -31,6 +31,9 @@ bool is_number_map(const ArrayInfo& array);
 struct PieceOptions {
   ExtractRequest request;             // `arrays` of it follows from the one below
   std::optional<std::uint64_t> step;  // this one alone
+  // A static array of 3 components of points that says where they are, of the type of coordinates:
+  // of that step. It and all others of its role do not become arrays of the piece.
+  std::optional<std::uint32_t> points;
   // Indices of arrays, ascending; nothing: all. Number maps come along in any case.
   std::optional<std::vector<std::uint32_t>> arrays;
   // Numbers as Exodus has them: arrays of role exodus:node_num_map and exodus:elem_num_map, from 1,
@@ -83,6 +86,7 @@ class PieceMesh final : public MeshSource {
   std::string name_;
   Spool* spool_;
   std::optional<std::uint64_t> step_;  // the only one
+  std::optional<std::uint32_t> points_array_;
   std::optional<std::vector<std::uint32_t>> wanted_;
   MeshInfo info_;
   std::vector<std::uint32_t> kept_blocks_, new_blocks_;  // of the file; by block of the file

@@ -77,8 +77,9 @@ void SetSides::find_sides(const TransferSet& set, bool flat,
         const auto fresh = static_cast<std::uint32_t>(blocks.size());
         const auto [at, is_new] = blocks.try_emplace({found.shape, found.nodes.size()}, fresh);
         if (is_new) {
-          info_.schema.blocks.push_back({set.id + fresh, set.short_name(), found.shape,
-                                         static_cast<std::uint32_t>(found.nodes.size())});
+          const auto id = static_cast<std::int64_t>(static_cast<std::uint64_t>(set.id) + fresh);
+          info_.schema.blocks.push_back(
+              {id, set.short_name(), found.shape, static_cast<std::uint32_t>(found.nodes.size())});
           info_.block_cells.push_back(0);
         }
         ++info_.block_cells[at->second];

@@ -2,6 +2,10 @@
 
 #include <cstring>
 
+#include "extra_index.h"
+#include "transfer_sets.h"
+#include "vtu_contents.h"
+
 namespace shm::converters::vtk {
 
 Entry entry_of_array(const MeshInfo& info, std::size_t array) {
@@ -30,6 +34,18 @@ bool has_renumbered_cells(const MeshInfo& info) {
                      [](const BlockInfo& block) {
                        return block.id == kLagrangeHexahedron || block.id == kBezierHexahedron;
                      });
+}
+
+bool is_numbered_anew(const MeshInfo& info) {
+  if (!has_renumbered_cells(info)) return false;
+  const ExtraIndex extras(info.extras);
+  if (extras.find(kNewNumbering) != nullptr) return true;
+  if (const Extra* text = extras.find("vtk/skeleton")) {
+    const auto skeleton = parse_skeleton(text_of_extra(*text));
+    return skeleton && skeleton->version >= "5.1";
+  }
+  auto contents = vtu::Contents::of(info);
+  return contents && contents->version() >= "2.1";
 }
 
 }  // namespace shm::converters::vtk

@@ -60,10 +60,21 @@ Entry entry_of_array(const MeshInfo& info, std::size_t array);
 
 Extra text_extra(std::string key, std::string_view text);
 
-inline void add_loss(LossList* losses, std::string what) {
-  if (losses == nullptr || std::find(losses->begin(), losses->end(), what) != losses->end()) return;
-  losses->push_back(std::move(what));
-}
+// Adds what is lost to a list, each thing once.
+class LossTeller {
+ public:
+  // The list is borrowed; null: nobody listens.
+  explicit LossTeller(LossList* losses) : losses_(losses) {}
+  void tell(std::string what) {
+    if (losses_ != nullptr && told_.insert(what).second) losses_->push_back(std::move(what));
+  }
+
+ private:
+  LossList* losses_;
+  std::set<std::string> told_;
+};
+// Names are taken of no more components: of field data they may be any number.
+inline constexpr std::uint64_t kMostNamedComponents = 4096;
 std::string quoted_array(std::string_view name);  // "array 'T'"
 
 // Keys of ranges follow from the values, and are wrong where these were rounded.
@@ -73,5 +84,9 @@ inline bool is_range_key(std::string_view name) {
 
 // Legacy files from 5.1 on and XML files from 2.1 on number the nodes of some cells anew.
 bool has_renumbered_cells(const MeshInfo& info);
+// An extra of a piece of a file, which has no skeleton: its cells are numbered the newer way.
+inline constexpr const char* kNewNumbering = "vtk/new_numbering";
+// Whether the skeleton of a mesh says so, and it has such cells.
+bool is_numbered_anew(const MeshInfo& info);
 
 }  // namespace shm::converters::vtk

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <utility>
 
+#include "extra_index.h"
 #include "stored_value.h"
 #include "transfer_sets.h"
 #include "vtk_cell_plan.h"
@@ -49,13 +50,16 @@ std::string information_data(const Node& key) {
 }
 
 std::string metadata_of(const Node& array, std::uint64_t components, bool rounded) {
+  constexpr std::string_view kName = "ComponentName";
+  std::map<std::uint64_t, std::string> name_of;  // by component
+  for (const auto& [key, name] : array.attributes)
+    if (key.starts_with(kName) && !name.empty())
+      if (const auto c = vtu::parse_count(key.substr(kName.size())); c && *c < components)
+        name_of.emplace(*c, encode_name(name));
+  const bool named = !name_of.empty();
   std::string names, keys;
-  bool named = false;
-  for (std::uint64_t c = 0; c < components && c <= kAnyComponents; ++c) {
-    const std::string name = array.attribute_or("ComponentName" + std::to_string(c), "");
-    named |= !name.empty();
-    names += (name.empty() ? "" : encode_name(name)) + '\n';
-  }
+  for (std::uint64_t c = 0; named && c < components; ++c)
+    names += (name_of.contains(c) ? name_of[c] : std::string()) + '\n';
   std::size_t count = 0;
   for (const Node& each : array.children) {
     if (!each.is("InformationKey") || (rounded && is_range_key(each.attribute_or("name", ""))))
@@ -87,12 +91,12 @@ class LegacyBuilder {
   }
 
  private:
-  void lose(std::string what) const { add_loss(losses_, std::move(what)); }
+  void lose(std::string what) { losses_.tell(std::move(what)); }
 
   // As VTK has them when it reads a legacy file.
   bool points_of_polyhedra_ascend() const {
-    const Extra* counts = find_extra(info_, "vtu/polyhedron/counts");
-    const Extra* points = find_extra(info_, "vtu/polyhedron/points");
+    const Extra* counts = extras_.find("vtu/polyhedron/counts");
+    const Extra* points = extras_.find("vtu/polyhedron/points");
     if (counts == nullptr || points == nullptr) return true;
     const std::vector<std::int64_t> all = integers_of_extra(*points);
     auto next = all.begin();
@@ -140,7 +144,7 @@ class LegacyBuilder {
         word->kind != ValuesWord::Kind::extra || array.attribute_or("type", "") != "String" ||
         vtu::has_metadata(array) || parts_.skeleton.title != Skeleton().title)
       return false;
-    const Extra* found = find_extra(info_, vtu::data_key(word->index));
+    const Extra* found = extras_.find(vtu::data_key(word->index));
     std::string title = found == nullptr ? std::string() : text_of_extra(*found);
     if (title.empty() || title.back() != '\0') return false;
     title.pop_back();
@@ -210,25 +214,28 @@ class LegacyBuilder {
   }
 
   // Which kind each array shall have; those that no legacy file has are told.
-  std::map<std::string, EntryKind> attributes_of(const Node& data, Location location) const {
+  std::map<std::string, EntryKind> attributes_of(const Node& data, Location location) {
     std::map<std::string, EntryKind> kinds;
     for (const auto& [key, name] : data.attributes) {
+      const std::string_view role = key;
+      const auto is_key = [role](const Attribute& attribute) { return attribute.name == role; };
+      const bool known = std::find(std::begin(kXmlOnlyAttributes), std::end(kXmlOnlyAttributes),
+                                   key) != std::end(kXmlOnlyAttributes) ||
+                         std::any_of(std::begin(kAttributes), std::end(kAttributes), is_key);
+      if (!known) continue;
       const ArrayInfo* array = nullptr;
       for (const ArrayInfo& each : info_.schema.arrays)
         if (each.location == location && each.name == name) array = &each;
       if (array == nullptr) continue;
-      bool known = std::find(std::begin(kXmlOnlyAttributes), std::end(kXmlOnlyAttributes), key) !=
-                   std::end(kXmlOnlyAttributes);
       bool fits = false;
       for (const Attribute& attribute : kAttributes) {
-        known |= attribute.name == key;
         const bool may_be_strings = attribute.kind == EntryKind::pedigree_ids;
         fits = attribute.name == key && array->components >= attribute.least &&
                array->components <= attribute.most && (array->role.empty() || may_be_strings) &&
                kinds.emplace(name, attribute.kind).second;
         if (fits) break;
       }
-      if (known && !fits) lose("attribute " + key + " of " + quoted_array(name));
+      if (!fits) lose("attribute " + key + " of " + quoted_array(name));
     }
     return kinds;
   }
@@ -276,7 +283,7 @@ class LegacyBuilder {
     if (type && type->kind == ArrayKind::bit && info.type == ScalarType::uint8) entry.type = "bit";
     if (strings) {
       entry.type = "string";
-      const Extra* list = find_extra(info_, strings_key(word->index));
+      const Extra* list = extras_.find(strings_key(word->index));
       parts_.made.strings.push_back(
           text_extra(strings_key(word->index), recoded(list == nullptr ? "" : text_of_extra(*list),
                                                        StringForm::zeros, StringForm::lengths)));
@@ -309,7 +316,7 @@ class LegacyBuilder {
     const auto word = vtu::values_word(array);
     const auto type = vtu::type_of_word(array.attribute_or("type", ""));
     const Extra* found = word && type && word->kind == ValuesWord::Kind::extra
-                             ? find_extra(info_, vtu::data_key(word->index))
+                             ? extras_.find(vtu::data_key(word->index))
                              : nullptr;
     const std::uint64_t components = std::max<std::uint64_t>(
         vtu::parse_count(array.attribute_or("NumberOfComponents", "1")).value_or(1), 1);
@@ -332,7 +339,9 @@ class LegacyBuilder {
       return said ? void() : lose("field data '" + name + "' (the time of the step is)");
     }
     if (name == kXmlTime && count == 1 && !has_field(kLegacyTime)) entry.name = kLegacyTime;
-    entry.metadata = metadata_of(array, components, false);
+    const bool too_many = components > kMostNamedComponents;
+    if (too_many && vtu::has_metadata(array)) lose("names of components of " + quoted_array(name));
+    entry.metadata = metadata_of(array, too_many ? 0 : components, false);
     Extra values = *found;
     if (type->kind == ArrayKind::string) {
       entry.type = "string";
@@ -363,7 +372,8 @@ class LegacyBuilder {
 
   const MeshInfo& info_;
   Contents& contents_;
-  LossList* losses_;
+  vtk::LossTeller losses_;
+  const ExtraIndex extras_{info_.extras};
   LegacyParts parts_;
   std::vector<double> times_;
   std::size_t step_ = 0;

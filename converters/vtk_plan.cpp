@@ -209,7 +209,7 @@ void FilePlan::add_missing_parts() {
 }
 
 void FilePlan::plan_for_foreign() {
-  if (info_.schema.source_format == "vtu") {
+  if (info_.schema.source_format == "vtu" && extra("vtu/skeleton") != nullptr) {
     LegacyParts parts = legacy_of_xml(info_, nullptr);
     skeleton_ = std::move(parts.skeleton);
     placed_ = std::move(parts.placed);
@@ -217,6 +217,7 @@ void FilePlan::plan_for_foreign() {
     made_.register_in(extras_);
     return;
   }
+  if (extra(kNewNumbering) != nullptr) skeleton_.version = "5.1";
   if (const Extra* title = extra("mesh/title")) set_title(*title);
   if (!info_.step_times.empty()) add_time();
   add_block_names();
@@ -265,6 +266,8 @@ void FilePlan::add_block_names() {
 // Blocks of other formats have numbers of their own; VTK has only types, so they become an array.
 void FilePlan::add_block_ids() {
   const auto& blocks = info_.schema.blocks;
+  // Those of VTK's own files are types.
+  if (info_.schema.source_format.starts_with("vt")) return;
   bool differ = false, wide = false;
   for (const BlockInfo& block : blocks) {
     differ |= block.id != blocks.front().id || !block.name.empty();

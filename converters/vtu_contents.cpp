@@ -17,17 +17,17 @@ constexpr std::string_view kKnown[] = {
     "Cells",   "DataArray",        "Array", "Value",     "InformationKey", "AppendedData"};
 
 // Adds what stands at `node` and below.
-void add_markup(const Node& node, bool of_grid, LossList& losses) {
+void add_markup(const Node& node, bool of_grid, vtk::LossTeller& losses) {
   switch (node.kind) {
-    case NodeKind::comment: return vtk::add_loss(&losses, "comments");
-    case NodeKind::instruction: return vtk::add_loss(&losses, "processing instructions");
-    case NodeKind::text: return vtk::add_loss(&losses, "text between elements");
+    case NodeKind::comment: return losses.tell("comments");
+    case NodeKind::instruction: return losses.tell("processing instructions");
+    case NodeKind::text: return losses.tell("text between elements");
     case NodeKind::values: return;
     case NodeKind::element: break;
   }
   const bool known = std::find(std::begin(kKnown), std::end(kKnown), node.name) != std::end(kKnown);
   if (!known && !(of_grid && node.name == "FieldData"))
-    return vtk::add_loss(&losses, "element '" + node.name + "'");
+    return losses.tell("element '" + node.name + "'");
   const bool says_values = node.is("InformationKey") || node.is("Value");
   for (const Node& child : node.children)
     if (!says_values || child.kind != NodeKind::text)
@@ -107,7 +107,8 @@ LossList Contents::markup() {
   LossList losses;
   if (const std::size_t count = pieces().size(); count > 1)
     losses.push_back("split into " + std::to_string(count) + " pieces");
-  for (const Node& node : document_.nodes) add_markup(node, false, losses);
+  vtk::LossTeller teller(&losses);
+  for (const Node& node : document_.nodes) add_markup(node, false, teller);
   return losses;
 }
 

@@ -43,8 +43,8 @@ class Contents {
   Document document_;
 };
 
-// The array (role vtu:points) that has the points at a time step; nothing where those of the mesh are
-// meant.
+// The array (role vtu:points) that has the points at a time step; nothing where those of the mesh
+// are meant.
 std::optional<std::size_t> points_of_step(const MeshInfo& info, std::uint64_t step);
 
 // What stands for the values of an array; nothing where that makes no sense.

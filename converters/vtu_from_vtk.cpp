@@ -5,6 +5,7 @@
 #include <string_view>
 #include <utility>
 
+#include "extra_index.h"
 #include "transfer_sets.h"
 #include "vtk_cell_plan.h"
 #include "vtk_strings.h"
@@ -13,7 +14,6 @@
 namespace shm::converters::vtu {
 namespace {
 
-using vtk::add_loss;
 using vtk::Entry;
 using vtk::EntryKind;
 using vtk::Origin;
@@ -77,13 +77,16 @@ void add_information(Node& array, std::string_view name_line, std::string_view d
 }
 
 void add_metadata(Node& array, std::string_view text, std::uint64_t components, bool rounded) {
+  bool named = false;  // by the first list
   while (!text.empty()) {
     const std::string_view line = take_line(text);
     if (vtk::lower_case(line.substr(0, 15)) == "component_names") {
       for (std::uint64_t c = 0; c < components && !text.empty(); ++c) {
         const std::string name = valid_name(vtk::decode_name(take_line(text)));
-        if (!name.empty()) array.set_attribute("ComponentName" + std::to_string(c), name);
+        if (!name.empty() && !named)
+          array.attributes.emplace_back("ComponentName" + std::to_string(c), name);
       }
+      named = true;
     } else if (line.starts_with("NAME ")) {
       add_information(array, line, take_line(text), rounded);
     }
@@ -96,7 +99,7 @@ class XmlBuilder {
       : info_(info), format_(format), losses_(losses) {}
 
   XmlParts build() {
-    const Extra* text = find_extra(info_, "vtk/skeleton");
+    const Extra* text = extras_.find("vtk/skeleton");
     if (text == nullptr) return std::move(parts_);
     const auto parsed = vtk::parse_skeleton(text_of_extra(*text));
     if (!parsed) vtk::fail_extra(text->key, "is not the skeleton of a VTK file");
@@ -130,7 +133,7 @@ class XmlBuilder {
     if (entry.origin == Origin::extra) add_extra(entry);
   }
 
-  void lose(std::string what) const { add_loss(losses_, std::move(what)); }
+  void lose(std::string what) { losses_.tell(std::move(what)); }
 
   void add_points(const Entry& entry) {
     const auto type = vtk::scalar_of_word(entry.type, skeleton_->binary);
@@ -175,7 +178,7 @@ class XmlBuilder {
     parts_.made.strings.push_back(vtk::text_extra(vtk::strings_key(array), list));
   }
 
-  void add_string(std::string& list, const std::string& text, const std::string& array) const {
+  void add_string(std::string& list, const std::string& text, const std::string& array) {
     if (text.find('\0') != std::string::npos)
       lose("strings of " + quoted_array(array) + " beyond a zero byte");
     vtk::append_string(list, text, StringForm::zeros);
@@ -184,7 +187,7 @@ class XmlBuilder {
   // Field data, and what stands among the arrays of points or cells but has no value for each.
   void add_extra(const Entry& entry) {
     const std::string name = vtk::decode_name(entry.name);
-    const Extra* found = find_extra(info_, vtk::data_key(entry.index));
+    const Extra* found = extras_.find(vtk::data_key(entry.index));
     if (found == nullptr) return;
     const ValueForm form = vtk::form_of_word(entry.type);
     const std::string raw = text_of_extra(*found);
@@ -221,7 +224,9 @@ class XmlBuilder {
     if (form == ValueForm::string) array.name = "Array";
     values.key = data_key(parts_.made.data.size());
     parts_.made.data.push_back(std::move(values));
-    add_metadata(array, entry.metadata, entry.components, false);
+    const bool too_many = entry.components > vtk::kMostNamedComponents;
+    if (too_many && !entry.metadata.empty()) lose("metadata of " + quoted_array(name));
+    if (!too_many) add_metadata(array, entry.metadata, entry.components, false);
     if (one_each)
       return put(std::move(array), entry.kind,
                  section_ == Section::points ? parts_.point_data : parts_.cell_data);
@@ -250,7 +255,7 @@ class XmlBuilder {
 
   // Of several arrays of one name VTK keeps the last when it reads a legacy file, and mixes them up
   // when it reads an XML file.
-  void name_apart(Node& data) const {
+  void name_apart(Node& data) {
     std::set<std::string> used;
     for (const Node& array : data.children) used.insert(array.attribute_or("Name", ""));
     std::set<std::string> taken;
@@ -267,7 +272,7 @@ class XmlBuilder {
     }
   }
 
-  void add_dataset() const {
+  void add_dataset() {
     if (skeleton_->dataset == vtk::Dataset::unstructured_grid) return;
     const std::string word(dataset_word(skeleton_->dataset));
     for (const Entry& entry : skeleton_->entries)
@@ -288,7 +293,8 @@ class XmlBuilder {
 
   const MeshInfo& info_;
   const std::string& format_;
-  LossList* losses_;
+  vtk::LossTeller losses_;
+  const ExtraIndex extras_{info_.extras};
   const vtk::Skeleton* skeleton_ = nullptr;
   Section section_ = Section::field;
   XmlParts parts_;

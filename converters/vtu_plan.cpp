@@ -296,7 +296,8 @@ void VtuPlan::plan_for_foreign() {
   Node grid_node = element("UnstructuredGrid");
   Node piece = element("Piece", {{"NumberOfPoints", std::to_string(info_.vertices)},
                                  {"NumberOfCells", std::to_string(info_.cells())}});
-  if (info_.schema.source_format == "vtk") {
+  if (extra(vtk::kNewNumbering) != nullptr) root.set_attribute("version", "2.2");
+  if (info_.schema.source_format == "vtk" && extra("vtk/skeleton") != nullptr) {
     plan_from_legacy(root, grid_node, piece);
   } else {
     plan_from_others(grid_node, piece);
@@ -344,6 +345,7 @@ void VtuPlan::add_strings(Node& grid, const std::string& name, const Extra& stri
 
 // Blocks of other formats have numbers of their own; VTK has only types, so they become an array.
 void VtuPlan::add_block_ids(Node& data) const {
+  if (info_.schema.source_format.starts_with("vt")) return;  // those are types
   bool differ = false, wide = false;
   for (const BlockInfo& block : info_.schema.blocks) {
     differ |= block.id != info_.schema.blocks.front().id || !block.name.empty();

@@ -251,6 +251,40 @@ class VtkFamilyTest(unittest.TestCase):
             self.assert_same(path, self.path("moved.vtk"), step=step)
             with open(self.path("moved.inp")) as file:
                 self.assertIn(f"4 0 0 {1 + step // 2}", re.sub(" +", " ", file.read()))
+        self.shm("compress", path, "-o", self.path("moved.shm"))
+        for words, height in ((["--step", "1"], 1), (["--step", "2"], 2), (["--array", "t"], 2)):
+            for target in ("piece.vtu", "piece.vtk"):
+                self.shm("extract", self.path("moved.shm"), self.path(target), *words)
+                grid, _ = vtu_oracle.seen(self.path(target))
+                self.assertEqual(grid.GetPoint(3)[2], height, (words, target))
+
+    def test_pieces_keep_title_time_and_order_of_nodes(self):
+        points = [(x, y, z) for z in range(3) for y in range(3) for x in range(3)]
+        # A Lagrange hexahedron of second order: corners, edges, faces, body; in edges that stand,
+        # 18 and 19 of old files are 19 and 18 of new ones.
+        hexahedron = [0, 2, 8, 6, 18, 20, 26, 24, 1, 5, 7, 3, 19, 23, 25, 21, 9, 11, 17, 15,
+                      12, 14, 10, 16, 4, 22, 13]
+        field = array_xml("TimeValue", "2.5", "Float64", 1, 'NumberOfTuples="1"')
+        field += text_xml("Title", ["a title"], 'NumberOfTuples="1"')
+        source = self.write("curved.vtu", grid_xml(points, [hexahedron], 72, field=field,
+                                                   version="2.2"))
+        self.shm("compress", source, "-o", self.path("curved.shm"))
+        self.shm("extract", self.path("curved.shm"), self.path("part.shm"), "--cells", "0:1")
+        whole, _ = vtu_oracle.seen(source)
+        nodes = lambda grid: [grid.GetPoint(grid.GetCell(0).GetPointId(i)) for i in range(27)]
+        for source in ("curved.shm", "part.shm"):
+            for target in ("piece.vtu", "piece.vtk"):
+                words = ["--cells", "0:1"] if source == "curved.shm" else []
+                self.shm("extract", self.path(source), self.path(target), *words)
+                with self.subTest(source=source, target=target):
+                    grid, _ = vtu_oracle.seen(self.path(target))
+                    self.assertEqual(nodes(grid), nodes(whole))
+        grid, found = vtu_oracle.seen(self.path("piece.vtu"))
+        self.shm("extract", self.path("curved.shm"), self.path("piece.vtk"), "--cells", "0:1")
+        with open(self.path("piece.vtk"), "rb") as file:
+            text = file.read(4096)
+        self.assertEqual(text.split(b"\n")[1], b"a title")
+        self.assertIn(b"TIME 1 1 double", text)
 
     def test_time_of_a_single_mesh_in_exodus(self):
         if not shutil.which("ncdump"):

@@ -146,6 +146,9 @@ Result<void> IndexedFile::list_groups() {
       segment.box[c] = std::min(segment.box[c], entry.box[c]);
       segment.box[3 + c] = std::max(segment.box[3 + c], entry.box[3 + c]);
     }
+    if (entry.offset > source_->size() || entry.bytes > source_->size() - entry.offset ||
+        (!groups_.empty() && entry.offset < groups_.back().offset + groups_.back().bytes))
+      return wrong_index("its groups are not one after the other in the file");
     groups_.push_back(entry);
   }
   first_group_.push_back(groups_.size());

@@ -38,6 +38,7 @@ bool overlap(std::uint64_t first, std::uint64_t count, std::uint64_t other, std:
 Result<PieceRequest> PieceRequest::of(ExtractRequest request, const IndexedFile& file) {
   PieceRequest checked(std::move(request), file);
   if (auto good = checked.check(); !good) return good.error();
+  checked.expected_ = checked.count_expected();
   return checked;
 }
 
@@ -139,7 +140,7 @@ bool PieceRequest::includes_vertex(std::uint64_t number) const {
   return has(*request_.vertices, number);
 }
 
-std::uint64_t PieceRequest::expected() const {
+std::uint64_t PieceRequest::count_expected() const {
   const CellSelection& cells = request_.cells;
   if (of_vertices()) return request_.vertices->size();
   if (!cells.range && !cells.numbers && cells.blocks) {

@@ -34,7 +34,7 @@ class PieceRequest {
   bool includes_vertex(std::uint64_t number) const;
   /// How many elements of the whole mesh meet all conditions but for the box, if that is known:
   /// when they have come, there are no others. Else kUnknown.
-  std::uint64_t expected() const;
+  std::uint64_t expected() const { return expected_; }
 
   /// Whether the numbers of a group's cells may be wanted.
   bool may_be_in_group(const container::IndexEntry& group) const;
@@ -47,12 +47,14 @@ class PieceRequest {
   PieceRequest(ExtractRequest request, const IndexedFile& file)
       : request_(std::move(request)), file_(&file) {}
   Result<void> check() const;
+  std::uint64_t count_expected() const;
   bool numbers_are_positions() const;
   bool may_number(std::uint64_t first, std::uint64_t count) const;
   bool blocks_likely(const SegmentInfo& segment) const;
 
   ExtractRequest request_;
   const IndexedFile* file_;
+  std::uint64_t expected_ = kUnknown;
 };
 
 }  // namespace shm
