@@ -7,6 +7,7 @@
 
 #include "append.h"
 #include "cell_order_file.h"
+#include "failure.h"
 #include "formats.h"
 #include "output_file.h"
 
@@ -57,9 +58,17 @@ ExitCode tell_differences(const AppendOutcome& outcome, const Options& options) 
   return kDifferent;
 }
 
+void copy_to(OutputFile& output, const std::string& path) {
+  const auto file = unwrap(FileRandomSource::open(path), path);
+  unwrap(output.sink().copy(*file, 0, file->size()), path);
+  output.commit();
+}
+
 }  // namespace
 
 ExitCode run_append(Options& options) {
+  if (options.output == "-" && options.json)
+    wrong_use("--json and the .shm file cannot both go to standard output");
   require_shm(options.input);
   if (options.output.empty()) options.output = options.input;
   ProgressLine line(options.quiet);
@@ -71,7 +80,7 @@ ExitCode run_append(Options& options) {
   if (!options.cell_order.empty())
     how.cell_order =
         &cell_order.emplace(read_cell_order(options.cell_order, source->info().cells()));
-  OutputFile output(options.output);
+  OutputFile output(options.output, spool_directory(options));
   FileSink& sink = output.sink();
   const AppendOutcome outcome = append_steps(options.input, *source, sink, how, spool);
   line.wipe();
@@ -81,6 +90,8 @@ ExitCode run_append(Options& options) {
     output.commit();
   else if (!outcome.losses.empty())
     return kIncomplete;
+  else if (options.output != options.input)
+    copy_to(output, options.input);  // nothing is new: the same file, where it is wanted
   if (options.json)
     std::fputs(json_of(outcome, options).c_str(), stdout);
   else

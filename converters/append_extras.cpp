@@ -209,7 +209,9 @@ class ExodusExtras {
 AppendedExtras appended_extras(const MeshInfo& old, const MeshInfo& more,
                                const std::vector<Extra>& extras,
                                std::span<const std::uint64_t> steps) {
-  if (old.extras == extras) return {};
+  const bool grows =
+      old.schema.source_format == "exodus" && by_key(old.extras).contains("exodus/skeleton");
+  if (!grows && old.extras == extras) return {};
   if (goes_on_from_the_start(old, more, steps)) return {true, extras, {}};
   if (old.schema.source_format == "exodus") return ExodusExtras(old).join(more, extras, steps);
   const ByKey keys = by_key(old.extras);

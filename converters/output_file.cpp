@@ -53,9 +53,10 @@ OutputFile::OutputFile(std::string path, const std::string& folder, FileSink::Te
     throw Failure(
         Error{ErrorCode::output, "is there, and is no regular file", {}, kNoOffset, path_});
   const SignalPause pause;
-  const std::string file =
-      path_ == "-" ? (folder.empty() ? "." : folder) + "/standard-output" : path_;
-  sink_ = unwrap(FileSink::create(file, how), path_);
+  sink_ = unwrap(
+      path_ == "-" ? FileSink::create_scratch(folder.empty() ? "." : folder, "standard-output", how)
+                   : FileSink::create(path_, how),
+      path_);
   if (sink_->is_named()) open_temporary = sink_->temporary().c_str();
 }
 

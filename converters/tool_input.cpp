@@ -60,7 +60,7 @@ ToolInput::ToolInput(Options& options) : path_(options.input) {
   if (looks_like_shm(stream_->head()) && !looks_like_archive(stream_->head())) return;
   const auto how =
       needs_name(stream_->head()) ? FileSink::Temporary::named : FileSink::Temporary::unnamed;
-  spool_ = unwrap(FileSink::create(spool_directory(options) + "/standard-input", how));
+  spool_ = unwrap(FileSink::create_scratch(spool_directory(options), "standard-input", how), path_);
   std::vector<std::byte> piece(std::size_t{1} << 20);
   while (const std::size_t n = unwrap(stream_->read(piece), kStandardInput))
     unwrap(spool_->write(std::span(piece).first(n)));

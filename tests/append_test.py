@@ -5,6 +5,7 @@ Usage: append_test.py PATH_OF_SHM
 """
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -85,9 +86,15 @@ class AppendTest(unittest.TestCase):
             self.assertRegex(done.stderr, stderr)
         return done.stdout
 
-    def exodus(self, name, steps, n=4, kind="64-bit-offset", **how):
+    def exodus(self, name, steps, n=4, kind="64-bit-offset", with_globals=True, **how):
+        text = exodus_text(steps, n, **how)
+        if not with_globals:
+            for words in ("num_glo_var = 2 ;", "char name_glo_var.*?;", "double vals_glo_var.*?;",
+                          'name_glo_var = "energy", "mass" ;', "vals_glo_var = .*?;"):
+                text, count = re.subn(words, "", text, count=1)
+                self.assertEqual(count, 1, words)
         with open(self.path("run.cdl"), "w") as out:
-            out.write(exodus_text(steps, n, **how))
+            out.write(text)
         subprocess.run(["ncgen", "-k", kind, "-o", self.path(name), self.path("run.cdl")],
                        check=True)
         os.remove(self.path("run.cdl"))
@@ -106,6 +113,29 @@ class AppendTest(unittest.TestCase):
         words = [] if same_numbers else ["--match"]
         self.assertIn("equal", self.shm("diff", source, self.path("back.e"), *words))
         os.remove(self.path("back.e"))
+
+    def test_restarts_of_as_many_steps(self):
+        # Nothing but the values of the steps differs, not even the number of steps.
+        for first, second, third in (((0, 1, 2), (3, 4, 5), (6,)), ((0,), (1,), (2,))):
+            parts = [self.exodus(f"part{i}.e", steps, with_globals=False)
+                     for i, steps in enumerate((first, second, third))]
+            file = self.packed(parts[0])
+            for part in parts[1:]:
+                self.shm("append", file, part)
+            whole = self.exodus("whole.e", (*first, *second, *third), with_globals=False)
+            self.assert_steps(file, whole)
+
+    def test_outputs(self):
+        file = self.packed(self.exodus("a.e", (0, 1)))
+        # Nothing is new: the same file where it is wanted.
+        self.shm("append", file, self.path("a.e"), "-o", self.path("same.shm"))
+        self.assertEqual(self.bytes(self.path("same.shm")), self.bytes(file))
+        self.shm("append", file, self.path("a.e"), "-o", "-", "--json", code=2, stderr="both")
+        # Of a link what it leads to is written.
+        os.symlink(file, self.path("link.shm"))
+        self.shm("append", self.path("link.shm"), self.exodus("b.e", (2,)))
+        self.assertTrue(os.path.islink(self.path("link.shm")))
+        self.assert_steps(file, self.exodus("whole.e", (0, 1, 2)))
 
     def test_a_file_that_was_written_on(self):
         first, all_steps = self.exodus("first.e", range(4)), self.exodus("all.e", range(11))

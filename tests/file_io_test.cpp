@@ -130,16 +130,59 @@ TEST_F(FileIo, LeftoversAreRemoved) {
   EXPECT_EQ(left, others);
 }
 
-// A process was killed between giving its file a name beside and renaming it.
-TEST_F(FileIo, ANameBesideThatIsTakenMakesWay) {
+// Somebody's own file of the name that temporary files have stays; what a process has left that was
+// killed between giving its file a name beside and renaming it goes.
+TEST_F(FileIo, NamesBesideThatAreTakenStay) {
   std::ofstream(path("a")) << "before";
-  std::ofstream(path(".a.tmp")) << "left";
+  std::ofstream(path(".a.tmp")) << "mine";
   auto sink = FileSink::create(path("a"));
   ASSERT_TRUE(sink);
   ASSERT_TRUE((*sink)->write(bytes("after")));
   ASSERT_TRUE((*sink)->commit());
   EXPECT_EQ(content(path("a")), "after");
-  EXPECT_EQ(files(), (*sink)->is_named() ? 2u : 1u);
+  EXPECT_EQ(content(path(".a.tmp")), "mine");
+  EXPECT_EQ(files(), 2u);
+}
+
+TEST_F(FileIo, LinksStayAndLeadToTheNewFile) {
+  fs::create_directory(path("real"));
+  std::ofstream(path("real/a")) << "before";
+  fs::create_symlink("real/a", path("link"));
+  for (const auto how : {FileSink::Temporary::unnamed, FileSink::Temporary::named}) {
+    auto sink = FileSink::create(path("link"), how);
+    ASSERT_TRUE(sink);
+    ASSERT_TRUE((*sink)->write(bytes("after")));
+    ASSERT_TRUE((*sink)->commit());
+    EXPECT_TRUE(fs::is_symlink(path("link")));
+    EXPECT_EQ(content(path("real/a")), "after");
+  }
+  fs::create_symlink("nowhere", path("lost"));
+  EXPECT_FALSE(FileSink::create(path("lost")));
+}
+
+TEST_F(FileIo, ScratchFilesAreForTheUserAlone) {
+  std::ofstream(path("standard-input")) << "another's";
+  for (const auto how : {FileSink::Temporary::unnamed, FileSink::Temporary::named}) {
+    auto sink = FileSink::create_scratch(folder_.string(), "standard-input", how);
+    ASSERT_TRUE(sink);
+    EXPECT_EQ(fs::status((*sink)->temporary()).permissions(),
+              fs::perms::owner_read | fs::perms::owner_write);
+    EXPECT_EQ((*sink)->commit().error().code, ErrorCode::misuse);
+  }
+  EXPECT_EQ(content(path("standard-input")), "another's");
+  EXPECT_EQ(files(), 1u);
+}
+
+TEST_F(FileIo, LongNamesAreReplaced) {
+  const std::string name(250, 'n');
+  for (const char* text : {"one", "two"})
+    for (const auto how : {FileSink::Temporary::unnamed, FileSink::Temporary::named}) {
+      auto sink = FileSink::create(path(name.c_str()), how);
+      ASSERT_TRUE(sink);
+      ASSERT_TRUE((*sink)->write(bytes(text)));
+      ASSERT_TRUE((*sink)->commit());
+      EXPECT_EQ(content(path(name.c_str())), text);
+    }
 }
 
 TEST_F(FileIo, PermissionsStay) {

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <cstdlib>
 #include <cstring>
 #include <string_view>
 #include <utility>
@@ -36,11 +37,12 @@ std::string folder_of(const std::string& path) {
   return slash == std::string::npos ? "." : path.substr(0, slash + 1);
 }
 
-/// ".NAME.tmp" beside the file.
+/// ".NAME.tmp" beside the file; of a long name its beginning.
 std::string temporary_name(const std::string& path) {
+  constexpr std::size_t kLongest = 200;  // bytes; numbers follow
   const std::size_t slash = path.rfind('/');
   const std::size_t name = slash == std::string::npos ? 0 : slash + 1;
-  return path.substr(0, name) + "." + path.substr(name) + ".tmp";
+  return path.substr(0, name) + "." + path.substr(name, kLongest) + ".tmp";
 }
 
 /// Says among which processes this one has its number: those of a machine, or of a part of it.
@@ -50,6 +52,12 @@ std::string name_of_machine() {
   std::string text = names.nodename;
   text.resize(text.size() + 64);
   (void)::readlink("/proc/self/ns/pid", text.data() + text.size() - 64, 64);
+  // Machines may be called alike.
+  if (const int boot = ::open("/proc/sys/kernel/random/boot_id", O_RDONLY | O_CLOEXEC); boot >= 0) {
+    text.resize(text.size() + 36);
+    (void)!::read(boot, text.data() + text.size() - 36, 36);
+    ::close(boot);
+  }
   const std::uint32_t number = checksum(std::as_bytes(std::span(text)));
   char digits[8];
   const auto end = std::to_chars(digits, digits + sizeof digits, number, 16).ptr;
@@ -91,6 +99,13 @@ void remove_leftovers(const std::string& path, const std::string& machine, std::
   }
   ::closedir(directory);
 }
+
+/// ".NAME.tmpPID-MACHINE", and -N where that is taken.
+std::string own_name(const std::string& path, const std::string& machine, int attempt) {
+  return temporary_name(path) + std::to_string(::getpid()) + "-" + machine +
+         (attempt > 0 ? "-" + std::to_string(attempt) : "");
+}
+constexpr int kMostAttempts = 100;
 
 /// So that the name is on the disk, too. Some folders cannot be opened, some not flushed.
 void flush_folder(const std::string& folder) {
@@ -149,27 +164,48 @@ Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path, Temp
     if (sink->descriptor_ < 0) return system_error(ErrorCode::output, "cannot be opened", path);
     return sink;
   }
-  if (how == Temporary::unnamed)
-    sink->descriptor_ = ::open(folder_of(path).c_str(), O_RDWR | O_TMPFILE | O_CLOEXEC, 0666);
-  if (sink->descriptor_ >= 0) {
-    sink->temporary_ = "/proc/self/fd/" + std::to_string(sink->descriptor_);
-    if (::access(sink->temporary_.c_str(), F_OK) != 0)
-      ::close(std::exchange(sink->descriptor_, -1));
+  if (!exists && ::lstat(path.c_str(), &status) == 0) {
+    errno = ENOENT;
+    return system_error(ErrorCode::output, "is a symbolic link that leads nowhere", path);
   }
-  if (sink->descriptor_ < 0)
-    if (auto good = sink->create_named(); !good) return good.error();
-  if (exists) (void)::fchmod(sink->descriptor_, status.st_mode & 0777);
+  if (exists) {
+    sink->permissions_ = Permissions{status.st_mode & 0777u, status.st_gid};
+    if (char* real = ::realpath(path.c_str(), nullptr); real != nullptr) {
+      sink->path_ = real;
+      std::free(real);
+    }
+  }
+  if (auto good = sink->create_temporary(how); !good) return good.error();
   return sink;
 }
 
+Result<std::unique_ptr<FileSink>> FileSink::create_scratch(const std::string& folder,
+                                                           const std::string& name, Temporary how) {
+  std::unique_ptr<FileSink> sink(new FileSink());
+  sink->scratch_ = true;
+  sink->path_ = folder + "/" + name;
+  if (auto good = sink->create_temporary(how); !good) return good.error();
+  return sink;
+}
+
+Result<void> FileSink::create_temporary(Temporary how) {
+  if (how == Temporary::unnamed)
+    descriptor_ =
+        ::open(folder_of(path_).c_str(), O_RDWR | O_TMPFILE | O_CLOEXEC, scratch_ ? 0600 : 0666);
+  if (descriptor_ >= 0) {
+    temporary_ = "/proc/self/fd/" + std::to_string(descriptor_);
+    if (::access(temporary_.c_str(), F_OK) != 0) ::close(std::exchange(descriptor_, -1));
+  }
+  return descriptor_ >= 0 ? Result<void>() : create_named();
+}
+
 Result<void> FileSink::create_named() {
-  constexpr int kMostAttempts = 100;
   const std::string machine = name_of_machine();
   // A killed process may have left its file under the same name.
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
-    temporary_ = temporary_name(path_) + std::to_string(::getpid()) + "-" + machine +
-                 (attempt > 0 ? "-" + std::to_string(attempt) : "");
-    descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    temporary_ = own_name(path_, machine, attempt);
+    descriptor_ =
+        ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, scratch_ ? 0600 : 0666);
     if (descriptor_ >= 0 || errno != EEXIST) break;
   }
   named_ = descriptor_ >= 0;
@@ -204,7 +240,10 @@ Result<void> FileSink::copy(RandomSource& from, std::uint64_t offset, std::uint6
 
 Result<void> FileSink::commit() {
   if (path_ == "-") return {};
+  if (scratch_)
+    return Error{ErrorCode::misuse, "a scratch file gets no name", {}, kNoOffset, path_};
   if (auto good = flush(); !good) return good;
+  pass_permissions_on();
   if (named_ && ::rename(temporary_.c_str(), path_.c_str()) != 0)
     return system_error(ErrorCode::output, "cannot be given its name", path_);
   if (!named_ && !temporary_.empty())
@@ -214,6 +253,19 @@ Result<void> FileSink::commit() {
     return system_error(ErrorCode::output, "cannot be closed", path_);
   if (!temporary_.empty()) flush_folder(folder_of(path_));
   return {};
+}
+
+/// At the end, since who writes by name opens the file anew. Without the group its bits would be
+/// another group's.
+void FileSink::pass_permissions_on() const {
+  if (!permissions_) return;
+  const int file = named_ ? ::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC) : descriptor_;
+  if (file < 0) return;
+  struct stat status {};
+  const bool same = ::fstat(file, &status) == 0 && status.st_gid == permissions_->group;
+  const bool passed = same || ::fchown(file, ~uid_t{0}, permissions_->group) == 0;
+  (void)::fchmod(file, permissions_->mode & (passed ? 0777u : 0707u));
+  if (named_) ::close(file);
 }
 
 /// Flushing any descriptor of a file flushes all of it. Who wrote by name may have replaced the
@@ -227,25 +279,29 @@ Result<void> FileSink::flush() const {
   return flushed ? Result<void>() : error;
 }
 
-/// Gives a file without a name its own: at once where that is free, else over a name beside. The
-/// file of that name, which a process that was killed between the two calls has left, makes way.
+/// Gives a file without a name its own: at once where that is free, else over a name beside.
 Result<void> FileSink::link() const {
-  constexpr int kMostAttempts = 100;
   const auto link_as = [this](const std::string& name) {
     return ::linkat(AT_FDCWD, temporary_.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
   };
   if (link_as(path_)) return {};
-  const std::string beside = temporary_name(path_);
-  for (int attempt = 0; attempt < kMostAttempts && (errno == EEXIST || errno == ENOENT);
-       ++attempt) {
+  bool taken = errno == EEXIST;
+  const Error error = system_error(ErrorCode::output, "cannot be given its name", path_);
+  if (!taken) return error;
+  const std::string machine = name_of_machine();
+  for (int attempt = 0; attempt < kMostAttempts && taken; ++attempt) {
+    const std::string beside = own_name(path_, machine, attempt);
     if (!link_as(beside)) {
-      if (errno == EEXIST) ::unlink(beside.c_str());
+      taken = errno == EEXIST;
       continue;
     }
+    // What a process has left that was killed between these two calls.
+    struct stat status {};
+    if (::fstat(descriptor_, &status) == 0) remove_leftovers(path_, machine, status.st_mtime);
     if (::rename(beside.c_str(), path_.c_str()) == 0) return {};
-    const int why = errno;
-    if (why != ENOENT) ::unlink(beside.c_str());  // another process took it, or is in the way
-    errno = why;
+    const Error why = system_error(ErrorCode::output, "cannot be given its name", path_);
+    ::unlink(beside.c_str());
+    return why;
   }
   return system_error(ErrorCode::output, "cannot be given its name", path_);
 }

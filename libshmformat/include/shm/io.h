@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -63,14 +64,20 @@ class SHM_API NullSink final : public ByteSink {
 /// or where it is asked for one, it is called ".NAME.tmp", with numbers of process and machine, and
 /// removed when it is destroyed without commit; what a killed process has left, the next create()
 /// with a name for the same path removes (after an hour, where that was on another machine).
-/// A file that is replaced passes its permissions on.
-/// "-" is standard output (commit does nothing).
+/// A file that is replaced passes its permissions and, where that is allowed, its group on; of a
+/// symbolic link the file that it leads to is replaced. "-" is standard output (commit does
+/// nothing).
 class SHM_API FileSink final : public ByteSink {
  public:
   enum class Temporary : std::uint8_t { unnamed, named };
   /// `how`: named, even where it need not be.
   static Result<std::unique_ptr<FileSink>> create(const std::string& path,
                                                   Temporary how = Temporary::unnamed);
+  /// A file for a while, which never gets a name of its own: for this user alone, in `folder`.
+  /// `name` tells, where it has a temporary name, whose it is. It has no commit().
+  static Result<std::unique_ptr<FileSink>> create_scratch(const std::string& folder,
+                                                          const std::string& name,
+                                                          Temporary how = Temporary::unnamed);
   ~FileSink() override;
   FileSink(const FileSink&) = delete;
   FileSink& operator=(const FileSink&) = delete;
@@ -85,11 +92,19 @@ class SHM_API FileSink final : public ByteSink {
 
  private:
   FileSink() = default;
+  Result<void> create_temporary(Temporary how);
   Result<void> create_named();
+  void pass_permissions_on() const;
   Result<void> flush() const;
   Result<void> link() const;
+  /// Of a file that is replaced.
+  struct Permissions {
+    std::uint32_t mode = 0, group = 0;
+  };
   int descriptor_ = -1;
-  bool named_ = false;  // there is a temporary file to remove
+  bool named_ = false;    // there is a temporary file to remove
+  bool scratch_ = false;  // never gets a name
+  std::optional<Permissions> permissions_;
   std::string path_, temporary_;
 };
 
