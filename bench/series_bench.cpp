@@ -17,6 +17,7 @@
 
 #include "array_mesh.h"
 #include "bench_mesh.h"
+#include "counted_source.h"
 #include "options.h"
 #include "shm/step_reader.h"
 
@@ -31,21 +32,6 @@ double seconds_of_clock(const std::function<void()>& run) {
   run();
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
-
-/// Counts what is read.
-class CountingSource final : public RandomSource {
- public:
-  explicit CountingSource(RandomSource& source) : source_(&source) {}
-  std::uint64_t size() const override { return source_->size(); }
-  Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override {
-    bytes += into.size();
-    return source_->read_at(offset, into);
-  }
-  std::uint64_t bytes = 0;
-
- private:
-  RandomSource* source_;
-};
 
 // --- fields
 
@@ -182,7 +168,7 @@ std::uint64_t bytes_of_single(const ArrayMesh& mesh, const Fields& fields, doubl
 
 /// One array at one step, with a new StepReader; then the step behind it with the same one.
 void tell_reading(const char* what, RandomSource& file, const StepRequest& request) {
-  CountingSource source(file);
+  converters::CountedSource source(file);
   std::uint64_t opening = 0, bytes = 0;
   std::size_t values = 0;
   double best = 1e300, best_next = 1e300;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "archive_files.h"
+#include "counted_source.h"
 #include "extra_index.h"
 #include "failure.h"
 #include "formats.h"
@@ -35,21 +36,6 @@ constexpr Holds kShmHolds = {.sets = Holds::Sets::sets,
                              .partial_arrays = true,
                              .block_numbers = true,
                              .block = shm_holds_block};
-
-// Passes reads on and counts their bytes.
-class CountedSource final : public RandomSource {
- public:
-  explicit CountedSource(RandomSource& source) : source_(&source) {}
-  std::uint64_t size() const override { return source_->size(); }
-  Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override {
-    bytes += into.size();
-    return source_->read_at(offset, into);
-  }
-  std::uint64_t bytes = 0;
-
- private:
-  RandomSource* source_;
-};
 
 // A mesh that its own format's writer takes for one from elsewhere, which lacks that format's
 // words.

@@ -40,6 +40,13 @@ void add_order_and_level(CLI::App& command, Options& options) {
       ->type_name("fast|default|best");
 }
 
+void add_format(CLI::App& command, Options& options) {
+  command
+      .add_option("--format", options.format,
+                  "exodus, vtk, vtu, gmsh, ucd or shm; default: by name")
+      ->type_name("F");
+}
+
 // What another format than the mesh's own cannot hold.
 void add_translation(CLI::App& command, Options& options) {
   command.add_flag("--strict", options.strict,
@@ -163,10 +170,7 @@ CLI::App* add_decompress(CLI::App& app, Options& options) {
       ->required()
       ->type_name("");
   command->add_option("-o,--output", options.output, "File to write")->required()->type_name("OUT");
-  command
-      ->add_option("--format", options.format,
-                   "exodus, vtk, vtu, gmsh, ucd or shm; default: by name")
-      ->type_name("F");
+  add_format(*command, options);
   add_translation(*command, options);
   add_threads(*command, options, "Decode segments");
   return command;
@@ -237,10 +241,7 @@ CLI::App* add_convert(CLI::App& app, Options& options) {
       ->required()
       ->type_name("");
   command->add_option("OUT", options.output, "File to write")->required()->type_name("");
-  command
-      ->add_option("--format", options.format,
-                   "exodus, vtk, vtu, gmsh, ucd or shm; default: by name")
-      ->type_name("F");
+  add_format(*command, options);
   add_translation(*command, options);
   return command;
 }
@@ -302,10 +303,7 @@ CLI::App* add_extract(CLI::App& app, Options& options) {
       ->required()
       ->type_name("");
   command->add_option("OUT", options.output, "File to write")->required()->type_name("");
-  command
-      ->add_option("--format", options.format,
-                   "exodus, vtk, vtu, gmsh, ucd or shm; default: by name")
-      ->type_name("F");
+  add_format(*command, options);
   command
       ->add_option(
           "--cells", options.cells,

@@ -11,6 +11,7 @@
 
 #include "coders/cell_shapes.h"
 #include "front/open_faces.h"
+#include "seen_neighbours.h"
 #include "values/cell_frames.h"
 #include "values/neighbourhood.h"
 
@@ -24,25 +25,15 @@ struct TestedCell {
   std::vector<std::uint64_t> vertices;
 };
 
-struct Seen {
-  std::uint64_t element = 0, cell = 0;
-  Neighbourhood around;
-  std::array<std::uint64_t, 13> at{};  // vertex (of a cell: cell) numbers
-
-  bool knows(std::uint32_t bits) const { return around.knows(bits); }
-};
-
 /// Tells cells to a finder as a coder does: vertices die with their last cell, and their slots go
 /// to new ones after a rest.
-class Walk {
+class Walk : public SeenNeighbours {
  public:
   explicit Walk(const std::vector<TestedCell>& mesh, Reach reach = Reach::farther) : reach_(reach) {
     for (std::uint64_t c = 0; c < mesh.size(); ++c)
       for (std::uint64_t v : mesh[c].vertices) last_[v] = c;
     for (std::uint64_t c = 0; c < mesh.size(); ++c) take(mesh[c], c);
   }
-
-  std::vector<Seen> vertices, cells;
 
  private:
   void take(const TestedCell& tested, std::uint64_t number) {
@@ -63,15 +54,7 @@ class Walk {
       faces_.skip_cell();
     cell.behind = faces_.behind();
 
-    finder_.begin_cell(cell, true, slot_.size());
-    for (std::uint32_t position : cell.new_positions) {
-      vertex_in_[cell.slots[position]] = tested.vertices[position];
-      note(vertices, finder_.vertex(cell, position, reach_), number, vertex_in_);
-    }
-    const Neighbourhood around = finder_.cell(cell, reach_);
-    cell_at_[around.self] = number;
-    note(cells, around, number, cell_at_);
-    finder_.end_cell(cell);
+    tell(cell, number, tested.vertices, true, slot_.size(), reach_);
     for (std::uint64_t v : tested.vertices)
       if (last_[v] == number && slot_.contains(v)) {
         faces_.forget(slot_[v]);
@@ -87,20 +70,10 @@ class Walk {
     return slot;
   }
 
-  static void note(std::vector<Seen>& seen, const Neighbourhood& around, std::uint64_t cell,
-                   const std::map<std::uint32_t, std::uint64_t>& owner) {
-    Seen it{owner.at(around.self), cell, around, {}};
-    for (std::uint32_t i = 0; i < 13; ++i)
-      if (around.knows(1u << i)) it.at[i] = owner.at(around.at[i]);
-    seen.push_back(it);
-  }
-
   Reach reach_;
   OpenFaces faces_;
-  NeighbourFinder finder_{true};
   std::map<std::uint64_t, std::uint64_t> last_;
   std::map<std::uint64_t, std::uint32_t> slot_;
-  std::map<std::uint32_t, std::uint64_t> vertex_in_, cell_at_;
   std::deque<std::uint32_t> free_;
   std::uint32_t next_slot_ = 0;
 };

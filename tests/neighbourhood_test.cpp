@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "seen_neighbours.h"
+
 namespace shm {
 namespace {
 
@@ -29,15 +31,8 @@ struct TestedCell {
 };
 
 /// Gives slots to vertices as a coder does: those of vertices that are used no more go to new ones.
-class Walk {
+class Walk : public SeenNeighbours {
  public:
-  struct Seen {
-    std::uint64_t vertex = 0;
-    std::uint64_t cell = 0;
-    Neighbourhood around;
-    std::array<std::uint64_t, 13> at{};  // vertex (of a cell: cell) numbers
-  };
-
   explicit Walk(const std::vector<TestedCell>& mesh, bool as_stored = true,
                 Reach reach = Reach::farther, bool reuses = true, bool bare = false)
       : as_stored_(as_stored), reach_(reach), reuses_(reuses), bare_(bare) {
@@ -45,8 +40,6 @@ class Walk {
       for (std::uint64_t v : mesh[c].vertices) last_[v] = c;
     for (std::uint64_t c = 0; c < mesh.size(); ++c) take(mesh[c], c);
   }
-
-  std::vector<Seen> vertices, cells;
 
  private:
   void take(const TestedCell& tested, std::uint64_t number) {
@@ -79,16 +72,7 @@ class Walk {
       cell.last_use.assign(cell.slots.size(), 1);
     }
 
-    finder_.begin_cell(cell, as_stored_, slot_.size());
-    for (std::uint32_t position : cell.new_positions) {
-      vertex_in_[cell.slots[position]] = tested.vertices[position];
-      note(vertices, finder_.vertex(cell, position, reach_), number, vertex_in_);
-    }
-    const Neighbourhood around = finder_.cell(cell, reach_);
-    cell_at_[around.self] = number;
-    note(cells, around, number, cell_at_);
-    finder_.end_cell(cell);
-
+    tell(cell, number, tested.vertices, as_stored_, slot_.size(), reach_);
     for (std::uint64_t v : tested.vertices)
       if (last_[v] == number && slot_.contains(v)) {
         if (reuses_) free_.push_back(slot_[v]);
@@ -96,28 +80,18 @@ class Walk {
       }
   }
 
-  static void note(std::vector<Seen>& seen, const Neighbourhood& around, std::uint64_t cell,
-                   const std::map<std::uint32_t, std::uint64_t>& owner) {
-    Seen it{owner.at(around.self), cell, around, {}};
-    for (std::uint32_t i = 0; i < 13; ++i)
-      if (around.knows(1u << i)) it.at[i] = owner.at(around.at[i]);
-    seen.push_back(it);
-  }
-
   bool as_stored_;
   Reach reach_;
   bool reuses_;  // slots
   bool bare_;    // tells slots only
-  NeighbourFinder finder_{true};
   std::map<std::uint64_t, std::uint64_t> last_;
   std::map<std::uint64_t, std::uint32_t> slot_;
-  std::map<std::uint32_t, std::uint64_t> vertex_in_, cell_at_;
   std::deque<std::uint32_t> free_;
   std::uint32_t next_slot_ = 0;
 };
 
-bool same(const Walk::Seen& a, const Walk::Seen& b) {
-  return a.vertex == b.vertex && a.cell == b.cell && a.at == b.at &&
+bool same(const Seen& a, const Seen& b) {
+  return a.element == b.element && a.cell == b.cell && a.at == b.at &&
          a.around.known == b.around.known && a.around.corner == b.around.corner &&
          a.around.kind == b.around.kind && a.around.self == b.around.self;
 }
@@ -187,9 +161,9 @@ struct Grid {
 /// Each thing that a vertex knows is where it should be; gives how many things are known.
 std::size_t expect_vertices(const Grid& grid, const Walk& walk, bool as_stored) {
   std::size_t known = 0;
-  for (const Walk::Seen& it : walk.vertices) {
+  for (const Seen& it : walk.vertices) {
     const auto& corners = as_stored ? grid.stored[it.cell] : grid.frame[it.cell];
-    const Point self = grid.point(it.vertex);
+    const Point self = grid.point(it.element);
     const std::uint32_t bits = it.around.corner;
     EXPECT_EQ(it.around.kind, Neighbourhood::lattice);
     EXPECT_EQ(corners[bits], self);
@@ -220,8 +194,8 @@ TEST(Neighbourhood, OfVerticesOfAGrid) {
   const Grid grid({3, 3, 3}, Turned::no);
   const Walk walk(grid.cells, true, Reach::farther, false);
   expect_vertices(grid, walk, true);
-  for (const Walk::Seen& it : walk.vertices) {
-    const Point p = grid.point(it.vertex);
+  for (const Seen& it : walk.vertices) {
+    const Point p = grid.point(it.element);
     if (p[0] < 1 || p[1] < 1 || p[2] < 1) continue;
     // One vertex comes with a cell inside of the grid: it looks at all of the others.
     std::uint32_t wanted = 0;
@@ -241,7 +215,7 @@ TEST(Neighbourhood, OfVerticesOfAGrid) {
   // The first vertex knows nothing, the last one everything.
   EXPECT_EQ(walk.vertices.front().around.known, 0);
   EXPECT_EQ(walk.vertices.back().around.known, 0xffff);
-  const Point last = grid.point(walk.vertices.back().vertex);
+  const Point last = grid.point(walk.vertices.back().element);
   EXPECT_EQ(last, (Point{3, 3, 3}));
   EXPECT_EQ(walk.vertices.size(), 64u);
 }
@@ -261,9 +235,9 @@ TEST(Neighbourhood, OfTheCellsOfAGrid) {
   const Grid grid({5, 4, 4}, Turned::no);  // more cells than the ring has at first
   const Walk walk(grid.cells);
   ASSERT_EQ(walk.cells.size(), 80u);
-  for (const Walk::Seen& it : walk.cells) {
+  for (const Seen& it : walk.cells) {
     const Point p = grid.cell_at(it.cell);
-    ASSERT_EQ(it.vertex, it.cell);
+    ASSERT_EQ(it.element, it.cell);
     const auto has = [&](std::int32_t x, std::int32_t y, std::int32_t z) {
       return p[0] >= x && p[1] >= y && p[2] >= z;
     };
@@ -293,7 +267,7 @@ TEST(Neighbourhood, OfTurnedCells) {
   for (Turned turned : {Turned::rotated, Turned::mirrored}) {
     const Grid grid({6, 4, 5}, turned);
     const Walk walk(grid.cells);
-    for (const Walk::Seen& it : walk.cells) {
+    for (const Seen& it : walk.cells) {
       const Point self = grid.cell_at(it.cell);
       std::uint32_t near = 0;
       for (std::uint32_t a = 0; a < 3; ++a) {
@@ -324,11 +298,11 @@ TEST(Neighbourhood, SlotsAndPlacesAreTakenAgain) {
   const Walk walk(grid.cells);
   const std::size_t known = expect_vertices(grid, walk, true);
   EXPECT_GT(known, walk.vertices.size() * 4);
-  const Walk::Seen &last = walk.vertices.back(), &cell = walk.cells.back();
+  const Seen &last = walk.vertices.back(), &cell = walk.cells.back();
   EXPECT_LT(last.around.self, 100u);
   EXPECT_TRUE(last.around.knows(Neighbourhood::kLattice | Neighbourhood::kBeyond << 1));
   EXPECT_TRUE(last.around.knows(Neighbourhood::kThird << 2 | Neighbourhood::kBeyond << 2));
-  for (const Walk::Seen& it : walk.cells) {
+  for (const Seen& it : walk.cells) {
     const Point p = grid.cell_at(it.cell);
     ASSERT_LT(it.around.self, 1u << 14);
     for (std::uint32_t a = 0; a < 3; ++a) {
@@ -351,7 +325,7 @@ TEST(Neighbourhood, ReachOnlyAdds) {
   const Grid grid({5, 4, 4}, Turned::mirrored);
   const Walk far(grid.cells), middle(grid.cells, true, Reach::beyond),
       near(grid.cells, true, Reach::lattice);
-  const auto expect = [](const std::vector<Walk::Seen>& all, const std::vector<Walk::Seen>& some,
+  const auto expect = [](const std::vector<Seen>& all, const std::vector<Seen>& some,
                          std::uint32_t left_out) {
     ASSERT_EQ(all.size(), some.size());
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -385,8 +359,8 @@ TEST(Neighbourhood, OfInnerNodes) {
                        : position);
   };
   constexpr std::uint32_t kThird = Neighbourhood::kThird | Neighbourhood::kNear;
-  for (const Walk::Seen& it : walk.vertices) {
-    const std::uint64_t position = it.vertex - 100;
+  for (const Seen& it : walk.vertices) {
+    const std::uint64_t position = it.element - 100;
     const Neighbourhood& around = it.around;
     if (position < 8) {
       EXPECT_EQ(around.kind, Neighbourhood::lattice);
@@ -400,7 +374,7 @@ TEST(Neighbourhood, OfInnerNodes) {
       for (std::uint32_t i = 0; i < 3; ++i) {
         EXPECT_EQ(around.knows(Neighbourhood::kNear << i), around.knows(kThird << i));
         if (around.knows(Neighbourhood::kNear << i)) {
-          EXPECT_LT(it.at[i], it.vertex);
+          EXPECT_LT(it.at[i], it.element);
         }
       }
     } else {
@@ -409,7 +383,7 @@ TEST(Neighbourhood, OfInnerNodes) {
       const bool across = position < 26 && position % 2 == 1;  // the face across comes before
       EXPECT_EQ(around.known, 0xffu << kAtDiagonal | (across ? kThird : 0));
       if (across) {
-        EXPECT_EQ(it.at[0], it.vertex - 1);
+        EXPECT_EQ(it.at[0], it.element - 1);
       }
       const InnerNode* node = node_layout(CellShape::hexahedron, 27)->at(position);
       for (std::uint32_t i = 0; i < 4; ++i) {
@@ -435,14 +409,14 @@ TEST(Neighbourhood, OfOtherCells) {
   EXPECT_EQ(walk.vertices[5].at[0], 5u);  // stands behind the second 5
   EXPECT_EQ(walk.vertices[6].at[0], 6u);
   for (std::size_t i = 1; i < 70; ++i) {
-    const Walk::Seen& it = walk.vertices[7 + i];
+    const Seen& it = walk.vertices[7 + i];
     EXPECT_EQ(it.around.kind, Neighbourhood::other);
     EXPECT_EQ(it.around.known, i <= 64 ? Neighbourhood::kNear : 0u) << i;
     if (i <= 64) {
       EXPECT_EQ(it.at[0], 9 + i);
     }
   }
-  for (const Walk::Seen& it : walk.cells) {
+  for (const Seen& it : walk.cells) {
     EXPECT_EQ(it.around.kind, Neighbourhood::other);
     EXPECT_EQ(it.around.known, 0);
   }
@@ -464,13 +438,13 @@ TEST(Neighbourhood, ARepeatedCornerIsNotItsOwnNeighbour) {
   needle.vertices = {8, 8, 8, 8, 8, 8, 8, 8};
   const Walk walk({wedge, needle});
   ASSERT_EQ(walk.vertices.size(), 7u);
-  for (const Walk::Seen& it : walk.vertices)
+  for (const Seen& it : walk.vertices)
     for (std::uint32_t at = 0; at < 13; ++at)
       if (it.around.knows(1u << at)) {
-        EXPECT_NE(it.at[at], it.vertex);
+        EXPECT_NE(it.at[at], it.element);
       }
-  const Walk::Seen& last = walk.vertices[5];  // position 6 is born last, at 7
-  EXPECT_EQ(last.vertex, 5u);
+  const Seen& last = walk.vertices[5];  // position 6 is born last, at 7
+  EXPECT_EQ(last.element, 5u);
   EXPECT_TRUE(last.around.knows(Neighbourhood::kLattice));  // 6 stands at both corners by then
   EXPECT_EQ(walk.vertices[6].around.known, 0);
 }
@@ -508,7 +482,7 @@ TEST(Neighbourhood, NamesOnlyWhatIsThere) {
     };
     std::set<std::uint64_t> born;
     for (std::size_t i = 0; i < walk.vertices.size(); ++i) {
-      const Walk::Seen& it = walk.vertices[i];
+      const Seen& it = walk.vertices[i];
       ASSERT_TRUE(same(it, again.vertices[i]));
       join(it.cell);
       for (std::uint32_t at = 0; at < 13; ++at)
@@ -524,10 +498,10 @@ TEST(Neighbourhood, NamesOnlyWhatIsThere) {
           ASSERT_TRUE(edges.contains({it.at[kAtBeyond + a], it.at[kAtFarther + a]}));
         }
       }
-      born.insert(it.vertex);
+      born.insert(it.element);
     }
     for (std::size_t i = 0; i < walk.cells.size(); ++i) {
-      const Walk::Seen& it = walk.cells[i];
+      const Seen& it = walk.cells[i];
       ASSERT_TRUE(same(it, again.cells[i]));
       for (std::uint32_t at = 0; at < 13; ++at)
         if (it.around.knows(1u << at)) {
