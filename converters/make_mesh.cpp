@@ -586,7 +586,8 @@ std::size_t nearest(const Point3& p, const std::vector<Point3>& sites) {
   return best;
 }
 
-std::vector<Field> cell_fields(const Mesh& mesh, bool full) {
+std::vector<Field> cell_fields(const Mesh& mesh, std::string_view fields) {
+  const bool full = fields == "full";
   const Box box(mesh.points);
   const std::vector<Point3> sites = random_sites(12);
   Turbulence turbulence;
@@ -597,6 +598,7 @@ std::vector<Field> cell_fields(const Mesh& mesh, bool full) {
     for (const Id corner : cell) sum = sum + mesh.points[corner];
     const Point3 p = box.at(sum * 0.125);
     temperature.values.push_back(smooth(p));
+    if (fields == "one") continue;
     material.values.push_back(static_cast<double>(nearest(p, sites) + 1));
     if (!full) continue;
     velocity.values.insert(
@@ -604,6 +606,7 @@ std::vector<Field> cell_fields(const Mesh& mesh, bool full) {
         {std::sin(5 * p.y) * std::cos(3 * p.z), std::sin(5 * p.z + p.x), std::cos(4 * p.x) * p.y});
     turbulent.values.push_back(turbulence(p));
   }
+  if (fields == "one") return {temperature};
   if (!full) return {temperature, material};
   return {temperature, material, velocity, turbulent};
 }
@@ -702,7 +705,7 @@ bool write_mesh(const Mesh& mesh, const Request& request) {
   file.text("\n");
   if (request.fields != "none") {
     const bool full = request.fields == "full";
-    write_fields(file, "CELL_DATA", mesh.cells.size(), cell_fields(mesh, full));
+    write_fields(file, "CELL_DATA", mesh.cells.size(), cell_fields(mesh, request.fields));
     write_fields(file, "POINT_DATA", mesh.points.size(), point_fields(mesh, full));
   }
   return file.close();
@@ -712,7 +715,7 @@ bool write_mesh(const Mesh& mesh, const Request& request) {
 
 void print_usage(std::FILE* out) {
   std::fputs(
-      "usage: shm_make_mesh FAMILY CELLS OUT.vtk [--double] [--fields none|basic|full]\n"
+      "usage: shm_make_mesh FAMILY CELLS OUT.vtk [--double] [--fields none|one|basic|full]\n"
       "Writes a hexahedral mesh of about CELLS cells as binary legacy VTK.\n"
       "Families:\n",
       out);
@@ -720,8 +723,9 @@ void print_usage(std::FILE* out) {
     std::fprintf(out, "  %-9.*s %.*s\n", static_cast<int>(family.name.size()), family.name.data(),
                  static_cast<int>(family.meaning.size()), family.meaning.data());
   std::fputs(
-      "Fields: basic (the default) is a smooth temperature and a material number on cells; full\n"
-      "adds velocity and turbulence on cells and a shock front on points.\n",
+      "Fields: one is a smooth temperature on cells; basic (the default) adds a material number, "
+      "full\n"
+      "velocity and turbulence on cells and a shock front on points.\n",
       out);
 }
 
@@ -747,7 +751,8 @@ bool parse(int count, char** words, Request& request) {
     else
       return false;
   }
-  return request.fields == "none" || request.fields == "basic" || request.fields == "full";
+  constexpr std::array<std::string_view, 4> kFields = {"none", "one", "basic", "full"};
+  return std::find(kFields.begin(), kFields.end(), request.fields) != kFields.end();
 }
 
 }  // namespace
