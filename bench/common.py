@@ -3,6 +3,7 @@ import os
 import re
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -41,6 +42,31 @@ def corpus_folder():
 def make_mesh(family, cells, path, *options, tools=BIN):
     subprocess.run([tools / "shm_make_mesh", family, str(cells), path, *options], check=True,
                    stdout=subprocess.DEVNULL)
+
+
+class Cost:
+    """Processor seconds and peak memory of processes that ran one after the other."""
+
+    def __init__(self):
+        self.seconds = 0.0
+        self.peak = 0
+
+    def run(self, *command, stdout=None):
+        # Started by time(1), which is small: a child's peak memory begins with its parent's.
+        with tempfile.NamedTemporaryFile("r") as report:
+            process = subprocess.Popen(["/usr/bin/time", "-q", "-o", report.name, "-f", "%M",
+                                        *(str(word) for word in command)], stdout=stdout,
+                                       stderr=subprocess.PIPE, text=False)
+            error = process.stderr.read()
+            _, status, usage = os.wait4(process.pid, 0)
+            process.returncode = os.waitstatus_to_exitcode(status)
+            self.seconds += usage.ru_utime + usage.ru_stime
+            self.peak = max(self.peak, int(report.read() or 0) * 1024)
+        process.stderr.close()
+        if process.returncode != 0:
+            raise RuntimeError(f"{' '.join(map(str, command))}: exit code {process.returncode}: "
+                               + error.decode(errors="replace").strip()[-500:])
+        return self
 
 
 def print_table(title, rows, columns, markdown):
