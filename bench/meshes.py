@@ -1,4 +1,4 @@
-"""Hexahedral meshes and fields of the benchmarks, in NumPy; deterministic."""
+"""Meshes and fields of the benchmarks, in NumPy; deterministic."""
 import numpy as np
 
 VTK_HEXAHEDRON = 12
@@ -10,27 +10,37 @@ def big_endian(values):
 
 
 def write_vtk(path, points, corners, point_arrays=None, cell_arrays=None):
-    """Binary legacy VTK 4.2; arrays by name, of one value or one row for each element."""
-    cells = len(corners)
-    rows = np.empty((cells, 9), ">i4")
-    rows[:, 0], rows[:, 1:] = 8, corners
+    """Hexahedra; arrays as of write_cells()."""
+    write_cells(path, points, [(VTK_HEXAHEDRON, corners)], point_arrays, cell_arrays)
+
+
+def write_cells(path, points, cells, point_arrays=None, cell_arrays=None):
+    """Binary legacy VTK 4.2. `cells`: pairs of VTK cell type and corners, one row for each cell.
+    Arrays by name, of one value or one row for each element."""
+    count = sum(len(corners) for _, corners in cells)
+    words = sum(corners.size + len(corners) for _, corners in cells)
     with open(path, "wb") as file:
         file.write(f"# vtk DataFile Version 4.2\nmesh\nBINARY\nDATASET UNSTRUCTURED_GRID\n"
                    f"POINTS {len(points)} {VTK_TYPES[points.dtype.name]}\n".encode())
         file.write(big_endian(points))
-        file.write(f"\nCELLS {cells} {9 * cells}\n".encode())
-        file.write(rows.tobytes())
-        file.write(f"\nCELL_TYPES {cells}\n".encode())
-        file.write(np.full(cells, VTK_HEXAHEDRON, ">i4").tobytes())
+        file.write(f"\nCELLS {count} {words}\n".encode())
+        for _, corners in cells:
+            rows = np.empty((len(corners), corners.shape[1] + 1), ">i4")
+            rows[:, 0], rows[:, 1:] = corners.shape[1], corners
+            file.write(rows.tobytes())
+        file.write(f"\nCELL_TYPES {count}\n".encode())
+        for kind, corners in cells:
+            file.write(np.full(len(corners), kind, ">i4").tobytes())
         file.write(b"\n")
-        for section, count, arrays in (("CELL_DATA", cells, cell_arrays),
-                                       ("POINT_DATA", len(points), point_arrays)):
+        for section, elements, arrays in (("CELL_DATA", count, cell_arrays),
+                                          ("POINT_DATA", len(points), point_arrays)):
             if not arrays:
                 continue
-            file.write(f"{section} {count}\nFIELD FieldData {len(arrays)}\n".encode())
+            file.write(f"{section} {elements}\nFIELD FieldData {len(arrays)}\n".encode())
             for name, values in arrays.items():
                 components = 1 if values.ndim == 1 else values.shape[1]
-                file.write(f"{name} {components} {count} {VTK_TYPES[values.dtype.name]}\n".encode())
+                file.write(f"{name} {components} {elements} "
+                           f"{VTK_TYPES[values.dtype.name]}\n".encode())
                 file.write(big_endian(values))
                 file.write(b"\n")
 
