@@ -87,6 +87,7 @@ TEST(CodecChoice, FastTakesTheFasterUnlessItCostsMuch) {
   // A few cells out of line: rows say them in fewer bits.
   for (std::size_t i = 4000; i < mesh.cells.size(); i += 4000)
     std::swap(mesh.cells[i], mesh.cells[i + random() % 60]);
+  mesh.schema.blocks.push_back({2, "polygons", CellShape::polygon, 0});  // no shifts
   const TestMesh stream = with_order(mesh, Order::stream, true, 0);
   EXPECT_EQ(codec_of(stream, {.level = Level::fast}), replay);
   EXPECT_EQ(codec_of(stream, {.level = Level::best}), mixed);
@@ -107,13 +108,17 @@ TEST(CodecChoice, FastTakesShiftsWhereTheyTakeNoRoom) {
   EXPECT_NE(of(bent_grid(25, 25, 26), Level::fast), shifts);
   // Where rows are none.
   EXPECT_NE(of(shuffled(large), Level::fast), shifts);
+  EXPECT_NE(of(with_order(shuffled(large), Order::stream, true, 0), Level::fast), shifts);
   TestMesh scrambled = large;
   std::mt19937_64 random(9);
   shuffle_vertices(scrambled, random);
   EXPECT_NE(of(scrambled, Level::fast), shifts);
+  // In order stream numbers of the source are no matter.
+  for (const Order order : {Order::stream, Order::free})
+    EXPECT_EQ(of(with_order(scrambled, order, false, 0), Level::fast), shifts);
   // Where the schema does not take them.
-  EXPECT_NE(of(with_order(large, Order::stream, true, 0), Level::fast), shifts);
   EXPECT_NE(of(with_order(large, Order::keep, true, 10), Level::fast), shifts);
+  EXPECT_NE(of(with_order(large, Order::stream, true, 10), Level::fast), shifts);
   TestMesh polygons = large;
   polygons.schema.blocks.push_back({2, "polygons", CellShape::polygon, 0});
   EXPECT_NE(of(polygons, Level::fast), shifts);

@@ -43,7 +43,9 @@ std::uint64_t hash_of(const std::vector<std::byte>& file) {
     auto group = take_group_apart(chunk.payload);
     if (group && !group->streams.empty() &&
         group->header.streams[0].codec == container::Codec::shifts)
-      for (std::vector<std::byte>& stream : group->streams) stream = unpacked(stream);
+      for (std::size_t s = 0; s < group->streams.size(); ++s)
+        if (group->header.streams[s].kind != container::StreamKind::vertex_numbers)
+          group->streams[s] = unpacked(group->streams[s]);
     const auto bytes = group ? put_group_together(std::move(*group)) : chunk.payload;
     groups.insert(groups.end(), bytes.begin(), bytes.end());
   }
@@ -122,6 +124,7 @@ std::vector<FeatureFile> larger_files() {
   add_shifts("large shifts, doubles", bent_grid(16, 15, 14, ScalarType::float64));
   add_shifts("large shifts, arrays", with_arrays_of_every_type(bent_grid(9, 9, 9)));
   add_shifts("large shifts, quantized", coarse);
+  add_shifts("large shifts, stream", with_order(bent_grid(16, 15, 14), stream, false, 0));
   return files;
 }
 
@@ -165,6 +168,7 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"segments", 0xdcf6c9756dea6830},
     {"segments_stream", 0x7e8aa14b6bcfbaae},
     {"shifts", 0x97ba3253894fc779},
+    {"shifts_stream", 0xc49c149d26dcdb21},
     {"shifts_shuffled", 0x4a76cf3ee05d3d3},
     {"shifts_arrays", 0xdd0d40a8187fde67},
     {"shifts_quantized", 0x4bacba630c6c55a},
@@ -185,6 +189,7 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"large shifts, doubles", 0xaf459cd6e6759fbb},
     {"large shifts, arrays", 0xf1eccd726b36e9c},
     {"large shifts, quantized", 0xe14d203f9a4d6b10},
+    {"large shifts, stream", 0x5170b21b035eff38},
 };
 
 std::vector<FeatureFile> all_files() {

@@ -432,15 +432,16 @@ inline std::vector<std::byte> segments_file(Order order, bool corner_order, std:
 
 /// Cells that are shifts, in two segments of several groups, with values at vertices and cells, and
 /// two vertices that no cell uses: one between cells, one at the end.
-inline std::vector<std::byte> shifts_file() {
-  TestMesh mesh = bent_grid(4, 3, 4);
+inline std::vector<std::byte> shifts_file(Order order = Order::keep) {
+  const int row = order == Order::keep ? 4 : 8;
+  TestMesh mesh = with_order(bent_grid(row, 3, 4), order, order == Order::keep, 0);
   for (int i = 0; i < 2; ++i) append_point(mesh, {2, i + .5, -1});
   add_array(mesh, array_of("u", Location::point, ScalarType::int16, 2), mesh.vertices);
   add_array(mesh, array_of("p", Location::cell, ScalarType::float64), mesh.cells.size());
   MemorySink sink;
   WriteOptions options;
-  options.group_cells = 12;
-  options.segment_cells = 24;
+  options.group_cells = static_cast<std::uint32_t>(3 * row);
+  options.segment_cells = options.group_cells * 2;
   options.connectivity = ConnectivityCodec::shifts;
   EXPECT_TRUE(write_mesh(mesh, sink, options));
   return std::move(sink.bytes);
@@ -497,6 +498,7 @@ inline std::vector<FeatureFile> feature_files() {
   add("segments", segments_file(keep, true, 3, 7));
   add("segments_stream", segments_file(stream, false, 0, 6));
   add("shifts", shifts_file());
+  add("shifts_stream", shifts_file(stream));
   // More shifts than the table holds.
   add("shifts_shuffled",
       written(shuffled(bent_grid(7, 7, 6, ScalarType::float64)), 200, ConnectivityCodec::shifts));

@@ -96,8 +96,7 @@ bool is_thorough(const FeatureFile& feature) {
 
 /// Bytes from one place where a file is hurt to the next. What unpacks to much takes long.
 std::size_t stride_of(const FeatureFile& feature, std::size_t usual) {
-  const std::size_t stride =
-      is_thorough(feature) ? 1 : feature.name == "large_extras" ? 97 : usual;
+  const std::size_t stride = is_thorough(feature) ? 1 : feature.name == "large_extras" ? 97 : usual;
   return stride * every(7);
 }
 
@@ -247,7 +246,7 @@ TEST(Hostile, UnknownChunksAreSkippedOrRefused) {
 }
 
 TEST(Hostile, SegmentNumbersThatJump) {
-  for (const char* name : {"groups", "segments", "segments_stream", "shifts"}) {
+  for (const char* name : {"groups", "segments", "segments_stream", "shifts", "shifts_stream"}) {
     const FileParts whole = take_apart(file(name));
     for (std::size_t at = 1; at + 1 < whole.chunks.size(); ++at)
       for (const std::uint32_t segment : {0u, 1u, 2u, 3u, 4u, 5u, ~0u}) {
@@ -530,10 +529,21 @@ TEST(Hostile, ManySegmentsOfShiftsTakeLittleMemory) {
   EXPECT_LE(memory_of([&] { EXPECT_TRUE(decode_in_pieces(sink.bytes)); }), std::size_t{8} << 20);
 }
 
-/// The second segment's first group of the file "shifts", changed.
-Bytes shifts_with(const std::function<void(GroupParts&)>& change) {
-  FileParts parts = take_apart(file("shifts"));
-  Chunk* chunk = parts.find(ChunkKind::group, 2);
+/// Which group is the first of the second segment.
+std::size_t second_segment(const FileParts& parts) {
+  std::size_t nth = 0;
+  for (const Chunk& chunk : parts.chunks) {
+    if (!chunk.is(ChunkKind::group)) continue;
+    if (chunk.header.segment == 1) break;
+    ++nth;
+  }
+  return nth;
+}
+
+/// The second segment's first group of the file "shifts" or its kin, changed.
+Bytes shifts_with(const std::function<void(GroupParts&)>& change, const char* name = "shifts") {
+  FileParts parts = take_apart(file(name));
+  Chunk* chunk = parts.find(ChunkKind::group, second_segment(parts));
   auto group = take_group_apart(chunk->payload);
   EXPECT_TRUE(group);
   if (!group) return {};
@@ -675,12 +685,13 @@ TEST(Hostile, LyingGroupHeader) {
     EXPECT_EQ(code_of(put_together(parts)), code);
   };
   using Header = container::GroupHeader;
-  for (const char* name :
-       {"keep", "groups", "mixed_cells", "arrays", "segments", "segments_stream", "shifts"}) {
+  for (const char* name : {"keep", "groups", "mixed_cells", "arrays", "segments", "segments_stream",
+                           "shifts", "shifts_stream"}) {
     SCOPED_TRACE(name);
-    const bool shifts = std::string(name) == "shifts";
+    const bool shifts = std::string(name).starts_with("shifts");
     // The first of the second segment.
-    nth = shifts || std::string(name).starts_with("segments") ? 2 : 0;
+    const bool segments = shifts || std::string(name).starts_with("segments");
+    nth = segments ? second_segment(take_apart(file(name))) : 0;
     refused(name, [](Header& h) { h.imported_vertices += 1; });
     refused(name, [](Header& h) { h.imported_vertices -= 1; });
     refused(name, [](Header& h) { h.imported_vertices = ~std::uint64_t{0}; });
@@ -718,7 +729,7 @@ TEST(Hostile, LyingGroupHeader) {
           std::swap(h.streams[0].kind, h.streams[1].kind);
           std::swap(h.streams[0].codec, h.streams[1].codec);
         },
-        shifts ? ErrorCode::unsupported : ErrorCode::corrupt);
+        std::string(name) == "shifts" ? ErrorCode::unsupported : ErrorCode::corrupt);
     refused(name, [](Header& h) { h.streams[0].kind = static_cast<container::StreamKind>(0); });
     refused(name, [](Header& h) { h.streams[0].kind = static_cast<container::StreamKind>(8); });
     refused(name, [](Header& h) {
@@ -763,23 +774,26 @@ Bytes bytes_of(const ShiftWords& said) {
 }
 
 // Every vertex is born once, alive where it is used, and imported where an earlier segment has it.
-TEST(Hostile, LyingShifts) {
-  EXPECT_EQ(text_of(decode_in_pieces(shifts_with([](GroupParts&) {}))),
-            text_of(decode_in_pieces(file("shifts"))));
+void expect_shifts_refuse_lies(const char* name) {
+  SCOPED_TRACE(name);
+  EXPECT_EQ(text_of(decode_in_pieces(shifts_with([](GroupParts&) {}, name))),
+            text_of(decode_in_pieces(file(name))));
   using Shift = std::vector<std::uint64_t>;  // block, nodes, births, imports, last uses
-  const auto with_first = [](const std::function<void(Shift&)>& lie) {
-    return shifts_with([&](GroupParts& group) {
-      ShiftWords said = words_of(group);
-      ByteReader in(said.words);
-      Shift first;
-      for (int i = 0; i < 12; ++i) first.push_back(in.get_varint());
-      lie(first);
-      ByteWriter out;
-      for (const std::uint64_t it : first) out.put_varint(it);
-      out.put_bytes(in.get_bytes(in.left()));
-      said.words = std::move(out.bytes);
-      group.streams[0] = bytes_of(said);
-    });
+  const auto with_first = [&](const std::function<void(Shift&)>& lie) {
+    return shifts_with(
+        [&](GroupParts& group) {
+          ShiftWords said = words_of(group);
+          ByteReader in(said.words);
+          Shift first;
+          for (int i = 0; i < 12; ++i) first.push_back(in.get_varint());
+          lie(first);
+          ByteWriter out;
+          for (const std::uint64_t it : first) out.put_varint(it);
+          out.put_bytes(in.get_bytes(in.left()));
+          said.words = std::move(out.bytes);
+          group.streams[0] = bytes_of(said);
+        },
+        name);
   };
   EXPECT_TRUE(decode_in_pieces(with_first([](Shift&) {})));
   constexpr std::size_t kBirths = 9, kImports = 10, kLastUse = 11;
@@ -788,7 +802,7 @@ TEST(Hostile, LyingShifts) {
       [](Shift& s) { s[1] += 2; },                              // another vertex
       [](Shift& s) { s[1] = s[2]; },                            // born twice
       [](Shift& s) { s[1] = 1 << 20; },                         // imported from nowhere
-      [](Shift& s) { s[1] = ~std::uint64_t{0}; },               // the same
+      [](Shift& s) { s[1] = ~std::uint64_t{1}; },               // the same
       [](Shift& s) { s[kBirths] &= s[kBirths] - 1; },           // used, not born
       [](Shift& s) { s[kBirths] = s[kImports] = 0; },           // none is
       [](Shift& s) { s[kImports] &= s[kImports] - 1; },         // an earlier segment's, born here
@@ -801,23 +815,106 @@ TEST(Hostile, LyingShifts) {
   for (std::size_t i = 0; i < lies.size(); ++i)
     EXPECT_EQ(code_of(with_first(lies[i])), ErrorCode::corrupt) << "lie " << i;
 
-  const auto with_symbols = [](const std::function<void(Bytes&)>& lie) {
-    return shifts_with([&](GroupParts& group) {
-      ShiftWords said = words_of(group);
-      lie(said.symbols);
-      group.streams[0] = bytes_of(said);
-    });
+  const auto with_symbols = [&](const std::function<void(Bytes&)>& lie) {
+    return shifts_with(
+        [&](GroupParts& group) {
+          ShiftWords said = words_of(group);
+          lie(said.symbols);
+          group.streams[0] = bytes_of(said);
+        },
+        name);
   };
   EXPECT_EQ(code_of(with_symbols([](Bytes& s) { s[0] = std::byte{0}; })), ErrorCode::corrupt);
   // One more new shift than is said.
   EXPECT_EQ(code_of(with_symbols([](Bytes& s) {
-              *std::find_if(s.begin(), s.end(), [](std::byte b) { return b != std::byte{255}; }) =
-                  std::byte{255};
+              const auto old =
+                  std::find_if(s.begin(), s.end(), [](std::byte b) { return b != std::byte{255}; });
+              ASSERT_NE(old, s.end());
+              *old = std::byte{255};
             })),
             ErrorCode::corrupt);
   EXPECT_EQ(code_of(with_symbols([](Bytes& s) { s.back() = std::byte{254}; })), ErrorCode::corrupt);
   EXPECT_EQ(code_of(with_symbols([](Bytes& s) { s.pop_back(); })), ErrorCode::corrupt);
   EXPECT_EQ(code_of(with_symbols([](Bytes& s) { s.push_back(s.back()); })), ErrorCode::corrupt);
+}
+TEST(Hostile, LyingShifts) { expect_shifts_refuse_lies("shifts"); }
+TEST(Hostile, LyingShiftsOfOrderStream) { expect_shifts_refuse_lies("shifts_stream"); }
+
+// Where vertices are numbered by birth, each is born with the next number, and no other.
+TEST(Hostile, ShiftsThatLeaveNumbersOut) {
+  TestMesh mesh = with_order(grid(1, 1, 1), Order::stream, false, 0);
+  const Bytes good = written(mesh, 65536, ConnectivityCodec::shifts);
+  const auto with_numbers = [&](const std::vector<std::uint64_t>& numbers, std::uint64_t imports) {
+    FileParts parts = take_apart(good);
+    Chunk* chunk = parts.find(ChunkKind::group, 0);
+    auto group = take_group_apart(chunk->payload);
+    ByteWriter words;
+    words.put_varint(0);
+    for (const std::uint64_t number : numbers) words.put_signed(static_cast<std::int64_t>(number));
+    words.put_varint(0xff);
+    if (imports > 0) words.put_varint(imports);
+    words.put_varint(0xff);
+    group->streams[0] = bytes_of({std::move(words.bytes), {std::byte{255}}});
+    chunk->payload = put_group_together(*group);
+    return put_together(parts);
+  };
+  const std::uint64_t import = std::uint64_t{1} << 63;
+  EXPECT_EQ(with_numbers({0, 1, 2, 3, 4, 5, 6, 7}, 0), good);
+  using Numbers = std::vector<std::uint64_t>;
+  for (const Numbers& numbers :
+       {Numbers{1, 2, 3, 4, 5, 6, 7, 8}, Numbers{0, 1, 2, 3, 4, 5, 6, 8},
+        Numbers{0, 1, 2, 3, 4, 5, 7, 6}, Numbers{0, 1, 2, 3, 4, 5, 6, 6},
+        Numbers{import, 1, 2, 3, 4, 5, 6, 7}, Numbers{0, 1, 2, 3, 4, 5, 6, import},
+        Numbers{0, 1, 2, 3, 4, 5, 6, ~std::uint64_t{0}}})
+    EXPECT_EQ(code_of(with_numbers(numbers, 0)), ErrorCode::corrupt);
+  // The first segment has nothing to import.
+  EXPECT_EQ(code_of(with_numbers({0, 1, 2, 3, 4, 5, 6, import}, 0x80)), ErrorCode::corrupt);
+}
+
+// The stream numbers of imported vertices.
+TEST(Hostile, LyingNumbersOfImportsOfShifts) {
+  const auto code_with = [](const std::function<void(GroupParts&)>& change) {
+    return code_of(shifts_with(change, "shifts_stream"));
+  };
+  const auto is_there = [](GroupParts& group) {
+    ASSERT_EQ(group.header.streams[1].kind, container::StreamKind::vertex_numbers);
+  };
+  EXPECT_EQ(code_with([&](GroupParts& group) {  // the same one again and again
+              is_there(group);
+              group.streams.erase(group.streams.begin() + 1);
+              group.header.streams.erase(group.header.streams.begin() + 1);
+            }),
+            ErrorCode::corrupt);
+  for (std::size_t byte = 0; byte < 256; ++byte) {  // others, own ones, none
+    const auto code = code_with([&](GroupParts& group) {
+      is_there(group);
+      group.streams[1] = Bytes(20, static_cast<std::byte>(byte));
+    });
+    EXPECT_EQ(code, ErrorCode::corrupt) << byte;
+  }
+  EXPECT_EQ(code_with([&](GroupParts& group) {
+              is_there(group);
+              group.header.streams[1].codec = container::Codec::shifts;
+            }),
+            ErrorCode::unsupported);
+  // In the first segment, which has no imports, and in order keep.
+  for (const char* name : {"shifts_stream", "shifts"}) {
+    FileParts parts = take_apart(file(name));
+    for (const std::size_t nth : {0u, 2u}) {
+      if (nth == 2 && std::string(name) == "shifts_stream") continue;
+      FileParts changed = parts;
+      Chunk* chunk = changed.find(ChunkKind::group, nth);
+      auto group = take_group_apart(chunk->payload);
+      ASSERT_TRUE(group);
+      container::StreamEntry entry;
+      entry.kind = container::StreamKind::vertex_numbers;
+      entry.codec = container::Codec::predictive;
+      group->header.streams.insert(group->header.streams.begin() + 1, entry);
+      group->streams.insert(group->streams.begin() + 1, Bytes(3));
+      chunk->payload = put_group_together(*group);
+      EXPECT_EQ(code_of(put_together(changed)), ErrorCode::corrupt) << name << nth;
+    }
+  }
 }
 
 TEST(Hostile, StreamsOfShiftsMissingRepeatedOrSwapped) {
@@ -875,8 +972,8 @@ TEST(Hostile, ShiftsOfAnotherSchema) {
     parts.chunks[0].payload = schema_payload(mesh.schema);
     return code_of(put_together(parts));
   };
-  EXPECT_EQ(code_with([](Schema& s) { s.order = Order::stream; }), ErrorCode::unsupported);
-  EXPECT_EQ(code_with([](Schema& s) { s.order = Order::free; }), ErrorCode::unsupported);
+  EXPECT_EQ(code_with([](Schema& s) { s.order = Order::stream; }), ErrorCode::corrupt);
+  EXPECT_EQ(code_with([](Schema& s) { s.order = Order::free; }), ErrorCode::corrupt);
   EXPECT_EQ(code_with([](Schema& s) { s.delay = 5; }), ErrorCode::unsupported);
   EXPECT_EQ(code_with([](Schema& s) { s.blocks[0].nodes_per_cell = 0; }), ErrorCode::unsupported);
   EXPECT_EQ(code_with([](Schema& s) { s.blocks[0].nodes_per_cell = 65; }), ErrorCode::unsupported);

@@ -8,18 +8,22 @@
 namespace shm {
 namespace {
 
-/// As shifts, where they do: they have one order alone.
+/// As shifts, where they do: without delay, in segments or one.
 void expect_as_shifts(TestMesh mesh) {
   mesh.schema.delay = 0;
-  mesh.schema.order = Order::keep;
-  mesh.schema.corner_order = true;
   if (!takes_shifts(mesh.schema)) return;
   SCOPED_TRACE("shifts");
-  WriteOptions options;
-  options.connectivity = ConnectivityCodec::shifts;
-  expect_round_trip(mesh, options);
-  options.group_cells = 100;
-  expect_round_trip(mesh, options);
+  for (const Order order : {Order::keep, Order::stream, Order::free}) {
+    mesh.schema.order = order;
+    mesh.schema.corner_order = order != Order::free;
+    WriteOptions options;
+    options.connectivity = ConnectivityCodec::shifts;
+    expect_round_trip(mesh, options);
+    options.group_cells = 100;
+    expect_round_trip(mesh, options);
+    options.segment_cells = std::max<std::uint64_t>(mesh.cells.size() / 3, 1);
+    expect_round_trip(mesh, options);
+  }
 }
 
 /// Both orders, with and without corner order, and the delay buffers of interest.
@@ -457,8 +461,6 @@ TEST(RoundTrip, RandomSmallMeshes) {
     options.group_cells = static_cast<std::uint32_t>(1 + random() % 20);
     options.connectivity = static_cast<ConnectivityCodec>(seed % 6);
     if (options.connectivity == ConnectivityCodec::shifts && !takes_shifts(mesh.schema)) {
-      mesh.schema.order = Order::keep;
-      mesh.schema.corner_order = true;
       mesh.schema.delay = 0;
     }
     expect_round_trip(mesh, options);

@@ -480,8 +480,9 @@ void MeshEncoder::code_import_numbers(EncodedGroup& group) {
   container::StreamEntry entry;
   entry.kind = StreamKind::vertex_numbers;
   entry.codec = container::Codec::predictive;
-  entry.needs = 1u << static_cast<unsigned>(StreamKind::connectivity) |
-                1u << static_cast<unsigned>(StreamKind::imports);
+  entry.needs = 1u << static_cast<unsigned>(StreamKind::connectivity);
+  if (header.streams[0].codec != container::Codec::shifts)  // which say what is imported
+    entry.needs |= 1u << static_cast<unsigned>(StreamKind::imports);
   entry.bytes = bytes.size();
   entry.checksum = checksum(bytes);
   std::size_t at = 0;

@@ -89,7 +89,7 @@ Result<void> SegmentDecoder::assign_shift_streams() {
   if (!shifts_) {
     if (!takes_shifts(*schema_))
       return damaged("connectivity: shifts are not for this schema", ErrorCode::unsupported);
-    shifts_ = std::make_unique<ShiftSegmentDecoder>(*schema_, start_.segment > 0, wanted_);
+    shifts_ = std::make_unique<ShiftSegmentDecoder>(*schema_, start_, wanted_);
   }
   if (group_.streams.empty() || group_.streams[0].kind != container::StreamKind::connectivity)
     return damaged("connectivity: missing");

@@ -16,15 +16,18 @@ constexpr std::size_t kMostAtOnce = 64;
 
 using container::StreamKind;
 
-ShiftSegmentDecoder::ShiftSegmentDecoder(const Schema& schema, bool may_import,
+ShiftSegmentDecoder::ShiftSegmentDecoder(const Schema& schema, const SegmentStart& start,
                                          const WantedValues& wanted)
     : schema_(&schema),
       wanted_(wanted),
-      may_import_(may_import),
-      shifts_(schema, may_import),
+      may_import_(start.segment > 0),
+      numbered_by_birth_(schema.order != Order::keep),
+      shifts_(schema, may_import_),
       columns_(difference_columns(schema)),
       vertex_bytes_(3 * scalar_bytes(schema.coordinate_type) + point_data_bytes(schema)),
-      cell_bytes_(cell_data_bytes(schema)) {
+      cell_bytes_(cell_data_bytes(schema)),
+      first_own_(start.first_vertex),
+      next_own_(start.first_vertex) {
   for (std::uint32_t a = 0; a < schema.arrays.size(); ++a)
     if (!schema.arrays[a].per_step) arrays_.push_back(a);
   for (const BlockInfo& block : schema.blocks)
@@ -34,6 +37,7 @@ ShiftSegmentDecoder::ShiftSegmentDecoder(const Schema& schema, bool may_import,
 void ShiftSegmentDecoder::begin_group(const container::GroupHeader& header) {
   header_ = &header;
   next_column_ = 0;
+  import_coder_ = RangeDecoder(std::span<const std::byte>());
   for (DifferenceColumn& column : columns_) column.begin_empty_group();
 }
 
@@ -49,12 +53,15 @@ std::size_t ShiftSegmentDecoder::column_of(const container::StreamEntry& entry) 
 
 bool ShiftSegmentDecoder::expects(const container::StreamEntry& entry) const {
   if (entry.kind == StreamKind::connectivity) return &entry == header_->streams.data();
+  if (entry.kind == StreamKind::vertex_numbers)
+    return numbered_by_birth_ && may_import_ && &entry == header_->streams.data() + 1;
   const std::size_t column = column_of(entry);
   return column < columns_.size() && column >= next_column_;
 }
 
 bool ShiftSegmentDecoder::takes(const container::StreamEntry& entry) const {
   if (entry.kind == StreamKind::connectivity) return entry.codec == container::Codec::shifts;
+  if (entry.kind == StreamKind::vertex_numbers) return entry.codec == container::Codec::predictive;
   const auto codec = bulk_codec(entry.codec);
   return codec && columns_[column_of(entry)].takes(*codec);
 }
@@ -70,6 +77,10 @@ auto ShiftSegmentDecoder::take(const container::StreamEntry& entry,
     return shifts_.begin_group(bytes, header_->cells, most, scratch_.zstd)
                ? ""
                : "connectivity: cannot be unpacked";
+  }
+  if (entry.kind == StreamKind::vertex_numbers) {
+    import_coder_ = RangeDecoder(bytes);
+    return {};
   }
   const std::size_t column = column_of(entry);
   next_column_ = column + 1;
@@ -96,7 +107,7 @@ auto ShiftSegmentDecoder::next_block(DecodedBlock& decoded, GroupProgress& done,
   if (auto complaint = next_cells(decoded, done); !complaint.empty()) return complaint;
   while (done.cells == header_->cells && done.own < header_->vertices &&
          done.bytes - bytes_before < kTileBytes) {
-    const auto number = shifts_.next_loose();
+    const auto number = numbered_by_birth_ ? std::optional(next_own_) : shifts_.next_loose();
     if (!number || done.loose == header_->loose_vertices || !bear(*number, false, decoded, done))
       return "a vertex that no cell uses makes no sense";
     ++done.loose;
@@ -148,7 +159,16 @@ auto ShiftSegmentDecoder::next_cells(DecodedBlock& decoded, GroupProgress& done)
   block.cell_blocks.resize(cell);
   block.corner_begin.resize(cell + 1);
   block.corners.resize(corners);
+  if (!imports_.empty()) name_imports(block.corners);
   return done.bytes > header_->decoded_bytes ? "unpacks to more than stated" : "";
+}
+
+/// Imported vertices take their stream numbers.
+void ShiftSegmentDecoder::name_imports(std::vector<std::uint64_t>& corners) {
+  for (std::uint64_t& number : corners)
+    if (number >= kFirstImport) number = imports_[number];
+  for (const std::uint64_t number : dead_imports_) imports_.remove(number);
+  dead_imports_.clear();
 }
 
 /// The same for `count` cells, 2 to 64, whose numbers go on by one, none of them imported: as runs
@@ -181,6 +201,9 @@ bool ShiftSegmentDecoder::run_at_once(const CellMarks& marks,
     }
     if (has(marks.births, i) ? run.live != 0 : (run.live & all) != all) return false;
     if (has(marks.last_use, i) && run.imported != 0) return false;
+    if (numbered_by_birth_ && has(marks.births, i) &&
+        (born > 0 || first[i] != next_own_ || first[i] >= kFirstImport - 64))
+      return false;
     born += has(marks.births, i) ? 1 : 0;
     dead += has(marks.last_use, i) && !again ? 1 : 0;
   }
@@ -191,6 +214,7 @@ bool ShiftSegmentDecoder::run_at_once(const CellMarks& marks,
     return false;
   done.active = std::max(done.active, active);
   done.own += born * count;
+  next_own_ += born * count;
   done.bytes += born * count * vertex_bytes_;
   for (std::size_t i = 0; i < nodes; ++i)
     if (has(marks.births, i)) live_.add_run(first[i], length);
@@ -224,8 +248,9 @@ bool ShiftSegmentDecoder::bear_and_finalize(const CellMarks& marks,
   if (done.active > header_->max_active_vertices) return false;
   for (std::uint64_t left = marks.last_use; left != 0; left &= left - 1) {
     const std::uint64_t number = numbers[static_cast<std::size_t>(std::countr_zero(left))];
-    if (live_.remove(number) == LiveNumbers::State::imported)
-      decoded.finalized_imports.push_back(number);
+    if (live_.remove(number) != LiveNumbers::State::imported) continue;
+    decoded.finalized_imports.push_back(numbered_by_birth_ ? imports_[number] : number);
+    if (numbered_by_birth_) dead_imports_.push_back(number);
   }
   return true;
 }
@@ -236,10 +261,19 @@ bool ShiftSegmentDecoder::bear(std::uint64_t number, bool imported, DecodedBlock
   if (count == (imported ? header_->imported_vertices : header_->vertices) ||
       done.bytes + vertex_bytes_ > header_->decoded_bytes)
     return false;
+  std::uint64_t& next = imported ? next_import_ : next_own_;
+  if (numbered_by_birth_ && (number != next || (!imported && number >= kFirstImport))) return false;
   if (!live_.add(number, imported)) return false;
+  ++next;
   ++count;
   done.bytes += vertex_bytes_;
   born_.push_back(number);
+  if (imported && numbered_by_birth_) {
+    const std::uint64_t known_as = number;
+    number = import_numbers_.code(import_coder_, {}, 0, 0);
+    if (number >= first_own_) return false;
+    imports_.add(known_as, number);
+  }
   if (imported) decoded.imported.push_back(number);
   if (!imported || yields_imports_) decoded.mesh.vertex_numbers.push_back(number);
   if (yields_imports_)

@@ -9,10 +9,14 @@
 #include <string>
 #include <vector>
 
+#include "coders/number_column.h"
 #include "coders/shifts.h"
 #include "container/format.h"
 #include "decoded_block.h"
+#include "entropy/range_coder.h"
+#include "front/imported_numbers.h"
 #include "front/live_numbers.h"
+#include "segment_start.h"
 #include "values/difference_column.h"
 #include "wanted_values.h"
 
@@ -24,7 +28,7 @@ class ShiftSegmentDecoder {
   using Complaint = std::string;
 
   /// `schema` is checked, borrowed, and takes shifts. Values that are not wanted stay undecoded.
-  ShiftSegmentDecoder(const Schema& schema, bool may_import, const WantedValues& wanted);
+  ShiftSegmentDecoder(const Schema& schema, const SegmentStart& start, const WantedValues& wanted);
 
   /// A group begins: its header (borrowed for the group), then each of its streams in order.
   void begin_group(const container::GroupHeader& header);
@@ -48,12 +52,13 @@ class ShiftSegmentDecoder {
   bool run_at_once(const CellMarks& marks, std::span<const std::uint64_t> numbers,
                    std::size_t count, DecodedBlock& decoded, GroupProgress& done);
   bool bear(std::uint64_t number, bool imported, DecodedBlock& decoded, GroupProgress& done);
+  void name_imports(std::vector<std::uint64_t>& corners);
   Complaint next_values(MeshBlock& block);
   std::size_t column_of(const container::StreamEntry& entry) const;
 
   const Schema* schema_;
   const WantedValues wanted_;
-  bool may_import_, yields_imports_ = false;
+  bool may_import_, numbered_by_birth_, yields_imports_ = false;
   const container::GroupHeader* header_ = nullptr;
   ShiftDecoder shifts_;
   std::vector<DifferenceColumn> columns_;
@@ -65,6 +70,13 @@ class ShiftSegmentDecoder {
   LiveNumbers live_;
   std::array<std::size_t, kMostShiftNodes>
       hints_{};  // by node: where its number stood the last time
+
+  // where vertices are numbered by birth
+  std::uint64_t first_own_, next_own_, next_import_ = kFirstImport;
+  ImportedNumbers imports_;
+  std::vector<std::uint64_t> dead_imports_;  // that cells of the block at hand may have used
+  NumberColumn<RangeDecoder> import_numbers_;
+  RangeDecoder import_coder_{std::span<const std::byte>()};
 
   // of the block at hand
   std::vector<std::uint64_t> born_;     // imported and loose ones too

@@ -51,12 +51,14 @@ ShiftSegmentEncoder::ShiftSegmentEncoder(const Schema& schema, const SegmentOpti
       group_cells_(options.group_cells),
       has_values_(options.values),
       tells_order_(options.tells_order),
+      numbered_by_birth_(schema.order != Order::keep),
       start_(start),
       shifts_(schema, start.segment > 0),
       columns_(difference_columns(schema)),
       values_(schema),
       next_cell_(start.first_cell),
-      next_vertex_(start.first_vertex) {
+      next_vertex_(start.first_vertex),
+      next_own_(start.first_vertex) {
   start_group();
 }
 
@@ -72,8 +74,9 @@ Result<void> ShiftSegmentEncoder::take(const SegmentPiece& piece, std::vector<En
   std::size_t node = 0, vertex = 0, data = 0;
   for (const SegmentPiece::Cell& cell : piece.cells) {
     if (cell.block == SegmentPiece::kLoose) {
-      shifts_.add_loose(piece.vertices[vertex].number);
-      take_vertex(piece, vertex);
+      const std::uint64_t number = number_of(piece.vertices[vertex]);
+      if (!numbered_by_birth_) shifts_.add_loose(number);
+      take_vertex(piece, vertex, number);
       ++group_.header.loose_vertices;
       group_.header.max_active_vertices = std::max(group.max_active_vertices, active_ + 1);
     } else {
@@ -108,10 +111,10 @@ void ShiftSegmentEncoder::code_cell(const SegmentPiece& piece, const SegmentPiec
       const SegmentPiece::Vertex& born = piece.vertices[vertex];
       if (nodes[i] >= number_of_.size())
         number_of_.resize(std::max<std::size_t>(std::size_t{nodes[i]} + 1, 2 * number_of_.size()));
-      number_of_[nodes[i]] = born.number;
+      number_of_[nodes[i]] = number_of(born);
       marks.births |= std::uint64_t{1} << i;
       if (born.imported) marks.imports |= std::uint64_t{1} << i;
-      take_vertex(piece, vertex++);
+      take_vertex(piece, vertex++, number_of_[nodes[i]]);
     }
     corners_[i] = number_of_[nodes[i]];
   }
@@ -136,18 +139,28 @@ void ShiftSegmentEncoder::code_cell(const SegmentPiece& piece, const SegmentPiec
   group_.hexahedra += block.shape == CellShape::hexahedron && nodes.size() >= 8 ? 1 : 0;
 }
 
-void ShiftSegmentEncoder::take_vertex(const SegmentPiece& piece, std::size_t index) {
+/// The number that a vertex is born with.
+std::uint64_t ShiftSegmentEncoder::number_of(const SegmentPiece::Vertex& vertex) const {
+  if (!numbered_by_birth_) return vertex.number;
+  return vertex.imported ? next_import_ : next_own_;
+}
+
+void ShiftSegmentEncoder::take_vertex(const SegmentPiece& piece, std::size_t index,
+                                      std::uint64_t number) {
   const SegmentPiece::Vertex& vertex = piece.vertices[index];
   container::GroupHeader& group = group_.header;
   group.decoded_bytes += values_.vertex_bytes();
   if (has_values_) {
-    born_.push_back(vertex.number);
+    born_.push_back(number);
     values_.add_vertex(piece.vertex_values.data() + index * values_.vertex_bytes());
   }
   if (vertex.imported) {
     ++group.imported_vertices;
+    ++next_import_;
+    if (numbered_by_birth_) group_.imports.push_back({vertex.ticket, 0, {}});
   } else {
     ++group.vertices;
+    ++next_own_;
     if (tells_order_) group_.born.push_back({vertex.number, vertex.ticket});
   }
 }

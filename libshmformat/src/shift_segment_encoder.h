@@ -27,7 +27,8 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   void start_group();
   void code_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
                  std::span<const std::uint32_t> nodes, std::size_t first_vertex);
-  void take_vertex(const SegmentPiece& piece, std::size_t index);
+  std::uint64_t number_of(const SegmentPiece::Vertex& vertex) const;
+  void take_vertex(const SegmentPiece& piece, std::size_t index, std::uint64_t number);
   void note_lags();
   std::vector<std::uint32_t> cell_lags() const;
   void add_columns(std::span<const std::uint32_t> by_vertex,
@@ -37,7 +38,7 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
 
   const Schema* schema_;
   std::uint32_t group_cells_;
-  bool has_values_, tells_order_;
+  bool has_values_, tells_order_, numbered_by_birth_;
   SegmentStart start_;
   ShiftEncoder shifts_;
   std::vector<DifferenceColumn> columns_;
@@ -57,7 +58,8 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   };
   std::vector<Lag> lags_;  // between corners of cells
 
-  std::uint64_t next_cell_, next_vertex_;
+  std::uint64_t next_cell_, next_vertex_;  // of the group
+  std::uint64_t next_own_, next_import_ = kFirstImport;
 };
 
 }  // namespace shm

@@ -151,7 +151,7 @@ enum class ConnectivityCodec : std::uint8_t {
   replay = 3,     ///< repeated from cells before, numbers and all (spec "Replay hexahedra")
   mixed = 4,      ///< as rows, smaller and slower (spec "Mixed rows")
   /// The cell before, moved: many times faster where numbers run in rows and layers, and so are the
-  /// values, which take more room (spec "Shifts"). Order::keep without delay, cells of 1 to 64
+  /// values, which take more room (spec "Shifts"). Any order without delay, cells of 1 to 64
   /// nodes, no stepped arrays.
   shifts = 5,
 };

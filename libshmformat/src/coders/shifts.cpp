@@ -20,7 +20,7 @@ std::uint64_t key_of(const Shift& shift, std::uint32_t nodes) {
 }  // namespace
 
 bool takes_shifts(const Schema& schema) {
-  return schema.order == Order::keep && schema.delay == 0 &&
+  return schema.delay == 0 &&
          std::all_of(schema.blocks.begin(), schema.blocks.end(),
                      [](const BlockInfo& block) {
                        return block.nodes_per_cell > 0 && block.nodes_per_cell <= kMostShiftNodes;

@@ -36,9 +36,12 @@ struct Shift {
   std::array<std::uint64_t, kMostShiftNodes> by{};  ///< what is added to the numbers, modulo 2^64
 };
 
-/// Whether cells of the schema can be said so: order and numbers kept, blocks of as many nodes
-/// each.
+/// Whether cells of the schema can be said so: no delay, blocks of as many nodes each.
 bool takes_shifts(const Schema& schema);
+
+/// Where vertices are numbered by birth, shifts run over stream numbers; vertices that earlier
+/// segments own, whose numbers an encoder does not know, count from here on.
+inline constexpr std::uint64_t kFirstImport = std::uint64_t{1} << 63;
 
 /// What both directions keep.
 class ShiftTable {
