@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "container/format.h"
+#include "front/by_slot.h"
 #include "shm/schema.h"
 
 namespace shm {
@@ -22,6 +23,7 @@ class GroupValues {
 
   /// Coordinates, then the point arrays in schema order, packed.
   void add_vertex(const std::byte* values) {
+    expect_more(vertices_, vertex_bytes_);
     vertices_.insert(vertices_.end(), values, values + vertex_bytes_);
   }
   /// The cell arrays that cover the block, in schema order, packed.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "entropy/range_coder.h"
+#include "front/by_slot.h"
 #include "front/hexahedron.h"
 
 namespace shm {
@@ -20,9 +21,7 @@ std::uint32_t framed(const CellTopology& cell, std::uint32_t stored) {
 template <class Coder>
 void ImportFlags<Coder>::begin_cell(const CellTopology& cell) {
   for (std::uint32_t position : cell.new_positions) {
-    const std::size_t slot = cell.slots[position];
-    if (slot >= state_.size()) state_.resize(std::max(slot + 1, state_.size() * 2));
-    state_[slot] = unknown;
+    at_slot(state_, cell.slots[position]) = unknown;
   }
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "bytes/checksum.h"
+#include "front/by_slot.h"
 
 namespace shm {
 void leave_out(std::vector<std::byte>& values, const std::vector<std::uint8_t>& marked,
@@ -340,9 +341,7 @@ Result<void> SegmentDecoder::decode_values(MeshBlock& block) {
 }
 
 SegmentDecoder::Vertex& SegmentDecoder::vertex_at(std::uint32_t slot) {
-  if (slot >= vertices_.size())
-    vertices_.resize(std::max<std::size_t>(std::size_t{slot} + 1, vertices_.size() * 2));
-  return vertices_[slot];
+  return at_slot(vertices_, slot);
 }
 
 std::vector<std::uint64_t> SegmentDecoder::alive() const {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "bytes/checksum.h"
+#include "front/by_slot.h"
 #include "shift_segment_encoder.h"
 
 namespace shm {
@@ -41,7 +42,6 @@ SurfaceSegmentEncoder::SurfaceSegmentEncoder(const Schema& schema, const Segment
 }
 
 void SurfaceSegmentEncoder::start_group() {
-  group_ = {};
   group_.segment = start_.segment;
   group_.header.first_cell = next_cell_;
   group_.header.first_vertex = next_vertex_;
@@ -82,10 +82,8 @@ void SurfaceSegmentEncoder::end(std::vector<EncodedGroup>& done) {
 void SurfaceSegmentEncoder::introduce(const SegmentPiece& piece, std::size_t first,
                                       std::size_t count) {
   for (std::size_t i = first; i < first + count; ++i) {
-    const std::uint32_t handle = piece.vertices[i].handle;
-    if (handle >= handles_.size())
-      handles_.resize(std::max<std::size_t>(std::size_t{handle} + 1, handles_.size() * 2));
-    handles_[handle] = {piece.vertices[i].number, kNone, static_cast<std::uint32_t>(i)};
+    const SegmentPiece::Vertex& vertex = piece.vertices[i];
+    at_slot(handles_, vertex.handle) = {vertex.number, kNone, static_cast<std::uint32_t>(i)};
   }
 }
 
@@ -224,7 +222,7 @@ void SurfaceSegmentEncoder::flush_group(std::vector<EncodedGroup>& done) {
   tile_ends_ = {};
   next_cell_ += group_.header.cells;
   next_vertex_ += group_.header.vertices;
-  done.push_back(std::move(group_));
+  done.push_back(std::exchange(group_, group_like(group_)));
   start_group();
 }
 

@@ -84,6 +84,14 @@ struct EncodedGroup {
   }
 };
 
+/// An empty group with room for as much as another one told.
+inline EncodedGroup group_like(const EncodedGroup& before) {
+  EncodedGroup group;
+  group.cell_numbers.reserve(before.cell_numbers.size());
+  group.born.reserve(before.born.size());
+  return group;
+}
+
 /// How a segment is coded.
 struct SegmentOptions {
   std::uint32_t group_cells = 65536;

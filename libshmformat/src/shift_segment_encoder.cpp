@@ -6,6 +6,7 @@
 
 #include "bytes/checksum.h"
 #include "difference_columns.h"
+#include "front/by_slot.h"
 
 namespace shm {
 namespace {
@@ -63,7 +64,6 @@ ShiftSegmentEncoder::ShiftSegmentEncoder(const Schema& schema, const SegmentOpti
 }
 
 void ShiftSegmentEncoder::start_group() {
-  group_ = {};
   group_.segment = start_.segment;
   group_.header.first_cell = next_cell_;
   group_.header.first_vertex = next_vertex_;
@@ -109,9 +109,7 @@ void ShiftSegmentEncoder::code_cell(const SegmentPiece& piece, const SegmentPiec
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     if (vertex < end && piece.vertices[vertex].handle == nodes[i]) {
       const SegmentPiece::Vertex& born = piece.vertices[vertex];
-      if (nodes[i] >= number_of_.size())
-        number_of_.resize(std::max<std::size_t>(std::size_t{nodes[i]} + 1, 2 * number_of_.size()));
-      number_of_[nodes[i]] = number_of(born);
+      at_slot(number_of_, nodes[i]) = number_of(born);
       marks.births |= std::uint64_t{1} << i;
       if (born.imported) marks.imports |= std::uint64_t{1} << i;
       take_vertex(piece, vertex++, number_of_[nodes[i]]);
@@ -239,7 +237,7 @@ void ShiftSegmentEncoder::flush_group(std::vector<EncodedGroup>& done) {
   lags_.clear();
   next_cell_ += group_.header.cells;
   next_vertex_ += group_.header.vertices;
-  done.push_back(std::move(group_));
+  done.push_back(std::exchange(group_, group_like(group_)));
   start_group();
 }
 

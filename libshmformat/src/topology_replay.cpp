@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "front/by_slot.h"
 #include "mesh_streams.h"
 
 namespace shm {
@@ -69,12 +70,7 @@ class TopologyReplay::Replayed {
   bool finds() const { return wants().vertices || wants().cells; }
   bool keeps_numbers() const { return replay_->schema_->order == Order::keep; }
   bool is_small() const { return out_->bytes() <= replay_->most_bytes_; }
-  std::uint64_t& number_of(std::uint32_t slot) {
-    auto& numbers = segment_->number;
-    if (slot >= numbers.size())
-      numbers.resize(std::max<std::size_t>(std::size_t{slot} + 1, numbers.size() * 2));
-    return numbers[slot];
-  }
+  std::uint64_t& number_of(std::uint32_t slot) { return at_slot(segment_->number, slot); }
 
   const TopologyReplay* replay_;
   Segment* segment_;
@@ -101,7 +97,7 @@ bool TopologyReplay::Replayed::cell() {
   if (finds()) segment_->finder.begin_cell(it, as_stored, active);
   new_vertices();
   if (wants().cells) {
-    out_->cells.items.push_back(segment_->finder.cell(it, Reach::farther));
+    push_tightly(out_->cells.items, segment_->finder.cell(it, Reach::farther));
     segment_->slots = std::max(segment_->slots, out_->cells.items.back().self + 1);
   }
   if (wants().cells || wants().cell_numbers) out_->cells.blocks.push_back(it.block);
@@ -135,7 +131,7 @@ void TopologyReplay::Replayed::add_vertex(const Neighbourhood& item, std::uint64
   own_ += imported ? 0 : 1;
   if (wants().vertex_numbers && !imported) out_->vertex_numbers.push_back(number);
   if (!wants().vertices) return;
-  out_->vertices.items.push_back(item);
+  push_tightly(out_->vertices.items, item);
   if (group_->segment > 0) out_->vertices.blocks.push_back(imported ? 1 : 0);
   segment_->slots = std::max(segment_->slots, item.self + 1);
 }

@@ -50,8 +50,8 @@ void ValueStreams<Coder>::begin_cell(const CellTopology& cell, std::uint64_t liv
 template <class Coder>
 void ValueStreams<Coder>::end_cell(const CellTopology& cell) {
   if (has_cell_arrays_) {
-    cells_.items.push_back(finder_.cell(cell, cell_reach_));
-    cells_.blocks.push_back(cell.block);
+    push_tightly(cells_.items, finder_.cell(cell, cell_reach_));
+    push_tightly(cells_.blocks, cell.block);
   }
   finder_.end_cell(cell);
 }

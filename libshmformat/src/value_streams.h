@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "front/by_slot.h"
 #include "shm/schema.h"
 #include "values/value_column.h"
 
@@ -50,10 +51,10 @@ class ValueStreams {
   // In step with the mesh: each cell, then its new vertices in order of birth, then its end.
   void begin_cell(const CellTopology& cell, std::uint64_t live);
   void add_vertex(const CellTopology& cell, std::uint32_t position) {
-    vertices_.items.push_back(finder_.vertex(cell, position, vertex_reach_));
+    push_tightly(vertices_.items, finder_.vertex(cell, position, vertex_reach_));
   }
   void end_cell(const CellTopology& cell);
-  void add_loose_vertex(std::uint32_t slot) { vertices_.items.push_back(finder_.loose(slot)); }
+  void add_loose_vertex(std::uint32_t slot) { push_tightly(vertices_.items, finder_.loose(slot)); }
 
   /// Column 0 is geometry, the others the static arrays in schema order.
   std::size_t columns() const { return columns_.size(); }

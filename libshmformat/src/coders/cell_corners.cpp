@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "front/by_slot.h"
+
 namespace shm {
 namespace {
 
@@ -147,9 +149,7 @@ std::uint32_t CellCorners<Coder>::code_missed(Coder& symbols, CellTopology& cell
 template <class Coder>
 auto CellCorners<Coder>::add(const CellTopology& cell, std::uint32_t position, std::uint32_t slot)
     -> Candidate* {
-  if (slot >= asked_.size())
-    asked_.resize(std::max<std::size_t>(std::size_t{slot} + 1, 2 * asked_.size()));
-  Asked& asked = asked_[slot];
+  Asked& asked = at_slot(asked_, slot);
   if (asked.round == round_)
     return asked.candidate == kNone ? nullptr : &candidates_[asked.candidate];
   asked = {round_, kNone};

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "front/by_slot.h"
+
 namespace shm {
 
 // --- table
@@ -31,9 +33,7 @@ std::uint32_t MiddleTable::find(const Place& place) const {
 }
 
 void MiddleTable::put(const Place& place, std::uint32_t slot) {
-  if (slot >= entries_.size())
-    entries_.resize(std::max<std::size_t>(std::size_t{slot} + 1, 2 * entries_.size()));
-  Entry& entry = entries_[slot];
+  Entry& entry = at_slot(entries_, slot);
   const std::uint64_t low = surface_->vertex(place.low).id, high = surface_->vertex(place.high).id;
   if (entry.is_set && entry.is_face == place.is_face && entry.low == low && entry.high == high)
     return;

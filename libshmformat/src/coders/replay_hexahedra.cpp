@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <bit>
 
+#include "front/by_slot.h"
+
 namespace shm {
 namespace {
 
-constexpr std::size_t kFirstRing = 64;
 constexpr std::uint64_t kEarlierCells = 256;  // frozen: part of the format
+constexpr std::uint64_t kLeastSlots = 1024;
 constexpr std::uint64_t kSearch = 64;  // encoder: how far from a known distance a new one is sought
 
 constexpr std::uint8_t bit(std::uint32_t i) { return static_cast<std::uint8_t>(1u << i); }
@@ -47,23 +49,23 @@ bool ReplayHexahedra<Coder>::code(Coder& symbols, Coder&, CellTopology& cell, bo
 template <class Coder>
 auto ReplayHexahedra<Coder>::guess(std::uint64_t distance, std::uint64_t over,
                                    std::uint64_t beside) const -> Guess {
-  if (kept_ == 0) return {};
+  if (kept() == 0) return {};
   Guess it;
-  if (!reaches(distance) || over + beside > kept_) {
-    it.number = past(1).number;
+  if (!reaches(distance) || over + beside > kept()) {
+    it.number = numbers(1);
     it.marks = past(1).marks;
     return it;
   }
   const Past& model = past(distance);
-  const Past& here = past(beside);
-  const Past& there = past(over + beside);
-  for (std::size_t c = 0; c < 8; ++c)
-    it.number[c] = model.number[c] + (here.number[c] - there.number[c]);
+  it.number = numbers(distance);
+  const Numbers here = numbers(beside), there = numbers(over + beside);
+  for (std::size_t c = 0; c < 8; ++c) it.number[c] += here[c] - there[c];
   std::uint64_t next = largest_ + 1;
   for (std::uint32_t left = model.next; left != 0; left &= left - 1)
     it.number[static_cast<std::size_t>(std::countr_zero(left))] = next++;
   it.marks = model.marks;
-  if (marks_shift_) it.marks ^= static_cast<std::uint8_t>(here.marks ^ there.marks);
+  if (marks_shift_)
+    it.marks ^= static_cast<std::uint8_t>(past(beside).marks ^ past(over + beside).marks);
   return it;
 }
 
@@ -154,12 +156,13 @@ auto ReplayHexahedra<Coder>::choose(const CellTopology& cell, const Numbers& num
   if (!surprises_.empty()) try_new(sequence_ - surprises_[step_key(number)], 12);
   // Layers with holes: a little more or less than the distance used last.
   if (!reaches(distances_[0])) return best;
-  const std::uint64_t moved = number[0] - past(1).number[0];
-  const std::uint64_t shift = past(1).number[0] - past(distances_[0] + 1).number[0];
+  const auto first = [&](std::uint64_t distance) { return numbers(distance)[0]; };
+  const std::uint64_t moved = number[0] - first(1);
+  const std::uint64_t shift = first(1) - first(distances_[0] + 1);
   for (std::uint64_t away = 1; away <= kSearch && least > 10; ++away)
     for (std::uint64_t distance : {distances_[0] + away, distances_[0] - away})
-      if (reaches(distance) && (number[0] == past(distance).number[0] + shift ||
-                                moved == past(distance).number[0] - past(distance + 1).number[0]))
+      if (reaches(distance) &&
+          (number[0] == first(distance) + shift || moved == first(distance) - first(distance + 1)))
         try_new(distance, 10);
   return best;
 }
@@ -167,10 +170,10 @@ auto ReplayHexahedra<Coder>::choose(const CellTopology& cell, const Numbers& num
 /// Encoder: a hash of the step from the last cell to this one.
 template <class Coder>
 std::size_t ReplayHexahedra<Coder>::step_key(const Numbers& number) const {
-  if (kept_ == 0) return 0;
+  if (kept() == 0) return 0;
+  const Numbers last = numbers(1);
   std::uint64_t key = 0;
-  for (std::size_t c = 0; c < 8; ++c)
-    key = (key ^ (number[c] - past(1).number[c])) * 0x9e3779b97f4a7c15u;
+  for (std::size_t c = 0; c < 8; ++c) key = (key ^ (number[c] - last[c])) * 0x9e3779b97f4a7c15u;
   return static_cast<std::size_t>(key >> 54);
 }
 
@@ -203,7 +206,7 @@ template <class Coder>
 bool ReplayHexahedra<Coder>::code_corners(Coder& symbols, const Guess& guess, Numbers& number) {
   std::uint32_t differ = 0, state = 0;
   std::uint64_t step = 0;
-  const Numbers previous = kept_ > 0 ? past(1).number : Numbers{};
+  const Numbers previous = kept() > 0 ? numbers(1) : Numbers{};
   for (std::uint32_t c = 0; c < 8; ++c) {
     if (symbols.bit(same_[c][state], number[c] == guess.number[c])) {
       number[c] = guess.number[c];
@@ -233,8 +236,8 @@ bool ReplayHexahedra<Coder>::code_corners(Coder& symbols, const Guess& guess, Nu
         const std::uint64_t a = far(number[c] - previous[c]), b = far(number[c] - expected);
         if (a < b) kind = kFromPrevious;
         if (std::min(a, b) > 7)
-          for (std::uint64_t n = 0; n < kEarlierCells && n + 2 <= kept_; ++n)
-            if ((corner = at(past(n + 2).number)) < 8) {
+          for (std::uint64_t n = 0; n < kEarlierCells && n + 2 <= kept(); ++n)
+            if ((corner = at(numbers(n + 2))) < 8) {
               kind = kEarlier;
               age = n;
               break;
@@ -250,8 +253,8 @@ bool ReplayHexahedra<Coder>::code_corners(Coder& symbols, const Guess& guess, Nu
       case kPrevious: number[c] = previous[code_tree(symbols, previous_[c], corner)]; break;
       case kEarlier:
         age = code_number(symbols, age_[c], age);
-        if (age >= kEarlierCells || age + 2 > kept_) return false;
-        number[c] = past(age + 2).number[code_tree(symbols, earlier_[c], corner)];
+        if (age >= kEarlierCells || age + 2 > kept()) return false;
+        number[c] = numbers(age + 2)[code_tree(symbols, earlier_[c], corner)];
         break;
       case kFromPrevious:
       case kStep: {
@@ -291,7 +294,7 @@ template <class Coder>
 bool ReplayHexahedra<Coder>::resolve(CellTopology& cell, const Numbers& number) {
   std::uint32_t left = 0;  // corners that are no vertices yet
   if constexpr (Coder::kDecodes) {
-    left = kept_ == 0 ? 0xffu : look_up_hints(cell, number);
+    left = kept() == 0 ? 0xffu : look_up_hints(cell, number);
   } else {
     for (std::uint32_t c = 0; c < 8; ++c) left |= std::uint32_t{cell.slots[c] == kNone} << c;
   }
@@ -309,7 +312,7 @@ std::uint32_t ReplayHexahedra<Coder>::look_up_hints(CellTopology& cell,
   std::uint32_t failed = 0;
   for (std::uint32_t c = 0; c < 8; ++c) {
     const Source& source = sources_[c][0];
-    const std::uint32_t slot = past(source.distance).slot[source.corner];
+    const std::uint32_t slot = slots_[source.distance][source.corner];
     const Named& named = named_[slot];
     cell.slots[c] = slot;
     failed |= std::uint32_t{!named.known || named.number != number[c]} << c;
@@ -345,12 +348,13 @@ std::uint32_t ReplayHexahedra<Coder>::find(std::uint64_t number, std::uint32_t c
   if (slot == kNone) return slot;  // as a rule: one that the cell introduces
   auto& sources = sources_[corner];
   std::swap(sources[0], sources[1]);
-  if (sources[0].distance <= kept_ && past(sources[0].distance).slot[sources[0].corner] == slot)
+  if (sources[0].distance <= slots_.kept() &&
+      slots_[sources[0].distance][sources[0].corner] == slot)
     return slot;
   for (std::size_t n = 0; n <= kDistances; ++n) {
     const std::uint64_t distance = n == 0 ? 1 : distances_[n - 1];
-    if (!reaches(distance)) continue;
-    const Slots& slots = past(distance).slot;
+    if (distance == 0 || distance >= slots_.kept()) continue;
+    const Slots& slots = slots_[distance];
     const auto at = std::find(slots.begin(), slots.end(), slot);
     if (at == slots.end()) continue;
     sources[0] = {static_cast<std::uint32_t>(distance),
@@ -368,12 +372,8 @@ std::uint32_t ReplayHexahedra<Coder>::find_anywhere(std::uint64_t number) const 
 
 template <class Coder>
 void ReplayHexahedra<Coder>::name(std::uint32_t slot, std::uint64_t number) {
-  if (slot >= named_.size())
-    named_.resize(std::max<std::size_t>(std::size_t{slot} + 1, 2 * named_.size()));
-  if constexpr (!Coder::kDecodes) {
-    births_.resize(named_.size());
-    births_[slot] = sequence_;
-  }
+  make_room(named_, slot);
+  if constexpr (!Coder::kDecodes) at_slot(births_, slot) = sequence_;
   if (largest_ + 1 <= number) largest_ = number;
   const bool known = !keep_ || by_number_.insert(number, slot);
   named_[slot] = {number, known};
@@ -392,45 +392,50 @@ void ReplayHexahedra<Coder>::forget(std::uint32_t slot) {
 template <class Coder>
 void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number, std::uint8_t marks) {
   // Which way of guessing marks was right, where the two differ.
-  if (reaches(distances_[0]) && distances_[0] + beside_now_ <= kept_) {
+  if (reaches(distances_[0]) && distances_[0] + beside_now_ <= kept()) {
     const std::uint8_t moved = static_cast<std::uint8_t>(past(beside_now_).marks ^
                                                          past(distances_[0] + beside_now_).marks);
     const std::uint8_t away = static_cast<std::uint8_t>(marks ^ past(distances_[0]).marks);
     if (moved != 0 && (away == 0 || away == moved)) marks_shift_ = away != 0;
   }
-  Past& it = make_room();
-  it.number = number;
+  Past& it = remember(cell, number);
   it.next = next_;
   it.marks = marks;
   it.guessed = (hits_ & 1) != 0;
   it.beside = static_cast<std::uint32_t>(beside_now_);
-  std::copy_n(cell.slots.begin(), 8, it.slot.begin());
   if (Coder::kDecodes && keep_) cell.original = number;
   // A vertex that stands at several corners ends once.
   std::fill_n(cell.last_use.begin(), 8, std::uint8_t{0});
   for (std::uint32_t left = marks; left != 0; left &= left - 1) {
     const auto c = static_cast<std::uint32_t>(std::countr_zero(left));
     bool first = true;
-    for (std::uint32_t j = 0; j < c; ++j) first = first && it.slot[j] != it.slot[c];
+    for (std::uint32_t j = 0; j < c; ++j) first = first && cell.slots[j] != cell.slots[c];
     cell.last_use[c] = first ? 1 : 0;
   }
 }
 
-/// A place for the hexahedron at hand. The ring grows with the mesh and with its active surface:
-/// what is farther back has nothing in common with what comes.
+/// A place for the hexahedron at hand, with its numbers. The ring grows with the mesh and with its
+/// active surface: what is farther back has nothing in common with what comes. Vertices that live
+/// were used a layer ago at most, as a rule; so of slots fewer do.
 template <class Coder>
-auto ReplayHexahedra<Coder>::make_room() -> Past& {
-  if (kept_ == ring_.size() &&
-      (ring_.empty() ||
-       ring_.size() < std::clamp(4 * surface_->active_vertices(), kReplayLeast, kReplayWindow))) {
-    std::vector<Past> wider(ring_.empty() ? kFirstRing : 2 * ring_.size());
-    for (std::uint64_t n = 1; n <= kept_; ++n)
-      wider[(sequence_ - n) & (wider.size() - 1)] = past(n);
-    ring_ = std::move(wider);
+auto ReplayHexahedra<Coder>::remember(const CellTopology& cell, const Numbers& number) -> Past& {
+  const std::uint64_t active = surface_->active_vertices();
+  const std::uint64_t least = std::clamp(4 * active, kReplayLeast, kReplayWindow);
+  std::uint64_t all = 0;
+  for (std::uint64_t it : number) all |= it;
+  if (all >> 32 != 0 && upper_.kept() == 0) upper_.begin_as(pasts_);
+  if (all >> 32 != 0 || upper_.kept() > 0) {
+    Halves& upper = upper_.push(least);
+    for (std::size_t c = 0; c < 8; ++c) upper[c] = static_cast<std::uint32_t>(number[c] >> 32);
   }
-  Past& place = ring_[sequence_++ & (ring_.size() - 1)];
-  kept_ = std::min<std::uint64_t>(kept_ + 1, ring_.size());
-  return place;
+  if constexpr (Coder::kDecodes) {
+    Slots& slots = slots_.push(std::clamp(active + active / 4, kLeastSlots, kReplayWindow));
+    std::copy_n(cell.slots.begin(), 8, slots.begin());
+  }
+  ++sequence_;
+  Past& it = pasts_.push(least);
+  for (std::size_t c = 0; c < 8; ++c) it.number[c] = static_cast<std::uint32_t>(number[c]);
+  return it;
 }
 
 template class ReplayHexahedra<RangeEncoder>;

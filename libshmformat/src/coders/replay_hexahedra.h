@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "coders/cell_topology.h"
+#include "coders/last_ring.h"
 #include "entropy/models.h"
 #include "front/active_surface.h"
 #include "front/number_map.h"
@@ -48,9 +49,9 @@ class ReplayHexahedra {
   static constexpr std::uint32_t kDistances = 6;  // as many as trees of 3 bits can choose from
   enum Kind : std::uint8_t { kSameStep, kBeyond, kTop, kPrevious, kEarlier, kFromPrevious, kStep };
 
+  using Halves = std::array<std::uint32_t, 8>;
   struct Past {
-    Numbers number{};
-    Slots slot{};
+    Halves number{};           // the lower half of each
     std::uint8_t next = 0;     // corners that introduced the number above the largest
     std::uint8_t marks = 0;    // corners that it used last, as said
     bool guessed = false;      // all of it was as expected
@@ -79,10 +80,16 @@ class ReplayHexahedra {
                                  // 2.. that of the cell at distances_[beside - 2]
   };
 
-  const Past& past(std::uint64_t distance) const {
-    return ring_[(sequence_ - distance) & (ring_.size() - 1)];
+  const Past& past(std::uint64_t distance) const { return pasts_[distance]; }
+  Numbers numbers(std::uint64_t distance) const {
+    Numbers all;
+    for (std::size_t c = 0; c < 8; ++c) all[c] = past(distance).number[c];
+    if (upper_.kept() > 0)
+      for (std::size_t c = 0; c < 8; ++c) all[c] |= std::uint64_t{upper_[distance][c]} << 32;
+    return all;
   }
-  bool reaches(std::uint64_t distance) const { return distance > 0 && distance < kept_; }
+  std::uint64_t kept() const { return pasts_.kept(); }
+  bool reaches(std::uint64_t distance) const { return distance > 0 && distance < kept(); }
   Guess guess(std::uint64_t distance, std::uint64_t over, std::uint64_t beside) const;
   std::uint64_t beside_of(std::uint64_t distance) const {
     return reaches(distance) ? past(distance).beside : 1;
@@ -103,14 +110,15 @@ class ReplayHexahedra {
   std::uint32_t find(std::uint64_t number, std::uint32_t corner);
   std::uint32_t find_anywhere(std::uint64_t number) const;
   void finish(CellTopology& cell, const Numbers& number, std::uint8_t marks);
-  Past& make_room();
+  Past& remember(const CellTopology& cell, const Numbers& number);
 
   ActiveSurface* surface_;
   bool keep_;
 
-  std::vector<Past> ring_;
+  LastRing<Past> pasts_;
+  LastRing<Halves> upper_;      // of their numbers, from the first one on that has any
+  LastRing<Slots> slots_;       // decoder: of fewer of them
   std::uint64_t sequence_ = 0;  // of the hexahedron at hand
-  std::uint64_t kept_ = 0;      // of those before it, how many the ring holds
   std::array<std::uint64_t, kDistances> distances_{1};  // the one used last first
   bool marks_shift_ = false;
 

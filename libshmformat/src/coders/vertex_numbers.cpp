@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "front/by_slot.h"
 #include "front/hexahedron.h"
 
 namespace shm {
@@ -19,11 +20,9 @@ std::uint32_t VertexNumbers<Coder>::direction_of(const CellTopology& cell, std::
 
 template <class Coder>
 void VertexNumbers<Coder>::know(std::uint32_t slot, std::uint64_t number) {
-  if (slot >= numbers_.size())
-    numbers_.resize(std::max<std::size_t>(slot + 1, 2 * numbers_.size()));
   last_ = number;
   if (largest_ + 1 <= number) largest_ = number;
-  numbers_[slot] = number;
+  at_slot(numbers_, slot) = number;
 }
 
 template <class Coder>

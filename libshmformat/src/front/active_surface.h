@@ -14,6 +14,7 @@
 #include <deque>
 #include <vector>
 
+#include "front/by_slot.h"
 #include "front/none.h"
 
 namespace shm {
@@ -136,7 +137,7 @@ class ActiveSurface {
   /// kept by slot outlasts its vertex for a while; else a new one. Frozen: part of the format.
   std::uint32_t vertex_slot() {
     if (free_vertices_.size() <= active_vertices_ + kRestingSlots) {
-      vertices_.emplace_back();
+      push_tightly(vertices_, Vertex());
       return static_cast<std::uint32_t>(vertices_.size() - 1);
     }
     const std::uint32_t slot = free_vertices_.front();

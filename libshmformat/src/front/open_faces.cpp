@@ -2,13 +2,11 @@
 
 #include <algorithm>
 
+#include "front/by_slot.h"
+
 namespace shm {
 
-OpenFaces::Vertex& OpenFaces::vertex_at(std::uint32_t slot) {
-  if (slot >= vertices_.size())
-    vertices_.resize(std::max<std::size_t>(std::size_t{slot} + 1, 2 * vertices_.size()));
-  return vertices_[slot];
-}
+OpenFaces::Vertex& OpenFaces::vertex_at(std::uint32_t slot) { return at_slot(vertices_, slot); }
 
 std::uint32_t OpenFaces::new_cell() {
   std::uint32_t place = static_cast<std::uint32_t>(cells_.size());

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "front/by_slot.h"
+
 namespace shm {
 namespace {
 
@@ -17,9 +19,7 @@ constexpr std::array<std::array<std::uint32_t, 2>, 3> kDiagonalsAlong = {{{0, 1}
 }  // namespace
 
 NeighbourFinder::Vertex& NeighbourFinder::vertex_at(std::uint32_t slot) {
-  if (slot >= vertices_.size())
-    vertices_.resize(std::max<std::size_t>(std::size_t{slot} + 1, vertices_.size() * 2));
-  return vertices_[slot];
+  return at_slot(vertices_, slot);
 }
 
 void NeighbourFinder::begin_cell(const CellTopology& cell, bool as_stored, std::uint64_t live) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "front/by_slot.h"
 #include "values/whole_numbers.h"
 
 namespace shm {
@@ -55,12 +56,12 @@ void ScalarColumn<Coder>::set_style(const ColumnStyle& style) {
 template <class Coder>
 void ScalarColumn<Coder>::make_room(std::uint32_t slot) {
   if (slot < states_.size()) return;
-  const std::size_t size = std::max<std::size_t>(std::size_t{slot} + 1, states_.size() * 2);
-  states_.resize(size);
-  thirds_.resize(size);
-  surprises_.resize(size);
-  seconds_.resize(size);
-  if (has_twins_) twins_.resize(size);
+  shm::make_room(states_, slot);
+  const std::size_t last = states_.size() - 1;
+  shm::make_room(thirds_, last);
+  shm::make_room(surprises_, last);
+  shm::make_room(seconds_, last);
+  if (has_twins_) shm::make_room(twins_, last);
 }
 
 // --- domains

@@ -1,0 +1,40 @@
+// Lists that grow by an eighth: by slot, for what is kept of each vertex or cell of the active
+// surface, and of the elements of a group. So memory follows surface and group closely; both stop
+// growing soon.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+namespace shm {
+
+/// Makes room for `slot`, and some more.
+template <class T>
+void make_room(std::vector<T>& list, std::size_t slot) {
+  if (slot < list.size()) return;
+  const std::size_t size = std::max(slot + 1, list.size() + list.size() / 8);
+  list.reserve(size);  // or it would double
+  list.resize(size);
+}
+
+/// What is kept by slot; new where there was no room for it.
+template <class T>
+T& at_slot(std::vector<T>& list, std::size_t slot) {
+  make_room(list, slot);
+  return list[slot];
+}
+
+/// Makes room for `count` more elements at the end.
+template <class T>
+void expect_more(std::vector<T>& list, std::size_t count) {
+  const std::size_t size = list.size() + count;
+  if (size > list.capacity()) list.reserve(std::max(size, list.size() + list.size() / 8 + 16));
+}
+template <class T>
+void push_tightly(std::vector<T>& list, const T& element) {
+  expect_more(list, 1);
+  list.push_back(element);
+}
+
+}  // namespace shm
