@@ -17,9 +17,13 @@ void expect_as_shifts(TestMesh mesh) {
   SCOPED_TRACE("shifts");
   WriteOptions options;
   options.connectivity = ConnectivityCodec::shifts;
-  expect_round_trip(mesh, options);
-  options.group_cells = 100;
-  expect_round_trip(mesh, options);
+  for (const Level level : {Level::fast, Level::standard, Level::best}) {
+    options.level = level;
+    options.group_cells = 65536;
+    expect_round_trip(mesh, options);
+    options.group_cells = 100;
+    expect_round_trip(mesh, options);
+  }
 }
 
 /// Both orders, with and without corner order, and the delay buffers of interest.
