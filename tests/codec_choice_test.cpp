@@ -103,7 +103,7 @@ TEST(CodecChoice, FastTakesShiftsWhereTheyTakeNoRoom) {
   const TestMesh large = bent_grid(26, 26, 26);
   EXPECT_EQ(of(large, Level::fast), shifts);
   EXPECT_EQ(of(bent_grid(64, 16, 16), Level::fast), shifts);  // as short as they may be
-  for (const Level level : {Level::standard, Level::best}) EXPECT_NE(of(large, level), shifts);
+  EXPECT_NE(of(large, Level::best), shifts);
   // Where time is not felt.
   EXPECT_NE(of(bent_grid(25, 25, 26), Level::fast), shifts);
   // Where rows are none.
@@ -122,6 +122,23 @@ TEST(CodecChoice, FastTakesShiftsWhereTheyTakeNoRoom) {
   TestMesh polygons = large;
   polygons.schema.blocks.push_back({2, "polygons", CellShape::polygon, 0});
   EXPECT_NE(of(polygons, Level::fast), shifts);
+}
+
+TEST(CodecChoice, DefaultTakesShiftsWhereValuesAreAsSmall) {
+  using enum ConnectivityCodec;
+  const TestMesh large = bent_grid(26, 26, 26);
+  EXPECT_EQ(codec_of(large, {}), shifts);
+  SizeReport by_number, over_surface;
+  expect_round_trip(large, {}, &by_number);
+  expect_round_trip(large, {.connectivity = replay}, &over_surface);
+  EXPECT_LE(by_number.streams.at("geometry") * 100, over_surface.streams.at("geometry") * 101);
+  // Where time is not felt, where rows are none, and where they are but for every hundredth cell.
+  EXPECT_NE(codec_of(bent_grid(25, 25, 26), {}), shifts);
+  EXPECT_NE(codec_of(shuffled(large), {}), shifts);
+  TestMesh disturbed = large;
+  for (std::size_t i = 0; i + 50 < disturbed.cells.size(); i += 100)
+    std::swap(disturbed.cells[i], disturbed.cells[i + 50]);
+  EXPECT_NE(codec_of(disturbed, {}), shifts);
 }
 
 TEST(CodecChoice, FastLooksAtEachSegment) {

@@ -15,6 +15,7 @@
 
 #include "feature_files.h"
 #include "file_surgery.h"
+#include "mesh_streams.h"
 #include "packing.h"
 
 namespace shm {
@@ -44,7 +45,9 @@ std::uint64_t hash_of(const std::vector<std::byte>& file) {
     if (group && !group->streams.empty() &&
         group->header.streams[0].codec == container::Codec::shifts)
       for (std::size_t s = 0; s < group->streams.size(); ++s)
-        if (group->header.streams[s].kind != container::StreamKind::vertex_numbers)
+        if (group->header.streams[s].kind != container::StreamKind::vertex_numbers &&
+            (!column_codec(group->header.streams[s].codec) ||
+             group->header.streams[s].codec == container::Codec::shuffled_zstd))
           group->streams[s] = unpacked(group->streams[s]);
     const auto bytes = group ? put_group_together(std::move(*group)) : chunk.payload;
     groups.insert(groups.end(), bytes.begin(), bytes.end());
@@ -118,7 +121,9 @@ std::vector<FeatureFile> larger_files() {
   coarse.schema.coordinate_quantization = {14, {0, 0, -.0625}, {1.125, 1.25, 1}};
   add("large quantized", coarse);
   const auto add_shifts = [&](const char* name, const TestMesh& mesh) {
-    files.push_back({name, written(mesh, 1500, ConnectivityCodec::shifts)});
+    files.push_back({name, written(mesh, 1500, ConnectivityCodec::shifts, Level::fast)});
+    files.push_back({std::string(name) + ", columns",
+                     written(mesh, 1500, ConnectivityCodec::shifts, Level::standard)});
   };
   add_shifts("large shifts", bent_grid(16, 15, 14));
   add_shifts("large shifts, doubles", bent_grid(16, 15, 14, ScalarType::float64));
@@ -167,12 +172,16 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"large_extras", 0xbc9e8f596d0cab8},
     {"segments", 0xdcf6c9756dea6830},
     {"segments_stream", 0x7e8aa14b6bcfbaae},
-    {"shifts", 0x97ba3253894fc779},
-    {"shifts_stream", 0xc49c149d26dcdb21},
-    {"shifts_shuffled", 0x4a76cf3ee05d3d3},
-    {"shifts_arrays", 0xdd0d40a8187fde67},
-    {"shifts_quantized", 0x4bacba630c6c55a},
-    {"shifts_special_values", 0x139d441f92bfc1f},
+    {"shifts", 0xfdde396e3c99607c},
+    {"shifts_stream", 0x3cdc35600a9b0e01},
+    {"shifts_shuffled", 0xbd5fd6a70b52dc13},
+    {"shifts_arrays", 0x5ae31a4ae85fc24b},
+    {"shifts_quantized", 0x388e2d1ebd5898ff},
+    {"shifts_special_values", 0x7d1d27f8278fd000},
+    {"shifts_columns", 0x518d89e817532e6a},
+    {"shifts_columns_arrays", 0x76e866839e920fad},
+    {"shifts_mixed_columns", 0xffd59d33bbcd060},
+    {"shifts_columns_quads", 0x1fbbb11576e98cf1},
     {"large grid", 0xf87935cd79b64c35},
     {"large grid, doubles, groups", 0xd8d8dcf961f05dc6},
     {"large grid, shuffled, stream, delay", 0xb7bf530c69805ddb},
@@ -185,11 +194,16 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"large cells of every shape, shuffled, stream", 0x1a347ab1e0bda1f3},
     {"large arrays", 0x10f2ea299b2f64f9},
     {"large quantized", 0xe02f5e8c1a4cf696},
-    {"large shifts", 0x39c5a870eec5e491},
-    {"large shifts, doubles", 0xaf459cd6e6759fbb},
-    {"large shifts, arrays", 0xf1eccd726b36e9c},
-    {"large shifts, quantized", 0xe14d203f9a4d6b10},
-    {"large shifts, stream", 0x5170b21b035eff38},
+    {"large shifts", 0x70646aa20837c932},
+    {"large shifts, columns", 0x991d96fbbd1ef9bf},
+    {"large shifts, doubles", 0x43183d7eebdf0479},
+    {"large shifts, doubles, columns", 0x47bc819b8f444c2b},
+    {"large shifts, arrays", 0x5b1e36c248a32050},
+    {"large shifts, arrays, columns", 0x77c98f9e8e0bb500},
+    {"large shifts, quantized", 0x57dbd007b3d96716},
+    {"large shifts, quantized, columns", 0x152a487313fd8ce8},
+    {"large shifts, stream", 0x2676111163dde04e},
+    {"large shifts, stream, columns", 0x54ac0168bea1eb43},
 };
 
 std::vector<FeatureFile> all_files() {

@@ -147,10 +147,16 @@ inline TestMesh mixed_cells() {
 inline TestMesh every_shape() {
   TestMesh mesh = grid(3, 3, 4, ScalarType::float64, bent);
   auto& blocks = mesh.schema.blocks;
-  for (const auto& [shape, nodes] : std::initializer_list<std::pair<CellShape, std::uint32_t>>{
-           {CellShape::wedge, 6}, {CellShape::pyramid, 5}, {CellShape::tetrahedron, 4},
-           {CellShape::quad, 4}, {CellShape::triangle, 3}, {CellShape::line, 2},
-           {CellShape::polygon, 0}, {CellShape::tetrahedron, 10}, {CellShape::other, 0}})
+  for (const auto& [shape, nodes] :
+       std::initializer_list<std::pair<CellShape, std::uint32_t>>{{CellShape::wedge, 6},
+                                                                  {CellShape::pyramid, 5},
+                                                                  {CellShape::tetrahedron, 4},
+                                                                  {CellShape::quad, 4},
+                                                                  {CellShape::triangle, 3},
+                                                                  {CellShape::line, 2},
+                                                                  {CellShape::polygon, 0},
+                                                                  {CellShape::tetrahedron, 10},
+                                                                  {CellShape::other, 0}})
     blocks.push_back({static_cast<std::int64_t>(blocks.size()), "", shape, nodes});
   std::vector<TestCell> cells, flat;
   const auto part = [](std::uint32_t block, const std::vector<std::uint64_t>& v,
@@ -430,9 +436,23 @@ inline std::vector<std::byte> segments_file(Order order, bool corner_order, std:
   return std::move(sink.bytes);
 }
 
+/// Quads in rows, lines along one side, and values at both.
+inline TestMesh quads_in_rows() {
+  TestMesh mesh = bent_grid(7, 5, 0);
+  mesh.schema.blocks = {{1, "", CellShape::quad, 4}, {2, "", CellShape::line, 2}};
+  for (std::uint64_t j = 0; j < 5; ++j)
+    for (std::uint64_t i = 0; i < 7; ++i) {
+      const std::uint64_t v = 8 * j + i;
+      mesh.cells.push_back({0, {v, v + 1, v + 9, v + 8}});
+    }
+  for (std::uint64_t i = 0; i < 7; ++i) mesh.cells.push_back({1, {i, i + 1}});
+  add_array(mesh, array_of("h", Location::cell, ScalarType::float32), mesh.cells.size());
+  return mesh;
+}
+
 /// Cells that are shifts, in two segments of several groups, with values at vertices and cells, and
 /// two vertices that no cell uses: one between cells, one at the end.
-inline std::vector<std::byte> shifts_file(Order order = Order::keep) {
+inline std::vector<std::byte> shifts_file(Level level, Order order = Order::keep) {
   const int row = order == Order::keep ? 4 : 8;
   TestMesh mesh = with_order(bent_grid(row, 3, 4), order, order == Order::keep, 0);
   for (int i = 0; i < 2; ++i) append_point(mesh, {2, i + .5, -1});
@@ -442,6 +462,7 @@ inline std::vector<std::byte> shifts_file(Order order = Order::keep) {
   WriteOptions options;
   options.group_cells = static_cast<std::uint32_t>(3 * row);
   options.segment_cells = options.group_cells * 2;
+  options.level = level;
   options.connectivity = ConnectivityCodec::shifts;
   EXPECT_TRUE(write_mesh(mesh, sink, options));
   return std::move(sink.bytes);
@@ -470,10 +491,10 @@ inline std::vector<FeatureFile> feature_files() {
   add("mixed_cells", written(mixed_cells()));
   add("mixed_cells_stream", written(with_order(mixed_cells(), stream, true, 3)));
   add("every_shape", written(every_shape()));
-  add("every_shape_stream", written(with_order(every_shape(), stream, false, 5), 30,
-                                    ConnectivityCodec::mixed));
-  add("every_shape_values", written(with_arrays_of_every_type(every_shape()), 50,
-                                    ConnectivityCodec::rows, Level::best));
+  add("every_shape_stream",
+      written(with_order(every_shape(), stream, false, 5), 30, ConnectivityCodec::mixed));
+  add("every_shape_values",
+      written(with_arrays_of_every_type(every_shape()), 50, ConnectivityCodec::rows, Level::best));
   add("second_order", written(second_order_cells()));
   add("second_order_stream", written(with_order(second_order_grid(3, 2, 2, 27), stream, true, 0), 5,
                                      ConnectivityCodec::replay));
@@ -497,15 +518,23 @@ inline std::vector<FeatureFile> feature_files() {
   add("large_extras", large_extras_file());
   add("segments", segments_file(keep, true, 3, 7));
   add("segments_stream", segments_file(stream, false, 0, 6));
-  add("shifts", shifts_file());
-  add("shifts_stream", shifts_file(stream));
+  add("shifts", shifts_file(Level::fast));
+  add("shifts_stream", shifts_file(Level::fast, stream));
   // More shifts than the table holds.
-  add("shifts_shuffled",
-      written(shuffled(bent_grid(7, 7, 6, ScalarType::float64)), 200, ConnectivityCodec::shifts));
-  add("shifts_arrays",
-      written(with_arrays_of_every_type(bent_grid(2, 2, 2)), 5, ConnectivityCodec::shifts));
-  add("shifts_quantized", written(quantized(), 5, ConnectivityCodec::shifts));
-  add("shifts_special_values", written(special_values(), 65536, ConnectivityCodec::shifts));
+  add("shifts_shuffled", written(shuffled(bent_grid(7, 7, 6, ScalarType::float64)), 200,
+                                 ConnectivityCodec::shifts, Level::fast));
+  add("shifts_arrays", written(with_arrays_of_every_type(bent_grid(2, 2, 2)), 5,
+                               ConnectivityCodec::shifts, Level::fast));
+  add("shifts_quantized", written(quantized(), 5, ConnectivityCodec::shifts, Level::fast));
+  add("shifts_special_values",
+      written(special_values(), 65536, ConnectivityCodec::shifts, Level::fast));
+  // Values over neighbourhoods that are found by number.
+  add("shifts_columns", shifts_file(Level::standard));
+  add("shifts_columns_arrays", written(with_arrays_of_every_type(bent_grid(2, 2, 2)), 5,
+                                       ConnectivityCodec::shifts, Level::standard));
+  add("shifts_mixed_columns", written(with_arrays_of_every_type(bent_grid(3, 3, 2)), 7,
+                                      ConnectivityCodec::shifts, Level::best));
+  add("shifts_columns_quads", written(quads_in_rows(), 20, ConnectivityCodec::shifts));
   return files;
 }
 

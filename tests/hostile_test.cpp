@@ -91,7 +91,7 @@ TEST(Hostile, WholeFilesAreReadInPiecesOfAnySize) {
 bool is_thorough(const FeatureFile& feature) {
   return feature.name == "one_hexahedron" || feature.name == "stream_turned" ||
          feature.name == "arrays_on_some_blocks" || feature.name == "steps_and_extras" ||
-         feature.name == "shifts_quantized";
+         feature.name == "shifts_quantized" || feature.name == "shifts_columns_quads";
 }
 
 /// Bytes from one place where a file is hurt to the next. What unpacks to much takes long.
@@ -560,6 +560,7 @@ TEST(Hostile, StatedSizesOfShiftsAllocateNothing) {
       group.header.cells = container::kMaxGroupCells;
       ASSERT_EQ(group.streams.size(), 4u);
       ByteWriter out;
+      if (stream == 0) out.put_u8(0);
       out.put_varint(stream == 0 ? std::uint64_t{1} << 30 : std::uint64_t{1} << 26);
       if (stream > 0) {
         const int components = stream == 1 ? 3 : stream == 2 ? 2 : 1;
@@ -757,6 +758,7 @@ struct ShiftWords {
 };
 ShiftWords words_of(const GroupParts& group) {
   ByteReader in(group.streams[0]);
+  (void)in.get_u8();  // what is remembered
   const std::uint64_t words = in.get_varint();
   const auto all = zstd_decompress(in.get_bytes(in.left()), words + group.header.cells);
   EXPECT_TRUE(all.has_value());
@@ -764,8 +766,9 @@ ShiftWords words_of(const GroupParts& group) {
   const auto middle = all->begin() + static_cast<std::ptrdiff_t>(words);
   return {Bytes(all->begin(), middle), Bytes(middle, all->end())};
 }
-Bytes bytes_of(const ShiftWords& said) {
+Bytes bytes_of(const ShiftWords& said, std::uint8_t ring_bits = 0) {
   ByteWriter out, all;
+  out.put_u8(ring_bits);
   out.put_varint(said.words.size());
   all.put_bytes(said.words);
   all.put_bytes(said.symbols);
@@ -915,6 +918,45 @@ TEST(Hostile, LyingNumbersOfImportsOfShifts) {
       EXPECT_EQ(code_of(put_together(changed)), ErrorCode::corrupt) << name << nth;
     }
   }
+}
+
+/// The nth group of the file "shifts_columns", its ring of another size.
+Bytes with_ring(std::size_t nth, int ring_bits) {
+  FileParts parts = take_apart(file("shifts_columns"));
+  Chunk* chunk = parts.find(ChunkKind::group, nth);
+  auto group = take_group_apart(chunk->payload);
+  EXPECT_TRUE(group);
+  if (!group) return {};
+  group->streams[0][0] = static_cast<std::byte>(ring_bits);
+  chunk->payload = put_group_together(*group);
+  return put_together(parts);
+}
+
+TEST(Hostile, RingsOfShiftsAreNoLargerThanTheirGroups) {
+  const int ring = std::to_integer<int>(
+      take_group_apart(take_apart(file("shifts_columns")).find(ChunkKind::group)->payload)
+          ->streams[0][0]);
+  ASSERT_EQ(ring, 6);  // of twelve cells: 96 places at most
+  EXPECT_EQ(text_of(decode_in_pieces(with_ring(0, ring))),
+            text_of(decode_in_pieces(file("shifts_columns"))));
+  for (const std::size_t nth : {0u, 1u}) {
+    for (const int bits : {ring + 1, 19, 20, 63, 64, 255}) {
+      largest_allocation = 0;
+      EXPECT_EQ(code_of(with_ring(nth, bits)), ErrorCode::corrupt) << bits;
+      EXPECT_LE(largest_allocation, std::size_t{1} << 20) << bits;
+    }
+    // Values are in columns that have no neighbourhoods.
+    EXPECT_EQ(code_of(with_ring(nth, 0)), ErrorCode::unsupported);
+    // A smaller one is as good as any; what comes out is something else, or makes no sense.
+    for (int bits = 1; bits < ring; ++bits) (void)decode_in_pieces(with_ring(nth, bits));
+  }
+}
+
+// What columns keep by number is bounded by places, and these by cells.
+TEST(Hostile, ColumnsOverShiftsTakeLittleMemory) {
+  const Bytes bytes = written(with_components(bent_grid(2, 2, 2), 1, 28, ScalarType::float32),
+                              65536, ConnectivityCodec::shifts);
+  EXPECT_LE(memory_of([&] { EXPECT_TRUE(decode_in_pieces(bytes)); }), std::size_t{16} << 20);
 }
 
 TEST(Hostile, StreamsOfShiftsMissingRepeatedOrSwapped) {

@@ -13,17 +13,19 @@ void expect_as_shifts(TestMesh mesh) {
   mesh.schema.delay = 0;
   if (!takes_shifts(mesh.schema)) return;
   SCOPED_TRACE("shifts");
-  for (const Order order : {Order::keep, Order::stream, Order::free}) {
-    mesh.schema.order = order;
-    mesh.schema.corner_order = order != Order::free;
-    WriteOptions options;
-    options.connectivity = ConnectivityCodec::shifts;
-    expect_round_trip(mesh, options);
-    options.group_cells = 100;
-    expect_round_trip(mesh, options);
-    options.segment_cells = std::max<std::uint64_t>(mesh.cells.size() / 3, 1);
-    expect_round_trip(mesh, options);
-  }
+  for (const Order order : {Order::keep, Order::stream, Order::free})
+    for (const Level level : {Level::fast, Level::standard, Level::best}) {
+      mesh.schema.order = order;
+      mesh.schema.corner_order = order != Order::free;
+      WriteOptions options;
+      options.connectivity = ConnectivityCodec::shifts;
+      options.level = level;
+      expect_round_trip(mesh, options);
+      options.group_cells = 100;
+      expect_round_trip(mesh, options);
+      options.segment_cells = std::max<std::uint64_t>(mesh.cells.size() / 3, 1);
+      expect_round_trip(mesh, options);
+    }
 }
 
 /// Both orders, with and without corner order, and the delay buffers of interest.

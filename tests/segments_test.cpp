@@ -339,7 +339,7 @@ class SegmentsReadAlone : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(SegmentsReadAlone, DamageIsNoticed) {
   const auto bytes = std::string(GetParam()) == "shifts"
-                         ? shifts_file()
+                         ? shifts_file(Level::standard)
                          : segments_file(Order::stream, false, 0, 6);
   const auto read_all = [](std::span<const std::byte> file) -> Result<std::size_t> {
     MemoryRandomSource source(file);

@@ -7,8 +7,11 @@
 namespace shm {
 namespace {
 
-/// Shifts do where a cell takes no more bits.
-constexpr std::uint64_t kShiftBits = 1;
+/// Shifts do where a cell takes no more bits; where size matters, a part of one: then numbers run
+/// on undisturbed.
+constexpr std::uint64_t kShiftBits = 1, kShiftPart = 4;
+/// Where size matters, values over their numbers may take one part in so many more.
+constexpr std::uint64_t kShiftShare = 100;
 
 }  // namespace
 
@@ -35,8 +38,16 @@ Result<void> ChoosingEncoder::end(std::vector<EncodedGroup>& done) {
 Result<void> ChoosingEncoder::choose(std::vector<EncodedGroup>& done) {
   const Result<bool> shifts = shifts_do();
   if (!shifts) return shifts.error();
-  const auto best = *shifts ? Result<ConnectivityCodec>(ConnectivityCodec::shifts) : smallest();
+  using enum CodecTrial::Shifts;
+  auto best = *shifts && trial_.shifts == for_speed
+                  ? Result<ConnectivityCodec>(ConnectivityCodec::shifts)
+                  : smallest();
   if (!best) return best.error();
+  if (*shifts && trial_.shifts == for_size) {
+    const Result<bool> take_them = shifts_are_as_small(*best);
+    if (!take_them) return take_them.error();
+    if (*take_them) best = ConnectivityCodec::shifts;
+  }
   encoder_ = encoder_with(*best);
   for (const SegmentPiece& piece : sample_)
     if (auto good = encoder_->take(piece, done); !good) return good;
@@ -44,13 +55,16 @@ Result<void> ChoosingEncoder::choose(std::vector<EncodedGroup>& done) {
   return {};
 }
 
-/// Whether shifts are to be used: they take no room, and the segment is one on which time is felt.
+/// Whether shifts come into question: they take no room, and the segment is one on which time is
+/// felt.
 Result<bool> ChoosingEncoder::shifts_do() const {
-  if (!trial_.shifts || sample_cells_ < trial_.sample_cells || !takes_shifts(*schema_))
+  if (trial_.shifts == CodecTrial::Shifts::no || sample_cells_ < trial_.sample_cells ||
+      !takes_shifts(*schema_))
     return false;
   const auto its = size_with(ConnectivityCodec::shifts);
   if (!its) return its.error();
-  return 8 * its->all <= kShiftBits * sample_cells_;
+  const std::uint64_t parts = trial_.shifts == CodecTrial::Shifts::for_size ? kShiftPart : 1;
+  return 8 * its->all * parts <= kShiftBits * sample_cells_;
 }
 
 Result<ConnectivityCodec> ChoosingEncoder::smallest() const {
@@ -78,10 +92,18 @@ bool ChoosingEncoder::is_worth_it(const Size& smaller, const Size& faster) const
          (smaller.topology < faster.topology && is_felt(faster.topology - smaller.topology));
 }
 
-auto ChoosingEncoder::size_with(ConnectivityCodec codec) const -> Result<Size> {
+Result<bool> ChoosingEncoder::shifts_are_as_small(ConnectivityCodec other) const {
+  const auto its = size_with(ConnectivityCodec::shifts, true), others = size_with(other, true);
+  if (!its) return its.error();
+  if (!others) return others.error();
+  // What shifts themselves take they take at the beginning.
+  return its->all - its->topology <= others->all + others->all / kShiftShare;
+}
+
+auto ChoosingEncoder::size_with(ConnectivityCodec codec, bool values) const -> Result<Size> {
   using container::StreamKind;
   const auto encoder = make_segment_encoder(
-      *schema_, SegmentOptions{group_cells_, codec, Level::fast, false, false}, start_);
+      *schema_, SegmentOptions{group_cells_, codec, trial_.level, values, false}, start_);
   std::vector<EncodedGroup> groups;
   for (const SegmentPiece& piece : sample_)
     if (auto good = encoder->take(piece, groups); !good) return good.error();

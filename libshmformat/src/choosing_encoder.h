@@ -17,8 +17,13 @@ struct CodecTrial {
   Level level = Level::standard;          ///< of values
   bool tells_order = true;                ///< as in SegmentOptions
   std::vector<ConnectivityCodec> codecs;  ///< not empty, the fastest first
-  /// Before these shifts are tried, and taken where they are hardly felt: speed is what matters.
-  bool shifts = false;
+  /// Shifts are tried besides, where cells of them are hardly felt.
+  enum class Shifts : std::uint8_t {
+    no,
+    for_speed,  ///< and taken
+    for_size,   ///< and taken where the values over them are about as small: they are quicker
+  };
+  Shifts shifts = Shifts::no;
   /// Cells of a segment on which they are tried; the whole segment if it is shorter.
   std::size_t sample_cells = 16384;
   // Where there are more cells than that, a faster codec is preferred to one that saves at most
@@ -47,11 +52,13 @@ class ChoosingEncoder {
   }
   Result<ConnectivityCodec> smallest() const;
   Result<bool> shifts_do() const;
+  Result<bool> shifts_are_as_small(ConnectivityCodec other) const;
   struct Size {
     std::uint64_t all = 0;
     std::uint64_t topology = 0;  ///< of these: connectivity, corner order, vertex numbers
   };
-  Result<Size> size_with(ConnectivityCodec codec) const;
+  /// Of the sample, with values at the level of the trial or without.
+  Result<Size> size_with(ConnectivityCodec codec, bool values = false) const;
   bool is_worth_it(const Size& smaller, const Size& faster) const;
 
   const Schema* schema_;

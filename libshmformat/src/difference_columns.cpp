@@ -1,7 +1,5 @@
 #include "difference_columns.h"
 
-#include "value_streams.h"
-
 namespace shm {
 
 std::vector<DifferenceColumn> difference_columns(const Schema& schema) {

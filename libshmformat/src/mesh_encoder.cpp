@@ -37,7 +37,7 @@ CodecTrial trial_for(ConnectivityCodec codec, Level level) {
     case Level::fast:
       return {.level = level,
               .codecs = {replay, rows},
-              .shifts = true,
+              .shifts = CodecTrial::Shifts::for_speed,
               .spare_share = 8,
               .spare_bits = 1};
     case Level::standard: break;
@@ -48,7 +48,7 @@ CodecTrial trial_for(ConnectivityCodec codec, Level level) {
               .spare_share = 1 << 16,
               .spare_bits = 1 << 16};
   }
-  return {.level = level, .codecs = {replay, rows}};
+  return {.level = level, .codecs = {replay, rows}, .shifts = CodecTrial::Shifts::for_size};
 }
 
 using Tasks = OrderedTasks<SegmentPiece, EncodedGroup>;

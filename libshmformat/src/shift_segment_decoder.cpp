@@ -16,6 +16,20 @@ constexpr std::size_t kMostAtOnce = 64;
 
 using container::StreamKind;
 
+namespace {
+
+/// Whether values of the static arrays there, or coordinates, are.
+bool wants(const WantedValues& wanted, const Schema& schema, Location location) {
+  if (location == Location::point && wanted.geometry) return true;
+  for (std::uint32_t a = 0; a < schema.arrays.size(); ++a)
+    if (schema.arrays[a].location == location && !schema.arrays[a].per_step &&
+        wanted.includes_array(a))
+      return true;
+  return false;
+}
+
+}  // namespace
+
 ShiftSegmentDecoder::ShiftSegmentDecoder(const Schema& schema, const SegmentStart& start,
                                          const WantedValues& wanted)
     : schema_(&schema),
@@ -24,6 +38,8 @@ ShiftSegmentDecoder::ShiftSegmentDecoder(const Schema& schema, const SegmentStar
       numbered_by_birth_(schema.order != Order::keep),
       shifts_(schema, may_import_),
       columns_(difference_columns(schema)),
+      neighbours_(schema, wants(wanted_, schema, Location::point),
+                  wants(wanted_, schema, Location::cell)),
       vertex_bytes_(3 * scalar_bytes(schema.coordinate_type) + point_data_bytes(schema)),
       cell_bytes_(cell_data_bytes(schema)),
       first_own_(start.first_vertex),
@@ -32,6 +48,9 @@ ShiftSegmentDecoder::ShiftSegmentDecoder(const Schema& schema, const SegmentStar
     if (!schema.arrays[a].per_step) arrays_.push_back(a);
   for (const BlockInfo& block : schema.blocks)
     most_nodes_ = std::max<std::size_t>(most_nodes_, block.nodes_per_cell);
+  for (std::size_t b = 0; b < schema.blocks.size(); ++b)
+    most_cell_bytes_ = std::max(
+        most_cell_bytes_, cell_bytes_[b] + schema.blocks[b].nodes_per_cell * (8 + vertex_bytes_));
 }
 
 void ShiftSegmentDecoder::begin_group(const container::GroupHeader& header) {
@@ -39,6 +58,7 @@ void ShiftSegmentDecoder::begin_group(const container::GroupHeader& header) {
   next_column_ = 0;
   import_coder_ = RangeDecoder(std::span<const std::byte>());
   for (DifferenceColumn& column : columns_) column.begin_empty_group();
+  is_predicted_.assign(columns_.size(), 0);
 }
 
 /// The column of a stream of values; the number of columns where there is none.
@@ -62,32 +82,48 @@ bool ShiftSegmentDecoder::expects(const container::StreamEntry& entry) const {
 bool ShiftSegmentDecoder::takes(const container::StreamEntry& entry) const {
   if (entry.kind == StreamKind::connectivity) return entry.codec == container::Codec::shifts;
   if (entry.kind == StreamKind::vertex_numbers) return entry.codec == container::Codec::predictive;
-  const auto codec = bulk_codec(entry.codec);
-  return codec && columns_[column_of(entry)].takes(*codec);
+  const std::size_t column = column_of(entry);
+  if (const auto codec = bulk_codec(entry.codec)) return columns_[column].takes(*codec);
+  const auto codec = column_codec(entry.codec);
+  return codec && has_neighbours_ && predicted_[column] != nullptr &&
+         predicted_[column]->takes(*codec);
 }
 
 auto ShiftSegmentDecoder::take(const container::StreamEntry& entry,
                                std::span<const std::byte> bytes) -> Complaint {
   // No caller's limit lets counts of bytes wrap.
   const std::uint64_t decoded_bytes = std::min(header_->decoded_bytes, std::uint64_t{1} << 56);
-  if (entry.kind == StreamKind::connectivity) {
-    // A shift says each node of a new cell, a loose vertex its number, in at most ten bytes, of
-    // which they count for eight and twelve.
-    const std::uint64_t most = 3 * decoded_bytes + 64 * std::uint64_t{header_->cells};
-    return shifts_.begin_group(bytes, header_->cells, most, scratch_.zstd)
-               ? ""
-               : "connectivity: cannot be unpacked";
-  }
+  if (entry.kind == StreamKind::connectivity) return take_connectivity(bytes, decoded_bytes);
   if (entry.kind == StreamKind::vertex_numbers) {
     import_coder_ = RangeDecoder(bytes);
     return {};
   }
   const std::size_t column = column_of(entry);
   next_column_ = column + 1;
-  if (columns_[column].begin_group(*bulk_codec(entry.codec), bytes, decoded_bytes, scratch_.zstd))
+  const auto bulk = bulk_codec(entry.codec);
+  is_predicted_[column] = bulk ? 0 : 1;
+  if (bulk ? columns_[column].begin_group(*bulk, bytes, decoded_bytes, scratch_.zstd)
+           : predicted_[column]->begin_group(*column_codec(entry.codec), bytes, decoded_bytes))
     return {};
   return (column == 0 ? "geometry" : array_stream_name(*schema_, entry.array)) +
          std::string(": cannot be unpacked");
+}
+
+auto ShiftSegmentDecoder::take_connectivity(std::span<const std::byte> bytes,
+                                            std::uint64_t decoded_bytes) -> Complaint {
+  ByteReader in(bytes);
+  const std::uint8_t bits = in.get_u8();
+  has_neighbours_ = bits > 0;
+  if (!in.ok() || !neighbours_.begin_group(bits, header_->cells))
+    return "connectivity: more is remembered than there may be";
+  if (predicted_.empty() && has_neighbours_)
+    predicted_ = predicted_columns<SplitDecoder>(*schema_, columns_);
+  // A shift says each node of a new cell, a loose vertex its number, in at most ten bytes, of
+  // which they count for eight and twelve.
+  const std::uint64_t most = 3 * decoded_bytes + 64 * std::uint64_t{header_->cells};
+  return shifts_.begin_group(in.get_bytes(in.left()), header_->cells, most, scratch_.zstd)
+             ? ""
+             : "connectivity: cannot be unpacked";
 }
 
 bool ShiftSegmentDecoder::at_end() const {
@@ -103,6 +139,8 @@ auto ShiftSegmentDecoder::next_block(DecodedBlock& decoded, GroupProgress& done,
   yields_imports_ = yields_imports;
   born_.clear();
   left_out_.clear();
+  vertex_items_.clear();
+  cell_items_.clear();
   const std::uint64_t bytes_before = done.bytes;
   if (auto complaint = next_cells(decoded, done); !complaint.empty()) return complaint;
   while (done.cells == header_->cells && done.own < header_->vertices &&
@@ -111,6 +149,7 @@ auto ShiftSegmentDecoder::next_block(DecodedBlock& decoded, GroupProgress& done,
     if (!number || done.loose == header_->loose_vertices || !bear(*number, false, decoded, done))
       return "a vertex that no cell uses makes no sense";
     ++done.loose;
+    if (has_neighbours_) neighbours_.add_loose(*number, vertex_items_);
     done.active = std::max(done.active, live_.count());
     live_.remove(*number);
   }
@@ -131,9 +170,14 @@ auto ShiftSegmentDecoder::next_cells(DecodedBlock& decoded, GroupProgress& done)
   std::size_t cell = 0;
   while (cell < most && done.bytes - bytes_before < kTileBytes) {
     std::uint64_t* const numbers = block.corners.data() + corners;
+    // So many that the tile does not end among them.
+    const std::uint64_t left = kTileBytes - (done.bytes - bytes_before);
+    const auto fit = static_cast<std::size_t>(std::max<std::uint64_t>(left / most_cell_bytes_, 1));
     const auto [marks, count] =
-        shifts_.next_cells(numbers, std::min<std::size_t>(most - cell, kMostAtOnce));
+        shifts_.next_cells(numbers, std::min({most - cell, kMostAtOnce, fit}));
     const std::size_t nodes = marks == nullptr ? 0 : shifts_.nodes(marks->block);
+    if (has_neighbours_ && marks != nullptr)
+      neighbours_.add_cells(*marks, {numbers, count * nodes}, count, vertex_items_, cell_items_);
     const std::size_t vertices_before = block.vertex_numbers.size();
     const bool at_once =
         count > 1 && run_at_once(*marks, {numbers, count * nodes}, count, decoded, done);
@@ -284,25 +328,35 @@ bool ShiftSegmentDecoder::bear(std::uint64_t number, bool imported, DecodedBlock
 }
 
 auto ShiftSegmentDecoder::next_values(MeshBlock& block) -> Complaint {
+  const bool leaves_out = std::find(left_out_.begin(), left_out_.end(), 1) != left_out_.end();
   for (std::size_t c = 0; c < columns_.size(); ++c) {
     const bool geometry = c == 0;
     const std::uint32_t array = geometry ? 0 : arrays_[c - 1];
     if (geometry ? !wanted_.geometry : !wanted_.includes_array(array)) continue;
     std::vector<std::byte>& out = geometry ? block.xyz : block.arrays[array];
-    const bool of_cells = !geometry && schema_->arrays[array].location == Location::cell;
-    if (of_cells) {
-      cells_.clear();
-      for (std::size_t i = 0; i < block.cell_count(); ++i)
-        if (schema_->array_covers(array, block.cell_blocks[i]))
-          cells_.push_back(block.first_cell + i);
-    }
-    if (!columns_[c].decode(of_cells ? cells_ : born_, out, scratch_))
+    if (!(is_predicted_[c] != 0 ? decode_predicted(c, block, out) : decode_bulk(c, block, out)))
       return (geometry ? "geometry" : array_stream_name(*schema_, array)) +
-             std::string(": has too few values");
-    if (!of_cells && std::find(left_out_.begin(), left_out_.end(), 1) != left_out_.end())
-      leave_out(out, left_out_, columns_[c].element_bytes());
+             std::string(is_predicted_[c] != 0 ? ": its values make no sense"
+                                               : ": has too few values");
+    if (!of_cells(c) && leaves_out) leave_out(out, left_out_, columns_[c].element_bytes());
   }
   return {};
+}
+
+bool ShiftSegmentDecoder::decode_predicted(std::size_t column, const MeshBlock& block,
+                                           std::vector<std::byte>& out) {
+  if (of_cells(column)) return predicted_[column]->decode_tile(cell_items_, block.cell_blocks, out);
+  return predicted_[column]->decode_tile(vertex_items_, {}, out);
+}
+
+bool ShiftSegmentDecoder::decode_bulk(std::size_t column, const MeshBlock& block,
+                                      std::vector<std::byte>& out) {
+  if (!of_cells(column)) return columns_[column].decode(born_, out, scratch_);
+  cells_.clear();
+  for (std::size_t i = 0; i < block.cell_count(); ++i)
+    if (schema_->array_covers(arrays_[column - 1], block.cell_blocks[i]))
+      cells_.push_back(block.first_cell + i);
+  return columns_[column].decode(cells_, out, scratch_);
 }
 
 }  // namespace shm

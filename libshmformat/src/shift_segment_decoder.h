@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,7 +18,9 @@
 #include "front/imported_numbers.h"
 #include "front/live_numbers.h"
 #include "segment_start.h"
+#include "shift_neighbours.h"
 #include "values/difference_column.h"
+#include "values/value_column.h"
 #include "wanted_values.h"
 
 namespace shm {
@@ -55,6 +58,12 @@ class ShiftSegmentDecoder {
   void name_imports(std::vector<std::uint64_t>& corners);
   Complaint next_values(MeshBlock& block);
   std::size_t column_of(const container::StreamEntry& entry) const;
+  bool of_cells(std::size_t column) const {
+    return column > 0 && schema_->arrays[arrays_[column - 1]].location == Location::cell;
+  }
+  Complaint take_connectivity(std::span<const std::byte> bytes, std::uint64_t decoded_bytes);
+  bool decode_predicted(std::size_t column, const MeshBlock& block, std::vector<std::byte>& out);
+  bool decode_bulk(std::size_t column, const MeshBlock& block, std::vector<std::byte>& out);
 
   const Schema* schema_;
   const WantedValues wanted_;
@@ -62,10 +71,14 @@ class ShiftSegmentDecoder {
   const container::GroupHeader* header_ = nullptr;
   ShiftDecoder shifts_;
   std::vector<DifferenceColumn> columns_;
+  std::vector<std::unique_ptr<ValueColumn<SplitDecoder>>> predicted_;  // once there are some
+  std::vector<std::uint8_t> is_predicted_;  // in the group at hand, by column
+  ShiftNeighbours neighbours_;
+  bool has_neighbours_ = false;  // the group at hand
   DifferenceScratch scratch_;
   std::vector<std::uint32_t> arrays_;  // of the columns, from 1 on
   std::size_t next_column_ = 0;
-  std::size_t most_nodes_ = 0, vertex_bytes_ = 0;
+  std::size_t most_nodes_ = 0, vertex_bytes_ = 0, most_cell_bytes_ = 0;
   std::vector<std::size_t> cell_bytes_;  // by block
   LiveNumbers live_;
   std::array<std::size_t, kMostShiftNodes>
@@ -82,6 +95,7 @@ class ShiftSegmentDecoder {
   std::vector<std::uint64_t> born_;     // imported and loose ones too
   std::vector<std::uint8_t> left_out_;  // of these: whether imported, where these are not yielded
   std::vector<std::uint64_t> cells_;    // that an array covers
+  std::vector<Neighbourhood> vertex_items_, cell_items_;
 };
 
 }  // namespace shm

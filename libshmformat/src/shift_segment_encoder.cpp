@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <numeric>
 #include <utility>
 
 #include "bytes/checksum.h"
@@ -17,6 +18,8 @@ using container::StreamKind;
 constexpr std::uint32_t kNoteEvery = 16;
 constexpr std::size_t kMostLags = 64;
 constexpr std::size_t kLagsTried = 3;
+// A ring reaches four times as far as cells spread.
+constexpr std::uint32_t kRingBitsMore = 2;
 
 template <class Lags>
 void note(Lags& lags, std::uint64_t lag, std::uint64_t weight) {
@@ -42,6 +45,12 @@ std::vector<std::uint32_t> chosen(Lags lags) {
   return ascending;
 }
 
+bool has_static_cell_arrays(const Schema& schema) {
+  return std::any_of(schema.arrays.begin(), schema.arrays.end(), [](const ArrayInfo& info) {
+    return info.location == Location::cell && !info.per_step;
+  });
+}
+
 std::uint64_t distance(std::uint64_t a, std::uint64_t b) { return a < b ? b - a : a - b; }
 
 }  // namespace
@@ -50,16 +59,22 @@ ShiftSegmentEncoder::ShiftSegmentEncoder(const Schema& schema, const SegmentOpti
                                          const SegmentStart& start)
     : schema_(&schema),
       group_cells_(options.group_cells),
+      level_(options.level),
       has_values_(options.values),
       tells_order_(options.tells_order),
       numbered_by_birth_(schema.order != Order::keep),
       start_(start),
       shifts_(schema, start.segment > 0),
       columns_(difference_columns(schema)),
+      neighbours_(schema, true, has_static_cell_arrays(schema)),
       values_(schema),
       next_cell_(start.first_cell),
       next_vertex_(start.first_vertex),
       next_own_(start.first_vertex) {
+  if (has_values_ && level_ != Level::fast)
+    predicted_ = predicted_columns<SplitEncoder>(schema, columns_);
+  for (auto& column : predicted_)
+    if (column) column->see_own_groups_only();
   start_group();
 }
 
@@ -74,13 +89,16 @@ Result<void> ShiftSegmentEncoder::take(const SegmentPiece& piece, std::vector<En
   std::size_t node = 0, vertex = 0, data = 0;
   for (const SegmentPiece::Cell& cell : piece.cells) {
     if (cell.block == SegmentPiece::kLoose) {
+      begin_element(false);
       const std::uint64_t number = number_of(piece.vertices[vertex]);
       if (!numbered_by_birth_) shifts_.add_loose(number);
+      if (predicts()) numbers_.push_back(number);
       take_vertex(piece, vertex, number);
       ++group_.header.loose_vertices;
       group_.header.max_active_vertices = std::max(group.max_active_vertices, active_ + 1);
     } else {
       if (group.loose_vertices > 0) flush_group(done);  // they stand last in their group
+      begin_element(true);
       code_cell(piece, cell, std::span(piece.nodes).subspan(node, cell.nodes), vertex);
       if (has_values_) values_.add_cell(cell.block, piece.cell_data.data() + data);
       data += values_.cell_bytes(cell.block);
@@ -117,6 +135,10 @@ void ShiftSegmentEncoder::code_cell(const SegmentPiece& piece, const SegmentPiec
     corners_[i] = number_of_[nodes[i]];
   }
   shifts_.add_cell(marks, corners_);
+  if (predicts()) {
+    marks_.push_back(marks);
+    numbers_.insert(numbers_.end(), corners_.begin(), corners_.end());
+  }
   cell_blocks_.push_back(cell.block);
   if (tells_order_) group_.cell_numbers.push_back(cell.number);
 
@@ -166,6 +188,9 @@ void ShiftSegmentEncoder::take_vertex(const SegmentPiece& piece, std::size_t ind
 // --- lags
 
 void ShiftSegmentEncoder::note_lags() {
+  std::uint64_t spread = 0;
+  for (std::uint64_t number : corners_) spread = std::max(spread, distance(corners_[0], number));
+  ++spreads_[static_cast<std::size_t>(std::bit_width(spread))];
   if (corners_.size() >= 8) {
     for (std::size_t along : {1, 3, 4}) note(lags_, distance(corners_[0], corners_[along]), 1);
   } else {
@@ -197,44 +222,95 @@ void ShiftSegmentEncoder::add_stream(const container::StreamEntry& entry,
   group_.streams.push_back(std::move(bytes));
 }
 
-void ShiftSegmentEncoder::add_columns(std::span<const std::uint32_t> by_vertex,
-                                      std::span<const std::uint32_t> by_cell) {
+void ShiftSegmentEncoder::begin_element(bool is_cell) {
+  if (!predicts() || !tile_ends_.before(is_cell, group_.header.decoded_bytes)) return;
+  vertices_.tile_begin.push_back(born_.size());
+  cells_.tile_begin.push_back(cell_blocks_.size());
+}
+
+/// So many that what is a layer back is remembered, in nearly all cells, and what is farther:
+/// elements of the next layer may come before the last ones of this.
+std::uint32_t ShiftSegmentEncoder::ring_bits() const {
+  const std::uint32_t noted = std::accumulate(spreads_.begin(), spreads_.end(), 0u);
+  std::uint32_t bits = 0, within = 0;
+  while (bits < spreads_.size() && (within += spreads_[bits]) * 20ull < noted * 19ull) ++bits;
+  return std::max(std::min(bits + kRingBitsMore, most_ring_bits(group_.header.cells)),
+                  neighbours_.ring_bits());
+}
+
+void ShiftSegmentEncoder::find_neighbours() {
+  neighbours_.begin_group(ring_bits(), group_.header.cells);
+  std::size_t at = 0;
+  for (const CellMarks& marks : marks_) {
+    const std::size_t nodes = schema_->blocks[marks.block].nodes_per_cell;
+    neighbours_.add_cells(marks, std::span(numbers_).subspan(at, nodes), 1, vertices_.items,
+                          cells_.items);
+    at += nodes;
+  }
+  for (; at < numbers_.size(); ++at) neighbours_.add_loose(numbers_[at], vertices_.items);
+  cells_.blocks = cell_blocks_;
+  marks_.clear();
+  numbers_.clear();
+}
+
+void ShiftSegmentEncoder::add_columns() {
   std::vector<std::uint64_t> cells;
   for (std::size_t c = 0; c < columns_.size(); ++c) {
     const bool of_cells = values_.of_cells(c);
-    const std::uint32_t array = values_.array(c);
     if (of_cells) {
       cells.clear();
       for (std::size_t i = 0; i < cell_blocks_.size(); ++i)
-        if (schema_->array_covers(array, cell_blocks_[i])) cells.push_back(next_cell_ + i);
+        if (schema_->array_covers(values_.array(c), cell_blocks_[i]))
+          cells.push_back(next_cell_ + i);
     }
     const std::span<const std::uint64_t> numbers = of_cells ? cells : born_;
-    if (numbers.empty()) continue;
-    auto encoded = columns_[c].encode(numbers, values_.values(c), values_.stride(c),
-                                      of_cells ? by_cell : by_vertex, scratch_);
-    container::StreamEntry entry;
-    entry.kind = c == 0 ? StreamKind::geometry : StreamKind::array;
-    entry.array = array;
-    entry.codec = stream_codec(encoded.codec);
-    entry.needs = 1u << static_cast<unsigned>(StreamKind::connectivity);
-    add_stream(entry, std::move(encoded.bytes));
+    if (!numbers.empty()) add_column(c, numbers);
   }
+}
+
+/// `numbers` of the elements that have a value.
+void ShiftSegmentEncoder::add_column(std::size_t c, std::span<const std::uint64_t> numbers) {
+  const bool of_cells = values_.of_cells(c);
+  container::StreamEntry entry;
+  entry.kind = c == 0 ? StreamKind::geometry : StreamKind::array;
+  entry.array = values_.array(c);
+  entry.needs = 1u << static_cast<unsigned>(StreamKind::connectivity);
+  if (predicts() && predicted_[c]) {
+    auto encoded = predicted_[c]->encode(of_cells ? cells_ : vertices_, values_.values(c),
+                                         values_.stride(c), level_);
+    entry.codec = stream_codec(encoded.codec);
+    if (encoded.codec == ColumnCodec::shuffled_zstd) columns_[c].forget();
+    return add_stream(entry, std::move(encoded.bytes));
+  }
+  auto encoded = columns_[c].encode(numbers, values_.values(c), values_.stride(c),
+                                    of_cells ? by_cell_ : by_vertex_, scratch_);
+  entry.codec = stream_codec(encoded.codec);
+  add_stream(entry, std::move(encoded.bytes));
 }
 
 void ShiftSegmentEncoder::flush_group(std::vector<EncodedGroup>& done) {
   // Lags of cells are told by their symbols, which go with the stream.
-  const std::vector<std::uint32_t> by_cell = cell_lags();
+  by_vertex_ = chosen(lags_);
+  by_cell_ = cell_lags();
+  if (predicts()) find_neighbours();
+  ByteWriter said;
+  said.put_u8(static_cast<std::uint8_t>(predicts() ? neighbours_.ring_bits() : 0));
+  said.put_bytes(shifts_.finish(scratch_.zstd));
   container::StreamEntry connectivity;
   connectivity.kind = StreamKind::connectivity;
   connectivity.codec = container::Codec::shifts;
-  add_stream(connectivity, shifts_.finish(scratch_.zstd));
-  if (has_values_) add_columns(chosen(lags_), by_cell);
+  add_stream(connectivity, std::move(said.bytes));
+  if (has_values_) add_columns();
   group_.header.box = values_.box();
   group_.ranges = values_.ranges();
   values_.clear();
   born_.clear();
   cell_blocks_.clear();
+  vertices_.clear();
+  cells_.clear();
+  tile_ends_ = {};
   lags_.clear();
+  spreads_ = {};
   next_cell_ += group_.header.cells;
   next_vertex_ += group_.header.vertices;
   done.push_back(std::exchange(group_, group_like(group_)));

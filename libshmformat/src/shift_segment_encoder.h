@@ -3,13 +3,16 @@
 // spec: "Shifts", "Values as differences"
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "coders/shifts.h"
 #include "group_values.h"
 #include "segment_encoder.h"
+#include "shift_neighbours.h"
 #include "values/difference_column.h"
 
 namespace shm {
@@ -31,17 +34,24 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   void take_vertex(const SegmentPiece& piece, std::size_t index, std::uint64_t number);
   void note_lags();
   std::vector<std::uint32_t> cell_lags() const;
-  void add_columns(std::span<const std::uint32_t> by_vertex,
-                   std::span<const std::uint32_t> by_cell);
+  bool predicts() const { return !predicted_.empty(); }
+  void begin_element(bool is_cell);
+  std::uint32_t ring_bits() const;
+  void find_neighbours();
+  void add_columns();
+  void add_column(std::size_t column, std::span<const std::uint64_t> numbers);
   void add_stream(const container::StreamEntry& entry, std::vector<std::byte> bytes);
   void flush_group(std::vector<EncodedGroup>& done);
 
   const Schema* schema_;
   std::uint32_t group_cells_;
+  Level level_;
   bool has_values_, tells_order_, numbered_by_birth_;
   SegmentStart start_;
   ShiftEncoder shifts_;
   std::vector<DifferenceColumn> columns_;
+  std::vector<std::unique_ptr<ValueColumn<SplitEncoder>>> predicted_;  // none for speed
+  ShiftNeighbours neighbours_;
   DifferenceScratch scratch_;
 
   std::vector<std::uint64_t> number_of_;  // by handle
@@ -53,10 +63,16 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   GroupValues values_;
   std::vector<std::uint64_t> born_;  // numbers, imported and loose ones too
   std::vector<std::uint32_t> cell_blocks_;
+  TileEnds tile_ends_;
+  TiledItems vertices_, cells_;
+  std::vector<CellMarks> marks_;        // of the cells, where values are predicted over them
+  std::vector<std::uint64_t> numbers_;  // of their nodes, and of loose vertices
+  std::vector<std::uint32_t> by_vertex_, by_cell_;  // lags, ascending
   struct Lag {
     std::uint64_t lag = 0, weight = 0;
   };
-  std::vector<Lag> lags_;  // between corners of cells
+  std::vector<Lag> lags_;                    // between corners of cells
+  std::array<std::uint32_t, 65> spreads_{};  // cells by the bit length of what their numbers span
 
   std::uint64_t next_cell_, next_vertex_;  // of the group
   std::uint64_t next_own_, next_import_ = kFirstImport;

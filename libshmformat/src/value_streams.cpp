@@ -24,16 +24,9 @@ bool has_cell_arrays(const Schema& schema) {
 template <class Coder>
 ValueStreams<Coder>::ValueStreams(const Schema& schema)
     : schema_(&schema), has_cell_arrays_(has_cell_arrays(schema)), finder_(has_cell_arrays_) {
-  columns_.emplace_back(coordinates_info(schema), std::vector<std::uint32_t>(), false);
-  std::uint32_t room = kMostTableComponentsInAll - 3;  // for tables
-  for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
-    const ArrayInfo& info = schema.arrays[a];
-    if (info.per_step) continue;
-    arrays_.push_back(a);
-    const bool tables = info.components <= std::min(kMostTableComponents, room);
-    if (tables) room -= info.components;
-    columns_.emplace_back(info, info.blocks, true, tables);
-  }
+  for_each_static_column(schema, [&](auto&&... what) { columns_.emplace_back(what...); });
+  for (std::uint32_t a = 0; a < schema.arrays.size(); ++a)
+    if (!schema.arrays[a].per_step) arrays_.push_back(a);
 }
 
 template <class Coder>

@@ -43,6 +43,9 @@ class DifferenceColumn {
                  std::size_t stride, std::span<const std::uint32_t> lags,
                  DifferenceScratch& scratch);
 
+  /// Encoding: the group was said in shuffled_zstd by somebody else.
+  void forget() { remembers_ = false; }
+
   std::size_t element_bytes() const { return components_.size() * width_; }
   /// Whether its groups may be in this codec.
   bool takes(BulkCodec codec) const { return may_differ_ || codec != BulkCodec::differences; }

@@ -115,7 +115,7 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
   if (under_zstd.size() >= coded.bytes.size()) return coded;
   columns_ = before;
   std::tie(reach_, matches_, class_numbers_) = models;
-  note(elements, bits);
+  if (takes_note_) note(elements, bits);
   return {ColumnCodec::shuffled_zstd, std::move(under_zstd)};
 }
 

@@ -75,6 +75,8 @@ class ValueColumn {
   void make_room(std::uint32_t slots);
   /// Before the first element: all groups will come with a reference.
   void use_reference();
+  /// Encoding: groups that are not in a codec of columns leave no trace.
+  void see_own_groups_only() { takes_note_ = false; }
 
   // `reference`: what the values of the covered elements refer to, as these are; or null.
   /// Encoding: all values of a group, of the covered elements in order, `stride` bytes apart.
@@ -123,7 +125,7 @@ class ValueColumn {
 
   std::shared_ptr<const ArrayInfo> info_;
   std::vector<std::uint32_t> blocks_;  // that have values; empty: all
-  bool repeats_, has_tables_;
+  bool repeats_, has_tables_, takes_note_ = true;
   std::size_t width_;
   std::vector<ScalarColumn<Coder>> columns_;
   std::vector<const typename ScalarColumn<Coder>::Trace*> traces_;
