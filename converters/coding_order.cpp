@@ -42,7 +42,7 @@ NumberList& CoveredOrder::elements(std::size_t array) {
   std::vector<bool> covered(schema.blocks.size());
   for (std::uint32_t b : blocks) covered[b] = true;
   // 1 + rank of each covered cell.
-  NumberTable rank_of_cell(*spool_, mesh_->info().cells());
+  NumberTable rank_of_cell(*spool_, mesh_->info().cells(), mesh_->info().cells());
   std::uint64_t cell = 0, ranks = 0;
   CellBatch batch;
   for (mesh_->rewind_cells(); mesh_->next_cells(batch, kBatchCells);)
@@ -64,7 +64,7 @@ NumberTable invert(NumberList& order, std::uint64_t size, const char* what, Spoo
   };
   if (order.size() != size)
     fail("holds " + std::to_string(order.size()) + " numbers for " + std::to_string(size));
-  NumberTable position(spool, size);
+  NumberTable position(spool, size, size);
   order.for_each([&](std::uint64_t at, std::uint64_t number) {
     if (number >= size)
       fail("number " + std::to_string(number) + " is beyond the last, " + std::to_string(size - 1));

@@ -44,7 +44,7 @@ class PageCache {
  private:
   static constexpr std::size_t kPageBytes = std::size_t{128} << 10;
   static constexpr std::size_t kMostElements = 4096;
-  static constexpr std::size_t kStartBytes = std::size_t{4} << 20;
+  static constexpr std::size_t kStartBytes = std::size_t{1} << 20;
 
   PageFrames::Frame* load(std::uint64_t page) {
     PageFrames::Frame& frame = frames_.bring(page, [](const PageFrames::Frame&) {});

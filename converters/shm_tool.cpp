@@ -3,6 +3,7 @@
 // Exit codes: 0 done, 1 a difference was found, 2 wrong use, 3 bad or unreadable input,
 // 4 output could not be written, 5 a limit was exceeded, 6 the output would lack something
 // (--strict).
+#include <malloc.h>
 #include <poll.h>
 #include <unistd.h>
 
@@ -337,6 +338,8 @@ int guarded_run(int argc, char** argv) {
 }  // namespace shm::converters
 
 int main(int argc, char** argv) {
+  // What large arrays leave goes back to the system, and is not kept for smaller ones to come.
+  ::mallopt(M_MMAP_THRESHOLD, 512 * 1024);
   shm::converters::remove_outputs_on_signals();
   std::signal(SIGPIPE, SIG_IGN);  // who writes to a pipe that is closed hears of it
   return shm::converters::guarded_run(argc, argv);

@@ -22,7 +22,8 @@ namespace {
 Spool::Spool(std::string directory, std::size_t memory_budget)
     : directory_(directory.empty() ? "." : std::move(directory)),
       memory_budget_(memory_budget),
-      frames_(kPageBytes, kStartBytes, memory_budget),
+      frames_(kPageBytes, kStartBytes,
+              memory_budget - memory_budget / 4 - kept_topology_bytes(*this)),
       small_room_(memory_budget) {}
 
 Spool::~Spool() {

@@ -26,7 +26,8 @@ class Spool {
   static constexpr std::size_t kUsualBudget = std::size_t{256} << 20;
 
   // `directory`: where the temporary file is made when it is first needed. `memory_budget`: bytes
-  // of pages that are resident at most.
+  // that pages here take at most, with what others hold beside them: half of it is for pages, a
+  // quarter for caches, a quarter for what the library keeps.
   explicit Spool(std::string directory, std::size_t memory_budget = kUsualBudget);
   ~Spool();
   const std::string& directory() const { return directory_; }

@@ -10,9 +10,10 @@ namespace {
 
 constexpr std::size_t kBatchCells = 8192;
 
-// What the table says about a vertex: 0 while no cell is known to use it, else 1 + its last
+// What the table says about a vertex: 0 while no cell is known to use it, else twice 1 + its last
 // cell; kEmitted joins when it has been handed out, and alone remains when it is finalized.
-constexpr std::uint64_t kEmitted = std::uint64_t{1} << 63;
+constexpr std::uint64_t kEmitted = 1;
+constexpr std::uint64_t last_in(std::uint64_t cell) { return 2 * (cell + 1); }
 
 void find_last_uses(MeshSource& mesh, NumberTable& table, const Progress& progress) {
   const std::uint64_t vertices = mesh.info().vertices, cells = mesh.info().cells();
@@ -22,7 +23,7 @@ void find_last_uses(MeshSource& mesh, NumberTable& table, const Progress& progre
     for (std::size_t i = 0; i < batch.size(); ++i)
       for (const std::uint64_t v : batch.cell(i)) {
         require_vertex(first_cell + i, v, vertices);
-        table.set(v, first_cell + i + 1);
+        table.set(v, last_in(first_cell + i));
       }
     if (progress) progress("finding last uses", first_cell + batch.size(), cells);
   }
@@ -43,7 +44,7 @@ void require_vertex(std::uint64_t cell, std::uint64_t vertex, std::uint64_t vert
 void stream_compacted(MeshSource& mesh, Spool& spool, CompactedMesh& out,
                       const Progress& progress) {
   const std::uint64_t vertices = mesh.info().vertices, cells = mesh.info().cells();
-  NumberTable table(spool, vertices);
+  NumberTable table(spool, vertices, last_in(cells) | kEmitted);
   find_last_uses(mesh, table, progress);
 
   CellBatch batch;
@@ -56,11 +57,11 @@ void stream_compacted(MeshSource& mesh, Spool& spool, CompactedMesh& out,
       for (const std::uint64_t v : corners) {
         const std::uint64_t entry = table.get(v);
         if (entry & kEmitted) continue;
-        out.vertex(v, entry - 1);
+        out.vertex(v, entry / 2 - 1);
         table.set(v, entry | kEmitted);
       }
       for (std::size_t c = 0; c < corners.size(); ++c) {
-        if (table.get(corners[c]) != (kEmitted | (first_cell + i + 1))) continue;
+        if (table.get(corners[c]) != (kEmitted | last_in(first_cell + i))) continue;
         table.set(corners[c], kEmitted);
         if (c < 64) last_use |= std::uint64_t{1} << c;
         ++finalized;

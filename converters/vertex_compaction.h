@@ -34,7 +34,7 @@ class CompactedMesh {
                     std::uint64_t finalized) = 0;
 };
 
-// Memory: 8 bytes a vertex, in the spool when there are many.
+// Memory: 4 bytes a vertex (8 from 2^31 cells on), in the spool when there are many.
 void stream_compacted(MeshSource& mesh, Spool& spool, CompactedMesh& out,
                       const Progress& progress = {});
 

@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "cell_store.h"
+#include "coding_order.h"
+#include "number_table.h"
 #include "page_cache.h"
 #include "temporary_folder.h"
 
@@ -21,7 +23,7 @@ constexpr std::size_t kMiB = std::size_t{1} << 20;
 
 TEST(Spool, KeepsWhatManyArraysHold) {
   TemporaryFolder folder;
-  Spool spool(folder / ".", 5 * Spool::kPageBytes);
+  Spool spool(folder / ".", 10 * Spool::kPageBytes);  // half of it for pages
   PagedArray bytes(spool, 1), numbers(spool, 8), triples(spool, 12);
   std::map<std::uint64_t, std::uint64_t> expected;
   std::mt19937_64 random(1);
@@ -61,7 +63,7 @@ TEST(Spool, WhatIsReadFrontToBackStaysSmall) {
 
 TEST(Spool, WhatIsReadInAnyOrderGetsItsBudget) {
   TemporaryFolder folder;
-  Spool spool(folder / ".", 24 * kMiB);
+  Spool spool(folder / ".", 48 * kMiB);  // half of it for pages
   PagedArray numbers(spool, 8);
   constexpr std::uint64_t kCount = 20 * kMiB / 8;
   for (std::uint64_t i = 0; i < kCount; i += 512) numbers.set(i, i);
@@ -90,6 +92,43 @@ TEST(PageCache, FetchesAPageOnceWhileItIsWanted) {
     ASSERT_EQ(value, 3 * i);
   }
   EXPECT_EQ(fetched, (1u << 20) / 4096);
+}
+
+TEST(NumberList, HoldsNumbersThatCountUpThenNarrowThenWideOnes) {
+  TemporaryFolder folder;
+  Spool spool(folder / ".", 10 * Spool::kPageBytes);
+  constexpr std::uint64_t kWide = std::uint64_t{1} << 40;
+  for (const std::uint64_t counted : {0u, 5u, 20000u}) {
+    NumberList list(spool);
+    std::vector<std::uint64_t> expected, some;
+    std::mt19937_64 random(counted);
+    for (std::uint64_t i = 0; i < counted; ++i) expected.push_back(i);
+    for (int i = 0; i < 30000; ++i) expected.push_back(random() >> 32 | 1u << 31);
+    for (int i = 0; i < 30000; ++i) expected.push_back(i % 2 == 0 ? kWide + i : i);
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      list.push_back(expected[i]);
+      if (i % 997 != 0) continue;
+      list.read(i / 2, i - i / 2 + 1, some);  // while it grows, too
+      ASSERT_TRUE(std::equal(some.begin(), some.end(),
+                             expected.begin() + static_cast<std::ptrdiff_t>(i / 2)));
+    }
+    ASSERT_EQ(list.size(), expected.size());
+    list.for_each([&](std::uint64_t at, std::uint64_t number) {
+      ASSERT_EQ(number, expected[at]) << at << " behind " << counted;
+    });
+  }
+}
+
+TEST(NumberTable, HoldsTheLargestNumberThatItWasMadeFor) {
+  TemporaryFolder folder;
+  Spool spool(folder / ".", 10 * Spool::kPageBytes);
+  for (const std::uint64_t most :
+       {std::uint64_t{0xffffffff}, std::uint64_t{0x100000000}, NumberTable::kAnyNumber}) {
+    NumberTable table(spool, 100000, most);
+    for (std::uint64_t i = 0; i < 100000; i += 7) table.set(i, most - i);
+    for (std::uint64_t i = 0; i < 100000; ++i)
+      ASSERT_EQ(table.get(i), i % 7 == 0 ? most - i : 0) << most;
+  }
 }
 
 TEST(CellStore, GivesCellsBackInAnyOrder) {
