@@ -1,0 +1,125 @@
+#!/usr/bin/env python3
+"""How much memory shm takes for meshes of different widths and lengths: never more than README
+says, and for a mesh four times as long about the same.
+
+Usage: memory_use_test.py PATH_OF_SHM
+"""
+import os
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+
+SHM = "shm"
+MB = 1 << 20
+
+# README.md, "Memory": what a run takes, with one float32 field on cells.
+BASE = {"compress": 30 * MB, "verify": 27 * MB, "decompress": 27 * MB}
+FOR_ACTIVE_VERTEX = {"compress": 1100, "verify": 500, "decompress": 500}
+FOR_MEMORY_OPTION = 16 * MB
+# A mesh four times as long: tables, whose half of --memory the shorter one does not fill, and some
+# more.
+SAME = 10 * MB
+
+
+def write_block(path, side, layers):
+    """A warped block of side x side x layers hexahedra in binary legacy VTK, layer by layer."""
+    points = side + 1
+    cells = side * side * layers
+    corner = np.arange(points * points, dtype=np.int64).reshape(points, points)[:-1, :-1].ravel()
+    steps = np.array([0, 1, points + 1, points])
+    layer = corner[:, None] + np.concatenate([steps, steps + points * points])
+    x, y = np.meshgrid(np.linspace(0, 1, points), np.linspace(0, 1, points))
+    with open(path, "wb") as out:
+        out.write(b"# vtk DataFile Version 3.0\nwarped\nBINARY\nDATASET UNSTRUCTURED_GRID\n")
+        out.write(b"POINTS %d float\n" % (points * points * (layers + 1)))
+        for k in range(layers + 1):
+            z = k / side
+            xyz = np.stack([x + 0.1 * np.sin(3 * y + z), y + 0.1 * np.sin(2 * z + x),
+                            z + 0.1 * np.sin(x * y)], axis=-1)
+            out.write(xyz.astype(">f4").tobytes())
+        out.write(b"\nCELLS %d %d\n" % (cells, 9 * cells))
+        for k in range(layers):
+            rows = np.full((side * side, 9), 8, dtype=">i4")
+            rows[:, 1:] = layer + k * points * points
+            out.write(rows.tobytes())
+        out.write(b"\nCELL_TYPES %d\n" % cells)
+        out.write(np.full(cells, 12, dtype=">i4").tobytes())
+        out.write(b"\nCELL_DATA %d\nSCALARS heat float 1\nLOOKUP_TABLE default\n" % cells)
+        heat = np.sin(np.arange(side * side) / side)
+        for k in range(layers):
+            out.write((heat + np.cos(k / side)).astype(">f4").tobytes())
+        out.write(b"\n")
+
+
+def is_sanitized():
+    """Whether shadow memory, too, would be counted."""
+    with open(SHM, "rb") as program:
+        return b"__asan_init" in program.read()
+
+
+class MemoryUseTest(unittest.TestCase):
+    def setUp(self):
+        self.directory = tempfile.TemporaryDirectory(prefix="shm-memory-use-test-")
+        self.addCleanup(self.directory.cleanup)
+
+    def path(self, name):
+        return os.path.join(self.directory.name, name)
+
+    def peak(self, *words):
+        """Runs the tool; gives its largest resident size in bytes, or that of this script, which a
+        child begins with, if that is larger."""
+        process = subprocess.Popen([SHM, *words, "--threads", "1", "--memory", "16M", "-q"])
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        self.assertEqual(process.returncode, 0, words)
+        return usage.ru_maxrss * 1024
+
+    def peaks(self, mesh, order, level):
+        packed, back = self.path("mesh.shm"), self.path("back.vtk")
+        peaks = {
+            "compress": self.peak("compress", mesh, "-o", packed, "--order", order, "--level", level),
+            "verify": self.peak("verify", packed),
+            "decompress": self.peak("decompress", packed, "-o", back),
+        }
+        os.remove(back)
+        return peaks
+
+    def active_vertices(self):
+        about = subprocess.run([SHM, "info", self.path("mesh.shm")], capture_output=True, text=True,
+                               check=True).stdout
+        width = next(line for line in about.splitlines() if line.startswith("width"))
+        return int(width.split()[1])
+
+    def test_memory_follows_the_width(self):
+        sanitized = is_sanitized()
+        side_lists = [(12, 20)] if sanitized else [(40, 160), (160, 10)]
+        for side, layers in side_lists:
+            for order, level in [("keep", "default"), ("stream", "fast")]:
+                with self.subTest(side=side, order=order, level=level):
+                    seen = []
+                    for times in (1, 4):
+                        mesh = self.path("mesh.vtk")
+                        write_block(mesh, side, times * layers)
+                        peaks = self.peaks(mesh, order, level)
+                        active = self.active_vertices()
+                        seen.append(peaks)
+                        print(side, times * layers, order, level, "active", active,
+                              {name: peak // 1024 for name, peak in peaks.items()}, flush=True)
+                        if sanitized:
+                            continue
+                        for name, peak in peaks.items():
+                            bound = (BASE[name] + FOR_MEMORY_OPTION +
+                                     active * FOR_ACTIVE_VERTEX[name])
+                            self.assertLessEqual(peak, bound, name)
+                    if not sanitized:
+                        for name in seen[0]:
+                            self.assertLessEqual(seen[1][name], seen[0][name] + SAME, name)
+
+
+if __name__ == "__main__":
+    SHM = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
