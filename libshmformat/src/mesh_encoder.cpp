@@ -231,7 +231,9 @@ Result<void> MeshEncoder::delay(std::uint32_t block, std::uint64_t number,
   cell.entries = cell_entries_;
   if (is_hexahedral(schema_->blocks[block])) {
     SpiralReorderer::Corners eight{};
-    std::copy_n(cell.entries.begin(), 8, eight.begin());
+    // Numbers, not entries: these are soon given to other vertices, which would look like
+    // neighbours.
+    for (std::size_t i = 0; i < 8; ++i) eight[i] = entries_[cell.entries[i]].number;
     reorderer_.push_hexahedron(handle, eight);
   } else {
     reorderer_.push_other(handle);

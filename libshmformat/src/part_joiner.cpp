@@ -65,9 +65,9 @@ class PartJoiner::Impl {
   }
 
  private:
-  /// Those of steps have none.
+  /// Those of steps, or of no groups, have none.
   Result<void> add_totals(const container::Index& part) {
-    if (part.block_cells.empty() && part.ranges.empty()) return {};
+    if (part.segments == 0) return {};
     const bool fits =
         part.block_cells.size() == totals_.block_cells.size() &&
         std::equal(part.ranges.begin(), part.ranges.end(), totals_.ranges.begin(),
