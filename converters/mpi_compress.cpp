@@ -370,7 +370,8 @@ void PartCompression::feed_step(std::uint32_t array, std::uint64_t step,
 // Where cells have moved: the elements of a cell array in the part, as CoveredOrder tells them.
 NumberList& PartCompression::moved_elements(std::uint32_t array) {
   const auto [found, fresh] = moved_.try_emplace(schema_.arrays[array].blocks, *spool_);
-  if (!fresh) return found->second;
+  NumberList& list = found->second;
+  if (!fresh) return list;
   constexpr std::uint64_t kNotCovered = ~std::uint64_t{0};
   std::vector<std::uint64_t> element(range_.end - range_.first, kNotCovered);
   std::uint64_t next = first_elements_[array];
@@ -381,9 +382,9 @@ NumberList& PartCompression::moved_elements(std::uint32_t array) {
   });
   log_.cells().for_each([&](std::uint64_t, std::uint64_t cell) {
     const std::uint64_t number = element[cell - range_.first];
-    if (number != kNotCovered) found->second.push_back(number);
+    if (number != kNotCovered) list.push_back(number);
   });
-  return found->second;
+  return list;
 }
 
 // --- what stands behind
