@@ -123,6 +123,7 @@ class MpiTest(unittest.TestCase):
     def test_levels_codecs_and_bounds(self):
         mesh = self.made("ogrid", 40000)
         for options in (["--level", "fast"], ["--codec", "shifts"], ["--rel", "1e-4"],
+                        ["--codec", "shifts", "--order", "stream", "--delay", "0"],
                         ["--level", "fast", "--threads", "2"]):
             self.expect_same(mesh, (3,), "--segment-cells", 17000, *options)
         mesh = self.made("swept", 4000)
