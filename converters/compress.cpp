@@ -13,7 +13,7 @@
 #include "delay_trial.h"
 #include "failure.h"
 #include "free_order.h"
-#include "page_cache.h"
+#include "mesh_feeder.h"
 #include "reordered_mesh.h"
 #include "step_feeder.h"
 #include "vertex_compaction.h"
@@ -23,17 +23,6 @@ namespace {
 
 // Of vertex records, or one step's values, where the whole mesh is in memory anyway.
 constexpr std::size_t kUnlimited = std::numeric_limits<std::size_t>::max();
-
-// A library result. The mesh, not the user, is to blame for a call that the library refuses.
-template <class T>
-T checked(Result<T> result) {
-  if (!result && result.error().code == ErrorCode::misuse) {
-    Error error = result.error();
-    error.code = ErrorCode::unsupported;
-    throw Failure(std::move(error));
-  }
-  return unwrap(std::move(result));
-}
 
 // What the Writer refuses of its options is the user's: a codec that is not for this mesh.
 Writer writer_to(ByteSink& sink, Schema schema, const WriteOptions& options) {
@@ -58,114 +47,6 @@ class BothOrders final : public CodingOrder {
  private:
   CodingOrder* first_;
   CodingOrder* second_;
-};
-
-// Static arrays at one location, with the bytes of one element and how far they have been read.
-struct StaticArray {
-  std::size_t index;
-  std::size_t stride;
-  std::vector<bool> covers;  // by block; cell arrays only
-  std::uint64_t next = 0;
-  std::vector<std::byte> batch;  // values of the covered cells of a batch
-};
-
-std::vector<StaticArray> static_arrays(const MeshInfo& info, const Schema& schema,
-                                       Location location) {
-  std::vector<StaticArray> arrays;
-  for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
-    const ArrayInfo& array = schema.arrays[a];
-    if (array.location != location || array.per_step) continue;
-    StaticArray entry{a, info.array_stride(a), {}, 0, {}};
-    if (location == Location::cell)
-      for (std::uint32_t b = 0; b < schema.blocks.size(); ++b)
-        entry.covers.push_back(schema.array_covers(a, b));
-    arrays.push_back(std::move(entry));
-  }
-  return arrays;
-}
-
-// Vertices and cells of a mesh on their way into a Writer, with their static data.
-class MeshFeeder final : public CompactedMesh {
- public:
-  // `schema`: the Writer's; its arrays are those of the mesh, or none.
-  MeshFeeder(MeshSource& mesh, const Schema& schema, Writer& writer, std::size_t cache_bytes)
-      : mesh_(&mesh),
-        writer_(&writer),
-        point_arrays_(static_arrays(mesh.info(), schema, Location::point)),
-        cell_arrays_(static_arrays(mesh.info(), schema, Location::cell)),
-        xyz_bytes_(3 * scalar_bytes(mesh.info().schema.coordinate_type)),
-        record_bytes_(xyz_bytes_ + data_bytes(point_arrays_)),
-        records_(mesh.info().vertices, record_bytes_, cache_bytes,
-                 [this](std::uint64_t first, std::uint64_t count, std::byte* out) {
-                   fetch_records(first, count, out);
-                 }) {}
-
-  void begin_batch(const CellBatch& batch, std::uint64_t) override {
-    for (StaticArray& array : cell_arrays_) {
-      const auto covered = static_cast<std::uint64_t>(
-          std::count_if(batch.blocks.begin(), batch.blocks.end(),
-                        [&](std::uint32_t block) { return array.covers[block]; }));
-      array.batch.resize(covered * array.stride);
-      mesh_->read_array(array.index, 0, array.next, covered, array.batch.data());
-      array.next += covered;
-    }
-    array_place_.assign(cell_arrays_.size(), 0);
-  }
-
-  void vertex(std::uint64_t number, std::uint64_t last_cell) override {
-    const std::byte* record = records_[number];
-    const std::span<const std::byte> xyz(record, xyz_bytes_);
-    const std::span<const std::byte> data(record + xyz_bytes_, record_bytes_ - xyz_bytes_);
-    checked(last_cell == kNeverUsed ? writer_->add_unused_vertex(number, xyz, data)
-                                    : writer_->add_vertex(number, xyz, data));
-  }
-
-  void cell(const CellBatch& batch, std::size_t index, std::uint64_t last_use,
-            std::uint64_t) override {
-    const std::uint32_t block = batch.blocks[index];
-    cell_data_.clear();
-    for (std::size_t a = 0; a < cell_arrays_.size(); ++a) {
-      const StaticArray& array = cell_arrays_[a];
-      if (!array.covers[block]) continue;
-      const std::byte* value = array.batch.data() + array_place_[a];
-      cell_data_.insert(cell_data_.end(), value, value + array.stride);
-      array_place_[a] += array.stride;
-    }
-    checked(writer_->add_cell(block, batch.cell(index), last_use, cell_data_));
-  }
-
- private:
-  static std::size_t data_bytes(const std::vector<StaticArray>& arrays) {
-    std::size_t sum = 0;
-    for (const StaticArray& array : arrays) sum += array.stride;
-    return sum;
-  }
-
-  // A record: the coordinates of a vertex, then its values of each static array, packed.
-  void fetch_records(std::uint64_t first, std::uint64_t count, std::byte* out) {
-    if (point_arrays_.empty()) return mesh_->read_points(first, count, out);
-    column_.resize(count * record_bytes_);
-    mesh_->read_points(first, count, column_.data());
-    scatter_column(count, xyz_bytes_, out);
-    std::byte* place = out + xyz_bytes_;
-    for (const StaticArray& array : point_arrays_) {
-      mesh_->read_array(array.index, 0, first, count, column_.data());
-      scatter_column(count, array.stride, place);
-      place += array.stride;
-    }
-  }
-  void scatter_column(std::uint64_t count, std::size_t bytes, std::byte* out) const {
-    for (std::uint64_t i = 0; i < count; ++i)
-      std::memcpy(out + i * record_bytes_, column_.data() + i * bytes, bytes);
-  }
-
-  MeshSource* mesh_;
-  Writer* writer_;
-  std::vector<StaticArray> point_arrays_, cell_arrays_;
-  std::size_t xyz_bytes_, record_bytes_;
-  PageCache records_;
-  std::vector<std::byte> column_, cell_data_;
-  std::vector<std::size_t> array_place_;  // next unread byte of each cell array's batch
 };
 
 // All steps of one array. `order`: element numbers in coding order; null: the order of the file.
@@ -196,7 +77,7 @@ SizeReport code_mesh(MeshSource& mesh, const Schema& schema, ByteSink& sink,
   write_options.kept_topology_bytes = kept_topology_bytes(spool);
   Writer writer = writer_to(sink, schema, write_options);
   {
-    MeshFeeder feeder(mesh, schema, writer, cache_bytes);
+    MeshFeeder<Writer> feeder(mesh, schema, writer, cache_bytes);
     stream_compacted(mesh, spool, feeder, progress);
   }
   checked(writer.end_mesh());
@@ -303,20 +184,30 @@ Schema schema_for(MeshSource& mesh, const CompressOptions& options) {
   return schema;
 }
 
-SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions& options,
-                         Spool& spool) {
+Schema schema_to_write(MeshSource& mesh, const CompressOptions& options, Spool& spool) {
   Schema schema = schema_for(mesh, options);
   if (options.order == Order::stream && !options.delay && options.level != Level::fast)
     schema.delay = tried_delay(mesh, schema, options, spool);
+  return schema;
+}
+
+WriteOptions write_options_for(const CompressOptions& options) {
+  WriteOptions write_options;
+  write_options.level = options.level;
+  write_options.connectivity = options.connectivity;
+  write_options.segment_cells = options.segment_cells;
+  write_options.restart_budget = options.restart_budget;
+  write_options.key_steps = options.key_steps;
+  write_options.threads = options.threads;
+  return write_options;
+}
+
+SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions& options,
+                         Spool& spool) {
+  const Schema schema = schema_to_write(mesh, options, spool);
   const auto code = [&](MeshSource& ordered, CodingOrder* coding_order) {
-    WriteOptions write_options;
+    WriteOptions write_options = write_options_for(options);
     write_options.coding_order = coding_order;
-    write_options.level = options.level;
-    write_options.connectivity = options.connectivity;
-    write_options.segment_cells = options.segment_cells;
-    write_options.restart_budget = options.restart_budget;
-    write_options.key_steps = options.key_steps;
-    write_options.threads = options.threads;
     return code_mesh(ordered, schema, sink, write_options, options.progress, spool);
   };
   std::optional<CellTable> cells;
@@ -362,8 +253,8 @@ void replay_coding_order(MeshSource& mesh, const MeshInfo& of, CodingOrder& out,
   options.segment_connectivity = of.segment_connectivity;
   if (options.segment_starts.empty()) options.restart_budget = 0;
   Writer writer = writer_to(nowhere, bare, options);
-  MeshFeeder feeder(mesh, bare, writer,
-                    bare.order == Order::free ? kUnlimited : spool.memory_budget() / 4);
+  MeshFeeder<Writer> feeder(mesh, bare, writer,
+                            bare.order == Order::free ? kUnlimited : spool.memory_budget() / 4);
   stream_compacted(mesh, spool, feeder);
   checked(writer.end_mesh());
 }

@@ -40,6 +40,11 @@ struct CompressOptions {
 // say one.
 Schema schema_for(MeshSource& mesh, const CompressOptions& options);
 
+// The same with the delay buffer that compress_mesh takes, which may be found by a trial.
+Schema schema_to_write(MeshSource& mesh, const CompressOptions& options, Spool& spool);
+// What compress_mesh tells a Writer.
+WriteOptions write_options_for(const CompressOptions& options);
+
 // True when something in the mesh counts on the position of corners within a cell: side sets,
 // nodes on edges and faces, values per corner.
 bool needs_corner_order(const MeshInfo& info);

@@ -36,6 +36,7 @@ class StagedMesh final : public MeshSource {
   void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override;
   bool next_cells(CellBatch& out, std::size_t max_cells) override;
   void rewind_cells() override { next_cell_ = 0; }
+  void seek_cells(std::uint64_t first) override { next_cell_ = first; }
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
 

@@ -73,6 +73,7 @@ class ExodusMesh final : public MeshSource {
     at_ = {};
     polyhedron_nodes_ = 0;
   }
+  void seek_cells(std::uint64_t first) override;
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
 
@@ -509,6 +510,17 @@ bool ExodusMesh::next_cells(CellBatch& out, std::size_t max_cells) {
   out.blocks.assign(taken, at_.block);
   at_.cell += taken;
   return true;
+}
+
+// Cells of blocks whose elements all have as many nodes are found at once; of others, those before
+// are read.
+void ExodusMesh::seek_cells(std::uint64_t first) {
+  for (const BlockLayout& block : layout_.blocks)
+    if (block.faces >= 0 || block.counts >= 0) return MeshSource::seek_cells(first);
+  at_ = {};
+  for (; at_.block < layout_.blocks.size() && first >= layout_.blocks[at_.block].cells; ++at_.block)
+    first -= layout_.blocks[at_.block].cells;
+  if (at_.block < layout_.blocks.size()) at_.cell = first;
 }
 
 std::uint64_t ExodusMesh::take_nodes(CellBatch& out, std::uint64_t most) {

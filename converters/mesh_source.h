@@ -7,6 +7,7 @@
 // Errors are thrown as Failure (an Error with file and place); see failure.h.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -66,6 +67,8 @@ struct CellBatch {
 };
 
 class MeshSource {
+  static constexpr std::uint64_t kSkippedCells = 8192;  // at once
+
  public:
   virtual ~MeshSource() = default;
   virtual const MeshInfo& info() const = 0;
@@ -74,6 +77,13 @@ class MeshSource {
   // The next at most `max_cells` cells into `out`; false (and empty) at the end.
   virtual bool next_cells(CellBatch& out, std::size_t max_cells) = 0;
   virtual void rewind_cells() = 0;
+  // Cell `first` comes next. Where a format cannot find it, all cells before are read.
+  virtual void seek_cells(std::uint64_t first) {
+    rewind_cells();
+    CellBatch batch;
+    for (std::uint64_t at = 0; at < first; at += batch.size())
+      if (!next_cells(batch, std::min<std::uint64_t>(first - at, kSkippedCells))) return;
+  }
   // `count` elements of an array from its element `first`, in file order (for a cell array:
   // counted over the cells of the blocks it covers). `step` is 0 for a static array.
   virtual void read_array(std::size_t array, std::uint64_t step, std::uint64_t first,

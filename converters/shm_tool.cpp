@@ -82,18 +82,6 @@ SizeReport compress_to_file(MeshSource& mesh, const std::string& path, const Com
   return sizes;
 }
 
-// --array beats the others; for coordinates --bits beats --abs and --rel.
-Lossy lossy_of(const Options& options) {
-  if (options.abs && options.rel) wrong_use("--abs and --rel exclude each other");
-  Lossy lossy;
-  if (options.abs) lossy.fields = parse_accuracy("abs=" + *options.abs, "--abs");
-  if (options.rel) lossy.fields = parse_accuracy("rel=" + *options.rel, "--rel");
-  lossy.coordinates = options.bits > 0 ? Accuracy::of_bits(options.bits) : lossy.fields;
-  for (const std::string& text : options.arrays)
-    lossy.named.push_back(parse_named_accuracy(text, "--array"));
-  return lossy;
-}
-
 // Tells on standard error when order and numbers that nobody may need are much of the file. Looks
 // only at what is dear and has many vertices waiting for their last use; closer, by a trial, where
 // the mesh is small enough for that.
@@ -114,13 +102,9 @@ ExitCode run_compress(Options& options) {
   if (options.output.empty()) options.output = options.input == "-" ? "-" : options.input + ".shm";
   if (options.output == "-" && options.json)
     wrong_use("--json and the compressed mesh cannot both go to standard output");
-  if (!(options.restart_budget >= 0)) wrong_use("--restart-budget is no number");
-  if (options.delay.value_or(0) > 0 && options.order == "free")
-    wrong_use("--delay is for the order stream; --order free moves cells anyway");
   if (!options.cell_order.empty() && options.order != "free")
     wrong_use("--cell-order is for --order free");
-  CompressOptions how;
-  how.lossy = lossy_of(options);
+  CompressOptions how = compress_options(options);
   const auto start = std::chrono::steady_clock::now();
   ProgressLine line(options.quiet);
   // An incoherent mesh is read in any order: pages that go to disk would come back soon.
@@ -130,14 +114,6 @@ ExitCode run_compress(Options& options) {
   const auto mesh = input.open(spool, line.callback());
   let_go_of_startup();  // that of netCDF, too
 
-  how.order = order_of(options.order);
-  how.delay = options.delay;
-  how.level = level_of(options.level);
-  how.connectivity = codec_of(options.codec);
-  how.segment_cells = options.segment_cells;
-  how.restart_budget = options.restart_budget / 100;
-  how.key_steps = options.key_steps;
-  how.threads = options.threads;
   how.progress = line.callback();
   std::optional<CellSequence> cell_order;
   if (!options.cell_order.empty())

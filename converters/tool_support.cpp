@@ -26,6 +26,35 @@ ExitCode exit_code(ErrorCode code) {
   return kBadInput;
 }
 
+// --array beats the others; for coordinates --bits beats --abs and --rel.
+static Lossy lossy_of(const Options& options) {
+  if (options.abs && options.rel) wrong_use("--abs and --rel exclude each other");
+  Lossy lossy;
+  if (options.abs) lossy.fields = parse_accuracy("abs=" + *options.abs, "--abs");
+  if (options.rel) lossy.fields = parse_accuracy("rel=" + *options.rel, "--rel");
+  lossy.coordinates = options.bits > 0 ? Accuracy::of_bits(options.bits) : lossy.fields;
+  for (const std::string& text : options.arrays)
+    lossy.named.push_back(parse_named_accuracy(text, "--array"));
+  return lossy;
+}
+
+CompressOptions compress_options(const Options& options) {
+  if (!(options.restart_budget >= 0)) wrong_use("--restart-budget is no number");
+  if (options.delay.value_or(0) > 0 && options.order == "free")
+    wrong_use("--delay is for the order stream; --order free moves cells anyway");
+  CompressOptions how;
+  how.lossy = lossy_of(options);
+  how.order = order_of(options.order);
+  how.delay = options.delay;
+  how.level = level_of(options.level);
+  how.connectivity = codec_of(options.codec);
+  how.segment_cells = options.segment_cells;
+  how.restart_budget = options.restart_budget / 100;
+  how.key_steps = options.key_steps;
+  how.threads = options.threads;
+  return how;
+}
+
 ProgressLine::ProgressLine(bool quiet) : shown_(!quiet && ::isatty(STDERR_FILENO) != 0) {}
 
 void ProgressLine::show(std::string_view phase, std::uint64_t done, std::uint64_t total) {

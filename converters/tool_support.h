@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "compress.h"
 #include "losses.h"
 #include "progress.h"
 #include "shm/result.h"
@@ -28,6 +29,9 @@ ExitCode exit_code(ErrorCode code);
 // Memory of the spool: as the user says, or what is usual; more where `any_order` of vertices or
 // cells is likely.
 std::size_t spool_memory(const Options& options, bool any_order = false);
+
+// How a mesh is to be compressed, but for progress and --cell-order. Throws Failure (misuse).
+CompressOptions compress_options(const Options& options);
 
 // One line on the terminal, rewritten at most ten times a second and wiped at the end.
 class ProgressLine {

@@ -92,6 +92,7 @@ class UcdMesh final : public MeshSource {
     return count > 0;
   }
   void rewind_cells() override { next_cell_ = 0; }
+  void seek_cells(std::uint64_t first) override { next_cell_ = first; }
   void read_array(std::size_t array, std::uint64_t, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override {
     values_[array]->read(first, count, out);

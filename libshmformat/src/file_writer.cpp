@@ -33,6 +33,21 @@ void FileWriter::go_on(container::ChunkWriter::State state,
   steps_ = steps;
 }
 
+Result<void> FileWriter::adopt(const container::Index& part, std::uint64_t bytes) {
+  if (auto good = chunks_.adopt(part.entries, bytes); !good) return good;
+  for (const auto& [name, size] : part.streams) stream_bytes_[name] += size;
+  steps_ = std::max(steps_, part.steps);
+  return {};
+}
+
+container::Index FileWriter::take_part(container::Index totals) {
+  totals.entries = chunks_.take_entries();
+  for (const auto& [name, bytes] : std::exchange(stream_bytes_, {}))
+    totals.streams.push_back({name, bytes});
+  totals.steps = step_values_ ? step_values_->steps() : 0;
+  return totals;
+}
+
 Result<void> FileWriter::write_schema() {
   ByteWriter blob, payload;
   put(blob, *schema_);

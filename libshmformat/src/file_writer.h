@@ -30,6 +30,15 @@ class FileWriter {
   void go_on(container::ChunkWriter::State state, std::map<std::string, std::uint64_t> streams,
              std::uint64_t steps);
 
+  /// Chunks that stand in the file already, behind what was written. `part`: what a take_part()
+  /// told of them; its totals are not looked at. Corrupt where they are not `bytes` bytes.
+  Result<void> adopt(const container::Index& part, std::uint64_t bytes);
+  /// What the index tells of all since the beginning, or the last call, and `totals`; forgets it.
+  /// Nothing is at hand of time steps.
+  container::Index take_part(container::Index totals);
+  std::uint64_t offset() const { return chunks_.offset(); }
+  std::uint32_t chunks() const { return chunks_.count(); }
+
   Result<void> write_group(std::uint32_t segment, const container::GroupHeader& header,
                            const std::vector<std::vector<std::byte>>& streams);
 
@@ -44,6 +53,8 @@ class FileWriter {
                                std::span<const std::byte> values) {
     return step_values_->add(array, step, values);
   }
+  /// Ends the array and step at hand, if there is one.
+  Result<void> end_step_array() { return step_values_ ? step_values_->end_step() : Result<void>(); }
   bool has_times() const { return times_set_; }
   Result<void> set_step_times(std::span<const double> times);
   static Result<void> check(const Extra& extra);
@@ -58,7 +69,6 @@ class FileWriter {
   Result<void> write_schema();
   Result<void> write_step_values(const container::StepHeader& header, std::uint64_t first,
                                  std::span<const std::byte> bytes);
-  Result<void> end_step_array() { return step_values_ ? step_values_->end_step() : Result<void>(); }
   const std::string& array_key(std::uint32_t array) const { return array_keys_[array]; }
 
   const Schema* schema_;

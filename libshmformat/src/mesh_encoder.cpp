@@ -6,12 +6,13 @@
 #include <string>
 
 #include "bytes/checksum.h"
+#include "coders/shifts.h"
 
 namespace shm {
 namespace {
 
-Error misuse(std::string detail) {
-  return Error{ErrorCode::misuse, std::move(detail), "mesh", kNoOffset, {}};
+Error misuse(std::string detail, std::string section = "mesh") {
+  return Error{ErrorCode::misuse, std::move(detail), std::move(section), kNoOffset, {}};
 }
 
 // Cells and bytes of a piece: enough that passing it on costs nothing, little beside a group.
@@ -113,6 +114,13 @@ MeshEncoder::MeshEncoder(const Schema& schema, const WriteOptions& options, Grou
   }
 }
 
+void MeshEncoder::begin_part(const SegmentStart& start) {
+  start_ = start;
+  given_cells_ = totals_.cells = start.first_cell;
+  given_vertices_ = start.first_vertex;
+  holds_groups_ = schema_->order != Order::keep;
+}
+
 Result<void> MeshEncoder::add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                      std::span<const std::byte> data) {
   if (xyz.size() != xyz_bytes_ || data.size() != values_bytes_ - xyz_bytes_)
@@ -136,6 +144,18 @@ Result<void> MeshEncoder::add_vertex(std::uint64_t number, std::span<const std::
   std::byte* values = values_.data() + entry * values_bytes_;
   std::copy(xyz.begin(), xyz.end(), values);
   std::copy(data.begin(), data.end(), values + xyz_bytes_);
+  return {};
+}
+
+Result<void> MeshEncoder::add_imported_vertex(std::uint64_t number, std::span<const std::byte> xyz,
+                                              std::span<const std::byte> data) {
+  if (start_.segment == 0) return misuse("nothing is imported before the first segment");
+  if (auto good = add_vertex(number, xyz, data); !good) return good;
+  const std::uint32_t e = by_number_.find(number);
+  in_segment_[e] = 0;  // an earlier one; which does not matter
+  entries_[e].used = true;
+  ++live_;
+  if (schema_->order != Order::keep) foreign_tickets_.push_back(entries_[e].ticket = new_ticket());
   return {};
 }
 
@@ -211,7 +231,9 @@ Result<void> MeshEncoder::delay(std::uint32_t block, std::uint64_t number,
   cell.entries = cell_entries_;
   if (is_hexahedral(schema_->blocks[block])) {
     SpiralReorderer::Corners eight{};
-    std::copy_n(cell.entries.begin(), 8, eight.begin());
+    // Numbers, not entries: these are soon given to other vertices, which would look like
+    // neighbours.
+    for (std::size_t i = 0; i < 8; ++i) eight[i] = entries_[cell.entries[i]].number;
     reorderer_.push_hexahedron(handle, eight);
   } else {
     reorderer_.push_other(handle);
@@ -335,20 +357,23 @@ void MeshEncoder::give_vertex(std::uint32_t e) {
   vertex.imported = in_segment_[e] != kNone;
   if (!vertex.imported) {
     ++given_vertices_;
-    if (schema_->order != Order::keep) {
-      if (free_tickets_.empty()) {
-        free_tickets_.push_back(static_cast<std::uint32_t>(tickets_.size()));
-        tickets_.push_back(0);
-      }
-      entry.ticket = free_tickets_.back();
-      free_tickets_.pop_back();
-    }
+    if (schema_->order != Order::keep) entry.ticket = new_ticket();
   }
   vertex.ticket = entry.ticket;
   in_segment_[e] = start_.segment;
   piece_.vertices.push_back(vertex);
   const std::byte* values = values_.data() + e * values_bytes_;
   piece_.vertex_values.insert(piece_.vertex_values.end(), values, values + values_bytes_);
+}
+
+std::uint32_t MeshEncoder::new_ticket() {
+  if (free_tickets_.empty()) {
+    free_tickets_.push_back(static_cast<std::uint32_t>(tickets_.size()));
+    tickets_.push_back(0);
+  }
+  const std::uint32_t ticket = free_tickets_.back();
+  free_tickets_.pop_back();
+  return ticket;
 }
 
 Result<void> MeshEncoder::code_loose(std::uint32_t e) {
@@ -432,6 +457,28 @@ Result<void> MeshEncoder::give_out(std::vector<EncodedGroup>& groups) {
 }
 
 Result<void> MeshEncoder::give_out(EncodedGroup& group) {
+  if (options_.coding_order != nullptr) tell_order(group);
+  if (!holds_groups_) return finish_group(group);
+  held_.push_back(std::move(group));
+  held_.back().cell_numbers = {};
+  return {};
+}
+
+Result<void> MeshEncoder::give_out_part(std::span<const std::uint64_t> numbers) {
+  if (numbers.size() != foreign_tickets_.size())
+    return misuse("there are " + std::to_string(foreign_tickets_.size()) +
+                  " imported vertices, and " + std::to_string(numbers.size()) + " numbers");
+  for (std::size_t i = 0; i < numbers.size(); ++i) tickets_[foreign_tickets_[i]] = numbers[i];
+  holds_groups_ = false;
+  for (EncodedGroup& group : held_) {
+    if (auto good = finish_group(group); !good) return good;
+    group = {};
+  }
+  held_ = {};
+  return {};
+}
+
+Result<void> MeshEncoder::finish_group(EncodedGroup& group) {
   container::GroupHeader& header = group.header;
   if (group.segment != segment_given_out_ || totals_.segments == 0) {
     segment_given_out_ = group.segment;
@@ -453,7 +500,6 @@ Result<void> MeshEncoder::give_out(EncodedGroup& group) {
       low = std::min(low, group.ranges[r].minimum[c]);
       high = std::max(high, group.ranges[r].maximum[c]);
     }
-  if (options_.coding_order != nullptr) tell_order(group);
   return sink_(group.segment, header, group.streams);
 }
 
@@ -496,6 +542,28 @@ void MeshEncoder::code_import_numbers(EncodedGroup& group) {
 void MeshEncoder::tell_order(const EncodedGroup& group) const {
   for (const EncodedGroup::Born& vertex : group.born) options_.coding_order->vertex(vertex.number);
   for (std::uint64_t cell : group.cell_numbers) options_.coding_order->cell(cell);
+}
+
+// --- options
+
+Result<void> check_options(const Schema& schema, const WriteOptions& options) {
+  if (options.group_cells < 1 || options.group_cells > container::kMaxGroupCells)
+    return misuse("group_cells must be 1 to 2^20", "options");
+  const auto is_codec = [](ConnectivityCodec codec) { return codec <= ConnectivityCodec::shifts; };
+  const auto& codecs = options.segment_connectivity;
+  if (!is_codec(options.connectivity) || !std::all_of(codecs.begin(), codecs.end(), is_codec) ||
+      options.level > Level::best)
+    return misuse("unknown codec of connectivity, or level", "options");
+  const bool shifts =
+      options.connectivity == ConnectivityCodec::shifts ||
+      std::find(codecs.begin(), codecs.end(), ConnectivityCodec::shifts) != codecs.end();
+  if (shifts && !takes_shifts(schema))
+    return misuse("shifts are for cells of 1 to 64 nodes without delay, and no steps", "options");
+  if (!(options.restart_budget >= 0)) return misuse("restart_budget must be 0 or more", "options");
+  if (options.key_steps < 1) return misuse("key_steps must be 1 or more", "options");
+  if (!std::is_sorted(options.segment_starts.begin(), options.segment_starts.end()))
+    return misuse("segment_starts must ascend", "options");
+  return {};
 }
 
 }  // namespace shm

@@ -29,8 +29,15 @@ class MeshEncoder {
   /// `schema` is checked and borrowed.
   MeshEncoder(const Schema& schema, const WriteOptions& options, GroupSink sink);
 
+  /// Before anything is added: the mesh is some segments of a larger one, from `start` on. Groups
+  /// are then held until give_out_part(), but for Order::keep.
+  void begin_part(const SegmentStart& start);
+
   Result<void> add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                           std::span<const std::byte> data);
+  /// Of a part that does not begin with segment 0: a segment before it owns the vertex.
+  Result<void> add_imported_vertex(std::uint64_t number, std::span<const std::byte> xyz,
+                                   std::span<const std::byte> data);
   Result<void> add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                  std::span<const std::byte> data);
   Result<void> add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
@@ -38,6 +45,10 @@ class MeshEncoder {
   Result<void> end();
   /// Gives out all groups that are complete by now: which these are depends on calls alone.
   Result<void> catch_up();
+  /// After end(), of a part, not in Order::keep: the stream numbers of its imported vertices, in
+  /// order of add_imported_vertex(). Gives out all groups.
+  Result<void> give_out_part(std::span<const std::uint64_t> numbers);
+  std::size_t imported() const { return foreign_tickets_.size(); }
 
   struct Totals {
     std::uint64_t vertices = 0, cells = 0, hexahedra = 0, max_active_vertices = 0;
@@ -87,6 +98,8 @@ class MeshEncoder {
   Result<void> end_segment();
   Result<void> give_out(std::vector<EncodedGroup>& groups);
   Result<void> give_out(EncodedGroup& group);
+  Result<void> finish_group(EncodedGroup& group);
+  std::uint32_t new_ticket();
   void number_vertices(EncodedGroup& group);
   void code_import_numbers(EncodedGroup& group);
   void tell_order(const EncodedGroup& group) const;
@@ -131,7 +144,15 @@ class MeshEncoder {
   NumberColumn<RangeEncoder> import_numbers_;
   RangeEncoder import_coder_;
 
+  // of a part
+  bool holds_groups_ = false;
+  std::vector<EncodedGroup> held_;
+  std::vector<std::uint32_t> foreign_tickets_;
+
   Totals totals_;
 };
+
+/// Whether a Writer may be made with them.
+Result<void> check_options(const Schema& schema, const WriteOptions& options);
 
 }  // namespace shm

@@ -30,12 +30,21 @@ StepEncoder::StepEncoder(const Schema& schema, TopologyReplay& topology,
       sink_(std::move(sink)),
       before_(schema.arrays.size(), Before{0, 0, StepMemory(most_)}) {}
 
+void StepEncoder::begin_part(Part part) {
+  if (most_ != StepReference::nothing) most_ = most_reference(*schema_, part.all);
+  before_.assign(before_.size(), Before{0, 0, StepMemory(most_)});
+  part_ = std::move(part);
+}
+
+Result<void> StepEncoder::begin(std::uint32_t array, std::uint64_t step) {
+  if (array_ == array && step_ == step) return {};
+  if (auto good = end_step(); !good) return good;
+  return begin_step(array, step);
+}
+
 Result<void> StepEncoder::add(std::uint32_t array, std::uint64_t step,
                               std::span<const std::byte> values) {
-  if (array_ != array || step_ != step) {
-    if (auto good = end_step(); !good) return good;
-    if (auto good = begin_step(array, step); !good) return good;
-  }
+  if (auto good = begin(array, step); !good) return good;
   while (!values.empty()) {
     if (count_ == 0)
       if (auto good = begin_group(); !good) return good;
@@ -76,8 +85,10 @@ Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   first_ = 0;
   group_ = 0;
   count_ = 0;
-  reference_.reset();
+  reference_ = std::exchange(told_reference_, std::nullopt);
   has_referred_ = false;
+  if (reference_ && *reference_ > most_here_ && elements_[array] > 0)
+    return misuse("a step cannot refer to steps that were not given");
   column_.emplace(*schema_, array);
   return {};
 }
@@ -110,7 +121,9 @@ Result<void> StepEncoder::end_group() {
     header.trend = *reference_ == StepReference::trend;
     has_referred_ = true;
   }
-  if (auto good = sink_(header, first_, coded->bytes); !good) return good;
+  if (part_) header.group += part_->first_group;
+  const std::uint64_t first = first_ + (part_ ? part_->first[*array_] : 0);
+  if (auto good = sink_(header, first, coded->bytes); !good) return good;
   before_[*array_].values.take(static_cast<std::size_t>(first_) * stride(), pending_);
   first_ += count_;
   count_ = 0;

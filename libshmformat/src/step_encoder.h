@@ -36,6 +36,20 @@ class StepEncoder {
     before_[array].values.take(0, values);
   }
 
+  /// Where the elements of a part of a mesh stand, by array; `all`: of the whole mesh.
+  struct Part {
+    std::uint32_t first_group = 0;
+    std::vector<std::uint64_t> first, all;
+  };
+  /// Before anything else: the topology, and `elements`, are those of a part.
+  void begin_part(Part part);
+  /// Of a part: what the step that begins next refers to, as another part has chosen.
+  void choose(StepReference reference) { told_reference_ = reference; }
+  /// What the step at hand refers to, once that is known.
+  std::optional<StepReference> chosen() const { return array_ ? reference_ : std::nullopt; }
+  /// Begins a step that may get no values.
+  Result<void> begin(std::uint32_t array, std::uint64_t step);
+
   /// Must hold: the array is stepped, `values` are whole elements.
   Result<void> add(std::uint32_t array, std::uint64_t step, std::span<const std::byte> values);
   /// Ends the step at hand, if there is one.
@@ -74,6 +88,8 @@ class StepEncoder {
   Level level_;
   StepReference most_;
   Sink sink_;
+  std::optional<Part> part_;
+  std::optional<StepReference> told_reference_;  // of the step that begins next
   std::uint64_t steps_ = 0;
   std::vector<Before> before_;  // by array
 

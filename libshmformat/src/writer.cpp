@@ -154,22 +154,7 @@ Writer::~Writer() = default;
 
 Result<Writer> Writer::create(ByteSink& sink, Schema schema, const WriteOptions& options) {
   if (auto good = check_schema(schema); !good) return good.error();
-  if (options.group_cells < 1 || options.group_cells > container::kMaxGroupCells)
-    return misuse("group_cells must be 1 to 2^20", "options");
-  const auto is_codec = [](ConnectivityCodec codec) { return codec <= ConnectivityCodec::shifts; };
-  const auto& codecs = options.segment_connectivity;
-  if (!is_codec(options.connectivity) || !std::all_of(codecs.begin(), codecs.end(), is_codec) ||
-      options.level > Level::best)
-    return misuse("unknown codec of connectivity, or level", "options");
-  const bool shifts =
-      options.connectivity == ConnectivityCodec::shifts ||
-      std::find(codecs.begin(), codecs.end(), ConnectivityCodec::shifts) != codecs.end();
-  if (shifts && !takes_shifts(schema))
-    return misuse("shifts are for cells of 1 to 64 nodes without delay, and no steps", "options");
-  if (!(options.restart_budget >= 0)) return misuse("restart_budget must be 0 or more", "options");
-  if (options.key_steps < 1) return misuse("key_steps must be 1 or more", "options");
-  if (!std::is_sorted(options.segment_starts.begin(), options.segment_starts.end()))
-    return misuse("segment_starts must ascend", "options");
+  if (auto good = check_options(schema, options); !good) return good.error();
   auto impl = std::make_unique<Impl>(sink, std::move(schema), options);
   if (auto good = impl->start(); !good) return good.error();
   return Writer(std::move(impl));

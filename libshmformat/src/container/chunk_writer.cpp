@@ -35,6 +35,33 @@ Result<void> ChunkWriter::write(ChunkKind kind, std::span<const std::byte> paylo
   return put(payload);
 }
 
+Result<void> ChunkWriter::adopt(std::span<const IndexEntry> entries, std::uint64_t bytes) {
+  std::uint64_t end = 0;
+  for (const IndexEntry& entry : entries) {
+    if (entry.offset != end || entry.bytes < kChunkHeaderBytes || entry.bytes > bytes - end)
+      return Error{ErrorCode::corrupt,
+                   "chunks of a part do not follow each other",
+                   "index",
+                   offset_ + end,
+                   {}};
+    end += entry.bytes;
+    entries_.push_back(entry);
+    entries_.back().offset += offset_;
+  }
+  if (end != bytes)
+    return Error{
+        ErrorCode::corrupt, "chunks of a part have another size", "index", offset_ + end, {}};
+  offset_ += bytes;
+  sequence_ += static_cast<std::uint32_t>(entries.size());
+  return {};
+}
+
+std::vector<IndexEntry> ChunkWriter::take_entries() {
+  offset_ = 0;
+  sequence_ = 0;
+  return std::exchange(entries_, {});
+}
+
 Result<void> ChunkWriter::finish(Index index) {
   index.entries = std::exchange(entries_, {});
   const std::uint64_t index_offset = offset_;

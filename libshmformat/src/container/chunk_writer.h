@@ -24,6 +24,14 @@ class ChunkWriter {
   Result<void> finish(Index index);
 
   std::uint64_t offset() const { return offset_; }
+  /// Chunks so far.
+  std::uint32_t count() const { return sequence_; }
+  /// Chunks that stand in the file already, behind those that were written: `bytes` bytes, with
+  /// offsets from where they begin. Corrupt where they do not lie there one behind the other.
+  Result<void> adopt(std::span<const IndexEntry> entries, std::uint64_t bytes);
+  /// What the index would tell of the chunks since the beginning or the last call, with offsets
+  /// from there; it forgets them, and where they are.
+  std::vector<IndexEntry> take_entries();
 
   /// How far a file has come.
   struct State {

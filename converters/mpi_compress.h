@@ -1,0 +1,22 @@
+// Compression by several ranks: each codes some segments of one mesh, and all write one file. It
+// has the bytes that compress_mesh writes with the same options. Memory of a rank: 64 bytes for
+// each vertex of its part, 24 for each that it owns (NumberOwners), its compressed part, and what
+// compress_mesh takes beside the mesh.
+#pragma once
+
+#include "compress.h"
+#include "mesh_source.h"
+#include "mpi_output.h"
+#include "mpi_ranks.h"
+#include "shm/writer.h"
+#include "spool.h"
+
+namespace shm::converters {
+
+// Collective: each rank has opened the same file as `mesh`. options.segment_cells must be given;
+// options.order is keep or stream. `output` is not committed. Sizes are those of the whole file, on
+// rank 0 alone. Throws SharedFailure.
+SizeReport compress_with_ranks(Ranks& ranks, MeshSource& mesh, SharedOutput& output,
+                               const CompressOptions& options, Spool& spool);
+
+}  // namespace shm::converters

@@ -1,0 +1,107 @@
+// shm_mpi: compression and decompression by the ranks of an MPI program. Exit codes as of shm.
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+
+#include "failure.h"
+#include "formats.h"
+#include "mpi_compress.h"
+#include "mpi_output.h"
+#include "mpi_ranks.h"
+#include "report.h"
+#include "tool_options.h"
+#include "tool_support.h"
+
+namespace shm::converters {
+namespace {
+
+ExitCode run_compress(Ranks& ranks, Options& options) {
+  if (options.output.empty()) options.output = options.input + ".shm";
+  CompressOptions how;
+  ranks.together([&] {
+    if (options.input == "-" || options.output == "-")
+      wrong_use("ranks read and write files: standard input and output will not do");
+    if (options.order == "free" || !options.cell_order.empty())
+      wrong_use("--order free needs the whole mesh in one memory: shm compress has it");
+    if (options.segment_cells == 0)
+      wrong_use("--segment-cells N says where ranks may share the mesh; it must be given");
+    how = compress_options(options);
+  });
+  const auto start = std::chrono::steady_clock::now();
+  Spool spool(spool_directory(options), spool_memory(options));
+  std::unique_ptr<MeshSource> mesh;
+  ranks.together([&] { mesh = open_mesh(options.input, spool); });
+  SharedOutput output(ranks, options.output);
+  CompressRun run;
+  run.sizes = compress_with_ranks(ranks, *mesh, output, how, spool);
+  output.commit();
+  if (!ranks.first()) return kDone;
+  run.input = options.input;
+  run.output = options.output;
+  run.input_bytes = file_bytes(options.input);
+  run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (options.json)
+    std::fputs(compress_json(run, mesh->info()).c_str(), stdout);
+  else
+    say(options, compress_text(run, mesh->info()));
+  return kDone;
+}
+
+int run(Ranks& ranks, int argc, char** argv, Options& options) {
+  CLI::App app{
+      "shm_mpi compresses a mesh, and gives it back, with the ranks of an MPI program.\n"
+      "All ranks see the same files."};
+  app.name("shm_mpi");
+  app.require_subcommand(1);
+  options.threads = 1;
+  CLI::App* compress = add_compress(app, options);
+  compress->description(
+      "Compress one mesh by all ranks; the file is that of shm compress with the same options.\n"
+      "--segment-cells must be given: ranks share the segments. --order is keep or stream;\n"
+      "--threads is for each rank, and 1 if not given");
+  compress->footer(
+      "Examples:\n"
+      "  mpirun -n 4 shm_mpi compress rotor.e --segment-cells 262144\n"
+      "  mpirun -n 4 shm_mpi compress rotor.e -o rotor.shm --order stream --segment-cells 262144");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return ranks.first() ? app.exit(error) : kDone;
+    if (ranks.first()) std::fprintf(stderr, "shm_mpi: %s (see shm_mpi --help)\n", error.what());
+    return kWrongUse;
+  }
+  return run_compress(ranks, options);
+}
+
+int complain(const Options& options, Error error) {
+  if (error.file.empty() && error.code != ErrorCode::misuse) error.file = options.input;
+  std::fprintf(stderr, "shm_mpi: %s\n", error.message().c_str());
+  return exit_code(error.code);
+}
+
+int guarded_run(int argc, char** argv) {
+  Ranks ranks(&argc, &argv);
+  // After MPI has begun, which has handlers of its own.
+  remove_outputs_on_signals();
+  Options options;
+  try {
+    return run(ranks, argc, argv, options);
+  } catch (const SharedFailure& failure) {
+    if (ranks.first()) complain(options, failure.error());
+    return exit_code(failure.error().code);
+  } catch (...) {
+    // One rank alone, among calls that others wait in.
+    Ranks::abort(complain(options, current_error()));
+  }
+}
+
+}  // namespace
+}  // namespace shm::converters
+
+int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is an error like others
+  return shm::converters::guarded_run(argc, argv);
+}
