@@ -269,6 +269,12 @@ std::uint32_t tried_delay(MeshSource& mesh, const Schema& schema, const Compress
   });
 }
 
+// A single step is referred to by none: neither side need hold it.
+std::uint32_t key_steps_of(const MeshSource& mesh, const CompressOptions& options) {
+  return options.key_steps.value_or(mesh.info().step_times.size() == 1 ? 1
+                                                                       : WriteOptions().key_steps);
+}
+
 }  // namespace
 
 bool needs_corner_order(const MeshInfo& info) {
@@ -297,6 +303,7 @@ bool needs_corner_order(const MeshInfo& info) {
 Schema schema_for(MeshSource& mesh, const CompressOptions& options) {
   Schema schema = mesh.info().schema;
   schema.order = options.order;
+  schema.step_references = StepReference::trend;  // the Writer says less
   schema.delay = options.order == Order::free ? 0 : options.delay.value_or(0);
   schema.corner_order = options.order == Order::keep || needs_corner_order(mesh.info());
   set_accuracy(mesh, options.lossy, schema, options.progress);
@@ -315,7 +322,7 @@ SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions
     write_options.connectivity = options.connectivity;
     write_options.segment_cells = options.segment_cells;
     write_options.restart_budget = options.restart_budget;
-    write_options.key_steps = options.key_steps;
+    write_options.key_steps = key_steps_of(mesh, options);
     write_options.threads = options.threads;
     return code_mesh(ordered, schema, sink, write_options, options.progress, spool);
   };

@@ -27,7 +27,8 @@ struct CompressOptions {
   Lossy lossy;                          // what may come back rounded; nothing
   std::uint64_t segment_cells = 0;      // cells of a segment; 0: cuts follow the budget
   double restart_budget = .002;         // as in shm::WriteOptions
-  std::uint32_t key_steps = 8;          // as in shm::WriteOptions
+  // As in shm::WriteOptions; nothing: 1 of a mesh with one step, else as there.
+  std::optional<std::uint32_t> key_steps;
   unsigned threads = 1;                 // as in shm::WriteOptions
   CodingOrder* coding_order = nullptr;  // also hears the coding order; borrowed, may be null
   // Order::free: the cells in this order, instead of a search for one; borrowed, each cell once.

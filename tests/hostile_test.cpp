@@ -347,19 +347,6 @@ Bytes file_of(const std::vector<std::pair<ChunkKind, Bytes>>& chunks) {
   }
   return put_together(parts);
 }
-Bytes schema_payload(std::span<const std::byte> blob) {
-  ByteWriter payload;
-  payload.put_u16(container::kMajor);
-  payload.put_u16(container::kMinor);
-  payload.put_u32(0);
-  put_packed(payload, blob);
-  return std::move(payload.bytes);
-}
-Bytes schema_payload(const Schema& schema) {
-  ByteWriter blob;
-  put(blob, schema);
-  return schema_payload(blob.bytes);
-}
 
 TEST(Hostile, StatedSizesAllocateNothing) {
   constexpr std::size_t kSmall = 1 << 20;

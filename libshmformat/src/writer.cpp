@@ -19,6 +19,14 @@ Error misuse(std::string detail, std::string section) {
   return Error{ErrorCode::misuse, std::move(detail), std::move(section), kNoOffset, {}};
 }
 
+/// A trend takes two steps since a key step.
+StepReference most_referred(const Schema& schema, const WriteOptions& options) {
+  const bool steps = std::any_of(schema.arrays.begin(), schema.arrays.end(),
+                                 [](const ArrayInfo& array) { return array.per_step; });
+  if (!steps || options.key_steps > 2) return StepReference::trend;
+  return options.key_steps == 2 ? StepReference::before : StepReference::nothing;
+}
+
 }  // namespace
 
 class Writer::Impl {
@@ -170,6 +178,7 @@ Result<Writer> Writer::create(ByteSink& sink, Schema schema, const WriteOptions&
   if (options.key_steps < 1) return misuse("key_steps must be 1 or more", "options");
   if (!std::is_sorted(options.segment_starts.begin(), options.segment_starts.end()))
     return misuse("segment_starts must ascend", "options");
+  schema.step_references = std::min(schema.step_references, most_referred(schema, options));
   auto impl = std::make_unique<Impl>(sink, std::move(schema), options);
   if (auto good = impl->start(); !good) return good.error();
   return Writer(std::move(impl));
