@@ -262,7 +262,8 @@ TrialCoder trial_coder(const Schema& schema, ConnectivityCodec codec, Spool& spo
 std::uint32_t tried_delay(MeshSource& mesh, const Schema& schema, const CompressOptions& options,
                           Spool& spool) {
   if (options.progress) options.progress("trying delays", 0, 1);
-  return find_delay(mesh, [&](MeshSource& part, std::uint32_t delay) {
+  const double worthwhile = options.level == Level::best ? kWorthwhileAtBest : kWorthwhile;
+  return find_delay(mesh, worthwhile, [&](MeshSource& part, std::uint32_t delay) {
     Schema delayed = schema;
     delayed.delay = delay;
     return trial_coder(delayed, options.connectivity, spool)(part);
