@@ -348,20 +348,16 @@ class ToolTest(unittest.TestCase):
         """Values that stay cost little, but for the steps that refer to no other."""
         mesh, packed = self.path("steps.msh"), self.path("steps.shm")
         corners = ("0 0 0", "1 0 0", "1 1 0", "0 1 0", "0 0 1", "1 0 1", "1 1 1", "0 1 1")
-
-        def write(path, steps):
-            with open(path, "w") as out:
-                out.write("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n8\n")
-                for node, place in enumerate(corners, 1):
-                    out.write(f"{node} {place}\n")
-                out.write("$EndNodes\n$Elements\n1\n1 5 2 1 1 1 2 3 4 5 6 7 8\n$EndElements\n")
-                for step in range(steps):
-                    out.write(f'$NodeData\n1\n"heat"\n1\n{step / 2}\n3\n{step}\n1\n8\n')
-                    for node in range(1, 9):
-                        out.write(f"{node} {0.1 * node ** 3.3!r}\n")
-                    out.write("$EndNodeData\n")
-
-        write(mesh, 9)
+        with open(mesh, "w") as out:
+            out.write("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n8\n")
+            for node, place in enumerate(corners, 1):
+                out.write(f"{node} {place}\n")
+            out.write("$EndNodes\n$Elements\n1\n1 5 2 1 1 1 2 3 4 5 6 7 8\n$EndElements\n")
+            for step in range(9):
+                out.write(f'$NodeData\n1\n"heat"\n1\n{step / 2}\n3\n{step}\n1\n8\n')
+                for node in range(1, 9):
+                    out.write(f"{node} {0.1 * node ** 3.3!r}\n")
+                out.write("$EndNodeData\n")
         sizes = {}
         for key_steps in ("1", "3", "8", "9"):
             out = self.shm("compress", mesh, "-o", packed, "--key-steps", key_steps, "--json")[0]
@@ -373,21 +369,6 @@ class ToolTest(unittest.TestCase):
         self.shm("compress", mesh, "-o", packed)
         self.assertEqual(json.loads(self.shm("info", packed, "--json")[0])["streams"]
                          ["array:point/heat"]["bytes"], sizes["8"])
-        # A single step is referred to by none, and what is appended keeps to that, unless it is said.
-        one = self.path("one.msh")
-        write(one, 1)
-        grown = {}
-        for how in ((), ("--key-steps", "1"), ("--key-steps", "8")):
-            self.shm("compress", one, "-o", packed, *how)
-            with open(packed, "rb") as file:
-                first = file.read()
-            out = self.shm("append", packed, mesh, "--json")[0]
-            self.shm("verify", packed, "--against", mesh)
-            grown[how] = (first, json.loads(out)["streams"]["array:point/heat"])
-        self.assertEqual(grown[()], grown["--key-steps", "1"])
-        self.assertNotEqual(grown[()][0], grown["--key-steps", "8"][0])
-        self.assertEqual(grown[()][1], sizes["1"])
-        self.assertEqual(grown["--key-steps", "8"][1], sizes["8"])
 
     def test_restart_budget(self):
         mesh, packed = self.path("slim.vtk"), self.path("slim.shm")
