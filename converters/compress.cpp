@@ -143,11 +143,18 @@ TrialCoder trial_coder(const Schema& schema, ConnectivityCodec codec, Spool& spo
 std::uint32_t tried_delay(MeshSource& mesh, const Schema& schema, const CompressOptions& options,
                           Spool& spool) {
   if (options.progress) options.progress("trying delays", 0, 1);
-  return find_delay(mesh, [&](MeshSource& part, std::uint32_t delay) {
+  const double worthwhile = options.level == Level::best ? kWorthwhileAtBest : kWorthwhile;
+  return find_delay(mesh, worthwhile, [&](MeshSource& part, std::uint32_t delay) {
     Schema delayed = schema;
     delayed.delay = delay;
     return trial_coder(delayed, options.connectivity, spool)(part);
   });
+}
+
+// A single step is referred to by none: neither side need hold it.
+std::uint32_t key_steps_of(const MeshSource& mesh, const CompressOptions& options) {
+  return options.key_steps.value_or(mesh.info().step_times.size() == 1 ? 1
+                                                                       : WriteOptions().key_steps);
 }
 
 }  // namespace
@@ -178,6 +185,7 @@ bool needs_corner_order(const MeshInfo& info) {
 Schema schema_for(MeshSource& mesh, const CompressOptions& options) {
   Schema schema = mesh.info().schema;
   schema.order = options.order;
+  schema.step_references = StepReference::trend;  // the Writer says less
   schema.delay = options.order == Order::free ? 0 : options.delay.value_or(0);
   schema.corner_order = options.order == Order::keep || needs_corner_order(mesh.info());
   set_accuracy(mesh, options.lossy, schema, options.progress);
@@ -191,13 +199,13 @@ Schema schema_to_write(MeshSource& mesh, const CompressOptions& options, Spool& 
   return schema;
 }
 
-WriteOptions write_options_for(const CompressOptions& options) {
+WriteOptions write_options_for(const MeshSource& mesh, const CompressOptions& options) {
   WriteOptions write_options;
   write_options.level = options.level;
   write_options.connectivity = options.connectivity;
   write_options.segment_cells = options.segment_cells;
   write_options.restart_budget = options.restart_budget;
-  write_options.key_steps = options.key_steps;
+  write_options.key_steps = key_steps_of(mesh, options);
   write_options.threads = options.threads;
   return write_options;
 }
@@ -206,7 +214,7 @@ SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions
                          Spool& spool) {
   const Schema schema = schema_to_write(mesh, options, spool);
   const auto code = [&](MeshSource& ordered, CodingOrder* coding_order) {
-    WriteOptions write_options = write_options_for(options);
+    WriteOptions write_options = write_options_for(mesh, options);
     write_options.coding_order = coding_order;
     return code_mesh(ordered, schema, sink, write_options, options.progress, spool);
   };

@@ -24,10 +24,11 @@ struct CompressOptions {
   std::optional<std::uint32_t> delay = 0;
   Level level = Level::standard;
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
-  Lossy lossy;                          // what may come back rounded; nothing
-  std::uint64_t segment_cells = 0;      // cells of a segment; 0: cuts follow the budget
-  double restart_budget = .002;         // as in shm::WriteOptions
-  std::uint32_t key_steps = 8;          // as in shm::WriteOptions
+  Lossy lossy;                      // what may come back rounded; nothing
+  std::uint64_t segment_cells = 0;  // cells of a segment; 0: cuts follow the budget
+  double restart_budget = .002;     // as in shm::WriteOptions
+  // As in shm::WriteOptions; nothing: 1 of a mesh with one step, else as there.
+  std::optional<std::uint32_t> key_steps;
   unsigned threads = 1;                 // as in shm::WriteOptions
   CodingOrder* coding_order = nullptr;  // also hears the coding order; borrowed, may be null
   // Order::free: the cells in this order, instead of a search for one; borrowed, each cell once.
@@ -43,7 +44,7 @@ Schema schema_for(MeshSource& mesh, const CompressOptions& options);
 // The same with the delay buffer that compress_mesh takes, which may be found by a trial.
 Schema schema_to_write(MeshSource& mesh, const CompressOptions& options, Spool& spool);
 // What compress_mesh tells a Writer.
-WriteOptions write_options_for(const CompressOptions& options);
+WriteOptions write_options_for(const MeshSource& mesh, const CompressOptions& options);
 
 // True when something in the mesh counts on the position of corners within a cell: side sets,
 // nodes on edges and faces, values per corner.

@@ -12,10 +12,6 @@ namespace {
 // Tried in this order, the next one only where the one before pays: smaller buffers save less
 // wherever any saves something.
 constexpr std::array<std::uint32_t, 2> kDelays = {256, 1024};
-// Of the bytes without a buffer. Less would be within the error of the sample, and not worth the
-// time: cells wait in the buffer about as long as they take to be coded.
-constexpr double kWorthwhile = .99;
-
 constexpr std::uint64_t kFewestCells = 24000;  // of a mesh that is tried
 constexpr std::uint64_t kRunCells = 2048, kMostRuns = 16;
 constexpr std::uint64_t kShare = 20;  // at most one cell of so many is tried in large meshes
@@ -31,7 +27,7 @@ std::vector<CellRun> runs_of(std::uint64_t cells) {
 
 }  // namespace
 
-std::uint32_t find_delay(MeshSource& mesh, const DelayCoder& code) {
+std::uint32_t find_delay(MeshSource& mesh, double worthwhile, const DelayCoder& code) {
   const MeshInfo& info = mesh.info();
   if (info.cells() < kFewestCells) return 0;
   SampleMesh sample(mesh, runs_of(info.cells()));
@@ -39,7 +35,7 @@ std::uint32_t find_delay(MeshSource& mesh, const DelayCoder& code) {
     return bytes_of_all_steps(code(sample, delay), sample.info(), info.step_times.size());
   };
   std::uint32_t best = 0;
-  double least = bytes(0) * kWorthwhile;
+  double least = bytes(0) * (1 - worthwhile);
   for (const std::uint32_t delay : kDelays) {
     const double now = bytes(delay);
     if (now >= least) break;

@@ -110,7 +110,7 @@ class PartCompression {
         mesh_(&mesh),
         output_(&output),
         schema_(std::move(schema)),
-        options_(write_options_for(options)),
+        options_(write_options_for(mesh, options)),
         spool_(&spool),
         shares_(mesh.info().cells(), options.segment_cells, ranks.size()),
         range_(shares_.range(ranks.rank())),
@@ -245,7 +245,7 @@ void PartCompression::write_mesh() {
   PartChunks chunks;
   ranks_->together([&] {
     if (ranks_->first()) {
-      joiner_ = checked(PartJoiner::create(head_, schema_));
+      joiner_ = checked(PartJoiner::create(head_, schema_, options_));
       output_->write(0, head_.bytes);
     }
     if (writer_) chunks = checked(writer_->mesh_chunks());

@@ -151,9 +151,11 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
       ->check(CLI::Range(0.0, 100.0).description(""))
       ->type_name("P");
   command
-      ->add_option("--key-steps", options.key_steps,
-                   "Of N time steps in turn at least one refers to no other, so that reading can\n"
-                   "begin there (default: 8; 1: all)")
+      ->add_option(
+          "--key-steps", options.key_steps,
+          "Of N time steps in turn at least one refers to no other, so that reading can\n"
+          "begin there (default: 8; 1: all, so for a mesh of one step: say 8 where shm append is\n"
+          "to put more behind it)")
       ->check(CLI::Range(std::uint32_t{1}, ~std::uint32_t{0}).description(""))
       ->type_name("N");
   add_threads(*command, options, "Encode segments");

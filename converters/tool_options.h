@@ -26,7 +26,7 @@ struct Options {
   std::string level = "default", codec = "auto";
   std::uint64_t segment_cells = 0;
   double restart_budget = .2;  // percent
-  std::uint32_t key_steps = 8;
+  std::optional<std::uint32_t> key_steps;
   unsigned threads = 0;  // one for each core
   std::optional<std::uint64_t> step;
   std::optional<std::uint64_t> memory;  // bytes of the spool

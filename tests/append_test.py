@@ -152,6 +152,18 @@ class AppendTest(unittest.TestCase):
         self.assertEqual(sorted(os.listdir(self.directory.name)),
                          ["all.e", "first.e", "first.e.shm"])
 
+    def test_a_file_of_a_single_step(self):
+        """Its steps refer to none, appended ones neither, unless it was said that it grows."""
+        first, all_steps = self.exodus("first.e", (0,)), self.exodus("all.e", range(7))
+        grown = {}
+        for how in ((), ("--key-steps", "1"), ("--key-steps", "8")):
+            file = self.packed(first, *how)
+            self.shm("append", file, all_steps)
+            self.assert_steps(file, all_steps)
+            grown[how] = self.bytes(file)
+        self.assertEqual(grown[()], grown["--key-steps", "1"])
+        self.assertLess(len(grown["--key-steps", "8"]), len(grown[()]))
+
     def test_a_run_that_was_restarted(self):
         all_steps = self.exodus("all.e", range(9))
         for kind in ("64-bit-offset", "netCDF-4"):

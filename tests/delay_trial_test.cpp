@@ -99,8 +99,9 @@ TEST(DelayTrial, CellsWithVerticesThatAreNone) {
 
 // What find_delay says when each delay makes a file of so many bytes; and what it has tried.
 std::uint32_t found(MeshSource& mesh, const std::map<std::uint32_t, std::uint64_t>& bytes,
-                    std::vector<std::uint32_t>* tried = nullptr) {
-  return find_delay(mesh, [&](MeshSource& part, std::uint32_t delay) {
+                    std::vector<std::uint32_t>* tried = nullptr,
+                    double worthwhile = kWorthwhileAtBest) {
+  return find_delay(mesh, worthwhile, [&](MeshSource& part, std::uint32_t delay) {
     EXPECT_LT(part.info().cells() * 10, mesh.info().cells());
     if (tried != nullptr) tried->push_back(delay);
     SizeReport sizes;
@@ -116,6 +117,8 @@ TEST(DelayTrial, TakesWhatPays) {
   EXPECT_EQ(tried, (std::vector<std::uint32_t>{0, 256}));
   EXPECT_EQ(found(mesh, {{0, 10000}, {256, 9800}, {1024, 9801}}), 256u);
   EXPECT_EQ(found(mesh, {{0, 10000}, {256, 9800}, {1024, 9700}}), 1024u);
+  EXPECT_EQ(found(mesh, {{0, 10000}, {256, 9701}}, nullptr, kWorthwhile), 0u);
+  EXPECT_EQ(found(mesh, {{0, 10000}, {256, 9699}, {1024, 9698}}, nullptr, kWorthwhile), 1024u);
   MemoryMesh small = grid_mesh(20, 20, 20);
   EXPECT_EQ(found(small, {}), 0u);
 }
@@ -125,13 +128,14 @@ TEST(DelayTrial, StepsThatWereNotTriedCountToo) {
   mesh.mesh.step_times.assign(30, 0);
   mesh.add_array<float>({"u", Location::cell, ScalarType::float32, 1, true, {}, "", {}},
                         std::vector<std::vector<float>>(30, std::vector<float>(31 * 30 * 29)));
-  const std::uint32_t delay = find_delay(mesh, [&](MeshSource& part, std::uint32_t delayed) {
-    EXPECT_EQ(part.info().step_times.size(), 3u);
-    SizeReport sizes;
-    sizes.total_bytes = delayed == 0 ? 10000 : 9500;
-    sizes.streams["array:cell/u"] = delayed == 0 ? 100 : 200;
-    return sizes;
-  });
+  const std::uint32_t delay =
+      find_delay(mesh, kWorthwhile, [&](MeshSource& part, std::uint32_t delayed) {
+        EXPECT_EQ(part.info().step_times.size(), 3u);
+        SizeReport sizes;
+        sizes.total_bytes = delayed == 0 ? 10000 : 9500;
+        sizes.streams["array:cell/u"] = delayed == 0 ? 100 : 200;
+        return sizes;
+      });
   EXPECT_EQ(delay, 0u);
 }
 

@@ -169,6 +169,7 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"unmarked", 0x676097828a500278},
     {"steps_and_extras", 0x12b36d4d773ae3c5},
     {"steps_and_extras_stream", 0x7655e6d2d13066e8},
+    {"steps_that_stand_alone", 0x12b36d4d773ae3c5},
     {"large_extras", 0xbc9e8f596d0cab8},
     {"segments", 0xdcf6c9756dea6830},
     {"segments_stream", 0x7e8aa14b6bcfbaae},

@@ -344,7 +344,7 @@ inline std::vector<std::byte> large_extras_file() {
 }
 
 /// A grid with stepped arrays, step times and extras.
-inline std::vector<std::byte> steps_and_extras_file(Order order) {
+inline std::vector<std::byte> steps_and_extras_file(Order order, std::uint32_t key_steps = 8) {
   TestMesh mesh = with_order(bent_grid(2, 2, 3), order, true, 0);
   for (const auto& [name, where, type] : {std::tuple("u", Location::point, ScalarType::float64),
                                           std::tuple("p", Location::cell, ScalarType::float32),
@@ -354,7 +354,9 @@ inline std::vector<std::byte> steps_and_extras_file(Order order) {
     mesh.schema.arrays.push_back(info);
   }
   MemorySink sink;
-  auto writer = Writer::create(sink, mesh.schema);
+  WriteOptions options;
+  options.key_steps = key_steps;
+  auto writer = Writer::create(sink, mesh.schema, options);
   EXPECT_TRUE(writer);
   const auto text = std::as_bytes(std::span("a name", 6));
   EXPECT_TRUE(writer->add_extra(
@@ -515,6 +517,7 @@ inline std::vector<FeatureFile> feature_files() {
   add("unmarked", unmarked_file());
   add("steps_and_extras", steps_and_extras_file(keep));
   add("steps_and_extras_stream", steps_and_extras_file(stream));
+  add("steps_that_stand_alone", steps_and_extras_file(keep, 1));
   add("large_extras", large_extras_file());
   add("segments", segments_file(keep, true, 3, 7));
   add("segments_stream", segments_file(stream, false, 0, 6));

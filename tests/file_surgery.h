@@ -14,6 +14,8 @@
 #include "bytes/byte_cursor.h"
 #include "bytes/checksum.h"
 #include "container/format.h"
+#include "packing.h"
+#include "schema_codec.h"
 
 namespace shm {
 
@@ -124,6 +126,21 @@ inline std::vector<std::byte> put_group_together(GroupParts parts) {
   container::put(out, parts.header);
   for (const auto& stream : parts.streams) out.put_bytes(stream);
   return std::move(out.bytes);
+}
+
+/// The payload of a schema chunk.
+inline std::vector<std::byte> schema_payload(std::span<const std::byte> blob) {
+  ByteWriter payload;
+  payload.put_u16(container::kMajor);
+  payload.put_u16(container::kMinor);
+  payload.put_u32(0);
+  put_packed(payload, blob);
+  return std::move(payload.bytes);
+}
+inline std::vector<std::byte> schema_payload(const Schema& schema) {
+  ByteWriter blob;
+  put(blob, schema);
+  return schema_payload(blob.bytes);
 }
 
 }  // namespace shm

@@ -347,19 +347,6 @@ Bytes file_of(const std::vector<std::pair<ChunkKind, Bytes>>& chunks) {
   }
   return put_together(parts);
 }
-Bytes schema_payload(std::span<const std::byte> blob) {
-  ByteWriter payload;
-  payload.put_u16(container::kMajor);
-  payload.put_u16(container::kMinor);
-  payload.put_u32(0);
-  put_packed(payload, blob);
-  return std::move(payload.bytes);
-}
-Bytes schema_payload(const Schema& schema) {
-  ByteWriter blob;
-  put(blob, schema);
-  return schema_payload(blob.bytes);
-}
 
 TEST(Hostile, StatedSizesAllocateNothing) {
   constexpr std::size_t kSmall = 1 << 20;
@@ -654,14 +641,15 @@ TEST(Hostile, LyingSchema) {
         s.arrays.assign(3, array_of("a", Location::point, ScalarType::int8, 65535));
       },
       ErrorCode::over_limit);
-  // Every cut, and something behind.
+  // Every cut, and something behind: a byte that says nothing of references, or more than one.
   Schema schema = mixed_cells().schema;
   schema.arrays.push_back(array_of("a", Location::cell, ScalarType::float32, 1, {0}));
   ByteWriter blob;
   put(blob, schema);
-  for (std::size_t size = 0; size <= blob.bytes.size() + 1; ++size) {
+  for (std::size_t size = 0; size <= blob.bytes.size() + 2; ++size) {
     Bytes cut = blob.bytes;
-    cut.resize(size);
+    cut.resize(size, std::byte{2});
+    if (size > blob.bytes.size() + 1) cut[blob.bytes.size()] = std::byte{0};
     const bool whole = size == blob.bytes.size();
     EXPECT_EQ(code_of(file_of({{ChunkKind::schema, schema_payload(cut)}})),
               whole ? ErrorCode::truncated : ErrorCode::corrupt)

@@ -99,7 +99,8 @@ void feed(const TestMesh& mesh, const Uses& uses, Part& part) {
 /// The file, put together from chunks that each part places for itself.
 class Joined {
  public:
-  explicit Joined(const Schema& schema) : joiner_(PartJoiner::create(sink_, schema).value()) {
+  Joined(const Schema& schema, const WriteOptions& options)
+      : joiner_(PartJoiner::create(sink_, schema, options).value()) {
     keep();
   }
   void append(std::vector<PartChunks> chunks) {
@@ -154,7 +155,7 @@ Bytes written_in_parts(const TestMesh& mesh, WriteOptions options, std::uint64_t
       fresh[part.order.vertices[i]] = own + i;
     own += part.own_vertices = part.order.vertices.size();
   }
-  Joined file(mesh.schema);
+  Joined file(mesh.schema, options);
   std::vector<PartChunks> chunks;
   for (Part& part : parts) {
     std::vector<std::uint64_t> numbers;
@@ -280,7 +281,7 @@ TEST(PartJoiner, RefusesWhatIsNoPart) {
   PartChunks chunks = part.writer->mesh_chunks().value();
   MemorySink sink;
   const auto refuses = [&](const Bytes& index, std::uint64_t bytes) {
-    auto joiner = PartJoiner::create(sink, mesh.schema).value();
+    auto joiner = PartJoiner::create(sink, mesh.schema, options).value();
     const auto good = joiner.add(index, bytes);
     return !good && good.error().code == ErrorCode::corrupt && !joiner.finish();
   };

@@ -34,6 +34,21 @@ Schema rich_schema() {
 
 TEST(Schema, BytesAndBack) {
   ReadLimits limits;
+  Schema fewer = rich_schema();
+  for (const StepReference most : {StepReference::nothing, StepReference::before}) {
+    fewer.step_references = most;
+    ByteWriter out;
+    put(out, fewer);
+    Schema back;
+    ByteReader in(out.bytes);
+    ASSERT_TRUE(get(in, back, limits));
+    EXPECT_EQ(back, fewer);
+    for (const unsigned unknown : {2u, 3u, 255u}) {
+      out.bytes.back() = static_cast<std::byte>(unknown);
+      ByteReader lying(out.bytes);
+      EXPECT_FALSE(get(lying, back, limits));
+    }
+  }
   for (const Schema& schema : {Schema{}, rich_schema()}) {
     EXPECT_TRUE(check_schema(schema, limits));
     ByteWriter out;
@@ -54,6 +69,7 @@ TEST(Schema, WhatIsRefused) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<std::function<void(Schema&)>> lies = {
       [](Schema& s) { s.order = static_cast<Order>(3); },
+      [](Schema& s) { s.step_references = static_cast<StepReference>(3); },
       [](Schema& s) { s.order = Order::keep; },  // with corners that may turn
       [](Schema& s) { s.coordinate_type = ScalarType::int32; },
       [](Schema& s) { s.coordinate_type = static_cast<ScalarType>(0); },

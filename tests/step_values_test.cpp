@@ -131,6 +131,48 @@ TEST(StepValues, StepsReferToTheOneBefore) {
   }
 }
 
+/// What the schema of the file says.
+StepReference most_of(const Bytes& file) {
+  const auto back = read_mesh(file);
+  EXPECT_TRUE(back);
+  return back ? back->schema.step_references : StepReference::trend;
+}
+/// The file under a schema that allows `most`.
+Bytes under(const Bytes& file, StepReference most) {
+  FileParts parts = take_apart(file);
+  Schema schema = read_mesh(file)->schema;
+  schema.step_references = most;
+  for (Chunk& chunk : parts.chunks)
+    if (chunk.is(ChunkKind::schema)) chunk.payload = schema_payload(schema);
+  return put_together(parts);
+}
+
+TEST(StepValues, TheSchemaSaysWhatTheyReferTo) {
+  using enum StepReference;
+  for (const auto& [key_steps, most] :
+       {std::pair(1u, nothing), std::pair(2u, before), std::pair(3u, trend)}) {
+    Stepped it = waves(10);
+    it.options.key_steps = key_steps;
+    const Bytes bytes = expect_values_back(it);
+    EXPECT_EQ(most_of(bytes), most);
+    for (const StepReference less : {nothing, before}) {
+      // A chunk that refers to more than the schema allows is refused; one that could, is not.
+      const auto back = read_mesh(under(bytes, less));
+      EXPECT_EQ(static_cast<bool>(back), less >= most);
+      if (!back) {
+        EXPECT_EQ(back.error().code, ErrorCode::corrupt);
+      }
+    }
+    // The caller may say less than key_steps would.
+    it.mesh.schema.step_references = std::min(most, before);
+    for (const auto& header : headers_of(expect_values_back(it))) EXPECT_FALSE(header.trend);
+  }
+  // Without steps nothing is said.
+  WriteOptions options;
+  options.key_steps = 1;
+  EXPECT_EQ(most_of(expect_round_trip(two_blocks(), options)), trend);
+}
+
 TEST(StepValues, WhatStaysCostsNothing) {
   Stepped it = with_steps(two_blocks(), Order::keep);
   std::mt19937_64 random(3);

@@ -7,6 +7,7 @@
 
 #include "bytes/checksum.h"
 #include "coders/shifts.h"
+#include "schema_codec.h"
 
 namespace shm {
 namespace {
@@ -546,6 +547,16 @@ void MeshEncoder::tell_order(const EncodedGroup& group) const {
 
 // --- options
 
+namespace {
+
+/// A trend takes two steps since a key step.
+StepReference most_referred(const Schema& schema, const WriteOptions& options) {
+  const bool steps = std::any_of(schema.arrays.begin(), schema.arrays.end(),
+                                 [](const ArrayInfo& array) { return array.per_step; });
+  if (!steps || options.key_steps > 2) return StepReference::trend;
+  return options.key_steps == 2 ? StepReference::before : StepReference::nothing;
+}
+
 Result<void> check_options(const Schema& schema, const WriteOptions& options) {
   if (options.group_cells < 1 || options.group_cells > container::kMaxGroupCells)
     return misuse("group_cells must be 1 to 2^20", "options");
@@ -564,6 +575,15 @@ Result<void> check_options(const Schema& schema, const WriteOptions& options) {
   if (!std::is_sorted(options.segment_starts.begin(), options.segment_starts.end()))
     return misuse("segment_starts must ascend", "options");
   return {};
+}
+
+}  // namespace
+
+Result<Schema> schema_of_file(Schema schema, const WriteOptions& options) {
+  if (auto good = check_schema(schema); !good) return good.error();
+  if (auto good = check_options(schema, options); !good) return good.error();
+  schema.step_references = std::min(schema.step_references, most_referred(schema, options));
+  return schema;
 }
 
 }  // namespace shm

@@ -152,7 +152,7 @@ class MeshEncoder {
   Totals totals_;
 };
 
-/// Whether a Writer may be made with them.
-Result<void> check_options(const Schema& schema, const WriteOptions& options);
+/// The schema that stands in a file written with these options; misuse where either is wrong.
+Result<Schema> schema_of_file(Schema schema, const WriteOptions& options);
 
 }  // namespace shm

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "file_writer.h"
+#include "mesh_encoder.h"
 #include "schema_codec.h"
 #include "shm/part_writer.h"
 
@@ -104,9 +105,10 @@ PartJoiner::PartJoiner(PartJoiner&&) noexcept = default;
 PartJoiner& PartJoiner::operator=(PartJoiner&&) noexcept = default;
 PartJoiner::~PartJoiner() = default;
 
-Result<PartJoiner> PartJoiner::create(ByteSink& sink, Schema schema) {
-  if (auto good = check_schema(schema); !good) return good.error();
-  auto impl = std::make_unique<Impl>(sink, std::move(schema));
+Result<PartJoiner> PartJoiner::create(ByteSink& sink, Schema schema, const WriteOptions& options) {
+  auto checked = schema_of_file(std::move(schema), options);
+  if (!checked) return checked.error();
+  auto impl = std::make_unique<Impl>(sink, std::move(*checked));
   if (auto good = impl->start(); !good) return good.error();
   return PartJoiner(std::move(impl));
 }

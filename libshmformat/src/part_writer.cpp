@@ -228,10 +228,10 @@ PartWriter::~PartWriter() = default;
 
 Result<PartWriter> PartWriter::create(Schema schema, const WriteOptions& options,
                                       const PartStart& start) {
-  if (auto good = check_schema(schema); !good) return good.error();
-  if (auto good = check_options(schema, options); !good) return good.error();
+  auto checked = schema_of_file(std::move(schema), options);
+  if (!checked) return checked.error();
   if (auto good = check_start(options, start); !good) return good.error();
-  return PartWriter(std::make_unique<Impl>(std::move(schema), options, start));
+  return PartWriter(std::make_unique<Impl>(std::move(*checked), options, start));
 }
 
 Result<void> PartWriter::add_vertex(std::uint64_t number, std::span<const std::byte> xyz,

@@ -114,6 +114,8 @@ void put(ByteWriter& out, const Schema& schema) {
     out.put_text(array.role);
     put(out, array.quantization);
   }
+  if (schema.step_references != StepReference::trend)
+    out.put_u8(static_cast<std::uint8_t>(schema.step_references));
 }
 
 bool get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
@@ -156,6 +158,11 @@ bool get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
     get(in, array.quantization);
     schema.arrays.push_back(std::move(array));
   }
+  if (in.ok() && in.left() > 0) {
+    const std::uint8_t references = in.get_u8();
+    if (references >= static_cast<std::uint8_t>(StepReference::trend)) return false;
+    schema.step_references = static_cast<StepReference>(references);
+  }
   return in.ok() && in.left() == 0;
 }
 
@@ -169,6 +176,7 @@ Result<void> check_schema(const Schema& schema, const ReadLimits& limits) {
   if (schema.order > Order::free) return wrong("unknown order");
   if (schema.order == Order::keep && !schema.corner_order)
     return wrong("order keep includes the order of corners");
+  if (schema.step_references > StepReference::trend) return wrong("unknown references of steps");
   if (!is_float(schema.coordinate_type)) return wrong("coordinates are float32 or float64");
   if (auto good = check_quantization(schema.coordinate_quantization, schema.coordinate_type, 3,
                                      "coordinates");

@@ -12,7 +12,8 @@ StepDecoder::StepDecoder(const Schema& schema, const ReadLimits& limits, Topolog
       elements_(std::move(elements)),
       most_(most_reference(schema, elements_)),
       last_(schema.arrays.size()) {
-  for (Last& last : last_) last.values = StepMemory(most_);
+  for (std::size_t a = 0; a < last_.size(); ++a)
+    last_[a].values = memory_of(schema.arrays[a], most_);
 }
 
 Result<StepPiece> StepDecoder::read(const container::StepHeader& header,
@@ -90,6 +91,8 @@ Result<StepReference> StepDecoder::reference_of(const container::StepHeader& hea
     return wrong_step_values(*schema_, header, "refers to a step that is not the one before it");
   if (schema_->arrays[header.array].quantization.lossy())
     return wrong_step_values(*schema_, header, "refers to a step, but the array is quantized");
+  if (kind > schema_->step_references)
+    return wrong_step_values(*schema_, header, "refers to more steps than the schema allows");
   if (kind > most_)
     return wrong_step_values(*schema_, header, "refers to steps that are too large to hold");
   return kind;

@@ -27,8 +27,10 @@ StepEncoder::StepEncoder(const Schema& schema, TopologyReplay& topology,
       key_steps_(key_steps),
       level_(level),
       most_(key_steps > 1 ? most_reference(schema, elements_) : StepReference::nothing),
-      sink_(std::move(sink)),
-      before_(schema.arrays.size(), Before{0, 0, StepMemory(most_)}) {}
+      sink_(std::move(sink)) {
+  for (const ArrayInfo& array : schema.arrays)
+    before_.push_back(Before{0, 0, memory_of(array, most_)});
+}
 
 void StepEncoder::begin_part(Part part) {
   if (most_ != StepReference::nothing) most_ = most_reference(*schema_, part.all);

@@ -29,6 +29,7 @@ void go_on(std::span<const std::byte> last, std::span<const std::byte> before,
 }  // namespace
 
 StepReference most_reference(const Schema& schema, std::span<const std::uint64_t> elements) {
+  if (schema.step_references == StepReference::nothing) return StepReference::nothing;
   std::uint64_t bytes = 0;
   for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
     const ArrayInfo& info = schema.arrays[a];
@@ -37,7 +38,12 @@ StepReference most_reference(const Schema& schema, std::span<const std::uint64_t
     bytes += elements[a] * scalar_bytes(info.type) * info.components;
     if (bytes > kMostReferenceBytes) return StepReference::nothing;
   }
-  return 2 * bytes > kMostReferenceBytes ? StepReference::before : StepReference::trend;
+  return std::min(schema.step_references,
+                  2 * bytes > kMostReferenceBytes ? StepReference::before : StepReference::trend);
+}
+
+StepMemory memory_of(const ArrayInfo& array, StepReference most) {
+  return StepMemory(array.per_step && !array.quantization.lossy() ? most : StepReference::nothing);
 }
 
 // --- the steps before

@@ -21,12 +21,6 @@ inline constexpr std::uint32_t kMostStepComponents = 256;
 /// than this, since both sides hold them.
 inline constexpr std::uint64_t kMostReferenceBytes = std::uint64_t{1} << 27;
 
-/// What the values of a step may refer to.
-enum class StepReference : std::uint8_t {
-  nothing,
-  before,  ///< the step before
-  trend,   ///< what the two steps before lead to
-};
 /// The most that a file allows. `elements`: how many each array has, by array.
 StepReference most_reference(const Schema& schema, std::span<const std::uint64_t> elements);
 
@@ -52,6 +46,9 @@ class StepMemory {
   StepReference most_;
   std::vector<std::byte> last_, before_last_, trend_;
 };
+
+/// What is to be held of an array of a file that allows `most`.
+StepMemory memory_of(const ArrayInfo& array, StepReference most);
 
 /// The values of one array at one step through `columns`.
 template <class Coder>

@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "coders/shifts.h"
 #include "file_writer.h"
 #include "mesh_encoder.h"
 #include "schema_codec.h"
@@ -153,9 +152,9 @@ Writer& Writer::operator=(Writer&&) noexcept = default;
 Writer::~Writer() = default;
 
 Result<Writer> Writer::create(ByteSink& sink, Schema schema, const WriteOptions& options) {
-  if (auto good = check_schema(schema); !good) return good.error();
-  if (auto good = check_options(schema, options); !good) return good.error();
-  auto impl = std::make_unique<Impl>(sink, std::move(schema), options);
+  auto checked = schema_of_file(std::move(schema), options);
+  if (!checked) return checked.error();
+  auto impl = std::make_unique<Impl>(sink, std::move(*checked), options);
   if (auto good = impl->start(); !good) return good.error();
   return Writer(std::move(impl));
 }

@@ -21,6 +21,7 @@ namespace shm {
 struct AppendOptions {
   Level level = Level::standard;
   /// As in WriteOptions. 0: the longest way from one key step to the next in the file, at least 8.
+  /// Steps refer to no more than the file's schema says (Schema::step_references).
   std::uint32_t key_steps = 0;
 };
 

@@ -125,8 +125,8 @@ class SHM_API PartWriter {
 class SHM_API PartJoiner {
  public:
   /// `sink` is borrowed. It gets only what the joiner writes itself: what a call writes belongs
-  /// where offset() was before the call. `schema`: that of the parts.
-  static Result<PartJoiner> create(ByteSink& sink, Schema schema);
+  /// where offset() was before the call. `schema`, `options`: those of the parts.
+  static Result<PartJoiner> create(ByteSink& sink, Schema schema, const WriteOptions& options);
   PartJoiner(PartJoiner&&) noexcept;
   PartJoiner& operator=(PartJoiner&&) noexcept;
   ~PartJoiner();

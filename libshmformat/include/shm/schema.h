@@ -166,6 +166,13 @@ enum class Level : std::uint8_t {
   best = 2,      ///< the smallest of these and mixed, at half the speed of rows or less
 };
 
+/// What the values of a stepped array at one step may refer to.
+enum class StepReference : std::uint8_t {
+  nothing = 0,
+  before = 1,  ///< the step before
+  trend = 2,   ///< what the two steps before lead to
+};
+
 /// Everything a file says about itself before its first vertex.
 struct Schema {
   Order order = Order::keep;
@@ -176,6 +183,9 @@ struct Schema {
   std::vector<BlockInfo> blocks;
   std::vector<ArrayInfo> arrays;
   std::string source_format;  ///< "exodus", "vtk", "gmsh", or whatever made the mesh; may be empty
+  /// The most that step values refer to; both sides hold so many steps of all stepped arrays. A
+  /// Writer says less where WriteOptions::key_steps lets nothing refer to so much.
+  StepReference step_references = StepReference::trend;
   bool operator==(const Schema&) const = default;
 
   bool array_covers(std::size_t array, std::uint32_t block) const {

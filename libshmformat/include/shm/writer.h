@@ -34,7 +34,8 @@ struct WriteOptions {
   /// automatic: what the level tries, the smallest on the first cells of each segment.
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
   /// Step values: of an array's steps at least one in so many refers to no other, so that reading
-  /// may begin there; 1: all.
+  /// may begin there; 1: all. The schema in the file says so, and neither side holds steps for
+  /// later ones then; Schema::step_references says less still.
   std::uint32_t key_steps = 8;
   /// Step values: the neighbourhoods of the mesh are kept while those of all cells and vertices take
   /// no more than so many bytes; else they are told anew for each array and step, which takes longer.
