@@ -136,7 +136,7 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
           "replay, fast on regular layouts; mixed, smallest, half as fast as rows; shifts, many "
           "times faster\nwhere numbers run in rows and layers, coordinates and arrays too, which "
           "take "
-          "more room (order keep,\nno delay, no time steps)")
+          "more room (order keep,\nno delay)")
       ->check(CLI::IsMember({"auto", "paper", "rows", "replay", "mixed", "shifts"}).description(""))
       ->type_name("auto|paper|rows|replay|mixed|shifts");
   command

@@ -182,6 +182,7 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"shifts_columns", 0x518d89e817532e6a},
     {"shifts_columns_arrays", 0x76e866839e920fad},
     {"shifts_mixed_columns", 0xffd59d33bbcd060},
+    {"shifts_steps", 0x4e48f46d5db54153},
     {"shifts_columns_quads", 0x1fbbb11576e98cf1},
     {"large grid", 0xf87935cd79b64c35},
     {"large grid, doubles, groups", 0xd8d8dcf961f05dc6},

@@ -438,6 +438,35 @@ inline std::vector<std::byte> segments_file(Order order, bool corner_order, std:
   return std::move(sink.bytes);
 }
 
+/// Steps over shifts, at vertices and cells, in two segments.
+inline std::vector<std::byte> shifts_steps_file() {
+  TestMesh mesh = bent_grid(4, 3, 4);
+  for (const Location location : {Location::point, Location::cell}) {
+    ArrayInfo info = array_of("w", location, ScalarType::float32);
+    info.per_step = true;
+    mesh.schema.arrays.push_back(info);
+    mesh.arrays.emplace_back();
+  }
+  MemorySink sink;
+  WriteOptions options;
+  options.group_cells = 12;
+  options.segment_cells = 24;
+  options.connectivity = ConnectivityCodec::shifts;
+  const auto steps = [&](Writer& writer) -> Result<void> {
+    for (const std::uint32_t array : {0u, 1u})
+      for (std::uint64_t step = 0; step < 3; ++step) {
+        std::vector<std::byte> values;
+        const std::uint64_t elements = array == 0 ? mesh.vertices : mesh.cells.size();
+        for (std::uint64_t e = 0; e < elements; ++e)
+          append(values, static_cast<float>(e * e % 100 + 3 * step));
+        if (auto good = writer.add_step_values(array, step, values); !good) return good;
+      }
+    return {};
+  };
+  EXPECT_TRUE(write_mesh(mesh, sink, options, steps));
+  return std::move(sink.bytes);
+}
+
 /// Quads in rows, lines along one side, and values at both.
 inline TestMesh quads_in_rows() {
   TestMesh mesh = bent_grid(7, 5, 0);
@@ -537,6 +566,7 @@ inline std::vector<FeatureFile> feature_files() {
                                        ConnectivityCodec::shifts, Level::standard));
   add("shifts_mixed_columns", written(with_arrays_of_every_type(bent_grid(3, 3, 2)), 7,
                                       ConnectivityCodec::shifts, Level::best));
+  add("shifts_steps", shifts_steps_file());
   add("shifts_columns_quads", written(quads_in_rows(), 20, ConnectivityCodec::shifts));
   return files;
 }

@@ -1008,7 +1008,7 @@ TEST(Hostile, ShiftsOfAnotherSchema) {
   EXPECT_EQ(code_with([](Schema& s) { s.blocks[0].nodes_per_cell = 0; }), ErrorCode::unsupported);
   EXPECT_EQ(code_with([](Schema& s) { s.blocks[0].nodes_per_cell = 65; }), ErrorCode::unsupported);
   EXPECT_EQ(code_with([](Schema& s) {
-              s.arrays.push_back(array_of("a", Location::cell, ScalarType::int8));
+              s.arrays.push_back(array_of("a", Location::cell, ScalarType::int8, 33));
               s.arrays[0].per_step = true;
             }),
             ErrorCode::unsupported);

@@ -183,6 +183,9 @@ TEST(Shifts, SchemasThatTakeThem) {
   schema.arrays.resize(2);
   EXPECT_TRUE(takes_shifts(schema));
   schema.arrays[1].per_step = true;
+  schema.arrays[1].components = kMostShiftStepComponents;
+  EXPECT_TRUE(takes_shifts(schema));
+  schema.arrays[1].components = kMostShiftStepComponents + 1;
   EXPECT_FALSE(takes_shifts(schema));
   EXPECT_FALSE(takes_shifts(schema_of({8, 0})));
   EXPECT_FALSE(takes_shifts(schema_of({65, 8})));

@@ -2,6 +2,7 @@
 // the step that is referred to; and files that lie about it are refused.
 #include "step_values.h"
 
+#include "coders/shifts.h"
 #include "file_surgery.h"
 #include "stepped_mesh.h"
 #include "values/shuffled_zstd.h"
@@ -52,8 +53,9 @@ Bytes expect_values_back(const Stepped& it) {
 
 TEST(StepValues, WhateverTheMeshAndItsPieces) {
   for (const Order order : {Order::keep, Order::stream})
-    for (const auto codec : {ConnectivityCodec::paper, ConnectivityCodec::rows,
-                             ConnectivityCodec::replay, ConnectivityCodec::mixed})
+    for (const auto codec :
+         {ConnectivityCodec::paper, ConnectivityCodec::rows, ConnectivityCodec::replay,
+          ConnectivityCodec::mixed, ConnectivityCodec::shifts})
       for (const std::uint64_t segment_cells : {0u, 33u})
         for (const std::uint32_t group_cells : {14u, 65536u})
           for (int family = 0; family < 4; ++family) {
@@ -62,7 +64,9 @@ TEST(StepValues, WhateverTheMeshAndItsPieces) {
                                     : family == 2 ? every_shape()
                                                   : replayed(order),
                                     order);
+            if (codec == ConnectivityCodec::shifts && !takes_shifts(it.mesh.schema)) continue;
             it.options.connectivity = codec;
+            it.options.level = family % 2 == 0 ? Level::standard : Level::fast;
             it.options.segment_cells = segment_cells;
             it.options.group_cells = group_cells;
             SCOPED_TRACE(std::to_string(family) + " codec " +
@@ -70,6 +74,38 @@ TEST(StepValues, WhateverTheMeshAndItsPieces) {
                          std::to_string(static_cast<int>(order)));
             expect_values_back(it);
           }
+}
+
+// Over neighbourhoods that numbers tell, values are as small as over those of a surface.
+TEST(StepValues, OverShiftsToo) {
+  Stepped it = waves(3);
+  it.options.connectivity = ConnectivityCodec::rows;
+  const std::size_t over_surface = expect_values_back(it).size();
+  for (const Level level : {Level::fast, Level::standard}) {
+    it.options.level = level;
+    it.options.connectivity = ConnectivityCodec::shifts;
+    const Bytes bytes = expect_values_back(it);
+    for (const StepHeader& header : headers_of(bytes))
+      EXPECT_EQ(header.codec, container::Codec::columns);
+    if (level == Level::standard) {
+      EXPECT_LE(bytes.size() * 20, over_surface * 21);
+    }
+  }
+}
+
+// A group of shifts that tells no neighbourhoods is no group of a file with steps.
+TEST(StepValues, ShiftsWithoutNeighbourhoodsAreRefused) {
+  Stepped it = waves(1);
+  it.options.connectivity = ConnectivityCodec::shifts;
+  FileParts parts = take_apart(written(it));
+  Bytes& payload = parts.find(ChunkKind::group)->payload;
+  auto group = take_group_apart(payload);
+  ASSERT_TRUE(group);
+  group->streams[0][0] = std::byte{0};
+  payload = put_group_together(*group);
+  const auto back = read_mesh(put_together(parts));
+  ASSERT_FALSE(back);
+  EXPECT_EQ(back.error().code, ErrorCode::corrupt);
 }
 
 TEST(StepValues, ADelayBufferIsNoMatter) {

@@ -569,7 +569,8 @@ Result<void> check_options(const Schema& schema, const WriteOptions& options) {
       options.connectivity == ConnectivityCodec::shifts ||
       std::find(codecs.begin(), codecs.end(), ConnectivityCodec::shifts) != codecs.end();
   if (shifts && !takes_shifts(schema))
-    return misuse("shifts are for cells of 1 to 64 nodes without delay, and no steps", "options");
+    return misuse("shifts are for cells of 1 to 64 nodes without delay, and steps of 32 components",
+                  "options");
   if (!(options.restart_budget >= 0)) return misuse("restart_budget must be 0 or more", "options");
   if (options.key_steps < 1) return misuse("key_steps must be 1 or more", "options");
   if (!std::is_sorted(options.segment_starts.begin(), options.segment_starts.end()))

@@ -14,6 +14,11 @@ constexpr std::array<std::uint32_t, 7> kLatticeBits = {1, 2, 4, 3, 5, 6, 7};
 
 }  // namespace
 
+bool needs_ring(const Schema& schema) {
+  return std::any_of(schema.arrays.begin(), schema.arrays.end(),
+                     [](const ArrayInfo& array) { return array.per_step; });
+}
+
 void ShiftNeighbours::Ring::clear(std::size_t places) {
   number.resize(places);
   for (std::size_t i = 0; i < places; ++i) number[i] = i ^ 1;  // of no place i

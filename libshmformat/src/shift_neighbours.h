@@ -23,6 +23,9 @@ inline constexpr std::uint32_t kMostRingBits = 19;
 /// with, so that what is cleared, and what columns hold, has been paid for.
 inline constexpr std::uint64_t kRingPlacesForEach = 8;
 
+/// Whether each group must have a ring: steps may need it.
+bool needs_ring(const Schema& schema);
+
 /// The largest ring for a group of so many elements.
 constexpr std::uint32_t most_ring_bits(std::uint64_t elements) {
   const auto bits = std::bit_width(kRingPlacesForEach * std::max<std::uint64_t>(elements, 1));

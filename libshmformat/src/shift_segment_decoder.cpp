@@ -114,8 +114,9 @@ auto ShiftSegmentDecoder::take_connectivity(std::span<const std::byte> bytes,
   ByteReader in(bytes);
   const std::uint8_t bits = in.get_u8();
   has_neighbours_ = bits > 0;
-  if (!in.ok() || !neighbours_.begin_group(bits, header_->cells))
-    return "connectivity: more is remembered than there may be";
+  if (!in.ok() || !neighbours_.begin_group(bits, header_->cells) ||
+      (!has_neighbours_ && needs_ring(*schema_)))
+    return "connectivity: what it remembers makes no sense";
   if (predicted_.empty() && has_neighbours_)
     predicted_ = predicted_columns<SplitDecoder>(*schema_, columns_);
   // A shift says each node of a new cell, a loose vertex its number, in at most ten bytes, of

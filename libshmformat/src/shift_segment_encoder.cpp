@@ -75,6 +75,12 @@ ShiftSegmentEncoder::ShiftSegmentEncoder(const Schema& schema, const SegmentOpti
     predicted_ = predicted_columns<SplitEncoder>(schema, columns_);
   for (auto& column : predicted_)
     if (column) column->see_own_groups_only();
+  has_rings_ = predicts() || needs_ring(schema);
+  for (const ArrayInfo& info : schema.arrays) {
+    if (!info.per_step) continue;
+    std::uint64_t& most = info.location == Location::point ? vertex_step_bytes_ : cell_step_bytes_;
+    most = std::max<std::uint64_t>(most, scalar_bytes(info.type) * info.components);
+  }
   start_group();
 }
 
@@ -105,7 +111,7 @@ Result<void> ShiftSegmentEncoder::take(const SegmentPiece& piece, std::vector<En
     }
     node += cell.nodes;
     vertex += cell.new_vertices;
-    if (group.cells >= group_cells_ || group.decoded_bytes >= kFullGroupBytes ||
+    if (group.cells >= group_cells_ || holds_full_bytes() ||
         (group.loose_vertices > 0 && group.vertices >= kFullGroupVertices))
       flush_group(done);
   }
@@ -115,6 +121,13 @@ Result<void> ShiftSegmentEncoder::take(const SegmentPiece& piece, std::vector<En
 void ShiftSegmentEncoder::end(std::vector<EncodedGroup>& done) {
   const container::GroupHeader& group = group_.header;
   if (group.cells + group.vertices + group.imported_vertices > 0) flush_group(done);
+}
+
+bool ShiftSegmentEncoder::holds_full_bytes() const {
+  const container::GroupHeader& group = group_.header;
+  return group.decoded_bytes >= kFullGroupBytes ||
+         group.vertices * vertex_step_bytes_ >= kFullGroupBytes ||
+         group.cells * cell_step_bytes_ >= kFullGroupBytes;
 }
 
 void ShiftSegmentEncoder::code_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
@@ -292,9 +305,9 @@ void ShiftSegmentEncoder::flush_group(std::vector<EncodedGroup>& done) {
   // Lags of cells are told by their symbols, which go with the stream.
   by_vertex_ = chosen(lags_);
   by_cell_ = cell_lags();
-  if (predicts()) find_neighbours();
+  if (has_rings_) find_neighbours();
   ByteWriter said;
-  said.put_u8(static_cast<std::uint8_t>(predicts() ? neighbours_.ring_bits() : 0));
+  said.put_u8(static_cast<std::uint8_t>(has_rings_ ? neighbours_.ring_bits() : 0));
   said.put_bytes(shifts_.finish(scratch_.zstd));
   container::StreamEntry connectivity;
   connectivity.kind = StreamKind::connectivity;

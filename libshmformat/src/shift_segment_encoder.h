@@ -35,6 +35,7 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   void note_lags();
   std::vector<std::uint32_t> cell_lags() const;
   bool predicts() const { return !predicted_.empty(); }
+  bool holds_full_bytes() const;
   void begin_element(bool is_cell);
   std::uint32_t ring_bits() const;
   void find_neighbours();
@@ -52,6 +53,9 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   std::vector<DifferenceColumn> columns_;
   std::vector<std::unique_ptr<ValueColumn<SplitEncoder>>> predicted_;  // none for speed
   ShiftNeighbours neighbours_;
+  bool has_rings_ = false;  // whether groups tell neighbourhoods: for values here, or for steps
+  // of the widest stepped array: what an element has at one step
+  std::uint64_t vertex_step_bytes_ = 0, cell_step_bytes_ = 0;
   DifferenceScratch scratch_;
 
   std::vector<std::uint64_t> number_of_;  // by handle

@@ -1,11 +1,13 @@
 #include "topology_replay.h"
 
 #include <algorithm>
+#include <bit>
 #include <string>
 #include <utility>
 
 #include "front/by_slot.h"
 #include "mesh_streams.h"
+#include "shift_neighbours.h"
 
 namespace shm {
 
@@ -18,6 +20,20 @@ ReplayWants wants_of_steps(const Schema& schema) {
 
 /// What the coders of a segment carry from group to group.
 struct TopologyReplay::Segment {
+  /// Where cells are shifts.
+  struct Shifts {
+    Shifts(const Schema& schema, bool may_import, const ReplayWants& wants)
+        : cells(schema, may_import), neighbours(schema, wants.vertices, wants.cells) {
+      for (const BlockInfo& block : schema.blocks)
+        most_nodes = std::max<std::size_t>(most_nodes, block.nodes_per_cell);
+    }
+    ShiftDecoder cells;
+    ShiftNeighbours neighbours;
+    std::size_t most_nodes = 0;
+    std::vector<std::uint64_t> numbers;  // of the nodes of the cells at hand
+    Zstd zstd;
+  };
+
   Segment(const Schema& schema, bool of_cells, std::uint64_t first_cell)
       : connectivity(schema), cell_numbers(schema, first_cell), finder(of_cells) {}
 
@@ -26,6 +42,7 @@ struct TopologyReplay::Segment {
   CellNumbers<RangeDecoder> cell_numbers;
   ImportFlags<RangeDecoder> imports;
   NeighbourFinder finder;
+  std::unique_ptr<Shifts> shifts;
   std::vector<std::uint64_t> number;  // by vertex slot, where they are said
   CellTopology cell;
   bool codec_known = false;
@@ -52,6 +69,7 @@ class TopologyReplay::Replayed {
     out_->cells.clear();
     out_->vertex_numbers.clear();
     out_->cell_numbers.clear();
+    if (segment_->shifts) return run_shifts();
     for (std::uint32_t c = 0; c < group_->cells; ++c)
       if (!cell()) return false;
     while (own_ < group_->vertices)
@@ -64,8 +82,13 @@ class TopologyReplay::Replayed {
   bool cell();
   bool loose();
   void new_vertices();
+  bool run_shifts();
+  bool shifted_cells();
+  bool shifted_cell(const CellMarks& marks, std::span<const std::uint64_t> numbers);
+  bool shifted_loose();
   void begin_element(bool is_cell);
   void add_vertex(const Neighbourhood& item, std::uint64_t number, bool imported);
+  void count_vertex(std::uint64_t number, bool imported);
   const ReplayWants& wants() const { return replay_->wants_; }
   bool finds() const { return wants().vertices || wants().cells; }
   bool keeps_numbers() const { return replay_->schema_->order == Order::keep; }
@@ -78,6 +101,7 @@ class TopologyReplay::Replayed {
   GroupElements* out_;
   RangeDecoder symbols_, corner_order_, cell_numbers_, numbers_, imports_;
   std::uint64_t own_ = 0;
+  std::uint32_t cells_ = 0;  // of shifts
   TileEnds tile_ends_;
   std::uint64_t bytes_ = 0;  // of corners and static values
 };
@@ -127,13 +151,17 @@ void TopologyReplay::Replayed::new_vertices() {
 
 void TopologyReplay::Replayed::add_vertex(const Neighbourhood& item, std::uint64_t number,
                                           bool imported) {
+  count_vertex(number, imported);
+  if (!wants().vertices) return;
+  push_tightly(out_->vertices.items, item);
+  segment_->slots = std::max(segment_->slots, item.self + 1);
+}
+
+void TopologyReplay::Replayed::count_vertex(std::uint64_t number, bool imported) {
   bytes_ += replay_->vertex_bytes_;
   own_ += imported ? 0 : 1;
   if (wants().vertex_numbers && !imported) out_->vertex_numbers.push_back(number);
-  if (!wants().vertices) return;
-  push_tightly(out_->vertices.items, item);
-  if (group_->segment > 0) out_->vertices.blocks.push_back(imported ? 1 : 0);
-  segment_->slots = std::max(segment_->slots, item.self + 1);
+  if (wants().vertices && group_->segment > 0) out_->vertices.blocks.push_back(imported ? 1 : 0);
 }
 
 bool TopologyReplay::Replayed::loose() {
@@ -145,6 +173,69 @@ bool TopologyReplay::Replayed::loose() {
   if (keeps_numbers()) number = segment_->numbers.code_loose(numbers_, slot, 0);
   add_vertex(finds() ? segment_->finder.loose(slot) : Neighbourhood(), number, false);
   connectivity.remove_loose_vertex(slot);
+  return is_small();
+}
+
+// --- cells that are shifts
+
+bool TopologyReplay::Replayed::run_shifts() {
+  Segment::Shifts& shifts = *segment_->shifts;
+  ByteReader in(group_->connectivity);
+  const std::uint8_t ring_bits = in.get_u8();
+  if (!in.ok() || (finds() && ring_bits == 0) ||
+      !shifts.neighbours.begin_group(ring_bits, group_->cells))
+    return false;
+  // As a SegmentDecoder allows it.
+  const std::uint64_t most = 3 * std::min(group_->decoded_bytes, std::uint64_t{1} << 56) +
+                             64 * std::uint64_t{group_->cells};
+  if (!shifts.cells.begin_group(in.get_bytes(in.left()), group_->cells, most, shifts.zstd))
+    return false;
+  for (cells_ = 0; cells_ < group_->cells;)
+    if (!shifted_cells()) return false;
+  while (own_ < group_->vertices)
+    if (!shifted_loose()) return false;
+  if (finds()) out_->slots = std::uint32_t{1} << ring_bits;
+  return bytes_ == group_->decoded_bytes && shifts.cells.at_end();
+}
+
+/// Some that are said alike.
+bool TopologyReplay::Replayed::shifted_cells() {
+  constexpr std::uint32_t kMostAtOnce = 64;
+  Segment::Shifts& shifts = *segment_->shifts;
+  shifts.numbers.resize(kMostAtOnce * shifts.most_nodes);
+  const auto [marks, count] =
+      shifts.cells.next_cells(shifts.numbers.data(), std::min(group_->cells - cells_, kMostAtOnce));
+  if (marks == nullptr) return false;
+  const std::size_t nodes = shifts.cells.nodes(marks->block);
+  for (std::size_t c = 0; c < count; ++c)
+    if (!shifted_cell(*marks, std::span(shifts.numbers).subspan(c * nodes, nodes))) return false;
+  return is_small();
+}
+
+bool TopologyReplay::Replayed::shifted_cell(const CellMarks& marks,
+                                            std::span<const std::uint64_t> numbers) {
+  begin_element(true);
+  segment_->shifts->neighbours.add_cells(marks, numbers, 1, out_->vertices.items,
+                                         out_->cells.items);
+  for (std::uint64_t left = marks.births; left != 0; left &= left - 1) {
+    const auto i = static_cast<std::size_t>(std::countr_zero(left));
+    count_vertex(numbers[i], (marks.imports >> i & 1) != 0);
+  }
+  if (wants().cells || wants().cell_numbers) out_->cells.blocks.push_back(marks.block);
+  if (wants().cell_numbers) out_->cell_numbers.push_back(group_->first_cell + cells_);
+  ++cells_;
+  bytes_ += 8 * numbers.size() + (*replay_->cell_bytes_)[marks.block];
+  return bytes_ <= group_->decoded_bytes;
+}
+
+bool TopologyReplay::Replayed::shifted_loose() {
+  if (bytes_ + replay_->vertex_bytes_ > group_->decoded_bytes) return false;
+  begin_element(false);
+  const auto number = keeps_numbers() ? segment_->shifts->cells.next_loose()
+                                      : std::optional(group_->first_vertex + own_);
+  if (!number) return false;
+  segment_->shifts->neighbours.add_loose(*number, out_->vertices.items);
+  count_vertex(*number, false);
   return is_small();
 }
 
@@ -247,8 +338,11 @@ Result<void> TopologyReplay::replay_next() {
   bool good = true;
   if (group.codec && !std::exchange(segment_->codec_known, true)) {
     const auto codec = connectivity_codec(*group.codec);
-    good = codec && *codec != ConnectivityCodec::shifts;  // which know no neighbours
-    if (good) segment_->connectivity.set_codec(*codec);
+    good = codec.has_value();
+    if (good && *codec == ConnectivityCodec::shifts)
+      segment_->shifts = std::make_unique<Segment::Shifts>(*schema_, group.segment > 0, wants_);
+    else if (good)
+      segment_->connectivity.set_codec(*codec);
   }
   has_elements_ = good && Replayed(*this, *segment_, group, elements_).run();
   if (!has_elements_) {

@@ -152,7 +152,7 @@ enum class ConnectivityCodec : std::uint8_t {
   mixed = 4,      ///< as rows, smaller and slower (spec "Mixed rows")
   /// The cell before, moved: many times faster where numbers run in rows and layers, and so are the
   /// values, which take more room (spec "Shifts"). Any order without delay, cells of 1 to 64
-  /// nodes, no stepped arrays.
+  /// nodes, no stepped array of more than 32 components.
   shifts = 5,
 };
 /// "automatic", "paper", "rows", "replay", "mixed", "shifts".

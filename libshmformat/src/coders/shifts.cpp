@@ -25,8 +25,9 @@ bool takes_shifts(const Schema& schema) {
                      [](const BlockInfo& block) {
                        return block.nodes_per_cell > 0 && block.nodes_per_cell <= kMostShiftNodes;
                      }) &&
-         std::none_of(schema.arrays.begin(), schema.arrays.end(),
-                      [](const ArrayInfo& array) { return array.per_step; });
+         std::none_of(schema.arrays.begin(), schema.arrays.end(), [](const ArrayInfo& array) {
+           return array.per_step && array.components > kMostShiftStepComponents;
+         });
 }
 
 ShiftTable::ShiftTable(const Schema& schema) : last_(schema.blocks.size()) {

@@ -31,12 +31,17 @@ struct CellMarks {
 /// Most nodes of a cell that can be said so. Frozen: part of the format.
 inline constexpr std::uint32_t kMostShiftNodes = 64;
 
+/// Most components of a stepped array beside them: values over shifts are kept by number, and take
+/// room where there are few. Frozen: part of the format.
+inline constexpr std::uint32_t kMostShiftStepComponents = 32;
+
 struct Shift {
   CellMarks marks;
   std::array<std::uint64_t, kMostShiftNodes> by{};  ///< what is added to the numbers, modulo 2^64
 };
 
-/// Whether cells of the schema can be said so: no delay, blocks of as many nodes each.
+/// Whether cells of the schema can be said so: no delay, blocks of as many nodes each, no stepped
+/// array of many components.
 bool takes_shifts(const Schema& schema);
 
 /// Where vertices are numbered by birth, shifts run over stream numbers; vertices that earlier
