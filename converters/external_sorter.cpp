@@ -17,12 +17,12 @@ ExternalSorter::ExternalSorter(std::string directory, std::size_t record_bytes, 
     : directory_(std::move(directory)), record_bytes_(record_bytes), memory_(memory) {}
 
 void ExternalSorter::add(std::uint64_t key, const std::byte* record) {
-  const std::size_t held = entries_.size();
-  const std::size_t most = std::max<std::size_t>(memory_ / (sizeof(Entry) + record_bytes_), 1);
-  if (held >= std::min(most, kMostHeld)) write_run();
-  // Never twice the memory while it grows.
+  constexpr std::size_t kReserved = std::size_t{1} << 28;  // taken only as it is filled
+  const std::size_t held = entries_.size(), bytes = sizeof(Entry) + record_bytes_;
+  const std::size_t most = std::clamp<std::size_t>(memory_ / bytes, 1, kMostHeld);
+  if (held >= most) write_run();
   if (entries_.size() == entries_.capacity()) {
-    const std::size_t room = std::min({std::max<std::size_t>(2 * held, 1024), most, kMostHeld});
+    const std::size_t room = std::min(most, std::max(2 * held, kReserved / bytes));
     entries_.reserve(room);
     records_.reserve(room * record_bytes_);
   }
