@@ -3,28 +3,46 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstring>
+#include <limits>
+#include <string>
+
+#include "external_sorter.h"
 
 namespace shm::converters {
 namespace {
 
 constexpr Frame kPlainFrame = {1, 3, 5};
 
+// A frame in a byte.
+std::uint8_t packed(const Frame& frame) {
+  return static_cast<std::uint8_t>(frame[0] + 6 * frame[1] + 36 * frame[2]);
+}
+constexpr auto kUnpacked = [] {
+  std::array<Frame, 216> table{};
+  for (std::size_t i = 0; i < table.size(); ++i)
+    table[i] = {static_cast<std::uint8_t>(i % 6), static_cast<std::uint8_t>(i / 6 % 6),
+                static_cast<std::uint8_t>(i / 36)};
+  return table;
+}();
+
 // Visits hexahedra one by one, each with the frame it is met in.
 class Traversal {
  public:
-  explicit Traversal(const CellGraph& graph)
+  Traversal(const CellGraph& graph, Spool* spool)
       : graph_(&graph),
         visited_(graph.cells().size(), false),
-        frames_(graph.cells().size(), kPlainFrame),
-        passed_(graph.cells().size(), 0) {}
+        frames_(spool, graph.cells().size()),
+        passed_(spool, graph.cells().size()),
+        order_(spool) {}
 
   bool visited(std::uint32_t cell) const { return visited_[cell]; }
-  const Frame& frame(std::uint32_t cell) const { return frames_[cell]; }
-  CellSequence& order() { return order_; }
+  const Frame& frame(std::uint32_t cell) const { return kUnpacked[frames_[cell]]; }
+  CellList& order() { return order_; }
 
   void visit(std::uint32_t cell, const Frame& frame) {
     visited_[cell] = true;
-    frames_[cell] = frame;
+    frames_.set(cell, packed(frame));
     order_.push_back(cell);
   }
 
@@ -41,17 +59,17 @@ class Traversal {
     return true;
   }
   bool step(std::uint32_t from, std::size_t axis, bool back, Step& to) const {
-    return step(Step{from, frames_[from]}, axis, back, to);
+    return step(Step{from, frame(from)}, axis, back, to);
   }
   // As far as it goes without passing a cell twice: rows may be rings, and cross themselves.
   Step farthest(const Step& from, std::size_t axis, bool back, std::uint32_t* length = nullptr) {
     ++walk_;
     Step at = from, next;
     std::uint32_t count = 0;
-    passed_[at.cell] = walk_;
+    passed_.set(at.cell, walk_);
     for (; step(at, axis, back, next) && passed_[next.cell] != walk_; ++count) {
       at = next;
-      passed_[at.cell] = walk_;
+      passed_.set(at.cell, walk_);
     }
     if (length != nullptr) *length = count;
     return at;
@@ -60,35 +78,39 @@ class Traversal {
  private:
   const CellGraph* graph_;
   std::vector<bool> visited_;
-  std::vector<Frame> frames_;
-  std::vector<std::uint32_t> passed_;  // the last walk that came by
+  BigArray<std::uint8_t> frames_;   // of those visited
+  BigArray<std::uint32_t> passed_;  // the last walk that came by
   std::uint32_t walk_ = 0;
-  CellSequence order_;
+  CellList order_;
 };
 
 // A cell at the rim of the component of `first`: the last one of a breadth-first search.
 class RimFinder {
  public:
-  explicit RimFinder(const CellGraph& graph)
-      : graph_(&graph), reached_(graph.cells().size(), false) {}
+  RimFinder(const CellGraph& graph, Spool* spool)
+      : graph_(&graph), reached_(graph.cells().size(), false), queue_(spool) {}
   // Every component may be asked for once.
   std::uint32_t operator()(std::uint32_t first) {
-    queue_.assign(1, first);
+    std::uint64_t at = queue_.size();
+    queue_.push_back(first);
     reached_[first] = true;
-    for (std::size_t at = 0; at < queue_.size(); ++at)
+    std::uint32_t cell = first;
+    for (; at < queue_.size(); ++at) {
+      cell = queue_[at];
       for (std::uint32_t face = 0; face < 6; ++face) {
-        const CellFace to = graph_->across(queue_[at], face);
+        const CellFace to = graph_->across(cell, face);
         if (!to || reached_[to.cell()]) continue;
         reached_[to.cell()] = true;
         queue_.push_back(to.cell());
       }
-    return queue_.back();
+    }
+    return cell;
   }
 
  private:
   const CellGraph* graph_;
   std::vector<bool> reached_;
-  CellSequence queue_;
+  CellList queue_;  // of all components, one behind the other
 };
 
 // Directions away from the rim. Layers follow each other along the shortest axis (0) to the longest
@@ -109,12 +131,14 @@ Frame frame_at(const CellGraph& graph, Traversal& traversal, std::uint32_t cell,
   return {frame[3 - above - beside], frame[beside], frame[above]};
 }
 
-// Calls start(cell, frame) for an unvisited cell at the rim of each component in turn.
+// Calls start(cell, frame) for an unvisited cell at the rim of each component in turn, as the mesh
+// counts cells.
 template <class Start>
 void for_each_component(const CellGraph& graph, Traversal& traversal, std::size_t layers_along,
-                        Start&& start) {
-  RimFinder rim(graph);
-  for (std::uint32_t cell = 0; cell < graph.cells().size(); ++cell) {
+                        Spool* spool, Start&& start) {
+  RimFinder rim(graph, spool);
+  for (std::uint32_t number = 0; number < graph.cells().size(); ++number) {
+    const std::uint32_t cell = graph.cells().with_number(number);
     if (traversal.visited(cell) || !graph.cells().is_hexahedron(cell)) continue;
     const std::uint32_t first = rim(cell);
     start(first, frame_at(graph, traversal, first, layers_along));
@@ -125,20 +149,21 @@ constexpr std::size_t kAhead = 0, kBeside = 1, kAbove = 2;
 
 class Sweep {
  public:
-  Sweep(const CellGraph& graph, std::size_t layers_along) : walk_(graph) {
-    for_each_component(graph, walk_, layers_along, [&](std::uint32_t cell, const Frame& frame) {
-      sweep({cell, frame});
-    });
+  Sweep(const CellGraph& graph, std::size_t layers_along, Spool* spool) : walk_(graph, spool) {
+    for_each_component(graph, walk_, layers_along, spool,
+                       [&](std::uint32_t cell, const Frame& frame) {
+                         sweep({cell, frame});
+                       });
   }
-  CellSequence take() { return std::move(walk_.order()); }
+  CellList take() { return std::move(walk_.order()); }
 
  private:
   using Step = Traversal::Step;
-  CellSequence& order() { return walk_.order(); }
+  CellList& order() { return walk_.order(); }
 
   // Layers above those that are done, then below; what only a turned frame reaches comes last.
   void sweep(const Step& seed) {
-    std::size_t above = order().size(), below = above, aside = above;
+    std::uint64_t above = order().size(), below = above, aside = above;
     row(walk_.farthest(seed, kBeside, true));
     complete_layer(above);
     Step next;
@@ -152,7 +177,7 @@ class Sweep {
         for (const std::size_t axis : {kBeside, kAhead})
           for (const bool back : {false, true}) {
             if (!walk_.step(cell, axis, back, next)) continue;
-            const std::size_t begin = order().size();
+            const std::uint64_t begin = order().size();
             row(next);
             complete_layer(begin);
           }
@@ -163,18 +188,18 @@ class Sweep {
   }
 
   // The next layer, in the order of the cells from `begin` on; returns where that one begins.
-  std::size_t image_of_layer(std::size_t begin, bool down) {
-    const std::size_t end = order().size();
+  std::uint64_t image_of_layer(std::uint64_t begin, bool down) {
+    const std::uint64_t end = order().size();
     Step next;
-    for (std::size_t at = begin; at < end; ++at)
+    for (std::uint64_t at = begin; at < end; ++at)
       if (walk_.step(order()[at], kAbove, down, next)) row(next);
     complete_layer(end);
     return end;
   }
 
   // Rows beside the cells from `begin` on, until there are no more.
-  void complete_layer(std::size_t begin) {
-    std::size_t scan = begin, scan_back = begin;
+  void complete_layer(std::uint64_t begin) {
+    std::uint64_t scan = begin, scan_back = begin;
     Step next;
     for (;;) {
       if (scan < order().size()) {
@@ -201,14 +226,14 @@ class Sweep {
 
 }  // namespace
 
-CellSequence swept_order(const CellGraph& graph, std::size_t layers_along) {
-  return Sweep(graph, layers_along).take();
+CellList swept_order(const CellGraph& graph, std::size_t layers_along, Spool* spool) {
+  return Sweep(graph, layers_along, spool).take();
 }
 
-CellSequence breadth_first_order(const CellGraph& graph) {
-  Traversal walk(graph);
-  for_each_component(graph, walk, 2, [&](std::uint32_t cell, const Frame& frame) {
-    std::size_t scan = walk.order().size();
+CellList breadth_first_order(const CellGraph& graph, Spool* spool) {
+  Traversal walk(graph, spool);
+  for_each_component(graph, walk, 2, spool, [&](std::uint32_t cell, const Frame& frame) {
+    std::uint64_t scan = walk.order().size();
     walk.visit(cell, frame);
     Traversal::Step next;
     for (; scan < walk.order().size(); ++scan)
@@ -219,27 +244,30 @@ CellSequence breadth_first_order(const CellGraph& graph) {
   return std::move(walk.order());
 }
 
-CellSequence enclosed_first_order(const CellGraph& graph) {
-  Traversal walk(graph);
-  std::vector<std::uint8_t> shared(graph.cells().size(), 0);
-  std::array<std::vector<CellFace>, 7> waiting;  // by faces shared; stale ones are left in
+CellList enclosed_first_order(const CellGraph& graph, Spool* spool) {
+  Traversal walk(graph, spool);
+  BigArray<std::uint8_t> shared(spool, graph.cells().size());
+  std::vector<BigArray<CellFace>> waiting;  // by faces shared; stale ones are left in
+  for (int faces = 0; faces <= 6; ++faces) waiting.emplace_back(spool);
   const auto come = [&](std::uint32_t cell, const Frame& frame) {
     walk.visit(cell, frame);
     for (const bool back : {true, false})
       for (const std::size_t axis : {kAbove, kBeside, kAhead}) {
         const std::uint32_t face = frame[axis] ^ (back ? 1u : 0u);
         const CellFace to = graph.across(cell, face);
-        if (to && !walk.visited(to.cell())) waiting[++shared[to.cell()]].push_back(to);
+        if (!to || walk.visited(to.cell())) continue;
+        const auto faces = static_cast<std::uint8_t>(shared[to.cell()] + 1);
+        shared.set(to.cell(), faces);
+        waiting[faces].push_back(to);
       }
   };
-  for_each_component(graph, walk, 2, [&](std::uint32_t first, const Frame& frame) {
+  for_each_component(graph, walk, 2, spool, [&](std::uint32_t first, const Frame& frame) {
     come(first, frame);
     for (;;) {
       std::size_t most = 6;
-      while (most > 0 && waiting[most].empty()) --most;
+      while (most > 0 && waiting[most].size() == 0) --most;
       if (most == 0) return;
-      const CellFace at = waiting[most].back();
-      waiting[most].pop_back();
+      const CellFace at = waiting[most].pop_back();
       if (walk.visited(at.cell())) continue;
       const CellFace from = graph.across(at.cell(), at.face());
       come(at.cell(), graph.carried(from.cell(), walk.frame(from.cell()), from.face(), at));
@@ -248,29 +276,42 @@ CellSequence enclosed_first_order(const CellGraph& graph) {
   return std::move(walk.order());
 }
 
-CellSequence with_others_in_place(const CellTable& cells, const CellSequence& hexahedra) {
+CellList with_others_in_place(const Cells& cells, CellList hexahedra, Spool* spool,
+                              std::size_t sort_bytes) {
   if (hexahedra.size() == cells.size()) return hexahedra;
+  // 1 + the first hexahedron that has it; 0: none has.
+  BigArray<std::uint32_t> birth(spool, cells.vertices());
+  for (std::uint64_t at = 0; at < hexahedra.size(); ++at)
+    for (const std::uint32_t v : cells.cell(hexahedra[at]))
+      if (birth[v] == 0) birth.set(v, static_cast<std::uint32_t>(at + 1));
+  // The others by the place they go behind, and as the mesh counts them; those with vertices of
+  // their own come last.
   constexpr std::uint32_t kNever = ~std::uint32_t{0};
-  std::vector<std::uint32_t> birth(cells.vertices(), kNever);
-  for (std::uint32_t at = 0; at < hexahedra.size(); ++at)
-    for (const std::uint32_t v : cells.cell(hexahedra[at])) birth[v] = std::min(birth[v], at);
-  // The others by the place they go behind; those with vertices of their own come last.
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> others;
+  ExternalSorter others(spool != nullptr ? spool->directory() : std::string(), sizeof kNever,
+                        spool != nullptr ? sort_bytes : std::numeric_limits<std::size_t>::max());
   for (std::uint32_t cell = 0; cell < cells.size(); ++cell) {
     if (cells.is_hexahedron(cell)) continue;
     std::uint32_t last = 0;
-    for (const std::uint32_t v : cells.cell(cell)) last = std::max(last, birth[v]);
-    others.emplace_back(last, cell);
+    for (const std::uint32_t v : cells.cell(cell)) last = std::max(last, birth[v] - 1);
+    others.add(std::uint64_t{last} << 32 | cells.number_of(cell),
+               reinterpret_cast<const std::byte*>(&cell));
   }
-  std::sort(others.begin(), others.end());
-  CellSequence order;
+  CellList order(spool);
   order.reserve(cells.size());
-  auto other = others.begin();
-  for (std::uint32_t at = 0; at < hexahedra.size(); ++at) {
+  std::uint64_t key;
+  const std::byte* record;
+  bool more = others.next(key, record);
+  const auto take_other = [&] {
+    std::uint32_t cell;
+    std::memcpy(&cell, record, sizeof cell);
+    order.push_back(cell);
+    more = others.next(key, record);
+  };
+  for (std::uint64_t at = 0; at < hexahedra.size(); ++at) {
     order.push_back(hexahedra[at]);
-    for (; other != others.end() && other->first == at; ++other) order.push_back(other->second);
+    while (more && key >> 32 == at) take_other();
   }
-  for (; other != others.end(); ++other) order.push_back(other->second);
+  while (more) take_other();
   return order;
 }
 

@@ -13,8 +13,7 @@ constexpr std::size_t kBatchCells = 8192;
 
 CellTable::CellTable(const MeshInfo& info) : vertices_(info.vertices) {
   const auto& blocks = info.schema.blocks;
-  for (const BlockInfo& block : blocks)
-    hexahedral_.push_back(block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8);
+  for (const BlockInfo& block : blocks) hexahedral_.push_back(holds_hexahedra(block));
   const bool uniform = !blocks.empty() && blocks.front().nodes_per_cell != 0 &&
                        std::all_of(blocks.begin(), blocks.end(), [&](const BlockInfo& block) {
                          return block.nodes_per_cell == blocks.front().nodes_per_cell;

@@ -1,8 +1,10 @@
 #include "coding_order.h"
 
+#include <algorithm>
 #include <cstring>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "failure.h"
 
@@ -14,19 +16,30 @@ constexpr std::size_t kBatchCells = 8192;
 template <class Integer>
 void renumber_values(Extra& extra, const std::function<std::uint64_t(std::uint64_t)>& to,
                      std::uint64_t limit) {
-  for (std::size_t at = 0; at + sizeof(Integer) <= extra.data.size(); at += sizeof(Integer)) {
-    Integer value;
-    std::memcpy(&value, extra.data.data() + at, sizeof value);
-    if (value < 0 || static_cast<std::uint64_t>(value) >= limit) continue;
-    const std::uint64_t fresh = to(static_cast<std::uint64_t>(value));
-    if (fresh > static_cast<std::uint64_t>(std::numeric_limits<Integer>::max()))
-      throw Failure(Error{ErrorCode::unsupported,
-                          "new number does not fit its 32-bit list",
-                          extra.key,
-                          kNoOffset,
-                          {}});
-    value = static_cast<Integer>(fresh);
-    std::memcpy(extra.data.data() + at, &value, sizeof value);
+  // Many at a time are looked up in ascending order: the table may be on disk.
+  constexpr std::size_t kTogether = std::size_t{1} << 20;
+  const std::size_t count = extra.data.size() / sizeof(Integer);
+  std::vector<std::pair<std::uint64_t, std::size_t>> references;  // number, place
+  for (std::size_t first = 0; first < count; first += kTogether) {
+    references.clear();
+    for (std::size_t i = first; i < std::min(first + kTogether, count); ++i) {
+      Integer value;
+      std::memcpy(&value, extra.data.data() + i * sizeof value, sizeof value);
+      if (value >= 0 && static_cast<std::uint64_t>(value) < limit)
+        references.emplace_back(static_cast<std::uint64_t>(value), i);
+    }
+    std::sort(references.begin(), references.end());
+    for (const auto& [number, i] : references) {
+      const std::uint64_t fresh = to(number);
+      if (fresh > static_cast<std::uint64_t>(std::numeric_limits<Integer>::max()))
+        throw Failure(Error{ErrorCode::unsupported,
+                            "new number does not fit its 32-bit list",
+                            extra.key,
+                            kNoOffset,
+                            {}});
+      const auto value = static_cast<Integer>(fresh);
+      std::memcpy(extra.data.data() + i * sizeof value, &value, sizeof value);
+    }
   }
 }
 

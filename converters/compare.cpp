@@ -15,6 +15,7 @@
 #include "cell_store.h"
 #include "cell_turns.h"
 #include "coding_order.h"
+#include "coherent_mesh.h"
 #include "compress.h"
 #include "order_match.h"
 #include "page_cache.h"
@@ -46,13 +47,30 @@ struct Column {
   PageCache::Fetch source, restored;
 };
 
+// The source with other numbers and what is found about it, where it does not fit the memory. Made
+// once for all guesses.
+struct SpooledSource {
+  SpooledSource(MeshSource& source, const Spool& spool, const Progress& progress)
+      : memory(spool.memory_budget()),
+        mesh_spool(spool.directory(), memory.mesh_bytes),
+        table_spool(spool.directory(), memory.table_bytes),
+        mesh(source, mesh_spool, memory.sort_bytes, progress) {}
+
+  SpooledSearch memory;
+  Spool mesh_spool, table_spool;
+  CoherentMesh mesh;
+};
+
 class Comparison {
  public:
+  // `spooled`: where that is found; made where it is needed.
   Comparison(MeshSource& source, MeshSource& restored, Spool& spool, const Progress& progress,
-             const CellSequence* told_order, std::size_t guess, bool with_steps)
+             const CellSequence* told_order, std::size_t guess, bool with_steps,
+             std::unique_ptr<SpooledSource>& spooled)
       : source_(&source),
         restored_(&restored),
         spool_(&spool),
+        spooled_(&spooled),
         progress_(progress),
         told_order_(told_order),
         guess_(guess),
@@ -74,8 +92,8 @@ class Comparison {
   }
   // After run(): there is another guess about the numbering.
   bool may_guess_again() const { return may_guess_again_; }
-  // After run(): the guess. It lives on without the comparison.
-  Numbering numbering() const { return {vertex_order_, cell_order_}; }
+  // After run(): the guess. It lives on without the comparison, in `spool`.
+  Numbering numbering(Spool& spool) const;
 
  private:
   void differ(const std::string& sentence) {
@@ -100,6 +118,8 @@ class Comparison {
   void guess_numbering();
   void find_renumbering(std::size_t guess);
   bool find_free_order(std::size_t guess);
+  void take_up_spooled();
+  std::string corners_as_before(std::span<const std::uint64_t> corners) const;
   void follow(std::shared_ptr<NumberList> vertices, std::shared_ptr<NumberList> cells);
   void compare_points();
   void compare_cells();
@@ -119,6 +139,8 @@ class Comparison {
   MeshSource* source_;
   MeshSource* restored_;
   Spool* spool_;
+  std::unique_ptr<SpooledSource>* spooled_;
+  const CoherentMesh* coherent_ = nullptr;  // source_ is this one, with numbers of its own
   const Progress& progress_;
   const CellSequence* told_order_;
   std::size_t guess_;
@@ -275,21 +297,53 @@ void Comparison::find_renumbering(std::size_t guess) {
 
 // The same where cells were put in another order first.
 bool Comparison::find_free_order(std::size_t guess) {
-  std::optional<CellSequence> found;
-  if (told_order_ == nullptr) found = matching_order(*source_, *restored_, guess, progress_);
-  const CellSequence* order = found ? &*found : told_order_;
-  if (order == nullptr) return false;
-  const std::optional<CellTable> cells = CellTable::read(*source_);
-  if (!cells) return false;
+  std::optional<CellTable> table;
+  if (told_order_ == nullptr && must_be_spooled(source_->info(), spool_->memory_budget()))
+    take_up_spooled();
+  else if (table = CellTable::read(*source_, progress_); !table)
+    return false;
+  const Cells& cells = table ? static_cast<const Cells&>(*table) : *coherent_;
+  std::optional<CellList> order;
+  if (told_order_ != nullptr)
+    order.emplace(*told_order_);
+  else
+    order = matching_order(
+        cells, *source_, *restored_, guess, progress_,
+        coherent_ == nullptr ? SearchRoom{} : SearchRoom{spool_, (*spooled_)->memory.order_bytes});
+  if (!order) return false;
   may_guess_again_ = told_order_ == nullptr;
-  ReorderedMesh ordered(*source_, *cells, *order);
+  ReorderedMesh ordered(*source_, cells, *order, coherent_ == nullptr ? nullptr : spool_);
   const auto log = std::make_shared<CodingOrderLog>(*spool_, false);
   replay_coding_order(ordered, restored_->info(), *log, *spool_);
   log->check();
   auto moved_cells = std::make_shared<NumberList>(*spool_);
-  for (const std::uint32_t cell : *order) moved_cells->push_back(cell);
+  for (std::uint64_t at = 0; at < order->size(); ++at) moved_cells->push_back((*order)[at]);
   follow({log, &log->vertices()}, std::move(moved_cells));
   return true;
+}
+
+// From now on the source is the same mesh with other numbers, in a spool.
+void Comparison::take_up_spooled() {
+  if (*spooled_ == nullptr)
+    *spooled_ = std::make_unique<SpooledSource>(*source_, *spool_, progress_);
+  coherent_ = &(*spooled_)->mesh;
+  source_ = &(*spooled_)->mesh;
+  spool_ = &(*spooled_)->table_spool;
+}
+
+Numbering Comparison::numbering(Spool& spool) const {
+  if (coherent_ == nullptr) return {vertex_order_, cell_order_};
+  const auto as_before = [&](const std::shared_ptr<NumberList>& list, auto&& number) {
+    std::shared_ptr<NumberList> out;
+    if (list == nullptr) return out;
+    out = std::make_shared<NumberList>(spool);
+    list->for_each([&](std::uint64_t, std::uint64_t n) {
+      out->push_back(number(static_cast<std::uint32_t>(n)));
+    });
+    return out;
+  };
+  return {as_before(vertex_order_, [&](std::uint32_t v) { return coherent_->number_of_vertex(v); }),
+          as_before(cell_order_, [&](std::uint32_t c) { return coherent_->number_of(c); })};
 }
 
 // Takes up a guess. Throws when it is no bijection.
@@ -357,8 +411,17 @@ void Comparison::compare_cell(std::uint64_t number, std::uint32_t source_block,
   if (source_vertex_)
     for (std::uint64_t& v : mapped_) v = source_vertex_->get(v);
   if (!same_corners(source_corners, block))
-    differ("corners of cell " + std::to_string(number), corners_text(source_corners),
-           corners_text(mapped_));
+    differ("corners of cell " + std::to_string(number), corners_as_before(source_corners),
+           corners_as_before(mapped_));
+}
+
+// In words, with the source's own numbers.
+std::string Comparison::corners_as_before(std::span<const std::uint64_t> corners) const {
+  if (coherent_ == nullptr) return corners_text(corners);
+  std::vector<std::uint64_t> numbers;
+  for (const std::uint64_t v : corners)
+    numbers.push_back(coherent_->number_of_vertex(static_cast<std::uint32_t>(v)));
+  return corners_text(numbers);
 }
 
 bool Comparison::same_corners(std::span<const std::uint64_t> source, std::uint32_t block) {
@@ -422,7 +485,10 @@ void Comparison::compare_column(const Column& column, NumberList* order) {
   MeasuredError* measured = measured_error(column);
   std::vector<std::byte> source, restored;
   std::vector<std::uint64_t> numbers;
-  PageCache cache(column.elements, stride, kCacheBytes, column.source);
+  // A coherent mesh has the pages that are wanted in its spool.
+  const std::size_t cache_bytes =
+      coherent_ == nullptr ? kCacheBytes : (*spooled_)->memory.cache_bytes / 4;
+  PageCache cache(column.elements, stride, cache_bytes, column.source);
   for (std::uint64_t first = 0; first < column.elements; first += kPieceElements) {
     const std::uint64_t count = std::min(kPieceElements, column.elements - first);
     source.resize(count * stride);
@@ -530,11 +596,13 @@ CompareReport best_guess(MeshSource& source, MeshSource& restored, Spool& spool,
                          const Progress& progress, const CellSequence* cell_order, bool with_steps,
                          Numbering* numbering) {
   CompareReport best;
+  std::unique_ptr<SpooledSource> spooled;
   for (std::size_t guess = 0;; ++guess) {
-    Comparison comparison(source, restored, spool, progress, cell_order, guess, with_steps);
+    Comparison comparison(source, restored, spool, progress, cell_order, guess, with_steps,
+                          spooled);
     CompareReport report = comparison.run();
     if (guess == 0 || report.differences < best.differences) best = std::move(report);
-    if (best.equal() && numbering != nullptr) *numbering = comparison.numbering();
+    if (best.equal() && numbering != nullptr) *numbering = comparison.numbering(spool);
     if (best.equal() || !comparison.may_guess_again()) return best;
   }
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "coding_order.h"
+#include "coherent_mesh.h"
 #include "delay_trial.h"
 #include "failure.h"
 #include "free_order.h"
@@ -61,14 +62,14 @@ void write_steps(MeshSource& mesh, Writer& writer, std::size_t array, NumberList
   }
 }
 
-// Codes a mesh in the order its cells come in.
+// Codes a mesh in the order its cells come in. `cache_bytes`: of records of vertices, and of one
+// step's values, in memory.
 SizeReport code_mesh(MeshSource& mesh, const Schema& schema, ByteSink& sink,
-                     const WriteOptions& options, const Progress& progress, Spool& spool) {
+                     const WriteOptions& options, const Progress& progress, Spool& spool,
+                     std::size_t cache_bytes) {
   const MeshInfo& info = mesh.info();
   const bool cells_move = schema.delay > 0;
   const bool renumber = schema.order != Order::keep;
-  const std::size_t cache_bytes =
-      schema.order == Order::free ? kUnlimited : spool.memory_budget() / 4;
 
   CodingOrderLog log(spool, cells_move);
   BothOrders orders(&log, options.coding_order);
@@ -111,21 +112,33 @@ SizeReport code_mesh(MeshSource& mesh, const Schema& schema, ByteSink& sink,
   return checked(writer.finish());
 }
 
-// Tells numbers of reordered cells as they were before.
+// Tells numbers of reordered cells, and of renumbered vertices, as the mesh had them before.
 class FormerNumbers final : public CodingOrder {
  public:
-  FormerNumbers(const CellSequence& order, CodingOrder* out) : order_(&order), out_(out) {}
+  // Borrows all. `coherent`: how the mesh was renumbered; null: not at all.
+  FormerNumbers(const CellList& order, CodingOrder* out, const CoherentMesh* coherent = nullptr)
+      : order_(&order), out_(out), coherent_(coherent) {}
   void vertex(std::uint64_t number) override {
-    if (out_ != nullptr) out_->vertex(number);
+    if (out_ == nullptr) return;
+    out_->vertex(coherent_ == nullptr
+                     ? number
+                     : coherent_->number_of_vertex(static_cast<std::uint32_t>(number)));
   }
   void cell(std::uint64_t number) override {
-    if (out_ != nullptr) out_->cell((*order_)[number]);
+    if (out_ == nullptr) return;
+    const std::uint32_t cell = (*order_)[number];
+    out_->cell(coherent_ == nullptr ? cell : coherent_->number_of(cell));
   }
 
  private:
-  const CellSequence* order_;
+  const CellList* order_;
   CodingOrder* out_;
+  const CoherentMesh* coherent_;
 };
+
+std::size_t usual_cache(const Schema& schema, const Spool& spool) {
+  return schema.order == Order::free ? kUnlimited : spool.memory_budget() / 4;
+}
 
 TrialCoder trial_coder(const Schema& schema, ConnectivityCodec codec, Spool& spool) {
   return [&, codec](MeshSource& part) {
@@ -135,7 +148,7 @@ TrialCoder trial_coder(const Schema& schema, ConnectivityCodec codec, Spool& spo
     const bool as_rows = codec == ConnectivityCodec::automatic || codec == ConnectivityCodec::mixed;
     options.connectivity = as_rows ? ConnectivityCodec::rows : codec;
     options.restart_budget = 0;
-    return code_mesh(part, schema, nowhere, options, {}, spool);
+    return code_mesh(part, schema, nowhere, options, {}, spool, usual_cache(schema, spool));
   };
 }
 
@@ -155,6 +168,56 @@ std::uint32_t tried_delay(MeshSource& mesh, const Schema& schema, const Compress
 std::uint32_t key_steps_of(const MeshSource& mesh, const CompressOptions& options) {
   return options.key_steps.value_or(mesh.info().step_times.size() == 1 ? 1
                                                                        : WriteOptions().key_steps);
+}
+
+WriteOptions heard_by(CodingOrder* coding_order, WriteOptions options) {
+  options.coding_order = coding_order;
+  return options;
+}
+
+// Order::free with the mesh in the spool: the same bytes as in memory.
+SizeReport compress_free_in_spool(MeshSource& mesh, ByteSink& sink, const Schema& schema,
+                                  const CompressOptions& options, Spool& spool) {
+  const SpooledSearch search(spool.memory_budget());
+  Spool mesh_spool(spool.directory(), search.mesh_bytes);
+  CoherentMesh coherent(mesh, mesh_spool, search.sort_bytes, options.progress);
+  const std::optional<CellList> order =
+      find_free_order(mesh, coherent, coherent, trial_coder(schema, options.connectivity, spool),
+                      options.progress, {&mesh_spool, search.order_bytes});
+  Spool coding_spool(spool.directory(), search.coding_bytes);
+  const auto code = [&](MeshSource& ordered, CodingOrder* coding_order) {
+    return code_mesh(ordered, schema, sink,
+                     heard_by(coding_order, write_options_for(mesh, options)), options.progress,
+                     coding_spool, search.cache_bytes);
+  };
+  if (!order) return code(mesh, options.coding_order);
+  FormerNumbers former(*order, options.coding_order, &coherent);
+  ReorderedMesh ordered(coherent, coherent, *order, &mesh_spool);
+  return code(ordered, &former);
+}
+
+SizeReport compress_free(MeshSource& mesh, ByteSink& sink, const Schema& schema,
+                         const CompressOptions& options, Spool& spool) {
+  if (options.cell_order == nullptr && must_be_spooled(mesh.info(), spool.memory_budget()))
+    return compress_free_in_spool(mesh, sink, schema, options, spool);
+  const auto code = [&](MeshSource& ordered, CodingOrder* coding_order) {
+    return code_mesh(ordered, schema, sink,
+                     heard_by(coding_order, write_options_for(mesh, options)), options.progress,
+                     spool, kUnlimited);
+  };
+  std::optional<CellTable> cells = CellTable::read(mesh, options.progress);
+  if (!cells) return code(mesh, options.coding_order);
+  std::optional<CellList> order;
+  if (options.cell_order != nullptr)
+    order.emplace(*options.cell_order);
+  else
+    order = find_free_order(mesh, *cells, mesh, trial_coder(schema, options.connectivity, spool),
+                            options.progress);
+  if (!order) cells.reset();
+  if (!order) return code(mesh, options.coding_order);
+  FormerNumbers former(*order, options.coding_order);
+  ReorderedMesh ordered(mesh, *cells, *order);
+  return code(ordered, &former);
 }
 
 }  // namespace
@@ -213,28 +276,15 @@ WriteOptions write_options_for(const MeshSource& mesh, const CompressOptions& op
 SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions& options,
                          Spool& spool) {
   const Schema schema = schema_to_write(mesh, options, spool);
-  const auto code = [&](MeshSource& ordered, CodingOrder* coding_order) {
-    WriteOptions write_options = write_options_for(mesh, options);
-    write_options.coding_order = coding_order;
-    return code_mesh(ordered, schema, sink, write_options, options.progress, spool);
-  };
-  std::optional<CellTable> cells;
-  if (options.order == Order::free) cells = CellTable::read(mesh, options.progress);
-  if (!cells) return code(mesh, options.coding_order);
-  std::optional<CellSequence> found;
-  if (options.cell_order == nullptr)
-    found = find_free_order(mesh, *cells, trial_coder(schema, options.connectivity, spool),
-                            options.progress);
-  const CellSequence* order = found ? &*found : options.cell_order;
-  if (order == nullptr) cells.reset();
-  if (order == nullptr) return code(mesh, options.coding_order);
-  FormerNumbers former(*order, options.coding_order);
-  ReorderedMesh ordered(mesh, *cells, *order);
-  return code(ordered, &former);
+  if (options.order == Order::free) return compress_free(mesh, sink, schema, options, spool);
+  return code_mesh(mesh, schema, sink,
+                   heard_by(options.coding_order, write_options_for(mesh, options)),
+                   options.progress, spool, usual_cache(schema, spool));
 }
 
 std::optional<std::uint64_t> bytes_in_free_order(MeshSource& mesh, const CompressOptions& options,
                                                  const SizeReport& sizes, Spool& spool) {
+  if (must_be_spooled(mesh.info(), spool.memory_budget())) return std::nullopt;
   const std::optional<CellTable> cells = CellTable::read(mesh);
   if (!cells) return std::nullopt;
   const Schema schema = schema_for(mesh, options);
@@ -261,8 +311,9 @@ void replay_coding_order(MeshSource& mesh, const MeshInfo& of, CodingOrder& out,
   options.segment_connectivity = of.segment_connectivity;
   if (options.segment_starts.empty()) options.restart_budget = 0;
   Writer writer = writer_to(nowhere, bare, options);
-  MeshFeeder<Writer> feeder(mesh, bare, writer,
-                            bare.order == Order::free ? kUnlimited : spool.memory_budget() / 4);
+  const bool in_memory =
+      bare.order == Order::free && !must_be_spooled(mesh.info(), spool.memory_budget());
+  MeshFeeder<Writer> feeder(mesh, bare, writer, in_memory ? kUnlimited : spool.memory_budget() / 4);
   stream_compacted(mesh, spool, feeder);
   checked(writer.end_mesh());
 }

@@ -1,8 +1,9 @@
 // Compression: any MeshSource through vertex compaction into a shm::Writer.
 // Two passes over the cells (one more when there is a delay buffer and arrays on some blocks only,
 // one more to try delay buffers on a sample);
-// memory follows the active surface, not the mesh. Order::free is the exception: it looks at the
-// whole mesh, and keeps it in memory with its data; see free_order.h.
+// memory follows the active surface, not the mesh. Order::free looks at the whole mesh, and keeps
+// it in memory with its data where the budget of the spool has room for that, else in the spool;
+// the file is the same. See free_order.h.
 #pragma once
 
 #include <cstdint>
@@ -56,7 +57,7 @@ SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions
                          Spool& spool);
 
 // About how many bytes the file would have in Order::free, where it has `sizes` with `options`;
-// from a sample. Memory as for Order::free. Nothing when there are too many cells.
+// from a sample. Nothing when there are too many cells for the memory.
 std::optional<std::uint64_t> bytes_in_free_order(MeshSource& mesh, const CompressOptions& options,
                                                  const SizeReport& sizes, Spool& spool);
 

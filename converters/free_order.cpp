@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <numeric>
 #include <string>
 #include <utility>
 
@@ -46,12 +45,13 @@ Trial best_of(const std::vector<Trial>& trials) {
 // A sample of a mesh, coded in any order.
 class OrderTrials {
  public:
-  OrderTrials(MeshSource& mesh, const CellTable& cells, const CellGraph& graph)
-      : picked_(sample_of_cells(graph, sample_size(mesh.info()))),
-        sample_(mesh, cells, picked_),
+  OrderTrials(MeshSource& mesh, const CellGraph& graph)
+      : cells_(&graph.cells()),
+        picked_(sample_of_cells(graph, mesh, sample_size(mesh.info()))),
+        sample_(mesh, picked_),
         steps_(mesh.info().step_times.size()) {}
 
-  bool is_whole(const CellTable& cells) const { return picked_.size() == cells.size(); }
+  bool is_whole() const { return picked_.size() == cells_->size(); }
 
   // As if the sample were all there is.
   Trial best(const TrialCoder& code, const Progress& progress) {
@@ -66,14 +66,18 @@ class OrderTrials {
   }
 
   // In an order of the whole mesh.
-  Trial trial_of_whole(const CellOrdering& ordering, const CellSequence& whole,
+  Trial trial_of_whole(const CellOrdering& ordering, const CellList& whole,
                        const TrialCoder& code) {
-    constexpr std::uint32_t kAbsent = ~std::uint32_t{0};
-    CellSequence place(whole.size(), kAbsent), order;
-    for (std::uint32_t i = 0; i < picked_.size(); ++i) place[picked_[i]] = i;
-    for (const std::uint32_t cell : whole)
-      if (place[cell] != kAbsent) order.push_back(place[cell]);
-    return trial(ordering, order, code);
+    std::vector<bool> is_picked(cells_->size(), false);
+    for (const std::uint32_t number : picked_) is_picked[number] = true;
+    CellSequence order;
+    for (std::uint64_t at = 0; at < whole.size(); ++at) {
+      const std::uint32_t number = cells_->number_of(whole[at]);
+      if (!is_picked[number]) continue;
+      const auto place = std::lower_bound(picked_.begin(), picked_.end(), number);
+      order.push_back(static_cast<std::uint32_t>(place - picked_.begin()));
+    }
+    return trial(ordering, CellList(std::move(order)), code);
   }
 
   double bytes_as_is(const TrialCoder& code) {
@@ -81,20 +85,21 @@ class OrderTrials {
   }
 
  private:
-  Trial trial(const CellOrdering& ordering, const CellSequence& order, const TrialCoder& code) {
+  Trial trial(const CellOrdering& ordering, const CellList& order, const TrialCoder& code) {
     ReorderedMesh ordered(sample_, sample_.cells(), order);
     const SizeReport sizes = code(ordered);
     return {ordering, bytes_of_all_steps(sizes, sample_.info(), steps_), sizes.max_active_vertices};
   }
 
-  CellSequence picked_;
+  const Cells* cells_;
+  CellSequence picked_;  // by the mesh's numbers, ascending
   SampleMesh sample_;
   std::size_t steps_;
 };
 
 }  // namespace
 
-std::vector<CellOrdering> cell_orderings(const CellTable& cells) {
+std::vector<CellOrdering> cell_orderings(const Cells& cells) {
   using Kind = CellOrdering::Kind;
   std::vector<CellOrdering> list = {{}};
   bool any = false;
@@ -113,7 +118,9 @@ std::vector<CellOrdering> cell_orderings(const CellTable& cells) {
 const CellGraph& CellOrderer::graph(bool within_blocks) {
   if (!graph_ || (cut_ && !within_blocks)) {
     graph_.reset();
-    graph_.emplace(*cells_, progress_);
+    if (room_.spool != nullptr)
+      graph_spool_ = std::make_unique<Spool>(room_.spool->directory(), room_.memory / 2);
+    graph_.emplace(*cells_, progress_, graph_spool_.get(), room_.memory / 2);
     cut_ = false;
   }
   if (within_blocks && !cut_) graph_->cut_between_blocks();
@@ -121,38 +128,57 @@ const CellGraph& CellOrderer::graph(bool within_blocks) {
   return *graph_;
 }
 
-CellSequence CellOrderer::operator()(const CellOrdering& ordering) {
+CellList CellOrderer::operator()(const CellOrdering& ordering) {
   if (progress_) progress_("ordering cells", 0, 1);
+  if (room_.spool == nullptr) return order(ordering, nullptr);
+  using Kind = CellOrdering::Kind;
+  if (ordering.kind != Kind::stored && ordering.kind != Kind::hilbert)
+    graph(ordering.within_blocks);  // it needs the memory first
+  Spool scratch(room_.spool->directory(), room_.memory / 2);
+  const CellList made = order(ordering, &scratch);
+  CellList kept(room_.spool);
+  for (std::uint64_t at = 0; at < made.size(); ++at) kept.push_back(made[at]);
+  return kept;
+}
+
+CellList CellOrderer::order(const CellOrdering& ordering, Spool* scratch) {
   const bool cut = ordering.within_blocks;
+  const auto with_others = [&](CellList hexahedra) {
+    return with_others_in_place(*cells_, std::move(hexahedra), scratch, room_.memory / 4);
+  };
   switch (ordering.kind) {
     case CellOrdering::Kind::stored: break;
     case CellOrdering::Kind::breadth_first:
-      return with_others_in_place(*cells_, breadth_first_order(graph(cut)));
+      return with_others(breadth_first_order(graph(cut), scratch));
     case CellOrdering::Kind::swept:
-      return with_others_in_place(*cells_, swept_order(graph(cut), ordering.layers_along));
+      return with_others(swept_order(graph(cut), ordering.layers_along, scratch));
     case CellOrdering::Kind::enclosed_first:
-      return with_others_in_place(*cells_, enclosed_first_order(graph(cut)));
-    case CellOrdering::Kind::hilbert: return hilbert_order(*cells_, *mesh_);
+      return with_others(enclosed_first_order(graph(cut), scratch));
+    case CellOrdering::Kind::hilbert:
+      return hilbert_order(*cells_, *mesh_, scratch, room_.memory / 2);
   }
-  CellSequence same(cells_->size());
-  std::iota(same.begin(), same.end(), 0u);
+  CellList same(scratch);
+  same.reserve(cells_->size());
+  for (std::uint32_t number = 0; number < cells_->size(); ++number)
+    same.push_back(cells_->with_number(number));
   return same;
 }
 
-std::optional<CellSequence> find_free_order(MeshSource& mesh, const CellTable& cells,
-                                            const TrialCoder& code, const Progress& progress) {
-  CellOrderer whole(cells, mesh, progress);
-  OrderTrials trials(mesh, cells, whole.graph());
+std::optional<CellList> find_free_order(MeshSource& mesh, const Cells& cells, MeshSource& located,
+                                        const TrialCoder& code, const Progress& progress,
+                                        const SearchRoom& room) {
+  CellOrderer whole(cells, located, progress, room);
+  OrderTrials trials(mesh, whole.graph());
   const Trial first = trials.best(code, progress);
   if (first.ordering.kind == CellOrdering::Kind::stored) return std::nullopt;
-  CellSequence order = whole(first.ordering);
-  if (trials.is_whole(cells) || first.ordering.kind != CellOrdering::Kind::swept) return order;
+  CellList order = whole(first.ordering);
+  if (trials.is_whole() || first.ordering.kind != CellOrdering::Kind::swept) return order;
   // Which axis is long a sample cannot tell: the others are tried over the whole mesh.
   Trial best = trials.trial_of_whole(first.ordering, order, code);
   for (CellOrdering other = first.ordering; const int along : {0, 1, 2}) {
     if (along == first.ordering.layers_along) continue;
     other.layers_along = static_cast<std::uint8_t>(along);
-    CellSequence candidate = whole(other);
+    CellList candidate = whole(other);
     const Trial trial = trials.trial_of_whole(other, candidate, code);
     if (best_of({best, trial}).ordering.layers_along != along) continue;
     best = trial;
@@ -163,7 +189,7 @@ std::optional<CellSequence> find_free_order(MeshSource& mesh, const CellTable& c
 
 double share_in_free_order(MeshSource& mesh, const CellTable& cells, const TrialCoder& code,
                            const TrialCoder& code_as_is) {
-  OrderTrials trials(mesh, cells, CellGraph(cells));
+  OrderTrials trials(mesh, CellGraph(cells));
   return trials.best(code, {}).bytes / std::max(trials.bytes_as_is(code_as_is), 1.0);
 }
 

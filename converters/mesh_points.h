@@ -26,6 +26,14 @@ inline double finite_coordinate(const std::byte* from, ScalarType type) {
   return std::isfinite(wide) ? wide : 0;
 }
 
+// Of three coordinates behind each other.
+inline std::array<double, 3> point_at(const std::byte* from, ScalarType type) {
+  std::array<double, 3> point{};
+  for (std::size_t c = 0; c < 3; ++c)
+    point[c] = finite_coordinate(from + c * scalar_bytes(type), type);
+  return point;
+}
+
 // Calls visit(vertex, {x, y, z}) for all vertices, in ascending order.
 template <class Visit>
 void for_each_point(MeshSource& mesh, Visit&& visit) {
@@ -38,12 +46,8 @@ void for_each_point(MeshSource& mesh, Visit&& visit) {
     const std::uint64_t count = std::min(kPiecePoints, info.vertices - first);
     piece.resize(count * 3 * bytes);
     mesh.read_points(first, count, piece.data());
-    for (std::uint64_t i = 0; i < count; ++i) {
-      std::array<double, 3> point{};
-      for (std::size_t c = 0; c < 3; ++c)
-        point[c] = finite_coordinate(piece.data() + (3 * i + c) * bytes, type);
-      visit(first + i, point);
-    }
+    for (std::uint64_t i = 0; i < count; ++i)
+      visit(first + i, point_at(piece.data() + 3 * i * bytes, type));
   }
 }
 

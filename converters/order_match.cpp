@@ -9,9 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "cell_table.h"
-#include "free_order.h"
-
 namespace shm::converters {
 namespace {
 
@@ -21,14 +18,15 @@ constexpr std::size_t kBatchCells = 8192;
 // its vertices were first used. Two cells that differ in that rarely have the same fingerprint.
 class Fingerprints {
  public:
-  explicit Fingerprints(std::uint64_t vertices) : birth_(vertices, 0) {}
+  Fingerprints(std::uint64_t vertices, Spool* spool) : birth_(spool, vertices) {}
   template <class Corners>
   std::uint64_t next(std::uint32_t block, const Corners& corners) {
     ++cells_;
     std::uint64_t sum = mixed(~std::uint64_t{block});
     for (const auto v : corners) {
-      if (birth_[v] == 0) birth_[v] = cells_;
-      sum += mixed(birth_[v]);
+      std::uint32_t birth = birth_[v];
+      if (birth == 0) birth_.set(v, birth = cells_);
+      sum += mixed(birth);
     }
     return sum;
   }
@@ -40,13 +38,13 @@ class Fingerprints {
     x = (x ^ x >> 33) * 0xc4ceb9fe1a85ec53u;
     return x ^ x >> 33;
   }
-  std::vector<std::uint32_t> birth_;  // 1 + the first cell that uses it
+  BigArray<std::uint32_t> birth_;  // 1 + the first cell that uses it
   std::uint32_t cells_ = 0;
 };
 
-std::vector<std::uint64_t> fingerprints_of(MeshSource& mesh) {
-  std::vector<std::uint64_t> list;
-  Fingerprints fingerprints(mesh.info().vertices);
+BigArray<std::uint64_t> fingerprints_of(MeshSource& mesh, Spool* spool) {
+  BigArray<std::uint64_t> list(spool);
+  Fingerprints fingerprints(mesh.info().vertices, spool);
   CellBatch batch;
   for (mesh.rewind_cells(); mesh.next_cells(batch, kBatchCells);)
     for (std::size_t i = 0; i < batch.size(); ++i)
@@ -95,7 +93,7 @@ class Landmarks {
 
   // Whether the cells of `source` in `order` lie there. Sums over corners may differ by their
   // order; what is not finite is passed over.
-  bool found_in(MeshSource& source, const CellTable& cells, const CellSequence& order) const {
+  bool found_in(MeshSource& source, const Cells& cells, const CellList& order) const {
     constexpr double kRounding = 1e-12;
     return std::all_of(centres_.begin(), centres_.end(), [&](const auto& landmark) {
       const auto corners = cells.cell(order[landmark.first]);
@@ -116,28 +114,29 @@ class Landmarks {
   std::vector<std::pair<std::uint64_t, Centre>> centres_;
 };
 
-bool fits(const CellTable& cells, const CellSequence& order,
-          const std::vector<std::uint64_t>& wanted) {
-  Fingerprints fingerprints(cells.vertices());
-  for (std::size_t at = 0; at < order.size(); ++at)
-    if (fingerprints.next(cells.block(order[at]), cells.cell(order[at])) != wanted[at])
-      return false;
+bool fits(const Cells& cells, const CellList& order, const BigArray<std::uint64_t>& wanted,
+          Spool* spool) {
+  Fingerprints fingerprints(cells.vertices(), spool);
+  for (std::uint64_t at = 0; at < order.size(); ++at) {
+    const std::uint32_t cell = order[at];
+    if (fingerprints.next(cells.block(cell), cells.cell(cell)) != wanted[at]) return false;
+  }
   return true;
 }
 
 }  // namespace
 
-std::optional<CellSequence> matching_order(MeshSource& source, MeshSource& restored,
-                                           std::size_t skipped, const Progress& progress) {
-  const std::optional<CellTable> cells = CellTable::read(source, progress);
-  if (!cells) return std::nullopt;
-  const std::vector<std::uint64_t> wanted = fingerprints_of(restored);
-  if (wanted.size() != cells->size()) return std::nullopt;
+std::optional<CellList> matching_order(const Cells& cells, MeshSource& source, MeshSource& restored,
+                                       std::size_t skipped, const Progress& progress,
+                                       const SearchRoom& room) {
+  const auto wanted = fingerprints_of(restored, room.spool);
+  if (wanted.size() != cells.size()) return std::nullopt;
   const Landmarks landmarks(restored);
-  CellOrderer orderer(*cells, source, progress);
-  for (const CellOrdering& ordering : cell_orderings(*cells)) {
-    CellSequence order = orderer(ordering);
-    if (fits(*cells, order, wanted) && landmarks.found_in(source, *cells, order) && skipped-- == 0)
+  CellOrderer orderer(cells, source, progress, room);
+  for (const CellOrdering& ordering : cell_orderings(cells)) {
+    CellList order = orderer(ordering);
+    if (fits(cells, order, wanted, room.spool) && landmarks.found_in(source, cells, order) &&
+        skipped-- == 0)
       return order;
   }
   return std::nullopt;

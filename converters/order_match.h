@@ -8,14 +8,18 @@
 #include <optional>
 
 #include "cell_orders.h"
+#include "cells.h"
+#include "free_order.h"
 #include "mesh_source.h"
 #include "progress.h"
 
 namespace shm::converters {
 
 // A guess: cells of `source` in the order of `restored`; after the first `skipped` known orders
-// that fit. Nothing where no further one does.
-std::optional<CellSequence> matching_order(MeshSource& source, MeshSource& restored,
-                                           std::size_t skipped = 0, const Progress& progress = {});
+// that fit. Nothing where no further one does. `cells`: those of `source`, which has the vertices
+// that they know.
+std::optional<CellList> matching_order(const Cells& cells, MeshSource& source, MeshSource& restored,
+                                       std::size_t skipped = 0, const Progress& progress = {},
+                                       const SearchRoom& room = {});
 
 }  // namespace shm::converters

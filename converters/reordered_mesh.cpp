@@ -13,12 +13,13 @@ constexpr std::uint64_t kPieceElements = 65536;
 
 }  // namespace
 
-ReorderedMesh::ReorderedMesh(MeshSource& mesh, const CellTable& cells, const CellSequence& order)
-    : mesh_(&mesh), cells_(&cells), order_(&order), info_(mesh.info()) {
+ReorderedMesh::ReorderedMesh(MeshSource& mesh, const Cells& cells, const CellList& order,
+                             Spool* spool)
+    : mesh_(&mesh), cells_(&cells), order_(&order), spool_(spool), info_(mesh.info()) {
   const auto refers = [](const Extra& extra) { return extra.refers == Reference::cell; };
   if (std::none_of(info_.extras.begin(), info_.extras.end(), refers)) return;
-  CellSequence position(order.size());
-  for (std::uint32_t at = 0; at < order.size(); ++at) position[order[at]] = at;
+  CellList position(spool, order.size());
+  for (std::uint32_t at = 0; at < order.size(); ++at) position.set(order[at], at);
   Renumbering to;
   to.cells = order.size();
   to.cell = [&](std::uint64_t cell) { return position[cell]; };
@@ -53,18 +54,20 @@ const ReorderedMesh::Values& ReorderedMesh::values(std::size_t array, std::uint6
   return held;
 }
 
-const CellSequence& ReorderedMesh::elements(std::size_t array) {
+const CellList& ReorderedMesh::elements(std::size_t array) {
   const auto& blocks = info_.schema.arrays[array].blocks;
   if (blocks.empty()) return *order_;
-  const auto [place, fresh] = elements_.try_emplace(blocks);
-  CellSequence& list = place->second;
+  const auto [place, fresh] = elements_.try_emplace(blocks, spool_);
+  CellList& list = place->second;
   if (!fresh) return list;
-  CellSequence rank(cells_->size());
+  CellList rank(spool_, cells_->size());
   std::uint32_t ranks = 0;
   for (std::uint32_t cell = 0; cell < cells_->size(); ++cell)
-    if (info_.schema.array_covers(array, cells_->block(cell))) rank[cell] = ranks++;
-  for (const std::uint32_t cell : *order_)
+    if (info_.schema.array_covers(array, cells_->block(cell))) rank.set(cell, ranks++);
+  for (std::uint64_t at = 0; at < order_->size(); ++at) {
+    const std::uint32_t cell = (*order_)[at];
     if (info_.schema.array_covers(array, cells_->block(cell))) list.push_back(rank[cell]);
+  }
   return list;
 }
 
@@ -73,8 +76,13 @@ void ReorderedMesh::read_array(std::size_t array, std::uint64_t step, std::uint6
   if (info_.schema.arrays[array].location == Location::point)
     return mesh_->read_array(array, step, first, count, out);
   const std::size_t stride = info_.array_stride(array);
+  const CellList& list = elements(array);
+  if (spool_ != nullptr) {
+    for (std::uint64_t i = 0; i < count; ++i)
+      mesh_->read_array(array, step, list[first + i], 1, out + i * stride);
+    return;
+  }
   const std::byte* from = values(array, step).bytes.data();
-  const CellSequence& list = elements(array);
   for (std::uint64_t i = 0; i < count; ++i)
     std::memcpy(out + i * stride, from + list[first + i] * stride, stride);
 }

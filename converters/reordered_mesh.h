@@ -10,15 +10,17 @@
 #include <vector>
 
 #include "cell_orders.h"
-#include "cell_table.h"
+#include "cells.h"
 #include "mesh_source.h"
 
 namespace shm::converters {
 
 class ReorderedMesh final : public MeshSource {
  public:
-  // Borrows all three; `cells` are those of `mesh`, `order` holds each of them once.
-  ReorderedMesh(MeshSource& mesh, const CellTable& cells, const CellSequence& order);
+  // Borrows all; `cells` are those of `mesh`, by its numbers, `order` holds each of them once.
+  // With a spool nothing else is in memory, and values of `mesh` are read one by one.
+  ReorderedMesh(MeshSource& mesh, const Cells& cells, const CellList& order,
+                Spool* spool = nullptr);
 
   const MeshInfo& info() const override { return info_; }
   void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override {
@@ -37,16 +39,17 @@ class ReorderedMesh final : public MeshSource {
   };
   const Values& values(std::size_t array, std::uint64_t step);
   // For an array on some blocks: number of its elements, in the new order of cells.
-  const CellSequence& elements(std::size_t array);
+  const CellList& elements(std::size_t array);
 
   MeshSource* mesh_;
-  const CellTable* cells_;
-  const CellSequence* order_;
+  const Cells* cells_;
+  const CellList* order_;
+  Spool* spool_;
   MeshInfo info_;
   std::uint64_t next_cell_ = 0;
   std::map<std::size_t, Values> static_values_;
-  Values step_values_;                                           // the ones read last
-  std::map<std::vector<std::uint32_t>, CellSequence> elements_;  // by covered blocks
+  Values step_values_;                                       // the ones read last
+  std::map<std::vector<std::uint32_t>, CellList> elements_;  // by covered blocks
 };
 
 }  // namespace shm::converters

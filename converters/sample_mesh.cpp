@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cstring>
 #include <functional>
+#include <map>
 #include <span>
+#include <utility>
 
+#include "cell_cursor.h"
 #include "vertex_compaction.h"
 
 namespace shm::converters {
@@ -57,19 +60,22 @@ std::vector<std::byte> take(const std::vector<std::uint64_t>& numbers, std::size
   return taken;
 }
 
-// Adds up to `count` cells around `first` to `picked`; where faces lead no further, the next cell
-// by number.
+// Adds up to `count` cells around cell `first` of the mesh to `picked`, by the mesh's numbers;
+// where faces lead no further, the next cell by number.
 void grow_region(const CellGraph& graph, std::uint32_t first, std::uint32_t count,
                  std::vector<bool>& picked) {
+  const Cells& cells = graph.cells();
   CellSequence queue;
   const auto pick = [&](std::uint32_t cell) {
-    if (picked[cell] || queue.size() >= count) return;
-    picked[cell] = true;
+    if (queue.size() >= count) return;
+    const std::uint32_t number = cells.number_of(cell);
+    if (picked[number]) return;
+    picked[number] = true;
     queue.push_back(cell);
   };
   std::size_t scan = 0;
   for (std::uint32_t seed = first; seed < picked.size() && queue.size() < count; ++seed) {
-    pick(seed);
+    pick(cells.with_number(seed));
     for (; scan < queue.size(); ++scan)
       for (std::uint32_t face = 0; face < 6; ++face)
         if (const CellFace to = graph.across(queue[scan], face)) pick(to.cell());
@@ -77,31 +83,35 @@ void grow_region(const CellGraph& graph, std::uint32_t first, std::uint32_t coun
 }
 
 // Cells that are no hexahedra, between vertices that picked cells have.
-void add_others(const CellTable& cells, std::uint32_t count, std::vector<bool>& picked) {
-  std::vector<bool> has_vertex(cells.vertices(), false);
-  for (std::uint32_t cell = 0; cell < cells.size(); ++cell)
+void add_others(MeshSource& mesh, std::uint32_t count, std::vector<bool>& picked) {
+  const std::vector<BlockInfo>& blocks = mesh.info().schema.blocks;
+  std::vector<bool> has_vertex(mesh.info().vertices, false);
+  std::uint64_t cell = 0;
+  for (CellCursor at(mesh); at.next(); ++cell)
     if (picked[cell])
-      for (const std::uint32_t v : cells.cell(cell)) has_vertex[v] = true;
-  for (std::uint32_t cell = 0; cell < cells.size() && count > 0; ++cell) {
-    const auto corners = cells.cell(cell);
-    if (picked[cell] || cells.is_hexahedron(cell) ||
+      for (const std::uint64_t v : at.corners()) has_vertex[v] = true;
+  cell = 0;
+  for (CellCursor at(mesh); count > 0 && at.next(); ++cell) {
+    const auto corners = at.corners();
+    if (picked[cell] || holds_hexahedra(blocks[at.block()]) ||
         !std::all_of(corners.begin(), corners.end(),
-                     [&](std::uint32_t v) { return has_vertex[v]; }))
+                     [&](std::uint64_t v) { return has_vertex[v]; }))
       continue;
     picked[cell] = true;
     --count;
   }
+  mesh.rewind_cells();
 }
 
 }  // namespace
 
-CellSequence sample_of_cells(const CellGraph& graph, std::uint32_t count) {
-  const CellTable& cells = graph.cells();
+CellSequence sample_of_cells(const CellGraph& graph, MeshSource& mesh, std::uint32_t count) {
+  const Cells& cells = graph.cells();
   std::vector<bool> picked(cells.size(), cells.size() <= count);
   if (cells.size() > count) {
     grow_region(graph, 0, count / 2, picked);
     grow_region(graph, cells.size() / 2, count / 2, picked);
-    add_others(cells, count, picked);
+    if (!cells.all_hexahedra()) add_others(mesh, count, picked);
   }
   CellSequence list;
   for (std::uint32_t cell = 0; cell < cells.size(); ++cell)
@@ -109,20 +119,19 @@ CellSequence sample_of_cells(const CellGraph& graph, std::uint32_t count) {
   return list;
 }
 
-SampleMesh::SampleMesh(MeshSource& mesh, const CellTable& cells, const CellSequence& picked)
-    : info_(mesh.info()) {
+SampleMesh::SampleMesh(MeshSource& mesh, const CellSequence& picked) : info_(mesh.info()) {
   const MeshInfo whole = mesh.info();
   choose_steps(whole);
-  std::vector<bool> picked_vertices(cells.vertices(), false);
-  take_cells(cells, picked, picked_vertices);
-  if (picked.size() < cells.size() || info_.vertices < whole.vertices) info_.extras.clear();
+  std::vector<bool> picked_cells(whole.cells(), false);
+  for (const std::uint32_t cell : picked) picked_cells[cell] = true;
+  const std::vector<bool> picked_vertices = take_cells(mesh, picked_cells);
+  if (picked.size() < whole.cells() || info_.vertices < whole.vertices) info_.extras.clear();
   points_ = take(picked_vertices, 3 * scalar_bytes(info_.schema.coordinate_type),
                  [&](std::uint64_t first, std::uint64_t count, std::byte* out) {
                    mesh.read_points(first, count, out);
                  });
   arrays_.resize(info_.schema.arrays.size());
-  std::vector<bool> picked_cells(cells.size(), false);
-  for (const std::uint32_t cell : picked) picked_cells[cell] = true;
+  std::map<std::vector<std::uint32_t>, std::vector<bool>> picked_elements;  // by covered blocks
   for (std::size_t a = 0; a < arrays_.size(); ++a) {
     const ArrayInfo& array = whole.schema.arrays[a];
     if (array.location == Location::point) {
@@ -130,13 +139,16 @@ SampleMesh::SampleMesh(MeshSource& mesh, const CellTable& cells, const CellSeque
     } else if (array.blocks.empty()) {
       take_array(mesh, a, picked_cells);
     } else {
-      std::vector<bool> picked_elements;
-      for (std::uint32_t cell = 0; cell < cells.size(); ++cell)
-        if (whole.schema.array_covers(a, cells.block(cell)))
-          picked_elements.push_back(picked_cells[cell]);
-      take_array(mesh, a, picked_elements);
+      const auto [elements, fresh] = picked_elements.try_emplace(array.blocks);
+      std::uint64_t cell = 0;
+      if (fresh)
+        for (CellCursor at(mesh); at.next(); ++cell)
+          if (whole.schema.array_covers(a, at.block()))
+            elements->second.push_back(picked_cells[cell]);
+      take_array(mesh, a, elements->second);
     }
   }
+  mesh.rewind_cells();
 }
 
 // Vertices of a sample by their numbers in the whole mesh, ascending; where in arrays on cells its
@@ -216,8 +228,15 @@ SampleMesh::Elements SampleMesh::take_runs(MeshSource& mesh, const std::vector<C
     }
   mesh.rewind_cells();
 
-  std::vector<std::uint64_t>& used = elements.vertices;
-  used = corners;
+  elements.vertices = take_corners(corners, corner_begin, cell_blocks);
+  return elements;
+}
+
+// The cells, with their vertices numbered anew; returns what these are in the whole mesh.
+std::vector<std::uint64_t> SampleMesh::take_corners(const std::vector<std::uint64_t>& corners,
+                                                    const std::vector<std::uint64_t>& corner_begin,
+                                                    const std::vector<std::uint32_t>& cell_blocks) {
+  std::vector<std::uint64_t> used = corners;
   std::sort(used.begin(), used.end());
   used.erase(std::unique(used.begin(), used.end()), used.end());
   info_.vertices = used.size();
@@ -231,7 +250,7 @@ SampleMesh::Elements SampleMesh::take_runs(MeshSource& mesh, const std::vector<C
           static_cast<std::uint32_t>(std::lower_bound(used.begin(), used.end(), v) - used.begin()));
     cells_.append(cell_blocks[cell], local);
   }
-  return elements;
+  return used;
 }
 
 void SampleMesh::choose_steps(const MeshInfo& whole) {
@@ -241,23 +260,27 @@ void SampleMesh::choose_steps(const MeshInfo& whole) {
   info_.step_times.resize(steps_.size());
 }
 
-void SampleMesh::take_cells(const CellTable& cells, const CellSequence& picked,
-                            std::vector<bool>& picked_vertices) {
-  for (const std::uint32_t cell : picked)
-    for (const std::uint32_t v : cells.cell(cell)) picked_vertices[v] = true;
-  std::vector<std::uint32_t> number(cells.vertices());
-  info_.vertices = 0;
-  for (std::uint64_t v = 0; v < cells.vertices(); ++v)
-    if (picked_vertices[v]) number[v] = static_cast<std::uint32_t>(info_.vertices++);
+// Returns which vertices they have.
+std::vector<bool> SampleMesh::take_cells(MeshSource& mesh, const std::vector<bool>& picked) {
+  const std::uint64_t all_vertices = info_.vertices;
+  std::vector<std::uint64_t> corners, corner_begin = {0};
+  std::vector<std::uint32_t> cell_blocks;
   info_.block_cells.assign(info_.block_cells.size(), 0);
-  cells_ = CellTable(info_);
-  std::vector<std::uint32_t> corners;
-  for (const std::uint32_t cell : picked) {
-    corners.clear();
-    for (const std::uint32_t v : cells.cell(cell)) corners.push_back(number[v]);
-    cells_.append(cells.block(cell), corners);
-    ++info_.block_cells[cells.block(cell)];
+  std::uint64_t number = 0;
+  for (CellCursor at(mesh); at.next(); ++number) {
+    if (number >= picked.size() || !picked[number]) continue;
+    for (const std::uint64_t v : at.corners()) {
+      require_vertex(number, v, all_vertices);
+      corners.push_back(v);
+    }
+    corner_begin.push_back(corners.size());
+    cell_blocks.push_back(at.block());
+    ++info_.block_cells[at.block()];
   }
+  std::vector<bool> picked_vertices(all_vertices, false);
+  for (const std::uint64_t v : take_corners(corners, corner_begin, cell_blocks))
+    picked_vertices[v] = true;
+  return picked_vertices;
 }
 
 void SampleMesh::take_array(MeshSource& mesh, std::size_t array, const std::vector<bool>& picked) {

@@ -15,8 +15,9 @@
 namespace shm::converters {
 
 // About `count` cells of a mesh, in ascending number: two regions that grow over shared faces, with
-// the other cells that have all their vertices there; all cells, when there are no more.
-CellSequence sample_of_cells(const CellGraph& graph, std::uint32_t count);
+// the other cells that have all their vertices there; all cells, when there are no more. `mesh`:
+// the one that the cells of the graph are from; the numbers are its own. A bit a vertex and cell.
+CellSequence sample_of_cells(const CellGraph& graph, MeshSource& mesh, std::uint32_t count);
 
 // Some cells that stand one behind the other in their file.
 struct CellRun {
@@ -27,8 +28,9 @@ struct CellRun {
 // middle one and the last. Extras only where the sample is the whole mesh, and no vertex unused.
 class SampleMesh final : public MeshSource {
  public:
-  // `picked`: in ascending order. Reads the points and values of `mesh` once.
-  SampleMesh(MeshSource& mesh, const CellTable& cells, const CellSequence& picked);
+  // `picked`: in ascending order. Reads the cells, points and values of `mesh` once (the cells once
+  // more for arrays on some blocks). A bit a vertex and cell.
+  SampleMesh(MeshSource& mesh, const CellSequence& picked);
   // `runs`: ascending and apart. Memory follows the sample; vertices are read where they lie.
   // Throws corrupt where a cell has a vertex that is none.
   SampleMesh(MeshSource& mesh, const std::vector<CellRun>& runs);
@@ -46,8 +48,10 @@ class SampleMesh final : public MeshSource {
   struct Elements;
   void choose_steps(const MeshInfo& whole);
   Elements take_runs(MeshSource& mesh, const std::vector<CellRun>& runs);
-  void take_cells(const CellTable& cells, const CellSequence& picked,
-                  std::vector<bool>& picked_vertices);
+  std::vector<bool> take_cells(MeshSource& mesh, const std::vector<bool>& picked);
+  std::vector<std::uint64_t> take_corners(const std::vector<std::uint64_t>& corners,
+                                          const std::vector<std::uint64_t>& corner_begin,
+                                          const std::vector<std::uint32_t>& cell_blocks);
   void take_array(MeshSource& mesh, std::size_t array, const std::vector<bool>& picked);
 
   MeshInfo info_;

@@ -30,7 +30,7 @@ void add_order_and_level(CLI::App& command, Options& options) {
   command
       .add_option("--order", options.order,
                   "keep: all numbers come back (default); stream: vertices numbered by first use;\n"
-                  "free: the same mesh, its cells in whatever order is smallest (needs memory)")
+                  "free: the same mesh, its cells in whatever order is smallest (needs memory or disk)")
       ->check(CLI::IsMember({"keep", "stream", "free"}).description(""))
       ->type_name("keep|stream|free");
   command
