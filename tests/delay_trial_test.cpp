@@ -93,8 +93,8 @@ TEST(DelayTrial, VerticesThatLieApart) {
 TEST(DelayTrial, CellsWithVerticesThatAreNone) {
   MemoryMesh mesh = grid_mesh(3, 3, 3);
   mesh.cells[20][4] = 64;
-  EXPECT_NO_THROW(SampleMesh(mesh, {{0, 20}}));
-  EXPECT_THROW(SampleMesh(mesh, {{7, 20}}), Failure);
+  EXPECT_NO_THROW(SampleMesh(mesh, std::vector<CellRun>{{0, 20}}));
+  EXPECT_THROW(SampleMesh(mesh, std::vector<CellRun>{{7, 20}}), Failure);
 }
 
 // What find_delay says when each delay makes a file of so many bytes; and what it has tried.
