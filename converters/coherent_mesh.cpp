@@ -94,8 +94,23 @@ void CoherentMesh::for_each_part(const Numbers& list, Visit&& visit) const {
   }
 }
 
+// A bit for each vertex: whether a cell uses it.
+std::vector<bool> CoherentMesh::used_vertices() const {
+  std::vector<bool> used(info_.vertices);
+  std::uint64_t cell = 0;
+  for (CellCursor at(*mesh_); at.next(); ++cell)
+    for (const std::uint64_t v : at.corners()) {
+      require_vertex(cell, v, info_.vertices);
+      used[v] = true;
+    }
+  return used;
+}
+
 void CoherentMesh::sort_vertices(const Progress& progress) {
   if (progress) progress("sorting vertices", 0, 2);
+  // Vertices that no cell uses come last, as the mesh numbers them: that is how they are written.
+  constexpr std::uint64_t kUnused = ~std::uint64_t{0};
+  const std::vector<bool> used = used_vertices();
   const CurveGrid grid(*mesh_);
   const std::size_t stride = 3 * scalar_bytes(info_.schema.coordinate_type);
   std::vector<std::byte> record(sizeof(std::uint32_t) + stride), piece;
@@ -108,9 +123,8 @@ void CoherentMesh::sort_vertices(const Progress& progress) {
       const auto number = static_cast<std::uint32_t>(first + i);
       std::memcpy(record.data(), &number, sizeof number);
       std::memcpy(record.data() + sizeof number, piece.data() + i * stride, stride);
-      sorted.add(along_curve(
-                     grid.place(point_at(piece.data() + i * stride, info_.schema.coordinate_type))),
-                 record.data());
+      const auto place = point_at(piece.data() + i * stride, info_.schema.coordinate_type);
+      sorted.add(used[number] ? along_curve(grid.place(place)) : kUnused, record.data());
     }
   }
   if (progress) progress("sorting vertices", 1, 2);

@@ -73,6 +73,7 @@ class CoherentMesh final : public MeshSource, public Cells {
     std::optional<PagedArray> held;
   };
 
+  std::vector<bool> used_vertices() const;
   void sort_vertices(const Progress& progress);
   void sort_cells(const Progress& progress);
   void add_cell(std::uint32_t number, std::uint32_t block);

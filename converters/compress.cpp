@@ -16,6 +16,7 @@
 #include "free_order.h"
 #include "mesh_feeder.h"
 #include "reordered_mesh.h"
+#include "sample_mesh.h"
 #include "step_feeder.h"
 #include "vertex_compaction.h"
 
@@ -152,10 +153,29 @@ TrialCoder trial_coder(const Schema& schema, ConnectivityCodec codec, Spool& spo
   };
 }
 
+// Whether cells come so regularly that a delay buffer could hardly save a bit: told by the first
+// ones, with what the level chooses.
+bool connectivity_is_free(MeshSource& mesh, const Schema& schema, const CompressOptions& options,
+                          Spool& spool) {
+  constexpr std::uint64_t kCells = 32768;
+  constexpr double kBitsPerCell = .25;
+  SampleMesh start(mesh, std::vector<CellRun>{{0, std::min(kCells, mesh.info().cells())}});
+  NullSink nowhere;
+  WriteOptions write_options;
+  write_options.level = options.level;
+  write_options.connectivity = options.connectivity;
+  const SizeReport sizes =
+      code_mesh(start, schema, nowhere, write_options, {}, spool, usual_cache(schema, spool));
+  const auto its = sizes.streams.find("connectivity");
+  const double bytes = its == sizes.streams.end() ? 0 : static_cast<double>(its->second);
+  return 8 * bytes <= kBitsPerCell * static_cast<double>(sizes.cells);
+}
+
 // What find_delay says of a mesh.
 std::uint32_t tried_delay(MeshSource& mesh, const Schema& schema, const CompressOptions& options,
                           Spool& spool) {
   if (options.progress) options.progress("trying delays", 0, 1);
+  if (options.level != Level::best && connectivity_is_free(mesh, schema, options, spool)) return 0;
   const double worthwhile = options.level == Level::best ? kWorthwhileAtBest : kWorthwhile;
   return find_delay(mesh, worthwhile, [&](MeshSource& part, std::uint32_t delay) {
     Schema delayed = schema;

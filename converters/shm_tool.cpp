@@ -3,10 +3,8 @@
 // Exit codes: 0 done, 1 a difference was found, 2 wrong use, 3 bad or unreadable input,
 // 4 output could not be written, 5 a limit was exceeded, 6 the output would lack something
 // (--strict).
-#include <link.h>
 #include <malloc.h>
 #include <poll.h>
-#include <sys/mman.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -47,24 +45,6 @@
 
 namespace shm::converters {
 namespace {
-
-// Program and libraries have touched much of themselves by the time main() begins, to be linked and
-// to start: some 10 MB that are hardly used again. What is only read comes back from the file
-// where it is used.
-void let_go_of_startup() {
-  const auto each = [](dl_phdr_info* object, std::size_t, void*) {
-    const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
-    for (int i = 0; i < object->dlpi_phnum; ++i) {
-      const auto& part = object->dlpi_phdr[i];
-      if (part.p_type != PT_LOAD || (part.p_flags & PF_W) != 0) continue;
-      const std::uintptr_t begin = (object->dlpi_addr + part.p_vaddr) / page * page;
-      const std::uintptr_t end = (object->dlpi_addr + part.p_vaddr + part.p_memsz) / page * page;
-      if (begin < end) ::madvise(reinterpret_cast<void*>(begin), end - begin, MADV_DONTNEED);
-    }
-    return 0;
-  };
-  ::dl_iterate_phdr(each, nullptr);
-}
 
 SizeReport compress_to_standard_output(MeshSource& mesh, const CompressOptions& how, Spool& spool) {
   const auto sink = unwrap(FileSink::create("-"), "-");
@@ -112,7 +92,6 @@ ExitCode run_compress(Options& options) {
   line.show("reading " + options.input);
   ToolInput input(options);
   const auto mesh = input.open(spool, line.callback());
-  let_go_of_startup();  // that of netCDF, too
 
   how.progress = line.callback();
   std::optional<CellSequence> cell_order;
@@ -337,7 +316,6 @@ int guarded_run(int argc, char** argv) {
 int main(int argc, char** argv) {
   // What large arrays leave goes back to the system, and is not kept for smaller ones to come.
   ::mallopt(M_MMAP_THRESHOLD, 512 * 1024);
-  shm::converters::let_go_of_startup();
   shm::converters::remove_outputs_on_signals();
   std::signal(SIGPIPE, SIG_IGN);  // who writes to a pipe that is closed hears of it
   return shm::converters::guarded_run(argc, argv);

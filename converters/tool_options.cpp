@@ -28,9 +28,10 @@ void add_threads(CLI::App& command, Options& options, const std::string& what) {
 
 void add_order_and_level(CLI::App& command, Options& options) {
   command
-      .add_option("--order", options.order,
-                  "keep: all numbers come back (default); stream: vertices numbered by first use;\n"
-                  "free: the same mesh, its cells in whatever order is smallest (needs memory or disk)")
+      .add_option(
+          "--order", options.order,
+          "keep: all numbers come back (default); stream: vertices numbered by first use;\n"
+          "free: the same mesh, its cells in whatever order is smallest (needs memory or disk)")
       ->check(CLI::IsMember({"keep", "stream", "free"}).description(""))
       ->type_name("keep|stream|free");
   command
@@ -135,8 +136,8 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
           "Connectivity: auto, what the level tries (default); paper, the published scheme; rows; "
           "replay, fast on regular layouts; mixed, smallest, half as fast as rows; shifts, many "
           "times faster\nwhere numbers run in rows and layers, coordinates and arrays too, which "
-          "take "
-          "more room (order keep,\nno delay)")
+          "may take "
+          "more room\n(no delay)")
       ->check(CLI::IsMember({"auto", "paper", "rows", "replay", "mixed", "shifts"}).description(""))
       ->type_name("auto|paper|rows|replay|mixed|shifts");
   command

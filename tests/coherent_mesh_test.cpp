@@ -100,6 +100,17 @@ TEST(CoherentMesh, SpoolAndMemoryGiveTheSameFile) {
   }
 }
 
+// They come last, as the mesh numbers them, which is no order of places.
+TEST(CoherentMesh, VerticesThatNoCellUses) {
+  MemoryMesh grid = grid_mesh(9, 8, 7), flat = quads();
+  for (MemoryMesh* mesh : {&grid, &flat}) {
+    for (int i = 0; i < 9; ++i) mesh->add_point(i * 7 % 9, i * 4 % 9, -i * 5 % 9);
+    expect_same_file(*mesh);
+    shuffle_mesh(*mesh, 5, true);
+    expect_same_file(*mesh);
+  }
+}
+
 // Parts that touch nowhere, of which the mesh counts the last one's cells first.
 TEST(CoherentMesh, PartsComeAsTheMeshCountsThem) {
   MemoryMesh mesh = grid_mesh(9, 3, 3);

@@ -207,9 +207,8 @@ class MpiTest(unittest.TestCase):
         self.expect_failure(2, "--nonsense", "compress", mesh, *out, "--nonsense")
         self.expect_failure(2, "exclude each other", "compress", mesh, *out, "--segment-cells", 9,
                             "--abs", "1", "--rel", "1")
-        steps = self.steps(2, 3)
-        self.expect_failure(2, "shifts", "compress", steps, *out, "--segment-cells", 9, "--codec",
-                            "shifts")
+        self.expect_failure(2, "shifts", "compress", mesh, *out, "--segment-cells", 9, "--codec",
+                            "shifts", "--order", "stream", "--delay", 5)
 
     def test_unreadable_input(self):
         out = ["-o", self.path("out.shm"), "--segment-cells", 20]

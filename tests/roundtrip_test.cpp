@@ -12,9 +12,10 @@ namespace {
 void expect_as_shifts(TestMesh mesh) {
   mesh.schema.delay = 0;
   if (!takes_shifts(mesh.schema)) return;
-  SCOPED_TRACE("shifts");
   for (const Order order : {Order::keep, Order::stream, Order::free})
     for (const Level level : {Level::fast, Level::standard, Level::best}) {
+      SCOPED_TRACE("shifts, order " + std::to_string(static_cast<int>(order)) + ", level " +
+                   std::to_string(static_cast<int>(level)));
       mesh.schema.order = order;
       mesh.schema.corner_order = order != Order::free;
       WriteOptions options;

@@ -138,7 +138,7 @@ class ToolTest(unittest.TestCase):
         self.shm("compress", self.mesh, "--bits", "53", code=2)
         self.shm("compress", self.mesh, "--bits", "0", code=2)
         self.shm("compress", self.mesh, "--delay", "-1", code=2)
-        for words in (["--order", "stream"], ["--order", "free"], ["--delay", "5"]):
+        for words in (["--delay", "5"], ["--order", "stream", "--delay", "5"]):
             self.shm("compress", self.mesh, "--codec", "shifts", *words, code=2)
         self.shm("compress", self.mesh, "--segment-cells", "0", code=2)
         self.shm("compress", self.mesh, "--threads", "0", code=2)

@@ -306,6 +306,10 @@ TEST(Writer, ShiftsAreNotForEverySchema) {
         s.blocks.push_back({2, "", CellShape::vertex, 1});
       },
       [](Schema& s) { s.arrays.push_back(array_of("a", Location::cell, ScalarType::int8)); },
+      [](Schema& s) {
+        s.arrays.push_back(array_of("a", Location::cell, ScalarType::int8, 32));
+        s.arrays[0].per_step = true;
+      },
   };
   const std::vector<std::function<void(Schema&)>> bad = {
       [](Schema& s) { s.delay = 1; },
@@ -314,7 +318,7 @@ TEST(Writer, ShiftsAreNotForEverySchema) {
         s.blocks.push_back({2, "", CellShape::polygon, 0});
       },
       [](Schema& s) {
-        s.arrays.push_back(array_of("a", Location::cell, ScalarType::int8));
+        s.arrays.push_back(array_of("a", Location::cell, ScalarType::int8, 33));
         s.arrays[0].per_step = true;
       },
   };

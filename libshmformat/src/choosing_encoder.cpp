@@ -9,9 +9,9 @@ namespace {
 
 /// Shifts do where a cell takes no more bits; where size matters, a part of one: then numbers run
 /// on undisturbed.
-constexpr std::uint64_t kShiftBits = 1, kShiftPart = 4;
+constexpr std::uint64_t kShiftBits = 1, kShiftPart = 2;
 /// Where size matters, values over their numbers may take one part in so many more.
-constexpr std::uint64_t kShiftShare = 100;
+constexpr std::uint64_t kShiftShare = 25;
 
 }  // namespace
 

@@ -18,10 +18,10 @@ namespace shm {
 
 /// Vertices and cells are remembered by number, and have slots, modulo 2^bits. Frozen: part of the
 /// format.
-inline constexpr std::uint32_t kMostRingBits = 19;
+inline constexpr std::uint32_t kMostRingBits = 18;
 /// A ring that is new has no more places than so many for each element of the group that it comes
 /// with, so that what is cleared, and what columns hold, has been paid for.
-inline constexpr std::uint64_t kRingPlacesForEach = 8;
+inline constexpr std::uint64_t kRingPlacesForEach = 4;
 
 /// Whether each group must have a ring: steps may need it.
 bool needs_ring(const Schema& schema);
@@ -42,6 +42,8 @@ class ShiftNeighbours {
   bool begin_group(std::uint32_t bits, std::uint64_t elements);
   /// Of the rings that there are; 0: none yet.
   std::uint32_t ring_bits() const { return ring_bits_; }
+  /// Above every slot that an item names; columns may not have met all that do.
+  std::uint32_t slots() const { return ring_bits_ == 0 ? 0 : 1u << ring_bits_; }
 
   /// The next cells, all said by the same shift: adds the items of their new vertices, in order of
   /// birth, and of the cells themselves.

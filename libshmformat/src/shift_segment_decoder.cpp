@@ -102,6 +102,7 @@ auto ShiftSegmentDecoder::take(const container::StreamEntry& entry,
   next_column_ = column + 1;
   const auto bulk = bulk_codec(entry.codec);
   is_predicted_[column] = bulk ? 0 : 1;
+  if (!bulk) predicted_[column]->make_room(neighbours_.slots());
   if (bulk ? columns_[column].begin_group(*bulk, bytes, decoded_bytes, scratch_.zstd)
            : predicted_[column]->begin_group(*column_codec(entry.codec), bytes, decoded_bytes))
     return {};
@@ -169,6 +170,7 @@ auto ShiftSegmentDecoder::next_cells(DecodedBlock& decoded, GroupProgress& done)
   block.cell_blocks.resize(most);
   block.corner_begin.resize(most + 1);
   std::size_t cell = 0;
+  if (most > 0 && schema_->blocks.empty()) return "connectivity: a cell of no block";
   while (cell < most && done.bytes - bytes_before < kTileBytes) {
     std::uint64_t* const numbers = block.corners.data() + corners;
     // So many that the tile does not end among them.

@@ -18,8 +18,8 @@ using container::StreamKind;
 constexpr std::uint32_t kNoteEvery = 16;
 constexpr std::size_t kMostLags = 64;
 constexpr std::size_t kLagsTried = 3;
-// A ring reaches four times as far as cells spread.
-constexpr std::uint32_t kRingBitsMore = 2;
+// A ring that reaches over several layers is no larger.
+constexpr std::uint32_t kFarRingBits = 15;
 
 template <class Lags>
 void note(Lags& lags, std::uint64_t lag, std::uint64_t weight) {
@@ -241,13 +241,14 @@ void ShiftSegmentEncoder::begin_element(bool is_cell) {
   cells_.tile_begin.push_back(cell_blocks_.size());
 }
 
-/// So many that what is a layer back is remembered, in nearly all cells, and what is farther:
-/// elements of the next layer may come before the last ones of this.
+/// So many that what a cell spans is remembered, in nearly all cells; where that is little, what is
+/// two and three layers back as well.
 std::uint32_t ShiftSegmentEncoder::ring_bits() const {
   const std::uint32_t noted = std::accumulate(spreads_.begin(), spreads_.end(), 0u);
-  std::uint32_t bits = 0, within = 0;
+  std::uint32_t bits = 1, within = spreads_[0];
   while (bits < spreads_.size() && (within += spreads_[bits]) * 20ull < noted * 19ull) ++bits;
-  return std::max(std::min(bits + kRingBitsMore, most_ring_bits(group_.header.cells)),
+  return std::max(std::min(std::max(bits, std::min(bits + 2, kFarRingBits)),
+                           most_ring_bits(group_.header.cells)),
                   neighbours_.ring_bits());
 }
 
@@ -289,6 +290,7 @@ void ShiftSegmentEncoder::add_column(std::size_t c, std::span<const std::uint64_
   entry.array = values_.array(c);
   entry.needs = 1u << static_cast<unsigned>(StreamKind::connectivity);
   if (predicts() && predicted_[c]) {
+    predicted_[c]->make_room(neighbours_.slots());
     auto encoded = predicted_[c]->encode(of_cells ? cells_ : vertices_, values_.values(c),
                                          values_.stride(c), level_);
     entry.codec = stream_codec(encoded.codec);

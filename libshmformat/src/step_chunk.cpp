@@ -52,7 +52,7 @@ Result<std::vector<std::byte>> StepChunks::decode(const container::StepHeader& h
     return wrong("has too many components for its codec");
   if (!column_.begin(segment, kind)) return wrong("refers to something else than the group before");
   auto values = column_.decode(*elements, *codec, bytes, size, reference);
-  if (!values) return wrong("its values make no sense");
+  if (!values || values->size() != size) return wrong("its values make no sense");
   return std::move(*values);
 }
 

@@ -194,8 +194,8 @@ bool TopologyReplay::Replayed::run_shifts() {
     if (!shifted_cells()) return false;
   while (own_ < group_->vertices)
     if (!shifted_loose()) return false;
-  if (finds()) out_->slots = std::uint32_t{1} << ring_bits;
-  return bytes_ == group_->decoded_bytes && shifts.cells.at_end();
+  if (finds()) out_->slots = shifts.neighbours.slots();
+  return own_ == group_->vertices && bytes_ == group_->decoded_bytes && shifts.cells.at_end();
 }
 
 /// Some that are said alike.
