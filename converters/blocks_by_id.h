@@ -22,8 +22,8 @@ class BlocksById final : public ForwardingMesh {
   };
   // `array`: of integers, one for each cell, static, on all blocks. `names` of blocks by number.
   // `first`: keys whose blocks come first, whether the mesh has such cells or not; distinct.
-  BlocksById(MeshSource& source, std::size_t array, const std::map<std::int64_t, std::string>& names,
-             const std::vector<Key>& first = {});
+  BlocksById(MeshSource& source, std::size_t array,
+             const std::map<std::int64_t, std::string>& names, const std::vector<Key>& first = {});
   bool next_cells(CellBatch& out, std::size_t max_cells) override;
   void rewind_cells() override;
   // Index of the array that tells blocks: "BlockId" or "block_id"; none: the number of arrays.
@@ -33,8 +33,7 @@ class BlocksById final : public ForwardingMesh {
   std::vector<Key> keys() const;
 
  private:
-  void find_blocks(const std::map<std::int64_t, std::string>& names,
-                   const std::vector<Key>& first);
+  void find_blocks(const std::map<std::int64_t, std::string>& names, const std::vector<Key>& first);
   void load_ids(std::size_t count);
 
   const std::size_t array_;

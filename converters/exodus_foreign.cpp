@@ -417,7 +417,8 @@ class ForeignWriter {
         std::memcpy(&numbers[i], values + i * sizeof(std::int64_t), sizeof(std::int64_t));
     }
     const ex_entity_type kind = info.location == Location::point ? EX_NODE_MAP : EX_ELEM_MAP;
-    const auto start = static_cast<std::int64_t>(first + 1), size = static_cast<std::int64_t>(count);
+    const auto start = static_cast<std::int64_t>(first + 1),
+               size = static_cast<std::int64_t>(count);
     check(is_original_map(info)
               ? ex_put_partial_num_map(exoid_, kind, 1, start, size, numbers.data())
               : ex_put_partial_id_map(exoid_, kind, start, size, numbers.data()),

@@ -189,7 +189,8 @@ void Part::count_vertices() {
 LossList Part::translate() {
   LossList losses;
   ranks_.together([&] {
-    translation_.emplace(*piece_, std::string(format_.name), holds_, options_.step, spool_, blocks_);
+    translation_.emplace(*piece_, std::string(format_.name), holds_, options_.step, spool_,
+                         blocks_);
     losses = translation_->losses();
     if (lost_vertices_ > 0)
       losses.push_back(std::to_string(lost_vertices_) + " vertices that no cell uses");
@@ -217,8 +218,8 @@ void Part::write() {
 
 std::string Part::summary() const {
   return part_name(options_.output, ranks_.size(), 0) + " to " +
-         part_name(options_.output, ranks_.size(), ranks_.size() - 1) + ": " +
-         counts_text(whole_) + "\n";
+         part_name(options_.output, ranks_.size(), ranks_.size() - 1) + ": " + counts_text(whole_) +
+         "\n";
 }
 
 }  // namespace

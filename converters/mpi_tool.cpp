@@ -69,13 +69,16 @@ int run(Ranks& ranks, int argc, char** argv, Options& options) {
       "  mpirun -n 4 shm_mpi compress rotor.e -o rotor.shm --order stream --segment-cells 262144");
   CLI::App* decompress = add_decompress(app, options);
   decompress->description(
-      "Write the mesh of a .shm file as a decomposed Exodus mesh, a part for each rank: of 4 ranks\n"
-      "OUT.4.0 to OUT.4.3. Each decodes its share of the cells. Number maps tell the numbers of the\n"
+      "Write the mesh of a .shm file as a decomposed Exodus mesh, a part for each rank: of 4 "
+      "ranks\n"
+      "OUT.4.0 to OUT.4.3. Each decodes its share of the cells. Number maps tell the numbers of "
+      "the\n"
       "whole mesh");
   decompress->remove_option(decompress->get_option("--threads"));
   decompress->footer(
       "Examples:\n"
-      "  mpirun -n 4 shm_mpi decompress rotor.shm -o rotor.e     writes rotor.e.4.0 to rotor.e.4.3");
+      "  mpirun -n 4 shm_mpi decompress rotor.shm -o rotor.e     writes rotor.e.4.0 to "
+      "rotor.e.4.3");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

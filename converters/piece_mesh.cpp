@@ -28,8 +28,8 @@ std::optional<std::uint64_t> rank_of(const std::vector<std::uint64_t>& sorted,
 }
 
 bool is_number_map(const ArrayInfo& array) {
-  return array.role == kNodeMap || array.role == kElementMap ||
-         array.role == "gmsh:node_tag" || array.role == "gmsh:element_tag" ||
+  return array.role == kNodeMap || array.role == kElementMap || array.role == "gmsh:node_tag" ||
+         array.role == "gmsh:element_tag" ||
          (array.role.empty() && (array.name == kVertexNumbers || array.name == kCellNumbers));
 }
 
@@ -217,7 +217,7 @@ void PieceMesh::add_number_array(Location location, bool exodus_maps) {
   for (const ArrayInfo& other : info_.schema.arrays)
     if (other.location == location && other.name == array.name && other.role == array.role) return;
   const auto& numbers = of_points ? vertex_numbers() : cell_numbers();
-  const std::uint64_t end = decomposed_ ? (of_points ? file_->vertices() : file_->cells())
+  const std::uint64_t end = decomposed_       ? (of_points ? file_->vertices() : file_->cells())
                             : numbers.empty() ? 0
                                               : numbers.back() + 1;
   if (exodus_maps && end <= std::numeric_limits<std::int32_t>::max())

@@ -51,8 +51,8 @@ struct PieceOptions {
 class PieceMesh final : public MeshSource {
  public:
   // `extras` of the file: those that are no sets stay as they are; `sets` are cut to what is left,
-  // and those of which nothing is left go, but for decomposed meshes. `file` and `spool` must outlive the mesh. Throws what
-  // the library says about a bad file, naming `name`.
+  // and those of which nothing is left go, but for decomposed meshes. `file` and `spool` must
+  // outlive the mesh. Throws what the library says about a bad file, naming `name`.
   PieceMesh(MeshExtractor& file, const PieceOptions& options, std::vector<Extra> extras,
             std::vector<TransferSet> sets, const std::string& name, Spool& spool);
 

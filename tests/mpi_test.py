@@ -501,6 +501,90 @@ class MpiTest(unittest.TestCase):
         self.expect_failure(4, "no regular file", "compress", mesh, "-o", self.path("folder"),
                             "--segment-cells", 2000)
 
+    # --- parts that cannot be
+
+    def packed(self, mesh, *options):
+        packed = self.path("packed")
+        self.assertEqual(shm("compress", mesh, "-o", packed, "-q", *options).returncode, 0)
+        return packed
+
+    def left(self):
+        """Names of parts, and of what was to become parts."""
+        return sorted(name for name in os.listdir(self.directory.name) if "out." in name)
+
+    def test_wrong_use_of_decompress(self):
+        packed, out = self.packed(self.steps(2, 3)), self.path("out.e")
+        self.expect_failure(2, "standard input", "decompress", "-", "-o", out)
+        self.expect_failure(2, "standard input", "decompress", packed, "-o", "-")
+        self.expect_failure(2, "--format exodus", "decompress", packed, "-o", self.path("out.vtk"))
+        self.expect_failure(2, "out.what", "decompress", packed, "-o", self.path("out.what"))
+        self.expect_failure(2, "there is no step 2", "decompress", packed, "-o", out, "--step", 2)
+        self.expect_failure(2, "--threads", "decompress", packed, "-o", out, "--threads", 2)
+        self.expect_failure(3, "absent", "decompress", self.path("absent"), "-o", out)
+        self.expect_failure(3, "is not a .shm file", "decompress", self.path("run.e"), "-o", out)
+        self.assertEqual(self.left(), [])
+        # Global variables would be missing.
+        done = ranks(3, "decompress", packed, "-o", out, "--strict")
+        self.assertEqual(done.returncode, 6, done.stderr)
+        self.assertEqual(done.stderr.count("global variable"), 1, done.stderr)
+        self.assertEqual(self.left(), [])
+
+    def test_one_step_under_another_name(self):
+        packed = self.packed(self.steps(3, 3), "--segment-cells", 10)
+        done = ranks(2, "decompress", packed, "-o", self.path("out.what"), "--format", "exodus",
+                     "--step", 1)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(self.left(), ["out.what.2.0", "out.what.2.1"])
+        self.assertIn("1 time step", shm("info", self.path("out.what.2.1")).stdout)
+
+    def test_names_have_as_many_digits_as_the_number_of_ranks(self):
+        packed = self.packed(self.made("grid", 60, "none"))
+        done = ranks(10, "decompress", packed, "-o", self.path("out.e"), "-q")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(self.left(), [f"out.e.10.0{r}" for r in range(10)])
+
+    def test_cells_that_make_no_parts(self):
+        lines = self.write("lines.vtk", "# vtk DataFile Version 3.0\nt\nASCII\n"
+                           "DATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0 1 1 0 2 2 0\n"
+                           "CELLS 2 7\n2 0 1\n3 1 2 3\nCELL_TYPES 2\n4\n4\n")
+        self.expect_failure(3, "any number of vertices", "decompress", self.packed(lines), "-o",
+                            self.path("out.e"))
+        self.assertEqual(self.left(), [])
+
+    def test_hostile_files_make_no_parts(self):
+        packed, out = self.packed(self.steps(3, 5), "--segment-cells", 30), self.path("out.e")
+        parts = [f"{out}.3.{r}" for r in range(3)]
+        self.assertEqual(ranks(3, "decompress", packed, "-o", out, "-q").returncode, 0)
+        good, wanted, failures = content(packed), [content(part) for part in parts], 0
+        places = [len(good) * i // 12 + 5 for i in range(12)] + [len(good) - 20]
+        for damaged in ([good[:at] + bytes([good[at] ^ 0x55]) + good[at + 1:] for at in places] +
+                        [good[:at] for at in places]):
+            for name in self.left():
+                os.remove(self.path(name))
+            with open(packed, "wb") as file:
+                file.write(damaged)
+            done = ranks(3, "decompress", packed, "-o", out, "-q")
+            if done.returncode == 0:
+                self.assertTrue([content(part) for part in parts] == wanted)
+                continue
+            failures += 1
+            self.assertIn(done.returncode, (3, 5), done.stderr)
+            said = [line for line in done.stderr.splitlines() if line.startswith("shm_mpi: ")]
+            self.assertEqual(len(said), 1, done.stderr)
+            self.assertEqual(self.left(), [])
+        self.assertGreater(failures, len(places))
+
+    def test_parts_that_cannot_be_written(self):
+        packed = self.packed(self.steps(2, 6), "--segment-cells", 50)
+        self.expect_failure(4, "no/such/folder", "decompress", packed, "-o",
+                            self.path("no/such/folder/out.e"))
+        # One rank cannot write its part: nor do the others, and what was there stays.
+        os.mkdir(self.path("out.e.3.1"))
+        self.write("out.e.3.0", "old")
+        self.expect_failure(4, "no regular file", "decompress", packed, "-o", self.path("out.e"))
+        self.assertEqual(self.left(), ["out.e.3.0", "out.e.3.1"])
+        self.assertEqual(content(self.path("out.e.3.0")), b"old")
+
     def test_full_disk(self):
         disk = self.path("disk")
         os.mkdir(disk)
@@ -510,6 +594,11 @@ class MpiTest(unittest.TestCase):
         try:
             done = ranks(3, "compress", self.made("ogrid", 20000), "-o", disk + "/out.shm",
                          "--segment-cells", 2000, "-q")
+            self.assertEqual(done.returncode, 4, done.stderr)
+            self.assertEqual(os.listdir(disk), [])
+            packed = self.packed(self.steps(3, 8), "--segment-cells", 60)
+            done = ranks(3, "decompress", packed, "-o", disk + "/out.e", "-q", "--temp",
+                         self.directory.name)
             self.assertEqual(done.returncode, 4, done.stderr)
             self.assertEqual(os.listdir(disk), [])
         finally:

@@ -82,8 +82,9 @@ class SHM_API MeshExtractor {
   /// The next part of the piece; null at the end. Valid until the next call. Parts come segment by
   /// segment, not always in order; numbers are those of the whole mesh. Each cell comes once, each
   /// vertex once, before or with the first cell that uses it (vertices that no cell uses only
-  /// where all cells are wanted, or ExtractRequest::unused_vertices). In a part, first_vertex and first_cell count within the piece,
-  /// last_use is 0, `imported` is empty, and arrays that are not wanted are.
+  /// where all cells are wanted, or ExtractRequest::unused_vertices). In a part, first_vertex and
+  /// first_cell count within the piece, last_use is 0, `imported` is empty, and arrays that are not
+  /// wanted are.
   Result<MeshBlock*> next();
 
   // After next() gave null.
