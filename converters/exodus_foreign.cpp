@@ -12,10 +12,10 @@
 #include <utility>
 #include <vector>
 
+#include "exodus.h"
 #include "exodus_grouping.h"
 #include "exodus_layout.h"
 #include "failure.h"
-#include "piece_mesh.h"
 #include "transfer_sets.h"
 
 namespace shm::converters::exodus {

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <utility>
 
+#include "exodus.h"
 #include "names_apart.h"
-#include "piece_mesh.h"
 
 namespace shm::converters {
 namespace {

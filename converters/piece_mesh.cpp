@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "exodus.h"
 #include "failure.h"
 
 namespace shm::converters {

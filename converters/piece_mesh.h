@@ -28,9 +28,6 @@ inline constexpr const char* kCellNumbers = "shm_cell_number";
 // piece.
 bool is_number_map(const ArrayInfo& array);
 
-// Role of number maps that the source has itself, in a part of a decomposed mesh.
-inline constexpr const char* kOriginalMap = "exodus:original_map";
-
 struct PieceOptions {
   ExtractRequest request;             // `arrays` of it follows from the one below
   std::optional<std::uint64_t> step;  // this one alone

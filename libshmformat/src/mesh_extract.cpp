@@ -195,8 +195,12 @@ Result<MeshBlock*> MeshExtractor::Impl::next_part() {
 
 /// The next segment that may have something; false where there is none.
 Result<bool> MeshExtractor::Impl::begin_visit() {
-  while (next_visit_ < visits_.size() && found_ < request_->expected()) {
+  while (next_visit_ < visits_.size()) {
     const PieceRequest::Visit visit = visits_[next_visit_++];
+    // Segments without cells are visited for vertices that no cell uses.
+    if (found_ >= request_->expected() &&
+        !(request_->wants_unused() && file_.segments()[visit.segment].cells == 0))
+      continue;
     if (visit.probe) {
       const auto any = has_any(visit.segment);
       if (!any) return any.error();

@@ -45,8 +45,9 @@ struct ExtractRequest {
   std::optional<std::vector<std::uint64_t>> vertices{};
   /// Indices of the static arrays whose values are wanted; nothing: of all.
   std::optional<std::vector<std::uint32_t>> arrays{};
-  /// Beside cells: vertices that no cell uses, of all segments that are read for the cells. (The
-  /// Writer codes them behind the last cell.) They come in any case where all cells are wanted.
+  /// Beside cells: vertices that no cell uses, of all segments that are read for the cells and of
+  /// those without cells. (The Writer codes them behind the last cell, unless it is told of them
+  /// before.) They come in any case where all cells are wanted.
   bool unused_vertices = false;
 };
 
