@@ -1,5 +1,6 @@
 #include "blocks_by_id.h"
 
+#include <algorithm>
 #include <cstring>
 
 namespace shm::converters {
@@ -21,10 +22,11 @@ std::size_t BlocksById::array_of_ids(const MeshInfo& info) {
 }
 
 BlocksById::BlocksById(MeshSource& source, std::size_t array,
-                       const std::map<std::int64_t, std::string>& names)
+                       const std::map<std::int64_t, std::string>& names,
+                       const std::vector<Key>& first)
     : ForwardingMesh(source), array_(array) {
   info_ = source.info();
-  find_blocks(names);
+  find_blocks(names, first);
   info_.schema.arrays[array].role = "vtk:block_id";  // said by the blocks now
 }
 
@@ -46,8 +48,20 @@ void BlocksById::load_ids(std::size_t count) {
   if (bytes == 8) widen(std::int64_t{});
 }
 
-void BlocksById::find_blocks(const std::map<std::int64_t, std::string>& names) {
+auto BlocksById::keys() const -> std::vector<Key> {
+  std::vector<Key> keys(blocks_.size());
+  for (const auto& [key, block] : blocks_) keys[block] = key;
+  keys.resize(std::min(keys.size(), kMostBlocks + 1));
+  return keys;
+}
+
+void BlocksById::find_blocks(const std::map<std::int64_t, std::string>& names,
+                             const std::vector<Key>& first) {
   std::vector<std::uint64_t> cells;
+  for (const Key& key : first)
+    if (blocks_.try_emplace(key, static_cast<std::uint32_t>(cells.size())).second)
+      cells.push_back(0);
+  useful_ = blocks_.size() <= kMostBlocks;
   CellBatch batch;
   source_.rewind_cells();
   while (useful_ && source_.next_cells(batch, kPiece)) {
@@ -63,9 +77,9 @@ void BlocksById::find_blocks(const std::map<std::int64_t, std::string>& names) {
   }
   std::vector<BlockInfo> found(cells.size());
   for (const auto& [key, block] : blocks_) {
-    found[block] = info_.schema.blocks[key.first];
-    found[block].id = key.second;
-    const auto name = names.find(key.second);
+    found[block] = info_.schema.blocks[key.block];
+    found[block].id = key.number;
+    const auto name = names.find(key.number);
     found[block].name = name == names.end() ? std::string() : name->second;
   }
   info_.schema.blocks = std::move(found);

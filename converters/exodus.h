@@ -69,6 +69,10 @@ bool looks_like_exodus(std::span<const std::byte> head);
 // outlive the mesh. Throws Failure.
 std::unique_ptr<MeshSource> open_exodus(const std::string& path, Spool& spool);
 
+// Role of number maps that the whole mesh had, in a part of a decomposed one: one integer for each
+// vertex or cell. Written as a map called original_global_id_map, as nem_spread does.
+inline constexpr const char* kOriginalMap = "exodus:original_map";
+
 // Whether cells of another format have an element type of their own.
 bool exodus_holds_block(const BlockInfo& block);
 // Whether a name is short enough.
@@ -78,8 +82,9 @@ bool exodus_holds_name(const std::string& name);
 // offset file (netCDF-4 when a variable is too large for that): one element block for each block
 // and number of nodes, polygons as NSIDED; 32-bit floats when they hold all values, else 64-bit;
 // arrays without a role as variables, components apart (name_x, name_y, name_z or name_1, ...),
-// static ones at every step; arrays of role exodus:node_num_map and exodus:elem_num_map as maps. Throws Failure: output when the disk fails, unsupported for polyhedra
-// of other formats.
+// static ones at every step; arrays of role exodus:node_num_map, exodus:elem_num_map and
+// kOriginalMap as maps. Throws Failure: output when the disk fails, unsupported for polyhedra of
+// other formats.
 void write_exodus(MeshSource& mesh, const std::string& path);
 
 }  // namespace shm::converters

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "exodus.h"
 #include "exodus_grouping.h"
 #include "exodus_layout.h"
 #include "failure.h"
@@ -123,6 +124,7 @@ class ForeignWriter {
     create();
     define_blocks();
     define_sets();
+    define_original_maps();
     define_variables(EX_NODAL, nodal_);
     define_variables(EX_ELEM_BLOCK, element_);
     if (real_bytes_ == 4)
@@ -160,16 +162,24 @@ class ForeignWriter {
                     "polyhedra cannot be written to Exodus without the format that they came in");
   }
 
+  // One integer for each node or element.
+  static bool is_of_numbers(const ArrayInfo& array) {
+    return array.components == 1 && !array.per_step && array.blocks.empty() &&
+           (array.type == ScalarType::int32 || array.type == ScalarType::int64);
+  }
   static bool is_map(const ArrayInfo& array) {
-    return (array.role == "exodus:node_num_map" && array.location == Location::point) ||
-           (array.role == "exodus:elem_num_map" && array.location == Location::cell &&
-            array.blocks.empty());
+    return is_of_numbers(array) &&
+           ((array.role == "exodus:node_num_map" && array.location == Location::point) ||
+            (array.role == "exodus:elem_num_map" && array.location == Location::cell));
+  }
+  static bool is_original_map(const ArrayInfo& array) {
+    return is_of_numbers(array) && array.role == kOriginalMap;
   }
 
   void choose_columns() {
     for (std::size_t a = 0; a < info_.schema.arrays.size(); ++a) {
       const ArrayInfo& array = info_.schema.arrays[a];
-      if (is_map(array)) maps_.push_back(a);
+      if (is_map(array) || is_original_map(array)) maps_.push_back(a);
       if (!array.role.empty()) continue;
       auto& columns = array.location == Location::point ? nodal_ : element_;
       for (std::uint32_t c = 0; c < array.components; ++c) {
@@ -312,7 +322,7 @@ class ForeignWriter {
   }
 
   void define_variables(ex_entity_type kind, const std::vector<Column>& columns) {
-    if (columns.empty()) return;
+    if (columns.empty() || (kind == EX_NODAL && info_.vertices == 0)) return;
     const char* section = kind == EX_NODAL ? "nodal variables" : "element variables";
     std::vector<std::string> names;
     for (const Column& column : columns) names.push_back(column.name);
@@ -406,11 +416,32 @@ class ForeignWriter {
       if (info.type == ScalarType::int64)
         std::memcpy(&numbers[i], values + i * sizeof(std::int64_t), sizeof(std::int64_t));
     }
-    check(
-        ex_put_partial_id_map(exoid_, info.location == Location::point ? EX_NODE_MAP : EX_ELEM_MAP,
-                              static_cast<std::int64_t>(first + 1),
-                              static_cast<std::int64_t>(count), numbers.data()),
-        info.name);
+    const ex_entity_type kind = info.location == Location::point ? EX_NODE_MAP : EX_ELEM_MAP;
+    const auto start = static_cast<std::int64_t>(first + 1),
+               size = static_cast<std::int64_t>(count);
+    check(is_original_map(info)
+              ? ex_put_partial_num_map(exoid_, kind, 1, start, size, numbers.data())
+              : ex_put_partial_id_map(exoid_, kind, start, size, numbers.data()),
+          info.name);
+  }
+
+  // At most one of nodes and one of elements: numbers that the mesh had before it was cut, under
+  // the name that nem_spread gives them.
+  void define_original_maps() {
+    int counts[2] = {0, 0};
+    for (const std::size_t map : maps_) {
+      const ArrayInfo& info = info_.schema.arrays[map];
+      if (is_original_map(info)) ++counts[info.location == Location::point ? 0 : 1];
+    }
+    if (counts[0] + counts[1] == 0) return;
+    check(ex_put_map_param(exoid_, counts[0], counts[1]), "maps");
+    std::vector<std::string> names;
+    for (const int i : {0, 1}) {
+      names.assign(static_cast<std::size_t>(counts[i]), "original_global_id_map");
+      if (counts[i] > 0)
+        check(ex_put_names(exoid_, i == 0 ? EX_NODE_MAP : EX_ELEM_MAP, pointers(names).data()),
+              "maps");
+    }
   }
 
   void write_map(std::size_t array) {

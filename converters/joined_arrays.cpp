@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "exodus.h"
 #include "names_apart.h"
 
 namespace shm::converters {
@@ -109,7 +110,8 @@ std::size_t JoinedArrays::run_of_columns(std::size_t first) const {
 
 void JoinedArrays::add(std::size_t first, std::size_t columns) {
   ArrayInfo info = source_.info().schema.arrays[first];
-  const bool is_map = info.role == "exodus:node_num_map" || info.role == "exodus:elem_num_map";
+  const bool is_map = info.role == "exodus:node_num_map" || info.role == "exodus:elem_num_map" ||
+                      info.role == kOriginalMap;
   if (!exodus_maps_ || !is_map) info.role.clear();
   info.quantization = {};
   if (columns > 1) {

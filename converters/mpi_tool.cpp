@@ -9,6 +9,7 @@
 #include "failure.h"
 #include "formats.h"
 #include "mpi_compress.h"
+#include "mpi_decompress.h"
 #include "mpi_output.h"
 #include "mpi_ranks.h"
 #include "report.h"
@@ -66,6 +67,18 @@ int run(Ranks& ranks, int argc, char** argv, Options& options) {
       "Examples:\n"
       "  mpirun -n 4 shm_mpi compress rotor.e --segment-cells 262144\n"
       "  mpirun -n 4 shm_mpi compress rotor.e -o rotor.shm --order stream --segment-cells 262144");
+  CLI::App* decompress = add_decompress(app, options);
+  decompress->description(
+      "Write the mesh of a .shm file as a decomposed Exodus mesh, a part for each rank: of 4 "
+      "ranks\n"
+      "OUT.4.0 to OUT.4.3. Each decodes its share of the cells. Number maps tell the numbers of "
+      "the\n"
+      "whole mesh");
+  decompress->remove_option(decompress->get_option("--threads"));
+  decompress->footer(
+      "Examples:\n"
+      "  mpirun -n 4 shm_mpi decompress rotor.shm -o rotor.e     writes rotor.e.4.0 to "
+      "rotor.e.4.3");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -73,7 +86,8 @@ int run(Ranks& ranks, int argc, char** argv, Options& options) {
     if (ranks.first()) std::fprintf(stderr, "shm_mpi: %s (see shm_mpi --help)\n", error.what());
     return kWrongUse;
   }
-  return run_compress(ranks, options);
+  return decompress->parsed() ? decompress_with_ranks(ranks, options)
+                              : run_compress(ranks, options);
 }
 
 int complain(const Options& options, Error error) {

@@ -6,12 +6,15 @@
 #include <numeric>
 #include <utility>
 
+#include "exodus.h"
 #include "failure.h"
 
 namespace shm::converters {
 namespace {
 
 constexpr std::uint32_t kGone = ~std::uint32_t{0};
+constexpr const char* kNodeMap = "exodus:node_num_map";
+constexpr const char* kElementMap = "exodus:elem_num_map";
 
 }  // namespace
 
@@ -26,8 +29,8 @@ std::optional<std::uint64_t> rank_of(const std::vector<std::uint64_t>& sorted,
 }
 
 bool is_number_map(const ArrayInfo& array) {
-  return array.role == "exodus:node_num_map" || array.role == "exodus:elem_num_map" ||
-         array.role == "gmsh:node_tag" || array.role == "gmsh:element_tag" ||
+  return array.role == kNodeMap || array.role == kElementMap || array.role == "gmsh:node_tag" ||
+         array.role == "gmsh:element_tag" ||
          (array.role.empty() && (array.name == kVertexNumbers || array.name == kCellNumbers));
 }
 
@@ -36,6 +39,7 @@ PieceMesh::PieceMesh(MeshExtractor& file, const PieceOptions& options, std::vect
     : file_(&file),
       name_(name),
       spool_(&spool),
+      decomposed_(options.decomposed),
       step_(options.step),
       points_array_(options.points),
       wanted_(options.arrays),
@@ -167,7 +171,7 @@ const std::vector<std::uint64_t>& PieceMesh::elements(std::uint32_t source) {
 void PieceMesh::choose_blocks() {
   new_blocks_.assign(block_cells_.size(), kGone);
   for (std::uint32_t b = 0; b < block_cells_.size(); ++b) {
-    if (block_cells_[b] == 0) continue;
+    if (block_cells_[b] == 0 && !decomposed_) continue;
     new_blocks_[b] = static_cast<std::uint32_t>(kept_blocks_.size());
     kept_blocks_.push_back(b);
     info_.schema.blocks.push_back(file_->schema().blocks[b]);
@@ -182,6 +186,8 @@ void PieceMesh::choose_arrays(bool exodus_maps) {
     ArrayInfo array = all[a];
     if (!takes_array(a) || (points_array_ && array.role == all[*points_array_].role)) continue;
     array.quantization = {};
+    if (decomposed_ && (array.role == kNodeMap || array.role == kElementMap))
+      array.role = is_signed_integer(array.type) ? kOriginalMap : "";
     if (array.location == Location::cell) {
       std::vector<std::uint32_t> blocks;
       for (const std::uint32_t b : kept_blocks_)
@@ -197,7 +203,7 @@ void PieceMesh::choose_arrays(bool exodus_maps) {
   }
   staged_.clear();
   add_number_array(Location::point, exodus_maps);
-  if (info_.cells() > 0) add_number_array(Location::cell, exodus_maps);
+  if (info_.cells() > 0 || decomposed_) add_number_array(Location::cell, exodus_maps);
 }
 
 void PieceMesh::add_number_array(Location location, bool exodus_maps) {
@@ -212,7 +218,10 @@ void PieceMesh::add_number_array(Location location, bool exodus_maps) {
   for (const ArrayInfo& other : info_.schema.arrays)
     if (other.location == location && other.name == array.name && other.role == array.role) return;
   const auto& numbers = of_points ? vertex_numbers() : cell_numbers();
-  if (exodus_maps && (numbers.empty() || numbers.back() < std::numeric_limits<std::int32_t>::max()))
+  const std::uint64_t end = decomposed_       ? (of_points ? file_->vertices() : file_->cells())
+                            : numbers.empty() ? 0
+                                              : numbers.back() + 1;
+  if (exodus_maps && end <= std::numeric_limits<std::int32_t>::max())
     array.type = ScalarType::int32;
   info_.schema.arrays.push_back(std::move(array));
   arrays_.emplace_back().what = of_points ? Array::What::vertex_numbers : Array::What::cell_numbers;
@@ -234,7 +243,7 @@ void PieceMesh::cut_sets(std::vector<TransferSet> sets) {
     }
     for (const std::uint32_t block : set.blocks)
       if (new_blocks_.at(block) != kGone) cut.blocks.push_back(new_blocks_[block]);
-    if (!cut.members.empty() || !cut.blocks.empty()) left.push_back(std::move(cut));
+    if (!cut.members.empty() || !cut.blocks.empty() || decomposed_) left.push_back(std::move(cut));
   }
   list_members(*this, left);
   rewind_cells();

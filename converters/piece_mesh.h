@@ -39,13 +39,17 @@ struct PieceOptions {
   // Numbers as Exodus has them: arrays of role exodus:node_num_map and exodus:elem_num_map, from 1,
   // unless the source has such itself. Else arrays kVertexNumbers and kCellNumbers.
   bool exodus_maps = false;
+  // One of the parts that together are the mesh: all blocks, arrays and sets stay, where nothing is
+  // left of them empty, and the maps (exodus_maps) are numbers of the whole mesh in any case, of a
+  // type that is the same in all parts. Those of the source become arrays of role kOriginalMap.
+  bool decomposed = false;
 };
 
 class PieceMesh final : public MeshSource {
  public:
   // `extras` of the file: those that are no sets stay as they are; `sets` are cut to what is left,
-  // and those of which nothing is left go. `file` and `spool` must outlive the mesh. Throws what
-  // the library says about a bad file, naming `name`.
+  // and those of which nothing is left go, but for decomposed meshes. `file` and `spool` must
+  // outlive the mesh. Throws what the library says about a bad file, naming `name`.
   PieceMesh(MeshExtractor& file, const PieceOptions& options, std::vector<Extra> extras,
             std::vector<TransferSet> sets, const std::string& name, Spool& spool);
 
@@ -85,6 +89,7 @@ class PieceMesh final : public MeshSource {
   MeshExtractor* file_;
   std::string name_;
   Spool* spool_;
+  bool decomposed_;
   std::optional<std::uint64_t> step_;  // the only one
   std::optional<std::uint32_t> points_array_;
   std::optional<std::vector<std::uint32_t>> wanted_;

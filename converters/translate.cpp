@@ -119,7 +119,8 @@ Layer& Translation::add(std::unique_ptr<Layer> layer) {
 }
 
 Translation::Translation(MeshSource& source, const std::string& format, const Holds& holds,
-                         std::optional<std::uint64_t> step, Spool& spool)
+                         std::optional<std::uint64_t> step, Spool& spool,
+                         const std::vector<BlocksById::Key>& blocks_elsewhere)
     : from_(source.info()), format_(format), holds_(holds), mesh_(&source) {
   if (is_kin()) {
     choose_step(step);
@@ -127,7 +128,7 @@ Translation::Translation(MeshSource& source, const std::string& format, const Ho
       losses_.push_back(std::move(loss));
     return;
   }
-  if (holds_.block_numbers) split_blocks();
+  if (holds_.block_numbers) split_blocks(blocks_elsewhere);
   choose_step(step);
   const std::vector<BlockInfo> blocks = mesh_->info().schema.blocks;
   add(std::make_unique<JoinedArrays>(*mesh_,
@@ -172,11 +173,11 @@ void Translation::take_step(std::uint64_t step) {
   add(std::make_unique<OneStep>(*mesh_, step));
 }
 
-void Translation::split_blocks() {
+void Translation::split_blocks(const std::vector<BlocksById::Key>& first) {
   const std::size_t array = BlocksById::array_of_ids(mesh_->info());
   const auto names = vtk_block_names(from_, told_);
   if (array == mesh_->info().schema.arrays.size()) return;
-  auto split = std::make_unique<BlocksById>(*mesh_, array, names);
+  auto split = std::make_unique<BlocksById>(*mesh_, array, names, first);
   if (split->useful()) add(std::move(split));
 }
 

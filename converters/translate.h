@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "blocks_by_id.h"
 #include "losses.h"
 #include "mesh_source.h"
 #include "spool.h"
@@ -23,15 +24,17 @@ class Translation {
  public:
   // `step`: this one alone; none told: all, or the last where a file holds one. `source` and
   // `spool` must outlive the translation. `format` is the target's name, for the list.
+  // `blocks`: see BlocksById; those that other parts of a decomposed mesh have.
   Translation(MeshSource& source, const std::string& format, const Holds& holds,
-              std::optional<std::uint64_t> step, Spool& spool);
+              std::optional<std::uint64_t> step, Spool& spool,
+              const std::vector<BlocksById::Key>& blocks = {});
   MeshSource& mesh() { return *mesh_; }
   const LossList& losses() const { return losses_; }
 
  private:
   template <class Layer>
   Layer& add(std::unique_ptr<Layer> layer);
-  void split_blocks();
+  void split_blocks(const std::vector<BlocksById::Key>& first);
   bool is_kin() const { return !holds_.kin.empty() && from_.schema.source_format == holds_.kin; }
   void choose_step(std::optional<std::uint64_t> step);
   void take_step(std::uint64_t step);

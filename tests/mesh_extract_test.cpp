@@ -114,8 +114,39 @@ bool in_box(const std::array<double, 6>& box, const Bytes& xyz, const Schema& sc
   return true;
 }
 
+std::set<std::uint64_t> unused(const ByNumber& whole) {
+  std::set<std::uint64_t> numbers;
+  for (const auto& [number, vertex] : whole.vertices) numbers.insert(number);
+  for (const auto& [number, cell] : whole.cells)
+    for (const std::uint64_t v : cell.corners) numbers.erase(v);
+  return numbers;
+}
+
+/// What stands in a segment: its cells, and vertices that no cell of the mesh uses.
+struct SegmentOfWhole {
+  std::set<std::uint64_t> cells, unused;
+};
+std::vector<SegmentOfWhole> segments_of(const Bytes& bytes, const std::set<std::uint64_t>& unused) {
+  std::vector<SegmentOfWhole> segments;
+  MemoryRandomSource source(bytes);
+  auto reader = SegmentReader::open(source);
+  EXPECT_TRUE(reader);
+  for (std::size_t s = 0; reader && s < reader->segments().size(); ++s) {
+    SegmentOfWhole& segment = segments.emplace_back();
+    const auto blocks = reader->read(s);
+    EXPECT_TRUE(blocks);
+    for (const MeshBlock& block : blocks ? *blocks : std::vector<MeshBlock>()) {
+      segment.cells.insert(block.cell_numbers.begin(), block.cell_numbers.end());
+      for (const std::uint64_t v : block.vertex_numbers)
+        if (unused.contains(v)) segment.unused.insert(v);
+    }
+  }
+  return segments;
+}
+
 /// The piece, out of the whole mesh.
-ByNumber cut(const ByNumber& whole, const Schema& schema, const ExtractRequest& request) {
+ByNumber cut(const ByNumber& whole, const std::vector<SegmentOfWhole>& segments,
+             const Schema& schema, const ExtractRequest& request) {
   ByNumber piece;
   const CellSelection& want = request.cells;
   const auto take = [&](std::uint64_t v) { piece.vertices[v] = whole.vertices.at(v); };
@@ -139,6 +170,13 @@ ByNumber cut(const ByNumber& whole, const Schema& schema, const ExtractRequest& 
         continue;
       piece.cells[number] = cell;
       for (const std::uint64_t v : cell.corners) take(v);
+    }
+    for (const SegmentOfWhole& segment : segments) {
+      const bool read = segment.cells.empty() ||
+                        std::any_of(segment.cells.begin(), segment.cells.end(),
+                                    [&](std::uint64_t c) { return piece.cells.contains(c); });
+      for (const std::uint64_t v : segment.unused)
+        if (request.unused_vertices && read) take(v);
     }
   }
   piece.steps.clear();
@@ -249,6 +287,11 @@ std::vector<ExtractRequest> requests(const ByNumber& whole, const Schema& schema
   all.push_back(vertices);
   vertices.cells.box = {0, 0, 0, .5, .5, .5};
   all.push_back(vertices);
+  for (const std::uint64_t first : {std::uint64_t{0}, n / 3, n - 1}) {
+    ExtractRequest last = cells(first, n);
+    last.unused_vertices = true;
+    all.push_back(last);
+  }
   for (const std::vector<std::uint32_t>& arrays :
        {std::vector<std::uint32_t>{},
         {0},
@@ -263,6 +306,7 @@ std::vector<ExtractRequest> requests(const ByNumber& whole, const Schema& schema
 
 void expect_pieces(const Bytes& bytes) {
   const ByNumber whole = whole_of(bytes);
+  const auto segments = segments_of(bytes, unused(whole));
   MemoryRandomSource source(bytes);
   auto file = MeshExtractor::open(source);
   ASSERT_TRUE(file) << file.error().message();
@@ -273,7 +317,7 @@ void expect_pieces(const Bytes& bytes) {
     SCOPED_TRACE("request " + std::to_string(nth++));
     const auto piece = extracted(*file, request);
     ASSERT_TRUE(piece) << piece.error().message();
-    const ByNumber expected = cut(whole, file->schema(), request);
+    const ByNumber expected = cut(whole, segments, file->schema(), request);
     EXPECT_EQ(piece->vertices.size(), expected.vertices.size());
     EXPECT_EQ(piece->cells.size(), expected.cells.size());
     EXPECT_TRUE(*piece == expected);

@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
-"""shm_mpi: the ranks of an MPI program write the bytes that shm writes alone, or fail together.
+"""shm_mpi: the ranks of an MPI program write the bytes that shm writes alone, or fail together; the
+parts that they write of a decomposed mesh are, joined by their number maps, what shm writes alone.
 
 Usage: mpi_test.py PATH_OF_SHM PATH_OF_SHM_MPI PATH_OF_SHM_MAKE_MESH
 """
 import glob
 import json
 import os
+import re
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -69,6 +72,124 @@ def mixed_vtk(n):
     lines += [f"POINT_DATA {points}", "VECTORS v float"]
     lines += [f"{p % 5} {-0.0 if p % 3 else p * .5:.6g} nan" for p in range(points)]
     return "\n".join(lines) + "\n"
+
+
+class Exodus:
+    """What ncdump tells of an Exodus file. Numbers are text that tells them apart."""
+
+    def __init__(self, path):
+        text = subprocess.run(["ncdump", "-p", "9,17", path], capture_output=True, text=True,
+                              check=True).stdout
+        head, _, data = text.partition("\ndata:\n")
+        self.sizes = {name: int(size or current) for name, size, current in re.findall(
+            r"\t(\w+) = (?:(\d+)|UNLIMITED) ;(?: // \((\d+) currently\))?", head)}
+        self.types = {name: kind for kind, name in re.findall(r"\t(\w+) (\w+)(?:\([^)]*\))? ;\n", head)}
+        self.values = {}
+        for name, values in re.findall(r"\n (\w+) =\s*(.*?) ;(?=\n)", data, re.S):
+            kind = self.types[name]
+            texts = [text.split("\\000")[0] for text in re.findall(r'"(.*?)"', values)]
+            self.values[name] = (texts if kind == "char" else
+                                 [self.number(kind, v) for v in values.split(",") if v.strip()])
+
+    @staticmethod
+    def number(kind, text):
+        if kind not in ("float", "double"):
+            return int(text)
+        value = float(text.strip().rstrip("f"))  # NaN is what it is called
+        return repr(struct.unpack("f", struct.pack("f", value))[0] if kind == "float" else value)
+
+    def get(self, name):
+        return self.values.get(name, [])
+
+    def size(self, name):
+        return self.sizes.get(name, 0)
+
+    def axes(self):
+        count, flat = self.size("num_nodes"), self.get("coord")
+        return ([flat[count * axis:count * (axis + 1)] for axis in range(3)] if flat else
+                [self.get("coord" + axis) for axis in "xyz"])
+
+    def elements(self):
+        """The number of each element, from 0, and the place of its block."""
+        elements = [b for b in range(self.size("num_el_blk"))
+                    for _ in range(self.size(f"num_el_in_blk{b + 1}"))]
+        numbers = self.get("elem_num_map") or range(1, len(elements) + 1)
+        return [(block, number) for block, number in zip(elements, numbers)]
+
+    def steps(self, variable):
+        """Its values at each step."""
+        values, count = self.get(variable), self.size("time_step")
+        width = len(values) // count if count else 0
+        return [values[width * i:width * (i + 1)] for i in range(count)]
+
+
+class Joined:
+    """Nodes, elements, values and sets of one file or of the parts of one mesh, by the numbers of
+    the nodes, and by blocks and the order of the numbers of the elements."""
+
+    def __init__(self, files, whole=None):
+        self.nodes, self.cells, self.nodal, self.element = {}, {}, {}, {}
+        self.node_sets, self.side_sets, self.original = {}, {}, {}
+        self.shared = set()
+        for file in files:
+            self.add(file, whole)
+
+    def put(self, into, key, value):
+        if into.setdefault(key, value) != value:
+            raise AssertionError(f"parts differ at {key}: {value} and {into[key]}")
+
+    def add(self, file, whole):
+        # Of the file alone, numbers are places; its own maps are what parts call original.
+        alone = whole is None
+        nodes = range(1, file.size("num_nodes") + 1) if alone else file.get("node_num_map")
+        elements = file.elements()
+        if alone:
+            elements = [(block, i + 1) for i, (block, _) in enumerate(elements)]
+        maps = ("node_num_map", "elem_num_map") if alone else ("node_map1", "elem_map1")
+        for i, node in enumerate(nodes):
+            self.put(self.nodes, node, tuple(axis[i] for axis in file.axes()))
+        for v, name in enumerate(file.get("name_nod_var")):
+            for step, values in enumerate(file.steps(f"vals_nod_var{v + 1}")):
+                for node, value in zip(nodes, values):
+                    self.put(self.nodal, (name, step, node), value)
+        for node, number in zip(nodes, file.get(maps[0])):
+            self.put(self.original, ("node", node), number)
+        for element, number in zip(elements, file.get(maps[1])):
+            self.put(self.original, element, number)
+        at = 0
+        for b in range(file.size("num_el_blk")):
+            count = file.size(f"num_el_in_blk{b + 1}")
+            corners, width = file.get(f"connect{b + 1}"), file.size(f"num_nod_per_el{b + 1}")
+            for i in range(count):
+                cell = elements[at + i]
+                if cell in self.cells:
+                    raise AssertionError(f"element {cell} is there twice")
+                self.cells[cell] = [nodes[c - 1] for c in corners[i * width:(i + 1) * width]]
+                for v, name in enumerate(file.get("name_elem_var")):
+                    for step, values in enumerate(file.steps(f"vals_elem_var{v + 1}eb{b + 1}")):
+                        if values:
+                            self.element[(name, step) + cell] = values[i]
+            at += count
+        for s in range(file.size("num_node_sets")):
+            self.node_sets.setdefault(s, []).extend(nodes[m - 1] for m in file.get(f"node_ns{s + 1}"))
+        for s in range(file.size("num_side_sets")):
+            self.side_sets.setdefault(s, []).extend(
+                (elements[e - 1], side)
+                for e, side in zip(file.get(f"elem_ss{s + 1}"), file.get(f"side_ss{s + 1}")))
+
+    def in_order(self):
+        """All of it, elements called by their block and place in the order of their numbers."""
+        place, counts = {}, {}
+        for cell in sorted(self.cells):
+            counts[cell[0]] = counts.get(cell[0], -1) + 1
+            place[cell] = (cell[0], counts[cell[0]])
+        original = {place.get(key, key): number for key, number in self.original.items()}
+        return {"nodes": self.nodes, "nodal": self.nodal, "original": original,
+                "cells": {place[cell]: corners for cell, corners in self.cells.items()},
+                "element": {key[:2] + place[key[2:]]: value for key, value in self.element.items()},
+                "node sets": {s: sorted(set(members)) for s, members in self.node_sets.items()},
+                "side sets": {s: sorted((place[cell], side) for cell, side in members)
+                              for s, members in self.side_sets.items()}}
 
 
 class MpiTest(unittest.TestCase):
@@ -186,6 +307,138 @@ class MpiTest(unittest.TestCase):
                 self.expect_same(mesh, (2 + i % 3,), "--segment-cells", max(1, cells // 6),
                                  "--order", *order)
 
+    # --- parts of a decomposed mesh
+
+    def decompressed(self, mesh, n, *options, said=""):
+        """The paths of what n ranks write of a mesh that was compressed with some options, and what
+        shm writes."""
+        packed, whole, out = self.path("packed"), self.path("whole.e"), self.path("out.e")
+        done = shm("compress", mesh, "-o", packed, "-q", *options)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(shm("decompress", packed, "-o", whole, "-q").returncode, 0)
+        done = ranks(n, "decompress", packed, "-o", out, "-q")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stdout, "")
+        self.assertIn(said, done.stderr)
+        parts = [f"{out}.{n}.{r}" for r in range(n)]
+        self.assertEqual(sorted(glob.glob(out + "*")), parts)
+        return parts, whole
+
+    def expect_parts(self, mesh, n, *options, said=""):
+        if not shutil.which("ncdump"):
+            self.skipTest("ncdump is not installed")
+        paths, path = self.decompressed(mesh, n, *options, said=said)
+        parts, whole = [Exodus(part) for part in paths], Exodus(path)
+        for part in parts:
+            for name in ("num_el_blk", "num_node_sets", "num_side_sets"):
+                self.assertEqual(part.size(name), whole.size(name), name)
+            for name in ("eb_prop1", "ns_prop1", "ss_prop1", "eb_names", "ns_names", "ss_names",
+                         "time_whole"):
+                if any(whole.get(name)) and 0 not in whole.get(name):  # 0 is no number of a set
+                    self.assertEqual(part.get(name), whole.get(name), name)
+            # Attributes of a mesh that came from Exodus have become variables too.
+            names = [] if part.size("num_nodes") == 0 else whole.get("name_nod_var")
+            self.assertEqual(part.get("name_nod_var")[:len(names)], names)
+            names = whole.get("name_elem_var")
+            self.assertEqual(part.get("name_elem_var")[:len(names)], names)
+            # What the whole mesh has as float is no other number as double.
+            part.types.update({k: v for k, v in whole.types.items() if v == "float"})
+            for name, kind in part.types.items():
+                if kind == "float" and name in part.values:
+                    part.values[name] = [Exodus.number("float", v) for v in part.values[name]]
+        expected, got = Joined([whole]).in_order(), Joined(parts, whole).in_order()
+        for what in ("nodal", "element"):
+            of_whole = whole.get("name_nod_var") + whole.get("name_elem_var")
+            got[what] = {key: v for key, v in got[what].items() if key[0] in of_whole}
+        for what, values in expected.items():
+            self.assertTrue(got[what] == values, f"{what} of {n} parts: {mesh} {options}")
+        for part in paths:
+            os.remove(part)
+        return parts
+
+    def test_parts_of_made_meshes(self):
+        for family in ("grid", "shuffled"):
+            mesh = self.made(family, 1000)
+            for n, order in ((1, "keep"), (2, "stream"), (3, "keep"), (4, "stream")):
+                self.expect_parts(mesh, n, "--segment-cells", 150, "--order", order)
+        # One segment, which all decode.
+        self.expect_parts(mesh, 3)
+        self.expect_parts(mesh, 3, "--order", "free")
+
+    def test_parts_of_several_blocks_and_unused_points(self):
+        mesh = self.write("mixed.vtk", mixed_vtk(6))
+        for options in ([], ["--segment-cells", "50"], ["--segment-cells", "50", "--delay", "20"],
+                        ["--segment-cells", "77", "--order", "stream"]):
+            for n in (1, 2, 4):
+                self.expect_parts(mesh, n, *options)
+
+    def test_parts_with_steps_sets_and_maps(self):
+        mesh = self.steps(5, 6)
+        lost = "not in " + self.path("out.e") + ": "
+        for options in ([], ["--segment-cells", "40"], ["--segment-cells", "40", "--delay", "9"],
+                        ["--segment-cells", "30", "--order", "stream", "--delay", "9"]):
+            for n in (2, 3):
+                self.expect_parts(mesh, n, *options, said=lost)
+        try:
+            from extract_test import Grid
+        except (ImportError, SystemExit):
+            self.skipTest("NumPy or VTK is missing")
+        Grid().write(self.path("grid.e"))
+        for n, options in ((1, []), (2, ["--order", "stream"]), (3, ["--segment-cells", "100"]),
+                           (4, ["--segment-cells", "64", "--delay", "20"])):
+            parts = self.expect_parts(self.path("grid.e"), n, *options)
+        # A part of one block has the others and the sets too, without members.
+        self.assertEqual(parts[0].get("eb_prop1"), [10, 20, 30])
+        self.assertEqual(parts[0].get("eb_status")[2], 0)
+        self.assertEqual(parts[3].get("ns_status"), [0])
+        self.assertEqual(parts[3].get("ns_names"), ["fixed"])
+
+    def test_parts_of_blocks_that_an_array_tells(self):
+        text = mixed_vtk(4).replace("SCALARS heat double 1", "SCALARS BlockId int 1")
+        lines = text.splitlines()
+        first = lines.index("LOOKUP_TABLE default") + 1
+        cells = int(next(line for line in lines if line.startswith("CELL_DATA")).split()[1])
+        # Blocks of some parts alone.
+        lines[first:first + cells] = [str(7 + 5 * (c // 40) + c % 2) for c in range(cells)]
+        mesh = self.write("blocks.vtk", "\n".join(lines) + "\n")
+        parts = self.expect_parts(mesh, 3)
+        self.assertGreater(parts[0].size("num_el_blk"), 4)
+
+    def test_more_ranks_than_cells(self):
+        self.expect_parts(self.made("grid", 1), 3)
+        cell = "CELLS 1 9\n8 0 1 3 2 4 5 7 6\nCELL_TYPES 1\n12\n"
+        points = "\n".join(f"{p % 2} {p // 2 % 2} {p // 4}" for p in range(10))
+        head = f"# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 10 float\n{points}\n"
+        self.expect_parts(self.write("one.vtk", head + cell), 4)
+        self.expect_parts(self.write("none.vtk", head + "CELLS 0 0\nCELL_TYPES 0\n"), 2)
+
+    def test_parts_can_be_compressed_and_joined(self):
+        paths, _ = self.decompressed(self.steps(2, 6), 3, "--segment-cells", 40)
+        done = shm("join", "-o", self.path("joined.shm"), *paths)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        os.mkdir(self.path("back"))
+        done = shm("split", self.path("joined.shm"), "--directory", self.path("back"))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        for part in paths:
+            back = os.path.join(self.path("back"), os.path.basename(part))
+            self.assertEqual(shm("diff", back, part).returncode, 0)
+
+    def test_parts_of_real_meshes(self):
+        if not os.path.isdir(CORPUS):
+            self.skipTest("SHM_CORPUS names no folder")
+        names = ("exodus/moose__ex02.e", "exodus/libmesh__nontrivial_elem_num_map.exo",
+                 "exodus/moab__mbtest1.g", "exodus/moose__diffusion_3d_hex27_out.e",
+                 "gmsh/arcanefem__bar_3D_hex_tetra_pyramids.msh", "other/vtk-data__can.vtu",
+                 "vtk/mesquite__mixed-hex-pyr-tet.vtk")
+        meshes = [os.path.join(CORPUS, name) for name in names]
+        meshes = [mesh for mesh in meshes if os.path.exists(mesh)]
+        self.assertGreater(len(meshes), 0)
+        for i, mesh in enumerate(meshes):
+            cells = json.loads(shm("info", mesh, "--json").stdout)["cells"]
+            for order in ("keep", "stream"):
+                self.expect_parts(mesh, 2 + i % 3, "--segment-cells", max(1, cells // 6), "--order",
+                                  order)
+
     # --- what goes wrong, on all ranks
 
     def expect_failure(self, code, words, *arguments, n=3):
@@ -247,6 +500,90 @@ class MpiTest(unittest.TestCase):
         self.expect_failure(4, "no regular file", "compress", mesh, "-o", self.path("folder"),
                             "--segment-cells", 2000)
 
+    # --- parts that cannot be
+
+    def packed(self, mesh, *options):
+        packed = self.path("packed")
+        self.assertEqual(shm("compress", mesh, "-o", packed, "-q", *options).returncode, 0)
+        return packed
+
+    def left(self):
+        """Names of parts, and of what was to become parts."""
+        return sorted(name for name in os.listdir(self.directory.name) if "out." in name)
+
+    def test_wrong_use_of_decompress(self):
+        packed, out = self.packed(self.steps(2, 3)), self.path("out.e")
+        self.expect_failure(2, "standard input", "decompress", "-", "-o", out)
+        self.expect_failure(2, "standard input", "decompress", packed, "-o", "-")
+        self.expect_failure(2, "--format exodus", "decompress", packed, "-o", self.path("out.vtk"))
+        self.expect_failure(2, "out.what", "decompress", packed, "-o", self.path("out.what"))
+        self.expect_failure(2, "there is no step 2", "decompress", packed, "-o", out, "--step", 2)
+        self.expect_failure(2, "--threads", "decompress", packed, "-o", out, "--threads", 2)
+        self.expect_failure(3, "absent", "decompress", self.path("absent"), "-o", out)
+        self.expect_failure(3, "is not a .shm file", "decompress", self.path("run.e"), "-o", out)
+        self.assertEqual(self.left(), [])
+        # Global variables would be missing.
+        done = ranks(3, "decompress", packed, "-o", out, "--strict")
+        self.assertEqual(done.returncode, 6, done.stderr)
+        self.assertEqual(done.stderr.count("global variable"), 1, done.stderr)
+        self.assertEqual(self.left(), [])
+
+    def test_one_step_under_another_name(self):
+        packed = self.packed(self.steps(3, 3), "--segment-cells", 10)
+        done = ranks(2, "decompress", packed, "-o", self.path("out.what"), "--format", "exodus",
+                     "--step", 1)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(self.left(), ["out.what.2.0", "out.what.2.1"])
+        self.assertIn("1 time step", shm("info", self.path("out.what.2.1")).stdout)
+
+    def test_names_have_as_many_digits_as_the_number_of_ranks(self):
+        packed = self.packed(self.made("grid", 60, "none"))
+        done = ranks(10, "decompress", packed, "-o", self.path("out.e"), "-q")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(self.left(), [f"out.e.10.0{r}" for r in range(10)])
+
+    def test_cells_that_make_no_parts(self):
+        lines = self.write("lines.vtk", "# vtk DataFile Version 3.0\nt\nASCII\n"
+                           "DATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0 1 1 0 2 2 0\n"
+                           "CELLS 2 7\n2 0 1\n3 1 2 3\nCELL_TYPES 2\n4\n4\n")
+        self.expect_failure(3, "any number of vertices", "decompress", self.packed(lines), "-o",
+                            self.path("out.e"))
+        self.assertEqual(self.left(), [])
+
+    def test_hostile_files_make_no_parts(self):
+        packed, out = self.packed(self.steps(3, 5), "--segment-cells", 30), self.path("out.e")
+        parts = [f"{out}.3.{r}" for r in range(3)]
+        self.assertEqual(ranks(3, "decompress", packed, "-o", out, "-q").returncode, 0)
+        good, wanted, failures = content(packed), [content(part) for part in parts], 0
+        places = [len(good) * i // 12 + 5 for i in range(12)] + [len(good) - 20]
+        for damaged in ([good[:at] + bytes([good[at] ^ 0x55]) + good[at + 1:] for at in places] +
+                        [good[:at] for at in places]):
+            for name in self.left():
+                os.remove(self.path(name))
+            with open(packed, "wb") as file:
+                file.write(damaged)
+            done = ranks(3, "decompress", packed, "-o", out, "-q")
+            if done.returncode == 0:
+                self.assertTrue([content(part) for part in parts] == wanted)
+                continue
+            failures += 1
+            self.assertIn(done.returncode, (3, 5), done.stderr)
+            said = [line for line in done.stderr.splitlines() if line.startswith("shm_mpi: ")]
+            self.assertEqual(len(said), 1, done.stderr)
+            self.assertEqual(self.left(), [])
+        self.assertGreater(failures, len(places))
+
+    def test_parts_that_cannot_be_written(self):
+        packed = self.packed(self.steps(2, 6), "--segment-cells", 50)
+        self.expect_failure(4, "no/such/folder", "decompress", packed, "-o",
+                            self.path("no/such/folder/out.e"))
+        # One rank cannot write its part: nor do the others, and what was there stays.
+        os.mkdir(self.path("out.e.3.1"))
+        self.write("out.e.3.0", "old")
+        self.expect_failure(4, "no regular file", "decompress", packed, "-o", self.path("out.e"))
+        self.assertEqual(self.left(), ["out.e.3.0", "out.e.3.1"])
+        self.assertEqual(content(self.path("out.e.3.0")), b"old")
+
     def test_full_disk(self):
         disk = self.path("disk")
         os.mkdir(disk)
@@ -256,6 +593,11 @@ class MpiTest(unittest.TestCase):
         try:
             done = ranks(3, "compress", self.made("ogrid", 20000), "-o", disk + "/out.shm",
                          "--segment-cells", 2000, "-q")
+            self.assertEqual(done.returncode, 4, done.stderr)
+            self.assertEqual(os.listdir(disk), [])
+            packed = self.packed(self.steps(3, 8), "--segment-cells", 60)
+            done = ranks(3, "decompress", packed, "-o", disk + "/out.e", "-q", "--temp",
+                         self.directory.name)
             self.assertEqual(done.returncode, 4, done.stderr)
             self.assertEqual(os.listdir(disk), [])
         finally:

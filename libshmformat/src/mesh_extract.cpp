@@ -67,6 +67,7 @@ class MeshExtractor::Impl {
   bool needs_no_more() const;
   Result<void> pick(MeshBlock& block);
   Result<void> take_vertices(const MeshBlock& block, std::size_t& next, std::size_t end);
+  Result<void> take_unused(const MeshBlock& block, std::size_t next);
   Result<void> pick_cell(const MeshBlock& block, std::size_t cell);
   void pick_cell_values(const MeshBlock& block, std::size_t cell, bool wanted);
   void give(HeldVertices::Vertex& vertex);
@@ -194,8 +195,12 @@ Result<MeshBlock*> MeshExtractor::Impl::next_part() {
 
 /// The next segment that may have something; false where there is none.
 Result<bool> MeshExtractor::Impl::begin_visit() {
-  while (next_visit_ < visits_.size() && found_ < request_->expected()) {
+  while (next_visit_ < visits_.size()) {
     const PieceRequest::Visit visit = visits_[next_visit_++];
+    // Segments without cells are visited for vertices that no cell uses.
+    if (found_ >= request_->expected() &&
+        !(request_->wants_unused() && file_.segments()[visit.segment].cells == 0))
+      continue;
     if (visit.probe) {
       const auto any = has_any(visit.segment);
       if (!any) return any.error();
@@ -204,7 +209,8 @@ Result<bool> MeshExtractor::Impl::begin_visit() {
     segment_ = visit.segment;
     next_group_ = file_.first_group(segment_);
     end_group_ = file_.first_group(segment_ + 1);
-    while (end_group_ > next_group_ && !request_->may_be_in_group(file_.groups()[end_group_ - 1]))
+    while (!request_->wants_unused() && end_group_ > next_group_ &&
+           !request_->may_be_in_group(file_.groups()[end_group_ - 1]))
       --end_group_;
     end_box_group_ = end_group_;
     while (end_box_group_ > next_group_ &&
@@ -265,6 +271,7 @@ Result<bool> MeshExtractor::Impl::has_any(std::size_t segment) {
 
 /// Whether the groups to come of the segment at hand can have nothing.
 bool MeshExtractor::Impl::needs_no_more() const {
+  if (request_->wants_unused()) return false;
   if (found_ >= request_->expected()) return true;
   if (!request_->box() || held_->in_box() > 0) return false;
   return next_group_ >= end_box_group_;
@@ -295,8 +302,8 @@ Result<void> MeshExtractor::Impl::pick(MeshBlock& block) {
     if (auto good = pick_cell(block, cell); !good) return good;
   }
   // No cell uses those that are left.
-  return request_->of_vertices() ? take_vertices(block, vertex, block.vertex_count())
-                                 : Result<void>();
+  if (request_->of_vertices()) return take_vertices(block, vertex, block.vertex_count());
+  return request_->wants_unused() ? take_unused(block, vertex) : Result<void>();
 }
 
 /// Vertices of a block until `end` are born: they wait for cells, or are wanted themselves.
@@ -326,6 +333,18 @@ Result<void> MeshExtractor::Impl::take_vertices(const MeshBlock& block, std::siz
     if (!request_->of_vertices()) continue;
     give(*held_->find(number));
     held_->remove(number);
+  }
+  return {};
+}
+
+/// The vertices of a block from `next` on, which no cell uses, go into the piece.
+Result<void> MeshExtractor::Impl::take_unused(const MeshBlock& block, std::size_t next) {
+  const std::size_t first = next;
+  if (auto good = take_vertices(block, next, block.vertex_count()); !good) return good;
+  for (std::size_t v = first; v < next; ++v) {
+    HeldVertices::Vertex& vertex = *held_->find(block.vertex_numbers[v]);
+    if (!request_->box() || vertex.in_box) give(vertex);
+    held_->remove(vertex.number);
   }
   return {};
 }

@@ -120,8 +120,9 @@ auto PieceRequest::visits() const -> std::vector<Visit> {
       if (!keeps && !has_any(*request_.vertices, segment.first_vertex, segment.vertices)) continue;
     } else if (!all()) {
       const bool here = may_number(segment.first_cell, segment.cells);
-      if (segment.cells == 0 || (!here && numbers_are_positions())) continue;
-      probe = !here || (request_.cells.blocks && !blocks_likely(segment));
+      const bool loose = wants_unused() && segment.cells == 0;
+      if (!loose && (segment.cells == 0 || (!here && numbers_are_positions()))) continue;
+      probe = !loose && (!here || (request_.cells.blocks && !blocks_likely(segment)));
     }
     if (may_be_in_box(segment.box)) visits.push_back({s, probe});
   }

@@ -24,6 +24,7 @@ class PieceRequest {
 
   const ExtractRequest& request() const { return request_; }
   bool of_vertices() const { return request_.vertices.has_value(); }
+  bool wants_unused() const { return request_.unused_vertices && !of_vertices(); }
   bool all() const { return !of_vertices() && request_.cells.all(); }
   const std::optional<std::array<double, 6>>& box() const { return request_.cells.box; }
 

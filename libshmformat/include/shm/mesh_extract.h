@@ -45,6 +45,10 @@ struct ExtractRequest {
   std::optional<std::vector<std::uint64_t>> vertices{};
   /// Indices of the static arrays whose values are wanted; nothing: of all.
   std::optional<std::vector<std::uint32_t>> arrays{};
+  /// Beside cells: vertices that no cell uses, of all segments that are read for the cells and of
+  /// those without cells. (The Writer codes them behind the last cell, unless it is told of them
+  /// before.) They come in any case where all cells are wanted.
+  bool unused_vertices = false;
 };
 
 /// The index says where to look, and is believed where it says that nothing is to be found: an
@@ -79,8 +83,9 @@ class SHM_API MeshExtractor {
   /// The next part of the piece; null at the end. Valid until the next call. Parts come segment by
   /// segment, not always in order; numbers are those of the whole mesh. Each cell comes once, each
   /// vertex once, before or with the first cell that uses it (vertices that no cell uses only
-  /// where all cells are wanted). In a part, first_vertex and first_cell count within the piece,
-  /// last_use is 0, `imported` is empty, and arrays that are not wanted are.
+  /// where all cells are wanted, or ExtractRequest::unused_vertices). In a part, first_vertex and
+  /// first_cell count within the piece, last_use is 0, `imported` is empty, and arrays that are not
+  /// wanted are.
   Result<MeshBlock*> next();
 
   // After next() gave null.
