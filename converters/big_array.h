@@ -3,7 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -17,7 +17,7 @@ class BigArray {
   // `size` elements, all zero. `spool` is borrowed; null: in memory.
   explicit BigArray(Spool* spool = nullptr, std::uint64_t size = 0) : size_(size) {
     if (spool != nullptr)
-      paged_.emplace(*spool, sizeof(T));
+      paged_ = std::make_unique<PagedArray>(*spool, sizeof(T));
     else
       held_.resize(size);
   }
@@ -60,7 +60,7 @@ class BigArray {
 
  private:
   std::vector<T> held_;
-  mutable std::optional<PagedArray> paged_;
+  std::unique_ptr<PagedArray> paged_;  // else held_
   std::uint64_t size_;
 };
 
