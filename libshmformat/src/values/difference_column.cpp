@@ -377,6 +377,7 @@ bool DifferenceColumn::decode(std::span<const std::uint64_t> numbers, std::vecto
 /// Of the next elements.
 void DifferenceColumn::read_residuals(std::size_t c, std::span<std::uint64_t> out) const {
   std::fill(out.begin(), out.end(), 0);
+  if (components_[c].width == 0) return;  // All planes of the stream may be empty, and it too.
   const std::byte* plane = unpacked_.data() + components_[c].planes + next_;
   for (std::uint32_t b = 0; b < components_[c].width; ++b, plane += count_)
     for (std::size_t e = 0; e < out.size(); ++e)
