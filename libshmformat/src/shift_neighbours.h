@@ -83,7 +83,7 @@ class ShiftNeighbours {
   std::vector<std::uint8_t> axes_;  // by block
   std::uint32_t ring_bits_ = 0;
   bool tells_ = false;
-  Ring vertices_, cells_;  // cells by the number of their first node
+  Ring vertices_, cells_;  // cells by the number of their last corner
   std::uint32_t last_cell_ = kNone;
 };
 

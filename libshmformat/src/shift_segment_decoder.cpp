@@ -7,16 +7,13 @@
 #include "mesh_streams.h"
 
 namespace shm {
-namespace {
-
-/// Cells that are looked at together.
-constexpr std::size_t kMostAtOnce = 64;
-
-}  // namespace
 
 using container::StreamKind;
 
 namespace {
+
+/// Cells that are looked at together.
+constexpr std::size_t kMostAtOnce = 64;
 
 /// Whether values of the static arrays there, or coordinates, are.
 bool wants(const WantedValues& wanted, const Schema& schema, Location location) {
