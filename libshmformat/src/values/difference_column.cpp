@@ -345,6 +345,7 @@ bool DifferenceColumn::read_differences(std::span<const std::byte> bytes, std::u
 bool DifferenceColumn::decode(std::span<const std::uint64_t> numbers, std::vector<std::byte>& out,
                               DifferenceScratch& scratch) {
   if (numbers.size() > count_ - next_) return false;
+  if (numbers.empty()) return true;
   const std::size_t bytes = components_.size() * width_;
   const std::size_t at = out.size();
   if (codec_ == BulkCodec::shuffled_zstd) {
