@@ -7,6 +7,7 @@
 
 #include "bytes/checksum.h"
 #include "coders/shifts.h"
+#include "front/by_slot.h"
 #include "schema_codec.h"
 
 namespace shm {
@@ -133,8 +134,9 @@ Result<void> MeshEncoder::add_vertex(std::uint64_t number, std::span<const std::
   if (!by_number_.insert(number, entry))
     return misuse("vertex " + std::to_string(number) + " is added twice");
   if (free_entries_.empty()) {
-    entries_.emplace_back();
-    in_segment_.push_back(kNone);
+    push_tightly(entries_, Entry());
+    push_tightly(in_segment_, kNone);
+    expect_more(values_, values_bytes_);
     values_.resize(values_.size() + values_bytes_);
   } else {
     free_entries_.pop_back();
@@ -303,7 +305,24 @@ Result<void> MeshEncoder::end() {
   for (std::uint32_t entry : loose)
     if (auto good = code_loose(entry); !good) return good;
   if (auto good = end_segment(); !good) return good;
-  return catch_up();
+  if (auto good = catch_up(); !good) return good;
+  let_go();
+  return {};
+}
+
+/// Of what only more cells would need: steps come next, and need memory of their own.
+void MeshEncoder::let_go() {
+  entries_ = {};
+  in_segment_ = {};
+  values_ = {};
+  free_entries_ = {};
+  by_number_ = {};
+  cells_ = {};
+  free_cells_ = {};
+  reorderer_ = {};
+  piece_ = {};
+  encoder_.reset();
+  tasks_.reset();
 }
 
 // --- into the segment at hand, in coding order
@@ -344,7 +363,7 @@ std::uint64_t MeshEncoder::end_vertices(std::span<const std::uint32_t> entries,
     for (std::size_t j = 0; j < markable.size(); ++j)
       if (markable[j] == e) last_use |= std::uint64_t{1} << j;
     if (entry.ticket != kNone) ending_tickets_.emplace_back(given_cells_, entry.ticket);
-    free_entries_.push_back(e);
+    push_tightly(free_entries_, e);
   }
   return last_use;
 }
@@ -390,7 +409,7 @@ Result<void> MeshEncoder::code_loose(std::uint32_t e) {
   const std::byte* values = values_.data() + e * values_bytes_;
   piece_.vertex_values.insert(piece_.vertex_values.end(), values, values + values_bytes_);
   by_number_.erase(entries_[e].number);
-  free_entries_.push_back(e);
+  push_tightly(free_entries_, e);
   return piece_is_full() ? pass_piece_on() : Result<void>();
 }
 

@@ -84,6 +84,7 @@ class MeshEncoder {
   bool cut_is_due(std::uint32_t block) const;
   CodecTrial trial() const;
   Result<void> cut();
+  void let_go();
   /// Whether it may be the first cell of one of its vertices in the segment; nodes whose last it
   /// is.
   Result<void> code(std::uint64_t number, std::uint32_t block,

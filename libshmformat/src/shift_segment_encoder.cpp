@@ -253,7 +253,12 @@ std::uint32_t ShiftSegmentEncoder::ring_bits() const {
 }
 
 void ShiftSegmentEncoder::find_neighbours() {
-  neighbours_.begin_group(ring_bits(), group_.header.cells);
+  const container::GroupHeader& group = group_.header;
+  neighbours_.begin_group(ring_bits(), group.cells);
+  if (predicts()) {
+    vertices_.items.reserve(group.vertices + group.imported_vertices);
+    cells_.items.reserve(group.cells);
+  }
   std::size_t at = 0;
   for (const CellMarks& marks : marks_) {
     const std::size_t nodes = schema_->blocks[marks.block].nodes_per_cell;
@@ -263,8 +268,9 @@ void ShiftSegmentEncoder::find_neighbours() {
   }
   for (; at < numbers_.size(); ++at) neighbours_.add_loose(numbers_[at], vertices_.items);
   cells_.blocks = cell_blocks_;
-  marks_.clear();
-  numbers_.clear();
+  // Columns need memory next, and more of it.
+  marks_ = {};
+  numbers_ = {};
 }
 
 void ShiftSegmentEncoder::add_columns() {

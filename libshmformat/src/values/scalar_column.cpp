@@ -55,13 +55,56 @@ void ScalarColumn<Coder>::set_style(const ColumnStyle& style) {
 
 template <class Coder>
 void ScalarColumn<Coder>::make_room(std::uint32_t slot) {
-  if (slot < states_.size()) return;
-  shm::make_room(states_, slot);
-  const std::size_t last = states_.size() - 1;
-  shm::make_room(thirds_, last);
-  shm::make_room(surprises_, last);
-  shm::make_room(seconds_, last);
-  if (has_twins_) shm::make_room(twins_, last);
+  slots_.make_room(slot, has_twins_);
+}
+
+template <class Coder>
+void ScalarColumn<Coder>::BySlot::make_room(std::uint32_t slot, bool has_twins) {
+  if (slot < states.size()) return;
+  shm::make_room(states, slot);
+  const std::size_t last = states.size() - 1;
+  shm::make_room(thirds, last);
+  shm::make_room(surprises, last);
+  shm::make_room(seconds, last);
+  if (has_twins) shm::make_room(twins, last);
+}
+
+// --- encoder: trials
+
+template <class Coder>
+ScalarColumn<Coder>::Trial::Trial(ScalarColumn& column, std::span<const Neighbourhood> items,
+                                  const ValueDomain& domain)
+    : lender_(column), items_(items), lends_(domain == column.domain_) {
+  if (!lends_) {
+    column_.emplace(lender_);
+    return;
+  }
+  for (const Neighbourhood& item : items) lender_.make_room(item.self);
+  BySlot slots = std::move(lender_.slots_);
+  before_.reserve(items.size());
+  for (const Neighbourhood& item : items) {
+    const std::uint32_t s = item.self;
+    before_.push_back({slots.states[s], slots.thirds[s], slots.surprises[s], slots.seconds[s],
+                       lender_.has_twins_ ? slots.twins[s] : Twin()});
+  }
+  lender_.slots_ = {};
+  column_.emplace(lender_);
+  column_->slots_ = std::move(slots);
+}
+
+template <class Coder>
+ScalarColumn<Coder>::Trial::~Trial() {
+  if (!lends_) return;
+  BySlot& slots = lender_.slots_ = std::move(column_->slots_);
+  for (std::size_t i = 0; i < items_.size(); ++i) {
+    const std::uint32_t s = items_[i].self;
+    const Slot& was = before_[i];
+    slots.states[s] = was.state;
+    slots.thirds[s] = was.third;
+    slots.surprises[s] = was.surprise;
+    slots.seconds[s] = was.second;
+    if (lender_.has_twins_) slots.twins[s] = was.twin;
+  }
 }
 
 // --- domains
@@ -105,13 +148,13 @@ void ScalarColumn<Coder>::change_domain(const ValueDomain& domain) {
       const double moved = next.from_value(translator_.as_value(state));
       return is_finite(moved) ? moved : 0.0;
     };
-    for (double& state : states_) state = translate(state);
-    for (Twin& twin : twins_) twin = {translate(twin.state), 0.0};
+    for (double& state : slots_.states) state = translate(state);
+    for (Twin& twin : slots_.twins) twin = {translate(twin.state), 0.0};
     twin_last_ = translate(twin_last_);
     twin_before_last_ = translate(twin_before_last_);
     last_ = translate(last_);
     before_last_ = translate(before_last_);
-    std::fill(thirds_.begin(), thirds_.end(), 0.0);
+    std::fill(slots_.thirds.begin(), slots_.thirds.end(), 0.0);
   }
   domain_ = domain;
   translator_ = next;
@@ -187,11 +230,11 @@ void ScalarColumn<Coder>::code_class(Coder& coder, std::uint32_t of_class) {
 template <class Coder>
 void ScalarColumn<Coder>::skip(const Neighbourhood& item) {
   make_room(item.self);
-  states_[item.self] = last_;
-  thirds_[item.self] = 0.0;
-  surprises_[item.self] = 0;
-  seconds_[item.self] = 0;
-  if (has_twins_) twins_[item.self] = {twin_last_, 0.0};
+  slots_.states[item.self] = last_;
+  slots_.thirds[item.self] = 0.0;
+  slots_.surprises[item.self] = 0;
+  slots_.seconds[item.self] = 0;
+  if (has_twins_) slots_.twins[item.self] = {twin_last_, 0.0};
 }
 
 template <class Coder>
@@ -200,12 +243,12 @@ void ScalarColumn<Coder>::note(std::span<const Neighbourhood> items,
   for (std::size_t i = 0; i < items.size(); ++i) {
     const double value = translator_.from_value(scalar_as_double(info_->type, bits[i]));
     skip(items[i]);
-    if (is_finite(value)) states_[items[i].self] = value;
+    if (is_finite(value)) slots_.states[items[i].self] = value;
     before_last_ = last_;
-    last_ = states_[items[i].self];
+    last_ = slots_.states[items[i].self];
     last_surprise_ = 0;
     if (!has_twins_) continue;
-    twins_[items[i].self] = {last_, 0.0};
+    slots_.twins[items[i].self] = {last_, 0.0};
     twin_before_last_ = twin_last_;
     twin_last_ = last_;
   }
@@ -224,8 +267,8 @@ double ScalarColumn<Coder>::reference_state(std::uint64_t bits) const {
 template <class Coder>
 double ScalarColumn<Coder>::twin_feature(const Neighbourhood& item, std::uint32_t feature,
                                          double then) const {
-  if (feature < kFThird) return twins_[item.at[feature]].state;
-  if (feature < kFLast) return twins_[item.at[feature - kFThird]].third;
+  if (feature < kFThird) return slots_.twins[item.at[feature]].state;
+  if (feature < kFLast) return slots_.twins[item.at[feature - kFThird]].third;
   if (feature >= kFMatch) return then;
   return feature == kFLast ? twin_last_ : twin_before_last_;
 }
@@ -234,7 +277,7 @@ template <class Coder>
 void ScalarColumn<Coder>::note_twin(const Neighbourhood& item, double state) {
   const auto at = [&](std::uint32_t feature) { return twin_feature(item, feature, state); };
   const double third = item.has_rule() ? state - Predictor(item.traits(), at).lattice() : 0.0;
-  twins_[item.self] = {state, third};
+  slots_.twins[item.self] = {state, third};
   twin_before_last_ = twin_last_;
   twin_last_ = state;
 }
@@ -245,7 +288,7 @@ auto ScalarColumn<Coder>::context(const Neighbourhood& item, std::int32_t scale,
   std::uint32_t sum = 0, count = 0;
   for (std::uint32_t a = 0; a < 3; ++a)
     if ((item.known >> a & 1) != 0) {
-      sum += relative(surprises_[item.at[a]], scale);
+      sum += relative(slots_.surprises[item.at[a]], scale);
       ++count;
     }
   const std::uint32_t mean = count == 0   ? relative(last_surprise_, scale)
@@ -276,7 +319,7 @@ void ScalarColumn<Coder>::ask_about(Mixed& mixed, const Neighbourhood& item, std
                                     const std::array<std::int64_t, 3>& others, bool second) {
   std::array<std::uint32_t, 3> near{};
   for (std::uint32_t a = 0; a < 3; ++a)
-    near[a] = (item.known >> a & 1) != 0 ? relative(surprises_[item.at[a]], scale) + 1 : 0;
+    near[a] = (item.known >> a & 1) != 0 ? relative(slots_.surprises[item.at[a]], scale) + 1 : 0;
   const auto way = [&](std::int64_t other) {
     const std::int64_t by = minus(other, expected);
     return 2 * bit_length(by) + (by < 0 ? 1 : 0);
@@ -360,8 +403,8 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
     const auto at = [&](std::uint32_t feature) {
       if constexpr (!Coder::kDecodes)
         if (looked_ahead_) return sample(i).state[feature];
-      if (feature < kFThird) return states_[item.at[feature]];
-      if (feature < kFLast) return thirds_[item.at[feature - kFThird]];
+      if (feature < kFThird) return slots_.states[item.at[feature]];
+      if (feature < kFLast) return slots_.thirds[item.at[feature - kFThird]];
       if (feature >= kFOther) return other_value(i);
       if (feature >= kFMatch) return from_match(feature - kFMatch, places);
       return feature == kFLast ? last_ : before_last_;
@@ -404,7 +447,7 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
       else
         bits[i] = coder.raw(bits[i], static_cast<int>(8 * scalar_bytes(info_->type)));
       state = odd_state(space, predictor);
-      seconds_[item.self] = 0;
+      slots_.seconds[item.self] = 0;
     } else {
       std::int64_t expected = space.index(prediction);
       bool second = false;
@@ -416,7 +459,7 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
             second = bit_length(minus(actual, instead)) + 1 < bit_length(minus(actual, expected));
           std::uint32_t near = 0;
           for (std::uint32_t a = 0; a < 3; ++a)
-            if ((item.known >> a & 1) != 0) near += seconds_[item.at[a]];
+            if ((item.known >> a & 1) != 0) near += slots_.seconds[item.at[a]];
           second = coder.bit(its.takes_second[near], second);
           if (second) {
             expected = instead;
@@ -424,7 +467,7 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
           }
         }
       }
-      seconds_[item.self] = second ? 1 : 0;
+      slots_.seconds[item.self] = second ? 1 : 0;
       const std::int32_t scale = space.scale(prediction);
       const Context around = context(item, scale, second, i);
       std::int64_t residual = 0;
@@ -465,7 +508,7 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
       state = space.state(index);
       if (!is_finite(state)) state = odd_state(space, predictor);
     }
-    surprises_[item.self] = surprise;
+    slots_.surprises[item.self] = surprise;
     trace_.surprises[i] = surprise;
     last_surprise_ = surprise;
     if (Coder::kDecodes || !looked_ahead_) {
@@ -480,8 +523,8 @@ bool ScalarColumn<Coder>::code_items(Coder& coder, const Space& space,
 template <class Coder>
 void ScalarColumn<Coder>::settle(const Neighbourhood& item, std::size_t i, double state,
                                  double lattice, const MatchTables::Places& places) {
-  thirds_[item.self] = item.has_rule() ? state - lattice : 0.0;
-  states_[item.self] = state;
+  slots_.thirds[item.self] = item.has_rule() ? state - lattice : 0.0;
+  slots_.states[item.self] = state;
   before_last_ = last_;
   last_ = state;
   if (!style_.matches) return;
@@ -507,9 +550,9 @@ void ScalarColumn<Coder>::look_ahead(const Space& space, std::span<const Neighbo
     it.known = item.traits(style_.known());
     it.of_class = tile_classes_.of_item[i];
     for (std::uint32_t f = 0; f < kFThird; ++f)
-      if ((it.known >> f & 1) != 0) it.state[f] = states_[item.at[f]];
+      if ((it.known >> f & 1) != 0) it.state[f] = slots_.states[item.at[f]];
     for (std::uint32_t a = 0; a < 3; ++a)
-      if ((it.known >> (kFThird + a) & 1) != 0) it.state[kFThird + a] = thirds_[item.at[a]];
+      if ((it.known >> (kFThird + a) & 1) != 0) it.state[kFThird + a] = slots_.thirds[item.at[a]];
     it.state[kFLast] = last_;
     it.state[kFBeforeLast] = before_last_;
     const auto at = [&](std::uint32_t feature) { return it.state[feature]; };

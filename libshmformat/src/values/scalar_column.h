@@ -88,6 +88,11 @@ class ScalarColumn {
 
   const Trace& trace() const { return trace_; }
 
+  /// Encoding: a copy of a column to try one tile of these items with, in a domain. When it is gone
+  /// the column is as it was. It borrows what the column keeps by slot, which is much, and puts
+  /// that of the items back; but where the domain is another, all of it changes, so it is copied.
+  class Trial;
+
  private:
   using MixedResidual = SignedModel<ResidualModelOf<MixedBit>>;
   /// What is said of another domain.
@@ -110,6 +115,15 @@ class ScalarColumn {
   /// The state of what an element refers to.
   struct Twin {
     double state = 0, third = 0;
+  };
+  /// What is kept of the elements that neighbourhoods name.
+  struct BySlot {
+    std::vector<double> states, thirds;
+    std::vector<ValueSurprise> surprises;
+    std::vector<std::uint8_t> seconds;  // whether the second predictor was taken
+    std::vector<Twin> twins;            // with a reference
+
+    void make_room(std::uint32_t slot, bool has_twins);
   };
   /// What only the tile at hand needs: shared by components and copies, which take turns.
   struct Scratch {
@@ -166,10 +180,7 @@ class ScalarColumn {
   std::span<const Trace* const> before_;  // during code_tile
   TileClasses tile_classes_;              // during code_tile
 
-  // by slot
-  std::vector<double> states_, thirds_;
-  std::vector<ValueSurprise> surprises_;
-  std::vector<std::uint8_t> seconds_;  // whether the second predictor was taken
+  BySlot slots_;
   double last_ = 0, before_last_ = 0;
   MatchTables matches_;
   ValueSurprise last_surprise_ = 0;
@@ -178,7 +189,6 @@ class ScalarColumn {
   ColumnStyle style_;
   // of the reference
   bool has_twins_ = false;
-  std::vector<Twin> twins_;  // by slot
   double twin_last_ = 0, twin_before_last_ = 0;
 
   std::vector<Class> classes_;
@@ -197,6 +207,32 @@ class ScalarColumn {
   LazyModels<NearModel> residuals_;  // by context
   LazyModel<Mixed> mixed_;
   bool looked_ahead_ = false;  // encoding: the samples are those of the tile at hand
+};
+
+template <class Coder>
+class ScalarColumn<Coder>::Trial {
+ public:
+  /// Both are borrowed; the column is not to be used meanwhile.
+  Trial(ScalarColumn& column, std::span<const Neighbourhood> items, const ValueDomain& domain);
+  ~Trial();
+  Trial(const Trial&) = delete;
+  Trial& operator=(const Trial&) = delete;
+
+  ScalarColumn* operator->() { return &*column_; }
+
+ private:
+  struct Slot {
+    double state, third;
+    ValueSurprise surprise;
+    std::uint8_t second;
+    Twin twin;
+  };
+
+  ScalarColumn& lender_;
+  std::span<const Neighbourhood> items_;
+  bool lends_;
+  std::vector<Slot> before_;  // by item
+  std::optional<ScalarColumn> column_;
 };
 
 extern template class ScalarColumn<SplitEncoder>;

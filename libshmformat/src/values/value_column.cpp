@@ -203,15 +203,15 @@ ColumnStyle ValueColumn<Coder>::choose_style(std::span<const Neighbourhood> firs
       std::vector<const typename ScalarColumn<Coder>::Trace*> traces;
       Coder head, body;
       for (std::size_t c = 0; c < columns_.size(); ++c) {
-        ScalarColumn<Coder> column = columns_[c];
-        column.set_style(style);
-        column.begin_group(head, plans[c], std::span(columns_).first(c), bits[c].size());
+        typename ScalarColumn<Coder>::Trial column(columns_[c], first_tile, plans[c].domain);
+        column->set_style(style);
+        column->begin_group(head, plans[c], std::span(columns_).first(c), bits[c].size());
         std::vector<std::uint64_t> values(
             bits[c].begin(), bits[c].begin() + static_cast<std::ptrdiff_t>(first_tile.size()));
-        column.code_tile(body, first_tile, tile_classes(), values, traces,
-                         reference[c].empty() ? std::span<const std::uint64_t>()
-                                              : std::span(reference[c]).first(first_tile.size()));
-        held[c] = column.trace();
+        column->code_tile(body, first_tile, tile_classes(), values, traces,
+                          reference[c].empty() ? std::span<const std::uint64_t>()
+                                               : std::span(reference[c]).first(first_tile.size()));
+        held[c] = column->trace();
         traces.push_back(&held[c]);
       }
       return body.finish().size();
@@ -264,15 +264,15 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component,
     std::size_t best = 0;
     double least = 0;
     for (std::size_t p = 0; p < plans.size() && plans.size() > 1 && !first_tile.empty(); ++p) {
-      ScalarColumn<Coder> column = columns_[component];
+      typename ScalarColumn<Coder>::Trial column(columns_[component], first_tile, plans[p].domain);
       std::vector<std::uint64_t> values(
           bits.begin(), bits.begin() + static_cast<std::ptrdiff_t>(first_tile.size()));
       Coder head, body;
-      column.begin_group(head, plans[p], std::span(columns_).first(component), bits.size());
+      column->begin_group(head, plans[p], std::span(columns_).first(component), bits.size());
       classify(first_tile, style_);
-      column.set_style(style_);
-      column.code_tile(body, first_tile, tile_classes(), values, {},
-                       reference.first(std::min(reference.size(), values.size())));
+      column->set_style(style_);
+      column->code_tile(body, first_tile, tile_classes(), values, {},
+                        reference.first(std::min(reference.size(), values.size())));
       const double size =
           static_cast<double>(head.finish().size()) + static_cast<double>(body.finish().size()) *
                                                           static_cast<double>(bits.size()) /
