@@ -69,8 +69,8 @@ std::size_t ExternalSorter::most_runs() const {
 // keys stay in their order.
 void ExternalSorter::begin_merge() {
   if (!entries_.empty()) write_run();
-  entries_ = {};
-  records_ = {};
+  entries_ = decltype(entries_)();  // frees, which {} does not
+  records_ = decltype(records_)();
   std::vector<std::byte> piece;
   while (extent_.size() > most_runs()) {
     std::vector<std::pair<std::uint64_t, std::uint64_t>> merged;
@@ -115,7 +115,7 @@ bool ExternalSorter::fill(Run& run) {
   const std::uint64_t bytes = std::min<std::uint64_t>(run_bytes_, run.end - run.next);
   run.at = 0;
   if (bytes == 0) {
-    run.held = {};
+    run.held = std::vector<std::byte>();
     return false;
   }
   run.held.resize(bytes);

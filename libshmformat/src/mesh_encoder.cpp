@@ -190,7 +190,8 @@ Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uin
     cell_entries_[i] = entry;
     if (in_segment_[entry] == start_.segment) continue;
     gives = true;
-    introduced += std::exchange(entries_[entry].used, true) ? 0 : 1;
+    introduced += entries_[entry].used ? 0 : 1;
+    entries_[entry].used = true;
   }
   if (cut_is_due(block)) {
     if (auto good = cut(); !good) return good;
@@ -206,7 +207,8 @@ Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uin
   if (markable < kMaxLastUse) last_use &= (std::uint64_t{1} << markable) - 1;
   for (std::uint64_t left = last_use; left != 0; left &= left - 1) {
     Entry& entry = entries_[cell_entries_[static_cast<std::size_t>(std::countr_zero(left))]];
-    if (std::exchange(entry.ends, true)) continue;
+    if (entry.ends) continue;
+    entry.ends = true;
     // Its number is free from here on, though it may wait for its last cell.
     by_number_.erase(entry.number);
     --live_;
@@ -312,15 +314,15 @@ Result<void> MeshEncoder::end() {
 
 /// Of what only more cells would need: steps come next, and need memory of their own.
 void MeshEncoder::let_go() {
-  entries_ = {};
-  in_segment_ = {};
-  values_ = {};
-  free_entries_ = {};
-  by_number_ = {};
-  cells_ = {};
-  free_cells_ = {};
-  reorderer_ = {};
-  piece_ = {};
+  shm::let_go(entries_);
+  shm::let_go(in_segment_);
+  shm::let_go(values_);
+  shm::let_go(free_entries_);
+  shm::let_go(cells_);
+  shm::let_go(free_cells_);
+  by_number_ = NumberMap();
+  reorderer_ = SpiralReorderer();
+  piece_ = SegmentPiece();
   encoder_.reset();
   tasks_.reset();
 }
@@ -480,7 +482,7 @@ Result<void> MeshEncoder::give_out(EncodedGroup& group) {
   if (options_.coding_order != nullptr) tell_order(group);
   if (!holds_groups_) return finish_group(group);
   held_.push_back(std::move(group));
-  held_.back().cell_numbers = {};
+  shm::let_go(held_.back().cell_numbers);
   return {};
 }
 
@@ -492,9 +494,9 @@ Result<void> MeshEncoder::give_out_part(std::span<const std::uint64_t> numbers) 
   holds_groups_ = false;
   for (EncodedGroup& group : held_) {
     if (auto good = finish_group(group); !good) return good;
-    group = {};
+    group = EncodedGroup();
   }
-  held_ = {};
+  shm::let_go(held_);
   return {};
 }
 

@@ -62,10 +62,10 @@ class MeshEncoder {
   /// A vertex that the caller may still name.
   struct Entry {
     std::uint64_t number = 0;
-    std::uint32_t waiting = 0;  // uses by cells in the delay buffer
     std::uint32_t ticket = kNone;
-    bool used = false;  // by a cell
-    bool ends = false;  // no cell will use it but those waiting
+    std::uint32_t waiting : 30 = 0;  // uses by cells in the delay buffer
+    bool used : 1 = false;           // by a cell
+    bool ends : 1 = false;           // no cell will use it but those waiting
   };
   struct WaitingCell {
     std::uint64_t number = 0;

@@ -43,8 +43,6 @@ ShiftSegmentDecoder::ShiftSegmentDecoder(const Schema& schema, const SegmentStar
       next_own_(start.first_vertex) {
   for (std::uint32_t a = 0; a < schema.arrays.size(); ++a)
     if (!schema.arrays[a].per_step) arrays_.push_back(a);
-  for (const BlockInfo& block : schema.blocks)
-    most_nodes_ = std::max<std::size_t>(most_nodes_, block.nodes_per_cell);
   for (std::size_t b = 0; b < schema.blocks.size(); ++b)
     most_cell_bytes_ = std::max(
         most_cell_bytes_, cell_bytes_[b] + schema.blocks[b].nodes_per_cell * (8 + vertex_bytes_));
@@ -160,7 +158,7 @@ auto ShiftSegmentDecoder::next_cells(DecodedBlock& decoded, GroupProgress& done)
   const auto most =
       static_cast<std::size_t>(std::min<std::uint64_t>(header_->cells - done.cells, kTileCells));
   const std::uint64_t bytes_before = done.bytes;
-  block.corners.resize(most * most_nodes_);
+  block.corners.resize(most * shifts_.most_nodes());
   std::size_t corners = 0;
   for (auto* it : {&block.vertices_before_cell, &block.cell_numbers, &block.last_use})
     it->resize(most);

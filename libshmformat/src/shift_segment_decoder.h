@@ -78,7 +78,7 @@ class ShiftSegmentDecoder {
   DifferenceScratch scratch_;
   std::vector<std::uint32_t> arrays_;  // of the columns, from 1 on
   std::size_t next_column_ = 0;
-  std::size_t most_nodes_ = 0, vertex_bytes_ = 0, most_cell_bytes_ = 0;
+  std::size_t vertex_bytes_ = 0, most_cell_bytes_ = 0;
   std::vector<std::size_t> cell_bytes_;  // by block
   LiveNumbers live_;
   std::array<std::size_t, kMostShiftNodes>

@@ -14,6 +14,8 @@ namespace {
 
 using container::StreamKind;
 
+// Cells that are looked at together.
+constexpr std::size_t kMostAtOnce = 64;
 // Lags are noted at one cell in so many, and so many different ones at most.
 constexpr std::uint32_t kNoteEvery = 16;
 constexpr std::size_t kMostLags = 64;
@@ -66,6 +68,7 @@ ShiftSegmentEncoder::ShiftSegmentEncoder(const Schema& schema, const SegmentOpti
       start_(start),
       shifts_(schema, start.segment > 0),
       columns_(difference_columns(schema)),
+      told_again_(schema, start.segment > 0),
       neighbours_(schema, true, has_static_cell_arrays(schema)),
       values_(schema),
       next_cell_(start.first_cell),
@@ -98,7 +101,6 @@ Result<void> ShiftSegmentEncoder::take(const SegmentPiece& piece, std::vector<En
       begin_element(false);
       const std::uint64_t number = number_of(piece.vertices[vertex]);
       if (!numbered_by_birth_) shifts_.add_loose(number);
-      if (predicts()) numbers_.push_back(number);
       take_vertex(piece, vertex, number);
       ++group_.header.loose_vertices;
       group_.header.max_active_vertices = std::max(group.max_active_vertices, active_ + 1);
@@ -148,10 +150,6 @@ void ShiftSegmentEncoder::code_cell(const SegmentPiece& piece, const SegmentPiec
     corners_[i] = number_of_[nodes[i]];
   }
   shifts_.add_cell(marks, corners_);
-  if (predicts()) {
-    marks_.push_back(marks);
-    numbers_.insert(numbers_.end(), corners_.begin(), corners_.end());
-  }
   cell_blocks_.push_back(cell.block);
   if (tells_order_) group_.cell_numbers.push_back(cell.number);
 
@@ -184,7 +182,7 @@ void ShiftSegmentEncoder::take_vertex(const SegmentPiece& piece, std::size_t ind
   container::GroupHeader& group = group_.header;
   group.decoded_bytes += values_.vertex_bytes();
   if (has_values_) {
-    born_.push_back(number);
+    push_tightly(born_, number);
     values_.add_vertex(piece.vertex_values.data() + index * values_.vertex_bytes());
   }
   if (vertex.imported) {
@@ -252,25 +250,26 @@ std::uint32_t ShiftSegmentEncoder::ring_bits() const {
                   neighbours_.ring_bits());
 }
 
-void ShiftSegmentEncoder::find_neighbours() {
+void ShiftSegmentEncoder::find_neighbours(std::span<const std::byte> shifts) {
   const container::GroupHeader& group = group_.header;
   neighbours_.begin_group(ring_bits(), group.cells);
-  if (predicts()) {
-    vertices_.items.reserve(group.vertices + group.imported_vertices);
-    cells_.items.reserve(group.cells);
-  }
-  std::size_t at = 0;
-  for (const CellMarks& marks : marks_) {
-    const std::size_t nodes = schema_->blocks[marks.block].nodes_per_cell;
-    neighbours_.add_cells(marks, std::span(numbers_).subspan(at, nodes), 1, vertices_.items,
+  if (!predicts()) return;
+  const std::size_t vertices = born_.size();
+  vertices_.items.reserve(vertices);
+  if (has_static_cell_arrays(*schema_)) cells_.items.reserve(group.cells);
+  told_again_.begin_group(shifts, group.cells, ~std::uint64_t{0}, scratch_.zstd);
+  std::vector<std::uint64_t> numbers(kMostAtOnce * told_again_.most_nodes());
+  for (std::size_t left = group.cells; left > 0;) {
+    const auto [marks, count] = told_again_.next_cells(numbers.data(), std::min(left, kMostAtOnce));
+    if (marks == nullptr) return;  // there was no memory for the bitstream either
+    const std::size_t nodes = count * told_again_.nodes(marks->block);
+    neighbours_.add_cells(*marks, std::span(numbers).first(nodes), count, vertices_.items,
                           cells_.items);
-    at += nodes;
+    left -= count;
   }
-  for (; at < numbers_.size(); ++at) neighbours_.add_loose(numbers_[at], vertices_.items);
+  for (std::size_t loose = vertices - group.loose_vertices; loose < vertices; ++loose)
+    neighbours_.add_loose(born_[loose], vertices_.items);
   cells_.blocks = cell_blocks_;
-  // Columns need memory next, and more of it.
-  marks_ = {};
-  numbers_ = {};
 }
 
 void ShiftSegmentEncoder::add_columns() {
@@ -313,10 +312,11 @@ void ShiftSegmentEncoder::flush_group(std::vector<EncodedGroup>& done) {
   // Lags of cells are told by their symbols, which go with the stream.
   by_vertex_ = chosen(lags_);
   by_cell_ = cell_lags();
-  if (has_rings_) find_neighbours();
+  const std::vector<std::byte> shifts = shifts_.finish(scratch_.zstd);
+  if (has_rings_) find_neighbours(shifts);
   ByteWriter said;
   said.put_u8(static_cast<std::uint8_t>(has_rings_ ? neighbours_.ring_bits() : 0));
-  said.put_bytes(shifts_.finish(scratch_.zstd));
+  said.put_bytes(shifts);
   container::StreamEntry connectivity;
   connectivity.kind = StreamKind::connectivity;
   connectivity.codec = container::Codec::shifts;

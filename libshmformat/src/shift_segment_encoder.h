@@ -38,7 +38,7 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   bool holds_full_bytes() const;
   void begin_element(bool is_cell);
   std::uint32_t ring_bits() const;
-  void find_neighbours();
+  void find_neighbours(std::span<const std::byte> shifts);
   void add_columns();
   void add_column(std::size_t column, std::span<const std::uint64_t> numbers);
   void add_stream(const container::StreamEntry& entry, std::vector<std::byte> bytes);
@@ -52,6 +52,8 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   ShiftEncoder shifts_;
   std::vector<DifferenceColumn> columns_;
   std::vector<std::unique_ptr<ValueColumn<SplitEncoder>>> predicted_;  // none for speed
+  // Cells are told again from their bitstream: keeping them takes more memory, and time.
+  ShiftDecoder told_again_;
   ShiftNeighbours neighbours_;
   bool has_rings_ = false;  // whether groups tell neighbourhoods: for values here, or for steps
   // of the widest stepped array: what an element has at one step
@@ -69,8 +71,6 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   std::vector<std::uint32_t> cell_blocks_;
   TileEnds tile_ends_;
   TiledItems vertices_, cells_;
-  std::vector<CellMarks> marks_;        // of the cells, where values are predicted over them
-  std::vector<std::uint64_t> numbers_;  // of their nodes, and of loose vertices
   std::vector<std::uint32_t> by_vertex_, by_cell_;  // lags, ascending
   struct Lag {
     std::uint64_t lag = 0, weight = 0;

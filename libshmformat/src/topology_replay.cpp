@@ -23,13 +23,9 @@ struct TopologyReplay::Segment {
   /// Where cells are shifts.
   struct Shifts {
     Shifts(const Schema& schema, bool may_import, const ReplayWants& wants)
-        : cells(schema, may_import), neighbours(schema, wants.vertices, wants.cells) {
-      for (const BlockInfo& block : schema.blocks)
-        most_nodes = std::max<std::size_t>(most_nodes, block.nodes_per_cell);
-    }
+        : cells(schema, may_import), neighbours(schema, wants.vertices, wants.cells) {}
     ShiftDecoder cells;
     ShiftNeighbours neighbours;
-    std::size_t most_nodes = 0;
     std::vector<std::uint64_t> numbers;  // of the nodes of the cells at hand
     Zstd zstd;
   };
@@ -202,7 +198,7 @@ bool TopologyReplay::Replayed::run_shifts() {
 bool TopologyReplay::Replayed::shifted_cells() {
   constexpr std::uint32_t kMostAtOnce = 64;
   Segment::Shifts& shifts = *segment_->shifts;
-  shifts.numbers.resize(kMostAtOnce * shifts.most_nodes);
+  shifts.numbers.resize(kMostAtOnce * shifts.cells.most_nodes());
   const auto [marks, count] =
       shifts.cells.next_cells(shifts.numbers.data(), std::min(group_->cells - cells_, kMostAtOnce));
   if (marks == nullptr) return false;
@@ -395,7 +391,7 @@ void TopologyReplay::keep() {
     kept_.push_back(std::move(elements_));
     has_elements_ = false;
   } else {
-    kept_ = {};
+    let_go(kept_);
   }
 }
 

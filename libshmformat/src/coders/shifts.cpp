@@ -32,6 +32,7 @@ bool takes_shifts(const Schema& schema) {
 
 ShiftTable::ShiftTable(const Schema& schema) : last_(schema.blocks.size()) {
   for (const BlockInfo& block : schema.blocks) nodes_.push_back(block.nodes_per_cell);
+  for (std::uint32_t nodes : nodes_) most_nodes_ = std::max<std::size_t>(most_nodes_, nodes);
 }
 
 std::size_t ShiftTable::add(const Shift& shift) {

@@ -58,6 +58,8 @@ class ShiftTable {
   explicit ShiftTable(const Schema& schema);
 
   std::uint32_t nodes(std::uint32_t block) const { return nodes_[block]; }
+  /// Of a cell of any block.
+  std::size_t most_nodes() const { return most_nodes_; }
   /// The numbers of the last cell of the block; zeros at first.
   std::vector<std::uint64_t>& last(std::uint32_t block) {
     if (last_[block].empty()) last_[block].resize(nodes_[block]);
@@ -71,6 +73,7 @@ class ShiftTable {
 
  private:
   std::vector<std::uint32_t> nodes_;  // by block
+  std::size_t most_nodes_ = 0;
   std::vector<std::vector<std::uint64_t>> last_;
   std::vector<Shift> shifts_;
   std::size_t next_ = 0;
@@ -119,6 +122,7 @@ class ShiftDecoder {
   };
   Cells next_cells(std::uint64_t* numbers, std::size_t most);
   std::uint32_t nodes(std::uint32_t block) const { return table_.nodes(block); }
+  std::size_t most_nodes() const { return table_.most_nodes(); }
   /// A vertex that no cell uses; nothing where none is said.
   std::optional<std::uint64_t> next_loose();
   /// Whether the group was used up, no more and no less.

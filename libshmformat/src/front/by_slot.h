@@ -37,4 +37,11 @@ void push_tightly(std::vector<T>& list, const T& element) {
   list.push_back(element);
 }
 
+
+/// Frees its memory, which `list = {}` does not.
+template <class T>
+void let_go(std::vector<T>& list) {
+  std::vector<T>().swap(list);
+}
+
 }  // namespace shm

@@ -74,7 +74,7 @@ void ScalarColumn<Coder>::BySlot::make_room(std::uint32_t slot, bool has_twins) 
 template <class Coder>
 ScalarColumn<Coder>::Trial::Trial(ScalarColumn& column, std::span<const Neighbourhood> items,
                                   const ValueDomain& domain)
-    : lender_(column), items_(items), lends_(domain == column.domain_) {
+    : lender_(column), items_(items), lends_(column.domain_.has_states_of(domain)) {
   if (!lends_) {
     column_.emplace(lender_);
     return;
@@ -143,7 +143,7 @@ bool ScalarColumn<Coder>::begin_group(Coder& coder, const DomainPlan& plan,
 template <class Coder>
 void ScalarColumn<Coder>::change_domain(const ValueDomain& domain) {
   const ValueTranslator next(*info_, component_, domain);
-  if (domain.kind != domain_.kind || domain.exponent != domain_.exponent) {
+  if (!domain.has_states_of(domain_)) {
     const auto translate = [&](double state) {
       const double moved = next.from_value(translator_.as_value(state));
       return is_finite(moved) ? moved : 0.0;

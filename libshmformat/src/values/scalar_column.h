@@ -90,7 +90,8 @@ class ScalarColumn {
 
   /// Encoding: a copy of a column to try one tile of these items with, in a domain. When it is gone
   /// the column is as it was. It borrows what the column keeps by slot, which is much, and puts
-  /// that of the items back; but where the domain is another, all of it changes, so it is copied.
+  /// that of the items back; but where the states of the domain are others, all of it changes, so
+  /// it is copied.
   class Trial;
 
  private:

@@ -33,6 +33,10 @@ struct ValueDomain {
     return kind == DomainKind::binary || kind == DomainKind::decimal ||
            kind == DomainKind::integers || kind == DomainKind::quantized;
   }
+  /// Whether a value has the same state in both.
+  bool has_states_of(const ValueDomain& other) const {
+    return kind == other.kind && exponent == other.exponent;
+  }
   /// Whether kind and exponent can be of values of this type.
   bool fits(const ArrayInfo& info) const;
 };
