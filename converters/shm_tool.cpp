@@ -315,7 +315,7 @@ int guarded_run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   // What large arrays leave goes back to the system, and is not kept for smaller ones to come.
-  ::mallopt(M_MMAP_THRESHOLD, 512 * 1024);
+  ::mallopt(M_MMAP_THRESHOLD, 768 * 1024);
   shm::converters::remove_outputs_on_signals();
   std::signal(SIGPIPE, SIG_IGN);  // who writes to a pipe that is closed hears of it
   return shm::converters::guarded_run(argc, argv);
