@@ -10,6 +10,7 @@
 #include "failure.h"
 #include "formats.h"
 #include "output_file.h"
+#include "parity.h"
 
 namespace shm::converters {
 namespace {
@@ -86,9 +87,12 @@ ExitCode run_append(Options& options) {
   line.wipe();
   if (!outcome.differences.empty()) return tell_differences(outcome, options);
   tell_losses(outcome.losses, options.output);
-  if (outcome.sizes)
+  if (outcome.sizes) {
+    const auto old = unwrap(FileRandomSource::open(options.input), options.input);
+    if (const auto share = parity_share(*old))
+      protect(sink, options.output, *share, line.callback());
     output.commit();
-  else if (!outcome.losses.empty())
+  } else if (!outcome.losses.empty())
     return kIncomplete;
   else if (options.output != options.input)
     copy_to(output, options.input);  // nothing is new: the same file, where it is wanted

@@ -33,6 +33,8 @@
 #include "formats.h"
 #include "layout.h"
 #include "output_file.h"
+#include "parity.h"
+#include "repair_command.h"
 #include "report.h"
 #include "tool_input.h"
 #include "tool_options.h"
@@ -46,18 +48,23 @@
 namespace shm::converters {
 namespace {
 
-SizeReport compress_to_standard_output(MeshSource& mesh, const CompressOptions& how, Spool& spool) {
+SizeReport compress_to_pipe(MeshSource& mesh, const CompressOptions& how, Spool& spool) {
   const auto sink = unwrap(FileSink::create("-"), "-");
   const SizeReport sizes = compress_mesh(mesh, *sink, how, spool);
   unwrap(sink->commit(), "-");
   return sizes;
 }
 
-SizeReport compress_to_file(MeshSource& mesh, const std::string& path, const CompressOptions& how,
+SizeReport compress_to_file(MeshSource& mesh, const Options& options, const CompressOptions& how,
                             Spool& spool) {
-  OutputFile output(path);
+  OutputFile output(options.output, spool_directory(options));
   FileSink& sink = output.sink();
-  const SizeReport sizes = compress_mesh(mesh, sink, how, spool);
+  SizeReport sizes = compress_mesh(mesh, sink, how, spool);
+  if (options.parity) {
+    const std::uint64_t bytes = protect(sink, options.output, *options.parity / 100, how.progress);
+    sizes.streams["parity"] = bytes;
+    sizes.total_bytes += bytes;
+  }
   output.commit();
   return sizes;
 }
@@ -84,6 +91,8 @@ ExitCode run_compress(Options& options) {
     wrong_use("--json and the compressed mesh cannot both go to standard output");
   if (!options.cell_order.empty() && options.order != "free")
     wrong_use("--cell-order is for --order free");
+  if (options.parity && !has_parity_codes())
+    wrong_use("--parity: this shm was built without ISA-L, which makes it");
   CompressOptions how = compress_options(options);
   const auto start = std::chrono::steady_clock::now();
   ProgressLine line(options.quiet);
@@ -101,8 +110,9 @@ ExitCode run_compress(Options& options) {
   run.input = options.input;
   run.output = options.output;
   run.input_bytes = file_bytes(input.path());
-  run.sizes = options.output == "-" ? compress_to_standard_output(*mesh, how, spool)
-                                    : compress_to_file(*mesh, options.output, how, spool);
+  run.sizes = options.output == "-" && !options.parity
+                  ? compress_to_pipe(*mesh, how, spool)
+                  : compress_to_file(*mesh, options, how, spool);
   run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   line.wipe();
   if (options.json)
@@ -162,14 +172,24 @@ ExitCode run_verify(Options& options) {
   input.require_shm();
   ProgressLine line(options.quiet);
   Spool spool(spool_directory(options), spool_memory(options));
-  const auto restored = input.open(spool, line.callback(), options.threads);
+  std::unique_ptr<MeshSource> restored;
+  try {
+    restored = input.open(spool, line.callback(), options.threads);
+  } catch (const Failure& failure) {
+    if (input.is_stream()) throw;
+    line.wipe();
+    fail_with_hint(failure, input.path());
+  }
   if (options.against.empty()) {
+    const ParityState parity =
+        input.is_stream() ? ParityState() : parity_state(input.path(), line.callback());
     line.wipe();
     if (options.json)
       std::fputs(sound_json(options.input, restored->info()).c_str(), stdout);
     else
-      say(options, options.input + ": sound, " + counts_text(restored->info()) + "\n");
-    return kDone;
+      say(options,
+          options.input + ": sound, " + counts_text(restored->info()) + parity_text(parity) + "\n");
+    return parity.sound() ? kDone : kBadInput;
   }
   line.show("reading " + options.against);
   const auto source = open_mesh(options.against, spool, line.callback());
@@ -264,7 +284,7 @@ int run(int argc, char** argv, Options& options) {
       {add_verify(app, options), run_verify},     {add_diff(app, options), run_diff},
       {add_info(app, options), run_info},         {add_join(app, options), run_join},
       {add_split(app, options), run_split},       {add_extract(app, options), run_extract},
-      {add_layout(app, options), run_layout},
+      {add_layout(app, options), run_layout},     {add_repair(app, options), run_repair},
   };
   try {
     app.parse(argc, argv);

@@ -1,5 +1,8 @@
 #include "tool_options.h"
 
+#include <charconv>
+#include <system_error>
+
 namespace shm::converters {
 namespace {
 
@@ -58,6 +61,17 @@ void add_translation(CLI::App& command, Options& options) {
                   "Of a mesh that goes to another format: time step N alone, from 0 (default: all; "
                   "the last\nwhere a file holds one)")
       ->type_name("N");
+}
+
+// "5%", or "5": above 0, 100 at most.
+double percent_of(const std::string& text) {
+  double percent = 0;
+  const char* const end = text.data() + text.size();
+  const auto [at, error] = std::from_chars(text.data(), end, percent);
+  if (error != std::errc() || (at != end && (*at != '%' || at + 1 != end)) ||
+      !(percent > 0 && percent <= 100))
+    throw CLI::ValidationError("--parity", "'" + text + "' is no share above 0 and up to 100%");
+  return percent;
 }
 
 }  // namespace
@@ -140,6 +154,13 @@ CLI::App* add_compress(CLI::App& app, Options& options) {
           "more room\n(no delay)")
       ->check(CLI::IsMember({"auto", "paper", "rows", "replay", "mixed", "shifts"}).description(""))
       ->type_name("auto|paper|rows|replay|mixed|shifts");
+  command
+      ->add_option_function<std::string>(
+          "--parity", [&options](const std::string& text) { options.parity = percent_of(text); },
+          "Add so much of the file again as parity, such as 5%: shm repair then heals what is "
+          "lost\n"
+          "of it, wherever that is, while it is less")
+      ->type_name("P%");
   command
       ->add_option("--segment-cells", options.segment_cells,
                    "Start afresh every N cells, for random access and threads (default: by budget)")
@@ -267,6 +288,20 @@ CLI::App* add_verify(CLI::App& app, Options& options) {
   command->add_flag(
       "--json", options.json,
       "Print as JSON whether they are equal, how many differences there are, and counts");
+  return command;
+}
+
+CLI::App* add_repair(CLI::App& app, Options& options) {
+  CLI::App* command = add_command(
+      app, options, "repair", "Give a damaged .shm file back as it was, by the parity behind it",
+      "  shm repair rotor.e.shm                  in place\n"
+      "  shm repair rotor.e.shm -o healed.shm");
+  command->add_option("IN", options.input, ".shm file, made with --parity")
+      ->required()
+      ->type_name("");
+  command->add_option("-o,--output", options.output, "File to write (default: IN)")
+      ->type_name("OUT.shm");
+  command->add_flag("--json", options.json, "Print as JSON how much was healed");
   return command;
 }
 

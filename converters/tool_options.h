@@ -30,6 +30,7 @@ struct Options {
   unsigned threads = 0;  // one for each core
   std::optional<std::uint64_t> step;
   std::optional<std::uint64_t> memory;  // bytes of the spool
+  std::optional<double> parity;         // percent
   std::vector<std::uint64_t> steps;
   std::optional<double> time;
   std::uint32_t append_key_steps = 0;  // as in the file
@@ -49,6 +50,7 @@ CLI::App* add_info(CLI::App& app, Options& options);
 CLI::App* add_join(CLI::App& app, Options& options);
 CLI::App* add_split(CLI::App& app, Options& options);
 CLI::App* add_extract(CLI::App& app, Options& options);
+CLI::App* add_repair(CLI::App& app, Options& options);
 CLI::App* add_layout(CLI::App& app, Options& options);
 
 // What the words of --order, --level and --codec mean.

@@ -152,6 +152,21 @@ class AppendTest(unittest.TestCase):
         self.assertEqual(sorted(os.listdir(self.directory.name)),
                          ["all.e", "first.e", "first.e.shm"])
 
+    def test_a_file_with_parity(self):
+        """What is appended is protected too, by as large a share."""
+        whole = self.exodus("whole.e", range(6))
+        file = self.packed(self.exodus("a.e", range(3)), "--parity", "30%")
+        self.assertIn("parity", self.shm("verify", file))
+        self.shm("append", file, whole)
+        told = self.shm("verify", file)
+        self.assertIn("6 time steps, parity", told)
+        self.assert_steps(file, whole)
+        before = self.bytes(file)
+        with open(file, "r+b") as damaged:
+            damaged.write(bytes(4096))
+        self.shm("repair", file)
+        self.assertEqual(self.bytes(file), before)
+
     def test_a_file_of_a_single_step(self):
         """Its steps refer to none, appended ones neither, unless it was said that it grows."""
         first, all_steps = self.exodus("first.e", (0,)), self.exodus("all.e", range(7))

@@ -9,6 +9,7 @@
 
 #include "feature_files.h"
 #include "item_text.h"
+#include "parity_file.h"
 
 namespace {
 
@@ -33,6 +34,7 @@ int main(int count, char** words) {
   }
   std::vector<shm::FeatureFile> files = shm::feature_files();
   files.push_back(shm::archive_file());
+  if (shm::converters::has_parity_codes()) files.push_back(shm::parity_file());
   for (const shm::FeatureFile& feature : files) {
     const std::filesystem::path path = std::filesystem::path(words[1]) / feature.name;
     const auto text = shm::text_of_file(feature.bytes);

@@ -41,6 +41,20 @@ Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind) {
                  ErrorCode::truncated);
   if (last.offset > end) return wrong("points beyond the file", "end record", end);
   last.bytes = end - last.offset;
+  // Where parity stands behind the first trailer, this is a copy of that: the chunk says how long
+  // it is. What it is whoever reads it checks.
+  if (last.bytes < kChunkHeaderBytes) return last;
+  const auto head = read_bytes(source, last.offset, kChunkHeaderBytes, chunk_name(last.kind));
+  if (!head) return head.error();
+  ByteReader fields(*head);
+  ChunkHeader header;
+  if (get(fields, header) != HeaderState::good ||
+      header.payload_bytes >= last.bytes - kChunkHeaderBytes)
+    return last;
+  const auto behind = read_bytes(source, last.offset + kChunkHeaderBytes + header.payload_bytes,
+                                 kTrailerBytes, "end record");
+  if (!behind) return behind.error();
+  if (*behind == tail) last.bytes = kChunkHeaderBytes + header.payload_bytes;
   return last;
 }
 
