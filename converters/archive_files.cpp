@@ -119,9 +119,9 @@ std::unique_ptr<StagedMesh> ArchiveFile::open(const ArchiveMember& member, Spool
   return stage_shm(bytes, place(member), member.bytes, spool, progress, threads);
 }
 
-FileSummary ArchiveFile::summarize(const ArchiveMember& member, const Progress& progress) {
+FileSummary ArchiveFile::summarize(const ArchiveMember& member) {
   SectionSource bytes = section(member);
-  return summarize_shm(bytes, place(member), member.bytes, progress);
+  return summarize_shm(bytes, place(member));
 }
 
 void ArchiveFile::copy(const ArchiveMember& member, const std::string& path) {

@@ -41,7 +41,7 @@ class ArchiveFile {
   // Decodes a member. The spool must outlive the mesh. `threads`: as in open_shm.
   std::unique_ptr<StagedMesh> open(const ArchiveMember& member, Spool& spool,
                                    const Progress& progress, unsigned threads);
-  FileSummary summarize(const ArchiveMember& member, const Progress& progress);
+  FileSummary summarize(const ArchiveMember& member);
   // Its bytes as they stand, into a file that appears whole or not at all.
   void copy(const ArchiveMember& member, const std::string& path);
   // In the format that the mesh came from, or else the one that its name tells.

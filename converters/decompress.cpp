@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "failure.h"
+#include "shm/summary.h"
 
 namespace shm::converters {
 namespace {
@@ -236,31 +237,47 @@ std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
   return open_shm(path, spool, progress, 0);
 }
 
-FileSummary summarize_shm(const std::string& path, const Progress& progress) {
-  const auto file = unwrap(FileSource::open(path), path);
-  return summarize_shm(*file, path, file_bytes(path), progress);
+namespace {
+
+FileSummary file_summary(Summary&& summary) {
+  FileSummary out;
+  out.info.schema = std::move(summary.schema);
+  out.info.step_times = std::move(summary.step_times);
+  out.info.extras = std::move(summary.extras);
+  out.totals = std::move(summary.totals);
+  out.info.vertices = out.totals.vertices;
+  out.info.segment_starts = out.totals.segment_starts;
+  out.info.segment_connectivity = out.totals.segment_connectivity;
+  out.info.block_cells = out.totals.block_cells;
+  out.info.block_cells.resize(out.info.schema.blocks.size());
+  return out;
 }
 
-FileSummary summarize_shm(ByteSource& source, const std::string& name, std::uint64_t total,
-                          const Progress& progress) {
-  WatchedSource watched(source, total, progress);
+}  // namespace
+
+FileSummary summarize_shm(RandomSource& source, const std::string& name) {
+  return file_summary(unwrap(read_summary(source), name));
+}
+
+FileSummary summarize_shm(const std::string& path) {
+  return summarize_shm(*unwrap(FileRandomSource::open(path), path), path);
+}
+
+FileSummary summarize_stream(ByteSource& source, const std::string& name,
+                             const Progress& progress) {
+  WatchedSource watched(source, 0, progress);
   ReadOptions options;
   options.threads = 0;
+  options.kept_topology_bytes = std::size_t{4} << 20;  // small meshes are told once
   Reader reader = unwrap(Reader::open(watched, {}, options), name);
-  FileSummary summary;
-  summary.info.schema = reader.schema();
+  Summary summary;
+  summary.schema = reader.schema();
   while (Item* item = unwrap(reader.next(), name)) {
-    if (auto* times = std::get_if<StepTimes>(item))
-      summary.info.step_times = std::move(times->times);
-    if (auto* extra = std::get_if<Extra>(item)) summary.info.extras.push_back(std::move(*extra));
+    if (auto* times = std::get_if<StepTimes>(item)) summary.step_times = std::move(times->times);
+    if (auto* extra = std::get_if<Extra>(item)) summary.extras.push_back(std::move(*extra));
     if (auto* totals = std::get_if<Totals>(item)) summary.totals = std::move(*totals);
   }
-  summary.info.vertices = summary.totals.vertices;
-  summary.info.segment_starts = summary.totals.segment_starts;
-  summary.info.segment_connectivity = summary.totals.segment_connectivity;
-  summary.info.block_cells = summary.totals.block_cells;
-  summary.info.block_cells.resize(summary.info.schema.blocks.size());
-  return summary;
+  return file_summary(std::move(summary));
 }
 
 }  // namespace shm::converters

@@ -87,13 +87,15 @@ std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
 std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
                                      const Progress& progress = {});
 
-// What a .shm file says about itself, read through without keeping the mesh.
+// What a .shm file says about itself.
 struct FileSummary {
   MeshInfo info;
   Totals totals;
 };
-FileSummary summarize_shm(const std::string& path, const Progress& progress = {});
-FileSummary summarize_shm(ByteSource& source, const std::string& name, std::uint64_t total,
-                          const Progress& progress);
+// Of its index and the heads of its chunks; `name` is for messages.
+FileSummary summarize_shm(RandomSource& source, const std::string& name);
+FileSummary summarize_shm(const std::string& path);
+// Of a source that cannot be sought in: reads it to its end, and checks all of it.
+FileSummary summarize_stream(ByteSource& source, const std::string& name, const Progress& progress);
 
 }  // namespace shm::converters

@@ -230,7 +230,7 @@ ExitCode run_info(Options& options) {
     ArchiveFile archive(input.path());
     std::vector<MemberSummary> members;
     for (const ArchiveMember& member : archive.members())
-      members.push_back({member.name, archive.summarize(member, line.callback())});
+      members.push_back({member.name, archive.summarize(member)});
     text = (options.json ? archive_json : archive_text)(options.input, members);
   } else if (input.is_shm()) {
     const FileSummary summary = input.summarize(line.callback());

@@ -82,8 +82,7 @@ std::unique_ptr<MeshSource> ToolInput::open(Spool& spool, const Progress& progre
 }
 
 FileSummary ToolInput::summarize(const Progress& progress) {
-  return is_stream() ? summarize_shm(*stream_, kStandardInput, 0, progress)
-                     : summarize_shm(path_, progress);
+  return is_stream() ? summarize_stream(*stream_, kStandardInput, progress) : summarize_shm(path_);
 }
 
 }  // namespace shm::converters

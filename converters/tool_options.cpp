@@ -313,7 +313,8 @@ CLI::App* add_diff(CLI::App& app, Options& options) {
 
 CLI::App* add_info(CLI::App& app, Options& options) {
   CLI::App* command = add_command(app, options, "info",
-                                  "Tell what a mesh holds and where the bytes of a .shm file go",
+                                  "Tell what a mesh holds and where the bytes of a .shm file go.\n"
+                                  "Of a .shm file heads alone are read; shm verify reads all of it.",
                                   "  shm info rotor.e.shm\n"
                                   "  shm info rotor.e.shm --json | jq .streams");
   command->add_option("IN", options.input, ".shm file (or any mesh, without sizes)")

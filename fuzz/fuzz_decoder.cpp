@@ -1,19 +1,23 @@
 // Damage behind right checksums: the mutator takes a .shm file apart, damages chunks, group headers
 // or bitstreams, and makes lengths, numbers and checksums anew, so that the coders are reached.
 // The target feeds the Decoder in pieces whose sizes the input says. An item, an error or a wish
-// for more; never a crash, never memory out of proportion, and the same whatever the pieces.
+// for more; never a crash, never memory out of proportion, and the same whatever the pieces. What
+// read_summary tells of the file is what the Decoder counted, where both take it.
 // An input is one byte, the seed of the piece sizes, and a file.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <optional>
 #include <random>
 #include <span>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "../tests/file_surgery.h"
 #include "packing.h"
 #include "shm/reader.h"
+#include "shm/summary.h"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 
@@ -42,9 +46,21 @@ class Outcome {
     if (const auto* piece = std::get_if<shm::StepPiece>(&item)) add_all(piece->values);
     if (const auto* times = std::get_if<shm::StepTimes>(&item)) add_all(times->times);
     if (const auto* extra = std::get_if<shm::Extra>(&item)) add_all(extra->data);
-    if (const auto* totals = std::get_if<shm::Totals>(&item)) add_number(totals->trailing_bytes);
+    if (const auto* totals = std::get_if<shm::Totals>(&item)) totals_ = *totals;
   }
-  bool operator==(const Outcome&) const = default;
+  const std::optional<shm::Totals>& totals() const { return totals_; }
+  bool operator==(const Outcome& other) const {
+    return hash_ == other.hash_ && same(totals_, other.totals_);
+  }
+  static bool same(const std::optional<shm::Totals>& a, const std::optional<shm::Totals>& b) {
+    if (!a || !b) return !a && !b;
+    const auto numbers = [](const shm::Totals& it) {
+      return std::tie(it.vertices, it.cells, it.hexahedra, it.max_active_vertices,
+                      it.segment_starts, it.segment_connectivity, it.imported_vertices,
+                      it.total_bytes, it.streams, it.steps, it.block_cells, it.trailing_bytes);
+    };
+    return numbers(*a) == numbers(*b);
+  }
 
  private:
   void add_block(const shm::MeshBlock& block) {
@@ -59,6 +75,7 @@ class Outcome {
     for (const Bytes& values : block.arrays) add_all(values);
   }
   std::uint64_t hash_ = 0xcbf29ce484222325;
+  std::optional<shm::Totals> totals_;
 };
 
 /// Every promise that a caller may lean on without looking.
@@ -91,13 +108,17 @@ void check_block(const shm::MeshBlock& block, const shm::Schema& schema) {
   }
 }
 
-Outcome decode(std::span<const std::byte> bytes, std::uint32_t seed) {
+shm::ReadLimits small_limits() {
   shm::ReadLimits limits;
   limits.max_active_vertices = 1 << 16;
   limits.max_chunk_bytes = limits.max_extra_bytes = 1 << 22;
   limits.max_group_bytes = 1 << 22;
   limits.max_arrays = limits.max_blocks = 256;
-  shm::Decoder decoder(limits);
+  return limits;
+}
+
+Outcome decode(std::span<const std::byte> bytes, std::uint32_t seed) {
+  shm::Decoder decoder(small_limits());
   Random random(seed);
   Outcome outcome;
   const auto failed = [&](const shm::Error& error) {
@@ -231,5 +252,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                     reinterpret_cast<const std::byte*>(data) + size);
   const Outcome outcome = decode(bytes, data[0]);
   if (data[0] % 4 == 1 && !(decode(bytes, 0) == outcome)) std::abort();
+  shm::MemoryRandomSource source(bytes);
+  const auto told = shm::read_summary(source, small_limits());
+  if (told && outcome.totals() && !Outcome::same(told->totals, outcome.totals())) std::abort();
   return 0;
 }

@@ -1,14 +1,16 @@
-// A file in memory that counts the bytes that are read of it.
+// Files in memory that watch what is read of them.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "shm/io.h"
 
 namespace shm {
 
+/// Counts the bytes that are read.
 class CountedSource final : public RandomSource {
  public:
   explicit CountedSource(std::span<const std::byte> file) : source_(file) {}
@@ -18,6 +20,23 @@ class CountedSource final : public RandomSource {
     return source_.read_at(offset, into);
   }
   std::uint64_t bytes = 0;
+
+ private:
+  MemoryRandomSource source_;
+};
+
+/// Remembers which bytes were read.
+class WatchedSource final : public RandomSource {
+ public:
+  explicit WatchedSource(std::span<const std::byte> file) : touched(file.size()), source_(file) {}
+  std::uint64_t size() const override { return source_.size(); }
+  Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override {
+    if (auto good = source_.read_at(offset, into); !good) return good;
+    for (std::size_t i = 0; i < into.size(); ++i) touched[offset + i] = true;
+    return {};
+  }
+  void forget() { touched.assign(touched.size(), false); }
+  std::vector<bool> touched;
 
  private:
   MemoryRandomSource source_;

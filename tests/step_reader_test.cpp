@@ -4,6 +4,7 @@
 
 #include <set>
 
+#include "counted_source.h"
 #include "file_surgery.h"
 #include "sanitized.h"
 #include "stepped_mesh.h"
@@ -15,28 +16,6 @@ using container::ChunkKind;
 using container::Codec;
 using container::IndexEntry;
 using container::StreamKind;
-
-/// Remembers which bytes were read.
-class WatchedSource final : public RandomSource {
- public:
-  explicit WatchedSource(std::span<const std::byte> bytes) : bytes_(bytes), touched(bytes.size()) {}
-  std::uint64_t size() const override { return bytes_.size(); }
-  Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override {
-    EXPECT_LE(offset + into.size(), bytes_.size());
-    for (std::size_t i = 0; i < into.size(); ++i) {
-      into[i] = bytes_[offset + i];
-      touched[offset + i] = true;
-    }
-    return {};
-  }
-  void forget() { touched.assign(touched.size(), false); }
-
- private:
-  std::span<const std::byte> bytes_;
-
- public:
-  std::vector<bool> touched;
-};
 
 /// What a Reader gives.
 struct Expected {
@@ -522,7 +501,8 @@ TEST(StepReader, TheIndexIsNotBelieved) {
   };
   for (const std::size_t n : {0u, 1u, 5u, 9u}) {
     const auto lies = [&](const char* what, const std::function<void(IndexEntry&)>& lie) {
-      refused(what, [&](container::Index& index) { lie(entry_of(index, ChunkKind::step_values, n)); });
+      refused(what,
+              [&](container::Index& index) { lie(entry_of(index, ChunkKind::step_values, n)); });
     };
     using container::RefersTo;
     lies("array", [](IndexEntry& e) { e.array ^= 1; });

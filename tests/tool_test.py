@@ -6,6 +6,7 @@ Usage: tool_test.py PATH_OF_SHM
 import json
 import os
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -226,11 +227,30 @@ class ToolTest(unittest.TestCase):
             for words in (["verify", cut], ["info", cut],
                           ["decompress", cut, "-o", self.path("x.vtk")]):
                 self.assertIn(cut, self.shm(*words, code=3)[1])
+            said = "has been cut, and has no index" if size > 16 else "the file"
+            self.assertIn(said, self.shm("info", cut, code=3)[1])
+        with open(cut, "wb") as out:
+            out.write(good + b"an append that was torn")
+        self.assertEqual(self.shm("info", cut)[0].splitlines()[1:],
+                         self.shm("info", packed)[0].splitlines()[1:])
         damaged = bytearray(good)
         damaged[len(good) // 2] ^= 0x10
         with open(cut, "wb") as out:
             out.write(damaged)
         self.shm("verify", cut, code=3)
+        # Values, at the end of the group, which is the second chunk: info does not look at them.
+        third = [mark.start() for mark in re.finditer(b"SHMC", good)][2]
+        damaged = bytearray(good)
+        damaged[third - 1] ^= 0x10
+        with open(cut, "wb") as out:
+            out.write(damaged)
+        self.shm("verify", cut, code=3)
+        self.shm("info", cut)
+        damaged = bytearray(good)
+        damaged[-100] ^= 0x10
+        with open(cut, "wb") as out:
+            out.write(damaged)
+        self.assertIn("index", self.shm("info", cut, code=3)[1])
         self.assert_only("mesh.vtk", "mesh.vtk.shm", "cut.shm")
 
     def test_output_that_cannot_be_written(self):

@@ -24,22 +24,45 @@ Result<std::vector<std::byte>> IndexedFile::read_chunk(const IndexEntry& entry) 
   return container::read_chunk(*source_, entry, limits_.max_chunk_bytes);
 }
 
+/// The blob of an extra or of the step times.
+Result<std::vector<std::byte>> IndexedFile::read_packed(const IndexEntry& entry) {
+  const auto payload = read_chunk(entry);
+  if (!payload) return payload.error();
+  ByteReader in(*payload);
+  const std::string section = container::chunk_name(entry.kind);
+  if (stated_packed_size(in) > limits_.max_extra_bytes)
+    return wrong("unpacks to more than the limit", section, entry.offset, ErrorCode::over_limit);
+  auto blob = get_packed(in, limits_.max_extra_bytes);
+  if (!blob) return wrong("cannot be unpacked", section, entry.offset);
+  return std::move(*blob);
+}
+
 Result<std::vector<Extra>> IndexedFile::read_extras() {
   std::vector<Extra> extras;
   for (const IndexEntry& entry : index_.entries) {
     if (entry.kind != static_cast<std::uint8_t>(ChunkKind::extra)) continue;
-    const auto payload = read_chunk(entry);
-    if (!payload) return payload.error();
-    ByteReader in(*payload);
-    const std::string section = container::chunk_name(entry.kind);
-    if (stated_packed_size(in) > limits_.max_extra_bytes)
-      return wrong("unpacks to more than the limit", section, entry.offset, ErrorCode::over_limit);
-    const auto blob = get_packed(in, limits_.max_extra_bytes);
-    if (!blob) return wrong("cannot be unpacked", section, entry.offset);
+    const auto blob = read_packed(entry);
+    if (!blob) return blob.error();
     ByteReader fields(*blob);
-    if (!get(fields, extras.emplace_back())) return wrong("makes no sense", section, entry.offset);
+    if (!get(fields, extras.emplace_back()))
+      return wrong("makes no sense", container::chunk_name(entry.kind), entry.offset);
   }
   return extras;
+}
+
+Result<std::vector<double>> IndexedFile::read_step_times() {
+  std::vector<double> times;
+  bool found = false;
+  for (const IndexEntry& entry : index_.entries) {
+    if (entry.kind != static_cast<std::uint8_t>(ChunkKind::step_times)) continue;
+    if (std::exchange(found, true)) return wrong_index("has step times twice");
+    const auto blob = read_packed(entry);
+    if (!blob) return blob.error();
+    if (blob->size() % 8 != 0)
+      return wrong("cannot be unpacked", container::chunk_name(entry.kind), entry.offset);
+    for (ByteReader values(*blob); values.left() > 0;) times.push_back(values.get_f64());
+  }
+  return times;
 }
 
 Result<IndexedFile::GroupHead> IndexedFile::read_group_head(std::size_t group) {

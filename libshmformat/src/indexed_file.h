@@ -40,6 +40,8 @@ class IndexedFile {
   Result<std::vector<std::byte>> read_chunk(const container::IndexEntry& entry);
   /// All of them, in the order of the file. Must hold: the entries have not been taken.
   Result<std::vector<Extra>> read_extras();
+  /// Empty where the file has none. Must hold: the entries have not been taken.
+  Result<std::vector<double>> read_step_times();
   /// Complains unless the groups follow each other, and are what the index tells in all.
   Result<void> expect_totals() const;
   /// Complains unless the header of a group is what the index says of it, its box included.
@@ -70,6 +72,7 @@ class IndexedFile {
   Result<void> read_index();
   Result<void> read_schema();
   Result<void> list_groups();
+  Result<std::vector<std::byte>> read_packed(const container::IndexEntry& entry);
 
   RandomSource* source_;
   ReadLimits limits_;

@@ -126,6 +126,8 @@ Result<void> MeshDecoder::join(const DecodedBlock& block) {
       return damaged("the group does not follow the one before it", groups_, block.offset);
     segment_starts_.push_back(cells_);
     segment_connectivity_.push_back(block.connectivity);
+  } else if (segment_connectivity_.back() == ConnectivityCodec::automatic) {
+    segment_connectivity_.back() = block.connectivity;  // loose vertices came first
   }
   if (auto good = check_imports(block); !good) return good;
   count(block);
@@ -150,9 +152,8 @@ void MeshDecoder::count(const DecodedBlock& block) {
   vertices_ += block.mesh.vertex_count();
   cells_ += block.mesh.cell_count();
   for (std::uint32_t b : block.mesh.cell_blocks) {
-    const BlockInfo& info = schema_->blocks[b];
     ++block_cells_[b];
-    hexahedra_ += info.shape == CellShape::hexahedron && info.nodes_per_cell >= 8 ? 1 : 0;
+    hexahedra_ += is_hexahedral(schema_->blocks[b]) ? 1 : 0;
   }
   if (!block.group_end) return;
   ++groups_;

@@ -25,10 +25,6 @@ constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 // where a block begins, which is a better place.
 constexpr std::uint64_t kLeastSegmentCells = 131072;
 
-bool is_hexahedral(const BlockInfo& block) {
-  return block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8;
-}
-
 // Waiting pieces of cells, for each thread.
 constexpr std::size_t kWaitingBytes = std::size_t{64} << 20;
 

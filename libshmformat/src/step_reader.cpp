@@ -10,7 +10,6 @@
 #include "indexed_file.h"
 #include "indexed_topology.h"
 #include "mesh_streams.h"
-#include "packing.h"
 #include "segment_steps.h"
 #include "step_index.h"
 
@@ -39,7 +38,6 @@ class StepReader::Impl {
   Result<StepValues*> next();
 
  private:
-  Result<void> read_step_times();
   Result<void> begin_segment();
   Result<void> read_group();
   Result<TopologyReplay*> topology_of(std::size_t segment, const ReplayWants& wants);
@@ -69,32 +67,14 @@ class StepReader::Impl {
 
 Result<void> StepReader::Impl::open() {
   if (auto good = file_.open(); !good) return good;
-  if (auto good = read_step_times(); !good) return good;
+  auto times = file_.read_step_times();
+  if (!times) return times.error();
+  times_ = std::move(*times);
   auto index = StepIndex::of(file_);
   if (!index) return index.error();
   index_ = std::move(*index);
   most_ = most_reference(file_.schema(), index_.elements());
   cell_bytes_ = std::make_shared<const std::vector<std::size_t>>(cell_data_bytes(file_.schema()));
-  return {};
-}
-
-Result<void> StepReader::Impl::read_step_times() {
-  bool found = false;
-  for (const container::IndexEntry& entry : file_.index().entries) {
-    if (entry.kind != static_cast<std::uint8_t>(container::ChunkKind::step_times)) continue;
-    if (std::exchange(found, true)) return file_.wrong_index("has step times twice");
-    const auto payload = file_.read_chunk(entry);
-    if (!payload) return payload.error();
-    ByteReader in(*payload);
-    const std::string section = container::chunk_name(entry.kind);
-    if (stated_packed_size(in) > file_.limits().max_extra_bytes)
-      return IndexedFile::wrong("unpacks to more than the limit", section, entry.offset,
-                                ErrorCode::over_limit);
-    const auto blob = get_packed(in, file_.limits().max_extra_bytes);
-    if (!blob || blob->size() % 8 != 0)
-      return IndexedFile::wrong("cannot be unpacked", section, entry.offset);
-    for (ByteReader values(*blob); values.left() > 0;) times_.push_back(values.get_f64());
-  }
   return {};
 }
 

@@ -6,29 +6,6 @@
 #include "container/random_chunks.h"
 
 namespace shm::container {
-namespace {
-
-Error wrong_index(std::uint64_t index_offset) {
-  return Error{ErrorCode::corrupt, "does not tell of every chunk", "index", index_offset, {}};
-}
-
-Result<ChunkHeader> header_of(RandomSource& source, const IndexEntry& entry,
-                              std::uint32_t sequence) {
-  const auto bytes = read_bytes(source, entry.offset, kChunkHeaderBytes, chunk_name(entry.kind));
-  if (!bytes) return bytes.error();
-  ByteReader in(*bytes);
-  ChunkHeader header;
-  if (get(in, header) != HeaderState::good || header.kind != entry.kind ||
-      header.sequence != sequence || header.payload_bytes != entry.bytes - kChunkHeaderBytes)
-    return Error{ErrorCode::corrupt,
-                 "the chunk that should stand here does not",
-                 chunk_name(entry.kind),
-                 entry.offset,
-                 {}};
-  return header;
-}
-
-}  // namespace
 
 Result<ChunkCopy> ChunkCopy::of(RandomSource& source, std::span<const IndexEntry> entries,
                                 std::uint64_t index_offset,
@@ -36,18 +13,11 @@ Result<ChunkCopy> ChunkCopy::of(RandomSource& source, std::span<const IndexEntry
   ChunkCopy copy;
   copy.pieces_.push_back({{}, 0, kFileStartBytes});
   copy.state_.offset = kFileStartBytes;
-  std::uint64_t end = kFileStartBytes;
-  std::uint32_t sequence = 0;
-  for (const IndexEntry& entry : entries) {
-    if (entry.offset != end || end > index_offset || entry.bytes < kChunkHeaderBytes ||
-        entry.bytes > index_offset - end)
-      return wrong_index(index_offset);
-    const auto header = header_of(source, entry, sequence++);
-    if (!header) return header.error();
-    if (keep(entry)) copy.add(*header, entry);
-    end += entry.bytes;
-  }
-  if (end != index_offset) return wrong_index(index_offset);
+  const auto visit = [&](const ChunkHeader& header, const IndexEntry& entry) -> Result<void> {
+    if (keep(entry)) copy.add(header, entry);
+    return {};
+  };
+  if (auto good = for_each_chunk(source, entries, index_offset, visit); !good) return good.error();
   return copy;
 }
 

@@ -86,4 +86,61 @@ Result<std::vector<std::byte>> read_chunk(RandomSource& source, const IndexEntry
   return std::move(*chunk);
 }
 
+Result<void> for_each_chunk(RandomSource& source, std::span<const IndexEntry> entries,
+                            std::uint64_t index_offset, const ChunkVisitor& visit) {
+  const Error wrong_index = wrong("does not tell of every chunk", "index", index_offset);
+  std::uint64_t end = kFileStartBytes;
+  std::uint32_t sequence = 0;
+  for (const IndexEntry& entry : entries) {
+    if (entry.offset != end || end > index_offset || entry.bytes < kChunkHeaderBytes ||
+        entry.bytes > index_offset - end)
+      return wrong_index;
+    const std::string section = chunk_name(entry.kind);
+    const auto bytes = read_bytes(source, entry.offset, kChunkHeaderBytes, section);
+    if (!bytes) return bytes.error();
+    ByteReader in(*bytes);
+    ChunkHeader header;
+    if (get(in, header) != HeaderState::good || header.kind != entry.kind ||
+        header.sequence != sequence++ || header.payload_bytes != entry.bytes - kChunkHeaderBytes)
+      return wrong("the chunk that should stand here does not", section, entry.offset);
+    if (auto good = visit(header, entry); !good) return good;
+    end += entry.bytes;
+  }
+  return end == index_offset ? Result<void>() : Result<void>(wrong_index);
+}
+
+Result<std::uint64_t> bytes_of_file(RandomSource& source) {
+  const auto last = last_chunk(source, ChunkKind::index);
+  if (last || last.error().code != ErrorCode::truncated)
+    return last ? Result<std::uint64_t>(source.size()) : last.error();
+  const std::uint64_t size = source.size();
+  const auto cut = [&](std::uint8_t kind, std::uint64_t begin) {
+    return wrong(
+        "the file has been cut, and has no index: it ends within the chunk that begins at "
+        "byte " +
+            std::to_string(begin),
+        chunk_name(kind), size, ErrorCode::truncated);
+  };
+  for (std::uint64_t at = kFileStartBytes, chunks = 0;; ++chunks) {
+    if (at >= size || size - at < kChunkHeaderBytes)
+      return wrong("the file has been cut, and has no index: it ends behind " +
+                       std::to_string(chunks) + " whole chunks",
+                   "chunk header", size, ErrorCode::truncated);
+    const auto bytes = read_bytes(source, at, kChunkHeaderBytes, "chunk header");
+    if (!bytes) return bytes.error();
+    ByteReader in(*bytes);
+    ChunkHeader header;
+    if (get(in, header) != HeaderState::good || header.sequence != chunks)
+      return wrong("no chunk begins here, and the file does not end with an end record",
+                   "chunk header", at);
+    const std::uint64_t begin = at;
+    at += kChunkHeaderBytes;
+    if (header.payload_bytes > size - at) return cut(header.kind, begin);
+    at += header.payload_bytes;
+    if (header.kind != static_cast<std::uint8_t>(ChunkKind::index)) continue;
+    return size - at >= kTrailerBytes ? Result<std::uint64_t>(at + kTrailerBytes)
+                                      : Result<std::uint64_t>(cut(header.kind, begin));
+  }
+}
+
 }  // namespace shm::container

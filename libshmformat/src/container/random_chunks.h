@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,5 +29,16 @@ Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const Index
 /// The payload of a whole chunk, at most `max_bytes`.
 Result<std::vector<std::byte>> read_chunk(RandomSource& source, const IndexEntry& entry,
                                           std::uint64_t max_bytes);
+
+/// Calls visit(header, entry) for each chunk, of which `entries` tells; complains of the index at
+/// `index_offset` unless they are all that stand between start and index, in their order.
+using ChunkVisitor = std::function<Result<void>(const ChunkHeader&, const IndexEntry&)>;
+Result<void> for_each_chunk(RandomSource& source, std::span<const IndexEntry> entries,
+                            std::uint64_t index_offset, const ChunkVisitor& visit);
+
+/// How many bytes of `source` are a .shm file: all, where a trailer is the very end; else what ends
+/// with the trailer behind the first index, which is found by the headers of all chunks before it.
+/// ErrorCode::truncated where there is none.
+Result<std::uint64_t> bytes_of_file(RandomSource& source);
 
 }  // namespace shm::container
