@@ -105,9 +105,10 @@ std::vector<std::uint64_t> references(const Extra& extra, std::uint64_t limit) {
 class PartCompression {
  public:
   PartCompression(Ranks& ranks, MeshSource& mesh, SharedOutput& output, Schema schema,
-                  const CompressOptions& options, Spool& spool)
+                  const CompressOptions& options, Spool& spool, JoinedMesh* joined)
       : ranks_(&ranks),
         mesh_(&mesh),
+        joined_(joined),
         output_(&output),
         schema_(std::move(schema)),
         options_(write_options_for(mesh, options)),
@@ -146,6 +147,7 @@ class PartCompression {
 
   Ranks* ranks_;
   MeshSource* mesh_;
+  JoinedMesh* joined_;  // the same mesh, where it is read in parts; or null
   SharedOutput* output_;
   Schema schema_;
   WriteOptions options_;
@@ -168,7 +170,16 @@ class PartCompression {
 };
 
 void PartCompression::find_places() {
+  if (joined_ != nullptr) joined_->read_alone();
   uses_ = find_uses(*ranks_, *mesh_, range_, shares_.last_rank());
+  if (joined_ != nullptr) {
+    std::vector<std::uint64_t> vertices;
+    ranks_->together([&] {
+      vertices = uses_.vertices.numbers();
+      vertices.insert(vertices.end(), uses_.unused.begin(), uses_.unused.end());
+    });
+    joined_->hold_vertices(vertices);
+  }
   block_cells_before_ = ranks_->sums(uses_.block_cells).before;
   first_vertex_ = ranks_->sums({uses_.own}).before[0];
 }
@@ -305,8 +316,10 @@ void PartCompression::write_steps() {
   for (std::uint32_t a = 0; a < arrays; ++a) {
     if (!schema_.arrays[a].per_step || sums.all[a] == 0) continue;
     const std::size_t chooser = ranks_->smallest(own[a] > 0 ? ranks_->rank() : ranks_->size());
-    for (std::uint64_t step = 0; step < info().step_times.size(); ++step)
+    for (std::uint64_t step = 0; step < info().step_times.size(); ++step) {
+      if (joined_ != nullptr) joined_->hold_step(a, step);
       write_step(a, step, chooser);
+    }
   }
 }
 
@@ -460,7 +473,17 @@ SizeReport compress_with_ranks(Ranks& ranks, MeshSource& mesh, SharedOutput& out
     schema = ranks.first() ? schema_to_write(mesh, options, spool) : schema_for(mesh, options);
   });
   schema.delay = static_cast<std::uint32_t>(ranks.broadcast(schema.delay));
-  return PartCompression(ranks, mesh, output, std::move(schema), options, spool).run();
+  return PartCompression(ranks, mesh, output, std::move(schema), options, spool, nullptr).run();
+}
+
+SizeReport compress_with_ranks(Ranks& ranks, JoinedMesh& mesh, SharedOutput& output,
+                               const CompressOptions& options, Spool& spool) {
+  mesh.hold_cells(
+      Shares(mesh.info().cells(), options.segment_cells, ranks.size()).range(ranks.rank()));
+  Schema schema;
+  // Ranks read together, so all try the same.
+  ranks.together([&] { schema = schema_to_write(mesh, options, spool); });
+  return PartCompression(ranks, mesh, output, std::move(schema), options, spool, &mesh).run();
 }
 
 }  // namespace shm::converters
