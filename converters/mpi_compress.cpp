@@ -334,7 +334,7 @@ void PartCompression::write_step(std::uint32_t array, std::uint64_t step, std::s
   try {
     if (writer_ && (chooses || basis != kNoBasis)) {
       checked(writer_->begin_step(
-          array, step, chooses ? std::nullopt : std::optional(static_cast<StepBasis>(basis))));
+          array, step, chooses ? std::nullopt : std::optional(static_cast<StepReference>(basis))));
       feed_step(array, step, [&] {
         const auto chosen = writer_->step_basis();
         if (!chooses || told || !chosen) return;
