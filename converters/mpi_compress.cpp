@@ -143,7 +143,12 @@ class PartCompression {
   std::uint64_t own_elements(std::uint32_t array) const;
   NumberList& moved_elements(std::uint32_t array);
   SizeReport write_rest();
-  Extra in_new_numbers(const Extra& extra);
+  // Numbers that an extra refers to, ascending, and what they are called in the file.
+  struct FreshReferences {
+    std::vector<std::uint64_t> numbers, fresh;
+  };
+  FreshReferences fresh_references(const Extra& extra);
+  Extra in_new_numbers(const Extra& extra, const FreshReferences& references) const;
 
   Ranks* ranks_;
   MeshSource* mesh_;
@@ -402,25 +407,31 @@ NumberList& PartCompression::moved_elements(std::uint32_t array) {
 
 // --- what stands behind
 
-// Collective: rank 0 asks.
-Extra PartCompression::in_new_numbers(const Extra& extra) {
+// Collective: what vertices or cells that rank 0 finds in an extra are called in the file.
+PartCompression::FreshReferences PartCompression::fresh_references(const Extra& extra) {
+  FreshReferences out;
   const bool of_cells = extra.refers == Reference::cell;
   auto& fresh = of_cells ? cells_ : vertices_;
-  if (extra.refers == Reference::nothing || !fresh) return extra;
+  if (extra.refers == Reference::nothing || !fresh) return out;
   const std::uint64_t limit = of_cells ? info().cells() : info().vertices;
-  std::vector<std::uint64_t> asked;
   ranks_->together([&] {
-    if (ranks_->first()) asked = references(extra, limit);
+    if (ranks_->first()) out.numbers = references(extra, limit);
   });
-  const std::vector<std::uint64_t> numbers = fresh->ask(asked);
-  if (!ranks_->first()) return extra;
+  out.fresh = fresh->ask(out.numbers);
+  return out;
+}
+
+Extra PartCompression::in_new_numbers(const Extra& extra, const FreshReferences& references) const {
   Renumbering to;
   to.vertices = info().vertices;
   to.cells = info().cells();
-  (of_cells ? to.cell : to.vertex) = [&](std::uint64_t number) {
-    const auto at = std::lower_bound(asked.begin(), asked.end(), number) - asked.begin();
-    return numbers[static_cast<std::size_t>(at)];
+  const auto fresh = [&](std::uint64_t number) {
+    const auto& numbers = references.numbers;
+    const auto at = std::lower_bound(numbers.begin(), numbers.end(), number) - numbers.begin();
+    return references.fresh[static_cast<std::size_t>(at)];
   };
+  if (extra.refers == Reference::cell && cells_) to.cell = fresh;
+  if (extra.refers == Reference::vertex && vertices_) to.vertex = fresh;
   return renumbered(extra, to);
 }
 
@@ -440,20 +451,12 @@ SizeReport PartCompression::write_rest() {
     flush();
   });
   for (const Extra& extra : info().extras) {
-    std::optional<Error> error;
-    std::optional<Extra> fresh;
-    try {
-      fresh = in_new_numbers(extra);
-      if (ranks_->first()) {
-        checked(joiner_->add_extra(*fresh));
-        flush();
-      }
-    } catch (const SharedFailure&) {
-      throw;
-    } catch (...) {
-      error = current_error();
-    }
-    ranks_->agree(error);
+    const FreshReferences references = fresh_references(extra);
+    ranks_->together([&] {
+      if (!ranks_->first()) return;
+      checked(joiner_->add_extra(in_new_numbers(extra, references)));
+      flush();
+    });
   }
   SizeReport sizes;
   ranks_->together([&] {

@@ -4,6 +4,7 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "failure.h"
@@ -32,7 +33,9 @@ ExitCode run_compress(Ranks& ranks, Options& options) {
     how = compress_options(options);
   });
   const auto start = std::chrono::steady_clock::now();
-  Spool spool(spool_directory(options), spool_memory(options));
+  std::optional<Spool> own_spool;
+  ranks.together([&] { own_spool.emplace(spool_directory(options), spool_memory(options)); });
+  Spool& spool = *own_spool;
   std::size_t parts = 0;
   ranks.together([&] {
     if (ranks.first()) parts = count_of_parts(options.input);
