@@ -11,6 +11,7 @@
 #include "formats.h"
 #include "output_file.h"
 #include "parity.h"
+#include "tool_input.h"
 
 namespace shm::converters {
 namespace {
@@ -75,7 +76,8 @@ ExitCode run_append(Options& options) {
   ProgressLine line(options.quiet);
   Spool spool(spool_directory(options), spool_memory(options));
   line.show("reading " + options.against);
-  const auto source = open_mesh(options.against, spool, line.callback());
+  ToolInput input(options, options.against);
+  const auto source = input.open(spool, line.callback(), options.threads);
   AppendHow how = how_of(options, line.callback());
   std::optional<CellSequence> cell_order;
   if (!options.cell_order.empty())

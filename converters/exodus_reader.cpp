@@ -8,14 +8,11 @@
 #include <utility>
 
 #include "exodus.h"
-#include "exodus_layout.h"
-#include "exodus_skeleton.h"
+#include "exodus_mesh.h"
 #include "failure.h"
 
-namespace shm::converters {
+namespace shm::converters::exodus {
 namespace {
-
-using namespace exodus;
 
 constexpr std::uint64_t kPieceNodes = std::uint64_t{1} << 18;  // node numbers read at once
 constexpr std::uint64_t kPieceCells = std::uint64_t{1} << 15;
@@ -24,25 +21,9 @@ constexpr std::uint64_t kPiecePoints = std::uint64_t{1} << 15;
 // that were never written take no room at all: so much may be missing from a file, all values
 // together.
 constexpr std::uint64_t kMostExpansion = 2048;
-constexpr std::uint64_t kMostSets = 1 << 16;  // each takes some extras
 // A face belongs to two polyhedra, and rarely to more; each may have the nodes of many faces.
 constexpr std::uint64_t kMostFaceUses = 16, kFewFaceNodes = 1 << 20;
 constexpr std::uint64_t kMostUnwritten = std::uint64_t{1} << 30;
-
-// Numbers from 1 as references from 0; false when one is neither 0 nor in 1..count.
-bool refer_from_zero(Extra& extra, Reference refers, std::uint64_t count) {
-  const auto numbers = integers_of(extra.type, extra.data);
-  if (!numbers) return false;
-  const ScalarType type = reference_type(extra.type);
-  std::vector<std::byte> values;
-  for (const std::int64_t number : *numbers)
-    if (number < 0 || std::cmp_greater(number, count) || !append_integer(values, type, number - 1))
-      return false;
-  extra.type = type;
-  extra.refers = refers;
-  extra.data = std::move(values);
-  return true;
-}
 
 // first, first + 1, ...
 void write_numbers(ScalarType type, std::uint64_t first, std::uint64_t count, std::byte* out) {
@@ -52,95 +33,16 @@ void write_numbers(ScalarType type, std::uint64_t first, std::uint64_t count, st
   std::copy(values.begin(), values.end(), out);
 }
 
-struct NetcdfFile {
-  NetcdfFile() = default;
-  NetcdfFile(const NetcdfFile&) = delete;
-  NetcdfFile& operator=(const NetcdfFile&) = delete;
-  ~NetcdfFile() {
-    if (id >= 0) nc_close(id);
-  }
-  int id = -1;
-};
-
-class ExodusMesh final : public MeshSource {
- public:
-  explicit ExodusMesh(const std::string& path);
-
-  const MeshInfo& info() const override { return info_; }
-  void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override;
-  bool next_cells(CellBatch& out, std::size_t max_cells) override;
-  void rewind_cells() override {
-    at_ = {};
-    polyhedron_nodes_ = 0;
-  }
-  void seek_cells(std::uint64_t first) override;
-  void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
-                  std::byte* out) override;
-
- private:
-  // Where next_cells goes on.
-  struct Position {
-    std::uint32_t block = 0;
-    std::uint64_t cell = 0;  // in the block
-    std::uint64_t node = 0;  // in the block's connectivity (polygons), face (polyhedra)
-  };
-
-  void read_structure();
-  void check_sizes();
-  void find_nodes();
-  void describe_blocks();
-  void describe_arrays();
-  void describe_times();
-  void read_set_labels(std::vector<Extra>& extras);
-  void read_extras();
-  void read_variable(std::size_t v, const ExtraIndex& labels, std::vector<Extra>& out);
-  Extra read_rows(int index, std::uint64_t first, std::uint64_t count) const;
-  void read_faces();
-
-  const Variable& variable(int index) const {
-    return skeleton_.variables[static_cast<std::size_t>(index)];
-  }
-  void touch(int index) const { caches_.touch(file_.id, skeleton_, index); }
-  std::string section(int index) const { return "variable '" + variable(index).name + "'"; }
-  std::vector<std::int64_t> integers(int index, std::uint64_t first, std::uint64_t count) const;
-  std::vector<std::byte> whole(int index) const;
-  std::vector<std::string> names(std::string_view table, std::uint64_t count) const;
-
-  template <class Real>
-  void read_points_as(std::uint64_t first, std::uint64_t count, Real* out);
-  void read_part(const ArrayLayout& array, const ArrayPart& part, std::uint64_t step,
-                 std::uint64_t first, std::uint64_t count, std::byte* out) const;
-
-  void read_connectivity(const BlockLayout& block, std::uint64_t first, std::uint64_t cells);
-  std::uint64_t take_nodes(CellBatch& out, std::uint64_t most);
-  std::uint64_t take_polygons(CellBatch& out, std::uint64_t most);
-  std::uint64_t take_polyhedra(CellBatch& out, std::uint64_t most);
-  std::uint64_t vertex_of(std::int64_t node) const;
-
-  Place place_;
-  NetcdfFile file_;
-  mutable ChunkCaches caches_;
-  Skeleton skeleton_;
-  Layout layout_;
-  MeshInfo info_;
-  std::uint64_t most_bytes_ = 0;                   // that values can have in a file of this size
-  std::vector<std::vector<std::uint8_t>> places_;  // of nodes, by block
-  std::vector<std::uint64_t> face_begin_;          // of all faces; only with polyhedra
-  std::vector<std::int64_t> face_nodes_;
-  Position at_;
-  std::uint64_t polyhedron_nodes_ = 0;  // of the polyhedra up to there, face by face
-  std::vector<std::int64_t> nodes_;
-};
+}  // namespace
 
 ExodusMesh::ExodusMesh(const std::string& path) : place_{path, ErrorCode::corrupt} {
   check_extent(path);
   read_structure();
   check_sizes();
   find_nodes();
-  describe_blocks();
-  describe_arrays();
-  describe_times();
-  read_extras();
+  info_ = describe(skeleton_, layout_, *this, place_);
+  for (const BlockLayout& block : layout_.blocks)
+    places_.push_back(node_places(block.shape, block.nodes_per_cell));
   read_faces();
 }
 
@@ -224,187 +126,35 @@ std::vector<std::int64_t> ExodusMesh::integers(int index, std::uint64_t first,
   return {values.begin(), values.end()};
 }
 
-// All values; strings each ended by a zero.
-std::vector<std::byte> ExodusMesh::whole(int index) const {
-  const std::uint64_t count = skeleton_.size(variable(index));
+std::vector<std::byte> ExodusMesh::rows(int index, std::uint64_t first, std::uint64_t count) const {
+  const Variable& one = variable(index);
   std::vector<std::byte> values;
   touch(index);
-  if (variable(index).type != NC_STRING) {
-    values.resize(count * scalar_bytes(scalar_of(variable(index).type)));
-    if (count > 0) place_.check(nc_get_var(file_.id, index, values.data()), section(index));
+  if (one.type == NC_STRING) {
+    const std::uint64_t count_of_texts = skeleton_.size(one);
+    std::vector<char*> texts(count_of_texts);
+    if (count_of_texts > 0)
+      place_.check(nc_get_var_string(file_.id, index, texts.data()), section(index));
+    for (const char* text : texts) {
+      const auto* bytes = reinterpret_cast<const std::byte*>(text != nullptr ? text : "");
+      values.insert(values.end(), bytes, bytes + (text != nullptr ? std::strlen(text) : 0) + 1);
+    }
+    nc_free_string(count_of_texts, texts.data());
     return values;
   }
-  std::vector<char*> texts(count);
-  if (count > 0) place_.check(nc_get_var_string(file_.id, index, texts.data()), section(index));
-  for (const char* text : texts) {
-    const auto* bytes = reinterpret_cast<const std::byte*>(text != nullptr ? text : "");
-    values.insert(values.end(), bytes, bytes + (text != nullptr ? std::strlen(text) : 0) + 1);
+  const auto shape = skeleton_.shape(one);
+  Slab slab{std::vector<std::size_t>(shape.size(), 0), {shape.begin(), shape.end()}};
+  if (!shape.empty()) {
+    slab.start[0] = first;
+    slab.count[0] = count;
   }
-  nc_free_string(count, texts.data());
-  return values;
-}
-
-// Rows of a table of names; as many as there are, at most `count`.
-std::vector<std::string> ExodusMesh::names(std::string_view table, std::uint64_t count) const {
-  const int index = skeleton_.find_variable(table);
-  if (index < 0 || variable(index).type != NC_CHAR) return {};
-  const auto shape = skeleton_.shape(variable(index));
-  if (shape.size() != 2) return {};
-  const std::vector<std::byte> values = whole(index);
-  std::vector<std::string> rows;
-  for (std::uint64_t i = 0; i < std::min(shape[0], count); ++i)
-    rows.push_back(name_in_table(values, shape[1], i));
-  return rows;
-}
-
-void ExodusMesh::describe_blocks() {
-  Schema& schema = info_.schema;
-  schema.source_format = "exodus";
-  schema.coordinate_type = layout_.coordinate_type;
-  info_.vertices = layout_.vertices;
-  const std::size_t count = layout_.blocks.size();
-  const auto labels = names("eb_names", count);
-  std::vector<std::int64_t> ids;
-  const int table = skeleton_.find_variable("eb_prop1");
-  const bool has_ids = table >= 0 &&
-                       skeleton_.shape(variable(table)) == std::vector<std::uint64_t>{count} &&
-                       variable(table).type != NC_CHAR && variable(table).type != NC_STRING;
-  if (has_ids) ids = integers(table, 0, count);
-  for (std::size_t b = 0; b < count; ++b) {
-    const BlockLayout& block = layout_.blocks[b];
-    schema.blocks.push_back({has_ids ? ids[b] : static_cast<std::int64_t>(b + 1),
-                             b < labels.size() ? labels[b] : std::string(), block.shape,
-                             block.nodes_per_cell});
-    info_.block_cells.push_back(block.cells);
-    places_.push_back(node_places(block.shape, block.nodes_per_cell));
-  }
-}
-
-void ExodusMesh::describe_arrays() {
-  const std::size_t most = skeleton_.variables.size() + layout_.arrays.size();
-  const auto nodal = names("name_nod_var", most);
-  const auto element = names("name_elem_var", most);
-  for (const ArrayLayout& array : layout_.arrays) {
-    info_.schema.arrays.push_back(array.info);
-    if (array.field == 0) continue;
-    std::string& name = info_.schema.arrays.back().name;
-    const auto& table = array.info.location == Location::point ? nodal : element;
-    const auto place = static_cast<std::size_t>(array.field) - 1;
-    if (place < table.size()) name = table[place];
-    if (name.empty())
-      name = (array.info.location == Location::point ? "nodal_" : "element_") +
-             std::to_string(array.field);
-  }
-}
-
-void ExodusMesh::describe_times() {
-  info_.step_times.resize(layout_.steps);
-  const int index = skeleton_.find_variable("time_whole");
-  if (index < 0 || variable(index).type == NC_CHAR || variable(index).type == NC_STRING ||
-      skeleton_.shape(variable(index)) != std::vector<std::uint64_t>{layout_.steps})
-    return;
-  if (layout_.steps > 0)
-    place_.check(nc_get_var_double(file_.id, index, info_.step_times.data()), section(index));
-}
-
-void ExodusMesh::read_set_labels(std::vector<Extra>& extras) {
-  for (const SetKind& kind : kSetKinds) {
-    const int table = skeleton_.find_variable(std::string(kind.prefix) + "_prop1");
-    if (table < 0) continue;
-    const auto shape = skeleton_.shape(variable(table));
-    const ScalarType type = scalar_of(variable(table).type);
-    if (shape.size() != 1 || (type != ScalarType::int32 && type != ScalarType::int64)) continue;
-    if (shape[0] > kMostSets)
-      place_.fail(ErrorCode::unsupported, section(table),
-                  "there are more than " + std::to_string(kMostSets) + " sets");
-    const std::vector<std::byte> ids = whole(table);
-    const auto labels = names(std::string(kind.prefix) + "_names", shape[0]);
-    const auto bytes = static_cast<std::ptrdiff_t>(scalar_bytes(type));
-    for (std::size_t i = 0; i < shape[0]; ++i) {
-      const auto begin = ids.begin() + static_cast<std::ptrdiff_t>(i) * bytes;
-      extras.push_back(
-          {set_key(kind, i, "id"), type, Reference::nothing, {1}, {begin, begin + bytes}});
-      if (i >= labels.size() || labels[i].empty()) continue;
-      const auto* text = reinterpret_cast<const std::byte*>(labels[i].data());
-      extras.push_back({set_key(kind, i, "name"),
-                        ScalarType::uint8,
-                        Reference::nothing,
-                        {labels[i].size()},
-                        {text, text + labels[i].size()}});
-    }
-  }
-}
-
-void ExodusMesh::read_extras() {
-  const std::string text = to_text(skeleton_);
-  const auto* bytes = reinterpret_cast<const std::byte*>(text.data());
-  std::vector<Extra> extras;
-  extras.push_back({"exodus/skeleton",
-                    ScalarType::uint8,
-                    Reference::nothing,
-                    {text.size()},
-                    {bytes, bytes + text.size()}});
-  read_set_labels(extras);
-  const ExtraIndex labels(extras);
-  std::vector<Extra> values;
-  for (std::size_t v = 0; v < skeleton_.variables.size(); ++v)
-    if (layout_.uses[v] == Use::extra) read_variable(v, labels, values);
-  info_.extras = std::move(extras);
-  info_.extras.insert(info_.extras.end(), std::make_move_iterator(values.begin()),
-                      std::make_move_iterator(values.end()));
-}
-
-// A variable as extras, of some rows each when it is large. Nothing when it follows from the rest.
-void ExodusMesh::read_variable(std::size_t v, const ExtraIndex& labels, std::vector<Extra>& out) {
-  const Variable& one = skeleton_.variables[v];
-  const Reference refers = reference_of(one.name);
-  const std::uint64_t count = refers == Reference::vertex ? layout_.vertices : layout_.cells;
-  const bool integral = is_integer(one.type);
-  const auto rows = rows_of_parts(skeleton_, one);
-  std::vector<Extra> parts;
-  bool referring = integral && refers != Reference::nothing;
-  for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
-    Extra part = read_rows(static_cast<int>(v), rows[i], rows[i + 1] - rows[i]);
-    if (rows.size() == 2 && derived_values(skeleton_, layout_, v, info_, labels) == part.data)
-      return;
-    parts.push_back(std::move(part));
-    if (referring && !refer_from_zero(parts.back(), refers, count)) {
-      // What is no reference in one part is none in any.
-      referring = false;
-      parts.clear();
-      i = std::size_t(-1);
-    }
-  }
-  const bool plain = refers != Reference::nothing && !referring;
-  const std::string key = plain ? plain_key(one.name) : extra_key(one.name);
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    parts[i].key = part_key(key, i);
-    out.push_back(std::move(parts[i]));
-  }
-}
-
-// Rows of a variable: those of its first dimension.
-Extra ExodusMesh::read_rows(int index, std::uint64_t first, std::uint64_t count) const {
-  const Variable& one = variable(index);
-  Extra extra{{}, scalar_of(one.type), Reference::nothing, skeleton_.shape(one), {}};
-  if (count == 0 || one.type == NC_STRING || one.dimensions.empty()) {
-    extra.data = whole(index);
-    if (one.type == NC_STRING) extra.shape = {extra.data.size()};
-    return extra;
-  }
-  extra.shape[0] = count;
-  Slab slab{std::vector<std::size_t>(extra.shape.size(), 0),
-            {extra.shape.begin(), extra.shape.end()}};
-  slab.start[0] = first;
-  std::size_t bytes = scalar_bytes(extra.type);
+  std::size_t bytes = scalar_bytes(scalar_of(one.type));
   for (const std::size_t length : slab.count) bytes *= length;
-  extra.data.resize(bytes);
-  touch(index);
+  values.resize(bytes);
   if (bytes > 0)
-    place_.check(
-        nc_get_vara(file_.id, index, slab.start.data(), slab.count.data(), extra.data.data()),
-        section(index));
-  return extra;
+    place_.check(nc_get_vara(file_.id, index, slab.start.data(), slab.count.data(), values.data()),
+                 section(index));
+  return values;
 }
 
 // Faces are numbered through all face blocks; polyhedra name them.
@@ -635,7 +385,9 @@ void ExodusMesh::read_part(const ArrayLayout& array, const ArrayPart& part, std:
                section(part.variable));
 }
 
-}  // namespace
+}  // namespace shm::converters::exodus
+
+namespace shm::converters {
 
 bool looks_like_exodus(std::span<const std::byte> head) {
   const auto starts_with = [&](std::string_view magic) {
@@ -647,7 +399,7 @@ bool looks_like_exodus(std::span<const std::byte> head) {
 }
 
 std::unique_ptr<MeshSource> open_exodus(const std::string& path, Spool&) {
-  return std::make_unique<ExodusMesh>(path);
+  return std::make_unique<exodus::ExodusMesh>(path);
 }
 
 }  // namespace shm::converters

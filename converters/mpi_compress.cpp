@@ -105,9 +105,10 @@ std::vector<std::uint64_t> references(const Extra& extra, std::uint64_t limit) {
 class PartCompression {
  public:
   PartCompression(Ranks& ranks, MeshSource& mesh, SharedOutput& output, Schema schema,
-                  const CompressOptions& options, Spool& spool)
+                  const CompressOptions& options, Spool& spool, JoinedMesh* joined)
       : ranks_(&ranks),
         mesh_(&mesh),
+        joined_(joined),
         output_(&output),
         schema_(std::move(schema)),
         options_(write_options_for(mesh, options)),
@@ -142,10 +143,16 @@ class PartCompression {
   std::uint64_t own_elements(std::uint32_t array) const;
   NumberList& moved_elements(std::uint32_t array);
   SizeReport write_rest();
-  Extra in_new_numbers(const Extra& extra);
+  // Numbers that an extra refers to, ascending, and what they are called in the file.
+  struct FreshReferences {
+    std::vector<std::uint64_t> numbers, fresh;
+  };
+  FreshReferences fresh_references(const Extra& extra);
+  Extra in_new_numbers(const Extra& extra, const FreshReferences& references) const;
 
   Ranks* ranks_;
   MeshSource* mesh_;
+  JoinedMesh* joined_;  // the same mesh, where it is read in parts; or null
   SharedOutput* output_;
   Schema schema_;
   WriteOptions options_;
@@ -168,7 +175,16 @@ class PartCompression {
 };
 
 void PartCompression::find_places() {
+  if (joined_ != nullptr) joined_->read_alone();
   uses_ = find_uses(*ranks_, *mesh_, range_, shares_.last_rank());
+  if (joined_ != nullptr) {
+    std::vector<std::uint64_t> vertices;
+    ranks_->together([&] {
+      vertices = uses_.vertices.numbers();
+      vertices.insert(vertices.end(), uses_.unused.begin(), uses_.unused.end());
+    });
+    joined_->hold_vertices(vertices);
+  }
   block_cells_before_ = ranks_->sums(uses_.block_cells).before;
   first_vertex_ = ranks_->sums({uses_.own}).before[0];
 }
@@ -305,8 +321,10 @@ void PartCompression::write_steps() {
   for (std::uint32_t a = 0; a < arrays; ++a) {
     if (!schema_.arrays[a].per_step || sums.all[a] == 0) continue;
     const std::size_t chooser = ranks_->smallest(own[a] > 0 ? ranks_->rank() : ranks_->size());
-    for (std::uint64_t step = 0; step < info().step_times.size(); ++step)
+    for (std::uint64_t step = 0; step < info().step_times.size(); ++step) {
+      if (joined_ != nullptr) joined_->hold_step(a, step);
       write_step(a, step, chooser);
+    }
   }
 }
 
@@ -321,7 +339,7 @@ void PartCompression::write_step(std::uint32_t array, std::uint64_t step, std::s
   try {
     if (writer_ && (chooses || basis != kNoBasis)) {
       checked(writer_->begin_step(
-          array, step, chooses ? std::nullopt : std::optional(static_cast<StepBasis>(basis))));
+          array, step, chooses ? std::nullopt : std::optional(static_cast<StepReference>(basis))));
       feed_step(array, step, [&] {
         const auto chosen = writer_->step_basis();
         if (!chooses || told || !chosen) return;
@@ -389,25 +407,31 @@ NumberList& PartCompression::moved_elements(std::uint32_t array) {
 
 // --- what stands behind
 
-// Collective: rank 0 asks.
-Extra PartCompression::in_new_numbers(const Extra& extra) {
+// Collective: what vertices or cells that rank 0 finds in an extra are called in the file.
+PartCompression::FreshReferences PartCompression::fresh_references(const Extra& extra) {
+  FreshReferences out;
   const bool of_cells = extra.refers == Reference::cell;
   auto& fresh = of_cells ? cells_ : vertices_;
-  if (extra.refers == Reference::nothing || !fresh) return extra;
+  if (extra.refers == Reference::nothing || !fresh) return out;
   const std::uint64_t limit = of_cells ? info().cells() : info().vertices;
-  std::vector<std::uint64_t> asked;
   ranks_->together([&] {
-    if (ranks_->first()) asked = references(extra, limit);
+    if (ranks_->first()) out.numbers = references(extra, limit);
   });
-  const std::vector<std::uint64_t> numbers = fresh->ask(asked);
-  if (!ranks_->first()) return extra;
+  out.fresh = fresh->ask(out.numbers);
+  return out;
+}
+
+Extra PartCompression::in_new_numbers(const Extra& extra, const FreshReferences& references) const {
   Renumbering to;
   to.vertices = info().vertices;
   to.cells = info().cells();
-  (of_cells ? to.cell : to.vertex) = [&](std::uint64_t number) {
-    const auto at = std::lower_bound(asked.begin(), asked.end(), number) - asked.begin();
-    return numbers[static_cast<std::size_t>(at)];
+  const auto fresh = [&](std::uint64_t number) {
+    const auto& numbers = references.numbers;
+    const auto at = std::lower_bound(numbers.begin(), numbers.end(), number) - numbers.begin();
+    return references.fresh[static_cast<std::size_t>(at)];
   };
+  if (extra.refers == Reference::cell && cells_) to.cell = fresh;
+  if (extra.refers == Reference::vertex && vertices_) to.vertex = fresh;
   return renumbered(extra, to);
 }
 
@@ -427,20 +451,12 @@ SizeReport PartCompression::write_rest() {
     flush();
   });
   for (const Extra& extra : info().extras) {
-    std::optional<Error> error;
-    std::optional<Extra> fresh;
-    try {
-      fresh = in_new_numbers(extra);
-      if (ranks_->first()) {
-        checked(joiner_->add_extra(*fresh));
-        flush();
-      }
-    } catch (const SharedFailure&) {
-      throw;
-    } catch (...) {
-      error = current_error();
-    }
-    ranks_->agree(error);
+    const FreshReferences references = fresh_references(extra);
+    ranks_->together([&] {
+      if (!ranks_->first()) return;
+      checked(joiner_->add_extra(in_new_numbers(extra, references)));
+      flush();
+    });
   }
   SizeReport sizes;
   ranks_->together([&] {
@@ -460,7 +476,17 @@ SizeReport compress_with_ranks(Ranks& ranks, MeshSource& mesh, SharedOutput& out
     schema = ranks.first() ? schema_to_write(mesh, options, spool) : schema_for(mesh, options);
   });
   schema.delay = static_cast<std::uint32_t>(ranks.broadcast(schema.delay));
-  return PartCompression(ranks, mesh, output, std::move(schema), options, spool).run();
+  return PartCompression(ranks, mesh, output, std::move(schema), options, spool, nullptr).run();
+}
+
+SizeReport compress_with_ranks(Ranks& ranks, JoinedMesh& mesh, SharedOutput& output,
+                               const CompressOptions& options, Spool& spool) {
+  mesh.hold_cells(
+      Shares(mesh.info().cells(), options.segment_cells, ranks.size()).range(ranks.rank()));
+  Schema schema;
+  // Ranks read together, so all try the same.
+  ranks.together([&] { schema = schema_to_write(mesh, options, spool); });
+  return PartCompression(ranks, mesh, output, std::move(schema), options, spool, &mesh).run();
 }
 
 }  // namespace shm::converters

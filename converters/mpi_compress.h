@@ -6,6 +6,7 @@
 
 #include "compress.h"
 #include "mesh_source.h"
+#include "mpi_joined_mesh.h"
 #include "mpi_output.h"
 #include "mpi_ranks.h"
 #include "shm/writer.h"
@@ -17,6 +18,9 @@ namespace shm::converters {
 // options.order is keep or stream. `output` is not committed. Sizes are those of the whole file, on
 // rank 0 alone. Throws SharedFailure.
 SizeReport compress_with_ranks(Ranks& ranks, MeshSource& mesh, SharedOutput& output,
+                               const CompressOptions& options, Spool& spool);
+// The same of a mesh that is read in parts: the bytes that a file of the whole mesh would become.
+SizeReport compress_with_ranks(Ranks& ranks, JoinedMesh& mesh, SharedOutput& output,
                                const CompressOptions& options, Spool& spool);
 
 }  // namespace shm::converters

@@ -61,10 +61,15 @@ class NumberOwners {
     return replies;
   }
 
+  // The rank that owns a number, and where what it owns ends.
+  std::size_t owner(std::uint64_t number) const { return static_cast<std::size_t>(number / run_); }
+  std::uint64_t end_of(std::size_t rank) const {
+    return std::min<std::uint64_t>(run_ * (rank + 1), numbers_);
+  }
+
  private:
   static constexpr std::size_t kBatch = std::size_t{1} << 20;  // numbers, of all ranks together
 
-  std::size_t owner(std::uint64_t number) const { return static_cast<std::size_t>(number / run_); }
   // As many rounds as the rank with most items needs.
   template <class Round>
   void in_batches(std::size_t items, Round&& round) {

@@ -2,12 +2,15 @@
 
 #include <mpi.h>
 
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <limits>
 #include <new>
 #include <stdexcept>
+
+#include "tool_support.h"
 
 namespace shm::converters {
 namespace {
@@ -93,10 +96,24 @@ void Ranks::together(const std::function<void()>& work) {
   std::optional<Error> error;
   try {
     work();
+  } catch (const SharedFailure&) {
+    throw;  // on all ranks, which do not agree once more
   } catch (...) {
     error = current_error();
   }
   agree(error);
+}
+
+void Ranks::uninterrupted(const std::function<void()>& calls) {
+  try {
+    calls();
+  } catch (const SharedFailure&) {
+    throw;
+  } catch (...) {
+    const Error error = current_error();
+    std::fprintf(stderr, "shm_mpi: %s\n", error.message().c_str());
+    abort(exit_code(error.code));
+  }
 }
 
 void Ranks::agree(const std::optional<Error>& error) {

@@ -44,9 +44,12 @@ class Ranks {
   std::size_t size() const { return size_; }
   bool first() const { return rank_ == 0; }
 
-  // Every rank runs its `work`, which must not call other ranks; throws SharedFailure on all where
-  // it threw on any, that of the lowest rank.
+  // Every rank runs its `work`; throws SharedFailure on all where it threw on any, that of the
+  // lowest rank. `work` must not call other ranks, unless all do it in
+  // the same order, by calls that begin with agree() and are uninterrupted().
   void together(const std::function<void()>& work);
+  // Ends all processes where anything but SharedFailure is thrown between calls of other ranks.
+  void uninterrupted(const std::function<void()>& calls);
   // The same where the work has been done, and has failed or not.
   void agree(const std::optional<Error>& error);
 

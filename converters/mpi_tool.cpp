@@ -4,6 +4,7 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "failure.h"
@@ -32,17 +33,35 @@ ExitCode run_compress(Ranks& ranks, Options& options) {
     how = compress_options(options);
   });
   const auto start = std::chrono::steady_clock::now();
-  Spool spool(spool_directory(options), spool_memory(options));
+  std::optional<Spool> own_spool;
+  ranks.together([&] { own_spool.emplace(spool_directory(options), spool_memory(options)); });
+  Spool& spool = *own_spool;
+  std::size_t parts = 0;
+  ranks.together([&] {
+    if (ranks.first()) parts = count_of_parts(options.input);
+  });
+  parts = static_cast<std::size_t>(ranks.broadcast(parts));
+  const std::vector<std::string> files =
+      parts > 0 ? part_files(options.input, parts) : std::vector{options.input};
   std::unique_ptr<MeshSource> mesh;
-  ranks.together([&] { mesh = open_mesh(options.input, spool); });
-  SharedOutput output(ranks, options.output);
   CompressRun run;
-  run.sizes = compress_with_ranks(ranks, *mesh, output, how, spool);
-  output.commit();
+  const auto compress = [&](auto& source) {
+    SharedOutput output(ranks, options.output);
+    run.sizes = compress_with_ranks(ranks, source, output, how, spool);
+    output.commit();
+  };
+  if (parts > 0) {
+    auto joined = std::make_unique<JoinedMesh>(ranks, files, spool);
+    compress(*joined);
+    mesh = std::move(joined);
+  } else {
+    ranks.together([&] { mesh = open_mesh(options.input, spool); });
+    compress(*mesh);
+  }
   if (!ranks.first()) return kDone;
   run.input = options.input;
   run.output = options.output;
-  run.input_bytes = file_bytes(options.input);
+  for (const std::string& file : files) run.input_bytes += file_bytes(file);
   run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (options.json)
     std::fputs(compress_json(run, mesh->info()).c_str(), stdout);
@@ -66,6 +85,7 @@ int run(Ranks& ranks, int argc, char** argv, Options& options) {
   compress->footer(
       "Examples:\n"
       "  mpirun -n 4 shm_mpi compress rotor.e --segment-cells 262144\n"
+      "  mpirun -n 4 shm_mpi compress rotor.e.8 --segment-cells 262144   reads rotor.e.8.0 to .7\n"
       "  mpirun -n 4 shm_mpi compress rotor.e -o rotor.shm --order stream --segment-cells 262144");
   CLI::App* decompress = add_decompress(app, options);
   decompress->description(

@@ -55,13 +55,14 @@ class OwnedUses {
 // To one rank, in bounded pieces; owners' runs ascend with their ranks.
 std::vector<std::uint64_t> collect(Ranks& ranks, const std::vector<std::uint64_t>& numbers,
                                    std::size_t rank) {
-  constexpr std::size_t kPiece = std::size_t{1} << 16;
+  constexpr std::size_t kAtOnce = std::size_t{1} << 17;  // of all ranks together
+  const std::size_t piece = std::max<std::size_t>(kAtOnce / ranks.size(), 1);
   std::vector<std::uint64_t> all;
-  const std::uint64_t rounds = ranks.largest((numbers.size() + kPiece - 1) / kPiece);
+  const std::uint64_t rounds = ranks.largest((numbers.size() + piece - 1) / piece);
   for (std::uint64_t round = 0; round < rounds; ++round) {
     std::vector<std::vector<std::uint64_t>> to(ranks.size());
-    const std::size_t begin = std::min<std::size_t>(round * kPiece, numbers.size());
-    const std::size_t end = std::min(begin + kPiece, numbers.size());
+    const std::size_t begin = std::min<std::size_t>(round * piece, numbers.size());
+    const std::size_t end = std::min(begin + piece, numbers.size());
     to[rank].assign(numbers.begin() + static_cast<std::ptrdiff_t>(begin),
                     numbers.begin() + static_cast<std::ptrdiff_t>(end));
     for (const auto& part : ranks.exchange(to)) all.insert(all.end(), part.begin(), part.end());

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <csignal>
 #include <filesystem>
@@ -13,36 +14,36 @@
 namespace shm::converters {
 namespace {
 
-// What a signal handler may look at: the name of the open temporary file, owned by OutputFile.
-std::atomic<const char*> open_temporary = nullptr;
+// What a signal handler may look at: names of files, owned by others.
+std::array<std::atomic<const char*>, 4> names_to_remove{};
 static_assert(std::atomic<const char*>::is_always_lock_free);
 
 extern "C" void remove_and_die(int signal_number) {
-  if (const char* name = open_temporary.exchange(nullptr)) ::unlink(name);
+  for (auto& place : names_to_remove)
+    if (const char* name = place.exchange(nullptr)) ::unlink(name);
   std::signal(signal_number, SIG_DFL);
   ::raise(signal_number);
 }
 
 constexpr int kEndingSignals[] = {SIGINT, SIGTERM, SIGHUP};
 
-// Holds those signals back while the file is there and its name is not yet told.
-class SignalPause {
- public:
-  SignalPause() {
-    sigset_t held;
-    ::sigemptyset(&held);
-    for (const int number : kEndingSignals) ::sigaddset(&held, number);
-    ::pthread_sigmask(SIG_BLOCK, &held, &before_);
-  }
-  ~SignalPause() { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
-  SignalPause(const SignalPause&) = delete;
-  SignalPause& operator=(const SignalPause&) = delete;
-
- private:
-  sigset_t before_;
-};
-
 }  // namespace
+
+RemovedOnSignals::RemovedOnSignals(const char* name) : place_(0) {
+  for (const char* none = nullptr; place_ < names_to_remove.size(); none = nullptr, ++place_)
+    if (names_to_remove[place_].compare_exchange_strong(none, name)) return;
+}
+RemovedOnSignals::~RemovedOnSignals() {
+  if (place_ < names_to_remove.size()) names_to_remove[place_] = nullptr;
+}
+
+RemovedOnSignals::Pause::Pause() {
+  sigset_t held;
+  ::sigemptyset(&held);
+  for (const int number : kEndingSignals) ::sigaddset(&held, number);
+  ::pthread_sigmask(SIG_BLOCK, &held, &before_);
+}
+RemovedOnSignals::Pause::~Pause() { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
 
 OutputFile::OutputFile(std::string path, const std::string& folder, FileSink::Temporary how)
     : path_(std::move(path)) {
@@ -52,15 +53,15 @@ OutputFile::OutputFile(std::string path, const std::string& folder, FileSink::Te
   if (path_ != "-" && std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
     throw Failure(
         Error{ErrorCode::output, "is there, and is no regular file", {}, kNoOffset, path_});
-  const SignalPause pause;
+  const RemovedOnSignals::Pause pause;
   sink_ = unwrap(
       path_ == "-" ? FileSink::create_scratch(folder.empty() ? "." : folder, "standard-output", how)
                    : FileSink::create(path_, how),
       path_);
-  if (sink_->is_named()) open_temporary = sink_->temporary().c_str();
+  if (sink_->is_named()) on_signals_.emplace(sink_->temporary().c_str());
 }
 
-OutputFile::~OutputFile() { open_temporary = nullptr; }
+OutputFile::~OutputFile() = default;
 
 void OutputFile::write(std::span<const std::byte> bytes) { unwrap(sink_->write(bytes), path_); }
 
@@ -72,7 +73,7 @@ void OutputFile::commit() {
     return;
   }
   unwrap(sink_->commit(), path_);
-  open_temporary = nullptr;
+  on_signals_.reset();
 }
 
 std::string OutputFile::folder_of(const std::string& path) {

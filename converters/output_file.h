@@ -3,9 +3,11 @@
 // removed by SIGINT, SIGTERM and SIGHUP after remove_outputs_on_signals().
 #pragma once
 
+#include <csignal>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -13,9 +15,36 @@
 
 namespace shm::converters {
 
+// A file that remove_outputs_on_signals() removes while this lives. A few at a time in a process;
+// of more, those that come first.
+class RemovedOnSignals {
+ public:
+  // `name` is borrowed, and must not move.
+  explicit RemovedOnSignals(const char* name);
+  ~RemovedOnSignals();
+  RemovedOnSignals(const RemovedOnSignals&) = delete;
+  RemovedOnSignals& operator=(const RemovedOnSignals&) = delete;
+
+  // Holds the signals back while a file is there and its name is not yet told.
+  class Pause;
+
+ private:
+  std::size_t place_;
+};
+class RemovedOnSignals::Pause {
+ public:
+  Pause();
+  ~Pause();
+  Pause(const Pause&) = delete;
+  Pause& operator=(const Pause&) = delete;
+
+ private:
+  sigset_t before_;
+};
+
 class OutputFile {
  public:
-  // Creates the temporary file, empty. Throws Failure (output). One at a time in a process.
+  // Creates the temporary file, empty. Throws Failure (output).
   // "-" is standard output: it gets all at commit, from a temporary file in `folder`.
   // `how`: named for libraries that take no name in /proc.
   explicit OutputFile(std::string path, const std::string& folder = {},
@@ -36,9 +65,10 @@ class OutputFile {
  private:
   std::string path_;
   std::unique_ptr<FileSink> sink_;
+  std::optional<RemovedOnSignals> on_signals_;  // where the temporary file has a name
 };
 
-// From here on a signal that ends the process first removes the OutputFile that is open.
+// From here on a signal that ends the process first removes open OutputFiles and their like.
 void remove_outputs_on_signals();
 
 }  // namespace shm::converters

@@ -318,7 +318,7 @@ int guarded_run(int argc, char** argv) {
     return complain(kBadOutput, "standard output cannot be written");
   } catch (const Failure& failure) {
     Error error = failure.error();
-    if (!options.spooled.empty() && error.file == options.spooled) error.file = options.input;
+    if (!options.spooled.empty() && error.file == options.spooled) error.file = "-";
     if (error.file.empty() && error.code != ErrorCode::misuse) error.file = options.input;
     return complain(exit_code(error.code), error.message());
   } catch (const std::bad_alloc&) {

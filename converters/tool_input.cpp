@@ -54,13 +54,18 @@ class ToolInput::Stream final : public ByteSource {
   std::size_t given_ = 0;
 };
 
-ToolInput::ToolInput(Options& options) : path_(options.input) {
+ToolInput::ToolInput(Options& options, const std::string& path) : path_(path) {
   if (path_ != kStandardInput) return;
   stream_ = std::make_unique<Stream>();
   if (looks_like_shm(stream_->head()) && !looks_like_archive(stream_->head())) return;
   const auto how =
       needs_name(stream_->head()) ? FileSink::Temporary::named : FileSink::Temporary::unnamed;
-  spool_ = unwrap(FileSink::create_scratch(spool_directory(options), "standard-input", how), path_);
+  {
+    const RemovedOnSignals::Pause pause;
+    spool_ =
+        unwrap(FileSink::create_scratch(spool_directory(options), "standard-input", how), path_);
+    if (spool_->is_named()) on_signals_.emplace(spool_->temporary().c_str());
+  }
   std::vector<std::byte> piece(std::size_t{1} << 20);
   while (const std::size_t n = unwrap(stream_->read(piece), kStandardInput))
     unwrap(spool_->write(std::span(piece).first(n)));

@@ -4,9 +4,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "decompress.h"
+#include "output_file.h"
 #include "tool_support.h"
 
 namespace shm::converters {
@@ -15,7 +17,8 @@ class ToolInput {
  public:
   // Of standard input reads the beginning. What is spooled goes to spool_directory(options), and
   // its name to options.spooled, for messages. Throws Failure.
-  explicit ToolInput(Options& options);
+  explicit ToolInput(Options& options) : ToolInput(options, options.input) {}
+  ToolInput(Options& options, const std::string& path);
   ~ToolInput();
   ToolInput(const ToolInput&) = delete;
   ToolInput& operator=(const ToolInput&) = delete;
@@ -35,6 +38,7 @@ class ToolInput {
   class Stream;
   std::unique_ptr<Stream> stream_;   // of a .shm file that comes through a pipe
   std::unique_ptr<FileSink> spool_;  // holds what came
+  std::optional<RemovedOnSignals> on_signals_;
   std::string path_;
 };
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/time.h>
 #include <unistd.h>
 
@@ -24,6 +25,24 @@
 #include "shm/io.h"
 #include "temporary_folder.h"
 #include "test_mesh.h"
+
+namespace {
+
+// What linkat fails with, in place of doing its work; 0: it does it.
+int linkat_fails_with = 0;
+int refused_links = 0;
+
+}  // namespace
+
+// In place of libc's, as file systems and containers that lack it.
+extern "C" int linkat(int from_folder, const char* from, int to_folder, const char* to,
+                      int flags) noexcept {
+  if (linkat_fails_with == 0)
+    return static_cast<int>(::syscall(SYS_linkat, from_folder, from, to_folder, to, flags));
+  ++refused_links;
+  errno = linkat_fails_with;
+  return -1;
+}
 
 namespace shm {
 namespace {
@@ -253,6 +272,38 @@ TEST_F(FileIo, CannotBeGivenItsName) {
   EXPECT_EQ((*sink)->commit().error().code, ErrorCode::output);
   sink->reset();
   EXPECT_EQ(files(), 1u);
+}
+
+// A file without a name that cannot be linked is copied to one that has one.
+TEST_F(FileIo, FilesThatCannotBeLinkedAreCopied) {
+  for (const int reason : {EPERM, EXDEV, EOPNOTSUPP, ENOENT}) {
+    const std::string name = path(("copied" + std::to_string(reason)).c_str());
+    for (const char* text : {"first", "second, and longer"}) {
+      auto sink = FileSink::create(name);
+      ASSERT_TRUE(sink);
+      ASSERT_TRUE((*sink)->write(bytes(text)));
+      linkat_fails_with = reason;
+      const auto committed = (*sink)->commit();
+      linkat_fails_with = 0;
+      ASSERT_TRUE(committed) << committed.error().message();
+      sink->reset();
+      EXPECT_EQ(content(name), text);
+      fs::permissions(name, fs::perms::owner_read | fs::perms::owner_write);
+    }
+    // The old file's, which the new one has got.
+    EXPECT_EQ(fs::status(name).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+  }
+  EXPECT_EQ(files(), 4u);
+  EXPECT_EQ(refused_links, 8);
+  // Where there is no room for another name either, what was first wrong is said.
+  auto sink = FileSink::create(path("none"));
+  ASSERT_TRUE(sink);
+  fs::remove_all(folder_);
+  linkat_fails_with = EPERM;
+  const auto committed = (*sink)->commit();
+  linkat_fails_with = 0;
+  ASSERT_FALSE(committed);
+  EXPECT_EQ(committed.error().code, ErrorCode::output);
 }
 
 TEST_F(FileIo, DevicesAreWrittenAndFoldersRefused) {

@@ -64,6 +64,7 @@ class KillTest(unittest.TestCase):
             (["compress", "all.e", "-o", "out.shm"], "out.shm", None, "all.shm"),
             (["compress", "all.e", "-o", "out.shm"], "out.shm", "first.shm", "all.shm"),
             (["decompress", "all.shm", "-o", "out.e"], "out.e", None, "whole.e"),
+            (["decompress", "all.shm", "-o", "out.e"], "out.e", "first.e", "whole.e"),
             (["decompress", "all.shm", "-o", "out.msh"], "out.msh", None, "whole.msh"),
             (["convert", "all.e", "out.vtk"], "out.vtk", "all.vtk", "all.vtk"),
         ]

@@ -458,6 +458,10 @@ class MpiTest(unittest.TestCase):
                             "--order", "free")
         self.expect_failure(2, "standard input", "compress", "-", *out, "--segment-cells", 9)
         self.expect_failure(2, "--nonsense", "compress", mesh, *out, "--nonsense")
+        self.expect_failure(2, "--memory", "compress", mesh, *out, "--segment-cells", 9, "--memory",
+                            "foo")
+        self.expect_failure(2, "--temp", "compress", mesh, *out, "--segment-cells", 9, "--temp",
+                            self.path("nowhere"))
         self.expect_failure(2, "exclude each other", "compress", mesh, *out, "--segment-cells", 9,
                             "--abs", "1", "--rel", "1")
         self.expect_failure(2, "shifts", "compress", mesh, *out, "--segment-cells", 9, "--codec",

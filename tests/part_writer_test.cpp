@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "coders/shifts.h"
 #include "stepped_mesh.h"
 
 namespace shm {
@@ -188,7 +189,7 @@ Bytes written_in_parts(const TestMesh& mesh, WriteOptions options, std::uint64_t
   begins.push_back(steps.first_elements);
   for (const auto& [of, all] : values) {
     const auto& [array, step] = of;
-    std::optional<StepBasis> basis;
+    std::optional<StepReference> basis;
     std::vector<PartChunks> coded;
     for (std::size_t p = 0; p < parts.size(); ++p) {
       PartWriter& writer = *parts[p].writer;
@@ -243,6 +244,49 @@ TEST(PartWriter, StepsToo) {
     for (const std::uint64_t segments : {1u, 3u})
       EXPECT_TRUE(written_in_parts(it.mesh, it.options, segments, it.values) == alone.bytes);
   }
+}
+
+TEST(PartWriter, CellsThatAreShifts) {
+  const std::vector<TestMesh> meshes = {bent_grid(5, 4, 4), used_only(two_blocks()), quantized(),
+                                        arrays_on_some_blocks()};
+  for (const TestMesh& family : meshes)
+    for (const Order order : {Order::keep, Order::stream})
+      for (const std::uint64_t cells : {3u, 10u})
+        for (const std::uint64_t segments : {1u, 2u}) {
+          SCOPED_TRACE(testing::Message()
+                       << "mesh " << &family - meshes.data() << ", order "
+                       << static_cast<int>(order) << ", " << segments << " segments of " << cells);
+          const TestMesh mesh = with_order(family, order, true, 0);
+          ASSERT_TRUE(takes_shifts(mesh.schema));
+          WriteOptions options;
+          options.connectivity = ConnectivityCodec::shifts;
+          options.segment_cells = cells;
+          options.group_cells = 4;
+          MemorySink alone;
+          ASSERT_TRUE(write_mesh(mesh, alone, options));
+          EXPECT_TRUE(written_in_parts(mesh, options, segments) == alone.bytes);
+        }
+}
+
+TEST(PartWriter, StepsOverShiftsToo) {
+  for (const Order order : {Order::keep, Order::stream})
+    for (const std::uint32_t key_steps : {1u, 2u, 8u}) {
+      SCOPED_TRACE(key_steps);
+      Stepped it = with_steps(used_only(two_blocks()), order);
+      it.options.connectivity = ConnectivityCodec::shifts;
+      it.options.key_steps = key_steps;
+      it.options.segment_cells = 7;
+      it.options.group_cells = 5;
+      MemorySink alone;
+      const auto steps = [&](Writer& writer) -> Result<void> {
+        for (const auto& [of, values] : it.values)
+          if (auto good = writer.add_step_values(of.first, of.second, values); !good) return good;
+        return {};
+      };
+      ASSERT_TRUE(write_mesh(it.mesh, alone, it.options, steps));
+      for (const std::uint64_t segments : {1u, 3u})
+        EXPECT_TRUE(written_in_parts(it.mesh, it.options, segments, it.values) == alone.bytes);
+    }
 }
 
 TEST(PartWriter, RefusesWhatCannotFit) {

@@ -5,6 +5,7 @@ Usage: pipe_test.py PATH_OF_SHM
 """
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -121,6 +122,56 @@ class PipeTest(unittest.TestCase):
         self.assertIn(b"mesh.vtk", self.shm("info", "-", given=self.bytes(both)))
         self.shm("decompress", "-", "-o", "-", "--format", "vtk", given=self.bytes(both), code=3)
         self.assertIn(b"archive", self.errors)
+
+    def test_append(self):
+        if not shutil.which("ncgen"):
+            self.skipTest("ncgen is not installed")
+        for kind in ("64-bit-offset", "netCDF-4"):
+            for name, steps in (("first", range(2)), ("all", range(5))):
+                with open(self.path("run.cdl"), "w") as out:
+                    out.write(exodus_text(steps, 4))
+                subprocess.run(["ncgen", "-k", kind, "-o", self.path(name), self.path("run.cdl")],
+                               check=True)
+            first, packed, out = (self.path(name) for name in ("first.shm", "all.shm", "out.shm"))
+            self.shm("compress", self.path("first"), "-o", first)
+            self.shm("compress", self.path("all"), "-o", packed)
+            self.shm("append", first, self.path("all"), "-o", out)
+            for source in (self.path("all"), packed):
+                piped = self.shm("append", first, "-", "-o", "-", given=self.bytes(source))
+                self.shm("append", first, source, "-o", out)
+                self.assertEqual(piped, self.bytes(out))
+            self.shm("append", first, "-", given=self.bytes(self.path("all")))
+            self.assertEqual(self.shm("append", first, "-", given=self.bytes(self.path("all")))
+                             .count(b"nothing to do"), 1)
+            before = self.bytes(first)
+            self.shm("append", first, "-", given=b"what is this?", code=3)
+            self.assertTrue(self.errors.startswith(b"shm: -: "), self.errors)
+            self.shm("append", first, "-", "--time", "9", given=self.bytes(self.mesh), code=1)
+            self.shm("append", "-", self.path("all"), given=before, code=3)
+            self.assertEqual(self.bytes(first), before)
+
+    def test_interrupted_while_input_comes(self):
+        files = self.formats()
+        for name in ("netCDF-4", "64-bit-offset"):
+            if name not in files:
+                self.skipTest("ncgen is not installed")
+            given = self.bytes(files[name])
+            for number in (signal.SIGINT, signal.SIGTERM):
+                process = subprocess.Popen([SHM, "compress", "-", "-o", self.path("never.shm"),
+                                            "--temp", self.temp], stdin=subprocess.PIPE)
+                process.stdin.write(given[:len(given) // 2])
+                process.stdin.flush()
+                # HDF5 must find the file by its name; the others have none.
+                end = time.monotonic() + 20
+                while name == "netCDF-4" and not os.listdir(self.temp):
+                    self.assertLess(time.monotonic(), end)
+                    time.sleep(0.005)
+                time.sleep(0.05)
+                process.send_signal(number)
+                self.assertEqual(process.wait(timeout=20), -number)
+                process.stdin.close()
+                self.assertEqual(os.listdir(self.temp), [])
+                self.assertFalse(os.path.exists(self.path("never.shm")))
 
     def test_readers_that_go_away(self):
         big = self.path("big.vtk")

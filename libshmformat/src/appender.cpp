@@ -26,10 +26,6 @@ bool is(const IndexEntry& entry, ChunkKind kind) {
   return entry.kind == static_cast<std::uint8_t>(kind);
 }
 
-Error misuse(std::string detail, std::string section) {
-  return Error{ErrorCode::misuse, std::move(detail), std::move(section), kNoOffset, {}};
-}
-
 }  // namespace
 
 class Appender::Impl {

@@ -280,14 +280,14 @@ Result<void> FileSink::flush() const {
 }
 
 /// Gives a file without a name its own: at once where that is free, else over a name beside.
-Result<void> FileSink::link() const {
+Result<void> FileSink::link() {
   const auto link_as = [this](const std::string& name) {
     return ::linkat(AT_FDCWD, temporary_.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
   };
   if (link_as(path_)) return {};
   bool taken = errno == EEXIST;
   const Error error = system_error(ErrorCode::output, "cannot be given its name", path_);
-  if (!taken) return error;
+  if (!taken) return rename_copy(error);
   const std::string machine = name_of_machine();
   for (int attempt = 0; attempt < kMostAttempts && taken; ++attempt) {
     const std::string beside = own_name(path_, machine, attempt);
@@ -304,6 +304,27 @@ Result<void> FileSink::link() const {
     return why;
   }
   return system_error(ErrorCode::output, "cannot be given its name", path_);
+}
+
+/// Where a file without a name cannot get one, as in some containers and on some file systems: a
+/// copy that has one. `why`: what kept the file itself from it.
+Result<void> FileSink::rename_copy(const Error& why) {
+  const auto whole = FileRandomSource::open(temporary_);
+  if (!whole) return why;
+  const int unnamed = descriptor_;
+  const std::string in_proc = temporary_;
+  if (!create_named()) {
+    descriptor_ = unnamed;
+    temporary_ = in_proc;
+    return why;
+  }
+  ::close(unnamed);
+  if (auto good = copy(**whole, 0, (*whole)->size()); !good) return good;
+  if (auto good = flush(); !good) return good;
+  pass_permissions_on();
+  if (::rename(temporary_.c_str(), path_.c_str()) != 0)
+    return system_error(ErrorCode::output, "cannot be given its name", path_);
+  return {};
 }
 
 // --- reading

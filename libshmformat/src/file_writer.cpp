@@ -15,10 +15,6 @@ using container::ChunkKind;
 /// From this many bytes on the schema is said again before the index, for whoever must repair.
 constexpr std::uint64_t kRepeatSchemaFrom = std::uint64_t{1} << 20;
 
-Error misuse(std::string detail, std::string section) {
-  return Error{ErrorCode::misuse, std::move(detail), std::move(section), kNoOffset, {}};
-}
-
 }  // namespace
 
 Result<void> FileWriter::start() {

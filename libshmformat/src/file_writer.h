@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "container/chunk_writer.h"
@@ -15,6 +16,11 @@
 #include "step_encoder.h"
 
 namespace shm {
+
+/// Of callers, who are told where.
+inline Error misuse(std::string detail, std::string section) {
+  return Error{ErrorCode::misuse, std::move(detail), std::move(section), kNoOffset, {}};
+}
 
 class FileWriter {
  public:

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <bit>
-#include <limits>
 #include <string>
 
 #include "bytes/checksum.h"
 #include "coders/shifts.h"
 #include "front/by_slot.h"
+#include "mesh_totals.h"
 #include "schema_codec.h"
 
 namespace shm {
@@ -97,19 +97,12 @@ MeshEncoder::MeshEncoder(const Schema& schema, const WriteOptions& options, Grou
       sink_(std::move(sink)),
       xyz_bytes_(3 * scalar_bytes(schema.coordinate_type)),
       values_bytes_(xyz_bytes_ + point_data_bytes(schema)),
-      cell_data_bytes_(cell_data_bytes(schema)) {
+      cell_data_bytes_(cell_data_bytes(schema)),
+      totals_(totals_of_nothing(schema)) {
   const unsigned threads = thread_count(options.threads);
   if (threads > 1)
     tasks_ = std::make_unique<Tasks>(threads, threads * kWaitingBytes, threads * kWaitingBytes);
   if (tasks_ && !tasks_->has_threads()) tasks_.reset();
-  totals_.block_cells.resize(schema.blocks.size());
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
-    const std::size_t n = schema.arrays[a].components;
-    if (!schema.arrays[a].per_step)
-      totals_.ranges.push_back(
-          {a, std::vector<double>(n, kInfinity), std::vector<double>(n, -kInfinity)});
-  }
 }
 
 void MeshEncoder::begin_part(const SegmentStart& start) {
@@ -511,13 +504,7 @@ Result<void> MeshEncoder::finish_group(EncodedGroup& group) {
   totals_.imported_vertices += header.imported_vertices;
   totals_.hexahedra += group.hexahedra;
   totals_.max_active_vertices = std::max(totals_.max_active_vertices, header.max_active_vertices);
-  for (std::size_t r = 0; r < group.ranges.size(); ++r)
-    for (std::size_t c = 0; c < group.ranges[r].minimum.size(); ++c) {
-      double& low = totals_.ranges[r].minimum[c];
-      double& high = totals_.ranges[r].maximum[c];
-      low = std::min(low, group.ranges[r].minimum[c]);
-      high = std::max(high, group.ranges[r].maximum[c]);
-    }
+  widen(totals_.ranges, group.ranges);
   return sink_(group.segment, header, group.streams);
 }
 

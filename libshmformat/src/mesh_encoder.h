@@ -50,13 +50,7 @@ class MeshEncoder {
   Result<void> give_out_part(std::span<const std::uint64_t> numbers);
   std::size_t imported() const { return foreign_tickets_.size(); }
 
-  struct Totals {
-    std::uint64_t vertices = 0, cells = 0, hexahedra = 0, max_active_vertices = 0;
-    std::uint64_t segments = 0, imported_vertices = 0;
-    std::vector<std::uint64_t> block_cells;
-    std::vector<container::ArrayRange> ranges;
-  };
-  const Totals& totals() const { return totals_; }
+  const container::Index& totals() const { return totals_; }
 
  private:
   /// A vertex that the caller may still name.
@@ -150,7 +144,7 @@ class MeshEncoder {
   std::vector<EncodedGroup> held_;
   std::vector<std::uint32_t> foreign_tickets_;
 
-  Totals totals_;
+  container::Index totals_;
 };
 
 /// The schema that stands in a file written with these options; misuse where either is wrong.

@@ -1,36 +1,20 @@
 // PartJoiner: a FileWriter whose groups and step values stand in the file already.
 #include <algorithm>
-#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include "file_writer.h"
 #include "mesh_encoder.h"
+#include "mesh_totals.h"
 #include "schema_codec.h"
 #include "shm/part_writer.h"
 
 namespace shm {
-namespace {
-
-Error misuse(std::string detail, std::string section) {
-  return Error{ErrorCode::misuse, std::move(detail), std::move(section), kNoOffset, {}};
-}
-
-}  // namespace
-
 class PartJoiner::Impl {
  public:
-  Impl(ByteSink& sink, Schema schema) : schema_(std::move(schema)), file_(sink, schema_) {
-    totals_.block_cells.resize(schema_.blocks.size());
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    for (std::uint32_t a = 0; a < schema_.arrays.size(); ++a) {
-      const std::size_t n = schema_.arrays[a].components;
-      if (!schema_.arrays[a].per_step)
-        totals_.ranges.push_back(
-            {a, std::vector<double>(n, kInfinity), std::vector<double>(n, -kInfinity)});
-    }
-  }
+  Impl(ByteSink& sink, Schema schema)
+      : schema_(std::move(schema)), file_(sink, schema_), totals_(totals_of_nothing(schema_)) {}
   Result<void> start() { return file_.start(); }
   const FileWriter& file() const { return file_; }
 
@@ -84,13 +68,7 @@ class PartJoiner::Impl {
     totals_.imported_vertices += part.imported_vertices;
     for (std::size_t b = 0; b < part.block_cells.size(); ++b)
       totals_.block_cells[b] += part.block_cells[b];
-    for (std::size_t r = 0; r < part.ranges.size(); ++r)
-      for (std::size_t c = 0; c < part.ranges[r].minimum.size(); ++c) {
-        double& low = totals_.ranges[r].minimum[c];
-        double& high = totals_.ranges[r].maximum[c];
-        low = std::min(low, part.ranges[r].minimum[c]);
-        high = std::max(high, part.ranges[r].maximum[c]);
-      }
+    widen(totals_.ranges, part.ranges);
     return {};
   }
 

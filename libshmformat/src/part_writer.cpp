@@ -8,32 +8,11 @@
 
 #include "file_writer.h"
 #include "mesh_encoder.h"
+#include "mesh_totals.h"
 #include "schema_codec.h"
 
 namespace shm {
 namespace {
-
-Error misuse(std::string detail, std::string section) {
-  return Error{ErrorCode::misuse, std::move(detail), std::move(section), kNoOffset, {}};
-}
-
-StepReference reference_of(StepBasis basis) {
-  switch (basis) {
-    case StepBasis::nothing: break;
-    case StepBasis::before: return StepReference::before;
-    case StepBasis::trend: return StepReference::trend;
-  }
-  return StepReference::nothing;
-}
-
-StepBasis basis_of(StepReference reference) {
-  switch (reference) {
-    case StepReference::nothing: break;
-    case StepReference::before: return StepBasis::before;
-    case StepReference::trend: return StepBasis::trend;
-  }
-  return StepBasis::nothing;
-}
 
 /// Whether segments begin where cells are counted alone, and one does at `start`.
 Result<void> check_start(const WriteOptions& options, const PartStart& start) {
@@ -121,27 +100,14 @@ class PartWriter::Impl {
   }
   Result<void> mesh_chunks(PartChunks& out) {
     phase_ = kTaken;
-    const auto& totals = mesh_.totals();
-    container::Index index;
-    index.vertices = totals.vertices;
-    index.cells = totals.cells - start_.first_cell;
-    index.hexahedra = totals.hexahedra;
-    index.max_active_vertices = totals.max_active_vertices;
-    index.segments = totals.segments;
-    index.imported_vertices = totals.imported_vertices;
-    index.block_cells = totals.block_cells;
-    index.ranges = totals.ranges;
-    out = take(std::move(index));
+    container::Index totals = mesh_.totals();
+    totals.cells -= start_.first_cell;
+    out = take(std::move(totals));
     return {};
   }
 
   std::uint64_t elements_of(std::uint32_t array) const {
-    const auto& totals = mesh_.totals();
-    if (schema_.arrays[array].location == Location::point) return totals.vertices;
-    std::uint64_t cells = 0;
-    for (std::uint32_t b = 0; b < totals.block_cells.size(); ++b)
-      if (schema_.array_covers(array, b)) cells += totals.block_cells[b];
-    return cells;
+    return shm::elements_of(schema_, mesh_.totals(), array);
   }
   Result<void> begin_steps(const PartSteps& steps) {
     const std::size_t arrays = schema_.arrays.size();
@@ -158,11 +124,12 @@ class PartWriter::Impl {
   bool chooses(std::uint32_t array) const {
     return array < first_elements_.size() && first_elements_[array] == 0 && elements_of(array) > 0;
   }
-  Result<void> begin_step(std::uint32_t array, std::uint64_t step, std::optional<StepBasis> basis) {
+  Result<void> begin_step(std::uint32_t array, std::uint64_t step,
+                          std::optional<StepReference> basis) {
     if (auto good = file_.check_step_values(array, {}); !good) return good;
     if (basis.has_value() == chooses(array) && elements_of(array) > 0)
       return misuse("one part says what a step refers to: that with the first element", "steps");
-    if (basis) steps_->choose(reference_of(*basis));
+    if (basis) steps_->choose(*basis);
     phase_ = kInStep;
     array_ = array;
     step_number_ = step;
@@ -172,15 +139,13 @@ class PartWriter::Impl {
     if (auto good = file_.check_step_values(array_, values); !good) return good;
     return steps_->add(array_, step_number_, values);
   }
-  std::optional<StepBasis> step_basis() const {
-    const auto chosen = phase_ == kInStep ? steps_->chosen() : std::nullopt;
-    return chosen ? std::optional(basis_of(*chosen)) : std::nullopt;
+  std::optional<StepReference> step_basis() const {
+    return phase_ == kInStep ? steps_->chosen() : std::nullopt;
   }
   Result<void> end_step(PartChunks& out) {
     phase_ = kBetweenSteps;
     if (auto good = file_.end_step_array(); !good) return good;
-    container::Index index;
-    out = take(std::move(index));
+    out = take({});
     return {};
   }
 
@@ -270,13 +235,13 @@ Result<void> PartWriter::begin_steps(const PartSteps& steps) {
 }
 bool PartWriter::chooses(std::uint32_t array) const { return impl_->chooses(array); }
 Result<void> PartWriter::begin_step(std::uint32_t array, std::uint64_t step,
-                                    std::optional<StepBasis> basis) {
+                                    std::optional<StepReference> basis) {
   return impl_->guarded(Impl::kBetweenSteps, [&] { return impl_->begin_step(array, step, basis); });
 }
 Result<void> PartWriter::add_step_values(std::span<const std::byte> values) {
   return impl_->guarded(Impl::kInStep, [&] { return impl_->add_step_values(values); });
 }
-std::optional<StepBasis> PartWriter::step_basis() const { return impl_->step_basis(); }
+std::optional<StepReference> PartWriter::step_basis() const { return impl_->step_basis(); }
 Result<PartChunks> PartWriter::end_step() {
   PartChunks out;
   const auto good = impl_->guarded(Impl::kInStep, [&] { return impl_->end_step(out); });

@@ -9,16 +9,10 @@
 
 #include "file_writer.h"
 #include "mesh_encoder.h"
+#include "mesh_totals.h"
 #include "schema_codec.h"
 
 namespace shm {
-namespace {
-
-Error misuse(std::string detail, std::string section) {
-  return Error{ErrorCode::misuse, std::move(detail), std::move(section), kNoOffset, {}};
-}
-
-}  // namespace
 
 class Writer::Impl {
  public:
@@ -69,8 +63,6 @@ class Writer::Impl {
  private:
   Result<void> write_group(std::uint32_t segment, const container::GroupHeader& header,
                            const std::vector<std::vector<std::byte>>& streams);
-  std::uint64_t elements_of(std::uint32_t array) const;
-  container::Index totals() const;
 
   Schema schema_;
   FileWriter file_;
@@ -90,21 +82,13 @@ Result<void> Writer::Impl::write_group(std::uint32_t segment, const container::G
   return file_.write_group(segment, header, streams);
 }
 
-std::uint64_t Writer::Impl::elements_of(std::uint32_t array) const {
-  const auto& totals = mesh_.totals();
-  if (schema_.arrays[array].location == Location::point) return totals.vertices;
-  std::uint64_t cells = 0;
-  for (std::uint32_t b = 0; b < totals.block_cells.size(); ++b)
-    if (schema_.array_covers(array, b)) cells += totals.block_cells[b];
-  return cells;
-}
-
 Result<void> Writer::Impl::add_step_values(std::uint32_t array, std::uint64_t step,
                                            std::span<const std::byte> values) {
   if (auto good = file_.check_step_values(array, values); !good) return good;
   if (!file_.has_step_encoder()) {
     std::vector<std::uint64_t> elements(schema_.arrays.size());
-    for (std::uint32_t a = 0; a < elements.size(); ++a) elements[a] = elements_of(a);
+    for (std::uint32_t a = 0; a < elements.size(); ++a)
+      elements[a] = elements_of(schema_, mesh_.totals(), a);
     file_.begin_steps(topology_, std::move(elements), key_steps_, level_);
   }
   return file_.add_step_values(array, step, values);
@@ -122,7 +106,7 @@ Result<SizeReport> Writer::Impl::finish() {
   Result<void> closed = guarded([&]() -> Result<void> {
     if (!mesh_ended_)
       if (auto good = end_mesh(); !good) return good;
-    auto finished = file_.finish(totals());
+    auto finished = file_.finish(mesh_.totals());
     if (!finished) return finished.error();
     report = std::move(*finished);
     return {};
@@ -130,20 +114,6 @@ Result<SizeReport> Writer::Impl::finish() {
   if (!closed) return closed.error();
   error_ = misuse("the file is finished", "file");  // what every later call says
   return std::move(*report);
-}
-
-container::Index Writer::Impl::totals() const {
-  const auto& totals = mesh_.totals();
-  container::Index index;
-  index.vertices = totals.vertices;
-  index.cells = totals.cells;
-  index.hexahedra = totals.hexahedra;
-  index.max_active_vertices = totals.max_active_vertices;
-  index.segments = totals.segments;
-  index.imported_vertices = totals.imported_vertices;
-  index.block_cells = totals.block_cells;
-  index.ranges = totals.ranges;
-  return index;
 }
 
 Writer::Writer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -96,7 +96,8 @@ class SHM_API FileSink final : public ByteSink {
   Result<void> create_named();
   void pass_permissions_on() const;
   Result<void> flush() const;
-  Result<void> link() const;
+  Result<void> link();
+  Result<void> rename_copy(const Error& why);
   /// Of a file that is replaced.
   struct Permissions {
     std::uint32_t mode = 0, group = 0;

@@ -10,7 +10,7 @@
 //   set_imported_numbers   not in Order::keep: what numbers the vertices of earlier parts got
 //   mesh_chunks            place() these behind those of the part before, write them
 //   begin_steps, and for each array and step in turn:
-//     begin_step, add_step_values, end_step   one part says what the step refers to (StepBasis)
+//     begin_step, add_step_values, end_step   one part says what the step refers to (StepReference)
 // One PartJoiner, anywhere:
 //   create                 writes what stands before all parts
 //   add                    what each part tells of its chunks, in the order of the file
@@ -54,13 +54,6 @@ struct PartSteps {
   /// By array of the schema; of arrays without time steps they do not matter.
   std::vector<std::uint64_t> first_elements;  ///< elements in all parts before
   std::vector<std::uint64_t> elements;        ///< of the whole mesh
-};
-
-/// What the values of an array at a step refer to, in all parts alike.
-enum class StepBasis : std::uint8_t {
-  nothing,
-  before,  ///< the step before
-  trend,   ///< what the two steps before lead to
 };
 
 /// Memory as of a Writer, and the finished chunks until the caller takes them; not in Order::keep
@@ -107,11 +100,11 @@ class SHM_API PartWriter {
   /// that chooses has chosen; nothing in that part. It does not matter where a part has no
   /// elements.
   Result<void> begin_step(std::uint32_t array, std::uint64_t step,
-                          std::optional<StepBasis> basis = std::nullopt);
+                          std::optional<StepReference> basis = std::nullopt);
   /// Values of the part's own elements in coding order, in pieces of any size.
   Result<void> add_step_values(std::span<const std::byte> values);
   /// Of the part that chooses: the choice, as soon as it is made, which takes a group.
-  std::optional<StepBasis> step_basis() const;
+  std::optional<StepReference> step_basis() const;
   Result<PartChunks> end_step();
 
  private:
