@@ -27,9 +27,8 @@ constexpr std::size_t kTrailerBytes = 16;
 constexpr std::size_t kChecksumsEach = kParityBlockBytes / 4;
 constexpr std::uint32_t kMostBlocks = 255;  // of a stripe
 constexpr std::string_view kMark = "SHMP";
-// What is read at once, and stripes that are coded at once.
+// What is read at once.
 constexpr std::uint64_t kWindowBytes = std::uint64_t{1} << 20;
-constexpr std::uint64_t kStripesAtOnce = 16;
 
 enum PacketKind : std::uint8_t { kChecksums = 1, kParity = 2 };
 
@@ -82,6 +81,9 @@ std::vector<std::uint32_t> block_checksums(RandomSource& file, const ParityShape
 }
 
 #ifdef SHM_HAS_ISAL
+// Stripes that are coded at once.
+constexpr std::uint64_t kStripesAtOnce = 16;
+
 using Bytes = std::vector<unsigned char>;
 
 // What parity row `row` takes of data block `position`: a Cauchy matrix.
