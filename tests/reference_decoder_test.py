@@ -39,7 +39,7 @@ SETTINGS = [options.split() for options in (
     "--order stream --level default --segment-cells 23", "--order keep --codec shifts --segment-cells 40",
     "--order stream --codec shifts --level best --segment-cells 31", "--order free --level best --key-steps 1",
     "--order keep --rel 1e-3", "--order stream --bits 12 --level best")]
-SECONDS = 40  # of the small ones together
+SECONDS = 25  # of the small ones together
 LARGEST = 60000  # bytes of a small one
 ARGUMENTS = None
 
