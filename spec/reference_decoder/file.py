@@ -229,9 +229,9 @@ class File:
         extra = Extra(cursor.text(), cursor.u8(), cursor.u8(), cursor.list_of(cursor.varint), b"")
         if not 1 <= extra.type <= 10 or extra.refers > 2 or (extra.refers and extra.type not in (5, 7)):
             cursor.fail("an unknown type or refers")
-        count = 1
+        count = 0 if 0 in extra.shape else 1
         for side in extra.shape:
-            count *= side
+            count = min(count * side, 2**61)
         extra.data = cursor.rest()
         if count >= 2**61 or len(extra.data) != count * SCALAR_BYTES[extra.type]:
             cursor.fail("data that is not the product of its shape")

@@ -43,15 +43,6 @@ def as_set(numbers):
     return sum(1 << k for k in numbers)
 
 
-def edge_number(face, a, b):
-    """The edge of the face that runs between two vertices."""
-    for j in range(4):
-        ends = face.quad[j], face.quad[(j + 1) & 3]
-        if (ends[0] is a and ends[1] is b) or (ends[0] is b and ends[1] is a):
-            return j
-    return None
-
-
 def above(edge, x):
     face, j = edge
     if face.quad[j] is x:
@@ -59,10 +50,10 @@ def above(edge, x):
     return face.quad[(j + 2) & 3], face.quad[(j + 3) & 3]
 
 
-def edge_beside(edge, x):
-    """The edge of its face from the end x on."""
+def edge_beside(edge, x, other_end):
+    """The edge of its face from the end x on, or from the other end."""
     face, j = edge
-    return (face, (j - 1) & 3) if face.quad[j] is x else (face, (j + 1) & 3)
+    return (face, (j - 1) & 3) if (face.quad[j] is x) != other_end else (face, (j + 1) & 3)
 
 
 def top(edge):
@@ -255,7 +246,9 @@ class Rows:
 
     def chain(self):
         found = []
-        for owner, side in [pair for pair in self.owners if pair[0].there][:2]:
+        for owner, side in self.owners[:2]:
+            if not owner.there:
+                continue
             record = owner
             for _ in range(32):
                 record = record.successor
@@ -290,9 +283,9 @@ class Rows:
             if (v[a] and v[a] is not p) or (v[b] and v[b] is not q):
                 continue
             score = [0, 0]
-            for j, common in (((i - 1) & 3, gate.quad[i]), ((i + 1) & 3, gate.quad[(i + 1) & 3])):
+            for j, other_end in (((i - 1) & 3, True), ((i + 1) & 3, False)):
                 if j in self.found:
-                    across = mate(edge_beside(self.found[j], common))
+                    across = mate(edge_beside(self.found[j], gate.quad[j], other_end))
                     score[0 if across is not None and across[0] is m[0] else 1] += 1
             evidence = self.EVIDENCE[score[0]][score[1]]
             s, fan = EDGE_SIDE[k][i], min(gate.fans[i], 7)
@@ -552,28 +545,33 @@ class Rows:
         for p in range(6):
             for i in range(4):
                 if EDGE_SIDE[p][i] > p:
-                    self.join_at(this, p, EDGE_SIDE[p][i], QUAD_BITS[p][i], QUAD_BITS[p][(i + 1) & 3])
+                    self.join_at(this, p, i)
         for face in self.shared:
             if face:
                 surface.remove_face(face)
                 self.face_removed(face)
 
-    def join_at(self, this, p, q, a, b):
-        """The edge a b of the hexahedron, between its faces p and q."""
-        fan, ends, there = 1, [], []
-        for k in (p, q):
-            face = self.shared[k] or this.faces[k]
+    def edge_there(self, k, i):
+        """The edge of the face shared on side k that edge i of the side is."""
+        face, (a, b, c) = self.shared[k], (self.v[corner] for corner in QUAD_BITS[k][:3])
+        for j in range(4):
+            if face.quad[j] is a and face.quad[(j + 2) & 3] is c:
+                return (face, (j + i) & 3) if face.quad[(j + 1) & 3] is b else (face, (j + 3 - i) & 3)
+        return face, 0
+
+    def join_at(self, this, p, i):
+        """Edge i of side p, where it meets another side of the hexahedron."""
+        q, fan, ends, there = EDGE_SIDE[p][i], 1, [], []
+        corners = {QUAD_BITS[p][i], QUAD_BITS[p][(i + 1) & 3]}
+        j = next(j for j in range(4) if {QUAD_BITS[q][j], QUAD_BITS[q][(j + 1) & 3]} == corners)
+        for side, number_ in ((p, i), (q, j)):
             edge = None
-            if self.shared[k]:
-                edge = (face, edge_number(face, self.v[a], self.v[b]))
+            if self.shared[side]:
+                edge = self.edge_there(side, number_)
                 ends.append(mate(edge))
-                fan += face.fans[edge[1]]
-            elif face:
-                quad = QUAD_BITS[k]
-                j = next(j for j in range(4) if {quad[j], quad[(j + 1) & 3]} == {a, b})
-                ends.append((face, j))
+                fan += edge[0].fans[edge[1]]
             else:
-                ends.append(None)
+                ends.append((this.faces[side], number_) if this.faces[side] else None)
             there.append(edge)
         if all(there) and ends[0] == there[1] and ends[1] == there[0]:
             return
