@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from .basics import FLOAT32, FLOAT64, HEXAHEDRON, SCALAR_BYTES, Cursor, packed_blob
 
 KEEP, STREAM, FREE = range(3)
+MOST_ARRAYS, MOST_STATIC_COMPONENTS, MOST_BLOCKS = 65536, 4096, 2**20  # limits of this reader (section 26)
 POINT, CELL = range(2)
 BOUND = 64  # `bits` of a quantization within an absolute bound
 
@@ -156,5 +157,8 @@ def read_schema(payload, base, file_start):
         if step_references > 1:
             cursor.fail("step references above 1")
     cursor.end()
+    static = sum(array.components for array in arrays if not array.per_step)
+    if len(arrays) > MOST_ARRAYS or static > MOST_STATIC_COMPONENTS or len(blocks) > MOST_BLOCKS:
+        cursor.fail("over limit: too many arrays, components or blocks")
     return Schema(order, corner_order, delay, coordinate_type, quantization, source_format, blocks, arrays,
                   step_references)

@@ -6,6 +6,8 @@ from .basics import FLOAT32, MASK32, SCALAR_BYTES, Cursor, ShmError, reject_unle
 from .columns import COLUMNS, MIXED_COLUMNS, SHUFFLED_ZSTD, WITH_TABLES, Column, shuffled_values
 from .domains import as_double, as_float32, bits_of
 
+IN_COLUMNS = 256  # components at most
+
 
 def trend(type_, r1, r2):
     """r1 + (r1 - r2) in the array's own type."""
@@ -89,8 +91,9 @@ class StepValues:
         reject_unless(group == expected and count == self.counts[index][group],
                       "step values of another group, or of another number of elements, than is next")
         if self.column is None or self.groups[group].segment != self.groups[self.group].segment:
-            self.column = Column(self.schema.arrays[index],
-                                 self.schema.arrays[index].components <= WITH_TABLES)
+            array = self.schema.arrays[index]
+            if array.components <= IN_COLUMNS:
+                self.column = Column(array, array.components <= WITH_TABLES)
             self.column_reference = None
         self.group = group
 
@@ -111,8 +114,10 @@ class StepValues:
 
     def _values(self, array, index, this, reference, group, count, codec, data):
         tiles = [tile.elements(array, steps=True) for tile in self.groups[group].tiles]
-        reject_unless(array.components <= 256 or (codec == SHUFFLED_ZSTD and reference == 0),
-                      "columns, or a reference, of too many components")
+        if array.components > IN_COLUMNS:
+            reject_unless(codec == SHUFFLED_ZSTD and reference == 0,
+                          "columns, or a reference, of too many components")
+            return shuffled_values(data, array, count)
         reject_unless(self.column_reference in (None, reference), "a reference unlike that of the chunk before")
         self.column_reference = reference
         this.reference = this.reference or reference
