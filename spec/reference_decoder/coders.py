@@ -328,9 +328,11 @@ class Mixer:
     def bit(self, model):
         tables = self.tables
         by_history = tables.by_history[self.question, model.history]
-        found = [tables.find(mix_hash(c, self.path)) for c in self.clues]
         inputs = [stretch(model.p >> 6 or 1), stretch(by_history.p >> 6 or 1), 256]
-        inputs += [stretch(bit.p >> 6 or 1) for bit in found]
+        found = []
+        for c in self.clues:  # in order: a later one may make afresh what this one has found
+            found.append(tables.find(mix_hash(c, self.path)))
+            inputs.append(stretch(found[-1].p >> 6 or 1))
         entry = tables.weights[self.question, min(self.depth, 3)]
         weights, n = entry
         total = 0
