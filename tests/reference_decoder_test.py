@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """The decoder in spec/, which was written from the text of the format alone, says what the library says.
 
-reference_decoder_test.py SHM SHM_TEXT [--all] [--only NAME]
+reference_decoder_test.py SHM SHM_TEXT SHM_MAKE_MESH [--all] [--only NAME]
 
-SHM: path of the tool; SHM_TEXT: of the program that prints what a file holds by the library (shm_text.cpp).
-Golden files become their twins, byte for byte. Small files of the corpus (the folder in SHM_CORPUS), compressed in
+SHM: path of the tool; SHM_TEXT: of the program that prints what a file holds by the library (shm_text.cpp);
+SHM_MAKE_MESH: of the generator of meshes. Golden files become their twins, byte for byte. Small files of the corpus (the folder in SHM_CORPUS), compressed in
 several orders, levels and codecs, become the same text by both decoders. Bytes that were changed are an error.
 --all, by hand: every file of the corpus, in all of these, which takes hours; --only: those with NAME in their path.
 """
@@ -141,11 +141,7 @@ def stream_places(data):
         at, sequence = end, sequence + 1
 
 
-class Corpus(unittest.TestCase):
-    def setUp(self):
-        if not CORPUS:
-            self.skipTest("SHM_CORPUS names no folder")
-
+class BothAgree(unittest.TestCase):
     def check(self, source, options, scratch):
         """Whether the tool takes these options."""
         packed = os.path.join(scratch, "packed.shm")
@@ -156,13 +152,28 @@ class Corpus(unittest.TestCase):
             return False
         expected = subprocess.run([ARGUMENTS.shm_text, packed], capture_output=True, timeout=1200)
         self.assertEqual(expected.returncode, 0, expected.stderr)
-        with self.subTest(os.path.relpath(source, CORPUS), options=" ".join(options)):
+        with self.subTest(source, options=" ".join(options)):
             at, twin = 0, expected.stdout
             for piece in text_of(content(packed)):
                 self.assertTrue(twin.startswith(piece, at), f"another text from byte {at} on")
                 at += len(piece)
             self.assertEqual(at, len(twin))
         return True
+
+class Generated(BothAgree):
+    def test_mesh_of_two_tiles(self):
+        """More cells than a tile has, and decisions enough for rare things of a mixer's tables."""
+        with tempfile.TemporaryDirectory() as scratch:
+            mesh = os.path.join(scratch, "mesh.vtk")
+            subprocess.run([ARGUMENTS.shm_make_mesh, "ogrid", "5000", mesh, "--fields", "basic"], check=True,
+                           capture_output=True)
+            self.assertTrue(self.check(mesh, ["--level", "best", "--codec", "mixed"], scratch))
+
+
+class Corpus(BothAgree):
+    def setUp(self):
+        if not CORPUS:
+            self.skipTest("SHM_CORPUS names no folder")
 
     def test_small_files_become_the_same_by_both(self):
         files = []
@@ -196,6 +207,7 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser()
     parser.add_argument("shm")
     parser.add_argument("shm_text")
+    parser.add_argument("shm_make_mesh")
     parser.add_argument("--all", action="store_true")
     parser.add_argument("--only", default="")
     ARGUMENTS, rest = parser.parse_known_args()
