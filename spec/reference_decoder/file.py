@@ -297,8 +297,9 @@ def read_archive(data):
         raise ShmError("an offset beyond the file", "trailer", len(data) - 16)
     read_trailer(data, len(data) - 16, at)
     chunk = read_chunk(data, at, 0)
-    if chunk.kind != MEMBERS or chunk.segment or at + 32 + len(chunk.payload) != len(data) - 16:
-        raise ShmError("no members chunk before the trailer", "members", at)
+    if chunk.kind != MEMBERS or chunk.segment:
+        raise ShmError("no members chunk where the trailer points to", "members", at)
+    read_trailer(data, at + 32 + len(chunk.payload), at)  # the same again, where there is parity between (section 40)
     cursor = Cursor(chunk.payload, chunk.base(), "members")
     if cursor.take(8) != data[8:16]:
         cursor.fail("not the version and features of the file start")
