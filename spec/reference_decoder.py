@@ -20,8 +20,8 @@ It holds the file, and all neighbourhoods of a file with time steps, in memory.
     19, 20         connectivity.py  36          inner_nodes.py
                                     37          other_cells.py
 
-What sections 26 and 27 limit and reject stands where it acts. All of it is raised as ShmError. Section 40 is for who heals files,
-and is not here.
+What sections 26 and 27 limit and reject stands where it acts. All of it is raised as ShmError. Section 40 is for who
+heals files, and is not here.
 
 Python 3.10 or later, its standard library, and libzstd and libxxhash, which libshmformat needs too (Debian: libzstd1,
 libxxhash0).
