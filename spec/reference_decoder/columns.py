@@ -1,0 +1,530 @@
+"""Sections 24 and 25: value columns, mixed columns; and what section 7 adds to them, references."""
+
+import math
+import struct
+
+from .basics import MASK64, SCALAR_BYTES, Cursor, reject_unless, signed64, zstd_frame
+from .coders import Bit, Bits, Compact, Mixer, Mixing, Models, Near, SignedCompact, SignedResidual, SplitDecoder
+from .coders import near, signed, tree
+from .domains import Domain, as_double
+from .neighbourhoods import (BESIDE, BEYOND, CENTRE, DIAGONAL, FARTHER, FLAT, MIDPOINT, NEAR, OPPOSITE, SIMPLEX,
+                             THIRD)
+
+SHUFFLED_ZSTD, COLUMNS, MIXED_COLUMNS = 4, 9, 10
+WITH_TABLES = 16  # components at most
+MOST_CLASSES = 65535
+_LATTICE_BITS = 0b1111111
+_FACES = ((0, 1), (0, 2), (1, 2))  # axes of diagonal i
+
+
+def columns_with_tables(schema):
+    """Which static arrays have matches and mixed bits; geometry always has."""
+    room, have = 64 - 3, set()
+    for i, array in schema.static_arrays():
+        if array.components <= WITH_TABLES and array.components <= room:
+            room -= array.components
+            have.add(i)
+    return have
+
+
+class ComponentModels(Models):
+    """The models of a component: single bits by name, and those below."""
+
+    def __init__(self):
+        super().__init__(Bit)
+        self.kind, self.known_entry, self.same_step = Bits(), Bits(), Bits()
+        self.exponent, self.first_entry = SignedCompact(), SignedCompact()
+        self.entries, self.step, self.skipped = Compact(), Compact(), Compact()
+        self.mode, self.second_mode, self.weight = Bits(), Bits(), SignedCompact()
+        self.takes_second, self.odd, self.negative = Bits(), Bits(), Bits()
+        self.residual = Models(Near)
+        self.mixed_residual = Models(SignedResidual)
+
+
+class Class:
+    """What is said of a class."""
+
+    __slots__ = ("way", "mode", "second_mode", "weights")
+
+    def __init__(self, like=None):
+        self.way, self.mode, self.second_mode, self.weights = 0, 0, None, [0] * 13
+        if like:
+            self.way, self.mode, self.second_mode = like.way, like.mode, like.second_mode
+            self.weights = list(like.weights)
+
+
+class Component:
+    """What a column keeps of one component."""
+
+    def __init__(self, domain):
+        self.domain, self.models = domain, ComponentModels()
+        self.state, self.third, self.surprise, self.second = {}, {}, {}, {}  # by slot
+        self.twin, self.twin_third = {}, {}  # with references
+        self.last = self.before_last = self.last_twin = self.before_last_twin = 0.0
+        self.last_surprise = self.last_odd = self.last_negative = 0
+        self.classes, self.families = {}, {}
+        self.matches, self.match_bits, self.values = [{}, {}, {}], 0, 0
+        self.mixing = Mixing()
+
+    def translate(self, old, new):
+        """Section 23: the domain is another."""
+        def translated(s):
+            t = new.from_value(old.as_value(s))
+            return t if math.isfinite(t) else 0.0
+        for states in (self.state, self.twin):
+            for slot in states:
+                states[slot] = translated(states[slot])
+        self.last, self.before_last = translated(self.last), translated(self.before_last)
+        self.last_twin, self.before_last_twin = translated(self.last_twin), translated(self.before_last_twin)
+        self.third.clear()
+        self.twin_third.clear()
+
+    def skip(self, slot):
+        self.state[slot], self.third[slot] = self.last, 0.0
+        self.surprise[slot] = self.second[slot] = 0
+        self.twin[slot], self.twin_third[slot] = self.last_twin, 0.0
+
+
+# ---------------------------------------------------------------------------- Predictors
+
+
+def mean(values):
+    total = 0.0
+    for value in values:
+        total += value
+    return total / len(values) if len(values) in (2, 3) else total
+
+
+class Around:
+    """The states around one element, None where not known; and what mode makes of them."""
+
+    __slots__ = ("kind", "x", "t", "last", "before_last", "_lattice", "all_lattice")
+
+    def __init__(self, item, known, states, thirds, last, before_last):
+        at = item.at
+        self.kind, self.last, self.before_last = item.kind, last, before_last
+        self.x = [states.get(at[i], 0.0) if known >> i & 1 else None for i in range(13)]
+        self.t = [thirds.get(at[a], 0.0) if known >> (THIRD + a) & 1 else None for a in range(3)]
+        self.all_lattice = known & _LATTICE_BITS == _LATTICE_BITS
+        self._lattice = None
+
+    @staticmethod
+    def _less(values, others):
+        return [None if a is None else a - b for a, b in zip(values, others)]
+
+    def minus(self, twins):
+        """The same of the differences to the twins."""
+        other = Around.__new__(Around)
+        other.kind, other.all_lattice, other._lattice = self.kind, self.all_lattice, None
+        other.x, other.t = self._less(self.x, twins.x), self._less(self.t, twins.t)
+        other.last, other.before_last = self.last - twins.last, self.before_last - twins.before_last
+        return other
+
+    def lines(self):
+        return [2.0 * self.x[a] - self.x[BEYOND + a] for a in range(3)
+                if self.x[a] is not None and self.x[BEYOND + a] is not None]
+
+    def face(self, i):
+        x, (a, b) = self.x, _FACES[i]
+        if x[a] is None or x[b] is None or x[DIAGONAL + i] is None:
+            return None
+        return (x[a] + x[b]) - x[DIAGONAL + i]
+
+    def faces(self):
+        return [f for f in (self.face(0), self.face(1), self.face(2)) if f is not None]
+
+    def nears(self):
+        return [n for n in self.x[:3] if n is not None]
+
+    def lattice(self):
+        if self._lattice is None:
+            self._lattice = self._find_lattice()
+        return self._lattice
+
+    def _find_lattice(self):
+        x, kind = self.x, self.kind
+        if kind == MIDPOINT:
+            return (x[3] + x[4]) * 0.5
+        if kind == CENTRE:
+            return ((x[3] + x[5]) + (x[4] + x[6])) * 0.5 - ((x[7] + x[9]) + (x[8] + x[10])) * 0.25
+        if kind in (SIMPLEX, BESIDE):
+            nears = self.nears()
+            m = mean(nears) if nears else self.last
+            if kind == BESIDE:
+                return m
+            if x[OPPOSITE] is not None:
+                return m + (m - x[OPPOSITE]) * 0.5
+            beyond = [b for b in x[BEYOND:FARTHER] if b is not None]
+            return m + (m - mean(beyond)) * 0.5 if beyond else m
+        if self.all_lattice:
+            return ((x[0] + x[1] + x[2]) - (x[3] + x[4] + x[5])) + x[6]
+        faces = self.faces()
+        if faces:
+            return mean(faces)
+        lines = self.lines()
+        if lines:
+            return mean(lines)
+        nears = self.nears()
+        return nears[0] if nears else self.last
+
+    def predict(self, mode, weights, others):
+        """`others`: what modes 22 to 26 give."""
+        x, t = self.x, self.t
+        if mode == 0:
+            return self.lattice()
+        if mode <= 3:
+            return x[mode - 1] if x[mode - 1] is not None else self.lattice()
+        if mode <= 9:
+            a = (mode - 4) % 3
+            n, b, f = x[NEAR + a], x[BEYOND + a], x[FARTHER + a]
+            if n is None or b is None:
+                return self.lattice()
+            return 3.0 * (n - b) + f if mode >= 7 and f is not None else 2.0 * n - b
+        if mode <= 12:
+            face = self.face(mode - 10)
+            return face if face is not None else self.lattice()
+        if mode <= 15:
+            third = t[mode - 13]
+            return self.lattice() + third if third is not None else self.lattice()
+        if mode == 16:
+            return self.lattice() + mean([third for third in t if third is not None])
+        if mode == 17:
+            nears = self.nears()
+            return mean(nears) if nears else self.last
+        if mode == 18:
+            lines = self.lines()
+            return mean(lines) if lines else self.lattice()
+        if mode == 19:
+            if self.kind in (MIDPOINT, CENTRE):
+                if None in t:
+                    return self.lattice()
+                return self.lattice() + ((t[0] + t[1]) - t[2])
+            faces = self.faces()
+            return mean(faces) if faces else self.lattice()
+        if mode == 20:
+            return self.last
+        if mode == 21:
+            return 2.0 * self.last - self.before_last
+        if mode <= 26:
+            return others(mode)
+        if mode == 27:
+            return self._fitted(weights)
+        return 0.0
+
+    def _fitted(self, weights):
+        base, x = self.lattice(), self.x
+        total = 0.0
+        for i, weight in enumerate(weights):
+            if weight == 0:
+                continue
+            if i < 3:
+                y = self.t[i] if self.t[i] is not None else 0.0
+            else:
+                place = (BEYOND, DIAGONAL, NEAR, OPPOSITE)[i // 3 - 1] + i % 3
+                y = x[place] - base if x[place] is not None else 0.0
+                if i == 12 and self.all_lattice:
+                    y = 0.0
+            total += (weight / 36864.0) * y
+        return base + total
+
+
+def double_bits(x):
+    return struct.unpack("<Q", struct.pack("<d", x))[0]
+
+
+def surprise_class(m):
+    return m if m <= 12 else min(12 + (m - 9) // 4, 26)
+
+
+def way_number(w):
+    w = signed64(w)
+    return 2 * abs(w).bit_length() + (w < 0)
+
+
+class Column:
+    """One column, as long as it goes on: for a segment, or for the chunks of a step."""
+
+    def __init__(self, array, with_tables, referring=False):
+        self.array, self.with_tables, self.referring = array, with_tables, referring
+        self.type, self.width = array.type, SCALAR_BYTES[array.type]
+        self.reach_models, self.matches_model = Bits(), Bit()
+        self.components = [Component(Domain(array.type, array.quantization, c)) for c in range(array.components)]
+        self.keys, self.families = {}, []  # the number of each key; of each number the family
+
+    # ------------------------------------------------------------------ A group
+
+    def decode(self, data, codec, tiles, decoded_bytes, references=None):
+        """The bits of all values, element by element, for each tile. A tile is a pair of lists of neighbourhoods:
+        elements, and what is skipped. `references`: the bits of each value's, in the order of the group."""
+        self.source, self.mixed = SplitDecoder(data), codec == MIXED_COLUMNS
+        self.reach = min(tree(self.source, self.reach_models, 2), 2)
+        self.matching = bool(self.source.bit(self.matches_model)) and self.with_tables
+        most_entries = decoded_bytes // self.array.element_bytes()
+        domains = []
+        for component in self.components:
+            component.domain.read(self.source, component.models, domains, most_entries, component.translate)
+            domains.append(component.domain)
+        found, first = [], 0
+        for elements, skipped in tiles:
+            found.append(self._tile(elements, skipped, references, first))
+            first += len(elements)
+        return found
+
+    def _tile(self, elements, skipped, references, first):
+        count = len(self.components)
+        for item in skipped:
+            for component in self.components:
+                component.skip(item.slot)
+        values = [0] * (len(elements) * count)
+        self.before = []  # of each component: (value, surprise) of each element of this tile
+        for c, component in enumerate(self.components):
+            self.c, self.component = c, component
+            self.families_before = dict(component.families)
+            self.said = set()
+            if self.matching:
+                component.values += len(elements)
+                n = max(8, min((8 * component.values).bit_length(), 15))
+                if n != component.match_bits:
+                    component.match_bits, component.matches = n, [{}, {}, {}]
+            mixer = Mixer(component.mixing, self.source)
+            kept = []
+            for e, item in enumerate(elements):
+                reference = references[(first + e) * count + c] if references is not None else None
+                values[e * count + c] = self._element(item, e, reference, mixer, kept)
+            self.before.append(kept)
+        return values
+
+    # ------------------------------------------------------------------ Classes
+
+    def _class(self, key):
+        """`key`: the number of the class."""
+        component, models, source = self.component, self.component.models, self.source
+        family = self.families[key]
+        said = component.classes.get(key)
+        if said is None:
+            said = component.classes[key] = Class(self.families_before.get(family))
+        if key in self.said:
+            return said
+        self.said.add(key)
+        if self.referring and not source.bit(models["same_way"]):
+            said.way = 1 - said.way
+        if not source.bit(models["same_mode"]):
+            said.mode = min(tree(source, models.mode, 5), 28)
+        if not source.bit(models["same_second"]):
+            second = tree(source, models.second_mode, 5)
+            said.second_mode = second if second < 29 else None
+        if 27 in (said.mode, said.second_mode) and not source.bit(models["same_weights"]):
+            if source.bit(models["family_weights"]):
+                like = component.families.get(family)
+                said.weights = list(like.weights) if like else [0] * 13
+            else:
+                for i in range(13):
+                    weight = said.weights[i] + signed(source, models.weight)
+                    said.weights[i] = max(-589823, min(589823, weight))
+        component.families[family] = Class(said)
+        return said
+
+    # ------------------------------------------------------------------ Matches
+
+    def _match_places(self, item, known, around, e):
+        """Of each match: the place in its table, and whether the sign of its key is -."""
+        keys = [around.nears(), [around.last, around.before_last], []]
+        for back in (1, 2):
+            if self.c >= back:
+                keys[2].append(self.before[self.c - back][e][0])
+        found = []
+        for key in keys:
+            total = 0
+            for x in key:
+                h = ((((double_bits(x) & (2**63 - 1)) + 2**11) >> 12) * 0x9E3779B97F4A7C15) & MASK64
+                total += (h ^ (h >> 29)) * 0xBF58476D1CE4E5B9
+            place = ((total * 0xBF58476D1CE4E5B9) & MASK64) >> (64 - self.component.match_bits)
+            found.append((place, bool(key) and key[0] < 0))
+        return found
+
+    # ------------------------------------------------------------------ An element
+
+    def _element(self, item, e, reference, mixer, kept):
+        component, source, c = self.component, self.source, self.c
+        domain, models, slot = component.domain, component.models, item.slot
+        known = item.known
+        if item.kind not in (MIDPOINT, CENTRE):
+            if self.reach < 2:
+                known &= ~0b1110000000000
+            if self.reach < 1:
+                known &= ~0b0001110000000
+        key = (item.kind, item.corner, known & 0b1110001111111111)
+        family = item.kind, item.corner, known & _LATTICE_BITS
+        number = self.keys.get(key)
+        if number is None:
+            number = self.keys[key] = min(len(self.keys), MOST_CLASSES - 1)
+            if number == len(self.families):
+                self.families.append(family)
+        said = self._class(number)
+
+        around = Around(item, known, component.state, component.third, component.last, component.before_last)
+        then, twins = 0.0, None
+        if self.referring:
+            then = domain.from_value(as_double(self.type, reference))
+            if not math.isfinite(then):
+                then = component.last_twin
+            twins = Around(item, known, component.twin, component.twin_third, component.last_twin,
+                           component.before_last_twin)
+        differs = said.way == 1
+        used = around.minus(twins) if differs else around
+        places = self._match_places(item, known, around, e) if self.matching else None
+
+        def others(mode):
+            if not self.matching or (mode >= 25 and c == 0):
+                p = 0.0
+            elif mode <= 24:
+                place, negative = places[mode - 22]
+                value, was_negative = component.matches[mode - 22].get(place, (0.0, False))
+                p = domain.from_value(value if negative == was_negative else -value)
+            else:
+                p = domain.from_value(self.before[c - 1][e][0])
+            if differs:
+                p -= then
+            return -p if mode == 26 else p
+
+        def predict(mode):
+            p = used.predict(mode, said.weights, others)
+            return then + p if differs else p
+
+        def substitute():
+            s = domain.state(domain.index(around.lattice()))
+            return s if math.isfinite(s) else 0.0
+
+        surprise = second = odd = 0
+        if domain.odd:
+            odd = component.last_odd = source.bit(models.odd[component.last_odd])
+        if odd:
+            if self.referring and source.bit(models["odd_is_reference"]):
+                value = reference
+            else:
+                value = source.raw(8 * self.width)
+            state = substitute()
+        else:
+            near_slots = [item.at[a] for a in range(3) if known >> a & 1]
+            p = predict(said.mode)
+            index, not_taken = domain.index(p), said.second_mode
+            if said.second_mode is not None:
+                q = predict(said.second_mode)
+                if domain.index(q) != index:
+                    seconds = sum(component.second.get(s, 0) for s in near_slots)
+                    second = source.bit(models.takes_second[number, seconds])
+                    if second:
+                        p, index, not_taken = q, domain.index(q), said.mode
+            r, m = 0, 0
+            scale = domain.scale(p)
+            relative = lambda s: 0 if s == 0 else max(1, min(s - scale, 64))
+            surprises = [relative(component.surprise.get(s, 0)) for s in near_slots]
+            m = (sum(surprises) + len(surprises) // 2) // len(surprises) if surprises else \
+                relative(component.last_surprise)
+            other = 0 if c == 0 else 1 if self.before[c - 1][e][1] == 0 else 2
+            context = surprise_class(m), other, second
+            if self.mixed:
+                self._about(mixer, item, known, number, e, index, second, relative, used, predict, not_taken)
+                r = signed(mixer, models.mixed_residual[context])
+            else:
+                r = self._residual(models.residual[context], m)
+            index = signed64(index + r)
+            if r:
+                surprise = abs(r).bit_length() + scale
+            d = index
+            if domain.table:
+                reject_unless(0 <= index < len(domain.table), "a rank beyond its table")
+                d = domain.table[index]
+            value = None
+            if domain.negative_zero and d == 0:
+                component.last_negative = source.bit(models.negative[component.last_negative])
+                if component.last_negative:
+                    value = domain.minus_zero()
+            if value is None:
+                value = domain.value(d)
+            state = domain.state(index)
+            if not math.isfinite(state):
+                state = substitute()
+
+        has_third = item.kind in (MIDPOINT, CENTRE)
+        if not has_third:
+            wanted = {FLAT: 0b1011, SIMPLEX: 0b1000000}.get(item.kind, _LATTICE_BITS)
+            has_third = known & wanted == wanted
+        component.state[slot] = state
+        component.third[slot] = state - around.lattice() if has_third else 0.0
+        component.surprise[slot], component.second[slot] = surprise, second
+        component.last_surprise = surprise
+        component.before_last, component.last = component.last, state
+        if self.referring:
+            component.twin[slot] = then
+            component.twin_third[slot] = then - twins.lattice() if has_third else 0.0
+            component.before_last_twin, component.last_twin = component.last_twin, then
+        stood = domain.as_value(state)
+        if places:
+            for table, (place, negative) in zip(component.matches, places):
+                table[place] = (stood, negative)
+        kept.append((stood, surprise))
+        return value
+
+    def _residual(self, model, m):
+        k = near(self.source, model, m)
+        if k == 0:
+            return 0
+        x = self.source.raw(k)
+        half = 1 << (k - 1)
+        size = half + x % half
+        return signed64(-size if x & half else size)
+
+    # ------------------------------------------------------------------ 25 Mixed columns
+
+    def _about(self, mixer, item, known, class_, e, index, second, relative, used, predict, not_taken):
+        component, c, domain = self.component, self.c, self.component.domain
+        near_ = [relative(component.surprise.get(item.at[a], 0)) + 1 if known >> a & 1 else 0 for a in range(3)]
+        before = relative(self.before[c - 1][e][1]) + 1 if c >= 1 else 0
+        first = relative(self.before[c - 2][e][1]) + 1 if c >= 2 else 0
+        last = relative(component.last_surprise)
+        way = [way_number(domain.index(predict(mode)) - index)
+               for mode in (0, 17 if not_taken is None else not_taken, 18)]
+        mixer.about(0, (near_[0] + near_[1] + near_[2], before, second), tuple(near_), (class_, last, second),
+                    (way[0], way[1]), (before, first, way[2]))
+
+    # ------------------------------------------------------------------ Values in shuffled_zstd
+
+    def note(self, tiles, values):
+        """What a column keeps of a group that was said otherwise; `values`: of each tile."""
+        count = len(self.components)
+        for (elements, skipped), bits in zip(tiles, values):
+            for c, component in enumerate(self.components):
+                domain, at = component.domain, c
+                for item in skipped:
+                    component.skip(item.slot)
+                for item in elements:
+                    component.skip(item.slot)
+                    s = domain.from_value(as_double(self.type, bits[at]))
+                    at += count
+                    if math.isfinite(s):
+                        component.state[item.slot] = s
+                    component.twin[item.slot] = component.state[item.slot]
+                    component.before_last, component.last = component.last, component.state[item.slot]
+                    component.before_last_twin, component.last_twin = component.last_twin, component.last
+                    component.last_surprise = 0
+
+
+def shuffled_values(data, array, elements, most_bytes=None):
+    """Codec 4: the bits of all scalars, in order. Of groups there may be more than `elements`, up to `most_bytes`."""
+    cursor = Cursor(data)
+    size, width = cursor.varint(), SCALAR_BYTES[array.type]
+    least = elements * array.element_bytes()
+    reject_unless(size % array.element_bytes() == 0 and size >= least, "values of another size than there are elements")
+    reject_unless(size <= (least if most_bytes is None else most_bytes), "more values than there are elements")
+    planes = zstd_frame(cursor.rest(), size)
+    count = size // width
+    values = [0] * (elements * array.components)
+    for byte in range(width):
+        plane = planes[byte * count : byte * count + len(values)]
+        if byte == 0:
+            values = list(plane)
+        else:
+            shift = 8 * byte
+            values = [value | b << shift for value, b in zip(values, plane)]
+    return values

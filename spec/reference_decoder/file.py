@@ -1,0 +1,322 @@
+"""Sections 2, 8 to 10, 17 and 38: the container, step times, extras, index, trailer, archives."""
+
+import struct
+from dataclasses import dataclass
+
+from .basics import MASK32, SCALAR_BYTES, Cursor, ShmError, checksum, packed_blob, reject_unless
+from .group import STREAM_NAMES, GroupHeader, Imported, Segment
+from .schema import read_schema
+from .steps import StepValues
+
+# ---------------------------------------------------------------------------- 2 Container
+
+SIGNATURE = b"\x89SHM\r\n\x1a\n"
+CHUNK_MARK, TRAILER_MARK = b"SHMC", b"SHME"
+SCHEMA, GROUP, STEP_VALUES, STEP_TIMES, EXTRA, INDEX, MEMBERS = 1, 2, 3, 4, 5, 6, 9
+ARCHIVE = 4  # of needed_features
+MOST_SEGMENTS, MOST_STEPS, MOST_PAYLOAD = 2**20, 2**20, 2**30
+
+
+@dataclass
+class Chunk:
+    kind: int
+    segment: int
+    optional: bool
+    known: bool
+    offset: int
+    payload: bytes
+
+    def base(self):
+        """Where the payload begins in the file."""
+        return self.offset + 32
+
+
+@dataclass
+class StepTimes:
+    times: list
+
+
+@dataclass
+class Extra:
+    key: bytes
+    type: int
+    refers: int
+    shape: list
+    data: bytes
+
+
+@dataclass
+class Totals:
+    vertices: int = 0
+    cells: int = 0
+    hexahedra: int = 0
+    max_active_vertices: int = 0
+    steps: int = 0
+    segments: int = 0
+    imported_vertices: int = 0
+    block_cells: list = None
+    trailing_bytes: int = 0
+
+
+def read_file_start(data):
+    """The needed features; data begins with a file."""
+    if len(data) < 16:
+        raise ShmError("truncated", "file start", len(data))
+    if data[:8] != SIGNATURE:
+        raise ShmError("another signature: this is no .shm file", "file start", 0)
+    major, minor, features = struct.unpack("<HHI", data[8:16])
+    if major != 0 or minor > 1:
+        raise ShmError(f"unsupported: version {major}.{minor}", "file start", 8)
+    if features & ~ARCHIVE:
+        raise ShmError(f"unsupported: needed features {features:#x}", "file start", 12)
+    return features
+
+
+def read_chunk(data, at, sequence):
+    if len(data) - at < 32:
+        raise ShmError("truncated", "chunk header", at)
+    header = data[at : at + 32]
+    mark, kind, version, flags, _, number, segment, size, sum_, own_sum = struct.unpack("<4sBBBBIIQII", header)
+    if mark != CHUNK_MARK:
+        raise ShmError("no chunk", "chunk header", at)
+    if own_sum != checksum(header[:28]):
+        raise ShmError("a checksum that does not match", "chunk header", at)
+    if number != sequence & MASK32:
+        raise ShmError("a chunk out of sequence", "chunk header", at)
+    if size > MOST_PAYLOAD:
+        raise ShmError("over limit: a payload of more than 2^30 bytes", "chunk header", at)
+    if len(data) - at - 32 < size:
+        raise ShmError("truncated", "payload of a chunk", len(data))
+    payload = data[at + 32 : at + 32 + size]
+    if sum_ != checksum(payload):
+        raise ShmError("a checksum that does not match", "payload of a chunk", at + 32)
+    known = SCHEMA <= kind <= INDEX and version == 0 and (segment == 0 or kind == GROUP)
+    return Chunk(kind, segment, bool(flags & 1), known, at, payload)
+
+
+def read_trailer(data, at, expected):
+    """`expected`: the offset of the chunk that the trailer points to."""
+    if len(data) - at < 16:
+        raise ShmError("truncated", "trailer", len(data))
+    offset, sum_, mark = struct.unpack("<QI4s", data[at : at + 16])
+    if mark != TRAILER_MARK or sum_ != checksum(data[at : at + 8]) or offset != expected:
+        raise ShmError("another mark, checksum or offset", "trailer", at)
+
+
+# ---------------------------------------------------------------------------- 17 Decoding a file
+
+
+class File:
+    """Decodes one mesh. `items` yields tiles, StepPiece, StepTimes and Extra in the order of the file, Totals last."""
+
+    def __init__(self, data):
+        self.data = data
+        reject_unless(read_file_start(data) == 0, "this is an archive")
+        chunk = read_chunk(data, 16, 0)
+        if chunk.kind != SCHEMA or not chunk.known:
+            raise ShmError("the first chunk is no schema", "chunk header", 16)
+        self.schema_payload = chunk.payload
+        self.schema = read_schema(chunk.payload, chunk.base(), data[8:16])
+        self.entries = [(chunk.kind, 16, 32 + len(chunk.payload))]
+        self.totals = Totals(block_cells=[0] * len(self.schema.blocks))
+        self.groups, self.segment, self.imported = [], None, Imported()
+        self.step_values, self.step_times = None, None
+        self.stream_bytes = {}
+
+    def items(self):
+        at, sequence = 16 + 32 + len(self.schema_payload), 1
+        while True:
+            chunk = read_chunk(self.data, at, sequence)
+            at, sequence = at + 32 + len(chunk.payload), sequence + 1
+            if not chunk.known:
+                if not chunk.optional:
+                    raise ShmError(f"unsupported: chunk of kind {chunk.kind}", "chunk header", chunk.offset)
+            elif chunk.kind == SCHEMA:
+                if chunk.payload != self.schema_payload:
+                    raise ShmError("a later schema that differs from the first", "schema", chunk.offset)
+            elif chunk.kind == GROUP:
+                yield from self._group(chunk)
+            elif chunk.kind == STEP_VALUES:
+                yield self._step_values(chunk)
+            elif chunk.kind == STEP_TIMES:
+                yield self._step_times(chunk)
+            elif chunk.kind == EXTRA:
+                yield self._extra(chunk)
+            else:
+                self._index(chunk)
+                read_trailer(self.data, at, chunk.offset)
+                self.totals.trailing_bytes = len(self.data) - at - 16
+                yield self.totals
+                return
+            self.entries.append((chunk.kind, chunk.offset, 32 + len(chunk.payload)))
+
+    def _count_bytes(self, name, count):
+        self.stream_bytes[name] = self.stream_bytes.get(name, 0) + count
+
+    def _group(self, chunk):
+        totals = self.totals
+        if self.step_values is not None:
+            raise ShmError("a group after step values", "group", chunk.offset)
+        number = chunk.segment
+        if number != totals.segments - 1:
+            if number != totals.segments or number >= MOST_SEGMENTS:
+                raise ShmError("a segment that is not the next one", "chunk header", chunk.offset)
+            if self.segment:
+                self.segment.end()
+            self.segment = Segment(self.schema, number, totals.vertices, totals.cells, self.imported)
+            totals.segments += 1
+        header = GroupHeader(self.schema, number, chunk.payload, chunk.base())
+        try:
+            group = self.segment.decode(header)
+        except ShmError as error:
+            error.section = error.section or "group"
+            error.offset = chunk.base() if error.offset is None else error.offset
+            raise
+        totals.vertices += header.vertices
+        totals.imported_vertices += header.imported_vertices
+        totals.max_active_vertices = max(totals.max_active_vertices, header.max_active_vertices)
+        for tile in group.tiles:
+            for cell in tile.cells:
+                totals.cells += 1
+                totals.block_cells[cell[1]] += 1
+                totals.hexahedra += self.schema.blocks[cell[1]].hexahedral()
+        for key, stream in header.streams.items():
+            name = STREAM_NAMES[key] if key in STREAM_NAMES else self.schema.stream_name(stream.array)
+            self._count_bytes(name, len(stream.data))
+        yield from group.tiles
+        self.groups.append(group)
+        for tile in group.tiles:
+            tile.forget_values()
+
+    # ------------------------------------------------------------------ 7 Step values
+
+    def _step_values(self, chunk):
+        if self.step_values is None:
+            self.step_values = StepValues(self.schema, self.groups)
+        piece, size = self.step_values.decode(chunk.payload, chunk.base())
+        if piece.step >= MOST_STEPS:
+            raise ShmError("over limit: a step of 2^20 or more", "step values", chunk.offset)
+        self.totals.steps = max(self.totals.steps, piece.step + 1)
+        self._count_bytes(self.schema.stream_name(piece.array), size)
+        return piece
+
+    # ------------------------------------------------------------------ 8 Step times
+
+    def _blob(self, chunk, section):
+        cursor = Cursor(chunk.payload, chunk.base(), section)
+        try:
+            blob = packed_blob(cursor)
+        except ShmError as error:
+            error.section, error.offset = section, chunk.base()
+            raise
+        self._count_bytes(b"extras", len(chunk.payload))
+        return Cursor(blob, chunk.base(), section + " (unpacked)")
+
+    def _step_times(self, chunk):
+        if self.step_times is not None:
+            raise ShmError("step times a second time", "step times", chunk.offset)
+        cursor = self._blob(chunk, "step times")
+        if cursor.left() % 8:
+            cursor.fail("bytes that are no multiple of 8")
+        self.step_times = [cursor.f64() for _ in range(cursor.left() // 8)]
+        self.totals.steps = max(self.totals.steps, len(self.step_times))
+        return StepTimes(self.step_times)
+
+    # ------------------------------------------------------------------ 9 Extras
+
+    def _extra(self, chunk):
+        cursor = self._blob(chunk, "extra")
+        extra = Extra(cursor.text(), cursor.u8(), cursor.u8(), cursor.list_of(cursor.varint), b"")
+        if not 1 <= extra.type <= 10 or extra.refers > 2 or (extra.refers and extra.type not in (5, 7)):
+            cursor.fail("an unknown type or refers")
+        count = 0 if 0 in extra.shape else 1
+        for side in extra.shape:
+            count = min(count * side, 2**61)
+        extra.data = cursor.rest()
+        if count >= 2**61 or len(extra.data) != count * SCALAR_BYTES[extra.type]:
+            cursor.fail("data that is not the product of its shape")
+        return extra
+
+    # ------------------------------------------------------------------ 10 Index and trailer
+
+    def _index(self, chunk):
+        cursor, totals = Cursor(chunk.payload, chunk.base(), "index"), self.totals
+        if self.step_values and not self.step_values.complete():
+            cursor.fail("a stepped array whose last step is not complete")
+        found = [("previous_index", 0), ("vertices", totals.vertices), ("cells", totals.cells),
+                 ("hexahedra", totals.hexahedra), ("max_active_vertices", totals.max_active_vertices),
+                 ("steps", totals.steps), ("segments", totals.segments),
+                 ("imported_vertices", totals.imported_vertices)]
+        for name, value in found:
+            if cursor.varint() != value:
+                cursor.fail(f"{name} not as found")
+        if cursor.list_of(cursor.varint) != totals.block_cells:
+            cursor.fail("block_cells not as found")
+        streams = cursor.list_of(lambda: (cursor.text(), cursor.varint()))
+        if streams != sorted(self.stream_bytes.items()):
+            cursor.fail("streams not as found")
+        cursor.list_of(lambda: (cursor.varint32(), cursor.list_of(lambda: (cursor.f64(), cursor.f64()))))  # ranges
+        entries = cursor.list_of(lambda: self._entry(cursor))
+        if entries != self.entries:
+            cursor.fail("entries that are not the chunks of the file")
+        cursor.end()
+
+    @staticmethod
+    def _entry(cursor):
+        entry = cursor.u8(), cursor.varint(), cursor.varint()
+        if entry[0] == GROUP:
+            cursor.varint32()
+            for _ in range(4):
+                cursor.varint()
+            cursor.take(48)
+            cursor.varint()
+        elif entry[0] == STEP_VALUES:
+            cursor.varint32()
+            for _ in range(3):
+                cursor.varint()
+            cursor.varint32()
+            cursor.take(2)
+        return entry
+
+
+# ---------------------------------------------------------------------------- 38 Archive
+
+
+def _good_name(name):
+    if not 1 <= len(name) <= 255 or name in (b".", b".."):
+        return False
+    return all(byte >= 32 and byte != 127 and byte not in b"/\\" for byte in name)
+
+
+def read_archive(data):
+    """(name, bytes) of the members."""
+    if len(data) < 64:
+        raise ShmError("truncated", "archive", len(data))
+    at = struct.unpack("<Q", data[-16:-8])[0]
+    if at > len(data) - 48:
+        raise ShmError("an offset beyond the file", "trailer", len(data) - 16)
+    read_trailer(data, len(data) - 16, at)
+    chunk = read_chunk(data, at, 0)
+    if chunk.kind != MEMBERS or chunk.segment:
+        raise ShmError("no members chunk where the trailer points to", "members", at)
+    read_trailer(data, at + 32 + len(chunk.payload), at)  # the same again, where there is parity between (section 40)
+    cursor = Cursor(chunk.payload, chunk.base(), "members")
+    if cursor.take(8) != data[8:16]:
+        cursor.fail("not the version and features of the file start")
+    members, names, first = [], set(), 16
+    for name, size in cursor.list_of(lambda: (cursor.text(), cursor.varint())):
+        if not _good_name(name) or name in names:
+            cursor.fail("a name that names no file, or stands twice")
+        names.add(name)
+        if size > at - first:
+            cursor.fail("a member beyond the members chunk")
+        members.append((name, data[first : first + size]))
+        first += size
+    cursor.end()
+    if first != at:
+        cursor.fail("members that do not end where the members chunk begins")
+    return members
+
+
+def is_archive(data):
+    return read_file_start(data) == ARCHIVE

@@ -1,0 +1,181 @@
+"""Section 36: inner nodes of second-order cells. Their numbers are in vertex_numbers.py."""
+
+from functools import lru_cache
+
+from .basics import HEXAHEDRON, LINE, MASK64, PYRAMID, QUAD, TETRAHEDRON, TRIANGLE, WEDGE
+from .coders import Bits
+from .surface import CORNER_BITS
+
+EDGE, FACE, BODY = range(3)
+
+
+class InnerNode:
+    """What an inner node is in the middle of, by corners as stored, and what is parallel to it."""
+
+    def __init__(self, kind, corners=()):
+        self.kind, self.corners = kind, corners
+        self.parallel = []  # (position of a node, corner that is beside the first corner there)
+        self.edges = []  # of a face: the nodes of its edges
+        self.sides = []  # of an edge: corners of the sides of the solid that it lies in
+
+
+def _words(text):
+    return [tuple(int(corner) for corner in word) for word in text.split()]
+
+
+_HEXAHEDRON_EDGES = _words("01 12 23 30 45 56 67 74 04 15 26 37")
+_HEXAHEDRON_FACES = _words("0473 1265 0154 3762 0321 4567")
+_BODY = [()]
+
+
+def _hexahedron(nodes):
+    if nodes == 9:
+        return 8, _BODY
+    if nodes < 20:
+        return 8, []
+    faces = {24: _HEXAHEDRON_FACES[:4], 26: _HEXAHEDRON_FACES, 27: _HEXAHEDRON_FACES + _BODY, 21: _BODY}
+    return 8, _HEXAHEDRON_EDGES + faces.get(nodes, [])
+
+
+_INNER = {
+    (LINE, 3): (2, _words("01")),
+    (TRIANGLE, 6): (3, _words("01 12 20")),
+    (TRIANGLE, 7): (3, _words("01 12 20") + _BODY),
+    (QUAD, 8): (4, _words("01 12 23 30")),
+    (QUAD, 9): (4, _words("01 12 23 30 0123")),
+    (TETRAHEDRON, 10): (4, _words("01 12 20 03 13 23")),
+    (PYRAMID, 13): (5, _words("01 12 23 30 04 14 24 34")),
+    (PYRAMID, 14): (5, _words("01 12 23 30 04 14 24 34 0321")),
+    (WEDGE, 15): (6, _words("01 12 20 34 45 53 03 14 25")),
+    (WEDGE, 18): (6, _words("01 12 20 34 45 53 03 14 25 0143 1254 2035")),
+}
+_SIDES = {
+    WEDGE: _words("0143 1254 2035 021 345"),
+    PYRAMID: _words("0321 014 124 234 304"),
+    TETRAHEDRON: _words("013 123 203 021"),
+    HEXAHEDRON: _HEXAHEDRON_FACES,
+}
+
+
+def _next_to(side, a, b):
+    """Whether a and b stand side by side around it."""
+    return a in side and b in side and (side.index(a) - side.index(b)) % len(side) in (1, len(side) - 1)
+
+
+def _other_neighbour(side, a, b):
+    """The corner that the side joins to a, and that is not b."""
+    n, at = len(side), side.index(a)
+    before, after = side[at - 1], side[(at + 1) % n]
+    return after if before == b else before
+
+
+@lru_cache(maxsize=None)
+def _table(shape, nodes):
+    first, corners = _hexahedron(nodes) if shape == HEXAHEDRON else _INNER.get((shape, nodes), (0, []))
+    kinds = {0: BODY, 2: EDGE, 4: FACE}
+    inner = {first + i: InnerNode(kinds[len(c)], c) for i, c in enumerate(corners)}
+    at = {frozenset(node.corners): position for position, node in inner.items() if node.corners}
+    sides = _SIDES.get(shape, [])
+    for node in inner.values():
+        if node.kind == EDGE:
+            a, b = node.corners
+            node.sides = [side for side in sides if _next_to(side, a, b)]
+            for side in [(0, 1, 2, 3)] if shape == QUAD else sides:
+                if len(side) == 4 and _next_to(side, a, b):
+                    beside = _other_neighbour(side, a, b)
+                    position = at[frozenset((beside, _other_neighbour(side, b, a)))]
+                    if all(position != known for known, _ in node.parallel):
+                        node.parallel.append((position, beside))
+            if shape == HEXAHEDRON:  # the edge opposite in the cell
+                flip = 7 ^ CORNER_BITS[a] ^ CORNER_BITS[b]
+                opposite = [CORNER_BITS[CORNER_BITS[corner] ^ flip] for corner in (a, b)]
+                node.parallel.append((at[frozenset(opposite)], opposite[0]))
+        elif node.kind == FACE:
+            c = node.corners
+            node.edges = [at[frozenset((c[i], c[(i + 1) % 4]))] for i in range(4)]
+            if shape == HEXAHEDRON:  # the face behind it
+                index = _HEXAHEDRON_FACES.index(c) ^ 1
+                behind = _HEXAHEDRON_FACES[index]
+                node.parallel.append((at[frozenset(behind)], behind[0]))
+    return inner
+
+
+def inner_nodes_of(block):
+    if block.shape == HEXAHEDRON and block.nodes_per_cell < 8:
+        return {}
+    return _table(block.shape, block.nodes_per_cell)
+
+
+def mix(id_):
+    x = ((id_ + 1) * 0x9E3779B97F4A7C15) & MASK64
+    return x ^ (x >> 29)
+
+
+class InnerNodes:
+    """Which vertex an inner node is, and when it ends."""
+
+    def __init__(self, surface):
+        self.surface = surface
+        self.middle = {}
+        self.missed, self.ended = [0] * 3, [0] * 27
+        self.expected_models, self.body_ends, self.ends_with_corner = Bits(), Bits(), Bits()
+        self.face_ends, self.edge_ends = Bits(), Bits()
+
+    def _tellers(self, cell, i):
+        """The two vertices that tell the place of inner node i."""
+        corners = [cell.v[cell.position_stored(c)] for c in cell.inner[i].corners]
+        if len(corners) == 4:
+            least = min(range(4), key=lambda k: corners[k].id)
+            return corners[least], corners[least ^ 2]
+        return corners
+
+    def as_expected(self, source, cell, i):
+        kind = cell.inner[i].kind
+        expected = None
+        if kind != BODY:
+            a, b = self._tellers(cell, i)
+            expected = self.middle.get((kind, frozenset((a.id, b.id))))
+            if expected is None and a is b:
+                expected = a
+        hit = source.bit(self.expected_models[kind, expected is not None, self.missed[kind]])
+        self.missed[kind] = 1 - hit
+        if hit:
+            cell.v[i] = expected or self.surface.add_vertex()
+            if expected is None:
+                cell.new_positions.append(i)
+        return hit
+
+    def note(self, cell, i):
+        node, vertex = cell.inner[i], cell.v[i]
+        if node.kind == BODY:
+            return
+        a, b = self._tellers(cell, i)
+        if vertex is a and vertex is b:
+            return
+        place = node.kind, frozenset((a.id, b.id))
+        if vertex.place != place:
+            if place in self.middle:
+                self.forget_vertex(self.middle[place])
+            self.forget_vertex(vertex)
+            self.middle[place], vertex.place = vertex, place
+        for side in node.sides:
+            vertex.open ^= sum(mix(cell.v[cell.position_stored(c)].id) for c in side) & MASK64
+
+    def forget_vertex(self, vertex):
+        """It leaves its place, if it has one."""
+        if vertex.place is not None:
+            del self.middle[vertex.place]
+        vertex.place, vertex.open = None, 0
+
+    def ends(self, source, cell, i):
+        node, vertex = cell.inner[i], cell.v[i]
+        if node.kind == BODY:
+            last = source.bit(self.body_ends[0])
+        elif any(cell.position_stored(c) in cell.last_use for c in node.corners):
+            last = source.bit(self.ends_with_corner[node.kind])
+        elif node.kind == FACE:
+            last = source.bit(self.face_ends[min(vertex.uses, 2), self.ended[i]])
+        else:
+            last = source.bit(self.edge_ends[vertex.open == 0, min(vertex.uses, 7), self.ended[i]])
+        self.ended[i] = last
+        return last

@@ -1,0 +1,164 @@
+"""Section 5: the schema."""
+
+import math
+from dataclasses import dataclass, field
+
+from .basics import FLOAT32, FLOAT64, HEXAHEDRON, SCALAR_BYTES, Cursor, packed_blob
+
+KEEP, STREAM, FREE = range(3)
+MOST_ARRAYS, MOST_STATIC_COMPONENTS, MOST_BLOCKS = 65536, 4096, 2**20  # limits of this reader (section 26)
+POINT, CELL = range(2)
+BOUND = 64  # `bits` of a quantization within an absolute bound
+
+
+@dataclass
+class Quantization:
+    bits: int = 0
+    max_abs: float = 0.0
+    spacing: float = 0.0
+    minimum: list = field(default_factory=list)  # of the ranges, or the anchors
+    maximum: list = field(default_factory=list)
+
+    def step(self):
+        if self.bits == BOUND:
+            return self.spacing
+        side = max(high - low for low, high in zip(self.minimum, self.maximum))
+        return side / (2**self.bits - 1) if side else 1.0
+
+
+@dataclass
+class Block:
+    id: int
+    name: bytes
+    shape: int
+    nodes_per_cell: int
+
+    def hexahedral(self):
+        return self.shape == HEXAHEDRON and self.nodes_per_cell >= 8
+
+
+@dataclass
+class Array:
+    name: bytes
+    location: int
+    type: int
+    components: int
+    per_step: bool
+    blocks: list
+    role: bytes
+    quantization: Quantization
+
+    def element_bytes(self):
+        return self.components * SCALAR_BYTES[self.type]
+
+    def covers(self, block):
+        return not self.blocks or block in self.blocks
+
+
+@dataclass
+class Schema:
+    order: int
+    corner_order: bool
+    delay: int
+    coordinate_type: int
+    coordinate_quantization: Quantization
+    source_format: bytes
+    blocks: list
+    arrays: list
+    step_references: int
+
+    def coordinates(self):
+        """The coordinates, as if they were an array."""
+        return Array(b"", POINT, self.coordinate_type, 3, False, [], b"", self.coordinate_quantization)
+
+    def all_hexahedral(self):
+        return all(block.hexahedral() for block in self.blocks)
+
+    def static_arrays(self):
+        return [(i, array) for i, array in enumerate(self.arrays) if not array.per_step]
+
+    def stepped_arrays(self):
+        return [(i, array) for i, array in enumerate(self.arrays) if array.per_step]
+
+    def stream_name(self, index):
+        """The name of an array's bytes in the index (section 10)."""
+        array = self.arrays[index]
+        before = sum(a.location == array.location and a.name == array.name for a in self.arrays[:index])
+        place = b"cell/" if array.location == CELL else b"point/"
+        return b"array:" + place + array.name + (b"#%d" % (before + 1) if before else b"")
+
+
+def _bool(cursor):
+    value = cursor.u8()
+    if value > 1:
+        cursor.fail("a bool above 1")
+    return bool(value)
+
+
+def _quantization(cursor, type_, components):
+    quantization = Quantization(cursor.u8())
+    if quantization.bits == 0:
+        return quantization
+    if type_ not in (FLOAT32, FLOAT64):
+        cursor.fail("integers are not quantized")
+    if quantization.bits == BOUND:
+        quantization.max_abs, quantization.spacing = cursor.f64(), cursor.f64()
+        quantization.minimum = cursor.list_of(cursor.f64)
+        good = 0 < quantization.max_abs < 1e300 and 0 < quantization.spacing < 2e300
+        good = good and all(abs(anchor) < 1e300 for anchor in quantization.minimum)
+    elif quantization.bits <= 52:
+        ranges = cursor.list_of(lambda: (cursor.f64(), cursor.f64()))
+        quantization.minimum, quantization.maximum = [r[0] for r in ranges], [r[1] for r in ranges]
+        good = all(math.isfinite(low + high) and -1e300 < low <= high < 1e300 for low, high in ranges)
+    else:
+        cursor.fail("a reserved kind of quantization")
+    if not good or len(quantization.minimum) != components:
+        cursor.fail("a quantization that cannot be")
+    return quantization
+
+
+def _block(cursor):
+    block = Block(cursor.svarint(), cursor.text(), cursor.u8(), cursor.varint32())
+    if block.shape > 10 or block.nodes_per_cell > 65536:
+        cursor.fail("a block that cannot be")
+    return block
+
+
+def _array(cursor, blocks):
+    name, location, type_, components = cursor.text(), cursor.u8(), cursor.u8(), cursor.varint32()
+    if location > 1 or not 1 <= type_ <= 10 or not 1 <= components <= 65535:
+        cursor.fail("an array that cannot be")
+    per_step, covers, role = _bool(cursor), cursor.list_of(cursor.varint32), cursor.text()
+    if covers and location == POINT:
+        cursor.fail("a point array with blocks")
+    if covers != sorted(set(covers)) or any(block >= blocks for block in covers):
+        cursor.fail("an array on blocks that are not ascending, or do not exist")
+    return Array(name, location, type_, components, per_step, covers, role,
+                 _quantization(cursor, type_, components))
+
+
+def read_schema(payload, base, file_start):
+    """`file_start`: the eight bytes behind the signature, which must stand here again."""
+    cursor = Cursor(payload, base, "schema")
+    if cursor.take(8) != file_start:
+        cursor.fail("not the version and features of the file start")
+    cursor = Cursor(packed_blob(cursor), base, "schema (unpacked)")
+    order, corner_order, delay, coordinate_type = cursor.u8(), _bool(cursor), cursor.varint32(), cursor.u8()
+    if order > FREE or (order == KEEP and not corner_order):
+        cursor.fail("an order that cannot be")
+    if coordinate_type not in (FLOAT32, FLOAT64):
+        cursor.fail("coordinates that are not floating-point")
+    quantization, source_format = _quantization(cursor, coordinate_type, 3), cursor.text()
+    blocks = cursor.list_of(lambda: _block(cursor))
+    arrays = cursor.list_of(lambda: _array(cursor, len(blocks)))
+    step_references = 2
+    if cursor.left():
+        step_references = cursor.u8()
+        if step_references > 1:
+            cursor.fail("step references above 1")
+    cursor.end()
+    static = sum(array.components for array in arrays if not array.per_step)
+    if len(arrays) > MOST_ARRAYS or static > MOST_STATIC_COMPONENTS or len(blocks) > MOST_BLOCKS:
+        cursor.fail("over limit: too many arrays, components or blocks")
+    return Schema(order, corner_order, delay, coordinate_type, quantization, source_format, blocks, arrays,
+                  step_references)

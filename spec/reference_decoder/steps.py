@@ -1,0 +1,142 @@
+"""Section 7: step values."""
+
+import math
+
+from .basics import FLOAT32, MASK32, SCALAR_BYTES, Cursor, ShmError, reject_unless
+from .columns import COLUMNS, MIXED_COLUMNS, SHUFFLED_ZSTD, WITH_TABLES, Column, shuffled_values
+from .domains import as_double, as_float32, bits_of
+
+IN_COLUMNS = 256  # components at most
+
+
+def trend(type_, r1, r2):
+    """r1 + (r1 - r2) in the array's own type."""
+    if type_ < FLOAT32:
+        return (2 * r1 - r2) & ((1 << 8 * SCALAR_BYTES[type_]) - 1)
+    one, two = as_double(type_, r1), as_double(type_, r2)
+    if type_ == FLOAT32:
+        result = as_float32(one + as_float32(one - two))
+    else:
+        result = one + (one - two)
+    return bits_of(type_, result) if math.isfinite(result) else r1
+
+
+class StepOfArray:
+    def __init__(self, step):
+        self.step, self.values = step, {}  # by group
+        self.reference = 0  # whether chunks of it refer to something
+
+
+class StepPiece:
+    def __init__(self, array, step, first, values):
+        self.array, self.step, self.first, self.values = array, step, first, values
+
+
+class StepValues:
+    """The values of all stepped arrays, chunk by chunk."""
+
+    def __init__(self, schema, groups):
+        self.schema, self.groups = schema, groups
+        self.counts = {i: [group.elements(a) for group in groups] for i, a in schema.stepped_arrays()}
+        self.steps = {i: [] for i in self.counts}  # of each array, the last three
+        self.open = None  # array whose step is not complete
+        self.column = None
+        one_step = sum(sum(counts) * schema.arrays[i].element_bytes() for i, counts in self.counts.items())
+        self.may_refer = schema.step_references
+        if one_step > 2**26:
+            self.may_refer = min(self.may_refer, 1)
+        if one_step > 2**27:
+            self.may_refer = 0
+
+    def complete(self):
+        return self.open is None
+
+    def _next_group(self, index, after):
+        return next((g for g in range(after, len(self.groups)) if self.counts[index][g]), None)
+
+    def decode(self, payload, base):
+        cursor = Cursor(payload, base, "step values")
+        index, step, reference_step, trend_ = cursor.varint32(), cursor.varint(), cursor.varint(), cursor.u8()
+        group, count, codec = cursor.varint32(), cursor.varint(), cursor.u8()
+        data = cursor.rest()
+        try:
+            reject_unless(index in self.counts, "step values of no stepped array")
+            reject_unless(count > 0 and step <= MASK32 and trend_ <= 1, "step values that cannot be")
+            array = self.schema.arrays[index]
+            self._begin(index, step, group, count)
+            this = self.steps[index][-1]
+            reference = self._reference(index, array, this, reference_step, trend_)
+            values = self._values(array, index, this, reference, group, count, codec, data)
+        except ShmError as error:
+            error.section = error.section or "step values"
+            error.offset = base if error.offset is None else error.offset
+            raise
+        this.values[group] = values
+        if self._next_group(index, group + 1) is None:
+            self.open = None
+        first = sum(self.counts[index][:group])
+        return StepPiece(index, step, first, values), len(data)
+
+    def _begin(self, index, step, group, count):
+        steps = self.steps[index]
+        if self.open is None:
+            reject_unless(not steps or step > steps[-1].step, "steps that do not ascend")
+            expected = self._next_group(index, 0)
+            steps.append(StepOfArray(step))
+            del steps[:-3]
+            self.open, self.column = index, None
+        else:
+            reject_unless(self.open == index and steps[-1].step == step, "a step before the last one is complete")
+            expected = self._next_group(index, self.group + 1)
+        reject_unless(group == expected and count == self.counts[index][group],
+                      "step values of another group, or of another number of elements, than is next")
+        if self.column is None or self.groups[group].segment != self.groups[self.group].segment:
+            array = self.schema.arrays[index]
+            if array.components <= IN_COLUMNS:
+                self.column = Column(array, array.components <= WITH_TABLES)
+            self.column_reference = None
+        self.group = group
+
+    def _reference(self, index, array, this, reference_step, trend_):
+        """0 nothing, 1 the step before, 2 the trend."""
+        steps = self.steps[index]
+        if reference_step == this.step:
+            reject_unless(trend_ == 0, "a trend without reference")
+            return 0
+        reject_unless(len(steps) > 1 and reference_step == steps[-2].step,
+                      "a reference to another step than the one before")
+        reference = 1 + trend_
+        reject_unless(reference <= self.may_refer, "a reference to more than there may be")
+        reject_unless(array.quantization.bits == 0, "a reference of a quantized array")
+        reject_unless(trend_ == 0 or (len(steps) > 2 and steps[-2].reference),
+                      "a trend behind a step that refers to none")
+        return reference
+
+    def _values(self, array, index, this, reference, group, count, codec, data):
+        tiles = [tile.elements(array, steps=True) for tile in self.groups[group].tiles]
+        if array.components > IN_COLUMNS:
+            reject_unless(codec == SHUFFLED_ZSTD and reference == 0,
+                          "columns, or a reference, of too many components")
+            return shuffled_values(data, array, count)
+        reject_unless(self.column_reference in (None, reference), "a reference unlike that of the chunk before")
+        self.column_reference = reference
+        this.reference = this.reference or reference
+        self.column.referring = reference > 0
+        if codec == SHUFFLED_ZSTD:
+            values = shuffled_values(data, array, count)
+            found, at = [], 0
+            for elements, _ in tiles:
+                found.append(values[at : at + len(elements) * array.components])
+                at += len(elements) * array.components
+            self.column.note(tiles, found)
+            return values
+        reject_unless(codec == COLUMNS or (codec == MIXED_COLUMNS and array.components <= WITH_TABLES),
+                      "a codec that is not for this array")
+        references = None
+        if reference:
+            steps = self.steps[index]
+            references = steps[-2].values[group]
+            if reference == 2:
+                references = [trend(array.type, r1, r2) for r1, r2 in zip(references, steps[-3].values[group])]
+        found = self.column.decode(data, codec, tiles, count * array.element_bytes(), references)
+        return [value for tile in found for value in tile]
