@@ -53,6 +53,7 @@ class ChoosingEncoder {
   Result<ConnectivityCodec> smallest() const;
   Result<bool> shifts_do() const;
   Result<bool> shifts_are_as_small(ConnectivityCodec other) const;
+  bool lies_in_a_layer() const;
   struct Size {
     std::uint64_t all = 0;
     std::uint64_t topology = 0;  ///< of these: connectivity, corner order, vertex numbers
