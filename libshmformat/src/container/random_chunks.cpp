@@ -112,7 +112,7 @@ Result<void> for_each_chunk(RandomSource& source, std::span<const IndexEntry> en
 Result<std::uint64_t> bytes_of_file(RandomSource& source) {
   const auto last = last_chunk(source, ChunkKind::index);
   if (last || last.error().code != ErrorCode::truncated)
-    return last ? Result<std::uint64_t>(source.size()) : last.error();
+    return last ? Result<std::uint64_t>(last->offset + last->bytes + kTrailerBytes) : last.error();
   const std::uint64_t size = source.size();
   const auto cut = [&](std::uint8_t kind, std::uint64_t begin) {
     return wrong(

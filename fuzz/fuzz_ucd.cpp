@@ -1,0 +1,22 @@
+// Any bytes as an AVS UCD file: a whole mesh or a Failure.
+#include "ucd.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+
+#include "failure.h"
+#include "memory_file.h"
+#include "read_everything.h"
+#include "spool.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const MemoryFile file(data, size);
+  shm::converters::Spool spool(std::filesystem::temp_directory_path().string());
+  try {
+    const auto mesh = shm::converters::open_ucd(file.path(), spool);
+    read_everything(*mesh);
+  } catch (const shm::converters::Failure&) {
+  }
+  return 0;
+}

@@ -1,0 +1,164 @@
+// Any mesh through the Writer and back: bytes say schema, options, cells and values. What is
+// written must come back as it was, and must be the same bytes again, with threads too. Calls that
+// make no sense must be refused, and the writer must stand it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "../tests/test_mesh.h"
+
+namespace {
+
+/// Takes bytes; zeros when there are no more.
+class Choices {
+ public:
+  explicit Choices(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+  std::uint32_t below(std::uint32_t limit) {
+    std::uint32_t value = byte();
+    if (limit > 256) value = value << 8 | byte();
+    return value % limit;
+  }
+  bool flag() { return below(2) == 1; }
+  std::uint8_t byte() {
+    if (bytes_.empty()) return 0;
+    const std::uint8_t it = bytes_[0];
+    bytes_ = bytes_.subspan(1);
+    return it;
+  }
+  bool empty() const { return bytes_.empty(); }
+
+ private:
+  std::span<const std::uint8_t> bytes_;
+};
+
+/// Values of a run of scalars: smooth, repeated, or any bits.
+void add_values(std::vector<std::byte>& out, shm::ScalarType type, std::size_t count, Choices& in) {
+  const std::size_t width = shm::scalar_bytes(type);
+  const std::uint32_t how = in.below(3);
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t b = 0; b < width; ++b)
+      out.push_back(static_cast<std::byte>(how == 0   ? (b == 0 ? i : 0)
+                                           : how == 1 ? (b + 1 == width ? 0x40 : 7)
+                                                      : in.byte()));
+}
+
+shm::TestMesh make_mesh(Choices& in) {
+  using enum shm::CellShape;
+  constexpr struct {
+    shm::CellShape shape;
+    std::uint32_t nodes;
+  } kShapes[] = {{hexahedron, 8}, {hexahedron, 20}, {hexahedron, 27}, {tetrahedron, 4},
+                 {wedge, 6},      {pyramid, 5},     {quad, 4},        {line, 2},
+                 {vertex, 1},     {polygon, 0}};
+  shm::TestMesh mesh;
+  shm::Schema& schema = mesh.schema;
+  schema.coordinate_type = in.flag() ? shm::ScalarType::float64 : shm::ScalarType::float32;
+  schema.order = in.flag() ? shm::Order::stream : shm::Order::keep;
+  schema.corner_order = schema.order == shm::Order::keep || in.flag();
+  schema.delay = in.below(4) == 0 ? in.below(20) : 0;
+  const std::uint32_t blocks = 1 + in.below(3);
+  for (std::uint32_t b = 0; b < blocks; ++b) {
+    const auto& it = kShapes[in.flag() ? 0 : in.below(std::size(kShapes))];
+    schema.blocks.push_back({static_cast<std::int64_t>(b + 1), "b", it.shape, it.nodes});
+  }
+  const std::uint32_t arrays = in.below(4);
+  for (std::uint32_t a = 0; a < arrays; ++a) {
+    shm::ArrayInfo info;
+    info.name = "a" + std::to_string(a);
+    info.location = in.flag() ? shm::Location::point : shm::Location::cell;
+    info.type = static_cast<shm::ScalarType>(1 + in.below(10));
+    info.components = 1 + in.below(3);
+    if (info.location == shm::Location::cell && in.flag()) info.blocks = {in.below(blocks)};
+    schema.arrays.push_back(info);
+  }
+  // A grid, or any nodes.
+  const std::uint32_t n = 1 + in.below(5), m = n + 1;
+  mesh.vertices = m * m * m;
+  const std::uint32_t cells = in.below(n * n * n + 1);
+  for (std::uint32_t c = 0; c < cells; ++c) {
+    shm::TestCell cell;
+    cell.block = in.below(8) == 0 ? in.below(blocks) : 0;
+    const shm::BlockInfo& block = schema.blocks[cell.block];
+    const std::uint32_t nodes = block.nodes_per_cell == 0 ? in.below(7) : block.nodes_per_cell;
+    const std::uint32_t first = c / (n * n) * m * m + c / n % n * m + c % n;
+    const std::uint32_t by[] = {0, 1, m + 1, m, m * m, m * m + 1, m * m + m + 1, m * m + m};
+    const bool wild = in.below(8) == 0;
+    for (std::uint32_t i = 0; i < nodes; ++i)
+      cell.corners.push_back(wild ? in.below(static_cast<std::uint32_t>(mesh.vertices))
+                                  : (first + by[i % 8] + i / 8) % mesh.vertices);
+    mesh.cells.push_back(std::move(cell));
+  }
+  add_values(mesh.xyz, schema.coordinate_type, 3 * mesh.vertices, in);
+  for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
+    std::size_t elements = mesh.vertices;
+    if (schema.arrays[a].location == shm::Location::cell)
+      elements = static_cast<std::size_t>(
+          std::count_if(mesh.cells.begin(), mesh.cells.end(),
+                        [&](auto& cell) { return schema.array_covers(a, cell.block); }));
+    add_values(mesh.arrays.emplace_back(), schema.arrays[a].type,
+               elements * schema.arrays[a].components, in);
+  }
+  return mesh;
+}
+
+shm::WriteOptions make_options(Choices& in) {
+  shm::WriteOptions options;
+  options.level = static_cast<shm::Level>(in.below(3));
+  options.connectivity = static_cast<shm::ConnectivityCodec>(in.below(6));
+  options.group_cells = 1 + in.below(40);
+  if (in.flag()) options.segment_cells = 1 + in.below(40);
+  return options;
+}
+
+/// What no caller should do.
+void misuse(const shm::TestMesh& mesh, const shm::WriteOptions& options, Choices& in) {
+  shm::NullSink sink;
+  auto writer = shm::Writer::create(sink, mesh.schema, options);
+  if (!writer) return;
+  std::vector<std::byte> bytes(64);
+  for (int calls = 0; calls < 64 && !in.empty(); ++calls) {
+    const auto some = std::span<const std::byte>(bytes).first(in.below(32));
+    std::vector<std::uint64_t> corners(in.below(9));
+    for (std::uint64_t& it : corners) it = in.below(5);
+    switch (in.below(8)) {
+      case 0:
+      case 1: (void)writer->add_vertex(in.below(8), some, {}); break;
+      case 2: (void)writer->add_unused_vertex(in.below(8), some, some); break;
+      case 3:
+      case 4: (void)writer->add_cell(in.below(4), corners, in.byte(), some); break;
+      case 5: (void)writer->end_mesh(); break;
+      case 6: (void)writer->add_step_values(in.below(4), in.below(4), some); break;
+      default:
+        if (in.flag()) (void)writer->finish();
+    }
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  Choices in(std::span(data, size));
+  const bool wrong = in.below(8) == 0;
+  const shm::TestMesh mesh = make_mesh(in);
+  shm::WriteOptions options = make_options(in);
+  if (wrong) {
+    misuse(mesh, options, in);
+    return 0;
+  }
+  shm::NullSink none;
+  if (!shm::Writer::create(none, mesh.schema, options)) return 0;  // shifts with a delay, say
+  const std::vector<std::byte> bytes = shm::expect_round_trip(mesh, options);
+  options.threads = 3;
+  shm::MemorySink again;
+  const auto written = shm::write_mesh(mesh, again, options);
+  if (!written || again.bytes != bytes ||
+      testing::UnitTest::GetInstance()->ad_hoc_test_result().Failed())
+    std::abort();
+  return 0;
+}
