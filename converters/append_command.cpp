@@ -66,6 +66,19 @@ void copy_to(OutputFile& output, const std::string& path) {
   output.commit();
 }
 
+// The share of parity that the file has, if any. New parity would make damage last, so there must
+// be none.
+std::optional<double> parity_to_renew(const std::string& path, const Progress& progress) {
+  const auto file = unwrap(FileRandomSource::open(path), path);
+  const auto it = is_whole_file(*file) ? nullptr : ProtectedFile::open(*file);
+  if (!it) return std::nullopt;
+  it->check(progress);
+  if (!it->damaged_blocks().empty())
+    throw Failure(Error{ErrorCode::corrupt, "is damaged; its parity may heal it: shm repair",
+                        "parity", kNoOffset, path});
+  return it->share();
+}
+
 }  // namespace
 
 ExitCode run_append(Options& options) {
@@ -83,6 +96,7 @@ ExitCode run_append(Options& options) {
   if (!options.cell_order.empty())
     how.cell_order =
         &cell_order.emplace(read_cell_order(options.cell_order, source->info().cells()));
+  const auto share = parity_to_renew(options.input, line.callback());
   OutputFile output(options.output, spool_directory(options));
   FileSink& sink = output.sink();
   const AppendOutcome outcome = append_steps(options.input, *source, sink, how, spool);
@@ -90,9 +104,7 @@ ExitCode run_append(Options& options) {
   if (!outcome.differences.empty()) return tell_differences(outcome, options);
   tell_losses(outcome.losses, options.output);
   if (outcome.sizes) {
-    const auto old = unwrap(FileRandomSource::open(options.input), options.input);
-    if (const auto share = parity_share(*old))
-      protect(sink, options.output, *share, line.callback());
+    if (share) protect(sink, options.output, *share, line.callback());
     output.commit();
   } else if (!outcome.losses.empty())
     return kIncomplete;

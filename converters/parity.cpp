@@ -120,6 +120,7 @@ struct ParityPacket {
     put(&out[8], shape.protected_bytes, 8);
     put(&out[16], set, 4);
     put(&out[20], number, 8);
+    put(&out[28], shape.millionths, 4);
     put(&out[32], payload_checksum, 4);
     put(&out[36], checksum(std::span(out).first(36)), 4);
     return out;
@@ -143,9 +144,10 @@ struct ParityPacket {
     packet.shape.protected_bytes = get(&in[8], 8);
     packet.set = static_cast<std::uint32_t>(get(&in[16], 4));
     packet.number = get(&in[20], 8);
+    packet.shape.millionths = static_cast<std::uint32_t>(get(&in[28], 4));
     const ParityShape& shape = packet.shape;
     if ((packet.kind != kChecksums && packet.kind != kParity) || shape.data == 0 ||
-        shape.parity == 0 || shape.data + shape.parity > kMostBlocks ||
+        shape.parity == 0 || shape.parity > shape.data || shape.data + shape.parity > kMostBlocks ||
         shape.protected_bytes < kTrailerBytes || shape.protected_bytes >> 60 != 0 ||
         packet.number >=
             (packet.kind == kChecksums ? shape.checksum_packets() : shape.parity_packets()))
@@ -166,6 +168,7 @@ bool has_parity_codes() {
 ParityShape parity_shape(std::uint64_t bytes, double share) {
   ParityShape shape;
   shape.protected_bytes = bytes;
+  shape.millionths = std::max(static_cast<std::uint32_t>(share * 1e6), 1u);
   const auto parity = [&](std::uint64_t data) {
     return std::max<std::uint64_t>(
         static_cast<std::uint64_t>(std::ceil(share * static_cast<double>(data) - 1e-9)), 1);
@@ -279,7 +282,28 @@ class ProtectedFile::Healed final : public RandomSource {
   std::unique_ptr<FileRandomSource> scratch_;
 };
 
-ProtectedFile::ProtectedFile(RandomSource& file) : file_(&file) {}
+// What cannot be read is zeros.
+class ProtectedFile::Lenient final : public RandomSource {
+ public:
+  explicit Lenient(RandomSource& file) : file_(&file) {}
+  std::uint64_t size() const override { return file_->size(); }
+  Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override {
+    if (file_->read_at(offset, into)) return {};
+    for (std::size_t at = 0; at < into.size();) {
+      const auto piece = into.subspan(
+          at, std::min<std::size_t>(into.size() - at,
+                                    kParityBlockBytes - (offset + at) % kParityBlockBytes));
+      if (!file_->read_at(offset + at, piece)) std::fill(piece.begin(), piece.end(), std::byte{0});
+      at += piece.size();
+    }
+    return {};
+  }
+
+ private:
+  RandomSource* file_;
+};
+
+ProtectedFile::ProtectedFile(RandomSource& file) : file_(std::make_unique<Lenient>(file)) {}
 ProtectedFile::~ProtectedFile() = default;
 
 std::unique_ptr<ProtectedFile> ProtectedFile::open(RandomSource& file) {
@@ -287,22 +311,29 @@ std::unique_ptr<ProtectedFile> ProtectedFile::open(RandomSource& file) {
   return it->find() ? std::move(it) : nullptr;
 }
 
-bool may_have_parity(RandomSource& file) {
+bool is_whole_file(RandomSource& file) {
+  constexpr std::string_view kSignature = "\x89SHM\r\n\x1a\n", kEnd = "SHME";
+  std::array<std::byte, 8> start;
   std::array<std::byte, kTrailerBytes> trailer;
   std::array<std::byte, 32> header;
-  if (file.size() < trailer.size()) return false;
+  if (file.size() < start.size() + trailer.size()) return false;
+  unwrap(file.read_at(0, start), {});
   unwrap(file.read_at(file.size() - trailer.size(), trailer), {});
   const std::uint64_t index = get(trailer.data(), 8);
-  if (index > file.size() || file.size() - index < header.size()) return true;
+  if (std::memcmp(start.data(), kSignature.data(), start.size()) != 0 ||
+      std::memcmp(&trailer[12], kEnd.data(), kEnd.size()) != 0 ||
+      get(&trailer[8], 4) != checksum(std::span(trailer).first(8)) || index > file.size() ||
+      file.size() - index < header.size() + trailer.size())
+    return false;
   unwrap(file.read_at(index, header), {});
-  const std::uint64_t payload = get(&header[16], 8);
-  return payload != file.size() - index - header.size() - trailer.size();
+  return get(&header[28], 4) == checksum(std::span(header).first(28)) &&
+         get(&header[16], 8) == file.size() - index - header.size() - trailer.size();
 }
 
-std::optional<double> parity_share(RandomSource& file) {
-  const auto it = may_have_parity(file) ? ProtectedFile::open(file) : nullptr;
-  if (!it) return std::nullopt;
-  return static_cast<double>(it->shape().parity) / it->shape().data;
+double ProtectedFile::share() const {
+  return shape_.millionths > 0 && shape_.millionths <= 1'000'000
+             ? shape_.millionths / 1e6
+             : static_cast<double>(shape_.parity) / shape_.data;
 }
 
 // Any packet tells the shape; the last one that stands where it says that it stands is taken.
@@ -319,7 +350,8 @@ bool ProtectedFile::find() {
       if (window.size() - at < kHeaderBytes) continue;
       auto packet =
           ParityPacket::parse(std::span<const std::byte, kHeaderBytes>(&window[at], kHeaderBytes));
-      if (!packet) continue;
+      // Nothing stands where so few bytes cannot be protected.
+      if (!packet || packet->shape.protected_bytes > size) continue;
       bool stands = packet->place() == begin + at;
       if (!stands && packet->kind == kChecksums) {
         packet->again = true;

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,7 +21,8 @@ inline constexpr std::size_t kParityBlockBytes = 4096;
 // blocks as it has parity blocks.
 struct ParityShape {
   std::uint64_t protected_bytes = 0;
-  std::uint32_t data = 0, parity = 0;  // blocks of a stripe; 255 at most together
+  std::uint32_t data = 0, parity = 0;  // blocks of a stripe; 255 at most together, parity <= data
+  std::uint32_t millionths = 0;        // the share that was asked for; 0: not known
 
   std::uint64_t blocks() const { return (protected_bytes - 1) / kParityBlockBytes + 1; }
   std::uint64_t stripes() const { return (blocks() - 1) / data + 1; }
@@ -48,20 +48,21 @@ bool has_parity_codes();
 
 struct ParityPacket;
 
-// False where the file ends with its trailer as it was written: nothing stands behind that.
-bool may_have_parity(RandomSource& file);
-
-// Bytes of parity for each byte of a file; nothing where it has none.
-std::optional<double> parity_share(RandomSource& file);
+// Whether it begins as a .shm file does and ends with a trailer that stands behind its chunk: so
+// nothing stands behind that.
+bool is_whole_file(RandomSource& file);
 
 // A file with parity behind it.
 class ProtectedFile {
  public:
-  // Null where there is no parity. `file` is borrowed.
+  // Null where there is no parity. `file` is borrowed. What of it cannot be read is taken for
+  // damaged.
   static std::unique_ptr<ProtectedFile> open(RandomSource& file);
   ~ProtectedFile();
 
   const ParityShape& shape() const { return shape_; }
+  // Bytes of parity for each byte, as they were asked for.
+  double share() const;
   // Reads all blocks and packets.
   void check(const Progress& progress = {});
 
@@ -77,6 +78,7 @@ class ProtectedFile {
   RandomSource& healed();
 
  private:
+  class Lenient;
   class Healed;
 
   explicit ProtectedFile(RandomSource& file);
@@ -87,7 +89,7 @@ class ProtectedFile {
   std::vector<std::byte> read_block(std::uint64_t block);
   bool trailer_is_there();
 
-  RandomSource* file_;
+  std::unique_ptr<Lenient> file_;
   ParityShape shape_;
   std::uint32_t set_ = 0;
   std::vector<std::uint32_t> checksums_;

@@ -80,6 +80,10 @@ ExitCode run_repair(Options& options) {
               counted(repair.lost.size(), "block") + " of " + std::to_string(repair.blocks) +
                   " cannot be healed, more than parity goes for: bytes " + ranges_text(repair.lost),
               "parity", kNoOffset, options.input});
+  // Parity may be of something else that stood here.
+  if (!is_whole_file(protected_file->healed()))
+    throw Failure(Error{ErrorCode::corrupt, "its parity does not protect a whole .shm file",
+                        "parity", kNoOffset, options.input});
   OutputFile output(options.output, folder);
   unwrap(output.sink().copy(protected_file->healed(), 0, protected_file->healed().size()),
          options.output);
@@ -95,8 +99,11 @@ ExitCode run_repair(Options& options) {
 
 ParityState parity_state(const std::string& path, const Progress& progress) {
   const auto file = unwrap(FileRandomSource::open(path), path);
-  const auto protected_file = may_have_parity(*file) ? ProtectedFile::open(*file) : nullptr;
+  const auto protected_file = is_whole_file(*file) ? nullptr : ProtectedFile::open(*file);
   if (!protected_file) return {};
+  // A mesh that is sound ends with its trailer; parity of more or less is not of this file.
+  SectionSource itself(*file, 0, protected_file->shape().protected_bytes);
+  if (!is_whole_file(itself)) return {};
   protected_file->check(progress);
   return {true, protected_file->shape().blocks(), protected_file->damaged_blocks().size(),
           protected_file->damaged_packets()};
@@ -104,9 +111,10 @@ ParityState parity_state(const std::string& path, const Progress& progress) {
 
 void fail_with_hint(const Failure& failure, const std::string& path) {
   Error error = failure.error();
-  if (error.code == ErrorCode::corrupt || error.code == ErrorCode::truncated) {
+  if (error.code == ErrorCode::corrupt || error.code == ErrorCode::truncated ||
+      error.code == ErrorCode::io) {
     const auto file = FileRandomSource::open(path);
-    if (file && may_have_parity(**file) && ProtectedFile::open(**file))
+    if (file && ProtectedFile::open(**file))
       error.detail += "; there is parity to heal it by: shm repair";
   }
   throw Failure(error);

@@ -164,8 +164,17 @@ class AppendTest(unittest.TestCase):
         before = self.bytes(file)
         with open(file, "r+b") as damaged:
             damaged.write(bytes(4096))
+        # New parity would make the damage last.
+        self.shm("append", file, self.exodus("more.e", range(7)), code=3, stderr=".")
         self.shm("repair", file)
         self.assertEqual(self.bytes(file), before)
+        with open(file, "r+b") as damaged:  # where append does not look
+            damaged.seek(9000)
+            damaged.write(b"damage")
+        self.shm("append", file, self.path("more.e"), code=3, stderr="repair")
+        self.shm("repair", file)
+        self.shm("append", file, self.path("more.e"))
+        self.assert_steps(file, self.path("more.e"))
 
     def test_a_file_of_a_single_step(self):
         """Its steps refer to none, appended ones neither, unless it was said that it grows."""

@@ -9,6 +9,7 @@
 #include <iterator>
 #include <random>
 
+#include "bytes/checksum.h"
 #include "failure.h"
 #include "feature_files.h"
 #include "item_text.h"
@@ -238,13 +239,74 @@ TEST_F(Parity, PacketsInTheWrongPlaceAreNone) {
   }
 }
 
+// Headers that would have more parity than data, or protect more than there is, are none; nor do
+// they take memory.
+TEST_F(Parity, LyingHeadersAreNone) {
+  const Bytes file = random_bytes(10'000, 8);
+  const Bytes whole = with_parity(file, ParityShape{file.size(), 2, 2});
+  ASSERT_TRUE(heal(whole).found);
+  const auto lied = [&](std::size_t at, std::uint64_t value, std::size_t bytes) {
+    Bytes damaged = whole;
+    for (std::size_t p = file.size(); p + 4136 <= damaged.size(); p += 4136) {
+      for (std::size_t i = 0; i < bytes; ++i)
+        damaged[p + at + i] = static_cast<std::byte>(value >> 8 * i);
+      const std::uint32_t sum = checksum(std::span(damaged).subspan(p, 36));
+      for (std::size_t i = 0; i < 4; ++i)
+        damaged[p + 36 + i] = static_cast<std::byte>(sum >> 8 * i);
+    }
+    return heal(damaged).found;
+  };
+  EXPECT_TRUE(lied(6, 2, 1)) << "the same again";
+  EXPECT_FALSE(lied(6, 1, 1));
+  EXPECT_FALSE(lied(6, 0, 1));
+  EXPECT_FALSE(lied(7, 3, 1));
+  EXPECT_FALSE(lied(7, 0, 1));
+  for (const std::uint64_t bytes : {std::uint64_t{0}, std::uint64_t{15}, std::uint64_t{20'000'000},
+                                    std::uint64_t{576460752303423695}, ~std::uint64_t{0}})
+    EXPECT_FALSE(lied(8, bytes, 8)) << bytes;
+}
+
+/// Some sectors of it cannot be read.
+class WornSource final : public RandomSource {
+ public:
+  WornSource(std::span<const std::byte> bytes, std::vector<std::uint64_t> worn)
+      : bytes_(bytes), worn_(std::move(worn)) {}
+  std::uint64_t size() const override { return bytes_.size(); }
+  Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override {
+    for (std::uint64_t sector : worn_)
+      if (sector * 4096 < offset + into.size() && (sector + 1) * 4096 > offset)
+        return Error{ErrorCode::io, "cannot be read", {}, kNoOffset, {}};
+    return bytes_.read_at(offset, into);
+  }
+
+ private:
+  MemoryRandomSource bytes_;
+  std::vector<std::uint64_t> worn_;
+};
+
+TEST_F(Parity, SectorsThatCannotBeRead) {
+  const Bytes file = random_bytes(200 * 4096 + 5, 9);
+  const Bytes whole = with_parity(file, .1);
+  WornSource source(whole, {0, 7, 8, 100, 199, 200, 210});
+  const auto it = ProtectedFile::open(source);
+  ASSERT_TRUE(it);
+  it->check();
+  EXPECT_EQ(it->damaged_blocks(), (std::vector<std::uint64_t>{0, 7, 8, 100, 199, 200}));
+  TemporaryFolder folder;
+  const auto scratch = unwrap(FileSink::create_scratch(folder / ".", "heal"), "");
+  EXPECT_TRUE(it->heal(*scratch).empty());
+  Bytes healed(file.size());
+  unwrap(it->healed().read_at(0, healed), "");
+  EXPECT_EQ(healed, file);
+}
+
 // Readers read on as if it were not there: front to back, and by the index.
 TEST_F(Parity, ReadersDoNotMind) {
   for (const FeatureFile& feature : feature_files()) {
     const Bytes whole = with_parity(feature.bytes, .2);
     MemoryRandomSource plain(feature.bytes), source(whole);
-    EXPECT_FALSE(may_have_parity(plain));
-    EXPECT_TRUE(may_have_parity(source));
+    EXPECT_TRUE(is_whole_file(plain)) << feature.name;
+    EXPECT_FALSE(is_whole_file(source)) << feature.name;
     EXPECT_FALSE(ProtectedFile::open(plain));
     const auto expected = SegmentReader::open(plain), reader = SegmentReader::open(source);
     ASSERT_TRUE(expected) << expected.error().message();

@@ -4,6 +4,7 @@ them (section 40), by arithmetic of this file's own.
 
 Usage: repair_test.py PATH_OF_SHM
 """
+import ctypes
 import json
 import os
 import random
@@ -28,6 +29,12 @@ def product(a, b):
     return out
 
 
+def checksum(data):
+    return struct.pack("<I", XXH64(bytes(data), len(data), 0) & 0xffffffff)
+
+
+XXH64 = ctypes.CDLL("libxxhash.so.0").XXH64
+XXH64.restype, XXH64.argtypes = ctypes.c_uint64, (ctypes.c_char_p, ctypes.c_size_t, ctypes.c_uint64)
 INVERSE = {a: b for a in range(1, 256) for b in range(1, 256) if product(a, b) == 1}
 
 
@@ -103,11 +110,11 @@ class Repair(unittest.TestCase):
         self.assertEqual([p[HEADER:] for p in packets[:tables]],
                          [p[HEADER:] for p in packets[-tables:]])
         for place, packet in enumerate(packets):
-            mark, kind, version, data, parity, size, _, number, zero = struct.unpack(
+            mark, kind, version, data, parity, size, _, number, share = struct.unpack(
                 "<4sBBBBQIQI", packet[:32])
             is_parity = tables <= place < tables + stripes * m
-            self.assertEqual((mark, kind, version, data, parity, size, zero),
-                             (b"SHMP", 2 if is_parity else 1, 0, k, m, len(plain), 0))
+            self.assertEqual((mark, kind, version, data, parity, size, share),
+                             (b"SHMP", 2 if is_parity else 1, 0, k, m, len(plain), 200000))
             first = tables if is_parity else 0 if place < tables else tables + stripes * m
             self.assertEqual(number, place - first)
         for stripe in range(stripes):
@@ -156,6 +163,26 @@ class Repair(unittest.TestCase):
         self.assertEqual(self.bytes_of(path), before)
         self.assertEqual(self.shm("repair", self.plain).returncode, 3)
         self.assertEqual(self.shm("repair", self.mesh).returncode, 3)
+
+    def test_parity_of_something_else(self):
+        """A packet that stands in its place, and would have the first block be all of the file."""
+        plain = self.bytes_of(self.plain)
+        k = m = 127
+        place = BLOCK + (1 + m) * PACKET  # of the checksums again
+        self.assertLess(len(plain), place)
+        payload = checksum(plain[:BLOCK]).ljust(BLOCK, b"\0")
+        header = struct.pack("<4sBBBBQ4sQI4s", b"SHMP", 1, 0, k, m, BLOCK,
+                             checksum(payload[:4]), 0, 0, checksum(payload))
+        mixed = self.path("mixed.shm")
+        with open(mixed, "wb") as out:
+            out.write(plain.ljust(place, b"\0") + header + checksum(header) + payload
+                      + plain[-TRAILER:])
+        before = self.bytes_of(mixed)
+        self.assertEqual(self.shm("verify", mixed).returncode, 0)
+        repaired = self.shm("repair", mixed)
+        self.assertEqual(repaired.returncode, 3)
+        self.assertIn(b"whole", repaired.stderr)
+        self.assertEqual(self.bytes_of(mixed), before)
 
     def test_readers_do_not_mind(self):
         for words in (["decompress"], ["extract", "--cells", "10:20"]):

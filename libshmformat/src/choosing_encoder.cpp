@@ -11,9 +11,9 @@ namespace {
 /// Shifts do where a cell takes no more bits; where size matters, a part of one: then numbers run
 /// on undisturbed.
 constexpr std::uint64_t kShiftBits = 1, kShiftPart = 2;
-/// Where size matters, values over their numbers may take one part in so many more. Of a sample that
-/// lies within a first layer, the second one: what is behind the cells of the next ones is not there
-/// yet, and shifts, which know nothing else, look worse than they are.
+/// Where size matters, values over their numbers may take one part in so many more. Of a sample
+/// that lies within a first layer, the second one: what is behind the cells of the next ones is not
+/// there yet, and shifts, which know nothing else, look worse than they are.
 constexpr std::uint64_t kShiftShare = 25, kShiftShareOfLayer = 12;
 
 }  // namespace
@@ -106,11 +106,11 @@ Result<bool> ChoosingEncoder::shifts_are_as_small(ConnectivityCodec other) const
 
 /// Nearly each cell of the sample has left a vertex that later ones use.
 bool ChoosingEncoder::lies_in_a_layer() const {
-  std::uint64_t alive = 0;
+  std::int64_t alive = 0;
   for (const SegmentPiece& piece : sample_)
     for (const SegmentPiece::Cell& cell : piece.cells)
-      alive += cell.new_vertices - static_cast<std::uint64_t>(std::popcount(cell.last_use));
-  return alive * 8 >= sample_cells_ * 7;
+      alive += std::int64_t{cell.new_vertices} - std::popcount(cell.last_use);
+  return alive * 8 >= static_cast<std::int64_t>(sample_cells_) * 7;
 }
 
 auto ChoosingEncoder::size_with(ConnectivityCodec codec, bool values) const -> Result<Size> {
