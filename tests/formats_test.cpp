@@ -11,6 +11,7 @@
 #include "failure.h"
 #include "memory_mesh.h"
 #include "output_file.h"
+#include "temporary_folder.h"
 
 namespace shm::converters {
 namespace {
@@ -43,27 +44,19 @@ TEST(Formats, ByName) {
 }
 
 TEST(Formats, ContentCountsBeforeName) {
-  const std::string directory = ::testing::TempDir();
-  const std::string vtk = directory + "formats_test.vtk", odd = directory + "formats_test.msh";
+  const TemporaryFolder folder;
+  const std::string vtk = folder / "mesh.vtk", odd = folder / "mesh.msh";
   MemoryMesh mesh = grid_mesh(2, 2, 2);
   mesh.mesh.schema.source_format = "";
-  Spool spool(directory);
+  Spool spool(folder.path().string());
   write_mesh(mesh, vtk, *format_named("vtk"), spool);
   std::filesystem::rename(vtk, odd);
   EXPECT_EQ(format_of_file(odd)->name, "vtk");
   EXPECT_EQ(open_mesh(odd, spool)->info().schema.source_format, "vtk");
-  std::filesystem::remove(odd);
 }
 
 class OutputFileTest : public ::testing::Test {
  protected:
-  void SetUp() override {
-    directory_ = ::testing::TempDir() + "output_file_test";
-    std::filesystem::remove_all(directory_);
-    std::filesystem::create_directory(directory_);
-    path_ = directory_ + "/out.txt";
-  }
-  void TearDown() override { std::filesystem::remove_all(directory_); }
   long files() const {
     return std::distance(std::filesystem::directory_iterator(directory_),
                          std::filesystem::directory_iterator());
@@ -75,7 +68,8 @@ class OutputFileTest : public ::testing::Test {
   static void put(OutputFile& file, const std::string& words) {
     file.write(std::as_bytes(std::span(words)));
   }
-  std::string directory_, path_;
+  TemporaryFolder folder_;
+  std::string directory_ = folder_.path().string(), path_ = folder_ / "out.txt";
 };
 
 TEST_F(OutputFileTest, AppearsWithCommitOnly) {
