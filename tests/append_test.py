@@ -168,10 +168,10 @@ class AppendTest(unittest.TestCase):
         self.shm("append", file, self.exodus("more.e", range(7)), code=3, stderr=".")
         self.shm("repair", file)
         self.assertEqual(self.bytes(file), before)
-        with open(file, "r+b") as damaged:  # where append does not look
-            damaged.seek(9000)
-            damaged.write(b"damage")
-        self.shm("append", file, self.path("more.e"), code=3, stderr="repair")
+        for at in range(100, 2600, 97):  # where append looks, and where it only copies
+            with open(file, "wb") as damaged:
+                damaged.write(before[:at] + bytes([before[at] ^ 1]) + before[at + 1:])
+            self.shm("append", file, self.path("more.e"), code=3, stderr=".")
         self.shm("repair", file)
         self.shm("append", file, self.path("more.e"))
         self.assert_steps(file, self.path("more.e"))
