@@ -42,7 +42,7 @@
 #include "translate.h"
 
 #ifndef SHM_VERSION
-#define SHM_VERSION "0.1.0"
+#define SHM_VERSION "0.9.0"
 #endif
 
 namespace shm::converters {

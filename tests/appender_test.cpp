@@ -150,6 +150,23 @@ TEST(Appender, TheSchemaIsSaidAgainAtTheEndOnly) {
   EXPECT_EQ(take_apart(more).find(ChunkKind::schema, 2), nullptr);
 }
 
+/// The file as version 0.1 would have written it.
+Bytes of_version_0_1(const Bytes& bytes) {
+  FileParts parts = take_apart(bytes);
+  parts.start.minor = 1;
+  for (Chunk& chunk : parts.chunks)
+    if (chunk.is(ChunkKind::schema)) chunk.payload[2] = std::byte{1};
+  return put_together(std::move(parts));
+}
+
+TEST(Appender, FilesOfAnOlderVersionStayOfIt) {
+  const Stepped it = waves(6);
+  constexpr std::size_t kMuch = std::size_t{1} << 20;  // the schema is said again
+  const Bytes more = appended(of_version_0_1(file_with(it, 4, kMuch)), it, 4, 6);
+  EXPECT_TRUE(more == of_version_0_1(file_with(it, 6, kMuch)));
+  EXPECT_EQ(values_of(read(more)), it.values);
+}
+
 TEST(Appender, ReadersTakeItWhereverTheTimesStood) {
   const Stepped it = series(two_blocks(), Order::keep);
   for (const Times before : {Times::last, Times::first, Times::none})

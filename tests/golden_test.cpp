@@ -1,14 +1,18 @@
 // Golden files: what earlier versions wrote is read for ever, to the very same content. A twin in
-// text stands beside each. New ones: make_golden.cpp.
+// text stands beside each. Faulty files are refused for ever; a list says why. New ones:
+// make_golden.cpp.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
+#include <sstream>
 #include <string>
 #include <vector>
 
+#include "faulty_files.h"
 #include "item_text.h"
 
 namespace shm {
@@ -22,18 +26,21 @@ std::string content(const fs::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
+fs::path faulty_folder() { return fs::path(SHM_SOURCE_DIR) / "tests/golden/faulty"; }
+
 std::vector<fs::path> golden_files() {
   std::vector<fs::path> files;
   for (const auto& entry :
        fs::recursive_directory_iterator(fs::path(SHM_SOURCE_DIR) / "tests/golden"))
-    if (entry.path().extension() == ".shm") files.push_back(entry.path());
+    if (entry.path().extension() == ".shm" && entry.path().parent_path() != faulty_folder())
+      files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   return files;
 }
 
 TEST(Golden, EveryFileDecodesToItsTwin) {
   const auto files = golden_files();
-  EXPECT_GE(files.size(), 20u);
+  EXPECT_GE(files.size(), 100u);  // of 0.1 and 0.9
   for (const fs::path& path : files) {
     const std::string bytes = content(path);
     const auto text = text_of_file(std::as_bytes(std::span(bytes)));
@@ -45,9 +52,42 @@ TEST(Golden, EveryFileDecodesToItsTwin) {
 TEST(Golden, NoTwinStandsAlone) {
   for (const auto& entry :
        fs::recursive_directory_iterator(fs::path(SHM_SOURCE_DIR) / "tests/golden"))
-    if (entry.path().extension() == ".txt") {
+    if (entry.path().extension() == ".txt" && entry.path().parent_path() != faulty_folder()) {
       EXPECT_TRUE(fs::exists(fs::path(entry.path()).replace_extension(".shm"))) << entry.path();
     }
+}
+
+// Of 0.9 on, each feature has a file.
+TEST(Golden, EveryFeatureHasAFile) {
+  for (const FeatureFile& feature : feature_files())
+    EXPECT_TRUE(fs::exists(fs::path(SHM_SOURCE_DIR) / "tests/golden/0.9" / (feature.name + ".shm")))
+        << feature.name;
+}
+
+// Each file is refused, as the list says, and the list tells of each.
+TEST(Golden, EveryFaultyFileIsRefused) {
+  std::map<std::string, std::string> list;  // name: code
+  std::istringstream lines(content(faulty_folder() / "list.txt"));
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string number, code, sentence;
+    words >> number >> code;
+    std::getline(words, sentence);
+    EXPECT_GT(sentence.size(), 10u) << line;
+    EXPECT_TRUE(list.emplace(number + ".shm", code).second) << line;
+  }
+  EXPECT_GE(list.size(), 150u);
+  for (const auto& entry : fs::directory_iterator(faulty_folder()))
+    if (entry.path().extension() == ".shm") {
+      EXPECT_TRUE(list.contains(entry.path().filename())) << entry.path();
+    }
+  for (const auto& [name, code] : list) {
+    const std::string bytes = content(faulty_folder() / name);
+    const auto text = text_of_file(std::as_bytes(std::span(bytes)));
+    ASSERT_FALSE(text) << name;
+    EXPECT_EQ(word_of(text.error().code), code) << name << ": " << text.error().message();
+    EXPECT_FALSE(text.error().detail.empty()) << name;
+  }
 }
 
 }  // namespace

@@ -28,6 +28,7 @@ import reference_decoder.group  # noqa: E402
 from reference_decoder import ShmError, text_of  # noqa: E402
 
 GOLDEN = os.path.join(HERE, "golden")
+FAULTY = os.path.join(GOLDEN, "faulty")
 CORPUS = os.environ.get("SHM_CORPUS", "")
 FOLDERS = ("exodus", "vtk", "gmsh", "other")
 SETTINGS = [options.split() for options in (
@@ -47,6 +48,8 @@ ARGUMENTS = None
 def golden_files():
     found = []
     for folder, _, names in os.walk(GOLDEN):
+        if folder == FAULTY:
+            continue
         found += [os.path.join(folder, name) for name in names if name.endswith(".shm")]
     return sorted(found)
 
@@ -66,7 +69,7 @@ def without_trailing(path):
 class Golden(unittest.TestCase):
     def test_every_file_decodes_to_its_twin(self):
         files = golden_files()
-        self.assertGreater(len(files), 20)
+        self.assertGreater(len(files), 100)
         for path in files:
             with self.subTest(os.path.basename(path)):
                 self.assertEqual(b"".join(text_of(content(path))), content(path[:-4] + ".txt"))
@@ -75,6 +78,20 @@ class Golden(unittest.TestCase):
         digests = {b"".join(text_of(content(path), digest=True)) for path in golden_files()}
         texts = {content(path[:-4] + ".txt") for path in golden_files()}
         self.assertEqual(len(digests), len(texts))
+
+
+class Faulty(unittest.TestCase):
+    def test_every_faulty_file_is_refused(self):
+        with open(os.path.join(FAULTY, "list.txt"), encoding="utf-8") as lines:
+            faulty = [line.split(" ", 2) for line in lines]
+        self.assertGreater(len(faulty), 150)
+        for number, code, sentence in faulty:
+            with self.subTest(number, fault=sentence.strip()), self.assertRaises(ShmError) as caught:
+                list(text_of(content(os.path.join(FAULTY, number + ".shm"))))
+            told = str(caught.exception)
+            with self.subTest(number, fault=sentence.strip(), told=told):
+                self.assertEqual("unsupported" in told, code == "unsupported")
+                self.assertEqual("truncated" in told, code == "truncated")
 
 
 class Changed(unittest.TestCase):

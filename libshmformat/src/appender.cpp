@@ -155,9 +155,11 @@ container::Index Appender::Impl::totals() const {
 Result<std::unique_ptr<ByteSource>> Appender::Impl::without_steps() {
   const auto copy = copy_of(false, true, true);
   if (!copy) return copy.error();
+  auto said = file_.read_chunk(file_.index().entries[0]);
+  if (!said) return said.error();
   MemorySink tail;
   FileWriter writer(tail, schema());
-  writer.go_on(copy->state(), streams(*copy), reader_->step_times().size());
+  writer.go_on(*std::move(said), copy->state(), streams(*copy), reader_->step_times().size());
   if (auto finished = writer.finish(totals()); !finished) return finished.error();
   return copy->read(*source_, std::move(tail.bytes));
 }
@@ -175,12 +177,14 @@ Result<void> Appender::Impl::begin() {
   if (writer_) return {};
   const auto copy = copy_of(true, false, with_extras_);
   if (!copy) return copy.error();
+  auto said = file_.read_chunk(file_.index().entries[0]);
+  if (!said) return said.error();
   if (auto good = copy->write(*source_, *sink_); !good) return good;
   std::uint64_t steps = 0;
   for (const Array& array : arrays_)
     if (array.last_step) steps = std::max(steps, *array.last_step + 1);
   writer_.emplace(*sink_, schema());
-  writer_->go_on(copy->state(), streams(*copy), steps);
+  writer_->go_on(*std::move(said), copy->state(), streams(*copy), steps);
   return {};
 }
 

@@ -163,9 +163,9 @@ Result<ArchiveReader> ArchiveReader::open(RandomSource& source, const ReadLimits
   if (auto good = source.read_at(0, head); !good) return good.error();
   if (!file_start(head, start) || (start.needed_features & container::kArchiveFeature) == 0)
     return wrong("this is no archive", 0);
-  if (start.major != container::kMajor || start.minor > container::kMinor ||
+  if (!container::is_known_version(start) ||
       start.needed_features != container::kArchiveFeature)
-    return wrong("the archive is newer than this reader", 0, ErrorCode::unsupported);
+    return wrong("the archive needs a newer reader", 0, ErrorCode::unsupported);
 
   const auto place = container::last_chunk(source, container::ChunkKind::members);
   if (!place) return place.error();

@@ -202,10 +202,10 @@ Result<Decoder::Progress> Decoder::Impl::missing() {
 Result<void> Decoder::Impl::read_start() {
   ByteReader in(consume(container::kFileStartBytes));
   if (!container::get(in, start_)) return wrong(ErrorCode::corrupt, "this is no .shm file");
-  if (start_.major != container::kMajor || start_.minor > container::kMinor)
+  if (!container::is_known_version(start_))
     return wrong(ErrorCode::unsupported, "format version " + std::to_string(start_.major) + "." +
                                              std::to_string(start_.minor) +
-                                             " is newer than this reader");
+                                             " is not one that this reader knows");
   if ((start_.needed_features & container::kArchiveFeature) != 0)
     return wrong(ErrorCode::unsupported, "is an archive of several files, each with its own mesh");
   if ((start_.needed_features & ~container::kKnownFeatures) != 0)

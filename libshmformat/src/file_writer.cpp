@@ -22,8 +22,9 @@ Result<void> FileWriter::start() {
   return write_schema();
 }
 
-void FileWriter::go_on(container::ChunkWriter::State state,
+void FileWriter::go_on(std::vector<std::byte> schema, container::ChunkWriter::State state,
                        std::map<std::string, std::uint64_t> streams, std::uint64_t steps) {
+  schema_payload_ = std::move(schema);
   chunks_.go_on(std::move(state));
   stream_bytes_ = std::move(streams);
   steps_ = steps;
@@ -45,6 +46,7 @@ container::Index FileWriter::take_part(container::Index totals) {
 }
 
 Result<void> FileWriter::write_schema() {
+  if (!schema_payload_.empty()) return chunks_.write(ChunkKind::schema, schema_payload_);
   ByteWriter blob, payload;
   put(blob, *schema_);
   container::put_version(payload, {});

@@ -65,7 +65,7 @@ def read_file_start(data):
     if data[:8] != SIGNATURE:
         raise ShmError("another signature: this is no .shm file", "file start", 0)
     major, minor, features = struct.unpack("<HHI", data[8:16])
-    if major != 0 or minor > 1:
+    if major != 0 or minor not in (1, 9):
         raise ShmError(f"unsupported: version {major}.{minor}", "file start", 8)
     if features & ~ARCHIVE:
         raise ShmError(f"unsupported: needed features {features:#x}", "file start", 12)

@@ -66,8 +66,10 @@ class GroupHeader:
                    CELL_NUMBERS: (PAPER, ROWS, REPLAY, MIXED), VERTEX_NUMBERS: (PREDICTIVE,), IMPORTS: (PREDICTIVE,),
                    GEOMETRY: (SHUFFLED_ZSTD, COLUMNS, MIXED_COLUMNS, DIFFERENCES),
                    ARRAY: (SHUFFLED_ZSTD, COLUMNS, MIXED_COLUMNS, DIFFERENCES)}
-        if codec not in allowed.get(kind, ()):
-            cursor.fail("a stream or a codec that is not known")
+        if kind not in allowed:
+            cursor.fail("a stream of no kind that is known")
+        if codec not in allowed[kind]:
+            cursor.fail("unsupported: a codec that is not known, or not of this stream")
         return kind, array, codec, size, sum_
 
     def _check(self, cursor, segment):

@@ -18,7 +18,7 @@ namespace shm::container {
 /// Like PNG's: a byte with the high bit set, the name, CR LF, end-of-file of old systems, LF.
 inline constexpr std::array<std::uint8_t, 8> kSignature = {0x89, 'S',  'H',  'M',
                                                            '\r', '\n', 0x1a, '\n'};
-inline constexpr std::uint16_t kMajor = 0, kMinor = 1;
+inline constexpr std::uint16_t kMajor = 0, kMinor = 9;
 /// Features that a reader of one mesh must know by name. None so far.
 inline constexpr std::uint32_t kKnownFeatures = 0;
 /// What follows is no mesh, but whole files one after the other, and a list of them.
@@ -31,6 +31,11 @@ struct FileStart {
   std::uint32_t needed_features = 0;
   bool operator==(const FileStart&) const = default;
 };
+/// Whether this reader reads that version: 0.1 and 0.9, which have the same bytes. There was none
+/// between them.
+inline bool is_known_version(const FileStart& start) {
+  return start.major == kMajor && (start.minor == 1 || start.minor == kMinor);
+}
 inline constexpr std::size_t kFileStartBytes = 16;
 void put(ByteWriter& out, const FileStart& start);
 /// The bytes after the signature.
