@@ -118,6 +118,18 @@ TEST(Zstd, BackAndForth) {
   }
   EXPECT_FALSE(zstd_decompress({}, 0));
   EXPECT_FALSE(zstd_decompress(noise(100), 100));
+  // A window that a decoder need not have, by its descriptor or by the size of the frame.
+  const auto framed = [](std::initializer_list<int> head) {
+    Bytes frame{std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f}, std::byte{0xfd}};
+    for (const int it : head) frame.push_back(static_cast<std::byte>(it));
+    for (const char it : {'\x21', '\0', '\0', 'a', 'b', 'c', 'd'})
+      frame.push_back(static_cast<std::byte>(it));
+    return frame;  // one raw block of four bytes
+  };
+  EXPECT_TRUE(zstd_decompress(framed({0x00, 17 << 3}), 4));
+  EXPECT_FALSE(zstd_decompress(framed({0x00, (17 << 3) + 1}), 4));
+  EXPECT_FALSE(zstd_decompress(framed({0x00, 18 << 3}), 4));
+  EXPECT_FALSE(zstd_decompress(framed({0xa0, 1, 0, 0, 8}), (1u << 27) + 1));
   // Two frames one after the other are one too many.
   Bytes two = zstd_compress(Bytes(10), 3);
   const Bytes second = two;

@@ -593,5 +593,53 @@ TEST(ValueColumn, RandomBytesDoNoHarm) {
     }
 }
 
+// Groups of one element each that want another domain than the group before: translating what is
+// kept of very many others each time would be work out of all proportion.
+TEST(ValueColumn, DomainsChangeInProportionToElements) {
+  constexpr std::uint32_t kSlots = 1 << 16;
+  constexpr int kGroups = 200;
+  const auto value_of = [](int group) { return group % 2 == 0 ? 0.5 : std::sqrt(2.0 + group); };
+  const ArrayInfo info = info_of(ScalarType::float64);
+  Encoder encoder(info, {});
+  Decoder decoder(info, {});
+  encoder.make_room(kSlots);
+  decoder.make_room(kSlots);
+  int under_zstd = 0;
+  for (int group = 0; group < kGroups; ++group) {
+    const TiledItems one =
+        vertices().group(static_cast<std::size_t>(group), static_cast<std::size_t>(group) + 1, {});
+    const Bytes value = packed(std::vector<double>{value_of(group)});
+    const EncodedColumn coded = encoder.encode(one, value.data(), 8, Level::standard);
+    under_zstd += coded.codec == ColumnCodec::shuffled_zstd;
+    ASSERT_TRUE(decoder.begin_group(coded.codec, coded.bytes, 8)) << group;
+    Bytes back;
+    ASSERT_TRUE(decoder.decode_tile(one.items, one.blocks, back)) << group;
+    ASSERT_EQ(back, value) << group;
+  }
+  EXPECT_GT(under_zstd, kGroups / 2);
+
+  // Who does not care is refused, but not before.
+  const auto shared = std::make_shared<const ArrayInfo>(info);
+  ScalarColumn<SplitEncoder> careless(shared, 0);
+  ScalarColumn<SplitDecoder> reader(shared, 0);
+  careless.make_room(kSlots - 1);
+  reader.make_room(kSlots - 1);
+  int changes = 0;
+  for (;; ++changes) {
+    ASSERT_LT(changes, kGroups);
+    SplitEncoder out;
+    DomainPlan plan;
+    plan.domain = {changes % 2 == 0 ? DomainKind::decimal : DomainKind::floats, 0, false, true};
+    ASSERT_TRUE(careless.begin_group(out, plan, {}, 8));
+    const Bytes said = out.finish();
+    SplitDecoder in(said);
+    if (!reader.begin_group(in, {}, {}, 8)) break;
+    careless.skip(vertices().all.items[static_cast<std::size_t>(changes)]);
+    reader.skip(vertices().all.items[static_cast<std::size_t>(changes)]);
+  }
+  EXPECT_GE(changes, 1);
+  EXPECT_LE(changes, static_cast<int>(kMostMovesForEach) * kGroups / static_cast<int>(kSlots));
+}
+
 }  // namespace
 }  // namespace shm

@@ -3,6 +3,7 @@
 #include <zstd.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 
 namespace shm {
@@ -16,6 +17,27 @@ struct FreeContext {
   void operator()(ZSTD_CCtx* it) const { ZSTD_freeCCtx(it); }
   void operator()(ZSTD_DCtx* it) const { ZSTD_freeDCtx(it); }
 };
+
+/// The window that a frame asks for, which no decoder may have to hold beyond this. What is no
+/// frame at all is left to zstd. RFC 8878, 3.1.1.1
+constexpr std::uint64_t kMostWindow = std::uint64_t{1} << 27;
+bool has_small_window(std::span<const std::byte> frame) {
+  ByteReader in(frame);
+  if (in.get_u32() != ZSTD_MAGICNUMBER) return true;
+  const std::uint8_t descriptor = in.get_u8();
+  const bool single_segment = (descriptor & 0x20) != 0;
+  if (!single_segment) {
+    const std::uint8_t window = in.get_u8();
+    const std::uint64_t base = std::uint64_t{1} << (10 + (window >> 3));
+    return base + base / 8 * (window & 7) <= kMostWindow;
+  }
+  constexpr std::array<std::size_t, 4> kIdBytes = {0, 1, 2, 4}, kSizeBytes = {1, 2, 4, 8};
+  (void)in.get_bytes(kIdBytes[descriptor & 3]);
+  std::uint64_t size = 0;
+  const std::size_t bytes = kSizeBytes[descriptor >> 6];
+  for (std::size_t i = 0; i < bytes; ++i) size |= std::uint64_t{in.get_u8()} << (8 * i);
+  return size <= kMostWindow;
+}
 
 /// For frames that state more than is believed: memory grows with what comes out.
 bool decompress_in_steps(ZSTD_DCtx* context, std::span<const std::byte> bytes, std::uint64_t size,
@@ -102,7 +124,7 @@ bool Zstd::decompress(std::span<const std::byte> bytes, std::uint64_t size,
                       std::vector<std::byte>& out) {
   auto& context = contexts_->decompress;
   if (!context) context.reset(ZSTD_createDCtx());
-  if (!context) return false;
+  if (!context || !has_small_window(bytes)) return false;
   ZSTD_DCtx_reset(context.get(), ZSTD_reset_session_only);
   if (size > kTrustedBytes + kTrustedFactor * bytes.size())
     return decompress_in_steps(context.get(), bytes, size, out);

@@ -124,7 +124,7 @@ bool ScalarColumn<Coder>::begin_group(Coder& coder, const DomainPlan& plan,
     domain.negative_zero = coder.bit(models.negative_zero, domain.negative_zero);
     domain.odd = coder.bit(models.odd, domain.odd);
     if (!domain.fits(*info_)) return false;
-    change_domain(domain);
+    if (!change_domain(domain)) return false;
   }
   if (!coder.bit(table_flag_, !plan.table.empty())) {
     table_.clear();
@@ -141,9 +141,11 @@ bool ScalarColumn<Coder>::begin_group(Coder& coder, const DomainPlan& plan,
 }
 
 template <class Coder>
-void ScalarColumn<Coder>::change_domain(const ValueDomain& domain) {
+bool ScalarColumn<Coder>::change_domain(const ValueDomain& domain) {
   const ValueTranslator next(*info_, component_, domain);
   if (!domain.has_states_of(domain_)) {
+    if (Coder::kDecodes && moved_ > elements_ * kMostMovesForEach) return false;
+    moved_ += slots_.states.size();
     const auto translate = [&](double state) {
       const double moved = next.from_value(translator_.as_value(state));
       return is_finite(moved) ? moved : 0.0;
@@ -158,6 +160,7 @@ void ScalarColumn<Coder>::change_domain(const ValueDomain& domain) {
   }
   domain_ = domain;
   translator_ = next;
+  return true;
 }
 
 template <class Coder>
@@ -229,6 +232,7 @@ void ScalarColumn<Coder>::code_class(Coder& coder, std::uint32_t of_class) {
 
 template <class Coder>
 void ScalarColumn<Coder>::skip(const Neighbourhood& item) {
+  ++elements_;
   make_room(item.self);
   slots_.states[item.self] = last_;
   slots_.thirds[item.self] = 0.0;
@@ -365,6 +369,7 @@ bool ScalarColumn<Coder>::code_tile(Coder& coder, std::span<const Neighbourhood>
                                     std::span<const Trace* const> before,
                                     std::span<const std::uint64_t> reference) {
   ++tile_;
+  elements_ += items.size();
   before_ = before;
   trace_.surprises.resize(items.size());
   if (style_.matches) {

@@ -46,6 +46,10 @@ struct ColumnStyle {
   }
 };
 
+/// Steps of translating what is kept by slot into other domains, for each element of a column: a
+/// reader refuses more. Writers take half, since they may keep fewer slots. spec: "Limits"
+inline constexpr std::uint64_t kMostMovesForEach = 4096;
+
 /// Bit length of what a prediction missed, raised by the scale of the prediction; 0 for a hit.
 using ValueSurprise = std::uint16_t;
 inline constexpr std::uint32_t kSurpriseClasses = 27;
@@ -61,9 +65,14 @@ class ScalarColumn {
   /// How groups from here on are said. It lasts.
   void set_style(const ColumnStyle& style);
 
+  /// Encoding: whether it may change to that domain. Translating what it keeps by slot must stay in
+  /// proportion to the elements that it was told: groups of few elements may not do it at will.
+  bool may_change_to(const ValueDomain& domain) const {
+    return domain.has_states_of(domain_) || moved_ <= elements_ * kMostMovesForEach / 2;
+  }
   /// Begins a group. Encoding: as `plan` says; decoding: as the stream says. `before`: the
   /// components before this one, which have begun it. A table has `most_entries` at most. False
-  /// for damage.
+  /// for damage, and for more changes of domain than a reader goes along with.
   bool begin_group(Coder& coder, const DomainPlan& plan,
                    std::span<const ScalarColumn<Coder>> before, std::uint64_t most_entries);
   /// What the last tile held, by element.
@@ -132,7 +141,7 @@ class ScalarColumn {
     std::vector<ClassModes> wanted;  // by class: what the tile will say
   };
 
-  void change_domain(const ValueDomain& domain);
+  bool change_domain(const ValueDomain& domain);
   std::optional<std::int64_t> index_of(const auto& space, std::uint64_t bits) const;
   template <class Visit>
   bool with_space(Visit&& visit);
@@ -182,6 +191,8 @@ class ScalarColumn {
   TileClasses tile_classes_;              // during code_tile
 
   BySlot slots_;
+  std::uint64_t elements_ = 0;  ///< told so far
+  std::uint64_t moved_ = 0;     ///< slots that were translated into another domain, in all
   double last_ = 0, before_last_ = 0;
   MatchTables matches_;
   ValueSurprise last_surprise_ = 0;

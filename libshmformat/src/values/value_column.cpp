@@ -15,6 +15,7 @@ namespace {
 // Encoder. What looking far must save, one part in so many; groups for which a domain is kept.
 constexpr std::size_t kWorthFarShare = 20;
 constexpr std::uint32_t kGroupsKept = 8;
+constexpr int kQuickZstd = 9;
 
 std::uint64_t load(const std::byte* at, std::size_t width) {
   std::uint64_t bits = 0;
@@ -109,9 +110,15 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
   const bool may_repeat = !planes.empty() && (level == Level::best || quick * 6 < planes.size());
   const auto before = may_repeat ? columns_ : std::vector<ScalarColumn<Coder>>();
   const auto models = std::tuple(reach_, matches_, class_numbers_);
-  EncodedColumn coded{codec, encode_predicted(elements, bits, references, level)};
+  auto predicted = encode_predicted(elements, bits, references, level);
+  if (!predicted) {
+    if (takes_note_) note(elements, bits);
+    return {ColumnCodec::shuffled_zstd,
+            pack_shuffled(shuffled(packed(values, stride, count), width_), kQuickZstd)};
+  }
+  EncodedColumn coded{codec, std::move(*predicted)};
   if (!may_repeat || (level != Level::best && quick > 2 * coded.bytes.size())) return coded;
-  std::vector<std::byte> under_zstd = pack_shuffled(planes, level == Level::fast ? 9 : 19);
+  std::vector<std::byte> under_zstd = pack_shuffled(planes, level == Level::fast ? kQuickZstd : 19);
   if (under_zstd.size() >= coded.bytes.size()) return coded;
   columns_ = before;
   std::tie(reach_, matches_, class_numbers_) = models;
@@ -148,8 +155,8 @@ bool ValueColumn<Coder>::code_head(Coder& coder, ColumnStyle style,
 }
 
 template <class Coder>
-std::vector<std::byte> ValueColumn<Coder>::encode_predicted(const TiledItems& elements, Bits& bits,
-                                                            const Bits& reference, Level level) {
+std::optional<std::vector<std::byte>> ValueColumn<Coder>::encode_predicted(
+    const TiledItems& elements, Bits& bits, const Bits& reference, Level level) {
   // The first tile that has any.
   std::vector<Neighbourhood> first;
   for_each_tile(elements, [&](auto items, auto blocks) {
@@ -161,6 +168,11 @@ std::vector<std::byte> ValueColumn<Coder>::encode_predicted(const TiledItems& el
   std::vector<DomainPlan> plans;
   for (std::size_t c = 0; c < info_->components; ++c)
     plans.push_back(choose_domain(c, first, bits[c], reference[c], level));
+  for (std::size_t c = 0; c < info_->components; ++c)
+    if (!columns_[c].may_change_to(plans[c].domain)) {
+      class_numbers_ = numbers;
+      return std::nullopt;
+    }
   const ColumnStyle style = choose_style(first, bits, reference, plans, level);
   class_numbers_ = numbers;
   code_head(coder_, style, plans, bits[0].size());
@@ -179,7 +191,7 @@ std::vector<std::byte> ValueColumn<Coder>::encode_predicted(const TiledItems& el
     at += own.size();
   });
   if constexpr (Coder::kDecodes)
-    return {};
+    return std::vector<std::byte>();
   else
     return coder_.finish();
 }

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -99,8 +100,9 @@ class ValueColumn {
 
   std::vector<std::byte> packed(const std::byte* values, std::size_t stride,
                                 std::size_t count) const;
-  std::vector<std::byte> encode_predicted(const TiledItems& elements, Bits& bits,
-                                          const Bits& reference, Level level);
+  /// Nothing, and no trace, where components would change their domains too often.
+  std::optional<std::vector<std::byte>> encode_predicted(const TiledItems& elements, Bits& bits,
+                                                         const Bits& reference, Level level);
   /// Takes note of values that were said otherwise.
   void note(const TiledItems& elements, const Bits& bits);
   /// What a group says first: the style, then the domain of each component. `plans` when encoding.
