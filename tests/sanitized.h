@@ -21,4 +21,15 @@ inline constexpr bool kSanitized = false;
 /// 1, or with sanitizers `n`: the distance from one case to the next.
 constexpr std::size_t every(std::size_t n) { return kSanitized ? n : 1; }
 
+/// Which of very many like cases to take: the first, and from there every n-th, as they come. An n
+/// that has no divisor in common with the lengths of the loops meets all that each of them has.
+class SomeCases {
+ public:
+  explicit SomeCases(std::size_t n) : distance_(every(n)) {}
+  bool skips_next() { return next_++ % distance_ != 0; }
+
+ private:
+  std::size_t distance_, next_ = 0;
+};
+
 }  // namespace shm

@@ -11,6 +11,7 @@
 #include "file_surgery.h"
 #include "item_text.h"
 #include "ordered_tasks.h"
+#include "sanitized.h"
 #include "shm/segment_reader.h"
 
 namespace shm {
@@ -45,11 +46,13 @@ std::vector<Family> families() {
 }
 
 TEST(Segments, RoundTripsCutAnywhere) {
+  SomeCases some(3);
   for (const Family& family : families())
     for (const auto& [order, corner_order, delay] :
          {std::tuple(Order::keep, true, 0u), std::tuple(Order::keep, true, 6u),
           std::tuple(Order::stream, true, 0u), std::tuple(Order::stream, false, 4u)})
       for (std::uint64_t cells : {1u, 2u, 7u, 20u, 1000u}) {
+        if (some.skips_next()) continue;
         SCOPED_TRACE(std::string(family.name) + ", order " +
                      (order == Order::keep ? "keep" : "stream") + ", delay " +
                      std::to_string(delay) + ", " + std::to_string(cells) + " cells a segment");
@@ -115,6 +118,7 @@ TEST(Segments, CutsKeepTheBudget) {
   EXPECT_EQ(segments_of(slim, .02, &imported), 3u);
   EXPECT_LE(imported, 2 * 470u);
   EXPECT_EQ(segments_of(slim, 0), 1u);
+  if (kSanitized) return;
   // A wide one allows cuts at 20 %, and at 2 % only near its end, where little is left alive.
   const TestMesh wide = grid(80, 80, 62);
   EXPECT_LE(segments_of(wide, .02, &imported), 2u);
@@ -153,12 +157,14 @@ TEST(Segments, ImportsAreCheapOnACoherentMesh) {
 }
 
 TEST(Segments, AnyNumberOfThreadsWritesTheSameBytes) {
+  SomeCases some(5);
   std::vector<Family> meshes = families();
   meshes.push_back({"many cells", grid(20, 20, 20, ScalarType::float32, bent, porous)});
   for (const Family& family : meshes)
     for (const auto& [order, delay] :
          {std::pair(Order::keep, 0u), std::pair(Order::stream, 0u), std::pair(Order::stream, 5u)})
       for (std::uint64_t cells : {7u, 1500u}) {
+        if (some.skips_next()) continue;
         SCOPED_TRACE(std::string(family.name) + ", " + std::to_string(cells));
         const TestMesh mesh = with_order(family.mesh, order, true, delay);
         WriteOptions options = cut_every(cells);
@@ -221,11 +227,13 @@ TEST(Segments, AnyNumberOfThreadsReadsTheSame) {
 }
 
 TEST(Segments, DamageIsToldAlikeWithThreads) {
+  SomeCases some(3);
   for (const char* name : {"segments", "segments_stream", "shifts"}) {
     std::vector<std::byte> bytes;
     for (const FeatureFile& feature : feature_files())
       if (feature.name == name) bytes = feature.bytes;
     for (std::size_t at = 0; at < bytes.size(); at += 29) {
+      if (some.skips_next()) continue;
       SCOPED_TRACE(std::string(name) + ", byte " + std::to_string(at));
       bytes[at] ^= std::byte{4};
       expect_same_with_threads(bytes);
