@@ -3,40 +3,19 @@
 // make_golden.cpp.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <sstream>
 #include <string>
-#include <vector>
 
 #include "faulty_files.h"
+#include "golden_files.h"
 #include "item_text.h"
 
 namespace shm {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string content(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  EXPECT_TRUE(in) << path;
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-fs::path faulty_folder() { return fs::path(SHM_SOURCE_DIR) / "tests/golden/faulty"; }
-
-std::vector<fs::path> golden_files() {
-  std::vector<fs::path> files;
-  for (const auto& entry :
-       fs::recursive_directory_iterator(fs::path(SHM_SOURCE_DIR) / "tests/golden"))
-    if (entry.path().extension() == ".shm" && entry.path().parent_path() != faulty_folder())
-      files.push_back(entry.path());
-  std::sort(files.begin(), files.end());
-  return files;
-}
 
 TEST(Golden, EveryFileDecodesToItsTwin) {
   const auto files = golden_files();
@@ -50,8 +29,7 @@ TEST(Golden, EveryFileDecodesToItsTwin) {
 }
 
 TEST(Golden, NoTwinStandsAlone) {
-  for (const auto& entry :
-       fs::recursive_directory_iterator(fs::path(SHM_SOURCE_DIR) / "tests/golden"))
+  for (const auto& entry : fs::recursive_directory_iterator(golden_folder()))
     if (entry.path().extension() == ".txt" && entry.path().parent_path() != faulty_folder()) {
       EXPECT_TRUE(fs::exists(fs::path(entry.path()).replace_extension(".shm"))) << entry.path();
     }
@@ -60,8 +38,7 @@ TEST(Golden, NoTwinStandsAlone) {
 // Of 0.9 on, each feature has a file.
 TEST(Golden, EveryFeatureHasAFile) {
   for (const FeatureFile& feature : feature_files())
-    EXPECT_TRUE(fs::exists(fs::path(SHM_SOURCE_DIR) / "tests/golden/0.9" / (feature.name + ".shm")))
-        << feature.name;
+    EXPECT_TRUE(fs::exists(golden_folder() / "0.9" / (feature.name + ".shm"))) << feature.name;
 }
 
 // Each file is refused, as the list says, and the list tells of each.
