@@ -1,7 +1,8 @@
 // Damage behind right checksums (damaged_file.h). The target feeds the Decoder in pieces whose
 // sizes the input says. An item, an error or a wish for more; never a crash, never memory out of
 // proportion, and the same whatever the pieces. What read_summary tells of the file is what the
-// Decoder counted, where both take it. An input is one byte, the seed of the piece sizes, and a file.
+// Decoder counted, where both take it. An input is one byte, the seed of the piece sizes, and a
+// file.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -143,4 +144,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto told = shm::read_summary(source, shm_fuzz::small_limits());
   if (told && outcome.totals() && !Outcome::same(told->totals, outcome.totals())) std::abort();
   return 0;
+}
+
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
+                                               std::size_t max_size, unsigned seed) {
+  return shm_fuzz::mutate_input(data, size, max_size, seed);
 }

@@ -12,30 +12,9 @@
 #include <vector>
 
 #include "../tests/test_mesh.h"
+#include "choices.h"
 
 namespace {
-
-/// Takes bytes; zeros when there are no more.
-class Choices {
- public:
-  explicit Choices(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
-  std::uint32_t below(std::uint32_t limit) {
-    std::uint32_t value = byte();
-    if (limit > 256) value = value << 8 | byte();
-    return value % limit;
-  }
-  bool flag() { return below(2) == 1; }
-  std::uint8_t byte() {
-    if (bytes_.empty()) return 0;
-    const std::uint8_t it = bytes_[0];
-    bytes_ = bytes_.subspan(1);
-    return it;
-  }
-  bool empty() const { return bytes_.empty(); }
-
- private:
-  std::span<const std::uint8_t> bytes_;
-};
 
 /// Values of a run of scalars: smooth, repeated, or any bits.
 void add_values(std::vector<std::byte>& out, shm::ScalarType type, std::size_t count, Choices& in) {

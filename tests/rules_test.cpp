@@ -57,6 +57,12 @@ std::vector<Source> sources_in(const std::string& folder) {
   return sources;
 }
 
+std::size_t times(const std::string& code, const std::string& words) {
+  std::size_t count = 0;
+  for (auto at = code.find(words); at != code.npos; at = code.find(words, at + 1)) ++count;
+  return count;
+}
+
 /// Whether `word` stands in `code` as a word of its own.
 bool says(const std::string& code, const std::string& word) {
   const auto part_of_word = [](char c) {
@@ -162,6 +168,11 @@ TEST(Rules, TheLibraryThrowsNothingAndKeepsNoGlobals) {
         // out in one that no caller sees.
         const bool threads = source.name() == "workers.cpp" || source.name() == "ordered_tasks.h";
         if (threads && word == std::string("catch")) continue;
+        // zstd says by a null that memory has run out; callers hear of it as of any other memory.
+        if (source.name() == "packing.cpp" && word == std::string("throw")) {
+          EXPECT_EQ(times(source.code, "throw "), times(source.code, "throw std::bad_alloc();"));
+          continue;
+        }
         EXPECT_FALSE(says(source.code, word)) << source.path << " says " << word;
       }
       // A variable that is static and not const: "static Type name =", "... name;", "... name{".

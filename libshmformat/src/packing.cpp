@@ -1,10 +1,12 @@
 #include "packing.h"
 
 #include <zstd.h>
+#include <zstd_errors.h>
 
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <new>
 
 namespace shm {
 
@@ -39,6 +41,20 @@ bool has_small_window(std::span<const std::byte> frame) {
   return size <= kMostWindow;
 }
 
+/// zstd says by a null, or by an error of its own, that there is no more memory. Callers hear of it
+/// as of any other memory (shm/result.h).
+template <class Context>
+Context* made(Context* context) {
+  if (context == nullptr) throw std::bad_alloc();
+  return context;
+}
+/// Whether zstd failed otherwise.
+bool failed(std::size_t result) {
+  if (ZSTD_isError(result) == 0) return false;
+  if (ZSTD_getErrorCode(result) == ZSTD_error_memory_allocation) throw std::bad_alloc();
+  return true;
+}
+
 /// For frames that state more than is believed: memory grows with what comes out.
 bool decompress_in_steps(ZSTD_DCtx* context, std::span<const std::byte> bytes, std::uint64_t size,
                          std::vector<std::byte>& out) {
@@ -52,7 +68,7 @@ bool decompress_in_steps(ZSTD_DCtx* context, std::span<const std::byte> bytes, s
     ZSTD_outBuffer piece{out.data() + before, step, 0};
     const std::size_t state = ZSTD_decompressStream(context, &piece, &in);
     out.resize(before + piece.pos);
-    if (ZSTD_isError(state) != 0) return false;
+    if (failed(state)) return false;
     if (state == 0) break;
     if (piece.pos == 0 && in.pos == in.size) return false;  // ends too early
   }
@@ -111,20 +127,20 @@ Zstd& Zstd::operator=(Zstd&&) noexcept = default;
 
 void Zstd::compress(std::span<const std::byte> bytes, int level, std::vector<std::byte>& out) {
   auto& context = contexts_->compress;
-  if (!context) context.reset(ZSTD_createCCtx());
-  if (!context) return;
+  if (!context) context.reset(made(ZSTD_createCCtx()));
   const std::size_t before = out.size();
   out.resize(before + ZSTD_compressBound(bytes.size()));
   const std::size_t n = ZSTD_compressCCtx(context.get(), out.data() + before, out.size() - before,
                                           bytes.data(), bytes.size(), level);
-  out.resize(before + (ZSTD_isError(n) != 0 ? 0 : n));
+  if (failed(n)) throw std::bad_alloc();  // there is room, and it refuses nothing else
+  out.resize(before + n);
 }
 
 bool Zstd::decompress(std::span<const std::byte> bytes, std::uint64_t size,
                       std::vector<std::byte>& out) {
+  if (!has_small_window(bytes)) return false;
   auto& context = contexts_->decompress;
-  if (!context) context.reset(ZSTD_createDCtx());
-  if (!context || !has_small_window(bytes)) return false;
+  if (!context) context.reset(made(ZSTD_createDCtx()));
   ZSTD_DCtx_reset(context.get(), ZSTD_reset_session_only);
   if (size > kTrustedBytes + kTrustedFactor * bytes.size())
     return decompress_in_steps(context.get(), bytes, size, out);
@@ -134,7 +150,7 @@ bool Zstd::decompress(std::span<const std::byte> bytes, std::uint64_t size,
   out.resize(static_cast<std::size_t>(size));
   const std::size_t n =
       ZSTD_decompressDCtx(context.get(), out.data(), out.size(), bytes.data(), bytes.size());
-  return ZSTD_isError(n) == 0 && n == size;
+  return !failed(n) && n == size;
 }
 
 std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level) {

@@ -24,7 +24,8 @@ std::optional<std::vector<std::byte>> get_packed(ByteReader& in, std::uint64_t l
 /// The unpacked length that a blob states; takes nothing from `in`.
 std::uint64_t stated_packed_size(ByteReader in);
 
-/// Contexts of zstd that are used again: making one costs as much as packing some kilobytes.
+/// Contexts of zstd that are used again: making one costs as much as packing some kilobytes. Where
+/// zstd has no memory, std::bad_alloc.
 class Zstd {
  public:
   Zstd();
@@ -32,7 +33,7 @@ class Zstd {
   Zstd(Zstd&&) noexcept;
   Zstd& operator=(Zstd&&) noexcept;
 
-  /// Appends one frame to `out`; nothing where there is no memory.
+  /// Appends one frame to `out`.
   void compress(std::span<const std::byte> bytes, int level, std::vector<std::byte>& out);
   /// Exactly `size` bytes into `out`; false where the one frame gives others.
   bool decompress(std::span<const std::byte> bytes, std::uint64_t size,

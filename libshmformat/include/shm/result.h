@@ -1,5 +1,9 @@
 // Result: how every call of the library says that it worked or why it did not.
 // One error shape everywhere: code, file, offset, section, sentence.
+// The library throws nothing of its own. Only where memory runs out std::bad_alloc comes out of the
+// call that wanted it (with threads: out of the caller's call, in its turn), never out of a
+// destructor or a move. Nothing leaks; of the object that was called all that is left is to destroy
+// it or to assign to it, and its file is not finished. What a call gives that returns is right.
 #pragma once
 
 #include <cstdint>

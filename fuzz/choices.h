@@ -1,0 +1,27 @@
+// What a target does, as its input says it, byte by byte.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+/// Takes bytes; zeros when there are no more.
+class Choices {
+ public:
+  explicit Choices(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+  std::uint32_t below(std::uint32_t limit) {
+    std::uint32_t value = byte();
+    if (limit > 256) value = value << 8 | byte();
+    return value % limit;
+  }
+  bool flag() { return below(2) == 1; }
+  std::uint8_t byte() {
+    if (bytes_.empty()) return 0;
+    const std::uint8_t it = bytes_[0];
+    bytes_ = bytes_.subspan(1);
+    return it;
+  }
+  bool empty() const { return bytes_.empty(); }
+
+ private:
+  std::span<const std::uint8_t> bytes_;
+};

@@ -1,0 +1,333 @@
+// Any bytes as an Exodus file: a whole mesh or a Failure. The mutator takes classic netCDF headers
+// apart, damages dimensions, attributes, types and places, or numbers in the data, and puts them
+// together again, so that what lies behind netCDF's own checks is reached.
+// HDF5 files (netCDF-4) are refused here: what HDF5 makes of hostile bytes is not ours (README.md).
+#include "exodus.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <random>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "failure.h"
+#include "memory_file.h"
+#include "read_everything.h"
+#include "spool.h"
+
+extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
+
+namespace {
+
+using Random = std::minstd_rand;
+using Bytes = std::vector<std::uint8_t>;
+
+/// Big-endian numbers of a classic header. Reads zeros behind the end.
+class Input {
+ public:
+  explicit Input(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+  std::uint64_t number(std::size_t width) {
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < width; ++i) value = value << 8 | byte();
+    return value;
+  }
+  Bytes bytes(std::uint64_t count) {
+    Bytes out;
+    for (std::uint64_t i = 0; i < count && good_; ++i) out.push_back(byte());
+    return out;
+  }
+  void align() {
+    while (at_ % 4 != 0) ++at_;
+  }
+  std::size_t at() const { return at_; }
+  bool good() const { return good_; }
+
+ private:
+  std::uint8_t byte() {
+    if (at_ < bytes_.size()) return bytes_[at_++];
+    good_ = false;
+    return 0;
+  }
+  std::span<const std::uint8_t> bytes_;
+  std::size_t at_ = 0;
+  bool good_ = true;
+};
+
+class Output {
+ public:
+  void number(std::uint64_t value, std::size_t width) {
+    for (std::size_t i = width; i-- > 0;)
+      bytes.push_back(static_cast<std::uint8_t>(value >> 8 * i));
+  }
+  void add(std::span<const std::uint8_t> more) {
+    bytes.insert(bytes.end(), more.begin(), more.end());
+  }
+  void align() {
+    while (bytes.size() % 4 != 0) bytes.push_back(0);
+  }
+  Bytes bytes;
+};
+
+struct Attribute {
+  Bytes name;
+  std::uint32_t type = 0;
+  std::uint64_t count = 0;
+  Bytes values;
+};
+struct Dimension {
+  Bytes name;
+  std::uint64_t length = 0;
+};
+struct Variable {
+  Bytes name;
+  std::vector<std::uint64_t> dimensions;
+  std::vector<Attribute> attributes;
+  std::uint32_t type = 0;
+  std::uint64_t size = 0, begin = 0;
+};
+
+std::size_t type_bytes(std::uint32_t type) {
+  constexpr std::array<std::uint8_t, 12> kBytes{0, 1, 1, 2, 4, 4, 8, 1, 2, 4, 8, 8};
+  return type < kBytes.size() ? kBytes[type] : 0;
+}
+
+/// A classic netCDF file: header and data.
+class Classic {
+ public:
+  bool get(std::span<const std::uint8_t> file) {
+    if (file.size() < 8 || std::memcmp(file.data(), "CDF", 3) != 0) return false;
+    version_ = file[3];
+    if (version_ != 1 && version_ != 2 && version_ != 5) return false;
+    Input in(file.subspan(4));
+    records = in.number(wide());
+    const std::uint64_t dimension_count = list(in);
+    for (std::uint64_t i = 0; i < dimension_count && in.good(); ++i)
+      dimensions.push_back({name(in), in.number(wide())});
+    attributes = get_attributes(in);
+    const std::uint64_t variable_count = list(in);
+    for (std::uint64_t i = 0; i < variable_count && in.good(); ++i) {
+      Variable it;
+      it.name = name(in);
+      for (std::uint64_t d = in.number(wide()); d > 0 && in.good(); --d)
+        it.dimensions.push_back(in.number(wide()));
+      it.attributes = get_attributes(in);
+      it.type = static_cast<std::uint32_t>(in.number(4));
+      it.size = in.number(wide());
+      it.begin = in.number(version_ == 1 ? 4 : 8);
+      variables.push_back(std::move(it));
+    }
+    if (!in.good()) return false;
+    header_ = 4 + in.at();
+    data.assign(file.begin() + static_cast<std::ptrdiff_t>(header_), file.end());
+    return true;
+  }
+
+  /// Data moves with the length of the header.
+  Bytes put() const {
+    Bytes out = put_moved(0);
+    const std::uint64_t moved = out.size() - header_;  // wraps where it is shorter
+    out = put_moved(moved);
+    out.insert(out.end(), data.begin(), data.end());
+    return out;
+  }
+
+  std::size_t header() const { return header_; }
+
+  std::uint64_t records = 0;
+  std::vector<Dimension> dimensions;
+  std::vector<Attribute> attributes;
+  std::vector<Variable> variables;
+  Bytes data;
+
+ private:
+  std::size_t wide() const { return version_ == 5 ? 8 : 4; }
+  std::uint64_t list(Input& in) {
+    in.number(4);  // which list it is
+    return in.number(wide());
+  }
+  Bytes name(Input& in) {
+    Bytes out = in.bytes(in.number(wide()));
+    in.align();
+    return out;
+  }
+  std::vector<Attribute> get_attributes(Input& in) {
+    std::vector<Attribute> out;
+    for (std::uint64_t n = list(in); n > 0 && in.good(); --n) {
+      Attribute it;
+      it.name = name(in);
+      it.type = static_cast<std::uint32_t>(in.number(4));
+      it.count = in.number(wide());
+      it.values = in.bytes(it.count > 1 << 20 ? 0 : it.count * type_bytes(it.type));
+      in.align();
+      out.push_back(std::move(it));
+    }
+    return out;
+  }
+  void put_list(Output& out, std::uint32_t tag, std::size_t count) const {
+    out.number(count > 0 ? tag : 0, 4);
+    out.number(count, wide());
+  }
+  void put_name(Output& out, const Bytes& text) const {
+    out.number(text.size(), wide());
+    out.add(text);
+    out.align();
+  }
+  void put_attributes(Output& out, const std::vector<Attribute>& all) const {
+    put_list(out, 12, all.size());
+    for (const Attribute& it : all) {
+      put_name(out, it.name);
+      out.number(it.type, 4);
+      out.number(it.count, wide());
+      out.add(it.values);
+      out.align();
+    }
+  }
+  Bytes put_moved(std::uint64_t moved) const {
+    Output out;
+    out.add(std::array<std::uint8_t, 4>{'C', 'D', 'F', version_});
+    out.number(records, wide());
+    put_list(out, 10, dimensions.size());
+    for (const Dimension& it : dimensions) {
+      put_name(out, it.name);
+      out.number(it.length, wide());
+    }
+    put_attributes(out, attributes);
+    put_list(out, 11, variables.size());
+    for (const Variable& it : variables) {
+      put_name(out, it.name);
+      out.number(it.dimensions.size(), wide());
+      for (const std::uint64_t d : it.dimensions) out.number(d, wide());
+      put_attributes(out, it.attributes);
+      out.number(it.type, 4);
+      out.number(it.size, wide());
+      out.number(it.begin + moved, version_ == 1 ? 4 : 8);
+    }
+    return std::move(out.bytes);
+  }
+
+  std::uint8_t version_ = 1;
+  std::size_t header_ = 0;
+};
+
+void disturb(std::uint64_t& number, Random& random) {
+  switch (random() % 6) {
+    case 0: ++number; break;
+    case 1: --number; break;
+    case 2: number = 0; break;
+    case 3: number *= 2; break;
+    case 4: number = std::uint64_t{1} << random() % 64; break;
+    default: number = random() % 16;
+  }
+}
+
+void mutate_bytes(Bytes& bytes, std::size_t room) {
+  const std::size_t size = bytes.size();
+  bytes.resize(size + room);
+  if (!bytes.empty()) bytes.resize(LLVMFuzzerMutate(bytes.data(), size, bytes.size()));
+}
+
+template <class T>
+T& any(std::vector<T>& of, Random& random) {
+  return of[random() % of.size()];
+}
+
+void mutate_attribute(std::vector<Attribute>& of, Random& random) {
+  if (of.empty()) return;
+  Attribute& it = any(of, random);
+  switch (random() % 5) {
+    case 0: mutate_bytes(it.name, 8); break;
+    case 1: it.type = static_cast<std::uint32_t>(random() % 14); break;
+    case 2: disturb(it.count, random); break;
+    case 3: of.erase(of.begin() + (&it - of.data())); break;
+    default: mutate_bytes(it.values, 0);
+  }
+}
+
+void mutate_variable(Classic& file, Random& random) {
+  if (file.variables.empty()) return;
+  Variable& it = any(file.variables, random);
+  switch (random() % 10) {
+    case 0: mutate_bytes(it.name, 8); break;
+    case 1: it.name = any(file.variables, random).name; break;
+    case 2:
+      if (!it.dimensions.empty())
+        any(it.dimensions, random) = random() % (file.dimensions.size() + 1);
+      break;
+    case 3:
+      if (random() % 2 == 0)
+        it.dimensions.push_back(random() % (file.dimensions.size() + 1));
+      else if (!it.dimensions.empty())
+        it.dimensions.pop_back();
+      break;
+    case 4: mutate_attribute(it.attributes, random); break;
+    case 5: it.type = static_cast<std::uint32_t>(random() % 13); break;
+    case 6: disturb(it.size, random); break;
+    case 7: it.begin = any(file.variables, random).begin; break;
+    case 8: file.variables.erase(file.variables.begin() + (&it - file.variables.data())); break;
+    default: it.begin += random() % 16 * 4 - 32;
+  }
+}
+
+/// A number of 4 bytes in the data: ids, node numbers, counts.
+void mutate_data(Classic& file, Random& random) {
+  if (file.data.size() < 4) return;
+  const std::size_t at = random() % (file.data.size() / 4) * 4;
+  Input in(std::span(file.data).subspan(at, 4));
+  std::uint64_t number = in.number(4);
+  disturb(number, random);
+  for (std::size_t b = 0; b < 4; ++b)
+    file.data[at + b] = static_cast<std::uint8_t>(number >> (24 - 8 * b));
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const auto head = std::as_bytes(std::span(data, size));
+  if (!shm::converters::looks_like_exodus(head.first(std::min<std::size_t>(size, 4096)))) return 0;
+  if (data[0] == 0x89) return 0;
+  const MemoryFile file(data, size);
+  shm::converters::Spool spool(std::filesystem::temp_directory_path().string());
+  try {
+    const auto mesh = shm::converters::open_exodus(file.path(), spool);
+    read_everything(*mesh);
+  } catch (const shm::converters::Failure&) {
+  }
+  return 0;
+}
+
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
+                                               std::size_t max_size, unsigned seed) {
+  Random random(seed);
+  Classic file;
+  if (random() % 16 == 0 || !file.get(std::span(data, size)))
+    return LLVMFuzzerMutate(data, size, max_size);
+  for (std::size_t n = random() % 3 + 1; n > 0; --n) switch (random() % 10) {
+      case 0:
+      case 1:
+        if (!file.dimensions.empty()) disturb(any(file.dimensions, random).length, random);
+        break;
+      case 2:
+        if (!file.dimensions.empty()) mutate_bytes(any(file.dimensions, random).name, 8);
+        break;
+      case 3: mutate_attribute(file.attributes, random); break;
+      case 4: disturb(file.records, random); break;
+      case 5:
+      case 6: mutate_variable(file, random); break;
+      case 7:
+        if (file.dimensions.size() > 1 && random() % 4 == 0)
+          std::swap(any(file.dimensions, random), any(file.dimensions, random));
+        break;
+      default: mutate_data(file, random);
+    }
+  const Bytes out = file.put();
+  if (out.size() > max_size) return LLVMFuzzerMutate(data, size, max_size);
+  std::memcpy(data, out.data(), out.size());
+  return out.size();
+}

@@ -1,0 +1,122 @@
+// Parity behind a file, whose packets lie behind right checksums: what they say is checked, what
+// can be healed is healed, and what comes out as healed must be what its checksums say.
+#include "parity.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <random>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "bytes/byte_cursor.h"
+#include "bytes/checksum.h"
+#include "failure.h"
+
+extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
+
+namespace {
+
+using Bytes = std::vector<std::byte>;
+using Random = std::minstd_rand;
+using shm::converters::ProtectedFile;
+
+constexpr std::size_t kHeaderBytes = 40;
+
+void expect(bool good) {
+  if (!good) std::abort();
+}
+
+void check_and_heal(shm::RandomSource& source) {
+  (void)shm::converters::is_whole_file(source);
+  const auto file = ProtectedFile::open(source);
+  if (file == nullptr) return;
+  const auto& shape = file->shape();
+  expect(shape.protected_bytes <= source.size() && file->share() > 0);
+  file->check();
+  const auto& damaged = file->damaged_blocks();
+  expect(std::is_sorted(damaged.begin(), damaged.end()));
+  for (const std::uint64_t block : damaged) expect(block < shape.blocks());
+  const auto scratch = shm::converters::unwrap(
+      shm::FileSink::create_scratch(std::filesystem::temp_directory_path().string(), "fuzz"), {});
+  const auto lost = file->heal(*scratch);
+  for (const std::uint64_t block : lost)
+    expect(std::binary_search(damaged.begin(), damaged.end(), block));
+  shm::RandomSource& healed = file->healed();
+  expect(healed.size() == shape.protected_bytes);
+  Bytes all(static_cast<std::size_t>(healed.size()));
+  expect(bool(healed.read_at(0, all)));
+  // Once more, block by block and across their borders.
+  for (std::size_t at = 0; at < all.size(); at += 1000) {
+    Bytes piece(std::min<std::size_t>(1500, all.size() - at));
+    expect(bool(healed.read_at(at, piece)));
+    expect(std::equal(piece.begin(), piece.end(), all.begin() + static_cast<std::ptrdiff_t>(at)));
+  }
+}
+
+// --- the mutator
+
+std::vector<std::size_t> packets(std::span<const std::uint8_t> file) {
+  const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
+  std::vector<std::size_t> out;
+  for (auto at = text.find("SHMP"); at != text.npos; at = text.find("SHMP", at + 1))
+    if (file.size() - at >= kHeaderBytes) out.push_back(at);
+  return out;
+}
+
+/// Makes the checksums of a packet anew: of what it holds, and of its header.
+void seal(std::span<std::uint8_t> packet) {
+  const auto put = [&](std::size_t at, std::span<const std::uint8_t> of) {
+    const std::uint32_t sum = shm::checksum(std::as_bytes(of));
+    for (std::size_t b = 0; b < 4; ++b) packet[at + b] = static_cast<std::uint8_t>(sum >> 8 * b);
+  };
+  if (packet.size() >= kHeaderBytes + shm::converters::kParityBlockBytes)
+    put(32, packet.subspan(kHeaderBytes, shm::converters::kParityBlockBytes));
+  put(36, packet.first(36));
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::vector<std::uint8_t> file(data, data + size);
+  shm::MemoryRandomSource source(std::as_bytes(std::span(file)));
+  try {
+    check_and_heal(source);
+  } catch (const shm::converters::Failure&) {
+  }
+  return 0;
+}
+
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
+                                               std::size_t max_size, unsigned seed) {
+  Random random(seed);
+  const std::span file(data, size);
+  const auto places = packets(file);
+  if (places.empty() || random() % 8 == 0) return LLVMFuzzerMutate(data, size, max_size);
+  if (random() % 3 == 0) {  // sectors that are lost
+    const std::size_t at = random() % size,
+                      count = std::min<std::size_t>(size - at, random() % 5000);
+    std::fill_n(data + at, count, static_cast<std::uint8_t>(random()));
+    return size;
+  }
+  // The same lie in one packet or in all of them.
+  constexpr std::size_t kFields[] = {4, 5, 6, 7, 8, 9, 10, 15, 16, 20, 21, 27, 28};
+  const std::size_t field = kFields[random() % std::size(kFields)];
+  const auto value = static_cast<std::uint8_t>(random() % 3 == 0 ? random() : random() % 8);
+  const bool all = random() % 2 == 0, payload = random() % 3 == 0;
+  const std::size_t chosen = places[random() % places.size()];
+  for (const std::size_t at : places) {
+    if (!all && at != chosen) continue;
+    const auto packet = file.subspan(at);
+    if (payload && packet.size() > kHeaderBytes)
+      packet[kHeaderBytes + random() % (packet.size() - kHeaderBytes)] = value;
+    else
+      packet[field] = value;
+    seal(packet);
+  }
+  return size;
+}
