@@ -407,8 +407,17 @@ class Caller {
   }
 
   void call_functions() {
-    switch (in_.below(16) == 0 ? 5 : in_.below(5)) {
-      case 5: call_files(); break;
+    switch (in_.below(16) == 0 ? 6 : in_.below(6)) {
+      case 6: call_files(); break;
+      case 5: {
+        const std::uint8_t it = in_.byte();
+        (void)shm::scalar_name(static_cast<shm::ScalarType>(it));
+        (void)shm::shape_name(static_cast<shm::CellShape>(it));
+        (void)shm::order_name(static_cast<shm::Order>(it));
+        (void)shm::codec_name(static_cast<shm::ConnectivityCodec>(it));
+        (void)shm::array_stream_names(schema());
+        break;
+      }
       case 0: {
         shm::MemorySource source(file_);
         auto mesh = shm::read_mesh(source, shm_fuzz::small_limits());

@@ -1,6 +1,7 @@
 // Files with damage behind right checksums, read by their index: segments, steps, pieces. A value,
 // an error; never a crash, never memory out of proportion. The first byte says which piece is asked
 // for.
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -39,17 +40,72 @@ void read_steps(shm::RandomSource& source) {
     }
 }
 
-void read_piece(shm::RandomSource& source, std::uint8_t which) {
+std::vector<std::uint64_t> every_second(std::vector<std::uint64_t> numbers) {
+  for (std::size_t i = 0; 2 * i < numbers.size(); ++i) numbers[i] = numbers[2 * i];
+  numbers.resize((numbers.size() + 1) / 2);
+  return numbers;
+}
+
+shm::ExtractRequest request_of(std::uint8_t which, const shm::MeshExtractor& reader) {
+  shm::ExtractRequest request;
+  switch (which % 9) {
+    case 0: break;
+    case 1: request.cells.range = {which / 9u, which}; break;
+    case 2: request.cells.box = {{-.5, -.5, -.5, .5, .5, which / 255.}}; break;
+    case 3: request.cells.numbers = {1, 3, 4, 9, which}; break;
+    case 4: request.cells.blocks = {which / 128u}; break;
+    case 5: request.vertices = {0, 2, 5, 6, which}; break;
+    case 6:
+      request.vertices = {0, 1, 2, 3};
+      request.cells.box = {{-9, -9, -9, 9, 9, .5}};
+      break;
+    case 7:
+      request.vertices = every_second(reader.vertex_numbers());
+      request.arrays.emplace();
+      break;
+    default: request.cells.numbers = every_second(reader.cell_numbers());
+  }
+  request.unused_vertices = which / 9 % 2 == 0;
+  return request;
+}
+
+/// What next() promises: each vertex and cell once.
+void read_piece(shm::MeshExtractor& reader, const shm::ExtractRequest& request) {
+  if (!reader.begin(request)) return;
+  std::size_t vertices = 0, cells = 0;
+  while (true) {
+    auto item = reader.next();
+    if (!item) return;
+    if (*item == nullptr) break;
+    vertices += (*item)->vertex_count();
+    cells += (*item)->cell_count();
+  }
+  const auto same = [](const std::vector<std::uint64_t>& numbers, std::size_t count) {
+    return numbers.size() == count && std::is_sorted(numbers.begin(), numbers.end()) &&
+           std::adjacent_find(numbers.begin(), numbers.end()) == numbers.end();
+  };
+  if (!same(reader.vertex_numbers(), vertices) || !same(reader.cell_numbers(), cells)) std::abort();
+  for (std::uint32_t a = 0; a < reader.schema().arrays.size(); ++a) {
+    const auto steps = reader.steps(a);
+    if (!steps) continue;
+    for (const std::uint64_t step : *steps) {
+      if (!reader.begin_values(a, step)) break;
+      while (true) {
+        auto values = reader.next_values();
+        if (!values || *values == nullptr) break;
+      }
+    }
+  }
+}
+
+void read_pieces(shm::RandomSource& source, std::uint8_t which) {
   auto reader = shm::MeshExtractor::open(source, shm_fuzz::small_limits());
   if (!reader) return;
-  shm::ExtractRequest request;
-  if (which % 3 == 1) request.cells.range = {which / 3u, which};
-  if (which % 3 == 2) request.cells.box = {{-.5, -.5, -.5, .5, .5, which / 255.}};
-  request.unused_vertices = which % 2 == 0;
-  if (!reader->begin(request)) return;
-  while (true) {
-    auto item = reader->next();
-    if (!item || !*item) return;
+  (void)reader->extras();
+  (void)reader->step_times();
+  for (const int more : {0, 1, 8}) {
+    const auto now = static_cast<std::uint8_t>(which + more);
+    read_piece(*reader, request_of(now, *reader));
   }
 }
 
@@ -63,7 +119,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   shm::MemoryRandomSource source(bytes);
   read_segments(source);
   read_steps(source);
-  read_piece(source, data[0]);
+  read_pieces(source, data[0]);
   return 0;
 }
 

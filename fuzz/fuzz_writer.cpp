@@ -13,6 +13,7 @@
 
 #include "../tests/test_mesh.h"
 #include "choices.h"
+#include "shm/mesh.h"
 
 namespace {
 
@@ -95,6 +96,66 @@ shm::WriteOptions make_options(Choices& in) {
   return options;
 }
 
+/// The same with time steps, or rounded: what is written can be read, and steps hold the values
+/// that were given, whatever their order.
+void with_more(shm::TestMesh mesh, const shm::WriteOptions& options, Choices& in) {
+  if (in.flag())
+    mesh.schema.coordinate_quantization =
+        in.flag() ? shm::Quantization::absolute(.25 / (1 + in.byte()), 3)
+                  : shm::Quantization{1 + in.below(52), {0, 0, 0}, {1. + in.byte(), 8, 8}};
+  for (shm::ArrayInfo& info : mesh.schema.arrays) {
+    if (is_float(info.type) && in.flag())
+      info.quantization = shm::Quantization::absolute(.5, info.components);
+    info.per_step = !info.quantization.lossy() && in.flag();
+  }
+  std::vector<std::vector<std::byte>> given;
+  const auto steps = [&](shm::Writer& writer) -> shm::Result<void> {
+    for (std::uint64_t step = 0; step < 3; ++step)
+      for (std::uint32_t a = 0; a < mesh.schema.arrays.size(); ++a) {
+        const shm::ArrayInfo& info = mesh.schema.arrays[a];
+        if (!info.per_step) continue;
+        const std::size_t size = mesh.arrays[a].size();
+        add_values(given.emplace_back(), info.type, size / shm::scalar_bytes(info.type), in);
+        if (auto good = writer.add_step_values(a, step, given.back()); !good) return good;
+      }
+    return {};
+  };
+  shm::TestMesh written = mesh;  // stepped arrays have no static values
+  for (std::size_t a = 0; a < mesh.arrays.size(); ++a)
+    if (mesh.schema.arrays[a].per_step) written.arrays[a].clear();
+  const auto begun = in;
+  shm::MemorySink sink, again;
+  if (!write_mesh(written, sink, options, steps)) return;
+  in = begun;
+  given.clear();
+  shm::WriteOptions threads = options;
+  threads.threads = 2;
+  if (!write_mesh(written, again, threads, steps) || again.bytes != sink.bytes) std::abort();
+  shm::MemorySource source(sink.bytes);
+  const auto back = shm::read_mesh(source);
+  if (!back || back->cell_count() != mesh.cells.size()) std::abort();
+  const auto sorted = [](std::vector<std::byte> values, std::size_t stride) {
+    std::vector<std::vector<std::byte>> out;
+    for (std::size_t at = 0; at + stride <= values.size() && stride > 0; at += stride)
+      out.emplace_back(values.begin() + static_cast<std::ptrdiff_t>(at),
+                       values.begin() + static_cast<std::ptrdiff_t>(at + stride));
+    std::sort(out.begin(), out.end());
+    return out;
+  };
+  std::size_t next = 0;
+  for (std::size_t step = 0; step < 3; ++step)
+    for (std::size_t a = 0; a < mesh.schema.arrays.size(); ++a) {
+      const shm::ArrayInfo& info = mesh.schema.arrays[a];
+      if (!info.per_step) continue;
+      const std::size_t stride = info.components * shm::scalar_bytes(info.type);
+      const auto& values = given[next++];
+      if (values.empty()) continue;
+      if (back->steps[a].size() <= step ||
+          sorted(back->steps[a][step], stride) != sorted(values, stride))
+        std::abort();
+    }
+}
+
 /// What no caller should do.
 void misuse(const shm::TestMesh& mesh, const shm::WriteOptions& options, Choices& in) {
   shm::NullSink sink;
@@ -132,6 +193,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   shm::NullSink none;
   if (!shm::Writer::create(none, mesh.schema, options)) return 0;  // shifts with a delay, say
+  if (in.below(4) == 0) {
+    with_more(mesh, options, in);
+    return 0;
+  }
   const std::vector<std::byte> bytes = shm::expect_round_trip(mesh, options);
   options.threads = 3;
   shm::MemorySink again;

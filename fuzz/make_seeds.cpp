@@ -3,6 +3,7 @@
 //            it is now, each behind the byte that says the piece sizes
 //   calls    some of these with a script of calls behind them (fuzz_calls)
 //   archive  archives, behind a byte
+//   writer   choices (fuzz_writer)
 // and with converters
 //   parity   files with parity
 //   exodus, gmsh, ucd, vtk, vtu   some of the feature files in these formats
@@ -61,15 +62,76 @@ std::vector<Golden> golden_files(const path& folder) {
   return files;
 }
 
-/// Random calls.
+/// What no feature file has, as each takes more than it should there.
+std::vector<shm::FeatureFile> more_files() {
+  std::vector<shm::FeatureFile> files;
+  {  // packs to far less than a thirtieth
+    shm::MemorySink sink;
+    auto writer = shm::Writer::create(sink, shm::hexahedra_schema());
+    for (const char* key : {"zeros", "more zeros"})
+      (void)writer->add_extra({key,
+                               shm::ScalarType::uint8,
+                               shm::Reference::nothing,
+                               {1 << 20},
+                               std::vector<std::byte>(1 << 20)});
+    (void)writer->end_mesh();
+    (void)writer->finish();
+    files.push_back({"zeros", std::move(sink.bytes)});
+  }
+  for (const shm::Order order : {shm::Order::keep, shm::Order::stream})
+    for (const bool of_shifts : {false, true}) {  // steps of vertices that no cell uses
+      shm::TestMesh mesh = with_order(shm::bent_grid(4, 3, 3), order, order == shm::Order::keep, 0);
+      for (int i = 0; i < 3; ++i) append_point(mesh, {2, i + .5, -1});
+      for (const shm::Location location : {shm::Location::point, shm::Location::cell}) {
+        mesh.schema.arrays.push_back(shm::array_of("w", location, shm::ScalarType::float32));
+        mesh.schema.arrays.back().per_step = true;
+        mesh.arrays.emplace_back();
+      }
+      shm::MemorySink sink;
+      shm::WriteOptions options;
+      options.group_cells = 6;
+      options.segment_cells = 12;
+      if (of_shifts) options.connectivity = shm::ConnectivityCodec::shifts;
+      const auto steps = [&](shm::Writer& writer) -> shm::Result<void> {
+        for (const std::uint32_t array : {0u, 1u})
+          for (std::uint64_t step = 0; step < 4; ++step) {
+            std::vector<std::byte> values;
+            const std::uint64_t elements = array == 0 ? mesh.vertices : mesh.cells.size();
+            for (std::uint64_t e = 0; e < elements; ++e)
+              shm::append(values, static_cast<float>(e * e % 100 + 3 * step));
+            if (auto good = writer.add_step_values(array, step, values); !good) return good;
+          }
+        return writer.set_step_times(std::vector<double>{0, 1, 2, 3});
+      };
+      (void)write_mesh(mesh, sink, options, steps);
+      files.push_back({std::string("loose_steps_") + (of_shifts ? "shifts_" : "") +
+                           std::string(order_name(order)),
+                       std::move(sink.bytes)});
+    }
+  return files;
+}
+
+/// Random choices of fuzz_writer.
+void write_choices(const path& folder) {
+  shm::PlainRandom random(12);
+  for (int file = 0; file < 160; ++file) {
+    std::string choices;
+    for (std::uint64_t i = 20 + random.below(300); i > 0; --i)
+      choices += static_cast<char>(random.below(256));
+    write(folder / std::to_string(file), choices);
+  }
+}
+
+/// Random calls, several scripts each.
 void write_calls(const path& folder, const std::vector<shm::FeatureFile>& features) {
   shm::PlainRandom random(11);
-  for (const shm::FeatureFile& feature : features) {
-    std::string script;
-    for (int i = 0; i < 80; ++i) script += static_cast<char>(random.below(256));
-    write(folder / feature.name,
-          static_cast<char>(script.size()) + text_of(feature.bytes) + script);
-  }
+  for (const shm::FeatureFile& feature : features)
+    for (int n = 0; n < 2; ++n) {
+      std::string script;
+      for (int i = 0; i < 80; ++i) script += static_cast<char>(random.below(256));
+      write(folder / (feature.name + std::to_string(n)),
+            static_cast<char>(script.size()) + text_of(feature.bytes) + script);
+    }
 }
 
 #ifdef SHM_SEEDS_OF_CONVERTERS
@@ -123,7 +185,8 @@ void write_parity_files(const path& folder, const std::vector<shm::FeatureFile>&
 #endif
 
 void make_seeds(const path& folder, const path& golden) {
-  const std::vector<shm::FeatureFile> features = shm::feature_files();
+  std::vector<shm::FeatureFile> features = shm::feature_files();
+  for (shm::FeatureFile& file : more_files()) features.push_back(std::move(file));
   char pieces = 0;
   for (const shm::FeatureFile& feature : features)
     write(folder / "shm" / feature.name, pieces++ + text_of(feature.bytes));
@@ -132,6 +195,7 @@ void make_seeds(const path& folder, const path& golden) {
           pieces++ + file.bytes);
   write(folder / "archive" / "two", pieces + text_of(shm::archive_file().bytes));
   write_calls(folder / "calls", features);
+  write_choices(folder / "writer");
 #ifdef SHM_SEEDS_OF_CONVERTERS
   write_parity_files(folder / "parity", features);
   write_formats(folder, features);

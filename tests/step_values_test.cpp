@@ -131,6 +131,24 @@ TEST(StepValues, NoCellsNoVerticesNoElements) {
   expect_values_back(it);
 }
 
+// A call for an array without elements leaves nothing in the file, and no count of a step either.
+TEST(StepValues, AStepOfNothingIsNone) {
+  Stepped it = with_steps(grid(1, 1, 1), Order::keep);
+  it.mesh.cells.clear();
+  for (const bool others : {false, true}) {
+    MemorySink sink;
+    ASSERT_TRUE(write_mesh(it.mesh, sink, it.options, [&](Writer& writer) -> Result<void> {
+      for (const std::uint64_t step : {0u, 7u})
+        if (auto good = writer.add_step_values(2, step, {}); !good) return good;
+      if (!others) return {};
+      return writer.add_step_values(0, 3, moving_values(it.mesh.schema.arrays[0], 8, 3));
+    }));
+    const auto back = read_mesh(sink.bytes);
+    ASSERT_TRUE(back) << back.error().message();
+    EXPECT_EQ(back->totals.steps, others ? 4u : 0u);
+  }
+}
+
 TEST(StepValues, PiecesAreCutAtGroups) {
   Stepped it = with_steps(two_blocks(), Order::keep);
   it.options.group_cells = 30;

@@ -81,7 +81,7 @@ Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   reference_step_ = before.next_step - 1;  // of no matter where nothing may be referred to
   most_here_ = most_next(array);
   before.next_step = step + 1;
-  steps_ = std::max(steps_, step + 1);
+  if (elements_[array] > 0) steps_ = std::max(steps_, step + 1);  // else the file knows nothing of it
   array_ = array;
   step_ = step;
   first_ = 0;
