@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "damaged_file.h"
+#include "shm/damage.h"
 #include "shm/mesh_extract.h"
 #include "shm/segment_reader.h"
 #include "shm/step_reader.h"
@@ -98,8 +99,7 @@ void read_piece(shm::MeshExtractor& reader, const shm::ExtractRequest& request) 
   }
 }
 
-void read_pieces(shm::RandomSource& source, std::uint8_t which) {
-  auto reader = shm::MeshExtractor::open(source, shm_fuzz::small_limits());
+void read_pieces(shm::Result<shm::MeshExtractor> reader, std::uint8_t which) {
   if (!reader) return;
   (void)reader->extras();
   (void)reader->step_times();
@@ -107,6 +107,14 @@ void read_pieces(shm::RandomSource& source, std::uint8_t which) {
     const auto now = static_cast<std::uint8_t>(which + more);
     read_piece(*reader, request_of(now, *reader));
   }
+}
+
+/// What a report says of healing must be so.
+void judge(shm::RandomSource& source) {
+  const auto report = shm::find_damage(source, shm_fuzz::small_limits());
+  shm::NullSink sink;
+  const auto good = shm::write_in_order(source, sink, shm_fuzz::small_limits());
+  if (report && static_cast<bool>(good) != report->restorable) std::abort();
 }
 
 }  // namespace
@@ -119,7 +127,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   shm::MemoryRandomSource source(bytes);
   read_segments(source);
   read_steps(source);
-  read_pieces(source, data[0]);
+  const shm::ReadLimits limits = shm_fuzz::small_limits();
+  read_pieces(shm::MeshExtractor::open(source, limits), data[0]);
+  read_pieces(shm::MeshExtractor::open_damaged(source, limits), data[0]);
+  judge(source);
   return 0;
 }
 

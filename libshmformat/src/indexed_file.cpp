@@ -20,6 +20,37 @@ Result<void> IndexedFile::open() {
   return read_schema();
 }
 
+Result<void> IndexedFile::open_damaged() {
+  const auto known = KnownChunks::of(*source_, limits_);
+  if (!known) return known.error();
+  if (!known->schema())
+    return wrong("no copy of it is whole, and nothing can be read without", "schema", kNoOffset);
+  return open_damaged(std::make_shared<const Survivors>(Survivors::of(*known)));
+}
+
+Result<void> IndexedFile::open_damaged(std::shared_ptr<const Survivors> survivors) {
+  survivors_ = std::move(survivors);
+  index_offset_ = survivors_->index_offset;
+  index_ = survivors_->totals;
+  for (const auto* entries : {&survivors_->extras, &survivors_->step_times})
+    index_.entries.insert(index_.entries.end(), entries->begin(), entries->end());
+  groups_ = survivors_->groups;
+  first_group_ = survivors_->first_group;
+  if (first_group_.size() - 1 > limits_.max_segments)
+    return wrong_index("its segments are too many");
+  for (std::size_t s = 0; s + 1 < first_group_.size(); ++s) {
+    const IndexEntry& first = groups_[first_group_[s]];
+    segments_.push_back({first.first_cell, 0, first.first_vertex, 0, 0, first.box});
+    for (std::size_t g = first_group_[s]; g < first_group_[s + 1]; ++g) add_to_segment(groups_[g]);
+  }
+  decoder_ = Decoder(limits_);
+  if (auto good = decoder_.feed(survivors_->beginning); !good) return good;
+  const auto advanced = decoder_.advance();
+  if (decoder_.schema() == nullptr)
+    return advanced ? wrong("makes no sense", "schema", kNoOffset) : advanced.error();
+  return {};
+}
+
 Result<std::vector<std::byte>> IndexedFile::read_chunk(const IndexEntry& entry) {
   return container::read_chunk(*source_, entry, limits_.max_chunk_bytes);
 }
@@ -161,14 +192,7 @@ Result<void> IndexedFile::list_groups() {
       segments_.push_back({entry.first_cell, 0, entry.first_vertex, 0, 0, entry.box});
       first_group_.push_back(groups_.size());
     }
-    SegmentInfo& segment = segments_.back();
-    segment.cells += entry.cells;
-    segment.vertices += entry.vertices;
-    segment.bytes += entry.bytes;
-    for (std::size_t c = 0; c < 3; ++c) {
-      segment.box[c] = std::min(segment.box[c], entry.box[c]);
-      segment.box[3 + c] = std::max(segment.box[3 + c], entry.box[3 + c]);
-    }
+    add_to_segment(entry);
     if (entry.offset > source_->size() || entry.bytes > source_->size() - entry.offset ||
         (!groups_.empty() && entry.offset < groups_.back().offset + groups_.back().bytes))
       return wrong_index("its groups are not one after the other in the file");
@@ -176,6 +200,18 @@ Result<void> IndexedFile::list_groups() {
   }
   first_group_.push_back(groups_.size());
   return {};
+}
+
+/// A group to the last segment.
+void IndexedFile::add_to_segment(const IndexEntry& entry) {
+  SegmentInfo& segment = segments_.back();
+  segment.cells += entry.cells;
+  segment.vertices += entry.vertices;
+  segment.bytes += entry.bytes;
+  for (std::size_t c = 0; c < 3; ++c) {
+    segment.box[c] = std::min(segment.box[c], entry.box[c]);
+    segment.box[3 + c] = std::max(segment.box[3 + c], entry.box[3 + c]);
+  }
 }
 
 Result<void> IndexedFile::expect_group(std::size_t group,
@@ -189,6 +225,7 @@ Result<void> IndexedFile::expect_group(std::size_t group,
 }
 
 Result<void> IndexedFile::expect_totals() const {
+  if (survivors_) return {};  // some are lost
   std::uint64_t vertices = 0, cells = 0;
   bool good = index_.block_cells.size() == schema().blocks.size();
   for (const IndexEntry& group : groups_) {

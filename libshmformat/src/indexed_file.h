@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "container/format.h"
 #include "shm/reader.h"
 #include "shm/segment_reader.h"
+#include "survivors.h"
 #include "wanted_values.h"
 
 namespace shm {
@@ -24,6 +26,13 @@ class IndexedFile {
 
   /// Reads trailer, index and schema, and nothing else.
   Result<void> open();
+  /// A damaged file: goes through all of it, and has what can be decoded of it. Segments and groups
+  /// are counted among those that are left.
+  Result<void> open_damaged();
+  /// The same, found before.
+  Result<void> open_damaged(std::shared_ptr<const Survivors> survivors);
+  /// Null unless the file is damaged.
+  const std::shared_ptr<const Survivors>& survivors() const { return survivors_; }
   const Schema& schema() const { return *decoder_.schema(); }
   const ReadLimits& limits() const { return limits_; }
   /// What it tells of the whole file; its entries until they are taken.
@@ -35,6 +44,18 @@ class IndexedFile {
   const std::vector<container::IndexEntry>& groups() const { return groups_; }
   /// Of `segment`; that of the segment behind the last one is the number of groups.
   std::size_t first_group(std::size_t segment) const { return first_group_[segment]; }
+  /// What a segment and a group of groups() are called in the file.
+  std::uint32_t segment_number(std::size_t segment) const {
+    return groups_[first_group_[segment]].segment;
+  }
+  std::uint64_t group_number(std::size_t group) const {
+    return survivors_ ? survivors_->group_numbers[group] : group;
+  }
+  /// Static arrays that are lost in a segment, ascending.
+  std::span<const std::uint32_t> lost_arrays(std::size_t segment) const {
+    return survivors_ ? std::span<const std::uint32_t>(survivors_->lost_arrays[segment])
+                      : std::span<const std::uint32_t>();
+  }
 
   /// The payload of a whole chunk.
   Result<std::vector<std::byte>> read_chunk(const container::IndexEntry& entry);
@@ -72,6 +93,7 @@ class IndexedFile {
   Result<void> read_index();
   Result<void> read_schema();
   Result<void> list_groups();
+  void add_to_segment(const container::IndexEntry& entry);
   Result<std::vector<std::byte>> read_packed(const container::IndexEntry& entry);
 
   RandomSource* source_;
@@ -82,6 +104,7 @@ class IndexedFile {
   std::vector<SegmentInfo> segments_;
   std::vector<container::IndexEntry> groups_;
   std::vector<std::size_t> first_group_;  // of each segment, and behind them
+  std::shared_ptr<const Survivors> survivors_;
 };
 
 }  // namespace shm

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
+#include <span>
 #include <string>
 #include <unordered_set>
 #include <utility>
@@ -15,6 +17,19 @@
 
 namespace shm {
 namespace {
+
+template <class Real>
+std::vector<std::byte> nans(std::size_t count) {
+  const std::vector<Real> values(count, std::numeric_limits<Real>::quiet_NaN());
+  const auto bytes = std::as_bytes(std::span(values));
+  return {bytes.begin(), bytes.end()};
+}
+
+std::vector<std::byte> lost_values(ScalarType type, std::size_t count) {
+  if (type == ScalarType::float32) return nans<float>(count);
+  if (type == ScalarType::float64) return nans<double>(count);
+  return std::vector<std::byte>(scalar_bytes(type) * count);
+}
 
 Error misuse(std::string detail) {
   return Error{ErrorCode::misuse, std::move(detail), "piece", kNoOffset, {}};
@@ -37,6 +52,7 @@ class MeshExtractor::Impl {
   Impl(RandomSource& source, const ReadLimits& limits) : source_(&source), file_(source, limits) {}
 
   Result<void> open();
+  Result<void> open_damaged() { return file_.open_damaged(); }
   IndexedFile& file() { return file_; }
   Result<StepReader*> steps();
 
@@ -59,6 +75,8 @@ class MeshExtractor::Impl {
 
   // the mesh
   Result<MeshBlock*> next_part();
+  WantedValues wanted_of(std::size_t segment) const;
+  void fill_lost(MeshBlock& block) const;
   Result<bool> begin_visit();
   Result<void> begin_group(SegmentDecoder& decoder, std::size_t group, const WantedValues& wanted);
   template <class Visit>
@@ -121,7 +139,7 @@ Result<void> MeshExtractor::Impl::open() {
 
 Result<StepReader*> MeshExtractor::Impl::steps() {
   if (!steps_) {
-    auto reader = StepReader::open(*source_, file_.limits());
+    auto reader = StepReader::open(*source_, file_.limits(), file_.survivors());
     if (!reader) return reader.error();
     steps_.emplace(std::move(*reader));
   }
@@ -178,10 +196,12 @@ Result<MeshBlock*> MeshExtractor::Impl::next_part() {
     if (decoder_ && decoder_->in_group()) {
       auto block = decoder_->next_block();
       if (!block) return block.error();
+      fill_lost(block->mesh);
       if (auto good = pick(block->mesh); !good) return good.error();
       if (piece_.vertex_count() > 0 || piece_.cell_count() > 0) return &piece_;
     } else if (decoder_ && next_group_ < end_group_ && !needs_no_more()) {
-      if (auto good = begin_group(*decoder_, next_group_++, wanted_); !good) return good.error();
+      if (auto good = begin_group(*decoder_, next_group_++, wanted_of(segment_)); !good)
+        return good.error();
     } else {
       if (decoder_) end_segment();
       const auto more = begin_visit();
@@ -217,12 +237,38 @@ Result<bool> MeshExtractor::Impl::begin_visit() {
            !request_->may_be_in_box(file_.groups()[end_box_group_ - 1].box))
       --end_box_group_;
     decoder_ = std::make_unique<SegmentDecoder>(
-        schema(), file_.limits(), static_cast<std::uint32_t>(segment_),
+        schema(), file_.limits(), file_.segment_number(segment_),
         request_->all() ? SegmentDecoder::Imports::left_out : SegmentDecoder::Imports::yielded);
-    decoder_->want(wanted_);
+    decoder_->want(wanted_of(segment_));
     return true;
   }
   return false;
+}
+
+/// What is wanted, and not lost.
+WantedValues MeshExtractor::Impl::wanted_of(std::size_t segment) const {
+  const auto lost = file_.lost_arrays(segment);
+  WantedValues wanted = wanted_;
+  if (lost.empty()) return wanted;
+  if (!wanted.arrays) wanted.arrays.emplace(schema().arrays.size(), true);
+  for (const std::uint32_t array : lost)
+    if (array < wanted.arrays->size()) (*wanted.arrays)[array] = false;
+  return wanted;
+}
+
+/// Wanted values that are lost become NaN, and integers 0.
+void MeshExtractor::Impl::fill_lost(MeshBlock& block) const {
+  for (const std::uint32_t a : file_.lost_arrays(segment_)) {
+    if (a >= schema().arrays.size() || schema().arrays[a].per_step || !wanted_.includes_array(a))
+      continue;
+    const ArrayInfo& info = schema().arrays[a];
+    std::size_t elements = block.vertex_count();
+    if (info.location == Location::cell)
+      elements = static_cast<std::size_t>(
+          std::count_if(block.cell_blocks.begin(), block.cell_blocks.end(),
+                        [&](std::uint32_t b) { return schema().array_covers(a, b); }));
+    block.arrays[a] = lost_values(info.type, elements * info.components);
+  }
 }
 
 Result<void> MeshExtractor::Impl::begin_group(SegmentDecoder& decoder, std::size_t group,
@@ -237,7 +283,7 @@ Result<void> MeshExtractor::Impl::begin_group(SegmentDecoder& decoder, std::size
 /// The cells and the numbers of a whole segment, without values, until visit(block) says false.
 template <class Visit>
 Result<void> MeshExtractor::Impl::walk(std::size_t segment, Visit&& visit) {
-  SegmentDecoder decoder(schema(), file_.limits(), static_cast<std::uint32_t>(segment),
+  SegmentDecoder decoder(schema(), file_.limits(), file_.segment_number(segment),
                          SegmentDecoder::Imports::yielded);
   const WantedValues none = WantedValues::none();
   decoder.want(none);
@@ -453,6 +499,7 @@ Result<void> MeshExtractor::Impl::find_all_owners() {
       const auto behind = std::upper_bound(
           segments.begin(), segments.end(), number,
           [](std::uint64_t n, const SegmentInfo& segment) { return n < segment.first_vertex; });
+      if (behind == segments.begin()) continue;  // the owner is lost
       point_segments_.insert(static_cast<std::size_t>(behind - segments.begin()) - 1);
     }
     owners_known_ = true;
@@ -466,7 +513,7 @@ Result<void> MeshExtractor::Impl::find_all_owners() {
     if (by_box && left.size() > kMostLooks / (segments.size() + 1)) continue;
     if (auto good = find_owners(left, by_box, seen); !good) return good.error();
   }
-  owners_known_ = left.empty();
+  owners_known_ = left.empty() || file_.survivors();
   if (owners_known_) return {};
   return IndexedFile::wrong(
       "imports vertex " + std::to_string(left.begin()->first) + ", which no earlier segment has",
@@ -564,7 +611,7 @@ Result<StepValues*> MeshExtractor::Impl::next_values() {
     values_left_ -= values_.numbers.size();
     if (!values_.numbers.empty()) return &values_;
   }
-  if (info != nullptr && values_left_ > 0)
+  if (info != nullptr && values_left_ > 0 && !file_.survivors())
     return IndexedFile::wrong("lacks values of elements of the piece", "step values", kNoOffset);
   return nullptr;
 }
@@ -581,8 +628,23 @@ Result<MeshExtractor> MeshExtractor::open(RandomSource& source, const ReadLimits
   if (auto good = impl->open(); !good) return good.error();
   return MeshExtractor(std::move(impl));
 }
+Result<MeshExtractor> MeshExtractor::open_damaged(RandomSource& source, const ReadLimits& limits) {
+  auto impl = std::make_unique<Impl>(source, limits);
+  if (auto good = impl->open_damaged(); !good) return good.error();
+  return MeshExtractor(std::move(impl));
+}
 const Schema& MeshExtractor::schema() const { return impl_->file().schema(); }
 const std::vector<SegmentInfo>& MeshExtractor::segments() const { return impl_->file().segments(); }
+std::span<const std::uint32_t> MeshExtractor::lost_arrays(std::size_t segment) const {
+  return impl_->file().lost_arrays(segment);
+}
+std::uint32_t MeshExtractor::segment_number(std::size_t segment) const {
+  return impl_->file().segment_number(segment);
+}
+bool MeshExtractor::had_values(std::uint32_t array, std::uint64_t step) const {
+  const auto& survivors = impl_->file().survivors();
+  return survivors && (!survivors->has_index || survivors->told_steps.contains({array, step}));
+}
 std::uint64_t MeshExtractor::vertices() const { return impl_->file().index().vertices; }
 std::uint64_t MeshExtractor::cells() const { return impl_->file().index().cells; }
 const std::vector<std::uint64_t>& MeshExtractor::block_cells() const {

@@ -97,6 +97,7 @@ bool PieceRequest::may_be_in_box(const std::array<double, 6>& of_index) const {
 
 /// Whether cells of wanted blocks are here if blocks follow each other.
 bool PieceRequest::blocks_likely(const SegmentInfo& segment) const {
+  if (file_->survivors()) return false;
   std::uint64_t first = 0;
   const auto& counts = file_->index().block_cells;
   for (std::uint32_t b = 0; b < counts.size(); ++b) {
@@ -127,6 +128,9 @@ auto PieceRequest::visits() const -> std::vector<Visit> {
     if (may_be_in_box(segment.box)) visits.push_back({s, probe});
   }
   std::stable_partition(visits.begin(), visits.end(), [](const Visit& it) { return !it.probe; });
+  // Where a vertex is in several segments, it has the values of one where none are lost.
+  std::stable_partition(visits.begin(), visits.end(),
+                        [&](const Visit& it) { return file_->lost_arrays(it.segment).empty(); });
   return visits;
 }
 
@@ -143,6 +147,7 @@ bool PieceRequest::includes_vertex(std::uint64_t number) const {
 
 std::uint64_t PieceRequest::count_expected() const {
   const CellSelection& cells = request_.cells;
+  if (file_->survivors()) return kUnknown;
   if (of_vertices()) return request_.vertices->size();
   if (!cells.range && !cells.numbers && cells.blocks) {
     std::uint64_t sum = 0;

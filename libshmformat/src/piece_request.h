@@ -24,8 +24,12 @@ class PieceRequest {
 
   const ExtractRequest& request() const { return request_; }
   bool of_vertices() const { return request_.vertices.has_value(); }
-  bool wants_unused() const { return request_.unused_vertices && !of_vertices(); }
-  bool all() const { return !of_vertices() && request_.cells.all(); }
+  bool wants_unused() const {
+    return (request_.unused_vertices || (request_.cells.all() && file_->survivors())) &&
+           !of_vertices();
+  }
+  /// Whether the piece is the whole file; of a damaged one it never is.
+  bool all() const { return !of_vertices() && request_.cells.all() && !file_->survivors(); }
   const std::optional<std::array<double, 6>>& box() const { return request_.cells.box; }
 
   /// In which order to read: first where things must be, or are likely to be.

@@ -165,9 +165,9 @@ Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t at, const StepIn
   ByteReader in(*payload);
   container::StepHeader header;
   if (!container::get(in, header) || header.array != array_ ||
-      header.step != index_->steps(array_)[at].step || header.group != chunk.group ||
-      header.count != chunk.count || header.codec != chunk.codec ||
-      container::refers_to(header) != chunk.reference)
+      header.step != index_->steps(array_)[at].step ||
+      header.group != file_->group_number(chunk.group) || header.count != chunk.count ||
+      header.codec != chunk.codec || container::refers_to(header) != chunk.reference)
     return IndexedFile::wrong("the chunk that should stand here does not", "step values",
                               chunk.offset);
   StepChunks& column = *columns_[at - pass_.from];
@@ -179,8 +179,7 @@ Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t at, const StepIn
       (kind == StepReference::trend && two_back_.size() != size))
     return wrong_step_values(file_->schema(), header, "refers to other elements than it has");
   if (kind == StepReference::trend) go_on(info().type, one_back_, two_back_, trend_);
-  return column.decode(header, in.get_bytes(in.left()), static_cast<std::uint32_t>(segment_),
-                       elements,
+  return column.decode(header, in.get_bytes(in.left()), file_->segment_number(segment_), elements,
                        kind == StepReference::nothing  ? std::span<const std::byte>()
                        : kind == StepReference::before ? std::span<const std::byte>(one_back_)
                                                        : std::span<const std::byte>(trend_));

@@ -10,6 +10,11 @@ using container::IndexEntry;
 Result<StepIndex> StepIndex::of(IndexedFile& file) {
   StepIndex index;
   index.steps_.resize(file.schema().arrays.size());
+  if (file.survivors()) {
+    index.add_survivors(file);
+    index.find_keys();
+    return index;
+  }
   if (auto good = index.count_elements(file); !good) return good.error();
   for (const IndexEntry& entry : file.take_entries())
     if (entry.kind == static_cast<std::uint8_t>(container::ChunkKind::step_values))
@@ -17,6 +22,19 @@ Result<StepIndex> StepIndex::of(IndexedFile& file) {
   if (auto good = index.expect_complete(file); !good) return good.error();
   index.find_keys();
   return index;
+}
+
+void StepIndex::add_survivors(const IndexedFile& file) {
+  elements_.resize(steps_.size());
+  for (const Survivors::Step& step : file.survivors()->steps) {
+    const std::size_t begin = chunks_.size();
+    for (const IndexEntry& chunk : step.chunks)
+      chunks_.push_back({chunk.offset, chunk.bytes, chunk.first, chunk.count, chunk.group,
+                         chunk.reference, chunk.codec});
+    steps_[step.array].push_back({step.step, step.refers, 0, begin, chunks_.size()});
+    elements_[step.array] =
+        std::max(elements_[step.array], chunks_.back().first + chunks_.back().count);
+  }
 }
 
 /// By the totals of the index, which its groups must add up to.

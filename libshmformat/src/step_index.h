@@ -28,7 +28,7 @@ class StepIndex {
     std::size_t begin = 0, end = 0;
   };
 
-  /// `file` is open; its entries are taken.
+  /// `file` is open; its entries are taken. Of a damaged file: the step values that are left.
   static Result<StepIndex> of(IndexedFile& file);
 
   const std::vector<Step>& steps(std::uint32_t array) const { return steps_[array]; }
@@ -42,6 +42,7 @@ class StepIndex {
   std::size_t key_of(std::uint32_t array, std::size_t at) const { return steps_[array][at].key; }
 
  private:
+  void add_survivors(const IndexedFile& file);
   Result<void> count_elements(const IndexedFile& file);
   Result<void> add(const IndexedFile& file, const container::IndexEntry& entry);
   Result<void> expect_complete(const IndexedFile& file) const;

@@ -26,7 +26,9 @@ class StepReader::Impl {
  public:
   Impl(RandomSource& source, const ReadLimits& limits) : file_(source, limits) {}
 
-  Result<void> open();
+  /// `survivors`: of a damaged file; null: there are none, the index tells.
+  Result<void> open(std::shared_ptr<const Survivors> survivors);
+  Result<void> open_damaged();
   const IndexedFile& file() const { return file_; }
   const StepIndex& index() const { return index_; }
   const std::vector<double>& step_times() const { return times_; }
@@ -38,6 +40,7 @@ class StepReader::Impl {
   Result<StepValues*> next();
 
  private:
+  Result<void> read_steps();
   Result<void> begin_segment();
   Result<void> read_group();
   Result<TopologyReplay*> topology_of(std::size_t segment, const ReplayWants& wants);
@@ -65,8 +68,18 @@ class StepReader::Impl {
   StepValues values_;
 };
 
-Result<void> StepReader::Impl::open() {
-  if (auto good = file_.open(); !good) return good;
+Result<void> StepReader::Impl::open(std::shared_ptr<const Survivors> survivors) {
+  if (auto good = survivors ? file_.open_damaged(std::move(survivors)) : file_.open(); !good)
+    return good;
+  return read_steps();
+}
+
+Result<void> StepReader::Impl::open_damaged() {
+  if (auto good = file_.open_damaged(); !good) return good;
+  return read_steps();
+}
+
+Result<void> StepReader::Impl::read_steps() {
   auto times = file_.read_step_times();
   if (!times) return times.error();
   times_ = std::move(*times);
@@ -212,8 +225,17 @@ StepReader& StepReader::operator=(StepReader&&) noexcept = default;
 StepReader::~StepReader() = default;
 
 Result<StepReader> StepReader::open(RandomSource& source, const ReadLimits& limits) {
+  return open(source, limits, nullptr);
+}
+Result<StepReader> StepReader::open(RandomSource& source, const ReadLimits& limits,
+                                    std::shared_ptr<const Survivors> survivors) {
   auto impl = std::make_unique<Impl>(source, limits);
-  if (auto good = impl->open(); !good) return good.error();
+  if (auto good = impl->open(std::move(survivors)); !good) return good.error();
+  return StepReader(std::move(impl));
+}
+Result<StepReader> StepReader::open_damaged(RandomSource& source, const ReadLimits& limits) {
+  auto impl = std::make_unique<Impl>(source, limits);
+  if (auto good = impl->open_damaged(); !good) return good.error();
   return StepReader(std::move(impl));
 }
 const Schema& StepReader::schema() const { return impl_->file().schema(); }

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "shm/io.h"
@@ -59,12 +60,27 @@ class SHM_API MeshExtractor {
  public:
   /// Reads index and schema. `source` is borrowed and must outlive the MeshExtractor.
   static Result<MeshExtractor> open(RandomSource& source, const ReadLimits& limits = {});
+  /// Of a damaged file what is whole: of each segment the groups before the first whose cells or
+  /// coordinates are hurt, values of arrays where their bitstreams are whole, step values of these
+  /// groups with all that they refer to. segments() are then those of which anything is left, and
+  /// vertices(), cells() and block_cells() what is known of the whole file. A piece of all cells is
+  /// what is left of them. Reads all of the file once, and then what is asked for. Takes undamaged
+  /// files, too. Fails where no schema is left, or the file cannot be read.
+  static Result<MeshExtractor> open_damaged(RandomSource& source, const ReadLimits& limits = {});
   MeshExtractor(MeshExtractor&&) noexcept;
   MeshExtractor& operator=(MeshExtractor&&) noexcept;
   ~MeshExtractor();
 
   const Schema& schema() const;
   const std::vector<SegmentInfo>& segments() const;
+  /// Of segments(): static arrays (indices into Schema::arrays) that are lost in the segment; in
+  /// parts of the piece they are NaN there, integers 0, unless another segment has the vertex, too.
+  /// Empty unless the file is damaged; so are the next two.
+  std::span<const std::uint32_t> lost_arrays(std::size_t segment) const;
+  /// What a segment is called in the file, where some are lost.
+  std::uint32_t segment_number(std::size_t segment) const;
+  /// Whether a stepped array had values at a step, or may have had: they need not be left.
+  bool had_values(std::uint32_t array, std::uint64_t step) const;
   // Of the whole file, as the index tells.
   std::uint64_t vertices() const;
   std::uint64_t cells() const;
@@ -96,7 +112,8 @@ class SHM_API MeshExtractor {
   /// ErrorCode::misuse where the array has no values at that step.
   Result<void> begin_values(std::uint32_t array, std::uint64_t step);
   /// Values of elements of the piece, each of which comes once, with their numbers
-  /// (StepValues::first is 0); null at the end. Valid until the next call.
+  /// (StepValues::first is 0); null at the end. Valid until the next call. Of a damaged file not of
+  /// those whose values are lost.
   Result<StepValues*> next_values();
 
  private:

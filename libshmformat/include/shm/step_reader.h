@@ -19,6 +19,8 @@
 
 namespace shm {
 
+struct Survivors;
+
 struct StepRequest {
   std::uint32_t array = 0;  ///< a stepped one
   std::uint64_t step = 0;
@@ -43,6 +45,10 @@ class SHM_API StepReader {
  public:
   /// Reads index, schema and step times. `source` is borrowed and must outlive the StepReader.
   static Result<StepReader> open(RandomSource& source, const ReadLimits& limits = {});
+  /// Of a damaged file what is left, as MeshExtractor::open_damaged() finds it: segments() are
+  /// those of which anything is, and steps() have values of any of them. next() leaves out segments
+  /// whose values are lost.
+  static Result<StepReader> open_damaged(RandomSource& source, const ReadLimits& limits = {});
   StepReader(StepReader&&) noexcept;
   StepReader& operator=(StepReader&&) noexcept;
   ~StepReader();
@@ -65,8 +71,11 @@ class SHM_API StepReader {
   Result<std::vector<StepValues>> read(const StepRequest& request);
 
  private:
+  friend class MeshExtractor;
   class Impl;
   explicit StepReader(std::unique_ptr<Impl> impl);
+  static Result<StepReader> open(RandomSource& source, const ReadLimits& limits,
+                                 std::shared_ptr<const Survivors> survivors);
   std::unique_ptr<Impl> impl_;
 };
 

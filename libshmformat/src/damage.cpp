@@ -1,0 +1,101 @@
+// Damage: what KnownChunks found, as users see it.
+#include "shm/damage.h"
+
+#include <algorithm>
+#include <span>
+#include <utility>
+
+#include "bytes/checksum.h"
+#include "known_chunks.h"
+
+namespace shm {
+namespace {
+
+using container::ChunkHeader;
+using container::ChunkKind;
+using container::IndexEntry;
+
+bool is_where_things_are(const Damage& damage) {
+  return damage.section == "index" || damage.section == "end record" ||
+         damage.section == "file start" || damage.section == "schema" ||
+         damage.kind == DamageKind::repeated || damage.kind == DamageKind::out_of_order ||
+         damage.kind == DamageKind::stray;
+}
+
+/// The schema said again stands for the one that is lost.
+bool is_restorable(const KnownChunks& known) {
+  if (!known.index() || !known.schema()) return false;
+  const auto& entries = known.index()->entries;
+  std::uint64_t end = container::kFileStartBytes;
+  for (const IndexEntry& entry : entries) {
+    if (entry.offset != end || entry.bytes > ~std::uint64_t{0} - end) return false;
+    end += entry.bytes;
+  }
+  return std::all_of(known.damages().begin(), known.damages().end(), is_where_things_are);
+}
+
+}  // namespace
+
+Result<DamageReport> find_damage(RandomSource& source, const ReadLimits& limits) {
+  auto known = KnownChunks::of(source, limits);
+  if (!known) return known.error();
+  DamageReport report;
+  report.damages = known->damages();
+  report.schema = known->schema();
+  report.restorable = is_restorable(*known);
+  report.complete = known->schema() &&
+                    std::all_of(report.damages.begin(), report.damages.end(), is_where_things_are);
+  // Chunks behind the last one that is known would be missed by nobody.
+  if (!known->index() && !known->ends_at_index()) report.complete = false;
+  if (known->index()) {
+    report.vertices = known->index()->vertices;
+    report.cells = known->index()->cells;
+    report.steps = known->index()->steps;
+  }
+  return report;
+}
+
+Result<void> write_in_order(RandomSource& source, ByteSink& sink, const ReadLimits& limits) {
+  const auto known = KnownChunks::of(source, limits);
+  if (!known) return known.error();
+  const auto corrupt = [](std::uint64_t offset) {
+    return Error{ErrorCode::corrupt, "not all chunks are whole", "index", offset, {}};
+  };
+  if (!is_restorable(*known)) return corrupt(kNoOffset);
+  const std::vector<std::byte> beginning = known->beginning();
+  if (auto good = sink.write(beginning); !good) return good;
+  const auto& chunks = known->chunks();
+  const auto& entries = known->index()->entries;
+  const auto schema_again =
+      std::span(beginning).subspan(container::kFileStartBytes + container::kChunkHeaderBytes);
+  std::size_t next = 0;
+  for (std::uint32_t i = 0; i < entries.size(); ++i) {
+    while (next < chunks.size() && chunks[next].header.sequence < i) ++next;
+    if (i == 0) continue;
+    if (next < chunks.size() && chunks[next].header.sequence == i && chunks[next].whole) {
+      if (auto good = sink.copy(source, chunks[next].offset, chunks[next].bytes()); !good)
+        return good;
+      continue;
+    }
+    if (entries[i].kind != static_cast<std::uint8_t>(ChunkKind::schema))
+      return corrupt(entries[i].offset);
+    ChunkHeader header;
+    header.kind = entries[i].kind;
+    header.sequence = i;
+    header.payload_bytes = schema_again.size();
+    header.payload_checksum = checksum(schema_again);
+    ByteWriter out;
+    container::put(out, header);
+    out.put_bytes(schema_again);
+    if (auto good = sink.write(out.bytes); !good) return good;
+  }
+  const std::uint64_t offset =
+      entries.empty() ? container::kFileStartBytes : entries.back().offset + entries.back().bytes;
+  if (auto good = sink.copy(source, known->index_offset(), known->index_bytes()); !good)
+    return good;
+  ByteWriter trailer;
+  container::put_trailer(trailer, offset);
+  return sink.write(trailer.bytes);
+}
+
+}  // namespace shm

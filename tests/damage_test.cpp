@@ -1,0 +1,344 @@
+// Damage: all that is hurt is named, and what is whole is read, whatever is hurt.
+#include "shm/damage.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "feature_files.h"
+#include "file_surgery.h"
+#include "shm/mesh_extract.h"
+#include "stepped_mesh.h"
+
+namespace shm {
+namespace {
+
+using container::ChunkKind;
+
+/// Segments of some cells, arrays, steps that refer to each other, an extra.
+Bytes file(Order order, std::uint32_t segment_cells = 60, std::uint32_t group_cells = 30) {
+  Stepped it = with_steps(two_blocks(), order);
+  it.options.segment_cells = segment_cells;
+  it.options.group_cells = group_cells;
+  return written(it);
+}
+
+/// Offsets and ends of chunks.
+std::vector<std::pair<std::size_t, std::size_t>> places(const Bytes& bytes) {
+  std::vector<std::pair<std::size_t, std::size_t>> out;
+  std::size_t at = container::kFileStartBytes;
+  for (const Chunk& chunk : take_apart(bytes).chunks) {
+    out.emplace_back(at, at + container::kChunkHeaderBytes + chunk.payload.size());
+    at = out.back().second;
+  }
+  return out;
+}
+
+DamageReport found(const Bytes& bytes) {
+  MemoryRandomSource source(bytes);
+  auto report = find_damage(source);
+  EXPECT_TRUE(report) << (report ? "" : report.error().message());
+  return report ? std::move(*report) : DamageReport();
+}
+
+/// Everything that is left: coordinates by vertex, corners and values by cell, values by step.
+struct Left {
+  std::map<std::uint64_t, Bytes> points;
+  std::map<std::uint64_t, std::vector<std::uint64_t>> cells;
+  std::map<std::tuple<std::uint32_t, std::uint64_t, std::uint64_t>, Bytes> values;  // array, step
+};
+
+Result<Left> left_of(const Bytes& bytes) {
+  MemoryRandomSource source(bytes);
+  auto extractor = MeshExtractor::open_damaged(source);
+  if (!extractor) return extractor.error();
+  Left left;
+  if (auto good = extractor->begin({}); !good) return good.error();
+  const Schema& schema = extractor->schema();
+  while (true) {
+    const auto part = extractor->next();
+    if (!part) return part.error();
+    if (*part == nullptr) break;
+    const MeshBlock& block = **part;
+    const std::size_t xyz = 3 * scalar_bytes(schema.coordinate_type);
+    for (std::size_t v = 0; v < block.vertex_count(); ++v)
+      left.points[block.vertex_numbers[v]] =
+          Bytes(block.xyz.begin() + static_cast<std::ptrdiff_t>(v * xyz),
+                block.xyz.begin() + static_cast<std::ptrdiff_t>((v + 1) * xyz));
+    for (std::size_t c = 0; c < block.cell_count(); ++c)
+      left.cells[block.cell_numbers[c]].assign(
+          block.corners.begin() + static_cast<std::ptrdiff_t>(block.corner_begin[c]),
+          block.corners.begin() + static_cast<std::ptrdiff_t>(block.corner_begin[c + 1]));
+  }
+  for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
+    if (!schema.arrays[a].per_step) continue;
+    const std::size_t stride = scalar_bytes(schema.arrays[a].type) * schema.arrays[a].components;
+    const auto steps = extractor->steps(a);
+    if (!steps) return steps.error();
+    for (const std::uint64_t step : *steps) {
+      if (auto good = extractor->begin_values(a, step); !good) return good.error();
+      while (true) {
+        const auto values = extractor->next_values();
+        if (!values) return values.error();
+        if (*values == nullptr) break;
+        for (std::size_t i = 0; i < (*values)->numbers.size(); ++i)
+          left.values[{a, step, (*values)->numbers[i]}] =
+              Bytes((*values)->values.begin() + static_cast<std::ptrdiff_t>(i * stride),
+                    (*values)->values.begin() + static_cast<std::ptrdiff_t>((i + 1) * stride));
+      }
+    }
+  }
+  return left;
+}
+
+/// Whether all of `part` is in `all`, and the same there.
+template <class Map>
+bool is_within(const Map& part, const Map& all) {
+  return std::all_of(part.begin(), part.end(), [&](const auto& it) {
+    const auto at = all.find(it.first);
+    return at != all.end() && at->second == it.second;
+  });
+}
+void expect_within(const Left& part, const Left& all, const std::string& what) {
+  EXPECT_TRUE(is_within(part.points, all.points)) << what;
+  EXPECT_TRUE(is_within(part.cells, all.cells)) << what;
+  EXPECT_TRUE(is_within(part.values, all.values)) << what;
+}
+
+TEST(Damage, NothingInWholeFiles) {
+  for (const FeatureFile& it : feature_files()) {
+    const DamageReport report = found(it.bytes);
+    EXPECT_TRUE(report.damages.empty()) << it.name;
+    EXPECT_TRUE(report.complete && report.restorable) << it.name;
+    MemoryRandomSource source(it.bytes);
+    MemorySink sink;
+    ASSERT_TRUE(write_in_order(source, sink)) << it.name;
+    EXPECT_EQ(sink.bytes, it.bytes) << it.name;
+  }
+}
+
+TEST(Damage, AllOfAnUndamagedFileIsLeft) {
+  for (const Order order : {Order::keep, Order::stream}) {
+    const Bytes bytes = file(order);
+    const auto left = left_of(bytes);
+    ASSERT_TRUE(left) << left.error().message();
+    const Stepped it = with_steps(two_blocks(), order);
+    EXPECT_EQ(left->cells.size(), it.mesh.cells.size());
+    EXPECT_EQ(left->points.size(), it.mesh.vertices);
+    std::size_t values = 0;
+    for (const auto& [key, of_step] : it.values)
+      values += of_step.size() / it.mesh.stride(key.first);
+    EXPECT_EQ(left->values.size(), values);
+  }
+}
+
+TEST(Damage, EachChunkIsNamedAndTheOthersAreLeft) {
+  for (const Order order : {Order::keep, Order::stream}) {
+    for (const bool with_index : {true, false}) {
+      const Bytes whole = file(order);
+      const Left all = *left_of(whole);
+      const FileParts parts = take_apart(whole);
+      const auto at = places(whole);
+      for (std::size_t c = 0; c + 1 < at.size(); ++c) {
+        // Of the many step values some.
+        if (parts.chunks[c].is(ChunkKind::step_values) && c % 7 != 0) continue;
+        for (const bool header : {true, false}) {
+          Bytes bytes = whole;
+          bytes[header ? at[c].first + 9 : at[c].second - 1] ^= std::byte{4};
+          if (!with_index) bytes[at.back().first + 3] ^= std::byte{1};
+          const std::string what = "chunk " + std::to_string(c) + (header ? ", header" : "") +
+                                   (with_index ? "" : ", no index");
+          const DamageReport report = found(bytes);
+          if (c + 2 == at.size() && header && !with_index) continue;  // one piece with the index
+          ASSERT_EQ(report.damages.size(), with_index ? 1u : 2u) << what;
+          const Damage& damage = report.damages[0];
+          EXPECT_EQ(damage.kind, DamageKind::damaged) << what;
+          EXPECT_EQ(damage.offset, at[c].first) << what;
+          EXPECT_EQ(damage.bytes, at[c].second - at[c].first) << what;
+          if (with_index || !header) {
+            EXPECT_EQ(damage.section, container::chunk_name(parts.chunks[c].header.kind)) << what;
+            if (parts.chunks[c].is(ChunkKind::group)) {
+              EXPECT_EQ(damage.segment, parts.chunks[c].header.segment) << what;
+              const auto group = take_group_apart(parts.chunks[c].payload);
+              EXPECT_EQ(damage.first_cell, group->header.first_cell) << what;
+              EXPECT_EQ(damage.cells, group->header.cells) << what;
+            }
+          }
+          const auto left = left_of(bytes);
+          if (c == 0) {  // such a small file has the schema once
+            EXPECT_FALSE(left) << what;
+            continue;
+          }
+          ASSERT_TRUE(left) << what << ": " << left.error().message();
+          expect_within(*left, all, what);
+          const std::size_t lost = all.cells.size() - left->cells.size();
+          if (!parts.chunks[c].is(ChunkKind::group)) {
+            EXPECT_EQ(lost, 0u) << what;
+            EXPECT_GT(left->values.size(), all.values.size() / 2) << what;
+          } else if (with_index || !header) {
+            EXPECT_LE(lost, 60u) << what;
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(Damage, ArraysThatAreHurtAreNamed) {
+  Stepped it = with_steps(two_blocks(), Order::keep);
+  it.options.segment_cells = 60;
+  it.mesh.schema.arrays.push_back(array_of("static", Location::cell, ScalarType::float64));
+  Bytes noise;
+  std::mt19937_64 random(7);
+  for (std::size_t c = 0; c < it.mesh.cells.size(); ++c)
+    append(noise, static_cast<double>(random()) * .37);
+  it.mesh.arrays.push_back(noise);
+  const Bytes whole = written(it);
+  const FileParts parts = take_apart(whole);
+  const auto at = places(whole);
+  const auto array = static_cast<std::uint32_t>(it.mesh.schema.arrays.size() - 1);
+  for (std::size_t c = 0; c < at.size(); ++c) {
+    if (!parts.chunks[c].is(ChunkKind::group)) continue;
+    const auto group = take_group_apart(parts.chunks[c].payload);
+    std::size_t end = at[c].second;
+    for (std::size_t s = group->streams.size(); s-- > 0; end -= group->streams[s + 0].size()) {
+      const container::StreamEntry& stream = group->header.streams[s];
+      if (stream.bytes == 0) continue;
+      Bytes bytes = whole;
+      bytes[end - 1] ^= std::byte{1};
+      const DamageReport report = found(bytes);
+      ASSERT_EQ(report.damages.size(), 1u);
+      const bool of_array = stream.kind == container::StreamKind::array;
+      EXPECT_EQ(report.damages[0].arrays,
+                of_array ? std::vector<std::uint32_t>{stream.array} : std::vector<std::uint32_t>{});
+      const auto left = left_of(bytes);
+      ASSERT_TRUE(left) << left.error().message();
+      EXPECT_EQ(left->cells.size() == it.mesh.cells.size(), of_array);
+      MemoryRandomSource source(bytes);
+      const auto extractor = MeshExtractor::open_damaged(source);
+      if (of_array) {
+        const auto lost = extractor->lost_arrays(parts.chunks[c].header.segment);
+        EXPECT_EQ(std::vector<std::uint32_t>(lost.begin(), lost.end()),
+                  std::vector<std::uint32_t>{array});
+      }
+    }
+  }
+}
+
+TEST(Damage, OrderOfChunksDoesNotMatter) {
+  const Bytes whole = file(Order::stream);
+  const FileParts parts = take_apart(whole);
+  std::mt19937 random(3);
+  for (int round = 0; round < 20; ++round) {
+    FileParts mixed = parts;
+    std::shuffle(mixed.chunks.begin(), mixed.chunks.end() - 1, random);
+    mixed.chunks.insert(mixed.chunks.begin() + round % 5, mixed.chunks[7]);
+    Bytes bytes = put_together(mixed, Numbering::as_they_are);
+    const DamageReport report = found(bytes);
+    EXPECT_TRUE(report.restorable && report.complete);
+    EXPECT_TRUE(std::any_of(report.damages.begin(), report.damages.end(),
+                            [](const Damage& it) { return it.kind == DamageKind::repeated; }));
+    MemoryRandomSource source(bytes);
+    MemorySink sink;
+    ASSERT_TRUE(write_in_order(source, sink));
+    EXPECT_EQ(sink.bytes, whole);
+  }
+}
+
+TEST(Damage, CutAnywhere) {
+  const Bytes whole = file(Order::keep, 40, 40);
+  const Left all = *left_of(whole);
+  const auto at = places(whole);
+  std::size_t cells = 0;
+  for (std::size_t end = 0; end < whole.size(); end += 37) {
+    const Bytes bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(end));
+    MemoryRandomSource source(bytes);
+    const auto report = find_damage(source);
+    if (end < 8) {
+      EXPECT_FALSE(report);
+      continue;
+    }
+    ASSERT_TRUE(report) << end;
+    EXPECT_FALSE(report->damages.empty()) << end;
+    const auto left = left_of(bytes);
+    ASSERT_EQ(static_cast<bool>(left), end >= at[0].second) << end;
+    if (!left) continue;
+    expect_within(*left, all, "cut at " + std::to_string(end));
+    EXPECT_GE(left->cells.size(), cells) << end;
+    cells = left->cells.size();
+  }
+  EXPECT_EQ(cells, all.cells.size());
+}
+
+TEST(Damage, BytesAtRandom) {
+  for (const Order order : {Order::keep, Order::stream}) {
+    const Bytes whole = file(order);
+    const Left all = *left_of(whole);
+    std::mt19937 random(11);
+    for (int round = 0; round < 50; ++round) {
+      Bytes bytes = whole;
+      for (int hits = round % 6; hits >= 0; --hits) {
+        const std::size_t begin = random() % bytes.size();
+        const std::size_t end = std::min<std::size_t>(bytes.size(), begin + random() % 400);
+        std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(begin),
+                  bytes.begin() + static_cast<std::ptrdiff_t>(end), std::byte{0});
+      }
+      MemoryRandomSource source(bytes);
+      const auto report = find_damage(source);
+      ASSERT_TRUE(report) << round;
+      if (!report->schema) continue;
+      const auto left = left_of(bytes);
+      ASSERT_TRUE(left) << round << ": " << left.error().message();
+      expect_within(*left, all, "round " + std::to_string(round));
+    }
+  }
+}
+
+/// Headers without end that each claim all that follows: not read over and over.
+TEST(Damage, ManyHeadersTakeTheirBytesOnly) {
+  class Counted final : public RandomSource {
+   public:
+    explicit Counted(const Bytes& bytes) : bytes_(bytes) {}
+    std::uint64_t size() const override { return bytes_.size(); }
+    Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override {
+      read += into.size();
+      return bytes_.read_at(offset, into);
+    }
+    std::uint64_t read = 0;
+
+   private:
+    MemoryRandomSource bytes_;
+  };
+  constexpr std::size_t kHeaders = 50'000;
+  ByteWriter out;
+  container::put(out, container::FileStart{});
+  for (std::size_t i = 0; i < kHeaders; ++i) {
+    container::ChunkHeader header;
+    header.kind = static_cast<std::uint8_t>(ChunkKind::group);
+    header.sequence = static_cast<std::uint32_t>(i * 85'000);
+    header.segment = static_cast<std::uint32_t>(i * 7);
+    header.payload_bytes = (kHeaders - 1 - i) * container::kChunkHeaderBytes;
+    container::put(out, header);
+  }
+  Counted source(out.bytes);
+  const auto report = find_damage(source);
+  ASSERT_TRUE(report);
+  EXPECT_FALSE(report->complete);
+  EXPECT_LT(source.read, 60 * out.bytes.size());
+}
+
+TEST(Damage, NothingOfAFile) {
+  const Bytes bytes(5000, std::byte{'x'});
+  MemoryRandomSource source(bytes);
+  const auto report = find_damage(source);
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().code, ErrorCode::corrupt);
+  EXPECT_FALSE(MeshExtractor::open_damaged(source));
+}
+
+}  // namespace
+}  // namespace shm
