@@ -46,7 +46,7 @@ ExitCode verify_archive(const Options& options) {
     if (options.against.empty()) {
       line.wipe();
       if (options.json)
-        std::fputs(sound_json(place, restored->info()).c_str(), stdout);
+        std::fputs(sound_json(place, restored->info(), {}).c_str(), stdout);
       else
         say(options, place + ": sound, " + counts_text(restored->info()) + "\n");
       continue;

@@ -13,43 +13,19 @@
 
 #include "archive_files.h"
 #include "counted_source.h"
-#include "extra_index.h"
 #include "failure.h"
 #include "formats.h"
-#include "forwarding_mesh.h"
 #include "piece_mesh.h"
+#include "piece_output.h"
 #include "report.h"
 #include "set_cells.h"
 #include "set_sides.h"
 #include "text_input.h"
 #include "translate.h"
-#include "vtk_family.h"
 #include "vtu_contents.h"
 
 namespace shm::converters {
 namespace {
-
-// What a .shm file holds of a mesh from elsewhere: all but faces of polyhedra.
-bool shm_holds_block(const BlockInfo& block) { return block.shape != CellShape::polyhedron; }
-constexpr Holds kShmHolds = {.sets = Holds::Sets::sets,
-                             .every_step = true,
-                             .partial_arrays = true,
-                             .block_numbers = true,
-                             .block = shm_holds_block};
-
-// A mesh that its own format's writer takes for one from elsewhere, which lacks that format's
-// words.
-class FromElsewhere final : public ForwardingMesh {
- public:
-  // `numbered_anew`: of the file that it came from.
-  FromElsewhere(MeshSource& source, bool numbered_anew) : ForwardingMesh(source) {
-    info_ = source.info();
-    if (numbered_anew && ExtraIndex(info_.extras).find(vtk::kNewNumbering) == nullptr)
-      info_.extras.push_back({vtk::kNewNumbering, ScalarType::uint8, Reference::nothing, {0}, {}});
-    // VTK's blocks are types of cells, which its writers know by the format.
-    if (!info_.schema.source_format.starts_with("vt")) info_.schema.source_format.clear();
-  }
-};
 
 // "1 'left', 2": at most some.
 template <class Items, class Name>
@@ -241,13 +217,7 @@ void Extraction::choose_cells() {
 }
 
 void Extraction::choose_set() {
-  std::set<std::string> told;
-  sets_ = transfer_sets(whole_, told);
-  // What is told by the sets, or by what blocks there are, is not said twice.
-  std::erase_if(whole_.extras, [&](const Extra& extra) {
-    return (told.contains(extra.key) && extra.key != "mesh/title") ||
-           extra.key == "gmsh/elements/blocks";
-  });
+  sets_ = take_sets(whole_);
   if (options_.set.empty()) return;
   wanted_set_ = set_of(options_.set, sets_);
   ExtractRequest& request = how_.request;
@@ -348,7 +318,7 @@ bool Extraction::run(ProgressLine& line) {
   tell_losses(losses_, options_.output);
   if (options_.strict && !losses_.empty()) return false;
   line.show("writing " + options_.output);
-  FromElsewhere mesh(translation.mesh(), vtk::is_numbered_anew(whole_));
+  FromElsewhere mesh(translation.mesh(), whole_);
   write_mesh(mesh, options_.output, format_, spool_);
   line.wipe();
   written_ = counts_text(mesh.info());

@@ -18,6 +18,7 @@
 #endif
 
 #include "failure.h"
+#include "lenient_source.h"
 
 namespace shm::converters {
 namespace {
@@ -282,28 +283,7 @@ class ProtectedFile::Healed final : public RandomSource {
   std::unique_ptr<FileRandomSource> scratch_;
 };
 
-// What cannot be read is zeros.
-class ProtectedFile::Lenient final : public RandomSource {
- public:
-  explicit Lenient(RandomSource& file) : file_(&file) {}
-  std::uint64_t size() const override { return file_->size(); }
-  Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override {
-    if (file_->read_at(offset, into)) return {};
-    for (std::size_t at = 0; at < into.size();) {
-      const auto piece = into.subspan(
-          at, std::min<std::size_t>(into.size() - at,
-                                    kParityBlockBytes - (offset + at) % kParityBlockBytes));
-      if (!file_->read_at(offset + at, piece)) std::fill(piece.begin(), piece.end(), std::byte{0});
-      at += piece.size();
-    }
-    return {};
-  }
-
- private:
-  RandomSource* file_;
-};
-
-ProtectedFile::ProtectedFile(RandomSource& file) : file_(std::make_unique<Lenient>(file)) {}
+ProtectedFile::ProtectedFile(RandomSource& file) : file_(std::make_unique<LenientSource>(file)) {}
 ProtectedFile::~ProtectedFile() = default;
 
 std::unique_ptr<ProtectedFile> ProtectedFile::open(RandomSource& file) {
@@ -336,6 +316,16 @@ double ProtectedFile::share() const {
              : static_cast<double>(shape_.parity) / shape_.data;
 }
 
+// The trailer at the very end is a copy of the one that is protected.
+bool ProtectedFile::is_of_something_else() {
+  if (file_->size() < kTrailerBytes) return false;
+  std::array<std::byte, kTrailerBytes> trailer;
+  unwrap(file_->read_at(file_->size() - kTrailerBytes, trailer), {});
+  return std::memcmp(&trailer[12], "SHME", 4) == 0 &&
+         get(&trailer[8], 4) == checksum(std::span(trailer).first(8)) &&
+         get(trailer.data(), 8) >= shape_.protected_bytes;
+}
+
 // Any packet tells the shape; the last one that stands where it says that it stands is taken.
 bool ProtectedFile::find() {
   const std::uint64_t size = file_->size();
@@ -350,7 +340,7 @@ bool ProtectedFile::find() {
       if (window.size() - at < kHeaderBytes) continue;
       auto packet =
           ParityPacket::parse(std::span<const std::byte, kHeaderBytes>(&window[at], kHeaderBytes));
-      // Nothing stands where so few bytes cannot be protected.
+      // What would protect more bytes than there are stands nowhere.
       if (!packet || packet->shape.protected_bytes > size) continue;
       bool stands = packet->place() == begin + at;
       if (!stands && packet->kind == kChecksums) {

@@ -46,6 +46,15 @@ std::uint64_t protect(FileSink& file, const std::string& name, double share,
 // Whether this was built with what makes and uses parity (ISA-L).
 bool has_parity_codes();
 
+// How parity that stands behind a file is: what verify says of it.
+struct ParityState {
+  bool there = false;
+  std::uint64_t blocks = 0, damaged_blocks = 0, damaged_packets = 0;
+
+  bool sound() const { return damaged_blocks == 0 && damaged_packets == 0; }
+};
+
+class LenientSource;
 struct ParityPacket;
 
 // Whether it begins as a .shm file does and ends with a trailer that stands behind its chunk: so
@@ -61,6 +70,8 @@ class ProtectedFile {
   ~ProtectedFile();
 
   const ParityShape& shape() const { return shape_; }
+  // Whether the file ends beyond what is protected: the packets were there before.
+  bool is_of_something_else();
   // Bytes of parity for each byte, as they were asked for.
   double share() const;
   // Reads all blocks and packets.
@@ -78,7 +89,6 @@ class ProtectedFile {
   RandomSource& healed();
 
  private:
-  class Lenient;
   class Healed;
 
   explicit ProtectedFile(RandomSource& file);
@@ -89,7 +99,7 @@ class ProtectedFile {
   std::vector<std::byte> read_block(std::uint64_t block);
   bool trailer_is_there();
 
-  std::unique_ptr<Lenient> file_;
+  std::unique_ptr<LenientSource> file_;
   ParityShape shape_;
   std::uint32_t set_ = 0;
   std::vector<std::uint32_t> checksums_;

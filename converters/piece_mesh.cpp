@@ -4,6 +4,7 @@
 #include <cstring>
 #include <limits>
 #include <numeric>
+#include <span>
 #include <utility>
 
 #include "exodus.h"
@@ -13,6 +14,20 @@ namespace shm::converters {
 namespace {
 
 constexpr std::uint32_t kGone = ~std::uint32_t{0};
+template <class Real>
+std::vector<std::byte> nans(std::size_t count) {
+  const std::vector<Real> values(count, std::numeric_limits<Real>::quiet_NaN());
+  const auto bytes = std::as_bytes(std::span(values));
+  return {bytes.begin(), bytes.end()};
+}
+
+// What stands for the value of one element that is lost.
+std::vector<std::byte> nothing_of(const ArrayInfo& array) {
+  if (array.type == ScalarType::float32) return nans<float>(array.components);
+  if (array.type == ScalarType::float64) return nans<double>(array.components);
+  return std::vector<std::byte>(scalar_bytes(array.type) * array.components);
+}
+
 constexpr const char* kNodeMap = "exodus:node_num_map";
 constexpr const char* kElementMap = "exodus:elem_num_map";
 
@@ -40,6 +55,7 @@ PieceMesh::PieceMesh(MeshExtractor& file, const PieceOptions& options, std::vect
       name_(name),
       spool_(&spool),
       decomposed_(options.decomposed),
+      damaged_(options.damaged),
       step_(options.step),
       points_array_(options.points),
       wanted_(options.arrays),
@@ -61,12 +77,12 @@ PieceMesh::PieceMesh(MeshExtractor& file, const PieceOptions& options, std::vect
   info_.schema.coordinate_type = file.schema().coordinate_type;
   info_.schema.source_format = file.schema().source_format;
   info_.vertices = vertex_numbers().size();
-  info_.step_times = unwrap(file.step_times(), name);
+  info_.step_times = options.step_times ? *options.step_times : unwrap(file.step_times(), name);
   if (step_) info_.step_times = {info_.step_times.at(*step_)};
   info_.extras = std::move(extras);
   choose_blocks();
   settle();
-  choose_arrays(options.exodus_maps);
+  choose_arrays(options);
   cut_sets(std::move(sets));
 }
 
@@ -179,7 +195,7 @@ void PieceMesh::choose_blocks() {
   }
 }
 
-void PieceMesh::choose_arrays(bool exodus_maps) {
+void PieceMesh::choose_arrays(const PieceOptions& options) {
   const auto& all = file_->schema().arrays;
   if (points_array_) points_ = std::move(staged_.at(*points_array_));
   for (std::uint32_t a = 0; a < all.size(); ++a) {
@@ -202,8 +218,9 @@ void PieceMesh::choose_arrays(bool exodus_maps) {
     info_.schema.arrays.push_back(std::move(array));
   }
   staged_.clear();
-  add_number_array(Location::point, exodus_maps);
-  if (info_.cells() > 0 || decomposed_) add_number_array(Location::cell, exodus_maps);
+  if (!options.numbers) return;
+  add_number_array(Location::point, options.exodus_maps);
+  if (info_.cells() > 0 || decomposed_) add_number_array(Location::cell, options.exodus_maps);
 }
 
 void PieceMesh::add_number_array(Location location, bool exodus_maps) {
@@ -307,8 +324,15 @@ PagedArray& PieceMesh::step_values(Array& array, std::uint64_t step) {
   PagedArray& values = found->second;
   const auto& numbers = elements(array.source);
   if (!fresh || numbers.empty()) return values;
-  const std::vector<std::byte> zeros(stride);
-  values.write(numbers.size() - 1, 1, zeros.data());
+  const bool may_lack = damaged_ && file_->had_values(array.source, step);
+  if (may_lack) {
+    const auto lost = nothing_of(info);
+    for (std::uint64_t i = 0; i < numbers.size(); ++i) values.write(i, 1, lost.data());
+    lost_values_[{array.source, step}] = numbers.size();
+  } else {
+    const std::vector<std::byte> zeros(stride);
+    values.write(numbers.size() - 1, 1, zeros.data());
+  }
   const auto steps = unwrap(file_->steps(array.source), name_);
   if (!std::binary_search(steps.begin(), steps.end(), step)) return values;
   unwrap(file_->begin_values(array.source, step), name_);
@@ -321,6 +345,7 @@ PagedArray& PieceMesh::step_values(Array& array, std::uint64_t step) {
              numbers[*begin + run] == part->numbers[i + run])
         ++run;
       if (begin) values.write(*begin, run, part->values.data() + i * stride);
+      if (begin && may_lack) lost_values_[{array.source, step}] -= run;
       i += run;
     }
   }

@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "coding_order.h"
@@ -43,6 +44,12 @@ struct PieceOptions {
   // left of them empty, and the maps (exodus_maps) are numbers of the whole mesh in any case, of a
   // type that is the same in all parts. Those of the source become arrays of role kOriginalMap.
   bool decomposed = false;
+  // What is left of a damaged file: step values that are lost are NaN, and integers 0.
+  bool damaged = false;
+  // Arrays of the numbers in the file; without, the piece must have all vertices and cells.
+  bool numbers = true;
+  // Instead of those of the file.
+  std::optional<std::vector<double>> step_times;
 };
 
 class PieceMesh final : public MeshSource {
@@ -64,6 +71,11 @@ class PieceMesh final : public MeshSource {
   const std::vector<std::uint64_t>& vertex_numbers() const { return file_->vertex_numbers(); }
   const std::vector<std::uint64_t>& cell_numbers() const { return file_->cell_numbers(); }
 
+  // Of step values that were read: how many elements lack theirs, by array and step of the file.
+  const std::map<std::pair<std::uint32_t, std::uint64_t>, std::uint64_t>& lost_values() const {
+    return lost_values_;
+  }
+
  private:
   struct Array {
     enum class What { of_file, vertex_numbers, cell_numbers } what = What::of_file;
@@ -78,7 +90,7 @@ class PieceMesh final : public MeshSource {
   PagedArray settled(PagedArray& arrived, std::size_t stride, NumberList& numbers,
                      const std::vector<std::uint64_t>& sorted);
   void choose_blocks();
-  void choose_arrays(bool exodus_maps);
+  void choose_arrays(const PieceOptions& options);
   bool takes_array(std::uint32_t source) const;
   void add_number_array(Location location, bool exodus_maps);
   void cut_sets(std::vector<TransferSet> sets);
@@ -89,7 +101,7 @@ class PieceMesh final : public MeshSource {
   MeshExtractor* file_;
   std::string name_;
   Spool* spool_;
-  bool decomposed_;
+  bool decomposed_, damaged_;
   std::optional<std::uint64_t> step_;  // the only one
   std::optional<std::uint32_t> points_array_;
   std::optional<std::vector<std::uint32_t>> wanted_;
@@ -107,6 +119,7 @@ class PieceMesh final : public MeshSource {
   std::map<std::vector<std::uint32_t>, std::vector<std::uint64_t>> covered_;  // by blocks
   std::vector<Array> arrays_;
   std::uint64_t next_cell_ = 0;
+  std::map<std::pair<std::uint32_t, std::uint64_t>, std::uint64_t> lost_values_;
 };
 
 // From numbers of the file to those of a piece, which has `sorted` of them; nothing where it has

@@ -1,7 +1,8 @@
-// The command of the tool shm that heals files.
+// The command of the tool shm that heals files, and what verify tells of damage.
 #pragma once
 
 #include "failure.h"
+#include "parity.h"
 #include "tool_options.h"
 #include "tool_support.h"
 
@@ -9,17 +10,13 @@ namespace shm::converters {
 
 ExitCode run_repair(Options& options);
 
-// How parity that stands behind a file is: what verify says of it. Empty where there is none.
-struct ParityState {
-  bool there = false;
-  std::uint64_t blocks = 0, damaged_blocks = 0, damaged_packets = 0;
-
-  bool sound() const { return damaged_blocks == 0 && damaged_packets == 0; }
-};
+// Empty where there is none, or where it is of something else.
 ParityState parity_state(const std::string& path, const Progress& progress);
 std::string parity_text(const ParityState& state);
 
-// Throws it on; of a damaged file with parity it says so.
-[[noreturn]] void fail_with_hint(const Failure& failure, const std::string& path);
+// Tells all that is damaged in the file at `path`, which is options.input or a copy of it, and then
+// throws the failure on, with what repair can do about it.
+[[noreturn]] void fail_with_damage(const Failure& failure, const std::string& path,
+                                   const Options& options);
 
 }  // namespace shm::converters

@@ -439,10 +439,16 @@ std::string info_text(const std::string& path, const MeshInfo& info, const Total
          padded(std::to_string(totals->total_bytes), 15, true) + "\n";
 }
 
-std::string sound_json(const std::string& path, const MeshInfo& info) {
+std::string sound_json(const std::string& path, const MeshInfo& info, const ParityState& parity) {
   Json json;
   json["file"] = path;
-  json["sound"] = true;
+  json["sound"] = true;  // the mesh
+  json["parity"] = parity.there;
+  if (parity.there) {
+    json["parity_blocks"] = parity.blocks;
+    json["damaged_blocks"] = parity.damaged_blocks;
+    json["damaged_parity_packets"] = parity.damaged_packets;
+  }
   add_counts(json, info);
   return dump(json);
 }

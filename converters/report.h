@@ -9,6 +9,7 @@
 #include "archive_files.h"
 #include "compare.h"
 #include "mesh_source.h"
+#include "parity.h"
 #include "shm/reader.h"
 #include "shm/writer.h"
 
@@ -46,7 +47,7 @@ std::string join_text(const std::string& output, std::uint64_t output_bytes,
                       const std::vector<MemberReport>& members);
 
 // What verify tells: of a file that could be decoded; and of how it compares with its source.
-std::string sound_json(const std::string& path, const MeshInfo& info);
+std::string sound_json(const std::string& path, const MeshInfo& info, const ParityState& parity);
 std::string compare_json(const CompareReport& report, const std::string& source,
                          const std::string& restored, const MeshInfo& info);
 std::string compare_text(const CompareReport& report, const std::string& source,

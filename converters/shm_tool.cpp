@@ -2,7 +2,7 @@
 // wrong is thrown as a Failure and said once, here.
 // Exit codes: 0 done, 1 a difference was found, 2 wrong use, 3 bad or unreadable input,
 // 4 output could not be written, 5 a limit was exceeded, 6 the output would lack something
-// (--strict).
+// (--strict), 7 repair salvaged a part.
 #include <malloc.h>
 #include <poll.h>
 #include <unistd.h>
@@ -178,14 +178,14 @@ ExitCode run_verify(Options& options) {
   } catch (const Failure& failure) {
     if (input.is_stream()) throw;
     line.wipe();
-    fail_with_hint(failure, input.path());
+    fail_with_damage(failure, input.path(), options);
   }
   if (options.against.empty()) {
     const ParityState parity =
         input.is_stream() ? ParityState() : parity_state(input.path(), line.callback());
     line.wipe();
     if (options.json)
-      std::fputs(sound_json(options.input, restored->info()).c_str(), stdout);
+      std::fputs(sound_json(options.input, restored->info(), parity).c_str(), stdout);
     else
       say(options,
           options.input + ": sound, " + counts_text(restored->info()) + parity_text(parity) + "\n");
@@ -277,7 +277,7 @@ int run(int argc, char** argv, Options& options) {
       "shm COMMAND --help tells more and gives examples.\n"
       "Exit codes: 0 done, 1 a difference was found, 2 wrong use, 3 bad or unreadable input,\n"
       "4 output could not be written, 5 a limit was exceeded, 6 the output would lack something\n"
-      "of the mesh (--strict).");
+      "of the mesh (--strict), 7 repair salvaged what is whole, and something is missing.");
   const Command commands[] = {
       {add_compress(app, options), run_compress}, {add_decompress(app, options), run_decompress},
       {add_append(app, options), run_append},     {add_convert(app, options), run_convert},

@@ -293,15 +293,20 @@ CLI::App* add_verify(CLI::App& app, Options& options) {
 
 CLI::App* add_repair(CLI::App& app, Options& options) {
   CLI::App* command = add_command(
-      app, options, "repair", "Give a damaged .shm file back as it was, by the parity behind it",
+      app, options, "repair",
+      "Give a damaged .shm file back as it was, by the parity behind it, or write what of it is\n"
+      "whole: every segment that no damage touched. What is missing then is listed, and the exit\n"
+      "code is 7.",
       "  shm repair rotor.e.shm                  in place\n"
-      "  shm repair rotor.e.shm -o healed.shm");
-  command->add_option("IN", options.input, ".shm file, made with --parity")
-      ->required()
-      ->type_name("");
-  command->add_option("-o,--output", options.output, "File to write (default: IN)")
+      "  shm repair rotor.e.shm -o healed.shm\n"
+      "  shm repair rotor.e.shm -o rest.shm --json | jq .missing");
+  command->add_option("IN", options.input, ".shm file")->required()->type_name("");
+  command
+      ->add_option("-o,--output", options.output,
+                   "File to write (default: IN, where\n"
+                   "nothing of it is lost)")
       ->type_name("OUT.shm");
-  command->add_flag("--json", options.json, "Print as JSON how much was healed");
+  command->add_flag("--json", options.json, "Print as JSON what was healed, and what is missing");
   return command;
 }
 
@@ -312,11 +317,12 @@ CLI::App* add_diff(CLI::App& app, Options& options) {
 }
 
 CLI::App* add_info(CLI::App& app, Options& options) {
-  CLI::App* command = add_command(app, options, "info",
-                                  "Tell what a mesh holds and where the bytes of a .shm file go.\n"
-                                  "Of a .shm file heads alone are read; shm verify reads all of it.",
-                                  "  shm info rotor.e.shm\n"
-                                  "  shm info rotor.e.shm --json | jq .streams");
+  CLI::App* command =
+      add_command(app, options, "info",
+                  "Tell what a mesh holds and where the bytes of a .shm file go.\n"
+                  "Of a .shm file heads alone are read; shm verify reads all of it.",
+                  "  shm info rotor.e.shm\n"
+                  "  shm info rotor.e.shm --json | jq .streams");
   command->add_option("IN", options.input, ".shm file (or any mesh, without sizes)")
       ->required()
       ->type_name("");

@@ -22,7 +22,8 @@ enum ExitCode {
   kBadInput = 3,
   kBadOutput = 4,
   kLimit = 5,
-  kIncomplete = 6
+  kIncomplete = 6,
+  kSalvaged = 7
 };
 ExitCode exit_code(ErrorCode code);
 

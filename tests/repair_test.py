@@ -153,6 +153,12 @@ class Repair(unittest.TestCase):
         verified = self.shm("verify", path)
         self.assertEqual(verified.returncode, 3)
         self.assertIn(b"shm repair", verified.stderr)
+        sound = json.loads(self.shm("verify", self.whole, "--json").stdout)
+        self.assertEqual((sound["sound"], sound["parity"], sound["damaged_blocks"]), (True, True, 0))
+        path = self.damaged([len(self.bytes_of(self.plain)) // BLOCK + 2])
+        lame = json.loads(self.shm("verify", path, "--json").stdout)
+        self.assertEqual((lame["sound"], lame["parity"]), (True, True))
+        self.assertGreater(lame["damaged_parity_packets"], 0)
 
     def test_more_than_parity_goes_for(self):
         path = self.damaged(range(0, len(self.bytes_of(self.plain)) // BLOCK // 2))
@@ -161,8 +167,23 @@ class Repair(unittest.TestCase):
         self.assertEqual(repaired.returncode, 3)
         self.assertIn(b"cannot be healed", repaired.stderr)
         self.assertEqual(self.bytes_of(path), before)
-        self.assertEqual(self.shm("repair", self.plain).returncode, 3)
         self.assertEqual(self.shm("repair", self.mesh).returncode, 3)
+        # Nothing to heal, and nothing changed.
+        before = self.bytes_of(self.plain)
+        self.assertEqual(self.shm("repair", self.plain).returncode, 0)
+        self.assertEqual(self.bytes_of(self.plain), before)
+
+    def test_blocks_whose_checksums_are_lost(self):
+        """Both packets of checksums gone: all blocks count as damaged, and each is good."""
+        plain, whole = self.bytes_of(self.plain), self.bytes_of(self.whole)
+        data = bytearray(whole)
+        for at in (len(plain), len(whole) - TRAILER - PACKET):
+            data[at + 100:at + 104] = bytes(4)
+        with open(self.path("damaged.shm"), "wb") as out:
+            out.write(data)
+        repaired = self.shm("repair", self.path("damaged.shm"), "-o", self.path("out.shm"))
+        self.assertEqual(repaired.returncode, 0, repaired.stderr)
+        self.assertEqual(self.bytes_of(self.path("out.shm")), whole)
 
     def test_parity_of_something_else(self):
         """A packet that stands in its place, and would have the first block be all of the file."""
