@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <random>
 #include <vector>
 
 #include "coders/inner_numbers.h"
@@ -179,6 +180,34 @@ TEST(InnerNodes, OfAllShapesComeBack) {
 }
 
 // What a corner tells costs nothing: what is left is what the corners take.
+// Corners of hexahedra of eight nodes may come back turned, those of their second-order neighbours
+// not: both sides must think the same of the corners of a face between them.
+TEST(InnerNodes, BesideHexahedraThatMayTurn) {
+  for (const auto codec : {ConnectivityCodec::paper, ConnectivityCodec::rows,
+                           ConnectivityCodec::mixed, ConnectivityCodec::replay})
+    for (const std::uint32_t every : {2u, 3u, 5u}) {
+      TestMesh mesh = grid(4, 4, 3);
+      mesh.schema.order = Order::stream;
+      mesh.schema.corner_order = false;
+      mesh.schema.blocks.push_back({20, "", CellShape::hexahedron, 20});
+      std::mt19937 random(every);
+      for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
+        auto& corners = mesh.cells[c].corners;
+        for (unsigned n = random() % 4; n > 0; --n) {  // numbered by turns
+          std::rotate(corners.begin(), corners.begin() + 1, corners.begin() + 4);
+          std::rotate(corners.begin() + 4, corners.begin() + 5, corners.end());
+        }
+        if (c % every != 0) continue;
+        mesh.cells[c].block = 1;
+        for (std::uint64_t i = 0; i < 12; ++i) corners.push_back((7 * c + i) % mesh.vertices);
+      }
+      WriteOptions options;
+      options.connectivity = codec;
+      SCOPED_TRACE(static_cast<int>(codec));
+      expect_round_trip(mesh, options);
+    }
+}
+
 TEST(InnerNodes, CostNothingOnAGrid) {
   for (std::uint32_t nodes : {20u, 27u})
     for (ConnectivityCodec codec : kCodecs) {

@@ -187,7 +187,7 @@ bool PaperHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopolo
     for (std::uint8_t i : kCornerOrder)
       if (!code_corner(symbols, target, cell, i)) return false;
     last_operation_ = operation_;
-    glue(cell);
+    glue(cell, order_matters);
     return true;
   }
   Gate gate;
@@ -203,7 +203,7 @@ bool PaperHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopolo
     for (std::uint32_t i : {4u, 7u, 5u, 6u}) good = good && code_corner(symbols, target, cell, i);
   last_operation_ = operation_;
   good = good && (!order_matters || code_corner_order(corner_order, gate, cell, plan.rotation));
-  if (good) glue(cell);
+  if (good) glue(cell, order_matters);
   return good;
 }
 
@@ -519,7 +519,7 @@ bool PaperHexahedra<Coder>::code_corner_order(Coder& corner_order, const Gate& g
 
 /// Takes the shared faces off the surface and puts the others on it.
 template <class Coder>
-void PaperHexahedra<Coder>::glue(CellTopology& cell) {
+void PaperHexahedra<Coder>::glue(CellTopology& cell, bool order_matters) {
   cell.cell_slot = surface_.begin_cell();
   Corners v{};
   std::copy_n(cell.slots.begin(), 8, v.begin());
@@ -549,10 +549,11 @@ void PaperHexahedra<Coder>::glue(CellTopology& cell) {
     } else if (std::all_of(quad.begin(), quad.end(), [&](std::uint32_t vertex) {
                  return surface_.vertex(vertex).face_count < kMaxFacesAtVertex;
                })) {
-      previous_face_[k] = surface_.add_face(quad,
-                                            {cell.stored_corner[c[0]], cell.stored_corner[c[1]],
-                                             cell.stored_corner[c[2]], cell.stored_corner[c[3]]},
-                                            static_cast<std::uint8_t>(k));
+      // As a reader knows it: where the order does not matter, corners come back as in the frame.
+      const auto stored = [&](std::uint8_t i) { return order_matters ? cell.stored_corner[i] : i; };
+      previous_face_[k] =
+          surface_.add_face(quad, {stored(c[0]), stored(c[1]), stored(c[2]), stored(c[3])},
+                            static_cast<std::uint8_t>(k));
     }
   }
   previous_ = v;

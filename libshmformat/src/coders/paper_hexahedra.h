@@ -81,7 +81,7 @@ class PaperHexahedra {
   bool code_reference(Coder& symbols, ReferenceModel& model, std::uint32_t& slot);
   bool code_corner_order(Coder& corner_order, const Gate& gate, CellTopology& cell,
                          std::uint32_t rotation);
-  void glue(CellTopology& cell);
+  void glue(CellTopology& cell, bool order_matters);
 
   std::uint32_t add_vertex(CellTopology& cell, std::uint32_t position);
   bool previous_alive(std::uint32_t corner) const;
