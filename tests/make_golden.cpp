@@ -13,7 +13,9 @@
 #include "faulty_files.h"
 #include "feature_files.h"
 #include "item_text.h"
+#if __has_include("parity.h")
 #include "parity_file.h"
+#endif
 
 namespace {
 
@@ -66,7 +68,9 @@ int main(int count, char** words) {
   }
   std::vector<shm::FeatureFile> files = shm::feature_files();
   files.push_back(shm::archive_file());
+#if __has_include("parity.h")
   if (shm::converters::has_parity_codes()) files.push_back(shm::parity_file());
+#endif
   for (const shm::FeatureFile& feature : files) {
     const std::filesystem::path path = std::filesystem::path(words[1]) / feature.name;
     const auto text = shm::text_of_file(feature.bytes);

@@ -9,6 +9,7 @@
 
 #include "container/chunk_writer.h"
 #include "container/random_chunks.h"
+#include "sizes.h"
 
 namespace shm {
 
@@ -169,7 +170,7 @@ Result<ArchiveReader> ArchiveReader::open(RandomSource& source, const ReadLimits
 
   const auto place = container::last_chunk(source, container::ChunkKind::members);
   if (!place) return place.error();
-  const auto payload = container::read_chunk(source, *place, limits.max_chunk_bytes);
+  const auto payload = container::read_chunk(source, *place, within_sizes(limits).max_chunk_bytes);
   if (!payload) return payload.error();
   ByteReader in(*payload);
   container::MemberList list;

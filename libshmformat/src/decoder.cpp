@@ -9,6 +9,7 @@
 #include "packing.h"
 #include "schema_codec.h"
 #include "shm/reader.h"
+#include "sizes.h"
 #include "step_decoder.h"
 
 namespace shm {
@@ -18,7 +19,8 @@ using container::ChunkKind;
 
 class Decoder::Impl {
  public:
-  Impl(const ReadLimits& limits, const ReadOptions& options) : limits_(limits), options_(options) {}
+  Impl(const ReadLimits& limits, const ReadOptions& options)
+      : limits_(within_sizes(limits)), options_(options) {}
 
   void feed(std::span<const std::byte> bytes) {
     if (state_ == State::behind_end) {  // counted, not kept
@@ -292,8 +294,9 @@ Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
   schema_ = std::move(schema);
   schema_bytes_.assign(payload.begin(), payload.end());
   mesh_ = std::make_unique<MeshDecoder>(*schema_, limits_, options_);
-  topology_ = std::make_unique<TopologyReplay>(
-      *schema_, limits_.max_group_bytes, wants_of_steps(*schema_), options_.kept_topology_bytes);
+  topology_ =
+      std::make_unique<TopologyReplay>(*schema_, limits_.max_group_bytes, wants_of_steps(*schema_),
+                                       to_size(options_.kept_topology_bytes));
   return {};
 }
 

@@ -400,7 +400,7 @@ Result<void> FileRandomSource::read_at(std::uint64_t offset, std::span<std::byte
 std::uint64_t FileRandomSource::copy_to(int descriptor, std::uint64_t offset,
                                         std::uint64_t bytes) const {
   constexpr std::uint64_t kMost = std::uint64_t{1} << 30;
-  auto from = static_cast<off_t>(offset);
+  auto from = static_cast<off64_t>(offset);
   std::uint64_t done = 0;
   while (done < bytes) {
     const auto wanted = static_cast<std::size_t>(std::min(kMost, bytes - done));

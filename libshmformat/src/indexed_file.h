@@ -14,6 +14,7 @@
 #include "container/format.h"
 #include "shm/reader.h"
 #include "shm/segment_reader.h"
+#include "sizes.h"
 #include "survivors.h"
 #include "wanted_values.h"
 
@@ -22,7 +23,8 @@ namespace shm {
 class IndexedFile {
  public:
   /// `source` is borrowed.
-  IndexedFile(RandomSource& source, const ReadLimits& limits) : source_(&source), limits_(limits) {}
+  IndexedFile(RandomSource& source, const ReadLimits& limits)
+      : source_(&source), limits_(within_sizes(limits)) {}
 
   /// Reads trailer, index and schema, and nothing else.
   Result<void> open();

@@ -27,9 +27,11 @@ struct RecordedOrder final : CodingOrder {
 std::vector<std::uint64_t> inverse(const std::vector<std::uint64_t>& order) {
   constexpr std::uint64_t kUnset = ~std::uint64_t{0};
   std::vector<std::uint64_t> position(order.size(), kUnset);
-  for (std::uint64_t i = 0; i < order.size(); ++i) {
-    if (order[i] >= order.size() || position[order[i]] != kUnset) return {};
-    position[order[i]] = i;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (order[i] >= order.size()) return {};
+    std::uint64_t& place = position[static_cast<std::size_t>(order[i])];
+    if (place != kUnset) return {};
+    place = i;
   }
   return position;
 }
@@ -38,7 +40,7 @@ std::vector<std::uint64_t> inverse(const std::vector<std::uint64_t>& order) {
 std::vector<std::uint64_t> covered_cells(const Schema& schema, std::size_t array,
                                          const std::vector<std::uint32_t>& cell_blocks) {
   std::vector<std::uint64_t> cells;
-  for (std::uint64_t c = 0; c < cell_blocks.size(); ++c)
+  for (std::size_t c = 0; c < cell_blocks.size(); ++c)
     if (schema.array_covers(array, cell_blocks[c])) cells.push_back(c);
   return cells;
 }
@@ -48,7 +50,8 @@ std::vector<std::byte> gather(const std::vector<std::byte>& in,
                               const std::vector<std::uint64_t>& from, std::size_t stride) {
   std::vector<std::byte> out(from.size() * stride);
   for (std::size_t i = 0; i < from.size(); ++i)
-    std::memcpy(out.data() + i * stride, in.data() + from[i] * stride, stride);
+    std::memcpy(out.data() + i * stride, in.data() + static_cast<std::size_t>(from[i]) * stride,
+                stride);
   return out;
 }
 
@@ -81,8 +84,13 @@ class MeshWriter {
 
  private:
   Result<void> check() const;
-  Result<void> write_vertex(std::uint64_t v);
+  Result<void> write_vertex(std::size_t v);
   Result<void> write_cells();
+  std::span<const std::uint64_t> corners_of(std::size_t cell) const {
+    const auto begin = static_cast<std::size_t>(mesh_->corner_begin[cell]);
+    const auto end = static_cast<std::size_t>(mesh_->corner_begin[cell + 1]);
+    return std::span(mesh_->corners).subspan(begin, end - begin);
+  }
   Result<void> write_steps();
   Result<void> write_extras();
   /// Elements of an array in coding order, as numbers in the caller's order.
@@ -122,7 +130,7 @@ Result<void> MeshWriter::check() const {
   return {};
 }
 
-Result<void> MeshWriter::write_vertex(std::uint64_t v) {
+Result<void> MeshWriter::write_vertex(std::size_t v) {
   if (std::exchange(written_[v], 1) != 0) return {};
   std::vector<std::byte> data;
   for (std::size_t a = 0; a < mesh_->schema.arrays.size(); ++a) {
@@ -137,20 +145,20 @@ Result<void> MeshWriter::write_vertex(std::uint64_t v) {
 
 Result<void> MeshWriter::write_cells() {
   const Schema& schema = mesh_->schema;
-  std::vector<std::uint64_t> last(mesh_->vertex_count(), ~std::uint64_t{0});
-  for (std::uint64_t c = 0; c < mesh_->cell_count(); ++c)
-    for (std::uint64_t i = mesh_->corner_begin[c]; i < mesh_->corner_begin[c + 1]; ++i)
-      last[mesh_->corners[i]] = c;
-  written_.assign(mesh_->vertex_count(), 0);
-  std::vector<std::uint64_t> next_element(schema.arrays.size());
-  for (std::uint64_t c = 0; c < mesh_->cell_count(); ++c) {
-    const auto corners =
-        std::span(mesh_->corners)
-            .subspan(mesh_->corner_begin[c], mesh_->corner_begin[c + 1] - mesh_->corner_begin[c]);
+  const auto cells = static_cast<std::size_t>(mesh_->cell_count());
+  const auto vertices = static_cast<std::size_t>(mesh_->vertex_count());
+  std::vector<std::size_t> last(vertices, cells);
+  for (std::size_t c = 0; c < cells; ++c)
+    for (const std::uint64_t corner : corners_of(c)) last[static_cast<std::size_t>(corner)] = c;
+  written_.assign(vertices, 0);
+  std::vector<std::size_t> next_element(schema.arrays.size());
+  for (std::size_t c = 0; c < cells; ++c) {
+    const auto corners = corners_of(c);
     std::uint64_t last_use = 0;
     for (std::size_t i = 0; i < corners.size(); ++i) {
-      if (auto good = write_vertex(corners[i]); !good) return good;
-      if (i < 64 && last[corners[i]] == c) last_use |= std::uint64_t{1} << i;
+      const auto corner = static_cast<std::size_t>(corners[i]);
+      if (auto good = write_vertex(corner); !good) return good;
+      if (i < 64 && last[corner] == c) last_use |= std::uint64_t{1} << i;
     }
     std::vector<std::byte> data;
     for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
@@ -164,7 +172,7 @@ Result<void> MeshWriter::write_cells() {
     if (auto good = writer_->add_cell(mesh_->cell_blocks[c], corners, last_use, data); !good)
       return good;
   }
-  for (std::uint64_t v = 0; v < mesh_->vertex_count(); ++v)
+  for (std::size_t v = 0; v < vertices; ++v)
     if (auto good = write_vertex(v); !good) return good;  // unused ones
   return {};
 }
@@ -172,11 +180,13 @@ Result<void> MeshWriter::write_cells() {
 std::vector<std::uint64_t> MeshWriter::coded_elements(std::size_t array) const {
   if (mesh_->schema.arrays[array].location == Location::point) return order_->vertices;
   const auto cells = covered_cells(mesh_->schema, array, mesh_->cell_blocks);
-  std::vector<std::uint64_t> element(mesh_->cell_count(), ~std::uint64_t{0});
-  for (std::uint64_t e = 0; e < cells.size(); ++e) element[cells[e]] = e;
+  std::vector<std::uint64_t> element(mesh_->cell_blocks.size(), ~std::uint64_t{0});
+  for (std::size_t e = 0; e < cells.size(); ++e) element[static_cast<std::size_t>(cells[e])] = e;
   std::vector<std::uint64_t> coded;
-  for (std::uint64_t c : order_->cells)
-    if (element[c] != ~std::uint64_t{0}) coded.push_back(element[c]);
+  for (std::uint64_t c : order_->cells) {
+    const std::uint64_t e = element[static_cast<std::size_t>(c)];
+    if (e != ~std::uint64_t{0}) coded.push_back(e);
+  }
   return coded;
 }
 
@@ -184,7 +194,7 @@ Result<void> MeshWriter::write_steps() {
   for (std::uint32_t a = 0; a < mesh_->steps.size() && a < mesh_->schema.arrays.size(); ++a) {
     if (!mesh_->schema.arrays[a].per_step) continue;
     const auto from = coded_elements(a);
-    for (std::uint64_t s = 0; s < mesh_->steps[a].size(); ++s) {
+    for (std::size_t s = 0; s < mesh_->steps[a].size(); ++s) {
       if (mesh_->steps[a][s].empty()) continue;
       const auto values = gather(mesh_->steps[a][s], from, stride_of(mesh_->schema.arrays[a]));
       if (auto good = writer_->add_step_values(a, s, values); !good) return good;
@@ -270,7 +280,8 @@ void MeshCollector::reorder_values(const std::vector<std::uint64_t>& vertex_at,
         if (mesh_.schema.array_covers(a, coded_blocks[c])) element[c] = count++;
       from.clear();
       for (std::size_t c = 0; c < cell_at.size(); ++c)
-        if (mesh_.schema.array_covers(a, mesh_.cell_blocks[c])) from.push_back(element[cell_at[c]]);
+        if (mesh_.schema.array_covers(a, mesh_.cell_blocks[c]))
+          from.push_back(element[static_cast<std::size_t>(cell_at[c])]);
     }
     if (!info.per_step) mesh_.arrays[a] = gather(mesh_.arrays[a], from, stride_of(info));
     for (auto& values : mesh_.steps[a])
@@ -289,10 +300,11 @@ Result<Mesh> MeshCollector::finish() {
   const auto coded_blocks = std::exchange(mesh_.cell_blocks, {});
   const auto coded_begin = std::exchange(mesh_.corner_begin, {0});
   const auto coded_corners = std::exchange(mesh_.corners, {});
-  for (std::uint64_t at : cell_at) {
+  for (std::uint64_t coded : cell_at) {
+    const auto at = static_cast<std::size_t>(coded);
     mesh_.cell_blocks.push_back(coded_blocks[at]);
     for (std::uint64_t i = coded_begin[at]; i < coded_begin[at + 1]; ++i)
-      mesh_.corners.push_back(coded_corners[i]);
+      mesh_.corners.push_back(coded_corners[static_cast<std::size_t>(i)]);
     mesh_.corner_begin.push_back(mesh_.corners.size());
   }
   reorder_values(vertex_at, cell_at, coded_blocks);

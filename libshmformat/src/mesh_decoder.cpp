@@ -1,4 +1,5 @@
 #include "mesh_decoder.h"
+#include "sizes.h"
 
 #include <algorithm>
 #include <utility>
@@ -48,7 +49,7 @@ class MeshDecoder::SegmentTask final : public MeshDecoder::Tasks::Task {
 MeshDecoder::MeshDecoder(const Schema& schema, const ReadLimits& limits, const ReadOptions& options)
     : schema_(&schema), limits_(limits), block_cells_(schema.blocks.size()) {
   const unsigned threads = thread_count(options.threads);
-  const auto ahead = static_cast<std::size_t>(options.max_ahead_bytes);
+  const std::size_t ahead = to_size(options.max_ahead_bytes);
   if (threads > 1) tasks_ = std::make_unique<Tasks>(threads, ahead / 4, ahead - ahead / 4);
   if (tasks_ && !tasks_->has_threads()) tasks_.reset();
 }

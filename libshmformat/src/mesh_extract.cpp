@@ -343,7 +343,9 @@ Result<void> MeshExtractor::Impl::pick(MeshBlock& block) {
   taken_.assign(cell_arrays_.size(), 0);
   std::size_t vertex = 0;
   for (std::size_t cell = 0; cell < block.cell_count(); ++cell) {
-    if (auto good = take_vertices(block, vertex, block.vertices_before_cell[cell]); !good)
+    if (auto good = take_vertices(block, vertex,
+                                  static_cast<std::size_t>(block.vertices_before_cell[cell]));
+        !good)
       return good;
     if (auto good = pick_cell(block, cell); !good) return good;
   }
@@ -399,9 +401,9 @@ Result<void> MeshExtractor::Impl::pick_cell(const MeshBlock& block, std::size_t 
   if (request_->of_vertices()) return {};
   const std::uint64_t number = block.cell_numbers[cell];
   const std::uint32_t in_block = block.cell_blocks[cell];
-  const auto corners = std::span(block.corners)
-                           .subspan(block.corner_begin[cell],
-                                    block.corner_begin[cell + 1] - block.corner_begin[cell]);
+  const auto begin = static_cast<std::size_t>(block.corner_begin[cell]);
+  const auto end = static_cast<std::size_t>(block.corner_begin[cell + 1]);
+  const auto corners = std::span(block.corners).subspan(begin, end - begin);
   bool wanted = request_->includes(number, in_block);
   found_ += wanted ? 1 : 0;
   if (wanted && request_->box())

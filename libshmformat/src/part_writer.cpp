@@ -10,6 +10,7 @@
 #include "mesh_encoder.h"
 #include "mesh_totals.h"
 #include "schema_codec.h"
+#include "sizes.h"
 
 namespace shm {
 namespace {
@@ -76,7 +77,7 @@ class PartWriter::Impl {
         key_steps_(options.key_steps),
         level_(options.level),
         topology_(schema_, ~std::uint64_t{0}, wants_of_steps(schema_),
-                  options.kept_topology_bytes) {
+                  to_size(options.kept_topology_bytes)) {
     mesh_.begin_part({start.segment, start.first_cell, start.first_vertex});
   }
 

@@ -230,7 +230,7 @@ bool get(ByteReader& in, Extra& extra) {
   if (!in.ok() || in.left() % width != 0 || in.left() / width != values) return false;
   const auto bytes = in.get_bytes(in.left());
   extra.data.resize(bytes.size());
-  copy_little_endian(extra.data.data(), bytes.data(), values, width);
+  copy_little_endian(extra.data.data(), bytes.data(), bytes.size() / width, width);
   return true;
 }
 

@@ -174,7 +174,8 @@ Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t at, const StepIn
   if (auto good = column.check_size(header); !good) return good.error();
   if (auto good = check_reference(at, header); !good) return good.error();
   const StepReference kind = reference_kind(header);
-  const std::size_t size = chunk.count * scalar_bytes(info().type) * info().components;
+  const std::uint64_t size =
+      std::uint64_t{chunk.count} * scalar_bytes(info().type) * info().components;
   if ((kind >= StepReference::before && one_back_.size() != size) ||
       (kind == StepReference::trend && two_back_.size() != size))
     return wrong_step_values(file_->schema(), header, "refers to other elements than it has");

@@ -266,12 +266,13 @@ bool ShiftSegmentDecoder::run_at_once(const CellMarks& marks,
   for (std::size_t c = 0; c < count; ++c)
     for (std::uint64_t left = marks.births; left != 0; left &= left - 1)
       born_.push_back(first[static_cast<std::size_t>(std::countr_zero(left))] + c);
-  const auto from = born_.end() - static_cast<std::ptrdiff_t>(born * count);
+  const auto new_ones = static_cast<std::size_t>(born * count);
+  const auto from = born_.end() - static_cast<std::ptrdiff_t>(new_ones);
   decoded.mesh.vertex_numbers.insert(decoded.mesh.vertex_numbers.end(), from, born_.end());
   if (yields_imports_)
-    decoded.mesh.imported.resize(decoded.mesh.imported.size() + born * count);
+    decoded.mesh.imported.resize(decoded.mesh.imported.size() + new_ones);
   else if (may_import_)
-    left_out_.resize(left_out_.size() + born * count);
+    left_out_.resize(left_out_.size() + new_ones);
   return true;
 }
 

@@ -267,7 +267,8 @@ void ShiftSegmentEncoder::find_neighbours(std::span<const std::byte> shifts) {
                           cells_.items);
     left -= count;
   }
-  for (std::size_t loose = vertices - group.loose_vertices; loose < vertices; ++loose)
+  for (std::size_t loose = vertices - static_cast<std::size_t>(group.loose_vertices);
+       loose < vertices; ++loose)
     neighbours_.add_loose(born_[loose], vertices_.items);
   cells_.blocks = cell_blocks_;
 }

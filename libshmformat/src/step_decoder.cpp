@@ -31,7 +31,8 @@ Result<StepPiece> StepDecoder::read(const container::StepHeader& header,
   auto values = decode(header, bytes);
   if (!values) return values.error();
   StepPiece piece{header.array, header.step, last.first, std::move(*values)};
-  last.values.take(static_cast<std::size_t>(last.first) * (piece.values.size() / header.count),
+  last.values.take(static_cast<std::size_t>(last.first) *
+                       static_cast<std::size_t>(piece.values.size() / header.count),
                    piece.values);
   last.first += header.count;
   last.group = std::size_t{header.group} + 1;

@@ -11,6 +11,7 @@
 #include "mesh_encoder.h"
 #include "mesh_totals.h"
 #include "schema_codec.h"
+#include "sizes.h"
 
 namespace shm {
 
@@ -26,7 +27,7 @@ class Writer::Impl {
         key_steps_(options.key_steps),
         level_(options.level),
         topology_(schema_, ~std::uint64_t{0}, wants_of_steps(schema_),
-                  options.kept_topology_bytes) {}
+                  to_size(options.kept_topology_bytes)) {}
 
   Result<void> start() { return file_.start(); }
 

@@ -181,8 +181,9 @@ void for_each_event(const MeshBlock& block, ScalarType coordinate_type, Handler&
                                 std::span(block.xyz).subspan(vertex * xyz_bytes, xyz_bytes)}});
   };
   for (std::size_t cell = 0; cell < block.cell_count(); ++cell) {
-    emit_vertices_below(block.vertices_before_cell[cell]);
-    const std::uint64_t begin = block.corner_begin[cell], end = block.corner_begin[cell + 1];
+    emit_vertices_below(static_cast<std::size_t>(block.vertices_before_cell[cell]));
+    const auto begin = static_cast<std::size_t>(block.corner_begin[cell]);
+    const auto end = static_cast<std::size_t>(block.corner_begin[cell + 1]);
     const auto corners = std::span(block.corners).subspan(begin, end - begin);
     handler(Event{CellEvent{block.cell_numbers[cell], block.cell_blocks[cell], corners,
                             block.last_use[cell]}});

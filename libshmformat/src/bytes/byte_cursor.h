@@ -106,8 +106,8 @@ class ByteReader {
       at_ = bytes_.size();
       return {};
     }
-    const auto view = bytes_.subspan(at_, count);
-    at_ += count;
+    const auto view = bytes_.subspan(at_, static_cast<std::size_t>(count));
+    at_ += view.size();
     return view;
   }
   /// What has been read since position() was `begin`.

@@ -132,7 +132,7 @@ std::uint32_t CellCorners<Coder>::code_missed(Coder& symbols, CellTopology& cell
   if (i > 0 && symbols.bit(models_->repeated, it.repeats != kNone)) {
     const std::uint64_t back = code_number(symbols, models_->repeat, i - 1 - it.repeats);
     if (back >= i) return 0;
-    cell.slots[i] = cell.slots[i - 1 - back];
+    cell.slots[i] = cell.slots[i - 1 - static_cast<std::uint32_t>(back)];
     return kRepeated;
   }
   std::uint64_t id = 0;

@@ -123,8 +123,8 @@ bool Connectivity<Coder>::code_block(Coder& symbols, CellTopology& cell) {
   if (count > kMaxNodesPerCell) return false;
   if constexpr (Coder::kDecodes) {
     if (cell.slots.size() != count) {
-      cell.slots.resize(count);
-      cell.last_use.resize(count);
+      cell.slots.resize(static_cast<std::size_t>(count));
+      cell.last_use.resize(static_cast<std::size_t>(count));
     }
     std::fill(cell.slots.begin(), cell.slots.end(), kNone);
     std::fill(cell.last_use.begin(), cell.last_use.end(), std::uint8_t{0});
@@ -234,7 +234,7 @@ bool Connectivity<Coder>::code_node(Coder& symbols, CellTopology& cell, std::uin
   } else if (i > 0 && symbols.bit(model.repeated, repeats != kNone)) {
     const std::uint64_t back = code_number(symbols, model.repeat, i - 1 - repeats);
     if (back >= i) return false;
-    cell.slots[i] = cell.slots[i - 1 - back];
+    cell.slots[i] = cell.slots[i - 1 - static_cast<std::uint32_t>(back)];
   } else {
     std::uint64_t id = 0;
     if constexpr (!Coder::kDecodes) id = surface_.vertex(cell.slots[i]).id;

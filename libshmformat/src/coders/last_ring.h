@@ -15,17 +15,15 @@ class LastRing {
   std::uint64_t kept() const { return kept_; }
   /// The one `distance` before the next. Any distance is safe once there is one; those from 1 to
   /// kept() have a meaning.
-  const T& operator[](std::uint64_t distance) const {
-    return ring_[(sequence_ - distance) & (ring_.size() - 1)];
-  }
+  const T& operator[](std::uint64_t distance) const { return ring_[place(sequence_ - distance)]; }
   /// The place of the next one. A full ring that is narrower than `least` becomes twice as wide;
   /// else the oldest one leaves.
   T& push(std::uint64_t least) {
     if (kept_ == ring_.size() && ring_.size() < std::max(least, kFirst))
       widen(std::max<std::size_t>(2 * ring_.size(), kFirst));
-    T& place = ring_[sequence_++ & (ring_.size() - 1)];
+    T& it = ring_[place(sequence_++)];
     kept_ = std::min<std::uint64_t>(kept_ + 1, ring_.size());
-    return place;
+    return it;
   }
   /// Becomes as wide as another, with as many that are nothing.
   template <class Other>
@@ -40,9 +38,13 @@ class LastRing {
   friend class LastRing;
   static constexpr std::uint64_t kFirst = 64;
 
+  std::size_t place(std::uint64_t sequence) const {
+    return static_cast<std::size_t>(sequence) & (ring_.size() - 1);
+  }
   void widen(std::size_t size) {
     std::vector<T> wider(size);
-    for (std::uint64_t n = 1; n <= kept_; ++n) wider[(sequence_ - n) & (size - 1)] = (*this)[n];
+    for (std::uint64_t n = 1; n <= kept_; ++n)
+      wider[static_cast<std::size_t>(sequence_ - n) & (size - 1)] = (*this)[n];
     ring_ = std::move(wider);
   }
 

@@ -124,8 +124,9 @@ bool ShiftDecoder::begin_group(std::span<const std::byte> bytes, std::uint32_t c
   const std::uint64_t said = in.get_varint();
   if (!in.ok() || said > limit) return false;
   if (!zstd.decompress(in.get_bytes(in.left()), said + cells, unpacked_)) return false;
-  said_ = ByteReader(std::span<const std::byte>(unpacked_).first(said));
-  symbols_ = std::span<const std::byte>(unpacked_).subspan(said);
+  const auto behind = static_cast<std::size_t>(said);
+  said_ = ByteReader(std::span<const std::byte>(unpacked_).first(behind));
+  symbols_ = std::span<const std::byte>(unpacked_).subspan(behind);
   next_symbol_ = 0;
   return true;
 }

@@ -48,15 +48,15 @@ std::vector<Tap> taps_of(std::span<const Factor> factors);
 
 class KnownNumbers {
  public:
-  std::size_t place(std::uint64_t number) const { return number & mask_; }
+  std::size_t place(std::uint64_t number) const { return static_cast<std::size_t>(number & mask_); }
   std::size_t places() const { return numbers_.size(); }
   bool has(std::uint64_t number) const { return numbers_[place(number)] == number; }
   void add(std::uint64_t number) { numbers_[place(number)] = number; }
   /// Forgets all. Must hold: `places` is a power of two, 2 or more. Before anything else.
   void clear(std::uint64_t places) {
     mask_ = places - 1;
-    numbers_.resize(places);
-    for (std::uint64_t i = 0; i < places; ++i) numbers_[i] = i ^ 1;  // of no place i
+    numbers_.resize(static_cast<std::size_t>(places));
+    for (std::size_t i = 0; i < numbers_.size(); ++i) numbers_[i] = i ^ 1;  // of no place i
   }
 
  private:

@@ -30,8 +30,8 @@ bool has(std::span<const std::uint32_t> slots, std::uint32_t slot) {
 /// Of a remembered cell by its number; kNone: it is none.
 std::uint32_t NeighbourFinder::place_of(std::uint64_t number) const {
   if (number >= sequence_ || sequence_ - number >= ring_.size()) return kNone;
-  const std::uint64_t age = sequence_ - number;
-  const std::uint64_t at = place_ >= age ? place_ - age : place_ + ring_.size() - age;
+  const auto age = static_cast<std::size_t>(sequence_ - number);
+  const std::size_t at = place_ >= age ? place_ - age : place_ + ring_.size() - age;
   return ring_[at].sequence == number ? static_cast<std::uint32_t>(at) : kNone;
 }
 

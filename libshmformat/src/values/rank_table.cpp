@@ -65,7 +65,7 @@ bool code_rank_table(Coder& coder, RankTableModels& models, DomainKind kind,
   Steps steps;
   std::size_t next = 0;  // in known
   std::uint32_t history = 0;
-  for (std::uint64_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     const std::int64_t last = i == 0 ? std::numeric_limits<std::int64_t>::min() : table.back();
     if (mirrors && i > 0 && last >= 0) {
       for (std::size_t k = table.size(); k-- > 0;)

@@ -11,12 +11,19 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cfloat>
 #include <cstdint>
 #include <limits>
 #include <span>
 #include <type_traits>
 
 namespace shm {
+
+// Predictions are part of the format: each operation rounds once, to the type of its operands. On
+// x86 of 32 bits that takes -msse2 -mfpmath=sse.
+static_assert(FLT_EVAL_METHOD == 0 && std::numeric_limits<double>::is_iec559 &&
+                  std::numeric_limits<float>::is_iec559,
+              "needs IEEE arithmetic without excess precision");
 
 /// Indices of LinearSpace stay within this.
 inline constexpr std::int64_t kLargestIndex = std::int64_t{1} << 53;

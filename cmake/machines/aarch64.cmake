@@ -1,0 +1,5 @@
+# Little-endian, 64 bits, char unsigned, fused multiply-add, memory ordered weakly.
+set(SHM_PROCESSOR aarch64)
+set(SHM_TRIPLET aarch64-linux-gnu)
+set(SHM_EMULATOR qemu-aarch64)
+include("${CMAKE_CURRENT_LIST_DIR}/cross.cmake")

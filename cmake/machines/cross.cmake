@@ -1,0 +1,26 @@
+# What the toolchain files of this folder share. They set SHM_PROCESSOR, SHM_TRIPLET and, where this
+# machine cannot run it by itself, SHM_EMULATOR. Foreign libraries (zstd, xxHash, GoogleTest) are in
+# build/machines, which scripts/other-machines fills; those of C and C++ come with Debian's cross
+# compilers.
+get_filename_component(SHM_SYSROOT "${CMAKE_CURRENT_LIST_DIR}/../../build/machines" ABSOLUTE)
+string(APPEND SHM_SYSROOT /${SHM_TRIPLET})
+set(CMAKE_SYSTEM_NAME Linux)
+set(CMAKE_SYSTEM_PROCESSOR ${SHM_PROCESSOR})
+set(CMAKE_C_COMPILER ${SHM_TRIPLET}-gcc)
+set(CMAKE_CXX_COMPILER ${SHM_TRIPLET}-g++)
+set(CMAKE_LIBRARY_ARCHITECTURE ${SHM_TRIPLET})
+# Linked statically, a program needs nothing of the folder when it runs.
+set(CMAKE_EXE_LINKER_FLAGS_INIT -static)
+set(CMAKE_FIND_LIBRARY_SUFFIXES .a)
+if(SHM_EMULATOR)
+  set(CMAKE_CROSSCOMPILING_EMULATOR ${SHM_EMULATOR})
+endif()
+
+set(CMAKE_FIND_ROOT_PATH "${SHM_SYSROOT}" /usr/${SHM_TRIPLET})
+set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
+set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
+set(ENV{PKG_CONFIG_PATH} "")
+set(ENV{PKG_CONFIG_LIBDIR} "${SHM_SYSROOT}/usr/lib/${SHM_TRIPLET}/pkgconfig")
+set(ENV{PKG_CONFIG_SYSROOT_DIR} "${SHM_SYSROOT}")
