@@ -245,7 +245,7 @@ void fail_with_damage(const Failure& failure, const std::string& path, const Opt
   const bool found = damage && !damage->damages.empty();
   if (parity)
     error.detail += "; there is parity to heal it by: shm repair";
-  else if (found)
+  else if (found && damage->schema)
     error.detail += "; shm repair -o OUT.shm writes what of it is whole";
   if (options.json) {
     nlohmann::json json;
@@ -258,9 +258,10 @@ void fail_with_damage(const Failure& failure, const std::string& path, const Opt
   } else if (found) {
     constexpr std::size_t kMostLines = 100;
     std::string text =
-        options.input + ": damaged in " + counted(damage->damages.size(), "place") + "\n";
-    for (const std::string& line : damage_lines(*damage, kMostLines)) text += "  " + line + "\n";
-    say(options, text);
+        "shm: " + options.input + ": damaged in " + counted(damage->damages.size(), "place") + "\n";
+    for (const std::string& line : damage_lines(*damage, kMostLines))
+      text += "shm:   " + line + "\n";
+    std::fputs(text.c_str(), stderr);
   }
   throw Failure(error);
 }

@@ -443,8 +443,8 @@ std::string sound_json(const std::string& path, const MeshInfo& info, const Pari
   Json json;
   json["file"] = path;
   json["sound"] = true;  // the mesh
-  json["parity"] = parity.there;
   if (parity.there) {
+    json["parity"] = true;
     json["parity_blocks"] = parity.blocks;
     json["damaged_blocks"] = parity.damaged_blocks;
     json["damaged_parity_packets"] = parity.damaged_packets;

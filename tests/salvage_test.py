@@ -323,8 +323,8 @@ class Salvage(unittest.TestCase):
              "bytes": values.end - values.at, "chunks": 1, "step": values.step,
              "arrays": ["/".join(self.names[values.array])]}])
         text = self.shm("verify", self.path("hurt.shm"))
-        self.assertIn(b"damaged in 2 places", text.stdout)
-        self.assertIn(f"cells {5 * SEGMENT}-{6 * SEGMENT - 1}".encode(), text.stdout)
+        self.assertIn(b"damaged in 2 places", text.stderr)
+        self.assertIn(f"cells {5 * SEGMENT}-{6 * SEGMENT - 1}".encode(), text.stderr)
         # Without header.
         found = self.verify(self.hurt((group.at, group.at + 8)))
         self.assertEqual([(d["offset"], d["bytes"], d["segment"], d["first_cell"]) for d in found],

@@ -396,7 +396,12 @@ void KnownChunks::judge_end() {
                         behind, std::min<std::uint64_t>(size - behind, container::kTrailerBytes)});
     return;
   }
-  const std::uint64_t end = end_of_chunks();
+  std::uint64_t end = end_of_chunks();
+  if (chunks_.empty()) {  // nobody knows where it ended
+    damages_.push_back(
+        {end < size ? DamageKind::damaged : DamageKind::missing, "schema", end, size - end});
+    end = size;
+  }
   damages_.push_back(
       {end < size ? DamageKind::damaged : DamageKind::missing, "index", end, size - end});
   if (!scan_.index_offset && !(end < size && scan_.trailer))
