@@ -117,7 +117,13 @@ class ToolTest(unittest.TestCase):
         else:
             self.assertEqual(done.stdout, "")
             self.assertTrue(done.stderr.startswith("shm: "), done.stderr)
-            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+            # One line; verify lists all that is damaged before it.
+            *listed, error = done.stderr.splitlines()
+            self.assertTrue(error.startswith("shm: ") and done.stderr.endswith("\n"), done.stderr)
+            if listed:
+                self.assertEqual(words[0], "verify", done.stderr)
+                self.assertRegex(listed[0], f": damaged in {len(listed) - 1} places?$")
+                self.assertTrue(all(line.startswith("shm:   ") for line in listed[1:]), done.stderr)
         return done.stdout, done.stderr
 
     def assert_only(self, *names):
