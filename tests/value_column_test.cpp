@@ -168,14 +168,8 @@ std::optional<Bytes> decode(const ArrayInfo& info, const Elements& elements, con
   bool good = true;
   for_each_group(elements, plan, [&](std::size_t g, const TiledItems& part) {
     good = good && decoder.begin_group(coded.groups[g].codec, coded.groups[g].bytes, limit);
-    for (std::size_t t = 0; good && t < part.tile_begin.size(); ++t) {
-      const std::size_t begin = part.tile_begin[t];
-      const std::size_t end =
-          t + 1 < part.tile_begin.size() ? part.tile_begin[t + 1] : part.items.size();
-      const auto blocks = part.blocks.empty() ? std::span<const std::uint32_t>()
-                                              : std::span(part.blocks).subspan(begin, end - begin);
-      good = decoder.decode_tile(std::span(part.items).subspan(begin, end - begin), blocks, back);
-    }
+    for (std::size_t t = 0; good && t < part.tile_begin.size(); ++t)
+      good = decoder.decode_tile(part.tile(t), back);
   });
   if (!good) return std::nullopt;
   return back;
@@ -339,7 +333,7 @@ TEST(ValueColumn, NoValuesAtAll) {
   Decoder decoder(info_of(ScalarType::float64), {});
   EXPECT_TRUE(decoder.begin_group(coded.codec, coded.bytes, 0));
   Bytes back;
-  EXPECT_TRUE(decoder.decode_tile({}, {}, back));
+  EXPECT_TRUE(decoder.decode_tile({}, back));
   EXPECT_TRUE(back.empty());
 }
 
@@ -613,7 +607,7 @@ TEST(ValueColumn, DomainsChangeInProportionToElements) {
     under_zstd += coded.codec == ColumnCodec::shuffled_zstd;
     ASSERT_TRUE(decoder.begin_group(coded.codec, coded.bytes, 8)) << group;
     Bytes back;
-    ASSERT_TRUE(decoder.decode_tile(one.items, one.blocks, back)) << group;
+    ASSERT_TRUE(decoder.decode_tile(one.tile(0), back)) << group;
     ASSERT_EQ(back, value) << group;
   }
   EXPECT_GT(under_zstd, kGroups / 2);

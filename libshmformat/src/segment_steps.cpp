@@ -48,9 +48,15 @@ bool SegmentSteps::needs_mesh() const {
   return false;
 }
 
-Result<std::vector<std::byte>> SegmentSteps::read_next(TopologyReplay* topology) {
+std::uint64_t SegmentSteps::elements() const {
+  std::uint64_t elements = 0;
+  for (const StepIndex::Chunk& chunk : chunks_of(wanted_)) elements += chunk.count;
+  return elements;
+}
+
+Result<std::vector<std::byte>> SegmentSteps::read_next(StepElements* mesh) {
   if (!std::exchange(begun_, true))
-    if (auto good = read_earlier_passes(topology); !good) return good.error();
+    if (auto good = read_earlier_passes(mesh); !good) return good.error();
   const std::size_t nth = next_++;
   if (pass_.from == pass_.end) {  // the step is held
     const StepIndex::Chunk& chunk = chunks_of(wanted_)[nth];
@@ -61,7 +67,7 @@ Result<std::vector<std::byte>> SegmentSteps::read_next(TopologyReplay* topology)
                      static_cast<std::size_t>(chunk.count * stride));
     return std::vector<std::byte>(values.begin(), values.end());
   }
-  if (auto good = read_group(nth, topology); !good) return good.error();
+  if (auto good = read_group(nth, mesh); !good) return good.error();
   if (at_end() && most_ != StepReference::nothing) held_->at = wanted_;
   return std::move(values_);
 }
@@ -76,7 +82,7 @@ bool SegmentSteps::has_same_groups(std::size_t at) const {
 }
 
 /// All that come before the wanted step, but for those of its own pass.
-Result<void> SegmentSteps::read_earlier_passes(TopologyReplay* topology) {
+Result<void> SegmentSteps::read_earlier_passes(StepElements* mesh) {
   if (from_ > key_ && !has_same_groups(from_ - 1))
     return file_->wrong_index("steps of an array have not the same groups");
   const std::size_t together =
@@ -87,7 +93,7 @@ Result<void> SegmentSteps::read_earlier_passes(TopologyReplay* topology) {
     begin_pass();
     if (pass_.end > wanted_) return {};
     for (std::size_t nth = 0; nth < groups; ++nth)
-      if (auto good = read_group(nth, topology); !good) return good;
+      if (auto good = read_group(nth, mesh); !good) return good;
   }
 }
 
@@ -103,24 +109,25 @@ void SegmentSteps::begin_pass() {
 }
 
 /// What the mesh tells of the group of a chunk.
-Result<const GroupElements*> SegmentSteps::told_group(TopologyReplay& topology,
-                                                      const StepIndex::Chunk& chunk) const {
+Result<ColumnElements> SegmentSteps::told_group(StepElements& mesh,
+                                                const StepIndex::Chunk& chunk) const {
   const std::size_t group = chunk.group - file_->first_group(segment_);
-  const auto count = topology.count(array_, group);
-  auto told = topology.elements(group);
-  if (!told) return at_chunk(told.error(), file_->groups()[chunk.group].offset);
-  if (!count || *count != chunk.count)
+  const auto count = mesh.count(array_, group);
+  if (!count) return at_chunk(count.error(), file_->groups()[chunk.group].offset);
+  if (*count != chunk.count)
     return IndexedFile::wrong("has another number of values than elements", "step values",
                               chunk.offset);
+  auto told = mesh.elements(array_, group);
+  if (!told) return at_chunk(told.error(), file_->groups()[chunk.group].offset);
   return told;
 }
 
 /// The values of the nth group at all steps of the pass.
-Result<void> SegmentSteps::read_group(std::size_t nth, TopologyReplay* topology) {
+Result<void> SegmentSteps::read_group(std::size_t nth, StepElements* mesh) {
   const StepIndex::Chunk& chunk = chunks_of(wanted_)[nth];
-  const GroupElements* elements = nullptr;
+  ColumnElements elements;
   if (std::find(by_mesh_.begin(), by_mesh_.end(), true) != by_mesh_.end()) {
-    const auto told = told_group(*topology, chunk);
+    const auto told = told_group(*mesh, chunk);
     if (!told) return told.error();
     elements = *told;
   }
@@ -135,13 +142,14 @@ Result<void> SegmentSteps::read_group(std::size_t nth, TopologyReplay* topology)
   values_ = held_values(held_->last);
   one_back_ = held_values(held_->one_back);
   for (std::size_t at = pass_.from; at < pass_.end; ++at)
-    if (auto good = read_step(at, nth, elements); !good) return good;
+    if (auto good = read_step(at, nth, elements.items != nullptr ? &elements : nullptr); !good)
+      return good;
   hold(offset);
   return {};
 }
 
 Result<void> SegmentSteps::read_step(std::size_t at, std::size_t nth,
-                                     const GroupElements* elements) {
+                                     const ColumnElements* elements) {
   const auto chunks = chunks_of(at);
   const StepIndex::Chunk& expected = chunks_of(wanted_)[nth];
   if (nth >= chunks.size() || chunks[nth].group != expected.group ||
@@ -155,7 +163,7 @@ Result<void> SegmentSteps::read_step(std::size_t at, std::size_t nth,
 }
 
 Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t at, const StepIndex::Chunk& chunk,
-                                                    const GroupElements* elements) {
+                                                    const ColumnElements* elements) {
   container::IndexEntry entry;
   entry.kind = static_cast<std::uint8_t>(container::ChunkKind::step_values);
   entry.offset = chunk.offset;

@@ -36,12 +36,14 @@ class SegmentSteps {
   /// The next group that has elements of the array. Must hold: not at_end().
   const StepIndex::Chunk& next_chunk() const { return chunks_of(wanted_)[next_]; }
 
+  /// How many elements the array has in the segment, as the index says.
+  std::uint64_t elements() const;
+
   /// What the mesh tells of the group of a chunk; complains where that does not fit.
-  Result<const GroupElements*> told_group(TopologyReplay& topology,
-                                          const StepIndex::Chunk& chunk) const;
-  /// The values of next_chunk() at the wanted step. `topology` is of the segment; null unless
+  Result<ColumnElements> told_group(StepElements& mesh, const StepIndex::Chunk& chunk) const;
+  /// The values of next_chunk() at the wanted step. `mesh` is of the segment; null unless
   /// needs_mesh().
-  Result<std::vector<std::byte>> read_next(TopologyReplay* topology);
+  Result<std::vector<std::byte>> read_next(StepElements* mesh);
 
  private:
   /// A run of steps that are read together.
@@ -54,12 +56,12 @@ class SegmentSteps {
                           file_->first_group(segment_ + 1));
   }
   bool has_same_groups(std::size_t at) const;
-  Result<void> read_earlier_passes(TopologyReplay* topology);
+  Result<void> read_earlier_passes(StepElements* mesh);
   void begin_pass();
-  Result<void> read_group(std::size_t nth, TopologyReplay* topology);
-  Result<void> read_step(std::size_t at, std::size_t nth, const GroupElements* elements);
+  Result<void> read_group(std::size_t nth, StepElements* mesh);
+  Result<void> read_step(std::size_t at, std::size_t nth, const ColumnElements* elements);
   Result<std::vector<std::byte>> decode(std::size_t at, const StepIndex::Chunk& chunk,
-                                        const GroupElements* elements);
+                                        const ColumnElements* elements);
   Result<void> check_reference(std::size_t at, const container::StepHeader& header) const;
   void hold(std::size_t offset);
   bool told_by_mesh(std::size_t at) const;

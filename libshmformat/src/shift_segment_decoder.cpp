@@ -344,8 +344,9 @@ auto ShiftSegmentDecoder::next_values(MeshBlock& block) -> Complaint {
 
 bool ShiftSegmentDecoder::decode_predicted(std::size_t column, const MeshBlock& block,
                                            std::vector<std::byte>& out) {
-  if (of_cells(column)) return predicted_[column]->decode_tile(cell_items_, block.cell_blocks, out);
-  return predicted_[column]->decode_tile(vertex_items_, {}, out);
+  if (of_cells(column))
+    return predicted_[column]->decode_tile({cell_items_, block.cell_blocks}, out);
+  return predicted_[column]->decode_tile({vertex_items_, {}}, out);
 }
 
 bool ShiftSegmentDecoder::decode_bulk(std::size_t column, const MeshBlock& block,

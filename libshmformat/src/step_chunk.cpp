@@ -29,7 +29,7 @@ Result<void> StepChunks::check_size(const container::StepHeader& header) const {
 Result<std::vector<std::byte>> StepChunks::decode(const container::StepHeader& header,
                                                   std::span<const std::byte> bytes,
                                                   std::uint32_t segment,
-                                                  const GroupElements* elements,
+                                                  const ColumnElements* elements,
                                                   std::span<const std::byte> reference) {
   const auto wrong = [&](const std::string& detail) {
     return wrong_step_values(*schema_, header, detail);

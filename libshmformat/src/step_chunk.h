@@ -43,7 +43,7 @@ class StepChunks {
   /// no chunk of the segment at this step needs any. `reference`: what its values refer to.
   Result<std::vector<std::byte>> decode(const container::StepHeader& header,
                                         std::span<const std::byte> bytes, std::uint32_t segment,
-                                        const GroupElements* elements,
+                                        const ColumnElements* elements,
                                         std::span<const std::byte> reference);
 
  private:

@@ -8,12 +8,14 @@ StepDecoder::StepDecoder(const Schema& schema, const ReadLimits& limits, Topolog
                          std::vector<std::uint64_t> elements)
     : schema_(&schema),
       limits_(limits),
-      topology_(&topology),
+      mesh_(schema, topology, cover_numbers(schema)),
       elements_(std::move(elements)),
       most_(most_reference(schema, elements_)),
       last_(schema.arrays.size()) {
-  for (std::size_t a = 0; a < last_.size(); ++a)
+  for (std::uint32_t a = 0; a < last_.size(); ++a) {
     last_[a].values = memory_of(schema.arrays[a], most_);
+    if (schema.arrays[a].per_step) mesh_.expect(a, elements_[a]);
+  }
 }
 
 Result<StepPiece> StepDecoder::read(const container::StepHeader& header,
@@ -35,7 +37,7 @@ Result<StepPiece> StepDecoder::read(const container::StepHeader& header,
                        static_cast<std::size_t>(piece.values.size() / header.count),
                    piece.values);
   last.first += header.count;
-  last.group = std::size_t{header.group} + 1;
+  ++last.groups;
   return piece;
 }
 
@@ -53,7 +55,7 @@ Result<void> StepDecoder::begin_step(const container::StepHeader& header) {
   last.has_referred = false;
   last.step = header.step;
   last.first = 0;
-  last.group = 0;
+  last.groups = 0;
   array_ = header.array;
   chunks_.emplace(*schema_, limits_.max_group_bytes, header.array);
   return {};
@@ -64,16 +66,14 @@ Result<void> StepDecoder::expect_group(const container::StepHeader& header) {
   const Last& last = last_[header.array];
   if (header.count > elements_[header.array] - last.first)
     return wrong_step_values(*schema_, header, "has more values than the mesh has elements");
-  if (header.group < last.group || header.group >= topology_->groups())
-    return wrong_step_values(*schema_, header, "its group is no later one of the mesh");
-  for (std::size_t g = last.group; g <= header.group; ++g) {
-    const auto count = topology_->count(header.array, g);
-    if (!count) return count.error();
-    if (*count != (g == header.group ? header.count : 0))
-      return wrong_step_values(*schema_, header,
-                               g == header.group ? "has another number of values than elements"
-                                                 : "a group is missing or out of order");
-  }
+  if (header.group >= mesh_.groups())
+    return wrong_step_values(*schema_, header, "its group is none of the mesh");
+  const auto next = mesh_.nth_group(header.array, last.groups, header.group);
+  if (!next) return next.error();
+  if (*next == nullptr || (*next)->group < header.group)
+    return wrong_step_values(*schema_, header, "a group is missing or out of order");
+  if ((*next)->count != header.count)
+    return wrong_step_values(*schema_, header, "has another number of values than elements");
   return {};
 }
 
@@ -107,9 +107,9 @@ Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& 
   const auto kind = reference_of(header);
   if (!kind) return kind.error();
   last.has_referred = last.has_referred || *kind != StepReference::nothing;
-  const GroupElements* elements = nullptr;
+  ColumnElements elements;
   if (StepChunks::may_need_elements(info)) {
-    const auto told = topology_->elements(header.group);
+    const auto told = mesh_.elements(header.array, header.group);
     if (!told) return told.error();
     elements = *told;
   }
@@ -117,7 +117,8 @@ Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& 
   const auto reference =
       last.values.reference(*kind, info, static_cast<std::size_t>(last.first) * stride,
                             static_cast<std::size_t>(header.count) * stride);
-  return chunks_->decode(header, bytes, topology_->segment_of(header.group), elements, reference);
+  return chunks_->decode(header, bytes, mesh_.segment_of(header.group),
+                         elements.items != nullptr ? &elements : nullptr, reference);
 }
 
 }  // namespace shm

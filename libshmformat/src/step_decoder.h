@@ -32,7 +32,7 @@ class StepDecoder {
   struct Last {
     bool begun = false;
     std::uint64_t step = 0, first = 0;  // element after the last one
-    std::size_t group = 0;              // after the last one
+    std::size_t groups = 0;             // that have been read
     StepMemory values;
     std::uint64_t step_before = 0;
     std::uint32_t run = 0;  // steps since one that refers to no other, up to step_before
@@ -47,7 +47,7 @@ class StepDecoder {
 
   const Schema* schema_;
   ReadLimits limits_;
-  TopologyReplay* topology_;
+  StepElements mesh_;
   std::vector<std::uint64_t> elements_;
   StepReference most_;
   std::vector<Last> last_;  // by array

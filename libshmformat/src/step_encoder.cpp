@@ -22,14 +22,16 @@ StepEncoder::StepEncoder(const Schema& schema, TopologyReplay& topology,
                          std::vector<std::uint64_t> elements, std::uint32_t key_steps, Level level,
                          Sink sink)
     : schema_(&schema),
-      topology_(&topology),
+      mesh_(schema, topology, cover_numbers(schema)),
       elements_(std::move(elements)),
       key_steps_(key_steps),
       level_(level),
       most_(key_steps > 1 ? most_reference(schema, elements_) : StepReference::nothing),
       sink_(std::move(sink)) {
-  for (const ArrayInfo& array : schema.arrays)
-    before_.push_back(Before{0, 0, memory_of(array, most_)});
+  for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
+    before_.push_back(Before{0, 0, memory_of(schema.arrays[a], most_)});
+    if (schema.arrays[a].per_step) mesh_.expect(a, elements_[a]);
+  }
 }
 
 void StepEncoder::begin_part(Part part) {
@@ -85,7 +87,7 @@ Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   array_ = array;
   step_ = step;
   first_ = 0;
-  group_ = 0;
+  groups_ = 0;
   count_ = 0;
   reference_ = std::exchange(told_reference_, std::nullopt);
   has_referred_ = false;
@@ -100,22 +102,22 @@ Result<void> StepEncoder::begin_group() {
   if (first_ == elements_[*array_])
     return misuse("array '" + schema_->arrays[*array_].name + "' got more than its " +
                   std::to_string(first_) + " elements at step " + std::to_string(step_));
-  for (; count_ == 0; ++group_) {
-    const auto count = topology_->count(*array_, group_);
-    if (!count) return count.error();
-    count_ = *count;
-  }
+  const auto next = mesh_.nth_group(*array_, groups_, mesh_.groups() - 1);
+  if (!next) return next.error();
+  if (*next == nullptr) return misuse("the mesh has fewer elements than it says");
+  ++groups_;
+  group_ = (*next)->group;
+  count_ = (*next)->count;
   return {};
 }
 
 Result<void> StepEncoder::end_group() {
-  const std::size_t group = group_ - 1;
   auto coded = encode();
   if (!coded) return coded.error();
   container::StepHeader header;
   header.array = *array_;
   header.step = header.reference_step = step_;
-  header.group = static_cast<std::uint32_t>(group);
+  header.group = static_cast<std::uint32_t>(group_);
   header.count = count_;
   header.codec = stream_codec(coded->codec);
   if (*reference_ != StepReference::nothing) {
@@ -141,23 +143,22 @@ Result<EncodedColumn> StepEncoder::encode() {
     return EncodedColumn{ColumnCodec::shuffled_zstd,
                          pack_shuffled(shuffled(pending_, scalar_bytes(info.type)), kZstdLevel)};
   }
-  const std::size_t group = group_ - 1;
-  const auto elements = topology_->elements(group);
+  const auto elements = mesh_.elements(*array_, group_);
   if (!elements) return elements.error();
-  if (!reference_ && most_here_ != StepReference::nothing) return choose_reference(**elements);
+  if (!reference_ && most_here_ != StepReference::nothing) return choose_reference(*elements);
   if (!reference_) reference_ = StepReference::nothing;
-  column_->begin(topology_->segment_of(group), *reference_);
-  return column_->encode(**elements, pending_, level_, reference(*reference_));
+  column_->begin(mesh_.segment_of(group_), *reference_);
+  return column_->encode(*elements, pending_, level_, reference(*reference_));
 }
 
 /// The first group of a step says what all of them refer to.
-EncodedColumn StepEncoder::choose_reference(const GroupElements& elements) {
+EncodedColumn StepEncoder::choose_reference(const ColumnElements& elements) {
   EncodedColumn best;
   for (const StepReference kind :
        {StepReference::nothing, StepReference::before, StepReference::trend}) {
     if (kind > most_here_) break;
     Column column(*schema_, *array_);
-    column.begin(topology_->segment_of(group_ - 1), kind);
+    column.begin(mesh_.segment_of(group_), kind);
     auto coded = column.encode(elements, pending_, level_, reference(kind));
     if (reference_ && coded.bytes.size() >= best.bytes.size()) continue;
     reference_ = kind;

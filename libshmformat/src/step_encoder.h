@@ -71,7 +71,7 @@ class StepEncoder {
   Result<void> begin_group();
   Result<void> end_group();
   Result<EncodedColumn> encode();
-  EncodedColumn choose_reference(const GroupElements& elements);
+  EncodedColumn choose_reference(const ColumnElements& elements);
   std::span<const std::byte> reference(StepReference kind) {
     return before_[*array_].values.reference(kind, schema_->arrays[*array_],
                                              static_cast<std::size_t>(first_) * stride(),
@@ -82,7 +82,7 @@ class StepEncoder {
   }
 
   const Schema* schema_;
-  TopologyReplay* topology_;
+  StepElements mesh_;
   std::vector<std::uint64_t> elements_;
   std::uint32_t key_steps_;
   Level level_;
@@ -101,7 +101,8 @@ class StepEncoder {
   std::optional<StepReference> reference_;  // once chosen
   bool has_referred_ = false;
   std::optional<Column> column_;
-  std::size_t group_ = 0;
+  std::size_t groups_ = 0;   // that have elements of the array, the one at hand included
+  std::size_t group_ = 0;    // the one at hand
   std::uint64_t count_ = 0;  // elements of the group at hand; 0: none is begun
   std::vector<std::byte> pending_;
 };

@@ -20,6 +20,20 @@ Error misuse(std::string detail) {
   return Error{ErrorCode::misuse, std::move(detail), "steps", kNoOffset, {}};
 }
 
+/// What is told of one segment's mesh.
+struct SegmentMesh {
+  SegmentMesh(const Schema& schema, std::uint64_t most_bytes, const ReplayWants& wants,
+              std::size_t most_kept, const TopologyReplay::CellBytes& cell_bytes)
+      : topology(schema, most_bytes, wants, most_kept, cell_bytes) {}
+
+  std::size_t kept_bytes() const {
+    return topology.kept_bytes() + (elements ? elements->kept_bytes() : 0);
+  }
+
+  TopologyReplay topology;
+  std::optional<StepElements> elements;  // once the topology has all groups
+};
+
 }  // namespace
 
 class StepReader::Impl {
@@ -41,9 +55,11 @@ class StepReader::Impl {
 
  private:
   Result<void> read_steps();
+  bool find_segment();
   Result<void> begin_segment();
   Result<void> read_group();
-  Result<TopologyReplay*> topology_of(std::size_t segment, const ReplayWants& wants);
+  void end_segment();
+  Result<SegmentMesh*> mesh_of(std::size_t segment, const ReplayWants& wants);
   bool numbers_need_mesh() const;
   Result<void> number(const StepIndex::Chunk& chunk);
 
@@ -54,8 +70,10 @@ class StepReader::Impl {
   StepIndex index_;
   std::vector<double> times_;
   StepReference most_ = StepReference::nothing;
-  TopologyReplay::CellBytes cell_bytes_;                             // of the topologies
-  std::map<std::size_t, TopologyReplay> topologies_;                 // by segment
+  TopologyReplay::CellBytes cell_bytes_;  // of the topologies
+  CoverNumbers covers_;
+  std::map<std::size_t, SegmentMesh> meshes_;                        // by segment
+  std::size_t kept_bytes_ = 0;                                       // of all but the one at hand
   std::map<std::pair<std::uint32_t, std::size_t>, HeldSteps> held_;  // by array and segment
 
   // the request at hand
@@ -63,7 +81,7 @@ class StepReader::Impl {
   std::size_t wanted_ = 0;                     // which of the array's steps
   std::size_t segment_ = 0, end_segment_ = 0;  // at hand; behind the last one
   std::optional<SegmentSteps> steps_;          // of the segment at hand
-  TopologyReplay* topology_ = nullptr;         // of the segment at hand, where it is needed
+  SegmentMesh* mesh_ = nullptr;                // of the segment at hand, where it is needed
   std::optional<Error> error_;
   StepValues values_;
 };
@@ -88,14 +106,13 @@ Result<void> StepReader::Impl::read_steps() {
   index_ = std::move(*index);
   most_ = most_reference(file_.schema(), index_.elements());
   cell_bytes_ = std::make_shared<const std::vector<std::size_t>>(cell_data_bytes(file_.schema()));
+  covers_ = cover_numbers(file_.schema());
   return {};
 }
 
 Result<void> StepReader::Impl::begin(const StepRequest& request) {
-  steps_.reset();
   error_.reset();
-  if (topology_ != nullptr) topology_->rest();
-  topology_ = nullptr;
+  end_segment();
   segment_ = end_segment_ = 0;
   if (!is_stepped(request.array))
     return misuse("array " + std::to_string(request.array) + " is no stepped array");
@@ -120,38 +137,53 @@ Result<void> StepReader::Impl::begin(const StepRequest& request) {
 Result<StepValues*> StepReader::Impl::next() {
   if (error_) return *error_;
   while (segment_ < end_segment_) {
+    if (!steps_ && !find_segment()) break;
     if (!steps_)
       if (auto good = begin_segment(); !good) return *(error_ = good.error());
     if (!steps_->at_end()) {
       if (auto good = read_group(); !good) return *(error_ = good.error());
       return &values_;
     }
-    steps_.reset();
-    if (topology_ != nullptr) topology_->rest();
+    end_segment();
     ++segment_;
   }
   return nullptr;
+}
+
+/// The next segment, or the one at hand, that has elements of the array.
+bool StepReader::Impl::find_segment() {
+  const auto chunks = index_.chunks(index_.steps(request_.array)[wanted_],
+                                    file_.first_group(segment_), file_.first_group(end_segment_));
+  segment_ = chunks.empty() ? end_segment_ : file_.groups()[chunks.front().group].segment;
+  return !chunks.empty();
 }
 
 Result<void> StepReader::Impl::begin_segment() {
   steps_.emplace(file_, index_, most_, request_.array, segment_, wanted_,
                  held_[{request_.array, segment_}]);
   ReplayWants wants;
-  if (!steps_->at_end()) {
-    (of_points() ? wants.vertices : wants.cells) = steps_->needs_mesh();
-    (of_points() ? wants.vertex_numbers : wants.cell_numbers) = numbers_need_mesh();
-  }
-  topology_ = nullptr;
+  (of_points() ? wants.vertices : wants.cells) = steps_->needs_mesh();
+  (of_points() ? wants.vertex_numbers : wants.cell_numbers) = numbers_need_mesh();
   if (!wants.any()) return {};
-  const auto topology = topology_of(segment_, wants);
-  if (!topology) return topology.error();
-  topology_ = *topology;
+  const auto mesh = mesh_of(segment_, wants);
+  if (!mesh) return mesh.error();
+  mesh_ = *mesh;
+  kept_bytes_ -= mesh_->kept_bytes();
+  mesh_->elements->expect(request_.array, steps_->elements());
   return {};
+}
+
+void StepReader::Impl::end_segment() {
+  steps_.reset();
+  if (mesh_ == nullptr) return;
+  mesh_->topology.rest();
+  kept_bytes_ += mesh_->kept_bytes();
+  mesh_ = nullptr;
 }
 
 Result<void> StepReader::Impl::read_group() {
   const StepIndex::Chunk chunk = steps_->next_chunk();
-  auto values = steps_->read_next(topology_);
+  auto values = steps_->read_next(mesh_ != nullptr ? &*mesh_->elements : nullptr);
   if (!values) return values.error();
   values_.first = chunk.first;
   values_.values = std::move(*values);
@@ -177,44 +209,36 @@ Result<void> StepReader::Impl::number(const StepIndex::Chunk& chunk) {
     for (std::uint64_t i = 0; i < chunk.count; ++i) values_.numbers.push_back(first + i);
     return {};
   }
-  const auto told = steps_->told_group(*topology_, chunk);
+  const auto told = steps_->told_group(*mesh_->elements, chunk);
   if (!told) return told.error();
-  if (of_points()) {
-    values_.numbers = (*told)->vertex_numbers;
-    return {};
-  }
-  for (std::size_t c = 0; c < (*told)->cell_numbers.size(); ++c)
-    if (file_.schema().array_covers(request_.array, (*told)->cells.blocks[c]))
-      values_.numbers.push_back((*told)->cell_numbers[c]);
+  values_.numbers.assign(told->numbers.begin(), told->numbers.end());
   return {};
 }
 
 // --- topology
 
 /// Of one segment, with the groups' streams that tell what is wanted.
-Result<TopologyReplay*> StepReader::Impl::topology_of(std::size_t segment,
-                                                      const ReplayWants& wants) {
-  const auto found = topologies_.find(segment);
-  if (found != topologies_.end() && found->second.wants().include(wants)) return &found->second;
+Result<SegmentMesh*> StepReader::Impl::mesh_of(std::size_t segment, const ReplayWants& wants) {
+  const auto found = meshes_.find(segment);
   ReplayWants all = wants;
-  if (found != topologies_.end()) {
-    all.add(found->second.wants());
-    topologies_.erase(found);
+  if (found != meshes_.end()) {
+    if (found->second.topology.wants().include(wants)) return &found->second;
+    all.add(found->second.topology.wants());
+    kept_bytes_ -= found->second.kept_bytes();
+    meshes_.erase(found);
   }
-  std::size_t kept = 0;
-  for (const auto& [other, topology] : topologies_) kept += topology.kept_bytes();
-  TopologyReplay& topology =
-      topologies_
-          .try_emplace(segment, file_.schema(), file_.limits().max_group_bytes, all,
-                       TopologyReplay::kMostKept - std::min(kept, TopologyReplay::kMostKept),
-                       cell_bytes_)
-          .first->second;
+  constexpr std::size_t kMost = TopologyReplay::kMostKept;
+  SegmentMesh& mesh = meshes_
+                          .try_emplace(segment, file_.schema(), file_.limits().max_group_bytes, all,
+                                       kMost - std::min(kept_bytes_, kMost), cell_bytes_)
+                          .first->second;
   for (std::size_t g = file_.first_group(segment); g < file_.first_group(segment + 1); ++g)
-    if (auto good = add_group(file_, g, topology); !good) {
-      topologies_.erase(segment);
+    if (auto good = add_group(file_, g, mesh.topology); !good) {
+      meshes_.erase(segment);
       return good.error();
     }
-  return &topology;
+  mesh.elements.emplace(file_.schema(), mesh.topology, covers_);
+  return &mesh;
 }
 
 // --- the face

@@ -102,26 +102,25 @@ bool StepColumn<Coder>::begin(std::uint32_t segment, StepReference reference) {
 }
 
 template <class Coder>
-EncodedColumn StepColumn<Coder>::encode(const GroupElements& elements,
+EncodedColumn StepColumn<Coder>::encode(const ColumnElements& elements,
                                         std::span<const std::byte> values, Level level,
                                         std::span<const std::byte> reference) {
   const ArrayInfo& info = schema_->arrays[array_];
-  column_->make_room(elements.slots);
-  return column_->encode(items(elements), values.data(), scalar_bytes(info.type) * info.components,
+  column_->make_room(elements.slots, elements.all_slots);
+  return column_->encode(*elements.items, values.data(), scalar_bytes(info.type) * info.components,
                          level, reference.empty() ? nullptr : reference.data());
 }
 
 template <class Coder>
 std::optional<std::vector<std::byte>> StepColumn<Coder>::decode(
-    const GroupElements& elements, ColumnCodec codec, std::span<const std::byte> bytes,
+    const ColumnElements& elements, ColumnCodec codec, std::span<const std::byte> bytes,
     std::uint64_t limit, std::span<const std::byte> reference) {
-  const TiledItems& all = items(elements);
-  column_->make_room(elements.slots);
+  const TiledItems& all = *elements.items;
+  column_->make_room(elements.slots, elements.all_slots);
   if (!column_->begin_group(codec, bytes, limit)) return std::nullopt;
   std::vector<std::byte> out;
   for (std::size_t t = 0; t < all.tile_begin.size(); ++t) {
-    const auto [elements_of_tile, blocks] = all.tile(t);
-    if (!column_->decode_tile(elements_of_tile, blocks, out,
+    if (!column_->decode_tile(all.tile(t), out,
                               reference.empty() ? nullptr : reference.data() + out.size()))
       return std::nullopt;
   }

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "container/format.h"
-#include "topology_replay.h"
+#include "step_elements.h"
 
 namespace shm {
 
@@ -62,19 +62,15 @@ class StepColumn {
   bool begin(std::uint32_t segment, StepReference reference);
 
   /// Encoding. `values`: those of the group's elements; `reference`: what they refer to, or empty.
-  EncodedColumn encode(const GroupElements& elements, std::span<const std::byte> values,
+  EncodedColumn encode(const ColumnElements& elements, std::span<const std::byte> values,
                        Level level, std::span<const std::byte> reference);
   /// Decoding. `limit`: bytes of all values. Nothing for damaged data.
-  std::optional<std::vector<std::byte>> decode(const GroupElements& elements, ColumnCodec codec,
+  std::optional<std::vector<std::byte>> decode(const ColumnElements& elements, ColumnCodec codec,
                                                std::span<const std::byte> bytes,
                                                std::uint64_t limit,
                                                std::span<const std::byte> reference);
 
  private:
-  const TiledItems& items(const GroupElements& elements) const {
-    return schema_->arrays[array_].location == Location::point ? elements.vertices : elements.cells;
-  }
-
   const Schema* schema_;
   std::uint32_t array_;
   std::optional<ValueColumn<Coder>> column_;

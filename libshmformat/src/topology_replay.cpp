@@ -289,6 +289,8 @@ void TopologyReplay::add_group(std::uint32_t segment, const container::GroupHead
   group.vertices = header.vertices;
   group.max_active_vertices = header.max_active_vertices;
   group.decoded_bytes = header.decoded_bytes;
+  cells_in_all_ += header.cells;
+  vertices_in_all_ += header.vertices + header.imported_vertices;
   for (std::size_t s = 0; s < header.streams.size() && s < streams.size(); ++s) {
     const container::StreamEntry& entry = header.streams[s];
     if (entry.kind == StreamKind::connectivity) group.codec = entry.codec;
@@ -304,6 +306,7 @@ void TopologyReplay::add_group(std::uint32_t segment, const container::GroupHead
 
 Result<std::uint64_t> TopologyReplay::count(std::uint32_t array, std::size_t group) {
   if (schema_->arrays[array].location == Location::point) return groups_[group].vertices;
+  if (schema_->arrays[array].blocks.empty()) return groups_[group].cells;
   if (!groups_[group].counted)
     if (auto good = elements(group); !good) return good.error();
   std::uint64_t cells = 0;

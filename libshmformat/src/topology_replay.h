@@ -78,6 +78,9 @@ class TopologyReplay {
                  std::span<const std::span<const std::byte>> streams);
   std::size_t groups() const { return groups_.size(); }
   std::uint32_t segment_of(std::size_t group) const { return groups_[group].segment; }
+  /// As the headers of all groups state them; imported vertices each time.
+  std::uint64_t cells_in_all() const { return cells_in_all_; }
+  std::uint64_t vertices_in_all() const { return vertices_in_all_; }
 
   /// How many elements of a stepped array the group has.
   Result<std::uint64_t> count(std::uint32_t array, std::size_t group);
@@ -85,6 +88,7 @@ class TopologyReplay {
   Result<const GroupElements*> elements(std::size_t group);
 
   const ReplayWants& wants() const { return wants_; }
+  std::size_t most_kept() const { return most_kept_; }
   /// Of what is kept.
   std::size_t kept_bytes() const { return keeps_ ? kept_bytes_ : 0; }
   /// Frees what goes on from group to group; the next call makes it anew.
@@ -115,6 +119,7 @@ class TopologyReplay {
   std::size_t vertex_bytes_ = 0;  // static ones, which say where a tile ends
   CellBytes cell_bytes_;
   std::vector<Group> groups_;
+  std::uint64_t cells_in_all_ = 0, vertices_in_all_ = 0;
   std::unique_ptr<Segment> segment_;  // its coders, behind group next_ - 1
   std::size_t next_ = 0;
   GroupElements elements_;  // of group next_ - 1

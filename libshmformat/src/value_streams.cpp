@@ -78,7 +78,7 @@ bool ValueStreams<Coder>::begin_column(std::size_t column, ColumnCodec codec,
 template <class Coder>
 bool ValueStreams<Coder>::decode_tile(std::size_t column, std::vector<std::byte>& out) {
   const TiledItems& elements = of_cells(column) ? cells_ : vertices_;
-  return columns_[column].decode_tile(elements.items, elements.blocks, out);
+  return columns_[column].decode_tile({elements.items, elements.blocks}, out);
 }
 
 template <class Coder>

@@ -9,11 +9,16 @@
 
 namespace shm {
 
+/// The size of a list of `size` once there is room for `slot`, and some more.
+inline std::size_t size_with_room(std::size_t size, std::size_t slot) {
+  return slot < size ? size : std::max(slot + 1, size + size / 8);
+}
+
 /// Makes room for `slot`, and some more.
 template <class T>
 void make_room(std::vector<T>& list, std::size_t slot) {
   if (slot < list.size()) return;
-  const std::size_t size = std::max(slot + 1, list.size() + list.size() / 8);
+  const std::size_t size = size_with_room(list.size(), slot);
   list.reserve(size);  // or it would double
   list.resize(size);
 }
@@ -36,7 +41,6 @@ void push_tightly(std::vector<T>& list, const T& element) {
   expect_more(list, 1);
   list.push_back(element);
 }
-
 
 /// Frees its memory, which `list = {}` does not.
 template <class T>

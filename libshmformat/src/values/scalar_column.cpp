@@ -145,7 +145,7 @@ bool ScalarColumn<Coder>::change_domain(const ValueDomain& domain) {
   const ValueTranslator next(*info_, component_, domain);
   if (!domain.has_states_of(domain_)) {
     if (Coder::kDecodes && moved_ > elements_ * kMostMovesForEach) return false;
-    moved_ += slots_.states.size();
+    moved_ += room_ > 0 ? room_ : slots_.states.size();
     const auto translate = [&](double state) {
       const double moved = next.from_value(translator_.as_value(state));
       return is_finite(moved) ? moved : 0.0;

@@ -15,6 +15,7 @@
 #include "entropy/mixing.h"
 #include "entropy/models.h"
 #include "entropy/split_coder.h"
+#include "front/by_slot.h"
 #include "values/class_numbers.h"
 #include "values/match_tables.h"
 #include "values/mode_choice.h"
@@ -92,6 +93,10 @@ class ScalarColumn {
   void skip(const Neighbourhood& item);
 
   void make_room(std::uint32_t slot);
+  // Where elements were left out that nobody looks at: as if they had been skipped, and as if there
+  // were room for this slot.
+  void count_left_out(std::uint64_t elements) { elements_ += elements; }
+  void count_room(std::uint32_t slot) { room_ = size_with_room(room_, slot); }
   /// Before the first element: all tiles will come with a reference.
   void use_reference() { has_twins_ = true; }
 
@@ -192,6 +197,7 @@ class ScalarColumn {
 
   BySlot slots_;
   std::uint64_t elements_ = 0;  ///< told so far
+  std::size_t room_ = 0;        ///< slots of all elements, where some are left out
   std::uint64_t moved_ = 0;     ///< slots that were translated into another domain, in all
   double last_ = 0, before_last_ = 0;
   MatchTables matches_;

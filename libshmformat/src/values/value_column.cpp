@@ -32,13 +32,10 @@ void store(std::byte* at, std::uint64_t bits, std::size_t width) {
     std::memcpy(at, reinterpret_cast<const std::byte*>(&bits) + (8 - width), width);
 }
 
-/// Calls visit(items, blocks) for each tile.
+/// Calls visit(tile) for each tile.
 template <class Visit>
 void for_each_tile(const TiledItems& elements, Visit&& visit) {
-  for (std::size_t t = 0; t < elements.tile_begin.size(); ++t) {
-    const TiledItems::Tile tile = elements.tile(t);
-    visit(tile.items, tile.blocks);
-  }
+  for (std::size_t t = 0; t < elements.tile_begin.size(); ++t) visit(elements.tile(t));
 }
 
 }  // namespace
@@ -59,9 +56,11 @@ ValueColumn<Coder>::ValueColumn(const ArrayInfo& info, std::vector<std::uint32_t
 }
 
 template <class Coder>
-std::span<const Neighbourhood> ValueColumn<Coder>::covered(std::span<const Neighbourhood> items,
-                                                           std::span<const std::uint32_t> blocks) {
+std::span<const Neighbourhood> ValueColumn<Coder>::covered(const TiledItems::Tile& tile) {
+  const auto& [items, blocks, left_out] = tile;
   if (blocks_.empty()) return items;
+  if (left_out != 0)
+    for (auto& column : columns_) column.count_left_out(left_out);
   covered_.clear();
   for (std::size_t i = 0; i < items.size(); ++i) {
     if (covers(blocks[i])) {
@@ -74,9 +73,11 @@ std::span<const Neighbourhood> ValueColumn<Coder>::covered(std::span<const Neigh
 }
 
 template <class Coder>
-void ValueColumn<Coder>::make_room(std::uint32_t slots) {
-  if (slots > 0)
-    for (auto& column : columns_) column.make_room(slots - 1);
+void ValueColumn<Coder>::make_room(std::uint32_t slots, std::uint32_t all) {
+  for (auto& column : columns_) {
+    if (slots > 0) column.make_room(slots - 1);
+    if (all > 0) column.count_room(all - 1);
+  }
 }
 template <class Coder>
 void ValueColumn<Coder>::use_reference() {
@@ -159,9 +160,9 @@ std::optional<std::vector<std::byte>> ValueColumn<Coder>::encode_predicted(
     const TiledItems& elements, Bits& bits, const Bits& reference, Level level) {
   // The first tile that has any.
   std::vector<Neighbourhood> first;
-  for_each_tile(elements, [&](auto items, auto blocks) {
+  for_each_tile(elements, [&](const TiledItems::Tile& tile) {
     if (!first.empty()) return;
-    const auto own = covered(items, blocks);
+    const auto own = covered(tile);
     first.assign(own.begin(), own.end());
   });
   const ClassNumbers numbers = class_numbers_;  // trials number classes that are never said
@@ -180,8 +181,8 @@ std::optional<std::vector<std::byte>> ValueColumn<Coder>::encode_predicted(
   ++groups_;
 
   std::size_t at = 0;
-  for_each_tile(elements, [&](auto items, auto blocks) {
-    const auto own = covered(items, blocks);
+  for_each_tile(elements, [&](const TiledItems::Tile& tile) {
+    const auto own = covered(tile);
     if (own.empty()) return;
     classify(own, style_);
     for (std::size_t c = 0; c < info_->components; ++c)
@@ -237,8 +238,8 @@ ColumnStyle ValueColumn<Coder>::choose_style(std::span<const Neighbourhood> firs
 template <class Coder>
 void ValueColumn<Coder>::note(const TiledItems& elements, const Bits& bits) {
   std::size_t at = 0;
-  for_each_tile(elements, [&](auto items, auto blocks) {
-    const auto own = covered(items, blocks);
+  for_each_tile(elements, [&](const TiledItems::Tile& tile) {
+    const auto own = covered(tile);
     for (std::size_t c = 0; c < info_->components; ++c)
       columns_[c].note(own, std::span(bits[c]).subspan(at, own.size()));
     at += own.size();
@@ -317,10 +318,9 @@ bool ValueColumn<Coder>::begin_group(ColumnCodec codec, std::span<const std::byt
 }
 
 template <class Coder>
-bool ValueColumn<Coder>::decode_tile(std::span<const Neighbourhood> items,
-                                     std::span<const std::uint32_t> blocks,
-                                     std::vector<std::byte>& out, const std::byte* reference) {
-  const auto own = covered(items, blocks);
+bool ValueColumn<Coder>::decode_tile(const TiledItems::Tile& tile, std::vector<std::byte>& out,
+                                     const std::byte* reference) {
+  const auto own = covered(tile);
   if (own.empty()) return true;
   const std::size_t stride = width_ * info_->components, base = out.size();
   const std::size_t bytes = own.size() * stride;

@@ -21,21 +21,27 @@ struct TiledItems {
   std::vector<Neighbourhood> items;
   std::vector<std::uint32_t> blocks;       ///< of cells: their element block; of vertices: empty
   std::vector<std::size_t> tile_begin{0};  ///< first item of each tile
+  /// Of each tile: elements that are not covered, and were left out since no covered one looks at
+  /// them; modulo 2^64, since some may stand in a later tile. Empty: none were.
+  std::vector<std::uint64_t> left_out;
 
   struct Tile {
     std::span<const Neighbourhood> items;
     std::span<const std::uint32_t> blocks;
+    std::uint64_t left_out = 0;
   };
   Tile tile(std::size_t t) const {
     const std::size_t begin = tile_begin[t];
     const std::size_t end = t + 1 < tile_begin.size() ? tile_begin[t + 1] : items.size();
     return {std::span(items).subspan(begin, end - begin),
             blocks.empty() ? std::span<const std::uint32_t>()
-                           : std::span(blocks).subspan(begin, end - begin)};
+                           : std::span(blocks).subspan(begin, end - begin),
+            left_out.empty() ? 0 : left_out[t]};
   }
   void clear() {
     items.clear();
     blocks.clear();
+    left_out.clear();
     tile_begin.assign(1, 0);
   }
 };
@@ -72,8 +78,9 @@ class ValueColumn {
   /// Whether its groups may be in this codec.
   bool takes(ColumnCodec codec) const { return codec != ColumnCodec::mixed || has_tables_; }
 
-  /// Before a group that names these slots, where groups before may have been left out.
-  void make_room(std::uint32_t slots);
+  /// Before a group that names these slots, where groups before may have been left out. `all`:
+  /// slots of all elements, where some are left out.
+  void make_room(std::uint32_t slots, std::uint32_t all = 0);
   /// Before the first element: all groups will come with a reference.
   void use_reference();
   /// Encoding: groups that are not in a codec of columns leave no trace.
@@ -92,8 +99,8 @@ class ValueColumn {
     return codec_ == ColumnCodec::shuffled_zstd ? Reach::lattice : style_.reach;
   }
   /// The values of the elements of the next tile, packed, appended to `out`.
-  bool decode_tile(std::span<const Neighbourhood> items, std::span<const std::uint32_t> blocks,
-                   std::vector<std::byte>& out, const std::byte* reference = nullptr);
+  bool decode_tile(const TiledItems::Tile& tile, std::vector<std::byte>& out,
+                   const std::byte* reference = nullptr);
 
  private:
   using Bits = std::vector<std::vector<std::uint64_t>>;  // by component
@@ -122,8 +129,7 @@ class ValueColumn {
     return blocks_.empty() || std::binary_search(blocks_.begin(), blocks_.end(), block);
   }
   /// Those of the tile that are covered; the others take the last state.
-  std::span<const Neighbourhood> covered(std::span<const Neighbourhood> items,
-                                         std::span<const std::uint32_t> blocks);
+  std::span<const Neighbourhood> covered(const TiledItems::Tile& tile);
 
   std::shared_ptr<const ArrayInfo> info_;
   std::vector<std::uint32_t> blocks_;  // that have values; empty: all
