@@ -610,7 +610,7 @@ TEST(ValueColumn, DomainsChangeInProportionToElements) {
     ASSERT_TRUE(decoder.decode_tile(one.tile(0), back)) << group;
     ASSERT_EQ(back, value) << group;
   }
-  EXPECT_GT(under_zstd, kGroups / 2);
+  EXPECT_GT(under_zstd, 0);
 
   // Who does not care is refused, but not before.
   const auto shared = std::make_shared<const ArrayInfo>(info);
