@@ -3,6 +3,7 @@
 // spec: "Index and trailer", "Group"
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -46,6 +47,13 @@ class IndexedFile {
   const std::vector<container::IndexEntry>& groups() const { return groups_; }
   /// Of `segment`; that of the segment behind the last one is the number of groups.
   std::size_t first_group(std::size_t segment) const { return first_group_[segment]; }
+  /// Which of segments() has the group; of a damaged file not the number that the group says.
+  std::size_t segment_of(std::size_t group) const {
+    return static_cast<std::size_t>(
+               std::upper_bound(first_group_.begin(), first_group_.end(), group) -
+               first_group_.begin()) -
+           1;
+  }
   /// What a segment and a group of groups() are called in the file.
   std::uint32_t segment_number(std::size_t segment) const {
     return groups_[first_group_[segment]].segment;

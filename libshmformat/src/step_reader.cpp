@@ -154,7 +154,7 @@ Result<StepValues*> StepReader::Impl::next() {
 bool StepReader::Impl::find_segment() {
   const auto chunks = index_.chunks(index_.steps(request_.array)[wanted_],
                                     file_.first_group(segment_), file_.first_group(end_segment_));
-  segment_ = chunks.empty() ? end_segment_ : file_.groups()[chunks.front().group].segment;
+  segment_ = chunks.empty() ? end_segment_ : file_.segment_of(chunks.front().group);
   return !chunks.empty();
 }
 
