@@ -89,6 +89,18 @@ TEST(ByteCursor, TextAndFloats) {
   EXPECT_TRUE(in.ok());
 }
 
+TEST(ByteCursor, SignallingNaNStaysWhatItIs) {
+  constexpr std::uint64_t kBits = 0xfff4000000000123;
+  ByteWriter out;
+  out.put_u64(kBits);
+  ByteReader in(out.bytes);
+  double value = 0;
+  in.get_f64(value);
+  std::uint64_t bits = 0;
+  std::memcpy(&bits, &value, sizeof bits);
+  EXPECT_EQ(bits, kBits);
+}
+
 TEST(ByteCursor, PastTheEndAreZerosAndItIsRemembered) {
   const auto bytes = bytes_of({1, 2});
   ByteReader in(bytes);

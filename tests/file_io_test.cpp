@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -369,7 +370,7 @@ class Alarms {
  public:
   Alarms() {
     struct sigaction action {};
-    action.sa_handler = [](int) { count = count + 1; };
+    action.sa_handler = [](int) { ++count; };
     sigaction(SIGALRM, &action, &before_);
     const itimerval often{{0, 200}, {0, 200}};
     setitimer(ITIMER_REAL, &often, nullptr);
@@ -381,7 +382,8 @@ class Alarms {
   }
   Alarms(const Alarms&) = delete;
   Alarms& operator=(const Alarms&) = delete;
-  static inline volatile sig_atomic_t count = 0;
+  static inline std::atomic<int> count = 0;  // signals come to any thread
+  static_assert(std::atomic<int>::is_always_lock_free);
 
  private:
   struct sigaction before_ {};

@@ -180,8 +180,9 @@ class ItemText {
       vertices_below(block.vertices_before_cell[c]);
       field("  cell", block.cell_numbers[c]);
       field(" of block", block.cell_blocks[c]);
-      const std::uint64_t begin = block.corner_begin[c];
-      list(":", std::span(block.corners).subspan(begin, block.corner_begin[c + 1] - begin));
+      const auto begin = static_cast<std::size_t>(block.corner_begin[c]);
+      const auto end = static_cast<std::size_t>(block.corner_begin[c + 1]);
+      list(":", std::span(block.corners).subspan(begin, end - begin));
       field(", last use", block.last_use[c]);
       out_ += '\n';
     }
@@ -240,7 +241,8 @@ inline Result<std::string> text_of_file(std::span<const std::byte> bytes) {
   if (!archive) return archive.error();
   std::string text;
   for (const ArchiveMember& member : archive->members()) {
-    const auto decoded = decode_in_pieces(bytes.subspan(member.offset, member.bytes));
+    const auto decoded = decode_in_pieces(bytes.subspan(static_cast<std::size_t>(member.offset),
+                                                        static_cast<std::size_t>(member.bytes)));
     if (!decoded) return decoded.error();
     text += "member " + member.name + "\n" + ItemText::of(*decoded);
   }

@@ -105,8 +105,9 @@ TEST(Zstd, BackAndForth) {
   // Small sizes are made at once, large ones as they come: neither believes what is stated.
   for (const Bytes& bytes : {noise(1000), Bytes(1 << 20, std::byte{7})}) {
     const Bytes packed = zstd_compress(bytes, 1);
-    for (const std::uint64_t stated : {std::uint64_t{0}, std::uint64_t{1}, bytes.size() - 1,
-                                       bytes.size() + 1, 2 * bytes.size(), std::uint64_t{1} << 40})
+    const std::uint64_t size_of_all = bytes.size();
+    for (const std::uint64_t stated : {std::uint64_t{0}, std::uint64_t{1}, size_of_all - 1,
+                                       size_of_all + 1, 2 * size_of_all, std::uint64_t{1} << 40})
       EXPECT_FALSE(zstd_decompress(packed, stated)) << stated;
     for (std::size_t size = 0; size < packed.size(); ++size) {
       const Bytes cut(packed.begin(), packed.begin() + static_cast<std::ptrdiff_t>(size));

@@ -18,6 +18,13 @@ inline constexpr bool kSanitized = false;
 inline constexpr bool kSanitized = false;
 #endif
 
+/// With ThreadSanitizer, which asks how threads go together and not what they compute: few cases do.
+#if defined(__SANITIZE_THREAD__)
+inline constexpr bool kWatchesThreads = true;
+#else
+inline constexpr bool kWatchesThreads = false;
+#endif
+
 /// 1, or with sanitizers `n`: the distance from one case to the next.
 constexpr std::size_t every(std::size_t n) { return kSanitized ? n : 1; }
 

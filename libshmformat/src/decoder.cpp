@@ -357,7 +357,7 @@ Result<void> Decoder::Impl::read_step_times(std::span<const std::byte> payload) 
   if (blob->size() % 8 != 0) return wrong(ErrorCode::corrupt, "ends within a number");
   StepTimes times;
   ByteReader values(*blob);
-  while (values.left() > 0) times.times.push_back(values.get_f64());
+  while (values.left() > 0) values.get_f64(times.times.emplace_back());
   steps_ = std::max<std::uint64_t>(steps_, times.times.size());
   stream_bytes_["extras"] += payload.size();
   item_ = std::move(times);

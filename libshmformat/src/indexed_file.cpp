@@ -91,7 +91,7 @@ Result<std::vector<double>> IndexedFile::read_step_times() {
     if (!blob) return blob.error();
     if (blob->size() % 8 != 0)
       return wrong("cannot be unpacked", container::chunk_name(entry.kind), entry.offset);
-    for (ByteReader values(*blob); values.left() > 0;) times.push_back(values.get_f64());
+    for (ByteReader values(*blob); values.left() > 0;) values.get_f64(times.emplace_back());
   }
   return times;
 }

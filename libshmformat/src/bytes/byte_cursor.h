@@ -68,6 +68,11 @@ class ByteReader {
   std::uint32_t get_u32() { return static_cast<std::uint32_t>(get_fixed(4)); }
   std::uint64_t get_u64() { return get_fixed(8); }
   double get_f64() { return std::bit_cast<double>(get_u64()); }
+  /// Bit by bit, where a value that is returned may lose bits: of a NaN, on x86 of 32 bits.
+  void get_f64(double& value) {
+    const std::uint64_t bits = get_u64();
+    std::memcpy(&value, &bits, sizeof value);
+  }
   std::uint64_t get_varint() {
     std::uint64_t v = 0;
     for (int shift = 0; shift < 64; shift += 7) {

@@ -63,17 +63,11 @@ decltype(auto) with_translation(const ArrayInfo& info, std::size_t component,
                 [](std::int64_t index) { return static_cast<std::uint64_t>(index); });
   if (domain.kind == DomainKind::floats && info.type == ScalarType::float32)
     return work(
-        [](std::uint64_t bits) {
-          return ordered_index(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
-        },
-        [](std::int64_t index) -> std::uint64_t {
-          return std::bit_cast<std::uint32_t>(ordered_value<float>(index));
-        });
+        [](std::uint64_t bits) { return ordered_index_of(static_cast<std::uint32_t>(bits)); },
+        [](std::int64_t index) -> std::uint64_t { return ordered_bits<std::uint32_t>(index); });
   if (domain.kind == DomainKind::floats)
-    return work([](std::uint64_t bits) { return ordered_index(std::bit_cast<double>(bits)); },
-                [](std::int64_t index) {
-                  return std::bit_cast<std::uint64_t>(ordered_value<double>(index));
-                });
+    return work([](std::uint64_t bits) { return ordered_index_of(bits); },
+                [](std::int64_t index) { return ordered_bits<std::uint64_t>(index); });
   const ValueTranslator translator(info, component, domain);
   return work([&translator](std::uint64_t bits) { return translator.index(bits).value_or(0); },
               [&translator](std::int64_t index) { return translator.bits(index); });

@@ -13,6 +13,11 @@ constexpr std::size_t kLookAt = 256;
 /// Indices longer than this are hardly better than float64 numbers, or float32.
 constexpr int kLongIndex = 40, kLongNarrowIndex = 24;
 
+/// The i-th of `parts` that are spread over all: a product that sizes of 32 bits may not hold.
+std::uint64_t at_part(std::span<const std::uint64_t> bits, std::size_t i, std::size_t parts) {
+  return bits[static_cast<std::size_t>(std::uint64_t{i} * bits.size() / parts)];
+}
+
 /// Shortest decimal that reads back as the same number.
 struct Decimal {
   std::int32_t digits = 0;    ///< significant ones
@@ -98,7 +103,7 @@ Shapes shapes_of(const ArrayInfo& info, std::span<const std::uint64_t> bits) {
   std::size_t all = 0, long_ones = 0;
   const std::size_t looked = std::min(bits.size(), kLookAt);
   for (std::size_t i = 0; i < looked; ++i) {
-    const std::uint64_t it = bits[i * bits.size() / looked];
+    const std::uint64_t it = at_part(bits, i, looked);
     const double value = scalar_as_double(info.type, it);
     if (value == 0.0 || !is_finite(value)) continue;
     ++all;
@@ -139,7 +144,7 @@ bool repeats_often(std::span<const std::uint64_t> bits) {
   constexpr std::size_t kSample = 1024;
   if (bits.size() < 4 * kSample) return true;
   std::vector<std::uint64_t> sample;
-  for (std::size_t i = 0; i < kSample; ++i) sample.push_back(bits[i * bits.size() / kSample]);
+  for (std::size_t i = 0; i < kSample; ++i) sample.push_back(at_part(bits, i, kSample));
   std::sort(sample.begin(), sample.end());
   const auto distinct = std::unique(sample.begin(), sample.end()) - sample.begin();
   return static_cast<std::size_t>(distinct) < kSample - kSample / 64;
@@ -185,7 +190,7 @@ ValueDomain evenly_spaced_domain(const ArrayInfo& info, std::size_t component,
   const int longest = info.type == ScalarType::float32 ? kLongNarrowIndex : kLongIndex;
   // A sample tells most arrays that are none.
   std::vector<std::uint64_t> sample;
-  for (std::size_t i = 0; i < kLookAt; ++i) sample.push_back(bits[i * bits.size() / kLookAt]);
+  for (std::size_t i = 0; i < kLookAt; ++i) sample.push_back(at_part(bits, i, kLookAt));
   const Shapes shapes = shapes_of(info, bits);
   if (linear_domain(info, component, sample, shapes).length <= longest)
     if (const LinearFit fit = linear_domain(info, component, bits, shapes);

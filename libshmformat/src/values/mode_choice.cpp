@@ -72,7 +72,8 @@ template <class Visit>
 void for_each_picked(const ModeSamples& all, std::span<const std::uint32_t> members,
                      std::size_t count, std::uint32_t way, Visit&& visit) {
   for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t picked = members[i * members.size() / count];
+    const std::uint32_t picked =
+        members[static_cast<std::size_t>(std::uint64_t{i} * members.size() / count)];
     const ModeSample& sample = all.samples[picked];
     if (!sample.index) continue;
     const auto& features = way == kDifference ? all.differences[picked] : sample.state;

@@ -84,9 +84,8 @@ std::uint64_t ValueTranslator::bits(std::int64_t index) const {
   };
   switch (domain_.kind) {
     case DomainKind::floats:
-      return type_ == ScalarType::float32
-                 ? std::bit_cast<std::uint32_t>(ordered_value<float>(index))
-                 : std::bit_cast<std::uint64_t>(ordered_value<double>(index));
+      return type_ == ScalarType::float32 ? ordered_bits<std::uint32_t>(index)
+                                          : ordered_bits<std::uint64_t>(index);
     case DomainKind::narrow: return stored(static_cast<double>(ordered_value<float>(index)));
     case DomainKind::digits: return stored(DecimalSpace{domain_.exponent}.state(index));
     case DomainKind::integers: return static_cast<std::uint64_t>(index);
@@ -96,9 +95,8 @@ std::uint64_t ValueTranslator::bits(std::int64_t index) const {
 
 std::optional<std::int64_t> ValueTranslator::index(std::uint64_t bits_in) const {
   if (domain_.kind == DomainKind::floats)
-    return type_ == ScalarType::float32
-               ? ordered_index(std::bit_cast<float>(static_cast<std::uint32_t>(bits_in)))
-               : ordered_index(std::bit_cast<double>(bits_in));
+    return type_ == ScalarType::float32 ? ordered_index_of(static_cast<std::uint32_t>(bits_in))
+                                        : ordered_index_of(bits_in);
   if (domain_.kind == DomainKind::integers) {
     if (type_ == ScalarType::uint64 && bits_in > static_cast<std::uint64_t>(kLargestIndex))
       return std::nullopt;

@@ -49,23 +49,34 @@ inline std::int64_t nearest_integer(double v) {
   return v - static_cast<double>(down) >= 0.5 ? down + 1 : down;
 }
 
-/// Bits of a float or double as a signed integer in the order of the values; -1 for -0.0.
+/// Bits of a float or double as a signed integer in the order of the values; -1 for -0.0. What must
+/// come back bit by bit goes by bits alone: on x86 of 32 bits a function that returns a value sets
+/// the quiet bit of a NaN.
+template <class Bits>
+std::int64_t ordered_index_of(Bits of) {
+  using Signed = std::make_signed_t<Bits>;
+  const auto bits = static_cast<Signed>(of);
+  constexpr Signed kMagnitude = static_cast<Signed>(~(Signed{1} << (8 * sizeof(Bits) - 1)));
+  return bits >= 0 ? bits : static_cast<Signed>(~(bits & kMagnitude));
+}
+template <class Unsigned>
+Unsigned ordered_bits(std::int64_t index) {
+  using Signed = std::make_signed_t<Unsigned>;
+  const auto narrow = static_cast<Signed>(static_cast<Unsigned>(index));
+  constexpr auto kSign = static_cast<Unsigned>(Unsigned{1} << (8 * sizeof(Unsigned) - 1));
+  return narrow >= 0 ? static_cast<Unsigned>(narrow)
+                     : static_cast<Unsigned>(~static_cast<Unsigned>(narrow) | kSign);
+}
+/// The same of values whose payload does not matter where they are NaN.
 template <class T>
 std::int64_t ordered_index(T value) {
-  using Signed = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
-  const auto bits = std::bit_cast<Signed>(value);
-  constexpr Signed kMagnitude = static_cast<Signed>(~(Signed{1} << (8 * sizeof(T) - 1)));
-  return bits >= 0 ? bits : static_cast<Signed>(~(bits & kMagnitude));
+  using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+  return ordered_index_of(std::bit_cast<Bits>(value));
 }
 template <class T>
 T ordered_value(std::int64_t index) {
-  using Signed = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
-  using Unsigned = std::make_unsigned_t<Signed>;
-  const auto narrow = static_cast<Signed>(static_cast<Unsigned>(index));
-  constexpr auto kSign = static_cast<Unsigned>(Unsigned{1} << (8 * sizeof(T) - 1));
-  const auto bits = narrow >= 0 ? static_cast<Unsigned>(narrow)
-                                : static_cast<Unsigned>(~static_cast<Unsigned>(narrow) | kSign);
-  return std::bit_cast<T>(bits);
+  using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+  return std::bit_cast<T>(ordered_bits<Bits>(index));
 }
 
 struct LinearSpace {
