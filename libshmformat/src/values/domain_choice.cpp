@@ -68,7 +68,8 @@ Fit try_domain(const ArrayInfo& info, std::size_t component, std::span<const std
       if (++odd > bits.size() / kMostOddShare + 2) return {};
       continue;
     }
-    longest = std::max(longest, static_cast<std::uint64_t>(*index < 0 ? -*index : *index));
+    const auto same = static_cast<std::uint64_t>(*index);
+    longest = std::max(longest, *index < 0 ? 0 - same : same);
   }
   const bool signs = domain.kind == DomainKind::binary || domain.kind == DomainKind::decimal ||
                      domain.kind == DomainKind::digits;
