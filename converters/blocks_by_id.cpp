@@ -6,8 +6,8 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::size_t kPiece = 16384;      // cells at once
-constexpr std::size_t kMostBlocks = 4096;  // more numbers are not those of blocks
+constexpr std::size_t kPieceCells = 16384;  // cells at once
+constexpr std::size_t kMostBlocks = 4096;   // more numbers are not those of blocks
 
 }  // namespace
 
@@ -64,7 +64,7 @@ void BlocksById::find_blocks(const std::map<std::int64_t, std::string>& names,
   useful_ = blocks_.size() <= kMostBlocks;
   CellBatch batch;
   source_.rewind_cells();
-  while (useful_ && source_.next_cells(batch, kPiece)) {
+  while (useful_ && source_.next_cells(batch, kPieceCells)) {
     load_ids(batch.size());
     next_cell_ += batch.size();
     for (std::size_t i = 0; i < batch.size(); ++i) {

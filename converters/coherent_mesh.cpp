@@ -15,7 +15,7 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::uint64_t kPieceElements = 16384;
+constexpr std::uint64_t kElementsAtOnce = 16384;
 constexpr std::uint32_t kRecordNodes = 8;
 
 // Eight nodes of a cell, or what is left: one with more has several records, one behind the other.
@@ -115,8 +115,8 @@ void CoherentMesh::sort_vertices(const Progress& progress) {
   const std::size_t stride = 3 * scalar_bytes(info_.schema.coordinate_type);
   std::vector<std::byte> record(sizeof(std::uint32_t) + stride), piece;
   ExternalSorter sorted(spool_->directory(), record.size(), sort_bytes_);
-  for (std::uint64_t first = 0; first < info_.vertices; first += kPieceElements) {
-    const std::uint64_t count = std::min(kPieceElements, info_.vertices - first);
+  for (std::uint64_t first = 0; first < info_.vertices; first += kElementsAtOnce) {
+    const std::uint64_t count = std::min(kElementsAtOnce, info_.vertices - first);
     piece.resize(count * stride);
     mesh_->read_points(first, count, piece.data());
     for (std::uint64_t i = 0; i < count; ++i) {
@@ -257,8 +257,8 @@ void CoherentMesh::take_values(std::size_t array, std::uint64_t step, PagedArray
   // A Writer or a Reader is at work meanwhile.
   ExternalSorter sorted(spool_->directory(), stride, sort_bytes_ / 2);
   std::vector<std::byte> piece;
-  for (std::uint64_t first = 0; first < elements; first += kPieceElements) {
-    const std::uint64_t count = std::min(kPieceElements, elements - first);
+  for (std::uint64_t first = 0; first < elements; first += kElementsAtOnce) {
+    const std::uint64_t count = std::min(kElementsAtOnce, elements - first);
     piece.resize(count * stride);
     mesh_->read_array(array, step, first, count, piece.data());
     for (std::uint64_t i = 0; i < count; ++i)

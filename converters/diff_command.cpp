@@ -12,10 +12,6 @@
 namespace shm::converters {
 namespace {
 
-[[noreturn]] void wrong_use(const std::string& sentence) {
-  throw Failure(Error{ErrorCode::misuse, sentence, {}, kNoOffset, {}});
-}
-
 std::unique_ptr<MeshSource> open_named(const std::string& path, Spool& spool,
                                        const Progress& progress) {
   try {

@@ -10,10 +10,6 @@ namespace {
 
 constexpr std::string_view kCoordinates = "coordinates";
 
-[[noreturn]] void wrong_use(const std::string& sentence) {
-  throw Failure(Error{ErrorCode::misuse, sentence, {}, kNoOffset, {}});
-}
-
 // "T" fits "point/T" and "cell/T".
 bool fits(const std::string& name, const std::string& path) {
   if (name == path) return true;

@@ -21,6 +21,11 @@ class Failure : public std::exception {
   std::string text_;
 };
 
+// Throws what the user asked for wrongly.
+[[noreturn]] inline void wrong_use(const std::string& sentence) {
+  throw Failure(Error{ErrorCode::misuse, sentence, {}, kNoOffset, {}});
+}
+
 // Unwraps a library result; throws what went wrong, naming `file`.
 template <class T>
 T unwrap(Result<T> result, const std::string& file = {}) {

@@ -22,10 +22,6 @@ constexpr double kLargest = 1e300;
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 constexpr std::string_view kCoordinates = "coordinates";
 
-[[noreturn]] void wrong_use(const std::string& sentence) {
-  throw Failure(Error{ErrorCode::misuse, sentence, {}, kNoOffset, {}});
-}
-
 template <class Number>
 std::optional<Number> number_in(std::string_view text) {
   Number number{};

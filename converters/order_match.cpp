@@ -12,7 +12,7 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::size_t kBatchCells = 8192;
+constexpr std::size_t kCellsAtOnce = 8192;
 
 // What is the same however vertices are numbered and corners turned: the block of a cell, and when
 // its vertices were first used. Two cells that differ in that rarely have the same fingerprint.
@@ -46,7 +46,7 @@ BigArray<std::uint64_t> fingerprints_of(MeshSource& mesh, Spool* spool) {
   BigArray<std::uint64_t> list(spool);
   Fingerprints fingerprints(mesh.info().vertices, spool);
   CellBatch batch;
-  for (mesh.rewind_cells(); mesh.next_cells(batch, kBatchCells);)
+  for (mesh.rewind_cells(); mesh.next_cells(batch, kCellsAtOnce);)
     for (std::size_t i = 0; i < batch.size(); ++i)
       list.push_back(fingerprints.next(batch.blocks[i], batch.cell(i)));
   return list;
@@ -86,7 +86,7 @@ class Landmarks {
     const std::uint64_t every = mesh.info().cells() / kLandmarks + 1;
     CellBatch batch;
     std::uint64_t number = 0;
-    for (mesh.rewind_cells(); mesh.next_cells(batch, kBatchCells);)
+    for (mesh.rewind_cells(); mesh.next_cells(batch, kCellsAtOnce);)
       for (std::size_t i = 0; i < batch.size(); ++i, ++number)
         if (number % every == 0) centres_.emplace_back(number, centre_of(mesh, batch.cell(i)));
   }

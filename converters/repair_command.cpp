@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "damage_report.h"
+#include "failure.h"
 #include "lenient_source.h"
 #include "output_file.h"
 #include "salvage.h"

@@ -13,7 +13,7 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::uint64_t kPieceElements = 65536;
+constexpr std::uint64_t kSampleElements = 65536;
 // Elements read for nothing rather than in two pieces: a file that is packed in chunks may unpack
 // a whole chunk for each piece.
 constexpr std::uint64_t kMostUnwanted = 16384;
@@ -24,8 +24,8 @@ using Read = std::function<void(std::uint64_t first, std::uint64_t count, std::b
 // Those of `picked.size()` elements that are picked, read front to back.
 std::vector<std::byte> take(const std::vector<bool>& picked, std::size_t stride, const Read& read) {
   std::vector<std::byte> taken, piece;
-  for (std::uint64_t first = 0; first < picked.size(); first += kPieceElements) {
-    const std::uint64_t count = std::min<std::uint64_t>(kPieceElements, picked.size() - first);
+  for (std::uint64_t first = 0; first < picked.size(); first += kSampleElements) {
+    const std::uint64_t count = std::min<std::uint64_t>(kSampleElements, picked.size() - first);
     const auto begin = picked.begin() + static_cast<std::ptrdiff_t>(first);
     if (std::find(begin, begin + static_cast<std::ptrdiff_t>(count), true) ==
         begin + static_cast<std::ptrdiff_t>(count))
@@ -49,7 +49,7 @@ std::vector<std::byte> take(const std::vector<std::uint64_t>& numbers, std::size
     const std::uint64_t first = numbers[begin];
     for (end = begin + 1; end < numbers.size() &&
                           numbers[end] - numbers[end - 1] <= kMostUnwanted &&
-                          numbers[end] - first < kPieceElements;)
+                          numbers[end] - first < kSampleElements;)
       ++end;
     const std::uint64_t count = numbers[end - 1] - first + 1;
     piece.resize(count * stride);

@@ -11,7 +11,7 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::size_t kPiece = 16384;
+constexpr std::size_t kCellsAtOnce = 16384;
 constexpr const char* kSideNumbers = "shm_side";
 
 // Elements of `stride` bytes; `read` gives some that follow each other.
@@ -64,7 +64,7 @@ void SetSides::find_sides(const TransferSet& set, bool flat,
   std::int64_t cell = 0;
   CellBatch batch;
   source_.rewind_cells();
-  while (next < order.size() && source_.next_cells(batch, kPiece)) {
+  while (next < order.size() && source_.next_cells(batch, kCellsAtOnce)) {
     for (std::size_t i = 0; i < batch.size(); ++i, ++cell) {
       for (; next < order.size() && set.members[order[next]] == cell; ++next) {
         const std::int64_t side = set.sides[order[next]];

@@ -116,8 +116,4 @@ void tell_losses(const LossList& losses, const std::string& output) {
     std::fprintf(stderr, "shm: not in %s: %s\n", output.c_str(), loss.c_str());
 }
 
-void wrong_use(const std::string& sentence) {
-  throw Failure(Error{ErrorCode::misuse, sentence, {}, kNoOffset, {}});
-}
-
 }  // namespace shm::converters

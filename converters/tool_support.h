@@ -70,6 +70,4 @@ void require_shm(const std::string& path);  // throws Failure where it is none, 
 // On standard error, whatever --quiet says: nothing goes silently.
 void tell_losses(const LossList& losses, const std::string& output);
 
-[[noreturn]] void wrong_use(const std::string& sentence);  // throws Failure (misuse)
-
 }  // namespace shm::converters

@@ -8,7 +8,7 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::size_t kBatchCells = 8192;
+constexpr std::size_t kCellsRead = 8192;
 
 // What the table says about a vertex: 0 while no cell is known to use it, else twice 1 + its last
 // cell; kEmitted joins when it has been handed out, and alone remains when it is finalized.
@@ -19,7 +19,7 @@ void find_last_uses(MeshSource& mesh, NumberTable& table, const Progress& progre
   const std::uint64_t vertices = mesh.info().vertices, cells = mesh.info().cells();
   CellBatch batch;
   std::uint64_t first_cell = 0;
-  for (mesh.rewind_cells(); mesh.next_cells(batch, kBatchCells); first_cell += batch.size()) {
+  for (mesh.rewind_cells(); mesh.next_cells(batch, kCellsRead); first_cell += batch.size()) {
     for (std::size_t i = 0; i < batch.size(); ++i)
       for (const std::uint64_t v : batch.cell(i)) {
         require_vertex(first_cell + i, v, vertices);
@@ -49,7 +49,7 @@ void stream_compacted(MeshSource& mesh, Spool& spool, CompactedMesh& out,
 
   CellBatch batch;
   std::uint64_t first_cell = 0;
-  for (mesh.rewind_cells(); mesh.next_cells(batch, kBatchCells); first_cell += batch.size()) {
+  for (mesh.rewind_cells(); mesh.next_cells(batch, kCellsRead); first_cell += batch.size()) {
     out.begin_batch(batch, first_cell);
     for (std::size_t i = 0; i < batch.size(); ++i) {
       const auto corners = batch.cell(i);

@@ -13,7 +13,7 @@ namespace vtk {
 namespace {
 
 constexpr std::string_view kMagic = "# vtk datafile version";
-constexpr std::uint64_t kPieceValues = 8192;
+constexpr std::uint64_t kPointsAtOnce = 8192;
 
 std::string upper_case(std::string_view text) {
   std::string upper(text);
@@ -54,11 +54,11 @@ void VtkSource::read_points(std::uint64_t first, std::uint64_t count, std::byte*
   if (makes_points_) return lattice_points_.read(*lattice_, first, count, out);
   if (is_float(points_.type())) return points_.read(first * 3, count * 3, out);
   // Integer coordinates go out as double.
-  std::vector<std::byte> piece(kPieceValues * scalar_bytes(points_.type()));
+  std::vector<std::byte> piece(kPointsAtOnce * scalar_bytes(points_.type()));
   std::uint64_t at = first * 3;
   const std::uint64_t end = (first + count) * 3;
   while (at < end) {
-    const std::uint64_t n = std::min(end - at, kPieceValues);
+    const std::uint64_t n = std::min(end - at, kPointsAtOnce);
     points_.read(at, n, piece.data());
     with_scalar(points_.type(), [&](auto zero) {
       for (std::uint64_t i = 0; i < n; ++i, out += sizeof(double)) {

@@ -14,7 +14,7 @@ constexpr int kZlibLevel = 5;
 constexpr std::uint32_t kLzmaPreset = 5;
 constexpr std::uint64_t kLzmaMemory = std::uint64_t{128} << 20;  // the largest preset needs 65 MiB
 
-constexpr std::string_view kDigits =
+constexpr std::string_view kBase64Digits =
     "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
 bool inflate_block(const std::vector<std::byte>& block, std::byte* out, std::size_t size) {
@@ -115,7 +115,7 @@ void append_base64(std::string& text, const std::byte* bytes, std::size_t count)
     for (std::size_t i = 0; i < 3; ++i)
       three = three << 8 | (i < here ? static_cast<std::uint32_t>(bytes[at + i]) : 0U);
     for (std::size_t i = 0; i < 4; ++i)
-      text += i <= here ? kDigits[three >> (18 - 6 * i) & 63U] : '=';
+      text += i <= here ? kBase64Digits[three >> (18 - 6 * i) & 63U] : '=';
   }
 }
 

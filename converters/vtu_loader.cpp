@@ -19,7 +19,7 @@ constexpr std::uint64_t kMostExtraExpansion = 64;
 
 constexpr ArrayType number(ScalarType type) { return {ArrayKind::number, type}; }
 
-constexpr std::array<std::pair<std::string_view, ArrayType>, 12> kTypes{{
+constexpr std::array<std::pair<std::string_view, ArrayType>, 12> kArrayTypes{{
     {"Int8", number(ScalarType::int8)},
     {"UInt8", number(ScalarType::uint8)},
     {"Int16", number(ScalarType::int16)},
@@ -42,13 +42,13 @@ std::string title_of(const Node& node) {
 }  // namespace
 
 std::optional<ArrayType> type_of_word(std::string_view word) {
-  for (const auto& [known, type] : kTypes)
+  for (const auto& [known, type] : kArrayTypes)
     if (known == word) return type;
   return std::nullopt;
 }
 
 std::string_view word_of_type(ScalarType type) {
-  for (const auto& [word, known] : kTypes)
+  for (const auto& [word, known] : kArrayTypes)
     if (known == number(type)) return word;
   return "Float64";
 }

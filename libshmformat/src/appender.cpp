@@ -11,6 +11,7 @@
 #include "file_writer.h"
 #include "indexed_file.h"
 #include "indexed_topology.h"
+#include "misuse.h"
 #include "shm/step_reader.h"
 
 namespace shm {
@@ -21,10 +22,6 @@ using container::ChunkKind;
 using container::IndexEntry;
 
 constexpr std::uint32_t kLeastKeySteps = 8;
-
-bool is(const IndexEntry& entry, ChunkKind kind) {
-  return entry.kind == static_cast<std::uint8_t>(kind);
-}
 
 }  // namespace
 
@@ -105,7 +102,7 @@ void Appender::Impl::look_at_steps() {
     longest_run_ = std::max(longest_run_, array.run);
   };
   for (const IndexEntry& entry : file_.index().entries) {
-    if (!is(entry, ChunkKind::step_values)) continue;
+    if (!entry.is(ChunkKind::step_values)) continue;
     Array& array = arrays_[entry.array];
     if (array.last_step != entry.step) {
       if (array.last_step) end_step(array);
@@ -122,11 +119,11 @@ void Appender::Impl::look_at_steps() {
 Result<ChunkCopy> Appender::Impl::copy_of(bool with_steps, bool with_times, bool with_extras) {
   return ChunkCopy::of(*source_, file_.index().entries, file_.index_offset(),
                        [&](const IndexEntry& entry) {
-                         if (is(entry, ChunkKind::schema))
+                         if (entry.is(ChunkKind::schema))
                            return entry.offset == container::kFileStartBytes;
-                         if (is(entry, ChunkKind::step_values)) return with_steps;
-                         if (is(entry, ChunkKind::step_times)) return with_times;
-                         return with_extras || !is(entry, ChunkKind::extra);
+                         if (entry.is(ChunkKind::step_values)) return with_steps;
+                         if (entry.is(ChunkKind::step_times)) return with_times;
+                         return with_extras || !entry.is(ChunkKind::extra);
                        });
 }
 
@@ -137,9 +134,9 @@ Appender::Impl::Streams Appender::Impl::streams(const ChunkCopy& copy) const {
     if (name != "extras") streams[name] = bytes;
   bool with_steps = false;
   for (const IndexEntry& entry : copy.state().entries) {
-    if (is(entry, ChunkKind::extra) || is(entry, ChunkKind::step_times))
+    if (entry.is(ChunkKind::extra) || entry.is(ChunkKind::step_times))
       streams["extras"] += entry.bytes - container::kChunkHeaderBytes;
-    with_steps |= is(entry, ChunkKind::step_values);
+    with_steps |= entry.is(ChunkKind::step_values);
   }
   for (std::uint32_t a = 0; a < arrays_.size() && !with_steps; ++a)
     if (schema().arrays[a].per_step) streams.erase(array_stream_name(schema(), a));
@@ -258,7 +255,7 @@ Result<SizeReport> Appender::Impl::finish() {
     if (auto good = begin(); !good) return good;
     const auto& entries = file_.index().entries;
     const bool had_times = std::any_of(entries.begin(), entries.end(), [](const IndexEntry& it) {
-      return is(it, ChunkKind::step_times);
+      return it.is(ChunkKind::step_times);
     });
     if (had_times && !writer_->has_times())
       if (auto good = writer_->set_step_times(reader_->step_times()); !good) return good;

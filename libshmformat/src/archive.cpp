@@ -9,6 +9,7 @@
 
 #include "container/chunk_writer.h"
 #include "container/random_chunks.h"
+#include "misuse.h"
 #include "sizes.h"
 
 namespace shm {
@@ -16,10 +17,6 @@ namespace shm {
 namespace {
 
 constexpr std::size_t kLongestName = 255;
-
-Error misuse(std::string detail) {
-  return Error{ErrorCode::misuse, std::move(detail), "archive", kNoOffset, {}};
-}
 
 /// The file start at the front of `head`; false where there is none.
 bool file_start(std::span<const std::byte> head, container::FileStart& start) {
@@ -33,7 +30,7 @@ class MemberSink final : public ByteSink {
   explicit MemberSink(ByteSink& sink) : sink_(&sink) {}
   Result<void> write(std::span<const std::byte> more) override {
     if (error_) return *error_;
-    if (!open_) return *(error_ = misuse("is written to a member that has ended"));
+    if (!open_) return *(error_ = misuse("is written to a member that has ended", "archive"));
     for (std::size_t i = 0; i < more.size() && bytes_ + i < head_.size(); ++i)
       head_[static_cast<std::size_t>(bytes_) + i] = more[i];
     bytes_ += more.size();
@@ -51,9 +48,10 @@ class MemberSink final : public ByteSink {
     if (error_) return *error_;
     container::FileStart start;
     const auto size = static_cast<std::size_t>(std::min<std::uint64_t>(bytes_, head_.size()));
-    if (!file_start(std::span(head_).first(size), start)) return misuse("a member is no .shm file");
+    if (!file_start(std::span(head_).first(size), start))
+      return misuse("a member is no .shm file", "archive");
     if ((start.needed_features & container::kArchiveFeature) != 0)
-      return misuse("a member is an archive");
+      return misuse("a member is an archive", "archive");
     return bytes_;
   }
 
@@ -87,8 +85,10 @@ class ArchiveWriter::Impl {
   }
   Result<ByteSink*> add_member(const std::string& name) {
     if (auto good = end_member(); !good) return good.error();
-    if (!is_member_name(name)) return fail(misuse("'" + name + "' cannot be a member's name"));
-    if (!names_.insert(name).second) return fail(misuse("there are two members '" + name + "'"));
+    if (!is_member_name(name))
+      return fail(misuse("'" + name + "' cannot be a member's name", "archive"));
+    if (!names_.insert(name).second)
+      return fail(misuse("there are two members '" + name + "'", "archive"));
     list_.members.push_back({name, 0});
     in_member_ = true;
     member_.begin();
@@ -104,7 +104,7 @@ class ArchiveWriter::Impl {
     ByteWriter trailer;
     container::put_trailer(trailer, bytes_);
     if (auto good = sink_->write(trailer.bytes); !good) return fail(good.error());
-    failed_ = misuse("is finished");
+    failed_ = misuse("is finished", "archive");
     return bytes_ + chunks.offset() + trailer.bytes.size();
   }
 
@@ -164,8 +164,7 @@ Result<ArchiveReader> ArchiveReader::open(RandomSource& source, const ReadLimits
   if (auto good = source.read_at(0, head); !good) return good.error();
   if (!file_start(head, start) || (start.needed_features & container::kArchiveFeature) == 0)
     return wrong("this is no archive", 0);
-  if (!container::is_known_version(start) ||
-      start.needed_features != container::kArchiveFeature)
+  if (!container::is_known_version(start) || start.needed_features != container::kArchiveFeature)
     return wrong("the archive needs a newer reader", 0, ErrorCode::unsupported);
 
   const auto place = container::last_chunk(source, container::ChunkKind::members);

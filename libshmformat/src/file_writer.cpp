@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "misuse.h"
 #include "packing.h"
 #include "schema_codec.h"
 

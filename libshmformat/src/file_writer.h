@@ -17,11 +17,6 @@
 
 namespace shm {
 
-/// Of callers, who are told where.
-inline Error misuse(std::string detail, std::string section) {
-  return Error{ErrorCode::misuse, std::move(detail), std::move(section), kNoOffset, {}};
-}
-
 class FileWriter {
  public:
   /// `sink` and `schema`, which is checked, are borrowed.
@@ -32,8 +27,8 @@ class FileWriter {
 
   /// A new file: its start and the schema.
   Result<void> start();
-  /// A file of which some chunks stand in the sink. `schema`: the payload of its schema chunk, which
-  /// may be of an older version; `streams`: their bytes, as in the index.
+  /// A file of which some chunks stand in the sink. `schema`: the payload of its schema chunk,
+  /// which may be of an older version; `streams`: their bytes, as in the index.
   void go_on(std::vector<std::byte> schema, container::ChunkWriter::State state,
              std::map<std::string, std::uint64_t> streams, std::uint64_t steps);
 
@@ -82,7 +77,7 @@ class FileWriter {
   container::ChunkWriter chunks_;
   std::vector<std::string> array_keys_;
   std::map<std::string, std::uint64_t> stream_bytes_;
-  std::vector<std::byte> schema_payload_;  // of the file that is gone on with, else empty
+  std::vector<std::byte> schema_payload_;   // of the file that is gone on with, else empty
   std::optional<StepEncoder> step_values_;  // from the first ones on
   bool times_set_ = false;
   std::uint64_t steps_ = 0;  // of what stood there, and of the times

@@ -7,17 +7,6 @@
 #include "front/hexahedron.h"
 
 namespace shm {
-namespace {
-
-/// The position in the coder's frame of the corner that is stored as `stored`.
-std::uint32_t framed(const CellTopology& cell, std::uint32_t stored) {
-  for (std::uint32_t i = 0; i < 8; ++i)
-    if (cell.stored_corner[i] == stored) return i;
-  return stored;
-}
-
-}  // namespace
-
 template <class Coder>
 void ImportFlags<Coder>::begin_cell(const CellTopology& cell) {
   for (std::uint32_t position : cell.new_positions) {
@@ -36,7 +25,8 @@ AdaptiveBit& ImportFlags<Coder>::model(const CellTopology& cell, std::uint32_t p
   }
   if (cell.hexahedral && position < 20 && cell.slots.size() >= 20) {
     const auto& edge = kEdgeCorners[position - 8];
-    return at_edge_[3u * state(cell, framed(cell, edge[0])) + state(cell, framed(cell, edge[1]))];
+    return at_edge_[3u * state(cell, cell.framed_position(edge[0])) +
+                    state(cell, cell.framed_position(edge[1]))];
   }
   std::size_t context = 0;  // whether an own, whether an imported one is among the nodes
   for (std::size_t i = 0; i < std::min<std::size_t>(cell.slots.size(), 64); ++i)

@@ -16,13 +16,6 @@ using container::kChunkHeaderBytes;
 
 namespace {
 
-/// The header of a step values chunk has at most so many bytes.
-constexpr std::uint64_t kMostStepHeaderBytes = 64;
-
-bool is(const IndexEntry& entry, ChunkKind kind) {
-  return entry.kind == static_cast<std::uint8_t>(kind);
-}
-
 bool is_known(const ChunkHeader& header) {
   return header.kind >= static_cast<std::uint8_t>(ChunkKind::schema) &&
          header.kind <= static_cast<std::uint8_t>(ChunkKind::index) && header.version == 0 &&
@@ -202,11 +195,11 @@ void KnownChunks::add_lost(const IndexEntry& told) {
     damage.kind = DamageKind::missing;
     damage.bytes = 0;
   }
-  if (is(told, ChunkKind::group)) {
+  if (told.is(ChunkKind::group)) {
     damage.segment = told.segment;
     damage.first_cell = told.first_cell;
     damage.cells = told.cells;
-  } else if (is(told, ChunkKind::step_values)) {
+  } else if (told.is(ChunkKind::step_values)) {
     damage.arrays = {told.array};
     damage.step = told.step;
   }
@@ -352,7 +345,7 @@ Result<KnownGroup> KnownChunks::look_at_group(const FoundChunk& chunk) {
 }
 
 Result<void> KnownChunks::take_step(const FoundChunk& chunk) {
-  const auto bytes = payload_of(chunk, kMostStepHeaderBytes);
+  const auto bytes = payload_of(chunk, container::kMostStepHeaderBytes);
   if (!bytes) return bytes.error();
   ByteReader in(*bytes);
   container::StepHeader header;

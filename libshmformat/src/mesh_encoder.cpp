@@ -8,14 +8,11 @@
 #include "coders/shifts.h"
 #include "front/by_slot.h"
 #include "mesh_totals.h"
+#include "misuse.h"
 #include "schema_codec.h"
 
 namespace shm {
 namespace {
-
-Error misuse(std::string detail, std::string section = "mesh") {
-  return Error{ErrorCode::misuse, std::move(detail), std::move(section), kNoOffset, {}};
-}
 
 // Cells and bytes of a piece: enough that passing it on costs nothing, little beside a group.
 constexpr std::size_t kPieceCells = 1024;
@@ -116,12 +113,13 @@ Result<void> MeshEncoder::add_vertex(std::uint64_t number, std::span<const std::
                                      std::span<const std::byte> data) {
   if (xyz.size() != xyz_bytes_ || data.size() != values_bytes_ - xyz_bytes_)
     return misuse("vertex " + std::to_string(number) + " has " +
-                  std::to_string(xyz.size() + data.size()) + " bytes of values, the schema says " +
-                  std::to_string(values_bytes_));
+                      std::to_string(xyz.size() + data.size()) +
+                      " bytes of values, the schema says " + std::to_string(values_bytes_),
+                  "mesh");
   const auto entry =
       static_cast<std::uint32_t>(free_entries_.empty() ? entries_.size() : free_entries_.back());
   if (!by_number_.insert(number, entry))
-    return misuse("vertex " + std::to_string(number) + " is added twice");
+    return misuse("vertex " + std::to_string(number) + " is added twice", "mesh");
   if (free_entries_.empty()) {
     push_tightly(entries_, Entry());
     push_tightly(in_segment_, kNone);
@@ -141,7 +139,7 @@ Result<void> MeshEncoder::add_vertex(std::uint64_t number, std::span<const std::
 
 Result<void> MeshEncoder::add_imported_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                               std::span<const std::byte> data) {
-  if (start_.segment == 0) return misuse("nothing is imported before the first segment");
+  if (start_.segment == 0) return misuse("nothing is imported before the first segment", "mesh");
   if (auto good = add_vertex(number, xyz, data); !good) return good;
   const std::uint32_t e = by_number_.find(number);
   in_segment_[e] = 0;  // an earlier one; which does not matter
@@ -159,15 +157,17 @@ Result<void> MeshEncoder::add_unused_vertex(std::uint64_t number, std::span<cons
 
 Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                                    std::uint64_t last_use, std::span<const std::byte> data) {
-  if (block >= schema_->blocks.size()) return misuse("cell of an unknown block");
+  if (block >= schema_->blocks.size()) return misuse("cell of an unknown block", "mesh");
   const BlockInfo& info = schema_->blocks[block];
   if (info.nodes_per_cell != 0 ? corners.size() != info.nodes_per_cell
                                : corners.size() > kMaxNodesPerCell)
     return misuse("cell with " + std::to_string(corners.size()) + " corners in a block of " +
-                  std::to_string(info.nodes_per_cell));
+                      std::to_string(info.nodes_per_cell),
+                  "mesh");
   if (data.size() != cell_data_bytes_[block])
     return misuse("cell with " + std::to_string(data.size()) + " bytes of data, the schema says " +
-                  std::to_string(cell_data_bytes_[block]));
+                      std::to_string(cell_data_bytes_[block]),
+                  "mesh");
   cell_entries_.resize(corners.size());
   std::uint64_t introduced = 0;
   bool gives = false;  // vertices to the segment
@@ -175,7 +175,8 @@ Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uin
     const std::uint32_t entry = by_number_.find(corners[i]);
     if (entry == kNone)
       return misuse("cell uses vertex " + std::to_string(corners[i]) +
-                    ", which was never added or is finalized");
+                        ", which was never added or is finalized",
+                    "mesh");
     cell_entries_[i] = entry;
     if (in_segment_[entry] == start_.segment) continue;
     gives = true;
@@ -478,7 +479,8 @@ Result<void> MeshEncoder::give_out(EncodedGroup& group) {
 Result<void> MeshEncoder::give_out_part(std::span<const std::uint64_t> numbers) {
   if (numbers.size() != foreign_tickets_.size())
     return misuse("there are " + std::to_string(foreign_tickets_.size()) +
-                  " imported vertices, and " + std::to_string(numbers.size()) + " numbers");
+                      " imported vertices, and " + std::to_string(numbers.size()) + " numbers",
+                  "mesh");
   for (std::size_t i = 0; i < numbers.size(); ++i) tickets_[foreign_tickets_[i]] = numbers[i];
   holds_groups_ = false;
   for (EncodedGroup& group : held_) {

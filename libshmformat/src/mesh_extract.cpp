@@ -12,6 +12,7 @@
 
 #include "held_vertices.h"
 #include "indexed_file.h"
+#include "misuse.h"
 #include "piece_request.h"
 #include "segment_decoder.h"
 
@@ -29,10 +30,6 @@ std::vector<std::byte> lost_values(ScalarType type, std::size_t count) {
   if (type == ScalarType::float32) return nans<float>(count);
   if (type == ScalarType::float64) return nans<double>(count);
   return std::vector<std::byte>(scalar_bytes(type) * count);
-}
-
-Error misuse(std::string detail) {
-  return Error{ErrorCode::misuse, std::move(detail), "piece", kNoOffset, {}};
 }
 
 bool has(const std::vector<std::uint64_t>& numbers, std::uint64_t number) {
@@ -183,7 +180,7 @@ Result<void> MeshExtractor::Impl::begin(const ExtractRequest& request) {
 }
 
 Result<MeshBlock*> MeshExtractor::Impl::next() {
-  if (!request_) return misuse("begin() comes first");
+  if (!request_) return misuse("begin() comes first", "piece");
   if (error_) return *error_;
   if (done_) return nullptr;
   auto part = next_part();
@@ -475,7 +472,8 @@ Result<void> MeshExtractor::Impl::finish() {
   const std::uint64_t expected = request_->expected();
   if (expected != PieceRequest::kUnknown && !request_->box() && found_ != expected)
     return request_->of_vertices()
-               ? misuse(std::to_string(expected - found_) + " of the vertices are not there")
+               ? misuse(std::to_string(expected - found_) + " of the vertices are not there",
+                        "piece")
                : file_.wrong_index("tells of cells that are not there");
   for (auto* numbers : {&vertex_numbers_, &cell_numbers_}) {
     std::sort(numbers->begin(), numbers->end());
@@ -547,7 +545,7 @@ Result<void> MeshExtractor::Impl::find_owners(Imports& left, bool by_box, std::v
 
 Result<void> MeshExtractor::Impl::begin_values(std::uint32_t array, std::uint64_t step) {
   in_values_ = false;
-  if (!done_) return misuse("values of steps come behind the mesh");
+  if (!done_) return misuse("values of steps come behind the mesh", "piece");
   const auto reader = steps();
   if (!reader) return reader.error();
   // Says what is wrong with array and step.

@@ -151,11 +151,6 @@ std::optional<ConnectivityCodec> connectivity_codec(container::Codec codec);
 container::Codec stream_codec(ColumnCodec codec);
 std::optional<ColumnCodec> column_codec(container::Codec codec);
 
-/// Whether its cells are counted as hexahedra.
-inline bool is_hexahedral(const BlockInfo& block) {
-  return block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8;
-}
-
 /// Bytes of the static point arrays in one vertex.
 std::size_t point_data_bytes(const Schema& schema);
 /// Bytes of the static arrays in one cell, by block.

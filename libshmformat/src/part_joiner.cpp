@@ -7,6 +7,7 @@
 #include "file_writer.h"
 #include "mesh_encoder.h"
 #include "mesh_totals.h"
+#include "misuse.h"
 #include "schema_codec.h"
 #include "shm/part_writer.h"
 

@@ -9,6 +9,7 @@
 #include "file_writer.h"
 #include "mesh_encoder.h"
 #include "mesh_totals.h"
+#include "misuse.h"
 #include "schema_codec.h"
 #include "sizes.h"
 
@@ -100,7 +101,7 @@ class PartWriter::Impl {
     return mesh_.give_out_part(numbers);
   }
   Result<void> mesh_chunks(PartChunks& out) {
-    phase_ = kTaken;
+    phase_ = kChunksTaken;
     container::Index totals = mesh_.totals();
     totals.cells -= start_.first_cell;
     out = take(std::move(totals));
@@ -150,7 +151,7 @@ class PartWriter::Impl {
     return {};
   }
 
-  enum Phase { kAdding, kEnded, kNumbered, kTaken, kBetweenSteps, kInStep };
+  enum Phase { kAdding, kEnded, kNumbered, kChunksTaken, kBetweenSteps, kInStep };
 
  private:
   bool keeps() const { return schema_.order == Order::keep; }
@@ -232,7 +233,7 @@ Result<PartChunks> PartWriter::mesh_chunks() {
   return out;
 }
 Result<void> PartWriter::begin_steps(const PartSteps& steps) {
-  return impl_->guarded(Impl::kTaken, [&] { return impl_->begin_steps(steps); });
+  return impl_->guarded(Impl::kChunksTaken, [&] { return impl_->begin_steps(steps); });
 }
 bool PartWriter::chooses(std::uint32_t array) const { return impl_->chooses(array); }
 Result<void> PartWriter::begin_step(std::uint32_t array, std::uint64_t step,

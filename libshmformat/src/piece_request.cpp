@@ -5,12 +5,10 @@
 #include <string>
 #include <utility>
 
+#include "misuse.h"
+
 namespace shm {
 namespace {
-
-Error misuse(std::string detail) {
-  return Error{ErrorCode::misuse, std::move(detail), "request", kNoOffset, {}};
-}
 
 template <class Number>
 bool ascends(const std::vector<Number>& numbers) {
@@ -47,26 +45,30 @@ Result<void> PieceRequest::check() const {
   const Schema& schema = file_->schema();
   const std::string in_all = "there are " + std::to_string(file_->index().cells) + " cells";
   if (cells.range && cells.range->first > cells.range->end)
-    return misuse("a range of cells ends before it begins");
+    return misuse("a range of cells ends before it begins", "request");
   if (cells.range && cells.range->end > file_->index().cells)
-    return misuse("a range of cells ends at " + std::to_string(cells.range->end) + "; " + in_all);
-  if (cells.numbers && !ascends(*cells.numbers)) return misuse("numbers of cells do not ascend");
+    return misuse("a range of cells ends at " + std::to_string(cells.range->end) + "; " + in_all,
+                  "request");
+  if (cells.numbers && !ascends(*cells.numbers))
+    return misuse("numbers of cells do not ascend", "request");
   if (cells.numbers && !cells.numbers->empty() && cells.numbers->back() >= file_->index().cells)
-    return misuse("there is no cell " + std::to_string(cells.numbers->back()) + "; " + in_all);
+    return misuse("there is no cell " + std::to_string(cells.numbers->back()) + "; " + in_all,
+                  "request");
   if (cells.blocks && (!ascends(*cells.blocks) ||
                        (!cells.blocks->empty() && cells.blocks->back() >= schema.blocks.size())))
-    return misuse("blocks do not ascend, or there are fewer");
+    return misuse("blocks do not ascend, or there are fewer", "request");
   if (cells.box)
     for (std::size_t c = 0; c < 3; ++c)
-      if (!((*cells.box)[c] <= (*cells.box)[3 + c])) return misuse("a box ends before it begins");
+      if (!((*cells.box)[c] <= (*cells.box)[3 + c]))
+        return misuse("a box ends before it begins", "request");
   if (request_.vertices && !ascends(*request_.vertices))
-    return misuse("numbers of vertices do not ascend");
+    return misuse("numbers of vertices do not ascend", "request");
   if (request_.vertices && (cells.range || cells.numbers || cells.blocks))
-    return misuse("both vertices and cells are asked for");
+    return misuse("both vertices and cells are asked for", "request");
   if (request_.arrays)
     for (const std::uint32_t array : *request_.arrays)
       if (array >= schema.arrays.size())
-        return misuse("there is no array " + std::to_string(array));
+        return misuse("there is no array " + std::to_string(array), "request");
   return {};
 }
 

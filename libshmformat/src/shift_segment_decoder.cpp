@@ -12,9 +12,6 @@ using container::StreamKind;
 
 namespace {
 
-/// Cells that are looked at together.
-constexpr std::size_t kMostAtOnce = 64;
-
 /// Whether values of the static arrays there, or coordinates, are.
 bool wants(const WantedValues& wanted, const Schema& schema, Location location) {
   if (location == Location::point && wanted.geometry) return true;
@@ -172,7 +169,7 @@ auto ShiftSegmentDecoder::next_cells(DecodedBlock& decoded, GroupProgress& done)
     const std::uint64_t left = kTileBytes - (done.bytes - bytes_before);
     const auto fit = static_cast<std::size_t>(std::max<std::uint64_t>(left / most_cell_bytes_, 1));
     const auto [marks, count] =
-        shifts_.next_cells(numbers, std::min({most - cell, kMostAtOnce, fit}));
+        shifts_.next_cells(numbers, std::min({most - cell, kShiftedCellsAtOnce, fit}));
     const std::size_t nodes = marks == nullptr ? 0 : shifts_.nodes(marks->block);
     if (has_neighbours_ && marks != nullptr)
       neighbours_.add_cells(*marks, {numbers, count * nodes}, count, vertex_items_, cell_items_);

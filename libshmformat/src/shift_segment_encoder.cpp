@@ -14,8 +14,6 @@ namespace {
 
 using container::StreamKind;
 
-// Cells that are looked at together.
-constexpr std::size_t kMostAtOnce = 64;
 // Lags are noted at one cell in so many, and so many different ones at most.
 constexpr std::uint32_t kNoteEvery = 16;
 constexpr std::size_t kMostLags = 64;
@@ -258,9 +256,10 @@ void ShiftSegmentEncoder::find_neighbours(std::span<const std::byte> shifts) {
   vertices_.items.reserve(vertices);
   if (has_static_cell_arrays(*schema_)) cells_.items.reserve(group.cells);
   told_again_.begin_group(shifts, group.cells, ~std::uint64_t{0}, scratch_.zstd);
-  std::vector<std::uint64_t> numbers(kMostAtOnce * told_again_.most_nodes());
+  std::vector<std::uint64_t> numbers(kShiftedCellsAtOnce * told_again_.most_nodes());
   for (std::size_t left = group.cells; left > 0;) {
-    const auto [marks, count] = told_again_.next_cells(numbers.data(), std::min(left, kMostAtOnce));
+    const auto [marks, count] =
+        told_again_.next_cells(numbers.data(), std::min(left, kShiftedCellsAtOnce));
     if (marks == nullptr) return;  // there was no memory for the bitstream either
     const std::size_t nodes = count * told_again_.nodes(marks->block);
     neighbours_.add_cells(*marks, std::span(numbers).first(nodes), count, vertices_.items,

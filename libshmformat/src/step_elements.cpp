@@ -16,7 +16,7 @@ constexpr std::uint64_t kFew = 4;
 constexpr std::size_t kLeastKept = std::size_t{1} << 20;
 /// So many covers are made at once, whose arrays by slot take memory each: the first time one, then
 /// twice as many each time, since who asks for many asks for all.
-constexpr std::size_t kMostAtOnce = 16;
+constexpr std::size_t kMostCoversAtOnce = 16;
 
 constexpr std::uint32_t kOwn[] = {0};  // GroupElements: the block of vertices that are not imported
 
@@ -135,7 +135,7 @@ Result<void> StepElements::make_thin(std::uint32_t wanted) {
     it.made = true;
     all.push_back({&it, ThinMaker(covered_blocks(it), it.thin)});
   }
-  made_at_once_ = std::min(2 * made_at_once_, kMostAtOnce);
+  made_at_once_ = std::min(2 * made_at_once_, kMostCoversAtOnce);
   Result<void> good;
   for (std::size_t g = 0; good && g < topology_->groups(); ++g) good = add_group(g, all);
   for (const auto& [cover, maker] : all) {

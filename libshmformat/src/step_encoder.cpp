@@ -5,16 +5,13 @@
 #include <utility>
 
 #include "mesh_streams.h"
+#include "misuse.h"
 #include "values/shuffled_zstd.h"
 
 namespace shm {
 namespace {
 
-constexpr int kZstdLevel = 9;  // of arrays with too many components for columns
-
-Error misuse(std::string detail) {
-  return Error{ErrorCode::misuse, std::move(detail), "steps", kNoOffset, {}};
-}
+constexpr int kWideArrayZstdLevel = 9;  // of arrays with too many components for columns
 
 }  // namespace
 
@@ -79,11 +76,12 @@ StepReference StepEncoder::most_next(std::uint32_t array) const {
 
 Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   Before& before = before_[array];
-  if (step < before.next_step) return misuse("steps of an array must ascend");
+  if (step < before.next_step) return misuse("steps of an array must ascend", "steps");
   reference_step_ = before.next_step - 1;  // of no matter where nothing may be referred to
   most_here_ = most_next(array);
   before.next_step = step + 1;
-  if (elements_[array] > 0) steps_ = std::max(steps_, step + 1);  // else the file knows nothing of it
+  if (elements_[array] > 0)
+    steps_ = std::max(steps_, step + 1);  // else the file knows nothing of it
   array_ = array;
   step_ = step;
   first_ = 0;
@@ -92,7 +90,7 @@ Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   reference_ = std::exchange(told_reference_, std::nullopt);
   has_referred_ = false;
   if (reference_ && *reference_ > most_here_ && elements_[array] > 0)
-    return misuse("a step cannot refer to steps that were not given");
+    return misuse("a step cannot refer to steps that were not given", "steps");
   column_.emplace(*schema_, array);
   return {};
 }
@@ -101,10 +99,11 @@ Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
 Result<void> StepEncoder::begin_group() {
   if (first_ == elements_[*array_])
     return misuse("array '" + schema_->arrays[*array_].name + "' got more than its " +
-                  std::to_string(first_) + " elements at step " + std::to_string(step_));
+                      std::to_string(first_) + " elements at step " + std::to_string(step_),
+                  "steps");
   const auto next = mesh_.nth_group(*array_, groups_, mesh_.groups() - 1);
   if (!next) return next.error();
-  if (*next == nullptr) return misuse("the mesh has fewer elements than it says");
+  if (*next == nullptr) return misuse("the mesh has fewer elements than it says", "steps");
   ++groups_;
   group_ = (*next)->group;
   count_ = (*next)->count;
@@ -140,8 +139,9 @@ Result<EncodedColumn> StepEncoder::encode() {
   const ArrayInfo& info = schema_->arrays[*array_];
   if (info.components > kMostStepComponents) {
     reference_ = StepReference::nothing;
-    return EncodedColumn{ColumnCodec::shuffled_zstd,
-                         pack_shuffled(shuffled(pending_, scalar_bytes(info.type)), kZstdLevel)};
+    return EncodedColumn{
+        ColumnCodec::shuffled_zstd,
+        pack_shuffled(shuffled(pending_, scalar_bytes(info.type)), kWideArrayZstdLevel)};
   }
   const auto elements = mesh_.elements(*array_, group_);
   if (!elements) return elements.error();
@@ -174,7 +174,9 @@ Result<void> StepEncoder::end_step() {
   const std::uint64_t got = first_ + pending_.size() / stride();
   if (got != elements_[*array_])
     return misuse("array '" + info.name + "' got " + std::to_string(got) + " elements at step " +
-                  std::to_string(step_) + ", the mesh has " + std::to_string(elements_[*array_]));
+                      std::to_string(step_) + ", the mesh has " +
+                      std::to_string(elements_[*array_]),
+                  "steps");
   Before& before = before_[*array_];
   before.run = has_referred_ ? before.run + 1 : 1;
   array_.reset();

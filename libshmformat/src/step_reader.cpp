@@ -10,15 +10,12 @@
 #include "indexed_file.h"
 #include "indexed_topology.h"
 #include "mesh_streams.h"
+#include "misuse.h"
 #include "segment_steps.h"
 #include "step_index.h"
 
 namespace shm {
 namespace {
-
-Error misuse(std::string detail) {
-  return Error{ErrorCode::misuse, std::move(detail), "steps", kNoOffset, {}};
-}
 
 /// What is told of one segment's mesh.
 struct SegmentMesh {
@@ -115,9 +112,9 @@ Result<void> StepReader::Impl::begin(const StepRequest& request) {
   end_segment();
   segment_ = end_segment_ = 0;
   if (!is_stepped(request.array))
-    return misuse("array " + std::to_string(request.array) + " is no stepped array");
+    return misuse("array " + std::to_string(request.array) + " is no stepped array", "steps");
   if (request.segment && *request.segment >= file_.segments().size())
-    return misuse("there is no segment " + std::to_string(*request.segment));
+    return misuse("there is no segment " + std::to_string(*request.segment), "steps");
   request_ = request;
   const auto& steps = index_.steps(request.array);
   const auto found = std::lower_bound(
@@ -125,8 +122,9 @@ Result<void> StepReader::Impl::begin(const StepRequest& request) {
       [](const StepIndex::Step& it, std::uint64_t step) { return it.step < step; });
   if (found == steps.end() || found->step != request.step) {
     if (index_.elements(request.array) == 0) return {};
-    return misuse("array '" + info().name + "' has no values at step " +
-                  std::to_string(request.step));
+    return misuse(
+        "array '" + info().name + "' has no values at step " + std::to_string(request.step),
+        "steps");
   }
   wanted_ = static_cast<std::size_t>(found - steps.begin());
   segment_ = request.segment.value_or(0);

@@ -19,9 +19,6 @@ using container::IndexEntry;
 using container::StreamEntry;
 using container::StreamKind;
 
-/// The header of a step values chunk has at most so many bytes.
-constexpr std::uint64_t kMostStepHeaderBytes = 64;
-
 /// Whether the index told the truth of a chunk of step values.
 bool is_told_by(const IndexEntry& entry, const container::StepHeader& header) {
   return header.array == entry.array && header.step == entry.step && header.group == entry.group &&
@@ -156,8 +153,9 @@ Result<void> Summarizer::take_codec(std::size_t group, container::Codec codec) {
 Result<void> Summarizer::add_step_values(const IndexEntry& entry) {
   const std::uint64_t payload_bytes = entry.bytes - container::kChunkHeaderBytes;
   const std::string section = container::chunk_name(entry.kind);
-  const auto bytes = container::read_bytes(*source_, entry.offset + container::kChunkHeaderBytes,
-                                           std::min(payload_bytes, kMostStepHeaderBytes), section);
+  const auto bytes =
+      container::read_bytes(*source_, entry.offset + container::kChunkHeaderBytes,
+                            std::min(payload_bytes, container::kMostStepHeaderBytes), section);
   if (!bytes) return bytes.error();
   ByteReader in(*bytes);
   container::StepHeader header;

@@ -196,11 +196,10 @@ bool TopologyReplay::Replayed::run_shifts() {
 
 /// Some that are said alike.
 bool TopologyReplay::Replayed::shifted_cells() {
-  constexpr std::uint32_t kMostAtOnce = 64;
   Segment::Shifts& shifts = *segment_->shifts;
-  shifts.numbers.resize(kMostAtOnce * shifts.cells.most_nodes());
-  const auto [marks, count] =
-      shifts.cells.next_cells(shifts.numbers.data(), std::min(group_->cells - cells_, kMostAtOnce));
+  shifts.numbers.resize(kShiftedCellsAtOnce * shifts.cells.most_nodes());
+  const auto [marks, count] = shifts.cells.next_cells(
+      shifts.numbers.data(), std::min<std::size_t>(group_->cells - cells_, kShiftedCellsAtOnce));
   if (marks == nullptr) return false;
   const std::size_t nodes = shifts.cells.nodes(marks->block);
   for (std::size_t c = 0; c < count; ++c)

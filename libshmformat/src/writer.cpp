@@ -10,6 +10,7 @@
 #include "file_writer.h"
 #include "mesh_encoder.h"
 #include "mesh_totals.h"
+#include "misuse.h"
 #include "schema_codec.h"
 #include "sizes.h"
 

@@ -50,6 +50,12 @@ struct CellTopology {
   std::uint32_t stored_position(std::uint32_t position) const {
     return hexahedral && position < 8 ? stored_corner[position] : position;
   }
+  /// The position in the coder's frame of the corner that is stored as `stored`.
+  std::uint32_t framed_position(std::uint32_t stored) const {
+    for (std::uint32_t i = 0; i < 8; ++i)
+      if (stored_corner[i] == stored) return i;
+    return stored;
+  }
 };
 
 }  // namespace shm

@@ -5,13 +5,7 @@
 #include <utility>
 
 namespace shm {
-namespace {
-
-bool is_hexahedral(const BlockInfo& block) {
-  return block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 template <class Coder>
 Connectivity<Coder>::Connectivity(const Schema& schema) : schema_(&schema), inner_nodes_(surface_) {

@@ -25,6 +25,11 @@
 
 namespace shm {
 
+/// Whether its cells are coded, and counted, as hexahedra.
+inline bool is_hexahedral(const BlockInfo& block) {
+  return block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8;
+}
+
 template <class Coder>
 class Connectivity {
  public:

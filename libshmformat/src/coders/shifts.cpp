@@ -5,7 +5,7 @@
 namespace shm {
 namespace {
 
-constexpr int kZstdLevel = 1;
+constexpr int kShiftZstdLevel = 1;
 
 std::uint64_t key_of(const Shift& shift, std::uint32_t nodes) {
   std::uint64_t key = shift.marks.block;
@@ -109,7 +109,7 @@ std::vector<std::byte> ShiftEncoder::finish(Zstd& zstd) {
   ByteWriter out;
   out.put_varint(said_.bytes.size());
   said_.put_bytes(std::as_bytes(std::span(symbols_)));
-  zstd.compress(said_.bytes, kZstdLevel, out.bytes);
+  zstd.compress(said_.bytes, kShiftZstdLevel, out.bytes);
   said_.bytes.clear();
   symbols_.clear();
   return std::move(out.bytes);

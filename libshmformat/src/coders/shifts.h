@@ -19,6 +19,9 @@
 
 namespace shm {
 
+/// Cells that are looked at together.
+inline constexpr std::size_t kShiftedCellsAtOnce = 64;
+
 /// A cell, but for its vertex numbers. Positions are bits.
 struct CellMarks {
   std::uint32_t block = 0;

@@ -25,13 +25,6 @@ Stencil corner_stencil(const CellTopology& cell, std::uint32_t position, std::ui
   return {};
 }
 
-/// The corner of the frame that is stored as `stored`.
-std::uint32_t framed(const CellTopology& cell, std::uint32_t stored) {
-  for (std::uint32_t i = 0; i < 8; ++i)
-    if (cell.stored_corner[i] == stored) return i;
-  return stored;
-}
-
 }  // namespace
 
 std::uint64_t spectral(const Stencil& s, const std::vector<std::uint64_t>& v) {
@@ -52,7 +45,7 @@ Stencil stencil_of(const CellTopology& cell, std::uint32_t position, std::uint64
   if (cell.hexahedral && position < 20 && cell.slots.size() >= 20) {
     const auto& edge = kQuadraticEdges[position - 8];
     return {Stencil::midpoint,
-            {cell.slots[framed(cell, edge[0])], cell.slots[framed(cell, edge[1])]}};
+            {cell.slots[cell.framed_position(edge[0])], cell.slots[cell.framed_position(edge[1])]}};
   }
   if (position == 0 || position > 64 || (known >> (position - 1) & 1) == 0) return {};
   return {Stencil::copy, {cell.slots[position - 1]}};

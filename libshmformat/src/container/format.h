@@ -136,6 +136,8 @@ struct StepHeader {
   std::uint64_t count = 0;           ///< elements, at least 1
   Codec codec = Codec::columns;
 };
+/// A StepHeader has at most so many bytes.
+inline constexpr std::uint64_t kMostStepHeaderBytes = 64;
 /// What step values refer to.
 enum class RefersTo : std::uint8_t { nothing = 0, step_before = 1, trend = 2 };
 inline RefersTo refers_to(const StepHeader& header) {
@@ -148,6 +150,8 @@ bool get(ByteReader& in, StepHeader& header);
 
 /// One line of the index.
 struct IndexEntry {
+  bool is(ChunkKind of) const { return kind == static_cast<std::uint8_t>(of); }
+
   std::uint8_t kind = 0;
   std::uint64_t offset = 0, bytes = 0;  ///< of the whole chunk, header included
   std::uint32_t segment = 0;            ///< groups

@@ -12,7 +12,7 @@
 namespace shm {
 namespace {
 
-constexpr int kZstdLevel = 1;
+constexpr int kPlaneZstdLevel = 1;
 
 /// Values of one component, `stride` bytes apart, in host order, as bits in the low bytes.
 template <class Bits>
@@ -257,7 +257,7 @@ std::vector<std::byte> DifferenceColumn::encode_differences(std::span<const std:
       for (std::size_t e = 0; e < numbers.size(); ++e)
         planes[at + b * numbers.size() + e] = static_cast<std::byte>(residuals[c][e] >> 8 * b);
   }
-  scratch.zstd.compress(planes, kZstdLevel, out.bytes);
+  scratch.zstd.compress(planes, kPlaneZstdLevel, out.bytes);
   return std::move(out.bytes);
 }
 
@@ -281,7 +281,7 @@ auto DifferenceColumn::encode(std::span<const std::uint64_t> numbers, const std:
   for (std::size_t e = 0; e < numbers.size(); ++e)
     std::memcpy(packed.data() + e * bytes, values + e * stride, bytes);
   Encoded shuffled{BulkCodec::shuffled_zstd,
-                   pack_shuffled(shm::shuffled(packed, width_), kZstdLevel)};
+                   pack_shuffled(shm::shuffled(packed, width_), kPlaneZstdLevel)};
   if (may_differ_ && differences.bytes.size() <= shuffled.bytes.size()) return differences;
   remembers_ = false;
   return shuffled;

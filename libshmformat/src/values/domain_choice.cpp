@@ -9,7 +9,7 @@ namespace {
 
 /// A domain may miss one value in so many.
 constexpr std::size_t kMostOddShare = 200;
-constexpr std::size_t kLookAt = 256;
+constexpr std::size_t kSampled = 256;
 /// Indices longer than this are hardly better than float64 numbers, or float32.
 constexpr int kLongIndex = 40, kLongNarrowIndex = 24;
 
@@ -47,12 +47,12 @@ Decimal shortest(ScalarType type, std::uint64_t bits) {
 }
 
 /// How well a domain fits.
-struct Fit {
+struct DomainFit {
   bool good = false;
   int length = 0;  // of the longest index, in bits
 };
-Fit try_domain(const ArrayInfo& info, std::size_t component, std::span<const std::uint64_t> bits,
-               ValueDomain& domain) {
+DomainFit try_domain(const ArrayInfo& info, std::size_t component,
+                     std::span<const std::uint64_t> bits, ValueDomain& domain) {
   if (!domain.fits(info)) return {};
   const ValueTranslator translator(info, component, domain);
   const std::uint64_t zero = negative_zero(info.type);
@@ -102,7 +102,7 @@ Shapes shapes_of(const ArrayInfo& info, std::span<const std::uint64_t> bits) {
   Shapes shapes;
   const std::int32_t most_digits = info.type == ScalarType::float32 ? 7 : 15;
   std::size_t all = 0, long_ones = 0;
-  const std::size_t looked = std::min(bits.size(), kLookAt);
+  const std::size_t looked = std::min(bits.size(), kSampled);
   for (std::size_t i = 0; i < looked; ++i) {
     const std::uint64_t it = at_part(bits, i, looked);
     const double value = scalar_as_double(info.type, it);
@@ -130,11 +130,11 @@ LinearFit linear_domain(const ArrayInfo& info, std::size_t component,
   LinearFit best;
   if (shapes.are_short && shapes.decimals <= 22) {
     ValueDomain decimal{DomainKind::decimal, shapes.decimals, false, false};
-    if (const Fit fit = try_domain(info, component, bits, decimal); fit.good)
+    if (const DomainFit fit = try_domain(info, component, bits, decimal); fit.good)
       best = {decimal, fit.length};
   }
   ValueDomain binary{DomainKind::binary, binary_exponent(info.type, bits), false, false};
-  if (const Fit fit = try_domain(info, component, bits, binary);
+  if (const DomainFit fit = try_domain(info, component, bits, binary);
       fit.good && fit.length < best.length)
     best = {binary, fit.length};
   return best;
@@ -191,7 +191,7 @@ ValueDomain evenly_spaced_domain(const ArrayInfo& info, std::size_t component,
   const int longest = info.type == ScalarType::float32 ? kLongNarrowIndex : kLongIndex;
   // A sample tells most arrays that are none.
   std::vector<std::uint64_t> sample;
-  for (std::size_t i = 0; i < kLookAt; ++i) sample.push_back(at_part(bits, i, kLookAt));
+  for (std::size_t i = 0; i < kSampled; ++i) sample.push_back(at_part(bits, i, kSampled));
   const Shapes shapes = shapes_of(info, bits);
   if (linear_domain(info, component, sample, shapes).length <= longest)
     if (const LinearFit fit = linear_domain(info, component, bits, shapes);
@@ -209,7 +209,7 @@ std::vector<DomainPlan> domain_candidates(const ArrayInfo& info, std::size_t com
   if (!is_float(info.type) || info.quantization.bits > 0) {
     ValueDomain domain{is_float(info.type) ? DomainKind::quantized : DomainKind::integers, 0, false,
                        false};
-    const Fit fit = try_domain(info, component, bits, domain);
+    const DomainFit fit = try_domain(info, component, bits, domain);
     if (!fit.good) domain.odd = true;
     add(domain);
     if (!is_float(info.type))
