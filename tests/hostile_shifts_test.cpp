@@ -6,6 +6,7 @@
 #include "hostile.h"
 #include "packing.h"
 #include "sanitized.h"
+#include "shm/appender.h"
 #include "watched_memory.h"
 
 namespace shm {
@@ -279,6 +280,34 @@ TEST(Hostile, ShiftsOfAnotherSchema) {
   EXPECT_EQ(code_with([](Schema& s) { s.blocks[0].nodes_per_cell = 7; }), ErrorCode::corrupt);
   EXPECT_EQ(code_with([](Schema& s) { s.coordinate_type = ScalarType::float64; }),
             ErrorCode::corrupt);
+}
+
+// Nor where they are told again for steps that come behind them, beside which nothing else is read.
+TEST(Hostile, ShiftsOfAnotherSchemaAreNotToldAgain) {
+  const auto appends_with = [](const std::function<void(Schema&)>& change) {
+    TestMesh mesh = bent_grid(3, 2, 2);
+    mesh.schema.arrays.push_back(array_of("a", Location::cell, ScalarType::int8, 1));
+    mesh.schema.arrays[0].per_step = true;
+    const Bytes good = written(mesh, 65536, ConnectivityCodec::shifts);
+    change(mesh.schema);
+    FileParts parts = take_apart(good);
+    parts.chunks[0].payload = schema_payload(mesh.schema);
+    const Bytes changed = put_together(parts);
+    MemoryRandomSource source(changed);
+    MemorySink sink;
+    auto appender = Appender::open(source, sink);
+    if (!appender) return false;
+    const Bytes values(12 * mesh.schema.arrays[0].components);
+    const auto added = appender->add_step_values(0, 0, values);
+    EXPECT_TRUE(added || added.error().code == ErrorCode::corrupt);
+    return bool(added);
+  };
+  EXPECT_TRUE(appends_with([](Schema&) {}));
+  EXPECT_FALSE(appends_with([](Schema& s) { s.delay = 5; }));
+  EXPECT_FALSE(appends_with([](Schema& s) { s.blocks[0].nodes_per_cell = 65; }));
+  EXPECT_FALSE(appends_with([](Schema& s) { s.blocks[0].nodes_per_cell = 1000; }));
+  EXPECT_FALSE(appends_with([](Schema& s) { s.blocks[0].nodes_per_cell = 0; }));
+  EXPECT_FALSE(appends_with([](Schema& s) { s.arrays[0].components = 33; }));
 }
 
 // A cell there cannot be, whatever is said of it.

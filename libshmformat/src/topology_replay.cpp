@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "coders/shifts.h"
 #include "front/by_slot.h"
 #include "mesh_streams.h"
 #include "shift_neighbours.h"
@@ -336,7 +337,8 @@ Result<void> TopologyReplay::replay_next() {
   bool good = true;
   if (group.codec && !std::exchange(segment_->codec_known, true)) {
     const auto codec = connectivity_codec(*group.codec);
-    good = codec.has_value();
+    // As a SegmentDecoder takes them: shifts are not for all schemas.
+    good = codec && (*codec != ConnectivityCodec::shifts || takes_shifts(*schema_));
     if (good && *codec == ConnectivityCodec::shifts)
       segment_->shifts = std::make_unique<Segment::Shifts>(*schema_, group.segment > 0, wants_);
     else if (good)

@@ -158,6 +158,7 @@ const Shift* ShiftDecoder::read_shift() {
   CellMarks& marks = shift_.marks;
   marks.block = static_cast<std::uint32_t>(block);
   const std::uint32_t nodes = table_.nodes(marks.block);
+  if (nodes > kMostShiftNodes) return nullptr;
   for (std::uint32_t i = 0; i < nodes; ++i)
     shift_.by[i] = static_cast<std::uint64_t>(said_.get_signed());
   marks.births = said_.get_varint();

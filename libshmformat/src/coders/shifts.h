@@ -51,7 +51,7 @@ bool takes_shifts(const Schema& schema);
 /// segments own, whose numbers an encoder does not know, count from here on.
 inline constexpr std::uint64_t kFirstImport = std::uint64_t{1} << 63;
 
-/// What both directions keep.
+/// What both directions keep. For schemas that shifts take.
 class ShiftTable {
  public:
   // A symbol below kPlaces is the place of a shift in the table; kNew says that a new one comes.
