@@ -24,8 +24,7 @@ void read_segments(shm::RandomSource& source) {
     if (!reader->read(s)) return;
 }
 
-void read_steps(shm::RandomSource& source) {
-  auto reader = shm::StepReader::open(source, shm_fuzz::small_limits());
+void read_steps(shm::Result<shm::StepReader> reader) {
   if (!reader) return;
   for (std::uint32_t a = 0; a < reader->schema().arrays.size(); ++a)
     for (std::uint64_t step = 0; step < 3; ++step) {
@@ -102,6 +101,14 @@ void read_piece(shm::MeshExtractor& reader, const shm::ExtractRequest& request) 
 void read_pieces(shm::Result<shm::MeshExtractor> reader, std::uint8_t which) {
   if (!reader) return;
   (void)reader->extras();
+  std::uint64_t cells = 0;
+  for (std::size_t s = 0; s < reader->segments().size(); ++s) {
+    cells += reader->segments()[s].cells;
+    for (const std::uint32_t array : reader->lost_arrays(s))
+      if (array >= reader->schema().arrays.size()) std::abort();
+    (void)reader->segment_number(s);
+  }
+  if (cells > reader->cells()) std::abort();
   (void)reader->step_times();
   for (const int more : {0, 1, 8}) {
     const auto now = static_cast<std::uint8_t>(which + more);
@@ -126,8 +133,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                                      reinterpret_cast<const std::byte*>(data) + size);
   shm::MemoryRandomSource source(bytes);
   read_segments(source);
-  read_steps(source);
   const shm::ReadLimits limits = shm_fuzz::small_limits();
+  read_steps(shm::StepReader::open(source, limits));
+  read_steps(shm::StepReader::open_damaged(source, limits));
   read_pieces(shm::MeshExtractor::open(source, limits), data[0]);
   read_pieces(shm::MeshExtractor::open_damaged(source, limits), data[0]);
   judge(source);

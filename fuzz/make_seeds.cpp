@@ -19,7 +19,7 @@
 #include <string_view>
 #include <vector>
 
-#include "../tests/feature_files.h"
+#include "../tests/stepped_mesh.h"
 #ifdef SHM_SEEDS_OF_CONVERTERS
 #include "../tests/parity_file.h"
 #include "decompress.h"
@@ -60,6 +60,42 @@ std::vector<Golden> golden_files(const path& folder) {
   }
   std::sort(files.begin(), files.end(), [](auto& a, auto& b) { return a.name < b.name; });
   return files;
+}
+
+/// Steps of an array on few cells, in several segments and groups.
+shm::FeatureFile steps_on_few_cells(shm::Order order, bool of_shifts) {
+  shm::TestMesh mesh = shm::bent_grid(4, 4, 3);
+  mesh.schema.blocks.push_back({2, "few", shm::CellShape::hexahedron, 8});
+  for (std::size_t c = 2; c < mesh.cells.size(); c += 5) mesh.cells[c].block = 1;
+  mesh.schema.arrays.push_back(
+      shm::array_of("fixed", shm::Location::cell, shm::ScalarType::float32));
+  mesh.arrays.push_back(moving_values(mesh.schema.arrays[0], mesh.cells.size(), 1));
+  shm::Stepped it{with_order(std::move(mesh), order, order == shm::Order::keep, 0), {}, {}};
+  add_stepped(it.mesh, shm::array_of("t", shm::Location::cell, shm::ScalarType::float64, 2, {1}));
+  add_stepped(it.mesh, shm::array_of("n", shm::Location::cell, shm::ScalarType::int16, 1, {1}));
+  add_stepped(it.mesh, shm::array_of("p", shm::Location::cell, shm::ScalarType::float32));
+  for (const std::uint32_t array : {1u, 2u, 3u})
+    for (const std::uint64_t step : {0u, 1u, 2u, 5u})
+      it.values[{array, step}] =
+          moving_values(it.mesh.schema.arrays[array], elements_of(it.mesh, array), step);
+  it.options.group_cells = 8;
+  it.options.segment_cells = 16;
+  it.options.key_steps = 3;
+  if (of_shifts) it.options.connectivity = shm::ConnectivityCodec::shifts;
+  return {std::string("few_cells_") + std::string(shm::order_name(order)) +
+              (of_shifts ? "_shifts" : ""),
+          written(it)};
+}
+
+/// The same file with damage here and there, whose checksums tell it.
+void add_damaged(const shm::FeatureFile& file, std::vector<shm::FeatureFile>& out) {
+  constexpr std::size_t kPlaces = 12;
+  for (std::size_t i = 1; i < kPlaces; ++i) {
+    shm::FeatureFile damaged = file;
+    damaged.bytes[damaged.bytes.size() * i / kPlaces] ^= std::byte{16};
+    damaged.name = file.name + "_damaged_" + std::to_string(i);
+    out.push_back(std::move(damaged));
+  }
 }
 
 /// What no feature file has, as each takes more than it should there.
@@ -107,6 +143,8 @@ std::vector<shm::FeatureFile> more_files() {
       files.push_back({std::string("loose_steps_") + (of_shifts ? "shifts_" : "") +
                            std::string(order_name(order)),
                        std::move(sink.bytes)});
+      files.push_back(steps_on_few_cells(order, of_shifts));
+      add_damaged(shm::FeatureFile(files.back()), files);
     }
   return files;
 }
