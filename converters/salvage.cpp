@@ -16,6 +16,9 @@
 namespace shm::converters {
 namespace {
 
+// Where times are lost, numbers stand for them, of so many steps for each that has values.
+constexpr std::uint64_t kMostStepsForEach = 1000;
+
 class Salvage {
  public:
   Salvage(RandomSource& file, const DamageReport& damage, const std::string& name, Spool& spool)
@@ -71,12 +74,22 @@ void Salvage::read_whole() {
 // Where they are lost, but there are steps, their numbers.
 std::vector<double> Salvage::step_times() {
   std::vector<double> times = unwrap(file_.step_times(), name_);
-  std::uint64_t steps = damage_.steps.value_or(0);
+  std::uint64_t steps = 0, with_values = 0;
   for (std::uint32_t a = 0; a < whole_.schema.arrays.size(); ++a)
     if (whole_.schema.arrays[a].per_step)
-      if (const auto of_array = unwrap(file_.steps(a), name_); !of_array.empty())
+      if (const auto of_array = unwrap(file_.steps(a), name_); !of_array.empty()) {
         steps = std::max(steps, of_array.back() + 1);
+        with_values += of_array.size();
+      }
+  // What the index says, as far as steps with values make it likely: steps cost room and time.
+  const std::uint64_t most = kMostStepsForEach * (with_values + 1);
+  steps = std::max(steps, std::min(damage_.steps.value_or(0), most));
   if (times.size() >= steps) return times;
+  if (steps > most)
+    throw Failure(Error{ErrorCode::over_limit,
+                        counted(steps, "step") + ", of which " + std::to_string(with_values) +
+                            " have values, and no times",
+                        "step times", kNoOffset, name_});
   const bool lost = std::any_of(damage_.damages.begin(), damage_.damages.end(), [](auto& it) {
     return it.section == "step times" || it.section == "chunk";
   });

@@ -12,6 +12,7 @@
 #include "feature_files.h"
 #include "file_surgery.h"
 #include "shm/mesh_extract.h"
+#include "shm/step_reader.h"
 #include "stepped_mesh.h"
 
 namespace shm {
@@ -329,6 +330,85 @@ TEST(Damage, ManyHeadersTakeTheirBytesOnly) {
   ASSERT_TRUE(report);
   EXPECT_FALSE(report->complete);
   EXPECT_LT(source.read, 60 * out.bytes.size());
+}
+
+/// What opening it says is wrong.
+ErrorCode error_of(const Bytes& bytes) {
+  MemoryRandomSource source(bytes);
+  const auto report = find_damage(source);
+  EXPECT_FALSE(report);
+  EXPECT_FALSE(MeshExtractor::open_damaged(source));
+  return report ? ErrorCode::misuse : report.error().code;
+}
+
+Bytes without_index(const FileParts& parts) {
+  Bytes bytes = put_together(parts);
+  bytes.resize(places(bytes).back().first);
+  return bytes;
+}
+
+// Of two files nobody can say which chunk is whose: another bound makes other values of the same
+// bytes.
+TEST(Damage, PartsOfTwoFilesAreRefused) {
+  const Bytes one = file(Order::keep);
+  FileParts parts = take_apart(one);
+  FileParts others = take_apart(file(Order::stream));
+  Chunk schema = others.chunks[0];
+  ASSERT_TRUE(schema.is(ChunkKind::schema));
+  parts.chunks.insert(parts.chunks.begin() + 3, parts.chunks[0]);
+  EXPECT_TRUE(found(put_together(parts)).schema);
+  parts.chunks[3] = schema;
+  EXPECT_EQ(error_of(put_together(parts)), ErrorCode::corrupt);
+  // Of the same number, with other bytes: the index tells which it is, or nothing does.
+  parts = take_apart(one);
+  Bytes joined = without_index(parts);
+  const auto at = places(one);
+  Bytes other = one;
+  Bytes second(other.begin() + static_cast<std::ptrdiff_t>(at[2].first),
+               other.begin() + static_cast<std::ptrdiff_t>(at[2].second));
+  joined.insert(joined.end(), second.begin(), second.end());
+  EXPECT_EQ(found(joined).damages.front().kind, DamageKind::repeated);
+  FileParts changed = take_apart(one);
+  changed.chunks[2].payload.back() ^= std::byte{1};
+  const Bytes all = put_together(changed);
+  second.assign(all.begin() + static_cast<std::ptrdiff_t>(at[2].first),
+                all.begin() + static_cast<std::ptrdiff_t>(at[2].second));
+  joined.resize(joined.size() - second.size());
+  joined.insert(joined.end(), second.begin(), second.end());
+  EXPECT_EQ(error_of(joined), ErrorCode::corrupt);
+}
+
+// A step number far away says nothing of how many steps there are.
+TEST(Damage, StepsBeyondTheLimitAreRefused) {
+  Stepped it = with_steps(two_blocks(), Order::keep);
+  it.values[{0, 5000}] = moving_values(it.mesh.schema.arrays[0], elements_of(it.mesh, 0), 7);
+  it.options.key_steps = 1;
+  const Bytes bytes = without_index(take_apart(written(it)));
+  MemoryRandomSource source(bytes);
+  ReadLimits limits;
+  EXPECT_TRUE(StepReader::open_damaged(source, limits));
+  limits.max_steps = 5000;
+  const auto reader = StepReader::open_damaged(source, limits);
+  ASSERT_FALSE(reader);
+  EXPECT_EQ(reader.error().code, ErrorCode::over_limit);
+}
+
+// A copy of the index in the middle is no end: the trailer points to another one.
+TEST(Damage, ACopyOfTheIndexIsNoEnd) {
+  const Bytes whole = file(Order::keep);
+  const auto at = places(whole);
+  const std::size_t index = at.back().first, bytes = at.back().second - index;
+  const std::size_t middle = at[at.size() / 2].first + 50;
+  ASSERT_LT(middle + bytes, index);
+  Bytes hurt = whole;
+  std::copy(whole.begin() + static_cast<std::ptrdiff_t>(index),
+            whole.begin() + static_cast<std::ptrdiff_t>(index + bytes),
+            hurt.begin() + static_cast<std::ptrdiff_t>(middle));
+  const DamageReport report = found(hurt);
+  EXPECT_TRUE(report.cells);
+  EXPECT_FALSE(report.damages.empty());
+  for (const Damage& damage : report.damages)
+    EXPECT_LT(damage.offset, middle + bytes) << damage.section;
 }
 
 TEST(Damage, NothingOfAFile) {

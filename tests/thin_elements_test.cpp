@@ -203,6 +203,34 @@ TEST(ThinElements, AtLevelBest) {
   EXPECT_GT(expect_same_columns(it), 50u);
 }
 
+// What an index says of a step may be a lie that none of the steps before told.
+TEST(ThinElements, AreNotThinLater) {
+  Stepped it = with_arrays_on_few(scattered(9, 1), Order::keep);
+  it.options.group_cells = 60;
+  const Bytes bytes = written(it);
+  const auto read = read_mesh(bytes);
+  ASSERT_TRUE(read);
+  TopologyReplay replay(read->schema, std::uint64_t{1} << 30, ReplayWants{true, true, true, true});
+  add_groups(bytes, replay);
+  StepElements elements(read->schema, replay, cover_numbers(read->schema));
+  const std::uint32_t array = 1;  // on one block
+  elements.expect(array, ~std::uint64_t{0});
+  const std::size_t last = replay.groups() - 1;
+  for (std::size_t g = 0; g < last; ++g) ASSERT_TRUE(elements.count(array, g));
+  elements.expect(array, 1);
+  std::uint64_t all = 0;
+  for (std::size_t g = 0; g <= last; ++g) {
+    const auto count = elements.count(array, g);
+    ASSERT_TRUE(count);
+    if (*count == 0) continue;
+    const auto of_group = elements.elements(array, g);
+    ASSERT_TRUE(of_group);
+    EXPECT_EQ(of_group->numbers.size(), *count);
+    all += *count;
+  }
+  EXPECT_EQ(all, elements_of(it.mesh, array));
+}
+
 /// Elements of array `a` of a mesh in these options, of which at most so much is kept.
 std::size_t kept_of(const Stepped& it, std::uint32_t a, std::uint64_t expected, std::size_t most) {
   const Bytes bytes = written(it);

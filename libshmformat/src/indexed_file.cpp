@@ -152,9 +152,17 @@ Result<std::vector<std::byte>> IndexedFile::read_group(std::size_t group,
                      std::to_string(limits_.max_chunk_bytes),
                  "group " + std::to_string(group), entry.offset, ErrorCode::over_limit);
   std::vector<std::byte> payload = std::move(head->bytes);
-  payload.resize(static_cast<std::size_t>(payload_bytes));
   const auto& streams = head->header.streams;
   const std::uint64_t begin = entry.offset + kChunkHeaderBytes;
+  // Up to the last stream that is wanted: what a chunk that is cut says it has need not be there.
+  std::uint64_t needed = payload.size();
+  for (std::size_t s = 0; s < streams.size(); ++s)
+    if (wanted.include(streams[s]))
+      needed = std::max(needed, head->stream_offset[s] - begin + streams[s].bytes);
+  if (needed > source_->size() - std::min(source_->size(), begin))
+    return wrong("ends beyond the file", "group " + std::to_string(group), entry.offset,
+                 ErrorCode::truncated);
+  payload.resize(static_cast<std::size_t>(needed));
   for (std::size_t s = 0; s < streams.size();) {
     // Neighbours are read at once.
     std::uint64_t bytes = 0;

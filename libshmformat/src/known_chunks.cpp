@@ -27,6 +27,12 @@ bool fits(const FoundChunk& chunk, std::uint32_t sequence, const IndexEntry& tol
          chunk.bytes() == told.bytes && chunk.header.segment == told.segment;
 }
 
+bool holds_the_same(const FoundChunk& a, const FoundChunk& b) {
+  return a.header.kind == b.header.kind && a.header.segment == b.header.segment &&
+         a.header.payload_bytes == b.header.payload_bytes &&
+         a.header.payload_checksum == b.header.payload_checksum;
+}
+
 Damage damage_of(DamageKind kind, const FoundChunk& chunk, std::uint64_t size) {
   Damage damage{kind, container::chunk_name(chunk.header.kind), chunk.offset, 0};
   damage.bytes = std::min(chunk.bytes(), size - chunk.offset);
@@ -80,10 +86,23 @@ Result<std::vector<std::byte>> KnownChunks::payload_of(const FoundChunk& chunk,
   return payload;
 }
 
-/// Of all whole copies the first that makes sense.
+/// The first whole copy. Where another differs, parts of two files have come together, and what
+/// one says of values is wrong of the other's.
 Result<void> KnownChunks::find_schema() {
+  const FoundChunk* first = nullptr;
   for (const FoundChunk& chunk : scan_.chunks) {
     if (!chunk.whole || !chunk.is(ChunkKind::schema)) continue;
+    if (first != nullptr && !holds_the_same(*first, chunk))
+      return Error{ErrorCode::corrupt,
+                   "differs from the one at byte " + std::to_string(first->offset) +
+                       ": these are parts of two files",
+                   "schema",
+                   chunk.offset,
+                   {}};
+    if (first == nullptr) first = &chunk;
+  }
+  if (first != nullptr) {
+    const FoundChunk& chunk = *first;
     auto payload = payload_of(chunk, limits_.max_chunk_bytes);
     if (!payload) return payload.error();
     schema_payload_ = std::move(*payload);
@@ -94,10 +113,9 @@ Result<void> KnownChunks::find_schema() {
       schema_payload_.clear();
       if (!advanced && advanced.error().code == ErrorCode::unsupported) return advanced.error();
       if (!advanced && advanced.error().code == ErrorCode::over_limit) return advanced.error();
-      continue;
+      return {};
     }
     schema_ = *decoder.schema();
-    return {};
   }
   return {};
 }
@@ -222,6 +240,13 @@ Result<void> KnownChunks::judge_by_numbers() {
   for (const std::size_t i : order) {
     const FoundChunk& chunk = found[i];
     if (before != nullptr && before->header.sequence == chunk.header.sequence) {
+      if (chunk.whole && !holds_the_same(*before, chunk))
+        return Error{ErrorCode::corrupt,
+                     "has the number of another one, at byte " + std::to_string(before->offset) +
+                         ", and other bytes: these are parts of two files",
+                     container::chunk_name(chunk.header.kind),
+                     chunk.offset,
+                     {}};
       if (chunk.whole) damages_.push_back(damage_of(DamageKind::repeated, chunk, source_->size()));
       continue;
     }

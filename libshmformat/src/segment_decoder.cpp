@@ -73,10 +73,13 @@ Result<void> SegmentDecoder::for_each_stream(Take&& take) {
   stream_bytes_.clear();
   ByteReader in(std::span<const std::byte>(payload_).subspan(header_bytes_));
   for (const container::StreamEntry& entry : group_.streams) {
-    const auto bytes = in.get_bytes(entry.bytes);
+    // Streams that nobody wants need not be there.
+    const bool wanted = wanted_.include(entry);
+    const auto bytes =
+        in.get_bytes(wanted ? entry.bytes : std::min<std::uint64_t>(entry.bytes, in.left()));
     const std::string name = container::stream_name(entry.kind);
     if (!in.ok()) return damaged(name + ": ends beyond the group");
-    if (!wanted_.include(entry)) continue;
+    if (!wanted) continue;
     if (checksum(bytes) != entry.checksum) return damaged(name + ": checksum does not match");
     if (auto good = take(entry, bytes, name); !good) return good;
     const bool array = entry.kind == StreamKind::array;

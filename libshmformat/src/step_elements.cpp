@@ -67,7 +67,9 @@ void StepElements::expect(std::uint32_t array, std::uint64_t elements) {
   Cover& it = cover(array);
   it.array = array;
   const ArrayInfo& info = schema_->arrays[array];
-  if (it.made || info.components > kMostStepComponents) return;
+  // Groups that were counted before are those of a thick cover; that stays as it is, whatever is
+  // expected of a later step.
+  if (it.made || it.counted > 0 || info.components > kMostStepComponents) return;
   const bool covers_all = !of_points(it) && info.blocks.empty();
   const std::uint64_t all =
       of_points(it) ? topology_->vertices_in_all() : topology_->cells_in_all();

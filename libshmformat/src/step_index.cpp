@@ -11,7 +11,7 @@ Result<StepIndex> StepIndex::of(IndexedFile& file) {
   StepIndex index;
   index.steps_.resize(file.schema().arrays.size());
   if (file.survivors()) {
-    index.add_survivors(file);
+    if (auto good = index.add_survivors(file); !good) return good.error();
     index.find_keys();
     return index;
   }
@@ -24,9 +24,13 @@ Result<StepIndex> StepIndex::of(IndexedFile& file) {
   return index;
 }
 
-void StepIndex::add_survivors(const IndexedFile& file) {
+Result<void> StepIndex::add_survivors(const IndexedFile& file) {
   elements_.resize(steps_.size());
   for (const Survivors::Step& step : file.survivors()->steps) {
+    if (step.step >= file.limits().max_steps)
+      return IndexedFile::wrong(
+          "the limit is " + std::to_string(file.limits().max_steps) + " steps", "step values",
+          step.chunks.front().offset, ErrorCode::over_limit);
     const std::size_t begin = chunks_.size();
     for (const IndexEntry& chunk : step.chunks)
       chunks_.push_back({chunk.offset, chunk.bytes, chunk.first, chunk.count, chunk.group,
@@ -35,6 +39,7 @@ void StepIndex::add_survivors(const IndexedFile& file) {
     elements_[step.array] =
         std::max(elements_[step.array], chunks_.back().first + chunks_.back().count);
   }
+  return {};
 }
 
 /// By the totals of the index, which its groups must add up to.

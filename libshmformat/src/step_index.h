@@ -42,7 +42,7 @@ class StepIndex {
   std::size_t key_of(std::uint32_t array, std::size_t at) const { return steps_[array][at].key; }
 
  private:
-  void add_survivors(const IndexedFile& file);
+  Result<void> add_survivors(const IndexedFile& file);
   Result<void> count_elements(const IndexedFile& file);
   Result<void> add(const IndexedFile& file, const container::IndexEntry& entry);
   Result<void> expect_complete(const IndexedFile& file) const;

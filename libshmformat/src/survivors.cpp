@@ -153,7 +153,8 @@ std::uint64_t Gatherer::lost_before(const KnownGroup& group, std::size_t& at) co
 
 /// Without an index a group begins its segment for certain where nothing is lost before it, or
 /// where as many chunks are as segments: each has one group then. And only then, or where one chunk
-/// alone is lost, it is certain which group of the file it is: extras may stand among groups.
+/// alone is lost and so are cells or vertices, it is certain which group of the file it is: extras
+/// may stand among groups.
 void Gatherer::gather_by_numbers() {
   std::size_t at = 0;
   std::uint64_t number = 0, end_cell = 0, end_vertex = 0;
@@ -175,7 +176,10 @@ void Gatherer::gather_by_numbers() {
     } else if (lost > 0) {
       broken_ = true;
     }
-    if (lost > 1 && !(begins && lost == segments) && !first_unsure_) first_unsure_ = number;
+    const bool is_group = lost == 1 && readable && group.readable &&
+                          (entry.first_cell > end_cell || entry.first_vertex > end_vertex);
+    if (lost > 0 && !(begins && lost == segments) && !is_group && !first_unsure_)
+      first_unsure_ = number;
     number += lost;
     segment_ = entry.segment;
     if (!group.has_mesh) broken_ = true;

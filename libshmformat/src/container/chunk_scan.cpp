@@ -146,6 +146,8 @@ Result<std::uint64_t> Scanner::take(std::uint64_t at, const ChunkHeader& header)
   if (chunk.whole && (chunk.is(ChunkKind::index) || chunk.is(ChunkKind::members))) {
     const auto trailer = is_trailer(end, at);
     if (!trailer) return trailer.error();
+    // A copy of it in the middle: a trailer at the end of the source points to another one.
+    if (!*trailer && scan_.index_offset.value_or(0) > at) return end;
     scan_.trailer = *trailer;
     scan_.end = std::min(size_, end + kTrailerBytes);
     ended_ = true;
