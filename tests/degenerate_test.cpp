@@ -141,5 +141,19 @@ TEST(Collapsed, FourThousandHexahedraTakeFewBits) {
   }
 }
 
+// All vertices are loose then: a group has cells and none of the vertices that a point array has.
+TEST(CellsWithoutNodes, BesideAPointArray) {
+  TestMesh mesh;
+  mesh.schema.blocks = {{1, "nothing", CellShape::polygon, 0}};
+  mesh.schema.arrays = {{"height", Location::point, ScalarType::float64, 1, false, {}, "", {}}};
+  mesh.set_points({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
+  mesh.cells.resize(20);
+  mesh.arrays.resize(1);
+  for (double height : {1., 2., 3.}) append(mesh.arrays[0], height);
+  for (const auto codec : {ConnectivityCodec::automatic, ConnectivityCodec::paper,
+                           ConnectivityCodec::rows, ConnectivityCodec::replay})
+    expect_round_trips(mesh, codec);
+}
+
 }  // namespace
 }  // namespace shm

@@ -34,8 +34,10 @@ class GroupValues {
   bool of_cells(std::size_t column) const { return columns_[column].of_cells; }
   /// The schema's index of the array in a column from 1 on.
   std::uint32_t array(std::size_t column) const { return columns_[column].array; }
+  /// Of the first element; null when there is none.
   const std::byte* values(std::size_t column) const {
     const Column& it = columns_[column];
+    if (count(column) == 0) return nullptr;
     return it.of_cells ? it.cells.data() : vertices_.data() + it.offset;
   }
   /// Bytes from one element to the next.
