@@ -393,6 +393,34 @@ TEST(Damage, StepsBeyondTheLimitAreRefused) {
   EXPECT_EQ(reader.error().code, ErrorCode::over_limit);
 }
 
+// A chunk among groups that is lost is a group only where cells or vertices are lost with it. Where
+// that cannot be known, step values, which count groups, must not go to others' elements.
+TEST(Damage, ALostExtraAmongGroupsIsNoGroup) {
+  const Bytes whole = file(Order::stream, 60, 60);
+  const Left all = *left_of(whole);
+  FileParts parts = take_apart(whole);
+  std::size_t group = 0;
+  while (!parts.chunks[group].is(ChunkKind::group) || parts.chunks[group].header.segment != 2)
+    ++group;
+  Chunk extra = parts.chunks[group];
+  extra.header.kind = static_cast<std::uint8_t>(ChunkKind::extra);
+  extra.header.segment = 0;
+  extra.payload.assign(40, std::byte{7});
+  parts.chunks.insert(parts.chunks.begin() + static_cast<std::ptrdiff_t>(group) + 1, extra);
+  Bytes bytes = put_together(parts);
+  const auto at = places(bytes);
+  const auto clear = [&](std::size_t from, std::size_t count) {
+    std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(from), count, std::byte{0});
+  };
+  clear(at[group].first + container::kChunkHeaderBytes, 20);
+  clear(at[group + 1].first, container::kChunkHeaderBytes);
+  bytes.resize(at.back().first);
+  const auto left = left_of(bytes);
+  ASSERT_TRUE(left) << left.error().message();
+  EXPECT_GT(left->cells.size(), 0u);
+  expect_within(*left, all, "an extra among groups");
+}
+
 // A copy of the index in the middle is no end: the trailer points to another one.
 TEST(Damage, ACopyOfTheIndexIsNoEnd) {
   const Bytes whole = file(Order::keep);

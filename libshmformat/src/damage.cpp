@@ -26,8 +26,12 @@ bool is_where_things_are(const Damage& damage) {
 bool is_restorable(const KnownChunks& known) {
   if (!known.index() || !known.schema()) return false;
   const auto& entries = known.index()->entries;
+  if (entries.empty() || !entries[0].is(ChunkKind::schema)) return false;
+  const std::uint64_t schema_bytes = known.beginning().size() - container::kFileStartBytes;
   std::uint64_t end = container::kFileStartBytes;
   for (const IndexEntry& entry : entries) {
+    if (entry.is(ChunkKind::index)) return false;  // which does not list itself
+    if (entry.is(ChunkKind::schema) && entry.bytes != schema_bytes) return false;
     if (entry.offset != end || entry.bytes > ~std::uint64_t{0} - end) return false;
     end += entry.bytes;
   }
