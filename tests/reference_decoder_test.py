@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """The decoder in spec/, which was written from the text of the format alone, says what the library says.
 
-reference_decoder_test.py SHM SHM_TEXT SHM_MAKE_MESH [--all] [--only NAME]
+reference_decoder_test.py SHM SHM_TEXT SHM_MAKE_MESH [--all [TIMES]] [--only NAME]
 
 SHM: path of the tool; SHM_TEXT: of the program that prints what a file holds by the library (shm_text.cpp);
 SHM_MAKE_MESH: of the generator of meshes. Golden files become their twins, byte for byte. Small files of the corpus (the folder in SHM_CORPUS), compressed in
 several orders, levels and codecs, become the same text by both decoders. Bytes that were changed are an error.
---all, by hand: every file of the corpus, in all of these, which takes hours; --only: those with NAME in their path.
+--all, by hand: every file of the corpus, of any size, in TIMES of these (1), each in another one, which takes an hour
+or so each time; --only: those with NAME in their path.
 """
 import argparse
 import contextlib
@@ -210,13 +211,18 @@ class Corpus(BothAgree):
         tried, begin = 0, time.monotonic()
         with tempfile.TemporaryDirectory() as scratch:
             if ARGUMENTS.all:
-                for source in files:
-                    for options in SETTINGS:
+                for number, source in enumerate(files):
+                    times = 0
+                    for turn in range(len(SETTINGS)):
+                        options = SETTINGS[(number + turn) % len(SETTINGS)]
                         started = time.monotonic()
                         taken = self.check(source, options, scratch)
                         print(os.path.relpath(source, CORPUS), *options,
                               f"{time.monotonic() - started:.1f} s" if taken else "refused", flush=True)
-                        tried += taken
+                        times += taken
+                        if times == ARGUMENTS.all:
+                            break
+                    tried += times
             else:
                 # Each file with another part of the settings, as long as there is time.
                 small = [path for path in files if os.path.getsize(path) <= LARGEST]
@@ -232,7 +238,7 @@ if __name__ == "__main__":
     parser.add_argument("shm")
     parser.add_argument("shm_text")
     parser.add_argument("shm_make_mesh")
-    parser.add_argument("--all", action="store_true")
+    parser.add_argument("--all", type=int, nargs="?", const=1, default=0, metavar="TIMES")
     parser.add_argument("--only", default="")
     ARGUMENTS, rest = parser.parse_known_args()
     unittest.main(argv=[sys.argv[0], *rest])
