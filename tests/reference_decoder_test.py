@@ -11,6 +11,7 @@ or so each time; --only: those with NAME in their path.
 """
 import argparse
 import contextlib
+import math
 import os
 import random
 import subprocess
@@ -193,6 +194,27 @@ class Generated(BothAgree):
             subprocess.run([ARGUMENTS.shm_make_mesh, "ogrid", "5000", mesh, "--fields", "basic"], check=True,
                            capture_output=True)
             self.assertTrue(self.check(mesh, ["--level", "best", "--codec", "mixed"], scratch))
+
+    def test_many_cells_around_an_edge(self):
+        """More than are told apart: a wheel of twelve cells about an edge, spoke by spoke of many layers."""
+        spokes, layers = 12, 30
+        size, turn = 2 * spokes + 1, math.pi / spokes
+        ring = [(math.cos(turn * i), math.sin(turn * i)) for i in range(2 * spokes)]
+        points = [f"{x} {y} {z}" for z in range(layers + 1) for x, y in [(0, 0), *ring]]
+        cells = []
+        for i in range(spokes):
+            quad = [0, 1 + 2 * i, 2 + 2 * i, 1 + (2 * i + 2) % (2 * spokes)]
+            cells += [[8, *(size * (layer + up) + v for up in (0, 1) for v in quad)] for layer in range(layers)]
+        with tempfile.TemporaryDirectory() as scratch:
+            mesh = os.path.join(scratch, "wheel.vtk")
+            with open(mesh, "w", encoding="ascii") as file:
+                print("# vtk DataFile Version 3.0\nwheel\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS", len(points),
+                      "double", *points, f"CELLS {len(cells)} {9 * len(cells)}", file=file)
+                print(*(" ".join(map(str, cell)) for cell in cells), f"CELL_TYPES {len(cells)}",
+                      *[12] * len(cells), sep="\n", file=file)
+            for codec in ("rows", "mixed", "replay", "paper"):
+                for order in ("keep", "stream"):
+                    self.assertTrue(self.check(mesh, ["--codec", codec, "--order", order], scratch))
 
 
 class Corpus(BothAgree):

@@ -147,7 +147,7 @@ class Rows:
     # Names of section 33.
 
     def fan_list(self, face):
-        a, b, c, d = sorted(min(fan, 7) for fan in face.fans)
+        a, b, c, d = sorted(min(fan, 5) for fan in face.fans)
         return 512 * a + 64 * b + 8 * c + d
 
     def fans(self, face):
