@@ -230,6 +230,29 @@ TEST(Damage, ArraysThatAreHurtAreNamed) {
   }
 }
 
+// A header with a right checksum that names an array of another file: its values are not lost ones.
+TEST(Damage, ValuesOfNoArrayAreNotNamed) {
+  Stepped it = with_steps(two_blocks(), Order::keep);
+  it.mesh.schema.arrays.push_back(array_of("static", Location::cell, ScalarType::float64));
+  Bytes& values = it.mesh.arrays.emplace_back();
+  for (std::size_t c = 0; c < it.mesh.cells.size(); ++c)
+    append(values, 1. / (1. + static_cast<double>(c)));
+  FileParts parts = take_apart(written(it));
+  Chunk& chunk = *parts.find(ChunkKind::group);
+  auto group = take_group_apart(chunk.payload);
+  ASSERT_EQ(group->header.streams.back().kind, container::StreamKind::array);
+  group->header.streams.back().array = 99;
+  chunk.payload = put_group_together(*group);
+  Bytes bytes = put_together(parts);
+  bytes[places(bytes)[1].second - 1] ^= std::byte{1};
+  for (const Damage& damage : found(bytes).damages) EXPECT_TRUE(damage.arrays.empty());
+  MemoryRandomSource source(bytes);
+  const auto extractor = MeshExtractor::open_damaged(source);
+  ASSERT_TRUE(extractor);
+  for (std::size_t s = 0; s < extractor->segments().size(); ++s)
+    EXPECT_TRUE(extractor->lost_arrays(s).empty());
+}
+
 TEST(Damage, OrderOfChunksDoesNotMatter) {
   const Bytes whole = file(Order::stream);
   const FileParts parts = take_apart(whole);

@@ -358,7 +358,9 @@ Result<KnownGroup> KnownChunks::look_at_group(const FoundChunk& chunk) {
   for (const container::StreamEntry& stream : header.streams) {
     const auto bytes = in.get_bytes(stream.bytes);
     if (in.ok() && (chunk.whole || checksum(bytes) == stream.checksum)) continue;
-    if (stream.kind == container::StreamKind::array)
+    // What names an array that there is not was never a group of this file.
+    if (stream.kind == container::StreamKind::array && schema_ &&
+        stream.array < schema_->arrays.size())
       group.lost_arrays.push_back(stream.array);
     else
       mesh = false;
