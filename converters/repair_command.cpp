@@ -79,7 +79,12 @@ std::string outcome_json(const Repair& repair, const Options& options) {
 std::string salvage_text(const SalvageReport& salvaged, const Options& options) {
   std::string text = options.output + ": " + std::to_string(salvaged.vertices) + " vertices, " +
                      std::to_string(salvaged.cells) + " cells; ";
-  if (salvaged.missing.empty()) return text + "nothing is missing, but the file is written anew\n";
+  if (salvaged.missing.empty()) {
+    text += "nothing is missing, but the file is written anew";
+    if (!salvaged.laid_out.empty())
+      text += ", without the layout of the file of format " + salvaged.laid_out + " it came from";
+    return text + "\n";
+  }
   text += "missing of " + options.input + ":\n";
   for (const std::string& sentence : salvaged.missing) text += "  " + sentence + "\n";
   return text;

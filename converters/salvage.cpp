@@ -36,6 +36,7 @@ class Salvage {
   void tell_static_arrays();
   void tell_steps(const PieceMesh& piece);
   void tell_others();
+  void tell_words(const Translation& translation);
   void tell(std::string sentence, nlohmann::json json);
   std::string label(std::uint32_t array) const { return array_label(damage_.schema, array); }
 
@@ -168,6 +169,22 @@ void Salvage::tell_others() {
            {{"what", "extra"}, {"offset", damage.offset}, {"bytes", damage.bytes}});
 }
 
+// What only the format of the source knows is about the whole mesh, and does not go on.
+void Salvage::tell_words(const Translation& translation) {
+  for (const std::string& loss : translation.losses())
+    tell(loss, {{"what", "other"}, {"name", loss}});
+  const std::vector<ArrayInfo>& kept = translation.info().schema.arrays;
+  for (const ArrayInfo& array : whole_.schema.arrays) {
+    const auto is_kept = [&](const ArrayInfo& it) {
+      return it.location == array.location && it.name == array.name && it.role == array.role;
+    };
+    if (!array.role.empty() && std::none_of(kept.begin(), kept.end(), is_kept))
+      tell("role " + array.role + " of array '" + array.name + "'",
+           {{"what", "role"}, {"array", array.name}, {"role", array.role}});
+  }
+  report_.laid_out = whole_.schema.source_format;
+}
+
 SalvageReport Salvage::run(ByteSink& sink, const Progress& progress) {
   read_whole();
   PieceOptions how;
@@ -182,10 +199,9 @@ SalvageReport Salvage::run(ByteSink& sink, const Progress& progress) {
   tell_static_arrays();
   tell_others();
   Holds holds = kShmHolds;
-  holds.kin = {};  // words of the source are about the whole mesh
+  holds.kin = {};
   Translation translation(piece, "shm", holds, std::nullopt, spool_);
-  for (const std::string& loss : translation.losses())
-    tell(loss, {{"what", "other"}, {"name", loss}});
+  tell_words(translation);
   FromElsewhere mesh(translation.mesh(), whole_);
   CompressOptions options;
   options.progress = progress;

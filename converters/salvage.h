@@ -17,6 +17,7 @@ namespace shm::converters {
 struct SalvageReport {
   std::uint64_t vertices = 0, cells = 0;  // that are left
   std::vector<std::string> missing;       // one sentence each
+  std::string laid_out;                   // format of the source whose own layout is not kept
   nlohmann::json missing_json = nlohmann::json::array();
 };
 

@@ -29,6 +29,7 @@ class Translation {
               std::optional<std::uint64_t> step, Spool& spool,
               const std::vector<BlocksById::Key>& blocks = {});
   MeshSource& mesh() { return *mesh_; }
+  const MeshInfo& info() const { return mesh_->info(); }
   const LossList& losses() const { return losses_; }
 
  private:

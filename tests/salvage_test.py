@@ -339,7 +339,8 @@ class Salvage(unittest.TestCase):
         self.assertEqual([d.get("arrays") for d in found], [["/".join(self.names[stream[1]])]])
         report = self.repair(data, 7)
         self.assertEqual(report["cells"], len(self.mesh.cells))
-        self.assertEqual([(m["what"], m["segment"]) for m in report["missing"]], [("values", 6)])
+        self.assertEqual([(m["what"], m.get("segment")) for m in report["missing"]],
+                         [("values", 6), ("role", None)])
         self.compare([group])
 
     def test_where_things_are(self):
@@ -358,8 +359,9 @@ class Salvage(unittest.TestCase):
         for ranges in ([(index.at, index.at + 32)], [(index.at + 50, index.at + 51)]):
             data = self.hurt(*ranges)
             self.assertEqual([d["section"] for d in self.verify(data)], ["index"])
-            report = self.repair(data, 0)
-            self.assertEqual((report["outcome"], report["missing"]), ("written anew", []))
+            report = self.repair(data, 7)
+            # That the weights were attributes of their block.
+            self.assertEqual([(m["what"], m["array"]) for m in report["missing"]], [("role", "attrib1")])
             self.compare([], numbered=False)
         # In place where nothing is lost, and not elsewhere.
         path = self.put(self.hurt((index.end, index.end + 16)))
@@ -410,7 +412,7 @@ class Salvage(unittest.TestCase):
             # Without an index too.
             lame = bytearray(data)
             lame[-40:] = bytes(40)
-            self.repair(lame, 0)
+            self.repair(lame, 7)  # as without an index
             self.compare([], numbered=False)
         removed = start + b"".join(pieces[:6] + pieces[8:]) + trailer
         self.assertEqual([d["section"] for d in self.verify(removed) if d["what"] == "missing"],
@@ -425,6 +427,18 @@ class Salvage(unittest.TestCase):
                                   "side_set_3", "--step", "0").returncode, 0)
         info = json.loads(self.shm("info", self.path("rest.shm"), "--json").stdout)
         self.assertEqual(info["cells"], len(self.mesh.cells) - SEGMENT)
+
+    def test_roles_that_are_left_out_are_named(self):
+        """Tags of nodes are a Gmsh file's own: they stay as an array, and no longer say what they are."""
+        nodes = "\n".join(f"{90 - 3 * i} {i & 1} {i >> 1 & 1} {i >> 2}" for i in range(8))
+        with open(self.path("tags.msh"), "w", encoding="ascii") as file:
+            file.write(f"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n8\n{nodes}\n$EndNodes\n"
+                       "$Elements\n1\n1 5 2 0 1 90 87 81 84 78 75 69 72\n$EndElements\n")
+        self.assertEqual(self.shm("compress", self.path("tags.msh"), "-o", self.path("tags.shm")).returncode, 0)
+        with open(self.path("tags.shm"), "rb") as file:
+            report = self.repair(file.read()[:-20], 7)
+        self.assertEqual([(m["array"], m["role"]) for m in report["missing"] if m["what"] == "role"],
+                         [("gmsh:node_tag", "gmsh:node_tag")])
 
 
 if __name__ == "__main__":
