@@ -186,6 +186,7 @@ class BothAgree(unittest.TestCase):
             self.assertEqual(at, len(twin))
         return True
 
+
 class Generated(BothAgree):
     def test_mesh_of_two_tiles(self):
         """More cells than a tile has, and decisions enough for rare things of a mixer's tables."""
@@ -200,19 +201,33 @@ class Generated(BothAgree):
         spokes, layers = 12, 30
         size, turn = 2 * spokes + 1, math.pi / spokes
         ring = [(math.cos(turn * i), math.sin(turn * i)) for i in range(2 * spokes)]
-        points = [f"{x} {y} {z}" for z in range(layers + 1) for x, y in [(0, 0), *ring]]
+        points = [(x, y, z) for z in range(layers + 1) for x, y in [(0, 0), *ring]]
         cells = []
         for i in range(spokes):
             quad = [0, 1 + 2 * i, 2 + 2 * i, 1 + (2 * i + 2) % (2 * spokes)]
-            cells += [[8, *(size * (layer + up) + v for up in (0, 1) for v in quad)] for layer in range(layers)]
+            cells += [[size * (layer + up) + v for up in (0, 1) for v in quad] for layer in range(layers)]
+        self.check_hexahedra(points, cells, ("rows", "mixed", "replay", "paper"))
+
+    def test_grids_full_of_holes(self):
+        """What is kept of a hexahedron is forgotten in a certain order, which shows where nothing is regular."""
+        n, m = 8, 9
+        points = [(x, y, z) for z in range(m) for y in range(m) for x in range(m)]
+        for seed in range(6):
+            chance = random.Random(seed)
+            corners = [x + m * (y + m * z) for z in range(n) for y in range(n) for x in range(n)
+                       if chance.random() < .5]
+            cells = [[up + v for up in (c, c + m * m) for v in (0, 1, m + 1, m)] for c in corners]
+            self.check_hexahedra(points, cells, ("rows", "mixed"))
+
+    def check_hexahedra(self, points, cells, codecs):
         with tempfile.TemporaryDirectory() as scratch:
-            mesh = os.path.join(scratch, "wheel.vtk")
+            mesh = os.path.join(scratch, "mesh.vtk")
             with open(mesh, "w", encoding="ascii") as file:
-                print("# vtk DataFile Version 3.0\nwheel\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS", len(points),
-                      "double", *points, f"CELLS {len(cells)} {9 * len(cells)}", file=file)
-                print(*(" ".join(map(str, cell)) for cell in cells), f"CELL_TYPES {len(cells)}",
-                      *[12] * len(cells), sep="\n", file=file)
-            for codec in ("rows", "mixed", "replay", "paper"):
+                print("# vtk DataFile Version 3.0\n\nASCII\nDATASET UNSTRUCTURED_GRID", file=file)
+                print("POINTS", len(points), "double", *(x for point in points for x in point), file=file)
+                print("CELLS", len(cells), 9 * len(cells), *(v for cell in cells for v in (8, *cell)), file=file)
+                print("CELL_TYPES", len(cells), *[12] * len(cells), file=file)
+            for codec in codecs:
                 for order in ("keep", "stream"):
                     self.assertTrue(self.check(mesh, ["--codec", codec, "--order", order], scratch))
 

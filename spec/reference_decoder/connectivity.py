@@ -188,6 +188,8 @@ class Connectivity:
             if vertex.id not in done:
                 done.add(vertex.id)
                 self.finalize_vertex(vertex)
+        if cell.hexahedral and self.codec in (ROWS, MIXED):
+            self.hexahedra.end_cell()
 
     def finalize_vertex(self, vertex):
         self.others.forget_vertex(vertex)

@@ -615,6 +615,10 @@ class Rows:
                 finals.add(b)
                 cell.last_use.append(i)
         self.last_finals = this.finals = finals
+
+    def end_cell(self):
+        """Behind all that this hexahedron finalized."""
+        this = self.last_cell
         this.at_hand = False
         if this.owned == 0:
             self.free_slots.append(this.slot)
