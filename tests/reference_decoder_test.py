@@ -219,7 +219,16 @@ class Generated(BothAgree):
             cells = [[up + v for up in (c, c + m * m) for v in (0, 1, m + 1, m)] for c in corners]
             self.check_hexahedra(points, cells, ("rows", "mixed"))
 
-    def check_hexahedra(self, points, cells, codecs):
+    def test_a_range_too_small_for_a_step(self):
+        """Whose step is 0: division by it is IEEE 754's."""
+        points = [(x, y, z) for z in range(3) for y in range(2) for x in range(2)]
+        cells = [[4 * up + v for up in (z, z + 1) for v in (0, 1, 3, 2)] for z in range(2)]
+        field = ("POINT_DATA 12\nSCALARS a double 1\nLOOKUP_TABLE default\n"
+                 + "\n".join(str(5e-324 * (i % 5)) for i in range(12)))
+        for level in ("default", "best"):
+            self.check_hexahedra(points, cells, ("rows",), field, "--array", "a:bits=20", "--level", level)
+
+    def check_hexahedra(self, points, cells, codecs, fields="", *options):
         with tempfile.TemporaryDirectory() as scratch:
             mesh = os.path.join(scratch, "mesh.vtk")
             with open(mesh, "w", encoding="ascii") as file:
@@ -227,9 +236,10 @@ class Generated(BothAgree):
                 print("POINTS", len(points), "double", *(x for point in points for x in point), file=file)
                 print("CELLS", len(cells), 9 * len(cells), *(v for cell in cells for v in (8, *cell)), file=file)
                 print("CELL_TYPES", len(cells), *[12] * len(cells), file=file)
+                print(fields, file=file)
             for codec in codecs:
                 for order in ("keep", "stream"):
-                    self.assertTrue(self.check(mesh, ["--codec", codec, "--order", order], scratch))
+                    self.assertTrue(self.check(mesh, ["--codec", codec, "--order", order, *options], scratch))
 
 
 class Corpus(BothAgree):

@@ -217,7 +217,7 @@ def packed_blob(cursor):
         return blob
     if method not in (1, 2):
         cursor.fail("an unknown method of packing")
-    width = cursor.varint() if method == 2 else 1
+    width = cursor.u8() if method == 2 else 1
     if width == 0:
         cursor.fail("planes of no bytes")
     return from_planes(zstd_frame(cursor.rest(), size), width)

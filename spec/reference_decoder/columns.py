@@ -319,7 +319,7 @@ class Column:
                 said.weights = list(like.weights) if like else [0] * 13
             else:
                 for i in range(13):
-                    weight = said.weights[i] + signed(source, models.weight)
+                    weight = signed64(said.weights[i] + signed(source, models.weight))
                     said.weights[i] = max(-589823, min(589823, weight))
         component.families[family] = Class(said)
         return said

@@ -53,6 +53,13 @@ def nearest(p):
     return low + (p - low >= 0.5)
 
 
+def divided(a, b):
+    """As IEEE 754 has it, by 0 too; b is not below 0."""
+    if b:
+        return a / b
+    return math.nan if a == 0 or a != a else math.copysign(math.inf, a)
+
+
 class Domain:
     """What numbers one component is made of."""
 
@@ -155,7 +162,7 @@ class Domain:
         if kind == DECIMAL:
             return float(nearest(x * TEN[self.exponent] if self.exponent >= 0 else x / TEN[-self.exponent]))
         if kind == QUANTIZED:
-            return float(nearest((x - self.minimum) / self.step))
+            return float(nearest(divided(x - self.minimum, self.step)))
         return x
 
     # ------------------------------------------------------------------ Digits

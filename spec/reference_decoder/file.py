@@ -229,11 +229,13 @@ class File:
         extra = Extra(cursor.text(), cursor.u8(), cursor.u8(), cursor.list_of(cursor.varint), b"")
         if not 1 <= extra.type <= 10 or extra.refers > 2 or (extra.refers and extra.type not in (5, 7)):
             cursor.fail("an unknown type or refers")
-        count = 0 if 0 in extra.shape else 1
+        count = 1
         for side in extra.shape:
-            count = min(count * side, 2**61)
+            count *= side
+            if count >= 2**61:
+                cursor.fail("more values than a file can hold")
         extra.data = cursor.rest()
-        if count >= 2**61 or len(extra.data) != count * SCALAR_BYTES[extra.type]:
+        if len(extra.data) != count * SCALAR_BYTES[extra.type]:
             cursor.fail("data that is not the product of its shape")
         return extra
 
@@ -257,8 +259,8 @@ class File:
             cursor.fail("streams not as found")
         cursor.list_of(lambda: (cursor.varint32(), cursor.list_of(lambda: (cursor.f64(), cursor.f64()))))  # ranges
         entries = cursor.list_of(lambda: self._entry(cursor))
-        if entries != self.entries:
-            cursor.fail("entries that are not the chunks of the file")
+        if len(entries) != len(self.entries):
+            cursor.fail("more or fewer entries than chunks")
         cursor.end()
 
     @staticmethod

@@ -155,6 +155,7 @@ class Segment:
     """The coder state of a segment: everything starts afresh with it."""
 
     def __init__(self, schema, number, first_vertex, first_cell, imported):
+        self.begun = False  # whether there was a group
         self.schema, self.number, self.first_vertex, self.all_imported = schema, number, first_vertex, imported
         self.keep = schema.order == KEEP
         self.connectivity = Connectivity(schema)
@@ -187,9 +188,13 @@ class Segment:
             reject_unless(IMPORTS not in header.streams, "imports in segment 0")
         if stream:
             reject_unless(self.codec in (None, stream.codec), "another codec than before in the segment")
+            reject_unless(stream.codec != SHIFTS or self.codec == SHIFTS or not self.begun,
+                          "shifts that begin behind the first group of their segment")
             self.codec = stream.codec
+        self.begun = True
         for kind in (CORNER_ORDER, CELL_NUMBERS):
             if kind in header.streams:
+                reject_unless(stream, "a stream without connectivity before it")
                 reject_unless(header.streams[kind].codec == self.codec, "streams of different codecs")
         self.header, self.tiles = header, []
         self.vertices = self.own = self.imported_count = self.active = self.bytes = 0
@@ -324,7 +329,7 @@ class Segment:
         shifts = self.shifts
         shifts.begin_group(header.data(CONNECTIVITY), header, 3 * header.decoded_bytes + 64 * header.cells)
         allowed = {CONNECTIVITY, GEOMETRY} | {(ARRAY, i) for i, _ in schema.static_arrays()}
-        if not self.keep:
+        if not self.keep and self.number > 0:
             allowed.add(VERTEX_NUMBERS)
         reject_unless(set(header.streams) <= allowed, "a stream that segments with shifts do not have")
         bits = shifts.group_ring_bits
@@ -375,7 +380,8 @@ class Segment:
         tiles = [tile.elements(array) for tile in self.tiles]
         elements = sum(len(tile[0]) for tile in tiles)
         stream = header.streams.get(GEOMETRY if i < 0 else (ARRAY, i))
-        if shifted and elements == 0 and stream is None:
+        if shifted and stream is None:
+            reject_unless(elements == 0, "too few values")
             return
         codec, data = (stream.codec, stream.data) if stream else (COLUMNS, b"")
         reject_unless(codec != MIXED_COLUMNS or column.with_tables, "mixed columns of an array without tables")
