@@ -219,6 +219,25 @@ class Generated(BothAgree):
             cells = [[up + v for up in (c, c + m * m) for v in (0, 1, m + 1, m)] for c in corners]
             self.check_hexahedra(points, cells, ("rows", "mixed"))
 
+    def test_polygons_of_several_sizes(self):
+        points = [(x, y, 0) for y in range(3) for x in range(4)]
+        cells = [[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 11, 6], [4, 5, 9, 8]]
+        self.check_cells(points, cells, 7, ("rows", "mixed", "replay", "paper"))
+
+    def test_hexahedra_with_joined_corners(self):
+        """A vertex may stand twice in a face, and a hexahedron be a wedge, a pyramid or less."""
+        n, m = 5, 6
+        points = [(x, y, z) for z in range(m) for y in range(m) for x in range(m)]
+        for seed in range(4):
+            chance = random.Random(seed)
+            joined = list(range(m**3))
+            for v in range(m**3 - m * m - m - 1):
+                if chance.random() < .1:
+                    joined[v] = v + chance.choice((1, m, m * m))
+            corners = [x + m * (y + m * z) for z in range(n) for y in range(n) for x in range(n)]
+            cells = [[joined[up + v] for up in (c, c + m * m) for v in (0, 1, m + 1, m)] for c in corners]
+            self.check_hexahedra(points, cells, ("rows", "mixed", "replay", "paper"))
+
     def test_a_range_too_small_for_a_step(self):
         """Whose step is 0: division by it is IEEE 754's."""
         points = [(x, y, z) for z in range(3) for y in range(2) for x in range(2)]
@@ -228,14 +247,18 @@ class Generated(BothAgree):
         for level in ("default", "best"):
             self.check_hexahedra(points, cells, ("rows",), field, "--array", "a:bits=20", "--level", level)
 
-    def check_hexahedra(self, points, cells, codecs, fields="", *options):
+    def check_hexahedra(self, points, cells, *how):
+        self.check_cells(points, cells, 12, *how)
+
+    def check_cells(self, points, cells, vtk_type, codecs, fields="", *options):
         with tempfile.TemporaryDirectory() as scratch:
             mesh = os.path.join(scratch, "mesh.vtk")
             with open(mesh, "w", encoding="ascii") as file:
                 print("# vtk DataFile Version 3.0\n\nASCII\nDATASET UNSTRUCTURED_GRID", file=file)
                 print("POINTS", len(points), "double", *(x for point in points for x in point), file=file)
-                print("CELLS", len(cells), 9 * len(cells), *(v for cell in cells for v in (8, *cell)), file=file)
-                print("CELL_TYPES", len(cells), *[12] * len(cells), file=file)
+                numbers = [v for cell in cells for v in (len(cell), *cell)]
+                print("CELLS", len(cells), len(numbers), *numbers, file=file)
+                print("CELL_TYPES", len(cells), *[vtk_type] * len(cells), file=file)
                 print(fields, file=file)
             for codec in codecs:
                 for order in ("keep", "stream"):

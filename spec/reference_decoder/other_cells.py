@@ -298,7 +298,7 @@ class OtherCells:
         if i < 8:
             for m, place in state.guesses:
                 other = self.remembered.get(m)
-                if other and place[i] is not None and place[i] < len(other.slots):
+                if other and i < len(place) and place[i] is not None and place[i] < len(other.slots):
                     vertex = self.surface.by_slot.get(other.slots[place[i]])
                     w = add(vertex) if vertex else None
                     if w:

@@ -160,8 +160,8 @@ class Replay:
                 if self.keep:
                     vertex.number = n
                     self.by_number[n] = vertex
+                self.counts_as_largest(n)
             self.cell.v[c] = vertex
-            self.counts_as_largest(n)
         return following
 
     def remember(self, numbers, following, marks, h, by):
@@ -189,7 +189,7 @@ class Replay:
 
     def last_uses(self, cell):
         for c in range(8):
-            if self.marks >> c & 1 and all(cell.v[c] is not cell.v[i] for i in cell.last_use):
+            if self.marks >> c & 1 and all(cell.v[c] is not earlier for earlier in cell.v[:c]):
                 cell.last_use.append(c)
 
     def face_removed(self, face):
