@@ -26,6 +26,7 @@ struct Repair {
   std::uint64_t blocks = 0, healed = 0, damaged_packets = 0;
   std::vector<std::uint64_t> lost;  // blocks that parity could not heal
   DamageReport damage;              // of what parity left
+  bool new_index = false;
   std::optional<SalvageReport> salvaged;
 
   bool is_whole() const { return !salvaged || salvaged->missing.empty(); }
@@ -66,6 +67,7 @@ std::string outcome_json(const Repair& repair, const Options& options) {
   json["healed_blocks"] = repair.healed;
   json["lost_blocks"] = repair.lost.size();
   json["damaged_parity_packets"] = repair.damaged_packets;
+  json["new_index"] = repair.new_index;
   json["damage"] = damage_json(repair.damage);
   json["missing"] = nlohmann::json::array();
   if (repair.salvaged) {
@@ -90,9 +92,19 @@ std::string salvage_text(const SalvageReport& salvaged, const Options& options) 
   return text;
 }
 
+std::string new_index_text(const Schema& schema) {
+  const bool kept = std::none_of(schema.arrays.begin(), schema.arrays.end(), [](const auto& it) {
+    return !it.per_step && it.quantization.lossy();
+  });
+  const std::string text = "; every chunk was there but the index, which was made anew";
+  return text + (kept ? "\n" : ", with ranges of the values as they are restored\n");
+}
+
 std::string outcome_text(const Repair& repair, const Options& options) {
   if (repair.salvaged) return salvage_text(*repair.salvaged, options);
   if (repair.was_sound()) return options.output + ": nothing was damaged\n";
+  if (repair.new_index)
+    return options.output + ": as it was" + new_index_text(*repair.damage.schema);
   if (!repair.has_parity) return options.output + ": as it was; every chunk was there\n";
   return options.output + ": as it was; " + counted(repair.healed, "block") + " of " +
          std::to_string(repair.blocks) + " healed, " + counted(repair.damaged_packets, "packet") +
@@ -112,7 +124,7 @@ class RepairRun {
  private:
   void heal();
   void find_rest();
-  void write_as_it_was();
+  bool write_as_it_was();
   void salvage_rest();
   [[noreturn]] void fail_unhealed(std::string detail) const;
 
@@ -167,12 +179,19 @@ void RepairRun::find_rest() {
   repair_.damage = unwrap(std::move(damage), options_.input);
 }
 
-void RepairRun::write_as_it_was() {
+/// False, and nothing is written, where the index is lost and cannot be made anew.
+bool RepairRun::write_as_it_was() {
   OutputFile output(options_.output, spool_directory(options_));
-  if (repair_.damage.damages.empty())
+  if (repair_.damage.damages.empty()) {
     unwrap(output.sink().copy(*source_, 0, source_->size()), options_.output);
-  else
-    unwrap(write_in_order(*source_, output.sink()), options_.input);
+  } else {
+    repair_.new_index = !repair_.damage.restorable;
+    if (repair_.new_index) line_.show("making the index anew");
+    auto written = write_in_order(*source_, output.sink());
+    const bool failed = !written && written.error().code != ErrorCode::io;
+    if (repair_.new_index && failed) return repair_.new_index = false;
+    unwrap(std::move(written), options_.input);
+  }
   if (repair_.has_parity && source_ == &protected_->healed()) {
     const auto written = unwrap(FileRandomSource::open(output.temporary()), options_.output);
     if (written->size() != protected_->shape().protected_bytes)
@@ -180,6 +199,7 @@ void RepairRun::write_as_it_was() {
     write_parity(*written, protected_->shape(), output.sink(), line_.callback());
   }
   output.commit();
+  return true;
 }
 
 void RepairRun::salvage_rest() {
@@ -197,10 +217,9 @@ void RepairRun::salvage_rest() {
 Repair RepairRun::run() {
   heal();
   find_rest();
-  if (repair_.damage.damages.empty() || repair_.damage.restorable)
-    write_as_it_was();
-  else
-    salvage_rest();
+  const DamageReport& damage = repair_.damage;
+  const bool all_there = damage.damages.empty() || damage.restorable || damage.lacks_index;
+  if (!all_there || !write_as_it_was()) salvage_rest();
   return std::move(repair_);
 }
 

@@ -113,12 +113,25 @@ void read_pieces(shm::Result<shm::MeshExtractor> reader, std::uint8_t which) {
   }
 }
 
-/// What a report says of healing must be so.
+/// What a report says of healing must be so; with an index made anew if all can be decoded.
 void judge(shm::RandomSource& source) {
-  const auto report = shm::find_damage(source, shm_fuzz::small_limits());
-  shm::NullSink sink;
-  const auto good = shm::write_in_order(source, sink, shm_fuzz::small_limits());
-  if (report && static_cast<bool>(good) != report->restorable) std::abort();
+  const shm::ReadLimits limits = shm_fuzz::small_limits();
+  const auto report = shm::find_damage(source, limits);
+  shm::MemorySink sink;
+  const auto good = shm::write_in_order(source, sink, limits);
+  if (!report) return;
+  if (report->restorable && !good) std::abort();
+  if (!good && !sink.bytes.empty()) std::abort();
+  if (!good || report->restorable) return;
+  if (!report->lacks_index) std::abort();
+  shm::MemorySource written(sink.bytes);
+  auto reader = shm::Reader::open(written, limits);
+  if (!reader) std::abort();
+  while (true) {
+    const auto item = reader->next();
+    if (!item) std::abort();
+    if (!*item) break;
+  }
 }
 
 }  // namespace

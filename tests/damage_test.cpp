@@ -11,6 +11,7 @@
 
 #include "feature_files.h"
 #include "file_surgery.h"
+#include "item_text.h"
 #include "shm/mesh_extract.h"
 #include "shm/step_reader.h"
 #include "stepped_mesh.h"
@@ -20,7 +21,7 @@ namespace {
 
 using container::ChunkKind;
 
-/// Segments of some cells, arrays, steps that refer to each other, an extra.
+/// Segments of some cells, arrays, steps that refer to each other.
 Bytes file(Order order, std::uint32_t segment_cells = 60, std::uint32_t group_cells = 30) {
   Stepped it = with_steps(two_blocks(), order);
   it.options.segment_cells = segment_cells;
@@ -460,6 +461,96 @@ TEST(Damage, ACopyOfTheIndexIsNoEnd) {
   EXPECT_FALSE(report.damages.empty());
   for (const Damage& damage : report.damages)
     EXPECT_LT(damage.offset, middle + bytes) << damage.section;
+}
+
+/// A byte of the index, its header, or the headers of it and the trailer are lost; or a byte of it,
+/// and all chunks have changed places.
+std::vector<Bytes> without_index(const Bytes& whole) {
+  const auto at = places(whole);
+  const auto [begin, end] = at.back();
+  std::vector<Bytes> hurt(4, whole);
+  hurt[0][end - 1] ^= std::byte{1};
+  hurt[1][begin + 5] ^= std::byte{1};
+  hurt[2][begin + 5] ^= std::byte{1};
+  hurt[2][end + 5] ^= std::byte{1};
+  hurt[3][end - 1] ^= std::byte{1};
+  auto to = hurt[3].begin() + container::kFileStartBytes;
+  for (std::size_t c = at.size() - 1; c-- > 0;)
+    to = std::copy(whole.begin() + static_cast<std::ptrdiff_t>(at[c].first),
+                   whole.begin() + static_cast<std::ptrdiff_t>(at[c].second), to);
+  return hurt;
+}
+
+TEST(Damage, ALostIndexIsMadeAnew) {
+  std::size_t same = 0, with_other_ranges = 0;
+  for (const FeatureFile& it : feature_files()) {
+    const std::size_t index = places(it.bytes).back().first;
+    for (const Bytes& hurt : without_index(it.bytes)) {
+      const DamageReport report = found(hurt);
+      ASSERT_TRUE(report.schema) << it.name;
+      EXPECT_TRUE(report.lacks_index && !report.restorable) << it.name;
+      MemoryRandomSource source(hurt);
+      MemorySink sink;
+      const auto good = write_in_order(source, sink);
+      ASSERT_TRUE(good) << it.name << ": " << good.error().message();
+      const auto& arrays = report.schema->arrays;
+      const bool lossy = std::any_of(arrays.begin(), arrays.end(), [](const ArrayInfo& array) {
+        return !array.per_step && array.quantization.lossy();
+      });
+      ++(lossy ? with_other_ranges : same);
+      if (lossy) {
+        EXPECT_EQ(
+            Bytes(sink.bytes.begin(), sink.bytes.begin() + static_cast<std::ptrdiff_t>(index)),
+            Bytes(it.bytes.begin(), it.bytes.begin() + static_cast<std::ptrdiff_t>(index)));
+        EXPECT_EQ(sink.bytes.size(), it.bytes.size());
+        EXPECT_TRUE(decode_in_pieces(sink.bytes)) << it.name;
+      } else {
+        EXPECT_EQ(sink.bytes, it.bytes) << it.name;
+      }
+    }
+  }
+  EXPECT_GT(same, 80u);
+  EXPECT_GT(with_other_ranges, 1u);
+}
+
+// Right checksums of what nobody can decode: nothing is written.
+TEST(Damage, AnIndexIsMadeOnlyWhereThereWasNoMore) {
+  const Bytes whole = file(Order::keep);
+  const auto at = places(whole);
+  const auto cut = [&](std::size_t bytes) {
+    return Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(bytes));
+  };
+  const std::size_t last = at.end()[-2].first, index = at.back().first;
+  Bytes without_last = whole;
+  std::fill(without_last.begin() + static_cast<std::ptrdiff_t>(last), without_last.end(),
+            std::byte{});
+  for (const Bytes& hurt : {cut(index), cut(index + 9), without_last}) {
+    const DamageReport report = found(hurt);
+    EXPECT_TRUE(report.lacks_index && !report.complete);
+    MemoryRandomSource source(hurt);
+    MemorySink sink;
+    const auto good = write_in_order(source, sink);
+    ASSERT_FALSE(good);
+    EXPECT_EQ(good.error().code, ErrorCode::corrupt);
+    EXPECT_TRUE(sink.bytes.empty());
+  }
+}
+
+TEST(Damage, AnIndexIsMadeOfWhatCanBeDecodedOnly) {
+  FileParts parts = take_apart(file(Order::keep));
+  Chunk extra = parts.chunks.back();
+  extra.header.kind = static_cast<std::uint8_t>(ChunkKind::extra);
+  parts.chunks.insert(parts.chunks.end() - 1, extra);
+  Bytes bytes = put_together(parts);
+  const auto at = places(bytes);
+  bytes[at.back().first + 5] ^= std::byte{1};
+  EXPECT_TRUE(found(bytes).complete);
+  MemoryRandomSource source(bytes);
+  MemorySink sink;
+  const auto good = write_in_order(source, sink);
+  ASSERT_FALSE(good);
+  EXPECT_EQ(good.error().code, ErrorCode::corrupt);
+  EXPECT_TRUE(sink.bytes.empty());
 }
 
 TEST(Damage, NothingOfAFile) {

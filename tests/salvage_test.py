@@ -344,34 +344,51 @@ class Salvage(unittest.TestCase):
         self.compare([group])
 
     def test_where_things_are(self):
-        """Nothing that holds values is lost: all of it comes back, and mostly the very bytes."""
+        """Nothing that holds values is lost: the very bytes come back."""
         schema, index = self.chunks[0], self.chunks[-1]
         for ranges, sections in (([(0, 8)], ["file start"]),
                                  ([(schema.at, schema.at + 20)], ["schema"]),
                                  ([(schema.at + 40, schema.at + 41)], ["schema"]),
                                  ([(0, schema.end)], ["file start", "schema"]),
-                                 ([(index.end, index.end + 16)], ["end record"])):
+                                 ([(index.end, index.end + 16)], ["end record"]),
+                                 ([(index.at, index.at + 32)], ["index"]),
+                                 ([(index.at + 50, index.at + 51)], ["index"]),
+                                 ([(index.at, index.end + 16)], ["index", "end record"])):
             data = self.hurt(*ranges)
             self.assertEqual([d["section"] for d in self.verify(data)], sections)
             report = self.repair(data, 0)
             self.assertEqual(report["outcome"], "healed")
+            self.assertEqual(report["new_index"], "index" in sections)
             self.same_bytes()
-        for ranges in ([(index.at, index.at + 32)], [(index.at + 50, index.at + 51)]):
-            data = self.hurt(*ranges)
-            self.assertEqual([d["section"] for d in self.verify(data)], ["index"])
-            report = self.repair(data, 7)
-            # That the weights were attributes of their block.
-            self.assertEqual([(m["what"], m["array"]) for m in report["missing"]], [("role", "attrib1")])
-            self.compare([], numbered=False)
         # In place where nothing is lost, and not elsewhere.
-        path = self.put(self.hurt((index.end, index.end + 16)))
-        self.assertEqual(self.shm("repair", path).returncode, 0)
-        with open(path, "rb") as file:
-            self.assertTrue(file.read() == self.whole)
-        path = self.put(self.hurt((index.at, index.at + 32)))
+        for hurt in ((index.end, index.end + 16), (index.at, index.at + 32)):
+            path = self.put(self.hurt(hurt))
+            self.assertEqual(self.shm("repair", path).returncode, 0)
+            with open(path, "rb") as file:
+                self.assertTrue(file.read() == self.whole)
+        path = self.put(self.whole[:index.at])  # perhaps there was more
         refused = self.shm("repair", path)
         self.assertEqual(refused.returncode, 3)
         self.assertIn(b"-o OUT.shm", refused.stderr)
+
+    def test_index_of_rounded_values(self):
+        """Ranges in an index made anew are of what the file holds; all else is as it was."""
+        made = self.shm("compress", self.path("m.e"), "-o", self.path("rounded.shm"), "--array",
+                        "attrib1:abs=1e-3")
+        self.assertEqual(made.returncode, 0, made.stderr)
+        with open(self.path("rounded.shm"), "rb") as file:
+            whole = file.read()
+        index = chunks_of(whole)[-1]
+        data = bytearray(whole)
+        data[index.at:index.at + 8] = bytes(8)
+        done = self.shm("repair", self.put(data), "-o", self.path("rest.shm"))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn(b"made anew, with ranges of the values as they are restored", done.stdout)
+        with open(self.path("rest.shm"), "rb") as file:
+            rest = file.read()
+        self.assertEqual((rest[:index.at], len(rest)), (whole[:index.at], len(whole)))
+        self.assertNotEqual(rest, whole)
+        self.assertEqual(self.shm("verify", self.path("rest.shm"), "--against", self.path("m.e")).returncode, 0)
 
     def test_without_index_and_more(self):
         index = self.chunks[-1]
@@ -412,8 +429,8 @@ class Salvage(unittest.TestCase):
             # Without an index too.
             lame = bytearray(data)
             lame[-40:] = bytes(40)
-            self.repair(lame, 7)  # as without an index
-            self.compare([], numbered=False)
+            self.assertTrue(self.repair(lame, 0)["new_index"])
+            self.same_bytes()
         removed = start + b"".join(pieces[:6] + pieces[8:]) + trailer
         self.assertEqual([d["section"] for d in self.verify(removed) if d["what"] == "missing"],
                          ["group"] * 2)
@@ -436,7 +453,9 @@ class Salvage(unittest.TestCase):
                        "$Elements\n1\n1 5 2 0 1 90 87 81 84 78 75 69 72\n$EndElements\n")
         self.assertEqual(self.shm("compress", self.path("tags.msh"), "-o", self.path("tags.shm")).returncode, 0)
         with open(self.path("tags.shm"), "rb") as file:
-            report = self.repair(file.read()[:-20], 7)
+            data = bytearray(file.read())
+        data[next(c for c in chunks_of(data) if c.kind == EXTRA).end - 1] ^= 1
+        report = self.repair(data, 7)
         self.assertEqual([(m["array"], m["role"]) for m in report["missing"] if m["what"] == "role"],
                          [("gmsh:node_tag", "gmsh:node_tag")])
 

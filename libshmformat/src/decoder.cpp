@@ -52,6 +52,7 @@ class Decoder::Impl {
   }
   const Schema* schema() const { return schema_ ? schema_.get() : nullptr; }
   const std::optional<Error>& error() const { return error_; }
+  Result<container::Index> held() const;
 
  private:
   enum class State { start, header, payload, trailer, behind_end };
@@ -71,6 +72,7 @@ class Decoder::Impl {
   Result<void> read_extra(std::span<const std::byte> payload);
   Result<void> read_index(std::span<const std::byte> payload);
   std::uint64_t elements_of(std::uint32_t array) const;
+  std::map<std::string, std::uint64_t> streams() const;
   Result<std::vector<std::byte>> unpack(ByteReader& in, std::uint64_t limit) const;
   Error wrong(ErrorCode code, std::string detail) const {
     return Error{code, std::move(detail), section_, chunk_offset_, {}};
@@ -152,9 +154,9 @@ Result<Decoder::Progress> Decoder::Impl::work() {
       totals.steps = steps_;
       totals.total_bytes = offset_;
       totals.trailing_bytes = trailing_bytes_ + buffer_.size() - at_;
-      totals.streams = stream_bytes_;
+      totals.streams = streams();
       std::uint64_t coded = 0;
-      for (const auto& [name, bytes] : stream_bytes_) coded += bytes;
+      for (const auto& [name, bytes] : totals.streams) coded += bytes;
       totals.streams["container"] = offset_ - coded;
       item_ = std::move(totals);
       break;
@@ -247,11 +249,7 @@ Result<void> Decoder::Impl::read_payload() {
   state_ = State::header;
   if (checksum(payload) != header_.payload_checksum)
     return wrong(ErrorCode::corrupt, "checksum of the chunk does not match");
-  const bool known =
-      header_.kind >= static_cast<std::uint8_t>(ChunkKind::schema) &&
-      header_.kind <= static_cast<std::uint8_t>(ChunkKind::index) && header_.version == 0 &&
-      (header_.segment == 0 || header_.kind == static_cast<std::uint8_t>(ChunkKind::group));
-  if (!known) {
+  if (!container::is_known(header_)) {
     if ((header_.flags & container::kChunkOptional) != 0) return {};
     return wrong(ErrorCode::unsupported, "this reader does not know it, and the file needs it");
   }
@@ -381,27 +379,41 @@ Result<void> Decoder::Impl::read_index(std::span<const std::byte> payload) {
   container::Index index;
   if (!container::get(in, index, next_sequence_))
     return wrong(ErrorCode::corrupt, "makes no sense");
-  for (auto& [name, bytes] : mesh_->stream_bytes()) stream_bytes_[name] += bytes;
-  bool same = index.vertices == mesh_->vertices() && index.cells == mesh_->cells() &&
-              index.hexahedra == mesh_->hexahedra() &&
-              index.max_active_vertices == mesh_->max_active_vertices() &&
-              index.segments == mesh_->segment_starts().size() &&
-              index.imported_vertices == mesh_->imported_vertices() &&
-              index.block_cells == mesh_->block_cells() && index.steps == steps_ &&
-              index.streams.size() == stream_bytes_.size() &&
-              index.entries.size() + 1 == next_sequence_ && index.previous_index == 0;
-  same = same && (!step_values_ || step_values_->is_complete());
-  for (std::size_t i = 1; i < index.streams.size(); ++i)
-    same = same && index.streams[i - 1].name < index.streams[i].name;
-  for (const auto& stream : index.streams) {
-    const auto found = stream_bytes_.find(stream.name);
-    same = same && found != stream_bytes_.end() && found->second == stream.bytes;
-  }
+  const auto held = this->held();
+  const bool same =
+      held && index.previous_index == held->previous_index && index.vertices == held->vertices &&
+      index.cells == held->cells && index.hexahedra == held->hexahedra &&
+      index.max_active_vertices == held->max_active_vertices && index.steps == held->steps &&
+      index.segments == held->segments && index.imported_vertices == held->imported_vertices &&
+      index.block_cells == held->block_cells && index.streams == held->streams &&
+      index.entries.size() + 1 == next_sequence_;
   if (!same) return wrong(ErrorCode::corrupt, "does not tell what the file holds");
   index_offset_ = chunk_offset_;
   section_ = "end record";
   state_ = State::trailer;
   return {};
+}
+
+std::map<std::string, std::uint64_t> Decoder::Impl::streams() const {
+  std::map<std::string, std::uint64_t> streams = stream_bytes_;
+  for (const auto& [name, bytes] : mesh_->stream_bytes()) streams[name] += bytes;
+  return streams;
+}
+
+Result<container::Index> Decoder::Impl::held() const {
+  if (step_values_ && !step_values_->is_complete())
+    return wrong(ErrorCode::corrupt, "step values of some groups are missing");
+  container::Index held;
+  held.vertices = mesh_->vertices();
+  held.cells = mesh_->cells();
+  held.hexahedra = mesh_->hexahedra();
+  held.max_active_vertices = mesh_->max_active_vertices();
+  held.steps = steps_;
+  held.segments = mesh_->segment_starts().size();
+  held.imported_vertices = mesh_->imported_vertices();
+  held.block_cells = mesh_->block_cells();
+  for (const auto& [name, bytes] : streams()) held.streams.push_back({name, bytes});
+  return held;
 }
 
 Result<void> Decoder::Impl::read_trailer() {
@@ -429,5 +441,6 @@ void Decoder::end_of_input() { impl_->end_of_input(); }
 Result<Decoder::Progress> Decoder::advance() { return impl_->advance(); }
 Item Decoder::take() { return impl_->take(); }
 const Schema* Decoder::schema() const { return impl_->schema(); }
+Result<container::Index> Decoder::held() const { return impl_->held(); }
 
 }  // namespace shm

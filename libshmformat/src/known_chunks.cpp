@@ -16,12 +16,6 @@ using container::kChunkHeaderBytes;
 
 namespace {
 
-bool is_known(const ChunkHeader& header) {
-  return header.kind >= static_cast<std::uint8_t>(ChunkKind::schema) &&
-         header.kind <= static_cast<std::uint8_t>(ChunkKind::index) && header.version == 0 &&
-         (header.segment == 0 || header.kind == static_cast<std::uint8_t>(ChunkKind::group));
-}
-
 bool fits(const FoundChunk& chunk, std::uint32_t sequence, const IndexEntry& told) {
   return chunk.header.sequence == sequence && chunk.header.kind == told.kind &&
          chunk.bytes() == told.bytes && chunk.header.segment == told.segment;
@@ -59,7 +53,7 @@ Result<void> KnownChunks::read() {
       (scan_.start && (scan_.start->needed_features & container::kArchiveFeature) != 0))
     return Error{ErrorCode::unsupported, "is an archive of several files", {}, kNoOffset, {}};
   for (const FoundChunk& chunk : scan_.chunks)
-    if (chunk.whole && !is_known(chunk.header) &&
+    if (chunk.whole && !container::is_known(chunk.header) &&
         (chunk.header.flags & container::kChunkOptional) == 0)
       return Error{ErrorCode::unsupported,
                    "this reader does not know it, and the file needs it",
@@ -428,7 +422,6 @@ void KnownChunks::judge_end() {
     damages_.push_back({DamageKind::missing, "end record", size, 0});
 }
 
-/// Where all that is behind the last chunk that is no index begins.
 std::uint64_t KnownChunks::end_of_chunks() const {
   const std::uint64_t size = source_->size();
   std::uint64_t end = std::min<std::uint64_t>(container::kFileStartBytes, size);

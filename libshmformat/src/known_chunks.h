@@ -51,6 +51,8 @@ class KnownChunks {
   std::uint64_t index_bytes() const { return scan_.chunks.back().bytes(); }
   /// Whether the last chunk of chunks() is known to be the last one before the index.
   bool ends_at_index() const;
+  /// Where all that is behind the last chunk that is no index begins.
+  std::uint64_t end_of_chunks() const;
   /// Payload of a whole schema chunk, the one that stands first; empty where there is none.
   const std::vector<std::byte>& schema_payload() const { return schema_payload_; }
   /// File start and schema chunk as they stand in a file that is whole. Must hold: there is a
@@ -69,7 +71,6 @@ class KnownChunks {
   Result<void> judge_by_numbers();
   void judge_start();
   void judge_end();
-  std::uint64_t end_of_chunks() const;
   Result<void> take(const container::FoundChunk& chunk, const container::IndexEntry* told);
   Result<KnownGroup> look_at_group(const container::FoundChunk& chunk);
   Result<void> take_step(const container::FoundChunk& chunk);

@@ -51,6 +51,10 @@ struct DamageReport {
   bool restorable = false;
   /// All that holds values is whole: at most what tells where things are is lost.
   bool complete = false;
+  /// The index is lost, and as far as is known no more than what tells where things are:
+  /// write_in_order() makes it anew if the values can be decoded. If `complete` is not set, there
+  /// may have been other chunks at the end; then it must fit into the bytes behind the last one.
+  bool lacks_index = false;
   std::optional<Schema> schema;  ///< unless all copies are lost
   std::optional<std::uint64_t> vertices, cells,
       steps;  ///< of the whole file, if the index is there
@@ -65,7 +69,10 @@ SHM_API Result<DamageReport> find_damage(RandomSource& source, const ReadLimits&
 
 /// Writes the very bytes that the file had, from chunks that are all whole, but perhaps not in
 /// their places, repeated, or between stray bytes; what stands at the start and at the end is made
-/// anew. ErrorCode::corrupt, and nothing written, unless DamageReport::restorable.
+/// anew. So is an index that is lost, from all that a Decoder finds; there the ranges of arrays
+/// that are kept within a bound are those of their values as they are restored, and these bytes may
+/// be others. Fails, and writes nothing, unless DamageReport::restorable, or
+/// DamageReport::lacks_index and the index could be made.
 SHM_API Result<void> write_in_order(RandomSource& source, ByteSink& sink,
                                     const ReadLimits& limits = {});
 

@@ -1,7 +1,7 @@
 // Reader and Decoder: a .shm file out again, in pieces, with memory that follows the active
 // surface and one chunk. Where a file has stepped arrays it also holds the compressed connectivity,
-// up to 64 MiB of neighbourhoods (or what ReadOptions say), and one step of all stepped arrays where
-// that is 128 MiB or less.
+// up to 64 MiB of neighbourhoods (or what ReadOptions say), and one step of all stepped arrays
+// where that is 128 MiB or less.
 //   Decoder   push bytes in, take items out; no I/O, no threads, nothing global
 //   Reader    pulls from a ByteSource and offers blocks or single events; with threads if asked
 // spec: "Decoding a file"
@@ -19,6 +19,9 @@
 #include "shm/schema.h"
 
 namespace shm {
+namespace container {
+struct Index;
+}
 
 /// What a file may ask of its reader. Asking for more is ErrorCode::over_limit.
 struct ReadLimits {
@@ -126,7 +129,11 @@ class SHM_API Decoder {
 
  private:
   friend class Reader;
+  friend class IndexMaker;
   Decoder(const ReadLimits& limits, const ReadOptions& options);
+  /// What an index would tell of all that was decoded, but for entries and ranges. Corrupt where
+  /// step values are not complete.
+  Result<container::Index> held() const;
 
   class Impl;
   std::unique_ptr<Impl> impl_;

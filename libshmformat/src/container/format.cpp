@@ -92,6 +92,11 @@ HeaderState get(ByteReader& in, ChunkHeader& header) {
   return stated == checksum(bytes.first(kChunkHeaderBytes - 4)) ? HeaderState::good
                                                                 : HeaderState::bad_checksum;
 }
+bool is_known(const ChunkHeader& header) {
+  return header.kind >= static_cast<std::uint8_t>(ChunkKind::schema) &&
+         header.kind <= static_cast<std::uint8_t>(ChunkKind::index) && header.version == 0 &&
+         (header.segment == 0 || header.kind == static_cast<std::uint8_t>(ChunkKind::group));
+}
 
 void put(ByteWriter& payload, const GroupHeader& header) {
   ByteWriter out;

@@ -73,6 +73,8 @@ void put(ByteWriter& out, const ChunkHeader& header);
 enum class HeaderState { good, bad_mark, bad_checksum };
 /// Must hold: `in` has kChunkHeaderBytes left.
 HeaderState get(ByteReader& in, ChunkHeader& header);
+/// Whether this reader knows how to read such a chunk of a mesh.
+bool is_known(const ChunkHeader& header);
 
 /// What a bitstream of a group holds.
 enum class StreamKind : std::uint8_t {
@@ -167,6 +169,7 @@ struct IndexEntry {
 struct NamedBytes {
   std::string name;
   std::uint64_t bytes = 0;
+  bool operator==(const NamedBytes&) const = default;
 };
 /// Smallest and largest finite value of each component of a static array, as doubles.
 struct ArrayRange {
