@@ -1,4 +1,5 @@
-// Writes the seeds of the fuzz targets into folders below DIR: make_seeds DIR GOLDEN_DIR.
+// Writes the seeds of the fuzz targets into folders below DIR: make_seeds DIR SOURCE_DIR, which
+// is this project's.
 //   shm      the golden files of all versions, and one small file for each feature of the format as
 //            it is now, each behind the byte that says the piece sizes
 //   calls    some of these with a script of calls behind them (fuzz_calls)
@@ -7,6 +8,9 @@
 // and with converters
 //   parity   files with parity
 //   exodus, gmsh, ucd, vtk, vtu   some of the feature files in these formats
+//   converted   these and what the targets of these formats have in their corpus, compressed,
+//   behind
+//            a byte
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -22,6 +26,7 @@
 #include "../tests/stepped_mesh.h"
 #ifdef SHM_SEEDS_OF_CONVERTERS
 #include "../tests/parity_file.h"
+#include "compress.h"
 #include "decompress.h"
 #include "failure.h"
 #include "formats.h"
@@ -197,6 +202,28 @@ void write_formats(const path& folder, const std::vector<shm::FeatureFile>& feat
   }
 }
 
+/// .shm files that came from other formats, whose words and layouts they hold.
+void write_converted(const path& folder, const path& seeds) {
+  using namespace shm::converters;
+  std::vector<path> files;
+  for (const auto& file : std::filesystem::directory_iterator(seeds)) files.push_back(file.path());
+  std::sort(files.begin(), files.end());
+  char choice = 0;
+  for (const path& file : files) {
+    try {
+      Spool spool(std::filesystem::temp_directory_path().string());
+      const auto mesh = open_mesh(file.string(), spool);
+      shm::MemorySink sink;
+      CompressOptions options;
+      options.order = choice % 4 == 0 ? shm::Order::stream : shm::Order::keep;
+      compress_mesh(*mesh, sink, options, spool);
+      write(folder / (seeds.filename().string() + "-" + file.filename().string()),
+            choice++ + text_of(sink.bytes));
+    } catch (const Failure&) {  // most of a corpus is no whole mesh
+    }
+  }
+}
+
 void write_parity_files(const path& folder, const std::vector<shm::FeatureFile>& features) {
   if (!shm::converters::has_parity_codes()) return;
   const std::string file = text_of(shm::parity_file().bytes);
@@ -222,13 +249,13 @@ void write_parity_files(const path& folder, const std::vector<shm::FeatureFile>&
 }
 #endif
 
-void make_seeds(const path& folder, const path& golden) {
+void make_seeds(const path& folder, const path& source) {
   std::vector<shm::FeatureFile> features = shm::feature_files();
   for (shm::FeatureFile& file : more_files()) features.push_back(std::move(file));
   char pieces = 0;
   for (const shm::FeatureFile& feature : features)
     write(folder / "shm" / feature.name, pieces++ + text_of(feature.bytes));
-  for (const Golden& file : golden_files(golden))
+  for (const Golden& file : golden_files(source / "tests" / "golden"))
     write(folder / (file.name.find("archive") != file.name.npos ? "archive" : "shm") / file.name,
           pieces++ + file.bytes);
   write(folder / "archive" / "two", pieces + text_of(shm::archive_file().bytes));
@@ -237,6 +264,9 @@ void make_seeds(const path& folder, const path& golden) {
 #ifdef SHM_SEEDS_OF_CONVERTERS
   write_parity_files(folder / "parity", features);
   write_formats(folder, features);
+  for (const std::string name : {"exodus", "gmsh", "ucd", "vtk", "vtu"})
+    for (const path& seeds : {folder / name, source / "fuzz" / "corpus" / ("fuzz_" + name)})
+      write_converted(folder / "converted", seeds);
 #endif
 }
 
@@ -244,7 +274,7 @@ void make_seeds(const path& folder, const path& golden) {
 
 int main(int count, char** words) {
   if (count != 3) {
-    std::fputs("usage: make_seeds DIR GOLDEN_DIR\n", stderr);
+    std::fputs("usage: make_seeds DIR SOURCE_DIR\n", stderr);
     return 2;
   }
   try {

@@ -1,0 +1,57 @@
+// A hostile .shm file on its way to every format: what its extras say of the words and the layout
+// of the file it came from, its roles, sets and names lead the writers. A whole file or a Failure.
+#include <unistd.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "damaged_file.h"
+#include "decompress.h"
+#include "failure.h"
+#include "formats.h"
+#include "output_file.h"
+#include "spool.h"
+#include "translate.h"
+
+namespace {
+
+using namespace shm::converters;
+
+/// As `shm decompress` does, but the file gets no name.
+void decompress(std::span<const std::byte> file, const Format& format,
+                std::optional<std::uint64_t> step) {
+  static const std::string folder = std::filesystem::temp_directory_path().string();
+  static const std::string path = folder + "/shm-fuzz-" + std::to_string(::getpid());
+  Spool spool(folder);
+  shm::MemorySource source(file);
+  StagedMesh mesh(source, "hostile.shm", spool, shm_fuzz::small_limits());
+  std::optional<Translation> translation;
+  if (is_foreign(mesh.info(), format))
+    translation.emplace(mesh, std::string(format.name), *format.holds, step, spool);
+  OutputFile output(path, folder, format.temporary);
+  format.write(translation ? translation->mesh() : mesh, output, spool);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0) return 0;
+  const auto& all = formats();
+  const std::size_t choice = data[0];
+  std::optional<std::uint64_t> step;
+  if (choice / all.size() % 4 != 0) step = choice / all.size() % 4 - 1;
+  try {
+    decompress(std::as_bytes(std::span(data + 1, size - 1)), all[choice % all.size()], step);
+  } catch (const Failure&) {
+  }
+  return 0;
+}
+
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
+                                               std::size_t max_size, unsigned seed) {
+  return shm_fuzz::mutate_input(data, size, max_size, seed);
+}
