@@ -8,10 +8,15 @@
 namespace shm {
 namespace {
 
+void expect_one_of_some(SomeCases& some, const TestMesh& mesh, const WriteOptions& options) {
+  if (!some.skips_next()) expect_round_trip(mesh, options);
+}
+
 /// As shifts, where they do: without delay, in segments or one.
 void expect_as_shifts(TestMesh mesh) {
   mesh.schema.delay = 0;
   if (!takes_shifts(mesh.schema)) return;
+  SomeCases some(4);
   for (const Order order : {Order::keep, Order::stream, Order::free})
     for (const Level level : {Level::fast, Level::standard, Level::best}) {
       SCOPED_TRACE("shifts, order " + std::to_string(static_cast<int>(order)) + ", level " +
@@ -21,17 +26,18 @@ void expect_as_shifts(TestMesh mesh) {
       WriteOptions options;
       options.connectivity = ConnectivityCodec::shifts;
       options.level = level;
-      expect_round_trip(mesh, options);
+      expect_one_of_some(some, mesh, options);
       options.group_cells = 100;
-      expect_round_trip(mesh, options);
+      expect_one_of_some(some, mesh, options);
       options.segment_cells = std::max<std::uint64_t>(mesh.cells.size() / 3, 1);
-      expect_round_trip(mesh, options);
+      expect_one_of_some(some, mesh, options);
     }
 }
 
 /// Both orders, with and without corner order, and the delay buffers of interest.
 void expect_all_modes(TestMesh mesh) {
   expect_as_shifts(mesh);
+  SomeCases some(5);
   for (std::uint32_t delay : {0u, 1u, 50u, 1000u}) {
     mesh.schema.delay = delay;
     SCOPED_TRACE("delay " + std::to_string(delay));
@@ -42,12 +48,12 @@ void expect_all_modes(TestMesh mesh) {
       options.connectivity = codec;
       mesh.schema.order = Order::keep;
       mesh.schema.corner_order = true;
-      expect_round_trip(mesh, options);
+      expect_one_of_some(some, mesh, options);
       mesh.schema.order = Order::stream;
-      expect_round_trip(mesh, options);
+      expect_one_of_some(some, mesh, options);
       mesh.schema.corner_order = false;
       options.group_cells = 100;
-      expect_round_trip(mesh, options);
+      expect_one_of_some(some, mesh, options);
     }
   }
 }
@@ -436,7 +442,7 @@ TEST(Events, FollowTheGrammar) {
 
 // A few thousand small meshes of every kind of mischief.
 TEST(RoundTrip, RandomSmallMeshes) {
-  for (std::uint64_t seed = 0; seed < 3000; seed += every(7)) {
+  for (std::uint64_t seed = 0; seed < 3000; seed += every(13)) {
     std::mt19937_64 random(seed);
     TestMesh mesh;
     if (random() % 3 == 0) {
