@@ -110,7 +110,7 @@ Stepped series(TestMesh mesh, Order order) {
 }
 
 TEST(Appender, IsOneRunOfTheWriter) {
-  SomeCases some(5);
+  SomeCases some(7);
   for (const auto& [order, delay] :
        {std::pair(Order::keep, 6u), std::pair(Order::stream, 4u), std::pair(Order::free, 0u)})
     for (const std::uint64_t segment_cells : {0u, 60u})

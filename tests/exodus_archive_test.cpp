@@ -37,7 +37,9 @@ testing::AssertionResult equal_files(const std::string& a, const std::string& b)
 
 std::string bytes_of(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator(in), {}};
+  std::string bytes(fs::file_size(path), '\0');
+  in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  return bytes;
 }
 
 // Source -> archive -> file of the same format, as the tool does it.

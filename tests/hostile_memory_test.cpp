@@ -228,7 +228,8 @@ TEST(Hostile, QuantizedComponentsShareTheirSchema) {
 // Of each component a Writer holds several copies while it tries, and tables of few: 1.3 MB of
 // values in 4096 components do not take gigabytes.
 TEST(Hostile, ManyComponentsAreWrittenInBoundedMemory) {
-  for (const Components& many : kManyComponents) {
+  for (std::size_t i = 0; i < kManyComponents.size(); i += every(2)) {
+    const Components& many = kManyComponents[i];
     SCOPED_TRACE(many.arrays);
     const TestMesh mesh =
         with_components(bent_grid(4, 3, 3), many.arrays, many.components, ScalarType::float32);

@@ -150,6 +150,7 @@ std::size_t expect_same_columns(const Stepped& it) {
 }
 
 TEST(ThinElements, SayWhatAllElementsSay) {
+  SomeCases some(7);
   std::size_t compared = 0;
   for (const Order order : {Order::keep, Order::stream})
     for (const auto codec :
@@ -164,6 +165,7 @@ TEST(ThinElements, SayWhatAllElementsSay) {
                                                           : replayed(order),
                                             order);
             if (codec == ConnectivityCodec::shifts && !takes_shifts(it.mesh.schema)) continue;
+            if (some.skips_next()) continue;
             it.options.connectivity = codec;
             it.options.level = family == 0 ? Level::standard : Level::fast;
             it.options.segment_cells = segment_cells;
@@ -174,7 +176,7 @@ TEST(ThinElements, SayWhatAllElementsSay) {
                          std::to_string(group_cells));
             compared += expect_same_columns(it);
           }
-  EXPECT_GT(compared, 10000u);
+  EXPECT_GT(compared, 10000 / every(10));
 }
 
 // Places are taken again: the ring of cells is full, and vertices come and go.
@@ -190,7 +192,7 @@ TEST(ThinElements, InMeshesThatTakePlacesAgain) {
 
 // A column may change its domain so often only: by elements and slots, those that are left out too.
 TEST(ThinElements, MayChangeDomainsAsOftenAsAllElements) {
-  Stepped it = with_arrays_on_few(scattered(kSanitized ? 16 : 24, 5), Order::stream);
+  Stepped it = with_arrays_on_few(scattered(kSanitized ? 13 : 24, 5), Order::stream);
   it.options.connectivity = ConnectivityCodec::rows;
   it.options.group_cells = 2;
   EXPECT_GT(expect_same_columns(it), 1000u);
