@@ -4,6 +4,7 @@ parts that they write of a decomposed mesh are, joined by their number maps, wha
 
 Usage: mpi_test.py PATH_OF_SHM PATH_OF_SHM_MPI PATH_OF_SHM_MAKE_MESH
 """
+import concurrent.futures
 import glob
 import json
 import os
@@ -22,10 +23,13 @@ SHM, SHM_MPI, MAKE_MESH = "shm", "shm_mpi", "shm_make_mesh"
 CORPUS = os.environ.get("SHM_CORPUS", "")
 
 # Open MPI asks for these where it runs as root, in a container, and on fewer cores than ranks. The
-# last two: it need not look for networks, which takes a third of the time of a small run.
+# last three: it need not look for networks, which takes a third of the time of a small run, and ranks
+# that wait leave the processor to others.
 ENVIRONMENT = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
                    OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_hwloc_base_binding_policy="none",
-                   OMPI_MCA_pml="ob1", OMPI_MCA_btl="self,vader")
+                   OMPI_MCA_pml="ob1", OMPI_MCA_btl="self,vader",
+                   OMPI_MCA_mpi_yield_when_idle="1")
+AT_ONCE = 3  # tests: programs that start, end and wait for each other leave most of a processor idle
 
 
 def shm(*arguments):
@@ -36,6 +40,25 @@ def ranks(n, *arguments):
     """What n ranks do. A deadlock ends with TimeoutExpired, and thereby fails the test."""
     return subprocess.run(["mpirun", "-n", str(n), SHM_MPI, *map(str, arguments)],
                           capture_output=True, text=True, timeout=300, env=ENVIRONMENT)
+
+
+class AtOnce(unittest.TestSuite):
+    """Tests that each have a folder of their own, some of them at the same time."""
+
+    def run(self, result, debug=False):
+        with concurrent.futures.ThreadPoolExecutor(AT_ONCE) as pool:
+            for test in [pool.submit(test, result) for test in self]:
+                test.result()
+        return result
+
+
+def run_all():
+    """Runs the tests of the program; ends with 77 where all were skipped."""
+    loader = unittest.TestLoader()
+    loader.suiteClass = AtOnce
+    result = unittest.main(testLoader=loader, exit=False).result
+    everything_skipped = result.testsRun > 0 and len(result.skipped) == result.testsRun
+    sys.exit(77 if everything_skipped else 0 if result.wasSuccessful() else 1)
 
 
 def content(path):
@@ -620,6 +643,4 @@ class MpiTest(unittest.TestCase):
 if __name__ == "__main__":
     SHM, SHM_MPI, MAKE_MESH = sys.argv[1:4]
     del sys.argv[1:4]
-    result = unittest.main(exit=False).result
-    everything_skipped = result.testsRun > 0 and len(result.skipped) == result.testsRun
-    sys.exit(77 if everything_skipped else 0 if result.wasSuccessful() else 1)
+    run_all()
