@@ -17,6 +17,7 @@ import unittest
 import xml.etree.ElementTree
 
 SHM = "shm"
+SANITIZED = "SHM_SANITIZED" in os.environ  # some ten times slower: the release takes all cases
 
 
 def write_vtk(path, n, bend=0.0, shuffled=False, window=1):
@@ -343,13 +344,17 @@ class ToolTest(unittest.TestCase):
 
         def delay_of(mesh, *options):
             self.shm("compress", mesh, "-o", packed, *options)
-            self.shm("verify", packed, "--against", mesh)
+            if mesh == self.mesh or not SANITIZED:  # the others are large
+                self.shm("verify", packed, "--against", mesh)
             return json.loads(self.shm("info", packed, "--json")[0])["delay"]
-        for order, mesh in (("stream", self.mesh), ("stream", plain), ("keep", local)):
-            self.assertEqual(delay_of(mesh, "--order", order), 0)
+        self.assertEqual(delay_of(self.mesh, "--order", "stream"), 0)
+        self.assertEqual(delay_of(self.mesh, "--order", "stream", "--delay", "16"), 16)
+        if not SANITIZED:
+            self.assertEqual(delay_of(plain, "--order", "stream"), 0)
+            self.assertEqual(delay_of(local, "--order", "keep"), 0)
+            self.assertEqual(delay_of(plain, "--order", "stream", "--delay", "16"), 16)
         self.assertEqual(delay_of(local, "--order", "stream", "--delay", "0"), 0)
         without = os.path.getsize(packed)
-        self.assertEqual(delay_of(plain, "--order", "stream", "--delay", "16"), 16)
         self.assertIn(delay_of(local, "--order", "stream"), (256, 1024))
         self.assertLess(os.path.getsize(packed), 0.99 * without)
         # A source that is staged, because its file is read only once.
@@ -406,15 +411,16 @@ class ToolTest(unittest.TestCase):
     def test_verify(self):
         other = self.path("other.vtk")
         write_vtk(other, 5, bend=1e-9)
-        for options in ([], ["--order", "stream"], ["--order", "stream", "--delay", "20"],
-                        ["--delay", "7"], ["--bits", "12"], ["--codec", "paper"],
-                        ["--abs", "1e-12"], ["--rel", "1e-12", "--order", "free"],
-                        ["--order", "free"], ["--codec", "replay"],
-                        ["--codec", "mixed"], ["--codec", "mixed", "--order", "free"],
-                        ["--codec", "paper", "--order", "stream", "--delay", "9"],
-                        ["--codec", "replay", "--order", "free"],
-                        ["--codec", "rows", "--order", "stream"],
-                        ["--level", "fast"], ["--level", "best", "--order", "stream"]):
+        ways = ([], ["--order", "stream"], ["--order", "stream", "--delay", "20"],
+                ["--delay", "7"], ["--bits", "12"], ["--codec", "paper"],
+                ["--abs", "1e-12"], ["--rel", "1e-12", "--order", "free"],
+                ["--order", "free"], ["--codec", "replay"],
+                ["--codec", "mixed"], ["--codec", "mixed", "--order", "free"],
+                ["--codec", "paper", "--order", "stream", "--delay", "9"],
+                ["--codec", "replay", "--order", "free"],
+                ["--codec", "rows", "--order", "stream"],
+                ["--level", "fast"], ["--level", "best", "--order", "stream"])
+        for options in ways[::4 if SANITIZED else 1]:
             packed = self.path("mesh.shm")
             self.shm("compress", self.mesh, "-o", packed, *options)
             self.shm("verify", packed)

@@ -25,6 +25,8 @@ import vtu_oracle
 
 SHM = "shm"
 LARGEST_OF_CORPUS = 3 << 20
+SANITIZED = "SHM_SANITIZED" in os.environ  # some ten times slower: the release takes all cases
+EVERY = 5 if SANITIZED else 1  # of very many like files
 VARIANTS = "field data 'variants' (variants)"
 TABLE = "lookup table 'lookup_table'"
 AXES = ["metadata of " + axis + "_COORDINATES" for axis in "XYZ"]
@@ -142,7 +144,7 @@ class VtkFamilyTest(unittest.TestCase):
         vtk_oracle.write_samples(self.path("samples"))
         files = sorted(glob.glob(self.path("samples/*.vtk")))
         self.assertEqual(len(files), 76)
-        for path in files:
+        for path in files[::EVERY]:
             kind, _, rest = os.path.basename(path).partition("-")
             shape = rest.split("-")[0] if rest.count("-") == 2 else ""
             lost = [VARIANTS] + [TABLE] * (shape != "empty")
@@ -172,7 +174,7 @@ class VtkFamilyTest(unittest.TestCase):
         files = [path for path in glob.glob(os.path.join(corpus, "*", "*.vt[ku]"))
                  if os.path.getsize(path) <= LARGEST_OF_CORPUS]
         self.assertGreater(len(files), 25)
-        for path in sorted(files):
+        for path in sorted(files)[::EVERY]:
             name = os.path.basename(path)
             with self.subTest(name):
                 self.there_and_back(path, OF_CORPUS.get(name, []), BACK.get(name, []),
