@@ -517,7 +517,15 @@ TEST(Damage, ALostIndexIsMadeAnew) {
   EXPECT_GT(with_other_ranges, 1u);
 }
 
-// Right checksums of what nobody can decode: nothing is written.
+void expect_not_written(const Bytes& hurt) {
+  MemoryRandomSource source(hurt);
+  MemorySink sink;
+  const auto good = write_in_order(source, sink);
+  ASSERT_FALSE(good);
+  EXPECT_EQ(good.error().code, ErrorCode::corrupt);
+  EXPECT_TRUE(sink.bytes.empty());
+}
+
 TEST(Damage, AnIndexIsMadeOnlyWhereThereWasNoMore) {
   const Bytes whole = file(Order::keep);
   const auto at = places(whole);
@@ -531,15 +539,11 @@ TEST(Damage, AnIndexIsMadeOnlyWhereThereWasNoMore) {
   for (const Bytes& hurt : {cut(index), cut(index + 9), without_last}) {
     const DamageReport report = found(hurt);
     EXPECT_TRUE(report.lacks_index && !report.complete);
-    MemoryRandomSource source(hurt);
-    MemorySink sink;
-    const auto good = write_in_order(source, sink);
-    ASSERT_FALSE(good);
-    EXPECT_EQ(good.error().code, ErrorCode::corrupt);
-    EXPECT_TRUE(sink.bytes.empty());
+    expect_not_written(hurt);
   }
 }
 
+// Right checksums of what nobody can decode.
 TEST(Damage, AnIndexIsMadeOfWhatCanBeDecodedOnly) {
   FileParts parts = take_apart(file(Order::keep));
   Chunk extra = parts.chunks.back();
@@ -549,12 +553,7 @@ TEST(Damage, AnIndexIsMadeOfWhatCanBeDecodedOnly) {
   const auto at = places(bytes);
   bytes[at.back().first + 5] ^= std::byte{1};
   EXPECT_TRUE(found(bytes).complete);
-  MemoryRandomSource source(bytes);
-  MemorySink sink;
-  const auto good = write_in_order(source, sink);
-  ASSERT_FALSE(good);
-  EXPECT_EQ(good.error().code, ErrorCode::corrupt);
-  EXPECT_TRUE(sink.bytes.empty());
+  expect_not_written(bytes);
 }
 
 TEST(Damage, NothingOfAFile) {

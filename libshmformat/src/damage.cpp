@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <span>
+#include <string>
 #include <utility>
 
 #include "bytes/checksum.h"
@@ -46,18 +47,84 @@ bool is_restorable(const KnownChunks& known) {
   return true;
 }
 
+Error not_restorable(std::string detail, std::uint64_t offset,
+                     ErrorCode code = ErrorCode::corrupt) {
+  return Error{code, std::move(detail), "index", offset, {}};
+}
+
 /// Nobody would miss chunks behind the last one that is known. But they took room: where it is not
 /// known that there was none, the index must fill what is left of the file.
 Result<container::Index> index_anew(RandomSource& source, const KnownChunks& known,
                                     const ReadLimits& limits) {
-  IndexMaker maker(source, known, limits);
-  auto index = maker.make();
-  const std::uint64_t room = source.size() - known.end_of_chunks();
-  if (index && !known.ends_at_index() &&
-      room != container::kChunkHeaderBytes + maker.payload_bytes() + container::kTrailerBytes)
-    return Error{
-        ErrorCode::corrupt, "perhaps there were more chunks", "index", known.end_of_chunks(), {}};
+  if (!has_all_that_is_known(known)) return not_restorable("not all chunks are whole", kNoOffset);
+  auto index = IndexMaker(source, known, limits).make();
+  if (!index) return index;
+  ByteWriter payload;
+  container::put(payload, *index);
+  const std::uint64_t bytes = payload.bytes.size(), end = known.end_of_chunks();
+  if (bytes > limits.max_chunk_bytes)
+    return not_restorable("would take " + std::to_string(bytes) + " bytes, the limit is " +
+                              std::to_string(limits.max_chunk_bytes),
+                          end, ErrorCode::over_limit);
+  const bool fills =
+      source.size() - end == container::kChunkHeaderBytes + bytes + container::kTrailerBytes;
+  if (!fills && !known.ends_at_index())
+    return not_restorable("perhaps there were more chunks", end);
   return index;
+}
+
+/// All but the index and the trailer, in the order of `entries`; the first schema stands for others
+/// that are lost.
+Result<void> write_chunks(RandomSource& source, const KnownChunks& known,
+                          std::span<const IndexEntry> entries, ByteSink& sink) {
+  const std::vector<std::byte> beginning = known.beginning();
+  if (auto good = sink.write(beginning); !good) return good;
+  const auto schema_again =
+      std::span(beginning).subspan(container::kFileStartBytes + container::kChunkHeaderBytes);
+  const auto& chunks = known.chunks();
+  std::size_t next = 0;
+  for (std::uint32_t i = 1; i < entries.size(); ++i) {
+    while (next < chunks.size() && chunks[next].header.sequence < i) ++next;
+    if (next < chunks.size() && chunks[next].header.sequence == i && chunks[next].whole) {
+      if (auto good = sink.copy(source, chunks[next].offset, chunks[next].bytes()); !good)
+        return good;
+      continue;
+    }
+    if (!entries[i].is(ChunkKind::schema))
+      return not_restorable("not all chunks are whole", entries[i].offset);
+    ChunkHeader header;
+    header.kind = entries[i].kind;
+    header.sequence = i;
+    header.payload_bytes = schema_again.size();
+    header.payload_checksum = checksum(schema_again);
+    ByteWriter out;
+    container::put(out, header);
+    out.put_bytes(schema_again);
+    if (auto good = sink.write(out.bytes); !good) return good;
+  }
+  return {};
+}
+
+Result<void> write_with_its_index(RandomSource& source, const KnownChunks& known, ByteSink& sink) {
+  if (!is_restorable(known)) return not_restorable("not all chunks are whole", kNoOffset);
+  const auto& entries = known.index()->entries;
+  if (auto good = write_chunks(source, known, entries, sink); !good) return good;
+  if (auto good = sink.copy(source, known.index_offset(), known.index_bytes()); !good) return good;
+  ByteWriter trailer;
+  container::put_trailer(trailer, entries.back().offset + entries.back().bytes);
+  return sink.write(trailer.bytes);
+}
+
+Result<void> write_with_new_index(RandomSource& source, const KnownChunks& known, ByteSink& sink,
+                                  const ReadLimits& limits) {
+  auto index = index_anew(source, known, limits);
+  if (!index) return index.error();
+  const auto& entries = index->entries;
+  if (auto good = write_chunks(source, known, entries, sink); !good) return good;
+  container::ChunkWriter end(sink);
+  end.go_on({entries.back().offset + entries.back().bytes,
+             static_cast<std::uint32_t>(entries.size()), entries});
+  return end.finish(std::move(*index));
 }
 
 }  // namespace
@@ -82,55 +149,8 @@ Result<DamageReport> find_damage(RandomSource& source, const ReadLimits& limits)
 Result<void> write_in_order(RandomSource& source, ByteSink& sink, const ReadLimits& limits) {
   const auto known = KnownChunks::of(source, limits);
   if (!known) return known.error();
-  const auto corrupt = [](std::uint64_t offset) {
-    return Error{ErrorCode::corrupt, "not all chunks are whole", "index", offset, {}};
-  };
-  if (known->index() ? !is_restorable(*known) : !has_all_that_is_known(*known))
-    return corrupt(kNoOffset);
-  std::optional<container::Index> anew;
-  if (!known->index()) {
-    auto made = index_anew(source, *known, limits);
-    if (!made) return made.error();
-    anew = std::move(*made);
-  }
-  const std::vector<std::byte> beginning = known->beginning();
-  if (auto good = sink.write(beginning); !good) return good;
-  const auto& chunks = known->chunks();
-  const auto& entries = (anew ? *anew : *known->index()).entries;
-  const auto schema_again =
-      std::span(beginning).subspan(container::kFileStartBytes + container::kChunkHeaderBytes);
-  std::size_t next = 0;
-  for (std::uint32_t i = 0; i < entries.size(); ++i) {
-    while (next < chunks.size() && chunks[next].header.sequence < i) ++next;
-    if (i == 0) continue;
-    if (next < chunks.size() && chunks[next].header.sequence == i && chunks[next].whole) {
-      if (auto good = sink.copy(source, chunks[next].offset, chunks[next].bytes()); !good)
-        return good;
-      continue;
-    }
-    if (entries[i].kind != static_cast<std::uint8_t>(ChunkKind::schema))
-      return corrupt(entries[i].offset);
-    ChunkHeader header;
-    header.kind = entries[i].kind;
-    header.sequence = i;
-    header.payload_bytes = schema_again.size();
-    header.payload_checksum = checksum(schema_again);
-    ByteWriter out;
-    container::put(out, header);
-    out.put_bytes(schema_again);
-    if (auto good = sink.write(out.bytes); !good) return good;
-  }
-  const std::uint64_t offset = entries.back().offset + entries.back().bytes;
-  if (anew) {
-    container::ChunkWriter end(sink);
-    end.go_on({offset, static_cast<std::uint32_t>(entries.size()), entries});
-    return end.finish(std::move(*anew));
-  }
-  if (auto good = sink.copy(source, known->index_offset(), known->index_bytes()); !good)
-    return good;
-  ByteWriter trailer;
-  container::put_trailer(trailer, offset);
-  return sink.write(trailer.bytes);
+  return known->index() ? write_with_its_index(source, *known, sink)
+                        : write_with_new_index(source, *known, sink, limits);
 }
 
 }  // namespace shm

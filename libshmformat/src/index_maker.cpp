@@ -1,7 +1,6 @@
 #include "index_maker.h"
 
 #include <algorithm>
-#include <string>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -27,7 +26,6 @@ IndexMaker::IndexMaker(RandomSource& source, const KnownChunks& known, const Rea
     : source_(&source),
       known_(&known),
       decoder_(limits),
-      most_bytes_(limits.max_chunk_bytes),
       index_(totals_of_nothing(*known.schema())) {}
 
 Result<container::Index> IndexMaker::make() {
@@ -46,16 +44,6 @@ Result<container::Index> IndexMaker::make() {
   if (!made) return made.error();
   made->ranges = std::move(index_.ranges);
   made->entries = std::move(index_.entries);
-  ByteWriter payload;
-  container::put(payload, *made);
-  payload_bytes_ = payload.bytes.size();
-  if (payload_bytes_ > most_bytes_)
-    return Error{ErrorCode::over_limit,
-                 "would take " + std::to_string(payload_bytes_) + " bytes, the limit is " +
-                     std::to_string(most_bytes_),
-                 "index",
-                 kNoOffset,
-                 {}};
   return made;
 }
 

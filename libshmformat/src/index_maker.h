@@ -6,7 +6,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <span>
 
 #include "known_chunks.h"
@@ -22,8 +21,6 @@ class IndexMaker {
   /// Offsets are those of a file in which all chunks stand by their numbers. Fails where a chunk is
   /// missing or hurt, or its values cannot be decoded. Once only.
   Result<container::Index> make();
-  /// Of the chunk that it takes, after make().
-  std::uint64_t payload_bytes() const { return payload_bytes_; }
 
  private:
   Result<void> add(const container::FoundChunk& chunk);
@@ -34,7 +31,6 @@ class IndexMaker {
   RandomSource* source_;
   const KnownChunks* known_;
   Decoder decoder_;
-  std::uint64_t most_bytes_, payload_bytes_ = 0;
   container::Index index_;
   std::size_t groups_ = 0, steps_ = 0;  // of known_, so far
   std::size_t pieces_ = 0;              // of step values

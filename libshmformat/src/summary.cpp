@@ -86,10 +86,7 @@ Result<void> Summarizer::add_chunk(const ChunkHeader& header, const IndexEntry& 
     return IndexedFile::wrong(std::move(detail), container::chunk_name(entry.kind), entry.offset,
                               code);
   };
-  const bool known =
-      header.version == 0 &&
-      (header.segment == 0 || header.kind == static_cast<std::uint8_t>(ChunkKind::group));
-  if (known) switch (static_cast<ChunkKind>(header.kind)) {
+  if (container::is_known(header)) switch (static_cast<ChunkKind>(header.kind)) {
       case ChunkKind::schema: return {};
       case ChunkKind::group:
         if (has_step_values_) return wrong("mesh groups come before step values");
