@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
+#include "base/failure.h"
 #include "connectivity_coding.h"
-#include "failure.h"
-#include "formats.h"
+#include "formats/formats.h"
 #include "shm/writer.h"
 
 namespace shm::bench {

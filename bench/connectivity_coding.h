@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "coders/connectivity.h"
-#include "coders/vertex_numbers.h"
+#include "connectivity/connectivity.h"
+#include "connectivity/vertex_numbers.h"
 
 namespace shm::bench {
 

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <string>
 
+#include "base/counted_source.h"
 #include "bench_mesh.h"
-#include "counted_source.h"
 #include "options.h"
 #include "shm/mesh_extract.h"
 

@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "array_mesh.h"
+#include "base/counted_source.h"
 #include "bench_mesh.h"
-#include "counted_source.h"
 #include "options.h"
 #include "shm/step_reader.h"
 

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "../tests/file_surgery.h"
-#include "packing.h"
+#include "bytes/packing.h"
 #include "shm/reader.h"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);

@@ -9,13 +9,13 @@
 #include <span>
 #include <string>
 
+#include "base/failure.h"
+#include "base/output_file.h"
+#include "base/spool.h"
+#include "compression/decompress.h"
 #include "damaged_file.h"
-#include "decompress.h"
-#include "failure.h"
-#include "formats.h"
-#include "output_file.h"
-#include "spool.h"
-#include "translate.h"
+#include "formats/formats.h"
+#include "transfer/translate.h"
 
 namespace {
 

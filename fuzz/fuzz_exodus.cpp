@@ -2,7 +2,7 @@
 // apart, damages dimensions, attributes, types and places, or numbers in the data, and puts them
 // together again, so that what lies behind netCDF's own checks is reached.
 // HDF5 files (netCDF-4) are refused here: what HDF5 makes of hostile bytes is not ours (README.md).
-#include "exodus.h"
+#include "exodus/exodus.h"
 
 #include <algorithm>
 #include <array>
@@ -17,10 +17,10 @@
 #include <utility>
 #include <vector>
 
-#include "failure.h"
+#include "base/failure.h"
+#include "base/spool.h"
 #include "memory_file.h"
 #include "read_everything.h"
-#include "spool.h"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 

@@ -1,6 +1,6 @@
 // Parity behind a file, whose packets lie behind right checksums: what they say is checked, what
 // can be healed is healed, and what comes out as healed must be what its checksums say.
-#include "parity.h"
+#include "archive/parity.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -13,9 +13,9 @@
 #include <string_view>
 #include <vector>
 
+#include "base/failure.h"
 #include "bytes/byte_cursor.h"
 #include "bytes/checksum.h"
-#include "failure.h"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 

@@ -1,14 +1,14 @@
 // Any bytes as a VTU file: a whole mesh or a Failure.
-#include "vtu.h"
+#include "vtk/xml/vtu.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 
-#include "failure.h"
+#include "base/failure.h"
+#include "base/spool.h"
 #include "memory_file.h"
 #include "read_everything.h"
-#include "spool.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const MemoryFile file(data, size);

@@ -26,12 +26,12 @@
 #include "../tests/stepped_mesh.h"
 #ifdef SHM_SEEDS_OF_CONVERTERS
 #include "../tests/parity_file.h"
-#include "compress.h"
-#include "decompress.h"
-#include "failure.h"
-#include "formats.h"
-#include "parity.h"
-#include "spool.h"
+#include "archive/parity.h"
+#include "base/failure.h"
+#include "base/spool.h"
+#include "compression/compress.h"
+#include "compression/decompress.h"
+#include "formats/formats.h"
 #endif
 
 namespace {

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "mesh_source.h"
+#include "mesh/mesh_source.h"
 
 inline void read_everything(shm::converters::MeshSource& mesh) {
   constexpr std::uint64_t kPiece = 1000;

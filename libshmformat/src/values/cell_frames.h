@@ -6,7 +6,7 @@
 #include <array>
 #include <cstdint>
 
-#include "coders/cell_topology.h"
+#include "surface/cell_topology.h"
 
 namespace shm {
 

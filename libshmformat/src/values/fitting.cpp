@@ -10,7 +10,6 @@ namespace {
 using Vector = std::array<double, kWeights>;
 using Matrix = std::array<Vector, kWeights>;
 
-
 double dot(const Vector& a, const Vector& b) {
   double sum = 0.0;
   for (std::uint32_t i = 0; i < kWeights; ++i) sum += a[i] * b[i];

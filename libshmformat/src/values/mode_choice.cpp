@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
+#include "bytes/whole_numbers.h"
 #include "values/entropy_bits.h"
 #include "values/fitting.h"
 #include "values/value_space.h"
-#include "values/whole_numbers.h"
 
 namespace shm {
 namespace {

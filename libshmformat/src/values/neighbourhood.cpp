@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "front/by_slot.h"
+#include "bytes/by_slot.h"
 
 namespace shm {
 namespace {

@@ -17,8 +17,8 @@
 #include <span>
 #include <vector>
 
-#include "coders/cell_topology.h"
-#include "front/hexahedron.h"
+#include "surface/cell_topology.h"
+#include "surface/hexahedron.h"
 
 namespace shm {
 

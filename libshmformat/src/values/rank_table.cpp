@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "bytes/whole_numbers.h"
 #include "entropy/split_coder.h"
-#include "values/whole_numbers.h"
 
 namespace shm {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "front/by_slot.h"
-#include "values/whole_numbers.h"
+#include "bytes/by_slot.h"
+#include "bytes/whole_numbers.h"
 
 namespace shm {
 namespace {

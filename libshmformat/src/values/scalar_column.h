@@ -10,12 +10,12 @@
 #include <span>
 #include <vector>
 
+#include "bytes/by_slot.h"
 #include "entropy/compact_number.h"
 #include "entropy/lazy_models.h"
 #include "entropy/mixing.h"
 #include "entropy/models.h"
 #include "entropy/split_coder.h"
-#include "front/by_slot.h"
 #include "values/class_numbers.h"
 #include "values/match_tables.h"
 #include "values/mode_choice.h"

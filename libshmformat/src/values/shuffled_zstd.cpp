@@ -1,7 +1,7 @@
 #include "values/shuffled_zstd.h"
 
 #include "bytes/byte_cursor.h"
-#include "packing.h"
+#include "bytes/packing.h"
 
 namespace shm {
 

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <tuple>
 
-#include "packing.h"
+#include "bytes/packing.h"
 #include "values/domain_choice.h"
 #include "values/shuffled_zstd.h"
 

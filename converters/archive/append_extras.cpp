@@ -1,0 +1,241 @@
+#include "archive/append_extras.h"
+
+#include <netcdf.h>
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "base/failure.h"
+#include "exodus/layout.h"
+
+namespace shm::converters {
+namespace {
+
+using exodus::Skeleton;
+using exodus::Variable;
+
+constexpr const char* kSkeleton = "exodus/skeleton";
+constexpr const char* kTimeStep = "time_step";
+
+bool same_times(std::span<const double> a, std::span<const double> b) {
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size_bytes()) == 0);
+}
+
+// Whether `more` has the old steps and then these, and no others.
+bool goes_on_from_the_start(const MeshInfo& old, const MeshInfo& more,
+                            std::span<const std::uint64_t> steps) {
+  std::vector<double> times = old.step_times;
+  for (const std::uint64_t step : steps) times.push_back(more.step_times[step]);
+  return same_times(times, more.step_times);
+}
+
+[[noreturn]] void does_not_fit(const std::string& key, const std::string& why) {
+  throw Failure(Error{ErrorCode::unsupported, why, "extra '" + key + "'", kNoOffset, {}});
+}
+
+using ByKey = std::map<std::string, const Extra*>;
+ByKey by_key(const std::vector<Extra>& extras) {
+  ByKey map;
+  for (const Extra& extra : extras) map.emplace(extra.key, &extra);
+  return map;
+}
+
+// The rows of a variable, out of the extras that carry it; nothing where these have none.
+std::optional<std::vector<std::byte>> rows_of(const ByKey& extras, const Skeleton& skeleton,
+                                              const Variable& variable) {
+  const std::string key = exodus::extra_key(variable.name);
+  const std::size_t parts = exodus::rows_of_parts(skeleton, variable).size() - 1;
+  std::vector<std::byte> rows;
+  for (std::size_t part = 0; part < parts; ++part) {
+    const auto found = extras.find(exodus::part_key(key, part));
+    if (found == extras.end()) return std::nullopt;
+    rows.insert(rows.end(), found->second->data.begin(), found->second->data.end());
+  }
+  const std::uint64_t bytes =
+      skeleton.size(variable) * scalar_bytes(exodus::scalar_of(variable.type));
+  if (rows.size() != bytes) does_not_fit(key, "is not as large as its variable");
+  return rows;
+}
+
+// Exodus files of which one begins where the other ended.
+class ExodusExtras {
+ public:
+  explicit ExodusExtras(const MeshInfo& old) : old_(old), old_keys_(by_key(old.extras)) {
+    old_skeleton_ = skeleton_of(old_keys_);
+    if (old_skeleton_.length_of(kTimeStep) != old.step_times.size())
+      does_not_fit(kSkeleton, "does not tell how many steps there are");
+  }
+
+  AppendedExtras join(const MeshInfo& more, const std::vector<Extra>& extras,
+                      std::span<const std::uint64_t> steps) {
+    new_keys_ = by_key(extras);
+    new_skeleton_ = skeleton_of(new_keys_);
+    if (new_skeleton_.length_of(kTimeStep) != more.step_times.size())
+      does_not_fit(kSkeleton, "of SOURCE does not tell how many steps there are");
+    lengthen(steps.size());
+    for (const Variable& variable : old_skeleton_.variables)
+      if (has_steps(old_skeleton_, variable)) grow(variable, steps);
+    AppendedExtras out = result();
+    tell_losses(out.losses);
+    return out;
+  }
+
+  AppendedExtras lengthened(std::uint64_t steps) {
+    for (const Variable& variable : old_skeleton_.variables) {
+      const std::string key = exodus::extra_key(variable.name);
+      if (has_steps(old_skeleton_, variable) && old_keys_.contains(key))
+        does_not_fit(key, "has a value at each step, which SOURCE has not");
+    }
+    lengthen(steps);
+    return result();
+  }
+
+ private:
+  void lengthen(std::uint64_t steps) {
+    grown_ = old_skeleton_;
+    const int dimension = grown_.find_dimension(kTimeStep);
+    if (dimension < 0) does_not_fit(kSkeleton, "has no time steps");
+    grown_.dimensions[static_cast<std::size_t>(dimension)].length += steps;
+  }
+
+  // The old ones, with what has grown in their place.
+  AppendedExtras result() {
+    AppendedExtras out;
+    out.changed = true;
+    for (const Extra& extra : old_.extras) {
+      const auto grown = grown_parts_.find(extra.key);
+      if (extra.key == kSkeleton) {
+        out.extras.push_back(with_text(extra, exodus::to_text(grown_)));
+      } else if (grown == grown_parts_.end()) {
+        out.extras.push_back(extra);
+      } else {
+        for (Extra& part : grown->second) out.extras.push_back(std::move(part));
+      }
+    }
+    return out;
+  }
+
+  static Skeleton skeleton_of(const ByKey& extras) {
+    const auto found = extras.find(kSkeleton);
+    if (found == extras.end()) does_not_fit(kSkeleton, "is missing");
+    const auto& text = found->second->data;
+    return exodus::from_text({reinterpret_cast<const char*>(text.data()), text.size()},
+                             {"", ErrorCode::corrupt});
+  }
+  static Extra with_text(Extra extra, const std::string& text) {
+    extra.shape = {text.size()};
+    const auto* bytes = reinterpret_cast<const std::byte*>(text.data());
+    extra.data.assign(bytes, bytes + text.size());
+    return extra;
+  }
+  static bool has_steps(const Skeleton& skeleton, const Variable& variable) {
+    return !variable.dimensions.empty() && skeleton.dimension_name(variable, 0) == kTimeStep;
+  }
+
+  // Puts the rows of the new steps behind those that an extra has of a variable.
+  void grow(const Variable& variable, std::span<const std::uint64_t> steps) {
+    const std::string key = exodus::extra_key(variable.name);
+    if (!old_keys_.contains(key)) {
+      // An array, the times themselves, or what has no rows yet.
+      if (new_keys_.contains(key)) does_not_fit(key, "has values at the new steps only");
+      return;
+    }
+    const int index = new_skeleton_.find_variable(variable.name);
+    if (index < 0 || variable.type == NC_STRING)
+      does_not_fit(key, "has no values at the new steps");
+    const Variable& other = new_skeleton_.variables[static_cast<std::size_t>(index)];
+    const auto old_shape = old_skeleton_.shape(variable), shape = new_skeleton_.shape(other);
+    if (other.type != variable.type || !has_steps(new_skeleton_, other) ||
+        !std::equal(shape.begin() + 1, shape.end(), old_shape.begin() + 1, old_shape.end()))
+      does_not_fit(key, "has another type or shape at the new steps");
+    auto rows = rows_of(old_keys_, old_skeleton_, variable);
+    const auto more = rows_of(new_keys_, new_skeleton_, other);
+    if (!rows || !more) does_not_fit(key, "has no values at the new steps");
+    const std::size_t row = shape[0] > 0 ? more->size() / shape[0] : 0;
+    for (const std::uint64_t step : steps) {
+      const auto begin = more->begin() + static_cast<std::ptrdiff_t>(step * row);
+      rows->insert(rows->end(), begin, begin + static_cast<std::ptrdiff_t>(row));
+    }
+    cut_into_parts(variable, key, row, *rows);
+  }
+
+  void cut_into_parts(const Variable& variable, const std::string& key, std::size_t row,
+                      const std::vector<std::byte>& rows) {
+    const Extra& first = *old_keys_.at(key);
+    const auto begins = exodus::rows_of_parts(grown_, variable);
+    std::vector<Extra>& parts = grown_parts_[key];
+    for (std::size_t p = 0; p + 1 < begins.size(); ++p) {
+      Extra part{exodus::part_key(key, p), first.type, first.refers, first.shape, {}};
+      part.shape[0] = begins[p + 1] - begins[p];
+      part.data.assign(rows.begin() + static_cast<std::ptrdiff_t>(begins[p] * row),
+                       rows.begin() + static_cast<std::ptrdiff_t>(begins[p + 1] * row));
+      parts.push_back(std::move(part));
+    }
+    for (std::size_t p = 1; old_keys_.contains(exodus::part_key(key, p)); ++p)
+      grown_parts_[exodus::part_key(key, p)];  // stands with the first one
+    for (std::size_t p = 0; new_keys_.contains(exodus::part_key(key, p)); ++p)
+      joined_.insert(exodus::part_key(key, p));
+  }
+
+  void tell_losses(LossList& losses) {
+    Skeleton other = new_skeleton_;
+    const int dimension = other.find_dimension(kTimeStep);
+    other.dimensions[static_cast<std::size_t>(dimension)].length =
+        old_skeleton_.length_of(kTimeStep);
+    if (other != old_skeleton_) losses.push_back("another title, or other parts of its structure");
+    for (const auto& [key, extra] : new_keys_) {
+      if (key == kSkeleton || joined_.contains(key)) continue;
+      const auto found = old_keys_.find(key);
+      if (found == old_keys_.end() || *found->second != *extra)
+        losses.push_back("another '" + key + "'");
+    }
+  }
+
+  const MeshInfo& old_;
+  ByKey old_keys_, new_keys_;
+  Skeleton old_skeleton_, new_skeleton_, grown_;
+  std::map<std::string, std::vector<Extra>> grown_parts_;  // by key of an old extra
+  std::set<std::string> joined_;                           // keys of new ones
+};
+
+}  // namespace
+
+AppendedExtras appended_extras(const MeshInfo& old, const MeshInfo& more,
+                               const std::vector<Extra>& extras,
+                               std::span<const std::uint64_t> steps) {
+  const bool grows =
+      old.schema.source_format == "exodus" && by_key(old.extras).contains("exodus/skeleton");
+  if (!grows && old.extras == extras) return {};
+  if (goes_on_from_the_start(old, more, steps)) return {true, extras, {}};
+  if (old.schema.source_format == "exodus") return ExodusExtras(old).join(more, extras, steps);
+  const ByKey keys = by_key(old.extras);
+  for (const Extra& extra : extras) {
+    const auto found = keys.find(extra.key);
+    if (found == keys.end() || *found->second != extra)
+      does_not_fit(extra.key,
+                   "is another one; a file with the steps that are there and the new ones "
+                   "would tell all of it");
+  }
+  return {};
+}
+
+AppendedExtras appended_extras_without_values(const MeshInfo& old, std::uint64_t steps) {
+  const std::string& format = old.schema.source_format;
+  if (format == "exodus") return ExodusExtras(old).lengthened(steps);
+  if (format == "gmsh")
+    throw Failure(
+        Error{ErrorCode::unsupported,
+              "tells of every view at every step, which SOURCE, of another format, does not",
+              "Gmsh's sections",
+              kNoOffset,
+              {}});
+  return {};
+}
+
+}  // namespace shm::converters

@@ -1,0 +1,142 @@
+#include "archive/archive_files.h"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <map>
+#include <utility>
+
+#include "base/failure.h"
+#include "base/output_file.h"
+#include "formats/formats.h"
+
+namespace shm::converters {
+namespace {
+
+constexpr std::size_t kCopyBytes = std::size_t{1} << 20;
+
+// Counts what it passes on.
+class CountingSink final : public ByteSink {
+ public:
+  explicit CountingSink(ByteSink& sink) : sink_(&sink) {}
+  Result<void> write(std::span<const std::byte> more) override {
+    bytes += more.size();
+    return sink_->write(more);
+  }
+  std::uint64_t bytes = 0;
+
+ private:
+  ByteSink* sink_;
+};
+
+void copy_all(ByteSource& from, const std::string& name, ByteSink& to) {
+  std::vector<std::byte> piece(kCopyBytes);
+  while (const std::size_t n = unwrap(from.read(piece), name))
+    unwrap(to.write(std::span(piece).first(n)));
+}
+
+// By the names that members will have; throws Failure (misuse) where two are alike.
+std::map<std::string, std::string> member_names(const std::vector<std::string>& inputs) {
+  std::map<std::string, std::string> names;  // input -> name
+  std::map<std::string, std::string> taken;  // name -> input
+  for (const std::string& input : inputs) {
+    const std::string name = std::filesystem::path(input).filename().string();
+    const auto [at, is_new] = taken.emplace(name, input);
+    if (!is_new)
+      throw Failure(Error{ErrorCode::misuse,
+                          "two files would be called '" + name + "' in the archive: " + at->second +
+                              " and " + input,
+                          {},
+                          kNoOffset,
+                          {}});
+    if (!is_member_name(name) || is_archive(input))
+      throw Failure(Error{ErrorCode::misuse,
+                          "'" + input + "' cannot be in an archive: it is an archive itself, or " +
+                              "its name is no file's name everywhere",
+                          {},
+                          kNoOffset,
+                          {}});
+    names[input] = name;
+  }
+  return names;
+}
+
+}  // namespace
+
+std::vector<MemberReport> join_files(const std::vector<std::string>& inputs, ByteSink& sink,
+                                     const CompressOptions& how, const std::string& spool_directory,
+                                     std::size_t spool_memory) {
+  const auto names = member_names(inputs);
+  ArchiveWriter archive = unwrap(ArchiveWriter::create(sink));
+  std::vector<MemberReport> report;
+  for (const std::string& input : inputs) {
+    CountingSink member(*unwrap(archive.add_member(names.at(input))));
+    const Format* format = format_of_file(input);
+    if (format != nullptr && format->name == "shm") {
+      copy_all(*unwrap(FileSource::open(input), input), input, member);
+    } else {
+      Spool spool(spool_directory, spool_memory);
+      const auto mesh = open_mesh(input, spool, how.progress);
+      compress_mesh(*mesh, member, how, spool);
+    }
+    report.push_back({names.at(input), std::filesystem::file_size(input), member.bytes});
+  }
+  unwrap(archive.finish());
+  return report;
+}
+
+bool is_archive(const std::string& path) {
+  if (path == "-") return false;
+  std::array<std::byte, 16> head{};
+  const auto file = unwrap(FileSource::open(path), path);
+  return looks_like_archive(std::span(head).first(unwrap(file->read(head), path)));
+}
+
+bool was_packed(const ArchiveMember& member) { return member.name.ends_with(".shm"); }
+
+ArchiveFile::ArchiveFile(const std::string& path)
+    : path_(path),
+      file_(unwrap(FileRandomSource::open(path), path)),
+      list_(unwrap(ArchiveReader::open(*file_), path)) {}
+
+const ArchiveMember& ArchiveFile::find(const std::string& name) const {
+  if (const ArchiveMember* member = list_.find(name)) return *member;
+  throw Failure(
+      Error{ErrorCode::misuse, "there is no '" + name + "' in the archive", {}, kNoOffset, path_});
+}
+
+std::string ArchiveFile::place(const ArchiveMember& member) const {
+  return path_ + ": " + member.name;
+}
+
+SectionSource ArchiveFile::section(const ArchiveMember& member) {
+  return {*file_, member.offset, member.bytes};
+}
+
+std::unique_ptr<StagedMesh> ArchiveFile::open(const ArchiveMember& member, Spool& spool,
+                                              const Progress& progress, unsigned threads) {
+  SectionSource bytes = section(member);
+  return stage_shm(bytes, place(member), member.bytes, spool, progress, threads);
+}
+
+FileSummary ArchiveFile::summarize(const ArchiveMember& member) {
+  SectionSource bytes = section(member);
+  return summarize_shm(bytes, place(member));
+}
+
+void ArchiveFile::copy(const ArchiveMember& member, const std::string& path) {
+  SectionSource bytes = section(member);
+  OutputFile output(path);
+  FileSink& sink = output.sink();
+  copy_all(bytes, place(member), sink);
+  output.commit();
+}
+
+void ArchiveFile::restore(const ArchiveMember& member, const std::string& path, Spool& spool,
+                          const Progress& progress, unsigned threads) {
+  const auto mesh = open(member, spool, progress, threads);
+  const Format* format = format_named(mesh->info().schema.source_format);
+  write_mesh(*mesh, path, format != nullptr ? *format : output_format(path, {}), spool);
+}
+
+}  // namespace shm::converters

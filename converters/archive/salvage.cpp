@@ -1,0 +1,220 @@
+#include "archive/salvage.h"
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "archive/damage_report.h"
+#include "base/failure.h"
+#include "compression/compress.h"
+#include "compression/piece_mesh.h"
+#include "shm/mesh_extract.h"
+#include "transfer/piece_output.h"
+#include "transfer/translate.h"
+
+namespace shm::converters {
+namespace {
+
+// Where times are lost, numbers stand for them, of so many steps for each that has values.
+constexpr std::uint64_t kMostStepsForEach = 1000;
+
+class Salvage {
+ public:
+  Salvage(RandomSource& file, const DamageReport& damage, const std::string& name, Spool& spool)
+      : damage_(damage),
+        name_(name),
+        spool_(spool),
+        file_(unwrap(MeshExtractor::open_damaged(file), name)) {}
+
+  SalvageReport run(ByteSink& sink, const Progress& progress);
+
+ private:
+  void read_whole();
+  std::vector<double> step_times();
+  void tell_cells(const PieceMesh& piece);
+  void tell_static_arrays();
+  void tell_steps(const PieceMesh& piece);
+  void tell_others();
+  void tell_words(const Translation& translation);
+  void tell(std::string sentence, nlohmann::json json);
+  std::string label(std::uint32_t array) const { return array_label(damage_.schema, array); }
+
+  const DamageReport& damage_;
+  const std::string& name_;
+  Spool& spool_;
+  MeshExtractor file_;
+  MeshInfo whole_;
+  SalvageReport report_;
+};
+
+void Salvage::tell(std::string sentence, nlohmann::json json) {
+  report_.missing.push_back(std::move(sentence));
+  report_.missing_json.push_back(std::move(json));
+}
+
+// What is known of the file as it was. Without an index the sets tell how large it is at least.
+void Salvage::read_whole() {
+  whole_.schema = file_.schema();
+  whole_.vertices = file_.vertices();
+  whole_.block_cells = file_.block_cells();
+  whole_.extras = unwrap(file_.extras(), name_);
+  std::uint64_t cells = file_.cells();
+  if (damage_.cells) return;
+  for (const Extra& extra : whole_.extras) {
+    if (extra.refers == Reference::nothing) continue;
+    std::uint64_t& count = extra.refers == Reference::cell ? cells : whole_.vertices;
+    for (const std::int64_t number : integers_of_extra(extra))
+      if (number >= 0) count = std::max(count, static_cast<std::uint64_t>(number) + 1);
+  }
+  if (whole_.block_cells.empty()) return;
+  std::fill(whole_.block_cells.begin(), whole_.block_cells.end(), 0);
+  whole_.block_cells[0] = cells;
+}
+
+// Where they are lost, but there are steps, their numbers.
+std::vector<double> Salvage::step_times() {
+  std::vector<double> times = unwrap(file_.step_times(), name_);
+  std::uint64_t steps = 0, with_values = 0;
+  for (std::uint32_t a = 0; a < whole_.schema.arrays.size(); ++a)
+    if (whole_.schema.arrays[a].per_step)
+      if (const auto of_array = unwrap(file_.steps(a), name_); !of_array.empty()) {
+        steps = std::max(steps, of_array.back() + 1);
+        with_values += of_array.size();
+      }
+  // What the index says, as far as steps with values make it likely: steps cost room and time.
+  const std::uint64_t most = kMostStepsForEach * (with_values + 1);
+  steps = std::max(steps, std::min(damage_.steps.value_or(0), most));
+  if (times.size() >= steps) return times;
+  if (steps > most)
+    throw Failure(Error{ErrorCode::over_limit,
+                        counted(steps, "step") + ", of which " + std::to_string(with_values) +
+                            " have values, and no times",
+                        "step times", kNoOffset, name_});
+  const bool lost = std::any_of(damage_.damages.begin(), damage_.damages.end(), [](auto& it) {
+    return it.section == "step times" || it.section == "chunk";
+  });
+  if (lost || !damage_.cells)
+    tell("the times of " + counted(steps, "step") + "; their numbers stand for them",
+         {{"what", "step times"}, {"steps", steps}});
+  for (std::uint64_t step = times.size(); step < steps; ++step)
+    times.push_back(static_cast<double>(step));
+  return times;
+}
+
+void Salvage::tell_cells(const PieceMesh& piece) {
+  report_.vertices = piece.info().vertices;
+  report_.cells = piece.info().cells();
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> there;
+  for (const SegmentInfo& segment : file_.segments())
+    if (segment.cells > 0)
+      there.emplace_back(segment.first_cell, segment.first_cell + segment.cells);
+  std::sort(there.begin(), there.end());
+  std::uint64_t end = 0;
+  const auto tell_run = [&](std::uint64_t next) {
+    if (next > end)
+      tell("cells " + std::to_string(end) + "-" + std::to_string(next - 1) +
+               " of the order in which they were coded",
+           {{"what", "cells"}, {"first_cell", end}, {"cells", next - end}});
+  };
+  for (const auto& [first, behind] : there) {
+    tell_run(first);
+    end = std::max(end, behind);
+  }
+  tell_run(file_.cells());
+  if (damage_.vertices && *damage_.vertices > report_.vertices)
+    tell(std::to_string(*damage_.vertices - report_.vertices) + " vertices" +
+             " that only these cells used, or no cell",
+         {{"what", "vertices"}, {"count", *damage_.vertices - report_.vertices}});
+  if (!damage_.cells && !damage_.complete)
+    tell("what stood behind the last cell that is known: there is no index to tell",
+         {{"what", "unknown"}});
+}
+
+void Salvage::tell_static_arrays() {
+  for (std::size_t s = 0; s < file_.segments().size(); ++s) {
+    const SegmentInfo& segment = file_.segments()[s];
+    for (const std::uint32_t array : file_.lost_arrays(s)) {
+      tell("values of " + label(array) + " in segment " + std::to_string(file_.segment_number(s)) +
+               ", cells " + std::to_string(segment.first_cell) + "-" +
+               std::to_string(segment.first_cell + std::max<std::uint64_t>(segment.cells, 1) - 1),
+           {{"what", "values"},
+            {"array", label(array)},
+            {"segment", file_.segment_number(s)},
+            {"first_cell", segment.first_cell},
+            {"cells", segment.cells}});
+    }
+  }
+}
+
+void Salvage::tell_steps(const PieceMesh& piece) {
+  for (const auto& [key, count] : piece.lost_values()) {
+    if (count == 0) continue;
+    const bool of_points = whole_.schema.arrays[key.first].location == Location::point;
+    tell("values of " + label(key.first) + " at step " + std::to_string(key.second) + " of " +
+             std::to_string(count) + (of_points ? " vertices" : " cells") + " that are there",
+         {{"what", "step values"},
+          {"array", label(key.first)},
+          {"step", key.second},
+          {"count", count}});
+  }
+}
+
+void Salvage::tell_others() {
+  for (const Damage& damage : damage_.damages)
+    if (damage.section == "extra" && damage.kind != DamageKind::repeated &&
+        damage.kind != DamageKind::out_of_order)
+      tell("a set, a name or what else stood beside the mesh at byte " +
+               std::to_string(damage.offset),
+           {{"what", "extra"}, {"offset", damage.offset}, {"bytes", damage.bytes}});
+}
+
+// What only the format of the source knows is about the whole mesh, and does not go on.
+void Salvage::tell_words(const Translation& translation) {
+  for (const std::string& loss : translation.losses())
+    tell(loss, {{"what", "other"}, {"name", loss}});
+  const std::vector<ArrayInfo>& kept = translation.info().schema.arrays;
+  for (const ArrayInfo& array : whole_.schema.arrays) {
+    const auto is_kept = [&](const ArrayInfo& it) {
+      return it.location == array.location && it.name == array.name && it.role == array.role;
+    };
+    if (!array.role.empty() && std::none_of(kept.begin(), kept.end(), is_kept))
+      tell("role " + array.role + " of array '" + array.name + "'",
+           {{"what", "role"}, {"array", array.name}, {"role", array.role}});
+  }
+  report_.laid_out = whole_.schema.source_format;
+}
+
+SalvageReport Salvage::run(ByteSink& sink, const Progress& progress) {
+  read_whole();
+  PieceOptions how;
+  how.damaged = true;
+  how.numbers = !damage_.complete;
+  how.step_times = step_times();
+  std::vector<TransferSet> sets = take_sets(whole_);
+  PieceMesh piece(file_, how, whole_.extras, std::move(sets), name_, spool_);
+  if (piece.info().vertices == 0 && (!damage_.vertices || *damage_.vertices > 0))
+    throw Failure(Error{ErrorCode::corrupt, "nothing of the mesh is left", {}, kNoOffset, name_});
+  tell_cells(piece);
+  tell_static_arrays();
+  tell_others();
+  Holds holds = kShmHolds;
+  holds.kin = {};
+  Translation translation(piece, "shm", holds, std::nullopt, spool_);
+  tell_words(translation);
+  FromElsewhere mesh(translation.mesh(), whole_);
+  CompressOptions options;
+  options.progress = progress;
+  compress_mesh(mesh, sink, options, spool_);
+  tell_steps(piece);
+  return std::move(report_);
+}
+
+}  // namespace
+
+SalvageReport salvage(RandomSource& file, const DamageReport& damage, const std::string& name,
+                      ByteSink& sink, Spool& spool, const Progress& progress) {
+  return Salvage(file, damage, name, spool).run(sink, progress);
+}
+
+}  // namespace shm::converters

@@ -1,0 +1,149 @@
+#include "base/spool.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <utility>
+
+#include "base/failure.h"
+
+namespace shm::converters {
+namespace {
+
+[[noreturn]] void fail(const std::string& directory, const char* what) {
+  throw Failure(Error{ErrorCode::output, std::string(what) + ": " + std::strerror(errno),
+                      "temporary spool file", kNoOffset, directory});
+}
+
+}  // namespace
+
+Spool::Spool(std::string directory, std::size_t memory_budget)
+    : directory_(directory.empty() ? "." : std::move(directory)),
+      memory_budget_(memory_budget),
+      frames_(kPageBytes, kStartBytes,
+              memory_budget - memory_budget / 4 - kept_topology_bytes(*this)),
+      small_room_(memory_budget) {}
+
+Spool::~Spool() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+std::uint64_t Spool::reserve_pages(std::uint64_t count) {
+  const std::uint64_t first = frames_.pages();
+  frames_.add_pages(count);
+  return first;
+}
+
+bool Spool::take_small(std::size_t bytes) {
+  if (bytes > small_room_) return false;
+  small_room_ -= bytes;
+  return true;
+}
+
+void Spool::begin_writing(Frame& frame) {
+  frame.dirty = true;
+  if (ever_written_.size() <= frame.page) ever_written_.resize(frames_.pages());
+  pages_written_ += ever_written_[frame.page] ? 0 : 1;
+  ever_written_[frame.page] = true;
+}
+
+Spool::Frame* Spool::load(std::uint64_t number) {
+  const bool written = frames_.was_here(number) && descriptor_ >= 0;
+  Frame& frame = frames_.bring(number, [this](const Frame& leaving) {
+    if (leaving.dirty) write_out(leaving);
+  });
+  // Past the end of the file, or in a hole, a page is zeros; as is one that was never here.
+  std::size_t done = 0;
+  while (written && done < kPageBytes) {
+    const ssize_t n = ::pread(descriptor_, frame.bytes.get() + done, kPageBytes - done,
+                              static_cast<off_t>(number * kPageBytes + done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail(directory_, "cannot read it");
+    if (n == 0) break;
+    done += static_cast<std::size_t>(n);
+  }
+  std::memset(frame.bytes.get() + done, 0, kPageBytes - done);
+  return &frame;
+}
+
+void Spool::write_out(const Frame& frame) {
+  if (descriptor_ < 0) {
+    // A file that never has a name, or, where there is none such, one that loses it at once.
+    descriptor_ = ::open(directory_.c_str(), O_RDWR | O_TMPFILE | O_EXCL | O_CLOEXEC, 0600);
+    std::string name = directory_ + "/.shm-spool-XXXXXX";
+    if (descriptor_ < 0) {
+      descriptor_ = ::mkstemp(name.data());
+      if (descriptor_ < 0) fail(directory_, "cannot create it");
+      ::unlink(name.c_str());
+    }
+  }
+  for (std::size_t done = 0; done < kPageBytes;) {
+    const ssize_t n = ::pwrite(descriptor_, frame.bytes.get() + done, kPageBytes - done,
+                               static_cast<off_t>(frame.page * kPageBytes + done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) fail(directory_, "cannot write it");
+    done += static_cast<std::size_t>(n);
+  }
+}
+
+PagedArray::PagedArray(Spool& spool, std::size_t element_bytes)
+    : spool_(&spool), element_bytes_(element_bytes) {}
+
+void PagedArray::reserve(std::uint64_t page) {
+  while (extents_.size() <= page / kExtentPages)
+    extents_.push_back(spool_->reserve_pages(kExtentPages));
+}
+
+void PagedArray::read(std::uint64_t first, std::uint64_t count, std::byte* out) {
+  std::uint64_t byte = first * element_bytes_;
+  std::uint64_t left = count * element_bytes_;
+  if (is_small()) {
+    const std::uint64_t held = byte < small_.size() ? std::min(left, small_.size() - byte) : 0;
+    if (held > 0) std::memcpy(out, small_.data() + byte, held);
+    std::fill_n(out + held, left - held, std::byte{0});
+    return;
+  }
+  while (left > 0) {
+    const std::uint64_t run = std::min(left, Spool::kPageBytes - byte % Spool::kPageBytes);
+    std::memcpy(out, at(byte, false), run);
+    out += run;
+    byte += run;
+    left -= run;
+  }
+}
+
+void PagedArray::write(std::uint64_t first, std::uint64_t count, const std::byte* in) {
+  const std::uint64_t byte = first * element_bytes_, bytes = count * element_bytes_;
+  if (!write_small(byte, bytes, in)) write_paged(byte, bytes, in);
+  size_ = std::max(size_, first + count);
+}
+
+// False when the array is, or has to become, one of pages.
+bool PagedArray::write_small(std::uint64_t byte, std::uint64_t bytes, const std::byte* in) {
+  if (!is_small()) return false;
+  if (bytes == 0) return true;
+  const std::uint64_t end = byte + bytes;
+  const std::uint64_t more = end > small_.size() ? end - small_.size() : 0;
+  if (end > Spool::kSmallBytes || !spool_->take_small(more)) {
+    const std::vector<std::byte> all = std::exchange(small_, {});
+    write_paged(0, all.size(), all.data());
+    return false;
+  }
+  if (more > 0) small_.resize(end);
+  std::memcpy(small_.data() + byte, in, bytes);
+  return true;
+}
+
+void PagedArray::write_paged(std::uint64_t byte, std::uint64_t left, const std::byte* in) {
+  while (left > 0) {
+    const std::uint64_t run = std::min(left, Spool::kPageBytes - byte % Spool::kPageBytes);
+    std::memcpy(at(byte, true), in, run);
+    in += run;
+    byte += run;
+    left -= run;
+  }
+}
+
+}  // namespace shm::converters

@@ -1,0 +1,90 @@
+// TextInput: reads files that mix text and raw binary (VTK legacy, Gmsh MSH) front to back,
+// knowing line and byte for every complaint. Buffered; memory does not grow with the file.
+#pragma once
+
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "shm/result.h"
+
+namespace shm::converters {
+
+class TextInput {
+ public:
+  explicit TextInput(const std::string& path);  // throws Failure (io) when it cannot be opened
+  ~TextInput();
+  TextInput(const TextInput&) = delete;
+  TextInput& operator=(const TextInput&) = delete;
+
+  // The section named in complaints from here on, e.g. "CELLS" or "$Nodes".
+  void enter(std::string section) { section_ = std::move(section); }
+
+  bool at_end();  // skips nothing
+  // Next line without its end (LF or CRLF); throws truncated at the end of the file.
+  std::string line();
+  // Next word between white space; throws truncated at the end. Valid until the next call.
+  std::string_view word();
+  // As word(), but an empty view at the end of the file.
+  std::string_view word_or_end();
+  // Looks at the next word without consuming it; empty at the end.
+  std::string_view peek_word();
+  // Drops the rest of the current line, its end included.
+  void skip_line();
+
+  // Next word as a number of type T. Floats take "nan", "inf", Fortran's 1.0D+00 and leading '+'.
+  template <class T>
+  T number() {
+    const std::string_view text = word();
+    T value{};
+    if (!parse(text, value)) fail_number(text);
+    return value;
+  }
+  template <class T>
+  static bool parse(std::string_view text, T& value) {
+    if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error == std::errc() && end == text.data() + text.size()) return true;
+    return parse_slow(text, value);
+  }
+
+  // Exactly `count` raw bytes; throws truncated when the file ends before.
+  void bytes(std::byte* out, std::size_t count);
+  // Moves to an absolute byte; line numbers are unknown from there on.
+  void seek(std::uint64_t offset);
+  void skip_bytes(std::uint64_t count);
+
+  std::uint64_t offset() const { return base_ + begin_; }  // of the next unread byte
+  std::uint64_t size() const { return size_; }
+  std::uint64_t left() const { return size_ - offset(); }
+  const std::string& path() const { return path_; }
+
+  [[noreturn]] void fail(ErrorCode code, const std::string& detail) const;
+  // Throws corrupt unless `count` items of at least `bytes_each` can still be in the file.
+  // Call before anything is allocated for a count that the file states.
+  void expect_room(std::uint64_t count, std::uint64_t bytes_each, const char* what) const;
+
+ private:
+  bool fill();  // more bytes behind what is buffered; false at the end
+  void skip_space();
+  [[noreturn]] void fail_number(std::string_view text) const;
+  static bool parse_slow(std::string_view text, double& value);
+  static bool parse_slow(std::string_view text, float& value);
+  template <class T>
+  static bool parse_slow(std::string_view, T&) {
+    return false;
+  }
+
+  std::string path_, section_;
+  std::FILE* file_ = nullptr;
+  std::vector<char> buffer_;
+  std::size_t begin_ = 0, end_ = 0;  // unread part of buffer_
+  std::uint64_t base_ = 0;           // file offset of buffer_[0]
+  std::uint64_t size_ = 0;
+};
+
+}  // namespace shm::converters

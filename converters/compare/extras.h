@@ -1,0 +1,24 @@
+// What differs between the extras of two meshes of one format.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "base/stored_value.h"
+#include "compare/mesh_diff.h"
+#include "mesh/coding_order.h"
+
+namespace shm::converters {
+
+struct ExtrasComparison {
+  std::function<bool(const std::string& key)> is_ignored;
+  Renumbering to_b;           // numbers of A's vertices and cells in B; empty: the same
+  bool in_any_order = false;  // members of sets, with what belongs to them
+  Accuracy accuracy;          // of floating-point values; relative: to the range of the extra in A
+  std::uint64_t limit = 3;
+};
+std::vector<Finding> diff_extras(const std::vector<Extra>& a, const std::vector<Extra>& b,
+                                 const ExtrasComparison& how);
+
+}  // namespace shm::converters

@@ -1,0 +1,26 @@
+// Which arrays and extras a diff is to look at, and how closely, by the names that the user gave.
+#pragma once
+
+#include <string>
+
+#include "compare/mesh_diff.h"
+#include "mesh/mesh_source.h"
+
+namespace shm::converters {
+
+class DiffNames {
+ public:
+  // Throws misuse when a name fits nothing in either mesh, or a tolerance is none.
+  DiffNames(const DiffOptions& options, const MeshInfo& a, const MeshInfo& b);
+
+  bool is_ignored(const std::string& path) const;  // "coordinates", "point/T"
+  bool is_wanted(const std::string& path) const;   // and not ignored
+  bool is_ignored_extra(const std::string& key) const;
+  Accuracy accuracy_of(const std::string& path) const;
+  Accuracy accuracy_of_coordinates() const;
+
+ private:
+  const DiffOptions& options_;
+};
+
+}  // namespace shm::converters

@@ -1,0 +1,23 @@
+// What both comparisons share: how much of two meshes is compared at once, and how cells are written.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace shm::converters {
+
+inline constexpr std::uint64_t kPieceElements = 16384;
+inline constexpr std::size_t kCacheBytes = std::size_t{32} << 20;
+
+/// "(3 4 8 7)", of at most 32 corners.
+inline std::string corners_text(std::span<const std::uint64_t> corners) {
+  constexpr std::size_t kMost = 32;
+  std::string text;
+  for (std::size_t i = 0; i < corners.size() && i < kMost; ++i)
+    text += (i > 0 ? " " : "") + std::to_string(corners[i]);
+  return "(" + text + (corners.size() > kMost ? " ...)" : ")");
+}
+
+}  // namespace shm::converters

@@ -1,0 +1,31 @@
+// Where the differences of two meshes are: in space, and in time.
+#pragma once
+
+#include <cstdint>
+
+#include "compare/field_pairs.h"
+#include "compare/mesh_diff.h"
+#include "compare/pairs.h"
+#include "compare/values.h"
+#include "mesh/mesh_source.h"
+
+namespace shm::converters {
+
+// Of a value of a field, by the numbers of its vertex or cell in both meshes.
+DiffPlace place_of(const StepPair& step, const FieldPair& field, std::uint64_t a, std::uint64_t b,
+                   const MeshInfo& info_a, const MeshInfo& info_b);
+
+ValueRange range_of_points(MeshSource& mesh);
+
+// Fills in the coordinates of all places told: in A, or in B where A has no such vertex or cell.
+class PlaceFinder {
+ public:
+  PlaceFinder(MeshSource& a, MeshSource& b) : a_(a), b_(b) {}
+  void fill(MeshDiff& diff);
+
+ private:
+  void fill(MeshDiff& diff, MeshSource& mesh, bool is_a);
+  MeshSource &a_, &b_;
+};
+
+}  // namespace shm::converters

@@ -1,0 +1,235 @@
+#include "compare/point_sites.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+#include <optional>
+
+#include "base/stored_value.h"
+#include "compare/point_tree.h"
+
+namespace shm::converters {
+namespace {
+
+constexpr std::uint32_t kNoSite = ~std::uint32_t{0};
+// Stand for what is not finite, so that all points can be ordered.
+constexpr double kNan = 1.7e308, kInfinite = 1.6e308;
+
+double orderly(double x) {
+  if (std::isnan(x)) return kNan;
+  if (std::isinf(x)) return x < 0 ? -kInfinite : kInfinite;
+  return x + 0.0;  // -0.0 becomes 0.0
+}
+
+std::vector<PlainPoint> points_of(MeshSource& mesh) {
+  constexpr std::uint64_t kPiece = 16384;
+  const MeshInfo& info = mesh.info();
+  const ScalarType type = info.schema.coordinate_type;
+  const std::size_t bytes = scalar_bytes(type);
+  std::vector<PlainPoint> points;
+  std::vector<std::byte> piece;
+  for (std::uint64_t first = 0; first < info.vertices; first += kPiece) {
+    const std::uint64_t count = std::min(kPiece, info.vertices - first);
+    piece.resize(count * 3 * bytes);
+    mesh.read_points(first, count, piece.data());
+    for (std::uint64_t i = 0; i < count; ++i) {
+      PlainPoint& point = points.emplace_back();
+      for (std::size_t c = 0; c < 3; ++c)
+        point[c] = orderly(as_double(piece.data() + (3 * i + c) * bytes, type));
+    }
+  }
+  return points;
+}
+
+// The vertices of one mesh by their places: those at the same place stand together.
+class Places {
+ public:
+  explicit Places(MeshSource& mesh) : points_(points_of(mesh)), order_(points_.size()) {
+    std::iota(order_.begin(), order_.end(), 0);
+    std::sort(order_.begin(), order_.end(), [&](std::uint32_t x, std::uint32_t y) {
+      return points_[x] != points_[y] ? points_[x] < points_[y] : x < y;
+    });
+  }
+  std::size_t size() const { return points_.size(); }
+  const PlainPoint& point(std::size_t at) const { return points_[order_[at]]; }
+  std::uint32_t vertex(std::size_t at) const { return order_[at]; }
+  // Where the vertices at the place of `at` end.
+  std::size_t run_end(std::size_t at) const {
+    std::size_t end = at + 1;
+    while (end < size() && point(end) == point(at)) ++end;
+    return end;
+  }
+
+ private:
+  std::vector<PlainPoint> points_;
+  std::vector<std::uint32_t> order_;
+};
+
+// Vertices of one mesh at one place that the other has no equal number of.
+struct Runs {
+  std::vector<PlainPoint> points;
+  std::vector<std::uint32_t> begin, end, site;
+  void add(const Places& places, std::size_t from, std::size_t to) {
+    points.push_back(places.point(from));
+    begin.push_back(static_cast<std::uint32_t>(from));
+    end.push_back(static_cast<std::uint32_t>(to));
+    site.push_back(kNoSite);
+  }
+};
+
+class Groups {  // union and find
+ public:
+  explicit Groups(std::size_t size) : parent_(size) {
+    std::iota(parent_.begin(), parent_.end(), 0);
+  }
+  std::uint32_t of(std::uint32_t x) {
+    while (parent_[x] != x) x = parent_[x] = parent_[parent_[x]];
+    return x;
+  }
+  void unite(std::uint32_t x, std::uint32_t y) {
+    x = of(x);
+    y = of(y);
+    parent_[std::max(x, y)] = std::min(x, y);
+  }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+class SiteFinder {
+ public:
+  SiteFinder(MeshSource& a, MeshSource& b, double tolerance) : a_(a), b_(b), tolerance_(tolerance) {
+    sites_.of_a.assign(a_.size(), kNoSite);
+    sites_.of_b.assign(b_.size(), kNoSite);
+  }
+
+  PointSites run() {
+    take_equal_places();
+    if (tolerance_ > 0 && !left_a_.points.empty() && !left_b_.points.empty()) take_near_places();
+    for (Runs* runs : {&left_a_, &left_b_})
+      for (std::uint32_t& site : runs->site)
+        if (site == kNoSite) site = sites_.count++;
+    give_sites(left_a_, a_, sites_.of_a);
+    give_sites(left_b_, b_, sites_.of_b);
+    return std::move(sites_);
+  }
+
+ private:
+  void take_equal_places() {
+    std::size_t i = 0, k = 0;
+    while (i < a_.size() || k < b_.size()) {
+      const bool only_a = k == b_.size() || (i < a_.size() && a_.point(i) < b_.point(k));
+      const bool only_b = !only_a && (i == a_.size() || b_.point(k) < a_.point(i));
+      const std::size_t end_a = only_b ? i : a_.run_end(i), end_b = only_a ? k : b_.run_end(k);
+      if (only_a || only_b || (tolerance_ > 0 && end_a - i != end_b - k)) {
+        if (end_a > i) left_a_.add(a_, i, end_a);
+        if (end_b > k) left_b_.add(b_, k, end_b);
+      } else {
+        for (std::size_t at = i; at < end_a; ++at) sites_.of_a[a_.vertex(at)] = sites_.count;
+        for (std::size_t at = k; at < end_b; ++at) sites_.of_b[b_.vertex(at)] = sites_.count;
+        ++sites_.count;
+      }
+      i = end_a;
+      k = end_b;
+    }
+  }
+
+  void take_near_places() {
+    const PointTree tree_a(left_a_.points), tree_b(left_b_.points);
+    const auto runs_a = static_cast<std::uint32_t>(left_a_.points.size());
+    const std::size_t runs = runs_a + left_b_.points.size();
+    Groups groups(runs);
+    std::vector<bool> crowded(runs, false);  // is near too many to look at all
+    for (std::uint32_t i = 0; i < runs; ++i) {
+      std::size_t found = 0;
+      const auto unite = [&](std::uint32_t other) {
+        groups.unite(i, other);
+        return ++found < kCrowd;
+      };
+      tree_a.visit_near(run_point(i), tolerance_, unite);
+      tree_b.visit_near(run_point(i), tolerance_,
+                        [&](std::uint32_t other) { return unite(runs_a + other); });
+      crowded[i] = found >= kCrowd;
+    }
+    const std::vector<bool> close = close_groups(groups, crowded);
+    std::vector<std::uint32_t> site(runs, kNoSite);  // of a group
+    for (std::uint32_t i = 0; i < runs; ++i) {
+      const std::uint32_t group = groups.of(i);
+      if (!close[group]) continue;
+      if (site[group] == kNoSite) site[group] = sites_.count++;
+      run_site(i) = site[group];
+    }
+    take_nearest(tree_a, tree_b);
+  }
+
+  const PlainPoint& run_point(std::uint32_t i) const {
+    const std::size_t runs_a = left_a_.points.size();
+    return i < runs_a ? left_a_.points[i] : left_b_.points[i - runs_a];
+  }
+  std::uint32_t& run_site(std::uint32_t i) {
+    const std::size_t runs_a = left_a_.points.size();
+    return i < runs_a ? left_a_.site[i] : left_b_.site[i - runs_a];
+  }
+
+  // Groups whose members are all within the tolerance of each other.
+  std::vector<bool> close_groups(Groups& groups, const std::vector<bool>& crowded) const {
+    std::vector<PlainPoint> low(crowded.size()), high(crowded.size());
+    std::vector<bool> close(crowded.size(), true);
+    for (std::uint32_t i = 0; i < crowded.size(); ++i) {
+      const std::uint32_t group = groups.of(i);  // its own lowest member
+      const PlainPoint& point = run_point(i);
+      if (crowded[i]) close[group] = false;
+      if (i == group) low[group] = high[group] = point;
+      for (std::size_t c = 0; c < 3; ++c) {
+        low[group][c] = std::min(low[group][c], point[c]);
+        high[group][c] = std::max(high[group][c], point[c]);
+      }
+      if (distance_between(low[group], high[group]) > tolerance_) close[group] = false;
+    }
+    return close;
+  }
+
+  // Each with the one that is nearest to it and to which it is nearest; then who is left over, to
+  // the nearest.
+  void take_nearest(const PointTree& tree_a, const PointTree& tree_b) {
+    std::vector<std::uint32_t> nearest_a(left_b_.points.size(), kNoSite);
+    for (std::size_t k = 0; k < nearest_a.size(); ++k)
+      if (left_b_.site[k] == kNoSite)
+        nearest_a[k] = tree_a.nearest(left_b_.points[k], tolerance_).value_or(kNoSite);
+    std::vector<std::uint32_t> nearest_b(left_a_.points.size(), kNoSite);
+    for (std::size_t i = 0; i < nearest_b.size(); ++i) {
+      if (left_a_.site[i] != kNoSite) continue;
+      nearest_b[i] = tree_b.nearest(left_a_.points[i], tolerance_).value_or(kNoSite);
+      if (nearest_b[i] == kNoSite || nearest_a[nearest_b[i]] != i) continue;
+      left_a_.site[i] = left_b_.site[nearest_b[i]] = sites_.count++;
+    }
+    for (std::size_t i = 0; i < nearest_b.size(); ++i)
+      if (left_a_.site[i] == kNoSite && nearest_b[i] != kNoSite)
+        left_a_.site[i] = left_b_.site[nearest_b[i]];
+    for (std::size_t k = 0; k < nearest_a.size(); ++k)
+      if (left_b_.site[k] == kNoSite && nearest_a[k] != kNoSite)
+        left_b_.site[k] = left_a_.site[nearest_a[k]];
+  }
+
+  static void give_sites(const Runs& runs, const Places& places,
+                         std::vector<std::uint32_t>& of_vertex) {
+    for (std::size_t r = 0; r < runs.points.size(); ++r)
+      for (std::uint32_t at = runs.begin[r]; at < runs.end[r]; ++at)
+        of_vertex[places.vertex(at)] = runs.site[r];
+  }
+
+  static constexpr std::size_t kCrowd = 32;
+  const Places a_, b_;
+  const double tolerance_;
+  Runs left_a_, left_b_;
+  PointSites sites_;
+};
+
+}  // namespace
+
+PointSites find_sites(MeshSource& a, MeshSource& b, double tolerance) {
+  return SiteFinder(a, b, tolerance).run();
+}
+
+}  // namespace shm::converters

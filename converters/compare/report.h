@@ -1,0 +1,19 @@
+// What shm diff tells: text for people, JSON for programs.
+#pragma once
+
+#include <string>
+
+#include "compare/mesh_diff.h"
+
+namespace shm::converters {
+
+struct DiffRun {
+  std::string a, b;       // paths
+  std::string tolerance;  // "exact", "abs=1e-6", ...
+  bool match = false;
+};
+
+std::string diff_text(const DiffRun& run, const MeshDiff& diff);
+std::string diff_json(const DiffRun& run, const MeshDiff& diff);
+
+}  // namespace shm::converters

@@ -1,0 +1,341 @@
+#include "compression/compress.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/failure.h"
+#include "compression/mesh_feeder.h"
+#include "compression/step_feeder.h"
+#include "mesh/coding_order.h"
+#include "mesh/vertex_compaction.h"
+#include "order/coherent_mesh.h"
+#include "order/delay_trial.h"
+#include "order/free_order.h"
+#include "order/reordered_mesh.h"
+#include "order/sample_mesh.h"
+
+namespace shm::converters {
+namespace {
+
+// Of vertex records, or one step's values, where the whole mesh is in memory anyway.
+constexpr std::size_t kUnlimited = std::numeric_limits<std::size_t>::max();
+
+// What the Writer refuses of its options is the user's: a codec that is not for this mesh.
+Writer writer_to(ByteSink& sink, Schema schema, const WriteOptions& options) {
+  return options.connectivity == ConnectivityCodec::automatic
+             ? checked(Writer::create(sink, std::move(schema), options))
+             : unwrap(Writer::create(sink, std::move(schema), options));
+}
+
+// Tells two listeners.
+class BothOrders final : public CodingOrder {
+ public:
+  BothOrders(CodingOrder* first, CodingOrder* second) : first_(first), second_(second) {}
+  void vertex(std::uint64_t number) override {
+    if (first_ != nullptr) first_->vertex(number);
+    if (second_ != nullptr) second_->vertex(number);
+  }
+  void cell(std::uint64_t number) override {
+    if (first_ != nullptr) first_->cell(number);
+    if (second_ != nullptr) second_->cell(number);
+  }
+
+ private:
+  CodingOrder* first_;
+  CodingOrder* second_;
+};
+
+// All steps of one array. `order`: element numbers in coding order; null: the order of the file.
+void write_steps(MeshSource& mesh, Writer& writer, std::size_t array, NumberList* order,
+                 std::size_t cache_bytes, const Progress& progress) {
+  const std::uint64_t steps = mesh.info().step_times.size();
+  for (std::uint64_t step = 0; step < steps; ++step) {
+    feed_step(mesh, array, step, order, cache_bytes, [&](std::span<const std::byte> values) {
+      checked(writer.add_step_values(static_cast<std::uint32_t>(array), step, values));
+    });
+    if (progress) progress(mesh.info().schema.arrays[array].name, step + 1, steps);
+  }
+}
+
+// Codes a mesh in the order its cells come in. `cache_bytes`: of records of vertices, and of one
+// step's values, in memory.
+SizeReport code_mesh(MeshSource& mesh, const Schema& schema, ByteSink& sink,
+                     const WriteOptions& options, const Progress& progress, Spool& spool,
+                     std::size_t cache_bytes) {
+  const MeshInfo& info = mesh.info();
+  const bool cells_move = schema.delay > 0;
+  const bool renumber = schema.order != Order::keep;
+
+  CodingOrderLog log(spool, cells_move);
+  BothOrders orders(&log, options.coding_order);
+  WriteOptions write_options = options;
+  write_options.coding_order = &orders;
+  write_options.kept_topology_bytes = kept_topology_bytes(spool);
+  Writer writer = writer_to(sink, schema, write_options);
+  {
+    MeshFeeder<Writer> feeder(mesh, schema, writer, cache_bytes);
+    stream_compacted(mesh, spool, feeder, progress);
+  }
+  checked(writer.end_mesh());
+  log.check();
+
+  CoveredOrder covered(mesh, log.cells(), spool);
+  for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
+    if (!schema.arrays[a].per_step) continue;
+    NumberList* order = nullptr;
+    if (schema.arrays[a].location == Location::point)
+      order = &log.vertices();
+    else if (cells_move)
+      order = &covered.elements(a);
+    write_steps(mesh, writer, a, order, cache_bytes, progress);
+  }
+  checked(writer.set_step_times(info.step_times));
+
+  Renumbering to;
+  to.vertices = info.vertices;
+  to.cells = info.cells();
+  std::optional<NumberTable> vertex_position, cell_position;
+  if (renumber && !info.extras.empty()) {
+    vertex_position = invert(log.vertices(), info.vertices, "vertex", spool);
+    to.vertex = [&](std::uint64_t v) { return vertex_position->get(v); };
+    if (cells_move) {
+      cell_position = invert(log.cells(), info.cells(), "cell", spool);
+      to.cell = [&](std::uint64_t c) { return cell_position->get(c); };
+    }
+  }
+  for (const Extra& extra : info.extras) checked(writer.add_extra(renumbered(extra, to)));
+  return checked(writer.finish());
+}
+
+// Tells numbers of reordered cells, and of renumbered vertices, as the mesh had them before.
+class FormerNumbers final : public CodingOrder {
+ public:
+  // Borrows all. `coherent`: how the mesh was renumbered; null: not at all.
+  FormerNumbers(const CellList& order, CodingOrder* out, const CoherentMesh* coherent = nullptr)
+      : order_(&order), out_(out), coherent_(coherent) {}
+  void vertex(std::uint64_t number) override {
+    if (out_ == nullptr) return;
+    out_->vertex(coherent_ == nullptr
+                     ? number
+                     : coherent_->number_of_vertex(static_cast<std::uint32_t>(number)));
+  }
+  void cell(std::uint64_t number) override {
+    if (out_ == nullptr) return;
+    const std::uint32_t cell = (*order_)[number];
+    out_->cell(coherent_ == nullptr ? cell : coherent_->number_of(cell));
+  }
+
+ private:
+  const CellList* order_;
+  CodingOrder* out_;
+  const CoherentMesh* coherent_;
+};
+
+std::size_t usual_cache(const Schema& schema, const Spool& spool) {
+  return schema.order == Order::free ? kUnlimited : spool.memory_budget() / 4;
+}
+
+TrialCoder trial_coder(const Schema& schema, ConnectivityCodec codec, Spool& spool) {
+  return [&, codec](MeshSource& part) {
+    NullSink nowhere;
+    WriteOptions options;
+    // One codec is enough to compare orders; mixed makes the decisions of rows.
+    const bool as_rows = codec == ConnectivityCodec::automatic || codec == ConnectivityCodec::mixed;
+    options.connectivity = as_rows ? ConnectivityCodec::rows : codec;
+    options.restart_budget = 0;
+    return code_mesh(part, schema, nowhere, options, {}, spool, usual_cache(schema, spool));
+  };
+}
+
+// Whether cells come so regularly that a delay buffer could hardly save a bit: told by the first
+// ones, with what the level chooses.
+bool connectivity_is_free(MeshSource& mesh, const Schema& schema, const CompressOptions& options,
+                          Spool& spool) {
+  constexpr std::uint64_t kCells = 32768;
+  constexpr double kBitsPerCell = .25;
+  SampleMesh start(mesh, std::vector<CellRun>{{0, std::min(kCells, mesh.info().cells())}});
+  NullSink nowhere;
+  WriteOptions write_options;
+  write_options.level = options.level;
+  write_options.connectivity = options.connectivity;
+  const SizeReport sizes =
+      code_mesh(start, schema, nowhere, write_options, {}, spool, usual_cache(schema, spool));
+  const auto its = sizes.streams.find("connectivity");
+  const double bytes = its == sizes.streams.end() ? 0 : static_cast<double>(its->second);
+  return 8 * bytes <= kBitsPerCell * static_cast<double>(sizes.cells);
+}
+
+// What find_delay says of a mesh.
+std::uint32_t tried_delay(MeshSource& mesh, const Schema& schema, const CompressOptions& options,
+                          Spool& spool) {
+  if (options.progress) options.progress("trying delays", 0, 1);
+  if (options.level != Level::best && connectivity_is_free(mesh, schema, options, spool)) return 0;
+  const double worthwhile = options.level == Level::best ? kWorthwhileAtBest : kWorthwhile;
+  return find_delay(mesh, worthwhile, [&](MeshSource& part, std::uint32_t delay) {
+    Schema delayed = schema;
+    delayed.delay = delay;
+    return trial_coder(delayed, options.connectivity, spool)(part);
+  });
+}
+
+// A single step is referred to by none: neither side need hold it.
+std::uint32_t key_steps_of(const MeshSource& mesh, const CompressOptions& options) {
+  return options.key_steps.value_or(mesh.info().step_times.size() == 1 ? 1
+                                                                       : WriteOptions().key_steps);
+}
+
+WriteOptions heard_by(CodingOrder* coding_order, WriteOptions options) {
+  options.coding_order = coding_order;
+  return options;
+}
+
+// Order::free with the mesh in the spool: the same bytes as in memory.
+SizeReport compress_free_in_spool(MeshSource& mesh, ByteSink& sink, const Schema& schema,
+                                  const CompressOptions& options, Spool& spool) {
+  const SpooledSearch search(spool.memory_budget());
+  Spool mesh_spool(spool.directory(), search.mesh_bytes);
+  CoherentMesh coherent(mesh, mesh_spool, search.sort_bytes, options.progress);
+  const std::optional<CellList> order =
+      find_free_order(mesh, coherent, coherent, trial_coder(schema, options.connectivity, spool),
+                      options.progress, {&mesh_spool, search.order_bytes});
+  Spool coding_spool(spool.directory(), search.coding_bytes);
+  const auto code = [&](MeshSource& ordered, CodingOrder* coding_order) {
+    return code_mesh(ordered, schema, sink,
+                     heard_by(coding_order, write_options_for(mesh, options)), options.progress,
+                     coding_spool, search.cache_bytes);
+  };
+  if (!order) return code(mesh, options.coding_order);
+  FormerNumbers former(*order, options.coding_order, &coherent);
+  ReorderedMesh ordered(coherent, coherent, *order, &mesh_spool);
+  return code(ordered, &former);
+}
+
+SizeReport compress_free(MeshSource& mesh, ByteSink& sink, const Schema& schema,
+                         const CompressOptions& options, Spool& spool) {
+  if (options.cell_order == nullptr && must_be_spooled(mesh.info(), spool.memory_budget()))
+    return compress_free_in_spool(mesh, sink, schema, options, spool);
+  const auto code = [&](MeshSource& ordered, CodingOrder* coding_order) {
+    return code_mesh(ordered, schema, sink,
+                     heard_by(coding_order, write_options_for(mesh, options)), options.progress,
+                     spool, kUnlimited);
+  };
+  std::optional<CellTable> cells = CellTable::read(mesh, options.progress);
+  if (!cells) return code(mesh, options.coding_order);
+  std::optional<CellList> order;
+  if (options.cell_order != nullptr)
+    order.emplace(*options.cell_order);
+  else
+    order = find_free_order(mesh, *cells, mesh, trial_coder(schema, options.connectivity, spool),
+                            options.progress);
+  if (!order) cells.reset();
+  if (!order) return code(mesh, options.coding_order);
+  FormerNumbers former(*order, options.coding_order);
+  ReorderedMesh ordered(mesh, *cells, *order);
+  return code(ordered, &former);
+}
+
+}  // namespace
+
+bool needs_corner_order(const MeshInfo& info) {
+  constexpr std::int64_t kVtkVoxel = 11;  // its corners run along the axes
+  constexpr std::string_view kPerCorner = "ElementNodeData";
+  for (const Extra& extra : info.extras) {
+    if (extra.key.find("side") != std::string::npos) return true;
+    const std::string_view text(reinterpret_cast<const char*>(extra.data.data()),
+                                extra.data.size());
+    if (extra.key == "gmsh/sections" && text.find(kPerCorner) != std::string_view::npos)
+      return true;
+  }
+  for (const BlockInfo& block : info.schema.blocks) {
+    if (block.shape != CellShape::hexahedron) continue;
+    if (block.nodes_per_cell != 8) return true;
+    if (info.schema.source_format == "vtk" && block.id == kVtkVoxel) return true;
+  }
+  // Values for each corner, edge or face of a cell stand in the order of its corners.
+  for (const ArrayInfo& array : info.schema.arrays)
+    for (const std::string_view word : {"node", "corner", "edg", "fac"})
+      if (array.location == Location::cell && array.role.find(word) != std::string::npos)
+        return true;
+  return false;
+}
+
+Schema schema_for(MeshSource& mesh, const CompressOptions& options) {
+  Schema schema = mesh.info().schema;
+  schema.order = options.order;
+  schema.step_references = StepReference::trend;  // the Writer says less
+  schema.delay = options.order == Order::free ? 0 : options.delay.value_or(0);
+  schema.corner_order = options.order == Order::keep || needs_corner_order(mesh.info());
+  set_accuracy(mesh, options.lossy, schema, options.progress);
+  return schema;
+}
+
+Schema schema_to_write(MeshSource& mesh, const CompressOptions& options, Spool& spool) {
+  Schema schema = schema_for(mesh, options);
+  if (options.order == Order::stream && !options.delay && options.level != Level::fast)
+    schema.delay = tried_delay(mesh, schema, options, spool);
+  return schema;
+}
+
+WriteOptions write_options_for(const MeshSource& mesh, const CompressOptions& options) {
+  WriteOptions write_options;
+  write_options.level = options.level;
+  write_options.connectivity = options.connectivity;
+  write_options.segment_cells = options.segment_cells;
+  write_options.restart_budget = options.restart_budget;
+  write_options.key_steps = key_steps_of(mesh, options);
+  write_options.threads = options.threads;
+  return write_options;
+}
+
+SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions& options,
+                         Spool& spool) {
+  const Schema schema = schema_to_write(mesh, options, spool);
+  if (options.order == Order::free) return compress_free(mesh, sink, schema, options, spool);
+  return code_mesh(mesh, schema, sink,
+                   heard_by(options.coding_order, write_options_for(mesh, options)),
+                   options.progress, spool, usual_cache(schema, spool));
+}
+
+std::optional<std::uint64_t> bytes_in_free_order(MeshSource& mesh, const CompressOptions& options,
+                                                 const SizeReport& sizes, Spool& spool) {
+  if (must_be_spooled(mesh.info(), spool.memory_budget())) return std::nullopt;
+  const std::optional<CellTable> cells = CellTable::read(mesh);
+  if (!cells) return std::nullopt;
+  const Schema schema = schema_for(mesh, options);
+  Schema free_schema = schema;
+  free_schema.order = Order::free;
+  free_schema.delay = 0;
+  free_schema.corner_order = needs_corner_order(mesh.info());
+  const double share =
+      share_in_free_order(mesh, *cells, trial_coder(free_schema, options.connectivity, spool),
+                          trial_coder(schema, options.connectivity, spool));
+  const auto extras = sizes.streams.find("extras");  // as large in any order
+  const std::uint64_t fixed = extras == sizes.streams.end() ? 0 : extras->second;
+  return fixed + static_cast<std::uint64_t>(share * static_cast<double>(sizes.total_bytes - fixed));
+}
+
+void replay_coding_order(MeshSource& mesh, const MeshInfo& of, CodingOrder& out, Spool& spool) {
+  NullSink nowhere;
+  Schema bare = of.schema;
+  bare.arrays.clear();
+  WriteOptions options;
+  options.coding_order = &out;
+  options.segment_starts = of.segment_starts;
+  // It says in which order a cell's new vertices come.
+  options.segment_connectivity = of.segment_connectivity;
+  if (options.segment_starts.empty()) options.restart_budget = 0;
+  Writer writer = writer_to(nowhere, bare, options);
+  const bool in_memory =
+      bare.order == Order::free && !must_be_spooled(mesh.info(), spool.memory_budget());
+  MeshFeeder<Writer> feeder(mesh, bare, writer, in_memory ? kUnlimited : spool.memory_budget() / 4);
+  stream_compacted(mesh, spool, feeder);
+  checked(writer.end_mesh());
+}
+
+}  // namespace shm::converters

@@ -1,0 +1,101 @@
+// Decompression: a .shm file as a MeshSource, staged in the spool.
+// Everything is staged in the order it arrives in; reading goes through maps from the mesh's own
+// numbers to that order, so nothing that a file claims decides how much is allocated.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/number_table.h"
+#include "base/progress.h"
+#include "base/spool.h"
+#include "mesh/cell_store.h"
+#include "mesh/coding_order.h"
+#include "mesh/mesh_source.h"
+#include "shm/reader.h"
+
+namespace shm::converters {
+
+// By the signature of the format.
+bool looks_like_shm(std::span<const std::byte> head);
+
+class StagedMesh final : public MeshSource {
+ public:
+  // Reads `source` to its end. Throws what the library says about a bad file, naming `name`, and
+  // corrupt when the parts contradict each other. `spool` must outlive the mesh.
+  StagedMesh(ByteSource& source, const std::string& name, Spool& spool,
+             const ReadLimits& limits = {}, const ReadOptions& options = {});
+
+  const MeshInfo& info() const override { return info_; }
+  void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override;
+  bool next_cells(CellBatch& out, std::size_t max_cells) override;
+  void rewind_cells() override { next_cell_ = 0; }
+  void seek_cells(std::uint64_t first) override { next_cell_ = first; }
+  void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
+                  std::byte* out) override;
+
+  const Totals& totals() const { return totals_; }
+  // Numbers of all vertices and cells, in coding order.
+  NumberList& vertex_order() { return vertex_numbers_; }
+  NumberList& cell_order() { return cell_numbers_; }
+
+ private:
+  struct Array {
+    PagedArray values;                             // of one step after the other
+    std::map<std::uint64_t, std::uint64_t> steps;  // step -> its place in `values`
+    std::uint64_t staged = 0;                      // elements
+    std::unique_ptr<NumberTable> positions;        // cell arrays on some blocks, cells moved
+  };
+  void stage_mesh(const MeshBlock& block);
+  void stage_step(const StepPiece& piece);
+  void finish();
+  void map_partial_arrays();
+  // Reads elements of `values` behind `base` whose positions in coding order `positions` gives;
+  // null: they are in order.
+  void gather(PagedArray& values, std::uint64_t base, std::size_t stride, NumberTable* positions,
+              std::uint64_t first, std::uint64_t count, std::byte* out);
+  [[noreturn]] void fail(const std::string& section, const std::string& detail) const;
+
+  std::string name_;
+  Spool* spool_;
+  MeshInfo info_;
+  Totals totals_;
+  PagedArray points_;
+  CellStore cells_;
+  NumberList vertex_numbers_, cell_numbers_;  // in coding order
+  bool vertices_moved_ = false, cells_moved_ = false;
+  std::optional<NumberTable> vertex_positions_, cell_positions_;
+  std::vector<Array> arrays_;
+  std::uint64_t next_cell_ = 0;
+  bool mesh_done_ = false;
+};
+
+// Stages a .shm file of `total` bytes (0: not known), called `name` in messages. `threads` decode,
+// 0 for one on each core.
+std::unique_ptr<StagedMesh> stage_shm(ByteSource& source, const std::string& name,
+                                      std::uint64_t total, Spool& spool, const Progress& progress,
+                                      unsigned threads);
+// The same of the file `path`; "-" is standard input.
+std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
+                                     const Progress& progress, unsigned threads);
+std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
+                                     const Progress& progress = {});
+
+// What a .shm file says about itself.
+struct FileSummary {
+  MeshInfo info;
+  Totals totals;
+};
+// Of its index and the heads of its chunks; `name` is for messages.
+FileSummary summarize_shm(RandomSource& source, const std::string& name);
+FileSummary summarize_shm(const std::string& path);
+// Of a source that cannot be sought in: reads it to its end, and checks all of it.
+FileSummary summarize_stream(ByteSource& source, const std::string& name, const Progress& progress);
+
+}  // namespace shm::converters

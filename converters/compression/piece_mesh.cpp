@@ -1,0 +1,355 @@
+#include "compression/piece_mesh.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <numeric>
+#include <span>
+#include <utility>
+
+#include "base/failure.h"
+#include "exodus/exodus.h"
+
+namespace shm::converters {
+namespace {
+
+constexpr std::uint32_t kGone = ~std::uint32_t{0};
+template <class Real>
+std::vector<std::byte> nans(std::size_t count) {
+  const std::vector<Real> values(count, std::numeric_limits<Real>::quiet_NaN());
+  const auto bytes = std::as_bytes(std::span(values));
+  return {bytes.begin(), bytes.end()};
+}
+
+// What stands for the value of one element that is lost.
+std::vector<std::byte> nothing_of(const ArrayInfo& array) {
+  if (array.type == ScalarType::float32) return nans<float>(array.components);
+  if (array.type == ScalarType::float64) return nans<double>(array.components);
+  return std::vector<std::byte>(scalar_bytes(array.type) * array.components);
+}
+
+constexpr const char* kNodeMap = "exodus:node_num_map";
+constexpr const char* kElementMap = "exodus:elem_num_map";
+
+}  // namespace
+
+std::optional<std::uint64_t> rank_of(const std::vector<std::uint64_t>& sorted,
+                                     std::uint64_t number) {
+  if (sorted.empty() || number < sorted.front() || number > sorted.back()) return std::nullopt;
+  // Numbers without gaps.
+  if (sorted.back() - sorted.front() == sorted.size() - 1) return number - sorted.front();
+  const auto at = std::lower_bound(sorted.begin(), sorted.end(), number);
+  if (*at != number) return std::nullopt;
+  return static_cast<std::uint64_t>(at - sorted.begin());
+}
+
+bool is_number_map(const ArrayInfo& array) {
+  return array.role == kNodeMap || array.role == kElementMap || array.role == "gmsh:node_tag" ||
+         array.role == "gmsh:element_tag" ||
+         (array.role.empty() && (array.name == kVertexNumbers || array.name == kCellNumbers));
+}
+
+PieceMesh::PieceMesh(MeshExtractor& file, const PieceOptions& options, std::vector<Extra> extras,
+                     std::vector<TransferSet> sets, const std::string& name, Spool& spool)
+    : file_(&file),
+      name_(name),
+      spool_(&spool),
+      decomposed_(options.decomposed),
+      damaged_(options.damaged),
+      step_(options.step),
+      points_array_(options.points),
+      wanted_(options.arrays),
+      points_(spool, 3 * scalar_bytes(file.schema().coordinate_type)),
+      cells_(spool),
+      arrived_vertices_(spool),
+      arrived_cells_(spool),
+      block_cells_(file.schema().blocks.size()) {
+  ExtractRequest request = options.request;
+  request.arrays.emplace();
+  for (std::uint32_t a = 0; a < file.schema().arrays.size(); ++a) {
+    const ArrayInfo& array = file.schema().arrays[a];
+    if (!takes_array(a) || (request.vertices && array.location == Location::cell)) continue;
+    request.arrays->push_back(a);
+    if (!array.per_step)
+      staged_.emplace(a, PagedArray(spool, scalar_bytes(array.type) * array.components));
+  }
+  stage(request);
+  info_.schema.coordinate_type = file.schema().coordinate_type;
+  info_.schema.source_format = file.schema().source_format;
+  info_.vertices = vertex_numbers().size();
+  info_.step_times = options.step_times ? *options.step_times : unwrap(file.step_times(), name);
+  if (step_) info_.step_times = {info_.step_times.at(*step_)};
+  info_.extras = std::move(extras);
+  choose_blocks();
+  settle();
+  choose_arrays(options);
+  cut_sets(std::move(sets));
+}
+
+bool PieceMesh::takes_array(std::uint32_t source) const {
+  return !wanted_ || points_array_ == source ||
+         std::binary_search(wanted_->begin(), wanted_->end(), source) ||
+         is_number_map(file_->schema().arrays[source]);
+}
+
+// --- staging
+
+void PieceMesh::stage(const ExtractRequest& request) {
+  unwrap(file_->begin(request), name_);
+  while (const MeshBlock* part = unwrap(file_->next(), name_)) add_part(*part);
+}
+
+void PieceMesh::add_part(const MeshBlock& part) {
+  for (const std::uint64_t number : part.vertex_numbers) {
+    vertices_moved_ |= number < last_vertex_;
+    arrived_vertices_.push_back(last_vertex_ = number);
+  }
+  points_.append(part.vertex_count(), part.xyz.data());
+  for (std::size_t c = 0; c < part.cell_count(); ++c) {
+    cells_moved_ |= part.cell_numbers[c] < last_cell_;
+    arrived_cells_.push_back(last_cell_ = part.cell_numbers[c]);
+    const std::uint64_t begin = part.corner_begin[c];
+    cells_.append(part.cell_blocks[c],
+                  std::span(part.corners).subspan(begin, part.corner_begin[c + 1] - begin));
+    ++block_cells_[part.cell_blocks[c]];
+  }
+  for (auto& [array, values] : staged_) {
+    const ArrayInfo& info = file_->schema().arrays[array];
+    values.append(part.arrays[array].size() / (scalar_bytes(info.type) * info.components),
+                  part.arrays[array].data());
+  }
+}
+
+// Into the order of numbers what came in another one.
+void PieceMesh::settle() {
+  const Schema& schema = file_->schema();
+  if (cells_moved_) {
+    cell_positions_.emplace(*spool_, cell_numbers().size());
+    arrived_cells_.for_each([&](std::uint64_t at, std::uint64_t number) {
+      cell_positions_->set(*rank_of(cell_numbers(), number), at);
+    });
+  }
+  if (vertices_moved_)
+    points_ = settled(points_, 3 * scalar_bytes(schema.coordinate_type), arrived_vertices_,
+                      vertex_numbers());
+  for (auto& staged : staged_) {
+    const std::uint32_t a = staged.first;
+    PagedArray& values = staged.second;
+    const ArrayInfo& array = schema.arrays[a];
+    const std::size_t stride = scalar_bytes(array.type) * array.components;
+    if (array.location == Location::point) {
+      if (vertices_moved_) values = settled(values, stride, arrived_vertices_, vertex_numbers());
+    } else if (cells_moved_ && array.blocks.empty()) {
+      values = settled(values, stride, arrived_cells_, cell_numbers());
+    } else if (cells_moved_) {
+      NumberList numbers(*spool_);
+      CellBatch one;
+      arrived_cells_.for_each([&](std::uint64_t at, std::uint64_t number) {
+        one.clear();
+        cells_.read(at, one);
+        if (schema.array_covers(a, one.blocks[0])) numbers.push_back(number);
+      });
+      values = settled(values, stride, numbers, elements(a));
+    }
+  }
+}
+
+PagedArray PieceMesh::settled(PagedArray& arrived, std::size_t stride, NumberList& numbers,
+                              const std::vector<std::uint64_t>& sorted) {
+  PagedArray out(*spool_, stride);
+  std::vector<std::byte> value(stride);
+  numbers.for_each([&](std::uint64_t at, std::uint64_t number) {
+    arrived.read(at, 1, value.data());
+    out.write(*rank_of(sorted, number), 1, value.data());
+  });
+  return out;
+}
+
+// Numbers of the elements of a cell array on some blocks, or of any other array.
+const std::vector<std::uint64_t>& PieceMesh::elements(std::uint32_t source) {
+  const ArrayInfo& array = file_->schema().arrays[source];
+  if (array.location == Location::point) return vertex_numbers();
+  if (array.blocks.empty()) return cell_numbers();
+  const auto [found, fresh] = covered_.try_emplace(array.blocks);
+  if (!fresh) return found->second;
+  CellBatch one;
+  for (std::uint64_t c = 0; c < cell_numbers().size(); ++c) {
+    one.clear();
+    cells_.read(cell_positions_ ? cell_positions_->get(c) : c, one);
+    if (file_->schema().array_covers(source, one.blocks[0]))
+      found->second.push_back(cell_numbers()[c]);
+  }
+  return found->second;
+}
+
+// --- what is left
+
+void PieceMesh::choose_blocks() {
+  new_blocks_.assign(block_cells_.size(), kGone);
+  for (std::uint32_t b = 0; b < block_cells_.size(); ++b) {
+    if (block_cells_[b] == 0 && !decomposed_) continue;
+    new_blocks_[b] = static_cast<std::uint32_t>(kept_blocks_.size());
+    kept_blocks_.push_back(b);
+    info_.schema.blocks.push_back(file_->schema().blocks[b]);
+    info_.block_cells.push_back(block_cells_[b]);
+  }
+}
+
+void PieceMesh::choose_arrays(const PieceOptions& options) {
+  const auto& all = file_->schema().arrays;
+  if (points_array_) points_ = std::move(staged_.at(*points_array_));
+  for (std::uint32_t a = 0; a < all.size(); ++a) {
+    ArrayInfo array = all[a];
+    if (!takes_array(a) || (points_array_ && array.role == all[*points_array_].role)) continue;
+    array.quantization = {};
+    if (decomposed_ && (array.role == kNodeMap || array.role == kElementMap))
+      array.role = is_signed_integer(array.type) ? kOriginalMap : "";
+    if (array.location == Location::cell) {
+      std::vector<std::uint32_t> blocks;
+      for (const std::uint32_t b : kept_blocks_)
+        if (file_->schema().array_covers(a, b)) blocks.push_back(new_blocks_[b]);
+      if (blocks.empty()) continue;
+      if (blocks.size() == kept_blocks_.size()) blocks.clear();
+      array.blocks = std::move(blocks);
+    }
+    Array& added = arrays_.emplace_back();
+    added.source = a;
+    if (!array.per_step) added.values = std::move(staged_.at(a));
+    info_.schema.arrays.push_back(std::move(array));
+  }
+  staged_.clear();
+  if (!options.numbers) return;
+  add_number_array(Location::point, options.exodus_maps);
+  if (info_.cells() > 0 || decomposed_) add_number_array(Location::cell, options.exodus_maps);
+}
+
+void PieceMesh::add_number_array(Location location, bool exodus_maps) {
+  const bool of_points = location == Location::point;
+  ArrayInfo array;
+  array.name = of_points ? kVertexNumbers : kCellNumbers;
+  if (exodus_maps) array.name = of_points ? "node_num_map" : "elem_num_map";
+  if (exodus_maps) array.role = "exodus:" + array.name;
+  array.location = location;
+  array.type = ScalarType::int64;
+  // A piece of a piece, or of a file with a map of its own.
+  for (const ArrayInfo& other : info_.schema.arrays)
+    if (other.location == location && other.name == array.name && other.role == array.role) return;
+  const auto& numbers = of_points ? vertex_numbers() : cell_numbers();
+  const std::uint64_t end = decomposed_       ? (of_points ? file_->vertices() : file_->cells())
+                            : numbers.empty() ? 0
+                                              : numbers.back() + 1;
+  if (exodus_maps && end <= std::numeric_limits<std::int32_t>::max())
+    array.type = ScalarType::int32;
+  info_.schema.arrays.push_back(std::move(array));
+  arrays_.emplace_back().what = of_points ? Array::What::vertex_numbers : Array::What::cell_numbers;
+}
+
+void PieceMesh::cut_sets(std::vector<TransferSet> sets) {
+  std::vector<TransferSet> left;
+  for (TransferSet& set : sets) {
+    TransferSet cut = set;
+    cut.members.clear();
+    cut.sides.clear();
+    cut.blocks.clear();
+    const auto& numbers = set.kind == TransferSet::Kind::nodes ? vertex_numbers() : cell_numbers();
+    for (std::size_t i = 0; i < set.members.size(); ++i) {
+      const auto rank = rank_of(numbers, static_cast<std::uint64_t>(set.members[i]));
+      if (!rank) continue;
+      cut.members.push_back(static_cast<std::int64_t>(*rank));
+      if (!set.sides.empty()) cut.sides.push_back(set.sides[i]);
+    }
+    for (const std::uint32_t block : set.blocks)
+      if (new_blocks_.at(block) != kGone) cut.blocks.push_back(new_blocks_[block]);
+    if (!cut.members.empty() || !cut.blocks.empty() || decomposed_) left.push_back(std::move(cut));
+  }
+  list_members(*this, left);
+  rewind_cells();
+  for (Extra& extra : extras_of_sets(left)) info_.extras.push_back(std::move(extra));
+}
+
+// --- reading
+
+void PieceMesh::read_points(std::uint64_t first, std::uint64_t count, std::byte* out) {
+  points_.read(first, count, out);
+}
+
+std::uint64_t PieceMesh::vertex_of(std::uint64_t number) const {
+  if (const auto rank = rank_of(vertex_numbers(), number)) return *rank;
+  throw Failure(Error{ErrorCode::corrupt,
+                      "uses vertex " + std::to_string(number) + ", which no segment has", "mesh",
+                      kNoOffset, name_});
+}
+
+bool PieceMesh::next_cells(CellBatch& out, std::size_t max_cells) {
+  out.clear();
+  const std::uint64_t count =
+      std::min<std::uint64_t>(max_cells, cell_numbers().size() - next_cell_);
+  if (cell_positions_)
+    for (std::uint64_t i = 0; i < count; ++i)
+      cells_.read(cell_positions_->get(next_cell_ + i), out);
+  else
+    cells_.read_run(next_cell_, count, out);
+  for (std::uint32_t& block : out.blocks) block = new_blocks_[block];
+  for (std::uint64_t& corner : out.corners) corner = vertex_of(corner);
+  next_cell_ += count;
+  return count > 0;
+}
+
+void PieceMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t first,
+                           std::uint64_t count, std::byte* out) {
+  Array& from = arrays_[array];
+  if (from.what == Array::What::of_file) {
+    PagedArray& values = from.values ? *from.values : step_values(from, step_.value_or(step));
+    return values.read(first, count, out);
+  }
+  const ArrayInfo& info = info_.schema.arrays[array];
+  const auto& numbers =
+      from.what == Array::What::vertex_numbers ? vertex_numbers() : cell_numbers();
+  const std::uint64_t base = info.role.empty() ? 0 : 1;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const auto wide = static_cast<std::int64_t>(numbers[first + i] + base);
+    const auto narrow = static_cast<std::int32_t>(wide);
+    if (info.type == ScalarType::int32)
+      std::memcpy(out + i * sizeof narrow, &narrow, sizeof narrow);
+    else
+      std::memcpy(out + i * sizeof wide, &wide, sizeof wide);
+  }
+}
+
+// Zeros where the file has none.
+PagedArray& PieceMesh::step_values(Array& array, std::uint64_t step) {
+  const ArrayInfo& info = file_->schema().arrays[array.source];
+  const std::size_t stride = scalar_bytes(info.type) * info.components;
+  const auto [found, fresh] = array.steps.try_emplace(step, *spool_, stride);
+  PagedArray& values = found->second;
+  const auto& numbers = elements(array.source);
+  if (!fresh || numbers.empty()) return values;
+  const bool may_lack = damaged_ && file_->had_values(array.source, step);
+  if (may_lack) {
+    const auto lost = nothing_of(info);
+    for (std::uint64_t i = 0; i < numbers.size(); ++i) values.write(i, 1, lost.data());
+    lost_values_[{array.source, step}] = numbers.size();
+  } else {
+    const std::vector<std::byte> zeros(stride);
+    values.write(numbers.size() - 1, 1, zeros.data());
+  }
+  const auto steps = unwrap(file_->steps(array.source), name_);
+  if (!std::binary_search(steps.begin(), steps.end(), step)) return values;
+  unwrap(file_->begin_values(array.source, step), name_);
+  while (const StepValues* part = unwrap(file_->next_values(), name_)) {
+    // Neighbours in the file often are neighbours in the piece.
+    for (std::size_t i = 0; i < part->numbers.size();) {
+      const auto begin = rank_of(numbers, part->numbers[i]);
+      std::size_t run = 1;
+      while (i + run < part->numbers.size() && begin && *begin + run < numbers.size() &&
+             numbers[*begin + run] == part->numbers[i + run])
+        ++run;
+      if (begin) values.write(*begin, run, part->values.data() + i * stride);
+      if (begin && may_lack) lost_values_[{array.source, step}] -= run;
+      i += run;
+    }
+  }
+  return values;
+}
+
+}  // namespace shm::converters

@@ -1,0 +1,210 @@
+// What follows from the rest of a mesh, so that its variables need not be carried; and the small
+// values that variables and extras are made of.
+#include <netcdf.h>
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "exodus/layout.h"
+
+namespace shm::converters::exodus {
+namespace {
+
+// Appends `value` as `type`; false when the type cannot hold it.
+template <class T, class From>
+bool append_value(std::vector<std::byte>& out, From value) {
+  if constexpr (std::is_integral_v<T> && std::is_integral_v<From>)
+    if (!std::in_range<T>(value)) return false;
+  const T stored = static_cast<T>(value);
+  const auto* bytes = reinterpret_cast<const std::byte*>(&stored);
+  out.insert(out.end(), bytes, bytes + sizeof stored);
+  return true;
+}
+bool append_real(std::vector<std::byte>& out, int type, double value) {
+  if (type == NC_FLOAT) return append_value<float>(out, value);
+  return type == NC_DOUBLE && append_value<double>(out, value);
+}
+
+// Values of one derived variable, row by row.
+class Deriver {
+ public:
+  Deriver(const Skeleton& skeleton, const Layout& layout, const Variable& variable,
+          const MeshInfo& info, const ExtraIndex& extras)
+      : skeleton_(skeleton),
+        layout_(layout),
+        variable_(variable),
+        info_(info),
+        extras_(extras),
+        shape_(skeleton.shape(variable)) {}
+
+  std::optional<std::vector<std::byte>> derive() {
+    const std::string& name = variable_.name;
+    const auto& blocks = info_.schema.blocks;
+    if (shape_.empty() || variable_.type == NC_STRING) return std::nullopt;
+    bool good = false;
+    if (name == "eb_prop1" && is_list_of(blocks.size()))
+      good = integers([&](std::size_t i) { return std::optional(blocks[i].id); });
+    else if (name == "eb_names" && is_table_of(blocks.size()))
+      good = names([&](std::size_t i) -> const std::string& { return blocks[i].name; });
+    else if (name == "name_nod_var")
+      good = field_names(Location::point);
+    else if (name == "name_elem_var")
+      good = field_names(Location::cell);
+    else if (name == "elem_var_tab")
+      good = truth_table();
+    else if (name == "time_whole" && is_list_of(info_.step_times.size()))
+      good = std::all_of(info_.step_times.begin(), info_.step_times.end(),
+                         [&](double time) { return append_real(values_, variable_.type, time); });
+    else
+      good = set_table();
+    return good ? std::optional(std::move(values_)) : std::nullopt;
+  }
+
+ private:
+  ScalarType type() const { return scalar_of(variable_.type); }
+  bool is_list_of(std::size_t rows) const { return shape_.size() == 1 && shape_[0] == rows; }
+  bool is_table_of(std::size_t rows) const {
+    return shape_.size() == 2 && shape_[0] == rows && variable_.type == NC_CHAR &&
+           shape_[1] <= NC_MAX_NAME * 16;
+  }
+  template <class Number>
+  bool integers(Number&& number) {
+    for (std::size_t i = 0; i < shape_[0]; ++i) {
+      const std::optional<std::int64_t> value = number(i);
+      if (!value || !append_integer(values_, type(), *value)) return false;
+    }
+    return true;
+  }
+  template <class Name>
+  bool names(Name&& name) {
+    values_.assign(shape_[0] * shape_[1], std::byte{0});
+    for (std::size_t i = 0; i < shape_[0]; ++i) {
+      const std::string text = name(i);
+      if (text.size() > shape_[1]) return false;
+      if (!text.empty()) std::memcpy(values_.data() + i * shape_[1], text.data(), text.size());
+    }
+    return true;
+  }
+  // The i-th field of the file must be the i-th of the mesh.
+  bool field_names(Location location) {
+    std::vector<std::string> fields;
+    for (std::size_t a = 0; a < layout_.arrays.size() && a < info_.schema.arrays.size(); ++a) {
+      const ArrayLayout& array = layout_.arrays[a];
+      if (array.field == 0 || array.info.location != location) continue;
+      fields.push_back(info_.schema.arrays[a].name);
+      if (static_cast<std::size_t>(array.field) != fields.size()) return false;
+    }
+    return is_table_of(fields.size()) &&
+           names([&](std::size_t i) -> const std::string& { return fields[i]; });
+  }
+  bool truth_table() {
+    if (shape_.size() != 2 || shape_[0] != layout_.blocks.size()) return false;
+    const std::uint64_t fields = shape_[1];
+    if (fields > skeleton_.variables.size()) return false;
+    std::vector<std::uint8_t> table(shape_[0] * fields);
+    for (const ArrayLayout& array : layout_.arrays) {
+      if (array.field == 0 || array.info.location != Location::cell) continue;
+      if (static_cast<std::uint64_t>(array.field) > fields) return false;
+      for (const ArrayPart& part : array.parts)
+        table[part.block * fields + static_cast<std::size_t>(array.field) - 1] = 1;
+    }
+    for (const std::uint8_t entry : table)
+      if (!append_integer(values_, type(), entry)) return false;
+    return true;
+  }
+  bool set_table() {
+    for (const SetKind& kind : kSetKinds) {
+      if (variable_.name == std::string(kind.prefix) + "_prop1" && shape_.size() == 1)
+        return integers([&](std::size_t i) { return set_id(kind, i); });
+      if (variable_.name == std::string(kind.prefix) + "_names" && is_table_of(shape_[0]))
+        return names([&](std::size_t i) { return set_name(kind, i); });
+    }
+    return false;
+  }
+  std::optional<std::int64_t> set_id(const SetKind& kind, std::size_t index) const {
+    const Extra* extra = extras_.find(set_key(kind, index, "id"));
+    if (extra == nullptr || extra->data.size() != scalar_bytes(extra->type)) return std::nullopt;
+    const auto values = integers_of(extra->type, extra->data);
+    return values && !values->empty() ? std::optional(values->front()) : std::nullopt;
+  }
+  std::string set_name(const SetKind& kind, std::size_t index) const {
+    const Extra* extra = extras_.find(set_key(kind, index, "name"));
+    if (extra == nullptr) return {};
+    return {reinterpret_cast<const char*>(extra->data.data()), extra->data.size()};
+  }
+
+  const Skeleton& skeleton_;
+  const Layout& layout_;
+  const Variable& variable_;
+  const MeshInfo& info_;
+  const ExtraIndex& extras_;
+  std::vector<std::uint64_t> shape_;
+  std::vector<std::byte> values_;
+};
+
+}  // namespace
+
+ScalarType reference_type(ScalarType stored) {
+  const bool narrow = scalar_bytes(stored) < 4 || stored == ScalarType::int32;
+  return narrow ? ScalarType::int32 : ScalarType::int64;
+}
+
+std::optional<std::vector<std::int64_t>> integers_of(ScalarType type,
+                                                     const std::vector<std::byte>& values) {
+  std::vector<std::int64_t> numbers;
+  const auto append = [&]<class T>(T value) {
+    for (std::size_t at = 0; at + sizeof value <= values.size(); at += sizeof value) {
+      std::memcpy(&value, values.data() + at, sizeof value);
+      if (!std::in_range<std::int64_t>(value)) return false;
+      numbers.push_back(static_cast<std::int64_t>(value));
+    }
+    return true;
+  };
+  bool good = false;
+  switch (type) {
+    case ScalarType::int8: good = append(std::int8_t{}); break;
+    case ScalarType::uint8: good = append(std::uint8_t{}); break;
+    case ScalarType::int16: good = append(std::int16_t{}); break;
+    case ScalarType::uint16: good = append(std::uint16_t{}); break;
+    case ScalarType::int32: good = append(std::int32_t{}); break;
+    case ScalarType::uint32: good = append(std::uint32_t{}); break;
+    case ScalarType::int64: good = append(std::int64_t{}); break;
+    case ScalarType::uint64: good = append(std::uint64_t{}); break;
+    case ScalarType::float32:
+    case ScalarType::float64: break;
+  }
+  return good ? std::optional(std::move(numbers)) : std::nullopt;
+}
+
+bool append_integer(std::vector<std::byte>& out, ScalarType type, std::int64_t value) {
+  switch (type) {
+    case ScalarType::int8: return append_value<std::int8_t>(out, value);
+    case ScalarType::uint8: return append_value<std::uint8_t>(out, value);
+    case ScalarType::int16: return append_value<std::int16_t>(out, value);
+    case ScalarType::uint16: return append_value<std::uint16_t>(out, value);
+    case ScalarType::int32: return append_value<std::int32_t>(out, value);
+    case ScalarType::uint32: return append_value<std::uint32_t>(out, value);
+    case ScalarType::int64: return append_value<std::int64_t>(out, value);
+    case ScalarType::uint64: return append_value<std::uint64_t>(out, value);
+    case ScalarType::float32:
+    case ScalarType::float64: break;
+  }
+  return false;
+}
+
+std::optional<std::vector<std::byte>> derived_values(const Skeleton& skeleton, const Layout& layout,
+                                                     std::size_t variable, const MeshInfo& info,
+                                                     const ExtraIndex& extras) {
+  return Deriver(skeleton, layout, skeleton.variables[variable], info, extras).derive();
+}
+
+std::string name_in_table(const std::vector<std::byte>& table, std::uint64_t width,
+                          std::uint64_t index) {
+  std::string_view row(reinterpret_cast<const char*>(table.data()) + index * width, width);
+  row = row.substr(0, row.find('\0'));
+  while (!row.empty() && row.back() == ' ') row.remove_suffix(1);
+  return std::string(row);
+}
+
+}  // namespace shm::converters::exodus

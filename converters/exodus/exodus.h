@@ -1,0 +1,90 @@
+// Exodus II files (versions 2.02 to 9; netCDF classic, 64-bit offset, CDF-5 and netCDF-4) as
+// meshes.
+//
+// In the model: one block for each element block, in file order; hexahedra, wedges and so on of
+// known orders have VTK's node order. HEX9, HEX16 ... are hexahedra too, other elements (BEX_HEX,
+// TETRA14 ...) have shape `other`, both in the order of the file. NSIDED blocks are polygons,
+// NFACED blocks polyhedra. Missing coordinates are 0. Every variable of numbers or characters that
+// has values for all nodes, all elements or all elements of a block, in any one of its dimensions,
+// is an array of its stored type; places in dimensions before that one are arrays of their own:
+//   role ""                  nodal and element variables, per step
+//   "exodus:attribute"       attrib<b>: components = attributes, on one block
+//   "exodus:node_attribute"  nattrb
+//   "exodus:connectivity"    columns of a connectivity behind the nodes (BEX_HEX ...), one block
+//   "exodus:polyhedron"      of a block of polyhedra: which one of the file, from 0
+//   "exodus:<variable>"      node_num_map, elem_num_map, elem_map, node_map<i>, elem_map<i> and
+//                            whatever else has that shape; the name is the variable's, too, with
+//                            #1, #2, ... for places in dimensions before
+//
+// Extras:
+//   exodus/skeleton              text: the netCDF structure in file order (below)
+//   exodus/<kind>_set/<i>/...    kind is node, side, edge, face or elem; i counts from 0
+//     id                         integer [1]
+//     name                       text, when there is one
+//     vertices, cells, edges, faces
+//                                members; vertices and cells from 0, with references (int32, or
+//                                int64 when the file has wider integers), edges and faces as they
+//                                are in the file (from 1)
+//     sides                      local side of each cell, from 1 (side sets); orientation of each
+//                                edge or face (edge and face sets)
+//     factors                    distribution factors
+//   exodus/variable/<name>       any other netCDF variable, row-major, in its own type: QA and info
+//                                records, coordinate names, properties, attribute names, global and
+//                                set variables, edge and face blocks, assemblies, blobs, Nemesis
+//                                data. Text as uint8; netCDF strings as uint8, each ended by a
+//                                zero. With a reference: vertices or cells from 0, as above
+//   .../1, .../2, ...            further rows of a variable of more than 16 MiB, behind its first
+// A variable that can be told from the rest of the mesh is not carried twice: ids and names of
+// blocks and sets, names of nodal and element variables, their truth table, times, node counts of
+// polygons. Members that are numbers of no vertex or cell make their variable a plain
+// exodus/variable. What of a file is kept, and how: exodus.md.
+//
+// The skeleton: a line for each thing, fields separated by tabs, names and text %-encoded:
+//   N  kind                      classic, 64-bit-offset, cdf5, netcdf4 or netcdf4-classic
+//   D  name  length  [unlimited]
+//   A  name  type  value...      of the variable above; before the first V: of the file. Text is
+//                                one value; floats are shortest decimals, or x and their bits
+//   V  name  type  dimension...  numbers of D lines, from 0
+// and for the variable above, in netCDF-4 files:
+//   S  level  shuffle  checksum  chunk...   when chunked
+//   F  filter  parameter...      another filter of HDF5
+//   O  word...                   compact, big-endian, filled (before values are written)
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "base/spool.h"
+#include "mesh/mesh_source.h"
+
+namespace shm::converters {
+
+// By content: `head` is the beginning of the file, up to 4096 bytes. True for any netCDF or HDF5
+// file; open_exodus tells whether it is Exodus.
+bool looks_like_exodus(std::span<const std::byte> head);
+
+// Arrays and cells stay in the file, which must not change; extras are read at once. `spool` must
+// outlive the mesh. Throws Failure.
+std::unique_ptr<MeshSource> open_exodus(const std::string& path, Spool& spool);
+
+// Role of number maps that the whole mesh had, in a part of a decomposed one: one integer for each
+// vertex or cell. Written as a map called original_global_id_map, as nem_spread does.
+inline constexpr const char* kOriginalMap = "exodus:original_map";
+
+// Whether cells of another format have an element type of their own.
+bool exodus_holds_block(const BlockInfo& block);
+// Whether a name is short enough.
+bool exodus_holds_name(const std::string& name);
+
+// A mesh that came from Exodus gets its netCDF structure back. Any other one becomes a 64-bit
+// offset file (netCDF-4 when a variable is too large for that): one element block for each block
+// and number of nodes, polygons as NSIDED; 32-bit floats when they hold all values, else 64-bit;
+// arrays without a role as variables, components apart (name_x, name_y, name_z or name_1, ...),
+// static ones at every step; arrays of role exodus:node_num_map, exodus:elem_num_map and
+// kOriginalMap as maps. Throws Failure: output when the disk fails, unsupported for polyhedra of
+// other formats.
+void write_exodus(MeshSource& mesh, const std::string& path);
+
+}  // namespace shm::converters

@@ -1,0 +1,568 @@
+#include "exodus/foreign.h"
+
+#include <exodusII.h>
+#include <netcdf.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "base/failure.h"
+#include "exodus/exodus.h"
+#include "exodus/grouping.h"
+#include "exodus/layout.h"
+#include "sets/transfer_sets.h"
+
+namespace shm::converters::exodus {
+namespace {
+
+// A variable of 64-bit offset files has less than 4 GiB (for each record, if it has records).
+constexpr std::uint64_t kMostVariableBytes = (std::uint64_t{1} << 32) - 4;
+constexpr std::size_t kShortNames = 32;  // what every reader allows for
+constexpr std::size_t kLongestName = 255;
+
+// One component of an array of the mesh: a nodal or an element variable.
+struct Column {
+  std::size_t array;
+  std::uint32_t component;
+  std::string name;
+};
+
+// Integers whose values a float holds, or floats.
+bool fits_float(ScalarType type) { return type == ScalarType::float32 || scalar_bytes(type) <= 2; }
+
+template <class Real>
+Real real_at(const std::byte* from, ScalarType type) {
+  const auto load = [from](auto value) {
+    std::memcpy(&value, from, sizeof value);
+    return static_cast<Real>(value);
+  };
+  switch (type) {
+    case ScalarType::int8: return load(std::int8_t{});
+    case ScalarType::uint8: return load(std::uint8_t{});
+    case ScalarType::int16: return load(std::int16_t{});
+    case ScalarType::uint16: return load(std::uint16_t{});
+    case ScalarType::int32: return load(std::int32_t{});
+    case ScalarType::uint32: return load(std::uint32_t{});
+    case ScalarType::int64: return load(std::int64_t{});
+    case ScalarType::uint64: return load(std::uint64_t{});
+    case ScalarType::float32: return load(float{});
+    case ScalarType::float64: break;
+  }
+  return load(double{});
+}
+
+std::string element_type(CellShape shape, std::uint32_t nodes) {
+  const auto sized = [nodes](const char* family) { return family + std::to_string(nodes); };
+  switch (shape) {
+    case CellShape::vertex: return "SPHERE";
+    case CellShape::line: return sized("BAR");
+    case CellShape::triangle: return sized("TRI");
+    case CellShape::quad: return sized("QUAD");
+    case CellShape::polygon: return "NSIDED";
+    case CellShape::tetrahedron: return sized("TETRA");
+    case CellShape::pyramid: return sized("PYRAMID");
+    case CellShape::wedge: return sized("WEDGE");
+    case CellShape::hexahedron: return sized("HEX");
+    case CellShape::polyhedron:
+    case CellShape::other: break;
+  }
+  return sized("OTHER");
+}
+
+// Names as the library wants them: pointers to characters that it does not change.
+std::vector<char*> pointers(std::vector<std::string>& names) {
+  std::vector<char*> list;
+  for (std::string& name : names) list.push_back(name.data());
+  return list;
+}
+
+// Numbers that nobody has yet.
+class FreeNumbers {
+ public:
+  // The first that is free from `wanted` on.
+  std::int64_t take(std::int64_t wanted) {
+    std::vector<std::int64_t> passed;
+    std::int64_t number = wanted;
+    for (auto at = next_.find(number); at != next_.end(); at = next_.find(number)) {
+      passed.push_back(number);
+      number = at->second;
+    }
+    next_[number] = number + 1;
+    for (const std::int64_t taken : passed) next_[taken] = number + 1;  // not that way again
+    return number;
+  }
+
+ private:
+  std::map<std::int64_t, std::int64_t> next_;  // of each that is taken: where to go on
+};
+
+class ForeignWriter {
+ public:
+  ForeignWriter(MeshSource& mesh, const std::string& path, Spool& spool)
+      : mesh_(mesh),
+        info_(mesh.info()),
+        place_{path, ErrorCode::output},
+        grouping_(mesh, spool, false),
+        sets_(sets_of_extras(info_)) {}
+  ~ForeignWriter() {
+    if (exoid_ >= 0) ex_close(exoid_);
+  }
+  ForeignWriter(const ForeignWriter&) = delete;
+  ForeignWriter& operator=(const ForeignWriter&) = delete;
+
+  void write() {
+    check_counts();
+    check_cells();
+    choose_columns();
+    choose_sizes();
+    create();
+    define_blocks();
+    define_sets();
+    define_original_maps();
+    define_variables(EX_NODAL, nodal_);
+    define_variables(EX_ELEM_BLOCK, element_);
+    if (real_bytes_ == 4)
+      write_values<float>();
+    else
+      write_values<double>();
+    check(ex_close(std::exchange(exoid_, -1)), "closing it");
+    clear_padding(place_.file);
+  }
+
+ private:
+  const BlockInfo& block_of(const CellGroup& group) const {
+    return info_.schema.blocks[group.block];
+  }
+  bool is_polygons(const CellGroup& group) const {
+    return block_of(group).shape == CellShape::polygon;
+  }
+  void check(int status, const std::string& section) const {
+    if (status < 0) place_.fail(ErrorCode::output, section, "the Exodus library fails to write it");
+  }
+
+  // The library writes the header anew for each block and set: some minutes for so many.
+  void check_counts() const {
+    constexpr std::size_t kMost = 1 << 14;
+    const std::size_t count = grouping_.groups().size() + sets_.size();
+    if (count > kMost)
+      place_.fail(ErrorCode::over_limit, "blocks and sets",
+                  "there are " + std::to_string(count) + "; " + std::to_string(kMost) +
+                      " can be written to Exodus");
+  }
+  void check_cells() const {
+    for (const CellGroup& group : grouping_.groups())
+      if (block_of(group).shape == CellShape::polyhedron && group.cells > 0)
+        place_.fail(ErrorCode::unsupported, "block " + std::to_string(block_of(group).id),
+                    "polyhedra cannot be written to Exodus without the format that they came in");
+  }
+
+  // One integer for each node or element.
+  static bool is_of_numbers(const ArrayInfo& array) {
+    return array.components == 1 && !array.per_step && array.blocks.empty() &&
+           (array.type == ScalarType::int32 || array.type == ScalarType::int64);
+  }
+  static bool is_map(const ArrayInfo& array) {
+    return is_of_numbers(array) &&
+           ((array.role == "exodus:node_num_map" && array.location == Location::point) ||
+            (array.role == "exodus:elem_num_map" && array.location == Location::cell));
+  }
+  static bool is_original_map(const ArrayInfo& array) {
+    return is_of_numbers(array) && array.role == kOriginalMap;
+  }
+
+  void choose_columns() {
+    for (std::size_t a = 0; a < info_.schema.arrays.size(); ++a) {
+      const ArrayInfo& array = info_.schema.arrays[a];
+      if (is_map(array) || is_original_map(array)) maps_.push_back(a);
+      if (!array.role.empty()) continue;
+      auto& columns = array.location == Location::point ? nodal_ : element_;
+      for (std::uint32_t c = 0; c < array.components; ++c) {
+        std::string name = array.name;
+        if (array.components == 2 || array.components == 3)
+          name += std::string("_") + "xyz"[c];
+        else if (array.components > 1)
+          name += "_" + std::to_string(c + 1);
+        columns.push_back({a, c, name.substr(0, kLongestName)});
+      }
+    }
+    times_ = info_.step_times;
+    if (times_.empty() && (!nodal_.empty() || !element_.empty())) times_ = {0.0};
+  }
+
+  void choose_sizes() {
+    bool small = info_.schema.coordinate_type == ScalarType::float32;
+    for (const ArrayInfo& array : info_.schema.arrays)
+      small &= !array.role.empty() || fits_float(array.type);
+    real_bytes_ = small ? 4 : 8;
+    std::uint64_t largest = info_.vertices * static_cast<std::uint64_t>(real_bytes_);
+    std::uint64_t most = std::max(info_.vertices, info_.cells());
+    for (const CellGroup& group : grouping_.groups()) {
+      largest = std::max(
+          {largest, group.nodes * 4, group.cells * static_cast<std::uint64_t>(real_bytes_)});
+      most = std::max(most, group.nodes);
+    }
+    wide_ = most > std::numeric_limits<std::int32_t>::max();
+    for (const std::size_t map : maps_) wide_ |= info_.schema.arrays[map].type == ScalarType::int64;
+    netcdf4_ = wide_ || largest > kMostVariableBytes;
+  }
+
+  void create() {
+    ex_opts(0);  // or it prints
+    int memory_bytes = real_bytes_, file_bytes = real_bytes_;
+    int mode = EX_CLOBBER | EX_ALL_INT64_API | (netcdf4_ ? EX_NETCDF4 : EX_LARGE_MODEL);
+    if (wide_) mode |= EX_ALL_INT64_DB;
+    exoid_ = ex_create(place_.file.c_str(), mode, &memory_bytes, &file_bytes);
+    if (exoid_ < 0) place_.fail(ErrorCode::output, "creating it", "the Exodus library refuses");
+
+    std::size_t longest = kShortNames;
+    for (const auto* columns : {&nodal_, &element_})
+      for (const Column& column : *columns) longest = std::max(longest, column.name.size());
+    for (const TransferSet& set : sets_)
+      longest = std::max(longest, std::min(set.name.size(), kLongestName));
+    for (const BlockInfo& block : info_.schema.blocks)
+      longest = std::max(longest, std::min(block.name.size(), kLongestName));
+    check(ex_set_max_name_length(exoid_, static_cast<int>(longest)), "creating it");
+
+    ex_init_params parameters{};
+    std::string title = info_.schema.source_format.empty()
+                            ? std::string("mesh")
+                            : "mesh from " + info_.schema.source_format;
+    if (const Extra* given = find_extra(info_, "mesh/title")) title = text_of_extra(*given);
+    std::strncpy(parameters.title, title.c_str(), MAX_LINE_LENGTH);
+    parameters.num_dim = 3;
+    parameters.num_nodes = static_cast<std::int64_t>(info_.vertices);
+    parameters.num_elem = static_cast<std::int64_t>(info_.cells());
+    parameters.num_elem_blk = static_cast<std::int64_t>(grouping_.groups().size());
+    for (const TransferSet& set : sets_) {
+      auto& count = set.kind == TransferSet::Kind::nodes   ? parameters.num_node_sets
+                    : set.kind == TransferSet::Kind::sides ? parameters.num_side_sets
+                                                           : parameters.num_elem_sets;
+      ++count;
+    }
+    check(ex_put_init_ext(exoid_, &parameters), "dimensions");
+    std::vector<std::string> axes{"x", "y", "z"};
+    check(ex_put_coord_names(exoid_, pointers(axes).data()), "coordinate names");
+  }
+
+  // The source's ids where they are positive and the first of their kind, else new ones.
+  void choose_ids() {
+    const std::int64_t most = wide_ ? std::numeric_limits<std::int64_t>::max() / 2
+                                    : std::numeric_limits<std::int32_t>::max() / 2;
+    std::int64_t highest = 0;
+    for (const BlockInfo& block : info_.schema.blocks)
+      if (block.id <= most) highest = std::max(highest, block.id);
+    std::set<std::int64_t> taken;
+    for (const CellGroup& group : grouping_.groups()) {
+      std::int64_t id = block_of(group).id;
+      if (id < 1 || id > most || taken.contains(id)) id = ++highest;
+      taken.insert(id);
+      ids_.push_back(id);
+    }
+  }
+
+  void define_blocks() {
+    choose_ids();
+    std::vector<std::string> names;
+    bool named = false;
+    for (std::size_t g = 0; g < ids_.size(); ++g) {
+      const CellGroup& group = grouping_.groups()[g];
+      const BlockInfo& block = block_of(group);
+      const std::string section = "element block " + std::to_string(ids_[g]);
+      const std::uint64_t nodes = is_polygons(group) ? group.nodes : group.nodes_per_cell;
+      check(ex_put_block(exoid_, EX_ELEM_BLOCK, ids_[g],
+                         element_type(block.shape, group.nodes_per_cell).c_str(),
+                         static_cast<std::int64_t>(group.cells), static_cast<std::int64_t>(nodes),
+                         0, 0, 0),
+            section);
+      names.push_back(block.name.substr(0, kLongestName));
+      named |= !block.name.empty();
+    }
+    if (named) check(ex_put_names(exoid_, EX_ELEM_BLOCK, pointers(names).data()), "block names");
+  }
+
+  static ex_entity_type kind_of(const TransferSet& set) {
+    return set.kind == TransferSet::Kind::nodes   ? EX_NODE_SET
+           : set.kind == TransferSet::Kind::sides ? EX_SIDE_SET
+                                                  : EX_ELEM_SET;
+  }
+
+  void define_sets() {
+    std::map<ex_entity_type, FreeNumbers> free;
+    for (const TransferSet& set : sets_) {
+      const ex_entity_type kind = kind_of(set);
+      const std::int64_t id = free[kind].take(
+          std::clamp<std::int64_t>(set.id, 1, std::numeric_limits<std::int64_t>::max() / 2));
+      set_ids_.push_back(id);
+      check(ex_put_set_param(exoid_, kind, id, static_cast<std::int64_t>(set.members.size()), 0),
+            set.label());
+      if (!set.name.empty())
+        check(ex_put_name(exoid_, kind, id, set.name.substr(0, kLongestName).c_str()), set.label());
+    }
+  }
+
+  void write_sets() {
+    for (std::size_t s = 0; s < sets_.size(); ++s) {
+      const TransferSet& set = sets_[s];
+      if (set.members.empty()) continue;
+      std::vector<std::int64_t> members;
+      for (const std::int64_t member : set.members)
+        members.push_back(1 + (set.kind == TransferSet::Kind::nodes
+                                   ? member
+                                   : static_cast<std::int64_t>(
+                                         grouping_.position(static_cast<std::uint64_t>(member)))));
+      const void* sides = set.sides.empty() ? nullptr : set.sides.data();
+      check(ex_put_set(exoid_, kind_of(set), set_ids_[s], members.data(), sides), set.label());
+    }
+  }
+
+  void define_variables(ex_entity_type kind, const std::vector<Column>& columns) {
+    if (columns.empty() || (kind == EX_NODAL && info_.vertices == 0)) return;
+    const char* section = kind == EX_NODAL ? "nodal variables" : "element variables";
+    std::vector<std::string> names;
+    for (const Column& column : columns) names.push_back(column.name);
+    check(ex_put_variable_param(exoid_, kind, static_cast<int>(columns.size())), section);
+    check(
+        ex_put_variable_names(exoid_, kind, static_cast<int>(names.size()), pointers(names).data()),
+        section);
+    if (kind == EX_NODAL || ids_.empty()) return;
+    std::vector<int> table;
+    for (const CellGroup& group : grouping_.groups())
+      for (const Column& column : columns)
+        table.push_back(group.cells > 0 && info_.schema.array_covers(column.array, group.block));
+    check(ex_put_truth_table(exoid_, kind, static_cast<int>(ids_.size()),
+                             static_cast<int>(columns.size()), table.data()),
+          section);
+  }
+
+  template <class Real>
+  void write_values() {
+    write_points<Real>();
+    write_cells();
+    for (const std::size_t map : maps_) write_map(map);
+    write_sets();
+    for (std::size_t step = 0; step < times_.size(); ++step) {
+      const auto time = static_cast<Real>(times_[step]);
+      check(ex_put_time(exoid_, static_cast<int>(step + 1), &time), "times");
+      for (std::size_t i = 0; i < nodal_.size(); ++i) write_nodal<Real>(i, step);
+      for (std::size_t i = 0; i < element_.size(); ++i) write_element<Real>(i, step);
+    }
+  }
+
+  template <class Real>
+  void write_points() {
+    const ScalarType type = info_.schema.coordinate_type;
+    const std::size_t bytes = scalar_bytes(type);
+    std::array<std::vector<Real>, 3> axes;
+    std::vector<std::byte> xyz;
+    for (std::uint64_t first = 0; first < info_.vertices; first += kPieceElements) {
+      const std::uint64_t count = std::min(kPieceElements, info_.vertices - first);
+      xyz.resize(3 * count * bytes);
+      mesh_.read_points(first, count, xyz.data());
+      for (std::size_t c = 0; c < 3; ++c) {
+        axes[c].resize(count);
+        for (std::uint64_t i = 0; i < count; ++i)
+          axes[c][i] = real_at<Real>(xyz.data() + (3 * i + c) * bytes, type);
+      }
+      check(ex_put_partial_coord(exoid_, static_cast<std::int64_t>(first + 1),
+                                 static_cast<std::int64_t>(count), axes[0].data(), axes[1].data(),
+                                 axes[2].data()),
+            "coordinates");
+    }
+  }
+
+  void write_cells() {
+    std::vector<std::int64_t> nodes;
+    std::vector<std::uint64_t> next_node(ids_.size(), 0);
+    grouping_.deal_cells(mesh_, [&](std::uint32_t g, std::uint64_t first, std::uint64_t cells,
+                                    const std::vector<std::uint64_t>& corners,
+                                    const std::vector<std::uint32_t>& sizes) {
+      const CellGroup& group = grouping_.groups()[g];
+      const auto places = node_places(block_of(group).shape, group.nodes_per_cell);
+      const std::size_t width = places.empty() ? 1 : places.size();
+      nodes.resize(corners.size());
+      for (std::size_t begin = 0; begin < corners.size(); begin += width)
+        for (std::size_t i = 0; i < width; ++i)
+          nodes[begin + (places.empty() ? i : places[i])] =
+              static_cast<std::int64_t>(corners[begin + i]) + 1;
+      if (corners.empty()) return;
+      if (is_polygons(group)) {
+        // The library takes node counts of a whole block only.
+        put_integers("ebepecnt", g, first, {sizes.begin(), sizes.end()});
+        put_integers("connect", g, next_node[g], {nodes.begin(), nodes.end()});
+        next_node[g] += nodes.size();
+        return;
+      }
+      check(ex_put_partial_elem_conn(exoid_, ids_[g], static_cast<std::int64_t>(first + 1),
+                                     static_cast<std::int64_t>(cells), nodes.data()),
+            "element block " + std::to_string(ids_[g]));
+    });
+  }
+
+  // `count` numbers of nodes or elements, from the one at `first` on.
+  void put_map(std::size_t array, std::uint64_t first, std::uint64_t count,
+               const std::byte* values) const {
+    const ArrayInfo& info = info_.schema.arrays[array];
+    std::vector<std::int64_t> numbers(count);
+    for (std::uint64_t i = 0; i < count; ++i) {
+      std::int32_t narrow;
+      std::memcpy(&narrow, values + i * info_.array_stride(array), sizeof narrow);
+      numbers[i] = narrow;
+      if (info.type == ScalarType::int64)
+        std::memcpy(&numbers[i], values + i * sizeof(std::int64_t), sizeof(std::int64_t));
+    }
+    const ex_entity_type kind = info.location == Location::point ? EX_NODE_MAP : EX_ELEM_MAP;
+    const auto start = static_cast<std::int64_t>(first + 1),
+               size = static_cast<std::int64_t>(count);
+    check(is_original_map(info)
+              ? ex_put_partial_num_map(exoid_, kind, 1, start, size, numbers.data())
+              : ex_put_partial_id_map(exoid_, kind, start, size, numbers.data()),
+          info.name);
+  }
+
+  // At most one of nodes and one of elements: numbers that the mesh had before it was cut, under
+  // the name that nem_spread gives them.
+  void define_original_maps() {
+    int counts[2] = {0, 0};
+    for (const std::size_t map : maps_) {
+      const ArrayInfo& info = info_.schema.arrays[map];
+      if (is_original_map(info)) ++counts[info.location == Location::point ? 0 : 1];
+    }
+    if (counts[0] + counts[1] == 0) return;
+    check(ex_put_map_param(exoid_, counts[0], counts[1]), "maps");
+    std::vector<std::string> names;
+    for (const int i : {0, 1}) {
+      names.assign(static_cast<std::size_t>(counts[i]), "original_global_id_map");
+      if (counts[i] > 0)
+        check(ex_put_names(exoid_, i == 0 ? EX_NODE_MAP : EX_ELEM_MAP, pointers(names).data()),
+              "maps");
+    }
+  }
+
+  void write_map(std::size_t array) {
+    if (info_.schema.arrays[array].location == Location::point) {
+      std::vector<std::byte> values;
+      for (std::uint64_t first = 0; first < info_.vertices; first += kPieceElements) {
+        const std::uint64_t count = std::min(kPieceElements, info_.vertices - first);
+        values.resize(count * info_.array_stride(array));
+        mesh_.read_array(array, 0, first, count, values.data());
+        put_map(array, first, count, values.data());
+      }
+      return;
+    }
+    std::vector<std::uint64_t> begin(1);  // of each group
+    for (const CellGroup& group : grouping_.groups()) begin.push_back(begin.back() + group.cells);
+    grouping_.deal_values(
+        mesh_, array, 0,
+        [&](std::uint32_t group, std::uint64_t first, std::uint64_t count,
+            const std::byte* values) { put_map(array, begin[group] + first, count, values); });
+  }
+
+  void put_integers(const char* prefix, std::uint32_t group, std::size_t first,
+                    const std::vector<long long>& values) {
+    const std::string name = prefix + std::to_string(group + 1);
+    const std::size_t count = values.size();
+    int variable = -1;
+    place_.check(nc_inq_varid(exoid_, name.c_str(), &variable), "variable '" + name + "'");
+    place_.check(nc_put_vara_longlong(exoid_, variable, &first, &count, values.data()),
+                 "variable '" + name + "'");
+  }
+
+  // Component `column.component` of `count` elements.
+  template <class Real>
+  const std::vector<Real>& component(const Column& column, std::uint64_t count,
+                                     const std::byte* values, std::vector<Real>& out) const {
+    const ScalarType type = info_.schema.arrays[column.array].type;
+    const std::size_t stride = info_.array_stride(column.array);
+    const std::size_t offset = column.component * scalar_bytes(type);
+    out.resize(count);
+    for (std::uint64_t i = 0; i < count; ++i)
+      out[i] = real_at<Real>(values + i * stride + offset, type);
+    return out;
+  }
+  std::uint64_t source_step(const Column& column, std::size_t step) const {
+    return info_.schema.arrays[column.array].per_step ? step : 0;
+  }
+  // A stepped array of a mesh without steps has no values at all.
+  bool has_values(const Column& column) const {
+    return !info_.schema.arrays[column.array].per_step || !info_.step_times.empty();
+  }
+
+  template <class Real>
+  void write_nodal(std::size_t index, std::size_t step) {
+    const Column& column = nodal_[index];
+    if (!has_values(column)) return;
+    std::vector<std::byte> values;
+    std::vector<Real> reals;
+    for (std::uint64_t first = 0; first < info_.vertices; first += kPieceElements) {
+      const std::uint64_t count = std::min(kPieceElements, info_.vertices - first);
+      values.resize(count * info_.array_stride(column.array));
+      mesh_.read_array(column.array, source_step(column, step), first, count, values.data());
+      check(ex_put_partial_var(exoid_, static_cast<int>(step + 1), EX_NODAL,
+                               static_cast<int>(index + 1), 1, static_cast<std::int64_t>(first + 1),
+                               static_cast<std::int64_t>(count),
+                               component(column, count, values.data(), reals).data()),
+            "nodal variable '" + column.name + "'");
+    }
+  }
+
+  template <class Real>
+  void write_element(std::size_t index, std::size_t step) {
+    const Column& column = element_[index];
+    if (!has_values(column)) return;
+    std::vector<Real> reals;
+    grouping_.deal_values(
+        mesh_, column.array, source_step(column, step),
+        [&](std::uint32_t group, std::uint64_t first, std::uint64_t count,
+            const std::byte* values) {
+          check(ex_put_partial_var(exoid_, static_cast<int>(step + 1), EX_ELEM_BLOCK,
+                                   static_cast<int>(index + 1), ids_[group],
+                                   static_cast<std::int64_t>(first + 1),
+                                   static_cast<std::int64_t>(count),
+                                   component(column, count, values, reals).data()),
+                "element variable '" + column.name + "'");
+        });
+  }
+
+  MeshSource& mesh_;
+  const MeshInfo& info_;
+  Place place_;
+  CellGrouping grouping_;
+  const std::vector<TransferSet> sets_;
+  std::vector<std::int64_t> set_ids_;
+  int exoid_ = -1;
+  int real_bytes_ = 8;
+  bool wide_ = false, netcdf4_ = false;
+  std::vector<Column> nodal_, element_;
+  std::vector<std::size_t> maps_;  // arrays that are number maps
+  std::vector<double> times_;
+  std::vector<std::int64_t> ids_;  // of each group
+};
+
+}  // namespace
+
+}  // namespace shm::converters::exodus
+
+namespace shm::converters {
+
+bool exodus_holds_block(const BlockInfo& block) { return block.shape != CellShape::other; }
+
+bool exodus_holds_name(const std::string& name) {
+  constexpr std::size_t kSuffix = 4;  // of a component
+  return name.size() + kSuffix <= exodus::kLongestName;
+}
+
+}  // namespace shm::converters
+
+namespace shm::converters::exodus {
+
+void write_foreign(MeshSource& mesh, const std::string& path, Spool& spool) {
+  ForeignWriter(mesh, path, spool).write();
+}
+
+}  // namespace shm::converters::exodus

@@ -1,0 +1,145 @@
+// Grouping: cells of a mesh by element block, as Exodus wants them, where other formats alternate.
+// One pass over the cells finds the groups; then cells and values are dealt out to them in pieces.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <vector>
+
+#include "base/spool.h"
+#include "mesh/mesh_source.h"
+
+namespace shm::converters::exodus {
+
+inline constexpr std::uint64_t kPieceElements = std::uint64_t{1} << 15;
+
+struct CellGroup {
+  std::uint32_t block;           // of the mesh
+  std::uint32_t nodes_per_cell;  // 0: varies
+  std::uint64_t cells = 0, nodes = 0;
+  std::uint64_t first_cell = 0;  // in the numbering group by group
+};
+
+class CellGrouping {
+ public:
+  // Blocks whose cells vary in their number of nodes become a group for each number, except when
+  // `keep_whole` (and polygons always). Groups of whole blocks come first, in order of blocks.
+  CellGrouping(MeshSource& mesh, Spool& spool, bool keep_whole);
+
+  const std::vector<CellGroup>& groups() const { return groups_; }
+  // Number of a cell of the mesh in the numbering group by group.
+  std::uint64_t position(std::uint64_t cell);
+
+  // Calls put(group, first, cells, nodes, sizes) for pieces of consecutive cells of a group: node
+  // numbers from 0 and the number of nodes of each cell.
+  template <class Put>
+  void deal_cells(MeshSource& mesh, Put&& put);
+  // Calls put(group, first, count, values) for pieces of a cell array.
+  template <class Put>
+  void deal_values(MeshSource& mesh, std::size_t array, std::uint64_t step, Put&& put);
+
+ private:
+  // Consecutive cells of a group.
+  struct Run {
+    std::uint64_t first_cell;  // in the mesh
+    std::uint64_t in_group;
+    std::uint64_t group;
+  };
+  std::uint32_t group_of(std::uint32_t block, std::size_t nodes) const {
+    const std::uint32_t whole = whole_blocks_[block];
+    return whole != kSplit ? whole : split_.at({block, nodes});
+  }
+  std::uint64_t end_of(std::uint64_t run) {
+    return run + 1 < runs_.size() ? runs_.get<Run>(run + 1).first_cell : cells_;
+  }
+
+  static constexpr std::uint32_t kSplit = ~std::uint32_t{0};
+  std::vector<CellGroup> groups_;
+  std::vector<std::uint32_t> whole_blocks_;  // group of each block
+  std::map<std::pair<std::uint32_t, std::size_t>, std::uint32_t> split_;
+  PagedArray runs_;
+  std::uint64_t cells_ = 0;
+};
+
+template <class Put>
+void CellGrouping::deal_cells(MeshSource& mesh, Put&& put) {
+  struct Hand {
+    std::vector<std::uint64_t> nodes;
+    std::vector<std::uint32_t> sizes;
+    std::uint64_t done = 0;
+  };
+  std::vector<Hand> hands(groups_.size());
+  std::vector<std::uint32_t> touched;
+  CellBatch batch;
+  mesh.rewind_cells();
+  while (mesh.next_cells(batch, kPieceElements)) {
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      const auto corners = batch.cell(i);
+      const std::uint32_t group = group_of(batch.blocks[i], corners.size());
+      Hand& hand = hands[group];
+      if (hand.sizes.empty()) touched.push_back(group);
+      hand.nodes.insert(hand.nodes.end(), corners.begin(), corners.end());
+      hand.sizes.push_back(static_cast<std::uint32_t>(corners.size()));
+    }
+    for (const std::uint32_t group : touched) {
+      Hand& hand = hands[group];
+      put(group, hand.done, hand.sizes.size(), hand.nodes, hand.sizes);
+      hand.done += hand.sizes.size();
+      hand.nodes.clear();
+      hand.sizes.clear();
+      // Thousands of blocks must not each keep the memory of a full batch.
+      if (groups_.size() > 16) hand.nodes.shrink_to_fit();
+    }
+    touched.clear();
+  }
+}
+
+template <class Put>
+void CellGrouping::deal_values(MeshSource& mesh, std::size_t array, std::uint64_t step, Put&& put) {
+  struct Hand {
+    std::uint64_t first = 0;
+    std::vector<std::byte> values;
+  };
+  const std::size_t stride = mesh.info().array_stride(array);
+  if (stride == 0) return;
+  std::vector<bool> covers;
+  for (const CellGroup& group : groups_)
+    covers.push_back(mesh.info().schema.array_covers(array, group.block));
+  const std::uint64_t elements = mesh.info().array_elements(array);
+  std::vector<std::byte> values(std::min(kPieceElements, elements) * stride);
+  std::map<std::uint64_t, Hand> hands;
+  std::uint64_t read = 0, held = 0, used = 0;  // held: in `values`, used: dealt out of them
+  for (std::uint64_t r = 0; r < runs_.size(); ++r) {
+    const Run run = runs_.get<Run>(r);
+    if (!covers[run.group]) continue;
+    const std::uint64_t count = end_of(r) - run.first_cell;
+    for (std::uint64_t done = 0; done < count;) {
+      if (used == held) {
+        for (const auto& [group, hand] : hands)
+          put(static_cast<std::uint32_t>(group), hand.first, hand.values.size() / stride,
+              hand.values.data());
+        hands.clear();
+        held = std::min(kPieceElements, elements - read);
+        if (held == 0) return;
+        mesh.read_array(array, step, read, held, values.data());
+        read += held;
+        used = 0;
+      }
+      const std::uint64_t take = std::min(count - done, held - used);
+      auto [place, fresh] = hands.try_emplace(run.group);
+      if (fresh) place->second.first = run.in_group + done;
+      const std::byte* begin = values.data() + used * stride;
+      place->second.values.insert(place->second.values.end(), begin, begin + take * stride);
+      used += take;
+      done += take;
+    }
+  }
+  for (const auto& [group, hand] : hands)
+    put(static_cast<std::uint32_t>(group), hand.first, hand.values.size() / stride,
+        hand.values.data());
+}
+
+}  // namespace shm::converters::exodus

@@ -1,0 +1,519 @@
+#include "exodus/layout.h"
+
+#include <netcdf.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+#include <utility>
+
+namespace shm::converters::exodus {
+namespace {
+
+constexpr std::uint64_t kMaxComponents = 65535;
+constexpr std::uint64_t kMaxBlocks = 1 << 20;
+
+// The number N of "prefixN", at least 1; 0 when `name` is not of that form.
+std::uint32_t number_after(std::string_view name, std::string_view prefix) {
+  if (name.substr(0, prefix.size()) != prefix) return 0;
+  name.remove_prefix(prefix.size());
+  std::uint32_t number = 0;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), number);
+  const bool whole = error == std::errc() && end == name.data() + name.size();
+  return whole && !name.empty() && name.front() != '0' ? number : 0;
+}
+
+// k and b of "vals_elem_var<k>eb<b>".
+std::optional<std::pair<std::uint32_t, std::uint32_t>> element_variable(std::string_view name) {
+  const std::size_t split = name.rfind("eb");
+  if (split == std::string_view::npos) return std::nullopt;
+  const std::uint32_t field = number_after(name.substr(0, split), "vals_elem_var");
+  const std::uint32_t block = number_after(name.substr(split), "eb");
+  if (field == 0 || block == 0) return std::nullopt;
+  return std::pair(field, block);
+}
+
+bool is_numeric(int type) { return type != NC_CHAR && type != NC_STRING; }
+
+std::string upper_without_padding(std::string_view text) {
+  text = text.substr(0, text.find('\0'));
+  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
+  std::string upper(text);
+  for (char& c : upper)
+    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
+  return upper;
+}
+
+std::string element_type_of(const Variable& variable) {
+  for (const Attribute& attribute : variable.attributes)
+    if (attribute.name == "elem_type" && attribute.type == NC_CHAR)
+      return upper_without_padding(
+          {reinterpret_cast<const char*>(attribute.values.data()), attribute.values.size()});
+    else if (attribute.name == "elem_type" && !attribute.strings.empty())
+      return upper_without_padding(attribute.strings.front());
+  return {};
+}
+
+class Surveyor {
+ public:
+  Surveyor(const Skeleton& skeleton, const Place& place) : skeleton_(skeleton), place_(place) {}
+
+  Layout survey() {
+    out_.vertices = skeleton_.length_of("num_nodes");
+    out_.steps = skeleton_.length_of("time_step");
+    elements_ = skeleton_.length_of("num_elem");
+    out_.uses.assign(skeleton_.variables.size(), Use::extra);
+    find_coordinates();
+    find_blocks();
+    find_nodal_fields();
+    find_element_fields();
+    find_other_arrays();
+    return std::move(out_);
+  }
+
+ private:
+  const Variable& variable(int index) const {
+    return skeleton_.variables[static_cast<std::size_t>(index)];
+  }
+  void use(int index, Use use) { out_.uses[static_cast<std::size_t>(index)] = use; }
+  bool has_dimensions(const Variable& v, std::initializer_list<std::string_view> names) const {
+    if (v.dimensions.size() != names.size()) return false;
+    std::size_t i = 0;
+    for (const std::string_view name : names)
+      if (skeleton_.dimension_name(v, i++) != name) return false;
+    return true;
+  }
+  [[noreturn]] void contradiction(const Variable& v, const std::string& detail) const {
+    place_.fail(ErrorCode::corrupt, "variable '" + v.name + "'", detail);
+  }
+
+  void find_coordinates() {
+    constexpr std::array<const char*, 3> kNames{"coordx", "coordy", "coordz"};
+    bool any_double = false, any = false;
+    const auto take = [&](int v, std::initializer_list<std::string_view> dimensions) {
+      if (v < 0 || !has_dimensions(variable(v), dimensions) ||
+          !is_float(scalar_of(variable(v).type)))
+        return false;
+      any_double |= variable(v).type == NC_DOUBLE;
+      any = true;
+      use(v, Use::coordinates);
+      return true;
+    };
+    const std::uint64_t dimension = skeleton_.length_of("num_dim");
+    if (dimension > 3)
+      place_.fail(ErrorCode::corrupt, "dimension 'num_dim'",
+                  "states " + std::to_string(dimension) + " coordinates; there are 1 to 3");
+    const int together = skeleton_.find_variable("coord");
+    if (take(together, {"num_dim", "num_nodes"})) {
+      out_.coordinates_together = true;
+      for (std::size_t c = 0; c < dimension; ++c) out_.coordinates[c] = together;
+    } else {
+      for (std::size_t c = 0; c < 3; ++c) {
+        const int v = skeleton_.find_variable(kNames[c]);
+        if (take(v, {"num_nodes"})) out_.coordinates[c] = v;
+      }
+    }
+    if (any && !any_double) out_.coordinate_type = ScalarType::float32;
+  }
+
+  void find_blocks() {
+    const std::uint64_t count = skeleton_.length_of("num_el_blk");
+    if (count > kMaxBlocks)
+      place_.fail(ErrorCode::unsupported, "dimension 'num_el_blk'",
+                  "states " + std::to_string(count) + " element blocks; at most " +
+                      std::to_string(kMaxBlocks) + " can be converted");
+    const VariableIndex variables(skeleton_);
+    std::map<std::string_view, std::uint64_t> lengths;
+    for (const Dimension& dimension : skeleton_.dimensions)
+      lengths.emplace(dimension.name, dimension.length);
+    for (std::uint64_t b = 1; b <= count; ++b) {
+      const std::string number = std::to_string(b);
+      const auto length = lengths.find("num_el_in_blk" + number);
+      BlockLayout block;
+      block.cells = length == lengths.end() ? 0 : length->second;
+      block.connectivity = variables.find("connect" + number);
+      const int counts = variables.find("ebepecnt" + number);
+      const int faces = variables.find("facconn" + number);
+      if (block.connectivity >= 0)
+        describe_cells(block, number, counts);
+      else if (block.cells > 0 && counts >= 0 && faces >= 0 &&
+               has_dimensions(variable(counts), {"num_el_in_blk" + number}) &&
+               variable(faces).dimensions.size() == 1)
+        describe_polyhedra(block, counts, faces);
+      if (__builtin_add_overflow(out_.cells, block.cells, &out_.cells))
+        place_.fail(ErrorCode::corrupt, "dimension 'num_el_in_blk" + number + "'",
+                    "there cannot be that many elements");
+      out_.blocks.push_back(block);
+    }
+  }
+
+  void describe_cells(BlockLayout& block, const std::string& number, int counts) {
+    const Variable& connect = variable(block.connectivity);
+    const auto lengths = skeleton_.shape(connect);
+    if (!is_integer(connect.type)) contradiction(connect, "holds no integers");
+    use(block.connectivity, Use::connectivity);
+    const bool by_element =
+        !lengths.empty() && skeleton_.dimension_name(connect, 0) == "num_el_in_blk" + number;
+    const std::string type = element_type_of(connect);
+    if (by_element && lengths.size() <= 2) {
+      const std::uint64_t nodes = lengths.size() == 2 ? lengths[1] : 1;
+      if (nodes > kMaxNodesPerCell)
+        place_.fail(ErrorCode::unsupported, "variable '" + connect.name + "'",
+                    "has elements of " + std::to_string(nodes) + " nodes; at most " +
+                        std::to_string(kMaxNodesPerCell) + " can be converted");
+      block.nodes_per_cell = static_cast<std::uint32_t>(nodes);
+      block.shape = shape_of(type, block.nodes_per_cell);
+      return;
+    }
+    if (lengths.size() != 1 || counts < 0 ||
+        !has_dimensions(variable(counts), {"num_el_in_blk" + number}) ||
+        !is_integer(variable(counts).type))
+      contradiction(connect, "does not have the shape of a connectivity");
+    block.counts = counts;
+    block.shape = CellShape::polygon;
+    use(counts, Use::node_counts);
+  }
+
+  void describe_polyhedra(BlockLayout& block, int counts, int faces) {
+    if (!is_integer(variable(counts).type)) contradiction(variable(counts), "holds no integers");
+    if (!is_integer(variable(faces).type)) contradiction(variable(faces), "holds no integers");
+    block.counts = counts;
+    block.faces = faces;
+    block.shape = CellShape::polyhedron;
+  }
+
+  void find_nodal_fields() {
+    const int together = skeleton_.find_variable("vals_nod_var");
+    if (together >= 0 && is_numeric(variable(together).type) &&
+        has_dimensions(variable(together), {"time_step", "num_nod_var", "num_nodes"}) &&
+        skeleton_.length_of("num_nod_var") <= kMaxComponents) {
+      const std::uint64_t fields = skeleton_.length_of("num_nod_var");
+      for (std::uint64_t i = 0; i < fields; ++i) {
+        ArrayLayout& array = add_array(Location::point, together, {}, true);
+        array.leading = 1;
+        array.plane = i;
+        array.field = static_cast<int>(i + 1);
+      }
+      return;
+    }
+    std::map<std::uint32_t, int> fields;
+    for (std::size_t v = 0; v < skeleton_.variables.size(); ++v) {
+      const Variable& candidate = skeleton_.variables[v];
+      const std::uint32_t field = number_after(candidate.name, "vals_nod_var");
+      if (field > 0 && field < 1U << 30 && is_numeric(candidate.type) &&
+          has_dimensions(candidate, {"time_step", "num_nodes"}))
+        fields.emplace(field, static_cast<int>(v));
+    }
+    for (const auto& [field, v] : fields)
+      add_array(Location::point, v, {}, true).field = static_cast<int>(field);
+  }
+
+  void find_element_fields() {
+    std::map<std::uint32_t, std::map<std::uint32_t, int>> fields;  // field -> block -> variable
+    for (std::size_t v = 0; v < skeleton_.variables.size(); ++v) {
+      const Variable& candidate = skeleton_.variables[v];
+      const auto numbers = element_variable(candidate.name);
+      if (!numbers || numbers->first >= 1U << 30 || !is_numeric(candidate.type) ||
+          numbers->second > out_.blocks.size() ||
+          !has_dimensions(candidate,
+                          {"time_step", "num_el_in_blk" + std::to_string(numbers->second)}))
+        continue;
+      fields[numbers->first].emplace(numbers->second - 1, static_cast<int>(v));
+    }
+    for (const auto& [field, by_block] : fields) {
+      const int type = variable(by_block.begin()->second).type;
+      ArrayLayout array;
+      array.info.location = Location::cell;
+      array.info.type = scalar_of(type);
+      array.info.per_step = true;
+      array.field = static_cast<int>(field);
+      for (const auto& [block, v] : by_block) {
+        if (variable(v).type != type) continue;  // of another type: stays an extra
+        array.parts.push_back({block, v});
+        array.info.blocks.push_back(block);
+        use(v, Use::array);
+      }
+      if (array.info.blocks.size() == out_.blocks.size()) array.info.blocks.clear();
+      out_.arrays.push_back(std::move(array));
+    }
+  }
+
+  // Whatever else has a value for each node or element, so that it follows when these move.
+  void find_other_arrays() {
+    for (std::size_t i = 0; i < skeleton_.variables.size(); ++i) {
+      const Variable& v = skeleton_.variables[i];
+      if (out_.uses[i] != Use::extra || v.type == NC_STRING) continue;
+      for (std::size_t d = 0; d < v.dimensions.size(); ++d)
+        if (const auto elements = elements_of(skeleton_.dimension_name(v, d))) {
+          add_planes(static_cast<int>(i), d, *elements);
+          break;
+        }
+    }
+    // The faces of polyhedra are one list in the order of the file.
+    for (std::uint32_t b = 0; b < out_.blocks.size(); ++b) {
+      if (out_.blocks[b].faces < 0) continue;
+      ArrayLayout array;
+      array.info.name = "polyhedron" + std::to_string(b + 1);
+      array.info.role = "exodus:polyhedron";
+      array.info.location = Location::cell;
+      array.info.type =
+          std::in_range<std::int32_t>(out_.blocks[b].cells) ? ScalarType::int32 : ScalarType::int64;
+      if (out_.blocks.size() > 1) array.info.blocks = {b};
+      array.parts = {{b, -1}};
+      out_.arrays.push_back(std::move(array));
+    }
+  }
+
+  struct Elements {
+    Location location;
+    std::uint32_t block;
+  };
+  std::optional<Elements> elements_of(std::string_view dimension) const {
+    if (dimension == "num_nodes") return Elements{Location::point, ArrayPart::kEverything};
+    if (dimension == "num_elem" && elements_ == out_.cells)
+      return Elements{Location::cell, ArrayPart::kEverything};
+    const std::uint32_t block = number_after(dimension, "num_el_in_blk");
+    if (block > 0 && block <= out_.blocks.size()) return Elements{Location::cell, block - 1};
+    return std::nullopt;
+  }
+
+  // An array for each place in the dimensions before the elements.
+  void add_planes(int index, std::size_t elements_at, const Elements& elements) {
+    constexpr std::uint64_t kMostPlanes = 1024;
+    const Variable& v = variable(index);
+    const bool stepped = skeleton_.dimension_name(v, 0) == "time_step";
+    const std::size_t leading = elements_at - (stepped ? 1 : 0);
+    std::uint64_t planes = 1;
+    for (std::size_t d = stepped ? 1 : 0; d < elements_at; ++d) {
+      planes *= std::min(skeleton_.dimensions[v.dimensions[d]].length, kMostPlanes + 1);
+      if (planes > kMostPlanes) return;
+    }
+    if (planes == 0 || components_of(v, elements_at + 1) == 0) return;
+    const std::string role = "exodus:" + (number_after(v.name, "attrib") > 0 ? "attribute"
+                                          : v.name == "nattrb"               ? "node_attribute"
+                                                                             : v.name);
+    for (std::uint64_t plane = 0; plane < planes; ++plane) {
+      ArrayLayout& array =
+          add_array(elements.location, index, role, stepped, elements.block, elements_at);
+      array.leading = leading;
+      array.plane = plane;
+      if (leading > 0) array.info.name += "#" + std::to_string(plane + 1);
+    }
+  }
+
+  // Product of the dimensions from `first` on; 0 when there are too many.
+  std::uint32_t components_of(const Variable& v, std::size_t first) const {
+    std::uint64_t product = 1;
+    for (std::size_t d = first; d < v.dimensions.size(); ++d) {
+      product *= std::min(skeleton_.dimensions[v.dimensions[d]].length, kMaxComponents + 1);
+      if (product > kMaxComponents) return 0;
+    }
+    return static_cast<std::uint32_t>(product);
+  }
+
+  ArrayLayout& add_array(Location location, int v, const std::string& role, bool stepped,
+                         std::uint32_t block = ArrayPart::kEverything,
+                         std::size_t elements_at = 0) {
+    ArrayLayout array;
+    array.info.location = location;
+    array.info.type = scalar_of(variable(v).type);
+    array.info.per_step = stepped;
+    array.info.role = role;
+    if (!role.empty()) {
+      array.info.name = variable(v).name;
+      array.info.components = components_of(variable(v), elements_at + 1);
+    }
+    if (block != ArrayPart::kEverything && out_.blocks.size() > 1) array.info.blocks = {block};
+    array.parts.push_back({block, v});
+    use(v, Use::array);
+    out_.arrays.push_back(std::move(array));
+    return out_.arrays.back();
+  }
+
+  const Skeleton& skeleton_;
+  const Place& place_;
+  std::uint64_t elements_ = 0;  // as the file states
+  Layout out_;
+};
+
+struct Member {
+  std::string_view prefix, kind, field;
+  Reference refers;
+};
+constexpr std::array<Member, 12> kMembers{
+    {{"node_ns", "node_set", "vertices", Reference::vertex},
+     {"dist_fact_ns", "node_set", "factors", Reference::nothing},
+     {"elem_ss", "side_set", "cells", Reference::cell},
+     {"side_ss", "side_set", "sides", Reference::nothing},
+     {"dist_fact_ss", "side_set", "factors", Reference::nothing},
+     {"edge_es", "edge_set", "edges", Reference::nothing},
+     {"ornt_es", "edge_set", "sides", Reference::nothing},
+     {"dist_fact_es", "edge_set", "factors", Reference::nothing},
+     {"face_fs", "face_set", "faces", Reference::nothing},
+     {"ornt_fs", "face_set", "sides", Reference::nothing},
+     {"dist_fact_fs", "face_set", "factors", Reference::nothing},
+     {"elem_els", "elem_set", "cells", Reference::cell}}};
+
+}  // namespace
+
+bool is_integer(int nc_type) {
+  return nc_type != NC_CHAR && nc_type != NC_STRING && !is_float(scalar_of(nc_type));
+}
+
+Layout lay_out(const Skeleton& skeleton, const Place& place) {
+  return Surveyor(skeleton, place).survey();
+}
+
+void narrow_connectivity(const Skeleton& skeleton, Layout& layout, std::uint32_t block,
+                         std::uint32_t nodes) {
+  BlockLayout& cells = layout.blocks[block];
+  const Variable& connect = skeleton.variables[static_cast<std::size_t>(cells.connectivity)];
+  ArrayLayout array;
+  array.info.name = connect.name;
+  array.info.role = "exodus:connectivity";
+  array.info.location = Location::cell;
+  array.info.type = scalar_of(connect.type);
+  array.info.components = cells.nodes_per_cell - nodes;
+  if (layout.blocks.size() > 1) array.info.blocks = {block};
+  array.parts = {{block, cells.connectivity}};
+  array.column = nodes;
+  layout.arrays.push_back(std::move(array));
+  cells.nodes_per_cell = nodes;
+}
+
+std::uint32_t node_columns(const Skeleton& skeleton, const BlockLayout& block) {
+  const Variable& connect = skeleton.variables[static_cast<std::size_t>(block.connectivity)];
+  const bool bezier = element_type_of(connect).rfind("BEX_", 0) == 0;
+  return bezier ? block.nodes_per_cell / 2 : block.nodes_per_cell;
+}
+
+CellShape shape_of(std::string_view element_type, std::uint32_t nodes) {
+  struct Family {
+    std::string_view prefix;
+    CellShape shape;
+    std::array<std::uint32_t, 3> nodes;
+  };
+  // The first that fits counts. Shells and triangles by the array, as SHELL may have three nodes.
+  static constexpr std::array<Family, 16> kFamilies{{
+      {"HEX", CellShape::hexahedron, {8, 20, 27}},
+      {"TET", CellShape::tetrahedron, {4, 10, 10}},
+      {"WEDGE", CellShape::wedge, {6, 15, 18}},
+      {"PYR", CellShape::pyramid, {5, 13, 14}},
+      {"QUAD", CellShape::quad, {4, 8, 9}},
+      {"SHEL", CellShape::quad, {4, 8, 9}},
+      {"SHEL", CellShape::triangle, {3, 6, 7}},
+      {"TRI", CellShape::triangle, {3, 6, 7}},
+      {"BAR", CellShape::line, {2, 3, 3}},
+      {"BEAM", CellShape::line, {2, 3, 3}},
+      {"TRUSS", CellShape::line, {2, 3, 3}},
+      {"ROD", CellShape::line, {2, 3, 3}},
+      {"EDGE", CellShape::line, {2, 3, 3}},
+      {"SPHERE", CellShape::vertex, {1, 1, 1}},
+      {"CIRCLE", CellShape::vertex, {1, 1, 1}},
+      {"POINT", CellShape::vertex, {1, 1, 1}},
+  }};
+  const std::string type = upper_without_padding(element_type);
+  for (const Family& family : kFamilies)
+    if (type.rfind(family.prefix, 0) == 0 &&
+        std::find(family.nodes.begin(), family.nodes.end(), nodes) != family.nodes.end())
+      return family.shape;
+  // HEX9, HEX16 ...: the corners come first. With 24 nodes it would pass for VTK's.
+  if (type.rfind("HEX", 0) == 0 && nodes > 8 && nodes != 24) return CellShape::hexahedron;
+  return CellShape::other;
+}
+
+std::vector<std::uint8_t> node_places(CellShape shape, std::uint32_t nodes) {
+  std::vector<std::uint8_t> places;
+  if (nodes > 32) return places;
+  const auto identity = [&] {
+    for (std::uint8_t i = 0; i < nodes; ++i) places.push_back(i);
+  };
+  // Exodus: edges of the bottom, upright edges, edges of the top. VTK: bottom, top, upright.
+  if (shape == CellShape::hexahedron && (nodes == 20 || nodes == 27)) {
+    identity();
+    for (std::uint8_t i = 0; i < 4; ++i) {
+      places[12U + i] = static_cast<std::uint8_t>(16 + i);
+      places[16U + i] = static_cast<std::uint8_t>(12 + i);
+    }
+    if (nodes == 27) {
+      // Exodus: middle, then the faces -z +z -x +x -y +y. VTK: -x +x -y +y -z +z, then the middle.
+      constexpr std::array<std::uint8_t, 7> kLast{23, 24, 25, 26, 21, 22, 20};
+      std::copy(kLast.begin(), kLast.end(), places.begin() + 20);
+    }
+  } else if (shape == CellShape::wedge && (nodes == 15 || nodes == 18)) {
+    identity();
+    for (std::uint8_t i = 0; i < 3; ++i) {
+      places[9U + i] = static_cast<std::uint8_t>(12 + i);
+      places[12U + i] = static_cast<std::uint8_t>(9 + i);
+    }
+  }
+  return places;
+}
+
+Slab slab_of(const Skeleton& skeleton, const ArrayLayout& array, const ArrayPart& part,
+             std::uint64_t step, std::uint64_t first, std::uint64_t count) {
+  Slab slab;
+  const auto add = [&](std::size_t start, std::size_t length) {
+    slab.start.push_back(start);
+    slab.count.push_back(length);
+  };
+  if (array.info.per_step) add(step, 1);
+  const auto shape = skeleton.shape(skeleton.variables[static_cast<std::size_t>(part.variable)]);
+  const std::size_t first_leading = slab.start.size();
+  std::uint64_t plane = array.plane;
+  slab.start.resize(first_leading + array.leading);
+  slab.count.resize(slab.start.size(), 1);
+  for (std::size_t d = slab.start.size(); d-- > first_leading; plane /= shape[d])
+    slab.start[d] = plane % shape[d];
+  add(first, count);
+  if (array.column > 0) add(array.column, shape[1] - array.column);
+  for (std::size_t d = slab.start.size(); d < shape.size(); ++d) add(0, shape[d]);
+  return slab;
+}
+
+std::vector<std::uint64_t> rows_of_parts(const Skeleton& skeleton, const Variable& variable) {
+  constexpr std::uint64_t kPartBytes = std::uint64_t{16} << 20;
+  const std::uint64_t values = skeleton.size(variable);
+  const std::uint64_t rows = variable.dimensions.empty() ? 1 : skeleton.shape(variable)[0];
+  if (values == 0 || variable.type == NC_STRING) return {0, rows};
+  const std::uint64_t row_bytes = values / rows * scalar_bytes(scalar_of(variable.type));
+  const std::uint64_t together = std::max<std::uint64_t>(kPartBytes / row_bytes, 1);
+  std::vector<std::uint64_t> begins;
+  for (std::uint64_t row = 0; row < rows; row += std::min(together, rows - row))
+    begins.push_back(row);
+  begins.push_back(rows);
+  return begins;
+}
+
+std::string part_key(const std::string& key, std::size_t part) {
+  return part == 0 ? key : key + "/" + std::to_string(part);
+}
+
+std::string plain_key(std::string_view name) { return "exodus/variable/" + std::string(name); }
+
+std::string set_key(const SetKind& kind, std::size_t index, std::string_view field) {
+  return "exodus/" + std::string(kind.kind) + "/" + std::to_string(index) + "/" +
+         std::string(field);
+}
+
+std::string extra_key(std::string_view name) {
+  for (const Member& member : kMembers)
+    if (const std::uint32_t number = number_after(name, member.prefix); number > 0)
+      return set_key({member.kind, {}}, number - 1, member.field);
+  if (const std::uint32_t number = number_after(name, "dist_fact_els"); number > 0)
+    return set_key({"elem_set", {}}, number - 1, "factors");
+  return plain_key(name);
+}
+
+Reference reference_of(std::string_view name) {
+  for (const Member& member : kMembers)
+    if (number_after(name, member.prefix) > 0) return member.refers;
+  // Nodes of edge and face blocks, and Nemesis' lists of local nodes and elements.
+  if (number_after(name, "ebconn") > 0 || number_after(name, "fbconn") > 0 || name == "node_mapi" ||
+      name == "node_mapb" || name == "node_mape" || name == "n_comm_nids")
+    return Reference::vertex;
+  if (name == "elem_mapi" || name == "elem_mapb" || name == "e_comm_eids") return Reference::cell;
+  return Reference::nothing;
+}
+
+}  // namespace shm::converters::exodus

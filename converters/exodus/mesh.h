@@ -1,0 +1,97 @@
+// ExodusMesh: an Exodus file as a mesh (exodus.h tells what becomes of what), and as the variables
+// that it consists of.
+#pragma once
+
+#include <netcdf.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "exodus/describe.h"
+#include "exodus/layout.h"
+#include "exodus/skeleton.h"
+#include "mesh/mesh_source.h"
+
+namespace shm::converters::exodus {
+
+// An open file, or none.
+struct NetcdfFile {
+  NetcdfFile() = default;
+  NetcdfFile(const NetcdfFile&) = delete;
+  NetcdfFile& operator=(const NetcdfFile&) = delete;
+  ~NetcdfFile() {
+    if (id >= 0) nc_close(id);
+  }
+  int id = -1;
+};
+
+class ExodusMesh final : public MeshSource, public VariableValues {
+ public:
+  // Throws Failure.
+  explicit ExodusMesh(const std::string& path);
+
+  const MeshInfo& info() const override { return info_; }
+  void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override;
+  bool next_cells(CellBatch& out, std::size_t max_cells) override;
+  void rewind_cells() override {
+    at_ = {};
+    polyhedron_nodes_ = 0;
+  }
+  void seek_cells(std::uint64_t first) override;
+  void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
+                  std::byte* out) override;
+
+  const Skeleton& skeleton() const { return skeleton_; }
+  const Layout& layout() const { return layout_; }
+  std::vector<std::byte> rows(int index, std::uint64_t first, std::uint64_t count) const override;
+  // `count` numbers of a variable of one dimension.
+  std::vector<std::int64_t> integers(int index, std::uint64_t first, std::uint64_t count) const;
+
+ private:
+  // Where next_cells goes on.
+  struct Position {
+    std::uint32_t block = 0;
+    std::uint64_t cell = 0;  // in the block
+    std::uint64_t node = 0;  // in the block's connectivity (polygons), face (polyhedra)
+  };
+
+  void read_structure();
+  void check_sizes();
+  void find_nodes();
+  void read_faces();
+
+  const Variable& variable(int index) const {
+    return skeleton_.variables[static_cast<std::size_t>(index)];
+  }
+  void touch(int index) const { caches_.touch(file_.id, skeleton_, index); }
+  std::string section(int index) const { return "variable '" + variable(index).name + "'"; }
+
+  template <class Real>
+  void read_points_as(std::uint64_t first, std::uint64_t count, Real* out);
+  void read_part(const ArrayLayout& array, const ArrayPart& part, std::uint64_t step,
+                 std::uint64_t first, std::uint64_t count, std::byte* out) const;
+
+  void read_connectivity(const BlockLayout& block, std::uint64_t first, std::uint64_t cells);
+  std::uint64_t take_nodes(CellBatch& out, std::uint64_t most);
+  std::uint64_t take_polygons(CellBatch& out, std::uint64_t most);
+  std::uint64_t take_polyhedra(CellBatch& out, std::uint64_t most);
+  std::uint64_t vertex_of(std::int64_t node) const;
+
+  Place place_;
+  NetcdfFile file_;
+  mutable ChunkCaches caches_;
+  Skeleton skeleton_;
+  Layout layout_;
+  MeshInfo info_;
+  std::uint64_t most_bytes_ = 0;                   // that values can have in a file of this size
+  std::vector<std::vector<std::uint8_t>> places_;  // of nodes, by block
+  std::vector<std::uint64_t> face_begin_;          // of all faces; only with polyhedra
+  std::vector<std::int64_t> face_nodes_;
+  Position at_;
+  std::uint64_t polyhedron_nodes_ = 0;  // of the polyhedra up to there, face by face
+  std::vector<std::int64_t> nodes_;
+};
+
+}  // namespace shm::converters::exodus

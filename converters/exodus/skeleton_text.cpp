@@ -1,0 +1,359 @@
+// A skeleton as lines of text and back.
+#include <netcdf.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <optional>
+#include <utility>
+
+#include "exodus/skeleton.h"
+
+namespace shm::converters::exodus {
+namespace {
+
+struct TypeWord {
+  int nc_type;
+  ScalarType type;
+  std::string_view word;
+};
+constexpr std::array<TypeWord, 12> kTypes{{{NC_BYTE, ScalarType::int8, "byte"},
+                                           {NC_CHAR, ScalarType::uint8, "char"},
+                                           {NC_SHORT, ScalarType::int16, "short"},
+                                           {NC_INT, ScalarType::int32, "int"},
+                                           {NC_FLOAT, ScalarType::float32, "float"},
+                                           {NC_DOUBLE, ScalarType::float64, "double"},
+                                           {NC_UBYTE, ScalarType::uint8, "ubyte"},
+                                           {NC_USHORT, ScalarType::uint16, "ushort"},
+                                           {NC_UINT, ScalarType::uint32, "uint"},
+                                           {NC_INT64, ScalarType::int64, "int64"},
+                                           {NC_UINT64, ScalarType::uint64, "uint64"},
+                                           {NC_STRING, ScalarType::uint8, "string"}}};
+constexpr std::array<std::string_view, 5> kKinds{"classic", "64-bit-offset", "cdf5", "netcdf4",
+                                                 "netcdf4-classic"};
+constexpr std::string_view kCompact = "compact", kBigEndian = "big-endian", kFilled = "filled";
+
+void append_escaped(std::string& out, std::string_view text) {
+  constexpr char kDigits[] = "0123456789ABCDEF";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7f || c == '%')
+      out += {'%', kDigits[byte >> 4], kDigits[byte & 15]};
+    else
+      out += c;
+  }
+}
+
+std::optional<std::string> unescaped(std::string_view text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] != '%') {
+      out += text[i];
+      continue;
+    }
+    unsigned byte = 0;
+    if (i + 3 > text.size()) return std::nullopt;
+    const auto [end, error] = std::from_chars(text.data() + i + 1, text.data() + i + 3, byte, 16);
+    if (error != std::errc() || end != text.data() + i + 3) return std::nullopt;
+    out += static_cast<char>(byte);
+    i += 2;
+  }
+  return out;
+}
+
+template <class T>
+bool parse(std::string_view text, T& value, int base = 10) {
+  std::from_chars_result result{};
+  if constexpr (std::is_floating_point_v<T>)
+    result = std::from_chars(text.data(), text.data() + text.size(), value);
+  else
+    result = std::from_chars(text.data(), text.data() + text.size(), value, base);
+  return result.ec == std::errc() && result.ptr == text.data() + text.size();
+}
+
+template <class T>
+std::string text_of(T value) {
+  char text[64];
+  return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
+
+// Values of a type and its unsigned twin, which shows the bits of what decimals do not tell.
+template <class T, class Bits>
+struct NumberText {
+  static void append(std::string& out, const std::vector<std::byte>& values) {
+    for (std::size_t at = 0; at + sizeof(T) <= values.size(); at += sizeof(T)) {
+      T value;
+      std::memcpy(&value, values.data() + at, sizeof value);
+      out += '\t';
+      if constexpr (std::is_floating_point_v<T>) {
+        if (!std::isfinite(value)) {
+          Bits bits;
+          std::memcpy(&bits, &value, sizeof bits);
+          char text[32];
+          out += "x" + std::string(text, std::to_chars(text, text + 32, bits, 16).ptr);
+          continue;
+        }
+      }
+      out += text_of(value);
+    }
+  }
+  static bool parse_into(std::vector<std::byte>& values, std::string_view text) {
+    T value{};
+    Bits bits{};
+    const bool is_bits = !text.empty() && text.front() == 'x';
+    if (!(is_bits ? parse(text.substr(1), bits, 16) : parse(text, value))) return false;
+    if (is_bits) std::memcpy(&value, &bits, sizeof value);
+    const auto* bytes = reinterpret_cast<const std::byte*>(&value);
+    values.insert(values.end(), bytes, bytes + sizeof value);
+    return true;
+  }
+};
+
+// Calls `action` with the NumberText of `type`.
+template <class Action>
+auto with_numbers(ScalarType type, Action&& action) {
+  switch (type) {
+    case ScalarType::int8: return action(NumberText<std::int8_t, std::uint8_t>());
+    case ScalarType::uint8: return action(NumberText<std::uint8_t, std::uint8_t>());
+    case ScalarType::int16: return action(NumberText<std::int16_t, std::uint16_t>());
+    case ScalarType::uint16: return action(NumberText<std::uint16_t, std::uint16_t>());
+    case ScalarType::int32: return action(NumberText<std::int32_t, std::uint32_t>());
+    case ScalarType::uint32: return action(NumberText<std::uint32_t, std::uint32_t>());
+    case ScalarType::int64: return action(NumberText<std::int64_t, std::uint64_t>());
+    case ScalarType::uint64: return action(NumberText<std::uint64_t, std::uint64_t>());
+    case ScalarType::float32: return action(NumberText<float, std::uint32_t>());
+    case ScalarType::float64: break;
+  }
+  return action(NumberText<double, std::uint64_t>());
+}
+
+std::string_view word_of(int type) {
+  for (const TypeWord& word : kTypes)
+    if (word.nc_type == type) return word.word;
+  return "char";
+}
+
+void append_attributes(std::string& out, const std::vector<Attribute>& attributes) {
+  for (const Attribute& attribute : attributes) {
+    out += "A\t";
+    append_escaped(out, attribute.name);
+    out += '\t';
+    out += word_of(attribute.type);
+    if (attribute.type == NC_CHAR) {
+      out += '\t';
+      append_escaped(
+          out, {reinterpret_cast<const char*>(attribute.values.data()), attribute.values.size()});
+    } else if (attribute.type == NC_STRING) {
+      for (const std::string& text : attribute.strings) {
+        out += '\t';
+        append_escaped(out, text);
+      }
+    } else {
+      with_numbers(scalar_of(attribute.type),
+                   [&](auto numbers) { numbers.append(out, attribute.values); });
+    }
+    out += '\n';
+  }
+}
+
+void append_storage(std::string& out, const Storage& storage) {
+  if (!storage.chunks.empty()) {
+    out += "S\t" + std::to_string(storage.deflate_level) + (storage.shuffle ? "\t1" : "\t0") +
+           (storage.checksum ? "\t1" : "\t0");
+    for (const std::uint64_t chunk : storage.chunks) out += '\t' + std::to_string(chunk);
+    out += '\n';
+  }
+  if (storage.compact || storage.big_endian || storage.filled) {
+    out += 'O';
+    for (const auto& [set, word] :
+         {std::pair(storage.compact, kCompact), std::pair(storage.big_endian, kBigEndian),
+          std::pair(storage.filled, kFilled)})
+      if (set) (out += '\t') += word;
+    out += '\n';
+  }
+  for (const Filter& filter : storage.filters) {
+    out += "F\t" + std::to_string(filter.id);
+    for (const unsigned parameter : filter.parameters) out += '\t' + std::to_string(parameter);
+    out += '\n';
+  }
+}
+
+// Reads the lines of a skeleton.
+class TextParser {
+ public:
+  explicit TextParser(const Place& place) : place_(&place) {}
+
+  void line(std::string_view text) {
+    ++number_;
+    fields_.clear();
+    while (true) {
+      const std::size_t tab = text.find('\t');
+      fields_.push_back(text.substr(0, tab));
+      if (tab == std::string_view::npos) break;
+      text.remove_prefix(tab + 1);
+    }
+    const std::string_view head = fields_[0];
+    if (head == "N")
+      kind();
+    else if (head == "D")
+      dimension();
+    else if (head == "A")
+      attribute();
+    else if (head == "V")
+      variable();
+    else if (head == "S")
+      storage();
+    else if (head == "O")
+      options();
+    else if (head == "F")
+      filter();
+    else
+      wrong();
+  }
+  Skeleton skeleton;
+
+ private:
+  [[noreturn]] void wrong() const {
+    place_->fail(ErrorCode::corrupt, "exodus/skeleton",
+                 "line " + std::to_string(number_) + " makes no sense");
+  }
+  void need(bool condition) const {
+    if (!condition) wrong();
+  }
+  template <class T>
+  T number(std::size_t field) const {
+    T value{};
+    need(field < fields_.size() && parse(fields_[field], value));
+    return value;
+  }
+  std::string text(std::size_t field) const {
+    need(field < fields_.size());
+    auto value = unescaped(fields_[field]);
+    need(value.has_value());
+    return *value;
+  }
+  int type(std::size_t field) const {
+    need(field < fields_.size());
+    for (const TypeWord& word : kTypes)
+      if (word.word == fields_[field]) return word.nc_type;
+    wrong();
+  }
+  void kind() {
+    need(fields_.size() == 2);
+    const auto* found = std::find(kKinds.begin(), kKinds.end(), fields_[1]);
+    need(found != kKinds.end());
+    skeleton.kind = static_cast<Kind>(found - kKinds.begin());
+  }
+  void dimension() {
+    const bool unlimited = fields_.size() == 4 && fields_[3] == "unlimited";
+    need(unlimited || fields_.size() == 3);
+    skeleton.dimensions.push_back({text(1), number<std::uint64_t>(2), unlimited});
+  }
+  void attribute() {
+    Attribute attribute{text(1), type(2), {}, {}};
+    if (attribute.type == NC_CHAR) {
+      const std::string value = text(3);
+      const auto* bytes = reinterpret_cast<const std::byte*>(value.data());
+      attribute.values.assign(bytes, bytes + value.size());
+    } else if (attribute.type == NC_STRING) {
+      for (std::size_t i = 3; i < fields_.size(); ++i) attribute.strings.push_back(text(i));
+    } else {
+      for (std::size_t i = 3; i < fields_.size(); ++i)
+        need(with_numbers(scalar_of(attribute.type), [&](auto numbers) {
+          return numbers.parse_into(attribute.values, fields_[i]);
+        }));
+    }
+    auto& owner =
+        skeleton.variables.empty() ? skeleton.attributes : skeleton.variables.back().attributes;
+    owner.push_back(std::move(attribute));
+  }
+  void variable() {
+    Variable variable;
+    variable.name = text(1);
+    variable.type = type(2);
+    for (std::size_t i = 3; i < fields_.size(); ++i) {
+      variable.dimensions.push_back(number<std::size_t>(i));
+      need(variable.dimensions.back() < skeleton.dimensions.size());
+    }
+    skeleton.variables.push_back(std::move(variable));
+  }
+  void storage() {
+    need(!skeleton.variables.empty());
+    Variable& variable = skeleton.variables.back();
+    Storage& into = variable.storage;
+    into.deflate_level = number<int>(1);
+    into.shuffle = number<int>(2) != 0;
+    into.checksum = number<int>(3) != 0;
+    into.chunks.clear();
+    for (std::size_t i = 4; i < fields_.size(); ++i)
+      into.chunks.push_back(number<std::uint64_t>(i));
+    need(into.chunks.size() == variable.dimensions.size());
+  }
+  void options() {
+    need(!skeleton.variables.empty());
+    Storage& into = skeleton.variables.back().storage;
+    for (std::size_t i = 1; i < fields_.size(); ++i) {
+      need(fields_[i] == kCompact || fields_[i] == kBigEndian || fields_[i] == kFilled);
+      into.compact |= fields_[i] == kCompact;
+      into.big_endian |= fields_[i] == kBigEndian;
+      into.filled |= fields_[i] == kFilled;
+    }
+  }
+  void filter() {
+    need(!skeleton.variables.empty());
+    Filter one{number<unsigned>(1), {}};
+    for (std::size_t i = 2; i < fields_.size(); ++i) one.parameters.push_back(number<unsigned>(i));
+    skeleton.variables.back().storage.filters.push_back(std::move(one));
+  }
+
+  const Place* place_;
+  std::vector<std::string_view> fields_;
+  std::size_t number_ = 0;
+};
+
+}  // namespace
+
+ScalarType scalar_of(int nc_type) {
+  for (const TypeWord& word : kTypes)
+    if (word.nc_type == nc_type) return word.type;
+  return ScalarType::uint8;
+}
+
+std::string to_text(const Skeleton& skeleton) {
+  std::string out = "N\t";
+  out += kKinds[static_cast<std::size_t>(skeleton.kind)];
+  out += '\n';
+  for (const Dimension& dimension : skeleton.dimensions) {
+    out += "D\t";
+    append_escaped(out, dimension.name);
+    out += '\t' + std::to_string(dimension.length);
+    if (dimension.unlimited) out += "\tunlimited";
+    out += '\n';
+  }
+  append_attributes(out, skeleton.attributes);
+  for (const Variable& variable : skeleton.variables) {
+    out += "V\t";
+    append_escaped(out, variable.name);
+    out += '\t';
+    out += word_of(variable.type);
+    for (const std::size_t d : variable.dimensions) out += '\t' + std::to_string(d);
+    out += '\n';
+    append_storage(out, variable.storage);
+    append_attributes(out, variable.attributes);
+  }
+  return out;
+}
+
+Skeleton from_text(std::string_view text, const Place& place) {
+  TextParser parser(place);
+  while (!text.empty()) {
+    const std::size_t end = text.find('\n');
+    parser.line(text.substr(0, end));
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+  }
+  return std::move(parser.skeleton);
+}
+
+}  // namespace shm::converters::exodus

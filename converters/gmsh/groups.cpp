@@ -1,0 +1,160 @@
+#include "gmsh/groups.h"
+
+#include <bit>
+#include <cstdlib>
+
+#include "base/failure.h"
+#include "base/text_input.h"
+#include "gmsh/types.h"
+#include "mesh/extra_index.h"
+#include "sets/transfer_sets.h"
+
+namespace shm::converters {
+
+void GmshNaming::add_names(std::string_view content) {
+  GmshMemoryScan scan(content, {});  // text in binary files too
+  const std::uint64_t count = scan.count();
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::int64_t dimension = scan.integer32(), tag = scan.integer32();
+    const std::string_view rest = scan.rest_of_line();
+    if (!scan.good()) return;
+    const std::size_t open = rest.find('"'), close = rest.rfind('"');
+    if (open < close && close != std::string_view::npos)
+      names[{dimension, tag}] = rest.substr(open + 1, close - open - 1);
+  }
+}
+
+void GmshNaming::add_entities(std::string_view content, bool partitioned, GmshEncoding encoding,
+                              int version) {
+  GmshMemoryScan scan(content, encoding);
+  const bool v41 = version >= 41;
+  if (partitioned) {
+    scan.count(v41);
+    const std::uint64_t ghosts = scan.count(v41);
+    for (std::uint64_t i = 0; i < 2 * ghosts && scan.good(); ++i) scan.integer32();
+  }
+  std::uint64_t counts[4];
+  for (std::uint64_t& count : counts) count = scan.count();
+  for (std::int64_t dimension = 0; dimension < 4; ++dimension) {
+    for (std::uint64_t i = 0; i < counts[dimension]; ++i) {
+      const std::int64_t tag = scan.integer32();
+      if (partitioned) {
+        scan.integer32();
+        scan.integer32();
+        const std::uint64_t parts = scan.count(v41);
+        for (std::uint64_t k = 0; k < parts && scan.good(); ++k) scan.integer32();
+      }
+      const int box = dimension == 0 && version >= 41 ? 3 : 6;
+      for (int k = 0; k < box; ++k) scan.real();
+      std::vector<std::int64_t> tags;
+      const std::uint64_t group_count = scan.count();
+      for (std::uint64_t k = 0; k < group_count && scan.good(); ++k)
+        tags.push_back(scan.integer32());
+      const std::uint64_t bounds = dimension > 0 ? scan.count() : 0;
+      for (std::uint64_t k = 0; k < bounds && scan.good(); ++k) scan.integer32();
+      if (!scan.good()) return;
+      any_bounds |= bounds > 0;
+      groups[{dimension, tag}] = std::move(tags);
+    }
+  }
+}
+
+std::vector<std::pair<std::int64_t, std::int64_t>> GmshNaming::groups_of(
+    std::span<const std::int32_t> row) const {
+  std::vector<std::pair<std::int64_t, std::int64_t>> found;
+  if (row.size() == 3) {  // MSH 4: dimension, entity, type
+    const auto entity = groups.find({row[0], row[1]});
+    if (entity == groups.end()) return found;
+    for (const std::int64_t tag : entity->second) found.emplace_back(row[0], std::abs(tag));
+  } else if (row.size() == 4 && row[1] > 0 && row[2] != 0) {  // type, tags, physical, elementary
+    found.emplace_back(gmsh_type(row[0]).dimension, std::abs(std::int64_t{row[2]}));
+  }
+  return found;
+}
+
+std::string GmshNaming::block_name(std::span<const std::int32_t> row) const {
+  if (row.size() == 3) {  // blocks and groups of one entity may be very many
+    const auto entity = groups.find({row[0], row[1]});
+    if (entity == groups.end() || entity->second.size() != 1) return {};
+  }
+  const auto found = groups_of(row);
+  if (found.size() != 1) return {};
+  const auto name = names.find(found[0]);
+  return name == names.end() ? std::string() : name->second;
+}
+
+namespace {
+
+GmshNaming naming_of_extras(const MeshInfo& info) {
+  GmshNaming naming;
+  const ExtraIndex extras(info.extras);
+  const auto text = [&](const std::string& key) {
+    const Extra* extra = extras.find(key);
+    return extra == nullptr ? std::string() : text_of_extra(*extra);
+  };
+  double number = 1;
+  const std::string format = text("gmsh/mesh_format");
+  TextInput::parse(std::string_view(format).substr(0, format.find(' ')), number);
+  const int version = number < 2 ? 10 : number < 3 ? 20 : number < 4.05 ? 40 : 41;
+  GmshEncoding encoding;
+  const std::string byte_order = text("gmsh/byte_order");
+  encoding.binary = !byte_order.empty();
+  encoding.swapped = (byte_order == "big") == (std::endian::native == std::endian::little);
+  const std::string list = text("gmsh/sections");
+  std::size_t number_of_section = 0;
+  for (std::size_t at = 0; at < list.size(); ++number_of_section) {
+    const std::string name = list.substr(at, list.find('\t', at) - at);
+    const std::string content = text("gmsh/section/" + std::to_string(number_of_section));
+    if (name == "PhysicalNames") naming.add_names(content);
+    if (name == "Entities") naming.add_entities(content, false, encoding, version);
+    if (name == "PartitionedEntities") naming.add_entities(content, true, encoding, version);
+    const std::size_t end = list.find('\n', at);
+    at = end == std::string::npos ? list.size() : end + 1;
+  }
+  return naming;
+}
+
+// Of all blocks together: each entity may have many groups, and be that of many blocks.
+constexpr std::size_t kMostGroupBlocks = std::size_t{1} << 22;
+
+}  // namespace
+
+bool gmsh_entities_have_bounds(const MeshInfo& info) { return naming_of_extras(info).any_bounds; }
+
+std::vector<GmshGroup> gmsh_groups(const MeshInfo& info) {
+  const Extra* table = find_extra(info, "gmsh/elements/blocks");
+  const std::size_t blocks = info.schema.blocks.size();
+  if (table == nullptr || blocks == 0) return {};
+  std::vector<std::int32_t> rows;
+  for (const std::int64_t value : integers_of_extra(*table))
+    rows.push_back(static_cast<std::int32_t>(value));
+  const std::size_t width = rows.size() / blocks;
+  if (width * blocks != rows.size()) return {};
+  const GmshNaming naming = naming_of_extras(info);
+  std::map<std::pair<std::int64_t, std::int64_t>, GmshGroup> groups;
+  std::size_t members = 0;
+  for (std::uint32_t b = 0; b < blocks; ++b) {
+    const auto found = naming.groups_of(std::span(rows).subspan(b * width, width));
+    members += found.size();
+    if (members > kMostGroupBlocks)
+      throw Failure(Error{ErrorCode::over_limit,
+                          "the blocks are in more physical groups than " +
+                              std::to_string(kMostGroupBlocks) + " in sum",
+                          "physical groups",
+                          kNoOffset,
+                          {}});
+    for (const auto& key : found) {
+      GmshGroup& group = groups[key];
+      group.dimension = key.first;
+      group.tag = key.second;
+      if (const auto name = naming.names.find(key); name != naming.names.end())
+        group.name = name->second;
+      group.blocks.push_back(b);
+    }
+  }
+  std::vector<GmshGroup> all;
+  for (auto& [key, group] : groups) all.push_back(std::move(group));
+  return all;
+}
+
+}  // namespace shm::converters

@@ -1,0 +1,51 @@
+// Writes the numbers of an MSH file, as text or binary, through a buffer.
+#pragma once
+
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <string_view>
+
+#include "gmsh/scan.h"
+
+namespace shm::converters {
+
+class GmshOutput {
+ public:
+  GmshOutput(const std::string& path, GmshEncoding encoding);
+  ~GmshOutput();
+  GmshOutput(const GmshOutput&) = delete;
+  GmshOutput& operator=(const GmshOutput&) = delete;
+
+  void text(std::string_view content);  // as it is, in binary files too
+  // For the sections that are text in binary files.
+  void write_numbers_as_text(bool yes) { numbers_as_text_ = yes; }
+  // Numbers: in text a space stands between those of a line.
+  void integer32(std::int64_t value);
+  void integer64(std::int64_t value);
+  void tag(std::int64_t value, bool wide) { wide ? integer64(value) : integer32(value); }
+  void count(std::uint64_t value) { integer64(static_cast<std::int64_t>(value)); }
+  void count(std::uint64_t value, bool wide) { tag(static_cast<std::int64_t>(value), wide); }
+  void real(double value);
+  void end_line();     // of numbers; nothing in binary
+  void end_of_data();  // before an end marker: it must stand on a line of its own
+  void close();        // throws when something did not reach the file
+
+ private:
+  template <class T>
+  void put(T value);
+  void flush();
+  [[noreturn]] void fail(const char* what) const;
+
+  std::string path_;
+  GmshEncoding encoding_;
+  std::FILE* file_ = nullptr;
+  std::string buffer_;
+  bool binary() const { return encoding_.binary && !numbers_as_text_; }
+
+  bool line_begun_ = false, numbers_as_text_ = false;
+};
+
+}  // namespace shm::converters

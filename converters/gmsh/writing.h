@@ -1,0 +1,74 @@
+// Inside of the Gmsh writer: what its parts share while a file is written.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/failure.h"
+#include "base/spool.h"
+#include "gmsh/output.h"
+#include "gmsh/plan.h"
+#include "gmsh/types.h"
+#include "mesh/mesh_source.h"
+
+namespace shm::converters {
+
+inline constexpr std::size_t kGmshPiece = 16384;  // vertices, cells or values at once
+
+// Tags of nodes or elements: those of an array, or counting up.
+class GmshTagValues {
+ public:
+  GmshTagValues(Spool& spool, std::uint64_t count, std::int64_t first);
+  void copy(MeshSource& mesh, std::size_t array);
+  std::int64_t operator[](std::uint64_t place) {
+    if (copy_.size() > 0) return copy_.get<std::int64_t>(place);
+    return static_cast<std::int64_t>(static_cast<std::uint64_t>(first_) + place);
+  }
+  std::int64_t lowest() const { return lowest_; }
+  std::int64_t highest() const { return highest_; }
+
+ private:
+  std::uint64_t count_;
+  std::int64_t first_;
+  PagedArray copy_;
+  std::int64_t lowest_, highest_;
+};
+
+struct GmshWriting {
+  GmshWriting(MeshSource& source, const std::string& file);
+
+  bool v41() const { return plan.version >= 41; }
+  bool v4() const { return plan.version >= 40; }
+  [[noreturn]] void fail(ErrorCode code, const std::string& detail) const;
+  // Of a reference in an extra; throws when it points outside the mesh.
+  std::int64_t node_tag(std::int64_t place);
+  std::int64_t element_tag(std::int64_t place);
+
+  MeshSource& mesh;
+  const MeshInfo& info;
+  const std::string path;
+  const GmshPlan plan;
+  const GmshExtras extras;
+  Spool spool;
+  GmshTagValues node_tags, element_tags;
+  std::string section = "elements";  // for complaints
+  // After look_at_gmsh_cells:
+  PagedArray cell_blocks;                  // uint32, block of each cell
+  std::vector<GmshType> types;             // of each group of the plan
+  std::vector<std::uint64_t> group_cells;  // of each group
+  bool cells_in_turn = true;               // do the groups come one after the other?
+  GmshOutput out;
+};
+
+// Counts and checks the cells; before anything is written.
+void look_at_gmsh_cells(GmshWriting& writing);
+
+// The content of the sections, without their markers.
+void write_gmsh_nodes(GmshWriting& writing, const std::string& section_name);
+void write_gmsh_elements(GmshWriting& writing);
+void write_gmsh_view(GmshWriting& writing, const GmshPlannedSection& section);
+void write_gmsh_list(GmshWriting& writing, const GmshPlannedSection& section);
+// Numbers of any type as doubles.
+void widen_numbers(ScalarType type, const std::vector<std::byte>& in, std::vector<double>& out);
+
+}  // namespace shm::converters

@@ -1,0 +1,115 @@
+#include "mesh/cell_turns.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+#include <utility>
+
+namespace shm::converters {
+namespace {
+
+// Which corners each node behind the corners lies between, in VTK's order.
+using Between = std::vector<std::vector<std::uint8_t>>;
+
+struct Kind {
+  CellShape shape;
+  std::uint8_t corners;
+  std::vector<Turn> generators;    // all turns are made of these
+  Between between;                 // nodes behind the corners
+  std::vector<std::size_t> sizes;  // numbers of nodes that are this one's first ones
+};
+
+const Between kHexahedron{{0, 1},
+                          {1, 2},
+                          {2, 3},
+                          {3, 0},
+                          {4, 5},
+                          {5, 6},
+                          {6, 7},
+                          {7, 4},
+                          {0, 4},
+                          {1, 5},
+                          {2, 6},
+                          {3, 7},
+                          {0, 3, 4, 7},
+                          {1, 2, 5, 6},
+                          {0, 1, 4, 5},
+                          {2, 3, 6, 7},
+                          {0, 1, 2, 3},
+                          {4, 5, 6, 7},
+                          {0, 1, 2, 3, 4, 5, 6, 7}};
+const Between kTetrahedron{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
+const Between kWedge{{0, 1}, {1, 2}, {2, 0}, {3, 4},       {4, 5},       {5, 3},
+                     {0, 3}, {1, 4}, {2, 5}, {0, 1, 3, 4}, {1, 2, 4, 5}, {0, 2, 3, 5}};
+const Between kPyramid{{0, 1}, {1, 2}, {2, 3}, {3, 0},      {0, 4},
+                       {1, 4}, {2, 4}, {3, 4}, {0, 1, 2, 3}};
+const Between kQuad{{0, 1}, {1, 2}, {2, 3}, {3, 0}, {0, 1, 2, 3}};
+const Between kTriangle{{0, 1}, {1, 2}, {2, 0}, {0, 1, 2}};
+
+const std::vector<Kind>& kinds() {
+  static const std::vector<Kind> all{
+      {CellShape::hexahedron,
+       8,
+       {{1, 2, 3, 0, 5, 6, 7, 4}, {3, 2, 6, 7, 0, 1, 5, 4}},
+       kHexahedron,
+       {8, 20, 27}},
+      {CellShape::tetrahedron, 4, {{1, 2, 0, 3}, {1, 0, 3, 2}}, kTetrahedron, {4, 10}},
+      {CellShape::wedge, 6, {{1, 2, 0, 4, 5, 3}, {3, 5, 4, 0, 2, 1}}, kWedge, {6, 15, 18}},
+      {CellShape::pyramid, 5, {{1, 2, 3, 0, 4}}, kPyramid, {5, 13, 14}},
+      {CellShape::quad, 4, {{1, 2, 3, 0}}, kQuad, {4, 8, 9}},
+      {CellShape::triangle, 3, {{1, 2, 0}}, kTriangle, {3, 6, 7}},
+  };
+  return all;
+}
+
+std::vector<Turn> corner_turns(const Kind& kind) {
+  Turn identity(kind.corners);
+  for (std::uint8_t i = 0; i < kind.corners; ++i) identity[i] = i;
+  std::vector<Turn> found{identity};
+  for (std::size_t i = 0; i < found.size(); ++i)
+    for (const Turn& generator : kind.generators) {
+      Turn next(kind.corners);
+      for (std::size_t c = 0; c < next.size(); ++c) next[c] = found[i][generator[c]];
+      if (std::find(found.begin(), found.end(), next) == found.end()) found.push_back(next);
+    }
+  return found;
+}
+
+// Puts the nodes behind the corners where the corners around them go.
+Turn with_all_nodes(Turn turn, const Kind& kind, std::size_t nodes) {
+  const auto sorted = [](std::vector<std::uint8_t> list) {
+    std::sort(list.begin(), list.end());
+    return list;
+  };
+  const std::size_t behind = nodes - kind.corners;
+  for (std::size_t i = 0; i < behind; ++i) {
+    std::vector<std::uint8_t> image;
+    for (const std::uint8_t corner : kind.between[i]) image.push_back(turn[corner]);
+    image = sorted(std::move(image));
+    for (std::size_t k = 0; k < behind; ++k)
+      if (sorted(kind.between[k]) == image)
+        turn.push_back(static_cast<std::uint8_t>(kind.corners + k));
+  }
+  return turn;
+}
+
+std::map<std::pair<CellShape, std::size_t>, std::vector<Turn>> all_turns() {
+  std::map<std::pair<CellShape, std::size_t>, std::vector<Turn>> all;
+  for (const Kind& kind : kinds())
+    for (const std::size_t nodes : kind.sizes)
+      for (const Turn& turn : corner_turns(kind))
+        all[{kind.shape, nodes}].push_back(with_all_nodes(turn, kind, nodes));
+  return all;
+}
+
+}  // namespace
+
+const std::vector<Turn>& turns_of(CellShape shape, std::size_t nodes) {
+  static const auto all = all_turns();
+  static const std::vector<Turn> none;
+  const auto found = all.find({shape, nodes});
+  return found == all.end() ? none : found->second;
+}
+
+}  // namespace shm::converters

@@ -1,0 +1,94 @@
+// MeshSource: the one face that every mesh has in this folder, whatever file it came from.
+// A format gives `open_X(path) -> MeshSource` and `write_X(MeshSource&, path)`; compression,
+// verification and conversion know this face and no format.
+//
+// Numbers are the source's own, from 0: vertex i is the i-th of the file, cell i the i-th in
+// file order. Pieces are read on demand, so memory stays bounded however large the file is.
+// Errors are thrown as Failure (an Error with file and place); see failure.h.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "shm/schema.h"
+
+namespace shm::converters {
+
+struct MeshInfo {
+  Schema schema;  // blocks, arrays, coordinate_type, source_format
+  std::uint64_t vertices = 0;
+  std::vector<std::uint64_t> block_cells;  // cells of each block
+  std::vector<double> step_times;          // one for each time step
+  std::vector<Extra> extras;               // all that the model has no word for
+  // Of a mesh that came from a .shm file: the first cell of each segment in coding order, and how
+  // its hexahedra are said.
+  std::vector<std::uint64_t> segment_starts;
+  std::vector<ConnectivityCodec> segment_connectivity;
+
+  std::uint64_t cells() const {
+    std::uint64_t sum = 0;
+    for (std::uint64_t n : block_cells) sum += n;
+    return sum;
+  }
+  // Elements of an array: vertices, or the cells of the blocks it covers.
+  std::uint64_t array_elements(std::size_t array) const {
+    const ArrayInfo& info = schema.arrays[array];
+    if (info.location == Location::point) return vertices;
+    if (info.blocks.empty()) return cells();
+    std::uint64_t sum = 0;
+    for (const std::uint32_t b : info.blocks) sum += b < block_cells.size() ? block_cells[b] : 0;
+    return sum;
+  }
+  std::size_t array_stride(std::size_t array) const {  // bytes of one element
+    const ArrayInfo& info = schema.arrays[array];
+    return scalar_bytes(info.type) * info.components;
+  }
+};
+
+// Some consecutive cells in file order; cells of different blocks may alternate.
+struct CellBatch {
+  std::vector<std::uint32_t> blocks;        // block index of each cell
+  std::vector<std::uint64_t> corner_begin;  // cells + 1 offsets into corners
+  std::vector<std::uint64_t> corners;       // vertex numbers, all < vertices
+  std::size_t size() const { return blocks.size(); }
+  std::span<const std::uint64_t> cell(std::size_t i) const {
+    return std::span(corners).subspan(corner_begin[i], corner_begin[i + 1] - corner_begin[i]);
+  }
+  void clear() {
+    blocks.clear();
+    corners.clear();
+    corner_begin.assign(1, 0);
+  }
+};
+
+/// What goes through all cells asks for so many at once.
+inline constexpr std::size_t kCellsAtOnce = 8192;
+
+class MeshSource {
+ public:
+  virtual ~MeshSource() = default;
+  virtual const MeshInfo& info() const = 0;
+  // Fills `out` with count * 3 coordinates (x y z interleaved, schema.coordinate_type, host order).
+  virtual void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) = 0;
+  // The next at most `max_cells` cells into `out`; false (and empty) at the end.
+  virtual bool next_cells(CellBatch& out, std::size_t max_cells) = 0;
+  virtual void rewind_cells() = 0;
+  // Cell `first` comes next. Where a format cannot find it, all cells before are read.
+  virtual void seek_cells(std::uint64_t first) {
+    rewind_cells();
+    CellBatch batch;
+    for (std::uint64_t at = 0; at < first; at += batch.size())
+      if (!next_cells(batch, std::min<std::uint64_t>(first - at, kCellsAtOnce))) return;
+  }
+  // `count` elements of an array from its element `first`, in file order (for a cell array:
+  // counted over the cells of the blocks it covers). `step` is 0 for a static array.
+  virtual void read_array(std::size_t array, std::uint64_t step, std::uint64_t first,
+                          std::uint64_t count, std::byte* out) = 0;
+};
+
+}  // namespace shm::converters

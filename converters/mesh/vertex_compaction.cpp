@@ -1,0 +1,75 @@
+#include "mesh/vertex_compaction.h"
+
+#include <string>
+
+#include "base/failure.h"
+#include "base/number_table.h"
+
+namespace shm::converters {
+namespace {
+
+// What the table says about a vertex: 0 while no cell is known to use it, else twice 1 + its last
+// cell; kEmitted joins when it has been handed out, and alone remains when it is finalized.
+constexpr std::uint64_t kEmitted = 1;
+constexpr std::uint64_t last_in(std::uint64_t cell) { return 2 * (cell + 1); }
+
+void find_last_uses(MeshSource& mesh, NumberTable& table, const Progress& progress) {
+  const std::uint64_t vertices = mesh.info().vertices, cells = mesh.info().cells();
+  CellBatch batch;
+  std::uint64_t first_cell = 0;
+  for (mesh.rewind_cells(); mesh.next_cells(batch, kCellsAtOnce); first_cell += batch.size()) {
+    for (std::size_t i = 0; i < batch.size(); ++i)
+      for (const std::uint64_t v : batch.cell(i)) {
+        require_vertex(first_cell + i, v, vertices);
+        table.set(v, last_in(first_cell + i));
+      }
+    if (progress) progress("finding last uses", first_cell + batch.size(), cells);
+  }
+}
+
+}  // namespace
+
+void require_vertex(std::uint64_t cell, std::uint64_t vertex, std::uint64_t vertices) {
+  if (vertex < vertices) return;
+  throw Failure(Error{ErrorCode::corrupt,
+                      "uses vertex " + std::to_string(vertex) + " of " + std::to_string(vertices) +
+                          " (counted from 0)",
+                      "cell " + std::to_string(cell),
+                      kNoOffset,
+                      {}});
+}
+
+void stream_compacted(MeshSource& mesh, Spool& spool, CompactedMesh& out,
+                      const Progress& progress) {
+  const std::uint64_t vertices = mesh.info().vertices, cells = mesh.info().cells();
+  NumberTable table(spool, vertices, last_in(cells) | kEmitted);
+  find_last_uses(mesh, table, progress);
+
+  CellBatch batch;
+  std::uint64_t first_cell = 0;
+  for (mesh.rewind_cells(); mesh.next_cells(batch, kCellsAtOnce); first_cell += batch.size()) {
+    out.begin_batch(batch, first_cell);
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      const auto corners = batch.cell(i);
+      std::uint64_t last_use = 0, finalized = 0;
+      for (const std::uint64_t v : corners) {
+        const std::uint64_t entry = table.get(v);
+        if (entry & kEmitted) continue;
+        out.vertex(v, entry / 2 - 1);
+        table.set(v, entry | kEmitted);
+      }
+      for (std::size_t c = 0; c < corners.size(); ++c) {
+        if (table.get(corners[c]) != (kEmitted | last_in(first_cell + i))) continue;
+        table.set(corners[c], kEmitted);
+        if (c < 64) last_use |= std::uint64_t{1} << c;
+        ++finalized;
+      }
+      out.cell(batch, i, last_use, finalized);
+    }
+    if (progress) progress("streaming cells", first_cell + batch.size(), cells);
+  }
+  for (std::uint64_t v = 0; v < vertices; ++v)
+    if (table.get(v) == 0) out.vertex(v, kNeverUsed);
+}
+
+}  // namespace shm::converters

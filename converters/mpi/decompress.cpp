@@ -1,0 +1,266 @@
+#include "mpi/decompress.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include "base/failure.h"
+#include "base/output_file.h"
+#include "compression/piece_mesh.h"
+#include "formats/formats.h"
+#include "mesh/blocks_by_id.h"
+#include "mpi/owners.h"
+#include "shm/mesh_extract.h"
+#include "tool/report.h"
+#include "transfer/translate.h"
+
+namespace shm::converters {
+namespace {
+
+// --- what ranks tell each other
+
+// Those of all ranks, each once, in the order of ranks. For few items, on every rank.
+template <class Item>
+std::vector<Item> united(Ranks& ranks, const std::vector<Item>& mine) {
+  std::vector<Item> all;
+  for (const auto& part : ranks.exchange(std::vector<std::vector<Item>>(ranks.size(), mine)))
+    for (const Item& item : part) all.push_back(item);
+  return all;
+}
+
+// Sentences of all ranks, each once; on rank 0 alone.
+LossList united_losses(Ranks& ranks, const LossList& mine) {
+  std::string text;
+  for (const std::string& loss : mine) text += loss + '\n';
+  LossList all;
+  ranks.gather(std::as_bytes(std::span(text)), [&](std::size_t, const std::vector<std::byte>& got) {
+    std::string sentence;
+    for (const std::byte byte : got) {
+      const char c = static_cast<char>(byte);
+      if (c != '\n') {
+        sentence += c;
+      } else {
+        if (std::find(all.begin(), all.end(), sentence) == all.end()) all.push_back(sentence);
+        sentence.clear();
+      }
+    }
+  });
+  return all;
+}
+
+// --- a rank's part
+
+class Part {
+ public:
+  Part(Ranks& ranks, const Options& options, Spool& spool)
+      : ranks_(ranks), options_(options), format_(*format_named("exodus")), spool_(spool) {}
+
+  // Collective, one after the other.
+  void decode();
+  void agree_on_blocks();
+  void count_vertices();
+  LossList translate();
+  void write();
+  std::string summary() const;
+
+ private:
+  void open();
+  void stage();
+  void check_blocks() const;
+
+  Ranks& ranks_;
+  const Options& options_;
+  const Format& format_;
+  Spool& spool_;
+  Holds holds_;
+  std::unique_ptr<FileRandomSource> file_;
+  std::optional<MeshExtractor> extractor_;
+  MeshInfo whole_;  // schema, counts, times, extras
+  CellRange range_;
+  std::unique_ptr<PieceMesh> piece_;
+  std::vector<BlocksById::Key> blocks_;  // of all ranks, where an array tells them
+  std::uint64_t lost_vertices_ = 0;
+  std::optional<Translation> translation_;
+};
+
+void Part::open() {
+  if (options_.input == "-" || options_.output == "-")
+    wrong_use("ranks read and write files: standard input and output will not do");
+  if (output_format(options_.output, options_.format).name != "exodus")
+    wrong_use("ranks write the parts of a decomposed Exodus mesh: call it " + options_.output +
+              ".e, or say --format exodus");
+  const std::string& path = options_.input;
+  require_shm(path);
+  file_ = unwrap(FileRandomSource::open(path), path);
+  extractor_.emplace(unwrap(MeshExtractor::open(*file_), path));
+  whole_.schema = extractor_->schema();
+  whole_.vertices = extractor_->vertices();
+  whole_.block_cells = extractor_->block_cells();
+  whole_.step_times = unwrap(extractor_->step_times(), path);
+  whole_.extras = unwrap(extractor_->extras(), path);
+  holds_ = *format_.holds;
+  holds_.kin = {};
+}
+
+void Part::check_blocks() const {
+  for (std::size_t b = 0; b < whole_.block_cells.size(); ++b) {
+    const BlockInfo& block = whole_.schema.blocks[b];
+    if (block.nodes_per_cell == 0 && block.shape != CellShape::polygon && whole_.block_cells[b] > 0)
+      throw Failure(Error{ErrorCode::unsupported,
+                          "its cells have any number of vertices, of which ranks make no parts; "
+                          "shm decompress writes one file",
+                          "block " + std::to_string(block.id), kNoOffset, options_.input});
+  }
+}
+
+void Part::stage() {
+  PieceOptions how;
+  how.exodus_maps = how.decomposed = true;
+  range_ = part_range(extractor_->segments(), whole_.cells(), ranks_.size(), ranks_.rank());
+  const bool last = range_.end == whole_.cells();
+  if (whole_.cells() == 0 && ranks_.first())
+    how.request.unused_vertices = true;  // all of it
+  else if (range_.empty())
+    how.request.cells.numbers.emplace();  // nothing
+  else
+    how.request.cells.range = CellSelection::Range{range_.first, range_.end};
+  how.request.unused_vertices |= last;
+  std::set<std::string> told;
+  std::vector<TransferSet> sets = transfer_sets(whole_, told);
+  std::vector<Extra> extras = whole_.extras;
+  std::erase_if(extras, [&](const Extra& extra) {
+    return (told.contains(extra.key) && extra.key != "mesh/title") ||
+           extra.key == "gmsh/elements/blocks";
+  });
+  piece_ = std::make_unique<PieceMesh>(*extractor_, how, std::move(extras), std::move(sets),
+                                       options_.input, spool_);
+  if (piece_->info().cells() != range_.end - range_.first)
+    throw Failure(Error{ErrorCode::corrupt, "tells of cells that are not there", "index", kNoOffset,
+                        options_.input});
+}
+
+void Part::decode() {
+  ranks_.together([&] {
+    open();
+    check_blocks();
+  });
+  ranks_.together([&] { stage(); });
+}
+
+// What blocks an array tells depends on the cells.
+void Part::agree_on_blocks() {
+  const std::size_t array = BlocksById::array_of_ids(piece_->info());
+  if (array == piece_->info().schema.arrays.size()) return;  // on all ranks alike
+  std::vector<BlocksById::Key> mine;
+  ranks_.together([&] { mine = BlocksById(*piece_, array, {}).keys(); });
+  blocks_ = united(ranks_, mine);
+}
+
+// Vertices that no rank has: no cell uses them, and they stand before the last cells.
+void Part::count_vertices() {
+  struct Had {
+    std::uint64_t number = 0;
+  };
+  NumberOwners owners(ranks_, whole_.vertices);
+  std::vector<Had> mine;
+  std::vector<bool> had;
+  ranks_.together([&] {
+    for (const std::uint64_t number : piece_->vertex_numbers()) {
+      if (number >= whole_.vertices)
+        throw Failure(Error{ErrorCode::corrupt,
+                            "there is a vertex " + std::to_string(number) + " of " +
+                                std::to_string(whole_.vertices),
+                            "mesh", kNoOffset, options_.input});
+      mine.push_back({number});
+    }
+    had.resize(owners.count());
+  });
+  owners.tell(mine, [&](const Had& it) { had[it.number - owners.first()] = true; });
+  const auto missing = static_cast<std::uint64_t>(std::count(had.begin(), had.end(), false));
+  lost_vertices_ = ranks_.sums({missing}).all[0];
+}
+
+LossList Part::translate() {
+  LossList losses;
+  ranks_.together([&] {
+    translation_.emplace(*piece_, std::string(format_.name), holds_, options_.step, spool_,
+                         blocks_);
+    losses = translation_->losses();
+    if (lost_vertices_ > 0)
+      losses.push_back(std::to_string(lost_vertices_) + " vertices that no cell uses");
+  });
+  return united_losses(ranks_, losses);
+}
+
+void Part::write() {
+  const std::string path = part_name(options_.output, ranks_.size(), ranks_.rank());
+  std::optional<OutputFile> output;
+  ranks_.together([&] { output.emplace(path, "", format_.temporary); });
+  ranks_.together([&] { format_.write(translation_->mesh(), *output, spool_); });
+  bool named = false;
+  try {
+    ranks_.together([&] {
+      output->commit();
+      named = true;
+    });
+  } catch (const SharedFailure&) {
+    std::error_code none;
+    if (named) std::filesystem::remove(path, none);
+    throw;
+  }
+}
+
+std::string Part::summary() const {
+  return part_name(options_.output, ranks_.size(), 0) + " to " +
+         part_name(options_.output, ranks_.size(), ranks_.size() - 1) + ": " + counts_text(whole_) +
+         "\n";
+}
+
+}  // namespace
+
+std::string part_name(const std::string& output, std::size_t parts, std::size_t part) {
+  const std::string count = std::to_string(parts), number = std::to_string(part);
+  return output + '.' + count + '.' + std::string(count.size() - number.size(), '0') + number;
+}
+
+CellRange part_range(const std::vector<SegmentInfo>& segments, std::uint64_t cells,
+                     std::size_t parts, std::size_t part) {
+  const std::uint64_t each = cells / parts, over = cells % parts;
+  const auto cut = [&](std::uint64_t at) {
+    const std::uint64_t even = each * at + std::min(at, over);
+    if (at == 0 || at >= parts) return even;
+    std::uint64_t best = even, distance = each / 4;
+    for (const SegmentInfo& segment : segments) {
+      const std::uint64_t first = segment.first_cell;
+      const std::uint64_t away = first < even ? even - first : first - even;
+      if (away > distance || first > cells) continue;
+      best = first;
+      distance = away;
+    }
+    return best;
+  };
+  return {cut(part), cut(part + 1)};
+}
+
+ExitCode decompress_with_ranks(Ranks& ranks, const Options& options) {
+  std::optional<Spool> spool;
+  ranks.together([&] { spool.emplace(spool_directory(options), spool_memory(options)); });
+  Part part(ranks, options, *spool);
+  part.decode();
+  part.agree_on_blocks();
+  part.count_vertices();
+  const LossList losses = part.translate();
+  if (ranks.first()) tell_losses(losses, options.output);
+  if (ranks.broadcast(std::uint64_t{options.strict && !losses.empty()}) != 0) return kIncomplete;
+  part.write();
+  if (ranks.first()) say(options, part.summary());
+  return kDone;
+}
+
+}  // namespace shm::converters

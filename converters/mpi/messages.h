@@ -1,0 +1,96 @@
+// Messages: plain values one behind the other as bytes, for other ranks of the same program; and
+// rounds of such messages from all ranks to all.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "mpi/ranks.h"
+
+namespace shm::converters {
+
+class Packer {
+ public:
+  template <class T>
+  void put(const T& value) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    append(std::as_bytes(std::span(&value, 1)));
+  }
+  void put_bytes(std::span<const std::byte> some) {
+    put(std::uint64_t{some.size()});
+    append(some);
+  }
+  void put_text(const std::string& text) { put_bytes(std::as_bytes(std::span(text))); }
+  std::vector<std::byte> bytes;
+
+ private:
+  void append(std::span<const std::byte> some) {
+    bytes.insert(bytes.end(), some.begin(), some.end());
+  }
+};
+
+// Reads what a Packer has put, in the same order.
+class Unpacker {
+ public:
+  explicit Unpacker(std::span<const std::byte> bytes) : left_(bytes) {}
+  bool empty() const { return left_.empty(); }
+  template <class T>
+  T get() {
+    T value;
+    std::memcpy(&value, take(sizeof value).data(), sizeof value);
+    return value;
+  }
+  // Valid as long as the bytes.
+  std::span<const std::byte> get_bytes() { return take(get<std::uint64_t>()); }
+  std::string get_text() {
+    const auto text = get_bytes();
+    return {reinterpret_cast<const char*>(text.data()), text.size()};
+  }
+  std::span<const std::byte> take(std::size_t size) {
+    const auto taken = left_.first(size);
+    left_ = left_.subspan(size);
+    return taken;
+  }
+
+ private:
+  std::span<const std::byte> left_;
+};
+
+// Runs work() unless something has failed before, and keeps what it throws.
+template <class Work>
+void attempt(std::optional<Error>& error, Work&& work) {
+  if (error) return;
+  try {
+    work();
+  } catch (...) {
+    error = current_error();
+  }
+}
+
+// Collective. fill(to) puts what goes to each rank next, or returns false where there is nothing
+// left; take(bytes) gets what a rank has sent, in the order of ranks. Ends when no rank has
+// anything left. Neither calls other ranks. Throws SharedFailure where one of them threw.
+template <class Fill, class Take>
+void in_rounds(Ranks& ranks, Fill&& fill, Take&& take) {
+  std::optional<Error> error;
+  for (;;) {
+    std::vector<std::vector<std::byte>> to(ranks.size());
+    bool more = false;
+    attempt(error, [&] { more = fill(to); });
+    ranks.agree(error);
+    if (ranks.largest(more ? 1 : 0) == 0) return;
+    const auto from = ranks.exchange(to);
+    attempt(error, [&] {
+      for (const auto& bytes : from) take(std::span<const std::byte>(bytes));
+    });
+  }
+}
+
+}  // namespace shm::converters

@@ -1,0 +1,88 @@
+// NumberOwners: what ranks know of vertices, or cells, is told to the rank that owns the number,
+// and asked there. Rank r of n owns the r-th of n runs of the numbers. Messages are bounded
+// batches.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "mpi/ranks.h"
+
+namespace shm::converters {
+
+class NumberOwners {
+ public:
+  // `ranks` is borrowed.
+  NumberOwners(Ranks& ranks, std::uint64_t numbers)
+      : ranks_(&ranks),
+        numbers_(numbers),
+        run_(std::max<std::uint64_t>((numbers + ranks.size() - 1) / ranks.size(), 1)),
+        batch_(std::max<std::size_t>(kBatch / ranks.size(), 256)) {}
+
+  // What this rank owns.
+  std::uint64_t first() const { return std::min<std::uint64_t>(run_ * ranks_->rank(), numbers_); }
+  std::uint64_t count() const {
+    return std::min<std::uint64_t>(run_ * (ranks_->rank() + 1), numbers_) - first();
+  }
+
+  // Collective. Calls take(item) where its number is owned; in order of ranks, and of their items,
+  // as far as one batch goes. Must hold: item.number < numbers.
+  template <class Item, class Take>
+  void tell(const std::vector<Item>& items, Take&& take) {
+    in_batches(items.size(), [&](std::size_t begin, std::size_t end) {
+      std::vector<std::vector<Item>> to(ranks_->size());
+      for (std::size_t i = begin; i < end; ++i) to[owner(items[i].number)].push_back(items[i]);
+      for (const auto& part : ranks_->exchange(to))
+        for (const Item& item : part) take(item);
+    });
+  }
+
+  // Collective. What answer(number) is where the number is owned, for each of `numbers`.
+  template <class Reply, class Answer>
+  std::vector<Reply> ask(const std::vector<std::uint64_t>& numbers, Answer&& answer) {
+    std::vector<Reply> replies(numbers.size());
+    in_batches(numbers.size(), [&](std::size_t begin, std::size_t end) {
+      std::vector<std::vector<std::uint64_t>> to(ranks_->size());
+      std::vector<std::vector<std::size_t>> places(ranks_->size());
+      for (std::size_t i = begin; i < end; ++i) {
+        to[owner(numbers[i])].push_back(numbers[i]);
+        places[owner(numbers[i])].push_back(i);
+      }
+      const auto asked = ranks_->exchange(to);
+      std::vector<std::vector<Reply>> back(ranks_->size());
+      for (std::size_t r = 0; r < asked.size(); ++r)
+        for (const std::uint64_t number : asked[r]) back[r].push_back(answer(number));
+      const auto got = ranks_->exchange(back);
+      for (std::size_t r = 0; r < got.size(); ++r)
+        for (std::size_t i = 0; i < got[r].size(); ++i) replies[places[r][i]] = got[r][i];
+    });
+    return replies;
+  }
+
+  // The rank that owns a number, and where what it owns ends.
+  std::size_t owner(std::uint64_t number) const { return static_cast<std::size_t>(number / run_); }
+  std::uint64_t end_of(std::size_t rank) const {
+    return std::min<std::uint64_t>(run_ * (rank + 1), numbers_);
+  }
+
+ private:
+  static constexpr std::size_t kBatch = std::size_t{1} << 20;  // numbers, of all ranks together
+
+  // As many rounds as the rank with most items needs.
+  template <class Round>
+  void in_batches(std::size_t items, Round&& round) {
+    const std::uint64_t rounds = ranks_->largest((items + batch_ - 1) / batch_);
+    for (std::uint64_t i = 0; i < rounds; ++i) {
+      const std::size_t begin = std::min<std::size_t>(static_cast<std::size_t>(i) * batch_, items);
+      round(begin, std::min(begin + batch_, items));
+    }
+  }
+
+  Ranks* ranks_;
+  std::uint64_t numbers_, run_;
+  std::size_t batch_;
+};
+
+}  // namespace shm::converters

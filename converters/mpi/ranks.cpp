@@ -1,0 +1,200 @@
+#include "mpi/ranks.h"
+
+#include <mpi.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <limits>
+#include <new>
+#include <stdexcept>
+
+#include "tool/support.h"
+
+namespace shm::converters {
+namespace {
+
+constexpr std::size_t kMessage = std::size_t{1} << 26;  // bytes at once, of what may be large
+constexpr int kTag = 1;
+
+// Errors inside MPI end the program: that is what MPI does by itself.
+
+std::vector<std::byte> packed(const Error& error) {
+  std::vector<std::byte> bytes;
+  const auto put = [&](const void* from, std::size_t size) {
+    const auto* begin = static_cast<const std::byte*>(from);
+    bytes.insert(bytes.end(), begin, begin + size);
+  };
+  put(&error.code, sizeof error.code);
+  put(&error.offset, sizeof error.offset);
+  for (const std::string* text : {&error.detail, &error.section, &error.file}) {
+    const std::uint64_t size = text->size();
+    put(&size, sizeof size);
+    put(text->data(), text->size());
+  }
+  return bytes;
+}
+
+Error unpacked(const std::vector<std::byte>& bytes) {
+  Error error{ErrorCode::io, {}, {}, kNoOffset, {}};
+  const std::byte* at = bytes.data();
+  const auto get = [&](void* to, std::size_t size) {
+    std::memcpy(to, at, size);
+    at += size;
+  };
+  get(&error.code, sizeof error.code);
+  get(&error.offset, sizeof error.offset);
+  for (std::string* text : {&error.detail, &error.section, &error.file}) {
+    std::uint64_t size = 0;
+    get(&size, sizeof size);
+    text->resize(size);
+    if (size > 0) get(text->data(), size);
+  }
+  return error;
+}
+
+}  // namespace
+
+Error current_error() {
+  try {
+    throw;
+  } catch (const Failure& failure) {
+    return failure.error();
+  } catch (const SharedFailure& failure) {
+    return failure.error();
+  } catch (const std::bad_alloc&) {
+    return {ErrorCode::over_limit, "needs more memory than there is", {}, kNoOffset, {}};
+  } catch (const std::length_error&) {
+    return {ErrorCode::over_limit, "needs more memory than there is", {}, kNoOffset, {}};
+  } catch (const std::exception& error) {
+    return {ErrorCode::corrupt, error.what(), {}, kNoOffset, {}};
+  }
+}
+
+Ranks::Ranks(int* argc, char*** argv) {
+  MPI_Init(argc, argv);
+  int rank = 0, size = 1;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  MPI_Comm_size(MPI_COMM_WORLD, &size);
+  rank_ = static_cast<std::size_t>(rank);
+  size_ = static_cast<std::size_t>(size);
+}
+
+Ranks::~Ranks() {
+  // mpirun ends all when one has ended with an error: not before all have come here.
+  MPI_Barrier(MPI_COMM_WORLD);
+  MPI_Finalize();
+}
+
+void Ranks::abort(int code) {
+  MPI_Abort(MPI_COMM_WORLD, code);
+  std::abort();
+}
+
+void Ranks::together(const std::function<void()>& work) {
+  std::optional<Error> error;
+  try {
+    work();
+  } catch (const SharedFailure&) {
+    throw;  // on all ranks, which do not agree once more
+  } catch (...) {
+    error = current_error();
+  }
+  agree(error);
+}
+
+void Ranks::uninterrupted(const std::function<void()>& calls) {
+  try {
+    calls();
+  } catch (const SharedFailure&) {
+    throw;
+  } catch (...) {
+    const Error error = current_error();
+    std::fprintf(stderr, "shm_mpi: %s\n", error.message().c_str());
+    abort(exit_code(error.code));
+  }
+}
+
+void Ranks::agree(const std::optional<Error>& error) {
+  const std::uint64_t failed = smallest(error ? rank_ : size_);
+  if (failed == size_) return;
+  throw SharedFailure(
+      unpacked(broadcast(rank_ == failed ? packed(*error) : std::vector<std::byte>(), failed)));
+}
+
+std::uint64_t Ranks::largest(std::uint64_t value) {
+  MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_UINT64_T, MPI_MAX, MPI_COMM_WORLD);
+  return value;
+}
+
+std::uint64_t Ranks::smallest(std::uint64_t value) {
+  MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_UINT64_T, MPI_MIN, MPI_COMM_WORLD);
+  return value;
+}
+
+auto Ranks::sums(std::vector<std::uint64_t> values) -> Sums {
+  const int count = static_cast<int>(values.size());
+  Sums sums{std::vector<std::uint64_t>(values.size()), values};
+  MPI_Exscan(values.data(), sums.before.data(), count, MPI_UINT64_T, MPI_SUM, MPI_COMM_WORLD);
+  if (first()) sums.before.assign(values.size(), 0);  // MPI leaves it undefined
+  MPI_Allreduce(MPI_IN_PLACE, sums.all.data(), count, MPI_UINT64_T, MPI_SUM, MPI_COMM_WORLD);
+  return sums;
+}
+
+std::uint64_t Ranks::broadcast(std::uint64_t value, std::size_t from) {
+  MPI_Bcast(&value, 1, MPI_UINT64_T, static_cast<int>(from), MPI_COMM_WORLD);
+  return value;
+}
+
+std::vector<std::byte> Ranks::broadcast(std::vector<std::byte> bytes, std::size_t from) {
+  bytes.resize(broadcast(std::uint64_t{bytes.size()}, from));
+  for (std::size_t at = 0; at < bytes.size(); at += kMessage)
+    MPI_Bcast(bytes.data() + at, static_cast<int>(std::min(kMessage, bytes.size() - at)), MPI_BYTE,
+              static_cast<int>(from), MPI_COMM_WORLD);
+  return bytes;
+}
+
+void Ranks::gather(std::span<const std::byte> bytes,
+                   const std::function<void(std::size_t, std::vector<std::byte>)>& take) {
+  if (!first()) {
+    std::uint64_t size = bytes.size();
+    MPI_Send(&size, 1, MPI_UINT64_T, 0, kTag, MPI_COMM_WORLD);
+    for (std::size_t at = 0; at < bytes.size(); at += kMessage)
+      MPI_Send(bytes.data() + at, static_cast<int>(std::min(kMessage, bytes.size() - at)), MPI_BYTE,
+               0, kTag, MPI_COMM_WORLD);
+    return;
+  }
+  take(0, {bytes.begin(), bytes.end()});
+  for (std::size_t r = 1; r < size_; ++r) {
+    std::uint64_t size = 0;
+    MPI_Recv(&size, 1, MPI_UINT64_T, static_cast<int>(r), kTag, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+    std::vector<std::byte> got(size);
+    for (std::size_t at = 0; at < size; at += kMessage)
+      MPI_Recv(got.data() + at, static_cast<int>(std::min<std::size_t>(kMessage, size - at)),
+               MPI_BYTE, static_cast<int>(r), kTag, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+    take(r, std::move(got));
+  }
+}
+
+std::vector<std::byte> Ranks::exchange_bytes(std::span<const std::byte> packed,
+                                             std::vector<std::size_t>& bytes) {
+  std::vector<int> send(size_), receive(size_), send_at(size_), receive_at(size_);
+  for (std::size_t r = 0; r < size_; ++r) send[r] = static_cast<int>(bytes[r]);
+  MPI_Alltoall(send.data(), 1, MPI_INT, receive.data(), 1, MPI_INT, MPI_COMM_WORLD);
+  std::size_t sent = 0, received = 0;
+  for (std::size_t r = 0; r < size_; ++r) {
+    send_at[r] = static_cast<int>(sent);
+    receive_at[r] = static_cast<int>(received);
+    sent += bytes[r];
+    bytes[r] = static_cast<std::size_t>(receive[r]);
+    received += bytes[r];
+  }
+  if (received > static_cast<std::size_t>(std::numeric_limits<int>::max())) abort(5);
+  std::vector<std::byte> got(received);
+  MPI_Alltoallv(packed.data(), send.data(), send_at.data(), MPI_BYTE, got.data(), receive.data(),
+                receive_at.data(), MPI_BYTE, MPI_COMM_WORLD);
+  return got;
+}
+
+}  // namespace shm::converters

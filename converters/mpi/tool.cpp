@@ -1,0 +1,141 @@
+// shm_mpi: compression and decompression by the ranks of an MPI program. Exit codes as of shm.
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "base/failure.h"
+#include "formats/formats.h"
+#include "mpi/compress.h"
+#include "mpi/decompress.h"
+#include "mpi/output.h"
+#include "mpi/ranks.h"
+#include "tool/options.h"
+#include "tool/report.h"
+#include "tool/support.h"
+
+namespace shm::converters {
+namespace {
+
+ExitCode run_compress(Ranks& ranks, Options& options) {
+  if (options.output.empty()) options.output = options.input + ".shm";
+  CompressOptions how;
+  ranks.together([&] {
+    if (options.input == "-" || options.output == "-")
+      wrong_use("ranks read and write files: standard input and output will not do");
+    if (options.order == "free" || !options.cell_order.empty())
+      wrong_use("--order free needs the whole mesh in one memory: shm compress has it");
+    if (options.segment_cells == 0)
+      wrong_use("--segment-cells N says where ranks may share the mesh; it must be given");
+    how = compress_options(options);
+  });
+  const auto start = std::chrono::steady_clock::now();
+  std::optional<Spool> own_spool;
+  ranks.together([&] { own_spool.emplace(spool_directory(options), spool_memory(options)); });
+  Spool& spool = *own_spool;
+  std::size_t parts = 0;
+  ranks.together([&] {
+    if (ranks.first()) parts = count_of_parts(options.input);
+  });
+  parts = static_cast<std::size_t>(ranks.broadcast(parts));
+  const std::vector<std::string> files =
+      parts > 0 ? part_files(options.input, parts) : std::vector{options.input};
+  std::unique_ptr<MeshSource> mesh;
+  CompressRun run;
+  const auto compress = [&](auto& source) {
+    SharedOutput output(ranks, options.output);
+    run.sizes = compress_with_ranks(ranks, source, output, how, spool);
+    output.commit();
+  };
+  if (parts > 0) {
+    auto joined = std::make_unique<JoinedMesh>(ranks, files, spool);
+    compress(*joined);
+    mesh = std::move(joined);
+  } else {
+    ranks.together([&] { mesh = open_mesh(options.input, spool); });
+    compress(*mesh);
+  }
+  if (!ranks.first()) return kDone;
+  run.input = options.input;
+  run.output = options.output;
+  for (const std::string& file : files) run.input_bytes += file_bytes(file);
+  run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (options.json)
+    std::fputs(compress_json(run, mesh->info()).c_str(), stdout);
+  else
+    say(options, compress_text(run, mesh->info()));
+  return kDone;
+}
+
+int run(Ranks& ranks, int argc, char** argv, Options& options) {
+  CLI::App app{
+      "shm_mpi compresses a mesh, and gives it back, with the ranks of an MPI program.\n"
+      "All ranks see the same files."};
+  app.name("shm_mpi");
+  app.require_subcommand(1);
+  options.threads = 1;
+  CLI::App* compress = add_compress(app, options);
+  compress->description(
+      "Compress one mesh by all ranks; the file is that of shm compress with the same options.\n"
+      "--segment-cells must be given: ranks share the segments. --order is keep or stream;\n"
+      "--threads is for each rank, and 1 if not given");
+  compress->footer(
+      "Examples:\n"
+      "  mpirun -n 4 shm_mpi compress rotor.e --segment-cells 262144\n"
+      "  mpirun -n 4 shm_mpi compress rotor.e.8 --segment-cells 262144   reads rotor.e.8.0 to .7\n"
+      "  mpirun -n 4 shm_mpi compress rotor.e -o rotor.shm --order stream --segment-cells 262144");
+  CLI::App* decompress = add_decompress(app, options);
+  decompress->description(
+      "Write the mesh of a .shm file as a decomposed Exodus mesh, a part for each rank: of 4 "
+      "ranks\n"
+      "OUT.4.0 to OUT.4.3. Each decodes its share of the cells. Number maps tell the numbers of "
+      "the\n"
+      "whole mesh");
+  decompress->remove_option(decompress->get_option("--threads"));
+  decompress->footer(
+      "Examples:\n"
+      "  mpirun -n 4 shm_mpi decompress rotor.shm -o rotor.e     writes rotor.e.4.0 to "
+      "rotor.e.4.3");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return ranks.first() ? app.exit(error) : kDone;
+    if (ranks.first()) std::fprintf(stderr, "shm_mpi: %s (see shm_mpi --help)\n", error.what());
+    return kWrongUse;
+  }
+  return decompress->parsed() ? decompress_with_ranks(ranks, options)
+                              : run_compress(ranks, options);
+}
+
+int complain(const Options& options, Error error) {
+  if (error.file.empty() && error.code != ErrorCode::misuse) error.file = options.input;
+  std::fprintf(stderr, "shm_mpi: %s\n", error.message().c_str());
+  return exit_code(error.code);
+}
+
+int guarded_run(int argc, char** argv) {
+  Ranks ranks(&argc, &argv);
+  // After MPI has begun, which has handlers of its own.
+  remove_outputs_on_signals();
+  Options options;
+  try {
+    return run(ranks, argc, argv, options);
+  } catch (const SharedFailure& failure) {
+    if (ranks.first()) complain(options, failure.error());
+    return exit_code(failure.error().code);
+  } catch (...) {
+    // One rank alone, among calls that others wait in.
+    Ranks::abort(complain(options, current_error()));
+  }
+}
+
+}  // namespace
+}  // namespace shm::converters
+
+int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is an error like others
+  return shm::converters::guarded_run(argc, argv);
+}

@@ -1,0 +1,76 @@
+// PartUses: the vertices of some cells of a mesh, and where all cells of the mesh, other ranks'
+// too, use them first and last.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "mesh/mesh_source.h"
+#include "mpi/owners.h"
+#include "mpi/ranks.h"
+
+namespace shm::converters {
+
+// Consecutive cells, of which a rank takes care.
+struct CellRange {
+  std::uint64_t first = 0, end = 0;
+  bool empty() const { return first == end; }
+};
+
+// From numbers of vertices to 0, 1, 2 ... in the order in which they are added. 16 to 24 bytes
+// each.
+class VertexTable {
+ public:
+  static constexpr std::uint32_t kAbsent = ~std::uint32_t{0};
+
+  std::uint32_t find(std::uint64_t number) const {
+    if (slots_.empty()) return kAbsent;
+    return slots_[slot_of(number)];
+  }
+  // Throws Failure (over_limit) beyond 2^32 - 2 vertices.
+  std::uint32_t find_or_add(std::uint64_t number);
+  const std::vector<std::uint64_t>& numbers() const { return numbers_; }
+
+ private:
+  std::size_t slot_of(std::uint64_t number) const {
+    const std::size_t mask = slots_.size() - 1;
+    std::size_t at = static_cast<std::size_t>((number * 0x9e3779b97f4a7c15u) >> 20) & mask;
+    while (slots_[at] != kAbsent && numbers_[slots_[at]] != number) at = (at + 1) & mask;
+    return at;
+  }
+  void grow();
+
+  std::vector<std::uint64_t> numbers_;
+  std::vector<std::uint32_t> slots_;  // a power of two of them
+};
+
+struct PartUses {
+  VertexTable vertices;
+  // By place in the table.
+  std::vector<std::uint64_t> last;  // the last cell of the mesh that uses it
+  std::vector<bool> imported;       // a cell before the range uses it
+  std::uint64_t own = 0;            // vertices that are not imported
+  // Of the rank `last_rank`: the vertices that no cell of the mesh uses, ascending.
+  std::vector<std::uint64_t> unused;
+  // Cells of each block in the range.
+  std::vector<std::uint64_t> block_cells;
+};
+
+// Calls visit(batch, number of its first cell) for the cells of the range.
+template <class Visit>
+void for_cells(MeshSource& mesh, const CellRange& range, Visit&& visit) {
+  constexpr std::uint64_t kBatchCells = 8192;
+  CellBatch batch;
+  mesh.seek_cells(range.first);
+  for (std::uint64_t at = range.first; at < range.end; at += batch.size()) {
+    if (!mesh.next_cells(batch, std::min(kBatchCells, range.end - at)))
+      throw Failure(Error{ErrorCode::corrupt, "has fewer cells than it says", {}, kNoOffset, {}});
+    visit(batch, at);
+  }
+}
+
+// Collective. Ranges of ranks follow each other. Throws SharedFailure.
+PartUses find_uses(Ranks& ranks, MeshSource& mesh, const CellRange& range, std::size_t last_rank);
+
+}  // namespace shm::converters

@@ -1,0 +1,48 @@
+#include "order/delay_trial.h"
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "order/sample_mesh.h"
+
+namespace shm::converters {
+namespace {
+
+// Tried in this order, the next one only where the one before pays: smaller buffers save less
+// wherever any saves something.
+constexpr std::array<std::uint32_t, 2> kDelays = {256, 1024};
+constexpr std::uint64_t kFewestCells = 24000;  // of a mesh that is tried
+constexpr std::uint64_t kRunCells = 2048, kMostRuns = 16;
+constexpr std::uint64_t kShare = 20;  // at most one cell of so many is tried in large meshes
+
+// Runs spread over the mesh, the first at its beginning. They keep the order of cells as it is,
+// which is what a delay buffer is about, and are longer than the buffers.
+std::vector<CellRun> runs_of(std::uint64_t cells) {
+  const std::uint64_t count = std::clamp<std::uint64_t>(cells / kShare / kRunCells, 1, kMostRuns);
+  std::vector<CellRun> runs;
+  for (std::uint64_t i = 0; i < count; ++i) runs.push_back({cells / count * i, kRunCells});
+  return runs;
+}
+
+}  // namespace
+
+std::uint32_t find_delay(MeshSource& mesh, double worthwhile, const DelayCoder& code) {
+  const MeshInfo& info = mesh.info();
+  if (info.cells() < kFewestCells) return 0;
+  SampleMesh sample(mesh, runs_of(info.cells()));
+  const auto bytes = [&](std::uint32_t delay) {
+    return bytes_of_all_steps(code(sample, delay), sample.info(), info.step_times.size());
+  };
+  std::uint32_t best = 0;
+  double least = bytes(0) * (1 - worthwhile);
+  for (const std::uint32_t delay : kDelays) {
+    const double now = bytes(delay);
+    if (now >= least) break;
+    best = delay;
+    least = now;
+  }
+  return best;
+}
+
+}  // namespace shm::converters

@@ -1,0 +1,27 @@
+// A Hilbert curve through the box of a mesh, which has 2^20 places along each axis.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "mesh/mesh_source.h"
+
+namespace shm::converters {
+
+using CurvePlace = std::array<std::uint32_t, 3>;
+
+// Where a place lies along the curve: below 2^60.
+std::uint64_t along_curve(CurvePlace place);
+
+// Points on a grid over their box, equally fine along all axes.
+class CurveGrid {
+ public:
+  explicit CurveGrid(MeshSource& mesh);  // reads the points once
+  CurvePlace place(const std::array<double, 3>& point) const;
+
+ private:
+  std::array<double, 3> low_{};
+  double scale_ = 0;
+};
+
+}  // namespace shm::converters

@@ -1,0 +1,55 @@
+// ReorderedMesh: a mesh whose cells come in another order. Vertices keep their numbers; cell data
+// and the extras that refer to cells follow.
+// Memory: the cells, their new order, each static cell array and one step of a stepped one.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "mesh/cells.h"
+#include "mesh/mesh_source.h"
+#include "order/cell_orders.h"
+
+namespace shm::converters {
+
+class ReorderedMesh final : public MeshSource {
+ public:
+  // Borrows all; `cells` are those of `mesh`, by its numbers, `order` holds each of them once.
+  // With a spool nothing else is in memory, and values of `mesh` are read one by one.
+  ReorderedMesh(MeshSource& mesh, const Cells& cells, const CellList& order,
+                Spool* spool = nullptr);
+
+  const MeshInfo& info() const override { return info_; }
+  void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override {
+    mesh_->read_points(first, count, out);
+  }
+  bool next_cells(CellBatch& out, std::size_t max_cells) override;
+  void rewind_cells() override { next_cell_ = 0; }
+  void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
+                  std::byte* out) override;
+
+ private:
+  struct Values {
+    std::size_t array = ~std::size_t{0};
+    std::uint64_t step = 0;
+    std::vector<std::byte> bytes;  // in the order of the file
+  };
+  const Values& values(std::size_t array, std::uint64_t step);
+  // For an array on some blocks: number of its elements, in the new order of cells.
+  const CellList& elements(std::size_t array);
+
+  MeshSource* mesh_;
+  const Cells* cells_;
+  const CellList* order_;
+  Spool* spool_;
+  MeshInfo info_;
+  std::uint64_t next_cell_ = 0;
+  std::map<std::size_t, Values> static_values_;
+  Values step_values_;                                       // the ones read last
+  std::map<std::vector<std::uint32_t>, CellList> elements_;  // by covered blocks
+};
+
+}  // namespace shm::converters

@@ -1,0 +1,77 @@
+#include "sets/set_arrays.h"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "mesh/names_apart.h"
+
+namespace shm::converters {
+namespace {
+
+// What all arrays of sets may take: each has a byte for every vertex or cell, however few it marks.
+constexpr std::uint64_t kSetBytesAllowed = std::uint64_t{256} << 20, kMostOfMesh = 64;
+
+// About what coordinates and connectivity take in most formats.
+std::uint64_t bytes_of_mesh(const MeshInfo& info) { return 24 * info.vertices + 64 * info.cells(); }
+
+}  // namespace
+
+SetArrays::SetArrays(MeshSource& source, const std::vector<TransferSet>& sets, Spool& spool)
+    : ForwardingMesh(source), own_arrays_(source.info().schema.arrays.size()) {
+  info_ = source.info();
+  NamesApart names;
+  for (const ArrayInfo& array : info_.schema.arrays) names.keep(array.location, array.name);
+  std::uint64_t room = std::max(kSetBytesAllowed, kMostOfMesh * bytes_of_mesh(info_));
+  for (const TransferSet& set : sets) {
+    ArrayInfo info;
+    info.location = set.kind == TransferSet::Kind::nodes ? Location::point : Location::cell;
+    const std::uint64_t bytes = info.location == Location::point ? info_.vertices : info_.cells();
+    if (bytes > room) {
+      left_out_.push_back(set.label() + " (the arrays of all sets would be too large)");
+      continue;
+    }
+    PagedArray marks(spool, 1);
+    if (!fill(set, marks)) {
+      left_out_.push_back(set.label());
+      continue;
+    }
+    room -= bytes;
+    info.type = ScalarType::uint8;
+    info.name = names.take(info.location, set.short_name());
+    if (!set.blocks.empty()) info.blocks = set.blocks;
+    info_.schema.arrays.push_back(std::move(info));
+    marks_.push_back(std::move(marks));
+  }
+}
+
+bool SetArrays::fill(const TransferSet& set, PagedArray& marks) {
+  constexpr std::int64_t kMostSides = 8;
+  for (std::size_t i = 0; i < set.members.size(); ++i) {
+    const auto member = static_cast<std::uint64_t>(set.members[i]);
+    std::uint8_t mark = 1;
+    if (set.kind == TransferSet::Kind::sides) {
+      const std::int64_t side = set.sides[i];
+      if (side < 1 || side > kMostSides) return false;
+      mark = static_cast<std::uint8_t>(1 << (side - 1));
+      if (member < marks.size()) mark |= marks.get<std::uint8_t>(member);
+    }
+    marks.set(member, mark);
+  }
+  return true;
+}
+
+void SetArrays::read_array(std::size_t array, std::uint64_t step, std::uint64_t first,
+                           std::uint64_t count, std::byte* out) {
+  if (array < own_arrays_) return source_.read_array(array, step, first, count, out);
+  if (!info_.schema.arrays[array].blocks.empty()) {  // whole blocks: a mark for each of their cells
+    std::fill_n(out, count, std::byte{1});
+    return;
+  }
+  PagedArray& marks = marks_[array - own_arrays_];
+  const std::uint64_t marked = first < marks.size() ? std::min(count, marks.size() - first) : 0;
+  if (marked > 0) marks.read(first, marked, out);
+  std::fill(out + marked, out + count, std::byte{0});
+}
+
+}  // namespace shm::converters

@@ -1,0 +1,122 @@
+#include "tool/diff_command.h"
+
+#include <memory>
+#include <utility>
+
+#include "base/failure.h"
+#include "compare/mesh_diff.h"
+#include "compare/report.h"
+#include "formats/formats.h"
+#include "mesh/lossy.h"
+
+namespace shm::converters {
+namespace {
+
+std::unique_ptr<MeshSource> open_named(const std::string& path, Spool& spool,
+                                       const Progress& progress) {
+  try {
+    return open_mesh(path, spool, progress);
+  } catch (const Failure& failure) {
+    Error error = failure.error();
+    if (error.file.empty()) error.file = path;
+    throw Failure(std::move(error));
+  }
+}
+
+}  // namespace
+
+const char* const kDiffDescription =
+    "Compare any two meshes, of any formats: what differs, by how much, and where";
+
+const char* const kDiffExamples =
+    "  shm diff old.e new.e                     every bit; exit code 1 when they differ\n"
+    "  shm diff old.e new.e --rel 1e-6 --ignore exodus/variable/qa_records\n"
+    "  shm diff old.e new.e --abs 1e-9 --array T:rel=0.01 --array coordinates:lossless\n"
+    "  shm diff part.msh part.e --match         in any order of vertices and cells\n"
+    "  shm diff a.vtk b.vtk --json | jq '.differences[] | {what, different, places}'\n"
+    "\n"
+    "Exact: of one type, numbers are equal when their bits are (-0.0 is not 0.0); of two types,\n"
+    "when they are the same number. With a tolerance NaN equals NaN, and -0.0 equals 0.0; "
+    "integers\n"
+    "must be the same. Between formats, only what both can hold is compared: mesh, fields, times;\n"
+    "other types of numbers are a note. Numbers of vertices, cells, steps count from 0.\n"
+    "\n"
+    "JSON: equal, tolerance, match, a and b (file, format, vertices, cells, blocks, arrays, "
+    "steps),\n"
+    "matched_vertices, matched_cells, values_compared, values_different, differences, notes. Each\n"
+    "of these: kind (count, block, type, array, steps, times, coordinates, cells, values, extra,\n"
+    "only_in_a, only_in_b, unmatched, not_compared, format), what, a, b (in words), compared,\n"
+    "different, largest_difference, largest_relative (null: not finite, or no range), and places,\n"
+    "the largest difference first: element, a, b (numbers), where (x y z), step_a, step_b, time,\n"
+    "component, value_a, value_b, difference.";
+
+void DiffCommand::add_options(CLI::App& command) {
+  command.add_option("A", a, "A mesh of any known format")->required()->type_name("");
+  command.add_option("B", b, "Another one")->required()->type_name("");
+  command
+      .add_option("--abs", abs,
+                  "Numbers that are at most E apart are equal: coordinates, times, floating-point\n"
+                  "arrays")
+      ->type_name("E");
+  command
+      .add_option("--rel", rel,
+                  "The same, with a bound for each array: E times its range in A over all "
+                  "components, blocks and\nsteps; for coordinates the largest side of their box")
+      ->type_name("E");
+  command
+      .add_option("--array", arrays,
+                  "For one array, or coordinates, whatever the options above say: NAME:abs=E, "
+                  "NAME:rel=E or\nNAME:lossless (exact); NAME as point/NAME or cell/NAME where "
+                  "there are several. May be repeated")
+      ->allow_extra_args(false)
+      ->type_name("NAME:HOW");
+  command.add_option("--only", only, "Of the arrays, compare this one only. May be repeated")
+      ->allow_extra_args(false)
+      ->type_name("NAME");
+  command
+      .add_option(
+          "--ignore", ignored,
+          "Leave out an array, coordinates, or an extra (or all extras below a path). May be "
+          "repeated")
+      ->allow_extra_args(false)
+      ->type_name("NAME");
+  command.add_flag("--match", match,
+                   "Vertices and cells may be in any order, and cells turned (needs memory):\n"
+                   "vertices are found by their places, cells by their vertices");
+  command.add_flag("--no-maps", no_maps,
+                   "Leave out arrays that only one format knows: number maps, attributes, tags");
+  command.add_flag("--no-extras", no_extras,
+                   "Leave out what is neither mesh nor array: sets, titles, names, field data");
+  command
+      .add_option("--limit", limit,
+                  "Places told of each difference, the largest first (default: 3)")
+      ->type_name("N");
+  command.add_flag("--json", json, "Print as JSON");
+}
+
+DiffCommand::Outcome DiffCommand::run(Spool& spool, const Progress& progress) const {
+  if (abs && rel) wrong_use("--abs and --rel exclude each other");
+  DiffOptions options;
+  DiffRun told{a, b, "exact", match};
+  if (abs) told.tolerance = "abs=" + *abs;
+  if (rel) told.tolerance = "rel=" + *rel;
+  if (abs || rel)
+    options.tolerance.fields = parse_accuracy(told.tolerance, abs ? "--abs" : "--rel");
+  options.tolerance.coordinates = options.tolerance.fields;
+  for (const std::string& text : arrays) {
+    options.tolerance.named.push_back(parse_named_accuracy(text, "--array"));
+    told.tolerance += " " + text;
+  }
+  options.match = match;
+  options.with_roles = !no_maps;
+  options.with_extras = !no_extras;
+  options.only = only;
+  options.ignored = ignored;
+  options.limit = limit;
+  const auto mesh_a = open_named(a, spool, progress);
+  const auto mesh_b = open_named(b, spool, progress);
+  const MeshDiff diff = diff_meshes(*mesh_a, *mesh_b, options, spool, progress);
+  return {diff.equal(), json ? diff_json(told, diff) : diff_text(told, diff)};
+}
+
+}  // namespace shm::converters

@@ -1,0 +1,345 @@
+#include "tool/extract_command.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <memory>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "archive/archive_files.h"
+#include "base/counted_source.h"
+#include "base/failure.h"
+#include "base/text_input.h"
+#include "compression/piece_mesh.h"
+#include "compression/set_sides.h"
+#include "formats/formats.h"
+#include "sets/set_cells.h"
+#include "tool/report.h"
+#include "transfer/piece_output.h"
+#include "transfer/translate.h"
+#include "vtk/between/vtu_contents.h"
+
+namespace shm::converters {
+namespace {
+
+// "1 'left', 2": at most some.
+template <class Items, class Name>
+std::string listed(const Items& items, Name&& name) {
+  constexpr std::size_t kMost = 40;
+  std::string text;
+  for (std::size_t i = 0; i < items.size() && i < kMost; ++i)
+    text += (i > 0 ? ", " : "") + name(items[i]);
+  if (items.size() > kMost) text += ", ... (" + std::to_string(items.size()) + ")";
+  return text.empty() ? "none" : text;
+}
+
+std::string with_name(std::int64_t id, const std::string& name) {
+  return name.empty() ? std::to_string(id) : std::to_string(id) + " '" + name + "'";
+}
+
+// --- what the words of the options mean
+
+CellSelection::Range range_of(const std::string& text, std::uint64_t cells) {
+  const std::size_t colon = text.find(':');
+  CellSelection::Range range;
+  if (colon == std::string::npos ||
+      !TextInput::parse(std::string_view(text).substr(0, colon), range.first) ||
+      !TextInput::parse(std::string_view(text).substr(colon + 1), range.end))
+    wrong_use("--cells " + text + ": must be A:B, the cells A, A + 1, ..., B - 1");
+  if (range.first >= range.end)
+    wrong_use("--cells " + text +
+              ": there is nothing in it; the mesh has cells 0:" + std::to_string(cells));
+  if (range.end > cells)
+    wrong_use("--cells " + text +
+              ": goes beyond the end; the mesh has cells 0:" + std::to_string(cells));
+  return range;
+}
+
+std::array<double, 6> box_of(const std::string& text) {
+  std::array<double, 6> box{};
+  std::string_view left = text;
+  for (std::size_t c = 0; c < 6; ++c) {
+    const std::size_t comma = left.find(',');
+    if ((comma == std::string_view::npos) != (c == 5) ||
+        !TextInput::parse(left.substr(0, comma), box[c]) || std::isnan(box[c]))
+      wrong_use("--box " + text + ": must be six numbers, xmin,ymin,zmin,xmax,ymax,zmax");
+    if (comma != std::string_view::npos) left.remove_prefix(comma + 1);
+  }
+  for (std::size_t c = 0; c < 3; ++c)
+    if (box[c] > box[3 + c])
+      wrong_use("--box " + text + ": " + "xyz"[c] + " ends before it begins");
+  return box;
+}
+
+std::vector<std::uint32_t> blocks_of(const std::vector<std::string>& wanted,
+                                     const std::vector<BlockInfo>& blocks) {
+  std::set<std::uint32_t> found;
+  for (const std::string& text : wanted) {
+    bool any = false;
+    const auto take = [&](auto&& word) {
+      for (std::uint32_t b = 0; b < blocks.size() && !text.empty(); ++b)
+        if (word(blocks[b]) == text) {
+          found.insert(b);
+          any = true;
+        }
+    };
+    take([](const BlockInfo& it) { return it.name; });
+    if (!any) take([](const BlockInfo& it) { return std::to_string(it.id); });
+    if (!any)
+      wrong_use("there is no block " + text + "; there are " +
+                listed(blocks, [](const BlockInfo& it) { return with_name(it.id, it.name); }));
+  }
+  return {found.begin(), found.end()};
+}
+
+// point/NAME, cell/NAME, or NAME of both; v also means v_x, v_y, v_z.
+std::vector<std::uint32_t> arrays_of(const std::vector<std::string>& wanted,
+                                     const std::vector<ArrayInfo>& arrays) {
+  const auto label = [](const ArrayInfo& it) {
+    return (it.location == Location::point ? "point/" : "cell/") + it.name;
+  };
+  std::set<std::uint32_t> found;
+  for (const std::string& text : wanted) {
+    bool any = false;
+    const auto take = [&](const std::string& name) {
+      for (std::uint32_t a = 0; a < arrays.size(); ++a)
+        if (arrays[a].name == name || label(arrays[a]) == name) {
+          found.insert(a);
+          any = true;
+        }
+    };
+    take(text);
+    if (!any)
+      for (const char* axis : {"_x", "_y", "_z"}) take(text + axis);
+    if (!any) wrong_use("there is no array " + text + "; there are " + listed(arrays, label));
+  }
+  return {found.begin(), found.end()};
+}
+
+TransferSet set_of(const std::string& text, const std::vector<TransferSet>& sets) {
+  std::vector<TransferSet> found;
+  for (const TransferSet& set : sets)
+    if (set.name == text) found.push_back(set);
+  if (found.empty())
+    for (TransferSet set : sets) {
+      std::string name = std::exchange(set.name, {});
+      if (std::to_string(set.id) != text && set.short_name() != text) continue;
+      set.name = std::move(name);
+      found.push_back(std::move(set));
+    }
+  const auto label = [](const TransferSet& it) { return it.label(); };
+  if (found.empty()) wrong_use("there is no set " + text + "; there are " + listed(sets, label));
+  if (found.size() > 1)
+    wrong_use("several sets are called " + text + ": " + listed(found, label) +
+              "; say side_set_N, node_set_N or element_set_N");
+  return found.front();
+}
+
+// --- the piece
+
+class Extraction {
+ public:
+  Extraction(const Options& options, Spool& spool)
+      : options_(options), format_(output_format(options.output, options.format)), spool_(spool) {}
+
+  // False where something is lost and --strict was said.
+  bool run(ProgressLine& line);
+  std::string summary() const;
+
+ private:
+  void open();
+  void choose_cells();
+  void choose_set();
+  void choose_step();
+  void stage();
+
+  const Options& options_;
+  const Format& format_;
+  Spool& spool_;
+  std::unique_ptr<FileRandomSource> file_;
+  std::unique_ptr<SectionSource> member_;
+  std::unique_ptr<CountedSource> source_;
+  std::optional<MeshExtractor> extractor_;
+  MeshInfo whole_;  // of the file: schema, counts, times, extras
+  std::vector<TransferSet> sets_;
+  std::optional<TransferSet> wanted_set_;
+  PieceOptions how_;
+  LossList losses_;
+  std::vector<std::unique_ptr<MeshSource>> layers_;
+  PieceMesh* piece_ = nullptr;
+  std::string written_;
+};
+
+void Extraction::open() {
+  const std::string& path = options_.input;
+  if (path == "-") wrong_use("extract reads here and there: standard input will not do");
+  const Format* format = format_of_file(path);
+  if (format == nullptr || format->name != "shm")
+    throw Failure(Error{
+        ErrorCode::unsupported, "is not a .shm file; shm compress makes one", {}, kNoOffset, path});
+  file_ = unwrap(FileRandomSource::open(path), path);
+  RandomSource* source = file_.get();
+  if (is_archive(path)) {
+    const ArchiveReader archive = unwrap(ArchiveReader::open(*file_), path);
+    const auto name = [](const ArchiveMember& it) { return it.name; };
+    const ArchiveMember* member = archive.find(options_.part);
+    if (options_.part.empty() || member == nullptr)
+      wrong_use(options_.part.empty() ? path + " is an archive: --part says which of " +
+                                            listed(archive.members(), name)
+                                      : "there is no part " + options_.part + "; there are " +
+                                            listed(archive.members(), name));
+    member_ = std::make_unique<SectionSource>(*file_, member->offset, member->bytes);
+    source = member_.get();
+  } else if (!options_.part.empty()) {
+    wrong_use("--part is for archives, which " + path + " is not");
+  }
+  source_ = std::make_unique<CountedSource>(*source);
+  extractor_.emplace(unwrap(MeshExtractor::open(*source_), path));
+  whole_.schema = extractor_->schema();
+  whole_.vertices = extractor_->vertices();
+  whole_.block_cells = extractor_->block_cells();
+  whole_.step_times = unwrap(extractor_->step_times(), path);
+  whole_.extras = unwrap(extractor_->extras(), path);
+}
+
+void Extraction::choose_cells() {
+  CellSelection& cells = how_.request.cells;
+  if (!options_.cells.empty()) cells.range = range_of(options_.cells, whole_.cells());
+  if (!options_.blocks.empty()) cells.blocks = blocks_of(options_.blocks, whole_.schema.blocks);
+  if (!options_.box.empty()) cells.box = box_of(options_.box);
+  if (!options_.arrays.empty()) how_.arrays = arrays_of(options_.arrays, whole_.schema.arrays);
+  how_.exodus_maps = format_.name == "exodus";
+}
+
+void Extraction::choose_set() {
+  sets_ = take_sets(whole_);
+  if (options_.set.empty()) return;
+  wanted_set_ = set_of(options_.set, sets_);
+  ExtractRequest& request = how_.request;
+  std::vector<std::uint64_t> members(wanted_set_->members.begin(), wanted_set_->members.end());
+  std::sort(members.begin(), members.end());
+  members.erase(std::unique(members.begin(), members.end()), members.end());
+  if (wanted_set_->kind == TransferSet::Kind::nodes) {
+    if (request.cells.range || request.cells.blocks)
+      wrong_use("--cells and --block are no conditions for " + wanted_set_->label());
+    request.vertices = std::move(members);
+  } else if (!wanted_set_->blocks.empty()) {
+    std::vector<std::uint32_t> blocks = wanted_set_->blocks;
+    std::sort(blocks.begin(), blocks.end());
+    blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+    if (request.cells.blocks)
+      std::erase_if(blocks, [&](std::uint32_t b) {
+        return !std::binary_search(request.cells.blocks->begin(), request.cells.blocks->end(), b);
+      });
+    request.cells.blocks = std::move(blocks);
+  } else {
+    request.cells.numbers = std::move(members);
+  }
+}
+
+void Extraction::choose_step() {
+  const std::size_t steps = whole_.step_times.size();
+  how_.step = options_.step;
+  if (how_.step && *how_.step >= steps)
+    wrong_use("there is no step " + std::to_string(*how_.step) + ": the mesh has " +
+              std::to_string(steps) + ", counted from 0");
+  const bool every_step = format_.holds == nullptr || format_.holds->every_step;
+  if (steps == 0 || (!how_.step && every_step)) return;
+  const std::uint64_t step = how_.step.value_or(steps - 1);
+  const auto points = vtu::points_of_step(whole_, step);
+  if (points && !whole_.schema.arrays[*points].per_step &&
+      whole_.schema.arrays[*points].type == whole_.schema.coordinate_type)
+    how_.points = static_cast<std::uint32_t>(*points);
+  else if (points)
+    losses_.push_back("points of time step " + std::to_string(step) +
+                      " (of another type than the first ones)");
+}
+
+void Extraction::stage() {
+  auto piece =
+      std::make_unique<PieceMesh>(*extractor_, how_, whole_.extras, sets_, options_.input, spool_);
+  piece_ = piece.get();
+  if (piece->info().vertices == 0 && piece->info().cells() == 0) {
+    std::string box;
+    for (std::size_t c = 0; c < 6; ++c) {
+      double end = c < 3 ? std::numeric_limits<double>::infinity()
+                         : -std::numeric_limits<double>::infinity();
+      for (const SegmentInfo& segment : extractor_->segments())
+        end = c < 3 ? std::min(end, segment.box[c]) : std::max(end, segment.box[c]);
+      char text[32];
+      std::snprintf(text, sizeof text, "%s%.6g", c > 0 ? "," : "", end);
+      box += text;
+    }
+    wrong_use("there is nothing to extract: no " +
+              std::string(how_.request.vertices ? "vertex" : "cell") +
+              " is all that is asked for; the box of the mesh is " + box);
+  }
+  layers_.push_back(std::move(piece));
+  if (!wanted_set_ || wanted_set_->kind == TransferSet::Kind::elements) return;
+  TransferSet cut = *wanted_set_;
+  cut.members.clear();
+  cut.sides.clear();
+  const bool of_nodes = cut.kind == TransferSet::Kind::nodes;
+  const auto& numbers = of_nodes ? piece_->vertex_numbers() : piece_->cell_numbers();
+  for (std::size_t i = 0; i < wanted_set_->members.size(); ++i) {
+    const auto rank = rank_of(numbers, static_cast<std::uint64_t>(wanted_set_->members[i]));
+    if (!rank) continue;
+    cut.members.push_back(static_cast<std::int64_t>(*rank));
+    if (!of_nodes) cut.sides.push_back(wanted_set_->sides[i]);
+  }
+  if (of_nodes) {
+    std::sort(cut.members.begin(), cut.members.end());
+    layers_.push_back(std::make_unique<SetCells>(*piece_, std::vector{cut}, false, spool_));
+    return;
+  }
+  auto sides = std::make_unique<SetSides>(*piece_, cut, is_flat(whole_), piece_->cell_numbers());
+  if (sides->left_out() > 0)
+    losses_.push_back(std::to_string(sides->left_out()) + " sides of " + cut.label() +
+                      " (of cells whose sides are not known)");
+  layers_.push_back(std::move(sides));
+}
+
+bool Extraction::run(ProgressLine& line) {
+  open();
+  choose_cells();
+  choose_set();
+  choose_step();
+  stage();
+  Holds holds = format_.holds != nullptr ? *format_.holds : kShmHolds;
+  holds.kin = {};  // words of the source are about the whole mesh
+  Translation translation(*layers_.back(), std::string(format_.name), holds, std::nullopt, spool_);
+  losses_.insert(losses_.end(), translation.losses().begin(), translation.losses().end());
+  line.wipe();
+  tell_losses(losses_, options_.output);
+  if (options_.strict && !losses_.empty()) return false;
+  line.show("writing " + options_.output);
+  FromElsewhere mesh(translation.mesh(), whole_);
+  write_mesh(mesh, options_.output, format_, spool_);
+  line.wipe();
+  written_ = counts_text(mesh.info());
+  return true;
+}
+
+std::string Extraction::summary() const {
+  return options_.output + ": " + written_ + "; read " + std::to_string(source_->bytes) + " of " +
+         std::to_string(source_->size()) + " bytes\n";
+}
+
+}  // namespace
+
+ExitCode run_extract(Options& options) {
+  ProgressLine line(options.quiet);
+  Spool spool(spool_directory(options), spool_memory(options));
+  Extraction extraction(options, spool);
+  line.show("reading " + options.input);
+  if (!extraction.run(line)) return kIncomplete;
+  say(options, extraction.summary());
+  return kDone;
+}
+
+}  // namespace shm::converters

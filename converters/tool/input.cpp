@@ -1,0 +1,93 @@
+#include "tool/input.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "archive/archive_files.h"
+#include "base/failure.h"
+#include "formats/formats.h"
+
+namespace shm::converters {
+namespace {
+
+constexpr const char* kStandardInput = "-";
+
+// HDF5 takes no file by a name in /proc.
+bool needs_name(std::span<const std::byte> head) {
+  constexpr std::array<unsigned char, 4> kHdf5 = {0x89, 'H', 'D', 'F'};
+  return head.size() >= kHdf5.size() && std::memcmp(head.data(), kHdf5.data(), kHdf5.size()) == 0;
+}
+
+}  // namespace
+
+// Standard input, whose beginning has been looked at.
+class ToolInput::Stream final : public ByteSource {
+ public:
+  Stream() : source_(unwrap(FileSource::open(kStandardInput), kStandardInput)) {
+    head_.resize(kHead);
+    std::size_t size = 0;
+    while (size < kHead) {
+      const std::size_t n = unwrap(source_->read(std::span(head_).subspan(size)), kStandardInput);
+      if (n == 0) break;
+      size += n;
+    }
+    head_.resize(size);
+  }
+  std::span<const std::byte> head() const { return head_; }
+
+  Result<std::size_t> read(std::span<std::byte> into) override {
+    if (given_ == head_.size()) return source_->read(into);
+    const std::size_t n = std::min(into.size(), head_.size() - given_);
+    std::copy_n(head_.begin() + static_cast<std::ptrdiff_t>(given_), n, into.begin());
+    given_ += n;
+    return n;
+  }
+
+ private:
+  static constexpr std::size_t kHead = 16;  // tells .shm files, archives and HDF5
+  std::unique_ptr<FileSource> source_;
+  std::vector<std::byte> head_;
+  std::size_t given_ = 0;
+};
+
+ToolInput::ToolInput(Options& options, const std::string& path) : path_(path) {
+  if (path_ != kStandardInput) return;
+  stream_ = std::make_unique<Stream>();
+  if (looks_like_shm(stream_->head()) && !looks_like_archive(stream_->head())) return;
+  const auto how =
+      needs_name(stream_->head()) ? FileSink::Temporary::named : FileSink::Temporary::unnamed;
+  {
+    const RemovedOnSignals::Pause pause;
+    spool_ =
+        unwrap(FileSink::create_scratch(spool_directory(options), "standard-input", how), path_);
+    if (spool_->is_named()) on_signals_.emplace(spool_->temporary().c_str());
+  }
+  std::vector<std::byte> piece(std::size_t{1} << 20);
+  while (const std::size_t n = unwrap(stream_->read(piece), kStandardInput))
+    unwrap(spool_->write(std::span(piece).first(n)));
+  stream_.reset();
+  path_ = options.spooled = spool_->temporary();
+}
+ToolInput::~ToolInput() = default;
+
+bool ToolInput::is_shm() const { return is_stream() || converters::is_shm(path_); }
+
+void ToolInput::require_shm() const {
+  if (!is_stream()) converters::require_shm(path_);
+}
+
+std::unique_ptr<MeshSource> ToolInput::open(Spool& spool, const Progress& progress,
+                                            unsigned threads) {
+  if (is_stream()) return stage_shm(*stream_, kStandardInput, 0, spool, progress, threads);
+  return is_shm() ? open_shm(path_, spool, progress, threads) : open_mesh(path_, spool, progress);
+}
+
+FileSummary ToolInput::summarize(const Progress& progress) {
+  return is_stream() ? summarize_stream(*stream_, kStandardInput, progress) : summarize_shm(path_);
+}
+
+}  // namespace shm::converters

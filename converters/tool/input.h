@@ -1,0 +1,45 @@
+// The mesh that a command of the tool reads: a file, or standard input for "-". A .shm file that
+// comes through a pipe is read as it comes; anything else goes to a temporary file first, since
+// its reader needs to seek.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "base/output_file.h"
+#include "compression/decompress.h"
+#include "tool/support.h"
+
+namespace shm::converters {
+
+class ToolInput {
+ public:
+  // Of standard input reads the beginning. What is spooled goes to spool_directory(options), and
+  // its name to options.spooled, for messages. Throws Failure.
+  explicit ToolInput(Options& options) : ToolInput(options, options.input) {}
+  ToolInput(Options& options, const std::string& path);
+  ~ToolInput();
+  ToolInput(const ToolInput&) = delete;
+  ToolInput& operator=(const ToolInput&) = delete;
+
+  // A file with all of it, where is_stream() is false.
+  const std::string& path() const { return path_; }
+  bool is_stream() const { return stream_ != nullptr; }
+  bool is_shm() const;
+  // Throws Failure where it is none, or an archive.
+  void require_shm() const;
+
+  // Once.
+  std::unique_ptr<MeshSource> open(Spool& spool, const Progress& progress, unsigned threads = 0);
+  FileSummary summarize(const Progress& progress);
+
+ private:
+  class Stream;
+  std::unique_ptr<Stream> stream_;   // of a .shm file that comes through a pipe
+  std::unique_ptr<FileSink> spool_;  // holds what came
+  std::optional<RemovedOnSignals> on_signals_;
+  std::string path_;
+};
+
+}  // namespace shm::converters

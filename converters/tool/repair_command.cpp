@@ -1,0 +1,302 @@
+#include "tool/repair_command.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "archive/damage_report.h"
+#include "archive/salvage.h"
+#include "base/failure.h"
+#include "base/lenient_source.h"
+#include "base/output_file.h"
+#include "shm/damage.h"
+
+namespace shm::converters {
+namespace {
+
+struct Repair {
+  bool has_parity = false;
+  std::uint64_t blocks = 0, healed = 0, damaged_packets = 0;
+  std::vector<std::uint64_t> lost;  // blocks that parity could not heal
+  DamageReport damage;              // of what parity left
+  bool new_index = false;
+  std::optional<SalvageReport> salvaged;
+
+  bool is_whole() const { return !salvaged || salvaged->missing.empty(); }
+  bool was_sound() const {
+    return !salvaged && healed == 0 && damaged_packets == 0 && damage.damages.empty();
+  }
+};
+
+// Blocks as byte ranges of the file: "0-4095, 12288-20479"; the first few of them.
+std::string ranges_text(const std::vector<std::uint64_t>& blocks) {
+  constexpr int kMostRanges = 8;
+  std::string text;
+  int ranges = 0;
+  for (std::size_t i = 0; i < blocks.size();) {
+    std::size_t end = i + 1;
+    while (end < blocks.size() && blocks[end] == blocks[end - 1] + 1) ++end;
+    if (++ranges > kMostRanges) return text + ", ...";
+    text += (text.empty() ? "" : ", ") + std::to_string(blocks[i] * kParityBlockBytes) + "-" +
+            std::to_string((blocks[end - 1] + 1) * kParityBlockBytes - 1);
+    i = end;
+  }
+  return text;
+}
+
+std::string dump(const nlohmann::json& json) {
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+std::string outcome_json(const Repair& repair, const Options& options) {
+  nlohmann::json json;
+  json["file"] = options.input;
+  json["output"] = options.output;
+  json["outcome"] = repair.was_sound()  ? "sound"
+                    : !repair.salvaged  ? "healed"
+                    : repair.is_whole() ? "written anew"
+                                        : "salvaged";
+  json["blocks"] = repair.blocks;
+  json["healed_blocks"] = repair.healed;
+  json["lost_blocks"] = repair.lost.size();
+  json["damaged_parity_packets"] = repair.damaged_packets;
+  json["new_index"] = repair.new_index;
+  json["damage"] = damage_json(repair.damage);
+  json["missing"] = nlohmann::json::array();
+  if (repair.salvaged) {
+    json["vertices"] = repair.salvaged->vertices;
+    json["cells"] = repair.salvaged->cells;
+    json["missing"] = repair.salvaged->missing_json;
+  }
+  return dump(json);
+}
+
+std::string salvage_text(const SalvageReport& salvaged, const Options& options) {
+  std::string text = options.output + ": " + std::to_string(salvaged.vertices) + " vertices, " +
+                     std::to_string(salvaged.cells) + " cells; ";
+  if (salvaged.missing.empty()) {
+    text += "nothing is missing, but the file is written anew";
+    if (!salvaged.laid_out.empty())
+      text += ", without the layout of the file of format " + salvaged.laid_out + " it came from";
+    return text + "\n";
+  }
+  text += "missing of " + options.input + ":\n";
+  for (const std::string& sentence : salvaged.missing) text += "  " + sentence + "\n";
+  return text;
+}
+
+std::string new_index_text(const Schema& schema) {
+  const bool kept = std::none_of(schema.arrays.begin(), schema.arrays.end(), [](const auto& it) {
+    return !it.per_step && it.quantization.lossy();
+  });
+  const std::string text = "; every chunk was there but the index, which was made anew";
+  return text + (kept ? "\n" : ", with ranges of the values as they are restored\n");
+}
+
+std::string outcome_text(const Repair& repair, const Options& options) {
+  if (repair.salvaged) return salvage_text(*repair.salvaged, options);
+  if (repair.was_sound()) return options.output + ": nothing was damaged\n";
+  if (repair.new_index)
+    return options.output + ": as it was" + new_index_text(*repair.damage.schema);
+  if (!repair.has_parity) return options.output + ": as it was; every chunk was there\n";
+  return options.output + ": as it was; " + counted(repair.healed, "block") + " of " +
+         std::to_string(repair.blocks) + " healed, " + counted(repair.damaged_packets, "packet") +
+         " of parity made anew\n";
+}
+
+bool is_same_file(const std::string& a, const std::string& b) {
+  std::error_code none;
+  return a == b || std::filesystem::equivalent(a, b, none);
+}
+
+class RepairRun {
+ public:
+  RepairRun(Options& options, ProgressLine& line) : options_(options), line_(line) {}
+  Repair run();
+
+ private:
+  void heal();
+  void find_rest();
+  bool write_as_it_was();
+  void salvage_rest();
+  [[noreturn]] void fail_unhealed(std::string detail) const;
+
+  Options& options_;
+  ProgressLine& line_;
+  std::unique_ptr<FileRandomSource> file_;
+  std::unique_ptr<LenientSource> lenient_;
+  std::unique_ptr<ProtectedFile> protected_;
+  std::unique_ptr<FileSink> scratch_;
+  RandomSource* source_ = nullptr;  // as far as parity healed it
+  Repair repair_;
+};
+
+// By parity, as far as it goes.
+void RepairRun::heal() {
+  file_ = unwrap(FileRandomSource::open(options_.input), options_.input);
+  lenient_ = std::make_unique<LenientSource>(*file_);
+  source_ = lenient_.get();
+  protected_ = ProtectedFile::open(*file_);
+  if (!protected_) return;
+  protected_->check(line_.callback());
+  const std::string folder = spool_directory(options_);
+  scratch_ = unwrap(FileSink::create_scratch(folder, "repair"), folder);
+  repair_.has_parity = true;
+  repair_.blocks = protected_->shape().blocks();
+  repair_.damaged_packets = protected_->damaged_packets();
+  repair_.lost = protected_->heal(*scratch_, line_.callback());
+  repair_.healed = protected_->damaged_blocks().size() - repair_.lost.size();
+  // Parity may be of something else that stood here.
+  if (repair_.lost.empty() && !is_whole_file(protected_->healed()))
+    throw Failure(Error{ErrorCode::corrupt, "its parity does not protect a whole .shm file",
+                        "parity", kNoOffset, options_.input});
+  if (!protected_->is_of_something_else()) source_ = &protected_->healed();
+}
+
+void RepairRun::fail_unhealed(std::string detail) const {
+  if (!repair_.lost.empty())
+    detail = counted(repair_.lost.size(), "block") + " of " + std::to_string(repair_.blocks) +
+             " cannot be healed, more than parity goes for: bytes " + ranges_text(repair_.lost) +
+             "; " + detail;
+  throw Failure(Error{ErrorCode::corrupt, std::move(detail), repair_.has_parity ? "parity" : "",
+                      kNoOffset, options_.input});
+}
+
+// What parity left. A block whose checksum is lost may well be good.
+void RepairRun::find_rest() {
+  if (repair_.has_parity && repair_.lost.empty()) return;
+  line_.show("looking for damage");
+  auto damage = find_damage(*source_);
+  if (!damage && damage.error().code == ErrorCode::unsupported)
+    fail_unhealed(damage.error().detail + ": parity alone would heal it");
+  repair_.damage = unwrap(std::move(damage), options_.input);
+}
+
+/// False, and nothing is written, where the index is lost and cannot be made anew.
+bool RepairRun::write_as_it_was() {
+  OutputFile output(options_.output, spool_directory(options_));
+  if (repair_.damage.damages.empty()) {
+    unwrap(output.sink().copy(*source_, 0, source_->size()), options_.output);
+  } else {
+    repair_.new_index = !repair_.damage.restorable;
+    if (repair_.new_index) line_.show("making the index anew");
+    auto written = write_in_order(*source_, output.sink());
+    const bool failed = !written && written.error().code != ErrorCode::io;
+    if (repair_.new_index && failed) return repair_.new_index = false;
+    unwrap(std::move(written), options_.input);
+  }
+  if (repair_.has_parity && source_ == &protected_->healed()) {
+    const auto written = unwrap(FileRandomSource::open(output.temporary()), options_.output);
+    if (written->size() != protected_->shape().protected_bytes)
+      fail_unhealed("its parity does not protect a whole .shm file");
+    write_parity(*written, protected_->shape(), output.sink(), line_.callback());
+  }
+  output.commit();
+  return true;
+}
+
+void RepairRun::salvage_rest() {
+  if (is_same_file(options_.input, options_.output))
+    fail_unhealed("it cannot be given back as it was; -o OUT.shm writes what of it is whole");
+  OutputFile output(options_.output, spool_directory(options_));
+  Spool spool(spool_directory(options_), spool_memory(options_));
+  repair_.salvaged =
+      salvage(*source_, repair_.damage, options_.input, output.sink(), spool, line_.callback());
+  if (repair_.has_parity && source_ == &protected_->healed() && has_parity_codes())
+    protect(output.sink(), options_.output, protected_->share(), line_.callback());
+  output.commit();
+}
+
+Repair RepairRun::run() {
+  heal();
+  find_rest();
+  const DamageReport& damage = repair_.damage;
+  const bool all_there = damage.damages.empty() || damage.restorable || damage.lacks_index;
+  if (!all_there || !write_as_it_was()) salvage_rest();
+  return std::move(repair_);
+}
+
+}  // namespace
+
+ExitCode run_repair(Options& options) {
+  if (options.output == "-" && options.json)
+    wrong_use("--json and the .shm file cannot both go to standard output");
+  if (options.output.empty()) options.output = options.input;
+  ProgressLine line(options.quiet);
+  const Repair repair = RepairRun(options, line).run();
+  line.wipe();
+  if (options.json)
+    std::fputs(outcome_json(repair, options).c_str(), stdout);
+  else if (repair.is_whole())
+    say(options, outcome_text(repair, options));
+  else  // whatever --quiet says: nothing goes silently
+    std::fputs(outcome_text(repair, options).c_str(), options.output == "-" ? stderr : stdout);
+  return repair.is_whole() ? kDone : kSalvaged;
+}
+
+ParityState parity_state(const std::string& path, const Progress& progress) {
+  const auto file = unwrap(FileRandomSource::open(path), path);
+  const auto protected_file = is_whole_file(*file) ? nullptr : ProtectedFile::open(*file);
+  if (!protected_file) return {};
+  // A mesh that is sound ends with its trailer; parity of more or less is not of this file.
+  SectionSource itself(*file, 0, protected_file->shape().protected_bytes);
+  if (!is_whole_file(itself)) return {};
+  protected_file->check(progress);
+  return {true, protected_file->shape().blocks(), protected_file->damaged_blocks().size(),
+          protected_file->damaged_packets()};
+}
+
+void fail_with_damage(const Failure& failure, const std::string& path, const Options& options) {
+  Error error = failure.error();
+  const bool may_be_damage = error.code == ErrorCode::corrupt ||
+                             error.code == ErrorCode::truncated || error.code == ErrorCode::io;
+  const auto file = FileRandomSource::open(path);
+  if (!may_be_damage || !file) throw Failure(error);
+  auto parity = ProtectedFile::open(**file);
+  if (parity && parity->is_of_something_else()) parity = nullptr;
+  // Packets of small files may hold copies of what they protect.
+  LenientSource lenient(**file);
+  const std::uint64_t bytes =
+      parity ? std::min(parity->shape().protected_bytes, lenient.size()) : lenient.size();
+  SectionSource itself(lenient, 0, bytes);
+  const auto damage = find_damage(itself);
+  const bool found = damage && !damage->damages.empty();
+  if (parity)
+    error.detail += "; there is parity to heal it by: shm repair";
+  else if (found && damage->schema)
+    error.detail += "; shm repair -o OUT.shm writes what of it is whole";
+  if (options.json) {
+    nlohmann::json json;
+    json["file"] = options.input;
+    json["sound"] = false;
+    json["error"] = error.message();
+    json["parity"] = parity != nullptr;
+    json["damage"] = damage ? damage_json(*damage) : nlohmann::json::array();
+    std::fputs(dump(json).c_str(), stdout);
+  } else if (found) {
+    constexpr std::size_t kMostLines = 100;
+    std::string text =
+        "shm: " + options.input + ": damaged in " + counted(damage->damages.size(), "place") + "\n";
+    for (const std::string& line : damage_lines(*damage, kMostLines))
+      text += "shm:   " + line + "\n";
+    std::fputs(text.c_str(), stderr);
+  }
+  throw Failure(error);
+}
+
+std::string parity_text(const ParityState& state) {
+  if (!state.there) return {};
+  if (state.sound()) return ", parity of " + counted(state.blocks, "block") + " too";
+  return "; of its parity " + counted(state.damaged_packets, "packet") + " and of its " +
+         counted(state.blocks, "block") + " " + std::to_string(state.damaged_blocks) +
+         " are not what they were (shm repair)";
+}
+
+}  // namespace shm::converters

@@ -1,0 +1,119 @@
+#include "tool/support.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+
+#include "archive/archive_files.h"
+#include "base/failure.h"
+#include "base/spool.h"
+#include "formats/formats.h"
+
+namespace shm::converters {
+
+ExitCode exit_code(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::misuse: return kWrongUse;
+    case ErrorCode::output: return kBadOutput;
+    case ErrorCode::over_limit: return kLimit;
+    case ErrorCode::io:
+    case ErrorCode::truncated:
+    case ErrorCode::corrupt:
+    case ErrorCode::unsupported: return kBadInput;
+  }
+  return kBadInput;
+}
+
+// --array beats the others; for coordinates --bits beats --abs and --rel.
+static Lossy lossy_of(const Options& options) {
+  if (options.abs && options.rel) wrong_use("--abs and --rel exclude each other");
+  Lossy lossy;
+  if (options.abs) lossy.fields = parse_accuracy("abs=" + *options.abs, "--abs");
+  if (options.rel) lossy.fields = parse_accuracy("rel=" + *options.rel, "--rel");
+  lossy.coordinates = options.bits > 0 ? Accuracy::of_bits(options.bits) : lossy.fields;
+  for (const std::string& text : options.arrays)
+    lossy.named.push_back(parse_named_accuracy(text, "--array"));
+  return lossy;
+}
+
+CompressOptions compress_options(const Options& options) {
+  if (!(options.restart_budget >= 0)) wrong_use("--restart-budget is no number");
+  if (options.delay.value_or(0) > 0 && options.order == "free")
+    wrong_use("--delay is for the order stream; --order free moves cells anyway");
+  CompressOptions how;
+  how.lossy = lossy_of(options);
+  how.order = order_of(options.order);
+  how.delay = options.delay;
+  how.level = level_of(options.level);
+  how.connectivity = codec_of(options.codec);
+  how.segment_cells = options.segment_cells;
+  how.restart_budget = options.restart_budget / 100;
+  how.key_steps = options.key_steps;
+  how.threads = options.threads;
+  return how;
+}
+
+ProgressLine::ProgressLine(bool quiet) : shown_(!quiet && ::isatty(STDERR_FILENO) != 0) {}
+
+void ProgressLine::show(std::string_view phase, std::uint64_t done, std::uint64_t total) {
+  const auto now = std::chrono::steady_clock::now();
+  if (!shown_ || (now - last_ < std::chrono::milliseconds(100) && total != 0)) return;
+  last_ = now;
+  dirty_ = true;
+  std::fprintf(stderr, "\r\033[K%.*s", static_cast<int>(phase.size()), phase.data());
+  if (total > 0)
+    std::fprintf(stderr, " %3.0f %%",
+                 100.0 * static_cast<double>(done) / static_cast<double>(total));
+}
+
+void ProgressLine::wipe() {
+  if (dirty_) std::fputs("\r\033[K", stderr);
+  dirty_ = false;
+}
+
+std::string spool_directory(const Options& options) {
+  if (!options.temp.empty()) return options.temp;
+  if (options.output.empty() || options.output == "-")
+    return std::filesystem::temp_directory_path().string();
+  const std::filesystem::path parent = std::filesystem::path(options.output).parent_path();
+  return parent.empty() ? "." : parent.string();
+}
+
+std::size_t spool_memory(const Options& options, bool any_order) {
+  constexpr std::size_t kAnyOrder = std::size_t{1} << 30;
+  return options.memory ? *options.memory : any_order ? kAnyOrder : Spool::kUsualBudget;
+}
+
+std::uint64_t file_bytes(const std::string& path) {
+  struct stat status {};
+  return ::stat(path.c_str(), &status) == 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
+}
+
+void say(const Options& options, const std::string& text) {
+  if (!options.quiet) std::fputs(text.c_str(), options.output == "-" ? stderr : stdout);
+}
+
+bool is_shm(const std::string& path) {
+  const Format* format = format_of_file(path);
+  return format != nullptr && format->name == "shm";
+}
+
+void require_shm(const std::string& path) {
+  if (is_archive(path))
+    throw Failure(Error{ErrorCode::unsupported,
+                        "is an archive of several files; shm split gives them back",
+                        {},
+                        kNoOffset,
+                        path});
+  if (!is_shm(path))
+    throw Failure(Error{ErrorCode::unsupported, "is not a .shm file", {}, kNoOffset, path});
+}
+
+void tell_losses(const LossList& losses, const std::string& output) {
+  for (const std::string& loss : losses)
+    std::fprintf(stderr, "shm: not in %s: %s\n", output.c_str(), loss.c_str());
+}
+
+}  // namespace shm::converters

@@ -1,0 +1,73 @@
+// What the commands of the tool shm have in common: exit codes, the line of progress, places.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "base/progress.h"
+#include "compression/compress.h"
+#include "shm/result.h"
+#include "tool/options.h"
+#include "transfer/losses.h"
+
+namespace shm::converters {
+
+enum ExitCode {
+  kDone = 0,
+  kDifferent = 1,
+  kWrongUse = 2,
+  kBadInput = 3,
+  kBadOutput = 4,
+  kLimit = 5,
+  kIncomplete = 6,
+  kSalvaged = 7
+};
+ExitCode exit_code(ErrorCode code);
+
+// Memory of the spool: as the user says, or what is usual; more where `any_order` of vertices or
+// cells is likely.
+std::size_t spool_memory(const Options& options, bool any_order = false);
+
+// How a mesh is to be compressed, but for progress and --cell-order. Throws Failure (misuse).
+CompressOptions compress_options(const Options& options);
+
+// One line on the terminal, rewritten at most ten times a second and wiped at the end.
+class ProgressLine {
+ public:
+  explicit ProgressLine(bool quiet);
+  ~ProgressLine() { wipe(); }
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
+  Progress callback() {
+    if (!shown_) return {};
+    return [this](std::string_view phase, std::uint64_t done, std::uint64_t total) {
+      show(phase, done, total);
+    };
+  }
+  void show(std::string_view phase, std::uint64_t done = 0, std::uint64_t total = 0);
+  void wipe();
+
+ private:
+  bool shown_, dirty_ = false;
+  std::chrono::steady_clock::time_point last_{};
+};
+
+// Spools go beside the output, which has room for meshes, or where the user says.
+std::string spool_directory(const Options& options);
+
+std::uint64_t file_bytes(const std::string& path);  // 0 where there is none
+
+// To standard output, or to standard error where the output itself goes there.
+void say(const Options& options, const std::string& text);
+
+bool is_shm(const std::string& path);
+void require_shm(const std::string& path);  // throws Failure where it is none, or an archive
+
+// On standard error, whatever --quiet says: nothing goes silently.
+void tell_losses(const LossList& losses, const std::string& output);
+
+}  // namespace shm::converters

@@ -1,0 +1,146 @@
+#include "transfer/joined_arrays.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstring>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "exodus/exodus.h"
+#include "mesh/names_apart.h"
+
+namespace shm::converters {
+namespace {
+
+// What stands behind the name of column `c` of a vector, without regard to case; columns beyond
+// three components are numbered from 1.
+std::string suffix(std::size_t c, bool numbered) {
+  return numbered ? "_" + std::to_string(c + 1) : std::string("_") + "xyz"[c];
+}
+
+bool ends_with(std::string_view name, std::string_view end) {
+  if (name.size() <= end.size()) return false;
+  for (std::size_t i = 0; i < end.size(); ++i) {
+    const auto c = static_cast<unsigned char>(name[name.size() - end.size() + i]);
+    if (std::tolower(c) != end[i]) return false;
+  }
+  return true;
+}
+
+int dimension_of(CellShape shape) {
+  switch (shape) {
+    case CellShape::vertex: return 0;
+    case CellShape::line: return 1;
+    case CellShape::triangle:
+    case CellShape::quad:
+    case CellShape::polygon: return 2;
+    default: return 3;
+  }
+}
+
+// Equal but for the name.
+bool alike(const ArrayInfo& a, const ArrayInfo& b) {
+  ArrayInfo renamed = b;
+  renamed.name = a.name;
+  return a == renamed;
+}
+
+}  // namespace
+
+bool JoinedArrays::is_only_for_its_format(const ArrayInfo& array) {
+  // Rows of a table, places in a list of strings, block numbers that blocks have, values by corner
+  // in the order of the file.
+  return array.role == "gmsh:node_entity" || array.role == "vtk:string" ||
+         array.role == "vtk:block_id" || array.role == "gmsh:element_node_data";
+}
+
+JoinedArrays::JoinedArrays(MeshSource& source, bool join, bool distinct, bool exodus_maps)
+    : ForwardingMesh(source), exodus_maps_(exodus_maps) {
+  const MeshInfo& from = source.info();
+  info_.schema = from.schema;
+  info_.schema.arrays.clear();
+  info_.vertices = from.vertices;
+  info_.block_cells = from.block_cells;
+  info_.step_times = from.step_times;
+  for (std::size_t a = 0; a < from.schema.arrays.size();) {
+    const std::size_t columns = join ? run_of_columns(a) : 1;
+    if (!is_only_for_its_format(from.schema.arrays[a])) add(a, columns);
+    a += columns;
+  }
+  name_apart();
+  if (distinct) number_blocks_apart();
+}
+
+void JoinedArrays::number_blocks_apart() {
+  auto& blocks = info_.schema.blocks;
+  std::int64_t highest = 0;
+  for (const BlockInfo& block : blocks) highest = std::max(highest, block.id);
+  std::map<std::int64_t, std::map<std::pair<int, std::string>, std::int64_t>> by_id;
+  for (BlockInfo& block : blocks) {
+    auto& same = by_id[block.id];
+    const auto [at, fresh] = same.try_emplace({dimension_of(block.shape), block.name}, block.id);
+    if (fresh && same.size() > 1) at->second = ++highest;
+    block.id = at->second;
+  }
+}
+
+// How many arrays from `first` on are columns of one: 2 or 3 with axes, 4 and more with numbers.
+std::size_t JoinedArrays::run_of_columns(std::size_t first) const {
+  const auto& arrays = source_.info().schema.arrays;
+  const ArrayInfo& head = arrays[first];
+  if (head.components != 1 || !head.role.empty()) return 1;
+  for (const bool numbered : {false, true}) {
+    if (!ends_with(head.name, suffix(0, numbered))) continue;
+    const std::string_view stem = std::string_view(head.name).substr(0, head.name.size() - 2);
+    std::size_t columns = 1;
+    while (first + columns < arrays.size() && (numbered || columns < 3)) {
+      const ArrayInfo& next = arrays[first + columns];
+      const std::string end = suffix(columns, numbered);
+      if (!ends_with(next.name, end) || next.name.size() != stem.size() + end.size() ||
+          next.name.substr(0, stem.size()) != stem || !alike(head, next))
+        break;
+      ++columns;
+    }
+    if (columns >= (numbered ? 4u : 2u)) return columns;
+  }
+  return 1;
+}
+
+void JoinedArrays::add(std::size_t first, std::size_t columns) {
+  ArrayInfo info = source_.info().schema.arrays[first];
+  const bool is_map = info.role == "exodus:node_num_map" || info.role == "exodus:elem_num_map" ||
+                      info.role == kOriginalMap;
+  if (!exodus_maps_ || !is_map) info.role.clear();
+  info.quantization = {};
+  if (columns > 1) {
+    info.components = static_cast<std::uint32_t>(columns);
+    info.name.resize(info.name.size() - 2);
+  }
+  std::vector<std::size_t> parts;
+  for (std::size_t c = 0; c < columns; ++c) parts.push_back(first + c);
+  info_.schema.arrays.push_back(std::move(info));
+  parts_.push_back(std::move(parts));
+}
+
+// Names of what had a role may be those of others.
+void JoinedArrays::name_apart() {
+  NamesApart names;
+  for (ArrayInfo& array : info_.schema.arrays) array.name = names.take(array.location, array.name);
+}
+
+void JoinedArrays::read_array(std::size_t array, std::uint64_t step, std::uint64_t first,
+                              std::uint64_t count, std::byte* out) {
+  const auto& parts = parts_[array];
+  if (parts.size() == 1) return source_.read_array(parts[0], step, first, count, out);
+  const std::size_t bytes = scalar_bytes(info_.schema.arrays[array].type);
+  column_.resize(count * bytes);
+  for (std::size_t c = 0; c < parts.size(); ++c) {
+    source_.read_array(parts[c], step, first, count, column_.data());
+    for (std::uint64_t i = 0; i < count; ++i)
+      std::memcpy(out + (i * parts.size() + c) * bytes, column_.data() + i * bytes, bytes);
+  }
+}
+
+}  // namespace shm::converters

@@ -1,0 +1,291 @@
+#include "transfer/translate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <utility>
+
+#include "base/failure.h"
+#include "mesh/blocks_by_id.h"
+#include "mesh/forwarding_mesh.h"
+#include "mesh/one_step.h"
+#include "sets/set_arrays.h"
+#include "sets/set_cells.h"
+#include "sets/transfer_sets.h"
+#include "transfer/joined_arrays.h"
+#include "vtk/between/vtk_field_data.h"
+#include "vtk/between/vtu_contents.h"
+#include "vtk/words.h"
+
+namespace shm::converters {
+namespace {
+
+constexpr std::uint64_t kPieceElements = 16384;
+
+// All stepped: a mesh of one time, which the format could only say in a word of its own.
+class AtTime final : public ForwardingMesh {
+ public:
+  AtTime(MeshSource& source, double time) : ForwardingMesh(source) {
+    info_ = source.info();
+    info_.step_times = {time};
+    for (ArrayInfo& array : info_.schema.arrays) array.per_step |= array.role.empty();
+  }
+};
+
+class WithExtras final : public ForwardingMesh {
+ public:
+  WithExtras(MeshSource& source, std::vector<Extra> extras) : ForwardingMesh(source) {
+    info_ = source.info();
+    info_.extras = std::move(extras);
+  }
+};
+
+std::string title_of_exodus(const std::string& skeleton) {
+  const std::size_t variables = skeleton.find("\nV\t"), title = skeleton.find("\nA\ttitle\t");
+  if (title == std::string::npos || title > variables) return {};
+  const std::size_t end = skeleton.find('\n', title + 1);
+  const std::string line = skeleton.substr(title + 1, end - title - 1);
+  const std::size_t value = line.rfind('\t');
+  return vtk::decode_name(std::string_view(line).substr(value + 1));
+}
+
+// Whether a 64-bit integer of the array is not that of a double.
+bool beyond_doubles(MeshSource& mesh, std::size_t a) {
+  constexpr std::int64_t kMost = std::int64_t{1} << 53;
+  const MeshInfo& info = mesh.info();
+  const ArrayInfo& array = info.schema.arrays[a];
+  if (array.type != ScalarType::int64 && array.type != ScalarType::uint64) return false;
+  std::vector<std::int64_t> values(kPieceElements * array.components);
+  const std::uint64_t steps = array.per_step ? info.step_times.size() : 1;
+  const std::uint64_t elements = info.array_elements(a);
+  for (std::uint64_t step = 0; step < steps; ++step) {
+    for (std::uint64_t first = 0; first < elements; first += kPieceElements) {
+      const std::uint64_t count = std::min(kPieceElements, elements - first);
+      mesh.read_array(a, step, first, count, reinterpret_cast<std::byte*>(values.data()));
+      const auto end = values.begin() + static_cast<std::ptrdiff_t>(count * array.components);
+      if (std::any_of(values.begin(), end, [](std::int64_t v) { return v > kMost || v < -kMost; }))
+        return true;
+    }
+  }
+  return false;
+}
+
+// Where arrays cover all cells, those on few blocks of very many grow out of proportion.
+void check_filling(const MeshInfo& info) {
+  constexpr std::uint64_t kAlwaysAllowed = std::uint64_t{1} << 30, kMostGrowth = 64;
+  std::uint64_t held = 0, filled = 0;
+  for (std::size_t a = 0; a < info.schema.arrays.size(); ++a) {
+    if (info.schema.arrays[a].location != Location::cell) continue;
+    const std::uint64_t stride = info.array_stride(a);
+    held += stride * info.array_elements(a);
+    filled += stride * info.cells();
+  }
+  if (filled > std::max(kAlwaysAllowed, kMostGrowth * held))
+    throw Failure(Error{ErrorCode::over_limit,
+                        "arrays on few of many blocks would grow to more than " +
+                            std::to_string(kMostGrowth) + " times their size on all cells",
+                        "arrays",
+                        kNoOffset,
+                        {}});
+}
+
+// "time steps 0 to 7 of 9", without step `kept`.
+std::string other_steps(std::size_t steps, std::uint64_t kept) {
+  const auto range = [](std::uint64_t first, std::uint64_t last) {
+    return first == last ? std::to_string(first)
+                         : std::to_string(first) + " to " + std::to_string(last);
+  };
+  std::string text;
+  if (kept > 0) text = range(0, kept - 1);
+  if (kept + 1 < steps) text += (text.empty() ? "" : ", ") + range(kept + 1, steps - 1);
+  const bool several = text.find_first_not_of("0123456789") != std::string::npos;
+  return (several ? "time steps " : "time step ") + text + " of " + std::to_string(steps);
+}
+
+std::string block_label(const BlockInfo& block) {
+  std::string text = "block " + std::to_string(block.id);
+  return block.name.empty() ? text : text + " '" + block.name + "'";
+}
+
+}  // namespace
+
+template <class Layer>
+Layer& Translation::add(std::unique_ptr<Layer> layer) {
+  Layer& added = *layer;
+  mesh_ = layer.get();
+  layers_.push_back(std::move(layer));
+  return added;
+}
+
+Translation::Translation(MeshSource& source, const std::string& format, const Holds& holds,
+                         std::optional<std::uint64_t> step, Spool& spool,
+                         const std::vector<BlocksById::Key>& blocks_elsewhere)
+    : from_(source.info()), format_(format), holds_(holds), mesh_(&source) {
+  if (is_kin()) {
+    choose_step(step);
+    for (std::string& loss : holds_.losses_of_kin(mesh_->info()))
+      losses_.push_back(std::move(loss));
+    return;
+  }
+  if (holds_.block_numbers) split_blocks(blocks_elsewhere);
+  choose_step(step);
+  const std::vector<BlockInfo> blocks = mesh_->info().schema.blocks;
+  add(std::make_unique<JoinedArrays>(*mesh_,
+                                     from_.schema.source_format == "exodus" && holds.vectors,
+                                     !holds.block_numbers, format == "exodus" || format == "shm"));
+  report_numbers(blocks);
+  report_arrays();
+  report_blocks();
+  carry_title();
+  carry_sets(spool);
+  add(std::make_unique<WithExtras>(*mesh_, std::move(extras_)));
+  for (std::string& loss : losses_of_extras(from_, told_)) losses_.push_back(std::move(loss));
+}
+
+void Translation::choose_step(std::optional<std::uint64_t> step) {
+  const std::size_t steps = from_.step_times.size();
+  if (step && *step >= steps)
+    throw Failure(Error{ErrorCode::misuse,
+                        "there is no step " + std::to_string(*step) + ": the mesh has " +
+                            std::to_string(steps) + ", counted from 0",
+                        {},
+                        kNoOffset,
+                        {}});
+  if (step) {
+    take_step(*step);
+  } else if (!holds_.every_step && steps > 1) {
+    take_step(steps - 1);
+    losses_.push_back(other_steps(steps, steps - 1) + " (a file of " + format_ + " holds one)");
+  } else if (steps == 0 && !is_kin()) {
+    if (const auto time = vtk_time(from_, told_)) add(std::make_unique<AtTime>(*mesh_, *time));
+  }
+}
+
+void Translation::take_step(std::uint64_t step) {
+  const auto points = vtu::points_of_step(from_, step);
+  if (points && from_.schema.arrays[*points].type == from_.schema.coordinate_type) {
+    add(std::make_unique<PointsOfStep>(*mesh_, *points));
+  } else if (points) {
+    losses_.push_back("points of time step " + std::to_string(step) +
+                      " (of another type than the first ones)");
+  }
+  add(std::make_unique<OneStep>(*mesh_, step));
+}
+
+void Translation::split_blocks(const std::vector<BlocksById::Key>& first) {
+  const std::size_t array = BlocksById::array_of_ids(mesh_->info());
+  const auto names = vtk_block_names(from_, told_);
+  if (array == mesh_->info().schema.arrays.size()) return;
+  auto split = std::make_unique<BlocksById>(*mesh_, array, names, first);
+  if (split->useful()) add(std::move(split));
+}
+
+void Translation::report_arrays() {
+  for (const ArrayInfo& array : from_.schema.arrays)
+    if (array.role == "gmsh:element_node_data")
+      losses_.push_back("view '" + array.name + "' ($ElementNodeData)");
+    else if (array.role == "vtk:string")
+      losses_.push_back("strings of array '" + array.name + "'");
+  const MeshInfo& info = mesh_->info();
+  bool any_stepped = false;
+  if (!holds_.partial_arrays) check_filling(info);
+  for (std::size_t a = 0; a < info.schema.arrays.size(); ++a) {
+    const ArrayInfo& array = info.schema.arrays[a];
+    any_stepped |= array.per_step;
+    const std::string label = "array '" + array.name + "'";
+    report_name(array.name, label);
+    if (!holds_.partial_arrays && array.location == Location::cell &&
+        info.array_elements(a) != info.cells())
+      losses_.push_back("which blocks " + label + " is on (" +
+                        (is_float(array.type) ? "NaN" : "0") + " on the others)");
+    if (!holds_.integers && beyond_doubles(*mesh_, a))
+      losses_.push_back("exact values of " + label + " (integers beyond 2^53)");
+  }
+  if (!holds_.times && !info.step_times.empty() && !any_stepped)
+    losses_.push_back("times of steps that no array has (" +
+                      std::to_string(info.step_times.size()) + ")");
+}
+
+// Blocks of one number, which an array could not tell apart.
+void Translation::report_numbers(const std::vector<BlockInfo>& before) {
+  const auto& now = mesh_->info().schema.blocks;
+  for (std::size_t b = 0; b < now.size(); ++b)
+    if (now[b].id != before[b].id)
+      losses_.push_back("number of " + block_label(before[b]) + ", which another block has (" +
+                        std::to_string(now[b].id) + " there)");
+}
+
+void Translation::report_blocks() {
+  const MeshInfo& info = mesh_->info();
+  std::set<std::int64_t> used;
+  bool fit = true;
+  for (std::size_t b = 0; b < info.schema.blocks.size(); ++b) {
+    const BlockInfo& block = info.schema.blocks[b];
+    fit &= !holds_.positive_numbers || block.id > 0;
+    fit &= !holds_.unique_numbers || used.insert(block.id).second;
+    report_name(block.name, block_label(block));
+    if (holds_.block != nullptr && info.block_cells[b] > 0 && !holds_.block(block))
+      losses_.push_back("cells of " + block_label(block) + " as what they are (" +
+                        std::string(shape_name(block.shape)) + " with " +
+                        (block.nodes_per_cell == 0 ? std::string("any number of")
+                                                   : std::to_string(block.nodes_per_cell)) +
+                        " nodes)");
+  }
+  // Of VTK's own blocks the number only says the type of their cells.
+  const bool numbered = !from_.schema.source_format.starts_with("vt") ||
+                        BlocksById::array_of_ids(from_) < from_.schema.arrays.size();
+  if (numbered && !fit)
+    losses_.push_back(std::string("numbers of blocks (each must be above 0") +
+                      (holds_.unique_numbers ? " and another)" : ")"));
+}
+
+void Translation::report_name(const std::string& name, const std::string& label) {
+  if (holds_.name != nullptr && !holds_.name(name)) losses_.push_back("spelling of " + label);
+}
+
+void Translation::carry_title() {
+  std::string title;
+  if (const Extra* given = find_extra(from_, "mesh/title")) {
+    title = text_of_extra(*given);
+    told_.insert(given->key);
+  } else if (from_.schema.source_format == "exodus") {
+    if (const Extra* skeleton = find_extra(from_, "exodus/skeleton"))
+      title = title_of_exodus(text_of_extra(*skeleton));
+  } else {
+    title = vtk_title(from_, told_);
+  }
+  if (title.empty()) return;
+  if (title.size() > holds_.title_bytes)
+    losses_.push_back(holds_.title_bytes == 0
+                          ? "title '" + title + "'"
+                          : "title beyond " + std::to_string(holds_.title_bytes) + " bytes");
+  Extra extra{"mesh/title", ScalarType::uint8, Reference::nothing, {title.size()}, {}};
+  extra.data.resize(title.size());
+  std::memcpy(extra.data.data(), title.data(), title.size());
+  extras_.push_back(std::move(extra));
+}
+
+void Translation::carry_sets(Spool& spool) {
+  std::vector<TransferSet> sets = transfer_sets(from_, told_);
+  for (const TransferSet& set : sets) report_name(set.name, set.label());
+  for (const TransferSet& set : sets)
+    if (set.weighted) losses_.push_back("distribution factors of " + set.label());
+  if (sets.empty()) return;
+  LossList left_out;
+  if (holds_.sets == Holds::Sets::sets) {
+    list_members(*mesh_, sets);
+    for (Extra& extra : extras_of_sets(sets)) extras_.push_back(std::move(extra));
+  } else if (holds_.sets == Holds::Sets::arrays) {
+    left_out = add(std::make_unique<SetArrays>(*mesh_, sets, spool)).left_out();
+  } else if (!mesh_->info().schema.blocks.empty()) {
+    left_out = add(std::make_unique<SetCells>(*mesh_, sets, is_flat(from_), spool)).left_out();
+    for (const TransferSet& set : sets)
+      if (set.kind == TransferSet::Kind::elements) left_out.push_back(set.label());
+  } else {
+    for (const TransferSet& set : sets) left_out.push_back(set.label());
+  }
+  losses_.insert(losses_.end(), left_out.begin(), left_out.end());
+}
+
+}  // namespace shm::converters

@@ -1,0 +1,59 @@
+// Translation: a mesh from one format as the writer of another one can hold most of it, and a list
+// of what it cannot. A writer that takes meshes of the other format as they are (Holds::kin) gets
+// them with their extras, at one step where it holds one.
+//
+// Extras of the result, which any writer may look for:
+//   mesh/title               text
+//   mesh/node_set/..., mesh/side_set/..., mesh/element_set/...   see transfer_sets.h
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/spool.h"
+#include "mesh/blocks_by_id.h"
+#include "mesh/mesh_source.h"
+#include "transfer/losses.h"
+
+namespace shm::converters {
+
+class Translation {
+ public:
+  // `step`: this one alone; none told: all, or the last where a file holds one. `source` and
+  // `spool` must outlive the translation. `format` is the target's name, for the list.
+  // `blocks`: see BlocksById; those that other parts of a decomposed mesh have.
+  Translation(MeshSource& source, const std::string& format, const Holds& holds,
+              std::optional<std::uint64_t> step, Spool& spool,
+              const std::vector<BlocksById::Key>& blocks = {});
+  MeshSource& mesh() { return *mesh_; }
+  const MeshInfo& info() const { return mesh_->info(); }
+  const LossList& losses() const { return losses_; }
+
+ private:
+  template <class Layer>
+  Layer& add(std::unique_ptr<Layer> layer);
+  void split_blocks(const std::vector<BlocksById::Key>& first);
+  bool is_kin() const { return !holds_.kin.empty() && from_.schema.source_format == holds_.kin; }
+  void choose_step(std::optional<std::uint64_t> step);
+  void take_step(std::uint64_t step);
+  void carry_sets(Spool& spool);
+  void carry_title();
+  void report_arrays();
+  void report_numbers(const std::vector<BlockInfo>& before);
+  void report_blocks();
+  void report_name(const std::string& name, const std::string& label);
+
+  const MeshInfo& from_;
+  const std::string format_;
+  const Holds& holds_;
+  MeshSource* mesh_;
+  std::vector<std::unique_ptr<MeshSource>> layers_;
+  std::vector<Extra> extras_;   // of the result
+  std::set<std::string> told_;  // keys of extras of the source that the result has
+  LossList losses_;
+};
+
+}  // namespace shm::converters

@@ -1,0 +1,344 @@
+// Reads AVS UCD files: counts, nodes, cells, node data, cell data, model data, in this order.
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/failure.h"
+#include "base/text_input.h"
+#include "mesh/cell_store.h"
+#include "ucd/types.h"
+#include "ucd/ucd.h"
+
+namespace shm::converters {
+namespace {
+
+using ucd::CellType;
+using ucd::kCellTypes;
+
+constexpr std::size_t kMostBlocks = 1024;
+constexpr char kBinaryMagic = 7;
+
+// Node or cell numbers of a file, and the places that they mean.
+class Numbering {
+ public:
+  void add(std::int64_t id) {
+    if (id != static_cast<std::int64_t>(count_) + 1) plain_ = false;
+    if (!plain_ && by_id_.size() < count_)
+      for (std::uint64_t i = by_id_.size(); i < count_; ++i)
+        by_id_.emplace_back(static_cast<std::int64_t>(i) + 1, i);
+    if (!plain_) by_id_.emplace_back(id, count_);
+    ++count_;
+  }
+  // False when two are the same; find() tells one of them. Call once, before find().
+  bool finish() {
+    std::sort(by_id_.begin(), by_id_.end());
+    return std::adjacent_find(by_id_.begin(), by_id_.end(), [](const auto& a, const auto& b) {
+             return a.first == b.first;
+           }) == by_id_.end();
+  }
+  bool plain() const { return plain_; }  // 1, 2, 3, ...
+  std::optional<std::uint64_t> find(std::int64_t id) const {
+    if (plain_) {
+      if (id < 1 || static_cast<std::uint64_t>(id) > count_) return std::nullopt;
+      return static_cast<std::uint64_t>(id) - 1;
+    }
+    const auto at = std::lower_bound(by_id_.begin(), by_id_.end(), std::pair(id, std::uint64_t{0}));
+    if (at == by_id_.end() || at->first != id) return std::nullopt;
+    return at->second;
+  }
+
+ private:
+  bool plain_ = true;
+  std::uint64_t count_ = 0;
+  std::vector<std::pair<std::int64_t, std::uint64_t>> by_id_;  // empty while plain
+};
+
+Extra text_extra(std::string key, std::string_view text) {
+  const auto bytes = std::as_bytes(std::span(text));
+  return {std::move(key),
+          ScalarType::uint8,
+          Reference::nothing,
+          {bytes.size()},
+          {bytes.begin(), bytes.end()}};
+}
+
+class UcdMesh final : public MeshSource {
+ public:
+  UcdMesh(const std::string& path, Spool& spool)
+      : input_(path),
+        spool_(&spool),
+        points_(spool, 3 * sizeof(double)),
+        cells_(spool),
+        node_ids_(spool, sizeof(std::int64_t)),
+        cell_ids_(spool, sizeof(std::int64_t)),
+        materials_(spool, sizeof(std::int64_t)) {
+    read();
+  }
+
+  const MeshInfo& info() const override { return info_; }
+  void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override {
+    points_.read(first, count, out);
+  }
+  bool next_cells(CellBatch& out, std::size_t max_cells) override {
+    out.clear();
+    const std::uint64_t count = std::min<std::uint64_t>(max_cells, cells_.size() - next_cell_);
+    cells_.read_run(next_cell_, count, out);
+    for (std::uint64_t i = 0; i < count; ++i)
+      out.blocks[i] = block_of(next_cell_ + i, out.blocks[i]);
+    next_cell_ += count;
+    return count > 0;
+  }
+  void rewind_cells() override { next_cell_ = 0; }
+  void seek_cells(std::uint64_t first) override { next_cell_ = first; }
+  void read_array(std::size_t array, std::uint64_t, std::uint64_t first, std::uint64_t count,
+                  std::byte* out) override {
+    values_[array]->read(first, count, out);
+  }
+
+ private:
+  void read();
+  void comments();
+  void nodes(std::uint64_t count);
+  void cells(std::uint64_t count);
+  void data(Location location, std::uint64_t values, std::uint64_t elements);
+  std::uint64_t element_of_row(Location location, std::uint64_t row, std::int64_t id);
+  void model(std::int64_t values);
+  void find_blocks();
+  void add_array(std::string name, std::string role, Location location, ScalarType type,
+                 std::uint32_t components, PagedArray& values);
+  std::uint32_t block_of(std::uint64_t cell, std::uint32_t type) {
+    return block_numbers_.at(
+        {materials_are_blocks_ ? materials_.get<std::int64_t>(cell) : 0, type});
+  }
+
+  TextInput input_;
+  Spool* spool_;
+  MeshInfo info_;
+  PagedArray points_;
+  CellStore cells_;  // their "block" is the place of their type in kCellTypes
+  PagedArray node_ids_, cell_ids_, materials_;
+  Numbering node_numbers_, cell_numbers_;
+  std::vector<std::unique_ptr<PagedArray>> data_;
+  std::vector<PagedArray*> values_;  // of the arrays of the schema
+  bool materials_are_blocks_ = true;
+  std::map<std::pair<std::int64_t, std::uint32_t>, std::uint32_t> block_numbers_;
+  std::uint64_t next_cell_ = 0;
+};
+
+void UcdMesh::read() {
+  info_.schema.source_format = "ucd";
+  info_.schema.coordinate_type = ScalarType::float64;
+  comments();
+  input_.enter("counts");
+  const auto node_count = input_.number<std::uint64_t>();
+  const auto cell_count = input_.number<std::uint64_t>();
+  const auto node_values = input_.number<std::uint64_t>();
+  const auto cell_values = input_.number<std::uint64_t>();
+  const auto model_values = input_.number<std::int64_t>();
+  nodes(node_count);
+  cells(cell_count);
+  find_blocks();
+  data(Location::point, node_values, node_count);
+  data(Location::cell, cell_values, cell_count);
+  model(model_values);
+  if (!node_numbers_.plain())
+    add_array("node id", "ucd:node_id", Location::point, ScalarType::int64, 1, node_ids_);
+  if (!cell_numbers_.plain())
+    add_array("cell id", "ucd:cell_id", Location::cell, ScalarType::int64, 1, cell_ids_);
+  if (!materials_are_blocks_)
+    add_array("material", "ucd:material", Location::cell, ScalarType::int64, 1, materials_);
+}
+
+void UcdMesh::comments() {
+  input_.enter("comments");
+  std::string comments;
+  while (!input_.at_end() && input_.peek_word().starts_with('#')) comments += input_.line() + "\n";
+  if (!comments.empty()) info_.extras.push_back(text_extra("ucd/comments", comments));
+}
+
+void UcdMesh::nodes(std::uint64_t count) {
+  input_.enter("nodes");
+  input_.expect_room(count, 8, "nodes");  // four numbers and what parts them
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const auto id = input_.number<std::int64_t>();
+    node_numbers_.add(id);
+    node_ids_.append(1, reinterpret_cast<const std::byte*>(&id));
+    std::array<double, 3> xyz;
+    for (double& x : xyz) x = input_.number<double>();
+    points_.append(1, reinterpret_cast<const std::byte*>(xyz.data()));
+  }
+  if (!node_numbers_.finish()) input_.fail(ErrorCode::corrupt, "two nodes have the same number");
+  info_.vertices = count;
+}
+
+void UcdMesh::cells(std::uint64_t count) {
+  input_.enter("cells");
+  input_.expect_room(count, 7, "cells");  // "1 1 pt 1"
+  std::vector<std::uint64_t> corners;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const auto id = input_.number<std::int64_t>(), material = input_.number<std::int64_t>();
+    const std::string_view word = input_.word();
+    const auto* type = std::find_if(kCellTypes.begin(), kCellTypes.end(),
+                                    [&](const CellType& each) { return each.name == word; });
+    if (type == kCellTypes.end())
+      input_.fail(ErrorCode::corrupt, "'" + std::string(word) + "' is no cell type of UCD");
+    corners.clear();
+    for (std::uint32_t n = 0; n < type->nodes; ++n) {
+      const auto node = input_.number<std::int64_t>();
+      const auto vertex = node_numbers_.find(node);
+      if (!vertex) input_.fail(ErrorCode::corrupt, "there is no node " + std::to_string(node));
+      corners.push_back(*vertex);
+    }
+    ucd::to_model_order(*type, corners);
+    cells_.append(static_cast<std::uint32_t>(type - kCellTypes.begin()), corners);
+    cell_numbers_.add(id);
+    cell_ids_.append(1, reinterpret_cast<const std::byte*>(&id));
+    materials_.append(1, reinterpret_cast<const std::byte*>(&material));
+  }
+  cell_numbers_.finish();  // programs number quads and hexahedra apart, so that some are the same
+}
+
+// One block for each material and type; when that makes too many, one for each type.
+void UcdMesh::find_blocks() {
+  CellBatch cell;
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    block_numbers_.clear();
+    info_.schema.blocks.clear();
+    info_.block_cells.clear();
+    for (std::uint64_t i = 0; i < cells_.size(); ++i) {
+      cell.clear();
+      cells_.read(i, cell);
+      const std::uint32_t type = cell.blocks[0];
+      const std::int64_t material = materials_are_blocks_ ? materials_.get<std::int64_t>(i) : 0;
+      const auto next = static_cast<std::uint32_t>(info_.schema.blocks.size());
+      const auto [at, is_new] = block_numbers_.try_emplace({material, type}, next);
+      if (is_new) {
+        info_.schema.blocks.push_back(
+            {material, {}, kCellTypes[type].shape, kCellTypes[type].nodes});
+        info_.block_cells.push_back(0);
+        if (info_.schema.blocks.size() > kMostBlocks) break;
+      }
+      ++info_.block_cells[at->second];
+    }
+    if (info_.schema.blocks.size() <= kMostBlocks) return;
+    materials_are_blocks_ = false;
+  }
+}
+
+// Values mostly come in the order of nodes or cells; only then may numbers be the same.
+std::uint64_t UcdMesh::element_of_row(Location location, std::uint64_t row, std::int64_t id) {
+  const bool point = location == Location::point;
+  if ((point ? node_ids_ : cell_ids_).get<std::int64_t>(row) == id) return row;
+  const auto element = (point ? node_numbers_ : cell_numbers_).find(id);
+  if (!element)
+    input_.fail(ErrorCode::corrupt, "values for " + std::to_string(id) + ", which is not there");
+  return *element;
+}
+
+// Labelled components, then a line for each node or cell.
+void UcdMesh::data(Location location, std::uint64_t values, std::uint64_t elements) {
+  if (values == 0) return;
+  input_.enter(location == Location::point ? "node data" : "cell data");
+  const auto count = input_.number<std::uint64_t>();
+  input_.expect_room(count, 2, "components");
+  std::vector<std::uint32_t> sizes;
+  std::uint64_t sum = 0;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    sizes.push_back(input_.number<std::uint16_t>());
+    sum += sizes.back();
+  }
+  if (sum != values || std::count(sizes.begin(), sizes.end(), 0u) > 0)
+    input_.fail(ErrorCode::corrupt, "the components have " + std::to_string(sum) +
+                                        " values together, not " + std::to_string(values));
+  input_.expect_room(elements, 2 * (values + 1) - 1, "values");
+  input_.skip_line();
+  std::string units;
+  std::vector<PagedArray*> arrays;
+  for (const std::uint32_t size : sizes) {
+    const std::string line = input_.line();
+    const std::size_t comma = line.find(',');
+    data_.push_back(std::make_unique<PagedArray>(*spool_, size * sizeof(double)));
+    arrays.push_back(data_.back().get());
+    add_array(line.substr(0, comma), {}, location, ScalarType::float64, size, *arrays.back());
+    if (comma != std::string::npos) units += line.substr(comma);
+    units += "\n";
+  }
+  info_.extras.push_back(
+      text_extra(location == Location::point ? "ucd/point_units" : "ucd/cell_units", units));
+  std::vector<double> piece;
+  std::vector<bool> seen(static_cast<std::size_t>(elements));
+  for (std::uint64_t i = 0; i < elements; ++i) {
+    const std::uint64_t element = element_of_row(location, i, input_.number<std::int64_t>());
+    if (seen[static_cast<std::size_t>(element)])
+      input_.fail(ErrorCode::corrupt, "has values of one node or cell twice");
+    seen[static_cast<std::size_t>(element)] = true;
+    for (std::size_t a = 0; a < arrays.size(); ++a) {
+      piece.resize(sizes[a]);
+      for (double& value : piece) value = input_.number<double>();
+      arrays[a]->write(element, 1, reinterpret_cast<const std::byte*>(piece.data()));
+    }
+  }
+}
+
+void UcdMesh::model(std::int64_t values) {
+  std::string text;
+  if (!input_.at_end()) input_.skip_line();
+  while (!input_.at_end()) text += input_.line() + "\n";
+  const bool blank = text.find_first_not_of(" \t\n") == std::string::npos;
+  if (values == 0 && blank) return;
+  Extra count{"ucd/model_values", ScalarType::int64, Reference::nothing, {1}, {}};
+  const auto bytes = std::as_bytes(std::span(&values, 1));
+  count.data.assign(bytes.begin(), bytes.end());
+  info_.extras.push_back(std::move(count));
+  info_.extras.push_back(text_extra("ucd/model", text));
+}
+
+void UcdMesh::add_array(std::string name, std::string role, Location location, ScalarType type,
+                        std::uint32_t components, PagedArray& values) {
+  ArrayInfo info;
+  info.name = std::move(name);
+  info.role = std::move(role);
+  info.location = location;
+  info.type = type;
+  info.components = components;
+  info_.schema.arrays.push_back(std::move(info));
+  values_.push_back(&values);
+}
+
+}  // namespace
+
+// Five counts in the first line that is no comment; each node and cell that follows fits on a line.
+bool looks_like_ucd(std::span<const std::byte> head) {
+  std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
+  if (!text.empty() && text.front() == kBinaryMagic) return true;
+  while (text.starts_with('#')) {
+    if (text.starts_with("# vtk ")) return false;
+    text.remove_prefix(std::min(text.size(), text.find('\n') + 1));
+  }
+  const std::string_view line = text.substr(0, text.find('\n'));
+  int words = 0;
+  bool in_word = false;
+  for (const char c : line) {
+    const bool digit = c >= '0' && c <= '9', space = c == ' ' || c == '\t' || c == '\r';
+    if (!digit && !space) return false;
+    words += digit && !in_word;
+    in_word = digit;
+  }
+  return words == 5;
+}
+
+std::unique_ptr<MeshSource> open_ucd(const std::string& path, Spool& spool) {
+  {
+    TextInput input(path);
+    std::byte first{};
+    if (!input.at_end()) input.bytes(&first, 1);
+    if (first == std::byte{kBinaryMagic})
+      input.fail(ErrorCode::unsupported, "binary UCD files are not read, only text");
+  }
+  return std::make_unique<UcdMesh>(path, spool);
+}
+
+}  // namespace shm::converters

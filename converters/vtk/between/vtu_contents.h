@@ -1,0 +1,56 @@
+// What the skeleton of a mesh from an XML file says besides points and cells: its arrays of data,
+// and what only XML files can say.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mesh/mesh_source.h"
+#include "transfer/losses.h"
+#include "vtk/xml/document.h"
+#include "vtk/xml/plan.h"
+
+namespace shm::converters::vtu {
+
+class Contents {
+ public:
+  // Nothing when the mesh has no skeleton of an XML file.
+  static std::optional<Contents> of(const MeshInfo& info);
+
+  Node& grid() { return *document_.root().child("UnstructuredGrid"); }
+  std::string version() { return document_.root().attribute_or("version", ""); }
+  // Arrays of the field data.
+  std::vector<Node*> field_arrays();
+  // PointData or CellData of each piece; null where it has none.
+  std::vector<Node*> data(Location location);
+  // The same of the first piece that has points or cells, whose arrays are those of all.
+  Node* first_data(Location location);
+  // The arrays of points of all pieces and steps.
+  std::vector<Node*> all_points();
+  // The first of them that has the coordinates; null when there is none.
+  Node* points();
+  // Time steps of the file, and those that an array names; none when it names none.
+  std::vector<double> times();
+  // Comments, elements and the like that no reader of VTK looks at, and the split into pieces.
+  LossList markup();
+
+ private:
+  explicit Contents(Document document) : document_(std::move(document)) {}
+  std::vector<Node*> pieces();
+
+  Document document_;
+};
+
+// The array (role vtu:points) that has the points at a time step; nothing where those of the mesh
+// are meant.
+std::optional<std::size_t> points_of_step(const MeshInfo& info, std::uint64_t step);
+
+// What stands for the values of an array; nothing where that makes no sense.
+std::optional<ValuesWord> values_word(Node& array);
+// Whether the array says more than its name and values: names of components, keys that are no
+// ranges.
+bool has_metadata(const Node& array);
+
+}  // namespace shm::converters::vtu

@@ -1,0 +1,90 @@
+// CellPlan: what the files of VTK, legacy or XML, say of the cells of a mesh: their types, and
+// their nodes in VTK's order or, for polyhedra, their faces.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mesh/mesh_source.h"
+
+namespace shm::converters::vtk {
+
+inline constexpr std::size_t kBatchCells = 16384;
+
+// Throws Failure (corrupt) for extras that contradict themselves or the mesh.
+[[noreturn]] void fail_extra(const std::string& key, std::string detail);
+
+class CellPlan {
+ public:
+  // `mesh` is borrowed.
+  explicit CellPlan(MeshSource& mesh);
+  CellPlan(const CellPlan&) = delete;  // extras_ points into the mesh
+  CellPlan& operator=(const CellPlan&) = delete;
+
+  int block_type(std::uint32_t block) const { return block_types_[block]; }
+  bool has_polyhedra() const { return !polyhedra_.empty(); }
+  const Extra* extra(const std::string& key) const;  // null when absent
+  // Values of an int32 or int64 extra; empty when it is absent.
+  std::vector<std::int64_t> integers(const std::string& key) const;
+
+  // Calls body(batch) for all cells in file order.
+  template <class Body>
+  void for_each_batch(Body&& body) {
+    mesh_.rewind_cells();
+    CellBatch batch;
+    while (mesh_.next_cells(batch, kBatchCells)) body(batch);
+  }
+  // Calls body(numbers) for each cell: its nodes in VTK's order, or the face stream of a
+  // polyhedron.
+  template <class Body>
+  void for_each_cell(Body&& body) {
+    for_each_typed_cell([&](int, const auto& numbers) { body(numbers); });
+  }
+  // The same, as body(type, numbers), of the `count` cells from `first` on.
+  template <class Body>
+  void for_each_typed_cell(Body&& body, std::uint64_t first = 0,
+                           std::uint64_t count = ~std::uint64_t{0}) {
+    cell_ = 0;
+    next_polyhedron_ = 0;
+    for_each_batch([&](const CellBatch& batch) {
+      for (std::size_t i = 0; i < batch.size(); ++i, ++cell_) {
+        if (cell_ - first >= count) continue;
+        file_numbers(batch.blocks[i], batch.cell(i));
+        body(block_types_[batch.blocks[i]], numbers_);
+      }
+    });
+  }
+  // Calls body(values) for all cells in file order, for a cell array of some blocks: the cells of
+  // the others have NaN (floats) or 0.
+  using Values = std::function<void(std::span<const std::byte>)>;
+  void for_each_filled(std::size_t array, std::uint64_t step, const Values& body);
+
+ protected:
+  MeshSource& mesh_;
+  const MeshInfo& info_;
+  std::map<std::string, const Extra*> extras_;
+
+ private:
+  struct Polyhedron {
+    std::int64_t cell;
+    std::uint64_t faces, first_size;
+  };
+
+  void load_cell_types();
+  void load_polyhedra();
+  void file_numbers(std::uint32_t block, std::span<const std::uint64_t> corners);
+
+  std::vector<int> block_types_;
+  std::vector<Polyhedron> polyhedra_;  // by cell
+  std::vector<std::int64_t> face_sizes_;
+  std::size_t next_polyhedron_ = 0;     // of the walk under way
+  std::uint64_t cell_ = 0;              // of the walk under way
+  std::vector<std::uint64_t> numbers_;  // of the current cell
+};
+
+}  // namespace shm::converters::vtk

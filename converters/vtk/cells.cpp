@@ -1,0 +1,215 @@
+#include "vtk/cells.h"
+
+#include <cstring>
+
+#include "base/failure.h"
+
+namespace shm::converters::vtk {
+namespace {
+
+template <class T>
+Extra number_extra(std::string key, ScalarType type, Reference refers,
+                   const std::vector<T>& values) {
+  Extra extra{std::move(key), type, refers, {values.size()}, {}};
+  extra.data.resize(values.size() * sizeof(T));
+  if (!values.empty()) std::memcpy(extra.data.data(), values.data(), extra.data.size());
+  return extra;
+}
+
+}  // namespace
+
+void CellTable::set_rows(std::uint64_t cells, Values rows) {
+  cells_ = cells;
+  has_offsets_ = false;
+  rows_ = std::move(rows);
+}
+
+void CellTable::set_offsets(Values offsets, Values connectivity) {
+  cells_ = offsets.size() == 0 ? 0 : offsets.size() - 1;
+  has_offsets_ = true;
+  offsets_ = std::move(offsets);
+  rows_ = std::move(connectivity);
+}
+
+void CellTable::set_types(Values types) { types_ = std::move(types); }
+
+void CellTable::fail(const Values& values, std::string detail) const {
+  const std::string_view section = &values == &types_ ? "CELL_TYPES" : keyword(list_);
+  throw Failure(
+      Error{ErrorCode::corrupt, std::move(detail), std::string(section), values.offset(), path_});
+}
+
+void CellTable::fail_size(std::uint64_t nodes) const {
+  throw Failure(Error{ErrorCode::unsupported,
+                      "cell " + std::to_string(cell_) + " has " + std::to_string(nodes) +
+                          " nodes; at most " + std::to_string(kMaxNodesPerCell) + " are supported",
+                      std::string(keyword(list_)), rows_.offset(), path_});
+}
+
+void CellTable::rewind() {
+  cell_ = 0;
+  begin_ = 0;
+  row_.rewind();
+  offset_.rewind();
+  type_cursor_.rewind();
+  if (!has_offsets_ || offsets_.size() == 0) return;
+  if (offset_.next() != 0) fail(offsets_, "the first offset is not 0");
+}
+
+bool CellTable::next_cell() {
+  if (cell_ == cells_) {
+    if (row_.left() > 0) fail(rows_, std::to_string(row_.left()) + " numbers follow the last cell");
+    return false;
+  }
+  const auto name = [&] { return "cell " + std::to_string(cell_); };
+  if (!has_offsets_ && row_.left() == 0) fail(rows_, "the list of nodes ends before " + name());
+  const std::int64_t end = has_offsets_ ? offset_.next() : row_.next();
+  std::uint64_t count = static_cast<std::uint64_t>(end);
+  if (has_offsets_) {
+    if (end < begin_) fail(offsets_, "the offset after " + name() + " is less than before");
+    count = static_cast<std::uint64_t>(end) - static_cast<std::uint64_t>(begin_);
+    begin_ = end;
+  }
+  if (end < 0 || count > row_.left())
+    fail(rows_, name() + " states " + std::to_string(has_offsets_ ? count : end) +
+                    " nodes, more than the list has left");
+  read_type(count);
+  // Face sizes come on top of the nodes of a polyhedron: at most one for each and their number.
+  const std::uint64_t room = type_ == kPolyhedron ? 2 : 1;
+  if (count > room * kMaxNodesPerCell + 1) fail_size(count);
+  nodes_.clear();
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::int64_t node = row_.next();
+    // Polyhedra mix face sizes in: looked at when they are unpacked.
+    if (type_ != kPolyhedron && (node < 0 || static_cast<std::uint64_t>(node) >= vertices_))
+      fail(rows_,
+           name() + " uses point " + std::to_string(node) + " of " + std::to_string(vertices_));
+    nodes_.push_back(static_cast<std::uint64_t>(node));
+  }
+  if (type_ == kPolyhedron) unpack_faces();
+  if (nodes_.size() > kMaxNodesPerCell) fail_size(nodes_.size());
+  permute_corners(type_, nodes_.data(), nodes_.size());
+  ++cell_;
+  return true;
+}
+
+void CellTable::read_type(std::uint64_t nodes) {
+  const bool listed = list_ != EntryKind::cells;
+  const std::int64_t type = listed ? cell_type_in(list_, nodes) : type_cursor_.next();
+  if (type < 0 || type > 255)
+    fail(types_, "cell " + std::to_string(cell_) + " has the unknown type " + std::to_string(type));
+  type_ = static_cast<std::uint8_t>(type);
+}
+
+// File: number of faces, then for each face its size and nodes. Leaves the nodes alone in nodes_.
+void CellTable::unpack_faces() {
+  face_sizes_.clear();
+  const auto name = [&] { return "polyhedron " + std::to_string(cell_); };
+  const std::uint64_t faces = nodes_.empty() ? 0 : nodes_[0];
+  if (nodes_.empty() || faces > nodes_.size() - 1)
+    fail(rows_, name() + " has an impossible number of faces");
+  std::size_t from = 1, to = 0;
+  for (std::uint64_t face = 0; face < faces; ++face) {
+    if (from == nodes_.size()) fail(rows_, name() + " ends before its last face");
+    const std::uint64_t size = nodes_[from++];
+    if (size > nodes_.size() - from) fail(rows_, name() + " has a face beyond its end");
+    face_sizes_.push_back(static_cast<std::int64_t>(size));
+    for (std::uint64_t i = 0; i < size; ++i) {
+      if (nodes_[from] >= vertices_)
+        fail(rows_,
+             name() + " uses a point beyond the " + std::to_string(vertices_) + " there are");
+      nodes_[to++] = nodes_[from++];
+    }
+  }
+  if (from != nodes_.size()) fail(rows_, name() + " goes on after its last face");
+  nodes_.resize(to);
+}
+
+std::uint32_t CellTable::block_of_cell() const {
+  const TypeBlocks& of_type = by_type_[type_];
+  if (of_type.varying) return of_type.blocks.front().index;
+  for (const Block& block : of_type.blocks)
+    if (block.nodes == nodes_.size()) return block.index;
+  return of_type.blocks.front().index;
+}
+
+void CellTable::count_cell(MeshInfo& info) {
+  TypeBlocks& of_type = by_type_[type_];
+  if (of_type.blocks.empty() && type_ == kPolyhedron) of_type.varying = true;
+  const auto nodes = static_cast<std::uint32_t>(nodes_.size());
+  for (const Block& block : of_type.blocks) {
+    if (of_type.varying || block.nodes == nodes) {
+      ++info.block_cells[block.index];
+      return;
+    }
+  }
+  const auto index = static_cast<std::uint32_t>(info.schema.blocks.size());
+  of_type.blocks.push_back({nodes, index});
+  const std::uint32_t per_cell = of_type.varying ? 0 : nodes;
+  info.schema.blocks.push_back({type_, {}, shape_of_cell_type(type_, per_cell), per_cell});
+  info.block_cells.push_back(1);
+}
+
+bool CellTable::collect_blocks(MeshInfo& info, std::size_t others, Faces& faces) {
+  rewind();
+  info.schema.blocks.resize(others);
+  info.block_cells.resize(others);
+  for (TypeBlocks& of_type : by_type_) of_type.blocks.clear();
+  faces = {};
+  while (next_cell()) {
+    count_cell(info);
+    TypeBlocks& of_type = by_type_[type_];
+    const std::size_t sizes = of_type.blocks.size();
+    if (sizes > kMostSizes || (sizes > 1 && has_varying_nodes(type_))) {
+      of_type.varying = true;
+      return false;
+    }
+    if (type_ == kPolyhedron) {
+      faces.cells.push_back(static_cast<std::int64_t>(cell_ - 1));
+      faces.counts.push_back(static_cast<std::int64_t>(face_sizes_.size()));
+      faces.sizes.insert(faces.sizes.end(), face_sizes_.begin(), face_sizes_.end());
+    }
+  }
+  return true;
+}
+
+void CellTable::find_blocks(MeshInfo& info, const std::string& path) {
+  path_ = path;
+  vertices_ = info.vertices;
+  if (list_ == EntryKind::cells && types_.size() != cells_)
+    fail(types_, "there are " + std::to_string(cells_) + " cells, but " +
+                     std::to_string(types_.size()) + " cell types");
+  Faces faces;
+  const std::size_t others = info.schema.blocks.size();
+  while (!collect_blocks(info, others, faces)) {
+  }
+  add_faces(info, faces);
+  rewind();
+}
+
+void CellTable::add_faces(MeshInfo& info, const Faces& faces) {
+  if (faces.cells.empty()) return;
+  const auto add = [&](const char* key, Reference refers, const std::vector<std::int64_t>& values) {
+    info.extras.push_back(number_extra(key, ScalarType::int64, refers, values));
+  };
+  add("vtk/polyhedron/cells", Reference::cell, faces.cells);
+  add("vtk/polyhedron/faces", Reference::nothing, faces.counts);
+  add("vtk/polyhedron/face_sizes", Reference::nothing, faces.sizes);
+}
+
+void CellTable::next_cells(CellBatch& out, std::size_t max_cells) {
+  for (std::size_t added = 0; added < max_cells && next_cell(); ++added) {
+    out.blocks.push_back(block_of_cell());
+    out.corners.insert(out.corners.end(), nodes_.begin(), nodes_.end());
+    out.corner_begin.push_back(out.corners.size());
+  }
+}
+
+Extra cell_types_extra(const MeshInfo& info) {
+  std::vector<std::int32_t> types;
+  for (const BlockInfo& block : info.schema.blocks)
+    types.push_back(static_cast<std::int32_t>(block.id));
+  return number_extra("vtk/cell_types", ScalarType::int32, Reference::nothing, types);
+}
+
+}  // namespace shm::converters::vtk

@@ -1,0 +1,116 @@
+// Parser: one walk through a VTK legacy file, front to back, that records in a VtkSource where
+// everything stands. Sections come in any order that VTK's own readers take.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/spool.h"
+#include "base/text_input.h"
+#include "mesh/mesh_source.h"
+#include "vtk/cells.h"
+#include "vtk/legacy/lattice.h"
+#include "vtk/values.h"
+#include "vtk/words.h"
+
+namespace shm::converters::vtk {
+
+class VtkSource : public MeshSource {
+ public:
+  const MeshInfo& info() const override { return info_; }
+  void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override;
+  bool next_cells(CellBatch& out, std::size_t max_cells) override;
+  void rewind_cells() override;
+  void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
+                  std::byte* out) override;
+
+ private:
+  friend class Parser;
+  // One list of cells; of polygonal data four, in VTK's order of numbering.
+  static constexpr std::size_t kLists = 4;
+
+  MeshInfo info_;
+  Values points_;
+  LatticePoints lattice_points_;  // where the data set has no POINTS
+  std::array<CellTable, kLists> lists_;
+  std::optional<Lattice> lattice_;
+  std::uint64_t lattice_cell_ = 0;  // the next one
+  bool makes_points_ = false;
+  std::vector<Values> arrays_;
+};
+
+class Parser {
+ public:
+  Parser(const std::string& path, Spool& spool, VtkSource& source)
+      : path_(path), spool_(spool), source_(source), info_(source.info_), input_(path) {}
+  void parse();
+
+ private:
+  enum class Section { dataset, cell_data, point_data };
+
+  // vtk_reader.cpp
+  void header();
+  void dataset();
+  bool section_keyword(const std::string& word);
+  bool attribute_keyword(const std::string& word);
+  void finish();
+  Values column(ScalarType type, std::uint64_t count);
+  std::uint64_t product(std::uint64_t a, std::uint64_t b);
+  void next_line_is_binary() {
+    if (skeleton_.binary) input_.skip_line();
+  }
+  void add_text_extra(std::string key, const std::string& text);
+
+  // vtk_geometry.cpp
+  bool geometry_keyword(EntryKind kind);
+  void points();
+  void cells(EntryKind kind);
+  void cell_types();
+  Values cell_numbers(const char* keyword, std::string& word, std::uint64_t count);
+  void dimensions(EntryKind kind);
+  void spacing(EntryKind kind);
+  void coordinates(EntryKind kind);
+  void blanking();
+  bool seen(EntryKind kind) const { return seen_[static_cast<std::size_t>(kind)]; }
+  std::string plain_words_of(EntryKind kind);
+  void finish_lattice();
+  void finish_axes();
+  void finish_cells();
+
+  // vtk_attributes.cpp
+  void begin_section(EntryKind kind);
+  void field();
+  void field_array();
+  void attribute(EntryKind kind);
+  void lookup_table();
+  void values(Entry entry);
+  void numbers(Entry& entry, ScalarType type);
+  bool is_per_element(const Entry& entry) const;
+  void add_array(Entry& entry, Values values, std::string_view role);
+  void odd_values(Entry& entry, ValueForm form);
+  void bits(Entry& entry, std::uint64_t count);
+  void listed_strings(Entry& entry, ValueForm form, std::uint64_t count);
+  void one_string(ValueForm form, std::string& out);
+  void metadata(std::uint64_t components, std::string& out);
+  void read_metadata(std::uint64_t components, std::string& out);
+  std::uint64_t section_size() const;
+
+  std::string path_;
+  Spool& spool_;
+  VtkSource& source_;
+  MeshInfo& info_;
+  TextInput input_;
+  std::shared_ptr<RandomFile> binary_file_;
+  Skeleton skeleton_;
+  Section section_ = Section::dataset;
+  std::array<bool, kEntryKinds> seen_{};  // of sections that stand in a file once
+  bool saw_types_ = false;
+  std::size_t data_count_ = 0;
+};
+
+}  // namespace shm::converters::vtk

@@ -1,0 +1,324 @@
+#include "vtk/legacy/plan.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+#include "base/failure.h"
+#include "vtk/between/vtk_field_data.h"
+#include "vtk/between/vtk_from_vtu.h"
+#include "vtk/strings.h"
+#include "vtk/values.h"
+
+namespace shm::converters::vtk {
+namespace {
+
+// Rows of binary files up to 4.x are 32-bit integers.
+constexpr std::uint64_t kMostClassic = std::numeric_limits<std::int32_t>::max();
+
+}  // namespace
+
+FilePlan::FilePlan(MeshSource& mesh) : CellPlan(mesh) {
+  const Extra* text = info_.schema.source_format == "vtk" ? extra("vtk/skeleton") : nullptr;
+  if (text != nullptr) {
+    plan_from_source(*text);
+  } else {
+    plan_for_foreign();
+  }
+  add_missing_parts();
+  check_lists();
+  add_unplaced_arrays();
+  choose_layout();
+}
+
+// A broken skeleton may have lists of cells that its data set has not, or one twice.
+void FilePlan::check_lists() const {
+  std::set<EntryKind> listed;
+  for (const Entry& each : skeleton_.entries) {
+    if (!lists_cells(each.kind)) continue;
+    const bool known = std::any_of(lists_.begin(), lists_.end(),
+                                   [&](const CellList& list) { return list.kind == each.kind; });
+    if (!known || !listed.insert(each.kind).second)
+      fail_extra("vtk/skeleton", "lists cells as its data set does not");
+  }
+}
+
+// Must be one of the lists.
+const FilePlan::CellList& FilePlan::cell_list(EntryKind kind) const {
+  return *std::find_if(lists_.begin(), lists_.end(),
+                       [&](const CellList& list) { return list.kind == kind; });
+}
+
+void FilePlan::plan_from_source(const Extra& text) {
+  const auto* begin = reinterpret_cast<const char*>(text.data.data());
+  auto parsed = parse_skeleton({begin, text.data.size()});
+  if (!parsed) fail_extra(text.key, "is not the skeleton of a VTK file");
+  skeleton_ = std::move(*parsed);
+  settle_dataset();
+  Location location = Location::point;
+  std::erase_if(skeleton_.entries, [&](const Entry& each) {
+    if (each.kind == EntryKind::cell_data) location = Location::cell;
+    if (each.kind == EntryKind::point_data) location = Location::point;
+    return each.origin == Origin::array && !place_array(each, location);
+  });
+}
+
+// A renumbered mesh cannot be said as dimensions, nor moved cells as lists: it becomes an
+// unstructured grid.
+void FilePlan::settle_dataset() {
+  if (skeleton_.dataset == Dataset::unstructured_grid) return;
+  if (is_lattice(skeleton_.dataset) ? plan_lattice() : plan_polydata()) return;
+  skeleton_.dataset = Dataset::unstructured_grid;
+  lists_.clear();
+  std::erase_if(skeleton_.entries, [](const Entry& each) {
+    return plain_words(each.kind) > 0 || each.kind >= EntryKind::x_coordinates ||
+           (lists_cells(each.kind) && each.kind != EntryKind::cells);
+  });
+}
+
+bool FilePlan::plan_lattice() {
+  std::optional<Lattice> lattice;
+  for (const Entry& each : skeleton_.entries)
+    if (each.kind == EntryKind::dimensions || each.kind == EntryKind::extent)
+      lattice = lattice_of(each);
+  if (!lattice) fail_extra("vtk/skeleton", "has no dimensions that are possible");
+  if (!is_lattice_of(*lattice)) return false;
+  if (skeleton_.dataset == Dataset::structured_grid) return true;
+  std::string problem;
+  const auto points = lattice_points_of(
+      skeleton_, [&](const std::string& key) { return extra(key); }, problem);
+  if (!points) fail_extra("vtk/skeleton", problem);
+  return has_points_of(*lattice, *points);
+}
+
+// Whether the mesh has the cells that follow from the dimensions, in their order.
+bool FilePlan::is_lattice_of(const Lattice& lattice) {
+  if (lattice.points() != info_.vertices || lattice.cells() != info_.cells()) return false;
+  std::uint64_t cell = 0;
+  bool same = true;
+  Lattice expected = lattice;
+  for_each_batch([&](const CellBatch& batch) {
+    for (std::size_t i = 0; i < batch.size() && same; ++i, ++cell) {
+      const auto found = batch.cell(i);
+      const auto corners = expected.corners(cell);
+      same = std::equal(found.begin(), found.end(), corners.begin(), corners.end());
+    }
+  });
+  return same;
+}
+
+// Rounded points stand for the exact ones, which the axes tell.
+bool FilePlan::has_points_of(const Lattice& lattice, const LatticePoints& points) {
+  if (points.type != info_.schema.coordinate_type) return false;
+  if (info_.schema.coordinate_quantization.lossy()) return true;
+  const std::size_t bytes = 3 * scalar_bytes(points.type);
+  std::vector<std::byte> found(kBatchCells * bytes), expected(kBatchCells * bytes);
+  for (std::uint64_t first = 0; first < info_.vertices; first += kBatchCells) {
+    const std::uint64_t count = std::min<std::uint64_t>(kBatchCells, info_.vertices - first);
+    mesh_.read_points(first, count, found.data());
+    points.read(lattice, first, count, expected.data());
+    if (std::memcmp(found.data(), expected.data(), count * bytes) != 0) return false;
+  }
+  return true;
+}
+
+// Cells come list by list, in VTK's order of numbering, and each is of a type of its list.
+bool FilePlan::plan_polydata() {
+  std::uint64_t first = 0;
+  for (const EntryKind kind :
+       {EntryKind::vertices, EntryKind::lines, EntryKind::polygons, EntryKind::triangle_strips}) {
+    std::uint64_t cells = 0;
+    for (const Entry& each : skeleton_.entries)
+      if (each.kind == kind) cells = each.tuples;
+    if (cells > info_.cells() - first) return false;
+    lists_.push_back({kind, first, cells, 0});
+    first += cells;
+  }
+  if (first != info_.cells()) return false;
+  bool fits = true;
+  std::uint64_t cell = 0;
+  auto list = lists_.begin();
+  for_each_batch([&](const CellBatch& batch) {
+    for (std::size_t i = 0; i < batch.size() && fits; ++i, ++cell) {
+      while (cell - list->first >= list->cells) ++list;
+      fits = block_type(batch.blocks[i]) == cell_type_in(list->kind, batch.cell(i).size());
+    }
+  });
+  return fits;
+}
+
+// False when the array that the entry names is not there, or no longer what it was.
+bool FilePlan::place_array(const Entry& entry, Location location) {
+  if (entry.index >= info_.schema.arrays.size()) return false;
+  const ArrayInfo& array = info_.schema.arrays[entry.index];
+  const ValueForm form = form_of_word(entry.type);
+  if (form == ValueForm::string || form == ValueForm::variant) {
+    if (array.role != kStringRole || array.per_step) return false;
+  } else if (!is_written(entry.index)) {
+    return false;
+  }
+  const std::uint64_t fixed = fixed_components(entry.kind);
+  const std::uint64_t tuples = location == Location::cell ? info_.cells() : info_.vertices;
+  const bool fits = array.location == location && entry.components == array.components &&
+                    entry.tuples == tuples && (fixed == 0 || fixed == array.components) &&
+                    (form == ValueForm::number || array.blocks.empty()) &&
+                    array_type_of_word(entry.type, skeleton_.binary) == array.type;
+  return fits && placed_.insert(entry.index).second;
+}
+
+bool FilePlan::is_written(std::size_t array) const {
+  const ArrayInfo& info = info_.schema.arrays[array];
+  return info.role.empty() && (!info.per_step || !info_.step_times.empty());
+}
+
+void FilePlan::add_unplaced_arrays() {
+  for (const Location location : {Location::cell, Location::point}) {
+    std::vector<Entry> arrays;
+    for (std::size_t i = 0; i < info_.schema.arrays.size(); ++i)
+      if (info_.schema.arrays[i].location == location && is_written(i) && !placed_.contains(i))
+        arrays.push_back(entry_of_array(info_, i));
+    if (arrays.empty()) continue;
+    auto& entries = skeleton_.entries;
+    if (location == Location::point || entries.back().origin != Origin::block_ids) {
+      const bool of_cells = location == Location::cell;
+      entries.push_back({.kind = of_cells ? EntryKind::cell_data : EntryKind::point_data});
+      entries.push_back({.kind = EntryKind::field, .name = "FieldData"});
+    }
+    entries.insert(entries.end(), arrays.begin(), arrays.end());
+  }
+}
+
+void FilePlan::add_missing_parts() {
+  auto& entries = skeleton_.entries;
+  const auto is_attribute = [](const Entry& e) {
+    return e.kind == EntryKind::cell_data || e.kind == EntryKind::point_data;
+  };
+  const auto add = [&](EntryKind kind, std::string type) {
+    for (const Entry& e : entries)
+      if (e.kind == kind) return;
+    entries.insert(std::find_if(entries.begin(), entries.end(), is_attribute),
+                   Entry{.kind = kind, .type = std::move(type)});
+  };
+  const Dataset dataset = skeleton_.dataset;
+  if (!is_lattice(dataset) || dataset == Dataset::structured_grid)
+    add(EntryKind::points, std::string(word_of_scalar(info_.schema.coordinate_type)));
+  if (dataset != Dataset::unstructured_grid) return;
+  if (info_.cells() > 0) add(EntryKind::cells, {});
+  lists_ = {CellList{EntryKind::cells, 0, info_.cells(), 0}};
+}
+
+void FilePlan::plan_for_foreign() {
+  if (info_.schema.source_format == "vtu" && extra("vtu/skeleton") != nullptr) {
+    LegacyParts parts = legacy_of_xml(info_, nullptr);
+    skeleton_ = std::move(parts.skeleton);
+    placed_ = std::move(parts.placed);
+    made_ = std::move(parts.made);
+    made_.register_in(extras_);
+    return;
+  }
+  if (extra(kNewNumbering) != nullptr) skeleton_.version = "5.1";
+  if (const Extra* title = extra("mesh/title")) set_title(*title);
+  if (!info_.step_times.empty()) add_time();
+  add_block_names();
+  add_missing_parts();
+  add_block_ids();
+}
+
+void FilePlan::add_time() {
+  time_ = Extra{data_key(0), ScalarType::float64, Reference::nothing, {1, 1}, {}};
+  time_.data.resize(sizeof(double));
+  std::memcpy(time_.data.data(), &info_.step_times.back(), sizeof(double));
+  extras_[time_.key] = &time_;
+  skeleton_.entries.push_back({.kind = EntryKind::field, .name = "FieldData"});
+  skeleton_.entries.push_back({.kind = EntryKind::array,
+                               .origin = Origin::extra,
+                               .name = "TIME",
+                               .type = "double",
+                               .components = 1,
+                               .tuples = 1});
+}
+
+// VTK's readers take one line of at most 255 bytes.
+void FilePlan::set_title(const Extra& title) {
+  constexpr std::size_t kLongest = 255;
+  const auto* begin = reinterpret_cast<const char*>(title.data.data());
+  skeleton_.title.assign(begin, std::min(title.data.size(), kLongest));
+  for (char& c : skeleton_.title)
+    if (c == '\n' || c == '\r' || c == '\0') c = ' ';
+}
+
+void FilePlan::add_block_names() {
+  names_ = vtk_block_names_extra(info_, data_key(1), StringForm::lengths);
+  if (names_.shape[0] == 0) return;
+  extras_[names_.key] = &names_;
+  if (skeleton_.entries.empty())
+    skeleton_.entries.push_back({.kind = EntryKind::field, .name = "FieldData"});
+  skeleton_.entries.push_back({.kind = EntryKind::array,
+                               .origin = Origin::extra,
+                               .index = 1,
+                               .name = kVtkBlockNames,
+                               .type = "string",
+                               .components = 1,
+                               .tuples = names_.shape[0]});
+}
+
+// Blocks of other formats have numbers of their own; VTK has only types, so they become an array.
+void FilePlan::add_block_ids() {
+  const auto& blocks = info_.schema.blocks;
+  // Those of VTK's own files are types.
+  if (info_.schema.source_format.starts_with("vt")) return;
+  bool differ = false, wide = false;
+  for (const BlockInfo& block : blocks) {
+    differ |= block.id != blocks.front().id || !block.name.empty();
+    wide |= block.id != static_cast<std::int32_t>(block.id);
+  }
+  for (const ArrayInfo& array : info_.schema.arrays)
+    if (array.location == Location::cell && array.name == "BlockId") return;
+  if (!differ) return;
+  auto& entries = skeleton_.entries;
+  entries.push_back({.kind = EntryKind::cell_data});
+  entries.push_back({.kind = EntryKind::field, .name = "FieldData"});
+  entries.push_back({.kind = EntryKind::array,
+                     .origin = Origin::block_ids,
+                     .name = "BlockId",
+                     .type = wide ? "vtktypeint64" : "int",
+                     .components = 1,
+                     .tuples = info_.cells()});
+}
+
+// Counts the numbers of all cells, and takes the 5.x layout where the classic one is too small.
+void FilePlan::choose_layout() {
+  bool all_fixed = !has_polyhedra() && lists_.size() == 1;
+  std::uint64_t all_numbers = 0;
+  for (std::size_t b = 0; b < info_.schema.blocks.size(); ++b) {
+    const std::uint32_t nodes = info_.schema.blocks[b].nodes_per_cell;
+    all_fixed &= nodes > 0 || info_.block_cells[b] == 0;
+    all_numbers += nodes * info_.block_cells[b];
+  }
+  bool too_large = info_.vertices > kMostClassic;
+  for (CellList& list : lists_) {
+    if (all_fixed) {
+      list.numbers = all_numbers;
+    } else {
+      for_each_cell_of(list, [&](const auto& numbers) { list.numbers += numbers.size(); });
+    }
+    too_large |= list.numbers + list.cells > kMostClassic;
+  }
+  if (skeleton_.major_version() < 5 && skeleton_.binary && too_large && !lists_.empty())
+    skeleton_.version = "5.1";
+  for (Entry& each : skeleton_.entries) {
+    if (!lists_cells(each.kind)) continue;
+    const auto is_integer = [&](const std::string& word) {
+      const auto type = scalar_of_word(word, skeleton_.binary);
+      return type && !is_float(*type);
+    };
+    if (skeleton_.major_version() < 5) {
+      each.type.clear();
+    } else if (!is_integer(each.type) || !is_integer(each.second)) {
+      each.type = each.second = "vtktypeint64";
+    }
+  }
+}
+
+}  // namespace shm::converters::vtk

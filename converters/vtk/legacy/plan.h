@@ -1,0 +1,65 @@
+// FilePlan: what a VTK legacy file of a mesh will look like, settled before its first byte: its
+// skeleton (the source's own, or a plain one for a mesh of another format), its cell types, and
+// what stands in it for each cell.
+#pragma once
+
+#include <cstdint>
+#include <set>
+#include <string>
+
+#include "mesh/mesh_source.h"
+#include "vtk/between/vtk_family.h"
+#include "vtk/cell_plan.h"
+#include "vtk/legacy/lattice.h"
+#include "vtk/words.h"
+
+namespace shm::converters::vtk {
+
+class FilePlan : public CellPlan {
+ public:
+  // `mesh` is borrowed. Walks its cells when their size is not known otherwise.
+  explicit FilePlan(MeshSource& mesh);
+
+  const Skeleton& skeleton() const { return skeleton_; }
+  // One of the lists of cells that the file has: CELLS with all of them, or one of polygonal data.
+  struct CellList {
+    EntryKind kind = EntryKind::cells;
+    std::uint64_t first = 0, cells = 0;
+    // That the file has for all of them, without the counts of classic rows.
+    std::uint64_t numbers = 0;
+  };
+  const CellList& cell_list(EntryKind kind) const;
+  // Calls body(numbers) for each cell of a list: its nodes in VTK's order, or the face stream of a
+  // polyhedron.
+  template <class Body>
+  void for_each_cell_of(const CellList& list, Body&& body) {
+    for_each_typed_cell([&](int, const auto& numbers) { body(numbers); }, list.first, list.cells);
+  }
+
+ private:
+  void plan_from_source(const Extra& text);
+  void plan_for_foreign();
+  void settle_dataset();
+  void check_lists() const;
+  bool is_lattice_of(const Lattice& lattice);
+  bool has_points_of(const Lattice& lattice, const LatticePoints& points);
+  bool plan_lattice();
+  bool plan_polydata();
+  bool place_array(const Entry& entry, Location location);
+  void add_unplaced_arrays();
+  void add_missing_parts();
+  void set_title(const Extra& title);
+  void add_time();
+  void add_block_names();
+  void add_block_ids();
+  bool is_written(std::size_t array) const;
+  void choose_layout();
+
+  Skeleton skeleton_;
+  Extra time_, names_;
+  MadeExtras made_;               // for values that stand otherwise in the source
+  std::set<std::size_t> placed_;  // arrays that the skeleton has a place for
+  std::vector<CellList> lists_;
+};
+
+}  // namespace shm::converters::vtk

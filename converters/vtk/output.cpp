@@ -1,0 +1,112 @@
+#include "vtk/output.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <type_traits>
+
+#include "base/failure.h"
+#include "vtk/values.h"
+
+namespace shm::converters::vtk {
+namespace {
+
+constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
+constexpr std::size_t kLongestNumber = 32;  // "-2.2250738585072014e-308" has 24 characters
+
+}  // namespace
+
+VtkOutput::VtkOutput(const std::string& path, bool binary) : path_(path), binary_(binary) {
+  descriptor_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (descriptor_ < 0) fail("cannot create it");
+  buffer_.reserve(kBufferBytes);
+}
+
+VtkOutput::~VtkOutput() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void VtkOutput::fail(const char* what) const {
+  throw Failure(Error{
+      ErrorCode::output, std::string(what) + ": " + std::strerror(errno), {}, kNoOffset, path_});
+}
+
+void VtkOutput::flush() {
+  std::size_t done = 0;
+  while (done < buffer_.size()) {
+    const ssize_t n = ::write(descriptor_, buffer_.data() + done, buffer_.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail("cannot write it");
+    done += static_cast<std::size_t>(n);
+  }
+  flushed_ += buffer_.size();
+  buffer_.clear();
+}
+
+void VtkOutput::patch(std::uint64_t offset, std::string_view text) {
+  if (offset >= flushed_) {
+    std::copy(text.begin(), text.end(),
+              buffer_.begin() + static_cast<std::ptrdiff_t>(offset - flushed_));
+    return;
+  }
+  flush();
+  while (!text.empty()) {
+    const ssize_t n = ::pwrite(descriptor_, text.data(), text.size(), static_cast<off_t>(offset));
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail("cannot write it");
+    text.remove_prefix(static_cast<std::size_t>(n));
+    offset += static_cast<std::uint64_t>(n);
+  }
+}
+
+void VtkOutput::finish() {
+  flush();
+  const int closing = descriptor_;
+  descriptor_ = -1;
+  if (::close(closing) != 0) fail("cannot close it");
+}
+
+void VtkOutput::text(std::string_view text) {
+  if (buffer_.size() + text.size() > kBufferBytes) flush();
+  buffer_.insert(buffer_.end(), text.begin(), text.end());
+}
+
+template <class T>
+void VtkOutput::number_text(const T* values, std::size_t count, std::size_t per_line) {
+  for (std::size_t i = 0; i < count; ++i) {
+    char word[kLongestNumber];
+    T value;
+    std::memcpy(&value, values + i, sizeof value);
+    char* end = nullptr;
+    if constexpr (sizeof(T) == 1) {
+      end = std::to_chars(word, word + sizeof word, static_cast<int>(value)).ptr;
+    } else {
+      end = std::to_chars(word, word + sizeof word, value).ptr;
+    }
+    ++in_line_;
+    const bool last = in_line_ == per_line;
+    *end++ = last ? '\n' : ' ';
+    if (last) in_line_ = 0;
+    text({word, end});
+  }
+}
+
+void VtkOutput::numbers(ScalarType type, const std::byte* values, std::size_t count,
+                        std::size_t per_line) {
+  const std::size_t bytes = count * scalar_bytes(type);
+  if (binary_) {
+    swapped_.assign(values, values + bytes);
+    swap_big_endian(swapped_.data(), count, scalar_bytes(type));
+    text({reinterpret_cast<const char*>(swapped_.data()), bytes});
+    return;
+  }
+  with_scalar(type, [&](auto zero) {
+    number_text(reinterpret_cast<const decltype(zero)*>(values), count, per_line);
+  });
+}
+
+}  // namespace shm::converters::vtk

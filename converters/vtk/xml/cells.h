@@ -1,0 +1,73 @@
+// CellCollector: the cells of all pieces of a VTU file as one table such as legacy files have:
+// numbers of points counted through all pieces, polyhedra as streams of faces.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "base/spool.h"
+#include "mesh/mesh_source.h"
+#include "vtk/cells.h"
+#include "vtk/xml/loader.h"
+
+namespace shm::converters::vtu {
+
+// What the arrays of <Cells> are called, by themselves and in the skeleton.
+inline constexpr std::string_view kConnectivity = "connectivity", kOffsets = "offsets",
+                                  kTypes = "types", kFaces = "faces", kFaceOffsets = "faceoffsets",
+                                  kFaceConnectivity = "face_connectivity",
+                                  kFaceEnds = "face_offsets",
+                                  kPolyhedronFaces = "polyhedron_to_faces",
+                                  kPolyhedronEnds = "polyhedron_offsets";
+
+// The points of a stream of faces in the order of their first use.
+std::vector<std::int64_t> first_uses(const std::vector<std::int64_t>& stream);
+
+struct PieceRange {
+  std::uint64_t first_point = 0, points = 0, first_cell = 0, cells = 0;
+};
+
+class CellCollector {
+ public:
+  CellCollector(ArrayLoader& loader, Spool& spool);
+  // Takes the cells of the next piece and marks their arrays.
+  void add_piece(Node& cells, const PieceRange& piece);
+  // Hands the table over, and adds what it cannot say to `info`. Call once.
+  void finish(vtk::CellTable& table, MeshInfo& info);
+
+ private:
+  // All values of an array.
+  struct Column {
+    Column(CellCollector& owner, Node& array, std::uint64_t most);
+    std::uint64_t size() const { return values.size(); }
+    std::int64_t at(std::uint64_t i) { return values.get<std::int64_t>(i); }
+    PagedArray values;
+  };
+  Node* find(Node& cells, std::string_view name) const;
+  bool read_types(Node& types, const PieceRange& piece);  // true: there are polyhedra
+  void read_plain(Node& offsets, Node& connectivity, const PieceRange& piece);
+  void read_with_faces(Node& cells, Node& offsets, Node& connectivity, const PieceRange& piece);
+  bool face_streams(Node& faces, Node& ends, const PieceRange& piece);
+  bool face_tables(Node& cells, const PieceRange& piece);
+  void add_cells(Node& offsets, Node& connectivity, const PieceRange& piece);
+  void begin_stream(std::uint64_t faces);
+  void add_stream_face(Node& array, Column& nodes, std::uint64_t begin, std::uint64_t end);
+  void add_cell(std::uint64_t cell, std::uint8_t type, const std::vector<std::int64_t>& nodes,
+                const PieceRange& piece);
+  void check_nodes(Node& array, const std::vector<std::int64_t>& nodes,
+                   const PieceRange& piece) const;
+  void mark_steps(Node& cells);
+  void mark_rest(Node& cells);
+
+  ArrayLoader& loader_;
+  Spool& spool_;
+  PagedArray offsets_, connectivity_, types_;
+  // Streams of the faces of the piece under way: numbers of its own points.
+  std::uint64_t face_nodes_ = 0;      // points of the faces of all polyhedra of a piece
+  PagedArray streams_, stream_ends_;  // ends: one for each cell, with those before it
+  // Polyhedra whose points do not stand in the order in which their faces first use them.
+  std::vector<std::int64_t> odd_cells_, odd_counts_, odd_nodes_;
+};
+
+}  // namespace shm::converters::vtu

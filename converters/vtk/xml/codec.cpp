@@ -1,0 +1,145 @@
+#include "vtk/xml/codec.h"
+
+#include <lz4.h>
+#include <lzma.h>
+#include <zlib.h>
+
+#include "base/failure.h"
+
+namespace shm::converters::vtu {
+namespace {
+
+// No level stands in a file. VTK's own default for zlib and LZMA is 5; LZ4 has none.
+constexpr int kZlibLevel = 5;
+constexpr std::uint32_t kLzmaPreset = 5;
+constexpr std::uint64_t kLzmaMemory = std::uint64_t{128} << 20;  // the largest preset needs 65 MiB
+
+constexpr std::string_view kBase64Digits =
+    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
+bool inflate_block(const std::vector<std::byte>& block, std::byte* out, std::size_t size) {
+  uLongf made = size;
+  return ::uncompress(reinterpret_cast<Bytef*>(out), &made,
+                      reinterpret_cast<const Bytef*>(block.data()), block.size()) == Z_OK &&
+         made == size;
+}
+
+bool lz4_block(const std::vector<std::byte>& block, std::byte* out, std::size_t size) {
+  const int made = ::LZ4_decompress_safe(reinterpret_cast<const char*>(block.data()),
+                                         reinterpret_cast<char*>(out),
+                                         static_cast<int>(block.size()), static_cast<int>(size));
+  return made >= 0 && static_cast<std::size_t>(made) == size;
+}
+
+bool lzma_block(const std::vector<std::byte>& block, std::byte* out, std::size_t size) {
+  std::uint64_t memory = kLzmaMemory;
+  std::size_t in_at = 0, out_at = 0;
+  const lzma_ret result = ::lzma_stream_buffer_decode(
+      &memory, 0, nullptr, reinterpret_cast<const std::uint8_t*>(block.data()), &in_at,
+      block.size(), reinterpret_cast<std::uint8_t*>(out), &out_at, size);
+  return result == LZMA_OK && out_at == size;
+}
+
+[[noreturn]] void fail_compress() {
+  throw Failure(Error{ErrorCode::output, "an array cannot be compressed", {}, kNoOffset, {}});
+}
+
+std::size_t deflate_block(const std::byte* values, std::size_t size, std::vector<std::byte>& out) {
+  uLongf made = out.size();
+  if (::compress2(reinterpret_cast<Bytef*>(out.data()), &made,
+                  reinterpret_cast<const Bytef*>(values), size, kZlibLevel) != Z_OK)
+    fail_compress();
+  return made;
+}
+
+std::size_t make_lz4_block(const std::byte* values, std::size_t size, std::vector<std::byte>& out) {
+  const int made = ::LZ4_compress_default(reinterpret_cast<const char*>(values),
+                                          reinterpret_cast<char*>(out.data()),
+                                          static_cast<int>(size), static_cast<int>(out.size()));
+  if (made <= 0) fail_compress();
+  return static_cast<std::size_t>(made);
+}
+
+// The dictionary is no larger than the block: small ones take no time to set it up.
+std::size_t make_lzma_block(const std::byte* values, std::size_t size,
+                            std::vector<std::byte>& out) {
+  lzma_options_lzma options;
+  if (::lzma_lzma_preset(&options, kLzmaPreset)) fail_compress();
+  while (options.dict_size > LZMA_DICT_SIZE_MIN && options.dict_size / 2 >= size)
+    options.dict_size /= 2;
+  lzma_filter filters[2] = {{LZMA_FILTER_LZMA2, &options}, {LZMA_VLI_UNKNOWN, nullptr}};
+  std::size_t made = 0;
+  if (::lzma_stream_buffer_encode(
+          filters, LZMA_CHECK_CRC32, nullptr, reinterpret_cast<const std::uint8_t*>(values), size,
+          reinterpret_cast<std::uint8_t*>(out.data()), &made, out.size()) != LZMA_OK)
+    fail_compress();
+  return made;
+}
+
+}  // namespace
+
+std::optional<Compressor> compressor_of_name(std::string_view name) {
+  if (name.empty()) return Compressor::none;
+  if (name == "vtkZLibDataCompressor") return Compressor::zlib;
+  if (name == "vtkLZ4DataCompressor") return Compressor::lz4;
+  if (name == "vtkLZMADataCompressor") return Compressor::lzma;
+  return std::nullopt;
+}
+
+bool decompress(Compressor compressor, const std::vector<std::byte>& block, std::byte* out,
+                std::size_t size) {
+  switch (compressor) {
+    case Compressor::zlib: return inflate_block(block, out, size);
+    case Compressor::lz4: return lz4_block(block, out, size);
+    case Compressor::lzma: return lzma_block(block, out, size);
+    case Compressor::none: break;
+  }
+  return false;
+}
+
+std::vector<std::byte> compress(Compressor compressor, const std::byte* values, std::size_t size) {
+  std::vector<std::byte> out(most_compressed_bytes(size));
+  switch (compressor) {
+    case Compressor::zlib: out.resize(deflate_block(values, size, out)); break;
+    case Compressor::lz4: out.resize(make_lz4_block(values, size, out)); break;
+    case Compressor::lzma: out.resize(make_lzma_block(values, size, out)); break;
+    case Compressor::none: fail_compress();
+  }
+  return out;
+}
+
+void append_base64(std::string& text, const std::byte* bytes, std::size_t count) {
+  for (std::size_t at = 0; at < count; at += 3) {
+    std::uint32_t three = 0;
+    const std::size_t here = count - at < 3 ? count - at : 3;
+    for (std::size_t i = 0; i < 3; ++i)
+      three = three << 8 | (i < here ? static_cast<std::uint32_t>(bytes[at + i]) : 0U);
+    for (std::size_t i = 0; i < 4; ++i)
+      text += i <= here ? kBase64Digits[three >> (18 - 6 * i) & 63U] : '=';
+  }
+}
+
+int base64_value(char c) {
+  if (c >= 'A' && c <= 'Z') return c - 'A';
+  if (c >= 'a' && c <= 'z') return c - 'a' + 26;
+  if (c >= '0' && c <= '9') return c - '0' + 52;
+  return c == '+' ? 62 : c == '/' ? 63 : -1;
+}
+
+void append_word(std::vector<std::byte>& out, std::uint64_t word, const ByteForm& form) {
+  for (std::size_t i = 0; i < form.header_bytes; ++i) {
+    const std::size_t byte = form.big_endian ? form.header_bytes - 1 - i : i;
+    out.push_back(static_cast<std::byte>(word >> (8 * byte) & 0xffU));
+  }
+}
+
+std::uint64_t word_at(const std::byte* bytes, const ByteForm& form) {
+  std::uint64_t word = 0;
+  for (std::size_t i = 0; i < form.header_bytes; ++i) {
+    const std::size_t byte = form.big_endian ? i : form.header_bytes - 1 - i;
+    word = word << 8 | static_cast<std::uint64_t>(bytes[byte]);
+  }
+  return word;
+}
+
+}  // namespace shm::converters::vtu

@@ -1,0 +1,59 @@
+// PayloadWriter: the numbers of one array of a VTU file on their way into it, as text, base64 or
+// raw bytes, compressed block by block. The counterpart of PayloadReader.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "shm/schema.h"
+#include "vtk/output.h"
+#include "vtk/xml/codec.h"
+#include "vtk/xml/payload.h"
+
+namespace shm::converters::vtu {
+
+class PayloadWriter {
+ public:
+  PayloadWriter(vtk::VtkOutput& out, ByteForm form) : out_(out), form_(form) {}
+
+  struct Head {
+    std::string array;  // what complaints name
+    Style style = Style::raw;
+    ScalarType type = ScalarType::float64;
+    bool bits = false;        // uint8 of 0 and 1
+    std::uint64_t count = 0;  // of all numbers
+    std::uint64_t block_bytes = kUsualBlockBytes;
+  };
+  // begin(), as many numbers in host order as it said, end().
+  void begin(const Head& head);
+  void numbers(const std::byte* values, std::size_t count);
+  void end();
+
+ private:
+  [[noreturn]] void fail(std::string detail) const;
+  std::uint64_t word(std::uint64_t value) const;
+  void push(const std::byte* bytes, std::size_t count);
+  void push_bits(const std::byte* values, std::size_t count);
+  void emit(const std::byte* bytes, std::size_t count);
+  void end_emit();
+  void flush_block();
+  void patch_header();
+
+  vtk::VtkOutput& out_;
+  ByteForm form_;
+  Head head_;
+  std::uint64_t seen_ = 0, header_at_ = 0;
+  std::vector<std::byte> swapped_, block_, bits_;
+  std::vector<std::uint64_t> block_sizes_;
+  std::array<std::byte, 3> group_{};  // base64: bytes of a group that is not full
+  std::size_t grouped_ = 0;
+  std::uint8_t group_bits_ = 0;  // bits of a byte that is not full
+  unsigned bit_count_ = 0;
+  std::uint64_t last_block_ = 0;
+  std::string text_;
+};
+
+}  // namespace shm::converters::vtu

@@ -1,0 +1,81 @@
+// VtuPlan: the tree of a VTU file to be written, settled before its first byte: the source's own,
+// made to fit the mesh as it is now, or a plain one for a mesh of another format.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "mesh/mesh_source.h"
+#include "vtk/between/vtk_family.h"
+#include "vtk/cell_plan.h"
+#include "vtk/xml/cells.h"
+#include "vtk/xml/codec.h"
+#include "vtk/xml/document.h"
+#include "vtk/xml/loader.h"
+
+namespace shm::converters::vtu {
+
+// What stands for the numbers of an array (see vtu.h).
+struct ValuesWord {
+  enum class Kind : std::uint8_t { array, extra, other };
+  Kind kind = Kind::other;
+  std::string word;         // "connectivity", ...
+  std::uint64_t index = 0;  // of the array or extra
+  std::optional<std::uint64_t> step;
+  std::uint64_t block_bytes = kUsualBlockBytes;
+};
+// Nothing when it makes no sense.
+std::optional<ValuesWord> parse_values_word(std::string_view text);
+
+class VtuPlan : public vtk::CellPlan {
+ public:
+  explicit VtuPlan(MeshSource& mesh);
+
+  Document& document() { return document_; }
+  const ByteForm& form() const { return form_; }
+  bool raw_appended() const { return raw_appended_; }
+  // Legacy files tell the points of a polyhedron by its faces alone; VTK makes them ascend.
+  bool sorts_points() const { return !own_; }
+  // Points and cells of a <Piece>; null for all other nodes.
+  const PieceRange* piece_of(const Node& node) const {
+    const auto found = by_node_.find(&node);
+    return found == by_node_.end() ? nullptr : &pieces_[found->second];
+  }
+
+ private:
+  void plan_from_source(const Extra& text);
+  void plan_for_foreign();
+  void plan_from_legacy(Node& root, Node& grid_node, Node& piece);
+  void plan_from_others(Node& grid_node, Node& piece);
+  void read_head();
+  void find_pieces();
+  void join_pieces();
+  void fit_arrays(Node& data, Location location);
+  bool fits(Node& array, Location location);
+  void fit_cells(Node& piece, const PieceRange& range);
+  void fit_points(Node& points);
+  void forget_ranges(Node& array) const;
+  void add_unplaced_arrays(Node& piece, Location location);
+  void add_array(Node& data, std::size_t array) const;
+  void add_block_ids(Node& data) const;
+  void add_strings(Node& grid, const std::string& name, const Extra& strings);
+  bool is_written(std::size_t array) const;
+  bool is_of_type(const ArrayInfo& info, const ArrayType& type) const;
+  Node& grid();
+
+  Document document_;
+  ByteForm form_;
+  bool raw_appended_ = true, own_ = false;
+  std::string format_ = "appended";  // of arrays that the source did not have
+  std::vector<PieceRange> pieces_;   // they follow each other
+  std::map<const Node*, std::size_t> by_node_;
+  std::set<std::size_t> placed_;
+  vtk::MadeExtras made_;  // for values that stand otherwise in the source
+};
+
+}  // namespace shm::converters::vtu

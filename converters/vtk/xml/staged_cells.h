@@ -1,0 +1,42 @@
+// StagedCells: the cells of a mesh as the arrays that VTU files say them with, for any piece.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string_view>
+
+#include "base/spool.h"
+#include "vtk/xml/cells.h"
+#include "vtk/xml/plan.h"
+
+namespace shm::converters::vtu {
+
+class StagedCells {
+ public:
+  // Walks all cells once, into `spool`.
+  StagedCells(VtuPlan& plan, Spool& spool);
+
+  // How many numbers the array `name` (kConnectivity, ...) of a piece has; the numbers, in order.
+  using Take = std::function<void(std::span<const std::int64_t>)>;
+  std::uint64_t count(std::string_view name, const PieceRange& piece);
+  void numbers(std::string_view name, const PieceRange& piece, const Take& take);
+
+ private:
+  // Face by face of the polyhedra of a piece: body(cell, faces of the cell, its number among them,
+  // points), after head(cell, faces) for each cell, no faces for those that are none.
+  void faces_of(const PieceRange& piece,
+                const std::function<void(std::uint64_t, std::int64_t)>& head,
+                const std::function<void(std::span<const std::int64_t>)>& face);
+  void ends(PagedArray& all, const PieceRange& piece, const Take& take);
+  void face_numbers(std::string_view name, const PieceRange& piece, const Take& take);
+  std::int64_t begin_of(PagedArray& all, std::uint64_t cell) {
+    return cell == 0 ? 0 : all.get<std::int64_t>(cell - 1);
+  }
+
+  PagedArray nodes_, node_ends_, types_;
+  PagedArray streams_, stream_ends_;  // of polyhedra; none when there are none
+  bool polyhedra_;
+};
+
+}  // namespace shm::converters::vtu

@@ -1,0 +1,277 @@
+#include "access/indexed_file.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "bytes/checksum.h"
+#include "bytes/packing.h"
+#include "container/random_chunks.h"
+#include "container/schema_codec.h"
+
+namespace shm {
+
+using container::ChunkKind;
+using container::IndexEntry;
+using container::kChunkHeaderBytes;
+
+Result<void> IndexedFile::open() {
+  if (auto good = read_index(); !good) return good;
+  if (auto good = list_groups(); !good) return good;
+  return read_schema();
+}
+
+Result<void> IndexedFile::open_damaged() {
+  const auto known = KnownChunks::of(*source_, limits_);
+  if (!known) return known.error();
+  if (!known->schema())
+    return wrong("no copy of it is whole, and nothing can be read without", "schema", kNoOffset);
+  return open_damaged(std::make_shared<const Survivors>(Survivors::of(*known)));
+}
+
+Result<void> IndexedFile::open_damaged(std::shared_ptr<const Survivors> survivors) {
+  survivors_ = std::move(survivors);
+  index_offset_ = survivors_->index_offset;
+  index_ = survivors_->totals;
+  for (const auto* entries : {&survivors_->extras, &survivors_->step_times})
+    index_.entries.insert(index_.entries.end(), entries->begin(), entries->end());
+  groups_ = survivors_->groups;
+  first_group_ = survivors_->first_group;
+  if (first_group_.size() - 1 > limits_.max_segments)
+    return wrong_index("its segments are too many");
+  for (std::size_t s = 0; s + 1 < first_group_.size(); ++s) {
+    const IndexEntry& first = groups_[first_group_[s]];
+    segments_.push_back({first.first_cell, 0, first.first_vertex, 0, 0, first.box});
+    for (std::size_t g = first_group_[s]; g < first_group_[s + 1]; ++g) add_to_segment(groups_[g]);
+  }
+  decoder_ = Decoder(limits_);
+  if (auto good = decoder_.feed(survivors_->beginning); !good) return good;
+  const auto advanced = decoder_.advance();
+  if (decoder_.schema() == nullptr)
+    return advanced ? wrong("makes no sense", "schema", kNoOffset) : advanced.error();
+  return {};
+}
+
+Result<std::vector<std::byte>> IndexedFile::read_chunk(const IndexEntry& entry) {
+  return container::read_chunk(*source_, entry, limits_.max_chunk_bytes);
+}
+
+/// The blob of an extra or of the step times.
+Result<std::vector<std::byte>> IndexedFile::read_packed(const IndexEntry& entry) {
+  const auto payload = read_chunk(entry);
+  if (!payload) return payload.error();
+  ByteReader in(*payload);
+  const std::string section = container::chunk_name(entry.kind);
+  if (stated_packed_size(in) > limits_.max_extra_bytes)
+    return wrong("unpacks to more than the limit", section, entry.offset, ErrorCode::over_limit);
+  auto blob = get_packed(in, limits_.max_extra_bytes);
+  if (!blob) return wrong("cannot be unpacked", section, entry.offset);
+  return std::move(*blob);
+}
+
+Result<std::vector<Extra>> IndexedFile::read_extras() {
+  std::vector<Extra> extras;
+  for (const IndexEntry& entry : index_.entries) {
+    if (entry.kind != static_cast<std::uint8_t>(ChunkKind::extra)) continue;
+    const auto blob = read_packed(entry);
+    if (!blob) return blob.error();
+    ByteReader fields(*blob);
+    if (!get(fields, extras.emplace_back()))
+      return wrong("makes no sense", container::chunk_name(entry.kind), entry.offset);
+  }
+  return extras;
+}
+
+Result<std::vector<double>> IndexedFile::read_step_times() {
+  std::vector<double> times;
+  bool found = false;
+  for (const IndexEntry& entry : index_.entries) {
+    if (entry.kind != static_cast<std::uint8_t>(ChunkKind::step_times)) continue;
+    if (std::exchange(found, true)) return wrong_index("has step times twice");
+    const auto blob = read_packed(entry);
+    if (!blob) return blob.error();
+    if (blob->size() % 8 != 0)
+      return wrong("cannot be unpacked", container::chunk_name(entry.kind), entry.offset);
+    for (ByteReader values(*blob); values.left() > 0;) values.get_f64(times.emplace_back());
+  }
+  return times;
+}
+
+Result<IndexedFile::GroupHead> IndexedFile::read_group_head(std::size_t group) {
+  const IndexEntry& entry = groups_[group];
+  const std::string section = "group " + std::to_string(group);
+  if (entry.bytes < kChunkHeaderBytes || entry.header_bytes > entry.bytes - kChunkHeaderBytes ||
+      entry.header_bytes > limits_.max_chunk_bytes)
+    return wrong("the index does not tell how long its header is", section, entry.offset);
+  const auto bytes = container::read_bytes(*source_, entry.offset,
+                                           kChunkHeaderBytes + entry.header_bytes, section);
+  if (!bytes) return bytes.error();
+  const auto chunk = container::checked_header(*bytes, entry);
+  if (!chunk) return chunk.error();
+  ByteReader in(std::span<const std::byte>(*bytes).subspan(kChunkHeaderBytes));
+  GroupHead head;
+  head.bytes.assign(bytes->begin() + kChunkHeaderBytes, bytes->end());
+  if (!container::get(in, head.header) || in.left() != 0)
+    return wrong("the group header makes no sense", section, entry.offset);
+  if (auto good = expect_group(group, head.header); !good) return good.error();
+  std::uint64_t left = chunk->payload_bytes - entry.header_bytes;
+  for (const container::StreamEntry& stream : head.header.streams) {
+    head.stream_offset.push_back(entry.offset + entry.bytes - left);
+    if (stream.bytes > left)
+      return wrong(container::stream_name(stream.kind) + ": ends beyond the group", section,
+                   entry.offset);
+    left -= stream.bytes;
+  }
+  if (left != 0) return wrong("bytes are left over behind the last stream", section, entry.offset);
+  return head;
+}
+
+Result<std::vector<std::byte>> IndexedFile::read_stream(std::size_t group, const GroupHead& head,
+                                                        std::size_t stream) {
+  const container::StreamEntry& entry = head.header.streams[stream];
+  const std::string section = "group " + std::to_string(group);
+  const std::string name = container::stream_name(entry.kind);
+  if (entry.bytes > limits_.max_chunk_bytes)
+    return wrong(name + ": " + std::to_string(entry.bytes) + " bytes, the limit is " +
+                     std::to_string(limits_.max_chunk_bytes),
+                 section, groups_[group].offset, ErrorCode::over_limit);
+  auto bytes = container::read_bytes(*source_, head.stream_offset[stream], entry.bytes, section);
+  if (bytes && checksum(*bytes) != entry.checksum)
+    return wrong(name + ": checksum does not match", section, groups_[group].offset);
+  return bytes;
+}
+
+Result<std::vector<std::byte>> IndexedFile::read_group(std::size_t group,
+                                                       const WantedValues& wanted) {
+  const IndexEntry& entry = groups_[group];
+  if (wanted.all()) return read_chunk(entry);
+  auto head = read_group_head(group);
+  if (!head) return head.error();
+  const std::uint64_t payload_bytes = entry.bytes - kChunkHeaderBytes;
+  if (payload_bytes > limits_.max_chunk_bytes)
+    return wrong("a chunk of " + std::to_string(entry.bytes) + " bytes, the limit is " +
+                     std::to_string(limits_.max_chunk_bytes),
+                 "group " + std::to_string(group), entry.offset, ErrorCode::over_limit);
+  std::vector<std::byte> payload = std::move(head->bytes);
+  const auto& streams = head->header.streams;
+  const std::uint64_t begin = entry.offset + kChunkHeaderBytes;
+  // Up to the last stream that is wanted: what a chunk that is cut says it has need not be there.
+  std::uint64_t needed = payload.size();
+  for (std::size_t s = 0; s < streams.size(); ++s)
+    if (wanted.include(streams[s]))
+      needed = std::max(needed, head->stream_offset[s] - begin + streams[s].bytes);
+  if (needed > source_->size() - std::min(source_->size(), begin))
+    return wrong("ends beyond the file", "group " + std::to_string(group), entry.offset,
+                 ErrorCode::truncated);
+  payload.resize(static_cast<std::size_t>(needed));
+  for (std::size_t s = 0; s < streams.size();) {
+    // Neighbours are read at once.
+    std::uint64_t bytes = 0;
+    std::size_t end = s;
+    for (; end < streams.size() && wanted.include(streams[end]); ++end) bytes += streams[end].bytes;
+    if (bytes > 0) {
+      const auto from = static_cast<std::size_t>(head->stream_offset[s] - begin);
+      const auto into = std::span(payload).subspan(from, static_cast<std::size_t>(bytes));
+      if (auto good = source_->read_at(head->stream_offset[s], into); !good) return good.error();
+    }
+    s = std::max(end, s + 1);
+  }
+  return payload;
+}
+
+// --- what is read first
+
+Result<void> IndexedFile::read_index() {
+  const auto last = container::last_chunk(*source_, ChunkKind::index);
+  if (!last) return last.error();
+  index_offset_ = last->offset;
+  const auto payload = read_chunk(*last);
+  if (!payload) return payload.error();
+  ByteReader fields(*payload);
+  if (!container::get(fields, index_, payload->size())) return wrong_index("makes no sense");
+  return {};
+}
+
+Result<void> IndexedFile::list_groups() {
+  for (const IndexEntry& entry : index_.entries) {
+    if (entry.kind != static_cast<std::uint8_t>(ChunkKind::group)) continue;
+    if (segments_.empty() || entry.segment + 1 != segments_.size()) {
+      if (entry.segment != segments_.size() || entry.segment >= limits_.max_segments)
+        return wrong_index("its segments are not in order, or too many");
+      segments_.push_back({entry.first_cell, 0, entry.first_vertex, 0, 0, entry.box});
+      first_group_.push_back(groups_.size());
+    }
+    add_to_segment(entry);
+    if (entry.offset > source_->size() || entry.bytes > source_->size() - entry.offset ||
+        (!groups_.empty() && entry.offset < groups_.back().offset + groups_.back().bytes))
+      return wrong_index("its groups are not one after the other in the file");
+    groups_.push_back(entry);
+  }
+  first_group_.push_back(groups_.size());
+  return {};
+}
+
+/// A group to the last segment.
+void IndexedFile::add_to_segment(const IndexEntry& entry) {
+  SegmentInfo& segment = segments_.back();
+  segment.cells += entry.cells;
+  segment.vertices += entry.vertices;
+  segment.bytes += entry.bytes;
+  for (std::size_t c = 0; c < 3; ++c) {
+    segment.box[c] = std::min(segment.box[c], entry.box[c]);
+    segment.box[3 + c] = std::max(segment.box[3 + c], entry.box[3 + c]);
+  }
+}
+
+Result<void> IndexedFile::expect_group(std::size_t group,
+                                       const container::GroupHeader& header) const {
+  const IndexEntry& entry = groups_[group];
+  if (header.cells == entry.cells && header.vertices == entry.vertices &&
+      header.first_cell == entry.first_cell && header.first_vertex == entry.first_vertex &&
+      header.box == entry.box)
+    return {};
+  return wrong_index("tells something else of group " + std::to_string(group) + " than its header");
+}
+
+Result<void> IndexedFile::expect_totals() const {
+  if (survivors_) return {};  // some are lost
+  std::uint64_t vertices = 0, cells = 0;
+  bool good = index_.block_cells.size() == schema().blocks.size();
+  for (const IndexEntry& group : groups_) {
+    good = good && group.first_vertex == vertices && group.first_cell == cells &&
+           group.vertices <= index_.vertices - vertices && group.cells <= index_.cells - cells;
+    if (!good) break;
+    vertices += group.vertices;
+    cells += group.cells;
+  }
+  good = good && vertices == index_.vertices && cells == index_.cells;
+  for (std::uint64_t of_block : index_.block_cells) {
+    good = good && of_block <= cells;
+    cells -= of_block;
+  }
+  return good && cells == 0 ? Result<void>()
+                            : wrong_index("its groups are not what it tells in all");
+}
+
+/// The first chunk, and what stands before it, through a Decoder, which checks it.
+Result<void> IndexedFile::read_schema() {
+  if (index_.entries.empty() ||
+      index_.entries[0].kind != static_cast<std::uint8_t>(ChunkKind::schema) ||
+      index_.entries[0].offset != container::kFileStartBytes ||
+      index_offset_ < container::kFileStartBytes ||
+      index_.entries[0].bytes > index_offset_ - container::kFileStartBytes)
+    return wrong_index("does not tell of the schema");
+  constexpr std::uint64_t kPiece = std::uint64_t{1} << 16;
+  const std::uint64_t end = container::kFileStartBytes + index_.entries[0].bytes;
+  decoder_ = Decoder(limits_);
+  std::vector<std::byte> piece;
+  for (std::uint64_t at = 0; at < end; at += piece.size()) {
+    piece.resize(static_cast<std::size_t>(std::min(kPiece, end - at)));
+    if (auto good = source_->read_at(at, piece); !good) return good;
+    if (auto good = decoder_.feed(piece); !good) return good;
+    if (auto progress = decoder_.advance(); !progress) return progress.error();
+  }
+  if (decoder_.schema() == nullptr) return wrong_index("does not tell how long the schema is");
+  return {};
+}
+
+}  // namespace shm

@@ -1,0 +1,120 @@
+// IndexedFile: a .shm file that is read by its index: finds chunks and the bitstreams of groups,
+// and reads these alone. The index is believed where to look, and never what is there.
+// spec: "Index and trailer", "Group"
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bytes/sizes.h"
+#include "container/format.h"
+#include "recovery/survivors.h"
+#include "segment/wanted_values.h"
+#include "shm/reader.h"
+#include "shm/segment_reader.h"
+
+namespace shm {
+
+class IndexedFile {
+ public:
+  /// `source` is borrowed.
+  IndexedFile(RandomSource& source, const ReadLimits& limits)
+      : source_(&source), limits_(within_sizes(limits)) {}
+
+  /// Reads trailer, index and schema, and nothing else.
+  Result<void> open();
+  /// A damaged file: goes through all of it, and has what can be decoded of it. Segments and groups
+  /// are counted among those that are left.
+  Result<void> open_damaged();
+  /// The same, found before.
+  Result<void> open_damaged(std::shared_ptr<const Survivors> survivors);
+  /// Null unless the file is damaged.
+  const std::shared_ptr<const Survivors>& survivors() const { return survivors_; }
+  const Schema& schema() const { return *decoder_.schema(); }
+  const ReadLimits& limits() const { return limits_; }
+  /// What it tells of the whole file; its entries until they are taken.
+  const container::Index& index() const { return index_; }
+  std::uint64_t index_offset() const { return index_offset_; }
+  std::vector<container::IndexEntry> take_entries() { return std::exchange(index_.entries, {}); }
+
+  const std::vector<SegmentInfo>& segments() const { return segments_; }
+  const std::vector<container::IndexEntry>& groups() const { return groups_; }
+  /// Of `segment`; that of the segment behind the last one is the number of groups.
+  std::size_t first_group(std::size_t segment) const { return first_group_[segment]; }
+  /// Which of segments() has the group; of a damaged file not the number that the group says.
+  std::size_t segment_of(std::size_t group) const {
+    return static_cast<std::size_t>(
+               std::upper_bound(first_group_.begin(), first_group_.end(), group) -
+               first_group_.begin()) -
+           1;
+  }
+  /// What a segment and a group of groups() are called in the file.
+  std::uint32_t segment_number(std::size_t segment) const {
+    return groups_[first_group_[segment]].segment;
+  }
+  std::uint64_t group_number(std::size_t group) const {
+    return survivors_ ? survivors_->group_numbers[group] : group;
+  }
+  /// Static arrays that are lost in a segment, ascending.
+  std::span<const std::uint32_t> lost_arrays(std::size_t segment) const {
+    return survivors_ ? std::span<const std::uint32_t>(survivors_->lost_arrays[segment])
+                      : std::span<const std::uint32_t>();
+  }
+
+  /// The payload of a whole chunk.
+  Result<std::vector<std::byte>> read_chunk(const container::IndexEntry& entry);
+  /// All of them, in the order of the file. Must hold: the entries have not been taken.
+  Result<std::vector<Extra>> read_extras();
+  /// Empty where the file has none. Must hold: the entries have not been taken.
+  Result<std::vector<double>> read_step_times();
+  /// Complains unless the groups follow each other, and are what the index tells in all.
+  Result<void> expect_totals() const;
+  /// Complains unless the header of a group is what the index says of it, its box included.
+  Result<void> expect_group(std::size_t group, const container::GroupHeader& header) const;
+  /// A group without its bitstreams.
+  struct GroupHead {
+    std::vector<std::byte> bytes;  ///< as they stand in the payload
+    container::GroupHeader header;
+    std::vector<std::uint64_t> stream_offset;  ///< in the file, of each stream of the header
+  };
+  Result<GroupHead> read_group_head(std::size_t group);
+  /// The bytes of one of its bitstreams.
+  Result<std::vector<std::byte>> read_stream(std::size_t group, const GroupHead& head,
+                                             std::size_t stream);
+  /// The payload of a group, in which zeros stand for streams that are not wanted.
+  Result<std::vector<std::byte>> read_group(std::size_t group, const WantedValues& wanted);
+
+  /// A complaint about the bytes at `offset`.
+  static Error wrong(std::string detail, std::string section, std::uint64_t offset,
+                     ErrorCode code = ErrorCode::corrupt) {
+    return Error{code, std::move(detail), std::move(section), offset, {}};
+  }
+  Error wrong_index(std::string detail) const {
+    return wrong(std::move(detail), "index", index_offset_);
+  }
+
+ private:
+  Result<void> read_index();
+  Result<void> read_schema();
+  Result<void> list_groups();
+  void add_to_segment(const container::IndexEntry& entry);
+  Result<std::vector<std::byte>> read_packed(const container::IndexEntry& entry);
+
+  RandomSource* source_;
+  ReadLimits limits_;
+  Decoder decoder_;  // of the schema
+  std::uint64_t index_offset_ = 0;
+  container::Index index_;
+  std::vector<SegmentInfo> segments_;
+  std::vector<container::IndexEntry> groups_;
+  std::vector<std::size_t> first_group_;  // of each segment, and behind them
+  std::shared_ptr<const Survivors> survivors_;
+};
+
+}  // namespace shm

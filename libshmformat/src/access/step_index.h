@@ -1,0 +1,57 @@
+// StepIndex: what the index tells of stepped arrays: which chunks an array has at which step, and
+// from which step on it can be read. Checked in itself; what the chunks are, the reader sees.
+// spec: "Index and trailer"
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "access/indexed_file.h"
+
+namespace shm {
+
+class StepIndex {
+ public:
+  struct Chunk {
+    std::uint64_t offset = 0, bytes = 0;
+    std::uint64_t first = 0, count = 0;  // elements
+    std::uint32_t group = 0;
+    container::RefersTo reference = container::RefersTo::nothing;
+    container::Codec codec = container::Codec::columns;
+  };
+  struct Step {
+    std::uint64_t step = 0;
+    bool refers = false;  // any of its chunks
+    std::size_t key = 0;  // place of the last step up to here that refers to no other
+    std::size_t begin = 0, end = 0;
+  };
+
+  /// `file` is open; its entries are taken. Of a damaged file: the step values that are left.
+  static Result<StepIndex> of(IndexedFile& file);
+
+  const std::vector<Step>& steps(std::uint32_t array) const { return steps_[array]; }
+  std::uint64_t elements(std::uint32_t array) const { return elements_[array]; }
+  /// By array; 0 of static ones.
+  const std::vector<std::uint64_t>& elements() const { return elements_; }
+  /// Of these groups, in order.
+  std::span<const Chunk> chunks(const Step& step, std::size_t first_group,
+                                std::size_t end_group) const;
+  /// The last step at or before `steps(array)[at]` that refers to no other.
+  std::size_t key_of(std::uint32_t array, std::size_t at) const { return steps_[array][at].key; }
+
+ private:
+  Result<void> add_survivors(const IndexedFile& file);
+  Result<void> count_elements(const IndexedFile& file);
+  Result<void> add(const IndexedFile& file, const container::IndexEntry& entry);
+  Result<void> expect_complete(const IndexedFile& file) const;
+  void find_keys();
+
+  std::vector<std::uint64_t> elements_;   // by array
+  std::vector<std::vector<Step>> steps_;  // by array
+  std::vector<Chunk> chunks_;
+  std::uint32_t last_array_ = 0;  // of the chunk before, if there is one
+};
+
+}  // namespace shm

@@ -1,0 +1,308 @@
+// Appender: copies the chunks of the old file, and goes on with steps where it ended.
+#include "shm/appender.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "access/indexed_file.h"
+#include "access/indexed_topology.h"
+#include "api/file_writer.h"
+#include "bytes/misuse.h"
+#include "container/chunk_copy.h"
+#include "shm/step_reader.h"
+
+namespace shm {
+namespace {
+
+using container::ChunkCopy;
+using container::ChunkKind;
+using container::IndexEntry;
+
+constexpr std::uint32_t kLeastKeySteps = 8;
+
+}  // namespace
+
+class Appender::Impl {
+ public:
+  Impl(RandomSource& source, ByteSink& sink, const AppendOptions& options, const ReadLimits& limits)
+      : source_(&source), sink_(&sink), options_(options), file_(source, limits) {}
+
+  Result<void> open();
+  const Schema& schema() const { return file_.schema(); }
+  const StepReader& reader() const { return *reader_; }
+  std::uint64_t steps() const { return file_.index().steps; }
+  Result<std::unique_ptr<ByteSource>> without_steps();
+
+  /// Runs `work` unless an error came before; the first error sticks.
+  template <class Work>
+  Result<void> guarded(Work&& work) {
+    if (error_) return *error_;
+    Result<void> result = work();
+    if (!result) error_ = result.error();
+    return result;
+  }
+  Result<void> drop_extras();
+  Result<void> add_step_values(std::uint32_t array, std::uint64_t step,
+                               std::span<const std::byte> values);
+  Result<void> set_step_times(std::span<const double> times);
+  Result<void> add_extra(const Extra& extra);
+  Result<SizeReport> finish();
+
+ private:
+  using Streams = std::map<std::string, std::uint64_t>;
+  /// What the old file has of a stepped array.
+  struct Array {
+    std::optional<std::uint64_t> last_step;
+    std::uint32_t run = 0;     ///< steps since the last key step, it included
+    bool last_refers = false;  ///< whether the last one refers to others
+    bool remembered = false;   ///< the encoder knows of it
+  };
+
+  void look_at_steps();
+  Result<ChunkCopy> copy_of(bool with_steps, bool with_times, bool with_extras);
+  Streams streams(const ChunkCopy& copy) const;
+  container::Index totals() const;
+  Result<void> begin();
+  Result<void> begin_steps();
+  Result<void> remember(std::uint32_t array);
+  Result<std::vector<std::byte>> read_step(std::uint32_t array, std::uint64_t step);
+
+  RandomSource* source_;
+  ByteSink* sink_;
+  AppendOptions options_;
+  IndexedFile file_;
+  std::optional<StepReader> reader_;
+  std::vector<Array> arrays_;
+  std::uint32_t longest_run_ = 0;
+  std::optional<Error> error_;
+  bool with_extras_ = true;
+
+  std::optional<FileWriter> writer_;  // once the old chunks are copied
+  std::optional<TopologyReplay> topology_;
+  StepEncoder* encoder_ = nullptr;
+};
+
+Result<void> Appender::Impl::open() {
+  if (auto good = file_.open(); !good) return good;
+  auto reader = StepReader::open(*source_, file_.limits());
+  if (!reader) return reader.error();
+  reader_ = std::move(*reader);
+  look_at_steps();
+  return {};
+}
+
+/// The StepReader has checked that chunks of a step stand together, and that steps ascend.
+void Appender::Impl::look_at_steps() {
+  arrays_.resize(schema().arrays.size());
+  const auto end_step = [&](Array& array) {
+    array.run = array.last_refers ? array.run + 1 : 1;
+    longest_run_ = std::max(longest_run_, array.run);
+  };
+  for (const IndexEntry& entry : file_.index().entries) {
+    if (!entry.is(ChunkKind::step_values)) continue;
+    Array& array = arrays_[entry.array];
+    if (array.last_step != entry.step) {
+      if (array.last_step) end_step(array);
+      array.last_step = entry.step;
+      array.last_refers = false;
+    }
+    array.last_refers |= entry.reference != container::RefersTo::nothing;
+  }
+  for (Array& array : arrays_)
+    if (array.last_step) end_step(array);
+}
+
+/// The schema is said again at the end, if at all; so are the times.
+Result<ChunkCopy> Appender::Impl::copy_of(bool with_steps, bool with_times, bool with_extras) {
+  return ChunkCopy::of(*source_, file_.index().entries, file_.index_offset(),
+                       [&](const IndexEntry& entry) {
+                         if (entry.is(ChunkKind::schema))
+                           return entry.offset == container::kFileStartBytes;
+                         if (entry.is(ChunkKind::step_values)) return with_steps;
+                         if (entry.is(ChunkKind::step_times)) return with_times;
+                         return with_extras || !entry.is(ChunkKind::extra);
+                       });
+}
+
+/// What the index tells of the bytes of the chunks that were copied.
+Appender::Impl::Streams Appender::Impl::streams(const ChunkCopy& copy) const {
+  Streams streams;
+  for (const auto& [name, bytes] : file_.index().streams)
+    if (name != "extras") streams[name] = bytes;
+  bool with_steps = false;
+  for (const IndexEntry& entry : copy.state().entries) {
+    if (entry.is(ChunkKind::extra) || entry.is(ChunkKind::step_times))
+      streams["extras"] += entry.bytes - container::kChunkHeaderBytes;
+    with_steps |= entry.is(ChunkKind::step_values);
+  }
+  for (std::uint32_t a = 0; a < arrays_.size() && !with_steps; ++a)
+    if (schema().arrays[a].per_step) streams.erase(array_stream_name(schema(), a));
+  return streams;
+}
+
+container::Index Appender::Impl::totals() const {
+  container::Index index = file_.index();
+  index.entries.clear();
+  return index;
+}
+
+Result<std::unique_ptr<ByteSource>> Appender::Impl::without_steps() {
+  const auto copy = copy_of(false, true, true);
+  if (!copy) return copy.error();
+  auto said = file_.read_chunk(file_.index().entries[0]);
+  if (!said) return said.error();
+  MemorySink tail;
+  FileWriter writer(tail, schema());
+  writer.go_on(*std::move(said), copy->state(), streams(*copy), reader_->step_times().size());
+  if (auto finished = writer.finish(totals()); !finished) return finished.error();
+  return copy->read(*source_, std::move(tail.bytes));
+}
+
+// --- what comes behind
+
+Result<void> Appender::Impl::drop_extras() {
+  if (writer_) return misuse("extras are dropped before anything is written", "extras");
+  with_extras_ = false;
+  return {};
+}
+
+/// Copies what stays.
+Result<void> Appender::Impl::begin() {
+  if (writer_) return {};
+  const auto copy = copy_of(true, false, with_extras_);
+  if (!copy) return copy.error();
+  auto said = file_.read_chunk(file_.index().entries[0]);
+  if (!said) return said.error();
+  if (auto good = copy->write(*source_, *sink_); !good) return good;
+  std::uint64_t steps = 0;
+  for (const Array& array : arrays_)
+    if (array.last_step) steps = std::max(steps, *array.last_step + 1);
+  writer_.emplace(*sink_, schema());
+  writer_->go_on(*std::move(said), copy->state(), streams(*copy), steps);
+  return {};
+}
+
+Result<void> Appender::Impl::begin_steps() {
+  topology_.emplace(schema(), file_.limits().max_group_bytes, wants_of_steps(schema()));
+  for (std::size_t g = 0; g < file_.groups().size(); ++g)
+    if (auto good = add_group(file_, g, *topology_); !good) return good;
+  std::vector<std::uint64_t> elements(arrays_.size());
+  for (std::uint32_t a = 0; a < elements.size(); ++a) elements[a] = reader_->elements(a);
+  const std::uint32_t key_steps =
+      options_.key_steps > 0 ? options_.key_steps : std::max(kLeastKeySteps, longest_run_);
+  encoder_ = &writer_->begin_steps(*topology_, std::move(elements), key_steps, options_.level);
+  return {};
+}
+
+Result<std::vector<std::byte>> Appender::Impl::read_step(std::uint32_t array, std::uint64_t step) {
+  StepRequest request;
+  request.array = array;
+  request.step = step;
+  request.numbers = false;
+  if (auto good = reader_->begin(request); !good) return good.error();
+  std::vector<std::byte> all;
+  while (true) {
+    auto values = reader_->next();
+    if (!values) return values.error();
+    if (*values == nullptr) return all;
+    all.insert(all.end(), (*values)->values.begin(), (*values)->values.end());
+  }
+}
+
+/// Tells the encoder what a step that follows may refer to.
+Result<void> Appender::Impl::remember(std::uint32_t array) {
+  Array& it = arrays_[array];
+  if (std::exchange(it.remembered, true) || !it.last_step) return {};
+  encoder_->go_on(array, *it.last_step, it.run);
+  if (!encoder_->refers_to(array, StepReference::before)) return {};
+  const std::vector<std::uint64_t> steps = reader_->steps(array);
+  const std::size_t wanted = encoder_->refers_to(array, StepReference::trend) ? 2 : 1;
+  for (std::size_t back = wanted; back > 0; --back) {
+    const auto values = read_step(array, steps[steps.size() - back]);
+    if (!values) return values.error();
+    encoder_->remember(array, *values);
+  }
+  return {};
+}
+
+Result<void> Appender::Impl::add_step_values(std::uint32_t array, std::uint64_t step,
+                                             std::span<const std::byte> values) {
+  if (auto good = begin(); !good) return good;
+  if (auto good = writer_->check_step_values(array, values); !good) return good;
+  if (encoder_ == nullptr)
+    if (auto good = begin_steps(); !good) return good;
+  if (auto good = remember(array); !good) return good;
+  return writer_->add_step_values(array, step, values);
+}
+
+Result<void> Appender::Impl::set_step_times(std::span<const double> times) {
+  if (auto good = begin(); !good) return good;
+  return writer_->set_step_times(times);
+}
+
+Result<void> Appender::Impl::add_extra(const Extra& extra) {
+  if (auto good = FileWriter::check(extra); !good) return good;
+  if (auto good = begin(); !good) return good;
+  return writer_->add_extra(extra);
+}
+
+Result<SizeReport> Appender::Impl::finish() {
+  std::optional<SizeReport> report;
+  Result<void> closed = guarded([&]() -> Result<void> {
+    if (auto good = begin(); !good) return good;
+    const auto& entries = file_.index().entries;
+    const bool had_times = std::any_of(entries.begin(), entries.end(), [](const IndexEntry& it) {
+      return it.is(ChunkKind::step_times);
+    });
+    if (had_times && !writer_->has_times())
+      if (auto good = writer_->set_step_times(reader_->step_times()); !good) return good;
+    auto finished = writer_->finish(totals());
+    if (!finished) return finished.error();
+    report = std::move(*finished);
+    return {};
+  });
+  if (!closed) return closed.error();
+  error_ = misuse("the file is finished", "file");  // what every later call says
+  return std::move(*report);
+}
+
+// --- the face
+
+Appender::Appender(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Appender::Appender(Appender&&) noexcept = default;
+Appender& Appender::operator=(Appender&&) noexcept = default;
+Appender::~Appender() = default;
+
+Result<Appender> Appender::open(RandomSource& file, ByteSink& sink, const AppendOptions& options,
+                                const ReadLimits& limits) {
+  if (options.level > Level::best) return misuse("unknown level", "options");
+  auto impl = std::make_unique<Impl>(file, sink, options, limits);
+  if (auto good = impl->open(); !good) return good.error();
+  return Appender(std::move(impl));
+}
+const Schema& Appender::schema() const { return impl_->schema(); }
+const std::vector<double>& Appender::step_times() const { return impl_->reader().step_times(); }
+std::uint64_t Appender::steps() const { return impl_->steps(); }
+std::uint64_t Appender::elements(std::uint32_t array) const {
+  return impl_->reader().elements(array);
+}
+Result<std::unique_ptr<ByteSource>> Appender::without_steps() { return impl_->without_steps(); }
+Result<void> Appender::drop_extras() {
+  return impl_->guarded([&] { return impl_->drop_extras(); });
+}
+Result<void> Appender::add_step_values(std::uint32_t array, std::uint64_t step,
+                                       std::span<const std::byte> values) {
+  return impl_->guarded([&] { return impl_->add_step_values(array, step, values); });
+}
+Result<void> Appender::set_step_times(std::span<const double> times) {
+  return impl_->guarded([&] { return impl_->set_step_times(times); });
+}
+Result<void> Appender::add_extra(const Extra& extra) {
+  return impl_->guarded([&] { return impl_->add_extra(extra); });
+}
+Result<SizeReport> Appender::finish() { return impl_->finish(); }
+
+}  // namespace shm

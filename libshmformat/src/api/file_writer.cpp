@@ -1,0 +1,177 @@
+// FileWriter: what a file has beside its groups, into chunks.
+#include "api/file_writer.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "bytes/misuse.h"
+#include "bytes/packing.h"
+#include "container/schema_codec.h"
+
+namespace shm {
+namespace {
+
+using container::ChunkKind;
+
+/// From this many bytes on the schema is said again before the index, for whoever must repair.
+constexpr std::uint64_t kRepeatSchemaFrom = std::uint64_t{1} << 20;
+
+}  // namespace
+
+Result<void> FileWriter::start() {
+  if (auto good = chunks_.start({}); !good) return good;
+  return write_schema();
+}
+
+void FileWriter::go_on(std::vector<std::byte> schema, container::ChunkWriter::State state,
+                       std::map<std::string, std::uint64_t> streams, std::uint64_t steps) {
+  schema_payload_ = std::move(schema);
+  chunks_.go_on(std::move(state));
+  stream_bytes_ = std::move(streams);
+  steps_ = steps;
+}
+
+Result<void> FileWriter::adopt(const container::Index& part, std::uint64_t bytes) {
+  if (auto good = chunks_.adopt(part.entries, bytes); !good) return good;
+  for (const auto& [name, size] : part.streams) stream_bytes_[name] += size;
+  steps_ = std::max(steps_, part.steps);
+  return {};
+}
+
+container::Index FileWriter::take_part(container::Index totals) {
+  totals.entries = chunks_.take_entries();
+  for (const auto& [name, bytes] : std::exchange(stream_bytes_, {}))
+    totals.streams.push_back({name, bytes});
+  totals.steps = step_values_ ? step_values_->steps() : 0;
+  return totals;
+}
+
+Result<void> FileWriter::write_schema() {
+  if (!schema_payload_.empty()) return chunks_.write(ChunkKind::schema, schema_payload_);
+  ByteWriter blob, payload;
+  put(blob, *schema_);
+  container::put_version(payload, {});
+  put_packed(payload, blob.bytes);
+  return chunks_.write(ChunkKind::schema, payload.bytes);
+}
+
+Result<void> FileWriter::write_group(std::uint32_t segment, const container::GroupHeader& header,
+                                     const std::vector<std::vector<std::byte>>& streams) {
+  ByteWriter payload;
+  container::put(payload, header);
+  container::IndexEntry entry;
+  entry.header_bytes = payload.bytes.size();
+  for (std::size_t s = 0; s < streams.size(); ++s) {
+    payload.put_bytes(streams[s]);
+    const container::StreamEntry& stream = header.streams[s];
+    const bool array = stream.kind == container::StreamKind::array;
+    stream_bytes_[array ? array_key(stream.array) : container::stream_name(stream.kind)] +=
+        streams[s].size();
+  }
+  entry.segment = segment;
+  entry.first_cell = header.first_cell;
+  entry.cells = header.cells;
+  entry.first_vertex = header.first_vertex;
+  entry.vertices = header.vertices;
+  entry.box = header.box;
+  return chunks_.write(ChunkKind::group, payload.bytes, entry);
+}
+
+StepEncoder& FileWriter::begin_steps(TopologyReplay& topology, std::vector<std::uint64_t> elements,
+                                     std::uint32_t key_steps, Level level) {
+  return step_values_.emplace(*schema_, topology, std::move(elements), key_steps, level,
+                              [this](const auto& header, auto first, auto bytes) {
+                                return write_step_values(header, first, bytes);
+                              });
+}
+
+Result<void> FileWriter::check_step_values(std::uint32_t array,
+                                           std::span<const std::byte> values) const {
+  if (array >= schema_->arrays.size() || !schema_->arrays[array].per_step)
+    return misuse("array " + std::to_string(array) + " is no stepped array", "steps");
+  const ArrayInfo& info = schema_->arrays[array];
+  if (values.size() % (scalar_bytes(info.type) * info.components) != 0)
+    return misuse("values end within an element", "steps");
+  return {};
+}
+
+Result<void> FileWriter::write_step_values(const container::StepHeader& header, std::uint64_t first,
+                                           std::span<const std::byte> bytes) {
+  ByteWriter payload;
+  container::put(payload, header);
+  payload.put_bytes(bytes);
+  stream_bytes_[array_key(header.array)] += bytes.size();
+  container::IndexEntry entry;
+  entry.array = header.array;
+  entry.step = header.step;
+  entry.first = first;
+  entry.count = header.count;
+  entry.group = header.group;
+  entry.reference = container::refers_to(header);
+  entry.codec = header.codec;
+  return chunks_.write(ChunkKind::step_values, payload.bytes, entry);
+}
+
+Result<void> FileWriter::set_step_times(std::span<const double> times) {
+  if (std::exchange(times_set_, true)) return misuse("step times were set before", "steps");
+  if (auto good = end_step_array(); !good) return good;
+  ByteWriter blob, payload;
+  for (double time : times) blob.put_f64(time);
+  put_packed(payload, blob.bytes);
+  steps_ = std::max<std::uint64_t>(steps_, times.size());
+  stream_bytes_["extras"] += payload.bytes.size();
+  return chunks_.write(ChunkKind::step_times, payload.bytes);
+}
+
+Result<void> FileWriter::check(const Extra& extra) {
+  const std::size_t width = scalar_bytes(extra.type);
+  std::uint64_t values = 1;
+  bool fits = width != 0;
+  for (std::uint64_t side : extra.shape) {
+    fits = fits && (side == 0 || values <= ~std::uint64_t{0} / 8 / side);
+    values *= side;
+  }
+  if (extra.refers > Reference::cell)
+    return misuse("extra '" + extra.key + "': unknown reference", "extras");
+  if (!fits || values * width != extra.data.size())
+    return misuse("extra '" + extra.key + "': data does not match type and shape", "extras");
+  if (extra.refers != Reference::nothing && extra.type != ScalarType::int32 &&
+      extra.type != ScalarType::int64)
+    return misuse("extra '" + extra.key + "': references are int32 or int64", "extras");
+  return {};
+}
+
+Result<void> FileWriter::add_extra(const Extra& extra) {
+  if (auto good = end_step_array(); !good) return good;
+  ByteWriter blob, payload;
+  put(blob, extra);
+  put_packed(payload, blob.bytes);
+  stream_bytes_["extras"] += payload.bytes.size();
+  return chunks_.write(ChunkKind::extra, payload.bytes);
+}
+
+Result<SizeReport> FileWriter::finish(container::Index totals) {
+  if (auto good = end_step_array(); !good) return good.error();
+  if (chunks_.offset() >= kRepeatSchemaFrom)
+    if (auto good = write_schema(); !good) return good.error();
+  SizeReport report;
+  report.vertices = totals.vertices;
+  report.cells = totals.cells;
+  report.hexahedra = totals.hexahedra;
+  report.max_active_vertices = totals.max_active_vertices;
+  report.segments = totals.segments;
+  report.imported_vertices = totals.imported_vertices;
+  totals.steps = std::max(steps_, step_values_ ? step_values_->steps() : 0);
+  totals.streams.clear();
+  for (const auto& [name, bytes] : stream_bytes_) totals.streams.push_back({name, bytes});
+  if (auto good = chunks_.finish(std::move(totals)); !good) return good.error();
+
+  report.total_bytes = chunks_.offset();
+  report.streams = stream_bytes_;
+  std::uint64_t coded = 0;
+  for (const auto& [name, bytes] : stream_bytes_) coded += bytes;
+  report.streams["container"] = report.total_bytes - coded;
+  return report;
+}
+
+}  // namespace shm

@@ -1,0 +1,86 @@
+// FileWriter: the chunks of a file into a sink, and what the index tells of them. Groups come ready
+// from the mesh encoder; step values, times and extras are made here.
+// spec: "Container", "Step values", "Step times", "Extras", "Index and trailer"
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "container/chunk_writer.h"
+#include "shm/writer.h"
+#include "steps/step_encoder.h"
+
+namespace shm {
+
+class FileWriter {
+ public:
+  /// `sink` and `schema`, which is checked, are borrowed.
+  FileWriter(ByteSink& sink, const Schema& schema)
+      : schema_(&schema), chunks_(sink), array_keys_(array_stream_names(schema)) {}
+  FileWriter(const FileWriter&) = delete;
+  FileWriter& operator=(const FileWriter&) = delete;
+
+  /// A new file: its start and the schema.
+  Result<void> start();
+  /// A file of which some chunks stand in the sink. `schema`: the payload of its schema chunk,
+  /// which may be of an older version; `streams`: their bytes, as in the index.
+  void go_on(std::vector<std::byte> schema, container::ChunkWriter::State state,
+             std::map<std::string, std::uint64_t> streams, std::uint64_t steps);
+
+  /// Chunks that stand in the file already, behind what was written. `part`: what a take_part()
+  /// told of them; its totals are not looked at. Corrupt where they are not `bytes` bytes.
+  Result<void> adopt(const container::Index& part, std::uint64_t bytes);
+  /// What the index tells of all since the beginning, or the last call, and `totals`; forgets it.
+  /// Nothing is at hand of time steps.
+  container::Index take_part(container::Index totals);
+  std::uint64_t offset() const { return chunks_.offset(); }
+  std::uint32_t chunks() const { return chunks_.count(); }
+
+  Result<void> write_group(std::uint32_t segment, const container::GroupHeader& header,
+                           const std::vector<std::vector<std::byte>>& streams);
+
+  bool has_step_encoder() const { return step_values_.has_value(); }
+  /// Before the first step values. `topology` is borrowed; the rest as in StepEncoder.
+  StepEncoder& begin_steps(TopologyReplay& topology, std::vector<std::uint64_t> elements,
+                           std::uint32_t key_steps, Level level);
+  /// Whether `values` may be some of that array.
+  Result<void> check_step_values(std::uint32_t array, std::span<const std::byte> values) const;
+  /// After begin_steps() and check_step_values().
+  Result<void> add_step_values(std::uint32_t array, std::uint64_t step,
+                               std::span<const std::byte> values) {
+    return step_values_->add(array, step, values);
+  }
+  /// Ends the array and step at hand, if there is one.
+  Result<void> end_step_array() { return step_values_ ? step_values_->end_step() : Result<void>(); }
+  bool has_times() const { return times_set_; }
+  Result<void> set_step_times(std::span<const double> times);
+  static Result<void> check(const Extra& extra);
+  /// After check().
+  Result<void> add_extra(const Extra& extra);
+
+  /// Writes all that is left: the schema once more in a large file, the index, and the trailer.
+  /// `totals`: what it tells of the mesh. Nothing may follow.
+  Result<SizeReport> finish(container::Index totals);
+
+ private:
+  Result<void> write_schema();
+  Result<void> write_step_values(const container::StepHeader& header, std::uint64_t first,
+                                 std::span<const std::byte> bytes);
+  const std::string& array_key(std::uint32_t array) const { return array_keys_[array]; }
+
+  const Schema* schema_;
+  container::ChunkWriter chunks_;
+  std::vector<std::string> array_keys_;
+  std::map<std::string, std::uint64_t> stream_bytes_;
+  std::vector<std::byte> schema_payload_;   // of the file that is gone on with, else empty
+  std::optional<StepEncoder> step_values_;  // from the first ones on
+  bool times_set_ = false;
+  std::uint64_t steps_ = 0;  // of what stood there, and of the times
+};
+
+}  // namespace shm

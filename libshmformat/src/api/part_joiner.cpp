@@ -1,0 +1,110 @@
+// PartJoiner: a FileWriter whose groups and step values stand in the file already.
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "api/file_writer.h"
+#include "bytes/misuse.h"
+#include "container/schema_codec.h"
+#include "model/mesh_totals.h"
+#include "segment/mesh_encoder.h"
+#include "shm/part_writer.h"
+
+namespace shm {
+class PartJoiner::Impl {
+ public:
+  Impl(ByteSink& sink, Schema schema)
+      : schema_(std::move(schema)), file_(sink, schema_), totals_(totals_of_nothing(schema_)) {}
+  Result<void> start() { return file_.start(); }
+  const FileWriter& file() const { return file_; }
+
+  /// Runs `work` unless an error came before; the first error sticks.
+  template <class Work>
+  Result<void> guarded(Work&& work) {
+    if (error_) return *error_;
+    Result<void> result = work(file_);
+    if (!result) error_ = result.error();
+    return result;
+  }
+
+  Result<void> add(std::span<const std::byte> index, std::uint64_t bytes) {
+    ByteReader in(index);
+    container::Index part;
+    if (!container::get(in, part, bytes / container::kChunkHeaderBytes))
+      return Error{ErrorCode::corrupt, "is no index of a part", "part", kNoOffset, {}};
+    if (auto good = add_totals(part); !good) return good;
+    return file_.adopt(part, bytes);
+  }
+
+  Result<SizeReport> finish() {
+    std::optional<SizeReport> report;
+    Result<void> closed = guarded([&](FileWriter& file) -> Result<void> {
+      auto finished = file.finish(totals_);
+      if (!finished) return finished.error();
+      report = std::move(*finished);
+      return {};
+    });
+    if (!closed) return closed.error();
+    error_ = misuse("the file is finished", "file");  // what every later call says
+    return std::move(*report);
+  }
+
+ private:
+  /// Those of steps, or of no groups, have none.
+  Result<void> add_totals(const container::Index& part) {
+    if (part.segments == 0) return {};
+    const bool fits =
+        part.block_cells.size() == totals_.block_cells.size() &&
+        std::equal(part.ranges.begin(), part.ranges.end(), totals_.ranges.begin(),
+                   totals_.ranges.end(), [](const auto& a, const auto& b) {
+                     return a.array == b.array && a.minimum.size() == b.minimum.size();
+                   });
+    if (!fits) return Error{ErrorCode::corrupt, "has another schema", "part", kNoOffset, {}};
+    totals_.vertices += part.vertices;
+    totals_.cells += part.cells;
+    totals_.hexahedra += part.hexahedra;
+    totals_.max_active_vertices = std::max(totals_.max_active_vertices, part.max_active_vertices);
+    totals_.segments += part.segments;
+    totals_.imported_vertices += part.imported_vertices;
+    for (std::size_t b = 0; b < part.block_cells.size(); ++b)
+      totals_.block_cells[b] += part.block_cells[b];
+    widen(totals_.ranges, part.ranges);
+    return {};
+  }
+
+  Schema schema_;
+  FileWriter file_;
+  container::Index totals_;
+  std::optional<Error> error_;
+};
+
+PartJoiner::PartJoiner(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+PartJoiner::PartJoiner(PartJoiner&&) noexcept = default;
+PartJoiner& PartJoiner::operator=(PartJoiner&&) noexcept = default;
+PartJoiner::~PartJoiner() = default;
+
+Result<PartJoiner> PartJoiner::create(ByteSink& sink, Schema schema, const WriteOptions& options) {
+  auto checked = schema_of_file(std::move(schema), options);
+  if (!checked) return checked.error();
+  auto impl = std::make_unique<Impl>(sink, std::move(*checked));
+  if (auto good = impl->start(); !good) return good.error();
+  return PartJoiner(std::move(impl));
+}
+std::uint64_t PartJoiner::offset() const { return impl_->file().offset(); }
+std::uint32_t PartJoiner::chunks() const { return impl_->file().chunks(); }
+Result<void> PartJoiner::add(std::span<const std::byte> index, std::uint64_t bytes) {
+  return impl_->guarded([&](FileWriter&) { return impl_->add(index, bytes); });
+}
+Result<void> PartJoiner::set_step_times(std::span<const double> times) {
+  return impl_->guarded([&](FileWriter& file) { return file.set_step_times(times); });
+}
+Result<void> PartJoiner::add_extra(const Extra& extra) {
+  return impl_->guarded([&](FileWriter& file) -> Result<void> {
+    if (auto good = FileWriter::check(extra); !good) return good;
+    return file.add_extra(extra);
+  });
+}
+Result<SizeReport> PartJoiner::finish() { return impl_->finish(); }
+
+}  // namespace shm

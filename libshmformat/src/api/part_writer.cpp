@@ -1,0 +1,254 @@
+// PartWriter: a MeshEncoder and a StepEncoder that begin in the middle of a mesh; their chunks into
+// memory.
+#include "shm/part_writer.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "api/file_writer.h"
+#include "bytes/misuse.h"
+#include "bytes/sizes.h"
+#include "container/schema_codec.h"
+#include "model/mesh_totals.h"
+#include "segment/mesh_encoder.h"
+
+namespace shm {
+namespace {
+
+/// Whether segments begin where cells are counted alone, and one does at `start`.
+Result<void> check_start(const WriteOptions& options, const PartStart& start) {
+  const auto& starts = options.segment_starts;
+  if (!starts.empty()) {
+    const auto begins = static_cast<std::uint64_t>(
+        std::count_if(starts.begin(), starts.end(),
+                      [&](std::uint64_t cell) { return cell > 0 && cell <= start.first_cell; }));
+    const bool there =
+        start.first_cell == 0 || std::binary_search(starts.begin(), starts.end(), start.first_cell);
+    if (begins == start.segment && there) return {};
+  } else if (options.segment_cells > 0) {
+    if (start.first_cell % options.segment_cells == 0 &&
+        start.first_cell / options.segment_cells == start.segment)
+      return {};
+  } else if (options.restart_budget > 0) {
+    return misuse("parts need segment_cells or segment_starts, or no restart_budget", "options");
+  } else if (start.segment == 0 && start.first_cell == 0) {
+    return {};
+  }
+  return misuse("segment " + std::to_string(start.segment) + " does not begin with cell " +
+                    std::to_string(start.first_cell),
+                "part");
+}
+
+}  // namespace
+
+Result<void> place(PartChunks& chunks, std::uint32_t first) {
+  std::span<std::byte> left(chunks.bytes);
+  while (!left.empty()) {
+    container::ChunkHeader header;
+    ByteReader in(left.first(std::min(left.size(), container::kChunkHeaderBytes)));
+    if (left.size() < container::kChunkHeaderBytes ||
+        container::get(in, header) != container::HeaderState::good ||
+        header.payload_bytes > left.size() - container::kChunkHeaderBytes)
+      return Error{ErrorCode::corrupt,
+                   "are no chunks of a part",
+                   "part",
+                   chunks.bytes.size() - left.size(),
+                   {}};
+    header.sequence = first++;
+    ByteWriter out;
+    container::put(out, header);
+    std::copy(out.bytes.begin(), out.bytes.end(), left.begin());
+    left =
+        left.subspan(container::kChunkHeaderBytes + static_cast<std::size_t>(header.payload_bytes));
+  }
+  return {};
+}
+
+class PartWriter::Impl {
+ public:
+  Impl(Schema schema, const WriteOptions& options, const PartStart& start)
+      : schema_(std::move(schema)),
+        file_(sink_, schema_),
+        mesh_(schema_, options,
+              [this](auto segment, const auto& header, const auto& streams) {
+                return write_group(segment, header, streams);
+              }),
+        start_(start),
+        key_steps_(options.key_steps),
+        level_(options.level),
+        topology_(schema_, ~std::uint64_t{0}, wants_of_steps(schema_),
+                  to_size(options.kept_topology_bytes)) {
+    mesh_.begin_part({start.segment, start.first_cell, start.first_vertex});
+  }
+
+  /// Runs `work` unless an error came before, or it is not its turn; the first error sticks.
+  template <class Work>
+  Result<void> guarded(int phase, Work&& work) {
+    if (error_) return *error_;
+    Result<void> result = phase == phase_ ? work() : misuse("calls come in another order", "part");
+    if (!result) error_ = result.error();
+    return result;
+  }
+
+  MeshEncoder& mesh() { return mesh_; }
+  Result<void> end_mesh() {
+    phase_ = keeps() ? kNumbered : kEnded;
+    return mesh_.end();
+  }
+  Result<void> set_imported_numbers(std::span<const std::uint64_t> numbers) {
+    phase_ = kNumbered;
+    return mesh_.give_out_part(numbers);
+  }
+  Result<void> mesh_chunks(PartChunks& out) {
+    phase_ = kChunksTaken;
+    container::Index totals = mesh_.totals();
+    totals.cells -= start_.first_cell;
+    out = take(std::move(totals));
+    return {};
+  }
+
+  std::uint64_t elements_of(std::uint32_t array) const {
+    return shm::elements_of(schema_, mesh_.totals(), array);
+  }
+  Result<void> begin_steps(const PartSteps& steps) {
+    const std::size_t arrays = schema_.arrays.size();
+    if (steps.first_elements.size() != arrays || steps.elements.size() != arrays)
+      return misuse("elements are told by array of the schema", "steps");
+    std::vector<std::uint64_t> own(arrays);
+    for (std::uint32_t a = 0; a < arrays; ++a) own[a] = elements_of(a);
+    first_elements_ = steps.first_elements;
+    steps_ = &file_.begin_steps(topology_, std::move(own), key_steps_, level_);
+    steps_->begin_part({steps.first_group, steps.first_elements, steps.elements});
+    phase_ = kBetweenSteps;
+    return {};
+  }
+  bool chooses(std::uint32_t array) const {
+    return array < first_elements_.size() && first_elements_[array] == 0 && elements_of(array) > 0;
+  }
+  Result<void> begin_step(std::uint32_t array, std::uint64_t step,
+                          std::optional<StepReference> basis) {
+    if (auto good = file_.check_step_values(array, {}); !good) return good;
+    if (basis.has_value() == chooses(array) && elements_of(array) > 0)
+      return misuse("one part says what a step refers to: that with the first element", "steps");
+    if (basis) steps_->choose(*basis);
+    phase_ = kInStep;
+    array_ = array;
+    step_number_ = step;
+    return steps_->begin(array, step);
+  }
+  Result<void> add_step_values(std::span<const std::byte> values) {
+    if (auto good = file_.check_step_values(array_, values); !good) return good;
+    return steps_->add(array_, step_number_, values);
+  }
+  std::optional<StepReference> step_basis() const {
+    return phase_ == kInStep ? steps_->chosen() : std::nullopt;
+  }
+  Result<void> end_step(PartChunks& out) {
+    phase_ = kBetweenSteps;
+    if (auto good = file_.end_step_array(); !good) return good;
+    out = take({});
+    return {};
+  }
+
+  enum Phase { kAdding, kEnded, kNumbered, kChunksTaken, kBetweenSteps, kInStep };
+
+ private:
+  bool keeps() const { return schema_.order == Order::keep; }
+  Result<void> write_group(std::uint32_t segment, const container::GroupHeader& header,
+                           const std::vector<std::vector<std::byte>>& streams) {
+    topology_.add_group(segment, header,
+                        std::vector<std::span<const std::byte>>(streams.begin(), streams.end()));
+    return file_.write_group(segment, header, streams);
+  }
+  PartChunks take(container::Index totals) {
+    PartChunks out;
+    out.count = file_.chunks();
+    ByteWriter index;
+    container::put(index, file_.take_part(std::move(totals)));
+    out.index = std::move(index.bytes);
+    out.bytes = std::exchange(sink_.bytes, {});
+    return out;
+  }
+
+  Schema schema_;
+  MemorySink sink_;
+  FileWriter file_;
+  MeshEncoder mesh_;
+  PartStart start_;
+  int phase_ = kAdding;
+  std::optional<Error> error_;
+
+  std::uint32_t key_steps_;
+  Level level_;
+  TopologyReplay topology_;
+  StepEncoder* steps_ = nullptr;  // from begin_steps() on
+  std::vector<std::uint64_t> first_elements_;
+  std::uint32_t array_ = 0;  // of the step at hand
+  std::uint64_t step_number_ = 0;
+};
+
+PartWriter::PartWriter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+PartWriter::PartWriter(PartWriter&&) noexcept = default;
+PartWriter& PartWriter::operator=(PartWriter&&) noexcept = default;
+PartWriter::~PartWriter() = default;
+
+Result<PartWriter> PartWriter::create(Schema schema, const WriteOptions& options,
+                                      const PartStart& start) {
+  auto checked = schema_of_file(std::move(schema), options);
+  if (!checked) return checked.error();
+  if (auto good = check_start(options, start); !good) return good.error();
+  return PartWriter(std::make_unique<Impl>(std::move(*checked), options, start));
+}
+
+Result<void> PartWriter::add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
+                                    std::span<const std::byte> data) {
+  return impl_->guarded(Impl::kAdding, [&] { return impl_->mesh().add_vertex(number, xyz, data); });
+}
+Result<void> PartWriter::add_imported_vertex(std::uint64_t number, std::span<const std::byte> xyz,
+                                             std::span<const std::byte> data) {
+  return impl_->guarded(Impl::kAdding,
+                        [&] { return impl_->mesh().add_imported_vertex(number, xyz, data); });
+}
+Result<void> PartWriter::add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
+                                           std::span<const std::byte> data) {
+  return impl_->guarded(Impl::kAdding,
+                        [&] { return impl_->mesh().add_unused_vertex(number, xyz, data); });
+}
+Result<void> PartWriter::add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
+                                  std::uint64_t last_use, std::span<const std::byte> data) {
+  return impl_->guarded(Impl::kAdding,
+                        [&] { return impl_->mesh().add_cell(block, corners, last_use, data); });
+}
+Result<void> PartWriter::end_mesh() {
+  return impl_->guarded(Impl::kAdding, [&] { return impl_->end_mesh(); });
+}
+Result<void> PartWriter::set_imported_numbers(std::span<const std::uint64_t> numbers) {
+  return impl_->guarded(Impl::kEnded, [&] { return impl_->set_imported_numbers(numbers); });
+}
+Result<PartChunks> PartWriter::mesh_chunks() {
+  PartChunks out;
+  const auto good = impl_->guarded(Impl::kNumbered, [&] { return impl_->mesh_chunks(out); });
+  if (!good) return good.error();
+  return out;
+}
+Result<void> PartWriter::begin_steps(const PartSteps& steps) {
+  return impl_->guarded(Impl::kChunksTaken, [&] { return impl_->begin_steps(steps); });
+}
+bool PartWriter::chooses(std::uint32_t array) const { return impl_->chooses(array); }
+Result<void> PartWriter::begin_step(std::uint32_t array, std::uint64_t step,
+                                    std::optional<StepReference> basis) {
+  return impl_->guarded(Impl::kBetweenSteps, [&] { return impl_->begin_step(array, step, basis); });
+}
+Result<void> PartWriter::add_step_values(std::span<const std::byte> values) {
+  return impl_->guarded(Impl::kInStep, [&] { return impl_->add_step_values(values); });
+}
+std::optional<StepReference> PartWriter::step_basis() const { return impl_->step_basis(); }
+Result<PartChunks> PartWriter::end_step() {
+  PartChunks out;
+  const auto good = impl_->guarded(Impl::kInStep, [&] { return impl_->end_step(out); });
+  if (!good) return good.error();
+  return out;
+}
+
+}  // namespace shm

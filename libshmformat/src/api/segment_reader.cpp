@@ -1,0 +1,58 @@
+// SegmentReader: finds the groups of a segment by the index and decodes them alone.
+#include "shm/segment_reader.h"
+
+#include <string>
+#include <utility>
+
+#include "access/indexed_file.h"
+#include "segment/segment_decoder.h"
+
+namespace shm {
+
+class SegmentReader::Impl {
+ public:
+  Impl(RandomSource& source, const ReadLimits& limits) : file(source, limits) {}
+  Result<std::vector<MeshBlock>> read(std::size_t index);
+
+  IndexedFile file;
+};
+
+Result<std::vector<MeshBlock>> SegmentReader::Impl::read(std::size_t index) {
+  const auto& segments = file.segments();
+  if (index >= segments.size())
+    return IndexedFile::wrong("there is no segment " + std::to_string(index), "segments", kNoOffset,
+                              ErrorCode::misuse);
+  SegmentDecoder decoder(file.schema(), file.limits(), static_cast<std::uint32_t>(index),
+                         SegmentDecoder::Imports::yielded);
+  std::vector<MeshBlock> blocks;
+  for (std::size_t g = file.first_group(index); g < file.first_group(index + 1); ++g) {
+    const container::IndexEntry& entry = file.groups()[g];
+    auto payload = file.read_chunk(entry);
+    if (!payload) return payload.error();
+    if (auto good = decoder.begin_group(std::move(*payload), entry.offset, g); !good)
+      return good.error();
+    if (auto good = file.expect_group(g, decoder.group()); !good) return good.error();
+    while (decoder.in_group()) {
+      auto block = decoder.next_block();
+      if (!block) return block.error();
+      blocks.push_back(std::move(block->mesh));
+    }
+  }
+  return blocks;
+}
+
+SegmentReader::SegmentReader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+SegmentReader::SegmentReader(SegmentReader&&) noexcept = default;
+SegmentReader& SegmentReader::operator=(SegmentReader&&) noexcept = default;
+SegmentReader::~SegmentReader() = default;
+
+Result<SegmentReader> SegmentReader::open(RandomSource& source, const ReadLimits& limits) {
+  auto impl = std::make_unique<Impl>(source, limits);
+  if (auto good = impl->file.open(); !good) return good.error();
+  return SegmentReader(std::move(impl));
+}
+const Schema& SegmentReader::schema() const { return impl_->file.schema(); }
+const std::vector<SegmentInfo>& SegmentReader::segments() const { return impl_->file.segments(); }
+Result<std::vector<MeshBlock>> SegmentReader::read(std::size_t index) { return impl_->read(index); }
+
+}  // namespace shm

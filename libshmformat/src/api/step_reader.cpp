@@ -1,0 +1,288 @@
+// StepReader: looks up in the index what a step needs, and reads that.
+#include "shm/step_reader.h"
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "access/indexed_file.h"
+#include "access/indexed_topology.h"
+#include "access/segment_steps.h"
+#include "access/step_index.h"
+#include "bytes/misuse.h"
+#include "segment/mesh_streams.h"
+
+namespace shm {
+namespace {
+
+/// What is told of one segment's mesh.
+struct SegmentMesh {
+  SegmentMesh(const Schema& schema, std::uint64_t most_bytes, const ReplayWants& wants,
+              std::size_t most_kept, const TopologyReplay::CellBytes& cell_bytes)
+      : topology(schema, most_bytes, wants, most_kept, cell_bytes) {}
+
+  std::size_t kept_bytes() const {
+    return topology.kept_bytes() + (elements ? elements->kept_bytes() : 0);
+  }
+
+  TopologyReplay topology;
+  std::optional<StepElements> elements;  // once the topology has all groups
+};
+
+}  // namespace
+
+class StepReader::Impl {
+ public:
+  Impl(RandomSource& source, const ReadLimits& limits) : file_(source, limits) {}
+
+  /// `survivors`: of a damaged file; null: there are none, the index tells.
+  Result<void> open(std::shared_ptr<const Survivors> survivors);
+  Result<void> open_damaged();
+  const IndexedFile& file() const { return file_; }
+  const StepIndex& index() const { return index_; }
+  const std::vector<double>& step_times() const { return times_; }
+  bool is_stepped(std::uint32_t array) const {
+    return array < file_.schema().arrays.size() && file_.schema().arrays[array].per_step;
+  }
+
+  Result<void> begin(const StepRequest& request);
+  Result<StepValues*> next();
+
+ private:
+  Result<void> read_steps();
+  bool find_segment();
+  Result<void> begin_segment();
+  Result<void> read_group();
+  void end_segment();
+  Result<SegmentMesh*> mesh_of(std::size_t segment, const ReplayWants& wants);
+  bool numbers_need_mesh() const;
+  Result<void> number(const StepIndex::Chunk& chunk);
+
+  const ArrayInfo& info() const { return file_.schema().arrays[request_.array]; }
+  bool of_points() const { return info().location == Location::point; }
+
+  IndexedFile file_;
+  StepIndex index_;
+  std::vector<double> times_;
+  StepReference most_ = StepReference::nothing;
+  TopologyReplay::CellBytes cell_bytes_;  // of the topologies
+  CoverNumbers covers_;
+  std::map<std::size_t, SegmentMesh> meshes_;                        // by segment
+  std::size_t kept_bytes_ = 0;                                       // of all but the one at hand
+  std::map<std::pair<std::uint32_t, std::size_t>, HeldSteps> held_;  // by array and segment
+
+  // the request at hand
+  StepRequest request_;
+  std::size_t wanted_ = 0;                     // which of the array's steps
+  std::size_t segment_ = 0, end_segment_ = 0;  // at hand; behind the last one
+  std::optional<SegmentSteps> steps_;          // of the segment at hand
+  SegmentMesh* mesh_ = nullptr;                // of the segment at hand, where it is needed
+  std::optional<Error> error_;
+  StepValues values_;
+};
+
+Result<void> StepReader::Impl::open(std::shared_ptr<const Survivors> survivors) {
+  if (auto good = survivors ? file_.open_damaged(std::move(survivors)) : file_.open(); !good)
+    return good;
+  return read_steps();
+}
+
+Result<void> StepReader::Impl::open_damaged() {
+  if (auto good = file_.open_damaged(); !good) return good;
+  return read_steps();
+}
+
+Result<void> StepReader::Impl::read_steps() {
+  auto times = file_.read_step_times();
+  if (!times) return times.error();
+  times_ = std::move(*times);
+  auto index = StepIndex::of(file_);
+  if (!index) return index.error();
+  index_ = std::move(*index);
+  most_ = most_reference(file_.schema(), index_.elements());
+  cell_bytes_ = std::make_shared<const std::vector<std::size_t>>(cell_data_bytes(file_.schema()));
+  covers_ = cover_numbers(file_.schema());
+  return {};
+}
+
+Result<void> StepReader::Impl::begin(const StepRequest& request) {
+  error_.reset();
+  end_segment();
+  segment_ = end_segment_ = 0;
+  if (!is_stepped(request.array))
+    return misuse("array " + std::to_string(request.array) + " is no stepped array", "steps");
+  if (request.segment && *request.segment >= file_.segments().size())
+    return misuse("there is no segment " + std::to_string(*request.segment), "steps");
+  request_ = request;
+  const auto& steps = index_.steps(request.array);
+  const auto found = std::lower_bound(
+      steps.begin(), steps.end(), request.step,
+      [](const StepIndex::Step& it, std::uint64_t step) { return it.step < step; });
+  if (found == steps.end() || found->step != request.step) {
+    if (index_.elements(request.array) == 0) return {};
+    return misuse(
+        "array '" + info().name + "' has no values at step " + std::to_string(request.step),
+        "steps");
+  }
+  wanted_ = static_cast<std::size_t>(found - steps.begin());
+  segment_ = request.segment.value_or(0);
+  end_segment_ = request.segment ? segment_ + 1 : file_.segments().size();
+  return {};
+}
+
+Result<StepValues*> StepReader::Impl::next() {
+  if (error_) return *error_;
+  while (segment_ < end_segment_) {
+    if (!steps_ && !find_segment()) break;
+    if (!steps_)
+      if (auto good = begin_segment(); !good) return *(error_ = good.error());
+    if (!steps_->at_end()) {
+      if (auto good = read_group(); !good) return *(error_ = good.error());
+      return &values_;
+    }
+    end_segment();
+    ++segment_;
+  }
+  return nullptr;
+}
+
+/// The next segment, or the one at hand, that has elements of the array.
+bool StepReader::Impl::find_segment() {
+  const auto chunks = index_.chunks(index_.steps(request_.array)[wanted_],
+                                    file_.first_group(segment_), file_.first_group(end_segment_));
+  segment_ = chunks.empty() ? end_segment_ : file_.segment_of(chunks.front().group);
+  return !chunks.empty();
+}
+
+Result<void> StepReader::Impl::begin_segment() {
+  steps_.emplace(file_, index_, most_, request_.array, segment_, wanted_,
+                 held_[{request_.array, segment_}]);
+  ReplayWants wants;
+  (of_points() ? wants.vertices : wants.cells) = steps_->needs_mesh();
+  (of_points() ? wants.vertex_numbers : wants.cell_numbers) = numbers_need_mesh();
+  if (!wants.any()) return {};
+  const auto mesh = mesh_of(segment_, wants);
+  if (!mesh) return mesh.error();
+  mesh_ = *mesh;
+  kept_bytes_ -= mesh_->kept_bytes();
+  mesh_->elements->expect(request_.array, steps_->elements());
+  return {};
+}
+
+void StepReader::Impl::end_segment() {
+  steps_.reset();
+  if (mesh_ == nullptr) return;
+  mesh_->topology.rest();
+  kept_bytes_ += mesh_->kept_bytes();
+  mesh_ = nullptr;
+}
+
+Result<void> StepReader::Impl::read_group() {
+  const StepIndex::Chunk chunk = steps_->next_chunk();
+  auto values = steps_->read_next(mesh_ != nullptr ? &*mesh_->elements : nullptr);
+  if (!values) return values.error();
+  values_.first = chunk.first;
+  values_.values = std::move(*values);
+  values_.numbers.clear();
+  return request_.numbers ? number(chunk) : Result<void>();
+}
+
+// --- numbers
+
+bool StepReader::Impl::numbers_need_mesh() const {
+  const Schema& schema = file_.schema();
+  if (!request_.numbers) return false;
+  if (of_points()) return schema.order == Order::keep;
+  return (schema.order == Order::keep && schema.delay > 0) ||
+         (!info().blocks.empty() && info().blocks.size() < schema.blocks.size());
+}
+
+Result<void> StepReader::Impl::number(const StepIndex::Chunk& chunk) {
+  values_.numbers.reserve(static_cast<std::size_t>(chunk.count));
+  if (!numbers_need_mesh()) {
+    const container::IndexEntry& group = file_.groups()[chunk.group];
+    const std::uint64_t first = of_points() ? group.first_vertex : group.first_cell;
+    for (std::uint64_t i = 0; i < chunk.count; ++i) values_.numbers.push_back(first + i);
+    return {};
+  }
+  const auto told = steps_->told_group(*mesh_->elements, chunk);
+  if (!told) return told.error();
+  values_.numbers.assign(told->numbers.begin(), told->numbers.end());
+  return {};
+}
+
+// --- topology
+
+/// Of one segment, with the groups' streams that tell what is wanted.
+Result<SegmentMesh*> StepReader::Impl::mesh_of(std::size_t segment, const ReplayWants& wants) {
+  const auto found = meshes_.find(segment);
+  ReplayWants all = wants;
+  if (found != meshes_.end()) {
+    if (found->second.topology.wants().include(wants)) return &found->second;
+    all.add(found->second.topology.wants());
+    kept_bytes_ -= found->second.kept_bytes();
+    meshes_.erase(found);
+  }
+  constexpr std::size_t kMost = TopologyReplay::kMostKept;
+  SegmentMesh& mesh = meshes_
+                          .try_emplace(segment, file_.schema(), file_.limits().max_group_bytes, all,
+                                       kMost - std::min(kept_bytes_, kMost), cell_bytes_)
+                          .first->second;
+  for (std::size_t g = file_.first_group(segment); g < file_.first_group(segment + 1); ++g)
+    if (auto good = add_group(file_, g, mesh.topology); !good) {
+      meshes_.erase(segment);
+      return good.error();
+    }
+  mesh.elements.emplace(file_.schema(), mesh.topology, covers_);
+  return &mesh;
+}
+
+// --- the face
+
+StepReader::StepReader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+StepReader::StepReader(StepReader&&) noexcept = default;
+StepReader& StepReader::operator=(StepReader&&) noexcept = default;
+StepReader::~StepReader() = default;
+
+Result<StepReader> StepReader::open(RandomSource& source, const ReadLimits& limits) {
+  return open(source, limits, nullptr);
+}
+Result<StepReader> StepReader::open(RandomSource& source, const ReadLimits& limits,
+                                    std::shared_ptr<const Survivors> survivors) {
+  auto impl = std::make_unique<Impl>(source, limits);
+  if (auto good = impl->open(std::move(survivors)); !good) return good.error();
+  return StepReader(std::move(impl));
+}
+Result<StepReader> StepReader::open_damaged(RandomSource& source, const ReadLimits& limits) {
+  auto impl = std::make_unique<Impl>(source, limits);
+  if (auto good = impl->open_damaged(); !good) return good.error();
+  return StepReader(std::move(impl));
+}
+const Schema& StepReader::schema() const { return impl_->file().schema(); }
+const std::vector<SegmentInfo>& StepReader::segments() const { return impl_->file().segments(); }
+const std::vector<double>& StepReader::step_times() const { return impl_->step_times(); }
+std::uint64_t StepReader::elements(std::uint32_t array) const {
+  return impl_->is_stepped(array) ? impl_->index().elements(array) : 0;
+}
+std::vector<std::uint64_t> StepReader::steps(std::uint32_t array) const {
+  std::vector<std::uint64_t> steps;
+  if (impl_->is_stepped(array))
+    for (const StepIndex::Step& it : impl_->index().steps(array)) steps.push_back(it.step);
+  return steps;
+}
+Result<void> StepReader::begin(const StepRequest& request) { return impl_->begin(request); }
+Result<StepValues*> StepReader::next() { return impl_->next(); }
+Result<std::vector<StepValues>> StepReader::read(const StepRequest& request) {
+  if (auto good = impl_->begin(request); !good) return good.error();
+  std::vector<StepValues> all;
+  while (true) {
+    auto values = impl_->next();
+    if (!values) return values.error();
+    if (*values == nullptr) return all;
+    all.push_back(std::move(**values));
+  }
+}
+
+}  // namespace shm

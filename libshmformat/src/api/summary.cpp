@@ -1,0 +1,224 @@
+// Summary: totals that a Reader counts, from the heads of chunks.
+#include "shm/summary.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "access/indexed_file.h"
+#include "access/step_index.h"
+#include "container/random_chunks.h"
+#include "segment/mesh_streams.h"
+
+namespace shm {
+namespace {
+
+using container::ChunkHeader;
+using container::ChunkKind;
+using container::IndexEntry;
+using container::StreamEntry;
+using container::StreamKind;
+
+/// Whether the index told the truth of a chunk of step values.
+bool is_told_by(const IndexEntry& entry, const container::StepHeader& header) {
+  return header.array == entry.array && header.step == entry.step && header.group == entry.group &&
+         header.count == entry.count && header.codec == entry.codec &&
+         container::refers_to(header) == entry.reference;
+}
+
+class Summarizer {
+ public:
+  Summarizer(RandomSource& source, const ReadLimits& limits)
+      : source_(&source), file_(source, limits) {}
+  Result<Summary> run();
+
+ private:
+  Result<void> add_chunk(const ChunkHeader& header, const IndexEntry& entry);
+  Result<void> add_group();
+  Result<void> add_streams(std::size_t group, const std::vector<StreamEntry>& streams);
+  Result<void> take_codec(std::size_t group, container::Codec codec);
+  Result<void> add_step_values(const IndexEntry& entry);
+  Result<void> finish();
+
+  Error wrong_group(std::size_t group, std::string detail,
+                    ErrorCode code = ErrorCode::corrupt) const {
+    return IndexedFile::wrong(std::move(detail), "group " + std::to_string(group),
+                              file_.groups()[group].offset, code);
+  }
+  const Schema& schema() const { return file_.schema(); }
+
+  RandomSource* source_;
+  IndexedFile file_;
+  std::vector<std::string> array_names_;  // of their streams
+  std::size_t groups_ = 0;                // that have been added
+  bool has_step_values_ = false;
+  Summary summary_;
+  Totals& totals_ = summary_.totals;
+};
+
+Result<Summary> Summarizer::run() {
+  if (auto good = file_.open(); !good) return good.error();
+  if (auto good = file_.expect_totals(); !good) return good.error();
+  summary_.schema = schema();
+  array_names_ = array_stream_names(schema());
+  totals_.segment_connectivity.resize(file_.segments().size(), ConnectivityCodec::automatic);
+  for (const SegmentInfo& segment : file_.segments())
+    totals_.segment_starts.push_back(segment.first_cell);
+  const auto add = [this](const ChunkHeader& header, const IndexEntry& entry) {
+    return add_chunk(header, entry);
+  };
+  if (auto good =
+          container::for_each_chunk(*source_, file_.index().entries, file_.index_offset(), add);
+      !good)
+    return good.error();
+  auto times = file_.read_step_times();
+  if (!times) return times.error();
+  summary_.step_times = std::move(*times);
+  auto extras = file_.read_extras();
+  if (!extras) return extras.error();
+  summary_.extras = std::move(*extras);
+  if (auto good = finish(); !good) return good.error();
+  return std::move(summary_);
+}
+
+Result<void> Summarizer::add_chunk(const ChunkHeader& header, const IndexEntry& entry) {
+  const auto wrong = [&](std::string detail, ErrorCode code = ErrorCode::corrupt) {
+    return IndexedFile::wrong(std::move(detail), container::chunk_name(entry.kind), entry.offset,
+                              code);
+  };
+  if (container::is_known(header)) switch (static_cast<ChunkKind>(header.kind)) {
+      case ChunkKind::schema: return {};
+      case ChunkKind::group:
+        if (has_step_values_) return wrong("mesh groups come before step values");
+        return add_group();
+      case ChunkKind::step_values: return add_step_values(entry);
+      case ChunkKind::step_times:
+      case ChunkKind::extra: totals_.streams["extras"] += header.payload_bytes; return {};
+      case ChunkKind::index: return wrong("there is another one behind it");
+      case ChunkKind::members: break;
+    }
+  if ((header.flags & container::kChunkOptional) != 0) return {};
+  return wrong("this reader does not know it, and the file needs it", ErrorCode::unsupported);
+}
+
+/// The next one.
+Result<void> Summarizer::add_group() {
+  const std::size_t group = groups_++;
+  const auto head = file_.read_group_head(group);
+  if (!head) return head.error();
+  const auto& streams = head->header.streams;
+  totals_.max_active_vertices =
+      std::max(totals_.max_active_vertices, head->header.max_active_vertices);
+  totals_.imported_vertices += head->header.imported_vertices;
+  const bool has_codec = !streams.empty() && streams[0].kind == StreamKind::connectivity;
+  if (!has_codec && head->header.cells > 0) return wrong_group(group, "connectivity: missing");
+  if (has_codec)
+    if (auto good = take_codec(group, streams[0].codec); !good) return good;
+  return add_streams(group, streams);
+}
+
+Result<void> Summarizer::add_streams(std::size_t group, const std::vector<StreamEntry>& streams) {
+  const auto& arrays = schema().arrays;
+  for (std::size_t s = 0; s < streams.size(); ++s) {
+    const StreamEntry& stream = streams[s];
+    const bool of_array = stream.kind == StreamKind::array;
+    const bool known =
+        of_array ? stream.array < arrays.size() && !arrays[stream.array].per_step
+                 : stream.kind >= StreamKind::connectivity && stream.kind <= StreamKind::imports;
+    const bool in_order = s == 0 || std::pair(streams[s - 1].kind, streams[s - 1].array) <
+                                        std::pair(stream.kind, stream.array);
+    const std::string name = container::stream_name(stream.kind);
+    if (!known || !in_order) return wrong_group(group, name + ": unknown or out of order");
+    totals_.streams[of_array ? array_names_[stream.array] : name] += stream.bytes;
+  }
+  return {};
+}
+
+Result<void> Summarizer::take_codec(std::size_t group, container::Codec codec) {
+  const auto said = connectivity_codec(codec);
+  if (!said)
+    return wrong_group(
+        group, "connectivity: codec " + std::to_string(static_cast<int>(codec)) + " is unknown",
+        ErrorCode::unsupported);
+  ConnectivityCodec& of_segment = totals_.segment_connectivity[file_.groups()[group].segment];
+  if (of_segment != ConnectivityCodec::automatic && of_segment != *said)
+    return wrong_group(group, "connectivity: another codec than before in this segment");
+  of_segment = *said;
+  return {};
+}
+
+Result<void> Summarizer::add_step_values(const IndexEntry& entry) {
+  const std::uint64_t payload_bytes = entry.bytes - container::kChunkHeaderBytes;
+  const std::string section = container::chunk_name(entry.kind);
+  const auto bytes =
+      container::read_bytes(*source_, entry.offset + container::kChunkHeaderBytes,
+                            std::min(payload_bytes, container::kMostStepHeaderBytes), section);
+  if (!bytes) return bytes.error();
+  ByteReader in(*bytes);
+  container::StepHeader header;
+  if (!container::get(in, header))
+    return IndexedFile::wrong("its header makes no sense", section, entry.offset);
+  if (!is_told_by(entry, header))
+    return IndexedFile::wrong("the chunk that should stand here does not", section, entry.offset);
+  if (header.array >= array_names_.size())
+    return IndexedFile::wrong("belongs to no stepped array", section, entry.offset);
+  totals_.streams[array_names_[header.array]] += payload_bytes - in.position();
+  totals_.steps = std::max(totals_.steps, header.step + 1);
+  has_step_values_ = true;
+  return {};
+}
+
+/// What the index tells in all, which must be what the heads tell.
+Result<void> Summarizer::finish() {
+  const container::Index& index = file_.index();
+  totals_.vertices = index.vertices;
+  totals_.cells = index.cells;
+  totals_.block_cells = index.block_cells;
+  for (std::size_t b = 0; b < schema().blocks.size(); ++b)
+    if (is_hexahedral(schema().blocks[b])) totals_.hexahedra += index.block_cells[b];
+  totals_.steps = std::max<std::uint64_t>(totals_.steps, summary_.step_times.size());
+  bool same = index.hexahedra == totals_.hexahedra &&
+              index.max_active_vertices == totals_.max_active_vertices &&
+              index.segments == file_.segments().size() &&
+              index.imported_vertices == totals_.imported_vertices &&
+              index.steps == totals_.steps && index.previous_index == 0 &&
+              index.streams.size() == totals_.streams.size();
+  std::uint64_t coded = 0;
+  auto counted = totals_.streams.begin();
+  for (std::size_t s = 0; same && s < index.streams.size(); ++s, ++counted) {
+    same = index.streams[s].name == counted->first && index.streams[s].bytes == counted->second;
+    coded += counted->second;
+  }
+  if (!same) return file_.wrong_index("does not tell what the file holds");
+  totals_.total_bytes = source_->size();
+  totals_.streams["container"] = totals_.total_bytes - coded;
+  // Steps are complete and in order.
+  const auto steps = StepIndex::of(file_);
+  return steps ? Result<void>() : Result<void>(steps.error());
+}
+
+/// What stands before the first chunk says whether the rest is for this reader.
+Result<void> check_start(RandomSource& source, const ReadLimits& limits) {
+  std::vector<std::byte> start(
+      static_cast<std::size_t>(std::min<std::uint64_t>(source.size(), container::kFileStartBytes)));
+  if (auto good = source.read_at(0, start); !good) return good;
+  Decoder decoder(limits);
+  if (auto good = decoder.feed(start); !good) return good;
+  if (start.size() < container::kFileStartBytes) decoder.end_of_input();
+  const auto progress = decoder.advance();
+  return progress ? Result<void>() : Result<void>(progress.error());
+}
+
+}  // namespace
+
+Result<Summary> read_summary(RandomSource& source, const ReadLimits& limits) {
+  if (auto good = check_start(source, limits); !good) return good.error();
+  const auto bytes = container::bytes_of_file(source);
+  if (!bytes) return bytes.error();
+  SectionSource file(source, 0, *bytes);
+  auto summary = Summarizer(file, limits).run();
+  if (summary) summary->totals.trailing_bytes = source.size() - *bytes;
+  return summary;
+}
+
+}  // namespace shm

@@ -1,0 +1,179 @@
+// Writer: joins the mesh encoder, step values and extras with the chunk writer.
+#include "shm/writer.h"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "api/file_writer.h"
+#include "bytes/misuse.h"
+#include "bytes/sizes.h"
+#include "container/schema_codec.h"
+#include "model/mesh_totals.h"
+#include "segment/mesh_encoder.h"
+
+namespace shm {
+
+class Writer::Impl {
+ public:
+  Impl(ByteSink& sink, Schema schema, const WriteOptions& options)
+      : schema_(std::move(schema)),
+        file_(sink, schema_),
+        mesh_(schema_, options,
+              [this](auto segment, const auto& header, const auto& streams) {
+                return write_group(segment, header, streams);
+              }),
+        key_steps_(options.key_steps),
+        level_(options.level),
+        topology_(schema_, ~std::uint64_t{0}, wants_of_steps(schema_),
+                  to_size(options.kept_topology_bytes)) {}
+
+  Result<void> start() { return file_.start(); }
+
+  /// Runs `work` unless an error came before; the first error sticks.
+  template <class Work>
+  Result<void> guarded(Work&& work) {
+    if (error_) return *error_;
+    Result<void> result = work();
+    if (!result) error_ = result.error();
+    return result;
+  }
+
+  Result<void> expect_mesh_open() const {
+    if (mesh_ended_) return misuse("the mesh has been ended", "mesh");
+    return {};
+  }
+  Result<void> expect_mesh_ended() const {
+    if (!mesh_ended_) return misuse("end_mesh comes first", "steps");
+    return {};
+  }
+
+  MeshEncoder& mesh() { return mesh_; }
+  Result<void> end_mesh() {
+    mesh_ended_ = true;
+    return mesh_.end();
+  }
+
+  Result<void> add_step_values(std::uint32_t array, std::uint64_t step,
+                               std::span<const std::byte> values);
+  Result<void> set_step_times(std::span<const double> times) { return file_.set_step_times(times); }
+  Result<void> add_extra(const Extra& extra);
+  Result<SizeReport> finish();
+
+ private:
+  Result<void> write_group(std::uint32_t segment, const container::GroupHeader& header,
+                           const std::vector<std::vector<std::byte>>& streams);
+
+  Schema schema_;
+  FileWriter file_;
+  MeshEncoder mesh_;
+  bool mesh_ended_ = false;
+  std::optional<Error> error_;
+
+  std::uint32_t key_steps_;
+  Level level_;
+  TopologyReplay topology_;
+};
+
+Result<void> Writer::Impl::write_group(std::uint32_t segment, const container::GroupHeader& header,
+                                       const std::vector<std::vector<std::byte>>& streams) {
+  topology_.add_group(segment, header,
+                      std::vector<std::span<const std::byte>>(streams.begin(), streams.end()));
+  return file_.write_group(segment, header, streams);
+}
+
+Result<void> Writer::Impl::add_step_values(std::uint32_t array, std::uint64_t step,
+                                           std::span<const std::byte> values) {
+  if (auto good = file_.check_step_values(array, values); !good) return good;
+  if (!file_.has_step_encoder()) {
+    std::vector<std::uint64_t> elements(schema_.arrays.size());
+    for (std::uint32_t a = 0; a < elements.size(); ++a)
+      elements[a] = elements_of(schema_, mesh_.totals(), a);
+    file_.begin_steps(topology_, std::move(elements), key_steps_, level_);
+  }
+  return file_.add_step_values(array, step, values);
+}
+
+Result<void> Writer::Impl::add_extra(const Extra& extra) {
+  if (auto good = FileWriter::check(extra); !good) return good;
+  if (!mesh_ended_)  // its place among the groups depends on what was added alone
+    if (auto good = mesh_.catch_up(); !good) return good;
+  return file_.add_extra(extra);
+}
+
+Result<SizeReport> Writer::Impl::finish() {
+  std::optional<SizeReport> report;
+  Result<void> closed = guarded([&]() -> Result<void> {
+    if (!mesh_ended_)
+      if (auto good = end_mesh(); !good) return good;
+    auto finished = file_.finish(mesh_.totals());
+    if (!finished) return finished.error();
+    report = std::move(*finished);
+    return {};
+  });
+  if (!closed) return closed.error();
+  error_ = misuse("the file is finished", "file");  // what every later call says
+  return std::move(*report);
+}
+
+Writer::Writer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Writer::Writer(Writer&&) noexcept = default;
+Writer& Writer::operator=(Writer&&) noexcept = default;
+Writer::~Writer() = default;
+
+Result<Writer> Writer::create(ByteSink& sink, Schema schema, const WriteOptions& options) {
+  auto checked = schema_of_file(std::move(schema), options);
+  if (!checked) return checked.error();
+  auto impl = std::make_unique<Impl>(sink, std::move(*checked), options);
+  if (auto good = impl->start(); !good) return good.error();
+  return Writer(std::move(impl));
+}
+
+Result<void> Writer::add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
+                                std::span<const std::byte> data) {
+  return impl_->guarded([&]() -> Result<void> {
+    if (auto good = impl_->expect_mesh_open(); !good) return good;
+    return impl_->mesh().add_vertex(number, xyz, data);
+  });
+}
+Result<void> Writer::add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
+                                       std::span<const std::byte> data) {
+  return impl_->guarded([&]() -> Result<void> {
+    if (auto good = impl_->expect_mesh_open(); !good) return good;
+    return impl_->mesh().add_unused_vertex(number, xyz, data);
+  });
+}
+Result<void> Writer::add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
+                              std::uint64_t last_use, std::span<const std::byte> data) {
+  return impl_->guarded([&]() -> Result<void> {
+    if (auto good = impl_->expect_mesh_open(); !good) return good;
+    return impl_->mesh().add_cell(block, corners, last_use, data);
+  });
+}
+Result<void> Writer::end_mesh() {
+  return impl_->guarded([&]() -> Result<void> {
+    if (auto good = impl_->expect_mesh_open(); !good) return good;
+    return impl_->end_mesh();
+  });
+}
+Result<void> Writer::add_step_values(std::uint32_t array, std::uint64_t step,
+                                     std::span<const std::byte> values) {
+  return impl_->guarded([&]() -> Result<void> {
+    if (auto good = impl_->expect_mesh_ended(); !good) return good;
+    return impl_->add_step_values(array, step, values);
+  });
+}
+Result<void> Writer::set_step_times(std::span<const double> times) {
+  return impl_->guarded([&]() -> Result<void> {
+    if (auto good = impl_->expect_mesh_ended(); !good) return good;
+    return impl_->set_step_times(times);
+  });
+}
+Result<void> Writer::add_extra(const Extra& extra) {
+  return impl_->guarded([&] { return impl_->add_extra(extra); });
+}
+Result<SizeReport> Writer::finish() { return impl_->finish(); }
+
+}  // namespace shm

@@ -1,0 +1,217 @@
+// OrderedTasks: several tasks worked on at once, whose outputs come out as if each had begun when
+// the one before it was done.
+// in:    inputs for the newest task           out: outputs, task after task
+// keeps: inputs that wait for their task, outputs that wait for their turn, both within limits
+// One thread, the caller's, begins tasks, gives inputs and takes outputs; within a task nothing
+// happens at once. Outputs depend on the inputs alone, not on the number of threads. What a task
+// throws (only std::bad_alloc in this library) comes out of the caller's next(), in its turn.
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "bytes/workers.h"
+#include "shm/result.h"
+
+namespace shm {
+
+template <class In, class Out>
+class OrderedTasks {
+ public:
+  /// Hands an output on, with the bytes that it holds.
+  using Emit = std::function<void(Out, std::size_t)>;
+
+  class Task {
+   public:
+    virtual ~Task() = default;
+    virtual Result<void> take(In& in, const Emit& emit) = 0;
+    /// No input will follow.
+    virtual Result<void> end(const Emit& emit) = 0;
+  };
+
+  /// Bytes of inputs and of outputs that may wait; what is at hand comes on top.
+  OrderedTasks(unsigned threads, std::size_t in_limit, std::size_t out_limit)
+      : in_limit_(in_limit), out_limit_(out_limit) {
+    spares_.reserve(kSpares);
+    workers_ = std::make_unique<Workers>(threads, [this] { work(); });
+  }
+  ~OrderedTasks() {
+    {
+      const std::lock_guard lock(mutex_);
+      stopping_ = true;
+    }
+    wake_workers_.notify_all();
+    workers_.reset();
+  }
+  OrderedTasks(const OrderedTasks&) = delete;
+  OrderedTasks& operator=(const OrderedTasks&) = delete;
+
+  /// Without any nothing will ever be done.
+  bool has_threads() const { return workers_->count() > 0; }
+
+  /// Ends the newest task, if there is one, and begins the next.
+  void begin(std::unique_ptr<Task> task) {
+    end();
+    const std::lock_guard lock(mutex_);
+    jobs_.emplace_back();
+    jobs_.back().task = std::move(task);
+  }
+  void push(In in, std::size_t bytes) {
+    {
+      const std::lock_guard lock(mutex_);
+      in_bytes_ += bytes;
+      jobs_.back().inputs.emplace_back(std::move(in), bytes);
+    }
+    wake_workers_.notify_all();
+  }
+  void end() {
+    {
+      const std::lock_guard lock(mutex_);
+      if (jobs_.empty()) return;
+      jobs_.back().ended = true;
+    }
+    wake_workers_.notify_all();
+  }
+  /// An input that has been used up, to be filled again; a new one if there is none.
+  In spare() {
+    const std::lock_guard lock(mutex_);
+    if (spares_.empty()) return In();
+    In in = std::move(spares_.back());
+    spares_.pop_back();
+    return in;
+  }
+
+  bool has_room() const {
+    const std::lock_guard lock(mutex_);
+    return in_bytes_ < in_limit_;
+  }
+  /// Nothing is under way, and next() has nothing.
+  bool is_idle() {
+    const std::lock_guard lock(mutex_);
+    return !has_output() && !is_under_way();
+  }
+
+  enum class Wait { no, for_output, for_output_or_room };
+  /// The next output, or what went wrong in its place; null when there is none yet, or none under
+  /// way.
+  Result<std::optional<Out>> next(Wait wait) {
+    std::unique_lock lock(mutex_);
+    if (wait != Wait::no)
+      wake_caller_.wait(lock, [&] {
+        return has_output() || !is_under_way() ||
+               (wait == Wait::for_output_or_room && in_bytes_ < in_limit_);
+      });
+    if (!has_output()) return std::optional<Out>();
+    Job& job = jobs_.front();
+    if (job.outputs.empty() && job.thrown) std::rethrow_exception(job.thrown);
+    if (job.outputs.empty()) return *job.error;
+    std::optional<Out> out = std::move(job.outputs.front().first);
+    out_bytes_ -= job.outputs.front().second;
+    job.outputs.pop_front();
+    lock.unlock();
+    wake_workers_.notify_all();
+    return out;
+  }
+
+ private:
+  struct Job {
+    std::unique_ptr<Task> task;
+    std::deque<std::pair<In, std::size_t>> inputs;
+    std::deque<std::pair<Out, std::size_t>> outputs;
+    bool running = false, ended = false, closed = false;  // closed: told that it has ended
+    std::optional<Error> error;
+    std::exception_ptr thrown;
+
+    bool failed() const { return error || thrown; }
+    bool is_done() const { return closed && !running && outputs.empty() && !failed(); }
+    bool has_work() const { return !failed() && (!inputs.empty() || (ended && !closed)); }
+  };
+
+  /// Drops tasks that are done; whether the first one left has something to take.
+  bool has_output() {
+    while (!jobs_.empty() && jobs_.front().is_done()) {
+      jobs_.pop_front();
+      wake_workers_.notify_all();  // the next one is first now
+    }
+    return !jobs_.empty() && (!jobs_.front().outputs.empty() || jobs_.front().failed());
+  }
+  bool is_under_way() const {
+    for (const Job& job : jobs_)
+      if (job.running || job.has_work()) return true;
+    return false;
+  }
+  /// The oldest task that can go on. The first one always can when its outputs have been taken.
+  Job* next_job() {
+    for (Job& job : jobs_) {
+      const bool may = out_bytes_ < out_limit_ || (&job == &jobs_.front() && job.outputs.empty());
+      if (!job.running && job.has_work() && may) return &job;
+    }
+    return nullptr;
+  }
+
+  void work() {
+    std::unique_lock lock(mutex_);
+    while (!stopping_) {
+      Job* job = next_job();
+      if (job == nullptr) {
+        wake_workers_.wait(lock);
+        continue;
+      }
+      job->running = true;
+      std::optional<In> in;
+      if (job->inputs.empty()) {
+        job->closed = true;
+      } else {
+        in = std::move(job->inputs.front().first);
+        in_bytes_ -= job->inputs.front().second;
+        job->inputs.pop_front();
+      }
+      lock.unlock();
+      wake_caller_.notify_one();
+      const Emit emit = [&](Out out, std::size_t bytes) {
+        {
+          const std::lock_guard guard(mutex_);
+          out_bytes_ += bytes;
+          job->outputs.emplace_back(std::move(out), bytes);
+        }
+        wake_caller_.notify_one();
+      };
+      Result<void> result;
+      std::exception_ptr thrown;
+      try {
+        result = in ? job->task->take(*in, emit) : job->task->end(emit);
+      } catch (...) {
+        thrown = std::current_exception();
+      }
+      lock.lock();
+      if (in && spares_.size() < spares_.capacity()) spares_.push_back(std::move(*in));
+      if (!result) job->error = result.error();
+      job->thrown = thrown;
+      job->running = false;
+      wake_workers_.notify_all();
+      wake_caller_.notify_one();
+    }
+  }
+
+  static constexpr std::size_t kSpares = 16;
+
+  std::size_t in_limit_, out_limit_;
+  mutable std::mutex mutex_;
+  std::condition_variable wake_workers_, wake_caller_;
+  std::list<Job> jobs_;  // oldest first; their addresses stay
+  std::vector<In> spares_;
+  std::size_t in_bytes_ = 0, out_bytes_ = 0;
+  bool stopping_ = false;
+  std::unique_ptr<Workers> workers_;  // last: its threads use all of the above
+};
+
+}  // namespace shm

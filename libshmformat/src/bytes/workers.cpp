@@ -1,0 +1,24 @@
+#include "bytes/workers.h"
+
+#include <algorithm>
+#include <system_error>
+
+namespace shm {
+
+unsigned thread_count(unsigned wanted) {
+  return wanted != 0 ? wanted : std::max(1u, std::thread::hardware_concurrency());
+}
+
+Workers::Workers(unsigned count, const std::function<void()>& work) {
+  threads_.reserve(count);
+  try {
+    while (threads_.size() < count) threads_.emplace_back(work);
+  } catch (const std::system_error&) {  // std::thread's way to say that there are no more
+  }
+}
+
+Workers::~Workers() {
+  for (std::thread& thread : threads_) thread.join();
+}
+
+}  // namespace shm

@@ -1,0 +1,379 @@
+#include "connectivity/cell_corners.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "bytes/by_slot.h"
+
+namespace shm {
+namespace {
+
+/// What happened at a corner, for contexts.
+enum Outcome : std::uint32_t { kBorn = 1, kRepeated = 2, kMissed = 3, kTaken = 4 };
+
+constexpr std::uint32_t least(std::uint32_t a, std::uint32_t b) { return a < b ? a : b; }
+
+}  // namespace
+
+template <class Coder>
+auto CellCorners<Coder>::models_of(CellShape shape) -> ShapeModels& {
+  const auto at = static_cast<std::size_t>(shape) - static_cast<std::size_t>(CellShape::line);
+  auto& models = all_models_[at];
+  if (!models) {
+    models = std::make_unique<ShapeModels>();
+    for (auto& it : models->which) it.resize(std::size_t{3} * 2 * 4 * 9 * 2);
+  }
+  return *models;
+}
+
+template <class Coder>
+bool CellCorners<Coder>::code(Coder& symbols, CellTopology& cell, CellShape shape,
+                              const std::function<void(std::uint32_t)>& birth) {
+  mixing_.use(symbols);
+  const std::uint32_t corners = corner_count(shape, cell.slots.size());
+  models_ = &models_of(shape);
+  block_ = &past_[cell.block];
+  block_->ids.resize(std::max<std::size_t>(corners, block_->ids.size()));
+  sides_ = sides_of(shape, corners).sides;
+  shape_ = static_cast<std::uint32_t>(shape);
+  owners_.clear();
+  gates_ = outcomes_ = six_cells_ = 0;
+  two_cells_ = mixing::hash(models_->before[0], models_->before[1]);
+  for (std::uint32_t o : models_->before) six_cells_ = mixing::hash(six_cells_, o);
+
+  std::uint64_t shift = block_->step;
+  for (std::uint32_t i = 0; i < corners; ++i) {
+    Corner it;
+    it.position = i;
+    it.model = least(i, kPositions - 1);
+    it.expected = block_->ids[i] + shift;
+    if (!code_corner(symbols, cell, it, birth)) return false;
+    const std::uint64_t id = surface_->vertex(cell.slots[i]).id;
+    shift = id - block_->ids[i];
+    if (i == 0) block_->step = shift;
+    block_->ids[i] = id;
+    find_owners(cell, i);
+  }
+  std::copy_backward(models_->before.begin(), models_->before.end() - 1, models_->before.end());
+  models_->before[0] = outcomes_;
+  return true;
+}
+
+template <class Coder>
+bool CellCorners<Coder>::code_corner(Coder& symbols, CellTopology& cell, Corner& it,
+                                     const std::function<void(std::uint32_t)>& birth) {
+  const std::uint32_t i = it.position;
+  gather(cell, it);
+  if constexpr (!Coder::kDecodes)
+    for (std::uint32_t j = 0; j < i && it.repeats == kNone; ++j)
+      if (cell.numbers[j] == cell.numbers[i]) it.repeats = j;
+
+  std::uint32_t shared = 0, guesses = 0;
+  for (const Candidate& c : candidates_) {
+    shared = std::max<std::uint32_t>(shared, c.shared);
+    guesses = std::max<std::uint32_t>(guesses, c.guesses);
+  }
+  const std::uint32_t chance = candidates_.empty() ? 16 : candidates_[0].chance >> 12;
+  const auto ask = [&](Question question, auto& models, bool value) {
+    mixing_.about(question, clue(shape_, i, gates_, shared, guesses), clue(shape_, i, outcomes_),
+                  clue(shape_, i, outcomes_, models_->before[0]),
+                  clue(shape_, i, outcomes_, six_cells_),
+                  clue(shape_, i, chance, candidates_.size(), gates_));
+    return mixing_.bit(models[it.model][least(gates_, 2)], value);
+  };
+  std::uint32_t outcome = kBorn;
+  if (ask(kNew, models_->is_new, cell.slots[i] == kNone && it.repeats == kNone)) {
+    birth(i);
+  } else {
+    bool among = false;
+    if constexpr (!Coder::kDecodes)
+      among = it.repeats == kNone &&
+              std::any_of(candidates_.begin(), candidates_.end(),
+                          [&](const Candidate& c) { return c.slot == cell.slots[i]; });
+    if (!candidates_.empty() && ask(kAmong, models_->among, among)) {
+      outcome = code_taken(cell, it);
+    } else {
+      outcome = code_missed(symbols, cell, it);
+      if (outcome == 0) return false;
+    }
+  }
+  if (it.lead_model != nullptr) it.lead_model->update(cell.slots[i] == it.lead);
+  outcomes_ = mixing::hash(outcomes_, outcome + 1);
+  return true;
+}
+
+/// Which candidate; returns the outcome.
+template <class Coder>
+std::uint32_t CellCorners<Coder>::code_taken(CellTopology& cell, const Corner& it) {
+  const std::uint32_t i = it.position;
+  std::uint32_t r = 0;
+  for (; r + 1 < candidates_.size(); ++r) {
+    const Candidate& c = candidates_[r];
+    const OpenFaces::Vertex open = faces_.vertex(c.slot);
+    mixing_.about(kWhich, clue(shape_, i, c.why(), r),
+                  clue(shape_, i, c.guesses, c.shared, least(c.beside, 5), c.ways, r),
+                  clue(shape_, i, outcomes_, models_->before[0], c.why()),
+                  clue(shape_, i, c.shared, least(c.beside, 3), least(open.bare, 7),
+                       least(open.edges, 3), least(surface_->vertex(c.slot).uses, 31)),
+                  clue(shape_, i, outcomes_, two_cells_, six_cells_, c.why()));
+    if (mixing_.bit(*c.model, c.slot == cell.slots[i])) break;
+  }
+  const Candidate& c = candidates_[r];
+  cell.slots[i] = c.slot;
+  return kTaken + (c.place < kMost ? c.place : kMost + least(c.shared, 2));
+}
+
+/// No candidate: a vertex of this cell again, or any live one. Returns the outcome, 0 where
+/// damaged data say none.
+template <class Coder>
+std::uint32_t CellCorners<Coder>::code_missed(Coder& symbols, CellTopology& cell,
+                                              const Corner& it) {
+  const std::uint32_t i = it.position;
+  if (i > 0 && symbols.bit(models_->repeated, it.repeats != kNone)) {
+    const std::uint64_t back = code_number(symbols, models_->repeat, i - 1 - it.repeats);
+    if (back >= i) return 0;
+    cell.slots[i] = cell.slots[i - 1 - static_cast<std::uint32_t>(back)];
+    return kRepeated;
+  }
+  std::uint64_t id = 0;
+  if constexpr (!Coder::kDecodes) id = surface_->vertex(cell.slots[i]).id;
+  id = it.expected +
+       static_cast<std::uint64_t>(code_signed(symbols, models_->step[i > 0 ? 1 : 0],
+                                              static_cast<std::int64_t>(id - it.expected)));
+  cell.slots[i] = surface_->slot_of(id);
+  return cell.slots[i] == kNone ? 0u : static_cast<std::uint32_t>(kMissed);
+}
+
+// --- candidates
+
+template <class Coder>
+auto CellCorners<Coder>::add(const CellTopology& cell, std::uint32_t position, std::uint32_t slot)
+    -> Candidate* {
+  Asked& asked = at_slot(asked_, slot);
+  if (asked.round == round_)
+    return asked.candidate == kNone ? nullptr : &candidates_[asked.candidate];
+  asked = {round_, kNone};
+  if (candidates_.size() == kCandidates || !surface_->vertex(slot).alive) return nullptr;
+  for (std::uint32_t j = 0; j < position; ++j)
+    if (cell.slots[j] == slot) return nullptr;
+  asked.candidate = static_cast<std::uint32_t>(candidates_.size());
+  Candidate& it = candidates_.emplace_back();
+  it.slot = slot;
+  return &it;
+}
+
+template <class Coder>
+void CellCorners<Coder>::gather(const CellTopology& cell, Corner& it) {
+  candidates_.clear();
+  ++round_;
+  gather_likely(cell, it);
+  if (it.lead_model == nullptr || it.lead_model->probability_of_one() <= kSure) {
+    if (it.position == 0)
+      gather_beside(cell, it.position);
+    else
+      gather_faces(cell, it.position);
+  }
+  rank(it);
+}
+
+/// What is known without looking at faces; the first one with the best reasons leads.
+template <class Coder>
+void CellCorners<Coder>::gather_likely(const CellTopology& cell, Corner& it) {
+  const std::uint32_t i = it.position;
+  if (i < kMost)
+    for (const Guess& guess : block_->guesses) {
+      const OpenFaces::Cell* behind = faces_.cell(guess.number);
+      if (behind == nullptr || guess.place[i] >= behind->size) continue;
+      if (Candidate* c = add(cell, i, behind->node[guess.place[i]]); c != nullptr && c->guesses < 2)
+        ++c->guesses;
+    }
+  const std::uint32_t next = surface_->slot_of(it.expected);
+  if (next != kNone)
+    if (Candidate* c = add(cell, i, next)) c->shift = true;
+  std::uint32_t best = 0;
+  for (const Candidate& c : candidates_) {
+    const std::uint32_t reasons = 2u * c.guesses + (c.shift ? 1 : 0);
+    if (reasons <= best) continue;
+    best = reasons;
+    it.lead = c.slot;
+    it.lead_model = &models_->lead[it.model][reasons];
+  }
+  for (std::uint32_t k = 0; k < last_size_; ++k)
+    if (Candidate* c = add(cell, i, last_cell_[k]); c != nullptr && c->place == kMost)
+      c->place = static_cast<std::uint8_t>(k);
+}
+
+/// Nodes of open faces at the last cell.
+template <class Coder>
+void CellCorners<Coder>::gather_beside(const CellTopology& cell, std::uint32_t position) {
+  for (std::uint32_t k = 0; k < last_size_; ++k)
+    faces_.around(last_cell_[k], [&](const OpenFaces::Face& face, std::uint32_t) {
+      for (std::uint32_t n = 0; n < face.size; ++n) count_beside(add(cell, position, face.node[n]));
+    });
+}
+
+/// Nodes that close open faces with known ones, or stand beside known ones along edges of theirs.
+template <class Coder>
+void CellCorners<Coder>::gather_faces(const CellTopology& cell, std::uint32_t position) {
+  std::uint32_t beside = 0;  // known positions at the other ends of edges
+  for (const ShapeFace& side : sides_) {
+    std::uint32_t place = side.size, known = 0;
+    for (std::uint32_t k = 0; k < side.size; ++k) {
+      if (side.at[k] == position) place = k;
+      if (side.at[k] < position) ++known;
+    }
+    if (place == side.size || known == 0) continue;
+    for (std::uint32_t k : {place + 1, place + side.size - 1})
+      if (side.at[k % side.size] < position) beside |= 1u << side.at[k % side.size];
+    if (known > 1 || side.size == 2) gather_shared(cell, side, place, known);
+  }
+  for (; beside != 0; beside &= beside - 1) {
+    const std::uint32_t from = cell.slots[static_cast<std::size_t>(std::countr_zero(beside))];
+    faces_.around(from, [&](const OpenFaces::Face& face, std::uint32_t at) {
+      for (std::uint32_t k : {at + 1, at + face.size - 1})
+        count_beside(add(cell, position, face.node[k % face.size]));
+    });
+  }
+}
+
+/// Open faces of the size of ours that have its known nodes in the same places, either way round.
+template <class Coder>
+void CellCorners<Coder>::gather_shared(const CellTopology& cell, const ShapeFace& ours,
+                                       std::uint32_t place, std::uint32_t known) {
+  const std::uint32_t n = ours.size, position = ours.at[place];
+  std::uint32_t anchor = 0;
+  while (ours.at[anchor] >= position) ++anchor;
+  faces_.around(cell.slots[ours.at[anchor]], [&](const OpenFaces::Face& face, std::uint32_t at) {
+    if (face.size != n) return;
+    if (std::find(owners_.begin(), owners_.end(), faces_.number_of(face)) != owners_.end()) return;
+    for (std::uint32_t way : {1u, 2u}) {  // 1: against ours, as faces of neighbours run
+      const auto node = [&](std::uint32_t k) {
+        const std::uint32_t steps = (k + n - anchor) % n;
+        return face.node[(at + (way == 1 ? n - steps : steps)) % n];
+      };
+      bool fits = true;
+      for (std::uint32_t k = 0; k < n && fits; ++k)
+        fits = ours.at[k] >= position || node(k) == cell.slots[ours.at[k]];
+      if (!fits) continue;
+      if (Candidate* it = add(cell, position, node(place))) {
+        it->shared = static_cast<std::uint8_t>(least(it->shared + known, 7));
+        it->ways |= static_cast<std::uint8_t>(way);
+      }
+      if (n == 2) break;
+    }
+  });
+}
+
+/// Models of all candidates, and their order: those that have been right most often first.
+template <class Coder>
+void CellCorners<Coder>::rank(const Corner& it) {
+  auto& which = models_->which[it.model];
+  for (Candidate& c : candidates_) {
+    std::size_t at = c.guesses;
+    at = 2 * at + (c.shift ? 1 : 0);
+    at = 4 * at + least(c.shared, 3);
+    at = 9 * at + c.place;
+    at = 2 * at + (c.beside > 0 ? 1 : 0);
+    c.model = &which[at];
+    c.chance = c.model->adaptive.probability_of_one();
+  }
+  // Insertion keeps the order of equals, and is quick for so few.
+  for (std::size_t i = 1; i < candidates_.size(); ++i) {
+    const Candidate moved = candidates_[i];
+    std::size_t to = i;
+    for (; to > 0 && candidates_[to - 1].chance < moved.chance; --to)
+      candidates_[to] = candidates_[to - 1];
+    candidates_[to] = moved;
+  }
+}
+
+/// Who is behind the sides of the cell that are known now that the node at `position` is.
+template <class Coder>
+void CellCorners<Coder>::find_owners(const CellTopology& cell, std::uint32_t position) {
+  std::array<std::uint32_t, 4> cycle{};
+  for (const ShapeFace& side : sides_) {
+    if (*std::max_element(side.at.begin(), side.at.begin() + side.size) != position) continue;
+    for (std::uint32_t k = 0; k < side.size; ++k) cycle[k] = cell.slots[side.at[k]];
+    const std::uint32_t found = faces_.find(std::span<const std::uint32_t>(cycle).first(side.size));
+    if (found == kNone) continue;
+    gates_ = least(gates_ + 1, 3);
+    owners_.push_back(faces_.number_of(faces_.face(found)));
+  }
+}
+
+// --- after a cell
+
+template <class Coder>
+void CellCorners<Coder>::take_note(const CellTopology& cell, CellShape shape, bool as_stored) {
+  const std::uint32_t corners = corner_count(shape, cell.slots.size());
+  if (corners == 0) {
+    faces_.skip_cell();
+    return;
+  }
+  std::array<std::uint32_t, kMaxPolygonCorners> stored{};
+  for (std::uint32_t i = 0; i < corners; ++i)
+    stored[as_stored ? cell.stored_position(i) : i] = cell.slots[i];
+  const auto nodes = std::span<const std::uint32_t>(stored).first(corners);
+  faces_.add_cell(sides_of(shape, corners), nodes);
+  last_size_ = least(corners, kMost);
+  std::copy_n(nodes.begin(), last_size_, last_cell_.begin());
+  if (!cell.hexahedral) make_guesses(past_[cell.block], nodes);
+}
+
+/// The next cell of the block may be beside the next cell of a neighbour as this one is beside the
+/// neighbour; or as many cells on as the neighbour is from that of the cell before.
+template <class Coder>
+void CellCorners<Coder>::make_guesses(Past& past, std::span<const std::uint32_t> corners) {
+  const auto before = past.behind;
+  past.behind = faces_.behind();
+  past.guesses.clear();
+  for (std::uint32_t k = 0; k < kMost; ++k) {
+    const std::uint64_t number = past.behind[k];
+    const OpenFaces::Cell* behind = number == OpenFaces::kNever ? nullptr : faces_.cell(number);
+    if (behind == nullptr) continue;
+    Guess guess;
+    guess.place.fill(kMost);
+    for (std::uint32_t i = 0; i < least(static_cast<std::uint32_t>(corners.size()), kMost); ++i)
+      for (std::uint32_t j = 0; j < behind->size; ++j)
+        if (behind->node[j] == corners[i]) guess.place[i] = static_cast<std::uint8_t>(j);
+    const auto say = [&](std::uint64_t next) {
+      guess.number = next;
+      if (std::none_of(past.guesses.begin(), past.guesses.end(),
+                       [&](const Guess& it) { return it.number == next; }))
+        past.guesses.push_back(guess);
+    };
+    say(number + 1);
+    if (before[k] != OpenFaces::kNever) say(number + (number - before[k]));
+  }
+}
+
+template <class Coder>
+void CellCorners<Coder>::code_last_use(Coder& symbols, CellTopology& cell, CellShape shape) {
+  mixing_.use(symbols);
+  ShapeModels& models = models_of(shape);
+  const std::uint32_t corners = corner_count(shape, cell.slots.size());
+  std::uint32_t finals = 1;
+  for (std::uint32_t i = 0; i < corners; ++i) {
+    const auto end = cell.slots.begin() + i;
+    if (std::find(cell.slots.begin(), end, cell.slots[i]) != end) {
+      cell.last_use[i] = 0;
+      continue;
+    }
+    const OpenFaces::Vertex open = faces_.vertex(cell.slots[i]);
+    const std::uint32_t uses = surface_->vertex(cell.slots[i]).uses;
+    const std::uint32_t bare = least(open.bare, 7), edges = least(open.edges, 3);
+    mixing_.about(kLast, clue(shape_, bare, least(open.faces, 15), edges),
+                  clue(shape_, bare, edges, i, finals), clue(shape_, bare, edges, least(uses, 63)),
+                  clue(shape_, i, finals, models.finals, bare == 0),
+                  clue(shape_, i, outcomes_, models.before[1], finals));
+    auto& model = models.last[least(i, kPositions - 1)][bare];
+    cell.last_use[i] = mixing_.bit(model, cell.last_use[i] != 0) ? 1 : 0;
+    finals = 2 * finals + cell.last_use[i];
+  }
+  models.finals = finals;
+}
+
+template class CellCorners<RangeEncoder>;
+template class CellCorners<RangeDecoder>;
+
+}  // namespace shm

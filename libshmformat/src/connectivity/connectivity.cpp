@@ -1,0 +1,288 @@
+#include "connectivity/connectivity.h"
+
+#include <algorithm>
+#include <bit>
+#include <utility>
+
+namespace shm {
+namespace {}  // namespace
+
+template <class Coder>
+Connectivity<Coder>::Connectivity(const Schema& schema) : schema_(&schema), inner_nodes_(surface_) {
+  for (const BlockInfo& block : schema.blocks)
+    if (!is_hexahedral(block) && !others_) others_ = std::make_unique<CellCorners<Coder>>(surface_);
+  set_codec(ConnectivityCodec::rows);
+}
+
+template <class Coder>
+void Connectivity<Coder>::set_codec(ConnectivityCodec codec) {
+  const OpenFaces* const open = others_ ? &others_->faces() : nullptr;
+  switch (codec) {
+    case ConnectivityCodec::paper:
+      hexahedra_ = std::make_unique<PaperHexahedra<Coder>>(surface_);
+      return;
+    case ConnectivityCodec::automatic:
+    case ConnectivityCodec::shifts:  // which need no surface
+    case ConnectivityCodec::rows:
+      hexahedra_ = std::make_unique<RowHexahedra<Coder>>(surface_, open);
+      return;
+    case ConnectivityCodec::mixed:
+      hexahedra_ = std::make_unique<MixedRows<Coder>>(surface_, open);
+      return;
+    case ConnectivityCodec::replay:
+      hexahedra_ =
+          std::make_unique<ReplayHexahedra<Coder>>(surface_, schema_->order == Order::keep);
+      return;
+  }
+}
+
+template <class Coder>
+bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, CellTopology& cell) {
+  if (!code_block(symbols, cell)) return false;
+  const BlockInfo& block = schema_->blocks[cell.block];
+  cell.hexahedral = is_hexahedral(block);
+  cell.new_positions.clear();
+  cell.face_mask = 0;
+  cell.cell_slot = kNone;
+  const bool plain = cell.hexahedral && block.nodes_per_cell == 8;
+  cell.layout = plain ? nullptr : node_layout(block.shape, block.nodes_per_cell);
+  for (std::uint8_t i = 0; i < 8; ++i) cell.stored_corner[i] = i;
+  if constexpr (!Coder::kDecodes) sort_numbers(cell);
+  if (cell.hexahedral && !code_hexahedron(symbols, corner_order, cell)) return false;
+  if constexpr (!Coder::kDecodes)
+    for (const std::uint32_t born : cell.new_positions) tell_farther_repeats(cell, born);
+  const std::uint32_t corners = cell.hexahedral ? 8
+                                : block.shape == CellShape::hexahedron
+                                    ? 0
+                                    : corner_count(block.shape, cell.slots.size());
+  if (!cell.hexahedral && corners > 0 &&
+      !others_->code(symbols, cell, block.shape, [&](std::uint32_t i) { give_birth(cell, i); }))
+    return false;
+  // Of corners alone nobody reads the ids.
+  if (cell.slots.size() > corners && !code_nodes(symbols, cell, corners)) return false;
+  // Replay counts for itself, and has said which corners are used last.
+  const bool told = cell.hexahedral && std::holds_alternative<Replay>(hexahedra_);
+  for (std::size_t i = told ? 8 : 0; i < cell.slots.size(); ++i) surface_.count_use(cell.slots[i]);
+  if (others_) {
+    others_->take_note(cell, corners > 0 ? block.shape : CellShape::other, order_matters(block));
+    cell.shape = block.shape;
+    cell.corners = corners;
+    cell.behind = others_->faces().behind();
+  }
+  if (!told || cell.slots.size() > 8) code_last_use(symbols, cell);
+  return true;
+}
+
+template <class Coder>
+void Connectivity<Coder>::finish_cell(const CellTopology& cell) {
+  auto* replay = std::get_if<Replay>(&hexahedra_);
+  const auto finalize = [&](std::size_t i) {
+    if (replay != nullptr) (*replay)->forget(cell.slots[i]);
+    if (others_) others_->forget(cell.slots[i]);
+    inner_nodes_.forget(cell.slots[i]);
+    surface_.finalize(cell.slots[i]);
+  };
+  std::size_t i = 0;
+  for (; i + 8 <= cell.slots.size(); i += 8) {  // as a rule one of eight
+    std::uint32_t marks = 0;
+    for (std::size_t k = 0; k < 8; ++k) marks |= std::uint32_t{cell.last_use[i + k]} << k;
+    for (; marks != 0; marks &= marks - 1)
+      finalize(i + static_cast<std::size_t>(std::countr_zero(marks)));
+  }
+  for (; i < cell.slots.size(); ++i)
+    if (cell.last_use[i] != 0) finalize(i);
+  if (cell.hexahedral && replay == nullptr) surface_.end_cell();
+}
+
+template <class Coder>
+bool Connectivity<Coder>::code_hexahedron(Coder& symbols, Coder& corner_order, CellTopology& cell) {
+  const bool said = order_matters(schema_->blocks[cell.block]);
+  return std::visit([&](auto& coder) { return coder->code(symbols, corner_order, cell, said); },
+                    hexahedra_);
+}
+
+template <class Coder>
+bool Connectivity<Coder>::code_block(Coder& symbols, CellTopology& cell) {
+  if (schema_->blocks.size() > 1 && !symbols.bit(same_block_, cell.block == last_block_)) {
+    const std::uint64_t block = code_number(symbols, block_number_, cell.block);
+    if (block >= schema_->blocks.size()) return false;
+    cell.block = static_cast<std::uint32_t>(block);
+  } else {
+    cell.block = last_block_;
+  }
+  if (cell.block >= schema_->blocks.size()) return false;
+  last_block_ = cell.block;
+  std::uint64_t count = schema_->blocks[cell.block].nodes_per_cell;
+  if (count == 0) count = code_number(symbols, node_count_, cell.slots.size());
+  if (count > kMaxNodesPerCell) return false;
+  if constexpr (Coder::kDecodes) {
+    if (cell.slots.size() != count) {
+      cell.slots.resize(static_cast<std::size_t>(count));
+      cell.last_use.resize(static_cast<std::size_t>(count));
+    }
+    std::fill(cell.slots.begin(), cell.slots.end(), kNone);
+    std::fill(cell.last_use.begin(), cell.last_use.end(), std::uint8_t{0});
+  }
+  return true;
+}
+
+/// Nodes that are no corners of a hexahedron: as their place in the cell lets expect, else by their
+/// step from the last cell of the block.
+template <class Coder>
+bool Connectivity<Coder>::code_nodes(Coder& symbols, CellTopology& cell, std::uint32_t first) {
+  auto& last = node_ids_[cell.block];
+  std::uint64_t shift = 0;  // how far the node before this one moved
+  const std::size_t count = cell.slots.size();
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (i >= first) {
+      const InnerNode* inner = cell.layout == nullptr ? nullptr : cell.layout->at(i);
+      if (inner != nullptr) {
+        if (i == cell.layout->corners) begin_layout(cell);
+        if constexpr (!Coder::kDecodes)
+          if (const std::uint32_t same = earlier_position(cell, i); same != kNone)
+            cell.slots[i] = cell.slots[same];
+      }
+      if (inner == nullptr || !inner_nodes_.code(symbols, cell, *inner, i)) {
+        if (!code_node(symbols, cell, i, shift)) return false;
+      } else if (cell.slots[i] == kNone) {
+        give_birth(cell, i);
+      }
+      if (inner != nullptr) inner_nodes_.note(cell, *inner, i);
+    }
+    const std::uint64_t id = surface_.vertex(cell.slots[i]).id;
+    if (first == 0 || i >= first) {
+      if (i < last.size())
+        last[i] = id;
+      else
+        last.push_back(id);
+    } else if (i >= last.size()) {
+      last.push_back(id);
+    }
+  }
+  return true;
+}
+
+/// Encoding: the first of the positions shortly before this one that has the same vertex.
+template <class Coder>
+std::uint32_t Connectivity<Coder>::earlier_position(const CellTopology& cell, std::uint32_t i) {
+  for (std::uint32_t j = i > kMaxLastUse ? i - kMaxLastUse : 0; j < i; ++j)
+    if (cell.numbers[j] == cell.numbers[i]) return j;
+  return kNone;
+}
+
+/// Encoding: in cells of so many nodes that repeats are not said, which positions have a number.
+template <class Coder>
+void Connectivity<Coder>::sort_numbers(const CellTopology& cell) {
+  positions_.clear();
+  if (cell.slots.size() <= kMaxLastUse) return;
+  for (std::uint32_t i = 0; i < cell.slots.size(); ++i) positions_.push_back({cell.numbers[i], i});
+  std::sort(positions_.begin(), positions_.end());
+}
+
+/// Encoding: a vertex that was new at `i` is found by its number at positions far behind it.
+template <class Coder>
+void Connectivity<Coder>::tell_farther_repeats(CellTopology& cell, std::uint32_t i) {
+  const std::pair<std::uint64_t, std::uint32_t> from{cell.numbers[i], i + kMaxLastUse};
+  for (auto it = std::lower_bound(positions_.begin(), positions_.end(), from);
+       it != positions_.end() && it->first == cell.numbers[i]; ++it)
+    cell.slots[it->second] = cell.slots[i];
+}
+
+/// Before the first node that is no corner.
+template <class Coder>
+void Connectivity<Coder>::begin_layout(CellTopology& cell) {
+  for (std::uint8_t i = 0; i < 8; ++i) cell.framed[cell.stored_corner[i]] = i;
+  inner_nodes_.begin_cell(cell);
+}
+
+/// The vertex at `position` is new.
+template <class Coder>
+void Connectivity<Coder>::give_birth(CellTopology& cell, std::uint32_t position) {
+  cell.new_positions.push_back(position);
+  const std::uint32_t slot = cell.slots[position] = surface_.add_vertex();
+  if (auto* replay = std::get_if<Replay>(&hexahedra_);
+      replay != nullptr && schema_->order != Order::keep)
+    (*replay)->name(slot, surface_.vertex(slot).id);
+  // Farther repeats than the models can say are found by their number from here on.
+  if constexpr (!Coder::kDecodes) tell_farther_repeats(cell, position);
+}
+
+template <class Coder>
+bool Connectivity<Coder>::code_node(Coder& symbols, CellTopology& cell, std::uint32_t i,
+                                    std::uint64_t& shift) {
+  const auto& last = node_ids_[cell.block];
+  while (nodes_.size() <= std::min<std::uint32_t>(i, 31))
+    nodes_.push_back(std::make_unique<NodeModel>());
+  NodeModel& model = *nodes_[std::min<std::uint32_t>(i, 31)];
+  const std::uint64_t expected = (i < last.size()          ? last[i]
+                                  : i > 0 && !last.empty() ? last.back()
+                                                           : 0) +
+                                 shift;
+  std::uint32_t repeats = kNone;
+  if constexpr (!Coder::kDecodes) repeats = earlier_position(cell, i);
+  const bool is_new =
+      symbols.bit(model.is_new[last_new_], cell.slots[i] == kNone && repeats == kNone);
+  last_new_ = is_new;
+  if (is_new) {
+    give_birth(cell, i);
+  } else if (i > 0 && symbols.bit(model.repeated, repeats != kNone)) {
+    const std::uint64_t back = code_number(symbols, model.repeat, i - 1 - repeats);
+    if (back >= i) return false;
+    cell.slots[i] = cell.slots[i - 1 - static_cast<std::uint32_t>(back)];
+  } else {
+    std::uint64_t id = 0;
+    if constexpr (!Coder::kDecodes) id = surface_.vertex(cell.slots[i]).id;
+    id = expected + static_cast<std::uint64_t>(
+                        code_signed(symbols, model.step, static_cast<std::int64_t>(id - expected)));
+    cell.slots[i] = surface_.slot_of(id);
+    if (cell.slots[i] == kNone) return false;
+    if (i < last.size()) shift = id - last[i];
+  }
+  return true;
+}
+
+template <class Coder>
+void Connectivity<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
+  std::size_t i = 0;
+  if (auto* rows = std::get_if<Rows>(&hexahedra_); rows != nullptr && cell.hexahedral) {
+    (*rows)->code_last_use(symbols, cell);
+    i = 8;
+  } else if (auto* mixed = std::get_if<Mixed>(&hexahedra_); mixed != nullptr && cell.hexahedral) {
+    (*mixed)->code_last_use(symbols, cell);
+    i = 8;
+  } else if (std::holds_alternative<Replay>(hexahedra_) && cell.hexahedral) {
+    i = 8;  // said with the corners
+  } else if (const CellShape shape = schema_->blocks[cell.block].shape;
+             !cell.hexahedral && shape != CellShape::hexahedron) {
+    i = corner_count(shape, cell.slots.size());
+    if (i > 0) others_->code_last_use(symbols, cell, shape);
+  }
+  for (; i < std::min<std::size_t>(cell.slots.size(), kMaxLastUse); ++i) {
+    const auto begin = cell.slots.begin();
+    if (std::find(begin, begin + static_cast<std::ptrdiff_t>(i), cell.slots[i]) !=
+        begin + static_cast<std::ptrdiff_t>(i)) {
+      cell.last_use[i] = 0;
+      continue;
+    }
+    if (const InnerNode* inner = cell.layout == nullptr ? nullptr : cell.layout->at(i)) {
+      cell.last_use[i] =
+          inner_nodes_.code_last_use(symbols, cell, *inner, static_cast<std::uint32_t>(i),
+                                     cell.last_use[i] != 0)
+              ? 1
+              : 0;
+      continue;
+    }
+    const auto& vertex = surface_.vertex(cell.slots[i]);
+    const bool corner = cell.hexahedral && i < 8;
+    auto& model = last_use_[corner ? 1 : 0][std::min<std::uint32_t>(vertex.face_count, 5)]
+                           [std::min<std::uint32_t>(vertex.uses, 8)];
+    auto& before = last_finalized_[i % 8];
+    before = symbols.bit(model[before], cell.last_use[i] != 0) ? 1 : 0;
+    cell.last_use[i] = before;
+  }
+}
+
+template class Connectivity<RangeEncoder>;
+template class Connectivity<RangeDecoder>;
+
+}  // namespace shm

@@ -1,0 +1,120 @@
+// Connectivity: says which vertices each cell joins, and which of them it finalizes.
+// in:    cells in coding order                out: symbols for "connectivity" and "corner order"
+// keeps: the active surface, a coder for hexahedra, the models; changed alike in both directions
+// spec: "Connectivity stream", "Corner order stream"
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "connectivity/cell_corners.h"
+#include "connectivity/inner_nodes.h"
+#include "connectivity/mixed_rows.h"
+#include "connectivity/paper_hexahedra.h"
+#include "connectivity/replay_hexahedra.h"
+#include "connectivity/row_hexahedra.h"
+#include "entropy/models.h"
+#include "shm/schema.h"
+#include "surface/active_surface.h"
+#include "surface/cell_topology.h"
+
+namespace shm {
+
+/// Whether its cells are coded, and counted, as hexahedra.
+inline bool is_hexahedral(const BlockInfo& block) {
+  return block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8;
+}
+
+template <class Coder>
+class Connectivity {
+ public:
+  /// `schema` is borrowed.
+  explicit Connectivity(const Schema& schema);
+  Connectivity(const Connectivity&) = delete;  // the coders point to the surface
+  Connectivity& operator=(const Connectivity&) = delete;
+
+  /// How hexahedra are said. Before the first cell; rows if never called. Neither automatic nor
+  /// shifts.
+  void set_codec(ConnectivityCodec codec);
+
+  /// Codes one cell. Encoding: cell.block, slots (kNone: new), numbers and last_use are set, in
+  /// stored order, and come back in the coder's frame. New vertices get slots either way.
+  /// False only when decoding damaged data. Follow with finish_cell.
+  bool code_cell(Coder& symbols, Coder& corner_order, CellTopology& cell);
+  /// Finalizes what the cell finalizes. Until then all its vertices and neighbours are valid.
+  void finish_cell(const CellTopology& cell);
+
+  /// Whether cell.original tells the numbers of a hexahedron's corners, and wants them told.
+  bool says_numbers() const {
+    return schema_->order == Order::keep && std::holds_alternative<Replay>(hexahedra_);
+  }
+  /// Must hold: says_numbers(). The number of a new vertex that is no hexahedron's corner.
+  void name_vertex(std::uint32_t slot, std::uint64_t number) {
+    std::get<Replay>(hexahedra_)->name(slot, number);
+  }
+
+  /// A vertex that no cell uses: born and finalized at once.
+  std::uint32_t add_loose_vertex() { return surface_.add_vertex(); }
+  void remove_loose_vertex(std::uint32_t slot) { surface_.finalize(slot); }
+
+  const ActiveSurface& surface() const { return surface_; }
+
+ private:
+  struct NodeModel {
+    std::array<AdaptiveBit, 2> is_new;
+    AdaptiveBit repeated;
+    SignedModel<NumberModel> step;
+    NumberModel repeat;
+  };
+  using Paper = std::unique_ptr<PaperHexahedra<Coder>>;
+  using Rows = std::unique_ptr<RowHexahedra<Coder>>;
+  using Replay = std::unique_ptr<ReplayHexahedra<Coder>>;
+  using Mixed = std::unique_ptr<MixedRows<Coder>>;
+
+  bool code_block(Coder& symbols, CellTopology& cell);
+  bool code_hexahedron(Coder& symbols, Coder& corner_order, CellTopology& cell);
+  bool code_nodes(Coder& symbols, CellTopology& cell, std::uint32_t first_position);
+  /// Whether it is said how the corners of hexahedra of this block are stored.
+  bool order_matters(const BlockInfo& block) const {
+    return schema_->corner_order || block.nodes_per_cell != 8;
+  }
+  bool code_node(Coder& symbols, CellTopology& cell, std::uint32_t position, std::uint64_t& shift);
+  void give_birth(CellTopology& cell, std::uint32_t position);
+  void begin_layout(CellTopology& cell);
+  static std::uint32_t earlier_position(const CellTopology& cell, std::uint32_t position);
+  void sort_numbers(const CellTopology& cell);
+  void tell_farther_repeats(CellTopology& cell, std::uint32_t position);
+  void code_last_use(Coder& symbols, CellTopology& cell);
+
+  const Schema* schema_;
+  ActiveSurface surface_;
+  std::variant<Paper, Rows, Replay, Mixed> hexahedra_;
+  std::unique_ptr<CellCorners<Coder>> others_;  // where there are blocks of other cells
+  InnerNodes<Coder> inner_nodes_;
+
+  // contexts
+  std::uint32_t last_block_ = 0;
+  std::array<std::uint8_t, 8> last_finalized_{};
+  /// Of the last cell of each block that came.
+  std::map<std::uint32_t, std::vector<std::uint64_t>> node_ids_;
+  bool last_new_ = false;
+
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> positions_;  // encoding: by number
+
+  // models
+  AdaptiveBit same_block_;
+  NumberModel block_number_, node_count_;
+  std::vector<std::unique_ptr<NodeModel>> nodes_;
+  /// By: corner of a hexahedron or not, active faces, uses, whether the one before was one.
+  std::array<std::array<std::array<std::array<AdaptiveBit, 2>, 9>, 6>, 2> last_use_;
+};
+
+extern template class Connectivity<RangeEncoder>;
+extern template class Connectivity<RangeDecoder>;
+
+}  // namespace shm

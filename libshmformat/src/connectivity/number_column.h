@@ -1,0 +1,35 @@
+// NumberColumn: the stream numbers of imported vertices, predicted as the paper predicts
+// coordinates, from imported neighbours in the cell.
+// spec: "Imports"
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "connectivity/stencil.h"
+#include "entropy/models.h"
+
+namespace shm {
+
+template <class Coder>
+class NumberColumn {
+ public:
+  /// Codes the number of the vertex at `slot`: read when encoding, returned either way.
+  std::uint64_t code(Coder& coder, const Stencil& stencil, std::uint32_t slot,
+                     std::uint64_t number) {
+    if (slot >= numbers_.size()) numbers_.resize(std::size_t{slot} * 2 + 1);
+    const std::uint64_t expected =
+        stencil.kind == Stencil::last ? last_ : spectral(stencil, numbers_);
+    last_ =
+        expected + static_cast<std::uint64_t>(code_signed(
+                       coder, models_[stencil.kind], static_cast<std::int64_t>(number - expected)));
+    return numbers_[slot] = last_;
+  }
+
+ private:
+  std::vector<std::uint64_t> numbers_;  // by vertex slot
+  std::uint64_t last_ = 0;
+  std::array<SignedModel<NumberModel>, 5> models_;
+};
+
+}  // namespace shm

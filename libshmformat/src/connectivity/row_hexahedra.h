@@ -1,0 +1,279 @@
+// Row hexahedra: each hexahedron is predicted from the row beside it.
+// in:    hexahedra in coding order            out: symbols for "connectivity" and "corner order"
+// keeps: the active surface, a record for each hexahedron on it, the models; alike both ways
+//
+// Every hexahedron has a frame: three axes, carried from one to the next across the face that
+// they share, so that "the same side" means something along rows and layers and no rotation is
+// said. A hexahedron is said in this order:
+//   gate       an active face that it is glued to. Guess: where the one before was glued to A,
+//              this one is glued to the one that came after A, at the same side.
+//   sides      which of the four faces around the gate are shared: the fan of hexahedra around
+//              the edge tells most of it
+//   far face   the face across from the gate
+//   corners    those that are still unknown: new, a live vertex nearby, or any live vertex
+//   last use   which corners no later cell uses
+// spec: "Row hexahedra"
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "entropy/mixing.h"
+#include "entropy/models.h"
+#include "surface/active_surface.h"
+#include "surface/cell_topology.h"
+#include "surface/hexahedron.h"
+#include "surface/open_faces.h"
+
+namespace shm {
+
+template <class Coder>
+class RowHexahedra {
+ public:
+  /// What a decision is about. Frozen: part of the format.
+  enum Question : std::uint8_t {
+    kHit = 0,
+    kWhich = 1,
+    kKind = 2,
+    kPreviousSide = 3,
+    kChainPlace = 4,
+    kEdgePlace = 5,
+    kDistanceAgain = 6,
+    kDistanceWhich = 7,
+    kDistance = 8,
+    kRecentSide = 9,
+    kSide = 10,
+    kFar = 11,
+    kRepeated = 12,
+    kRepeatedWhich = 13,
+    kFresh = 14,
+    kJoin = 15,
+    kFromLast = 16,
+    kReferenceStep = 17,
+    kReferenceAge = 18,
+    kTurn = 19,
+    kStoredFace = 20,
+    kStoredCorner = 21,
+    kTurned = 22,
+    kMirrored = 23,
+    kFinal = 24,
+    kBeside = 25,
+    kFinalBeside = 26,
+    kQuestions = 27
+  };
+
+  /// Both are borrowed. `open`: faces of cells of all shapes; null in meshes of hexahedra alone.
+  explicit RowHexahedra(ActiveSurface& surface, const OpenFaces* open = nullptr)
+      : surface_(&surface), open_(open) {}
+
+  /// Codes corners, corner order (if `order_matters`; else only handedness) of one hexahedron,
+  /// and glues it to the surface.
+  bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters);
+  /// After everything else of the cell. Finalizing is left to the caller.
+  void code_last_use(Coder& symbols, CellTopology& cell);
+
+ private:
+  using Bit = typename Coder::Bit;
+  using Number = NumberModelOf<Bit>;
+  template <int kBits>
+  using Tree = TreeModel<kBits, Bit>;
+  template <std::size_t kSize>
+  using Choice = ChoiceModel<kSize, Bit>;
+
+  using Corners = std::array<std::uint32_t, 8>;  // by corner bits x + 2y + 4z of the frame
+  enum Kind : std::uint8_t { kCandidate, kPrevious, kChain, kAtEdge, kRecent, kStart, kKinds };
+
+  /// What is remembered of a hexahedron while one of its faces is active.
+  struct Record {
+    std::uint64_t sequence = ~std::uint64_t{0};
+    std::uint32_t successor = kNone;  // cell slot of the hexahedron coded next
+    std::array<std::uint32_t, 6> face{kNone, kNone, kNone, kNone, kNone, kNone};
+    std::uint8_t orientation = 0;  // how corners as stored stand in the frame
+    std::uint8_t shared = 0;       // faces that were shared when it was coded
+    std::uint8_t fresh = 0;        // corners that it introduced
+    std::uint8_t finals = 0;       // corners that it finalized
+    std::uint8_t repeats = 0;      // corners that are an earlier corner again
+    bool guessed = false;          // its gate was a candidate
+  };
+  /// A face of the hexahedron coded last that was shared: behind it stands `owner`.
+  struct Owner {
+    std::uint32_t cell = kNone;
+    std::uint64_t sequence = 0;
+    std::uint8_t side = 0;
+  };
+  /// A gate for the encoder: an active face, and how the hexahedron lies against it.
+  struct Fit {
+    std::uint32_t face = kNone;
+    std::uint8_t orientation = 0;
+  };
+  /// The hexahedron at hand.
+  struct Work {
+    Corners corner{};                       // known ones
+    Corners target{};                       // encoder: all, kNone where new
+    std::array<std::uint64_t, 8> number{};  // encoder: equal where the vertex is the same
+    std::uint32_t known = 0;
+    std::uint8_t fresh = 0;
+    std::array<std::uint32_t, 6> shared{kNone, kNone, kNone, kNone, kNone, kNone};
+    const Record* owner = nullptr;
+    std::uint32_t gate_side = 0;  // H's own face at the gate
+    Kind kind = kStart;
+  };
+  struct Birth {
+    std::uint64_t sequence = 0;
+    std::uint32_t cell = 0;
+  };
+  struct Join {
+    std::uint32_t slot = 0, score = 0, met = 0;
+  };
+  /// The vertex that closes a quadrilateral of another cell with known corners.
+  struct Beside {
+    std::uint32_t slot = kNone;
+    std::uint32_t score = 0;   ///< two for each edge that it closes so, more for three corners
+    std::uint32_t others = 0;  ///< other vertices that would, too
+  };
+
+  // gate (row_gate.cpp)
+  bool code_gate(Coder& symbols, const CellTopology& cell, Fit& gate, Kind& kind);
+  bool code_candidate(Coder& symbols, const CellTopology& cell, Fit& gate);
+  Kind choose_elsewhere(const CellTopology& cell, Fit& gate, std::uint32_t& index);
+  bool code_listed(Coder& symbols, Kind kind, Choice<32>& model, std::uint32_t index,
+                   std::uint32_t& face);
+  bool code_side(Coder& symbols, Question question, std::uint32_t cell, std::uint32_t& face);
+  void list_candidates();
+  void list_faces(Kind kind, std::vector<std::uint32_t>& out) const;
+  void list_chain(std::vector<std::uint32_t>& out) const;
+  void list_at_edges(std::vector<std::uint32_t>& out) const;
+  bool code_recent(Coder& symbols, std::uint32_t& face);
+  std::uint32_t cell_of(std::uint64_t sequence) const;
+  std::uint32_t live_face(std::uint32_t cell, std::uint32_t side) const;
+  Fit fit(const CellTopology& cell, std::uint32_t face) const;
+  void find_shared(const CellTopology& cell, std::vector<Fit>& out) const;
+
+  // faces and corners (row_hexahedra.cpp)
+  void take_gate(std::uint32_t face);
+  bool taken(std::uint32_t face) const;
+  void code_sides(Coder& symbols, std::uint32_t gate);
+  bool share(Coder& symbols, Bit& model, std::uint32_t side, std::uint32_t face, std::uint32_t a,
+             std::uint32_t b, std::uint32_t above_a, std::uint32_t above_b);
+  bool code_corner(Coder& symbols, CellTopology& cell, std::uint32_t corner);
+  bool code_reference(Coder& symbols, std::uint32_t& slot);
+  std::uint32_t count_leads(std::uint32_t corner) const;
+  void list_joins(std::uint32_t corner);
+  // cells of other shapes (row_beside.cpp)
+  Beside find_beside(std::uint32_t corner);
+  std::uint32_t open_beside(std::uint32_t slot) const;
+
+  // what a coder that mixes predictions is told about the next decision (row_clues.cpp)
+  void about_candidates(Coder& symbols) const;
+  void about_candidate(Coder& symbols, std::uint32_t index) const;
+  void about_kind(Coder& symbols) const;
+  void about_cell_side(Coder& symbols, Question question, std::uint32_t cell, std::uint32_t side,
+                       std::uint32_t left) const;
+  void about_listed(Coder& symbols, Kind kind) const;
+  void about_distance(Coder& symbols, Question question) const;
+  void about_side(Coder& symbols, FaceEdge edge, std::uint32_t evidence, bool candidate,
+                  std::uint32_t yes) const;
+  void about_far(Coder& symbols, FaceEdge top, FaceEdge mate) const;
+  void about_fresh(Coder& symbols, std::uint32_t corner, std::uint32_t leads,
+                   std::uint32_t neighbours) const;
+  void about_join(Coder& symbols, std::uint32_t rank) const;
+  void about_beside(Coder& symbols, std::uint32_t corner, const Beside& it) const;
+  void about_reference(Coder& symbols, Question question) const;
+  void about_orientation(Coder& corner_order, std::uint32_t index, std::uint8_t orientation,
+                         std::uint32_t votes, std::uint32_t voters) const;
+  void about_stored_face(Coder& corner_order, std::uint32_t theirs) const;
+  void about_stored_corner(Coder& corner_order, std::uint32_t mine) const;
+  void about_last_use(Coder& symbols, const Record& record, std::uint32_t corner,
+                      std::uint32_t slot, std::uint32_t wanted) const;
+  std::uint32_t live_sides(std::uint32_t cell) const;
+  std::uint32_t shared_sides() const;
+  std::uint32_t fans(std::uint32_t face) const;
+  std::uint32_t sorted_fans(std::uint32_t face) const;
+  std::uint32_t crowd(std::uint32_t face) const;
+  std::uint32_t uses(std::uint32_t face) const;
+  std::uint32_t age(std::uint32_t face) const;
+  std::uint32_t gate_age() const;
+  const Record& last() const;
+
+  // once all corners are known (row_glue.cpp)
+  void find_unspoken();
+  std::uint8_t expected_orientation(std::uint32_t side) const;
+  bool code_orientation(Coder& corner_order, Coder& symbols, bool order_matters,
+                        std::uint8_t& orientation);
+  bool code_turn(Coder& corner_order, std::uint8_t& orientation);
+  void glue(CellTopology& cell);
+  void link_edges(const std::array<std::uint32_t, 6>& face);
+
+  ActiveSurface* surface_;
+  const OpenFaces* open_;
+  std::vector<Record> records_;  // by cell slot
+  std::vector<Birth> births_;    // in coding order; stale ones are swept now and then
+  Work work_;
+  Record owner_;  // a copy: the hexahedron behind the gate
+
+  // the hexahedron coded last
+  std::uint32_t last_cell_ = kNone;
+  std::uint64_t sequence_ = 0;  // of the next hexahedron
+  std::array<Owner, 6> owners_{};
+  std::uint32_t owner_count_ = 0;
+  struct Candidate {
+    std::uint32_t face = kNone;
+    std::uint32_t support = 0;  // other candidates that meet it at an edge
+    bool guessed = false;       // so was the gate of its owner
+  };
+  std::array<Candidate, 6> candidates_{};
+  std::uint32_t candidate_count_ = 0;
+
+  // contexts
+  std::uint32_t hits_ = 0;  // last three gates: 1 for a candidate
+  std::uint32_t kinds_ = 0;
+  std::uint32_t gates_ = 0;  // kinds of the last ten gates, three bits each
+  std::uint32_t last_gate_side_ = 0, gate_side_before_ = 0;
+  std::uint32_t last_side_ = 0;
+  std::uint32_t orientation_hits_ = 0, last_stored_face_ = 0;
+  std::uint8_t last_finals_ = 0;
+  std::array<std::uint64_t, 8> distances_{};
+  std::uint64_t last_reference_ = 0;
+
+  // models
+  std::array<std::array<std::array<std::array<Bit, 2>, 8>, 4>, 7> hit_;
+  std::array<std::array<std::array<std::array<std::array<Bit, 2>, 4>, 4>, 4>, 4> which_;
+  std::array<Tree<3>, 64> kind_;
+  std::array<Choice<6>, 6> previous_side_;
+  Choice<32> chain_, at_edge_;
+  Bit distance_again_;
+  Tree<3> distance_which_;
+  Number distance_;
+  std::array<Choice<6>, 6> recent_side_;
+  std::array<std::array<std::array<std::array<std::array<Bit, 2>, 2>, 2>, 6>, 8> side_;
+  std::array<std::array<std::array<std::array<Bit, 2>, 5>, 5>, 8> far_;
+  std::array<std::array<std::array<Bit, 2>, 4>, 8> repeated_;
+  std::array<Tree<3>, 8> repeated_which_;
+  std::array<std::array<std::array<std::array<Bit, 2>, 4>, 8>, 2> fresh_;
+  std::array<std::array<Bit, 8>, 8> join_;
+  std::array<std::array<Bit, 3>, 8> beside_;
+  Bit from_last_;
+  SignedModel<Number> reference_step_;
+  Number reference_age_;
+  std::array<std::array<std::array<std::array<Bit, 8>, 5>, 5>, 3> orientation_hit_;
+  std::array<std::array<Tree<3>, 6>, 6> stored_face_;
+  std::array<std::array<Tree<2>, 6>, 6> stored_corner_;
+  std::array<Bit, 2> turned_;
+  std::array<Bit, 2> mirrored_;
+  /// By open faces of other cells, then faces, uses, whether the owner's and the last one's were.
+  std::array<std::array<std::array<std::array<std::array<Bit, 3>, 4>, 9>, 8>, 4> final_;
+
+  std::vector<std::uint32_t> faces_;
+  std::vector<Fit> fits_;
+  std::vector<Join> joins_;
+  std::vector<std::uint32_t> join_place_;  // by vertex slot: where in joins_ it may stand
+};
+
+extern template class RowHexahedra<RangeEncoder>;
+extern template class RowHexahedra<RangeDecoder>;
+extern template class RowHexahedra<MixingCoder<RangeEncoder>>;
+extern template class RowHexahedra<MixingCoder<RangeDecoder>>;
+
+}  // namespace shm

@@ -1,0 +1,93 @@
+#include "connectivity/vertex_numbers.h"
+
+#include <algorithm>
+
+#include "bytes/by_slot.h"
+#include "surface/hexahedron.h"
+
+namespace shm {
+/// Along which side of the frame the vertex lies from the one that it is copied from.
+template <class Coder>
+std::uint32_t VertexNumbers<Coder>::direction_of(const CellTopology& cell, std::uint32_t position,
+                                                 const Stencil& stencil) {
+  if (stencil.kind != Stencil::copy || !cell.hexahedral || position >= 8) return kNone;
+  const std::uint32_t here = kCornerBits[position];
+  for (std::uint32_t axis = 0; axis < 3; ++axis)
+    if (cell.slots[kCornerBits[here ^ (1u << axis)]] == stencil.at[0])
+      return 2 * axis + (here >> axis & 1);
+  return kNone;
+}
+
+template <class Coder>
+void VertexNumbers<Coder>::know(std::uint32_t slot, std::uint64_t number) {
+  last_ = number;
+  if (largest_ + 1 <= number) largest_ = number;
+  at_slot(numbers_, slot) = number;
+}
+
+template <class Coder>
+auto VertexNumbers<Coder>::expect(const CellTopology& cell, std::uint32_t position,
+                                  const Stencil& stencil, std::uint64_t known) -> Expectation {
+  Expectation it;
+  if (const InnerNode* node = cell.layout == nullptr ? nullptr : cell.layout->at(position)) {
+    const InnerNumbers::Guess guess =
+        inner_.expect(cell, *node, position, known, numbers_, last_ + 1);
+    return {guess.best, guess.second, 3u + node->kind};
+  }
+  if (stencil.kind == Stencil::last) {
+    it.near = last_ + 1;
+  } else {
+    it.near = spectral(stencil, numbers_);
+    it.kind = stencil.kind == Stencil::lorenzo ? 2 : stencil.kind == Stencil::parallelogram ? 1 : 0;
+    it.direction = direction_of(cell, position, stencil);
+    it.from = stencil.at[0];
+    if (it.direction != kNone) it.near += stride_[it.direction];
+  }
+  it.second = it.near;
+  return it;
+}
+
+template <class Coder>
+std::uint64_t VertexNumbers<Coder>::code(Coder& coder, const Expectation& expected,
+                                         std::uint32_t slot, std::uint64_t number) {
+  const std::uint64_t next = last_ + 1, beyond = largest_ + 1;
+  const auto [near, second, kind, direction, from] = expected;
+  const bool is_inner = kind >= 3;
+  std::uint32_t& history = history_[is_inner ? 1 : 0];
+  auto& model = guess_[kind][history];
+  std::uint32_t guess = 3;
+  if (coder.bit(model[0], number == near)) {
+    number = near;
+    guess = 0;
+  } else if (next != near && coder.bit(model[1], number == next)) {
+    number = next;
+    guess = 1;
+  } else if (beyond != near && beyond != next && coder.bit(model[2], number == beyond)) {
+    number = beyond;
+    guess = 2;
+  } else if (second != near && second != next && second != beyond &&
+             coder.bit(model[3], number == second)) {
+    number = second;
+    guess = 4;
+  } else if (coder.bit(missed_as_before_[kind][history & 3], number == near + miss_[kind])) {
+    number = near + miss_[kind];
+  } else {
+    const auto step = static_cast<std::int64_t>(number - near);
+    miss_[kind] = static_cast<std::uint64_t>(code_signed(coder, residual_[kind], step));
+    number = near + miss_[kind];
+  }
+  history = (history << (is_inner ? 3 : 2) | guess) & 63;
+  if (is_inner) inner_.learn(number);
+  if (direction != kNone) {
+    const std::uint64_t step = number - numbers_[from];
+    stride_[direction] = step;
+    stride_[direction ^ 1] = 0 - step;
+  }
+  know(slot, number);
+  return number;
+}
+
+template class VertexNumbers<RangeEncoder>;
+template class VertexNumbers<RangeDecoder>;
+
+}  // namespace shm

@@ -1,0 +1,81 @@
+// Vertex numbers: the source's own number of each vertex (Order::keep).
+// Vertices are visited in the order in which their cell stores its corners: most files number
+// them in just that order, so a number is often the last one plus one, or the largest plus one;
+// on lattices it follows from its neighbours by the rule that predicts coordinates.
+// spec: "Vertex numbers"
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "connectivity/inner_numbers.h"
+#include "connectivity/stencil.h"
+#include "entropy/models.h"
+
+namespace shm {
+
+template <class Coder>
+class VertexNumbers {
+ public:
+  /// Codes the numbers of the vertices that `cell` introduces at positions from `first` on:
+  /// number(position) refers to one: read when encoding, filled when decoding.
+  template <class Number>
+  void code_cell(Coder& coder, const CellTopology& cell, Number&& number, std::uint32_t first = 0);
+  /// Takes note of a vertex whose number was said elsewhere.
+  void know(std::uint32_t slot, std::uint64_t number);
+  /// A vertex that no cell uses.
+  std::uint64_t code_loose(Coder& coder, std::uint32_t slot, std::uint64_t number) {
+    return code(coder, {last_ + 1, last_ + 1}, slot, number);
+  }
+
+ private:
+  static constexpr std::uint32_t kKinds = 3 + InnerNode::kKinds;
+  /// What a number is expected to be.
+  struct Expectation {
+    std::uint64_t near = 0, second = 0;  // second: may be the same
+    std::uint32_t kind = 0;
+    std::uint32_t direction = kNone;
+    std::uint32_t from = kNone;  // slot, where there is a direction
+  };
+
+  Expectation expect(const CellTopology& cell, std::uint32_t position, const Stencil& stencil,
+                     std::uint64_t known);
+  std::uint64_t code(Coder& coder, const Expectation& expected, std::uint32_t slot,
+                     std::uint64_t number);
+  static std::uint32_t direction_of(const CellTopology& cell, std::uint32_t position,
+                                    const Stencil& stencil);
+
+  std::vector<std::uint64_t> numbers_;                                    // by vertex slot
+  std::uint64_t last_ = ~std::uint64_t{0}, largest_ = ~std::uint64_t{0};  // -1: before the first
+  std::array<std::uint64_t, 6> stride_{1, 1, 1, 1, 1, 1};  // last step along each side
+  InnerNumbers inner_;
+  std::array<std::uint64_t, kKinds> miss_{};  // what was wrong with `near` last, by kind
+  std::array<std::uint32_t, 2> history_{};    // of others, of inner nodes
+  std::array<std::array<std::array<AdaptiveBit, 4>, 64>, kKinds> guess_;
+  std::array<std::array<AdaptiveBit, 4>, kKinds> missed_as_before_;
+  std::array<SignedModel<NumberModel>, kKinds> residual_;
+  std::vector<std::uint32_t> order_;
+};
+
+template <class Coder>
+template <class Number>
+void VertexNumbers<Coder>::code_cell(Coder& coder, const CellTopology& cell, Number&& number,
+                                     std::uint32_t first) {
+  order_ = cell.new_positions;
+  std::erase_if(order_, [&](std::uint32_t position) { return position < first; });
+  std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return cell.stored_position(a) < cell.stored_position(b);
+  });
+  for_each_new_vertex(
+      cell, order_, [&](std::uint32_t position, const Stencil& stencil, std::uint64_t known) {
+        std::uint64_t& it = number(position);
+        it = code(coder, expect(cell, position, stencil, known), cell.slots[position], it);
+      });
+}
+
+extern template class VertexNumbers<RangeEncoder>;
+extern template class VertexNumbers<RangeDecoder>;
+
+}  // namespace shm

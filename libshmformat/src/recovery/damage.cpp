@@ -1,0 +1,156 @@
+// Damage: what KnownChunks found, as users see it.
+#include "shm/damage.h"
+
+#include <algorithm>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "bytes/checksum.h"
+#include "container/chunk_writer.h"
+#include "recovery/index_maker.h"
+#include "recovery/known_chunks.h"
+
+namespace shm {
+namespace {
+
+using container::ChunkHeader;
+using container::ChunkKind;
+using container::IndexEntry;
+
+bool is_where_things_are(const Damage& damage) {
+  return damage.section == "index" || damage.section == "end record" ||
+         damage.section == "file start" || damage.section == "schema" ||
+         damage.kind == DamageKind::repeated || damage.kind == DamageKind::out_of_order ||
+         damage.kind == DamageKind::stray;
+}
+
+/// At most what tells where things are is lost, as far as is known.
+bool has_all_that_is_known(const KnownChunks& known) {
+  return known.schema() &&
+         std::all_of(known.damages().begin(), known.damages().end(), is_where_things_are);
+}
+
+/// The schema said again stands for the one that is lost.
+bool is_restorable(const KnownChunks& known) {
+  if (!known.index() || !has_all_that_is_known(known)) return false;
+  const auto& entries = known.index()->entries;
+  if (entries.empty() || !entries[0].is(ChunkKind::schema)) return false;
+  const std::uint64_t schema_bytes = known.beginning().size() - container::kFileStartBytes;
+  std::uint64_t end = container::kFileStartBytes;
+  for (const IndexEntry& entry : entries) {
+    if (entry.is(ChunkKind::index)) return false;  // which does not list itself
+    if (entry.is(ChunkKind::schema) && entry.bytes != schema_bytes) return false;
+    if (entry.offset != end || entry.bytes > ~std::uint64_t{0} - end) return false;
+    end += entry.bytes;
+  }
+  return true;
+}
+
+Error not_restorable(std::string detail, std::uint64_t offset,
+                     ErrorCode code = ErrorCode::corrupt) {
+  return Error{code, std::move(detail), "index", offset, {}};
+}
+
+/// Nobody would miss chunks behind the last one that is known. But they took room: where it is not
+/// known that there was none, the index must fill what is left of the file.
+Result<container::Index> index_anew(RandomSource& source, const KnownChunks& known,
+                                    const ReadLimits& limits) {
+  if (!has_all_that_is_known(known)) return not_restorable("not all chunks are whole", kNoOffset);
+  auto index = IndexMaker(source, known, limits).make();
+  if (!index) return index;
+  ByteWriter payload;
+  container::put(payload, *index);
+  const std::uint64_t bytes = payload.bytes.size(), end = known.end_of_chunks();
+  if (bytes > limits.max_chunk_bytes)
+    return not_restorable("would take " + std::to_string(bytes) + " bytes, the limit is " +
+                              std::to_string(limits.max_chunk_bytes),
+                          end, ErrorCode::over_limit);
+  const bool fills =
+      source.size() - end == container::kChunkHeaderBytes + bytes + container::kTrailerBytes;
+  if (!fills && !known.ends_at_index())
+    return not_restorable("perhaps there were more chunks", end);
+  return index;
+}
+
+/// All but the index and the trailer, in the order of `entries`; the first schema stands for others
+/// that are lost.
+Result<void> write_chunks(RandomSource& source, const KnownChunks& known,
+                          std::span<const IndexEntry> entries, ByteSink& sink) {
+  const std::vector<std::byte> beginning = known.beginning();
+  if (auto good = sink.write(beginning); !good) return good;
+  const auto schema_again =
+      std::span(beginning).subspan(container::kFileStartBytes + container::kChunkHeaderBytes);
+  const auto& chunks = known.chunks();
+  std::size_t next = 0;
+  for (std::uint32_t i = 1; i < entries.size(); ++i) {
+    while (next < chunks.size() && chunks[next].header.sequence < i) ++next;
+    if (next < chunks.size() && chunks[next].header.sequence == i && chunks[next].whole) {
+      if (auto good = sink.copy(source, chunks[next].offset, chunks[next].bytes()); !good)
+        return good;
+      continue;
+    }
+    if (!entries[i].is(ChunkKind::schema))
+      return not_restorable("not all chunks are whole", entries[i].offset);
+    ChunkHeader header;
+    header.kind = entries[i].kind;
+    header.sequence = i;
+    header.payload_bytes = schema_again.size();
+    header.payload_checksum = checksum(schema_again);
+    ByteWriter out;
+    container::put(out, header);
+    out.put_bytes(schema_again);
+    if (auto good = sink.write(out.bytes); !good) return good;
+  }
+  return {};
+}
+
+Result<void> write_with_its_index(RandomSource& source, const KnownChunks& known, ByteSink& sink) {
+  if (!is_restorable(known)) return not_restorable("not all chunks are whole", kNoOffset);
+  const auto& entries = known.index()->entries;
+  if (auto good = write_chunks(source, known, entries, sink); !good) return good;
+  if (auto good = sink.copy(source, known.index_offset(), known.index_bytes()); !good) return good;
+  ByteWriter trailer;
+  container::put_trailer(trailer, entries.back().offset + entries.back().bytes);
+  return sink.write(trailer.bytes);
+}
+
+Result<void> write_with_new_index(RandomSource& source, const KnownChunks& known, ByteSink& sink,
+                                  const ReadLimits& limits) {
+  auto index = index_anew(source, known, limits);
+  if (!index) return index.error();
+  const auto& entries = index->entries;
+  if (auto good = write_chunks(source, known, entries, sink); !good) return good;
+  container::ChunkWriter end(sink);
+  end.go_on({entries.back().offset + entries.back().bytes,
+             static_cast<std::uint32_t>(entries.size()), entries});
+  return end.finish(std::move(*index));
+}
+
+}  // namespace
+
+Result<DamageReport> find_damage(RandomSource& source, const ReadLimits& limits) {
+  auto known = KnownChunks::of(source, limits);
+  if (!known) return known.error();
+  DamageReport report;
+  report.damages = known->damages();
+  report.schema = known->schema();
+  report.restorable = is_restorable(*known);
+  report.lacks_index = !known->index() && has_all_that_is_known(*known);
+  report.complete = has_all_that_is_known(*known) && known->ends_at_index();
+  if (known->index()) {
+    report.vertices = known->index()->vertices;
+    report.cells = known->index()->cells;
+    report.steps = known->index()->steps;
+  }
+  return report;
+}
+
+Result<void> write_in_order(RandomSource& source, ByteSink& sink, const ReadLimits& limits) {
+  const auto known = KnownChunks::of(source, limits);
+  if (!known) return known.error();
+  return known->index() ? write_with_its_index(source, *known, sink)
+                        : write_with_new_index(source, *known, sink, limits);
+}
+
+}  // namespace shm

@@ -1,0 +1,116 @@
+#include "recovery/index_maker.h"
+
+#include <algorithm>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "model/mesh_totals.h"
+#include "model/value_range.h"
+
+namespace shm {
+
+using container::ChunkKind;
+using container::FoundChunk;
+using container::IndexEntry;
+
+namespace {
+
+Error not_all(std::uint64_t offset) {
+  return Error{ErrorCode::corrupt, "not all chunks are whole", "index", offset, {}};
+}
+
+}  // namespace
+
+IndexMaker::IndexMaker(RandomSource& source, const KnownChunks& known, const ReadLimits& limits)
+    : source_(&source),
+      known_(&known),
+      decoder_(limits),
+      index_(totals_of_nothing(*known.schema())) {}
+
+Result<container::Index> IndexMaker::make() {
+  const std::vector<std::byte> beginning = known_->beginning();
+  IndexEntry schema;
+  schema.kind = static_cast<std::uint8_t>(ChunkKind::schema);
+  schema.offset = container::kFileStartBytes;
+  schema.bytes = beginning.size() - container::kFileStartBytes;
+  index_.entries.push_back(schema);
+  if (auto good = decode(beginning); !good) return good.error();
+  for (const FoundChunk& chunk : known_->chunks()) {
+    if (chunk.header.sequence == 0 && chunk.is(ChunkKind::schema)) continue;  // the beginning
+    if (auto good = add(chunk); !good) return good.error();
+  }
+  auto made = decoder_.held();
+  if (!made) return made.error();
+  made->ranges = std::move(index_.ranges);
+  made->entries = std::move(index_.entries);
+  return made;
+}
+
+Result<void> IndexMaker::add(const FoundChunk& chunk) {
+  auto entry = entry_of(chunk);
+  if (!entry) return entry.error();
+  entry->offset = index_.entries.back().offset + index_.entries.back().bytes;
+  index_.entries.push_back(*entry);
+  const std::size_t pieces = pieces_;
+  constexpr std::uint64_t kPieceBytes = std::uint64_t{1} << 20;
+  std::vector<std::byte> bytes;
+  for (std::uint64_t at = 0; at < chunk.bytes(); at += bytes.size()) {
+    bytes.resize(static_cast<std::size_t>(std::min(kPieceBytes, chunk.bytes() - at)));
+    if (auto good = source_->read_at(chunk.offset + at, bytes); !good) return good;
+    if (auto good = decode(bytes); !good) return good;
+  }
+  if (chunk.is(ChunkKind::step_values) && pieces_ != pieces + 1) return not_all(chunk.offset);
+  return {};
+}
+
+/// All but where it stands, and which element of its array is its first.
+Result<IndexEntry> IndexMaker::entry_of(const FoundChunk& chunk) {
+  if (!chunk.whole || chunk.header.sequence != index_.entries.size()) return not_all(chunk.offset);
+  IndexEntry entry;
+  entry.kind = chunk.header.kind;
+  entry.bytes = chunk.bytes();
+  if (chunk.is(ChunkKind::group)) {
+    const KnownGroup& group = known_->groups()[groups_++];
+    if (!container::is_known(chunk.header) || !group.readable) return not_all(chunk.offset);
+    return group.entry;
+  }
+  if (chunk.is(ChunkKind::step_values)) {
+    const auto& steps = known_->steps();
+    if (!container::is_known(chunk.header) || steps_ == steps.size() ||
+        steps[steps_].sequence != chunk.header.sequence)
+      return not_all(chunk.offset);
+    return steps[steps_++].entry;
+  }
+  return entry;
+}
+
+Result<void> IndexMaker::decode(std::span<const std::byte> bytes) {
+  if (auto good = decoder_.feed(bytes); !good) return good;
+  while (true) {
+    const auto progress = decoder_.advance();
+    if (!progress) return progress.error();
+    if (*progress != Decoder::Progress::item_ready) return {};
+    const Item item = decoder_.take();
+    if (const auto* block = std::get_if<MeshBlock>(&item)) take(*block);
+    if (const auto* piece = std::get_if<StepPiece>(&item)) {
+      index_.entries.back().first = piece->first;
+      ++pieces_;
+    }
+  }
+}
+
+void IndexMaker::take(const MeshBlock& block) {
+  const Schema& schema = *known_->schema();
+  std::vector<container::ArrayRange> ranges;
+  for (const container::ArrayRange& range : index_.ranges) {
+    const ArrayInfo& info = schema.arrays[range.array];
+    const std::vector<std::byte>& values = block.arrays[range.array];
+    const std::size_t stride = scalar_bytes(info.type) * info.components;
+    ranges.push_back(
+        range_of_array(schema, range.array, values.data(), values.size() / stride, stride));
+  }
+  widen(index_.ranges, ranges);
+}
+
+}  // namespace shm

@@ -1,0 +1,440 @@
+#include "recovery/known_chunks.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "bytes/checksum.h"
+#include "container/random_chunks.h"
+
+namespace shm {
+
+using container::ChunkHeader;
+using container::ChunkKind;
+using container::FoundChunk;
+using container::IndexEntry;
+using container::kChunkHeaderBytes;
+
+namespace {
+
+bool fits(const FoundChunk& chunk, std::uint32_t sequence, const IndexEntry& told) {
+  return chunk.header.sequence == sequence && chunk.header.kind == told.kind &&
+         chunk.bytes() == told.bytes && chunk.header.segment == told.segment;
+}
+
+bool holds_the_same(const FoundChunk& a, const FoundChunk& b) {
+  return a.header.kind == b.header.kind && a.header.segment == b.header.segment &&
+         a.header.payload_bytes == b.header.payload_bytes &&
+         a.header.payload_checksum == b.header.payload_checksum;
+}
+
+Damage damage_of(DamageKind kind, const FoundChunk& chunk, std::uint64_t size) {
+  Damage damage{kind, container::chunk_name(chunk.header.kind), chunk.offset, 0};
+  damage.bytes = std::min(chunk.bytes(), size - chunk.offset);
+  if (chunk.is(ChunkKind::group)) damage.segment = chunk.header.segment;
+  return damage;
+}
+
+}  // namespace
+
+Result<KnownChunks> KnownChunks::of(RandomSource& source, const ReadLimits& limits) {
+  KnownChunks known(source, limits);
+  if (auto good = known.read(); !good) return good.error();
+  return known;
+}
+
+Result<void> KnownChunks::read() {
+  auto scan = container::scan_chunks(*source_, limits_.max_chunk_bytes);
+  if (!scan) return scan.error();
+  scan_ = std::move(*scan);
+  if (!scan_.start && scan_.chunks.empty())
+    return Error{ErrorCode::corrupt, "has nothing of a .shm file", {}, kNoOffset, {}};
+  if (std::any_of(scan_.chunks.begin(), scan_.chunks.end(),
+                  [](const FoundChunk& it) { return it.is(ChunkKind::members); }) ||
+      (scan_.start && (scan_.start->needed_features & container::kArchiveFeature) != 0))
+    return Error{ErrorCode::unsupported, "is an archive of several files", {}, kNoOffset, {}};
+  for (const FoundChunk& chunk : scan_.chunks)
+    if (chunk.whole && !container::is_known(chunk.header) &&
+        (chunk.header.flags & container::kChunkOptional) == 0)
+      return Error{ErrorCode::unsupported,
+                   "this reader does not know it, and the file needs it",
+                   container::chunk_name(chunk.header.kind),
+                   chunk.offset,
+                   {}};
+  if (auto good = find_schema(); !good) return good;
+  if (auto good = find_index(); !good) return good;
+  judge_start();
+  if (auto good = index_ ? judge_by_index() : judge_by_numbers(); !good) return good;
+  judge_end();
+  std::stable_sort(damages_.begin(), damages_.end(),
+                   [](const Damage& a, const Damage& b) { return a.offset < b.offset; });
+  return {};
+}
+
+Result<std::vector<std::byte>> KnownChunks::payload_of(const FoundChunk& chunk,
+                                                       std::uint64_t most) {
+  const std::uint64_t begin = chunk.offset + kChunkHeaderBytes;
+  // All together no more than the file.
+  std::vector<std::byte> payload(static_cast<std::size_t>(
+      std::min({most, chunk.header.payload_bytes, chunk.room - kChunkHeaderBytes})));
+  if (auto good = source_->read_at(begin, payload); !good) return good.error();
+  return payload;
+}
+
+/// The first whole copy. Where another differs, parts of two files have come together, and what
+/// one says of values is wrong of the other's.
+Result<void> KnownChunks::find_schema() {
+  const FoundChunk* first = nullptr;
+  for (const FoundChunk& chunk : scan_.chunks) {
+    if (!chunk.whole || !chunk.is(ChunkKind::schema)) continue;
+    if (first != nullptr && !holds_the_same(*first, chunk))
+      return Error{ErrorCode::corrupt,
+                   "differs from the one at byte " + std::to_string(first->offset) +
+                       ": these are parts of two files",
+                   "schema",
+                   chunk.offset,
+                   {}};
+    if (first == nullptr) first = &chunk;
+  }
+  if (first != nullptr) {
+    const FoundChunk& chunk = *first;
+    auto payload = payload_of(chunk, limits_.max_chunk_bytes);
+    if (!payload) return payload.error();
+    schema_payload_ = std::move(*payload);
+    Decoder decoder(limits_);
+    if (auto good = decoder.feed(beginning()); !good) return good;
+    const auto advanced = decoder.advance();
+    if (decoder.schema() == nullptr) {
+      schema_payload_.clear();
+      if (!advanced && advanced.error().code == ErrorCode::unsupported) return advanced.error();
+      if (!advanced && advanced.error().code == ErrorCode::over_limit) return advanced.error();
+      return {};
+    }
+    schema_ = *decoder.schema();
+  }
+  return {};
+}
+
+std::vector<std::byte> KnownChunks::beginning() const {
+  ByteReader in(schema_payload_);
+  container::FileStart start;
+  container::get_version(in, start);
+  ByteWriter out;
+  container::put(out, start);
+  ChunkHeader header;
+  header.kind = static_cast<std::uint8_t>(ChunkKind::schema);
+  header.payload_bytes = schema_payload_.size();
+  header.payload_checksum = checksum(schema_payload_);
+  container::put(out, header);
+  out.put_bytes(schema_payload_);
+  return std::move(out.bytes);
+}
+
+Result<void> KnownChunks::find_index() {
+  if (scan_.chunks.empty()) return {};
+  const FoundChunk& last = scan_.chunks.back();
+  if (!last.whole || !last.is(ChunkKind::index)) return {};
+  const auto payload = payload_of(last, limits_.max_chunk_bytes);
+  if (!payload) return payload.error();
+  ByteReader in(*payload);
+  container::Index index;
+  if (!container::get(in, index, payload->size()) || index.entries.size() != last.header.sequence)
+    return {};
+  index_ = std::move(index);
+  index_offset_ = last.offset;
+  return {};
+}
+
+// --- by the index
+
+Result<void> KnownChunks::judge_by_index() {
+  const std::vector<FoundChunk>& found = scan_.chunks;
+  std::vector<std::size_t> by_number(found.size() - 1);  // whole ones alone; not the index
+  for (std::size_t i = 0; i < by_number.size(); ++i) by_number[i] = i;
+  std::erase_if(by_number, [&](std::size_t i) { return !found[i].whole; });
+  std::stable_sort(by_number.begin(), by_number.end(), [&](std::size_t a, std::size_t b) {
+    return found[a].header.sequence < found[b].header.sequence;
+  });
+  std::vector<bool> taken(found.size());
+  for (std::uint32_t i = 0; i < index_->entries.size(); ++i) {
+    const IndexEntry& told = index_->entries[i];
+    const auto place = std::lower_bound(
+        found.begin(), found.end(), told.offset,
+        [](const FoundChunk& it, std::uint64_t offset) { return it.offset < offset; });
+    const bool there =
+        place != found.end() && place->offset == told.offset && fits(*place, i, told);
+    if (there && place->whole) {
+      taken[static_cast<std::size_t>(place - found.begin())] = true;
+      if (auto good = take(*place, &told); !good) return good;
+      continue;
+    }
+    auto other = std::lower_bound(
+        by_number.begin(), by_number.end(), i,
+        [&](std::size_t it, std::uint32_t n) { return found[it].header.sequence < n; });
+    if (other != by_number.end() && fits(found[*other], i, told)) {
+      taken[*other] = true;
+      damages_.push_back(damage_of(DamageKind::out_of_order, found[*other], source_->size()));
+      if (auto good = take(found[*other], &told); !good) return good;
+    } else if (there) {
+      if (auto good = take(*place, &told); !good) return good;
+    } else {
+      add_lost(told);
+    }
+  }
+  for (const std::size_t i : by_number)
+    if (!taken[i])
+      damages_.push_back(damage_of(found[i].header.sequence < index_->entries.size()
+                                       ? DamageKind::repeated
+                                       : DamageKind::stray,
+                                   found[i], source_->size()));
+  return {};
+}
+
+/// What the index tells of, and nobody has seen.
+void KnownChunks::add_lost(const IndexEntry& told) {
+  const std::uint64_t size = source_->size();
+  Damage damage{DamageKind::damaged, container::chunk_name(told.kind), told.offset, 0};
+  damage.bytes = told.offset < size ? std::min(told.bytes, size - told.offset) : 0;
+  // Where another chunk stands there, nothing of it is left.
+  const auto& found = scan_.chunks;
+  const auto next = std::lower_bound(
+      found.begin(), found.end(), told.offset,
+      [](const FoundChunk& it, std::uint64_t offset) { return it.offset < offset; });
+  const bool before = next != found.begin() && std::prev(next)->whole &&
+                      std::prev(next)->offset + std::prev(next)->bytes() > told.offset;
+  const bool within =
+      next != found.end() && next->whole && next->offset < told.offset + damage.bytes;
+  if (before || within || damage.bytes == 0) {
+    damage.kind = DamageKind::missing;
+    damage.bytes = 0;
+  }
+  if (told.is(ChunkKind::group)) {
+    damage.segment = told.segment;
+    damage.first_cell = told.first_cell;
+    damage.cells = told.cells;
+  } else if (told.is(ChunkKind::step_values)) {
+    damage.arrays = {told.array};
+    damage.step = told.step;
+  }
+  damages_.push_back(std::move(damage));
+}
+
+// --- by what chunks say of themselves
+
+Result<void> KnownChunks::judge_by_numbers() {
+  std::vector<std::size_t> order(scan_.chunks.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  const auto& found = scan_.chunks;
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    const FoundChunk &x = found[a], &y = found[b];
+    return x.header.sequence != y.header.sequence ? x.header.sequence < y.header.sequence
+                                                  : x.whole > y.whole;
+  });
+  const FoundChunk* before = nullptr;
+  std::uint64_t farthest = 0;
+  for (const std::size_t i : order) {
+    const FoundChunk& chunk = found[i];
+    if (before != nullptr && before->header.sequence == chunk.header.sequence) {
+      if (chunk.whole && !holds_the_same(*before, chunk))
+        return Error{ErrorCode::corrupt,
+                     "has the number of another one, at byte " + std::to_string(before->offset) +
+                         ", and other bytes: these are parts of two files",
+                     container::chunk_name(chunk.header.kind),
+                     chunk.offset,
+                     {}};
+      if (chunk.whole) damages_.push_back(damage_of(DamageKind::repeated, chunk, source_->size()));
+      continue;
+    }
+    if (chunk.is(ChunkKind::index) && &chunk != &found.back()) continue;  // judge_end() tells
+    if (chunk.offset < farthest)
+      damages_.push_back(damage_of(DamageKind::out_of_order, chunk, source_->size()));
+    add_gap(before, chunk);
+    farthest = std::max(farthest, chunk.offset + chunk.bytes());
+    if (!chunk.is(ChunkKind::index))
+      if (auto good = take(chunk, nullptr); !good) return good;
+    before = &chunk;
+  }
+  return {};
+}
+
+/// What lies between two chunks whose numbers do not follow each other, or that do not touch.
+void KnownChunks::add_gap(const FoundChunk* before, const FoundChunk& behind) {
+  const std::uint64_t end =
+      before == nullptr ? container::kFileStartBytes : before->offset + before->bytes();
+  const std::uint64_t chunks =
+      behind.header.sequence - (before == nullptr ? 0 : std::uint64_t{before->header.sequence} + 1);
+  const std::uint64_t bytes = end < behind.offset ? behind.offset - end : 0;
+  // A chunk that is hurt and seems too long has been told of already.
+  if (chunks == 0 && (bytes == 0 || (before != nullptr && !before->whole))) return;
+  Damage damage{DamageKind::damaged, "chunk", std::min(end, source_->size()), bytes};
+  damage.chunks = chunks;
+  if (chunks == 0) damage.kind = DamageKind::stray;
+  if (bytes == 0) damage.kind = DamageKind::missing;
+  if (before == nullptr && chunks == 1) damage.section = container::chunk_name(1);
+  if (chunks > 0 && damage.section == "chunk") unplaced_.push_back(damages_.size());
+  damages_.push_back(std::move(damage));
+}
+
+/// The cells between the last group that could be read and this one.
+void KnownChunks::guess_cells(const KnownGroup& behind) {
+  const std::uint64_t end = group_before_ ? group_before_->end_cell() : 0;
+  for (const std::size_t i : unplaced_) {
+    if (behind.entry.first_cell <= end) continue;
+    damages_[i].first_cell = end;
+    damages_[i].cells = behind.entry.first_cell - end;
+    if (group_before_ && group_before_->entry.segment == behind.entry.segment)
+      damages_[i].segment = behind.entry.segment;
+  }
+  unplaced_.clear();
+  group_before_ = behind;
+}
+
+// --- chunks
+
+/// Takes a chunk for what is there at its number, whole or not.
+Result<void> KnownChunks::take(const FoundChunk& chunk, const IndexEntry* told) {
+  std::optional<Damage> damage;
+  if (!chunk.whole) damage = damage_of(DamageKind::damaged, chunk, source_->size());
+  if (chunk.is(ChunkKind::group)) {
+    auto looked = look_at_group(chunk);
+    if (!looked) return looked.error();
+    KnownGroup& group = *looked;
+    if (chunk.whole && !group.has_mesh)
+      damage = damage_of(DamageKind::damaged, chunk, source_->size());
+    if (damage && told != nullptr) {
+      damage->first_cell = told->first_cell;
+      damage->cells = told->cells;
+    } else if (damage && group.readable) {
+      damage->first_cell = group.entry.first_cell;
+      damage->cells = group.entry.cells;
+    }
+    if (damage) damage->arrays = group.lost_arrays;
+    if (group.readable && told == nullptr) guess_cells(group);
+    groups_.push_back(std::move(group));
+  } else if (chunk.is(ChunkKind::step_values)) {
+    if (chunk.whole)
+      if (auto good = take_step(chunk); !good) return good;
+    if (damage && told != nullptr) {
+      damage->arrays = {told->array};
+      damage->step = told->step;
+    }
+  }
+  if (damage) {
+    if (chunk.is(ChunkKind::group) && !damage->first_cell) unplaced_.push_back(damages_.size());
+    damages_.push_back(std::move(*damage));
+  }
+  chunks_.push_back(chunk);
+  return {};
+}
+
+/// Which of its bitstreams are whole.
+Result<KnownGroup> KnownChunks::look_at_group(const FoundChunk& chunk) {
+  KnownGroup group;
+  group.sequence = chunk.header.sequence;
+  group.entry.kind = chunk.header.kind;
+  group.entry.segment = chunk.header.segment;
+  group.entry.offset = chunk.offset;
+  group.entry.bytes = chunk.bytes();
+  if (chunk.header.payload_bytes > limits_.max_chunk_bytes) return group;
+  const auto payload = payload_of(chunk, chunk.header.payload_bytes);
+  if (!payload) return payload.error();
+  ByteReader in(*payload);
+  container::GroupHeader header;
+  if (!container::get(in, header)) return group;
+  group.readable = true;
+  group.entry.first_cell = header.first_cell;
+  group.entry.cells = header.cells;
+  group.entry.first_vertex = header.first_vertex;
+  group.entry.vertices = header.vertices;
+  group.entry.box = header.box;
+  group.entry.header_bytes = in.position();
+  if (header.first_cell > ~std::uint64_t{0} - header.cells) return group;
+  bool mesh = true;
+  for (const container::StreamEntry& stream : header.streams) {
+    const auto bytes = in.get_bytes(stream.bytes);
+    if (in.ok() && (chunk.whole || checksum(bytes) == stream.checksum)) continue;
+    // What names an array that there is not was never a group of this file.
+    if (stream.kind == container::StreamKind::array && schema_ &&
+        stream.array < schema_->arrays.size())
+      group.lost_arrays.push_back(stream.array);
+    else
+      mesh = false;
+  }
+  group.has_mesh = mesh && (in.ok() ? in.left() == 0 : !chunk.whole);
+  if (!group.has_mesh) group.lost_arrays.clear();
+  std::sort(group.lost_arrays.begin(), group.lost_arrays.end());
+  return group;
+}
+
+Result<void> KnownChunks::take_step(const FoundChunk& chunk) {
+  const auto bytes = payload_of(chunk, container::kMostStepHeaderBytes);
+  if (!bytes) return bytes.error();
+  ByteReader in(*bytes);
+  container::StepHeader header;
+  if (!container::get(in, header)) return {};
+  KnownStep step;
+  step.sequence = chunk.header.sequence;
+  step.entry.kind = chunk.header.kind;
+  step.entry.offset = chunk.offset;
+  step.entry.bytes = chunk.bytes();
+  step.entry.array = header.array;
+  step.entry.step = header.step;
+  step.entry.count = header.count;
+  step.entry.group = header.group;
+  step.entry.codec = header.codec;
+  step.entry.reference = container::refers_to(header);
+  step.reference_step = header.reference_step;
+  steps_.push_back(step);
+  return {};
+}
+
+// --- both ends
+
+void KnownChunks::judge_start() {
+  const std::uint64_t bytes = std::min<std::uint64_t>(container::kFileStartBytes, source_->size());
+  bool good = scan_.start.has_value();
+  if (good && !schema_payload_.empty()) {
+    ByteReader in(schema_payload_);
+    container::FileStart again;
+    container::get_version(in, again);
+    good = *scan_.start == again;
+  }
+  if (!good) damages_.push_back({DamageKind::damaged, "file start", 0, bytes});
+}
+
+void KnownChunks::judge_end() {
+  const std::uint64_t size = source_->size();
+  if (index_) {
+    if (scan_.trailer) return;
+    const std::uint64_t behind = scan_.chunks.back().offset + scan_.chunks.back().bytes();
+    damages_.push_back({behind < size ? DamageKind::damaged : DamageKind::missing, "end record",
+                        behind, std::min<std::uint64_t>(size - behind, container::kTrailerBytes)});
+    return;
+  }
+  std::uint64_t end = end_of_chunks();
+  if (chunks_.empty()) {  // nobody knows where it ended
+    damages_.push_back(
+        {end < size ? DamageKind::damaged : DamageKind::missing, "schema", end, size - end});
+    end = size;
+  }
+  damages_.push_back(
+      {end < size ? DamageKind::damaged : DamageKind::missing, "index", end, size - end});
+  if (!scan_.index_offset && !(end < size && scan_.trailer))
+    damages_.push_back({DamageKind::missing, "end record", size, 0});
+}
+
+std::uint64_t KnownChunks::end_of_chunks() const {
+  const std::uint64_t size = source_->size();
+  std::uint64_t end = std::min<std::uint64_t>(container::kFileStartBytes, size);
+  for (const FoundChunk& chunk : chunks_)
+    end = std::max(end, std::min(size, chunk.offset + chunk.bytes()));
+  return end;
+}
+
+bool KnownChunks::ends_at_index() const {
+  if (index_) return true;
+  if (scan_.index_offset && *scan_.index_offset == end_of_chunks()) return true;
+  return !scan_.chunks.empty() && !chunks_.empty() && scan_.chunks.back().is(ChunkKind::index) &&
+         scan_.chunks.back().header.sequence == chunks_.back().header.sequence + 1;
+}
+
+}  // namespace shm

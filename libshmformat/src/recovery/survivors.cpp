@@ -1,0 +1,351 @@
+#include "recovery/survivors.h"
+
+#include <algorithm>
+#include <iterator>
+#include <map>
+#include <span>
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+
+namespace shm {
+namespace {
+
+using container::ChunkKind;
+using container::FoundChunk;
+using container::IndexEntry;
+
+class Gatherer {
+ public:
+  explicit Gatherer(const KnownChunks& known) : known_(&known) {}
+  Survivors run();
+
+ private:
+  const Schema& schema() const { return *known_->schema(); }
+
+  void gather_totals();
+  void gather_by_index();
+  void gather_by_numbers();
+  void add_group(const KnownGroup& group, std::uint64_t number);
+  std::uint64_t lost_before(const KnownGroup& group, std::size_t& at) const;
+  void gather_values();
+  void list_partial();
+  bool covers_all(std::uint32_t array) const;
+  std::uint64_t expected_chunks(std::uint32_t array, std::size_t segment);
+  bool is_complete(std::span<const KnownStep* const> run, std::size_t segment);
+  bool touches_gap(std::span<const KnownStep* const> run) const;
+  void gather_step(std::span<const KnownStep* const> of_step);
+  std::size_t segment_of(std::size_t group) const;
+  /// Place of a group that has survived; the number of groups where it has not.
+  std::size_t place_of(std::uint64_t number) const;
+
+  const KnownChunks* known_;
+  Survivors out_;
+  std::optional<std::uint32_t> segment_;  // of the group before
+  bool broken_ = false;                   // the segment at hand
+  // Without an index: which groups of the file those are from there on is not certain.
+  std::optional<std::uint64_t> first_unsure_;
+  // Elements of arrays that are not on all blocks: by array and place of the group, known to be
+  // there.
+  std::set<std::pair<std::uint32_t, std::size_t>> partial_;
+  std::map<std::pair<std::uint32_t, std::size_t>, std::uint64_t> expected_;  // by array and segment
+  // of the array at hand: the last step of each segment that can be read
+  std::unordered_map<std::size_t, std::uint64_t> last_step_;
+  std::vector<std::uint64_t> groups_with_vertices_, groups_with_cells_;  // before each group
+};
+
+Survivors Gatherer::run() {
+  out_.beginning = known_->beginning();
+  out_.has_index = known_->index().has_value();
+  out_.index_offset = known_->index_offset();
+  if (out_.has_index)
+    gather_by_index();
+  else
+    gather_by_numbers();
+  out_.first_group.push_back(out_.groups.size());
+  gather_totals();
+  for (const FoundChunk& chunk : known_->chunks()) {
+    IndexEntry entry;
+    entry.kind = chunk.header.kind;
+    entry.offset = chunk.offset;
+    entry.bytes = chunk.bytes();
+    if (chunk.whole && chunk.is(ChunkKind::extra)) out_.extras.push_back(entry);
+    if (chunk.whole && chunk.is(ChunkKind::step_times) && out_.step_times.empty())
+      out_.step_times.push_back(entry);
+  }
+  gather_values();
+  return std::move(out_);
+}
+
+void Gatherer::gather_totals() {
+  if (known_->index()) {
+    out_.totals = *known_->index();
+    out_.totals.entries.clear();
+  }
+  out_.totals.block_cells.resize(schema().blocks.size());
+  for (const KnownGroup& group : known_->groups()) {
+    if (!group.readable || out_.has_index) continue;
+    out_.totals.cells = std::max(out_.totals.cells, group.end_cell());
+    out_.totals.vertices =
+        std::max(out_.totals.vertices, group.entry.first_vertex + group.entry.vertices);
+  }
+}
+
+// --- groups
+
+void Gatherer::add_group(const KnownGroup& group, std::uint64_t number) {
+  if (out_.groups.empty() || out_.groups.back().segment != group.entry.segment) {
+    out_.first_group.push_back(out_.groups.size());
+    out_.lost_arrays.emplace_back();
+    out_.whole.push_back(true);
+  }
+  out_.groups.push_back(group.entry);
+  out_.group_numbers.push_back(number);
+  if (group.lost_arrays.empty()) return;
+  std::vector<std::uint32_t> lost;
+  std::set_union(out_.lost_arrays.back().begin(), out_.lost_arrays.back().end(),
+                 group.lost_arrays.begin(), group.lost_arrays.end(), std::back_inserter(lost));
+  out_.lost_arrays.back() = std::move(lost);
+}
+
+void Gatherer::gather_by_index() {
+  const auto& groups = known_->groups();
+  std::size_t next = 0;
+  std::uint64_t number = 0;
+  const auto& entries = known_->index()->entries;
+  for (std::uint32_t i = 0; i < entries.size(); ++i) {
+    const IndexEntry& told = entries[i];
+    if (told.kind != static_cast<std::uint8_t>(ChunkKind::group)) continue;
+    const bool begins = !segment_ || *segment_ < told.segment;
+    if (begins) broken_ = false;
+    segment_ = told.segment;
+    while (next < groups.size() && groups[next].sequence < i) ++next;
+    const bool there = next < groups.size() && groups[next].sequence == i &&
+                       groups[next].has_mesh && groups[next].entry.segment == told.segment &&
+                       groups[next].entry.first_cell == told.first_cell &&
+                       groups[next].entry.cells == told.cells &&
+                       groups[next].entry.first_vertex == told.first_vertex &&
+                       groups[next].entry.vertices == told.vertices;
+    // What follows a group that is lost cannot be decoded.
+    if (!there) broken_ = true;
+    if (!broken_) add_group(groups[next], number);
+    if (broken_ && !out_.groups.empty() && out_.groups.back().segment == told.segment)
+      out_.whole.back() = false;
+    ++number;
+  }
+}
+
+/// How many chunks between a group and the one before it are lost. `at`: of known chunks, behind
+/// the group before; moves behind this one.
+std::uint64_t Gatherer::lost_before(const KnownGroup& group, std::size_t& at) const {
+  const auto& chunks = known_->chunks();
+  // The first chunk is the schema, whether it is lost or not.
+  std::uint64_t next = at == 0 ? 1 : std::uint64_t{chunks[at - 1].header.sequence} + 1, lost = 0;
+  for (;; ++at) {
+    const std::uint64_t sequence = chunks[at].header.sequence;
+    lost += sequence - std::min(sequence, next);
+    next = sequence + 1;
+    if (sequence == group.sequence) break;
+  }
+  ++at;
+  return lost;
+}
+
+/// Without an index a group begins its segment for certain where nothing is lost before it, or
+/// where as many chunks are as segments: each has one group then. And only then, or where one chunk
+/// alone is lost and so are cells or vertices, it is certain which group of the file it is: extras
+/// may stand among groups.
+void Gatherer::gather_by_numbers() {
+  std::size_t at = 0;
+  std::uint64_t number = 0, end_cell = 0, end_vertex = 0;
+  bool readable = true;  // the group before
+  for (const KnownGroup& group : known_->groups()) {
+    const IndexEntry& entry = group.entry;
+    std::uint64_t lost = lost_before(group, at);
+    // Chunks of other kinds.
+    if (readable && group.readable && entry.first_cell == end_cell &&
+        entry.first_vertex == end_vertex)
+      lost = 0;
+    const bool begins = !segment_ || *segment_ != entry.segment;
+    const std::uint64_t segments =
+        !segment_ ? entry.segment
+                  : std::uint64_t{entry.segment} - std::min(entry.segment, *segment_ + 1);
+    if (begins) {
+      broken_ = (segment_ && entry.segment < *segment_) || lost != segments;
+      if (lost > segments && !out_.whole.empty()) out_.whole.back() = false;
+    } else if (lost > 0) {
+      broken_ = true;
+    }
+    const bool is_group = lost == 1 && readable && group.readable &&
+                          (entry.first_cell > end_cell || entry.first_vertex > end_vertex);
+    if (lost > 0 && !(begins && lost == segments) && !is_group && !first_unsure_)
+      first_unsure_ = number;
+    number += lost;
+    segment_ = entry.segment;
+    if (!group.has_mesh) broken_ = true;
+    if (!broken_) add_group(group, number);
+    if (broken_ && !out_.groups.empty() && out_.groups.back().segment == entry.segment)
+      out_.whole.back() = false;
+    ++number;
+    readable = group.readable;
+    end_cell = group.end_cell();
+    end_vertex = entry.first_vertex + entry.vertices;
+  }
+}
+
+// --- step values
+
+bool Gatherer::covers_all(std::uint32_t array) const {
+  const ArrayInfo& info = schema().arrays[array];
+  return info.location == Location::point || info.blocks.empty();
+}
+
+std::size_t Gatherer::place_of(std::uint64_t number) const {
+  const auto& numbers = out_.group_numbers;
+  const auto at = std::lower_bound(numbers.begin(), numbers.end(), number);
+  return at != numbers.end() && *at == number ? static_cast<std::size_t>(at - numbers.begin())
+                                              : numbers.size();
+}
+
+std::size_t Gatherer::segment_of(std::size_t group) const {
+  const auto& first = out_.first_group;
+  return static_cast<std::size_t>(std::upper_bound(first.begin(), first.end(), group) -
+                                  first.begin()) -
+         1;
+}
+
+/// Which groups have elements of arrays that are not on all blocks.
+void Gatherer::list_partial() {
+  const auto add = [&](const IndexEntry& it) {
+    if (it.array >= schema().arrays.size() || covers_all(it.array)) return;
+    const std::size_t place = place_of(it.group);
+    if (place == out_.groups.size() || !partial_.insert({it.array, place}).second) return;
+    ++expected_[{it.array, segment_of(place)}];
+  };
+  if (known_->index()) {
+    for (const IndexEntry& told : known_->index()->entries)
+      if (told.kind == static_cast<std::uint8_t>(ChunkKind::step_values)) add(told);
+  } else {
+    for (const KnownStep& step : known_->steps()) add(step.entry);
+  }
+}
+
+std::uint64_t Gatherer::expected_chunks(std::uint32_t array, std::size_t segment) {
+  if (!covers_all(array)) return expected_[{array, segment}];
+  const auto& counts = schema().arrays[array].location == Location::point ? groups_with_vertices_
+                                                                          : groups_with_cells_;
+  return counts[out_.first_group[segment + 1]] - counts[out_.first_group[segment]];
+}
+
+/// Whether a chunk beside them is lost that may be of the same array, step and segment.
+bool Gatherer::touches_gap(std::span<const KnownStep* const> run) const {
+  const auto& chunks = known_->chunks();
+  const auto there = [&](std::uint32_t sequence) {
+    const auto at = std::lower_bound(
+        chunks.begin(), chunks.end(), sequence,
+        [](const FoundChunk& it, std::uint32_t number) { return it.header.sequence < number; });
+    return at != chunks.end() && at->header.sequence == sequence;
+  };
+  for (std::size_t i = 1; i < run.size(); ++i)
+    if (run[i]->sequence != run[i - 1]->sequence + 1) return true;
+  return !there(run.front()->sequence - 1) ||
+         !(there(run.back()->sequence + 1) ||
+           run.back()->sequence == chunks.back().header.sequence);
+}
+
+/// Whether these chunks are all that a segment has of its array at a step.
+bool Gatherer::is_complete(std::span<const KnownStep* const> run, std::size_t segment) {
+  const std::uint32_t array = run[0]->entry.array;
+  if (run.size() != expected_chunks(array, segment)) return false;
+  for (std::size_t i = 0; i < run.size(); ++i) {
+    const IndexEntry& group = out_.groups[place_of(run[i]->entry.group)];
+    const std::uint64_t most =
+        schema().arrays[array].location == Location::point ? group.vertices : group.cells;
+    if (i > 0 && run[i]->entry.group == run[i - 1]->entry.group) return false;
+    if (run[i]->entry.count > most || (covers_all(array) && run[i]->entry.count != most))
+      return false;
+  }
+  return out_.has_index || covers_all(array) || !touches_gap(run);
+}
+
+void Gatherer::gather_values() {
+  if (known_->index())
+    for (const IndexEntry& told : known_->index()->entries)
+      if (told.kind == static_cast<std::uint8_t>(ChunkKind::step_values))
+        out_.told_steps.insert({told.array, told.step});
+  list_partial();
+  groups_with_vertices_.assign(1, 0);
+  groups_with_cells_.assign(1, 0);
+  for (const IndexEntry& group : out_.groups) {
+    groups_with_vertices_.push_back(groups_with_vertices_.back() + (group.vertices > 0 ? 1 : 0));
+    groups_with_cells_.push_back(groups_with_cells_.back() + (group.cells > 0 ? 1 : 0));
+  }
+  std::vector<const KnownStep*> steps;
+  for (const KnownStep& step : known_->steps())
+    if (step.entry.array < schema().arrays.size() && schema().arrays[step.entry.array].per_step)
+      steps.push_back(&step);
+  const auto key = [](const KnownStep* it) {
+    return std::tuple(it->entry.array, it->entry.step, it->entry.group);
+  };
+  std::stable_sort(steps.begin(), steps.end(),
+                   [&](const auto* a, const auto* b) { return key(a) < key(b); });
+  for (std::size_t begin = 0, end = 0; begin < steps.size(); begin = end) {
+    const IndexEntry& first = steps[begin]->entry;
+    while (end < steps.size() && steps[end]->entry.array == first.array &&
+           steps[end]->entry.step == first.step)
+      ++end;
+    gather_step(std::span(steps).subspan(begin, end - begin));
+  }
+}
+
+/// All chunks that are left of an array at a step, in the order of their groups.
+void Gatherer::gather_step(std::span<const KnownStep* const> of_step) {
+  Survivors::Step step;
+  step.array = of_step[0]->entry.array;
+  step.step = of_step[0]->entry.step;
+  const Survivors::Step* before =
+      !out_.steps.empty() && out_.steps.back().array == step.array ? &out_.steps.back() : nullptr;
+  if (before == nullptr) last_step_.clear();
+  for (const KnownStep* chunk : of_step)
+    step.refers = step.refers || chunk->entry.reference != container::RefersTo::nothing;
+  const std::uint64_t unsure = first_unsure_.value_or(~std::uint64_t{0});
+  std::uint64_t first = 0;
+  for (std::size_t i = 0; i < of_step.size();) {
+    const std::size_t place = place_of(of_step[i]->entry.group);
+    if (place == out_.groups.size() || of_step[i]->entry.group >= unsure) {
+      ++i;
+      continue;
+    }
+    const std::size_t segment = segment_of(place);
+    std::size_t end = i;
+    bool follows = true;
+    for (; end < of_step.size(); ++end) {
+      const std::size_t other = place_of(of_step[end]->entry.group);
+      if (other == out_.groups.size() || other >= out_.first_group[segment + 1]) break;
+      if (of_step[end]->entry.reference != container::RefersTo::nothing)
+        follows = follows && before != nullptr && of_step[end]->reference_step == before->step;
+    }
+    const auto run = of_step.subspan(i, end - i);
+    i = end;
+    // Where any chunk of the step refers to another, all segments are read from the same one on.
+    const auto last = last_step_.find(segment);
+    if (step.refers)
+      follows =
+          follows && before != nullptr && last != last_step_.end() && last->second == before->step;
+    if (!follows || !is_complete(run, segment)) continue;
+    last_step_[segment] = step.step;
+    for (const KnownStep* chunk : run) {
+      step.chunks.push_back(chunk->entry);
+      step.chunks.back().group = static_cast<std::uint32_t>(place_of(chunk->entry.group));
+      step.chunks.back().first = first;
+      first += chunk->entry.count;
+    }
+  }
+  if (!step.chunks.empty()) out_.steps.push_back(std::move(step));
+}
+
+}  // namespace
+
+Survivors Survivors::of(const KnownChunks& known) { return Gatherer(known).run(); }
+
+}  // namespace shm

@@ -1,0 +1,135 @@
+#include "segment/choosing_encoder.h"
+
+#include <bit>
+#include <optional>
+
+#include "shifts/shifts.h"
+
+namespace shm {
+namespace {
+
+/// Shifts do where a cell takes no more bits; where size matters, a part of one: then numbers run
+/// on undisturbed.
+constexpr std::uint64_t kShiftBits = 1, kShiftPart = 2;
+/// Where size matters, values over their numbers may take one part in so many more. Of a sample
+/// that lies within a first layer, the second one: what is behind the cells of the next ones is not
+/// there yet, and shifts, which know nothing else, look worse than they are.
+constexpr std::uint64_t kShiftShare = 25, kShiftShareOfLayer = 12;
+
+}  // namespace
+
+ChoosingEncoder::ChoosingEncoder(const Schema& schema, std::uint32_t group_cells,
+                                 const CodecTrial& trial, const SegmentStart& start)
+    : schema_(&schema), group_cells_(group_cells), trial_(trial), start_(start) {
+  if (trial.codecs.size() == 1) encoder_ = encoder_with(trial.codecs[0]);
+}
+
+Result<void> ChoosingEncoder::take(const SegmentPiece& piece, std::vector<EncodedGroup>& done) {
+  if (encoder_) return encoder_->take(piece, done);
+  sample_.push_back(piece);
+  sample_cells_ += piece.cells.size();
+  return sample_cells_ >= trial_.sample_cells ? choose(done) : Result<void>();
+}
+
+Result<void> ChoosingEncoder::end(std::vector<EncodedGroup>& done) {
+  if (!encoder_)
+    if (auto good = choose(done); !good) return good;
+  encoder_->end(done);
+  return {};
+}
+
+Result<void> ChoosingEncoder::choose(std::vector<EncodedGroup>& done) {
+  const Result<bool> shifts = shifts_do();
+  if (!shifts) return shifts.error();
+  using enum CodecTrial::Shifts;
+  auto best = *shifts && trial_.shifts == for_speed
+                  ? Result<ConnectivityCodec>(ConnectivityCodec::shifts)
+                  : smallest();
+  if (!best) return best.error();
+  if (*shifts && trial_.shifts == for_size) {
+    const Result<bool> take_them = shifts_are_as_small(*best);
+    if (!take_them) return take_them.error();
+    if (*take_them) best = ConnectivityCodec::shifts;
+  }
+  encoder_ = encoder_with(*best);
+  for (const SegmentPiece& piece : sample_)
+    if (auto good = encoder_->take(piece, done); !good) return good;
+  sample_ = {};
+  return {};
+}
+
+/// Whether shifts come into question: they take no room, and the segment is one on which time is
+/// felt.
+Result<bool> ChoosingEncoder::shifts_do() const {
+  if (trial_.shifts == CodecTrial::Shifts::no || sample_cells_ < trial_.sample_cells ||
+      !takes_shifts(*schema_))
+    return false;
+  const auto its = size_with(ConnectivityCodec::shifts);
+  if (!its) return its.error();
+  const std::uint64_t parts = trial_.shifts == CodecTrial::Shifts::for_size ? kShiftPart : 1;
+  return 8 * its->all * parts <= kShiftBits * sample_cells_;
+}
+
+Result<ConnectivityCodec> ChoosingEncoder::smallest() const {
+  ConnectivityCodec best = trial_.codecs[0];
+  std::optional<Size> size;
+  for (ConnectivityCodec codec : trial_.codecs) {
+    const auto its = size_with(codec);
+    if (!its) return its.error();
+    if (size && !is_worth_it(*its, *size)) continue;
+    size = *its;
+    best = codec;
+  }
+  return best;
+}
+
+bool ChoosingEncoder::is_worth_it(const Size& smaller, const Size& faster) const {
+  if (smaller.all >= faster.all) return false;
+  if (sample_cells_ < trial_.sample_cells) return true;  // time is no matter
+  const auto is_felt = [&](std::uint64_t bytes) {
+    return 8 * bytes * trial_.spare_bits > sample_cells_;
+  };
+  const std::uint64_t saved = faster.all - smaller.all;
+  if (!is_felt(saved)) return false;
+  return saved * trial_.spare_share > faster.all ||
+         (smaller.topology < faster.topology && is_felt(faster.topology - smaller.topology));
+}
+
+Result<bool> ChoosingEncoder::shifts_are_as_small(ConnectivityCodec other) const {
+  const auto its = size_with(ConnectivityCodec::shifts, true), others = size_with(other, true);
+  if (!its) return its.error();
+  if (!others) return others.error();
+  // What shifts themselves take they take at the beginning.
+  const std::uint64_t share = lies_in_a_layer() ? kShiftShareOfLayer : kShiftShare;
+  return its->all - its->topology <= others->all + others->all / share;
+}
+
+/// Nearly each cell of the sample has left a vertex that later ones use.
+bool ChoosingEncoder::lies_in_a_layer() const {
+  std::int64_t alive = 0;
+  for (const SegmentPiece& piece : sample_)
+    for (const SegmentPiece::Cell& cell : piece.cells)
+      alive += std::int64_t{cell.new_vertices} - std::popcount(cell.last_use);
+  return alive * 8 >= static_cast<std::int64_t>(sample_cells_) * 7;
+}
+
+auto ChoosingEncoder::size_with(ConnectivityCodec codec, bool values) const -> Result<Size> {
+  using container::StreamKind;
+  const auto encoder = make_segment_encoder(
+      *schema_, SegmentOptions{group_cells_, codec, trial_.level, values, false}, start_);
+  std::vector<EncodedGroup> groups;
+  for (const SegmentPiece& piece : sample_)
+    if (auto good = encoder->take(piece, groups); !good) return good.error();
+  encoder->end(groups);
+  Size size;
+  for (const EncodedGroup& group : groups)
+    for (const container::StreamEntry& stream : group.header.streams) {
+      size.all += stream.bytes;
+      if (stream.kind == StreamKind::connectivity || stream.kind == StreamKind::corner_order ||
+          stream.kind == StreamKind::vertex_numbers)
+        size.topology += stream.bytes;
+    }
+  return size;
+}
+
+}  // namespace shm

@@ -1,0 +1,74 @@
+// ChoosingEncoder: a SegmentEncoder that tries the codecs of hexahedra on the first cells of its
+// segment and goes on with the one that makes these smallest; values have no part in it.
+// It decides by coded cells alone: the same for any number of threads.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "segment/segment_encoder.h"
+
+namespace shm {
+
+/// Codecs to choose from.
+struct CodecTrial {
+  Level level = Level::standard;          ///< of values
+  bool tells_order = true;                ///< as in SegmentOptions
+  std::vector<ConnectivityCodec> codecs;  ///< not empty, the fastest first
+  /// Shifts are tried besides, where cells of them are hardly felt.
+  enum class Shifts : std::uint8_t {
+    no,
+    for_speed,  ///< and taken
+    for_size,   ///< and taken where the values over them are about as small: they are quicker
+  };
+  Shifts shifts = Shifts::no;
+  /// Cells of a segment on which they are tried; the whole segment if it is shorter.
+  std::size_t sample_cells = 16384;
+  // Where there are more cells than that, a faster codec is preferred to one that saves at most
+  // this much:
+  std::uint64_t spare_share = 128;  ///< one part of all bytes in so many, and
+  std::uint64_t spare_bits = 32;    ///< one bit of connectivity and numbers in so many cells;
+                                    ///< or no more than such a bit of everything
+};
+
+class ChoosingEncoder {
+ public:
+  /// `schema` is checked and borrowed. Of one codec nothing is tried.
+  ChoosingEncoder(const Schema& schema, std::uint32_t group_cells, const CodecTrial& trial,
+                  const SegmentStart& start);
+
+  /// Codes the cells of `piece`, and adds the groups that they complete to `done`.
+  Result<void> take(const SegmentPiece& piece, std::vector<EncodedGroup>& done);
+  /// Adds what is left.
+  Result<void> end(std::vector<EncodedGroup>& done);
+
+ private:
+  Result<void> choose(std::vector<EncodedGroup>& done);
+  std::unique_ptr<SegmentEncoder> encoder_with(ConnectivityCodec codec) const {
+    return make_segment_encoder(
+        *schema_, {group_cells_, codec, trial_.level, true, trial_.tells_order}, start_);
+  }
+  Result<ConnectivityCodec> smallest() const;
+  Result<bool> shifts_do() const;
+  Result<bool> shifts_are_as_small(ConnectivityCodec other) const;
+  bool lies_in_a_layer() const;
+  struct Size {
+    std::uint64_t all = 0;
+    std::uint64_t topology = 0;  ///< of these: connectivity, corner order, vertex numbers
+  };
+  /// Of the sample, with values at the level of the trial or without.
+  Result<Size> size_with(ConnectivityCodec codec, bool values = false) const;
+  bool is_worth_it(const Size& smaller, const Size& faster) const;
+
+  const Schema* schema_;
+  std::uint32_t group_cells_;
+  CodecTrial trial_;
+  SegmentStart start_;
+  std::vector<SegmentPiece> sample_;
+  std::size_t sample_cells_ = 0;
+  std::unique_ptr<SegmentEncoder> encoder_;  // once chosen
+};
+
+}  // namespace shm

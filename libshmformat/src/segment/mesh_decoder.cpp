@@ -1,0 +1,166 @@
+#include "segment/mesh_decoder.h"
+#include "bytes/sizes.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace shm {
+namespace {
+
+std::size_t bytes_of(const MeshBlock& block) {
+  std::size_t bytes = block.xyz.size() + block.imported.size() + 4 * block.cell_blocks.size();
+  for (const auto* numbers : {&block.vertex_numbers, &block.cell_numbers, &block.corner_begin,
+                              &block.corners, &block.last_use, &block.vertices_before_cell})
+    bytes += 8 * numbers->size();
+  for (const auto& values : block.arrays) bytes += values.size();
+  return bytes;
+}
+
+}  // namespace
+
+class MeshDecoder::SegmentTask final : public MeshDecoder::Tasks::Task {
+ public:
+  SegmentTask(const Schema& schema, const ReadLimits& limits, std::uint32_t segment)
+      : segment_(segment), decoder_(schema, limits, segment) {}
+
+  Result<void> take(Group& group, const Tasks::Emit& emit) override {
+    const auto good = decoder_.begin_group(std::move(group.payload), group.offset, group.number);
+    if (!good) return good;
+    while (decoder_.in_group()) {
+      auto block = decoder_.next_block();
+      if (!block) return block.error();
+      const std::size_t bytes = bytes_of(block->mesh);
+      emit({std::move(*block), {}, segment_}, bytes);
+    }
+    return {};
+  }
+  Result<void> end(const Tasks::Emit& emit) override {
+    auto alive = decoder_.alive();
+    const std::size_t bytes = alive.size() * 8;
+    emit({std::nullopt, std::move(alive), segment_}, bytes);
+    return {};
+  }
+
+ private:
+  std::uint32_t segment_;
+  SegmentDecoder decoder_;
+};
+
+MeshDecoder::MeshDecoder(const Schema& schema, const ReadLimits& limits, const ReadOptions& options)
+    : schema_(&schema), limits_(limits), block_cells_(schema.blocks.size()) {
+  const unsigned threads = thread_count(options.threads);
+  const std::size_t ahead = to_size(options.max_ahead_bytes);
+  if (threads > 1) tasks_ = std::make_unique<Tasks>(threads, ahead / 4, ahead - ahead / 4);
+  if (tasks_ && !tasks_->has_threads()) tasks_.reset();
+}
+
+Error MeshDecoder::damaged(std::string detail, std::uint64_t group, std::uint64_t offset,
+                           ErrorCode code) const {
+  return Error{code, std::move(detail), "group " + std::to_string(group), offset, {}};
+}
+
+bool MeshDecoder::is_busy() const {
+  return tasks_ ? !tasks_->is_idle() : segment_ != nullptr && segment_->in_group();
+}
+
+Result<void> MeshDecoder::begin_group(std::vector<std::byte> payload, std::uint32_t segment,
+                                      std::uint64_t offset) {
+  if (segments_begun_ == 0 || segment + 1 != segments_begun_)
+    if (auto good = begin_segment(segment, offset); !good) return good;
+  const std::uint64_t number = groups_begun_++;
+  if (!tasks_) return segment_->begin_group(std::move(payload), offset, number);
+  const std::size_t bytes = payload.size();
+  tasks_->push({std::move(payload), offset, number}, bytes);
+  return {};
+}
+
+Result<void> MeshDecoder::begin_segment(std::uint32_t segment, std::uint64_t offset) {
+  if (segment != segments_begun_)
+    return damaged("its segment is neither the one before it nor the next", groups_begun_, offset);
+  if (segment >= limits_.max_segments)
+    return damaged("the file has more than " + std::to_string(limits_.max_segments) +
+                       " segments, which is the limit",
+                   groups_begun_, offset, ErrorCode::over_limit);
+  ++segments_begun_;
+  if (tasks_) {
+    tasks_->begin(std::make_unique<SegmentTask>(*schema_, limits_, segment));
+  } else {
+    if (segment_) leave(segment_->alive(), segment - 1);
+    segment_ = std::make_unique<SegmentDecoder>(*schema_, limits_, segment);
+  }
+  return {};
+}
+
+Result<std::optional<MeshBlock>> MeshDecoder::next_block(bool wait) {
+  if (tasks_) return next_from_threads(wait);
+  if (!is_busy()) return std::optional<MeshBlock>();
+  auto block = segment_->next_block();
+  if (!block) return block.error();
+  if (auto good = join(*block); !good) return good.error();
+  return std::optional<MeshBlock>(std::move(block->mesh));
+}
+
+Result<std::optional<MeshBlock>> MeshDecoder::next_from_threads(bool wait) {
+  while (true) {
+    auto output = tasks_->next(wait ? Tasks::Wait::for_output : Tasks::Wait::no);
+    if (!output) return output.error();
+    if (!*output) return std::optional<MeshBlock>();
+    if (!(*output)->block) {
+      leave((*output)->left_alive, (*output)->segment);
+      continue;
+    }
+    DecodedBlock& block = *(*output)->block;
+    if (auto good = join(block); !good) return good.error();
+    return std::optional<MeshBlock>(std::move(block.mesh));
+  }
+}
+
+/// `segment` is over; later ones may import what it has left alive.
+void MeshDecoder::leave(const std::vector<std::uint64_t>& alive, std::uint32_t segment) {
+  for (std::uint64_t number : alive) alive_.insert_or_assign(number, segment);
+}
+
+/// Checks that the block goes on where the last one ended, and counts it.
+Result<void> MeshDecoder::join(const DecodedBlock& block) {
+  if (block.segment.segment == segment_starts_.size()) {
+    if (block.segment.first_cell != cells_ || block.segment.first_vertex != vertices_)
+      return damaged("the group does not follow the one before it", groups_, block.offset);
+    segment_starts_.push_back(cells_);
+    segment_connectivity_.push_back(block.connectivity);
+  } else if (segment_connectivity_.back() == ConnectivityCodec::automatic) {
+    segment_connectivity_.back() = block.connectivity;  // loose vertices came first
+  }
+  if (auto good = check_imports(block); !good) return good;
+  count(block);
+  return {};
+}
+
+/// A segment imports what earlier ones have left alive, each vertex once.
+Result<void> MeshDecoder::check_imports(const DecodedBlock& block) {
+  for (std::uint64_t number : block.imported) {
+    const auto found = alive_.find(number);
+    if (found == alive_.end() || found->second == block.segment.segment)
+      return damaged(
+          "imports vertex " + std::to_string(number) + ", which no earlier segment has left to it",
+          groups_, block.offset);
+    found->second = block.segment.segment;
+  }
+  for (std::uint64_t number : block.finalized_imports) alive_.erase(number);
+  return {};
+}
+
+void MeshDecoder::count(const DecodedBlock& block) {
+  vertices_ += block.mesh.vertex_count();
+  cells_ += block.mesh.cell_count();
+  for (std::uint32_t b : block.mesh.cell_blocks) {
+    ++block_cells_[b];
+    hexahedra_ += is_hexahedral(schema_->blocks[b]) ? 1 : 0;
+  }
+  if (!block.group_end) return;
+  ++groups_;
+  imported_vertices_ += block.group_end->imported_vertices;
+  max_active_vertices_ = std::max(max_active_vertices_, block.group_end->max_active_vertices);
+  for (const auto& [name, bytes] : block.group_end->stream_bytes) stream_bytes_[name] += bytes;
+}
+
+}  // namespace shm

@@ -1,0 +1,596 @@
+#include "segment/mesh_encoder.h"
+
+#include <algorithm>
+#include <bit>
+#include <string>
+
+#include "bytes/by_slot.h"
+#include "bytes/checksum.h"
+#include "bytes/misuse.h"
+#include "container/schema_codec.h"
+#include "model/mesh_totals.h"
+#include "shifts/shifts.h"
+
+namespace shm {
+namespace {
+
+// Cells and bytes of a piece: enough that passing it on costs nothing, little beside a group.
+constexpr std::size_t kPieceCells = 1024;
+constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
+
+// Segments that are cut where the budget allows have at least this many cells; half of it
+// where a block begins, which is a better place.
+constexpr std::uint64_t kLeastSegmentCells = 131072;
+
+// Waiting pieces of cells, for each thread.
+constexpr std::size_t kWaitingBytes = std::size_t{64} << 20;
+
+/// What to try at a level, the fastest first.
+CodecTrial trial_for(ConnectivityCodec codec, Level level) {
+  using enum ConnectivityCodec;
+  if (codec != automatic) return {.level = level, .codecs = {codec}};
+  switch (level) {
+    case Level::fast:
+      return {.level = level,
+              .codecs = {replay, rows},
+              .shifts = CodecTrial::Shifts::for_speed,
+              .spare_share = 8,
+              .spare_bits = 1};
+    case Level::standard: break;
+    case Level::best:
+      return {.level = level,
+              .codecs = {replay, rows, mixed},
+              .sample_cells = 65536,
+              .spare_share = 1 << 16,
+              .spare_bits = 1 << 16};
+  }
+  return {.level = level, .codecs = {replay, rows}, .shifts = CodecTrial::Shifts::for_size};
+}
+
+using Tasks = OrderedTasks<SegmentPiece, EncodedGroup>;
+
+class SegmentTask final : public Tasks::Task {
+ public:
+  SegmentTask(const Schema& schema, std::uint32_t group_cells, const CodecTrial& trial,
+              const SegmentStart& start)
+      : schema_(&schema), group_cells_(group_cells), trial_(trial), start_(start) {}
+
+  Result<void> take(SegmentPiece& piece, const Tasks::Emit& emit) override {
+    if (!encoder_)
+      encoder_ = std::make_unique<ChoosingEncoder>(*schema_, group_cells_, trial_, start_);
+    auto result = encoder_->take(piece, done_);
+    emit_done(emit);
+    return result;
+  }
+  Result<void> end(const Tasks::Emit& emit) override {
+    auto result = encoder_->end(done_);
+    emit_done(emit);
+    encoder_.reset();
+    return result;
+  }
+
+ private:
+  void emit_done(const Tasks::Emit& emit) {
+    for (EncodedGroup& group : done_) {
+      const std::size_t bytes = group.bytes();
+      emit(std::move(group), bytes);
+    }
+    done_.clear();
+  }
+
+  const Schema* schema_;
+  std::uint32_t group_cells_;
+  CodecTrial trial_;
+  SegmentStart start_;
+  std::unique_ptr<ChoosingEncoder> encoder_;
+  std::vector<EncodedGroup> done_;
+};
+
+}  // namespace
+
+MeshEncoder::MeshEncoder(const Schema& schema, const WriteOptions& options, GroupSink sink)
+    : schema_(&schema),
+      options_(options),
+      sink_(std::move(sink)),
+      xyz_bytes_(3 * scalar_bytes(schema.coordinate_type)),
+      values_bytes_(xyz_bytes_ + point_data_bytes(schema)),
+      cell_data_bytes_(cell_data_bytes(schema)),
+      totals_(totals_of_nothing(schema)) {
+  const unsigned threads = thread_count(options.threads);
+  if (threads > 1)
+    tasks_ = std::make_unique<Tasks>(threads, threads * kWaitingBytes, threads * kWaitingBytes);
+  if (tasks_ && !tasks_->has_threads()) tasks_.reset();
+}
+
+void MeshEncoder::begin_part(const SegmentStart& start) {
+  start_ = start;
+  given_cells_ = totals_.cells = start.first_cell;
+  given_vertices_ = start.first_vertex;
+  holds_groups_ = schema_->order != Order::keep;
+}
+
+Result<void> MeshEncoder::add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
+                                     std::span<const std::byte> data) {
+  if (xyz.size() != xyz_bytes_ || data.size() != values_bytes_ - xyz_bytes_)
+    return misuse("vertex " + std::to_string(number) + " has " +
+                      std::to_string(xyz.size() + data.size()) +
+                      " bytes of values, the schema says " + std::to_string(values_bytes_),
+                  "mesh");
+  const auto entry =
+      static_cast<std::uint32_t>(free_entries_.empty() ? entries_.size() : free_entries_.back());
+  if (!by_number_.insert(number, entry))
+    return misuse("vertex " + std::to_string(number) + " is added twice", "mesh");
+  if (free_entries_.empty()) {
+    push_tightly(entries_, Entry());
+    push_tightly(in_segment_, kNone);
+    expect_more(values_, values_bytes_);
+    values_.resize(values_.size() + values_bytes_);
+  } else {
+    free_entries_.pop_back();
+  }
+  entries_[entry] = Entry{};
+  in_segment_[entry] = kNone;
+  entries_[entry].number = number;
+  std::byte* values = values_.data() + entry * values_bytes_;
+  std::copy(xyz.begin(), xyz.end(), values);
+  std::copy(data.begin(), data.end(), values + xyz_bytes_);
+  return {};
+}
+
+Result<void> MeshEncoder::add_imported_vertex(std::uint64_t number, std::span<const std::byte> xyz,
+                                              std::span<const std::byte> data) {
+  if (start_.segment == 0) return misuse("nothing is imported before the first segment", "mesh");
+  if (auto good = add_vertex(number, xyz, data); !good) return good;
+  const std::uint32_t e = by_number_.find(number);
+  in_segment_[e] = 0;  // an earlier one; which does not matter
+  entries_[e].used = true;
+  ++live_;
+  if (schema_->order != Order::keep) foreign_tickets_.push_back(entries_[e].ticket = new_ticket());
+  return {};
+}
+
+Result<void> MeshEncoder::add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
+                                            std::span<const std::byte> data) {
+  if (auto good = add_vertex(number, xyz, data); !good) return good;
+  return code_loose(by_number_.find(number));
+}
+
+Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
+                                   std::uint64_t last_use, std::span<const std::byte> data) {
+  if (block >= schema_->blocks.size()) return misuse("cell of an unknown block", "mesh");
+  const BlockInfo& info = schema_->blocks[block];
+  if (info.nodes_per_cell != 0 ? corners.size() != info.nodes_per_cell
+                               : corners.size() > kMaxNodesPerCell)
+    return misuse("cell with " + std::to_string(corners.size()) + " corners in a block of " +
+                      std::to_string(info.nodes_per_cell),
+                  "mesh");
+  if (data.size() != cell_data_bytes_[block])
+    return misuse("cell with " + std::to_string(data.size()) + " bytes of data, the schema says " +
+                      std::to_string(cell_data_bytes_[block]),
+                  "mesh");
+  cell_entries_.resize(corners.size());
+  std::uint64_t introduced = 0;
+  bool gives = false;  // vertices to the segment
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const std::uint32_t entry = by_number_.find(corners[i]);
+    if (entry == kNone)
+      return misuse("cell uses vertex " + std::to_string(corners[i]) +
+                        ", which was never added or is finalized",
+                    "mesh");
+    cell_entries_[i] = entry;
+    if (in_segment_[entry] == start_.segment) continue;
+    gives = true;
+    introduced += entries_[entry].used ? 0 : 1;
+    entries_[entry].used = true;
+  }
+  if (cut_is_due(block)) {
+    if (auto good = cut(); !good) return good;
+    gives = true;
+  }
+
+  last_block_ = block;
+  ++run_.cells;
+  ++totals_.block_cells[block];
+  run_.introduced += introduced;
+  live_ += introduced;
+  const std::size_t markable = std::min<std::size_t>(corners.size(), kMaxLastUse);
+  if (markable < kMaxLastUse) last_use &= (std::uint64_t{1} << markable) - 1;
+  for (std::uint64_t left = last_use; left != 0; left &= left - 1) {
+    Entry& entry = entries_[cell_entries_[static_cast<std::size_t>(std::countr_zero(left))]];
+    if (entry.ends) continue;
+    entry.ends = true;
+    // Its number is free from here on, though it may wait for its last cell.
+    by_number_.erase(entry.number);
+    --live_;
+  }
+  const std::uint64_t number = totals_.cells++;
+  if (schema_->delay == 0) return code(number, block, cell_entries_, data, gives, last_use);
+  for (std::uint32_t e : cell_entries_) ++entries_[e].waiting;
+  return delay(block, number, data);
+}
+
+/// Puts the cell of cell_entries_ into the delay buffer, and codes what falls out of it.
+Result<void> MeshEncoder::delay(std::uint32_t block, std::uint64_t number,
+                                std::span<const std::byte> data) {
+  std::uint32_t handle = static_cast<std::uint32_t>(cells_.size());
+  if (free_cells_.empty()) {
+    cells_.emplace_back();
+  } else {
+    handle = free_cells_.back();
+    free_cells_.pop_back();
+  }
+  WaitingCell& cell = cells_[handle];
+  cell.block = block;
+  cell.number = number;
+  cell.data.assign(data.begin(), data.end());
+  cell.entries = cell_entries_;
+  if (is_hexahedral(schema_->blocks[block])) {
+    SpiralReorderer::Corners eight{};
+    // Numbers, not entries: these are soon given to other vertices, which would look like
+    // neighbours.
+    for (std::size_t i = 0; i < 8; ++i) eight[i] = entries_[cell.entries[i]].number;
+    reorderer_.push_hexahedron(handle, eight);
+  } else {
+    reorderer_.push_other(handle);
+  }
+  return reorderer_.waiting() <= schema_->delay ? Result<void>() : code_waiting();
+}
+
+Result<void> MeshEncoder::code_waiting() {
+  const std::uint32_t handle = reorderer_.pop();
+  free_cells_.push_back(handle);
+  const WaitingCell& cell = cells_[handle];
+  for (std::uint32_t e : cell.entries) --entries_[e].waiting;
+  return code(cell.number, cell.block, cell.entries, cell.data, true, ~std::uint64_t{0});
+}
+
+// --- segments
+
+/// Whether a segment begins before a cell of `block`. Counts of what was added alone decide, so
+/// that the same calls give the same bytes.
+bool MeshEncoder::cut_is_due(std::uint32_t block) const {
+  if (run_.cells == 0) return false;
+  if (!options_.segment_starts.empty())
+    return std::binary_search(options_.segment_starts.begin(), options_.segment_starts.end(),
+                              totals_.cells);
+  if (options_.segment_cells > 0) return run_.cells >= options_.segment_cells;
+  if (!(options_.restart_budget > 0)) return false;
+  const std::uint64_t least = block != last_block_ ? kLeastSegmentCells / 2 : kLeastSegmentCells;
+  return run_.cells >= least && static_cast<double>(live_) <=
+                                    options_.restart_budget * static_cast<double>(run_.introduced);
+}
+
+/// Codecs to try on the segment at hand.
+CodecTrial MeshEncoder::trial() const {
+  const auto& told = options_.segment_connectivity;
+  const ConnectivityCodec codec =
+      told.empty() ? options_.connectivity
+                   : told[std::min<std::size_t>(start_.segment, told.size() - 1)];
+  CodecTrial trial = trial_for(codec, options_.level);
+  trial.tells_order = schema_->order != Order::keep || options_.coding_order != nullptr;
+  return trial;
+}
+
+/// Ends the segment at hand: what waits belongs to it.
+Result<void> MeshEncoder::cut() {
+  while (reorderer_.waiting() > 0)
+    if (auto good = code_waiting(); !good) return good;
+  if (auto good = end_segment(); !good) return good;
+  reorderer_ = SpiralReorderer();
+  ++start_.segment;
+  start_.first_cell = given_cells_;
+  start_.first_vertex = given_vertices_;
+  run_ = {};
+  return {};
+}
+
+Result<void> MeshEncoder::end() {
+  while (reorderer_.waiting() > 0)
+    if (auto good = code_waiting(); !good) return good;
+  // What is left has never been used: say it in ascending order.
+  std::vector<std::uint32_t> loose;
+  for (std::uint32_t e = 0; e < entries_.size(); ++e)
+    if (!entries_[e].used && by_number_.find(entries_[e].number) == e) loose.push_back(e);
+  std::sort(loose.begin(), loose.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return entries_[a].number < entries_[b].number;
+  });
+  for (std::uint32_t entry : loose)
+    if (auto good = code_loose(entry); !good) return good;
+  if (auto good = end_segment(); !good) return good;
+  if (auto good = catch_up(); !good) return good;
+  let_go();
+  return {};
+}
+
+/// Of what only more cells would need: steps come next, and need memory of their own.
+void MeshEncoder::let_go() {
+  shm::let_go(entries_);
+  shm::let_go(in_segment_);
+  shm::let_go(values_);
+  shm::let_go(free_entries_);
+  shm::let_go(cells_);
+  shm::let_go(free_cells_);
+  by_number_ = NumberMap();
+  reorderer_ = SpiralReorderer();
+  piece_ = SegmentPiece();
+  encoder_.reset();
+  tasks_.reset();
+}
+
+// --- into the segment at hand, in coding order
+
+Result<void> MeshEncoder::code(std::uint64_t number, std::uint32_t block,
+                               std::span<const std::uint32_t> entries,
+                               std::span<const std::byte> data, bool may_give,
+                               std::uint64_t may_end) {
+  SegmentPiece::Cell cell;
+  cell.number = number;
+  cell.block = block;
+  cell.nodes = static_cast<std::uint32_t>(entries.size());
+  const std::size_t vertices_before = piece_.vertices.size();
+  if (may_give)
+    for (std::uint32_t e : entries)
+      if (in_segment_[e] != start_.segment) give_vertex(e);
+  cell.new_vertices = static_cast<std::uint32_t>(piece_.vertices.size() - vertices_before);
+  if (may_end != 0) cell.last_use = end_vertices(entries, may_end);
+  piece_.cells.push_back(cell);
+  for (std::uint32_t e : entries) piece_.nodes.push_back(e);
+  if (!data.empty()) piece_.cell_data.insert(piece_.cell_data.end(), data.begin(), data.end());
+  ++given_cells_;
+  return piece_is_full() ? pass_piece_on() : Result<void>();
+}
+
+/// Lets go of the vertices of a cell that no later one uses, of those at the nodes of `may_end`;
+/// says at which nodes they stand.
+std::uint64_t MeshEncoder::end_vertices(std::span<const std::uint32_t> entries,
+                                        std::uint64_t may_end) {
+  const auto markable = entries.first(std::min<std::size_t>(entries.size(), kMaxLastUse));
+  std::uint64_t last_use = 0;
+  for (; may_end != 0; may_end &= may_end - 1) {
+    const auto i = static_cast<std::size_t>(std::countr_zero(may_end));
+    if (i >= markable.size()) break;
+    const std::uint32_t e = markable[i];
+    Entry& entry = entries_[e];
+    if ((last_use >> i & 1) != 0 || !entry.ends || entry.waiting != 0) continue;
+    for (std::size_t j = 0; j < markable.size(); ++j)
+      if (markable[j] == e) last_use |= std::uint64_t{1} << j;
+    if (entry.ticket != kNone) ending_tickets_.emplace_back(given_cells_, entry.ticket);
+    push_tightly(free_entries_, e);
+  }
+  return last_use;
+}
+
+/// The vertex is new to the segment at hand.
+void MeshEncoder::give_vertex(std::uint32_t e) {
+  Entry& entry = entries_[e];
+  SegmentPiece::Vertex vertex;
+  vertex.number = entry.number;
+  vertex.handle = e;
+  vertex.imported = in_segment_[e] != kNone;
+  if (!vertex.imported) {
+    ++given_vertices_;
+    if (schema_->order != Order::keep) entry.ticket = new_ticket();
+  }
+  vertex.ticket = entry.ticket;
+  in_segment_[e] = start_.segment;
+  piece_.vertices.push_back(vertex);
+  const std::byte* values = values_.data() + e * values_bytes_;
+  piece_.vertex_values.insert(piece_.vertex_values.end(), values, values + values_bytes_);
+}
+
+std::uint32_t MeshEncoder::new_ticket() {
+  if (free_tickets_.empty()) {
+    free_tickets_.push_back(static_cast<std::uint32_t>(tickets_.size()));
+    tickets_.push_back(0);
+  }
+  const std::uint32_t ticket = free_tickets_.back();
+  free_tickets_.pop_back();
+  return ticket;
+}
+
+Result<void> MeshEncoder::code_loose(std::uint32_t e) {
+  SegmentPiece::Cell cell;
+  cell.block = SegmentPiece::kLoose;
+  cell.new_vertices = 1;
+  piece_.cells.push_back(cell);
+  SegmentPiece::Vertex vertex;
+  vertex.number = entries_[e].number;
+  vertex.handle = e;
+  piece_.vertices.push_back(vertex);
+  ++given_vertices_;
+  const std::byte* values = values_.data() + e * values_bytes_;
+  piece_.vertex_values.insert(piece_.vertex_values.end(), values, values + values_bytes_);
+  by_number_.erase(entries_[e].number);
+  push_tightly(free_entries_, e);
+  return piece_is_full() ? pass_piece_on() : Result<void>();
+}
+
+bool MeshEncoder::piece_is_full() const {
+  return piece_.cells.size() >= kPieceCells || 4 * piece_.nodes.size() >= kPieceBytes ||
+         piece_.vertex_values.size() + piece_.cell_data.size() >= kPieceBytes;
+}
+
+Result<void> MeshEncoder::pass_piece_on() {
+  if (piece_.empty()) return {};
+  const bool begins = !std::exchange(segment_begun_, true);
+  if (tasks_) {
+    if (begins)
+      tasks_->begin(std::make_unique<SegmentTask>(*schema_, options_.group_cells, trial(), start_));
+    while (!tasks_->has_room())
+      if (auto good = take_finished(Tasks::Wait::for_output_or_room); !good) return good;
+    const std::size_t bytes = piece_.bytes();
+    tasks_->push(std::move(piece_), bytes);
+    piece_ = tasks_->spare();
+    piece_.clear();
+    return take_finished(Tasks::Wait::no);
+  }
+  if (begins)
+    encoder_ = std::make_unique<ChoosingEncoder>(*schema_, options_.group_cells, trial(), start_);
+  const auto good = encoder_->take(piece_, done_);
+  piece_.clear();
+  if (!good) return good;
+  return give_out(done_);
+}
+
+Result<void> MeshEncoder::end_segment() {
+  if (auto good = pass_piece_on(); !good) return good;
+  if (!std::exchange(segment_begun_, false)) return {};
+  if (tasks_) {
+    tasks_->end();
+    return {};
+  }
+  if (auto good = encoder_->end(done_); !good) return good;
+  return give_out(done_);
+}
+
+Result<void> MeshEncoder::catch_up() {
+  if (auto good = pass_piece_on(); !good) return good;
+  return tasks_ ? take_finished(Tasks::Wait::for_output) : Result<void>();
+}
+
+/// Gives out the groups that threads have finished; with for_output, all of what was passed on.
+Result<void> MeshEncoder::take_finished(Tasks::Wait wait) {
+  while (true) {
+    auto group = tasks_->next(wait);
+    if (!group) return group.error();
+    if (!*group) return {};
+    if (auto good = give_out(**group); !good) return good;
+    if (wait == Tasks::Wait::for_output_or_room) wait = Tasks::Wait::no;
+  }
+}
+
+// --- groups, in order
+
+Result<void> MeshEncoder::give_out(std::vector<EncodedGroup>& groups) {
+  for (EncodedGroup& group : groups)
+    if (auto good = give_out(group); !good) return good;
+  groups.clear();
+  return {};
+}
+
+Result<void> MeshEncoder::give_out(EncodedGroup& group) {
+  if (options_.coding_order != nullptr) tell_order(group);
+  if (!holds_groups_) return finish_group(group);
+  held_.push_back(std::move(group));
+  shm::let_go(held_.back().cell_numbers);
+  return {};
+}
+
+Result<void> MeshEncoder::give_out_part(std::span<const std::uint64_t> numbers) {
+  if (numbers.size() != foreign_tickets_.size())
+    return misuse("there are " + std::to_string(foreign_tickets_.size()) +
+                      " imported vertices, and " + std::to_string(numbers.size()) + " numbers",
+                  "mesh");
+  for (std::size_t i = 0; i < numbers.size(); ++i) tickets_[foreign_tickets_[i]] = numbers[i];
+  holds_groups_ = false;
+  for (EncodedGroup& group : held_) {
+    if (auto good = finish_group(group); !good) return good;
+    group = EncodedGroup();
+  }
+  shm::let_go(held_);
+  return {};
+}
+
+Result<void> MeshEncoder::finish_group(EncodedGroup& group) {
+  container::GroupHeader& header = group.header;
+  if (group.segment != segment_given_out_ || totals_.segments == 0) {
+    segment_given_out_ = group.segment;
+    ++totals_.segments;
+    import_numbers_ = {};
+  }
+  if (schema_->order != Order::keep) {
+    number_vertices(group);
+    code_import_numbers(group);
+  }
+  totals_.vertices += header.vertices;
+  totals_.imported_vertices += header.imported_vertices;
+  totals_.hexahedra += group.hexahedra;
+  totals_.max_active_vertices = std::max(totals_.max_active_vertices, header.max_active_vertices);
+  widen(totals_.ranges, group.ranges);
+  return sink_(group.segment, header, group.streams);
+}
+
+/// Notes the stream numbers of the group's own vertices.
+void MeshEncoder::number_vertices(EncodedGroup& group) {
+  for (std::size_t i = 0; i < group.born.size(); ++i)
+    if (group.born[i].ticket != kNone)
+      tickets_[group.born[i].ticket] = group.header.first_vertex + i;
+}
+
+/// Adds the stream numbers of the group's imported vertices, which earlier groups have told.
+void MeshEncoder::code_import_numbers(EncodedGroup& group) {
+  using container::StreamKind;
+  container::GroupHeader& header = group.header;
+  for (const EncodedGroup::Import& import : group.imports) {
+    import_numbers_.code(import_coder_, import.stencil, import.slot, tickets_[import.ticket]);
+  }
+  const std::uint64_t cells_done = header.first_cell + header.cells;
+  for (; !ending_tickets_.empty() && ending_tickets_.front().first < cells_done;
+       ending_tickets_.pop_front())
+    free_tickets_.push_back(ending_tickets_.front().second);
+  const std::vector<std::byte> bytes = import_coder_.finish();
+  if (bytes.empty()) return;
+  container::StreamEntry entry;
+  entry.kind = StreamKind::vertex_numbers;
+  entry.codec = container::Codec::predictive;
+  entry.needs = 1u << static_cast<unsigned>(StreamKind::connectivity);
+  if (header.streams[0].codec != container::Codec::shifts)  // which say what is imported
+    entry.needs |= 1u << static_cast<unsigned>(StreamKind::imports);
+  entry.bytes = bytes.size();
+  entry.checksum = checksum(bytes);
+  std::size_t at = 0;
+  while (at < header.streams.size() && header.streams[at].kind < entry.kind) ++at;
+  const auto place = static_cast<std::ptrdiff_t>(at);
+  header.streams.insert(header.streams.begin() + place, entry);
+  group.streams.insert(group.streams.begin() + place, bytes);
+}
+
+/// To the caller: each cell and the vertices of the group, in coding order.
+void MeshEncoder::tell_order(const EncodedGroup& group) const {
+  for (const EncodedGroup::Born& vertex : group.born) options_.coding_order->vertex(vertex.number);
+  for (std::uint64_t cell : group.cell_numbers) options_.coding_order->cell(cell);
+}
+
+// --- options
+
+namespace {
+
+/// A trend takes two steps since a key step.
+StepReference most_referred(const Schema& schema, const WriteOptions& options) {
+  const bool steps = std::any_of(schema.arrays.begin(), schema.arrays.end(),
+                                 [](const ArrayInfo& array) { return array.per_step; });
+  if (!steps || options.key_steps > 2) return StepReference::trend;
+  return options.key_steps == 2 ? StepReference::before : StepReference::nothing;
+}
+
+Result<void> check_options(const Schema& schema, const WriteOptions& options) {
+  if (options.group_cells < 1 || options.group_cells > container::kMaxGroupCells)
+    return misuse("group_cells must be 1 to 2^20", "options");
+  const auto is_codec = [](ConnectivityCodec codec) { return codec <= ConnectivityCodec::shifts; };
+  const auto& codecs = options.segment_connectivity;
+  if (!is_codec(options.connectivity) || !std::all_of(codecs.begin(), codecs.end(), is_codec) ||
+      options.level > Level::best)
+    return misuse("unknown codec of connectivity, or level", "options");
+  const bool shifts =
+      options.connectivity == ConnectivityCodec::shifts ||
+      std::find(codecs.begin(), codecs.end(), ConnectivityCodec::shifts) != codecs.end();
+  if (shifts && !takes_shifts(schema))
+    return misuse("shifts are for cells of 1 to 64 nodes without delay, and steps of 32 components",
+                  "options");
+  if (!(options.restart_budget >= 0)) return misuse("restart_budget must be 0 or more", "options");
+  if (options.key_steps < 1) return misuse("key_steps must be 1 or more", "options");
+  if (!std::is_sorted(options.segment_starts.begin(), options.segment_starts.end()))
+    return misuse("segment_starts must ascend", "options");
+  return {};
+}
+
+}  // namespace
+
+Result<Schema> schema_of_file(Schema schema, const WriteOptions& options) {
+  if (auto good = check_schema(schema); !good) return good.error();
+  if (auto good = check_options(schema, options); !good) return good.error();
+  schema.step_references = std::min(schema.step_references, most_referred(schema, options));
+  return schema;
+}
+
+}  // namespace shm

@@ -1,0 +1,341 @@
+#include "segment/shift_segment_encoder.h"
+
+#include <algorithm>
+#include <bit>
+#include <numeric>
+#include <utility>
+
+#include "bytes/by_slot.h"
+#include "bytes/checksum.h"
+#include "segment/difference_columns.h"
+
+namespace shm {
+namespace {
+
+using container::StreamKind;
+
+// Lags are noted at one cell in so many, and so many different ones at most.
+constexpr std::uint32_t kNoteEvery = 16;
+constexpr std::size_t kMostLags = 64;
+constexpr std::size_t kLagsTried = 3;
+// A ring that reaches over several layers is no larger.
+constexpr std::uint32_t kFarRingBits = 15;
+
+template <class Lags>
+void note(Lags& lags, std::uint64_t lag, std::uint64_t weight) {
+  if (lag == 0 || lag >= kMostPlaces) return;
+  for (auto& it : lags)
+    if (it.lag == lag) {
+      it.weight += weight;
+      return;
+    }
+  if (lags.size() < kMostLags) lags.push_back({lag, weight});
+}
+
+/// The weightiest, ascending.
+template <class Lags>
+std::vector<std::uint32_t> chosen(Lags lags) {
+  std::sort(lags.begin(), lags.end(), [](const auto& a, const auto& b) {
+    return a.weight != b.weight ? a.weight > b.weight : a.lag < b.lag;
+  });
+  if (lags.size() > kLagsTried) lags.resize(kLagsTried);
+  std::vector<std::uint32_t> ascending;
+  for (const auto& it : lags) ascending.push_back(static_cast<std::uint32_t>(it.lag));
+  std::sort(ascending.begin(), ascending.end());
+  return ascending;
+}
+
+bool has_static_cell_arrays(const Schema& schema) {
+  return std::any_of(schema.arrays.begin(), schema.arrays.end(), [](const ArrayInfo& info) {
+    return info.location == Location::cell && !info.per_step;
+  });
+}
+
+std::uint64_t distance(std::uint64_t a, std::uint64_t b) { return a < b ? b - a : a - b; }
+
+}  // namespace
+
+ShiftSegmentEncoder::ShiftSegmentEncoder(const Schema& schema, const SegmentOptions& options,
+                                         const SegmentStart& start)
+    : schema_(&schema),
+      group_cells_(options.group_cells),
+      level_(options.level),
+      has_values_(options.values),
+      tells_order_(options.tells_order),
+      numbered_by_birth_(schema.order != Order::keep),
+      start_(start),
+      shifts_(schema, start.segment > 0),
+      columns_(difference_columns(schema)),
+      told_again_(schema, start.segment > 0),
+      neighbours_(schema, true, has_static_cell_arrays(schema)),
+      values_(schema),
+      next_cell_(start.first_cell),
+      next_vertex_(start.first_vertex),
+      next_own_(start.first_vertex) {
+  if (has_values_ && level_ != Level::fast)
+    predicted_ = predicted_columns<SplitEncoder>(schema, columns_);
+  for (auto& column : predicted_)
+    if (column) column->see_own_groups_only();
+  has_rings_ = predicts() || needs_ring(schema);
+  for (const ArrayInfo& info : schema.arrays) {
+    if (!info.per_step) continue;
+    std::uint64_t& most = info.location == Location::point ? vertex_step_bytes_ : cell_step_bytes_;
+    most = std::max<std::uint64_t>(most, scalar_bytes(info.type) * info.components);
+  }
+  start_group();
+}
+
+void ShiftSegmentEncoder::start_group() {
+  group_.segment = start_.segment;
+  group_.header.first_cell = next_cell_;
+  group_.header.first_vertex = next_vertex_;
+}
+
+Result<void> ShiftSegmentEncoder::take(const SegmentPiece& piece, std::vector<EncodedGroup>& done) {
+  const container::GroupHeader& group = group_.header;
+  std::size_t node = 0, vertex = 0, data = 0;
+  for (const SegmentPiece::Cell& cell : piece.cells) {
+    if (cell.block == SegmentPiece::kLoose) {
+      begin_element(false);
+      const std::uint64_t number = number_of(piece.vertices[vertex]);
+      if (!numbered_by_birth_) shifts_.add_loose(number);
+      take_vertex(piece, vertex, number);
+      ++group_.header.loose_vertices;
+      group_.header.max_active_vertices = std::max(group.max_active_vertices, active_ + 1);
+    } else {
+      if (group.loose_vertices > 0) flush_group(done);  // they stand last in their group
+      begin_element(true);
+      code_cell(piece, cell, std::span(piece.nodes).subspan(node, cell.nodes), vertex);
+      if (has_values_) values_.add_cell(cell.block, piece.cell_data.data() + data);
+      data += values_.cell_bytes(cell.block);
+    }
+    node += cell.nodes;
+    vertex += cell.new_vertices;
+    if (group.cells >= group_cells_ || holds_full_bytes() ||
+        (group.loose_vertices > 0 && group.vertices >= kFullGroupVertices))
+      flush_group(done);
+  }
+  return {};
+}
+
+void ShiftSegmentEncoder::end(std::vector<EncodedGroup>& done) {
+  const container::GroupHeader& group = group_.header;
+  if (group.cells + group.vertices + group.imported_vertices > 0) flush_group(done);
+}
+
+bool ShiftSegmentEncoder::holds_full_bytes() const {
+  const container::GroupHeader& group = group_.header;
+  return group.decoded_bytes >= kFullGroupBytes ||
+         group.vertices * vertex_step_bytes_ >= kFullGroupBytes ||
+         group.cells * cell_step_bytes_ >= kFullGroupBytes;
+}
+
+void ShiftSegmentEncoder::code_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
+                                    std::span<const std::uint32_t> nodes, std::size_t vertex) {
+  CellMarks marks;
+  marks.block = cell.block;
+  marks.last_use = cell.last_use;
+  corners_.resize(nodes.size());
+  const std::size_t end = vertex + cell.new_vertices;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (vertex < end && piece.vertices[vertex].handle == nodes[i]) {
+      const SegmentPiece::Vertex& born = piece.vertices[vertex];
+      at_slot(number_of_, nodes[i]) = number_of(born);
+      marks.births |= std::uint64_t{1} << i;
+      if (born.imported) marks.imports |= std::uint64_t{1} << i;
+      take_vertex(piece, vertex++, number_of_[nodes[i]]);
+    }
+    corners_[i] = number_of_[nodes[i]];
+  }
+  shifts_.add_cell(marks, corners_);
+  cell_blocks_.push_back(cell.block);
+  if (tells_order_) group_.cell_numbers.push_back(cell.number);
+
+  container::GroupHeader& group = group_.header;
+  if (group.cells % kNoteEvery == 0) note_lags();
+  active_ += cell.new_vertices;
+  group.max_active_vertices = std::max(group.max_active_vertices, active_);
+  for (std::uint64_t left = cell.last_use; left != 0; left &= left - 1) {
+    const auto i = static_cast<std::size_t>(std::countr_zero(left));
+    bool again = false;  // a vertex may stand at several corners
+    for (std::size_t j = 0; j < i; ++j)
+      again = again || (nodes[j] == nodes[i] && (cell.last_use >> j & 1) != 0);
+    active_ -= again ? 0 : 1;
+  }
+  group.decoded_bytes += values_.cell_bytes(cell.block) + 8 * nodes.size();
+  ++group.cells;
+  const BlockInfo& block = schema_->blocks[cell.block];
+  group_.hexahedra += block.shape == CellShape::hexahedron && nodes.size() >= 8 ? 1 : 0;
+}
+
+/// The number that a vertex is born with.
+std::uint64_t ShiftSegmentEncoder::number_of(const SegmentPiece::Vertex& vertex) const {
+  if (!numbered_by_birth_) return vertex.number;
+  return vertex.imported ? next_import_ : next_own_;
+}
+
+void ShiftSegmentEncoder::take_vertex(const SegmentPiece& piece, std::size_t index,
+                                      std::uint64_t number) {
+  const SegmentPiece::Vertex& vertex = piece.vertices[index];
+  container::GroupHeader& group = group_.header;
+  group.decoded_bytes += values_.vertex_bytes();
+  if (has_values_) {
+    push_tightly(born_, number);
+    values_.add_vertex(piece.vertex_values.data() + index * values_.vertex_bytes());
+  }
+  if (vertex.imported) {
+    ++group.imported_vertices;
+    ++next_import_;
+    if (numbered_by_birth_) group_.imports.push_back({vertex.ticket, 0, {}});
+  } else {
+    ++group.vertices;
+    ++next_own_;
+    if (tells_order_) group_.born.push_back({vertex.number, vertex.ticket});
+  }
+}
+
+// --- lags
+
+void ShiftSegmentEncoder::note_lags() {
+  std::uint64_t spread = 0;
+  for (std::uint64_t number : corners_) spread = std::max(spread, distance(corners_[0], number));
+  ++spreads_[static_cast<std::size_t>(std::bit_width(spread))];
+  if (corners_.size() >= 8) {
+    for (std::size_t along : {1, 3, 4}) note(lags_, distance(corners_[0], corners_[along]), 1);
+  } else {
+    for (std::size_t i = 1; i < corners_.size(); ++i)
+      note(lags_, distance(corners_[0], corners_[i]), 1);
+  }
+}
+
+/// Cells of rows and layers: how far from one to the next that was said by the same rare shift.
+std::vector<std::uint32_t> ShiftSegmentEncoder::cell_lags() const {
+  std::array<std::size_t, 256> last{};  // place + 1
+  std::vector<Lag> lags;
+  const auto symbols = shifts_.symbols();
+  for (std::size_t i = 0; i < symbols.size(); ++i) {
+    const std::size_t before = std::exchange(last[symbols[i]], i + 1);
+    const std::size_t lag = i + 1 - before;
+    if (before > 0) note(lags, lag, lag == 1 ? 2 : lag);  // of a row as much as of all its cells
+  }
+  return chosen(std::move(lags));
+}
+
+// --- groups
+
+void ShiftSegmentEncoder::add_stream(const container::StreamEntry& entry,
+                                     std::vector<std::byte> bytes) {
+  group_.header.streams.push_back(entry);
+  group_.header.streams.back().bytes = bytes.size();
+  group_.header.streams.back().checksum = checksum(bytes);
+  group_.streams.push_back(std::move(bytes));
+}
+
+void ShiftSegmentEncoder::begin_element(bool is_cell) {
+  if (!predicts() || !tile_ends_.before(is_cell, group_.header.decoded_bytes)) return;
+  vertices_.tile_begin.push_back(born_.size());
+  cells_.tile_begin.push_back(cell_blocks_.size());
+}
+
+/// So many that what a cell spans is remembered, in nearly all cells; where that is little, what is
+/// two and three layers back as well.
+std::uint32_t ShiftSegmentEncoder::ring_bits() const {
+  const std::uint32_t noted = std::accumulate(spreads_.begin(), spreads_.end(), 0u);
+  std::uint32_t bits = 1, within = spreads_[0];
+  while (bits < spreads_.size() && (within += spreads_[bits]) * 20ull < noted * 19ull) ++bits;
+  return std::max(std::min(std::max(bits, std::min(bits + 2, kFarRingBits)),
+                           most_ring_bits(group_.header.cells)),
+                  neighbours_.ring_bits());
+}
+
+void ShiftSegmentEncoder::find_neighbours(std::span<const std::byte> shifts) {
+  const container::GroupHeader& group = group_.header;
+  neighbours_.begin_group(ring_bits(), group.cells);
+  if (!predicts()) return;
+  const std::size_t vertices = born_.size();
+  vertices_.items.reserve(vertices);
+  if (has_static_cell_arrays(*schema_)) cells_.items.reserve(group.cells);
+  told_again_.begin_group(shifts, group.cells, ~std::uint64_t{0}, scratch_.zstd);
+  std::vector<std::uint64_t> numbers(kShiftedCellsAtOnce * told_again_.most_nodes());
+  for (std::size_t left = group.cells; left > 0;) {
+    const auto [marks, count] =
+        told_again_.next_cells(numbers.data(), std::min(left, kShiftedCellsAtOnce));
+    if (marks == nullptr) return;  // there was no memory for the bitstream either
+    const std::size_t nodes = count * told_again_.nodes(marks->block);
+    neighbours_.add_cells(*marks, std::span(numbers).first(nodes), count, vertices_.items,
+                          cells_.items);
+    left -= count;
+  }
+  for (std::size_t loose = vertices - static_cast<std::size_t>(group.loose_vertices);
+       loose < vertices; ++loose)
+    neighbours_.add_loose(born_[loose], vertices_.items);
+  cells_.blocks = cell_blocks_;
+}
+
+void ShiftSegmentEncoder::add_columns() {
+  std::vector<std::uint64_t> cells;
+  for (std::size_t c = 0; c < columns_.size(); ++c) {
+    const bool of_cells = values_.of_cells(c);
+    if (of_cells) {
+      cells.clear();
+      for (std::size_t i = 0; i < cell_blocks_.size(); ++i)
+        if (schema_->array_covers(values_.array(c), cell_blocks_[i]))
+          cells.push_back(next_cell_ + i);
+    }
+    const std::span<const std::uint64_t> numbers = of_cells ? cells : born_;
+    if (!numbers.empty()) add_column(c, numbers);
+  }
+}
+
+/// `numbers` of the elements that have a value.
+void ShiftSegmentEncoder::add_column(std::size_t c, std::span<const std::uint64_t> numbers) {
+  const bool of_cells = values_.of_cells(c);
+  container::StreamEntry entry;
+  entry.kind = c == 0 ? StreamKind::geometry : StreamKind::array;
+  entry.array = values_.array(c);
+  entry.needs = 1u << static_cast<unsigned>(StreamKind::connectivity);
+  if (predicts() && predicted_[c]) {
+    predicted_[c]->make_room(neighbours_.slots());
+    auto encoded = predicted_[c]->encode(of_cells ? cells_ : vertices_, values_.values(c),
+                                         values_.stride(c), level_);
+    entry.codec = stream_codec(encoded.codec);
+    if (encoded.codec == ColumnCodec::shuffled_zstd) columns_[c].forget();
+    return add_stream(entry, std::move(encoded.bytes));
+  }
+  auto encoded = columns_[c].encode(numbers, values_.values(c), values_.stride(c),
+                                    of_cells ? by_cell_ : by_vertex_, scratch_);
+  entry.codec = stream_codec(encoded.codec);
+  add_stream(entry, std::move(encoded.bytes));
+}
+
+void ShiftSegmentEncoder::flush_group(std::vector<EncodedGroup>& done) {
+  // Lags of cells are told by their symbols, which go with the stream.
+  by_vertex_ = chosen(lags_);
+  by_cell_ = cell_lags();
+  const std::vector<std::byte> shifts = shifts_.finish(scratch_.zstd);
+  if (has_rings_) find_neighbours(shifts);
+  ByteWriter said;
+  said.put_u8(static_cast<std::uint8_t>(has_rings_ ? neighbours_.ring_bits() : 0));
+  said.put_bytes(shifts);
+  container::StreamEntry connectivity;
+  connectivity.kind = StreamKind::connectivity;
+  connectivity.codec = container::Codec::shifts;
+  add_stream(connectivity, std::move(said.bytes));
+  if (has_values_) add_columns();
+  group_.header.box = values_.box();
+  group_.ranges = values_.ranges();
+  values_.clear();
+  born_.clear();
+  cell_blocks_.clear();
+  vertices_.clear();
+  cells_.clear();
+  tile_ends_ = {};
+  lags_.clear();
+  spreads_ = {};
+  next_cell_ += group_.header.cells;
+  next_vertex_ += group_.header.vertices;
+  done.push_back(std::exchange(group_, group_like(group_)));
+  start_group();
+}
+
+}  // namespace shm

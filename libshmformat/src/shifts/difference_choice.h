@@ -1,0 +1,24 @@
+// Difference choice: which factors predict the values of a group best. Encoder only.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "shifts/differences.h"
+
+namespace shm {
+
+/// The values of a group, and what came before it.
+struct GroupIndices {
+  std::span<const std::uint64_t> numbers;             ///< of the elements
+  std::span<const std::vector<std::int64_t>> values;  ///< by component
+  std::span<const std::uint64_t> ring;                ///< by number and component
+  std::size_t ring_stride = 0;                        ///< from one number to the next
+};
+
+/// Of products of differences along these lags; none where nothing helps. `known` before the group.
+std::vector<Factor> choose_factors(ScalarType type, DomainKind kind, const GroupIndices& group,
+                                   const KnownNumbers& known, std::span<const std::uint32_t> lags);
+
+}  // namespace shm

@@ -1,0 +1,382 @@
+#include "shifts/difference_column.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "bytes/byte_cursor.h"
+#include "bytes/packing.h"
+#include "shifts/difference_choice.h"
+#include "values/domain_choice.h"
+#include "values/shuffled_zstd.h"
+
+namespace shm {
+namespace {
+
+constexpr int kPlaneZstdLevel = 1;
+
+/// Values of one component, `stride` bytes apart, in host order, as bits in the low bytes.
+template <class Bits>
+void load_as(const std::byte* values, std::size_t stride, std::span<std::uint64_t> bits) {
+  for (std::uint64_t& it : bits) {
+    Bits value;
+    std::memcpy(&value, values, sizeof value);
+    it = value;
+    values += stride;
+  }
+}
+void load(const std::byte* values, std::size_t stride, std::size_t width,
+          std::span<std::uint64_t> bits) {
+  switch (width) {
+    case 1: return load_as<std::uint8_t>(values, stride, bits);
+    case 2: return load_as<std::uint16_t>(values, stride, bits);
+    case 4: return load_as<std::uint32_t>(values, stride, bits);
+    default: return load_as<std::uint64_t>(values, stride, bits);
+  }
+}
+
+template <class Bits>
+void save_as(std::span<const std::uint64_t> bits, std::byte* to, std::size_t stride) {
+  for (std::uint64_t it : bits) {
+    const auto value = static_cast<Bits>(it);
+    std::memcpy(to, &value, sizeof value);
+    to += stride;
+  }
+}
+void save(std::span<const std::uint64_t> bits, std::byte* to, std::size_t stride,
+          std::size_t width) {
+  switch (width) {
+    case 1: return save_as<std::uint8_t>(bits, to, stride);
+    case 2: return save_as<std::uint16_t>(bits, to, stride);
+    case 4: return save_as<std::uint32_t>(bits, to, stride);
+    default: return save_as<std::uint64_t>(bits, to, stride);
+  }
+}
+
+/// Indices of values and back. Unlike a ValueTranslator it has one for every integer; of the other
+/// domains all values must have one.
+template <class Work>
+decltype(auto) with_translation(const ArrayInfo& info, std::size_t component,
+                                const ValueDomain& domain, Work&& work) {
+  if (domain.kind == DomainKind::integers)
+    return work([whole = WholeDifferences::of(info.type)](
+                    std::uint64_t bits) { return whole.within(bits); },
+                [](std::int64_t index) { return static_cast<std::uint64_t>(index); });
+  if (domain.kind == DomainKind::floats && info.type == ScalarType::float32)
+    return work(
+        [](std::uint64_t bits) { return ordered_index_of(static_cast<std::uint32_t>(bits)); },
+        [](std::int64_t index) -> std::uint64_t { return ordered_bits<std::uint32_t>(index); });
+  if (domain.kind == DomainKind::floats)
+    return work([](std::uint64_t bits) { return ordered_index_of(bits); },
+                [](std::int64_t index) { return ordered_bits<std::uint64_t>(index); });
+  const ValueTranslator translator(info, component, domain);
+  return work([&translator](std::uint64_t bits) { return translator.index(bits).value_or(0); },
+              [&translator](std::int64_t index) { return translator.bits(index); });
+}
+
+/// Whether all values of an array may be of a domain, none odd. A quantized one may hold values
+/// that are not: then all are said as they stand.
+bool may_be(const ArrayInfo& info, const ValueDomain& domain) {
+  return domain.kind != DomainKind::digits &&
+         (domain.fits(info) || (is_float(info.type) && domain == ValueDomain()));
+}
+
+/// Whether components of these domains are predicted in one way, as those of an array must be.
+bool predicted_alike(DomainKind a, DomainKind b) {
+  const auto is_float = [](DomainKind kind) {
+    return kind == DomainKind::floats || kind == DomainKind::narrow;
+  };
+  return is_float(a) || is_float(b) ? a == b : true;
+}
+
+/// Most bytes of a residual.
+std::uint32_t most_bytes(ScalarType type, DomainKind kind) {
+  if (kind == DomainKind::narrow) return 4;
+  const bool as_stored = kind == DomainKind::floats || kind == DomainKind::integers;
+  return as_stored ? static_cast<std::uint32_t>(scalar_bytes(type)) : 8;
+}
+
+/// Bytes of the largest residual.
+std::uint32_t bytes_for(std::uint64_t residuals) {
+  return static_cast<std::uint32_t>((std::bit_width(residuals) + 7) / 8);
+}
+
+}  // namespace
+
+DifferenceColumn::DifferenceColumn(const ArrayInfo& info, bool may_differ)
+    : info_(std::make_shared<ArrayInfo>(info)),
+      may_differ_(may_differ),
+      width_(scalar_bytes(info.type)),
+      components_(info.components) {}
+
+/// Before a group in differences, of `count` elements.
+void DifferenceColumn::begin(std::span<const Factor> factors, std::span<const ValueDomain> domains,
+                             std::uint64_t count) {
+  bool goes_on = remembers_;
+  for (std::size_t c = 0; c < components_.size(); ++c) {
+    goes_on = goes_on && components_[c].domain == domains[c];
+    components_[c].domain = domains[c];
+  }
+  if (!goes_on) {
+    known_.clear(places_for(count));
+    ring_.assign(known_.places() * ring_stride(), 0);  // zero is remembered as 0 by all
+    last_.assign(components_.size(), 0);
+  }
+  remembers_ = true;
+  taps_ = taps_of(factors);
+}
+
+template <class Code>
+void DifferenceColumn::for_each_value(std::span<const std::uint64_t> numbers, Code&& code) {
+  with_differences(info_->type, components_[0].domain.kind, [&](const auto& differences) {
+    switch (components_.size()) {
+      case 1: return walk<1>(differences, numbers, code);
+      case 3: return walk<3>(differences, numbers, code);
+      default: return walk<0>(differences, numbers, code);
+    }
+  });
+}
+
+/// kComponents: how many there are; 0: any number.
+template <std::size_t kComponents, class Differences, class Code>
+void DifferenceColumn::walk(const Differences& differences, std::span<const std::uint64_t> numbers,
+                            Code& code) {
+  using Sum = typename Differences::Sum;
+  constexpr std::size_t kLanes = kComponents == 3 ? 4 : kComponents;  // as the ring has
+  const std::size_t count = kComponents > 0 ? kComponents : components_.size();
+  const std::size_t lanes = kComponents > 0 ? kLanes : count;
+  std::vector<Sum> room(kComponents > 0 ? 0 : count);
+  std::array<Sum, std::max<std::size_t>(kLanes, 1)> few;
+  Sum* const sums = kComponents > 0 ? few.data() : room.data();
+  std::uint64_t* const ring = ring_.data();
+  std::uint64_t* const last = last_.data();
+  struct Weighed {
+    std::uint64_t back;
+    Sum weight;
+  };
+  std::vector<Weighed> taps;
+  for (const Tap& tap : taps_) taps.push_back({tap.back, Differences::weight(tap.count)});
+  for (std::size_t e = 0; e < numbers.size(); ++e) {
+    const std::uint64_t number = numbers[e];
+    // What is farthest back stands for all; where another is not known, it is what its place holds.
+    if (!taps.empty() && known_.has(number - taps[0].back)) {
+      for (std::size_t c = 0; c < lanes; ++c) sums[c] = Sum{};
+      for (const Weighed& tap : taps) {
+        const std::uint64_t* const at = ring + known_.place(number - tap.back) * lanes;
+        for (std::size_t c = 0; c < lanes; ++c)
+          sums[c] = Differences::add(sums[c], tap.weight, at[c]);
+      }
+    } else {
+      for (std::size_t c = 0; c < count; ++c) sums[c] = Differences::sum_of(last[c]);
+    }
+    std::uint64_t* const self = ring + known_.place(number) * lanes;
+    for (std::size_t c = 0; c < count; ++c)
+      self[c] = last[c] = differences.remember(code(differences, e, c, differences.index(sums[c])));
+    known_.add(number);
+  }
+}
+
+// --- encoding
+
+/// Either all are evenly spaced, or all float32, or none is anything, so that one kind of
+/// prediction does for all components.
+std::vector<ValueDomain> DifferenceColumn::choose_domains(
+    std::span<const std::vector<std::uint64_t>> bits) const {
+  std::vector<ValueDomain> domains;
+  for (std::size_t c = 0; c < bits.size(); ++c) {
+    const ValueDomain& before = components_[c].domain;
+    const bool keeps = remembers_ && info_->quantization.bits == 0 &&
+                       before.kind != DomainKind::floats && still_fits(*info_, c, before, bits[c]);
+    domains.push_back(keeps ? before : evenly_spaced_domain(*info_, c, bits[c]));
+    if (domains[c].kind == DomainKind::floats) return std::vector<ValueDomain>(bits.size());
+    if (!predicted_alike(domains[c].kind, domains[0].kind)) {
+      const ValueDomain narrow{DomainKind::narrow};
+      const bool all = std::all_of(bits.begin(), bits.end(), [&](const auto& component) {
+        return still_fits(*info_, 0, narrow, component);
+      });
+      return std::vector<ValueDomain>(bits.size(), all ? narrow : ValueDomain());
+    }
+  }
+  return domains;
+}
+
+/// Where values are quantized but for some, the others take their rounded values all the same.
+void DifferenceColumn::round_where_odd(std::span<const ValueDomain> domains,
+                                       std::span<std::vector<std::uint64_t>> bits) const {
+  for (std::size_t c = 0; c < bits.size(); ++c) {
+    if (domains[c].kind == DomainKind::quantized) continue;
+    const ValueTranslator translator(*info_, c, {DomainKind::quantized});
+    for (std::uint64_t& it : bits[c])
+      if (const auto index = translator.index(it)) it = translator.bits(*index);
+  }
+}
+
+std::vector<std::byte> DifferenceColumn::encode_differences(std::span<const std::uint64_t> numbers,
+                                                            std::span<const std::uint32_t> lags,
+                                                            DifferenceScratch& scratch) {
+  const std::span bits = std::span(scratch.words).first(components_.size());
+  const std::span indices = std::span(scratch.indices).first(components_.size());
+  const std::vector<ValueDomain> domains = choose_domains(bits);
+  if (info_->quantization.bits > 0) round_where_odd(domains, bits);
+  begin({}, domains, numbers.size());
+  for (std::size_t c = 0; c < bits.size(); ++c) {
+    indices[c].resize(numbers.size());
+    with_translation(*info_, c, domains[c], [&](auto&& index_of, auto&&) {
+      for (std::size_t e = 0; e < numbers.size(); ++e) indices[c][e] = index_of(bits[c][e]);
+    });
+  }
+  const std::vector<Factor> factors = choose_factors(
+      info_->type, domains[0].kind, {numbers, indices, ring_, ring_stride()}, known_, lags);
+  begin(factors, domains, numbers.size());
+  const std::span residuals = bits;  // their room is free by now
+  for_each_value(
+      numbers, [&](const auto& differences, std::size_t e, std::size_t c, std::int64_t predicted) {
+        const std::int64_t index = indices[c][e];
+        residuals[c][e] = differences.residual(index, predicted);
+        return index;
+      });
+
+  ByteWriter out;
+  out.put_varint(numbers.size());
+  out.put_u8(static_cast<std::uint8_t>(factors.size()));
+  for (const Factor& factor : factors) {
+    out.put_varint(factor.lag);
+    out.put_u8(static_cast<std::uint8_t>(factor.order));
+  }
+  std::vector<std::byte>& planes = scratch.planes;
+  planes.clear();
+  for (std::size_t c = 0; c < components_.size(); ++c) {
+    std::uint64_t largest = 0;
+    for (std::uint64_t it : residuals[c]) largest |= it;
+    const std::uint32_t width = bytes_for(largest);
+    out.put_u8(static_cast<std::uint8_t>(domains[c].kind));
+    out.put_signed(domains[c].exponent);
+    out.put_u8(static_cast<std::uint8_t>(width));
+    const std::size_t at = planes.size();
+    planes.resize(at + width * numbers.size());
+    for (std::uint32_t b = 0; b < width; ++b)
+      for (std::size_t e = 0; e < numbers.size(); ++e)
+        planes[at + b * numbers.size() + e] = static_cast<std::byte>(residuals[c][e] >> 8 * b);
+  }
+  scratch.zstd.compress(planes, kPlaneZstdLevel, out.bytes);
+  return std::move(out.bytes);
+}
+
+auto DifferenceColumn::encode(std::span<const std::uint64_t> numbers, const std::byte* values,
+                              std::size_t stride, std::span<const std::uint32_t> lags,
+                              DifferenceScratch& scratch) -> Encoded {
+  scratch.words.resize(std::max(scratch.words.size(), components_.size()));
+  scratch.indices.resize(scratch.words.size());
+  for (std::size_t c = 0; c < components_.size(); ++c) {
+    scratch.words[c].resize(numbers.size());
+    load(values + c * width_, stride, width_, scratch.words[c]);
+  }
+  Encoded differences;
+  if (may_differ_) {
+    differences.bytes = encode_differences(numbers, lags, scratch);
+    if (is_float(info_->type)) return differences;
+  }
+  // Whole numbers may be names of materials: which repeat, and are not evenly spaced.
+  std::vector<std::byte> packed(numbers.size() * components_.size() * width_);
+  const std::size_t bytes = components_.size() * width_;
+  for (std::size_t e = 0; e < numbers.size(); ++e)
+    std::memcpy(packed.data() + e * bytes, values + e * stride, bytes);
+  Encoded shuffled{BulkCodec::shuffled_zstd,
+                   pack_shuffled(shm::shuffled(packed, width_), kPlaneZstdLevel)};
+  if (may_differ_ && differences.bytes.size() <= shuffled.bytes.size()) return differences;
+  remembers_ = false;
+  return shuffled;
+}
+
+// --- decoding
+
+bool DifferenceColumn::begin_group(BulkCodec codec, std::span<const std::byte> bytes,
+                                   std::uint64_t limit, Zstd& zstd) {
+  codec_ = codec;
+  next_ = 0;
+  const std::size_t element = components_.size() * width_;
+  if (codec == BulkCodec::differences) return read_differences(bytes, limit / element, zstd);
+  remembers_ = false;
+  auto unpacked = unpack_shuffled(bytes, width_, limit);
+  if (!unpacked || unpacked->size() % element != 0) return false;
+  unpacked_ = std::move(*unpacked);
+  count_ = unpacked_.size() / element;
+  return true;
+}
+
+bool DifferenceColumn::read_differences(std::span<const std::byte> bytes, std::uint64_t most,
+                                        Zstd& zstd) {
+  ByteReader in(bytes);
+  count_ = in.get_varint();
+  if (!in.ok() || count_ == 0 || count_ > most) return false;
+  std::vector<Factor> factors(in.get_u8());
+  if (factors.size() > kMostFactors) return false;
+  for (Factor& factor : factors) {
+    factor.lag = in.get_varint32();
+    factor.order = in.get_u8();
+    if (factor.lag == 0 || factor.order == 0 || factor.order > kMostOrder) return false;
+  }
+  std::vector<ValueDomain> domains(components_.size());
+  std::uint64_t planes = 0;
+  for (std::size_t c = 0; c < components_.size(); ++c) {
+    const std::uint8_t kind = in.get_u8();
+    const std::int64_t exponent = in.get_signed();
+    const std::uint8_t width = in.get_u8();
+    if (!in.ok() || kind >= kDomainKinds || exponent < -1074 || exponent > 1074) return false;
+    domains[c].kind = static_cast<DomainKind>(kind);
+    domains[c].exponent = static_cast<std::int32_t>(exponent);
+    if (!may_be(*info_, domains[c]) || width > most_bytes(info_->type, domains[c].kind))
+      return false;
+    if (!predicted_alike(domains[c].kind, domains[0].kind)) return false;
+    components_[c].width = width;
+    components_[c].planes = static_cast<std::size_t>(planes);
+    planes += width * count_;
+  }
+  if (!zstd.decompress(in.get_bytes(in.left()), planes, unpacked_)) return false;
+  begin(factors, domains, count_);
+  return true;
+}
+
+bool DifferenceColumn::decode(std::span<const std::uint64_t> numbers, std::vector<std::byte>& out,
+                              DifferenceScratch& scratch) {
+  if (numbers.size() > count_ - next_) return false;
+  if (numbers.empty()) return true;
+  const std::size_t bytes = components_.size() * width_;
+  const std::size_t at = out.size();
+  if (codec_ == BulkCodec::shuffled_zstd) {
+    const auto from = unpacked_.begin() + static_cast<std::ptrdiff_t>(next_ * bytes);
+    out.insert(out.end(), from, from + static_cast<std::ptrdiff_t>(numbers.size() * bytes));
+  } else {
+    out.resize(at + numbers.size() * bytes);
+    scratch.words.resize(std::max(scratch.words.size(), components_.size()));
+    const std::span words = std::span(scratch.words).first(components_.size());
+    for (std::size_t c = 0; c < words.size(); ++c) {
+      words[c].resize(numbers.size());
+      read_residuals(c, words[c]);
+    }
+    for_each_value(numbers, [&](const auto& differences, std::size_t e, std::size_t c,
+                                std::int64_t predicted) {
+      const std::int64_t index = differences.value(words[c][e], predicted);
+      words[c][e] = static_cast<std::uint64_t>(index);
+      return index;
+    });
+    for (std::size_t c = 0; c < words.size(); ++c)
+      with_translation(*info_, c, components_[c].domain, [&](auto&&, auto&& bits_of) {
+        for (std::uint64_t& it : words[c]) it = bits_of(static_cast<std::int64_t>(it));
+        save(words[c], out.data() + at + c * width_, bytes, width_);
+      });
+  }
+  next_ += numbers.size();
+  return true;
+}
+
+/// Of the next elements.
+void DifferenceColumn::read_residuals(std::size_t c, std::span<std::uint64_t> out) const {
+  std::fill(out.begin(), out.end(), 0);
+  if (components_[c].width == 0) return;  // All planes of the stream may be empty, and it too.
+  const std::byte* plane = unpacked_.data() + components_[c].planes + next_;
+  for (std::uint32_t b = 0; b < components_[c].width; ++b, plane += count_)
+    for (std::size_t e = 0; e < out.size(); ++e)
+      out[e] |= std::to_integer<std::uint64_t>(plane[e]) << 8 * b;
+}
+
+}  // namespace shm

@@ -1,0 +1,154 @@
+#include "shifts/shift_neighbours.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "surface/hexahedron.h"
+
+namespace shm {
+namespace {
+
+/// Where the neighbours of a lattice are, as corner bits that differ, in the order of
+/// Neighbourhood::at.
+constexpr std::array<std::uint32_t, 7> kLatticeBits = {1, 2, 4, 3, 5, 6, 7};
+
+}  // namespace
+
+bool needs_ring(const Schema& schema) {
+  return std::any_of(schema.arrays.begin(), schema.arrays.end(),
+                     [](const ArrayInfo& array) { return array.per_step; });
+}
+
+void ShiftNeighbours::Ring::clear(std::size_t places) {
+  number.resize(places);
+  for (std::size_t i = 0; i < places; ++i) number[i] = i ^ 1;  // of no place i
+  full.assign(places, 0);
+}
+
+void ShiftNeighbours::Ring::look_for_thirds(Neighbourhood& it) const {
+  std::uint32_t known = it.known;
+  for (std::uint32_t a = 0; a < 3; ++a)
+    if ((known >> a & 1) != 0 && full[it.at[a]] != 0) known |= Neighbourhood::kThird << a;
+  it.known = static_cast<std::uint16_t>(known);
+}
+
+ShiftNeighbours::ShiftNeighbours(const Schema& schema, bool of_vertices, bool of_cells)
+    : of_vertices_(of_vertices), of_cells_(of_cells) {
+  for (const BlockInfo& block : schema.blocks) {
+    const bool solid = block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8;
+    const bool flat = block.shape == CellShape::quad && block.nodes_per_cell >= 4;
+    axes_.push_back(solid ? 3 : flat ? 2 : 0);
+  }
+}
+
+bool ShiftNeighbours::begin_group(std::uint32_t bits, std::uint64_t elements) {
+  tells_ = bits > 0;
+  if (!tells_ || bits == ring_bits_) return true;
+  if (bits > most_ring_bits(elements)) return false;
+  ring_bits_ = bits;
+  if (of_vertices_) vertices_.clear(std::size_t{1} << bits);
+  if (of_cells_) cells_.clear(std::size_t{1} << bits);
+  last_cell_ = kNone;
+  return true;
+}
+
+void ShiftNeighbours::add_cells(const CellMarks& marks, std::span<const std::uint64_t> numbers,
+                                std::size_t count, std::vector<Neighbourhood>& vertices,
+                                std::vector<Neighbourhood>& cells) {
+  if (!tells_) return;
+  const std::size_t nodes = numbers.size() / count;
+  for (std::size_t c = 0; c < count; ++c) {
+    if (of_vertices_) add_vertices(marks, numbers.data() + c * nodes, vertices);
+    if (of_cells_) add_cell(axes(marks.block), numbers.data() + c * nodes, cells);
+  }
+}
+
+void ShiftNeighbours::add_loose(std::uint64_t number, std::vector<Neighbourhood>& vertices) {
+  if (!tells_ || !of_vertices_) return;
+  Neighbourhood& it = vertices.emplace_back();
+  it.self = vertices_.place(number);
+  vertices_.add(it, number);
+}
+
+void ShiftNeighbours::add_vertices(const CellMarks& marks, const std::uint64_t* numbers,
+                                   std::vector<Neighbourhood>& vertices) {
+  const std::uint32_t axes = this->axes(marks.block);
+  for (std::uint64_t left = marks.births; left != 0; left &= left - 1) {
+    const auto position = static_cast<std::uint32_t>(std::countr_zero(left));
+    Neighbourhood& it = vertices.emplace_back();
+    it.self = vertices_.place(numbers[position]);
+    if (position < 1u << axes && axes > 0) {
+      look_around(it, position, left, numbers, axes);
+    } else if (position > 0) {
+      it.at[0] = vertices_.place(numbers[position - 1]);
+      it.known = Neighbourhood::kNear;
+    }
+    vertices_.add(it, numbers[position]);
+  }
+}
+
+/// `births`: positions of vertices that are not there yet, this one and those that come after it.
+void ShiftNeighbours::look_around(Neighbourhood& it, std::uint32_t position, std::uint64_t births,
+                                  const std::uint64_t* numbers, std::uint32_t axes) const {
+  const std::uint64_t self = numbers[position];
+  const std::uint32_t bits = kCornerBits[position];
+  it.kind = axes == 3 ? Neighbourhood::lattice : Neighbourhood::flat;
+  it.corner = static_cast<std::uint8_t>(bits);
+  std::uint32_t known = 0;
+  for (std::uint32_t i = 0; i < kLatticeBits.size(); ++i) {
+    if (kLatticeBits[i] >> axes != 0) continue;
+    const std::uint32_t at = kCornerBits[bits ^ kLatticeBits[i]];
+    if ((births >> at & 1) != 0) continue;
+    it.at[i] = vertices_.place(numbers[at]);
+    known |= 1u << i;
+    if (i >= axes) continue;
+    const std::uint64_t by = self - numbers[at];
+    if (!vertices_.has(numbers[at] - by)) continue;
+    it.at[kAtBeyond + i] = vertices_.place(numbers[at] - by);
+    known |= Neighbourhood::kBeyond << i;
+    if (!vertices_.has(numbers[at] - 2 * by)) continue;
+    it.at[kAtFarther + i] = vertices_.place(numbers[at] - 2 * by);
+    known |= Neighbourhood::kFarther << i;
+  }
+  it.known = static_cast<std::uint16_t>(known);
+  vertices_.look_for_thirds(it);
+}
+
+/// A cell is known by its last corner. What lies behind its sides is, where cells stand alike,
+/// known by the corners before that one.
+void ShiftNeighbours::add_cell(std::uint32_t axes, const std::uint64_t* numbers,
+                               std::vector<Neighbourhood>& cells) {
+  Neighbourhood& it = cells.emplace_back();
+  const std::uint32_t last = (1u << axes) - 1;
+  const auto corner = [&](std::uint32_t bits) { return numbers[kCornerBits[bits]]; };
+  const std::uint64_t self = corner(last);
+  it.self = cells_.place(self);
+  std::uint32_t known = 0;
+  const auto take = [&](std::uint32_t i, std::uint64_t number) {
+    if (!cells_.has(number)) return false;
+    it.at[i] = cells_.place(number);
+    known |= 1u << i;
+    return true;
+  };
+  for (std::uint32_t i = 0; i < kLatticeBits.size(); ++i) {
+    if (kLatticeBits[i] >> axes != 0) continue;
+    const std::uint64_t number = corner(last ^ kLatticeBits[i]);
+    std::uint64_t by = number - self;
+    if (!take(i, number)) {
+      by = 0 - by;
+      if (i >= axes || !take(i, self + by)) continue;
+    }
+    if (i < axes && take(kAtBeyond + i, self + 2 * by)) take(kAtFarther + i, self + 3 * by);
+  }
+  if (axes > 0) it.kind = axes == 3 ? Neighbourhood::lattice : Neighbourhood::flat;
+  if (axes == 0 && last_cell_ != kNone) {
+    it.at[0] = last_cell_;
+    known = Neighbourhood::kNear;
+  }
+  it.known = static_cast<std::uint16_t>(known);
+  cells_.look_for_thirds(it);
+  cells_.add(it, self);
+  last_cell_ = it.self;
+}
+
+}  // namespace shm

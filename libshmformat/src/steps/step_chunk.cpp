@@ -1,0 +1,59 @@
+#include "steps/step_chunk.h"
+
+#include <utility>
+
+#include "segment/mesh_streams.h"
+#include "values/shuffled_zstd.h"
+
+namespace shm {
+
+Error wrong_step_values(const Schema& schema, const container::StepHeader& header,
+                        const std::string& detail, ErrorCode code) {
+  return Error{code,
+               "array '" + schema.arrays[header.array].name + "' at step " +
+                   std::to_string(header.step) + ": " + detail,
+               "step values",
+               kNoOffset,
+               {}};
+}
+
+Result<void> StepChunks::check_size(const container::StepHeader& header) const {
+  const ArrayInfo& info = schema_->arrays[header.array];
+  if (header.count <= most_bytes_ / (scalar_bytes(info.type) * info.components)) return {};
+  return wrong_step_values(
+      *schema_, header,
+      "a group takes more than the limit of " + std::to_string(most_bytes_) + " bytes",
+      ErrorCode::over_limit);
+}
+
+Result<std::vector<std::byte>> StepChunks::decode(const container::StepHeader& header,
+                                                  std::span<const std::byte> bytes,
+                                                  std::uint32_t segment,
+                                                  const ColumnElements* elements,
+                                                  std::span<const std::byte> reference) {
+  const auto wrong = [&](const std::string& detail) {
+    return wrong_step_values(*schema_, header, detail);
+  };
+  const ArrayInfo& info = schema_->arrays[header.array];
+  const std::uint64_t size = header.count * scalar_bytes(info.type) * info.components;
+  const StepReference kind = reference_kind(header);
+  const auto codec = column_codec(header.codec);
+  if (!codec) return wrong("its codec is unknown");
+  if (!may_need_elements(info) &&
+      (*codec != ColumnCodec::shuffled_zstd || kind != StepReference::nothing))
+    return wrong("has too many components for its codec");
+  if (!may_need_elements(info) || elements == nullptr) {
+    if (*codec != ColumnCodec::shuffled_zstd) return wrong("its codec is not the one expected");
+    auto values = unpack_shuffled(bytes, scalar_bytes(info.type), size);
+    if (!values || values->size() != size) return wrong("its bytes cannot be unpacked");
+    return std::move(*values);
+  }
+  if (*codec == ColumnCodec::mixed && info.components > kMostTableComponents)
+    return wrong("has too many components for its codec");
+  if (!column_.begin(segment, kind)) return wrong("refers to something else than the group before");
+  auto values = column_.decode(*elements, *codec, bytes, size, reference);
+  if (!values || values->size() != size) return wrong("its values make no sense");
+  return std::move(*values);
+}
+
+}  // namespace shm

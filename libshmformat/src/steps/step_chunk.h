@@ -1,0 +1,55 @@
+// StepChunks: the values of one stepped array at one step out of its chunks, for whoever knows
+// where these stand and what they refer to. spec: "Step values"
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "steps/step_values.h"
+
+namespace shm {
+
+/// A complaint about the step values with this header, of an array that there is; names no place.
+Error wrong_step_values(const Schema& schema, const container::StepHeader& header,
+                        const std::string& detail, ErrorCode code = ErrorCode::corrupt);
+
+/// What the header says that its values refer to.
+inline StepReference reference_kind(const container::StepHeader& header) {
+  switch (container::refers_to(header)) {
+    case container::RefersTo::nothing: break;
+    case container::RefersTo::step_before: return StepReference::before;
+    case container::RefersTo::trend: return StepReference::trend;
+  }
+  return StepReference::nothing;
+}
+
+class StepChunks {
+ public:
+  /// `schema` is checked and borrowed. `most_bytes`: of the values of a group.
+  StepChunks(const Schema& schema, std::uint64_t most_bytes, std::uint32_t array)
+      : schema_(&schema), most_bytes_(most_bytes), column_(schema, array) {}
+
+  /// Whether values of this array are ever told by the mesh.
+  static bool may_need_elements(const ArrayInfo& info) {
+    return info.components <= kMostStepComponents;
+  }
+  /// Before anything is made for the values: whether a group of so many is allowed.
+  Result<void> check_size(const container::StepHeader& header) const;
+  /// The values of the next chunk, of a group of `segment`. `elements`: of the group; null where
+  /// no chunk of the segment at this step needs any. `reference`: what its values refer to.
+  Result<std::vector<std::byte>> decode(const container::StepHeader& header,
+                                        std::span<const std::byte> bytes, std::uint32_t segment,
+                                        const ColumnElements* elements,
+                                        std::span<const std::byte> reference);
+
+ private:
+  const Schema* schema_;
+  std::uint64_t most_bytes_;
+  StepColumn<SplitDecoder> column_;
+};
+
+}  // namespace shm

@@ -1,0 +1,124 @@
+#include "steps/step_decoder.h"
+
+#include <algorithm>
+
+namespace shm {
+
+StepDecoder::StepDecoder(const Schema& schema, const ReadLimits& limits, TopologyReplay& topology,
+                         std::vector<std::uint64_t> elements)
+    : schema_(&schema),
+      limits_(limits),
+      mesh_(schema, topology, cover_numbers(schema)),
+      elements_(std::move(elements)),
+      most_(most_reference(schema, elements_)),
+      last_(schema.arrays.size()) {
+  for (std::uint32_t a = 0; a < last_.size(); ++a) {
+    last_[a].values = memory_of(schema.arrays[a], most_);
+    if (schema.arrays[a].per_step) mesh_.expect(a, elements_[a]);
+  }
+}
+
+Result<StepPiece> StepDecoder::read(const container::StepHeader& header,
+                                    std::span<const std::byte> bytes) {
+  if (header.array >= schema_->arrays.size() || !schema_->arrays[header.array].per_step)
+    return Error{ErrorCode::corrupt, "belongs to no stepped array", "step values", kNoOffset, {}};
+  if (header.step >= limits_.max_steps)
+    return wrong_step_values(*schema_, header,
+                             "the limit is " + std::to_string(limits_.max_steps) + " steps",
+                             ErrorCode::over_limit);
+  Last& last = last_[header.array];
+  if (array_ != header.array || header.step != last.step)
+    if (auto good = begin_step(header); !good) return good.error();
+  if (auto good = expect_group(header); !good) return good.error();
+  auto values = decode(header, bytes);
+  if (!values) return values.error();
+  StepPiece piece{header.array, header.step, last.first, std::move(*values)};
+  last.values.take(static_cast<std::size_t>(last.first) *
+                       static_cast<std::size_t>(piece.values.size() / header.count),
+                   piece.values);
+  last.first += header.count;
+  ++last.groups;
+  return piece;
+}
+
+/// A step begins when the last one, of whatever array, is complete.
+Result<void> StepDecoder::begin_step(const container::StepHeader& header) {
+  Last& last = last_[header.array];
+  if (!is_complete() || (last.begun && header.step <= last.step))
+    return wrong_step_values(*schema_, header,
+                             "begins before another step is complete, or behind a later one");
+  if (last.begun) {
+    last.step_before = last.step;
+    last.run = last.has_referred ? last.run + 1 : 1;
+  }
+  last.begun = true;
+  last.has_referred = false;
+  last.step = header.step;
+  last.first = 0;
+  last.groups = 0;
+  array_ = header.array;
+  chunks_.emplace(*schema_, limits_.max_group_bytes, header.array);
+  return {};
+}
+
+/// The group must be the next one that has elements of the array, and as many as the header says.
+Result<void> StepDecoder::expect_group(const container::StepHeader& header) {
+  const Last& last = last_[header.array];
+  if (header.count > elements_[header.array] - last.first)
+    return wrong_step_values(*schema_, header, "has more values than the mesh has elements");
+  if (header.group >= mesh_.groups())
+    return wrong_step_values(*schema_, header, "its group is none of the mesh");
+  const auto next = mesh_.nth_group(header.array, last.groups, header.group);
+  if (!next) return next.error();
+  if (*next == nullptr || (*next)->group < header.group)
+    return wrong_step_values(*schema_, header, "a group is missing or out of order");
+  if ((*next)->count != header.count)
+    return wrong_step_values(*schema_, header, "has another number of values than elements");
+  return {};
+}
+
+/// A trend needs two steps, of which the later one refers to a step itself: who begins to read
+/// between them has neither.
+Result<StepReference> StepDecoder::reference_of(const container::StepHeader& header) const {
+  const Last& last = last_[header.array];
+  const StepReference kind = reference_kind(header);
+  if (kind == StepReference::nothing) {
+    if (header.trend)
+      return wrong_step_values(*schema_, header, "has a trend, but refers to no step");
+    return kind;
+  }
+  if (last.run == 0 || header.reference_step != last.step_before ||
+      (kind == StepReference::trend && last.run < 2))
+    return wrong_step_values(*schema_, header, "refers to a step that is not the one before it");
+  if (schema_->arrays[header.array].quantization.lossy())
+    return wrong_step_values(*schema_, header, "refers to a step, but the array is quantized");
+  if (kind > schema_->step_references)
+    return wrong_step_values(*schema_, header, "refers to more steps than the schema allows");
+  if (kind > most_)
+    return wrong_step_values(*schema_, header, "refers to steps that are too large to hold");
+  return kind;
+}
+
+Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& header,
+                                                   std::span<const std::byte> bytes) {
+  Last& last = last_[header.array];
+  const ArrayInfo& info = schema_->arrays[header.array];
+  if (auto good = chunks_->check_size(header); !good) return good.error();
+  const auto kind = reference_of(header);
+  if (!kind) return kind.error();
+  last.has_referred = last.has_referred || *kind != StepReference::nothing;
+  ColumnElements elements;
+  if (StepChunks::may_need_elements(info)) {
+    const auto told = mesh_.elements(header.array, header.group);
+    if (!told) return told.error();
+    elements = *told;
+  }
+  const std::size_t stride = scalar_bytes(info.type) * info.components;
+  const auto reference =
+      last.values.reference(*kind, info, static_cast<std::size_t>(last.first) * stride,
+                            static_cast<std::size_t>(header.count) * stride);
+  return chunks_->decode(header, bytes, mesh_.segment_of(header.group),
+                         elements.items != nullptr ? &elements : nullptr, reference);
+}
+
+}  // namespace shm

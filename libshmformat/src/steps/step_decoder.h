@@ -1,0 +1,59 @@
+// StepDecoder: step_values chunks in, values of stepped arrays out. The mirror of step_encoder.h.
+// spec: "Step values"
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "shm/reader.h"
+#include "steps/step_chunk.h"
+
+namespace shm {
+
+class StepDecoder {
+ public:
+  /// `schema` is checked, borrowed, and so is `topology`, of the whole mesh. `elements`: how many
+  /// each array has.
+  StepDecoder(const Schema& schema, const ReadLimits& limits, TopologyReplay& topology,
+              std::vector<std::uint64_t> elements);
+
+  /// The values of a chunk. Complaints name no place.
+  Result<StepPiece> read(const container::StepHeader& header, std::span<const std::byte> bytes);
+  /// Whether the step that began last is complete.
+  bool is_complete() const { return array_ == kNone || last_[array_].first == elements_[array_]; }
+
+ private:
+  /// Of an array: its last step.
+  struct Last {
+    bool begun = false;
+    std::uint64_t step = 0, first = 0;  // element after the last one
+    std::size_t groups = 0;             // that have been read
+    StepMemory values;
+    std::uint64_t step_before = 0;
+    std::uint32_t run = 0;  // steps since one that refers to no other, up to step_before
+    bool has_referred = false;
+  };
+
+  Result<void> begin_step(const container::StepHeader& header);
+  Result<void> expect_group(const container::StepHeader& header);
+  Result<StepReference> reference_of(const container::StepHeader& header) const;
+  Result<std::vector<std::byte>> decode(const container::StepHeader& header,
+                                        std::span<const std::byte> bytes);
+
+  const Schema* schema_;
+  ReadLimits limits_;
+  StepElements mesh_;
+  std::vector<std::uint64_t> elements_;
+  StepReference most_;
+  std::vector<Last> last_;  // by array
+  // the step at hand, of one array
+  std::uint32_t array_ = kNone;
+  std::optional<StepChunks> chunks_;
+};
+
+}  // namespace shm

@@ -1,0 +1,187 @@
+#include "steps/step_encoder.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "bytes/misuse.h"
+#include "segment/mesh_streams.h"
+#include "values/shuffled_zstd.h"
+
+namespace shm {
+namespace {
+
+constexpr int kWideArrayZstdLevel = 9;  // of arrays with too many components for columns
+
+}  // namespace
+
+StepEncoder::StepEncoder(const Schema& schema, TopologyReplay& topology,
+                         std::vector<std::uint64_t> elements, std::uint32_t key_steps, Level level,
+                         Sink sink)
+    : schema_(&schema),
+      mesh_(schema, topology, cover_numbers(schema)),
+      elements_(std::move(elements)),
+      key_steps_(key_steps),
+      level_(level),
+      most_(key_steps > 1 ? most_reference(schema, elements_) : StepReference::nothing),
+      sink_(std::move(sink)) {
+  for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
+    before_.push_back(Before{0, 0, memory_of(schema.arrays[a], most_)});
+    if (schema.arrays[a].per_step) mesh_.expect(a, elements_[a]);
+  }
+}
+
+void StepEncoder::begin_part(Part part) {
+  if (most_ != StepReference::nothing) most_ = most_reference(*schema_, part.all);
+  before_.assign(before_.size(), Before{0, 0, StepMemory(most_)});
+  part_ = std::move(part);
+}
+
+Result<void> StepEncoder::begin(std::uint32_t array, std::uint64_t step) {
+  if (array_ == array && step_ == step) return {};
+  if (auto good = end_step(); !good) return good;
+  return begin_step(array, step);
+}
+
+Result<void> StepEncoder::add(std::uint32_t array, std::uint64_t step,
+                              std::span<const std::byte> values) {
+  if (auto good = begin(array, step); !good) return good;
+  while (!values.empty()) {
+    if (count_ == 0)
+      if (auto good = begin_group(); !good) return good;
+    const std::size_t wanted = static_cast<std::size_t>(count_) * stride();
+    const auto head = values.first(std::min(wanted - pending_.size(), values.size()));
+    pending_.insert(pending_.end(), head.begin(), head.end());
+    values = values.subspan(head.size());
+    if (pending_.size() == wanted)
+      if (auto good = end_group(); !good) return good;
+  }
+  return {};
+}
+
+void StepEncoder::go_on(std::uint32_t array, std::uint64_t last_step, std::uint32_t run) {
+  before_[array].next_step = last_step + 1;
+  before_[array].run = run;
+  steps_ = std::max(steps_, last_step + 1);
+}
+
+/// The most that the next step of the array may refer to.
+StepReference StepEncoder::most_next(std::uint32_t array) const {
+  // What a reader restores of a quantized array is not what stands here.
+  if (schema_->arrays[array].quantization.lossy()) return StepReference::nothing;
+  const std::uint32_t run = before_[array].run;
+  if (run == 0 || run >= key_steps_) return StepReference::nothing;
+  return run == 1 ? std::min(most_, StepReference::before) : most_;
+}
+
+Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
+  Before& before = before_[array];
+  if (step < before.next_step) return misuse("steps of an array must ascend", "steps");
+  reference_step_ = before.next_step - 1;  // of no matter where nothing may be referred to
+  most_here_ = most_next(array);
+  before.next_step = step + 1;
+  if (elements_[array] > 0)
+    steps_ = std::max(steps_, step + 1);  // else the file knows nothing of it
+  array_ = array;
+  step_ = step;
+  first_ = 0;
+  groups_ = 0;
+  count_ = 0;
+  reference_ = std::exchange(told_reference_, std::nullopt);
+  has_referred_ = false;
+  if (reference_ && *reference_ > most_here_ && elements_[array] > 0)
+    return misuse("a step cannot refer to steps that were not given", "steps");
+  column_.emplace(*schema_, array);
+  return {};
+}
+
+/// Goes to the next group that has elements of the array.
+Result<void> StepEncoder::begin_group() {
+  if (first_ == elements_[*array_])
+    return misuse("array '" + schema_->arrays[*array_].name + "' got more than its " +
+                      std::to_string(first_) + " elements at step " + std::to_string(step_),
+                  "steps");
+  const auto next = mesh_.nth_group(*array_, groups_, mesh_.groups() - 1);
+  if (!next) return next.error();
+  if (*next == nullptr) return misuse("the mesh has fewer elements than it says", "steps");
+  ++groups_;
+  group_ = (*next)->group;
+  count_ = (*next)->count;
+  return {};
+}
+
+Result<void> StepEncoder::end_group() {
+  auto coded = encode();
+  if (!coded) return coded.error();
+  container::StepHeader header;
+  header.array = *array_;
+  header.step = header.reference_step = step_;
+  header.group = static_cast<std::uint32_t>(group_);
+  header.count = count_;
+  header.codec = stream_codec(coded->codec);
+  if (*reference_ != StepReference::nothing) {
+    header.reference_step = reference_step_;
+    header.trend = *reference_ == StepReference::trend;
+    has_referred_ = true;
+  }
+  if (part_) header.group += part_->first_group;
+  const std::uint64_t first = first_ + (part_ ? part_->first[*array_] : 0);
+  if (auto good = sink_(header, first, coded->bytes); !good) return good;
+  before_[*array_].values.take(static_cast<std::size_t>(first_) * stride(), pending_);
+  first_ += count_;
+  count_ = 0;
+  pending_.clear();
+  return {};
+}
+
+/// What is pending.
+Result<EncodedColumn> StepEncoder::encode() {
+  const ArrayInfo& info = schema_->arrays[*array_];
+  if (info.components > kMostStepComponents) {
+    reference_ = StepReference::nothing;
+    return EncodedColumn{
+        ColumnCodec::shuffled_zstd,
+        pack_shuffled(shuffled(pending_, scalar_bytes(info.type)), kWideArrayZstdLevel)};
+  }
+  const auto elements = mesh_.elements(*array_, group_);
+  if (!elements) return elements.error();
+  if (!reference_ && most_here_ != StepReference::nothing) return choose_reference(*elements);
+  if (!reference_) reference_ = StepReference::nothing;
+  column_->begin(mesh_.segment_of(group_), *reference_);
+  return column_->encode(*elements, pending_, level_, reference(*reference_));
+}
+
+/// The first group of a step says what all of them refer to.
+EncodedColumn StepEncoder::choose_reference(const ColumnElements& elements) {
+  EncodedColumn best;
+  for (const StepReference kind :
+       {StepReference::nothing, StepReference::before, StepReference::trend}) {
+    if (kind > most_here_) break;
+    Column column(*schema_, *array_);
+    column.begin(mesh_.segment_of(group_), kind);
+    auto coded = column.encode(elements, pending_, level_, reference(kind));
+    if (reference_ && coded.bytes.size() >= best.bytes.size()) continue;
+    reference_ = kind;
+    best = std::move(coded);
+    column_ = std::move(column);
+  }
+  return best;
+}
+
+Result<void> StepEncoder::end_step() {
+  if (!array_) return {};
+  const ArrayInfo& info = schema_->arrays[*array_];
+  const std::uint64_t got = first_ + pending_.size() / stride();
+  if (got != elements_[*array_])
+    return misuse("array '" + info.name + "' got " + std::to_string(got) + " elements at step " +
+                      std::to_string(step_) + ", the mesh has " +
+                      std::to_string(elements_[*array_]),
+                  "steps");
+  Before& before = before_[*array_];
+  before.run = has_referred_ ? before.run + 1 : 1;
+  array_.reset();
+  column_.reset();
+  return {};
+}
+
+}  // namespace shm

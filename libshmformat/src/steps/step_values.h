@@ -1,0 +1,84 @@
+// Step values: one stepped array at one step, group by group.
+// Two codecs, the smaller wins: `columns` predicts each value over the mesh, from its neighbours
+// and perhaps from the step before; `shuffled_zstd` sorts the bytes by significance and leaves them
+// to zstd. spec: "Step values"
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "container/format.h"
+#include "steps/step_elements.h"
+
+namespace shm {
+
+/// Arrays of more components are left to zstd: columns cost memory each.
+inline constexpr std::uint32_t kMostStepComponents = 256;
+/// Values may refer to the steps before where these, of all stepped arrays together, take no more
+/// than this, since both sides hold them.
+inline constexpr std::uint64_t kMostReferenceBytes = std::uint64_t{1} << 27;
+
+/// The most that a file allows. `elements`: how many each array has, by array.
+StepReference most_reference(const Schema& schema, std::span<const std::uint64_t> elements);
+
+/// The trend, last + (last - before) for each scalar: integers modulo their range; floating-point
+/// numbers as they are rounded, or `last` where that is not finite. Must hold: both of one size.
+void go_on(ScalarType type, std::span<const std::byte> last, std::span<const std::byte> before,
+           std::vector<std::byte>& out);
+
+/// What is held of the last steps of an array.
+class StepMemory {
+ public:
+  /// `most`: what may be asked of it.
+  explicit StepMemory(StepReference most = StepReference::nothing) : most_(most) {}
+
+  /// Takes note of values of a step, from byte `at` on. All of a step come in order.
+  void take(std::size_t at, std::span<const std::byte> values);
+  /// What the values from byte `at` on may refer to, valid until the next call; `info` is of the
+  /// array. Must hold: so many steps have been taken, and are allowed.
+  std::span<const std::byte> reference(StepReference kind, const ArrayInfo& info, std::size_t at,
+                                       std::size_t bytes);
+
+ private:
+  StepReference most_;
+  std::vector<std::byte> last_, before_last_, trend_;
+};
+
+/// What is to be held of an array of a file that allows `most`.
+StepMemory memory_of(const ArrayInfo& array, StepReference most);
+
+/// The values of one array at one step through `columns`.
+template <class Coder>
+class StepColumn {
+ public:
+  /// `schema` is borrowed.
+  StepColumn(const Schema& schema, std::uint32_t array) : schema_(&schema), array_(array) {}
+
+  /// Before each group in columns. It goes on with what the group before has left, if that is of
+  /// the same segment. False if it cannot, because that group refers to something else.
+  bool begin(std::uint32_t segment, StepReference reference);
+
+  /// Encoding. `values`: those of the group's elements; `reference`: what they refer to, or empty.
+  EncodedColumn encode(const ColumnElements& elements, std::span<const std::byte> values,
+                       Level level, std::span<const std::byte> reference);
+  /// Decoding. `limit`: bytes of all values. Nothing for damaged data.
+  std::optional<std::vector<std::byte>> decode(const ColumnElements& elements, ColumnCodec codec,
+                                               std::span<const std::byte> bytes,
+                                               std::uint64_t limit,
+                                               std::span<const std::byte> reference);
+
+ private:
+  const Schema* schema_;
+  std::uint32_t array_;
+  std::optional<ValueColumn<Coder>> column_;
+  std::uint32_t segment_ = 0;
+  StepReference reference_ = StepReference::nothing;
+};
+
+extern template class StepColumn<SplitEncoder>;
+extern template class StepColumn<SplitDecoder>;
+
+}  // namespace shm

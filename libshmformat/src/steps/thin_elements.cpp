@@ -1,0 +1,140 @@
+#include "steps/thin_elements.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "bytes/by_slot.h"
+
+namespace shm {
+
+void ThinGroup::unfold(std::uint32_t covered, TiledItems& out) const {
+  out.clear();
+  out.tile_begin.clear();
+  std::size_t item = 0, skip = 0;
+  for (const Tile& tile : tiles) {
+    out.tile_begin.push_back(out.items.size());
+    out.left_out.push_back(std::uint64_t{tile.uncovered} - (tile.skipped_end - skip));
+    for (; skip < tile.skipped_end; ++skip) {
+      out.items.emplace_back().self = skipped[skip];
+      out.blocks.push_back(kNone);
+    }
+    for (; item < tile.items_end; ++item) {
+      out.items.push_back(items[item]);
+      out.blocks.push_back(covered);
+    }
+  }
+  out.tile_begin.push_back(out.items.size());
+  out.left_out.push_back(uncovered_behind);
+}
+
+/// Neighbours are of one block, as a rule.
+bool Coverage::operator()(std::uint32_t block) {
+  if (block != last_) {
+    last_ = block;
+    covers_last_ = std::binary_search(blocks_.begin(), blocks_.end(), block);
+  }
+  return covers_last_;
+}
+
+/// A column skips the uncovered elements of a tile before it codes the covered ones, and a skipped
+/// element takes what was coded last: so it may as well be skipped at the next tile that has
+/// covered ones, in whatever group; and not at all if nobody looks at it before its slot is taken
+/// again.
+void ThinMaker::add_group(const TiledItems& all, std::uint32_t slots,
+                          std::span<const std::uint64_t> numbers) {
+  ThinGroup& to = out_->emplace_back();
+  to.all_slots = slots;
+  const auto covers = [&](std::size_t i) { return all.blocks.empty() || covers_(all.blocks[i]); };
+  for (std::size_t t = 0; t < all.tile_begin.size() && !all.items.empty(); ++t) {
+    const std::size_t begin = all.tile_begin[t];
+    const std::size_t end =
+        t + 1 < all.tile_begin.size() ? all.tile_begin[t + 1] : all.items.size();
+    bool any = false;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (covers(i)) {
+        any = true;
+        continue;
+      }
+      at_slot(by_slot_, all.items[i].self).skipped = tiles_;
+      ++to.uncovered_behind;
+    }
+    if (!any) continue;
+    for (std::size_t i = begin; i < end; ++i)
+      if (covers(i)) add_covered(all.items[i], to);
+    to.tiles.push_back(
+        {static_cast<std::uint32_t>(to.items.size()), 0, std::exchange(to.uncovered_behind, 0)});
+    ++tiles_;
+  }
+  const bool of_all = numbers.size() == all.blocks.size();
+  for (std::size_t i = 0; i < numbers.size(); ++i)
+    if (!of_all || covers(i)) push_tightly(to.numbers, numbers[i]);
+  bytes_ += to.bytes();
+}
+
+void ThinMaker::add_covered(const Neighbourhood& item, ThinGroup& to) {
+  expect_more(to.items, 1);
+  Neighbourhood& thin = to.items.emplace_back(item);
+  for (std::size_t i = 0; i < thin.at.size(); ++i) {
+    if ((item.known >> i & 1) == 0) {
+      thin.at[i] = 0;
+      continue;
+    }
+    Slot& slot = at_slot(by_slot_, item.at[i]);
+    thin.at[i] = renumbered(slot);
+    if (slot.skipped != kNone) looked_at_.push_back({slot.skipped, slot.number});
+    slot.skipped = kNone;
+  }
+  Slot& self = at_slot(by_slot_, item.self);
+  thin.self = renumbered(self);
+  self.skipped = kNone;
+}
+
+void ThinMaker::end_segment() {
+  const auto groups = std::span(*out_).subspan(first_group_);
+  put_skipped(groups);
+  number_by_first_use(groups);
+  for (const ThinGroup& group : groups) bytes_ += group.skipped.capacity() * sizeof(std::uint32_t);
+  first_group_ = out_->size();
+  by_slot_.clear();
+  looked_at_.clear();
+  slots_ = tiles_ = 0;
+}
+
+void ThinMaker::put_skipped(std::span<ThinGroup> groups) {
+  std::sort(looked_at_.begin(), looked_at_.end(), [](const LookedAt& a, const LookedAt& b) {
+    return a.tile != b.tile ? a.tile < b.tile : a.slot < b.slot;
+  });
+  std::size_t next = 0;
+  std::uint32_t tile = 0;
+  for (ThinGroup& group : groups) {
+    const std::size_t begin = next;
+    for (ThinGroup::Tile& it : group.tiles) {
+      while (next < looked_at_.size() && looked_at_[next].tile == tile) ++next;
+      it.skipped_end = static_cast<std::uint32_t>(next - begin);
+      ++tile;
+    }
+    group.skipped.reserve(next - begin);
+    for (std::size_t i = begin; i < next; ++i) group.skipped.push_back(looked_at_[i].slot);
+  }
+}
+
+/// So that no group names more slots than all elements up to it do.
+void ThinMaker::number_by_first_use(std::span<ThinGroup> groups) const {
+  std::vector<std::uint32_t> anew(slots_, kNone);
+  std::uint32_t slots = 0;
+  const auto number = [&](std::uint32_t& slot) {
+    if (anew[slot] == kNone) anew[slot] = slots++;
+    slot = anew[slot];
+  };
+  for (ThinGroup& group : groups) {
+    for (std::uint32_t& slot : group.skipped) number(slot);
+    for (Neighbourhood& item : group.items) {
+      for (std::size_t i = 0; i < item.at.size(); ++i)
+        if ((item.known >> i & 1) != 0) number(item.at[i]);
+      number(item.self);
+    }
+    group.slots = slots;
+  }
+}
+
+}  // namespace shm

@@ -1,0 +1,114 @@
+#include "surface/active_surface.h"
+
+#include <algorithm>
+
+namespace shm {
+namespace {
+
+constexpr std::array<std::uint32_t, 4> kNobody = {kNone, kNone, kNone, kNone};
+
+}  // namespace
+
+void ActiveSurface::sweep_births() {
+  std::erase_if(births_, [&](const Birth& birth) { return !alive(birth); });
+  oldest_ = 0;
+}
+
+std::uint32_t ActiveSurface::slot_of(std::uint64_t id) const {
+  const auto found =
+      std::lower_bound(births_.begin(), births_.end(), id,
+                       [](const Birth& birth, std::uint64_t wanted) { return birth.id < wanted; });
+  return found != births_.end() && found->id == id && alive(*found) ? found->slot : kNone;
+}
+
+std::uint32_t ActiveSurface::begin_cell() {
+  current_cell_ = take_slot(cell_faces_, free_cells_);
+  cell_faces_[current_cell_] = 0;
+  return current_cell_;
+}
+
+void ActiveSurface::end_cell() {
+  if (cell_faces_[current_cell_] == 0) free_cells_.push_back(current_cell_);
+  current_cell_ = kNone;
+}
+
+std::uint32_t ActiveSurface::add_face(const Quad& quad,
+                                      const std::array<std::uint8_t, 4>& owner_corner,
+                                      std::uint8_t side) {
+  const std::uint32_t slot = take_slot(faces_, free_faces_);
+  Face& face = faces_[slot];
+  face.quad = quad;
+  face.mate = kNobody;
+  face.fan = {};
+  face.owner_corner = owner_corner;
+  face.cell = current_cell_;
+  face.side = side;
+  face.alive = true;
+  ++cell_faces_[current_cell_];
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    Vertex& vertex = vertices_[quad[i]];
+    const FaceCorner here = slot * 4 + i;
+    face.next[i] = vertex.first_face;
+    face.previous[i] = kNone;
+    if (vertex.first_face != kNone)
+      faces_[vertex.first_face / 4].previous[vertex.first_face % 4] = here;
+    vertex.first_face = here;
+    ++vertex.face_count;
+  }
+  return slot;
+}
+
+void ActiveSurface::join(FaceEdge a, FaceEdge b, std::uint32_t fan) {
+  const auto size = static_cast<std::uint8_t>(std::min(fan, 255u));
+  if (a != kNone) {
+    faces_[a / 4].mate[a % 4] = b;
+    faces_[a / 4].fan[a % 4] = size;
+  }
+  if (b != kNone) {
+    faces_[b / 4].mate[b % 4] = a;
+    faces_[b / 4].fan[b % 4] = size;
+  }
+}
+
+void ActiveSurface::unlink(FaceCorner at) {
+  Vertex& vertex = vertices_[faces_[at / 4].quad[at % 4]];
+  const FaceCorner next = faces_[at / 4].next[at % 4];
+  const FaceCorner previous = faces_[at / 4].previous[at % 4];
+  if (next != kNone) faces_[next / 4].previous[next % 4] = previous;
+  (previous == kNone ? vertex.first_face : faces_[previous / 4].next[previous % 4]) = next;
+  --vertex.face_count;
+}
+
+void ActiveSurface::remove_face(std::uint32_t slot) {
+  Face& face = faces_[slot];
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    unlink(slot * 4 + i);
+    const FaceEdge mate = face.mate[i];
+    if (mate != kNone && faces_[mate / 4].mate[mate % 4] == slot * 4 + i)
+      faces_[mate / 4].mate[mate % 4] = kNone;
+  }
+  face.alive = false;
+  free_faces_.push_back(slot);
+  const std::uint32_t owner = face.cell;
+  if (--cell_faces_[owner] == 0 && owner != current_cell_) free_cells_.push_back(owner);
+}
+
+std::uint32_t ActiveSurface::find_face(std::uint32_t a, std::uint32_t b, std::uint32_t c,
+                                       std::uint32_t d) const {
+  for (FaceCorner at = vertices_[a].first_face; at != kNone; at = next_around(at)) {
+    if (around(at, 2) != c) continue;
+    const std::uint32_t after = around(at, 1), before = around(at, 3);
+    if ((after == b && before == d) || (after == d && before == b)) return at / 4;
+  }
+  return kNone;
+}
+
+FaceCorner ActiveSurface::find_path(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+  for (FaceCorner at = vertices_[b].first_face; at != kNone; at = next_around(at)) {
+    const std::uint32_t after = around(at, 1), before = around(at, 3);
+    if ((after == a && before == c) || (after == c && before == a)) return at;
+  }
+  return kNone;
+}
+
+}  // namespace shm

@@ -1,0 +1,162 @@
+// Active surface: the part of the mesh that coding still needs, the same on both sides.
+//   vertices  born at their first use, gone when finalized
+//   faces     quadrilaterals that one hexahedron uses and no second one has been glued to; gone
+//             with their first finalized vertex. Across each of its four edges a face has at most
+//             one mate: the face at the other end of the fan of hexahedra around that edge.
+//   cells     a number for each hexahedron that still has a face here
+// Slots are reused, so arrays indexed by them stay as small as the surface is wide.
+// source: paper section 3.1; spec: "Active surface"
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <vector>
+
+#include "bytes/by_slot.h"
+#include "bytes/none.h"
+
+namespace shm {
+
+/// Four vertex slots around a face, ordered so that the right-hand normal points away from the
+/// hexahedron that put it here: a neighbour glued on has them as its corners 0 1 2 3.
+using Quad = std::array<std::uint32_t, 4>;
+
+/// Face slot * 4 + position of the vertex in its quad; kNone ends a list.
+using FaceCorner = std::uint32_t;
+/// Face slot * 4 + position of the edge's first vertex in its quad; kNone: no mate.
+using FaceEdge = std::uint32_t;
+
+/// A face does not join the surface where one of its vertices has this many: keeps every search
+/// short, also in hostile files. Frozen: part of the format.
+inline constexpr std::uint32_t kMaxFacesAtVertex = 128;
+
+class ActiveSurface {
+ public:
+  struct Vertex {
+    std::uint64_t id = 0;  ///< stream number
+    FaceCorner first_face = kNone;
+    std::uint32_t face_count = 0;
+    std::uint32_t uses = 0;  ///< cells that have used it
+    bool alive = false;
+  };
+  struct Face {
+    Quad quad{};
+    std::array<FaceCorner, 4> next{}, previous{};  ///< other faces around each vertex
+    std::array<FaceEdge, 4> mate{};                ///< across the edge from quad[i] to quad[i + 1]
+    std::array<std::uint8_t, 4> fan{};  ///< hexahedra between here and the mate, 255: or more
+    std::array<std::uint8_t, 4> owner_corner{};  ///< the vertex's corner in its owner
+    std::uint32_t cell = kNone;                  ///< owner's cell slot
+    std::uint8_t side = 0;                       ///< which of its owner's faces it is
+    bool alive = false;
+  };
+
+  /// A new vertex with the next stream number.
+  std::uint32_t add_vertex() {
+    const std::uint32_t slot = vertex_slot();
+    Vertex& vertex = vertices_[slot];
+    vertex = Vertex{};
+    vertex.id = next_id_++;
+    vertex.alive = true;
+    ++active_vertices_;
+    births_.push_back({vertex.id, slot});
+    return slot;
+  }
+  /// Removes the vertex and every face that it has.
+  void finalize(std::uint32_t slot) {
+    Vertex& vertex = vertices_[slot];
+    while (vertex.first_face != kNone) remove_face(vertex.first_face / 4);
+    vertex.alive = false;
+    --active_vertices_;
+    free_vertices_.push_back(slot);
+    if (births_.size() > 3 * active_vertices_ + 64) sweep_births();
+  }
+  void count_use(std::uint32_t vertex) { ++vertices_[vertex].uses; }
+
+  /// A slot for the cell at hand. It stays until end_cell, and then while one of its faces does;
+  /// slots that its faces set free are not reused before the next begin_cell.
+  std::uint32_t begin_cell();
+  void end_cell();
+  /// Adds a face of the cell at hand, without mates; returns its slot. Must hold: live vertices.
+  std::uint32_t add_face(const Quad& quad, const std::array<std::uint8_t, 4>& owner_corner,
+                         std::uint8_t side);
+  void remove_face(std::uint32_t face);
+  /// Makes two faces mates across these edges, with `fan` hexahedra between them.
+  void join(FaceEdge a, FaceEdge b, std::uint32_t fan);
+
+  /// The newest active face with this cycle of vertices in either direction, kNone when there is
+  /// none.
+  std::uint32_t find_face(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) const;
+  /// The newest active face at `b` in which `a` and `c` are its neighbours; returns the corner of
+  /// b.
+  FaceCorner find_path(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+
+  const Vertex& vertex(std::uint32_t slot) const { return vertices_[slot]; }
+  const Face& face(std::uint32_t slot) const { return faces_[slot]; }
+  FaceCorner next_around(FaceCorner at) const { return faces_[at / 4].next[at % 4]; }
+  /// Vertex of the face at `at`, `steps` further around.
+  std::uint32_t around(FaceCorner at, std::uint32_t steps) const {
+    return faces_[at / 4].quad[(at + steps) % 4];
+  }
+  FaceEdge mate(FaceEdge at) const { return faces_[at / 4].mate[at % 4]; }
+  std::uint32_t fan(FaceEdge at) const { return faces_[at / 4].fan[at % 4]; }
+  /// The slot of the live vertex with stream number `id`, kNone when there is none.
+  std::uint32_t slot_of(std::uint64_t id) const;
+
+  std::uint64_t next_id() const { return next_id_; }
+  /// Stream number of the oldest live vertex; next_id() when none is alive.
+  std::uint64_t oldest_id() {
+    while (oldest_ < births_.size() && !alive(births_[oldest_])) ++oldest_;
+    return oldest_ == births_.size() ? next_id_ : births_[oldest_].id;
+  }
+  std::uint64_t active_vertices() const { return active_vertices_; }
+  std::uint32_t vertex_slots() const { return static_cast<std::uint32_t>(vertices_.size()); }
+  std::uint32_t cell_slots() const { return static_cast<std::uint32_t>(cell_faces_.size()); }
+
+ private:
+  /// A vertex in order of birth; dead ones are swept out now and then.
+  struct Birth {
+    std::uint64_t id = 0;
+    std::uint32_t slot = 0;
+  };
+  bool alive(const Birth& birth) const {
+    return vertices_[birth.slot].alive && vertices_[birth.slot].id == birth.id;
+  }
+  template <class T>
+  static std::uint32_t take_slot(std::vector<T>& slots, std::vector<std::uint32_t>& free) {
+    if (free.empty()) {
+      slots.emplace_back();
+      return static_cast<std::uint32_t>(slots.size() - 1);
+    }
+    const std::uint32_t slot = free.back();
+    free.pop_back();
+    return slot;
+  }
+  /// The slot that has been free for longest, if more are free than vertices alive, so that what is
+  /// kept by slot outlasts its vertex for a while; else a new one. Frozen: part of the format.
+  std::uint32_t vertex_slot() {
+    if (free_vertices_.size() <= active_vertices_ + kRestingSlots) {
+      push_tightly(vertices_, Vertex());
+      return static_cast<std::uint32_t>(vertices_.size() - 1);
+    }
+    const std::uint32_t slot = free_vertices_.front();
+    free_vertices_.pop_front();
+    return slot;
+  }
+  void unlink(FaceCorner at);
+  void sweep_births();
+
+  std::vector<Vertex> vertices_;
+  std::vector<Face> faces_;
+  std::vector<std::uint8_t> cell_faces_;  // active faces of each cell slot
+  static constexpr std::size_t kRestingSlots = 256;
+  std::deque<std::uint32_t> free_vertices_;  // the one that was freed first in front
+  std::vector<std::uint32_t> free_faces_, free_cells_;
+  std::vector<Birth> births_;
+  std::size_t oldest_ = 0;  // in births_: none before it is alive
+  std::uint64_t next_id_ = 0, active_vertices_ = 0;
+  std::uint32_t current_cell_ = kNone;
+};
+
+}  // namespace shm

@@ -1,0 +1,61 @@
+// CellTopology: one cell between the coders. Connectivity fills it, geometry and data read it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "shm/schema.h"
+#include "surface/active_surface.h"
+#include "surface/cell_shapes.h"
+#include "surface/node_layout.h"
+#include "surface/open_faces.h"
+
+namespace shm {
+
+/// Corners of a cell that can be marked as last use: the bits of a 64-bit mask.
+inline constexpr std::uint32_t kMaxLastUse = 64;
+
+struct CellTopology {
+  std::uint32_t block = 0;
+  bool hexahedral = false;  ///< positions 0..7 are a hexahedron's corners in the coder's frame
+  /// In meshes that are not of hexahedra alone: the shape, how many of its nodes are corners with
+  /// sides (coders/cell_shapes.h), and behind each side, corners as stored, the number of the cell
+  /// that has the same face (OpenFaces). Else 0 corners.
+  CellShape shape = CellShape::hexahedron;
+  std::uint32_t corners = 0;
+  std::array<std::uint64_t, OpenFaces::kMost> behind{};
+
+  /// By position: vertex slot. When encoding, kNone on the way in marks a new vertex.
+  std::vector<std::uint32_t> slots;
+  /// By position, when encoding: equal where and only where the vertex is the same.
+  std::vector<std::uint64_t> numbers;
+  /// By position: 1 where the vertex is finalized by this cell (first occurrence only).
+  std::vector<std::uint8_t> last_use;
+  /// Positions of new vertices, in the order in which they were born.
+  std::vector<std::uint32_t> new_positions;
+  /// Order::keep, coders that say them: the source's numbers of a hexahedron's corners.
+  std::array<std::uint64_t, 8> original{};
+  /// Position in the coder's frame -> corner as stored.
+  std::array<std::uint8_t, 8> stored_corner{0, 1, 2, 3, 4, 5, 6, 7};
+
+  /// Where nodes stand that are no corners; null where nothing is known of them.
+  const NodeLayout* layout = nullptr;
+  /// Corner as stored -> position. Where there is a layout.
+  std::array<std::uint8_t, 8> framed{0, 1, 2, 3, 4, 5, 6, 7};
+
+  std::uint32_t cell_slot = kNone;
+  std::uint8_t face_mask = 0;  ///< bit k: face k was active before this cell (but for replay)
+
+  std::uint32_t stored_position(std::uint32_t position) const {
+    return hexahedral && position < 8 ? stored_corner[position] : position;
+  }
+  /// The position in the coder's frame of the corner that is stored as `stored`.
+  std::uint32_t framed_position(std::uint32_t stored) const {
+    for (std::uint32_t i = 0; i < 8; ++i)
+      if (stored_corner[i] == stored) return i;
+    return stored;
+  }
+};
+
+}  // namespace shm

@@ -1,0 +1,174 @@
+// The codec of hexahedra that a Writer takes when nobody says: never larger than the best one.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "shm/summary.h"
+#include "support/feature_files.h"
+#include "support/sanitized.h"
+
+namespace shm {
+namespace {
+
+std::uint64_t bytes_with(const TestMesh& mesh, ConnectivityCodec codec) {
+  return written(mesh, 65536, codec).size();
+}
+
+/// The codec of the first segment. With sanitizers these large meshes are written alone: smaller
+/// ones of the same codecs are read in other tests.
+ConnectivityCodec codec_of(const TestMesh& mesh, const WriteOptions& options = {}) {
+  MemorySink sink;
+  if (kSanitized)
+    EXPECT_TRUE(write_mesh(mesh, sink, options));
+  else
+    sink.bytes = expect_round_trip(mesh, options);
+  MemoryRandomSource source(sink.bytes);
+  const auto told = read_summary(source);
+  EXPECT_TRUE(told);
+  if (!told || told->totals.segment_connectivity.empty()) return ConnectivityCodec::automatic;
+  return told->totals.segment_connectivity[0];
+}
+
+TEST(CodecChoice, TheSmallerOneWins) {
+  using enum ConnectivityCodec;
+  TestMesh scrambled = grid(12, 12, 12);
+  std::mt19937_64 random(9);
+  shuffle_vertices(scrambled, random);
+  for (const TestMesh& mesh : {grid(15, 12, 12), shuffled(grid(12, 12, 12)), scrambled}) {
+    for (const Order order : {Order::keep, Order::stream}) {
+      const TestMesh ordered = with_order(mesh, order, true, 0);
+      const std::uint64_t smallest =
+          std::min(bytes_with(ordered, rows), bytes_with(ordered, replay));
+      EXPECT_EQ(bytes_with(ordered, automatic), bytes_with(ordered, codec_of(ordered)));
+      EXPECT_LE(bytes_with(ordered, automatic), smallest + 8);  // bitstreams are what is compared
+    }
+  }
+}
+
+TEST(CodecChoice, MixedOnlyWhenAsked) {
+  using enum ConnectivityCodec;
+  TestMesh scrambled = shuffled(grid(12, 12, 12));
+  EXPECT_NE(codec_of(scrambled), mixed);
+  WriteOptions options;
+  options.connectivity = mixed;
+  EXPECT_EQ(codec_of(scrambled, options), mixed);
+  EXPECT_LT(bytes_with(scrambled, mixed), bytes_with(scrambled, rows));
+  EXPECT_LE(bytes_with(grid(15, 12, 12), mixed), bytes_with(grid(15, 12, 12), rows));
+}
+
+TEST(CodecChoice, EachSegmentForItself) {
+  // Rows of a grid first, then the same in no order.
+  TestMesh mesh = grid(16, 16, 16);
+  std::mt19937_64 random(4);
+  std::shuffle(mesh.cells.begin() + 2048, mesh.cells.end(), random);
+  WriteOptions options;
+  options.segment_cells = 2048;
+  const auto one = expect_round_trip(mesh, options);
+  options.threads = 2;
+  EXPECT_EQ(expect_round_trip(mesh, options), one);
+}
+
+TEST(CodecChoice, TheCallerMaySayIt) {
+  using enum ConnectivityCodec;
+  TestMesh mesh = grid(12, 12, 12);
+  WriteOptions options;
+  options.connectivity = paper;
+  EXPECT_EQ(codec_of(mesh, options), paper);
+  options.segment_cells = 500;
+  options.segment_connectivity = {rows, paper, replay};
+  const auto back = read_mesh(expect_round_trip(mesh, options));
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->totals.segment_connectivity,
+            (std::vector<ConnectivityCodec>{rows, paper, replay, replay}));
+  options.segment_connectivity = {shifts, rows, shifts, replay};
+  const auto again = read_mesh(expect_round_trip(mesh, options));
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->totals.segment_connectivity, options.segment_connectivity);
+}
+
+TEST(CodecChoice, FastTakesTheFasterUnlessItCostsMuch) {
+  using enum ConnectivityCodec;
+  TestMesh mesh = grid(26, 26, 26);
+  std::mt19937_64 random(4);
+  std::vector<std::array<double, 3>> points(mesh.vertices);
+  for (auto& point : points)
+    for (double& v : point) v = static_cast<double>(random() >> 40);
+  mesh.set_points(points);
+  // A few cells out of line: rows say them in fewer bits.
+  for (std::size_t i = 4000; i < mesh.cells.size(); i += 4000)
+    std::swap(mesh.cells[i], mesh.cells[i + random() % 60]);
+  mesh.schema.blocks.push_back({2, "polygons", CellShape::polygon, 0});  // no shifts
+  const TestMesh stream = with_order(mesh, Order::stream, true, 0);
+  EXPECT_EQ(codec_of(stream, {.level = Level::fast}), replay);
+  EXPECT_EQ(codec_of(stream, {.level = Level::best}), mixed);
+  EXPECT_EQ(codec_of(with_order(shuffled(mesh), Order::stream, true, 0), {.level = Level::fast}),
+            rows);
+}
+
+TEST(CodecChoice, FastTakesShiftsWhereTheyTakeNoRoom) {
+  using enum ConnectivityCodec;
+  const auto of = [](const TestMesh& mesh, Level level) {
+    return codec_of(mesh, {.level = level});
+  };
+  const TestMesh large = bent_grid(26, 26, 26);
+  EXPECT_EQ(of(large, Level::fast), shifts);
+  EXPECT_EQ(of(bent_grid(64, 16, 16), Level::fast), shifts);  // as short as they may be
+  EXPECT_NE(of(large, Level::best), shifts);
+  // Where time is not felt.
+  EXPECT_NE(of(bent_grid(25, 25, 26), Level::fast), shifts);
+  // Where rows are none.
+  EXPECT_NE(of(shuffled(large), Level::fast), shifts);
+  EXPECT_NE(of(with_order(shuffled(large), Order::stream, true, 0), Level::fast), shifts);
+  TestMesh scrambled = large;
+  std::mt19937_64 random(9);
+  shuffle_vertices(scrambled, random);
+  EXPECT_NE(of(scrambled, Level::fast), shifts);
+  // In order stream numbers of the source are no matter.
+  for (const Order order : {Order::stream, Order::free})
+    EXPECT_EQ(of(with_order(scrambled, order, false, 0), Level::fast), shifts);
+  // Where the schema does not take them.
+  EXPECT_NE(of(with_order(large, Order::keep, true, 10), Level::fast), shifts);
+  EXPECT_NE(of(with_order(large, Order::stream, true, 10), Level::fast), shifts);
+  TestMesh polygons = large;
+  polygons.schema.blocks.push_back({2, "polygons", CellShape::polygon, 0});
+  EXPECT_NE(of(polygons, Level::fast), shifts);
+}
+
+TEST(CodecChoice, DefaultTakesShiftsWhereValuesAreAsSmall) {
+  using enum ConnectivityCodec;
+  const TestMesh large = bent_grid(26, 26, 26);
+  EXPECT_EQ(codec_of(large, {}), shifts);
+  SizeReport by_number, over_surface;
+  expect_round_trip(large, {}, &by_number);
+  expect_round_trip(large, {.connectivity = replay}, &over_surface);
+  EXPECT_LE(by_number.streams.at("geometry") * 100, over_surface.streams.at("geometry") * 101);
+  // Where time is not felt, where rows are none, and where they are but for every hundredth cell.
+  EXPECT_NE(codec_of(bent_grid(25, 25, 26), {}), shifts);
+  EXPECT_NE(codec_of(shuffled(large), {}), shifts);
+  TestMesh disturbed = large;
+  for (std::size_t i = 0; i + 50 < disturbed.cells.size(); i += 100)
+    std::swap(disturbed.cells[i], disturbed.cells[i + 50]);
+  EXPECT_NE(codec_of(disturbed, {}), shifts);
+}
+
+TEST(CodecChoice, FastLooksAtEachSegment) {
+  using enum ConnectivityCodec;
+  TestMesh mesh = bent_grid(32, 32, 40);
+  std::mt19937_64 random(4);
+  std::shuffle(mesh.cells.begin() + 20480, mesh.cells.end(), random);
+  WriteOptions options;
+  options.level = Level::fast;
+  options.segment_cells = 20480;
+  options.group_cells = 5000;
+  const auto one = expect_round_trip(mesh, options);
+  const auto back = read_mesh(one);
+  ASSERT_TRUE(back);
+  ASSERT_EQ(back->totals.segment_connectivity.size(), 2u);
+  EXPECT_EQ(back->totals.segment_connectivity[0], shifts);
+  EXPECT_NE(back->totals.segment_connectivity[1], shifts);
+  options.threads = 2;
+  EXPECT_EQ(expect_round_trip(mesh, options), one);
+}
+
+}  // namespace
+}  // namespace shm

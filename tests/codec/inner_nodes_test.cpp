@@ -1,0 +1,241 @@
+// Nodes of second-order cells: where they stand, what they cost, and that all of them come back.
+#include "connectivity/inner_nodes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "connectivity/inner_numbers.h"
+#include "support/second_order_mesh.h"
+
+namespace shm {
+namespace {
+
+using Kind = InnerNode::Kind;
+
+/// VTK's parametric coordinates of the 27 nodes of a triquadratic hexahedron, in halves.
+constexpr std::array<std::array<int, 3>, 27> kTriquadratic = {
+    {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}, {0, 0, 2}, {2, 0, 2}, {2, 2, 2},
+     {0, 2, 2}, {1, 0, 0}, {2, 1, 0}, {1, 2, 0}, {0, 1, 0}, {1, 0, 2}, {2, 1, 2},
+     {1, 2, 2}, {0, 1, 2}, {0, 0, 1}, {2, 0, 1}, {2, 2, 1}, {0, 2, 1}, {0, 1, 1},
+     {2, 1, 1}, {1, 0, 1}, {1, 2, 1}, {1, 1, 0}, {1, 1, 2}, {1, 1, 1}}};
+
+TEST(NodeLayout, OfHexahedraIsVtks) {
+  const NodeLayout* layout = node_layout(CellShape::hexahedron, 27);
+  ASSERT_NE(layout, nullptr);
+  for (std::size_t p = 8; p < 27; ++p) {
+    const InnerNode* node = layout->at(p);
+    ASSERT_NE(node, nullptr) << p;
+    const auto mean = [&](const auto& positions, std::size_t count, int axis) {
+      int sum = 0;
+      for (std::size_t i = 0; i < count; ++i) sum += kTriquadratic[positions[i]][axis];
+      return sum / static_cast<int>(count);
+    };
+    for (int a = 0; a < 3; ++a) {
+      EXPECT_EQ(kTriquadratic[p][a], mean(node->corner, node->kind == Kind::edge ? 2 : 4, a)) << p;
+      if (node->kind == Kind::edge) continue;
+      EXPECT_EQ(kTriquadratic[p][a], mean(node->middle, 4, a)) << p;
+      // middle[i] between corner[i] and the next
+      for (std::size_t i = 0; i < 4; ++i)
+        EXPECT_EQ(2 * kTriquadratic[node->middle[i]][a],
+                  kTriquadratic[node->corner[i]][a] + kTriquadratic[node->corner[(i + 1) % 4]][a]);
+    }
+    EXPECT_EQ(node->kind, p < 20 ? Kind::edge : p < 26 ? Kind::face : Kind::body);
+    EXPECT_EQ(node->parallels, p < 20 ? 3 : p < 26 ? 1 : 0);
+    for (std::size_t i = 0; i < node->parallels; ++i) {
+      // What leads from here to the parallel node leads from the first corner to what is beside.
+      int away = 0;
+      for (int a = 0; a < 3; ++a) {
+        const int step = kTriquadratic[node->parallel[i]][a] - kTriquadratic[p][a];
+        EXPECT_EQ(kTriquadratic[node->beside[i]][a] - kTriquadratic[node->corner[0]][a], step);
+        away += step != 0 ? 1 : 0;
+      }
+      EXPECT_EQ(away, i == 2 ? 2 : 1) << p;
+    }
+  }
+  EXPECT_EQ(layout->at(7), nullptr);
+  EXPECT_EQ(layout->at(27), nullptr);
+}
+
+TEST(NodeLayout, OfAllShapes) {
+  using enum CellShape;
+  struct Expected {
+    CellShape shape;
+    std::uint32_t nodes;
+    std::array<int, 3> kinds;
+  };
+  for (const Expected& it : std::vector<Expected>{{line, 3, {1, 0, 0}},
+                                                  {triangle, 6, {3, 0, 0}},
+                                                  {triangle, 7, {3, 0, 1}},
+                                                  {quad, 8, {4, 0, 0}},
+                                                  {quad, 9, {4, 1, 0}},
+                                                  {tetrahedron, 10, {6, 0, 0}},
+                                                  {pyramid, 13, {8, 0, 0}},
+                                                  {pyramid, 14, {8, 1, 0}},
+                                                  {wedge, 15, {9, 0, 0}},
+                                                  {wedge, 18, {9, 3, 0}},
+                                                  {hexahedron, 9, {0, 0, 1}},
+                                                  {hexahedron, 20, {12, 0, 0}},
+                                                  {hexahedron, 21, {12, 0, 1}},
+                                                  {hexahedron, 23, {12, 0, 0}},
+                                                  {hexahedron, 24, {12, 4, 0}},
+                                                  {hexahedron, 26, {12, 6, 0}},
+                                                  {hexahedron, 27, {12, 6, 1}},
+                                                  {hexahedron, 64, {12, 0, 0}}}) {
+    const NodeLayout* layout = node_layout(it.shape, it.nodes);
+    ASSERT_NE(layout, nullptr);
+    std::array<int, 3> kinds{};
+    for (std::size_t p = 0; p < it.nodes; ++p)
+      if (const InnerNode* node = layout->at(p)) {
+        ++kinds[node->kind];
+        if (node->has_sides) {
+          // Both ends are corners of both sides.
+          for (std::uint8_t side : node->side)
+            for (std::size_t e = 0; e < 2; ++e) {
+              const auto& corners = layout->sides[side];
+              EXPECT_NE(std::find(corners.begin(), corners.end(), node->corner[e]), corners.end());
+            }
+          EXPECT_NE(node->side[0], node->side[1]);
+        }
+      }
+    EXPECT_EQ(kinds, it.kinds) << it.nodes;
+  }
+  EXPECT_EQ(node_layout(hexahedron, 8), nullptr);
+  EXPECT_EQ(node_layout(hexahedron, 16), nullptr);
+  EXPECT_EQ(node_layout(tetrahedron, 4), nullptr);
+  EXPECT_EQ(node_layout(other, 27), nullptr);
+  EXPECT_EQ(node_layout(polyhedron, 20), nullptr);
+}
+
+TEST(MiddleTable, LeadsFromPlacesToLiveVertices) {
+  ActiveSurface surface;
+  MiddleTable table(surface);
+  std::array<std::uint32_t, 6> v{};
+  for (std::uint32_t& it : v) it = surface.add_vertex();
+  const auto edge = table.edge(v[1], v[0]);
+  EXPECT_EQ(table.find(edge), kNone);
+  table.put(edge, v[4]);
+  EXPECT_EQ(table.find(table.edge(v[0], v[1])), v[4]);
+  // A face is its corners in whatever order around it, and no edge.
+  table.put(table.face({v[2], v[1], v[0], v[3]}), v[5]);
+  EXPECT_EQ(table.find(table.face({v[3], v[0], v[1], v[2]})), v[5]);
+  EXPECT_EQ(table.find(table.edge(v[0], v[2])), kNone);
+
+  table.open(v[4]) = 7;
+  table.put(edge, v[4]);
+  EXPECT_EQ(table.open(v[4]), 7u);
+  table.put(edge, v[3]);  // takes the place
+  EXPECT_EQ(table.find(edge), v[3]);
+  EXPECT_EQ(table.open(v[4]), 0u);
+  table.put(table.edge(v[1], v[2]), v[3]);  // one place at most
+  EXPECT_EQ(table.find(edge), kNone);
+  table.forget(v[3]);
+  table.forget(v[4]);
+  EXPECT_EQ(table.find(table.edge(v[1], v[2])), kNone);
+}
+
+TEST(MiddleTable, OtherVerticesInTheSameSlotsAreOthers) {
+  ActiveSurface surface;
+  MiddleTable table(surface);
+  std::vector<std::uint32_t> fresh;
+  for (int i = 0; i < 2; ++i) fresh.push_back(surface.add_vertex());
+  const std::uint32_t middle = surface.add_vertex();
+  table.put(table.edge(fresh[0], fresh[1]), middle);
+  const auto taken = fresh;
+  surface.finalize(fresh[1]);
+  // Until the slot is used again.
+  std::uint32_t again = kNone;
+  for (int i = 0; i < 2000 && again != taken[1]; ++i) {
+    again = surface.add_vertex();
+    if (again != taken[1]) surface.finalize(again);
+  }
+  ASSERT_EQ(again, taken[1]);
+  EXPECT_EQ(table.find(table.edge(taken[0], again)), kNone);
+  const std::uint32_t other = surface.add_vertex();
+  table.put(table.edge(taken[0], again), other);
+  EXPECT_EQ(table.find(table.edge(taken[0], again)), other);
+  table.forget(middle);
+  EXPECT_EQ(table.find(table.edge(taken[0], again)), other);
+}
+
+constexpr std::array kCodecs = {ConnectivityCodec::rows, ConnectivityCodec::replay,
+                                ConnectivityCodec::mixed, ConnectivityCodec::paper};
+
+TEST(InnerNodes, OfAllShapesComeBack) {
+  for (Order order : {Order::keep, Order::stream})
+    for (std::uint64_t cells : {0u, 7u})
+      for (ConnectivityCodec codec : kCodecs) {
+        TestMesh mesh = second_order_cells();
+        mesh.schema.order = order;
+        WriteOptions options;
+        options.connectivity = codec;
+        options.segment_cells = cells;
+        expect_round_trip(mesh, options);
+        if (testing::Test::HasFailure()) return;
+      }
+}
+
+// What a corner tells costs nothing: what is left is what the corners take.
+// Corners of hexahedra of eight nodes may come back turned, those of their second-order neighbours
+// not: both sides must think the same of the corners of a face between them.
+TEST(InnerNodes, BesideHexahedraThatMayTurn) {
+  for (const auto codec : {ConnectivityCodec::paper, ConnectivityCodec::rows,
+                           ConnectivityCodec::mixed, ConnectivityCodec::replay})
+    for (const std::uint32_t every : {2u, 3u, 5u}) {
+      TestMesh mesh = grid(4, 4, 3);
+      mesh.schema.order = Order::stream;
+      mesh.schema.corner_order = false;
+      mesh.schema.blocks.push_back({20, "", CellShape::hexahedron, 20});
+      std::mt19937 random(every);
+      for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
+        auto& corners = mesh.cells[c].corners;
+        for (unsigned n = random() % 4; n > 0; --n) {  // numbered by turns
+          std::rotate(corners.begin(), corners.begin() + 1, corners.begin() + 4);
+          std::rotate(corners.begin() + 4, corners.begin() + 5, corners.end());
+        }
+        if (c % every != 0) continue;
+        mesh.cells[c].block = 1;
+        for (std::uint64_t i = 0; i < 12; ++i) corners.push_back((7 * c + i) % mesh.vertices);
+      }
+      WriteOptions options;
+      options.connectivity = codec;
+      SCOPED_TRACE(static_cast<int>(codec));
+      expect_round_trip(mesh, options);
+    }
+}
+
+TEST(InnerNodes, CostNothingOnAGrid) {
+  for (std::uint32_t nodes : {20u, 27u})
+    for (ConnectivityCodec codec : kCodecs) {
+      WriteOptions options;
+      options.connectivity = codec;
+      SizeReport report;
+      expect_round_trip(second_order_grid(12, 12, 12, nodes), options, &report);
+      EXPECT_LT(report.streams["connectivity"], 300u) << nodes;  // bytes for 1728 cells
+      EXPECT_LT(report.streams["vertex numbers"], 200u) << nodes;
+    }
+}
+
+TEST(InnerNumbers, RulesThatFitAreFound) {
+  // Two edges of a quad: the second one is numbered by 100 more than the first.
+  CellTopology cell;
+  cell.layout = node_layout(CellShape::quad, 8);
+  std::vector<std::uint64_t> numbers(8);
+  for (std::uint32_t i = 0; i < 8; ++i) cell.slots.push_back(i);
+  InnerNumbers rules;
+  for (std::uint64_t c = 0; c < 20; ++c) {
+    numbers = {c, 40 + 7 * c, 900, 9 * c * c, 1000 + 13 * c * c, 0, 0, 0};
+    const auto guess = rules.expect(cell, *cell.layout->at(6), 6, 0x1f, numbers, 0);
+    if (c > 8) {
+      EXPECT_EQ(guess.best, 1100 + 13 * c * c) << c;
+    }
+    rules.learn(1100 + 13 * c * c);
+  }
+}
+
+}  // namespace
+}  // namespace shm

@@ -1,0 +1,156 @@
+#!/usr/bin/python3
+"""Every file of the corpus through the tool, as a user would.
+
+corpus_test.py SHM            SHM: path of the tool; the corpus is the folder in SHM_CORPUS
+
+For each file: compress in `keep`, `stream` and `free`; `verify --against` the source says equal, and
+so does `diff`, with --match where the order changed; small ones converted to the other formats,
+`diff --match` finds no more than what the other format cannot hold; the streams of --json add up to the output;
+decompress to the file's own format, and a reader that we did not write (VTK, gmsh, netCDF's tools)
+finds source and result equal. Prints a table of what each file exercises. A file of a format that
+is not known is a failure: none is left out.
+Exit code 0 when all hold, 1 when one fails, 77 (skipped) where there is no corpus.
+"""
+import concurrent.futures
+import json
+import os
+import subprocess
+import sys
+import tempfile
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+ORACLES = {  # by source_format of `shm info`: (extension to decompress to, oracle)
+    "vtk": (".vtk", "vtk_oracle.py"),
+    "gmsh": (".msh", "gmsh_oracle.py"),
+    "exodus": (".e", "exodus_oracle.py"),
+    "ucd": (".inp", "ucd_oracle.py"),
+    "vtu": (".vtu", "vtu_oracle.py"),
+}
+# Conversions to all other formats are slow, and larger files show nothing else.
+LARGEST_CONVERTED = 1 << 20
+FOLDERS = ("exodus", "vtk", "gmsh", "other")
+
+
+def run(command):
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
+    return done.returncode, (done.stderr + done.stdout).strip()[:400], done.stdout
+
+
+def exercised(told):
+    """What a mesh holds, from `shm info --json`: the columns of a line of the table."""
+    shapes = {}
+    for block in told["blocks"]:
+        kind = block["shape"] + (str(block["nodes_per_cell"] or "") if block["cells"] else " 0")
+        shapes[kind] = shapes.get(kind, 0) + block["cells"]
+    arrays = {}
+    for array in told["arrays"]:
+        kind = (array["role"].split(":")[-1] if array["role"]
+                else f"{array['location']} {array['type']}x{array['components']}")
+        arrays[kind] = arrays.get(kind, 0) + 1
+    counts = [f"{n} {what}" for what, n in (("vertices", told["vertices"]),
+                                            ("blocks", len(told["blocks"])),
+                                            ("steps", len(told["step_times"])), ("sets", len(told["sets"])),
+                                            ("extras", len(told["extras"]))) if n]
+    return [told["source_format"], ", ".join(counts),
+            ", ".join(f"{n} {kind}" for kind, n in sorted(shapes.items())),
+            ", ".join(kind if n == 1 else f"{n} {kind}" for kind, n in sorted(arrays.items()))]
+
+
+def cannot_hold(difference):
+    """What is lost by design, and said when converting: time steps, and the shape of cells that the
+    other format has no word for. What B has besides are sets, as arrays or as cells."""
+    kind, what = difference["kind"], difference["what"]
+    if kind == "cells":
+        return all(" of other cells " in place["value_b"] for place in difference["places"])
+    if kind == "count" and what == "cells":
+        return int(difference["b"]) > int(difference["a"])
+    if kind == "values" and what == "array 'cell/BlockId'":
+        return True  # numbers that blocks of several dimensions share are given anew
+    return kind in ("steps", "only_in_b") or (kind, what) == ("unmatched", "cells of B")
+
+
+def check_conversions(shm, path, source_format, scratch):
+    wrong = []
+    if os.path.getsize(path) > LARGEST_CONVERTED:
+        return wrong
+    for other, (extension, _) in ORACLES.items():
+        converted = os.path.join(scratch, "converted" + extension)
+        if other == source_format or run([shm, "convert", path, converted])[0] != 0:
+            continue  # cells that the other format refuses
+        code, text, out = run([shm, "diff", path, converted, "--match", "--json"])
+        if code not in (0, 1):
+            wrong.append(f"diff with {other}: exit {code}: {text}")
+        elif not all(map(cannot_hold, json.loads(out)["differences"])):
+            wrong.append(f"diff with {other}: {text}")
+    return wrong
+
+
+def check(shm, path, scratch):
+    """One file: what it exercises, and what is wrong with it, a list of sentences."""
+    code, text, out = run([shm, "info", path, "--json"])
+    if code != 0:
+        return [], [f"info: exit {code}: {text}"]
+    told = json.loads(out)
+    return exercised(told), round_trip(shm, path, told["source_format"], scratch)
+
+
+def round_trip(shm, path, source_format, scratch):
+    wrong = []
+    packed = os.path.join(scratch, "packed.shm")
+    for order in ("stream", "free", "keep"):
+        code, text, out = run([shm, "compress", path, "-o", packed, "--order", order, "--json"])
+        if code != 0:
+            wrong.append(f"compress --order {order}: exit {code}: {text}")
+            continue
+        report = json.loads(out)
+        if sum(report["streams"].values()) != report["output_bytes"]:
+            wrong.append(f"{order}: streams do not add up to the output")
+        if os.path.getsize(packed) != report["output_bytes"]:
+            wrong.append(f"{order}: output_bytes is not the size of the file")
+        code, text, _ = run([shm, "verify", packed, "--against", path])
+        if code != 0:
+            wrong.append(f"verify --order {order}: exit {code}: {text}")
+        code, text, _ = run([shm, "diff", path, packed] + ([] if order == "keep" else ["--match"]))
+        if code != 0:
+            wrong.append(f"diff --order {order}: exit {code}: {text}")
+    wrong += check_conversions(shm, path, source_format, scratch)
+    if wrong:
+        return wrong
+    extension, oracle = ORACLES[source_format]
+    back = os.path.join(scratch, "back" + extension)
+    code, text, _ = run([shm, "decompress", packed, "-o", back])
+    if code != 0:
+        return [f"decompress: exit {code}: {text}"]
+    code, text, _ = run(["/usr/bin/python3", os.path.join(os.path.dirname(HERE), "support", oracle), path, back])
+    if code != 0:
+        wrong.append(f"{oracle}: exit {code}: {text}")
+    return wrong
+
+
+def main():
+    shm = sys.argv[1]
+    corpus = os.environ.get("SHM_CORPUS", "")
+    if not os.path.isdir(corpus):
+        print("skipped: SHM_CORPUS names no folder, so no corpus file was tried")
+        return 77
+    files = [os.path.join(corpus, folder, name)
+             for folder in FOLDERS for name in sorted(os.listdir(os.path.join(corpus, folder)))]
+
+    def one(path):
+        with tempfile.TemporaryDirectory() as scratch:
+            return check(shm, path, scratch)
+
+    bad = 0
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        for path, (columns, wrong) in zip(files, pool.map(one, files)):
+            name = "/".join(path.split(os.sep)[-2:])
+            print(" | ".join([name, *columns]))
+            for sentence in wrong:
+                print(f"{name}: {sentence}")
+            bad += bool(wrong)
+    print(f"{len(files) - bad} of {len(files)} corpus files come back equal")
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,252 @@
+// Damaged and lying files take no memory out of proportion, nor do meshes of many components.
+#include <array>
+#include <string>
+
+#include "bytes/packing.h"
+#include "container/schema_codec.h"
+#include "support/hostile.h"
+#include "support/sanitized.h"
+#include "support/watched_memory.h"
+
+namespace shm {
+namespace {
+
+TEST(Hostile, BytesBehindTheEndAreNotKept) {
+  Decoder decoder;
+  ASSERT_TRUE(decoder.feed(file("keep")));
+  while (*decoder.advance() == Decoder::Progress::item_ready) decoder.take();
+  const Bytes more(1 << 16);
+  largest_allocation = 0;
+  for (int i = 0; i < 1000; ++i) {
+    ASSERT_TRUE(decoder.feed(more));
+    ASSERT_EQ(*decoder.advance(), Decoder::Progress::need_input);
+  }
+  EXPECT_LE(largest_allocation, std::size_t{4} << 20);
+}
+
+TEST(Hostile, StatedSizesAllocateNothing) {
+  constexpr std::size_t kSmall = 1 << 20;
+  // Four gigabytes of payload, of which nothing is there.
+  FileParts parts = take_apart(file("keep"));
+  ByteWriter start;
+  container::put(start, parts.start);
+  container::ChunkHeader header;
+  header.kind = static_cast<std::uint8_t>(ChunkKind::schema);
+  header.payload_bytes = std::uint64_t{1} << 32;
+  container::put(start, header);
+  largest_allocation = 0;
+  EXPECT_EQ(code_of(start.bytes), ErrorCode::over_limit);
+  ReadLimits limits;
+  limits.max_chunk_bytes = std::uint64_t{1} << 40;
+  // Sizes of 32 bits cannot say it, whatever the caller allows.
+  EXPECT_EQ(code_of(start.bytes, limits),
+            sizeof(std::size_t) < 8 ? ErrorCode::over_limit : ErrorCode::truncated);
+  EXPECT_LE(largest_allocation, kSmall);
+
+  // A schema that states to unpack to a gigabyte, raw and packed.
+  for (const std::uint8_t method : {std::uint8_t{0}, std::uint8_t{1}}) {
+    ByteWriter payload;
+    payload.put_u16(container::kMajor);
+    payload.put_u16(container::kMinor);
+    payload.put_u32(0);
+    payload.put_u8(method);
+    payload.put_varint(std::uint64_t{1} << 30);
+    payload.put_bytes(zstd_compress(Bytes(100), 1));
+    largest_allocation = 0;
+    EXPECT_EQ(code_of(file_of({{ChunkKind::schema, payload.bytes}})), ErrorCode::corrupt);
+    EXPECT_LE(largest_allocation, kSmall);
+  }
+
+  // A group that states 2^20 cells and a gigabyte.
+  parts = take_apart(file("keep"));
+  auto group = take_group_apart(parts.chunks[1].payload);
+  ASSERT_TRUE(group);
+  group->header.cells = container::kMaxGroupCells;
+  group->header.vertices = std::uint64_t{1} << 60;
+  group->header.decoded_bytes = std::uint64_t{1} << 30;
+  parts.chunks[1].payload = put_group_together(*group);
+  largest_allocation = 0;
+  EXPECT_EQ(code_of(put_together(parts)), ErrorCode::corrupt);
+  EXPECT_LE(largest_allocation, std::size_t{32} << 20);
+}
+
+TEST(Hostile, LimitsOfTheSchemaComeBeforeItsMemory) {
+  // A million blocks and a million arrays of no name pack to almost nothing.
+  for (const bool arrays : {false, true}) {
+    Schema schema;
+    if (arrays)
+      schema.arrays.resize(1000000);
+    else
+      schema.blocks.resize(1000000);
+    const Bytes bytes = file_of({{ChunkKind::schema, schema_payload(schema)}});
+    ReadLimits limits;
+    limits.max_blocks = limits.max_arrays = 1000;
+    largest_allocation = 0;
+    EXPECT_EQ(code_of(bytes, limits), ErrorCode::over_limit);
+    EXPECT_LE(largest_allocation, std::size_t{33} << 20) << (arrays ? "arrays" : "blocks");
+  }
+}
+
+/// Point arrays of so many components on a mesh.
+TestMesh with_components(TestMesh mesh, std::uint32_t arrays, std::uint32_t components,
+                         ScalarType type) {
+  for (std::uint32_t a = 0; a < arrays; ++a)
+    add_array(mesh, array_of("a" + std::to_string(a), Location::point, type, components),
+              mesh.vertices);
+  return mesh;
+}
+struct Components {
+  std::uint32_t arrays, components;
+  bool any_tables;  // whether columns of some of the arrays have tables
+};
+constexpr std::array<Components, 4> kManyComponents = {
+    {{1, 4096, false}, {4096, 1, true}, {256, 16, true}, {64, 64, false}}};
+
+// A component takes a few kilobytes, and tables are for few of them.
+TEST(Hostile, ManyComponentsTakeLittleMemory) {
+  constexpr std::size_t kPerComponent = 12 << 10, kTables = 32 << 20;
+  for (const Components& many : kManyComponents)
+    for (const Level level : {Level::fast, Level::standard, Level::best}) {
+      if (kSanitized && level != Level::best) continue;
+      SCOPED_TRACE(std::to_string(many.arrays) + " arrays, level " +
+                   std::to_string(static_cast<int>(level)));
+      const TestMesh mesh =
+          with_components(grid(1, 1, 1), many.arrays, many.components, ScalarType::uint8);
+      MemorySink sink;
+      WriteOptions options;
+      options.level = level;
+      ASSERT_TRUE(write_mesh(mesh, sink, options));
+      const std::size_t most =
+          4096 * kPerComponent + (level == Level::best || many.any_tables ? kTables : 0);
+      EXPECT_LE(memory_of([&] { EXPECT_TRUE(decode_in_pieces(sink.bytes)); }), most);
+
+      FileParts parts = take_apart(sink.bytes);
+      Bytes& payload = parts.find(ChunkKind::group)->payload;
+      const auto group = take_group_apart(payload);
+      ASSERT_TRUE(group);
+      // Streams that are not there read as zeros: a file of a few bytes for each array.
+      auto empty = *group;
+      const auto first_array = static_cast<std::ptrdiff_t>(
+          std::find_if(
+              empty.header.streams.begin(), empty.header.streams.end(),
+              [](const auto& entry) { return entry.kind == container::StreamKind::array; }) -
+          empty.header.streams.begin());
+      empty.header.streams.erase(empty.header.streams.begin() + first_array,
+                                 empty.header.streams.end());
+      empty.streams.erase(empty.streams.begin() + first_array, empty.streams.end());
+      payload = put_group_together(empty);
+      EXPECT_LE(memory_of([&] { (void)decode_in_pieces(put_together(parts)); }), most);
+
+      // Mixed columns where there may be none.
+      auto mixed = *group;
+      mixed.header.streams.back().codec = container::Codec::mixed_columns;
+      payload = put_group_together(mixed);
+      EXPECT_LE(memory_of([&] { EXPECT_EQ(code_of(put_together(parts)), ErrorCode::unsupported); }),
+                most + kTables);
+    }
+}
+
+// Shifts remember values of a few components only; the others are under zstd alone.
+TEST(Hostile, ManyComponentsOfShiftsTakeLittleMemory) {
+  constexpr std::size_t kPerComponent = 4 << 10, kRings = 34 << 20;
+  for (const Components& many : kManyComponents) {
+    SCOPED_TRACE(many.arrays);
+    const TestMesh mesh =
+        with_components(bent_grid(2, 2, 2), many.arrays, many.components, ScalarType::float32);
+    MemorySink sink;
+    WriteOptions options;
+    options.connectivity = ConnectivityCodec::shifts;
+    options.segment_cells = 3;
+    EXPECT_LE(memory_of([&] { EXPECT_TRUE(write_mesh(mesh, sink, options)); }),
+              std::size_t{128} << 20);
+    const Decoded whole = std::move(*decode_in_pieces(sink.bytes));
+    const std::size_t most = kRings + 4096 * kPerComponent;
+    EXPECT_LE(memory_of([&] { EXPECT_TRUE(decode_in_pieces(sink.bytes)); }), most);
+
+    // Differences where there may be none.
+    FileParts parts = take_apart(sink.bytes);
+    Bytes& payload = parts.find(ChunkKind::group)->payload;
+    auto group = take_group_apart(payload);
+    ASSERT_TRUE(group);
+    EXPECT_EQ(group->header.streams.back().codec, container::Codec::shuffled_zstd);
+    group->header.streams.back().codec = container::Codec::differences;
+    payload = put_group_together(*group);
+    EXPECT_LE(memory_of([&] { EXPECT_EQ(code_of(put_together(parts)), ErrorCode::unsupported); }),
+              most);
+  }
+}
+
+// As many segments as there are cells hold what one holds.
+TEST(Hostile, ManySegmentsOfShiftsTakeLittleMemory) {
+  MemorySink sink;
+  WriteOptions options;
+  options.connectivity = ConnectivityCodec::shifts;
+  options.segment_cells = 1;
+  ASSERT_TRUE(write_mesh(bent_grid(6, 6, 6), sink, options));
+  EXPECT_LE(memory_of([&] { EXPECT_TRUE(decode_in_pieces(sink.bytes)); }), std::size_t{8} << 20);
+}
+
+TEST(Hostile, StatedSizesOfShiftsAllocateNothing) {
+  // A gigabyte of shifts or values, of which nothing is there.
+  for (const std::size_t stream : {0u, 1u, 2u, 3u}) {
+    const Bytes bytes = shifts_with([&](GroupParts& group) {
+      group.header.decoded_bytes = std::uint64_t{1} << 30;
+      group.header.cells = container::kMaxGroupCells;
+      ASSERT_EQ(group.streams.size(), 4u);
+      ByteWriter out;
+      if (stream == 0) out.put_u8(0);
+      out.put_varint(stream == 0 ? std::uint64_t{1} << 30 : std::uint64_t{1} << 26);
+      if (stream > 0) {
+        const int components = stream == 1 ? 3 : stream == 2 ? 2 : 1;
+        out.put_u8(0);
+        for (int c = 0; c < components; ++c) {
+          out.put_u8(stream == 2 ? 5 : 0);  // integers, or any float
+          out.put_signed(0);
+          out.put_u8(stream == 2 ? 2 : 4);
+        }
+        group.header.streams[stream].codec = container::Codec::differences;
+      }
+      out.put_bytes(zstd_compress(Bytes(100), 1));
+      group.streams[stream] = std::move(out.bytes);
+    });
+    largest_allocation = 0;
+    EXPECT_EQ(code_of(bytes), ErrorCode::corrupt) << stream;
+    EXPECT_LE(largest_allocation, std::size_t{4} << 20) << stream;
+  }
+}
+
+TEST(Hostile, QuantizedComponentsShareTheirSchema) {
+  TestMesh mesh = with_components(grid(1, 1, 1), 1, 4096, ScalarType::float32);
+  Quantization& quantization = mesh.schema.arrays[0].quantization;
+  quantization.bits = 16;
+  quantization.minimum.assign(4096, 0.0);
+  quantization.maximum.assign(4096, 1.0);
+  const Bytes bytes = written(mesh);
+  EXPECT_LE(memory_of([&] { EXPECT_TRUE(decode_in_pieces(bytes)); }), std::size_t{64} << 20);
+}
+
+// Of each component a Writer holds several copies while it tries, and tables of few: 1.3 MB of
+// values in 4096 components do not take gigabytes.
+TEST(Hostile, ManyComponentsAreWrittenInBoundedMemory) {
+  for (std::size_t i = 0; i < kManyComponents.size(); i += every(2)) {
+    const Components& many = kManyComponents[i];
+    SCOPED_TRACE(many.arrays);
+    const TestMesh mesh =
+        with_components(bent_grid(4, 3, 3), many.arrays, many.components, ScalarType::float32);
+    WriteOptions options;
+    options.level = Level::best;
+    MemorySink sink;
+    EXPECT_LE(memory_of([&] { EXPECT_TRUE(write_mesh(mesh, sink, options)); }),
+              std::size_t{256} << 20);
+  }
+}
+
+// What columns keep by number is bounded by places, and these by cells.
+TEST(Hostile, ColumnsOverShiftsTakeLittleMemory) {
+  const Bytes bytes = written(with_components(bent_grid(2, 2, 2), 1, 28, ScalarType::float32),
+                              65536, ConnectivityCodec::shifts);
+  EXPECT_LE(memory_of([&] { EXPECT_TRUE(decode_in_pieces(bytes)); }), std::size_t{16} << 20);
+}
+
+}  // namespace
+}  // namespace shm

@@ -1,0 +1,342 @@
+// Groups whose cells are shifts, with lies behind good checksums.
+#include <limits>
+#include <string>
+#include <unordered_set>
+
+#include "bytes/packing.h"
+#include "shm/appender.h"
+#include "support/hostile.h"
+#include "support/sanitized.h"
+#include "support/watched_memory.h"
+
+namespace shm {
+namespace {
+
+/// What a group of shifts says, before zstd.
+struct ShiftWords {
+  Bytes words, symbols;
+};
+ShiftWords words_of(const GroupParts& group) {
+  ByteReader in(group.streams[0]);
+  (void)in.get_u8();  // what is remembered
+  const std::uint64_t words = in.get_varint();
+  const auto all = zstd_decompress(in.get_bytes(in.left()), words + group.header.cells);
+  EXPECT_TRUE(all.has_value());
+  if (!all) return {};
+  const auto middle = all->begin() + static_cast<std::ptrdiff_t>(words);
+  return {Bytes(all->begin(), middle), Bytes(middle, all->end())};
+}
+Bytes bytes_of(const ShiftWords& said, std::uint8_t ring_bits = 0) {
+  ByteWriter out, all;
+  out.put_u8(ring_bits);
+  out.put_varint(said.words.size());
+  all.put_bytes(said.words);
+  all.put_bytes(said.symbols);
+  out.put_bytes(zstd_compress(all.bytes, 1));
+  return std::move(out.bytes);
+}
+
+// Every vertex is born once, alive where it is used, and imported where an earlier segment has it.
+void expect_shifts_refuse_lies(const char* name) {
+  SCOPED_TRACE(name);
+  EXPECT_EQ(text_of(decode_in_pieces(shifts_with([](GroupParts&) {}, name))),
+            text_of(decode_in_pieces(file(name))));
+  using Shift = std::vector<std::uint64_t>;  // block, nodes, births, imports, last uses
+  const auto with_first = [&](const std::function<void(Shift&)>& lie) {
+    return shifts_with(
+        [&](GroupParts& group) {
+          ShiftWords said = words_of(group);
+          ByteReader in(said.words);
+          Shift first;
+          for (int i = 0; i < 12; ++i) first.push_back(in.get_varint());
+          lie(first);
+          ByteWriter out;
+          for (const std::uint64_t it : first) out.put_varint(it);
+          out.put_bytes(in.get_bytes(in.left()));
+          said.words = std::move(out.bytes);
+          group.streams[0] = bytes_of(said);
+        },
+        name);
+  };
+  EXPECT_TRUE(decode_in_pieces(with_first([](Shift&) {})));
+  constexpr std::size_t kBirths = 9, kImports = 10, kLastUse = 11;
+  const std::vector<std::function<void(Shift&)>> lies = {
+      [](Shift& s) { s[0] = 1; },                               // no such block
+      [](Shift& s) { s[1] += 2; },                              // another vertex
+      [](Shift& s) { s[1] = s[2]; },                            // born twice
+      [](Shift& s) { s[1] = 1 << 20; },                         // imported from nowhere
+      [](Shift& s) { s[1] = ~std::uint64_t{1}; },               // the same
+      [](Shift& s) { s[kBirths] &= s[kBirths] - 1; },           // used, not born
+      [](Shift& s) { s[kBirths] = s[kImports] = 0; },           // none is
+      [](Shift& s) { s[kImports] &= s[kImports] - 1; },         // an earlier segment's, born here
+      [](Shift& s) { s[kImports] = 0; },                        // all of them
+      [](Shift& s) { s[kImports] = 0xff; },                     // an own one, imported
+      [](Shift& s) { s[kLastUse] = 0xff; },                     // used later
+      [](Shift& s) { s[kBirths] |= 0x100; },                    // a node that is not there
+      [](Shift& s) { s[kLastUse] |= std::uint64_t{1} << 63; },  // again
+  };
+  for (std::size_t i = 0; i < lies.size(); ++i)
+    EXPECT_EQ(code_of(with_first(lies[i])), ErrorCode::corrupt) << "lie " << i;
+
+  const auto with_symbols = [&](const std::function<void(Bytes&)>& lie) {
+    return shifts_with(
+        [&](GroupParts& group) {
+          ShiftWords said = words_of(group);
+          lie(said.symbols);
+          group.streams[0] = bytes_of(said);
+        },
+        name);
+  };
+  EXPECT_EQ(code_of(with_symbols([](Bytes& s) { s[0] = std::byte{0}; })), ErrorCode::corrupt);
+  // One more new shift than is said.
+  EXPECT_EQ(code_of(with_symbols([](Bytes& s) {
+              const auto old =
+                  std::find_if(s.begin(), s.end(), [](std::byte b) { return b != std::byte{255}; });
+              ASSERT_NE(old, s.end());
+              *old = std::byte{255};
+            })),
+            ErrorCode::corrupt);
+  EXPECT_EQ(code_of(with_symbols([](Bytes& s) { s.back() = std::byte{254}; })), ErrorCode::corrupt);
+  EXPECT_EQ(code_of(with_symbols([](Bytes& s) { s.pop_back(); })), ErrorCode::corrupt);
+  EXPECT_EQ(code_of(with_symbols([](Bytes& s) { s.push_back(s.back()); })), ErrorCode::corrupt);
+}
+TEST(Hostile, LyingShifts) { expect_shifts_refuse_lies("shifts"); }
+TEST(Hostile, LyingShiftsOfOrderStream) { expect_shifts_refuse_lies("shifts_stream"); }
+
+// Where vertices are numbered by birth, each is born with the next number, and no other.
+TEST(Hostile, ShiftsThatLeaveNumbersOut) {
+  TestMesh mesh = with_order(grid(1, 1, 1), Order::stream, false, 0);
+  const Bytes good = written(mesh, 65536, ConnectivityCodec::shifts, Level::fast);
+  const auto with_numbers = [&](const std::vector<std::uint64_t>& numbers, std::uint64_t imports) {
+    FileParts parts = take_apart(good);
+    Chunk* chunk = parts.find(ChunkKind::group, 0);
+    auto group = take_group_apart(chunk->payload);
+    ByteWriter words;
+    words.put_varint(0);
+    for (const std::uint64_t number : numbers) words.put_signed(static_cast<std::int64_t>(number));
+    words.put_varint(0xff);
+    if (imports > 0) words.put_varint(imports);
+    words.put_varint(0xff);
+    group->streams[0] = bytes_of({std::move(words.bytes), {std::byte{255}}});
+    chunk->payload = put_group_together(*group);
+    return put_together(parts);
+  };
+  const std::uint64_t import = std::uint64_t{1} << 63;
+  EXPECT_EQ(with_numbers({0, 1, 2, 3, 4, 5, 6, 7}, 0), good);
+  using Numbers = std::vector<std::uint64_t>;
+  for (const Numbers& numbers :
+       {Numbers{1, 2, 3, 4, 5, 6, 7, 8}, Numbers{0, 1, 2, 3, 4, 5, 6, 8},
+        Numbers{0, 1, 2, 3, 4, 5, 7, 6}, Numbers{0, 1, 2, 3, 4, 5, 6, 6},
+        Numbers{import, 1, 2, 3, 4, 5, 6, 7}, Numbers{0, 1, 2, 3, 4, 5, 6, import},
+        Numbers{0, 1, 2, 3, 4, 5, 6, ~std::uint64_t{0}}})
+    EXPECT_EQ(code_of(with_numbers(numbers, 0)), ErrorCode::corrupt);
+  // The first segment has nothing to import.
+  EXPECT_EQ(code_of(with_numbers({0, 1, 2, 3, 4, 5, 6, import}, 0x80)), ErrorCode::corrupt);
+}
+
+// The stream numbers of imported vertices.
+TEST(Hostile, LyingNumbersOfImportsOfShifts) {
+  const auto code_with = [](const std::function<void(GroupParts&)>& change) {
+    return code_of(shifts_with(change, "shifts_stream"));
+  };
+  const auto is_there = [](GroupParts& group) {
+    ASSERT_EQ(group.header.streams[1].kind, container::StreamKind::vertex_numbers);
+  };
+  EXPECT_EQ(code_with([&](GroupParts& group) {  // the same one again and again
+              is_there(group);
+              group.streams.erase(group.streams.begin() + 1);
+              group.header.streams.erase(group.header.streams.begin() + 1);
+            }),
+            ErrorCode::corrupt);
+  for (std::size_t byte = 0; byte < 256; ++byte) {  // others, own ones, none
+    const auto code = code_with([&](GroupParts& group) {
+      is_there(group);
+      group.streams[1] = Bytes(20, static_cast<std::byte>(byte));
+    });
+    EXPECT_EQ(code, ErrorCode::corrupt) << byte;
+  }
+  EXPECT_EQ(code_with([&](GroupParts& group) {
+              is_there(group);
+              group.header.streams[1].codec = container::Codec::shifts;
+            }),
+            ErrorCode::unsupported);
+  // In the first segment, which has no imports, and in order keep.
+  for (const char* name : {"shifts_stream", "shifts"}) {
+    FileParts parts = take_apart(file(name));
+    for (const std::size_t nth : {0u, 2u}) {
+      if (nth == 2 && std::string(name) == "shifts_stream") continue;
+      FileParts changed = parts;
+      Chunk* chunk = changed.find(ChunkKind::group, nth);
+      auto group = take_group_apart(chunk->payload);
+      ASSERT_TRUE(group);
+      container::StreamEntry entry;
+      entry.kind = container::StreamKind::vertex_numbers;
+      entry.codec = container::Codec::predictive;
+      group->header.streams.insert(group->header.streams.begin() + 1, entry);
+      group->streams.insert(group->streams.begin() + 1, Bytes(3));
+      chunk->payload = put_group_together(*group);
+      EXPECT_EQ(code_of(put_together(changed)), ErrorCode::corrupt) << name << nth;
+    }
+  }
+}
+
+/// The nth group of the file "shifts_columns", its ring of another size.
+Bytes with_ring(std::size_t nth, int ring_bits) {
+  FileParts parts = take_apart(file("shifts_columns"));
+  Chunk* chunk = parts.find(ChunkKind::group, nth);
+  auto group = take_group_apart(chunk->payload);
+  EXPECT_TRUE(group);
+  if (!group) return {};
+  group->streams[0][0] = static_cast<std::byte>(ring_bits);
+  chunk->payload = put_group_together(*group);
+  return put_together(parts);
+}
+
+TEST(Hostile, RingsOfShiftsAreNoLargerThanTheirGroups) {
+  const int ring = std::to_integer<int>(
+      take_group_apart(take_apart(file("shifts_columns")).find(ChunkKind::group)->payload)
+          ->streams[0][0]);
+  ASSERT_EQ(ring, 5);  // of twelve cells: 48 places at most
+  EXPECT_EQ(text_of(decode_in_pieces(with_ring(0, ring))),
+            text_of(decode_in_pieces(file("shifts_columns"))));
+  for (const std::size_t nth : {0u, 1u}) {
+    for (const int bits : {ring + 1, 19, 20, 63, 64, 255}) {
+      largest_allocation = 0;
+      EXPECT_EQ(code_of(with_ring(nth, bits)), ErrorCode::corrupt) << bits;
+      EXPECT_LE(largest_allocation, std::size_t{1} << 20) << bits;
+    }
+    // Values are in columns that have no neighbourhoods.
+    EXPECT_EQ(code_of(with_ring(nth, 0)), ErrorCode::unsupported);
+    // A smaller one is as good as any; what comes out is something else, or makes no sense.
+    for (int bits = 1; bits < ring; ++bits) (void)decode_in_pieces(with_ring(nth, bits));
+  }
+}
+
+TEST(Hostile, StreamsOfShiftsMissingRepeatedOrSwapped) {
+  const std::size_t streams = 4;
+  for (std::size_t at = 0; at < streams; ++at) {
+    const auto place = static_cast<std::ptrdiff_t>(at);
+    const auto refused = [&](const std::function<void(GroupParts&)>& lie) {
+      EXPECT_FALSE(decode_in_pieces(shifts_with(lie))) << at;
+    };
+    refused([&](GroupParts& group) {
+      ASSERT_EQ(group.streams.size(), streams);
+      group.streams.erase(group.streams.begin() + place);
+      group.header.streams.erase(group.header.streams.begin() + place);
+    });
+    refused([&](GroupParts& group) {
+      group.streams.insert(group.streams.begin() + place, group.streams[at]);
+      group.header.streams.insert(group.header.streams.begin() + place, group.header.streams[at]);
+    });
+    if (at > 0) {
+      refused([&](GroupParts& group) {
+        std::swap(group.streams[at], group.streams[at - 1]);
+        std::swap(group.header.streams[at], group.header.streams[at - 1]);
+      });
+    }
+    for (const auto codec : {container::Codec::predictive, container::Codec::paper,
+                             container::Codec::mixed_columns, container::Codec::shifts,
+                             container::Codec::differences, static_cast<container::Codec>(99)})
+      refused([&](GroupParts& group) {
+        auto& is = group.header.streams[at].codec;
+        is = is == codec ? static_cast<container::Codec>(98) : codec;
+      });
+  }
+  // Shifts behind another codec of the same segment, and the other way round.
+  for (const auto codec : {container::Codec::predictive, container::Codec::paper}) {
+    FileParts parts = take_apart(file("shifts"));
+    for (const std::size_t nth : {0u, 1u}) {
+      FileParts changed = parts;
+      Chunk* chunk = changed.find(ChunkKind::group, nth);
+      auto group = take_group_apart(chunk->payload);
+      ASSERT_TRUE(group);
+      group->header.streams[0].codec = codec;
+      chunk->payload = put_group_together(*group);
+      EXPECT_FALSE(decode_in_pieces(put_together(changed))) << nth;
+    }
+  }
+}
+
+// Shifts in files whose schema does not take them.
+TEST(Hostile, ShiftsOfAnotherSchema) {
+  const auto code_with = [](const std::function<void(Schema&)>& change) {
+    TestMesh mesh = bent_grid(3, 2, 2);
+    const Bytes good = written(mesh, 65536, ConnectivityCodec::shifts);
+    change(mesh.schema);
+    FileParts parts = take_apart(good);
+    parts.chunks[0].payload = schema_payload(mesh.schema);
+    return code_of(put_together(parts));
+  };
+  EXPECT_EQ(code_with([](Schema& s) { s.order = Order::stream; }), ErrorCode::corrupt);
+  EXPECT_EQ(code_with([](Schema& s) { s.order = Order::free; }), ErrorCode::corrupt);
+  EXPECT_EQ(code_with([](Schema& s) { s.delay = 5; }), ErrorCode::unsupported);
+  EXPECT_EQ(code_with([](Schema& s) { s.blocks[0].nodes_per_cell = 0; }), ErrorCode::unsupported);
+  EXPECT_EQ(code_with([](Schema& s) { s.blocks[0].nodes_per_cell = 65; }), ErrorCode::unsupported);
+  EXPECT_EQ(code_with([](Schema& s) {
+              s.arrays.push_back(array_of("a", Location::cell, ScalarType::int8, 33));
+              s.arrays[0].per_step = true;
+            }),
+            ErrorCode::unsupported);
+  EXPECT_EQ(code_with([](Schema& s) { s.blocks[0].nodes_per_cell = 7; }), ErrorCode::corrupt);
+  EXPECT_EQ(code_with([](Schema& s) { s.coordinate_type = ScalarType::float64; }),
+            ErrorCode::corrupt);
+}
+
+// Nor where they are told again for steps that come behind them, beside which nothing else is read.
+TEST(Hostile, ShiftsOfAnotherSchemaAreNotToldAgain) {
+  const auto appends_with = [](const std::function<void(Schema&)>& change) {
+    TestMesh mesh = bent_grid(3, 2, 2);
+    mesh.schema.arrays.push_back(array_of("a", Location::cell, ScalarType::int8, 1));
+    mesh.schema.arrays[0].per_step = true;
+    const Bytes good = written(mesh, 65536, ConnectivityCodec::shifts);
+    change(mesh.schema);
+    FileParts parts = take_apart(good);
+    parts.chunks[0].payload = schema_payload(mesh.schema);
+    const Bytes changed = put_together(parts);
+    MemoryRandomSource source(changed);
+    MemorySink sink;
+    auto appender = Appender::open(source, sink);
+    if (!appender) return false;
+    const Bytes values(12 * mesh.schema.arrays[0].components);
+    const auto added = appender->add_step_values(0, 0, values);
+    EXPECT_TRUE(added || added.error().code == ErrorCode::corrupt);
+    return bool(added);
+  };
+  EXPECT_TRUE(appends_with([](Schema&) {}));
+  EXPECT_FALSE(appends_with([](Schema& s) { s.delay = 5; }));
+  EXPECT_FALSE(appends_with([](Schema& s) { s.blocks[0].nodes_per_cell = 65; }));
+  EXPECT_FALSE(appends_with([](Schema& s) { s.blocks[0].nodes_per_cell = 1000; }));
+  EXPECT_FALSE(appends_with([](Schema& s) { s.blocks[0].nodes_per_cell = 0; }));
+  EXPECT_FALSE(appends_with([](Schema& s) { s.arrays[0].components = 33; }));
+}
+
+// A cell there cannot be, whatever is said of it.
+TEST(Hostile, ShiftsWithoutAnyBlock) {
+  Schema schema;
+  schema.coordinate_type = ScalarType::float32;
+  for (const std::uint8_t symbol : {std::uint8_t{255}, std::uint8_t{0}}) {
+    ByteWriter connectivity;
+    connectivity.put_u8(0);      // remembers nothing
+    connectivity.put_varint(0);  // no words
+    connectivity.put_bytes(zstd_compress(Bytes(1, std::byte{symbol}), 1));
+    GroupParts group;
+    group.header.cells = 1;
+    group.header.max_active_vertices = 8;
+    group.header.decoded_bytes = 1000;
+    container::StreamEntry entry;
+    entry.kind = container::StreamKind::connectivity;
+    entry.codec = container::Codec::shifts;
+    group.header.streams.push_back(entry);
+    group.streams.push_back(std::move(connectivity.bytes));
+    const Bytes bytes = file_of({{ChunkKind::schema, schema_payload(schema)},
+                                 {ChunkKind::group, put_group_together(group)}});
+    const auto decoded = decode_in_pieces(bytes);
+    ASSERT_FALSE(decoded);
+    EXPECT_EQ(decoded.error().code, ErrorCode::corrupt);
+    EXPECT_NE(decoded.error().message().find("a cell of no block"), std::string::npos)
+        << decoded.error().message();
+  }
+}
+
+}  // namespace
+}  // namespace shm

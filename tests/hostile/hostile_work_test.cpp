@@ -1,0 +1,223 @@
+// Files that were made to cost much: the processor time that reading them takes, for each byte that
+// goes in or comes out, is not far from that of an ordinary file in the same run. Ratios only: the
+// machine may be busy, and slow.
+#include <time.h>
+
+#include <algorithm>
+#include <limits>
+#include <string>
+
+#include "shm/step_reader.h"
+#include "shm/summary.h"
+#include "support/hostile.h"
+#include "support/sanitized.h"
+#include "support/stepped_mesh.h"
+
+namespace shm {
+namespace {
+
+/// As many times as much, for each byte: small things cost more than large ones, and what a column
+/// is made of costs some microseconds.
+constexpr double kMost = 12;
+
+double processor_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
+}
+
+std::uint64_t bytes_of(const Item& item) {
+  if (const auto* block = std::get_if<MeshBlock>(&item)) {
+    std::uint64_t bytes = block->xyz.size() + 8 * (block->corners.size() + block->cell_count());
+    for (const auto& array : block->arrays) bytes += array.size();
+    return bytes;
+  }
+  if (const auto* piece = std::get_if<StepPiece>(&item)) return piece->values.size();
+  if (const auto* extra = std::get_if<Extra>(&item)) return extra->data.size();
+  return 0;
+}
+
+/// Everything, item by item; topology is never kept, as in meshes of many millions. What comes out.
+std::uint64_t read_all(const Bytes& file) {
+  MemorySource source(file);
+  ReadOptions options;
+  options.kept_topology_bytes = 0;
+  auto reader = Reader::open(source, {}, options);
+  EXPECT_TRUE(reader);
+  std::uint64_t out = 0;
+  while (reader) {
+    const auto item = reader->next();
+    EXPECT_TRUE(item) << item.error().message();
+    if (!item || *item == nullptr) break;
+    out += bytes_of(**item);
+  }
+  return out;
+}
+
+/// Every array at every step, by the index.
+std::uint64_t read_steps(const Bytes& file) {
+  MemoryRandomSource source(file);
+  auto reader = StepReader::open(source);
+  EXPECT_TRUE(reader) << reader.error().message();
+  std::uint64_t out = 0;
+  for (std::uint32_t a = 0; reader && a < reader->schema().arrays.size(); ++a)
+    for (const std::uint64_t step : reader->steps(a)) {
+      const auto pieces = reader->read({a, step});
+      EXPECT_TRUE(pieces) << pieces.error().message();
+      if (!pieces) return out;
+      for (const StepValues& piece : *pieces) out += piece.values.size();
+    }
+  return out;
+}
+
+/// Seconds for each byte in and out, of the quickest of some runs.
+template <class Read>
+double seconds_a_byte(const Bytes& file, const Read& read) {
+  double least = std::numeric_limits<double>::max(), all = 0;
+  for (int run = 0; run < 3 && all < .5; ++run) {
+    const double begin = processor_seconds();
+    const std::uint64_t out = read(file);
+    const double took = processor_seconds() - begin;
+    all += took;
+    least = std::min(least, took / static_cast<double>(file.size() + out));
+  }
+  return least;
+}
+
+Bytes file_of(Stepped it, ConnectivityCodec codec, std::uint32_t group_cells = 65536,
+              std::uint64_t segment_cells = 0) {
+  it.options.level = Level::fast;
+  it.options.connectivity = codec;
+  it.options.group_cells = group_cells;
+  it.options.segment_cells = segment_cells;
+  it.options.key_steps = 1;
+  return written(it);
+}
+
+constexpr std::uint64_t kSide = kSanitized ? 16 : 40;
+constexpr std::uint64_t kManySteps = kSanitized ? 60 : 1500;
+constexpr std::uint64_t kThousands = kSanitized ? 1000 : 20000;
+
+/// A field on all points and one on all cells.
+Stepped ordinary() {
+  Stepped it{bent_grid(kSide, kSide, kSide), {}, {}};
+  for (const Location location : {Location::point, Location::cell}) {
+    const std::uint32_t a = add_stepped(it.mesh, array_of("f", location, ScalarType::float32));
+    for (std::uint64_t step = 0; step < 3; ++step)
+      it.values[{a, step}] = moving_values(it.mesh.schema.arrays[a], elements_of(it.mesh, a), step);
+  }
+  return it;
+}
+
+/// Arrays of a few components on the last cell of a mesh, at very many steps.
+Stepped on_one_cell(TestMesh mesh, std::uint64_t steps, std::uint32_t components = 16) {
+  mesh.schema.blocks.push_back({2, "spring", CellShape::hexahedron, 8});
+  mesh.cells.back().block = 1;
+  Stepped it{std::move(mesh), {}, {}};
+  for (int n = 0; n < 2; ++n) {
+    const std::uint32_t a =
+        add_stepped(it.mesh, array_of("f", Location::cell, ScalarType::float32, components, {1}));
+    for (std::uint64_t step = 0; step < steps; ++step)
+      it.values[{a, step}] = moving_values(it.mesh.schema.arrays[a], 1, step);
+  }
+  return it;
+}
+
+/// A file with so many more chunks and lines of the index, of which no reader knows anything.
+Bytes with_unknown_chunks(const Bytes& file, std::uint64_t count) {
+  FileParts parts = take_apart(file);
+  Chunk unknown;
+  unknown.header.kind = 200;
+  unknown.header.flags = container::kChunkOptional;
+  const auto index = parts.chunks.end() - 1;
+  parts.chunks.insert(index, static_cast<std::size_t>(count), unknown);
+  const Bytes longer = put_together(parts);
+  return with_index(longer, [&](container::Index& it) {
+    container::IndexEntry entry;
+    entry.kind = unknown.header.kind;
+    entry.bytes = container::kChunkHeaderBytes;
+    const container::IndexEntry& last = it.entries.back();
+    entry.offset = last.offset + last.bytes;
+    for (std::uint64_t n = 0; n < count; ++n, entry.offset += entry.bytes)
+      it.entries.push_back(entry);
+  });
+}
+
+Bytes with_extras(std::uint64_t count) {
+  MemorySink sink;
+  const auto report = write_mesh(bent_grid(2, 2, 2), sink, {}, [&](Writer& writer) -> Result<void> {
+    for (std::uint64_t n = 0; n < count; ++n) {
+      Extra extra;
+      extra.key = "test/" + std::to_string(n);
+      extra.type = ScalarType::uint8;
+      extra.shape = {1};
+      extra.data = Bytes(1);
+      if (auto good = writer.add_extra(extra); !good) return good;
+    }
+    return {};
+  });
+  EXPECT_TRUE(report);
+  return std::move(sink.bytes);
+}
+
+void expect_in_proportion(const std::string& name, const Bytes& file) {
+  static const double usual =
+      seconds_a_byte(file_of(ordinary(), ConnectivityCodec::rows), read_all);
+  static const double usual_steps =
+      seconds_a_byte(file_of(ordinary(), ConnectivityCodec::rows), read_steps);
+  const double all = seconds_a_byte(file, read_all) / usual;
+  const double steps = seconds_a_byte(file, read_steps) / usual_steps;
+  ::testing::Test::RecordProperty(name, std::to_string(all) + " " + std::to_string(steps));
+  std::printf("%s, %zu bytes: %.1f times as long for each byte, by the index %.1f\n", name.c_str(),
+              file.size(), all, steps);
+  EXPECT_LT(all, kMost) << name;
+  EXPECT_LT(steps, kMost) << name << " by the index";
+}
+
+TEST(HostileWork, AFewElementsOverManyStepsInRows) {
+  expect_in_proportion(
+      "one cell, rows",
+      file_of(on_one_cell(bent_grid(kSide, kSide, kSide), kManySteps), ConnectivityCodec::rows));
+}
+
+TEST(HostileWork, AFewElementsOverManyStepsInShifts) {
+  expect_in_proportion(
+      "one cell, shifts",
+      file_of(on_one_cell(bent_grid(kSide, kSide, kSide), kManySteps), ConnectivityCodec::shifts));
+}
+
+TEST(HostileWork, AFewElementsOverManyStepsInManyTinyGroups) {
+  expect_in_proportion("one cell, tiny groups",
+                       file_of(on_one_cell(bent_grid(kSide, kSide, kSide / 2), 10 * kManySteps, 1),
+                               ConnectivityCodec::rows, 3));
+}
+
+TEST(HostileWork, AFewElementsOverManyStepsInManyTinySegments) {
+  expect_in_proportion(
+      "one cell, tiny segments",
+      file_of(on_one_cell(bent_grid(kSide, kSide / 2, kSide / 4), 10 * kManySteps, 1),
+              ConnectivityCodec::rows, 65536, 2));
+}
+
+TEST(HostileWork, AllElementsOfManyTinySegments) {
+  Stepped it{bent_grid(kSide / 2, kSide / 2, kSide / 2), {}, {}};
+  for (const Location location : {Location::point, Location::cell}) {
+    const std::uint32_t a = add_stepped(it.mesh, array_of("f", location, ScalarType::float32));
+    for (std::uint64_t step = 0; step < 3; ++step)
+      it.values[{a, step}] = moving_values(it.mesh.schema.arrays[a], elements_of(it.mesh, a), step);
+  }
+  expect_in_proportion("tiny segments", file_of(std::move(it), ConnectivityCodec::rows, 65536, 2));
+}
+
+TEST(HostileWork, ManyEmptyChunksAndLinesOfTheIndex) {
+  const Bytes file = file_of(on_one_cell(bent_grid(2, 2, 2), 2), ConnectivityCodec::rows);
+  const Bytes many = with_unknown_chunks(file, 10 * kThousands);
+  expect_in_proportion("empty chunks", many);
+  MemoryRandomSource source(many);
+  EXPECT_TRUE(read_summary(source));
+}
+
+TEST(HostileWork, ThousandsOfExtras) { expect_in_proportion("extras", with_extras(kThousands)); }
+
+}  // namespace
+}  // namespace shm

@@ -1,0 +1,376 @@
+// Appender: a file whose steps came in several runs is, byte for byte, the file of one run; what
+// stood in it stays; files that lie are refused, and nothing is written of them.
+#include "shm/appender.h"
+
+#include <gtest/gtest.h>
+
+#include "shm/segment_reader.h"
+#include "shm/step_reader.h"
+#include "support/file_surgery.h"
+#include "support/sanitized.h"
+#include "support/stepped_mesh.h"
+
+namespace shm {
+namespace {
+
+using container::ChunkKind;
+
+std::vector<double> times_to(std::uint64_t end) {
+  std::vector<double> times;
+  for (std::uint64_t step = 0; step < end; ++step) times.push_back(.25 * static_cast<double>(step));
+  return times;
+}
+
+Extra extra_of(std::string key, std::size_t bytes) {
+  Extra extra;
+  extra.key = std::move(key);
+  extra.shape = {bytes};
+  std::mt19937_64 random(bytes);
+  for (std::size_t i = 0; i < bytes; ++i) extra.data.push_back(static_cast<std::byte>(random()));
+  return extra;
+}
+
+/// Steps `from` to `end`, each with all its arrays, through a Writer or an Appender.
+template <class To>
+Result<void> put_steps(To& to, const Stepped& it, std::uint64_t from, std::uint64_t end) {
+  for (std::uint64_t step = from; step < end; ++step)
+    for (const auto& [key, values] : it.values)
+      if (key.second == step)
+        if (auto good = to.add_step_values(key.first, step, values); !good) return good;
+  return {};
+}
+
+enum class Times { last, first, none };
+
+/// A file with the steps before `end`.
+Bytes file_with(const Stepped& it, std::uint64_t end, std::size_t extra_bytes = 100,
+                Times place = Times::last) {
+  MemorySink sink;
+  const auto report = write_mesh(it.mesh, sink, it.options, [&](Writer& writer) -> Result<void> {
+    const auto times = times_to(end);
+    if (place == Times::first)
+      if (auto good = writer.set_step_times(times); !good) return good;
+    if (auto good = writer.add_extra(extra_of("a/b", extra_bytes)); !good) return good;
+    if (auto good = put_steps(writer, it, 0, end); !good) return good;
+    if (place != Times::last) return {};
+    return writer.set_step_times(times);
+  });
+  EXPECT_TRUE(report) << (report ? "" : report.error().message());
+  return std::move(sink.bytes);
+}
+
+/// `file` and the steps from `from` to `end`.
+Bytes appended(const Bytes& file, const Stepped& it, std::uint64_t from, std::uint64_t end,
+               Times place = Times::last) {
+  MemoryRandomSource source(file);
+  MemorySink sink;
+  AppendOptions options;
+  options.level = it.options.level;
+  options.key_steps = it.options.key_steps;
+  auto appender = Appender::open(source, sink, options);
+  EXPECT_TRUE(appender) << (appender ? "" : appender.error().message());
+  if (!appender) return {};
+  if (place == Times::first) (void)appender->set_step_times(times_to(end));
+  const auto good = put_steps(*appender, it, from, end);
+  EXPECT_TRUE(good) << (good ? "" : good.error().message());
+  if (place == Times::last) (void)appender->set_step_times(times_to(end));
+  const auto report = appender->finish();
+  EXPECT_TRUE(report) << (report ? "" : report.error().message());
+  if (report) {
+    EXPECT_EQ(report->total_bytes, sink.bytes.size());
+  }
+  return std::move(sink.bytes);
+}
+
+ReadBack read(const Bytes& bytes) {
+  auto back = read_mesh(bytes);
+  EXPECT_TRUE(back) << (back ? "" : back.error().message());
+  return back ? std::move(*back) : ReadBack();
+}
+
+Values values_of(const ReadBack& back) {
+  Values values;
+  for (const StepPiece& piece : back.steps) {
+    Bytes& to = values[{piece.array, piece.step}];
+    to.insert(to.end(), piece.values.begin(), piece.values.end());
+  }
+  return values;
+}
+
+/// Eleven steps of arrays of points and cells, that move on; at step 3 some have none.
+Stepped series(TestMesh mesh, Order order) {
+  Stepped it = with_steps(std::move(mesh), order);
+  it.values.clear();
+  for (std::uint32_t a = 0; a < it.mesh.schema.arrays.size(); ++a)
+    for (std::uint64_t step = 0; step < 11; ++step)
+      if (it.mesh.schema.arrays[a].per_step && (step != 3 || a % 2 == 0))
+        it.values[{a, step}] =
+            moving_values(it.mesh.schema.arrays[a], elements_of(it.mesh, a), step);
+  return it;
+}
+
+TEST(Appender, IsOneRunOfTheWriter) {
+  SomeCases some(7);
+  for (const auto& [order, delay] :
+       {std::pair(Order::keep, 6u), std::pair(Order::stream, 4u), std::pair(Order::free, 0u)})
+    for (const std::uint64_t segment_cells : {0u, 60u})
+      for (const bool mixed : {false, true})
+        for (const std::uint32_t key_steps : {1u, 3u, 8u}) {
+          if (some.skips_next()) continue;
+          Stepped it = series(mixed ? mixed_cells() : two_blocks(), order);
+          it.mesh.schema.delay = delay;
+          it.options.segment_cells = segment_cells;
+          it.options.group_cells = 50;
+          it.options.key_steps = key_steps;
+          it.options.level = mixed ? Level::best : Level::standard;
+          SCOPED_TRACE(std::string(order_name(order)) + ", delay " + std::to_string(delay) +
+                       ", segments " + std::to_string(segment_cells) + ", key steps " +
+                       std::to_string(key_steps) + (mixed ? ", mixed" : ""));
+          const Bytes whole = file_with(it, 11);
+          for (const std::uint64_t split : {0u, 2u, 3u, 8u})
+            EXPECT_TRUE(appended(file_with(it, split), it, split, 11) == whole) << split;
+        }
+}
+
+TEST(Appender, OneStepAfterTheOther) {
+  Stepped it = waves(20);
+  Bytes file = file_with(it, 0);
+  for (std::uint64_t step = 0; step < 20; ++step) file = appended(file, it, step, step + 1);
+  EXPECT_TRUE(file == file_with(it, 20));
+  EXPECT_GT(20 * (file_with(it, 1).size() - file_with(it, 0).size()),
+            3 * (file.size() - file_with(it, 0).size()))
+      << "they refer to each other";
+}
+
+TEST(Appender, TheSchemaIsSaidAgainAtTheEndOnly) {
+  const Stepped it = waves(6);
+  constexpr std::size_t kMuch = std::size_t{1} << 20;
+  const Bytes file = file_with(it, 4, kMuch);
+  EXPECT_NE(take_apart(file).find(ChunkKind::schema, 1), nullptr);
+  const Bytes more = appended(file, it, 4, 6);
+  EXPECT_TRUE(more == file_with(it, 6, kMuch));
+  EXPECT_EQ(take_apart(more).find(ChunkKind::schema, 2), nullptr);
+}
+
+/// The file as version 0.1 would have written it.
+Bytes of_version_0_1(const Bytes& bytes) {
+  FileParts parts = take_apart(bytes);
+  parts.start.minor = 1;
+  for (Chunk& chunk : parts.chunks)
+    if (chunk.is(ChunkKind::schema)) chunk.payload[2] = std::byte{1};
+  return put_together(std::move(parts));
+}
+
+TEST(Appender, FilesOfAnOlderVersionStayOfIt) {
+  const Stepped it = waves(6);
+  constexpr std::size_t kMuch = std::size_t{1} << 20;  // the schema is said again
+  const Bytes more = appended(of_version_0_1(file_with(it, 4, kMuch)), it, 4, 6);
+  EXPECT_TRUE(more == of_version_0_1(file_with(it, 6, kMuch)));
+  EXPECT_EQ(values_of(read(more)), it.values);
+}
+
+TEST(Appender, ReadersTakeItWhereverTheTimesStood) {
+  const Stepped it = series(two_blocks(), Order::keep);
+  for (const Times before : {Times::last, Times::first, Times::none})
+    for (const Times after : {Times::last, Times::first}) {
+      const Bytes file = appended(file_with(it, 5, 100, before), it, 5, 11, after);
+      const ReadBack back = read(file);
+      EXPECT_TRUE(values_of(back) == it.values);
+      EXPECT_EQ(back.times, times_to(11));
+      ASSERT_EQ(back.extras.size(), 1u);
+      EXPECT_EQ(back.extras[0], extra_of("a/b", 100));
+      MemoryRandomSource source(file);
+      auto reader = StepReader::open(source);
+      ASSERT_TRUE(reader) << reader.error().message();
+      EXPECT_EQ(reader->step_times(), times_to(11));
+      for (const auto& [key, values] : it.values) {
+        StepRequest request;
+        request.array = key.first;
+        request.step = key.second;
+        const auto pieces = reader->read(request);
+        ASSERT_TRUE(pieces) << pieces.error().message();
+        Bytes all;
+        for (const StepValues& piece : *pieces)
+          all.insert(all.end(), piece.values.begin(), piece.values.end());
+        EXPECT_TRUE(all == values) << key.first << ", " << key.second;
+      }
+      auto segments = SegmentReader::open(source);
+      ASSERT_TRUE(segments) << segments.error().message();
+      EXPECT_TRUE(segments->read(0));
+    }
+}
+
+TEST(Appender, TimesAndExtrasStayWhereNothingElseIsSaid) {
+  const Stepped it = series(two_blocks(), Order::keep);
+  const Bytes file = file_with(it, 5);
+  EXPECT_TRUE(appended(file, it, 5, 5, Times::none) == file);
+  const ReadBack back = read(appended(file, it, 5, 7, Times::none));
+  EXPECT_EQ(back.times, times_to(5));
+
+  MemoryRandomSource source(file);
+  MemorySink sink;
+  auto appender = Appender::open(source, sink);
+  ASSERT_TRUE(appender);
+  ASSERT_TRUE(appender->drop_extras());
+  ASSERT_TRUE(appender->add_extra(extra_of("other", 5)));
+  ASSERT_TRUE(appender->add_extra(extra_of("more", 0)));
+  EXPECT_FALSE(appender->drop_extras());
+  const auto report = appender->finish();
+  EXPECT_FALSE(report);
+  EXPECT_EQ(report.error().code, ErrorCode::misuse);
+}
+
+TEST(Appender, OtherExtras) {
+  const Stepped it = series(two_blocks(), Order::keep);
+  const Bytes file = file_with(it, 5);
+  MemoryRandomSource source(file);
+  MemorySink sink;
+  auto appender = Appender::open(source, sink);
+  ASSERT_TRUE(appender);
+  EXPECT_EQ(appender->steps(), 5u);
+  EXPECT_EQ(appender->step_times(), times_to(5));
+  ASSERT_TRUE(appender->drop_extras());
+  ASSERT_TRUE(appender->add_extra(extra_of("other", 5)));
+  ASSERT_TRUE(appender->finish());
+  const ReadBack back = read(sink.bytes);
+  ASSERT_EQ(back.extras.size(), 1u);
+  EXPECT_EQ(back.extras[0].key, "other");
+  EXPECT_EQ(back.times, times_to(5));
+}
+
+TEST(Appender, GivesTheMeshWithoutSteps) {
+  for (const std::size_t extra_bytes : {std::size_t{100}, std::size_t{1} << 20})
+    for (const Times place : {Times::last, Times::first, Times::none}) {
+      const Stepped it = series(two_blocks(), Order::stream);
+      const Bytes file = file_with(it, 5, extra_bytes, place);
+      MemoryRandomSource source(file);
+      NullSink sink;
+      auto appender = Appender::open(source, sink);
+      ASSERT_TRUE(appender);
+      auto bare = appender->without_steps();
+      ASSERT_TRUE(bare) << bare.error().message();
+      Bytes bytes(file.size());
+      std::size_t size = 0;
+      for (std::size_t piece = 1; piece != 0; size += piece) {
+        const auto n = (*bare)->read(std::span(bytes).subspan(
+            size, std::min<std::size_t>(1 + size % 77, bytes.size() - size)));
+        ASSERT_TRUE(n) << n.error().message();
+        piece = *n;
+      }
+      bytes.resize(size);
+      const ReadBack back = read(bytes), old = read(file);
+      EXPECT_TRUE(back.mesh.corners == old.mesh.corners && back.mesh.xyz == old.mesh.xyz);
+      EXPECT_TRUE(back.mesh.vertex_numbers == old.mesh.vertex_numbers);
+      EXPECT_TRUE(back.steps.empty());
+      EXPECT_EQ(back.times, old.times);
+      EXPECT_EQ(back.extras, old.extras);
+      EXPECT_EQ(sink.bytes, 0u);
+    }
+}
+
+// What leaves the box of 10 bits keeps the bound too; what is not finite comes back exactly.
+TEST(Appender, QuantizedArraysKeepTheirBound) {
+  Stepped it;
+  it.mesh = with_order(grid(5, 4, 3, ScalarType::float64, warped), Order::keep, true, 0);
+  ArrayInfo boxed = array_of("boxed", Location::cell, ScalarType::float64);
+  boxed.quantization = {10, {-2}, {2}, 0, 0};
+  ArrayInfo bounded = array_of("bounded", Location::cell, ScalarType::float64);
+  bounded.quantization = Quantization::absolute(.01, 1);
+  const auto a = add_stepped(it.mesh, boxed), b = add_stepped(it.mesh, bounded);
+  for (const std::uint32_t array : {a, b})
+    for (std::uint64_t step = 0; step < 6; ++step)  // up to 6 in magnitude
+      it.values[{array, step}] = moving_values(it.mesh.schema.arrays[array], 60, step);
+  const Bytes file = appended(file_with(it, 2), it, 2, 6);
+  EXPECT_TRUE(file == file_with(it, 6));
+  std::size_t beyond = 0;
+  for (const auto& [key, values] : values_of(read(file))) {
+    const ArrayInfo& info = it.mesh.schema.arrays[key.first];
+    for (std::size_t i = 0; i < values.size(); i += 8) {
+      double was = 0, is = 0;
+      std::memcpy(&was, &it.values.at(key)[i], 8);
+      std::memcpy(&is, &values[i], 8);
+      const bool outside = key.first == a && std::isfinite(was) && std::fabs(was) > 2.01;
+      beyond += outside;
+      if (!std::isfinite(was))
+        EXPECT_EQ(std::memcmp(&was, &is, 8), 0);
+      else
+        EXPECT_LE(std::fabs(was - is), info.quantization.max_error(info.type));
+    }
+  }
+  EXPECT_GT(beyond, 20u);
+}
+
+TEST(Appender, RefusesWhatDoesNotFit) {
+  const Stepped it = series(two_blocks(), Order::keep);
+  const Bytes file = file_with(it, 5);
+  const auto u = static_cast<std::uint32_t>(it.mesh.schema.arrays.size() - 5);
+  const Bytes& values = it.values.at({u, 4});
+  const auto refused = [&](std::uint32_t array, std::uint64_t step,
+                           std::span<const std::byte> some) {
+    MemoryRandomSource source(file);
+    MemorySink sink;
+    auto appender = Appender::open(source, sink);
+    EXPECT_TRUE(appender);
+    const auto good = appender->add_step_values(array, step, some);
+    const auto report = appender->finish();
+    EXPECT_FALSE(report) << array << ", " << step;
+    if (report) return;
+    EXPECT_EQ(report.error().code, ErrorCode::misuse);
+    if (!good) {
+      EXPECT_EQ(report.error().message(), good.error().message()) << "the first error sticks";
+    }
+  };
+  refused(u, 4, values);                                      // there already
+  refused(u, 5, std::span(values).first(values.size() / 2));  // not all of them
+  refused(u, 5, std::span(values).first(7));
+  refused(99, 5, values);
+  EXPECT_FALSE(appended(file, it, 5, 6).empty());
+}
+
+/// Opens, adds a step and finishes; whether that succeeded. A file that was made must be readable
+/// up to what was damaged before.
+bool survives(const Bytes& file, const Stepped& it) {
+  MemoryRandomSource source(file);
+  MemorySink sink;
+  auto appender = Appender::open(source, sink);
+  if (!appender) return false;
+  (void)appender->without_steps();
+  const auto good = put_steps(*appender, it, 5, 6);
+  return good && appender->finish();
+}
+
+TEST(Appender, RefusesFilesThatAreDamagedOrLie) {
+  Stepped it = series(grid(3, 3, 2, ScalarType::float64, warped), Order::keep);
+  const Bytes file = file_with(it, 5);
+  ASSERT_TRUE(survives(file, it));
+  for (std::size_t cut = 0; cut < file.size(); cut += kSanitized ? 97 : 7) {
+    EXPECT_FALSE(
+        survives(Bytes(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(cut)), it));
+  }
+  std::size_t refused = 0;
+  for (std::size_t at = 0; at < file.size(); at += every(5) * 11) {
+    Bytes damaged = file;
+    damaged[at] ^= std::byte{0x10};
+    refused += !survives(damaged, it);
+  }
+  EXPECT_GT(refused, 10u);
+  // The index, with checksums that are right.
+  const FileParts parts = take_apart(file);
+  const std::size_t size = parts.chunks.back().payload.size();
+  for (std::size_t at = 0; at < size; ++at)
+    for (const int change : {0x01, 0x80, 0xff}) {
+      FileParts lying = parts;
+      lying.chunks.back().payload[at] ^= static_cast<std::byte>(change);
+      (void)survives(put_together(std::move(lying)), it);
+    }
+  // A chunk too few, too many, or with another number.
+  FileParts without = parts;
+  without.chunks.erase(without.chunks.begin() + 2);
+  EXPECT_FALSE(survives(put_together(std::move(without)), it));
+  FileParts renumbered = parts;
+  renumbered.chunks[2].header.sequence += 1;
+  EXPECT_FALSE(survives(put_together(std::move(renumbered), Numbering::as_they_are), it));
+}
+
+}  // namespace
+}  // namespace shm

@@ -1,0 +1,280 @@
+// The format's structs: put and get are mirrors, and the fixed ones have the very bytes of the
+// spec.
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "bytes/checksum.h"
+#include "container/chunk_writer.h"
+#include "container/format.h"
+#include "support/file_surgery.h"
+
+namespace shm::container {
+namespace {
+
+std::vector<std::byte> bytes_of(std::initializer_list<int> values) {
+  std::vector<std::byte> bytes;
+  for (int v : values) bytes.push_back(static_cast<std::byte>(v));
+  return bytes;
+}
+
+TEST(Container, FileStart) {
+  ByteWriter out;
+  put(out, FileStart{0x0102, 0x0304, 0x05060708});
+  EXPECT_EQ(out.bytes,
+            bytes_of({0x89, 'S', 'H', 'M', '\r', '\n', 0x1a, '\n', 2, 1, 4, 3, 8, 7, 6, 5}));
+  EXPECT_EQ(out.bytes.size(), kFileStartBytes);
+  ByteReader in(out.bytes);
+  FileStart start;
+  EXPECT_TRUE(get(in, start));
+  EXPECT_EQ(start, (FileStart{0x0102, 0x0304, 0x05060708}));
+  for (std::size_t i = 0; i < 8; ++i) {
+    auto wrong = out.bytes;
+    wrong[i] ^= std::byte{1};
+    ByteReader again(wrong);
+    EXPECT_FALSE(get(again, start)) << i;
+  }
+}
+
+TEST(Container, ChunkHeader) {
+  ChunkHeader header{3, 4, 1, 0x11121314, 0x21222324, 0x3132333435363738, 0x41424344};
+  ByteWriter out;
+  put(out, header);
+  ASSERT_EQ(out.bytes.size(), kChunkHeaderBytes);
+  const auto expected = bytes_of({'S',  'H',  'M',  'C',  3,    4,    1,    0,    0x14, 0x13,
+                                  0x12, 0x11, 0x24, 0x23, 0x22, 0x21, 0x38, 0x37, 0x36, 0x35,
+                                  0x34, 0x33, 0x32, 0x31, 0x44, 0x43, 0x42, 0x41});
+  EXPECT_TRUE(std::equal(expected.begin(), expected.end(), out.bytes.begin()));
+  ChunkHeader back;
+  ByteReader in(out.bytes);
+  EXPECT_EQ(get(in, back), HeaderState::good);
+  EXPECT_EQ(back.kind, 3);
+  EXPECT_EQ(back.version, 4);
+  EXPECT_EQ(back.flags, 1);
+  EXPECT_EQ(back.sequence, header.sequence);
+  EXPECT_EQ(back.segment, header.segment);
+  EXPECT_EQ(back.payload_bytes, header.payload_bytes);
+  EXPECT_EQ(back.payload_checksum, header.payload_checksum);
+  for (std::size_t i = 0; i < kChunkHeaderBytes; ++i) {
+    auto wrong = out.bytes;
+    wrong[i] ^= std::byte{0x10};
+    ByteReader again(wrong);
+    EXPECT_EQ(get(again, back), i < 4 ? HeaderState::bad_mark : HeaderState::bad_checksum) << i;
+  }
+}
+
+GroupHeader any_group() {
+  GroupHeader header;
+  header.first_cell = 1000000000000;
+  header.first_vertex = 2000000000000;
+  header.cells = kMaxGroupCells;
+  header.vertices = 300;
+  header.loose_vertices = 7;
+  header.max_active_vertices = 99;
+  header.decoded_bytes = 123456;
+  header.box = {-1, -2, -3, 1, 2, std::numeric_limits<double>::infinity()};
+  header.streams = {{StreamKind::connectivity, 0, Codec::rows, 0, 10, 11},
+                    {StreamKind::geometry, 0, Codec::predictive, 2, 1 << 20, 12},
+                    {StreamKind::array, 5000, Codec::predictive, 2, 0, 0xffffffff}};
+  return header;
+}
+
+TEST(Container, GroupHeader) {
+  const GroupHeader header = any_group();
+  ByteWriter out;
+  put(out, header);
+  ByteReader in(out.bytes);
+  GroupHeader back;
+  ASSERT_TRUE(get(in, back));
+  EXPECT_EQ(in.left(), 0u);
+  EXPECT_EQ(back.first_cell, header.first_cell);
+  EXPECT_EQ(back.first_vertex, header.first_vertex);
+  EXPECT_EQ(back.cells, header.cells);
+  EXPECT_EQ(back.vertices, header.vertices);
+  EXPECT_EQ(back.loose_vertices, header.loose_vertices);
+  EXPECT_EQ(back.max_active_vertices, header.max_active_vertices);
+  EXPECT_EQ(back.decoded_bytes, header.decoded_bytes);
+  EXPECT_EQ(back.box, header.box);
+  ASSERT_EQ(back.streams.size(), 3u);
+  for (std::size_t s = 0; s < 3; ++s) {
+    EXPECT_EQ(back.streams[s].kind, header.streams[s].kind);
+    EXPECT_EQ(back.streams[s].array, header.streams[s].array);
+    EXPECT_EQ(back.streams[s].codec, header.streams[s].codec);
+    EXPECT_EQ(back.streams[s].needs, header.streams[s].needs);
+    EXPECT_EQ(back.streams[s].bytes, header.streams[s].bytes);
+    EXPECT_EQ(back.streams[s].checksum, header.streams[s].checksum);
+  }
+  for (std::size_t size = 0; size < out.bytes.size(); ++size) {
+    ByteReader cut(std::span<const std::byte>(out.bytes).first(size));
+    EXPECT_FALSE(get(cut, back)) << size;
+  }
+}
+
+TEST(Container, GroupHeaderThatCannotBe) {
+  const auto refused = [](auto&& lie) {
+    GroupHeader header = any_group();
+    lie(header);
+    ByteWriter out;
+    put(out, header);
+    ByteReader in(out.bytes);
+    EXPECT_FALSE(get(in, header));
+  };
+  refused([](GroupHeader& h) { h.cells = kMaxGroupCells + 1; });
+  refused([](GroupHeader& h) { h.loose_vertices = h.vertices + 1; });
+}
+
+TEST(Container, StepHeader) {
+  const StepHeader header{
+      3, 1 << 20, 1 << 19, true, 77, std::uint64_t{1} << 33, Codec::shuffled_zstd};
+  ByteWriter out;
+  put(out, header);
+  ByteReader in(out.bytes);
+  StepHeader back;
+  ASSERT_TRUE(get(in, back));
+  EXPECT_EQ(in.left(), 0u);
+  EXPECT_EQ(back.array, header.array);
+  EXPECT_EQ(back.step, header.step);
+  EXPECT_EQ(back.reference_step, header.reference_step);
+  EXPECT_TRUE(back.trend);
+  EXPECT_EQ(back.group, header.group);
+  EXPECT_EQ(back.count, header.count);
+  EXPECT_EQ(back.codec, header.codec);
+  for (std::size_t size = 0; size < out.bytes.size(); ++size) {
+    ByteReader cut(std::span<const std::byte>(out.bytes).first(size));
+    EXPECT_FALSE(get(cut, back)) << size;
+  }
+  StepHeader wrong = header;
+  wrong.count = 0;
+  ByteWriter again;
+  put(again, wrong);
+  ByteReader from(again.bytes);
+  EXPECT_FALSE(get(from, back));
+}
+
+Index any_index() {
+  Index index;
+  index.previous_index = 0;
+  index.vertices = 5;
+  index.cells = 6;
+  index.hexahedra = 4;
+  index.max_active_vertices = 3;
+  index.steps = 2;
+  index.block_cells = {4, 2};
+  index.streams = {{"geometry", 100}, {"array:point/ü", 1}};
+  index.ranges = {{1, {-1, 0}, {1, 2}}, {4, {}, {}}};
+  IndexEntry group, steps, extra;
+  group.kind = static_cast<std::uint8_t>(ChunkKind::group);
+  group.offset = 16;
+  group.bytes = 1000;
+  group.first_cell = 1, group.cells = 2, group.first_vertex = 3, group.vertices = 4;
+  group.box = {0, 1, 2, 3, 4, 5};
+  steps.kind = static_cast<std::uint8_t>(ChunkKind::step_values);
+  steps.offset = 1016;
+  steps.bytes = 44;
+  steps.array = 9, steps.step = 10, steps.first = 11, steps.count = 12;
+  extra.kind = static_cast<std::uint8_t>(ChunkKind::extra);
+  extra.offset = std::uint64_t{1} << 40;
+  extra.bytes = 1;
+  index.entries = {group, steps, extra};
+  return index;
+}
+
+TEST(Container, Index) {
+  const Index index = any_index();
+  ByteWriter out;
+  put(out, index);
+  ByteReader in(out.bytes);
+  Index back;
+  ASSERT_TRUE(get(in, back, 3));
+  ByteWriter again;
+  put(again, back);
+  EXPECT_EQ(again.bytes, out.bytes);
+  EXPECT_EQ(back.block_cells, index.block_cells);
+  EXPECT_EQ(back.streams[1].name, "array:point/ü");
+  EXPECT_EQ(back.ranges[0].maximum, index.ranges[0].maximum);
+  EXPECT_EQ(back.entries[0].box, index.entries[0].box);
+  EXPECT_EQ(back.entries[1].step, 10u);
+  EXPECT_EQ(back.entries[2].offset, std::uint64_t{1} << 40);
+  ByteReader fewer(out.bytes);
+  EXPECT_FALSE(get(fewer, back, 2));
+  for (std::size_t size = 0; size < out.bytes.size(); ++size) {
+    ByteReader cut(std::span<const std::byte>(out.bytes).first(size));
+    EXPECT_FALSE(get(cut, back, 3)) << size;
+  }
+  out.put_u8(0);
+  ByteReader longer(out.bytes);
+  EXPECT_FALSE(get(longer, back, 3));
+}
+
+TEST(Container, Trailer) {
+  ByteWriter out;
+  put_trailer(out, 0x0102030405060708);
+  ASSERT_EQ(out.bytes.size(), kTrailerBytes);
+  EXPECT_EQ(out.bytes[12], std::byte{'S'});
+  std::uint64_t offset = 0;
+  ByteReader in(out.bytes);
+  EXPECT_TRUE(get_trailer(in, offset));
+  EXPECT_EQ(offset, 0x0102030405060708u);
+  for (std::size_t i = 0; i < kTrailerBytes; ++i) {
+    auto wrong = out.bytes;
+    wrong[i] ^= std::byte{0x80};
+    ByteReader again(wrong);
+    EXPECT_FALSE(get_trailer(again, offset)) << i;
+  }
+}
+
+TEST(Container, NamesOfEverything) {
+  EXPECT_EQ(chunk_name(1), "schema");
+  EXPECT_EQ(chunk_name(6), "index");
+  EXPECT_EQ(chunk_name(200), "chunk of kind 200");
+  EXPECT_EQ(stream_name(StreamKind::corner_order), "corner order");
+  EXPECT_EQ(stream_name(static_cast<StreamKind>(0)), "unknown stream");
+}
+
+TEST(ChunkWriter, NumbersChecksumsAndRemembers) {
+  MemorySink sink;
+  ChunkWriter writer(sink);
+  const auto payload = bytes_of({1, 2, 3});
+  ASSERT_TRUE(writer.start({}));
+  ASSERT_TRUE(writer.write(ChunkKind::schema, payload));
+  ASSERT_TRUE(writer.write(ChunkKind::extra, {}));
+  EXPECT_EQ(writer.offset(), 16u + 32 + 3 + 32);
+  ASSERT_TRUE(writer.finish({}));
+  EXPECT_EQ(writer.offset(), sink.bytes.size());
+  const FileParts parts = take_apart(sink.bytes);
+  ASSERT_EQ(parts.chunks.size(), 3u);
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    const Chunk& chunk = parts.chunks[i];
+    EXPECT_EQ(chunk.header.sequence, i);
+    EXPECT_EQ(chunk.header.payload_bytes, chunk.payload.size());
+    EXPECT_EQ(chunk.header.payload_checksum, checksum(chunk.payload));
+  }
+  EXPECT_EQ(parts.chunks[0].payload, payload);
+  ByteReader in(parts.chunks[2].payload);
+  Index index;
+  ASSERT_TRUE(get(in, index, 2));
+  ASSERT_EQ(index.entries.size(), 2u);
+  EXPECT_EQ(index.entries[0].offset, 16u);
+  EXPECT_EQ(index.entries[0].bytes, 35u);
+  EXPECT_EQ(index.entries[1].offset, 51u);
+  EXPECT_EQ(put_together(parts), sink.bytes);
+}
+
+struct FailingSink final : ByteSink {
+  Result<void> write(std::span<const std::byte>) override {
+    return Error{ErrorCode::output, "full", {}, kNoOffset, {}};
+  }
+};
+
+TEST(ChunkWriter, PassesOnTheErrorOfTheSink) {
+  FailingSink sink;
+  ChunkWriter writer(sink);
+  EXPECT_EQ(writer.start({}).error().code, ErrorCode::output);
+  EXPECT_EQ(writer.write(ChunkKind::extra, {}).error().code, ErrorCode::output);
+  EXPECT_EQ(writer.finish({}).error().code, ErrorCode::output);
+}
+
+}  // namespace
+}  // namespace shm::container

@@ -1,0 +1,123 @@
+// 5 million hexahedra, made on the fly, go through the Writer and back through the Reader, each in
+// a process of its own within 64 MB of resident memory.
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <functional>
+
+#include "support/test_mesh.h"
+
+namespace shm {
+namespace {
+
+#if defined(__SANITIZE_ADDRESS__)
+constexpr bool kMeasuresMemory = false;  // a sanitizer's shadow is memory too
+#else
+constexpr bool kMeasuresMemory = true;
+#endif
+
+/// Largest resident size of a child that does `work`, in bytes; 0 when the work failed.
+std::uint64_t peak_memory_of(const std::function<bool()>& work) {
+  const pid_t child = ::fork();
+  if (child == 0) ::_exit(work() ? 0 : 1);
+  int status = 0;
+  rusage usage{};
+  if (::wait4(child, &status, 0, &usage) != child || !WIFEXITED(status) || WEXITSTATUS(status) != 0)
+    return 0;
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+/// A warped block of n^3 hexahedra, each vertex pushed just before the first cell that uses it.
+class Stream {
+ public:
+  Stream(Writer& writer, std::uint64_t n) : writer_(&writer), n_(n) {}
+
+  bool write() {
+    for (std::uint64_t k = 0; k < n_; ++k)
+      for (std::uint64_t j = 0; j < n_; ++j)
+        for (std::uint64_t i = 0; i < n_; ++i)
+          if (!write_cell({i, j, k})) return false;
+    return static_cast<bool>(writer_->end_mesh()) && static_cast<bool>(writer_->finish());
+  }
+
+ private:
+  using Place = std::array<std::uint64_t, 3>;
+
+  std::uint64_t number(const Place& p) const { return p[0] + (n_ + 1) * (p[1] + (n_ + 1) * p[2]); }
+  bool write_vertex(const Place& p) {
+    std::array<float, 3> xyz{};
+    const auto side = static_cast<double>(n_);
+    const auto warm = warped(static_cast<double>(p[0]) / side, static_cast<double>(p[1]) / side,
+                             static_cast<double>(p[2]) / side);
+    for (std::size_t c = 0; c < 3; ++c) xyz[c] = static_cast<float>(warm[c]);
+    return static_cast<bool>(writer_->add_vertex(number(p), std::as_bytes(std::span(xyz))));
+  }
+  bool write_cell(const Place& cell) {
+    constexpr std::array<Place, 8> kCorners = {
+        {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}}};
+    std::array<std::uint64_t, 8> corners{};
+    std::uint64_t last_use = 0;
+    for (std::size_t c = 0; c < 8; ++c) {
+      bool first = true, last = true;
+      Place at{};
+      for (std::size_t d = 0; d < 3; ++d) {
+        at[d] = cell[d] + kCorners[c][d];
+        first = first && (kCorners[c][d] == 1 || cell[d] == 0);
+        last = last && (kCorners[c][d] == 0 || cell[d] + 1 == n_);
+      }
+      corners[c] = number(at);
+      if (last) last_use |= std::uint64_t{1} << c;
+      if (first && !write_vertex(at)) return false;
+    }
+    return static_cast<bool>(writer_->add_cell(0, corners, last_use));
+  }
+
+  Writer* writer_;
+  std::uint64_t n_;
+};
+
+TEST(Memory, FiveMillionHexahedraIn64Megabytes) {
+  const std::uint64_t n = kMeasuresMemory ? 171 : 40;  // 171^3 = 5 000 211
+  constexpr std::uint64_t kLimit = 64u << 20;
+  const std::string path =
+      testing::TempDir() + "memory_test-" + std::to_string(::getpid()) + ".shm";
+  for (Order order : {Order::stream, Order::keep}) {
+    Schema schema = hexahedra_schema();
+    schema.order = order;
+    schema.corner_order = order == Order::keep;
+    const std::uint64_t written = peak_memory_of([&] {
+      auto sink = FileSink::create(path);
+      if (!sink) return false;
+      auto writer = Writer::create(**sink, schema);
+      return writer && Stream(*writer, n).write() && (*sink)->commit();
+    });
+    const std::uint64_t read = peak_memory_of([&] {
+      auto source = FileSource::open(path);
+      if (!source) return false;
+      auto reader = Reader::open(**source);
+      std::uint64_t cells = 0;
+      while (reader) {
+        auto item = reader->next();
+        if (!item) return false;
+        if (*item == nullptr) break;
+        if (const auto* block = std::get_if<MeshBlock>(*item)) cells += block->cell_count();
+      }
+      return cells == n * n * n;
+    });
+    ::unlink(path.c_str());
+    ASSERT_GT(written, 0u);
+    ASSERT_GT(read, 0u);
+    std::printf("%llu hexahedra, order %s: %.1f MB to write, %.1f MB to read\n",
+                static_cast<unsigned long long>(n * n * n),
+                order == Order::keep ? "keep" : "stream", static_cast<double>(written) / 1048576.0,
+                static_cast<double>(read) / 1048576.0);
+    if (!kMeasuresMemory) continue;
+    EXPECT_LE(written, kLimit);
+    EXPECT_LE(read, kLimit);
+  }
+}
+
+}  // namespace
+}  // namespace shm

@@ -1,0 +1,303 @@
+// Rules between rooms, held by reading the #include lines and a few words: which room may include
+//   which, how much a room holds, one file meets the operating system, and the library neither
+//   prints nor asks clock, locale or environment.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Source {
+  std::string path;                         // from the root of the project
+  std::string text, code;                   // code: without comments
+  std::vector<std::string> quoted, angled;  // included headers
+
+  std::string folder() const { return fs::path(path).parent_path().string(); }
+  std::string name() const { return fs::path(path).filename().string(); }
+};
+
+/// The header between `open` and `close` of an #include line.
+std::string header_in(const std::string& line, char open, char close) {
+  const std::size_t begin = line.find(open), end = line.rfind(close);
+  return begin == std::string::npos || end <= begin ? "" : line.substr(begin + 1, end - begin - 1);
+}
+
+std::vector<Source> sources_in(const std::string& folder) {
+  const fs::path root = SHM_SOURCE_DIR;
+  std::vector<Source> sources;
+  for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
+    const std::string extension = entry.path().extension().string();
+    if (extension != ".h" && extension != ".cpp") continue;
+    Source source;
+    source.path = fs::relative(entry.path(), root).generic_string();
+    std::ifstream in(entry.path());
+    for (std::string line; std::getline(in, line);) {
+      if (line.starts_with("#include")) {
+        const std::string quoted = header_in(line, '"', '"'), angled = header_in(line, '<', '>');
+        if (!quoted.empty()) source.quoted.push_back(quoted);
+        if (!angled.empty()) source.angled.push_back(angled);
+      }
+      source.text += line + '\n';
+      source.code += line.substr(0, line.find("//")) + '\n';
+    }
+    sources.push_back(std::move(source));
+  }
+  EXPECT_FALSE(sources.empty()) << folder;
+  return sources;
+}
+
+std::size_t times(const std::string& code, const std::string& words) {
+  std::size_t count = 0;
+  for (auto at = code.find(words); at != code.npos; at = code.find(words, at + 1)) ++count;
+  return count;
+}
+
+/// Whether `word` stands in `code` as a word of its own.
+bool says(const std::string& code, const std::string& word) {
+  const auto part_of_word = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
+  };
+  for (std::size_t at = code.find(word); at != std::string::npos; at = code.find(word, at + 1)) {
+    const std::size_t end = at + word.size();
+    if ((at == 0 || !part_of_word(code[at - 1])) &&
+        (end == code.size() || !part_of_word(code[end])))
+      return true;
+  }
+  return false;
+}
+
+// The rooms of both trees, from the lowest to the highest, and the rooms that each may include.
+// What is no line here is no room; a room includes none that stands below it in this table.
+struct Room {
+  std::string folder;
+  std::set<std::string> may_include;
+};
+
+struct Tree {
+  std::string root;
+  std::vector<Room> rooms;
+};
+
+const std::vector<Tree>& trees() {
+  static const std::vector<Tree> all = {
+      {"libshmformat/src",
+       {
+           {"bytes", {}},
+           {"entropy", {"bytes"}},
+           {"surface", {"bytes"}},
+           {"container", {"bytes"}},
+           {"model", {"bytes", "container"}},
+           {"connectivity", {"bytes", "entropy", "surface"}},
+           {"values", {"bytes", "entropy", "surface"}},
+           {"shifts", {"bytes", "surface", "values"}},
+           {"segment",
+            {"bytes", "entropy", "surface", "container", "model", "connectivity", "values",
+             "shifts"}},
+           {"steps", {"bytes", "container", "values", "segment"}},
+           {"recovery", {"bytes", "container", "model"}},
+           {"access", {"bytes", "container", "segment", "steps", "recovery"}},
+           {"api", {"bytes", "container", "model", "segment", "steps", "recovery", "access"}},
+       }},
+      {"converters",
+       {
+           {"base", {}},
+           {"mesh", {"base"}},
+           {"order", {"base", "mesh"}},
+           {"gmsh", {"base", "mesh", "sets"}},
+           {"sets", {"base", "mesh", "gmsh"}},
+           {"exodus", {"base", "mesh", "sets"}},
+           {"vtk", {"base", "mesh", "sets"}},
+           {"ucd", {"base", "mesh", "vtk"}},
+           {"transfer",
+            {"base", "mesh", "sets", "exodus", "gmsh", "vtk", "vtk/between", "vtk/xml"}},
+           {"vtk/xml", {"base", "mesh", "vtk", "vtk/between"}},
+           {"vtk/between", {"base", "mesh", "sets", "transfer", "vtk", "vtk/xml"}},
+           {"vtk/legacy", {"base", "mesh", "vtk", "vtk/between"}},
+           {"compression", {"base", "mesh", "order", "sets", "exodus"}},
+           {"compare", {"base", "mesh", "order", "compression", "vtk"}},
+           {"formats",
+            {"base", "mesh", "transfer", "compression", "exodus", "gmsh", "ucd", "vtk/legacy",
+             "vtk/xml", "vtk/between"}},
+           {"archive",
+            {"base", "mesh", "order", "compare", "compression", "transfer", "formats", "exodus",
+             "vtk/between"}},
+           {"tool",
+            {"base", "mesh", "order", "sets", "compare", "compression", "transfer", "formats",
+             "archive", "vtk/between"}},
+           {"mpi",
+            {"base", "mesh", "sets", "compression", "transfer", "formats", "exodus", "tool"}},
+           {"programs", {"base", "mesh", "formats"}},
+       }},
+  };
+  return all;
+}
+
+std::string folder_of(const std::string& path) { return fs::path(path).parent_path().string(); }
+
+// Includes between rooms follow the table, and every source stands in a room.
+TEST(Rules, EachRoomIncludesOnlyWhatItMay) {
+  for (const Tree& tree : trees()) {
+    std::map<std::string, const Room*> rooms;
+    for (const Room& room : tree.rooms) rooms[room.folder] = &room;
+    for (const Source& source : sources_in(tree.root)) {
+      const std::string folder = folder_of(source.path.substr(tree.root.size() + 1));
+      ASSERT_TRUE(rooms.contains(folder)) << source.path << " stands in no room of the table";
+      for (const std::string& header : source.quoted) {
+        if (header.starts_with("shm/")) continue;
+        const std::string other = folder_of(header);
+        EXPECT_TRUE(other == folder || rooms[folder]->may_include.contains(other))
+            << source.path << " includes " << header;
+      }
+    }
+  }
+}
+
+// A room is small enough to be seen at once, and no room is there for one thing.
+TEST(Rules, RoomsHoldThreeToThirtyFiles) {
+  for (const char* root : {"libshmformat/src", "libshmformat/include", "converters", "tests"}) {
+    std::map<std::string, std::size_t> files;
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(SHM_SOURCE_DIR) / root)) {
+      const std::string extension = entry.path().extension().string();
+      if (entry.is_regular_file() &&
+          (extension == ".h" || extension == ".cpp" || extension == ".py" || extension == ".txt"))
+        ++files[entry.path().parent_path().string()];
+    }
+    for (const auto& [folder, count] : files) {
+      if (folder.find("/tests/golden/") != std::string::npos) continue;  // data
+      EXPECT_LE(count, 30u) << folder;
+      EXPECT_TRUE(count >= 3 || fs::path(folder).filename() == root) << folder;
+    }
+  }
+}
+
+// No unit (a source with its header) includes one that includes it, over however many others.
+TEST(Rules, NoUnitIncludesItself) {
+  for (const Tree& tree : trees()) {
+    const auto unit_of = [](const std::string& path) {
+      return fs::path(path).replace_extension().generic_string();
+    };
+    std::map<std::string, std::set<std::string>> includes;
+    for (const Source& source : sources_in(tree.root)) {
+      const std::string unit = unit_of(source.path.substr(tree.root.size() + 1));
+      for (const std::string& header : source.quoted)
+        if (!header.starts_with("shm/") && unit_of(header) != unit)
+          includes[unit].insert(unit_of(header));
+    }
+    for (const auto& [unit, direct] : includes) {
+      std::set<std::string> reached;
+      std::vector<std::string> next(direct.begin(), direct.end());
+      while (!next.empty()) {
+        const std::string one = next.back();
+        next.pop_back();
+        if (reached.insert(one).second)
+          next.insert(next.end(), includes[one].begin(), includes[one].end());
+      }
+      EXPECT_FALSE(reached.contains(unit)) << tree.root << "/" << unit << " includes itself";
+    }
+  }
+}
+
+TEST(Rules, TheContainerKnowsNoHexahedra) {
+  for (const Source& source : sources_in("libshmformat/src/container"))
+    for (const char* word : {"Stencil", "Connectivity", "ActiveSurface", "kFaceCorners"})
+      EXPECT_FALSE(says(source.code, word)) << source.path << " says " << word;
+}
+
+TEST(Rules, TheCodersKnowNoChunks) {
+  for (const char* room : {"connectivity", "values", "shifts", "entropy", "surface"})
+    for (const Source& source : sources_in(std::string("libshmformat/src/") + room))
+      for (const char* word : {"ChunkHeader", "ChunkKind", "ChunkWriter", "GroupHeader", "Index"})
+        EXPECT_FALSE(says(source.code, word)) << source.path << " says " << word;
+}
+
+const std::set<std::string>& system_headers() {
+  static const std::set<std::string> headers = {
+      "unistd.h",  "fcntl.h",    "dirent.h", "pthread.h", "signal.h", "csignal", "termios.h",
+      "windows.h", "filesystem", "fstream",  "cstdio",    "stdio.h",  "thread",  "mutex"};
+  return headers;
+}
+
+TEST(Rules, OneFileOfTheLibraryMeetsTheOperatingSystem) {
+  for (const char* folder : {"libshmformat/src", "libshmformat/include"})
+    for (const Source& source : sources_in(folder))
+      for (const std::string& header : source.angled)
+        if (header.starts_with("sys/") || system_headers().contains(header)) {
+          const bool threads = header == "thread" || header == "mutex";
+          const bool may =
+              threads && (source.name() == "workers.h" || source.name() == "ordered_tasks.h");
+          EXPECT_TRUE(may || source.path == "libshmformat/src/model/file_io.cpp")
+              << source.path << " includes " << header;
+        }
+}
+
+TEST(Rules, TheLibraryNeitherPrintsNorAsks) {
+  for (const char* folder : {"libshmformat/src", "libshmformat/include"})
+    for (const Source& source : sources_in(folder)) {
+      for (const std::string& header : source.angled)
+        for (const char* banned : {"iostream", "ostream", "sstream", "print", "syncstream",
+                                   "chrono", "ctime", "time.h", "clocale", "locale", "random"})
+          EXPECT_NE(header, banned) << source.path;
+      for (const char* word :
+           {"printf",     "fprintf",      "puts",          "fputs",        "putchar",
+            "cout",       "cerr",         "clog",          "getenv",       "setlocale",
+            "localeconv", "gettimeofday", "clock_gettime", "system_clock", "steady_clock",
+            "abort",      "exit",         "rand",          "srand",        "strtod",
+            "atof",       "stod"})
+        EXPECT_FALSE(says(source.code, word)) << source.path << " says " << word;
+    }
+}
+
+TEST(Rules, TheLibraryThrowsNothingAndKeepsNoGlobals) {
+  for (const char* folder : {"libshmformat/src", "libshmformat/include"})
+    for (const Source& source : sources_in(folder)) {
+      for (const char* word : {"throw", "catch", "thread_local"}) {
+        // std::thread has no other way to say that there are no more threads, and memory may run
+        // out in one that no caller sees.
+        const bool threads = source.name() == "workers.cpp" || source.name() == "ordered_tasks.h";
+        if (threads && word == std::string("catch")) continue;
+        // zstd says by a null that memory has run out; callers hear of it as of any other memory.
+        if (source.name() == "packing.cpp" && word == std::string("throw")) {
+          EXPECT_EQ(times(source.code, "throw "), times(source.code, "throw std::bad_alloc();"));
+          continue;
+        }
+        EXPECT_FALSE(says(source.code, word)) << source.path << " says " << word;
+      }
+      // A variable that is static and not const: "static Type name =", "... name;", "... name{".
+      std::istringstream lines(source.code);
+      for (std::string line; std::getline(lines, line);) {
+        const bool variable = says(line, "static") && !says(line, "constexpr") &&
+                              !says(line, "const") && line.find('(') == std::string::npos &&
+                              line.find(';') != std::string::npos;
+        EXPECT_FALSE(variable) << source.path << ": " << line;
+      }
+    }
+}
+
+TEST(Rules, PublicHeadersIncludePublicHeadersOnly) {
+  for (const Source& source : sources_in("libshmformat/include")) {
+    for (const std::string& header : source.quoted)
+      EXPECT_TRUE(header.starts_with("shm/")) << source.path << " includes " << header;
+    for (const std::string& header : source.angled)
+      EXPECT_EQ(header.find('.'), std::string::npos) << source.path << " includes " << header;
+  }
+}
+
+TEST(Rules, EveryHeaderGuardsItself) {
+  for (const char* folder : {"libshmformat/src", "libshmformat/include", "converters"})
+    for (const Source& source : sources_in(folder)) {
+      if (!source.name().ends_with(".h")) continue;
+      EXPECT_NE(source.text.find("#pragma once"), std::string::npos) << source.path;
+    }
+}
+
+}  // namespace

@@ -1,0 +1,469 @@
+// Segments: meshes cut at many places come back whole, each vertex once, and cuts follow counts.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "bytes/ordered_tasks.h"
+#include "shifts/shifts.h"
+#include "shm/segment_reader.h"
+#include "support/counted_source.h"
+#include "support/feature_files.h"
+#include "support/file_surgery.h"
+#include "support/item_text.h"
+#include "support/sanitized.h"
+
+namespace shm {
+namespace {
+
+WriteOptions cut_every(std::uint64_t cells) {
+  WriteOptions options;
+  options.segment_cells = cells;
+  return options;
+}
+
+struct Family {
+  const char* name;
+  TestMesh mesh;
+};
+std::vector<Family> families() {
+  std::vector<Family> all;
+  all.push_back({"grid", bent_grid(5, 4, 4)});
+  all.push_back({"shuffled", shuffled(bent_grid(4, 4, 4))});
+  all.push_back({"holes and unused vertices", grid(5, 4, 4, ScalarType::float64, warped, porous)});
+  all.push_back({"ring", exact_ring(7, 2, 3)});
+  all.push_back({"mixed cells", mixed_cells()});
+  all.push_back({"degenerate", degenerate_hexahedra()});
+  all.push_back({"arrays", with_arrays_of_every_type(bent_grid(3, 3, 3))});
+  all.push_back({"arrays on some blocks", arrays_on_some_blocks()});
+  all.push_back({"special values", special_values()});
+  TestMesh renumbered = bent_grid(4, 4, 4);
+  std::mt19937_64 random(5);
+  shuffle_vertices(renumbered, random);
+  all.push_back({"shuffled vertices", renumbered});
+  return all;
+}
+
+TEST(Segments, RoundTripsCutAnywhere) {
+  SomeCases some(3);
+  for (const Family& family : families())
+    for (const auto& [order, corner_order, delay] :
+         {std::tuple(Order::keep, true, 0u), std::tuple(Order::keep, true, 6u),
+          std::tuple(Order::stream, true, 0u), std::tuple(Order::stream, false, 4u)})
+      for (std::uint64_t cells : {1u, 2u, 7u, 20u, 1000u}) {
+        if (some.skips_next()) continue;
+        SCOPED_TRACE(std::string(family.name) + ", order " +
+                     (order == Order::keep ? "keep" : "stream") + ", delay " +
+                     std::to_string(delay) + ", " + std::to_string(cells) + " cells a segment");
+        const TestMesh mesh = with_order(family.mesh, order, corner_order, delay);
+        WriteOptions options = cut_every(cells);
+        options.group_cells = 5;
+        SizeReport report;
+        const auto bytes = expect_round_trip(mesh, options, &report);
+        EXPECT_EQ(report.segments, (mesh.cells.size() + cells - 1) / cells);
+        EXPECT_EQ(report.imported_vertices > 0, report.segments > 1);
+        const auto back = read_mesh(bytes);
+        ASSERT_TRUE(back);
+        EXPECT_EQ(back->totals.imported_vertices, report.imported_vertices);
+        ASSERT_EQ(back->totals.segment_starts.size(), report.segments);
+        for (std::size_t s = 0; s < report.segments; ++s)
+          EXPECT_EQ(back->totals.segment_starts[s], s * cells);
+        if (!takes_shifts(mesh.schema)) continue;
+        options.connectivity = ConnectivityCodec::shifts;
+        SizeReport as_shifts;
+        expect_round_trip(mesh, options, &as_shifts);
+        EXPECT_EQ(as_shifts.segments, report.segments);
+        EXPECT_EQ(as_shifts.imported_vertices, report.imported_vertices);
+        EXPECT_EQ(as_shifts.max_active_vertices, report.max_active_vertices);
+        // Some segments so, some otherwise: vertices pass from one kind to the other.
+        using enum ConnectivityCodec;
+        options.segment_connectivity = {rows, shifts, replay, shifts, shifts, paper};
+        expect_round_trip(mesh, options);
+      }
+}
+
+TEST(Segments, CutWhereTheCallerSays) {
+  WriteOptions options;
+  options.segment_starts = {0, 10, 11, 40, 5000};
+  SizeReport report;
+  const auto bytes = expect_round_trip(bent_grid(4, 4, 4), options, &report);
+  EXPECT_EQ(read_mesh(bytes)->totals.segment_starts, (std::vector<std::uint64_t>{0, 10, 11, 40}));
+  options.segment_starts = {0};
+  options.segment_cells = 3;
+  expect_round_trip(bent_grid(4, 4, 4), options, &report);
+  EXPECT_EQ(report.segments, 1u);
+}
+
+TEST(Segments, NoMeshNoSegment) {
+  SizeReport report;
+  expect_round_trip({hexahedra_schema(), {}, 0, {}, {}}, {}, &report);
+  EXPECT_EQ(report.segments, 0u);
+}
+
+std::uint64_t segments_of(const TestMesh& mesh, double budget, std::uint64_t* imported = nullptr) {
+  NullSink sink;
+  const auto report = write_mesh(mesh, sink, {.restart_budget = budget});
+  EXPECT_TRUE(report);
+  if (!report) return 0;
+  if (imported != nullptr) *imported = report->imported_vertices;
+  return report->segments;
+}
+
+TEST(Segments, CutsKeepTheBudget) {
+  // 21 x 21 vertices live at each layer of 400 cells: 2 % of what 50 layers introduce, but a
+  // segment has 131072 cells at least.
+  const TestMesh slim = grid(20, 20, 700);
+  std::uint64_t imported = 0;
+  EXPECT_EQ(segments_of(slim, .02, &imported), 3u);
+  EXPECT_LE(imported, 2 * 470u);
+  EXPECT_EQ(segments_of(slim, 0), 1u);
+  if (kSanitized) return;
+  // A wide one allows cuts at 20 %, and at 2 % only near its end, where little is left alive.
+  const TestMesh wide = grid(80, 80, 62);
+  EXPECT_LE(segments_of(wide, .02, &imported), 2u);
+  EXPECT_LE(imported, wide.vertices / 50);
+  EXPECT_GE(segments_of(wide, .2, &imported), 3u);
+  EXPECT_LE(imported, wide.vertices / 5);
+}
+
+TEST(Segments, BlocksBeginSegmentsEarlier) {
+  TestMesh mesh = grid(20, 20, 205);  // the third block begins at cell 80000
+  for (int b = 2; b <= 4; ++b) mesh.schema.blocks.push_back({b, "", CellShape::hexahedron, 8});
+  for (std::size_t c = 0; c < mesh.cells.size(); ++c)
+    mesh.cells[c].block = static_cast<std::uint32_t>(c / 40000);
+  const auto bytes = expect_round_trip(mesh, {.restart_budget = .02});
+  EXPECT_EQ(read_mesh(bytes)->totals.segment_starts, (std::vector<std::uint64_t>{0, 80000}));
+}
+
+TEST(Segments, ImportsAreCheapOnACoherentMesh) {
+  const TestMesh mesh = bent_grid(30, 30, 30);
+  for (Order order : {Order::keep, Order::stream}) {
+    SizeReport whole, cut;
+    expect_round_trip(with_order(mesh, order, order == Order::keep, 0), {}, &whole);
+    expect_round_trip(with_order(mesh, order, order == Order::keep, 0), cut_every(6750), &cut);
+    EXPECT_EQ(cut.segments, 4u);
+    EXPECT_EQ(cut.imported_vertices, 3u * 31 * 31 + 2 * 31);  // one cut at a layer, two within
+    EXPECT_LE(cut.streams.at("imports"), 80u);
+  }
+  SizeReport shifts;
+  WriteOptions options = cut_every(6750);
+  options.connectivity = ConnectivityCodec::shifts;
+  expect_round_trip(mesh, options, &shifts);
+  EXPECT_EQ(shifts.imported_vertices, 3u * 31 * 31 + 2 * 31);
+  EXPECT_LE(shifts.streams.at("connectivity"), 27000u / 8 / 2);  // a bit for two cells
+  EXPECT_FALSE(shifts.streams.contains("imports"));
+}
+
+TEST(Segments, AnyNumberOfThreadsWritesTheSameBytes) {
+  SomeCases some(kWatchesThreads ? 19 : 13);
+  std::vector<Family> meshes = families();
+  meshes.push_back({"many cells", grid(20, 20, 20, ScalarType::float32, bent, porous)});
+  for (const Family& family : meshes)
+    for (const auto& [order, delay] :
+         {std::pair(Order::keep, 0u), std::pair(Order::stream, 0u), std::pair(Order::stream, 5u)})
+      for (std::uint64_t cells : {7u, 1500u}) {
+        if (some.skips_next()) continue;
+        SCOPED_TRACE(std::string(family.name) + ", " + std::to_string(cells));
+        const TestMesh mesh = with_order(family.mesh, order, true, delay);
+        WriteOptions options = cut_every(cells);
+        options.group_cells = 1000;
+        const auto expect_same = [&] {
+          options.threads = 1;
+          const auto alone = expect_round_trip(mesh, options);
+          options.threads = 3;
+          EXPECT_EQ(expect_round_trip(mesh, options), alone);
+          for (unsigned threads : {2u, 0u}) {
+            MemorySink sink;
+            options.threads = threads;
+            ASSERT_TRUE(write_mesh(mesh, sink, options));
+            EXPECT_EQ(sink.bytes, alone) << threads << " threads";
+          }
+        };
+        expect_same();
+        options.connectivity = ConnectivityCodec::shifts;
+        if (takes_shifts(mesh.schema)) expect_same();
+      }
+}
+
+std::string text_read(std::span<const std::byte> bytes, const ReadOptions& options) {
+  MemorySource source(bytes);
+  auto reader = Reader::open(source, {}, options);
+  if (!reader) return reader.error().message();
+  Decoded decoded;
+  decoded.schema = reader->schema();
+  while (true) {
+    auto item = reader->next();
+    if (!item) return ItemText::of(decoded) + item.error().message();
+    if (*item == nullptr) return ItemText::of(decoded);
+    decoded.items.push_back(std::move(**item));
+  }
+}
+
+/// What a Reader yields, down to the last words, for several numbers of threads and little room.
+void expect_same_with_threads(std::span<const std::byte> bytes) {
+  const std::string alone = text_read(bytes, {});
+  for (const auto& [threads, ahead] :
+       {std::pair(2u, std::uint64_t{1} << 28), std::pair(3u, std::uint64_t{2000}),
+        std::pair(2u, std::uint64_t{0})})
+    ASSERT_EQ(text_read(bytes, {threads, ahead}), alone) << threads << " threads";
+}
+
+TEST(Segments, AnyNumberOfThreadsReadsTheSame) {
+  for (const FeatureFile& feature : feature_files()) {
+    SCOPED_TRACE(feature.name);
+    expect_same_with_threads(feature.bytes);
+  }
+  MemorySink sink;
+  WriteOptions options = cut_every(700);
+  options.group_cells = 300;
+  ASSERT_TRUE(write_mesh(grid(20, 20, 20, ScalarType::float32, bent, porous), sink, options));
+  expect_same_with_threads(sink.bytes);
+  sink.bytes.clear();
+  options.connectivity = ConnectivityCodec::shifts;
+  ASSERT_TRUE(write_mesh(grid(20, 20, 20, ScalarType::float32, bent, porous), sink, options));
+  expect_same_with_threads(sink.bytes);
+}
+
+TEST(Segments, DamageIsToldAlikeWithThreads) {
+  SomeCases some(3);
+  for (const char* name : {"segments", "segments_stream", "shifts"}) {
+    std::vector<std::byte> bytes;
+    for (const FeatureFile& feature : feature_files())
+      if (feature.name == name) bytes = feature.bytes;
+    for (std::size_t at = 0; at < bytes.size(); at += 29) {
+      if (some.skips_next()) continue;
+      SCOPED_TRACE(std::string(name) + ", byte " + std::to_string(at));
+      bytes[at] ^= std::byte{4};
+      expect_same_with_threads(bytes);
+      bytes[at] ^= std::byte{4};
+      expect_same_with_threads(std::span(bytes).first(at));
+    }
+    // Behind right checksums: in the middle of a segment, and of one whose start lies.
+    for (std::size_t nth = 0; nth < 5; ++nth) {
+      FileParts parts = take_apart(bytes);
+      Chunk* chunk = parts.find(container::ChunkKind::group, nth);
+      auto group = take_group_apart(chunk->payload);
+      ASSERT_TRUE(group);
+      for (auto& stream : group->streams)
+        if (!stream.empty()) stream[stream.size() / 2] ^= std::byte{0x55};
+      chunk->payload = put_group_together(*group);
+      expect_same_with_threads(put_together(parts));
+      parts = take_apart(bytes);
+      parts.find(container::ChunkKind::group, nth)->header.segment ^= 1;
+      expect_same_with_threads(put_together(parts));
+      parts = take_apart(bytes);
+      chunk = parts.find(container::ChunkKind::group, nth);
+      group = take_group_apart(chunk->payload);
+      ++group->header.first_vertex;
+      chunk->payload = put_group_together(*group);
+      expect_same_with_threads(put_together(parts));
+    }
+  }
+}
+
+TEST(Segments, ReadersWithThreadsMayBeLeft) {
+  MemorySink sink;
+  ASSERT_TRUE(write_mesh(grid(20, 20, 20), sink, cut_every(300)));
+  for (int items : {0, 1, 5}) {
+    MemorySource source(sink.bytes);
+    auto reader = Reader::open(source, {}, {3, std::uint64_t{1} << 20});
+    ASSERT_TRUE(reader);
+    for (int i = 0; i < items; ++i) ASSERT_TRUE(reader->next());
+  }
+}
+
+TEST(Segments, EachIsReadAlone) {
+  using enum ConnectivityCodec;
+  for (const auto& [order, codec] :
+       {std::pair(Order::keep, automatic), std::pair(Order::stream, automatic),
+        std::pair(Order::keep, shifts)}) {
+    SCOPED_TRACE(codec_name(codec));
+    TestMesh mesh = with_order(grid(12, 10, 10, ScalarType::float64, bent, porous), order,
+                               order == Order::keep, codec == shifts ? 0 : 7);
+    add_array(mesh, array_of("u", Location::point, ScalarType::float32, 2), mesh.vertices);
+    add_array(mesh, array_of("p", Location::cell, ScalarType::int16), mesh.cells.size());
+    WriteOptions options = cut_every(200);
+    options.group_cells = 90;
+    options.connectivity = codec;
+    const auto bytes = expect_round_trip(mesh, options);
+    const auto whole = read_mesh(bytes);
+    ASSERT_TRUE(whole);
+    // vertex number -> its values
+    std::map<std::uint64_t, std::vector<std::byte>> values;
+    const auto values_of = [](const MeshBlock& block, std::size_t v) {
+      std::vector<std::byte> all(block.xyz.begin() + static_cast<std::ptrdiff_t>(v * 24),
+                                 block.xyz.begin() + static_cast<std::ptrdiff_t>(v * 24 + 24));
+      all.insert(all.end(), block.arrays[0].begin() + static_cast<std::ptrdiff_t>(v * 8),
+                 block.arrays[0].begin() + static_cast<std::ptrdiff_t>(v * 8 + 8));
+      return all;
+    };
+    for (std::size_t v = 0; v < whole->mesh.vertex_count(); ++v)
+      values[whole->mesh.vertex_numbers[v]] = values_of(whole->mesh, v);
+
+    CountedSource source(bytes);
+    auto reader = SegmentReader::open(source);
+    ASSERT_TRUE(reader) << reader.error().message();
+    EXPECT_EQ(reader->schema(), mesh.schema);
+    ASSERT_EQ(reader->segments().size(), whole->totals.segment_starts.size());
+    std::uint64_t imported = 0;
+    for (std::size_t s = reader->segments().size(); s-- > 0;) {  // in any order
+      const SegmentInfo& info = reader->segments()[s];
+      source.bytes = 0;
+      const auto blocks = reader->read(s);
+      ASSERT_TRUE(blocks) << blocks.error().message();
+      EXPECT_EQ(source.bytes, info.bytes);
+      std::uint64_t cell = info.first_cell;
+      std::uint64_t own = 0;
+      EXPECT_EQ(cell, whole->totals.segment_starts[s]);
+      std::unordered_map<std::uint64_t, int> known;
+      for (const MeshBlock& block : *blocks) {
+        ASSERT_EQ(block.imported.size(), block.vertex_count());
+        for (std::size_t v = 0; v < block.vertex_count(); ++v) {
+          ++known[block.vertex_numbers[v]];
+          EXPECT_EQ(values_of(block, v), values.at(block.vertex_numbers[v]));
+          own += block.imported[v] == 0 ? 1 : 0;
+          imported += block.imported[v];
+        }
+        for (std::size_t c = 0; c < block.cell_count(); ++c, ++cell) {
+          const auto corners = std::span(block.corners).subspan(block.corner_begin[c], 8);
+          const auto expected =
+              std::span(whole->mesh.corners).subspan(whole->mesh.corner_begin[cell], 8);
+          EXPECT_TRUE(std::equal(corners.begin(), corners.end(), expected.begin()));
+          EXPECT_EQ(block.cell_numbers[c], whole->mesh.cell_numbers[cell]);
+          for (std::uint64_t corner : corners) EXPECT_EQ(known[corner], 1);
+        }
+      }
+      EXPECT_EQ(cell, info.first_cell + info.cells);
+      EXPECT_EQ(own, info.vertices);
+    }
+    EXPECT_EQ(imported, whole->totals.imported_vertices);
+    EXPECT_EQ(reader->read(99).error().code, ErrorCode::misuse);
+  }
+}
+
+class SegmentsReadAlone : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(SegmentsReadAlone, DamageIsNoticed) {
+  const auto bytes = std::string(GetParam()) == "shifts"
+                         ? shifts_file(Level::standard)
+                         : segments_file(Order::stream, false, 0, 6);
+  const auto read_all = [](std::span<const std::byte> file) -> Result<std::size_t> {
+    MemoryRandomSource source(file);
+    auto reader = SegmentReader::open(source);
+    if (!reader) return reader.error();
+    std::size_t blocks = 0;
+    for (std::size_t s = 0; s < reader->segments().size(); ++s) {
+      auto segment = reader->read(s);
+      if (!segment) return segment.error();
+      blocks += segment->size();
+    }
+    return blocks;
+  };
+  ASSERT_TRUE(read_all(bytes));
+  for (std::size_t size = 0; size < bytes.size(); size += 3)
+    EXPECT_FALSE(read_all(std::span(bytes).first(size))) << size;
+  // Lies of the index behind right checksums end in errors or in the same blocks, never in a crash.
+  PlainRandom random(11);
+  for (int n = 0; n < 300; ++n) {
+    FileParts parts = take_apart(bytes);
+    auto& index = parts.chunks.back().payload;
+    index[random.below(index.size())] = static_cast<std::byte>(random.bits());
+    (void)static_cast<bool>(read_all(put_together(parts)));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Segments, SegmentsReadAlone, ::testing::Values("predicted", "shifts"),
+                         [](const auto& it) { return std::string(it.param); });
+
+TEST(Segments, ExtrasBetweenCellsStandInTheSamePlace) {
+  const TestMesh mesh = grid(40, 10, 10);
+  std::vector<std::byte> alone;
+  for (unsigned threads : {1u, 3u}) {
+    MemorySink sink;
+    WriteOptions options = cut_every(500);
+    options.group_cells = 200;
+    options.threads = threads;
+    auto writer = Writer::create(sink, mesh.schema, options);
+    ASSERT_TRUE(writer);
+    for (std::uint64_t v = 0; v < mesh.vertices; ++v)
+      ASSERT_TRUE(writer->add_vertex(v, std::span(mesh.xyz).subspan(v * 12, 12)));
+    for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
+      ASSERT_TRUE(writer->add_cell(0, mesh.cells[c].corners));
+      if (c % 777 == 700) {
+        ASSERT_TRUE(
+            writer->add_extra({"test/now", ScalarType::uint8, Reference::nothing, {0}, {}}));
+      }
+    }
+    ASSERT_TRUE(writer->finish());
+    if (threads == 1) alone = sink.bytes;
+    EXPECT_EQ(sink.bytes, alone);
+  }
+}
+
+/// Fails from some byte on.
+class BrokenSink final : public ByteSink {
+ public:
+  Result<void> write(std::span<const std::byte> bytes) override {
+    bytes_ += bytes.size();
+    if (bytes_ < 1000) return {};
+    return Error{ErrorCode::output, "is full", {}, kNoOffset, "disk"};
+  }
+
+ private:
+  std::size_t bytes_ = 0;
+};
+
+TEST(Segments, ErrorsComeOutOfThreads) {
+  WriteOptions options = cut_every(100);
+  options.threads = 3;
+  BrokenSink sink;
+  const auto report = write_mesh(grid(20, 20, 20), sink, options);
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().code, ErrorCode::output);
+}
+
+TEST(Segments, WritersWithThreadsMayBeLeft) {
+  const TestMesh mesh = grid(20, 20, 20);
+  for (std::size_t cells : {0u, 1u, 1500u, 8000u}) {
+    NullSink sink;
+    WriteOptions options = cut_every(300);
+    options.threads = 2;
+    auto writer = Writer::create(sink, mesh.schema, options);
+    ASSERT_TRUE(writer);
+    for (std::uint64_t v = 0; v < mesh.vertices; ++v)
+      ASSERT_TRUE(writer->add_vertex(v, std::span(mesh.xyz).subspan(v * 12, 12)));
+    for (std::size_t c = 0; c < cells; ++c) ASSERT_TRUE(writer->add_cell(0, mesh.cells[c].corners));
+  }
+}
+
+class FailingTask final : public OrderedTasks<int, int>::Task {
+ public:
+  Result<void> take(int& in, const OrderedTasks<int, int>::Emit& emit) override {
+    if (in < 0) throw std::bad_alloc();
+    emit(in, 4);
+    return {};
+  }
+  Result<void> end(const OrderedTasks<int, int>::Emit&) override { return {}; }
+};
+
+TEST(OrderedTasks, NoMemoryComesOutInItsTurn) {
+  OrderedTasks<int, int> tasks(2, 1 << 20, 1 << 20);
+  for (int task = 0; task < 3; ++task) {
+    tasks.begin(std::make_unique<FailingTask>());
+    tasks.push(task, 4);
+    if (task == 1) tasks.push(-1, 4);
+  }
+  tasks.end();
+  const auto wait = OrderedTasks<int, int>::Wait::for_output;
+  for (int task = 0; task < 2; ++task) {
+    const auto out = tasks.next(wait);
+    ASSERT_TRUE(out && *out);
+    EXPECT_EQ(**out, task);
+  }
+  EXPECT_THROW((void)tasks.next(wait), std::bad_alloc);
+  EXPECT_THROW((void)tasks.next(wait), std::bad_alloc);
+}
+
+}  // namespace
+}  // namespace shm

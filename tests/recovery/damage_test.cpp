@@ -1,0 +1,569 @@
+// Damage: all that is hurt is named, and what is whole is read, whatever is hurt.
+#include "shm/damage.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "shm/mesh_extract.h"
+#include "shm/step_reader.h"
+#include "support/feature_files.h"
+#include "support/file_surgery.h"
+#include "support/item_text.h"
+#include "support/sanitized.h"
+#include "support/stepped_mesh.h"
+
+namespace shm {
+namespace {
+
+using container::ChunkKind;
+
+/// Segments of some cells, arrays, steps that refer to each other.
+Bytes file(Order order, std::uint32_t segment_cells = 60, std::uint32_t group_cells = 30) {
+  Stepped it = with_steps(two_blocks(), order);
+  it.options.segment_cells = segment_cells;
+  it.options.group_cells = group_cells;
+  return written(it);
+}
+
+/// Offsets and ends of chunks.
+std::vector<std::pair<std::size_t, std::size_t>> places(const Bytes& bytes) {
+  std::vector<std::pair<std::size_t, std::size_t>> out;
+  std::size_t at = container::kFileStartBytes;
+  for (const Chunk& chunk : take_apart(bytes).chunks) {
+    out.emplace_back(at, at + container::kChunkHeaderBytes + chunk.payload.size());
+    at = out.back().second;
+  }
+  return out;
+}
+
+DamageReport found(const Bytes& bytes) {
+  MemoryRandomSource source(bytes);
+  auto report = find_damage(source);
+  EXPECT_TRUE(report) << (report ? "" : report.error().message());
+  return report ? std::move(*report) : DamageReport();
+}
+
+/// Everything that is left: coordinates by vertex, corners and values by cell, values by step.
+struct Left {
+  std::map<std::uint64_t, Bytes> points;
+  std::map<std::uint64_t, std::vector<std::uint64_t>> cells;
+  std::map<std::tuple<std::uint32_t, std::uint64_t, std::uint64_t>, Bytes> values;  // array, step
+};
+
+Result<Left> left_of(const Bytes& bytes) {
+  MemoryRandomSource source(bytes);
+  auto extractor = MeshExtractor::open_damaged(source);
+  if (!extractor) return extractor.error();
+  Left left;
+  if (auto good = extractor->begin({}); !good) return good.error();
+  const Schema& schema = extractor->schema();
+  while (true) {
+    const auto part = extractor->next();
+    if (!part) return part.error();
+    if (*part == nullptr) break;
+    const MeshBlock& block = **part;
+    const std::size_t xyz = 3 * scalar_bytes(schema.coordinate_type);
+    for (std::size_t v = 0; v < block.vertex_count(); ++v)
+      left.points[block.vertex_numbers[v]] =
+          Bytes(block.xyz.begin() + static_cast<std::ptrdiff_t>(v * xyz),
+                block.xyz.begin() + static_cast<std::ptrdiff_t>((v + 1) * xyz));
+    for (std::size_t c = 0; c < block.cell_count(); ++c)
+      left.cells[block.cell_numbers[c]].assign(
+          block.corners.begin() + static_cast<std::ptrdiff_t>(block.corner_begin[c]),
+          block.corners.begin() + static_cast<std::ptrdiff_t>(block.corner_begin[c + 1]));
+  }
+  for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
+    if (!schema.arrays[a].per_step) continue;
+    const std::size_t stride = scalar_bytes(schema.arrays[a].type) * schema.arrays[a].components;
+    const auto steps = extractor->steps(a);
+    if (!steps) return steps.error();
+    for (const std::uint64_t step : *steps) {
+      if (auto good = extractor->begin_values(a, step); !good) return good.error();
+      while (true) {
+        const auto values = extractor->next_values();
+        if (!values) return values.error();
+        if (*values == nullptr) break;
+        for (std::size_t i = 0; i < (*values)->numbers.size(); ++i)
+          left.values[{a, step, (*values)->numbers[i]}] =
+              Bytes((*values)->values.begin() + static_cast<std::ptrdiff_t>(i * stride),
+                    (*values)->values.begin() + static_cast<std::ptrdiff_t>((i + 1) * stride));
+      }
+    }
+  }
+  return left;
+}
+
+/// Whether all of `part` is in `all`, and the same there.
+template <class Map>
+bool is_within(const Map& part, const Map& all) {
+  return std::all_of(part.begin(), part.end(), [&](const auto& it) {
+    const auto at = all.find(it.first);
+    return at != all.end() && at->second == it.second;
+  });
+}
+void expect_within(const Left& part, const Left& all, const std::string& what) {
+  EXPECT_TRUE(is_within(part.points, all.points)) << what;
+  EXPECT_TRUE(is_within(part.cells, all.cells)) << what;
+  EXPECT_TRUE(is_within(part.values, all.values)) << what;
+}
+
+TEST(Damage, NothingInWholeFiles) {
+  for (const FeatureFile& it : feature_files()) {
+    const DamageReport report = found(it.bytes);
+    EXPECT_TRUE(report.damages.empty()) << it.name;
+    EXPECT_TRUE(report.complete && report.restorable) << it.name;
+    MemoryRandomSource source(it.bytes);
+    MemorySink sink;
+    ASSERT_TRUE(write_in_order(source, sink)) << it.name;
+    EXPECT_EQ(sink.bytes, it.bytes) << it.name;
+  }
+}
+
+TEST(Damage, AllOfAnUndamagedFileIsLeft) {
+  for (const Order order : {Order::keep, Order::stream}) {
+    const Bytes bytes = file(order);
+    const auto left = left_of(bytes);
+    ASSERT_TRUE(left) << left.error().message();
+    const Stepped it = with_steps(two_blocks(), order);
+    EXPECT_EQ(left->cells.size(), it.mesh.cells.size());
+    EXPECT_EQ(left->points.size(), it.mesh.vertices);
+    std::size_t values = 0;
+    for (const auto& [key, of_step] : it.values)
+      values += of_step.size() / it.mesh.stride(key.first);
+    EXPECT_EQ(left->values.size(), values);
+  }
+}
+
+TEST(Damage, EachChunkIsNamedAndTheOthersAreLeft) {
+  SomeCases some(5);
+  for (const Order order : {Order::keep, Order::stream}) {
+    for (const bool with_index : {true, false}) {
+      const Bytes whole = file(order);
+      const Left all = *left_of(whole);
+      const FileParts parts = take_apart(whole);
+      const auto at = places(whole);
+      for (std::size_t c = 0; c + 1 < at.size(); ++c) {
+        // Of the many step values some.
+        if (parts.chunks[c].is(ChunkKind::step_values) && c % 7 != 0) continue;
+        for (const bool header : {true, false}) {
+          if (some.skips_next()) continue;
+          Bytes bytes = whole;
+          bytes[header ? at[c].first + 9 : at[c].second - 1] ^= std::byte{4};
+          if (!with_index) bytes[at.back().first + 3] ^= std::byte{1};
+          const std::string what = "chunk " + std::to_string(c) + (header ? ", header" : "") +
+                                   (with_index ? "" : ", no index");
+          const DamageReport report = found(bytes);
+          if (c + 2 == at.size() && header && !with_index) continue;  // one piece with the index
+          ASSERT_EQ(report.damages.size(), with_index ? 1u : 2u) << what;
+          const Damage& damage = report.damages[0];
+          EXPECT_EQ(damage.kind, DamageKind::damaged) << what;
+          EXPECT_EQ(damage.offset, at[c].first) << what;
+          EXPECT_EQ(damage.bytes, at[c].second - at[c].first) << what;
+          if (with_index || !header) {
+            EXPECT_EQ(damage.section, container::chunk_name(parts.chunks[c].header.kind)) << what;
+            if (parts.chunks[c].is(ChunkKind::group)) {
+              EXPECT_EQ(damage.segment, parts.chunks[c].header.segment) << what;
+              const auto group = take_group_apart(parts.chunks[c].payload);
+              EXPECT_EQ(damage.first_cell, group->header.first_cell) << what;
+              EXPECT_EQ(damage.cells, group->header.cells) << what;
+            }
+          }
+          const auto left = left_of(bytes);
+          if (c == 0) {  // such a small file has the schema once
+            EXPECT_FALSE(left) << what;
+            continue;
+          }
+          ASSERT_TRUE(left) << what << ": " << left.error().message();
+          expect_within(*left, all, what);
+          const std::size_t lost = all.cells.size() - left->cells.size();
+          if (!parts.chunks[c].is(ChunkKind::group)) {
+            EXPECT_EQ(lost, 0u) << what;
+            EXPECT_GT(left->values.size(), all.values.size() / 2) << what;
+          } else if (with_index || !header) {
+            EXPECT_LE(lost, 60u) << what;
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(Damage, ArraysThatAreHurtAreNamed) {
+  Stepped it = with_steps(two_blocks(), Order::keep);
+  it.options.segment_cells = 60;
+  it.mesh.schema.arrays.push_back(array_of("static", Location::cell, ScalarType::float64));
+  Bytes noise;
+  std::mt19937_64 random(7);
+  for (std::size_t c = 0; c < it.mesh.cells.size(); ++c)
+    append(noise, static_cast<double>(random()) * .37);
+  it.mesh.arrays.push_back(noise);
+  const Bytes whole = written(it);
+  const FileParts parts = take_apart(whole);
+  const auto at = places(whole);
+  const auto array = static_cast<std::uint32_t>(it.mesh.schema.arrays.size() - 1);
+  for (std::size_t c = 0; c < at.size(); ++c) {
+    if (!parts.chunks[c].is(ChunkKind::group)) continue;
+    const auto group = take_group_apart(parts.chunks[c].payload);
+    std::size_t end = at[c].second;
+    for (std::size_t s = group->streams.size(); s-- > 0; end -= group->streams[s + 0].size()) {
+      const container::StreamEntry& stream = group->header.streams[s];
+      if (stream.bytes == 0) continue;
+      Bytes bytes = whole;
+      bytes[end - 1] ^= std::byte{1};
+      const DamageReport report = found(bytes);
+      ASSERT_EQ(report.damages.size(), 1u);
+      const bool of_array = stream.kind == container::StreamKind::array;
+      EXPECT_EQ(report.damages[0].arrays,
+                of_array ? std::vector<std::uint32_t>{stream.array} : std::vector<std::uint32_t>{});
+      const auto left = left_of(bytes);
+      ASSERT_TRUE(left) << left.error().message();
+      EXPECT_EQ(left->cells.size() == it.mesh.cells.size(), of_array);
+      MemoryRandomSource source(bytes);
+      const auto extractor = MeshExtractor::open_damaged(source);
+      if (of_array) {
+        const auto lost = extractor->lost_arrays(parts.chunks[c].header.segment);
+        EXPECT_EQ(std::vector<std::uint32_t>(lost.begin(), lost.end()),
+                  std::vector<std::uint32_t>{array});
+      }
+    }
+  }
+}
+
+// A header with a right checksum that names an array of another file: its values are not lost ones.
+TEST(Damage, ValuesOfNoArrayAreNotNamed) {
+  Stepped it = with_steps(two_blocks(), Order::keep);
+  it.mesh.schema.arrays.push_back(array_of("static", Location::cell, ScalarType::float64));
+  Bytes& values = it.mesh.arrays.emplace_back();
+  for (std::size_t c = 0; c < it.mesh.cells.size(); ++c)
+    append(values, 1. / (1. + static_cast<double>(c)));
+  FileParts parts = take_apart(written(it));
+  Chunk& chunk = *parts.find(ChunkKind::group);
+  auto group = take_group_apart(chunk.payload);
+  ASSERT_EQ(group->header.streams.back().kind, container::StreamKind::array);
+  group->header.streams.back().array = 99;
+  chunk.payload = put_group_together(*group);
+  Bytes bytes = put_together(parts);
+  bytes[places(bytes)[1].second - 1] ^= std::byte{1};
+  for (const Damage& damage : found(bytes).damages) EXPECT_TRUE(damage.arrays.empty());
+  MemoryRandomSource source(bytes);
+  const auto extractor = MeshExtractor::open_damaged(source);
+  ASSERT_TRUE(extractor);
+  for (std::size_t s = 0; s < extractor->segments().size(); ++s)
+    EXPECT_TRUE(extractor->lost_arrays(s).empty());
+}
+
+TEST(Damage, OrderOfChunksDoesNotMatter) {
+  const Bytes whole = file(Order::stream);
+  const FileParts parts = take_apart(whole);
+  std::mt19937 random(3);
+  for (int round = 0; round < 20; ++round) {
+    FileParts mixed = parts;
+    std::shuffle(mixed.chunks.begin(), mixed.chunks.end() - 1, random);
+    mixed.chunks.insert(mixed.chunks.begin() + round % 5, mixed.chunks[7]);
+    Bytes bytes = put_together(mixed, Numbering::as_they_are);
+    const DamageReport report = found(bytes);
+    EXPECT_TRUE(report.restorable && report.complete);
+    EXPECT_TRUE(std::any_of(report.damages.begin(), report.damages.end(),
+                            [](const Damage& it) { return it.kind == DamageKind::repeated; }));
+    MemoryRandomSource source(bytes);
+    MemorySink sink;
+    ASSERT_TRUE(write_in_order(source, sink));
+    EXPECT_EQ(sink.bytes, whole);
+  }
+}
+
+TEST(Damage, CutAnywhere) {
+  const Bytes whole = file(Order::keep, 40, 40);
+  const Left all = *left_of(whole);
+  const auto at = places(whole);
+  std::size_t cells = 0;
+  for (std::size_t end = 0; end < whole.size(); end += every(7) * 37) {
+    const Bytes bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(end));
+    MemoryRandomSource source(bytes);
+    const auto report = find_damage(source);
+    if (end < 8) {
+      EXPECT_FALSE(report);
+      continue;
+    }
+    ASSERT_TRUE(report) << end;
+    EXPECT_FALSE(report->damages.empty()) << end;
+    const auto left = left_of(bytes);
+    ASSERT_EQ(static_cast<bool>(left), end >= at[0].second) << end;
+    if (!left) continue;
+    expect_within(*left, all, "cut at " + std::to_string(end));
+    EXPECT_GE(left->cells.size(), cells) << end;
+    cells = left->cells.size();
+  }
+  EXPECT_EQ(cells, all.cells.size());
+}
+
+TEST(Damage, BytesAtRandom) {
+  constexpr int kRounds = kSanitized ? 18 : 50;
+  for (const Order order : {Order::keep, Order::stream}) {
+    const Bytes whole = file(order);
+    const Left all = *left_of(whole);
+    std::mt19937 random(11);
+    for (int round = 0; round < kRounds; ++round) {
+      Bytes bytes = whole;
+      for (int hits = round % 6; hits >= 0; --hits) {
+        const std::size_t begin = random() % bytes.size();
+        const std::size_t end = std::min<std::size_t>(bytes.size(), begin + random() % 400);
+        std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(begin),
+                  bytes.begin() + static_cast<std::ptrdiff_t>(end), std::byte{0});
+      }
+      MemoryRandomSource source(bytes);
+      const auto report = find_damage(source);
+      ASSERT_TRUE(report) << round;
+      if (!report->schema) continue;
+      const auto left = left_of(bytes);
+      ASSERT_TRUE(left) << round << ": " << left.error().message();
+      expect_within(*left, all, "round " + std::to_string(round));
+    }
+  }
+}
+
+/// Headers without end that each claim all that follows: not read over and over.
+TEST(Damage, ManyHeadersTakeTheirBytesOnly) {
+  class Counted final : public RandomSource {
+   public:
+    explicit Counted(const Bytes& bytes) : bytes_(bytes) {}
+    std::uint64_t size() const override { return bytes_.size(); }
+    Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override {
+      read += into.size();
+      return bytes_.read_at(offset, into);
+    }
+    std::uint64_t read = 0;
+
+   private:
+    MemoryRandomSource bytes_;
+  };
+  constexpr std::size_t kHeaders = 50'000;
+  ByteWriter out;
+  container::put(out, container::FileStart{});
+  for (std::size_t i = 0; i < kHeaders; ++i) {
+    container::ChunkHeader header;
+    header.kind = static_cast<std::uint8_t>(ChunkKind::group);
+    header.sequence = static_cast<std::uint32_t>(i * 85'000);
+    header.segment = static_cast<std::uint32_t>(i * 7);
+    header.payload_bytes = (kHeaders - 1 - i) * container::kChunkHeaderBytes;
+    container::put(out, header);
+  }
+  Counted source(out.bytes);
+  const auto report = find_damage(source);
+  ASSERT_TRUE(report);
+  EXPECT_FALSE(report->complete);
+  EXPECT_LT(source.read, 60 * out.bytes.size());
+}
+
+/// What opening it says is wrong.
+ErrorCode error_of(const Bytes& bytes) {
+  MemoryRandomSource source(bytes);
+  const auto report = find_damage(source);
+  EXPECT_FALSE(report);
+  EXPECT_FALSE(MeshExtractor::open_damaged(source));
+  return report ? ErrorCode::misuse : report.error().code;
+}
+
+Bytes without_index(const FileParts& parts) {
+  Bytes bytes = put_together(parts);
+  bytes.resize(places(bytes).back().first);
+  return bytes;
+}
+
+// Of two files nobody can say which chunk is whose: another bound makes other values of the same
+// bytes.
+TEST(Damage, PartsOfTwoFilesAreRefused) {
+  const Bytes one = file(Order::keep);
+  FileParts parts = take_apart(one);
+  FileParts others = take_apart(file(Order::stream));
+  Chunk schema = others.chunks[0];
+  ASSERT_TRUE(schema.is(ChunkKind::schema));
+  parts.chunks.insert(parts.chunks.begin() + 3, parts.chunks[0]);
+  EXPECT_TRUE(found(put_together(parts)).schema);
+  parts.chunks[3] = schema;
+  EXPECT_EQ(error_of(put_together(parts)), ErrorCode::corrupt);
+  // Of the same number, with other bytes: the index tells which it is, or nothing does.
+  parts = take_apart(one);
+  Bytes joined = without_index(parts);
+  const auto at = places(one);
+  Bytes other = one;
+  Bytes second(other.begin() + static_cast<std::ptrdiff_t>(at[2].first),
+               other.begin() + static_cast<std::ptrdiff_t>(at[2].second));
+  joined.insert(joined.end(), second.begin(), second.end());
+  EXPECT_EQ(found(joined).damages.front().kind, DamageKind::repeated);
+  FileParts changed = take_apart(one);
+  changed.chunks[2].payload.back() ^= std::byte{1};
+  const Bytes all = put_together(changed);
+  second.assign(all.begin() + static_cast<std::ptrdiff_t>(at[2].first),
+                all.begin() + static_cast<std::ptrdiff_t>(at[2].second));
+  joined.resize(joined.size() - second.size());
+  joined.insert(joined.end(), second.begin(), second.end());
+  EXPECT_EQ(error_of(joined), ErrorCode::corrupt);
+}
+
+// A step number far away says nothing of how many steps there are.
+TEST(Damage, StepsBeyondTheLimitAreRefused) {
+  Stepped it = with_steps(two_blocks(), Order::keep);
+  it.values[{0, 5000}] = moving_values(it.mesh.schema.arrays[0], elements_of(it.mesh, 0), 7);
+  it.options.key_steps = 1;
+  const Bytes bytes = without_index(take_apart(written(it)));
+  MemoryRandomSource source(bytes);
+  ReadLimits limits;
+  EXPECT_TRUE(StepReader::open_damaged(source, limits));
+  limits.max_steps = 5000;
+  const auto reader = StepReader::open_damaged(source, limits);
+  ASSERT_FALSE(reader);
+  EXPECT_EQ(reader.error().code, ErrorCode::over_limit);
+}
+
+// A chunk among groups that is lost is a group only where cells or vertices are lost with it. Where
+// that cannot be known, step values, which count groups, must not go to others' elements.
+TEST(Damage, ALostExtraAmongGroupsIsNoGroup) {
+  const Bytes whole = file(Order::stream, 60, 60);
+  const Left all = *left_of(whole);
+  FileParts parts = take_apart(whole);
+  std::size_t group = 0;
+  while (!parts.chunks[group].is(ChunkKind::group) || parts.chunks[group].header.segment != 2)
+    ++group;
+  Chunk extra = parts.chunks[group];
+  extra.header.kind = static_cast<std::uint8_t>(ChunkKind::extra);
+  extra.header.segment = 0;
+  extra.payload.assign(40, std::byte{7});
+  parts.chunks.insert(parts.chunks.begin() + static_cast<std::ptrdiff_t>(group) + 1, extra);
+  Bytes bytes = put_together(parts);
+  const auto at = places(bytes);
+  const auto clear = [&](std::size_t from, std::size_t count) {
+    std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(from), count, std::byte{0});
+  };
+  clear(at[group].first + container::kChunkHeaderBytes, 20);
+  clear(at[group + 1].first, container::kChunkHeaderBytes);
+  bytes.resize(at.back().first);
+  const auto left = left_of(bytes);
+  ASSERT_TRUE(left) << left.error().message();
+  EXPECT_GT(left->cells.size(), 0u);
+  expect_within(*left, all, "an extra among groups");
+}
+
+// A copy of the index in the middle is no end: the trailer points to another one.
+TEST(Damage, ACopyOfTheIndexIsNoEnd) {
+  const Bytes whole = file(Order::keep);
+  const auto at = places(whole);
+  const std::size_t index = at.back().first, bytes = at.back().second - index;
+  const std::size_t middle = at[at.size() / 2].first + 50;
+  ASSERT_LT(middle + bytes, index);
+  Bytes hurt = whole;
+  std::copy(whole.begin() + static_cast<std::ptrdiff_t>(index),
+            whole.begin() + static_cast<std::ptrdiff_t>(index + bytes),
+            hurt.begin() + static_cast<std::ptrdiff_t>(middle));
+  const DamageReport report = found(hurt);
+  EXPECT_TRUE(report.cells);
+  EXPECT_FALSE(report.damages.empty());
+  for (const Damage& damage : report.damages)
+    EXPECT_LT(damage.offset, middle + bytes) << damage.section;
+}
+
+/// A byte of the index, its header, or the headers of it and the trailer are lost; or a byte of it,
+/// and all chunks have changed places.
+std::vector<Bytes> without_index(const Bytes& whole) {
+  const auto at = places(whole);
+  const auto [begin, end] = at.back();
+  std::vector<Bytes> hurt(4, whole);
+  hurt[0][end - 1] ^= std::byte{1};
+  hurt[1][begin + 5] ^= std::byte{1};
+  hurt[2][begin + 5] ^= std::byte{1};
+  hurt[2][end + 5] ^= std::byte{1};
+  hurt[3][end - 1] ^= std::byte{1};
+  auto to = hurt[3].begin() + container::kFileStartBytes;
+  for (std::size_t c = at.size() - 1; c-- > 0;)
+    to = std::copy(whole.begin() + static_cast<std::ptrdiff_t>(at[c].first),
+                   whole.begin() + static_cast<std::ptrdiff_t>(at[c].second), to);
+  return hurt;
+}
+
+TEST(Damage, ALostIndexIsMadeAnew) {
+  std::size_t same = 0, with_other_ranges = 0;
+  for (const FeatureFile& it : feature_files()) {
+    const std::size_t index = places(it.bytes).back().first;
+    for (const Bytes& hurt : without_index(it.bytes)) {
+      const DamageReport report = found(hurt);
+      ASSERT_TRUE(report.schema) << it.name;
+      EXPECT_TRUE(report.lacks_index && !report.restorable) << it.name;
+      MemoryRandomSource source(hurt);
+      MemorySink sink;
+      const auto good = write_in_order(source, sink);
+      ASSERT_TRUE(good) << it.name << ": " << good.error().message();
+      const auto& arrays = report.schema->arrays;
+      const bool lossy = std::any_of(arrays.begin(), arrays.end(), [](const ArrayInfo& array) {
+        return !array.per_step && array.quantization.lossy();
+      });
+      ++(lossy ? with_other_ranges : same);
+      if (lossy) {
+        EXPECT_EQ(
+            Bytes(sink.bytes.begin(), sink.bytes.begin() + static_cast<std::ptrdiff_t>(index)),
+            Bytes(it.bytes.begin(), it.bytes.begin() + static_cast<std::ptrdiff_t>(index)));
+        EXPECT_EQ(sink.bytes.size(), it.bytes.size());
+        EXPECT_TRUE(decode_in_pieces(sink.bytes)) << it.name;
+      } else {
+        EXPECT_EQ(sink.bytes, it.bytes) << it.name;
+      }
+    }
+  }
+  EXPECT_GT(same, 80u);
+  EXPECT_GT(with_other_ranges, 1u);
+}
+
+void expect_not_written(const Bytes& hurt) {
+  MemoryRandomSource source(hurt);
+  MemorySink sink;
+  const auto good = write_in_order(source, sink);
+  ASSERT_FALSE(good);
+  EXPECT_EQ(good.error().code, ErrorCode::corrupt);
+  EXPECT_TRUE(sink.bytes.empty());
+}
+
+TEST(Damage, AnIndexIsMadeOnlyWhereThereWasNoMore) {
+  const Bytes whole = file(Order::keep);
+  const auto at = places(whole);
+  const auto cut = [&](std::size_t bytes) {
+    return Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(bytes));
+  };
+  const std::size_t last = at.end()[-2].first, index = at.back().first;
+  Bytes without_last = whole;
+  std::fill(without_last.begin() + static_cast<std::ptrdiff_t>(last), without_last.end(),
+            std::byte{});
+  for (const Bytes& hurt : {cut(index), cut(index + 9), without_last}) {
+    const DamageReport report = found(hurt);
+    EXPECT_TRUE(report.lacks_index && !report.complete);
+    expect_not_written(hurt);
+  }
+}
+
+// Right checksums of what nobody can decode.
+TEST(Damage, AnIndexIsMadeOfWhatCanBeDecodedOnly) {
+  FileParts parts = take_apart(file(Order::keep));
+  Chunk extra = parts.chunks.back();
+  extra.header.kind = static_cast<std::uint8_t>(ChunkKind::extra);
+  parts.chunks.insert(parts.chunks.end() - 1, extra);
+  Bytes bytes = put_together(parts);
+  const auto at = places(bytes);
+  bytes[at.back().first + 5] ^= std::byte{1};
+  EXPECT_TRUE(found(bytes).complete);
+  expect_not_written(bytes);
+}
+
+TEST(Damage, NothingOfAFile) {
+  const Bytes bytes(5000, std::byte{'x'});
+  MemoryRandomSource source(bytes);
+  const auto report = find_damage(source);
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().code, ErrorCode::corrupt);
+  EXPECT_FALSE(MeshExtractor::open_damaged(source));
+}
+
+}  // namespace
+}  // namespace shm

@@ -1,0 +1,485 @@
+// Step values: what goes in comes out, whatever the mesh, its segments and groups, the codecs, and
+// the step that is referred to; and files that lie about it are refused.
+#include "steps/step_values.h"
+
+#include "shifts/shifts.h"
+#include "support/file_surgery.h"
+#include "support/sanitized.h"
+#include "support/stepped_mesh.h"
+#include "values/shuffled_zstd.h"
+
+namespace shm {
+namespace {
+
+using container::ChunkKind;
+using container::Codec;
+using container::StepHeader;
+
+Values read_values(std::span<const std::byte> bytes) {
+  const auto back = read_mesh(bytes);
+  EXPECT_TRUE(back) << (back ? "" : back.error().message());
+  Values values;
+  if (!back) return values;
+  for (const StepPiece& piece : back->steps) {
+    Bytes& to = values[{piece.array, piece.step}];
+    EXPECT_EQ(to.size(),
+              piece.first * (piece.values.size() /
+                             std::max<std::size_t>(
+                                 1, piece.values.size() /
+                                        (scalar_bytes(back->schema.arrays[piece.array].type) *
+                                         back->schema.arrays[piece.array].components))));
+    to.insert(to.end(), piece.values.begin(), piece.values.end());
+  }
+  return values;
+}
+
+std::vector<StepHeader> headers_of(std::span<const std::byte> bytes) {
+  std::vector<StepHeader> headers;
+  for (const Chunk& chunk : take_apart(bytes).chunks) {
+    if (!chunk.is(ChunkKind::step_values)) continue;
+    ByteReader in(chunk.payload);
+    EXPECT_TRUE(container::get(in, headers.emplace_back()));
+  }
+  return headers;
+}
+
+Bytes expect_values_back(const Stepped& it) {
+  const Bytes bytes = written(it);
+  Values expected;
+  for (const auto& [key, values] : it.values)
+    if (!values.empty()) expected[key] = values;
+  EXPECT_TRUE(read_values(bytes) == expected);
+  return bytes;
+}
+
+TEST(StepValues, WhateverTheMeshAndItsPieces) {
+  SomeCases some(3);
+  for (const Order order : {Order::keep, Order::stream})
+    for (const auto codec :
+         {ConnectivityCodec::paper, ConnectivityCodec::rows, ConnectivityCodec::replay,
+          ConnectivityCodec::mixed, ConnectivityCodec::shifts})
+      for (const std::uint64_t segment_cells : {0u, 33u})
+        for (const std::uint32_t group_cells : {14u, 65536u})
+          for (int family = 0; family < 4; ++family) {
+            if (some.skips_next()) continue;
+            Stepped it = with_steps(family == 0   ? two_blocks()
+                                    : family == 1 ? mixed_cells()
+                                    : family == 2 ? every_shape()
+                                                  : replayed(order),
+                                    order);
+            if (codec == ConnectivityCodec::shifts && !takes_shifts(it.mesh.schema)) continue;
+            it.options.connectivity = codec;
+            it.options.level = family % 2 == 0 ? Level::standard : Level::fast;
+            it.options.segment_cells = segment_cells;
+            it.options.group_cells = group_cells;
+            SCOPED_TRACE(std::to_string(family) + " codec " +
+                         std::to_string(static_cast<int>(codec)) + " order " +
+                         std::to_string(static_cast<int>(order)));
+            expect_values_back(it);
+          }
+}
+
+// Over neighbourhoods that numbers tell, values are as small as over those of a surface.
+TEST(StepValues, OverShiftsToo) {
+  Stepped it = waves(3);
+  it.options.connectivity = ConnectivityCodec::rows;
+  const std::size_t over_surface = expect_values_back(it).size();
+  for (const Level level : {Level::fast, Level::standard}) {
+    it.options.level = level;
+    it.options.connectivity = ConnectivityCodec::shifts;
+    const Bytes bytes = expect_values_back(it);
+    for (const StepHeader& header : headers_of(bytes))
+      EXPECT_EQ(header.codec, container::Codec::columns);
+    if (level == Level::standard) {
+      EXPECT_LE(bytes.size() * 20, over_surface * 21);
+    }
+  }
+}
+
+// A group of shifts that tells no neighbourhoods is no group of a file with steps.
+TEST(StepValues, ShiftsWithoutNeighbourhoodsAreRefused) {
+  Stepped it = waves(1);
+  it.options.connectivity = ConnectivityCodec::shifts;
+  FileParts parts = take_apart(written(it));
+  Bytes& payload = parts.find(ChunkKind::group)->payload;
+  auto group = take_group_apart(payload);
+  ASSERT_TRUE(group);
+  group->streams[0][0] = std::byte{0};
+  payload = put_group_together(*group);
+  const auto back = read_mesh(put_together(parts));
+  ASSERT_FALSE(back);
+  EXPECT_EQ(back.error().code, ErrorCode::corrupt);
+}
+
+TEST(StepValues, ADelayBufferIsNoMatter) {
+  Stepped it = with_steps(two_blocks(), Order::stream);
+  it.mesh.schema.delay = 20;
+  it.options.group_cells = 30;
+  expect_values_back(it);
+}
+
+TEST(StepValues, NoCellsNoVerticesNoElements) {
+  Stepped it = with_steps(grid(1, 1, 1), Order::keep);
+  it.mesh.cells.clear();
+  it.values.clear();
+  it.values[{0, 3}] = moving_values(it.mesh.schema.arrays[0], 8, 3);
+  it.values[{2, 0}] = {};
+  expect_values_back(it);
+  it.mesh.vertices = 0;
+  it.mesh.xyz.clear();
+  it.values[{0, 3}] = {};
+  expect_values_back(it);
+}
+
+// A call for an array without elements leaves nothing in the file, and no count of a step either.
+TEST(StepValues, AStepOfNothingIsNone) {
+  Stepped it = with_steps(grid(1, 1, 1), Order::keep);
+  it.mesh.cells.clear();
+  for (const bool others : {false, true}) {
+    MemorySink sink;
+    ASSERT_TRUE(write_mesh(it.mesh, sink, it.options, [&](Writer& writer) -> Result<void> {
+      for (const std::uint64_t step : {0u, 7u})
+        if (auto good = writer.add_step_values(2, step, {}); !good) return good;
+      if (!others) return {};
+      return writer.add_step_values(0, 3, moving_values(it.mesh.schema.arrays[0], 8, 3));
+    }));
+    const auto back = read_mesh(sink.bytes);
+    ASSERT_TRUE(back) << back.error().message();
+    EXPECT_EQ(back->totals.steps, others ? 4u : 0u);
+  }
+}
+
+TEST(StepValues, PiecesAreCutAtGroups) {
+  Stepped it = with_steps(two_blocks(), Order::keep);
+  it.options.group_cells = 30;
+  const Bytes bytes = written(it, 1);
+  EXPECT_EQ(written(it, 5), bytes);
+  EXPECT_EQ(written(it, 100000), bytes);
+}
+
+TEST(StepValues, TheMeshPredicts) {
+  Stepped it = waves(1);
+  RecordedOrder order;
+  it.options.coding_order = &order;
+  written(it);  // to learn the order
+  Bytes sorted;
+  for (std::uint64_t v : order.vertices) {
+    const auto& values = it.values[{0, 0}];
+    sorted.insert(sorted.end(), values.begin() + static_cast<std::ptrdiff_t>(8 * v),
+                  values.begin() + static_cast<std::ptrdiff_t>(8 * v + 8));
+  }
+  it.values[{0, 0}] = sorted;
+  const Bytes bytes = expect_values_back(it);
+  EXPECT_EQ(headers_of(bytes)[0].codec, Codec::columns);
+  std::size_t coded = 0;
+  for (const Chunk& chunk : take_apart(bytes).chunks)
+    if (chunk.is(ChunkKind::step_values)) coded += chunk.payload.size();
+  EXPECT_LT(coded, pack_shuffled(shuffled(sorted, 8), 9).size() * 7 / 8);
+}
+
+TEST(StepValues, StepsReferToTheOneBefore) {
+  for (const std::uint32_t key_steps : {1u, 3u, 8u}) {
+    Stepped it = waves(10);
+    it.options.key_steps = key_steps;
+    const auto headers = headers_of(expect_values_back(it));
+    ASSERT_EQ(headers.size(), 10u);
+    for (std::uint64_t s = 0; s < 10; ++s)
+      EXPECT_EQ(headers[s].reference_step, s % key_steps == 0 ? s : s - 1) << s;
+  }
+}
+
+/// What the schema of the file says.
+StepReference most_of(const Bytes& file) {
+  const auto back = read_mesh(file);
+  EXPECT_TRUE(back);
+  return back ? back->schema.step_references : StepReference::trend;
+}
+/// The file under a schema that allows `most`.
+Bytes under(const Bytes& file, StepReference most) {
+  FileParts parts = take_apart(file);
+  Schema schema = read_mesh(file)->schema;
+  schema.step_references = most;
+  for (Chunk& chunk : parts.chunks)
+    if (chunk.is(ChunkKind::schema)) chunk.payload = schema_payload(schema);
+  return put_together(parts);
+}
+
+TEST(StepValues, TheSchemaSaysWhatTheyReferTo) {
+  using enum StepReference;
+  for (const auto& [key_steps, most] :
+       {std::pair(1u, nothing), std::pair(2u, before), std::pair(3u, trend)}) {
+    Stepped it = waves(10);
+    it.options.key_steps = key_steps;
+    const Bytes bytes = expect_values_back(it);
+    EXPECT_EQ(most_of(bytes), most);
+    for (const StepReference less : {nothing, before}) {
+      // A chunk that refers to more than the schema allows is refused; one that could, is not.
+      const auto back = read_mesh(under(bytes, less));
+      EXPECT_EQ(static_cast<bool>(back), less >= most);
+      if (!back) {
+        EXPECT_EQ(back.error().code, ErrorCode::corrupt);
+      }
+    }
+    // The caller may say less than key_steps would.
+    it.mesh.schema.step_references = std::min(most, before);
+    for (const auto& header : headers_of(expect_values_back(it))) EXPECT_FALSE(header.trend);
+  }
+  // Without steps nothing is said.
+  WriteOptions options;
+  options.key_steps = 1;
+  EXPECT_EQ(most_of(expect_round_trip(two_blocks(), options)), trend);
+}
+
+TEST(StepValues, WhatStaysCostsNothing) {
+  Stepped it = with_steps(two_blocks(), Order::keep);
+  std::mt19937_64 random(3);
+  Bytes& first = it.values[{0, 0}];
+  for (std::byte& b : first) b = static_cast<std::byte>(random());
+  for (auto& [key, values] : it.values)
+    if (key.first == 0) values = first;
+  const Bytes bytes = expect_values_back(it);
+  for (const Chunk& chunk : take_apart(bytes).chunks) {
+    if (!chunk.is(ChunkKind::step_values)) continue;
+    ByteReader in(chunk.payload);
+    StepHeader header;
+    ASSERT_TRUE(container::get(in, header));
+    if (header.array == 0 && header.step > 0) {
+      EXPECT_LT(chunk.payload.size(), 300u);
+    }
+  }
+}
+
+TEST(StepValues, NothingRefersWhereAStepIsTooLarge) {
+  Schema schema;
+  schema.arrays.push_back(array_of("a", Location::point, ScalarType::float64, 16));
+  schema.arrays.push_back(array_of("b", Location::cell, ScalarType::uint8, 65535));
+  for (ArrayInfo& info : schema.arrays) info.per_step = true;
+  const auto most = [&](std::uint64_t points, std::uint64_t cells) {
+    return most_reference(schema, std::vector<std::uint64_t>{points, cells});
+  };
+  EXPECT_EQ(most(1 << 19, 0), StepReference::trend);
+  EXPECT_EQ(most(1 << 19, 1), StepReference::before);
+  EXPECT_EQ(most(1 << 20, 0), StepReference::before);
+  EXPECT_EQ(most((1 << 20) + 1, 0), StepReference::nothing);
+  EXPECT_EQ(most(1 << 20, 1), StepReference::nothing);
+  EXPECT_EQ(most(~std::uint64_t{0}, 0), StepReference::nothing);
+  EXPECT_EQ(most(0, ~std::uint64_t{0} / 2), StepReference::nothing);
+}
+
+template <class T>
+std::vector<T> trend_of(ScalarType type, const std::vector<T>& first,
+                        const std::vector<T>& second) {
+  StepMemory memory(StepReference::trend);
+  memory.take(0, std::as_bytes(std::span(first)));
+  for (std::size_t at = 0; at < second.size(); ++at)  // in pieces
+    memory.take(at * sizeof(T),
+                std::as_bytes(std::span(second)).subspan(at * sizeof(T), sizeof(T)));
+  const ArrayInfo info = array_of("a", Location::point, type);
+  const std::size_t bytes = second.size() * sizeof(T);
+  const auto before = memory.reference(StepReference::before, info, 0, bytes);
+  EXPECT_TRUE(std::equal(before.begin(), before.end(), std::as_bytes(std::span(second)).begin()));
+  const auto trend = memory.reference(StepReference::trend, info, 0, bytes);
+  std::vector<T> out(second.size());
+  std::memcpy(out.data(), trend.data(), bytes);
+  return out;
+}
+
+TEST(StepValues, ATrendGoesOn) {
+  constexpr double kMost = std::numeric_limits<double>::max();
+  EXPECT_EQ(trend_of<double>(ScalarType::float64, {1, -kMost, 5}, {1.5, kMost, 5}),
+            (std::vector<double>{2, kMost, 5}));
+  EXPECT_EQ(trend_of<float>(ScalarType::float32, {1, 2}, {3, -2}), (std::vector<float>{5, -6}));
+  EXPECT_EQ(trend_of<std::int8_t>(ScalarType::int8, {0, -128}, {100, 127}),
+            (std::vector<std::int8_t>{-56, 126}));
+  EXPECT_EQ(trend_of<std::uint64_t>(ScalarType::uint64, {0, ~std::uint64_t{0}}, {1, 0}),
+            (std::vector<std::uint64_t>{2, 1}));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(trend_of<double>(ScalarType::float64, {nan}, {7}), std::vector<double>{7});
+}
+
+TEST(StepValues, ATrendIsFollowed) {
+  Stepped it = waves(4);
+  for (auto& [key, values] : it.values)  // noise, moving on at the same pace everywhere
+    for (std::size_t i = 0; i < values.size() / 8; ++i) {
+      const double v = static_cast<double>(i * 2654435761u % 1000003) * 0x1p-20 *
+                       (64 + static_cast<double>(key.second));
+      std::memcpy(&values[8 * i], &v, 8);
+    }
+  const auto headers = headers_of(expect_values_back(it));
+  ASSERT_EQ(headers.size(), 4u);
+  for (std::size_t s = 0; s < 4; ++s) EXPECT_EQ(headers[s].trend, s >= 2) << s;
+}
+
+TEST(StepValues, ManyComponentsAreLeftToZstd) {
+  Stepped it;
+  it.mesh = grid(2, 1, 1);
+  const auto a = add_stepped(
+      it.mesh, array_of("a", Location::cell, ScalarType::float32, kMostStepComponents + 1));
+  it.values[{a, 0}] = moving_values(it.mesh.schema.arrays[a], 2, 0);
+  it.values[{a, 1}] = it.values[{a, 0}];
+  for (const StepHeader& header : headers_of(expect_values_back(it)))
+    EXPECT_EQ(header.codec, Codec::shuffled_zstd);
+}
+
+TEST(StepValues, ShuffledBytes) {
+  const ArrayInfo info = array_of("a", Location::point, ScalarType::float32, 2);
+  std::vector<float> values(2000);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<float>(i % 50) * .37f;
+  const auto bytes = std::as_bytes(std::span(values));
+  const Bytes coded = pack_shuffled(shuffled(bytes, 4), 9);
+  const auto back = unpack_shuffled(coded, 4, 8000);
+  ASSERT_TRUE(back);
+  EXPECT_TRUE(std::equal(bytes.begin(), bytes.end(), back->begin(), back->end()));
+  EXPECT_FALSE(unpack_shuffled({}, 4, 8));
+  EXPECT_FALSE(unpack_shuffled(coded, 4, 7992));
+  EXPECT_FALSE(unpack_shuffled(coded, 3, 8000));
+  EXPECT_EQ(unpack_shuffled(coded, 4, 8004)->size(), 8000u);  // who wants more has to look
+  EXPECT_FALSE(unpack_shuffled(std::span(coded).first(coded.size() - 1), 4, 8000));
+}
+
+// --- files that lie
+
+ErrorCode code_of(std::span<const std::byte> bytes, const ReadLimits& limits = {}) {
+  MemorySource source(bytes);
+  auto reader = Reader::open(source, limits);
+  if (!reader) return reader.error().code;
+  while (true) {
+    auto item = reader->next();
+    if (!item) return item.error().code;
+    if (*item == nullptr) break;
+  }
+  ADD_FAILURE() << "accepted";
+  return {};
+}
+
+/// Changes chunk `nth` of step values.
+Bytes with_chunk(std::span<const std::byte> bytes, std::size_t nth,
+                 const std::function<void(StepHeader&, Bytes&)>& change) {
+  FileParts parts = take_apart(bytes);
+  Chunk* chunk = parts.find(ChunkKind::step_values, nth);
+  ByteReader in(chunk->payload);
+  StepHeader header;
+  EXPECT_TRUE(container::get(in, header));
+  const auto rest = in.get_bytes(in.left());
+  Bytes values(rest.begin(), rest.end());
+  change(header, values);
+  ByteWriter out;
+  container::put(out, header);
+  out.put_bytes(values);
+  chunk->payload = std::move(out.bytes);
+  return put_together(parts);
+}
+
+/// Waves in four groups, three steps, the later two referring.
+const Bytes& waves_file() {
+  static const Bytes bytes = [] {
+    Stepped it = waves(3);
+    it.options.group_cells = 330;
+    return written(it);
+  }();
+  return bytes;
+}
+
+TEST(StepValues, LyingHeaders) {
+  const auto headers = headers_of(waves_file());
+  ASSERT_EQ(headers.size(), 12u);
+  ASSERT_EQ(headers[4].reference_step, 0u);
+  ASSERT_EQ(headers[1].codec, Codec::columns);
+  const auto refused = [&](std::size_t nth, const std::function<void(StepHeader&)>& lie,
+                           ErrorCode code = ErrorCode::corrupt) {
+    EXPECT_EQ(code_of(with_chunk(waves_file(), nth, [&](StepHeader& h, Bytes&) { lie(h); })), code);
+  };
+  for (std::size_t nth : {0u, 1u, 5u}) {
+    refused(nth, [](StepHeader& h) { h.array = 1; });
+    refused(nth, [](StepHeader& h) { h.group += 1; });
+    refused(nth, [](StepHeader& h) { h.group = 4; });
+    refused(nth, [](StepHeader& h) { h.group = ~0u; });
+    refused(nth, [](StepHeader& h) { h.count += 1; });
+    refused(nth, [](StepHeader& h) { h.count -= 1; });
+    refused(nth, [](StepHeader& h) { h.count = 0; });
+    refused(nth, [](StepHeader& h) { h.count = ~std::uint64_t{0}; });
+    refused(nth, [](StepHeader& h) { h.step += 1; });
+    refused(nth, [](StepHeader& h) { h.reference_step = h.step + 1; });
+    refused(nth, [](StepHeader& h) { h.reference_step = h.step - 1000; });
+    for (int codec : {0, 2, 3, 5, 6, 255})
+      refused(nth, [&](StepHeader& h) { h.codec = static_cast<Codec>(codec); });
+  }
+  refused(1, [](StepHeader& h) { h.group = 0; });
+  refused(5, [](StepHeader& h) { h.reference_step = h.step; });  // unlike the group before
+  refused(8, [](StepHeader& h) { h.reference_step = 0; });       // not the step before
+  refused(0, [](StepHeader& h) { h.trend = true; });             // of no step
+  refused(4, [](StepHeader& h) { h.trend = true; });             // of one step
+  refused(9, [](StepHeader& h) { h.trend = !h.trend; });         // unlike the group before
+  refused(
+      0, [](StepHeader& h) { h.step = h.reference_step = 1 << 21; }, ErrorCode::over_limit);
+}
+
+TEST(StepValues, StepsThatAreMissing) {
+  for (std::size_t nth = 0; nth < 12; ++nth) {
+    FileParts parts = take_apart(waves_file());
+    const Chunk* chunk = parts.find(ChunkKind::step_values, nth);
+    parts.chunks.erase(parts.chunks.begin() + (chunk - parts.chunks.data()));
+    EXPECT_EQ(code_of(put_together(parts)), ErrorCode::corrupt) << nth;
+  }
+}
+
+TEST(StepValues, OneArrayAtATime) {
+  Stepped it = with_steps(two_blocks(), Order::keep);
+  it.options.group_cells = 120;
+  const Bytes bytes = written(it);
+  const auto headers = headers_of(bytes);
+  ASSERT_EQ(headers[1].array, 0u);
+  for (std::size_t i = 1; i < headers.size(); ++i) {
+    if (headers[i].array == 0) continue;
+    FileParts parts = take_apart(bytes);
+    std::swap(*parts.find(ChunkKind::step_values, 1), *parts.find(ChunkKind::step_values, i));
+    EXPECT_EQ(code_of(put_together(parts)), ErrorCode::corrupt);
+  }
+}
+
+TEST(StepValues, DamagedBytesGiveAsManyValuesOrNone) {
+  PlainRandom random(5);
+  for (int i = 0; i < 200; ++i) {
+    const Bytes bytes = with_chunk(waves_file(), random.below(12), [&](StepHeader&, Bytes& values) {
+      if (i % 4 == 0)
+        values.resize(random.below(values.size()));
+      else
+        values[random.below(values.size())] ^= static_cast<std::byte>(1 + random.below(255));
+    });
+    MemorySource source(bytes);
+    auto reader = Reader::open(source);
+    ASSERT_TRUE(reader);
+    std::size_t got = 0;
+    for (auto item = reader->next(); item && *item != nullptr; item = reader->next())
+      if (const auto* piece = std::get_if<StepPiece>(*item)) got += piece->values.size();
+    EXPECT_LE(got, 3u * 13 * 12 * 11 * 8);
+  }
+}
+
+TEST(StepValues, AGroupMayTakeTooMuch) {
+  ReadLimits limits;
+  limits.max_group_bytes = 20000;  // the cells fit, their neighbourhoods do not
+  EXPECT_EQ(code_of(written(with_steps(grid(6, 6, 6), Order::stream)), limits),
+            ErrorCode::over_limit);
+  Stepped it;
+  it.mesh = grid(2, 2, 2);
+  const auto a = add_stepped(it.mesh, array_of("a", Location::cell, ScalarType::float64, 2000));
+  it.values[{a, 0}] = Bytes(8 * 8 * 2000);
+  limits.max_group_bytes = 100000;
+  EXPECT_EQ(code_of(written(it), limits), ErrorCode::over_limit);
+}
+
+TEST(StepValues, AWriterTakesNoMoreThanThereIs) {
+  Stepped it = with_steps(grid(2, 2, 2), Order::keep);
+  it.values.clear();
+  it.values[{2, 0}] = Bytes(9 * 4);
+  MemorySink sink;
+  const auto report = write_mesh(it.mesh, sink, {}, [&](Writer& writer) {
+    return writer.add_step_values(2, 0, it.values[{2, 0}]);
+  });
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().code, ErrorCode::misuse);
+}
+
+}  // namespace
+}  // namespace shm

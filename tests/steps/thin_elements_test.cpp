@@ -1,0 +1,282 @@
+// What is kept of arrays on few elements: columns over it say the very bytes, and give the very
+// values, that columns over all elements do; whatever the mesh, its segments, groups and codecs.
+#include "steps/thin_elements.h"
+
+#include <functional>
+
+#include "shifts/shifts.h"
+#include "steps/step_values.h"
+#include "support/file_surgery.h"
+#include "support/sanitized.h"
+#include "support/stepped_mesh.h"
+
+namespace shm {
+namespace {
+
+using container::ChunkKind;
+
+/// Few cells here and there, a few together, and a layer, in blocks of their own.
+TestMesh scattered(std::uint64_t n, std::uint32_t seed) {
+  TestMesh mesh = grid(n, n, n, ScalarType::float64, warped, porous);
+  for (int b = 1; b < 4; ++b) mesh.schema.blocks.push_back({b + 1, "", CellShape::hexahedron, 8});
+  PlainRandom random(seed);
+  for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
+    if (random.below(40) == 0) mesh.cells[c].block = 1;
+    if (c * 8 / mesh.cells.size() == 3 && random.below(3) == 0) mesh.cells[c].block = 2;
+    if (c >= mesh.cells.size() / 2 && c < mesh.cells.size() / 2 + n) mesh.cells[c].block = 3;
+  }
+  return mesh;
+}
+
+/// With arrays on each block, on some of several, and on points.
+Stepped with_arrays_on_few(TestMesh mesh, Order order) {
+  Stepped out{with_order(std::move(mesh), order, order == Order::keep, 0), {}, {}};
+  const auto blocks = static_cast<std::uint32_t>(out.mesh.schema.blocks.size());
+  for (std::uint32_t b = 0; b < blocks; ++b) {
+    add_stepped(out.mesh, array_of("", Location::cell, ScalarType::float64, 1 + b % 2, {b}));
+    if (b > 1)
+      add_stepped(out.mesh, array_of("", Location::cell, ScalarType::int32, 1, {b - 2, b}));
+  }
+  add_stepped(out.mesh, array_of("", Location::cell, ScalarType::float32, 2, {blocks - 1}));
+  add_stepped(out.mesh, array_of("", Location::point, ScalarType::float32));
+  return out;
+}
+
+/// What a file tells of its groups.
+void add_groups(std::span<const std::byte> bytes, TopologyReplay& replay) {
+  for (const Chunk& chunk : take_apart(bytes).chunks) {
+    if (!chunk.is(ChunkKind::group)) continue;
+    const auto group = take_group_apart(chunk.payload);
+    ASSERT_TRUE(group);
+    replay.add_group(
+        chunk.header.segment, group->header,
+        std::vector<std::span<const std::byte>>(group->streams.begin(), group->streams.end()));
+  }
+}
+
+/// Values of many kinds, so that domains and codecs change from group to group.
+Bytes values_of(const ArrayInfo& info, std::uint64_t elements, std::size_t group,
+                std::size_t turn) {
+  Bytes out;
+  PlainRandom random(group * 31 + turn);
+  const std::size_t kind = (group + turn) % 5;
+  for (std::uint64_t i = 0; i < elements * info.components; ++i) {
+    const auto bits = static_cast<double>(random.below(1000));
+    double v = static_cast<double>(i) * .01 + static_cast<double>(turn);
+    if (kind == 1) v = bits;
+    if (kind == 2) v = bits * .1 + (random.below(30) == 0 ? .00037 : 0.);
+    if (kind == 3)
+      v = random.below(9) == 0 ? std::numeric_limits<double>::quiet_NaN() : 1 / (bits + 3);
+    if (kind == 4) v = 7;
+    if (info.type == ScalarType::float64)
+      append(out, v);
+    else if (info.type == ScalarType::float32)
+      append(out, static_cast<float>(v));
+    else
+      append_scalar(out, info.type, kind == 3 ? 5 : static_cast<std::int64_t>(v));
+  }
+  return out;
+}
+
+/// The columns of an array at one step.
+struct Columns {
+  Columns(const Schema& schema, std::uint32_t array) : in(schema, array), out(schema, array) {}
+  StepColumn<SplitEncoder> in;
+  StepColumn<SplitDecoder> out;
+};
+
+/// How many groups the array was compared in.
+std::size_t expect_same_columns(const Stepped& it, TopologyReplay& replay, StepElements& thin,
+                                StepElements& all, std::uint32_t array, std::size_t turn) {
+  const ArrayInfo& info = it.mesh.schema.arrays[array];
+  const StepReference kind = turn % 2 == 0 ? StepReference::nothing : StepReference::before;
+  Columns over_thin(it.mesh.schema, array), over_all(it.mesh.schema, array);
+  std::size_t compared = 0;
+  for (std::size_t g = 0; g < replay.groups(); ++g) {
+    const auto count = thin.count(array, g);
+    EXPECT_TRUE(count);
+    EXPECT_EQ(*count, *all.count(array, g));
+    if (!count || *count == 0) continue;
+    const Bytes values = values_of(info, *count, g, turn);
+    const Bytes before =
+        kind == StepReference::nothing ? Bytes() : values_of(info, *count, g, turn - 1);
+    EncodedColumn coded[2];
+    std::vector<std::uint64_t> numbers[2];
+    for (int i = 0; i < 2; ++i) {
+      Columns& columns = i == 0 ? over_thin : over_all;
+      const auto elements = (i == 0 ? thin : all).elements(array, g);
+      EXPECT_TRUE(elements);
+      if (!elements) return compared;
+      numbers[i].assign(elements->numbers.begin(), elements->numbers.end());
+      EXPECT_TRUE(columns.in.begin(replay.segment_of(g), kind));
+      coded[i] = columns.in.encode(*elements, values, it.options.level, before);
+      EXPECT_TRUE(columns.out.begin(replay.segment_of(g), kind));
+      const auto back =
+          columns.out.decode(*elements, coded[i].codec, coded[i].bytes, values.size(), before);
+      EXPECT_TRUE(back && *back == values) << "array " << array << " group " << g;
+    }
+    EXPECT_TRUE(coded[0].codec == coded[1].codec && coded[0].bytes == coded[1].bytes)
+        << "array " << array << " group " << g;
+    EXPECT_EQ(numbers[0].size(), *count);
+    EXPECT_EQ(numbers[0], numbers[1]);
+    ++compared;
+  }
+  return compared;
+}
+
+std::size_t expect_same_columns(const Stepped& it) {
+  const Bytes bytes = written(it);
+  const auto read = read_mesh(bytes);
+  EXPECT_TRUE(read);
+  if (!read) return 0;
+  const Schema& schema = read->schema;
+  TopologyReplay replay(schema, std::uint64_t{1} << 30, ReplayWants{true, true, true, true});
+  add_groups(bytes, replay);
+  StepElements thin(schema, replay, cover_numbers(schema)),
+      all(schema, replay, cover_numbers(schema));
+  for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
+    if (!schema.arrays[a].per_step) continue;
+    thin.expect(a, 0);
+    all.expect(a, ~std::uint64_t{0});
+  }
+  std::size_t compared = 0;
+  for (std::size_t turn = 0; turn < 3; ++turn)
+    for (std::uint32_t a = 0; a < schema.arrays.size(); ++a)
+      if (schema.arrays[a].per_step)
+        compared += expect_same_columns(it, replay, thin, all, a, turn);
+  EXPECT_GT(thin.kept_bytes(), 0u);
+  EXPECT_EQ(all.kept_bytes(), 0u);
+  return compared;
+}
+
+TEST(ThinElements, SayWhatAllElementsSay) {
+  SomeCases some(7);
+  std::size_t compared = 0;
+  for (const Order order : {Order::keep, Order::stream})
+    for (const auto codec :
+         {ConnectivityCodec::paper, ConnectivityCodec::rows, ConnectivityCodec::replay,
+          ConnectivityCodec::mixed, ConnectivityCodec::shifts})
+      for (const std::uint64_t segment_cells : {0u, 150u})
+        for (const std::uint32_t group_cells : {19u, 65536u})
+          for (int family = 0; family < 4; ++family) {
+            Stepped it = with_arrays_on_few(family == 0   ? scattered(9, 1)
+                                            : family == 1 ? mixed_cells()
+                                            : family == 2 ? every_shape()
+                                                          : replayed(order),
+                                            order);
+            if (codec == ConnectivityCodec::shifts && !takes_shifts(it.mesh.schema)) continue;
+            if (some.skips_next()) continue;
+            it.options.connectivity = codec;
+            it.options.level = family == 0 ? Level::standard : Level::fast;
+            it.options.segment_cells = segment_cells;
+            it.options.group_cells = group_cells;
+            SCOPED_TRACE(std::to_string(family) + " codec " +
+                         std::to_string(static_cast<int>(codec)) + " order " +
+                         std::to_string(static_cast<int>(order)) + " groups of " +
+                         std::to_string(group_cells));
+            compared += expect_same_columns(it);
+          }
+  EXPECT_GT(compared, 10000 / every(10));
+}
+
+// Places are taken again: the ring of cells is full, and vertices come and go.
+TEST(ThinElements, InMeshesThatTakePlacesAgain) {
+  for (const auto codec : {ConnectivityCodec::rows, ConnectivityCodec::shifts})
+    for (const std::uint32_t group_cells : {700u, 65536u}) {
+      Stepped it = with_arrays_on_few(scattered(kSanitized ? 14 : 30, 2), Order::keep);
+      it.options.connectivity = codec;
+      it.options.group_cells = group_cells;
+      EXPECT_GT(expect_same_columns(it), 10u);
+    }
+}
+
+// A column may change its domain so often only: by elements and slots, those that are left out too.
+TEST(ThinElements, MayChangeDomainsAsOftenAsAllElements) {
+  Stepped it = with_arrays_on_few(scattered(kSanitized ? 13 : 24, 5), Order::stream);
+  it.options.connectivity = ConnectivityCodec::rows;
+  it.options.group_cells = 2;
+  EXPECT_GT(expect_same_columns(it), 1000u);
+}
+
+TEST(ThinElements, AtLevelBest) {
+  Stepped it = with_arrays_on_few(scattered(8, 3), Order::stream);
+  it.options.level = Level::best;
+  it.options.group_cells = 90;
+  EXPECT_GT(expect_same_columns(it), 50u);
+}
+
+// What an index says of a step may be a lie that none of the steps before told.
+TEST(ThinElements, AreNotThinLater) {
+  Stepped it = with_arrays_on_few(scattered(9, 1), Order::keep);
+  it.options.group_cells = 60;
+  const Bytes bytes = written(it);
+  const auto read = read_mesh(bytes);
+  ASSERT_TRUE(read);
+  TopologyReplay replay(read->schema, std::uint64_t{1} << 30, ReplayWants{true, true, true, true});
+  add_groups(bytes, replay);
+  StepElements elements(read->schema, replay, cover_numbers(read->schema));
+  const std::uint32_t array = 1;  // on one block
+  elements.expect(array, ~std::uint64_t{0});
+  const std::size_t last = replay.groups() - 1;
+  for (std::size_t g = 0; g < last; ++g) ASSERT_TRUE(elements.count(array, g));
+  elements.expect(array, 1);
+  std::uint64_t all = 0;
+  for (std::size_t g = 0; g <= last; ++g) {
+    const auto count = elements.count(array, g);
+    ASSERT_TRUE(count);
+    if (*count == 0) continue;
+    const auto of_group = elements.elements(array, g);
+    ASSERT_TRUE(of_group);
+    EXPECT_EQ(of_group->numbers.size(), *count);
+    all += *count;
+  }
+  EXPECT_EQ(all, elements_of(it.mesh, array));
+}
+
+/// Elements of array `a` of a mesh in these options, of which at most so much is kept.
+std::size_t kept_of(const Stepped& it, std::uint32_t a, std::uint64_t expected, std::size_t most) {
+  const Bytes bytes = written(it);
+  const auto read = read_mesh(bytes);
+  EXPECT_TRUE(read);
+  TopologyReplay replay(read->schema, std::uint64_t{1} << 30, ReplayWants{true, true, false, false},
+                        most);
+  add_groups(bytes, replay);
+  StepElements elements(read->schema, replay, cover_numbers(read->schema));
+  elements.expect(a, expected);
+  for (std::size_t g = 0; g < replay.groups(); ++g) {
+    const auto count = elements.count(a, g);
+    EXPECT_TRUE(count);
+    if (!count || *count == 0) continue;
+    const auto told = elements.elements(a, g);
+    EXPECT_TRUE(told);
+    if (told) {
+      EXPECT_LE(*count, told->items->items.size());
+    }
+  }
+  return elements.kept_bytes();
+}
+
+TEST(ThinElements, AreKeptWhereTheyAreFewAndWithinALimit) {
+  Stepped it = with_arrays_on_few(scattered(40, 4), Order::keep);
+  const auto array_on = [&](std::uint32_t block) {
+    const auto& arrays = it.mesh.schema.arrays;
+    return static_cast<std::uint32_t>(std::find_if(arrays.begin(), arrays.end(),
+                                                   [&](const ArrayInfo& info) {
+                                                     return info.blocks ==
+                                                            std::vector<std::uint32_t>{block};
+                                                   }) -
+                                      arrays.begin());
+  };
+  const std::uint32_t few = array_on(1), many = array_on(0);
+  const std::uint64_t elements = elements_of(it.mesh, few);
+  const std::size_t kept = kept_of(it, few, elements, 0);
+  EXPECT_GT(kept, elements * sizeof(Neighbourhood));
+  EXPECT_LT(kept, elements * (sizeof(Neighbourhood) * 9 / 8 + 4 * 14) + (64u << 10));
+  EXPECT_EQ(kept_of(it, many, elements_of(it.mesh, many), 0), 0u);
+  // As if they were few: more than may be kept, and less.
+  EXPECT_EQ(kept_of(it, many, 0, 0), 0u);
+  EXPECT_GT(kept_of(it, many, 0, std::size_t{64} << 20), std::size_t{1} << 20);
+}
+
+}  // namespace
+}  // namespace shm

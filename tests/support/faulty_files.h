@@ -1,0 +1,614 @@
+// Faulty files: for each thing that a reader must reject ("What a reader must reject" in spec/) a
+// small file that does it and nothing else, with right lengths and checksums where it is not about
+// these. They are kept, numbered, in tests/golden/faulty, so that other readers can be tried on
+// them too. A number keeps its file for ever: new ones go behind all that are there.
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bytes/packing.h"
+#include "container/random_chunks.h"
+#include "support/feature_files.h"
+#include "support/file_surgery.h"
+#include "support/item_text.h"
+
+namespace shm {
+
+struct FaultyFile {
+  ErrorCode code;        ///< what the reader here says
+  std::string sentence;  ///< what is wrong with it
+  std::vector<std::byte> bytes;
+};
+
+inline std::string word_of(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::truncated: return "truncated";
+    case ErrorCode::corrupt: return "corrupt";
+    case ErrorCode::unsupported: return "unsupported";
+    case ErrorCode::over_limit: return "over_limit";
+    default: return "other";
+  }
+}
+
+class FaultyFiles {
+ public:
+  FaultyFiles() : files_(feature_files()) {
+    starts();
+    chunks();
+    schemas();
+    blobs();
+    group_headers();
+    bitstreams();
+    steps();
+    extras();
+    indices();
+    ends();
+    archives();
+  }
+  std::vector<FaultyFile> take() { return std::move(faulty_); }
+
+ private:
+  using Bytes = std::vector<std::byte>;
+  using ChunkKind = container::ChunkKind;
+  static constexpr auto kCorrupt = ErrorCode::corrupt;
+  static constexpr auto kTruncated = ErrorCode::truncated;
+  static constexpr auto kUnsupported = ErrorCode::unsupported;
+
+  void add(ErrorCode code, std::string sentence, Bytes bytes) {
+    faulty_.push_back({code, std::move(sentence), std::move(bytes)});
+  }
+  const Bytes& file(const std::string& name) const {
+    return std::find_if(files_.begin(), files_.end(), [&](auto& it) { return it.name == name; })
+        ->bytes;
+  }
+  /// `name`, taken apart, changed, and put together with right checksums.
+  Bytes with(const std::string& name, const std::function<void(FileParts&)>& change,
+             Numbering numbering = Numbering::anew) const {
+    FileParts parts = take_apart(file(name));
+    change(parts);
+    return put_together(std::move(parts), numbering);
+  }
+  Bytes first_bytes(const std::string& name, std::size_t size) const {
+    const Bytes& all = file(name);
+    return Bytes(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(size));
+  }
+  static Chunk chunk_of(ChunkKind kind, Bytes payload) {
+    Chunk chunk;
+    chunk.header.kind = static_cast<std::uint8_t>(kind);
+    chunk.payload = std::move(payload);
+    return chunk;
+  }
+  static void insert(FileParts& parts, std::size_t at, Chunk chunk) {
+    parts.chunks.insert(parts.chunks.begin() + static_cast<std::ptrdiff_t>(at), std::move(chunk));
+  }
+  /// The index with one line for each chunk before it.
+  static void recount(FileParts& parts) {
+    ByteReader in(parts.chunks.back().payload);
+    container::Index index;
+    container::get(in, index, 1000);
+    index.entries.resize(parts.chunks.size() - 1);
+    ByteWriter out;
+    container::put(out, index);
+    parts.chunks.back().payload = std::move(out.bytes);
+  }
+
+  void starts() {
+    add(kTruncated, "The file is empty.", {});
+    add(kTruncated, "The file ends within its first 16 bytes.", first_bytes("keep", 15));
+    const auto started = [&](ErrorCode code, const char* sentence,
+                             const std::function<void(FileParts&)>& change) {
+      add(code, sentence, with("keep", [&](FileParts& parts) {
+            change(parts);
+            ByteWriter version;
+            container::put_version(version, parts.start);
+            std::copy(version.bytes.begin(), version.bytes.end(), parts.chunks[0].payload.begin());
+          }));
+    };
+    started(kUnsupported, "The major version is 65535.", [](auto& it) { it.start.major = 65535; });
+    started(kUnsupported, "The minor version of major version 0 is 65535.",
+            [](auto& it) { it.start.minor = 65535; });
+    started(kUnsupported, "It needs the private feature, bit 31.",
+            [](auto& it) { it.start.needed_features = 1u << 31; });
+    Bytes bytes = file("keep");
+    bytes[0] = std::byte{0x88};
+    add(kCorrupt, "The first byte of the signature is another one.", bytes);
+    bytes = file("keep");
+    bytes.erase(bytes.begin() + 4);
+    add(kCorrupt, "A transfer as text made CR LF of the signature LF.", bytes);
+    add(kCorrupt, "The schema chunk says another minor version than the file start.",
+        with("keep", [](auto& it) { it.chunks[0].payload[2] ^= std::byte{1}; }));
+    add(kCorrupt, "The schema chunk says other features than the file start.",
+        with("keep", [](auto& it) { it.chunks[0].payload[4] = std::byte{1}; }));
+  }
+
+  void chunks() {
+    const auto flipped = [&](const char* sentence, std::size_t at) {
+      Bytes bytes = file("keep");
+      bytes[at] ^= std::byte{1};
+      add(kCorrupt, sentence, std::move(bytes));
+    };
+    constexpr std::size_t kFirst = container::kFileStartBytes;
+    flipped("The sync mark of a chunk is another one.", kFirst);
+    flipped("A flipped bit in a chunk header, which its checksum tells.", kFirst + 6);
+    flipped("The header checksum of a chunk is another one.", kFirst + 28);
+    flipped("A flipped bit in a payload, which its checksum tells.",
+            kFirst + container::kChunkHeaderBytes + 9);
+    add(kTruncated, "The file ends within a chunk header.", first_bytes("keep", kFirst + 20));
+    add(kTruncated, "The file ends within a payload.", first_bytes("keep", kFirst + 40));
+    const auto as_numbered = Numbering::as_they_are;
+    add(kCorrupt, "The sequence of the second chunk is 2.",
+        with(
+            "keep", [](auto& it) { it.chunks[1].header.sequence = 2; }, as_numbered));
+    add(kCorrupt, "The second chunk stands there twice.",
+        with(
+            "groups", [](auto& it) { insert(it, 1, it.chunks[1]); }, as_numbered));
+    add(kCorrupt, "The second chunk stands there twice, numbered anew.",
+        with("groups", [](auto& it) { insert(it, 1, it.chunks[1]); }));
+    add(kCorrupt, "A group in the middle is missing.",
+        with(
+            "groups", [](auto& it) { it.chunks.erase(it.chunks.begin() + 2); }, as_numbered));
+    add(kCorrupt, "A group in the middle is missing, and chunks are numbered anew.",
+        with("groups", [](auto& it) { it.chunks.erase(it.chunks.begin() + 2); }));
+    add(kCorrupt, "Two groups have changed places, and chunks are numbered anew.",
+        with("groups", [](auto& it) { std::swap(it.chunks[1], it.chunks[2]); }));
+    add(kCorrupt, "The first chunk is no schema.",
+        with("keep", [](auto& it) { std::swap(it.chunks[0], it.chunks[1]); }));
+    add(kCorrupt, "The index comes before the last group.", with("groups", [](auto& it) {
+          std::swap(*(it.chunks.end() - 1), *(it.chunks.end() - 2));
+        }));
+    Chunk unknown = chunk_of(static_cast<ChunkKind>(255), Bytes(10));
+    add(kUnsupported, "A private chunk (kind 255) that is not optional.",
+        with("keep", [&](auto& it) {
+          insert(it, 1, unknown);
+          recount(it);
+        }));
+    add(kUnsupported, "A group of version 255.",
+        with("keep", [](auto& it) { it.chunks[1].header.version = 255; }));
+    for (const std::uint32_t segment : {1u, 7u})
+      add(kCorrupt, "The first group is of segment " + std::to_string(segment) + ".",
+          with("keep", [&](auto& it) { it.chunks[1].header.segment = segment; }));
+    add(kCorrupt, "A group's segment is one below that of the group before.",
+        with("segments", [](auto& it) { it.find(ChunkKind::group, 4)->header.segment = 0; }));
+  }
+
+  void schemas() {
+    const auto of = [&](const std::string& sentence, const std::function<void(Schema&)>& lie) {
+      Schema schema = hexahedra_schema();
+      schema.arrays.push_back(array_of("a", Location::cell, ScalarType::float32, 1, {0}));
+      lie(schema);
+      FileParts parts;
+      parts.chunks.push_back(chunk_of(ChunkKind::schema, schema_payload(schema)));
+      add(kCorrupt, "Schema: " + sentence, put_together(std::move(parts)));
+    };
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    of("order 3.", [](Schema& s) { s.order = static_cast<Order>(3); });
+    of("order keep without corner_order.", [](Schema& s) { s.corner_order = false; });
+    of("coordinates of type int32.", [](Schema& s) { s.coordinate_type = ScalarType::int32; });
+    of("two ranges for three coordinates.", [](Schema& s) {
+      s.coordinate_quantization = {8, {0, 0}, {1, 1}};
+    });
+    of("a quantization of 53 bits.", [](Schema& s) {
+      s.coordinate_quantization = {53, {0, 0, 0}, {1, 1, 1}};
+    });
+    of("a range that ends before it begins.", [](Schema& s) {
+      s.coordinate_quantization = {8, {0, 0, 2}, {1, 1, 1}};
+    });
+    of("an absolute bound of 0.",
+       [](Schema& s) { s.coordinate_quantization = Quantization::absolute(0, 3); });
+    of("an absolute bound that is no number.", [](Schema& s) {
+      s.coordinate_quantization =
+          Quantization::absolute(std::numeric_limits<double>::quiet_NaN(), 3);
+    });
+    of("an infinite spacing.", [](Schema& s) {
+      s.coordinate_quantization = Quantization::absolute(1e-6, 3);
+      s.coordinate_quantization.spacing = kInfinity;
+    });
+    of("an infinite anchor.", [](Schema& s) {
+      s.coordinate_quantization = Quantization::absolute(1e-6, 3);
+      s.coordinate_quantization.minimum[2] = -kInfinity;
+    });
+    of("two anchors for three coordinates.",
+       [](Schema& s) { s.coordinate_quantization = Quantization::absolute(1e-6, 2); });
+    of("a quantized integer array.", [](Schema& s) {
+      s.arrays[0].type = ScalarType::int64;
+      s.arrays[0].quantization = Quantization::absolute(1e-6, 1);
+    });
+    of("65537 nodes a cell.", [](Schema& s) { s.blocks[0].nodes_per_cell = 65537; });
+    of("scalar type 0.", [](Schema& s) { s.arrays[0].type = static_cast<ScalarType>(0); });
+    of("an array on neither points nor cells.",
+       [](Schema& s) { s.arrays[0].location = static_cast<Location>(255); });
+    of("no components.", [](Schema& s) { s.arrays[0].components = 0; });
+    of("65536 components.", [](Schema& s) { s.arrays[0].components = 65536; });
+    of("an array on a block that is not there.", [](Schema& s) { s.arrays[0].blocks = {1}; });
+    of("an array on the same block twice.", [](Schema& s) { s.arrays[0].blocks = {0, 0}; });
+    of("a point array on some blocks.", [](Schema& s) { s.arrays[0].location = Location::point; });
+    ByteWriter blob;
+    put(blob, hexahedra_schema());
+    for (const bool more : {false, true}) {
+      Bytes other = blob.bytes;
+      other.resize(more ? other.size() + 3 : other.size() / 2, std::byte{2});
+      FileParts parts;
+      parts.chunks.push_back(chunk_of(ChunkKind::schema, schema_payload(other)));
+      add(kCorrupt, more ? "Schema: bytes are left over." : "Schema: it ends in its middle.",
+          put_together(std::move(parts)));
+    }
+    add(kCorrupt, "A later schema differs from the first.", with("groups", [&](auto& it) {
+          insert(it, 2, take_apart(file("mixed_cells")).chunks[0]);
+          recount(it);
+        }));
+  }
+
+  /// Extras as they are packed, unlike what is said of them.
+  void blobs() {
+    const auto extra = [&](const char* sentence, Bytes payload, ErrorCode code = kCorrupt) {
+      add(code, std::string("A packed blob: ") + sentence, with("keep", [&](auto& it) {
+            insert(it, 1, chunk_of(ChunkKind::extra, std::move(payload)));
+            recount(it);
+          }));
+    };
+    const Bytes blob = extra_blob(2, 0, {200}, 200);
+    const Bytes frame = zstd_compress(blob, 3);
+    const auto packed = [](int method, std::uint64_t size, const Bytes& bytes) {
+      ByteWriter out;
+      out.put_u8(static_cast<std::uint8_t>(method));
+      out.put_varint(size);
+      out.put_bytes(bytes);
+      return std::move(out.bytes);
+    };
+    extra("more bytes stand there than its size.", packed(0, blob.size() - 1, blob));
+    extra("fewer bytes stand there than its size.", packed(0, blob.size() + 1, blob));
+    extra("the zstd frame gives more than its size.", packed(1, blob.size() - 1, frame));
+    extra("the zstd frame gives less than its size.", packed(1, blob.size() + 1, frame));
+    Bytes other = frame;
+    other.push_back(std::byte{0});
+    extra("something stands behind the zstd frame.", packed(1, blob.size(), other));
+    other = frame;
+    other.resize(other.size() - 3);
+    extra("the zstd frame is cut.", packed(1, blob.size(), other));
+    other = frame;
+    other[0] ^= std::byte{1};
+    extra("no zstd frame.", packed(1, blob.size(), other));
+    // A skippable frame of four bytes.
+    extra("a skippable zstd frame.",
+          packed(1, 0,
+                 {std::byte{0x50}, std::byte{0x2a}, std::byte{0x4d}, std::byte{0x18}, std::byte{4},
+                  std::byte{0}, std::byte{0}, std::byte{0}, std::byte{1}, std::byte{2},
+                  std::byte{3}, std::byte{4}}));
+    // Magic, a descriptor without a content size, a window of 2^28, an empty last block.
+    extra("a zstd frame with a window of 2^28 bytes.",
+          packed(1, 0,
+                 {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f}, std::byte{0xfd}, std::byte{0},
+                  std::byte{18 << 3}, std::byte{1}, std::byte{0}, std::byte{0}}));
+    extra("it says to unpack to 2^62 bytes.", packed(1, std::uint64_t{1} << 62, frame),
+          ErrorCode::over_limit);
+    extra("no planes.", [&] {
+      Bytes out = packed(2, blob.size(), {std::byte{0}});
+      out.insert(out.end(), frame.begin(), frame.end());
+      return out;
+    }());
+    extra("nothing at all.", {});
+  }
+
+  void group_headers() {
+    using Header = container::GroupHeader;
+    const auto of = [&](const char* name, std::size_t nth, const std::string& sentence,
+                        const std::function<void(Header&)>& lie, ErrorCode code = kCorrupt) {
+      add(code, "Group header: " + sentence, with(name, [&](FileParts& parts) {
+            Chunk* chunk = parts.find(ChunkKind::group, nth);
+            auto group = take_group_apart(chunk->payload);
+            lie(group->header);
+            ByteWriter out;
+            container::put(out, group->header);
+            for (const auto& stream : group->streams) out.put_bytes(stream);
+            chunk->payload = std::move(out.bytes);
+          }));
+    };
+    of("groups", 1, "first_cell is one too large.", [](Header& h) { h.first_cell += 1; });
+    of("groups", 1, "first_vertex is one too large.", [](Header& h) { h.first_vertex += 1; });
+    of("keep", 0, "cells is one too large.", [](Header& h) { h.cells += 1; });
+    of("keep", 0, "cells is one too small.", [](Header& h) { h.cells -= 1; });
+    of("keep", 0, "cells is above 2^20.", [](Header& h) { h.cells = (1u << 20) + 1; });
+    of("keep", 0, "vertices is one too large.", [](Header& h) { h.vertices += 1; });
+    of("keep", 0, "vertices is one too small.", [](Header& h) { h.vertices -= 1; });
+    of("keep", 0, "loose_vertices is above vertices.",
+       [](Header& h) { h.loose_vertices = h.vertices + 1; });
+    of("unmarked", 0, "loose_vertices is one too small.", [](Header& h) { h.loose_vertices -= 1; });
+    of("keep", 0, "max_active_vertices is one too large.",
+       [](Header& h) { h.max_active_vertices += 1; });
+    of("keep", 0, "max_active_vertices is one too small.",
+       [](Header& h) { h.max_active_vertices -= 1; });
+    of("keep", 0, "decoded_bytes is one too large.", [](Header& h) { h.decoded_bytes += 1; });
+    of("keep", 0, "decoded_bytes is one too small.", [](Header& h) { h.decoded_bytes -= 1; });
+    of("keep", 0, "vertices are imported into segment 0.",
+       [](Header& h) { h.imported_vertices += 1; });
+    of("segments", 2, "imported_vertices is one too large.",
+       [](Header& h) { h.imported_vertices += 1; });
+    of("segments", 2, "imported_vertices is one too small.",
+       [](Header& h) { h.imported_vertices -= 1; });
+    of("segments", 2, "imported_vertices is 2^64 - 1.",
+       [](Header& h) { h.imported_vertices = ~std::uint64_t{0}; });
+    of("keep", 0, "a stream ends beyond the payload.", [](Header& h) { h.streams[0].bytes += 1; });
+    of("keep", 0, "a stream is of 2^64 - 1 bytes.",
+       [](Header& h) { h.streams[0].bytes = ~std::uint64_t{0}; });
+    of("keep", 0, "a byte is left over behind the last stream.",
+       [](Header& h) { h.streams.back().bytes -= 1; });
+    of("keep", 0, "a stream's checksum does not match.",
+       [](Header& h) { h.streams.back().checksum ^= 1; });
+    of("keep", 0, "the last stream is not told of.", [](Header& h) { h.streams.pop_back(); });
+    of("keep", 0, "the last stream is told of twice.",
+       [](Header& h) { h.streams.push_back(h.streams.back()); });
+    of("keep", 0, "two streams are out of order.", [](Header& h) {
+      std::swap(h.streams[0].kind, h.streams[1].kind);
+      std::swap(h.streams[0].codec, h.streams[1].codec);
+    });
+    of("keep", 0, "a stream of kind 0.",
+       [](Header& h) { h.streams[0].kind = static_cast<container::StreamKind>(0); });
+    of("keep", 0, "a stream of array 1000, which is not there.", [](Header& h) {
+      h.streams.back().kind = container::StreamKind::array;
+      h.streams.back().array = 1000;
+    });
+    of(
+        "keep", 0, "a private codec, 255.",
+        [](Header& h) { h.streams[0].codec = static_cast<container::Codec>(255); }, kUnsupported);
+    of(
+        "keep", 0, "coordinates in the codec of connectivity.",
+        [](Header& h) { h.streams.back().codec = container::Codec::paper; }, kUnsupported);
+    add(kCorrupt, "Group header: its own checksum does not match.",
+        with("keep",
+             [](FileParts& parts) { parts.find(ChunkKind::group)->payload[0] ^= std::byte{1}; }));
+    for (const auto kind : {container::StreamKind::imports, container::StreamKind::vertex_numbers})
+      add(kCorrupt,
+          "Group header: stream " + container::stream_name(kind) +
+              " is left out, so that all of its numbers are 0.",
+          with("segments", [&](FileParts& parts) {
+            Chunk* chunk = parts.find(ChunkKind::group, 2);
+            auto group = take_group_apart(chunk->payload);
+            auto& entries = group->header.streams;
+            const auto at = std::find_if(entries.begin(), entries.end(),
+                                         [&](const auto& entry) { return entry.kind == kind; });
+            group->streams.erase(group->streams.begin() + (at - entries.begin()));
+            entries.erase(at);
+            chunk->payload = put_group_together(*group);
+          }));
+    add(kCorrupt, "A group behind step values.", with("steps_and_extras", [](FileParts& parts) {
+          insert(parts, parts.chunks.size() - 1, *parts.find(ChunkKind::group));
+          recount(parts);
+        }));
+  }
+
+  /// Behind right checksums, a bitstream that no writer writes: the first one of a fixed sequence
+  /// of changes that cannot be decoded.
+  void bitstreams() {
+    for (const char* name : {"keep",
+                             "stream_turned",
+                             "keep_delay",
+                             "paper_codec",
+                             "replay_keep",
+                             "replay_stream",
+                             "mixed_rows",
+                             "mixed_cells",
+                             "mixed_cells_stream",
+                             "every_shape",
+                             "every_shape_stream",
+                             "second_order",
+                             "second_order_stream",
+                             "segments",
+                             "segments_stream",
+                             "shifts",
+                             "shifts_stream",
+                             "shifts_columns",
+                             "shifts_arrays",
+                             "arrays",
+                             "tables_for_some",
+                             "mixed_columns",
+                             "holes",
+                             "free"}) {
+      FileParts whole = take_apart(file(name));
+      std::size_t groups = 0;
+      for (const Chunk& chunk : whole.chunks) groups += chunk.is(ChunkKind::group);
+      const std::size_t nth = groups - 1;
+      const auto first = take_group_apart(whole.find(ChunkKind::group, nth)->payload);
+      for (std::size_t s = 0; s < first->streams.size(); ++s) {
+        PlainRandom random(s + 1);
+        for (int tries = 0; tries < 300; ++tries) {
+          GroupParts group = *first;
+          Bytes& stream = group.streams[s];
+          if (stream.empty()) break;
+          for (int n = 0; n < 3; ++n)
+            stream[random.below(stream.size())] ^= static_cast<std::byte>(random.bits());
+          FileParts parts = whole;
+          parts.find(ChunkKind::group, nth)->payload = put_group_together(std::move(group));
+          Bytes bytes = put_together(std::move(parts));
+          const auto text = text_of_file(bytes);
+          if (text || text.error().code != kCorrupt) continue;
+          add(kCorrupt,
+              "Of the last group of \"" + std::string(name) + "\": stream " +
+                  container::stream_name(first->header.streams[s].kind) + " of codec " +
+                  std::to_string(static_cast<int>(first->header.streams[s].codec)) +
+                  " says what cannot be.",
+              std::move(bytes));
+          break;
+        }
+      }
+    }
+  }
+
+  void steps() {
+    using Header = container::StepHeader;
+    const auto of = [&](const std::string& sentence, const std::function<void(Header&)>& lie) {
+      add(kCorrupt, "Step values: " + sentence, with("steps_and_extras", [&](FileParts& parts) {
+            Chunk* chunk = parts.find(ChunkKind::step_values);
+            ByteReader in(chunk->payload);
+            Header header;
+            container::get(in, header);
+            const auto values = in.get_bytes(in.left());
+            lie(header);
+            ByteWriter out;
+            container::put(out, header);
+            out.put_bytes(values);
+            chunk->payload = std::move(out.bytes);
+          }));
+    };
+    of("of an array that is not there.", [](Header& h) { h.array = 1000; });
+    of("of array 2^32 - 1.", [](Header& h) { h.array = ~0u; });
+    of("of no elements.", [](Header& h) { h.count = 0; });
+    of("of one element more than the group has.", [](Header& h) { h.count += 1; });
+    of("of 2^64 - 1 elements.", [](Header& h) { h.count = ~std::uint64_t{0}; });
+    of("of the second group, before the first.", [](Header& h) { h.group = 1; });
+    of("of a group that is not there.", [](Header& h) { h.group = ~0u; });
+    of("of step 2^40.", [](Header& h) { h.step = h.reference_step = std::uint64_t{1} << 40; });
+    of("they refer to the step behind.", [](Header& h) { h.reference_step += 1; });
+    add(kCorrupt, "Step values: the first chunk is missing.",
+        with("steps_and_extras", [](FileParts& parts) {
+          const auto at = std::find_if(parts.chunks.begin(), parts.chunks.end(),
+                                       [](auto& it) { return it.is(ChunkKind::step_values); });
+          parts.chunks.erase(at);
+          recount(parts);
+        }));
+    const auto times = [&](const std::string& sentence, std::size_t bytes, int count) {
+      ByteWriter out;
+      put_packed(out, Bytes(bytes));
+      add(kCorrupt, "Step times: " + sentence, with("keep", [&](FileParts& parts) {
+            for (int n = 0; n < count; ++n)
+              insert(parts, 1, chunk_of(ChunkKind::step_times, out.bytes));
+            recount(parts);
+          }));
+    };
+    times("their bytes are not a multiple of 8.", 15, 1);
+    times("they are said twice.", 16, 2);
+  }
+
+  static Bytes extra_blob(int type, int refers, const std::vector<std::uint64_t>& shape,
+                          std::size_t data) {
+    ByteWriter out;
+    out.put_text("key");
+    out.put_u8(static_cast<std::uint8_t>(type));
+    out.put_u8(static_cast<std::uint8_t>(refers));
+    out.put_varint(shape.size());
+    for (const std::uint64_t side : shape) out.put_varint(side);
+    out.put_bytes(Bytes(data));
+    return std::move(out.bytes);
+  }
+
+  void extras() {
+    const auto of = [&](const std::string& sentence, const Bytes& blob) {
+      ByteWriter payload;
+      put_packed(payload, blob);
+      add(kCorrupt, "Extra: " + sentence, with("keep", [&](FileParts& parts) {
+            insert(parts, 1, chunk_of(ChunkKind::extra, payload.bytes));
+            recount(parts);
+          }));
+    };
+    of("nothing stands in it.", {});
+    of("of type 0.", extra_blob(0, 0, {4}, 4));
+    of("of type 255.", extra_blob(255, 0, {4}, 4));
+    of("it refers to 255.", extra_blob(7, 255, {4}, 32));
+    of("bytes that refer to vertices.", extra_blob(2, 1, {4}, 4));
+    of("more data than its shape.", extra_blob(2, 0, {4}, 5));
+    of("less data than its shape.", extra_blob(2, 0, {5}, 4));
+    constexpr std::uint64_t kHuge = std::uint64_t{1} << 32;
+    of("the product of its shape is 2^64.", extra_blob(2, 0, {kHuge, kHuge}, 0));
+    of("the product of its shape is 2^61.", extra_blob(8, 0, {std::uint64_t{1} << 61}, 0));
+    Bytes long_shape = extra_blob(2, 0, {}, 0);
+    long_shape.back() = std::byte{0x7f};
+    of("a shape of 127 sides, none there.", long_shape);
+  }
+
+  void indices() {
+    using container::Index;
+    const auto of = [&](const std::string& sentence, const std::function<void(Index&)>& lie) {
+      add(kCorrupt, "Index: " + sentence, with_index(file("steps_and_extras"), lie));
+    };
+    of("one vertex too many.", [](Index& i) { ++i.vertices; });
+    of("one cell too many.", [](Index& i) { ++i.cells; });
+    of("one hexahedron too many.", [](Index& i) { ++i.hexahedra; });
+    of("max_active_vertices is one too large.", [](Index& i) { ++i.max_active_vertices; });
+    of("one step too many.", [](Index& i) { ++i.steps; });
+    of("one segment too many.", [](Index& i) { ++i.segments; });
+    of("one imported vertex too many.", [](Index& i) { ++i.imported_vertices; });
+    of("one block too many.", [](Index& i) { i.block_cells.push_back(0); });
+    of("no blocks.", [](Index& i) { i.block_cells.clear(); });
+    of("a cell too many in a block.", [](Index& i) { ++i.block_cells[0]; });
+    of("a byte too many of a stream.", [](Index& i) { ++i.streams[0].bytes; });
+    of("a stream of another name.", [](Index& i) { i.streams[0].name += 'x'; });
+    of("a stream is missing.", [](Index& i) { i.streams.pop_back(); });
+    of("a stream too many.", [](Index& i) { i.streams.push_back({"zzz", 1}); });
+    of("streams out of order.", [](Index& i) { std::swap(i.streams[0], i.streams[1]); });
+    of("a line is missing.", [](Index& i) { i.entries.pop_back(); });
+    of("a line too many.", [](Index& i) { i.entries.push_back(i.entries.back()); });
+    add(kCorrupt, "Index: a byte is left over.", with("keep", [](FileParts& parts) {
+          parts.chunks.back().payload.push_back(std::byte{0});
+        }));
+    add(kCorrupt, "Index: its last byte is missing.",
+        with("keep", [](FileParts& parts) { parts.chunks.back().payload.pop_back(); }));
+    add(kTruncated, "There is no index.",
+        with("keep", [](FileParts& parts) { parts.chunks.pop_back(); }));
+  }
+
+  void ends() {
+    const Bytes& whole = file("keep");
+    add(kTruncated, "The trailer is missing.",
+        first_bytes("keep", whole.size() - container::kTrailerBytes));
+    add(kTruncated, "The last byte is missing.", first_bytes("keep", whole.size() - 1));
+    const auto with_trailer = [&](const char* sentence, std::size_t at) {
+      Bytes bytes = whole;
+      bytes[bytes.size() - container::kTrailerBytes + at] ^= std::byte{1};
+      add(kCorrupt, sentence, std::move(bytes));
+    };
+    with_trailer("Trailer: another offset, which its checksum tells.", 0);
+    with_trailer("Trailer: another checksum.", 8);
+    with_trailer("Trailer: another mark.", 12);
+    Bytes bytes = whole;
+    ByteWriter trailer;
+    container::put_trailer(trailer, 16);
+    std::copy(trailer.bytes.begin(), trailer.bytes.end(),
+              bytes.end() - static_cast<std::ptrdiff_t>(container::kTrailerBytes));
+    add(kCorrupt, "Trailer: it points to another chunk than the index.", std::move(bytes));
+  }
+
+  void archives() {
+    const auto of = [&](const std::string& sentence,
+                        const std::function<void(container::MemberList&)>& lie) {
+      const Bytes whole = archive_file().bytes;
+      MemoryRandomSource source(whole);
+      const auto place = container::last_chunk(source, ChunkKind::members);
+      const Bytes payload = *container::read_chunk(source, *place, whole.size());
+      ByteReader in(payload);
+      container::MemberList list;
+      container::get(in, list);
+      lie(list);
+      ByteWriter members, out;
+      container::put(members, list);
+      container::ChunkHeader header;
+      header.kind = static_cast<std::uint8_t>(ChunkKind::members);
+      header.payload_bytes = members.bytes.size();
+      header.payload_checksum = checksum(members.bytes);
+      out.put_bytes(std::span(whole).first(place->offset));
+      container::put(out, header);
+      out.put_bytes(members.bytes);
+      container::put_trailer(out, place->offset);
+      add(kCorrupt, "Archive: " + sentence, std::move(out.bytes));
+    };
+    using container::MemberList;
+    of("a member of the folder above.", [](MemberList& l) { l.members[0].name = "../a.e"; });
+    of("a member of the root folder.", [](MemberList& l) { l.members[0].name = "/a.e"; });
+    of("a member without a name.", [](MemberList& l) { l.members[0].name.clear(); });
+    of("two members of one name.", [](MemberList& l) { l.members[0].name = l.members[1].name; });
+    of("a member of more bytes than there are.",
+       [](MemberList& l) { l.members[0].bytes = ~std::uint64_t{0}; });
+    of("a byte of no member.", [](MemberList& l) { l.members.back().bytes -= 1; });
+    of("another version than that of the file start.", [](MemberList& l) { ++l.start.minor; });
+  }
+
+  std::vector<FeatureFile> files_;
+  std::vector<FaultyFile> faulty_;
+};
+
+/// In the order of their numbers, from 1 on.
+inline std::vector<FaultyFile> faulty_files() { return FaultyFiles().take(); }
+
+}  // namespace shm

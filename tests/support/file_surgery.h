@@ -1,0 +1,146 @@
+// FileSurgery: a .shm file taken apart into chunks, to be changed and put together again with
+// right lengths, numbers and checksums, so that damage reaches what lies behind the checksums.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "bytes/byte_cursor.h"
+#include "bytes/checksum.h"
+#include "bytes/packing.h"
+#include "container/format.h"
+#include "container/schema_codec.h"
+
+namespace shm {
+
+struct Chunk {
+  container::ChunkHeader header;
+  std::vector<std::byte> payload;
+
+  bool is(container::ChunkKind kind) const {
+    return header.kind == static_cast<std::uint8_t>(kind);
+  }
+};
+
+struct FileParts {
+  container::FileStart start;
+  std::vector<Chunk> chunks;
+
+  Chunk* find(container::ChunkKind kind, std::size_t nth = 0) {
+    for (Chunk& chunk : chunks)
+      if (chunk.is(kind) && nth-- == 0) return &chunk;
+    return nullptr;
+  }
+};
+
+/// As many chunks as can be made out; checksums are not looked at, so damaged files come apart too.
+inline FileParts take_apart(std::span<const std::byte> bytes) {
+  FileParts parts;
+  ByteReader in(bytes);
+  container::get(in, parts.start);
+  while (in.left() >= container::kChunkHeaderBytes) {
+    Chunk chunk;
+    if (container::get(in, chunk.header) == container::HeaderState::bad_mark) break;
+    const auto payload =
+        in.get_bytes(std::min<std::uint64_t>(chunk.header.payload_bytes, in.left()));
+    chunk.payload.assign(payload.begin(), payload.end());
+    parts.chunks.push_back(std::move(chunk));
+  }
+  return parts;
+}
+
+enum class Numbering { anew, as_they_are };
+
+/// Lengths, checksums and the trailer are made anew; sequence numbers if asked for.
+inline std::vector<std::byte> put_together(FileParts parts, Numbering numbering = Numbering::anew) {
+  ByteWriter out;
+  container::put(out, parts.start);
+  std::uint64_t last_offset = 0;
+  std::uint32_t sequence = 0;
+  for (Chunk& chunk : parts.chunks) {
+    if (numbering == Numbering::anew) chunk.header.sequence = sequence++;
+    chunk.header.payload_bytes = chunk.payload.size();
+    chunk.header.payload_checksum = checksum(chunk.payload);
+    last_offset = out.bytes.size();
+    container::put(out, chunk.header);
+    out.put_bytes(chunk.payload);
+  }
+  container::put_trailer(out, last_offset);
+  return std::move(out.bytes);
+}
+
+/// With another index, whose checksum is right. Must hold: the file has one.
+inline std::vector<std::byte> with_index(std::span<const std::byte> bytes,
+                                         const std::function<void(container::Index&)>& change) {
+  FileParts parts = take_apart(bytes);
+  Chunk* chunk = parts.find(container::ChunkKind::index);
+  ByteReader in(chunk->payload);
+  container::Index index;
+  container::get(in, index, chunk->payload.size());
+  change(index);
+  ByteWriter out;
+  container::put(out, index);
+  chunk->payload = std::move(out.bytes);
+  return put_together(parts);
+}
+
+/// The n-th entry of a kind. Must hold: there are so many.
+inline container::IndexEntry& entry_of(container::Index& index, container::ChunkKind kind,
+                                       std::size_t n) {
+  const auto of_kind = [&](const container::IndexEntry& entry) {
+    return entry.kind == static_cast<std::uint8_t>(kind) && n-- == 0;
+  };
+  return *std::find_if(index.entries.begin(), index.entries.end(), of_kind);
+}
+
+/// A group's payload: header and bitstreams.
+struct GroupParts {
+  container::GroupHeader header;
+  std::vector<std::vector<std::byte>> streams;
+};
+
+inline std::optional<GroupParts> take_group_apart(std::span<const std::byte> payload) {
+  GroupParts parts;
+  ByteReader in(payload);
+  if (!container::get(in, parts.header)) return std::nullopt;
+  for (const container::StreamEntry& entry : parts.header.streams) {
+    const auto bytes = in.get_bytes(std::min<std::uint64_t>(entry.bytes, in.left()));
+    parts.streams.emplace_back(bytes.begin(), bytes.end());
+  }
+  return parts;
+}
+
+/// Lengths and checksums of the streams are made anew.
+inline std::vector<std::byte> put_group_together(GroupParts parts) {
+  for (std::size_t s = 0; s < parts.streams.size(); ++s) {
+    parts.header.streams[s].bytes = parts.streams[s].size();
+    parts.header.streams[s].checksum = checksum(parts.streams[s]);
+  }
+  ByteWriter out;
+  container::put(out, parts.header);
+  for (const auto& stream : parts.streams) out.put_bytes(stream);
+  return std::move(out.bytes);
+}
+
+/// The payload of a schema chunk.
+inline std::vector<std::byte> schema_payload(std::span<const std::byte> blob) {
+  ByteWriter payload;
+  payload.put_u16(container::kMajor);
+  payload.put_u16(container::kMinor);
+  payload.put_u32(0);
+  put_packed(payload, blob);
+  return std::move(payload.bytes);
+}
+inline std::vector<std::byte> schema_payload(const Schema& schema) {
+  ByteWriter blob;
+  put(blob, schema);
+  return schema_payload(blob.bytes);
+}
+
+}  // namespace shm

@@ -1,0 +1,80 @@
+// Files that lie: the feature files, and what hurting them takes. Every hurt file is an error with
+// a fitting code or decodes to the very same content; never other content, never a crash, never
+// memory out of proportion.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "support/feature_files.h"
+#include "support/file_surgery.h"
+#include "support/item_text.h"
+
+namespace shm {
+
+using container::ChunkKind;
+using Bytes = std::vector<std::byte>;
+
+inline const std::vector<FeatureFile>& files() {
+  static const std::vector<FeatureFile> all = feature_files();
+  return all;
+}
+inline const Bytes& file(const std::string& name) {
+  for (const FeatureFile& candidate : files())
+    if (candidate.name == name) return candidate.bytes;
+  ADD_FAILURE() << "no feature file " << name;
+  return files().front().bytes;
+}
+
+inline std::string text_of(const Result<Decoded>& decoded) {
+  return decoded ? ItemText::of(*decoded) : decoded.error().message();
+}
+
+/// The code of the error that decoding ends with; success is a failure of the test.
+inline ErrorCode code_of(std::span<const std::byte> bytes, const ReadLimits& limits = {}) {
+  const auto decoded = decode_in_pieces(bytes, 0, limits);
+  EXPECT_FALSE(decoded) << "accepted:\n" << text_of(decoded);
+  if (decoded) return {};
+  EXPECT_FALSE(decoded.error().detail.empty());
+  return decoded.error().code;
+}
+
+/// A file of a start and chunks made of these payloads.
+inline Bytes file_of(const std::vector<std::pair<ChunkKind, Bytes>>& chunks) {
+  FileParts parts;
+  for (const auto& [kind, payload] : chunks) {
+    Chunk chunk;
+    chunk.header.kind = static_cast<std::uint8_t>(kind);
+    chunk.payload = payload;
+    parts.chunks.push_back(std::move(chunk));
+  }
+  return put_together(parts);
+}
+
+/// Which group is the first of the second segment.
+inline std::size_t second_segment(const FileParts& parts) {
+  std::size_t nth = 0;
+  for (const Chunk& chunk : parts.chunks) {
+    if (!chunk.is(ChunkKind::group)) continue;
+    if (chunk.header.segment == 1) break;
+    ++nth;
+  }
+  return nth;
+}
+
+/// The second segment's first group of the file "shifts" or its kin, changed.
+inline Bytes shifts_with(const std::function<void(GroupParts&)>& change,
+                         const char* name = "shifts") {
+  FileParts parts = take_apart(file(name));
+  Chunk* chunk = parts.find(ChunkKind::group, second_segment(parts));
+  auto group = take_group_apart(chunk->payload);
+  EXPECT_TRUE(group);
+  if (!group) return {};
+  change(*group);
+  chunk->payload = put_group_together(*group);
+  return put_together(parts);
+}
+
+}  // namespace shm

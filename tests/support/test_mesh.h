@@ -1,0 +1,398 @@
+// TestMesh: a mesh in memory, written through the Writer and read back through the Reader, and the
+// families of meshes that the library's tests use.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <map>
+#include <numeric>
+#include <random>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "shm/reader.h"
+#include "shm/writer.h"
+
+namespace shm {
+
+/// Appends one scalar to packed values.
+template <class T>
+void append(std::vector<std::byte>& to, T value) {
+  const std::size_t at = to.size();
+  to.resize(at + sizeof value);
+  std::memcpy(to.data() + at, &value, sizeof value);
+}
+
+struct TestCell {
+  std::uint32_t block = 0;
+  std::vector<std::uint64_t> corners;
+};
+
+struct TestMesh {
+  Schema schema;
+  std::vector<std::byte> xyz;  // by vertex
+  std::uint64_t vertices = 0;
+  std::vector<TestCell> cells;
+  std::vector<std::vector<std::byte>> arrays;  // static ones, by element in input order
+
+  void set_points(const std::vector<std::array<double, 3>>& points) {
+    xyz.clear();
+    vertices = points.size();
+    for (const auto& p : points)
+      for (double v : p) {
+        if (schema.coordinate_type == ScalarType::float32)
+          append(xyz, static_cast<float>(v));
+        else
+          append(xyz, v);
+      }
+  }
+  std::size_t stride(std::size_t a) const {
+    return scalar_bytes(schema.arrays[a].type) * schema.arrays[a].components;
+  }
+};
+
+/// What came back, in coding order.
+struct ReadBack {
+  Schema schema;
+  MeshBlock mesh;  // all blocks joined
+  std::vector<Extra> extras;
+  std::vector<double> times;
+  std::vector<StepPiece> steps;
+  Totals totals;
+};
+
+inline void join(MeshBlock& all, const MeshBlock& more) {
+  const auto add = [](auto& to, const auto& from) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
+  const std::uint64_t corner_base = all.corners.size(), vertex_base = all.vertex_count();
+  add(all.vertex_numbers, more.vertex_numbers);
+  add(all.xyz, more.xyz);
+  add(all.cell_numbers, more.cell_numbers);
+  add(all.cell_blocks, more.cell_blocks);
+  add(all.corners, more.corners);
+  add(all.last_use, more.last_use);
+  if (all.corner_begin.empty()) all.corner_begin.push_back(0);
+  for (std::size_t i = 1; i < more.corner_begin.size(); ++i)
+    all.corner_begin.push_back(more.corner_begin[i] + corner_base);
+  for (std::uint64_t v : more.vertices_before_cell)
+    all.vertices_before_cell.push_back(v + vertex_base);
+  all.arrays.resize(more.arrays.size());
+  for (std::size_t a = 0; a < more.arrays.size(); ++a) add(all.arrays[a], more.arrays[a]);
+}
+
+/// Threads of the Writers of write_mesh, where its options name none. The bytes are the same for
+/// any number, which determinism_test proves with it.
+inline unsigned writer_threads = 1;
+
+/// Writes `mesh` the way a converter does: vertices just before their first cell, last uses marked.
+/// `after_mesh` may write step values.
+inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink,
+                                     WriteOptions options = {},
+                                     const std::function<Result<void>(Writer&)>& after_mesh = {}) {
+  if (options.threads == 1) options.threads = writer_threads;
+  auto writer = Writer::create(sink, mesh.schema, options);
+  if (!writer) return writer.error();
+  std::vector<std::uint64_t> last(mesh.vertices, ~std::uint64_t{0});
+  for (std::uint64_t c = 0; c < mesh.cells.size(); ++c)
+    for (std::uint64_t v : mesh.cells[c].corners) last[v] = c;
+  std::vector<char> added(mesh.vertices);
+  const std::size_t xyz_bytes = 3 * scalar_bytes(mesh.schema.coordinate_type);
+  const auto add = [&](std::uint64_t v) -> Result<void> {
+    if (added[v] != 0) return {};
+    added[v] = 1;
+    std::vector<std::byte> data;
+    for (std::size_t a = 0; a < mesh.schema.arrays.size(); ++a) {
+      if (mesh.schema.arrays[a].location != Location::point || mesh.schema.arrays[a].per_step)
+        continue;
+      const auto* from = mesh.arrays[a].data() + v * mesh.stride(a);
+      data.insert(data.end(), from, from + mesh.stride(a));
+    }
+    const auto xyz = std::span(mesh.xyz).subspan(v * xyz_bytes, xyz_bytes);
+    return last[v] == ~std::uint64_t{0} && v % 2 == 0 ? writer->add_unused_vertex(v, xyz, data)
+                                                      : writer->add_vertex(v, xyz, data);
+  };
+  // Some unused vertices right away, between cells; the others at the end.
+  std::uint64_t next_unused = 0;
+  std::vector<std::uint64_t> next(mesh.schema.arrays.size());
+  for (std::uint64_t c = 0; c < mesh.cells.size(); ++c) {
+    const TestCell& cell = mesh.cells[c];
+    std::uint64_t last_use = 0;
+    for (std::size_t i = 0; i < cell.corners.size(); ++i) {
+      if (auto good = add(cell.corners[i]); !good) return good.error();
+      if (i < 64 && last[cell.corners[i]] == c) last_use |= std::uint64_t{1} << i;
+    }
+    std::vector<std::byte> data;
+    for (std::size_t a = 0; a < mesh.schema.arrays.size(); ++a) {
+      if (mesh.schema.arrays[a].location != Location::cell || mesh.schema.arrays[a].per_step ||
+          !mesh.schema.array_covers(a, cell.block))
+        continue;
+      const auto* from = mesh.arrays[a].data() + next[a]++ * mesh.stride(a);
+      data.insert(data.end(), from, from + mesh.stride(a));
+    }
+    if (auto good = writer->add_cell(cell.block, cell.corners, last_use, data); !good)
+      return good.error();
+    for (; c % 16 == 15 && next_unused < mesh.vertices && next_unused < c * 4; ++next_unused)
+      if (last[next_unused] == ~std::uint64_t{0} && next_unused % 2 == 0)
+        if (auto good = add(next_unused); !good) return good.error();
+  }
+  for (std::uint64_t v = 0; v < mesh.vertices; ++v)
+    if (auto good = add(v); !good) return good.error();
+  if (auto good = writer->end_mesh(); !good) return good.error();
+  if (after_mesh)
+    if (auto good = after_mesh(*writer); !good) return good.error();
+  return writer->finish();
+}
+
+inline Result<ReadBack> read_mesh(std::span<const std::byte> bytes) {
+  MemorySource source(bytes);
+  auto reader = Reader::open(source);
+  if (!reader) return reader.error();
+  ReadBack back;
+  back.schema = reader->schema();
+  back.mesh.arrays.resize(back.schema.arrays.size());
+  while (true) {
+    auto item = reader->next();
+    if (!item) return item.error();
+    if (*item == nullptr) return back;
+    if (auto* block = std::get_if<MeshBlock>(*item)) join(back.mesh, *block);
+    if (auto* extra = std::get_if<Extra>(*item)) back.extras.push_back(*extra);
+    if (auto* times = std::get_if<StepTimes>(*item)) back.times = times->times;
+    if (auto* piece = std::get_if<StepPiece>(*item)) back.steps.push_back(*piece);
+    if (auto* totals = std::get_if<Totals>(*item)) back.totals = *totals;
+  }
+}
+
+/// The coding order of what a writer got.
+struct RecordedOrder final : CodingOrder {
+  std::vector<std::uint64_t> vertices, cells;
+  void vertex(std::uint64_t number) override { vertices.push_back(number); }
+  void cell(std::uint64_t number) override { cells.push_back(number); }
+};
+
+/// Every proper rotation and no reflection, for a hexahedron's eight corners.
+inline bool same_up_to_rotation(std::span<const std::uint64_t> a,
+                                std::span<const std::uint64_t> b) {
+  constexpr std::array<int, 8> bits = {0, 1, 3, 2, 4, 5, 7, 6};
+  for (int origin = 0; origin < 8; ++origin)
+    for (int x = 0; x < 3; ++x)
+      for (int y = 0; y < 3; ++y) {
+        if (x == y) continue;
+        const int z = 3 - x - y;
+        const bool odd =
+            ((y - x + 3) % 3 == 2) != (__builtin_popcount(static_cast<unsigned>(origin)) % 2 == 1);
+        if (odd) continue;
+        bool same = true;
+        for (std::size_t i = 0; i < 8 && same; ++i) {
+          const int at = bits[i];
+          const int moved = origin ^ ((at & 1) << x) ^ ((at >> 1 & 1) << y) ^ ((at >> 2 & 1) << z);
+          same = b[i] == a[static_cast<std::size_t>(bits[static_cast<std::size_t>(moved)])];
+        }
+        if (same) return true;
+      }
+  return false;
+}
+
+/// Writes, reads and compares everything; in Order::stream as a mesh. Returns the file's bytes.
+inline std::vector<std::byte> expect_round_trip(const TestMesh& mesh, WriteOptions options = {},
+                                                SizeReport* report_out = nullptr) {
+  MemorySink sink;
+  RecordedOrder order;
+  options.coding_order = &order;
+  auto report = write_mesh(mesh, sink, options);
+  EXPECT_TRUE(report) << (report ? "" : report.error().message());
+  if (!report) return {};
+  if (report_out != nullptr) *report_out = *report;
+  std::uint64_t sum = 0;
+  for (const auto& [name, bytes] : report->streams) sum += bytes;
+  EXPECT_EQ(sum, sink.bytes.size());
+
+  auto back = read_mesh(sink.bytes);
+  EXPECT_TRUE(back) << (back ? "" : back.error().message());
+  if (!back) return {};
+  EXPECT_EQ(back->schema, mesh.schema);
+  EXPECT_EQ(back->totals.streams, report->streams);
+  EXPECT_EQ(back->totals.total_bytes, sink.bytes.size());
+  EXPECT_EQ(back->mesh.vertex_count(), mesh.vertices);
+  EXPECT_EQ(back->mesh.cell_count(), mesh.cells.size());
+  EXPECT_EQ(order.vertices.size(), mesh.vertices);
+  if (back->mesh.vertex_count() != mesh.vertices || back->mesh.cell_count() != mesh.cells.size())
+    return {};
+
+  // Position in coding order -> number in the source.
+  const bool keep = mesh.schema.order == Order::keep;
+  const std::size_t xyz_bytes = 3 * scalar_bytes(mesh.schema.coordinate_type);
+  std::vector<std::uint64_t> first_element(mesh.cells.size() + 1);
+  int bad = 0;
+  for (std::size_t i = 0; i < mesh.vertices; ++i) {
+    const std::uint64_t source = order.vertices[i];
+    bad += back->mesh.vertex_numbers[i] != (keep ? source : i);
+    if (mesh.schema.coordinate_quantization.bits == 0)
+      bad += std::memcmp(&back->mesh.xyz[i * xyz_bytes], &mesh.xyz[source * xyz_bytes],
+                         xyz_bytes) != 0;
+    for (std::size_t a = 0; a < mesh.schema.arrays.size(); ++a)
+      if (mesh.schema.arrays[a].location == Location::point && !mesh.schema.arrays[a].per_step)
+        bad += std::memcmp(&back->mesh.arrays[a][i * mesh.stride(a)],
+                           &mesh.arrays[a][source * mesh.stride(a)], mesh.stride(a)) != 0;
+  }
+  EXPECT_EQ(bad, 0) << "vertices differ";
+  bad = 0;
+  std::unordered_map<std::uint64_t, std::uint64_t> stream_number;
+  for (std::size_t i = 0; i < mesh.vertices; ++i) stream_number[order.vertices[i]] = i;
+  std::vector<char> finalized(mesh.vertices);
+  for (std::size_t i = 0; i < mesh.cells.size(); ++i) {
+    const TestCell& cell = mesh.cells[order.cells[i]];
+    bad += back->mesh.cell_numbers[i] != (keep ? order.cells[i] : i);
+    bad += back->mesh.cell_blocks[i] != cell.block;
+    std::vector<std::uint64_t> expected = cell.corners;
+    if (!keep)
+      for (auto& v : expected) v = stream_number.at(v);
+    const auto corners = std::span(back->mesh.corners)
+                             .subspan(back->mesh.corner_begin[i],
+                                      back->mesh.corner_begin[i + 1] - back->mesh.corner_begin[i]);
+    const bool same = std::equal(expected.begin(), expected.end(), corners.begin(), corners.end());
+    const bool may_turn = !mesh.schema.corner_order && corners.size() == 8 &&
+                          mesh.schema.blocks[cell.block].shape == CellShape::hexahedron;
+    bad += !(same || (may_turn && same_up_to_rotation(expected, corners)));
+    for (std::size_t c = 0; c < corners.size(); ++c) {
+      bad += finalized[corners[c]] != 0;
+    }
+    for (std::size_t c = 0; c < corners.size() && c < 64; ++c)
+      if (back->mesh.last_use[i] >> c & 1) finalized[corners[c]] = 1;
+  }
+  EXPECT_EQ(bad, 0) << "cells differ";
+  // Cell data: element e of an array belongs to the e-th covered cell, in either order.
+  for (std::size_t a = 0; a < mesh.schema.arrays.size(); ++a) {
+    if (mesh.schema.arrays[a].location != Location::cell || mesh.schema.arrays[a].per_step)
+      continue;
+    std::vector<std::uint64_t> element(mesh.cells.size());
+    std::uint64_t count = 0;
+    for (std::size_t c = 0; c < mesh.cells.size(); ++c)
+      if (mesh.schema.array_covers(a, mesh.cells[c].block)) element[c] = count++;
+    bad = 0;
+    std::uint64_t e = 0;
+    for (std::uint64_t c : order.cells) {
+      if (!mesh.schema.array_covers(a, mesh.cells[c].block)) continue;
+      bad += std::memcmp(&back->mesh.arrays[a][e++ * mesh.stride(a)],
+                         &mesh.arrays[a][element[c] * mesh.stride(a)], mesh.stride(a)) != 0;
+    }
+    EXPECT_EQ(bad, 0) << "array " << mesh.schema.arrays[a].name;
+  }
+  return std::move(sink.bytes);
+}
+
+// --- families
+
+inline Schema hexahedra_schema(ScalarType type = ScalarType::float32) {
+  Schema schema;
+  schema.coordinate_type = type;
+  schema.blocks.push_back({1, "hexahedra", CellShape::hexahedron, 8});
+  return schema;
+}
+
+using Warp = std::array<double, 3> (*)(double, double, double);
+inline std::array<double, 3> straight(double x, double y, double z) { return {x, y, z}; }
+inline std::array<double, 3> warped(double x, double y, double z) {
+  return {x + .05 * std::sin(5 * y + 3 * z), y + .06 * std::sin(4 * x + 2 * z) * std::cos(3 * y),
+          z + .04 * std::cos(3 * x + 5 * y)};
+}
+
+/// nx * ny * nz hexahedra of the unit cube in scanline order; cells for which `skip(i, j, k)` says
+/// so are left out (their vertices stay, perhaps unused).
+inline TestMesh grid(std::uint64_t nx, std::uint64_t ny, std::uint64_t nz,
+                     ScalarType type = ScalarType::float32, Warp warp = straight,
+                     bool (*skip)(std::uint64_t, std::uint64_t, std::uint64_t) = nullptr) {
+  TestMesh mesh;
+  mesh.schema = hexahedra_schema(type);
+  std::vector<std::array<double, 3>> points;
+  for (std::uint64_t k = 0; k <= nz; ++k)
+    for (std::uint64_t j = 0; j <= ny; ++j)
+      for (std::uint64_t i = 0; i <= nx; ++i)
+        points.push_back(warp(static_cast<double>(i) / static_cast<double>(nx),
+                              static_cast<double>(j) / static_cast<double>(ny),
+                              static_cast<double>(k) / static_cast<double>(nz)));
+  mesh.set_points(points);
+  const auto v = [&](std::uint64_t i, std::uint64_t j, std::uint64_t k) {
+    return i + (nx + 1) * (j + (ny + 1) * k);
+  };
+  for (std::uint64_t k = 0; k < nz; ++k)
+    for (std::uint64_t j = 0; j < ny; ++j)
+      for (std::uint64_t i = 0; i < nx; ++i) {
+        if (skip != nullptr && skip(i, j, k)) continue;
+        mesh.cells.push_back(
+            {0,
+             {v(i, j, k), v(i + 1, j, k), v(i + 1, j + 1, k), v(i, j + 1, k), v(i, j, k + 1),
+              v(i + 1, j, k + 1), v(i + 1, j + 1, k + 1), v(i, j + 1, k + 1)}});
+      }
+  return mesh;
+}
+
+inline bool porous(std::uint64_t i, std::uint64_t j, std::uint64_t k) {
+  return (i * 7 + j * 13 + k * 29) % 11 < 3;
+}
+
+/// The grid wrapped around an axis: a ring whose first and last layers meet.
+inline TestMesh ring(std::uint64_t around, std::uint64_t out, std::uint64_t up, ScalarType type) {
+  TestMesh mesh;
+  mesh.schema = hexahedra_schema(type);
+  std::vector<std::array<double, 3>> points;
+  for (std::uint64_t k = 0; k <= up; ++k)
+    for (std::uint64_t j = 0; j <= out; ++j)
+      for (std::uint64_t i = 0; i < around; ++i) {
+        const double a = 6.283185307179586 * static_cast<double>(i) / static_cast<double>(around);
+        const double r = 1 + static_cast<double>(j) / static_cast<double>(out);
+        points.push_back({r * std::cos(a), r * std::sin(a), static_cast<double>(k) * .1});
+      }
+  mesh.set_points(points);
+  const auto v = [&](std::uint64_t i, std::uint64_t j, std::uint64_t k) {
+    return i % around + around * (j + (out + 1) * k);
+  };
+  for (std::uint64_t k = 0; k < up; ++k)
+    for (std::uint64_t j = 0; j < out; ++j)
+      for (std::uint64_t i = 0; i < around; ++i)
+        mesh.cells.push_back(
+            {0,
+             {v(i, j, k), v(i + 1, j, k), v(i + 1, j + 1, k), v(i, j + 1, k), v(i, j, k + 1),
+              v(i + 1, j, k + 1), v(i + 1, j + 1, k + 1), v(i, j + 1, k + 1)}});
+  return mesh;
+}
+
+inline void shuffle_cells(TestMesh& mesh, std::mt19937_64& random) {
+  std::shuffle(mesh.cells.begin(), mesh.cells.end(), random);
+}
+/// Renumbers vertices at random.
+inline void shuffle_vertices(TestMesh& mesh, std::mt19937_64& random) {
+  std::vector<std::uint64_t> to(mesh.vertices);
+  std::iota(to.begin(), to.end(), 0);
+  std::shuffle(to.begin(), to.end(), random);
+  const std::size_t bytes = 3 * scalar_bytes(mesh.schema.coordinate_type);
+  std::vector<std::byte> moved(mesh.xyz.size());
+  for (std::uint64_t v = 0; v < mesh.vertices; ++v)
+    std::memcpy(&moved[to[v] * bytes], &mesh.xyz[v * bytes], bytes);
+  mesh.xyz = std::move(moved);
+  for (TestCell& cell : mesh.cells)
+    for (auto& v : cell.corners) v = to[v];
+}
+/// Turns every hexahedron by a random rotation, some also into their mirror image.
+inline void rotate_corners(TestMesh& mesh, std::mt19937_64& random, bool mirror) {
+  constexpr std::array<std::array<std::size_t, 8>, 3> turns = {
+      {{1, 2, 3, 0, 5, 6, 7, 4}, {4, 5, 1, 0, 7, 6, 2, 3}, {1, 5, 6, 2, 0, 4, 7, 3}}};
+  for (TestCell& cell : mesh.cells) {
+    if (cell.corners.size() != 8) continue;
+    for (int n = static_cast<int>(random() % 6); n > 0; --n) {
+      const auto old = cell.corners;
+      const auto& turn = turns[random() % 3];
+      for (std::size_t i = 0; i < 8; ++i) cell.corners[i] = old[turn[i]];
+    }
+    if (mirror && random() % 3 == 0)
+      for (std::size_t i = 0; i < 4; ++i) std::swap(cell.corners[i], cell.corners[i + 4]);
+  }
+}
+
+}  // namespace shm
