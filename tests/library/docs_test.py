@@ -1,0 +1,142 @@
+#!/usr/bin/env python3
+"""Documents point to what exists.
+
+    docs_test.py
+
+Every relative link of every document leads to a file, and its #anchor to a heading there. Every path
+in backticks that begins with a folder of this repository exists. README.md has at most 140 lines.
+docs/architecture.md has a line for every folder of sources, and each room/unit that it names exists.
+"""
+import itertools
+import re
+import sys
+from pathlib import Path
+from urllib.parse import unquote
+
+ROOT = Path(__file__).resolve().parent
+while not (ROOT / "README.md").exists() or not (ROOT / "spec").is_dir():
+    ROOT = ROOT.parent
+README_LINES = 140
+FOLDERS = (".ci", "bench", "cmake", "converters", "docs", "fuzz", "libshmformat", "scripts", "spec",
+           "tests")
+SOURCES = ("libshmformat/src", "converters")  # of which architecture.md is the map
+MAP = ROOT / "docs" / "architecture.md"
+
+LINK = re.compile(r"!?\[(?:[^\[\]]|\[[^\]]*\])*\]\(\s*<?([^)\s>]+)>?[^)]*\)")
+CODE = re.compile(r"(?<!`)`([^`]+)`(?!`)")
+ROW = re.compile(r"\| `([a-z]+(?:/[a-z]+)?)` \|")
+HEADING = re.compile(r"#{1,6}\s+(.*?)\s*#*$")
+
+
+def documents():
+    yield from sorted(ROOT.glob("*.md"))
+    for folder in FOLDERS:
+        yield from sorted((ROOT / folder).rglob("*.md"))
+
+
+def prose(text):
+    """The lines outside of fenced code, with their numbers."""
+    fence = None
+    for number, line in enumerate(text.splitlines(), 1):
+        mark = re.match(r"\s*(```|~~~)", line)
+        if mark and fence in (None, mark[1]):
+            fence = None if fence else mark[1]
+        elif not fence:
+            yield number, line
+
+
+def anchors(path):
+    """The anchors of a document's headings, made as GitHub makes them."""
+    found = set()
+    for _, line in prose(path.read_text(encoding="utf-8")):
+        heading = HEADING.match(line)
+        if not heading:
+            continue
+        text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", heading[1]).replace("`", "").lower()
+        anchor = re.sub(r"[^\w\- ]", "", text).replace(" ", "-")
+        found.add(next(a for n in itertools.count()
+                       if (a := f"{anchor}-{n}" if n else anchor) not in found))
+    return found
+
+
+def wrong_link(document, target):
+    """Why a link leads nowhere; nothing where it does not."""
+    if re.match(r"[a-z][a-z+.-]*:", target, re.IGNORECASE):
+        return None  # elsewhere
+    name, _, anchor = unquote(target).partition("#")
+    path = (document.parent / name).resolve() if name else document
+    if not path.is_relative_to(ROOT) or not path.exists():
+        return f"the link {target} leads to no file"
+    if anchor and path.suffix == ".md" and anchor not in anchors(path):
+        return f"the link {target} leads to no heading"
+    return None
+
+
+def alternatives(path):
+    """a/{b,c} as a/b and a/c."""
+    braces = re.search(r"\{([^{}]*)\}", path)
+    if not braces:
+        return [path]
+    return [each for word in braces[1].split(",")
+            for each in alternatives(path[:braces.start()] + word + path[braces.end():])]
+
+
+def missing_paths(code):
+    """The paths of a piece of code that begin with one of our folders, and are not there."""
+    for word in code.split():
+        if "/" not in word or word.split("/")[0] not in FOLDERS:
+            continue
+        for path in alternatives(word.rstrip(".,:;")):
+            if not any(ROOT.glob(path.rstrip("/"))):
+                yield path
+
+
+def rooms():
+    """Folders of sources by their name in the map, such as "vtk/xml"."""
+    return {path.parent.relative_to(ROOT / top).as_posix(): path.parent
+            for top in SOURCES for path in (ROOT / top).rglob("*.*")
+            if path.suffix in (".cpp", ".h") and path.parent != ROOT / top}
+
+
+def faults_of_map(lines):
+    folders = rooms()
+    listed = {row[1]: number for number, line in lines if (row := ROW.match(line))}
+    for room in sorted(set(folders) - set(listed)):
+        yield 1, f"no line for the folder {folders[room].relative_to(ROOT)}"
+    for room in sorted(set(listed) - set(folders)):
+        yield listed[room], f"there is no folder {room}"
+    for number, line in lines:
+        for code in CODE.findall(line):
+            room, _, unit = code.rpartition("/")
+            if room in folders and unit and code not in folders \
+                    and not any(folders[room].glob(unit + ".*")):
+                yield number, f"there is no unit {code}"
+
+
+def faults(document):
+    text = document.read_text(encoding="utf-8")
+    lines = list(prose(text))
+    for number, line in lines:
+        for target in LINK.findall(CODE.sub("", line)):
+            if reason := wrong_link(document, target):
+                yield number, reason
+        for code in CODE.findall(line):
+            for path in missing_paths(code):
+                yield number, f"there is no {path}"
+    if document == ROOT / "README.md" and len(text.splitlines()) > README_LINES:
+        yield README_LINES, f"more than {README_LINES} lines"
+    if document == MAP:
+        yield from faults_of_map(lines)
+
+
+def main():
+    count = 0
+    for document in documents():
+        for number, reason in faults(document):
+            print(f"{document.relative_to(ROOT)}:{number}: {reason}")
+            count += 1
+    return 1 if count else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
