@@ -13,9 +13,7 @@ import sys
 from pathlib import Path
 from urllib.parse import unquote
 
-ROOT = Path(__file__).resolve().parent
-while not (ROOT / "README.md").exists() or not (ROOT / "spec").is_dir():
-    ROOT = ROOT.parent
+ROOT = Path(__file__).resolve().parents[2]
 README_LINES = 140
 FOLDERS = (".ci", "bench", "cmake", "converters", "docs", "fuzz", "libshmformat", "scripts", "spec",
            "tests")
