@@ -22,13 +22,9 @@
 #include "shm/schema.h"
 #include "surface/active_surface.h"
 #include "surface/cell_topology.h"
+#include "surface/hexahedron.h"
 
 namespace shm {
-
-/// Whether its cells are coded, and counted, as hexahedra.
-inline bool is_hexahedral(const BlockInfo& block) {
-  return block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8;
-}
 
 template <class Coder>
 class Connectivity {

@@ -5,7 +5,7 @@
 #include <bit>
 
 #include "connectivity/row_hexahedra.h"
-#include "surface/frame.h"
+#include "surface/hexahedron.h"
 
 namespace shm {
 

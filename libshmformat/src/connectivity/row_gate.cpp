@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "connectivity/row_hexahedra.h"
-#include "surface/frame.h"
+#include "surface/hexahedron.h"
 
 namespace shm {
 namespace {
@@ -48,9 +48,9 @@ void RowHexahedra<Coder>::list_candidates() {
 template <class Coder>
 auto RowHexahedra<Coder>::fit(const CellTopology& cell, std::uint32_t face) const -> Fit {
   const auto& it = surface_->face(face);
-  const std::uint32_t axis = kAxis[it.side];
+  const std::uint32_t axis = kFaceAxis[it.side];
   std::array<std::uint32_t, 4> g{};
-  for (std::uint32_t i = 0; i < 4; ++i) g[i] = kQuadBits[it.side][i] ^ axis;
+  for (std::uint32_t i = 0; i < 4; ++i) g[i] = kFaceBits[it.side][i] ^ axis;
   const auto slot = [&](std::uint32_t stored_bits) { return cell.slots[kCornerBits[stored_bits]]; };
   for (std::uint32_t s0 = 0; s0 < 8; ++s0) {
     if (slot(s0) != it.quad[0]) continue;
@@ -65,7 +65,7 @@ auto RowHexahedra<Coder>::fit(const CellTopology& cell, std::uint32_t face) cons
         std::uint32_t base = s0;
         for (std::uint32_t a : {1u, 2u, 4u})
           if ((g[0] & a) != 0) base ^= image[a];
-        return {face, orientation_number(base, image[1], image[2])};
+        return {face, orientation_of(base, image[1], image[2])};
       }
     }
   }
@@ -299,10 +299,10 @@ void RowHexahedra<Coder>::take_gate(std::uint32_t face) {
   owner_ = records_[it.cell];
   work_.owner = &owner_;
   gate_side_before_ = std::exchange(last_gate_side_, it.side);
-  work_.gate_side = kOpposite[it.side];
+  work_.gate_side = kOppositeFace[it.side];
   work_.shared[work_.gate_side] = face;
   for (std::uint32_t i = 0; i < 4; ++i) {
-    const std::uint32_t b = kQuadBits[it.side][i] ^ kAxis[it.side];
+    const std::uint32_t b = kFaceBits[it.side][i] ^ kFaceAxis[it.side];
     work_.corner[b] = it.quad[i];
     work_.known |= bit(b);
   }

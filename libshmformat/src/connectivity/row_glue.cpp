@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "connectivity/row_hexahedra.h"
-#include "surface/frame.h"
+#include "surface/hexahedron.h"
 
 namespace shm {
 
@@ -13,7 +13,7 @@ void RowHexahedra<Coder>::find_unspoken() {
   const auto& v = work_.corner;
   for (std::uint32_t k = 0; k < 6; ++k) {
     if (work_.shared[k] != kNone) continue;
-    const auto& q = kQuadBits[k];
+    const auto& q = kFaceBits[k];
     bool old = true;
     for (std::uint32_t b : q) old = old && (work_.fresh >> b & 1) == 0;
     if (!old) continue;
@@ -26,17 +26,17 @@ void RowHexahedra<Coder>::find_unspoken() {
 template <class Coder>
 std::uint8_t RowHexahedra<Coder>::expected_orientation(std::uint32_t side) const {
   const auto& face = surface_->face(work_.shared[side]);
-  const auto& stored = kStoredBits[records_[face.cell].orientation];
+  const auto& stored = kOrientedBits[records_[face.cell].orientation];
   std::array<std::uint32_t, 4> here{}, there{};  // corner bits in this frame; stored in that cell
   for (std::uint32_t i : {0u, 1u, 3u}) {
     here[i] = 8;
-    for (std::uint32_t b : kQuadBits[side])
+    for (std::uint32_t b : kFaceBits[side])
       if (here[i] == 8 && work_.corner[b] == face.quad[i]) here[i] = b;
-    there[i] = stored[kQuadBits[face.side][i] ^ kAxis[face.side]];
+    there[i] = stored[kFaceBits[face.side][i] ^ kFaceAxis[face.side]];
   }
   const std::uint32_t u = here[0] ^ here[1], v = here[0] ^ here[3];
   if ((here[0] | here[1] | here[3]) > 7 || std::popcount(u) != 1 || std::popcount(v) != 1 || u == v)
-    return kOrientations;
+    return kOrientationCount;
   std::array<std::uint32_t, 5> image{};
   image[u] = there[0] ^ there[1];
   image[v] = there[0] ^ there[3];
@@ -44,7 +44,7 @@ std::uint8_t RowHexahedra<Coder>::expected_orientation(std::uint32_t side) const
   std::uint32_t base = there[0];
   for (std::uint32_t a : {1u, 2u, 4u})
     if ((here[0] & a) != 0) base ^= image[a];
-  return orientation_number(base, image[1], image[2]);
+  return orientation_of(base, image[1], image[2]);
 }
 
 template <class Coder>
@@ -53,8 +53,8 @@ bool RowHexahedra<Coder>::code_orientation(Coder& corner_order, Coder& symbols, 
   if (!order_matters) {
     if constexpr (Coder::kMixes) symbols.about(kMirrored);
     const bool flip =
-        symbols.bit(mirrored_[mirrors(owner_.orientation) ? 1 : 0], mirrors(orientation));
-    orientation = flip ? kMirror : 0;
+        symbols.bit(mirrored_[is_mirrored(owner_.orientation) ? 1 : 0], is_mirrored(orientation));
+    orientation = flip ? kMirrorX : 0;
     return true;
   }
   // What the hexahedra behind shared faces expect, most votes first, the gate's owner on a tie.
@@ -66,7 +66,7 @@ bool RowHexahedra<Coder>::code_orientation(Coder& corner_order, Coder& symbols, 
   for (std::uint32_t k = 0; k < 6; ++k) {
     if (work_.shared[k] == kNone || k == work_.gate_side) continue;
     const std::uint8_t it = expected_orientation(k);
-    if (it == kOrientations) continue;
+    if (it == kOrientationCount) continue;
     ++voters;
     std::uint32_t i = 0;
     while (i < count && votes[i].orientation != it) ++i;
@@ -95,25 +95,25 @@ bool RowHexahedra<Coder>::code_orientation(Coder& corner_order, Coder& symbols, 
 template <class Coder>
 bool RowHexahedra<Coder>::code_turn(Coder& corner_order, std::uint8_t& orientation) {
   const auto face_of = [](std::uint32_t o, std::uint32_t side) {
-    const auto& s = kStoredBits[o];
-    const auto& q = kQuadBits[side];
+    const auto& s = kOrientedBits[o];
+    const auto& q = kFaceBits[side];
     const std::uint32_t axis = 7u & ~((s[q[0]] ^ s[q[1]]) | (s[q[0]] ^ s[q[3]]));
-    return side_of(axis, (s[q[0]] & axis) != 0);
+    return face_at(axis, (s[q[0]] & axis) != 0);
   };
-  const std::uint32_t side = kOpposite[work_.gate_side];  // of the owner
+  const std::uint32_t side = kOppositeFace[work_.gate_side];  // of the owner
   const std::uint32_t theirs = face_of(owner_.orientation, side);
   std::uint32_t lowest = 0;
   for (std::uint32_t i = 1; i < 4; ++i)
-    if (kStoredBits[owner_.orientation][kQuadBits[side][i]] <
-        kStoredBits[owner_.orientation][kQuadBits[side][lowest]])
+    if (kOrientedBits[owner_.orientation][kFaceBits[side][i]] <
+        kOrientedBits[owner_.orientation][kFaceBits[side][lowest]])
       lowest = i;
-  const std::uint32_t at = kQuadBits[side][lowest] ^ kAxis[side];
+  const std::uint32_t at = kFaceBits[side][lowest] ^ kFaceAxis[side];
   std::uint32_t mine = 0, corner = 0;
   bool turned = false;
   if constexpr (!Coder::kDecodes) {
     mine = face_of(orientation, work_.gate_side);
-    while (kQuadBits[mine][corner] != kStoredBits[orientation][at]) ++corner;
-    turned = mirrors(orientation) != mirrors(owner_.orientation);
+    while (kFaceBits[mine][corner] != kOrientedBits[orientation][at]) ++corner;
+    turned = is_mirrored(orientation) != is_mirrored(owner_.orientation);
   }
   if constexpr (Coder::kMixes) about_stored_face(corner_order, theirs);
   mine = code_tree(corner_order, stored_face_[theirs][last_stored_face_], mine);
@@ -123,9 +123,9 @@ bool RowHexahedra<Coder>::code_turn(Coder& corner_order, std::uint8_t& orientati
   corner = code_tree(corner_order, stored_corner_[theirs][mine], corner);
   if constexpr (Coder::kMixes) corner_order.about(kTurned);
   turned = corner_order.bit(turned_[0], turned);
-  for (std::uint8_t o = 0; o < kOrientations; ++o)
-    if (kStoredBits[o][at] == kQuadBits[mine][corner] && face_of(o, work_.gate_side) == mine &&
-        (mirrors(o) != mirrors(owner_.orientation)) == turned) {
+  for (std::uint8_t o = 0; o < kOrientationCount; ++o)
+    if (kOrientedBits[o][at] == kFaceBits[mine][corner] && face_of(o, work_.gate_side) == mine &&
+        (is_mirrored(o) != is_mirrored(owner_.orientation)) == turned) {
       orientation = o;
       return true;
     }
@@ -172,7 +172,7 @@ void RowHexahedra<Coder>::glue(CellTopology& cell) {
   for (std::uint32_t k = 0; k < 6; ++k) {
     face[k] = work_.shared[k];
     if (face[k] != kNone) continue;
-    const auto& q = kQuadBits[k];
+    const auto& q = kFaceBits[k];
     const Quad quad = {v[q[0]], v[q[1]], v[q[2]], v[q[3]]};
     std::uint32_t same = 0;
     bool room = true;
@@ -198,7 +198,7 @@ void RowHexahedra<Coder>::link_edges(const std::array<std::uint32_t, 6>& face) {
   for (std::uint32_t k = 0; k < 6; ++k) {
     if (work_.shared[k] == kNone) continue;
     const Quad& quad = surface_->face(face[k]).quad;
-    const std::uint32_t a = v[kQuadBits[k][0]], b = v[kQuadBits[k][1]], c = v[kQuadBits[k][2]];
+    const std::uint32_t a = v[kFaceBits[k][0]], b = v[kFaceBits[k][1]], c = v[kFaceBits[k][2]];
     for (std::uint32_t j = 0; j < 4 && step[k] == 0; ++j) {
       if (quad[j] != a || quad[(j + 2) % 4] != c) continue;
       const bool same_way = quad[(j + 1) % 4] == b;

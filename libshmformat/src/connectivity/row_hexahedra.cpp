@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "surface/frame.h"
+#include "surface/hexahedron.h"
 
 namespace shm {
 namespace {
@@ -33,7 +33,7 @@ bool RowHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopology
   Kind kind = kStart;
   if (!code_gate(symbols, cell, gate, kind)) return false;
   if constexpr (!Coder::kDecodes) {
-    const auto& from_bits = kStoredBits[gate.orientation];
+    const auto& from_bits = kOrientedBits[gate.orientation];
     for (std::uint32_t b = 0; b < 8; ++b) {
       const std::uint32_t from = kCornerBits[from_bits[b]];
       work_.target[b] = cell.slots[from];
@@ -58,7 +58,7 @@ bool RowHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopology
   // reader is told.
   std::array<std::uint8_t, 8> last_use{};
   if constexpr (!Coder::kDecodes) std::copy_n(cell.last_use.begin(), 8, last_use.begin());
-  const auto& stored = kStoredBits[Coder::kDecodes ? orientation : gate.orientation];
+  const auto& stored = kOrientedBits[Coder::kDecodes ? orientation : gate.orientation];
   for (std::uint32_t i = 0; i < 8; ++i) {
     const std::uint32_t b = kCornerBits[i];
     cell.slots[i] = work_.corner[b];
@@ -105,9 +105,9 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
   std::uint32_t yes = 0;  // by edge of the gate
   for (std::uint32_t i : order) {
     const FaceEdge mate = face.mate[i];
-    const std::uint32_t side = kEdgeSide[k][i];
+    const std::uint32_t side = kAdjacentFace[k][i];
     if (mate == kNone || taken(mate / 4)) continue;
-    const std::uint32_t a = kQuadBits[k][i], b = kQuadBits[k][(i + 1) % 4];  // above the gate
+    const std::uint32_t a = kFaceBits[k][i], b = kFaceBits[k][(i + 1) % 4];  // above the gate
     Above& it = sides[i];
     it = above(*surface_, mate, face.quad[i]);
     if ((work_.known >> a & 1) != 0 && work_.corner[a] != it.a) continue;
@@ -135,14 +135,14 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
   }
   // The far face, across the top edges of shared sides.
   if (yes == 0 || (work_.known == 0xff)) return;
-  const std::uint32_t far_side = kOpposite[work_.gate_side];
+  const std::uint32_t far_side = kOppositeFace[work_.gate_side];
   for (std::uint32_t i = 0; i < 4; ++i) {
     if ((yes >> i & 1) == 0) continue;
     const FaceEdge mate = surface_->mate(sides[i].top);
     if (mate == kNone || taken(mate / 4)) continue;
     // Edge i of the far face runs over corners a and b; c and d lie across it.
-    const std::uint32_t a = kQuadBits[k][i];
-    const std::uint32_t c = kQuadBits[k][(i + 3) % 4], d = kQuadBits[k][(i + 2) % 4];
+    const std::uint32_t a = kFaceBits[k][i];
+    const std::uint32_t c = kFaceBits[k][(i + 3) % 4], d = kFaceBits[k][(i + 2) % 4];
     const Above it = above(*surface_, mate, work_.corner[a]);
     if ((work_.known >> c & 1) != 0 && work_.corner[c] != it.a) continue;
     if ((work_.known >> d & 1) != 0 && work_.corner[d] != it.b) continue;
@@ -179,14 +179,14 @@ std::uint32_t RowHexahedra<Coder>::count_leads(std::uint32_t corner) const {
   for (std::uint32_t axis : {1u, 2u, 4u}) {
     const std::uint32_t p = known[corner ^ axis];
     if (p == kNone) continue;
-    const std::uint32_t direction = side_of(axis, (corner & axis) != 0);
+    const std::uint32_t direction = face_at(axis, (corner & axis) != 0);
     const std::uint32_t q = known[corner ^ (axis == 1 ? 2 : 1)];
     const std::uint32_t r = known[corner ^ (axis == 4 ? 2 : 4)];
     bool leads_out = false;
     for (FaceCorner at = surface_->vertex(p).first_face; at != kNone;
          at = surface_->next_around(at)) {
       const auto& face = surface_->face(at / 4);
-      const auto& ways = kWays[face.side][at % 4];
+      const auto& ways = kEdgesTowards[face.side][at % 4];
       const Quad& quad = face.quad;
       if (!leads_out && ((ways[0] == direction && !inside(quad[(at + 1) % 4])) ||
                          (ways[1] == direction && !inside(quad[(at + 3) % 4]))))
@@ -220,7 +220,7 @@ void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
     const std::uint32_t p = corner ^ axis;
     if (!known(p)) continue;
     const std::uint32_t vertex = work_.corner[p];
-    const std::uint32_t direction = side_of(axis, (corner & axis) != 0);
+    const std::uint32_t direction = face_at(axis, (corner & axis) != 0);
     for (FaceCorner at = surface_->vertex(vertex).first_face; at != kNone;
          at = surface_->next_around(at)) {
       const auto& face = surface_->face(at / 4);
@@ -228,8 +228,8 @@ void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
       const std::uint32_t i = at % 4;
       for (std::uint32_t step : {1u, 3u}) {
         const std::uint32_t j = (i + step) % 4;
-        const std::uint32_t here = kQuadBits[face.side][i], there = kQuadBits[face.side][j];
-        const bool same = side_of(here ^ there, (there & ~here) != 0) == direction;
+        const std::uint32_t here = kFaceBits[face.side][i], there = kFaceBits[face.side][j];
+        const bool same = face_at(here ^ there, (there & ~here) != 0) == direction;
         add(face.quad[j], same ? 3 : 1);
       }
       // A face around p that holds another known neighbour of the corner across p's diagonal.

@@ -75,6 +75,9 @@ class RowHexahedra {
   void code_last_use(Coder& symbols, CellTopology& cell);
 
  private:
+  /// The bit of one member of a set of corners or faces.
+  static constexpr std::uint32_t bit(std::uint32_t i) { return 1u << i; }
+
   using Bit = typename Coder::Bit;
   using Number = NumberModelOf<Bit>;
   template <int kBits>

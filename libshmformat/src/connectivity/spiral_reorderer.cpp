@@ -5,11 +5,6 @@
 #include "surface/hexahedron.h"
 
 namespace shm {
-namespace {
-
-constexpr std::array<std::uint8_t, 6> kOpposite = {5, 3, 4, 1, 2, 0};
-
-}  // namespace
 
 std::size_t SpiralReorderer::FaceHash::operator()(const Face& face) const {
   std::uint64_t h = 0;
@@ -107,7 +102,7 @@ void SpiralReorderer::walk_through(Label label, std::uint32_t entered, const Cor
   const auto carried = [&](std::uint32_t old_face) -> std::uint8_t {
     const Face passed = face_of(previous_, face_at_[label]), side = face_of(previous_, old_face);
     for (std::uint8_t f = 0; f < 6; ++f) {
-      if (f == entered || f == kOpposite[entered]) continue;
+      if (f == entered || f == kOppositeFace[entered]) continue;
       const Face candidate = face_of(next, f);
       const auto shared = std::count_if(candidate.begin(), candidate.end(), [&](std::uint64_t v) {
         return std::binary_search(passed.begin(), passed.end(), v) &&
@@ -115,11 +110,11 @@ void SpiralReorderer::walk_through(Label label, std::uint32_t entered, const Cor
       });
       if (shared >= 2) return f;
     }
-    return kOpposite[entered];
+    return kOppositeFace[entered];
   };
   std::array<std::uint8_t, kLabels> faces{};
   for (std::size_t i = 0; i < 4; ++i) faces[kLeft + i] = carried(face_at_[kBecomes[label][i]]);
-  faces[kFront] = kOpposite[entered];
+  faces[kFront] = kOppositeFace[entered];
   faces[kBack] = static_cast<std::uint8_t>(entered);
   face_at_ = faces;
   previous_ = next;

@@ -3,9 +3,6 @@
 namespace shm {
 namespace {
 
-/// Corners 8..19 of a quadratic hexahedron lie on these edges.
-constexpr std::array<std::array<std::uint8_t, 2>, 12> kQuadraticEdges = kEdgeCorners;
-
 Stencil corner_stencil(const CellTopology& cell, std::uint32_t position, std::uint64_t known) {
   const std::uint32_t bits = kCornerBits[position];
   const auto corner = [&](std::uint32_t flipped) {
@@ -43,7 +40,7 @@ std::uint64_t spectral(const Stencil& s, const std::vector<std::uint64_t>& v) {
 Stencil stencil_of(const CellTopology& cell, std::uint32_t position, std::uint64_t known) {
   if (cell.hexahedral && position < 8) return corner_stencil(cell, position, known);
   if (cell.hexahedral && position < 20 && cell.slots.size() >= 20) {
-    const auto& edge = kQuadraticEdges[position - 8];
+    const auto& edge = kEdgeCorners[position - 8];  // which it lies on
     return {Stencil::midpoint,
             {cell.slots[cell.framed_position(edge[0])], cell.slots[cell.framed_position(edge[1])]}};
   }

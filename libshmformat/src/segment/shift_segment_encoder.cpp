@@ -165,7 +165,7 @@ void ShiftSegmentEncoder::code_cell(const SegmentPiece& piece, const SegmentPiec
   group.decoded_bytes += values_.cell_bytes(cell.block) + 8 * nodes.size();
   ++group.cells;
   const BlockInfo& block = schema_->blocks[cell.block];
-  group_.hexahedra += block.shape == CellShape::hexahedron && nodes.size() >= 8 ? 1 : 0;
+  group_.hexahedra += is_hexahedral(block) ? 1 : 0;
 }
 
 /// The number that a vertex is born with.

@@ -35,7 +35,7 @@ void ShiftNeighbours::Ring::look_for_thirds(Neighbourhood& it) const {
 ShiftNeighbours::ShiftNeighbours(const Schema& schema, bool of_vertices, bool of_cells)
     : of_vertices_(of_vertices), of_cells_(of_cells) {
   for (const BlockInfo& block : schema.blocks) {
-    const bool solid = block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8;
+    const bool solid = is_hexahedral(block);
     const bool flat = block.shape == CellShape::quad && block.nodes_per_cell >= 4;
     axes_.push_back(solid ? 3 : flat ? 2 : 0);
   }

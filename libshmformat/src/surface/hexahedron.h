@@ -1,4 +1,5 @@
-// The hexahedron: its corners, faces, edges and 24 rotations, as tables.
+// The hexahedron: its corners, faces and edges as tables, the 48 ways to store its corners, 24 of
+// them rotations, and which cells are hexahedra.
 //
 //        7 ------- 6        corner   0 1 2 3 4 5 6 7
 //       /|        /|        x        0 1 1 0 0 1 1 0
@@ -7,14 +8,21 @@
 //      |/        |/
 //      0 ------- 1          faces: f0 bottom, f1 x=0, f2 y=0, f3 x=1, f4 y=1, f5 top
 //
-// spec: "Hexahedron"
+// spec: "Hexahedron", "Frame"
 #pragma once
 
 #include <array>
 #include <bit>
 #include <cstdint>
 
+#include "shm/schema.h"
+
 namespace shm {
+
+/// Whether the cells of a block are coded, and counted, as hexahedra.
+inline bool is_hexahedral(const BlockInfo& block) {
+  return block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8;
+}
 
 /// Corners of each face; the right-hand normal points out of the hexahedron.
 inline constexpr std::array<std::array<std::uint8_t, 4>, 6> kFaceCorners = {
@@ -36,30 +44,114 @@ inline constexpr std::array<std::array<std::uint8_t, 2>, 12> kEdgeCorners = {{{0
 /// Corner to bits x + 2y + 4z and back (the same table both ways).
 inline constexpr std::array<std::uint8_t, 8> kCornerBits = {0, 1, 3, 2, 4, 5, 7, 6};
 
-/// The order in which unknown corners are said and predicted (paper, Table 1).
+/// The order in which unknown corners are coded and predicted (paper, Table 1).
 inline constexpr std::array<std::uint8_t, 8> kCornerOrder = {0, 1, 2, 3, 4, 7, 5, 6};
+
+/// Of each face: the bit of the axis across it, the face opposite to it, the bits of its corners.
+inline constexpr std::array<std::uint8_t, 6> kFaceAxis = {4, 1, 2, 1, 2, 4};
+inline constexpr std::array<std::uint8_t, 6> kOppositeFace = {5, 3, 4, 1, 2, 0};
+inline constexpr auto kFaceBits = [] {
+  std::array<std::array<std::uint8_t, 4>, 6> table{};
+  for (std::uint32_t k = 0; k < 6; ++k)
+    for (std::uint32_t i = 0; i < 4; ++i) table[k][i] = kCornerBits[kFaceCorners[k][i]];
+  return table;
+}();
+
+/// The face at the low or high end of an axis.
+constexpr std::uint32_t face_at(std::uint32_t axis_bit, bool high) {
+  for (std::uint32_t k = 0; k < 6; ++k)
+    if (kFaceAxis[k] == axis_bit && (k >= 3) == high) return k;
+  return 6;
+}
+
+/// kAdjacentFace[k][i]: the other face at edge i (from corner i to i + 1) of face k.
+inline constexpr auto kAdjacentFace = [] {
+  std::array<std::array<std::uint8_t, 4>, 6> table{};
+  for (std::uint32_t k = 0; k < 6; ++k)
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      const std::uint32_t a = kFaceBits[k][i], b = kFaceBits[k][(i + 1) % 4];
+      const std::uint32_t axis = 7u & ~((a ^ b) | kFaceAxis[k]);
+      table[k][i] = static_cast<std::uint8_t>(face_at(axis, (a & axis) != 0));
+    }
+  return table;
+}();
+
+/// kEdgesTowards[k][i]: towards which faces the edges from corner i of face k lead, the one to
+/// corner i + 1 and the one to corner i - 1.
+inline constexpr auto kEdgesTowards = [] {
+  std::array<std::array<std::array<std::uint8_t, 2>, 4>, 6> table{};
+  for (std::uint32_t k = 0; k < 6; ++k)
+    for (std::uint32_t i = 0; i < 4; ++i)
+      for (std::uint32_t n = 0; n < 2; ++n) {
+        const std::uint32_t here = kFaceBits[k][i];
+        const std::uint32_t there = kFaceBits[k][(i + (n == 0 ? 1 : 3)) % 4];
+        table[k][i][n] = static_cast<std::uint8_t>(face_at(here ^ there, there > here));
+      }
+  return table;
+}();
+
+/// The 12 edges as pairs (face, edge of the face).
+struct EdgeFaces {
+  std::array<std::uint8_t, 2> face{}, edge{};
+};
+inline constexpr auto kEdgeFaces = [] {
+  std::array<EdgeFaces, 12> table{};
+  std::uint32_t count = 0;
+  for (std::uint8_t p = 0; p < 6; ++p)
+    for (std::uint8_t i = 0; i < 4; ++i) {
+      const std::uint8_t q = kAdjacentFace[p][i];
+      if (q < p) continue;
+      for (std::uint8_t j = 0; j < 4; ++j)
+        if (kAdjacentFace[q][j] == p) table[count++] = {{p, q}, {i, j}};
+    }
+  return table;
+}();
+
+/// Orientations: all 48 symmetries of the cube, from bits in one frame to bits in another.
+/// to = base ^ (a where x is set) ^ (b where y) ^ (c where z); number = base * 6 + axes (a b c).
+inline constexpr std::array<std::array<std::uint8_t, 3>, 6> kOrientationAxes = {
+    {{1, 2, 4}, {2, 4, 1}, {4, 1, 2}, {2, 1, 4}, {1, 4, 2}, {4, 2, 1}}};
+inline constexpr std::uint8_t kOrientationCount = 48;
+inline constexpr auto kOrientedBits = [] {
+  std::array<std::array<std::uint8_t, 8>, kOrientationCount> table{};
+  for (std::uint32_t o = 0; o < kOrientationCount; ++o)
+    for (std::uint32_t b = 0; b < 8; ++b) {
+      std::uint32_t bits = o / 6;
+      for (std::uint32_t axis = 0; axis < 3; ++axis)
+        if ((b >> axis & 1) != 0) bits ^= kOrientationAxes[o % 6][axis];
+      table[o][b] = static_cast<std::uint8_t>(bits);
+    }
+  return table;
+}();
+constexpr bool is_mirrored(std::uint32_t orientation) {
+  return ((std::popcount(orientation / 6) & 1) != 0) != (orientation % 6 >= 3);
+}
+inline constexpr std::uint8_t kMirrorX = 1 * 6 + 0;  // x runs against x
+
+/// The orientation that leads 0 to `base`, and along `x` and `y` from there; kOrientationCount when
+/// none does.
+constexpr std::uint8_t orientation_of(std::uint32_t base, std::uint32_t x, std::uint32_t y) {
+  for (std::uint8_t a = 0; a < 6; ++a)
+    if (kOrientationAxes[a][0] == x && kOrientationAxes[a][1] == y)
+      return static_cast<std::uint8_t>(base * 6 + a);
+  return kOrientationCount;
+}
 
 inline constexpr std::uint32_t kRotationCount = 24;
 
-/// kRotations[r][i]: which corner stands at position i after rotation r. Ordered by the corner at
-/// position 0 (as bits), then by the axes that edges 0-1, 0-3 and 0-4 run along.
+/// kRotations[r][i]: which corner stands at position i after rotation r: the orientations that do
+/// not mirror, ordered by the corner at position 0 (as bits), then by the axes that edges 0-1, 0-3
+/// and 0-4 run along.
 inline constexpr auto kRotations = [] {
   std::array<std::array<std::uint8_t, 8>, kRotationCount> table{};
   std::uint32_t count = 0;
   for (std::uint32_t origin = 0; origin < 8; ++origin)
-    for (std::uint32_t a = 0; a < 3; ++a)
-      for (std::uint32_t b = 0; b < 3; ++b) {
-        if (a == b) continue;
-        const std::uint32_t c = 3 - a - b;
-        const bool odd_axes = (b + 3 - a) % 3 == 2;  // (a b c) is an odd permutation
-        const bool odd_flips = std::popcount(origin) % 2 == 1;
-        if (odd_axes != odd_flips) continue;  // a reflection
-        for (std::uint32_t i = 0; i < 8; ++i) {
-          const std::uint32_t bits = kCornerBits[i];
-          const std::uint32_t moved =
-              origin ^ (bits & 1) << a ^ (bits >> 1 & 1) << b ^ (bits >> 2) << c;
-          table[count][i] = kCornerBits[moved];
-        }
+    for (std::uint32_t x : {1u, 2u, 4u})
+      for (std::uint32_t y : {1u, 2u, 4u}) {
+        const std::uint8_t orientation = orientation_of(origin, x, y);
+        if (orientation == kOrientationCount || is_mirrored(orientation)) continue;
+        for (std::uint32_t i = 0; i < 8; ++i)
+          table[count][i] = kCornerBits[kOrientedBits[orientation][kCornerBits[i]]];
         ++count;
       }
   return table;

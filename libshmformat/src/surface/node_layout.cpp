@@ -20,8 +20,9 @@ struct Solid {
   bool is_flat = false;         ///< a cell of a surface: its one face is itself
 };
 
-constexpr std::array<Face, 6> kHexahedronFaces = {
-    {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4}, {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}}};
+constexpr std::array<Face, 6> kHexahedronFaces = {kFaceCorners[1], kFaceCorners[3],
+                                                  kFaceCorners[2], kFaceCorners[4],
+                                                  kFaceCorners[0], kFaceCorners[5]};
 constexpr std::array<Edge, 9> kWedgeEdges = {
     {{0, 1}, {1, 2}, {2, 0}, {3, 4}, {4, 5}, {5, 3}, {0, 3}, {1, 4}, {2, 5}}};
 constexpr std::array<Face, 5> kWedgeFaces = {
