@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <bit>
 
-#include "surface/hexahedron.h"
-
 namespace shm {
 namespace {
 
@@ -21,6 +19,11 @@ Above above(const ActiveSurface& surface, FaceEdge at, std::uint32_t a) {
   const std::uint32_t two = (i + 2) % 4, three = (i + 3) % 4, one = (i + 1) % 4;
   if (quad[i] == a) return {quad[three], quad[two], face + three, face + one, face + two};
   return {quad[two], quad[three], face + one, face + three, face + two};
+}
+
+/// Cells of eight corners are hexahedra: their faces are on the active surface.
+bool is_of_other_cell(const OpenFaces& open, const OpenFaces::Face& face) {
+  return open.owner(face).size < 8;
 }
 
 }  // namespace
@@ -50,12 +53,12 @@ bool RowHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopology
   for (std::uint32_t b = 0; b < 8; ++b)
     if ((work_.known >> b & 1) == 0 && !code_corner(symbols, cell, b)) return false;
 
-  find_unspoken();
+  find_other_shared();
   if (kind != kStart && !code_orientation(corner_order, symbols, order_matters, orientation))
     return false;
 
   // Out, in the frame. The encoder's caller counts on corners where it had them, whatever a
-  // reader is told.
+  // reader gets.
   std::array<std::uint8_t, 8> last_use{};
   if constexpr (!Coder::kDecodes) std::copy_n(cell.last_use.begin(), 8, last_use.begin());
   const auto& stored = kOrientedBits[Coder::kDecodes ? orientation : gate.orientation];
@@ -68,7 +71,7 @@ bool RowHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopology
       cell.last_use[i] = last_use[cell.stored_corner[i]];
     }
   }
-  glue(cell);
+  attach(cell);
   Record& record = records_[cell.cell_slot];
   record.orientation = orientation;
   record.guessed = kind == kCandidate;
@@ -78,7 +81,7 @@ bool RowHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopology
 
 // --- faces
 
-/// Says whether the face, whose vertices above corners a and b are given, is shared.
+/// Codes whether the face, whose vertices above corners a and b are given, is shared.
 template <class Coder>
 bool RowHexahedra<Coder>::share(Coder& symbols, Bit& model, std::uint32_t side, std::uint32_t face,
                                 std::uint32_t a, std::uint32_t b, std::uint32_t above_a,
@@ -106,22 +109,22 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
   for (std::uint32_t i : order) {
     const FaceEdge mate = face.mate[i];
     const std::uint32_t side = kAdjacentFace[k][i];
-    if (mate == kNone || taken(mate / 4)) continue;
+    if (mate == kNone || is_shared(mate / 4)) continue;
     const std::uint32_t a = kFaceBits[k][i], b = kFaceBits[k][(i + 1) % 4];  // above the gate
     Above& it = sides[i];
     it = above(*surface_, mate, face.quad[i]);
     if ((work_.known >> a & 1) != 0 && work_.corner[a] != it.a) continue;
     if ((work_.known >> b & 1) != 0 && work_.corner[b] != it.b) continue;
-    // What the neighbouring sides tell.
+    // What the neighbouring sides let expect.
     std::uint32_t for_it = 0, against = 0;
-    const auto ask = [&](std::uint32_t other, FaceEdge edge) {
+    const auto count_evidence = [&](std::uint32_t other, FaceEdge edge) {
       if ((yes >> other & 1) == 0) return;
       const FaceEdge across = edge == kNone ? kNone : surface_->mate(edge);
       ++(across != kNone && across / 4 == mate / 4 ? for_it : against);
     };
     const std::uint32_t before = (i + 3) % 4, after = (i + 1) % 4;
-    ask(before, sides[before].beside_b);
-    ask(after, sides[after].beside_a);
+    count_evidence(before, sides[before].beside_b);
+    count_evidence(after, sides[after].beside_a);
     constexpr std::array<std::array<std::uint8_t, 3>, 3> kEvidence = {
         {{0, 3, 5}, {1, 4, 4}, {2, 2, 2}}};
     const std::uint32_t evidence = kEvidence[for_it][against];
@@ -139,7 +142,7 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
   for (std::uint32_t i = 0; i < 4; ++i) {
     if ((yes >> i & 1) == 0) continue;
     const FaceEdge mate = surface_->mate(sides[i].top);
-    if (mate == kNone || taken(mate / 4)) continue;
+    if (mate == kNone || is_shared(mate / 4)) continue;
     // Edge i of the far face runs over corners a and b; c and d lie across it.
     const std::uint32_t a = kFaceBits[k][i];
     const std::uint32_t c = kFaceBits[k][(i + 3) % 4], d = kFaceBits[k][(i + 2) % 4];
@@ -163,8 +166,9 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
 
 // --- corners
 
-/// How many known neighbours of the corner have an edge on the surface that leads its way out of
-/// the hexahedron: times two, plus one when a face leads from one to another around the corner.
+/// How many known neighbours of the corner have an edge on the surface in its direction that leads
+/// out of the hexahedron: times two, plus one when a face leads from one to another around the
+/// corner.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::count_leads(std::uint32_t corner) const {
   Corners known{};  // with nothing where unknown
@@ -186,13 +190,13 @@ std::uint32_t RowHexahedra<Coder>::count_leads(std::uint32_t corner) const {
     for (FaceCorner at = surface_->vertex(p).first_face; at != kNone;
          at = surface_->next_around(at)) {
       const auto& face = surface_->face(at / 4);
-      const auto& ways = kEdgesTowards[face.side][at % 4];
+      const auto& towards = kEdgesTowards[face.side][at % 4];
       const Quad& quad = face.quad;
-      if (!leads_out && ((ways[0] == direction && !inside(quad[(at + 1) % 4])) ||
-                         (ways[1] == direction && !inside(quad[(at + 3) % 4]))))
+      if (!leads_out && ((towards[0] == direction && !inside(quad[(at + 1) % 4])) ||
+                         (towards[1] == direction && !inside(quad[(at + 3) % 4]))))
         leads_out = true;
       const std::uint32_t across = quad[(at + 2) % 4];
-      if ((across == q || across == r) && !taken(at / 4)) around = 1;
+      if ((across == q || across == r) && !is_shared(at / 4)) around = 1;
     }
     leads += leads_out ? 2 : 0;
   }
@@ -224,7 +228,7 @@ void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
     for (FaceCorner at = surface_->vertex(vertex).first_face; at != kNone;
          at = surface_->next_around(at)) {
       const auto& face = surface_->face(at / 4);
-      if (taken(at / 4)) continue;  // only corners of this hexahedron
+      if (is_shared(at / 4)) continue;  // only corners of this hexahedron
       const std::uint32_t i = at % 4;
       for (std::uint32_t step : {1u, 3u}) {
         const std::uint32_t j = (i + step) % 4;
@@ -274,12 +278,12 @@ bool RowHexahedra<Coder>::code_corner(Coder& symbols, CellTopology& cell, std::u
   }
 
   work_.known = known;
-  const Beside beside = open_ == nullptr ? Beside() : find_beside(corner);
-  if (beside.slot != kNone) {
-    if constexpr (Coder::kMixes) about_beside(symbols, corner, beside);
-    if (symbols.bit(beside_[std::min(beside.score, 7u)][std::min(beside.others, 2u)],
-                    beside.slot == work_.target[corner])) {
-      work_.corner[corner] = beside.slot;
+  const ClosingVertex closing = open_ == nullptr ? ClosingVertex() : find_closing_vertex(corner);
+  if (closing.slot != kNone) {
+    if constexpr (Coder::kMixes) about_closing_vertex(symbols, corner, closing);
+    if (symbols.bit(closes_[std::min(closing.score, 7u)][std::min(closing.others, 2u)],
+                    closing.slot == work_.target[corner])) {
+      work_.corner[corner] = closing.slot;
       work_.known |= bit(corner);
       return true;
     }
@@ -333,6 +337,52 @@ bool RowHexahedra<Coder>::code_reference(Coder& symbols, std::uint32_t& slot) {
   return slot != kNone;
 }
 
+// --- beside cells of other shapes: their open quadrilaterals
+
+/// For an edge from a known corner next to this one to one across a side: a quadrilateral that has
+/// them side by side, and what else of the side is known.
+template <class Coder>
+auto RowHexahedra<Coder>::find_closing_vertex(std::uint32_t corner) -> ClosingVertex {
+  joins_.clear();
+  const auto known = [&](std::uint32_t b) { return (work_.known >> b & 1) != 0; };
+  const auto add = [&](std::uint32_t slot, std::uint32_t score) {
+    for (std::uint32_t b = 0; b < 8; ++b)
+      if (known(b) && work_.corner[b] == slot) return;
+    for (Join& it : joins_)
+      if (it.slot == slot) {
+        it.score += score;
+        return;
+      }
+    joins_.push_back({slot, score, 0});
+  };
+  for (std::uint32_t axis : {1u, 2u, 4u})
+    for (std::uint32_t other : {1u, 2u, 4u}) {
+      if (other == axis || !known(corner ^ axis) || !known(corner ^ axis ^ other)) continue;
+      const std::uint32_t p = work_.corner[corner ^ axis], r = work_.corner[corner ^ axis ^ other];
+      const std::uint32_t q = known(corner ^ other) ? work_.corner[corner ^ other] : kNone;
+      open_->around(p, [&](const OpenFaces::Face& face, std::uint32_t at) {
+        if (face.size != 4 || !is_of_other_cell(*open_, face)) return;
+        if (q != kNone && face.node[(at + 2) % 4] != q) return;
+        for (std::uint32_t step : {1u, 3u})
+          if (face.node[(at + step) % 4] == r)
+            add(face.node[(at + 4 - step) % 4], q == kNone ? 2 : 3);
+      });
+    }
+  ClosingVertex best;
+  for (const Join& it : joins_)
+    if (it.score > best.score) best = {it.slot, it.score, 0};
+  best.others = joins_.empty() ? 0 : static_cast<std::uint32_t>(joins_.size() - 1);
+  return best;
+}
+
+/// How many open faces that are no hexahedra's a vertex has, at most 3.
+template <class Coder>
+std::uint32_t RowHexahedra<Coder>::open_faces_of_others(std::uint32_t slot) const {
+  if (open_ == nullptr) return 0;
+  const std::uint32_t bare = open_->vertex(slot).bare, own = surface_->vertex(slot).face_count;
+  return bare > own ? std::min(bare - own, 3u) : 0;
+}
+
 // --- last use
 
 template <class Coder>
@@ -357,7 +407,7 @@ void RowHexahedra<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
       wanted += std::find(quad.begin(), quad.end(), slot) != quad.end() ? 1 : 0;
     }
     auto& model =
-        final_[open_beside(cell.slots[i])][std::min(vertex.face_count, 7u)]
+        final_[open_faces_of_others(cell.slots[i])][std::min(vertex.face_count, 7u)]
               [std::min(vertex.uses, 8u)][(owner_finals >> b & 1) * 2 + (last_finals_ >> b & 1)]
               [std::min(wanted, 2u)];
     if constexpr (Coder::kMixes) about_last_use(symbols, record, b, cell.slots[i], wanted);

@@ -1,14 +1,15 @@
 // Row hexahedra: each hexahedron is predicted from the row beside it.
 // in:    hexahedra in coding order            out: symbols for "connectivity" and "corner order"
-// keeps: the active surface, a record for each hexahedron on it, the models; alike both ways
+// keeps: the active surface, a record for each hexahedron on it, the models; the same in encoder
+//        and decoder
 //
 // Every hexahedron has a frame: three axes, carried from one to the next across the face that
 // they share, so that "the same side" means something along rows and layers and no rotation is
-// said. A hexahedron is said in this order:
-//   gate       an active face that it is glued to. Guess: where the one before was glued to A,
-//              this one is glued to the one that came after A, at the same side.
-//   sides      which of the four faces around the gate are shared: the fan of hexahedra around
-//              the edge tells most of it
+// encoded. A hexahedron is encoded in this order:
+//   gate       an active face that it is attached to. Guess: where the one before was attached to
+//              A, this one is attached to the one that came after A, at the same side.
+//   sides      which of the four faces around the gate are shared: as a rule this follows from the
+//              fan of hexahedra around the edge
 //   far face   the face across from the gate
 //   corners    those that are still unknown: new, a live vertex nearby, or any live vertex
 //   last use   which corners no later cell uses
@@ -53,14 +54,14 @@ class RowHexahedra {
     kFromLast = 16,
     kReferenceStep = 17,
     kReferenceAge = 18,
-    kTurn = 19,
+    kOrientation = 19,
     kStoredFace = 20,
     kStoredCorner = 21,
     kTurned = 22,
     kMirrored = 23,
     kFinal = 24,
-    kBeside = 25,
-    kFinalBeside = 26,
+    kCloses = 25,
+    kFinalOfMixed = 26,
     kQuestions = 27
   };
 
@@ -69,7 +70,7 @@ class RowHexahedra {
       : surface_(&surface), open_(open) {}
 
   /// Codes corners, corner order (if `order_matters`; else only handedness) of one hexahedron,
-  /// and glues it to the surface.
+  /// and attaches it to the surface.
   bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters);
   /// After everything else of the cell. Finalizing is left to the caller.
   void code_last_use(Coder& symbols, CellTopology& cell);
@@ -123,21 +124,21 @@ class RowHexahedra {
     std::uint32_t gate_side = 0;  // H's own face at the gate
     Kind kind = kStart;
   };
-  struct Birth {
+  struct Coded {
     std::uint64_t sequence = 0;
     std::uint32_t cell = 0;
   };
   struct Join {
     std::uint32_t slot = 0, score = 0, met = 0;
   };
-  /// The vertex that closes a quadrilateral of another cell with known corners.
-  struct Beside {
+  /// The vertex that closes a quadrilateral of a cell of another shape with known corners.
+  struct ClosingVertex {
     std::uint32_t slot = kNone;
     std::uint32_t score = 0;   ///< two for each edge that it closes so, more for three corners
     std::uint32_t others = 0;  ///< other vertices that would, too
   };
 
-  // gate (row_gate.cpp)
+  // gate (row_hexahedra_surface.cpp)
   bool code_gate(Coder& symbols, const CellTopology& cell, Fit& gate, Kind& kind);
   bool code_candidate(Coder& symbols, const CellTopology& cell, Fit& gate);
   Kind choose_elsewhere(const CellTopology& cell, Fit& gate, std::uint32_t& index);
@@ -154,9 +155,9 @@ class RowHexahedra {
   Fit fit(const CellTopology& cell, std::uint32_t face) const;
   void find_shared(const CellTopology& cell, std::vector<Fit>& out) const;
 
-  // faces and corners (row_hexahedra.cpp)
+  // faces and corners
   void take_gate(std::uint32_t face);
-  bool taken(std::uint32_t face) const;
+  bool is_shared(std::uint32_t face) const;
   void code_sides(Coder& symbols, std::uint32_t gate);
   bool share(Coder& symbols, Bit& model, std::uint32_t side, std::uint32_t face, std::uint32_t a,
              std::uint32_t b, std::uint32_t above_a, std::uint32_t above_b);
@@ -164,11 +165,11 @@ class RowHexahedra {
   bool code_reference(Coder& symbols, std::uint32_t& slot);
   std::uint32_t count_leads(std::uint32_t corner) const;
   void list_joins(std::uint32_t corner);
-  // cells of other shapes (row_beside.cpp)
-  Beside find_beside(std::uint32_t corner);
-  std::uint32_t open_beside(std::uint32_t slot) const;
+  // beside cells of other shapes
+  ClosingVertex find_closing_vertex(std::uint32_t corner);
+  std::uint32_t open_faces_of_others(std::uint32_t slot) const;
 
-  // what a coder that mixes predictions is told about the next decision (row_clues.cpp)
+  // contexts of the next decision, for a coder that mixes predictions (row_hexahedra_contexts.cpp)
   void about_candidates(Coder& symbols) const;
   void about_candidate(Coder& symbols, std::uint32_t index) const;
   void about_kind(Coder& symbols) const;
@@ -182,7 +183,7 @@ class RowHexahedra {
   void about_fresh(Coder& symbols, std::uint32_t corner, std::uint32_t leads,
                    std::uint32_t neighbours) const;
   void about_join(Coder& symbols, std::uint32_t rank) const;
-  void about_beside(Coder& symbols, std::uint32_t corner, const Beside& it) const;
+  void about_closing_vertex(Coder& symbols, std::uint32_t corner, const ClosingVertex& it) const;
   void about_reference(Coder& symbols, Question question) const;
   void about_orientation(Coder& corner_order, std::uint32_t index, std::uint8_t orientation,
                          std::uint32_t votes, std::uint32_t voters) const;
@@ -200,19 +201,19 @@ class RowHexahedra {
   std::uint32_t gate_age() const;
   const Record& last() const;
 
-  // once all corners are known (row_glue.cpp)
-  void find_unspoken();
-  std::uint8_t expected_orientation(std::uint32_t side) const;
+  // once all corners are known (row_hexahedra_surface.cpp)
+  void find_other_shared();
+  std::uint8_t orientation_across(std::uint32_t side) const;
   bool code_orientation(Coder& corner_order, Coder& symbols, bool order_matters,
                         std::uint8_t& orientation);
-  bool code_turn(Coder& corner_order, std::uint8_t& orientation);
-  void glue(CellTopology& cell);
+  bool code_orientation_at_gate(Coder& corner_order, std::uint8_t& orientation);
+  void attach(CellTopology& cell);
   void link_edges(const std::array<std::uint32_t, 6>& face);
 
   ActiveSurface* surface_;
   const OpenFaces* open_;
   std::vector<Record> records_;  // by cell slot
-  std::vector<Birth> births_;    // in coding order; stale ones are swept now and then
+  std::vector<Coded> coded_;     // in coding order; those without a record go now and then
   Work work_;
   Record owner_;  // a copy: the hexahedron behind the gate
 
@@ -256,7 +257,7 @@ class RowHexahedra {
   std::array<Tree<3>, 8> repeated_which_;
   std::array<std::array<std::array<std::array<Bit, 2>, 4>, 8>, 2> fresh_;
   std::array<std::array<Bit, 8>, 8> join_;
-  std::array<std::array<Bit, 3>, 8> beside_;
+  std::array<std::array<Bit, 3>, 8> closes_;
   Bit from_last_;
   SignedModel<Number> reference_step_;
   Number reference_age_;

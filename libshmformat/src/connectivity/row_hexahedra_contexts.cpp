@@ -1,17 +1,16 @@
-// What a mixing coder is told about each decision of RowHexahedra, beside the context of its model:
-// clues, each a few numbers that say more than the model's context has room for.
-// Whatever is measured here is the same on both sides when it is asked.
+// What a mixing coder knows about each decision of RowHexahedra beside the context of its model:
+// further contexts, each a hash of a few numbers for which the model's own context has no room.
+// Whatever is measured here is the same in encoder and decoder at the time of the decision.
 #include <algorithm>
 #include <bit>
 
 #include "connectivity/row_hexahedra.h"
-#include "surface/hexahedron.h"
 
 namespace shm {
 
-// --- what clues are made of
+// --- what contexts are made of
 
-/// The hexahedron coded last; before glue().
+/// The hexahedron coded last; before attach().
 template <class Coder>
 auto RowHexahedra<Coder>::last() const -> const Record& {
   static constexpr Record kNobody{};
@@ -64,8 +63,8 @@ std::uint32_t RowHexahedra<Coder>::uses(std::uint32_t face) const {
 /// How long ago a face's hexahedron was coded: bit length of that many hexahedra.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::age(std::uint32_t face) const {
-  const std::uint64_t born = records_[surface_->face(face).cell].sequence;
-  return static_cast<std::uint32_t>(std::bit_width(sequence_ - born));
+  const std::uint64_t coded = records_[surface_->face(face).cell].sequence;
+  return static_cast<std::uint32_t>(std::bit_width(sequence_ - coded));
 }
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::gate_age() const {
@@ -171,10 +170,10 @@ void RowHexahedra<Coder>::about_join(Coder& symbols, std::uint32_t rank) const {
 }
 
 template <class Coder>
-void RowHexahedra<Coder>::about_beside(Coder& symbols, std::uint32_t corner,
-                                       const Beside& it) const {
+void RowHexahedra<Coder>::about_closing_vertex(Coder& symbols, std::uint32_t corner,
+                                               const ClosingVertex& it) const {
   const auto& vertex = surface_->vertex(it.slot);
-  symbols.about(kBeside, clue(it.score, it.others, std::popcount(work_.known)),
+  symbols.about(kCloses, clue(it.score, it.others, std::popcount(work_.known)),
                 clue(it.score, vertex.face_count, vertex.uses, shared_sides()),
                 clue(corner, it.score, work_.fresh, last().fresh));
 }
@@ -190,7 +189,7 @@ template <class Coder>
 void RowHexahedra<Coder>::about_orientation(Coder& corner_order, std::uint32_t index,
                                             std::uint8_t orientation, std::uint32_t votes,
                                             std::uint32_t voters) const {
-  corner_order.about(kTurn, clue(index, orientation, last().orientation),
+  corner_order.about(kOrientation, clue(index, orientation, last().orientation),
                      clue(index, votes, voters, orientation == owner_.orientation, gate_age()),
                      clue(index, votes, shared_sides(), work_.gate_side),
                      clue(index, orientation, owner_.orientation),
@@ -221,9 +220,9 @@ void RowHexahedra<Coder>::about_last_use(Coder& symbols, const Record& record, s
   }
   if (open_ != nullptr) {
     const OpenFaces::Vertex open_there = open_->vertex(slot);
-    symbols.about(kFinalBeside, clue(open_there.bare, open_there.edges, vertex.face_count),
+    symbols.about(kFinalOfMixed, clue(open_there.bare, open_there.edges, vertex.face_count),
                   clue(vertex.face_count, vertex.uses, open_there.bare, wanted),
-                  clue(open_beside(slot), corner, last_finals_, record.finals, wanted));
+                  clue(open_faces_of_others(slot), corner, last_finals_, record.finals, wanted));
     return;
   }
   symbols.about(
