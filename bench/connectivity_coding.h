@@ -69,7 +69,7 @@ inline Streams encode(std::span<const std::uint32_t> corners,
     }
     if (!connectivity.code_cell(symbols, corner_order, cell))
       throw std::runtime_error("cannot be coded");
-    if (!connectivity.says_numbers())
+    if (!connectivity.codes_numbers())
       vertex_numbers.code_cell(numbers, cell,
                                [&](std::uint32_t p) -> std::uint64_t& { return cell.numbers[p]; });
     for (std::uint32_t p : cell.new_positions) slot[cell.numbers[p]] = cell.slots[p];
@@ -94,7 +94,7 @@ inline std::vector<std::uint32_t> decode(const Streams& streams, std::size_t hex
     if (!connectivity.code_cell(symbols, corner_order, cell))
       throw std::runtime_error("cannot be decoded");
     number.resize(connectivity.surface().vertex_slots());
-    if (connectivity.says_numbers())
+    if (connectivity.codes_numbers())
       for (std::uint32_t p : cell.new_positions) number[cell.slots[p]] = cell.original[p];
     else
       vertex_numbers.code_cell(

@@ -1,5 +1,5 @@
 // Nodes of second-order cells: where they stand, what they cost, and that all of them come back.
-#include "connectivity/inner_nodes.h"
+#include "connectivity/mid_nodes.h"
 
 #include <gtest/gtest.h>
 
@@ -9,13 +9,13 @@
 #include <random>
 #include <vector>
 
-#include "connectivity/inner_numbers.h"
+#include "connectivity/mid_node_numbers.h"
 #include "support/second_order_mesh.h"
 
 namespace shm {
 namespace {
 
-using Kind = InnerNode::Kind;
+using Kind = MidNode::Kind;
 
 /// VTK's parametric coordinates of the 27 nodes of a triquadratic hexahedron, in halves.
 constexpr std::array<std::array<int, 3>, 27> kTriquadratic = {
@@ -28,7 +28,7 @@ TEST(NodeLayout, OfHexahedraIsVtks) {
   const NodeLayout* layout = node_layout(CellShape::hexahedron, 27);
   ASSERT_NE(layout, nullptr);
   for (std::size_t p = 8; p < 27; ++p) {
-    const InnerNode* node = layout->at(p);
+    const MidNode* node = layout->at(p);
     ASSERT_NE(node, nullptr) << p;
     const auto mean = [&](const auto& positions, std::size_t count, int axis) {
       int sum = 0;
@@ -90,7 +90,7 @@ TEST(NodeLayout, OfAllShapes) {
     ASSERT_NE(layout, nullptr);
     std::array<int, 3> kinds{};
     for (std::size_t p = 0; p < it.nodes; ++p)
-      if (const InnerNode* node = layout->at(p)) {
+      if (const MidNode* node = layout->at(p)) {
         ++kinds[node->kind];
         if (node->has_sides) {
           // Both ends are corners of both sides.
@@ -165,7 +165,7 @@ TEST(MiddleTable, OtherVerticesInTheSameSlotsAreOthers) {
 constexpr std::array kCodecs = {ConnectivityCodec::rows, ConnectivityCodec::replay,
                                 ConnectivityCodec::mixed, ConnectivityCodec::paper};
 
-TEST(InnerNodes, OfAllShapesComeBack) {
+TEST(MidNodes, OfAllShapesComeBack) {
   for (Order order : {Order::keep, Order::stream})
     for (std::uint64_t cells : {0u, 7u})
       for (ConnectivityCodec codec : kCodecs) {
@@ -182,7 +182,7 @@ TEST(InnerNodes, OfAllShapesComeBack) {
 // What a corner tells costs nothing: what is left is what the corners take.
 // Corners of hexahedra of eight nodes may come back turned, those of their second-order neighbours
 // not: both sides must think the same of the corners of a face between them.
-TEST(InnerNodes, BesideHexahedraThatMayTurn) {
+TEST(MidNodes, BesideHexahedraThatMayTurn) {
   for (const auto codec : {ConnectivityCodec::paper, ConnectivityCodec::rows,
                            ConnectivityCodec::mixed, ConnectivityCodec::replay})
     for (const std::uint32_t every : {2u, 3u, 5u}) {
@@ -208,7 +208,7 @@ TEST(InnerNodes, BesideHexahedraThatMayTurn) {
     }
 }
 
-TEST(InnerNodes, CostNothingOnAGrid) {
+TEST(MidNodes, CostNothingOnAGrid) {
   for (std::uint32_t nodes : {20u, 27u})
     for (ConnectivityCodec codec : kCodecs) {
       WriteOptions options;
@@ -220,13 +220,13 @@ TEST(InnerNodes, CostNothingOnAGrid) {
     }
 }
 
-TEST(InnerNumbers, RulesThatFitAreFound) {
+TEST(MidNodeNumbers, RulesThatFitAreFound) {
   // Two edges of a quad: the second one is numbered by 100 more than the first.
   CellTopology cell;
   cell.layout = node_layout(CellShape::quad, 8);
   std::vector<std::uint64_t> numbers(8);
   for (std::uint32_t i = 0; i < 8; ++i) cell.slots.push_back(i);
-  InnerNumbers rules;
+  MidNodeNumbers rules;
   for (std::uint64_t c = 0; c < 20; ++c) {
     numbers = {c, 40 + 7 * c, 900, 9 * c * c, 1000 + 13 * c * c, 0, 0, 0};
     const auto guess = rules.expect(cell, *cell.layout->at(6), 6, 0x1f, numbers, 0);

@@ -34,12 +34,12 @@ class SecondOrderMesh {
     const NodeLayout* layout = node_layout(info.shape, info.nodes_per_cell);
     std::vector<Point> at = corners;
     for (std::size_t p = corners.size(); p < info.nodes_per_cell; ++p) {
-      const InnerNode* node = layout == nullptr ? nullptr : layout->at(p);
+      const MidNode* node = layout == nullptr ? nullptr : layout->at(p);
       if (node == nullptr)
         at.push_back({static_cast<std::int64_t>(p), 1, unshared_++});
-      else if (node->kind == InnerNode::body)
+      else if (node->kind == MidNode::body)
         at.push_back(mean(corners));
-      else if (node->kind == InnerNode::edge)
+      else if (node->kind == MidNode::edge)
         at.push_back(mean({corners[node->corner[0]], corners[node->corner[1]]}));
       else
         at.push_back(mean({corners[node->corner[0]], corners[node->corner[1]],

@@ -385,7 +385,7 @@ TEST(Neighbourhood, OfInnerNodes) {
       if (across) {
         EXPECT_EQ(it.at[0], it.element - 1);
       }
-      const InnerNode* node = node_layout(CellShape::hexahedron, 27)->at(position);
+      const MidNode* node = node_layout(CellShape::hexahedron, 27)->at(position);
       for (std::uint32_t i = 0; i < 4; ++i) {
         EXPECT_EQ(it.at[kAtDiagonal + i], stored(node->middle[i]));
         EXPECT_EQ(it.at[kAtBeyond + i], stored(node->corner[i]));

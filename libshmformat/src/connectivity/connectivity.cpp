@@ -5,10 +5,9 @@
 #include <utility>
 
 namespace shm {
-namespace {}  // namespace
 
 template <class Coder>
-Connectivity<Coder>::Connectivity(const Schema& schema) : schema_(&schema), inner_nodes_(surface_) {
+Connectivity<Coder>::Connectivity(const Schema& schema) : schema_(&schema) {
   for (const BlockInfo& block : schema.blocks)
     if (!is_hexahedral(block) && !others_) others_ = std::make_unique<CellCorners<Coder>>(surface_);
   set_codec(ConnectivityCodec::rows);
@@ -20,20 +19,29 @@ void Connectivity<Coder>::set_codec(ConnectivityCodec codec) {
   switch (codec) {
     case ConnectivityCodec::paper:
       hexahedra_ = std::make_unique<PaperHexahedra<Coder>>(surface_);
-      return;
+      break;
     case ConnectivityCodec::automatic:
     case ConnectivityCodec::shifts:  // which need no surface
     case ConnectivityCodec::rows:
       hexahedra_ = std::make_unique<RowHexahedra<Coder>>(surface_, open);
-      return;
+      break;
     case ConnectivityCodec::mixed:
       hexahedra_ = std::make_unique<MixedRows<Coder>>(surface_, open);
-      return;
+      break;
     case ConnectivityCodec::replay:
       hexahedra_ =
           std::make_unique<ReplayHexahedra<Coder>>(surface_, schema_->order == Order::keep);
-      return;
+      break;
   }
+  finds_by_number_ =
+      with_hexahedra([]<class Hexahedra>(Hexahedra&) { return FindsByNumber<Hexahedra>; });
+}
+
+template <class Coder>
+void Connectivity<Coder>::set_number(std::uint32_t slot, std::uint64_t number) {
+  with_hexahedra([&]<class Hexahedra>(Hexahedra& hexahedra) {
+    if constexpr (FindsByNumber<Hexahedra>) hexahedra.set_number(slot, number);
+  });
 }
 
 template <class Coder>
@@ -46,41 +54,45 @@ bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, CellTop
   cell.cell_slot = kNone;
   const bool plain = cell.hexahedral && block.nodes_per_cell == 8;
   cell.layout = plain ? nullptr : node_layout(block.shape, block.nodes_per_cell);
+  if (cell.layout != nullptr && !mid_nodes_) mid_nodes_.emplace(surface_);
   for (std::uint8_t i = 0; i < 8; ++i) cell.stored_corner[i] = i;
   if constexpr (!Coder::kDecodes) sort_numbers(cell);
   if (cell.hexahedral && !code_hexahedron(symbols, corner_order, cell)) return false;
   if constexpr (!Coder::kDecodes)
-    for (const std::uint32_t born : cell.new_positions) tell_farther_repeats(cell, born);
+    for (const std::uint32_t position : cell.new_positions) fill_farther_repeats(cell, position);
   const std::uint32_t corners = cell.hexahedral ? 8
                                 : block.shape == CellShape::hexahedron
                                     ? 0
                                     : corner_count(block.shape, cell.slots.size());
   if (!cell.hexahedral && corners > 0 &&
-      !others_->code(symbols, cell, block.shape, [&](std::uint32_t i) { give_birth(cell, i); }))
+      !others_->code(symbols, cell, block.shape, [&](std::uint32_t i) { add_vertex(cell, i); }))
     return false;
   // Of corners alone nobody reads the ids.
   if (cell.slots.size() > corners && !code_nodes(symbols, cell, corners)) return false;
-  // Replay counts for itself, and has said which corners are used last.
-  const bool told = cell.hexahedral && std::holds_alternative<Replay>(hexahedra_);
-  for (std::size_t i = told ? 8 : 0; i < cell.slots.size(); ++i) surface_.count_use(cell.slots[i]);
+  // A coder that finds vertices by number needs no uses, and has coded the last ones.
+  const std::size_t done = cell.hexahedral && finds_by_number_ ? 8 : 0;
+  for (std::size_t i = done; i < cell.slots.size(); ++i) surface_.count_use(cell.slots[i]);
   if (others_) {
     others_->take_note(cell, corners > 0 ? block.shape : CellShape::other, order_matters(block));
     cell.shape = block.shape;
     cell.corners = corners;
     cell.behind = others_->faces().behind();
   }
-  if (!told || cell.slots.size() > 8) code_last_use(symbols, cell);
+  if (cell.slots.size() > done) code_last_use(symbols, cell);
   return true;
 }
 
 template <class Coder>
 void Connectivity<Coder>::finish_cell(const CellTopology& cell) {
-  auto* replay = std::get_if<Replay>(&hexahedra_);
   const auto finalize = [&](std::size_t i) {
-    if (replay != nullptr) (*replay)->forget(cell.slots[i]);
-    if (others_) others_->forget(cell.slots[i]);
-    inner_nodes_.forget(cell.slots[i]);
-    surface_.finalize(cell.slots[i]);
+    const std::uint32_t slot = cell.slots[i];
+    if (finds_by_number_)
+      with_hexahedra([&]<class Hexahedra>(Hexahedra& hexahedra) {
+        if constexpr (FindsByNumber<Hexahedra>) hexahedra.forget(slot);
+      });
+    if (others_) others_->forget(slot);
+    if (mid_nodes_) mid_nodes_->forget(slot);
+    surface_.finalize(slot);
   };
   std::size_t i = 0;
   for (; i + 8 <= cell.slots.size(); i += 8) {  // as a rule one of eight
@@ -91,14 +103,14 @@ void Connectivity<Coder>::finish_cell(const CellTopology& cell) {
   }
   for (; i < cell.slots.size(); ++i)
     if (cell.last_use[i] != 0) finalize(i);
-  if (cell.hexahedral && replay == nullptr) surface_.end_cell();
+  if (cell.hexahedral && !finds_by_number_) surface_.end_cell();
 }
 
 template <class Coder>
 bool Connectivity<Coder>::code_hexahedron(Coder& symbols, Coder& corner_order, CellTopology& cell) {
-  const bool said = order_matters(schema_->blocks[cell.block]);
-  return std::visit([&](auto& coder) { return coder->code(symbols, corner_order, cell, said); },
-                    hexahedra_);
+  const bool in_order = order_matters(schema_->blocks[cell.block]);
+  return with_hexahedra(
+      [&](auto& hexahedra) { return hexahedra.code(symbols, corner_order, cell, in_order); });
 }
 
 template <class Coder>
@@ -135,19 +147,19 @@ bool Connectivity<Coder>::code_nodes(Coder& symbols, CellTopology& cell, std::ui
   const std::size_t count = cell.slots.size();
   for (std::uint32_t i = 0; i < count; ++i) {
     if (i >= first) {
-      const InnerNode* inner = cell.layout == nullptr ? nullptr : cell.layout->at(i);
-      if (inner != nullptr) {
+      const MidNode* node = cell.layout == nullptr ? nullptr : cell.layout->at(i);
+      if (node != nullptr) {
         if (i == cell.layout->corners) begin_layout(cell);
         if constexpr (!Coder::kDecodes)
           if (const std::uint32_t same = earlier_position(cell, i); same != kNone)
             cell.slots[i] = cell.slots[same];
       }
-      if (inner == nullptr || !inner_nodes_.code(symbols, cell, *inner, i)) {
+      if (node == nullptr || !mid_nodes_->code(symbols, cell, *node, i)) {
         if (!code_node(symbols, cell, i, shift)) return false;
       } else if (cell.slots[i] == kNone) {
-        give_birth(cell, i);
+        add_vertex(cell, i);
       }
-      if (inner != nullptr) inner_nodes_.note(cell, *inner, i);
+      if (node != nullptr) mid_nodes_->note(cell, *node, i);
     }
     const std::uint64_t id = surface_.vertex(cell.slots[i]).id;
     if (first == 0 || i >= first) {
@@ -170,7 +182,7 @@ std::uint32_t Connectivity<Coder>::earlier_position(const CellTopology& cell, st
   return kNone;
 }
 
-/// Encoding: in cells of so many nodes that repeats are not said, which positions have a number.
+/// Encoding: in cells of so many nodes that repeats are not coded, which positions have a number.
 template <class Coder>
 void Connectivity<Coder>::sort_numbers(const CellTopology& cell) {
   positions_.clear();
@@ -181,7 +193,7 @@ void Connectivity<Coder>::sort_numbers(const CellTopology& cell) {
 
 /// Encoding: a vertex that was new at `i` is found by its number at positions far behind it.
 template <class Coder>
-void Connectivity<Coder>::tell_farther_repeats(CellTopology& cell, std::uint32_t i) {
+void Connectivity<Coder>::fill_farther_repeats(CellTopology& cell, std::uint32_t i) {
   const std::pair<std::uint64_t, std::uint32_t> from{cell.numbers[i], i + kMaxLastUse};
   for (auto it = std::lower_bound(positions_.begin(), positions_.end(), from);
        it != positions_.end() && it->first == cell.numbers[i]; ++it)
@@ -192,19 +204,17 @@ void Connectivity<Coder>::tell_farther_repeats(CellTopology& cell, std::uint32_t
 template <class Coder>
 void Connectivity<Coder>::begin_layout(CellTopology& cell) {
   for (std::uint8_t i = 0; i < 8; ++i) cell.framed[cell.stored_corner[i]] = i;
-  inner_nodes_.begin_cell(cell);
+  mid_nodes_->begin_cell(cell);
 }
 
 /// The vertex at `position` is new.
 template <class Coder>
-void Connectivity<Coder>::give_birth(CellTopology& cell, std::uint32_t position) {
+void Connectivity<Coder>::add_vertex(CellTopology& cell, std::uint32_t position) {
   cell.new_positions.push_back(position);
   const std::uint32_t slot = cell.slots[position] = surface_.add_vertex();
-  if (auto* replay = std::get_if<Replay>(&hexahedra_);
-      replay != nullptr && schema_->order != Order::keep)
-    (*replay)->name(slot, surface_.vertex(slot).id);
-  // Farther repeats than the models can say are found by their number from here on.
-  if constexpr (!Coder::kDecodes) tell_farther_repeats(cell, position);
+  if (finds_by_number_ && schema_->order != Order::keep) set_number(slot, surface_.vertex(slot).id);
+  // Farther repeats than the models know are found by their number from here on.
+  if constexpr (!Coder::kDecodes) fill_farther_repeats(cell, position);
 }
 
 template <class Coder>
@@ -224,7 +234,7 @@ bool Connectivity<Coder>::code_node(Coder& symbols, CellTopology& cell, std::uin
       symbols.bit(model.is_new[last_new_], cell.slots[i] == kNone && repeats == kNone);
   last_new_ = is_new;
   if (is_new) {
-    give_birth(cell, i);
+    add_vertex(cell, i);
   } else if (i > 0 && symbols.bit(model.repeated, repeats != kNone)) {
     const std::uint64_t back = code_number(symbols, model.repeat, i - 1 - repeats);
     if (back >= i) return false;
@@ -241,22 +251,24 @@ bool Connectivity<Coder>::code_node(Coder& symbols, CellTopology& cell, std::uin
   return true;
 }
 
+/// Of corners that a coder has models for; how many these are.
+template <class Coder>
+std::size_t Connectivity<Coder>::code_last_use_of_corners(Coder& symbols, CellTopology& cell) {
+  if (cell.hexahedral)
+    return with_hexahedra([&]<class Hexahedra>(Hexahedra& hexahedra) -> std::size_t {
+      if constexpr (CodesLastUse<Hexahedra, Coder>) hexahedra.code_last_use(symbols, cell);
+      return CodesLastUse<Hexahedra, Coder> || FindsByNumber<Hexahedra> ? 8 : 0;
+    });
+  const CellShape shape = schema_->blocks[cell.block].shape;
+  if (shape == CellShape::hexahedron) return 0;
+  const std::uint32_t corners = corner_count(shape, cell.slots.size());
+  if (corners > 0) others_->code_last_use(symbols, cell, shape);
+  return corners;
+}
+
 template <class Coder>
 void Connectivity<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
-  std::size_t i = 0;
-  if (auto* rows = std::get_if<Rows>(&hexahedra_); rows != nullptr && cell.hexahedral) {
-    (*rows)->code_last_use(symbols, cell);
-    i = 8;
-  } else if (auto* mixed = std::get_if<Mixed>(&hexahedra_); mixed != nullptr && cell.hexahedral) {
-    (*mixed)->code_last_use(symbols, cell);
-    i = 8;
-  } else if (std::holds_alternative<Replay>(hexahedra_) && cell.hexahedral) {
-    i = 8;  // said with the corners
-  } else if (const CellShape shape = schema_->blocks[cell.block].shape;
-             !cell.hexahedral && shape != CellShape::hexahedron) {
-    i = corner_count(shape, cell.slots.size());
-    if (i > 0) others_->code_last_use(symbols, cell, shape);
-  }
+  std::size_t i = code_last_use_of_corners(symbols, cell);
   for (; i < std::min<std::size_t>(cell.slots.size(), kMaxLastUse); ++i) {
     const auto begin = cell.slots.begin();
     if (std::find(begin, begin + static_cast<std::ptrdiff_t>(i), cell.slots[i]) !=
@@ -264,10 +276,10 @@ void Connectivity<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
       cell.last_use[i] = 0;
       continue;
     }
-    if (const InnerNode* inner = cell.layout == nullptr ? nullptr : cell.layout->at(i)) {
+    if (const MidNode* node = cell.layout == nullptr ? nullptr : cell.layout->at(i)) {
       cell.last_use[i] =
-          inner_nodes_.code_last_use(symbols, cell, *inner, static_cast<std::uint32_t>(i),
-                                     cell.last_use[i] != 0)
+          mid_nodes_->code_last_use(symbols, cell, *node, static_cast<std::uint32_t>(i),
+                                    cell.last_use[i] != 0)
               ? 1
               : 0;
       continue;

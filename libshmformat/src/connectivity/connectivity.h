@@ -1,6 +1,6 @@
-// Connectivity: says which vertices each cell joins, and which of them it finalizes.
+// Connectivity: codes which vertices each cell joins, and which of them it finalizes.
 // in:    cells in coding order                out: symbols for "connectivity" and "corner order"
-// keeps: the active surface, a coder for hexahedra, the models; changed alike in both directions
+// keeps: the active surface, a coder for hexahedra, the models; the same in encoder and decoder
 // spec: "Connectivity stream", "Corner order stream"
 #pragma once
 
@@ -8,12 +8,13 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <variant>
 #include <vector>
 
 #include "connectivity/cell_corners.h"
-#include "connectivity/inner_nodes.h"
+#include "connectivity/mid_nodes.h"
 #include "connectivity/mixed_rows.h"
 #include "connectivity/paper_hexahedra.h"
 #include "connectivity/replay_hexahedra.h"
@@ -22,9 +23,21 @@
 #include "shm/schema.h"
 #include "surface/active_surface.h"
 #include "surface/cell_topology.h"
-#include "surface/hexahedron.h"
 
 namespace shm {
+
+/// Coders of hexahedra differ in this. Some find vertices by number: they are given the number of
+/// each, put no cell on the active surface, and code last uses along with corners.
+template <class Hexahedra>
+concept FindsByNumber = requires(Hexahedra& hexahedra, std::uint32_t slot) {
+  hexahedra.set_number(slot, std::uint64_t{});
+  hexahedra.forget(slot);
+};
+/// Some have models of their own for which corners are used last.
+template <class Hexahedra, class Coder>
+concept CodesLastUse = requires(Hexahedra& hexahedra, Coder& symbols, CellTopology& cell) {
+  hexahedra.code_last_use(symbols, cell);
+};
 
 template <class Coder>
 class Connectivity {
@@ -34,7 +47,7 @@ class Connectivity {
   Connectivity(const Connectivity&) = delete;  // the coders point to the surface
   Connectivity& operator=(const Connectivity&) = delete;
 
-  /// How hexahedra are said. Before the first cell; rows if never called. Neither automatic nor
+  /// How hexahedra are coded. Before the first cell; rows if never called. Neither automatic nor
   /// shifts.
   void set_codec(ConnectivityCodec codec);
 
@@ -45,16 +58,13 @@ class Connectivity {
   /// Finalizes what the cell finalizes. Until then all its vertices and neighbours are valid.
   void finish_cell(const CellTopology& cell);
 
-  /// Whether cell.original tells the numbers of a hexahedron's corners, and wants them told.
-  bool says_numbers() const {
-    return schema_->order == Order::keep && std::holds_alternative<Replay>(hexahedra_);
-  }
-  /// Must hold: says_numbers(). The number of a new vertex that is no hexahedron's corner.
-  void name_vertex(std::uint32_t slot, std::uint64_t number) {
-    std::get<Replay>(hexahedra_)->name(slot, number);
-  }
+  /// Whether the numbers of a hexahedron's corners are coded with it: cell.original is read when
+  /// encoding, filled when decoding.
+  bool codes_numbers() const { return schema_->order == Order::keep && finds_by_number_; }
+  /// Must hold: codes_numbers(). The number of a new vertex that is no hexahedron's corner.
+  void set_number(std::uint32_t slot, std::uint64_t number);
 
-  /// A vertex that no cell uses: born and finalized at once.
+  /// A vertex that no cell uses: introduced and finalized at once.
   std::uint32_t add_loose_vertex() { return surface_.add_vertex(); }
   void remove_loose_vertex(std::uint32_t slot) { surface_.finalize(slot); }
 
@@ -67,31 +77,36 @@ class Connectivity {
     SignedModel<NumberModel> step;
     NumberModel repeat;
   };
-  using Paper = std::unique_ptr<PaperHexahedra<Coder>>;
-  using Rows = std::unique_ptr<RowHexahedra<Coder>>;
-  using Replay = std::unique_ptr<ReplayHexahedra<Coder>>;
-  using Mixed = std::unique_ptr<MixedRows<Coder>>;
+  /// Calls use(coder) with the coder of hexahedra.
+  template <class Use>
+  auto with_hexahedra(Use&& use) {
+    return std::visit([&](auto& hexahedra) { return use(*hexahedra); }, hexahedra_);
+  }
 
   bool code_block(Coder& symbols, CellTopology& cell);
   bool code_hexahedron(Coder& symbols, Coder& corner_order, CellTopology& cell);
   bool code_nodes(Coder& symbols, CellTopology& cell, std::uint32_t first_position);
-  /// Whether it is said how the corners of hexahedra of this block are stored.
+  /// Whether it is coded how the corners of hexahedra of this block are stored.
   bool order_matters(const BlockInfo& block) const {
     return schema_->corner_order || block.nodes_per_cell != 8;
   }
   bool code_node(Coder& symbols, CellTopology& cell, std::uint32_t position, std::uint64_t& shift);
-  void give_birth(CellTopology& cell, std::uint32_t position);
+  void add_vertex(CellTopology& cell, std::uint32_t position);
   void begin_layout(CellTopology& cell);
   static std::uint32_t earlier_position(const CellTopology& cell, std::uint32_t position);
   void sort_numbers(const CellTopology& cell);
-  void tell_farther_repeats(CellTopology& cell, std::uint32_t position);
+  void fill_farther_repeats(CellTopology& cell, std::uint32_t position);
   void code_last_use(Coder& symbols, CellTopology& cell);
+  std::size_t code_last_use_of_corners(Coder& symbols, CellTopology& cell);
 
   const Schema* schema_;
   ActiveSurface surface_;
-  std::variant<Paper, Rows, Replay, Mixed> hexahedra_;
+  std::variant<std::unique_ptr<RowHexahedra<Coder>>, std::unique_ptr<MixedRows<Coder>>,
+               std::unique_ptr<ReplayHexahedra<Coder>>, std::unique_ptr<PaperHexahedra<Coder>>>
+      hexahedra_;
+  bool finds_by_number_ = false;                // what hexahedra_ does
   std::unique_ptr<CellCorners<Coder>> others_;  // where there are blocks of other cells
-  InnerNodes<Coder> inner_nodes_;
+  std::optional<MidNodes<Coder>> mid_nodes_;    // where there are second-order cells
 
   // contexts
   std::uint32_t last_block_ = 0;

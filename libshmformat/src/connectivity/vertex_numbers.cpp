@@ -19,7 +19,7 @@ std::uint32_t VertexNumbers<Coder>::direction_of(const CellTopology& cell, std::
 }
 
 template <class Coder>
-void VertexNumbers<Coder>::know(std::uint32_t slot, std::uint64_t number) {
+void VertexNumbers<Coder>::add(std::uint32_t slot, std::uint64_t number) {
   last_ = number;
   if (largest_ + 1 <= number) largest_ = number;
   at_slot(numbers_, slot) = number;
@@ -29,9 +29,9 @@ template <class Coder>
 auto VertexNumbers<Coder>::expect(const CellTopology& cell, std::uint32_t position,
                                   const Stencil& stencil, std::uint64_t known) -> Expectation {
   Expectation it;
-  if (const InnerNode* node = cell.layout == nullptr ? nullptr : cell.layout->at(position)) {
-    const InnerNumbers::Guess guess =
-        inner_.expect(cell, *node, position, known, numbers_, last_ + 1);
+  if (const MidNode* node = cell.layout == nullptr ? nullptr : cell.layout->at(position)) {
+    const MidNodeNumbers::Guess guess =
+        mid_node_numbers_.expect(cell, *node, position, known, numbers_, last_ + 1);
     return {guess.best, guess.second, 3u + node->kind};
   }
   if (stencil.kind == Stencil::last) {
@@ -52,8 +52,8 @@ std::uint64_t VertexNumbers<Coder>::code(Coder& coder, const Expectation& expect
                                          std::uint32_t slot, std::uint64_t number) {
   const std::uint64_t next = last_ + 1, beyond = largest_ + 1;
   const auto [near, second, kind, direction, from] = expected;
-  const bool is_inner = kind >= 3;
-  std::uint32_t& history = history_[is_inner ? 1 : 0];
+  const bool is_mid_node = kind >= 3;
+  std::uint32_t& history = history_[is_mid_node ? 1 : 0];
   auto& model = guess_[kind][history];
   std::uint32_t guess = 3;
   if (coder.bit(model[0], number == near)) {
@@ -76,14 +76,14 @@ std::uint64_t VertexNumbers<Coder>::code(Coder& coder, const Expectation& expect
     miss_[kind] = static_cast<std::uint64_t>(code_signed(coder, residual_[kind], step));
     number = near + miss_[kind];
   }
-  history = (history << (is_inner ? 3 : 2) | guess) & 63;
-  if (is_inner) inner_.learn(number);
+  history = (history << (is_mid_node ? 3 : 2) | guess) & 63;
+  if (is_mid_node) mid_node_numbers_.learn(number);
   if (direction != kNone) {
     const std::uint64_t step = number - numbers_[from];
     stride_[direction] = step;
     stride_[direction ^ 1] = 0 - step;
   }
-  know(slot, number);
+  add(slot, number);
   return number;
 }
 

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "connectivity/inner_numbers.h"
+#include "connectivity/mid_node_numbers.h"
 #include "connectivity/stencil.h"
 #include "entropy/models.h"
 
@@ -23,15 +23,15 @@ class VertexNumbers {
   /// number(position) refers to one: read when encoding, filled when decoding.
   template <class Number>
   void code_cell(Coder& coder, const CellTopology& cell, Number&& number, std::uint32_t first = 0);
-  /// Takes note of a vertex whose number was said elsewhere.
-  void know(std::uint32_t slot, std::uint64_t number);
+  /// Takes note of a vertex whose number was coded elsewhere.
+  void add(std::uint32_t slot, std::uint64_t number);
   /// A vertex that no cell uses.
   std::uint64_t code_loose(Coder& coder, std::uint32_t slot, std::uint64_t number) {
     return code(coder, {last_ + 1, last_ + 1}, slot, number);
   }
 
  private:
-  static constexpr std::uint32_t kKinds = 3 + InnerNode::kKinds;
+  static constexpr std::uint32_t kKinds = 3 + MidNode::kKinds;
   /// What a number is expected to be.
   struct Expectation {
     std::uint64_t near = 0, second = 0;  // second: may be the same
@@ -50,9 +50,9 @@ class VertexNumbers {
   std::vector<std::uint64_t> numbers_;                                    // by vertex slot
   std::uint64_t last_ = ~std::uint64_t{0}, largest_ = ~std::uint64_t{0};  // -1: before the first
   std::array<std::uint64_t, 6> stride_{1, 1, 1, 1, 1, 1};  // last step along each side
-  InnerNumbers inner_;
+  MidNodeNumbers mid_node_numbers_;
   std::array<std::uint64_t, kKinds> miss_{};  // what was wrong with `near` last, by kind
-  std::array<std::uint32_t, 2> history_{};    // of others, of inner nodes
+  std::array<std::uint32_t, 2> history_{};    // of others, of mid nodes
   std::array<std::array<std::array<AdaptiveBit, 4>, 64>, kKinds> guess_;
   std::array<std::array<AdaptiveBit, 4>, kKinds> missed_as_before_;
   std::array<SignedModel<NumberModel>, kKinds> residual_;

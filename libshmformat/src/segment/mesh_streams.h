@@ -24,25 +24,25 @@
 namespace shm {
 
 /// Order::keep: the numbers of the vertices that a cell introduces. Corners of hexahedra whose
-/// coder says numbers are taken from there, all others from `stream`; number(position) refers to
+/// coder codes numbers are taken from there, all others from `stream`; number(position) refers to
 /// one: read when encoding, filled when decoding.
 template <class Coder, class Number>
 void code_vertex_numbers(Connectivity<Coder>& connectivity, VertexNumbers<Coder>& numbers,
                          Coder& stream, const CellTopology& cell, Number&& number) {
-  const bool told = connectivity.says_numbers();
+  const bool told = connectivity.codes_numbers();
   const std::uint32_t corners = told && cell.hexahedral ? 8 : 0;
   bool more = false;
   for (std::uint32_t position : cell.new_positions) {
     more |= position >= corners;
     if (position >= corners) continue;
     number(position) = cell.original[position];
-    numbers.know(cell.slots[position], cell.original[position]);
+    numbers.add(cell.slots[position], cell.original[position]);
   }
   if (!more) return;
   numbers.code_cell(stream, cell, number, corners);
   if (!told) return;
   for (std::uint32_t position : cell.new_positions)
-    if (position >= corners) connectivity.name_vertex(cell.slots[position], number(position));
+    if (position >= corners) connectivity.set_number(cell.slots[position], number(position));
 }
 
 /// Numbers of the cells of a segment: positions in coding order, unless the source's own are said.

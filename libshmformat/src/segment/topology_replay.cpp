@@ -133,7 +133,7 @@ void TopologyReplay::Replayed::new_vertices() {
   const CellTopology& it = segment_->cell;
   // Unless they are asked for, numbers matter only to a coder that says hexahedra by them.
   const bool numbered = wants().vertex_numbers && keeps_numbers();
-  if (numbered || segment_->connectivity.says_numbers())
+  if (numbered || segment_->connectivity.codes_numbers())
     code_vertex_numbers(segment_->connectivity, segment_->numbers, numbers_, it,
                         [&](std::uint32_t p) -> std::uint64_t& { return number_of(it.slots[p]); });
   const bool may_import = group_->segment > 0;

@@ -59,15 +59,15 @@ std::uint8_t middle_of(const Solid& solid, std::uint8_t a, std::uint8_t b) {
   return static_cast<std::uint8_t>(solid.corners + e);
 }
 
-void add_parallel(InnerNode& node, std::uint8_t position, std::uint8_t beside) {
+void add_parallel(MidNode& node, std::uint8_t position, std::uint8_t beside) {
   const auto end = node.parallel.begin() + node.parallels;
   if (node.parallels == 3 || std::find(node.parallel.begin(), end, position) != end) return;
   node.parallel[node.parallels] = position;
   node.beside[node.parallels++] = beside;
 }
 
-InnerNode edge_node(const Solid& solid, std::size_t e) {
-  InnerNode node;
+MidNode edge_node(const Solid& solid, std::size_t e) {
+  MidNode node;
   const Edge& edge = solid.edges[e];
   node.corner = {edge[0], edge[1]};
   std::uint8_t sides = 0;
@@ -88,11 +88,11 @@ InnerNode edge_node(const Solid& solid, std::size_t e) {
 /// The edge of a hexahedron that is opposite to those across two of its faces.
 void add_opposite_edges(NodeLayout& layout) {
   for (std::uint8_t p = 8; p < 20; ++p) {
-    InnerNode& node = layout.inner[p];
-    const InnerNode& next = layout.inner[node.parallel[0]];
+    MidNode& node = layout.mid[p];
+    const MidNode& next = layout.mid[node.parallel[0]];
     for (std::size_t i = 0; i < next.parallels; ++i) {
       const std::uint8_t other = next.parallel[i];
-      const auto& ends = layout.inner[other].corner;
+      const auto& ends = layout.mid[other].corner;
       const std::uint8_t across = next.beside[i] == ends[0] ? ends[1] : ends[0];
       if (other != p)
         add_parallel(node, other, node.beside[0] == next.corner[0] ? next.beside[i] : across);
@@ -100,9 +100,9 @@ void add_opposite_edges(NodeLayout& layout) {
   }
 }
 
-InnerNode face_node(const Solid& solid, std::size_t f) {
-  InnerNode node;
-  node.kind = InnerNode::face;
+MidNode face_node(const Solid& solid, std::size_t f) {
+  MidNode node;
+  node.kind = MidNode::face;
   node.corner = solid.faces[f];
   for (std::size_t i = 0; i < 4; ++i)
     node.middle[i] = middle_of(solid, node.corner[i], node.corner[(i + 1) % 4]);
@@ -111,9 +111,9 @@ InnerNode face_node(const Solid& solid, std::size_t f) {
 }
 
 /// What stands in the middle of a hexahedron, in a plane between its bottom and its top.
-InnerNode body_node(bool has_faces) {
-  InnerNode node;
-  node.kind = InnerNode::body;
+MidNode body_node(bool has_faces) {
+  MidNode node;
+  node.kind = MidNode::body;
   node.has_middle = has_faces;
   if (has_faces) {
     node.corner = {16, 17, 18, 19};
@@ -128,17 +128,17 @@ NodeLayout layout_of(const Solid& solid, bool edges, std::uint8_t faces, Body bo
   NodeLayout it;
   it.corners = it.nodes = solid.corners;
   if (edges)
-    for (std::size_t e = 0; e < solid.edges.size(); ++e) it.inner[it.nodes++] = edge_node(solid, e);
+    for (std::size_t e = 0; e < solid.edges.size(); ++e) it.mid[it.nodes++] = edge_node(solid, e);
   if (edges && solid.corners == 8) add_opposite_edges(it);
   for (std::uint8_t f = 0; f < faces; ++f) {
-    it.inner[it.nodes] = face_node(solid, f);
+    it.mid[it.nodes] = face_node(solid, f);
     // Faces of a hexahedron stand in pairs.
     if (solid.corners == 8)
-      add_parallel(it.inner[it.nodes], static_cast<std::uint8_t>(20 + (f ^ 1)),
+      add_parallel(it.mid[it.nodes], static_cast<std::uint8_t>(20 + (f ^ 1)),
                    solid.faces[f ^ 1u][0]);
     ++it.nodes;
   }
-  if (body == one) it.inner[it.nodes++] = body_node(faces == 6);
+  if (body == one) it.mid[it.nodes++] = body_node(faces == 6);
   if (!solid.is_flat)
     for (const Face& face : solid.faces) it.sides[it.side_count++] = face;
   return it;

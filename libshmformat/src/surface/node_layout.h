@@ -1,6 +1,6 @@
-// Node layouts: where the nodes of second-order cells that are no corners stand: in the middle of
-// an edge, of a quadrilateral face, or of the cell. Node orders are VTK's.
-// spec: "Inner nodes"
+// Node layouts: where the mid nodes of second-order cells stand, which are no corners: in the
+// middle of an edge, of a quadrilateral face, or of the cell. Node orders are VTK's. spec: "Inner
+// nodes"
 #pragma once
 
 #include <array>
@@ -14,8 +14,9 @@ namespace shm {
 /// Frozen: part of the format.
 inline constexpr std::uint32_t kMostLayoutNodes = 27;
 
-/// A node that is no corner. All numbers are positions as stored.
-struct InnerNode {
+/// A node of a second-order cell in the middle of an edge, of a face or of the cell. All numbers
+/// are positions as stored.
+struct MidNode {
   enum Kind : std::uint8_t { edge, face, body };
   static constexpr std::uint32_t kKinds = 3;
 
@@ -39,14 +40,14 @@ struct InnerNode {
 
 struct NodeLayout {
   std::uint8_t corners = 0;
-  std::uint8_t nodes = 0;                           ///< corners and those that `inner` tells of
-  std::array<InnerNode, kMostLayoutNodes> inner{};  ///< by position
+  std::uint8_t nodes = 0;                       ///< corners, and those in `mid`
+  std::array<MidNode, kMostLayoutNodes> mid{};  ///< by position
   /// Corners of the faces of a solid; three of them where the last is the first.
   std::array<std::array<std::uint8_t, 4>, 6> sides{};
   std::uint8_t side_count = 0;
 
-  const InnerNode* at(std::size_t position) const {
-    return position >= corners && position < nodes ? &inner[position] : nullptr;
+  const MidNode* at(std::size_t position) const {
+    return position >= corners && position < nodes ? &mid[position] : nullptr;
   }
 };
 

@@ -81,8 +81,8 @@ Neighbourhood NeighbourFinder::vertex(const CellTopology& cell, std::uint32_t po
   } else if (position < cell.corners) {
     look_around_corner(it, cell, position);
     self.full = it.has_rule();
-  } else if (const InnerNode* node = cell.layout == nullptr ? nullptr : cell.layout->at(position);
-             node != nullptr && (node->kind == InnerNode::edge || node->has_middle)) {
+  } else if (const MidNode* node = cell.layout == nullptr ? nullptr : cell.layout->at(position);
+             node != nullptr && (node->kind == MidNode::edge || node->has_middle)) {
     look_around_inner(it, cell, *node);
   } else if (position > 0 && position <= 64 && (known_ >> (position - 1) & 1) != 0) {
     it.at[0] = cell.slots[position - 1];
@@ -96,10 +96,10 @@ Neighbourhood NeighbourFinder::vertex(const CellTopology& cell, std::uint32_t po
 
 /// What a node lies between was known before it: corners come first, then edges, faces, the body.
 void NeighbourFinder::look_around_inner(Neighbourhood& it, const CellTopology& cell,
-                                        const InnerNode& node) const {
-  const bool is_edge = node.kind == InnerNode::edge;
+                                        const MidNode& node) const {
+  const bool is_edge = node.kind == MidNode::edge;
   it.kind = is_edge ? Neighbourhood::midpoint : Neighbourhood::centre;
-  it.corner = node.kind == InnerNode::body ? 1 : 0;
+  it.corner = node.kind == MidNode::body ? 1 : 0;
   std::uint32_t known = 0;
   for (std::uint32_t i = 0; i < node.parallels; ++i) {
     if ((known_ >> node.parallel[i] & 1) == 0) continue;

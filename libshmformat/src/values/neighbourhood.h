@@ -130,7 +130,7 @@ class NeighbourFinder {
                std::uint32_t except) const;
   Found across(std::uint32_t slot, std::uint32_t one, std::uint32_t two, std::uint32_t both) const;
   void look_beyond(Neighbourhood& it, Reach reach) const;
-  void look_around_inner(Neighbourhood& it, const CellTopology& cell, const InnerNode& node) const;
+  void look_around_inner(Neighbourhood& it, const CellTopology& cell, const MidNode& node) const;
   void look_around_cell(Neighbourhood& it, Reach reach) const;
   // cells that are no hexahedra
   void look_around_corner(Neighbourhood& it, const CellTopology& cell,

@@ -1,9 +1,10 @@
-// Inner nodes: those of second-order cells that are no corners. A node in the middle of an edge
+// Mid nodes: those of second-order cells that are no corners. A node in the middle of an edge
 // belongs to the two vertices at its ends, one in the middle of a face to that face, and one in the
 // middle of a cell to no other cell. So each is expected to be the vertex that stood there last,
-// or a new one; one decision says that it is.
+// or a new one; one decision codes that it is.
 // in:    cells whose corners are known       out: symbols for "connectivity"
-// keeps: the vertices in the middle of live edges and faces, the models; alike both ways
+// keeps: the vertices in the middle of live edges and faces, the models; the same in
+//        encoder and decoder
 // spec: "Inner nodes"
 #pragma once
 
@@ -63,29 +64,29 @@ class MiddleTable {
 };
 
 template <class Coder>
-class InnerNodes {
+class MidNodes {
  public:
   /// `surface` is borrowed.
-  explicit InnerNodes(const ActiveSurface& surface) : surface_(&surface), middles_(surface) {}
+  explicit MidNodes(const ActiveSurface& surface) : surface_(&surface), middles_(surface) {}
 
-  /// Before the first inner node of a cell whose corners are known.
+  /// Before the first mid node of a cell whose corners are known.
   void begin_cell(const CellTopology& cell);
   /// Whether the node at a position is the expected one, which it then is in the cell: kNone stands
-  /// for a new vertex. Encoding: cell.slots tells.
-  bool code(Coder& symbols, CellTopology& cell, const InnerNode& node, std::uint32_t position);
+  /// for a new vertex. Encoding: cell.slots has it.
+  bool code(Coder& symbols, CellTopology& cell, const MidNode& node, std::uint32_t position);
   /// Takes note of what stands there.
-  void note(const CellTopology& cell, const InnerNode& node, std::uint32_t position);
+  void note(const CellTopology& cell, const MidNode& node, std::uint32_t position);
   /// Whether the cell is the last one to use its node, which stands at no earlier position. After
   /// note() of all.
-  bool code_last_use(Coder& symbols, const CellTopology& cell, const InnerNode& node,
+  bool code_last_use(Coder& symbols, const CellTopology& cell, const MidNode& node,
                      std::uint32_t position, bool is_last);
   /// Before a vertex is finalized.
   void forget(std::uint32_t slot) { middles_.forget(slot); }
 
  private:
-  std::uint32_t expected(const CellTopology& cell, const InnerNode& node) const;
-  MiddleTable::Place place_of(const CellTopology& cell, const InnerNode& node) const;
-  AdaptiveBit& last_use_model(const CellTopology& cell, const InnerNode& node,
+  std::uint32_t expected(const CellTopology& cell, const MidNode& node) const;
+  MiddleTable::Place place_of(const CellTopology& cell, const MidNode& node) const;
+  AdaptiveBit& last_use_model(const CellTopology& cell, const MidNode& node,
                               std::uint32_t position);
 
   const ActiveSurface* surface_;
@@ -93,19 +94,19 @@ class InnerNodes {
   std::array<std::uint64_t, 6> signatures_{};  // of the sides of the cell at hand
 
   // contexts
-  std::array<std::uint8_t, InnerNode::kKinds> missed_{};  // whether the last one was
-  std::array<std::uint8_t, kMostLayoutNodes> ended_{};    // last answer, by position
+  std::array<std::uint8_t, MidNode::kKinds> missed_{};  // whether the last one was
+  std::array<std::uint8_t, kMostLayoutNodes> ended_{};  // last answer, by position
 
   // models
   /// By kind, whether a known vertex is expected, whether the last one was missed.
-  std::array<std::array<std::array<AdaptiveBit, 2>, 2>, InnerNode::kKinds> as_expected_;
+  std::array<std::array<std::array<AdaptiveBit, 2>, 2>, MidNode::kKinds> as_expected_;
   AdaptiveBit body_ends_;
   std::array<AdaptiveBit, 2> ends_with_corner_;          // of edges, of faces
   std::array<std::array<AdaptiveBit, 2>, 3> face_ends_;  // by uses, what ended last here
   std::array<std::array<std::array<AdaptiveBit, 2>, 8>, 2> edge_ends_;  // closed, uses, the same
 };
 
-extern template class InnerNodes<RangeEncoder>;
-extern template class InnerNodes<RangeDecoder>;
+extern template class MidNodes<RangeEncoder>;
+extern template class MidNodes<RangeDecoder>;
 
 }  // namespace shm

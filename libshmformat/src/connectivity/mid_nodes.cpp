@@ -1,4 +1,4 @@
-#include "connectivity/inner_nodes.h"
+#include "connectivity/mid_nodes.h"
 
 #include <algorithm>
 #include <utility>
@@ -55,7 +55,7 @@ void MiddleTable::erase(std::uint32_t slot) {
 // --- nodes
 
 template <class Coder>
-void InnerNodes<Coder>::begin_cell(const CellTopology& cell) {
+void MidNodes<Coder>::begin_cell(const CellTopology& cell) {
   const NodeLayout& layout = *cell.layout;
   std::array<std::uint64_t, 8> mixed{};  // by corner as stored
   for (std::uint32_t c = 0; c < layout.corners; ++c) {
@@ -71,16 +71,16 @@ void InnerNodes<Coder>::begin_cell(const CellTopology& cell) {
 }
 
 template <class Coder>
-auto InnerNodes<Coder>::place_of(const CellTopology& cell, const InnerNode& node) const
+auto MidNodes<Coder>::place_of(const CellTopology& cell, const MidNode& node) const
     -> MiddleTable::Place {
   const auto slot = [&](std::size_t i) { return cell.slots[cell.framed[node.corner[i]]]; };
-  if (node.kind == InnerNode::edge) return middles_.edge(slot(0), slot(1));
+  if (node.kind == MidNode::edge) return middles_.edge(slot(0), slot(1));
   return middles_.face({slot(0), slot(1), slot(2), slot(3)});
 }
 
 template <class Coder>
-std::uint32_t InnerNodes<Coder>::expected(const CellTopology& cell, const InnerNode& node) const {
-  if (node.kind == InnerNode::body) return kNone;
+std::uint32_t MidNodes<Coder>::expected(const CellTopology& cell, const MidNode& node) const {
+  if (node.kind == MidNode::body) return kNone;
   const MiddleTable::Place place = place_of(cell, node);
   const std::uint32_t found = middles_.find(place);
   // An edge without length, as a rule without a vertex of its own.
@@ -88,8 +88,8 @@ std::uint32_t InnerNodes<Coder>::expected(const CellTopology& cell, const InnerN
 }
 
 template <class Coder>
-bool InnerNodes<Coder>::code(Coder& symbols, CellTopology& cell, const InnerNode& node,
-                             std::uint32_t position) {
+bool MidNodes<Coder>::code(Coder& symbols, CellTopology& cell, const MidNode& node,
+                           std::uint32_t position) {
   const std::uint32_t slot = expected(cell, node);
   std::uint8_t& missed = missed_[node.kind];
   const bool hit = symbols.bit(as_expected_[node.kind][slot != kNone ? 1 : 0][missed],
@@ -100,9 +100,8 @@ bool InnerNodes<Coder>::code(Coder& symbols, CellTopology& cell, const InnerNode
 }
 
 template <class Coder>
-void InnerNodes<Coder>::note(const CellTopology& cell, const InnerNode& node,
-                             std::uint32_t position) {
-  if (node.kind == InnerNode::body) return;
+void MidNodes<Coder>::note(const CellTopology& cell, const MidNode& node, std::uint32_t position) {
+  if (node.kind == MidNode::body) return;
   const MiddleTable::Place place = place_of(cell, node);
   const std::uint32_t slot = cell.slots[position];
   if (place.low == place.high && place.low == slot) return;
@@ -112,10 +111,10 @@ void InnerNodes<Coder>::note(const CellTopology& cell, const InnerNode& node,
 }
 
 template <class Coder>
-AdaptiveBit& InnerNodes<Coder>::last_use_model(const CellTopology& cell, const InnerNode& node,
-                                               std::uint32_t position) {
-  if (node.kind == InnerNode::body) return body_ends_;
-  const bool is_face = node.kind == InnerNode::face;
+AdaptiveBit& MidNodes<Coder>::last_use_model(const CellTopology& cell, const MidNode& node,
+                                             std::uint32_t position) {
+  if (node.kind == MidNode::body) return body_ends_;
+  const bool is_face = node.kind == MidNode::face;
   for (std::size_t i = 0; i < (is_face ? 4u : 2u); ++i)
     if (cell.last_use[cell.framed[node.corner[i]]] != 0) return ends_with_corner_[is_face ? 1 : 0];
   const std::uint32_t slot = cell.slots[position];
@@ -127,14 +126,14 @@ AdaptiveBit& InnerNodes<Coder>::last_use_model(const CellTopology& cell, const I
 }
 
 template <class Coder>
-bool InnerNodes<Coder>::code_last_use(Coder& symbols, const CellTopology& cell,
-                                      const InnerNode& node, std::uint32_t position, bool is_last) {
+bool MidNodes<Coder>::code_last_use(Coder& symbols, const CellTopology& cell, const MidNode& node,
+                                    std::uint32_t position, bool is_last) {
   is_last = symbols.bit(last_use_model(cell, node, position), is_last);
   ended_[position] = is_last ? 1 : 0;
   return is_last;
 }
 
-template class InnerNodes<RangeEncoder>;
-template class InnerNodes<RangeDecoder>;
+template class MidNodes<RangeEncoder>;
+template class MidNodes<RangeDecoder>;
 
 }  // namespace shm

@@ -1,18 +1,18 @@
-#include "connectivity/inner_numbers.h"
+#include "connectivity/mid_node_numbers.h"
 
 #include <bit>
 
 namespace shm {
 
-void InnerNumbers::add(Rule rule, std::uint64_t base, std::uint64_t step) {
+void MidNodeNumbers::add(Rule rule, std::uint64_t base, std::uint64_t step) {
   base_[rule] = base;
   expected_[rule] = base + step;
   asked_ |= 1u << rule;
 }
 
-auto InnerNumbers::expect(const CellTopology& cell, const InnerNode& node, std::uint32_t position,
-                          std::uint64_t known, const std::vector<std::uint64_t>& numbers,
-                          std::uint64_t next) -> Guess {
+auto MidNodeNumbers::expect(const CellTopology& cell, const MidNode& node, std::uint32_t position,
+                            std::uint64_t known, const std::vector<std::uint64_t>& numbers,
+                            std::uint64_t next) -> Guess {
   position_ = position;
   kind_ = node.kind;
   asked_ = 0;
@@ -20,7 +20,7 @@ auto InnerNumbers::expect(const CellTopology& cell, const InnerNode& node, std::
   const auto number = [&](std::uint32_t stored) {
     return numbers[cell.slots[stored < cell.layout->corners ? cell.framed[stored] : stored]];
   };
-  const bool is_edge = node.kind == InnerNode::edge;
+  const bool is_edge = node.kind == MidNode::edge;
   const std::uint64_t first = number(node.corner[0]);
   const std::uint64_t other = number(is_edge || !node.has_middle ? node.corner[1] : node.middle[0]);
   std::uint32_t found = 0, nearest = 0;
@@ -59,7 +59,7 @@ auto InnerNumbers::expect(const CellTopology& cell, const InnerNode& node, std::
   return {expected_[best], expected_[second]};
 }
 
-void InnerNumbers::learn(std::uint64_t number) {
+void MidNodeNumbers::learn(std::uint64_t number) {
   Place& place = places_[position_];
   for (std::uint32_t r = 0; r < kRules; ++r) {
     if ((asked_ >> r & 1) == 0) continue;
