@@ -263,75 +263,94 @@ bool PaperHexahedra<Coder>::code_gate(Coder& symbols, const Plan& plan, const Co
   return code_gate_face(symbols, plan, target, gate.at, gate.mirrored);
 }
 
+/// Where the gate is, in the order in which it is looked for; where there is no face, it cannot be.
 template <class Coder>
 bool PaperHexahedra<Coder>::code_gate_face(Coder& symbols, const Plan& plan, const Corners& target,
-                                           FaceCorner& at, bool& mirrored) {
-  const std::uint32_t history = mode_history_;
-  auto& mode = modes_[operation_][history];
-  const auto remember = [&](GateMode said) {
-    mode_history_ = (mode_history_ << 2 | static_cast<std::uint32_t>(said)) & 15;
+                                           FaceCorner& at, bool mirrored) {
+  auto& models = modes_[operation_][mode_history_];
+  const auto is_mode = [&](GateMode mode, bool possible) {
+    const bool is = mode == kAnywhere || (possible && symbols.bit(models[mode], plan.mode == mode));
+    if (is) mode_history_ = (mode_history_ << 2 | static_cast<std::uint32_t>(mode)) & 15;
+    return is;
   };
-
-  // 1. A face of the previous hexahedron, and where corner 0 stands in it.
-  std::uint32_t left = 0;
+  std::uint32_t previous_faces = 0;
   for (std::uint32_t k : kGateOrder)
-    if (previous_face_[k] != kNone && on_previous(previous_face_[k])) ++left;
-  if (left > 0 && symbols.bit(mode[0], plan.mode == kOnFace)) {
-    remember(kOnFace);
-    for (std::uint32_t k : kGateOrder) {
-      const std::uint32_t face = previous_face_[k];
-      if (face == kNone || !on_previous(face)) continue;
-      if (--left > 0 && !symbols.bit(gate_on_face_[last_face_][k], face == plan.gate_face))
-        continue;
-      std::uint32_t turn = 0;
-      if (operation_ == kStep || operation_ == kBridge) {
-        const Quad& quad = surface_.face(face).quad;
-        turn = static_cast<std::uint32_t>(std::find(quad.begin(), quad.end(), target[0]) -
-                                          quad.begin()) &
-               3;
-        turn = code_tree(symbols, turn_[k][last_turn_], turn);
-        last_turn_ = turn;
-      }
-      last_face_ = k;
-      at = face * 4 + turn;
-      return true;
-    }
+    if (previous_face_[k] != kNone && on_previous(previous_face_[k])) ++previous_faces;
+  if (is_mode(kOnFace, previous_faces > 0)) {
+    at = code_gate_on_face(symbols, plan, target, previous_faces);
+    return true;
   }
-
-  // 2. A face at one of its edges, which becomes the edge 0-3.
   list_edge_gates(scratch_);
-  if (!scratch_.empty() && symbols.bit(mode[1], plan.mode == kAtEdge)) {
-    remember(kAtEdge);
-    for (std::size_t i = 0; i < scratch_.size(); ++i) {
-      const auto [corner, edge] = scratch_[i];
-      const bool forward = surface_.around(corner, 1) == previous_[kEdgeCorners[edge][1]];
-      // Corner 3 comes just before corner 0 around the face, or just after when mirrored.
-      const std::uint32_t step = forward ? (mirrored ? 0u : 1u) : (mirrored ? 3u : 0u);
-      const FaceCorner origin = corner / 4 * 4 + (corner + step) % 4;
-      const bool hit = !Coder::kDecodes && corner / 4 == plan.gate_face &&
-                       surface_.around(origin, 0) == target[0];
-      if (i + 1 < scratch_.size() && !symbols.bit(gate_at_edge_[edge], hit)) continue;
-      at = origin;
-      return true;
-    }
+  if (is_mode(kAtEdge, !scratch_.empty())) {
+    at = code_gate_at_edge(symbols, plan, target, mirrored);
+    return true;
   }
-
-  // 3. A face at one of its vertices, which becomes corner 0.
   list_vertex_gates(scratch_);
-  if (!scratch_.empty() && symbols.bit(mode[2], plan.mode == kAtVertex)) {
-    remember(kAtVertex);
-    for (std::size_t i = 0; i < scratch_.size(); ++i) {
-      const auto [corner, vertex] = scratch_[i];
-      const bool hit = !Coder::kDecodes && corner / 4 == plan.gate_face &&
-                       surface_.around(corner, 0) == target[0];
-      if (i + 1 < scratch_.size() && !symbols.bit(gate_at_vertex_[vertex], hit)) continue;
-      at = corner;
-      return true;
-    }
+  if (is_mode(kAtVertex, !scratch_.empty())) {
+    at = code_gate_at_vertex(symbols, plan, target);
+    return true;
   }
+  is_mode(kAnywhere, true);
+  return code_gate_anywhere(symbols, plan, target, at);
+}
 
-  // 4. Any live vertex by its number, then one of its faces.
-  remember(kAnywhere);
+/// A face of the previous hexahedron, one of `left`, and where corner 0 stands in it.
+template <class Coder>
+FaceCorner PaperHexahedra<Coder>::code_gate_on_face(Coder& symbols, const Plan& plan,
+                                                    const Corners& target, std::uint32_t left) {
+  for (std::uint32_t k : kGateOrder) {
+    const std::uint32_t face = previous_face_[k];
+    if (face == kNone || !on_previous(face)) continue;
+    if (--left > 0 && !symbols.bit(gate_on_face_[last_face_][k], face == plan.gate_face)) continue;
+    std::uint32_t turn = 0;
+    if (operation_ == kStep || operation_ == kBridge) {
+      const Quad& quad = surface_.face(face).quad;
+      turn = static_cast<std::uint32_t>(std::find(quad.begin(), quad.end(), target[0]) -
+                                        quad.begin()) &
+             3;
+      turn = code_tree(symbols, turn_[k][last_turn_], turn);
+      last_turn_ = turn;
+    }
+    last_face_ = k;
+    return face * 4 + turn;
+  }
+  return kNone;
+}
+
+/// One of `scratch_`: a face at an edge of the previous hexahedron, which becomes the edge 0-3.
+template <class Coder>
+FaceCorner PaperHexahedra<Coder>::code_gate_at_edge(Coder& symbols, const Plan& plan,
+                                                    const Corners& target, bool mirrored) {
+  for (std::size_t i = 0; i < scratch_.size(); ++i) {
+    const auto [corner, edge] = scratch_[i];
+    const bool forward = surface_.around(corner, 1) == previous_[kEdgeCorners[edge][1]];
+    // Corner 3 comes just before corner 0 around the face, or just after when mirrored.
+    const std::uint32_t step = forward ? (mirrored ? 0u : 1u) : (mirrored ? 3u : 0u);
+    const FaceCorner origin = corner / 4 * 4 + (corner + step) % 4;
+    const bool hit =
+        !Coder::kDecodes && corner / 4 == plan.gate_face && surface_.around(origin, 0) == target[0];
+    if (i + 1 == scratch_.size() || symbols.bit(gate_at_edge_[edge], hit)) return origin;
+  }
+  return kNone;
+}
+
+/// One of `scratch_`: a face at a vertex of the previous hexahedron, which becomes corner 0.
+template <class Coder>
+FaceCorner PaperHexahedra<Coder>::code_gate_at_vertex(Coder& symbols, const Plan& plan,
+                                                      const Corners& target) {
+  for (std::size_t i = 0; i < scratch_.size(); ++i) {
+    const auto [corner, vertex] = scratch_[i];
+    const bool hit =
+        !Coder::kDecodes && corner / 4 == plan.gate_face && surface_.around(corner, 0) == target[0];
+    if (i + 1 == scratch_.size() || symbols.bit(gate_at_vertex_[vertex], hit)) return corner;
+  }
+  return kNone;
+}
+
+/// Any live vertex by its number, then one of its faces.
+template <class Coder>
+bool PaperHexahedra<Coder>::code_gate_anywhere(Coder& symbols, const Plan& plan,
+                                               const Corners& target, FaceCorner& at) {
   std::uint32_t vertex = target[0];
   if (!code_reference(symbols, gate_reference_, vertex)) return false;
   scratch_.clear();

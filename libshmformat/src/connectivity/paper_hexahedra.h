@@ -68,7 +68,13 @@ class PaperHexahedra {
   // coding, in the order in which it happens
   bool code_gate(Coder& symbols, const Plan& plan, const Corners& target, Gate& gate);
   bool code_gate_face(Coder& symbols, const Plan& plan, const Corners& target, FaceCorner& at,
-                      bool& mirrored);
+                      bool mirrored);
+  FaceCorner code_gate_on_face(Coder& symbols, const Plan& plan, const Corners& target,
+                               std::uint32_t left);
+  FaceCorner code_gate_at_edge(Coder& symbols, const Plan& plan, const Corners& target,
+                               bool mirrored);
+  FaceCorner code_gate_at_vertex(Coder& symbols, const Plan& plan, const Corners& target);
+  bool code_gate_anywhere(Coder& symbols, const Plan& plan, const Corners& target, FaceCorner& at);
   bool code_second_face(Coder& symbols, const Plan& plan, const Corners& target, FaceCorner gate,
                         CellTopology& cell);
   bool code_roof(Coder& symbols, const Plan& plan, const Corners& target, CellTopology& cell);
