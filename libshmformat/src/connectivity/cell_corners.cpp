@@ -9,7 +9,7 @@ namespace shm {
 namespace {
 
 /// What happened at a corner, for contexts.
-enum Outcome : std::uint32_t { kBorn = 1, kRepeated = 2, kMissed = 3, kTaken = 4 };
+enum Outcome : std::uint32_t { kIntroduced = 1, kRepeated = 2, kMissed = 3, kTaken = 4 };
 
 constexpr std::uint32_t least(std::uint32_t a, std::uint32_t b) { return a < b ? a : b; }
 
@@ -28,7 +28,7 @@ auto CellCorners<Coder>::models_of(CellShape shape) -> ShapeModels& {
 
 template <class Coder>
 bool CellCorners<Coder>::code(Coder& symbols, CellTopology& cell, CellShape shape,
-                              const std::function<void(std::uint32_t)>& birth) {
+                              const std::function<void(std::uint32_t)>& add_vertex) {
   mixing_.use(symbols);
   const std::uint32_t corners = corner_count(shape, cell.slots.size());
   models_ = &models_of(shape);
@@ -47,7 +47,7 @@ bool CellCorners<Coder>::code(Coder& symbols, CellTopology& cell, CellShape shap
     it.position = i;
     it.model = least(i, kPositions - 1);
     it.expected = block_->ids[i] + shift;
-    if (!code_corner(symbols, cell, it, birth)) return false;
+    if (!code_corner(symbols, cell, it, add_vertex)) return false;
     const std::uint64_t id = surface_->vertex(cell.slots[i]).id;
     shift = id - block_->ids[i];
     if (i == 0) block_->step = shift;
@@ -61,7 +61,7 @@ bool CellCorners<Coder>::code(Coder& symbols, CellTopology& cell, CellShape shap
 
 template <class Coder>
 bool CellCorners<Coder>::code_corner(Coder& symbols, CellTopology& cell, Corner& it,
-                                     const std::function<void(std::uint32_t)>& birth) {
+                                     const std::function<void(std::uint32_t)>& add_vertex) {
   const std::uint32_t i = it.position;
   gather(cell, it);
   if constexpr (!Coder::kDecodes)
@@ -74,23 +74,23 @@ bool CellCorners<Coder>::code_corner(Coder& symbols, CellTopology& cell, Corner&
     guesses = std::max<std::uint32_t>(guesses, c.guesses);
   }
   const std::uint32_t chance = candidates_.empty() ? 16 : candidates_[0].chance >> 12;
-  const auto ask = [&](Question question, auto& models, bool value) {
+  const auto code_bit = [&](Question question, auto& models, bool value) {
     mixing_.about(question, clue(shape_, i, gates_, shared, guesses), clue(shape_, i, outcomes_),
                   clue(shape_, i, outcomes_, models_->before[0]),
                   clue(shape_, i, outcomes_, six_cells_),
                   clue(shape_, i, chance, candidates_.size(), gates_));
     return mixing_.bit(models[it.model][least(gates_, 2)], value);
   };
-  std::uint32_t outcome = kBorn;
-  if (ask(kNew, models_->is_new, cell.slots[i] == kNone && it.repeats == kNone)) {
-    birth(i);
+  std::uint32_t outcome = kIntroduced;
+  if (code_bit(kNew, models_->is_new, cell.slots[i] == kNone && it.repeats == kNone)) {
+    add_vertex(i);
   } else {
     bool among = false;
     if constexpr (!Coder::kDecodes)
       among = it.repeats == kNone &&
               std::any_of(candidates_.begin(), candidates_.end(),
                           [&](const Candidate& c) { return c.slot == cell.slots[i]; });
-    if (!candidates_.empty() && ask(kAmong, models_->among, among)) {
+    if (!candidates_.empty() && code_bit(kAmong, models_->among, among)) {
       outcome = code_taken(cell, it);
     } else {
       outcome = code_missed(symbols, cell, it);
@@ -111,7 +111,7 @@ std::uint32_t CellCorners<Coder>::code_taken(CellTopology& cell, const Corner& i
     const Candidate& c = candidates_[r];
     const OpenFaces::Vertex open = faces_.vertex(c.slot);
     mixing_.about(kWhich, clue(shape_, i, c.why(), r),
-                  clue(shape_, i, c.guesses, c.shared, least(c.beside, 5), c.ways, r),
+                  clue(shape_, i, c.guesses, c.shared, least(c.beside, 5), c.directions, r),
                   clue(shape_, i, outcomes_, models_->before[0], c.why()),
                   clue(shape_, i, c.shared, least(c.beside, 3), least(open.bare, 7),
                        least(open.edges, 3), least(surface_->vertex(c.slot).uses, 31)),
@@ -124,7 +124,7 @@ std::uint32_t CellCorners<Coder>::code_taken(CellTopology& cell, const Corner& i
 }
 
 /// No candidate: a vertex of this cell again, or any live one. Returns the outcome, 0 where
-/// damaged data say none.
+/// damaged data have none.
 template <class Coder>
 std::uint32_t CellCorners<Coder>::code_missed(Coder& symbols, CellTopology& cell,
                                               const Corner& it) {
@@ -149,14 +149,14 @@ std::uint32_t CellCorners<Coder>::code_missed(Coder& symbols, CellTopology& cell
 template <class Coder>
 auto CellCorners<Coder>::add(const CellTopology& cell, std::uint32_t position, std::uint32_t slot)
     -> Candidate* {
-  Asked& asked = at_slot(asked_, slot);
-  if (asked.round == round_)
-    return asked.candidate == kNone ? nullptr : &candidates_[asked.candidate];
-  asked = {round_, kNone};
+  Listed& listed = at_slot(listed_, slot);
+  if (listed.round == round_)
+    return listed.candidate == kNone ? nullptr : &candidates_[listed.candidate];
+  listed = {round_, kNone};
   if (candidates_.size() == kCandidates || !surface_->vertex(slot).alive) return nullptr;
   for (std::uint32_t j = 0; j < position; ++j)
     if (cell.slots[j] == slot) return nullptr;
-  asked.candidate = static_cast<std::uint32_t>(candidates_.size());
+  listed.candidate = static_cast<std::uint32_t>(candidates_.size());
   Candidate& it = candidates_.emplace_back();
   it.slot = slot;
   return &it;
@@ -236,7 +236,8 @@ void CellCorners<Coder>::gather_faces(const CellTopology& cell, std::uint32_t po
   }
 }
 
-/// Open faces of the size of ours that have its known nodes in the same places, either way round.
+/// Open faces of the size of ours that have its known nodes in the same places, in either
+/// direction.
 template <class Coder>
 void CellCorners<Coder>::gather_shared(const CellTopology& cell, const ShapeFace& ours,
                                        std::uint32_t place, std::uint32_t known) {
@@ -246,10 +247,10 @@ void CellCorners<Coder>::gather_shared(const CellTopology& cell, const ShapeFace
   faces_.around(cell.slots[ours.at[anchor]], [&](const OpenFaces::Face& face, std::uint32_t at) {
     if (face.size != n) return;
     if (std::find(owners_.begin(), owners_.end(), faces_.number_of(face)) != owners_.end()) return;
-    for (std::uint32_t way : {1u, 2u}) {  // 1: against ours, as faces of neighbours run
+    for (std::uint32_t direction : {1u, 2u}) {  // 1: against ours, as faces of neighbours run
       const auto node = [&](std::uint32_t k) {
         const std::uint32_t steps = (k + n - anchor) % n;
-        return face.node[(at + (way == 1 ? n - steps : steps)) % n];
+        return face.node[(at + (direction == 1 ? n - steps : steps)) % n];
       };
       bool fits = true;
       for (std::uint32_t k = 0; k < n && fits; ++k)
@@ -257,7 +258,7 @@ void CellCorners<Coder>::gather_shared(const CellTopology& cell, const ShapeFace
       if (!fits) continue;
       if (Candidate* it = add(cell, position, node(place))) {
         it->shared = static_cast<std::uint8_t>(least(it->shared + known, 7));
-        it->ways |= static_cast<std::uint8_t>(way);
+        it->directions |= static_cast<std::uint8_t>(direction);
       }
       if (n == 2) break;
     }
@@ -336,14 +337,14 @@ void CellCorners<Coder>::make_guesses(Past& past, std::span<const std::uint32_t>
     for (std::uint32_t i = 0; i < least(static_cast<std::uint32_t>(corners.size()), kMost); ++i)
       for (std::uint32_t j = 0; j < behind->size; ++j)
         if (behind->node[j] == corners[i]) guess.place[i] = static_cast<std::uint8_t>(j);
-    const auto say = [&](std::uint64_t next) {
+    const auto add_guess = [&](std::uint64_t next) {
       guess.number = next;
       if (std::none_of(past.guesses.begin(), past.guesses.end(),
                        [&](const Guess& it) { return it.number == next; }))
         past.guesses.push_back(guess);
     };
-    say(number + 1);
-    if (before[k] != OpenFaces::kNever) say(number + (number - before[k]));
+    add_guess(number + 1);
+    if (before[k] != OpenFaces::kNever) add_guess(number + (number - before[k]));
   }
 }
 

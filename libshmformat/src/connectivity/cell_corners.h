@@ -1,9 +1,9 @@
-// CellCorners: says the corners of cells that are no hexahedra, node by node in stored order. Each
+// CellCorners: codes the corners of cells that are no hexahedra, node by node in stored order. Each
 // is new, or one of some candidates: what continues the numbers of the last cell of the block; what
 // its neighbours' successors have; what lies behind open faces that share vertices with this cell;
-// the last cell's. Candidates are asked in the order of how often their like has been right.
+// the last cell's. Candidates are tried in the order of how often their like has been right.
 // in:    the corners of a cell          out: decisions for "connectivity"
-// keeps: open faces of cells of all shapes, last cells, models; changed alike in both directions
+// keeps: open faces of cells of all shapes, last cells, models; the same in encoder and decoder
 // spec: "Corners of other cells"
 #pragma once
 
@@ -30,10 +30,10 @@ class CellCorners {
   /// `surface` is borrowed.
   explicit CellCorners(ActiveSurface& surface) : surface_(&surface) {}
 
-  /// Codes the corners of a cell that has some: slots and new_positions. `birth(position)` makes
-  /// the new vertex. False only when decoding damaged data.
+  /// Codes the corners of a cell that has some: slots and new_positions. `add_vertex(position)`
+  /// makes the new vertex. False only when decoding damaged data.
   bool code(Coder& symbols, CellTopology& cell, CellShape shape,
-            const std::function<void(std::uint32_t)>& birth);
+            const std::function<void(std::uint32_t)>& add_vertex);
   /// After a cell, of any shape, before its last uses: its corners open and close faces.
   /// `as_stored`: corners of a hexahedron stand as in its source, or else in the coder's frame.
   void take_note(const CellTopology& cell, CellShape shape, bool as_stored);
@@ -47,23 +47,23 @@ class CellCorners {
   static constexpr std::uint32_t kMost = OpenFaces::kMost;
   static constexpr std::uint32_t kShapes = 7, kPositions = 8;
   static constexpr std::size_t kCandidates = 24;
-  /// A lead that is right more often than this, of 65536, is asked without looking for others.
+  /// A lead that is right more often than this, of 65536, is tried without looking for others.
   static constexpr std::uint32_t kSure = 64512;
   enum Question : std::uint32_t { kNew, kAmong, kWhich, kLast, kQuestions };
 
   /// What the node at a position may be, and why.
   struct Candidate {
     std::uint32_t slot = kNone;
-    std::uint8_t guesses = 0;    ///< successors of neighbours that have it there
-    bool shift = false;          ///< it goes on as the block's last cell did
-    std::uint8_t shared = 0;     ///< known nodes of open faces that it would close
-    std::uint8_t ways = 0;       ///< 1: such a face runs against ours, 2: along
-    std::uint8_t beside = 0;     ///< edges of open faces that lead to it
-    std::uint8_t place = kMost;  ///< in the last cell
-    std::uint32_t chance = 0;    ///< that it is right, of 65536
+    std::uint8_t guesses = 0;     ///< successors of neighbours that have it there
+    bool shift = false;           ///< it goes on as the block's last cell did
+    std::uint8_t shared = 0;      ///< known nodes of open faces that it would close
+    std::uint8_t directions = 0;  ///< 1: such a face runs against ours, 2: along
+    std::uint8_t beside = 0;      ///< edges of open faces that lead to it
+    std::uint8_t place = kMost;   ///< in the last cell
+    std::uint32_t chance = 0;     ///< that it is right, of 65536
     MixedBit* model = nullptr;
     /// Of its reasons.
-    std::uint32_t why() const { return clue(guesses, shared, ways, shift, place); }
+    std::uint32_t why() const { return clue(guesses, shared, directions, shift, place); }
   };
   /// A cell beside which the next cell may be, and which node of it stands at which position.
   struct Guess {
@@ -94,14 +94,14 @@ class CellCorners {
   struct Corner {
     std::uint32_t position = 0, model = 0;  ///< model: the position, within kPositions
     std::uint64_t expected = 0;             ///< the id, if it goes on as the last cell did
-    std::uint32_t lead = kNone;             ///< the slot that is likely before faces are asked
+    std::uint32_t lead = kNone;             ///< the slot that is likely before faces are looked at
     AdaptiveBit* lead_model = nullptr;
     std::uint32_t repeats = kNone;  ///< encoding: the earlier position of its vertex
   };
 
   ShapeModels& models_of(CellShape shape);
   bool code_corner(Coder& symbols, CellTopology& cell, Corner& it,
-                   const std::function<void(std::uint32_t)>& birth);
+                   const std::function<void(std::uint32_t)>& add_vertex);
   std::uint32_t code_taken(CellTopology& cell, const Corner& it);
   std::uint32_t code_missed(Coder& symbols, CellTopology& cell, const Corner& it);
 
@@ -138,11 +138,11 @@ class CellCorners {
 
   // the corner at hand
   std::vector<Candidate> candidates_;
-  struct Asked {
+  struct Listed {
     std::uint64_t round = 0;
     std::uint32_t candidate = kNone;
   };
-  std::vector<Asked> asked_;  // by slot: which candidate the vertex is
+  std::vector<Listed> listed_;  // by slot: which candidate the vertex is
   std::uint64_t round_ = 0;
 };
 

@@ -1,7 +1,7 @@
 // Imports: which of the vertices that a segment introduces are owned by an earlier segment, and
 // how the numbers of these are predicted.
-// A cut goes along faces, so its vertices are neighbours: what is known of the neighbours in the
-// cell says nearly always what the next one is.
+// A cut goes along faces, so its vertices are neighbours: as a rule the next vertex is what its
+// known neighbours in the cell are.
 // spec: "Imports"
 #pragma once
 
@@ -22,7 +22,7 @@ class ImportFlags {
   /// Comes before the vertices of the cell: nothing is known of the new ones yet.
   void begin_cell(const CellTopology& cell);
   /// Codes whether the new vertex at `position` is imported; the cell's new vertices come in order
-  /// of birth.
+  /// of new_positions.
   bool code(Coder& coder, const CellTopology& cell, std::uint32_t position, bool imported);
   /// The stencil at `position` where only imported vertices are known.
   Stencil stencil(const CellTopology& cell, std::uint32_t position) const;

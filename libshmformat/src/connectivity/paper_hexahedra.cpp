@@ -22,7 +22,7 @@ bool all_different(const std::array<std::uint32_t, kCount>& slots) {
   return true;
 }
 
-/// Which operation says a hexahedron whose active faces, seen in some rotation, are `mask`; none
+/// Which operation codes a hexahedron whose active faces, seen in some rotation, are `mask`; none
 /// where the rotation does not bring them to where the operations look.
 enum class Fit : std::uint8_t { none, hut, roof, step, bridge };
 constexpr Fit fit_of(std::uint32_t mask) {
@@ -108,7 +108,7 @@ auto PaperHexahedra<Coder>::choose_plan(const CellTopology& cell) const -> Plan 
   return best;
 }
 
-/// How the gate would be said, and a guess of what it costs; smaller is better.
+/// How the gate would be coded, and a guess of what it costs; smaller is better.
 template <class Coder>
 void PaperHexahedra<Coder>::rate_gate(Plan& plan, const Corners& target) const {
   const bool turns = plan.operation == kStep || plan.operation == kBridge;
@@ -177,17 +177,17 @@ bool PaperHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopolo
   Corners target{};
   std::copy_n(cell.slots.begin(), 8, target.begin());
 
-  const std::uint32_t said = code_tree(symbols, operations_[last_operation_][mode_history_],
-                                       static_cast<std::uint32_t>(plan.operation));
-  if (said >= kOperations) return false;
-  operation_ = static_cast<Operation>(said);
+  const std::uint32_t coded = code_tree(symbols, operations_[last_operation_][mode_history_],
+                                        static_cast<std::uint32_t>(plan.operation));
+  if (coded >= kOperations) return false;
+  operation_ = static_cast<Operation>(coded);
   if constexpr (Coder::kDecodes) plan.operation = operation_;
 
   if (operation_ == kStart) {
     for (std::uint8_t i : kCornerOrder)
       if (!code_corner(symbols, target, cell, i)) return false;
     last_operation_ = operation_;
-    glue(cell, order_matters);
+    attach(cell, order_matters);
     return true;
   }
   Gate gate;
@@ -203,7 +203,7 @@ bool PaperHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopolo
     for (std::uint32_t i : {4u, 7u, 5u, 6u}) good = good && code_corner(symbols, target, cell, i);
   last_operation_ = operation_;
   good = good && (!order_matters || code_corner_order(corner_order, gate, cell, plan.rotation));
-  if (good) glue(cell, order_matters);
+  if (good) attach(cell, order_matters);
   return good;
 }
 
@@ -538,7 +538,7 @@ bool PaperHexahedra<Coder>::code_corner_order(Coder& corner_order, const Gate& g
 
 /// Takes the shared faces off the surface and puts the others on it.
 template <class Coder>
-void PaperHexahedra<Coder>::glue(CellTopology& cell, bool order_matters) {
+void PaperHexahedra<Coder>::attach(CellTopology& cell, bool order_matters) {
   cell.cell_slot = surface_.begin_cell();
   Corners v{};
   std::copy_n(cell.slots.begin(), 8, v.begin());
@@ -568,7 +568,7 @@ void PaperHexahedra<Coder>::glue(CellTopology& cell, bool order_matters) {
     } else if (std::all_of(quad.begin(), quad.end(), [&](std::uint32_t vertex) {
                  return surface_.vertex(vertex).face_count < kMaxFacesAtVertex;
                })) {
-      // As a reader knows it: where the order does not matter, corners come back as in the frame.
+      // As a reader has it: where the order does not matter, corners come back as in the frame.
       const auto stored = [&](std::uint8_t i) { return order_matters ? cell.stored_corner[i] : i; };
       previous_face_[k] =
           surface_.add_face(quad, {stored(c[0]), stored(c[1]), stored(c[2]), stored(c[3])},

@@ -1,15 +1,15 @@
 // Paper hexahedra: the published scheme, whole; the baseline of every comparison.
 // in:    hexahedra in coding order            out: symbols for "connectivity" and "corner order"
-// keeps: the previous hexahedron, the models; changed alike in both directions
+// keeps: the previous hexahedron, the models; the same in encoder and decoder
 //
-// A hexahedron is glued to the active surface by one of five operations; which further faces it
+// A hexahedron is attached to the active surface by one of five operations; which further faces it
 // shares is deduced and confirmed:
-//   START   no face shared, or not sayable otherwise: eight corners, each new, live or repeated
+//   START   no face shared, or none of the others fits: eight corners, each new, live or repeated
 //   HUT     one face f0                          ROOF  f0 and the opposite f5
 //   STEP    f0 and f1 at an edge; then, deduced, f2 (CORNER) and more (GAP, PIT, DEN)
 //   BRIDGE  f0, f1 and the opposite f3; TUNNEL follows
 // The face f0 (the gate) is looked for on the previous hexahedron, at its edges, at its vertices,
-// and only then said by the number of a live vertex.
+// and only then coded by the number of a live vertex.
 // source: paper section 3.1; spec: "Paper hexahedra"
 #pragma once
 
@@ -30,7 +30,7 @@ class PaperHexahedra {
   /// `surface` is borrowed.
   explicit PaperHexahedra(ActiveSurface& surface) : surface_(surface) {}
 
-  /// Codes corners, and their order if it matters, of one hexahedron, and glues it on.
+  /// Codes corners, and their order if it matters, of one hexahedron, and attaches it.
   /// False only when decoding damaged data.
   bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters);
 
@@ -38,7 +38,7 @@ class PaperHexahedra {
   enum Operation : std::uint8_t { kStart, kHut, kRoof, kStep, kBridge, kOperations };
   enum GateMode : std::uint8_t { kOnFace, kAtEdge, kAtVertex, kAnywhere, kGateModes };
 
-  /// How a hexahedron is glued on: found by the encoder, told to the decoder.
+  /// How a hexahedron is attached: found by the encoder, coded for the decoder.
   struct Plan {
     Operation operation = kStart;
     std::uint32_t rotation = 0;
@@ -52,7 +52,7 @@ class PaperHexahedra {
     bool mirrored = false;
   };
   using Corners = std::array<std::uint32_t, 8>;
-  /// A number said relative to the last one of its kind or to the oldest live vertex.
+  /// A number coded relative to the last one of its kind or to the oldest live vertex.
   struct ReferenceModel {
     AdaptiveBit from_last;
     SignedModel<NumberModel> step;
@@ -87,7 +87,7 @@ class PaperHexahedra {
   bool code_reference(Coder& symbols, ReferenceModel& model, std::uint32_t& slot);
   bool code_corner_order(Coder& corner_order, const Gate& gate, CellTopology& cell,
                          std::uint32_t rotation);
-  void glue(CellTopology& cell, bool order_matters);
+  void attach(CellTopology& cell, bool order_matters);
 
   std::uint32_t add_vertex(CellTopology& cell, std::uint32_t position);
   bool previous_alive(std::uint32_t corner) const;

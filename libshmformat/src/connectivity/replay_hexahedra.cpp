@@ -36,7 +36,7 @@ bool ReplayHexahedra<Coder>::code(Coder& symbols, Coder&, CellTopology& cell, bo
     number = first.number;
     marks = first.marks;
     if (!resolve(cell, number)) return false;
-  } else if (!code_surprise(symbols, cell, number, marks)) {
+  } else if (!code_miss(symbols, cell, number, marks)) {
     return false;
   }
   if (!Coder::kDecodes && clash_) return false;
@@ -94,13 +94,13 @@ void ReplayHexahedra<Coder>::take(const CellTopology& cell, Numbers& number,
 // --- what is not as expected
 
 template <class Coder>
-bool ReplayHexahedra<Coder>::code_surprise(Coder& symbols, CellTopology& cell, Numbers& number,
-                                           std::uint8_t& marks) {
+bool ReplayHexahedra<Coder>::code_miss(Coder& symbols, CellTopology& cell, Numbers& number,
+                                       std::uint8_t& marks) {
   Choice choice;
   if constexpr (!Coder::kDecodes) {
     choice = choose(cell, number, marks);
-    surprises_.resize(kSurprises);
-    surprises_[step_key(number)] = sequence_;
+    misses_.resize(kMissSlots);
+    misses_[step_key(number)] = sequence_;
   }
   const std::uint64_t before = distances_[0];
   if (!code_choice_of_guess(symbols, choice)) return false;
@@ -114,7 +114,7 @@ bool ReplayHexahedra<Coder>::code_surprise(Coder& symbols, CellTopology& cell, N
   return true;
 }
 
-/// Encoder: the guess that leaves least to say.
+/// Encoder: the guess that leaves least to code.
 template <class Coder>
 auto ReplayHexahedra<Coder>::choose(const CellTopology& cell, const Numbers& number,
                                     std::uint8_t marks) const -> Choice {
@@ -151,9 +151,9 @@ auto ReplayHexahedra<Coder>::choose(const CellTopology& cell, const Numbers& num
   };
   // The cells that introduced its vertices: in a scan, those below and beside it are among them.
   for (std::uint32_t c = 0; c < 8; ++c)
-    if (cell.slots[c] < births_.size()) try_new(sequence_ - births_[cell.slots[c]], 12);
-  // Parts that come again: where a step like this one was a surprise before.
-  if (!surprises_.empty()) try_new(sequence_ - surprises_[step_key(number)], 12);
+    if (cell.slots[c] < introduced_.size()) try_new(sequence_ - introduced_[cell.slots[c]], 12);
+  // Parts that come again: where a step like this one was not as expected before.
+  if (!misses_.empty()) try_new(sequence_ - misses_[step_key(number)], 12);
   // Layers with holes: a little more or less than the distance used last.
   if (!reaches(distances_[0])) return best;
   const auto first = [&](std::uint64_t distance) { return numbers(distance)[0]; };
@@ -281,11 +281,11 @@ void ReplayHexahedra<Coder>::code_marks(Coder& symbols, std::uint8_t expected,
     marks = expected;
     return;
   }
-  std::uint8_t said = 0;
+  std::uint8_t coded = 0;
   for (std::uint32_t c = 0; c < 8; ++c) {
-    if (symbols.bit(mark_[c][expected >> c & 1], marks >> c & 1)) said |= bit(c);
+    if (symbols.bit(mark_[c][expected >> c & 1], marks >> c & 1)) coded |= bit(c);
   }
-  marks = said;
+  marks = coded;
 }
 
 // --- from numbers to vertices
@@ -327,14 +327,14 @@ bool ReplayHexahedra<Coder>::resolve_corner(CellTopology& cell, const Numbers& n
   if constexpr (Coder::kDecodes) {
     slot = find(number[corner], corner);
   } else {
-    for (std::uint32_t c = 0; c < corner && slot == kNone; ++c)  // born a moment ago
+    for (std::uint32_t c = 0; c < corner && slot == kNone; ++c)  // new in this cell
       if (cell.numbers[c] == cell.numbers[corner]) slot = cell.slots[c];
   }
   if (slot == kNone) {
     if (!keep_ && number[corner] != surface_->next_id()) return false;
     slot = surface_->add_vertex();
     if (number[corner] == largest_ + 1) next_ |= bit(corner);
-    name(slot, number[corner]);
+    set_number(slot, number[corner]);
     cell.new_positions.push_back(corner);
   }
   cell.slots[corner] = slot;
@@ -371,9 +371,9 @@ std::uint32_t ReplayHexahedra<Coder>::find_anywhere(std::uint64_t number) const 
 }
 
 template <class Coder>
-void ReplayHexahedra<Coder>::name(std::uint32_t slot, std::uint64_t number) {
+void ReplayHexahedra<Coder>::set_number(std::uint32_t slot, std::uint64_t number) {
   make_room(named_, slot);
-  if constexpr (!Coder::kDecodes) at_slot(births_, slot) = sequence_;
+  if constexpr (!Coder::kDecodes) at_slot(introduced_, slot) = sequence_;
   if (largest_ + 1 <= number) largest_ = number;
   const bool known = !keep_ || by_number_.insert(number, slot);
   named_[slot] = {number, known};
@@ -391,7 +391,7 @@ void ReplayHexahedra<Coder>::forget(std::uint32_t slot) {
 
 template <class Coder>
 void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number, std::uint8_t marks) {
-  // Which way of guessing marks was right, where the two differ.
+  // Which guess of marks was right, where the two differ.
   if (reaches(distances_[0]) && distances_[0] + beside_now_ <= kept()) {
     const std::uint8_t moved = static_cast<std::uint8_t>(past(beside_now_).marks ^
                                                          past(distances_[0] + beside_now_).marks);

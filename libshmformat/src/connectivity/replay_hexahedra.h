@@ -1,13 +1,14 @@
 // Replay hexahedra: each hexahedron repeats, in other numbers, one that came some cells earlier.
 // in:    hexahedra in coding order            out: symbols for "connectivity"
-// keeps: the last cells in a ring, the numbers of live vertices, the models; alike both ways
+// keeps: the last cells in a ring, the numbers of live vertices, the models; the same in
+//        encoder and decoder
 //
 // Layouts that a program enumerated go on as they began: with a distance d, corner by corner,
 //   number[i] = number[i - d] + (number[i - 1] - number[i - 1 - d])
-// and the cell finalizes what cell i - d finalized. One decision says that all of it is so. The
+// and the cell finalizes what cell i - d finalized. One decision codes that all of it is so. The
 // numbers are the source's own (Order::keep) or stream numbers; a number that no live vertex has
 // is a new vertex. So numbers, order and corner order come back at no cost, and no face is ever
-// looked at. What is not so is said corner by corner.
+// looked at. What is not so is coded corner by corner.
 // spec: "Replay hexahedra"
 #pragma once
 
@@ -30,7 +31,7 @@ inline constexpr std::uint64_t kReplayWindow = std::uint64_t{1} << 18;
 template <class Coder>
 class ReplayHexahedra {
  public:
-  /// `surface` is borrowed. `keep`: corners are told by the source's numbers, in
+  /// `surface` is borrowed. `keep`: corners are coded by the source's numbers, in
   /// cell.original; else by stream numbers.
   ReplayHexahedra(ActiveSurface& surface, bool keep) : surface_(&surface), keep_(keep) {}
 
@@ -38,14 +39,14 @@ class ReplayHexahedra {
   /// decoding damaged data, or when two live vertices have the same number.
   bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters);
   /// The number of a vertex that no hexahedron has as a corner so far.
-  void name(std::uint32_t slot, std::uint64_t number);
+  void set_number(std::uint32_t slot, std::uint64_t number);
   /// Before any vertex is finalized.
   void forget(std::uint32_t slot);
 
  private:
   using Numbers = std::array<std::uint64_t, 8>;
   using Slots = std::array<std::uint32_t, 8>;
-  static constexpr std::size_t kSurprises = 1024;
+  static constexpr std::size_t kMissSlots = 1024;
   static constexpr std::uint32_t kDistances = 6;  // as many as trees of 3 bits can choose from
   enum Kind : std::uint8_t { kSameStep, kBeyond, kTop, kPrevious, kEarlier, kFromPrevious, kStep };
 
@@ -53,7 +54,7 @@ class ReplayHexahedra {
   struct Past {
     Halves number{};           // the lower half of each
     std::uint8_t next = 0;     // corners that introduced the number above the largest
-    std::uint8_t marks = 0;    // corners that it used last, as said
+    std::uint8_t marks = 0;    // corners that it used last, as coded
     bool guessed = false;      // all of it was as expected
     std::uint32_t beside = 1;  // distance of the cell whose shift it had
   };
@@ -100,7 +101,7 @@ class ReplayHexahedra {
   void take(const CellTopology& cell, Numbers& number, std::uint8_t& marks) const;
   Choice choose(const CellTopology& cell, const Numbers& number, std::uint8_t marks) const;
   std::size_t step_key(const Numbers& number) const;
-  bool code_surprise(Coder& symbols, CellTopology& cell, Numbers& number, std::uint8_t& marks);
+  bool code_miss(Coder& symbols, CellTopology& cell, Numbers& number, std::uint8_t& marks);
   bool code_choice_of_guess(Coder& symbols, Choice& choice);
   bool code_corners(Coder& symbols, const Guess& guess, Numbers& number);
   void code_marks(Coder& symbols, std::uint8_t expected, std::uint8_t& marks);
@@ -122,13 +123,14 @@ class ReplayHexahedra {
   std::array<std::uint64_t, kDistances> distances_{1};  // the one used last first
   bool marks_shift_ = false;
 
-  std::vector<Named> named_;              // by vertex slot
-  std::vector<std::uint64_t> births_;     // encoder, by vertex slot: the hexahedron at hand then
-  std::vector<std::uint64_t> surprises_;  // encoder, by step_key: the last hexahedron
-  bool clash_ = false;                    // two live vertices had the same number
-  NumberMap by_number_;                   // Order::keep
+  std::vector<Named> named_;               // by vertex slot
+  std::vector<std::uint64_t> introduced_;  // encoder, by vertex slot: the hexahedron at hand then
+  std::vector<std::uint64_t>
+      misses_;           // encoder, by step_key: the last hexahedron that was not as expected
+  bool clash_ = false;   // two live vertices had the same number
+  NumberMap by_number_;  // Order::keep
   std::uint64_t largest_ = ~std::uint64_t{0};
-  Numbers top_{};  // largest number of each corner, where it was a surprise
+  Numbers top_{};  // largest number of each corner, where it was not as expected
   std::array<std::array<Source, 2>, 8> sources_{};  // decoder: the one that was right last first
   std::uint8_t next_ = 0;                           // of the hexahedron at hand
   std::uint64_t beside_now_ = 1;

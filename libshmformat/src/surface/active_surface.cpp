@@ -5,20 +5,20 @@
 namespace shm {
 namespace {
 
-constexpr std::array<std::uint32_t, 4> kNobody = {kNone, kNone, kNone, kNone};
+constexpr std::array<std::uint32_t, 4> kNoMates = {kNone, kNone, kNone, kNone};
 
 }  // namespace
 
-void ActiveSurface::sweep_births() {
-  std::erase_if(births_, [&](const Birth& birth) { return !alive(birth); });
+void ActiveSurface::sweep_introduced() {
+  std::erase_if(introduced_, [&](const Introduced& it) { return !alive(it); });
   oldest_ = 0;
 }
 
 std::uint32_t ActiveSurface::slot_of(std::uint64_t id) const {
   const auto found =
-      std::lower_bound(births_.begin(), births_.end(), id,
-                       [](const Birth& birth, std::uint64_t wanted) { return birth.id < wanted; });
-  return found != births_.end() && found->id == id && alive(*found) ? found->slot : kNone;
+      std::lower_bound(introduced_.begin(), introduced_.end(), id,
+                       [](const Introduced& it, std::uint64_t wanted) { return it.id < wanted; });
+  return found != introduced_.end() && found->id == id && alive(*found) ? found->slot : kNone;
 }
 
 std::uint32_t ActiveSurface::begin_cell() {
@@ -38,7 +38,7 @@ std::uint32_t ActiveSurface::add_face(const Quad& quad,
   const std::uint32_t slot = take_slot(faces_, free_faces_);
   Face& face = faces_[slot];
   face.quad = quad;
-  face.mate = kNobody;
+  face.mate = kNoMates;
   face.fan = {};
   face.owner_corner = owner_corner;
   face.cell = current_cell_;

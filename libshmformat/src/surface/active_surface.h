@@ -1,5 +1,5 @@
 // Active surface: the part of the mesh that coding still needs, the same on both sides.
-//   vertices  born at their first use, gone when finalized
+//   vertices  introduced by their first use, gone when finalized
 //   faces     quadrilaterals that one hexahedron uses and no second one has been glued to; gone
 //             with their first finalized vertex. Across each of its four edges a face has at most
 //             one mate: the face at the other end of the fan of hexahedra around that edge.
@@ -60,7 +60,7 @@ class ActiveSurface {
     vertex.id = next_id_++;
     vertex.alive = true;
     ++active_vertices_;
-    births_.push_back({vertex.id, slot});
+    introduced_.push_back({vertex.id, slot});
     return slot;
   }
   /// Removes the vertex and every face that it has.
@@ -70,7 +70,7 @@ class ActiveSurface {
     vertex.alive = false;
     --active_vertices_;
     free_vertices_.push_back(slot);
-    if (births_.size() > 3 * active_vertices_ + 64) sweep_births();
+    if (introduced_.size() > 3 * active_vertices_ + 64) sweep_introduced();
   }
   void count_use(std::uint32_t vertex) { ++vertices_[vertex].uses; }
 
@@ -107,21 +107,21 @@ class ActiveSurface {
   std::uint64_t next_id() const { return next_id_; }
   /// Stream number of the oldest live vertex; next_id() when none is alive.
   std::uint64_t oldest_id() {
-    while (oldest_ < births_.size() && !alive(births_[oldest_])) ++oldest_;
-    return oldest_ == births_.size() ? next_id_ : births_[oldest_].id;
+    while (oldest_ < introduced_.size() && !alive(introduced_[oldest_])) ++oldest_;
+    return oldest_ == introduced_.size() ? next_id_ : introduced_[oldest_].id;
   }
   std::uint64_t active_vertices() const { return active_vertices_; }
   std::uint32_t vertex_slots() const { return static_cast<std::uint32_t>(vertices_.size()); }
   std::uint32_t cell_slots() const { return static_cast<std::uint32_t>(cell_faces_.size()); }
 
  private:
-  /// A vertex in order of birth; dead ones are swept out now and then.
-  struct Birth {
+  /// A vertex, in the order in which they came; finalized ones are swept out now and then.
+  struct Introduced {
     std::uint64_t id = 0;
     std::uint32_t slot = 0;
   };
-  bool alive(const Birth& birth) const {
-    return vertices_[birth.slot].alive && vertices_[birth.slot].id == birth.id;
+  bool alive(const Introduced& it) const {
+    return vertices_[it.slot].alive && vertices_[it.slot].id == it.id;
   }
   template <class T>
   static std::uint32_t take_slot(std::vector<T>& slots, std::vector<std::uint32_t>& free) {
@@ -145,7 +145,7 @@ class ActiveSurface {
     return slot;
   }
   void unlink(FaceCorner at);
-  void sweep_births();
+  void sweep_introduced();
 
   std::vector<Vertex> vertices_;
   std::vector<Face> faces_;
@@ -153,8 +153,8 @@ class ActiveSurface {
   static constexpr std::size_t kRestingSlots = 256;
   std::deque<std::uint32_t> free_vertices_;  // the one that was freed first in front
   std::vector<std::uint32_t> free_faces_, free_cells_;
-  std::vector<Birth> births_;
-  std::size_t oldest_ = 0;  // in births_: none before it is alive
+  std::vector<Introduced> introduced_;
+  std::size_t oldest_ = 0;  // in introduced_: none before it is alive
   std::uint64_t next_id_ = 0, active_vertices_ = 0;
   std::uint32_t current_cell_ = kNone;
 };

@@ -72,8 +72,8 @@ constexpr CellShape flat_shape(CellShape shape, std::uint32_t corners) {
   return corners == 3 ? CellShape::triangle : CellShape::quad;
 }
 
-/// Faces of a cell, then the edges of one that is itself a face. Must hold: corner_count says
-/// `corners`.
+/// Faces of a cell, then the edges of one that is itself a face. Must hold: `corners` is what
+/// corner_count() returns.
 constexpr std::span<const ShapeFace> faces_of(CellShape shape, std::uint32_t corners) {
   switch (shape) {
     case CellShape::line: return shapes::kLine;

@@ -20,7 +20,7 @@ struct CellTopology {
   std::uint32_t block = 0;
   bool hexahedral = false;  ///< positions 0..7 are a hexahedron's corners in the coder's frame
   /// In meshes that are not of hexahedra alone: the shape, how many of its nodes are corners with
-  /// sides (coders/cell_shapes.h), and behind each side, corners as stored, the number of the cell
+  /// sides (surface/cell_shapes.h), and behind each side, corners as stored, the number of the cell
   /// that has the same face (OpenFaces). Else 0 corners.
   CellShape shape = CellShape::hexahedron;
   std::uint32_t corners = 0;
@@ -32,9 +32,9 @@ struct CellTopology {
   std::vector<std::uint64_t> numbers;
   /// By position: 1 where the vertex is finalized by this cell (first occurrence only).
   std::vector<std::uint8_t> last_use;
-  /// Positions of new vertices, in the order in which they were born.
+  /// Positions of new vertices, in the order in which they were introduced.
   std::vector<std::uint32_t> new_positions;
-  /// Order::keep, coders that say them: the source's numbers of a hexahedron's corners.
+  /// Order::keep, coders that code them: the source's numbers of a hexahedron's corners.
   std::array<std::uint64_t, 8> original{};
   /// Position in the coder's frame -> corner as stored.
   std::array<std::uint8_t, 8> stored_corner{0, 1, 2, 3, 4, 5, 6, 7};

@@ -1,5 +1,5 @@
-// ImportedNumbers: the stream numbers of live imported vertices, by the numbers that their segment
-// knows them by. Memory follows what is alive.
+// ImportedNumbers: the stream numbers of live imported vertices, by the numbers that they have in
+// their segment. Memory follows what is alive.
 #pragma once
 
 #include <cstdint>

@@ -81,7 +81,7 @@ class NumberMap {
   std::vector<std::uint8_t> counts_;  // of live numbers, by line
   std::vector<std::uint32_t> free_;
   static constexpr std::size_t kFound = 64;
-  mutable std::array<Found, kFound> found_{};  // cells of a row ask for the same few lines
+  mutable std::array<Found, kFound> found_{};  // cells of a row need the same few lines
 };
 
 }  // namespace shm
