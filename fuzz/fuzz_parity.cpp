@@ -14,8 +14,7 @@
 #include <vector>
 
 #include "base/failure.h"
-#include "bytes/byte_cursor.h"
-#include "bytes/checksum.h"
+#include "bytes/binary.h"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 

@@ -1,11 +1,9 @@
-#include "bytes/byte_cursor.h"
+#include "bytes/binary.h"
 
 #include <gtest/gtest.h>
 
 #include <array>
 #include <limits>
-
-#include "bytes/checksum.h"
 
 namespace shm {
 namespace {

@@ -1,4 +1,4 @@
-#include "surface/id_map.h"
+#include "surface/number_map.h"
 
 #include <gtest/gtest.h>
 

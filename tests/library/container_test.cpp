@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "bytes/checksum.h"
+#include "bytes/binary.h"
 #include "container/chunk_writer.h"
 #include "container/format.h"
 #include "support/file_surgery.h"

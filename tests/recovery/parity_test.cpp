@@ -10,7 +10,7 @@
 #include <random>
 
 #include "base/failure.h"
-#include "bytes/checksum.h"
+#include "bytes/binary.h"
 #include "shm/segment_reader.h"
 #include "support/feature_files.h"
 #include "support/item_text.h"

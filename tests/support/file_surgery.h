@@ -11,8 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "bytes/byte_cursor.h"
-#include "bytes/checksum.h"
+#include "bytes/binary.h"
 #include "bytes/packing.h"
 #include "container/format.h"
 #include "container/schema_codec.h"

@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-#include "bytes/byte_cursor.h"
+#include "bytes/binary.h"
 #include "bytes/packing.h"
 #include "support/sanitized.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "bytes/checksum.h"
+#include "bytes/binary.h"
 #include "bytes/packing.h"
 #include "container/random_chunks.h"
 #include "container/schema_codec.h"

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "bytes/sizes.h"
+#include "bytes/binary.h"
 #include "container/format.h"
 #include "recovery/survivors.h"
 #include "segment/wanted_values.h"

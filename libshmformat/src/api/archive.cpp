@@ -7,8 +7,8 @@
 #include <set>
 #include <utility>
 
+#include "bytes/binary.h"
 #include "bytes/misuse.h"
-#include "bytes/sizes.h"
 #include "container/chunk_writer.h"
 #include "container/random_chunks.h"
 

@@ -3,9 +3,8 @@
 #include <optional>
 #include <utility>
 
-#include "bytes/checksum.h"
+#include "bytes/binary.h"
 #include "bytes/packing.h"
-#include "bytes/sizes.h"
 #include "container/format.h"
 #include "container/schema_codec.h"
 #include "segment/mesh_decoder.h"

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "api/file_writer.h"
+#include "bytes/binary.h"
 #include "bytes/misuse.h"
-#include "bytes/sizes.h"
 #include "container/schema_codec.h"
 #include "model/mesh_totals.h"
 #include "segment/mesh_encoder.h"

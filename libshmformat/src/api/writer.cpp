@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "api/file_writer.h"
+#include "bytes/binary.h"
 #include "bytes/misuse.h"
-#include "bytes/sizes.h"
 #include "container/schema_codec.h"
 #include "model/mesh_totals.h"
 #include "segment/mesh_encoder.h"

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "bytes/byte_cursor.h"
+#include "bytes/binary.h"
 
 namespace shm {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "bytes/by_slot.h"
+#include "bytes/lists.h"
 
 namespace shm {
 namespace {

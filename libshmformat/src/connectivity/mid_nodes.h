@@ -15,8 +15,8 @@
 #include "entropy/models.h"
 #include "surface/active_surface.h"
 #include "surface/cell_topology.h"
-#include "surface/id_map.h"
 #include "surface/node_layout.h"
+#include "surface/number_map.h"
 
 namespace shm {
 

@@ -10,7 +10,7 @@
 #include <map>
 #include <unordered_map>
 
-#include "surface/id_map.h"
+#include "surface/number_map.h"
 
 namespace shm {
 

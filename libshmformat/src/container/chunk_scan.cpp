@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "bytes/checksum.h"
+#include "bytes/binary.h"
 
 namespace shm::container {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "bytes/checksum.h"
+#include "bytes/binary.h"
 
 namespace shm::container {
 

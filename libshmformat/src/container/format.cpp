@@ -1,6 +1,6 @@
 #include "container/format.h"
 
-#include "bytes/checksum.h"
+#include "bytes/binary.h"
 
 namespace shm::container {
 namespace {

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "bytes/byte_cursor.h"
+#include "bytes/binary.h"
 
 namespace shm::container {
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <utility>
 
-#include "bytes/checksum.h"
+#include "bytes/binary.h"
 
 namespace shm::container {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "bytes/byte_cursor.h"
+#include "bytes/binary.h"
 #include "shm/reader.h"
 #include "shm/schema.h"
 

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "bytes/byte_cursor.h"
+#include "bytes/binary.h"
 #include "entropy/range_coder.h"
 
 namespace shm {

@@ -14,7 +14,7 @@
 #include <string_view>
 #include <utility>
 
-#include "bytes/checksum.h"
+#include "bytes/binary.h"
 #include "shm/io.h"
 
 namespace shm {

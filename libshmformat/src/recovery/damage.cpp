@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "bytes/checksum.h"
+#include "bytes/binary.h"
 #include "container/chunk_writer.h"
 #include "recovery/index_maker.h"
 #include "recovery/known_chunks.h"

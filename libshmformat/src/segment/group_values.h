@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "bytes/by_slot.h"
+#include "bytes/lists.h"
 #include "container/format.h"
 #include "shm/schema.h"
 

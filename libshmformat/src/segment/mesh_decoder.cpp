@@ -1,5 +1,5 @@
 #include "segment/mesh_decoder.h"
-#include "bytes/sizes.h"
+#include "bytes/binary.h"
 
 #include <algorithm>
 #include <utility>

@@ -4,8 +4,8 @@
 #include <bit>
 #include <string>
 
-#include "bytes/by_slot.h"
-#include "bytes/checksum.h"
+#include "bytes/binary.h"
+#include "bytes/lists.h"
 #include "bytes/misuse.h"
 #include "container/schema_codec.h"
 #include "model/mesh_totals.h"

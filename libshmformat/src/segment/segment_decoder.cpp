@@ -4,8 +4,8 @@
 #include <string>
 #include <utility>
 
-#include "bytes/by_slot.h"
-#include "bytes/checksum.h"
+#include "bytes/binary.h"
+#include "bytes/lists.h"
 
 namespace shm {
 void leave_out(std::vector<std::byte>& values, const std::vector<std::uint8_t>& marked,

@@ -4,8 +4,8 @@
 #include <string>
 #include <utility>
 
-#include "bytes/by_slot.h"
-#include "bytes/checksum.h"
+#include "bytes/binary.h"
+#include "bytes/lists.h"
 #include "segment/shift_segment_encoder.h"
 
 namespace shm {

@@ -5,8 +5,8 @@
 #include <numeric>
 #include <utility>
 
-#include "bytes/by_slot.h"
-#include "bytes/checksum.h"
+#include "bytes/binary.h"
+#include "bytes/lists.h"
 #include "segment/difference_columns.h"
 
 namespace shm {

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "bytes/by_slot.h"
+#include "bytes/lists.h"
 #include "segment/mesh_streams.h"
 #include "shifts/shift_neighbours.h"
 #include "shifts/shifts.h"

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "bytes/by_slot.h"
+#include "bytes/lists.h"
 #include "shm/schema.h"
 #include "values/value_column.h"
 

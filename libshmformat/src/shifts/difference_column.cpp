@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "bytes/byte_cursor.h"
+#include "bytes/binary.h"
 #include "bytes/packing.h"
 #include "shifts/difference_choice.h"
 #include "values/domain_choice.h"

@@ -13,7 +13,7 @@
 #include <span>
 #include <vector>
 
-#include "bytes/byte_cursor.h"
+#include "bytes/binary.h"
 #include "bytes/packing.h"
 #include "shm/schema.h"
 

@@ -4,7 +4,7 @@
 #include <tuple>
 #include <utility>
 
-#include "bytes/by_slot.h"
+#include "bytes/lists.h"
 #include "steps/step_values.h"
 
 namespace shm {

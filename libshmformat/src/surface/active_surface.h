@@ -14,8 +14,7 @@
 #include <deque>
 #include <vector>
 
-#include "bytes/by_slot.h"
-#include "bytes/none.h"
+#include "bytes/lists.h"
 
 namespace shm {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "bytes/none.h"
+#include "bytes/lists.h"
 #include "surface/number_map.h"
 
 namespace shm {

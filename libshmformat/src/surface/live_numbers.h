@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "bytes/scatter.h"
+#include "surface/number_map.h"
 
 namespace shm {
 

@@ -1,7 +1,7 @@
-// NumberMap: from 64-bit numbers to 32-bit slots, for numbers that live and die in runs.
-// Numbers are kept by sixteens, each on a cache line of its own, so that neighbours are found
-// side by side and the table of an IdMap changes once for all of them. Memory follows what is
-// alive: some 90 bytes for a number that is alone, some 6 for one of a run.
+// Number maps: from 64-bit numbers, which files choose, to 32-bit slots.
+//   Scatter     where in a table a number is put
+//   IdMap       of numbers that have nothing in common
+//   NumberMap   of numbers that are there for a while, in runs
 #pragma once
 
 #include <array>
@@ -9,11 +9,93 @@
 #include <cstdint>
 #include <vector>
 
-#include "bytes/none.h"
-#include "surface/id_map.h"
+#include "bytes/lists.h"
 
 namespace shm {
 
+/// Where in a table a number is put. Numbers come from files, and whoever makes a file could choose
+/// them so that all fall on one place; so the places depend on where the table lies in memory, too,
+/// which a file cannot know. What is coded never depends on places.
+class Scatter {
+ public:
+  Scatter()
+      : seed_(static_cast<std::uint64_t>(reinterpret_cast<std::uintptr_t>(this)) * kFirstFactor) {}
+
+  /// Bits as good as any others, from the lowest on.
+  std::uint64_t operator()(std::uint64_t number) const {
+    std::uint64_t x = (number ^ seed_) * kFirstFactor;
+    x = (x ^ x >> 32) * kSecondFactor;
+    return x >> 32;
+  }
+
+ private:
+  static constexpr std::uint64_t kFirstFactor = 0x9e3779b97f4a7c15u,
+                                 kSecondFactor = 0xd6e8feb86659fd93u;
+  std::uint64_t seed_;
+};
+
+/// Open addressing with linear probing; erasing shifts the rest of the run back, so there are no
+/// tombstones and memory follows what is there.
+class IdMap {
+ public:
+  /// The slot of `id`, kNone when absent.
+  std::uint32_t find(std::uint64_t id) const {
+    if (entries_.empty()) return kNone;
+    for (std::size_t i = home(id);; i = (i + 1) & mask()) {
+      if (entries_[i].slot == kNone) return kNone;
+      if (entries_[i].id == id) return entries_[i].slot;
+    }
+  }
+  /// Must hold: `id` is absent, slot is not kNone.
+  void insert(std::uint64_t id, std::uint32_t slot) {
+    if ((count_ + 1) * 2 > entries_.size()) grow();
+    place({id, slot});
+    ++count_;
+  }
+  /// Must hold: `id` is present.
+  void erase(std::uint64_t id) {
+    std::size_t hole = home(id);
+    while (entries_[hole].id != id || entries_[hole].slot == kNone) hole = (hole + 1) & mask();
+    for (std::size_t i = (hole + 1) & mask(); entries_[i].slot != kNone; i = (i + 1) & mask()) {
+      // An entry may fill the hole unless its home lies between the hole and itself.
+      if (((i - home(entries_[i].id)) & mask()) < ((i - hole) & mask())) continue;
+      entries_[hole] = entries_[i];
+      hole = i;
+    }
+    entries_[hole].slot = kNone;
+    --count_;
+  }
+  std::size_t size() const { return count_; }
+
+ private:
+  struct Entry {
+    std::uint64_t id = 0;
+    std::uint32_t slot = kNone;
+  };
+  std::size_t mask() const { return entries_.size() - 1; }
+  std::size_t home(std::uint64_t id) const {
+    return static_cast<std::size_t>(scatter_(id)) & mask();
+  }
+  void place(const Entry& entry) {
+    std::size_t i = home(entry.id);
+    while (entries_[i].slot != kNone) i = (i + 1) & mask();
+    entries_[i] = entry;
+  }
+  void grow() {
+    std::vector<Entry> old(entries_.empty() ? 64 : entries_.size() * 2);
+    old.swap(entries_);
+    for (const Entry& entry : old)
+      if (entry.slot != kNone) place(entry);
+  }
+
+  std::vector<Entry> entries_;
+  Scatter scatter_;
+  std::size_t count_ = 0;
+};
+
+/// Numbers are kept by sixteens, each on a cache line of its own, so that neighbours are found side
+/// by side and the table of an IdMap changes once for all of them. Memory follows what is there:
+/// some 90 bytes for a number that is alone, some 6 for one of a run.
 class NumberMap {
  public:
   /// The slot of `number`, kNone when absent.

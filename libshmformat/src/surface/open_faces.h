@@ -13,8 +13,8 @@
 #include <span>
 #include <vector>
 
-#include "bytes/none.h"
-#include "surface/id_map.h"
+#include "bytes/lists.h"
+#include "surface/number_map.h"
 
 namespace shm {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "bytes/by_slot.h"
+#include "bytes/lists.h"
 #include "bytes/whole_numbers.h"
 
 namespace shm {

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "bytes/by_slot.h"
+#include "bytes/lists.h"
 #include "entropy/compact_number.h"
 #include "entropy/lazy_models.h"
 #include "entropy/mixing.h"

@@ -5,9 +5,13 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace shm {
+
+/// The slot or place that is not there.
+inline constexpr std::uint32_t kNone = 0xffffffffu;
 
 /// The size of a list of `size` once there is room for `slot`, and some more.
 inline std::size_t size_with_room(std::size_t size, std::size_t slot) {

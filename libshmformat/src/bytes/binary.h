@@ -1,19 +1,35 @@
-// Byte cursors: every multi-byte number of the format is little-endian and passes through here.
-// ByteWriter appends to a vector; ByteReader walks borrowed bytes, returns zeros past the end
-// and remembers that it did: ask ok() once per structure, before using what was read.
-// spec: "Conventions"
+// Bytes of the format: every number of more than one byte is little-endian and passes through here.
+// ByteWriter appends to a vector; ByteReader walks borrowed bytes, returns zeros past the end and
+// remembers that it did: check ok() once per structure, before using what was read.
+// spec: "Conventions", "Checksums"
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace shm {
+
+struct ReadLimits;
+
+// Counts of the format have 64 bits, sizes in memory on some machines 32. A number of a file passes
+// the limits of its reader before it becomes a size, and these are kept within what sizes hold.
+
+/// The number as a size, or the largest size where it is larger than any.
+inline std::size_t to_size(std::uint64_t number) {
+  return static_cast<std::size_t>(
+      std::min<std::uint64_t>(number, std::numeric_limits<std::size_t>::max()));
+}
+/// The same limits where sizes have 64 bits. Where they have 32, at most 1 GiB each: what needs
+/// more is over_limit, however much its caller allows.
+ReadLimits within_sizes(ReadLimits limits);
 
 static_assert(std::endian::native == std::endian::little ||
               std::endian::native == std::endian::big);
@@ -29,6 +45,9 @@ inline void copy_little_endian(std::byte* to, const std::byte* from, std::size_t
       for (std::size_t b = 0; b < width; ++b) to[i * width + b] = from[i * width + width - 1 - b];
   }
 }
+
+/// Of chunk headers, payloads and bitstreams: the low 32 bits of XXH64 with seed 0.
+std::uint32_t checksum(std::span<const std::byte> bytes);
 
 class ByteWriter {
  public:
