@@ -127,7 +127,7 @@ class OrderedTasks {
     std::unique_ptr<Task> task;
     std::deque<std::pair<In, std::size_t>> inputs;
     std::deque<std::pair<Out, std::size_t>> outputs;
-    bool running = false, ended = false, closed = false;  // closed: told that it has ended
+    bool running = false, ended = false, closed = false;  // closed: its end() was called
     std::optional<Error> error;
     std::exception_ptr thrown;
 

@@ -13,7 +13,7 @@ Workers::Workers(unsigned count, const std::function<void()>& work) {
   threads_.reserve(count);
   try {
     while (threads_.size() < count) threads_.emplace_back(work);
-  } catch (const std::system_error&) {  // std::thread's way to say that there are no more
+  } catch (const std::system_error&) {  // there are no more threads
   }
 }
 

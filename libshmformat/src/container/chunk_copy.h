@@ -17,8 +17,8 @@ namespace shm::container {
 
 class ChunkCopy {
  public:
-  /// `entries`: all chunks of `source`, as its index at `index_offset` tells. Looks at their
-  /// headers, and not at what they hold. Corrupt where the index does not tell what is there.
+  /// `entries`: all chunks of `source`, as its index at `index_offset` lists them. Reads their
+  /// headers, and not what they hold. Corrupt where the index does not list what is there.
   static Result<ChunkCopy> of(RandomSource& source, std::span<const IndexEntry> entries,
                               std::uint64_t index_offset,
                               const std::function<bool(const IndexEntry&)>& keep);

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::string_view kMark = "SHMC";
 constexpr std::uint64_t kWindowBytes = std::uint64_t{1} << 20;
-/// A chunk that nothing follows may be no chunk: so many times the file is read to know that.
+/// A chunk that nothing follows may be no chunk: so many times the file is read to find out.
 constexpr std::uint64_t kMostLooks = 4;
 
 class Scanner {

@@ -16,9 +16,9 @@ namespace shm::container {
 struct FoundChunk {
   std::uint64_t offset = 0;
   ChunkHeader header;
-  bool whole = false;  ///< its payload is what its checksum says
+  bool whole = false;  ///< its payload has its checksum
   /// Bytes up to the next chunk that was found, or to the end; fewer than bytes() where this one is
-  /// not of the length that it says.
+  /// not as long as its header states.
   std::uint64_t room = 0;
 
   std::uint64_t bytes() const { return kChunkHeaderBytes + header.payload_bytes; }
@@ -31,7 +31,7 @@ struct ChunkScan {
   /// Behind the trailer of the index, where that is whole; else the end of the source.
   std::uint64_t end = 0;
   bool trailer = false;  ///< the 16 bytes before `end` are one, and point to the last chunk
-  /// Where a trailer at the very end says that the index begins; nobody has checked it.
+  /// Where the index begins according to a trailer at the very end; nobody has checked it.
   std::optional<std::uint64_t> index_offset;
 };
 

@@ -1,6 +1,6 @@
 // Format: signature, chunk header, schema, group directory, index: plain structs with a put and a
 // get each, one under the other. Fields stand in the order of the bytes.
-// The container knows chunks and bitstreams; it never learns what a hexahedron is.
+// The container knows chunks and bitstreams; it does not know what a hexahedron is.
 // spec: "Container"
 #pragma once
 
@@ -19,7 +19,7 @@ namespace shm::container {
 inline constexpr std::array<std::uint8_t, 8> kSignature = {0x89, 'S',  'H',  'M',
                                                            '\r', '\n', 0x1a, '\n'};
 inline constexpr std::uint16_t kMajor = 0, kMinor = 9;
-/// Features that a reader of one mesh must know by name. None so far.
+/// Features that a reader of one mesh must know. None so far.
 inline constexpr std::uint32_t kKnownFeatures = 0;
 /// What follows is no mesh, but whole files one after the other, and a list of them.
 inline constexpr std::uint32_t kArchiveFeature = 1u << 2;
@@ -83,7 +83,7 @@ enum class StreamKind : std::uint8_t {
   cell_numbers = 3,
   vertex_numbers = 4,
   geometry = 5,
-  array = 6,    ///< `array` says which
+  array = 6,    ///< `array` is its number
   imports = 7,  ///< which vertices an earlier segment owns
 };
 std::string stream_name(StreamKind kind);
@@ -116,8 +116,8 @@ struct StreamEntry {
 struct GroupHeader {
   std::uint64_t first_cell = 0, first_vertex = 0;
   std::uint32_t cells = 0;              ///< 0..2^20
-  std::uint64_t vertices = 0;           ///< all that are born in it and that its segment owns
-  std::uint64_t imported_vertices = 0;  ///< born in it again: an earlier segment owns them
+  std::uint64_t vertices = 0;           ///< all that are introduced in it and that its segment owns
+  std::uint64_t imported_vertices = 0;  ///< introduced in it again: an earlier segment owns them
   std::uint64_t loose_vertices = 0;     ///< the last of them, which no cell uses
   std::uint64_t max_active_vertices = 0;
   std::uint64_t decoded_bytes = 0;  ///< values and corners, unpacked

@@ -41,8 +41,8 @@ Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind) {
                  ErrorCode::truncated);
   if (last.offset > end) return wrong("points beyond the file", "end record", end);
   last.bytes = end - last.offset;
-  // Where parity stands behind the first trailer, this is a copy of that: the chunk says how long
-  // it is. What it is whoever reads it checks.
+  // Where parity stands behind the first trailer, this is a copy of that: the chunk's header has
+  // its length. What it is whoever reads it checks.
   if (last.bytes < kChunkHeaderBytes) return last;
   const auto head = read_bytes(source, last.offset, kChunkHeaderBytes, chunk_name(last.kind));
   if (!head) return head.error();
@@ -71,7 +71,7 @@ Result<std::vector<std::byte>> read_chunk(RandomSource& source, const IndexEntry
                                           std::uint64_t max_bytes) {
   const std::string section = chunk_name(entry.kind);
   if (entry.bytes < kChunkHeaderBytes)
-    return wrong("the index tells of a chunk that is too short", section, entry.offset);
+    return wrong("the index lists a chunk that is too short", section, entry.offset);
   if (entry.bytes - kChunkHeaderBytes > max_bytes)
     return wrong("a chunk of " + std::to_string(entry.bytes) + " bytes, the limit is " +
                      std::to_string(max_bytes),
@@ -88,7 +88,7 @@ Result<std::vector<std::byte>> read_chunk(RandomSource& source, const IndexEntry
 
 Result<void> for_each_chunk(RandomSource& source, std::span<const IndexEntry> entries,
                             std::uint64_t index_offset, const ChunkVisitor& visit) {
-  const Error wrong_index = wrong("does not tell of every chunk", "index", index_offset);
+  const Error wrong_index = wrong("does not list every chunk", "index", index_offset);
   std::uint64_t end = kFileStartBytes;
   std::uint32_t sequence = 0;
   for (const IndexEntry& entry : entries) {

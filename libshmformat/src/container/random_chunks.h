@@ -14,7 +14,7 @@
 
 namespace shm::container {
 
-/// `bytes` bytes from `offset` on, where a list said that something is; `section` is for messages.
+/// `bytes` bytes from `offset` on, where a list has something; `section` is for messages.
 Result<std::vector<std::byte>> read_bytes(RandomSource& source, std::uint64_t offset,
                                           std::uint64_t bytes, const std::string& section);
 
@@ -22,7 +22,7 @@ Result<std::vector<std::byte>> read_bytes(RandomSource& source, std::uint64_t of
 /// ErrorCode::truncated where there is no trailer at the very end.
 Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind);
 
-/// The header of the chunk that `entry` tells of and that begins with `chunk`. Must hold:
+/// The header of the chunk that `entry` lists and that begins with `chunk`. Must hold:
 /// entry.bytes and chunk are at least kChunkHeaderBytes.
 Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const IndexEntry& entry);
 
@@ -30,7 +30,7 @@ Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const Index
 Result<std::vector<std::byte>> read_chunk(RandomSource& source, const IndexEntry& entry,
                                           std::uint64_t max_bytes);
 
-/// Calls visit(header, entry) for each chunk, of which `entries` tells; complains of the index at
+/// Calls visit(header, entry) for each chunk of `entries`; an error names the index at
 /// `index_offset` unless they are all that stand between start and index, in their order.
 using ChunkVisitor = std::function<Result<void>(const ChunkHeader&, const IndexEntry&)>;
 Result<void> for_each_chunk(RandomSource& source, std::span<const IndexEntry> entries,
