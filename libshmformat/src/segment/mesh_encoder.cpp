@@ -96,6 +96,7 @@ MeshEncoder::MeshEncoder(const Schema& schema, const WriteOptions& options, Grou
       values_bytes_(xyz_bytes_ + point_data_bytes(schema)),
       cell_data_bytes_(cell_data_bytes(schema)),
       totals_(totals_of_nothing(schema)) {
+  if (schema.delay > 0) reorderer_.emplace();
   const unsigned threads = thread_count(options.threads);
   if (threads > 1)
     tasks_ = std::make_unique<Tasks>(threads, threads * kWaitingBytes, threads * kWaitingBytes);
@@ -229,19 +230,25 @@ Result<void> MeshEncoder::delay(std::uint32_t block, std::uint64_t number,
     // Numbers, not entries: these are soon given to other vertices, which would look like
     // neighbours.
     for (std::size_t i = 0; i < 8; ++i) eight[i] = entries_[cell.entries[i]].number;
-    reorderer_.push_hexahedron(handle, eight);
+    reorderer_->push_hexahedron(handle, eight);
   } else {
-    reorderer_.push_other(handle);
+    reorderer_->push_other(handle);
   }
-  return reorderer_.waiting() <= schema_->delay ? Result<void>() : code_waiting();
+  return reorderer_->waiting() <= schema_->delay ? Result<void>() : code_waiting();
 }
 
 Result<void> MeshEncoder::code_waiting() {
-  const std::uint32_t handle = reorderer_.pop();
+  const std::uint32_t handle = reorderer_->pop();
   free_cells_.push_back(handle);
   const WaitingCell& cell = cells_[handle];
   for (std::uint32_t e : cell.entries) --entries_[e].waiting;
   return code(cell.number, cell.block, cell.entries, cell.data, true, ~std::uint64_t{0});
+}
+
+Result<void> MeshEncoder::code_all_waiting() {
+  while (reorderer_ && reorderer_->waiting() > 0)
+    if (auto good = code_waiting(); !good) return good;
+  return {};
 }
 
 // --- segments
@@ -273,10 +280,9 @@ CodecTrial MeshEncoder::trial() const {
 
 /// Ends the segment at hand: what waits belongs to it.
 Result<void> MeshEncoder::cut() {
-  while (reorderer_.waiting() > 0)
-    if (auto good = code_waiting(); !good) return good;
+  if (auto good = code_all_waiting(); !good) return good;
   if (auto good = end_segment(); !good) return good;
-  reorderer_ = SpiralReorderer();
+  if (reorderer_) reorderer_.emplace();
   ++start_.segment;
   start_.first_cell = given_cells_;
   start_.first_vertex = given_vertices_;
@@ -285,8 +291,7 @@ Result<void> MeshEncoder::cut() {
 }
 
 Result<void> MeshEncoder::end() {
-  while (reorderer_.waiting() > 0)
-    if (auto good = code_waiting(); !good) return good;
+  if (auto good = code_all_waiting(); !good) return good;
   // What is left has never been used: say it in ascending order.
   std::vector<std::uint32_t> loose;
   for (std::uint32_t e = 0; e < entries_.size(); ++e)
@@ -311,7 +316,7 @@ void MeshEncoder::let_go() {
   shm::let_go(cells_);
   shm::let_go(free_cells_);
   by_number_ = NumberMap();
-  reorderer_ = SpiralReorderer();
+  reorderer_.reset();
   piece_ = SegmentPiece();
   encoder_.reset();
   tasks_.reset();

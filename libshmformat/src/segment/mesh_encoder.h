@@ -8,6 +8,7 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -75,6 +76,7 @@ class MeshEncoder {
 
   Result<void> delay(std::uint32_t block, std::uint64_t number, std::span<const std::byte> data);
   Result<void> code_waiting();
+  Result<void> code_all_waiting();
   bool cut_is_due(std::uint32_t block) const;
   CodecTrial trial() const;
   Result<void> cut();
@@ -114,7 +116,7 @@ class MeshEncoder {
   NumberMap by_number_;
   std::uint64_t live_ = 0;  // vertices used by a cell and not finalized
   std::vector<std::uint32_t> cell_entries_;
-  SpiralReorderer reorderer_;
+  std::optional<SpiralReorderer> reorderer_;  // where cells may be delayed
   std::vector<WaitingCell> cells_;
   std::vector<std::uint32_t> free_cells_;
 
