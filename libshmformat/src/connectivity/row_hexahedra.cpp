@@ -183,7 +183,7 @@ std::uint32_t RowHexahedra<Coder>::count_leads(std::uint32_t corner) const {
   for (std::uint32_t axis : {1u, 2u, 4u}) {
     const std::uint32_t p = known[corner ^ axis];
     if (p == kNone) continue;
-    const std::uint32_t direction = face_at(axis, (corner & axis) != 0);
+    const std::uint32_t direction = kFaceAt[axis][(corner & axis) != 0];
     const std::uint32_t q = known[corner ^ (axis == 1 ? 2 : 1)];
     const std::uint32_t r = known[corner ^ (axis == 4 ? 2 : 4)];
     bool leads_out = false;
@@ -224,7 +224,7 @@ void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
     const std::uint32_t p = corner ^ axis;
     if (!known(p)) continue;
     const std::uint32_t vertex = work_.corner[p];
-    const std::uint32_t direction = face_at(axis, (corner & axis) != 0);
+    const std::uint32_t direction = kFaceAt[axis][(corner & axis) != 0];
     for (FaceCorner at = surface_->vertex(vertex).first_face; at != kNone;
          at = surface_->next_around(at)) {
       const auto& face = surface_->face(at / 4);
@@ -233,7 +233,7 @@ void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
       for (std::uint32_t step : {1u, 3u}) {
         const std::uint32_t j = (i + step) % 4;
         const std::uint32_t here = kFaceBits[face.side][i], there = kFaceBits[face.side][j];
-        const bool same = face_at(here ^ there, (there & ~here) != 0) == direction;
+        const bool same = kFaceAt[here ^ there][(there & ~here) != 0] == direction;
         add(face.quad[j], same ? 3 : 1);
       }
       // A face around p that holds another known neighbour of the corner across p's diagonal.

@@ -69,7 +69,7 @@ auto RowHexahedra<Coder>::fit(const CellTopology& cell, std::uint32_t face) cons
         std::uint32_t base = s0;
         for (std::uint32_t a : {1u, 2u, 4u})
           if ((g[0] & a) != 0) base ^= image[a];
-        return {face, orientation_of(base, image[1], image[2])};
+        return {face, kOrientationOf[base][image[1]][image[2]]};
       }
     }
   }
@@ -350,7 +350,7 @@ std::uint8_t RowHexahedra<Coder>::orientation_across(std::uint32_t side) const {
   std::uint32_t base = there[0];
   for (std::uint32_t a : {1u, 2u, 4u})
     if ((here[0] & a) != 0) base ^= image[a];
-  return orientation_of(base, image[1], image[2]);
+  return kOrientationOf[base][image[1]][image[2]];
 }
 
 template <class Coder>
@@ -359,7 +359,7 @@ bool RowHexahedra<Coder>::code_orientation(Coder& corner_order, Coder& symbols, 
   if (!order_matters) {
     if constexpr (Coder::kMixes) symbols.about(kMirrored);
     const bool flip =
-        symbols.bit(mirrored_[is_mirrored(owner_.orientation) ? 1 : 0], is_mirrored(orientation));
+        symbols.bit(mirrored_[kIsMirrored[owner_.orientation] ? 1 : 0], kIsMirrored[orientation]);
     orientation = flip ? kMirrorX : 0;
     return true;
   }
@@ -404,7 +404,7 @@ bool RowHexahedra<Coder>::code_orientation_at_gate(Coder& corner_order, std::uin
     const auto& s = kOrientedBits[o];
     const auto& q = kFaceBits[side];
     const std::uint32_t axis = 7u & ~((s[q[0]] ^ s[q[1]]) | (s[q[0]] ^ s[q[3]]));
-    return face_at(axis, (s[q[0]] & axis) != 0);
+    return kFaceAt[axis][(s[q[0]] & axis) != 0];
   };
   const std::uint32_t side = kOppositeFace[work_.gate_side];  // of the owner
   const std::uint32_t theirs = face_of(owner_.orientation, side);
@@ -419,7 +419,7 @@ bool RowHexahedra<Coder>::code_orientation_at_gate(Coder& corner_order, std::uin
   if constexpr (!Coder::kDecodes) {
     mine = face_of(orientation, work_.gate_side);
     while (kFaceBits[mine][corner] != kOrientedBits[orientation][at]) ++corner;
-    turned = is_mirrored(orientation) != is_mirrored(owner_.orientation);
+    turned = kIsMirrored[orientation] != kIsMirrored[owner_.orientation];
   }
   if constexpr (Coder::kMixes) about_stored_face(corner_order, theirs);
   mine = code_tree(corner_order, stored_face_[theirs][last_stored_face_], mine);
@@ -431,7 +431,7 @@ bool RowHexahedra<Coder>::code_orientation_at_gate(Coder& corner_order, std::uin
   turned = corner_order.bit(turned_[0], turned);
   for (std::uint8_t o = 0; o < kOrientationCount; ++o)
     if (kOrientedBits[o][at] == kFaceBits[mine][corner] && face_of(o, work_.gate_side) == mine &&
-        (is_mirrored(o) != is_mirrored(owner_.orientation)) == turned) {
+        (kIsMirrored[o] != kIsMirrored[owner_.orientation]) == turned) {
       orientation = o;
       return true;
     }

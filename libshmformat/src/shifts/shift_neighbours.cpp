@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "surface/cell_topology.h"
 #include "surface/hexahedron.h"
 
 namespace shm {

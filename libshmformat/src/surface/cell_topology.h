@@ -16,6 +16,11 @@ namespace shm {
 /// Corners of a cell that can be marked as last use: the bits of a 64-bit mask.
 inline constexpr std::uint32_t kMaxLastUse = 64;
 
+/// Whether the cells of a block are coded, and counted, as hexahedra.
+inline bool is_hexahedral(const BlockInfo& block) {
+  return block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8;
+}
+
 struct CellTopology {
   std::uint32_t block = 0;
   bool hexahedral = false;  ///< positions 0..7 are a hexahedron's corners in the coder's frame

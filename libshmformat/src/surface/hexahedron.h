@@ -1,5 +1,5 @@
-// The hexahedron: its corners, faces and edges as tables, the 48 ways to store its corners, 24 of
-// them rotations, and which cells are hexahedra.
+// The hexahedron as tables: its corners, faces and edges, the 48 ways to store its corners, 24 of
+// them rotations.
 //
 //        7 ------- 6        corner   0 1 2 3 4 5 6 7
 //       /|        /|        x        0 1 1 0 0 1 1 0
@@ -15,14 +15,7 @@
 #include <bit>
 #include <cstdint>
 
-#include "shm/schema.h"
-
 namespace shm {
-
-/// Whether the cells of a block are coded, and counted, as hexahedra.
-inline bool is_hexahedral(const BlockInfo& block) {
-  return block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8;
-}
 
 /// Corners of each face; the right-hand normal points out of the hexahedron.
 inline constexpr std::array<std::array<std::uint8_t, 4>, 6> kFaceCorners = {
@@ -57,12 +50,9 @@ inline constexpr auto kFaceBits = [] {
   return table;
 }();
 
-/// The face at the low or high end of an axis.
-constexpr std::uint32_t face_at(std::uint32_t axis_bit, bool high) {
-  for (std::uint32_t k = 0; k < 6; ++k)
-    if (kFaceAxis[k] == axis_bit && (k >= 3) == high) return k;
-  return 6;
-}
+/// The faces at the low and the high end of an axis, by its bit.
+inline constexpr std::array<std::array<std::uint8_t, 2>, 5> kFaceAt = {
+    {{}, {1, 3}, {2, 4}, {}, {0, 5}}};
 
 /// kAdjacentFace[k][i]: the other face at edge i (from corner i to i + 1) of face k.
 inline constexpr auto kAdjacentFace = [] {
@@ -71,7 +61,7 @@ inline constexpr auto kAdjacentFace = [] {
     for (std::uint32_t i = 0; i < 4; ++i) {
       const std::uint32_t a = kFaceBits[k][i], b = kFaceBits[k][(i + 1) % 4];
       const std::uint32_t axis = 7u & ~((a ^ b) | kFaceAxis[k]);
-      table[k][i] = static_cast<std::uint8_t>(face_at(axis, (a & axis) != 0));
+      table[k][i] = kFaceAt[axis][(a & axis) != 0];
     }
   return table;
 }();
@@ -85,7 +75,7 @@ inline constexpr auto kEdgesTowards = [] {
       for (std::uint32_t n = 0; n < 2; ++n) {
         const std::uint32_t here = kFaceBits[k][i];
         const std::uint32_t there = kFaceBits[k][(i + (n == 0 ? 1 : 3)) % 4];
-        table[k][i][n] = static_cast<std::uint8_t>(face_at(here ^ there, there > here));
+        table[k][i][n] = kFaceAt[here ^ there][there > here];
       }
   return table;
 }();
@@ -123,19 +113,22 @@ inline constexpr auto kOrientedBits = [] {
     }
   return table;
 }();
-constexpr bool is_mirrored(std::uint32_t orientation) {
-  return ((std::popcount(orientation / 6) & 1) != 0) != (orientation % 6 >= 3);
-}
+inline constexpr auto kIsMirrored = [] {
+  std::array<bool, kOrientationCount> table{};
+  for (std::uint32_t o = 0; o < kOrientationCount; ++o)
+    table[o] = ((std::popcount(o / 6) & 1) != 0) != (o % 6 >= 3);
+  return table;
+}();
 inline constexpr std::uint8_t kMirrorX = 1 * 6 + 0;  // x runs against x
 
-/// The orientation that leads 0 to `base`, and along `x` and `y` from there; kOrientationCount when
-/// none does.
-constexpr std::uint8_t orientation_of(std::uint32_t base, std::uint32_t x, std::uint32_t y) {
-  for (std::uint8_t a = 0; a < 6; ++a)
-    if (kOrientationAxes[a][0] == x && kOrientationAxes[a][1] == y)
-      return static_cast<std::uint8_t>(base * 6 + a);
-  return kOrientationCount;
-}
+/// kOrientationOf[base][x][y]: the orientation with this base in which x and y become these bits.
+inline constexpr auto kOrientationOf = [] {
+  std::array<std::array<std::array<std::uint8_t, 5>, 5>, 8> table{};
+  for (std::uint32_t o = 0; o < kOrientationCount; ++o)
+    table[o / 6][kOrientationAxes[o % 6][0]][kOrientationAxes[o % 6][1]] =
+        static_cast<std::uint8_t>(o);
+  return table;
+}();
 
 inline constexpr std::uint32_t kRotationCount = 24;
 
@@ -148,8 +141,8 @@ inline constexpr auto kRotations = [] {
   for (std::uint32_t origin = 0; origin < 8; ++origin)
     for (std::uint32_t x : {1u, 2u, 4u})
       for (std::uint32_t y : {1u, 2u, 4u}) {
-        const std::uint8_t orientation = orientation_of(origin, x, y);
-        if (orientation == kOrientationCount || is_mirrored(orientation)) continue;
+        const std::uint8_t orientation = kOrientationOf[origin][x][y];
+        if (x == y || kIsMirrored[orientation]) continue;
         for (std::uint32_t i = 0; i < 8; ++i)
           table[count][i] = kCornerBits[kOrientedBits[orientation][kCornerBits[i]]];
         ++count;
