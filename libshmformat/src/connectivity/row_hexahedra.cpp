@@ -261,7 +261,8 @@ bool RowHexahedra<Coder>::code_corner(Coder& symbols, CellTopology& cell, std::u
   const std::uint32_t known = work_.known;
   work_.known |= bit(corner);
   const bool owner_repeats = work_.owner != nullptr && (work_.owner->repeats >> corner & 1) != 0;
-  const bool owner_fresh = work_.owner != nullptr && (work_.owner->fresh >> corner & 1) != 0;
+  const bool owner_introduced =
+      work_.owner != nullptr && (work_.owner->introduced >> corner & 1) != 0;
 
   std::uint32_t again = 8;
   if constexpr (!Coder::kDecodes) {
@@ -289,12 +290,13 @@ bool RowHexahedra<Coder>::code_corner(Coder& symbols, CellTopology& cell, std::u
     }
   }
   const std::uint32_t leads = count_leads(corner);
-  if constexpr (Coder::kMixes) about_fresh(symbols, corner, leads, neighbours);
+  if constexpr (Coder::kMixes) about_new(symbols, corner, leads, neighbours);
   work_.known |= bit(corner);
-  auto& model = fresh_[work_.owner != nullptr ? 1 : 0][leads][neighbours][owner_fresh ? 1 : 0];
+  auto& model =
+      is_new_[work_.owner != nullptr ? 1 : 0][leads][neighbours][owner_introduced ? 1 : 0];
   if (symbols.bit(model, work_.target[corner] == kNone)) {
     work_.corner[corner] = surface_->add_vertex();
-    work_.fresh |= static_cast<std::uint8_t>(bit(corner));
+    work_.introduced |= static_cast<std::uint8_t>(bit(corner));
     cell.new_positions.push_back(kCornerBits[corner]);
     return true;
   }

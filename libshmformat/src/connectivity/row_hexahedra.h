@@ -49,7 +49,7 @@ class RowHexahedra {
     kFar = 11,
     kRepeated = 12,
     kRepeatedWhich = 13,
-    kFresh = 14,
+    kNew = 14,
     kJoin = 15,
     kFromLast = 16,
     kReferenceStep = 17,
@@ -96,7 +96,7 @@ class RowHexahedra {
     std::array<std::uint32_t, 6> face{kNone, kNone, kNone, kNone, kNone, kNone};
     std::uint8_t orientation = 0;  // how corners as stored stand in the frame
     std::uint8_t shared = 0;       // faces that were shared when it was coded
-    std::uint8_t fresh = 0;        // corners that it introduced
+    std::uint8_t introduced = 0;   // corners that it introduced
     std::uint8_t finals = 0;       // corners that it finalized
     std::uint8_t repeats = 0;      // corners that are an earlier corner again
     bool guessed = false;          // its gate was a candidate
@@ -118,7 +118,7 @@ class RowHexahedra {
     Corners target{};                       // encoder: all, kNone where new
     std::array<std::uint64_t, 8> number{};  // encoder: equal where the vertex is the same
     std::uint32_t known = 0;
-    std::uint8_t fresh = 0;
+    std::uint8_t introduced = 0;
     std::array<std::uint32_t, 6> shared{kNone, kNone, kNone, kNone, kNone, kNone};
     const Record* owner = nullptr;
     std::uint32_t gate_side = 0;  // H's own face at the gate
@@ -180,8 +180,8 @@ class RowHexahedra {
   void about_side(Coder& symbols, FaceEdge edge, std::uint32_t evidence, bool candidate,
                   std::uint32_t yes) const;
   void about_far(Coder& symbols, FaceEdge top, FaceEdge mate) const;
-  void about_fresh(Coder& symbols, std::uint32_t corner, std::uint32_t leads,
-                   std::uint32_t neighbours) const;
+  void about_new(Coder& symbols, std::uint32_t corner, std::uint32_t leads,
+                 std::uint32_t neighbours) const;
   void about_join(Coder& symbols, std::uint32_t rank) const;
   void about_closing_vertex(Coder& symbols, std::uint32_t corner, const ClosingVertex& it) const;
   void about_reference(Coder& symbols, Question question) const;
@@ -255,7 +255,7 @@ class RowHexahedra {
   std::array<std::array<std::array<std::array<Bit, 2>, 5>, 5>, 8> far_;
   std::array<std::array<std::array<Bit, 2>, 4>, 8> repeated_;
   std::array<Tree<3>, 8> repeated_which_;
-  std::array<std::array<std::array<std::array<Bit, 2>, 4>, 8>, 2> fresh_;
+  std::array<std::array<std::array<std::array<Bit, 2>, 4>, 8>, 2> is_new_;
   std::array<std::array<Bit, 8>, 8> join_;
   std::array<std::array<Bit, 3>, 8> closes_;
   Bit from_last_;

@@ -82,7 +82,7 @@ void RowHexahedra<Coder>::about_candidates(Coder& symbols) const {
   const std::uint32_t support = std::min(first.support, 3u);
   symbols.about(kHit, clue(candidate_count_, gates_ & 0xfff),
                 clue(candidate_count_, support, first.guessed, sorted_fans(first.face)),
-                clue(candidate_count_, support, before.shared, before.fresh),
+                clue(candidate_count_, support, before.shared, before.introduced),
                 clue(candidate_count_, support, first.guessed, age(first.face),
                      surface_->face(first.face).side, last_gate_side_),
                 clue(candidate_count_, crowd(first.face), uses(first.face)));
@@ -149,15 +149,15 @@ void RowHexahedra<Coder>::about_far(Coder& symbols, FaceEdge top, FaceEdge mate)
 }
 
 template <class Coder>
-void RowHexahedra<Coder>::about_fresh(Coder& symbols, std::uint32_t corner, std::uint32_t leads,
-                                      std::uint32_t neighbours) const {
+void RowHexahedra<Coder>::about_new(Coder& symbols, std::uint32_t corner, std::uint32_t leads,
+                                    std::uint32_t neighbours) const {
   std::array<std::uint32_t, 3> faces{};  // at the known neighbours
   std::uint32_t at = 0;
   for (std::uint32_t axis : {1u, 2u, 4u})
     if ((work_.known >> (corner ^ axis) & 1) != 0)
       faces[at++] = surface_->vertex(work_.corner[corner ^ axis]).face_count;
-  symbols.about(kFresh, clue(leads, neighbours, faces[0], faces[1], faces[2]),
-                clue(leads, neighbours, corner, work_.fresh, last().fresh),
+  symbols.about(kNew, clue(leads, neighbours, faces[0], faces[1], faces[2]),
+                clue(leads, neighbours, corner, work_.introduced, last().introduced),
                 clue(leads, neighbours, work_.kind, gate_age(), std::popcount(shared_sides())));
 }
 
@@ -175,7 +175,7 @@ void RowHexahedra<Coder>::about_closing_vertex(Coder& symbols, std::uint32_t cor
   const auto& vertex = surface_->vertex(it.slot);
   symbols.about(kCloses, clue(it.score, it.others, std::popcount(work_.known)),
                 clue(it.score, vertex.face_count, vertex.uses, shared_sides()),
-                clue(corner, it.score, work_.fresh, last().fresh));
+                clue(corner, it.score, work_.introduced, last().introduced));
 }
 
 template <class Coder>

@@ -321,7 +321,7 @@ void RowHexahedra<Coder>::find_other_shared() {
     if (work_.shared[k] != kNone) continue;
     const auto& q = kFaceBits[k];
     bool old = true;
-    for (std::uint32_t b : q) old = old && (work_.fresh >> b & 1) == 0;
+    for (std::uint32_t b : q) old = old && (work_.introduced >> b & 1) == 0;
     if (!old) continue;
     const std::uint32_t face = surface_->find_face(v[q[0]], v[q[1]], v[q[2]], v[q[3]]);
     if (face != kNone && !is_shared(face)) work_.shared[k] = face;
@@ -467,7 +467,7 @@ void RowHexahedra<Coder>::attach(CellTopology& cell) {
                   [&](const Coded& it) { return records_[it.cell].sequence != it.sequence; });
   coded_.push_back({record.sequence, cell.cell_slot});
   record.shared = shared_mask;
-  record.fresh = work_.fresh;
+  record.introduced = work_.introduced;
   for (std::uint32_t i = 1; i < 8; ++i)
     for (std::uint32_t j = 0; j < i; ++j)
       if (v[i] == v[j]) record.repeats |= static_cast<std::uint8_t>(bit(i));

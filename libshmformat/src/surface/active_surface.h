@@ -1,6 +1,6 @@
 // Active surface: the part of the mesh that coding still needs, the same on both sides.
 //   vertices  introduced by their first use, gone when finalized
-//   faces     quadrilaterals that one hexahedron uses and no second one has been glued to; gone
+//   faces     quadrilaterals that one hexahedron uses and no second one has been attached to; gone
 //             with their first finalized vertex. Across each of its four edges a face has at most
 //             one mate: the face at the other end of the fan of hexahedra around that edge.
 //   cells     a number for each hexahedron that still has a face here
@@ -19,7 +19,7 @@
 namespace shm {
 
 /// Four vertex slots around a face, ordered so that the right-hand normal points away from the
-/// hexahedron that put it here: a neighbour glued on has them as its corners 0 1 2 3.
+/// hexahedron that put it here: an attached neighbour has them as its corners 0 1 2 3.
 using Quad = std::array<std::uint32_t, 4>;
 
 /// Face slot * 4 + position of the vertex in its quad; kNone ends a list.
