@@ -7,7 +7,7 @@ namespace shm {
 void MidNodeNumbers::add(Rule rule, std::uint64_t base, std::uint64_t step) {
   base_[rule] = base;
   expected_[rule] = base + step;
-  asked_ |= 1u << rule;
+  applied_ |= 1u << rule;
 }
 
 auto MidNodeNumbers::expect(const CellTopology& cell, const MidNode& node, std::uint32_t position,
@@ -15,7 +15,7 @@ auto MidNodeNumbers::expect(const CellTopology& cell, const MidNode& node, std::
                             std::uint64_t next) -> Guess {
   position_ = position;
   kind_ = node.kind;
-  asked_ = 0;
+  applied_ = 0;
   const Place& place = places_[position];
   const auto number = [&](std::uint32_t stored) {
     return numbers[cell.slots[stored < cell.layout->corners ? cell.framed[stored] : stored]];
@@ -51,8 +51,8 @@ auto MidNodeNumbers::expect(const CellTopology& cell, const MidNode& node, std::
         best = r;
     return best;
   };
-  const std::uint32_t best = best_but(asked_);
-  std::uint32_t others = asked_;
+  const std::uint32_t best = best_but(applied_);
+  std::uint32_t others = applied_;
   for (std::uint32_t r = 0; r < kRules; ++r)
     if (expected_[r] == expected_[best]) others &= ~(1u << r);
   const std::uint32_t second = others == 0 ? best : best_but(others);
@@ -62,7 +62,7 @@ auto MidNodeNumbers::expect(const CellTopology& cell, const MidNode& node, std::
 void MidNodeNumbers::learn(std::uint64_t number) {
   Place& place = places_[position_];
   for (std::uint32_t r = 0; r < kRules; ++r) {
-    if ((asked_ >> r & 1) == 0) continue;
+    if ((applied_ >> r & 1) == 0) continue;
     const std::uint64_t miss = number - expected_[r];
     const auto bits = static_cast<std::uint32_t>(
         std::bit_width(static_cast<std::int64_t>(miss) < 0 ? 0 - miss : miss));

@@ -1,6 +1,6 @@
-// Mid-node numbers: what the source's number of a mid node is likely to be. Programs
-// number these nodes by rules of their own, so several rules are kept, and of each how far off it
-// was. spec: "Inner nodes"
+// Mid-node numbers: what the source's number of a mid node is likely to be. Programs number these
+// nodes by rules of their own, so several rules are kept, and of each how far off it was.
+// spec: "Inner nodes"
 #pragma once
 
 #include <array>
@@ -48,7 +48,7 @@ class MidNodeNumbers {
   std::array<Place, kMostLayoutNodes> places_{};
   std::array<std::uint64_t, MidNode::kKinds> last_{};  // by kind
   // of the node at hand
-  std::uint32_t position_ = 0, kind_ = 0, asked_ = 0;  // asked_: bits of rules
+  std::uint32_t position_ = 0, kind_ = 0, applied_ = 0;  // applied_: bits of rules
   std::array<std::uint64_t, kRules> base_{}, expected_{};
 };
 
