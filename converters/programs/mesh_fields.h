@@ -1,0 +1,24 @@
+// Values for the meshes of shm_make_mesh: smooth, turbulent, with a shock front, in patches.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "programs/mesh_shapes.h"
+
+namespace make_mesh {
+
+struct Field {
+  std::string name;
+  std::string_view type;  // VTK's word
+  std::size_t components = 1;
+  std::vector<double> values;  // written as `type`
+};
+
+// `fields`: one, basic or full.
+std::vector<Field> cell_fields(const Mesh& mesh, std::string_view fields);
+std::vector<Field> point_fields(const Mesh& mesh, bool full);
+
+}  // namespace make_mesh

@@ -1,0 +1,22 @@
+// Writes a mesh of shm_make_mesh as binary legacy VTK 4.2.
+#pragma once
+
+#include <string_view>
+
+#include "programs/mesh_shapes.h"
+
+namespace make_mesh {
+
+// The CELLS section counts its 32-bit words in one signed 32-bit number: nine a cell.
+constexpr std::uint64_t kMaxCells = std::numeric_limits<std::int32_t>::max() / 9;
+
+struct MeshFile {
+  const char* path = nullptr;
+  std::string_view title;
+  bool doubles = false;
+  std::string_view fields = "basic";  // none, one, basic or full
+};
+// Whether every byte has reached the file.
+bool write_mesh(const Mesh& mesh, const MeshFile& file);
+
+}  // namespace make_mesh
