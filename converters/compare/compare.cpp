@@ -13,15 +13,10 @@
 
 #include "base/page_cache.h"
 #include "base/stored_value.h"
-#include "compare/order_match.h"
+#include "compare/extras.h"
 #include "compare/piecewise.h"
-#include "compression/compress.h"
 #include "mesh/cell_cursor.h"
 #include "mesh/cell_store.h"
-#include "mesh/cell_turns.h"
-#include "mesh/coding_order.h"
-#include "order/coherent_mesh.h"
-#include "order/reordered_mesh.h"
 
 namespace shm::converters {
 namespace {
@@ -38,41 +33,26 @@ struct Column {
   PageCache::Fetch source, restored;
 };
 
-// The source with other numbers and what is found about it, where it does not fit the memory. Made
-// once for all guesses.
-struct SpooledSource {
-  SpooledSource(MeshSource& source, const Spool& spool, const Progress& progress)
-      : memory(spool.memory_budget()),
-        mesh_spool(spool.directory(), memory.mesh_bytes),
-        table_spool(spool.directory(), memory.table_bytes),
-        mesh(source, mesh_spool, memory.sort_bytes, progress) {}
-
-  SpooledSearch memory;
-  Spool mesh_spool, table_spool;
-  CoherentMesh mesh;
-};
-
 class Comparison {
  public:
-  // `spooled`: where that is found; made where it is needed.
+  // `spooled`: where the source with other numbers is; made where it is needed.
   Comparison(MeshSource& source, MeshSource& restored, Spool& spool, const Progress& progress,
-             const CellSequence* told_order, std::size_t guess, bool with_steps,
+             const CellSequence* given_order, bool with_steps,
              std::unique_ptr<SpooledSource>& spooled)
       : source_(&source),
         restored_(&restored),
         spool_(&spool),
-        spooled_(&spooled),
         progress_(progress),
-        told_order_(told_order),
-        guess_(guess),
-        with_steps_(with_steps) {}
+        with_steps_(with_steps),
+        numbers_(source, restored, spool, progress, given_order, spooled) {}
 
-  CompareReport run() {
+  // With guess number `guess` about the numbering.
+  CompareReport run(std::size_t guess) {
     compare_structure();
     if (!same_counts_) return std::move(report_);
     const Schema& schema = restored_->info().schema;
-    as_mesh_ = schema.order != Order::keep && source_->info().schema.order == Order::keep;
-    if (as_mesh_) guess_numbering();
+    if (numbers_.is_wanted()) numbers_.take(guess);
+    source_ = &numbers_.source();
     compare_points();
     compare_cells();
     const std::vector<std::string> names = array_names(restored_->info().schema);
@@ -81,10 +61,8 @@ class Comparison {
     if (with_steps_) compare_extras();
     return std::move(report_);
   }
-  // After run(): there is another guess about the numbering.
-  bool may_guess_again() const { return may_guess_again_; }
-  // After run(): the guess. It lives on without the comparison, in `spool`.
-  Numbering numbering(Spool& spool) const;
+  // After run(): the guess.
+  const NumberingSearch& numbers() const { return numbers_; }
 
  private:
   void differ(const std::string& sentence) {
@@ -104,20 +82,11 @@ class Comparison {
   void compare_structure();
   void compare_block_lists();
   void compare_array_lists();
-  bool same_numbering();
-  bool same_within_blocks();
-  void guess_numbering();
-  void find_renumbering(std::size_t guess);
-  bool find_free_order(std::size_t guess);
-  void take_up_spooled();
-  std::string corners_as_before(std::span<const std::uint64_t> corners) const;
-  void follow(std::shared_ptr<NumberList> vertices, std::shared_ptr<NumberList> cells);
   void compare_points();
   void compare_cells();
   void compare_cell(std::uint64_t number, std::uint32_t source_block,
                     std::span<const std::uint64_t> source_corners, std::uint32_t block,
                     std::span<const std::uint64_t> corners);
-  bool same_corners(std::span<const std::uint64_t> source, std::uint32_t block);
   void compare_array(std::size_t array, const std::string& name);
   static std::vector<std::string> array_names(const Schema& schema);
   void compare_column(const Column& column, NumberList* order);
@@ -130,25 +99,11 @@ class Comparison {
   MeshSource* source_;
   MeshSource* restored_;
   Spool* spool_;
-  std::unique_ptr<SpooledSource>* spooled_;
-  const CoherentMesh* coherent_ = nullptr;  // source_ is this one, with numbers of its own
   const Progress& progress_;
-  const CellSequence* told_order_;
-  std::size_t guess_;
   bool with_steps_;  // else only what does not change with time
-  bool may_guess_again_ = false;
+  NumberingSearch numbers_;
   CompareReport report_;
   bool same_counts_ = true, same_arrays_ = true;
-  bool as_mesh_ = false;  // the restored mesh is in another order than keep, the source is not
-
-  // A guess about how the restored mesh is numbered, checked like anything else: the source's
-  // number of each restored vertex and cell. Null: the same.
-  std::shared_ptr<NumberList> vertex_order_, cell_order_;
-  std::optional<NumberTable> source_vertex_;       // of a restored vertex
-  std::optional<NumberTable> position_of_vertex_;  // of a source vertex; exists: a bijection
-  std::optional<NumberTable> position_of_cell_;
-  std::unique_ptr<CoveredOrder> covered_;
-  std::vector<std::uint64_t> mapped_;  // corners of a restored cell in source numbers
 };
 
 void Comparison::compare_structure() {
@@ -218,142 +173,6 @@ void Comparison::compare_array_lists() {
   }
 }
 
-// Whether the cells are the same without any renumbering, as in a file that was made of the
-// restored mesh. Stops at the first difference.
-bool Comparison::same_numbering() {
-  CellCursor source(*source_), restored(*restored_);
-  while (source.next() && restored.next()) {
-    mapped_.assign(restored.corners().begin(), restored.corners().end());
-    if (source.block() != restored.block() || !same_corners(source.corners(), source.block()))
-      return false;
-  }
-  return true;
-}
-
-// Whether the cells are the same when those of each block are taken by themselves: a format that
-// stores one block after the other moves cells, but no vertices.
-bool Comparison::same_within_blocks() {
-  const MeshInfo& info = source_->info();
-  const Schema& schema = restored_->info().schema;
-  const bool cells_move = schema.delay > 0 || schema.order == Order::free;
-  if (!cells_move || info.block_cells.size() < 2) return false;
-  std::vector<std::uint64_t> next;  // place of the next cell of each block in source_cell
-  for (std::uint64_t sum = 0; const std::uint64_t count : info.block_cells) {
-    next.push_back(sum);
-    sum += count;
-  }
-  const std::vector<std::uint64_t> begin = next;
-  NumberTable source_cell(*spool_, info.cells());
-  CellStore store(*spool_);
-  for (CellCursor source(*source_); source.next();) {
-    source_cell.set(next[source.block()]++, store.size());
-    store.append(source.block(), source.corners());
-  }
-  next = begin;
-  auto by_block = std::make_shared<NumberList>(*spool_);
-  CellBatch one;
-  for (CellCursor restored(*restored_); restored.next();) {
-    const std::uint64_t number = source_cell.get(next[restored.block()]++);
-    one.clear();
-    store.read(number, one);
-    mapped_.assign(restored.corners().begin(), restored.corners().end());
-    if (!same_corners(one.cell(0), restored.block())) return false;
-    by_block->push_back(number);
-  }
-  follow(nullptr, std::move(by_block));
-  return true;
-}
-
-// Cells that look the same turned, or lie on each other, may fit a guess that their vertices and
-// values do not fit. Then the next guess is due: the numbers as they are, then as coding the source
-// gives them, in each order of cells that fits.
-void Comparison::guess_numbering() {
-  const bool as_they_are = same_numbering() || same_within_blocks();
-  if (as_they_are) may_guess_again_ = true;
-  if (as_they_are && guess_ == 0) return;
-  find_renumbering(guess_ - (as_they_are ? 1 : 0));
-}
-
-void Comparison::find_renumbering(std::size_t guess) {
-  if (progress_) progress_("finding the renumbering", 0, 1);
-  const Schema& schema = restored_->info().schema;
-  if (schema.order == Order::free && schema.delay == 0 && find_free_order(guess)) return;
-  const auto log = std::make_shared<CodingOrderLog>(*spool_);
-  replay_coding_order(*source_, restored_->info(), *log, *spool_);
-  log->check();
-  may_guess_again_ = false;
-  follow({log, &log->vertices()},
-         schema.delay > 0 ? std::shared_ptr<NumberList>(log, &log->cells()) : nullptr);
-}
-
-// The same where cells were put in another order first.
-bool Comparison::find_free_order(std::size_t guess) {
-  std::optional<CellTable> table;
-  if (told_order_ == nullptr && must_be_spooled(source_->info(), spool_->memory_budget()))
-    take_up_spooled();
-  else if (table = CellTable::read(*source_, progress_); !table)
-    return false;
-  const Cells& cells = table ? static_cast<const Cells&>(*table) : *coherent_;
-  std::optional<CellList> order;
-  if (told_order_ != nullptr)
-    order.emplace(*told_order_);
-  else
-    order = matching_order(
-        cells, *source_, *restored_, guess, progress_,
-        coherent_ == nullptr ? SearchRoom{} : SearchRoom{spool_, (*spooled_)->memory.order_bytes});
-  if (!order) return false;
-  may_guess_again_ = told_order_ == nullptr;
-  ReorderedMesh ordered(*source_, cells, *order, coherent_ == nullptr ? nullptr : spool_);
-  const auto log = std::make_shared<CodingOrderLog>(*spool_, false);
-  replay_coding_order(ordered, restored_->info(), *log, *spool_);
-  log->check();
-  auto moved_cells = std::make_shared<NumberList>(*spool_);
-  for (std::uint64_t at = 0; at < order->size(); ++at) moved_cells->push_back((*order)[at]);
-  follow({log, &log->vertices()}, std::move(moved_cells));
-  return true;
-}
-
-// From now on the source is the same mesh with other numbers, in a spool.
-void Comparison::take_up_spooled() {
-  if (*spooled_ == nullptr)
-    *spooled_ = std::make_unique<SpooledSource>(*source_, *spool_, progress_);
-  coherent_ = &(*spooled_)->mesh;
-  source_ = &(*spooled_)->mesh;
-  spool_ = &(*spooled_)->table_spool;
-}
-
-Numbering Comparison::numbering(Spool& spool) const {
-  if (coherent_ == nullptr) return {vertex_order_, cell_order_};
-  const auto as_before = [&](const std::shared_ptr<NumberList>& list, auto&& number) {
-    std::shared_ptr<NumberList> out;
-    if (list == nullptr) return out;
-    out = std::make_shared<NumberList>(spool);
-    list->for_each([&](std::uint64_t, std::uint64_t n) {
-      out->push_back(number(static_cast<std::uint32_t>(n)));
-    });
-    return out;
-  };
-  return {as_before(vertex_order_, [&](std::uint32_t v) { return coherent_->number_of_vertex(v); }),
-          as_before(cell_order_, [&](std::uint32_t c) { return coherent_->number_of(c); })};
-}
-
-// Takes up a guess. Throws when it is no bijection.
-void Comparison::follow(std::shared_ptr<NumberList> vertices, std::shared_ptr<NumberList> cells) {
-  const MeshInfo& info = source_->info();
-  vertex_order_ = vertices;
-  cell_order_ = cells;
-  if (vertices != nullptr) {
-    position_of_vertex_ = invert(*vertices, info.vertices, "vertex", *spool_);
-    source_vertex_.emplace(*spool_, info.vertices);
-    vertices->for_each(
-        [&](std::uint64_t at, std::uint64_t number) { source_vertex_->set(at, number); });
-  }
-  if (cells != nullptr) {
-    position_of_cell_ = invert(*cells, info.cells(), "cell", *spool_);
-    covered_ = std::make_unique<CoveredOrder>(*source_, *cells, *spool_);
-  }
-}
-
 void Comparison::compare_points() {
   const MeshInfo& info = restored_->info();
   Column column{"coordinates",
@@ -369,13 +188,13 @@ void Comparison::compare_points() {
                 [&](std::uint64_t first, std::uint64_t count, std::byte* out) {
                   restored_->read_points(first, count, out);
                 }};
-  compare_column(column, vertex_order_.get());
+  compare_column(column, numbers_.vertices());
 }
 
 void Comparison::compare_cells() {
   const std::uint64_t cells = restored_->info().cells();
   CellCursor restored(*restored_);
-  if (cell_order_ == nullptr) {
+  if (numbers_.cells() == nullptr) {
     CellCursor source(*source_);
     for (std::uint64_t i = 0; i < cells && source.next() && restored.next(); ++i)
       compare_cell(i, source.block(), source.corners(), restored.block(), restored.corners());
@@ -384,7 +203,7 @@ void Comparison::compare_cells() {
   CellStore store(*spool_);
   for (CellCursor source(*source_); source.next();) store.append(source.block(), source.corners());
   CellBatch one;
-  cell_order_->for_each([&](std::uint64_t at, std::uint64_t number) {
+  numbers_.cells()->for_each([&](std::uint64_t at, std::uint64_t number) {
     if (!restored.next()) return;
     one.clear();
     store.read(number, one);
@@ -398,39 +217,15 @@ void Comparison::compare_cell(std::uint64_t number, std::uint32_t source_block,
   if (source_block != block)
     return differ("block of cell " + std::to_string(number), std::to_string(source_block),
                   std::to_string(block));
-  mapped_.assign(corners.begin(), corners.end());
-  if (source_vertex_)
-    for (std::uint64_t& v : mapped_) v = source_vertex_->get(v);
-  if (!same_corners(source_corners, block))
-    differ("corners of cell " + std::to_string(number), corners_as_before(source_corners),
-           corners_as_before(mapped_));
-}
-
-// In words, with the source's own numbers.
-std::string Comparison::corners_as_before(std::span<const std::uint64_t> corners) const {
-  if (coherent_ == nullptr) return corners_text(corners);
-  std::vector<std::uint64_t> numbers;
-  for (const std::uint64_t v : corners)
-    numbers.push_back(coherent_->number_of_vertex(static_cast<std::uint32_t>(v)));
-  return corners_text(numbers);
-}
-
-bool Comparison::same_corners(std::span<const std::uint64_t> source, std::uint32_t block) {
-  if (std::equal(source.begin(), source.end(), mapped_.begin(), mapped_.end())) return true;
-  const Schema& schema = restored_->info().schema;
-  const BlockInfo& info = schema.blocks[block];
-  if (!as_mesh_ || schema.corner_order || info.shape != CellShape::hexahedron ||
-      source.size() != 8 || mapped_.size() != 8)
-    return false;
-  return is_turned<std::uint64_t>(info.shape, source, mapped_);
+  if (!numbers_.same_corners(source_corners, corners, block))
+    differ("corners of cell " + std::to_string(number), numbers_.corners_text(source_corners),
+           numbers_.corners_text(numbers_.mapped_corners()));
 }
 
 void Comparison::compare_array(std::size_t array, const std::string& name) {
   const MeshInfo& info = restored_->info();
   const ArrayInfo& data = info.schema.arrays[array];
-  NumberList* order = vertex_order_.get();
-  if (data.location == Location::cell)
-    order = cell_order_ != nullptr ? &covered_->elements(array) : nullptr;
+  NumberList* order = numbers_.elements(array);
   const std::uint64_t steps = data.per_step ? info.step_times.size() : 1;
   for (std::uint64_t step = 0; step < steps; ++step) {
     const auto from = [array, step](MeshSource* mesh) {
@@ -476,10 +271,7 @@ void Comparison::compare_column(const Column& column, NumberList* order) {
   MeasuredError* measured = measured_error(column);
   std::vector<std::byte> source, restored;
   std::vector<std::uint64_t> numbers;
-  // A coherent mesh has the pages that are wanted in its spool.
-  const std::size_t cache_bytes =
-      coherent_ == nullptr ? kCacheBytes : (*spooled_)->memory.cache_bytes / 4;
-  PageCache cache(column.elements, stride, cache_bytes, column.source);
+  PageCache cache(column.elements, stride, numbers_.cache_bytes(), column.source);
   for (std::uint64_t first = 0; first < column.elements; first += kPieceElements) {
     const std::uint64_t count = std::min(kPieceElements, column.elements - first);
     source.resize(count * stride);
@@ -523,22 +315,9 @@ void Comparison::compare_values(const Column& column, std::uint64_t first, std::
 }
 
 void Comparison::compare_extras() {
-  Renumbering to;
-  to.vertices = source_->info().vertices;
-  to.cells = source_->info().cells();
-  if (vertex_order_ != nullptr)
-    to.vertex = [&](std::uint64_t v) { return position_of_vertex_->get(v); };
-  if (cell_order_ != nullptr) to.cell = [&](std::uint64_t c) { return position_of_cell_->get(c); };
-  // Sorted by key; the order in which extras come means nothing, except under the same key.
-  const auto sorted = [](const std::vector<Extra>& extras) {
-    std::vector<const Extra*> list;
-    for (const Extra& extra : extras) list.push_back(&extra);
-    std::stable_sort(list.begin(), list.end(),
-                     [](const Extra* a, const Extra* b) { return a->key < b->key; });
-    return list;
-  };
-  const auto source = sorted(source_->info().extras);
-  const auto restored = sorted(restored_->info().extras);
+  const Renumbering to = numbers_.to_restored();
+  const auto source = sorted_by_key(source_->info().extras);
+  const auto restored = sorted_by_key(restored_->info().extras);
   auto a = source.begin();
   auto b = restored.begin();
   while (a != source.end() || b != restored.end()) {
@@ -559,18 +338,9 @@ void Comparison::compare_extras() {
 void Comparison::compare_extra(const Extra& source, const Extra& restored) {
   if (source == restored) return;
   const std::string name = "extra '" + source.key + "'";
-  const auto text = [](const Extra& extra) {
-    std::string shape;
-    for (const std::uint64_t n : extra.shape)
-      shape += (shape.empty() ? "" : " x ") + std::to_string(n);
-    return "[" + shape + "] " + std::string(scalar_name(extra.type)) +
-           (extra.refers == Reference::vertex ? " vertices"
-            : extra.refers == Reference::cell ? " cells"
-                                              : "");
-  };
   if (source.type != restored.type || source.shape != restored.shape ||
       source.refers != restored.refers || source.data.size() != restored.data.size())
-    return differ(name, text(source), text(restored));
+    return differ(name, kind_text(source), kind_text(restored));
   const std::size_t bytes = scalar_bytes(source.type);
   for (std::size_t at = 0; at + bytes <= source.data.size(); at += bytes)
     if (std::memcmp(source.data.data() + at, restored.data.data() + at, bytes) != 0)
@@ -579,22 +349,17 @@ void Comparison::compare_extra(const Extra& source, const Extra& restored) {
                     value_text(restored.data.data() + at, source.type));
 }
 
-}  // namespace
-
-namespace {
-
 CompareReport best_guess(MeshSource& source, MeshSource& restored, Spool& spool,
                          const Progress& progress, const CellSequence* cell_order, bool with_steps,
                          Numbering* numbering) {
   CompareReport best;
   std::unique_ptr<SpooledSource> spooled;
   for (std::size_t guess = 0;; ++guess) {
-    Comparison comparison(source, restored, spool, progress, cell_order, guess, with_steps,
-                          spooled);
-    CompareReport report = comparison.run();
+    Comparison comparison(source, restored, spool, progress, cell_order, with_steps, spooled);
+    CompareReport report = comparison.run(guess);
     if (guess == 0 || report.differences < best.differences) best = std::move(report);
-    if (best.equal() && numbering != nullptr) *numbering = comparison.numbering(spool);
-    if (best.equal() || !comparison.may_guess_again()) return best;
+    if (best.equal() && numbering != nullptr) *numbering = comparison.numbers().numbering(spool);
+    if (best.equal() || !comparison.numbers().has_more()) return best;
   }
 }
 

@@ -8,13 +8,12 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "base/progress.h"
 #include "base/spool.h"
-#include "mesh/coding_order.h"
+#include "compare/numbering.h"
 #include "mesh/mesh_source.h"
 #include "order/cell_orders.h"
 
@@ -40,11 +39,6 @@ inline constexpr std::size_t kDifferencesInWords = 10;
 CompareReport compare_meshes(MeshSource& source, MeshSource& restored, Spool& spool,
                              const Progress& progress = {},
                              const CellSequence* cell_order = nullptr);
-
-// The source's number of each restored vertex and cell; null: the same.
-struct Numbering {
-  std::shared_ptr<NumberList> vertices, cells;
-};
 
 // The same of what does not change with time: all but time steps, values at these, and extras.
 // `numbering`: how the restored mesh is numbered, where it is equal.

@@ -16,25 +16,6 @@ namespace {
 
 constexpr std::size_t kLongestLine = 100;
 
-// By key; the order in which extras come means nothing, except under the same key.
-std::vector<const Extra*> sorted(const std::vector<Extra>& extras) {
-  std::vector<const Extra*> list;
-  for (const Extra& extra : extras) list.push_back(&extra);
-  std::stable_sort(list.begin(), list.end(),
-                   [](const Extra* a, const Extra* b) { return a->key < b->key; });
-  return list;
-}
-
-std::string kind_text(const Extra& extra) {
-  std::string shape;
-  for (const std::uint64_t n : extra.shape)
-    shape += (shape.empty() ? "" : " x ") + std::to_string(n);
-  return "[" + shape + "] " + std::string(scalar_name(extra.type)) +
-         (extra.refers == Reference::vertex ? " vertices"
-          : extra.refers == Reference::cell ? " cells"
-                                            : "");
-}
-
 std::string_view characters(const Extra& extra) {
   return {reinterpret_cast<const char*>(extra.data.data()), extra.data.size()};
 }
@@ -73,11 +54,11 @@ class ExtrasDiff {
       others_ = b;
       sort_members(renumbered_);
       sort_members(others_);
-      a_ = sorted(renumbered_);
-      b_ = sorted(others_);
+      a_ = sorted_by_key(renumbered_);
+      b_ = sorted_by_key(others_);
     } else {
-      a_ = sorted(renumbered_);
-      b_ = sorted(b);
+      a_ = sorted_by_key(renumbered_);
+      b_ = sorted_by_key(b);
     }
   }
 
@@ -232,6 +213,24 @@ class ExtrasDiff {
 };
 
 }  // namespace
+
+std::vector<const Extra*> sorted_by_key(const std::vector<Extra>& extras) {
+  std::vector<const Extra*> list;
+  for (const Extra& extra : extras) list.push_back(&extra);
+  std::stable_sort(list.begin(), list.end(),
+                   [](const Extra* a, const Extra* b) { return a->key < b->key; });
+  return list;
+}
+
+std::string kind_text(const Extra& extra) {
+  std::string shape;
+  for (const std::uint64_t n : extra.shape)
+    shape += (shape.empty() ? "" : " x ") + std::to_string(n);
+  return "[" + shape + "] " + std::string(scalar_name(extra.type)) +
+         (extra.refers == Reference::vertex ? " vertices"
+          : extra.refers == Reference::cell ? " cells"
+                                            : "");
+}
 
 std::vector<Finding> diff_extras(const std::vector<Extra>& a, const std::vector<Extra>& b,
                                  const ExtrasComparison& how) {

@@ -6,10 +6,16 @@
 #include <vector>
 
 #include "base/stored_value.h"
-#include "compare/mesh_diff.h"
+#include "compare/diff.h"
 #include "mesh/coding_order.h"
 
 namespace shm::converters {
+
+// The order in which extras come means nothing, except under the same key. Borrows them.
+std::vector<const Extra*> sorted_by_key(const std::vector<Extra>& extras);
+
+// "[3 x 2] int32 vertices"
+std::string kind_text(const Extra& extra);
 
 struct ExtrasComparison {
   std::function<bool(const std::string& key)> is_ignored;

@@ -14,10 +14,10 @@
 #include "compare/mesh_match.h"
 #include "compare/names.h"
 #include "compare/pairs.h"
+#include "compare/piecewise.h"
 #include "compare/places.h"
 #include "compare/values.h"
 #include "mesh/cell_cursor.h"
-#include "compare/piecewise.h"
 #include "mesh/cell_store.h"
 #include "mesh/cell_turns.h"
 

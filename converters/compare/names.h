@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "compare/mesh_diff.h"
+#include "compare/diff.h"
 #include "mesh/mesh_source.h"
 
 namespace shm::converters {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "base/stored_value.h"
+#include "compare/diff.h"
 #include "compare/field_pairs.h"
-#include "compare/mesh_diff.h"
 
 namespace shm::converters {
 

@@ -1,4 +1,5 @@
-// What both comparisons share: how much of two meshes is compared at once, and how cells are written.
+// What both comparisons share: how much of two meshes is compared at once, and how cells are
+// written.
 #pragma once
 
 #include <cstddef>

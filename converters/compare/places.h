@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
+#include "compare/diff.h"
 #include "compare/field_pairs.h"
-#include "compare/mesh_diff.h"
 #include "compare/pairs.h"
 #include "compare/values.h"
 #include "mesh/mesh_source.h"

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/stored_value.h"
-#include "compare/mesh_diff.h"
+#include "compare/diff.h"
 #include "compare/strings.h"
 
 namespace shm::converters {

@@ -5,9 +5,9 @@
 
 #include "base/failure.h"
 #include "compare/mesh_diff.h"
-#include "compare/report.h"
 #include "formats/formats.h"
 #include "mesh/lossy.h"
+#include "tool/diff_report.h"
 
 namespace shm::converters {
 namespace {

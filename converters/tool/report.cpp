@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/stored_value.h"
 #include "sets/mesh_sets.h"
 
 namespace shm::converters {
@@ -28,11 +29,6 @@ std::string fixed(double value, int digits) {
   char text[64];
   return {text,
           std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, digits).ptr};
-}
-
-std::string shortest(double value) {
-  char text[64];
-  return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
 // Bits for each of `count`; null (JSON) when there is none.
@@ -143,7 +139,7 @@ std::string quantization_text(const Quantization& quantization, ScalarType type)
   std::string text = ", rounded";
   if (quantization.bits != Quantization::kAbsolute)
     text += " to " + std::to_string(quantization.bits) + " bits";
-  return text + ", error at most " + shortest(quantization.max_error(type));
+  return text + ", error at most " + number_text(quantization.max_error(type));
 }
 
 // Bits of the box, 0 where there is none; and the largest error, null where there is no loss.
@@ -417,7 +413,8 @@ std::string info_text(const std::string& path, const MeshInfo& info, const Total
   }
   if (!info.step_times.empty())
     text += "\nsteps\n  " + plural(info.step_times.size(), "step", "steps") + ", times " +
-            shortest(info.step_times.front()) + " to " + shortest(info.step_times.back()) + "\n";
+            number_text(info.step_times.front()) + " to " + number_text(info.step_times.back()) +
+            "\n";
   const std::vector<MeshSet> sets = mesh_sets(info);
   if (!sets.empty()) text += "\nsets\n";
   for (const MeshSet& set : sets) {
@@ -485,8 +482,8 @@ std::string compare_text(const CompareReport& report, const std::string& source,
       text += "  and " + std::to_string(report.differences - report.first.size()) + " more\n";
   }
   for (const MeasuredError& error : report.measured)
-    text += "  " + error.what + ": largest error " + shortest(error.largest) + ", promised " +
-            shortest(error.promised) + "\n";
+    text += "  " + error.what + ": largest error " + number_text(error.largest) + ", promised " +
+            number_text(error.promised) + "\n";
   return text;
 }
 

@@ -14,11 +14,11 @@
 #include "base/stored_value.h"
 #include "compare/mesh_match.h"
 #include "compare/point_tree.h"
-#include "compare/report.h"
 #include "mesh/cell_keys.h"
 #include "mesh/cell_turns.h"
 #include "mesh/coding_order.h"
 #include "support/memory_mesh.h"
+#include "tool/diff_report.h"
 
 namespace shm::converters {
 namespace {

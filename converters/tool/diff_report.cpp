@@ -1,4 +1,4 @@
-#include "compare/report.h"
+#include "tool/diff_report.h"
 
 #include <algorithm>
 #include <charconv>
@@ -6,15 +6,12 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "base/stored_value.h"
+
 namespace shm::converters {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::string shortest(double value) {
-  char text[64];
-  return {text, std::to_chars(text, text + sizeof text, value).ptr};
-}
 
 // For the eye; JSON has all digits.
 std::string rounded(double value) {
@@ -38,7 +35,7 @@ std::string place_text(const DiffPlace& place) {
     text += " at (" + rounded((*place.where)[0]) + " " + rounded((*place.where)[1]) + " " +
             rounded((*place.where)[2]) + ")";
   if (place.step_a || place.step_b) text += ", step " + numbers_text(place.step_a, place.step_b);
-  if (place.time) text += ", time " + shortest(*place.time);
+  if (place.time) text += ", time " + number_text(*place.time);
   if (place.component) text += ", component " + std::to_string(*place.component);
   return text;
 }

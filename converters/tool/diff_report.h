@@ -1,9 +1,9 @@
-// What shm diff tells: text for people, JSON for programs.
+// What shm diff reports: text for people, JSON for programs.
 #pragma once
 
 #include <string>
 
-#include "compare/mesh_diff.h"
+#include "compare/diff.h"
 
 namespace shm::converters {
 
