@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/page_cache.h"
+#include "base/spool.h"
 #include "compression/mesh_feeder.h"
 #include "mesh/coding_order.h"
 #include "mpi/owners.h"

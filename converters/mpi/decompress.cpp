@@ -58,7 +58,7 @@ LossList united_losses(Ranks& ranks, const LossList& mine) {
 
 class Part {
  public:
-  Part(Ranks& ranks, const Options& options, Spool& spool)
+  Part(Ranks& ranks, const DecompressCommand& options, Spool& spool)
       : ranks_(ranks), options_(options), format_(*format_named("exodus")), spool_(spool) {}
 
   // Collective, one after the other.
@@ -75,7 +75,7 @@ class Part {
   void check_blocks() const;
 
   Ranks& ranks_;
-  const Options& options_;
+  const DecompressCommand& options_;
   const Format& format_;
   Spool& spool_;
   Holds holds_;
@@ -97,6 +97,7 @@ void Part::open() {
               ".e, or say --format exodus");
   const std::string& path = options_.input;
   require_shm(path);
+  require_no_archive(path);
   file_ = unwrap(FileRandomSource::open(path), path);
   extractor_.emplace(unwrap(MeshExtractor::open(*file_), path));
   whole_.schema = extractor_->schema();
@@ -248,18 +249,18 @@ CellRange part_range(const std::vector<SegmentInfo>& segments, std::uint64_t cel
   return {cut(part), cut(part + 1)};
 }
 
-ExitCode decompress_with_ranks(Ranks& ranks, const Options& options) {
+ExitCode decompress_with_ranks(Ranks& ranks, const DecompressCommand& command) {
   std::optional<Spool> spool;
-  ranks.together([&] { spool.emplace(spool_directory(options), spool_memory(options)); });
-  Part part(ranks, options, *spool);
+  ranks.together([&] { spool.emplace(spool_directory(command), spool_memory(command)); });
+  Part part(ranks, command, *spool);
   part.decode();
   part.agree_on_blocks();
   part.count_vertices();
   const LossList losses = part.translate();
-  if (ranks.first()) tell_losses(losses, options.output);
-  if (ranks.broadcast(std::uint64_t{options.strict && !losses.empty()}) != 0) return kIncomplete;
+  if (ranks.first()) tell_losses(losses, command.output);
+  if (ranks.broadcast(std::uint64_t{command.strict && !losses.empty()}) != 0) return kIncomplete;
   part.write();
-  if (ranks.first()) say(options, part.summary());
+  if (ranks.first()) say(command, part.summary());
   return kDone;
 }
 

@@ -10,8 +10,7 @@
 #include "mpi/ranks.h"
 #include "mpi/uses.h"
 #include "shm/segment_reader.h"
-#include "tool/options.h"
-#include "tool/support.h"
+#include "tool/commands/convert.h"
 #include "transfer/losses.h"
 
 namespace shm::converters {
@@ -24,7 +23,7 @@ std::string part_name(const std::string& output, std::size_t parts, std::size_t 
 CellRange part_range(const std::vector<SegmentInfo>& segments, std::uint64_t cells,
                      std::size_t parts, std::size_t part);
 
-// Collective. Writes options.output as one part for each rank, all or none. Throws SharedFailure.
-ExitCode decompress_with_ranks(Ranks& ranks, const Options& options);
+// Collective. Writes command.output as one part for each rank, all or none. Throws SharedFailure.
+ExitCode decompress_with_ranks(Ranks& ranks, const DecompressCommand& command);
 
 }  // namespace shm::converters

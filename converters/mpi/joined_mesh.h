@@ -16,7 +16,6 @@
 #include <utility>
 #include <vector>
 
-#include "base/number_table.h"
 #include "base/spool.h"
 #include "mesh/cell_store.h"
 #include "mesh/mesh_source.h"

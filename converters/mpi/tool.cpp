@@ -13,40 +13,46 @@
 #include "mpi/decompress.h"
 #include "mpi/output.h"
 #include "mpi/ranks.h"
-#include "tool/options.h"
+#include "tool/commands/compress.h"
+#include "tool/commands/convert.h"
 #include "tool/report.h"
-#include "tool/support.h"
 
 namespace shm::converters {
 namespace {
 
-ExitCode run_compress(Ranks& ranks, Options& options) {
-  if (options.output.empty()) options.output = options.input + ".shm";
+struct Commands {
+  CompressCommand compress;
+  DecompressCommand decompress;
+  const Command* chosen = &compress;
+};
+
+ExitCode run_compress(Ranks& ranks, CompressCommand& command) {
+  if (command.output.empty()) command.output = command.input + ".shm";
   CompressOptions how;
   ranks.together([&] {
-    if (options.input == "-" || options.output == "-")
+    if (command.input == "-" || command.output == "-")
       wrong_use("ranks read and write files: standard input and output will not do");
-    if (options.order == "free" || !options.cell_order.empty())
+    if (command.order == "free" || !command.cell_order.empty())
       wrong_use("--order free needs the whole mesh in one memory: shm compress has it");
-    if (options.segment_cells == 0)
+    if (command.segment_cells == 0)
       wrong_use("--segment-cells N says where ranks may share the mesh; it must be given");
-    how = compress_options(options);
+    how = command.how();
   });
   const auto start = std::chrono::steady_clock::now();
   std::optional<Spool> own_spool;
-  ranks.together([&] { own_spool.emplace(spool_directory(options), spool_memory(options)); });
+  ranks.together([&] { own_spool.emplace(spool_directory(command), spool_memory(command)); });
   Spool& spool = *own_spool;
   std::size_t parts = 0;
   ranks.together([&] {
-    if (ranks.first()) parts = count_of_parts(options.input);
+    if (ranks.first()) parts = count_of_parts(command.input);
   });
   parts = static_cast<std::size_t>(ranks.broadcast(parts));
   const std::vector<std::string> files =
-      parts > 0 ? part_files(options.input, parts) : std::vector{options.input};
+      parts > 0 ? part_files(command.input, parts) : std::vector{command.input};
   std::unique_ptr<MeshSource> mesh;
   CompressRun run;
   const auto compress = [&](auto& source) {
-    SharedOutput output(ranks, options.output);
+    SharedOutput output(ranks, command.output);
     run.sizes = compress_with_ranks(ranks, source, output, how, spool);
     output.commit();
   };
@@ -55,29 +61,29 @@ ExitCode run_compress(Ranks& ranks, Options& options) {
     compress(*joined);
     mesh = std::move(joined);
   } else {
-    ranks.together([&] { mesh = open_mesh(options.input, spool); });
+    ranks.together([&] { mesh = open_mesh(command.input, spool); });
     compress(*mesh);
   }
   if (!ranks.first()) return kDone;
-  run.input = options.input;
-  run.output = options.output;
+  run.input = command.input;
+  run.output = command.output;
   for (const std::string& file : files) run.input_bytes += file_bytes(file);
   run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  if (options.json)
+  if (command.json)
     std::fputs(compress_json(run, mesh->info()).c_str(), stdout);
   else
-    say(options, compress_text(run, mesh->info()));
+    say(command, compress_text(run, mesh->info()));
   return kDone;
 }
 
-int run(Ranks& ranks, int argc, char** argv, Options& options) {
+int run(Ranks& ranks, int argc, char** argv, Commands& commands) {
   CLI::App app{
       "shm_mpi compresses a mesh, and gives it back, with the ranks of an MPI program.\n"
       "All ranks see the same files."};
   app.name("shm_mpi");
   app.require_subcommand(1);
-  options.threads = 1;
-  CLI::App* compress = add_compress(app, options);
+  commands.compress.threads = commands.decompress.threads = 1;
+  CLI::App* compress = commands.compress.add_to(app);
   compress->description(
       "Compress one mesh by all ranks; the file is that of shm compress with the same options.\n"
       "--segment-cells must be given: ranks share the segments. --order is keep or stream;\n"
@@ -87,7 +93,7 @@ int run(Ranks& ranks, int argc, char** argv, Options& options) {
       "  mpirun -n 4 shm_mpi compress rotor.e --segment-cells 262144\n"
       "  mpirun -n 4 shm_mpi compress rotor.e.8 --segment-cells 262144   reads rotor.e.8.0 to .7\n"
       "  mpirun -n 4 shm_mpi compress rotor.e -o rotor.shm --order stream --segment-cells 262144");
-  CLI::App* decompress = add_decompress(app, options);
+  CLI::App* decompress = commands.decompress.add_to(app);
   decompress->description(
       "Write the mesh of a .shm file as a decomposed Exodus mesh, a part for each rank: of 4 "
       "ranks\n"
@@ -106,12 +112,13 @@ int run(Ranks& ranks, int argc, char** argv, Options& options) {
     if (ranks.first()) std::fprintf(stderr, "shm_mpi: %s (see shm_mpi --help)\n", error.what());
     return kWrongUse;
   }
-  return decompress->parsed() ? decompress_with_ranks(ranks, options)
-                              : run_compress(ranks, options);
+  if (!decompress->parsed()) return run_compress(ranks, commands.compress);
+  commands.chosen = &commands.decompress;
+  return decompress_with_ranks(ranks, commands.decompress);
 }
 
-int complain(const Options& options, Error error) {
-  if (error.file.empty() && error.code != ErrorCode::misuse) error.file = options.input;
+int complain(const Commands& commands, Error error) {
+  if (error.file.empty() && error.code != ErrorCode::misuse) error.file = commands.chosen->input;
   std::fprintf(stderr, "shm_mpi: %s\n", error.message().c_str());
   return exit_code(error.code);
 }
@@ -120,15 +127,15 @@ int guarded_run(int argc, char** argv) {
   Ranks ranks(&argc, &argv);
   // After MPI has begun, which has handlers of its own.
   remove_outputs_on_signals();
-  Options options;
+  Commands commands;
   try {
-    return run(ranks, argc, argv, options);
+    return run(ranks, argc, argv, commands);
   } catch (const SharedFailure& failure) {
-    if (ranks.first()) complain(options, failure.error());
+    if (ranks.first()) complain(commands, failure.error());
     return exit_code(failure.error().code);
   } catch (...) {
     // One rank alone, among calls that others wait in.
-    Ranks::abort(complain(options, current_error()));
+    Ranks::abort(complain(commands, current_error()));
   }
 }
 

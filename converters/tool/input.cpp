@@ -54,7 +54,7 @@ class ToolInput::Stream final : public ByteSource {
   std::size_t given_ = 0;
 };
 
-ToolInput::ToolInput(Options& options, const std::string& path) : path_(path) {
+ToolInput::ToolInput(CommonOptions& options, const std::string& path) : path_(path) {
   if (path_ != kStandardInput) return;
   stream_ = std::make_unique<Stream>();
   if (looks_like_shm(stream_->head()) && !looks_like_archive(stream_->head())) return;
@@ -83,7 +83,12 @@ void ToolInput::require_shm() const {
 std::unique_ptr<MeshSource> ToolInput::open(Spool& spool, const Progress& progress,
                                             unsigned threads) {
   if (is_stream()) return stage_shm(*stream_, kStandardInput, 0, spool, progress, threads);
-  return is_shm() ? open_shm(path_, spool, progress, threads) : open_mesh(path_, spool, progress);
+  try {
+    return is_shm() ? open_shm(path_, spool, progress, threads) : open_mesh(path_, spool, progress);
+  } catch (const Failure& failure) {
+    if (failure.error().code == ErrorCode::unsupported) require_no_archive(path_);
+    throw;
+  }
 }
 
 FileSummary ToolInput::summarize(const Progress& progress) {

@@ -17,8 +17,8 @@ class ToolInput {
  public:
   // Of standard input reads the beginning. What is spooled goes to spool_directory(options), and
   // its name to options.spooled, for messages. Throws Failure.
-  explicit ToolInput(Options& options) : ToolInput(options, options.input) {}
-  ToolInput(Options& options, const std::string& path);
+  explicit ToolInput(CommonOptions& options) : ToolInput(options, options.input) {}
+  ToolInput(CommonOptions& options, const std::string& path);
   ~ToolInput();
   ToolInput(const ToolInput&) = delete;
   ToolInput& operator=(const ToolInput&) = delete;
@@ -27,10 +27,10 @@ class ToolInput {
   const std::string& path() const { return path_; }
   bool is_stream() const { return stream_ != nullptr; }
   bool is_shm() const;
-  // Throws Failure where it is none, or an archive.
+  // Throws Failure where it is none.
   void require_shm() const;
 
-  // Once.
+  // Once. Of an archive throws Failure.
   std::unique_ptr<MeshSource> open(Spool& spool, const Progress& progress, unsigned threads = 0);
   FileSummary summarize(const Progress& progress);
 

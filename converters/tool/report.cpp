@@ -212,6 +212,10 @@ void add_counts(Json& json, const MeshInfo& info) {
 
 }  // namespace
 
+std::string json_text(const nlohmann::json& json) {
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
 std::string counts_text(const MeshInfo& info) {
   const std::uint64_t hexahedra = hexahedra_of(info), others = info.cells() - hexahedra;
   std::string text = plural(info.vertices, "vertex", "vertices") + ", " +

@@ -1,7 +1,8 @@
-// What the tool tells about meshes and files, as text for people and JSON for programs.
+// What the tool reports about meshes and files, as text for people and JSON for programs.
 #pragma once
 
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -52,6 +53,9 @@ std::string compare_json(const CompareReport& report, const std::string& source,
                          const std::string& restored, const MeshInfo& info);
 std::string compare_text(const CompareReport& report, const std::string& source,
                          const std::string& restored);
+
+// Names come from files and need not be UTF-8.
+std::string json_text(const nlohmann::json& json);
 
 // "3 vertices, 1 hexahedron, 2 other cells"
 std::string counts_text(const MeshInfo& info);

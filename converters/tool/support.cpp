@@ -26,35 +26,6 @@ ExitCode exit_code(ErrorCode code) {
   return kBadInput;
 }
 
-// --array beats the others; for coordinates --bits beats --abs and --rel.
-static Lossy lossy_of(const Options& options) {
-  if (options.abs && options.rel) wrong_use("--abs and --rel exclude each other");
-  Lossy lossy;
-  if (options.abs) lossy.fields = parse_accuracy("abs=" + *options.abs, "--abs");
-  if (options.rel) lossy.fields = parse_accuracy("rel=" + *options.rel, "--rel");
-  lossy.coordinates = options.bits > 0 ? Accuracy::of_bits(options.bits) : lossy.fields;
-  for (const std::string& text : options.arrays)
-    lossy.named.push_back(parse_named_accuracy(text, "--array"));
-  return lossy;
-}
-
-CompressOptions compress_options(const Options& options) {
-  if (!(options.restart_budget >= 0)) wrong_use("--restart-budget is no number");
-  if (options.delay.value_or(0) > 0 && options.order == "free")
-    wrong_use("--delay is for the order stream; --order free moves cells anyway");
-  CompressOptions how;
-  how.lossy = lossy_of(options);
-  how.order = order_of(options.order);
-  how.delay = options.delay;
-  how.level = level_of(options.level);
-  how.connectivity = codec_of(options.codec);
-  how.segment_cells = options.segment_cells;
-  how.restart_budget = options.restart_budget / 100;
-  how.key_steps = options.key_steps;
-  how.threads = options.threads;
-  return how;
-}
-
 ProgressLine::ProgressLine(bool quiet) : shown_(!quiet && ::isatty(STDERR_FILENO) != 0) {}
 
 void ProgressLine::show(std::string_view phase, std::uint64_t done, std::uint64_t total) {
@@ -73,7 +44,7 @@ void ProgressLine::wipe() {
   dirty_ = false;
 }
 
-std::string spool_directory(const Options& options) {
+std::string spool_directory(const CommonOptions& options) {
   if (!options.temp.empty()) return options.temp;
   if (options.output.empty() || options.output == "-")
     return std::filesystem::temp_directory_path().string();
@@ -81,7 +52,7 @@ std::string spool_directory(const Options& options) {
   return parent.empty() ? "." : parent.string();
 }
 
-std::size_t spool_memory(const Options& options, bool any_order) {
+std::size_t spool_memory(const CommonOptions& options, bool any_order) {
   constexpr std::size_t kAnyOrder = std::size_t{1} << 30;
   return options.memory ? *options.memory : any_order ? kAnyOrder : Spool::kUsualBudget;
 }
@@ -91,7 +62,7 @@ std::uint64_t file_bytes(const std::string& path) {
   return ::stat(path.c_str(), &status) == 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
 }
 
-void say(const Options& options, const std::string& text) {
+void say(const CommonOptions& options, const std::string& text) {
   if (!options.quiet) std::fputs(text.c_str(), options.output == "-" ? stderr : stdout);
 }
 
@@ -101,14 +72,17 @@ bool is_shm(const std::string& path) {
 }
 
 void require_shm(const std::string& path) {
+  if (!is_shm(path))
+    throw Failure(Error{ErrorCode::unsupported, "is not a .shm file", {}, kNoOffset, path});
+}
+
+void require_no_archive(const std::string& path) {
   if (is_archive(path))
     throw Failure(Error{ErrorCode::unsupported,
                         "is an archive of several files; shm split gives them back",
                         {},
                         kNoOffset,
                         path});
-  if (!is_shm(path))
-    throw Failure(Error{ErrorCode::unsupported, "is not a .shm file", {}, kNoOffset, path});
 }
 
 void tell_losses(const LossList& losses, const std::string& output) {

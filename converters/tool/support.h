@@ -4,13 +4,12 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "base/progress.h"
-#include "compression/compress.h"
 #include "shm/result.h"
-#include "tool/options.h"
 #include "transfer/losses.h"
 
 namespace shm::converters {
@@ -27,12 +26,19 @@ enum ExitCode {
 };
 ExitCode exit_code(ErrorCode code);
 
-// Memory of the spool: as the user says, or what is usual; more where `any_order` of vertices or
-// cells is likely.
-std::size_t spool_memory(const Options& options, bool any_order = false);
+// What every command is given.
+struct CommonOptions {
+  std::string input;                    // what messages about no other file mean
+  std::string output;                   // empty: none; "-": standard output
+  std::string spooled;                  // where standard input went, if anywhere
+  std::string temp;                     // empty: beside the output
+  std::optional<std::uint64_t> memory;  // bytes of the spool
+  bool quiet = false;
+};
 
-// How a mesh is to be compressed, but for progress and --cell-order. Throws Failure (misuse).
-CompressOptions compress_options(const Options& options);
+// Memory of the spool: as the user wants it, or what is usual; more where `any_order` of vertices
+// or cells is likely.
+std::size_t spool_memory(const CommonOptions& options, bool any_order = false);
 
 // One line on the terminal, rewritten at most ten times a second and wiped at the end.
 class ProgressLine {
@@ -56,16 +62,18 @@ class ProgressLine {
   std::chrono::steady_clock::time_point last_{};
 };
 
-// Spools go beside the output, which has room for meshes, or where the user says.
-std::string spool_directory(const Options& options);
+// Spools go beside the output, which has room for meshes, or where the user wants them.
+std::string spool_directory(const CommonOptions& options);
 
 std::uint64_t file_bytes(const std::string& path);  // 0 where there is none
 
 // To standard output, or to standard error where the output itself goes there.
-void say(const Options& options, const std::string& text);
+void say(const CommonOptions& options, const std::string& text);
 
 bool is_shm(const std::string& path);
-void require_shm(const std::string& path);  // throws Failure where it is none, or an archive
+// Throw Failure where it is no .shm file, where it is an archive.
+void require_shm(const std::string& path);
+void require_no_archive(const std::string& path);
 
 // On standard error, whatever --quiet says: nothing goes silently.
 void tell_losses(const LossList& losses, const std::string& output);

@@ -1,5 +1,6 @@
-#include "tool/extract_command.h"
+#include "tool/commands/extract.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -19,6 +20,7 @@
 #include "compression/set_sides.h"
 #include "formats/formats.h"
 #include "sets/set_cells.h"
+#include "tool/commands/options.h"
 #include "tool/report.h"
 #include "transfer/piece_output.h"
 #include "transfer/translate.h"
@@ -144,7 +146,7 @@ TransferSet set_of(const std::string& text, const std::vector<TransferSet>& sets
 
 class Extraction {
  public:
-  Extraction(const Options& options, Spool& spool)
+  Extraction(const ExtractCommand& options, Spool& spool)
       : options_(options), format_(output_format(options.output, options.format)), spool_(spool) {}
 
   // False where something is lost and --strict was said.
@@ -158,7 +160,7 @@ class Extraction {
   void choose_step();
   void stage();
 
-  const Options& options_;
+  const ExtractCommand& options_;
   const Format& format_;
   Spool& spool_;
   std::unique_ptr<FileRandomSource> file_;
@@ -332,13 +334,74 @@ std::string Extraction::summary() const {
 
 }  // namespace
 
-ExitCode run_extract(Options& options) {
-  ProgressLine line(options.quiet);
-  Spool spool(spool_directory(options), spool_memory(options));
-  Extraction extraction(options, spool);
-  line.show("reading " + options.input);
+CLI::App* ExtractCommand::add_to(CLI::App& tool) {
+  CLI::App* command = add_command(
+      tool, *this, "extract",
+      "Write a piece of a .shm file as a mesh of its own, in any format. Only the bytes that the\n"
+      "piece needs are read. Conditions for cells are met all together; without any, all cells "
+      "go.\n"
+      "Vertices and cells are numbered anew, in their old order; shm_vertex_number and\n"
+      "shm_cell_number (in Exodus the number maps) say what they were. Sets are cut to what is "
+      "left",
+      "  shm extract rotor.e.shm part.vtu --box 0,0,0,1,1,0.5 --array temperature --step 12\n"
+      "  shm extract rotor.e.shm casing.e --block casing\n"
+      "  shm extract rotor.e.shm inlet.vtk --set inlet     its sides, as quads and triangles\n"
+      "  shm extract rotor.e.shm first.shm --cells 0:100000\n"
+      "  shm extract pieces.shm box.vtu --part rotor.e.4.0 --box 0,0,0,1,1,1");
+  command->add_option("IN", input, ".shm file that can be read anywhere")
+      ->required()
+      ->type_name("");
+  command->add_option("OUT", output, "File to write")->required()->type_name("");
+  add_format(*command, format);
+  command
+      ->add_option(
+          "--cells", cells,
+          "Cells A, A + 1, ..., B - 1, from 0 in the order of IN (in order keep that of the "
+          "source)")
+      ->type_name("A:B");
+  command
+      ->add_option("--block", blocks,
+                   "Cells of the blocks with this name, or this number if no name is so; may be "
+                   "repeated")
+      ->allow_extra_args(false)
+      ->type_name("ID");
+  command
+      ->add_option("--box", box,
+                   "Cells with a vertex in this box, or on its faces: "
+                   "xmin,ymin,zmin,xmax,ymax,zmax")
+      ->type_name("BOX");
+  command
+      ->add_option(
+          "--set", set,
+          "A set by name or number, or side_set_N, node_set_N, element_set_N. Element set "
+          "or physical\ngroup: its cells; side set: its sides as cells with the values of "
+          "their points;\nnode set: its points, each a cell (of the conditions only --box)")
+      ->type_name("NAME");
+  command
+      ->add_option(
+          "--array", arrays,
+          "This array alone, and number maps; NAME, point/NAME or cell/NAME, v for v_x, v_y, "
+          "v_z. May be\nrepeated")
+      ->allow_extra_args(false)
+      ->type_name("NAME");
+  command
+      ->add_option("--step", step,
+                   "Time step N alone, from 0 (default: all; the last where a file holds one)")
+      ->type_name("N");
+  command->add_option("--part", part, "Which file of an archive")->type_name("NAME");
+  command->add_flag("--strict", strict,
+                    "Write nothing when OUT would lack something of the piece (which is named on "
+                    "standard error\nin any case): exit code 6");
+  return command;
+}
+
+ExitCode ExtractCommand::run() {
+  ProgressLine line(quiet);
+  Spool spool(spool_directory(*this), spool_memory(*this));
+  Extraction extraction(*this, spool);
+  line.show("reading " + input);
   if (!extraction.run(line)) return kIncomplete;
-  say(options, extraction.summary());
+  say(*this, extraction.summary());
   return kDone;
 }
 

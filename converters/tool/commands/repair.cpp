@@ -1,5 +1,6 @@
-#include "tool/repair_command.h"
+#include "tool/commands/repair.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -12,11 +13,14 @@
 #include <vector>
 
 #include "archive/damage_report.h"
+#include "archive/parity.h"
 #include "archive/salvage.h"
 #include "base/failure.h"
 #include "base/lenient_source.h"
 #include "base/output_file.h"
 #include "shm/damage.h"
+#include "tool/commands/options.h"
+#include "tool/report.h"
 
 namespace shm::converters {
 namespace {
@@ -51,11 +55,7 @@ std::string ranges_text(const std::vector<std::uint64_t>& blocks) {
   return text;
 }
 
-std::string dump(const nlohmann::json& json) {
-  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
-}
-
-std::string outcome_json(const Repair& repair, const Options& options) {
+std::string outcome_json(const Repair& repair, const CommonOptions& options) {
   nlohmann::json json;
   json["file"] = options.input;
   json["output"] = options.output;
@@ -75,10 +75,10 @@ std::string outcome_json(const Repair& repair, const Options& options) {
     json["cells"] = repair.salvaged->cells;
     json["missing"] = repair.salvaged->missing_json;
   }
-  return dump(json);
+  return json_text(json);
 }
 
-std::string salvage_text(const SalvageReport& salvaged, const Options& options) {
+std::string salvage_text(const SalvageReport& salvaged, const CommonOptions& options) {
   std::string text = options.output + ": " + std::to_string(salvaged.vertices) + " vertices, " +
                      std::to_string(salvaged.cells) + " cells; ";
   if (salvaged.missing.empty()) {
@@ -100,7 +100,7 @@ std::string new_index_text(const Schema& schema) {
   return text + (kept ? "\n" : ", with ranges of the values as they are restored\n");
 }
 
-std::string outcome_text(const Repair& repair, const Options& options) {
+std::string outcome_text(const Repair& repair, const CommonOptions& options) {
   if (repair.salvaged) return salvage_text(*repair.salvaged, options);
   if (repair.was_sound()) return options.output + ": nothing was damaged\n";
   if (repair.new_index)
@@ -118,7 +118,7 @@ bool is_same_file(const std::string& a, const std::string& b) {
 
 class RepairRun {
  public:
-  RepairRun(Options& options, ProgressLine& line) : options_(options), line_(line) {}
+  RepairRun(const CommonOptions& options, ProgressLine& line) : options_(options), line_(line) {}
   Repair run();
 
  private:
@@ -128,7 +128,7 @@ class RepairRun {
   void salvage_rest();
   [[noreturn]] void fail_unhealed(std::string detail) const;
 
-  Options& options_;
+  const CommonOptions& options_;
   ProgressLine& line_;
   std::unique_ptr<FileRandomSource> file_;
   std::unique_ptr<LenientSource> lenient_;
@@ -225,78 +225,39 @@ Repair RepairRun::run() {
 
 }  // namespace
 
-ExitCode run_repair(Options& options) {
-  if (options.output == "-" && options.json)
+CLI::App* RepairCommand::add_to(CLI::App& tool) {
+  CLI::App* command = add_command(
+      tool, *this, "repair",
+      "Give a damaged .shm file back as it was, by the parity behind it, or write what of it is\n"
+      "whole: every segment that no damage touched. What is missing then is listed, and the exit\n"
+      "code is 7.",
+      "  shm repair rotor.e.shm                  in place\n"
+      "  shm repair rotor.e.shm -o healed.shm\n"
+      "  shm repair rotor.e.shm -o rest.shm --json | jq .missing");
+  command->add_option("IN", input, ".shm file")->required()->type_name("");
+  command
+      ->add_option("-o,--output", output,
+                   "File to write (default: IN, where\n"
+                   "nothing of it is lost)")
+      ->type_name("OUT.shm");
+  command->add_flag("--json", json, "Print as JSON what was healed, and what is missing");
+  return command;
+}
+
+ExitCode RepairCommand::run() {
+  if (output == "-" && json)
     wrong_use("--json and the .shm file cannot both go to standard output");
-  if (options.output.empty()) options.output = options.input;
-  ProgressLine line(options.quiet);
-  const Repair repair = RepairRun(options, line).run();
+  if (output.empty()) output = input;
+  ProgressLine line(quiet);
+  const Repair repair = RepairRun(*this, line).run();
   line.wipe();
-  if (options.json)
-    std::fputs(outcome_json(repair, options).c_str(), stdout);
+  if (json)
+    std::fputs(outcome_json(repair, *this).c_str(), stdout);
   else if (repair.is_whole())
-    say(options, outcome_text(repair, options));
+    say(*this, outcome_text(repair, *this));
   else  // whatever --quiet says: nothing goes silently
-    std::fputs(outcome_text(repair, options).c_str(), options.output == "-" ? stderr : stdout);
+    std::fputs(outcome_text(repair, *this).c_str(), output == "-" ? stderr : stdout);
   return repair.is_whole() ? kDone : kSalvaged;
-}
-
-ParityState parity_state(const std::string& path, const Progress& progress) {
-  const auto file = unwrap(FileRandomSource::open(path), path);
-  const auto protected_file = is_whole_file(*file) ? nullptr : ProtectedFile::open(*file);
-  if (!protected_file) return {};
-  // A mesh that is sound ends with its trailer; parity of more or less is not of this file.
-  SectionSource itself(*file, 0, protected_file->shape().protected_bytes);
-  if (!is_whole_file(itself)) return {};
-  protected_file->check(progress);
-  return {true, protected_file->shape().blocks(), protected_file->damaged_blocks().size(),
-          protected_file->damaged_packets()};
-}
-
-void fail_with_damage(const Failure& failure, const std::string& path, const Options& options) {
-  Error error = failure.error();
-  const bool may_be_damage = error.code == ErrorCode::corrupt ||
-                             error.code == ErrorCode::truncated || error.code == ErrorCode::io;
-  const auto file = FileRandomSource::open(path);
-  if (!may_be_damage || !file) throw Failure(error);
-  auto parity = ProtectedFile::open(**file);
-  if (parity && parity->is_of_something_else()) parity = nullptr;
-  // Packets of small files may hold copies of what they protect.
-  LenientSource lenient(**file);
-  const std::uint64_t bytes =
-      parity ? std::min(parity->shape().protected_bytes, lenient.size()) : lenient.size();
-  SectionSource itself(lenient, 0, bytes);
-  const auto damage = find_damage(itself);
-  const bool found = damage && !damage->damages.empty();
-  if (parity)
-    error.detail += "; there is parity to heal it by: shm repair";
-  else if (found && damage->schema)
-    error.detail += "; shm repair -o OUT.shm writes what of it is whole";
-  if (options.json) {
-    nlohmann::json json;
-    json["file"] = options.input;
-    json["sound"] = false;
-    json["error"] = error.message();
-    json["parity"] = parity != nullptr;
-    json["damage"] = damage ? damage_json(*damage) : nlohmann::json::array();
-    std::fputs(dump(json).c_str(), stdout);
-  } else if (found) {
-    constexpr std::size_t kMostLines = 100;
-    std::string text =
-        "shm: " + options.input + ": damaged in " + counted(damage->damages.size(), "place") + "\n";
-    for (const std::string& line : damage_lines(*damage, kMostLines))
-      text += "shm:   " + line + "\n";
-    std::fputs(text.c_str(), stderr);
-  }
-  throw Failure(error);
-}
-
-std::string parity_text(const ParityState& state) {
-  if (!state.there) return {};
-  if (state.sound()) return ", parity of " + counted(state.blocks, "block") + " too";
-  return "; of its parity " + counted(state.damaged_packets, "packet") + " and of its " +
-         counted(state.blocks, "block") + " " + std::to_string(state.damaged_blocks) +
-         " are not what they were (shm repair)";
 }
 
 }  // namespace shm::converters

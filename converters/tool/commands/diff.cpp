@@ -1,5 +1,7 @@
-#include "tool/diff_command.h"
+#include "tool/commands/diff.h"
 
+#include <CLI/CLI.hpp>
+#include <cstdio>
 #include <memory>
 #include <utility>
 
@@ -7,6 +9,7 @@
 #include "compare/mesh_diff.h"
 #include "formats/formats.h"
 #include "mesh/lossy.h"
+#include "tool/commands/options.h"
 #include "tool/diff_report.h"
 
 namespace shm::converters {
@@ -23,12 +26,10 @@ std::unique_ptr<MeshSource> open_named(const std::string& path, Spool& spool,
   }
 }
 
-}  // namespace
-
-const char* const kDiffDescription =
+constexpr const char* kDiffDescription =
     "Compare any two meshes, of any formats: what differs, by how much, and where";
 
-const char* const kDiffExamples =
+constexpr const char* kDiffExamples =
     "  shm diff old.e new.e                     every bit; exit code 1 when they differ\n"
     "  shm diff old.e new.e --rel 1e-6 --ignore exodus/variable/qa_records\n"
     "  shm diff old.e new.e --abs 1e-9 --array T:rel=0.01 --array coordinates:lossless\n"
@@ -50,62 +51,67 @@ const char* const kDiffExamples =
     "the largest difference first: element, a, b (numbers), where (x y z), step_a, step_b, time,\n"
     "component, value_a, value_b, difference.";
 
-void DiffCommand::add_options(CLI::App& command) {
-  command.add_option("A", a, "A mesh of any known format")->required()->type_name("");
-  command.add_option("B", b, "Another one")->required()->type_name("");
+}  // namespace
+
+CLI::App* DiffCommand::add_to(CLI::App& tool) {
+  CLI::App* const command = add_command(tool, *this, "diff", kDiffDescription, kDiffExamples);
+  command->add_option("A", input, "A mesh of any known format")->required()->type_name("");
+  command->add_option("B", b, "Another one")->required()->type_name("");
   command
-      .add_option("--abs", abs,
-                  "Numbers that are at most E apart are equal: coordinates, times, floating-point\n"
-                  "arrays")
+      ->add_option(
+          "--abs", abs,
+          "Numbers that are at most E apart are equal: coordinates, times, floating-point\n"
+          "arrays")
       ->type_name("E");
   command
-      .add_option("--rel", rel,
-                  "The same, with a bound for each array: E times its range in A over all "
-                  "components, blocks and\nsteps; for coordinates the largest side of their box")
+      ->add_option("--rel", rel,
+                   "The same, with a bound for each array: E times its range in A over all "
+                   "components, blocks and\nsteps; for coordinates the largest side of their box")
       ->type_name("E");
   command
-      .add_option("--array", arrays,
-                  "For one array, or coordinates, whatever the options above say: NAME:abs=E, "
-                  "NAME:rel=E or\nNAME:lossless (exact); NAME as point/NAME or cell/NAME where "
-                  "there are several. May be repeated")
+      ->add_option("--array", arrays,
+                   "For one array, or coordinates, whatever the options above say: NAME:abs=E, "
+                   "NAME:rel=E or\nNAME:lossless (exact); NAME as point/NAME or cell/NAME where "
+                   "there are several. May be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME:HOW");
-  command.add_option("--only", only, "Of the arrays, compare this one only. May be repeated")
+  command->add_option("--only", only, "Of the arrays, compare this one only. May be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME");
   command
-      .add_option(
+      ->add_option(
           "--ignore", ignored,
           "Leave out an array, coordinates, or an extra (or all extras below a path). May be "
           "repeated")
       ->allow_extra_args(false)
       ->type_name("NAME");
-  command.add_flag("--match", match,
-                   "Vertices and cells may be in any order, and cells turned (needs memory):\n"
-                   "vertices are found by their places, cells by their vertices");
-  command.add_flag("--no-maps", no_maps,
-                   "Leave out arrays that only one format knows: number maps, attributes, tags");
-  command.add_flag("--no-extras", no_extras,
-                   "Leave out what is neither mesh nor array: sets, titles, names, field data");
+  command->add_flag("--match", match,
+                    "Vertices and cells may be in any order, and cells turned (needs memory):\n"
+                    "vertices are found by their places, cells by their vertices");
+  command->add_flag("--no-maps", no_maps,
+                    "Leave out arrays that only one format knows: number maps, attributes, tags");
+  command->add_flag("--no-extras", no_extras,
+                    "Leave out what is neither mesh nor array: sets, titles, names, field data");
   command
-      .add_option("--limit", limit,
-                  "Places told of each difference, the largest first (default: 3)")
+      ->add_option("--limit", limit,
+                   "Places told of each difference, the largest first (default: 3)")
       ->type_name("N");
-  command.add_flag("--json", json, "Print as JSON");
+  command->add_flag("--json", json, "Print as JSON");
+  return command;
 }
 
-DiffCommand::Outcome DiffCommand::run(Spool& spool, const Progress& progress) const {
+ExitCode DiffCommand::run() {
   if (abs && rel) wrong_use("--abs and --rel exclude each other");
   DiffOptions options;
-  DiffRun told{a, b, "exact", match};
-  if (abs) told.tolerance = "abs=" + *abs;
-  if (rel) told.tolerance = "rel=" + *rel;
+  DiffRun as_asked{input, b, "exact", match};
+  if (abs) as_asked.tolerance = "abs=" + *abs;
+  if (rel) as_asked.tolerance = "rel=" + *rel;
   if (abs || rel)
-    options.tolerance.fields = parse_accuracy(told.tolerance, abs ? "--abs" : "--rel");
+    options.tolerance.fields = parse_accuracy(as_asked.tolerance, abs ? "--abs" : "--rel");
   options.tolerance.coordinates = options.tolerance.fields;
   for (const std::string& text : arrays) {
     options.tolerance.named.push_back(parse_named_accuracy(text, "--array"));
-    told.tolerance += " " + text;
+    as_asked.tolerance += " " + text;
   }
   options.match = match;
   options.with_roles = !no_maps;
@@ -113,10 +119,19 @@ DiffCommand::Outcome DiffCommand::run(Spool& spool, const Progress& progress) co
   options.only = only;
   options.ignored = ignored;
   options.limit = limit;
-  const auto mesh_a = open_named(a, spool, progress);
-  const auto mesh_b = open_named(b, spool, progress);
-  const MeshDiff diff = diff_meshes(*mesh_a, *mesh_b, options, spool, progress);
-  return {diff.equal(), json ? diff_json(told, diff) : diff_text(told, diff)};
+  ProgressLine line(quiet);
+  // With --match, places and values are read in any order.
+  Spool spool(spool_directory(*this), spool_memory(*this, match));
+  line.show("reading " + input);
+  const auto mesh_a = open_named(input, spool, line.callback());
+  const auto mesh_b = open_named(b, spool, line.callback());
+  const MeshDiff diff = diff_meshes(*mesh_a, *mesh_b, options, spool, line.callback());
+  line.wipe();
+  if (json)
+    std::fputs(diff_json(as_asked, diff).c_str(), stdout);
+  else
+    say(*this, diff_text(as_asked, diff));
+  return diff.equal() ? kDone : kDifferent;
 }
 
 }  // namespace shm::converters

@@ -1,0 +1,169 @@
+#include "tool/commands/append.h"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "archive/parity.h"
+#include "base/failure.h"
+#include "base/output_file.h"
+#include "order/cell_order_file.h"
+#include "tool/commands/options.h"
+#include "tool/input.h"
+#include "tool/report.h"
+
+namespace shm::converters {
+namespace {
+
+void copy_to(OutputFile& output, const std::string& path) {
+  const auto file = unwrap(FileRandomSource::open(path), path);
+  unwrap(output.sink().copy(*file, 0, file->size()), path);
+  output.commit();
+}
+
+// The share of parity that the file has, if any. New parity would make damage last, so there must
+// be none.
+std::optional<double> parity_to_renew(const std::string& path, const Progress& progress) {
+  const auto file = unwrap(FileRandomSource::open(path), path);
+  const auto it = is_whole_file(*file) ? nullptr : ProtectedFile::open(*file);
+  if (!it) return std::nullopt;
+  it->check(progress);
+  if (!it->damaged_blocks().empty())
+    throw Failure(Error{ErrorCode::corrupt, "is damaged; its parity may heal it: shm repair",
+                        "parity", kNoOffset, path});
+  return it->share();
+}
+
+}  // namespace
+
+CLI::App* AppendCommand::add_to(CLI::App& tool) {
+  CLI::App* command = add_command(
+      tool, *this, "append",
+      "Put more time steps of the same mesh behind those of a .shm file. The file is the old one "
+      "or\n"
+      "the new one at every instant; what stands in it is copied, not coded again",
+      "  shm append run.shm run.e                  the steps of run.e after the last one in "
+      "run.shm\n"
+      "  shm append run.shm run.e-s002             restarted: its steps go behind\n"
+      "  shm append run.shm run.e --step 4 --step 5\n"
+      "  shm append run.shm state7.vtu --time 0.7  one step, of a file that tells no time");
+  command->add_option("FILE", input, ".shm file with time steps")->required()->type_name("");
+  command
+      ->add_option("SOURCE", source,
+                   mesh_file_text() +
+                       ", with the same vertices and cells, in\nthe same numbers (or "
+                       "those that FILE was made of), and the same arrays")
+      ->required()
+      ->type_name("");
+  command->add_option("-o,--output", output, "File to write (default: FILE)")->type_name("OUT.shm");
+  auto* chosen = command
+                     ->add_option("--step", steps,
+                                  "Step N of SOURCE, from 0, whatever its time; may be repeated\n"
+                                  "(default: all that are later than the last one in FILE)")
+                     ->type_name("N");
+  command->add_flag("--all", all, "All steps of SOURCE, whatever their times")->excludes(chosen);
+  command
+      ->add_option(
+          "--time", time,
+          "Time of a SOURCE without time steps (default: its field data TIME or TimeValue)")
+      ->type_name("T");
+  command
+      ->add_option("--key-steps", key_steps,
+                   "As in compress (default: the most that FILE has from one key step to the next, "
+                   "at least 8)")
+      ->check(CLI::Range(std::uint32_t{1}, ~std::uint32_t{0}).description(""))
+      ->type_name("N");
+  command->add_option("--level", level, "As in compress")
+      ->check(CLI::IsMember({"fast", "default", "best"}).description(""))
+      ->type_name("fast|default|best");
+  command
+      ->add_option("--cell-order", cell_order, "The file with which FILE was made in --order free")
+      ->type_name("FILE");
+  command->add_flag("--strict", strict,
+                    "Write nothing where something of SOURCE would be left out beside the steps "
+                    "(which is\nnamed on standard error in any case): exit code 6");
+  add_threads(*command, threads, "Decode segments");
+  command->add_flag("--json", json, "Print steps and sizes as JSON");
+  return command;
+}
+
+AppendHow AppendCommand::how(const Progress& progress) const {
+  AppendHow wanted;
+  wanted.all = all;
+  wanted.steps = steps;
+  wanted.time = time;
+  wanted.strict = strict;
+  wanted.options.level = level_of(level);
+  wanted.options.key_steps = key_steps;
+  wanted.threads = threads;
+  wanted.progress = progress;
+  return wanted;
+}
+
+std::string AppendCommand::json_of(const AppendOutcome& outcome) const {
+  nlohmann::json fields;
+  fields["file"] = input;
+  fields["source"] = source;
+  fields["output"] = output;
+  fields["appended_steps"] = outcome.steps;
+  fields["step_times"] = outcome.times;
+  if (outcome.sizes) {
+    fields["bytes"] = outcome.sizes->total_bytes;
+    fields["streams"] = outcome.sizes->streams;
+  }
+  return json_text(fields);
+}
+
+std::string AppendCommand::text_of(const AppendOutcome& outcome) const {
+  if (outcome.steps.empty())
+    return input + ": " + source + " has no later time step; nothing to do\n";
+  const std::size_t fresh = outcome.steps.size(), in_all = outcome.times.size();
+  return output + ": " + std::to_string(fresh) + (fresh == 1 ? " time step" : " time steps") +
+         " more, " + std::to_string(in_all) + " in all, " +
+         std::to_string(outcome.sizes->total_bytes) + " bytes\n";
+}
+
+ExitCode AppendCommand::report_differences(const AppendOutcome& outcome) const {
+  std::fprintf(stderr, "shm: %s does not hold the mesh of %s:\n", source.c_str(), input.c_str());
+  for (const std::string& difference : outcome.differences)
+    std::fprintf(stderr, "shm:   %s\n", difference.c_str());
+  return kDifferent;
+}
+
+ExitCode AppendCommand::run() {
+  if (output == "-" && json)
+    wrong_use("--json and the .shm file cannot both go to standard output");
+  require_shm(input);
+  require_no_archive(input);
+  if (output.empty()) output = input;
+  ProgressLine line(quiet);
+  Spool spool(spool_directory(*this), spool_memory(*this));
+  line.show("reading " + source);
+  ToolInput in(*this, source);
+  const auto mesh = in.open(spool, line.callback(), threads);
+  AppendHow wanted = how(line.callback());
+  std::optional<CellSequence> given_order;
+  if (!cell_order.empty())
+    wanted.cell_order = &given_order.emplace(read_cell_order(cell_order, mesh->info().cells()));
+  const auto share = parity_to_renew(input, line.callback());
+  OutputFile file(output, spool_directory(*this));
+  FileSink& sink = file.sink();
+  const AppendOutcome outcome = append_steps(input, *mesh, sink, wanted, spool);
+  line.wipe();
+  if (!outcome.differences.empty()) return report_differences(outcome);
+  tell_losses(outcome.losses, output);
+  if (outcome.sizes) {
+    if (share) protect(sink, output, *share, line.callback());
+    file.commit();
+  } else if (!outcome.losses.empty())
+    return kIncomplete;
+  else if (output != input)
+    copy_to(file, input);  // nothing is new: the same file, where it is wanted
+  if (json)
+    std::fputs(json_of(outcome).c_str(), stdout);
+  else
+    say(*this, text_of(outcome));
+  return kDone;
+}
+
+}  // namespace shm::converters

@@ -1,0 +1,33 @@
+// shm append: more time steps of the same mesh behind those of a .shm file.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "archive/append.h"
+
+#include "tool/commands/command.h"
+
+namespace shm::converters {
+
+struct AppendCommand final : Command {
+  std::string source, level = "default", cell_order;
+  std::vector<std::uint64_t> steps;
+  std::optional<double> time;
+  std::uint32_t key_steps = 0;  // as in the file
+  unsigned threads = 0;         // one for each core
+  bool all = false, strict = false, json = false;
+
+  CLI::App* add_to(CLI::App& tool) override;
+  ExitCode run() override;
+
+ private:
+  AppendHow how(const Progress& progress) const;
+  std::string json_of(const AppendOutcome& outcome) const;
+  std::string text_of(const AppendOutcome& outcome) const;
+  ExitCode report_differences(const AppendOutcome& outcome) const;
+};
+
+}  // namespace shm::converters

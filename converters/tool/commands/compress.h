@@ -1,0 +1,39 @@
+// shm compress: a mesh with all its data into a .shm file.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compression/compress.h"
+
+#include "tool/commands/command.h"
+
+namespace shm::converters {
+
+struct CompressCommand final : Command {
+  std::string order = "keep", level = "default", codec = "auto", cell_order;
+  std::optional<std::uint32_t> delay;  // none given: as a trial finds
+  std::uint32_t bits = 0;
+  std::optional<std::string> abs, rel;
+  std::vector<std::string> arrays;  // NAME:ACCURACY
+  std::optional<double> parity;     // percent
+  std::uint64_t segment_cells = 0;
+  double restart_budget = .2;  // percent
+  std::optional<std::uint32_t> key_steps;
+  unsigned threads = 0;  // one for each core
+  bool json = false;
+
+  CLI::App* add_to(CLI::App& tool) override;
+  ExitCode run() override;
+  // What is asked for, but for progress and --cell-order. Throws Failure (misuse).
+  CompressOptions how() const;
+
+ private:
+  Lossy lossy() const;
+  SizeReport write_to_pipe(MeshSource& mesh, const CompressOptions& how, Spool& spool) const;
+  SizeReport write_to_file(MeshSource& mesh, const CompressOptions& how, Spool& spool) const;
+};
+
+}  // namespace shm::converters

@@ -1,0 +1,43 @@
+#include "tool/commands/layout.h"
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "base/output_file.h"
+#include "formats/formats.h"
+#include "tool/commands/options.h"
+#include "tool/layout.h"
+
+namespace shm::converters {
+
+CLI::App* LayoutCommand::add_to(CLI::App& tool) {
+  CLI::App* command = add_command(
+      tool, *this, "layout",
+      "Draw how coherently a mesh is stored: vertices down, cells across, a green line\n"
+      "from the first to the last use of each vertex",
+      "  shm layout rotor.e -o rotor.svg");
+  command->add_option("IN", input, mesh_file_text())->required()->type_name("");
+  command->add_option("-o,--output", output, "Picture to write")->required()->type_name("OUT.svg");
+  return command;
+}
+
+ExitCode LayoutCommand::run() {
+  ProgressLine line(quiet);
+  Spool spool(spool_directory(*this), spool_memory(*this));
+  line.show("reading " + input);
+  const auto mesh = open_mesh(input, spool, line.callback());
+  const Layout layout = measure_layout(*mesh, spool, line.callback());
+  const std::string svg = layout_svg(layout, std::filesystem::path(input).filename().string());
+  OutputFile picture(output);
+  picture.write(std::as_bytes(std::span(svg)));
+  picture.commit();
+  line.wipe();
+  say(*this, output + ": width " + std::to_string(layout.width) + " of " +
+                 std::to_string(layout.vertices) + " vertices, " + std::to_string(layout.cells) +
+                 " cells\n");
+  return kDone;
+}
+
+}  // namespace shm::converters

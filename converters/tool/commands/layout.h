@@ -1,0 +1,13 @@
+// shm layout: a picture of how coherently a mesh is stored.
+#pragma once
+
+#include "tool/commands/command.h"
+
+namespace shm::converters {
+
+struct LayoutCommand final : Command {
+  CLI::App* add_to(CLI::App& tool) override;
+  ExitCode run() override;
+};
+
+}  // namespace shm::converters

@@ -1,0 +1,91 @@
+#include "tool/commands/options.h"
+
+#include "formats/formats.h"
+
+namespace shm::converters {
+
+CLI::App* add_command(CLI::App& tool, CommonOptions& options, const std::string& name,
+                      const std::string& description, const std::string& examples) {
+  CLI::App* command = tool.add_subcommand(name, description);
+  command->footer("Examples:\n" + examples);
+  command->add_option("--temp", options.temp, "Directory for temporary files")
+      ->check(CLI::Validator(CLI::ExistingDirectory).description(""))
+      ->type_name("DIR");
+  command
+      ->add_option("--memory", options.memory,
+                   "What tables of vertices, cells and values may take of it, such as 512M; the "
+                   "rest is on disk\n(default: 256M; 1G for what needs them in any order)")
+      ->transform(CLI::AsSizeValue(false).description(""))
+      ->type_name("SIZE");
+  command->add_flag("-q,--quiet", options.quiet, "No progress, and no summary at the end");
+  return command;
+}
+
+void add_threads(CLI::App& command, unsigned& threads, const std::string& what) {
+  command.add_option("--threads", threads, what + " with N threads (default: one a core)")
+      ->check(CLI::Range(1u, 1024u).description(""))
+      ->type_name("N");
+}
+
+void add_order(CLI::App& command, std::string& order) {
+  command
+      .add_option(
+          "--order", order,
+          "keep: all numbers come back (default); stream: vertices numbered by first use;\n"
+          "free: the same mesh, its cells in whatever order is smallest (needs memory or disk)")
+      ->check(CLI::IsMember({"keep", "stream", "free"}).description(""))
+      ->type_name("keep|stream|free");
+}
+
+void add_level(CLI::App& command, std::string& level) {
+  command
+      .add_option("--level", level,
+                  "fast: little work for each cell; default; best: the smallest file, slower")
+      ->check(CLI::IsMember({"fast", "default", "best"}).description(""))
+      ->type_name("fast|default|best");
+}
+
+void add_format(CLI::App& command, std::string& format) {
+  command.add_option("--format", format, format_names() + "; default: by name")->type_name("F");
+}
+
+void add_translation(CLI::App& command, bool& strict, std::optional<std::uint64_t>& step) {
+  command.add_flag("--strict", strict,
+                   "Write nothing when OUT, of another format than the mesh came from, would lack "
+                   "something\n(which is named on standard error in any case): exit code 6");
+  command
+      .add_option("--step", step,
+                  "Of a mesh that goes to another format: time step N alone, from 0 (default: all; "
+                  "the last\nwhere a file holds one)")
+      ->type_name("N");
+}
+
+Order order_of(const std::string& name) {
+  for (const Order order : {Order::stream, Order::free})
+    if (name == order_name(order)) return order;
+  return Order::keep;
+}
+
+Level level_of(const std::string& name) {
+  return name == "fast" ? Level::fast : name == "best" ? Level::best : Level::standard;
+}
+
+ConnectivityCodec codec_of(const std::string& name) {
+  for (const auto codec :
+       {ConnectivityCodec::paper, ConnectivityCodec::rows, ConnectivityCodec::replay,
+        ConnectivityCodec::mixed, ConnectivityCodec::shifts})
+    if (name == codec_name(codec)) return codec;
+  return ConnectivityCodec::automatic;
+}
+
+std::string format_names() {
+  std::string names;
+  const auto& all = formats();
+  for (std::size_t f = 0; f < all.size(); ++f)
+    names += (f == 0 ? "" : f + 1 < all.size() ? ", " : " or ") + std::string(all[f].name);
+  return names;
+}
+
+std::string mesh_file_text() { return "File of format " + format_names(); }
+
+}  // namespace shm::converters

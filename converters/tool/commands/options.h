@@ -1,0 +1,35 @@
+// Options that several commands share.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "shm/schema.h"
+#include "tool/support.h"
+
+namespace shm::converters {
+
+// A command of the tool, with what all commands are given. `options` must outlive the tool.
+CLI::App* add_command(CLI::App& tool, CommonOptions& options, const std::string& name,
+                      const std::string& description, const std::string& examples);
+
+void add_threads(CLI::App& command, unsigned& threads, const std::string& what);
+void add_order(CLI::App& command, std::string& order);
+void add_level(CLI::App& command, std::string& level);
+void add_format(CLI::App& command, std::string& format);
+// What another format than the mesh's own cannot hold.
+void add_translation(CLI::App& command, bool& strict, std::optional<std::uint64_t>& step);
+
+// What the words of --order, --level and --codec mean.
+Order order_of(const std::string& name);
+Level level_of(const std::string& name);
+ConnectivityCodec codec_of(const std::string& name);
+
+// All formats of the table: "exodus, vtk, ... or shm".
+std::string format_names();
+// The description of a file of any of them.
+std::string mesh_file_text();
+
+}  // namespace shm::converters

@@ -1,0 +1,15 @@
+// shm repair: a damaged file as it was, or what of it is whole.
+#pragma once
+
+#include "tool/commands/command.h"
+
+namespace shm::converters {
+
+struct RepairCommand final : Command {
+  bool json = false;
+
+  CLI::App* add_to(CLI::App& tool) override;
+  ExitCode run() override;
+};
+
+}  // namespace shm::converters

@@ -1,0 +1,55 @@
+// shm: the tool, and the list of its commands. Everything that goes wrong in a command is thrown as
+// a Failure and reported once, by run_tool.
+// Exit codes: 0 done, 1 a difference was found, 2 wrong use, 3 bad or unreadable input,
+// 4 output could not be written, 5 a limit was exceeded, 6 the output would lack something
+// (--strict), 7 repair salvaged a part.
+#include <malloc.h>
+
+#include <csignal>
+#include <memory>
+#include <vector>
+
+#include "base/output_file.h"
+#include "tool/commands/append.h"
+#include "tool/commands/compress.h"
+#include "tool/commands/convert.h"
+#include "tool/commands/diff.h"
+#include "tool/commands/extract.h"
+#include "tool/commands/info.h"
+#include "tool/commands/join.h"
+#include "tool/commands/layout.h"
+#include "tool/commands/repair.h"
+#include "tool/commands/split.h"
+#include "tool/commands/verify.h"
+
+namespace shm::converters {
+namespace {
+
+// As `shm --help` lists them.
+std::vector<std::unique_ptr<Command>> commands() {
+  std::vector<std::unique_ptr<Command>> all;
+  all.push_back(std::make_unique<CompressCommand>());
+  all.push_back(std::make_unique<DecompressCommand>());
+  all.push_back(std::make_unique<AppendCommand>());
+  all.push_back(std::make_unique<ConvertCommand>());
+  all.push_back(std::make_unique<VerifyCommand>());
+  all.push_back(std::make_unique<DiffCommand>());
+  all.push_back(std::make_unique<InfoCommand>());
+  all.push_back(std::make_unique<JoinCommand>());
+  all.push_back(std::make_unique<SplitCommand>());
+  all.push_back(std::make_unique<ExtractCommand>());
+  all.push_back(std::make_unique<LayoutCommand>());
+  all.push_back(std::make_unique<RepairCommand>());
+  return all;
+}
+
+}  // namespace
+}  // namespace shm::converters
+
+int main(int argc, char** argv) {
+  // What large arrays leave goes back to the system, and is not kept for smaller ones to come.
+  ::mallopt(M_MMAP_THRESHOLD, 768 * 1024);
+  shm::converters::remove_outputs_on_signals();
+  std::signal(SIGPIPE, SIG_IGN);  // who writes to a pipe that is closed hears of it
+  return shm::converters::run_tool(shm::converters::commands(), argc, argv);
+}

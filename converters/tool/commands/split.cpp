@@ -1,0 +1,60 @@
+#include "tool/commands/split.h"
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <set>
+
+#include "base/failure.h"
+#include "tool/commands/options.h"
+
+namespace shm::converters {
+
+CLI::App* SplitCommand::add_to(CLI::App& tool) {
+  CLI::App* command =
+      add_command(tool, *this, "split",
+                  "Give back the files of which shm join made an archive, each in its own format",
+                  "  shm split rotor.shm -d pieces\n"
+                  "  shm split run.shm run.e-s002               only this one, here\n"
+                  "  shm split run.shm --packed                 .shm files, one for each");
+  command->add_option("IN", input, "Archive that shm join made")->required()->type_name("");
+  command->add_option("NAME", members, "Members to give back; default: all")->type_name("");
+  command->add_option("-d,--directory", directory, "Directory to write to; default: here")
+      ->check(CLI::Validator(CLI::ExistingDirectory).description(""))
+      ->type_name("DIR");
+  command->add_flag("--packed", packed, "As .shm files, without decompressing");
+  add_threads(*command, threads, "Decode segments");
+  return command;
+}
+
+// Where split writes a member.
+std::string SplitCommand::path_of(const ArchiveMember& member) const {
+  const std::string path = (std::filesystem::path(directory) / member.name).string();
+  return packed && !was_packed(member) ? path + ".shm" : path;
+}
+
+ExitCode SplitCommand::run() {
+  ArchiveFile archive(input);
+  std::vector<ArchiveMember> wanted;
+  for (const std::string& name : members) wanted.push_back(archive.find(name));
+  if (wanted.empty()) wanted = archive.members();
+  std::set<std::string> taken;
+  for (const ArchiveMember& member : wanted)
+    if (const std::string path = path_of(member); !taken.insert(path).second)
+      wrong_use("two members would be written to '" + path + "'; name one of them");
+  for (const ArchiveMember& member : wanted) {
+    ProgressLine line(quiet);
+    line.show("writing " + member.name);
+    const std::string path = path_of(member);
+    if (packed || was_packed(member)) {
+      archive.copy(member, path);
+    } else {
+      Spool spool(temp.empty() ? directory : temp, spool_memory(*this));
+      archive.restore(member, path, spool, line.callback(), threads);
+    }
+    line.wipe();
+    say(*this, path + "\n");
+  }
+  return kDone;
+}
+
+}  // namespace shm::converters

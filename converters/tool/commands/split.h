@@ -1,0 +1,26 @@
+// shm split: the files of an archive, each in its own format.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "archive/archive_files.h"
+
+#include "tool/commands/command.h"
+
+namespace shm::converters {
+
+struct SplitCommand final : Command {
+  std::vector<std::string> members;  // empty: all
+  std::string directory = ".";
+  bool packed = false;
+  unsigned threads = 0;  // one for each core
+
+  CLI::App* add_to(CLI::App& tool) override;
+  ExitCode run() override;
+
+ private:
+  std::string path_of(const ArchiveMember& member) const;
+};
+
+}  // namespace shm::converters

@@ -1,0 +1,191 @@
+#include "tool/commands/verify.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "archive/archive_files.h"
+#include "archive/damage_report.h"
+#include "archive/parity.h"
+#include "base/lenient_source.h"
+#include "compare/compare.h"
+#include "formats/formats.h"
+#include "order/cell_order_file.h"
+#include "shm/damage.h"
+#include "tool/commands/options.h"
+#include "tool/input.h"
+#include "tool/report.h"
+
+namespace shm::converters {
+namespace {
+
+// Empty where there is none, or where it is of something else.
+ParityState parity_state(const std::string& path, const Progress& progress) {
+  const auto file = unwrap(FileRandomSource::open(path), path);
+  const auto protected_file = is_whole_file(*file) ? nullptr : ProtectedFile::open(*file);
+  if (!protected_file) return {};
+  // A mesh that is sound ends with its trailer; parity of more or less is not of this file.
+  SectionSource itself(*file, 0, protected_file->shape().protected_bytes);
+  if (!is_whole_file(itself)) return {};
+  protected_file->check(progress);
+  return {true, protected_file->shape().blocks(), protected_file->damaged_blocks().size(),
+          protected_file->damaged_packets()};
+}
+
+std::string parity_text(const ParityState& state) {
+  if (!state.there) return {};
+  if (state.sound()) return ", parity of " + counted(state.blocks, "block") + " too";
+  return "; of its parity " + counted(state.damaged_packets, "packet") + " and of its " +
+         counted(state.blocks, "block") + " " + std::to_string(state.damaged_blocks) +
+         " are not what they were (shm repair)";
+}
+
+// The file that a member was made of, in the directory --against.
+std::string source_of_member(const ArchiveMember& member, const std::string& directory) {
+  const std::filesystem::path path = std::filesystem::path(directory) / member.name;
+  return was_packed(member) && !std::filesystem::exists(path)
+             ? std::filesystem::path(path).replace_extension().string()
+             : path.string();
+}
+
+}  // namespace
+
+CLI::App* VerifyCommand::add_to(CLI::App& tool) {
+  CLI::App* command =
+      add_command(tool, *this, "verify",
+                  "Decode all of a .shm file; with --against, prove that it holds the same mesh;\n"
+                  "of what was rounded, tell the largest error, and prove that it keeps its bound",
+                  "  shm verify rotor.e.shm\n"
+                  "  shm verify rotor.e.shm --against rotor.e   exit code 1 when they differ");
+  command->add_option("IN", input, ".shm file")->required()->type_name("");
+  add_threads(*command, threads, "Decode segments");
+  command->add_option("--against", against, "Mesh that IN was made of")->type_name("SOURCE");
+  command->add_option("--cell-order", cell_order, "The file with which IN was made in --order free")
+      ->type_name("FILE");
+  command->add_flag(
+      "--json", json,
+      "Print as JSON whether they are equal, how many differences there are, and counts");
+  return command;
+}
+
+ExitCode VerifyCommand::verify_archive() {
+  if (!against.empty() && !std::filesystem::is_directory(against))
+    wrong_use("--against of an archive is the directory of the files that it was made of");
+  if (!cell_order.empty()) wrong_use("--cell-order is not for archives");
+  ArchiveFile archive(input);
+  ExitCode code = kDone;
+  for (const ArchiveMember& member : archive.members()) {
+    ProgressLine line(quiet);
+    Spool spool(spool_directory(*this), spool_memory(*this));
+    const auto restored = archive.open(member, spool, line.callback(), threads);
+    const std::string place = archive.place(member);
+    if (against.empty()) {
+      line.wipe();
+      if (json)
+        std::fputs(sound_json(place, restored->info(), {}).c_str(), stdout);
+      else
+        say(*this, place + ": sound, " + counts_text(restored->info()) + "\n");
+      continue;
+    }
+    const std::string path = source_of_member(member, against);
+    const auto source = open_mesh(path, spool, line.callback());
+    const CompareReport report = compare_meshes(*source, *restored, spool, line.callback());
+    line.wipe();
+    if (json)
+      std::fputs(compare_json(report, path, place, restored->info()).c_str(), stdout);
+    else
+      say(*this, compare_text(report, path, place));
+    if (!report.equal()) code = kDifferent;
+  }
+  return code;
+}
+
+// Reports all that is damaged in the file at `path`, which is the input or a copy of it, and then
+// throws the failure on, with what repair can do about it.
+void VerifyCommand::fail_with_damage(const Failure& failure, const std::string& path) const {
+  Error error = failure.error();
+  const bool may_be_damage = error.code == ErrorCode::corrupt ||
+                             error.code == ErrorCode::truncated || error.code == ErrorCode::io;
+  const auto file = FileRandomSource::open(path);
+  if (!may_be_damage || !file) throw Failure(error);
+  auto parity = ProtectedFile::open(**file);
+  if (parity && parity->is_of_something_else()) parity = nullptr;
+  // Packets of small files may hold copies of what they protect.
+  LenientSource lenient(**file);
+  const std::uint64_t bytes =
+      parity ? std::min(parity->shape().protected_bytes, lenient.size()) : lenient.size();
+  SectionSource itself(lenient, 0, bytes);
+  const auto damage = find_damage(itself);
+  const bool found = damage && !damage->damages.empty();
+  if (parity)
+    error.detail += "; there is parity to heal it by: shm repair";
+  else if (found && damage->schema)
+    error.detail += "; shm repair -o OUT.shm writes what of it is whole";
+  if (json) {
+    nlohmann::json fields;
+    fields["file"] = input;
+    fields["sound"] = false;
+    fields["error"] = error.message();
+    fields["parity"] = parity != nullptr;
+    fields["damage"] = damage ? damage_json(*damage) : nlohmann::json::array();
+    std::fputs(json_text(fields).c_str(), stdout);
+  } else if (found) {
+    constexpr std::size_t kMostLines = 100;
+    std::string text =
+        "shm: " + input + ": damaged in " + counted(damage->damages.size(), "place") + "\n";
+    for (const std::string& line : damage_lines(*damage, kMostLines))
+      text += "shm:   " + line + "\n";
+    std::fputs(text.c_str(), stderr);
+  }
+  throw Failure(error);
+}
+
+ExitCode VerifyCommand::run() {
+  if (!cell_order.empty() && against.empty())
+    wrong_use("--cell-order tells how --against is to be compared");
+  ToolInput in(*this);
+  if (!in.is_stream() && is_archive(in.path())) {
+    input = in.path();
+    return verify_archive();
+  }
+  in.require_shm();
+  ProgressLine line(quiet);
+  Spool spool(spool_directory(*this), spool_memory(*this));
+  std::unique_ptr<MeshSource> restored;
+  try {
+    restored = in.open(spool, line.callback(), threads);
+  } catch (const Failure& failure) {
+    if (in.is_stream()) throw;
+    line.wipe();
+    fail_with_damage(failure, in.path());
+  }
+  if (against.empty()) {
+    const ParityState parity =
+        in.is_stream() ? ParityState() : parity_state(in.path(), line.callback());
+    line.wipe();
+    if (json)
+      std::fputs(sound_json(input, restored->info(), parity).c_str(), stdout);
+    else
+      say(*this, input + ": sound, " + counts_text(restored->info()) + parity_text(parity) + "\n");
+    return parity.sound() ? kDone : kBadInput;
+  }
+  line.show("reading " + against);
+  const auto source = open_mesh(against, spool, line.callback());
+  std::optional<CellSequence> given_order;
+  if (!cell_order.empty()) given_order = read_cell_order(cell_order, source->info().cells());
+  const CompareReport report = compare_meshes(*source, *restored, spool, line.callback(),
+                                              given_order ? &*given_order : nullptr);
+  line.wipe();
+  if (json)
+    std::fputs(compare_json(report, against, input, restored->info()).c_str(), stdout);
+  else
+    say(*this, compare_text(report, against, input));
+  return report.equal() ? kDone : kDifferent;
+}
+
+}  // namespace shm::converters

@@ -1,0 +1,25 @@
+// shm verify: whether all of a .shm file can be decoded, and whether it holds the same mesh as its
+// source.
+#pragma once
+
+#include <string>
+
+#include "base/failure.h"
+#include "tool/commands/command.h"
+
+namespace shm::converters {
+
+struct VerifyCommand final : Command {
+  std::string against, cell_order;
+  unsigned threads = 0;  // one for each core
+  bool json = false;
+
+  CLI::App* add_to(CLI::App& tool) override;
+  ExitCode run() override;
+
+ private:
+  ExitCode verify_archive();
+  [[noreturn]] void fail_with_damage(const Failure& failure, const std::string& path) const;
+};
+
+}  // namespace shm::converters
