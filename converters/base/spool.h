@@ -2,20 +2,98 @@
 // A PagedArray is an array of fixed-size elements that may be read and written anywhere; what
 // does not fit the memory goes to an unlinked temporary file, so nothing is left behind on any
 // exit. How much memory that is, PageFrames says. Arrays that fit in a small part of a page stay
-// out of pages while they fit the budget once more: a file may have very many.
+// out of pages while they fit the budget once more: a file may have very many. A NumberTable is one
+// of numbers of vertices or cells. A PageCache holds pages of what can be read anywhere again.
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <functional>
+#include <limits>
+#include <memory>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
-#include "base/page_frames.h"
-
 namespace shm::converters {
+
+// Which pages of something larger are in memory. Those used of late stay (second chance). The room
+// begins small, and grows, up to a budget, by each page that is wanted again soon after it had to
+// leave: what is read front to back stays in little memory, what is read without order takes what
+// it is given.
+class PageFrames {
+ public:
+  struct Frame {
+    std::unique_ptr<std::byte[]> bytes;
+    std::uint64_t page = 0;
+    bool dirty = false;  // for the caller; false at first
+    bool used = false;   // since the hand came by
+  };
+
+  // Room for `start_bytes` at first, `budget_bytes` at most, and four pages at least.
+  PageFrames(std::size_t page_bytes, std::size_t start_bytes, std::size_t budget_bytes)
+      : page_bytes_(page_bytes),
+        most_(std::max<std::size_t>(std::min(start_bytes, budget_bytes) / page_bytes, 4)),
+        most_ever_(std::max(budget_bytes / page_bytes, most_)) {}
+
+  std::uint64_t pages() const { return entries_.size(); }
+  // There are `count` more pages, none of them here. 8 bytes each.
+  void add_pages(std::uint64_t count) { entries_.resize(entries_.size() + count); }
+  std::size_t resident_bytes() const { return frames_.size() * page_bytes_; }
+
+  // Null when the page is not here. Valid until bring().
+  Frame* find(std::uint64_t page) {
+    const std::uint32_t place = entries_[page].place;
+    if (place == kAbsent) return nullptr;
+    frames_[place].used = true;
+    return &frames_[place];
+  }
+  // Whether a page that is not here was.
+  bool was_here(std::uint64_t page) const { return entries_[page].left_at != 0; }
+  // A frame for a page that is not here; its bytes are for the caller to fill. leave(frame) comes
+  // before another page gives its frame up. When it throws, nothing has changed.
+  template <class Leave>
+  Frame& bring(std::uint64_t page, Leave&& leave) {
+    Entry& entry = entries_[page];
+    // It would still be here if there were somewhat more room.
+    if (was_here(page) && evictions_ - entry.left_at < 2 * most_ && most_ < most_ever_) ++most_;
+    if (frames_.size() < most_) {
+      entry.place = static_cast<std::uint32_t>(frames_.size());
+      frames_.push_back(
+          {std::make_unique_for_overwrite<std::byte[]>(page_bytes_), page, false, true});
+      return frames_.back();
+    }
+    const auto step = [&] { hand_ = hand_ + 1 == frames_.size() ? 0 : hand_ + 1; };
+    for (; frames_[hand_].used; step()) frames_[hand_].used = false;
+    Frame& frame = frames_[hand_];
+    leave(frame);
+    if (++evictions_ == 0) evictions_ = 1;
+    entries_[frame.page] = {kAbsent, evictions_};
+    entry.place = static_cast<std::uint32_t>(hand_);
+    step();
+    frame.page = page;
+    frame.dirty = false;
+    frame.used = true;
+    return frame;
+  }
+
+ private:
+  static constexpr std::uint32_t kAbsent = ~std::uint32_t{0};
+  struct Entry {
+    std::uint32_t place = kAbsent;  // of its frame
+    std::uint32_t left_at = 0;      // which eviction it was, from 1; 0: it never left
+  };
+
+  std::size_t page_bytes_, most_, most_ever_;  // frames: now, and at the end of growth
+  std::vector<Frame> frames_;
+  std::vector<Entry> entries_;  // by page
+  std::size_t hand_ = 0;
+  std::uint32_t evictions_ = 0;
+};
 
 // Where pages of many arrays live. Shares one memory budget and one temporary file. For one thread.
 class Spool {
@@ -124,6 +202,82 @@ class PagedArray {
   std::uint64_t size_ = 0;
   std::vector<std::byte> small_;        // all there is, while there are no extents
   std::vector<std::uint64_t> extents_;  // first page number of each extent
+};
+
+// A number for each vertex or cell, zero at first, read and written anywhere, in the spool. Numbers
+// take 4 bytes each where none can be larger than that.
+class NumberTable {
+ public:
+  static constexpr std::uint64_t kAnyNumber = std::numeric_limits<std::uint64_t>::max();
+
+  // `most`: the largest number that will be written.
+  NumberTable(Spool& spool, std::uint64_t size, std::uint64_t most = kAnyNumber)
+      : size_(size),
+        narrow_(most <= std::numeric_limits<std::uint32_t>::max()),
+        paged_(spool, narrow_ ? sizeof(std::uint32_t) : sizeof(std::uint64_t)) {}
+  std::uint64_t size() const { return size_; }
+  std::uint64_t get(std::uint64_t index) {
+    return narrow_ ? paged_.get<std::uint32_t>(index) : paged_.get<std::uint64_t>(index);
+  }
+  void set(std::uint64_t index, std::uint64_t value) {
+    if (narrow_)
+      paged_.set(index, static_cast<std::uint32_t>(value));
+    else
+      paged_.set(index, value);
+  }
+
+ private:
+  std::uint64_t size_;
+  bool narrow_;
+  PagedArray paged_;
+};
+
+// Elements of an array that is read in runs, asked for one by one in any order. Neighbouring
+// elements come with one fetch, so coherent orders cost one fetch a page. Memory as of PageFrames.
+class PageCache {
+ public:
+  // Fills `out` with `count` elements from element `first`.
+  using Fetch = std::function<void(std::uint64_t first, std::uint64_t count, std::byte* out)>;
+
+  PageCache(std::uint64_t elements, std::size_t element_bytes, std::size_t budget_bytes,
+            Fetch fetch)
+      : elements_(elements),
+        element_bytes_(element_bytes),
+        page_bits_(std::countr_zero(std::min(
+            std::bit_floor(std::clamp<std::size_t>(kPageBytes / element_bytes, 1, kMostElements)),
+            static_cast<std::size_t>(
+                std::bit_ceil(std::clamp<std::uint64_t>(elements, 1, kMostElements)))))),
+        frames_(element_bytes << page_bits_, kStartBytes, budget_bytes),
+        fetch_(std::move(fetch)) {
+    frames_.add_pages((elements >> page_bits_) + 1);
+  }
+
+  // Must hold: index < elements. Valid until the next call.
+  const std::byte* operator[](std::uint64_t index) {
+    const std::uint64_t page = index >> page_bits_;
+    PageFrames::Frame* frame = frames_.find(page);
+    if (frame == nullptr) frame = load(page);
+    const std::uint64_t place = index & ((std::uint64_t{1} << page_bits_) - 1);
+    return frame->bytes.get() + place * element_bytes_;
+  }
+
+ private:
+  static constexpr std::size_t kPageBytes = std::size_t{128} << 10;
+  static constexpr std::size_t kMostElements = 4096;
+  static constexpr std::size_t kStartBytes = std::size_t{1} << 20;
+
+  PageFrames::Frame* load(std::uint64_t page) {
+    PageFrames::Frame& frame = frames_.bring(page, [](const PageFrames::Frame&) {});
+    const std::uint64_t first = page << page_bits_;
+    fetch_(first, std::min(std::uint64_t{1} << page_bits_, elements_ - first), frame.bytes.get());
+    return &frame;
+  }
+
+  std::uint64_t elements_;
+  std::size_t element_bytes_;
+  int page_bits_;
+  PageFrames frames_;
+  Fetch fetch_;
 };
 
 }  // namespace shm::converters

@@ -11,7 +11,7 @@
 #include <span>
 #include <utility>
 
-#include "base/page_cache.h"
+#include "base/spool.h"
 #include "base/stored_value.h"
 #include "compare/extras.h"
 #include "compare/piecewise.h"

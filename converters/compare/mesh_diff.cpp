@@ -8,7 +8,7 @@
 #include <span>
 #include <utility>
 
-#include "base/page_cache.h"
+#include "base/spool.h"
 #include "compare/extras.h"
 #include "compare/field_pairs.h"
 #include "compare/mesh_match.h"

@@ -12,7 +12,6 @@
 #include <string>
 #include <vector>
 
-#include "base/number_table.h"
 #include "base/progress.h"
 #include "base/spool.h"
 #include "mesh/cell_store.h"

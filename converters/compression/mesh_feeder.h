@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "base/failure.h"
-#include "base/page_cache.h"
+#include "base/spool.h"
 #include "mesh/mesh_source.h"
 #include "mesh/vertex_compaction.h"
 

@@ -11,7 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include "base/number_table.h"
 #include "base/spool.h"
 #include "compression/decompress.h"
 #include "mesh/coding_order.h"

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <vector>
 
-#include "base/page_cache.h"
+#include "base/spool.h"
 #include "mesh/coding_order.h"
 #include "mesh/mesh_source.h"
 

@@ -12,7 +12,6 @@
 #include <memory>
 #include <vector>
 
-#include "base/number_table.h"
 #include "base/spool.h"
 #include "mesh/mesh_source.h"
 #include "shm/writer.h"

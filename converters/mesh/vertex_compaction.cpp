@@ -3,7 +3,7 @@
 #include <string>
 
 #include "base/failure.h"
-#include "base/number_table.h"
+#include "base/spool.h"
 
 namespace shm::converters {
 namespace {

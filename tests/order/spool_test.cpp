@@ -10,8 +10,6 @@
 #include <random>
 #include <vector>
 
-#include "base/number_table.h"
-#include "base/page_cache.h"
 #include "mesh/cell_store.h"
 #include "mesh/coding_order.h"
 #include "support/temporary_folder.h"
