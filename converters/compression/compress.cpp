@@ -33,7 +33,7 @@ Writer writer_to(ByteSink& sink, Schema schema, const WriteOptions& options) {
              : unwrap(Writer::create(sink, std::move(schema), options));
 }
 
-// Tells two listeners.
+// Passes the order on to two.
 class BothOrders final : public CodingOrder {
  public:
   BothOrders(CodingOrder* first, CodingOrder* second) : first_(first), second_(second) {}
@@ -63,19 +63,65 @@ void write_steps(MeshSource& mesh, Writer& writer, std::size_t array, NumberList
   }
 }
 
-// Codes a mesh in the order its cells come in. `cache_bytes`: of records of vertices, and of one
+// What of the coding order is needed after the cells: for step values, and for extras that name
+// vertices or cells by numbers which change.
+bool needs_coding_order(const MeshInfo& info, const Schema& schema) {
+  const bool cells_move = schema.delay > 0;
+  const auto has_ordered_steps = [&](const ArrayInfo& array) {
+    return array.per_step && (cells_move || array.location == Location::point);
+  };
+  const auto refers = [](const Extra& extra) { return extra.refers != Reference::nothing; };
+  return std::any_of(schema.arrays.begin(), schema.arrays.end(), has_ordered_steps) ||
+         (schema.order != Order::keep &&
+          std::any_of(info.extras.begin(), info.extras.end(), refers));
+}
+
+void write_all_steps(MeshSource& mesh, Writer& writer, const Schema& schema, CodingOrderLog* log,
+                     Spool& spool, std::size_t cache_bytes, const Progress& progress) {
+  std::optional<CoveredOrder> covered;
+  for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
+    if (!schema.arrays[a].per_step) continue;
+    NumberList* order = nullptr;
+    if (schema.arrays[a].location == Location::point) {
+      order = &log->vertices();
+    } else if (schema.delay > 0) {
+      if (!covered) covered.emplace(mesh, log->cells(), spool);
+      order = &covered->elements(a);
+    }
+    write_steps(mesh, writer, a, order, cache_bytes, progress);
+  }
+}
+
+// `log`: null where no extra names vertices or cells by numbers that change.
+void write_extras(const MeshInfo& info, Writer& writer, const Schema& schema, CodingOrderLog* log,
+                  Spool& spool) {
+  if (schema.order == Order::keep || log == nullptr) {
+    for (const Extra& extra : info.extras) checked(writer.add_extra(extra));
+    return;
+  }
+  Renumbering to;
+  to.vertices = info.vertices;
+  to.cells = info.cells();
+  NumberTable vertex_position = invert(log->vertices(), info.vertices, "vertex", spool);
+  std::optional<NumberTable> cell_position;
+  to.vertex = [&](std::uint64_t v) { return vertex_position.get(v); };
+  if (schema.delay > 0) {
+    cell_position = invert(log->cells(), info.cells(), "cell", spool);
+    to.cell = [&](std::uint64_t c) { return cell_position->get(c); };
+  }
+  for (const Extra& extra : info.extras) checked(writer.add_extra(renumbered(extra, to)));
+}
+
+// Encodes a mesh in the order its cells come in. `cache_bytes`: of records of vertices, and of one
 // step's values, in memory.
 SizeReport code_mesh(MeshSource& mesh, const Schema& schema, ByteSink& sink,
                      const WriteOptions& options, const Progress& progress, Spool& spool,
                      std::size_t cache_bytes) {
-  const MeshInfo& info = mesh.info();
-  const bool cells_move = schema.delay > 0;
-  const bool renumber = schema.order != Order::keep;
-
-  CodingOrderLog log(spool, cells_move);
-  BothOrders orders(&log, options.coding_order);
+  std::optional<CodingOrderLog> log;
+  if (needs_coding_order(mesh.info(), schema)) log.emplace(spool, schema.delay > 0);
+  BothOrders orders(log ? &*log : nullptr, options.coding_order);
   WriteOptions write_options = options;
-  write_options.coding_order = &orders;
+  if (log) write_options.coding_order = &orders;
   write_options.kept_topology_bytes = kept_topology_bytes(spool);
   Writer writer = writer_to(sink, schema, write_options);
   {
@@ -83,37 +129,21 @@ SizeReport code_mesh(MeshSource& mesh, const Schema& schema, ByteSink& sink,
     stream_compacted(mesh, spool, feeder, progress);
   }
   checked(writer.end_mesh());
-  log.check();
-
-  CoveredOrder covered(mesh, log.cells(), spool);
-  for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
-    if (!schema.arrays[a].per_step) continue;
-    NumberList* order = nullptr;
-    if (schema.arrays[a].location == Location::point)
-      order = &log.vertices();
-    else if (cells_move)
-      order = &covered.elements(a);
-    write_steps(mesh, writer, a, order, cache_bytes, progress);
-  }
-  checked(writer.set_step_times(info.step_times));
-
-  Renumbering to;
-  to.vertices = info.vertices;
-  to.cells = info.cells();
-  std::optional<NumberTable> vertex_position, cell_position;
-  if (renumber && !info.extras.empty()) {
-    vertex_position = invert(log.vertices(), info.vertices, "vertex", spool);
-    to.vertex = [&](std::uint64_t v) { return vertex_position->get(v); };
-    if (cells_move) {
-      cell_position = invert(log.cells(), info.cells(), "cell", spool);
-      to.cell = [&](std::uint64_t c) { return cell_position->get(c); };
-    }
-  }
-  for (const Extra& extra : info.extras) checked(writer.add_extra(renumbered(extra, to)));
+  if (log) log->check();
+  CodingOrderLog* const order = log ? &*log : nullptr;
+  write_all_steps(mesh, writer, schema, order, spool, cache_bytes, progress);
+  checked(writer.set_step_times(mesh.info().step_times));
+  write_extras(mesh.info(), writer, schema, order, spool);
   return checked(writer.finish());
 }
 
-// Tells numbers of reordered cells, and of renumbered vertices, as the mesh had them before.
+bool rounds_something(const Lossy& lossy) {
+  constexpr auto kLossless = Accuracy::Kind::lossless;
+  return lossy.coordinates.kind != kLossless || lossy.fields.kind != kLossless ||
+         !lossy.named.empty();
+}
+
+// Passes on numbers of reordered cells, and of renumbered vertices, as the mesh had them before.
 class FormerNumbers final : public CodingOrder {
  public:
   // Borrows all. `coherent`: how the mesh was renumbered; null: not at all.
@@ -271,7 +301,12 @@ Schema schema_for(MeshSource& mesh, const CompressOptions& options) {
   schema.step_references = StepReference::trend;  // the Writer says less
   schema.delay = options.order == Order::free ? 0 : options.delay.value_or(0);
   schema.corner_order = options.order == Order::keep || needs_corner_order(mesh.info());
-  set_accuracy(mesh, options.lossy, schema, options.progress);
+  if (rounds_something(options.lossy)) {
+    set_accuracy(mesh, options.lossy, schema, options.progress);
+  } else {
+    schema.coordinate_quantization = {};
+    for (ArrayInfo& array : schema.arrays) array.quantization = {};
+  }
   return schema;
 }
 
