@@ -63,14 +63,16 @@ class Appending {
     if (!stepped && old().step_times.empty())
       refuse(ErrorCode::unsupported, "has neither time steps nor arrays that change with them");
     if (appender_.steps() > old().step_times.size())
-      refuse(ErrorCode::unsupported, "has steps that it tells no time of");
+      refuse(ErrorCode::unsupported, "has time steps without times");
   }
 
-  // The same mesh in the same arrays; else the differences are told.
+  // The same mesh in the same arrays; else there are differences.
   void compare() {
     MeshSource& source = *steps_;
     if (source.info().schema.source_format == old().schema.source_format) {
-      if (how_.time) refuse(ErrorCode::misuse, "--time is for a SOURCE that has no time steps");
+      if (how_.time)
+        refuse(ErrorCode::misuse,
+               "--time needs a SOURCE of another format than FILE, without time steps");
       const CompareReport report =
           compare_without_steps(source, *mesh_, spool_, how_.progress, how_.cell_order, numbering_);
       outcome_.differences = report.first;
@@ -81,7 +83,8 @@ class Appending {
       return;
     }
     if (how_.time && !source.info().step_times.empty())
-      refuse(ErrorCode::misuse, "--time is for a SOURCE that has no time steps");
+      refuse(ErrorCode::misuse, "--time needs a SOURCE without time steps; it has " +
+                                    std::to_string(source.info().step_times.size()));
     foreign_ = std::make_unique<ForeignSteps>(*mesh_, source, how_.time, spool_);
     outcome_.differences = foreign_->differences(how_.progress);
     steps_ = foreign_.get();

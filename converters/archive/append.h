@@ -19,7 +19,7 @@ namespace shm::converters {
 struct AppendHow {
   bool all = false;                  // all steps of the source; else those later than the last one
   std::vector<std::uint64_t> steps;  // not empty: these, from 0, in this order
-  std::optional<double> time;        // of a source without steps that tells no time
+  std::optional<double> time;        // of a source without steps and without a time of its own
   bool strict = false;               // nothing is written where something would be left out
   AppendOptions options;
   unsigned threads = 1;                      // that decode the mesh; 0: one for each core

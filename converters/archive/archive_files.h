@@ -23,7 +23,7 @@ struct MemberReport {
   std::uint64_t input_bytes = 0, bytes = 0;
 };
 
-// Writes `inputs`, compressed as `how` says where they are no .shm files yet, as an archive into
+// Writes `inputs`, compressed by `how` where they are no .shm files yet, as an archive into
 // `sink`. Spools go to `spool_directory`, with so much memory. Throws Failure; misuse when two
 // inputs have the same name.
 std::vector<MemberReport> join_files(const std::vector<std::string>& inputs, ByteSink& sink,
@@ -44,7 +44,7 @@ class ArchiveFile {
   FileSummary summarize(const ArchiveMember& member);
   // Its bytes as they stand, into a file that appears whole or not at all.
   void copy(const ArchiveMember& member, const std::string& path);
-  // In the format that the mesh came from, or else the one that its name tells.
+  // In the format that the mesh came from, or else the one of its name.
   void restore(const ArchiveMember& member, const std::string& path, Spool& spool,
                const Progress& progress, unsigned threads);
   std::string place(const ArchiveMember& member) const;  // "FILE: NAME", for messages

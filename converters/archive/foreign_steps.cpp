@@ -55,8 +55,11 @@ ForeignSteps::ForeignSteps(MeshSource& mesh, MeshSource& source, std::optional<d
     std::set<std::string> told;
     if (!time) time = vtk_time(source.info(), told);
     if (!time)
-      throw Failure(
-          Error{ErrorCode::misuse, "SOURCE does not tell its time; use --time", {}, kNoOffset, {}});
+      throw Failure(Error{ErrorCode::misuse,
+                          "SOURCE has no time steps and no time in its field data; use --time T",
+                          {},
+                          kNoOffset,
+                          {}});
     info_.step_times = {*time};
   }
   fields_ = pair_fields(info_, source.info(), false, false);

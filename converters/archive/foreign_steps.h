@@ -19,7 +19,7 @@ namespace shm::converters {
 class ForeignSteps final : public ForwardingMesh {
  public:
   // The mesh is `mesh`, with the times and the values at steps of `source`. `time`: of a source
-  // without steps, where it does not tell one. Throws Failure (misuse) where there is none.
+  // without steps, where it has none of its own. Throws Failure (misuse) where there is none.
   ForeignSteps(MeshSource& mesh, MeshSource& source, std::optional<double> time, Spool& spool);
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;

@@ -326,7 +326,7 @@ bool ProtectedFile::is_of_something_else() {
          get(trailer.data(), 8) >= shape_.protected_bytes;
 }
 
-// Any packet tells the shape; the last one that stands where it says that it stands is taken.
+// Any packet holds the shape; the last one whose own place is where it stands is taken.
 bool ProtectedFile::find() {
   const std::uint64_t size = file_->size();
   std::vector<std::byte> window;
@@ -461,7 +461,7 @@ std::vector<std::uint64_t> ProtectedFile::heal_stripe(std::uint64_t stripe,
   if (rows.size() < wanted.size()) return {damaged.begin(), damaged.end()};
   rows.resize(wanted.size());
 
-  // What the rows say of the damaged blocks alone, then these, by the inverse of their part of the
+  // What the rows hold of the damaged blocks alone, then these, by the inverse of their part of the
   // matrix.
   const std::uint64_t stripes = shape_.stripes();
   std::vector<std::vector<std::byte>> blocks;

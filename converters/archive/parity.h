@@ -46,7 +46,7 @@ std::uint64_t protect(FileSink& file, const std::string& name, double share,
 // Whether this was built with what makes and uses parity (ISA-L).
 bool has_parity_codes();
 
-// How parity that stands behind a file is: what verify says of it.
+// How parity that stands behind a file is: what verify reports of it.
 struct ParityState {
   bool there = false;
   std::uint64_t blocks = 0, damaged_blocks = 0, damaged_packets = 0;

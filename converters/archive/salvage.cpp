@@ -37,7 +37,7 @@ class Salvage {
   void tell_steps(const PieceMesh& piece);
   void tell_others();
   void tell_words(const Translation& translation);
-  void tell(std::string sentence, nlohmann::json json);
+  void report_missing(std::string sentence, nlohmann::json json);
   std::string label(std::uint32_t array) const { return array_label(damage_.schema, array); }
 
   const DamageReport& damage_;
@@ -48,12 +48,12 @@ class Salvage {
   SalvageReport report_;
 };
 
-void Salvage::tell(std::string sentence, nlohmann::json json) {
+void Salvage::report_missing(std::string sentence, nlohmann::json json) {
   report_.missing.push_back(std::move(sentence));
   report_.missing_json.push_back(std::move(json));
 }
 
-// What is known of the file as it was. Without an index the sets tell how large it is at least.
+// What is known of the file as it was. Without an index the sets show how large it is at least.
 void Salvage::read_whole() {
   whole_.schema = file_.schema();
   whole_.vertices = file_.vertices();
@@ -82,7 +82,7 @@ std::vector<double> Salvage::step_times() {
         steps = std::max(steps, of_array.back() + 1);
         with_values += of_array.size();
       }
-  // What the index says, as far as steps with values make it likely: steps cost room and time.
+  // What the index lists, as far as steps with values make it likely: steps cost room and time.
   const std::uint64_t most = kMostStepsForEach * (with_values + 1);
   steps = std::max(steps, std::min(damage_.steps.value_or(0), most));
   if (times.size() >= steps) return times;
@@ -95,8 +95,8 @@ std::vector<double> Salvage::step_times() {
     return it.section == "step times" || it.section == "chunk";
   });
   if (lost || !damage_.cells)
-    tell("the times of " + counted(steps, "step") + "; their numbers stand for them",
-         {{"what", "step times"}, {"steps", steps}});
+    report_missing("the times of " + counted(steps, "step") + "; their numbers stand for them",
+                   {{"what", "step times"}, {"steps", steps}});
   for (std::uint64_t step = times.size(); step < steps; ++step)
     times.push_back(static_cast<double>(step));
   return times;
@@ -113,9 +113,9 @@ void Salvage::tell_cells(const PieceMesh& piece) {
   std::uint64_t end = 0;
   const auto tell_run = [&](std::uint64_t next) {
     if (next > end)
-      tell("cells " + std::to_string(end) + "-" + std::to_string(next - 1) +
-               " of the order in which they were coded",
-           {{"what", "cells"}, {"first_cell", end}, {"cells", next - end}});
+      report_missing("cells " + std::to_string(end) + "-" + std::to_string(next - 1) +
+                         " of the order in which they were coded",
+                     {{"what", "cells"}, {"first_cell", end}, {"cells", next - end}});
   };
   for (const auto& [first, behind] : there) {
     tell_run(first);
@@ -123,26 +123,27 @@ void Salvage::tell_cells(const PieceMesh& piece) {
   }
   tell_run(file_.cells());
   if (damage_.vertices && *damage_.vertices > report_.vertices)
-    tell(std::to_string(*damage_.vertices - report_.vertices) + " vertices" +
-             " that only these cells used, or no cell",
-         {{"what", "vertices"}, {"count", *damage_.vertices - report_.vertices}});
+    report_missing(std::to_string(*damage_.vertices - report_.vertices) + " vertices" +
+                       " that only these cells used, or no cell",
+                   {{"what", "vertices"}, {"count", *damage_.vertices - report_.vertices}});
   if (!damage_.cells && !damage_.complete)
-    tell("what stood behind the last cell that is known: there is no index to tell",
-         {{"what", "unknown"}});
+    report_missing("what stood behind the last cell that is known: there is no index that lists it",
+                   {{"what", "unknown"}});
 }
 
 void Salvage::tell_static_arrays() {
   for (std::size_t s = 0; s < file_.segments().size(); ++s) {
     const SegmentInfo& segment = file_.segments()[s];
     for (const std::uint32_t array : file_.lost_arrays(s)) {
-      tell("values of " + label(array) + " in segment " + std::to_string(file_.segment_number(s)) +
-               ", cells " + std::to_string(segment.first_cell) + "-" +
-               std::to_string(segment.first_cell + std::max<std::uint64_t>(segment.cells, 1) - 1),
-           {{"what", "values"},
-            {"array", label(array)},
-            {"segment", file_.segment_number(s)},
-            {"first_cell", segment.first_cell},
-            {"cells", segment.cells}});
+      report_missing(
+          "values of " + label(array) + " in segment " + std::to_string(file_.segment_number(s)) +
+              ", cells " + std::to_string(segment.first_cell) + "-" +
+              std::to_string(segment.first_cell + std::max<std::uint64_t>(segment.cells, 1) - 1),
+          {{"what", "values"},
+           {"array", label(array)},
+           {"segment", file_.segment_number(s)},
+           {"first_cell", segment.first_cell},
+           {"cells", segment.cells}});
     }
   }
 }
@@ -151,12 +152,13 @@ void Salvage::tell_steps(const PieceMesh& piece) {
   for (const auto& [key, count] : piece.lost_values()) {
     if (count == 0) continue;
     const bool of_points = whole_.schema.arrays[key.first].location == Location::point;
-    tell("values of " + label(key.first) + " at step " + std::to_string(key.second) + " of " +
-             std::to_string(count) + (of_points ? " vertices" : " cells") + " that are there",
-         {{"what", "step values"},
-          {"array", label(key.first)},
-          {"step", key.second},
-          {"count", count}});
+    report_missing("values of " + label(key.first) + " at step " + std::to_string(key.second) +
+                       " of " + std::to_string(count) + (of_points ? " vertices" : " cells") +
+                       " that are there",
+                   {{"what", "step values"},
+                    {"array", label(key.first)},
+                    {"step", key.second},
+                    {"count", count}});
   }
 }
 
@@ -164,23 +166,23 @@ void Salvage::tell_others() {
   for (const Damage& damage : damage_.damages)
     if (damage.section == "extra" && damage.kind != DamageKind::repeated &&
         damage.kind != DamageKind::out_of_order)
-      tell("a set, a name or what else stood beside the mesh at byte " +
-               std::to_string(damage.offset),
-           {{"what", "extra"}, {"offset", damage.offset}, {"bytes", damage.bytes}});
+      report_missing("a set, a name or what else stood beside the mesh at byte " +
+                         std::to_string(damage.offset),
+                     {{"what", "extra"}, {"offset", damage.offset}, {"bytes", damage.bytes}});
 }
 
 // What only the format of the source knows is about the whole mesh, and does not go on.
 void Salvage::tell_words(const Translation& translation) {
   for (const std::string& loss : translation.losses())
-    tell(loss, {{"what", "other"}, {"name", loss}});
+    report_missing(loss, {{"what", "other"}, {"name", loss}});
   const std::vector<ArrayInfo>& kept = translation.info().schema.arrays;
   for (const ArrayInfo& array : whole_.schema.arrays) {
     const auto is_kept = [&](const ArrayInfo& it) {
       return it.location == array.location && it.name == array.name && it.role == array.role;
     };
     if (!array.role.empty() && std::none_of(kept.begin(), kept.end(), is_kept))
-      tell("role " + array.role + " of array '" + array.name + "'",
-           {{"what", "role"}, {"array", array.name}, {"role", array.role}});
+      report_missing("role " + array.role + " of array '" + array.name + "'",
+                     {{"what", "role"}, {"array", array.name}, {"role", array.role}});
   }
   report_.laid_out = whole_.schema.source_format;
 }

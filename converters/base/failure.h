@@ -1,4 +1,4 @@
-// Failure: how the converters say that something went wrong; thrown, caught once by the tool.
+// Failure: something went wrong in the converters; thrown, caught once by the tool.
 // The library itself never throws; converters parse deep and bail out from anywhere.
 #pragma once
 

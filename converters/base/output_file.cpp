@@ -77,7 +77,7 @@ void OutputFile::commit() {
 }
 
 std::string OutputFile::folder_of(const std::string& path) {
-  // The link of an open file without a name tells where it is.
+  // The link of an open file without a name leads to it.
   std::error_code none;
   const std::filesystem::path link = std::filesystem::read_symlink(path, none);
   return (path.starts_with("/proc/") && !none ? link : std::filesystem::path(path))

@@ -25,7 +25,7 @@ class RemovedOnSignals {
   RemovedOnSignals(const RemovedOnSignals&) = delete;
   RemovedOnSignals& operator=(const RemovedOnSignals&) = delete;
 
-  // Holds the signals back while a file is there and its name is not yet told.
+  // Holds the signals back while a file is there and its name is not yet registered.
   class Pause;
 
  private:

@@ -1,4 +1,5 @@
-// Progress: how long jobs tell how far they are. May be empty; called every few thousand elements.
+// Progress: how long jobs report how far they are. May be empty; called every few thousand
+// elements.
 #pragma once
 
 #include <cstdint>

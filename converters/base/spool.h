@@ -1,7 +1,7 @@
 // Spool: large arrays on their way between formats, in bounded memory.
 // A PagedArray is an array of fixed-size elements that may be read and written anywhere; what
 // does not fit the memory goes to an unlinked temporary file, so nothing is left behind on any
-// exit. How much memory that is, PageFrames says. Arrays that fit in a small part of a page stay
+// exit. PageFrames decide how much memory that is. Arrays that fit in a small part of a page stay
 // out of pages while they fit the budget once more: a file may have very many. A NumberTable is one
 // of numbers of vertices or cells. A PageCache holds pages of what can be read anywhere again.
 #pragma once

@@ -1,10 +1,10 @@
 // Comparison of two meshes, piece by piece, in bounded memory.
 // A restored mesh must equal its source bit for bit (NaN payloads and the sign of zero included),
-// except where it says that values were quantized: there the error is measured and must stay within
+// except where its values were quantized: there the error is measured and must stay within
 // the promise, and values that are not finite must still be equal.
 // A mesh in Order::stream is equal to its source when a renumbering of vertices and cells (and,
 // unless it promises corner order, a rotation of each hexahedron) makes it so; the comparison
-// finds that renumbering by coding the source again, and then checks it without trusting it.
+// finds that renumbering by encoding the source again, and then checks it without trusting it.
 #pragma once
 
 #include <cstdint>

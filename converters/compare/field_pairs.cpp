@@ -151,7 +151,7 @@ class Pairing {
     return true;
   }
 
-  // Gmsh tells arrays of one name apart: the second "v" is called "v (2)" there.
+  // Gmsh has no two arrays of one name: the second "v" is called "v (2)" there.
   void pair_numbered(const MeshInfo& repeated, Arrays& repeats, const MeshInfo& numbered,
                      Arrays& others, bool swapped) {
     if (numbered.schema.source_format != "gmsh") return;

@@ -1,5 +1,5 @@
 // Which array of one mesh belongs to which array of another, and how both are read as the same
-// thing although their formats say it differently: a vector in one is v_x, v_y and v_z in another,
+// thing although their formats hold it differently: a vector in one is v_x, v_y and v_z in another,
 // or has zeros behind it; the numbers of blocks may be an array.
 #pragma once
 
@@ -51,7 +51,7 @@ struct FieldPairs {
 
 // `one_format`: arrays with a role are compared too (unless `with_roles` is false), and must be
 // alike in everything. Between formats, only fields are (of VTK's two, strings too), and what one
-// format cannot say is passed over.
+// format cannot hold is passed over.
 FieldPairs pair_fields(const MeshInfo& a, const MeshInfo& b, bool one_format, bool with_roles);
 
 // The values of one side, and which vertices or cells they belong to.

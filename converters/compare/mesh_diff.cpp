@@ -74,7 +74,7 @@ class Diff {
   Likeness coordinates_likeness();
   Likeness times_likeness() const;
   void match(double tolerance);
-  void tell_unmatched(const char* element, const std::vector<std::uint32_t>& to, bool of_a);
+  void add_unmatched(const char* element, const std::vector<std::uint32_t>& to, bool of_a);
   void compare_coordinates(const Likeness& likeness);
   void compare_cells();
   void compare_cell(std::uint64_t a, std::uint64_t b, const CellBatch& of_a, const CellBatch& of_b,
@@ -183,13 +183,13 @@ void Diff::match(double tolerance) {
   match_ = match_meshes(mesh_a_, mesh_b_, {blocks_.class_a, blocks_.class_b, tolerance}, progress_);
   result_.matched_vertices = match_->matched_vertices;
   result_.matched_cells = match_->matched_cells;
-  tell_unmatched("vertex", match_->vertex, true);
-  tell_unmatched("vertex", match_->vertex_of_b, false);
-  tell_unmatched("cell", match_->cell, true);
-  tell_unmatched("cell", match_->cell_of_b, false);
+  add_unmatched("vertex", match_->vertex, true);
+  add_unmatched("vertex", match_->vertex_of_b, false);
+  add_unmatched("cell", match_->cell, true);
+  add_unmatched("cell", match_->cell_of_b, false);
 }
 
-void Diff::tell_unmatched(const char* element, const std::vector<std::uint32_t>& to, bool of_a) {
+void Diff::add_unmatched(const char* element, const std::vector<std::uint32_t>& to, bool of_a) {
   const bool vertices = std::string_view(element) == "vertex";
   Finding finding{"unmatched",
                   std::string(vertices ? "vertices" : "cells") + (of_a ? " of A" : " of B")};
@@ -205,7 +205,7 @@ void Diff::tell_unmatched(const char* element, const std::vector<std::uint32_t>&
   if (finding.different > 0) differ(std::move(finding));
 }
 
-// Adds a finding about values when there is something to tell. `range`: of A's values.
+// Adds a finding about values when something differs. `range`: of A's values.
 void Diff::add_values(Finding finding, const std::function<double()>& range) {
   result_.values_compared += finding.compared;
   result_.values_different += finding.different;
@@ -379,7 +379,7 @@ void Diff::compare_field(const FieldPair& field) {
   if (accuracy.kind == Accuracy::Kind::relative) likeness.bound *= range_of(a, field).overall();
   Finding finding{"values", what};
   ValueScan scan(finding, field.components, field.a.type, field.b.type, likeness, options_.limit);
-  if (strings) scan.tell_strings(*strings);
+  if (strings) scan.show_strings(*strings);
   for (const StepPair& step : steps_of(field, steps_, a_.step_times.size(), b_.step_times.size()))
     compare_step(step, field, a, b, scan);
   scan.finish();

@@ -69,7 +69,7 @@ class Matcher {
     b_.to = &result_.vertex_of_b;
     a_.cell_to = &result_.cell;
     b_.cell_to = &result_.cell_of_b;
-    tell("finding vertices at the same place");
+    show("finding vertices at the same place");
     PointSites sites = find_sites(a, b, rules.tolerance);
     a_.site = std::move(sites.of_a);
     b_.site = std::move(sites.of_b);
@@ -82,7 +82,7 @@ class Matcher {
 
   MeshMatch run() {
     match_lone_vertices();
-    tell("matching cells");
+    show("matching cells");
     match_all_cells();
     match_rest_by_cells();
     match_rest_in_order();
@@ -114,7 +114,7 @@ class Matcher {
     return hash_of(side.class_of_block[side.cells.block(cell)], names_);
   }
 
-  void tell(const char* phase) const {
+  void show(const char* phase) const {
     if (progress_) progress_(phase, 0, 1);
   }
 
@@ -237,9 +237,9 @@ class Matcher {
     ++result_.matched_cells;
   }
 
-  // What is left, cell by cell: where only one cell of each mesh fits, it tells more vertices, and
-  // these tell more cells. Where several fit, the first ones are taken: they are copies, or the
-  // meshes differ.
+  // What is left, cell by cell: where only one cell of each mesh fits, it matches more vertices,
+  // and these match more cells. Where several fit, the first ones are taken: they are copies, or
+  // the meshes differ.
   void match_rest_by_cells() {
     for (std::uint32_t site = 0; site < one_sided_.size(); ++site)
       one_sided_[site] = is_one_sided(site);
@@ -311,7 +311,7 @@ class Matcher {
         fresh_.pop_back();
         rename(a_, a);
         rename(b_, b);
-        // Who is left alone at a site is nowhere from now on: told once.
+        // Who is left alone at a site is nowhere from now on: noted once.
         for (const std::uint32_t site : {a_.site[a], b_.site[b]}) {
           if (one_sided_[site] || !is_one_sided(site)) continue;
           one_sided_[site] = true;
@@ -345,7 +345,7 @@ class Matcher {
       if ((*side.to)[each->second] == kNone) rename(side, each->second);
   }
 
-  // Vertices that no cell tells apart.
+  // Vertices that have the same cells.
   void match_rest_in_order() {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> left;  // site, vertex of A
     for (std::uint32_t v = 0; v < a_.site.size(); ++v)

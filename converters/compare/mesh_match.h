@@ -2,7 +2,7 @@
 //
 // Vertices are the same where they are at the same place. Where several are at one place (seams,
 // cracks, copies), their cells decide: cells are the same when their corners are, turned or not.
-// A vertex that was moved is found by the cells around it, when they tell it.
+// A vertex that was moved is found by the cells around it, where they leave only one.
 //
 // Memory: of each mesh 33 to 60 bytes a vertex (more where many share a place), and 52 bytes a
 // hexahedron (4 for each node, and 20; 4 more with several blocks).

@@ -37,7 +37,7 @@ bool is_extra(const std::string& name, const MeshInfo& info) {
 
 void check_accuracy(const Accuracy& accuracy, const std::string& option) {
   if (accuracy.kind == Accuracy::Kind::bits)
-    wrong_use(option + ": bits are no tolerance; say abs=E, rel=E or lossless");
+    wrong_use(option + ": bits are no tolerance; one of abs=E, rel=E and lossless is");
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ class BlockPairing {
     pair_by([](const BlockInfo& x) { return std::tie(x.name); },
             [](const BlockInfo& x) { return !x.name.empty(); });
     pair_by([](const BlockInfo& x) { return std::tie(x.id); }, any);
-    tell_differences();
+    add_differences();
     return std::move(found_);
   }
 
@@ -61,7 +61,7 @@ class BlockPairing {
     }
   }
 
-  void tell_differences() {
+  void add_differences() {
     for (const auto& [i, k] : pairs_) {
       const BlockInfo &x = blocks_a_[i], &y = blocks_b_[k];
       const std::string what = "block " + std::to_string(i);
@@ -83,7 +83,8 @@ class BlockPairing {
       }
   }
 
-  // Formats tell polygons of three or four corners, and cells of no known shape, as they can.
+  // Formats have words of their own for polygons of three or four corners, and cells of no known
+  // shape.
   static std::uint32_t shape_class(CellShape shape) {
     if (shape == CellShape::quad || shape == CellShape::polygon) shape = CellShape::triangle;
     if (shape == CellShape::polyhedron) shape = CellShape::other;
@@ -191,7 +192,7 @@ std::string block_text(const BlockInfo& block) {
 
 std::vector<StepPair> pair_steps(const MeshInfo& a, const MeshInfo& b, bool one_format,
                                  const Likeness& likeness, std::uint64_t limit, MeshDiff& result) {
-  // A mesh without steps is told by some formats as one step.
+  // A mesh without steps has one step in some formats.
   const std::size_t fewer = std::min(a.step_times.size(), b.step_times.size());
   const std::size_t more = std::max(a.step_times.size(), b.step_times.size());
   if (!one_format && fewer == 0 && more == 1) return {};

@@ -39,7 +39,7 @@ std::vector<StepPair> pair_steps(const MeshInfo& a, const MeshInfo& b, bool one_
                                  const Likeness& likeness, std::uint64_t limit, MeshDiff& result);
 
 // The steps at which both sides of a field are compared. A static side stands for all steps of the
-// other where that is said at every step, and for the last one where a mesh has no steps.
+// other where that has values at every step, and for the last one where a mesh has no steps.
 std::vector<StepPair> steps_of(const FieldPair& field, const std::vector<StepPair>& common,
                                std::uint64_t steps_a, std::uint64_t steps_b);
 

@@ -17,7 +17,7 @@ DiffPlace place_of(const StepPair& step, const FieldPair& field, std::uint64_t a
 
 ValueRange range_of_points(MeshSource& mesh);
 
-// Fills in the coordinates of all places told: in A, or in B where A has no such vertex or cell.
+// Fills in the coordinates of all places listed: in A, or in B where A has no such vertex or cell.
 class PlaceFinder {
  public:
   PlaceFinder(MeshSource& a, MeshSource& b) : a_(a), b_(b) {}

@@ -11,15 +11,15 @@ namespace shm::converters {
 void ValueScan::note(const PlaceOf& place, std::uint64_t element, std::uint32_t component,
                      double distance, std::string value_a, std::string value_b) {
   const bool is_largest = !largest_ || distance > finding_->largest;
-  const bool is_told = finding_->different < limit_;
+  const bool is_listed = finding_->different < limit_;
   ++finding_->different;
-  if (!is_largest && !is_told) return;
+  if (!is_largest && !is_listed) return;
   DiffPlace found = place(element);
   if (components_ > 1) found.component = component;
   found.value_a = std::move(value_a);
   found.value_b = std::move(value_b);
   if (strings_ == nullptr) found.distance = distance;
-  if (is_told) finding_->places.push_back(found);
+  if (is_listed) finding_->places.push_back(found);
   if (is_largest) {
     finding_->largest = distance;
     largest_rank_ = finding_->different - 1;

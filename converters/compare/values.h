@@ -31,10 +31,10 @@ class ValueScan {
         likeness_(likeness),
         limit_(limit) {}
 
-  // The numbers are places in a list, which is borrowed: its strings are told instead.
-  void tell_strings(const CommonStrings& strings) { strings_ = &strings; }
+  // The numbers are places in a list, which is borrowed: its strings are shown instead.
+  void show_strings(const CommonStrings& strings) { strings_ = &strings; }
 
-  // Compares `count` elements. `place(i)` tells where element i is; asked only where they differ.
+  // Compares `count` elements. `place(i)` is where element i is; asked only where they differ.
   using PlaceOf = std::function<DiffPlace(std::uint64_t i)>;
   void compare(const std::byte* a, const std::byte* b, std::uint64_t count, const PlaceOf& place);
   // Elements of which one side has no values: those of the other must be what stands for none, NaN

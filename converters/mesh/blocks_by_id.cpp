@@ -27,7 +27,7 @@ BlocksById::BlocksById(MeshSource& source, std::size_t array,
     : ForwardingMesh(source), array_(array) {
   info_ = source.info();
   find_blocks(names, first);
-  info_.schema.arrays[array].role = "vtk:block_id";  // said by the blocks now
+  info_.schema.arrays[array].role = "vtk:block_id";  // what the blocks are now
 }
 
 void BlocksById::load_ids(std::size_t count) {

@@ -1,5 +1,5 @@
-// BlocksById: a mesh whose blocks are told by an integer of each cell, as formats without blocks of
-// their own keep them, split into these blocks.
+// BlocksById: a mesh whose blocks are those of an integer of each cell, as formats without blocks
+// of their own keep them, split into these blocks.
 #pragma once
 
 #include <compare>
@@ -26,7 +26,7 @@ class BlocksById final : public ForwardingMesh {
              const std::map<std::int64_t, std::string>& names, const std::vector<Key>& first = {});
   bool next_cells(CellBatch& out, std::size_t max_cells) override;
   void rewind_cells() override;
-  // Index of the array that tells blocks: "BlockId" or "block_id"; none: the number of arrays.
+  // Index of the array of blocks: "BlockId" or "block_id"; none: the number of arrays.
   static std::size_t array_of_ids(const MeshInfo& info);
   bool useful() const { return useful_; }  // false: too many numbers to be those of blocks
   // Of each block. Where it is not useful: one more than there may be.

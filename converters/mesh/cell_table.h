@@ -20,7 +20,7 @@ class CellTable final : public Cells {
  public:
   CellTable() = default;
   explicit CellTable(const MeshInfo& info);
-  // Nothing when the mesh has more cells or vertices than 32-bit numbers can tell apart.
+  // Nothing when the mesh has more cells or vertices than 32-bit numbers can count.
   static std::optional<CellTable> read(MeshSource& mesh, const Progress& progress = {});
 
   void append(std::uint32_t block, std::span<const std::uint32_t> corners);

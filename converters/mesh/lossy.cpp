@@ -42,7 +42,7 @@ double binary_log(double number) {
              (1 + square * (1.0 / 3 + square * (1.0 / 5 + square * (1.0 / 7 + square / 9))));
 }
 
-// What a pass over values tells.
+// What a pass over values finds.
 class Statistics {
  public:
   Statistics(ScalarType type, std::uint32_t components)
@@ -117,7 +117,7 @@ class Statistics {
     return ratio > kFine ? 2 * bound * (1 - 0x1p-20) : (2 * std::floor(ratio) + 1) * distance;
   }
   // Bits of a value, but for what is the same with any step. Values that are kept exactly cost all
-  // of theirs, and some to say so.
+  // of theirs, and some for that.
   double cost(double step, double bound) const {
     double exact = 0;
     for (std::size_t e = 0; e < kExponents; ++e)
@@ -206,7 +206,7 @@ std::size_t array_named(const Schema& schema, const std::string& name) {
     paths += (paths.empty() ? "" : " or ") + ("'" + path + "'");
   }
   if (fitting.empty()) wrong_use("--array: the mesh has no array '" + name + "'");
-  if (fitting.size() > 1) wrong_use("--array: '" + name + "' fits several arrays; say " + paths);
+  if (fitting.size() > 1) wrong_use("--array: '" + name + "' fits several arrays; use " + paths);
   return fitting.front();
 }
 
@@ -255,7 +255,7 @@ void set_accuracy(MeshSource& mesh, const Lossy& lossy, Schema& schema, const Pr
   const MeshInfo& info = mesh.info();
   Accuracy of_coordinates = lossy.coordinates;
   std::vector<Accuracy> of_arrays = accuracy_of_arrays(schema, lossy.fields);
-  std::vector<std::string> said;
+  std::vector<std::string> named;
   for (const auto& [name, accuracy] : lossy.named) {
     std::string path(kCoordinates);
     if (name == kCoordinates) {
@@ -269,9 +269,9 @@ void set_accuracy(MeshSource& mesh, const Lossy& lossy, Schema& schema, const Pr
                   ", and integers are never rounded");
       of_arrays[a] = accuracy;
     }
-    if (std::find(said.begin(), said.end(), path) != said.end())
+    if (std::find(named.begin(), named.end(), path) != named.end())
       wrong_use("--array: '" + path + "' comes twice");
-    said.push_back(std::move(path));
+    named.push_back(std::move(path));
   }
 
   schema.coordinate_quantization =

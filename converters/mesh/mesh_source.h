@@ -25,8 +25,8 @@ struct MeshInfo {
   std::vector<std::uint64_t> block_cells;  // cells of each block
   std::vector<double> step_times;          // one for each time step
   std::vector<Extra> extras;               // all that the model has no word for
-  // Of a mesh that came from a .shm file: the first cell of each segment in coding order, and how
-  // its hexahedra are said.
+  // Of a mesh that came from a .shm file: the first cell of each segment in coding order, and the
+  // codec of its hexahedra.
   std::vector<std::uint64_t> segment_starts;
   std::vector<ConnectivityCodec> segment_connectivity;
 

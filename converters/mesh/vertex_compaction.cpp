@@ -8,7 +8,7 @@
 namespace shm::converters {
 namespace {
 
-// What the table says about a vertex: 0 while no cell is known to use it, else twice 1 + its last
+// An entry of the table: 0 while no cell is known to use it, else twice 1 + its last
 // cell; kEmitted joins when it has been handed out, and alone remains when it is finalized.
 constexpr std::uint64_t kEmitted = 1;
 constexpr std::uint64_t last_in(std::uint64_t cell) { return 2 * (cell + 1); }

@@ -1,6 +1,6 @@
 // Vertex compaction: turns an indexed mesh into a streaming one without changing the cell order.
 // Two passes over the cells: the first finds for each vertex the last cell that uses it, the
-// second hands out each vertex just before the first cell that needs it and says with each cell
+// second hands out each vertex just before the first cell that needs it and marks with each cell
 // which vertices are used for the last time. (Isenburg & Lindstrom 2005.)
 #pragma once
 

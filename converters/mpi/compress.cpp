@@ -62,7 +62,7 @@ class FreshNumbers {
     ranks.together([&] { fresh_.resize(owners_.count()); });
   }
   // Collective. `order`: the part's own in the order of the file, of which the first is `first`.
-  void tell(NumberList& order, std::uint64_t first, Ranks& ranks) {
+  void send(NumberList& order, std::uint64_t first, Ranks& ranks) {
     std::vector<Renamed> items;
     ranks.together([&] {
       items.reserve(order.size());
@@ -70,7 +70,7 @@ class FreshNumbers {
         items.push_back({number, first + at});
       });
     });
-    owners_.tell(items,
+    owners_.send(items,
                  [&](const Renamed& item) { fresh_[item.number - owners_.first()] = item.fresh; });
   }
   // Collective.
@@ -211,10 +211,10 @@ void PartCompression::code_mesh() {
   });
   if (!renumbers()) return;
   vertices_.emplace(*ranks_, info().vertices);
-  vertices_->tell(log_.vertices(), first_vertex_, *ranks_);
+  vertices_->send(log_.vertices(), first_vertex_, *ranks_);
   if (moves_cells()) {
     cells_.emplace(*ranks_, info().cells());
-    cells_->tell(log_.cells(), range_.first, *ranks_);
+    cells_->send(log_.cells(), range_.first, *ranks_);
   }
   const std::vector<std::uint64_t> numbers = vertices_->ask(imported_);
   ranks_->together([&] {
@@ -247,7 +247,7 @@ void PartCompression::feed_cells() {
       for (std::size_t c = 0; c < corners.size(); ++c) {
         std::uint64_t& cell = last[uses_.vertices.find(corners[c])];
         if (cell != first_cell + i) continue;
-        cell = kNeverUsed;  // told
+        cell = kNeverUsed;  // sent
         if (c < 64) last_use |= std::uint64_t{1} << c;
         ++finalized;
       }
@@ -281,11 +281,11 @@ void PartCompression::append(PartChunks& chunks) {
   });
   // The size of the chunks, then their index.
   const std::uint64_t size = chunks.bytes.size();
-  std::vector<std::byte> told(sizeof size);
-  std::memcpy(told.data(), &size, sizeof size);
-  told.insert(told.end(), chunks.index.begin(), chunks.index.end());
+  std::vector<std::byte> mine(sizeof size);
+  std::memcpy(mine.data(), &size, sizeof size);
+  mine.insert(mine.end(), chunks.index.begin(), chunks.index.end());
   std::optional<Error> error;
-  ranks_->gather(told, [&](std::size_t, std::vector<std::byte> part) {
+  ranks_->gather(mine, [&](std::size_t, std::vector<std::byte> part) {
     std::uint64_t bytes = 0;
     std::memcpy(&bytes, part.data(), sizeof bytes);
     if (error || part.size() == sizeof bytes) return;  // of an idle rank
@@ -328,13 +328,13 @@ void PartCompression::write_steps() {
   }
 }
 
-// The rank with the first element says what the step refers to, as soon as it knows.
+// The rank with the first element broadcasts what the step refers to, as soon as it knows.
 void PartCompression::write_step(std::uint32_t array, std::uint64_t step, std::size_t chooser) {
   const bool chooses = ranks_->rank() == chooser;
   std::uint64_t basis = kNoBasis;
   if (!chooses) basis = ranks_->broadcast(basis, chooser);
   PartChunks chunks;
-  bool told = false;
+  bool sent = false;
   std::optional<Error> error;
   try {
     if (writer_ && (chooses || basis != kNoBasis)) {
@@ -342,8 +342,8 @@ void PartCompression::write_step(std::uint32_t array, std::uint64_t step, std::s
           array, step, chooses ? std::nullopt : std::optional(static_cast<StepReference>(basis))));
       feed_step(array, step, [&] {
         const auto chosen = writer_->step_basis();
-        if (!chooses || told || !chosen) return;
-        told = true;
+        if (!chooses || sent || !chosen) return;
+        sent = true;
         ranks_->broadcast(static_cast<std::uint64_t>(*chosen), chooser);
       });
       chunks = checked(writer_->end_step());
@@ -351,7 +351,7 @@ void PartCompression::write_step(std::uint32_t array, std::uint64_t step, std::s
   } catch (...) {
     error = current_error();
   }
-  if (chooses && !told) ranks_->broadcast(kNoBasis, chooser);
+  if (chooses && !sent) ranks_->broadcast(kNoBasis, chooser);
   ranks_->agree(error);
   append(chunks);
 }
@@ -385,7 +385,7 @@ void PartCompression::feed_step(std::uint32_t array, std::uint64_t step,
   }
 }
 
-// Where cells have moved: the elements of a cell array in the part, as CoveredOrder tells them.
+// Where cells have moved: the elements of a cell array in the part, as of CoveredOrder.
 NumberList& PartCompression::moved_elements(std::uint32_t array) {
   const auto [found, fresh] = moved_.try_emplace(schema_.arrays[array].blocks, *spool_);
   NumberList& list = found->second;

@@ -23,7 +23,7 @@
 namespace shm::converters {
 namespace {
 
-// --- what ranks tell each other
+// --- what ranks exchange
 
 // Those of all ranks, each once, in the order of ranks. For few items, on every rank.
 template <class Item>
@@ -84,17 +84,17 @@ class Part {
   MeshInfo whole_;  // schema, counts, times, extras
   CellRange range_;
   std::unique_ptr<PieceMesh> piece_;
-  std::vector<BlocksById::Key> blocks_;  // of all ranks, where an array tells them
+  std::vector<BlocksById::Key> blocks_;  // of all ranks, where an array has them
   std::uint64_t lost_vertices_ = 0;
   std::optional<Translation> translation_;
 };
 
 void Part::open() {
   if (options_.input == "-" || options_.output == "-")
-    wrong_use("ranks read and write files: standard input and output will not do");
+    wrong_use("ranks need files; IN or OUT is standard input or output");
   if (output_format(options_.output, options_.format).name != "exodus")
     wrong_use("ranks write the parts of a decomposed Exodus mesh: call it " + options_.output +
-              ".e, or say --format exodus");
+              ".e, or use --format exodus");
   const std::string& path = options_.input;
   require_shm(path);
   require_no_archive(path);
@@ -132,17 +132,17 @@ void Part::stage() {
   else
     how.request.cells.range = CellSelection::Range{range_.first, range_.end};
   how.request.unused_vertices |= last;
-  std::set<std::string> told;
-  std::vector<TransferSet> sets = transfer_sets(whole_, told);
+  std::set<std::string> used;
+  std::vector<TransferSet> sets = transfer_sets(whole_, used);
   std::vector<Extra> extras = whole_.extras;
   std::erase_if(extras, [&](const Extra& extra) {
-    return (told.contains(extra.key) && extra.key != "mesh/title") ||
+    return (used.contains(extra.key) && extra.key != "mesh/title") ||
            extra.key == "gmsh/elements/blocks";
   });
   piece_ = std::make_unique<PieceMesh>(*extractor_, how, std::move(extras), std::move(sets),
                                        options_.input, spool_);
   if (piece_->info().cells() != range_.end - range_.first)
-    throw Failure(Error{ErrorCode::corrupt, "tells of cells that are not there", "index", kNoOffset,
+    throw Failure(Error{ErrorCode::corrupt, "names cells that are not there", "index", kNoOffset,
                         options_.input});
 }
 
@@ -154,7 +154,7 @@ void Part::decode() {
   ranks_.together([&] { stage(); });
 }
 
-// What blocks an array tells depends on the cells.
+// Which blocks an array makes depends on the cells.
 void Part::agree_on_blocks() {
   const std::size_t array = BlocksById::array_of_ids(piece_->info());
   if (array == piece_->info().schema.arrays.size()) return;  // on all ranks alike
@@ -182,7 +182,7 @@ void Part::count_vertices() {
     }
     had.resize(owners.count());
   });
-  owners.tell(mine, [&](const Had& it) { had[it.number - owners.first()] = true; });
+  owners.send(mine, [&](const Had& it) { had[it.number - owners.first()] = true; });
   const auto missing = static_cast<std::uint64_t>(std::count(had.begin(), had.end(), false));
   lost_vertices_ = ranks_.sums({missing}).all[0];
 }
@@ -257,10 +257,10 @@ ExitCode decompress_with_ranks(Ranks& ranks, const DecompressCommand& command) {
   part.agree_on_blocks();
   part.count_vertices();
   const LossList losses = part.translate();
-  if (ranks.first()) tell_losses(losses, command.output);
+  if (ranks.first()) report_losses(losses, command.output);
   if (ranks.broadcast(std::uint64_t{command.strict && !losses.empty()}) != 0) return kIncomplete;
   part.write();
-  if (ranks.first()) say(command, part.summary());
+  if (ranks.first()) print(command, part.summary());
   return kDone;
 }
 

@@ -138,8 +138,11 @@ void JoinedMesh::hold_cells(const CellRange& range) {
     }
     if (part == mine.size()) return false;
     if (!mine[part].mesh->next_cells(batch, kPieceCells))
-      throw Failure(Error{
-          ErrorCode::corrupt, "has fewer elements than it says", {}, kNoOffset, mine[part].file});
+      throw Failure(Error{ErrorCode::corrupt,
+                          "has fewer elements than its header counts",
+                          {},
+                          kNoOffset,
+                          mine[part].file});
     for (std::size_t i = 0; i < batch.size(); ++i) {
       const std::uint64_t place = mine[part].cells[cell + i], count = batch.cell(i).size();
       std::vector<std::byte>& out = to[rank_with(place)];

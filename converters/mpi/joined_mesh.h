@@ -1,5 +1,5 @@
 // JoinedMesh: the parts of a decomposed Exodus mesh as one mesh, in the numbers of the whole. Ranks
-// read their own parts and tell each other what they need of it, into spools: cells, with their
+// read their own parts and send each other what they need of it, into spools: cells, with their
 // values, to the ranks that will code them; values of vertices to the owners of their numbers
 // (NumberOwners), who see that parts agree, and from there to the ranks whose cells use them.
 //

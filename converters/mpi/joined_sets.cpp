@@ -72,7 +72,7 @@ std::map<std::string, SetJoin> sets_of(const Skeleton& skeleton, const Place& pl
   for (const auto& [dimension, set] : sets)
     if (set.members_.empty() || (set.set_->has_sides && set.sides_.empty()))
       place.fail(ErrorCode::corrupt, "dimension '" + dimension + "'",
-                 "counts members of a set, but no variable says which these are");
+                 "counts members of a set, but no variable lists them");
   return sets;
 }
 

@@ -228,7 +228,7 @@ void Joiner::tell_all() {
   });
 }
 
-// What all parts say must be the same.
+// What all parts have must be the same.
 void Joiner::compare() const {
   for (const PartFile& part : parts_.mine()) {
     const Skeleton& skeleton = part.mesh->skeleton();

@@ -1,5 +1,5 @@
-// JoinedStructure: what the parts of a decomposed Exodus mesh say of the whole one: its structure
-// in netCDF, blocks, arrays, time steps, sets and records, as a file of the whole mesh would say
+// JoinedStructure: what the parts of a decomposed Exodus mesh hold of the whole one: its structure
+// in netCDF, blocks, arrays, time steps, sets and records, as a file of the whole mesh would have
 // it.
 #pragma once
 

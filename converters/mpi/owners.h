@@ -1,4 +1,4 @@
-// NumberOwners: what ranks know of vertices, or cells, is told to the rank that owns the number,
+// NumberOwners: what ranks know of vertices, or cells, is sent to the rank that owns the number,
 // and asked there. Rank r of n owns the r-th of n runs of the numbers. Messages are bounded
 // batches.
 #pragma once
@@ -30,7 +30,7 @@ class NumberOwners {
   // Collective. Calls take(item) where its number is owned; in order of ranks, and of their items,
   // as far as one batch goes. Must hold: item.number < numbers.
   template <class Item, class Take>
-  void tell(const std::vector<Item>& items, Take&& take) {
+  void send(const std::vector<Item>& items, Take&& take) {
     in_batches(items.size(), [&](std::size_t begin, std::size_t end) {
       std::vector<std::vector<Item>> to(ranks_->size());
       for (std::size_t i = begin; i < end; ++i) to[owner(items[i].number)].push_back(items[i]);

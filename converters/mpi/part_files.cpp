@@ -27,8 +27,7 @@ std::vector<std::uint64_t> numbers_in(const PartFile& part, const char* map, std
   const exodus::Skeleton& skeleton = part.mesh->skeleton();
   const int index = skeleton.find_variable(map);
   if (index < 0)
-    fail(part, section,
-         "is missing: it tells what numbers the whole mesh has for those of the part");
+    fail(part, section, "is missing: it holds the numbers in the whole mesh of those of the part");
   const exodus::Variable& variable = skeleton.variables[static_cast<std::size_t>(index)];
   if (!exodus::is_integer(variable.type) ||
       skeleton.shape(variable) != std::vector<std::uint64_t>{count})
@@ -186,7 +185,7 @@ void PartFiles::find_vertices() {
     for (const PartFile& part : mine_)
       for (const std::uint64_t number : part.vertices) mine.push_back({number});
   });
-  owners.tell(mine, [&](const Had& it) { had[it.number - owners.first()] = true; });
+  owners.send(mine, [&](const Had& it) { had[it.number - owners.first()] = true; });
   ranks_->together([&] {
     const auto missing = std::find(had.begin(), had.end(), false);
     if (missing == had.end()) return;
@@ -199,7 +198,7 @@ void PartFiles::find_vertices() {
 
 // Where cells of all parts stand in the mesh: in their block, in the order of their numbers.
 void PartFiles::find_cells() {
-  struct Told {
+  struct CellPlace {
     std::uint64_t number = 0;
     std::uint32_t block = 0, part = 0;
   };
@@ -221,9 +220,9 @@ void PartFiles::find_cells() {
   });
 
   NumberOwners owners(*ranks_, count);
-  std::vector<Told> mine, known;
+  std::vector<CellPlace> mine, known;
   ranks_->together([&] {
-    known.assign(owners.count(), Told{0, kNobody, 0});
+    known.assign(owners.count(), CellPlace{0, kNobody, 0});
     for (const PartFile& part : mine_) {
       std::size_t cell = 0;
       const auto& blocks = part.mesh->layout().blocks;
@@ -233,8 +232,8 @@ void PartFiles::find_cells() {
     }
   });
   std::optional<Error> error;
-  owners.tell(mine, [&](const Told& it) {
-    Told& place = known[it.number - owners.first()];
+  owners.send(mine, [&](const CellPlace& it) {
+    CellPlace& place = known[it.number - owners.first()];
     if (place.block != kNobody && !error)
       error = Error{ErrorCode::corrupt,
                     "element " + std::to_string(it.number + range.base) + " is also in " +
@@ -249,7 +248,7 @@ void PartFiles::find_cells() {
   std::vector<std::uint64_t> in_block;
   ranks_->together([&] {
     in_block.resize(block_cells_.size());
-    for (const Told& it : known) ++in_block[it.block];
+    for (const CellPlace& it : known) ++in_block[it.block];
   });
   std::vector<std::uint64_t> next = ranks_->sums(in_block).before;
   std::vector<std::uint64_t> places;
@@ -257,7 +256,7 @@ void PartFiles::find_cells() {
     std::uint64_t begin = 0;
     for (std::size_t b = 0; b < next.size(); begin += block_cells_[b++]) next[b] += begin;
     places.reserve(known.size());
-    for (const Told& it : known) places.push_back(next[it.block]++);
+    for (const CellPlace& it : known) places.push_back(next[it.block]++);
     known = {};
   });
   const std::size_t rounds = static_cast<std::size_t>(ranks_->largest(mine_.size()));

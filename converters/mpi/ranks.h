@@ -17,7 +17,7 @@
 
 namespace shm::converters {
 
-// Thrown on all ranks alike; said by rank 0 alone.
+// Thrown on all ranks alike; reported by rank 0 alone.
 class SharedFailure {
  public:
   explicit SharedFailure(Error error) : error_(std::move(error)) {}

@@ -31,11 +31,11 @@ ExitCode run_compress(Ranks& ranks, CompressCommand& command) {
   CompressOptions how;
   ranks.together([&] {
     if (command.input == "-" || command.output == "-")
-      wrong_use("ranks read and write files: standard input and output will not do");
+      wrong_use("ranks need files; IN or OUT is standard input or output");
     if (command.order == "free" || !command.cell_order.empty())
       wrong_use("--order free needs the whole mesh in one memory: shm compress has it");
     if (command.segment_cells == 0)
-      wrong_use("--segment-cells N says where ranks may share the mesh; it must be given");
+      wrong_use("--segment-cells N must be given: ranks share the mesh between segments");
     how = command.how();
   });
   const auto start = std::chrono::steady_clock::now();
@@ -72,7 +72,7 @@ ExitCode run_compress(Ranks& ranks, CompressCommand& command) {
   if (command.json)
     std::fputs(compress_json(run, mesh->info()).c_str(), stdout);
   else
-    say(command, compress_text(run, mesh->info()));
+    print(command, compress_text(run, mesh->info()));
   return kDone;
 }
 
@@ -97,7 +97,7 @@ int run(Ranks& ranks, int argc, char** argv, Commands& commands) {
   decompress->description(
       "Write the mesh of a .shm file as a decomposed Exodus mesh, a part for each rank: of 4 "
       "ranks\n"
-      "OUT.4.0 to OUT.4.3. Each decodes its share of the cells. Number maps tell the numbers of "
+      "OUT.4.0 to OUT.4.3. Each decodes its share of the cells. Number maps hold the numbers of "
       "the\n"
       "whole mesh");
   decompress->remove_option(decompress->get_option("--threads"));

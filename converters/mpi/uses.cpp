@@ -100,7 +100,7 @@ PartUses find_uses(Ranks& ranks, MeshSource& mesh, const CellRange& range, std::
   NumberOwners owners(ranks, mesh.info().vertices);
   std::optional<OwnedUses> owned;
   ranks.together([&] { owned.emplace(owners); });
-  owners.tell(uses, [&](const Use& use) { owned->take(use); });
+  owners.send(uses, [&](const Use& use) { owned->take(use); });
   uses = std::vector<Use>();
   const auto known = owners.ask<Use>(out.vertices.numbers(),
                                      [&](std::uint64_t number) { return owned->of(number); });

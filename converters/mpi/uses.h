@@ -65,7 +65,8 @@ void for_cells(MeshSource& mesh, const CellRange& range, Visit&& visit) {
   mesh.seek_cells(range.first);
   for (std::uint64_t at = range.first; at < range.end; at += batch.size()) {
     if (!mesh.next_cells(batch, std::min(kBatchCells, range.end - at)))
-      throw Failure(Error{ErrorCode::corrupt, "has fewer cells than it says", {}, kNoOffset, {}});
+      throw Failure(
+          Error{ErrorCode::corrupt, "has fewer cells than its header counts", {}, kNoOffset, {}});
     visit(batch, at);
   }
 }

@@ -55,7 +55,7 @@ class CellGraph {
 
  private:
   // A face while it looks for its like: the vertex diagonally opposite its lowest one, and the
-  // other two, the lower one first. With the lowest one they tell which face it is.
+  // other two, the lower one first. With the lowest one they are unique to the face.
   struct Candidate {
     std::uint32_t opposite, low, high;
     CellFace face;

@@ -5,8 +5,8 @@
 // Vertices are numbered along a Hilbert curve, cells by the lowest of their vertices. Made with
 // sorts and passes that read front to back: the points twice, the cells once for each part of the
 // new numbers that fits the memory, and once more; each array, or each step of one, once when it is
-// asked for. What an order of cells is does not depend on these numbers; coordinates that tell
-// nothing about places only make the search slower.
+// asked for. What an order of cells is does not depend on these numbers; coordinates that are
+// no places only make the search slower.
 #pragma once
 
 #include <array>

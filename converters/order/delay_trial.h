@@ -9,7 +9,7 @@
 
 namespace shm::converters {
 
-// Codes a mesh that has the arrays of the source with a delay buffer, and says how large it is.
+// Encodes a mesh that has the arrays of the source with a delay buffer; how large it is.
 using DelayCoder = std::function<SizeReport(MeshSource& part, std::uint32_t delay)>;
 
 // Of the bytes without a buffer, what one must save at least. Less than a percent would be within

@@ -173,7 +173,7 @@ std::optional<CellList> find_free_order(MeshSource& mesh, const Cells& cells, Me
   if (first.ordering.kind == CellOrdering::Kind::stored) return std::nullopt;
   CellList order = whole(first.ordering);
   if (trials.is_whole() || first.ordering.kind != CellOrdering::Kind::swept) return order;
-  // Which axis is long a sample cannot tell: the others are tried over the whole mesh.
+  // Which axis is long cannot be seen in a sample: the others are tried over the whole mesh.
   Trial best = trials.trial_of_whole(first.ordering, order, code);
   for (CellOrdering other = first.ordering; const int along : {0, 1, 2}) {
     if (along == first.ordering.layers_along) continue;

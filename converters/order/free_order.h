@@ -62,7 +62,7 @@ class CellOrderer {
   bool cut_ = false;
 };
 
-// Codes a mesh that has the arrays of the source, and says how large it is.
+// Encodes a mesh that has the arrays of the source; how large it is.
 using TrialCoder = std::function<SizeReport(MeshSource& part)>;
 
 // The order found; nothing: the one that the cells came in. `cells`: those of `mesh`, by its

@@ -48,7 +48,7 @@ class ToolInput::Stream final : public ByteSource {
   }
 
  private:
-  static constexpr std::size_t kHead = 16;  // tells .shm files, archives and HDF5
+  static constexpr std::size_t kHead = 16;  // enough to know .shm files, archives and HDF5
   std::unique_ptr<FileSource> source_;
   std::vector<std::byte> head_;
   std::size_t given_ = 0;

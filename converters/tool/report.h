@@ -25,9 +25,9 @@ struct CompressRun {
 std::string compress_json(const CompressRun& run, const MeshInfo& info);
 std::string compress_text(const CompressRun& run, const MeshInfo& info);
 
-// Bits a cell that say how cells hang together and how all is numbered.
+// Bits a cell of connectivity and of all numbers.
 double bits_a_cell(const SizeReport& sizes);
-// Tells that the same mesh in another order would need only `free_bytes`, as far as that is known;
+// A hint that the same mesh in another order would need only `free_bytes`, as far as that is known;
 // empty when that is not worth a word.
 std::string free_order_hint(const CompressRun& run, std::optional<std::uint64_t> free_bytes);
 
@@ -47,7 +47,7 @@ std::string join_json(const std::string& output, std::uint64_t output_bytes,
 std::string join_text(const std::string& output, std::uint64_t output_bytes,
                       const std::vector<MemberReport>& members);
 
-// What verify tells: of a file that could be decoded; and of how it compares with its source.
+// What verify reports: of a file that could be decoded; and of how it compares with its source.
 std::string sound_json(const std::string& path, const MeshInfo& info, const ParityState& parity);
 std::string compare_json(const CompareReport& report, const std::string& source,
                          const std::string& restored, const MeshInfo& info);

@@ -62,7 +62,7 @@ std::uint64_t file_bytes(const std::string& path) {
   return ::stat(path.c_str(), &status) == 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
 }
 
-void say(const CommonOptions& options, const std::string& text) {
+void print(const CommonOptions& options, const std::string& text) {
   if (!options.quiet) std::fputs(text.c_str(), options.output == "-" ? stderr : stdout);
 }
 
@@ -85,7 +85,7 @@ void require_no_archive(const std::string& path) {
                         path});
 }
 
-void tell_losses(const LossList& losses, const std::string& output) {
+void report_losses(const LossList& losses, const std::string& output) {
   for (const std::string& loss : losses)
     std::fprintf(stderr, "shm: not in %s: %s\n", output.c_str(), loss.c_str());
 }

@@ -68,14 +68,14 @@ std::string spool_directory(const CommonOptions& options);
 std::uint64_t file_bytes(const std::string& path);  // 0 where there is none
 
 // To standard output, or to standard error where the output itself goes there.
-void say(const CommonOptions& options, const std::string& text);
+void print(const CommonOptions& options, const std::string& text);
 
 bool is_shm(const std::string& path);
 // Throw Failure where it is no .shm file, where it is an archive.
 void require_shm(const std::string& path);
 void require_no_archive(const std::string& path);
 
-// On standard error, whatever --quiet says: nothing goes silently.
-void tell_losses(const LossList& losses, const std::string& output);
+// On standard error, with --quiet too: nothing goes silently.
+void report_losses(const LossList& losses, const std::string& output);
 
 }  // namespace shm::converters

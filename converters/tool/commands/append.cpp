@@ -46,7 +46,7 @@ CLI::App* AppendCommand::add_to(CLI::App& tool) {
       "run.shm\n"
       "  shm append run.shm run.e-s002             restarted: its steps go behind\n"
       "  shm append run.shm run.e --step 4 --step 5\n"
-      "  shm append run.shm state7.vtu --time 0.7  one step, of a file that tells no time");
+      "  shm append run.shm state7.vtu --time 0.7  one step, of a file without a time");
   command->add_option("FILE", input, ".shm file with time steps")->required()->type_name("");
   command
       ->add_option("SOURCE", source,
@@ -151,7 +151,7 @@ ExitCode AppendCommand::run() {
   const AppendOutcome outcome = append_steps(input, *mesh, sink, wanted, spool);
   line.wipe();
   if (!outcome.differences.empty()) return report_differences(outcome);
-  tell_losses(outcome.losses, output);
+  report_losses(outcome.losses, output);
   if (outcome.sizes) {
     if (share) protect(sink, output, *share, line.callback());
     file.commit();
@@ -162,7 +162,7 @@ ExitCode AppendCommand::run() {
   if (json)
     std::fputs(json_of(outcome).c_str(), stdout);
   else
-    say(*this, text_of(outcome));
+    print(*this, text_of(outcome));
   return kDone;
 }
 

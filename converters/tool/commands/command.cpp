@@ -27,7 +27,7 @@ int parse_and_run(std::span<const std::unique_ptr<Command>> commands, int argc, 
   app.set_version_flag("--version", "shm " SHM_VERSION);
   app.require_subcommand(1);
   app.footer(
-      "shm COMMAND --help tells more and gives examples.\n"
+      "shm COMMAND --help explains its options and gives examples.\n"
       "Exit codes: 0 done, 1 a difference was found, 2 wrong use, 3 bad or unreadable input,\n"
       "4 output could not be written, 5 a limit was exceeded, 6 the output would lack something\n"
       "of the mesh (--strict), 7 repair salvaged what is whole, and something is missing.");

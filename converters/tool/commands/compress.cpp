@@ -118,7 +118,7 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
       ->type_name("N");
   command
       ->add_option("--restart-budget", restart_budget,
-                   "Start afresh where at most P percent of the vertices have to be said again\n"
+                   "Start afresh where at most P percent of the vertices have to be stored again\n"
                    "(default: 0.2; 0: never)")
       ->check(CLI::Range(0.0, 100.0).description(""))
       ->type_name("P");
@@ -126,7 +126,7 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
       ->add_option(
           "--key-steps", key_steps,
           "Of N time steps in turn at least one refers to no other, so that reading can\n"
-          "begin there (default: 8; 1: all, so for a mesh of one step: say 8 where shm append is\n"
+          "begin there (default: 8; 1: all, so for a mesh of one step: give 8 where shm append is\n"
           "to put more behind it)")
       ->check(CLI::Range(std::uint32_t{1}, ~std::uint32_t{0}).description(""))
       ->type_name("N");
@@ -148,9 +148,10 @@ Lossy CompressCommand::lossy() const {
 }
 
 CompressOptions CompressCommand::how() const {
-  if (!(restart_budget >= 0)) wrong_use("--restart-budget is no number");
+  if (!(restart_budget >= 0)) wrong_use("--restart-budget must be a number from 0 to 100");
   if (delay.value_or(0) > 0 && order == "free")
-    wrong_use("--delay is for the order stream; --order free moves cells anyway");
+    wrong_use("--order free needs --delay 0, since it moves cells anyway; it is " +
+              std::to_string(*delay));
   CompressOptions wanted;
   wanted.lossy = lossy();
   wanted.order = order_of(order);
@@ -190,9 +191,9 @@ ExitCode CompressCommand::run() {
   if (output.empty()) output = input == "-" ? "-" : input + ".shm";
   if (output == "-" && json)
     wrong_use("--json and the compressed mesh cannot both go to standard output");
-  if (!cell_order.empty() && order != "free") wrong_use("--cell-order is for --order free");
-  if (parity && !has_parity_codes())
-    wrong_use("--parity: this shm was built without ISA-L, which makes it");
+  if (!cell_order.empty() && order != "free")
+    wrong_use("--cell-order needs --order free; it is " + order);
+  if (parity && !has_parity_codes()) wrong_use("--parity needs ISA-L; this shm was built without");
   CompressOptions wanted = how();
   const auto start = std::chrono::steady_clock::now();
   ProgressLine line(quiet);
@@ -217,7 +218,7 @@ ExitCode CompressCommand::run() {
   if (json)
     std::fputs(compress_json(result, mesh->info()).c_str(), stdout);
   else
-    say(*this, compress_text(result, mesh->info()));
+    print(*this, compress_text(result, mesh->info()));
   if (!json && !quiet) hint_at_free_order(*mesh, wanted, result, spool);
   return kDone;
 }

@@ -33,18 +33,19 @@ ExitCode ConvertCommand::write(ToolInput& in) {
   if (is_foreign(mesh->info(), target)) {
     translation.emplace(*mesh, std::string(target.name), *target.holds, step, spool);
   } else if (step) {
-    wrong_use("--step is for a mesh from another format than that of OUT");
+    wrong_use("--step needs a mesh from another format than that of OUT; both are " +
+              std::string(target.name));
   }
   MeshSource& written = translation ? translation->mesh() : *mesh;
   if (translation && !translation->losses().empty()) {
     line.wipe();
-    tell_losses(translation->losses(), output);
+    report_losses(translation->losses(), output);
     if (strict) return kIncomplete;
   }
   line.show("writing " + output);
   write_mesh(written, output, target, spool);
   line.wipe();
-  say(*this, output + ": " + counts_text(written.info()) + "\n");
+  print(*this, output + ": " + counts_text(written.info()) + "\n");
   return kDone;
 }
 

@@ -94,7 +94,7 @@ CLI::App* DiffCommand::add_to(CLI::App& tool) {
                     "Leave out what is neither mesh nor array: sets, titles, names, field data");
   command
       ->add_option("--limit", limit,
-                   "Places told of each difference, the largest first (default: 3)")
+                   "Places listed of each difference, the largest first (default: 3)")
       ->type_name("N");
   command->add_flag("--json", json, "Print as JSON");
   return command;
@@ -130,7 +130,7 @@ ExitCode DiffCommand::run() {
   if (json)
     std::fputs(diff_json(as_asked, diff).c_str(), stdout);
   else
-    say(*this, diff_text(as_asked, diff));
+    print(*this, diff_text(as_asked, diff));
   return diff.equal() ? kDone : kDifferent;
 }
 

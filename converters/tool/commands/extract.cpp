@@ -138,7 +138,7 @@ TransferSet set_of(const std::string& text, const std::vector<TransferSet>& sets
   if (found.empty()) wrong_use("there is no set " + text + "; there are " + listed(sets, label));
   if (found.size() > 1)
     wrong_use("several sets are called " + text + ": " + listed(found, label) +
-              "; say side_set_N, node_set_N or element_set_N");
+              "; use side_set_N, node_set_N or element_set_N");
   return found.front();
 }
 
@@ -149,7 +149,7 @@ class Extraction {
   Extraction(const ExtractCommand& options, Spool& spool)
       : options_(options), format_(output_format(options.output, options.format)), spool_(spool) {}
 
-  // False where something is lost and --strict was said.
+  // False where something is lost and --strict was given.
   bool run(ProgressLine& line);
   std::string summary() const;
 
@@ -179,7 +179,8 @@ class Extraction {
 
 void Extraction::open() {
   const std::string& path = options_.input;
-  if (path == "-") wrong_use("extract reads here and there: standard input will not do");
+  if (path == "-")
+    wrong_use("extract needs a file that it can read anywhere; IN is standard input");
   const Format* format = format_of_file(path);
   if (format == nullptr || format->name != "shm")
     throw Failure(Error{
@@ -191,14 +192,14 @@ void Extraction::open() {
     const auto name = [](const ArchiveMember& it) { return it.name; };
     const ArchiveMember* member = archive.find(options_.part);
     if (options_.part.empty() || member == nullptr)
-      wrong_use(options_.part.empty() ? path + " is an archive: --part says which of " +
+      wrong_use(options_.part.empty() ? path + " is an archive: --part must name one of " +
                                             listed(archive.members(), name)
                                       : "there is no part " + options_.part + "; there are " +
                                             listed(archive.members(), name));
     member_ = std::make_unique<SectionSource>(*file_, member->offset, member->bytes);
     source = member_.get();
   } else if (!options_.part.empty()) {
-    wrong_use("--part is for archives, which " + path + " is not");
+    wrong_use("--part needs an archive; " + path + " is none");
   }
   source_ = std::make_unique<CountedSource>(*source);
   extractor_.emplace(unwrap(MeshExtractor::open(*source_), path));
@@ -228,7 +229,8 @@ void Extraction::choose_set() {
   members.erase(std::unique(members.begin(), members.end()), members.end());
   if (wanted_set_->kind == TransferSet::Kind::nodes) {
     if (request.cells.range || request.cells.blocks)
-      wrong_use("--cells and --block are no conditions for " + wanted_set_->label());
+      wrong_use("--cells and --block are no conditions for nodes, as those of " +
+                wanted_set_->label());
     request.vertices = std::move(members);
   } else if (!wanted_set_->blocks.empty()) {
     std::vector<std::uint32_t> blocks = wanted_set_->blocks;
@@ -317,7 +319,7 @@ bool Extraction::run(ProgressLine& line) {
   Translation translation(*layers_.back(), std::string(format_.name), holds, std::nullopt, spool_);
   losses_.insert(losses_.end(), translation.losses().begin(), translation.losses().end());
   line.wipe();
-  tell_losses(losses_, options_.output);
+  report_losses(losses_, options_.output);
   if (options_.strict && !losses_.empty()) return false;
   line.show("writing " + options_.output);
   FromElsewhere mesh(translation.mesh(), whole_);
@@ -341,7 +343,7 @@ CLI::App* ExtractCommand::add_to(CLI::App& tool) {
       "piece needs are read. Conditions for cells are met all together; without any, all cells "
       "go.\n"
       "Vertices and cells are numbered anew, in their old order; shm_vertex_number and\n"
-      "shm_cell_number (in Exodus the number maps) say what they were. Sets are cut to what is "
+      "shm_cell_number (in Exodus the number maps) hold what they were. Sets are cut to what is "
       "left",
       "  shm extract rotor.e.shm part.vtu --box 0,0,0,1,1,0.5 --array temperature --step 12\n"
       "  shm extract rotor.e.shm casing.e --block casing\n"
@@ -401,7 +403,7 @@ ExitCode ExtractCommand::run() {
   Extraction extraction(*this, spool);
   line.show("reading " + input);
   if (!extraction.run(line)) return kIncomplete;
-  say(*this, extraction.summary());
+  print(*this, extraction.summary());
   return kDone;
 }
 

@@ -15,7 +15,7 @@ namespace shm::converters {
 CLI::App* InfoCommand::add_to(CLI::App& tool) {
   CLI::App* command =
       add_command(tool, *this, "info",
-                  "Tell what a mesh holds and where the bytes of a .shm file go.\n"
+                  "List what a mesh holds and where the bytes of a .shm file go.\n"
                   "Of a .shm file heads alone are read; shm verify reads all of it.",
                   "  shm info rotor.e.shm\n"
                   "  shm info rotor.e.shm --json | jq .streams");

@@ -43,7 +43,7 @@ ExitCode JoinCommand::run() {
   if (json)
     std::fputs(join_json(output, bytes, members).c_str(), stdout);
   else
-    say(*this, join_text(output, bytes, members));
+    print(*this, join_text(output, bytes, members));
   return kDone;
 }
 

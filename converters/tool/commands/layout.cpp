@@ -34,9 +34,9 @@ ExitCode LayoutCommand::run() {
   picture.write(std::as_bytes(std::span(svg)));
   picture.commit();
   line.wipe();
-  say(*this, output + ": width " + std::to_string(layout.width) + " of " +
-                 std::to_string(layout.vertices) + " vertices, " + std::to_string(layout.cells) +
-                 " cells\n");
+  print(*this, output + ": width " + std::to_string(layout.width) + " of " +
+                   std::to_string(layout.vertices) + " vertices, " + std::to_string(layout.cells) +
+                   " cells\n");
   return kDone;
 }
 

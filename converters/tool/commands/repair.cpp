@@ -254,8 +254,8 @@ ExitCode RepairCommand::run() {
   if (json)
     std::fputs(outcome_json(repair, *this).c_str(), stdout);
   else if (repair.is_whole())
-    say(*this, outcome_text(repair, *this));
-  else  // whatever --quiet says: nothing goes silently
+    print(*this, outcome_text(repair, *this));
+  else  // with --quiet too: nothing goes silently
     std::fputs(outcome_text(repair, *this).c_str(), output == "-" ? stderr : stdout);
   return repair.is_whole() ? kDone : kSalvaged;
 }

@@ -52,7 +52,7 @@ ExitCode SplitCommand::run() {
       archive.restore(member, path, spool, line.callback(), threads);
     }
     line.wipe();
-    say(*this, path + "\n");
+    print(*this, path + "\n");
   }
   return kDone;
 }

@@ -59,7 +59,7 @@ CLI::App* VerifyCommand::add_to(CLI::App& tool) {
   CLI::App* command =
       add_command(tool, *this, "verify",
                   "Decode all of a .shm file; with --against, prove that it holds the same mesh;\n"
-                  "of what was rounded, tell the largest error, and prove that it keeps its bound",
+                  "of what was rounded, print the largest error, and prove that it keeps its bound",
                   "  shm verify rotor.e.shm\n"
                   "  shm verify rotor.e.shm --against rotor.e   exit code 1 when they differ");
   command->add_option("IN", input, ".shm file")->required()->type_name("");
@@ -75,8 +75,10 @@ CLI::App* VerifyCommand::add_to(CLI::App& tool) {
 
 ExitCode VerifyCommand::verify_archive() {
   if (!against.empty() && !std::filesystem::is_directory(against))
-    wrong_use("--against of an archive is the directory of the files that it was made of");
-  if (!cell_order.empty()) wrong_use("--cell-order is not for archives");
+    wrong_use("--against of an archive must be the directory of the files that it was made of; " +
+              against + " is none");
+  if (!cell_order.empty())
+    wrong_use("--cell-order needs a file of one mesh; " + input + " is an archive");
   ArchiveFile archive(input);
   ExitCode code = kDone;
   for (const ArchiveMember& member : archive.members()) {
@@ -89,7 +91,7 @@ ExitCode VerifyCommand::verify_archive() {
       if (json)
         std::fputs(sound_json(place, restored->info(), {}).c_str(), stdout);
       else
-        say(*this, place + ": sound, " + counts_text(restored->info()) + "\n");
+        print(*this, place + ": sound, " + counts_text(restored->info()) + "\n");
       continue;
     }
     const std::string path = source_of_member(member, against);
@@ -99,7 +101,7 @@ ExitCode VerifyCommand::verify_archive() {
     if (json)
       std::fputs(compare_json(report, path, place, restored->info()).c_str(), stdout);
     else
-      say(*this, compare_text(report, path, place));
+      print(*this, compare_text(report, path, place));
     if (!report.equal()) code = kDifferent;
   }
   return code;
@@ -146,8 +148,7 @@ void VerifyCommand::fail_with_damage(const Failure& failure, const std::string& 
 }
 
 ExitCode VerifyCommand::run() {
-  if (!cell_order.empty() && against.empty())
-    wrong_use("--cell-order tells how --against is to be compared");
+  if (!cell_order.empty() && against.empty()) wrong_use("--cell-order needs --against SOURCE");
   ToolInput in(*this);
   if (!in.is_stream() && is_archive(in.path())) {
     input = in.path();
@@ -171,7 +172,8 @@ ExitCode VerifyCommand::run() {
     if (json)
       std::fputs(sound_json(input, restored->info(), parity).c_str(), stdout);
     else
-      say(*this, input + ": sound, " + counts_text(restored->info()) + parity_text(parity) + "\n");
+      print(*this,
+            input + ": sound, " + counts_text(restored->info()) + parity_text(parity) + "\n");
     return parity.sound() ? kDone : kBadInput;
   }
   line.show("reading " + against);
@@ -184,7 +186,7 @@ ExitCode VerifyCommand::run() {
   if (json)
     std::fputs(compare_json(report, against, input, restored->info()).c_str(), stdout);
   else
-    say(*this, compare_text(report, against, input));
+    print(*this, compare_text(report, against, input));
   return report.equal() ? kDone : kDifferent;
 }
 
