@@ -18,8 +18,8 @@
 #include "compare/places.h"
 #include "compare/values.h"
 #include "mesh/cell_cursor.h"
+#include "mesh/cell_rotations.h"
 #include "mesh/cell_store.h"
-#include "mesh/cell_turns.h"
 
 namespace shm::converters {
 namespace {
@@ -299,7 +299,7 @@ void Diff::compare_cell(std::uint64_t a, std::uint64_t b, const CellBatch& of_a,
   if (match_) {
     for (const std::uint64_t v : of_a.corners)
       mapped.push_back(to_b(Location::point, v).value_or(MeshMatch::kNone));
-    same = is_turned<std::uint64_t>(b_.schema.blocks[block_b].shape, mapped, of_b.corners);
+    same = is_rotated<std::uint64_t>(b_.schema.blocks[block_b].shape, mapped, of_b.corners);
   }
   const bool same_block = blocks_.class_a[block_a] == blocks_.class_b[block_b];
   if (same && same_block) return;

@@ -10,10 +10,10 @@
 #include <utility>
 
 #include "base/failure.h"
-#include "compare/point_sites.h"
+#include "compare/coincident_vertices.h"
 #include "mesh/cell_keys.h"
+#include "mesh/cell_rotations.h"
 #include "mesh/cell_table.h"
-#include "mesh/cell_turns.h"
 
 namespace shm::converters {
 namespace {
@@ -70,7 +70,7 @@ class Matcher {
     a_.cell_to = &result_.cell;
     b_.cell_to = &result_.cell_of_b;
     show("finding vertices at the same place");
-    PointSites sites = find_sites(a, b, rules.tolerance);
+    CoincidentVertices sites = find_coincident(a, b, rules.tolerance);
     a_.site = std::move(sites.of_a);
     b_.site = std::move(sites.of_b);
     one_sided_.assign(sites.count, false);
@@ -205,13 +205,13 @@ class Matcher {
       return true;
     };
     const CellShape shape = a_.shape(a);
-    if (turns_by_counting(shape)) {
+    if (rotates_by_counting(shape)) {
       const std::size_t n = names_a.size();
       const std::size_t by = n == 0 ? 0 : least_rotation(names_a) + n - least_rotation(names_b);
       consider([&](std::size_t i) { return (i + by) % n; });
     } else {
       bool single = consider([](std::size_t i) { return i; });
-      for (const Turn& turn : turns_of(shape, names_a.size())) {
+      for (const Rotation& turn : rotations_of(shape, names_a.size())) {
         if (any && !chosen.empty()) break;
         single = single && consider([&](std::size_t i) { return turn[i]; });
       }

@@ -7,9 +7,9 @@
 #include "compare/piecewise.h"
 #include "compression/compress.h"
 #include "mesh/cell_cursor.h"
+#include "mesh/cell_rotations.h"
 #include "mesh/cell_store.h"
 #include "mesh/cell_table.h"
-#include "mesh/cell_turns.h"
 #include "order/reordered_mesh.h"
 
 namespace shm::converters {
@@ -99,17 +99,17 @@ bool NumberingSearch::replay_free_order(std::size_t guess) {
     take_up_spooled();
   else if (table = CellTable::read(*source_, progress_); !table)
     return false;
-  const Cells& cells = table ? static_cast<const Cells&>(*table) : *coherent_;
+  const Cells& cells = table ? static_cast<const Cells&>(*table) : *in_spool_;
   std::optional<CellList> order;
   if (given_order_ != nullptr)
     order.emplace(*given_order_);
   else
     order = matching_order(
         cells, *source_, *restored_, guess, progress_,
-        coherent_ == nullptr ? SearchRoom{} : SearchRoom{spool_, spooled_->memory.order_bytes});
+        in_spool_ == nullptr ? SearchRoom{} : SearchRoom{spool_, spooled_->memory.order_bytes});
   if (!order) return false;
   has_more_ = given_order_ == nullptr;
-  ReorderedMesh ordered(*source_, cells, *order, coherent_ == nullptr ? nullptr : spool_);
+  ReorderedMesh ordered(*source_, cells, *order, in_spool_ == nullptr ? nullptr : spool_);
   const auto log = std::make_shared<CodingOrderLog>(*spool_, false);
   replay_coding_order(ordered, restored_->info(), *log, *spool_);
   log->check();
@@ -122,7 +122,7 @@ bool NumberingSearch::replay_free_order(std::size_t guess) {
 // From now on the source is the same mesh with other numbers, in a spool.
 void NumberingSearch::take_up_spooled() {
   if (spooled_ == nullptr) spooled_ = std::make_unique<SpooledSource>(*source_, *spool_, progress_);
-  coherent_ = &spooled_->mesh;
+  in_spool_ = &spooled_->mesh;
   source_ = &spooled_->mesh;
   spool_ = &spooled_->table_spool;
 }
@@ -169,24 +169,24 @@ bool NumberingSearch::same_corners(std::span<const std::uint64_t> source,
   if (!wanted_ || schema.corner_order || info.shape != CellShape::hexahedron ||
       source.size() != 8 || mapped_.size() != 8)
     return false;
-  return is_turned<std::uint64_t>(info.shape, source, mapped_);
+  return is_rotated<std::uint64_t>(info.shape, source, mapped_);
 }
 
 std::string NumberingSearch::corners_text(std::span<const std::uint64_t> corners) const {
-  if (coherent_ == nullptr) return converters::corners_text(corners);
+  if (in_spool_ == nullptr) return converters::corners_text(corners);
   std::vector<std::uint64_t> numbers;
   for (const std::uint64_t v : corners)
-    numbers.push_back(coherent_->number_of_vertex(static_cast<std::uint32_t>(v)));
+    numbers.push_back(in_spool_->number_of_vertex(static_cast<std::uint32_t>(v)));
   return converters::corners_text(numbers);
 }
 
 std::size_t NumberingSearch::cache_bytes() const {
   // A mesh in a spool has the pages that are wanted there.
-  return coherent_ == nullptr ? kCacheBytes : spooled_->memory.cache_bytes / 4;
+  return in_spool_ == nullptr ? kCacheBytes : spooled_->memory.cache_bytes / 4;
 }
 
 Numbering NumberingSearch::numbering(Spool& spool) const {
-  if (coherent_ == nullptr) return numbering_;
+  if (in_spool_ == nullptr) return numbering_;
   const auto as_before = [&](const std::shared_ptr<NumberList>& list, auto&& number) {
     std::shared_ptr<NumberList> out;
     if (list == nullptr) return out;
@@ -197,8 +197,8 @@ Numbering NumberingSearch::numbering(Spool& spool) const {
     return out;
   };
   return {as_before(numbering_.vertices,
-                    [&](std::uint32_t v) { return coherent_->number_of_vertex(v); }),
-          as_before(numbering_.cells, [&](std::uint32_t c) { return coherent_->number_of(c); })};
+                    [&](std::uint32_t v) { return in_spool_->number_of_vertex(v); }),
+          as_before(numbering_.cells, [&](std::uint32_t c) { return in_spool_->number_of(c); })};
 }
 
 }  // namespace shm::converters

@@ -16,7 +16,7 @@
 #include "mesh/coding_order.h"
 #include "mesh/mesh_source.h"
 #include "order/cell_orders.h"
-#include "order/coherent_mesh.h"
+#include "order/spooled_mesh.h"
 
 namespace shm::converters {
 
@@ -36,7 +36,7 @@ struct SpooledSource {
 
   SpooledSearch memory;
   Spool mesh_spool, table_spool;
-  CoherentMesh mesh;
+  SpooledMesh mesh;
 };
 
 class NumberingSearch {
@@ -88,7 +88,7 @@ class NumberingSearch {
   const Progress& progress_;
   const CellSequence* given_order_;
   std::unique_ptr<SpooledSource>& spooled_;
-  const CoherentMesh* coherent_ = nullptr;  // source_ is this one, with numbers of its own
+  const SpooledMesh* in_spool_ = nullptr;  // source_ is this one, with numbers of its own
   bool wanted_, has_more_ = false;
   Numbering numbering_;
   std::optional<NumberTable> source_vertex_;       // of a restored vertex

@@ -14,11 +14,11 @@
 #include "compression/step_feeder.h"
 #include "mesh/coding_order.h"
 #include "mesh/vertex_compaction.h"
-#include "order/coherent_mesh.h"
 #include "order/delay_trial.h"
 #include "order/free_order.h"
 #include "order/reordered_mesh.h"
 #include "order/sample_mesh.h"
+#include "order/spooled_mesh.h"
 
 namespace shm::converters {
 namespace {
@@ -146,25 +146,25 @@ bool rounds_something(const Lossy& lossy) {
 // Passes on numbers of reordered cells, and of renumbered vertices, as the mesh had them before.
 class FormerNumbers final : public CodingOrder {
  public:
-  // Borrows all. `coherent`: how the mesh was renumbered; null: not at all.
-  FormerNumbers(const CellList& order, CodingOrder* out, const CoherentMesh* coherent = nullptr)
-      : order_(&order), out_(out), coherent_(coherent) {}
+  // Borrows all. `in_spool`: how the mesh was renumbered; null: not at all.
+  FormerNumbers(const CellList& order, CodingOrder* out, const SpooledMesh* in_spool = nullptr)
+      : order_(&order), out_(out), in_spool_(in_spool) {}
   void vertex(std::uint64_t number) override {
     if (out_ == nullptr) return;
-    out_->vertex(coherent_ == nullptr
+    out_->vertex(in_spool_ == nullptr
                      ? number
-                     : coherent_->number_of_vertex(static_cast<std::uint32_t>(number)));
+                     : in_spool_->number_of_vertex(static_cast<std::uint32_t>(number)));
   }
   void cell(std::uint64_t number) override {
     if (out_ == nullptr) return;
     const std::uint32_t cell = (*order_)[number];
-    out_->cell(coherent_ == nullptr ? cell : coherent_->number_of(cell));
+    out_->cell(in_spool_ == nullptr ? cell : in_spool_->number_of(cell));
   }
 
  private:
   const CellList* order_;
   CodingOrder* out_;
-  const CoherentMesh* coherent_;
+  const SpooledMesh* in_spool_;
 };
 
 std::size_t usual_cache(const Schema& schema, const Spool& spool) {
@@ -230,9 +230,9 @@ SizeReport compress_free_in_spool(MeshSource& mesh, ByteSink& sink, const Schema
                                   const CompressOptions& options, Spool& spool) {
   const SpooledSearch search(spool.memory_budget());
   Spool mesh_spool(spool.directory(), search.mesh_bytes);
-  CoherentMesh coherent(mesh, mesh_spool, search.sort_bytes, options.progress);
+  SpooledMesh in_spool(mesh, mesh_spool, search.sort_bytes, options.progress);
   const std::optional<CellList> order =
-      find_free_order(mesh, coherent, coherent, trial_coder(schema, options.connectivity, spool),
+      find_free_order(mesh, in_spool, in_spool, trial_coder(schema, options.connectivity, spool),
                       options.progress, {&mesh_spool, search.order_bytes});
   Spool coding_spool(spool.directory(), search.coding_bytes);
   const auto code = [&](MeshSource& ordered, CodingOrder* coding_order) {
@@ -241,8 +241,8 @@ SizeReport compress_free_in_spool(MeshSource& mesh, ByteSink& sink, const Schema
                      coding_spool, search.cache_bytes);
   };
   if (!order) return code(mesh, options.coding_order);
-  FormerNumbers former(*order, options.coding_order, &coherent);
-  ReorderedMesh ordered(coherent, coherent, *order, &mesh_spool);
+  FormerNumbers former(*order, options.coding_order, &in_spool);
+  ReorderedMesh ordered(in_spool, in_spool, *order, &mesh_spool);
   return code(ordered, &former);
 }
 

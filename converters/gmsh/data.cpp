@@ -3,7 +3,7 @@
 #include <bit>
 
 #include "gmsh/mesh.h"
-#include "mesh/names_apart.h"
+#include "mesh/unique_names.h"
 
 namespace shm::converters {
 namespace {
@@ -309,7 +309,7 @@ class ViewGroups {
   GmshReading& r_;
   std::map<std::string, std::size_t> number_;
   std::vector<std::vector<std::size_t>> groups_;
-  NamesApart names_;
+  UniqueNames names_;
 };
 
 }  // namespace

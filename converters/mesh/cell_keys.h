@@ -1,4 +1,4 @@
-// Keys of cells by what their nodes are called, the same however the cell is turned.
+// Keys of cells by what their nodes are called, the same however the cell is rotated.
 #pragma once
 
 #include <cstddef>
@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "mesh/cell_turns.h"
+#include "mesh/cell_rotations.h"
 #include "shm/schema.h"
 
 namespace shm::converters {
@@ -42,31 +42,31 @@ inline std::size_t least_rotation(std::span<const std::uint64_t> names) {
   return i < k ? i : k;
 }
 
-// Puts `names` into the least of all orders that turns give them.
+// Puts `names` into the least of all orders that rotations give them.
 inline void make_canonical(CellShape shape, std::vector<std::uint64_t>& names) {
   const std::size_t n = names.size();
   if (n == 0) return;
-  std::vector<std::uint64_t> turned(n);
-  if (turns_by_counting(shape)) {
+  std::vector<std::uint64_t> rotated(n);
+  if (rotates_by_counting(shape)) {
     const std::size_t by = least_rotation(names);
-    for (std::size_t i = 0; i < n; ++i) turned[i] = names[(i + by) % n];
-    names.swap(turned);
+    for (std::size_t i = 0; i < n; ++i) rotated[i] = names[(i + by) % n];
+    names.swap(rotated);
     return;
   }
-  const std::vector<Turn>& turns = turns_of(shape, n);
-  const Turn* best = nullptr;
-  for (const Turn& turn : turns) {
+  const std::vector<Rotation>& rotations = rotations_of(shape, n);
+  const Rotation* best = nullptr;
+  for (const Rotation& rotation : rotations) {
     if (best == nullptr) {
-      best = &turn;
+      best = &rotation;
       continue;
     }
     std::size_t i = 0;
-    while (i < n && names[turn[i]] == names[(*best)[i]]) ++i;
-    if (i < n && names[turn[i]] < names[(*best)[i]]) best = &turn;
+    while (i < n && names[rotation[i]] == names[(*best)[i]]) ++i;
+    if (i < n && names[rotation[i]] < names[(*best)[i]]) best = &rotation;
   }
   if (best == nullptr) return;
-  for (std::size_t i = 0; i < n; ++i) turned[i] = names[(*best)[i]];
-  names.swap(turned);
+  for (std::size_t i = 0; i < n; ++i) rotated[i] = names[(*best)[i]];
+  names.swap(rotated);
 }
 
 }  // namespace shm::converters

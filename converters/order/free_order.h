@@ -3,7 +3,7 @@
 // order with the fewest bytes, all data counted, is taken for the whole mesh.
 // Memory, while orders are made: 115 bytes a cell, 8 a vertex, and the sample with its values.
 // Afterwards: the cells and their order, 36 bytes a hexahedron. Where that is too much all of it is
-// in a spool, in which the order found is the same; see coherent_mesh.h.
+// in a spool, in which the order found is the same; see spooled_mesh.h.
 #pragma once
 
 #include <cstddef>

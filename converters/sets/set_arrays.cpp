@@ -4,7 +4,7 @@
 #include <cstring>
 #include <utility>
 
-#include "mesh/names_apart.h"
+#include "mesh/unique_names.h"
 
 namespace shm::converters {
 namespace {
@@ -20,7 +20,7 @@ std::uint64_t bytes_of_mesh(const MeshInfo& info) { return 24 * info.vertices + 
 SetArrays::SetArrays(MeshSource& source, const std::vector<TransferSet>& sets, Spool& spool)
     : ForwardingMesh(source), own_arrays_(source.info().schema.arrays.size()) {
   info_ = source.info();
-  NamesApart names;
+  UniqueNames names;
   for (const ArrayInfo& array : info_.schema.arrays) names.keep(array.location, array.name);
   std::uint64_t room = std::max(kSetBytesAllowed, kMostOfMesh * bytes_of_mesh(info_));
   for (const TransferSet& set : sets) {

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "exodus/exodus.h"
-#include "mesh/names_apart.h"
+#include "mesh/unique_names.h"
 
 namespace shm::converters {
 namespace {
@@ -126,7 +126,7 @@ void JoinedArrays::add(std::size_t first, std::size_t columns) {
 
 // Names of what had a role may be those of others.
 void JoinedArrays::name_apart() {
-  NamesApart names;
+  UniqueNames names;
   for (ArrayInfo& array : info_.schema.arrays) array.name = names.take(array.location, array.name);
 }
 

@@ -23,7 +23,7 @@
 #include "exodus/exodus.h"
 #include "gmsh/gmsh.h"
 #include "gmsh/groups.h"
-#include "mesh/names_apart.h"
+#include "mesh/unique_names.h"
 #include "sets/set_arrays.h"
 #include "sets/transfer_sets.h"
 #include "support/memory_mesh.h"
@@ -412,8 +412,8 @@ TEST(Growth, ManyArraysOfOneName) {
             kMostGrowth);
 }
 
-TEST(NamesApartTest, FirstNumberThatIsFree) {
-  NamesApart names;
+TEST(UniqueNamesTest, FirstNumberThatIsFree) {
+  UniqueNames names;
   names.keep(Location::point, "v (3)");
   std::vector<std::string> taken;
   for (int i = 0; i < 4; ++i) taken.push_back(names.take(Location::point, "v"));

@@ -9,8 +9,8 @@
 #include <functional>
 
 #include "mesh/cell_table.h"
-#include "order/coherent_mesh.h"
 #include "order/free_order.h"
+#include "order/spooled_mesh.h"
 #include "support/temporary_folder.h"
 
 namespace shm::converters {
@@ -124,7 +124,7 @@ TEST(FreeMemory, ASearchInTheSpoolKeepsToItsMemory) {
     ScatteredBlock mesh;
     const SpooledSearch search(kMemory);
     Spool spool(folder / ".", search.mesh_bytes);
-    CoherentMesh coherent(mesh, spool, search.sort_bytes);
+    SpooledMesh coherent(mesh, spool, search.sort_bytes);
     CellOrderer orderer(coherent, coherent, {}, {&spool, search.order_bytes});
     return follows_rows(orderer(swept), coherent);
   });

@@ -1,7 +1,7 @@
 // Comparison, and the whole way through a .shm file: what goes in comes back, in both orders,
 // and every kind of change is found.
 #include "compare/compare.h"
-#include "mesh/cell_turns.h"
+#include "mesh/cell_rotations.h"
 
 #include <gtest/gtest.h>
 
@@ -62,10 +62,10 @@ CompareReport round_trip(MeshSource& mesh, const CompressOptions& options) {
 }
 
 TEST(Compare, HexahedronHas24Rotations) {
-  const auto& rotations = turns_of(CellShape::hexahedron, 8);
+  const auto& rotations = rotations_of(CellShape::hexahedron, 8);
   EXPECT_EQ(rotations.size(), 24u);
   std::set<std::string> distinct;
-  for (const Turn& turn : rotations) distinct.emplace(turn.begin(), turn.end());
+  for (const Rotation& turn : rotations) distinct.emplace(turn.begin(), turn.end());
   EXPECT_EQ(distinct.size(), 24u);
   constexpr int kCorner[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
                                  {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};

@@ -15,7 +15,7 @@
 #include "compare/mesh_match.h"
 #include "compare/point_tree.h"
 #include "mesh/cell_keys.h"
-#include "mesh/cell_turns.h"
+#include "mesh/cell_rotations.h"
 #include "mesh/coding_order.h"
 #include "support/memory_mesh.h"
 #include "tool/diff_report.h"
@@ -71,12 +71,12 @@ MemoryMesh in_another_order(const MemoryMesh& mesh, unsigned seed, bool turned =
     const auto& old = mesh.cells[c];
     auto& fresh = other.cells[cell[c]];
     fresh = old;
-    const auto& turns = turns_of(shape, old.size());
+    const auto& turns = rotations_of(shape, old.size());
     if (turned && !turns.empty()) {
-      const Turn& turn = turns[random() % turns.size()];
+      const Rotation& turn = turns[random() % turns.size()];
       for (std::size_t i = 0; i < old.size(); ++i) fresh[i] = old[turn[i]];
     }
-    if (turned && turns_by_counting(shape))
+    if (turned && rotates_by_counting(shape))
       std::rotate(fresh.begin(), fresh.begin() + static_cast<std::ptrdiff_t>(random() % old.size()),
                   fresh.end());
     for (auto& v : fresh) v = vertex[v];
@@ -577,13 +577,13 @@ TEST(CellTurns, AsManyAsThereAreAndNoneInsideOut) {
       {CellShape::pyramid, 5, 4, {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}}},
   };
   for (const auto& kind : kinds) {
-    const auto& turns = turns_of(kind.shape, kind.nodes);
+    const auto& turns = rotations_of(kind.shape, kind.nodes);
     EXPECT_EQ(turns.size(), kind.turns);
     for (std::size_t i = 0; i < turns.size(); ++i)
       for (std::size_t k = 0; k < i; ++k) EXPECT_NE(turns[i], turns[k]);
     // The corners must not all lie in one plane: some four of them tell the side.
     const std::size_t pick[4] = {0, 1, kind.nodes == 4 ? 2u : 3u, kind.nodes - 1};
-    const auto volume = [&](const Turn& turn) {
+    const auto volume = [&](const Rotation& turn) {
       int edge[3][3];
       for (std::size_t e = 0; e < 3; ++e)
         for (std::size_t d = 0; d < 3; ++d)
@@ -592,15 +592,15 @@ TEST(CellTurns, AsManyAsThereAreAndNoneInsideOut) {
              edge[0][1] * (edge[1][0] * edge[2][2] - edge[1][2] * edge[2][0]) +
              edge[0][2] * (edge[1][0] * edge[2][1] - edge[1][1] * edge[2][0]);
     };
-    for (const Turn& turn : turns) EXPECT_GT(volume(turn) * volume(turns.front()), 0);
+    for (const Rotation& turn : turns) EXPECT_GT(volume(turn) * volume(turns.front()), 0);
   }
   for (const auto& [shape, nodes] :
        {std::pair{CellShape::hexahedron, 27u}, {CellShape::wedge, 18u}, {CellShape::quad, 9u}})
-    for (const Turn& turn : turns_of(shape, nodes)) {
+    for (const Rotation& turn : rotations_of(shape, nodes)) {
       EXPECT_EQ(turn.size(), nodes);
       EXPECT_EQ(std::set<std::uint8_t>(turn.begin(), turn.end()).size(), nodes);
     }
-  EXPECT_TRUE(turns_of(CellShape::line, 2).empty());
+  EXPECT_TRUE(rotations_of(CellShape::line, 2).empty());
 }
 
 TEST(CellTurns, LeastRotation) {

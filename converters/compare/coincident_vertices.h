@@ -10,7 +10,7 @@
 
 namespace shm::converters {
 
-struct PointSites {
+struct CoincidentVertices {
   std::vector<std::uint32_t> of_a, of_b;  // the site of each vertex
   std::uint32_t count = 0;
 };
@@ -18,6 +18,6 @@ struct PointSites {
 // Vertices at exactly the same place share a site (NaN is a place too). With a tolerance also those
 // whose coordinates are at most that far apart, as long as all of a site are; where vertices stand
 // closer than that, each one with the nearest of the other mesh.
-PointSites find_sites(MeshSource& a, MeshSource& b, double tolerance);
+CoincidentVertices find_coincident(MeshSource& a, MeshSource& b, double tolerance);
 
 }  // namespace shm::converters

@@ -1,4 +1,4 @@
-#include "order/coherent_mesh.h"
+#include "order/spooled_mesh.h"
 
 #include <algorithm>
 #include <cstring>
@@ -42,11 +42,11 @@ bool must_be_spooled(const MeshInfo& info, std::size_t memory) {
   }
   for (std::size_t a = 0; a < info.schema.arrays.size(); ++a)
     bytes += info.array_elements(a) * info.array_stride(a);
-  return bytes > memory && CoherentMesh::fits(info);
+  return bytes > memory && SpooledMesh::fits(info);
 }
 
-CoherentMesh::CoherentMesh(MeshSource& mesh, Spool& spool, std::size_t sort_bytes,
-                           const Progress& progress)
+SpooledMesh::SpooledMesh(MeshSource& mesh, Spool& spool, std::size_t sort_bytes,
+                         const Progress& progress)
     : mesh_(&mesh),
       spool_(&spool),
       sort_bytes_(sort_bytes),
@@ -73,14 +73,14 @@ CoherentMesh::CoherentMesh(MeshSource& mesh, Spool& spool, std::size_t sort_byte
   renumber_extras();
 }
 
-bool CoherentMesh::all_hexahedra() const {
+bool SpooledMesh::all_hexahedra() const {
   return std::find(hexahedral_.begin(), hexahedral_.end(), false) == hexahedral_.end();
 }
 
 // `list`: which old number each new one has. Calls visit(first, part) for parts of its inverse that
 // fit the memory, in ascending order: part[i] is the new number of old `first + i`.
 template <class Visit>
-void CoherentMesh::for_each_part(const Numbers& list, Visit&& visit) const {
+void SpooledMesh::for_each_part(const Numbers& list, Visit&& visit) const {
   const std::uint64_t most = std::max<std::uint64_t>(sort_bytes_ / sizeof(std::uint32_t), 1);
   std::vector<std::uint32_t> part;
   for (std::uint64_t first = 0; first < list.size(); first += part.size()) {
@@ -95,7 +95,7 @@ void CoherentMesh::for_each_part(const Numbers& list, Visit&& visit) const {
 }
 
 // A bit for each vertex: whether a cell uses it.
-std::vector<bool> CoherentMesh::used_vertices() const {
+std::vector<bool> SpooledMesh::used_vertices() const {
   std::vector<bool> used(info_.vertices);
   std::uint64_t cell = 0;
   for (CellCursor at(*mesh_); at.next(); ++cell)
@@ -106,7 +106,7 @@ std::vector<bool> CoherentMesh::used_vertices() const {
   return used;
 }
 
-void CoherentMesh::sort_vertices(const Progress& progress) {
+void SpooledMesh::sort_vertices(const Progress& progress) {
   if (progress) progress("sorting vertices", 0, 2);
   // Vertices that no cell uses come last, as the mesh numbers them: that is how they are written.
   constexpr std::uint64_t kUnused = ~std::uint64_t{0};
@@ -138,7 +138,7 @@ void CoherentMesh::sort_vertices(const Progress& progress) {
 }
 
 // The corners of all cells as the mesh counts cells, in new numbers of vertices.
-CoherentMesh::Numbers CoherentMesh::renumbered_corners(Spool& spool, const Progress& progress) {
+SpooledMesh::Numbers SpooledMesh::renumbered_corners(Spool& spool, const Progress& progress) {
   Numbers corners(&spool);
   for_each_part(old_vertex_, [&](std::uint64_t first, const std::vector<std::uint32_t>& part) {
     if (progress) progress("numbering corners", first, info_.vertices);
@@ -157,7 +157,7 @@ CoherentMesh::Numbers CoherentMesh::renumbered_corners(Spool& spool, const Progr
   return corners;
 }
 
-void CoherentMesh::sort_cells(const Progress& progress) {
+void SpooledMesh::sort_cells(const Progress& progress) {
   Spool corner_spool(spool_->directory(), sort_bytes_ / 4);
   const Numbers corners = renumbered_corners(corner_spool, progress);
   ExternalSorter sorted(spool_->directory(), sizeof(CellRecord), sort_bytes_);
@@ -189,7 +189,7 @@ void CoherentMesh::sort_cells(const Progress& progress) {
 }
 
 // The one whose nodes are in nodes_.
-void CoherentMesh::add_cell(std::uint32_t number, std::uint32_t block) {
+void SpooledMesh::add_cell(std::uint32_t number, std::uint32_t block) {
   std::array<std::uint32_t, 8> corners{};
   if (hexahedral_[block] && nodes_.size() >= corners.size())
     for (std::size_t i = 0; i < corners.size(); ++i)
@@ -201,7 +201,7 @@ void CoherentMesh::add_cell(std::uint32_t number, std::uint32_t block) {
   nodes_.clear();
 }
 
-void CoherentMesh::renumber_extras() {
+void SpooledMesh::renumber_extras() {
   Renumbering to;
   to.vertices = info_.vertices;
   to.cells = info_.cells();
@@ -210,7 +210,7 @@ void CoherentMesh::renumber_extras() {
   for (Extra& extra : info_.extras) extra = renumbered(std::move(extra), to);
 }
 
-std::span<const std::uint32_t> CoherentMesh::cell(std::uint32_t cell) const {
+std::span<const std::uint32_t> SpooledMesh::cell(std::uint32_t cell) const {
   if (plain_) {
     const auto nodes = hexahedra_.get(cell);
     corners_.assign(nodes.begin(), nodes.end());
@@ -223,7 +223,7 @@ std::span<const std::uint32_t> CoherentMesh::cell(std::uint32_t cell) const {
   return corners_;
 }
 
-bool CoherentMesh::next_cells(CellBatch& out, std::size_t max_cells) {
+bool SpooledMesh::next_cells(CellBatch& out, std::size_t max_cells) {
   out.clear();
   const std::uint64_t end = std::min<std::uint64_t>(size(), next_cell_ + max_cells);
   for (; next_cell_ < end; ++next_cell_) {
@@ -238,7 +238,7 @@ bool CoherentMesh::next_cells(CellBatch& out, std::size_t max_cells) {
 
 // The new number of each element of a mesh's array, as the mesh counts them; only their order means
 // something where it is on some blocks.
-CoherentMesh::Numbers& CoherentMesh::places_of(std::size_t array) {
+SpooledMesh::Numbers& SpooledMesh::places_of(std::size_t array) {
   const ArrayInfo& info = info_.schema.arrays[array];
   if (info.location == Location::point) return new_vertex_;
   if (info.blocks.empty()) return new_cell_;
@@ -250,7 +250,7 @@ CoherentMesh::Numbers& CoherentMesh::places_of(std::size_t array) {
   return place->second;
 }
 
-void CoherentMesh::take_values(std::size_t array, std::uint64_t step, PagedArray& out) {
+void SpooledMesh::take_values(std::size_t array, std::uint64_t step, PagedArray& out) {
   const std::size_t stride = info_.array_stride(array);
   const std::uint64_t elements = info_.array_elements(array);
   const Numbers& places = places_of(array);
@@ -268,8 +268,8 @@ void CoherentMesh::take_values(std::size_t array, std::uint64_t step, PagedArray
   for (const std::byte* next; sorted.next(key, next); ++at) out.write(at, 1, next);
 }
 
-void CoherentMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t first,
-                              std::uint64_t count, std::byte* out) {
+void SpooledMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t first,
+                             std::uint64_t count, std::byte* out) {
   Values& values = values_[array];
   if (!values.held || values.step != step) {
     if (!values.held) values.held.emplace(*spool_, info_.array_stride(array));

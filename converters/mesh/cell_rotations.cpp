@@ -1,4 +1,4 @@
-#include "mesh/cell_turns.h"
+#include "mesh/cell_rotations.h"
 
 #include <algorithm>
 #include <array>
@@ -15,9 +15,9 @@ using Between = std::vector<std::vector<std::uint8_t>>;
 struct Kind {
   CellShape shape;
   std::uint8_t corners;
-  std::vector<Turn> generators;    // all turns are made of these
-  Between between;                 // nodes behind the corners
-  std::vector<std::size_t> sizes;  // numbers of nodes that are this one's first ones
+  std::vector<Rotation> generators;  // all rotations are made of these
+  Between between;                   // nodes behind the corners
+  std::vector<std::size_t> sizes;    // numbers of nodes that are this one's first ones
 };
 
 const Between kHexahedron{{0, 1},
@@ -63,13 +63,13 @@ const std::vector<Kind>& kinds() {
   return all;
 }
 
-std::vector<Turn> corner_turns(const Kind& kind) {
-  Turn identity(kind.corners);
+std::vector<Rotation> corner_rotations(const Kind& kind) {
+  Rotation identity(kind.corners);
   for (std::uint8_t i = 0; i < kind.corners; ++i) identity[i] = i;
-  std::vector<Turn> found{identity};
+  std::vector<Rotation> found{identity};
   for (std::size_t i = 0; i < found.size(); ++i)
-    for (const Turn& generator : kind.generators) {
-      Turn next(kind.corners);
+    for (const Rotation& generator : kind.generators) {
+      Rotation next(kind.corners);
       for (std::size_t c = 0; c < next.size(); ++c) next[c] = found[i][generator[c]];
       if (std::find(found.begin(), found.end(), next) == found.end()) found.push_back(next);
     }
@@ -77,7 +77,7 @@ std::vector<Turn> corner_turns(const Kind& kind) {
 }
 
 // Puts the nodes behind the corners where the corners around them go.
-Turn with_all_nodes(Turn turn, const Kind& kind, std::size_t nodes) {
+Rotation with_all_nodes(Rotation rotation, const Kind& kind, std::size_t nodes) {
   const auto sorted = [](std::vector<std::uint8_t> list) {
     std::sort(list.begin(), list.end());
     return list;
@@ -85,29 +85,29 @@ Turn with_all_nodes(Turn turn, const Kind& kind, std::size_t nodes) {
   const std::size_t behind = nodes - kind.corners;
   for (std::size_t i = 0; i < behind; ++i) {
     std::vector<std::uint8_t> image;
-    for (const std::uint8_t corner : kind.between[i]) image.push_back(turn[corner]);
+    for (const std::uint8_t corner : kind.between[i]) image.push_back(rotation[corner]);
     image = sorted(std::move(image));
     for (std::size_t k = 0; k < behind; ++k)
       if (sorted(kind.between[k]) == image)
-        turn.push_back(static_cast<std::uint8_t>(kind.corners + k));
+        rotation.push_back(static_cast<std::uint8_t>(kind.corners + k));
   }
-  return turn;
+  return rotation;
 }
 
-std::map<std::pair<CellShape, std::size_t>, std::vector<Turn>> all_turns() {
-  std::map<std::pair<CellShape, std::size_t>, std::vector<Turn>> all;
+std::map<std::pair<CellShape, std::size_t>, std::vector<Rotation>> all_rotations() {
+  std::map<std::pair<CellShape, std::size_t>, std::vector<Rotation>> all;
   for (const Kind& kind : kinds())
     for (const std::size_t nodes : kind.sizes)
-      for (const Turn& turn : corner_turns(kind))
-        all[{kind.shape, nodes}].push_back(with_all_nodes(turn, kind, nodes));
+      for (const Rotation& rotation : corner_rotations(kind))
+        all[{kind.shape, nodes}].push_back(with_all_nodes(rotation, kind, nodes));
   return all;
 }
 
 }  // namespace
 
-const std::vector<Turn>& turns_of(CellShape shape, std::size_t nodes) {
-  static const auto all = all_turns();
-  static const std::vector<Turn> none;
+const std::vector<Rotation>& rotations_of(CellShape shape, std::size_t nodes) {
+  static const auto all = all_rotations();
+  static const std::vector<Rotation> none;
   const auto found = all.find({shape, nodes});
   return found == all.end() ? none : found->second;
 }

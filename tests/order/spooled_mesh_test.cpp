@@ -1,6 +1,6 @@
 // Order::free where the mesh does not fit the memory: the mesh in the spool is the same mesh, and
 // what is made of it is the same file, however little memory there is.
-#include "order/coherent_mesh.h"
+#include "order/spooled_mesh.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 #include "compare/compare.h"
 #include "compression/compress.h"
 #include "compression/decompress.h"
-#include "mesh/cell_turns.h"
+#include "mesh/cell_rotations.h"
 #include "order/free_order.h"
 #include "support/memory_mesh.h"
 #include "support/temporary_folder.h"
@@ -91,7 +91,7 @@ MemoryMesh slabs() {
   return mesh;
 }
 
-TEST(CoherentMesh, SpoolAndMemoryGiveTheSameFile) {
+TEST(SpooledMesh, SpoolAndMemoryGiveTheSameFile) {
   MemoryMesh grid = grid_mesh(9, 8, 7), rich = rich_mesh(), two = slabs(), flat = quads();
   expect_same_file(rich);
   for (MemoryMesh* mesh : {&grid, &rich, &two, &flat}) {
@@ -101,7 +101,7 @@ TEST(CoherentMesh, SpoolAndMemoryGiveTheSameFile) {
 }
 
 // They come last, as the mesh numbers them, which is no order of places.
-TEST(CoherentMesh, VerticesThatNoCellUses) {
+TEST(SpooledMesh, VerticesThatNoCellUses) {
   MemoryMesh grid = grid_mesh(9, 8, 7), flat = quads();
   for (MemoryMesh* mesh : {&grid, &flat}) {
     for (int i = 0; i < 9; ++i) mesh->add_point(i * 7 % 9, i * 4 % 9, -i * 5 % 9);
@@ -112,7 +112,7 @@ TEST(CoherentMesh, VerticesThatNoCellUses) {
 }
 
 // Parts that touch nowhere, of which the mesh counts the last one's cells first.
-TEST(CoherentMesh, PartsComeAsTheMeshCountsThem) {
+TEST(SpooledMesh, PartsComeAsTheMeshCountsThem) {
   MemoryMesh mesh = grid_mesh(9, 3, 3);
   MemoryMesh apart = grid_mesh(4, 4, 4);
   const std::uint64_t first = mesh.mesh.vertices;
@@ -130,7 +130,7 @@ TEST(CoherentMesh, PartsComeAsTheMeshCountsThem) {
 }
 
 // Coordinates that tell nothing about places, or too much.
-TEST(CoherentMesh, AnyCoordinatesWillDo) {
+TEST(SpooledMesh, AnyCoordinatesWillDo) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   constexpr double kMost = std::numeric_limits<double>::max();
@@ -158,7 +158,7 @@ TEST(CoherentMesh, AnyCoordinatesWillDo) {
 
 // Copies of cells, faces that many cells share, cells that have a face twice, a vertex with very
 // many faces: neighbours are the same ones, whatever vertices are called.
-TEST(CoherentMesh, FacesOfManyCellsAreJoinedTheSameWay) {
+TEST(SpooledMesh, FacesOfManyCellsAreJoinedTheSameWay) {
   MemoryMesh mesh = grid_mesh(4, 4, 4);
   const std::vector<std::vector<std::uint64_t>> cells = mesh.cells;
   for (const auto& cell : cells) mesh.add_cell(0, cell);
@@ -176,7 +176,7 @@ TEST(CoherentMesh, FacesOfManyCellsAreJoinedTheSameWay) {
   expect_same_file(mesh);
 }
 
-TEST(CoherentMesh, AVertexThatIsNoneIsAnError) {
+TEST(SpooledMesh, AVertexThatIsNoneIsAnError) {
   MemoryMesh mesh = grid_mesh(8, 8, 8);
   mesh.cells[300][5] = mesh.mesh.vertices;
   try {
@@ -189,13 +189,13 @@ TEST(CoherentMesh, AVertexThatIsNoneIsAnError) {
 }
 
 // Numbers go there and back, and say the same mesh.
-TEST(CoherentMesh, IsTheSameMeshWithOtherNumbers) {
+TEST(SpooledMesh, IsTheSameMeshWithOtherNumbers) {
   MemoryMesh mesh = rich_mesh();
   shuffle_mesh(mesh, 11, true);
   TemporaryFolder folder;
   Spool spool(folder / ".", 1 << 20);
   for (const std::size_t memory : {100u, 1u << 20}) {
-    CoherentMesh coherent(mesh, spool, memory);
+    SpooledMesh coherent(mesh, spool, memory);
     std::set<std::uint32_t> vertices;
     std::vector<std::byte> point(24);
     for (std::uint32_t v = 0; v < mesh.mesh.vertices; ++v) {

@@ -1,12 +1,12 @@
-// CoherentMesh: a mesh whose vertices and cells are numbered anew, so that what lies together has
+// SpooledMesh: a mesh whose vertices and cells are numbered anew, so that what lies together has
 // near numbers; all of it in a spool. Where a mesh is stored without order and does not fit the
 // memory, this is what can be searched and read around.
 //
 // Vertices are numbered along a Hilbert curve, cells by the lowest of their vertices. Made with
 // sorts and passes that read front to back: the points twice, the cells once for each part of the
 // new numbers that fits the memory, and once more; each array, or each step of one, once when it is
-// asked for. What an order of cells is does not depend on these numbers; coordinates that are
-// no places only make the search slower.
+// asked for. What an order of cells is does not depend on these numbers; coordinates that mean no
+// places only make the search slower.
 #pragma once
 
 #include <array>
@@ -26,13 +26,13 @@
 
 namespace shm::converters {
 
-class CoherentMesh final : public MeshSource, public Cells {
+class SpooledMesh final : public MeshSource, public Cells {
  public:
   // Borrows both. `sort_bytes`: memory beside the spool, while something is sorted. Must hold:
   // there are fewer cells and vertices than Cells may have (fits). Throws corrupt where a cell has
   // a vertex that is none.
-  CoherentMesh(MeshSource& mesh, Spool& spool, std::size_t sort_bytes,
-               const Progress& progress = {});
+  SpooledMesh(MeshSource& mesh, Spool& spool, std::size_t sort_bytes,
+              const Progress& progress = {});
   static bool fits(const MeshInfo& info) {
     return info.cells() < kMostCells && info.vertices < kMostVertices;
   }
@@ -104,7 +104,7 @@ class CoherentMesh final : public MeshSource, public Cells {
 };
 
 // Whether a search for an order of cells, and reading in that order, take more than `memory` bytes
-// where all is in memory; and CoherentMesh can take the mesh.
+// where all is in memory; and SpooledMesh can take the mesh.
 bool must_be_spooled(const MeshInfo& info, std::size_t memory);
 
 // How they share `memory` bytes otherwise. What is not named is for the program itself, and a

@@ -1,4 +1,4 @@
-#include "compare/point_sites.h"
+#include "compare/coincident_vertices.h"
 
 #include <algorithm>
 #include <cmath>
@@ -104,7 +104,7 @@ class SiteFinder {
     sites_.of_b.assign(b_.size(), kNoSite);
   }
 
-  PointSites run() {
+  CoincidentVertices run() {
     take_equal_places();
     if (tolerance_ > 0 && !left_a_.points.empty() && !left_b_.points.empty()) take_near_places();
     for (Runs* runs : {&left_a_, &left_b_})
@@ -223,12 +223,12 @@ class SiteFinder {
   const Places a_, b_;
   const double tolerance_;
   Runs left_a_, left_b_;
-  PointSites sites_;
+  CoincidentVertices sites_;
 };
 
 }  // namespace
 
-PointSites find_sites(MeshSource& a, MeshSource& b, double tolerance) {
+CoincidentVertices find_coincident(MeshSource& a, MeshSource& b, double tolerance) {
   return SiteFinder(a, b, tolerance).run();
 }
 

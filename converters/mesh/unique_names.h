@@ -1,5 +1,5 @@
-// NamesApart: names of arrays of which each stands once on points and once on cells: the second "v"
-// is called "v (2)".
+// UniqueNames: names of arrays of which each stands once on points and once on cells: the second
+// "v" is called "v (2)".
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@
 
 namespace shm::converters {
 
-class NamesApart {
+class UniqueNames {
  public:
   // A name that stays as it is.
   void keep(Location location, const std::string& name) { used_.emplace(location, name); }
