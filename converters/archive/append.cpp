@@ -4,7 +4,7 @@
 #include <memory>
 #include <utility>
 
-#include "archive/append_extras.h"
+#include "archive/appended_extras.h"
 #include "archive/foreign_steps.h"
 #include "base/failure.h"
 #include "compare/compare.h"

@@ -1,43 +1,22 @@
-#include "archive/append_extras.h"
+#include "exodus/appended_extras.h"
 
 #include <netcdf.h>
 
 #include <algorithm>
-#include <cstring>
 #include <map>
 #include <optional>
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
-#include "base/failure.h"
 #include "exodus/layout.h"
 
-namespace shm::converters {
+namespace shm::converters::exodus {
 namespace {
 
-using exodus::Skeleton;
-using exodus::Variable;
-
-constexpr const char* kSkeleton = "exodus/skeleton";
-constexpr const char* kTimeStep = "time_step";
-
-bool same_times(std::span<const double> a, std::span<const double> b) {
-  return a.size() == b.size() &&
-         (a.empty() || std::memcmp(a.data(), b.data(), a.size_bytes()) == 0);
-}
-
-// Whether `more` has the old steps and then these, and no others.
-bool goes_on_from_the_start(const MeshInfo& old, const MeshInfo& more,
-                            std::span<const std::uint64_t> steps) {
-  std::vector<double> times = old.step_times;
-  for (const std::uint64_t step : steps) times.push_back(more.step_times[step]);
-  return same_times(times, more.step_times);
-}
-
-[[noreturn]] void does_not_fit(const std::string& key, const std::string& why) {
-  throw Failure(Error{ErrorCode::unsupported, why, "extra '" + key + "'", kNoOffset, {}});
-}
+constexpr const char* kSkeletonKey = "exodus/skeleton";
+constexpr const char* kStepDimension = "time_step";
 
 using ByKey = std::map<std::string, const Extra*>;
 ByKey by_key(const std::vector<Extra>& extras) {
@@ -49,46 +28,45 @@ ByKey by_key(const std::vector<Extra>& extras) {
 // The rows of a variable, out of the extras that carry it; nothing where these have none.
 std::optional<std::vector<std::byte>> rows_of(const ByKey& extras, const Skeleton& skeleton,
                                               const Variable& variable) {
-  const std::string key = exodus::extra_key(variable.name);
-  const std::size_t parts = exodus::rows_of_parts(skeleton, variable).size() - 1;
+  const std::string key = extra_key(variable.name);
+  const std::size_t parts = rows_of_parts(skeleton, variable).size() - 1;
   std::vector<std::byte> rows;
   for (std::size_t part = 0; part < parts; ++part) {
-    const auto found = extras.find(exodus::part_key(key, part));
+    const auto found = extras.find(part_key(key, part));
     if (found == extras.end()) return std::nullopt;
     rows.insert(rows.end(), found->second->data.begin(), found->second->data.end());
   }
-  const std::uint64_t bytes =
-      skeleton.size(variable) * scalar_bytes(exodus::scalar_of(variable.type));
+  const std::uint64_t bytes = skeleton.size(variable) * scalar_bytes(scalar_of(variable.type));
   if (rows.size() != bytes) does_not_fit(key, "is not as large as its variable");
   return rows;
 }
 
 // Exodus files of which one begins where the other ended.
-class ExodusExtras {
+class StepJoiner {
  public:
-  explicit ExodusExtras(const MeshInfo& old) : old_(old), old_keys_(by_key(old.extras)) {
+  explicit StepJoiner(const MeshInfo& old) : old_(old), old_keys_(by_key(old.extras)) {
     old_skeleton_ = skeleton_of(old_keys_);
-    if (old_skeleton_.length_of(kTimeStep) != old.step_times.size())
-      does_not_fit(kSkeleton, "does not tell how many steps there are");
+    if (old_skeleton_.length_of(kStepDimension) != old.step_times.size())
+      does_not_fit(kSkeletonKey, "has another number of steps than times in FILE");
   }
 
   AppendedExtras join(const MeshInfo& more, const std::vector<Extra>& extras,
                       std::span<const std::uint64_t> steps) {
     new_keys_ = by_key(extras);
     new_skeleton_ = skeleton_of(new_keys_);
-    if (new_skeleton_.length_of(kTimeStep) != more.step_times.size())
-      does_not_fit(kSkeleton, "of SOURCE does not tell how many steps there are");
+    if (new_skeleton_.length_of(kStepDimension) != more.step_times.size())
+      does_not_fit(kSkeletonKey, "has another number of steps than times in SOURCE");
     lengthen(steps.size());
     for (const Variable& variable : old_skeleton_.variables)
       if (has_steps(old_skeleton_, variable)) grow(variable, steps);
     AppendedExtras out = result();
-    tell_losses(out.losses);
+    add_losses(out.losses);
     return out;
   }
 
   AppendedExtras lengthened(std::uint64_t steps) {
     for (const Variable& variable : old_skeleton_.variables) {
-      const std::string key = exodus::extra_key(variable.name);
+      const std::string key = extra_key(variable.name);
       if (has_steps(old_skeleton_, variable) && old_keys_.contains(key))
         does_not_fit(key, "has a value at each step, which SOURCE has not");
     }
@@ -99,8 +77,8 @@ class ExodusExtras {
  private:
   void lengthen(std::uint64_t steps) {
     grown_ = old_skeleton_;
-    const int dimension = grown_.find_dimension(kTimeStep);
-    if (dimension < 0) does_not_fit(kSkeleton, "has no time steps");
+    const int dimension = grown_.find_dimension(kStepDimension);
+    if (dimension < 0) does_not_fit(kSkeletonKey, "has no time steps");
     grown_.dimensions[static_cast<std::size_t>(dimension)].length += steps;
   }
 
@@ -110,8 +88,8 @@ class ExodusExtras {
     out.changed = true;
     for (const Extra& extra : old_.extras) {
       const auto grown = grown_parts_.find(extra.key);
-      if (extra.key == kSkeleton) {
-        out.extras.push_back(with_text(extra, exodus::to_text(grown_)));
+      if (extra.key == kSkeletonKey) {
+        out.extras.push_back(with_text(extra, to_text(grown_)));
       } else if (grown == grown_parts_.end()) {
         out.extras.push_back(extra);
       } else {
@@ -122,11 +100,11 @@ class ExodusExtras {
   }
 
   static Skeleton skeleton_of(const ByKey& extras) {
-    const auto found = extras.find(kSkeleton);
-    if (found == extras.end()) does_not_fit(kSkeleton, "is missing");
+    const auto found = extras.find(kSkeletonKey);
+    if (found == extras.end()) does_not_fit(kSkeletonKey, "is missing");
     const auto& text = found->second->data;
-    return exodus::from_text({reinterpret_cast<const char*>(text.data()), text.size()},
-                             {"", ErrorCode::corrupt});
+    return from_text({reinterpret_cast<const char*>(text.data()), text.size()},
+                     {"", ErrorCode::corrupt});
   }
   static Extra with_text(Extra extra, const std::string& text) {
     extra.shape = {text.size()};
@@ -135,12 +113,12 @@ class ExodusExtras {
     return extra;
   }
   static bool has_steps(const Skeleton& skeleton, const Variable& variable) {
-    return !variable.dimensions.empty() && skeleton.dimension_name(variable, 0) == kTimeStep;
+    return !variable.dimensions.empty() && skeleton.dimension_name(variable, 0) == kStepDimension;
   }
 
   // Puts the rows of the new steps behind those that an extra has of a variable.
   void grow(const Variable& variable, std::span<const std::uint64_t> steps) {
-    const std::string key = exodus::extra_key(variable.name);
+    const std::string key = extra_key(variable.name);
     if (!old_keys_.contains(key)) {
       // An array, the times themselves, or what has no rows yet.
       if (new_keys_.contains(key)) does_not_fit(key, "has values at the new steps only");
@@ -168,29 +146,29 @@ class ExodusExtras {
   void cut_into_parts(const Variable& variable, const std::string& key, std::size_t row,
                       const std::vector<std::byte>& rows) {
     const Extra& first = *old_keys_.at(key);
-    const auto begins = exodus::rows_of_parts(grown_, variable);
+    const auto begins = rows_of_parts(grown_, variable);
     std::vector<Extra>& parts = grown_parts_[key];
     for (std::size_t p = 0; p + 1 < begins.size(); ++p) {
-      Extra part{exodus::part_key(key, p), first.type, first.refers, first.shape, {}};
+      Extra part{part_key(key, p), first.type, first.refers, first.shape, {}};
       part.shape[0] = begins[p + 1] - begins[p];
       part.data.assign(rows.begin() + static_cast<std::ptrdiff_t>(begins[p] * row),
                        rows.begin() + static_cast<std::ptrdiff_t>(begins[p + 1] * row));
       parts.push_back(std::move(part));
     }
-    for (std::size_t p = 1; old_keys_.contains(exodus::part_key(key, p)); ++p)
-      grown_parts_[exodus::part_key(key, p)];  // stands with the first one
-    for (std::size_t p = 0; new_keys_.contains(exodus::part_key(key, p)); ++p)
-      joined_.insert(exodus::part_key(key, p));
+    for (std::size_t p = 1; old_keys_.contains(part_key(key, p)); ++p)
+      grown_parts_[part_key(key, p)];  // stands with the first one
+    for (std::size_t p = 0; new_keys_.contains(part_key(key, p)); ++p)
+      joined_.insert(part_key(key, p));
   }
 
-  void tell_losses(LossList& losses) {
+  void add_losses(std::vector<std::string>& losses) {
     Skeleton other = new_skeleton_;
-    const int dimension = other.find_dimension(kTimeStep);
+    const int dimension = other.find_dimension(kStepDimension);
     other.dimensions[static_cast<std::size_t>(dimension)].length =
-        old_skeleton_.length_of(kTimeStep);
+        old_skeleton_.length_of(kStepDimension);
     if (other != old_skeleton_) losses.push_back("another title, or other parts of its structure");
     for (const auto& [key, extra] : new_keys_) {
-      if (key == kSkeleton || joined_.contains(key)) continue;
+      if (key == kSkeletonKey || joined_.contains(key)) continue;
       const auto found = old_keys_.find(key);
       if (found == old_keys_.end() || *found->second != *extra)
         losses.push_back("another '" + key + "'");
@@ -206,36 +184,19 @@ class ExodusExtras {
 
 }  // namespace
 
-AppendedExtras appended_extras(const MeshInfo& old, const MeshInfo& more,
-                               const std::vector<Extra>& extras,
-                               std::span<const std::uint64_t> steps) {
-  const bool grows =
-      old.schema.source_format == "exodus" && by_key(old.extras).contains("exodus/skeleton");
-  if (!grows && old.extras == extras) return {};
-  if (goes_on_from_the_start(old, more, steps)) return {true, extras, {}};
-  if (old.schema.source_format == "exodus") return ExodusExtras(old).join(more, extras, steps);
-  const ByKey keys = by_key(old.extras);
-  for (const Extra& extra : extras) {
-    const auto found = keys.find(extra.key);
-    if (found == keys.end() || *found->second != extra)
-      does_not_fit(extra.key,
-                   "is another one; a file with the steps that are there and the new ones "
-                   "would tell all of it");
-  }
-  return {};
+bool counts_steps(const MeshInfo& info) {
+  return std::any_of(info.extras.begin(), info.extras.end(),
+                     [](const Extra& extra) { return extra.key == kSkeletonKey; });
 }
 
-AppendedExtras appended_extras_without_values(const MeshInfo& old, std::uint64_t steps) {
-  const std::string& format = old.schema.source_format;
-  if (format == "exodus") return ExodusExtras(old).lengthened(steps);
-  if (format == "gmsh")
-    throw Failure(
-        Error{ErrorCode::unsupported,
-              "tells of every view at every step, which SOURCE, of another format, does not",
-              "Gmsh's sections",
-              kNoOffset,
-              {}});
-  return {};
+AppendedExtras joined_extras(const MeshInfo& old, const MeshInfo& more,
+                             const std::vector<Extra>& extras,
+                             std::span<const std::uint64_t> steps) {
+  return StepJoiner(old).join(more, extras, steps);
 }
 
-}  // namespace shm::converters
+AppendedExtras lengthened_extras(const MeshInfo& old, std::uint64_t steps) {
+  return StepJoiner(old).lengthened(steps);
+}
+
+}  // namespace shm::converters::exodus

@@ -1,0 +1,65 @@
+#include "archive/appended_extras.h"
+
+#include <cstring>
+#include <map>
+#include <string>
+
+#include "base/failure.h"
+#include "exodus/appended_extras.h"
+
+namespace shm::converters {
+namespace {
+
+bool same_times(std::span<const double> a, std::span<const double> b) {
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size_bytes()) == 0);
+}
+
+// Whether `more` has the old steps and then these, and no others.
+bool goes_on_from_the_start(const MeshInfo& old, const MeshInfo& more,
+                            std::span<const std::uint64_t> steps) {
+  std::vector<double> times = old.step_times;
+  for (const std::uint64_t step : steps) times.push_back(more.step_times[step]);
+  return same_times(times, more.step_times);
+}
+
+// The old ones, where the others are the same.
+AppendedExtras same_extras(const MeshInfo& old, const std::vector<Extra>& extras) {
+  std::map<std::string, const Extra*> by_key;
+  for (const Extra& extra : old.extras) by_key.emplace(extra.key, &extra);
+  for (const Extra& extra : extras) {
+    const auto found = by_key.find(extra.key);
+    if (found == by_key.end() || *found->second != extra)
+      does_not_fit(extra.key,
+                   "is another one than in FILE; append a file with the steps that are there and "
+                   "the new ones, which has all of it");
+  }
+  return {};
+}
+
+}  // namespace
+
+AppendedExtras appended_extras(const MeshInfo& old, const MeshInfo& more,
+                               const std::vector<Extra>& extras,
+                               std::span<const std::uint64_t> steps) {
+  const bool exodus = old.schema.source_format == "exodus";
+  if (!(exodus && exodus::counts_steps(old)) && old.extras == extras) return {};
+  if (goes_on_from_the_start(old, more, steps)) return {true, extras, {}};
+  if (exodus) return exodus::joined_extras(old, more, extras, steps);
+  return same_extras(old, extras);
+}
+
+AppendedExtras appended_extras_without_values(const MeshInfo& old, std::uint64_t steps) {
+  const std::string& format = old.schema.source_format;
+  if (format == "exodus") return exodus::lengthened_extras(old, steps);
+  if (format == "gmsh")
+    throw Failure(
+        Error{ErrorCode::unsupported,
+              "lists every view at every step, which SOURCE, of another format, does not",
+              "Gmsh's sections",
+              kNoOffset,
+              {}});
+  return {};
+}
+
+}  // namespace shm::converters
