@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Prints all that a .shm file holds, decoded from what shm_format.md says, and from nothing else.
+"""Prints all that a .shm file holds, decoded by the text of shm_format.md and by nothing else.
 
     reference_decoder.py FILE.shm             the text that stands beside the golden files (tests/golden)
     reference_decoder.py --digest FILE.shm    digests in place of numbers and values

@@ -113,7 +113,7 @@ class Cursor:
         return [read() for _ in range(count)]
 
 
-# The scalar types: their names, and as `struct` says them.
+# The scalar types: their names, and the letters of `struct`.
 SCALAR_NAMES = (None, "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64")
 SCALAR_CODES = (None, "b", "B", "h", "H", "i", "I", "q", "Q", "f", "d")
 SCALAR_BYTES = (None, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8)
@@ -127,7 +127,7 @@ SHAPE_NAMES = ("other", "vertex", "line", "triangle", "quad", "polygon", "tetrah
 
 
 def _library(name, file_name):
-    """zstd and xxHash are not said in the text but in RFC 8878 and in xxHash's own specification, so that the
+    """zstd and xxHash are not described in the text but in RFC 8878 and in xxHash's own specification, so that the
     libraries, which libshmformat needs too, are taken as they are."""
     try:
         return ctypes.CDLL(file_name)

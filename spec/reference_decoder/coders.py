@@ -1,6 +1,6 @@
 """Sections 12 to 14 and 32: range coder, adaptive bits, models, mixing.
 
-Models are made when they are first asked, since most never are: `Bits()[index]` is an adaptive bit, in its first
+Models are made at their first use, since most never are: `Bits()[index]` is an adaptive bit, in its first
 state. Decisions come from a *source*: a RangeDecoder, or a Mixer over one, which has the same methods.
 """
 
@@ -32,7 +32,7 @@ class Bit:
 
 
 class Models(dict):
-    """Models with an index: each is made, in its first state, when it is first asked for."""
+    """Models with an index: each is made, in its first state, at its first use."""
 
     def __init__(self, make):
         self.make = make
@@ -143,7 +143,7 @@ def tree(source, model, bits):
 
 
 class Number:
-    """A number model; a residual and a compact model differ in how the low bits are said."""
+    """A number model; a residual and a compact model differ in how the low bits are coded."""
 
     __slots__ = ("zero", "length", "first", "rest")
 

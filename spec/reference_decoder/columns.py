@@ -42,7 +42,7 @@ class ComponentModels(Models):
 
 
 class Class:
-    """What is said of a class."""
+    """The choices of a class."""
 
     __slots__ = ("way", "mode", "second_mode", "weights")
 
@@ -280,7 +280,7 @@ class Column:
         for c, component in enumerate(self.components):
             self.c, self.component = c, component
             self.families_before = dict(component.families)
-            self.said = set()
+            self.decoded = set()
             if self.matching:
                 component.values += len(elements)
                 n = max(8, min((8 * component.values).bit_length(), 15))
@@ -300,29 +300,29 @@ class Column:
         """`key`: the number of the class."""
         component, models, source = self.component, self.component.models, self.source
         family = self.families[key]
-        said = component.classes.get(key)
-        if said is None:
-            said = component.classes[key] = Class(self.families_before.get(family))
-        if key in self.said:
-            return said
-        self.said.add(key)
+        chosen = component.classes.get(key)
+        if chosen is None:
+            chosen = component.classes[key] = Class(self.families_before.get(family))
+        if key in self.decoded:
+            return chosen
+        self.decoded.add(key)
         if self.referring and not source.bit(models["same_way"]):
-            said.way = 1 - said.way
+            chosen.way = 1 - chosen.way
         if not source.bit(models["same_mode"]):
-            said.mode = min(tree(source, models.mode, 5), 28)
+            chosen.mode = min(tree(source, models.mode, 5), 28)
         if not source.bit(models["same_second"]):
             second = tree(source, models.second_mode, 5)
-            said.second_mode = second if second < 29 else None
-        if 27 in (said.mode, said.second_mode) and not source.bit(models["same_weights"]):
+            chosen.second_mode = second if second < 29 else None
+        if 27 in (chosen.mode, chosen.second_mode) and not source.bit(models["same_weights"]):
             if source.bit(models["family_weights"]):
                 like = component.families.get(family)
-                said.weights = list(like.weights) if like else [0] * 13
+                chosen.weights = list(like.weights) if like else [0] * 13
             else:
                 for i in range(13):
-                    weight = signed64(said.weights[i] + signed(source, models.weight))
-                    said.weights[i] = max(-589823, min(589823, weight))
-        component.families[family] = Class(said)
-        return said
+                    weight = signed64(chosen.weights[i] + signed(source, models.weight))
+                    chosen.weights[i] = max(-589823, min(589823, weight))
+        component.families[family] = Class(chosen)
+        return chosen
 
     # ------------------------------------------------------------------ Matches
 
@@ -360,7 +360,7 @@ class Column:
             number = self.keys[key] = min(len(self.keys), MOST_CLASSES - 1)
             if number == len(self.families):
                 self.families.append(family)
-        said = self._class(number)
+        chosen = self._class(number)
 
         around = Around(item, known, component.state, component.third, component.last, component.before_last)
         then, twins = 0.0, None
@@ -370,7 +370,7 @@ class Column:
                 then = component.last_twin
             twins = Around(item, known, component.twin, component.twin_third, component.last_twin,
                            component.before_last_twin)
-        differs = said.way == 1
+        differs = chosen.way == 1
         used = around.minus(twins) if differs else around
         places = self._match_places(item, known, around, e) if self.matching else None
 
@@ -388,7 +388,7 @@ class Column:
             return -p if mode == 26 else p
 
         def predict(mode):
-            p = used.predict(mode, said.weights, others)
+            p = used.predict(mode, chosen.weights, others)
             return then + p if differs else p
 
         def substitute():
@@ -406,15 +406,15 @@ class Column:
             state = substitute()
         else:
             near_slots = [item.at[a] for a in range(3) if known >> a & 1]
-            p = predict(said.mode)
-            index, not_taken = domain.index(p), said.second_mode
-            if said.second_mode is not None:
-                q = predict(said.second_mode)
+            p = predict(chosen.mode)
+            index, not_taken = domain.index(p), chosen.second_mode
+            if chosen.second_mode is not None:
+                q = predict(chosen.second_mode)
                 if domain.index(q) != index:
                     seconds = sum(component.second.get(s, 0) for s in near_slots)
                     second = source.bit(models.takes_second[number, seconds])
                     if second:
-                        p, index, not_taken = q, domain.index(q), said.mode
+                        p, index, not_taken = q, domain.index(q), chosen.mode
             r, m = 0, 0
             scale = domain.scale(p)
             relative = lambda s: 0 if s == 0 else max(1, min(s - scale, 64))
@@ -491,7 +491,7 @@ class Column:
     # ------------------------------------------------------------------ Values in shuffled_zstd
 
     def note(self, tiles, values):
-        """What a column keeps of a group that was said otherwise; `values`: of each tile."""
+        """What a column keeps of a group in another codec; `values`: of each tile."""
         count = len(self.components)
         for (elements, skipped), bits in zip(tiles, values):
             for c, component in enumerate(self.components):

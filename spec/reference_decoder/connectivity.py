@@ -29,7 +29,7 @@ class Cell:
         self.number = 0
 
     def turned(self):
-        """Whether stored_corner says anything."""
+        """Whether stored_corner is coded."""
         return self.corner_order or self.block.nodes_per_cell != 8
 
     def bits(self, i):
@@ -159,14 +159,14 @@ class Connectivity:
     # ------------------------------------------------------------------ Finalization flags
 
     def last_uses(self, cell):
-        said = 0
+        first = 0
         if cell.hexahedral and self.codec != PAPER:
             self.hexahedra.last_uses(cell)
-            said = 8
+            first = 8
         elif not cell.hexahedral:
             self.others.last_uses(cell)
-            said = cell.corners
-        for i in range(said, min(cell.count, 64)):
+            first = cell.corners
+        for i in range(first, min(cell.count, 64)):
             vertex = cell.v[i]
             if any(vertex is earlier for earlier in cell.v[:i]):
                 continue
@@ -268,7 +268,7 @@ class Paper:
         return face.active and face.owner is self.previous
 
     def first_of(self, count, model_of):
-        """The first of so many candidates that is said to be; the last one is taken without asking."""
+        """The first of so many candidates whose bit is set; the last one needs none."""
         for i in range(count - 1):
             if self.source.bit(model_of(i)):
                 return i
@@ -277,14 +277,14 @@ class Paper:
     def gate_place(self, mirrored):
         source, operation, history = self.source, self.operation, self.mode_history
 
-        def said(mode):
+        def decode_mode(mode):
             if mode < 3 and not source.bit(self.modes[operation, history, mode]):
                 return False
             self.mode_history = (4 * self.mode_history + mode) & 15
             return True
 
         faces = [k for k in (5, 3, 1, 4, 2, 0) if self.previous_face[k] and self.on_previous(self.previous_face[k])]
-        if faces and said(0):
+        if faces and decode_mode(0):
             k = faces[self.first_of(len(faces), lambda i: self.gate_on_face[self.last_face, faces[i]])]
             turn = 0
             if operation in (STEP, BRIDGE):
@@ -300,7 +300,7 @@ class Paper:
                 for at in a.places:
                     if (around(at, 1) is b or around(at, 3) is b) and not self.on_previous(at[0]):
                         found.append((at, e, b))
-        if found and said(1):
+        if found and decode_mode(1):
             at, _, b = found[self.first_of(len(found), lambda i: self.gate_at_edge[found[i][1]])]
             if around(at, 1) is b:
                 step = 0 if mirrored else 1
@@ -310,10 +310,10 @@ class Paper:
 
         found = [(at, c) for c, vertex in enumerate(corners) if vertex.alive
                  for at in vertex.places if not self.on_previous(at[0])]
-        if found and said(2):
+        if found and decode_mode(2):
             return found[self.first_of(len(found), lambda i: self.gate_at_vertex[found[i][1]])][0]
 
-        said(3)
+        decode_mode(3)
         x = self.gate_reference.decode(source, self.surface)
         reject_unless(x.places, "a gate at a vertex without faces")
         return x.places[choice(source, self.gate_anywhere, 16, len(x.places))]

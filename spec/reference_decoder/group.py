@@ -311,7 +311,7 @@ class Segment:
     def end(self):
         """What the segment leaves alive for later ones."""
         if self.shifts:
-            self.all_imported.left_alive.update(vertex.said for vertex in self.shifts.live.values())
+            self.all_imported.left_alive.update(vertex.given for vertex in self.shifts.live.values())
         else:
             live = self.connectivity.surface.by_id.values()
             self.all_imported.left_alive.update(vertex.number for vertex in live)
@@ -348,13 +348,13 @@ class Segment:
             for i, vertex in cell.born:
                 item = neighbours.of_vertex(cell, i, vertex.number) if neighbours else Neighbourhood(0)
                 self.tile.vertex_difference_numbers.append(vertex.number)
-                self._add_vertex(item, vertex.said, vertex.imported)
+                self._add_vertex(item, vertex.given, vertex.imported)
             item = neighbours.of_cell(cell) if neighbours else Neighbourhood(0)
             item.block = cell.block_index
             self.tile.cell_items.append(item)
-            corners = [shifts.live[number].said for number in cell.numbers]
+            corners = [shifts.live[number].given for number in cell.numbers]
             for vertex in shifts.finalize(cell):
-                self._forget_number(vertex.said)
+                self._forget_number(vertex.given)
             self._add_cell(self.next_cell, cell.block_index, corners, cell.last_use)
         reject_unless(header.vertices - self.own == header.loose_vertices, "loose_vertices are not as stated")
         while self.own < header.vertices:

@@ -121,8 +121,8 @@ class InnerNodes:
         self.expected_models, self.body_ends, self.ends_with_corner = Bits(), Bits(), Bits()
         self.face_ends, self.edge_ends = Bits(), Bits()
 
-    def _tellers(self, cell, i):
-        """The two vertices that tell the place of inner node i."""
+    def _defining_vertices(self, cell, i):
+        """The two vertices that define the place of inner node i."""
         corners = [cell.v[cell.position_stored(c)] for c in cell.inner[i].corners]
         if len(corners) == 4:
             least = min(range(4), key=lambda k: corners[k].id)
@@ -133,7 +133,7 @@ class InnerNodes:
         kind = cell.inner[i].kind
         expected = None
         if kind != BODY:
-            a, b = self._tellers(cell, i)
+            a, b = self._defining_vertices(cell, i)
             expected = self.middle.get((kind, frozenset((a.id, b.id))))
             if expected is None and a is b:
                 expected = a
@@ -149,7 +149,7 @@ class InnerNodes:
         node, vertex = cell.inner[i], cell.v[i]
         if node.kind == BODY:
             return
-        a, b = self._tellers(cell, i)
+        a, b = self._defining_vertices(cell, i)
         if vertex is a and vertex is b:
             return
         place = node.kind, frozenset((a.id, b.id))

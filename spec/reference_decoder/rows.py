@@ -600,16 +600,16 @@ class Rows:
             wanted = sum(any(vertex is w for w in c.face.quad) for c in self.candidates)
             faces, uses = len(vertex.places), vertex.uses
             other = 0 if self.all_hexahedral else max(0, min(vertex.bare - faces, 3))
-            said, before = as_set(finals), as_set(self.last_finals)
+            so_far, before = as_set(finals), as_set(self.last_finals)
             if self.all_hexahedral:
                 fans = [min(face.fans[at], 7) for face, at in vertex.places]
                 unmated = sum(face.mates[at] is None for face, at in vertex.places)
                 source.about(24, (faces, uses, min(sum(fans), 31), max(fans, default=0), min(unmated, 3), wanted),
                              (faces, uses, bits(surface.next_id - vertex.id), wanted),
-                             (faces, uses, b, before, said, wanted))
+                             (faces, uses, b, before, so_far, wanted))
             else:
                 source.about(26, (vertex.bare, vertex.edges, faces), (faces, uses, vertex.bare, wanted),
-                             (other, b, before, said, wanted))
+                             (other, b, before, so_far, wanted))
             analogues = 2 * (b in self.owner.finals) + (b in self.last_finals)
             if source.bit(self.final[min(faces, 7), min(uses, 8), analogues, min(wanted, 2), other]):
                 finals.add(b)

@@ -14,17 +14,17 @@ class Shift:
 
 
 class ShiftedCell:
-    """What a group is told of a cell."""
+    """What a group learns of a cell."""
 
     __slots__ = ("block_index", "count", "numbers", "births", "imported", "last_use", "born")
 
 
 class ShiftedVertex:
-    __slots__ = ("number", "said", "imported")
+    __slots__ = ("number", "given", "imported")
 
     def __init__(self, number, imported):
         self.number, self.imported = number, imported
-        self.said = number  # the number that is given out
+        self.given = number  # to readers
 
 
 class Shifts:
@@ -88,7 +88,7 @@ class Shifts:
             if imported:
                 self.imported += 1
                 if not self.keep:
-                    vertex.said = imported_number()
+                    vertex.given = imported_number()
             else:
                 self.own += 1
             cell.born.append((i, vertex))

@@ -50,7 +50,7 @@ class Vertex:
         self.slot, self.id, self.uses, self.alive = slot, id_, 0, True
         self.places = []  # in its active faces, newest first
         self.number = None  # of section 11
-        self.import_state = 0  # section 18: 0 not said, 1 own, 2 imported
+        self.import_state = 0  # section 18: 0 not known, 1 own, 2 imported
         self.open_faces = []  # section 37, newest first
         self.faces_of_cells = self.edges = self.bare = 0  # section 37
         self.place, self.open = None, 0  # section 36

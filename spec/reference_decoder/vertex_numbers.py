@@ -53,7 +53,7 @@ class InnerRules:
         self.introduced, self.last_of, self.history = Models(int), [0] * 3, 0
 
     def expectations(self, cell, p, known, following):
-        """(rule, base, expected) of each rule that is asked."""
+        """(rule, base, expected) of each rule that is tried."""
         node = cell.inner[p]
         number = lambda position: cell.v[position].number
         corner = lambda stored: number(cell.position_stored(stored))
@@ -97,7 +97,7 @@ class VertexNumbers:
     """Numbers of order keep, and of imported vertices in the other orders."""
 
     def __init__(self, replay=None):
-        """`replay`: the hexahedra of that codec, which say numbers themselves."""
+        """`replay`: the hexahedra of that codec, whose records hold numbers."""
         self.replay = replay
         self.last = self.largest = MASK64
         self.strides = [1] * 6
