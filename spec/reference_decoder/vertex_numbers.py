@@ -97,7 +97,7 @@ class VertexNumbers:
     """Numbers of order keep, and of imported vertices in the other orders."""
 
     def __init__(self, replay=None):
-        """`replay`: the hexahedra of that codec, whose records hold numbers."""
+        """`replay`: the hexahedra of that codec, which code numbers themselves."""
         self.replay = replay
         self.last = self.largest = MASK64
         self.strides = [1] * 6
