@@ -53,7 +53,7 @@ class InnerRules:
         self.introduced, self.last_of, self.history = Models(int), [0] * 3, 0
 
     def expectations(self, cell, p, known, following):
-        """(rule, base, expected) of each rule that is tried."""
+        """(rule, base, expected) of each rule that is asked."""
         node = cell.inner[p]
         number = lambda position: cell.v[position].number
         corner = lambda stored: number(cell.position_stored(stored))
