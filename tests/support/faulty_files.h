@@ -119,9 +119,9 @@ class FaultyFiles {
     bytes = file("keep");
     bytes.erase(bytes.begin() + 4);
     add(kCorrupt, "A transfer as text made CR LF of the signature LF.", bytes);
-    add(kCorrupt, "The schema chunk says another minor version than the file start.",
+    add(kCorrupt, "The schema chunk holds another minor version than the file start.",
         with("keep", [](auto& it) { it.chunks[0].payload[2] ^= std::byte{1}; }));
-    add(kCorrupt, "The schema chunk says other features than the file start.",
+    add(kCorrupt, "The schema chunk holds other features than the file start.",
         with("keep", [](auto& it) { it.chunks[0].payload[4] = std::byte{1}; }));
   }
 
@@ -133,9 +133,9 @@ class FaultyFiles {
     };
     constexpr std::size_t kFirst = container::kFileStartBytes;
     flipped("The sync mark of a chunk is another one.", kFirst);
-    flipped("A flipped bit in a chunk header, which its checksum tells.", kFirst + 6);
+    flipped("A flipped bit in a chunk header, which its checksum detects.", kFirst + 6);
     flipped("The header checksum of a chunk is another one.", kFirst + 28);
-    flipped("A flipped bit in a payload, which its checksum tells.",
+    flipped("A flipped bit in a payload, which its checksum detects.",
             kFirst + container::kChunkHeaderBytes + 9);
     add(kTruncated, "The file ends within a chunk header.", first_bytes("keep", kFirst + 20));
     add(kTruncated, "The file ends within a payload.", first_bytes("keep", kFirst + 40));
@@ -283,7 +283,7 @@ class FaultyFiles {
           packed(1, 0,
                  {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f}, std::byte{0xfd}, std::byte{0},
                   std::byte{18 << 3}, std::byte{1}, std::byte{0}, std::byte{0}}));
-    extra("it says to unpack to 2^62 bytes.", packed(1, std::uint64_t{1} << 62, frame),
+    extra("it claims to unpack to 2^62 bytes.", packed(1, std::uint64_t{1} << 62, frame),
           ErrorCode::over_limit);
     extra("no planes.", [&] {
       Bytes out = packed(2, blob.size(), {std::byte{0}});
@@ -338,8 +338,8 @@ class FaultyFiles {
        [](Header& h) { h.streams.back().bytes -= 1; });
     of("keep", 0, "a stream's checksum does not match.",
        [](Header& h) { h.streams.back().checksum ^= 1; });
-    of("keep", 0, "the last stream is not told of.", [](Header& h) { h.streams.pop_back(); });
-    of("keep", 0, "the last stream is told of twice.",
+    of("keep", 0, "the last stream is not listed.", [](Header& h) { h.streams.pop_back(); });
+    of("keep", 0, "the last stream is listed twice.",
        [](Header& h) { h.streams.push_back(h.streams.back()); });
     of("keep", 0, "two streams are out of order.", [](Header& h) {
       std::swap(h.streams[0].kind, h.streams[1].kind);
@@ -429,7 +429,7 @@ class FaultyFiles {
               "Of the last group of \"" + std::string(name) + "\": stream " +
                   container::stream_name(first->header.streams[s].kind) + " of codec " +
                   std::to_string(static_cast<int>(first->header.streams[s].codec)) +
-                  " says what cannot be.",
+                  " decodes to what cannot be.",
               std::move(bytes));
           break;
         }
@@ -479,7 +479,7 @@ class FaultyFiles {
           }));
     };
     times("their bytes are not a multiple of 8.", 15, 1);
-    times("they are said twice.", 16, 2);
+    times("they come twice.", 16, 2);
   }
 
   static Bytes extra_blob(int type, int refers, const std::vector<std::uint64_t>& shape,
@@ -559,7 +559,7 @@ class FaultyFiles {
       bytes[bytes.size() - container::kTrailerBytes + at] ^= std::byte{1};
       add(kCorrupt, sentence, std::move(bytes));
     };
-    with_trailer("Trailer: another offset, which its checksum tells.", 0);
+    with_trailer("Trailer: another offset, which its checksum detects.", 0);
     with_trailer("Trailer: another checksum.", 8);
     with_trailer("Trailer: another mark.", 12);
     Bytes bytes = whole;
