@@ -17,7 +17,7 @@ It holds the file, and all neighbourhoods of a file with time steps, in memory.
     7              steps.py         30          vertex_numbers.py (numbers of 18 and 36 too)
     12-14, 32      coders.py        31          replay.py
     15, 16         surface.py       34, 35, 39  shifts.py
-    19, 20         connectivity.py  36          inner_nodes.py
+    19, 20         connectivity.py  36          mid_nodes.py
                                     37          other_cells.py
 
 What sections 26 and 27 limit and reject stands where it acts. All of it is raised as ShmError. Section 40 is for who

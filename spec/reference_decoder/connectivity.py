@@ -2,7 +2,7 @@
 
 from .basics import reject, reject_unless
 from .coders import Bits, Mixer, Mixing, Models, Number, RangeDecoder, Signed, choice, number, signed, tree
-from .inner_nodes import InnerNodes, inner_nodes_of
+from .mid_nodes import MidNodes, mid_nodes_of
 from .other_cells import OtherCells, corners_of
 from .replay import Replay
 from .rows import Rows
@@ -23,7 +23,7 @@ class Cell:
         self.new_positions = []
         self.stored_corner = AS_STORED
         self.corners = corners_of(block, count)  # c of section 37; 8 for hexahedra
-        self.inner = inner_nodes_of(block)  # section 36: position -> what it is in the middle of
+        self.mid = mid_nodes_of(block)  # section 36: position -> what it is in the middle of
         self.behind = [None] * 8  # section 37
         self.last_use = []  # positions
         self.number = 0
@@ -71,7 +71,7 @@ class Connectivity:
         self.schema, self.codec, self.hexahedra = schema, None, None
         self.surface = ActiveSurface()
         self.others = OtherCells(schema, self.surface)
-        self.inner = InnerNodes(self.surface)
+        self.mid = MidNodes(self.surface)
         self.mixing = (Mixing(), Mixing())  # of section 33: connectivity, corner_order
         self.last_block = 0
         self.last_new = 0  # last_new[1]; last_new[0] is that of codec paper
@@ -134,7 +134,7 @@ class Connectivity:
         source, v, last = self.source, cell.v, self.node_ids[cell.block_index]
         shift = 0
         for i in range(cell.count):
-            if i >= first and not (i in cell.inner and self.inner.as_expected(source, cell, i)):
+            if i >= first and not (i in cell.mid and self.mid.as_expected(source, cell, i)):
                 m = self.nodes_models[min(i, 31)]
                 base = last[i] if i < len(last) else v[i - 1].id if i > 0 else 0
                 is_new = self.last_new = source.bit(m.is_new[self.last_new])
@@ -149,8 +149,8 @@ class Connectivity:
                     v[i] = self.surface.with_id(base + shift + signed(source, m.step))
                     if i < len(last):
                         shift = v[i].id - last[i]
-            if i in cell.inner:
-                self.inner.note(cell, i)
+            if i in cell.mid:
+                self.mid.note(cell, i)
             if i >= len(last):
                 last.append(v[i].id)
             elif i >= first:
@@ -170,8 +170,8 @@ class Connectivity:
             vertex = cell.v[i]
             if any(vertex is earlier for earlier in cell.v[:i]):
                 continue
-            if i in cell.inner:
-                last = self.inner.ends(self.source, cell, i)
+            if i in cell.mid:
+                last = self.mid.ends(self.source, cell, i)
             else:
                 kind = int(cell.hexahedral and i < 8)
                 before = self.last_finalized[i & 7]
@@ -193,7 +193,7 @@ class Connectivity:
 
     def finalize_vertex(self, vertex):
         self.others.forget_vertex(vertex)
-        self.inner.forget_vertex(vertex)
+        self.mid.forget_vertex(vertex)
         if self.hexahedra is None:  # a loose vertex before any cell
             self.surface.finalize(vertex)
             return

@@ -1,7 +1,7 @@
 """Section 22: which earlier elements the values of a vertex or a cell are predicted from."""
 
 from .basics import LINE, POLYGON, PYRAMID, QUAD, TETRAHEDRON, TRIANGLE, WEDGE
-from .inner_nodes import BODY, EDGE
+from .mid_nodes import BODY, EDGE
 from .other_cells import plain_shape, sides_of
 from .surface import CORNER_BITS
 
@@ -123,8 +123,8 @@ class Neighbourhoods:
                 item = self._lattice(cell, p, known)
             elif not cell.hexahedral and p < cell.corners:
                 item = self._other_corner(cell, p, known)
-            elif p in cell.inner and (cell.inner[p].kind != BODY or cell.count == 27):
-                item = self._inner(cell, p, known)
+            elif p in cell.mid and (cell.mid[p].kind != BODY or cell.count == 27):
+                item = self._mid(cell, p, known)
             else:
                 item = Neighbourhood(vertex.slot)
                 if 0 < p <= 64 and known(cell.v[p - 1]):
@@ -350,10 +350,10 @@ class Neighbourhoods:
                 return (g if g and g.there else None), far_side
         return None, far_side
 
-    # ------------------------------------------------------------------ Inner nodes (section 36)
+    # ------------------------------------------------------------------ Mid nodes (section 36)
 
-    def _inner(self, cell, p, known):
-        node, v = cell.inner[p], cell.v
+    def _mid(self, cell, p, known):
+        node, v = cell.mid[p], cell.v
         item = Neighbourhood(v[p].slot, MIDPOINT if node.kind == EDGE else CENTRE, 1 if node.kind == BODY else 0)
         corner = lambda c: v[cell.position_stored(c)].slot
         for k, (position, _) in enumerate(node.parallel):

@@ -1,8 +1,8 @@
-"""Section 30: vertex numbers; of imported vertices as section 18 has it, of inner nodes as section 36 has it."""
+"""Section 30: vertex numbers; of imported vertices as section 18 has it, of mid nodes as section 36 has it."""
 
 from .basics import MASK64, signed64, towards_zero
 from .coders import Bits, Models, RangeDecoder, Signed, signed
-from .inner_nodes import BODY, EDGE
+from .mid_nodes import BODY, EDGE
 from .surface import CORNER_BITS, EDGE_CORNERS
 
 LAST, COPY, MIDPOINT, PARALLELOGRAM, LORENZO = range(5)
@@ -45,8 +45,8 @@ def expected_of(kind, a):
     return (a[0] + a[1] + a[2] - a[3] - a[4] - a[5] + a[6]) & MASK64
 
 
-class InnerRules:
-    """What is kept to expect the numbers of inner nodes."""
+class MidNodeNumbers:
+    """What is kept to expect the numbers of mid nodes."""
 
     def __init__(self):
         self.step, self.missed = Models(int), Models(int)  # of (position, rule)
@@ -54,7 +54,7 @@ class InnerRules:
 
     def expectations(self, cell, p, known, following):
         """(rule, base, expected) of each rule that is asked."""
-        node = cell.inner[p]
+        node = cell.mid[p]
         number = lambda position: cell.v[position].number
         corner = lambda stored: number(cell.position_stored(stored))
         if node.kind == BODY:
@@ -90,7 +90,7 @@ class InnerRules:
             missed = self.missed[p, rule]
             self.missed[p, rule] = missed - missed // 8 + 32 * abs(signed64(number - expected)).bit_length()
             self.step[p, rule] = signed64(number - base)
-        self.introduced[p] = self.last_of[cell.inner[p].kind] = number
+        self.introduced[p] = self.last_of[cell.mid[p].kind] = number
 
 
 class VertexNumbers:
@@ -102,7 +102,7 @@ class VertexNumbers:
         self.last = self.largest = MASK64
         self.strides = [1] * 6
         self.history, self.miss = 0, [0] * 6
-        self.inner = InnerRules()
+        self.mid = MidNodeNumbers()
         self.guess, self.missed_as_before, self.residual = Bits(), Bits(), Models(Signed)
         self.import_number, self.last_imported = Models(Signed), 0
 
@@ -133,19 +133,19 @@ class VertexNumbers:
 
     def of_loose(self, vertex):
         following = (self.last + 1) & MASK64
-        number, g = self._say(following, following, following, 0, self.history)
+        number, g = self._decode(following, following, following, 0, self.history)
         self.history = (4 * self.history + g) & 63
         vertex.number = number
         self.count(number)
 
     def _number(self, cell, p, known):
         following = (self.last + 1) & MASK64
-        if p in cell.inner:
-            rules = self.inner.expectations(cell, p, known, following)
-            near, second = self.inner.near_and_second(p, rules)
-            number, g = self._say(near, second, following, 3 + cell.inner[p].kind, self.inner.history)
-            self.inner.history = (8 * self.inner.history + g) & 63
-            self.inner.learn(cell, p, rules, number)
+        if p in cell.mid:
+            rules = self.mid.expectations(cell, p, known, following)
+            near, second = self.mid.near_and_second(p, rules)
+            number, g = self._decode(near, second, following, 3 + cell.mid[p].kind, self.mid.history)
+            self.mid.history = (8 * self.mid.history + g) & 63
+            self.mid.learn(cell, p, rules, number)
             return number
         kind, positions = stencil(cell, known, p)
         numbers = [cell.v[q].number for q in positions]
@@ -159,14 +159,14 @@ class VertexNumbers:
                     near = (near + self.strides[d]) & MASK64
                     break
         class_ = {LORENZO: 2, PARALLELOGRAM: 1}.get(kind, 0)
-        number, g = self._say(near, near, following, class_, self.history)
+        number, g = self._decode(near, near, following, class_, self.history)
         self.history = (4 * self.history + g) & 63
         if d is not None:
             self.strides[d] = signed64(number - numbers[0])
             self.strides[d ^ 1] = -self.strides[d]
         return number
 
-    def _say(self, near, second, following, class_, history):
+    def _decode(self, near, second, following, class_, history):
         bit = self.source.bit
         above = (self.largest + 1) & MASK64
         if bit(self.guess[class_, history, 0]):

@@ -1,4 +1,4 @@
-"""Section 36: inner nodes of second-order cells. Their numbers are in vertex_numbers.py."""
+"""Section 36: mid nodes of second-order cells. Their numbers are in vertex_numbers.py."""
 
 from functools import lru_cache
 
@@ -9,8 +9,8 @@ from .surface import CORNER_BITS
 EDGE, FACE, BODY = range(3)
 
 
-class InnerNode:
-    """What an inner node is in the middle of, by corners as stored, and what is parallel to it."""
+class MidNode:
+    """What a mid node is in the middle of, by corners as stored, and what is parallel to it."""
 
     def __init__(self, kind, corners=()):
         self.kind, self.corners = kind, corners
@@ -37,7 +37,7 @@ def _hexahedron(nodes):
     return 8, _HEXAHEDRON_EDGES + faces.get(nodes, [])
 
 
-_INNER = {
+_MID = {
     (LINE, 3): (2, _words("01")),
     (TRIANGLE, 6): (3, _words("01 12 20")),
     (TRIANGLE, 7): (3, _words("01 12 20") + _BODY),
@@ -71,12 +71,12 @@ def _other_neighbour(side, a, b):
 
 @lru_cache(maxsize=None)
 def _table(shape, nodes):
-    first, corners = _hexahedron(nodes) if shape == HEXAHEDRON else _INNER.get((shape, nodes), (0, []))
+    first, corners = _hexahedron(nodes) if shape == HEXAHEDRON else _MID.get((shape, nodes), (0, []))
     kinds = {0: BODY, 2: EDGE, 4: FACE}
-    inner = {first + i: InnerNode(kinds[len(c)], c) for i, c in enumerate(corners)}
-    at = {frozenset(node.corners): position for position, node in inner.items() if node.corners}
+    mid = {first + i: MidNode(kinds[len(c)], c) for i, c in enumerate(corners)}
+    at = {frozenset(node.corners): position for position, node in mid.items() if node.corners}
     sides = _SIDES.get(shape, [])
-    for node in inner.values():
+    for node in mid.values():
         if node.kind == EDGE:
             a, b = node.corners
             node.sides = [side for side in sides if _next_to(side, a, b)]
@@ -97,10 +97,10 @@ def _table(shape, nodes):
                 index = _HEXAHEDRON_FACES.index(c) ^ 1
                 behind = _HEXAHEDRON_FACES[index]
                 node.parallel.append((at[frozenset(behind)], behind[0]))
-    return inner
+    return mid
 
 
-def inner_nodes_of(block):
+def mid_nodes_of(block):
     if block.shape == HEXAHEDRON and block.nodes_per_cell < 8:
         return {}
     return _table(block.shape, block.nodes_per_cell)
@@ -111,8 +111,8 @@ def mix(id_):
     return x ^ (x >> 29)
 
 
-class InnerNodes:
-    """Which vertex an inner node is, and when it ends."""
+class MidNodes:
+    """Which vertex a mid node is, and when it ends."""
 
     def __init__(self, surface):
         self.surface = surface
@@ -122,15 +122,15 @@ class InnerNodes:
         self.face_ends, self.edge_ends = Bits(), Bits()
 
     def _defining_vertices(self, cell, i):
-        """The two vertices that define the place of inner node i."""
-        corners = [cell.v[cell.position_stored(c)] for c in cell.inner[i].corners]
+        """The two vertices that define the place of mid node i."""
+        corners = [cell.v[cell.position_stored(c)] for c in cell.mid[i].corners]
         if len(corners) == 4:
             least = min(range(4), key=lambda k: corners[k].id)
             return corners[least], corners[least ^ 2]
         return corners
 
     def as_expected(self, source, cell, i):
-        kind = cell.inner[i].kind
+        kind = cell.mid[i].kind
         expected = None
         if kind != BODY:
             a, b = self._defining_vertices(cell, i)
@@ -146,7 +146,7 @@ class InnerNodes:
         return hit
 
     def note(self, cell, i):
-        node, vertex = cell.inner[i], cell.v[i]
+        node, vertex = cell.mid[i], cell.v[i]
         if node.kind == BODY:
             return
         a, b = self._defining_vertices(cell, i)
@@ -168,7 +168,7 @@ class InnerNodes:
         vertex.place, vertex.open = None, 0
 
     def ends(self, source, cell, i):
-        node, vertex = cell.inner[i], cell.v[i]
+        node, vertex = cell.mid[i], cell.v[i]
         if node.kind == BODY:
             last = source.bit(self.body_ends[0])
         elif any(cell.position_stored(c) in cell.last_use for c in node.corners):
