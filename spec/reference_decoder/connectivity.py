@@ -115,7 +115,7 @@ class Connectivity:
         cell = Cell(index, blocks[index], count, self.schema.corner_order)
         if cell.hexahedral:
             self.hexahedra.hexahedron(cell)
-            self.hexahedra.glue(cell)
+            self.hexahedra.attach(cell)
             self.nodes(cell, 8)
         else:
             self.others.corners(cell)
@@ -366,9 +366,9 @@ class Paper:
         else:
             v[i] = self.join_reference.decode(source, self.surface)
 
-    # ------------------------------------------------------------------ Glue
+    # ------------------------------------------------------------------ Attach
 
-    def glue(self, cell):
+    def attach(self, cell):
         v, surface = cell.v, self.surface
         self.previous = Previous(v[:8])
         faces = self.previous_face = [None] * 6

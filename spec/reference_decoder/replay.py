@@ -184,7 +184,7 @@ class Replay:
         else:
             del self.ring[self.count - 1 - self.room]
 
-    def glue(self, cell):
+    def attach(self, cell):
         """Nothing is put on the active surface."""
 
     def last_uses(self, cell):

@@ -514,9 +514,9 @@ class Rows:
                 return o
         return None
 
-    # ------------------------------------------------------------------ Glue
+    # ------------------------------------------------------------------ Attach
 
-    def glue(self, cell):
+    def attach(self, cell):
         v, surface = self.v, self.surface
         self.owners = sorted(((f.owner, f.side) for f in self.shared if f), key=lambda pair: pair[0].sequence)
         this = Record(self.sequence)
