@@ -4,7 +4,7 @@ from .surface import CORNER_BITS, FACE_CORNERS, odd
 
 SIDE_AXIS = (4, 1, 2, 1, 2, 4)
 SIDE_HIGH = (0, 0, 0, 1, 1, 1)
-QUAD_BITS = [[CORNER_BITS[c] for c in corners] for corners in FACE_CORNERS]
+FACE_BITS = [[CORNER_BITS[c] for c in corners] for corners in FACE_CORNERS]
 AXES = ((1, 2, 4), (2, 4, 1), (4, 1, 2), (2, 1, 4), (1, 4, 2), (4, 2, 1))
 
 
@@ -12,8 +12,9 @@ def holds(side, corner):
     return bool(corner & SIDE_AXIS[side]) == bool(SIDE_HIGH[side])
 
 
-EDGE_SIDE = [[next(s for s in range(6) if s != k and holds(s, QUAD_BITS[k][i]) and holds(s, QUAD_BITS[k][(i + 1) % 4]))
-              for i in range(4)] for k in range(6)]
+ADJACENT_FACE = [[next(s for s in range(6)
+                       if s != k and holds(s, FACE_BITS[k][i]) and holds(s, FACE_BITS[k][(i + 1) % 4]))
+                  for i in range(4)] for k in range(6)]
 _SIDE_ALONG = {(SIDE_AXIS[s], SIDE_HIGH[s]): s for s in range(6)}
 
 
@@ -29,10 +30,10 @@ def _stored(o, b):
 STORED = [[_stored(o, b) for b in range(8)] for o in range(48)]
 
 
-def mirrors(o):
+def is_mirrored(o):
     return odd(o // 6) != (o % 6 >= 3)
 
 
 def stored_side(o, k):
-    corners = {STORED[o][b] for b in QUAD_BITS[k]}
-    return next(s for s in range(6) if corners == set(QUAD_BITS[s]))
+    corners = {STORED[o][b] for b in FACE_BITS[k]}
+    return next(s for s in range(6) if corners == set(FACE_BITS[s]))

@@ -2,8 +2,8 @@
 
 from .basics import reject, reject_unless
 from .coders import Bits, Models, Number, Signed, choice, number, signed, tree
-from .row_frame import EDGE_SIDE, QUAD_BITS, SIDE_AXIS, STORED, mirrors, side_along, stored_side
-from .surface import CORNER_BITS, MOST_FACES, OPPOSITE, around
+from .row_frame import ADJACENT_FACE, FACE_BITS, SIDE_AXIS, STORED, is_mirrored, side_along, stored_side
+from .surface import CORNER_BITS, MOST_FACES, OPPOSITE_FACE, around
 
 # ---------------------------------------------------------------------------- What is kept
 
@@ -105,9 +105,9 @@ class Rows:
         if not self.start:
             self.owner, k = gate.owner, gate.side
             self.gate_age = self.age(gate)
-            self.own = OPPOSITE[k]
+            self.own = OPPOSITE_FACE[k]
             for i in range(4):
-                self.v[QUAD_BITS[k][i] ^ SIDE_AXIS[k]] = gate.quad[i]
+                self.v[FACE_BITS[k][i] ^ SIDE_AXIS[k]] = gate.quad[i]
             self.shared[self.own] = gate
             self.gate_side_before, self.gate_side = self.gate_side, k
             self.sides(gate)
@@ -278,7 +278,7 @@ class Rows:
             m = gate.mates[i]
             if m is None or self.is_shared(m[0]):
                 continue
-            a, b = QUAD_BITS[k][i], QUAD_BITS[k][(i + 1) & 3]
+            a, b = FACE_BITS[k][i], FACE_BITS[k][(i + 1) & 3]
             p, q = above(m, gate.quad[i])
             if (v[a] and v[a] is not p) or (v[b] and v[b] is not q):
                 continue
@@ -288,7 +288,7 @@ class Rows:
                     across = mate(edge_beside(self.found[j], gate.quad[j], other_end))
                     score[0 if across is not None and across[0] is m[0] else 1] += 1
             evidence = self.EVIDENCE[score[0]][score[1]]
-            s, fan = EDGE_SIDE[k][i], min(gate.fans[i], 7)
+            s, fan = ADJACENT_FACE[k][i], min(gate.fans[i], 7)
             candidate = int(any(m[0] is c.face for c in self.candidates))
             x, y = gate.quad[i], gate.quad[(i + 1) & 3]
             fewer, more = sorted((len(x.places), len(y.places)))
@@ -311,8 +311,8 @@ class Rows:
             m = mate(upper)
             if m is None or self.is_shared(m[0]):
                 continue
-            c, d = QUAD_BITS[k][(i + 3) & 3], QUAD_BITS[k][(i + 2) & 3]
-            p, q = above(m, v[QUAD_BITS[k][i]])
+            c, d = FACE_BITS[k][(i + 3) & 3], FACE_BITS[k][(i + 2) & 3]
+            p, q = above(m, v[FACE_BITS[k][i]])
             if (v[c] and v[c] is not p) or (v[d] and v[d] is not q):
                 continue
             support = 0
@@ -404,7 +404,7 @@ class Rows:
     def places_with_corners(self, p):
         """Of each place of p: the face, around(1..3), and the corners of p, around(1) and around(3) in its owner."""
         for face, i in p.places:
-            quad = QUAD_BITS[face.side]
+            quad = FACE_BITS[face.side]
             yield (face, [around((face, i), n) for n in (1, 2, 3)],
                    quad[i], quad[(i + 1) & 3], quad[(i + 3) & 3])
 
@@ -448,8 +448,8 @@ class Rows:
 
     def unspoken(self):
         for k in range(6):
-            if self.shared[k] is None and not any(b in self.fresh for b in QUAD_BITS[k]):
-                face = self.surface.find_face(*(self.v[b] for b in QUAD_BITS[k]))
+            if self.shared[k] is None and not any(b in self.fresh for b in FACE_BITS[k]):
+                face = self.surface.find_face(*(self.v[b] for b in FACE_BITS[k]))
                 if face and not self.is_shared(face):
                     self.shared[k] = face
 
@@ -459,7 +459,7 @@ class Rows:
         owner, gate = self.owner, self.shared[self.own]
         if not self.cell.turned():
             self.source.about(23)
-            return 6 if self.source.bit(self.mirrored[mirrors(owner.orientation)]) else 0
+            return 6 if self.source.bit(self.mirrored[is_mirrored(owner.orientation)]) else 0
         source, votes = self.orders, {owner.orientation: 1}
         for k in range(6):
             if self.shared[k] and k != self.own:
@@ -480,7 +480,7 @@ class Rows:
                 return o
         k = gate.side
         theirs = stored_side(owner.orientation, k)
-        lowest = min(QUAD_BITS[k], key=lambda b: STORED[owner.orientation][b])
+        lowest = min(FACE_BITS[k], key=lambda b: STORED[owner.orientation][b])
         at = lowest ^ SIDE_AXIS[k]
         source.about(20, (theirs, self.kind), (owner.orientation, self.own))
         mine = tree(source, self.stored_face[theirs, self.last_stored_face], 3)
@@ -491,8 +491,8 @@ class Rows:
         source.about(22)
         turned = bool(source.bit(self.turned[0]))
         for o in range(48):
-            if STORED[o][at] == QUAD_BITS[mine][place] and stored_side(o, self.own) == mine and \
-               (mirrors(o) != mirrors(owner.orientation)) == turned:
+            if STORED[o][at] == FACE_BITS[mine][place] and stored_side(o, self.own) == mine and \
+               (is_mirrored(o) != is_mirrored(owner.orientation)) == turned:
                 return o
         return reject("an orientation that there is not")
 
@@ -501,11 +501,11 @@ class Rows:
         record, s = face.owner, face.side
         here, there = [], []
         for i in (0, 1, 3):
-            corner = next((b for b in QUAD_BITS[k] if self.v[b] is face.quad[i]), None)
+            corner = next((b for b in FACE_BITS[k] if self.v[b] is face.quad[i]), None)
             if corner is None:
                 return None
             here.append(corner)
-            there.append(STORED[record.orientation][QUAD_BITS[s][i] ^ SIDE_AXIS[s]])
+            there.append(STORED[record.orientation][FACE_BITS[s][i] ^ SIDE_AXIS[s]])
         one, two = here[0] ^ here[1], here[0] ^ here[2]
         if one == two or one not in (1, 2, 4) or two not in (1, 2, 4):
             return None
@@ -537,14 +537,14 @@ class Rows:
         for k in range(6):
             if self.shared[k]:
                 continue
-            quad = [v[b] for b in QUAD_BITS[k]]
+            quad = [v[b] for b in FACE_BITS[k]]
             pairs = sum(quad[i] is quad[j] for i in range(4) for j in range(i))
             if pairs < 2 and all(len(vertex.places) < MOST_FACES for vertex in quad):
                 this.faces[k] = surface.add_face(quad, None, this, k)
                 this.owned += 1
         for p in range(6):
             for i in range(4):
-                if EDGE_SIDE[p][i] > p:
+                if ADJACENT_FACE[p][i] > p:
                     self.join_at(this, p, i)
         for face in self.shared:
             if face:
@@ -553,7 +553,7 @@ class Rows:
 
     def edge_there(self, k, i):
         """The edge of the face shared on side k that edge i of the side is."""
-        face, (a, b, c) = self.shared[k], (self.v[corner] for corner in QUAD_BITS[k][:3])
+        face, (a, b, c) = self.shared[k], (self.v[corner] for corner in FACE_BITS[k][:3])
         for j in range(4):
             if face.quad[j] is a and face.quad[(j + 2) & 3] is c:
                 return (face, (j + i) & 3) if face.quad[(j + 1) & 3] is b else (face, (j + 3 - i) & 3)
@@ -561,9 +561,9 @@ class Rows:
 
     def join_at(self, this, p, i):
         """Edge i of side p, where it meets another side of the hexahedron."""
-        q, fan, ends, there = EDGE_SIDE[p][i], 1, [], []
-        corners = {QUAD_BITS[p][i], QUAD_BITS[p][(i + 1) & 3]}
-        j = next(j for j in range(4) if {QUAD_BITS[q][j], QUAD_BITS[q][(j + 1) & 3]} == corners)
+        q, fan, ends, there = ADJACENT_FACE[p][i], 1, [], []
+        corners = {FACE_BITS[p][i], FACE_BITS[p][(i + 1) & 3]}
+        j = next(j for j in range(4) if {FACE_BITS[q][j], FACE_BITS[q][(j + 1) & 3]} == corners)
         for side, number_ in ((p, i), (q, j)):
             edge = None
             if self.shared[side]:

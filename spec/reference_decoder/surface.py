@@ -8,7 +8,7 @@ from .basics import reject
 
 CORNER_BITS = (0, 1, 3, 2, 4, 5, 7, 6)
 FACE_CORNERS = ((0, 3, 2, 1), (0, 4, 7, 3), (0, 1, 5, 4), (1, 2, 6, 5), (3, 7, 6, 2), (4, 5, 6, 7))
-OPPOSITE = (5, 3, 4, 1, 2, 0)
+OPPOSITE_FACE = (5, 3, 4, 1, 2, 0)
 EDGE_CORNERS = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
 AS_STORED = list(range(8))
 
