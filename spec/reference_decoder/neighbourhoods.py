@@ -108,7 +108,7 @@ class Neighbourhoods:
     # ------------------------------------------------------------------ Of a vertex
 
     def of_cell(self, cell):
-        """The neighbourhoods of a cell's new vertices, in order of birth."""
+        """The neighbourhoods of a cell's new vertices, in order of introduction."""
         if cell.hexahedral:
             self.v = [None] * 8
             for i in range(8):
