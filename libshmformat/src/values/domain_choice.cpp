@@ -8,7 +8,7 @@ namespace shm {
 namespace {
 
 /// A domain may miss one value in so many.
-constexpr std::size_t kMostOddShare = 200;
+constexpr std::size_t kMostEscapeShare = 200;
 constexpr std::size_t kSampled = 256;
 /// Indices longer than this are hardly better than float64 numbers, or float32.
 constexpr int kLongIndex = 40, kLongNarrowIndex = 24;
@@ -56,7 +56,7 @@ DomainFit try_domain(const ArrayInfo& info, std::size_t component,
   if (!domain.fits(info)) return {};
   const ValueTranslator translator(info, component, domain);
   const std::uint64_t zero = negative_zero(info.type);
-  std::size_t odd = 0, negative = 0;
+  std::size_t escapes = 0, negative = 0;
   std::uint64_t longest = 0;
   for (std::uint64_t it : bits) {
     if (is_float(info.type) && it == zero) {
@@ -65,7 +65,7 @@ DomainFit try_domain(const ArrayInfo& info, std::size_t component,
     }
     const auto index = translator.index(it);
     if (!index) {
-      if (++odd > bits.size() / kMostOddShare + 2) return {};
+      if (++escapes > bits.size() / kMostEscapeShare + 2) return {};
       continue;
     }
     const auto same = static_cast<std::uint64_t>(*index);
@@ -74,7 +74,7 @@ DomainFit try_domain(const ArrayInfo& info, std::size_t component,
   const bool signs = domain.kind == DomainKind::binary || domain.kind == DomainKind::decimal ||
                      domain.kind == DomainKind::digits;
   domain.negative_zero = signs && negative > 0;
-  domain.odd = odd > 0 || (!signs && negative > 0 && domain.kind == DomainKind::quantized);
+  domain.escapes = escapes > 0 || (!signs && negative > 0 && domain.kind == DomainKind::quantized);
   return {true, static_cast<int>(std::bit_width(longest))};
 }
 
@@ -171,7 +171,7 @@ std::vector<std::int64_t> table_of(const ArrayInfo& info, std::size_t component,
 bool still_fits(const ArrayInfo& info, std::size_t component, const ValueDomain& domain,
                 std::span<const std::uint64_t> bits) {
   ValueDomain now = domain;
-  return try_domain(info, component, bits, now).good && now.odd <= domain.odd &&
+  return try_domain(info, component, bits, now).good && now.escapes <= domain.escapes &&
          now.negative_zero <= domain.negative_zero;
 }
 
@@ -210,7 +210,7 @@ std::vector<DomainPlan> domain_candidates(const ArrayInfo& info, std::size_t com
     ValueDomain domain{is_float(info.type) ? DomainKind::quantized : DomainKind::integers, 0, false,
                        false};
     const DomainFit fit = try_domain(info, component, bits, domain);
-    if (!fit.good) domain.odd = true;
+    if (!fit.good) domain.escapes = true;
     add(domain);
     if (!is_float(info.type))
       if (auto table = table_of(info, component, bits, domain);

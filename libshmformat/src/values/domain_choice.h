@@ -13,12 +13,12 @@ namespace shm {
 std::vector<DomainPlan> domain_candidates(const ArrayInfo& info, std::size_t component,
                                           std::span<const std::uint64_t> bits);
 
-/// A domain of all these values, none odd and no zero negative: an evenly spaced one where that is
-/// much smaller than floating-point numbers. Must hold: there are some.
+/// A domain of all these values, no escapes and no zero negative: an evenly spaced one where that
+/// is much smaller than floating-point numbers. Must hold: there are some.
 ValueDomain evenly_spaced_domain(const ArrayInfo& info, std::size_t component,
                                  std::span<const std::uint64_t> bits);
 
-/// Whether these values are of a domain, none odd but those of `domain` allows.
+/// Whether these values are of a domain, without escapes unless `domain` has them.
 bool still_fits(const ArrayInfo& info, std::size_t component, const ValueDomain& domain,
                 std::span<const std::uint64_t> bits);
 

@@ -70,24 +70,24 @@ struct Members {
 /// for those that have an index.
 template <class Visit>
 void for_each_picked(const ModeSamples& all, std::span<const std::uint32_t> members,
-                     std::size_t count, std::uint32_t way, Visit&& visit) {
+                     std::size_t count, std::uint32_t input, Visit&& visit) {
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t picked =
         members[static_cast<std::size_t>(std::uint64_t{i} * members.size() / count)];
     const ModeSample& sample = all.samples[picked];
     if (!sample.index) continue;
-    const auto& features = way == kDifference ? all.differences[picked] : sample.state;
+    const auto& features = input == kDifferences ? all.differences[picked] : sample.state;
     const auto at = [&](std::uint32_t feature) { return features[feature]; };
-    visit(sample, Predictor(sample.known, at), way == kDifference ? sample.reference : 0.0);
+    visit(sample, Predictor(sample.known, at), input == kDifferences ? sample.reference : 0.0);
   }
 }
 
 /// Weights for the fitted mode.
 template <class Space>
 Weights fit_members(const Space& space, const ModeSamples& all,
-                    std::span<const std::uint32_t> members, std::uint32_t way) {
+                    std::span<const std::uint32_t> members, std::uint32_t input) {
   std::vector<FitSample> samples;
-  for_each_picked(all, members, std::min(members.size(), kFitAt), way,
+  for_each_picked(all, members, std::min(members.size(), kFitAt), input,
                   [&](const auto& sample, const auto& predictor, double added) {
                     const double base = predictor.lattice();
                     const double target = space.state(*sample.index) - base - added;
@@ -120,12 +120,12 @@ class FamilyFits {
     double bits = 0;  ///< what saying them costs the class
   };
   /// No weights: the class is not one of those that share, or the family is too small.
-  Fit of(std::uint32_t of_class, std::size_t size, const ClassModes& start, std::uint32_t way) {
+  Fit of(std::uint32_t of_class, std::size_t size, const ClassModes& start, std::uint32_t input) {
     const std::uint16_t family = families_[of_class];
     const auto members = members_.of(family);
     if (!shares(size, start) || members.size() < kFewestToFit) return {};
-    std::optional<Weights>& weights = weights_[way][family];
-    if (!weights) weights = fit_members(*space_, *all_, members, way);
+    std::optional<Weights>& weights = weights_[input][family];
+    if (!weights) weights = fit_members(*space_, *all_, members, input);
     return {weights,
             kWeightsBits * static_cast<double>(size) / static_cast<double>(sharing_[family])};
   }
@@ -141,16 +141,16 @@ class FamilyFits {
   std::size_t count_;
   Members members_;
   std::vector<std::size_t> sharing_;                            // members, by family
-  std::array<std::vector<std::optional<Weights>>, 2> weights_;  // by way, by family
+  std::array<std::vector<std::optional<Weights>>, 2> weights_;  // by input, by family
 };
 
-/// Searches the modes of one class, said one way.
+/// Searches the modes of one class, for one input.
 template <class Space>
 class Search {
  public:
   /// `members`: not empty. `start`: how the class is said now.
   Search(const Space& space, const ModeSamples& all, std::span<const std::uint32_t> members,
-         const ClassModes& start, std::uint32_t way, bool matches,
+         const ClassModes& start, std::uint32_t input, bool matches,
          const typename FamilyFits<Space>::Fit& family)
       : space_(&space),
         all_(&all),
@@ -158,7 +158,7 @@ class Search {
         start_(&start),
         matches_(matches),
         family_(family) {
-    chosen_.way = way;
+    chosen_.input = input;
     chosen_.weights = start.weights;
     looked_ = std::min(members.size(), kLookAt);
     scale_ = static_cast<double>(members.size()) / static_cast<double>(looked_);
@@ -180,7 +180,7 @@ class Search {
  private:
   bool is_fittable() const { return members_.size() >= kFewestToFit; }
   bool is_worth_trying(std::uint32_t mode) const {
-    if (mode == kStayMode) return chosen_.way == kDifference;
+    if (mode == kStayMode) return chosen_.input == kDifferences;
     if (mode == kFittedMode && !is_fittable() && !family_.weights && start_->weights == Weights{})
       return false;
     if (!matches_ && mode >= kMatchMode && mode != kFittedMode) return false;
@@ -190,7 +190,7 @@ class Search {
   double look(std::uint32_t mode, const Weights& weights) {
     missed_[mode].clear();
     double sum = 0.0;
-    for_each_picked(*all_, members_, looked_, chosen_.way,
+    for_each_picked(*all_, members_, looked_, chosen_.input,
                     [&](const auto& sample, const auto& predictor, double added) {
                       const double prediction = predictor.predict(mode, weights) + added;
                       const double bits = cost_of(minus(*sample.index, space_->index(prediction)));
@@ -212,7 +212,7 @@ class Search {
     };
     if (!(start_->weights == Weights{})) rate(start_->weights, 0.0);
     if (family_.weights) rate(*family_.weights, family_.bits);
-    if (is_fittable()) rate(fit_members(*space_, *all_, members_, chosen_.way), kWeightsBits);
+    if (is_fittable()) rate(fit_members(*space_, *all_, members_, chosen_.input), kWeightsBits);
     return look(kFittedMode, chosen_.weights) + to_say;
   }
   void choose_first() {
@@ -277,13 +277,13 @@ void choose_modes(const Space& space, const ModeSamples& samples,
     const auto its = members.of(c);
     if (its.empty()) continue;
     const ClassModes start = modes[c];
-    Search alone(space, samples, its, start, kAlone, matches,
-                 fits.of(c, its.size(), start, kAlone));
+    Search alone(space, samples, its, start, kStates, matches,
+                 fits.of(c, its.size(), start, kStates));
     alone.run();
     modes[c] = alone.chosen();
     if (samples.differences.empty()) continue;
-    Search difference(space, samples, its, start, kDifference, matches,
-                      fits.of(c, its.size(), start, kDifference));
+    Search difference(space, samples, its, start, kDifferences, matches,
+                      fits.of(c, its.size(), start, kDifferences));
     difference.run();
     if (difference.bits() < alone.bits()) modes[c] = difference.chosen();
   }

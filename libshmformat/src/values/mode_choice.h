@@ -1,5 +1,5 @@
-// Mode choice: with which predictors the classes of a tile are said. Encoder only: it looks at all
-// elements of the tile before it says any.
+// Mode choice: with which predictors the classes of a tile are coded. Encoder only: it looks at all
+// elements of the tile before it codes any.
 #pragma once
 
 #include <array>
@@ -11,14 +11,6 @@
 #include "values/value_predictor.h"
 
 namespace shm {
-
-/// How a class of neighbourhoods is said.
-struct ClassModes {
-  std::uint32_t mode = kLattice;
-  std::uint32_t second = kNoMode;  ///< a mode that may be right where the first is wrong
-  std::uint32_t way = kAlone;
-  Weights weights{};
-};
 
 /// An element as the encoder sees it.
 struct ModeSample {
@@ -34,8 +26,9 @@ struct ModeSamples {
   std::vector<std::array<double, kFeatures>> differences;
 };
 
-/// How each class of these elements is best said. `families`: by class. `modes`, by class: as it is
-/// said now, on the way in. `matches`: whether modes may look at matches and other components.
+/// How each class of these elements is best predicted. `families`: by class. `modes`, by class: as
+/// it is predicted now, on input. `matches`: whether modes may look at matches and other
+/// components.
 template <class Space>
 void choose_modes(const Space& space, const ModeSamples& samples,
                   std::span<const std::uint16_t> families, bool matches,

@@ -38,6 +38,12 @@ void for_each_tile(const TiledItems& elements, Visit&& visit) {
   for (std::size_t t = 0; t < elements.tile_begin.size(); ++t) visit(elements.tile(t));
 }
 
+/// Some of the references; nothing where there are none.
+std::span<const std::uint64_t> part_of(std::span<const std::uint64_t> references, std::size_t at,
+                                       std::size_t count) {
+  return references.empty() ? references : references.subspan(at, count);
+}
+
 }  // namespace
 
 template <class Coder>
@@ -60,14 +66,14 @@ std::span<const Neighbourhood> ValueColumn<Coder>::covered(const TiledItems::Til
   const auto& [items, blocks, left_out] = tile;
   if (blocks_.empty()) return items;
   if (left_out != 0)
-    for (auto& column : columns_) column.count_left_out(left_out);
+    for (auto& column : columns_) column.state().count_left_out(left_out);
   covered_.clear();
   for (std::size_t i = 0; i < items.size(); ++i) {
     if (covers(blocks[i])) {
       covered_.push_back(items[i]);
       continue;
     }
-    for (auto& column : columns_) column.skip(items[i]);
+    for (auto& column : columns_) column.state().skip(items[i]);
   }
   return covered_;
 }
@@ -75,13 +81,13 @@ std::span<const Neighbourhood> ValueColumn<Coder>::covered(const TiledItems::Til
 template <class Coder>
 void ValueColumn<Coder>::make_room(std::uint32_t slots, std::uint32_t all) {
   for (auto& column : columns_) {
-    if (slots > 0) column.make_room(slots - 1);
-    if (all > 0) column.count_room(all - 1);
+    if (slots > 0) column.state().make_room(slots - 1);
+    if (all > 0) column.state().count_room(all - 1);
   }
 }
 template <class Coder>
 void ValueColumn<Coder>::use_reference() {
-  for (auto& column : columns_) column.use_reference();
+  for (auto& column : columns_) column.state().use_reference();
 }
 
 template <class Coder>
@@ -113,7 +119,7 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
   const auto models = std::tuple(reach_, matches_, class_numbers_);
   auto predicted = encode_predicted(elements, bits, references, level);
   if (!predicted) {
-    if (takes_note_) note(elements, bits);
+    if (sees_other_groups_) keep_values(elements, bits);
     return {ColumnCodec::shuffled_zstd,
             pack_shuffled(shuffled(packed(values, stride, count), width_), kQuickZstd)};
   }
@@ -123,7 +129,7 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
   if (under_zstd.size() >= coded.bytes.size()) return coded;
   columns_ = before;
   std::tie(reach_, matches_, class_numbers_) = models;
-  if (takes_note_) note(elements, bits);
+  if (sees_other_groups_) keep_values(elements, bits);
   return {ColumnCodec::shuffled_zstd, std::move(under_zstd)};
 }
 
@@ -165,7 +171,7 @@ std::optional<std::vector<std::byte>> ValueColumn<Coder>::encode_predicted(
     const auto own = covered(tile);
     first.assign(own.begin(), own.end());
   });
-  const ClassNumbers numbers = class_numbers_;  // trials number classes that are never said
+  const ClassNumbers numbers = class_numbers_;  // trials number classes that are never coded
   std::vector<DomainPlan> plans;
   for (std::size_t c = 0; c < info_->components; ++c)
     plans.push_back(choose_domain(c, first, bits[c], reference[c], level));
@@ -187,8 +193,7 @@ std::optional<std::vector<std::byte>> ValueColumn<Coder>::encode_predicted(
     classify(own, style_);
     for (std::size_t c = 0; c < info_->components; ++c)
       code_component(c, own, std::span(bits[c]).subspan(at, own.size()),
-                     reference[c].empty() ? std::span<const std::uint64_t>()
-                                          : std::span(reference[c]).subspan(at, own.size()));
+                     part_of(reference[c], at, own.size()));
     at += own.size();
   });
   if constexpr (Coder::kDecodes)
@@ -198,7 +203,7 @@ std::optional<std::vector<std::byte>> ValueColumn<Coder>::encode_predicted(
 }
 
 /// Far neighbours and matches cost time; at the lower levels they must save a good deal. The first
-/// tile of a mesh is no sample: the first group says what it can.
+/// tile of a mesh is no sample: the first group has the full style.
 template <class Coder>
 ColumnStyle ValueColumn<Coder>::choose_style(std::span<const Neighbourhood> first_tile,
                                              const Bits& bits, const Bits& reference,
@@ -209,39 +214,46 @@ ColumnStyle ValueColumn<Coder>::choose_style(std::span<const Neighbourhood> firs
   if (level == Level::fast) return {farthest_reach(level), false, false, true};
   if (level == Level::best || groups_ == 0 || first_tile.empty()) return full;
   const ColumnStyle lean{Reach::lattice, false, false};
+  const std::size_t least = size_with(full, first_tile, bits, reference, plans);
+  const std::size_t its = size_with(lean, first_tile, bits, reference, plans);
+  return its <= least || (its - least) * kWorthFarShare <= its ? lean : full;
+}
+
+/// Bytes of the first tile in a style, without heads.
+template <class Coder>
+std::size_t ValueColumn<Coder>::size_with(const ColumnStyle& style,
+                                          std::span<const Neighbourhood> first_tile,
+                                          const Bits& bits, const Bits& reference,
+                                          std::span<const DomainPlan> plans) {
   if constexpr (!Coder::kDecodes) {
-    const auto size_with = [&](const ColumnStyle& style) {
-      classify(first_tile, style);
-      std::vector<typename ScalarColumn<Coder>::Trace> held(columns_.size());
-      std::vector<const typename ScalarColumn<Coder>::Trace*> traces;
-      Coder head, body;
-      for (std::size_t c = 0; c < columns_.size(); ++c) {
-        typename ScalarColumn<Coder>::Trial column(columns_[c], first_tile, plans[c].domain);
-        column->set_style(style);
-        column->begin_group(head, plans[c], std::span(columns_).first(c), bits[c].size());
-        std::vector<std::uint64_t> values(
-            bits[c].begin(), bits[c].begin() + static_cast<std::ptrdiff_t>(first_tile.size()));
-        column->code_tile(body, first_tile, tile_classes(), values, traces,
-                          reference[c].empty() ? std::span<const std::uint64_t>()
-                                               : std::span(reference[c]).first(first_tile.size()));
-        held[c] = column->trace();
-        traces.push_back(&held[c]);
-      }
-      return body.finish().size();
-    };
-    const std::size_t least = size_with(full), its = size_with(lean);
-    if ((its - least) * kWorthFarShare <= its || its <= least) return lean;
+    classify(first_tile, style);
+    std::vector<CodedTile> coded(columns_.size());
+    std::vector<const CodedTile*> before;
+    Coder head, body;
+    for (std::size_t c = 0; c < columns_.size(); ++c) {
+      typename ScalarColumn<Coder>::Trial column(columns_[c], first_tile, plans[c].domain);
+      column->set_style(style);
+      column->begin_group(head, plans[c], std::span(columns_).first(c), bits[c].size());
+      const auto own = std::span(bits[c]).first(first_tile.size());
+      std::vector<std::uint64_t> values(own.begin(), own.end());
+      column->code_tile(
+          body, {first_tile, tile_classes(), before, part_of(reference[c], 0, values.size())},
+          values);
+      coded[c] = column->coded_tile();
+      before.push_back(&coded[c]);
+    }
+    return body.finish().size();
   }
-  return full;
+  return 0;
 }
 
 template <class Coder>
-void ValueColumn<Coder>::note(const TiledItems& elements, const Bits& bits) {
+void ValueColumn<Coder>::keep_values(const TiledItems& elements, const Bits& bits) {
   std::size_t at = 0;
   for_each_tile(elements, [&](const TiledItems::Tile& tile) {
     const auto own = covered(tile);
     for (std::size_t c = 0; c < info_->components; ++c)
-      columns_[c].note(own, std::span(bits[c]).subspan(at, own.size()));
+      columns_[c].state().keep_values(own, std::span(bits[c]).subspan(at, own.size()));
     at += own.size();
   });
 }
@@ -257,9 +269,10 @@ template <class Coder>
 bool ValueColumn<Coder>::code_component(std::size_t component, std::span<const Neighbourhood> items,
                                         std::span<std::uint64_t> bits,
                                         std::span<const std::uint64_t> reference) {
-  traces_.clear();
-  for (std::size_t c = 0; c < component; ++c) traces_.push_back(&columns_[c].trace());
-  return columns_[component].code_tile(coder_, items, tile_classes(), bits, traces_, reference);
+  coded_tiles_.clear();
+  for (std::size_t c = 0; c < component; ++c) coded_tiles_.push_back(&columns_[c].coded_tile());
+  return columns_[component].code_tile(coder_, {items, tile_classes(), coded_tiles_, reference},
+                                       bits);
 }
 
 template <class Coder>
@@ -278,14 +291,14 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component,
     double least = 0;
     for (std::size_t p = 0; p < plans.size() && plans.size() > 1 && !first_tile.empty(); ++p) {
       typename ScalarColumn<Coder>::Trial column(columns_[component], first_tile, plans[p].domain);
-      std::vector<std::uint64_t> values(
-          bits.begin(), bits.begin() + static_cast<std::ptrdiff_t>(first_tile.size()));
+      const auto own = bits.first(first_tile.size());
+      std::vector<std::uint64_t> values(own.begin(), own.end());
       Coder head, body;
       column->begin_group(head, plans[p], std::span(columns_).first(component), bits.size());
       classify(first_tile, style_);
       column->set_style(style_);
-      column->code_tile(body, first_tile, tile_classes(), values, {},
-                        reference.first(std::min(reference.size(), values.size())));
+      column->code_tile(
+          body, {first_tile, tile_classes(), {}, part_of(reference, 0, values.size())}, values);
       const double size =
           static_cast<double>(head.finish().size()) + static_cast<double>(body.finish().size()) *
                                                           static_cast<double>(bits.size()) /
@@ -333,7 +346,7 @@ bool ValueColumn<Coder>::decode_tile(const TiledItems::Tile& tile, std::vector<s
     for (std::size_t c = 0; c < info_->components; ++c) {
       for (std::size_t i = 0; i < own.size(); ++i)
         bits_[i] = load(from + i * stride + c * width_, width_);
-      columns_[c].note(own, bits_);
+      columns_[c].state().keep_values(own, bits_);
     }
     return true;
   }

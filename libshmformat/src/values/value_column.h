@@ -50,7 +50,7 @@ struct TiledItems {
 // arrays of so many components, and of all static arrays so many. Frozen: part of the format.
 inline constexpr std::uint32_t kMostTableComponents = 16, kMostTableComponentsInAll = 64;
 
-/// How the values of a group are said.
+/// How the values of a group are coded.
 enum class ColumnCodec : std::uint8_t {
   predicted,      ///< components over the mesh, adaptive bits
   mixed,          ///< the same, mixed bits
@@ -83,8 +83,8 @@ class ValueColumn {
   void make_room(std::uint32_t slots, std::uint32_t all = 0);
   /// Before the first element: all groups will come with a reference.
   void use_reference();
-  /// Encoding: groups that are not in a codec of columns leave no trace.
-  void see_own_groups_only() { takes_note_ = false; }
+  /// Encoding: nothing is kept of groups that are not in a codec of columns.
+  void see_own_groups_only() { sees_other_groups_ = false; }
 
   // `reference`: what the values of the covered elements refer to, as these are; or null.
   /// Encoding: all values of a group, of the covered elements in order, `stride` bytes apart.
@@ -107,14 +107,16 @@ class ValueColumn {
 
   std::vector<std::byte> packed(const std::byte* values, std::size_t stride,
                                 std::size_t count) const;
-  /// Nothing, and no trace, where components would change their domains too often.
+  /// Nothing, and nothing is kept, where components would change their domains too often.
   std::optional<std::vector<std::byte>> encode_predicted(const TiledItems& elements, Bits& bits,
                                                          const Bits& reference, Level level);
-  /// Takes note of values that were said otherwise.
-  void note(const TiledItems& elements, const Bits& bits);
-  /// What a group says first: the style, then the domain of each component. `plans` when encoding.
+  /// Values that another codec has coded.
+  void keep_values(const TiledItems& elements, const Bits& bits);
+  /// What a group begins with: the style, then the domain of each component. `plans` when encoding.
   bool code_head(Coder& coder, ColumnStyle style, std::span<const DomainPlan> plans,
                  std::uint64_t most_entries);
+  std::size_t size_with(const ColumnStyle& style, std::span<const Neighbourhood> first_tile,
+                        const Bits& bits, const Bits& reference, std::span<const DomainPlan> plans);
   ColumnStyle choose_style(std::span<const Neighbourhood> first_tile, const Bits& bits,
                            const Bits& reference, std::span<const DomainPlan> plans, Level level);
   /// Numbers of the classes of these elements in a style, in classes_.
@@ -133,10 +135,10 @@ class ValueColumn {
 
   std::shared_ptr<const ArrayInfo> info_;
   std::vector<std::uint32_t> blocks_;  // that have values; empty: all
-  bool repeats_, has_tables_, takes_note_ = true;
+  bool repeats_, has_tables_, sees_other_groups_ = true;
   std::size_t width_;
   std::vector<ScalarColumn<Coder>> columns_;
-  std::vector<const typename ScalarColumn<Coder>::Trace*> traces_;
+  std::vector<const CodedTile*> coded_tiles_;  // of the components before the one at hand
   std::vector<Neighbourhood> covered_;
   std::vector<std::uint64_t> bits_, reference_bits_;
   Coder coder_;

@@ -26,7 +26,7 @@ struct ValueDomain {
   DomainKind kind = DomainKind::floats;
   std::int32_t exponent = 0;
   bool negative_zero = false;  ///< whether a zero may be -0.0 (binary, decimal, digits)
-  bool odd = false;            ///< whether some values are none of the domain, and said in full
+  bool escapes = false;        ///< whether some values are none of the domain, and stored in full
   bool operator==(const ValueDomain&) const = default;
 
   bool is_linear() const {

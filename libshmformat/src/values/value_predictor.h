@@ -47,10 +47,10 @@ enum Mode : std::uint32_t {
   kModes = 29
 };
 
-/// Where there is a reference: what modes are applied to.
-enum Way : std::uint32_t {
-  kAlone = 0,       // the states
-  kDifference = 1,  // their differences from the states of the reference
+/// What modes are applied to: where there is a reference, one of two.
+enum PredictorInput : std::uint32_t {
+  kStates = 0,
+  kDifferences = 1,  // of the states from those of the reference
 };
 
 /// As a second predictor: there is none.
@@ -65,6 +65,14 @@ using Weights = std::array<std::int32_t, kWeights>;
 inline constexpr std::array<std::uint32_t, kWeights> kTermFeatures = {
     kFThird,        kFThird + 1,    kFThird + 2, kFBeyond,   kFBeyond + 1, kFBeyond + 2, kFDiagonal,
     kFDiagonal + 1, kFDiagonal + 2, kFNear,      kFNear + 1, kFNear + 2,   kFOpposite};
+
+/// How a class of neighbourhoods is predicted.
+struct ClassModes {
+  std::uint32_t mode = kLattice;
+  std::uint32_t second = kNoMode;  ///< a mode that may be right where the first is wrong
+  std::uint32_t input = kStates;
+  Weights weights{};
+};
 
 /// The axes of each parallelogram, as near[..] indices; its diagonal has the number of the face.
 inline constexpr std::array<std::array<std::uint32_t, 2>, 3> kFaceAxes = {{{0, 1}, {0, 2}, {1, 2}}};
@@ -212,6 +220,34 @@ class Predictor {
   std::uint32_t known_;
   const At& at_;
   double lattice_;
+};
+
+/// What modes predict for an element of a class. `at` and `difference_at`: both inputs;
+/// `reference`: the state of the reference, if there is one.
+template <class At, class DifferenceAt>
+class ClassPredictor {
+ public:
+  ClassPredictor(const ClassModes& modes, std::uint32_t known, const At& at,
+                 const DifferenceAt& difference_at, double reference)
+      : modes_(modes),
+        known_(known),
+        states_(known, at),
+        difference_at_(difference_at),
+        reference_(reference) {}
+
+  const ClassModes& modes() const { return modes_; }
+  double lattice() const { return states_.lattice(); }
+  double operator()(std::uint32_t mode) const {
+    if (modes_.input == kStates) return states_.predict(mode, modes_.weights);
+    return reference_ + Predictor(known_, difference_at_).predict(mode, modes_.weights);
+  }
+
+ private:
+  const ClassModes& modes_;
+  std::uint32_t known_;
+  Predictor<At> states_;
+  const DifferenceAt& difference_at_;
+  double reference_;
 };
 
 }  // namespace shm

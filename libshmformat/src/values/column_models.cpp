@@ -1,0 +1,149 @@
+#include "values/column_models.h"
+
+#include <algorithm>
+
+#include "bytes/whole_numbers.h"
+
+namespace shm {
+namespace {
+
+constexpr std::uint32_t kSizeClasses = 27;
+
+/// Of the mean size of the residuals near.
+std::uint32_t size_class(std::uint32_t mean) {
+  return mean <= 12 ? mean : std::min(12 + (mean - 9) / 4, kSizeClasses - 1);
+}
+
+/// Which model a residual has.
+std::uint32_t number_of(const ResidualContext& context, bool second) {
+  return (size_class(context.mean) * 3 + std::min(context.before, 2u)) * 2 + (second ? 1 : 0);
+}
+
+/// Its bit length, near a guess; then sign and the bits behind the leading one, as they are.
+template <class Coder>
+std::int64_t code_near_length(Coder& coder, NearModel& model, std::uint32_t guess,
+                              std::int64_t residual) {
+  const std::uint32_t length = code_near(coder, model, guess, bit_length(residual));
+  if (length == 0) return 0;
+  const auto bits = static_cast<std::uint64_t>(residual);
+  const std::uint64_t low = (std::uint64_t{1} << (length - 1)) - 1;
+  std::uint64_t size = residual < 0 ? 0 - bits : bits;
+  // length bits: the sign stands where the leading one would
+  std::uint64_t plain = (size & low) | (residual < 0 ? low + 1 : 0);
+  plain = coder.raw(plain, static_cast<int>(length));
+  size = (plain & low) | (low + 1);
+  return static_cast<std::int64_t>((plain & (low + 1)) != 0 ? 0 - size : size);
+}
+
+}  // namespace
+
+// --- a group
+
+template <class Coder>
+std::optional<ValueDomain> ColumnModels<Coder>::code_domain(Coder& coder, const ArrayInfo& info,
+                                                            const ValueDomain& now,
+                                                            ValueDomain domain) {
+  if (coder.bit(same_domain_, domain == now)) return now;
+  DomainModels& models = domain_.get();
+  domain.kind = static_cast<DomainKind>(
+      code_tree(coder, models.kind, static_cast<std::uint32_t>(domain.kind)));
+  if (static_cast<std::uint32_t>(domain.kind) >= kDomainKinds) return std::nullopt;
+  domain.exponent = static_cast<std::int32_t>(code_signed(coder, models.exponent, domain.exponent));
+  domain.negative_zero = coder.bit(models.negative_zero, domain.negative_zero);
+  domain.escapes = coder.bit(models.escapes, domain.escapes);
+  return domain.fits(info) ? std::optional(domain) : std::nullopt;
+}
+
+// --- a tile
+
+template <class Coder>
+void ColumnModels<Coder>::begin_tile(const TileClasses& classes) {
+  ++tile_;
+  tile_classes_ = classes;
+  std::uint32_t most = 0;
+  for (std::uint32_t it : classes.of_item) most = std::max(most, it);
+  for (std::size_t c = classes_.size(); c <= most; ++c) {
+    const std::uint16_t family = classes.families[c];
+    if (family >= last_coded_.size()) last_coded_.resize(std::size_t{family} + 1);
+    const ClassModes modes =
+        last_coded_[family] == 0 ? ClassModes() : classes_[last_coded_[family] - 1u].modes;
+    classes_.emplace_back().modes = modes;
+  }
+}
+
+template <class Coder>
+void ColumnModels<Coder>::copy_modes(std::vector<ClassModes>& modes) const {
+  modes.clear();
+  for (const Class& it : classes_) modes.push_back(it.modes);
+}
+
+template <class Coder>
+void ColumnModels<Coder>::code_modes(Coder& coder, std::uint32_t of_class, bool has_reference,
+                                     std::span<const ClassModes> wanted_modes) {
+  classes_[of_class].tile = tile_;
+  ClassModes& it = classes_[of_class].modes;
+  const ClassModes& wanted = Coder::kDecodes ? it : wanted_modes[of_class];
+  if (has_reference && !coder.bit(same_input_, wanted.input == it.input))
+    it.input = it.input == kStates ? kDifferences : kStates;
+  if (!coder.bit(same_mode_, wanted.mode == it.mode))
+    it.mode = std::min<std::uint32_t>(code_tree(coder, mode_, wanted.mode), kModes - 1);
+  if (!coder.bit(same_second_, wanted.second == it.second)) {
+    it.second = code_tree(coder, second_, wanted.second);
+    if (it.second >= kModes) it.second = kNoMode;
+  }
+  std::uint16_t& last = last_coded_[tile_classes_.families[of_class]];
+  if (it.mode == kFittedMode || it.second == kFittedMode)
+    code_weights(coder, wanted.weights, last == 0 ? it.weights : classes_[last - 1u].modes.weights,
+                 it.weights);
+  last = static_cast<std::uint16_t>(of_class + 1);
+}
+
+/// `family`: those of the class of the family that was coded last.
+template <class Coder>
+void ColumnModels<Coder>::code_weights(Coder& coder, const Weights& wanted, const Weights& family,
+                                       Weights& weights) {
+  if (coder.bit(same_weights_, wanted == weights)) return;
+  if (coder.bit(family_weights_, wanted == family)) {
+    weights = family;
+    return;
+  }
+  for (std::uint32_t i = 0; i < kWeights; ++i) {
+    const std::int64_t weight =
+        plus(weights[i], code_signed(coder, weight_.get(), wanted[i] - weights[i]));
+    weights[i] =
+        static_cast<std::int32_t>(std::clamp<std::int64_t>(weight, -kMostWeight, kMostWeight));
+  }
+}
+
+// --- an element
+
+template <class Coder>
+std::int64_t ColumnModels<Coder>::code_residual(Coder& coder, const ResidualContext& context,
+                                                bool second, std::int64_t residual) {
+  return code_near_length(coder, residuals_.of(number_of(context, second)), context.mean, residual);
+}
+
+template <class Coder>
+std::int64_t ColumnModels<Coder>::code_mixed_residual(Coder& coder, const ResidualContext& context,
+                                                      bool second, std::uint32_t of_class,
+                                                      std::int64_t expected,
+                                                      const std::array<std::int64_t, 3>& others,
+                                                      std::int64_t residual) {
+  Mixed& mixed = mixed_.get();
+  const auto towards = [&](std::int64_t other) {
+    const std::int64_t by = minus(other, expected);
+    return 2 * bit_length(by) + (by < 0 ? 1 : 0);
+  };
+  const auto& near = context.near;
+  mixed.coder.use(coder);
+  mixed.coder.about(0, clue(near[0] + near[1] + near[2], context.before, second),
+                    clue(near[0], near[1], near[2]), clue(of_class, context.last, second),
+                    clue(towards(others[0]), towards(others[1])),
+                    clue(context.before, context.two_before, towards(others[2])));
+  return code_signed(mixed.coder, mixed.residuals.of(number_of(context, second)), residual);
+}
+
+template class ColumnModels<SplitEncoder>;
+template class ColumnModels<SplitDecoder>;
+
+}  // namespace shm

@@ -1,0 +1,132 @@
+// ColumnModels: the models of a component, and what is coded with them: its domain once a group,
+// how the elements of each class are predicted once a tile, and of each value what the prediction
+// missed. Each call encodes what it is given, or ignores that and decodes, and returns the coded
+// value either way.
+// spec: "Value columns"
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "entropy/compact_number.h"
+#include "entropy/lazy_models.h"
+#include "entropy/mixing.h"
+#include "entropy/models.h"
+#include "entropy/split_coder.h"
+#include "values/class_numbers.h"
+#include "values/column_state.h"
+#include "values/mode_choice.h"
+#include "values/rank_table.h"
+#include "values/value_domain.h"
+
+namespace shm {
+
+template <class Coder>
+class ColumnModels {
+ public:
+  // --- a group
+
+  /// The domain of the group, which is `now` before it; nothing for damage.
+  std::optional<ValueDomain> code_domain(Coder& coder, const ArrayInfo& info,
+                                         const ValueDomain& now, ValueDomain domain);
+  bool code_has_table(Coder& coder, bool has) { return coder.bit(has_table_, has); }
+  /// As code_rank_table().
+  bool code_table(Coder& coder, DomainKind kind, std::vector<std::int64_t> known,
+                  std::uint64_t most_entries, std::vector<std::int64_t>& table) {
+    return code_rank_table(coder, table_.get(), kind, std::move(known), most_entries, table);
+  }
+
+  // --- a tile
+
+  /// A class that is new begins as the last one of its family was coded before this tile.
+  void begin_tile(const TileClasses& classes);
+  /// How the classes are predicted now.
+  void copy_modes(std::vector<ClassModes>& modes) const;
+  /// How the elements of a class are predicted in this tile: coded at the first of them. `wanted`:
+  /// by class, when encoding.
+  const ClassModes& modes(Coder& coder, std::uint32_t of_class, bool has_reference,
+                          std::span<const ClassModes> wanted) {
+    if (classes_[of_class].tile != tile_) code_modes(coder, of_class, has_reference, wanted);
+    return classes_[of_class].modes;
+  }
+
+  // --- an element
+
+  /// Whether the value is an escape: none of the domain.
+  bool code_escape(Coder& coder, bool escape) {
+    return last_escape_ = coder.bit(escape_[last_escape_], escape);
+  }
+  /// The bits of an escape, so many; the same as `reference`, if there is one, or in full.
+  std::uint64_t code_escaped(Coder& coder, std::uint64_t bits, int count,
+                             std::optional<std::uint64_t> reference) {
+    if (reference && coder.bit(same_escape_, bits == *reference)) return *reference;
+    return coder.raw(bits, count);
+  }
+  /// Whether the second mode of the class predicts it, as it did for so many near elements.
+  bool code_takes_second(Coder& coder, std::uint32_t of_class, std::uint32_t near, bool takes) {
+    return coder.bit(classes_[of_class].takes_second[near], takes);
+  }
+  /// `second`: whether the second mode predicted it.
+  std::int64_t code_residual(Coder& coder, const ResidualContext& context, bool second,
+                             std::int64_t residual);
+  /// The same with mixed bits. `expected`: the index that was predicted; `others`: what other modes
+  /// predict.
+  std::int64_t code_mixed_residual(Coder& coder, const ResidualContext& context, bool second,
+                                   std::uint32_t of_class, std::int64_t expected,
+                                   const std::array<std::int64_t, 3>& others,
+                                   std::int64_t residual);
+  /// Whether a zero is -0.0.
+  bool code_negative_zero(Coder& coder, bool negative) {
+    return last_negative_ = coder.bit(negative_[last_negative_], negative);
+  }
+
+ private:
+  using SignedNumberModel = SignedModel<CompactNumberModel>;
+  /// Of another domain.
+  struct DomainModels {
+    AdaptiveBit negative_zero, escapes;
+    TreeModel<3> kind;
+    SignedNumberModel exponent;
+  };
+  /// Codec mixed.
+  struct Mixed {
+    MixingCoder<Coder> coder{1};
+    LazyModels<SignedModel<ResidualModelOf<MixedBit>>> residuals;  // by context
+  };
+  /// Of a class of neighbourhoods.
+  struct Class {
+    std::uint64_t tile = 0;  // the last one that had it, from 1
+    ClassModes modes;
+    std::array<AdaptiveBit, 4> takes_second;  // by how many near ones did
+  };
+
+  void code_modes(Coder& coder, std::uint32_t of_class, bool has_reference,
+                  std::span<const ClassModes> wanted);
+  void code_weights(Coder& coder, const Weights& wanted, const Weights& family, Weights& weights);
+
+  AdaptiveBit same_domain_, has_table_;
+  LazyModel<DomainModels> domain_;
+  LazyModel<RankTableModels> table_;
+
+  std::uint64_t tile_ = 0;  // from 1
+  TileClasses tile_classes_;
+  std::vector<Class> classes_;
+  std::vector<std::uint16_t> last_coded_;  // by family: the class, from 1; 0: none so far
+  AdaptiveBit same_mode_, same_second_, same_input_, same_weights_, family_weights_;
+  TreeModel<5> mode_, second_;
+  LazyModel<SignedNumberModel> weight_;
+
+  bool last_escape_ = false, last_negative_ = false;
+  std::array<AdaptiveBit, 2> escape_, negative_;  // by what it was the last time
+  AdaptiveBit same_escape_;
+  LazyModels<NearModel> residuals_;  // by context
+  LazyModel<Mixed> mixed_;
+};
+
+extern template class ColumnModels<SplitEncoder>;
+extern template class ColumnModels<SplitDecoder>;
+
+}  // namespace shm

@@ -1,0 +1,170 @@
+#include "values/column_state.h"
+
+#include <algorithm>
+
+namespace shm {
+namespace {
+
+/// A size as it looks from a prediction of this scale.
+std::uint32_t relative(ResidualSize size, std::int32_t scale) {
+  return size == 0 ? 0u : static_cast<std::uint32_t>(std::clamp<std::int32_t>(size - scale, 1, 64));
+}
+
+}  // namespace
+
+ColumnState::ColumnState(std::shared_ptr<const ArrayInfo> info, std::size_t component)
+    : info_(std::move(info)),
+      component_(component),
+      domain_{is_float(info_->type)
+                  ? (info_->quantization.bits > 0 ? DomainKind::quantized : DomainKind::floats)
+                  : DomainKind::integers,
+              0, false, true},
+      translator_(*info_, component, domain_) {}
+
+void ColumnState::change_domain(const ValueDomain& domain) {
+  const ValueTranslator next(*info_, component_, domain);
+  if (!domain.has_states_of(domain_)) {
+    moved_ += room_ > 0 ? room_ : slots_.states.size();
+    const auto translate = [&](double state) {
+      const double moved = next.from_value(translator_.as_value(state));
+      return is_finite(moved) ? moved : 0.0;
+    };
+    for (double& state : slots_.states) state = translate(state);
+    for (Reference& it : slots_.references) it = {translate(it.state), 0.0};
+    for (double* state : {&last_, &before_last_, &last_reference_, &before_last_reference_})
+      *state = translate(*state);
+    std::fill(slots_.thirds.begin(), slots_.thirds.end(), 0.0);
+  }
+  domain_ = domain;
+  translator_ = next;
+}
+
+void ColumnState::Slots::make_room(std::uint32_t slot, bool has_reference) {
+  if (slot < states.size()) return;
+  shm::make_room(states, slot);
+  const std::size_t last = states.size() - 1;
+  shm::make_room(thirds, last);
+  shm::make_room(sizes, last);
+  shm::make_room(seconds, last);
+  if (has_reference) shm::make_room(references, last);
+}
+
+void ColumnState::skip(const Neighbourhood& item) {
+  ++elements_;
+  make_room(item.self);
+  slots_.states[item.self] = last_;
+  slots_.thirds[item.self] = 0.0;
+  slots_.sizes[item.self] = 0;
+  slots_.seconds[item.self] = 0;
+  if (has_reference_) slots_.references[item.self] = {last_reference_, 0.0};
+}
+
+void ColumnState::keep_values(std::span<const Neighbourhood> items,
+                              std::span<const std::uint64_t> bits) {
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const double value = translator_.from_value(scalar_as_double(info_->type, bits[i]));
+    skip(items[i]);
+    if (is_finite(value)) slots_.states[items[i].self] = value;
+    before_last_ = last_;
+    last_ = slots_.states[items[i].self];
+    last_size_ = 0;
+    if (!has_reference_) continue;
+    slots_.references[items[i].self] = {last_, 0.0};
+    before_last_reference_ = last_reference_;
+    last_reference_ = last_;
+  }
+}
+
+void ColumnState::begin_tile(const ColumnTile& tile) {
+  elements_ += tile.items.size();
+  coded_.sizes.resize(tile.items.size());
+  if (uses_matches_) {
+    coded_.values.resize(tile.items.size());
+    matches_.expect(tile.items.size());
+  }
+  std::uint32_t most_slot = 0;
+  for (const Neighbourhood& item : tile.items) most_slot = std::max(most_slot, item.self);
+  make_room(most_slot);
+}
+
+void ColumnState::find_matches(TileElement& element) const {
+  if (!uses_matches_) return;
+  const Neighbourhood& item = element.item();
+  const auto before = element.tile.before;
+  std::array<MatchTables::Key, kMatchKinds> keys;
+  for (std::uint32_t a = 0; a < 3; ++a)
+    if ((item.known >> a & 1) != 0) keys[0].add(slots_.states[item.at[a]]);
+  keys[1].add(last_);
+  keys[1].add(before_last_);
+  for (std::size_t c = 0; c < before.size() && c < 2; ++c)
+    keys[2].add(before[before.size() - 1 - c]->values[element.i]);
+  element.places = {keys[0].place(), keys[1].place(), keys[2].place()};
+}
+
+ResidualContext ColumnState::residual_context(const TileElement& element,
+                                              std::int32_t scale) const {
+  ResidualContext it;
+  const Neighbourhood& item = element.item();
+  std::uint32_t sum = 0, count = 0;
+  for (std::uint32_t a = 0; a < 3; ++a) {
+    if ((item.known >> a & 1) == 0) continue;
+    const std::uint32_t size = relative(slots_.sizes[item.at[a]], scale);
+    it.near[a] = size + 1;
+    sum += size;
+    ++count;
+  }
+  it.last = relative(last_size_, scale);
+  it.mean = count == 0 ? it.last : count == 1 ? sum : count == 2 ? (sum + 1) / 2 : (sum + 1) / 3;
+  const auto before = element.tile.before;
+  if (!before.empty()) it.before = relative(before.back()->sizes[element.i], scale) + 1;
+  if (before.size() >= 2)
+    it.two_before = relative(before[before.size() - 2]->sizes[element.i], scale) + 1;
+  return it;
+}
+
+void ColumnState::keep(const TileElement& element, double state, double lattice) {
+  const Neighbourhood& item = element.item();
+  slots_.thirds[item.self] = item.has_rule() ? state - lattice : 0.0;
+  slots_.states[item.self] = state;
+  before_last_ = last_;
+  last_ = state;
+  if (!uses_matches_) return;
+  coded_.values[element.i] = translator_.as_value(state);
+  matches_.remember(element.places, coded_.values[element.i]);
+}
+
+void ColumnState::keep_reference(const Neighbourhood& item, double state) {
+  const auto at = [&](std::uint32_t feature) { return reference_feature(item, feature, state); };
+  const double third = item.has_rule() ? state - Predictor(item.traits(), at).lattice() : 0.0;
+  slots_.references[item.self] = {state, third};
+  before_last_reference_ = last_reference_;
+  last_reference_ = state;
+}
+
+ColumnState::Loan::Loan(ColumnState& lender, std::span<const Neighbourhood> items)
+    : lender_(lender), items_(items) {
+  for (const Neighbourhood& item : items) lender.make_room(item.self);
+  slots_ = std::move(lender.slots_);
+  lender.slots_ = {};
+  kept_.reserve(items.size());
+  for (const Neighbourhood& item : items) {
+    const std::uint32_t s = item.self;
+    kept_.push_back({slots_.states[s], slots_.thirds[s], slots_.sizes[s], slots_.seconds[s],
+                     lender.has_reference_ ? slots_.references[s] : Reference()});
+  }
+}
+
+void ColumnState::Loan::give_back(ColumnState& borrower) {
+  Slots& slots = lender_.slots_ = std::move(borrower.slots_);
+  for (std::size_t i = 0; i < items_.size(); ++i) {
+    const std::uint32_t s = items_[i].self;
+    const Kept& kept = kept_[i];
+    slots.states[s] = kept.state;
+    slots.thirds[s] = kept.third;
+    slots.sizes[s] = kept.size;
+    slots.seconds[s] = kept.second;
+    if (lender_.has_reference_) slots.references[s] = kept.reference;
+  }
+}
+
+}  // namespace shm

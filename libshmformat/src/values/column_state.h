@@ -1,0 +1,217 @@
+// ColumnState: what a component keeps of the elements that it has coded: what later ones are
+// predicted from, and what tells how well that goes. Both directions change it alike.
+//   state      a value as a number of the domain at hand
+//   third      what the lattice missed at an element
+//   reference  state and third of the value that an element refers to, where there are references
+// spec: "Value columns"
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "bytes/by_slot.h"
+#include "values/class_numbers.h"
+#include "values/match_tables.h"
+#include "values/neighbourhood.h"
+#include "values/value_domain.h"
+#include "values/value_predictor.h"
+
+namespace shm {
+
+/// Steps of translating what is kept by slot into other domains, for each element of a column: a
+/// reader refuses more. Writers take half, since they may keep fewer slots. spec: "Limits"
+inline constexpr std::uint64_t kMostMovesForEach = 4096;
+
+/// How large a residual is: its bit length, raised by the scale of the prediction; 0: there is
+/// none.
+using ResidualSize = std::uint16_t;
+
+/// What a component held in the last tile, by element.
+struct CodedTile {
+  std::vector<double> values;
+  std::vector<ResidualSize> sizes;
+};
+
+/// A tile of one component, but for its values.
+struct ColumnTile {
+  std::span<const Neighbourhood> items;      ///< its elements, in order
+  TileClasses classes;                       ///< the same for all components
+  std::span<const CodedTile* const> before;  ///< of the components before this one
+  /// Bits that the values refer to; empty unless use_reference() was called.
+  std::span<const std::uint64_t> reference;
+};
+
+/// The element of a tile that is coded.
+struct TileElement {
+  const ColumnTile& tile;
+  std::size_t i;
+  MatchTables::Places places{};  ///< of ColumnState::find_matches()
+
+  const Neighbourhood& item() const { return tile.items[i]; }
+  std::uint32_t of_class() const { return tile.classes.of_item[i]; }
+};
+
+/// What tells how large a residual will be: sizes of others, as they look from a prediction of its
+/// scale; one more than the size, and 0 where there is none, but for `last` and `mean`.
+struct ResidualContext {
+  std::array<std::uint32_t, 3> near{};       ///< at the near elements
+  std::uint32_t before = 0, two_before = 0;  ///< here, one and two components before
+  std::uint32_t last = 0;                    ///< of the element coded last
+  std::uint32_t mean = 0;                    ///< of the near ones
+};
+
+class ColumnState {
+ public:
+  ColumnState(std::shared_ptr<const ArrayInfo> info, std::size_t component);
+
+  const ArrayInfo& info() const { return *info_; }
+  const ValueDomain& domain() const { return domain_; }
+  const ValueTranslator& translator() const { return translator_; }
+
+  /// Before the first element: all tiles will come with a reference.
+  void use_reference() { has_reference_ = true; }
+  bool has_reference() const { return has_reference_; }
+  /// Whether predictions look at matches, and at other components.
+  void use_matches(bool uses) { uses_matches_ = uses; }
+
+  /// Whether it may change to that domain: translating what it keeps by slot must stay in
+  /// proportion to its elements, so that groups of few elements cannot demand it at will.
+  bool may_change_to(const ValueDomain& domain, std::uint64_t most_moves_for_each) const {
+    return domain.has_states_of(domain_) || moved_ <= elements_ * most_moves_for_each;
+  }
+  void change_domain(const ValueDomain& domain);
+
+  void make_room(std::uint32_t slot) { slots_.make_room(slot, has_reference_); }
+  // Where elements were left out that no covered one looks at: as if they had been skipped, and as
+  // if there were room for this slot.
+  void count_left_out(std::uint64_t elements) { elements_ += elements; }
+  void count_room(std::uint32_t slot) { room_ = size_with_room(room_, slot); }
+
+  /// An element that the array does not cover: takes the state of the last one.
+  void skip(const Neighbourhood& item);
+  /// Values that another codec has coded.
+  void keep_values(std::span<const Neighbourhood> items, std::span<const std::uint64_t> bits);
+
+  void begin_tile(const ColumnTile& tile);
+  const CodedTile& coded_tile() const { return coded_; }
+
+  // --- what predictions are made of
+
+  /// Before feature().
+  void find_matches(TileElement& element) const;
+  /// The state of a feature, which must be known.
+  double feature(const TileElement& element, std::uint32_t feature) const {
+    const Neighbourhood& item = element.item();
+    if (feature < kFThird) return slots_.states[item.at[feature]];
+    if (feature < kFLast) return slots_.thirds[item.at[feature - kFThird]];
+    if (feature >= kFOther) return other_value(element);
+    if (feature >= kFMatch) return match(feature - kFMatch, element);
+    return feature == kFLast ? last_ : before_last_;
+  }
+  /// The state of what an element refers to: any number, the same everywhere.
+  double reference_state(std::uint64_t bits) const {
+    const double state = translator_.from_value(scalar_as_double(info_->type, bits));
+    return is_finite(state) ? state : last_reference_;
+  }
+  /// What is subtracted from a feature in a difference. `own`: the element's reference_state().
+  double reference_feature(const Neighbourhood& item, std::uint32_t feature, double own) const {
+    if (feature < kFThird) return slots_.references[item.at[feature]].state;
+    if (feature < kFLast) return slots_.references[item.at[feature - kFThird]].third;
+    if (feature >= kFMatch) return own;
+    return feature == kFLast ? last_reference_ : before_last_reference_;
+  }
+
+  // --- what tells how well that goes
+
+  ResidualContext residual_context(const TileElement& element, std::int32_t scale) const;
+  /// How many near elements took the second prediction of their class.
+  std::uint32_t seconds_near(const Neighbourhood& item) const {
+    std::uint32_t count = 0;
+    for (std::uint32_t a = 0; a < 3; ++a)
+      if ((item.known >> a & 1) != 0) count += slots_.seconds[item.at[a]];
+    return count;
+  }
+
+  // --- what is kept of an element
+
+  /// `lattice`: what the lattice predicted.
+  void keep(const TileElement& element, double state, double lattice);
+  void keep_reference(const Neighbourhood& item, double state);
+  void keep_residual(const TileElement& element, ResidualSize size, bool second) {
+    slots_.seconds[element.item().self] = second ? 1 : 0;
+    slots_.sizes[element.item().self] = size;
+    coded_.sizes[element.i] = last_size_ = size;
+  }
+
+  /// Lends what is kept by slot, which is much, and has what is kept of these items put back when
+  /// it is gone. The state that lends cannot be used meanwhile.
+  class Loan;
+
+ private:
+  struct Reference {
+    double state = 0, third = 0;
+  };
+  struct Slots {
+    std::vector<double> states, thirds;
+    std::vector<ResidualSize> sizes;
+    std::vector<std::uint8_t> seconds;  // whether the second prediction was taken
+    std::vector<Reference> references;
+
+    void make_room(std::uint32_t slot, bool has_reference);
+  };
+
+  double match(std::uint32_t kind, const TileElement& element) const {
+    return uses_matches_ ? translator_.from_value(matches_.find(kind, element.places[kind])) : 0.0;
+  }
+  /// What the component before is at this element.
+  double other_value(const TileElement& element) const {
+    const auto before = element.tile.before;
+    return before.empty() || !uses_matches_
+               ? 0.0
+               : translator_.from_value(before.back()->values[element.i]);
+  }
+
+  std::shared_ptr<const ArrayInfo> info_;
+  std::size_t component_;
+  ValueDomain domain_;
+  ValueTranslator translator_;
+  bool has_reference_ = false, uses_matches_ = true;
+  std::uint64_t elements_ = 0;  // so far
+  std::size_t room_ = 0;        // slots of all elements, where some are left out
+  std::uint64_t moved_ = 0;     // slots that were translated into another domain, in all
+
+  Slots slots_;
+  CodedTile coded_;
+  MatchTables matches_;
+  // of the elements coded last
+  double last_ = 0, before_last_ = 0;
+  double last_reference_ = 0, before_last_reference_ = 0;
+  ResidualSize last_size_ = 0;
+};
+
+class ColumnState::Loan {
+ public:
+  Loan(ColumnState& lender, std::span<const Neighbourhood> items);
+  /// To a copy of the lender.
+  void lend(ColumnState& borrower) { borrower.slots_ = std::move(slots_); }
+  void give_back(ColumnState& borrower);
+
+ private:
+  struct Kept {
+    double state, third;
+    ResidualSize size;
+    std::uint8_t second;
+    Reference reference;
+  };
+
+  ColumnState& lender_;
+  std::span<const Neighbourhood> items_;
+  std::vector<Kept> kept_;  // by item
+  Slots slots_;
+};
+
+}  // namespace shm
