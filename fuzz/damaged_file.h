@@ -15,9 +15,9 @@
 #include <utility>
 #include <vector>
 
-#include "../tests/file_surgery.h"
 #include "bytes/packing.h"
 #include "shm/reader.h"
+#include "support/file_surgery.h"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 

@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "../tests/test_mesh.h"
 #include "choices.h"
 #include "shm/mesh.h"
+#include "support/test_mesh.h"
 
 namespace {
 

@@ -23,15 +23,15 @@
 #include <string_view>
 #include <vector>
 
-#include "../tests/stepped_mesh.h"
+#include "support/stepped_mesh.h"
 #ifdef SHM_SEEDS_OF_CONVERTERS
-#include "../tests/parity_file.h"
 #include "archive/parity.h"
 #include "base/failure.h"
 #include "base/spool.h"
 #include "compression/compress.h"
 #include "compression/decompress.h"
 #include "formats/formats.h"
+#include "support/parity_file.h"
 #endif
 
 namespace {
