@@ -237,12 +237,12 @@ double sz_step(std::span<const T> values, double bound) {
   return 2 * std::max(bound - rounding, bound / 2);
 }
 
-/// Packed: the step, planes of `said`, exact values.
+/// Packed: the step, planes of `codes`, exact values.
 template <class T>
 std::size_t sz_encode(Bytes in, std::size_t components, double bound, Room out) {
   std::vector<T> values(in.size() / sizeof(T)), exact;
   to_components(in, components, values.data());
-  std::vector<std::int32_t> said(values.size());
+  std::vector<std::int32_t> codes(values.size());
   const double step = sz_step<T>(values, bound);
   T last = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -253,18 +253,18 @@ std::size_t sz_encode(Bytes in, std::size_t components, double bound, Room out) 
     const T restored = moved(last, steps, step);
     if (near &&
         std::fabs(static_cast<double>(restored) - static_cast<double>(values[i])) <= bound) {
-      said[i] = steps < 0 ? -2 * steps - 1 : 2 * steps;  // small: high planes are 0
+      codes[i] = steps < 0 ? -2 * steps - 1 : 2 * steps;  // small: high planes are 0
       last = restored;
     } else {
-      said[i] = kEscape;
+      codes[i] = kEscape;
       exact.push_back(values[i]);
       last = prediction_from(values[i]);
     }
   }
-  const std::size_t planes_bytes = said.size() * sizeof said[0];
+  const std::size_t planes_bytes = codes.size() * sizeof codes[0];
   std::vector<std::byte> parts(sizeof step + planes_bytes + exact.size() * sizeof(T));
   std::memcpy(parts.data(), &step, sizeof step);
-  to_planes(std::as_bytes(std::span(said)), sizeof said[0], parts.data() + sizeof step);
+  to_planes(std::as_bytes(std::span(codes)), sizeof codes[0], parts.data() + sizeof step);
   if (!exact.empty())
     std::memcpy(parts.data() + sizeof step + planes_bytes, exact.data(), exact.size() * sizeof(T));
   return zstd_pack(parts, out, 19);
@@ -273,18 +273,18 @@ std::size_t sz_encode(Bytes in, std::size_t components, double bound, Room out) 
 template <class T>
 std::size_t sz_decode(Bytes in, std::size_t components, Room out) {
   std::vector<T> values(out.size() / sizeof(T));
-  std::vector<std::int32_t> said(values.size());
-  const std::size_t planes_bytes = said.size() * sizeof said[0];
+  std::vector<std::int32_t> codes(values.size());
+  const std::size_t planes_bytes = codes.size() * sizeof codes[0];
   double step = 0;
   std::vector<std::byte> parts(sizeof step + planes_bytes + out.size());
   zstd_unpack(in, parts);
   std::memcpy(&step, parts.data(), sizeof step);
-  from_planes(Bytes(parts).subspan(sizeof step, planes_bytes), sizeof said[0],
-              std::as_writable_bytes(std::span(said)).data());
+  from_planes(Bytes(parts).subspan(sizeof step, planes_bytes), sizeof codes[0],
+              std::as_writable_bytes(std::span(codes)).data());
   const std::byte* exact = parts.data() + sizeof step + planes_bytes;
   T last = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const std::int32_t s = said[i];
+    const std::int32_t s = codes[i];
     if (s == kEscape) {
       std::memcpy(&values[i], exact, sizeof(T));
       exact += sizeof(T);

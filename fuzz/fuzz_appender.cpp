@@ -33,7 +33,7 @@ Bytes some_values(std::uint64_t elements, const shm::ArrayInfo& info, std::uint8
   return values;
 }
 
-/// False where the old file was not what it said, or has no place for more.
+/// False where the old file was not what it claimed, or has no place for more.
 bool append(shm::RandomSource& old, std::uint8_t how, shm::ByteSink& sink) {
   shm::AppendOptions options;
   options.level = static_cast<shm::Level>(how % 3);

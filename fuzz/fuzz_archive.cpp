@@ -1,7 +1,7 @@
 // An archive whose list of members lies, behind right checksums: names that lead elsewhere, sizes
 // that do not fit, members that are damaged. What ArchiveReader says must be what is promised of
-// names and places, and each member can be read or is refused. What ArchiveWriter is told to name a
-// member it takes only where a reader would.
+// names and places, and each member can be read or is refused. What ArchiveWriter is given to name
+// a member it takes only where a reader would.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

@@ -141,8 +141,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const Outcome outcome = decode(bytes, data[0]);
   if (data[0] % 4 == 1 && !(decode(bytes, 0) == outcome)) std::abort();
   shm::MemoryRandomSource source(bytes);
-  const auto told = shm::read_summary(source, shm_fuzz::small_limits());
-  if (told && outcome.totals() && !Outcome::same(told->totals, outcome.totals())) std::abort();
+  const auto summary = shm::read_summary(source, shm_fuzz::small_limits());
+  if (summary && outcome.totals() && !Outcome::same(summary->totals, outcome.totals()))
+    std::abort();
   return 0;
 }
 

@@ -23,10 +23,10 @@ ConnectivityCodec codec_of(const TestMesh& mesh, const WriteOptions& options = {
   else
     sink.bytes = expect_round_trip(mesh, options);
   MemoryRandomSource source(sink.bytes);
-  const auto told = read_summary(source);
-  EXPECT_TRUE(told);
-  if (!told || told->totals.segment_connectivity.empty()) return ConnectivityCodec::automatic;
-  return told->totals.segment_connectivity[0];
+  const auto summary = read_summary(source);
+  EXPECT_TRUE(summary);
+  if (!summary || summary->totals.segment_connectivity.empty()) return ConnectivityCodec::automatic;
+  return summary->totals.segment_connectivity[0];
 }
 
 TEST(CodecChoice, TheSmallerOneWins) {

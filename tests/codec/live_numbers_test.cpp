@@ -26,9 +26,9 @@ void expect_same(const LiveNumbers& numbers, const Twin& twin) {
     EXPECT_EQ(numbers.state(number), imported ? State::imported : State::own) << number;
     if (!imported) own.push_back(number);
   }
-  auto told = numbers.own();
-  std::sort(told.begin(), told.end());
-  EXPECT_EQ(told, own);
+  auto listed = numbers.own();
+  std::sort(listed.begin(), listed.end());
+  EXPECT_EQ(listed, own);
 }
 
 void expect_same_run(const LiveNumbers& numbers, const Twin& twin, std::uint64_t first,

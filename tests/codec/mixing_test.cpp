@@ -86,7 +86,7 @@ TEST(Mixing, CluesAndHistoryArePutToUse) {
     copies[i] = noise[i];
     waves[i] = i / 3 % 2 == 0;
   }
-  // Told by a clue what it will be; told by its own last decisions.
+  // A clue gives what it will be; its own last decisions do.
   EXPECT_LT(coded(copies, [&](std::size_t i) { return noise[i] ? 1 : 2; }).size(), 60u);
   EXPECT_LT(coded(waves, [](std::size_t) { return 0; }).size(), 60u);
 }

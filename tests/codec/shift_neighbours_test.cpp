@@ -82,10 +82,11 @@ bool is_full(const Expected& it, std::uint32_t axes) {
   return (it.known & lattice) == lattice;
 }
 
-/// Tells the cells at these places, one after the other, and compares.
-class Told {
+/// Adds the cells at these places, one after the other, and compares.
+class CheckedNeighbours {
  public:
-  explicit Told(std::uint32_t axes) : axes_(axes), neighbours_(schema_of(axes), true, true) {
+  explicit CheckedNeighbours(std::uint32_t axes)
+      : axes_(axes), neighbours_(schema_of(axes), true, true) {
     EXPECT_TRUE(neighbours_.begin_group(kRingBits, kClaimed));
   }
 
@@ -188,11 +189,11 @@ TEST(ShiftNeighbours, OfHexahedraAreThoseInTheGrid) {
   for (std::uint32_t downwards = 0; downwards < 8; ++downwards)
     for (std::uint32_t fastest = 0; fastest < 3; ++fastest) {
       SCOPED_TRACE(testing::Message() << "downwards " << downwards << ", axis " << fastest);
-      Told told(3);
-      for_grid({5, 4, 4}, downwards, fastest, [&](const Place& at) { told.cell(at); });
-      EXPECT_GT(told.full_vertices, 0u);
+      CheckedNeighbours checked(3);
+      for_grid({5, 4, 4}, downwards, fastest, [&](const Place& at) { checked.cell(at); });
+      EXPECT_GT(checked.full_vertices, 0u);
       if (downwards == 0) {
-        EXPECT_EQ(told.full_cells, 4u * 3 * 3);
+        EXPECT_EQ(checked.full_cells, 4u * 3 * 3);
       }
     }
 }
@@ -201,9 +202,9 @@ TEST(ShiftNeighbours, OfQuadsAreThoseInTheGrid) {
   for (std::uint32_t downwards = 0; downwards < 4; ++downwards)
     for (std::uint32_t fastest = 0; fastest < 2; ++fastest) {
       SCOPED_TRACE(testing::Message() << "downwards " << downwards << ", axis " << fastest);
-      Told told(2);
-      for_grid({6, 5, 1}, downwards, fastest, [&](const Place& at) { told.cell(at); });
-      EXPECT_GT(told.full_vertices, 0u);
+      CheckedNeighbours checked(2);
+      for_grid({6, 5, 1}, downwards, fastest, [&](const Place& at) { checked.cell(at); });
+      EXPECT_GT(checked.full_vertices, 0u);
     }
 }
 
@@ -211,8 +212,8 @@ TEST(ShiftNeighbours, OfQuadsAreThoseInTheGrid) {
 TEST(ShiftNeighbours, OfScatteredCells) {
   std::vector<Place> cells;
   for_grid({4, 4, 4}, 0, 0, [&](const Place& at) { cells.push_back(at); });
-  Told told(3);
-  for (std::size_t i = 0; i < cells.size(); ++i) told.cell(cells[i * 37 % cells.size()]);
+  CheckedNeighbours checked(3);
+  for (std::size_t i = 0; i < cells.size(); ++i) checked.cell(cells[i * 37 % cells.size()]);
 }
 
 TEST(ShiftNeighbours, RingsForgetWhatHasTheirPlace) {

@@ -1,4 +1,4 @@
-// Cells said as shifts: all come back whatever they are, grids cost next to nothing, and damaged
+// Cells encoded as shifts: all come back whatever they are, grids cost next to nothing, and damaged
 // bytes do no harm.
 #include "shifts/shifts.h"
 
@@ -339,19 +339,19 @@ TEST(Shifts, TheSameBytesTwice) {
 
 // --- damage
 
-/// What a group says, and by which symbols.
-struct Said {
+/// The words of a group, and its symbols.
+struct Parts {
   Bytes words, symbols;
 };
-Bytes put_together(const Said& said) {
+Bytes put_together(const Parts& parts) {
   ByteWriter out, all;
-  out.put_varint(said.words.size());
-  all.put_bytes(said.words);
-  all.put_bytes(said.symbols);
+  out.put_varint(parts.words.size());
+  all.put_bytes(parts.words);
+  all.put_bytes(parts.symbols);
   out.put_bytes(zstd_compress(all.bytes, 1));
   return std::move(out.bytes);
 }
-Said take_apart(const Bytes& bytes, std::size_t cells) {
+Parts take_apart(const Bytes& bytes, std::size_t cells) {
   ByteReader in(bytes);
   const std::uint64_t words = in.get_varint();
   const auto all = zstd_decompress(in.get_bytes(in.left()), words + cells);
@@ -414,9 +414,9 @@ TEST(ShiftsDamaged, EveryCut) {
     ShiftDecoder decoder(it.schema, may_import);
     EXPECT_FALSE(begin(decoder, more, cells));
     // Behind zstd: words that end too early.
-    const Said said = take_apart(whole, cells);
-    for (std::size_t size = 0; size < said.words.size(); ++size) {
-      Said less = said;
+    const Parts parts = take_apart(whole, cells);
+    for (std::size_t size = 0; size < parts.words.size(); ++size) {
+      Parts less = parts;
       less.words.resize(size);
       const Bytes bytes = put_together(less);
       ShiftDecoder of_less(it.schema, may_import);
@@ -432,7 +432,7 @@ TEST(ShiftsDamaged, EveryByteChanged) {
     ShiftEncoder encoder(it.schema, may_import);
     Bytes whole = encode(encoder, it.group);
     const std::size_t cells = it.group.cells.size();
-    const Said said = take_apart(whole, cells);
+    const Parts parts = take_apart(whole, cells);
     for (std::byte& byte : whole)
       for (const int change : {1, 2, 4, 8, 16, 32, 64, 128, 255}) {
         byte ^= static_cast<std::byte>(change);
@@ -440,7 +440,7 @@ TEST(ShiftsDamaged, EveryByteChanged) {
         byte ^= static_cast<std::byte>(change);
       }
     for (const bool in_words : {true, false}) {
-      Said damaged = said;
+      Parts damaged = parts;
       for (std::byte& byte : in_words ? damaged.words : damaged.symbols)
         for (const int change : {1, 2, 4, 8, 16, 32, 64, 128, 255}) {
           byte ^= static_cast<std::byte>(change);
@@ -471,9 +471,9 @@ Bytes symbols(std::initializer_list<int> list) {
 
 TEST(ShiftsDamaged, LiesAreRefused) {
   const Schema schema = schema_of({2, 64});
-  const auto is_good = [&](const Said& said, std::size_t cells, bool may_import = false) {
+  const auto is_good = [&](const Parts& parts, std::size_t cells, bool may_import = false) {
     ShiftDecoder decoder(schema, may_import);
-    return decode(decoder, put_together(said), cells).has_value();
+    return decode(decoder, put_together(parts), cells).has_value();
   };
   EXPECT_TRUE(is_good({words(0, 3, {}, 2), symbols({255})}, 1));
   EXPECT_TRUE(is_good({words(0, 3, 1, 2), symbols({255})}, 1, true));
@@ -488,11 +488,11 @@ TEST(ShiftsDamaged, LiesAreRefused) {
   EXPECT_FALSE(is_good({words(0, 3, {}, 2), symbols({0})}, 1)) << "no shift in that place";
   EXPECT_FALSE(is_good({words(0, 3, {}, 2), symbols({255, 1})}, 2)) << "nor in that";
   EXPECT_FALSE(is_good({words(0, 3, {}, 2), symbols({255, 254})}, 2)) << "nor in the last";
-  EXPECT_FALSE(is_good({words(0, 3, {}, 2), symbols({255, 255})}, 2)) << "one is said";
-  EXPECT_FALSE(is_good({{}, symbols({255})}, 1)) << "none is said";
+  EXPECT_FALSE(is_good({words(0, 3, {}, 2), symbols({255, 255})}, 2)) << "one is given";
+  EXPECT_FALSE(is_good({{}, symbols({255})}, 1)) << "none is given";
   EXPECT_FALSE(is_good({words(0, 3, {}, 2), symbols({255, 0})}, 1)) << "too many symbols";
   EXPECT_FALSE(is_good({words(0, 3, {}, 2), symbols({255})}, 2)) << "too few";
-  Said long_one{words(0, 3, {}, 2), symbols({255})};
+  Parts long_one{words(0, 3, {}, 2), symbols({255})};
   long_one.words.push_back(std::byte{0});
   EXPECT_FALSE(is_good(long_one, 1)) << "more than is used";
 }
@@ -510,14 +510,14 @@ TEST(ShiftsDamaged, SymbolsMustAllBeUsed) {
 }
 
 TEST(ShiftsDamaged, StatedSizesAreLimited) {
-  const Said said{words(0, 3, {}, 2), symbols({255})};
+  const Parts parts{words(0, 3, {}, 2), symbols({255})};
   ShiftDecoder decoder(schema_of({2}), false);
-  EXPECT_TRUE(begin(decoder, put_together(said), 1, said.words.size()));
-  EXPECT_FALSE(begin(decoder, put_together(said), 1, said.words.size() - 1));
+  EXPECT_TRUE(begin(decoder, put_together(parts), 1, parts.words.size()));
+  EXPECT_FALSE(begin(decoder, put_together(parts), 1, parts.words.size() - 1));
   for (const std::uint64_t stated : {kNoLimit, kNoLimit + 1, ~std::uint64_t{0}}) {
     ByteWriter out;
     out.put_varint(stated);
-    out.put_bytes(zstd_compress(said.words, 1));
+    out.put_bytes(zstd_compress(parts.words, 1));
     EXPECT_FALSE(begin(decoder, out.bytes, 1)) << stated;
   }
   EXPECT_FALSE(begin(decoder, {}, 0));

@@ -348,8 +348,8 @@ class BetweenFormatsTest(unittest.TestCase):
 
     def test_gmsh_groups_in_exodus(self):
         apart(grouped_boxes, self.path("boxes.msh"))
-        told = self.convert("boxes.msh", "boxes.e")
-        self.assertNotIn("group", told)
+        losses = self.convert("boxes.msh", "boxes.e")
+        self.assertNotIn("group", losses)
         blocks, sets, ids = ncdump(self.path("boxes.e"), "eb_names", "els_names", "els_prop1")
         self.assertEqual(sorted(b.strip('",') for b in blocks), ["", "all", "all", "both"])
         self.assertEqual([s.strip('",') for s in sets], ["wall", "both"])

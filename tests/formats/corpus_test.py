@@ -36,28 +36,28 @@ def run(command):
     return done.returncode, (done.stderr + done.stdout).strip()[:400], done.stdout
 
 
-def exercised(told):
+def exercised(info):
     """What a mesh holds, from `shm info --json`: the columns of a line of the table."""
     shapes = {}
-    for block in told["blocks"]:
+    for block in info["blocks"]:
         kind = block["shape"] + (str(block["nodes_per_cell"] or "") if block["cells"] else " 0")
         shapes[kind] = shapes.get(kind, 0) + block["cells"]
     arrays = {}
-    for array in told["arrays"]:
+    for array in info["arrays"]:
         kind = (array["role"].split(":")[-1] if array["role"]
                 else f"{array['location']} {array['type']}x{array['components']}")
         arrays[kind] = arrays.get(kind, 0) + 1
-    counts = [f"{n} {what}" for what, n in (("vertices", told["vertices"]),
-                                            ("blocks", len(told["blocks"])),
-                                            ("steps", len(told["step_times"])), ("sets", len(told["sets"])),
-                                            ("extras", len(told["extras"]))) if n]
-    return [told["source_format"], ", ".join(counts),
+    counts = [f"{n} {what}" for what, n in (("vertices", info["vertices"]),
+                                            ("blocks", len(info["blocks"])),
+                                            ("steps", len(info["step_times"])), ("sets", len(info["sets"])),
+                                            ("extras", len(info["extras"]))) if n]
+    return [info["source_format"], ", ".join(counts),
             ", ".join(f"{n} {kind}" for kind, n in sorted(shapes.items())),
             ", ".join(kind if n == 1 else f"{n} {kind}" for kind, n in sorted(arrays.items()))]
 
 
 def cannot_hold(difference):
-    """What is lost by design, and said when converting: time steps, and the shape of cells that the
+    """What is lost by design, and reported when converting: time steps, and the shape of cells that the
     other format has no word for. What B has besides are sets, as arrays or as cells."""
     kind, what = difference["kind"], difference["what"]
     if kind == "cells":
@@ -90,8 +90,8 @@ def check(shm, path, scratch):
     code, text, out = run([shm, "info", path, "--json"])
     if code != 0:
         return [], [f"info: exit {code}: {text}"]
-    told = json.loads(out)
-    return exercised(told), round_trip(shm, path, told["source_format"], scratch)
+    info = json.loads(out)
+    return exercised(info), round_trip(shm, path, info["source_format"], scratch)
 
 
 def round_trip(shm, path, source_format, scratch):

@@ -1,4 +1,4 @@
-// AVS UCD files: what they mean, that they come back, and that damage is told.
+// AVS UCD files: what they mean, that they come back, and that damage is reported.
 #include "ucd/ucd.h"
 
 #include <gtest/gtest.h>

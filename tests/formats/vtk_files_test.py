@@ -116,7 +116,7 @@ class VtkFamilyTest(unittest.TestCase):
         return done
 
     def losses(self, *words, code=0):
-        """What is said to be missing from the output."""
+        """What is reported to be missing from the output."""
         return [re.sub(r"^shm: not in [^:]*: ", "", line)
                 for line in self.shm(*words, "-q", code=code).stderr.splitlines()]
 
@@ -366,7 +366,7 @@ class VtkFamilyTest(unittest.TestCase):
             self.assertIn("strings", self.shm("info", write("bad.vtu", strings), code=3).stderr)
 
     def test_pieces(self):
-        """Strings of all pieces are one array; what stands at some pieces only is told."""
+        """Strings of all pieces are one array; what only some pieces have is reported."""
         first = grid_xml([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [[0, 1, 2, 3]], 10,
                          "<PointData>" + text_xml("s", "abcd") + "</PointData>")
         second = grid_xml([(5, 0, 0), (6, 0, 0), (5, 1, 0)], [[0, 1, 2]], 5,
@@ -579,9 +579,9 @@ $EndElements
 """
         path = self.write("a.msh", text)
         for target in ("a.vtk", "a.vtu"):
-            told = [line for line in self.losses("convert", path, self.path(target))
+            lost = [line for line in self.losses("convert", path, self.path(target))
                     if line.startswith("number of block")]
-            self.assertEqual(told, ["number of block 1 'body', which another block has (2 there)"])
+            self.assertEqual(lost, ["number of block 1 'body', which another block has (2 there)"])
             grid, _ = vtu_oracle.seen(self.path(target))
             ids = grid.GetCellData().GetArray("BlockId")
             self.assertEqual([ids.GetValue(i) for i in range(2)], [1, 2])

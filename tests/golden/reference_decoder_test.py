@@ -90,10 +90,10 @@ class Faulty(unittest.TestCase):
         for number, code, sentence in faulty:
             with self.subTest(number, fault=sentence.strip()), self.assertRaises(ShmError) as caught:
                 list(text_of(content(os.path.join(FAULTY, number + ".shm"))))
-            told = str(caught.exception)
-            with self.subTest(number, fault=sentence.strip(), told=told):
-                self.assertEqual("unsupported" in told, code == "unsupported")
-                self.assertEqual("truncated" in told, code == "truncated")
+            message = str(caught.exception)
+            with self.subTest(number, fault=sentence.strip(), message=message):
+                self.assertEqual("unsupported" in message, code == "unsupported")
+                self.assertEqual("truncated" in message, code == "truncated")
 
 
 class Changed(unittest.TestCase):
@@ -197,7 +197,7 @@ class Generated(BothAgree):
             self.assertTrue(self.check(mesh, ["--level", "best", "--codec", "mixed"], scratch))
 
     def test_many_cells_around_an_edge(self):
-        """More than are told apart: a wheel of twelve cells about an edge, spoke by spoke of many layers."""
+        """More than are distinguished: a wheel of twelve cells about an edge, spoke by spoke of many layers."""
         spokes, layers = 12, 30
         size, turn = 2 * spokes + 1, math.pi / spokes
         ring = [(math.cos(turn * i), math.sin(turn * i)) for i in range(2 * spokes)]

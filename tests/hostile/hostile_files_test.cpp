@@ -1,5 +1,5 @@
 // Mesh files that were made to cost much: what they take must follow their size, or be refused.
-// Where there is no limit to be told, the same work is done on a small and a four times larger
+// Where there is no limit to be given, the same work is done on a small and a four times larger
 // input: in proportion it takes four times as long, and not sixteen.
 #include <gtest/gtest.h>
 #include <netcdf.h>
@@ -231,8 +231,8 @@ TEST(Growth, ManySets) {
   EXPECT_LT(growth(3000,
                    [](std::size_t n) {
                      return [info = with_exodus_sets(n), n] {
-                       std::set<std::string> told;
-                       const auto sets = transfer_sets(info, told);
+                       std::set<std::string> losses;
+                       const auto sets = transfer_sets(info, losses);
                        ASSERT_EQ(sets.size(), n);
                        MeshInfo to;
                        to.vertices = info.vertices;

@@ -26,12 +26,12 @@ ShiftWords words_of(const GroupParts& group) {
   const auto middle = all->begin() + static_cast<std::ptrdiff_t>(words);
   return {Bytes(all->begin(), middle), Bytes(middle, all->end())};
 }
-Bytes bytes_of(const ShiftWords& said, std::uint8_t ring_bits = 0) {
+Bytes bytes_of(const ShiftWords& parts, std::uint8_t ring_bits = 0) {
   ByteWriter out, all;
   out.put_u8(ring_bits);
-  out.put_varint(said.words.size());
-  all.put_bytes(said.words);
-  all.put_bytes(said.symbols);
+  out.put_varint(parts.words.size());
+  all.put_bytes(parts.words);
+  all.put_bytes(parts.symbols);
   out.put_bytes(zstd_compress(all.bytes, 1));
   return std::move(out.bytes);
 }
@@ -45,16 +45,16 @@ void expect_shifts_refuse_lies(const char* name) {
   const auto with_first = [&](const std::function<void(Shift&)>& lie) {
     return shifts_with(
         [&](GroupParts& group) {
-          ShiftWords said = words_of(group);
-          ByteReader in(said.words);
+          ShiftWords parts = words_of(group);
+          ByteReader in(parts.words);
           Shift first;
           for (int i = 0; i < 12; ++i) first.push_back(in.get_varint());
           lie(first);
           ByteWriter out;
           for (const std::uint64_t it : first) out.put_varint(it);
           out.put_bytes(in.get_bytes(in.left()));
-          said.words = std::move(out.bytes);
-          group.streams[0] = bytes_of(said);
+          parts.words = std::move(out.bytes);
+          group.streams[0] = bytes_of(parts);
         },
         name);
   };
@@ -81,14 +81,14 @@ void expect_shifts_refuse_lies(const char* name) {
   const auto with_symbols = [&](const std::function<void(Bytes&)>& lie) {
     return shifts_with(
         [&](GroupParts& group) {
-          ShiftWords said = words_of(group);
-          lie(said.symbols);
-          group.streams[0] = bytes_of(said);
+          ShiftWords parts = words_of(group);
+          lie(parts.symbols);
+          group.streams[0] = bytes_of(parts);
         },
         name);
   };
   EXPECT_EQ(code_of(with_symbols([](Bytes& s) { s[0] = std::byte{0}; })), ErrorCode::corrupt);
-  // One more new shift than is said.
+  // One more new shift than is declared.
   EXPECT_EQ(code_of(with_symbols([](Bytes& s) {
               const auto old =
                   std::find_if(s.begin(), s.end(), [](std::byte b) { return b != std::byte{255}; });
@@ -282,7 +282,8 @@ TEST(Hostile, ShiftsOfAnotherSchema) {
             ErrorCode::corrupt);
 }
 
-// Nor where they are told again for steps that come behind them, beside which nothing else is read.
+// Nor where they are decoded again for steps that come behind them, beside which nothing else is
+// read.
 TEST(Hostile, ShiftsOfAnotherSchemaAreNotToldAgain) {
   const auto appends_with = [](const std::function<void(Schema&)>& change) {
     TestMesh mesh = bent_grid(3, 2, 2);
@@ -310,7 +311,7 @@ TEST(Hostile, ShiftsOfAnotherSchemaAreNotToldAgain) {
   EXPECT_FALSE(appends_with([](Schema& s) { s.arrays[0].components = 33; }));
 }
 
-// A cell there cannot be, whatever is said of it.
+// A cell there cannot be, whatever is stored of it.
 TEST(Hostile, ShiftsWithoutAnyBlock) {
   Schema schema;
   schema.coordinate_type = ScalarType::float32;

@@ -198,7 +198,7 @@ TEST(Hostile, ChunksMissingRepeatedOrSwapped) {
         parts.chunks.erase(parts.chunks.begin() + place);
         const ErrorCode missing = code_of(put_together(parts, numbering));
         EXPECT_TRUE(missing == ErrorCode::corrupt || missing == ErrorCode::truncated) << at;
-        // The schema may be said twice, but every chunk counts in the index; behind the index
+        // The schema may be stored twice, but every chunk counts in the index; behind the index
         // comes what is ignored.
         parts = whole;
         parts.chunks.insert(parts.chunks.begin() + place, whole.chunks[at]);
@@ -411,7 +411,7 @@ TEST(Hostile, LyingGroupHeader) {
   refused("unmarked", [](Header& h) { h.loose_vertices -= 1; });
 }
 
-// What steps need of the mesh is told again from its groups, without the checks of a Reader.
+// What steps need of the mesh is derived again from its groups, without the checks of a Reader.
 TEST(Hostile, ReplayThatCountsOtherVerticesThanStated) {
   for (const char* name :
        {"keep", "groups", "mixed_cells", "segments", "shifts", "shifts_stream"}) {

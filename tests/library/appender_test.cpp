@@ -163,7 +163,7 @@ Bytes of_version_0_1(const Bytes& bytes) {
 
 TEST(Appender, FilesOfAnOlderVersionStayOfIt) {
   const Stepped it = waves(6);
-  constexpr std::size_t kMuch = std::size_t{1} << 20;  // the schema is said again
+  constexpr std::size_t kMuch = std::size_t{1} << 20;  // the schema is written again
   const Bytes more = appended(of_version_0_1(file_with(it, 4, kMuch)), it, 4, 6);
   EXPECT_TRUE(more == of_version_0_1(file_with(it, 6, kMuch)));
   EXPECT_EQ(values_of(read(more)), it.values);

@@ -296,7 +296,7 @@ TEST_F(FileIo, FilesThatCannotBeLinkedAreCopied) {
   }
   EXPECT_EQ(files(), 4u);
   EXPECT_EQ(refused_links, 8);
-  // Where there is no room for another name either, what was first wrong is said.
+  // Where there is no room for another name either, the first error is reported.
   auto sink = FileSink::create(path("none"));
   ASSERT_TRUE(sink);
   fs::remove_all(folder_);

@@ -545,7 +545,7 @@ TEST(MeshExtract, BlocksAreFoundWhereTheyStand) {
     EXPECT_EQ(file->cell_numbers().size(), quarter);
   }
   // Two blocks that alternate from group to group stand where nobody would look first. Segments
-  // without the block are told by their connectivity.
+  // without the block are known by their connectivity.
   Stepped it = bar(Order::keep);
   it.options.segment_cells = kBarGroup;
   it.mesh.schema.blocks.push_back({2, "", CellShape::hexahedron, 8});
@@ -613,7 +613,7 @@ TEST(MeshExtract, TheIndexMayHideCellsAndNothingElse) {
       refused("no box", [](IndexEntry& e) { e.box.fill(std::nan("")); });
       refused("far box", [](IndexEntry& e) { e.box = {50, 50, 50, 51, 51, 51}; });
     }
-    // Who wants a box alone is not told: boxes far away hide what is there.
+    // Who asks for a box alone does not learn of it: boxes far away hide what is there.
     const Bytes hidden = with_index(bytes, [](container::Index& index) {
       for (IndexEntry& entry : index.entries) entry.box = {50, 50, 50, 51, 51, 51};
     });

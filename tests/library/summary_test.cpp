@@ -65,9 +65,9 @@ void expect_same(const Summary& a, const Summary& b, const std::string& name) {
 void expect_as_the_reader(std::span<const std::byte> bytes, const std::string& name) {
   const auto expected = summary_by_reader(bytes);
   ASSERT_TRUE(expected) << name << ": " << expected.error().message();
-  const auto told = summary_of(bytes);
-  ASSERT_TRUE(told) << name << ": " << told.error().message();
-  expect_same(*told, *expected, name);
+  const auto summary = summary_of(bytes);
+  ASSERT_TRUE(summary) << name << ": " << summary.error().message();
+  expect_same(*summary, *expected, name);
 }
 
 /// Small, but with all kinds of chunks, several segments, groups and steps.
@@ -116,11 +116,11 @@ TEST(Summary, ArchivesAndOtherFilesAreRefusedAsTheReaderDoes) {
   Bytes newer = small_file();
   newer[8] = std::byte{9};
   for (const Bytes& bytes : {archive_file().bytes, text, newer}) {
-    const auto told = summary_of(bytes);
+    const auto summary = summary_of(bytes);
     const auto expected = summary_by_reader(bytes);
-    ASSERT_FALSE(told || expected);
-    EXPECT_EQ(told.error().message(), expected.error().message());
-    EXPECT_EQ(told.error().code, expected.error().code);
+    ASSERT_FALSE(summary || expected);
+    EXPECT_EQ(summary.error().message(), expected.error().message());
+    EXPECT_EQ(summary.error().code, expected.error().code);
   }
 }
 
@@ -158,14 +158,14 @@ TEST(Summary, EveryFlippedBitThatIsReadIsFound) {
   for (std::size_t at = 0; at < bytes.size(); at += every(7)) {
     Bytes damaged = bytes;
     damaged[at] ^= std::byte{1} << random() % 8;
-    const auto told = summary_of(damaged);
-    if (!told) {
+    const auto summary = summary_of(damaged);
+    if (!summary) {
       EXPECT_TRUE(watched.touched[at]) << at;
-      EXPECT_NE(told.error().offset, kNoOffset) << told.error().message();
+      EXPECT_NE(summary.error().offset, kNoOffset) << summary.error().message();
       continue;
     }
     // Some bytes of step values stand so near to the header that they are read with it.
-    expect_same(*told, *good, "byte " + std::to_string(at));
+    expect_same(*summary, *good, "byte " + std::to_string(at));
     ++unread;
   }
   EXPECT_GT(unread, bytes.size() / every(7) / 4);
@@ -176,10 +176,10 @@ TEST(Summary, EveryFlippedBitThatIsReadIsFound) {
 TEST(Summary, EveryCutIsFound) {
   const Bytes bytes = small_file();
   for (std::size_t size = 0; size < bytes.size(); size += every(7)) {
-    const auto told = summary_of(std::span(bytes).first(size));
-    ASSERT_FALSE(told) << size;
-    EXPECT_EQ(told.error().code, ErrorCode::truncated) << told.error().message();
-    EXPECT_EQ(told.error().offset, size) << told.error().message();
+    const auto summary = summary_of(std::span(bytes).first(size));
+    ASSERT_FALSE(summary) << size;
+    EXPECT_EQ(summary.error().code, ErrorCode::truncated) << summary.error().message();
+    EXPECT_EQ(summary.error().offset, size) << summary.error().message();
   }
 }
 
@@ -207,10 +207,10 @@ TEST(Summary, ACutFileWithDamageIsNoWalk) {
   const std::size_t second = container::kFileStartBytes + container::kChunkHeaderBytes +
                              take_apart(bytes).chunks[0].payload.size();
   bytes[second + 3] ^= std::byte{1};
-  const auto told = summary_of(bytes);
-  ASSERT_FALSE(told);
-  EXPECT_EQ(told.error().code, ErrorCode::corrupt);
-  EXPECT_EQ(told.error().offset, second);
+  const auto summary = summary_of(bytes);
+  ASSERT_FALSE(summary);
+  EXPECT_EQ(summary.error().code, ErrorCode::corrupt);
+  EXPECT_EQ(summary.error().offset, second);
 }
 
 // --- lies
@@ -220,10 +220,10 @@ TEST(Summary, TheIndexIsNotBelieved) {
   ASSERT_TRUE(summary_of(with_index(bytes, [](container::Index&) {})));
   const auto refused = [&](const std::string& what,
                            const std::function<void(container::Index&)>& lie) {
-    const auto told = summary_of(with_index(bytes, lie));
-    ASSERT_FALSE(told) << what;
-    EXPECT_NE(told.error().offset, kNoOffset) << what;
-    EXPECT_FALSE(told.error().section.empty()) << what;
+    const auto summary = summary_of(with_index(bytes, lie));
+    ASSERT_FALSE(summary) << what;
+    EXPECT_NE(summary.error().offset, kNoOffset) << what;
+    EXPECT_FALSE(summary.error().section.empty()) << what;
   };
   const auto of_entry = [&](const std::string& what, ChunkKind kind, std::size_t n,
                             const std::function<void(IndexEntry&)>& lie) {
@@ -318,10 +318,10 @@ TEST(Summary, HeadersThatLieAreFound) {
     const std::size_t header_bytes = out.bytes.size();
     for (const auto& stream : group->streams) out.put_bytes(stream);
     chunk->payload = std::move(out.bytes);
-    const auto told = summary_of(with_places(std::move(parts), [&](container::Index& index) {
+    const auto summary = summary_of(with_places(std::move(parts), [&](container::Index& index) {
       entry_of(index, ChunkKind::group, 1).header_bytes = header_bytes;
     }));
-    return told ? std::optional<ErrorCode>() : told.error().code;
+    return summary ? std::optional<ErrorCode>() : summary.error().code;
   };
   EXPECT_EQ(code_with([](GroupHeader&) {}), std::nullopt);
   const auto refused = [&](const char* what, const std::function<void(GroupHeader&)>& lie,
@@ -413,9 +413,9 @@ TEST(Summary, LiesOfAllKindsEndSomehow) {
     if (chunk.is(ChunkKind::group))
       if (auto group = take_group_apart(chunk.payload)) chunk.payload = put_group_together(*group);
     const Bytes lying = put_together(std::move(parts));
-    const auto told = summary_of(lying);
-    if (!told) continue;
-    if (const auto expected = summary_by_reader(lying)) expect_same(*told, *expected, "a lie");
+    const auto summary = summary_of(lying);
+    if (!summary) continue;
+    if (const auto expected = summary_by_reader(lying)) expect_same(*summary, *expected, "a lie");
   }
 }
 
@@ -424,8 +424,8 @@ TEST(Summary, LimitsAreKept) {
   const auto code = [&](const std::function<void(ReadLimits&)>& set) {
     ReadLimits limits;
     set(limits);
-    const auto told = summary_of(bytes, limits);
-    return told ? std::optional<ErrorCode>() : told.error().code;
+    const auto summary = summary_of(bytes, limits);
+    return summary ? std::optional<ErrorCode>() : summary.error().code;
   };
   using enum ErrorCode;
   EXPECT_EQ(code([](ReadLimits& it) { it.max_segments = 1; }), corrupt);

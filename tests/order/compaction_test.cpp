@@ -1,4 +1,4 @@
-// Vertex compaction: each vertex before its first cell, each last use told once.
+// Vertex compaction: each vertex before its first cell, each last use marked once.
 #include "mesh/vertex_compaction.h"
 
 #include <gtest/gtest.h>

@@ -89,16 +89,16 @@ std::uint64_t memory_of(const std::function<bool()>& work) {
     ::getrusage(RUSAGE_SELF, &after);
     const std::uint64_t bytes =
         1 + 1024 * static_cast<std::uint64_t>(after.ru_maxrss - before.ru_maxrss);
-    const bool told = ::write(pipe[1], &bytes, sizeof bytes) == sizeof bytes;
-    ::_exit(good && told ? 0 : 1);
+    const bool sent = ::write(pipe[1], &bytes, sizeof bytes) == sizeof bytes;
+    ::_exit(good && sent ? 0 : 1);
   }
   ::close(pipe[1]);
   std::uint64_t bytes = 0;
-  const bool told = ::read(pipe[0], &bytes, sizeof bytes) == sizeof bytes;
+  const bool received = ::read(pipe[0], &bytes, sizeof bytes) == sizeof bytes;
   ::close(pipe[0]);
   int status = 0;
   ::waitpid(child, &status, 0);
-  return told && WIFEXITED(status) && WEXITSTATUS(status) == 0 ? bytes : 0;
+  return received && WIFEXITED(status) && WEXITSTATUS(status) == 0 ? bytes : 0;
 }
 
 // In rows and layers: every cell but those at the end of a row lies beside the one before it.

@@ -32,8 +32,8 @@ Bytes random_bytes(std::size_t count, std::uint64_t seed) {
 Bytes with_parity(const Bytes& bytes, const ParityShape& shape) {
   MemoryRandomSource source(bytes);
   MemorySink sink;
-  const std::uint64_t told = write_parity(source, shape, sink);
-  EXPECT_EQ(told, sink.bytes.size());
+  const std::uint64_t written = write_parity(source, shape, sink);
+  EXPECT_EQ(written, sink.bytes.size());
   Bytes all = bytes;
   all.insert(all.end(), sink.bytes.begin(), sink.bytes.end());
   return all;

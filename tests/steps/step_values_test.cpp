@@ -224,7 +224,7 @@ TEST(StepValues, TheSchemaSaysWhatTheyReferTo) {
     it.mesh.schema.step_references = std::min(most, before);
     for (const auto& header : headers_of(expect_values_back(it))) EXPECT_FALSE(header.trend);
   }
-  // Without steps nothing is said.
+  // Without steps nothing is stored.
   WriteOptions options;
   options.key_steps = 1;
   EXPECT_EQ(most_of(expect_round_trip(two_blocks(), options)), trend);

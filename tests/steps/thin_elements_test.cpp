@@ -205,7 +205,7 @@ TEST(ThinElements, AtLevelBest) {
   EXPECT_GT(expect_same_columns(it), 50u);
 }
 
-// What an index says of a step may be a lie that none of the steps before told.
+// What an index says of a step may be a lie, though no step before was one.
 TEST(ThinElements, AreNotThinLater) {
   Stepped it = with_arrays_on_few(scattered(9, 1), Order::keep);
   it.options.group_cells = 60;
@@ -247,10 +247,10 @@ std::size_t kept_of(const Stepped& it, std::uint32_t a, std::uint64_t expected, 
     const auto count = elements.count(a, g);
     EXPECT_TRUE(count);
     if (!count || *count == 0) continue;
-    const auto told = elements.elements(a, g);
-    EXPECT_TRUE(told);
-    if (told) {
-      EXPECT_LE(*count, told->items->items.size());
+    const auto found = elements.elements(a, g);
+    EXPECT_TRUE(found);
+    if (found) {
+      EXPECT_LE(*count, found->items->items.size());
     }
   }
   return elements.kept_bytes();

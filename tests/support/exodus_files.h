@@ -1,5 +1,5 @@
 // An Exodus file with a bit of everything that libexodusii can write, made by libexodusii; and what
-// its reading functions say of such a file, told by the nodes' and elements' own ids, so that two
+// its reading functions say of such a file, by the nodes' and elements' own ids, so that two
 // files say the same when only the order of nodes and elements differs.
 #pragma once
 
@@ -383,7 +383,7 @@ class Maker {
 };
 
 // What libexodusII's reading functions say of such a file: a sentence for each thing, with nodes
-// and elements by the ids in their maps. Faces, edges and all sets keep their order, and are told
+// and elements by the ids in their maps. Faces, edges and all sets keep their order, and are named
 // by it.
 class Teller {
  public:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Are two Exodus II files equal? Told by netCDF's own ncdump, independently of our code.
+"""Are two Exodus II files equal? Compared by netCDF's own ncdump, independently of our code.
 
 usage: exodus_oracle.py A B
 

@@ -242,7 +242,7 @@ class FaultyFiles {
         }));
   }
 
-  /// Extras as they are packed, unlike what is said of them.
+  /// Extras as they are packed, unlike what is declared of them.
   void blobs() {
     const auto extra = [&](const char* sentence, Bytes payload, ErrorCode code = kCorrupt) {
       add(code, std::string("A packed blob: ") + sentence, with("keep", [&](auto& it) {

@@ -216,7 +216,7 @@ inline TestMesh degenerate_hexahedra() {
 }
 
 /// A grid with a hole, a second one enumerated the other way round, degenerate and other cells:
-/// every way in which a replayed cell is said.
+/// every way in which a replayed cell is encoded.
 inline TestMesh replayed(Order order) {
   TestMesh mesh = mixed_cells();
   std::vector<TestCell> cells;

@@ -8,7 +8,7 @@ and what its API shows is compared exactly: nodes by tag with entity, coordinate
 elements by tag with type, entity and nodes, entities, partitions, physical groups and names,
 periodic links, views with all steps. Both are also saved by Gmsh as MSH 4.1 in ASCII and
 compared line by line, which catches what the API has no call for (ghost elements), and sections
-that Gmsh ignores are compared as text. With --renumbered nodes are told by their place and elements by
+that Gmsh ignores are compared as text. With --renumbered nodes are known by their place and elements by
 their nodes: tags may differ, and the order of things.
 """
 import os
@@ -139,23 +139,23 @@ def renumbered(found):
         what = (k[2], k[3], kind, tuple(place[int(c)] for c in corners))
         cell[k[1]] = what
         all_cells.append(what)
-    told = {"cells": sorted(map(str, all_cells)),
+    seen = {"cells": sorted(map(str, all_cells)),
             "nodes": sorted(str(v) for k, v in found.items() if k[0] == "node")}
     for k, v in found.items():
         if k[0] in ("entity", "group"):
-            told[k] = v
+            seen[k] = v
         elif k[0] == "periodic":
-            told[k] = (v[0], sorted(str((place[a], place[b])) for a, b in v[1]), v[2])
+            seen[k] = (v[0], sorted(str((place[a], place[b])) for a, b in v[1]), v[2])
         elif k[0] == "view" and len(k) == 3 and not isinstance(v, str):
             where = place if v[0] == "NodeData" else cell
-            told[k] = (*v[:3], sorted(str((where.get(t, t), d)) for t, d in v[3].items()))
+            seen[k] = (*v[:3], sorted(str((where.get(t, t), d)) for t, d in v[3].items()))
         elif k[0] in ("view", "open", "errors"):
-            told[k] = v
-    return told
+            seen[k] = v
+    return seen
 
 
 def load(path, convert_partitions=True):
-    """What Gmsh sees in a file. From the partitions of MSH 2 it makes entities, unless told not to:
+    """What Gmsh sees in a file. From the partitions of MSH 2 it makes entities, unless asked not to:
     their tags depend on the order of elements."""
     # Loaded twice: asking for some things (parameters) changes what is saved afterwards.
     found = {}

@@ -1,4 +1,5 @@
-// What a NeighbourFinder says of each new vertex and each cell that it is told, by their numbers.
+// What a NeighbourFinder finds for each new vertex and each cell that it is given, by their
+// numbers.
 #pragma once
 
 #include <array>

@@ -144,8 +144,8 @@ class AppendTest(unittest.TestCase):
                     ["--order", "free"], ["--segment-cells", "20"], ["--key-steps", "1"]):
             with self.subTest(how):
                 file = self.packed(first, *how)
-                told = self.shm("append", file, all_steps)
-                self.assertIn("7 time steps more, 11 in all", told)
+                output = self.shm("append", file, all_steps)
+                self.assertIn("7 time steps more, 11 in all", output)
                 self.assert_steps(file, all_steps, "--order" not in how)
                 before = self.bytes(file)
                 self.assertIn("nothing to do", self.shm("append", file, all_steps))
@@ -159,8 +159,8 @@ class AppendTest(unittest.TestCase):
         file = self.packed(self.exodus("a.e", range(3)), "--parity", "30%")
         self.assertIn("parity", self.shm("verify", file))
         self.shm("append", file, whole)
-        told = self.shm("verify", file)
-        self.assertIn("6 time steps, parity", told)
+        output = self.shm("verify", file)
+        self.assertIn("6 time steps, parity", output)
         self.assert_steps(file, whole)
         before = self.bytes(file)
         with open(file, "r+b") as damaged:
@@ -178,7 +178,7 @@ class AppendTest(unittest.TestCase):
         self.assert_steps(file, self.path("more.e"))
 
     def test_a_file_of_a_single_step(self):
-        """Its steps refer to none, appended ones neither, unless it was said that it grows."""
+        """Its steps refer to none, appended ones neither, unless it was announced that it grows."""
         first, all_steps = self.exodus("first.e", (0,)), self.exodus("all.e", range(7))
         grown = {}
         for how in ((), ("--key-steps", "1"), ("--key-steps", "8")):
@@ -214,11 +214,11 @@ class AppendTest(unittest.TestCase):
         file = self.packed(self.exodus("first.e", range(3)))
         all_steps = self.exodus("all.e", range(9))
         out = self.path("out.shm")
-        told = json.loads(self.shm("append", file, all_steps, "-o", out, "--step", "4", "--step",
+        report = json.loads(self.shm("append", file, all_steps, "-o", out, "--step", "4", "--step",
                                    "6", "--json"))
-        self.assertEqual(told["appended_steps"], [4, 6])
-        self.assertEqual(told["step_times"], [0, .5, 1, 2, 3])
-        self.assertEqual(told["bytes"], os.path.getsize(out))
+        self.assertEqual(report["appended_steps"], [4, 6])
+        self.assertEqual(report["step_times"], [0, .5, 1, 2, 3])
+        self.assertEqual(report["bytes"], os.path.getsize(out))
         self.assert_steps(out, self.exodus("some.e", [0, 1, 2, 4, 6]))
         self.shm("append", file, all_steps, "--step", "9", code=2, stderr="no step 9")
         self.shm("append", file, all_steps, "--step", "1", "--all", code=2,

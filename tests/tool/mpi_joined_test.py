@@ -381,10 +381,10 @@ class JoinedTest(unittest.TestCase):
         out = self.path("out.shm")
         done = ranks(n, "compress", parts or self.path("mesh.e.3"), "-o", out, "--segment-cells", 20)
         self.assertEqual(done.returncode, code, done.stderr)
-        said = [line for line in done.stderr.splitlines() if line.startswith("shm_mpi: ")]
-        self.assertEqual(len(said), 1, done.stderr)
+        errors = [line for line in done.stderr.splitlines() if line.startswith("shm_mpi: ")]
+        self.assertEqual(len(errors), 1, done.stderr)
         for word in [words] if isinstance(words, str) else words:
-            self.assertIn(word, said[0])
+            self.assertIn(word, errors[0])
         self.assertFalse([name for name in os.listdir(self.directory.name) if "out" in name])
 
     def test_bad_parts(self):
@@ -477,8 +477,8 @@ class JoinedTest(unittest.TestCase):
                 continue
             failures += 1
             self.assertIn(done.returncode, (3, 5), done.stderr)
-            said = [line for line in done.stderr.splitlines() if line.startswith("shm_mpi: ")]
-            self.assertEqual(len(said), 1, done.stderr)
+            errors = [line for line in done.stderr.splitlines() if line.startswith("shm_mpi: ")]
+            self.assertEqual(len(errors), 1, done.stderr)
             self.assertFalse(os.path.exists(packed))
         self.assertGreater(failures, 8)
 

@@ -334,7 +334,7 @@ class MpiTest(unittest.TestCase):
 
     # --- parts of a decomposed mesh
 
-    def decompressed(self, mesh, n, *options, said=""):
+    def decompressed(self, mesh, n, *options, loss=""):
         """The paths of what n ranks write of a mesh that was compressed with some options, and what
         shm writes."""
         packed, whole, out = self.path("packed"), self.path("whole.e"), self.path("out.e")
@@ -344,15 +344,15 @@ class MpiTest(unittest.TestCase):
         done = ranks(n, "decompress", packed, "-o", out, "-q")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(done.stdout, "")
-        self.assertIn(said, done.stderr)
+        self.assertIn(loss, done.stderr)
         parts = [f"{out}.{n}.{r}" for r in range(n)]
         self.assertEqual(sorted(glob.glob(out + "*")), parts)
         return parts, whole
 
-    def expect_parts(self, mesh, n, *options, said=""):
+    def expect_parts(self, mesh, n, *options, loss=""):
         if not shutil.which("ncdump"):
             self.skipTest("ncdump is not installed")
-        paths, path = self.decompressed(mesh, n, *options, said=said)
+        paths, path = self.decompressed(mesh, n, *options, loss=loss)
         parts, whole = [Exodus(part) for part in paths], Exodus(path)
         for part in parts:
             for name in ("num_el_blk", "num_node_sets", "num_side_sets"):
@@ -403,7 +403,7 @@ class MpiTest(unittest.TestCase):
         for options in ([], ["--segment-cells", "40"], ["--segment-cells", "40", "--delay", "9"],
                         ["--segment-cells", "30", "--order", "stream", "--delay", "9"]):
             for n in (2, 3):
-                self.expect_parts(mesh, n, *options, said=lost)
+                self.expect_parts(mesh, n, *options, loss=lost)
         try:
             from extract_test import Grid
         except (ImportError, SystemExit):
@@ -470,9 +470,9 @@ class MpiTest(unittest.TestCase):
         done = ranks(n, *arguments)
         self.assertEqual(done.returncode, code, done.stderr)
         # One rank says it.
-        said = [line for line in done.stderr.splitlines() if line.startswith("shm_mpi: ")]
-        self.assertEqual(len(said), 1, done.stderr)
-        self.assertIn(words, said[0])
+        errors = [line for line in done.stderr.splitlines() if line.startswith("shm_mpi: ")]
+        self.assertEqual(len(errors), 1, done.stderr)
+        self.assertIn(words, errors[0])
         self.expect_nothing_left()
 
     def test_wrong_use(self):
@@ -597,8 +597,8 @@ class MpiTest(unittest.TestCase):
                 continue
             failures += 1
             self.assertIn(done.returncode, (3, 5), done.stderr)
-            said = [line for line in done.stderr.splitlines() if line.startswith("shm_mpi: ")]
-            self.assertEqual(len(said), 1, done.stderr)
+            errors = [line for line in done.stderr.splitlines() if line.startswith("shm_mpi: ")]
+            self.assertEqual(len(errors), 1, done.stderr)
             self.assertEqual(self.left(), [])
         self.assertGreater(failures, len(places))
 

@@ -88,8 +88,8 @@ class PipeTest(unittest.TestCase):
                     self.assertEqual(back, self.bytes(self.path("file")))
                 again = self.shm("convert", "-", "-", "--format", "shm", given=source)
                 self.assertEqual(again, self.bytes(packed))
-                told = self.shm("info", "-", given=source).replace(b"-:", path.encode() + b":")
-                self.assertEqual(told.splitlines()[1:],
+                info = self.shm("info", "-", given=source).replace(b"-:", path.encode() + b":")
+                self.assertEqual(info.splitlines()[1:],
                                  self.shm("info", path).splitlines()[1:])
 
     def test_packed_input(self):

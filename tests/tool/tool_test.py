@@ -234,8 +234,8 @@ class ToolTest(unittest.TestCase):
             for words in (["verify", cut], ["info", cut],
                           ["decompress", cut, "-o", self.path("x.vtk")]):
                 self.assertIn(cut, self.shm(*words, code=3)[1])
-            said = "has been cut, and has no index" if size > 16 else "the file"
-            self.assertIn(said, self.shm("info", cut, code=3)[1])
+            expected = "has been cut, and has no index" if size > 16 else "the file"
+            self.assertIn(expected, self.shm("info", cut, code=3)[1])
         with open(cut, "wb") as out:
             out.write(good + b"an append that was torn")
         self.assertEqual(self.shm("info", cut)[0].splitlines()[1:],
@@ -274,24 +274,24 @@ class ToolTest(unittest.TestCase):
 
     def test_compress_json(self):
         out, _ = self.shm("compress", self.mesh, "--json")
-        told = json.loads(out)
+        report = json.loads(out)
         packed = self.path("mesh.vtk.shm")
-        self.assertEqual(told["input_bytes"], os.path.getsize(self.mesh))
-        self.assertEqual(told["output_bytes"], os.path.getsize(packed))
-        self.assertEqual(sum(told["streams"].values()), told["output_bytes"])
-        self.assertEqual((told["vertices"], told["cells"], told["hexahedra"]), (216, 125, 125))
-        streams = told["streams"]
+        self.assertEqual(report["input_bytes"], os.path.getsize(self.mesh))
+        self.assertEqual(report["output_bytes"], os.path.getsize(packed))
+        self.assertEqual(sum(report["streams"].values()), report["output_bytes"])
+        self.assertEqual((report["vertices"], report["cells"], report["hexahedra"]), (216, 125, 125))
+        streams = report["streams"]
         connectivity = sum(streams.get(k, 0) for k in
                            ("connectivity", "corner order", "vertex numbers", "cell numbers",
                             "imports"))
-        self.assertEqual((told["segments"], told["imported_vertices"]), (1, 0))
-        self.assertAlmostEqual(told["connectivity_bits_per_hex"], 8 * connectivity / 125)
-        self.assertAlmostEqual(told["geometry_bits_per_vertex"], 8 * streams["geometry"] / 216)
-        self.assertGreaterEqual(told["max_active_vertices"], 8)
-        self.assertGreater(told["peak_rss_bytes"], 1 << 20)
-        self.assertGreaterEqual(told["seconds"], 0)
-        self.assertEqual(sorted(told["arrays"]), ["cell/zone", "point/heat"])
-        self.assertAlmostEqual(told["arrays"]["point/heat"]["bits_per_value"],
+        self.assertEqual((report["segments"], report["imported_vertices"]), (1, 0))
+        self.assertAlmostEqual(report["connectivity_bits_per_hex"], 8 * connectivity / 125)
+        self.assertAlmostEqual(report["geometry_bits_per_vertex"], 8 * streams["geometry"] / 216)
+        self.assertGreaterEqual(report["max_active_vertices"], 8)
+        self.assertGreater(report["peak_rss_bytes"], 1 << 20)
+        self.assertGreaterEqual(report["seconds"], 0)
+        self.assertEqual(sorted(report["arrays"]), ["cell/zone", "point/heat"])
+        self.assertAlmostEqual(report["arrays"]["point/heat"]["bits_per_value"],
                                8 * streams["array:point/heat"] / 216)
 
     def test_info(self):
@@ -300,24 +300,24 @@ class ToolTest(unittest.TestCase):
         text, _ = self.shm("info", packed)
         for word in ("216 vertices", "125 hexahedra", "'heat'", "connectivity", "geometry"):
             self.assertIn(word, text)
-        told = json.loads(self.shm("info", packed, "--json")[0])
-        self.assertEqual(told["total_bytes"], os.path.getsize(packed))
-        self.assertEqual(sum(s["bytes"] for s in told["streams"].values()), told["total_bytes"])
-        self.assertEqual(told["blocks"][0]["shape"], "hexahedron")
+        report = json.loads(self.shm("info", packed, "--json")[0])
+        self.assertEqual(report["total_bytes"], os.path.getsize(packed))
+        self.assertEqual(sum(s["bytes"] for s in report["streams"].values()), report["total_bytes"])
+        self.assertEqual(report["blocks"][0]["shape"], "hexahedron")
         plain = json.loads(self.shm("info", self.mesh, "--json")[0])
-        self.assertEqual(plain["arrays"], told["arrays"])
+        self.assertEqual(plain["arrays"], report["arrays"])
         self.assertNotIn("segment_codecs", plain)
 
     def test_info_tells_the_codec(self):
         packed = self.path("mesh.shm")
         for codec in ("paper", "rows", "replay", "mixed", "shifts"):
             self.shm("compress", self.mesh, "-o", packed, "--codec", codec)
-            told = json.loads(self.shm("info", packed, "--json")[0])
-            self.assertEqual(told["segment_codecs"], [codec])
+            report = json.loads(self.shm("info", packed, "--json")[0])
+            self.assertEqual(report["segment_codecs"], [codec])
             self.assertIn(f"\ncodec        {codec}\n", self.shm("info", packed)[0])
             self.shm("compress", self.mesh, "-o", packed, "--codec", codec, "--segment-cells", "50")
-            told = json.loads(self.shm("info", packed, "--json")[0])
-            self.assertEqual(told["segment_codecs"], [codec] * 3)
+            report = json.loads(self.shm("info", packed, "--json")[0])
+            self.assertEqual(report["segment_codecs"], [codec] * 3)
             self.assertIn(f"\ncodec        {codec}\n", self.shm("info", packed)[0])
 
     def test_segments(self):
@@ -327,9 +327,9 @@ class ToolTest(unittest.TestCase):
                 out, _ = self.shm("compress", self.mesh, "-o", packed, "--order", order, "--delay",
                                   delay, "--segment-cells", "50", "--json")
                 self.assertEqual(json.loads(out)["segments"], 3)
-                told = json.loads(self.shm("info", packed, "--json")[0])
-                self.assertEqual(told["segment_starts"], [0, 50, 100])
-                self.assertEqual(told["imported_vertices"], json.loads(out)["imported_vertices"])
+                report = json.loads(self.shm("info", packed, "--json")[0])
+                self.assertEqual(report["segment_starts"], [0, 50, 100])
+                self.assertEqual(report["imported_vertices"], json.loads(out)["imported_vertices"])
                 self.assertIn("segments     3, ", self.shm("info", packed)[0])
                 self.shm("verify", packed, "--against", self.mesh)
                 back = self.path("back.vtk")
@@ -437,28 +437,28 @@ class ToolTest(unittest.TestCase):
         write_vtk(other, 5, bend=1e-9)
         self.shm("compress", self.mesh, "-o", packed)
 
-        def told(*words, code=0):
+        def verified(*words, code=0):
             return json.loads(self.shm("verify", packed, *words, "--json", code=code)[0])
         counts = {"vertices": 216, "cells": 125, "hexahedra": 125, "arrays": 2, "steps": 0}
-        self.assertEqual(told(), {"file": packed, "sound": True, **counts})
-        self.assertEqual(told("--against", self.mesh),
+        self.assertEqual(verified(), {"file": packed, "sound": True, **counts})
+        self.assertEqual(verified("--against", self.mesh),
                          {"file": packed, "sound": True, "against": self.mesh, "equal": True,
                           "differences": 0, "first_differences": [], "quantized": [], **counts})
-        bent = told("--against", other, code=1)
+        bent = verified("--against", other, code=1)
         self.assertFalse(bent["equal"])
         self.assertGreater(bent["differences"], len(bent["first_differences"]))
         self.assertIn("coordinates, vertex", bent["first_differences"][0])
         self.shm("compress", self.mesh, "-o", packed, "--bits", "12")
-        [error] = told("--against", self.mesh)["quantized"]
+        [error] = verified("--against", self.mesh)["quantized"]
         self.assertEqual(error["what"], "coordinates")
         self.assertLessEqual(error["largest_error"], error["promised_error"])
 
-    def told_bounds(self, packed):
-        """The bounds that info tells: of coordinates, of the array heat."""
-        told = json.loads(self.shm("info", packed, "--json")[0])
-        bounds = {a["name"]: a["max_error"] for a in told["arrays"]}
+    def listed_bounds(self, packed):
+        """The bounds that info lists: of coordinates, of the array heat."""
+        report = json.loads(self.shm("info", packed, "--json")[0])
+        bounds = {a["name"]: a["max_error"] for a in report["arrays"]}
         self.assertIsNone(bounds["zone"])  # integers
-        return told["coordinate_max_error"], bounds["heat"]
+        return report["coordinate_max_error"], bounds["heat"]
 
     def test_bounds(self):
         packed, back = self.path("mesh.shm"), self.path("back.vtk")
@@ -475,28 +475,28 @@ class ToolTest(unittest.TestCase):
                 ([*abs3, "--array", "heat:abs=0.1", "--array", "coordinates:rel=1e-3"], (.0005, .1)),
                 (["--abs", "1e-30"], (None, None))):
             self.shm("compress", *options, self.mesh, "-o", packed)
-            for told, bound in zip(self.told_bounds(packed), bounds):
-                self.assertEqual(told is None, bound is None, options)
+            for listed, bound in zip(self.listed_bounds(packed), bounds):
+                self.assertEqual(listed is None, bound is None, options)
                 if bound is not None:
-                    self.assertAlmostEqual(told, bound, delta=1e-12)
+                    self.assertAlmostEqual(listed, bound, delta=1e-12)
             names = [name for name, bound in zip((points, heat), bounds) if bound]
             out = self.shm("verify", packed, "--against", self.mesh)[0]
             self.assertEqual([line.split(":")[0].strip() for line in out.splitlines()[1:]], names)
-            told = json.loads(self.shm("verify", packed, "--against", self.mesh, "--json")[0])
-            self.assertEqual([error["what"] for error in told["quantized"]], names)
-            for error in told["quantized"]:
+            report = json.loads(self.shm("verify", packed, "--against", self.mesh, "--json")[0])
+            self.assertEqual([error["what"] for error in report["quantized"]], names)
+            for error in report["quantized"]:
                 self.assertLessEqual(error["largest_error"], error["promised_error"])
                 self.assertGreater(error["promised_error"], 0)
             self.assertEqual("error at most" in self.shm("info", packed)[0], bool(names))
-        # For coordinates --bits is said more closely than --abs, and --array than both.
+        # For coordinates --bits is closer than --abs, and --array than both.
         self.shm("compress", self.mesh, "-o", packed, "--bits", "4", *abs3)
-        told = json.loads(self.shm("info", packed, "--json")[0])
-        self.assertEqual((told["coordinate_bits"], told["arrays"][0]["max_error"]), (4, 1e-3))
+        report = json.loads(self.shm("info", packed, "--json")[0])
+        self.assertEqual((report["coordinate_bits"], report["arrays"][0]["max_error"]), (4, 1e-3))
         self.shm("compress", self.mesh, "-o", packed, "--bits", "4", "--array", "coordinates:abs=1",
                  "--array", "heat:bits=7")
-        told = json.loads(self.shm("info", packed, "--json")[0])
-        self.assertEqual((told["coordinate_bits"], told["coordinate_max_error"]), (0, 1))
-        self.assertEqual(told["arrays"][0]["bits"], 7)
+        report = json.loads(self.shm("info", packed, "--json")[0])
+        self.assertEqual((report["coordinate_bits"], report["coordinate_max_error"]), (0, 1))
+        self.assertEqual(report["arrays"][0]["bits"], 7)
         # Rounded values written down are still those of the file.
         self.shm("compress", self.mesh, "-o", packed, *abs3)
         self.shm("decompress", packed, "-o", back)
@@ -507,8 +507,8 @@ class ToolTest(unittest.TestCase):
         """Exodus files hold their fields in steps."""
         exodus, packed = self.path("mesh.e"), self.path("mesh.shm")
         self.shm("convert", self.mesh, exodus)
-        told = json.loads(self.shm("info", exodus, "--json")[0])
-        stepped = [a["name"] for a in told["arrays"] if a["per_step"]]
+        report = json.loads(self.shm("info", exodus, "--json")[0])
+        stepped = [a["name"] for a in report["arrays"] if a["per_step"]]
         self.assertIn("heat", stepped)
         for order in ("keep", "stream", "free"):
             self.shm("compress", exodus, "-o", packed, "--rel", "1e-3", "--order", order)
@@ -533,10 +533,10 @@ class ToolTest(unittest.TestCase):
         out = self.shm("verify", packed, "--against", other, code=1)[0]
         self.assertIn("array 'heat', vertex 17: 0.0101 in the source, 0 in the restored mesh; "
                       "error 0.0101, promised 0.01", out)
-        told = json.loads(self.shm("verify", packed, "--against", other, "--json", code=1)[0])
-        self.assertFalse(told["equal"])
-        self.assertEqual(told["differences"], 1)
-        self.assertGreater(told["quantized"][0]["largest_error"], .01)
+        report = json.loads(self.shm("verify", packed, "--against", other, "--json", code=1)[0])
+        self.assertFalse(report["equal"])
+        self.assertEqual(report["differences"], 1)
+        self.assertGreater(report["quantized"][0]["largest_error"], .01)
         write_other(17, "nan")
         out = self.shm("verify", packed, "--against", other, code=1)[0]
         self.assertIn("vertex 17: nan", out)
@@ -546,7 +546,7 @@ class ToolTest(unittest.TestCase):
         for odd in ("nan", "inf", "-inf"):
             write_other(5, odd)
             self.shm("compress", other, "-o", packed, "--rel", "0.01")
-            self.assertIsNotNone(self.told_bounds(packed)[1])
+            self.assertIsNotNone(self.listed_bounds(packed)[1])
             self.shm("verify", packed, "--against", other)
             self.shm("verify", packed, "--against", self.mesh, code=1)
 
@@ -572,9 +572,9 @@ class ToolTest(unittest.TestCase):
         write_vtk(mesh, 16, shuffled=True)
         sizes = {}
         for order in ("stream", "free"):
-            told = json.loads(self.shm("compress", mesh, "-o", packed, "--order", order,
+            report = json.loads(self.shm("compress", mesh, "-o", packed, "--order", order,
                                        "--json")[0])
-            sizes[order] = told["streams"]["connectivity"] + told["streams"]["geometry"]
+            sizes[order] = report["streams"]["connectivity"] + report["streams"]["geometry"]
             self.shm("verify", packed, "--against", mesh)
         self.assertLess(5 * sizes["free"], sizes["stream"])
         self.assertIn("order        free", self.shm("info", packed)[0])
@@ -665,15 +665,15 @@ class ToolTest(unittest.TestCase):
         mesh, packed = self.path("shuffled.vtk"), self.path("shuffled.shm")
         write_vtk(mesh, 25, shuffled=True)
 
-        def told(path, *options):
+        def hint(path, *options):
             return subprocess.run([SHM, "compress", path, "-o", packed, *options], check=True,
                                   capture_output=True, text=True).stderr
-        self.assertRegex(told(mesh), r"^.*shuffled.vtk: .* --order free .* \d+ % of these bytes\n$")
-        self.assertEqual(told(mesh, "--quiet"), "")
-        self.assertEqual(told(mesh, "--json"), "")
-        self.assertEqual(told(mesh, "--order", "stream"), "")
+        self.assertRegex(hint(mesh), r"^.*shuffled.vtk: .* --order free .* \d+ % of these bytes\n$")
+        self.assertEqual(hint(mesh, "--quiet"), "")
+        self.assertEqual(hint(mesh, "--json"), "")
+        self.assertEqual(hint(mesh, "--order", "stream"), "")
         write_vtk(mesh, 25)
-        self.assertEqual(told(mesh), "")
+        self.assertEqual(hint(mesh), "")
 
     def test_keep_gives_back_the_source(self):
         packed, again = self.path("mesh.shm"), self.path("again.shm")
@@ -688,8 +688,8 @@ class ToolTest(unittest.TestCase):
         for name in ("out.e", "out.e.4.0", "out.e-s002", "out.exo", "out.msh", "out.vtk", "out.shm"):
             out = self.path(name)
             self.shm("convert", self.mesh, out)
-            told = json.loads(self.shm("info", out, "--json")[0])
-            self.assertEqual((told["vertices"], told["hexahedra"]), (216, 125), name)
+            report = json.loads(self.shm("info", out, "--json")[0])
+            self.assertEqual((report["vertices"], report["hexahedra"]), (216, 125), name)
         odd = self.path("odd.name")
         self.shm("convert", self.mesh, odd, "--format", "exodus")
         self.assertEqual(json.loads(self.shm("info", odd, "--json")[0])["source_format"], "exodus")
@@ -704,10 +704,10 @@ class ToolTest(unittest.TestCase):
         self.shm("compress", self.mesh, "-o", os.path.join(pieces, names[2]))
         archive, back = self.path("all.shm"), self.path("back")
         inputs = [os.path.join(pieces, name) for name in names]
-        told = json.loads(self.shm("join", *inputs, "-o", archive, "--json")[0])
-        self.assertEqual(told["output_bytes"], os.path.getsize(archive))
-        self.assertEqual([member["name"] for member in told["members"]], list(names))
-        self.assertEqual(told["members"][0]["input_bytes"], os.path.getsize(inputs[0]))
+        report = json.loads(self.shm("join", *inputs, "-o", archive, "--json")[0])
+        self.assertEqual(report["output_bytes"], os.path.getsize(archive))
+        self.assertEqual([member["name"] for member in report["members"]], list(names))
+        self.assertEqual(report["members"][0]["input_bytes"], os.path.getsize(inputs[0]))
 
         info = json.loads(self.shm("info", archive, "--json")[0])
         self.assertEqual([(m["file"], m["hexahedra"]) for m in info["members"]],
@@ -774,8 +774,8 @@ class ToolTest(unittest.TestCase):
         return self.path("two.e")
 
     def arrays(self, path):
-        told = json.loads(self.shm("info", path, "--json")[0])
-        return {a["name"]: a for a in told["arrays"]}, told
+        report = json.loads(self.shm("info", path, "--json")[0])
+        return {a["name"]: a for a in report["arrays"]}, report
 
     def test_losses_are_named(self):
         exodus, packed = self.exodus(), self.path("two.shm")
@@ -798,18 +798,18 @@ class ToolTest(unittest.TestCase):
                       ["decompress", packed, "-o", self.path("two.msh")]):
             self.assertIn("QA records", self.losses(*words, "--strict", code=6))
         self.assert_only("mesh.vtk", "two.cdl", "two.e", "two.shm")
-        # Nothing is lacking: nothing is said.
+        # Nothing is lacking: nothing is reported.
         self.assertEqual(self.losses("convert", self.mesh, self.path("mesh.msh"), "--strict"), [])
 
     def test_one_step(self):
         exodus, vtk = self.exodus(), self.path("two.vtk")
         for step, last in ((0, 1), (2, 31)):
             self.assertNotIn("time", " ".join(self.losses("convert", exodus, vtk, f"--step={step}")))
-            told = json.loads(self.shm("info", vtk, "--json")[0])
-            self.assertEqual(len(told["step_times"]), 0)
+            report = json.loads(self.shm("info", vtk, "--json")[0])
+            self.assertEqual(len(report["step_times"]), 0)
             self.losses("convert", vtk, self.path("back.e"))
-            arrays, told = self.arrays(self.path("back.e"))
-            self.assertEqual(len(told["step_times"]), 1)
+            arrays, report = self.arrays(self.path("back.e"))
+            self.assertEqual(len(report["step_times"]), 1)
             self.assertIn("v_x", arrays)
         self.assertIn("there is no step 3", self.shm("convert", exodus, vtk, "--step", "3", code=2)[1])
         self.shm("convert", exodus, self.path("other.e"), "--step", "1", code=2)
@@ -818,23 +818,23 @@ class ToolTest(unittest.TestCase):
         exodus = self.exodus()
         vtk, msh = self.path("two.vtk"), self.path("two.msh")
         self.losses("convert", exodus, vtk)
-        arrays, told = self.arrays(vtk)
+        arrays, report = self.arrays(vtk)
         self.assertEqual(arrays["v"]["components"], 3)
         for name in ("heat", "fixed", "inlet", "elem_map"):
             self.assertIn(name, arrays)
         self.losses("convert", vtk, self.path("vtk.e"))
-        arrays, told = self.arrays(self.path("vtk.e"))
-        self.assertEqual([(b["id"], b["name"]) for b in told["blocks"]], [(10, "steel"), (20, "air")])
+        arrays, report = self.arrays(self.path("vtk.e"))
+        self.assertEqual([(b["id"], b["name"]) for b in report["blocks"]], [(10, "steel"), (20, "air")])
         self.losses("convert", exodus, msh)
-        arrays, told = self.arrays(msh)
-        self.assertEqual(len(told["step_times"]), 3)
+        arrays, report = self.arrays(msh)
+        self.assertEqual(len(report["step_times"]), 3)
         self.assertTrue(arrays["v"]["per_step"])
-        self.assertEqual([(b["id"], b["name"], b["cells"]) for b in told["blocks"]],
+        self.assertEqual([(b["id"], b["name"], b["cells"]) for b in report["blocks"]],
                          [(10, "steel", 1), (20, "air", 1), (7, "fixed", 3), (3, "inlet", 2)])
         self.losses("convert", msh, self.path("msh.e"))
-        arrays, told = self.arrays(self.path("msh.e"))
-        self.assertEqual(len(told["step_times"]), 3)
-        self.assertEqual([b["name"] for b in told["blocks"]], ["steel", "air", "fixed", "inlet"])
+        arrays, report = self.arrays(self.path("msh.e"))
+        self.assertEqual(len(report["step_times"]), 3)
+        self.assertEqual([b["name"] for b in report["blocks"]], ["steel", "air", "fixed", "inlet"])
         self.assertIn("v_z", arrays)
 
     def test_layout(self):

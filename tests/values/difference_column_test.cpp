@@ -1,5 +1,5 @@
-// Values said as differences along numbers: every bit comes back whatever values and numbers are,
-// what is smooth costs little, bounds hold, and damaged bytes do no harm.
+// Values encoded as differences along numbers: every bit comes back whatever values and numbers
+// are, what is smooth costs little, bounds hold, and damaged bytes do no harm.
 #include "shifts/difference_column.h"
 
 #include <gtest/gtest.h>
@@ -242,7 +242,7 @@ TEST(Taps, AreProductsOfDifferences) {
   EXPECT_EQ(taps({{1, 1}, {1, 1}}), (Taps{{2, -1}, {1, 2}}));
   // Powers that cancel are left out.
   EXPECT_EQ(taps({{1, 2}, {2, 1}}), (Taps{{4, 1}, {3, -2}, {1, 2}}));
-  // Lags as long as can be said.
+  // Lags as long as can be encoded.
   const std::uint64_t longest = 0xffffffff;
   EXPECT_EQ(taps({{0xffffffff, 3}}), (Taps{{3 * longest, 1}, {2 * longest, -3}, {longest, 3}}));
   // A constant is predicted by each of them.

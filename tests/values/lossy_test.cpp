@@ -130,21 +130,23 @@ TEST(Lossy, RangesGoOverComponentsAndSteps) {
 
 TEST(Lossy, NamesThatDoNotFit) {
   MemoryMesh mesh = rich_mesh();
-  const auto said = [&](std::initializer_list<const char*> list) {
+  const auto error_of = [&](std::initializer_list<const char*> list) {
     return complaint([&] { schema_of(mesh, named(list)); });
   };
-  EXPECT_EQ(said({"Heat:abs=1"}), "--array: the mesh has no array 'Heat'");
-  EXPECT_EQ(said({"cell/heat:abs=1"}), "--array: the mesh has no array 'cell/heat'");
-  EXPECT_EQ(said({"mark:abs=1"}), "--array: 'mark' holds uint8, and integers are never rounded");
-  EXPECT_EQ(said({"mark:lossless"}), "no complaint");
-  EXPECT_EQ(said({"heat:abs=1", "point/heat:lossless"}), "--array: 'point/heat' comes twice");
-  EXPECT_EQ(said({"coordinates:abs=1", "coordinates:abs=1"}), "--array: 'coordinates' comes twice");
+  EXPECT_EQ(error_of({"Heat:abs=1"}), "--array: the mesh has no array 'Heat'");
+  EXPECT_EQ(error_of({"cell/heat:abs=1"}), "--array: the mesh has no array 'cell/heat'");
+  EXPECT_EQ(error_of({"mark:abs=1"}),
+            "--array: 'mark' holds uint8, and integers are never rounded");
+  EXPECT_EQ(error_of({"mark:lossless"}), "no complaint");
+  EXPECT_EQ(error_of({"heat:abs=1", "point/heat:lossless"}), "--array: 'point/heat' comes twice");
+  EXPECT_EQ(error_of({"coordinates:abs=1", "coordinates:abs=1"}),
+            "--array: 'coordinates' comes twice");
   const std::vector<float> values(mesh.cells.size(), 1.0f);
   for (int i = 0; i < 2; ++i)
     mesh.add_array<float>({"heat", Location::cell, ScalarType::float32, 1, false, {}, "", {}},
                           {values});
-  EXPECT_EQ(said({"heat:abs=1"}),
-            "--array: 'heat' fits several arrays; use 'point/heat' or 'cell/heat' or "
+  EXPECT_EQ(error_of({"heat:abs=1"}),
+            "--array: 'heat' fits several arrays; say 'point/heat' or 'cell/heat' or "
             "'cell/heat#2'");
   const Schema schema = schema_of(mesh, named({"cell/heat#2:abs=1", "point/heat:abs=2"}));
   EXPECT_EQ(schema.arrays[2].quantization.max_abs, 2);

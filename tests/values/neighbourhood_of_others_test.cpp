@@ -157,11 +157,11 @@ TEST(NeighbourhoodOfOthers, TetrahedraSeeBehindTheirFace) {
   const auto mesh = cut_lattice(CellShape::tetrahedron, kTetrahedra);
   const Walk walk(mesh);
   std::set<std::vector<std::uint64_t>> cells;  // so far
-  std::uint64_t told = 0;
+  std::uint64_t added = 0;
   std::size_t behind = 0;
   for (const Seen& it : walk.vertices) {
-    for (; told < it.cell; ++told) {
-      auto corners = mesh[told].vertices;
+    for (; added < it.cell; ++added) {
+      auto corners = mesh[added].vertices;
       std::sort(corners.begin(), corners.end());
       cells.insert(corners);
     }

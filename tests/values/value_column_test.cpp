@@ -1,5 +1,5 @@
 // Columns of values over a mesh: every bit comes back whatever the values are and however they are
-// said, what is predicted costs nearly nothing, and damaged bytes do no harm.
+// encoded, what is predicted costs nearly nothing, and damaged bytes do no harm.
 #include "values/value_column.h"
 
 #include <gtest/gtest.h>
@@ -105,7 +105,7 @@ struct Plan {
   std::vector<std::size_t> groups, tiles;  // where they end, but for the last
   std::vector<char> covers;
   Level level = Level::standard;
-  /// Of each group, where not all are said alike.
+  /// Of each group, where not all are encoded alike.
   std::function<Level(std::size_t)> level_of;
 };
 struct Coded {
@@ -627,8 +627,8 @@ TEST(ValueColumn, DomainsChangeInProportionToElements) {
     DomainPlan plan;
     plan.domain = {changes % 2 == 0 ? DomainKind::decimal : DomainKind::floats, 0, false, true};
     ASSERT_TRUE(careless.begin_group(out, plan, {}, 8));
-    const Bytes said = out.finish();
-    SplitDecoder in(said);
+    const Bytes encoded = out.finish();
+    SplitDecoder in(encoded);
     if (!reader.begin_group(in, {}, {}, 8)) break;
     careless.skip(vertices().all.items[static_cast<std::size_t>(changes)]);
     reader.skip(vertices().all.items[static_cast<std::size_t>(changes)]);
