@@ -13,7 +13,7 @@
 #include <span>
 #include <vector>
 
-#include "bytes/by_slot.h"
+#include "bytes/lists.h"
 #include "values/class_numbers.h"
 #include "values/match_tables.h"
 #include "values/neighbourhood.h"
