@@ -31,7 +31,7 @@ void decompress(std::span<const std::byte> file, const Format& format,
   StagedMesh mesh(source, "hostile.shm", spool, shm_fuzz::small_limits());
   std::optional<Translation> translation;
   if (is_foreign(mesh.info(), format))
-    translation.emplace(mesh, std::string(format.name), *format.holds, step, spool);
+    translation.emplace(mesh, std::string(format.name), *format.capabilities, step, spool);
   OutputFile output(path, folder, format.temporary);
   format.write(translation ? translation->mesh() : mesh, output, spool);
 }

@@ -7,7 +7,7 @@
 
 #include "base/failure.h"
 #include "compare/mesh_diff.h"
-#include "vtk/between/vtk_field_data.h"
+#include "transfer/format.h"
 
 namespace shm::converters {
 namespace {
@@ -52,8 +52,8 @@ ForeignSteps::ForeignSteps(MeshSource& mesh, MeshSource& source, std::optional<d
   info_.extras = {};
   info_.step_times = source.info().step_times;
   if (info_.step_times.empty()) {
-    std::set<std::string> told;
-    if (!time) time = vtk_time(source.info(), told);
+    Keys used;
+    if (!time) time = source_format(source.info()).time(source.info(), used);
     if (!time)
       throw Failure(Error{ErrorCode::misuse,
                           "SOURCE has no time steps and no time in its field data; use --time T",

@@ -9,6 +9,8 @@
 #include "base/failure.h"
 #include "compression/compress.h"
 #include "compression/piece_mesh.h"
+#include "formats/formats.h"
+#include "mesh/extras.h"
 #include "shm/mesh_extract.h"
 #include "transfer/piece_output.h"
 #include "transfer/translate.h"
@@ -200,9 +202,7 @@ SalvageReport Salvage::run(ByteSink& sink, const Progress& progress) {
   tell_cells(piece);
   tell_static_arrays();
   tell_others();
-  Holds holds = kShmHolds;
-  holds.kin = {};
-  Translation translation(piece, "shm", holds, std::nullopt, spool_);
+  Translation translation(piece, "shm", kShmCapabilities, std::nullopt, spool_);
   tell_words(translation);
   FromElsewhere mesh(translation.mesh(), whole_);
   CompressOptions options;

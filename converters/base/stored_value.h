@@ -29,6 +29,24 @@ std::string number_text(T value) {
 // The same; of NaN also the bits, as in "nan (0x7fc00000)".
 std::string value_text(const std::byte* value, ScalarType type);
 
+// Calls `body(T{})` with the C++ type of `type`.
+template <class Body>
+decltype(auto) with_scalar(ScalarType type, Body&& body) {
+  switch (type) {
+    case ScalarType::int8: return body(std::int8_t{});
+    case ScalarType::uint8: return body(std::uint8_t{});
+    case ScalarType::int16: return body(std::int16_t{});
+    case ScalarType::uint16: return body(std::uint16_t{});
+    case ScalarType::int32: return body(std::int32_t{});
+    case ScalarType::uint32: return body(std::uint32_t{});
+    case ScalarType::int64: return body(std::int64_t{});
+    case ScalarType::uint64: return body(std::uint64_t{});
+    case ScalarType::float32: return body(float{});
+    case ScalarType::float64: break;
+  }
+  return body(double{});
+}
+
 double as_double(const std::byte* value, ScalarType type);
 
 // When two numbers count as equal. Exact: the same bits; of two types, the same number. Tolerant:

@@ -19,6 +19,7 @@
 #include "order/reordered_mesh.h"
 #include "order/sample_mesh.h"
 #include "order/spooled_mesh.h"
+#include "transfer/format.h"
 
 namespace shm::converters {
 namespace {
@@ -273,20 +274,11 @@ SizeReport compress_free(MeshSource& mesh, ByteSink& sink, const Schema& schema,
 }  // namespace
 
 bool needs_corner_order(const MeshInfo& info) {
-  constexpr std::int64_t kVtkVoxel = 11;  // its corners run along the axes
-  constexpr std::string_view kPerCorner = "ElementNodeData";
-  for (const Extra& extra : info.extras) {
+  if (source_format(info).needs_corner_order(info)) return true;
+  for (const Extra& extra : info.extras)
     if (extra.key.find("side") != std::string::npos) return true;
-    const std::string_view text(reinterpret_cast<const char*>(extra.data.data()),
-                                extra.data.size());
-    if (extra.key == "gmsh/sections" && text.find(kPerCorner) != std::string_view::npos)
-      return true;
-  }
-  for (const BlockInfo& block : info.schema.blocks) {
-    if (block.shape != CellShape::hexahedron) continue;
-    if (block.nodes_per_cell != 8) return true;
-    if (info.schema.source_format == "vtk" && block.id == kVtkVoxel) return true;
-  }
+  for (const BlockInfo& block : info.schema.blocks)
+    if (block.shape == CellShape::hexahedron && block.nodes_per_cell != 8) return true;
   // Values for each corner, edge or face of a cell stand in the order of its corners.
   for (const ArrayInfo& array : info.schema.arrays)
     for (const std::string_view word : {"node", "corner", "edg", "fac"})

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "base/failure.h"
-#include "exodus/exodus.h"
 
 namespace shm::converters {
 namespace {
@@ -28,9 +27,6 @@ std::vector<std::byte> nothing_of(const ArrayInfo& array) {
   return std::vector<std::byte>(scalar_bytes(array.type) * array.components);
 }
 
-constexpr const char* kNodeMap = "exodus:node_num_map";
-constexpr const char* kElementMap = "exodus:elem_num_map";
-
 }  // namespace
 
 std::optional<std::uint64_t> rank_of(const std::vector<std::uint64_t>& sorted,
@@ -44,9 +40,8 @@ std::optional<std::uint64_t> rank_of(const std::vector<std::uint64_t>& sorted,
 }
 
 bool is_number_map(const ArrayInfo& array) {
-  return array.role == kNodeMap || array.role == kElementMap || array.role == "gmsh:node_tag" ||
-         array.role == "gmsh:element_tag" ||
-         (array.role.empty() && (array.name == kVertexNumbers || array.name == kCellNumbers));
+  if (array.role.empty()) return array.name == kVertexNumbers || array.name == kCellNumbers;
+  return format_of_role(array.role).is_number_map(array);
 }
 
 PieceMesh::PieceMesh(MeshExtractor& file, const PieceOptions& options, std::vector<Extra> extras,
@@ -202,8 +197,9 @@ void PieceMesh::choose_arrays(const PieceOptions& options) {
     ArrayInfo array = all[a];
     if (!takes_array(a) || (points_array_ && array.role == all[*points_array_].role)) continue;
     array.quantization = {};
-    if (decomposed_ && (array.role == kNodeMap || array.role == kElementMap))
-      array.role = is_signed_integer(array.type) ? kOriginalMap : "";
+    if (const NumberMaps* maps = options.maps;
+        decomposed_ && (array.role == maps->vertices_role || array.role == maps->cells_role))
+      array.role = is_signed_integer(array.type) ? maps->original_role : std::string_view();
     if (array.location == Location::cell) {
       std::vector<std::uint32_t> blocks;
       for (const std::uint32_t b : kept_blocks_)
@@ -219,16 +215,18 @@ void PieceMesh::choose_arrays(const PieceOptions& options) {
   }
   staged_.clear();
   if (!options.numbers) return;
-  add_number_array(Location::point, options.exodus_maps);
-  if (info_.cells() > 0 || decomposed_) add_number_array(Location::cell, options.exodus_maps);
+  add_number_array(Location::point, options.maps);
+  if (info_.cells() > 0 || decomposed_) add_number_array(Location::cell, options.maps);
 }
 
-void PieceMesh::add_number_array(Location location, bool exodus_maps) {
+void PieceMesh::add_number_array(Location location, const NumberMaps* maps) {
   const bool of_points = location == Location::point;
   ArrayInfo array;
   array.name = of_points ? kVertexNumbers : kCellNumbers;
-  if (exodus_maps) array.name = of_points ? "node_num_map" : "elem_num_map";
-  if (exodus_maps) array.role = "exodus:" + array.name;
+  if (maps != nullptr) {
+    array.name = of_points ? maps->vertices : maps->cells;
+    array.role = of_points ? maps->vertices_role : maps->cells_role;
+  }
   array.location = location;
   array.type = ScalarType::int64;
   // A piece of a piece, or of a file with a map of its own.
@@ -238,7 +236,7 @@ void PieceMesh::add_number_array(Location location, bool exodus_maps) {
   const std::uint64_t end = decomposed_       ? (of_points ? file_->vertices() : file_->cells())
                             : numbers.empty() ? 0
                                               : numbers.back() + 1;
-  if (exodus_maps && end <= std::numeric_limits<std::int32_t>::max())
+  if (maps != nullptr && end <= std::numeric_limits<std::int32_t>::max())
     array.type = ScalarType::int32;
   info_.schema.arrays.push_back(std::move(array));
   arrays_.emplace_back().what = of_points ? Array::What::vertex_numbers : Array::What::cell_numbers;

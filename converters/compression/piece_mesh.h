@@ -17,6 +17,7 @@
 #include "mesh/mesh_source.h"
 #include "sets/transfer_sets.h"
 #include "shm/mesh_extract.h"
+#include "transfer/format.h"
 
 namespace shm::converters {
 
@@ -36,12 +37,12 @@ struct PieceOptions {
   std::optional<std::uint32_t> points;
   // Indices of arrays, ascending; nothing: all. Number maps come along in any case.
   std::optional<std::vector<std::uint32_t>> arrays;
-  // Numbers as Exodus has them: arrays of role exodus:node_num_map and exodus:elem_num_map, from 1,
-  // unless the source has such itself. Else arrays kVertexNumbers and kCellNumbers.
-  bool exodus_maps = false;
+  // Numbers as maps of the format that the piece goes to, from 1, unless the source has such
+  // itself; borrowed. Null: arrays kVertexNumbers and kCellNumbers.
+  const NumberMaps* maps = nullptr;
   // One of the parts that together are the mesh: all blocks, arrays and sets stay, where nothing is
-  // left of them empty, and the maps (exodus_maps) are numbers of the whole mesh in any case, of a
-  // type that is the same in all parts. Those of the source become arrays of role kOriginalMap.
+  // left of them empty, and the maps are numbers of the whole mesh in any case, of a type that is
+  // the same in all parts. Those of the source get the role for original ones. Needs `maps`.
   bool decomposed = false;
   // What is left of a damaged file: step values that are lost are NaN, and integers 0.
   bool damaged = false;
@@ -91,7 +92,7 @@ class PieceMesh final : public MeshSource {
   void choose_blocks();
   void choose_arrays(const PieceOptions& options);
   bool takes_array(std::uint32_t source) const;
-  void add_number_array(Location location, bool exodus_maps);
+  void add_number_array(Location location, const NumberMaps* maps);
   void cut_sets(std::vector<TransferSet> sets);
   const std::vector<std::uint64_t>& elements(std::uint32_t source);
   PagedArray& step_values(Array& array, std::uint64_t step);

@@ -58,6 +58,7 @@
 
 #include "base/spool.h"
 #include "mesh/mesh_source.h"
+#include "transfer/format.h"
 
 namespace shm::converters {
 
@@ -69,22 +70,22 @@ bool looks_like_exodus(std::span<const std::byte> head);
 // outlive the mesh. Throws Failure.
 std::unique_ptr<MeshSource> open_exodus(const std::string& path, Spool& spool);
 
-// Role of number maps that the whole mesh had, in a part of a decomposed one: one integer for each
-// vertex or cell. Written as a map called original_global_id_map, as nem_spread does.
-inline constexpr const char* kOriginalMap = "exodus:original_map";
-
-// Whether cells of another format have an element type of their own.
-bool exodus_holds_block(const BlockInfo& block);
-// Whether a name is short enough.
-bool exodus_holds_name(const std::string& name);
+// Number maps, from 1. Those that the whole mesh had, in a part of a decomposed one, are written as
+// a map called original_global_id_map, as nem_spread does: one integer for each vertex or cell.
+inline constexpr NumberMaps kExodusMaps = {.vertices = "node_num_map",
+                                           .cells = "elem_num_map",
+                                           .vertices_role = "exodus:node_num_map",
+                                           .cells_role = "exodus:elem_num_map",
+                                           .original_role = "exodus:original_map"};
 
 // A mesh that came from Exodus gets its netCDF structure back. Any other one becomes a 64-bit
 // offset file (netCDF-4 when a variable is too large for that): one element block for each block
 // and number of nodes, polygons as NSIDED; 32-bit floats when they hold all values, else 64-bit;
 // arrays without a role as variables, components apart (name_x, name_y, name_z or name_1, ...),
-// static ones at every step; arrays of role exodus:node_num_map, exodus:elem_num_map and
-// kOriginalMap as maps. Throws Failure: output when the disk fails, unsupported for polyhedra of
-// other formats.
+// static ones at every step; arrays with the roles of kExodusMaps as maps. Throws Failure: output
+// when the disk fails, unsupported for polyhedra of other formats.
 void write_exodus(MeshSource& mesh, const std::string& path);
+
+extern const Format kExodusFormat;
 
 }  // namespace shm::converters

@@ -16,6 +16,7 @@
 #include "exodus/exodus.h"
 #include "exodus/grouping.h"
 #include "exodus/layout.h"
+#include "mesh/extras.h"
 #include "sets/transfer_sets.h"
 
 namespace shm::converters::exodus {
@@ -24,7 +25,6 @@ namespace {
 // A variable of 64-bit offset files has less than 4 GiB (for each record, if it has records).
 constexpr std::uint64_t kMostVariableBytes = (std::uint64_t{1} << 32) - 4;
 constexpr std::size_t kShortNames = 32;  // what every reader allows for
-constexpr std::size_t kLongestName = 255;
 
 // One component of an array of the mesh: a nodal or an element variable.
 struct Column {
@@ -169,11 +169,11 @@ class ForeignWriter {
   }
   static bool is_map(const ArrayInfo& array) {
     return is_of_numbers(array) &&
-           ((array.role == "exodus:node_num_map" && array.location == Location::point) ||
-            (array.role == "exodus:elem_num_map" && array.location == Location::cell));
+           ((array.role == kExodusMaps.vertices_role && array.location == Location::point) ||
+            (array.role == kExodusMaps.cells_role && array.location == Location::cell));
   }
   static bool is_original_map(const ArrayInfo& array) {
-    return is_of_numbers(array) && array.role == kOriginalMap;
+    return is_of_numbers(array) && array.role == kExodusMaps.original_role;
   }
 
   void choose_columns() {
@@ -545,21 +545,6 @@ class ForeignWriter {
 };
 
 }  // namespace
-
-}  // namespace shm::converters::exodus
-
-namespace shm::converters {
-
-bool exodus_holds_block(const BlockInfo& block) { return block.shape != CellShape::other; }
-
-bool exodus_holds_name(const std::string& name) {
-  constexpr std::size_t kSuffix = 4;  // of a component
-  return name.size() + kSuffix <= exodus::kLongestName;
-}
-
-}  // namespace shm::converters
-
-namespace shm::converters::exodus {
 
 void write_foreign(MeshSource& mesh, const std::string& path, Spool& spool) {
   ForeignWriter(mesh, path, spool).write();

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -105,6 +106,9 @@ ScalarType scalar_of(int nc_type);
 Skeleton read_skeleton(int ncid, const Place& place);
 // Creates `path` with that structure, ready for values; returns its ncid.
 int create_file(const Skeleton& skeleton, const Place& place);
+
+// Text with %XX for characters that end a field or line; nothing where a %XX is none.
+std::optional<std::string> unescaped(std::string_view text);
 
 std::string to_text(const Skeleton& skeleton);
 // Throws Failure (corrupt).

@@ -13,8 +13,6 @@
 #include "exodus/exodus.h"
 #include "gmsh/gmsh.h"
 #include "ucd/ucd.h"
-#include "vtk/between/vtk_from_vtu.h"
-#include "vtk/between/vtu_from_vtk.h"
 #include "vtk/legacy/vtk.h"
 #include "vtk/xml/vtu.h"
 
@@ -23,23 +21,23 @@ namespace {
 
 constexpr std::size_t kHeadBytes = 4096;
 
-// Formats whose readers and writers need no more than this.
-template <auto kOpen>
-std::unique_ptr<MeshSource> open_plain(const std::string& path, Spool& spool, const Progress&) {
-  return kOpen(path, spool);
-}
-template <auto kWrite>
-void write_plain(MeshSource& mesh, OutputFile& output, Spool&) {
-  kWrite(mesh, output.temporary());
-}
-
-void write_vtu_file(MeshSource& mesh, OutputFile& output, Spool& spool) {
-  write_vtu(mesh, output.temporary(), spool);
-}
-
 void write_shm(MeshSource& mesh, OutputFile& output, Spool& spool) {
   FileSink& sink = output.sink();
   compress_mesh(mesh, sink, {}, spool);
+}
+
+std::string list_of(std::string_view Format::*word) {
+  std::string list;
+  for (const Format& each : formats()) list += (list.empty() ? "" : ", ") + std::string(each.*word);
+  return list;
+}
+
+constexpr class NothingToAdd final : public SourceFormat {
+} kNothingToAdd;
+
+const SourceFormat& source_named(std::string_view name) {
+  const Format* format = format_named(name);
+  return format == nullptr || format->source == nullptr ? kNothingToAdd : *format->source;
 }
 
 std::vector<std::byte> head_of(const std::string& path) {
@@ -77,65 +75,47 @@ bool is_extension(std::string_view part, std::string_view extension) {
 
 }  // namespace
 
-bool is_foreign(const MeshInfo& info, const Format& format) {
-  return format.holds != nullptr && info.schema.source_format != format.name;
-}
+constinit const Capabilities kShmCapabilities = {
+    .sets = Capabilities::Sets::sets,
+    .every_step = true,
+    .partial_arrays = true,
+    .block_numbers = true,
+    .maps = &kExodusMaps,
+    .block = [](const BlockInfo& block) { return block.shape != CellShape::polyhedron; }};
 
-const std::vector<Format>& formats() {
-  static const Holds exodus = {.sets = Holds::Sets::sets,
-                               .every_step = true,
-                               .vectors = false,
-                               .integers = false,
-                               .partial_arrays = true,
-                               .block_numbers = true,
-                               .positive_numbers = true,
-                               .unique_numbers = true,
-                               .title_bytes = 80,
-                               .block = exodus_holds_block,
-                               .name = exodus_holds_name};
-  static const Holds vtk = {.sets = Holds::Sets::arrays,
-                            .title_bytes = 255,
-                            .block = vtk_holds_block,
-                            .kin = "vtu",
-                            .losses_of_kin = vtk::losses_in_vtk};
-  static const Holds vtu = {.sets = Holds::Sets::arrays,
-                            .block = vtk_holds_block,
-                            .kin = "vtk",
-                            .losses_of_kin = vtu::losses_in_vtu};
-  static const Holds gmsh = {.sets = Holds::Sets::cells,
-                             .every_step = true,
-                             .integers = false,
-                             .partial_arrays = true,
-                             .block_numbers = true,
-                             .positive_numbers = true,
-                             .times = false,
-                             .name = gmsh_holds_name};
-  static const Holds ucd = {.sets = Holds::Sets::arrays,
-                            .integers = false,
-                            .block_numbers = true,
-                            .times = false,
-                            .title_bytes = 0};
-  static const std::vector<Format> all = {
-      {"exodus",
-       {".e", ".exo", ".g", ".ex2", ".gen", ".exii"},
-       looks_like_exodus,
-       open_plain<open_exodus>,
-       write_plain<write_exodus>,
-       &exodus,
-       FileSink::Temporary::named},  // HDF5 looks up what a name in /proc links to
-      {"vtk", {".vtk"}, looks_like_vtk, open_plain<open_vtk>, write_plain<write_vtk>, &vtk},
-      {"vtu", {".vtu"}, looks_like_vtu, open_plain<open_vtu>, write_vtu_file, &vtu},
-      {"gmsh", {".msh"}, looks_like_gmsh, open_plain<open_gmsh>, write_plain<write_gmsh>, &gmsh},
-      {"ucd", {".ucd", ".inp"}, looks_like_ucd, open_plain<open_ucd>, write_plain<write_ucd>, &ucd},
-      {"shm", {".shm"}, looks_like_shm, open_shm, write_shm, nullptr},
+std::span<const Format> formats() {
+  static const Format all[] = {
+      kExodusFormat,
+      kVtkFormat,
+      kVtuFormat,
+      kGmshFormat,
+      kUcdFormat,
+      {.name = "shm",
+       .title = ".shm",
+       .extensions = {".shm"},
+       .looks_like = looks_like_shm,
+       .open = open_shm,
+       .write = write_shm},
   };
   return all;
+}
+
+bool is_foreign(const MeshInfo& info, const Format& format) {
+  return format.capabilities != nullptr && info.schema.source_format != format.name;
 }
 
 const Format* format_named(std::string_view name) {
   for (const Format& format : formats())
     if (format.name == name) return &format;
   return nullptr;
+}
+
+const SourceFormat& source_format(const MeshInfo& info) {
+  return source_named(info.schema.source_format);
+}
+
+const SourceFormat& format_of_role(std::string_view role) {
+  return source_named(role.substr(0, role.find(':')));
 }
 
 const Format* format_of_name(std::string_view path) {
@@ -147,7 +127,7 @@ const Format* format_of_name(std::string_view path) {
     const std::string_view part = name.substr(dot + 1);
     for (const Format& format : formats())
       for (const std::string_view extension : format.extensions)
-        if (is_extension(part, extension)) return &format;
+        if (!extension.empty() && is_extension(part, extension)) return &format;
     // The counts of a file that is one of several, as in out.e.4.0, come after its extension.
     if (part.empty() || part.find_first_not_of("0123456789") != std::string_view::npos)
       return nullptr;
@@ -167,7 +147,7 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, Spool& spool,
                                       const Progress& progress) {
   if (const Format* format = format_of_file(path)) return format->open(path, spool, progress);
   throw Failure(Error{ErrorCode::unsupported,
-                      "is neither an Exodus, VTK legacy, VTU, Gmsh, UCD nor .shm file",
+                      "is none of " + list_of(&Format::title) + " files",
                       {},
                       kNoOffset,
                       path});
@@ -176,12 +156,10 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, Spool& spool,
 const Format& output_format(const std::string& path, const std::string& format) {
   const Format* found = format.empty() ? format_of_name(path) : format_named(format);
   if (found != nullptr) return *found;
-  std::string known;
-  for (const Format& each : formats())
-    known += (known.empty() ? "" : ", ") + std::string(each.name);
+  const std::string known = list_of(&Format::name);
   throw Failure(Error{ErrorCode::misuse,
                       format.empty()
-                          ? "its name does not tell the format; use --format (" + known + ")"
+                          ? "the format does not follow from its name; use --format (" + known + ")"
                           : "unknown format '" + format + "'; known: " + known,
                       {},
                       kNoOffset,

@@ -48,6 +48,7 @@
 
 #include "base/spool.h"
 #include "mesh/mesh_source.h"
+#include "transfer/format.h"
 
 namespace shm::converters {
 
@@ -57,10 +58,9 @@ std::unique_ptr<MeshSource> open_gmsh(const std::string& path, Spool& spool);
 // By content: `head` is the beginning of the file, up to 4096 bytes.
 bool looks_like_gmsh(std::span<const std::byte> head);
 
-// Whether a name can stand between quotes as it is.
-bool gmsh_holds_name(const std::string& name);
-
 // A mesh that came from Gmsh is written as it was; any other as MSH 4.1, binary.
 void write_gmsh(MeshSource& mesh, const std::string& path);
+
+extern const Format kGmshFormat;
 
 }  // namespace shm::converters

@@ -7,7 +7,7 @@
 #include "base/text_input.h"
 #include "gmsh/types.h"
 #include "mesh/extra_index.h"
-#include "sets/transfer_sets.h"
+#include "mesh/extras.h"
 
 namespace shm::converters {
 

@@ -77,5 +77,7 @@ class GmshExtras {
 GmshPlan plan_gmsh(MeshSource& mesh, const std::string& path);
 GmshPlan plan_gmsh_from_extras(const MeshInfo& info, const GmshExtras& extras);
 GmshPlan plan_gmsh_anew(MeshSource& mesh, const std::string& path);
+// A name as it can stand between quotes.
+std::string quotable(const std::string& name);
 
 }  // namespace shm::converters

@@ -10,7 +10,7 @@
 #include "gmsh/gmsh.h"
 #include "gmsh/plan.h"
 #include "gmsh/types.h"
-#include "sets/transfer_sets.h"
+#include "mesh/extras.h"
 
 namespace shm::converters {
 namespace {
@@ -18,15 +18,6 @@ namespace {
 using Kind = GmshPlannedSection::Kind;
 
 constexpr std::size_t kPiece = 16384;  // vertices or cells at once
-
-std::string quotable(const std::string& name) {
-  std::string clean = name;
-  for (char& c : clean) {
-    if (c == '"') c = '\'';
-    if (c == '\n' || c == '\r') c = ' ';
-  }
-  return clean;
-}
 
 template <class T>
 void put(std::string& out, T value) {
@@ -240,7 +231,14 @@ class PlanAnew {
 
 }  // namespace
 
-bool gmsh_holds_name(const std::string& name) { return quotable(name) == name; }
+std::string quotable(const std::string& name) {
+  std::string clean = name;
+  for (char& c : clean) {
+    if (c == '"') c = '\'';
+    if (c == '\n' || c == '\r') c = ' ';
+  }
+  return clean;
+}
 
 GmshPlan plan_gmsh_anew(MeshSource& mesh, const std::string& path) {
   return PlanAnew(mesh, path).make();

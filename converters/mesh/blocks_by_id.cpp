@@ -27,7 +27,7 @@ BlocksById::BlocksById(MeshSource& source, std::size_t array,
     : ForwardingMesh(source), array_(array) {
   info_ = source.info();
   find_blocks(names, first);
-  info_.schema.arrays[array].role = "vtk:block_id";  // what the blocks are now
+  info_.schema.arrays[array].role = kBlockIdRole;
 }
 
 void BlocksById::load_ids(std::size_t count) {

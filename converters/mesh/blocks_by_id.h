@@ -12,6 +12,9 @@
 
 namespace shm::converters {
 
+// Role of the array of numbers in the result, which its blocks have.
+inline constexpr const char* kBlockIdRole = "block_id";
+
 class BlocksById final : public ForwardingMesh {
  public:
   // A block of the source, and a number of its cells.

@@ -18,6 +18,7 @@
 #include "mpi/owners.h"
 #include "shm/mesh_extract.h"
 #include "tool/report.h"
+#include "transfer/piece_output.h"
 #include "transfer/translate.h"
 
 namespace shm::converters {
@@ -78,7 +79,7 @@ class Part {
   const DecompressCommand& options_;
   const Format& format_;
   Spool& spool_;
-  Holds holds_;
+  Capabilities capabilities_;
   std::unique_ptr<FileRandomSource> file_;
   std::optional<MeshExtractor> extractor_;
   MeshInfo whole_;  // schema, counts, times, extras
@@ -105,8 +106,8 @@ void Part::open() {
   whole_.block_cells = extractor_->block_cells();
   whole_.step_times = unwrap(extractor_->step_times(), path);
   whole_.extras = unwrap(extractor_->extras(), path);
-  holds_ = *format_.holds;
-  holds_.kin = {};
+  capabilities_ = *format_.capabilities;
+  capabilities_.sibling = {};
 }
 
 void Part::check_blocks() const {
@@ -122,7 +123,8 @@ void Part::check_blocks() const {
 
 void Part::stage() {
   PieceOptions how;
-  how.exodus_maps = how.decomposed = true;
+  how.maps = capabilities_.maps;
+  how.decomposed = true;
   range_ = part_range(extractor_->segments(), whole_.cells(), ranks_.size(), ranks_.rank());
   const bool last = range_.end == whole_.cells();
   if (whole_.cells() == 0 && ranks_.first())
@@ -132,15 +134,10 @@ void Part::stage() {
   else
     how.request.cells.range = CellSelection::Range{range_.first, range_.end};
   how.request.unused_vertices |= last;
-  std::set<std::string> used;
-  std::vector<TransferSet> sets = transfer_sets(whole_, used);
-  std::vector<Extra> extras = whole_.extras;
-  std::erase_if(extras, [&](const Extra& extra) {
-    return (used.contains(extra.key) && extra.key != "mesh/title") ||
-           extra.key == "gmsh/elements/blocks";
-  });
-  piece_ = std::make_unique<PieceMesh>(*extractor_, how, std::move(extras), std::move(sets),
-                                       options_.input, spool_);
+  MeshInfo of_piece = whole_;
+  std::vector<TransferSet> sets = take_sets(of_piece);
+  piece_ = std::make_unique<PieceMesh>(*extractor_, how, std::move(of_piece.extras),
+                                       std::move(sets), options_.input, spool_);
   if (piece_->info().cells() != range_.end - range_.first)
     throw Failure(Error{ErrorCode::corrupt, "names cells that are not there", "index", kNoOffset,
                         options_.input});
@@ -190,7 +187,7 @@ void Part::count_vertices() {
 LossList Part::translate() {
   LossList losses;
   ranks_.together([&] {
-    translation_.emplace(*piece_, std::string(format_.name), holds_, options_.step, spool_,
+    translation_.emplace(*piece_, std::string(format_.name), capabilities_, options_.step, spool_,
                          blocks_);
     losses = translation_->losses();
     if (lost_vertices_ > 0)

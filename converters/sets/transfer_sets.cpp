@@ -5,21 +5,13 @@
 #include <map>
 
 #include "base/failure.h"
-#include "gmsh/groups.h"
 #include "mesh/extra_index.h"
+#include "mesh/extras.h"
 
 namespace shm::converters {
 namespace {
 
 using Kind = TransferSet::Kind;
-
-struct KindWords {
-  Kind kind;
-  const char *key, *members;
-};
-constexpr KindWords kExodusKinds[] = {{Kind::nodes, "node_set", "vertices"},
-                                      {Kind::sides, "side_set", "cells"},
-                                      {Kind::elements, "elem_set", "cells"}};
 
 const char* words_of(Kind kind, bool spaced) {
   switch (kind) {
@@ -58,12 +50,22 @@ bool any_not_one(const Extra& extra) {
   return false;
 }
 
-// One folder of extras, of Exodus or of our own.
+}  // namespace
+
+std::string TransferSet::label() const {
+  std::string text = std::string(words_of(kind, true)) + ' ' + std::to_string(id);
+  return name.empty() ? text : text + " '" + name + "'";
+}
+
+std::string TransferSet::short_name() const {
+  return name.empty() ? std::string(words_of(kind, false)) + '_' + std::to_string(id) : name;
+}
+
 bool read_set(const MeshInfo& info, const ExtraIndex& extras, const std::string& folder,
-              const char* members, Kind kind, TransferSet& set, std::set<std::string>& told) {
+              const char* members, Kind kind, TransferSet& set, std::set<std::string>& used) {
   const auto take = [&](const char* what) {
     const Extra* extra = extras.find(folder + what);
-    if (extra != nullptr) told.insert(extra->key);
+    if (extra != nullptr) used.insert(extra->key);
     return extra;
   };
   const Extra* listed = extras.find(folder + members);
@@ -85,94 +87,6 @@ bool read_set(const MeshInfo& info, const ExtraIndex& extras, const std::string&
                                                         : any_not_one<double>(*factors);
   for (const char* what : {members, "id", "sides"}) take(what);
   return true;
-}
-
-void add_exodus_sets(const MeshInfo& info, std::vector<TransferSet>& sets,
-                     std::set<std::string>& told) {
-  const ExtraIndex extras(info.extras);
-  for (const KindWords& words : kExodusKinds) {
-    for (const Extra& extra : info.extras) {  // in the order of the file
-      const std::string start = "exodus/" + std::string(words.key) + "/", end = "/id";
-      if (!extra.key.starts_with(start) || !extra.key.ends_with(end)) continue;
-      TransferSet set;
-      const std::string folder = extra.key.substr(0, extra.key.size() - 2);
-      if (read_set(info, extras, folder, words.members, words.kind, set, told))
-        sets.push_back(std::move(set));
-    }
-  }
-}
-
-void add_gmsh_groups(const MeshInfo& info, std::vector<TransferSet>& sets) {
-  for (const GmshGroup& group : gmsh_groups(info)) {
-    // What the names of blocks already say.
-    const bool said = !group.name.empty() &&
-                      std::all_of(group.blocks.begin(), group.blocks.end(), [&](std::uint32_t b) {
-                        return info.schema.blocks[b].name == group.name;
-                      });
-    if (said || group.blocks.empty()) continue;
-    TransferSet set;
-    set.kind = Kind::elements;
-    set.id = group.tag;
-    set.name = group.name;
-    set.blocks = group.blocks;
-    sets.push_back(std::move(set));
-  }
-}
-
-Extra number_extra(std::string key, const std::vector<std::int64_t>& values, Reference refers) {
-  Extra extra{std::move(key), ScalarType::int64, refers, {values.size()}, {}};
-  extra.data.resize(values.size() * sizeof(std::int64_t));
-  if (!values.empty()) std::memcpy(extra.data.data(), values.data(), extra.data.size());
-  return extra;
-}
-
-}  // namespace
-
-std::string TransferSet::label() const {
-  std::string text = std::string(words_of(kind, true)) + ' ' + std::to_string(id);
-  return name.empty() ? text : text + " '" + name + "'";
-}
-
-std::string TransferSet::short_name() const {
-  return name.empty() ? std::string(words_of(kind, false)) + '_' + std::to_string(id) : name;
-}
-
-const Extra* find_extra(const MeshInfo& info, const std::string& key) {
-  for (const Extra& extra : info.extras)
-    if (extra.key == key) return &extra;
-  return nullptr;
-}
-
-bool is_flat(const MeshInfo& info) {
-  const Extra* skeleton = find_extra(info, "exodus/skeleton");
-  return skeleton != nullptr &&
-         text_of_extra(*skeleton).find("\nD\tnum_dim\t2\n") != std::string::npos;
-}
-
-std::string text_of_extra(const Extra& extra) {
-  if (extra.type != ScalarType::uint8 || extra.data.empty()) return {};
-  return {reinterpret_cast<const char*>(extra.data.data()), extra.data.size()};
-}
-
-std::vector<std::int64_t> integers_of_extra(const Extra& extra) {
-  std::vector<std::int64_t> values;
-  const auto read = [&](auto value) {
-    for (std::size_t at = 0; at + sizeof value <= extra.data.size(); at += sizeof value) {
-      std::memcpy(&value, extra.data.data() + at, sizeof value);
-      values.push_back(value);
-    }
-  };
-  if (extra.type == ScalarType::int32) read(std::int32_t{});
-  if (extra.type == ScalarType::int64) read(std::int64_t{});
-  return values;
-}
-
-std::vector<TransferSet> transfer_sets(const MeshInfo& info, std::set<std::string>& told) {
-  std::vector<TransferSet> sets;
-  if (info.schema.source_format == "exodus") add_exodus_sets(info, sets, told);
-  if (info.schema.source_format == "gmsh") add_gmsh_groups(info, sets);
-  for (TransferSet& set : sets_of_extras(info, told)) sets.push_back(std::move(set));
-  return sets;
 }
 
 void list_members(MeshSource& mesh, std::vector<TransferSet>& sets) {
@@ -202,25 +116,21 @@ std::vector<Extra> extras_of_sets(const std::vector<TransferSet>& sets) {
     const TransferSet& set = sets[i];
     const std::string folder =
         std::string("mesh/") + words_of(set.kind, false) + '/' + std::to_string(i) + '/';
-    extras.push_back(number_extra(folder + "id", {set.id}, Reference::nothing));
-    Extra name{folder + "name", ScalarType::uint8, Reference::nothing, {set.name.size()}, {}};
-    name.data.resize(set.name.size());
-    if (!set.name.empty()) std::memcpy(name.data.data(), set.name.data(), set.name.size());
-    extras.push_back(std::move(name));
-    extras.push_back(number_extra(folder + "members", set.members,
-                                  set.kind == Kind::nodes ? Reference::vertex : Reference::cell));
-    if (set.kind == Kind::sides)
-      extras.push_back(number_extra(folder + "sides", set.sides, Reference::nothing));
+    extras.push_back(integers_extra(folder + "id", std::vector{set.id}));
+    extras.push_back(text_extra(folder + "name", set.name));
+    extras.push_back(integers_extra(folder + "members", set.members,
+                                    set.kind == Kind::nodes ? Reference::vertex : Reference::cell));
+    if (set.kind == Kind::sides) extras.push_back(integers_extra(folder + "sides", set.sides));
   }
   return extras;
 }
 
 std::vector<TransferSet> sets_of_extras(const MeshInfo& info) {
-  std::set<std::string> told;
-  return sets_of_extras(info, told);
+  std::set<std::string> used;
+  return sets_of_extras(info, used);
 }
 
-std::vector<TransferSet> sets_of_extras(const MeshInfo& info, std::set<std::string>& told) {
+std::vector<TransferSet> sets_of_extras(const MeshInfo& info, std::set<std::string>& used) {
   std::vector<TransferSet> sets;
   const ExtraIndex extras(info.extras);
   for (const Kind kind : {Kind::nodes, Kind::sides, Kind::elements}) {
@@ -229,7 +139,7 @@ std::vector<TransferSet> sets_of_extras(const MeshInfo& info, std::set<std::stri
       if (!extra.key.starts_with(start) || !extra.key.ends_with("/id")) continue;
       TransferSet set;
       const std::string folder = extra.key.substr(0, extra.key.size() - 2);
-      if (read_set(info, extras, folder, "members", kind, set, told))
+      if (read_set(info, extras, folder, "members", kind, set, used))
         sets.push_back(std::move(set));
     }
   }

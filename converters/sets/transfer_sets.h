@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "mesh/extra_index.h"
 #include "mesh/mesh_source.h"
 
 namespace shm::converters {
@@ -24,26 +25,19 @@ struct TransferSet {
   std::string short_name() const;     // its name, or "side_set_3"
 };
 
-// Those of the format that the mesh came from, and those of extras_of_sets(). `told` gets the keys
-// of the extras whose content the result has.
-std::vector<TransferSet> transfer_sets(const MeshInfo& info, std::set<std::string>& told);
-
 // Extras "mesh/node_set/<i>/...", "mesh/side_set/<i>/..." and "mesh/element_set/<i>/..." with id,
 // name, members (references) and sides: how the sets reach a writer.
 std::vector<Extra> extras_of_sets(const std::vector<TransferSet>& sets);
 std::vector<TransferSet> sets_of_extras(const MeshInfo& info);
-std::vector<TransferSet> sets_of_extras(const MeshInfo& info, std::set<std::string>& told);
+std::vector<TransferSet> sets_of_extras(const MeshInfo& info, std::set<std::string>& used);
+
+// The set in a folder of extras, "folder/id", "folder/name", ..., whose members are
+// "folder/<members>". False where there is none. `used` gets the keys of its extras.
+bool read_set(const MeshInfo& info, const ExtraIndex& extras, const std::string& folder,
+              const char* members, TransferSet::Kind kind, TransferSet& set,
+              std::set<std::string>& used);
 
 // Sets of whole blocks become lists of cells. Walks the cells when there are such sets.
 void list_members(MeshSource& mesh, std::vector<TransferSet>& sets);
-
-// Whether the mesh is one of two dimensions, so that sides of its triangles and quads are edges.
-bool is_flat(const MeshInfo& info);
-
-// Text and integers of an extra; empty when it holds something else.
-std::string text_of_extra(const Extra& extra);
-std::vector<std::int64_t> integers_of_extra(const Extra& extra);
-// Null when there is none; looks at all of them (see ExtraIndex).
-const Extra* find_extra(const MeshInfo& info, const std::string& key);
 
 }  // namespace shm::converters

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <utility>
 
-#include "exodus/exodus.h"
+#include "mesh/blocks_by_id.h"
 #include "mesh/unique_names.h"
 
 namespace shm::converters {
@@ -47,17 +47,14 @@ bool alike(const ArrayInfo& a, const ArrayInfo& b) {
   return a == renamed;
 }
 
-}  // namespace
-
-bool JoinedArrays::is_only_for_its_format(const ArrayInfo& array) {
-  // Rows of a table, places in a list of strings, block numbers that blocks have, values by corner
-  // in the order of the file.
-  return array.role == "gmsh:node_entity" || array.role == "vtk:string" ||
-         array.role == "vtk:block_id" || array.role == "gmsh:element_node_data";
+bool is_left_out(const ArrayInfo& array) {
+  return array.role == kBlockIdRole || format_of_role(array.role).is_private(array);
 }
 
-JoinedArrays::JoinedArrays(MeshSource& source, bool join, bool distinct, bool exodus_maps)
-    : ForwardingMesh(source), exodus_maps_(exodus_maps) {
+}  // namespace
+
+JoinedArrays::JoinedArrays(MeshSource& source, bool join, bool distinct, const NumberMaps* maps)
+    : ForwardingMesh(source), maps_(maps) {
   const MeshInfo& from = source.info();
   info_.schema = from.schema;
   info_.schema.arrays.clear();
@@ -66,7 +63,7 @@ JoinedArrays::JoinedArrays(MeshSource& source, bool join, bool distinct, bool ex
   info_.step_times = from.step_times;
   for (std::size_t a = 0; a < from.schema.arrays.size();) {
     const std::size_t columns = join ? run_of_columns(a) : 1;
-    if (!is_only_for_its_format(from.schema.arrays[a])) add(a, columns);
+    if (!is_left_out(from.schema.arrays[a])) add(a, columns);
     a += columns;
   }
   name_apart();
@@ -110,9 +107,10 @@ std::size_t JoinedArrays::run_of_columns(std::size_t first) const {
 
 void JoinedArrays::add(std::size_t first, std::size_t columns) {
   ArrayInfo info = source_.info().schema.arrays[first];
-  const bool is_map = info.role == "exodus:node_num_map" || info.role == "exodus:elem_num_map" ||
-                      info.role == kOriginalMap;
-  if (!exodus_maps_ || !is_map) info.role.clear();
+  const bool is_map =
+      maps_ != nullptr && (info.role == maps_->vertices_role || info.role == maps_->cells_role ||
+                           info.role == maps_->original_role);
+  if (!is_map) info.role.clear();
   info.quantization = {};
   if (columns > 1) {
     info.components = static_cast<std::uint32_t>(columns);

@@ -1,5 +1,6 @@
 // JoinedArrays: a mesh as another format sees its arrays. Columns v_x, v_y, v_z become one array v;
-// arrays that only their own format has a word for (maps, tags, attributes) become plain ones.
+// arrays whose role only their own format knows (maps, tags, attributes) become plain ones, or go
+// where no other format can make something of them.
 #pragma once
 
 #include <cstddef>
@@ -7,19 +8,18 @@
 #include <vector>
 
 #include "mesh/forwarding_mesh.h"
+#include "transfer/format.h"
 
 namespace shm::converters {
 
 class JoinedArrays final : public ForwardingMesh {
  public:
   // `join`: the source has columns where the target has vectors. `distinct`: blocks of different
-  // names or dimensions get different numbers. `exodus_maps`: number maps of Exodus stay what they
-  // are.
-  JoinedArrays(MeshSource& source, bool join, bool distinct, bool exodus_maps = false);
+  // names or dimensions get different numbers. `maps`: stay what they are;
+  // null: none.
+  JoinedArrays(MeshSource& source, bool join, bool distinct, const NumberMaps* maps = nullptr);
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
-  // Without these arrays of the source: not in the result at all.
-  static bool is_only_for_its_format(const ArrayInfo& array);
 
  private:
   std::size_t run_of_columns(std::size_t first) const;
@@ -27,7 +27,7 @@ class JoinedArrays final : public ForwardingMesh {
   void name_apart();
   void number_blocks_apart();
 
-  const bool exodus_maps_;
+  const NumberMaps* maps_;
   std::vector<std::vector<std::size_t>> parts_;  // of each array: arrays of the source
   std::vector<std::byte> column_;
 };

@@ -2,8 +2,8 @@
 // anything is written. Nothing may go silently.
 #pragma once
 
-#include <cstddef>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,32 +12,29 @@
 
 namespace shm::converters {
 
+using Keys = std::set<std::string>;  // of extras
+
 // Each for a line on a terminal: "side set 3 'inlet'", "QA records".
 using LossList = std::vector<std::string>;
 
-// What a format holds of meshes from elsewhere. A new writer says it in the table of formats.
-struct Holds {
-  // Node sets, side sets, groups of elements: as such, as arrays (see set_arrays.h), or as cells of
-  // their own (set_cells.h).
-  enum class Sets { sets, arrays, cells };
-  Sets sets = Sets::arrays;
-  bool every_step = false;      // else one time step a file
-  bool vectors = true;          // arrays with components; else columns
-  bool integers = true;         // else all values are floating-point
-  bool partial_arrays = false;  // cell arrays on some blocks; else NaN or 0 on the others
-  bool block_numbers = false;   // blocks of its own; else their numbers are an array
-  bool positive_numbers = false, unique_numbers = false;
-  bool times = true;                                // of steps, even when no array has any
-  std::size_t title_bytes = ~std::size_t{0};        // most
-  bool (*block)(const BlockInfo& block) = nullptr;  // whether it has such cells; null: all
-  bool (*name)(const std::string& name) = nullptr;  // whether it is written as it is; null: yes
-  // A format whose meshes the writer takes as they are, extras and all, and what it has no words
-  // for. Empty: none.
-  std::string_view kin = {};
-  LossList (*losses_of_kin)(const MeshInfo& info) = nullptr;
+// Collects losses, each once.
+class LossCollector {
+ public:
+  // The list is borrowed; null: nobody asks for it.
+  explicit LossCollector(LossList* losses) : losses_(losses) {}
+  void add(std::string loss) {
+    if (losses_ != nullptr && listed_.insert(loss).second) losses_->push_back(std::move(loss));
+  }
+
+ private:
+  LossList* losses_;
+  std::set<std::string> listed_;
 };
 
-// The extras of `info` that are not in `told`, in the words of the format that they came from.
-LossList losses_of_extras(const MeshInfo& info, const std::set<std::string>& told);
+// Extras that are not in `used`, by their keys, but for those whose keys start with one of `known`.
+LossList losses_by_key(const MeshInfo& info, const Keys& used,
+                       std::span<const std::string_view> known = {});
+
+std::string quoted(std::string_view text);  // " 'T'"
 
 }  // namespace shm::converters

@@ -7,18 +7,14 @@
 #include "mesh/forwarding_mesh.h"
 #include "mesh/mesh_source.h"
 #include "sets/transfer_sets.h"
-#include "transfer/losses.h"
 
 namespace shm::converters {
 
-// What a .shm file holds of a mesh from elsewhere: all but faces of polyhedra.
-extern const Holds kShmHolds;
-
-// The sets of a mesh. What they tell leaves its extras, and so does what blocks tell.
+// The sets of a mesh. The extras that say them leave it, and so do those that follow from blocks.
 std::vector<TransferSet> take_sets(MeshInfo& whole);
 
 // A mesh that its own format's writer takes for one from elsewhere, which lacks that format's
-// words.
+// extras.
 class FromElsewhere final : public ForwardingMesh {
  public:
   // `whole`: the file that it came from.

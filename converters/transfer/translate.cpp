@@ -8,15 +8,13 @@
 
 #include "base/failure.h"
 #include "mesh/blocks_by_id.h"
+#include "mesh/extras.h"
 #include "mesh/forwarding_mesh.h"
 #include "mesh/one_step.h"
 #include "sets/set_arrays.h"
 #include "sets/set_cells.h"
 #include "sets/transfer_sets.h"
 #include "transfer/joined_arrays.h"
-#include "vtk/between/vtk_field_data.h"
-#include "vtk/between/vtu_contents.h"
-#include "vtk/words.h"
 
 namespace shm::converters {
 namespace {
@@ -40,15 +38,6 @@ class WithExtras final : public ForwardingMesh {
     info_.extras = std::move(extras);
   }
 };
-
-std::string title_of_exodus(const std::string& skeleton) {
-  const std::size_t variables = skeleton.find("\nV\t"), title = skeleton.find("\nA\ttitle\t");
-  if (title == std::string::npos || title > variables) return {};
-  const std::size_t end = skeleton.find('\n', title + 1);
-  const std::string line = skeleton.substr(title + 1, end - title - 1);
-  const std::size_t value = line.rfind('\t');
-  return vtk::decode_name(std::string_view(line).substr(value + 1));
-}
 
 // Whether a 64-bit integer of the array is not that of a double.
 bool beyond_doubles(MeshSource& mesh, std::size_t a) {
@@ -118,29 +107,32 @@ Layer& Translation::add(std::unique_ptr<Layer> layer) {
   return added;
 }
 
-Translation::Translation(MeshSource& source, const std::string& format, const Holds& holds,
+Translation::Translation(MeshSource& source, const std::string& format, const Capabilities& target,
                          std::optional<std::uint64_t> step, Spool& spool,
                          const std::vector<BlocksById::Key>& blocks_elsewhere)
-    : from_(source.info()), format_(format), holds_(holds), mesh_(&source) {
-  if (is_kin()) {
+    : from_(source.info()),
+      source_(source_format(source.info())),
+      format_(format),
+      target_(target),
+      mesh_(&source) {
+  if (is_sibling()) {
     choose_step(step);
-    for (std::string& loss : holds_.losses_of_kin(mesh_->info()))
+    for (std::string& loss : target_.losses_of_sibling(mesh_->info()))
       losses_.push_back(std::move(loss));
     return;
   }
-  if (holds_.block_numbers) split_blocks(blocks_elsewhere);
+  if (target_.block_numbers) split_blocks(blocks_elsewhere);
   choose_step(step);
   const std::vector<BlockInfo> blocks = mesh_->info().schema.blocks;
-  add(std::make_unique<JoinedArrays>(*mesh_,
-                                     from_.schema.source_format == "exodus" && holds.vectors,
-                                     !holds.block_numbers, format == "exodus" || format == "shm"));
+  add(std::make_unique<JoinedArrays>(*mesh_, source_.has_vectors_as_columns() && target.vectors,
+                                     !target.block_numbers, target.maps));
   report_numbers(blocks);
   report_arrays();
   report_blocks();
   carry_title();
   carry_sets(spool);
   add(std::make_unique<WithExtras>(*mesh_, std::move(extras_)));
-  for (std::string& loss : losses_of_extras(from_, told_)) losses_.push_back(std::move(loss));
+  for (std::string& loss : source_.losses(from_, used_)) losses_.push_back(std::move(loss));
 }
 
 void Translation::choose_step(std::optional<std::uint64_t> step) {
@@ -154,16 +146,16 @@ void Translation::choose_step(std::optional<std::uint64_t> step) {
                         {}});
   if (step) {
     take_step(*step);
-  } else if (!holds_.every_step && steps > 1) {
+  } else if (!target_.every_step && steps > 1) {
     take_step(steps - 1);
     losses_.push_back(other_steps(steps, steps - 1) + " (a file of " + format_ + " holds one)");
-  } else if (steps == 0 && !is_kin()) {
-    if (const auto time = vtk_time(from_, told_)) add(std::make_unique<AtTime>(*mesh_, *time));
+  } else if (steps == 0 && !is_sibling()) {
+    if (const auto time = source_.time(from_, used_)) add(std::make_unique<AtTime>(*mesh_, *time));
   }
 }
 
 void Translation::take_step(std::uint64_t step) {
-  const auto points = vtu::points_of_step(from_, step);
+  const auto points = source_.points_of_step(from_, step);
   if (points && from_.schema.arrays[*points].type == from_.schema.coordinate_type) {
     add(std::make_unique<PointsOfStep>(*mesh_, *points));
   } else if (points) {
@@ -175,7 +167,7 @@ void Translation::take_step(std::uint64_t step) {
 
 void Translation::split_blocks(const std::vector<BlocksById::Key>& first) {
   const std::size_t array = BlocksById::array_of_ids(mesh_->info());
-  const auto names = vtk_block_names(from_, told_);
+  const auto names = source_.block_names(from_, used_);
   if (array == mesh_->info().schema.arrays.size()) return;
   auto split = std::make_unique<BlocksById>(*mesh_, array, names, first);
   if (split->useful()) add(std::move(split));
@@ -183,26 +175,24 @@ void Translation::split_blocks(const std::vector<BlocksById::Key>& first) {
 
 void Translation::report_arrays() {
   for (const ArrayInfo& array : from_.schema.arrays)
-    if (array.role == "gmsh:element_node_data")
-      losses_.push_back("view '" + array.name + "' ($ElementNodeData)");
-    else if (array.role == "vtk:string")
-      losses_.push_back("strings of array '" + array.name + "'");
+    if (std::string loss = format_of_role(array.role).loss_of_private(array); !loss.empty())
+      losses_.push_back(std::move(loss));
   const MeshInfo& info = mesh_->info();
   bool any_stepped = false;
-  if (!holds_.partial_arrays) check_filling(info);
+  if (!target_.partial_arrays) check_filling(info);
   for (std::size_t a = 0; a < info.schema.arrays.size(); ++a) {
     const ArrayInfo& array = info.schema.arrays[a];
     any_stepped |= array.per_step;
     const std::string label = "array '" + array.name + "'";
     report_name(array.name, label);
-    if (!holds_.partial_arrays && array.location == Location::cell &&
+    if (!target_.partial_arrays && array.location == Location::cell &&
         info.array_elements(a) != info.cells())
       losses_.push_back("which blocks " + label + " is on (" +
                         (is_float(array.type) ? "NaN" : "0") + " on the others)");
-    if (!holds_.integers && beyond_doubles(*mesh_, a))
+    if (!target_.integers && beyond_doubles(*mesh_, a))
       losses_.push_back("exact values of " + label + " (integers beyond 2^53)");
   }
-  if (!holds_.times && !info.step_times.empty() && !any_stepped)
+  if (!target_.times && !info.step_times.empty() && !any_stepped)
     losses_.push_back("times of steps that no array has (" +
                       std::to_string(info.step_times.size()) + ")");
 }
@@ -222,64 +212,58 @@ void Translation::report_blocks() {
   bool fit = true;
   for (std::size_t b = 0; b < info.schema.blocks.size(); ++b) {
     const BlockInfo& block = info.schema.blocks[b];
-    fit &= !holds_.positive_numbers || block.id > 0;
-    fit &= !holds_.unique_numbers || used.insert(block.id).second;
+    fit &= !target_.positive_numbers || block.id > 0;
+    fit &= !target_.unique_numbers || used.insert(block.id).second;
     report_name(block.name, block_label(block));
-    if (holds_.block != nullptr && info.block_cells[b] > 0 && !holds_.block(block))
+    if (target_.block != nullptr && info.block_cells[b] > 0 && !target_.block(block))
       losses_.push_back("cells of " + block_label(block) + " as what they are (" +
                         std::string(shape_name(block.shape)) + " with " +
                         (block.nodes_per_cell == 0 ? std::string("any number of")
                                                    : std::to_string(block.nodes_per_cell)) +
                         " nodes)");
   }
-  // Of VTK's own blocks the number only says the type of their cells.
-  const bool numbered = !from_.schema.source_format.starts_with("vt") ||
-                        BlocksById::array_of_ids(from_) < from_.schema.arrays.size();
+  const bool numbered =
+      !source_.has_blocks_by_type() || BlocksById::array_of_ids(from_) < from_.schema.arrays.size();
   if (numbered && !fit)
     losses_.push_back(std::string("numbers of blocks (each must be above 0") +
-                      (holds_.unique_numbers ? " and another)" : ")"));
+                      (target_.unique_numbers ? " and another)" : ")"));
 }
 
 void Translation::report_name(const std::string& name, const std::string& label) {
-  if (holds_.name != nullptr && !holds_.name(name)) losses_.push_back("spelling of " + label);
+  if (target_.name != nullptr && !target_.name(name)) losses_.push_back("spelling of " + label);
 }
 
 void Translation::carry_title() {
   std::string title;
   if (const Extra* given = find_extra(from_, "mesh/title")) {
     title = text_of_extra(*given);
-    told_.insert(given->key);
-  } else if (from_.schema.source_format == "exodus") {
-    if (const Extra* skeleton = find_extra(from_, "exodus/skeleton"))
-      title = title_of_exodus(text_of_extra(*skeleton));
+    used_.insert(given->key);
   } else {
-    title = vtk_title(from_, told_);
+    title = source_.title(from_, used_);
   }
   if (title.empty()) return;
-  if (title.size() > holds_.title_bytes)
-    losses_.push_back(holds_.title_bytes == 0
+  if (title.size() > target_.title_bytes)
+    losses_.push_back(target_.title_bytes == 0
                           ? "title '" + title + "'"
-                          : "title beyond " + std::to_string(holds_.title_bytes) + " bytes");
-  Extra extra{"mesh/title", ScalarType::uint8, Reference::nothing, {title.size()}, {}};
-  extra.data.resize(title.size());
-  std::memcpy(extra.data.data(), title.data(), title.size());
-  extras_.push_back(std::move(extra));
+                          : "title beyond " + std::to_string(target_.title_bytes) + " bytes");
+  extras_.push_back(text_extra("mesh/title", title));
 }
 
 void Translation::carry_sets(Spool& spool) {
-  std::vector<TransferSet> sets = transfer_sets(from_, told_);
+  std::vector<TransferSet> sets = transfer_sets(from_, used_);
   for (const TransferSet& set : sets) report_name(set.name, set.label());
   for (const TransferSet& set : sets)
     if (set.weighted) losses_.push_back("distribution factors of " + set.label());
   if (sets.empty()) return;
   LossList left_out;
-  if (holds_.sets == Holds::Sets::sets) {
+  if (target_.sets == Capabilities::Sets::sets) {
     list_members(*mesh_, sets);
     for (Extra& extra : extras_of_sets(sets)) extras_.push_back(std::move(extra));
-  } else if (holds_.sets == Holds::Sets::arrays) {
+  } else if (target_.sets == Capabilities::Sets::arrays) {
     left_out = add(std::make_unique<SetArrays>(*mesh_, sets, spool)).left_out();
   } else if (!mesh_->info().schema.blocks.empty()) {
-    left_out = add(std::make_unique<SetCells>(*mesh_, sets, is_flat(from_), spool)).left_out();
+    left_out =
+        add(std::make_unique<SetCells>(*mesh_, sets, source_.is_flat(from_), spool)).left_out();
     for (const TransferSet& set : sets)
       if (set.kind == TransferSet::Kind::elements) left_out.push_back(set.label());
   } else {

@@ -1,6 +1,6 @@
 // Translation: a mesh from one format as the writer of another one can hold most of it, and a list
-// of what it cannot. A writer that takes meshes of the other format as they are (Holds::kin) gets
-// them with their extras, at one step where it holds one.
+// of what it cannot. A writer that takes meshes of the other format as they are
+// (Capabilities::sibling) gets them with their extras, at one step where it holds one.
 //
 // Extras of the result, which any writer may look for:
 //   mesh/title               text
@@ -16,16 +16,17 @@
 #include "base/spool.h"
 #include "mesh/blocks_by_id.h"
 #include "mesh/mesh_source.h"
+#include "transfer/format.h"
 #include "transfer/losses.h"
 
 namespace shm::converters {
 
 class Translation {
  public:
-  // `step`: this one alone; none told: all, or the last where a file holds one. `source` and
+  // `step`: this one alone; none: all, or the last where a file holds one. `source` and
   // `spool` must outlive the translation. `format` is the target's name, for the list.
   // `blocks`: see BlocksById; those that other parts of a decomposed mesh have.
-  Translation(MeshSource& source, const std::string& format, const Holds& holds,
+  Translation(MeshSource& source, const std::string& format, const Capabilities& target,
               std::optional<std::uint64_t> step, Spool& spool,
               const std::vector<BlocksById::Key>& blocks = {});
   MeshSource& mesh() { return *mesh_; }
@@ -36,7 +37,9 @@ class Translation {
   template <class Layer>
   Layer& add(std::unique_ptr<Layer> layer);
   void split_blocks(const std::vector<BlocksById::Key>& first);
-  bool is_kin() const { return !holds_.kin.empty() && from_.schema.source_format == holds_.kin; }
+  bool is_sibling() const {
+    return !target_.sibling.empty() && from_.schema.source_format == target_.sibling;
+  }
   void choose_step(std::optional<std::uint64_t> step);
   void take_step(std::uint64_t step);
   void carry_sets(Spool& spool);
@@ -47,12 +50,13 @@ class Translation {
   void report_name(const std::string& name, const std::string& label);
 
   const MeshInfo& from_;
+  const SourceFormat& source_;
   const std::string format_;
-  const Holds& holds_;
+  const Capabilities& target_;
   MeshSource* mesh_;
   std::vector<std::unique_ptr<MeshSource>> layers_;
-  std::vector<Extra> extras_;   // of the result
-  std::set<std::string> told_;  // keys of extras of the source that the result has
+  std::vector<Extra> extras_;  // of the result
+  Keys used_;                  // of extras of the source, which the result has
   LossList losses_;
 };
 

@@ -9,6 +9,7 @@
 #include "base/failure.h"
 #include "base/text_input.h"
 #include "mesh/cell_store.h"
+#include "mesh/extras.h"
 #include "ucd/types.h"
 #include "ucd/ucd.h"
 
@@ -55,15 +56,6 @@ class Numbering {
   std::uint64_t count_ = 0;
   std::vector<std::pair<std::int64_t, std::uint64_t>> by_id_;  // empty while plain
 };
-
-Extra text_extra(std::string key, std::string_view text) {
-  const auto bytes = std::as_bytes(std::span(text));
-  return {std::move(key),
-          ScalarType::uint8,
-          Reference::nothing,
-          {bytes.size()},
-          {bytes.begin(), bytes.end()}};
-}
 
 class UcdMesh final : public MeshSource {
  public:

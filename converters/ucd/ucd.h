@@ -24,6 +24,7 @@
 
 #include "base/spool.h"
 #include "mesh/mesh_source.h"
+#include "transfer/format.h"
 
 namespace shm::converters {
 
@@ -38,5 +39,7 @@ std::unique_ptr<MeshSource> open_ucd(const std::string& path, Spool& spool);
 // arrays without a role, of stepped ones the last step. Throws Failure: unsupported for cells that
 // UCD has no word for, output when the disk fails.
 void write_ucd(MeshSource& mesh, const std::string& path);
+
+extern const Format kUcdFormat;
 
 }  // namespace shm::converters

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "base/failure.h"
+#include "base/number_output.h"
 #include "ucd/types.h"
 #include "ucd/ucd.h"
-#include "vtk/output.h"
 
 namespace shm::converters {
 namespace {
@@ -79,7 +79,7 @@ class UcdWriter {
   MeshSource& mesh_;
   const MeshInfo& info_;
   std::string path_;
-  vtk::VtkOutput out_;
+  NumberOutput out_;
   std::optional<std::size_t> node_ids_, cell_ids_, materials_;
 };
 

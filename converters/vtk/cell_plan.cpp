@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/failure.h"
+#include "base/stored_value.h"
 #include "vtk/values.h"
 #include "vtk/words.h"
 

@@ -3,21 +3,9 @@
 #include <cstring>
 
 #include "base/failure.h"
+#include "mesh/extras.h"
 
 namespace shm::converters::vtk {
-namespace {
-
-template <class T>
-Extra number_extra(std::string key, ScalarType type, Reference refers,
-                   const std::vector<T>& values) {
-  Extra extra{std::move(key), type, refers, {values.size()}, {}};
-  extra.data.resize(values.size() * sizeof(T));
-  if (!values.empty()) std::memcpy(extra.data.data(), values.data(), extra.data.size());
-  return extra;
-}
-
-}  // namespace
-
 void CellTable::set_rows(std::uint64_t cells, Values rows) {
   cells_ = cells;
   has_offsets_ = false;
@@ -190,7 +178,7 @@ void CellTable::find_blocks(MeshInfo& info, const std::string& path) {
 void CellTable::add_faces(MeshInfo& info, const Faces& faces) {
   if (faces.cells.empty()) return;
   const auto add = [&](const char* key, Reference refers, const std::vector<std::int64_t>& values) {
-    info.extras.push_back(number_extra(key, ScalarType::int64, refers, values));
+    info.extras.push_back(integers_extra(key, values, refers));
   };
   add("vtk/polyhedron/cells", Reference::cell, faces.cells);
   add("vtk/polyhedron/faces", Reference::nothing, faces.counts);
@@ -209,7 +197,7 @@ Extra cell_types_extra(const MeshInfo& info) {
   std::vector<std::int32_t> types;
   for (const BlockInfo& block : info.schema.blocks)
     types.push_back(static_cast<std::int32_t>(block.id));
-  return number_extra("vtk/cell_types", ScalarType::int32, Reference::nothing, types);
+  return integers_extra("vtk/cell_types", types);
 }
 
 }  // namespace shm::converters::vtk

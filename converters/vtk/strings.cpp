@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "sets/transfer_sets.h"
+#include "mesh/extras.h"
 
 namespace shm::converters::vtk {
 

@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <bit>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -12,7 +11,9 @@
 #include <type_traits>
 #include <utility>
 
+#include "base/byte_order.h"
 #include "base/failure.h"
+#include "base/stored_value.h"
 
 namespace shm::converters::vtk {
 namespace {
@@ -41,16 +42,6 @@ void parse_values(TextInput& input, PagedArray& out, std::uint64_t count) {
     for (std::uint64_t i = 0; i < n; ++i) piece.push_back(parse_value<T>(input));
     out.append(n, reinterpret_cast<const std::byte*>(piece.data()));
     count -= n;
-  }
-}
-
-template <class Word>
-void swap_words(std::byte* values, std::size_t count, Word (*swap)(Word)) {
-  for (std::size_t i = 0; i < count; ++i, values += sizeof(Word)) {
-    Word word;
-    std::memcpy(&word, values, sizeof word);
-    word = swap(word);
-    std::memcpy(values, &word, sizeof word);
   }
 }
 
@@ -84,24 +75,6 @@ void convert_to(ScalarType from, const std::byte* in, std::size_t count, std::by
 void convert_numbers(ScalarType from, const std::byte* in, std::size_t count, ScalarType to,
                      std::byte* out) {
   with_scalar(to, [&](auto zero) { convert_to<decltype(zero)>(from, in, count, out); });
-}
-
-void swap_from_file(std::byte* values, std::size_t count, std::size_t value_bytes,
-                    bool big_endian) {
-  if (big_endian == (std::endian::native == std::endian::big)) return;
-  using U16 = std::uint16_t;
-  using U32 = std::uint32_t;
-  using U64 = std::uint64_t;
-  if (value_bytes == 2)
-    swap_words<U16>(values, count, [](U16 w) { return static_cast<U16>(__builtin_bswap16(w)); });
-  if (value_bytes == 4)
-    swap_words<U32>(values, count, [](U32 w) { return static_cast<U32>(__builtin_bswap32(w)); });
-  if (value_bytes == 8)
-    swap_words<U64>(values, count, [](U64 w) { return static_cast<U64>(__builtin_bswap64(w)); });
-}
-
-void swap_big_endian(std::byte* values, std::size_t count, std::size_t value_bytes) {
-  swap_from_file(values, count, value_bytes, true);
 }
 
 RandomFile::RandomFile(const std::string& path) : path_(path) {
@@ -151,7 +124,7 @@ void Values::read(std::uint64_t first, std::uint64_t count, std::byte* out) {
     return;
   }
   file_->read(offset_ + first * bytes, out, count * bytes);
-  swap_big_endian(out, count, bytes);
+  swap_from_file(out, count, bytes, true);
 }
 
 std::int64_t IntegerCursor::next() {

@@ -16,29 +16,6 @@
 
 namespace shm::converters::vtk {
 
-// Reverses the bytes of each of `count` values on little-endian hosts: VTK files are big-endian.
-void swap_big_endian(std::byte* values, std::size_t count, std::size_t value_bytes);
-// The same for files that may be of either order: to host order, or from it.
-void swap_from_file(std::byte* values, std::size_t count, std::size_t value_bytes, bool big_endian);
-
-// Calls `body(T{})` with the C++ type of `type`.
-template <class Body>
-decltype(auto) with_scalar(ScalarType type, Body&& body) {
-  switch (type) {
-    case ScalarType::int8: return body(std::int8_t{});
-    case ScalarType::uint8: return body(std::uint8_t{});
-    case ScalarType::int16: return body(std::int16_t{});
-    case ScalarType::uint16: return body(std::uint16_t{});
-    case ScalarType::int32: return body(std::int32_t{});
-    case ScalarType::uint32: return body(std::uint32_t{});
-    case ScalarType::int64: return body(std::int64_t{});
-    case ScalarType::uint64: return body(std::uint64_t{});
-    case ScalarType::float32: return body(float{});
-    case ScalarType::float64: break;
-  }
-  return body(double{});
-}
-
 // `count` numbers as another type; what it cannot hold becomes the nearest value that it can.
 void convert_numbers(ScalarType from, const std::byte* in, std::size_t count, ScalarType to,
                      std::byte* out);

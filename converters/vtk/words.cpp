@@ -237,6 +237,12 @@ int cell_type_of_block(const BlockInfo& block) {
   return kPolyVertex;
 }
 
+bool has_cell_type(const BlockInfo& block) {
+  constexpr int kConvexPointSet = 41, kPolyVertex = 2;
+  const int type = cell_type_of_block(block);
+  return type != kPolyVertex && type != kConvexPointSet;
+}
+
 bool has_varying_nodes(int type) {
   return type == 2 || type == 4 || type == 6 || type == 7 || type == 36 || type == 41 ||
          type == kPolyhedron;

@@ -30,6 +30,8 @@ inline constexpr int kPixel = 8, kVoxel = 11, kPolyhedron = 42;
 CellShape shape_of_cell_type(int type, std::uint32_t nodes);
 // VTK type for a block of another format.
 int cell_type_of_block(const BlockInfo& block);
+// Whether cells of another format have a cell type; else they become points without an order.
+bool has_cell_type(const BlockInfo& block);
 // True when cells of this type have any number of nodes.
 bool has_varying_nodes(int type);
 // Swaps the corners of a voxel or pixel between VTK's order and the model's; its own inverse.

@@ -19,6 +19,7 @@
 #include "support/temporary_folder.h"
 #include "vtk/legacy/vtk.h"
 #include "vtk/xml/codec.h"
+#include "vtk/xml_words.h"
 
 namespace shm::converters {
 namespace {

@@ -231,8 +231,8 @@ TEST(Growth, ManySets) {
   EXPECT_LT(growth(3000,
                    [](std::size_t n) {
                      return [info = with_exodus_sets(n), n] {
-                       std::set<std::string> losses;
-                       const auto sets = transfer_sets(info, losses);
+                       Keys used;
+                       const auto sets = transfer_sets(info, used);
                        ASSERT_EQ(sets.size(), n);
                        MeshInfo to;
                        to.vertices = info.vertices;
@@ -247,7 +247,7 @@ TEST(Growth, LossesOfManySets) {
   EXPECT_LT(growth(3000,
                    [](std::size_t n) {
                      return [info = with_exodus_sets(n), n] {
-                       EXPECT_EQ(losses_of_extras(info, {}).size(), n);
+                       EXPECT_EQ(source_format(info).losses(info, {}).size(), n);
                      };
                    }),
             kMostGrowth);
@@ -455,11 +455,11 @@ TEST_F(HostileFiles, ArraysOnFewOfManyBlocksMayNotGrowOutOfProportion) {
     array.blocks = {b};
     mesh.add_array<double>(array, {{1.0}});
   }
-  Holds holds;
-  holds.block_numbers = true;
-  expect_over_limit([&] { Translation(mesh, "VTK", holds, {}, spool_); }, "on all cells");
-  holds.partial_arrays = true;
-  EXPECT_NO_THROW(Translation(mesh, "Gmsh", holds, {}, spool_));
+  Capabilities capabilities;
+  capabilities.block_numbers = true;
+  expect_over_limit([&] { Translation(mesh, "VTK", capabilities, {}, spool_); }, "on all cells");
+  capabilities.partial_arrays = true;
+  EXPECT_NO_THROW(Translation(mesh, "Gmsh", capabilities, {}, spool_));
 }
 
 // --- comparing and telling

@@ -31,7 +31,7 @@ ExitCode ConvertCommand::write(ToolInput& in) {
   const auto mesh = in.open(spool, line.callback(), threads);
   std::optional<Translation> translation;
   if (is_foreign(mesh->info(), target)) {
-    translation.emplace(*mesh, std::string(target.name), *target.holds, step, spool);
+    translation.emplace(*mesh, std::string(target.name), *target.capabilities, step, spool);
   } else if (step) {
     wrong_use("--step needs a mesh from another format than that of OUT; both are " +
               std::string(target.name));

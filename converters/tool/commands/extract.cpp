@@ -24,7 +24,6 @@
 #include "tool/report.h"
 #include "transfer/piece_output.h"
 #include "transfer/translate.h"
-#include "vtk/between/vtu_contents.h"
 
 namespace shm::converters {
 namespace {
@@ -216,7 +215,7 @@ void Extraction::choose_cells() {
   if (!options_.blocks.empty()) cells.blocks = blocks_of(options_.blocks, whole_.schema.blocks);
   if (!options_.box.empty()) cells.box = box_of(options_.box);
   if (!options_.arrays.empty()) how_.arrays = arrays_of(options_.arrays, whole_.schema.arrays);
-  how_.exodus_maps = format_.name == "exodus";
+  if (format_.capabilities != nullptr) how_.maps = format_.capabilities->maps;
 }
 
 void Extraction::choose_set() {
@@ -252,10 +251,10 @@ void Extraction::choose_step() {
   if (how_.step && *how_.step >= steps)
     wrong_use("there is no step " + std::to_string(*how_.step) + ": the mesh has " +
               std::to_string(steps) + ", counted from 0");
-  const bool every_step = format_.holds == nullptr || format_.holds->every_step;
+  const bool every_step = format_.capabilities == nullptr || format_.capabilities->every_step;
   if (steps == 0 || (!how_.step && every_step)) return;
   const std::uint64_t step = how_.step.value_or(steps - 1);
-  const auto points = vtu::points_of_step(whole_, step);
+  const auto points = source_format(whole_).points_of_step(whole_, step);
   if (points && !whole_.schema.arrays[*points].per_step &&
       whole_.schema.arrays[*points].type == whole_.schema.coordinate_type)
     how_.points = static_cast<std::uint32_t>(*points);
@@ -301,7 +300,8 @@ void Extraction::stage() {
     layers_.push_back(std::make_unique<SetCells>(*piece_, std::vector{cut}, false, spool_));
     return;
   }
-  auto sides = std::make_unique<SetSides>(*piece_, cut, is_flat(whole_), piece_->cell_numbers());
+  auto sides = std::make_unique<SetSides>(*piece_, cut, source_format(whole_).is_flat(whole_),
+                                          piece_->cell_numbers());
   if (sides->left_out() > 0)
     losses_.push_back(std::to_string(sides->left_out()) + " sides of " + cut.label() +
                       " (of cells whose sides are not known)");
@@ -314,9 +314,11 @@ bool Extraction::run(ProgressLine& line) {
   choose_set();
   choose_step();
   stage();
-  Holds holds = format_.holds != nullptr ? *format_.holds : kShmHolds;
-  holds.kin = {};  // words of the source are about the whole mesh
-  Translation translation(*layers_.back(), std::string(format_.name), holds, std::nullopt, spool_);
+  Capabilities capabilities =
+      format_.capabilities != nullptr ? *format_.capabilities : kShmCapabilities;
+  capabilities.sibling = {};  // words of the source are about the whole mesh
+  Translation translation(*layers_.back(), std::string(format_.name), capabilities, std::nullopt,
+                          spool_);
   losses_.insert(losses_.end(), translation.losses().begin(), translation.losses().end());
   line.wipe();
   report_losses(losses_, options_.output);

@@ -7,11 +7,11 @@
 
 #include "base/stored_value.h"
 #include "mesh/extra_index.h"
-#include "sets/transfer_sets.h"
-#include "vtk/between/vtu_contents.h"
+#include "mesh/extras.h"
+#include "vtk/between/xml_contents.h"
 #include "vtk/cell_plan.h"
 #include "vtk/strings.h"
-#include "vtk/xml/loader.h"
+#include "vtk/xml_words.h"
 
 namespace shm::converters::vtk {
 namespace {
@@ -91,7 +91,7 @@ class LegacyBuilder {
   }
 
  private:
-  void lose(std::string what) { losses_.tell(std::move(what)); }
+  void lose(std::string what) { losses_.add(std::move(what)); }
 
   // As VTK has them when it reads a legacy file.
   bool points_of_polyhedra_ascend() const {
@@ -372,7 +372,7 @@ class LegacyBuilder {
 
   const MeshInfo& info_;
   Contents& contents_;
-  vtk::LossTeller losses_;
+  LossCollector losses_;
   const ExtraIndex extras_{info_.extras};
   LegacyParts parts_;
   std::vector<double> times_;

@@ -7,7 +7,7 @@
 
 #include "mesh/mesh_source.h"
 #include "transfer/losses.h"
-#include "vtk/between/vtk_family.h"
+#include "vtk/between/family.h"
 #include "vtk/words.h"
 
 namespace shm::converters::vtk {

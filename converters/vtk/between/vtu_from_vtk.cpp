@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "mesh/extra_index.h"
-#include "sets/transfer_sets.h"
+#include "mesh/extras.h"
 #include "vtk/cell_plan.h"
 #include "vtk/strings.h"
-#include "vtk/xml/loader.h"
+#include "vtk/xml_words.h"
 
 namespace shm::converters::vtu {
 namespace {
@@ -133,7 +133,7 @@ class XmlBuilder {
     if (entry.origin == Origin::extra) add_extra(entry);
   }
 
-  void lose(std::string what) { losses_.tell(std::move(what)); }
+  void lose(std::string what) { losses_.add(std::move(what)); }
 
   void add_points(const Entry& entry) {
     const auto type = vtk::scalar_of_word(entry.type, skeleton_->binary);
@@ -175,7 +175,7 @@ class XmlBuilder {
     std::string list;
     for (const std::string& each : vtk::strings_of_array(info_, array))
       add_string(list, each, name);
-    parts_.made.strings.push_back(vtk::text_extra(vtk::strings_key(array), list));
+    parts_.made.strings.push_back(text_extra(vtk::strings_key(array), list));
   }
 
   void add_string(std::string& list, const std::string& text, const std::string& array) {
@@ -202,11 +202,11 @@ class XmlBuilder {
       std::string list;
       for (std::size_t i = 0; pieces && i < pieces->size(); ++i)
         add_string(list, vtk::plain_string((*pieces)[i], from), name);
-      values = vtk::text_extra({}, list);
+      values = text_extra({}, list);
     } else if (form == ValueForm::bit) {
       type = "Bit";
-      values = vtk::text_extra(
-          {}, bits_as_bytes(raw, skeleton_->binary, entry.components * entry.tuples));
+      values =
+          text_extra({}, bits_as_bytes(raw, skeleton_->binary, entry.components * entry.tuples));
     } else {
       return lose("field data '" + name + "' (variants)");
     }
@@ -293,7 +293,7 @@ class XmlBuilder {
 
   const MeshInfo& info_;
   const std::string& format_;
-  vtk::LossTeller losses_;
+  LossCollector losses_;
   const ExtraIndex extras_{info_.extras};
   const vtk::Skeleton* skeleton_ = nullptr;
   Section section_ = Section::field;
@@ -313,7 +313,7 @@ Node strings_element(const std::string& name, std::string values, const std::str
   array.name = "Array";
   array.set_attribute("NumberOfTuples",
                       std::to_string(std::count(values.begin(), values.end(), '\0')));
-  made.data.push_back(vtk::text_extra(data_key(place), values));
+  made.data.push_back(text_extra(data_key(place), values));
   return array;
 }
 

@@ -7,8 +7,8 @@
 
 #include "mesh/mesh_source.h"
 #include "transfer/losses.h"
-#include "vtk/between/vtk_family.h"
-#include "vtk/xml/document.h"
+#include "vtk/between/family.h"
+#include "vtk/xml_document.h"
 
 namespace shm::converters::vtu {
 

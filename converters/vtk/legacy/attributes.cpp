@@ -2,6 +2,7 @@
 #include <limits>
 #include <utility>
 
+#include "mesh/extras.h"
 #include "vtk/legacy/parser.h"
 #include "vtk/strings.h"
 
@@ -151,7 +152,7 @@ void Parser::odd_values(Entry& entry, ValueForm form) {
   for (std::uint64_t i = 0; i < count; ++i) one_string(form, data);
   entry.origin = Origin::extra;
   entry.index = data_count_++;
-  add_text_extra(data_key(entry.index), data);
+  info_.extras.push_back(text_extra(data_key(entry.index), data));
 }
 
 // Text: one number a bit. Binary: eight to a byte, the highest first.
@@ -177,7 +178,7 @@ void Parser::bits(Entry& entry, std::uint64_t count) {
   if (array) return add_array(entry, Values(ScalarType::uint8, std::move(values)), {});
   entry.origin = Origin::extra;
   entry.index = data_count_++;
-  add_text_extra(data_key(entry.index), kept);
+  info_.extras.push_back(text_extra(data_key(entry.index), kept));
 }
 
 // Each different string once, in a list; the array says which. So strings follow their points and
@@ -195,7 +196,7 @@ void Parser::listed_strings(Entry& entry, ValueForm form, std::uint64_t count) {
     values.append(1, reinterpret_cast<const std::byte*>(&*place));
   }
   add_array(entry, Values(ScalarType::uint32, std::move(values)), kStringRole);
-  add_text_extra(strings_key(entry.index), strings.list());
+  info_.extras.push_back(text_extra(strings_key(entry.index), strings.list()));
 }
 
 // A variant: its type and its %-encoded text, on a line. A string, text: one %-encoded line;

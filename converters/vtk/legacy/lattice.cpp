@@ -4,6 +4,7 @@
 #include <cstring>
 #include <limits>
 
+#include "base/stored_value.h"
 #include "base/text_input.h"
 #include "vtk/values.h"
 

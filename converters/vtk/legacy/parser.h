@@ -64,7 +64,6 @@ class Parser {
   void next_line_is_binary() {
     if (skeleton_.binary) input_.skip_line();
   }
-  void add_text_extra(std::string key, const std::string& text);
 
   // vtk_geometry.cpp
   bool geometry_keyword(EntryKind kind);

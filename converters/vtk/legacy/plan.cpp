@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "base/failure.h"
-#include "vtk/between/vtk_field_data.h"
+#include "vtk/between/field_data.h"
 #include "vtk/between/vtk_from_vtu.h"
 #include "vtk/strings.h"
 #include "vtk/values.h"
@@ -249,7 +249,7 @@ void FilePlan::set_title(const Extra& title) {
 }
 
 void FilePlan::add_block_names() {
-  names_ = vtk_block_names_extra(info_, data_key(1), StringForm::lengths);
+  names_ = block_names_extra(info_, data_key(1), StringForm::lengths);
   if (names_.shape[0] == 0) return;
   extras_[names_.key] = &names_;
   if (skeleton_.entries.empty())
@@ -257,7 +257,7 @@ void FilePlan::add_block_names() {
   skeleton_.entries.push_back({.kind = EntryKind::array,
                                .origin = Origin::extra,
                                .index = 1,
-                               .name = kVtkBlockNames,
+                               .name = kBlockNames,
                                .type = "string",
                                .components = 1,
                                .tuples = names_.shape[0]});

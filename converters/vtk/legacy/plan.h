@@ -8,7 +8,7 @@
 #include <string>
 
 #include "mesh/mesh_source.h"
-#include "vtk/between/vtk_family.h"
+#include "vtk/between/family.h"
 #include "vtk/cell_plan.h"
 #include "vtk/legacy/lattice.h"
 #include "vtk/words.h"

@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "base/failure.h"
+#include "base/stored_value.h"
+#include "mesh/extras.h"
 #include "vtk/legacy/parser.h"
 #include "vtk/legacy/vtk.h"
 
@@ -88,7 +90,7 @@ void Parser::parse() {
 void Parser::finish() {
   input_.enter("");
   if (is_lattice(skeleton_.dataset)) finish_lattice();
-  add_text_extra("vtk/skeleton", to_text(skeleton_));
+  info_.extras.push_back(text_extra("vtk/skeleton", to_text(skeleton_)));
   if (!is_lattice(skeleton_.dataset)) finish_cells();
 }
 
@@ -175,13 +177,6 @@ std::uint64_t Parser::product(std::uint64_t a, std::uint64_t b) {
 Values Parser::column(ScalarType type, std::uint64_t count) {
   if (count > 0) next_line_is_binary();
   return Values(input_, binary_file_, spool_, type, count);
-}
-
-void Parser::add_text_extra(std::string key, const std::string& text) {
-  Extra extra{std::move(key), ScalarType::uint8, Reference::nothing, {text.size()}, {}};
-  extra.data.resize(text.size());
-  if (!text.empty()) std::memcpy(extra.data.data(), text.data(), text.size());
-  info_.extras.push_back(std::move(extra));
 }
 
 }  // namespace vtk

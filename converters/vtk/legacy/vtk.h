@@ -54,6 +54,7 @@
 
 #include "base/spool.h"
 #include "mesh/mesh_source.h"
+#include "transfer/format.h"
 
 namespace shm::converters {
 
@@ -64,9 +65,6 @@ bool looks_like_vtk(std::span<const std::byte> head);
 // arrays stay in the file, which must not change. Throws Failure.
 std::unique_ptr<MeshSource> open_vtk(const std::string& path, Spool& spool);
 
-// Whether cells of another format have a cell type; else they become loose points.
-bool vtk_holds_block(const BlockInfo& block);
-
 // Writes `mesh` front to back. A mesh that came from VTK gets its data set, version, encoding,
 // title and arrays back as they were; where points or cells no longer are in the order that its
 // dimensions or lists state (Order::stream and free), it becomes an unstructured grid. Any other
@@ -74,5 +72,7 @@ bool vtk_holds_block(const BlockInfo& block);
 // time; one from a VTU file with all that a legacy file can say of it (vtk_from_vtu.h). Throws
 // Failure (output) when the disk fails.
 void write_vtk(MeshSource& mesh, const std::string& path);
+
+extern const Format kVtkFormat;
 
 }  // namespace shm::converters

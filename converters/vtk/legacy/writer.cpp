@@ -4,9 +4,10 @@
 #include <span>
 #include <utility>
 
+#include "base/number_output.h"
+#include "base/stored_value.h"
 #include "vtk/legacy/plan.h"
 #include "vtk/legacy/vtk.h"
-#include "vtk/output.h"
 #include "vtk/strings.h"
 #include "vtk/values.h"
 #include "vtk/words.h"
@@ -54,7 +55,7 @@ class Writer {
   const MeshInfo& info_;
   FilePlan plan_;
   const Skeleton& skeleton_;
-  VtkOutput out_;
+  NumberOutput out_;
   std::vector<std::byte> raw_;  // of integers_out
 };
 
@@ -348,12 +349,6 @@ void Writer::cell_types() {
 
 }  // namespace
 }  // namespace vtk
-
-bool vtk_holds_block(const BlockInfo& block) {
-  constexpr int kConvexPointSet = 41, kPolyVertex = 2;
-  const int type = vtk::cell_type_of_block(block);
-  return type != kPolyVertex && type != kConvexPointSet;
-}
 
 void write_vtk(MeshSource& mesh, const std::string& path) { vtk::Writer(mesh, path).write(); }
 

@@ -10,16 +10,9 @@
 #include "mesh/mesh_source.h"
 #include "vtk/cells.h"
 #include "vtk/xml/loader.h"
+#include "vtk/xml_words.h"
 
 namespace shm::converters::vtu {
-
-// What the arrays of <Cells> are called, by themselves and in the skeleton.
-inline constexpr std::string_view kConnectivity = "connectivity", kOffsets = "offsets",
-                                  kTypes = "types", kFaces = "faces", kFaceOffsets = "faceoffsets",
-                                  kFaceConnectivity = "face_connectivity",
-                                  kFaceEnds = "face_offsets",
-                                  kPolyhedronFaces = "polyhedron_to_faces",
-                                  kPolyhedronEnds = "polyhedron_offsets";
 
 // The points of a stream of faces in the order of their first use.
 std::vector<std::int64_t> first_uses(const std::vector<std::int64_t>& stream);

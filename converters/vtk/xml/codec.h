@@ -23,10 +23,6 @@ struct ByteForm {
   Compressor compressor = Compressor::none;
 };
 
-// VTK cuts arrays into blocks of 32 KiB; larger ones than this are refused.
-inline constexpr std::uint64_t kUsualBlockBytes = 32768;
-inline constexpr std::uint64_t kMostBlockBytes = std::uint64_t{1} << 26;
-
 // Most bytes that a compressed block of `size` bytes may have: more than any compressor makes.
 constexpr std::uint64_t most_compressed_bytes(std::uint64_t size) {
   return size + size / 8 + (std::uint64_t{1} << 16);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/failure.h"
+#include "base/stored_value.h"
 #include "base/text_input.h"
 
 namespace shm::converters::vtu {
@@ -17,54 +18,12 @@ constexpr std::uint64_t kMostExtraBytes = std::uint64_t{1} << 30;
 constexpr std::uint64_t kFewExtraBytes = std::uint64_t{64} << 20;
 constexpr std::uint64_t kMostExtraExpansion = 64;
 
-constexpr ArrayType number(ScalarType type) { return {ArrayKind::number, type}; }
-
-constexpr std::array<std::pair<std::string_view, ArrayType>, 12> kArrayTypes{{
-    {"Int8", number(ScalarType::int8)},
-    {"UInt8", number(ScalarType::uint8)},
-    {"Int16", number(ScalarType::int16)},
-    {"UInt16", number(ScalarType::uint16)},
-    {"Int32", number(ScalarType::int32)},
-    {"UInt32", number(ScalarType::uint32)},
-    {"Int64", number(ScalarType::int64)},
-    {"UInt64", number(ScalarType::uint64)},
-    {"Float32", number(ScalarType::float32)},
-    {"Float64", number(ScalarType::float64)},
-    {"Bit", {ArrayKind::bit, ScalarType::uint8}},
-    {"String", {ArrayKind::string, ScalarType::uint8}},
-}};
-
 std::string title_of(const Node& node) {
   const std::string* name = node.attribute("Name");
   return name == nullptr ? node.name : node.name + " '" + name->substr(0, 80) + "'";
 }
 
 }  // namespace
-
-std::optional<ArrayType> type_of_word(std::string_view word) {
-  for (const auto& [known, type] : kArrayTypes)
-    if (known == word) return type;
-  return std::nullopt;
-}
-
-std::string_view word_of_type(ScalarType type) {
-  for (const auto& [word, known] : kArrayTypes)
-    if (known == number(type)) return word;
-  return "Float64";
-}
-
-std::optional<std::uint64_t> parse_count(std::string_view text) {
-  constexpr std::string_view kBlank = " \t\r\n";
-  const std::size_t first = text.find_first_not_of(kBlank);
-  if (first == std::string_view::npos) return std::nullopt;
-  text = text.substr(first, text.find_last_not_of(kBlank) + 1 - first);
-  std::uint64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
-std::string data_key(std::uint64_t index) { return "vtu/data/" + std::to_string(index); }
 
 ArrayLoader::ArrayLoader(std::string path, Document& document, MeshInfo& info)
     : path_(std::move(path)),
@@ -220,7 +179,7 @@ std::uint64_t ArrayLoader::read_integers(
          "'" + array.attribute_or("type", "").substr(0, 40) + "' is no type of cell numbers");
   std::vector<std::int64_t> wide;
   return read(array, *type, most, [&](std::span<const std::byte> values) {
-    vtk::with_scalar(type->stored, [&](auto value) {
+    with_scalar(type->stored, [&](auto value) {
       wide.clear();
       for (std::size_t at = 0; at < values.size(); at += sizeof value) {
         std::memcpy(&value, values.data() + at, sizeof value);

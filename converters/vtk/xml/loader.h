@@ -13,29 +13,13 @@
 
 #include "base/spool.h"
 #include "mesh/mesh_source.h"
-#include "vtk/xml/document.h"
 #include "vtk/xml/payload.h"
+#include "vtk/xml_document.h"
+#include "vtk/xml_words.h"
 
 namespace shm::converters::vtu {
 
-enum class ArrayKind : std::uint8_t { number, bit, string };
-
-struct ArrayType {
-  ArrayKind kind = ArrayKind::number;
-  ScalarType stored = ScalarType::float64;  // bits as uint8 of 0 and 1, strings as their bytes
-  bool operator==(const ArrayType&) const = default;
-};
-
-// Nothing for types that VTK does not read either.
-std::optional<ArrayType> type_of_word(std::string_view word);
-std::string_view word_of_type(ScalarType type);  // "Float64"
-
 inline constexpr std::uint64_t kNoLimit = ~std::uint64_t{0};
-
-// A number that fills all of `text`, blanks around it aside; nothing when there is none.
-std::optional<std::uint64_t> parse_count(std::string_view text);
-
-std::string data_key(std::uint64_t index);  // "vtu/data/<index>"
 
 class ArrayLoader {
  public:

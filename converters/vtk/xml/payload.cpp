@@ -6,7 +6,9 @@
 #include <type_traits>
 #include <utility>
 
+#include "base/byte_order.h"
 #include "base/failure.h"
+#include "base/stored_value.h"
 #include "base/text_input.h"
 
 namespace shm::converters::vtu {
@@ -248,7 +250,7 @@ std::uint64_t PayloadReader::read_binary(const PayloadPlace& place, ScalarType t
   decode(place, [&](std::span<const std::byte> piece) {
     values.insert(values.end(), piece.begin(), piece.end());
     const std::uint64_t n = std::min<std::uint64_t>(values.size() / width, most - done);
-    vtk::swap_from_file(values.data(), n, width, form_.big_endian);
+    swap_from_file(values.data(), n, width, form_.big_endian);
     take(std::span(values).first(n * width));
     done += n;
     values.erase(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(n * width));
@@ -277,7 +279,7 @@ std::uint64_t PayloadReader::read_text(const PayloadPlace& place, ScalarType typ
   FileRange range(file_, place.begin, place.end);
   std::vector<std::byte> values;
   std::uint64_t done = 0;
-  vtk::with_scalar(type, [&](auto value) {
+  with_scalar(type, [&](auto value) {
     std::string word;
     bool more = true;
     while (more && done < most) {

@@ -13,6 +13,7 @@
 #include "shm/schema.h"
 #include "vtk/values.h"
 #include "vtk/xml/codec.h"
+#include "vtk/xml_words.h"
 
 namespace shm::converters::vtu {
 

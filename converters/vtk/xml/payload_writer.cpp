@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/byte_order.h"
 #include "base/failure.h"
 #include "vtk/values.h"
 
@@ -65,7 +66,7 @@ void PayloadWriter::numbers(const std::byte* values, std::size_t count) {
   if (head_.bits) return push_bits(values, count);
   const std::size_t width = scalar_bytes(head_.type);
   swapped_.assign(values, values + count * width);
-  vtk::swap_from_file(swapped_.data(), count, width, form_.big_endian);
+  swap_from_file(swapped_.data(), count, width, form_.big_endian);
   push(swapped_.data(), swapped_.size());
 }
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "base/number_output.h"
 #include "shm/schema.h"
-#include "vtk/output.h"
 #include "vtk/xml/codec.h"
 #include "vtk/xml/payload.h"
 
@@ -17,7 +17,7 @@ namespace shm::converters::vtu {
 
 class PayloadWriter {
  public:
-  PayloadWriter(vtk::VtkOutput& out, ByteForm form) : out_(out), form_(form) {}
+  PayloadWriter(NumberOutput& out, ByteForm form) : out_(out), form_(form) {}
 
   struct Head {
     std::string array;  // what complaints name
@@ -42,7 +42,7 @@ class PayloadWriter {
   void flush_block();
   void patch_header();
 
-  vtk::VtkOutput& out_;
+  NumberOutput& out_;
   ByteForm form_;
   Head head_;
   std::uint64_t seen_ = 0, header_at_ = 0;

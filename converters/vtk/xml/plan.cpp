@@ -4,7 +4,7 @@
 #include <charconv>
 #include <utility>
 
-#include "vtk/between/vtk_field_data.h"
+#include "vtk/between/field_data.h"
 #include "vtk/between/vtu_from_vtk.h"
 #include "vtk/strings.h"
 #include "vtk/words.h"
@@ -14,27 +14,6 @@ namespace shm::converters::vtu {
 namespace {
 
 constexpr std::string_view kSkeletonKey = "vtu/skeleton";
-constexpr std::string_view kWords[] = {"points",
-                                       kConnectivity,
-                                       kOffsets,
-                                       kTypes,
-                                       kFaces,
-                                       kFaceOffsets,
-                                       kFaceConnectivity,
-                                       kFaceEnds,
-                                       kPolyhedronFaces,
-                                       kPolyhedronEnds,
-                                       "block_ids",
-                                       "time",
-                                       "none"};
-
-bool take_number(std::string_view& text, std::uint64_t& value) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc()) return false;
-  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-  return true;
-}
-
 bool is_piece(const Node& node) { return node.is("Piece"); }
 
 Node& child_of(Node& parent, std::string_view name) {
@@ -49,32 +28,6 @@ Node* array_named(Node& parent, std::string_view name) {
 }
 
 }  // namespace
-
-std::optional<ValuesWord> parse_values_word(std::string_view text) {
-  ValuesWord result;
-  const std::size_t blank = text.find(' ');
-  std::string_view word = text.substr(0, blank);
-  if (blank != std::string_view::npos) {
-    std::string_view rest = text.substr(blank + 1);
-    if (rest.empty() || rest[0] != 'b') return std::nullopt;
-    rest.remove_prefix(1);
-    if (!take_number(rest, result.block_bytes) || !rest.empty() || result.block_bytes == 0 ||
-        result.block_bytes > kMostBlockBytes)
-      return std::nullopt;
-  }
-  result.word = word;
-  if (std::find(std::begin(kWords), std::end(kWords), word) != std::end(kWords)) return result;
-  if (word.empty() || (word[0] != 'a' && word[0] != 'x')) return std::nullopt;
-  result.kind = word[0] == 'a' ? ValuesWord::Kind::array : ValuesWord::Kind::extra;
-  word.remove_prefix(1);
-  if (!take_number(word, result.index)) return std::nullopt;
-  if (result.kind == ValuesWord::Kind::array && word.starts_with('s')) {
-    word.remove_prefix(1);
-    if (!take_number(word, result.step.emplace())) return std::nullopt;
-  }
-  if (!word.empty()) return std::nullopt;
-  return result;
-}
 
 VtuPlan::VtuPlan(MeshSource& mesh) : CellPlan(mesh) {
   const Extra* text =
@@ -328,7 +281,8 @@ void VtuPlan::plan_from_others(Node& grid_node, Node& piece) {
   }
   piece.children = {element("PointData"), element("CellData")};
   add_block_ids(piece.children.back());
-  add_strings(grid_node, kVtkBlockNames, vtk_block_names_extra(info_, {}, vtk::StringForm::zeros));
+  add_strings(grid_node, vtk::kBlockNames,
+              vtk::block_names_extra(info_, {}, vtk::StringForm::zeros));
   if (const Extra* title = extra("mesh/title"); title != nullptr && !title->data.empty()) {
     Extra ended = *title;
     ended.data.push_back({});

@@ -11,26 +11,15 @@
 #include <vector>
 
 #include "mesh/mesh_source.h"
-#include "vtk/between/vtk_family.h"
+#include "vtk/between/family.h"
 #include "vtk/cell_plan.h"
 #include "vtk/xml/cells.h"
 #include "vtk/xml/codec.h"
-#include "vtk/xml/document.h"
 #include "vtk/xml/loader.h"
+#include "vtk/xml_document.h"
+#include "vtk/xml_words.h"
 
 namespace shm::converters::vtu {
-
-// What stands for the numbers of an array (see vtu.h).
-struct ValuesWord {
-  enum class Kind : std::uint8_t { array, extra, other };
-  Kind kind = Kind::other;
-  std::string word;         // "connectivity", ...
-  std::uint64_t index = 0;  // of the array or extra
-  std::optional<std::uint64_t> step;
-  std::uint64_t block_bytes = kUsualBlockBytes;
-};
-// Nothing when it makes no sense.
-std::optional<ValuesWord> parse_values_word(std::string_view text);
 
 class VtuPlan : public vtk::CellPlan {
  public:

@@ -8,12 +8,13 @@
 
 #include "base/failure.h"
 #include "base/text_input.h"
-#include "vtk/between/vtk_family.h"
+#include "mesh/extras.h"
+#include "vtk/between/family.h"
 #include "vtk/strings.h"
 #include "vtk/xml/cells.h"
-#include "vtk/xml/document.h"
 #include "vtk/xml/loader.h"
 #include "vtk/xml/vtu.h"
+#include "vtk/xml_document.h"
 
 namespace shm::converters {
 namespace vtu {
@@ -441,7 +442,7 @@ void Parser::load_strings(Location location, const std::vector<std::pair<Column,
     for (Node* same : part.nodes)
       if (same != &node) loader_.mark_like(*same, node.values()->text);
   }
-  info_.extras.push_back(vtk::text_extra(vtk::strings_key(index), strings.list()));
+  info_.extras.push_back(text_extra(vtk::strings_key(index), strings.list()));
 }
 
 // Field data, and arrays at places that VTK does not look at.

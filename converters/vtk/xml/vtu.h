@@ -41,6 +41,7 @@
 
 #include "base/spool.h"
 #include "mesh/mesh_source.h"
+#include "transfer/format.h"
 
 namespace shm::converters {
 
@@ -57,5 +58,7 @@ std::unique_ptr<MeshSource> open_vtu(const std::string& path, Spool& spool);
 // from a legacy file with all that XML can say of it (vtu_from_vtk.h).
 // Throws Failure (output) when the disk fails.
 void write_vtu(MeshSource& mesh, const std::string& path, Spool& spool);
+
+extern const Format kVtuFormat;
 
 }  // namespace shm::converters

@@ -7,7 +7,8 @@
 #include <utility>
 
 #include "base/failure.h"
-#include "vtk/output.h"
+#include "base/number_output.h"
+#include "base/stored_value.h"
 #include "vtk/strings.h"
 #include "vtk/values.h"
 #include "vtk/words.h"
@@ -64,7 +65,7 @@ class Writer {
   const MeshInfo& info_;
   VtuPlan plan_;
   StagedCells cells_;
-  vtk::VtkOutput out_;
+  NumberOutput out_;
   PayloadWriter payload_;
   PieceRange piece_;
   bool in_piece_ = false;
@@ -319,7 +320,7 @@ void Writer::block_ids(PayloadWriter::Head head) {
 
 void Writer::integers(ScalarType type, std::span<const std::int64_t> numbers) {
   raw_.resize(numbers.size() * scalar_bytes(type));
-  vtk::with_scalar(type, [&](auto value) {
+  with_scalar(type, [&](auto value) {
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       value = static_cast<decltype(value)>(numbers[i]);
       if (static_cast<std::int64_t>(value) != numbers[i])

@@ -1,5 +1,5 @@
-// VtkOutput: a VTK legacy file being written front to back: text, or numbers as text or big-endian
-// bytes. Buffered; every refusal of the operating system is thrown as Failure (output).
+// NumberOutput: a file being written front to back: text, or numbers as text or big-endian bytes.
+// Buffered; every refusal of the operating system is thrown as Failure (output).
 #pragma once
 
 #include <cstddef>
@@ -10,14 +10,14 @@
 
 #include "shm/schema.h"
 
-namespace shm::converters::vtk {
+namespace shm::converters {
 
-class VtkOutput {
+class NumberOutput {
  public:
-  VtkOutput(const std::string& path, bool binary);
-  ~VtkOutput();
-  VtkOutput(const VtkOutput&) = delete;
-  VtkOutput& operator=(const VtkOutput&) = delete;
+  NumberOutput(const std::string& path, bool binary);
+  ~NumberOutput();
+  NumberOutput(const NumberOutput&) = delete;
+  NumberOutput& operator=(const NumberOutput&) = delete;
 
   bool binary() const { return binary_; }
   void text(std::string_view text);
@@ -53,4 +53,4 @@ class VtkOutput {
   std::vector<std::byte> swapped_;
 };
 
-}  // namespace shm::converters::vtk
+}  // namespace shm::converters

@@ -1,4 +1,4 @@
-#include "vtk/xml/document.h"
+#include "vtk/xml_document.h"
 
 #include <expat.h>
 

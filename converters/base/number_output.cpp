@@ -1,4 +1,4 @@
-#include "vtk/output.h"
+#include "base/number_output.h"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -9,33 +9,34 @@
 #include <cstring>
 #include <type_traits>
 
+#include "base/byte_order.h"
 #include "base/failure.h"
-#include "vtk/values.h"
+#include "base/stored_value.h"
 
-namespace shm::converters::vtk {
+namespace shm::converters {
 namespace {
 
-constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
+constexpr std::size_t kFlushBytes = std::size_t{1} << 18;
 constexpr std::size_t kLongestNumber = 32;  // "-2.2250738585072014e-308" has 24 characters
 
 }  // namespace
 
-VtkOutput::VtkOutput(const std::string& path, bool binary) : path_(path), binary_(binary) {
+NumberOutput::NumberOutput(const std::string& path, bool binary) : path_(path), binary_(binary) {
   descriptor_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor_ < 0) fail("cannot create it");
-  buffer_.reserve(kBufferBytes);
+  buffer_.reserve(kFlushBytes);
 }
 
-VtkOutput::~VtkOutput() {
+NumberOutput::~NumberOutput() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-void VtkOutput::fail(const char* what) const {
+void NumberOutput::fail(const char* what) const {
   throw Failure(Error{
       ErrorCode::output, std::string(what) + ": " + std::strerror(errno), {}, kNoOffset, path_});
 }
 
-void VtkOutput::flush() {
+void NumberOutput::flush() {
   std::size_t done = 0;
   while (done < buffer_.size()) {
     const ssize_t n = ::write(descriptor_, buffer_.data() + done, buffer_.size() - done);
@@ -47,7 +48,7 @@ void VtkOutput::flush() {
   buffer_.clear();
 }
 
-void VtkOutput::patch(std::uint64_t offset, std::string_view text) {
+void NumberOutput::patch(std::uint64_t offset, std::string_view text) {
   if (offset >= flushed_) {
     std::copy(text.begin(), text.end(),
               buffer_.begin() + static_cast<std::ptrdiff_t>(offset - flushed_));
@@ -63,20 +64,20 @@ void VtkOutput::patch(std::uint64_t offset, std::string_view text) {
   }
 }
 
-void VtkOutput::finish() {
+void NumberOutput::finish() {
   flush();
   const int closing = descriptor_;
   descriptor_ = -1;
   if (::close(closing) != 0) fail("cannot close it");
 }
 
-void VtkOutput::text(std::string_view text) {
-  if (buffer_.size() + text.size() > kBufferBytes) flush();
+void NumberOutput::text(std::string_view text) {
+  if (buffer_.size() + text.size() > kFlushBytes) flush();
   buffer_.insert(buffer_.end(), text.begin(), text.end());
 }
 
 template <class T>
-void VtkOutput::number_text(const T* values, std::size_t count, std::size_t per_line) {
+void NumberOutput::number_text(const T* values, std::size_t count, std::size_t per_line) {
   for (std::size_t i = 0; i < count; ++i) {
     char word[kLongestNumber];
     T value;
@@ -95,12 +96,12 @@ void VtkOutput::number_text(const T* values, std::size_t count, std::size_t per_
   }
 }
 
-void VtkOutput::numbers(ScalarType type, const std::byte* values, std::size_t count,
-                        std::size_t per_line) {
+void NumberOutput::numbers(ScalarType type, const std::byte* values, std::size_t count,
+                           std::size_t per_line) {
   const std::size_t bytes = count * scalar_bytes(type);
   if (binary_) {
     swapped_.assign(values, values + bytes);
-    swap_big_endian(swapped_.data(), count, scalar_bytes(type));
+    swap_from_file(swapped_.data(), count, scalar_bytes(type), true);
     text({reinterpret_cast<const char*>(swapped_.data()), bytes});
     return;
   }
@@ -109,4 +110,4 @@ void VtkOutput::numbers(ScalarType type, const std::byte* values, std::size_t co
   });
 }
 
-}  // namespace shm::converters::vtk
+}  // namespace shm::converters

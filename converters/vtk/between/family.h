@@ -1,6 +1,7 @@
 // The two formats of VTK, legacy and XML, hold nearly the same of a mesh, in other words. A mesh of
-// one goes into a file of the other with all that both can say: field data, strings and bits, which
-// array is the scalars, vectors, ..., names of components, information keys, faces of polyhedra.
+// one goes into a file of the other with all that both have words for: field data, strings and
+// bits, which array is the scalars, vectors, ..., names of components, information keys, faces of
+// polyhedra.
 #pragma once
 
 #include <algorithm>
@@ -58,21 +59,6 @@ struct MadeExtras {
 // An array of the mesh as one of a FIELD of a legacy file.
 Entry entry_of_array(const MeshInfo& info, std::size_t array);
 
-Extra text_extra(std::string key, std::string_view text);
-
-// Adds what is lost to a list, each thing once.
-class LossTeller {
- public:
-  // The list is borrowed; null: nobody listens.
-  explicit LossTeller(LossList* losses) : losses_(losses) {}
-  void tell(std::string what) {
-    if (losses_ != nullptr && told_.insert(what).second) losses_->push_back(std::move(what));
-  }
-
- private:
-  LossList* losses_;
-  std::set<std::string> told_;
-};
 // Names are taken of no more components: of field data they may be any number.
 inline constexpr std::uint64_t kMostNamedComponents = 4096;
 std::string quoted_array(std::string_view name);  // "array 'T'"
@@ -86,7 +72,5 @@ inline bool is_range_key(std::string_view name) {
 bool has_renumbered_cells(const MeshInfo& info);
 // An extra of a piece of a file, which has no skeleton: its cells are numbered the newer way.
 inline constexpr const char* kNewNumbering = "vtk/new_numbering";
-// Whether the skeleton of a mesh says so, and it has such cells.
-bool is_numbered_anew(const MeshInfo& info);
 
 }  // namespace shm::converters::vtk

@@ -9,8 +9,7 @@
 
 #include "mesh/mesh_source.h"
 #include "transfer/losses.h"
-#include "vtk/xml/document.h"
-#include "vtk/xml/plan.h"
+#include "vtk/xml_words.h"
 
 namespace shm::converters::vtu {
 
@@ -47,8 +46,6 @@ class Contents {
 // are meant.
 std::optional<std::size_t> points_of_step(const MeshInfo& info, std::uint64_t step);
 
-// What stands for the values of an array; nothing where that makes no sense.
-std::optional<ValuesWord> values_word(Node& array);
 // Whether the array says more than its name and values: names of components, keys that are no
 // ranges.
 bool has_metadata(const Node& array);

@@ -1,13 +1,13 @@
-#include "vtk/between/vtu_contents.h"
+#include "vtk/between/xml_contents.h"
 
 #include <algorithm>
 #include <string_view>
 #include <utility>
 
 #include "base/text_input.h"
-#include "sets/transfer_sets.h"
-#include "vtk/between/vtk_family.h"
-#include "vtk/xml/loader.h"
+#include "mesh/extras.h"
+#include "vtk/between/family.h"
+#include "vtk/xml_words.h"
 
 namespace shm::converters::vtu {
 namespace {
@@ -17,17 +17,17 @@ constexpr std::string_view kKnown[] = {
     "Cells",   "DataArray",        "Array", "Value",     "InformationKey", "AppendedData"};
 
 // Adds what stands at `node` and below.
-void add_markup(const Node& node, bool of_grid, vtk::LossTeller& losses) {
+void add_markup(const Node& node, bool of_grid, LossCollector& losses) {
   switch (node.kind) {
-    case NodeKind::comment: return losses.tell("comments");
-    case NodeKind::instruction: return losses.tell("processing instructions");
-    case NodeKind::text: return losses.tell("text between elements");
+    case NodeKind::comment: return losses.add("comments");
+    case NodeKind::instruction: return losses.add("processing instructions");
+    case NodeKind::text: return losses.add("text between elements");
     case NodeKind::values: return;
     case NodeKind::element: break;
   }
   const bool known = std::find(std::begin(kKnown), std::end(kKnown), node.name) != std::end(kKnown);
   if (!known && !(of_grid && node.name == "FieldData"))
-    return losses.tell("element '" + node.name + "'");
+    return losses.add("element '" + node.name + "'");
   const bool says_values = node.is("InformationKey") || node.is("Value");
   for (const Node& child : node.children)
     if (!says_values || child.kind != NodeKind::text)
@@ -107,8 +107,8 @@ LossList Contents::markup() {
   LossList losses;
   if (const std::size_t count = pieces().size(); count > 1)
     losses.push_back("split into " + std::to_string(count) + " pieces");
-  vtk::LossTeller teller(&losses);
-  for (const Node& node : document_.nodes) add_markup(node, false, teller);
+  LossCollector collector(&losses);
+  for (const Node& node : document_.nodes) add_markup(node, false, collector);
   return losses;
 }
 
@@ -126,11 +126,6 @@ std::optional<std::size_t> points_of_step(const MeshInfo& info, std::uint64_t st
       return word->index;
   }
   return std::nullopt;
-}
-
-std::optional<ValuesWord> values_word(Node& array) {
-  const Node* values = array.is_array() ? array.values() : nullptr;
-  return values == nullptr ? std::nullopt : parse_values_word(values->text);
 }
 
 bool has_metadata(const Node& array) {

@@ -1,0 +1,160 @@
+// What other code may ask of Exodus files, and of meshes that came from them.
+#include <algorithm>
+#include <string_view>
+
+#include "exodus/exodus.h"
+#include "exodus/foreign.h"
+#include "exodus/skeleton.h"
+#include "mesh/extra_index.h"
+#include "mesh/extras.h"
+#include "sets/transfer_sets.h"
+#include "transfer/format.h"
+
+namespace shm::converters {
+namespace exodus {
+namespace {
+
+constexpr std::string_view kVariable = "exodus/variable/";
+constexpr const char* kSkeleton = "exodus/skeleton";
+
+// "exodus/edge_set/0/edges": the kind, id and name of its set.
+std::string set_of_key(const ExtraIndex& extras, const std::string& key) {
+  const std::size_t second = key.find('/', 7), third = key.find('/', second + 1);
+  if (second == std::string::npos || third == std::string::npos) return {};
+  const std::string folder = key.substr(0, third + 1);
+  std::string kind = key.substr(7, second - 7);
+  std::replace(kind.begin(), kind.end(), '_', ' ');
+  const Extra* id = extras.find(folder + "id");
+  const Extra* name = extras.find(folder + "name");
+  const auto number = id == nullptr ? std::vector<std::int64_t>() : integers_of_extra(*id);
+  if (!number.empty()) kind += ' ' + std::to_string(number[0]);
+  if (name != nullptr && !name->data.empty()) kind += quoted(text_of_extra(*name));
+  return kind;
+}
+
+// Whether a variable has only what any file of the kind has: unnamed things, axes x y z, things
+// that exist.
+bool is_usual(const Extra& variable) {
+  const std::string name = variable.key.substr(kVariable.size());
+  if (name.ends_with("_status")) return true;
+  std::string text = text_of_extra(variable);
+  std::erase_if(text, [](char c) { return c == '\0' || c == ' '; });
+  if (name.ends_with("_names") && text.empty()) return true;
+  if (name != "coor_names") return false;
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return std::string_view("xyz").starts_with(text);
+}
+
+std::string label_of_key(const ExtraIndex& extras, const std::string& key) {
+  if (!key.starts_with(kVariable)) return set_of_key(extras, key);
+  const std::string name = key.substr(kVariable.size());
+  if (name == "qa_records") return "QA records";
+  if (name == "info_records") return "information records";
+  if (name == "name_glo_var" || name == "vals_glo_var") return "global variables";
+  if (name == "coor_names") return "names of coordinates";
+  return "netCDF variable" + quoted(name);
+}
+
+class ExodusSource final : public SourceFormat {
+ public:
+  std::vector<TransferSet> sets(const MeshInfo& info, Keys& used) const override {
+    struct KindKeys {
+      TransferSet::Kind kind;
+      const char *folder, *members;
+    };
+    constexpr KindKeys kKinds[] = {{TransferSet::Kind::nodes, "node_set", "vertices"},
+                                   {TransferSet::Kind::sides, "side_set", "cells"},
+                                   {TransferSet::Kind::elements, "elem_set", "cells"}};
+    std::vector<TransferSet> sets;
+    const ExtraIndex extras(info.extras);
+    for (const KindKeys& keys : kKinds) {
+      const std::string start = "exodus/" + std::string(keys.folder) + "/";
+      for (const Extra& extra : info.extras) {  // in the order of the file
+        if (!extra.key.starts_with(start) || !extra.key.ends_with("/id")) continue;
+        TransferSet set;
+        const std::string folder = extra.key.substr(0, extra.key.size() - 2);
+        if (read_set(info, extras, folder, keys.members, keys.kind, set, used))
+          sets.push_back(std::move(set));
+      }
+    }
+    return sets;
+  }
+
+  std::string title(const MeshInfo& info, Keys&) const override {
+    const Extra* extra = find_extra(info, kSkeleton);
+    if (extra == nullptr) return {};
+    const std::string skeleton = text_of_extra(*extra);
+    const std::size_t variables = skeleton.find("\nV\t"), title = skeleton.find("\nA\ttitle\t");
+    if (title == std::string::npos || title > variables) return {};
+    const std::size_t end = skeleton.find('\n', title + 1);
+    const std::string line = skeleton.substr(title + 1, end - title - 1);
+    return unescaped(std::string_view(line).substr(line.rfind('\t') + 1)).value_or("");
+  }
+
+  bool is_flat(const MeshInfo& info) const override {
+    const Extra* skeleton = find_extra(info, kSkeleton);
+    return skeleton != nullptr &&
+           text_of_extra(*skeleton).find("\nD\tnum_dim\t2\n") != std::string::npos;
+  }
+
+  bool has_vectors_as_columns() const override { return true; }
+
+  bool is_number_map(const ArrayInfo& array) const override {
+    return array.role == kExodusMaps.vertices_role || array.role == kExodusMaps.cells_role;
+  }
+
+  LossList losses(const MeshInfo& info, const Keys& used) const override {
+    LossList losses;
+    LossCollector of_variables(&losses);  // a set has several extras
+    const ExtraIndex extras(info.extras);
+    for (const Extra& extra : info.extras) {
+      if (used.contains(extra.key) || extra.key == kSkeleton) continue;
+      if (extra.key.starts_with(kVariable) && is_usual(extra)) continue;
+      if (extra.key.starts_with("exodus/"))
+        of_variables.add(label_of_key(extras, extra.key));
+      else
+        losses.push_back("extra" + quoted(extra.key));
+    }
+    return losses;
+  }
+};
+
+bool has_element_type(const BlockInfo& block) { return block.shape != CellShape::other; }
+
+bool is_short_enough(const std::string& name) {
+  constexpr std::size_t kSuffix = 4;  // of a component
+  return name.size() + kSuffix <= kLongestName;
+}
+
+constexpr ExodusSource kSource;
+constexpr Capabilities kCapabilities = {.sets = Capabilities::Sets::sets,
+                                        .every_step = true,
+                                        .vectors = false,
+                                        .integers = false,
+                                        .partial_arrays = true,
+                                        .block_numbers = true,
+                                        .positive_numbers = true,
+                                        .unique_numbers = true,
+                                        .title_bytes = 80,
+                                        .maps = &kExodusMaps,
+                                        .block = has_element_type,
+                                        .name = is_short_enough};
+
+}  // namespace
+}  // namespace exodus
+
+constinit const Format kExodusFormat = {
+    .name = "exodus",
+    .title = "Exodus",
+    .extensions = {".e", ".exo", ".g", ".ex2", ".gen", ".exii"},
+    .looks_like = looks_like_exodus,
+    .open = [](const std::string& path, Spool& spool,
+               const Progress&) { return open_exodus(path, spool); },
+    .write = [](MeshSource& mesh, OutputFile& output,
+                Spool&) { write_exodus(mesh, output.temporary()); },
+    .capabilities = &exodus::kCapabilities,
+    .source = &exodus::kSource,
+    .temporary = FileSink::Temporary::named};  // HDF5 looks up what a name in /proc links to
+
+}  // namespace shm::converters

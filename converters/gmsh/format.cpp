@@ -1,0 +1,150 @@
+// What other code may ask of Gmsh files, and of meshes that came from them.
+#include <algorithm>
+#include <sstream>
+#include <string_view>
+#include <utility>
+
+#include "gmsh/gmsh.h"
+#include "gmsh/groups.h"
+#include "gmsh/plan.h"
+#include "mesh/extra_index.h"
+#include "mesh/extras.h"
+#include "transfer/format.h"
+
+namespace shm::converters {
+namespace {
+
+constexpr const char* kSections = "gmsh/sections";
+constexpr const char* kBlocks = "gmsh/elements/blocks";
+
+std::string view_name(const ExtraIndex& extras, const std::string& section) {
+  const Extra* header = extras.find(section + "/header");
+  std::istringstream lines(header == nullptr ? std::string() : text_of_extra(*header));
+  std::string count, name;
+  std::getline(lines, count);
+  std::getline(lines, name);
+  std::erase(name, '"');
+  return quoted(name);
+}
+
+void add_sections(const MeshInfo& info, const Keys& used, LossList& losses) {
+  LossCollector once(&losses);
+  const ExtraIndex extras(info.extras);
+  const Extra* sections = extras.find(kSections);
+  std::istringstream lines(sections == nullptr ? std::string() : text_of_extra(*sections));
+  std::string line;
+  for (std::size_t k = 0; std::getline(lines, line); ++k) {
+    std::istringstream words(line);
+    std::string name, kind;
+    std::getline(words, name, '\t');
+    std::getline(words, kind, '\t');
+    const std::string key = "gmsh/section/" + std::to_string(k);
+    if (used.contains(key)) continue;
+    if (kind == "list") {
+      once.add("view" + view_name(extras, key) + " ($" + name + " of some)");
+    } else if (name == "Entities") {
+      if (gmsh_entities_have_bounds(info)) losses.push_back("boundaries of entities ($Entities)");
+    } else if (name == "PhysicalNames") {
+      continue;  // blocks and sets have them
+    } else if (kind == "raw" || kind == "links" || kind == "ghosts") {
+      losses.push_back("section $" + name);
+    } else if (kind == "between") {
+      once.add("text between sections");
+    }
+  }
+}
+
+void add_tags(const MeshInfo& info, LossList& losses) {
+  for (const auto& [key, what] : {std::pair("gmsh/nodes/first_tag", "node tags"),
+                                  {"gmsh/elements/first_tag", "element tags"}}) {
+    const Extra* first = find_extra(info, key);
+    if (first == nullptr) continue;
+    const auto value = integers_of_extra(*first);
+    if (!value.empty() && value[0] != 1)
+      losses.push_back(std::string(what) + ", from " + std::to_string(value[0]));
+  }
+  const Extra* entities = find_extra(info, "gmsh/nodes/entities");
+  if (entities != nullptr && !entities->shape.empty() && entities->shape[0] > 1)
+    losses.push_back("entities of nodes");
+}
+
+class GmshSource final : public SourceFormat {
+ public:
+  // Physical groups, but for those that the names of their blocks are.
+  std::vector<TransferSet> sets(const MeshInfo& info, Keys&) const override {
+    std::vector<TransferSet> sets;
+    for (const GmshGroup& group : gmsh_groups(info)) {
+      const bool named = !group.name.empty() &&
+                         std::all_of(group.blocks.begin(), group.blocks.end(), [&](auto block) {
+                           return info.schema.blocks[block].name == group.name;
+                         });
+      if (named || group.blocks.empty()) continue;
+      TransferSet set;
+      set.kind = TransferSet::Kind::elements;
+      set.id = group.tag;
+      set.name = group.name;
+      set.blocks = group.blocks;
+      sets.push_back(std::move(set));
+    }
+    return sets;
+  }
+
+  // Values for each corner of an element stand in the order of the file.
+  bool needs_corner_order(const MeshInfo& info) const override {
+    const Extra* sections = find_extra(info, kSections);
+    return sections != nullptr &&
+           text_of_extra(*sections).find("ElementNodeData") != std::string::npos;
+  }
+
+  // Rows of a table, and values for each corner in the order of the file.
+  bool is_private(const ArrayInfo& array) const override {
+    return array.role == "gmsh:node_entity" || array.role == "gmsh:element_node_data";
+  }
+  std::string loss_of_private(const ArrayInfo& array) const override {
+    if (array.role != "gmsh:element_node_data") return {};
+    return "view" + quoted(array.name) + " ($ElementNodeData)";
+  }
+  bool is_number_map(const ArrayInfo& array) const override {
+    return array.role == "gmsh:node_tag" || array.role == "gmsh:element_tag";
+  }
+
+  LossList losses(const MeshInfo& info, const Keys& used) const override {
+    constexpr std::string_view kKnown[] = {"gmsh/mesh_format", "gmsh/byte_order", "gmsh/sections",
+                                           "gmsh/section/",    "gmsh/nodes/",     "gmsh/elements/"};
+    LossList losses = losses_by_key(info, used, kKnown);
+    add_sections(info, used, losses);
+    add_tags(info, losses);
+    return losses;
+  }
+
+  bool follows_from_blocks(const Extra& extra) const override { return extra.key == kBlocks; }
+};
+
+// Whether a name can stand between quotes as it is.
+bool can_be_quoted(const std::string& name) { return quotable(name) == name; }
+
+constexpr GmshSource kGmshSource;
+constexpr Capabilities kGmshCapabilities = {.sets = Capabilities::Sets::cells,
+                                            .every_step = true,
+                                            .integers = false,
+                                            .partial_arrays = true,
+                                            .block_numbers = true,
+                                            .positive_numbers = true,
+                                            .times = false,
+                                            .name = can_be_quoted};
+
+}  // namespace
+
+constinit const Format kGmshFormat = {
+    .name = "gmsh",
+    .title = "Gmsh",
+    .extensions = {".msh"},
+    .looks_like = looks_like_gmsh,
+    .open = [](const std::string& path, Spool& spool,
+               const Progress&) { return open_gmsh(path, spool); },
+    .write = [](MeshSource& mesh, OutputFile& output,
+                Spool&) { write_gmsh(mesh, output.temporary()); },
+    .capabilities = &kGmshCapabilities,
+    .source = &kGmshSource};
+
+}  // namespace shm::converters

@@ -1,0 +1,126 @@
+// Format: one kind of files that meshes come from and go to, for code that knows none of them. Each
+// folder of a format describes its own, in the unit format.cpp; formats/formats.cpp lists them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/output_file.h"
+#include "base/progress.h"
+#include "base/spool.h"
+#include "mesh/mesh_source.h"
+#include "sets/transfer_sets.h"
+#include "transfer/losses.h"
+
+namespace shm::converters {
+
+// Maps of the numbers that vertices and cells have elsewhere, counted from 1: their names and
+// roles.
+struct NumberMaps {
+  std::string_view vertices, cells;  // names
+  std::string_view vertices_role, cells_role;
+  std::string_view original_role;  // of numbers in the whole mesh, in a part of a decomposed one
+};
+
+// What a format can hold of meshes from other formats.
+struct Capabilities {
+  // Node sets, side sets, groups of elements: as such, as arrays (see set_arrays.h), or as cells of
+  // their own (set_cells.h).
+  enum class Sets { sets, arrays, cells };
+  Sets sets = Sets::arrays;
+  bool every_step = false;      // else one time step a file
+  bool vectors = true;          // arrays with components; else columns
+  bool integers = true;         // else all values are floating-point
+  bool partial_arrays = false;  // cell arrays on some blocks; else NaN or 0 on the others
+  bool block_numbers = false;   // blocks of its own; else their numbers are an array
+  bool positive_numbers = false, unique_numbers = false;
+  bool times = true;                                // of steps, even when no array has any
+  std::size_t title_bytes = ~std::size_t{0};        // most
+  const NumberMaps* maps = nullptr;                 // that are maps there, too
+  bool (*block)(const BlockInfo& block) = nullptr;  // whether it has such cells; null: all
+  bool (*name)(const std::string& name) = nullptr;  // whether it is written as it is; null: yes
+  // A format whose meshes the writer takes as they are, extras and all, and what it cannot hold of
+  // them. Empty: none.
+  std::string_view sibling = {};
+  LossList (*losses_of_sibling)(const MeshInfo& info) = nullptr;
+};
+
+// What the extras and roles of a mesh mean that came from a file of a format. A format that has
+// nothing to add overrides nothing.
+class SourceFormat {
+ public:
+  SourceFormat(const SourceFormat&) = delete;
+  SourceFormat& operator=(const SourceFormat&) = delete;
+
+  // Out of the extras of a mesh; `used` gets the keys of those whose content the result has.
+  virtual std::vector<TransferSet> sets(const MeshInfo&, Keys& /*used*/) const { return {}; }
+  virtual std::optional<double> time(const MeshInfo&, Keys& /*used*/) const { return {}; }
+  virtual std::string title(const MeshInfo&, Keys& /*used*/) const { return {}; }
+  virtual std::map<std::int64_t, std::string> block_names(const MeshInfo&, Keys& /*used*/) const {
+    return {};
+  }
+
+  // The array that has the points at a time step; nothing where those of the mesh are meant.
+  virtual std::optional<std::size_t> points_of_step(const MeshInfo&, std::uint64_t /*step*/) const {
+    return {};
+  }
+  // Whether the mesh is one of two dimensions, so that sides of its triangles and quads are edges.
+  virtual bool is_flat(const MeshInfo&) const { return false; }
+  // Whether extras or blocks count on the position of corners within a cell.
+  virtual bool needs_corner_order(const MeshInfo&) const { return false; }
+  // Whether vectors are an array for each component: v_x, v_y, v_z.
+  virtual bool has_vectors_as_columns() const { return false; }
+  // Whether the number of a block is that of a type of cells.
+  virtual bool has_blocks_by_type() const { return false; }
+
+  // Of an array with a role of this format: whether no other one can make something of it, what is
+  // lost then (empty: nothing), whether it is a map of the numbers of vertices or cells.
+  virtual bool is_private(const ArrayInfo&) const { return false; }
+  virtual std::string loss_of_private(const ArrayInfo&) const { return {}; }
+  virtual bool is_number_map(const ArrayInfo&) const { return false; }
+
+  // What no other format can hold of the extras, but for those that are in `used`.
+  virtual LossList losses(const MeshInfo& info, const Keys& used) const {
+    return losses_by_key(info, used);
+  }
+  // Whether an extra follows from the blocks of the mesh.
+  virtual bool follows_from_blocks(const Extra&) const { return false; }
+  // Adds to the extras of a piece what its writer must know of the whole mesh.
+  virtual void mark_piece(const MeshInfo& /*whole*/, MeshInfo& /*piece*/) const {}
+
+ protected:
+  constexpr SourceFormat() = default;
+  ~SourceFormat() = default;
+};
+
+struct Format {
+  std::string_view name;                       // as in --format, and the source_format of meshes
+  std::string_view title;                      // in messages
+  std::array<std::string_view, 6> extensions;  // with the dot; the rest is empty
+  bool (*looks_like)(std::span<const std::byte> head);  // up to 4096 bytes
+  std::unique_ptr<MeshSource> (*open)(const std::string& path, Spool& spool,
+                                      const Progress& progress);
+  void (*write)(MeshSource& mesh, OutputFile& output, Spool& spool);  // commits nothing
+  const Capabilities* capabilities = nullptr;                         // null: it holds everything
+  const SourceFormat* source = nullptr;  // null: its meshes have nothing to add
+  FileSink::Temporary temporary = FileSink::Temporary::unnamed;  // of its files
+};
+
+// Of the format that a mesh came from, or that a role "format:..." belongs to; one that has nothing
+// to add where the list has none. They ask the list, which stands above all formats:
+// formats/formats.cpp.
+const SourceFormat& source_format(const MeshInfo& info);
+const SourceFormat& format_of_role(std::string_view role);
+
+// The sets of a mesh: those of its format, and those of extras_of_sets().
+std::vector<TransferSet> transfer_sets(const MeshInfo& info, Keys& used);
+
+}  // namespace shm::converters

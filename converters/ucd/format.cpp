@@ -1,0 +1,22 @@
+// What other code may ask of UCD files. Meshes that came from them have nothing to add.
+#include "ucd/ucd.h"
+
+namespace shm::converters {
+namespace {
+
+constexpr Capabilities kUcdCapabilities = {
+    .integers = false, .block_numbers = true, .times = false, .title_bytes = 0};
+
+}  // namespace
+
+constinit const Format kUcdFormat = {.name = "ucd",
+                                     .title = "UCD",
+                                     .extensions = {".ucd", ".inp"},
+                                     .looks_like = looks_like_ucd,
+                                     .open = [](const std::string& path, Spool& spool,
+                                                const Progress&) { return open_ucd(path, spool); },
+                                     .write = [](MeshSource& mesh, OutputFile& output,
+                                                 Spool&) { write_ucd(mesh, output.temporary()); },
+                                     .capabilities = &kUcdCapabilities};
+
+}  // namespace shm::converters

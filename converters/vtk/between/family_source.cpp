@@ -1,0 +1,75 @@
+#include "vtk/between/family_source.h"
+
+#include <string_view>
+
+#include "base/stored_value.h"
+#include "base/text_input.h"
+#include "mesh/extra_index.h"
+#include "mesh/extras.h"
+#include "vtk/between/family.h"
+#include "vtk/between/field_data.h"
+#include "vtk/between/xml_contents.h"
+#include "vtk/strings.h"
+#include "vtk/words.h"
+
+namespace shm::converters::vtk {
+namespace {
+
+bool is_numbered_anew(const MeshInfo& info) {
+  if (!has_renumbered_cells(info)) return false;
+  const ExtraIndex extras(info.extras);
+  if (extras.find(kNewNumbering) != nullptr) return true;
+  if (const Extra* text = extras.find("vtk/skeleton")) {
+    const auto skeleton = parse_skeleton(text_of_extra(*text));
+    return skeleton && skeleton->version >= "5.1";
+  }
+  auto contents = vtu::Contents::of(info);
+  return contents && contents->version() >= "2.1";
+}
+
+}  // namespace
+
+std::optional<double> FamilySource::time(const MeshInfo& info, Keys& used) const {
+  const std::vector<FieldArray> arrays = field_arrays(info);
+  for (const std::string_view name : {kLegacyTime, kXmlTime})
+    for (const FieldArray& array : arrays) {
+      const Extra& values = *array.values;
+      if (array.name != name || array.form != ValueForm::number ||
+          values.data.size() != scalar_bytes(values.type))
+        continue;
+      used.insert(values.key);
+      return as_double(values.data.data(), values.type);
+    }
+  return std::nullopt;
+}
+
+std::map<std::int64_t, std::string> FamilySource::block_names(const MeshInfo& info,
+                                                              Keys& used) const {
+  std::map<std::int64_t, std::string> names;
+  for (const FieldArray& array : field_arrays(info)) {
+    if (array.name != kBlockNames) continue;
+    for (const std::string& line : strings_of(array)) {
+      const std::size_t blank = line.find(' ');
+      std::int64_t id = 0;
+      if (blank != std::string::npos &&
+          TextInput::parse(std::string_view(line).substr(0, blank), id))
+        names.emplace(id, line.substr(blank + 1));
+    }
+    if (!names.empty()) used.insert(array.values->key);
+    break;
+  }
+  return names;
+}
+
+bool FamilySource::is_private(const ArrayInfo& array) const { return array.role == kStringRole; }
+
+std::string FamilySource::loss_of_private(const ArrayInfo& array) const {
+  return is_private(array) ? "strings of " + quoted_array(array.name) : std::string();
+}
+
+void FamilySource::mark_piece(const MeshInfo& whole, MeshInfo& piece) const {
+  if (is_numbered_anew(whole) && find_extra(piece, kNewNumbering) == nullptr)
+    piece.extras.push_back({kNewNumbering, ScalarType::uint8, Reference::nothing, {0}, {}});
+}
+
+}  // namespace shm::converters::vtk

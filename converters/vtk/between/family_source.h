@@ -1,0 +1,32 @@
+// What meshes from legacy and XML files of VTK have in common for code that knows neither.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "transfer/format.h"
+
+namespace shm::converters::vtk {
+
+class FamilySource : public SourceFormat {
+ public:
+  // Field data of one number, whatever its type.
+  std::optional<double> time(const MeshInfo& info, Keys& used) const override;
+  // Field data as block_names_extra() makes them.
+  std::map<std::int64_t, std::string> block_names(const MeshInfo& info, Keys& used) const override;
+
+  bool has_blocks_by_type() const override { return true; }
+  // Strings: places in a list.
+  bool is_private(const ArrayInfo& array) const override;
+  std::string loss_of_private(const ArrayInfo& array) const override;
+  // Adds kNewNumbering where the skeleton of the whole mesh tells that its cells are numbered so.
+  void mark_piece(const MeshInfo& whole, MeshInfo& piece) const override;
+
+ protected:
+  constexpr FamilySource() = default;
+  ~FamilySource() = default;
+};
+
+}  // namespace shm::converters::vtk

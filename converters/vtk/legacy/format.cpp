@@ -1,0 +1,105 @@
+// What other code may ask of VTK legacy files, and of meshes that came from them.
+#include <set>
+#include <sstream>
+#include <string_view>
+
+#include "mesh/extras.h"
+#include "vtk/between/family.h"
+#include "vtk/between/family_source.h"
+#include "vtk/between/vtk_from_vtu.h"
+#include "vtk/legacy/vtk.h"
+#include "vtk/words.h"
+
+namespace shm::converters {
+namespace vtk {
+namespace {
+
+// Whether the lines of a METADATA have more than ranges.
+bool has_more_than_ranges(const std::string& metadata) {
+  std::istringstream lines(metadata);
+  std::string line;
+  while (std::getline(lines, line)) {
+    if (lower_case(line).starts_with("component_names")) return true;
+    if (line.starts_with("NAME ") && !is_range_key(line)) return true;
+  }
+  return false;
+}
+
+void add_losses_of_skeleton(const Skeleton& skeleton, const Keys& used, LossList& losses) {
+  const std::string dataset(dataset_word(skeleton.dataset));
+  if (skeleton.dataset == Dataset::polydata) losses.push_back("kind of data set (" + dataset + ")");
+  std::set<EntryKind> attributes;  // of the points or cells whose arrays follow
+  for (const Entry& entry : skeleton.entries) {
+    const std::string name = decode_name(entry.name);
+    if (entry.kind == EntryKind::point_data || entry.kind == EntryKind::cell_data)
+      attributes.clear();
+    if (entry.kind == EntryKind::dimensions || entry.kind == EntryKind::extent)
+      losses.push_back(lower_case(keyword(entry.kind)) + ' ' + entry.type + " (" + dataset + ")");
+    if (has_more_than_ranges(entry.metadata))
+      losses.push_back("metadata of " + (entry.name.empty() ? "points" : quoted_array(name)));
+    if (entry.origin == Origin::array) {
+      if (is_attribute(entry.kind) && attributes.insert(entry.kind).second)  // VTK takes the first
+        losses.push_back("attribute " + std::string(keyword(entry.kind)) + " of " +
+                         quoted_array(name));
+      if (form_of_word(entry.type) == ValueForm::bit)
+        losses.push_back("bits of " + quoted_array(name) + " (numbers 0 and 1 there)");
+    }
+    if (entry.origin != Origin::extra || used.contains(data_key(entry.index))) continue;
+    if (entry.kind >= EntryKind::x_coordinates && entry.kind <= EntryKind::z_coordinates)
+      continue;  // of the points
+    const bool table = entry.kind == EntryKind::lookup_table;
+    losses.push_back((table ? "lookup table" : "field data") + quoted(name));
+  }
+}
+
+class LegacySource final : public FamilySource {
+ public:
+  std::string title(const MeshInfo& info, Keys&) const override {
+    const auto skeleton = skeleton_of(info);
+    return skeleton && skeleton->title != Skeleton().title ? skeleton->title : std::string();
+  }
+
+  // The corners of a voxel run along the axes.
+  bool needs_corner_order(const MeshInfo& info) const override {
+    for (const BlockInfo& block : info.schema.blocks)
+      if (block.shape == CellShape::hexahedron && block.id == kVoxel) return true;
+    return false;
+  }
+
+  LossList losses(const MeshInfo& info, const Keys& used) const override {
+    constexpr std::string_view kKnown[] = {"vtk/skeleton",    "vtk/cell_types", "vtk/data/",
+                                           "vtk/polyhedron/", "vtk/strings/",   kNewNumbering};
+    LossList losses = losses_by_key(info, used, kKnown);
+    if (const auto skeleton = skeleton_of(info)) add_losses_of_skeleton(*skeleton, used, losses);
+    return losses;
+  }
+
+ private:
+  static std::optional<Skeleton> skeleton_of(const MeshInfo& info) {
+    const Extra* text = find_extra(info, "vtk/skeleton");
+    return text == nullptr ? std::nullopt : parse_skeleton(text_of_extra(*text));
+  }
+};
+
+constexpr LegacySource kSource;
+constexpr Capabilities kCapabilities = {.sets = Capabilities::Sets::arrays,
+                                        .title_bytes = 255,
+                                        .block = has_cell_type,
+                                        .sibling = "vtu",
+                                        .losses_of_sibling = losses_in_vtk};
+
+}  // namespace
+}  // namespace vtk
+
+constinit const Format kVtkFormat = {.name = "vtk",
+                                     .title = "VTK legacy",
+                                     .extensions = {".vtk"},
+                                     .looks_like = looks_like_vtk,
+                                     .open = [](const std::string& path, Spool& spool,
+                                                const Progress&) { return open_vtk(path, spool); },
+                                     .write = [](MeshSource& mesh, OutputFile& output,
+                                                 Spool&) { write_vtk(mesh, output.temporary()); },
+                                     .capabilities = &vtk::kCapabilities,
+                                     .source = &vtk::kSource};
+
+}  // namespace shm::converters
