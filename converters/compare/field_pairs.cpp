@@ -7,11 +7,12 @@
 #include <tuple>
 
 #include "mesh/cell_cursor.h"
+#include "transfer/format.h"
 
 namespace shm::converters {
 namespace {
 
-constexpr std::string_view kBlockIds = "BlockId";  // as write_vtk calls them
+constexpr std::string_view kBlockIds = "BlockId";  // as writers call them
 
 std::vector<std::string> paths_of(const Schema& schema) {
   constexpr std::string_view kPrefix = "array:";
@@ -83,12 +84,9 @@ class Pairing {
     return list;
   }
 
-  // In both of VTK's formats.
+  // In both formats.
   bool has_strings(const ArrayInfo& array) const {
-    const auto is_vtk = [](const MeshInfo& info) {
-      return info.schema.source_format == "vtk" || info.schema.source_format == "vtu";
-    };
-    return CommonStrings::are_in(array) && is_vtk(a_) && is_vtk(b_);
+    return source_format(a_).has_strings(array) && source_format(b_).has_strings(array);
   }
 
   static Name name_of(const ArrayInfo& array) { return {array.name, array.location, array.role}; }
@@ -139,11 +137,10 @@ class Pairing {
     return text;
   }
 
-  // Gmsh shows 1, 3 or 9 components, others behind are zero.
   bool pad(FieldPair& pair) const {
     const bool a_is_short = pair.a.parts.size() < pair.b.parts.size();
     const MeshInfo& wide = a_is_short ? b_ : a_;
-    if (one_format_ || wide.schema.source_format != "gmsh") return false;
+    if (one_format_ || !source_format(wide).has_padded_vectors()) return false;
     FieldSide& narrow = a_is_short ? pair.a : pair.b;
     pair.components =
         static_cast<std::uint32_t>(std::max(pair.a.parts.size(), pair.b.parts.size()));
@@ -151,10 +148,10 @@ class Pairing {
     return true;
   }
 
-  // Gmsh has no two arrays of one name: the second "v" is called "v (2)" there.
+  // Where one format has no two arrays of one name: the second "v" is called "v (2)" there.
   void pair_numbered(const MeshInfo& repeated, Arrays& repeats, const MeshInfo& numbered,
                      Arrays& others, bool swapped) {
-    if (numbered.schema.source_format != "gmsh") return;
+    if (!source_format(numbered).has_unique_names()) return;
     ByName named = by_name(numbered, others);
     std::erase_if(repeats, [&](std::size_t index) {
       const ArrayInfo& array = repeated.schema.arrays[index];
@@ -229,11 +226,10 @@ class Pairing {
     return found;
   }
 
-  // Blocks of VTK have no numbers of their own.
+  // Where one mesh has an array of the numbers that blocks of the other have.
   void pair_block_ids(const MeshInfo& holder, Arrays& arrays, const MeshInfo& blocks,
                       bool swapped) {
-    const std::string& format = blocks.schema.source_format;
-    if (format == "vtk" || format == "vtu") return;
+    if (source_format(blocks).has_blocks_by_type()) return;
     std::erase_if(arrays, [&](std::size_t index) {
       const ArrayInfo& array = holder.schema.arrays[index];
       if (array.name != kBlockIds || array.location != Location::cell || array.components != 1)

@@ -20,6 +20,7 @@
 #include "mesh/cell_cursor.h"
 #include "mesh/cell_rotations.h"
 #include "mesh/cell_store.h"
+#include "transfer/format.h"
 
 namespace shm::converters {
 namespace {
@@ -356,10 +357,11 @@ ValueRange Diff::range_of(FieldReader& reader, const FieldPair& field) {
 std::optional<CommonStrings> Diff::common_strings(const FieldPair& field) const {
   if (field.a.parts.empty() || field.b.parts.empty()) return std::nullopt;
   const std::size_t a = field.a.parts.front().array, b = field.b.parts.front().array;
-  const auto are_in = [](const MeshInfo& info, std::size_t array) {
-    return array < info.schema.arrays.size() && CommonStrings::are_in(info.schema.arrays[array]);
+  const auto has_strings = [](const MeshInfo& info, std::size_t array) {
+    return array < info.schema.arrays.size() &&
+           source_format(info).has_strings(info.schema.arrays[array]);
   };
-  if (!are_in(a_, a) || !are_in(b_, b)) return std::nullopt;
+  if (!has_strings(a_, a) || !has_strings(b_, b)) return std::nullopt;
   return CommonStrings(a_, a, b_, b);
 }
 
@@ -458,7 +460,8 @@ void Diff::compare_uncovered(const StepPair& step, const FieldPair& field, Field
 void Diff::compare_extras() {
   ExtrasComparison how;
   how.is_ignored = [&](const std::string& key) {
-    return key.starts_with("vtk/strings/") || names_.is_ignored_extra(key);  // with their arrays
+    // Strings are compared with their arrays.
+    return source_format(a_).is_list_of_strings(key) || names_.is_ignored_extra(key);
   };
   how.accuracy = options_.tolerance.fields;
   how.in_any_order = options_.match;

@@ -4,13 +4,9 @@
 #include <unordered_map>
 #include <utility>
 
-#include "vtk/strings.h"
+#include "transfer/format.h"
 
 namespace shm::converters {
-
-bool CommonStrings::are_in(const ArrayInfo& array) {
-  return array.role == vtk::kStringRole && array.type == ScalarType::uint32;
-}
 
 CommonStrings::CommonStrings(const MeshInfo& a, std::size_t array_a, const MeshInfo& b,
                              std::size_t array_b) {
@@ -23,8 +19,8 @@ CommonStrings::CommonStrings(const MeshInfo& a, std::size_t array_a, const MeshI
       from.push_back(at->second);
     }
   };
-  add(vtk::strings_of_array(a, array_a), from_a_);
-  add(vtk::strings_of_array(b, array_b), from_b_);
+  add(source_format(a).strings(a, array_a), from_a_);
+  add(source_format(b).strings(b, array_b), from_b_);
 }
 
 // Places that the list lacks stay apart from those that it has.

@@ -1,4 +1,4 @@
-// Two arrays of strings (role vtk:string), whose places are those of two lists, as places in one.
+// Two arrays of strings, whose values are places in two lists, as places in one.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,6 @@ namespace shm::converters {
 class CommonStrings {
  public:
   CommonStrings(const MeshInfo& a, std::size_t array_a, const MeshInfo& b, std::size_t array_b);
-  // Whether an array is one of strings.
-  static bool are_in(const ArrayInfo& array);
   // Makes `count` places (uint32) in the list of A or B those in the common one, where the same
   // string has the same place.
   void translate(bool of_a, std::byte* places, std::uint64_t count) const;

@@ -96,6 +96,9 @@ class GmshSource final : public SourceFormat {
            text_of_extra(*sections).find("ElementNodeData") != std::string::npos;
   }
 
+  bool has_padded_vectors() const override { return true; }  // 1, 3 or 9 components
+  bool has_unique_names() const override { return true; }
+
   // Rows of a table, and values for each corner in the order of the file.
   bool is_private(const ArrayInfo& array) const override {
     return array.role == "gmsh:node_entity" || array.role == "gmsh:element_node_data";

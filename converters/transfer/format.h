@@ -78,6 +78,10 @@ class SourceFormat {
   virtual bool needs_corner_order(const MeshInfo&) const { return false; }
   // Whether vectors are an array for each component: v_x, v_y, v_z.
   virtual bool has_vectors_as_columns() const { return false; }
+  // Whether vectors are as long as the format can show them, with zeros behind.
+  virtual bool has_padded_vectors() const { return false; }
+  // Whether arrays have names of their own: the second "v" is "v (2)".
+  virtual bool has_unique_names() const { return false; }
   // Whether the number of a block is that of a type of cells.
   virtual bool has_blocks_by_type() const { return false; }
 
@@ -86,6 +90,14 @@ class SourceFormat {
   virtual bool is_private(const ArrayInfo&) const { return false; }
   virtual std::string loss_of_private(const ArrayInfo&) const { return {}; }
   virtual bool is_number_map(const ArrayInfo&) const { return false; }
+
+  // Whether the values of an array are places in a list of strings; the list.
+  virtual bool has_strings(const ArrayInfo&) const { return false; }
+  virtual std::vector<std::string> strings(const MeshInfo&, std::size_t /*array*/) const {
+    return {};
+  }
+  // Whether an extra is the list of an array.
+  virtual bool is_list_of_strings(std::string_view /*key*/) const { return false; }
 
   // What no other format can hold of the extras, but for those that are in `used`.
   virtual LossList losses(const MeshInfo& info, const Keys& used) const {

@@ -73,7 +73,9 @@ std::optional<std::uint32_t> StringLister::place_of(const std::string& piece) {
   return at->second;
 }
 
-std::string strings_key(std::size_t array) { return "vtk/strings/" + std::to_string(array); }
+std::string strings_key(std::size_t array) {
+  return std::string(kStringLists) + std::to_string(array);
+}
 
 StringForm form_of_strings(const MeshInfo& info, std::size_t array) {
   if (info.schema.source_format == "vtu") return StringForm::zeros;

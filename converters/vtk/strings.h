@@ -56,6 +56,7 @@ class StringLister {
 // Arrays of points and cells with this role are uint32: places in a list, the extra
 // "vtk/strings/<index of the array>".
 inline constexpr std::string_view kStringRole = "vtk:string";
+inline constexpr std::string_view kStringLists = "vtk/strings/";
 std::string strings_key(std::size_t array);
 
 // The form of the list of an array with that role, in the mesh of a legacy or XML file.

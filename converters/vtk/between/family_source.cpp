@@ -67,6 +67,18 @@ std::string FamilySource::loss_of_private(const ArrayInfo& array) const {
   return is_private(array) ? "strings of " + quoted_array(array.name) : std::string();
 }
 
+bool FamilySource::has_strings(const ArrayInfo& array) const {
+  return array.role == kStringRole && array.type == ScalarType::uint32;
+}
+
+std::vector<std::string> FamilySource::strings(const MeshInfo& info, std::size_t array) const {
+  return strings_of_array(info, array);
+}
+
+bool FamilySource::is_list_of_strings(std::string_view key) const {
+  return key.starts_with(kStringLists);
+}
+
 void FamilySource::mark_piece(const MeshInfo& whole, MeshInfo& piece) const {
   if (is_numbered_anew(whole) && find_extra(piece, kNewNumbering) == nullptr)
     piece.extras.push_back({kNewNumbering, ScalarType::uint8, Reference::nothing, {0}, {}});

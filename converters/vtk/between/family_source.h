@@ -5,6 +5,8 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "transfer/format.h"
 
@@ -21,6 +23,9 @@ class FamilySource : public SourceFormat {
   // Strings: places in a list.
   bool is_private(const ArrayInfo& array) const override;
   std::string loss_of_private(const ArrayInfo& array) const override;
+  bool has_strings(const ArrayInfo& array) const override;
+  std::vector<std::string> strings(const MeshInfo& info, std::size_t array) const override;
+  bool is_list_of_strings(std::string_view key) const override;
   // Adds kNewNumbering where the skeleton of the whole mesh tells that its cells are numbered so.
   void mark_piece(const MeshInfo& whole, MeshInfo& piece) const override;
 
