@@ -3,9 +3,10 @@
 #include <cstring>
 #include <map>
 #include <string>
+#include <utility>
 
 #include "base/failure.h"
-#include "exodus/appended_extras.h"
+#include "transfer/format.h"
 
 namespace shm::converters {
 namespace {
@@ -42,24 +43,15 @@ AppendedExtras same_extras(const MeshInfo& old, const std::vector<Extra>& extras
 AppendedExtras appended_extras(const MeshInfo& old, const MeshInfo& more,
                                const std::vector<Extra>& extras,
                                std::span<const std::uint64_t> steps) {
-  const bool exodus = old.schema.source_format == "exodus";
-  if (!(exodus && exodus::counts_steps(old)) && old.extras == extras) return {};
+  const SourceFormat& format = source_format(old);
+  if (!format.counts_steps(old) && old.extras == extras) return {};
   if (goes_on_from_the_start(old, more, steps)) return {true, extras, {}};
-  if (exodus) return exodus::joined_extras(old, more, extras, steps);
+  if (auto joined = format.joined_extras(old, more, extras, steps)) return std::move(*joined);
   return same_extras(old, extras);
 }
 
 AppendedExtras appended_extras_without_values(const MeshInfo& old, std::uint64_t steps) {
-  const std::string& format = old.schema.source_format;
-  if (format == "exodus") return exodus::lengthened_extras(old, steps);
-  if (format == "gmsh")
-    throw Failure(
-        Error{ErrorCode::unsupported,
-              "lists every view at every step, which SOURCE, of another format, does not",
-              "Gmsh's sections",
-              kNoOffset,
-              {}});
-  return {};
+  return source_format(old).lengthened_extras(old, steps);
 }
 
 }  // namespace shm::converters

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "exodus/appended_extras.h"
 #include "exodus/exodus.h"
 #include "exodus/foreign.h"
 #include "exodus/skeleton.h"
@@ -59,26 +60,10 @@ std::string label_of_key(const ExtraIndex& extras, const std::string& key) {
 class ExodusSource final : public SourceFormat {
  public:
   std::vector<TransferSet> sets(const MeshInfo& info, Keys& used) const override {
-    struct KindKeys {
-      TransferSet::Kind kind;
-      const char *folder, *members;
-    };
-    constexpr KindKeys kKinds[] = {{TransferSet::Kind::nodes, "node_set", "vertices"},
-                                   {TransferSet::Kind::sides, "side_set", "cells"},
-                                   {TransferSet::Kind::elements, "elem_set", "cells"}};
-    std::vector<TransferSet> sets;
-    const ExtraIndex extras(info.extras);
-    for (const KindKeys& keys : kKinds) {
-      const std::string start = "exodus/" + std::string(keys.folder) + "/";
-      for (const Extra& extra : info.extras) {  // in the order of the file
-        if (!extra.key.starts_with(start) || !extra.key.ends_with("/id")) continue;
-        TransferSet set;
-        const std::string folder = extra.key.substr(0, extra.key.size() - 2);
-        if (read_set(info, extras, folder, keys.members, keys.kind, set, used))
-          sets.push_back(std::move(set));
-      }
-    }
-    return sets;
+    constexpr SetKeys kKinds[] = {{TransferSet::Kind::nodes, "node_set", "vertices"},
+                                  {TransferSet::Kind::sides, "side_set", "cells"},
+                                  {TransferSet::Kind::elements, "elem_set", "cells"}};
+    return sets_in_folders(info, "exodus", kKinds, used);
   }
 
   std::string title(const MeshInfo& info, Keys&) const override {
@@ -117,6 +102,16 @@ class ExodusSource final : public SourceFormat {
         losses.push_back("extra" + quoted(extra.key));
     }
     return losses;
+  }
+
+  bool counts_steps(const MeshInfo& info) const override { return exodus::counts_steps(info); }
+  std::optional<AppendedExtras> joined_extras(const MeshInfo& old, const MeshInfo& more,
+                                              const std::vector<Extra>& extras,
+                                              std::span<const std::uint64_t> steps) const override {
+    return exodus::joined_extras(old, more, extras, steps);
+  }
+  AppendedExtras lengthened_extras(const MeshInfo& old, std::uint64_t steps) const override {
+    return exodus::lengthened_extras(old, steps);
   }
 };
 

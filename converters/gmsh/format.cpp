@@ -4,6 +4,7 @@
 #include <string_view>
 #include <utility>
 
+#include "base/failure.h"
 #include "gmsh/gmsh.h"
 #include "gmsh/groups.h"
 #include "gmsh/plan.h"
@@ -89,6 +90,16 @@ class GmshSource final : public SourceFormat {
     return sets;
   }
 
+  std::vector<MeshSet> named_groups(const MeshInfo& info) const override {
+    constexpr const char* kKinds[] = {"physical point", "physical curve", "physical surface",
+                                      "physical volume"};
+    std::vector<MeshSet> groups;
+    for (const auto& [group, name] : gmsh_group_names(info))
+      if (const auto [dimension, tag] = group; dimension >= 0 && dimension <= 3)
+        groups.push_back({kKinds[dimension], std::to_string(tag), name, {}});
+    return groups;
+  }
+
   // Values for each corner of an element stand in the order of the file.
   bool needs_corner_order(const MeshInfo& info) const override {
     const Extra* sections = find_extra(info, kSections);
@@ -118,6 +129,14 @@ class GmshSource final : public SourceFormat {
     add_sections(info, used, losses);
     add_tags(info, losses);
     return losses;
+  }
+
+  AppendedExtras lengthened_extras(const MeshInfo&, std::uint64_t) const override {
+    throw Failure(Error{ErrorCode::unsupported,
+                        "lists every view at every step, which SOURCE, of another format, does not",
+                        "Gmsh's sections",
+                        kNoOffset,
+                        {}});
   }
 
   bool follows_from_blocks(const Extra& extra) const override { return extra.key == kBlocks; }

@@ -119,6 +119,11 @@ constexpr std::size_t kMostGroupBlocks = std::size_t{1} << 22;
 
 }  // namespace
 
+std::map<std::pair<std::int64_t, std::int64_t>, std::string> gmsh_group_names(
+    const MeshInfo& info) {
+  return naming_of_extras(info).names;
+}
+
 bool gmsh_entities_have_bounds(const MeshInfo& info) { return naming_of_extras(info).any_bounds; }
 
 std::vector<GmshGroup> gmsh_groups(const MeshInfo& info) {

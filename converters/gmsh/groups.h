@@ -37,6 +37,10 @@ struct GmshGroup {
 // Whether $Entities says more than groups, and boxes that follow from the nodes.
 bool gmsh_entities_have_bounds(const MeshInfo& info);
 
+// Names of the groups of a mesh that came from Gmsh, by (dimension, tag), whether or not a block
+// belongs to them.
+std::map<std::pair<std::int64_t, std::int64_t>, std::string> gmsh_group_names(const MeshInfo& info);
+
 // Those of a mesh that came from Gmsh, out of its extras, in order of dimension and tag.
 std::vector<GmshGroup> gmsh_groups(const MeshInfo& info);
 

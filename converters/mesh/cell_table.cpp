@@ -5,9 +5,7 @@
 #include "mesh/vertex_compaction.h"
 
 namespace shm::converters {
-namespace {
-
-}  // namespace
+namespace {}  // namespace
 
 CellTable::CellTable(const MeshInfo& info) : vertices_(info.vertices) {
   const auto& blocks = info.schema.blocks;

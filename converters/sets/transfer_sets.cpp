@@ -5,8 +5,8 @@
 #include <map>
 
 #include "base/failure.h"
-#include "mesh/extra_index.h"
 #include "mesh/extras.h"
+#include "sets/set_folders.h"
 
 namespace shm::converters {
 namespace {
@@ -50,6 +50,28 @@ bool any_not_one(const Extra& extra) {
   return false;
 }
 
+// False where there are no members, or none that make sense.
+bool read_set(const MeshInfo& info, const SetFolder& folder, const SetKeys& keys,
+              TransferSet& set) {
+  const Extra* members = folder.find(keys.members);
+  const Extra* id = folder.find("id");
+  if (id == nullptr || members == nullptr || members->refers == Reference::nothing) return false;
+  set.kind = keys.kind;
+  set.members = integers_of_extra(*members);
+  if (set.kind == Kind::sides) {
+    if (const Extra* sides = folder.find("sides")) set.sides = integers_of_extra(*sides);
+    if (set.sides.size() != set.members.size()) return false;
+  }
+  if (!all_within(set.members, set.kind == Kind::nodes ? info.vertices : info.cells()))
+    return false;
+  if (const auto values = integers_of_extra(*id); values.size() == 1) set.id = values[0];
+  if (const Extra* name = folder.find("name")) set.name = text_of_extra(*name);
+  if (const Extra* factors = folder.find("factors"))
+    set.weighted = factors->type == ScalarType::float32 ? any_not_one<float>(*factors)
+                                                        : any_not_one<double>(*factors);
+  return true;
+}
+
 }  // namespace
 
 std::string TransferSet::label() const {
@@ -61,32 +83,21 @@ std::string TransferSet::short_name() const {
   return name.empty() ? std::string(words_of(kind, false)) + '_' + std::to_string(id) : name;
 }
 
-bool read_set(const MeshInfo& info, const ExtraIndex& extras, const std::string& folder,
-              const char* members, Kind kind, TransferSet& set, std::set<std::string>& used) {
-  const auto take = [&](const char* what) {
-    const Extra* extra = extras.find(folder + what);
-    if (extra != nullptr) used.insert(extra->key);
-    return extra;
-  };
-  const Extra* listed = extras.find(folder + members);
-  const Extra* id = extras.find(folder + "id");
-  if (listed == nullptr || listed->refers == Reference::nothing) return false;
-  set.kind = kind;
-  set.members = integers_of_extra(*listed);
-  if (kind == Kind::sides) {
-    const Extra* sides = extras.find(folder + "sides");
-    if (sides != nullptr) set.sides = integers_of_extra(*sides);
-    if (set.sides.size() != set.members.size()) return false;
-  }
-  if (!all_within(set.members, kind == Kind::nodes ? info.vertices : info.cells())) return false;
-  if (id != nullptr)
-    if (const auto values = integers_of_extra(*id); values.size() == 1) set.id = values[0];
-  if (const Extra* name = take("name")) set.name = text_of_extra(*name);
-  if (const Extra* factors = take("factors"))
-    set.weighted = factors->type == ScalarType::float32 ? any_not_one<float>(*factors)
-                                                        : any_not_one<double>(*factors);
-  for (const char* what : {members, "id", "sides"}) take(what);
-  return true;
+std::vector<TransferSet> sets_in_folders(const MeshInfo& info, std::string_view format,
+                                         std::span<const SetKeys> kinds,
+                                         std::set<std::string>& used) {
+  std::vector<TransferSet> sets;
+  const std::vector<SetFolder> folders = set_folders(info);
+  for (const SetKeys& keys : kinds)
+    for (const SetFolder& folder : folders) {
+      if (folder.format != format || folder.kind != keys.folder) continue;
+      TransferSet set;
+      if (!read_set(info, folder, keys, set)) continue;
+      for (const char* what : {"id", "name", "factors", "sides", keys.members})
+        if (const Extra* extra = folder.find(what)) used.insert(extra->key);
+      sets.push_back(std::move(set));
+    }
+  return sets;
 }
 
 void list_members(MeshSource& mesh, std::vector<TransferSet>& sets) {
@@ -131,19 +142,10 @@ std::vector<TransferSet> sets_of_extras(const MeshInfo& info) {
 }
 
 std::vector<TransferSet> sets_of_extras(const MeshInfo& info, std::set<std::string>& used) {
-  std::vector<TransferSet> sets;
-  const ExtraIndex extras(info.extras);
-  for (const Kind kind : {Kind::nodes, Kind::sides, Kind::elements}) {
-    for (const Extra& extra : info.extras) {
-      const std::string start = "mesh/" + std::string(words_of(kind, false)) + '/';
-      if (!extra.key.starts_with(start) || !extra.key.ends_with("/id")) continue;
-      TransferSet set;
-      const std::string folder = extra.key.substr(0, extra.key.size() - 2);
-      if (read_set(info, extras, folder, "members", kind, set, used))
-        sets.push_back(std::move(set));
-    }
-  }
-  return sets;
+  constexpr SetKeys kKinds[] = {{Kind::nodes, "node_set", "members"},
+                                {Kind::sides, "side_set", "members"},
+                                {Kind::elements, "element_set", "members"}};
+  return sets_in_folders(info, "mesh", kKinds, used);
 }
 
 }  // namespace shm::converters

@@ -4,10 +4,11 @@
 
 #include <cstdint>
 #include <set>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "mesh/extra_index.h"
 #include "mesh/mesh_source.h"
 
 namespace shm::converters {
@@ -31,11 +32,15 @@ std::vector<Extra> extras_of_sets(const std::vector<TransferSet>& sets);
 std::vector<TransferSet> sets_of_extras(const MeshInfo& info);
 std::vector<TransferSet> sets_of_extras(const MeshInfo& info, std::set<std::string>& used);
 
-// The set in a folder of extras, "folder/id", "folder/name", ..., whose members are
-// "folder/<members>". False where there is none. `used` gets the keys of its extras.
-bool read_set(const MeshInfo& info, const ExtraIndex& extras, const std::string& folder,
-              const char* members, TransferSet::Kind kind, TransferSet& set,
-              std::set<std::string>& used);
+// Where the extras of a format have sets of one kind: "format/<folder>/<i>/...", members in
+// ".../<members>".
+struct SetKeys {
+  TransferSet::Kind kind;
+  const char *folder, *members;
+};
+std::vector<TransferSet> sets_in_folders(const MeshInfo& info, std::string_view format,
+                                         std::span<const SetKeys> kinds,
+                                         std::set<std::string>& used);
 
 // Sets of whole blocks become lists of cells. Walks the cells when there are such sets.
 void list_members(MeshSource& mesh, std::vector<TransferSet>& sets);

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "base/stored_value.h"
-#include "sets/mesh_sets.h"
+#include "transfer/mesh_sets.h"
 
 namespace shm::converters {
 namespace {

@@ -16,6 +16,7 @@
 #include "base/output_file.h"
 #include "base/progress.h"
 #include "base/spool.h"
+#include "mesh/appended_extras.h"
 #include "mesh/mesh_source.h"
 #include "sets/transfer_sets.h"
 #include "transfer/losses.h"
@@ -53,6 +54,14 @@ struct Capabilities {
   LossList (*losses_of_sibling)(const MeshInfo& info) = nullptr;
 };
 
+// A named group of a mesh, for people to look at.
+struct MeshSet {
+  std::string kind;  // "node set", "side set", "physical volume", ...
+  std::string id;
+  std::string name;
+  std::optional<std::uint64_t> members;
+};
+
 // What the extras and roles of a mesh mean that came from a file of a format. A format that has
 // nothing to add overrides nothing.
 class SourceFormat {
@@ -62,6 +71,8 @@ class SourceFormat {
 
   // Out of the extras of a mesh; `used` gets the keys of those whose content the result has.
   virtual std::vector<TransferSet> sets(const MeshInfo&, Keys& /*used*/) const { return {}; }
+  // Groups that are no node sets, side sets or sets of elements.
+  virtual std::vector<MeshSet> named_groups(const MeshInfo&) const { return {}; }
   virtual std::optional<double> time(const MeshInfo&, Keys& /*used*/) const { return {}; }
   virtual std::string title(const MeshInfo&, Keys& /*used*/) const { return {}; }
   virtual std::map<std::int64_t, std::string> block_names(const MeshInfo&, Keys& /*used*/) const {
@@ -105,6 +116,21 @@ class SourceFormat {
   }
   // Whether an extra follows from the blocks of the mesh.
   virtual bool follows_from_blocks(const Extra&) const { return false; }
+
+  // Where steps of another file go behind those of a mesh: whether extras have the number of steps;
+  // the extras then (nothing: only those of the old file that are the same there), and those where
+  // the other file is of another format. `extras`: of `more`, in the numbers of `old`; `steps`: of
+  // `more`. The latter throw Failure (unsupported) where that cannot be.
+  virtual bool counts_steps(const MeshInfo&) const { return false; }
+  virtual std::optional<AppendedExtras> joined_extras(
+      const MeshInfo& /*old*/, const MeshInfo& /*more*/, const std::vector<Extra>& /*extras*/,
+      std::span<const std::uint64_t> /*steps*/) const {
+    return {};
+  }
+  virtual AppendedExtras lengthened_extras(const MeshInfo& /*old*/, std::uint64_t /*steps*/) const {
+    return {};
+  }
+
   // Adds to the extras of a piece what its writer must know of the whole mesh.
   virtual void mark_piece(const MeshInfo& /*whole*/, MeshInfo& /*piece*/) const {}
 
