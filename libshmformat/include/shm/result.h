@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <exception>
 #include <optional>
 #include <string>
 #include <utility>
@@ -45,27 +46,34 @@ struct Error {
   SHM_API std::string message() const;
 };
 
-/// Either a value or an Error. Move-only values are fine. Never throws by itself.
+/// Either a value or an Error. Move-only values are fine. Never throws by itself: to ask an Error
+/// for its value, or a value for its error, is a bug of the caller, and ends the program
+/// (std::terminate).
 template <class T = void>
 class [[nodiscard]] Result {
  public:
   Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}
   Result(Error error) : state_(std::in_place_index<1>, std::move(error)) {}
 
-  explicit operator bool() const { return state_.index() == 0; }
+  explicit operator bool() const noexcept { return state_.index() == 0; }
   /// Must hold: this is a value.
-  T& value() & { return std::get<0>(state_); }
-  const T& value() const& { return std::get<0>(state_); }
-  T&& value() && { return std::get<0>(std::move(state_)); }
-  T& operator*() & { return value(); }
-  const T& operator*() const& { return value(); }
-  T&& operator*() && { return std::move(*this).value(); }
-  T* operator->() { return &value(); }
-  const T* operator->() const { return &value(); }
+  T& value() & noexcept { return checked(std::get_if<0>(&state_)); }
+  const T& value() const& noexcept { return checked(std::get_if<0>(&state_)); }
+  T&& value() && noexcept { return std::move(checked(std::get_if<0>(&state_))); }
+  T& operator*() & noexcept { return value(); }
+  const T& operator*() const& noexcept { return value(); }
+  T&& operator*() && noexcept { return std::move(*this).value(); }
+  T* operator->() noexcept { return &value(); }
+  const T* operator->() const noexcept { return &value(); }
   /// Must hold: this is a failure.
-  const Error& error() const { return std::get<1>(state_); }
+  const Error& error() const noexcept { return checked(std::get_if<1>(&state_)); }
 
  private:
+  template <class Held>
+  static Held& checked(Held* held) noexcept {
+    if (held == nullptr) std::terminate();
+    return *held;
+  }
   std::variant<T, Error> state_;
 };
 
@@ -75,9 +83,12 @@ class [[nodiscard]] Result<void> {
   Result() noexcept {}  // by hand: = default would fill the room for an Error with zeros
   Result(Error error) : error_(std::move(error)) {}
 
-  explicit operator bool() const { return !error_.has_value(); }
+  explicit operator bool() const noexcept { return !error_.has_value(); }
   /// Must hold: this is a failure.
-  const Error& error() const { return *error_; }
+  const Error& error() const noexcept {
+    if (!error_) std::terminate();
+    return *error_;
+  }
 
  private:
   std::optional<Error> error_;
