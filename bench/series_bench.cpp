@@ -232,7 +232,6 @@ int run(int argc, char** argv) {
         mesh, Fields::infos(true), steps,
         [&](std::size_t array, std::uint64_t step) { return fields.values(array, time_of(step)); },
         *sink, options);
-    unwrap(sink->commit());
   });
   std::printf(",\n  \"series_bytes\": %llu, \"series_s\": %.1f, \"streams\": {",
               static_cast<unsigned long long>(sizes.total_bytes), writing);

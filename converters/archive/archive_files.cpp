@@ -127,7 +127,7 @@ FileSummary ArchiveFile::summarize(const ArchiveMember& member) {
 void ArchiveFile::copy(const ArchiveMember& member, const std::string& path) {
   SectionSource bytes = section(member);
   OutputFile output(path);
-  FileSink& sink = output.sink();
+  ByteSink& sink = output.sink();
   copy_all(bytes, place(member), sink);
   output.commit();
 }

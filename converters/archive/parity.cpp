@@ -242,10 +242,9 @@ std::uint64_t write_parity(RandomSource& file, const ParityShape& shape, ByteSin
 #endif
 }
 
-std::uint64_t protect(FileSink& file, const std::string& name, double share,
-                      const Progress& progress) {
-  const auto written = unwrap(FileRandomSource::open(file.temporary()), name);
-  return write_parity(*written, parity_shape(written->size(), share), file, progress);
+std::uint64_t protect(OutputFile& file, double share, const Progress& progress) {
+  const auto written = unwrap(FileRandomSource::open(file.temporary()), file.path());
+  return write_parity(*written, parity_shape(written->size(), share), file.sink(), progress);
 }
 
 // --- what is there

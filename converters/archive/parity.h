@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "base/output_file.h"
 #include "base/progress.h"
 #include "shm/io.h"
 
@@ -39,9 +40,8 @@ ParityShape parity_shape(std::uint64_t bytes, double share);
 std::uint64_t write_parity(RandomSource& file, const ParityShape& shape, ByteSink& out,
                            const Progress& progress = {});
 
-// The same behind what has been written to `file`, called `name`.
-std::uint64_t protect(FileSink& file, const std::string& name, double share,
-                      const Progress& progress = {});
+// The same behind what has been written to `file`.
+std::uint64_t protect(OutputFile& file, double share, const Progress& progress = {});
 
 // Whether this was built with what makes and uses parity (ISA-L).
 bool has_parity_codes();

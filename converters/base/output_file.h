@@ -53,9 +53,12 @@ class OutputFile {
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
+  const std::string& path() const { return path_; }
   const std::string& temporary() const { return sink_->temporary(); }  // write here, by name
   void write(std::span<const std::byte> bytes);                        // or here, front to back
-  FileSink& sink() { return *sink_; }                                  // or here, likewise
+  // Or here, likewise. Its commit(), which who writes a .shm file calls, is left to commit() below:
+  // parity may follow, or an error.
+  ByteSink& sink() { return uncommitted_; }
   // Flushes to the disk and gives the file its name. Throws Failure (output).
   void commit();
 
@@ -63,8 +66,21 @@ class OutputFile {
   static std::string folder_of(const std::string& path);
 
  private:
+  class Uncommitted final : public ByteSink {
+   public:
+    explicit Uncommitted(const std::unique_ptr<FileSink>& sink) : sink_(&sink) {}
+    Result<void> write(std::span<const std::byte> bytes) override { return (*sink_)->write(bytes); }
+    Result<void> copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes) override {
+      return (*sink_)->copy(from, offset, bytes);
+    }
+
+   private:
+    const std::unique_ptr<FileSink>* sink_;
+  };
+
   std::string path_;
   std::unique_ptr<FileSink> sink_;
+  Uncommitted uncommitted_{sink_};
   std::optional<RemovedOnSignals> on_signals_;  // where the temporary file has a name
 };
 

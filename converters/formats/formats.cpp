@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t kHeadBytes = 4096;
 
 void write_shm(MeshSource& mesh, OutputFile& output, Spool& spool) {
-  FileSink& sink = output.sink();
+  ByteSink& sink = output.sink();
   compress_mesh(mesh, sink, {}, spool);
 }
 
@@ -170,7 +170,7 @@ void write_mesh(MeshSource& mesh, const std::string& path, const Format& format,
   if (path == "-" && format.name == "shm") {
     const auto sink = unwrap(FileSink::create(path), path);
     compress_mesh(mesh, *sink, {}, spool);
-    return unwrap(sink->commit(), path);
+    return;
   }
   OutputFile output(path, spool.directory(), format.temporary);
   try {

@@ -23,6 +23,9 @@
 #include <variant>
 #include <vector>
 
+#include "shm/appender.h"
+#include "shm/archive.h"
+#include "shm/damage.h"
 #include "shm/io.h"
 #include "support/temporary_folder.h"
 #include "support/test_mesh.h"
@@ -80,6 +83,46 @@ TEST_F(FileIo, AppearsWithCommit) {
   sink->reset();
   EXPECT_EQ(content(path("a")), "one two");
   EXPECT_EQ(files(), 1u);
+}
+
+// Nobody needs to think of commit() who lets the library finish the file.
+TEST_F(FileIo, WhoFinishesAFileCommitsIt) {
+  const TestMesh mesh = grid(2, 2, 2);
+  auto sink = FileSink::create(path("mesh.shm"));
+  ASSERT_TRUE(sink);
+  ASSERT_TRUE(write_mesh(mesh, **sink));
+  const std::string written = content(path("mesh.shm"));
+  EXPECT_FALSE(written.empty());
+  EXPECT_TRUE((*sink)->commit()) << "once more does nothing";
+  EXPECT_EQ((*sink)->write(bytes("more")).error().code, ErrorCode::misuse);
+  sink->reset();
+  EXPECT_EQ(content(path("mesh.shm")), written);
+
+  auto old = FileRandomSource::open(path("mesh.shm"));
+  ASSERT_TRUE(old);
+  sink = FileSink::create(path("again.shm"));
+  ASSERT_TRUE(write_in_order(**old, **sink));
+  EXPECT_EQ(content(path("again.shm")), written);
+
+  sink = FileSink::create(path("appended.shm"));
+  auto appender = Appender::open(**old, **sink);
+  ASSERT_TRUE(appender);
+  ASSERT_TRUE(appender->finish());
+  EXPECT_EQ(content(path("appended.shm")), written);
+
+  sink = FileSink::create(path("archive.shm"));
+  auto archive = ArchiveWriter::create(**sink);
+  ASSERT_TRUE(archive);
+  auto member = archive->add_member("mesh");
+  ASSERT_TRUE(member);
+  ASSERT_TRUE(write_mesh(mesh, **member));
+  EXPECT_FALSE(fs::exists(path("archive.shm"))) << "a member is not yet all of it";
+  ASSERT_TRUE(archive->finish());
+  EXPECT_TRUE(content(path("archive.shm")).find(written) != std::string::npos);
+
+  sink = FileSink::create(path("taken"));
+  fs::create_directories(path("taken/b"));
+  EXPECT_EQ(write_mesh(mesh, **sink).error().code, ErrorCode::output);
 }
 
 TEST_F(FileIo, NothingIsLeftWithoutCommit) {
@@ -187,7 +230,7 @@ TEST_F(FileIo, ScratchFilesAreForTheUserAlone) {
     ASSERT_TRUE(sink);
     EXPECT_EQ(fs::status((*sink)->temporary()).permissions(),
               fs::perms::owner_read | fs::perms::owner_write);
-    EXPECT_EQ((*sink)->commit().error().code, ErrorCode::misuse);
+    EXPECT_TRUE((*sink)->commit());
   }
   EXPECT_EQ(content(path("standard-input")), "another's");
   EXPECT_EQ(files(), 1u);

@@ -15,7 +15,7 @@ int main() {
   cube.corner_begin = {0, 8};
   cube.corners = {0, 1, 2, 3, 4, 5, 6, 7};
 
-  shm::MemorySink file;  // or shm::FileSink::create("cube.shm"), and commit() in the end
+  shm::MemorySink file;  // or shm::FileSink::create("cube.shm")
   if (!shm::write_mesh(file, cube)) return 1;
   shm::MemorySource source(file.bytes);
   const auto mesh = shm::read_mesh(source);  // where it fails, mesh.error().message() is why

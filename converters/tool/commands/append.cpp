@@ -147,13 +147,12 @@ ExitCode AppendCommand::run() {
     wanted.cell_order = &given_order.emplace(read_cell_order(cell_order, mesh->info().cells()));
   const auto share = parity_to_renew(input, line.callback());
   OutputFile file(output, spool_directory(*this));
-  FileSink& sink = file.sink();
-  const AppendOutcome outcome = append_steps(input, *mesh, sink, wanted, spool);
+  const AppendOutcome outcome = append_steps(input, *mesh, file.sink(), wanted, spool);
   line.wipe();
   if (!outcome.differences.empty()) return report_differences(outcome);
   report_losses(outcome.losses, output);
   if (outcome.sizes) {
-    if (share) protect(sink, output, *share, line.callback());
+    if (share) protect(file, *share, line.callback());
     file.commit();
   } else if (!outcome.losses.empty())
     return kIncomplete;

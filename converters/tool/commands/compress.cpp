@@ -168,18 +168,15 @@ CompressOptions CompressCommand::how() const {
 SizeReport CompressCommand::write_to_pipe(MeshSource& mesh, const CompressOptions& how,
                                           Spool& spool) const {
   const auto sink = unwrap(FileSink::create("-"), "-");
-  const SizeReport sizes = compress_mesh(mesh, *sink, how, spool);
-  unwrap(sink->commit(), "-");
-  return sizes;
+  return compress_mesh(mesh, *sink, how, spool);
 }
 
 SizeReport CompressCommand::write_to_file(MeshSource& mesh, const CompressOptions& how,
                                           Spool& spool) const {
   OutputFile file(output, spool_directory(*this));
-  FileSink& sink = file.sink();
-  SizeReport sizes = compress_mesh(mesh, sink, how, spool);
+  SizeReport sizes = compress_mesh(mesh, file.sink(), how, spool);
   if (parity) {
-    const std::uint64_t bytes = protect(sink, output, *parity / 100, how.progress);
+    const std::uint64_t bytes = protect(file, *parity / 100, how.progress);
     sizes.streams["parity"] = bytes;
     sizes.total_bytes += bytes;
   }

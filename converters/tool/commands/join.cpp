@@ -35,7 +35,7 @@ ExitCode JoinCommand::run() {
   ProgressLine line(quiet);
   how.progress = line.callback();
   OutputFile archive(output);
-  FileSink& sink = archive.sink();
+  ByteSink& sink = archive.sink();
   const auto members = join_files(inputs, sink, how, spool_directory(*this), spool_memory(*this));
   archive.commit();
   line.wipe();

@@ -210,7 +210,7 @@ void RepairRun::salvage_rest() {
   repair_.salvaged =
       salvage(*source_, repair_.damage, options_.input, output.sink(), spool, line_.callback());
   if (repair_.has_parity && source_ == &protected_->healed() && has_parity_codes())
-    protect(output.sink(), options_.output, protected_->share(), line_.callback());
+    protect(output, protected_->share(), line_.callback());
   output.commit();
 }
 

@@ -61,7 +61,7 @@ class SHM_API Appender {
   Result<void> set_step_times(std::span<const double> times);
   Result<void> add_extra(const Extra& extra);
 
-  /// Writes index and totals. The new file is good only if this succeeds.
+  /// Writes index and totals, and commits the sink. The new file is good only if this succeeds.
   Result<SizeReport> finish();
 
  private:

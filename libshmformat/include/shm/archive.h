@@ -44,8 +44,8 @@ class SHM_API ArchiveWriter {
   /// no archive itself; only its first bytes are checked. The sink lives as long as the
   /// ArchiveWriter.
   Result<ByteSink*> add_member(const std::string& name);
-  /// Ends the last member and writes the list of all. The file is good only if this succeeds; the
-  /// destructor is silent. Returns all bytes written.
+  /// Ends the last member, writes the list of all and commits the sink. The file is good only if
+  /// this succeeds; the destructor is silent. Returns all bytes written.
   Result<std::uint64_t> finish();
 
  private:

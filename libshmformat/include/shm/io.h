@@ -24,6 +24,11 @@ class SHM_API ByteSink {
   /// Writes `bytes` bytes of `from` from `offset` on. A sink that can leave that to the system
   /// does.
   virtual Result<void> copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes);
+  /// What was written is complete, and nothing follows: called by whoever finishes a file
+  /// (Writer::finish() and its like, once, after all bytes). Most sinks need not know that and do
+  /// nothing; one that passes its bytes on to another sink passes this on, too, or keeps the end
+  /// of the file to itself.
+  virtual Result<void> commit();
 };
 
 /// Gives bytes, front to back.
@@ -60,13 +65,15 @@ class SHM_API NullSink final : public ByteSink {
 
 /// Writes a file that appears whole or not at all. Bytes go to a file without a name in the same
 /// folder, which is gone with its process; commit() flushes it to the disk and gives it its name,
-/// by renaming where there is a file of that name. Where the system has no files without names,
-/// or where it is asked for one, it is called ".NAME.tmp", with numbers of process and machine, and
-/// removed when it is destroyed without commit; what a killed process has left, the next create()
-/// with a name for the same path removes (after an hour, where that was on another machine).
-/// A file that is replaced passes its permissions and, where that is allowed, its group on; of a
-/// symbolic link the file that it leads to is replaced. "-" is standard output (commit does
-/// nothing).
+/// by renaming where there is a file of that name. Writer, PartJoiner, Appender and ArchiveWriter
+/// call it in finish(), and write_mesh() and write_in_order() at their end; who writes bytes of
+/// their own calls it, for a FileSink that is destroyed without commit() leaves no file. Where the
+/// system has no files without names, or where it is asked for one, it is called ".NAME.tmp", with
+/// numbers of process and machine, and removed when it is destroyed without commit(); what a killed
+/// process has left, the next create() with a name for the same path removes (after an hour, where
+/// that was on another machine). A file that is replaced passes its permissions and, where that is
+/// allowed, its group on; of a symbolic link the file that it leads to is replaced. "-" is standard
+/// output (commit does nothing).
 class SHM_API FileSink final : public ByteSink {
  public:
   enum class Temporary : std::uint8_t { unnamed, named };
@@ -74,7 +81,7 @@ class SHM_API FileSink final : public ByteSink {
   static Result<std::unique_ptr<FileSink>> create(const std::string& path,
                                                   Temporary how = Temporary::unnamed);
   /// A file for a while, which never gets a name of its own: for this user alone, in `folder`.
-  /// `name` tells, where it has a temporary name, whose it is. It has no commit().
+  /// `name` tells, where it has a temporary name, whose it is. commit() does nothing.
   static Result<std::unique_ptr<FileSink>> create_scratch(const std::string& folder,
                                                           const std::string& name,
                                                           Temporary how = Temporary::unnamed);
@@ -83,7 +90,8 @@ class SHM_API FileSink final : public ByteSink {
   FileSink& operator=(const FileSink&) = delete;
   Result<void> write(std::span<const std::byte> bytes) override;
   Result<void> copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes) override;
-  Result<void> commit();
+  /// Once it has succeeded it does nothing, and nothing more can be written.
+  Result<void> commit() override;
 
   /// By what name this process may open the file until commit(), and write it instead of here; of
   /// a file without one it is a name in /proc. Empty where nothing is renamed in the end.
@@ -105,6 +113,7 @@ class SHM_API FileSink final : public ByteSink {
   int descriptor_ = -1;
   bool named_ = false;    // there is a temporary file to remove
   bool scratch_ = false;  // never gets a name
+  bool committed_ = false;
   std::optional<Permissions> permissions_;
   std::string path_, temporary_;
 };

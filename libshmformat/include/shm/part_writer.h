@@ -134,7 +134,7 @@ class SHM_API PartJoiner {
   /// As in Writer.
   Result<void> set_step_times(std::span<const double> times);
   Result<void> add_extra(const Extra& extra);
-  Result<SizeReport> finish();
+  Result<SizeReport> finish();  ///< commits the sink
 
  private:
   class Impl;

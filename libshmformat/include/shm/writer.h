@@ -111,7 +111,8 @@ class SHM_API Writer {
   /// Any time after create. References must already be in the numbers a Reader will see.
   Result<void> add_extra(const Extra& extra);
 
-  /// Writes index and totals. The file is good only if this succeeds; the destructor is silent.
+  /// Writes index and totals, and commits the sink. The file is good, and a FileSink's there, only
+  /// if this succeeds; the destructor is silent.
   Result<SizeReport> finish();
 
  private:

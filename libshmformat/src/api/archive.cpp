@@ -104,6 +104,7 @@ class ArchiveWriter::Impl {
     ByteWriter trailer;
     container::put_trailer(trailer, bytes_);
     if (auto good = sink_->write(trailer.bytes); !good) return fail(good.error());
+    if (auto good = sink_->commit(); !good) return fail(good.error());
     failed_ = misuse("is finished", "archive");
     return bytes_ + chunks.offset() + trailer.bytes.size();
   }

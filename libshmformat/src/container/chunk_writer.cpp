@@ -70,7 +70,8 @@ Result<void> ChunkWriter::finish(Index index) {
   if (auto good = write(ChunkKind::index, payload.bytes); !good) return good;
   ByteWriter trailer;
   put_trailer(trailer, index_offset);
-  return put(trailer.bytes);
+  if (auto good = put(trailer.bytes); !good) return good;
+  return sink_->commit();
 }
 
 }  // namespace shm::container

@@ -20,7 +20,7 @@ class ChunkWriter {
   Result<void> start(const FileStart& start);
   /// Writes one chunk; `entry` says what the index tells of it (kind, offset, bytes are filled in).
   Result<void> write(ChunkKind kind, std::span<const std::byte> payload, IndexEntry entry = {});
-  /// Writes `index` (entries are filled in) and the trailer.
+  /// Writes `index` (entries are filled in) and the trailer, and commits the sink.
   Result<void> finish(Index index);
 
   std::uint64_t offset() const { return offset_; }

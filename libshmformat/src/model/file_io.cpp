@@ -130,6 +130,8 @@ Result<void> ByteSink::copy(RandomSource& from, std::uint64_t offset, std::uint6
   return {};
 }
 
+Result<void> ByteSink::commit() { return {}; }
+
 Result<void> MemorySink::write(std::span<const std::byte> more) {
   bytes.insert(bytes.end(), more.begin(), more.end());
   return {};
@@ -222,6 +224,8 @@ FileSink::~FileSink() {
 }
 
 Result<void> FileSink::write(std::span<const std::byte> bytes) {
+  if (committed_)
+    return Error{ErrorCode::misuse, "is written after its commit()", {}, kNoOffset, path_};
   while (!bytes.empty()) {
     const ssize_t n = ::write(descriptor_, bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
@@ -239,9 +243,7 @@ Result<void> FileSink::copy(RandomSource& from, std::uint64_t offset, std::uint6
 }
 
 Result<void> FileSink::commit() {
-  if (path_ == "-") return {};
-  if (scratch_)
-    return Error{ErrorCode::misuse, "a scratch file gets no name", {}, kNoOffset, path_};
+  if (path_ == "-" || scratch_ || committed_) return {};
   if (auto good = flush(); !good) return good;
   pass_permissions_on();
   if (named_ && ::rename(temporary_.c_str(), path_.c_str()) != 0)
@@ -252,6 +254,7 @@ Result<void> FileSink::commit() {
   if (::close(std::exchange(descriptor_, -1)) != 0)
     return system_error(ErrorCode::output, "cannot be closed", path_);
   if (!temporary_.empty()) flush_folder(folder_of(path_));
+  committed_ = true;
   return {};
 }
 

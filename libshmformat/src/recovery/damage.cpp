@@ -112,7 +112,8 @@ Result<void> write_with_its_index(RandomSource& source, const KnownChunks& known
   if (auto good = sink.copy(source, known.index_offset(), known.index_bytes()); !good) return good;
   ByteWriter trailer;
   container::put_trailer(trailer, entries.back().offset + entries.back().bytes);
-  return sink.write(trailer.bytes);
+  if (auto good = sink.write(trailer.bytes); !good) return good;
+  return sink.commit();
 }
 
 Result<void> write_with_new_index(RandomSource& source, const KnownChunks& known, ByteSink& sink,
