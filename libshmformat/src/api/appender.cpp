@@ -25,7 +25,7 @@ constexpr std::uint32_t kLeastKeySteps = 8;
 
 }  // namespace
 
-class Appender::Impl {
+class __attribute__((visibility("hidden"))) Appender::Impl {
  public:
   Impl(RandomSource& source, ByteSink& sink, const AppendOptions& options, const ReadLimits& limits)
       : source_(&source), sink_(&sink), options_(options), file_(source, limits) {}

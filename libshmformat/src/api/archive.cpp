@@ -72,7 +72,7 @@ bool is_member_name(std::string_view name) {
   });
 }
 
-class ArchiveWriter::Impl {
+class __attribute__((visibility("hidden"))) ArchiveWriter::Impl {
  public:
   explicit Impl(ByteSink& sink) : sink_(&sink), member_(sink) {}
 

@@ -16,7 +16,7 @@ namespace shm {
 using container::ChunkHeader;
 using container::ChunkKind;
 
-class Decoder::Impl {
+class __attribute__((visibility("hidden"))) Decoder::Impl {
  public:
   Impl(const ReadLimits& limits, const ReadOptions& options)
       : limits_(within_sizes(limits)), options_(options) {}

@@ -44,7 +44,7 @@ void empty(MeshBlock& block, std::size_t arrays) {
 
 }  // namespace
 
-class MeshExtractor::Impl {
+class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
  public:
   Impl(RandomSource& source, const ReadLimits& limits) : source_(&source), file_(source, limits) {}
 

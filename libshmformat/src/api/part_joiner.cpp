@@ -12,7 +12,7 @@
 #include "shm/part_writer.h"
 
 namespace shm {
-class PartJoiner::Impl {
+class __attribute__((visibility("hidden"))) PartJoiner::Impl {
  public:
   Impl(ByteSink& sink, Schema schema)
       : schema_(std::move(schema)), file_(sink, schema_), totals_(totals_of_nothing(schema_)) {}

@@ -65,7 +65,7 @@ Result<void> place(PartChunks& chunks, std::uint32_t first) {
   return {};
 }
 
-class PartWriter::Impl {
+class __attribute__((visibility("hidden"))) PartWriter::Impl {
  public:
   Impl(Schema schema, const WriteOptions& options, const PartStart& start)
       : schema_(std::move(schema)),

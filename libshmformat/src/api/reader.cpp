@@ -10,7 +10,7 @@ namespace {
 constexpr std::size_t kReadBytes = std::size_t{1} << 16;
 }  // namespace
 
-class Reader::Impl {
+class __attribute__((visibility("hidden"))) Reader::Impl {
  public:
   Impl(ByteSource& source, const ReadLimits& limits, const ReadOptions& options)
       : source_(&source), decoder_(limits, options) {}

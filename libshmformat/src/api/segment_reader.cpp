@@ -9,7 +9,7 @@
 
 namespace shm {
 
-class SegmentReader::Impl {
+class __attribute__((visibility("hidden"))) SegmentReader::Impl {
  public:
   Impl(RandomSource& source, const ReadLimits& limits) : file(source, limits) {}
   Result<std::vector<MeshBlock>> read(std::size_t index);

@@ -33,7 +33,7 @@ struct SegmentMesh {
 
 }  // namespace
 
-class StepReader::Impl {
+class __attribute__((visibility("hidden"))) StepReader::Impl {
  public:
   Impl(RandomSource& source, const ReadLimits& limits) : file_(source, limits) {}
 

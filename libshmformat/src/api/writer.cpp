@@ -16,7 +16,7 @@
 
 namespace shm {
 
-class Writer::Impl {
+class __attribute__((visibility("hidden"))) Writer::Impl {
  public:
   Impl(ByteSink& sink, Schema schema, const WriteOptions& options)
       : schema_(std::move(schema)),
