@@ -3,6 +3,7 @@
 
 Usage: extract_test.py PATH_OF_SHM     (exit code 77, skipped, where VTK, NumPy or netCDF is missing)
 """
+import json
 import os
 import re
 import shutil
@@ -159,8 +160,8 @@ class ExtractTest(unittest.TestCase):
 
     def extract(self, name, *words):
         """Returns what the tool says on standard output and where the piece is."""
-        output, _ = self.shm("extract", self.path("grid.shm"), self.path(name), *words)
-        return output, self.path(name)
+        said, _ = self.shm("extract", self.path("grid.shm"), self.path(name), *words)
+        return said, self.path(name)
 
     def expect_piece(self, whole, piece, chosen):
         """`chosen`: numbers of the cells of the piece in the whole mesh."""
@@ -297,6 +298,28 @@ class ExtractTest(unittest.TestCase):
             _, path = self.extract("part.vtu", "--set", "inlet", "--box", "-1,-1,-1,2,2,.1")
             self.assertEqual(len(Read(path).cells), N)
 
+    def test_info_lists_the_sets_of_a_piece(self):
+        def sets_of(path):
+            return sorted(json.loads(self.shm("info", "--json", path)[0])["sets"],
+                          key=lambda each: each["kind"])
+
+        whole = self.compressed()
+        grid = self.grid
+        self.assertEqual(sets_of(whole), [
+            {"kind": "node set", "id": "7", "name": "fixed", "members": len(grid.fixed)},
+            {"kind": "side set", "id": "3", "name": "inlet", "members": len(grid.inlet)}])
+        _, piece = self.extract("piece.shm", "--cells", "0:100")
+        used = {v for c in grid.cells[:100] for v in c}
+        self.assertEqual(sets_of(piece), [
+            {"kind": "node set", "id": "7", "name": "fixed", "members": len(used & set(grid.fixed))},
+            {"kind": "side set", "id": "3", "name": "inlet",
+             "members": sum(c < 100 for c in grid.inlet)}])
+        self.assertIn("side set 3 'inlet'", self.shm("info", piece)[0])
+        # Physical groups by their names, those that are names of blocks too.
+        self.extract("piece.msh", "--cells", "150:210")
+        self.assertEqual([each["name"] for each in sets_of(self.path("piece.msh"))],
+                         ["inlet", "steel", "air"])
+
     def test_physical_groups(self):
         self.compressed()
         self.extract("piece.msh", "--cells", "150:210")
@@ -338,15 +361,15 @@ $EndElements
         for words, chosen in ((["--set", "both"], [0, 1]), (["--set", "both", "--cells", "1:2"], [1])):
             _, path = self.extract("group.vtu", *words)
             np.testing.assert_array_equal(Read(path).cell["shm_cell_number"], chosen)
-        _, errors = self.shm("extract", self.path("grid.shm"), self.path("x.vtu"), "--set", "three",
+        _, said = self.shm("extract", self.path("grid.shm"), self.path("x.vtu"), "--set", "three",
                            code=2)
-        self.assertIn("'both'", errors)
+        self.assertIn("'both'", said)
 
     def test_bytes(self):
         self.compressed()
         size = os.path.getsize(self.path("grid.shm"))
-        output, _ = self.extract("piece.vtu", "--cells", "60:120", "--step", "0", "--array", "heat")
-        read, of = map(int, re.search(r"read (\d+) of (\d+) bytes", output).groups())
+        said, _ = self.extract("piece.vtu", "--cells", "60:120", "--step", "0", "--array", "heat")
+        read, of = map(int, re.search(r"read (\d+) of (\d+) bytes", said).groups())
         self.assertEqual(of, size)
         self.assertLess(read, size * 2 // 3)
         everything, _ = self.extract("piece.e")
@@ -355,10 +378,10 @@ $EndElements
     def test_archives(self):
         self.compressed()
         self.shm("join", "-o", self.path("both.shm"), self.path("grid.shm"), self.path("grid.e"))
-        _, errors = self.shm("extract", self.path("both.shm"), self.path("x.vtu"), code=2)
-        self.assertIn("grid.shm, grid.e", errors)
-        _, errors = self.shm("extract", self.path("both.shm"), self.path("x.vtu"), "--part", "no", code=2)
-        self.assertIn("grid.shm, grid.e", errors)
+        _, said = self.shm("extract", self.path("both.shm"), self.path("x.vtu"), code=2)
+        self.assertIn("grid.shm, grid.e", said)
+        _, said = self.shm("extract", self.path("both.shm"), self.path("x.vtu"), "--part", "no", code=2)
+        self.assertIn("grid.shm, grid.e", said)
         for part in ("grid.shm", "grid.e"):
             self.shm("extract", self.path("both.shm"), self.path("x.vtu"), "--part", part, "--cells",
                      "10:20")
@@ -368,7 +391,7 @@ $EndElements
 
     def test_what_is_not_there(self):
         self.compressed()
-        for words, expected in ((["--cells", "5:4"], "0:576"), (["--cells", "5:5"], "0:576"),
+        for words, told in ((["--cells", "5:4"], "0:576"), (["--cells", "5:5"], "0:576"),
                             (["--cells", "0:10000"], "0:576"), (["--cells", "7"], "A:B"),
                             (["--cells", "-1:7"], "A:B"),
                             (["--block", "40"], "10 'steel', 20 'air', 30 'lid'"),
@@ -382,21 +405,21 @@ $EndElements
                             (["--set", "fixed", "--block", "air"], "no conditions"),
                             (["--block", "steel", "--cells", "400:410"], "nothing to extract")):
             with self.subTest(words=words):
-                _, errors = self.shm("extract", self.path("grid.shm"), self.path("x.vtu"), *words,
+                _, said = self.shm("extract", self.path("grid.shm"), self.path("x.vtu"), *words,
                                    code=2)
-                self.assertIn(expected, errors)
-                self.assertEqual(errors.count("\n"), 1)
+                self.assertIn(told, said)
+                self.assertEqual(said.count("\n"), 1)
         self.shm("extract", self.path("grid.e"), self.path("x.vtu"), code=3)
         self.shm("extract", "-", self.path("x.vtu"), code=2)
         self.shm("extract", self.path("grid.shm"), self.path("x.unknown"), code=2)
         with open(self.path("grid.shm"), "rb") as whole, open(self.path("cut.shm"), "wb") as cut:
             cut.write(whole.read()[:-100])
-        _, errors = self.shm("extract", self.path("cut.shm"), self.path("x.vtu"), code=3)
-        self.assertIn("end record", errors)
+        _, said = self.shm("extract", self.path("cut.shm"), self.path("x.vtu"), code=3)
+        self.assertIn("end record", said)
         self.assertFalse(os.path.exists(self.path("x.vtu")))
         # UCD has no steps, VTK none of Exodus's truth table: named, and an error if asked for.
-        _, errors = self.shm("extract", self.path("grid.shm"), self.path("x.vtu"), "--strict", code=6)
-        self.assertIn("not in", errors)
+        _, said = self.shm("extract", self.path("grid.shm"), self.path("x.vtu"), "--strict", code=6)
+        self.assertIn("not in", said)
         self.assertFalse(os.path.exists(self.path("x.vtu")))
 
 
