@@ -1,0 +1,54 @@
+#!/usr/bin/env python3
+"""A coordinate's path is short, and it is the one that docs/architecture.md tells.
+
+    path_test.py PATH_OF_SHM     (exit code 77, skipped, where valgrind is missing)
+
+The tool has debug information, no optimization and no sanitizers. What scripts/path finds with it is
+compared with the two lists of the document, in both directions. 80 units took part in compressing and
+69 in decompressing when all sources lay in two folders, counted by the same script; it may be 60 % of
+that, and no more.
+"""
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCUMENT = ROOT / "docs" / "architecture.md"
+COMMANDS = {"compress": ("in", 48), "decompress": ("out", 41)}  # mark of the list, units at most
+
+
+def documented(mark):
+    text = DOCUMENT.read_text(encoding="utf-8")
+    part = re.search(rf"<!-- path {mark} -->(.*?)<!-- end -->", text, re.DOTALL)
+    return set(re.findall(r"`(\w+(?:/\w+)+)`", part[1]))
+
+
+def found(tool):
+    lines = subprocess.run([sys.executable, ROOT / "scripts" / "path", "--list-only", "--tool", tool],
+                           stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
+    return {command: {unit for name, unit in map(str.split, lines) if name == command}
+            for command in COMMANDS}
+
+
+def main(tool):
+    if not shutil.which("valgrind"):
+        print("no valgrind")
+        return 77
+    faults = 0
+    for command, units in found(tool).items():
+        mark, most = COMMANDS[command]
+        listed = documented(mark)
+        print(f"{command}: {len(units)} units, {most} at most")
+        faults += len(units) > most
+        for unit in sorted(units - listed):
+            print(f"  {unit} runs, and docs/architecture.md does not list it")
+        for unit in sorted(listed - units):
+            print(f"  {unit} is listed in docs/architecture.md, and does not run")
+        faults += len(units ^ listed)
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1]))
