@@ -10,7 +10,6 @@ import re
 import shutil
 import subprocess
 import sys
-import tempfile
 import unittest
 
 try:
@@ -22,8 +21,9 @@ except ImportError:
 if not shutil.which("ncdump"):
     print("no ncdump")
     sys.exit(77)
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "tool"))
-from tool_test import EXODUS
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from folder_test import FolderTest
+from sample_meshes import TWO_BLOCKS
 
 SHM = "shm"
 
@@ -231,14 +231,7 @@ def middle(points):
     return [sum(p[k] for p in points) / len(points) for k in range(3)]
 
 
-class BetweenFormatsTest(unittest.TestCase):
-    def setUp(self):
-        self.directory = tempfile.TemporaryDirectory(prefix="shm-between-")
-        self.addCleanup(self.directory.cleanup)
-
-    def path(self, name):
-        return os.path.join(self.directory.name, name)
-
+class BetweenFormatsTest(FolderTest):
     def convert(self, source, target, *options):
         done = subprocess.run([SHM, "convert", "-q", self.path(source), self.path(target),
                                *options], capture_output=True, text=True)
@@ -289,10 +282,7 @@ class BetweenFormatsTest(unittest.TestCase):
         return False
 
     def two_blocks(self):
-        with open(self.path("two.cdl"), "w") as out:
-            out.write(EXODUS)
-        subprocess.run(["ncgen", "-k", "64-bit-offset", "-o", self.path("two.e"),
-                        self.path("two.cdl")], check=True)
+        self.ncgen("two.e", TWO_BLOCKS)
 
     def test_exodus_sets_in_gmsh(self):
         self.two_blocks()

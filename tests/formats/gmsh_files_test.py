@@ -9,7 +9,6 @@ import os
 import struct
 import subprocess
 import sys
-import tempfile
 import unittest
 
 try:
@@ -23,6 +22,7 @@ except ImportError:
     meshio = None
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 import gmsh_oracle
+from folder_test import FolderTest
 
 NATIVE = "<" if sys.byteorder == "little" else ">"
 SHM = "shm"
@@ -281,14 +281,7 @@ def seen_by_meshio(path):
             "names": {name: tuple(tag) for name, tag in mesh.field_data.items()}}
 
 
-class GmshFilesTest(unittest.TestCase):
-    def setUp(self):
-        self.directory = tempfile.TemporaryDirectory(prefix="shm-gmsh-files-")
-        self.addCleanup(self.directory.cleanup)
-
-    def path(self, name):
-        return os.path.join(self.directory.name, name)
-
+class GmshFilesTest(FolderTest):
     def there_and_back(self, source, order):
         packed, back = self.path("packed.shm"), self.path(order + ".msh")
         for words in (["compress", source, "-o", packed, "--order", order],

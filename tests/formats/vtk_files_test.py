@@ -11,7 +11,6 @@ import re
 import shutil
 import subprocess
 import sys
-import tempfile
 import unittest
 
 try:
@@ -23,10 +22,10 @@ except ImportError:
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 import vtk_oracle
 import vtu_oracle
+from folder_test import SANITIZED, FolderTest
 
 SHM = "shm"
 LARGEST_OF_CORPUS = 3 << 20
-SANITIZED = "SHM_SANITIZED" in os.environ  # some ten times slower: the release takes all cases
 EVERY = 5 if SANITIZED else 1  # of very many like files
 VARIANTS = "field data 'variants' (variants)"
 TABLE = "lookup table 'lookup_table'"
@@ -95,20 +94,8 @@ def shuffled_grid(size):
     return points, cells
 
 
-class VtkFamilyTest(unittest.TestCase):
+class VtkFamilyTest(FolderTest):
     maxDiff = None
-
-    def setUp(self):
-        self.directory = tempfile.TemporaryDirectory(prefix="shm-family-")
-        self.addCleanup(self.directory.cleanup)
-
-    def path(self, name):
-        return os.path.join(self.directory.name, name)
-
-    def write(self, name, text):
-        with open(self.path(name), "w", encoding="utf-8") as out:
-            out.write(text)
-        return self.path(name)
 
     def shm(self, *words, code=0):
         done = subprocess.run([SHM, *words], capture_output=True, encoding="utf-8")

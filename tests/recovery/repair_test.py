@@ -14,6 +14,9 @@ import sys
 import tempfile
 import unittest
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from sample_meshes import hexahedra
+
 SHM = "shm"
 BLOCK, PACKET, HEADER, TRAILER = 4096, 4136, 40, 16
 
@@ -44,12 +47,7 @@ def grid(n):
     m = n + 1
     points = "\n".join(f"{x + rng.random() / 4:.6f} {y + rng.random() / 4:.6f} {z}"
                        for z in range(m) for y in range(m) for x in range(m))
-    at = lambda x, y, z: (z * m + y) * m + x
-    cells = "\n".join(
-        "8 " + " ".join(map(str, (at(x, y, z), at(x + 1, y, z), at(x + 1, y + 1, z), at(x, y + 1, z),
-                                  at(x, y, z + 1), at(x + 1, y, z + 1), at(x + 1, y + 1, z + 1),
-                                  at(x, y + 1, z + 1))))
-        for z in range(n) for y in range(n) for x in range(n))
+    cells = "\n".join("8 " + " ".join(map(str, corners)) for corners in hexahedra(n))
     count = n ** 3
     return (f"# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS {m ** 3} double\n"
             f"{points}\nCELLS {count} {9 * count}\n{cells}\nCELL_TYPES {count}\n" + "12\n" * count)

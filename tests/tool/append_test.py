@@ -6,76 +6,19 @@ Usage: append_test.py PATH_OF_SHM
 import json
 import os
 import re
-import shutil
 import subprocess
 import sys
-import tempfile
 import unittest
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from folder_test import SANITIZED, FolderTest
+from sample_meshes import exodus_text
+
 SHM = "shm"
-SANITIZED = "SHM_SANITIZED" in os.environ  # some ten times slower: the release takes all cases
 
 
-def exodus_text(steps, n, title="steps", first_node_moved=False):
-    """CDL of an Exodus file of n*n*n hexahedra in two blocks, with a node set, global, nodal and
-    element variables at these steps. What stands there at a step depends on the step alone."""
-    m = n + 1
-    at = lambda x, y, z: (z * m + y) * m + x + 1
-    half = n * n * (n // 2)
-    cells = [[at(x, y, z), at(x + 1, y, z), at(x + 1, y + 1, z), at(x, y + 1, z),
-              at(x, y, z + 1), at(x + 1, y, z + 1), at(x + 1, y + 1, z + 1), at(x, y + 1, z + 1)]
-             for z in range(n) for y in range(n) for x in range(n)]
-    blocks = [cells[:half], cells[half:]]
-    text = lambda values: ", ".join(repr(v) if isinstance(v, float) else str(v) for v in values)
-    coordinate = lambda axis: text([round((node // m ** axis % m) * .25 + node % 7 * .001 +
-                                          (.5 if first_node_moved and node == 0 else 0), 6)
-                                    for node in range(m ** 3)])
-    nodal = lambda v: text([round((node % 97) * .01 * (v + 1) + step * (.5 + node % 5), 4)
-                            for step in steps for node in range(m ** 3)])
-    element = text([round(cell % 31 + step * .125, 4)
-                    for step in steps for cell in range(len(blocks[1]))])
-    return f"""netcdf run {{
-dimensions: len_string = 33 ; len_line = 81 ; four = 4 ; len_name = 33 ; time_step = UNLIMITED ;
-  num_dim = 3 ; num_nodes = {m ** 3} ; num_elem = {len(cells)} ; num_el_blk = 2 ;
-  num_el_in_blk1 = {len(blocks[0])} ; num_nod_per_el1 = 8 ;
-  num_el_in_blk2 = {len(blocks[1])} ; num_nod_per_el2 = 8 ;
-  num_node_sets = 1 ; num_nod_ns1 = 3 ; num_glo_var = 2 ; num_nod_var = 2 ; num_elem_var = 1 ;
-variables: double time_whole(time_step) ; int eb_status(num_el_blk) ; int eb_prop1(num_el_blk) ;
-  eb_prop1:name = "ID" ; int ns_status(num_node_sets) ; int ns_prop1(num_node_sets) ;
-  ns_prop1:name = "ID" ; int node_ns1(num_nod_ns1) ;
-  int connect1(num_el_in_blk1, num_nod_per_el1) ; connect1:elem_type = "HEX8" ;
-  int connect2(num_el_in_blk2, num_nod_per_el2) ; connect2:elem_type = "HEX8" ;
-  double coordx(num_nodes) ; double coordy(num_nodes) ; double coordz(num_nodes) ;
-  char name_glo_var(num_glo_var, len_name) ; char name_nod_var(num_nod_var, len_name) ;
-  char name_elem_var(num_elem_var, len_name) ; int elem_var_tab(num_el_blk, num_elem_var) ;
-  double vals_glo_var(time_step, num_glo_var) ; double vals_nod_var1(time_step, num_nodes) ;
-  float vals_nod_var2(time_step, num_nodes) ; double vals_elem_var1eb2(time_step, num_el_in_blk2) ;
-  :api_version = 5.14f ; :version = 5.14f ; :floating_point_word_size = 8 ; :file_size = 1 ;
-  :title = "{title}" ;
-data: time_whole = {text([step * .5 for step in steps])} ; eb_status = 1, 1 ; eb_prop1 = 10, 20 ;
-  ns_status = 1 ; ns_prop1 = 7 ; node_ns1 = 1, 4, 12 ;
-  connect1 = {text(sum(blocks[0], []))} ; connect2 = {text(sum(blocks[1], []))} ;
-  coordx = {coordinate(0)} ; coordy = {coordinate(1)} ; coordz = {coordinate(2)} ;
-  name_glo_var = "energy", "mass" ; name_nod_var = "u", "p" ; name_elem_var = "heat" ;
-  elem_var_tab = 0, 1 ; vals_glo_var = {text([v for step in steps for v in (step * 3., 7.5)])} ;
-  vals_nod_var1 = {nodal(0)} ; vals_nod_var2 = {nodal(1)} ; vals_elem_var1eb2 = {element} ;
-}}
-"""
-
-
-class AppendTest(unittest.TestCase):
-    def setUp(self):
-        if not shutil.which("ncgen"):
-            self.skipTest("ncgen is not installed")
-        self.directory = tempfile.TemporaryDirectory(prefix="shm-append-test-")
-        self.addCleanup(self.directory.cleanup)
-
-    def path(self, name):
-        return os.path.join(self.directory.name, name)
-
-    def bytes(self, path):
-        with open(path, "rb") as source:
-            return source.read()
+class AppendTest(FolderTest):
+    NEEDS = ("ncgen",)
 
     def shm(self, *words, code=0, stderr=""):
         done = subprocess.run([SHM, *words], capture_output=True, text=True, timeout=120)
@@ -94,12 +37,7 @@ class AppendTest(unittest.TestCase):
                           'name_glo_var = "energy", "mass" ;', "vals_glo_var = .*?;"):
                 text, count = re.subn(words, "", text, count=1)
                 self.assertEqual(count, 1, words)
-        with open(self.path("run.cdl"), "w") as out:
-            out.write(text)
-        subprocess.run(["ncgen", "-k", kind, "-o", self.path(name), self.path("run.cdl")],
-                       check=True)
-        os.remove(self.path("run.cdl"))
-        return self.path(name)
+        return self.ncgen(name, text, kind)
 
     def packed(self, source, *words):
         name = source + ".shm"

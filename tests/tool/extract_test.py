@@ -9,7 +9,6 @@ import re
 import shutil
 import subprocess
 import sys
-import tempfile
 import unittest
 
 try:
@@ -23,8 +22,11 @@ if not shutil.which("ncdump") or not shutil.which("ncgen"):
     print("no ncdump or no ncgen")
     sys.exit(77)
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from folder_test import SANITIZED, FolderTest
+from sample_meshes import hexahedra, wedges
+
 SHM = "shm"
-SANITIZED = "SHM_SANITIZED" in os.environ  # some ten times slower: the release takes all cases
 N = 8  # cells a side
 
 
@@ -36,19 +38,12 @@ class Grid:
         z, y, x = np.meshgrid(range(m), range(m), range(m), indexing="ij")
         self.points = np.stack([x.ravel() * .125 + y.ravel() * .01, y.ravel() * .125,
                                 z.ravel() * .125], axis=1)
-        at = lambda x, y, z: (z * m + y) * m + x
-        cells = []
-        for k in range(N):
-            for j in range(N):
-                for i in range(N):
-                    cells.append([at(i, j, k), at(i + 1, j, k), at(i + 1, j + 1, k), at(i, j + 1, k),
-                                  at(i, j, k + 1), at(i + 1, j, k + 1), at(i + 1, j + 1, k + 1),
-                                  at(i, j + 1, k + 1)])
+        cells = hexahedra(N)
         layer = N * N
         self.steel, self.air = cells[:3 * layer], cells[3 * layer:(N - 1) * layer]
         self.wedges = []
         for c in cells[(N - 1) * layer:]:
-            self.wedges += [[c[0], c[1], c[2], c[4], c[5], c[6]], [c[0], c[2], c[3], c[4], c[6], c[7]]]
+            self.wedges += wedges(c)
         self.cells = self.steel + self.air + self.wedges
         self.blocks = np.repeat([10, 20, 30], [len(self.steel), len(self.air), len(self.wedges)])
         self.node_map = np.arange(len(self.points)) * 3 + 100
@@ -138,15 +133,11 @@ def ncdump(path, variable):
     return np.array([float(v) for v in values.replace("\n", " ").split(",")])
 
 
-class ExtractTest(unittest.TestCase):
+class ExtractTest(FolderTest):
     def setUp(self):
-        self.directory = tempfile.TemporaryDirectory(prefix="shm-extract-test-")
-        self.addCleanup(self.directory.cleanup)
+        super().setUp()
         self.grid = Grid()
         self.grid.write(self.path("grid.e"))
-
-    def path(self, name):
-        return os.path.join(self.directory.name, name)
 
     def shm(self, *words, code=0):
         done = subprocess.run([SHM, *words], capture_output=True, text=True, timeout=120)

@@ -8,41 +8,27 @@ import random
 import shutil
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 
-from append_test import exodus_text
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from folder_test import FolderTest
+from sample_meshes import exodus_text
 
 SHM = "shm"
 KILLS = 200
 SECONDS = 40  # for all of them; a machine that is busy kills less often
 
 
-class KillTest(unittest.TestCase):
-    def setUp(self):
-        if not shutil.which("ncgen"):
-            self.skipTest("ncgen is not installed")
-        self.directory = tempfile.TemporaryDirectory(prefix="shm-kill-test-")
-        self.addCleanup(self.directory.cleanup)
-
-    def path(self, name):
-        return os.path.join(self.directory.name, name)
-
-    def bytes(self, name):
-        with open(self.path(name), "rb") as source:
-            return source.read()
+class KillTest(FolderTest):
+    NEEDS = ("ncgen",)
 
     def shm(self, *words):
         subprocess.run([SHM, *words, "--quiet"], check=True, cwd=self.directory.name, timeout=120,
                        stderr=subprocess.DEVNULL)
 
     def exodus(self, name, steps):
-        with open(self.path("run.cdl"), "w") as out:
-            out.write(exodus_text(steps, 10))
-        subprocess.run(["ncgen", "-k", "netCDF-4", "-o", self.path(name), self.path("run.cdl")],
-                       check=True)
-        os.remove(self.path("run.cdl"))
+        self.ncgen(name, exodus_text(steps, 10), "netCDF-4")
 
     def others(self):
         """Files beside, with names that nobody gave."""

@@ -8,10 +8,12 @@ import os
 import struct
 import subprocess
 import sys
-import tempfile
 import unittest
 
 import numpy as np
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from folder_test import FolderTest
 
 SHM = "shm"
 MB = 1 << 20
@@ -62,14 +64,7 @@ def is_sanitized():
         return b"__asan_init" in program.read()
 
 
-class MemoryUseTest(unittest.TestCase):
-    def setUp(self):
-        self.directory = tempfile.TemporaryDirectory(prefix="shm-memory-use-test-")
-        self.addCleanup(self.directory.cleanup)
-
-    def path(self, name):
-        return os.path.join(self.directory.name, name)
-
+class MemoryUseTest(FolderTest):
     def peak(self, *words):
         """Runs the tool; gives its largest resident size in bytes, or that of this script, which a
         child begins with, if that is larger."""

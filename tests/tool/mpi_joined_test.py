@@ -5,18 +5,16 @@ or one error that names a part.
 Usage: mpi_joined_test.py PATH_OF_SHM PATH_OF_SHM_MPI PATH_OF_SHM_MAKE_MESH
 """
 import itertools
-import json
 import os
 import re
 import shutil
 import subprocess
 import sys
-import tempfile
-import unittest
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-import mpi_test
-from mpi_test import CORPUS, Exodus, Joined, content, mixed_vtk, ranks, shm
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+import mpi_ranks
+from mpi_ranks import CORPUS, Exodus, Joined, RanksTest, ranks, shm
+from sample_meshes import hexahedra, mixed_vtk, wedges
 
 NEMESIS = {"num_processors": None, "num_procs_file": 1, "num_int_node": 1}  # None: of parts
 
@@ -25,14 +23,11 @@ def whole_text(n, steps=3, sets=True, seed=0):
     """CDL of n*n*n hexahedra in two blocks, the last layer of it wedges in a third one, with all that
     parts have to share: fields, sets with factors and variables, attributes, records."""
     m = n + 1
-    at = lambda x, y, z: (z * m + y) * m + x + 1
-    cells = [[at(x, y, z), at(x + 1, y, z), at(x + 1, y + 1, z), at(x, y + 1, z),
-              at(x, y, z + 1), at(x + 1, y, z + 1), at(x + 1, y + 1, z + 1), at(x, y + 1, z + 1)]
-             for z in range(n) for y in range(n) for x in range(n)]
+    cells = hexahedra(n, first_node=1)
     layer = n * n
     blocks = [cells[:layer], cells[layer:-layer], []]
     for c in cells[-layer:]:
-        blocks[2] += [[c[0], c[1], c[2], c[4], c[5], c[6]], [c[0], c[2], c[3], c[4], c[6], c[7]]]
+        blocks[2] += wedges(c)
     count, nodes = [len(b) for b in blocks], m ** 3 + 2  # two that no element uses
     text = lambda values: ", ".join(repr(v) if isinstance(v, float) else str(v) for v in values)
     axis = lambda a: text([round((v // m ** a % m) * .25 + v % 7 * .001, 6) for v in range(nodes)])
@@ -223,77 +218,53 @@ def interleaved(cell):
     return cell * 7 // 3
 
 
-class JoinedTest(unittest.TestCase):
-    def setUp(self):
-        for program in ("mpirun", "ncgen", "ncdump"):
-            if not shutil.which(program):
-                self.skipTest(program + " is not installed")
-        self.directory = tempfile.TemporaryDirectory(prefix="shm-mpi-joined-")
-        self.addCleanup(self.directory.cleanup)
-
-    def path(self, name):
-        return os.path.join(self.directory.name, name)
-
-    def generate(self, text, name, kind="64-bit-offset"):
-        with open(self.path("text.cdl"), "w", encoding="ascii") as file:
-            file.write(text)
-        subprocess.run(["ncgen", "-k", kind, "-o", self.path(name), self.path("text.cdl")],
-                       check=True)
-        return self.path(name)
+class JoinedTest(RanksTest):
+    NEEDS = ("mpirun", "ncgen", "ncdump")
 
     def split(self, count, owner=interleaved, n=5, kind="64-bit-offset", base=1, **how):
         """The whole mesh and the name of its parts."""
-        whole = self.generate(whole_text(n, **how), "whole.e", kind)
+        whole = self.ncgen("whole.e", whole_text(n, **how), kind)
         split = Split(whole, owner, count, base)
         for part in range(count):
-            self.generate(split.text(part), f"mesh.e.{count}.{part:0{len(str(count))}}", kind)
+            self.ncgen(f"mesh.e.{count}.{part:0{len(str(count))}}", split.text(part), kind)
         return whole, self.path(f"mesh.e.{count}")
 
-    def expect_same(self, whole, parts, counts, *options):
-        alone, joined = self.path("alone.shm"), self.path("joined.shm")
-        done = shm("compress", whole, "-o", alone, "-q", *options)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        for n in counts:
-            done = ranks(n, "compress", parts, "-o", joined, "-q", *options)
-            self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertEqual(done.stdout, "")
-            self.assertTrue(content(alone) == content(joined),
-                            f"{n} ranks write other bytes: {parts} {options}")
-            os.remove(joined)
+    def expect_joined(self, whole, parts, counts, *options):
+        self.expect_same(whole, counts, *options, parts=parts)
 
     # --- the same bytes
 
     def test_interleaved_cells(self):
         whole, parts = self.split(4)
         for order in (["keep"], ["stream"], ["stream", "--delay", "30"], ["keep", "--delay", "9"]):
-            self.expect_same(whole, parts, (1, 2, 3, 4, 6), "--segment-cells", 40, "--order", *order)
+            self.expect_joined(whole, parts, (1, 2, 3, 4, 6), "--segment-cells", 40, "--order", *order)
 
     def test_consecutive_cells_and_numbers_from_nought(self):
         whole, parts = self.split(3, lambda cell: cell // 60, base=0)
-        self.expect_same(whole, parts, (1, 2, 4), "--segment-cells", 50)
+        self.expect_joined(whole, parts, (1, 2, 4), "--segment-cells", 50)
 
     def test_kinds_of_files(self):
         for kind in ("classic", "64-bit-data"):
             whole, parts = self.split(2, n=4, kind=kind)
-            self.expect_same(whole, parts, (3,), "--segment-cells", 30)
+            self.expect_joined(whole, parts, (3,), "--segment-cells", 30)
         # Chunks are those of the first part.
         whole, parts = self.split(2, n=4, kind="netCDF-4 classic model")
         self.expect_own_file(whole, parts, (3,))
 
     def test_one_part(self):
         whole, parts = self.split(1, n=3)
-        self.expect_same(whole, parts, (1, 3), "--segment-cells", 10)
+        self.expect_joined(whole, parts, (1, 3), "--segment-cells", 10)
 
     def test_bounds_and_levels(self):
         whole, parts = self.split(3)
         for options in (["--rel", "1e-3"], ["--bits", "12"], ["--abs", "1e-2", "--level", "best"],
                         ["--level", "fast", "--threads", "2"], ["--key-steps", "1"],
                         ["--array", "heat:rel=1e-2", "--array", "p:abs=.1"]):
-            self.expect_same(whole, parts, (2,), "--segment-cells", 40, *options)
+            self.expect_joined(whole, parts, (2,), "--segment-cells", 40, *options)
 
     def test_delay_that_is_tried(self):
         whole, parts = self.split(2, lambda cell: cell // 1000, n=29, steps=1)
-        self.expect_same(whole, parts, (2,), "--segment-cells", 9000, "--order", "stream")
+        self.expect_joined(whole, parts, (2,), "--segment-cells", 9000, "--order", "stream")
 
     def test_parts_without_elements_of_some_blocks(self):
         # The first part has the first block alone; the file of all is what becomes of the result.
@@ -314,7 +285,7 @@ class JoinedTest(unittest.TestCase):
         back = self.path("back.e")
         done = shm("decompress", self.path("first.shm"), "-o", back)
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.expect_same(back, parts, counts, "--segment-cells", 40, *options)
+        self.expect_joined(back, parts, counts, "--segment-cells", 40, *options)
         mine, all_of_it = Joined([Exodus(back)]).in_order(), Joined([Exodus(whole)]).in_order()
         for what, values in all_of_it.items():
             self.assertTrue(mine[what] == values, what)
@@ -330,8 +301,8 @@ class JoinedTest(unittest.TestCase):
         done = ranks(2, "compress", f"{out}.{n}", "-o", joined, "-q", "--segment-cells", 60)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(shm("decompress", joined, "-o", back).returncode, 0)
-        self.expect_same(back, f"{out}.{n}", (1, 3, 4), "--segment-cells", 60)
-        self.expect_same(back, f"{out}.{n}", (4,), "--segment-cells", 60, "--order", "stream")
+        self.expect_joined(back, f"{out}.{n}", (1, 3, 4), "--segment-cells", 60)
+        self.expect_joined(back, f"{out}.{n}", (4,), "--segment-cells", 60, "--order", "stream")
         whole = self.path("whole.e")
         self.assertEqual(shm("decompress", packed, "-o", whole, "--format", "exodus").returncode, 0)
         mine, all_of_it = Joined([Exodus(back)]).in_order(), Joined([Exodus(whole)]).in_order()
@@ -344,7 +315,7 @@ class JoinedTest(unittest.TestCase):
             os.remove(f"{out}.{n}.{part}")
 
     def test_parts_of_shm_mpi(self):
-        whole = self.generate(whole_text(5), "mesh.e")
+        whole = self.ncgen("mesh.e", whole_text(5))
         for n in (1, 2, 4):
             self.expect_back(whole, n, "--segment-cells", 50)
         self.expect_back(whole, 3, "--order", "stream", "--delay", "20")
@@ -363,7 +334,7 @@ class JoinedTest(unittest.TestCase):
         back = self.path("back.e")
         self.assertEqual(shm("decompress", self.path("first.shm"), "-o", back).returncode, 0)
         for order in (["keep"], ["stream"], ["stream", "--delay", "40"]):
-            self.expect_same(back, parts, (2, 3, 4), "--segment-cells", 500, "--order", *order)
+            self.expect_joined(back, parts, (2, 3, 4), "--segment-cells", 500, "--order", *order)
 
     def test_parts_of_real_meshes(self):
         names = ("moose__ex02.e", "libmesh__nontrivial_elem_num_map.exo", "moab__mbtest1.g",
@@ -390,10 +361,10 @@ class JoinedTest(unittest.TestCase):
     def test_bad_parts(self):
         self.split(3, n=4)
         split = Split(self.path("whole.e"), interleaved, 3)
-        good = [content(self.path(f"mesh.e.3.{p}")) for p in range(3)]
+        good = [self.bytes(self.path(f"mesh.e.3.{p}")) for p in range(3)]
 
         def with_part(part, words, change, **how):
-            self.generate(split.text(part, change, **how), f"mesh.e.3.{part}")
+            self.ncgen(f"mesh.e.3.{part}", split.text(part, change, **how))
             self.expect_failure(words)
             with open(self.path(f"mesh.e.3.{part}"), "wb") as file:
                 file.write(good[part])
@@ -439,18 +410,18 @@ class JoinedTest(unittest.TestCase):
         lonely = next(v for v in split.nodes_of[2] if v not in split.nodes_of[0] + split.nodes_of[1])
         text = split.text(2, put("node_num_map", split.nodes_of[2].index(lonely),
                                  split.file.size("num_nodes") + 1), nemesis=False)
-        self.generate(text, "mesh.e.3.2")
+        self.ncgen("mesh.e.3.2", text)
         for p in (0, 1):
-            self.generate(split.text(p, nemesis=False), f"mesh.e.3.{p}")
+            self.ncgen(f"mesh.e.3.{p}", split.text(p, nemesis=False))
         self.expect_failure([f"node {lonely} is in no part", "'node_num_map'"])
 
     def test_parts_that_are_not_alike(self):
         self.split(3, n=4)
         for n, how, words in ((3, {"sets": False}, "mesh.e.3"), (4, {"steps": 2}, "'time_step'"),
                               (4, {"seed": 1}, "array 'u'")):
-            other = self.generate(whole_text(n, **how), "other.e")
-            keep = content(self.path("mesh.e.3.1"))
-            self.generate(Split(other, interleaved, 3).text(1), "mesh.e.3.1")
+            other = self.ncgen("other.e", whole_text(n, **how))
+            keep = self.bytes(self.path("mesh.e.3.1"))
+            self.ncgen("mesh.e.3.1", Split(other, interleaved, 3).text(1))
             self.expect_failure(words)
             with open(self.path("mesh.e.3.1"), "wb") as file:
                 file.write(keep)
@@ -462,7 +433,7 @@ class JoinedTest(unittest.TestCase):
     def test_damaged_parts(self):
         self.split(3, n=3)
         path, failures = self.path("mesh.e.3.1"), 0
-        good, packed = content(path), self.path("out.shm")
+        good, packed = self.bytes(path), self.path("out.shm")
         damages = [good[:len(good) * i // 5] for i in range(5)]
         damages += [good[:at] + bytes([good[at] ^ 0x41]) + good[at + 1:]
                     for at in range(5, min(len(good), 6000), 419)]
@@ -493,6 +464,4 @@ class JoinedTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    mpi_test.SHM, mpi_test.SHM_MPI, mpi_test.MAKE_MESH = sys.argv[1:4]
-    del sys.argv[1:4]
-    mpi_test.run_all()
+    mpi_ranks.run_all()

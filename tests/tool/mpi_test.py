@@ -4,258 +4,21 @@ parts that they write of a decomposed mesh are, joined by their number maps, wha
 
 Usage: mpi_test.py PATH_OF_SHM PATH_OF_SHM_MPI PATH_OF_SHM_MAKE_MESH
 """
-import concurrent.futures
 import glob
 import json
 import os
-import re
 import shutil
-import struct
 import subprocess
 import sys
-import tempfile
-import unittest
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from append_test import exodus_text
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+import mpi_ranks
+from mpi_ranks import CORPUS, Exodus, Joined, RanksTest, ranks, shm
+from sample_meshes import exodus_text, mixed_vtk
 
-SHM, SHM_MPI, MAKE_MESH = "shm", "shm_mpi", "shm_make_mesh"
-CORPUS = os.environ.get("SHM_CORPUS", "")
-
-# Open MPI asks for these where it runs as root, in a container, and on fewer cores than ranks. The
-# last three: it need not look for networks, which takes a third of the time of a small run, and ranks
-# that wait leave the processor to others.
-ENVIRONMENT = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
-                   OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_hwloc_base_binding_policy="none",
-                   OMPI_MCA_pml="ob1", OMPI_MCA_btl="self,vader",
-                   OMPI_MCA_mpi_yield_when_idle="1")
-AT_ONCE = 3  # tests: programs that start, end and wait for each other leave most of a processor idle
-
-
-def shm(*arguments):
-    return subprocess.run([SHM, *map(str, arguments)], capture_output=True, text=True, timeout=600)
-
-
-def ranks(n, *arguments):
-    """What n ranks do. A deadlock ends with TimeoutExpired, and thereby fails the test."""
-    return subprocess.run(["mpirun", "-n", str(n), SHM_MPI, *map(str, arguments)],
-                          capture_output=True, text=True, timeout=300, env=ENVIRONMENT)
-
-
-class AtOnce(unittest.TestSuite):
-    """Tests that each have a folder of their own, some of them at the same time."""
-
-    def run(self, result, debug=False):
-        with concurrent.futures.ThreadPoolExecutor(AT_ONCE) as pool:
-            for test in [pool.submit(test, result) for test in self]:
-                test.result()
-        return result
-
-
-def run_all():
-    """Runs the tests of the program; ends with 77 where all were skipped."""
-    loader = unittest.TestLoader()
-    loader.suiteClass = AtOnce
-    result = unittest.main(testLoader=loader, exit=False).result
-    everything_skipped = result.testsRun > 0 and len(result.skipped) == result.testsRun
-    sys.exit(77 if everything_skipped else 0 if result.wasSuccessful() else 1)
-
-
-def content(path):
-    with open(path, "rb") as file:
-        return file.read()
-
-
-def mixed_vtk(n):
-    """Layers of hexahedra, each under a layer of two wedges a cell, with fields on points and cells
-    and some points that no cell uses."""
-    m = n + 1
-    at = lambda x, y, z: (z * m + y) * m + x
-    cells, types = [], []
-    for z in range(n):
-        for y in range(n):
-            for x in range(n):
-                low = [at(x, y, z), at(x + 1, y, z), at(x + 1, y + 1, z), at(x, y + 1, z)]
-                high = [v + m * m for v in low]
-                if z % 2 == 0:
-                    cells.append(low + high)
-                    types.append(12)
-                else:
-                    for i, j, k in ((0, 1, 2), (0, 2, 3)):
-                        cells.append([low[i], low[j], low[k], high[i], high[j], high[k]])
-                        types.append(13)
-    points = m * m * m + 5
-    lines = ["# vtk DataFile Version 3.0", "mixed", "ASCII", "DATASET UNSTRUCTURED_GRID",
-             f"POINTS {points} float"]
-    lines += [f"{p % m + p % 7 * .01:.4g} {p // m % m} {p // (m * m)}" for p in range(points)]
-    lines.append(f"CELLS {len(cells)} {sum(len(c) + 1 for c in cells)}")
-    lines += [" ".join(map(str, [len(c), *c])) for c in cells]
-    lines.append(f"CELL_TYPES {len(cells)}")
-    lines += map(str, types)
-    lines += [f"CELL_DATA {len(cells)}", "SCALARS heat double 1", "LOOKUP_TABLE default"]
-    lines += [f"{c % 37 * .125}" for c in range(len(cells))]
-    lines += [f"POINT_DATA {points}", "VECTORS v float"]
-    lines += [f"{p % 5} {-0.0 if p % 3 else p * .5:.6g} nan" for p in range(points)]
-    return "\n".join(lines) + "\n"
-
-
-class Exodus:
-    """What ncdump tells of an Exodus file. Numbers are text that tells them apart."""
-
-    def __init__(self, path):
-        text = subprocess.run(["ncdump", "-p", "9,17", path], capture_output=True, text=True,
-                              check=True).stdout
-        head, _, data = text.partition("\ndata:\n")
-        self.sizes = {name: int(size or current) for name, size, current in re.findall(
-            r"\t(\w+) = (?:(\d+)|UNLIMITED) ;(?: // \((\d+) currently\))?", head)}
-        self.types = {name: kind for kind, name in re.findall(r"\t(\w+) (\w+)(?:\([^)]*\))? ;\n", head)}
-        self.values = {}
-        for name, values in re.findall(r"\n (\w+) =\s*(.*?) ;(?=\n)", data, re.S):
-            kind = self.types[name]
-            texts = [text.split("\\000")[0] for text in re.findall(r'"(.*?)"', values)]
-            self.values[name] = (texts if kind == "char" else
-                                 [self.number(kind, v) for v in values.split(",") if v.strip()])
-
-    @staticmethod
-    def number(kind, text):
-        if kind not in ("float", "double"):
-            return int(text)
-        value = float(text.strip().rstrip("f"))  # NaN is what it is called
-        return repr(struct.unpack("f", struct.pack("f", value))[0] if kind == "float" else value)
-
-    def get(self, name):
-        return self.values.get(name, [])
-
-    def size(self, name):
-        return self.sizes.get(name, 0)
-
-    def axes(self):
-        count, flat = self.size("num_nodes"), self.get("coord")
-        return ([flat[count * axis:count * (axis + 1)] for axis in range(3)] if flat else
-                [self.get("coord" + axis) for axis in "xyz"])
-
-    def elements(self):
-        """The number of each element, from 0, and the place of its block."""
-        elements = [b for b in range(self.size("num_el_blk"))
-                    for _ in range(self.size(f"num_el_in_blk{b + 1}"))]
-        numbers = self.get("elem_num_map") or range(1, len(elements) + 1)
-        return [(block, number) for block, number in zip(elements, numbers)]
-
-    def steps(self, variable):
-        """Its values at each step."""
-        values, count = self.get(variable), self.size("time_step")
-        width = len(values) // count if count else 0
-        return [values[width * i:width * (i + 1)] for i in range(count)]
-
-
-class Joined:
-    """Nodes, elements, values and sets of one file or of the parts of one mesh, by the numbers of
-    the nodes, and by blocks and the order of the numbers of the elements."""
-
-    def __init__(self, files, whole=None):
-        self.nodes, self.cells, self.nodal, self.element = {}, {}, {}, {}
-        self.node_sets, self.side_sets, self.original = {}, {}, {}
-        self.shared = set()
-        for file in files:
-            self.add(file, whole)
-
-    def put(self, into, key, value):
-        if into.setdefault(key, value) != value:
-            raise AssertionError(f"parts differ at {key}: {value} and {into[key]}")
-
-    def add(self, file, whole):
-        # Of the file alone, numbers are places; its own maps are what parts call original.
-        alone = whole is None
-        nodes = range(1, file.size("num_nodes") + 1) if alone else file.get("node_num_map")
-        elements = file.elements()
-        if alone:
-            elements = [(block, i + 1) for i, (block, _) in enumerate(elements)]
-        maps = ("node_num_map", "elem_num_map") if alone else ("node_map1", "elem_map1")
-        for i, node in enumerate(nodes):
-            self.put(self.nodes, node, tuple(axis[i] for axis in file.axes()))
-        for v, name in enumerate(file.get("name_nod_var")):
-            for step, values in enumerate(file.steps(f"vals_nod_var{v + 1}")):
-                for node, value in zip(nodes, values):
-                    self.put(self.nodal, (name, step, node), value)
-        for node, number in zip(nodes, file.get(maps[0])):
-            self.put(self.original, ("node", node), number)
-        for element, number in zip(elements, file.get(maps[1])):
-            self.put(self.original, element, number)
-        at = 0
-        for b in range(file.size("num_el_blk")):
-            count = file.size(f"num_el_in_blk{b + 1}")
-            corners, width = file.get(f"connect{b + 1}"), file.size(f"num_nod_per_el{b + 1}")
-            for i in range(count):
-                cell = elements[at + i]
-                if cell in self.cells:
-                    raise AssertionError(f"element {cell} is there twice")
-                self.cells[cell] = [nodes[c - 1] for c in corners[i * width:(i + 1) * width]]
-                for v, name in enumerate(file.get("name_elem_var")):
-                    for step, values in enumerate(file.steps(f"vals_elem_var{v + 1}eb{b + 1}")):
-                        if values:
-                            self.element[(name, step) + cell] = values[i]
-            at += count
-        for s in range(file.size("num_node_sets")):
-            self.node_sets.setdefault(s, []).extend(nodes[m - 1] for m in file.get(f"node_ns{s + 1}"))
-        for s in range(file.size("num_side_sets")):
-            self.side_sets.setdefault(s, []).extend(
-                (elements[e - 1], side)
-                for e, side in zip(file.get(f"elem_ss{s + 1}"), file.get(f"side_ss{s + 1}")))
-
-    def in_order(self):
-        """All of it, elements called by their block and place in the order of their numbers."""
-        place, counts = {}, {}
-        for cell in sorted(self.cells):
-            counts[cell[0]] = counts.get(cell[0], -1) + 1
-            place[cell] = (cell[0], counts[cell[0]])
-        original = {place.get(key, key): number for key, number in self.original.items()}
-        return {"nodes": self.nodes, "nodal": self.nodal, "original": original,
-                "cells": {place[cell]: corners for cell, corners in self.cells.items()},
-                "element": {key[:2] + place[key[2:]]: value for key, value in self.element.items()},
-                "node sets": {s: sorted(set(members)) for s, members in self.node_sets.items()},
-                "side sets": {s: sorted((place[cell], side) for cell, side in members)
-                              for s, members in self.side_sets.items()}}
-
-
-class MpiTest(unittest.TestCase):
-    def setUp(self):
-        if not shutil.which("mpirun"):
-            self.skipTest("mpirun is not installed")
-        self.directory = tempfile.TemporaryDirectory(prefix="shm-mpi-test-")
-        self.addCleanup(self.directory.cleanup)
-
-    def path(self, name):
-        return os.path.join(self.directory.name, name)
-
-    def write(self, name, text):
-        with open(self.path(name), "w", encoding="ascii") as file:
-            file.write(text)
-        return self.path(name)
-
-    def made(self, family, cells, fields="full"):
-        path = self.path(family + ".vtk")
-        subprocess.run([MAKE_MESH, family, str(cells), path, "--fields", fields], check=True,
-                       capture_output=True)
-        return path
-
+class MpiTest(RanksTest):
     def steps(self, count, n):
-        if not shutil.which("ncgen"):
-            self.skipTest("ncgen is not installed")
-        text = self.write("run.cdl", exodus_text(list(range(count)), n))
-        subprocess.run(["ncgen", "-o", self.path("run.e"), text], check=True)
-        return self.path("run.e")
-
-    def expect_same(self, mesh, counts, *options):
-        alone, shared = self.path("alone.shm"), self.path("shared.shm")
-        done = shm("compress", mesh, "-o", alone, "-q", *options)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        for n in counts:
-            done = ranks(n, "compress", mesh, "-o", shared, "-q", *options)
-            self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertEqual(done.stdout, "")
-            self.assertTrue(content(shared) == content(alone),
-                            f"{n} ranks write other bytes: {mesh} {options}")
-            os.remove(shared)
+        return self.ncgen("run.e", exodus_text(list(range(count)), n), "classic")
 
     def expect_nothing_left(self):
         self.assertEqual([name for name in os.listdir(self.directory.name) if "shm" in name], [])
@@ -509,7 +272,7 @@ class MpiTest(unittest.TestCase):
     def test_hostile_files_of_shm(self):
         mesh, inner = self.steps(3, 5), self.path("inner")
         self.assertEqual(shm("compress", mesh, "-o", inner, "-q", "--segment-cells", 30).returncode, 0)
-        good = content(inner)
+        good = self.bytes(inner)
         for at in (40, len(good) // 3, len(good) - 20):
             damaged = self.path("damaged")
             with open(damaged, "wb") as file:
@@ -583,7 +346,7 @@ class MpiTest(unittest.TestCase):
         packed, out = self.packed(self.steps(3, 5), "--segment-cells", 30), self.path("out.e")
         parts = [f"{out}.3.{r}" for r in range(3)]
         self.assertEqual(ranks(3, "decompress", packed, "-o", out, "-q").returncode, 0)
-        good, wanted, failures = content(packed), [content(part) for part in parts], 0
+        good, wanted, failures = self.bytes(packed), [self.bytes(part) for part in parts], 0
         places = [len(good) * i // 12 + 5 for i in range(12)] + [len(good) - 20]
         for damaged in ([good[:at] + bytes([good[at] ^ 0x55]) + good[at + 1:] for at in places] +
                         [good[:at] for at in places]):
@@ -593,7 +356,7 @@ class MpiTest(unittest.TestCase):
                 file.write(damaged)
             done = ranks(3, "decompress", packed, "-o", out, "-q")
             if done.returncode == 0:
-                self.assertTrue([content(part) for part in parts] == wanted)
+                self.assertTrue([self.bytes(part) for part in parts] == wanted)
                 continue
             failures += 1
             self.assertIn(done.returncode, (3, 5), done.stderr)
@@ -611,7 +374,7 @@ class MpiTest(unittest.TestCase):
         self.write("out.e.3.0", "old")
         self.expect_failure(4, "no regular file", "decompress", packed, "-o", self.path("out.e"))
         self.assertEqual(self.left(), ["out.e.3.0", "out.e.3.1"])
-        self.assertEqual(content(self.path("out.e.3.0")), b"old")
+        self.assertEqual(self.bytes(self.path("out.e.3.0")), b"old")
 
     def test_full_disk(self):
         disk = self.path("disk")
@@ -636,11 +399,9 @@ class MpiTest(unittest.TestCase):
         out = self.write("out.keep", "old")
         done = ranks(2, "compress", self.path("absent.e"), "-o", out, "--segment-cells", 5)
         self.assertEqual(done.returncode, 3)
-        self.assertEqual(content(out), b"old")
+        self.assertEqual(self.bytes(out), b"old")
         self.assertEqual(glob.glob(self.path(".*")), [])
 
 
 if __name__ == "__main__":
-    SHM, SHM_MPI, MAKE_MESH = sys.argv[1:4]
-    del sys.argv[1:4]
-    run_all()
+    mpi_ranks.run_all()

@@ -8,31 +8,23 @@ import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 
-from append_test import exodus_text
-from tool_test import SANITIZED, write_vtk
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from folder_test import SANITIZED, FolderTest
+from sample_meshes import exodus_text, write_vtk
 
 SHM = "shm"
 
 
-class PipeTest(unittest.TestCase):
+class PipeTest(FolderTest):
     def setUp(self):
-        self.directory = tempfile.TemporaryDirectory(prefix="shm-pipe-test-")
-        self.addCleanup(self.directory.cleanup)
+        super().setUp()
         self.temp = self.path("temp")
         os.mkdir(self.temp)
         self.mesh = self.path("mesh.vtk")
         write_vtk(self.mesh, 6)
-
-    def path(self, name):
-        return os.path.join(self.directory.name, name)
-
-    def bytes(self, path):
-        with open(path, "rb") as source:
-            return source.read()
 
     def shm(self, *words, given=b"", code=0, pieces=0, cwd=None):
         """Runs the tool with bytes on standard input, `pieces` at a time; gives what it writes."""
@@ -61,12 +53,8 @@ class PipeTest(unittest.TestCase):
             found[name] = self.path("mesh." + name)
             self.shm("convert", self.mesh, found[name], "--format", name)
         if shutil.which("ncgen"):
-            with open(self.path("run.cdl"), "w") as out:
-                out.write(exodus_text(range(3), 4))
             for kind in ("64-bit-offset", "netCDF-4"):
-                found[kind] = self.path(kind)
-                subprocess.run(["ncgen", "-k", kind, "-o", found[kind], self.path("run.cdl")],
-                               check=True)
+                found[kind] = self.ncgen(kind, exodus_text(range(3), 4), kind)
         return found
 
     def test_there_and_back(self):
@@ -124,14 +112,9 @@ class PipeTest(unittest.TestCase):
         self.assertIn(b"archive", self.errors)
 
     def test_append(self):
-        if not shutil.which("ncgen"):
-            self.skipTest("ncgen is not installed")
         for kind in ("64-bit-offset", "netCDF-4"):
             for name, steps in (("first", range(2)), ("all", range(5))):
-                with open(self.path("run.cdl"), "w") as out:
-                    out.write(exodus_text(steps, 4))
-                subprocess.run(["ncgen", "-k", kind, "-o", self.path(name), self.path("run.cdl")],
-                               check=True)
+                self.ncgen(name, exodus_text(steps, 4), kind)
             first, packed, out = (self.path(name) for name in ("first.shm", "all.shm", "out.shm"))
             self.shm("compress", self.path("first"), "-o", first)
             self.shm("compress", self.path("all"), "-o", packed)

@@ -1,0 +1,44 @@
+"""What Python tests of the tool share: a folder of its own for each, and ncgen."""
+import os
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+SANITIZED = "SHM_SANITIZED" in os.environ  # some ten times slower: the release takes all cases
+
+
+class FolderTest(unittest.TestCase):
+    """Tests that write into a folder which is gone when they end."""
+
+    NEEDS = ()  # programs without which they are skipped
+
+    def setUp(self):
+        for program in self.NEEDS:
+            self.need(program)
+        self.directory = tempfile.TemporaryDirectory(prefix="shm-test-")
+        self.addCleanup(self.directory.cleanup)
+
+    def need(self, program):
+        if not shutil.which(program):
+            self.skipTest(program + " is not installed")
+
+    def path(self, name):
+        return os.path.join(self.directory.name, name)
+
+    def write(self, name, text):
+        with open(self.path(name), "w", encoding="utf-8") as out:
+            out.write(text)
+        return self.path(name)
+
+    def bytes(self, name):
+        with open(self.path(name), "rb") as source:
+            return source.read()
+
+    def ncgen(self, name, text, kind="64-bit-offset"):
+        """The netCDF file that a text describes."""
+        self.need("ncgen")
+        description = self.write(name + ".cdl", text)
+        subprocess.run(["ncgen", "-k", kind, "-o", self.path(name), description], check=True)
+        os.remove(description)
+        return self.path(name)
