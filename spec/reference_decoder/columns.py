@@ -36,7 +36,7 @@ class ComponentModels(Models):
         self.exponent, self.first_entry = SignedCompact(), SignedCompact()
         self.entries, self.step, self.skipped = Compact(), Compact(), Compact()
         self.mode, self.second_mode, self.weight = Bits(), Bits(), SignedCompact()
-        self.takes_second, self.odd, self.negative = Bits(), Bits(), Bits()
+        self.takes_second, self.escape, self.negative = Bits(), Bits(), Bits()
         self.residual = Models(Near)
         self.mixed_residual = Models(SignedResidual)
 
@@ -44,12 +44,12 @@ class ComponentModels(Models):
 class Class:
     """The choices of a class."""
 
-    __slots__ = ("way", "mode", "second_mode", "weights")
+    __slots__ = ("input", "mode", "second_mode", "weights")
 
     def __init__(self, like=None):
-        self.way, self.mode, self.second_mode, self.weights = 0, 0, None, [0] * 13
+        self.input, self.mode, self.second_mode, self.weights = 0, 0, None, [0] * 13
         if like:
-            self.way, self.mode, self.second_mode = like.way, like.mode, like.second_mode
+            self.input, self.mode, self.second_mode = like.input, like.mode, like.second_mode
             self.weights = list(like.weights)
 
 
@@ -58,10 +58,10 @@ class Component:
 
     def __init__(self, domain):
         self.domain, self.models = domain, ComponentModels()
-        self.state, self.third, self.surprise, self.second = {}, {}, {}, {}  # by slot
-        self.twin, self.twin_third = {}, {}  # with references
-        self.last = self.before_last = self.last_twin = self.before_last_twin = 0.0
-        self.last_surprise = self.last_odd = self.last_negative = 0
+        self.state, self.third, self.size, self.second = {}, {}, {}, {}  # by slot
+        self.reference_state, self.reference_third = {}, {}  # with references
+        self.last = self.before_last = self.last_reference = self.before_last_reference = 0.0
+        self.last_size = self.last_escape = self.last_negative = 0
         self.classes, self.families = {}, {}
         self.matches, self.match_bits, self.values = [{}, {}, {}], 0, 0
         self.mixing = Mixing()
@@ -71,18 +71,19 @@ class Component:
         def translated(s):
             t = new.from_value(old.as_value(s))
             return t if math.isfinite(t) else 0.0
-        for states in (self.state, self.twin):
+        for states in (self.state, self.reference_state):
             for slot in states:
                 states[slot] = translated(states[slot])
         self.last, self.before_last = translated(self.last), translated(self.before_last)
-        self.last_twin, self.before_last_twin = translated(self.last_twin), translated(self.before_last_twin)
+        self.last_reference = translated(self.last_reference)
+        self.before_last_reference = translated(self.before_last_reference)
         self.third.clear()
-        self.twin_third.clear()
+        self.reference_third.clear()
 
     def skip(self, slot):
         self.state[slot], self.third[slot] = self.last, 0.0
-        self.surprise[slot] = self.second[slot] = 0
-        self.twin[slot], self.twin_third[slot] = self.last_twin, 0.0
+        self.size[slot] = self.second[slot] = 0
+        self.reference_state[slot], self.reference_third[slot] = self.last_reference, 0.0
 
 
 # ---------------------------------------------------------------------------- Predictors
@@ -112,12 +113,12 @@ class Around:
     def _less(values, others):
         return [None if a is None else a - b for a, b in zip(values, others)]
 
-    def minus(self, twins):
-        """The same of the differences to the twins."""
+    def minus(self, reference):
+        """The same of the differences from those of the reference."""
         other = Around.__new__(Around)
         other.kind, other.all_lattice, other._lattice = self.kind, self.all_lattice, None
-        other.x, other.t = self._less(self.x, twins.x), self._less(self.t, twins.t)
-        other.last, other.before_last = self.last - twins.last, self.before_last - twins.before_last
+        other.x, other.t = self._less(self.x, reference.x), self._less(self.t, reference.t)
+        other.last, other.before_last = self.last - reference.last, self.before_last - reference.before_last
         return other
 
     def lines(self):
@@ -232,11 +233,11 @@ def double_bits(x):
     return struct.unpack("<Q", struct.pack("<d", x))[0]
 
 
-def surprise_class(m):
+def size_class(m):
     return m if m <= 12 else min(12 + (m - 9) // 4, 26)
 
 
-def way_number(w):
+def towards(w):
     w = signed64(w)
     return 2 * abs(w).bit_length() + (w < 0)
 
@@ -276,7 +277,7 @@ class Column:
             for component in self.components:
                 component.skip(item.slot)
         values = [0] * (len(elements) * count)
-        self.before = []  # of each component: (value, surprise) of each element of this tile
+        self.before = []  # of each component: (value, size) of each element of this tile
         for c, component in enumerate(self.components):
             self.c, self.component = c, component
             self.families_before = dict(component.families)
@@ -306,8 +307,8 @@ class Column:
         if key in self.decoded:
             return chosen
         self.decoded.add(key)
-        if self.referring and not source.bit(models["same_way"]):
-            chosen.way = 1 - chosen.way
+        if self.referring and not source.bit(models["same_input"]):
+            chosen.input = 1 - chosen.input
         if not source.bit(models["same_mode"]):
             chosen.mode = min(tree(source, models.mode, 5), 28)
         if not source.bit(models["same_second"]):
@@ -363,15 +364,15 @@ class Column:
         chosen = self._class(number)
 
         around = Around(item, known, component.state, component.third, component.last, component.before_last)
-        then, twins = 0.0, None
+        then, of_reference = 0.0, None
         if self.referring:
             then = domain.from_value(as_double(self.type, reference))
             if not math.isfinite(then):
-                then = component.last_twin
-            twins = Around(item, known, component.twin, component.twin_third, component.last_twin,
-                           component.before_last_twin)
-        differs = chosen.way == 1
-        used = around.minus(twins) if differs else around
+                then = component.last_reference
+            of_reference = Around(item, known, component.reference_state, component.reference_third,
+                                  component.last_reference, component.before_last_reference)
+        differs = chosen.input == 1
+        used = around.minus(of_reference) if differs else around
         places = self._match_places(item, known, around, e) if self.matching else None
 
         def others(mode):
@@ -395,11 +396,11 @@ class Column:
             s = domain.state(domain.index(around.lattice()))
             return s if math.isfinite(s) else 0.0
 
-        surprise = second = odd = 0
-        if domain.odd:
-            odd = component.last_odd = source.bit(models.odd[component.last_odd])
-        if odd:
-            if self.referring and source.bit(models["odd_is_reference"]):
+        size = second = escape = 0
+        if domain.escapes:
+            escape = component.last_escape = source.bit(models.escape[component.last_escape])
+        if escape:
+            if self.referring and source.bit(models["same_escape"]):
                 value = reference
             else:
                 value = source.raw(8 * self.width)
@@ -418,11 +419,11 @@ class Column:
             r, m = 0, 0
             scale = domain.scale(p)
             relative = lambda s: 0 if s == 0 else max(1, min(s - scale, 64))
-            surprises = [relative(component.surprise.get(s, 0)) for s in near_slots]
-            m = (sum(surprises) + len(surprises) // 2) // len(surprises) if surprises else \
-                relative(component.last_surprise)
+            sizes = [relative(component.size.get(s, 0)) for s in near_slots]
+            m = (sum(sizes) + len(sizes) // 2) // len(sizes) if sizes else \
+                relative(component.last_size)
             other = 0 if c == 0 else 1 if self.before[c - 1][e][1] == 0 else 2
-            context = surprise_class(m), other, second
+            context = size_class(m), other, second
             if self.mixed:
                 self._about(mixer, item, known, number, e, index, second, relative, used, predict, not_taken)
                 r = signed(mixer, models.mixed_residual[context])
@@ -430,7 +431,7 @@ class Column:
                 r = self._residual(models.residual[context], m)
             index = signed64(index + r)
             if r:
-                surprise = abs(r).bit_length() + scale
+                size = abs(r).bit_length() + scale
             d = index
             if domain.table:
                 reject_unless(0 <= index < len(domain.table), "a rank beyond its table")
@@ -452,18 +453,18 @@ class Column:
             has_third = known & wanted == wanted
         component.state[slot] = state
         component.third[slot] = state - around.lattice() if has_third else 0.0
-        component.surprise[slot], component.second[slot] = surprise, second
-        component.last_surprise = surprise
+        component.size[slot], component.second[slot] = size, second
+        component.last_size = size
         component.before_last, component.last = component.last, state
         if self.referring:
-            component.twin[slot] = then
-            component.twin_third[slot] = then - twins.lattice() if has_third else 0.0
-            component.before_last_twin, component.last_twin = component.last_twin, then
+            component.reference_state[slot] = then
+            component.reference_third[slot] = then - of_reference.lattice() if has_third else 0.0
+            component.before_last_reference, component.last_reference = component.last_reference, then
         stood = domain.as_value(state)
         if places:
             for table, (place, negative) in zip(component.matches, places):
                 table[place] = (stood, negative)
-        kept.append((stood, surprise))
+        kept.append((stood, size))
         return value
 
     def _residual(self, model, m):
@@ -479,14 +480,14 @@ class Column:
 
     def _about(self, mixer, item, known, class_, e, index, second, relative, used, predict, not_taken):
         component, c, domain = self.component, self.c, self.component.domain
-        near_ = [relative(component.surprise.get(item.at[a], 0)) + 1 if known >> a & 1 else 0 for a in range(3)]
+        near_ = [relative(component.size.get(item.at[a], 0)) + 1 if known >> a & 1 else 0 for a in range(3)]
         before = relative(self.before[c - 1][e][1]) + 1 if c >= 1 else 0
         first = relative(self.before[c - 2][e][1]) + 1 if c >= 2 else 0
-        last = relative(component.last_surprise)
-        way = [way_number(domain.index(predict(mode)) - index)
-               for mode in (0, 17 if not_taken is None else not_taken, 18)]
+        last = relative(component.last_size)
+        deviations = [towards(domain.index(predict(mode)) - index)
+                      for mode in (0, 17 if not_taken is None else not_taken, 18)]
         mixer.about(0, (near_[0] + near_[1] + near_[2], before, second), tuple(near_), (class_, last, second),
-                    (way[0], way[1]), (before, first, way[2]))
+                    (deviations[0], deviations[1]), (before, first, deviations[2]))
 
     # ------------------------------------------------------------------ Values in shuffled_zstd
 
@@ -504,10 +505,10 @@ class Column:
                     at += count
                     if math.isfinite(s):
                         component.state[item.slot] = s
-                    component.twin[item.slot] = component.state[item.slot]
+                    component.reference_state[item.slot] = component.state[item.slot]
                     component.before_last, component.last = component.last, component.state[item.slot]
-                    component.before_last_twin, component.last_twin = component.last_twin, component.last
-                    component.last_surprise = 0
+                    component.before_last_reference, component.last_reference = component.last_reference, component.last
+                    component.last_size = 0
 
 
 def shuffled_values(data, array, elements, most_bytes=None):

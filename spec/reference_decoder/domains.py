@@ -68,7 +68,7 @@ class Domain:
         self.floating, self.quantized = type_ in (FLOAT32, FLOAT64), quantization.bits != 0
         if self.quantized:
             self.minimum, self.step = quantization.minimum[component], quantization.step()
-        self.exponent, self.negative_zero, self.odd, self.table = 0, 0, 1, None
+        self.exponent, self.negative_zero, self.escapes, self.table = 0, 0, 1, None
         self.kind = QUANTIZED if self.quantized else FLOATS if self.floating else INTEGERS
         self.choose()
 
@@ -202,7 +202,7 @@ class Domain:
             exponent = signed(source, models.exponent) & MASK32
             exponent -= (exponent >> 31) << 32
             self.negative_zero = source.bit(models["negative_zero_flag"])
-            self.odd = source.bit(models["odd_flag"])
+            self.escapes = source.bit(models["escapes_flag"])
             reject_unless(self.may_be(kind, exponent), "a domain that is not for such an array")
             if (kind, exponent) != (self.kind, self.exponent):
                 old = Domain.__new__(Domain)

@@ -345,7 +345,7 @@ class Segment:
                 self._new_tile()
             cell = shifts.cell(self._imported_by_shifts)
             self._see_active(len(shifts.live))
-            for i, vertex in cell.born:
+            for i, vertex in cell.new:
                 item = neighbours.of_vertex(cell, i, vertex.number) if neighbours else Neighbourhood(0)
                 self.tile.vertex_difference_numbers.append(vertex.number)
                 self._add_vertex(item, vertex.given, vertex.imported)

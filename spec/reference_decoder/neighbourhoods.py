@@ -55,7 +55,7 @@ class Neighbourhoods:
     def __init__(self, schema, surface):
         self.surface, self.mixed = surface, not schema.all_hexahedral()
         self.cells = 0  # coded before the one at hand
-        self.born, self.full, self.standings = {}, {}, {}
+        self.introduced, self.full, self.uses = {}, {}, {}
         self.room = self.place = 0
         self.places, self.by_number = {}, {}
         self.last = None  # the cell before this one, if it was to be remembered
@@ -88,8 +88,8 @@ class Neighbourhoods:
         if cell.hexahedral:
             this.slots = [vertex.slot for vertex in self.v]
             for b in range(8):
-                standings = self.standings[this.slots[b]]
-                standings[1 if standings[0] is not None else 0] = (this, b)
+                uses = self.uses[this.slots[b]]
+                uses[1 if uses[0] is not None else 0] = (this, b)
         else:
             this.slots = [vertex.slot for vertex in cell.v[: min(cell.corners, 8)]]
         if self.mixed:
@@ -101,9 +101,9 @@ class Neighbourhoods:
         return self.by_number.get(number) if number is not None else None
 
     def _begin_vertex(self, vertex):
-        self.born[vertex.slot] = self.cells
+        self.introduced[vertex.slot] = self.cells
         self.full[vertex.slot] = False
-        self.standings[vertex.slot] = [None, None]
+        self.uses[vertex.slot] = [None, None]
 
     # ------------------------------------------------------------------ Of a vertex
 
@@ -160,32 +160,32 @@ class Neighbourhoods:
         h, c, axis = found
         c ^= 1 << axis
         w = h.slots[c]
-        if self.born[w] > h.number:
+        if self.introduced[w] > h.number:
             return
         item.set(BEYOND + a, w)
         i, j = OTHERS[axis]
         y, z = h.slots[c ^ 1 << i], h.slots[c ^ 1 << j]
-        if self.born[y] > h.number or self.born[z] > h.number:
+        if self.introduced[y] > h.number or self.introduced[z] > h.number:
             return
         found = self.behind(w, y, z, h)
         if not found:
             return
         g, c, axis = found
         w = g.slots[c ^ 1 << axis]
-        if self.born[w] <= g.number and w != at[NEAR + a]:
+        if self.introduced[w] <= g.number and w != at[NEAR + a]:
             item.set(FARTHER + a, w)
 
     def behind(self, x, y, z, except_=None):
         """A hexahedron in which y and z stand beside x."""
-        for standing in self.standings[x]:
-            if standing is None or not standing[0].there or standing[0] is except_:
+        for use in self.uses[x]:
+            if use is None or not use[0].there or use[0] is except_:
                 continue
-            h, c = standing
+            h, c = use
             for axis in range(3):
                 i, j = OTHERS[axis]
                 one, two = h.slots[c ^ 1 << i], h.slots[c ^ 1 << j]
                 if ((one == y and two == z) or (one == z and two == y)) and \
-                   self.born[y] <= h.number and self.born[z] <= h.number:
+                   self.introduced[y] <= h.number and self.introduced[z] <= h.number:
                     return h, c, axis
         return None
 
@@ -332,7 +332,7 @@ class Neighbourhoods:
         for k in self._joined(h, h.slots.index(x)):
             w = h.slots[k]
             if w not in side:
-                return w if self.born[w] <= h.number else None
+                return w if self.introduced[w] <= h.number else None
         return None
 
     def onward(self, h, side, corners):

@@ -10,13 +10,13 @@ from .surface import CORNER_BITS
 
 
 class Shift:
-    __slots__ = ("block", "by", "births", "imports", "last_use")
+    __slots__ = ("block", "by", "introduced", "imports", "last_use")
 
 
 class ShiftedCell:
     """What a group learns of a cell."""
 
-    __slots__ = ("block_index", "count", "numbers", "births", "imported", "last_use", "born")
+    __slots__ = ("block_index", "count", "numbers", "introduced", "imported", "last_use", "new")
 
 
 class ShiftedVertex:
@@ -55,11 +55,11 @@ class Shifts:
         reject_unless(shift.block < len(self.schema.blocks), "a cell of no block")
         nodes = self.schema.blocks[shift.block].nodes_per_cell
         shift.by = [cursor.svarint() for _ in range(nodes)]
-        shift.births = cursor.varint()
+        shift.introduced = cursor.varint()
         shift.imports = cursor.varint() if self.segment else 0
         shift.last_use = cursor.varint()
-        reject_unless((shift.births | shift.last_use) >> nodes == 0, "a shift of nodes that there are not")
-        reject_unless(shift.imports & ~shift.births == 0, "an import that is not born")
+        reject_unless((shift.introduced | shift.last_use) >> nodes == 0, "a shift of nodes that there are not")
+        reject_unless(shift.imports & ~shift.introduced == 0, "an import that is not introduced")
         self.table[self.next] = shift
         self.next = (self.next + 1) % 255
         return shift
@@ -75,10 +75,10 @@ class Shifts:
         cell.count = len(last)
         for i, by in enumerate(shift.by):
             last[i] = (last[i] + by) & MASK64
-        cell.numbers, cell.births, cell.last_use = list(last), shift.births, shift.last_use
-        cell.born = []
+        cell.numbers, cell.introduced, cell.last_use = list(last), shift.introduced, shift.last_use
+        cell.new = []
         for i, number in enumerate(cell.numbers):
-            if not shift.births >> i & 1:
+            if not shift.introduced >> i & 1:
                 continue
             imported = shift.imports >> i & 1
             reject_unless(number not in self.live, "a vertex of a number that is alive")
@@ -91,7 +91,7 @@ class Shifts:
                     vertex.given = imported_number()
             else:
                 self.own += 1
-            cell.born.append((i, vertex))
+            cell.new.append((i, vertex))
         for number in cell.numbers:
             reject_unless(number in self.live, "a node that is not alive")
         return cell
@@ -163,7 +163,7 @@ class NeighboursByNumber:
                 if x >= 2**d:
                     continue
                 q = CORNER_BITS[b ^ x]
-                if cell.births >> q & 1 and q >= p:
+                if cell.introduced >> q & 1 and q >= p:
                     continue
                 m = cell.numbers[q]
                 item.set(i, ring.place(m))
