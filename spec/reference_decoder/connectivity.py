@@ -194,7 +194,7 @@ class Connectivity:
     def finalize_vertex(self, vertex):
         self.others.forget_vertex(vertex)
         self.mid.forget_vertex(vertex)
-        if self.hexahedra is None:  # a loose vertex before any cell
+        if self.hexahedra is None:  # an unused vertex before any cell
             self.surface.finalize(vertex)
             return
         self.hexahedra.forget_vertex(vertex)

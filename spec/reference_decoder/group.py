@@ -31,7 +31,7 @@ class GroupHeader:
     def __init__(self, schema, segment, payload, base):
         cursor = Cursor(payload, base, "group header")
         self.first_cell, self.first_vertex, self.cells, self.vertices = (cursor.varint() for _ in range(4))
-        self.imported_vertices, self.loose_vertices, self.max_active_vertices = (cursor.varint() for _ in range(3))
+        self.imported_vertices, self.unused_vertices, self.max_active_vertices = (cursor.varint() for _ in range(3))
         self.decoded_bytes = cursor.varint()
         self.box = [cursor.f64() for _ in range(6)]
         listed = cursor.list_of(lambda: self._stream(cursor, schema))
@@ -73,8 +73,8 @@ class GroupHeader:
         return kind, array, codec, size, sum_
 
     def _check(self, cursor, segment):
-        if self.cells > MOST_CELLS or self.loose_vertices > self.vertices:
-            cursor.fail("more cells or loose vertices than there can be")
+        if self.cells > MOST_CELLS or self.unused_vertices > self.vertices:
+            cursor.fail("more cells or unused vertices than there can be")
         if segment == 0 and self.imported_vertices:
             cursor.fail("imported vertices in segment 0")
         if self.decoded_bytes > MOST_DECODED_BYTES or self.max_active_vertices > MOST_ACTIVE:
@@ -253,18 +253,18 @@ class Segment:
             if len(self.tile.cells) >= TILE_CELLS or self.tile.bytes >= TILE_BYTES:
                 self._new_tile()
             self._cell()
-        loose = header.vertices - self.own
-        reject_unless(loose == header.loose_vertices, "loose_vertices are not as stated")
+        unused = header.vertices - self.own
+        reject_unless(unused == header.unused_vertices, "unused_vertices are not as stated")
         while self.own < header.vertices:
             if self.tile.bytes >= TILE_BYTES:
                 self._new_tile()
             vertex = connectivity.surface.add_vertex()
             self._see_active(connectivity.surface.live())
             if self.keep:
-                self.numbers.of_loose(vertex)
+                self.numbers.of_unused(vertex)
             else:
                 vertex.number = self.next_vertex
-            self._add_vertex(self.neighbourhoods.of_loose(vertex), vertex.number, False)
+            self._add_vertex(self.neighbourhoods.of_unused(vertex), vertex.number, False)
             connectivity.finalize_vertex(vertex)
 
     def _cell(self):
@@ -356,13 +356,13 @@ class Segment:
             for vertex in shifts.finalize(cell):
                 self._forget_number(vertex.given)
             self._add_cell(self.next_cell, cell.block_index, corners, cell.last_use)
-        reject_unless(header.vertices - self.own == header.loose_vertices, "loose_vertices are not as stated")
+        reject_unless(header.vertices - self.own == header.unused_vertices, "unused_vertices are not as stated")
         while self.own < header.vertices:
             if self.tile.bytes >= TILE_BYTES:
                 self._new_tile()
-            vertex = shifts.loose()
+            vertex = shifts.unused()
             self._see_active(len(shifts.live) + 1)
-            item = neighbours.of_loose(vertex.number) if neighbours else Neighbourhood(0)
+            item = neighbours.of_unused(vertex.number) if neighbours else Neighbourhood(0)
             self.tile.vertex_difference_numbers.append(vertex.number)
             self._add_vertex(item, vertex.number, False)
         reject_unless(shifts.definitions.left() == 0, "definitions that are left over")

@@ -133,7 +133,7 @@ class Neighbourhoods:
             found.append(item)
         return found
 
-    def of_loose(self, vertex):
+    def of_unused(self, vertex):
         self._begin_vertex(vertex)
         return Neighbourhood(vertex.slot)
 

@@ -15,7 +15,7 @@ def bits(x):
 class Record:
     def __init__(self, sequence):
         self.sequence, self.successor, self.faces, self.orientation = sequence, None, [None] * 6, 0
-        self.shared, self.fresh, self.finals, self.repeats = set(), set(), set(), set()
+        self.shared, self.introduced, self.finals, self.repeats = set(), set(), set(), set()
         self.guessed, self.there, self.slot, self.owned, self.at_hand = 0, True, None, 0, True
 
     def live(self, k):
@@ -82,7 +82,7 @@ class Rows:
         self.distance_again, self.distance_which, self.distance = Bits(), Bits(), Number()
         self.side_models, self.far_models, self.final = Bits(), Bits(), Bits()
         self.repeated, self.repeated_which = Bits(), Models(Bits)
-        self.fresh_models, self.join_models, self.beside_models = Bits(), Bits(), Bits()
+        self.is_new_models, self.join_models, self.closes_models = Bits(), Bits(), Bits()
         self.from_last, self.reference_step, self.reference_age = Bits(), Signed(), Number()
         self.turn, self.stored_face, self.stored_place = Bits(), Models(Bits), Models(Bits)
         self.turned, self.mirrored = Bits(), Bits()
@@ -94,7 +94,7 @@ class Rows:
 
     def hexahedron(self, cell):
         self.cell, self.v = cell, [None] * 8  # by corner bits; None: not known
-        self.shared, self.fresh = [None] * 6, set()
+        self.shared, self.introduced = [None] * 6, set()
         self.list_candidates()
         self.last = self.last_cell or NoRecord()
         gate, kind = self.gate()
@@ -125,7 +125,7 @@ class Rows:
     def add_vertex(self, b):
         self.v[b] = self.surface.add_vertex()
         self.cell.new_positions.append(CORNER_BITS[b])
-        self.fresh.add(b)
+        self.introduced.add(b)
 
     def is_shared(self, face):
         return any(face is f for f in self.shared)
@@ -175,7 +175,7 @@ class Rows:
             c, f = self.candidates[0], self.candidates[0].face
             support = min(c.support, 3)
             source.about(0, (n, gates & 4095), (n, support, c.guessed, self.fan_list(f)),
-                         (n, support, as_set(last.shared), as_set(last.fresh)),
+                         (n, support, as_set(last.shared), as_set(last.introduced)),
                          (n, support, c.guessed, self.age(f), f.side, self.gate_side),
                          (n, self.crowd(f), self.uses(f)))
             if source.bit(self.hit[min(n, 6), support, self.hits, c.guessed]):
@@ -332,7 +332,7 @@ class Rows:
         v, source = self.v, self.source
         known = sum(vertex is not None for vertex in v)
         neighbours = sum(v[b ^ axis] is not None for axis in (1, 2, 4))
-        shared, fresh = self.shared_set(), as_set(self.fresh)
+        shared, introduced = self.shared_set(), as_set(self.introduced)
         if known:
             source.about(12)
             if source.bit(self.repeated[b, neighbours, b in self.owner.repeats]):
@@ -341,19 +341,19 @@ class Rows:
                 reject_unless(v[b], "a repeated corner that is not known")
                 return
         if not self.all_hexahedral:
-            w, score, others = self.beside(b)
+            w, score, others = self.closing_vertex(b)
             if w:
                 source.about(25, (score, others, known), (score, len(w.places), w.uses, shared),
-                             (b, score, fresh, as_set(self.last.fresh)))
-                if source.bit(self.beside_models[min(score, 7), min(others, 2)]):
+                             (b, score, introduced, as_set(self.last.introduced)))
+                if source.bit(self.closes_models[min(score, 7), min(others, 2)]):
                     v[b] = w
                     return
         leads = self.leads(b)
         faces = [len(v[b ^ axis].places) for axis in (1, 2, 4) if v[b ^ axis]]
         source.about(14, (leads, neighbours, *(faces + [0, 0, 0])[:3]),
-                     (leads, neighbours, b, fresh, as_set(self.last.fresh)),
+                     (leads, neighbours, b, introduced, as_set(self.last.introduced)),
                      (leads, neighbours, self.kind, self.gate_age, bin(shared).count("1")))
-        if source.bit(self.fresh_models[not self.start, leads, neighbours, b in self.owner.fresh]):
+        if source.bit(self.is_new_models[not self.start, leads, neighbours, b in self.owner.introduced]):
             self.add_vertex(b)
             return
         for r, (w, score) in enumerate(self.joins(b)):
@@ -376,7 +376,7 @@ class Rows:
     def is_corner(self, vertex):
         return any(vertex is w for w in self.v)
 
-    def beside(self, b):
+    def closing_vertex(self, b):
         """The vertex, its score, and how many others there are."""
         v, scores = self.v, {}
         for axis in (1, 2, 4):
@@ -448,7 +448,7 @@ class Rows:
 
     def unspoken(self):
         for k in range(6):
-            if self.shared[k] is None and not any(b in self.fresh for b in FACE_BITS[k]):
+            if self.shared[k] is None and not any(b in self.introduced for b in FACE_BITS[k]):
                 face = self.surface.find_face(*(self.v[b] for b in FACE_BITS[k]))
                 if face and not self.is_shared(face):
                     self.shared[k] = face
@@ -531,7 +531,7 @@ class Rows:
         self.by_slot[this.slot] = self.by_sequence[this.sequence] = this
         self.sequence += 1
         self.last_cell = this
-        this.orientation, this.fresh, this.guessed = self.o, self.fresh, int(self.kind == CANDIDATE)
+        this.orientation, this.introduced, this.guessed = self.o, self.introduced, int(self.kind == CANDIDATE)
         this.shared = {k for k in range(6) if self.shared[k]}
         this.repeats = {b for b in range(8) if any(v[b] is v[a] for a in range(b))}
         for k in range(6):

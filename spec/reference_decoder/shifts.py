@@ -34,7 +34,7 @@ class Shifts:
         self.schema, self.segment, self.first_vertex = schema, segment, first_vertex
         self.keep = schema.order == KEEP
         self.last = [[0] * block.nodes_per_cell for block in schema.blocks]
-        self.table, self.next, self.last_loose = [None] * 255, 0, 0
+        self.table, self.next, self.last_unused = [None] * 255, 0, 0
         self.live, self.own, self.imported = {}, 0, 0
         self.neighbours = None
         self.ring_bits = 0
@@ -111,9 +111,9 @@ class Shifts:
                 gone.append(self.live.pop(number))
         return gone
 
-    def loose(self):
+    def unused(self):
         if self.keep:
-            number = self.last_loose = (self.last_loose + self.definitions.svarint()) & MASK64
+            number = self.last_unused = (self.last_unused + self.definitions.svarint()) & MASK64
         else:
             number = self._next_number(False)
         reject_unless(number not in self.live, "a vertex of a number that is alive")
@@ -179,7 +179,7 @@ class NeighboursByNumber:
         ring.remember(item, n)
         return item
 
-    def of_loose(self, n):
+    def of_unused(self, n):
         item = Neighbourhood(self.vertices.place(n))
         self.vertices.remember(item, n)
         return item

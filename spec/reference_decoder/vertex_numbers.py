@@ -131,7 +131,7 @@ class VertexNumbers:
             if self.replay:
                 self.replay.note_number(vertex)
 
-    def of_loose(self, vertex):
+    def of_unused(self, vertex):
         following = (self.last + 1) & MASK64
         number, g = self._decode(following, following, following, 0, self.history)
         self.history = (4 * self.history + g) & 63
