@@ -151,8 +151,8 @@ class ExtractTest(FolderTest):
 
     def extract(self, name, *words):
         """Returns what the tool says on standard output and where the piece is."""
-        said, _ = self.shm("extract", self.path("grid.shm"), self.path(name), *words)
-        return said, self.path(name)
+        output, _ = self.shm("extract", self.path("grid.shm"), self.path(name), *words)
+        return output, self.path(name)
 
     def expect_piece(self, whole, piece, chosen):
         """`chosen`: numbers of the cells of the piece in the whole mesh."""
@@ -352,15 +352,15 @@ $EndElements
         for words, chosen in ((["--set", "both"], [0, 1]), (["--set", "both", "--cells", "1:2"], [1])):
             _, path = self.extract("group.vtu", *words)
             np.testing.assert_array_equal(Read(path).cell["shm_cell_number"], chosen)
-        _, said = self.shm("extract", self.path("grid.shm"), self.path("x.vtu"), "--set", "three",
+        _, errors = self.shm("extract", self.path("grid.shm"), self.path("x.vtu"), "--set", "three",
                            code=2)
-        self.assertIn("'both'", said)
+        self.assertIn("'both'", errors)
 
     def test_bytes(self):
         self.compressed()
         size = os.path.getsize(self.path("grid.shm"))
-        said, _ = self.extract("piece.vtu", "--cells", "60:120", "--step", "0", "--array", "heat")
-        read, of = map(int, re.search(r"read (\d+) of (\d+) bytes", said).groups())
+        output, _ = self.extract("piece.vtu", "--cells", "60:120", "--step", "0", "--array", "heat")
+        read, of = map(int, re.search(r"read (\d+) of (\d+) bytes", output).groups())
         self.assertEqual(of, size)
         self.assertLess(read, size * 2 // 3)
         everything, _ = self.extract("piece.e")
@@ -369,10 +369,10 @@ $EndElements
     def test_archives(self):
         self.compressed()
         self.shm("join", "-o", self.path("both.shm"), self.path("grid.shm"), self.path("grid.e"))
-        _, said = self.shm("extract", self.path("both.shm"), self.path("x.vtu"), code=2)
-        self.assertIn("grid.shm, grid.e", said)
-        _, said = self.shm("extract", self.path("both.shm"), self.path("x.vtu"), "--part", "no", code=2)
-        self.assertIn("grid.shm, grid.e", said)
+        _, errors = self.shm("extract", self.path("both.shm"), self.path("x.vtu"), code=2)
+        self.assertIn("grid.shm, grid.e", errors)
+        _, errors = self.shm("extract", self.path("both.shm"), self.path("x.vtu"), "--part", "no", code=2)
+        self.assertIn("grid.shm, grid.e", errors)
         for part in ("grid.shm", "grid.e"):
             self.shm("extract", self.path("both.shm"), self.path("x.vtu"), "--part", part, "--cells",
                      "10:20")
@@ -382,7 +382,7 @@ $EndElements
 
     def test_what_is_not_there(self):
         self.compressed()
-        for words, told in ((["--cells", "5:4"], "0:576"), (["--cells", "5:5"], "0:576"),
+        for words, expected in ((["--cells", "5:4"], "0:576"), (["--cells", "5:5"], "0:576"),
                             (["--cells", "0:10000"], "0:576"), (["--cells", "7"], "A:B"),
                             (["--cells", "-1:7"], "A:B"),
                             (["--block", "40"], "10 'steel', 20 'air', 30 'lid'"),
@@ -396,21 +396,21 @@ $EndElements
                             (["--set", "fixed", "--block", "air"], "no conditions"),
                             (["--block", "steel", "--cells", "400:410"], "nothing to extract")):
             with self.subTest(words=words):
-                _, said = self.shm("extract", self.path("grid.shm"), self.path("x.vtu"), *words,
+                _, errors = self.shm("extract", self.path("grid.shm"), self.path("x.vtu"), *words,
                                    code=2)
-                self.assertIn(told, said)
-                self.assertEqual(said.count("\n"), 1)
+                self.assertIn(expected, errors)
+                self.assertEqual(errors.count("\n"), 1)
         self.shm("extract", self.path("grid.e"), self.path("x.vtu"), code=3)
         self.shm("extract", "-", self.path("x.vtu"), code=2)
         self.shm("extract", self.path("grid.shm"), self.path("x.unknown"), code=2)
         with open(self.path("grid.shm"), "rb") as whole, open(self.path("cut.shm"), "wb") as cut:
             cut.write(whole.read()[:-100])
-        _, said = self.shm("extract", self.path("cut.shm"), self.path("x.vtu"), code=3)
-        self.assertIn("end record", said)
+        _, errors = self.shm("extract", self.path("cut.shm"), self.path("x.vtu"), code=3)
+        self.assertIn("end record", errors)
         self.assertFalse(os.path.exists(self.path("x.vtu")))
         # UCD has no steps, VTK none of Exodus's truth table: named, and an error if asked for.
-        _, said = self.shm("extract", self.path("grid.shm"), self.path("x.vtu"), "--strict", code=6)
-        self.assertIn("not in", said)
+        _, errors = self.shm("extract", self.path("grid.shm"), self.path("x.vtu"), "--strict", code=6)
+        self.assertIn("not in", errors)
         self.assertFalse(os.path.exists(self.path("x.vtu")))
 
 
