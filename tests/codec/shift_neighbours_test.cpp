@@ -99,13 +99,13 @@ class CheckedNeighbours {
     for (std::uint32_t p = 0; p < corners; ++p) {
       places.push_back(moved(low, kCornerBits[p], {1, 1, 1}));
       numbers.push_back(number_at(places.back()));
-      if (!vertices_.has(places.back())) marks.births |= std::uint64_t{1} << p;
+      if (!vertices_.has(places.back())) marks.introduced |= std::uint64_t{1} << p;
     }
     std::vector<Neighbourhood> vertices, cells;
     neighbours_.add_cells(marks, numbers, 1, vertices, cells);
     std::size_t next = 0;
     for (std::uint32_t p = 0; p < corners; ++p)
-      if ((marks.births >> p & 1) != 0) {
+      if ((marks.introduced >> p & 1) != 0) {
         ASSERT_LT(next, vertices.size());
         vertex(vertices[next++], places[p], kCornerBits[p]);
       }
@@ -224,7 +224,7 @@ TEST(ShiftNeighbours, RingsForgetWhatHasTheirPlace) {
   ASSERT_TRUE(neighbours.begin_group(3, 2));
   std::vector<Neighbourhood> vertices, cells;
   CellMarks marks;
-  marks.births = 1;
+  marks.introduced = 1;
   for (const std::uint64_t number : {5u, 6u, 13u, 5u})
     neighbours.add_cells(marks, std::array<std::uint64_t, 1>{number}, 1, vertices, cells);
   ASSERT_EQ(cells.size(), 4u);

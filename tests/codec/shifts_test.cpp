@@ -48,7 +48,7 @@ Zstd& zstd() {
 
 Bytes encode(ShiftEncoder& encoder, const Group& group) {
   for (const Cell& cell : group.cells) encoder.add_cell(cell.marks, cell.numbers);
-  for (std::uint64_t number : group.loose) encoder.add_loose(number);
+  for (std::uint64_t number : group.loose) encoder.add_isolated(number);
   EXPECT_EQ(encoder.symbols().size(), group.cells.size());
   return encoder.finish(zstd());
 }
@@ -91,7 +91,7 @@ std::optional<Group> decode(ShiftDecoder& decoder, std::span<const std::byte> by
     }
   }
   for (std::size_t i = 0; i < loose; ++i) {
-    const auto number = decoder.next_loose();
+    const auto number = decoder.next_isolated();
     if (!number) return std::nullopt;
     group.loose.push_back(*number);
   }
@@ -126,7 +126,7 @@ void mark(Group& group, IsImported&& is_imported) {
     for (std::size_t i = 0; i < cell.numbers.size(); ++i) {
       const std::uint64_t number = cell.numbers[i], bit = std::uint64_t{1} << i;
       if (last.insert_or_assign(number, std::pair(c, i)).second) {
-        cell.marks.births |= bit;
+        cell.marks.introduced |= bit;
         if (is_imported(number)) cell.marks.imports |= bit;
       }
     }
@@ -160,8 +160,8 @@ Cell random_cell(const Schema& schema, bool may_import, std::mt19937_64& random)
   cell.marks.block = static_cast<std::uint32_t>(random() % schema.blocks.size());
   const std::uint32_t nodes = schema.blocks[cell.marks.block].nodes_per_cell;
   const std::uint64_t all = ~std::uint64_t{0} >> (64 - nodes);
-  cell.marks.births = random() & all;
-  cell.marks.imports = may_import ? random() & cell.marks.births : 0;
+  cell.marks.introduced = random() & all;
+  cell.marks.imports = may_import ? random() & cell.marks.introduced : 0;
   cell.marks.last_use = random() & all;
   for (std::uint32_t i = 0; i < nodes; ++i) cell.numbers.push_back(random() >> random() % 64);
   return cell;
@@ -378,7 +378,7 @@ void read_all(const Schema& schema, bool may_import, const Bytes& bytes, std::si
     ASSERT_EQ(marks->imports & ~marks->births, 0u);
     ASSERT_TRUE(may_import || marks->imports == 0);
   }
-  for (int i = 0; i < 3; ++i) decoder.next_loose();
+  for (int i = 0; i < 3; ++i) decoder.next_isolated();
   (void)decoder.at_end();
 }
 
@@ -505,7 +505,7 @@ TEST(ShiftsDamaged, SymbolsMustAllBeUsed) {
   ASSERT_NE(next_cells(decoder, 9).marks, nullptr);
   EXPECT_TRUE(decoder.at_end());
   EXPECT_EQ(next_cells(decoder, 9).marks, nullptr);
-  EXPECT_FALSE(decoder.next_loose().has_value());
+  EXPECT_FALSE(decoder.next_isolated().has_value());
   EXPECT_FALSE(decoder.at_end());
 }
 

@@ -425,7 +425,7 @@ TEST(Neighbourhood, OfOtherCells) {
 TEST(Neighbourhood, OfLooseVertices) {
   NeighbourFinder finder(false);
   for (std::uint32_t slot : {0u, 7u, 100000u, 7u}) {
-    const Neighbourhood it = finder.loose(slot);
+    const Neighbourhood it = finder.isolated(slot);
     EXPECT_EQ(it.self, slot);
     EXPECT_EQ(it.known, 0);
     EXPECT_EQ(it.kind, Neighbourhood::other);

@@ -139,11 +139,11 @@ auto ShiftSegmentDecoder::next_block(DecodedBlock& decoded, GroupProgress& done,
   if (auto complaint = next_cells(decoded, done); !complaint.empty()) return complaint;
   while (done.cells == header_->cells && done.own < header_->vertices &&
          done.bytes - bytes_before < kTileBytes) {
-    const auto number = numbered_by_birth_ ? std::optional(next_own_) : shifts_.next_loose();
+    const auto number = numbered_by_birth_ ? std::optional(next_own_) : shifts_.next_isolated();
     if (!number || done.loose == header_->loose_vertices || !bear(*number, false, decoded, done))
       return "a vertex that no cell uses makes no sense";
     ++done.loose;
-    if (has_neighbours_) neighbours_.add_loose(*number, vertex_items_);
+    if (has_neighbours_) neighbours_.add_isolated(*number, vertex_items_);
     done.active = std::max(done.active, live_.count());
     live_.remove(*number);
   }
@@ -229,8 +229,8 @@ bool ShiftSegmentDecoder::run_at_once(const CellMarks& marks,
     for (std::size_t j = 0; j < nodes; ++j) {
       const std::uint64_t ahead = first[j] - first[i];  // cells after which node i is there, too
       if (ahead >= count) continue;
-      if (has(marks.births, j)) {
-        if (j != i && has(marks.births, i)) return false;  // born twice
+      if (has(marks.introduced, j)) {
+        if (j != i && has(marks.introduced, i)) return false;  // born twice
         run.live |= j == i ? 0 : all << ahead;
       }
       if (has(marks.last_use, j)) {
@@ -238,12 +238,12 @@ bool ShiftSegmentDecoder::run_at_once(const CellMarks& marks,
         again = again || (j < i && has(marks.last_use, i));
       }
     }
-    if (has(marks.births, i) ? run.live != 0 : (run.live & all) != all) return false;
+    if (has(marks.introduced, i) ? run.live != 0 : (run.live & all) != all) return false;
     if (has(marks.last_use, i) && run.imported != 0) return false;
-    if (numbered_by_birth_ && has(marks.births, i) &&
+    if (numbered_by_birth_ && has(marks.introduced, i) &&
         (born > 0 || first[i] != next_own_ || first[i] >= kFirstImport - 64))
       return false;
-    born += has(marks.births, i) ? 1 : 0;
+    born += has(marks.introduced, i) ? 1 : 0;
     dead += has(marks.last_use, i) && !again ? 1 : 0;
   }
   const std::uint64_t active =
@@ -256,12 +256,12 @@ bool ShiftSegmentDecoder::run_at_once(const CellMarks& marks,
   next_own_ += born * count;
   done.bytes += born * count * vertex_bytes_;
   for (std::size_t i = 0; i < nodes; ++i)
-    if (has(marks.births, i)) live_.add_run(first[i], length);
+    if (has(marks.introduced, i)) live_.add_run(first[i], length);
   for (std::size_t i = 0; i < nodes; ++i)
     if (has(marks.last_use, i)) live_.remove_run(first[i], length);
   if (born == 0) return true;
   for (std::size_t c = 0; c < count; ++c)
-    for (std::uint64_t left = marks.births; left != 0; left &= left - 1)
+    for (std::uint64_t left = marks.introduced; left != 0; left &= left - 1)
       born_.push_back(first[static_cast<std::size_t>(std::countr_zero(left))] + c);
   const auto new_ones = static_cast<std::size_t>(born * count);
   const auto from = born_.end() - static_cast<std::ptrdiff_t>(new_ones);
@@ -278,12 +278,12 @@ bool ShiftSegmentDecoder::run_at_once(const CellMarks& marks,
 bool ShiftSegmentDecoder::bear_and_finalize(const CellMarks& marks,
                                             std::span<const std::uint64_t> numbers,
                                             DecodedBlock& decoded, GroupProgress& done) {
-  for (std::uint64_t left = marks.births; left != 0; left &= left - 1) {
+  for (std::uint64_t left = marks.introduced; left != 0; left &= left - 1) {
     const auto i = static_cast<std::size_t>(std::countr_zero(left));
     if (!bear(numbers[i], (marks.imports >> i & 1) != 0, decoded, done)) return false;
   }
   for (std::size_t i = 0; i < numbers.size(); ++i)
-    if ((marks.births >> i & 1) == 0 && !live_.is_live(numbers[i], hints_[i])) return false;
+    if ((marks.introduced >> i & 1) == 0 && !live_.is_live(numbers[i], hints_[i])) return false;
   done.active = std::max(done.active, live_.count());
   if (done.active > header_->max_active_vertices) return false;
   for (std::uint64_t left = marks.last_use; left != 0; left &= left - 1) {

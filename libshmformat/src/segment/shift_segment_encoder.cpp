@@ -98,7 +98,7 @@ Result<void> ShiftSegmentEncoder::take(const SegmentPiece& piece, std::vector<En
     if (cell.block == SegmentPiece::kLoose) {
       begin_element(false);
       const std::uint64_t number = number_of(piece.vertices[vertex]);
-      if (!numbered_by_birth_) shifts_.add_loose(number);
+      if (!numbered_by_birth_) shifts_.add_isolated(number);
       take_vertex(piece, vertex, number);
       ++group_.header.loose_vertices;
       group_.header.max_active_vertices = std::max(group.max_active_vertices, active_ + 1);
@@ -141,7 +141,7 @@ void ShiftSegmentEncoder::code_cell(const SegmentPiece& piece, const SegmentPiec
     if (vertex < end && piece.vertices[vertex].handle == nodes[i]) {
       const SegmentPiece::Vertex& born = piece.vertices[vertex];
       at_slot(number_of_, nodes[i]) = number_of(born);
-      marks.births |= std::uint64_t{1} << i;
+      marks.introduced |= std::uint64_t{1} << i;
       if (born.imported) marks.imports |= std::uint64_t{1} << i;
       take_vertex(piece, vertex++, number_of_[nodes[i]]);
     }
@@ -268,7 +268,7 @@ void ShiftSegmentEncoder::find_neighbours(std::span<const std::byte> shifts) {
   }
   for (std::size_t loose = vertices - static_cast<std::size_t>(group.loose_vertices);
        loose < vertices; ++loose)
-    neighbours_.add_loose(born_[loose], vertices_.items);
+    neighbours_.add_isolated(born_[loose], vertices_.items);
   cells_.blocks = cell_blocks_;
 }
 

@@ -168,7 +168,7 @@ bool TopologyReplay::Replayed::loose() {
   const std::uint32_t slot = connectivity.add_loose_vertex();
   std::uint64_t number = group_->first_vertex + own_;
   if (keeps_numbers()) number = segment_->numbers.code_loose(numbers_, slot, 0);
-  add_vertex(finds() ? segment_->finder.loose(slot) : Neighbourhood(), number, false);
+  add_vertex(finds() ? segment_->finder.isolated(slot) : Neighbourhood(), number, false);
   connectivity.remove_loose_vertex(slot);
   return is_small();
 }
@@ -213,7 +213,7 @@ bool TopologyReplay::Replayed::shifted_cell(const CellMarks& marks,
   begin_element(true);
   segment_->shifts->neighbours.add_cells(marks, numbers, 1, out_->vertices.items,
                                          out_->cells.items);
-  for (std::uint64_t left = marks.births; left != 0; left &= left - 1) {
+  for (std::uint64_t left = marks.introduced; left != 0; left &= left - 1) {
     const auto i = static_cast<std::size_t>(std::countr_zero(left));
     count_vertex(numbers[i], (marks.imports >> i & 1) != 0);
   }
@@ -227,10 +227,10 @@ bool TopologyReplay::Replayed::shifted_cell(const CellMarks& marks,
 bool TopologyReplay::Replayed::shifted_loose() {
   if (bytes_ + replay_->vertex_bytes_ > group_->decoded_bytes) return false;
   begin_element(false);
-  const auto number = keeps_numbers() ? segment_->shifts->cells.next_loose()
+  const auto number = keeps_numbers() ? segment_->shifts->cells.next_isolated()
                                       : std::optional(group_->first_vertex + own_);
   if (!number) return false;
-  segment_->shifts->neighbours.add_loose(*number, out_->vertices.items);
+  segment_->shifts->neighbours.add_isolated(*number, out_->vertices.items);
   count_vertex(*number, false);
   return is_small();
 }

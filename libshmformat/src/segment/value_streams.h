@@ -67,7 +67,9 @@ class ValueStreams {
     push_tightly(vertices_.items, finder_.vertex(cell, position, vertex_reach_));
   }
   void end_cell(const CellTopology& cell);
-  void add_loose_vertex(std::uint32_t slot) { push_tightly(vertices_.items, finder_.loose(slot)); }
+  void add_loose_vertex(std::uint32_t slot) {
+    push_tightly(vertices_.items, finder_.isolated(slot));
+  }
 
   /// Column 0 is geometry, the others the static arrays in schema order.
   std::size_t columns() const { return columns_.size(); }

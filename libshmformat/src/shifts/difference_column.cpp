@@ -6,8 +6,8 @@
 #include "bytes/binary.h"
 #include "bytes/packing.h"
 #include "shifts/difference_choice.h"
-#include "values/domain_choice.h"
 #include "values/shuffled_zstd.h"
+#include "values/value_domain.h"
 
 namespace shm {
 namespace {
@@ -73,14 +73,14 @@ decltype(auto) with_translation(const ArrayInfo& info, std::size_t component,
               [&translator](std::int64_t index) { return translator.bits(index); });
 }
 
-/// Whether all values of an array may be of a domain, none odd. A quantized one may hold values
-/// that are not: then all are said as they stand.
+/// Whether all values of an array may be of a domain without escapes. A quantized one may hold
+/// values that would be: then all are coded as they are stored.
 bool may_be(const ArrayInfo& info, const ValueDomain& domain) {
   return domain.kind != DomainKind::digits &&
          (domain.fits(info) || (is_float(info.type) && domain == ValueDomain()));
 }
 
-/// Whether components of these domains are predicted in one way, as those of an array must be.
+/// Whether components of these domains are predicted alike, as those of an array must be.
 bool predicted_alike(DomainKind a, DomainKind b) {
   const auto is_float = [](DomainKind kind) {
     return kind == DomainKind::floats || kind == DomainKind::narrow;
@@ -199,9 +199,9 @@ std::vector<ValueDomain> DifferenceColumn::choose_domains(
   return domains;
 }
 
-/// Where values are quantized but for some, the others take their rounded values all the same.
-void DifferenceColumn::round_where_odd(std::span<const ValueDomain> domains,
-                                       std::span<std::vector<std::uint64_t>> bits) const {
+/// Where some of the values cannot be quantized, the others take their rounded values all the same.
+void DifferenceColumn::round_to_quantized(std::span<const ValueDomain> domains,
+                                          std::span<std::vector<std::uint64_t>> bits) const {
   for (std::size_t c = 0; c < bits.size(); ++c) {
     if (domains[c].kind == DomainKind::quantized) continue;
     const ValueTranslator translator(*info_, c, {DomainKind::quantized});
@@ -216,7 +216,7 @@ std::vector<std::byte> DifferenceColumn::encode_differences(std::span<const std:
   const std::span bits = std::span(scratch.words).first(components_.size());
   const std::span indices = std::span(scratch.indices).first(components_.size());
   const std::vector<ValueDomain> domains = choose_domains(bits);
-  if (info_->quantization.bits > 0) round_where_odd(domains, bits);
+  if (info_->quantization.bits > 0) round_to_quantized(domains, bits);
   begin({}, domains, numbers.size());
   for (std::size_t c = 0; c < bits.size(); ++c) {
     indices[c].resize(numbers.size());

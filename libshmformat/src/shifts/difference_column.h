@@ -17,7 +17,7 @@
 
 namespace shm {
 
-/// How the values of a group are said.
+/// How the values of a group are coded.
 enum class BulkCodec : std::uint8_t { differences, shuffled_zstd };
 
 /// Room that columns use in turn.
@@ -43,7 +43,7 @@ class DifferenceColumn {
                  std::size_t stride, std::span<const std::uint32_t> lags,
                  DifferenceScratch& scratch);
 
-  /// Encoding: the group was said in shuffled_zstd by somebody else.
+  /// Encoding: another column has coded the group, in shuffled_zstd.
   void forget() { remembers_ = false; }
 
   std::size_t element_bytes() const { return components_.size() * width_; }
@@ -73,8 +73,8 @@ class DifferenceColumn {
   void begin(std::span<const Factor> factors, std::span<const ValueDomain> domains,
              std::uint64_t count);
   std::vector<ValueDomain> choose_domains(std::span<const std::vector<std::uint64_t>> bits) const;
-  void round_where_odd(std::span<const ValueDomain> domains,
-                       std::span<std::vector<std::uint64_t>> bits) const;
+  void round_to_quantized(std::span<const ValueDomain> domains,
+                          std::span<std::vector<std::uint64_t>> bits) const;
   std::vector<std::byte> encode_differences(std::span<const std::uint64_t> numbers,
                                             std::span<const std::uint32_t> lags,
                                             DifferenceScratch& scratch);

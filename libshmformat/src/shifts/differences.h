@@ -1,5 +1,5 @@
 // Differences: values predicted along the numbers of their elements, where these run in rows and
-// layers: a polynomial along each of up to three lags says what comes next.
+// layers: a polynomial along each of up to three lags predicts what comes next.
 //   Factor     a lag and an order: the order-th difference along it should be 0
 //   Tap        what that makes of one earlier value: how far back, and how often it counts
 //   Numbers    which elements are known, by number; a ring
@@ -64,8 +64,8 @@ class KnownNumbers {
   std::uint64_t mask_ = 0;
 };
 
-// How a prediction is made from what is remembered of one component, and told apart from what came.
-// Remembered is a word for each value.
+// How a prediction is made from what is remembered of one component, and how far the value is from
+// it. Remembered is a word for each value.
 
 /// Whole numbers, modulo 2^64, or what the integer type of the values holds: domains whose values
 /// are evenly spaced.
@@ -76,7 +76,7 @@ struct WholeDifferences {
   static WholeDifferences of(ScalarType integers) {
     return {static_cast<int>(64 - 8 * scalar_bytes(integers)), is_signed_integer(integers)};
   }
-  /// What the used bits say.
+  /// The number in the used bits.
   std::int64_t within(std::uint64_t index) const {
     const std::uint64_t high = index << unused;
     return has_sign ? static_cast<std::int64_t>(high) >> unused

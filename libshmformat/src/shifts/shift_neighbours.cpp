@@ -43,8 +43,8 @@ ShiftNeighbours::ShiftNeighbours(const Schema& schema, bool of_vertices, bool of
 }
 
 bool ShiftNeighbours::begin_group(std::uint32_t bits, std::uint64_t elements) {
-  tells_ = bits > 0;
-  if (!tells_ || bits == ring_bits_) return true;
+  finds_ = bits > 0;
+  if (!finds_ || bits == ring_bits_) return true;
   if (bits > most_ring_bits(elements)) return false;
   ring_bits_ = bits;
   if (of_vertices_) vertices_.clear(std::size_t{1} << bits);
@@ -56,7 +56,7 @@ bool ShiftNeighbours::begin_group(std::uint32_t bits, std::uint64_t elements) {
 void ShiftNeighbours::add_cells(const CellMarks& marks, std::span<const std::uint64_t> numbers,
                                 std::size_t count, std::vector<Neighbourhood>& vertices,
                                 std::vector<Neighbourhood>& cells) {
-  if (!tells_) return;
+  if (!finds_) return;
   const std::size_t nodes = numbers.size() / count;
   for (std::size_t c = 0; c < count; ++c) {
     if (of_vertices_) add_vertices(marks, numbers.data() + c * nodes, vertices);
@@ -64,8 +64,8 @@ void ShiftNeighbours::add_cells(const CellMarks& marks, std::span<const std::uin
   }
 }
 
-void ShiftNeighbours::add_loose(std::uint64_t number, std::vector<Neighbourhood>& vertices) {
-  if (!tells_ || !of_vertices_) return;
+void ShiftNeighbours::add_isolated(std::uint64_t number, std::vector<Neighbourhood>& vertices) {
+  if (!finds_ || !of_vertices_) return;
   Neighbourhood& it = vertices.emplace_back();
   it.self = vertices_.place(number);
   vertices_.add(it, number);
@@ -74,7 +74,7 @@ void ShiftNeighbours::add_loose(std::uint64_t number, std::vector<Neighbourhood>
 void ShiftNeighbours::add_vertices(const CellMarks& marks, const std::uint64_t* numbers,
                                    std::vector<Neighbourhood>& vertices) {
   const std::uint32_t axes = this->axes(marks.block);
-  for (std::uint64_t left = marks.births; left != 0; left &= left - 1) {
+  for (std::uint64_t left = marks.introduced; left != 0; left &= left - 1) {
     const auto position = static_cast<std::uint32_t>(std::countr_zero(left));
     Neighbourhood& it = vertices.emplace_back();
     it.self = vertices_.place(numbers[position]);
@@ -88,9 +88,10 @@ void ShiftNeighbours::add_vertices(const CellMarks& marks, const std::uint64_t* 
   }
 }
 
-/// `births`: positions of vertices that are not there yet, this one and those that come after it.
-void ShiftNeighbours::look_around(Neighbourhood& it, std::uint32_t position, std::uint64_t births,
-                                  const std::uint64_t* numbers, std::uint32_t axes) const {
+/// `introduced`: positions of vertices that are not there yet, this one and those after it.
+void ShiftNeighbours::look_around(Neighbourhood& it, std::uint32_t position,
+                                  std::uint64_t introduced, const std::uint64_t* numbers,
+                                  std::uint32_t axes) const {
   const std::uint64_t self = numbers[position];
   const std::uint32_t bits = kCornerBits[position];
   it.kind = axes == 3 ? Neighbourhood::lattice : Neighbourhood::flat;
@@ -99,7 +100,7 @@ void ShiftNeighbours::look_around(Neighbourhood& it, std::uint32_t position, std
   for (std::uint32_t i = 0; i < kLatticeBits.size(); ++i) {
     if (kLatticeBits[i] >> axes != 0) continue;
     const std::uint32_t at = kCornerBits[bits ^ kLatticeBits[i]];
-    if ((births >> at & 1) != 0) continue;
+    if ((introduced >> at & 1) != 0) continue;
     it.at[i] = vertices_.place(numbers[at]);
     known |= 1u << i;
     if (i >= axes) continue;
@@ -115,8 +116,8 @@ void ShiftNeighbours::look_around(Neighbourhood& it, std::uint32_t position, std
   vertices_.look_for_thirds(it);
 }
 
-/// A cell is known by its last corner. What lies behind its sides is, where cells stand alike,
-/// known by the corners before that one.
+/// A cell is known by its last corner. What lies behind its sides is, where cells are numbered
+/// alike, known by the corners before that one.
 void ShiftNeighbours::add_cell(std::uint32_t axes, const std::uint64_t* numbers,
                                std::vector<Neighbourhood>& cells) {
   Neighbourhood& it = cells.emplace_back();

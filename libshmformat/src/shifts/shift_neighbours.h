@@ -1,6 +1,6 @@
-// ShiftNeighbours: neighbourhoods in a segment whose cells are shifts. What stands around a new
-// vertex its own cell tells; what is beyond that, and which cells lie around a cell, follows from
-// numbers, which go on as they do within the cell. No surface, no search: they cost next to
+// ShiftNeighbours: neighbourhoods in a segment whose cells are shifts. What is around a new vertex
+// is in its own cell; what is beyond that, and which cells lie around a cell, follows from numbers,
+// which go on as they do within the cell. No surface, no search: they cost next to
 // nothing. spec: "Neighbourhoods by number"
 #pragma once
 
@@ -34,7 +34,7 @@ constexpr std::uint32_t most_ring_bits(std::uint64_t elements) {
 
 class ShiftNeighbours {
  public:
-  /// `schema` is borrowed. Tells those of vertices, of cells, or both.
+  /// `schema` is borrowed. Finds those of vertices, of cells, or both.
   ShiftNeighbours(const Schema& schema, bool of_vertices, bool of_cells);
 
   /// Before a group of so many elements. 0 bits: its elements have no neighbourhoods. False where
@@ -45,12 +45,12 @@ class ShiftNeighbours {
   /// Above every slot that an item names; columns may not have met all that do.
   std::uint32_t slots() const { return ring_bits_ == 0 ? 0 : 1u << ring_bits_; }
 
-  /// The next cells, all said by the same shift: adds the items of their new vertices, in order of
-  /// birth, and of the cells themselves.
+  /// The next cells, which all have the same shift: adds the items of their new vertices, as they
+  /// are introduced, and of the cells themselves.
   void add_cells(const CellMarks& marks, std::span<const std::uint64_t> numbers, std::size_t count,
                  std::vector<Neighbourhood>& vertices, std::vector<Neighbourhood>& cells);
   /// A vertex that no cell uses.
-  void add_loose(std::uint64_t number, std::vector<Neighbourhood>& vertices);
+  void add_isolated(std::uint64_t number, std::vector<Neighbourhood>& vertices);
 
  private:
   /// What is remembered, by number modulo the places.
@@ -74,7 +74,7 @@ class ShiftNeighbours {
   std::uint32_t axes(std::uint32_t block) const { return axes_[block]; }
   void add_vertices(const CellMarks& marks, const std::uint64_t* numbers,
                     std::vector<Neighbourhood>& vertices);
-  void look_around(Neighbourhood& it, std::uint32_t position, std::uint64_t births,
+  void look_around(Neighbourhood& it, std::uint32_t position, std::uint64_t introduced,
                    const std::uint64_t* numbers, std::uint32_t axes) const;
   void add_cell(std::uint32_t axes, const std::uint64_t* numbers,
                 std::vector<Neighbourhood>& cells);
@@ -82,7 +82,7 @@ class ShiftNeighbours {
   bool of_vertices_, of_cells_;
   std::vector<std::uint8_t> axes_;  // by block
   std::uint32_t ring_bits_ = 0;
-  bool tells_ = false;
+  bool finds_ = false;
   Ring vertices_, cells_;  // cells by the number of their last corner
   std::uint32_t last_cell_ = kNone;
 };

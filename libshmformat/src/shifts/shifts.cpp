@@ -10,7 +10,7 @@ constexpr int kShiftZstdLevel = 1;
 std::uint64_t key_of(const Shift& shift, std::uint32_t nodes) {
   std::uint64_t key = shift.marks.block;
   const auto mix = [&](std::uint64_t v) { key = (key ^ v) * 0x9e3779b97f4a7c15u; };
-  mix(shift.marks.births);
+  mix(shift.marks.introduced);
   mix(shift.marks.imports);
   mix(shift.marks.last_use);
   for (std::uint32_t i = 0; i < nodes; ++i) mix(shift.by[i]);
@@ -80,7 +80,7 @@ void ShiftEncoder::add_cell(const CellMarks& marks, std::span<const std::uint64_
     symbols_.push_back(static_cast<std::uint8_t>(place));
   } else {
     symbols_.push_back(ShiftTable::kNew);
-    say(shift_, nodes);
+    write(shift_, nodes);
     place = table_.add(shift_);
     keys_.resize(table_.size());
     followed_.resize(table_.size());
@@ -91,26 +91,26 @@ void ShiftEncoder::add_cell(const CellMarks& marks, std::span<const std::uint64_
   last_place_ = place;
 }
 
-void ShiftEncoder::say(const Shift& shift, std::uint32_t nodes) {
-  said_.put_varint(shift.marks.block);
+void ShiftEncoder::write(const Shift& shift, std::uint32_t nodes) {
+  bytes_.put_varint(shift.marks.block);
   for (std::uint32_t i = 0; i < nodes; ++i)
-    said_.put_signed(static_cast<std::int64_t>(shift.by[i]));
-  said_.put_varint(shift.marks.births);
-  if (may_import_) said_.put_varint(shift.marks.imports);
-  said_.put_varint(shift.marks.last_use);
+    bytes_.put_signed(static_cast<std::int64_t>(shift.by[i]));
+  bytes_.put_varint(shift.marks.introduced);
+  if (may_import_) bytes_.put_varint(shift.marks.imports);
+  bytes_.put_varint(shift.marks.last_use);
 }
 
-void ShiftEncoder::add_loose(std::uint64_t number) {
-  said_.put_signed(static_cast<std::int64_t>(number - last_loose_));
-  last_loose_ = number;
+void ShiftEncoder::add_isolated(std::uint64_t number) {
+  bytes_.put_signed(static_cast<std::int64_t>(number - last_isolated_));
+  last_isolated_ = number;
 }
 
 std::vector<std::byte> ShiftEncoder::finish(Zstd& zstd) {
   ByteWriter out;
-  out.put_varint(said_.bytes.size());
-  said_.put_bytes(std::as_bytes(std::span(symbols_)));
-  zstd.compress(said_.bytes, kShiftZstdLevel, out.bytes);
-  said_.bytes.clear();
+  out.put_varint(bytes_.bytes.size());
+  bytes_.put_bytes(std::as_bytes(std::span(symbols_)));
+  zstd.compress(bytes_.bytes, kShiftZstdLevel, out.bytes);
+  bytes_.bytes.clear();
   symbols_.clear();
   return std::move(out.bytes);
 }
@@ -121,11 +121,11 @@ ShiftDecoder::ShiftDecoder(const Schema& schema, bool may_import)
 bool ShiftDecoder::begin_group(std::span<const std::byte> bytes, std::uint32_t cells,
                                std::uint64_t limit, Zstd& zstd) {
   ByteReader in(bytes);
-  const std::uint64_t said = in.get_varint();
-  if (!in.ok() || said > limit) return false;
-  if (!zstd.decompress(in.get_bytes(in.left()), said + cells, unpacked_)) return false;
-  const auto behind = static_cast<std::size_t>(said);
-  said_ = ByteReader(std::span<const std::byte>(unpacked_).first(behind));
+  const std::uint64_t before = in.get_varint();  // bytes before the symbols
+  if (!in.ok() || before > limit) return false;
+  if (!zstd.decompress(in.get_bytes(in.left()), before + cells, unpacked_)) return false;
+  const auto behind = static_cast<std::size_t>(before);
+  bytes_ = ByteReader(std::span<const std::byte>(unpacked_).first(behind));
   symbols_ = std::span<const std::byte>(unpacked_).subspan(behind);
   next_symbol_ = 0;
   return true;
@@ -152,28 +152,28 @@ auto ShiftDecoder::next_cells(std::uint64_t* numbers, std::size_t most) -> Cells
 }
 
 const Shift* ShiftDecoder::read_shift() {
-  const std::uint64_t block = said_.get_varint();
-  if (!said_.ok() || block >= table_.blocks()) return nullptr;
+  const std::uint64_t block = bytes_.get_varint();
+  if (!bytes_.ok() || block >= table_.blocks()) return nullptr;
   shift_ = {};
   CellMarks& marks = shift_.marks;
   marks.block = static_cast<std::uint32_t>(block);
   const std::uint32_t nodes = table_.nodes(marks.block);
   if (nodes > kMostShiftNodes) return nullptr;
   for (std::uint32_t i = 0; i < nodes; ++i)
-    shift_.by[i] = static_cast<std::uint64_t>(said_.get_signed());
-  marks.births = said_.get_varint();
-  if (may_import_) marks.imports = said_.get_varint();
-  marks.last_use = said_.get_varint();
+    shift_.by[i] = static_cast<std::uint64_t>(bytes_.get_signed());
+  marks.introduced = bytes_.get_varint();
+  if (may_import_) marks.imports = bytes_.get_varint();
+  marks.last_use = bytes_.get_varint();
   const std::uint64_t beyond = nodes == 64 ? 0 : ~std::uint64_t{0} << nodes;
-  if (!said_.ok() || ((marks.births | marks.last_use) & beyond) != 0 ||
-      (marks.imports & ~marks.births) != 0)
+  if (!bytes_.ok() || ((marks.introduced | marks.last_use) & beyond) != 0 ||
+      (marks.imports & ~marks.introduced) != 0)
     return nullptr;
   return &table_.at(table_.add(shift_));
 }
 
-std::optional<std::uint64_t> ShiftDecoder::next_loose() {
-  last_loose_ += static_cast<std::uint64_t>(said_.get_signed());
-  return said_.ok() ? std::optional(last_loose_) : std::nullopt;
+std::optional<std::uint64_t> ShiftDecoder::next_isolated() {
+  last_isolated_ += static_cast<std::uint64_t>(bytes_.get_signed());
+  return bytes_.ok() ? std::optional(last_isolated_) : std::nullopt;
 }
 
 }  // namespace shm

@@ -1,9 +1,9 @@
-// Shifts: each cell is the one before it of its block, moved by a shift: how its vertex numbers
-// differ, and which of its vertices are new, imported, and used for the last time. Shifts repeat
-// where numbers run in rows and layers; a cell is then one byte, and bytes go to zstd.
-// in:    cells, with numbers                     out: a bitstream for each group
-// keeps: the last cell of each block, a table of shifts; changed alike in both directions
-// spec: "Shifts"
+// Shifts: cells as differences. A shift is the difference of a cell from the one before it of its
+// block: what is added to its vertex numbers, and which of its vertices are new, imported, and used
+// for the last time. Shifts repeat where numbers run in rows and layers; a cell is then one byte,
+// its place in a table of shifts, and bytes go to zstd. in:    cells, with numbers out: a bitstream
+// for each group keeps: the last cell of each block, a table of shifts; changed alike in both
+// directions spec: "Shifts"
 #pragma once
 
 #include <array>
@@ -25,13 +25,13 @@ inline constexpr std::size_t kShiftedCellsAtOnce = 64;
 /// A cell, but for its vertex numbers. Positions are bits.
 struct CellMarks {
   std::uint32_t block = 0;
-  std::uint64_t births = 0;    ///< vertices that no cell of the segment used before
-  std::uint64_t imports = 0;   ///< of these, those that an earlier segment owns
-  std::uint64_t last_use = 0;  ///< vertices that no later cell uses
+  std::uint64_t introduced = 0;  ///< vertices that no cell of the segment used before
+  std::uint64_t imports = 0;     ///< of these, those that an earlier segment owns
+  std::uint64_t last_use = 0;    ///< vertices that no later cell uses
   bool operator==(const CellMarks&) const = default;
 };
 
-/// Most nodes of a cell that can be said so. Frozen: part of the format.
+/// Most nodes of a cell in shifts. Frozen: part of the format.
 inline constexpr std::uint32_t kMostShiftNodes = 64;
 
 /// Most components of a stepped array beside them: values over shifts are kept by number, and take
@@ -43,18 +43,18 @@ struct Shift {
   std::array<std::uint64_t, kMostShiftNodes> by{};  ///< what is added to the numbers, modulo 2^64
 };
 
-/// Whether cells of the schema can be said so: no delay, blocks of as many nodes each, no stepped
+/// Whether cells of the schema can be in shifts: no delay, blocks of as many nodes each, no stepped
 /// array of many components.
 bool takes_shifts(const Schema& schema);
 
-/// Where vertices are numbered by birth, shifts run over stream numbers; vertices that earlier
-/// segments own, whose numbers an encoder does not know, count from here on.
+/// Where vertices are numbered as they are introduced, shifts run over stream numbers; vertices
+/// that earlier segments own, whose numbers an encoder does not know, count from here on.
 inline constexpr std::uint64_t kFirstImport = std::uint64_t{1} << 63;
 
 /// What both directions keep. For schemas that shifts take.
 class ShiftTable {
  public:
-  // A symbol below kPlaces is the place of a shift in the table; kNew says that a new one comes.
+  // A symbol below kPlaces is the place of a shift in the table; kNew: a new one comes.
   static constexpr std::uint32_t kPlaces = 255;
   static constexpr std::uint8_t kNew = 255;
 
@@ -70,7 +70,7 @@ class ShiftTable {
   }
   const Shift& at(std::size_t place) const { return shifts_[place]; }
   std::size_t size() const { return shifts_.size(); }
-  /// Takes the place of the oldest; says which that is.
+  /// Takes the place of the oldest, which it returns.
   std::size_t add(const Shift& shift);
   std::size_t blocks() const { return nodes_.size(); }
 
@@ -88,15 +88,15 @@ class ShiftEncoder {
 
   void add_cell(const CellMarks& marks, std::span<const std::uint64_t> numbers);
   /// A vertex that no cell uses; after the cells of the group.
-  void add_loose(std::uint64_t number);
+  void add_isolated(std::uint64_t number);
   /// The group's bitstream; the next group begins.
   std::vector<std::byte> finish(Zstd& zstd);
-  /// What each cell of the group was said by.
+  /// The symbol of each cell of the group.
   std::span<const std::uint8_t> symbols() const { return symbols_; }
 
  private:
   std::size_t find(const Shift& shift, std::uint32_t nodes) const;
-  void say(const Shift& shift, std::uint32_t nodes);
+  void write(const Shift& shift, std::uint32_t nodes);
 
   ShiftTable table_;
   bool may_import_;
@@ -104,9 +104,9 @@ class ShiftEncoder {
   std::vector<std::uint8_t> followed_;  // by place: what came after it the last time
   std::size_t last_place_ = 0;
   Shift shift_;
-  ByteWriter said_;
+  ByteWriter bytes_;  // new shifts, then isolated vertices
   std::vector<std::uint8_t> symbols_;
-  std::uint64_t last_loose_ = 0;
+  std::uint64_t last_isolated_ = 0;
 };
 
 class ShiftDecoder {
@@ -116,7 +116,7 @@ class ShiftDecoder {
   /// `bytes` of a group with so many cells; may unpack to `limit` bytes. False for damaged data.
   bool begin_group(std::span<const std::byte> bytes, std::uint32_t cells, std::uint64_t limit,
                    Zstd& zstd);
-  /// The next cells of the group that are said by one shift: at least one, at most `most`, which is
+  /// The next cells of the group that have one shift: at least one, at most `most`, which is
   /// above 0; null for damaged data. Their numbers go to `numbers`, which has room for those of any
   /// block.
   struct Cells {
@@ -126,10 +126,12 @@ class ShiftDecoder {
   Cells next_cells(std::uint64_t* numbers, std::size_t most);
   std::uint32_t nodes(std::uint32_t block) const { return table_.nodes(block); }
   std::size_t most_nodes() const { return table_.most_nodes(); }
-  /// A vertex that no cell uses; nothing where none is said.
-  std::optional<std::uint64_t> next_loose();
+  /// A vertex that no cell uses; nothing for damaged data.
+  std::optional<std::uint64_t> next_isolated();
   /// Whether the group was used up, no more and no less.
-  bool at_end() const { return said_.ok() && said_.left() == 0 && next_symbol_ == symbols_.size(); }
+  bool at_end() const {
+    return bytes_.ok() && bytes_.left() == 0 && next_symbol_ == symbols_.size();
+  }
 
  private:
   const Shift* read_shift();
@@ -138,10 +140,10 @@ class ShiftDecoder {
   bool may_import_;
   Shift shift_;
   std::vector<std::byte> unpacked_;
-  ByteReader said_{{}};
+  ByteReader bytes_{{}};
   std::span<const std::byte> symbols_;
   std::size_t next_symbol_ = 0;
-  std::uint64_t last_loose_ = 0;
+  std::uint64_t last_isolated_ = 0;
 };
 
 }  // namespace shm

@@ -55,7 +55,7 @@ Neighbourhood NeighbourFinder::vertex(const CellTopology& cell, std::uint32_t po
   it.self = cell.slots[position];
   Vertex& self = vertex_at(it.self);
   self = Vertex{};
-  self.born = sequence_;
+  self.introduced = sequence_;
   if (cell.hexahedral && position < 8) {
     const std::uint32_t bits = corner_bits(cell, position);
     it.kind = Neighbourhood::lattice;
@@ -119,12 +119,12 @@ void NeighbourFinder::look_around_inner(Neighbourhood& it, const CellTopology& c
   it.known = static_cast<std::uint16_t>(known);
 }
 
-Neighbourhood NeighbourFinder::loose(std::uint32_t slot) {
+Neighbourhood NeighbourFinder::isolated(std::uint32_t slot) {
   Neighbourhood it;
   it.self = slot;
   Vertex& self = vertex_at(slot);
   self = Vertex{};
-  self.born = sequence_;
+  self.introduced = sequence_;
   return it;
 }
 
@@ -132,23 +132,24 @@ Neighbourhood NeighbourFinder::loose(std::uint32_t slot) {
 /// `slot` along two axes.
 NeighbourFinder::Found NeighbourFinder::behind(std::uint32_t slot, std::uint32_t one,
                                                std::uint32_t two, std::uint32_t except) const {
-  for (const Standing& stands : vertices_[slot].stands) {
-    if (stands.sequence == kNever || stands.place == except) continue;
-    const Cell& cell = ring_[stands.place];
-    if (cell.sequence != stands.sequence) continue;
+  for (const Use& use : vertices_[slot].uses) {
+    if (use.sequence == kNever || use.place == except) continue;
+    const Cell& cell = ring_[use.place];
+    if (cell.sequence != use.sequence) continue;
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
-      const std::uint32_t a = cell.corner[stands.corner ^ 1u << (axis == 0 ? 1 : 0)];
-      const std::uint32_t b = cell.corner[stands.corner ^ 1u << (axis == 2 ? 1 : 2)];
+      const std::uint32_t a = cell.corner[use.corner ^ 1u << (axis == 0 ? 1 : 0)];
+      const std::uint32_t b = cell.corner[use.corner ^ 1u << (axis == 2 ? 1 : 2)];
       if (!((a == one && b == two) || (a == two && b == one))) continue;
       // The cell may have had other vertices in these slots.
-      if (vertices_[one].born > cell.sequence || vertices_[two].born > cell.sequence) continue;
-      return {stands.place, stands.corner, axis};
+      if (vertices_[one].introduced > cell.sequence || vertices_[two].introduced > cell.sequence)
+        continue;
+      return {use.place, use.corner, axis};
     }
   }
   return {};
 }
 
-/// The hexahedron behind the face slot-one-both-two: asked at each of its corners.
+/// The hexahedron behind the face slot-one-both-two: sought from each of its corners.
 NeighbourFinder::Found NeighbourFinder::across(std::uint32_t slot, std::uint32_t one,
                                                std::uint32_t two, std::uint32_t both) const {
   if (const Found found = behind(slot, one, two, kNone)) return found;
@@ -178,18 +179,19 @@ void NeighbourFinder::look_beyond(Neighbourhood& it, Reach reach) const {
     const Cell& cell = ring_[found.place];
     const std::uint32_t corner = found.corner ^ 1u << found.axis;
     const std::uint32_t slot = cell.corner[corner];
-    if (vertices_[slot].born > cell.sequence) continue;  // another vertex has its slot by now
+    if (vertices_[slot].introduced > cell.sequence) continue;  // another vertex has its slot by now
     it.at[kAtBeyond + a] = slot;
     it.known |= static_cast<std::uint16_t>(Neighbourhood::kBeyond << a);
     if (reach == Reach::beyond) continue;
     const std::uint32_t one = cell.corner[corner ^ 1u << (found.axis == 0 ? 1 : 0)];
     const std::uint32_t two = cell.corner[corner ^ 1u << (found.axis == 2 ? 1 : 2)];
-    if (vertices_[one].born > cell.sequence || vertices_[two].born > cell.sequence) continue;
+    if (vertices_[one].introduced > cell.sequence || vertices_[two].introduced > cell.sequence)
+      continue;
     const Found next = behind(slot, one, two, found.place);
     if (!next) continue;
     const Cell& second = ring_[next.place];
     const std::uint32_t farther = second.corner[next.corner ^ 1u << next.axis];
-    if (vertices_[farther].born > second.sequence || farther == it.at[a]) continue;
+    if (vertices_[farther].introduced > second.sequence || farther == it.at[a]) continue;
     it.at[kAtFarther + a] = farther;
     it.known |= static_cast<std::uint16_t>(Neighbourhood::kFarther << a);
   }
@@ -309,11 +311,11 @@ void NeighbourFinder::end_cell(const CellTopology& cell) {
     }
     for (std::uint32_t b = 0; b < 8; ++b) {
       Vertex& vertex = vertex_at(corner_[b]);
-      const Standing here{sequence_, place_, b};
-      if (vertex.stands[0].sequence == kNever)
-        vertex.stands[0] = here;
+      const Use here{sequence_, place_, b};
+      if (vertex.uses[0].sequence == kNever)
+        vertex.uses[0] = here;
       else
-        vertex.stands[1] = here;
+        vertex.uses[1] = here;
     }
   }
   ++sequence_;

@@ -1,5 +1,5 @@
 // Neighbourhood: which earlier elements a new vertex or cell is predicted from, and the finder that
-// sees them. It knows nothing of how connectivity is said: any codec gives the same neighbourhoods
+// sees them. It knows nothing of how connectivity is coded: any codec gives the same neighbourhoods
 // for the same cells in the same order.
 //
 //                        beyond[a]   near[a]   self        along each axis a of the hexahedron:
@@ -67,33 +67,33 @@ enum class Reach : std::uint8_t { lattice = 0, beyond = 1, farther = 2 };
 
 class NeighbourFinder {
  public:
-  /// `cells`: whether cell() will be asked.
+  /// `cells`: whether cell() will be called.
   explicit NeighbourFinder(bool cells) : cells_(cells) {}
 
-  /// Begins a cell whose slots are known. `as_stored`: whether its corners stand as in its source,
-  /// or else in the coder's frame. `live`: vertices on the surface.
+  /// Begins a cell whose slots are known. `as_stored`: whether its corners are in the source's
+  /// order, or else in the coder's frame. `live`: vertices on the surface.
   void begin_cell(const CellTopology& cell, bool as_stored, std::uint64_t live);
-  /// Of the new vertex at `position`; it counts as known from then on. Of each new vertex once, in
-  /// order of birth.
+  /// Of the new vertex at `position`; it counts as known from then on. Of each new vertex once, as
+  /// cells introduce them.
   Neighbourhood vertex(const CellTopology& cell, std::uint32_t position, Reach reach);
   /// Of the cell itself, after its vertices.
   Neighbourhood cell(const CellTopology& cell, Reach reach);
   void end_cell(const CellTopology& cell);
-  /// Of a vertex that no cell uses.
-  Neighbourhood loose(std::uint32_t slot);
+  /// Of an isolated vertex: no cell uses it.
+  Neighbourhood isolated(std::uint32_t slot);
 
  private:
   static constexpr std::uint64_t kNever = ~std::uint64_t{0};
-  /// Where a vertex stands in a remembered hexahedron.
-  struct Standing {
+  /// A remembered hexahedron that uses a vertex.
+  struct Use {
     std::uint64_t sequence = kNever;  ///< of the cell
     std::uint32_t place = kNone;      ///< of the cell
     std::uint32_t corner = 0;         ///< corner bits
   };
   struct Vertex {
-    std::uint64_t born = 0;          // sequence of the cell that introduced it
-    std::array<Standing, 2> stands;  // in that cell, and in the last one that used it
-    bool full = false;               // its lattice was known
+    std::uint64_t introduced = 0;  // sequence of the cell that introduced it
+    std::array<Use, 2> uses;       // by that cell, and by the last one that used it
+    bool full = false;             // its lattice was known
   };
   /// A remembered cell, by place.
   struct Cell {
@@ -151,7 +151,7 @@ class NeighbourFinder {
   bool cells_;
   std::vector<Vertex> vertices_;
   std::vector<Cell> ring_;
-  std::vector<Links> links_;  // where cells are asked for
+  std::vector<Links> links_;  // where cell() is called
   std::vector<Sides> sides_;  // where there are other cells
   std::uint32_t next_place_ = 0, place_ = 0;
   std::uint64_t sequence_ = 0;

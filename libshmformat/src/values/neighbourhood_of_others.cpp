@@ -47,7 +47,7 @@ std::uint32_t NeighbourFinder::far(std::uint32_t place, std::uint32_t slot, Cycl
     if (next == kNoPlace) break;
     const std::uint32_t found = cell.corner[next];
     if (has(side, found)) continue;
-    return vertices_[found].born > cell.sequence ? kNone : found;
+    return vertices_[found].introduced > cell.sequence ? kNone : found;
   }
   return kNone;
 }
@@ -150,22 +150,23 @@ void NeighbourFinder::look_behind(Neighbourhood& it, const CellTopology& cell,
   bool one = true;
   for (std::uint32_t a = from; a < 3; ++a)
     one = one && (!it.knows(Neighbourhood::kNear << a) || beyond[a] == first);
-  const auto say = [&](std::uint32_t at, std::uint32_t slot) {
+  const auto take = [&](std::uint32_t at, std::uint32_t slot) {
     if (slot == kNone) return;
     it.at[at] = slot;
     it.known |= static_cast<std::uint16_t>(1u << at);
   };
   if (!one) {
     for (std::uint32_t a = from; a < 3; ++a)
-      if (it.knows(Neighbourhood::kNear << a)) say(kAtBeyond + a, beyond[a]);
+      if (it.knows(Neighbourhood::kNear << a)) take(kAtBeyond + a, beyond[a]);
   } else if (it.kind == Neighbourhood::layered) {
-    say(kAtDiagonal + 2, first);
-    if (it.knows(Neighbourhood::kDiagonal)) say(kAtOpposite, far(place, it.at[kAtDiagonal], slots));
+    take(kAtDiagonal + 2, first);
+    if (it.knows(Neighbourhood::kDiagonal))
+      take(kAtOpposite, far(place, it.at[kAtDiagonal], slots));
   } else {
-    say(kAtOpposite, first);
+    take(kAtOpposite, first);
     if (!it.knows(3 * Neighbourhood::kDiagonal))
       for (std::uint32_t i = 0; i < (it.knows(4 * Neighbourhood::kNear) ? 3u : 1u); ++i)
-        say(kAtDiagonal + i, first);
+        take(kAtDiagonal + i, first);
   }
 }
 

@@ -1,5 +1,5 @@
 // Shuffled zstd: scalars with their bytes sorted by significance, under zstd: for values that
-// repeat, where the mesh does not say how.
+// repeat in no order that the mesh has.
 // spec: "Values in shuffled_zstd"
 #pragma once
 
