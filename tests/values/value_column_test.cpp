@@ -618,8 +618,8 @@ TEST(ValueColumn, DomainsChangeInProportionToElements) {
   const auto shared = std::make_shared<const ArrayInfo>(info);
   ScalarColumn<SplitEncoder> careless(shared, 0);
   ScalarColumn<SplitDecoder> reader(shared, 0);
-  careless.make_room(kSlots - 1);
-  reader.make_room(kSlots - 1);
+  careless.state().make_room(kSlots - 1);
+  reader.state().make_room(kSlots - 1);
   int changes = 0;
   for (;; ++changes) {
     ASSERT_LT(changes, kGroups);
@@ -627,11 +627,11 @@ TEST(ValueColumn, DomainsChangeInProportionToElements) {
     DomainPlan plan;
     plan.domain = {changes % 2 == 0 ? DomainKind::decimal : DomainKind::floats, 0, false, true};
     ASSERT_TRUE(careless.begin_group(out, plan, {}, 8));
-    const Bytes encoded = out.finish();
-    SplitDecoder in(encoded);
+    const Bytes bytes = out.finish();
+    SplitDecoder in(bytes);
     if (!reader.begin_group(in, {}, {}, 8)) break;
-    careless.skip(vertices().all.items[static_cast<std::size_t>(changes)]);
-    reader.skip(vertices().all.items[static_cast<std::size_t>(changes)]);
+    careless.state().skip(vertices().all.items[static_cast<std::size_t>(changes)]);
+    reader.state().skip(vertices().all.items[static_cast<std::size_t>(changes)]);
   }
   EXPECT_GE(changes, 1);
   EXPECT_LE(changes, static_cast<int>(kMostMovesForEach) * kGroups / static_cast<int>(kSlots));

@@ -14,8 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "values/domain_choice.h"
-#include "values/entropy_bits.h"
+#include "values/mode_choice.h"
 #include "values/value_domain.h"
 
 namespace shm {
@@ -382,7 +381,7 @@ TEST(DomainChoice, SomeOddOnes) {
   const std::vector<std::uint64_t> large(100, std::uint64_t{1} << 60);
   plans = domain_candidates(info_of(ScalarType::int64), 0, large);
   EXPECT_EQ(plans[0].domain.kind, DomainKind::integers);
-  EXPECT_TRUE(plans[0].domain.odd);
+  EXPECT_TRUE(plans[0].domain.escapes);
 }
 
 /// Whatever the values are: a plan says each of them, or says that some are odd.
@@ -415,7 +414,7 @@ TEST(DomainChoice, EveryPlanSaysEveryValue) {
       const ValueTranslator it(info, 0, plan.domain);
       for (std::uint64_t value : bits) {
         const auto index = it.index(value);
-        ASSERT_TRUE(index || plan.domain.odd) << scalar_name(type) << ' ' << value;
+        ASSERT_TRUE(index || plan.domain.escapes) << scalar_name(type) << ' ' << value;
         if (!index) continue;
         if (!plan.table.empty()) {
           ASSERT_TRUE(std::binary_search(plan.table.begin(), plan.table.end(), *index));

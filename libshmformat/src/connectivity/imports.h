@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "connectivity/stencil.h"
-#include "entropy/adaptive_bit.h"
+#include "entropy/range_coder.h"
 #include "surface/cell_topology.h"
 
 namespace shm {

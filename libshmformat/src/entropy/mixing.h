@@ -3,7 +3,7 @@
 //   MixedBit     a decision in its own context: an AdaptiveBit, and what it was the last times
 //   about()      what the next decisions are about: a question, and clues that the question's own
 //                contexts are too coarse for. A path of the decisions since then goes with them, so
-//                that the bits of a number or a tree are told apart.
+//                that each bit of a number or a tree has its own.
 //   predictions  the AdaptiveBit; one by question and history; one by each clue and the path,
 //                looked up by hash
 //   mix          stretch(p) = ln(p / (1 - p)) of each, weighted, summed, squashed back. The weights
@@ -20,7 +20,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "entropy/adaptive_bit.h"
+#include "entropy/range_coder.h"
 
 namespace shm {
 

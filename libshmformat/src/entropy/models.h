@@ -8,6 +8,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <vector>
 
 #include "entropy/range_coder.h"
 
@@ -50,6 +51,15 @@ struct ResidualModelOf {
   std::array<std::array<Bit, 4>, 64> first;
 };
 using ResidualModel = ResidualModelOf<AdaptiveBit>;
+/// A number model for contexts that see few numbers: a sixth of the memory of NumberModel, since
+/// low bits are modelled by their position alone.
+struct CompactNumberModel {
+  AdaptiveBit zero;
+  TreeModel<6> length;                               // as in NumberModel
+  std::array<std::array<AdaptiveBit, 4>, 64> first;  // as in NumberModel
+  std::array<AdaptiveBit, 64> rest;                  // further bits, by the number of bits below
+  AdaptiveBit& rest_bit(int, int left) { return rest[static_cast<std::size_t>(left)]; }
+};
 
 template <class Coder, class Model>
 std::uint64_t code_number(Coder& coder, Model& model, std::uint64_t value) {
@@ -128,5 +138,39 @@ std::uint32_t code_choice(Coder& coder, ChoiceModel<kSize, Bit>& model, std::uin
     if (coder.bit(model.yes[i < kSize ? i : kSize - 1], i == index)) return i;
   return count - 1;
 }
+
+// Models that come into being when they are first asked for: a file takes memory for what it has.
+// They can be copied.
+
+template <class Model>
+class LazyModel {
+ public:
+  Model& get() {
+    if (held_.empty()) held_.emplace_back();
+    return held_.front();
+  }
+
+ private:
+  std::vector<Model> held_;  // one, or none yet
+};
+
+/// One for each context, of 65535 at most.
+template <class Model>
+class LazyModels {
+ public:
+  Model& of(std::uint32_t context) {
+    if (context >= numbers_.size()) numbers_.resize(context + 1);
+    std::uint16_t& number = numbers_[context];
+    if (number == 0) {
+      held_.emplace_back();
+      number = static_cast<std::uint16_t>(held_.size());
+    }
+    return held_[number - 1u];
+  }
+
+ private:
+  std::vector<std::uint16_t> numbers_;  // by context, from 1; 0: not yet
+  std::vector<Model> held_;
+};
 
 }  // namespace shm

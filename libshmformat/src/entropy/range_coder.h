@@ -1,28 +1,71 @@
-// Binary range coder: turns decisions with known odds into bytes and back.
-//
-// The encoder keeps an interval [low, low + range) inside 32 bits and narrows it by each
-// decision; bytes leave at the top when they can no longer change. `low` may overflow into a
-// carry, so the last byte that is not yet certain is held back together with the run of 0xFF
-// bytes behind it (the scheme of LZMA). The decoder follows with `code = bytes - low`.
-//
-// What surprises: (1) the very first byte of the carry scheme is always zero and is not stored;
-// (2) the end is not marked: the encoder drops trailing zero bytes and the decoder reads zeros
-// past the end, as many as it likes; counts are known from elsewhere;
-// (3) encoder and decoder have the same calls, `bit(model, value)` and `raw(value, count)`, where
-// the decoder ignores what it is given: a coder written once as a template runs both ways, so the
-// two directions cannot drift apart.
-// spec: "Range coder"
+// The range coder: turns yes/no decisions into bytes and back.
+//   AdaptiveBit    how likely a decision is, learnt from its past
+//   RangeEncoder, RangeDecoder    decisions with known odds
+//   SplitEncoder, SplitDecoder    the same, and beside it plain bits for those that nobody can
+//   guess,
+//                                 which cost next to nothing to read
+// Encoders and decoders have the same calls, `bit(model, value)` and `raw(value, count)`, where a
+// decoder ignores what it is given: a coder written once as a template runs both ways, so the two
+// directions cannot drift apart.
+// spec: "Adaptive bit", "Range coder", "Split coder"
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
 
-#include "entropy/adaptive_bit.h"
+#include "bytes/byte_cursor.h"
 
 namespace shm {
+
+/// 22 bits of probability and 10 bits of count in one word. The first decisions move it fast (2/3,
+/// 2/5, ...), later ones by about 1/kLimit, so small meshes learn quickly and long ones forget
+/// slowly. Integers only: the same on every machine.
+class AdaptiveBit {
+ public:
+  static constexpr std::uint32_t kLimit = 160;  // frozen: part of the format
+
+  /// Of 65536, never 0 and never all.
+  std::uint32_t probability_of_one() const {
+    const std::uint32_t p = state_ >> 16;
+    return p == 0 ? 1 : p;  // at most 65535 by construction
+  }
+  /// Decisions seen, up to the limit.
+  std::uint32_t count() const { return state_ & 0x3ff; }
+  /// `limit`: at most kLimit; a smaller one forgets faster.
+  void update(bool one, std::uint32_t limit = kLimit) {
+    const std::uint32_t seen = count();
+    const auto p = static_cast<std::int32_t>(state_ >> 10);
+    const std::int32_t target = one ? kOne : 0;
+    const auto moved = static_cast<std::uint32_t>(
+        p + static_cast<std::int32_t>((static_cast<std::int64_t>(target - p) * kRate[seen]) >> 16));
+    state_ = moved << 10 | (seen < limit ? seen + 1 : seen);
+  }
+
+ private:
+  static constexpr std::int32_t kOne = (1 << 22) - 1;
+  static constexpr std::array<std::int32_t, kLimit + 1> kRate = [] {
+    std::array<std::int32_t, kLimit + 1> rate{};
+    for (std::uint32_t n = 0; n <= kLimit; ++n)
+      rate[n] = static_cast<std::int32_t>(2 * 65536 / (2 * n + 3));  // 1 / (n + 1.5)
+    return rate;
+  }();
+
+  std::uint32_t state_ = (std::uint32_t{1} << 31);
+};
+
+// The encoder keeps an interval [low, low + range) inside 32 bits and narrows it by each
+// decision; bytes leave at the top when they can no longer change. `low` may overflow into a
+// carry, so the last byte that is not yet certain is held back together with the run of 0xFF
+// bytes behind it (the scheme of LZMA). The decoder follows with `code = bytes - low`.
+//
+// Unexpected: (1) the very first byte of the carry scheme is always zero and is not stored;
+// (2) the end is not marked: the encoder drops trailing zero bytes and the decoder reads zeros
+// past the end, as many as it likes; counts are known from elsewhere.
 
 inline constexpr std::uint32_t kRangeTop = std::uint32_t{1} << 24;
 
@@ -54,7 +97,8 @@ class RangeEncoder {
     return value;
   }
 
-  /// The low `count` bits of value, 0..64, evenly odd; the rest must be zero.
+  /// The low `count` bits of value, 0..64, which nobody can guess; the rest must
+  /// be zero.
   std::uint64_t raw(std::uint64_t value, int count) {
     while (count > 16) {
       count -= 16;
@@ -168,6 +212,115 @@ class RangeDecoder {
   std::size_t at_ = 0;
   std::uint32_t range_ = 0xffffffffu;
   std::uint32_t code_ = 0;
+};
+
+// Split: bytes = varint of the range coder's length, its bytes, then the plain bits, low bits of
+// each byte first; zeros past the end of either.
+
+class SplitEncoder {
+ public:
+  static constexpr bool kDecodes = false;
+  static constexpr bool kMixes = false;
+  using Bit = AdaptiveBit;
+
+  bool bit(AdaptiveBit& model, bool value) { return range_.bit(model, value); }
+  bool decide(std::uint32_t probability, bool value) { return range_.decide(probability, value); }
+  /// The low `count` bits of value, 0..64; the rest must be zero.
+  std::uint64_t raw(std::uint64_t value, int count) {
+    if (count > 32) {
+      put(value & 0xffffffffu, 32);
+      put(value >> 32, count - 32);
+    } else {
+      put(value, count);
+    }
+    return value;
+  }
+
+  /// Ends the stream and hands it out; the encoder is ready for the next one.
+  std::vector<std::byte> finish() {
+    if (filled_ > 0) flush(8);
+    while (!plain_.empty() && plain_.back() == std::byte{0}) plain_.pop_back();
+    const std::vector<std::byte> decisions = range_.finish();
+    ByteWriter out;
+    if (!decisions.empty() || !plain_.empty()) {
+      out.put_varint(decisions.size());
+      out.put_bytes(decisions);
+      out.put_bytes(plain_);
+    }
+    plain_.clear();
+    return std::move(out.bytes);
+  }
+
+ private:
+  void put(std::uint64_t value, int count) {
+    held_ |= value << filled_;
+    filled_ += count;
+    flush(0);
+  }
+  /// Hands out whole bytes, and one of up to `rest` bits less.
+  void flush(int rest) {
+    while (filled_ >= 8 || (rest > 0 && filled_ > 0)) {
+      plain_.push_back(static_cast<std::byte>(held_));
+      held_ >>= 8;
+      filled_ -= 8;
+    }
+    if (filled_ < 0) filled_ = 0;
+  }
+
+  RangeEncoder range_;
+  std::vector<std::byte> plain_;
+  std::uint64_t held_ = 0;
+  int filled_ = 0;
+};
+
+class SplitDecoder {
+ public:
+  static constexpr bool kDecodes = true;
+  static constexpr bool kMixes = false;
+  using Bit = AdaptiveBit;
+
+  SplitDecoder() = default;
+  /// `bytes` are borrowed. A length beyond their end counts as all of them.
+  explicit SplitDecoder(std::span<const std::byte> bytes) {
+    ByteReader in(bytes);
+    const std::uint64_t decisions = bytes.empty() ? 0 : in.get_varint();
+    if (!in.ok()) return;
+    range_ = RangeDecoder(in.get_bytes(std::min<std::uint64_t>(decisions, in.left())));
+    plain_ = in.get_bytes(in.left());
+  }
+
+  bool bit(AdaptiveBit& model, bool = false) { return range_.bit(model); }
+  bool decide(std::uint32_t probability, bool = false) { return range_.decide(probability); }
+  std::uint64_t raw(std::uint64_t, int count) {
+    if (count <= 32) return take(count);
+    const std::uint64_t low = take(32);
+    return low | take(count - 32) << 32;
+  }
+
+ private:
+  /// Must hold: count <= 32.
+  std::uint64_t take(int count) {
+    if (filled_ < count) fill();
+    const std::uint64_t value = held_ & ((std::uint64_t{1} << count) - 1);
+    held_ >>= count;
+    filled_ -= count;
+    return value;
+  }
+  void fill() {
+    while (filled_ <= 56) {
+      const std::uint64_t byte =
+          at_ < plain_.size() ? std::to_integer<std::uint64_t>(plain_[at_]) : 0;
+      ++at_;
+      held_ |= byte << filled_;
+      filled_ += 8;
+    }
+  }
+
+  RangeDecoder range_;
+  std::span<const std::byte> plain_;
+  std::size_t at_ = 0;
+  std::uint64_t held_ = 0;
+  int filled_ = 0;
 };
 
 }  // namespace shm

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "bytes/whole_numbers.h"
+#include "values/value_space.h"
 
 namespace shm {
 namespace {
@@ -16,7 +16,7 @@ std::uint32_t size_class(std::uint32_t mean) {
 
 /// Which model a residual has.
 std::uint32_t number_of(const ResidualContext& context, bool second) {
-  return (size_class(context.mean) * 3 + std::min(context.before, 2u)) * 2 + (second ? 1 : 0);
+  return (size_class(context.mean) * 3 + context.before) * 2 + (second ? 1 : 0);
 }
 
 /// Its bit length, near a guess; then sign and the bits behind the leading one, as they are.
@@ -125,21 +125,20 @@ std::int64_t ColumnModels<Coder>::code_residual(Coder& coder, const ResidualCont
 
 template <class Coder>
 std::int64_t ColumnModels<Coder>::code_mixed_residual(Coder& coder, const ResidualContext& context,
-                                                      bool second, std::uint32_t of_class,
-                                                      std::int64_t expected,
-                                                      const std::array<std::int64_t, 3>& others,
+                                                      bool second, const SizesAround& sizes,
+                                                      std::uint32_t of_class,
+                                                      const OtherPredictions& others,
                                                       std::int64_t residual) {
   Mixed& mixed = mixed_.get();
-  const auto towards = [&](std::int64_t other) {
-    const std::int64_t by = minus(other, expected);
-    return 2 * bit_length(by) + (by < 0 ? 1 : 0);
+  const auto how_far = [](std::int64_t other) {
+    return 2 * bit_length(other) + (other < 0 ? 1 : 0);
   };
-  const auto& near = context.near;
+  const auto& near = sizes.near;
   mixed.coder.use(coder);
-  mixed.coder.about(0, clue(near[0] + near[1] + near[2], context.before, second),
-                    clue(near[0], near[1], near[2]), clue(of_class, context.last, second),
-                    clue(towards(others[0]), towards(others[1])),
-                    clue(context.before, context.two_before, towards(others[2])));
+  mixed.coder.about(0, clue(near[0] + near[1] + near[2], sizes.before, second),
+                    clue(near[0], near[1], near[2]), clue(of_class, sizes.last, second),
+                    clue(how_far(others[0]), how_far(others[1])),
+                    clue(sizes.before, sizes.two_before, how_far(others[2])));
   return code_signed(mixed.coder, mixed.residuals.of(number_of(context, second)), residual);
 }
 

@@ -11,16 +11,14 @@
 #include <span>
 #include <vector>
 
-#include "entropy/compact_number.h"
-#include "entropy/lazy_models.h"
 #include "entropy/mixing.h"
 #include "entropy/models.h"
-#include "entropy/split_coder.h"
-#include "values/class_numbers.h"
+#include "entropy/range_coder.h"
 #include "values/column_state.h"
 #include "values/mode_choice.h"
 #include "values/rank_table.h"
 #include "values/value_domain.h"
+#include "values/value_predictor.h"
 
 namespace shm {
 
@@ -72,12 +70,12 @@ class ColumnModels {
   /// `second`: whether the second mode predicted it.
   std::int64_t code_residual(Coder& coder, const ResidualContext& context, bool second,
                              std::int64_t residual);
-  /// The same with mixed bits. `expected`: the index that was predicted; `others`: what other modes
-  /// predict.
+  /// What other modes than the one that was taken predict, less what that one does.
+  using OtherPredictions = std::array<std::int64_t, 3>;
+  /// The same with mixed bits.
   std::int64_t code_mixed_residual(Coder& coder, const ResidualContext& context, bool second,
-                                   std::uint32_t of_class, std::int64_t expected,
-                                   const std::array<std::int64_t, 3>& others,
-                                   std::int64_t residual);
+                                   const SizesAround& sizes, std::uint32_t of_class,
+                                   const OtherPredictions& others, std::int64_t residual);
   /// Whether a zero is -0.0.
   bool code_negative_zero(Coder& coder, bool negative) {
     return last_negative_ = coder.bit(negative_[last_negative_], negative);

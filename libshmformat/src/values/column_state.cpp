@@ -89,7 +89,7 @@ void ColumnState::begin_tile(const ColumnTile& tile) {
 
 void ColumnState::find_matches(TileElement& element) const {
   if (!uses_matches_) return;
-  const Neighbourhood& item = element.item();
+  const Neighbourhood& item = element.item;
   const auto before = element.tile.before;
   std::array<MatchTables::Key, kMatchKinds> keys;
   for (std::uint32_t a = 0; a < 3; ++a)
@@ -101,20 +101,50 @@ void ColumnState::find_matches(TileElement& element) const {
   element.places = {keys[0].place(), keys[1].place(), keys[2].place()};
 }
 
+double ColumnState::farther_feature(const TileElement& element, std::uint32_t feature) const {
+  if (feature < kFLast) return slots_.thirds[element.item.at[feature - kFThird]];
+  if (feature >= kFOther) return other_value(element);
+  if (feature >= kFMatch) return match(feature - kFMatch, element);
+  return feature == kFLast ? last_ : before_last_;
+}
+
+void ColumnState::features(const TileElement& element, std::uint32_t known,
+                           std::array<double, kFeatures>& states) const {
+  const Neighbourhood& item = element.item;
+  for (std::uint32_t f = 0; f < kFThird; ++f)
+    if ((known >> f & 1) != 0) states[f] = slots_.states[item.at[f]];
+  for (std::uint32_t a = 0; a < 3; ++a)
+    if ((known >> (kFThird + a) & 1) != 0) states[kFThird + a] = slots_.thirds[item.at[a]];
+  states[kFLast] = last_;
+  states[kFBeforeLast] = before_last_;
+  if (!uses_matches_) return;
+  for (std::uint32_t m = 0; m < kMatchKinds; ++m) states[kFMatch + m] = match(m, element);
+  states[kFOther] = other_value(element);
+}
+
 ResidualContext ColumnState::residual_context(const TileElement& element,
                                               std::int32_t scale) const {
-  ResidualContext it;
-  const Neighbourhood& item = element.item();
+  const Neighbourhood& item = element.item;
   std::uint32_t sum = 0, count = 0;
-  for (std::uint32_t a = 0; a < 3; ++a) {
-    if ((item.known >> a & 1) == 0) continue;
-    const std::uint32_t size = relative(slots_.sizes[item.at[a]], scale);
-    it.near[a] = size + 1;
-    sum += size;
-    ++count;
-  }
+  for (std::uint32_t a = 0; a < 3; ++a)
+    if ((item.known >> a & 1) != 0) {
+      sum += relative(slots_.sizes[item.at[a]], scale);
+      ++count;
+    }
+  const std::uint32_t mean = count == 0   ? relative(last_size_, scale)
+                             : count == 1 ? sum
+                             : count == 2 ? (sum + 1) / 2
+                                          : (sum + 1) / 3;
+  const auto before = element.tile.before;
+  return {mean, before.empty() ? 0u : before.back()->sizes[element.i] == 0 ? 1u : 2u};
+}
+
+SizesAround ColumnState::sizes_around(const TileElement& element, std::int32_t scale) const {
+  SizesAround it;
+  for (std::uint32_t a = 0; a < 3; ++a)
+    if ((element.item.known >> a & 1) != 0)
+      it.near[a] = relative(slots_.sizes[element.item.at[a]], scale) + 1;
   it.last = relative(last_size_, scale);
-  it.mean = count == 0 ? it.last : count == 1 ? sum : count == 2 ? (sum + 1) / 2 : (sum + 1) / 3;
   const auto before = element.tile.before;
   if (!before.empty()) it.before = relative(before.back()->sizes[element.i], scale) + 1;
   if (before.size() >= 2)
@@ -123,7 +153,7 @@ ResidualContext ColumnState::residual_context(const TileElement& element,
 }
 
 void ColumnState::keep(const TileElement& element, double state, double lattice) {
-  const Neighbourhood& item = element.item();
+  const Neighbourhood& item = element.item;
   slots_.thirds[item.self] = item.has_rule() ? state - lattice : 0.0;
   slots_.states[item.self] = state;
   before_last_ = last_;

@@ -1,5 +1,5 @@
 // ColumnState: what a component keeps of the elements that it has coded: what later ones are
-// predicted from, and what tells how well that goes. Both directions change it alike.
+// predicted from, and how well that went. Both directions change it alike.
 //   state      a value as a number of the domain at hand
 //   third      what the lattice missed at an element
 //   reference  state and third of the value that an element refers to, where there are references
@@ -13,9 +13,7 @@
 #include <span>
 #include <vector>
 
-#include "bytes/lists.h"
-#include "values/class_numbers.h"
-#include "values/match_tables.h"
+#include "bytes/by_slot.h"
 #include "values/neighbourhood.h"
 #include "values/value_domain.h"
 #include "values/value_predictor.h"
@@ -49,19 +47,22 @@ struct ColumnTile {
 struct TileElement {
   const ColumnTile& tile;
   std::size_t i;
+  const Neighbourhood& item = tile.items[i];
   MatchTables::Places places{};  ///< of ColumnState::find_matches()
 
-  const Neighbourhood& item() const { return tile.items[i]; }
   std::uint32_t of_class() const { return tile.classes.of_item[i]; }
 };
 
-/// What tells how large a residual will be: sizes of others, as they look from a prediction of its
-/// scale; one more than the size, and 0 where there is none, but for `last` and `mean`.
+/// How large a residual is likely to be, by the sizes of others as they look from its prediction.
 struct ResidualContext {
+  std::uint32_t mean = 0;    ///< of the near elements
+  std::uint32_t before = 0;  ///< of the component before: 0: there is none, 1: size 0, 2: more
+};
+/// The same in detail: sizes, plus one; 0 where there is none.
+struct SizesAround {
   std::array<std::uint32_t, 3> near{};       ///< at the near elements
-  std::uint32_t before = 0, two_before = 0;  ///< here, one and two components before
-  std::uint32_t last = 0;                    ///< of the element coded last
-  std::uint32_t mean = 0;                    ///< of the near ones
+  std::uint32_t last = 0;                    ///< of the element coded last: the size itself
+  std::uint32_t before = 0, two_before = 0;  ///< of the components before
 };
 
 class ColumnState {
@@ -101,17 +102,17 @@ class ColumnState {
 
   // --- what predictions are made of
 
-  /// Before feature().
+  /// Before feature() and features().
   void find_matches(TileElement& element) const;
   /// The state of a feature, which must be known.
   double feature(const TileElement& element, std::uint32_t feature) const {
-    const Neighbourhood& item = element.item();
-    if (feature < kFThird) return slots_.states[item.at[feature]];
-    if (feature < kFLast) return slots_.thirds[item.at[feature - kFThird]];
-    if (feature >= kFOther) return other_value(element);
-    if (feature >= kFMatch) return match(feature - kFMatch, element);
-    return feature == kFLast ? last_ : before_last_;
+    return feature < kFThird ? slots_.states[element.item.at[feature]]
+                             : farther_feature(element, feature);
   }
+  /// All features; of those of the neighbourhood the ones in `known`, the others are left as they
+  /// are.
+  void features(const TileElement& element, std::uint32_t known,
+                std::array<double, kFeatures>& states) const;
   /// The state of what an element refers to: any number, the same everywhere.
   double reference_state(std::uint64_t bits) const {
     const double state = translator_.from_value(scalar_as_double(info_->type, bits));
@@ -125,9 +126,11 @@ class ColumnState {
     return feature == kFLast ? last_reference_ : before_last_reference_;
   }
 
-  // --- what tells how well that goes
+  // --- how well that went
 
+  // `scale`: of the prediction.
   ResidualContext residual_context(const TileElement& element, std::int32_t scale) const;
+  SizesAround sizes_around(const TileElement& element, std::int32_t scale) const;
   /// How many near elements took the second prediction of their class.
   std::uint32_t seconds_near(const Neighbourhood& item) const {
     std::uint32_t count = 0;
@@ -142,8 +145,8 @@ class ColumnState {
   void keep(const TileElement& element, double state, double lattice);
   void keep_reference(const Neighbourhood& item, double state);
   void keep_residual(const TileElement& element, ResidualSize size, bool second) {
-    slots_.seconds[element.item().self] = second ? 1 : 0;
-    slots_.sizes[element.item().self] = size;
+    slots_.seconds[element.item.self] = second ? 1 : 0;
+    slots_.sizes[element.item.self] = size;
     coded_.sizes[element.i] = last_size_ = size;
   }
 
@@ -164,6 +167,7 @@ class ColumnState {
     void make_room(std::uint32_t slot, bool has_reference);
   };
 
+  double farther_feature(const TileElement& element, std::uint32_t feature) const;
   double match(std::uint32_t kind, const TileElement& element) const {
     return uses_matches_ ? translator_.from_value(matches_.find(kind, element.places[kind])) : 0.0;
   }

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "bytes/whole_numbers.h"
-#include "values/entropy_bits.h"
 #include "values/fitting.h"
 #include "values/value_space.h"
 
@@ -14,17 +12,17 @@ namespace {
 constexpr std::size_t kLookAt = 256, kFitAt = 512, kFewestToFit = 40;
 // Tiles for which the modes of a large class are kept.
 constexpr std::uint32_t kMostTilesKept = 8;
-// About what it costs to say another mode, and weights, in bits.
+// About what it costs to code another mode, and weights, in bits.
 constexpr double kModeBits = 5.0, kWeightsBits = 250.0;
 
-/// About the bits that it takes to say a residual.
+/// About the bits of a residual.
 double cost_of(std::int64_t residual) {
   const std::uint32_t length = bit_length(residual);
   return length == 0 ? 0.3 : 1.7 + static_cast<double>(length);
 }
 
-/// Whether a mode says anything else than the lattice for neighbourhoods with these bits.
-bool is_sayable(std::uint32_t mode, std::uint32_t known) {
+/// Whether a mode may predict anything else than the lattice where these bits are known.
+bool differs_from_lattice(std::uint32_t mode, std::uint32_t known) {
   const auto has = [&](std::uint32_t bits) { return (known & bits) == bits; };
   const auto any = [&](std::uint32_t bits) { return (known & bits) != 0; };
   const std::uint32_t kind = known >> Neighbourhood::kKindShift;
@@ -96,8 +94,8 @@ Weights fit_members(const Space& space, const ModeSamples& all,
   return fit_weights(samples);
 }
 
-/// Weights that fit a family: for new classes that are too small to be fitted. They share what it
-/// takes to say them.
+/// Weights that fit a family: for new classes that are too small to be fitted. They share the
+/// bits of the weights.
 template <class Space>
 class FamilyFits {
  public:
@@ -117,7 +115,7 @@ class FamilyFits {
 
   struct Fit {
     std::optional<Weights> weights;
-    double bits = 0;  ///< what saying them costs the class
+    double bits = 0;  ///< what coding them costs the class
   };
   /// No weights: the class is not one of those that share, or the family is too small.
   Fit of(std::uint32_t of_class, std::size_t size, const ClassModes& start, std::uint32_t input) {
@@ -148,7 +146,7 @@ class FamilyFits {
 template <class Space>
 class Search {
  public:
-  /// `members`: not empty. `start`: how the class is said now.
+  /// `members`: not empty. `start`: how the class is predicted now.
   Search(const Space& space, const ModeSamples& all, std::span<const std::uint32_t> members,
          const ClassModes& start, std::uint32_t input, bool matches,
          const typename FamilyFits<Space>::Fit& family)
@@ -174,7 +172,7 @@ class Search {
     choose_second();
   }
   const ClassModes& chosen() const { return chosen_; }
-  /// What it takes to say the class so, about.
+  /// About the bits of the class when it is predicted so.
   double bits() const { return bits_; }
 
  private:
@@ -184,7 +182,7 @@ class Search {
     if (mode == kFittedMode && !is_fittable() && !family_.weights && start_->weights == Weights{})
       return false;
     if (!matches_ && mode >= kMatchMode && mode != kFittedMode) return false;
-    return is_sayable(mode, all_->samples[members_[0]].known);
+    return differs_from_lattice(mode, all_->samples[members_[0]].known);
   }
   /// What a mode misses, in bits.
   double look(std::uint32_t mode, const Weights& weights) {
@@ -202,18 +200,18 @@ class Search {
   /// What the fitted mode misses, with the weights as they are or with those of the class or its
   /// family.
   double fit() {
-    double least = 1e300, to_say = 0.0;
+    double least = 1e300, to_code = 0.0;
     const auto rate = [&](const Weights& weights, double bits) {
       const double cost = look(kFittedMode, weights) + bits;
       if (cost >= least) return;
       least = cost;
-      to_say = bits;
+      to_code = bits;
       chosen_.weights = weights;
     };
     if (!(start_->weights == Weights{})) rate(start_->weights, 0.0);
     if (family_.weights) rate(*family_.weights, family_.bits);
     if (is_fittable()) rate(fit_members(*space_, *all_, members_, chosen_.input), kWeightsBits);
-    return look(kFittedMode, chosen_.weights) + to_say;
+    return look(kFittedMode, chosen_.weights) + to_code;
   }
   void choose_first() {
     const auto with_change = [&](std::uint32_t mode) {
@@ -223,7 +221,7 @@ class Search {
     for (std::uint32_t mode = 0; mode < kModes; ++mode)
       if (tried_[mode] && with_change(mode) < with_change(chosen_.mode)) chosen_.mode = mode;
   }
-  /// A mode for where the first one is wrong, if it saves more than it takes to say where.
+  /// A mode for where the first one is wrong, if it saves more than it costs to mark these places.
   void choose_second() {
     const auto& first = missed_[chosen_.mode];
     chosen_.second = kNoMode;
@@ -238,10 +236,10 @@ class Search {
         sum += better ? missed_[mode][i] : first[i];
       }
       if (taken == 0) continue;
-      const bool says_weights = mode == kFittedMode && !(chosen_.weights == start_->weights);
+      const bool codes_weights = mode == kFittedMode && !(chosen_.weights == start_->weights);
       const double its = (sum + binary_entropy(taken, first.size())) * scale_ +
                          (start_->second == mode ? 0.0 : kModeBits) +
-                         (says_weights ? kWeightsBits : 0.0);
+                         (codes_weights ? kWeightsBits : 0.0);
       if (its >= bits_) continue;
       bits_ = its;
       chosen_.second = mode;

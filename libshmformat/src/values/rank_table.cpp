@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <limits>
 
-#include "bytes/whole_numbers.h"
-#include "entropy/split_coder.h"
+#include "entropy/range_coder.h"
+#include "values/value_space.h"
 
 namespace shm {
 namespace {
 
-constexpr std::uint64_t kMostSkipped = 63;  // encoder: farther entries are said by their distance
+constexpr std::uint64_t kMostSkipped = 63;  // encoder: farther entries are coded by their distance
 
 /// The index of the negative value.
 std::int64_t opposite(std::int64_t index, DomainKind kind) {

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "entropy/compact_number.h"
+#include "entropy/models.h"
 #include "values/value_domain.h"
 
 namespace shm {

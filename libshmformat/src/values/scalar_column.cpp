@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "bytes/whole_numbers.h"
+#include "values/value_space.h"
 
 namespace shm {
 namespace {
@@ -94,12 +94,9 @@ bool ScalarColumn<Coder>::code_values(Coder& coder, const Space& space, const Co
                                       std::span<std::uint64_t> bits) {
   const std::uint32_t counts = style_.known();
   for (std::size_t i = 0; i < tile.items.size(); ++i) {
-    // Predict,
     const Neighbourhood& item = tile.items[i];
     TileElement element{tile, i};
     if (!looked_ahead()) state_.find_matches(element);
-    const ClassModes& modes =
-        models_.modes(coder, element.of_class(), state_.has_reference(), scratch_->wanted);
     double reference = 0.0;
     if (state_.has_reference())
       reference = looked_ahead() ? sample(i).reference : state_.reference_state(tile.reference[i]);
@@ -110,33 +107,42 @@ bool ScalarColumn<Coder>::code_values(Coder& coder, const Space& space, const Co
       return looked_ahead() ? scratch_->samples.differences[i][feature]
                             : at(feature) - state_.reference_feature(item, feature, reference);
     };
+    const ClassModes& modes =
+        models_.modes(coder, element.of_class(), state_.has_reference(), scratch_->wanted);
     const ClassPredictor predict(modes, item.traits(counts), at, difference_at, reference);
 
-    // encode what that missed, or all of the value where the domain has no index for it,
-    std::optional<std::int64_t> actual;
-    if constexpr (!Coder::kDecodes)
-      actual = looked_ahead() ? sample(i).index : index_in(space, state_.translator(), bits[i]);
-    bool escape = !Coder::kDecodes && !actual;
-    if (state_.domain().escapes) escape = models_.code_escape(coder, escape);
-    CodedValue value;
-    if (escape) {
-      bits[i] = models_.code_escaped(
-          coder, bits[i], static_cast<int>(8 * scalar_bytes(info().type)),
-          state_.has_reference() ? std::optional(tile.reference[i]) : std::nullopt);
-      value.state = substitute(space, predict.lattice());
-    } else {
-      const std::int64_t index =
-          code_index(coder, space, element, predict, actual.value_or(0), value);
-      if (!code_bits(coder, space, index, bits[i])) return false;
-    }
+    const auto value = code_value(coder, space, element, predict, bits[i]);
+    if (!value) return false;
 
-    // keep what was decoded.
-    state_.keep_residual(element, value.size, value.second);
-    if (looked_ahead()) continue;
+    state_.keep_residual(element, value->size, value->second);
+    if (looked_ahead()) continue;  // the states are kept already
     if (state_.has_reference()) state_.keep_reference(item, reference);
-    state_.keep(element, value.state, predict.lattice());
+    state_.keep(element, value->state, predict.lattice());
   }
   return true;
+}
+
+/// The residual, or all of the value where the domain has no index for it.
+template <class Coder>
+template <class Space, class Predict>
+auto ScalarColumn<Coder>::code_value(Coder& coder, const Space& space, const TileElement& element,
+                                     const Predict& predict, std::uint64_t& bits)
+    -> std::optional<CodedValue> {
+  std::optional<std::int64_t> actual;
+  if constexpr (!Coder::kDecodes)
+    actual = looked_ahead() ? sample(element.i).index : index_in(space, state_.translator(), bits);
+  bool escape = !Coder::kDecodes && !actual;
+  if (state_.domain().escapes) escape = models_.code_escape(coder, escape);
+  if (escape) {
+    bits = models_.code_escaped(
+        coder, bits, static_cast<int>(8 * scalar_bytes(info().type)),
+        state_.has_reference() ? std::optional(element.tile.reference[element.i]) : std::nullopt);
+    return CodedValue{substitute(space, predict.lattice())};
+  }
+  CodedValue value;
+  const std::int64_t index = code_index(coder, space, element, predict, actual.value_or(0), value);
+  if (!code_bits(coder, space, index, bits)) return std::nullopt;
+  return value;
 }
 
 /// By the first mode of the class, or by the second where that is better.
@@ -154,7 +160,7 @@ auto ScalarColumn<Coder>::code_prediction(Coder& coder, const Space& space,
   bool takes = false;
   if constexpr (!Coder::kDecodes)
     takes = bit_length(minus(actual, other)) + 1 < bit_length(minus(actual, index));
-  takes = models_.code_takes_second(coder, element.of_class(), state_.seconds_near(element.item()),
+  takes = models_.code_takes_second(coder, element.of_class(), state_.seconds_near(element.item),
                                     takes);
   return takes ? Prediction{second, other, true} : Prediction{first, index, false};
 }
@@ -171,14 +177,15 @@ std::int64_t ScalarColumn<Coder>::code_index(Coder& coder, const Space& space,
   std::int64_t residual = Coder::kDecodes ? 0 : minus(actual, expected.index);
   if (style_.mixes) {
     const ClassModes& modes = predict.modes();
-    const std::array<std::int64_t, 3> others = {
-        space.index(predict(kLattice)),
-        space.index(predict(modes.second == kNoMode ? kMeanNearMode
-                            : expected.second       ? modes.mode
-                                                    : modes.second)),
-        space.index(predict(kMeanLineMode))};
-    residual = models_.code_mixed_residual(coder, context, expected.second, element.of_class(),
-                                           expected.index, others, residual);
+    const auto other = [&](std::uint32_t mode) {
+      return minus(space.index(predict(mode)), expected.index);
+    };
+    const std::uint32_t not_taken = expected.second ? modes.mode : modes.second;
+    residual = models_.code_mixed_residual(
+        coder, context, expected.second, state_.sizes_around(element, scale), element.of_class(),
+        {other(kLattice), other(not_taken == kNoMode ? kMeanNearMode : not_taken),
+         other(kMeanLineMode)},
+        residual);
   } else {
     residual = models_.code_residual(coder, context, expected.second, residual);
   }
@@ -239,12 +246,7 @@ void ScalarColumn<Coder>::look_ahead(const Space& space, const ColumnTile& tile,
     ModeSample& it = samples[i];
     it.known = item.traits(style_.known());
     it.of_class = element.of_class();
-    const auto is_known = [&](std::uint32_t feature) {
-      return feature < kFLast ? (it.known >> feature & 1) != 0
-                              : feature < kFMatch || style_.matches;
-    };
-    for (std::uint32_t f = 0; f < kFeatures; ++f)
-      if (is_known(f)) it.state[f] = state_.feature(element, f);
+    state_.features(element, it.known, it.state);
     const auto at = [&](std::uint32_t feature) { return it.state[feature]; };
     const double lattice = Predictor(it.known, at).lattice();
     it.index = index_in(space, state_.translator(), bits[i]);

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "entropy/split_coder.h"
+#include "entropy/range_coder.h"
 #include "values/column_models.h"
 #include "values/column_state.h"
 #include "values/mode_choice.h"
@@ -17,12 +17,6 @@
 #include "values/value_domain.h"
 
 namespace shm {
-
-/// How a group's values of one component are to be coded. Made by the encoder (domain_choice.h).
-struct DomainPlan {
-  ValueDomain domain;
-  std::vector<std::int64_t> table;  ///< what occurs, ascending; empty: no ranks
-};
 
 /// How the components of an array are coded in a group.
 struct ColumnStyle {
@@ -104,6 +98,9 @@ class ScalarColumn {
   template <class Space>
   bool code_values(Coder& coder, const Space& space, const ColumnTile& tile,
                    std::span<std::uint64_t> bits);
+  template <class Space, class Predict>
+  std::optional<CodedValue> code_value(Coder& coder, const Space& space, const TileElement& element,
+                                       const Predict& predict, std::uint64_t& bits);
   template <class Space, class Predict>
   Prediction code_prediction(Coder& coder, const Space& space, const TileElement& element,
                              const Predict& predict, std::int64_t actual);

@@ -6,8 +6,8 @@
 #include <tuple>
 
 #include "bytes/packing.h"
-#include "values/domain_choice.h"
 #include "values/shuffled_zstd.h"
+#include "values/value_domain.h"
 
 namespace shm {
 namespace {
@@ -109,7 +109,7 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
   const ColumnCodec codec =
       level == Level::best && has_tables_ ? ColumnCodec::mixed : ColumnCodec::predicted;
 
-  // Runs and repeats are zstd's: tried where a quick look says that they may be the most of it.
+  // Runs and repeats are zstd's: tried where a quick look suggests that they are most of it.
   const std::vector<std::byte> planes = level == Level::best || repeats_
                                             ? shuffled(packed(values, stride, count), width_)
                                             : std::vector<std::byte>();

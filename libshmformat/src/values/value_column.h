@@ -11,8 +11,8 @@
 #include <span>
 #include <vector>
 
-#include "values/class_numbers.h"
 #include "values/scalar_column.h"
+#include "values/value_predictor.h"
 
 namespace shm {
 

@@ -1,9 +1,10 @@
 // ValueDomain: which numbers a component of an array is made of, in one group: what its indices
-// mean. Found by the encoder, said in the stream. spec: "Value domains"
+// mean. Found by the encoder, written to the stream. spec: "Value domains"
 #pragma once
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "shm/schema.h"
@@ -71,5 +72,26 @@ double scalar_as_double(ScalarType type, std::uint64_t bits);
 constexpr std::uint64_t negative_zero(ScalarType type) {
   return type == ScalarType::float32 ? 0x80000000u : std::uint64_t{1} << 63;
 }
+
+// --- encoder: what the numbers of a component may be made of
+
+/// How a group's values of one component are to be coded. Made by the encoder.
+struct DomainPlan {
+  ValueDomain domain;
+  std::vector<std::int64_t> table;  ///< what occurs, ascending; empty: no ranks
+};
+
+/// How these values (bits of scalars) may be coded, the most likely plan first; never empty.
+std::vector<DomainPlan> domain_candidates(const ArrayInfo& info, std::size_t component,
+                                          std::span<const std::uint64_t> bits);
+
+/// A domain of all these values, no escapes and no zero negative: an evenly spaced one where that
+/// is much smaller than floating-point numbers. Must hold: there are some.
+ValueDomain evenly_spaced_domain(const ArrayInfo& info, std::size_t component,
+                                 std::span<const std::uint64_t> bits);
+
+/// Whether these values are of a domain, without escapes unless `domain` has them.
+bool still_fits(const ArrayInfo& info, std::size_t component, const ValueDomain& domain,
+                std::span<const std::uint64_t> bits);
 
 }  // namespace shm

@@ -1,14 +1,100 @@
-// Predictors: candidates for the next value of a column, from the states of its neighbourhood.
-// A *mode* names one; the encoder says which, class by class, and a decoder computes only that one.
-// Double arithmetic, + - * / in the order written. spec: "Predictors"
+// Value predictor: what the next value of a column is predicted from, and how.
+//   ClassNumbers  which neighbourhoods are alike: they are predicted alike
+//   Predictor     candidates, from the states of a neighbourhood. A *mode* names one; the encoder
+//                 chooses one for each class, and a decoder computes only that one
+//   MatchTables   what a component was when it stood among the same values
+// Double arithmetic, + - * / in the order written. spec: "Predictors", "Classes", "Matches"
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "values/neighbourhood.h"
 
 namespace shm {
+
+// --- classes
+
+/// Of the elements of a tile the numbers of their classes, and of each class that of its family.
+struct TileClasses {
+  std::span<const std::uint16_t> of_item, families;
+};
+
+/// Neighbourhoods of which the same is known and that stand alike are a class; its number is how
+/// many other classes came before it. Classes of one family know the same of their own hexahedron,
+/// and differ in what is beyond it; families are numbered likewise.
+class ClassNumbers {
+ public:
+  static constexpr std::uint32_t kMost = 65535;
+
+  /// `counts`: bits of Neighbourhood::known that count.
+  std::uint16_t of(const Neighbourhood& item, std::uint32_t counts) {
+    const std::uint32_t key = key_of(item, counts);
+    std::size_t at = place(key);
+    while (entries_[at].key != key) {
+      if (entries_[at].key == kFree) return add(key, at);
+      at = (at + 1) & (entries_.size() - 1);
+    }
+    return entries_[at].number;
+  }
+  /// By class: the number of its family.
+  std::span<const std::uint16_t> families() const { return families_; }
+
+ private:
+  static constexpr std::uint32_t kFree = ~std::uint32_t{0};
+  struct Entry {
+    std::uint32_t key = kFree;
+    std::uint16_t number = 0;
+  };
+
+  /// What is known but for what is farther; the corner; the kind.
+  static std::uint32_t key_of(const Neighbourhood& item, std::uint32_t counts) {
+    const std::uint32_t known = item.traits(counts);
+    return (known & 0x3ffu) | (known >> 13 & 7u) << 10 | std::uint32_t{item.corner} << 13 |
+           std::uint32_t{item.kind} << 16;
+  }
+  /// What is known within the hexahedron; the corner; the kind: 13 bits.
+  static std::uint16_t family_key(std::uint32_t key) {
+    return static_cast<std::uint16_t>((key & Neighbourhood::kLattice) | (key >> 13 & 63u) << 7);
+  }
+  std::size_t place(std::uint32_t key) const {
+    return (key * 0x9e3779b1u >> 8) & (entries_.size() - 1);
+  }
+  std::uint16_t add(std::uint32_t key, std::size_t at) {
+    const auto number = static_cast<std::uint16_t>(count_ < kMost ? count_++ : count_ - 1);
+    entries_[at] = {key, number};
+    if (number == families_.size()) {
+      const auto found = std::find(family_keys_.begin(), family_keys_.end(), family_key(key));
+      families_.push_back(static_cast<std::uint16_t>(found - family_keys_.begin()));
+      if (found == family_keys_.end()) family_keys_.push_back(family_key(key));
+    }
+    if (2 * ++used_ > entries_.size()) grow();
+    return number;
+  }
+  void grow() {
+    std::vector<Entry> old(2 * entries_.size());
+    old.swap(entries_);
+    for (const Entry& entry : old) {
+      if (entry.key == kFree) continue;
+      std::size_t at = place(entry.key);
+      while (entries_[at].key != kFree) at = (at + 1) & (entries_.size() - 1);
+      entries_[at] = entry;
+    }
+  }
+
+  std::vector<Entry> entries_ = std::vector<Entry>(64);
+  std::vector<std::uint16_t> families_;     // by class
+  std::vector<std::uint16_t> family_keys_;  // in order of number: at most 8192
+  std::uint32_t count_ = 0;
+  std::size_t used_ = 0;
+};
+
+// --- predictors
 
 /// States around an element, in this order: near 0-2, diagonal 3-5, opposite 6, beyond 7-9,
 /// farther 10-12, thirds 13-15 (what the lattice missed at near 0-2), and the two elements coded
@@ -57,8 +143,8 @@ enum PredictorInput : std::uint32_t {
 inline constexpr std::uint32_t kNoMode = 31;
 
 inline constexpr std::uint32_t kWeights = 13;
-/// Weights are said in parts of this: halves, thirds, quarters and ninths, of which vertices in the
-/// middle of others are made, are exact.
+/// Weights are multiples of one part in so many: halves, thirds, quarters and ninths, of which
+/// vertices in the middle of others are made, are exact.
 inline constexpr double kWeightParts = 36864.0;
 inline constexpr std::int32_t kMostWeight = 16 * 36864 - 1;
 using Weights = std::array<std::int32_t, kWeights>;
@@ -77,8 +163,8 @@ struct ClassModes {
 /// The axes of each parallelogram, as near[..] indices; its diagonal has the number of the face.
 inline constexpr std::array<std::array<std::uint32_t, 2>, 3> kFaceAxes = {{{0, 1}, {0, 2}, {1, 2}}};
 
-/// `known`: Neighbourhood::traits(). `at(feature)` is the state of a feature; asked for known ones
-/// only.
+/// `known`: Neighbourhood::traits(). `at(feature)` is the state of a feature; called for known
+/// ones only.
 template <class At>
 class Predictor {
  public:
@@ -159,7 +245,7 @@ class Predictor {
                                [&](std::uint32_t a) { return at_(kFBeyond + a); }, 0.0);
     return middle + (middle - behind) * 0.5;
   }
-  /// Between the ends of an edge; in a face what its edges tell: a transfinite interpolation.
+  /// Between the ends of an edge; in a face from its edges: a transfinite interpolation.
   double middle() const {
     if (kind() == Neighbourhood::midpoint) return (at_(kFDiagonal) + at_(kFDiagonal + 1)) * 0.5;
     const std::uint32_t edge = kFDiagonal, corner = kFBeyond;
@@ -194,7 +280,7 @@ class Predictor {
     const std::uint32_t feature = kTermFeatures[i];
     if (!has(feature)) return 0.0;
     if (feature >= kFThird) return at_(feature);
-    // Where all of the lattice is known, the others tell the opposite one.
+    // Where all of the lattice is known, the others determine the opposite one.
     if (feature == kFOpposite && knows_lattice()) return 0.0;
     return at_(feature) - base;
   }
@@ -248,6 +334,69 @@ class ClassPredictor {
   Predictor<At> states_;
   const DifferenceAt& difference_at_;
   double reference_;
+};
+
+// --- matches
+
+/// Keys to look up by: what is near, the two elements before, the other components.
+inline constexpr std::uint32_t kMatchKinds = 3;
+
+/// In a part of the mesh that is a copy, mirrored or not, the same values come again. Magnitudes
+/// are compared, but for their last bits; the sign follows.
+class MatchTables {
+ public:
+  /// Where a table has the value of a key, and the key's sign.
+  struct Place {
+    std::uint32_t at = 0;
+    bool negative = false;
+  };
+  using Places = std::array<Place, kMatchKinds>;
+
+  /// Magnitudes, in any number; their order does not matter.
+  class Key {
+   public:
+    void add(double value) {
+      const std::uint64_t size =
+          (std::bit_cast<std::uint64_t>(value) & ~(std::uint64_t{1} << 63)) + (1u << 11);
+      std::uint64_t mixed = (size >> 12) * 0x9e3779b97f4a7c15u;
+      mixed ^= mixed >> 29;
+      hash_ += mixed * 0xbf58476d1ce4e5b9u;
+      if (!std::exchange(any_, true)) negative_ = value < 0;
+    }
+    Place place() const {
+      return {static_cast<std::uint32_t>(hash_ * 0xbf58476d1ce4e5b9u >> (64 - kMostBits)),
+              negative_};
+    }
+
+   private:
+    std::uint64_t hash_ = 0;
+    bool any_ = false, negative_ = false;
+  };
+
+  /// Makes room for so many more values. Where the tables grow they forget.
+  void expect(std::size_t values) {
+    values_ += values;
+    const int wanted = std::clamp<int>(static_cast<int>(std::bit_width(8 * values_)), 8, kMostBits);
+    if (bits_ == wanted) return;
+    bits_ = wanted;
+    for (auto& table : tables_) table.assign(std::size_t{1} << bits_, 0.0);
+  }
+  // Must hold: expect() came before.
+  double find(std::uint32_t kind, const Place& place) const {
+    const double value = tables_[kind][place.at >> (kMostBits - bits_)];
+    return place.negative ? -value : value;
+  }
+  void remember(const Places& places, double value) {
+    for (std::uint32_t kind = 0; kind < kMatchKinds; ++kind)
+      tables_[kind][places[kind].at >> (kMostBits - bits_)] =
+          places[kind].negative ? -value : value;
+  }
+
+ private:
+  static constexpr int kMostBits = 15;
+  std::size_t values_ = 0;
+  int bits_ = 0;
+  std::array<std::vector<double>, kMatchKinds> tables_;  // values as after a positive key
 };
 
 }  // namespace shm

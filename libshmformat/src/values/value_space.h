@@ -1,4 +1,4 @@
-// Value spaces: how a number that was predicted is told apart from the one that came.
+// Value spaces: what a residual is, the difference of a value from its prediction.
 // In each space values are whole numbers ("indices") in the order of the values, and a *state* is
 // what predictions are made of.
 //   LinearSpace   state = index: multiples of a step, decimal or binary, quantized, integers
@@ -24,6 +24,20 @@ namespace shm {
 static_assert(FLT_EVAL_METHOD == 0 && std::numeric_limits<double>::is_iec559 &&
                   std::numeric_limits<float>::is_iec559,
               "needs IEEE arithmetic without excess precision");
+
+// Indices, and what lies between them, are computed modulo 2^64: damaged data may lead anywhere.
+constexpr std::int64_t plus(std::int64_t a, std::int64_t b) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
+}
+constexpr std::int64_t minus(std::int64_t a, std::int64_t b) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
+}
+
+/// Of the magnitude.
+constexpr std::uint32_t bit_length(std::int64_t number) {
+  const auto bits = static_cast<std::uint64_t>(number);
+  return static_cast<std::uint32_t>(std::bit_width(number < 0 ? 0 - bits : bits));
+}
 
 /// Indices of LinearSpace stay within this.
 inline constexpr std::int64_t kLargestIndex = std::int64_t{1} << 53;
@@ -82,7 +96,7 @@ T ordered_value(std::int64_t index) {
 struct LinearSpace {
   static std::int64_t index(double prediction) { return nearest_integer(prediction); }
   static double state(std::int64_t index) { return static_cast<double>(index); }
-  /// What makes surprises of small and large values comparable: nothing here.
+  /// What makes residuals of small and large values comparable: nothing here.
   static std::int32_t scale(double) { return 0; }
 };
 
