@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-#include "bytes/byte_cursor.h"
+#include "bytes/binary.h"
 
 namespace shm {
 

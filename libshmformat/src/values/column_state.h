@@ -13,7 +13,7 @@
 #include <span>
 #include <vector>
 
-#include "bytes/by_slot.h"
+#include "bytes/lists.h"
 #include "values/neighbourhood.h"
 #include "values/value_domain.h"
 #include "values/value_predictor.h"
