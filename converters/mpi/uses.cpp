@@ -7,13 +7,13 @@
 namespace shm::converters {
 namespace {
 
-struct Use {
+struct VertexUse {
   std::uint64_t number = 0, first = 0, last = 0;
 };
 
 // The part's own view of its cells.
-std::vector<Use> uses_in(MeshSource& mesh, const CellRange& range, PartUses& out) {
-  std::vector<Use> uses;
+std::vector<VertexUse> uses_in(MeshSource& mesh, const CellRange& range, PartUses& out) {
+  std::vector<VertexUse> uses;
   for_cells(mesh, range, [&](const CellBatch& batch, std::uint64_t first_cell) {
     for (std::size_t i = 0; i < batch.size(); ++i) {
       const std::uint64_t cell = first_cell + i;
@@ -33,13 +33,13 @@ std::vector<Use> uses_in(MeshSource& mesh, const CellRange& range, PartUses& out
 class OwnedUses {
  public:
   explicit OwnedUses(const NumberOwners& owners)
-      : base_(owners.first()), uses_(owners.count(), Use{0, kNeverUsed, 0}) {}
-  void take(const Use& use) {
-    Use& known = uses_[use.number - base_];
+      : base_(owners.first()), uses_(owners.count(), VertexUse{0, kNeverUsed, 0}) {}
+  void take(const VertexUse& use) {
+    VertexUse& known = uses_[use.number - base_];
     known.first = std::min(known.first, use.first);
     known.last = std::max(known.last, use.last);
   }
-  Use of(std::uint64_t number) const { return uses_[number - base_]; }
+  VertexUse of(std::uint64_t number) const { return uses_[number - base_]; }
   std::vector<std::uint64_t> unused() const {
     std::vector<std::uint64_t> numbers;
     for (std::size_t i = 0; i < uses_.size(); ++i)
@@ -49,7 +49,7 @@ class OwnedUses {
 
  private:
   std::uint64_t base_;
-  std::vector<Use> uses_;
+  std::vector<VertexUse> uses_;
 };
 
 // To one rank, in bounded pieces; owners' runs ascend with their ranks.
@@ -94,17 +94,17 @@ void VertexTable::grow() {
 PartUses find_uses(Ranks& ranks, MeshSource& mesh, const CellRange& range, std::size_t last_rank) {
   PartUses out;
   out.block_cells.resize(mesh.info().block_cells.size());
-  std::vector<Use> uses;
+  std::vector<VertexUse> uses;
   ranks.together([&] { uses = uses_in(mesh, range, out); });
 
   NumberOwners owners(ranks, mesh.info().vertices);
   std::optional<OwnedUses> owned;
   ranks.together([&] { owned.emplace(owners); });
-  owners.send(uses, [&](const Use& use) { owned->take(use); });
-  uses = std::vector<Use>();
-  const auto known = owners.ask<Use>(out.vertices.numbers(),
+  owners.send(uses, [&](const VertexUse& use) { owned->take(use); });
+  uses = std::vector<VertexUse>();
+  const auto known = owners.ask<VertexUse>(out.vertices.numbers(),
                                      [&](std::uint64_t number) { return owned->of(number); });
-  for (const Use& use : known) {
+  for (const VertexUse& use : known) {
     out.last.push_back(use.last);
     out.imported.push_back(use.first < range.first);
     out.own += use.first < range.first ? 0 : 1;
