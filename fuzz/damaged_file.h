@@ -197,7 +197,7 @@ inline void mutate_entry(shm::container::IndexEntry& entry, Random& random) {
     case 10: disturb(entry.array, random); break;
     case 11: disturb(random() % 2 == 0 ? entry.step : entry.count, random); break;
     case 12: disturb(entry.group, random); break;
-    default: entry.reference = static_cast<shm::container::RefersTo>(random() % 4);
+    default: entry.reference = static_cast<shm::StepReference>(random() % 4);
   }
 }
 

@@ -46,8 +46,7 @@ std::uint64_t hash_of(const std::vector<std::byte>& file) {
         group->header.streams[0].codec == container::Codec::shifts)
       for (std::size_t s = 0; s < group->streams.size(); ++s)
         if (group->header.streams[s].kind != container::StreamKind::vertex_numbers &&
-            (!column_codec(group->header.streams[s].codec) ||
-             group->header.streams[s].codec == container::Codec::shuffled_zstd))
+            !is_predicted(group->header.streams[s].codec))
           group->streams[s] = unpacked(group->streams[s]);
     const auto bytes = group ? put_group_together(std::move(*group)) : chunk.payload;
     groups.insert(groups.end(), bytes.begin(), bytes.end());

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "bytes/packing.h"
-#include "container/schema_codec.h"
+#include "model/schema.h"
 #include "support/hostile.h"
 #include "support/sanitized.h"
 #include "support/watched_memory.h"

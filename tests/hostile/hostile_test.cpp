@@ -6,8 +6,8 @@
 #include <unordered_set>
 
 #include "bytes/packing.h"
-#include "container/schema_codec.h"
-#include "segment/topology_replay.h"
+#include "model/schema.h"
+#include "steps/step_topology.h"
 #include "support/hostile.h"
 #include "support/sanitized.h"
 
@@ -420,9 +420,9 @@ TEST(Hostile, ReplayThatCountsOtherVerticesThanStated) {
     ASSERT_TRUE(decoded);
     const bool shifts = std::string(name).starts_with("shifts");
     // Neighbourhoods over shifts are there only where the group remembers.
-    const ReplayWants wants{!shifts, !shifts, true, true};
+    const ElementNeeds wants{!shifts, !shifts, true, true};
     const auto replayed = [&](const std::function<void(container::GroupHeader&)>& lie) {
-      TopologyReplay replay(decoded->schema, std::uint64_t{1} << 30, wants);
+      StepTopology replay(decoded->schema, std::uint64_t{1} << 30, wants);
       FileParts parts = take_apart(file(name));
       auto group = take_group_apart(parts.find(ChunkKind::group)->payload);
       EXPECT_TRUE(group);

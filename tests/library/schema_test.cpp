@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "container/schema_codec.h"
+#include "model/schema.h"
 #include "support/feature_files.h"
 
 namespace shm {

@@ -268,7 +268,7 @@ TEST(Summary, TheIndexIsNotBelieved) {
     lies("count", [](IndexEntry& e) { e.count -= 1; });
     lies("group", [](IndexEntry& e) { e.group += 1; });
     lies("codec", [](IndexEntry& e) { e.codec = static_cast<container::Codec>(77); });
-    lies("reference", [](IndexEntry& e) { e.reference = static_cast<container::RefersTo>(77); });
+    lies("reference", [](IndexEntry& e) { e.reference = static_cast<StepReference>(77); });
   }
   using Index = container::Index;
   refused("vertices", [](Index& index) { index.vertices += 1; });

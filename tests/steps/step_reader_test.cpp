@@ -517,7 +517,6 @@ TEST(StepReader, TheIndexIsNotBelieved) {
       refused(what,
               [&](container::Index& index) { lie(entry_of(index, ChunkKind::step_values, n)); });
     };
-    using container::RefersTo;
     lies("array", [](IndexEntry& e) { e.array ^= 1; });
     lies("no array", [](IndexEntry& e) { e.array = 7; });
     lies("step", [](IndexEntry& e) { e.step += 1; });
@@ -533,9 +532,10 @@ TEST(StepReader, TheIndexIsNotBelieved) {
     lies("few", [](IndexEntry& e) { e.bytes = 3; });
     lies("many", [](IndexEntry& e) { e.bytes = ~std::uint64_t{0}; });
     lies("reference", [](IndexEntry& e) {
-      e.reference = e.reference == RefersTo::nothing ? RefersTo::trend : RefersTo::nothing;
+      e.reference =
+          e.reference == StepReference::nothing ? StepReference::trend : StepReference::nothing;
     });
-    lies("odd reference", [](IndexEntry& e) { e.reference = static_cast<RefersTo>(77); });
+    lies("odd reference", [](IndexEntry& e) { e.reference = static_cast<StepReference>(77); });
     lies("codec", [](IndexEntry& e) {
       e.codec = e.codec == Codec::columns ? Codec::shuffled_zstd : Codec::columns;
     });

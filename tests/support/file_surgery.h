@@ -14,7 +14,7 @@
 #include "bytes/binary.h"
 #include "bytes/packing.h"
 #include "container/format.h"
-#include "container/schema_codec.h"
+#include "model/schema.h"
 
 namespace shm {
 

@@ -52,7 +52,7 @@ DifferenceScratch& scratch() {
 DifferenceColumn::Encoded encode(DifferenceColumn& column, const Group& group, std::size_t stride) {
   return column.encode(group.numbers, group.values.data(), stride, group.lags, scratch());
 }
-bool begin(DifferenceColumn& column, BulkCodec codec, std::span<const std::byte> bytes,
+bool begin(DifferenceColumn& column, Codec codec, std::span<const std::byte> bytes,
            std::uint64_t limit = kNoLimit) {
   return column.begin_group(codec, bytes, limit, scratch().zstd);
 }
@@ -197,7 +197,7 @@ struct Head {
   std::vector<Component> components;
 };
 Head head_of(const DifferenceColumn::Encoded& encoded, std::uint32_t components) {
-  EXPECT_EQ(encoded.codec, BulkCodec::differences);
+  EXPECT_EQ(encoded.codec, Codec::differences);
   ByteReader in(encoded.bytes);
   Head head;
   head.count = in.get_varint();
@@ -293,8 +293,8 @@ TEST(DifferenceColumn, WithoutDifferences) {
       const ArrayInfo info = info_of(static_cast<ScalarType>(t), components);
       const Group tame{in_rows(), values_of(info, in_rows(), smooth), kLags};
       for (const auto& encoded : expect_back(info, {tame, tame}, false))
-        EXPECT_EQ(encoded.codec, BulkCodec::shuffled_zstd);
-      EXPECT_FALSE(DifferenceColumn(info, false).takes(BulkCodec::differences));
+        EXPECT_EQ(encoded.codec, Codec::shuffled_zstd);
+      EXPECT_FALSE(DifferenceColumn(info, false).takes(Codec::differences));
     }
 }
 
@@ -519,10 +519,10 @@ TEST(DifferenceColumn, NamesOfMaterialsAreLeftToZstd) {
   Group tame = group;
   tame.values = values_of(info, tame.numbers, smooth);
   const auto encoded = expect_back(info, {tame, group, tame});
-  EXPECT_EQ(encoded[0].codec, BulkCodec::differences);
-  EXPECT_EQ(encoded[1].codec, BulkCodec::shuffled_zstd);
+  EXPECT_EQ(encoded[0].codec, Codec::differences);
+  EXPECT_EQ(encoded[1].codec, Codec::shuffled_zstd);
   EXPECT_LE(2 * encoded[1].bytes.size(), group.values.size());
-  EXPECT_EQ(encoded[2].codec, BulkCodec::differences);
+  EXPECT_EQ(encoded[2].codec, Codec::differences);
 }
 
 // --- quantized values
@@ -594,7 +594,7 @@ TEST(DifferenceColumn, BoundsHold) {
 // --- damage
 
 /// Reads all there is, more than there is too.
-void read_all(const ArrayInfo& info, BulkCodec codec, std::span<const std::byte> bytes,
+void read_all(const ArrayInfo& info, Codec codec, std::span<const std::byte> bytes,
               const Numbers& numbers) {
   DifferenceColumn column(info, true);
   // An exact-size copy, so that a read past the end is seen.
@@ -636,8 +636,8 @@ TEST(DifferencesDamaged, CutsAndChanges) {
             encoded.bytes[at] ^= static_cast<std::byte>(change);
           }
         // In the other codec.
-        const BulkCodec other = encoded.codec == BulkCodec::differences ? BulkCodec::shuffled_zstd
-                                                                        : BulkCodec::differences;
+        const Codec other =
+            encoded.codec == Codec::differences ? Codec::shuffled_zstd : Codec::differences;
         read_all(info, other, encoded.bytes, numbers);
       }
     }
@@ -678,7 +678,7 @@ struct Words {
 bool is_taken(const ArrayInfo& info, const Words& words, std::uint64_t limit = kNoLimit) {
   DifferenceColumn column(info, true);
   const Bytes bytes = words.bytes();
-  if (!begin(column, BulkCodec::differences, bytes, limit)) return false;
+  if (!begin(column, Codec::differences, bytes, limit)) return false;
   Bytes out;
   const Numbers numbers = {1, 0, ~std::uint64_t{0}, 1 << 20};
   EXPECT_TRUE(decode_some(column, numbers, out));
@@ -715,7 +715,7 @@ TEST(DifferencesDamaged, LyingHeads) {
   EXPECT_FALSE(is_taken(info, {}, 15));
   for (const std::uint64_t count : {kNoLimit / 4, kNoLimit, ~std::uint64_t{0}}) {
     DifferenceColumn column(info, true);
-    EXPECT_FALSE(begin(column, BulkCodec::differences, Words{.count = count}.bytes())) << count;
+    EXPECT_FALSE(begin(column, Codec::differences, Words{.count = count}.bytes())) << count;
   }
 }
 

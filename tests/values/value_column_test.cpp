@@ -352,7 +352,7 @@ TEST(ValueColumn, WhatRepeatsGoesUnderZstd) {
   for (Level level : {Level::fast, Level::standard, Level::best}) {
     plan.level = level;
     const Coded coded = encode(info, vertices(), packed(values), plan);
-    EXPECT_EQ(coded.groups[0].codec, ColumnCodec::shuffled_zstd);
+    EXPECT_EQ(coded.groups[0].codec, Codec::shuffled_zstd);
     EXPECT_LT(coded.groups[0].bytes.size(), 900u);
     expect_back(info, vertices(), packed(values), plan);
     // Predicted, packed and mixed groups in turn know of each other.
@@ -565,7 +565,7 @@ TEST(ValueColumn, DamagedBytesDoNoHarm) {
             group.bytes[random() % group.bytes.size()] ^= static_cast<std::byte>(1 << random() % 8);
           break;
         case 2: group.bytes.resize(random() % (group.bytes.size() + 1)); break;
-        default: group.codec = static_cast<ColumnCodec>(random() % 3);
+        default: group.codec = static_cast<Codec>(random() % 3);
       }
       expect_harmless(it, damaged);
     }
@@ -577,7 +577,7 @@ TEST(ValueColumn, RandomBytesDoNoHarm) {
     for (int round = 0; round < 120; ++round) {
       Coded damaged = it.coded;
       for (EncodedColumn& group : damaged.groups) {
-        group.codec = static_cast<ColumnCodec>(random() % 4 == 0 ? random() % 3 : 0);
+        group.codec = static_cast<Codec>(random() % 4 == 0 ? random() % 3 : 0);
         group.bytes.resize(random() % 60);
         const std::uint64_t shape = random() % 3;
         for (std::byte& b : group.bytes)
@@ -606,7 +606,7 @@ TEST(ValueColumn, DomainsChangeInProportionToElements) {
         vertices().group(static_cast<std::size_t>(group), static_cast<std::size_t>(group) + 1, {});
     const Bytes value = packed(std::vector<double>{value_of(group)});
     const EncodedColumn coded = encoder.encode(one, value.data(), 8, Level::standard);
-    under_zstd += coded.codec == ColumnCodec::shuffled_zstd;
+    under_zstd += coded.codec == Codec::shuffled_zstd;
     ASSERT_TRUE(decoder.begin_group(coded.codec, coded.bytes, 8)) << group;
     Bytes back;
     ASSERT_TRUE(decoder.decode_tile(one.tile(0), back)) << group;

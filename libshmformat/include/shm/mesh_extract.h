@@ -47,7 +47,7 @@ struct ExtractRequest {
   /// Indices of the static arrays whose values are wanted; nothing: of all.
   std::optional<std::vector<std::uint32_t>> arrays{};
   /// Beside cells: vertices that no cell uses, of all segments that are read for the cells and of
-  /// those without cells. (The Writer codes them behind the last cell, unless it is told of them
+  /// those without cells. (The Writer codes them behind the last cell, unless it is given them
   /// before.) They come in any case where all cells are wanted.
   bool unused_vertices = false;
 };

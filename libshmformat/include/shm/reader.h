@@ -88,7 +88,7 @@ struct Totals {
   std::uint64_t vertices = 0, cells = 0, hexahedra = 0;
   std::uint64_t max_active_vertices = 0;
   std::vector<std::uint64_t> segment_starts;  ///< position in coding order of their first cells
-  /// How the hexahedra of each segment are said; automatic where it has no cells.
+  /// How the hexahedra of each segment are encoded; automatic where it has no cells.
   std::vector<ConnectivityCodec> segment_connectivity;
   std::uint64_t imported_vertices = 0;  ///< coded again by segments that do not own them
   std::uint64_t total_bytes = 0;
@@ -122,14 +122,14 @@ class SHM_API Decoder {
   void end_of_input();
   /// Works until something can be taken or input is missing.
   Result<Progress> advance();
-  /// Must hold: advance() said item_ready. Moves the item out.
+  /// Must hold: advance() returned item_ready. Moves the item out.
   Item take();
   /// Null until the file header has been decoded; then valid for the decoder's life.
   const Schema* schema() const;
 
  private:
   friend class Reader;
-  friend class IndexMaker;
+  friend class IndexBuilder;
   Decoder(const ReadLimits& limits, const ReadOptions& options);
   /// What an index would tell of all that was decoded, but for entries and ranges. Corrupt where
   /// step values are not complete.

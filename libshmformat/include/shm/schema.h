@@ -1,4 +1,4 @@
-// Schema: what a mesh file is made of, said before its first vertex.
+// Schema: what a mesh file is made of, stored before its first vertex.
 // Scalars, cell shapes, element blocks, data arrays, order promise, extras.
 // spec: "Schema", "Extras"
 #pragma once
@@ -143,7 +143,7 @@ enum class Order : std::uint8_t {
 /// "keep", "stream", "free".
 SHM_API std::string_view order_name(Order order);
 
-/// How hexahedra are said. A Reader takes any.
+/// How hexahedra are encoded. A Reader takes any.
 enum class ConnectivityCodec : std::uint8_t {
   automatic = 0,  ///< what the Writer's level tries
   paper = 1,      ///< the published scheme, as a baseline (spec "Paper hexahedra")

@@ -1,6 +1,6 @@
 // StepReader: one stepped array at one step, without the rest of the file. Beside index and schema
 // it reads the chunks of that array from the step's key step on, and of the mesh only what says how
-// cells are connected, where values are told by it or numbers are asked for.
+// cells are connected, where values are predicted from it or numbers are asked for.
 // Memory as of a Reader: the compressed connectivity that was read, up to 64 MiB of what it tells,
 // and the last steps that were read of arrays whose steps refer to each other, 128 MiB at most.
 // spec: "Step values", "Index and trailer"
@@ -19,7 +19,7 @@
 
 namespace shm {
 
-struct Survivors;
+struct DecodableParts;
 
 struct StepRequest {
   std::uint32_t array = 0;  ///< a stepped one
@@ -75,7 +75,7 @@ class SHM_API StepReader {
   class Impl;
   explicit StepReader(std::unique_ptr<Impl> impl);
   static Result<StepReader> open(RandomSource& source, const ReadLimits& limits,
-                                 std::shared_ptr<const Survivors> survivors);
+                                 std::shared_ptr<const DecodableParts> decodable);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -1,5 +1,5 @@
-// What a .shm file holds, told without its cells and values: a small part of its bytes is read, and
-// memory follows the number of chunks and what extras take, not the mesh.
+// What a .shm file holds, reported without its cells and values: a small part of its bytes is read,
+// and memory follows the number of chunks and what extras take, not the mesh.
 // spec: "Index and trailer"
 #pragma once
 
@@ -20,11 +20,11 @@ struct Summary {
 
 /// Reads index, schema, extras, step times and the head of each chunk, and of groups and step
 /// values no more: these heads must be what the index says, and all that the file has. Bytes behind
-/// a torn append are told in `totals`. `source` is borrowed during the call. Damage of bitstreams
-/// is not found, and how many cells each block has stands in the index alone: whoever must know
-/// reads with a Reader. Of `limits`, max_active_vertices and max_group_bytes are not looked at, so
-/// a file can be told of that is too large to be read. ErrorCode::truncated where the file has been
-/// cut.
+/// a torn append are counted in `totals`. `source` is borrowed during the call. Damage of
+/// bitstreams is not found, and how many cells each block has stands in the index alone: whoever
+/// must know reads with a Reader. Of `limits`, max_active_vertices and max_group_bytes are not
+/// looked at, so a file can be reported that is too large to be read. ErrorCode::truncated where
+/// the file has been cut.
 SHM_API Result<Summary> read_summary(RandomSource& source, const ReadLimits& limits = {});
 
 }  // namespace shm

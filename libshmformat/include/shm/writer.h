@@ -38,9 +38,9 @@ struct WriteOptions {
   /// later ones then; Schema::step_references says less still.
   std::uint32_t key_steps = 8;
   /// Step values: the neighbourhoods of the mesh are kept while those of all cells and vertices
-  /// take no more than so many bytes; else they are told anew for each array and step, which takes
-  /// longer. Of arrays on few elements what these need is kept as well, within as many bytes (at
-  /// least 1 MiB). The file is the same.
+  /// take no more than so many bytes; else they are derived anew for each array and step, which
+  /// takes longer. Of arrays on few elements what these need is kept as well, within as many bytes
+  /// (at least 1 MiB). The file is the same.
   std::uint64_t kept_topology_bytes = std::uint64_t{64} << 20;
   /// Threads that encode segments, beside the caller's; 1: none, 0: one for each core. The file is
   /// the same for any number. Each may hold 64 MiB of cells that wait.
@@ -55,7 +55,8 @@ struct WriteOptions {
   /// Not empty: segments begin before the cells of these numbers and nowhere else; ascending, 0 is
   /// ignored.
   std::vector<std::uint64_t> segment_starts{};
-  /// Not empty: how the hexahedra of each segment are said, in order; further segments as the last.
+  /// Not empty: how the hexahedra of each segment are encoded, in order; further segments as the
+  /// last.
   std::vector<ConnectivityCodec> segment_connectivity{};
 };
 

@@ -6,7 +6,7 @@
 #include "bytes/binary.h"
 #include "bytes/packing.h"
 #include "container/random_chunks.h"
-#include "container/schema_codec.h"
+#include "model/schema.h"
 
 namespace shm {
 
@@ -21,21 +21,21 @@ Result<void> IndexedFile::open() {
 }
 
 Result<void> IndexedFile::open_damaged() {
-  const auto known = KnownChunks::of(*source_, limits_);
+  const auto known = FoundChunks::of(*source_, limits_);
   if (!known) return known.error();
   if (!known->schema())
     return wrong("no copy of it is whole, and nothing can be read without", "schema", kNoOffset);
-  return open_damaged(std::make_shared<const Survivors>(Survivors::of(*known)));
+  return open_damaged(std::make_shared<const DecodableParts>(DecodableParts::of(*known)));
 }
 
-Result<void> IndexedFile::open_damaged(std::shared_ptr<const Survivors> survivors) {
-  survivors_ = std::move(survivors);
-  index_offset_ = survivors_->index_offset;
-  index_ = survivors_->totals;
-  for (const auto* entries : {&survivors_->extras, &survivors_->step_times})
+Result<void> IndexedFile::open_damaged(std::shared_ptr<const DecodableParts> decodable) {
+  decodable_ = std::move(decodable);
+  index_offset_ = decodable_->index_offset;
+  index_ = decodable_->totals;
+  for (const auto* entries : {&decodable_->extras, &decodable_->step_times})
     index_.entries.insert(index_.entries.end(), entries->begin(), entries->end());
-  groups_ = survivors_->groups;
-  first_group_ = survivors_->first_group;
+  groups_ = decodable_->groups;
+  first_group_ = decodable_->first_group;
   if (first_group_.size() - 1 > limits_.max_segments)
     return wrong_index("its segments are too many");
   for (std::size_t s = 0; s + 1 < first_group_.size(); ++s) {
@@ -44,7 +44,7 @@ Result<void> IndexedFile::open_damaged(std::shared_ptr<const Survivors> survivor
     for (std::size_t g = first_group_[s]; g < first_group_[s + 1]; ++g) add_to_segment(groups_[g]);
   }
   decoder_ = Decoder(limits_);
-  if (auto good = decoder_.feed(survivors_->beginning); !good) return good;
+  if (auto good = decoder_.feed(decodable_->beginning); !good) return good;
   const auto advanced = decoder_.advance();
   if (decoder_.schema() == nullptr)
     return advanced ? wrong("makes no sense", "schema", kNoOffset) : advanced.error();
@@ -101,7 +101,7 @@ Result<IndexedFile::GroupHead> IndexedFile::read_group_head(std::size_t group) {
   const std::string section = "group " + std::to_string(group);
   if (entry.bytes < kChunkHeaderBytes || entry.header_bytes > entry.bytes - kChunkHeaderBytes ||
       entry.header_bytes > limits_.max_chunk_bytes)
-    return wrong("the index does not tell how long its header is", section, entry.offset);
+    return wrong("the index has no length of its header", section, entry.offset);
   const auto bytes = container::read_bytes(*source_, entry.offset,
                                            kChunkHeaderBytes + entry.header_bytes, section);
   if (!bytes) return bytes.error();
@@ -141,9 +141,9 @@ Result<std::vector<std::byte>> IndexedFile::read_stream(std::size_t group, const
 }
 
 Result<std::vector<std::byte>> IndexedFile::read_group(std::size_t group,
-                                                       const WantedValues& wanted) {
+                                                       const DecodedParts& parts) {
   const IndexEntry& entry = groups_[group];
-  if (wanted.all()) return read_chunk(entry);
+  if (parts.has_all_values()) return read_chunk(entry);
   auto head = read_group_head(group);
   if (!head) return head.error();
   const std::uint64_t payload_bytes = entry.bytes - kChunkHeaderBytes;
@@ -154,10 +154,10 @@ Result<std::vector<std::byte>> IndexedFile::read_group(std::size_t group,
   std::vector<std::byte> payload = std::move(head->bytes);
   const auto& streams = head->header.streams;
   const std::uint64_t begin = entry.offset + kChunkHeaderBytes;
-  // Up to the last stream that is wanted: what a chunk that is cut says it has need not be there.
+  // Up to the last stream that is wanted: the rest of a chunk that is cut need not be there.
   std::uint64_t needed = payload.size();
   for (std::size_t s = 0; s < streams.size(); ++s)
-    if (wanted.include(streams[s]))
+    if (parts.includes(streams[s]))
       needed = std::max(needed, head->stream_offset[s] - begin + streams[s].bytes);
   if (needed > source_->size() - std::min(source_->size(), begin))
     return wrong("ends beyond the file", "group " + std::to_string(group), entry.offset,
@@ -167,7 +167,7 @@ Result<std::vector<std::byte>> IndexedFile::read_group(std::size_t group,
     // Neighbours are read at once.
     std::uint64_t bytes = 0;
     std::size_t end = s;
-    for (; end < streams.size() && wanted.include(streams[end]); ++end) bytes += streams[end].bytes;
+    for (; end < streams.size() && parts.includes(streams[end]); ++end) bytes += streams[end].bytes;
     if (bytes > 0) {
       const auto from = static_cast<std::size_t>(head->stream_offset[s] - begin);
       const auto into = std::span(payload).subspan(from, static_cast<std::size_t>(bytes));
@@ -229,11 +229,11 @@ Result<void> IndexedFile::expect_group(std::size_t group,
       header.first_cell == entry.first_cell && header.first_vertex == entry.first_vertex &&
       header.box == entry.box)
     return {};
-  return wrong_index("tells something else of group " + std::to_string(group) + " than its header");
+  return wrong_index("differs from the header of group " + std::to_string(group));
 }
 
 Result<void> IndexedFile::expect_totals() const {
-  if (survivors_) return {};  // some are lost
+  if (decodable_) return {};  // some are lost
   std::uint64_t vertices = 0, cells = 0;
   bool good = index_.block_cells.size() == schema().blocks.size();
   for (const IndexEntry& group : groups_) {
@@ -249,7 +249,7 @@ Result<void> IndexedFile::expect_totals() const {
     cells -= of_block;
   }
   return good && cells == 0 ? Result<void>()
-                            : wrong_index("its groups are not what it tells in all");
+                            : wrong_index("its groups do not add up to its totals");
 }
 
 /// The first chunk, and what stands before it, through a Decoder, which checks it.
@@ -259,7 +259,7 @@ Result<void> IndexedFile::read_schema() {
       index_.entries[0].offset != container::kFileStartBytes ||
       index_offset_ < container::kFileStartBytes ||
       index_.entries[0].bytes > index_offset_ - container::kFileStartBytes)
-    return wrong_index("does not tell of the schema");
+    return wrong_index("does not list the schema");
   constexpr std::uint64_t kPiece = std::uint64_t{1} << 16;
   const std::uint64_t end = container::kFileStartBytes + index_.entries[0].bytes;
   decoder_ = Decoder(limits_);
@@ -270,7 +270,7 @@ Result<void> IndexedFile::read_schema() {
     if (auto good = decoder_.feed(piece); !good) return good;
     if (auto progress = decoder_.advance(); !progress) return progress.error();
   }
-  if (decoder_.schema() == nullptr) return wrong_index("does not tell how long the schema is");
+  if (decoder_.schema() == nullptr) return wrong_index("has another length of the schema");
   return {};
 }
 

@@ -14,8 +14,8 @@
 
 #include "bytes/binary.h"
 #include "container/format.h"
-#include "recovery/survivors.h"
-#include "segment/wanted_values.h"
+#include "recovery/decodable_parts.h"
+#include "segment/mesh_streams.h"
 #include "shm/reader.h"
 #include "shm/segment_reader.h"
 
@@ -33,12 +33,12 @@ class IndexedFile {
   /// are counted among those that are left.
   Result<void> open_damaged();
   /// The same, found before.
-  Result<void> open_damaged(std::shared_ptr<const Survivors> survivors);
+  Result<void> open_damaged(std::shared_ptr<const DecodableParts> decodable);
   /// Null unless the file is damaged.
-  const std::shared_ptr<const Survivors>& survivors() const { return survivors_; }
+  const std::shared_ptr<const DecodableParts>& decodable() const { return decodable_; }
   const Schema& schema() const { return *decoder_.schema(); }
   const ReadLimits& limits() const { return limits_; }
-  /// What it tells of the whole file; its entries until they are taken.
+  /// Its totals of the whole file; its entries until they are taken.
   const container::Index& index() const { return index_; }
   std::uint64_t index_offset() const { return index_offset_; }
   std::vector<container::IndexEntry> take_entries() { return std::exchange(index_.entries, {}); }
@@ -47,7 +47,8 @@ class IndexedFile {
   const std::vector<container::IndexEntry>& groups() const { return groups_; }
   /// Of `segment`; that of the segment behind the last one is the number of groups.
   std::size_t first_group(std::size_t segment) const { return first_group_[segment]; }
-  /// Which of segments() has the group; of a damaged file not the number that the group says.
+  /// Which of segments() has the group; of a damaged file not the number in the header of the
+  /// group.
   std::size_t segment_of(std::size_t group) const {
     return static_cast<std::size_t>(
                std::upper_bound(first_group_.begin(), first_group_.end(), group) -
@@ -59,11 +60,11 @@ class IndexedFile {
     return groups_[first_group_[segment]].segment;
   }
   std::uint64_t group_number(std::size_t group) const {
-    return survivors_ ? survivors_->group_numbers[group] : group;
+    return decodable_ ? decodable_->group_numbers[group] : group;
   }
   /// Static arrays that are lost in a segment, ascending.
   std::span<const std::uint32_t> lost_arrays(std::size_t segment) const {
-    return survivors_ ? std::span<const std::uint32_t>(survivors_->lost_arrays[segment])
+    return decodable_ ? std::span<const std::uint32_t>(decodable_->lost_arrays[segment])
                       : std::span<const std::uint32_t>();
   }
 
@@ -73,9 +74,9 @@ class IndexedFile {
   Result<std::vector<Extra>> read_extras();
   /// Empty where the file has none. Must hold: the entries have not been taken.
   Result<std::vector<double>> read_step_times();
-  /// Complains unless the groups follow each other, and are what the index tells in all.
+  /// Fails unless the groups follow each other, and add up to the totals of the index.
   Result<void> expect_totals() const;
-  /// Complains unless the header of a group is what the index says of it, its box included.
+  /// Fails unless the header of a group agrees with its line in the index, its box included.
   Result<void> expect_group(std::size_t group, const container::GroupHeader& header) const;
   /// A group without its bitstreams.
   struct GroupHead {
@@ -88,7 +89,7 @@ class IndexedFile {
   Result<std::vector<std::byte>> read_stream(std::size_t group, const GroupHead& head,
                                              std::size_t stream);
   /// The payload of a group, in which zeros stand for streams that are not wanted.
-  Result<std::vector<std::byte>> read_group(std::size_t group, const WantedValues& wanted);
+  Result<std::vector<std::byte>> read_group(std::size_t group, const DecodedParts& parts);
 
   /// A complaint about the bytes at `offset`.
   static Error wrong(std::string detail, std::string section, std::uint64_t offset,
@@ -114,7 +115,7 @@ class IndexedFile {
   std::vector<SegmentInfo> segments_;
   std::vector<container::IndexEntry> groups_;
   std::vector<std::size_t> first_group_;  // of each segment, and behind them
-  std::shared_ptr<const Survivors> survivors_;
+  std::shared_ptr<const DecodableParts> decodable_;
 };
 
 }  // namespace shm

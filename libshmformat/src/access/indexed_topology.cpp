@@ -7,7 +7,7 @@
 
 namespace shm {
 
-Result<void> add_group(IndexedFile& file, std::size_t group, TopologyReplay& topology) {
+Result<void> add_group(IndexedFile& file, std::size_t group, StepTopology& topology) {
   const auto head = file.read_group_head(group);
   if (!head) return head.error();
   const ReadLimits& limits = file.limits();
@@ -17,7 +17,7 @@ Result<void> add_group(IndexedFile& file, std::size_t group, TopologyReplay& top
                               file.groups()[group].offset, ErrorCode::over_limit);
   std::vector<std::vector<std::byte>> streams(head->header.streams.size());
   for (std::size_t s = 0; s < streams.size(); ++s) {
-    if (!topology.needs(head->header, head->header.streams[s])) continue;
+    if (!topology.uses(head->header, head->header.streams[s])) continue;
     auto bytes = file.read_stream(group, *head, s);
     if (!bytes) return bytes.error();
     streams[s] = std::move(*bytes);

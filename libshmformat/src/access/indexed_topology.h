@@ -4,11 +4,12 @@
 #include <cstddef>
 
 #include "access/indexed_file.h"
-#include "segment/topology_replay.h"
+#include "steps/step_topology.h"
 
 namespace shm {
 
-/// Reads what tells the topology of a group, and adds it to `topology`, whose next group it is.
-Result<void> add_group(IndexedFile& file, std::size_t group, TopologyReplay& topology);
+/// Reads the streams with the topology of a group, and adds it to `topology`, whose next group it
+/// is.
+Result<void> add_group(IndexedFile& file, std::size_t group, StepTopology& topology);
 
 }  // namespace shm

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "bytes/misuse.h"
+#include "bytes/errors.h"
 
 namespace shm {
 namespace {
@@ -45,34 +45,34 @@ Result<void> PieceRequest::check() const {
   const Schema& schema = file_->schema();
   const std::string in_all = "there are " + std::to_string(file_->index().cells) + " cells";
   if (cells.range && cells.range->first > cells.range->end)
-    return misuse("a range of cells ends before it begins", "request");
+    return misuse_error("a range of cells ends before it begins", "request");
   if (cells.range && cells.range->end > file_->index().cells)
-    return misuse("a range of cells ends at " + std::to_string(cells.range->end) + "; " + in_all,
-                  "request");
+    return misuse_error(
+        "a range of cells ends at " + std::to_string(cells.range->end) + "; " + in_all, "request");
   if (cells.numbers && !ascends(*cells.numbers))
-    return misuse("numbers of cells do not ascend", "request");
+    return misuse_error("numbers of cells do not ascend", "request");
   if (cells.numbers && !cells.numbers->empty() && cells.numbers->back() >= file_->index().cells)
-    return misuse("there is no cell " + std::to_string(cells.numbers->back()) + "; " + in_all,
-                  "request");
+    return misuse_error("there is no cell " + std::to_string(cells.numbers->back()) + "; " + in_all,
+                        "request");
   if (cells.blocks && (!ascends(*cells.blocks) ||
                        (!cells.blocks->empty() && cells.blocks->back() >= schema.blocks.size())))
-    return misuse("blocks do not ascend, or there are fewer", "request");
+    return misuse_error("blocks do not ascend, or there are fewer", "request");
   if (cells.box)
     for (std::size_t c = 0; c < 3; ++c)
       if (!((*cells.box)[c] <= (*cells.box)[3 + c]))
-        return misuse("a box ends before it begins", "request");
+        return misuse_error("a box ends before it begins", "request");
   if (request_.vertices && !ascends(*request_.vertices))
-    return misuse("numbers of vertices do not ascend", "request");
+    return misuse_error("numbers of vertices do not ascend", "request");
   if (request_.vertices && (cells.range || cells.numbers || cells.blocks))
-    return misuse("both vertices and cells are asked for", "request");
+    return misuse_error("both vertices and cells are asked for", "request");
   if (request_.arrays)
     for (const std::uint32_t array : *request_.arrays)
       if (array >= schema.arrays.size())
-        return misuse("there is no array " + std::to_string(array), "request");
+        return misuse_error("there is no array " + std::to_string(array), "request");
   return {};
 }
 
-/// Else the file says the number of each cell.
+/// Else the file stores the number of each cell.
 bool PieceRequest::numbers_are_positions() const {
   return file_->schema().order != Order::keep || file_->schema().delay == 0;
 }
@@ -99,7 +99,7 @@ bool PieceRequest::may_be_in_box(const std::array<double, 6>& of_index) const {
 
 /// Whether cells of wanted blocks are here if blocks follow each other.
 bool PieceRequest::blocks_likely(const SegmentInfo& segment) const {
-  if (file_->survivors()) return false;
+  if (file_->decodable()) return false;
   std::uint64_t first = 0;
   const auto& counts = file_->index().block_cells;
   for (std::uint32_t b = 0; b < counts.size(); ++b) {
@@ -123,9 +123,9 @@ auto PieceRequest::visits() const -> std::vector<Visit> {
       if (!keeps && !has_any(*request_.vertices, segment.first_vertex, segment.vertices)) continue;
     } else if (!all()) {
       const bool here = may_number(segment.first_cell, segment.cells);
-      const bool loose = wants_unused() && segment.cells == 0;
-      if (!loose && (segment.cells == 0 || (!here && numbers_are_positions()))) continue;
-      probe = !loose && (!here || (request_.cells.blocks && !blocks_likely(segment)));
+      const bool unused = wants_unused() && segment.cells == 0;
+      if (!unused && (segment.cells == 0 || (!here && numbers_are_positions()))) continue;
+      probe = !unused && (!here || (request_.cells.blocks && !blocks_likely(segment)));
     }
     if (may_be_in_box(segment.box)) visits.push_back({s, probe});
   }
@@ -149,7 +149,7 @@ bool PieceRequest::includes_vertex(std::uint64_t number) const {
 
 std::uint64_t PieceRequest::count_expected() const {
   const CellSelection& cells = request_.cells;
-  if (file_->survivors()) return kUnknown;
+  if (file_->decodable()) return kUnknown;
   if (of_vertices()) return request_.vertices->size();
   if (!cells.range && !cells.numbers && cells.blocks) {
     std::uint64_t sum = 0;

@@ -1,4 +1,4 @@
-// PieceRequest: what is asked of a file, and which segments may have it as far as the index tells.
+// PieceRequest: what is asked of a file, and which segments may have it by what the index lists.
 #pragma once
 
 #include <cstddef>
@@ -19,17 +19,17 @@ class PieceRequest {
   };
   static constexpr std::uint64_t kUnknown = ~std::uint64_t{0};
 
-  /// `file` is open and borrowed. Complains of a request that names what there is not.
+  /// `file` is open and borrowed. Fails for a request that names what there is not.
   static Result<PieceRequest> of(ExtractRequest request, const IndexedFile& file);
 
   const ExtractRequest& request() const { return request_; }
   bool of_vertices() const { return request_.vertices.has_value(); }
   bool wants_unused() const {
-    return (request_.unused_vertices || (request_.cells.all() && file_->survivors())) &&
+    return (request_.unused_vertices || (request_.cells.all() && file_->decodable())) &&
            !of_vertices();
   }
   /// Whether the piece is the whole file; of a damaged one it never is.
-  bool all() const { return !of_vertices() && request_.cells.all() && !file_->survivors(); }
+  bool all() const { return !of_vertices() && request_.cells.all() && !file_->decodable(); }
   const std::optional<std::array<double, 6>>& box() const { return request_.cells.box; }
 
   /// In which order to read: first where things must be, or are likely to be.

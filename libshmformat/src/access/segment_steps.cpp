@@ -108,18 +108,18 @@ void SegmentSteps::begin_pass() {
   if (pass_.from < pass_.end) held_->at.reset();
 }
 
-/// What the mesh tells of the group of a chunk.
-Result<ColumnElements> SegmentSteps::told_group(StepElements& mesh,
-                                                const StepIndex::Chunk& chunk) const {
+/// The elements of the group of a chunk.
+Result<ColumnElements> SegmentSteps::elements_of(StepElements& mesh,
+                                                 const StepIndex::Chunk& chunk) const {
   const std::size_t group = chunk.group - file_->first_group(segment_);
   const auto count = mesh.count(array_, group);
   if (!count) return at_chunk(count.error(), file_->groups()[chunk.group].offset);
   if (*count != chunk.count)
     return IndexedFile::wrong("has another number of values than elements", "step values",
                               chunk.offset);
-  auto told = mesh.elements(array_, group);
-  if (!told) return at_chunk(told.error(), file_->groups()[chunk.group].offset);
-  return told;
+  auto elements = mesh.elements(array_, group);
+  if (!elements) return at_chunk(elements.error(), file_->groups()[chunk.group].offset);
+  return elements;
 }
 
 /// The values of the nth group at all steps of the pass.
@@ -127,9 +127,9 @@ Result<void> SegmentSteps::read_group(std::size_t nth, StepElements* mesh) {
   const StepIndex::Chunk& chunk = chunks_of(wanted_)[nth];
   ColumnElements elements;
   if (std::find(by_mesh_.begin(), by_mesh_.end(), true) != by_mesh_.end()) {
-    const auto told = told_group(*mesh, chunk);
-    if (!told) return told.error();
-    elements = *told;
+    const auto of_group = elements_of(*mesh, chunk);
+    if (!of_group) return of_group.error();
+    elements = *of_group;
   }
   const std::size_t stride = scalar_bytes(info().type) * info().components;
   const auto offset = static_cast<std::size_t>(chunk.first - chunks_of(wanted_)[0].first) * stride;
@@ -181,7 +181,7 @@ Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t at, const StepIn
   StepChunks& column = *columns_[at - pass_.from];
   if (auto good = column.check_size(header); !good) return good.error();
   if (auto good = check_reference(at, header); !good) return good.error();
-  const StepReference kind = reference_kind(header);
+  const StepReference kind = container::refers_to(header);
   const std::uint64_t size =
       std::uint64_t{chunk.count} * scalar_bytes(info().type) * info().components;
   if ((kind >= StepReference::before && one_back_.size() != size) ||
@@ -197,7 +197,7 @@ Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t at, const StepIn
 /// A trend needs two steps, of which the later one refers to a step itself.
 Result<void> SegmentSteps::check_reference(std::size_t at,
                                            const container::StepHeader& header) const {
-  const StepReference kind = reference_kind(header);
+  const StepReference kind = container::refers_to(header);
   const auto wrong = [&](const char* detail) {
     return wrong_step_values(file_->schema(), header, detail);
   };

@@ -1,6 +1,8 @@
 // SegmentSteps: one stepped array in one segment, read from a key step on to the step that is
-// wanted: group by group, all these steps of a group together, so that the topology is told once.
-// in:    an IndexedFile and its StepIndex          out: values of the wanted step, group by group
+// wanted: group by group, all these steps of a group together, so that the topology is decoded
+// once.
+// in:    an IndexedFile and its StepIndex
+// out:   values of the wanted step, group by group
 // keeps: the values of the last step, and of the one before it where trends are allowed
 // spec: "Step values"
 #pragma once
@@ -29,18 +31,18 @@ class SegmentSteps {
   SegmentSteps(IndexedFile& file, const StepIndex& index, StepReference most, std::uint32_t array,
                std::size_t segment, std::size_t wanted, HeldSteps& held);
 
-  /// Whether values are told by the mesh.
+  /// Whether values are predicted over the mesh.
   bool needs_mesh() const;
   /// Whether all groups have been read.
   bool at_end() const { return next_ == chunks_of(wanted_).size(); }
   /// The next group that has elements of the array. Must hold: not at_end().
   const StepIndex::Chunk& next_chunk() const { return chunks_of(wanted_)[next_]; }
 
-  /// How many elements the array has in the segment, as the index says.
+  /// How many elements the array has in the segment, as the index states.
   std::uint64_t elements() const;
 
-  /// What the mesh tells of the group of a chunk; complains where that does not fit.
-  Result<ColumnElements> told_group(StepElements& mesh, const StepIndex::Chunk& chunk) const;
+  /// The elements of the group of a chunk; fails where they are another number.
+  Result<ColumnElements> elements_of(StepElements& mesh, const StepIndex::Chunk& chunk) const;
   /// The values of next_chunk() at the wanted step. `mesh` is of the segment; null unless
   /// needs_mesh().
   Result<std::vector<std::byte>> read_next(StepElements* mesh);

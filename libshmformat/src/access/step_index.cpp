@@ -10,8 +10,8 @@ using container::IndexEntry;
 Result<StepIndex> StepIndex::of(IndexedFile& file) {
   StepIndex index;
   index.steps_.resize(file.schema().arrays.size());
-  if (file.survivors()) {
-    if (auto good = index.add_survivors(file); !good) return good.error();
+  if (file.decodable()) {
+    if (auto good = index.add_decodable(file); !good) return good.error();
     index.find_keys();
     return index;
   }
@@ -24,9 +24,9 @@ Result<StepIndex> StepIndex::of(IndexedFile& file) {
   return index;
 }
 
-Result<void> StepIndex::add_survivors(const IndexedFile& file) {
+Result<void> StepIndex::add_decodable(const IndexedFile& file) {
   elements_.resize(steps_.size());
-  for (const Survivors::Step& step : file.survivors()->steps) {
+  for (const DecodableParts::Step& step : file.decodable()->steps) {
     if (step.step >= file.limits().max_steps)
       return IndexedFile::wrong(
           "the limit is " + std::to_string(file.limits().max_steps) + " steps", "step values",
@@ -88,7 +88,7 @@ Result<void> StepIndex::add(const IndexedFile& file, const IndexEntry& entry) {
   const std::uint64_t most = of_points ? group.vertices : group.cells;
   if (entry.count > most || (entry.count < most && info.blocks.empty()))
     return file.wrong_index("a group has another number of step values than elements");
-  steps.back().refers = steps.back().refers || entry.reference != container::RefersTo::nothing;
+  steps.back().refers = steps.back().refers || entry.reference != StepReference::nothing;
   steps.back().end = chunks_.size() + 1;
   chunks_.push_back({entry.offset, entry.bytes, entry.first, entry.count, entry.group,
                      entry.reference, entry.codec});
@@ -112,7 +112,7 @@ std::span<const StepIndex::Chunk> StepIndex::chunks(const Step& step, std::size_
   return {from(first_group), from(end_group)};
 }
 
-/// The first step of an array is taken for one, whatever it says.
+/// The first step of an array is taken for one, whatever it refers to.
 void StepIndex::find_keys() {
   for (std::vector<Step>& steps : steps_)
     for (std::size_t at = 0; at < steps.size(); ++at)

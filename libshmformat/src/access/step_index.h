@@ -1,4 +1,4 @@
-// StepIndex: what the index tells of stepped arrays: which chunks an array has at which step, and
+// StepIndex: what the index lists of stepped arrays: which chunks an array has at which step, and
 // from which step on it can be read. Checked in itself; what the chunks are, the reader sees.
 // spec: "Index and trailer"
 #pragma once
@@ -18,7 +18,7 @@ class StepIndex {
     std::uint64_t offset = 0, bytes = 0;
     std::uint64_t first = 0, count = 0;  // elements
     std::uint32_t group = 0;
-    container::RefersTo reference = container::RefersTo::nothing;
+    StepReference reference = StepReference::nothing;
     container::Codec codec = container::Codec::columns;
   };
   struct Step {
@@ -42,7 +42,7 @@ class StepIndex {
   std::size_t key_of(std::uint32_t array, std::size_t at) const { return steps_[array][at].key; }
 
  private:
-  Result<void> add_survivors(const IndexedFile& file);
+  Result<void> add_decodable(const IndexedFile& file);
   Result<void> count_elements(const IndexedFile& file);
   Result<void> add(const IndexedFile& file, const container::IndexEntry& entry);
   Result<void> expect_complete(const IndexedFile& file) const;

@@ -10,7 +10,7 @@
 #include "access/indexed_file.h"
 #include "access/indexed_topology.h"
 #include "api/file_writer.h"
-#include "bytes/misuse.h"
+#include "bytes/errors.h"
 #include "container/chunk_copy.h"
 #include "shm/step_reader.h"
 
@@ -36,14 +36,7 @@ class __attribute__((visibility("hidden"))) Appender::Impl {
   std::uint64_t steps() const { return file_.index().steps; }
   Result<std::unique_ptr<ByteSource>> without_steps();
 
-  /// Runs `work` unless an error came before; the first error sticks.
-  template <class Work>
-  Result<void> guarded(Work&& work) {
-    if (error_) return *error_;
-    Result<void> result = work();
-    if (!result) error_ = result.error();
-    return result;
-  }
+  Calls& calls() { return calls_; }
   Result<void> drop_extras();
   Result<void> add_step_values(std::uint32_t array, std::uint64_t step,
                                std::span<const std::byte> values);
@@ -77,11 +70,11 @@ class __attribute__((visibility("hidden"))) Appender::Impl {
   std::optional<StepReader> reader_;
   std::vector<Array> arrays_;
   std::uint32_t longest_run_ = 0;
-  std::optional<Error> error_;
+  Calls calls_;
   bool with_extras_ = true;
 
   std::optional<FileWriter> writer_;  // once the old chunks are copied
-  std::optional<TopologyReplay> topology_;
+  std::optional<StepTopology> topology_;
   StepEncoder* encoder_ = nullptr;
 };
 
@@ -109,13 +102,13 @@ void Appender::Impl::look_at_steps() {
       array.last_step = entry.step;
       array.last_refers = false;
     }
-    array.last_refers |= entry.reference != container::RefersTo::nothing;
+    array.last_refers |= entry.reference != StepReference::nothing;
   }
   for (Array& array : arrays_)
     if (array.last_step) end_step(array);
 }
 
-/// The schema is said again at the end, if at all; so are the times.
+/// The schema is repeated at the end, if at all; so are the times.
 Result<ChunkCopy> Appender::Impl::copy_of(bool with_steps, bool with_times, bool with_extras) {
   return ChunkCopy::of(*source_, file_.index().entries, file_.index_offset(),
                        [&](const IndexEntry& entry) {
@@ -127,7 +120,7 @@ Result<ChunkCopy> Appender::Impl::copy_of(bool with_steps, bool with_times, bool
                        });
 }
 
-/// What the index tells of the bytes of the chunks that were copied.
+/// The bytes of the streams in the chunks that were copied, by name.
 Appender::Impl::Streams Appender::Impl::streams(const ChunkCopy& copy) const {
   Streams streams;
   for (const auto& [name, bytes] : file_.index().streams)
@@ -152,11 +145,12 @@ container::Index Appender::Impl::totals() const {
 Result<std::unique_ptr<ByteSource>> Appender::Impl::without_steps() {
   const auto copy = copy_of(false, true, true);
   if (!copy) return copy.error();
-  auto said = file_.read_chunk(file_.index().entries[0]);
-  if (!said) return said.error();
+  auto schema_chunk = file_.read_chunk(file_.index().entries[0]);
+  if (!schema_chunk) return schema_chunk.error();
   MemorySink tail;
   FileWriter writer(tail, schema());
-  writer.go_on(*std::move(said), copy->state(), streams(*copy), reader_->step_times().size());
+  writer.go_on(*std::move(schema_chunk), copy->state(), streams(*copy),
+               reader_->step_times().size());
   if (auto finished = writer.finish(totals()); !finished) return finished.error();
   return copy->read(*source_, std::move(tail.bytes));
 }
@@ -164,7 +158,7 @@ Result<std::unique_ptr<ByteSource>> Appender::Impl::without_steps() {
 // --- what comes behind
 
 Result<void> Appender::Impl::drop_extras() {
-  if (writer_) return misuse("extras are dropped before anything is written", "extras");
+  if (writer_) return misuse_error("extras are dropped before anything is written", "extras");
   with_extras_ = false;
   return {};
 }
@@ -174,19 +168,19 @@ Result<void> Appender::Impl::begin() {
   if (writer_) return {};
   const auto copy = copy_of(true, false, with_extras_);
   if (!copy) return copy.error();
-  auto said = file_.read_chunk(file_.index().entries[0]);
-  if (!said) return said.error();
+  auto schema_chunk = file_.read_chunk(file_.index().entries[0]);
+  if (!schema_chunk) return schema_chunk.error();
   if (auto good = copy->write(*source_, *sink_); !good) return good;
   std::uint64_t steps = 0;
   for (const Array& array : arrays_)
     if (array.last_step) steps = std::max(steps, *array.last_step + 1);
   writer_.emplace(*sink_, schema());
-  writer_->go_on(*std::move(said), copy->state(), streams(*copy), steps);
+  writer_->go_on(*std::move(schema_chunk), copy->state(), streams(*copy), steps);
   return {};
 }
 
 Result<void> Appender::Impl::begin_steps() {
-  topology_.emplace(schema(), file_.limits().max_group_bytes, wants_of_steps(schema()));
+  topology_.emplace(schema(), file_.limits().max_group_bytes, needs_of_steps(schema()));
   for (std::size_t g = 0; g < file_.groups().size(); ++g)
     if (auto good = add_group(file_, g, *topology_); !good) return good;
   std::vector<std::uint64_t> elements(arrays_.size());
@@ -212,7 +206,7 @@ Result<std::vector<std::byte>> Appender::Impl::read_step(std::uint32_t array, st
   }
 }
 
-/// Tells the encoder what a step that follows may refer to.
+/// Gives the encoder what a step that follows may refer to.
 Result<void> Appender::Impl::remember(std::uint32_t array) {
   Array& it = arrays_[array];
   if (std::exchange(it.remembered, true) || !it.last_step) return {};
@@ -250,23 +244,16 @@ Result<void> Appender::Impl::add_extra(const Extra& extra) {
 }
 
 Result<SizeReport> Appender::Impl::finish() {
-  std::optional<SizeReport> report;
-  Result<void> closed = guarded([&]() -> Result<void> {
-    if (auto good = begin(); !good) return good;
+  return calls_.finish([&]() -> Result<SizeReport> {
+    if (auto good = begin(); !good) return good.error();
     const auto& entries = file_.index().entries;
     const bool had_times = std::any_of(entries.begin(), entries.end(), [](const IndexEntry& it) {
       return it.is(ChunkKind::step_times);
     });
     if (had_times && !writer_->has_times())
-      if (auto good = writer_->set_step_times(reader_->step_times()); !good) return good;
-    auto finished = writer_->finish(totals());
-    if (!finished) return finished.error();
-    report = std::move(*finished);
-    return {};
+      if (auto good = writer_->set_step_times(reader_->step_times()); !good) return good.error();
+    return writer_->finish(totals());
   });
-  if (!closed) return closed.error();
-  error_ = misuse("the file is finished", "file");  // what every later call says
-  return std::move(*report);
 }
 
 // --- the face
@@ -278,7 +265,7 @@ Appender::~Appender() = default;
 
 Result<Appender> Appender::open(RandomSource& file, ByteSink& sink, const AppendOptions& options,
                                 const ReadLimits& limits) {
-  if (options.level > Level::best) return misuse("unknown level", "options");
+  if (options.level > Level::best) return misuse_error("unknown level", "options");
   auto impl = std::make_unique<Impl>(file, sink, options, limits);
   if (auto good = impl->open(); !good) return good.error();
   return Appender(std::move(impl));
@@ -291,17 +278,17 @@ std::uint64_t Appender::elements(std::uint32_t array) const {
 }
 Result<std::unique_ptr<ByteSource>> Appender::without_steps() { return impl_->without_steps(); }
 Result<void> Appender::drop_extras() {
-  return impl_->guarded([&] { return impl_->drop_extras(); });
+  return impl_->calls().run([&] { return impl_->drop_extras(); });
 }
 Result<void> Appender::add_step_values(std::uint32_t array, std::uint64_t step,
                                        std::span<const std::byte> values) {
-  return impl_->guarded([&] { return impl_->add_step_values(array, step, values); });
+  return impl_->calls().run([&] { return impl_->add_step_values(array, step, values); });
 }
 Result<void> Appender::set_step_times(std::span<const double> times) {
-  return impl_->guarded([&] { return impl_->set_step_times(times); });
+  return impl_->calls().run([&] { return impl_->set_step_times(times); });
 }
 Result<void> Appender::add_extra(const Extra& extra) {
-  return impl_->guarded([&] { return impl_->add_extra(extra); });
+  return impl_->calls().run([&] { return impl_->add_extra(extra); });
 }
 Result<SizeReport> Appender::finish() { return impl_->finish(); }
 

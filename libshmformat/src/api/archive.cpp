@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "bytes/binary.h"
-#include "bytes/misuse.h"
+#include "bytes/errors.h"
 #include "container/chunk_writer.h"
 #include "container/random_chunks.h"
 
@@ -30,7 +30,7 @@ class MemberSink final : public ByteSink {
   explicit MemberSink(ByteSink& sink) : sink_(&sink) {}
   Result<void> write(std::span<const std::byte> more) override {
     if (error_) return *error_;
-    if (!open_) return *(error_ = misuse("is written to a member that has ended", "archive"));
+    if (!open_) return *(error_ = misuse_error("is written to a member that has ended", "archive"));
     for (std::size_t i = 0; i < more.size() && bytes_ + i < head_.size(); ++i)
       head_[static_cast<std::size_t>(bytes_) + i] = more[i];
     bytes_ += more.size();
@@ -49,9 +49,9 @@ class MemberSink final : public ByteSink {
     container::FileStart start;
     const auto size = static_cast<std::size_t>(std::min<std::uint64_t>(bytes_, head_.size()));
     if (!file_start(std::span(head_).first(size), start))
-      return misuse("a member is no .shm file", "archive");
+      return misuse_error("a member is no .shm file", "archive");
     if ((start.needed_features & container::kArchiveFeature) != 0)
-      return misuse("a member is an archive", "archive");
+      return misuse_error("a member is an archive", "archive");
     return bytes_;
   }
 
@@ -86,9 +86,9 @@ class __attribute__((visibility("hidden"))) ArchiveWriter::Impl {
   Result<ByteSink*> add_member(const std::string& name) {
     if (auto good = end_member(); !good) return good.error();
     if (!is_member_name(name))
-      return fail(misuse("'" + name + "' cannot be a member's name", "archive"));
+      return fail(misuse_error("'" + name + "' cannot be a member's name", "archive"));
     if (!names_.insert(name).second)
-      return fail(misuse("there are two members '" + name + "'", "archive"));
+      return fail(misuse_error("there are two members '" + name + "'", "archive"));
     list_.members.push_back({name, 0});
     in_member_ = true;
     member_.begin();
@@ -105,7 +105,7 @@ class __attribute__((visibility("hidden"))) ArchiveWriter::Impl {
     container::put_trailer(trailer, bytes_);
     if (auto good = sink_->write(trailer.bytes); !good) return fail(good.error());
     if (auto good = sink_->commit(); !good) return fail(good.error());
-    failed_ = misuse("is finished", "archive");
+    failed_ = misuse_error("is finished", "archive");
     return bytes_ + chunks.offset() + trailer.bytes.size();
   }
 
@@ -114,7 +114,7 @@ class __attribute__((visibility("hidden"))) ArchiveWriter::Impl {
     failed_ = error;
     return error;
   }
-  /// Also says what went wrong before.
+  /// Also fails with what went wrong before.
   Result<void> end_member() {
     if (failed_) return *failed_;
     if (!std::exchange(in_member_, false)) return {};

@@ -4,16 +4,16 @@
 #include <algorithm>
 #include <utility>
 
-#include "bytes/misuse.h"
+#include "bytes/errors.h"
 #include "bytes/packing.h"
-#include "container/schema_codec.h"
+#include "model/schema.h"
 
 namespace shm {
 namespace {
 
 using container::ChunkKind;
 
-/// From this many bytes on the schema is said again before the index, for whoever must repair.
+/// From this many bytes on the schema is repeated before the index, for whoever must repair.
 constexpr std::uint64_t kRepeatSchemaFrom = std::uint64_t{1} << 20;
 
 }  // namespace
@@ -77,7 +77,7 @@ Result<void> FileWriter::write_group(std::uint32_t segment, const container::Gro
   return chunks_.write(ChunkKind::group, payload.bytes, entry);
 }
 
-StepEncoder& FileWriter::begin_steps(TopologyReplay& topology, std::vector<std::uint64_t> elements,
+StepEncoder& FileWriter::begin_steps(StepTopology& topology, std::vector<std::uint64_t> elements,
                                      std::uint32_t key_steps, Level level) {
   return step_values_.emplace(*schema_, topology, std::move(elements), key_steps, level,
                               [this](const auto& header, auto first, auto bytes) {
@@ -88,10 +88,10 @@ StepEncoder& FileWriter::begin_steps(TopologyReplay& topology, std::vector<std::
 Result<void> FileWriter::check_step_values(std::uint32_t array,
                                            std::span<const std::byte> values) const {
   if (array >= schema_->arrays.size() || !schema_->arrays[array].per_step)
-    return misuse("array " + std::to_string(array) + " is no stepped array", "steps");
+    return misuse_error("array " + std::to_string(array) + " is no stepped array", "steps");
   const ArrayInfo& info = schema_->arrays[array];
   if (values.size() % (scalar_bytes(info.type) * info.components) != 0)
-    return misuse("values end within an element", "steps");
+    return misuse_error("values end within an element", "steps");
   return {};
 }
 
@@ -113,7 +113,7 @@ Result<void> FileWriter::write_step_values(const container::StepHeader& header, 
 }
 
 Result<void> FileWriter::set_step_times(std::span<const double> times) {
-  if (std::exchange(times_set_, true)) return misuse("step times were set before", "steps");
+  if (std::exchange(times_set_, true)) return misuse_error("step times were set before", "steps");
   if (auto good = end_step_array(); !good) return good;
   ByteWriter blob, payload;
   for (double time : times) blob.put_f64(time);
@@ -132,12 +132,12 @@ Result<void> FileWriter::check(const Extra& extra) {
     values *= side;
   }
   if (extra.refers > Reference::cell)
-    return misuse("extra '" + extra.key + "': unknown reference", "extras");
+    return misuse_error("extra '" + extra.key + "': unknown reference", "extras");
   if (!fits || values * width != extra.data.size())
-    return misuse("extra '" + extra.key + "': data does not match type and shape", "extras");
+    return misuse_error("extra '" + extra.key + "': data does not match type and shape", "extras");
   if (extra.refers != Reference::nothing && extra.type != ScalarType::int32 &&
       extra.type != ScalarType::int64)
-    return misuse("extra '" + extra.key + "': references are int32 or int64", "extras");
+    return misuse_error("extra '" + extra.key + "': references are int32 or int64", "extras");
   return {};
 }
 

@@ -1,4 +1,4 @@
-// FileWriter: the chunks of a file into a sink, and what the index tells of them. Groups come ready
+// FileWriter: the chunks of a file into a sink, and the index that lists them. Groups come ready
 // from the mesh encoder; step values, times and extras are made here.
 // spec: "Container", "Step values", "Step times", "Extras", "Index and trailer"
 #pragma once
@@ -11,11 +11,35 @@
 #include <utility>
 #include <vector>
 
+#include "bytes/errors.h"
 #include "container/chunk_writer.h"
 #include "shm/writer.h"
 #include "steps/step_encoder.h"
 
 namespace shm {
+
+/// The calls of a writer: the first error that one of them has every later one has, too.
+class Calls {
+ public:
+  template <class Work>
+  Result<void> run(Work&& work) {
+    if (error_) return *error_;
+    Result<void> result = work();
+    if (!result) error_ = result.error();
+    return result;
+  }
+  /// Runs what ends the file: a call behind it is misuse.
+  template <class Work>
+  Result<SizeReport> finish(Work&& work) {
+    if (error_) return *error_;
+    Result<SizeReport> report = work();
+    error_ = report ? misuse_error("the file is finished", "file") : report.error();
+    return report;
+  }
+
+ private:
+  std::optional<Error> error_;
+};
 
 class FileWriter {
  public:
@@ -33,9 +57,9 @@ class FileWriter {
              std::map<std::string, std::uint64_t> streams, std::uint64_t steps);
 
   /// Chunks that stand in the file already, behind what was written. `part`: what a take_part()
-  /// told of them; its totals are not looked at. Corrupt where they are not `bytes` bytes.
+  /// listed; its totals are not looked at. Corrupt where they are not `bytes` bytes.
   Result<void> adopt(const container::Index& part, std::uint64_t bytes);
-  /// What the index tells of all since the beginning, or the last call, and `totals`; forgets it.
+  /// What the index lists since the beginning, or the last call, and `totals`; forgets it.
   /// Nothing is at hand of time steps.
   container::Index take_part(container::Index totals);
   std::uint64_t offset() const { return chunks_.offset(); }
@@ -46,7 +70,7 @@ class FileWriter {
 
   bool has_step_encoder() const { return step_values_.has_value(); }
   /// Before the first step values. `topology` is borrowed; the rest as in StepEncoder.
-  StepEncoder& begin_steps(TopologyReplay& topology, std::vector<std::uint64_t> elements,
+  StepEncoder& begin_steps(StepTopology& topology, std::vector<std::uint64_t> elements,
                            std::uint32_t key_steps, Level level);
   /// Whether `values` may be some of that array.
   Result<void> check_step_values(std::uint32_t array, std::span<const std::byte> values) const;
@@ -64,7 +88,7 @@ class FileWriter {
   Result<void> add_extra(const Extra& extra);
 
   /// Writes all that is left: the schema once more in a large file, the index, and the trailer.
-  /// `totals`: what it tells of the mesh. Nothing may follow.
+  /// `totals`: its totals of the mesh. Nothing may follow.
   Result<SizeReport> finish(container::Index totals);
 
  private:

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "bytes/misuse.h"
+#include "bytes/errors.h"
 
 namespace shm {
 namespace {
@@ -107,15 +107,15 @@ Result<void> MeshWriter::check() const {
   if (mesh_->corner_begin.size() != cells + 1 ||
       mesh_->corner_begin.back() != mesh_->corners.size() ||
       !std::is_sorted(mesh_->corner_begin.begin(), mesh_->corner_begin.end()))
-    return misuse("corner_begin does not fit cells and corners", "mesh");
+    return misuse_error("corner_begin does not fit cells and corners", "mesh");
   for (std::uint64_t v : mesh_->corners)
     if (v >= mesh_->vertex_count())
-      return misuse("a corner is no vertex: " + std::to_string(v), "mesh");
+      return misuse_error("a corner is no vertex: " + std::to_string(v), "mesh");
   for (std::uint32_t b : mesh_->cell_blocks)
     if (b >= schema.blocks.size())
-      return misuse("a cell of no block: " + std::to_string(b), "mesh");
+      return misuse_error("a cell of no block: " + std::to_string(b), "mesh");
   if (mesh_->arrays.size() != schema.arrays.size())
-    return misuse("arrays do not fit the schema", "mesh");
+    return misuse_error("arrays do not fit the schema", "mesh");
   for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
     const ArrayInfo& info = schema.arrays[a];
     const std::uint64_t elements = info.location == Location::point
@@ -127,8 +127,8 @@ Result<void> MeshWriter::check() const {
     if (info.per_step ? stepped && !std::all_of(mesh_->steps[a].begin(), mesh_->steps[a].end(),
                                                 [&](const auto& v) { return v.empty() || fits(v); })
                       : !fits(mesh_->arrays[a]))
-      return misuse("array '" + info.name + "' does not hold " + std::to_string(bytes) + " bytes",
-                    "mesh");
+      return misuse_error(
+          "array '" + info.name + "' does not hold " + std::to_string(bytes) + " bytes", "mesh");
   }
   return {};
 }

@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "api/file_writer.h"
-#include "bytes/misuse.h"
-#include "container/schema_codec.h"
+#include "bytes/errors.h"
 #include "model/mesh_totals.h"
+#include "model/schema.h"
 #include "segment/mesh_encoder.h"
 #include "shm/part_writer.h"
 
@@ -19,14 +19,8 @@ class __attribute__((visibility("hidden"))) PartJoiner::Impl {
   Result<void> start() { return file_.start(); }
   const FileWriter& file() const { return file_; }
 
-  /// Runs `work` unless an error came before; the first error sticks.
-  template <class Work>
-  Result<void> guarded(Work&& work) {
-    if (error_) return *error_;
-    Result<void> result = work(file_);
-    if (!result) error_ = result.error();
-    return result;
-  }
+  Calls& calls() { return calls_; }
+  FileWriter& file() { return file_; }
 
   Result<void> add(std::span<const std::byte> index, std::uint64_t bytes) {
     ByteReader in(index);
@@ -38,16 +32,7 @@ class __attribute__((visibility("hidden"))) PartJoiner::Impl {
   }
 
   Result<SizeReport> finish() {
-    std::optional<SizeReport> report;
-    Result<void> closed = guarded([&](FileWriter& file) -> Result<void> {
-      auto finished = file.finish(totals_);
-      if (!finished) return finished.error();
-      report = std::move(*finished);
-      return {};
-    });
-    if (!closed) return closed.error();
-    error_ = misuse("the file is finished", "file");  // what every later call says
-    return std::move(*report);
+    return calls_.finish([&] { return file_.finish(totals_); });
   }
 
  private:
@@ -76,7 +61,7 @@ class __attribute__((visibility("hidden"))) PartJoiner::Impl {
   Schema schema_;
   FileWriter file_;
   container::Index totals_;
-  std::optional<Error> error_;
+  Calls calls_;
 };
 
 PartJoiner::PartJoiner(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -94,15 +79,15 @@ Result<PartJoiner> PartJoiner::create(ByteSink& sink, Schema schema, const Write
 std::uint64_t PartJoiner::offset() const { return impl_->file().offset(); }
 std::uint32_t PartJoiner::chunks() const { return impl_->file().chunks(); }
 Result<void> PartJoiner::add(std::span<const std::byte> index, std::uint64_t bytes) {
-  return impl_->guarded([&](FileWriter&) { return impl_->add(index, bytes); });
+  return impl_->calls().run([&] { return impl_->add(index, bytes); });
 }
 Result<void> PartJoiner::set_step_times(std::span<const double> times) {
-  return impl_->guarded([&](FileWriter& file) { return file.set_step_times(times); });
+  return impl_->calls().run([&] { return impl_->file().set_step_times(times); });
 }
 Result<void> PartJoiner::add_extra(const Extra& extra) {
-  return impl_->guarded([&](FileWriter& file) -> Result<void> {
+  return impl_->calls().run([&]() -> Result<void> {
     if (auto good = FileWriter::check(extra); !good) return good;
-    return file.add_extra(extra);
+    return impl_->file().add_extra(extra);
   });
 }
 Result<SizeReport> PartJoiner::finish() { return impl_->finish(); }

@@ -8,9 +8,9 @@
 
 #include "api/file_writer.h"
 #include "bytes/binary.h"
-#include "bytes/misuse.h"
-#include "container/schema_codec.h"
+#include "bytes/errors.h"
 #include "model/mesh_totals.h"
+#include "model/schema.h"
 #include "segment/mesh_encoder.h"
 
 namespace shm {
@@ -31,13 +31,14 @@ Result<void> check_start(const WriteOptions& options, const PartStart& start) {
         start.first_cell / options.segment_cells == start.segment)
       return {};
   } else if (options.restart_budget > 0) {
-    return misuse("parts need segment_cells or segment_starts, or no restart_budget", "options");
+    return misuse_error("parts need segment_cells or segment_starts, or no restart_budget",
+                        "options");
   } else if (start.segment == 0 && start.first_cell == 0) {
     return {};
   }
-  return misuse("segment " + std::to_string(start.segment) + " does not begin with cell " +
-                    std::to_string(start.first_cell),
-                "part");
+  return misuse_error("segment " + std::to_string(start.segment) + " does not begin with cell " +
+                          std::to_string(start.first_cell),
+                      "part");
 }
 
 }  // namespace
@@ -77,18 +78,17 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
         start_(start),
         key_steps_(options.key_steps),
         level_(options.level),
-        topology_(schema_, ~std::uint64_t{0}, wants_of_steps(schema_),
-                  to_size(options.kept_topology_bytes)) {
+        kept_topology_bytes_(to_size(options.kept_topology_bytes)) {
+    if (has_steps(schema_)) make_topology();
     mesh_.begin_part({start.segment, start.first_cell, start.first_vertex});
   }
 
-  /// Runs `work` unless an error came before, or it is not its turn; the first error sticks.
+  /// Runs `work` unless an error came before, or it is not its turn.
   template <class Work>
-  Result<void> guarded(int phase, Work&& work) {
-    if (error_) return *error_;
-    Result<void> result = phase == phase_ ? work() : misuse("calls come in another order", "part");
-    if (!result) error_ = result.error();
-    return result;
+  Result<void> in_phase(int phase, Work&& work) {
+    return calls_.run([&]() -> Result<void> {
+      return phase == phase_ ? work() : misuse_error("calls come in another order", "part");
+    });
   }
 
   MeshEncoder& mesh() { return mesh_; }
@@ -114,11 +114,12 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
   Result<void> begin_steps(const PartSteps& steps) {
     const std::size_t arrays = schema_.arrays.size();
     if (steps.first_elements.size() != arrays || steps.elements.size() != arrays)
-      return misuse("elements are told by array of the schema", "steps");
+      return misuse_error("elements are counted by array of the schema", "steps");
     std::vector<std::uint64_t> own(arrays);
     for (std::uint32_t a = 0; a < arrays; ++a) own[a] = elements_of(a);
     first_elements_ = steps.first_elements;
-    steps_ = &file_.begin_steps(topology_, std::move(own), key_steps_, level_);
+    if (!topology_) make_topology();
+    steps_ = &file_.begin_steps(*topology_, std::move(own), key_steps_, level_);
     steps_->begin_part({steps.first_group, steps.first_elements, steps.elements});
     phase_ = kBetweenSteps;
     return {};
@@ -130,7 +131,8 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
                           std::optional<StepReference> basis) {
     if (auto good = file_.check_step_values(array, {}); !good) return good;
     if (basis.has_value() == chooses(array) && elements_of(array) > 0)
-      return misuse("one part says what a step refers to: that with the first element", "steps");
+      return misuse_error("one part chooses what a step refers to: that with the first element",
+                          "steps");
     if (basis) steps_->choose(*basis);
     phase_ = kInStep;
     array_ = array;
@@ -154,11 +156,15 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
   enum Phase { kAdding, kEnded, kNumbered, kChunksTaken, kBetweenSteps, kInStep };
 
  private:
+  void make_topology() {
+    topology_.emplace(schema_, ~std::uint64_t{0}, needs_of_steps(schema_), kept_topology_bytes_);
+  }
   bool keeps() const { return schema_.order == Order::keep; }
   Result<void> write_group(std::uint32_t segment, const container::GroupHeader& header,
                            const std::vector<std::vector<std::byte>>& streams) {
-    topology_.add_group(segment, header,
-                        std::vector<std::span<const std::byte>>(streams.begin(), streams.end()));
+    if (topology_)
+      topology_->add_group(segment, header,
+                           std::vector<std::span<const std::byte>>(streams.begin(), streams.end()));
     return file_.write_group(segment, header, streams);
   }
   PartChunks take(container::Index totals) {
@@ -177,12 +183,13 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
   MeshEncoder mesh_;
   PartStart start_;
   int phase_ = kAdding;
-  std::optional<Error> error_;
+  Calls calls_;
 
   std::uint32_t key_steps_;
   Level level_;
-  TopologyReplay topology_;
-  StepEncoder* steps_ = nullptr;  // from begin_steps() on
+  std::size_t kept_topology_bytes_;
+  std::optional<StepTopology> topology_;  // where there are steps, or they have begun
+  StepEncoder* steps_ = nullptr;          // from begin_steps() on
   std::vector<std::uint64_t> first_elements_;
   std::uint32_t array_ = 0;  // of the step at hand
   std::uint64_t step_number_ = 0;
@@ -203,50 +210,52 @@ Result<PartWriter> PartWriter::create(Schema schema, const WriteOptions& options
 
 Result<void> PartWriter::add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                     std::span<const std::byte> data) {
-  return impl_->guarded(Impl::kAdding, [&] { return impl_->mesh().add_vertex(number, xyz, data); });
+  return impl_->in_phase(Impl::kAdding,
+                         [&] { return impl_->mesh().add_vertex(number, xyz, data); });
 }
 Result<void> PartWriter::add_imported_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                              std::span<const std::byte> data) {
-  return impl_->guarded(Impl::kAdding,
-                        [&] { return impl_->mesh().add_imported_vertex(number, xyz, data); });
+  return impl_->in_phase(Impl::kAdding,
+                         [&] { return impl_->mesh().add_imported_vertex(number, xyz, data); });
 }
 Result<void> PartWriter::add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                            std::span<const std::byte> data) {
-  return impl_->guarded(Impl::kAdding,
-                        [&] { return impl_->mesh().add_unused_vertex(number, xyz, data); });
+  return impl_->in_phase(Impl::kAdding,
+                         [&] { return impl_->mesh().add_unused_vertex(number, xyz, data); });
 }
 Result<void> PartWriter::add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                                   std::uint64_t last_use, std::span<const std::byte> data) {
-  return impl_->guarded(Impl::kAdding,
-                        [&] { return impl_->mesh().add_cell(block, corners, last_use, data); });
+  return impl_->in_phase(Impl::kAdding,
+                         [&] { return impl_->mesh().add_cell(block, corners, last_use, data); });
 }
 Result<void> PartWriter::end_mesh() {
-  return impl_->guarded(Impl::kAdding, [&] { return impl_->end_mesh(); });
+  return impl_->in_phase(Impl::kAdding, [&] { return impl_->end_mesh(); });
 }
 Result<void> PartWriter::set_imported_numbers(std::span<const std::uint64_t> numbers) {
-  return impl_->guarded(Impl::kEnded, [&] { return impl_->set_imported_numbers(numbers); });
+  return impl_->in_phase(Impl::kEnded, [&] { return impl_->set_imported_numbers(numbers); });
 }
 Result<PartChunks> PartWriter::mesh_chunks() {
   PartChunks out;
-  const auto good = impl_->guarded(Impl::kNumbered, [&] { return impl_->mesh_chunks(out); });
+  const auto good = impl_->in_phase(Impl::kNumbered, [&] { return impl_->mesh_chunks(out); });
   if (!good) return good.error();
   return out;
 }
 Result<void> PartWriter::begin_steps(const PartSteps& steps) {
-  return impl_->guarded(Impl::kChunksTaken, [&] { return impl_->begin_steps(steps); });
+  return impl_->in_phase(Impl::kChunksTaken, [&] { return impl_->begin_steps(steps); });
 }
 bool PartWriter::chooses(std::uint32_t array) const { return impl_->chooses(array); }
 Result<void> PartWriter::begin_step(std::uint32_t array, std::uint64_t step,
                                     std::optional<StepReference> basis) {
-  return impl_->guarded(Impl::kBetweenSteps, [&] { return impl_->begin_step(array, step, basis); });
+  return impl_->in_phase(Impl::kBetweenSteps,
+                         [&] { return impl_->begin_step(array, step, basis); });
 }
 Result<void> PartWriter::add_step_values(std::span<const std::byte> values) {
-  return impl_->guarded(Impl::kInStep, [&] { return impl_->add_step_values(values); });
+  return impl_->in_phase(Impl::kInStep, [&] { return impl_->add_step_values(values); });
 }
 std::optional<StepReference> PartWriter::step_basis() const { return impl_->step_basis(); }
 Result<PartChunks> PartWriter::end_step() {
   PartChunks out;
-  const auto good = impl_->guarded(Impl::kInStep, [&] { return impl_->end_step(out); });
+  const auto good = impl_->in_phase(Impl::kInStep, [&] { return impl_->end_step(out); });
   if (!good) return good.error();
   return out;
 }

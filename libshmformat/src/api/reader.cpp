@@ -1,14 +1,457 @@
-// Reader: a Decoder that fetches its own bytes.
+// Decoder: chunks out of fed bytes, items out of chunks. Reader: a Decoder that fetches its own
+// bytes. The mirror of writer.cpp.
 #include "shm/reader.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
+#include "bytes/binary.h"
+#include "bytes/packing.h"
+#include "container/format.h"
+#include "model/schema.h"
+#include "segment/mesh_decoder.h"
+#include "steps/step_decoder.h"
+
 namespace shm {
 
+using container::ChunkHeader;
+using container::ChunkKind;
+
 namespace {
-constexpr std::size_t kReadBytes = std::size_t{1} << 16;
+
+constexpr std::size_t kReadBytes = std::size_t{1} << 16;  // at once
+
 }  // namespace
+
+class __attribute__((visibility("hidden"))) Decoder::Impl {
+ public:
+  Impl(const ReadLimits& limits, const ReadOptions& options)
+      : limits_(within_sizes(limits)), options_(options) {}
+
+  void feed(std::span<const std::byte> bytes) {
+    if (state_ == State::behind_end) {  // counted, not kept
+      trailing_bytes_ += bytes.size();
+      return;
+    }
+    if (at_ > 0 && at_ == buffer_.size()) {
+      buffer_.clear();
+      at_ = 0;
+    } else if (at_ > (std::size_t{1} << 20)) {
+      buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(at_));
+      at_ = 0;
+    }
+    buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
+  }
+  void end_of_input() { ended_ = true; }
+
+  Result<Progress> advance() {
+    if (error_) return *error_;
+    auto result = work();
+    if (!result) error_ = result.error();
+    return result;
+  }
+
+  Item take() {
+    Item item = std::move(*item_);
+    item_.reset();
+    return item;
+  }
+  const Schema* schema() const { return schema_ ? schema_.get() : nullptr; }
+  const std::optional<Error>& error() const { return error_; }
+  Result<container::Index> held() const;
+
+ private:
+  enum class State { start, header, payload, trailer, behind_end };
+
+  Result<Progress> work();
+  bool may_read_ahead() const;
+  Result<void> read_part();
+  Result<Progress> missing();
+  Result<void> read_start();
+  Result<void> read_header();
+  Result<void> read_payload();
+  Result<void> read_trailer();
+  Result<void> read_schema(std::span<const std::byte> payload);
+  void keep_topology(std::span<const std::byte> payload);
+  Result<void> read_step_values(std::span<const std::byte> payload);
+  Result<void> read_step_times(std::span<const std::byte> payload);
+  Result<void> read_extra(std::span<const std::byte> payload);
+  Result<void> read_index(std::span<const std::byte> payload);
+  std::uint64_t elements_of(std::uint32_t array) const;
+  std::map<std::string, std::uint64_t> streams() const;
+  Result<std::vector<std::byte>> unpack(ByteReader& in, std::uint64_t limit) const;
+  Error wrong(ErrorCode code, std::string detail) const {
+    return Error{code, std::move(detail), section_, chunk_offset_, {}};
+  }
+  std::size_t wanted() const;
+  std::span<const std::byte> consume(std::size_t count) {
+    const auto view = std::span<const std::byte>(buffer_).subspan(at_, count);
+    at_ += count;
+    offset_ += count;
+    return view;
+  }
+
+  ReadLimits limits_;
+  ReadOptions options_;
+  std::vector<std::byte> buffer_;
+  std::size_t at_ = 0;        // consumed bytes of buffer_
+  std::uint64_t offset_ = 0;  // consumed bytes of the file
+  bool ended_ = false;
+  State state_ = State::start;
+  std::optional<Error> error_;
+  std::optional<Item> item_;
+  std::optional<Error> error_ahead_;  // behind blocks that have not been taken yet
+
+  container::FileStart start_;
+  ChunkHeader header_;
+  std::uint64_t chunk_offset_ = 0;
+  std::string section_ = "signature";
+  std::uint32_t next_sequence_ = 0;
+  std::unique_ptr<Schema> schema_;  // its address stays: coders borrow it
+  std::vector<std::byte> schema_bytes_;
+  std::unique_ptr<MeshDecoder> mesh_;
+  std::optional<StepTopology> topology_;    // where there are steps
+  std::optional<StepDecoder> step_values_;  // from the first ones on
+  std::uint64_t steps_ = 0, index_offset_ = 0;
+  bool step_times_read_ = false;
+  std::map<std::string, std::uint64_t> stream_bytes_;
+  std::vector<std::string> array_names_;  // of their streams, once there are step values
+  bool totals_taken_ = false;
+  std::uint64_t trailing_bytes_ = 0;
+};
+
+std::size_t Decoder::Impl::wanted() const {
+  switch (state_) {
+    case State::start: return container::kFileStartBytes;
+    case State::header: return container::kChunkHeaderBytes;
+    case State::payload: return static_cast<std::size_t>(header_.payload_bytes);
+    case State::trailer: return container::kTrailerBytes;
+    case State::behind_end: break;
+  }
+  return 0;
+}
+
+Result<Decoder::Progress> Decoder::Impl::work() {
+  while (!item_) {
+    const bool complete = buffer_.size() - at_ >= wanted();
+    if (mesh_ && !(complete && may_read_ahead()) && mesh_->is_busy()) {
+      auto block = mesh_->next_block(!may_read_ahead());
+      if (!block) return block.error();
+      if (*block) {
+        item_ = std::move(**block);
+        break;
+      }
+      if (!may_read_ahead()) continue;  // nothing is under way any more
+    }
+    if (error_ahead_) return *error_ahead_;
+    if (state_ == State::behind_end) {
+      if (!ended_) return Progress::need_input;
+      if (totals_taken_) return Progress::finished;
+      totals_taken_ = true;
+      Totals totals;
+      totals.vertices = mesh_->vertices();
+      totals.cells = mesh_->cells();
+      totals.hexahedra = mesh_->hexahedra();
+      totals.max_active_vertices = mesh_->max_active_vertices();
+      totals.block_cells = mesh_->block_cells();
+      totals.segment_starts = mesh_->segment_starts();
+      totals.segment_connectivity = mesh_->segment_connectivity();
+      totals.imported_vertices = mesh_->imported_vertices();
+      totals.steps = steps_;
+      totals.total_bytes = offset_;
+      totals.trailing_bytes = trailing_bytes_ + buffer_.size() - at_;
+      totals.streams = streams();
+      std::uint64_t coded = 0;
+      for (const auto& [name, bytes] : totals.streams) coded += bytes;
+      totals.streams["container"] = offset_ - coded;
+      item_ = std::move(totals);
+      break;
+    }
+    if (!complete) return missing();
+    if (auto good = read_part(); !good) error_ahead_ = good.error();
+  }
+  return Progress::item_ready;
+}
+
+/// Whether the next part of the file may be read before all blocks have been taken: with threads,
+/// the groups to come.
+bool Decoder::Impl::may_read_ahead() const {
+  if (error_ahead_ || (ended_ && buffer_.size() - at_ < wanted())) return false;
+  const bool group =
+      state_ == State::payload && header_.kind == static_cast<std::uint8_t>(ChunkKind::group);
+  return (group || state_ == State::header) && mesh_ && mesh_->wants_group();
+}
+
+Result<void> Decoder::Impl::read_part() {
+  switch (state_) {
+    case State::start: return read_start();
+    case State::header: return read_header();
+    case State::payload: return read_payload();
+    case State::trailer: return read_trailer();
+    case State::behind_end: break;
+  }
+  return {};
+}
+
+Result<Decoder::Progress> Decoder::Impl::missing() {
+  if (!ended_) return Progress::need_input;
+  const std::uint64_t end = offset_ + buffer_.size() - at_;
+  if (state_ == State::start && end < container::kFileStartBytes)
+    return Error{ErrorCode::truncated,
+                 end == 0 ? "the file is empty" : "the file ends within its first 16 bytes",
+                 "signature",
+                 end,
+                 {}};
+  return Error{ErrorCode::truncated,
+               "the file ends here, within or before a chunk, without an end record",
+               section_,
+               end,
+               {}};
+}
+
+Result<void> Decoder::Impl::read_start() {
+  ByteReader in(consume(container::kFileStartBytes));
+  if (!container::get(in, start_)) return wrong(ErrorCode::corrupt, "this is no .shm file");
+  if (!container::is_known_version(start_))
+    return wrong(ErrorCode::unsupported, "format version " + std::to_string(start_.major) + "." +
+                                             std::to_string(start_.minor) +
+                                             " is not one that this reader knows");
+  if ((start_.needed_features & container::kArchiveFeature) != 0)
+    return wrong(ErrorCode::unsupported, "is an archive of several files, each with its own mesh");
+  if ((start_.needed_features & ~container::kKnownFeatures) != 0)
+    return wrong(ErrorCode::unsupported, "needs features " +
+                                             std::to_string(start_.needed_features) +
+                                             " that this reader does not know");
+  section_ = "chunk header";
+  state_ = State::header;
+  return {};
+}
+
+Result<void> Decoder::Impl::read_header() {
+  chunk_offset_ = offset_;
+  section_ = "chunk header";
+  ByteReader in(consume(container::kChunkHeaderBytes));
+  switch (container::get(in, header_)) {
+    case container::HeaderState::good: break;
+    case container::HeaderState::bad_mark: return wrong(ErrorCode::corrupt, "no chunk begins here");
+    case container::HeaderState::bad_checksum:
+      return wrong(ErrorCode::corrupt, "checksum of the chunk header does not match");
+  }
+  section_ = container::chunk_name(header_.kind);
+  if (header_.sequence != next_sequence_++)
+    return wrong(ErrorCode::corrupt, "a chunk is missing or out of order before this one");
+  if (header_.payload_bytes > limits_.max_chunk_bytes)
+    return wrong(ErrorCode::over_limit, "a chunk of " + std::to_string(header_.payload_bytes) +
+                                            " bytes, the limit is " +
+                                            std::to_string(limits_.max_chunk_bytes));
+  if (!schema_ && header_.kind != static_cast<std::uint8_t>(ChunkKind::schema))
+    return wrong(ErrorCode::corrupt, "the first chunk is not the schema");
+  state_ = State::payload;
+  return {};
+}
+
+Result<void> Decoder::Impl::read_payload() {
+  const auto payload = consume(static_cast<std::size_t>(header_.payload_bytes));
+  state_ = State::header;
+  if (checksum(payload) != header_.payload_checksum)
+    return wrong(ErrorCode::corrupt, "checksum of the chunk does not match");
+  if (!container::is_known(header_)) {
+    if ((header_.flags & container::kChunkOptional) != 0) return {};
+    return wrong(ErrorCode::unsupported, "this reader does not know it, and the file needs it");
+  }
+  switch (static_cast<ChunkKind>(header_.kind)) {
+    case ChunkKind::schema: return read_schema(payload);
+    case ChunkKind::group:
+      if (step_values_) return wrong(ErrorCode::corrupt, "mesh groups come before step values");
+      if (topology_) keep_topology(payload);
+      return mesh_->begin_group({payload.begin(), payload.end()}, header_.segment, chunk_offset_);
+    case ChunkKind::step_values: return read_step_values(payload);
+    case ChunkKind::step_times: return read_step_times(payload);
+    case ChunkKind::extra: return read_extra(payload);
+    case ChunkKind::index: return read_index(payload);
+    case ChunkKind::members: break;  // of archives, refused above
+  }
+  return {};
+}
+
+Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
+  if (schema_) {  // repeated for repair: must be the same
+    if (payload.size() == schema_bytes_.size() &&
+        std::equal(payload.begin(), payload.end(), schema_bytes_.begin()))
+      return {};
+    return wrong(ErrorCode::corrupt, "the repeated schema differs from the first");
+  }
+  ByteReader in(payload);
+  container::FileStart again;
+  container::get_version(in, again);
+  if (!in.ok() || again != start_)
+    return wrong(ErrorCode::corrupt, "version or features differ from the start of the file");
+  const auto blob = unpack(in, limits_.max_chunk_bytes);
+  if (!blob) return blob.error();
+  ByteReader fields(*blob);
+  auto schema = std::make_unique<Schema>();
+  if (!get(fields, *schema, limits_)) return wrong(ErrorCode::corrupt, "makes no sense");
+  if (auto good = check_schema(*schema, limits_); !good) {
+    const bool limit = good.error().code == ErrorCode::over_limit;
+    return wrong(limit ? ErrorCode::over_limit : ErrorCode::corrupt, good.error().detail);
+  }
+  schema_ = std::move(schema);
+  schema_bytes_.assign(payload.begin(), payload.end());
+  mesh_ = std::make_unique<MeshDecoder>(*schema_, limits_, options_);
+  if (has_steps(*schema_))
+    topology_.emplace(*schema_, limits_.max_group_bytes, needs_of_steps(*schema_),
+                      to_size(options_.kept_topology_bytes));
+  return {};
+}
+
+Result<std::vector<std::byte>> Decoder::Impl::unpack(ByteReader& in, std::uint64_t limit) const {
+  const std::uint64_t size = stated_packed_size(in);
+  if (size > limit)
+    return wrong(ErrorCode::over_limit, "unpacks to " + std::to_string(size) +
+                                            " bytes, the limit is " + std::to_string(limit));
+  auto blob = get_packed(in, limit);
+  if (!blob) return wrong(ErrorCode::corrupt, "cannot be unpacked");
+  return std::move(*blob);
+}
+
+std::uint64_t Decoder::Impl::elements_of(std::uint32_t array) const {
+  if (schema_->arrays[array].location == Location::point) return mesh_->vertices();
+  std::uint64_t cells = 0;
+  for (std::uint32_t b = 0; b < schema_->blocks.size(); ++b)
+    if (schema_->array_covers(array, b)) cells += mesh_->block_cells()[b];
+  return cells;
+}
+
+/// Step values need the topology again.
+void Decoder::Impl::keep_topology(std::span<const std::byte> payload) {
+  ByteReader in(payload);
+  container::GroupHeader header;
+  if (!container::get(in, header)) return;  // who decodes the group will complain
+  std::vector<std::span<const std::byte>> streams;
+  for (const container::StreamEntry& entry : header.streams)
+    streams.push_back(in.get_bytes(entry.bytes));
+  if (in.ok()) topology_->add_group(header_.segment, header, streams);
+}
+
+Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload) {
+  if (!topology_) return wrong(ErrorCode::corrupt, "belongs to no stepped array");
+  if (!step_values_) {
+    std::vector<std::uint64_t> elements(schema_->arrays.size());
+    for (std::uint32_t a = 0; a < elements.size(); ++a) elements[a] = elements_of(a);
+    step_values_.emplace(*schema_, limits_, *topology_, std::move(elements));
+  }
+  ByteReader in(payload);
+  container::StepHeader header;
+  if (!container::get(in, header)) return wrong(ErrorCode::corrupt, "its header makes no sense");
+  const auto bytes = in.get_bytes(in.left());
+  auto piece = step_values_->read(header, bytes);
+  if (!piece) return wrong(piece.error().code, piece.error().detail);
+  if (array_names_.empty()) array_names_ = array_stream_names(*schema_);
+  stream_bytes_[array_names_[header.array]] += bytes.size();
+  steps_ = std::max(steps_, header.step + 1);
+  item_ = std::move(*piece);
+  return {};
+}
+
+Result<void> Decoder::Impl::read_step_times(std::span<const std::byte> payload) {
+  if (std::exchange(step_times_read_, true))
+    return wrong(ErrorCode::corrupt, "there are step times already");
+  ByteReader in(payload);
+  const auto blob = unpack(in, limits_.max_extra_bytes);
+  if (!blob) return blob.error();
+  if (blob->size() % 8 != 0) return wrong(ErrorCode::corrupt, "ends within a number");
+  StepTimes times;
+  ByteReader values(*blob);
+  while (values.left() > 0) values.get_f64(times.times.emplace_back());
+  steps_ = std::max<std::uint64_t>(steps_, times.times.size());
+  stream_bytes_["extras"] += payload.size();
+  item_ = std::move(times);
+  return {};
+}
+
+Result<void> Decoder::Impl::read_extra(std::span<const std::byte> payload) {
+  ByteReader in(payload);
+  const auto blob = unpack(in, limits_.max_extra_bytes);
+  if (!blob) return blob.error();
+  Extra extra;
+  ByteReader fields(*blob);
+  if (!get(fields, extra)) return wrong(ErrorCode::corrupt, "makes no sense");
+  stream_bytes_["extras"] += payload.size();
+  item_ = std::move(extra);
+  return {};
+}
+
+Result<void> Decoder::Impl::read_index(std::span<const std::byte> payload) {
+  ByteReader in(payload);
+  container::Index index;
+  if (!container::get(in, index, next_sequence_))
+    return wrong(ErrorCode::corrupt, "makes no sense");
+  const auto held = this->held();
+  const bool same =
+      held && index.previous_index == held->previous_index && index.vertices == held->vertices &&
+      index.cells == held->cells && index.hexahedra == held->hexahedra &&
+      index.max_active_vertices == held->max_active_vertices && index.steps == held->steps &&
+      index.segments == held->segments && index.imported_vertices == held->imported_vertices &&
+      index.block_cells == held->block_cells && index.streams == held->streams &&
+      index.entries.size() + 1 == next_sequence_;
+  if (!same) return wrong(ErrorCode::corrupt, "does not list what the file holds");
+  index_offset_ = chunk_offset_;
+  section_ = "end record";
+  state_ = State::trailer;
+  return {};
+}
+
+std::map<std::string, std::uint64_t> Decoder::Impl::streams() const {
+  std::map<std::string, std::uint64_t> streams = stream_bytes_;
+  for (const auto& [name, bytes] : mesh_->stream_bytes()) streams[name] += bytes;
+  return streams;
+}
+
+Result<container::Index> Decoder::Impl::held() const {
+  if (step_values_ && !step_values_->is_complete())
+    return wrong(ErrorCode::corrupt, "step values of some groups are missing");
+  container::Index held;
+  held.vertices = mesh_->vertices();
+  held.cells = mesh_->cells();
+  held.hexahedra = mesh_->hexahedra();
+  held.max_active_vertices = mesh_->max_active_vertices();
+  held.steps = steps_;
+  held.segments = mesh_->segment_starts().size();
+  held.imported_vertices = mesh_->imported_vertices();
+  held.block_cells = mesh_->block_cells();
+  for (const auto& [name, bytes] : streams()) held.streams.push_back({name, bytes});
+  return held;
+}
+
+Result<void> Decoder::Impl::read_trailer() {
+  ByteReader in(consume(container::kTrailerBytes));
+  std::uint64_t stated = 0;
+  if (!container::get_trailer(in, stated) || stated != index_offset_)
+    return wrong(ErrorCode::corrupt, "the last 16 bytes do not point to the index");
+  state_ = State::behind_end;
+  return {};
+}
+
+Decoder::Decoder(const ReadLimits& limits) : Decoder(limits, {}) {}
+Decoder::Decoder(const ReadLimits& limits, const ReadOptions& options)
+    : impl_(std::make_unique<Impl>(limits, options)) {}
+Decoder::Decoder(Decoder&&) noexcept = default;
+Decoder& Decoder::operator=(Decoder&&) noexcept = default;
+Decoder::~Decoder() = default;
+
+Result<void> Decoder::feed(std::span<const std::byte> bytes) {
+  if (impl_->error()) return *impl_->error();
+  impl_->feed(bytes);
+  return {};
+}
+void Decoder::end_of_input() { impl_->end_of_input(); }
+Result<Decoder::Progress> Decoder::advance() { return impl_->advance(); }
+Item Decoder::take() { return impl_->take(); }
+const Schema* Decoder::schema() const { return impl_->schema(); }
+Result<container::Index> Decoder::held() const { return impl_->held(); }
+
+// --- Reader
 
 class __attribute__((visibility("hidden"))) Reader::Impl {
  public:

@@ -23,7 +23,7 @@ Result<std::vector<MeshBlock>> SegmentReader::Impl::read(std::size_t index) {
     return IndexedFile::wrong("there is no segment " + std::to_string(index), "segments", kNoOffset,
                               ErrorCode::misuse);
   SegmentDecoder decoder(file.schema(), file.limits(), static_cast<std::uint32_t>(index),
-                         SegmentDecoder::Imports::yielded);
+                         DecodedParts{.imported_vertices = true});
   std::vector<MeshBlock> blocks;
   for (std::size_t g = file.first_group(index); g < file.first_group(index + 1); ++g) {
     const container::IndexEntry& entry = file.groups()[g];

@@ -11,23 +11,23 @@
 #include "access/indexed_topology.h"
 #include "access/segment_steps.h"
 #include "access/step_index.h"
-#include "bytes/misuse.h"
+#include "bytes/errors.h"
 #include "segment/mesh_streams.h"
 
 namespace shm {
 namespace {
 
-/// What is told of one segment's mesh.
+/// The topology of one segment, and the elements of arrays in it.
 struct SegmentMesh {
-  SegmentMesh(const Schema& schema, std::uint64_t most_bytes, const ReplayWants& wants,
-              std::size_t most_kept, const TopologyReplay::CellBytes& cell_bytes)
-      : topology(schema, most_bytes, wants, most_kept, cell_bytes) {}
+  SegmentMesh(const Schema& schema, std::uint64_t most_bytes, const ElementNeeds& needs,
+              std::size_t most_kept, const CellBytes& cell_bytes)
+      : topology(schema, most_bytes, needs, most_kept, cell_bytes) {}
 
   std::size_t kept_bytes() const {
     return topology.kept_bytes() + (elements ? elements->kept_bytes() : 0);
   }
 
-  TopologyReplay topology;
+  StepTopology topology;
   std::optional<StepElements> elements;  // once the topology has all groups
 };
 
@@ -37,8 +37,8 @@ class __attribute__((visibility("hidden"))) StepReader::Impl {
  public:
   Impl(RandomSource& source, const ReadLimits& limits) : file_(source, limits) {}
 
-  /// `survivors`: of a damaged file; null: there are none, the index tells.
-  Result<void> open(std::shared_ptr<const Survivors> survivors);
+  /// `decodable`: of a damaged file; null: the file is whole.
+  Result<void> open(std::shared_ptr<const DecodableParts> decodable);
   Result<void> open_damaged();
   const IndexedFile& file() const { return file_; }
   const StepIndex& index() const { return index_; }
@@ -56,7 +56,7 @@ class __attribute__((visibility("hidden"))) StepReader::Impl {
   Result<void> begin_segment();
   Result<void> read_group();
   void end_segment();
-  Result<SegmentMesh*> mesh_of(std::size_t segment, const ReplayWants& wants);
+  Result<SegmentMesh*> mesh_of(std::size_t segment, const ElementNeeds& needs);
   bool numbers_need_mesh() const;
   Result<void> number(const StepIndex::Chunk& chunk);
 
@@ -67,7 +67,7 @@ class __attribute__((visibility("hidden"))) StepReader::Impl {
   StepIndex index_;
   std::vector<double> times_;
   StepReference most_ = StepReference::nothing;
-  TopologyReplay::CellBytes cell_bytes_;  // of the topologies
+  CellBytes cell_bytes_;  // of the topologies
   CoverNumbers covers_;
   std::map<std::size_t, SegmentMesh> meshes_;                        // by segment
   std::size_t kept_bytes_ = 0;                                       // of all but the one at hand
@@ -83,8 +83,8 @@ class __attribute__((visibility("hidden"))) StepReader::Impl {
   StepValues values_;
 };
 
-Result<void> StepReader::Impl::open(std::shared_ptr<const Survivors> survivors) {
-  if (auto good = survivors ? file_.open_damaged(std::move(survivors)) : file_.open(); !good)
+Result<void> StepReader::Impl::open(std::shared_ptr<const DecodableParts> decodable) {
+  if (auto good = decodable ? file_.open_damaged(std::move(decodable)) : file_.open(); !good)
     return good;
   return read_steps();
 }
@@ -112,9 +112,9 @@ Result<void> StepReader::Impl::begin(const StepRequest& request) {
   end_segment();
   segment_ = end_segment_ = 0;
   if (!is_stepped(request.array))
-    return misuse("array " + std::to_string(request.array) + " is no stepped array", "steps");
+    return misuse_error("array " + std::to_string(request.array) + " is no stepped array", "steps");
   if (request.segment && *request.segment >= file_.segments().size())
-    return misuse("there is no segment " + std::to_string(*request.segment), "steps");
+    return misuse_error("there is no segment " + std::to_string(*request.segment), "steps");
   request_ = request;
   const auto& steps = index_.steps(request.array);
   const auto found = std::lower_bound(
@@ -122,7 +122,7 @@ Result<void> StepReader::Impl::begin(const StepRequest& request) {
       [](const StepIndex::Step& it, std::uint64_t step) { return it.step < step; });
   if (found == steps.end() || found->step != request.step) {
     if (index_.elements(request.array) == 0) return {};
-    return misuse(
+    return misuse_error(
         "array '" + info().name + "' has no values at step " + std::to_string(request.step),
         "steps");
   }
@@ -159,11 +159,11 @@ bool StepReader::Impl::find_segment() {
 Result<void> StepReader::Impl::begin_segment() {
   steps_.emplace(file_, index_, most_, request_.array, segment_, wanted_,
                  held_[{request_.array, segment_}]);
-  ReplayWants wants;
-  (of_points() ? wants.vertices : wants.cells) = steps_->needs_mesh();
-  (of_points() ? wants.vertex_numbers : wants.cell_numbers) = numbers_need_mesh();
-  if (!wants.any()) return {};
-  const auto mesh = mesh_of(segment_, wants);
+  ElementNeeds needs;
+  (of_points() ? needs.vertices : needs.cells) = steps_->needs_mesh();
+  (of_points() ? needs.vertex_numbers : needs.cell_numbers) = numbers_need_mesh();
+  if (!needs.any()) return {};
+  const auto mesh = mesh_of(segment_, needs);
   if (!mesh) return mesh.error();
   mesh_ = *mesh;
   kept_bytes_ -= mesh_->kept_bytes();
@@ -174,7 +174,7 @@ Result<void> StepReader::Impl::begin_segment() {
 void StepReader::Impl::end_segment() {
   steps_.reset();
   if (mesh_ == nullptr) return;
-  mesh_->topology.rest();
+  mesh_->topology.release();
   kept_bytes_ += mesh_->kept_bytes();
   mesh_ = nullptr;
 }
@@ -207,25 +207,25 @@ Result<void> StepReader::Impl::number(const StepIndex::Chunk& chunk) {
     for (std::uint64_t i = 0; i < chunk.count; ++i) values_.numbers.push_back(first + i);
     return {};
   }
-  const auto told = steps_->told_group(*mesh_->elements, chunk);
-  if (!told) return told.error();
-  values_.numbers.assign(told->numbers.begin(), told->numbers.end());
+  const auto elements = steps_->elements_of(*mesh_->elements, chunk);
+  if (!elements) return elements.error();
+  values_.numbers.assign(elements->numbers.begin(), elements->numbers.end());
   return {};
 }
 
 // --- topology
 
-/// Of one segment, with the groups' streams that tell what is wanted.
-Result<SegmentMesh*> StepReader::Impl::mesh_of(std::size_t segment, const ReplayWants& wants) {
+/// Of one segment, with the streams of its groups that are needed.
+Result<SegmentMesh*> StepReader::Impl::mesh_of(std::size_t segment, const ElementNeeds& needs) {
   const auto found = meshes_.find(segment);
-  ReplayWants all = wants;
+  ElementNeeds all = needs;
   if (found != meshes_.end()) {
-    if (found->second.topology.wants().include(wants)) return &found->second;
-    all.add(found->second.topology.wants());
+    if (found->second.topology.needs().include(needs)) return &found->second;
+    all.add(found->second.topology.needs());
     kept_bytes_ -= found->second.kept_bytes();
     meshes_.erase(found);
   }
-  constexpr std::size_t kMost = TopologyReplay::kMostKept;
+  constexpr std::size_t kMost = StepTopology::kMostKept;
   SegmentMesh& mesh = meshes_
                           .try_emplace(segment, file_.schema(), file_.limits().max_group_bytes, all,
                                        kMost - std::min(kept_bytes_, kMost), cell_bytes_)
@@ -250,9 +250,9 @@ Result<StepReader> StepReader::open(RandomSource& source, const ReadLimits& limi
   return open(source, limits, nullptr);
 }
 Result<StepReader> StepReader::open(RandomSource& source, const ReadLimits& limits,
-                                    std::shared_ptr<const Survivors> survivors) {
+                                    std::shared_ptr<const DecodableParts> decodable) {
   auto impl = std::make_unique<Impl>(source, limits);
-  if (auto good = impl->open(std::move(survivors)); !good) return good.error();
+  if (auto good = impl->open(std::move(decodable)); !good) return good.error();
   return StepReader(std::move(impl));
 }
 Result<StepReader> StepReader::open_damaged(RandomSource& source, const ReadLimits& limits) {

@@ -19,7 +19,7 @@ using container::IndexEntry;
 using container::StreamEntry;
 using container::StreamKind;
 
-/// Whether the index told the truth of a chunk of step values.
+/// Whether the index lists a chunk of step values as it is.
 bool is_told_by(const IndexEntry& entry, const container::StepHeader& header) {
   return header.array == entry.array && header.step == entry.step && header.group == entry.group &&
          header.count == entry.count && header.codec == entry.codec &&
@@ -135,15 +135,15 @@ Result<void> Summarizer::add_streams(std::size_t group, const std::vector<Stream
 }
 
 Result<void> Summarizer::take_codec(std::size_t group, container::Codec codec) {
-  const auto said = connectivity_codec(codec);
-  if (!said)
+  const auto known = connectivity_codec(codec);
+  if (!known)
     return wrong_group(
         group, "connectivity: codec " + std::to_string(static_cast<int>(codec)) + " is unknown",
         ErrorCode::unsupported);
   ConnectivityCodec& of_segment = totals_.segment_connectivity[file_.groups()[group].segment];
-  if (of_segment != ConnectivityCodec::automatic && of_segment != *said)
+  if (of_segment != ConnectivityCodec::automatic && of_segment != *known)
     return wrong_group(group, "connectivity: another codec than before in this segment");
-  of_segment = *said;
+  of_segment = *known;
   return {};
 }
 
@@ -168,7 +168,7 @@ Result<void> Summarizer::add_step_values(const IndexEntry& entry) {
   return {};
 }
 
-/// What the index tells in all, which must be what the heads tell.
+/// The totals of the index, which must be those of the headers.
 Result<void> Summarizer::finish() {
   const container::Index& index = file_.index();
   totals_.vertices = index.vertices;
@@ -189,7 +189,7 @@ Result<void> Summarizer::finish() {
     same = index.streams[s].name == counted->first && index.streams[s].bytes == counted->second;
     coded += counted->second;
   }
-  if (!same) return file_.wrong_index("does not tell what the file holds");
+  if (!same) return file_.wrong_index("does not list what the file holds");
   totals_.total_bytes = source_->size();
   totals_.streams["container"] = totals_.total_bytes - coded;
   // Steps are complete and in order.
@@ -197,7 +197,7 @@ Result<void> Summarizer::finish() {
   return steps ? Result<void>() : Result<void>(steps.error());
 }
 
-/// What stands before the first chunk says whether the rest is for this reader.
+/// Version and features before the first chunk: whether the rest is for this reader.
 Result<void> check_start(RandomSource& source, const ReadLimits& limits) {
   std::vector<std::byte> start(
       static_cast<std::size_t>(std::min<std::uint64_t>(source.size(), container::kFileStartBytes)));

@@ -9,9 +9,9 @@
 
 #include "api/file_writer.h"
 #include "bytes/binary.h"
-#include "bytes/misuse.h"
-#include "container/schema_codec.h"
+#include "bytes/errors.h"
 #include "model/mesh_totals.h"
+#include "model/schema.h"
 #include "segment/mesh_encoder.h"
 
 namespace shm {
@@ -26,27 +26,22 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
                 return write_group(segment, header, streams);
               }),
         key_steps_(options.key_steps),
-        level_(options.level),
-        topology_(schema_, ~std::uint64_t{0}, wants_of_steps(schema_),
-                  to_size(options.kept_topology_bytes)) {}
+        level_(options.level) {
+    if (has_steps(schema_))
+      topology_.emplace(schema_, ~std::uint64_t{0}, needs_of_steps(schema_),
+                        to_size(options.kept_topology_bytes));
+  }
 
   Result<void> start() { return file_.start(); }
 
-  /// Runs `work` unless an error came before; the first error sticks.
-  template <class Work>
-  Result<void> guarded(Work&& work) {
-    if (error_) return *error_;
-    Result<void> result = work();
-    if (!result) error_ = result.error();
-    return result;
-  }
+  Calls& calls() { return calls_; }
 
   Result<void> expect_mesh_open() const {
-    if (mesh_ended_) return misuse("the mesh has been ended", "mesh");
+    if (mesh_ended_) return misuse_error("the mesh has been ended", "mesh");
     return {};
   }
   Result<void> expect_mesh_ended() const {
-    if (!mesh_ended_) return misuse("end_mesh comes first", "steps");
+    if (!mesh_ended_) return misuse_error("end_mesh comes first", "steps");
     return {};
   }
 
@@ -70,17 +65,18 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
   FileWriter file_;
   MeshEncoder mesh_;
   bool mesh_ended_ = false;
-  std::optional<Error> error_;
+  Calls calls_;
 
   std::uint32_t key_steps_;
   Level level_;
-  TopologyReplay topology_;
+  std::optional<StepTopology> topology_;  // where there are steps
 };
 
 Result<void> Writer::Impl::write_group(std::uint32_t segment, const container::GroupHeader& header,
                                        const std::vector<std::vector<std::byte>>& streams) {
-  topology_.add_group(segment, header,
-                      std::vector<std::span<const std::byte>>(streams.begin(), streams.end()));
+  if (topology_)
+    topology_->add_group(segment, header,
+                         std::vector<std::span<const std::byte>>(streams.begin(), streams.end()));
   return file_.write_group(segment, header, streams);
 }
 
@@ -91,7 +87,7 @@ Result<void> Writer::Impl::add_step_values(std::uint32_t array, std::uint64_t st
     std::vector<std::uint64_t> elements(schema_.arrays.size());
     for (std::uint32_t a = 0; a < elements.size(); ++a)
       elements[a] = elements_of(schema_, mesh_.totals(), a);
-    file_.begin_steps(topology_, std::move(elements), key_steps_, level_);
+    file_.begin_steps(*topology_, std::move(elements), key_steps_, level_);
   }
   return file_.add_step_values(array, step, values);
 }
@@ -104,18 +100,11 @@ Result<void> Writer::Impl::add_extra(const Extra& extra) {
 }
 
 Result<SizeReport> Writer::Impl::finish() {
-  std::optional<SizeReport> report;
-  Result<void> closed = guarded([&]() -> Result<void> {
+  return calls_.finish([&]() -> Result<SizeReport> {
     if (!mesh_ended_)
-      if (auto good = end_mesh(); !good) return good;
-    auto finished = file_.finish(mesh_.totals());
-    if (!finished) return finished.error();
-    report = std::move(*finished);
-    return {};
+      if (auto good = end_mesh(); !good) return good.error();
+    return file_.finish(mesh_.totals());
   });
-  if (!closed) return closed.error();
-  error_ = misuse("the file is finished", "file");  // what every later call says
-  return std::move(*report);
 }
 
 Writer::Writer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -133,46 +122,46 @@ Result<Writer> Writer::create(ByteSink& sink, Schema schema, const WriteOptions&
 
 Result<void> Writer::add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                 std::span<const std::byte> data) {
-  return impl_->guarded([&]() -> Result<void> {
+  return impl_->calls().run([&]() -> Result<void> {
     if (auto good = impl_->expect_mesh_open(); !good) return good;
     return impl_->mesh().add_vertex(number, xyz, data);
   });
 }
 Result<void> Writer::add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                        std::span<const std::byte> data) {
-  return impl_->guarded([&]() -> Result<void> {
+  return impl_->calls().run([&]() -> Result<void> {
     if (auto good = impl_->expect_mesh_open(); !good) return good;
     return impl_->mesh().add_unused_vertex(number, xyz, data);
   });
 }
 Result<void> Writer::add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                               std::uint64_t last_use, std::span<const std::byte> data) {
-  return impl_->guarded([&]() -> Result<void> {
+  return impl_->calls().run([&]() -> Result<void> {
     if (auto good = impl_->expect_mesh_open(); !good) return good;
     return impl_->mesh().add_cell(block, corners, last_use, data);
   });
 }
 Result<void> Writer::end_mesh() {
-  return impl_->guarded([&]() -> Result<void> {
+  return impl_->calls().run([&]() -> Result<void> {
     if (auto good = impl_->expect_mesh_open(); !good) return good;
     return impl_->end_mesh();
   });
 }
 Result<void> Writer::add_step_values(std::uint32_t array, std::uint64_t step,
                                      std::span<const std::byte> values) {
-  return impl_->guarded([&]() -> Result<void> {
+  return impl_->calls().run([&]() -> Result<void> {
     if (auto good = impl_->expect_mesh_ended(); !good) return good;
     return impl_->add_step_values(array, step, values);
   });
 }
 Result<void> Writer::set_step_times(std::span<const double> times) {
-  return impl_->guarded([&]() -> Result<void> {
+  return impl_->calls().run([&]() -> Result<void> {
     if (auto good = impl_->expect_mesh_ended(); !good) return good;
     return impl_->set_step_times(times);
   });
 }
 Result<void> Writer::add_extra(const Extra& extra) {
-  return impl_->guarded([&] { return impl_->add_extra(extra); });
+  return impl_->calls().run([&] { return impl_->add_extra(extra); });
 }
 Result<SizeReport> Writer::finish() { return impl_->finish(); }
 

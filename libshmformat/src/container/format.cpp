@@ -254,7 +254,7 @@ bool get(ByteReader& in, Index& index, std::uint64_t max_entries) {
       entry.array = in.get_varint32();
       for (std::uint64_t* v : {&entry.step, &entry.first, &entry.count}) *v = in.get_varint();
       entry.group = in.get_varint32();
-      entry.reference = static_cast<RefersTo>(in.get_u8());
+      entry.reference = static_cast<StepReference>(in.get_u8());
       entry.codec = static_cast<Codec>(in.get_u8());
     }
     index.entries.push_back(entry);

@@ -7,11 +7,41 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "bytes/binary.h"
+#include "bytes/codec.h"
+#include "shm/schema.h"
+
+namespace shm {
+
+/// The codecs of cells, and how callers name them.
+struct NamedCodec {
+  ConnectivityCodec name;
+  Codec codec;
+};
+inline constexpr NamedCodec kConnectivityCodecs[] = {
+    {ConnectivityCodec::paper, Codec::paper},   {ConnectivityCodec::rows, Codec::rows},
+    {ConnectivityCodec::replay, Codec::replay}, {ConnectivityCodec::mixed, Codec::mixed},
+    {ConnectivityCodec::shifts, Codec::shifts},
+};
+/// Must hold: not automatic.
+constexpr Codec stream_codec(ConnectivityCodec name) {
+  for (const NamedCodec& it : kConnectivityCodecs)
+    if (it.name == name) return it.codec;
+  return Codec::rows;
+}
+/// Nothing for a codec of other streams, or an unknown one.
+constexpr std::optional<ConnectivityCodec> connectivity_codec(Codec codec) {
+  for (const NamedCodec& it : kConnectivityCodecs)
+    if (it.codec == codec) return it.name;
+  return std::nullopt;
+}
+
+}  // namespace shm
 
 namespace shm::container {
 
@@ -88,25 +118,14 @@ enum class StreamKind : std::uint8_t {
 };
 std::string stream_name(StreamKind kind);
 
-/// Codec ids (registered in spec/registry.md).
-enum class Codec : std::uint8_t {
-  paper = 1,           ///< cells: hexahedra by the published scheme
-  predictive = 2,      ///< numbers predicted from the mesh, adaptive range coder
-  shuffled_zstd = 4,   ///< byte planes under zstd
-  rows = 6,            ///< cells: hexahedra predicted from the neighbouring row
-  replay = 7,          ///< cells: hexahedra repeated from cells before, with their numbers
-  mixed = 8,           ///< cells: as rows, with a mix of predictions
-  columns = 9,         ///< values: chosen predictors, adaptive range coder
-  mixed_columns = 10,  ///< values: as columns, with a mix of predictions
-  shifts = 11,         ///< cells: the cell before, moved; with their numbers
-  differences = 12,    ///< values: along the numbers of shifts, under zstd
-};
+using shm::Codec;
 
 struct StreamEntry {
   StreamKind kind = StreamKind::connectivity;
   std::uint32_t array = 0;  ///< only for StreamKind::array
   Codec codec = Codec::rows;
   std::uint32_t needs = 0;  ///< bit per StreamKind that must be decoded with it
+  void add_need(StreamKind of) { needs |= 1u << static_cast<unsigned>(of); }
   std::uint64_t bytes = 0;
   std::uint32_t checksum = 0;
 };
@@ -125,6 +144,12 @@ struct GroupHeader {
   std::vector<StreamEntry> streams;
 };
 inline constexpr std::uint32_t kMaxGroupCells = 1u << 20;
+/// The codec of its connectivity, which stands first; nothing where there are no cells.
+inline std::optional<Codec> connectivity_of(const GroupHeader& header) {
+  if (header.streams.empty() || header.streams[0].kind != StreamKind::connectivity)
+    return std::nullopt;
+  return header.streams[0].codec;
+}
 void put(ByteWriter& out, const GroupHeader& header);
 bool get(ByteReader& in, GroupHeader& header);
 
@@ -140,12 +165,11 @@ struct StepHeader {
 };
 /// A StepHeader has at most so many bytes.
 inline constexpr std::uint64_t kMostStepHeaderBytes = 64;
-/// What step values refer to.
-enum class RefersTo : std::uint8_t { nothing = 0, step_before = 1, trend = 2 };
-inline RefersTo refers_to(const StepHeader& header) {
-  return header.reference_step == header.step ? RefersTo::nothing
-         : header.trend                       ? RefersTo::trend
-                                              : RefersTo::step_before;
+/// What the values refer to.
+inline StepReference refers_to(const StepHeader& header) {
+  return header.reference_step == header.step ? StepReference::nothing
+         : header.trend                       ? StepReference::trend
+                                              : StepReference::before;
 }
 void put(ByteWriter& out, const StepHeader& header);
 bool get(ByteReader& in, StepHeader& header);
@@ -159,12 +183,12 @@ struct IndexEntry {
   std::uint32_t segment = 0;            ///< groups
   std::uint64_t first_cell = 0, cells = 0, first_vertex = 0, vertices = 0;  ///< groups
   std::array<double, 6> box{};                                              ///< groups
-  std::uint64_t header_bytes = 0;                ///< groups: where their streams begin
-  std::uint32_t array = 0;                       ///< step values
-  std::uint64_t step = 0, first = 0, count = 0;  ///< step values
-  std::uint32_t group = 0;                       ///< step values
-  RefersTo reference = RefersTo::nothing;        ///< step values
-  Codec codec = Codec::columns;                  ///< step values
+  std::uint64_t header_bytes = 0;                    ///< groups: where their streams begin
+  std::uint32_t array = 0;                           ///< step values
+  std::uint64_t step = 0, first = 0, count = 0;      ///< step values
+  std::uint32_t group = 0;                           ///< step values
+  StepReference reference = StepReference::nothing;  ///< step values
+  Codec codec = Codec::columns;                      ///< step values
 };
 struct NamedBytes {
   std::string name;

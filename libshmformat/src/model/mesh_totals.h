@@ -1,8 +1,10 @@
-// Totals: what the index of a file tells of its mesh (container::Index without the chunks), summed
-// up group by group, or part by part.
+// Totals: what the index of a file holds of its mesh (container::Index without the chunks), summed
+// up group by group, or part by part. Among it the smallest and largest finite value of each
+// component of an array. spec: "Index and trailer"
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -45,5 +47,17 @@ inline std::uint64_t elements_of(const Schema& schema, const container::Index& t
     if (schema.array_covers(array, b)) cells += totals.block_cells[b];
   return cells;
 }
+
+struct ValueRange {
+  double minimum, maximum;  ///< infinity and its opposite where nothing is finite
+};
+/// Of `count` scalars, `stride` bytes apart. Integers are rounded to doubles.
+ValueRange range_of(ScalarType type, const std::byte* values, std::size_t count,
+                    std::size_t stride);
+
+/// Of `count` elements of an array of the schema, `stride` bytes apart.
+container::ArrayRange range_of_array(const Schema& schema, std::uint32_t array,
+                                     const std::byte* values, std::size_t count,
+                                     std::size_t stride);
 
 }  // namespace shm

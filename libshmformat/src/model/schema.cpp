@@ -1,4 +1,4 @@
-#include "shm/schema.h"
+#include "model/schema.h"
 
 #include <algorithm>
 #include <cmath>
@@ -131,6 +131,244 @@ std::string Error::message() const {
   if (offset != kNoOffset) add("at byte " + std::to_string(offset), text == file ? ": " : ", ");
   add(detail, ": ");
   return text;
+}
+
+bool has_steps(const Schema& schema) {
+  return std::any_of(schema.arrays.begin(), schema.arrays.end(),
+                     [](const ArrayInfo& info) { return info.per_step; });
+}
+
+// --- as bytes, and checked
+
+namespace {
+
+bool is_scalar(ScalarType type) { return scalar_bytes(type) != 0; }
+
+void put(ByteWriter& out, const Quantization& q) {
+  out.put_u8(static_cast<std::uint8_t>(q.bits));
+  if (!q.lossy()) return;
+  const bool absolute = q.bits == Quantization::kAbsolute;
+  if (absolute) {
+    out.put_f64(q.max_abs);
+    out.put_f64(q.spacing);
+  }
+  out.put_varint(q.minimum.size());
+  for (std::size_t c = 0; c < q.minimum.size(); ++c) {
+    out.put_f64(q.minimum[c]);
+    if (!absolute) out.put_f64(q.maximum[c]);
+  }
+}
+void get(ByteReader& in, Quantization& q) {
+  q.bits = in.get_u8();
+  if (!q.lossy()) return;
+  const bool absolute = q.bits == Quantization::kAbsolute;
+  if (absolute) {
+    q.max_abs = in.get_f64();
+    q.spacing = in.get_f64();
+  }
+  for (std::uint64_t n = in.get_count(absolute ? 8 : 16); n > 0 && in.ok(); --n) {
+    q.minimum.push_back(in.get_f64());
+    if (!absolute) q.maximum.push_back(in.get_f64());
+  }
+}
+
+Error wrong(std::string detail, ErrorCode code = ErrorCode::misuse) {
+  return Error{code, std::move(detail), "schema", kNoOffset, {}};
+}
+
+constexpr double kTooLarge = 1e300;  // of what quantization counts with
+
+Result<void> check_bound(const Quantization& q, std::size_t components, const std::string& what) {
+  if (!(q.max_abs > 0 && q.max_abs < kTooLarge))
+    return wrong(what + ": the bound of errors is no positive number");
+  if (!(q.spacing > 0 && q.spacing < 2 * kTooLarge))
+    return wrong(what + ": the step of a bound is no positive number");
+  if (q.minimum.size() != components || !q.maximum.empty())
+    return wrong(what + ": a bound needs one anchor for each component, and no box");
+  for (double anchor : q.minimum)
+    if (!(std::fabs(anchor) < kTooLarge)) return wrong(what + ": an anchor is not finite");
+  return {};
+}
+
+Result<void> check_quantization(const Quantization& q, ScalarType type, std::size_t components,
+                                const std::string& what) {
+  if (q.lossy() && !is_float(type))
+    return wrong(what + ": only floating-point values can be quantized");
+  if (q.bits == Quantization::kAbsolute) return check_bound(q, components, what);
+  if (q.max_abs != 0 || q.spacing != 0)
+    return wrong(what + ": a bound of errors goes without bits of a box");
+  if (q.bits == 0) return {};
+  if (q.bits > 52) return wrong(what + ": quantization takes 1 to 52 bits");
+  if (q.minimum.size() != components || q.maximum.size() != components)
+    return wrong(what + ": quantization needs a range for each component");
+  for (std::size_t c = 0; c < components; ++c)
+    if (!(std::fabs(q.minimum[c]) < kTooLarge && std::fabs(q.maximum[c]) < kTooLarge &&
+          q.minimum[c] <= q.maximum[c]))
+      return wrong(what + ": quantization range is not finite or is reversed");
+  return {};
+}
+
+Result<void> check_array(const Schema& schema, const ArrayInfo& array) {
+  const std::string what = "array '" + array.name + "'";
+  if (!is_scalar(array.type)) return wrong(what + ": unknown scalar type");
+  if (array.location > Location::cell) return wrong(what + ": unknown location");
+  if (array.components < 1 || array.components > 65535)
+    return wrong(what + ": 1 to 65535 components are possible");
+  if (array.location == Location::point && !array.blocks.empty())
+    return wrong(what + ": point arrays cover every vertex");
+  for (std::size_t i = 0; i < array.blocks.size(); ++i)
+    if (array.blocks[i] >= schema.blocks.size() ||
+        (i > 0 && array.blocks[i] <= array.blocks[i - 1]))
+      return wrong(what + ": block indices must ascend and exist");
+  return check_quantization(array.quantization, array.type, array.components, what);
+}
+
+}  // namespace
+
+void put(ByteWriter& out, const Schema& schema) {
+  out.put_u8(static_cast<std::uint8_t>(schema.order));
+  out.put_u8(schema.corner_order ? 1 : 0);
+  out.put_varint(schema.delay);
+  out.put_u8(static_cast<std::uint8_t>(schema.coordinate_type));
+  put(out, schema.coordinate_quantization);
+  out.put_text(schema.source_format);
+  out.put_varint(schema.blocks.size());
+  for (const BlockInfo& block : schema.blocks) {
+    out.put_signed(block.id);
+    out.put_text(block.name);
+    out.put_u8(static_cast<std::uint8_t>(block.shape));
+    out.put_varint(block.nodes_per_cell);
+  }
+  out.put_varint(schema.arrays.size());
+  for (const ArrayInfo& array : schema.arrays) {
+    out.put_text(array.name);
+    out.put_u8(static_cast<std::uint8_t>(array.location));
+    out.put_u8(static_cast<std::uint8_t>(array.type));
+    out.put_varint(array.components);
+    out.put_u8(array.per_step ? 1 : 0);
+    out.put_varint(array.blocks.size());
+    for (std::uint32_t block : array.blocks) out.put_varint(block);
+    out.put_text(array.role);
+    put(out, array.quantization);
+  }
+  if (schema.step_references != StepReference::trend)
+    out.put_u8(static_cast<std::uint8_t>(schema.step_references));
+}
+
+bool get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
+  schema = {};
+  schema.order = static_cast<Order>(in.get_u8());
+  schema.corner_order = in.get_flag();
+  schema.delay = in.get_varint32();
+  schema.coordinate_type = static_cast<ScalarType>(in.get_u8());
+  get(in, schema.coordinate_quantization);
+  schema.source_format = in.get_text();
+  // One more than the limits allow is enough for check_schema to say so.
+  const std::uint64_t blocks = in.get_count(4);
+  if (blocks > limits.max_blocks) {
+    schema.blocks.resize(std::size_t{limits.max_blocks} + 1);
+    return in.ok();
+  }
+  for (std::uint64_t n = blocks; n > 0 && in.ok(); --n) {
+    BlockInfo block;
+    block.id = in.get_signed();
+    block.name = in.get_text();
+    block.shape = static_cast<CellShape>(in.get_u8());
+    block.nodes_per_cell = in.get_varint32();
+    schema.blocks.push_back(std::move(block));
+  }
+  const std::uint64_t arrays = in.get_count(8);
+  if (arrays > limits.max_arrays) {
+    schema.arrays.resize(std::size_t{limits.max_arrays} + 1);
+    return in.ok();
+  }
+  for (std::uint64_t n = arrays; n > 0 && in.ok(); --n) {
+    ArrayInfo array;
+    array.name = in.get_text();
+    array.location = static_cast<Location>(in.get_u8());
+    array.type = static_cast<ScalarType>(in.get_u8());
+    array.components = in.get_varint32();
+    array.per_step = in.get_flag();
+    for (std::uint64_t b = in.get_count(1); b > 0 && in.ok(); --b)
+      array.blocks.push_back(in.get_varint32());
+    array.role = in.get_text();
+    get(in, array.quantization);
+    schema.arrays.push_back(std::move(array));
+  }
+  if (in.ok() && in.left() > 0) {
+    const std::uint8_t references = in.get_u8();
+    if (references >= static_cast<std::uint8_t>(StepReference::trend)) return false;
+    schema.step_references = static_cast<StepReference>(references);
+  }
+  return in.ok() && in.left() == 0;
+}
+
+Result<void> check_schema(const Schema& schema, const ReadLimits& limits) {
+  if (schema.blocks.size() > limits.max_blocks)
+    return wrong("more element blocks than the limit of " + std::to_string(limits.max_blocks),
+                 ErrorCode::over_limit);
+  if (schema.arrays.size() > limits.max_arrays)
+    return wrong("more arrays than the limit of " + std::to_string(limits.max_arrays),
+                 ErrorCode::over_limit);
+  if (schema.order > Order::free) return wrong("unknown order");
+  if (schema.order == Order::keep && !schema.corner_order)
+    return wrong("order keep includes the order of corners");
+  if (schema.step_references > StepReference::trend) return wrong("unknown references of steps");
+  if (!is_float(schema.coordinate_type)) return wrong("coordinates are float32 or float64");
+  if (auto good = check_quantization(schema.coordinate_quantization, schema.coordinate_type, 3,
+                                     "coordinates");
+      !good)
+    return good;
+  for (const BlockInfo& block : schema.blocks) {
+    if (block.shape > CellShape::polyhedron) return wrong("unknown cell shape");
+    if (block.nodes_per_cell > kMaxNodesPerCell)
+      return wrong("a cell has at most " + std::to_string(kMaxNodesPerCell) + " nodes");
+  }
+  std::uint64_t components = 0;
+  for (const ArrayInfo& array : schema.arrays) {
+    if (auto good = check_array(schema, array); !good) return good;
+    components += array.per_step ? 0 : array.components;
+  }
+  if (components > limits.max_static_components)
+    return wrong("more components of static arrays than the limit of " +
+                     std::to_string(limits.max_static_components),
+                 ErrorCode::over_limit);
+  return {};
+}
+
+void put(ByteWriter& out, const Extra& extra) {
+  out.put_text(extra.key);
+  out.put_u8(static_cast<std::uint8_t>(extra.type));
+  out.put_u8(static_cast<std::uint8_t>(extra.refers));
+  out.put_varint(extra.shape.size());
+  for (std::uint64_t side : extra.shape) out.put_varint(side);
+  const std::size_t width = scalar_bytes(extra.type);
+  std::vector<std::byte> little(extra.data.size());
+  copy_little_endian(little.data(), extra.data.data(), extra.data.size() / width, width);
+  out.put_bytes(little);
+}
+
+bool get(ByteReader& in, Extra& extra) {
+  extra.key = in.get_text();
+  extra.type = static_cast<ScalarType>(in.get_u8());
+  extra.refers = static_cast<Reference>(in.get_u8());
+  if (!is_scalar(extra.type) || extra.refers > Reference::cell) return false;
+  if (extra.refers != Reference::nothing && extra.type != ScalarType::int32 &&
+      extra.type != ScalarType::int64)
+    return false;
+  const std::size_t width = scalar_bytes(extra.type);
+  std::uint64_t values = 1;
+  for (std::uint64_t n = in.get_count(1); n > 0 && in.ok(); --n) {
+    extra.shape.push_back(in.get_varint());
+    const std::uint64_t side = extra.shape.back();
+    if (side != 0 && values > ~std::uint64_t{0} / 8 / side) return false;
+    values *= side;
+  }
+  if (!in.ok() || in.left() % width != 0 || in.left() / width != values) return false;
+  const auto bytes = in.get_bytes(in.left());
+  extra.data.resize(bytes.size());
+  copy_little_endian(extra.data.data(), bytes.data(), bytes.size() / width, width);
+  return true;
 }
 
 }  // namespace shm

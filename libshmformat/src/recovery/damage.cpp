@@ -1,4 +1,4 @@
-// Damage: what KnownChunks found, as users see it.
+// Damage: what FoundChunks found, as users see it.
 #include "shm/damage.h"
 
 #include <algorithm>
@@ -8,8 +8,8 @@
 
 #include "bytes/binary.h"
 #include "container/chunk_writer.h"
-#include "recovery/index_maker.h"
-#include "recovery/known_chunks.h"
+#include "recovery/found_chunks.h"
+#include "recovery/index_builder.h"
 
 namespace shm {
 namespace {
@@ -18,25 +18,25 @@ using container::ChunkHeader;
 using container::ChunkKind;
 using container::IndexEntry;
 
-bool is_where_things_are(const Damage& damage) {
+bool is_of_locations(const Damage& damage) {
   return damage.section == "index" || damage.section == "end record" ||
          damage.section == "file start" || damage.section == "schema" ||
          damage.kind == DamageKind::repeated || damage.kind == DamageKind::out_of_order ||
          damage.kind == DamageKind::stray;
 }
 
-/// At most what tells where things are is lost, as far as is known.
-bool has_all_that_is_known(const KnownChunks& known) {
-  return known.schema() &&
-         std::all_of(known.damages().begin(), known.damages().end(), is_where_things_are);
+/// At most what tells where things are is lost, as far as is found.
+bool has_all_that_is_known(const FoundChunks& found) {
+  return found.schema() &&
+         std::all_of(found.damages().begin(), found.damages().end(), is_of_locations);
 }
 
-/// The schema said again stands for the one that is lost.
-bool is_restorable(const KnownChunks& known) {
-  if (!known.index() || !has_all_that_is_known(known)) return false;
-  const auto& entries = known.index()->entries;
+/// The repeated schema stands for the one that is lost.
+bool is_restorable(const FoundChunks& found) {
+  if (!found.index() || !has_all_that_is_known(found)) return false;
+  const auto& entries = found.index()->entries;
   if (entries.empty() || !entries[0].is(ChunkKind::schema)) return false;
-  const std::uint64_t schema_bytes = known.beginning().size() - container::kFileStartBytes;
+  const std::uint64_t schema_bytes = found.beginning().size() - container::kFileStartBytes;
   std::uint64_t end = container::kFileStartBytes;
   for (const IndexEntry& entry : entries) {
     if (entry.is(ChunkKind::index)) return false;  // which does not list itself
@@ -54,34 +54,34 @@ Error not_restorable(std::string detail, std::uint64_t offset,
 
 /// Nobody would miss chunks behind the last one that is known. But they took room: where it is not
 /// known that there was none, the index must fill what is left of the file.
-Result<container::Index> index_anew(RandomSource& source, const KnownChunks& known,
+Result<container::Index> index_anew(RandomSource& source, const FoundChunks& found,
                                     const ReadLimits& limits) {
-  if (!has_all_that_is_known(known)) return not_restorable("not all chunks are whole", kNoOffset);
-  auto index = IndexMaker(source, known, limits).make();
+  if (!has_all_that_is_known(found)) return not_restorable("not all chunks are whole", kNoOffset);
+  auto index = IndexBuilder(source, found, limits).make();
   if (!index) return index;
   ByteWriter payload;
   container::put(payload, *index);
-  const std::uint64_t bytes = payload.bytes.size(), end = known.end_of_chunks();
+  const std::uint64_t bytes = payload.bytes.size(), end = found.end_of_chunks();
   if (bytes > limits.max_chunk_bytes)
     return not_restorable("would take " + std::to_string(bytes) + " bytes, the limit is " +
                               std::to_string(limits.max_chunk_bytes),
                           end, ErrorCode::over_limit);
   const bool fills =
       source.size() - end == container::kChunkHeaderBytes + bytes + container::kTrailerBytes;
-  if (!fills && !known.ends_at_index())
+  if (!fills && !found.ends_at_index())
     return not_restorable("perhaps there were more chunks", end);
   return index;
 }
 
 /// All but the index and the trailer, in the order of `entries`; the first schema stands for others
 /// that are lost.
-Result<void> write_chunks(RandomSource& source, const KnownChunks& known,
+Result<void> write_chunks(RandomSource& source, const FoundChunks& found,
                           std::span<const IndexEntry> entries, ByteSink& sink) {
-  const std::vector<std::byte> beginning = known.beginning();
+  const std::vector<std::byte> beginning = found.beginning();
   if (auto good = sink.write(beginning); !good) return good;
   const auto schema_again =
       std::span(beginning).subspan(container::kFileStartBytes + container::kChunkHeaderBytes);
-  const auto& chunks = known.chunks();
+  const auto& chunks = found.chunks();
   std::size_t next = 0;
   for (std::uint32_t i = 1; i < entries.size(); ++i) {
     while (next < chunks.size() && chunks[next].header.sequence < i) ++next;
@@ -105,23 +105,23 @@ Result<void> write_chunks(RandomSource& source, const KnownChunks& known,
   return {};
 }
 
-Result<void> write_with_its_index(RandomSource& source, const KnownChunks& known, ByteSink& sink) {
-  if (!is_restorable(known)) return not_restorable("not all chunks are whole", kNoOffset);
-  const auto& entries = known.index()->entries;
-  if (auto good = write_chunks(source, known, entries, sink); !good) return good;
-  if (auto good = sink.copy(source, known.index_offset(), known.index_bytes()); !good) return good;
+Result<void> write_with_its_index(RandomSource& source, const FoundChunks& found, ByteSink& sink) {
+  if (!is_restorable(found)) return not_restorable("not all chunks are whole", kNoOffset);
+  const auto& entries = found.index()->entries;
+  if (auto good = write_chunks(source, found, entries, sink); !good) return good;
+  if (auto good = sink.copy(source, found.index_offset(), found.index_bytes()); !good) return good;
   ByteWriter trailer;
   container::put_trailer(trailer, entries.back().offset + entries.back().bytes);
   if (auto good = sink.write(trailer.bytes); !good) return good;
   return sink.commit();
 }
 
-Result<void> write_with_new_index(RandomSource& source, const KnownChunks& known, ByteSink& sink,
+Result<void> write_with_new_index(RandomSource& source, const FoundChunks& found, ByteSink& sink,
                                   const ReadLimits& limits) {
-  auto index = index_anew(source, known, limits);
+  auto index = index_anew(source, found, limits);
   if (!index) return index.error();
   const auto& entries = index->entries;
-  if (auto good = write_chunks(source, known, entries, sink); !good) return good;
+  if (auto good = write_chunks(source, found, entries, sink); !good) return good;
   container::ChunkWriter end(sink);
   end.go_on({entries.back().offset + entries.back().bytes,
              static_cast<std::uint32_t>(entries.size()), entries});
@@ -131,27 +131,27 @@ Result<void> write_with_new_index(RandomSource& source, const KnownChunks& known
 }  // namespace
 
 Result<DamageReport> find_damage(RandomSource& source, const ReadLimits& limits) {
-  auto known = KnownChunks::of(source, limits);
-  if (!known) return known.error();
+  auto found = FoundChunks::of(source, limits);
+  if (!found) return found.error();
   DamageReport report;
-  report.damages = known->damages();
-  report.schema = known->schema();
-  report.restorable = is_restorable(*known);
-  report.lacks_index = !known->index() && has_all_that_is_known(*known);
-  report.complete = has_all_that_is_known(*known) && known->ends_at_index();
-  if (known->index()) {
-    report.vertices = known->index()->vertices;
-    report.cells = known->index()->cells;
-    report.steps = known->index()->steps;
+  report.damages = found->damages();
+  report.schema = found->schema();
+  report.restorable = is_restorable(*found);
+  report.lacks_index = !found->index() && has_all_that_is_known(*found);
+  report.complete = has_all_that_is_known(*found) && found->ends_at_index();
+  if (found->index()) {
+    report.vertices = found->index()->vertices;
+    report.cells = found->index()->cells;
+    report.steps = found->index()->steps;
   }
   return report;
 }
 
 Result<void> write_in_order(RandomSource& source, ByteSink& sink, const ReadLimits& limits) {
-  const auto known = KnownChunks::of(source, limits);
-  if (!known) return known.error();
-  return known->index() ? write_with_its_index(source, *known, sink)
-                        : write_with_new_index(source, *known, sink, limits);
+  const auto found = FoundChunks::of(source, limits);
+  if (!found) return found.error();
+  return found->index() ? write_with_its_index(source, *found, sink)
+                        : write_with_new_index(source, *found, sink, limits);
 }
 
 }  // namespace shm

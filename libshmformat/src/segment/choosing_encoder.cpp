@@ -3,6 +3,8 @@
 #include <bit>
 #include <optional>
 
+#include "segment/shift_segment_encoder.h"
+#include "segment/surface_segment_encoder.h"
 #include "shifts/shifts.h"
 
 namespace shm {
@@ -16,7 +18,41 @@ constexpr std::uint64_t kShiftBits = 1, kShiftPart = 2;
 /// there yet, and shifts, which know nothing else, look worse than they are.
 constexpr std::uint64_t kShiftShare = 25, kShiftShareOfLayer = 12;
 
+std::unique_ptr<SegmentEncoder> make_segment_encoder(const Schema& schema,
+                                                     const SegmentOptions& options,
+                                                     const SegmentStart& start) {
+  if (options.codec == ConnectivityCodec::shifts)
+    return std::make_unique<ShiftSegmentEncoder>(schema, options, start);
+  return std::make_unique<SurfaceSegmentEncoder>(schema, options, start);
+}
+
 }  // namespace
+
+CodecTrial trial_for(ConnectivityCodec codec, Level level) {
+  using enum ConnectivityCodec;
+  if (codec != automatic) return {.level = level, .codecs = {codec}};
+  switch (level) {
+    case Level::fast:
+      return {.level = level,
+              .codecs = {replay, rows},
+              .shifts = CodecTrial::Shifts::for_speed,
+              .spare_share = 8,
+              .spare_bits = 1};
+    case Level::standard: break;
+    case Level::best:
+      return {.level = level,
+              .codecs = {replay, rows, mixed},
+              .sample_cells = 65536,
+              .spare_share = 1 << 16,
+              .spare_bits = 1 << 16};
+  }
+  return {.level = level, .codecs = {replay, rows}, .shifts = CodecTrial::Shifts::for_size};
+}
+
+std::unique_ptr<SegmentEncoder> ChoosingEncoder::encoder_with(ConnectivityCodec codec) const {
+  return make_segment_encoder(*schema_,
+                              {group_cells_, codec, trial_.level, true, trial_.with_order}, start_);
+}
 
 ChoosingEncoder::ChoosingEncoder(const Schema& schema, std::uint32_t group_cells,
                                  const CodecTrial& trial, const SegmentStart& start)

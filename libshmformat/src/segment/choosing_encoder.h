@@ -15,7 +15,7 @@ namespace shm {
 /// Codecs to choose from.
 struct CodecTrial {
   Level level = Level::standard;          ///< of values
-  bool tells_order = true;                ///< as in SegmentOptions
+  bool with_order = true;                 ///< as in SegmentOptions
   std::vector<ConnectivityCodec> codecs;  ///< not empty, the fastest first
   /// Shifts are tried besides, where cells of them are hardly felt.
   enum class Shifts : std::uint8_t {
@@ -33,6 +33,9 @@ struct CodecTrial {
                                     ///< or no more than such a bit of everything
 };
 
+/// What to try at a level, the fastest first; a codec that is not automatic alone.
+CodecTrial trial_for(ConnectivityCodec codec, Level level);
+
 class ChoosingEncoder {
  public:
   /// `schema` is checked and borrowed. Of one codec nothing is tried.
@@ -46,10 +49,7 @@ class ChoosingEncoder {
 
  private:
   Result<void> choose(std::vector<EncodedGroup>& done);
-  std::unique_ptr<SegmentEncoder> encoder_with(ConnectivityCodec codec) const {
-    return make_segment_encoder(
-        *schema_, {group_cells_, codec, trial_.level, true, trial_.tells_order}, start_);
-  }
+  std::unique_ptr<SegmentEncoder> encoder_with(ConnectivityCodec codec) const;
   Result<ConnectivityCodec> smallest() const;
   Result<bool> shifts_do() const;
   Result<bool> shifts_are_as_small(ConnectivityCodec other) const;

@@ -16,15 +16,4 @@ std::vector<DifferenceColumn> difference_columns(const Schema& schema) {
   return columns;
 }
 
-container::Codec stream_codec(BulkCodec codec) {
-  return codec == BulkCodec::differences ? container::Codec::differences
-                                         : container::Codec::shuffled_zstd;
-}
-
-std::optional<BulkCodec> bulk_codec(container::Codec codec) {
-  if (codec == container::Codec::differences) return BulkCodec::differences;
-  if (codec == container::Codec::shuffled_zstd) return BulkCodec::shuffled_zstd;
-  return std::nullopt;
-}
-
 }  // namespace shm

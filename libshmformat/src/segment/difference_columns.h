@@ -5,12 +5,11 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
 #include "container/format.h"
-#include "segment/value_streams.h"
+#include "segment/mesh_streams.h"
 #include "shifts/difference_column.h"
 #include "shm/schema.h"
 
@@ -19,21 +18,19 @@ namespace shm {
 /// Column 0 is geometry, the others the static arrays in schema order.
 std::vector<DifferenceColumn> difference_columns(const Schema& schema);
 
-/// The same columns over neighbourhoods; none in place of those that must not be in differences:
-/// either takes memory by number, whatever there is of numbers.
+/// The same columns over neighbourhoods; none in place of those that are left out or must not be in
+/// differences: either takes memory by number, whatever there is of numbers.
 template <class Coder>
 std::vector<std::unique_ptr<ValueColumn<Coder>>> predicted_columns(
-    const Schema& schema, std::span<const DifferenceColumn> columns) {
+    const Schema& schema, std::span<const DifferenceColumn> columns, const DecodedParts& parts) {
   std::vector<std::unique_ptr<ValueColumn<Coder>>> predicted;
+  const std::vector<bool> included = parts.columns(schema);
   for_each_static_column(schema, [&](const auto&... what) {
-    const bool may_be = columns[predicted.size()].takes(BulkCodec::differences);
+    const std::size_t c = predicted.size();
+    const bool may_be = included[c] && columns[c].takes(Codec::differences);
     predicted.push_back(may_be ? std::make_unique<ValueColumn<Coder>>(what...) : nullptr);
   });
   return predicted;
 }
-
-/// The codec of their streams, and the reverse.
-container::Codec stream_codec(BulkCodec codec);
-std::optional<BulkCodec> bulk_codec(container::Codec codec);
 
 }  // namespace shm

@@ -128,7 +128,7 @@ Result<void> MeshDecoder::join(const DecodedBlock& block) {
     segment_starts_.push_back(cells_);
     segment_connectivity_.push_back(block.connectivity);
   } else if (segment_connectivity_.back() == ConnectivityCodec::automatic) {
-    segment_connectivity_.back() = block.connectivity;  // loose vertices came first
+    segment_connectivity_.back() = block.connectivity;  // unused vertices came first
   }
   if (auto good = check_imports(block); !good) return good;
   count(block);

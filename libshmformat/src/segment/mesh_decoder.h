@@ -44,7 +44,7 @@ class MeshDecoder {
   std::uint64_t imported_vertices() const { return imported_vertices_; }
   /// The first cell of each segment.
   const std::vector<std::uint64_t>& segment_starts() const { return segment_starts_; }
-  /// How the hexahedra of each segment are said.
+  /// How the cells of each segment are encoded.
   const std::vector<ConnectivityCodec>& segment_connectivity() const {
     return segment_connectivity_;
   }

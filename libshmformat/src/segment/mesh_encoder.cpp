@@ -5,10 +5,10 @@
 #include <string>
 
 #include "bytes/binary.h"
+#include "bytes/errors.h"
 #include "bytes/lists.h"
-#include "bytes/misuse.h"
-#include "container/schema_codec.h"
 #include "model/mesh_totals.h"
+#include "model/schema.h"
 #include "shifts/shifts.h"
 
 namespace shm {
@@ -24,28 +24,6 @@ constexpr std::uint64_t kLeastSegmentCells = 131072;
 
 // Waiting pieces of cells, for each thread.
 constexpr std::size_t kWaitingBytes = std::size_t{64} << 20;
-
-/// What to try at a level, the fastest first.
-CodecTrial trial_for(ConnectivityCodec codec, Level level) {
-  using enum ConnectivityCodec;
-  if (codec != automatic) return {.level = level, .codecs = {codec}};
-  switch (level) {
-    case Level::fast:
-      return {.level = level,
-              .codecs = {replay, rows},
-              .shifts = CodecTrial::Shifts::for_speed,
-              .spare_share = 8,
-              .spare_bits = 1};
-    case Level::standard: break;
-    case Level::best:
-      return {.level = level,
-              .codecs = {replay, rows, mixed},
-              .sample_cells = 65536,
-              .spare_share = 1 << 16,
-              .spare_bits = 1 << 16};
-  }
-  return {.level = level, .codecs = {replay, rows}, .shifts = CodecTrial::Shifts::for_size};
-}
 
 using Tasks = OrderedTasks<SegmentPiece, EncodedGroup>;
 
@@ -113,14 +91,14 @@ void MeshEncoder::begin_part(const SegmentStart& start) {
 Result<void> MeshEncoder::add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                      std::span<const std::byte> data) {
   if (xyz.size() != xyz_bytes_ || data.size() != values_bytes_ - xyz_bytes_)
-    return misuse("vertex " + std::to_string(number) + " has " +
-                      std::to_string(xyz.size() + data.size()) +
-                      " bytes of values, the schema says " + std::to_string(values_bytes_),
-                  "mesh");
+    return misuse_error("vertex " + std::to_string(number) + " has " +
+                            std::to_string(xyz.size() + data.size()) +
+                            " bytes of values, the schema has " + std::to_string(values_bytes_),
+                        "mesh");
   const auto entry =
       static_cast<std::uint32_t>(free_entries_.empty() ? entries_.size() : free_entries_.back());
   if (!by_number_.insert(number, entry))
-    return misuse("vertex " + std::to_string(number) + " is added twice", "mesh");
+    return misuse_error("vertex " + std::to_string(number) + " is added twice", "mesh");
   if (free_entries_.empty()) {
     push_tightly(entries_, Entry());
     push_tightly(in_segment_, kNone);
@@ -140,7 +118,8 @@ Result<void> MeshEncoder::add_vertex(std::uint64_t number, std::span<const std::
 
 Result<void> MeshEncoder::add_imported_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                               std::span<const std::byte> data) {
-  if (start_.segment == 0) return misuse("nothing is imported before the first segment", "mesh");
+  if (start_.segment == 0)
+    return misuse_error("nothing is imported before the first segment", "mesh");
   if (auto good = add_vertex(number, xyz, data); !good) return good;
   const std::uint32_t e = by_number_.find(number);
   in_segment_[e] = 0;  // an earlier one; which does not matter
@@ -153,31 +132,32 @@ Result<void> MeshEncoder::add_imported_vertex(std::uint64_t number, std::span<co
 Result<void> MeshEncoder::add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                             std::span<const std::byte> data) {
   if (auto good = add_vertex(number, xyz, data); !good) return good;
-  return code_loose(by_number_.find(number));
+  return code_unused(by_number_.find(number));
 }
 
 Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                                    std::uint64_t last_use, std::span<const std::byte> data) {
-  if (block >= schema_->blocks.size()) return misuse("cell of an unknown block", "mesh");
+  if (block >= schema_->blocks.size()) return misuse_error("cell of an unknown block", "mesh");
   const BlockInfo& info = schema_->blocks[block];
   if (info.nodes_per_cell != 0 ? corners.size() != info.nodes_per_cell
                                : corners.size() > kMaxNodesPerCell)
-    return misuse("cell with " + std::to_string(corners.size()) + " corners in a block of " +
-                      std::to_string(info.nodes_per_cell),
-                  "mesh");
+    return misuse_error("cell with " + std::to_string(corners.size()) + " corners in a block of " +
+                            std::to_string(info.nodes_per_cell),
+                        "mesh");
   if (data.size() != cell_data_bytes_[block])
-    return misuse("cell with " + std::to_string(data.size()) + " bytes of data, the schema says " +
-                      std::to_string(cell_data_bytes_[block]),
-                  "mesh");
+    return misuse_error("cell with " + std::to_string(data.size()) +
+                            " bytes of data, the schema has " +
+                            std::to_string(cell_data_bytes_[block]),
+                        "mesh");
   cell_entries_.resize(corners.size());
   std::uint64_t introduced = 0;
   bool gives = false;  // vertices to the segment
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const std::uint32_t entry = by_number_.find(corners[i]);
     if (entry == kNone)
-      return misuse("cell uses vertex " + std::to_string(corners[i]) +
-                        ", which was never added or is finalized",
-                    "mesh");
+      return misuse_error("cell uses vertex " + std::to_string(corners[i]) +
+                              ", which was never added or is finalized",
+                          "mesh");
     cell_entries_[i] = entry;
     if (in_segment_[entry] == start_.segment) continue;
     gives = true;
@@ -269,12 +249,12 @@ bool MeshEncoder::cut_is_due(std::uint32_t block) const {
 
 /// Codecs to try on the segment at hand.
 CodecTrial MeshEncoder::trial() const {
-  const auto& told = options_.segment_connectivity;
+  const auto& codecs = options_.segment_connectivity;
   const ConnectivityCodec codec =
-      told.empty() ? options_.connectivity
-                   : told[std::min<std::size_t>(start_.segment, told.size() - 1)];
+      codecs.empty() ? options_.connectivity
+                     : codecs[std::min<std::size_t>(start_.segment, codecs.size() - 1)];
   CodecTrial trial = trial_for(codec, options_.level);
-  trial.tells_order = schema_->order != Order::keep || options_.coding_order != nullptr;
+  trial.with_order = schema_->order != Order::keep || options_.coding_order != nullptr;
   return trial;
 }
 
@@ -292,15 +272,15 @@ Result<void> MeshEncoder::cut() {
 
 Result<void> MeshEncoder::end() {
   if (auto good = code_all_waiting(); !good) return good;
-  // What is left has never been used: say it in ascending order.
-  std::vector<std::uint32_t> loose;
+  // What is left has never been used: encode it in ascending order.
+  std::vector<std::uint32_t> unused;
   for (std::uint32_t e = 0; e < entries_.size(); ++e)
-    if (!entries_[e].used && by_number_.find(entries_[e].number) == e) loose.push_back(e);
-  std::sort(loose.begin(), loose.end(), [&](std::uint32_t a, std::uint32_t b) {
+    if (!entries_[e].used && by_number_.find(entries_[e].number) == e) unused.push_back(e);
+  std::sort(unused.begin(), unused.end(), [&](std::uint32_t a, std::uint32_t b) {
     return entries_[a].number < entries_[b].number;
   });
-  for (std::uint32_t entry : loose)
-    if (auto good = code_loose(entry); !good) return good;
+  for (std::uint32_t entry : unused)
+    if (auto good = code_unused(entry); !good) return good;
   if (auto good = end_segment(); !good) return good;
   if (auto good = catch_up(); !good) return good;
   let_go();
@@ -346,7 +326,7 @@ Result<void> MeshEncoder::code(std::uint64_t number, std::uint32_t block,
 }
 
 /// Lets go of the vertices of a cell that no later one uses, of those at the nodes of `may_end`;
-/// says at which nodes they stand.
+/// returns at which nodes they stand.
 std::uint64_t MeshEncoder::end_vertices(std::span<const std::uint32_t> entries,
                                         std::uint64_t may_end) {
   const auto markable = entries.first(std::min<std::size_t>(entries.size(), kMaxLastUse));
@@ -393,9 +373,9 @@ std::uint32_t MeshEncoder::new_ticket() {
   return ticket;
 }
 
-Result<void> MeshEncoder::code_loose(std::uint32_t e) {
+Result<void> MeshEncoder::code_unused(std::uint32_t e) {
   SegmentPiece::Cell cell;
-  cell.block = SegmentPiece::kLoose;
+  cell.block = SegmentPiece::kUnused;
   cell.new_vertices = 1;
   piece_.cells.push_back(cell);
   SegmentPiece::Vertex vertex;
@@ -474,7 +454,7 @@ Result<void> MeshEncoder::give_out(std::vector<EncodedGroup>& groups) {
 }
 
 Result<void> MeshEncoder::give_out(EncodedGroup& group) {
-  if (options_.coding_order != nullptr) tell_order(group);
+  if (options_.coding_order != nullptr) report_order(group);
   if (!holds_groups_) return finish_group(group);
   held_.push_back(std::move(group));
   shm::let_go(held_.back().cell_numbers);
@@ -483,9 +463,10 @@ Result<void> MeshEncoder::give_out(EncodedGroup& group) {
 
 Result<void> MeshEncoder::give_out_part(std::span<const std::uint64_t> numbers) {
   if (numbers.size() != foreign_tickets_.size())
-    return misuse("there are " + std::to_string(foreign_tickets_.size()) +
-                      " imported vertices, and " + std::to_string(numbers.size()) + " numbers",
-                  "mesh");
+    return misuse_error("there are " + std::to_string(foreign_tickets_.size()) +
+                            " imported vertices, and " + std::to_string(numbers.size()) +
+                            " numbers",
+                        "mesh");
   for (std::size_t i = 0; i < numbers.size(); ++i) tickets_[foreign_tickets_[i]] = numbers[i];
   holds_groups_ = false;
   for (EncodedGroup& group : held_) {
@@ -517,12 +498,11 @@ Result<void> MeshEncoder::finish_group(EncodedGroup& group) {
 
 /// Notes the stream numbers of the group's own vertices.
 void MeshEncoder::number_vertices(EncodedGroup& group) {
-  for (std::size_t i = 0; i < group.born.size(); ++i)
-    if (group.born[i].ticket != kNone)
-      tickets_[group.born[i].ticket] = group.header.first_vertex + i;
+  for (std::size_t i = 0; i < group.own.size(); ++i)
+    if (group.own[i].ticket != kNone) tickets_[group.own[i].ticket] = group.header.first_vertex + i;
 }
 
-/// Adds the stream numbers of the group's imported vertices, which earlier groups have told.
+/// Adds the stream numbers of the group's imported vertices, which earlier groups own.
 void MeshEncoder::code_import_numbers(EncodedGroup& group) {
   using container::StreamKind;
   container::GroupHeader& header = group.header;
@@ -539,7 +519,7 @@ void MeshEncoder::code_import_numbers(EncodedGroup& group) {
   entry.kind = StreamKind::vertex_numbers;
   entry.codec = container::Codec::predictive;
   entry.needs = 1u << static_cast<unsigned>(StreamKind::connectivity);
-  if (header.streams[0].codec != container::Codec::shifts)  // which say what is imported
+  if (header.streams[0].codec != container::Codec::shifts)  // which mark what is imported
     entry.needs |= 1u << static_cast<unsigned>(StreamKind::imports);
   entry.bytes = bytes.size();
   entry.checksum = checksum(bytes);
@@ -551,8 +531,8 @@ void MeshEncoder::code_import_numbers(EncodedGroup& group) {
 }
 
 /// To the caller: each cell and the vertices of the group, in coding order.
-void MeshEncoder::tell_order(const EncodedGroup& group) const {
-  for (const EncodedGroup::Born& vertex : group.born) options_.coding_order->vertex(vertex.number);
+void MeshEncoder::report_order(const EncodedGroup& group) const {
+  for (const EncodedGroup::Vertex& vertex : group.own) options_.coding_order->vertex(vertex.number);
   for (std::uint64_t cell : group.cell_numbers) options_.coding_order->cell(cell);
 }
 
@@ -562,30 +542,30 @@ namespace {
 
 /// A trend takes two steps since a key step.
 StepReference most_referred(const Schema& schema, const WriteOptions& options) {
-  const bool steps = std::any_of(schema.arrays.begin(), schema.arrays.end(),
-                                 [](const ArrayInfo& array) { return array.per_step; });
-  if (!steps || options.key_steps > 2) return StepReference::trend;
+  if (!has_steps(schema) || options.key_steps > 2) return StepReference::trend;
   return options.key_steps == 2 ? StepReference::before : StepReference::nothing;
 }
 
 Result<void> check_options(const Schema& schema, const WriteOptions& options) {
   if (options.group_cells < 1 || options.group_cells > container::kMaxGroupCells)
-    return misuse("group_cells must be 1 to 2^20", "options");
+    return misuse_error("group_cells must be 1 to 2^20", "options");
   const auto is_codec = [](ConnectivityCodec codec) { return codec <= ConnectivityCodec::shifts; };
   const auto& codecs = options.segment_connectivity;
   if (!is_codec(options.connectivity) || !std::all_of(codecs.begin(), codecs.end(), is_codec) ||
       options.level > Level::best)
-    return misuse("unknown codec of connectivity, or level", "options");
+    return misuse_error("unknown codec of connectivity, or level", "options");
   const bool shifts =
       options.connectivity == ConnectivityCodec::shifts ||
       std::find(codecs.begin(), codecs.end(), ConnectivityCodec::shifts) != codecs.end();
   if (shifts && !takes_shifts(schema))
-    return misuse("shifts are for cells of 1 to 64 nodes without delay, and steps of 32 components",
-                  "options");
-  if (!(options.restart_budget >= 0)) return misuse("restart_budget must be 0 or more", "options");
-  if (options.key_steps < 1) return misuse("key_steps must be 1 or more", "options");
+    return misuse_error(
+        "shifts are for cells of 1 to 64 nodes without delay, and steps of 32 components",
+        "options");
+  if (!(options.restart_budget >= 0))
+    return misuse_error("restart_budget must be 0 or more", "options");
+  if (options.key_steps < 1) return misuse_error("key_steps must be 1 or more", "options");
   if (!std::is_sorted(options.segment_starts.begin(), options.segment_starts.end()))
-    return misuse("segment_starts must ascend", "options");
+    return misuse_error("segment_starts must ascend", "options");
   return {};
 }
 

@@ -1,6 +1,6 @@
 // MeshEncoder: vertices and cells in, chunk groups out. Checks what the caller gives, holds what
-// the active surface and the delay buffer need, says where segments begin, and gives the groups of
-// their encoders out in order. The mirror of mesh_decoder.h.
+// the active surface and the delay buffer need, decides where segments begin, and gives the groups
+// of their encoders out in order. The mirror of mesh_decoder.h.
 // spec: "Segments", "Group"
 #pragma once
 
@@ -87,7 +87,7 @@ class MeshEncoder {
                     std::span<const std::uint32_t> entries, std::span<const std::byte> data,
                     bool may_give, std::uint64_t may_end);
   std::uint64_t end_vertices(std::span<const std::uint32_t> entries, std::uint64_t may_end);
-  Result<void> code_loose(std::uint32_t entry);
+  Result<void> code_unused(std::uint32_t entry);
   void give_vertex(std::uint32_t entry);
   bool piece_is_full() const;
   Result<void> pass_piece_on();
@@ -99,7 +99,7 @@ class MeshEncoder {
   std::uint32_t new_ticket();
   void number_vertices(EncodedGroup& group);
   void code_import_numbers(EncodedGroup& group);
-  void tell_order(const EncodedGroup& group) const;
+  void report_order(const EncodedGroup& group) const;
 
   const Schema* schema_;
   WriteOptions options_;

@@ -1,7 +1,7 @@
 // MeshStreams: the bitstreams of one segment and the coders that fill or read them, in step.
 // The one place where connectivity, corner order, numbers, geometry and static arrays meet; the
 // same code runs in both directions (Coder is a RangeEncoder or a RangeDecoder).
-// spec: "Segments", "Group", "Decoding a group"
+// spec: "Segments", "Group", "Tiles", "Value columns", "Decoding a group"
 #pragma once
 
 #include <cstddef>
@@ -12,16 +12,153 @@
 #include <type_traits>
 #include <vector>
 
+#include "bytes/lists.h"
 #include "connectivity/connectivity.h"
 #include "connectivity/imports.h"
 #include "connectivity/number_column.h"
 #include "connectivity/vertex_numbers.h"
 #include "container/format.h"
-#include "segment/segment_start.h"
-#include "segment/value_streams.h"
 #include "shm/schema.h"
+#include "values/value_column.h"
 
 namespace shm {
+
+/// Where a segment begins.
+struct SegmentStart {
+  std::uint32_t segment = 0;
+  std::uint64_t first_cell = 0, first_vertex = 0;  ///< cells and vertices of all segments before
+};
+
+/// Which parts of a group are decoded. Cells always are.
+struct DecodedParts {
+  bool geometry = true;
+  std::optional<std::vector<bool>> arrays{};  ///< by array of the schema; nothing: all
+  bool vertex_numbers = true;                 ///< where they are stored, and no cell needs them
+  /// Whether vertices that an earlier segment owns come in blocks, too, with their values.
+  bool imported_vertices = false;
+  /// Neighbourhoods as far as step values look, beside those that the values here need.
+  bool vertex_neighbourhoods = false, cell_neighbourhoods = false;
+
+  static DecodedParts without_values() {
+    return {.geometry = false, .arrays = std::vector<bool>()};
+  }
+  bool has_all_values() const { return geometry && !arrays; }
+  bool includes_array(std::uint32_t array) const {
+    return !arrays || (array < arrays->size() && (*arrays)[array]);
+  }
+  bool includes(const container::StreamEntry& stream) const {
+    if (stream.kind == container::StreamKind::geometry) return geometry;
+    return stream.kind != container::StreamKind::array || includes_array(stream.array);
+  }
+  /// Whether it includes the columns of values: geometry, then the static arrays in schema order.
+  std::vector<bool> columns(const Schema& schema) const;
+  /// Whether it includes values of static arrays there, or coordinates.
+  bool includes_values_of(const Schema& schema, Location location) const;
+};
+
+// A tile ends before the element that comes after so many cells, or so many unpacked bytes. It is
+// what a Reader gives out at once. Frozen: part of the format.
+inline constexpr std::uint64_t kTileCells = 4096;
+inline constexpr std::uint64_t kTileBytes = std::uint64_t{1} << 22;
+
+/// Coordinates, as if they were an array.
+ArrayInfo coordinates_info(const Schema& schema);
+/// Calls visit(info, blocks, repeats, tables) with what makes each ValueColumn of static values:
+/// geometry, then the static arrays in schema order.
+template <class Visit>
+void for_each_static_column(const Schema& schema, Visit&& visit) {
+  visit(coordinates_info(schema), std::vector<std::uint32_t>(), false, true);
+  std::uint32_t room = kMostTableComponentsInAll - 3;  // for tables
+  for (const ArrayInfo& info : schema.arrays) {
+    if (info.per_step) continue;
+    const bool tables = info.components <= std::min(kMostTableComponents, room);
+    if (tables) room -= info.components;
+    visit(info, info.blocks, true, tables);
+  }
+}
+
+/// Finds where the tiles of a group end, element by element.
+class TileEnds {
+ public:
+  /// Before each cell and each unused vertex; `bytes`: unpacked ones of the group until here.
+  /// Whether the tile ends here.
+  bool before(bool is_cell, std::uint64_t bytes) {
+    const bool ends = (is_cell && cells_ == kTileCells) || bytes - begin_ >= kTileBytes;
+    if (ends) {
+      cells_ = 0;
+      begin_ = bytes;
+    }
+    cells_ += is_cell ? 1 : 0;
+    return ends;
+  }
+
+ private:
+  std::uint64_t cells_ = 0, begin_ = 0;  // of the tile: cells so far, bytes before it
+};
+
+/// Coordinates and static arrays of one segment, each in its own bitstream. It follows the mesh
+/// cell by cell, collects the neighbourhoods of what comes, and codes the values of a tile
+/// (decoding) or of a whole group (encoding) at once.
+template <class Coder>
+class ValueStreams {
+ public:
+  /// `schema` is borrowed. Columns of parts that are left out are never asked for anything.
+  ValueStreams(const Schema& schema, const DecodedParts& parts);
+
+  // In step with the mesh: each cell, then its new vertices in order, then its end.
+  void begin_cell(const CellTopology& cell, std::uint64_t live);
+  void add_vertex(const CellTopology& cell, std::uint32_t position) {
+    if (!finds()) return;
+    const Neighbourhood item = finder_.vertex(cell, position, vertex_reach_);
+    if (of_vertices_) push_tightly(vertices_.items, item);
+  }
+  void end_cell(const CellTopology& cell);
+  void add_unused_vertex(std::uint32_t slot) {
+    if (of_vertices_) push_tightly(vertices_.items, finder_.isolated(slot));
+  }
+
+  /// Encoding, before the first cell: values will be encoded at this level.
+  void expect_level(Level level) { vertex_reach_ = cell_reach_ = farthest_reach(level); }
+
+  // Encoding: tiles, then each column, then the next group.
+  void begin_tile();
+  EncodedColumn encode(std::size_t column, const std::byte* values, std::size_t stride,
+                       Level level);
+
+  // Column 0 is geometry, the others are the static arrays in schema order.
+
+  // Decoding: the group, all its columns, then tile by tile. `bytes` are borrowed for the group,
+  // and may unpack to `limit` bytes; false for damaged data.
+  void begin_group() {
+    vertex_reach_ = least_vertex_reach_;
+    cell_reach_ = least_cell_reach_;
+  }
+  bool takes(std::size_t column, Codec codec) const { return columns_[column]->takes(codec); }
+  bool begin_column(std::size_t column, Codec codec, std::span<const std::byte> bytes,
+                    std::uint64_t limit);
+  /// Values of what came since the last tile, appended to `out`; false for damaged data.
+  bool decode_tile(std::size_t column, std::vector<std::byte>& out);
+  /// What came since the last tile.
+  std::span<const Neighbourhood> vertices() const { return vertices_.items; }
+  std::span<const Neighbourhood> cells() const { return cells_.items; }
+  /// Forgets what came: after the last column of a group (encoding) or tile (decoding).
+  void clear();
+
+ private:
+  bool finds() const { return of_vertices_ || of_cells_; }
+  const TiledItems& elements_of(std::size_t column) const {
+    return is_of_cells_[column] ? cells_ : vertices_;
+  }
+
+  const Schema* schema_;
+  bool of_vertices_, of_cells_;  // whether neighbourhoods of these are needed
+  NeighbourFinder finder_;
+  Reach least_vertex_reach_ = Reach::lattice, least_cell_reach_ = Reach::lattice;
+  Reach vertex_reach_ = Reach::farther, cell_reach_ = Reach::farther;
+  TiledItems vertices_, cells_;
+  std::vector<std::optional<ValueColumn<Coder>>> columns_;
+  std::vector<bool> is_of_cells_;  // by column
+};
 
 /// Order::keep: the numbers of the vertices that a cell introduces. Corners of hexahedra whose
 /// coder codes numbers are taken from there, all others from `stream`; number(position) refers to
@@ -29,8 +166,8 @@ namespace shm {
 template <class Coder, class Number>
 void code_vertex_numbers(Connectivity<Coder>& connectivity, VertexNumbers<Coder>& numbers,
                          Coder& stream, const CellTopology& cell, Number&& number) {
-  const bool told = connectivity.codes_numbers();
-  const std::uint32_t corners = told && cell.hexahedral ? 8 : 0;
+  const bool with_cells = connectivity.codes_numbers();
+  const std::uint32_t corners = with_cells && cell.hexahedral ? 8 : 0;
   bool more = false;
   for (std::uint32_t position : cell.new_positions) {
     more |= position >= corners;
@@ -40,21 +177,22 @@ void code_vertex_numbers(Connectivity<Coder>& connectivity, VertexNumbers<Coder>
   }
   if (!more) return;
   numbers.code_cell(stream, cell, number, corners);
-  if (!told) return;
+  if (!with_cells) return;
   for (std::uint32_t position : cell.new_positions)
     if (position >= corners) connectivity.set_number(cell.slots[position], number(position));
 }
 
-/// Numbers of the cells of a segment: positions in coding order, unless the source's own are said.
+/// Numbers of the cells of a segment: positions in coding order, unless the source's own are
+/// stored.
 template <class Coder>
 class CellNumbers {
  public:
   /// `schema` is borrowed. `first`: of the segment's first cell, in coding order.
   CellNumbers(const Schema& schema, std::uint64_t first)
-      : said_(schema.order == Order::keep && schema.delay > 0), next_(first) {}
+      : stored_(schema.order == Order::keep && schema.delay > 0), next_(first) {}
 
   std::uint64_t code(Coder& coder, std::uint64_t number) {
-    if (said_)
+    if (stored_)
       number = next_ + static_cast<std::uint64_t>(
                            code_signed(coder, step_, static_cast<std::int64_t>(number - next_)));
     else
@@ -64,7 +202,7 @@ class CellNumbers {
   }
 
  private:
-  bool said_;
+  bool stored_;
   std::uint64_t next_;
   SignedModel<NumberModel> step_;
 };
@@ -73,7 +211,7 @@ template <class Coder>
 class MeshStreams {
  public:
   /// `schema` is checked, borrowed, and stays where it is.
-  MeshStreams(const Schema& schema, const SegmentStart& start);
+  MeshStreams(const Schema& schema, const SegmentStart& start, const DecodedParts& parts = {});
 
   /// Order::keep: the numbers of the vertices that a cell introduces, or of one that no cell uses.
   template <class Number>
@@ -82,13 +220,13 @@ class MeshStreams {
       shm::code_vertex_numbers(connectivity_, vertex_numbers_, streams_[kVertexNumbers], cell,
                                number);
   }
-  void code_loose_number(std::uint32_t slot, std::uint64_t& number) {
+  void code_unused_number(std::uint32_t slot, std::uint64_t& number) {
     if (schema_->order == Order::keep)
       number = vertex_numbers_.code_loose(streams_[kVertexNumbers], slot, number);
   }
 
   // In segments but the first, before the values of each new vertex of a cell: whether an earlier
-  // segment owns it; and, where vertices are numbered by birth, the number that it has there.
+  // segment owns it; and, where vertices are numbered by their order, the number that it has there.
   void begin_new_vertices(const CellTopology& cell) { imports_.begin_cell(cell); }
   bool code_import(const CellTopology& cell, std::uint32_t position, bool imported) {
     return imports_.code(streams_[imports_stream_], cell, position, imported);
@@ -113,6 +251,7 @@ class MeshStreams {
   /// Coordinates and static arrays; follows the cells on its own.
   using Values = ValueStreams<std::conditional_t<Coder::kDecodes, SplitDecoder, SplitEncoder>>;
   Values& values() { return values_; }
+  const Values& values() const { return values_; }
 
   /// All bitstreams in the order of a group: fixed ones first, geometry the last of these, then one
   /// for each static array in schema order, then imports.
@@ -142,20 +281,13 @@ class MeshStreams {
   CellNumbers<Coder> cell_numbers_;
 };
 
-/// The codec of connectivity streams that says hexahedra so. Must hold: not automatic.
-container::Codec stream_codec(ConnectivityCodec codec);
-/// The reverse; nothing for a codec of other streams, or an unknown one.
-std::optional<ConnectivityCodec> connectivity_codec(container::Codec codec);
-
-/// The codec of a stream of values, and the reverse.
-container::Codec stream_codec(ColumnCodec codec);
-std::optional<ColumnCodec> column_codec(container::Codec codec);
-
 /// Bytes of the static point arrays in one vertex.
 std::size_t point_data_bytes(const Schema& schema);
 /// Bytes of the static arrays in one cell, by block.
 std::vector<std::size_t> cell_data_bytes(const Schema& schema);
 
+extern template class ValueStreams<SplitEncoder>;
+extern template class ValueStreams<SplitDecoder>;
 extern template class MeshStreams<RangeEncoder>;
 extern template class MeshStreams<RangeDecoder>;
 

@@ -1,32 +1,36 @@
 // SegmentEncoder: the cells of one segment in, bitstreams of groups out. It needs nothing of other
-// segments, so several can work at once. The mirror of segment_decoder.h.
+// segments, so several can work at once. The mirror of group_decoder.h.
 // spec: "Segments", "Group"
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <vector>
 
-#include "segment/group_values.h"
+#include "bytes/lists.h"
+#include "container/format.h"
 #include "segment/mesh_streams.h"
 #include "shm/result.h"
+#include "shm/schema.h"
 
 namespace shm {
 
 /// A group is closed early when it, or a stepped array in it at one step, holds this much, so that
 /// readers can promise small memory.
 inline constexpr std::uint64_t kFullGroupBytes = std::uint64_t{1} << 26;
-inline constexpr std::uint64_t kFullGroupVertices = std::uint64_t{1} << 16;  // loose vertices alone
+inline constexpr std::uint64_t kFullGroupVertices = std::uint64_t{1}
+                                                    << 16;  // unused vertices alone
 
 /// Some cells of a segment in coding order, each with the vertices that it is the first of its
 /// segment to use. Flat arrays: a piece holds thousands of cells and is used again.
 struct SegmentPiece {
-  static constexpr std::uint32_t kLoose = kNone;
+  static constexpr std::uint32_t kUnused = kNone;
   struct Cell {
     std::uint64_t number = 0;
     std::uint64_t last_use = 0;
-    std::uint32_t block = 0;  ///< kLoose: no cell, but a vertex that none uses
+    std::uint32_t block = 0;  ///< kUnused: no cell, but a vertex that none uses
     std::uint32_t nodes = 0;
     std::uint32_t new_vertices = 0;
   };
@@ -65,30 +69,30 @@ struct EncodedGroup {
   std::vector<container::ArrayRange> ranges;  ///< of the static arrays
   std::vector<std::uint64_t> cell_numbers;    ///< in coding order, if wanted
 
-  struct Born {
+  struct Vertex {
     std::uint64_t number = 0;
     std::uint32_t ticket = kNone;
   };
-  std::vector<Born> born;  ///< own vertices in order of birth, if wanted
+  std::vector<Vertex> own;  ///< own vertices in the order of their introduction, if wanted
   struct Import {
     std::uint32_t ticket = kNone, slot = 0;
     Stencil stencil;
   };
-  std::vector<Import> imports;  ///< in order of birth; not in Order::keep
+  std::vector<Import> imports;  ///< in the order of their introduction; not in Order::keep
 
   std::size_t bytes() const {
     std::size_t sum =
-        cell_numbers.size() * 8 + born.size() * sizeof(Born) + imports.size() * sizeof(Import);
+        cell_numbers.size() * 8 + own.size() * sizeof(Vertex) + imports.size() * sizeof(Import);
     for (const auto& stream : streams) sum += stream.size();
     return sum;
   }
 };
 
-/// An empty group with room for as much as another one told.
+/// An empty group with room for as many numbers as another one has.
 inline EncodedGroup group_like(const EncodedGroup& before) {
   EncodedGroup group;
   group.cell_numbers.reserve(before.cell_numbers.size());
-  group.born.reserve(before.born.size());
+  group.own.reserve(before.own.size());
   return group;
 }
 
@@ -98,73 +102,122 @@ struct SegmentOptions {
   ConnectivityCodec codec = ConnectivityCodec::rows;
   Level level = Level::standard;  ///< of values
   bool values = true;             ///< false, to measure: coordinates and arrays are left out
-  bool tells_order = true;        ///< whether groups tell `born` and `cell_numbers`
+  bool with_order = true;         ///< whether groups have `own` and `cell_numbers`
 };
 
-/// Codes a segment.
-class SegmentEncoder {
+/// Coordinates and values of the static arrays of a group, as the caller gave them: where each
+/// column finds its own, and what the group's header states of them.
+class GroupValues {
  public:
-  virtual ~SegmentEncoder() = default;
-  /// Codes the cells of `piece`, and adds the groups that they complete to `done`.
-  virtual Result<void> take(const SegmentPiece& piece, std::vector<EncodedGroup>& done) = 0;
-  /// Adds the last group, if anything is left for it.
-  virtual void end(std::vector<EncodedGroup>& done) = 0;
-};
-/// As the codec wants it. `schema` is checked and borrowed.
-std::unique_ptr<SegmentEncoder> make_segment_encoder(const Schema& schema,
-                                                     const SegmentOptions& options,
-                                                     const SegmentStart& start);
+  /// `schema` is borrowed.
+  explicit GroupValues(const Schema& schema);
 
-/// Over the mesh: with an active surface, and neighbourhoods for the values.
-class SurfaceSegmentEncoder final : public SegmentEncoder {
- public:
-  SurfaceSegmentEncoder(const Schema& schema, const SegmentOptions& options,
-                        const SegmentStart& start);
+  std::size_t vertex_bytes() const { return vertex_bytes_; }
+  std::size_t cell_bytes(std::uint32_t block) const { return cell_bytes_[block]; }
 
-  Result<void> take(const SegmentPiece& piece, std::vector<EncodedGroup>& done) override;
-  void end(std::vector<EncodedGroup>& done) override;
+  /// Coordinates, then the point arrays in schema order, packed.
+  void add_vertex(const std::byte* values) {
+    expect_more(vertices_, vertex_bytes_);
+    vertices_.insert(vertices_.end(), values, values + vertex_bytes_);
+  }
+  /// The cell arrays that cover the block, in schema order, packed.
+  void add_cell(std::uint32_t block, const std::byte* values);
+
+  /// 0: coordinates; else the static arrays in schema order.
+  std::size_t columns() const { return columns_.size(); }
+  bool of_cells(std::size_t column) const { return columns_[column].of_cells; }
+  /// The schema's index of the array in a column from 1 on.
+  std::uint32_t array(std::size_t column) const { return columns_[column].array; }
+  /// Of the first element; null when there is none.
+  const std::byte* values(std::size_t column) const {
+    const Column& it = columns_[column];
+    if (count(column) == 0) return nullptr;
+    return it.of_cells ? it.cells.data() : vertices_.data() + it.offset;
+  }
+  /// Bytes from one element to the next.
+  std::size_t stride(std::size_t column) const {
+    return columns_[column].of_cells ? columns_[column].bytes : vertex_bytes_;
+  }
+
+  /// The box of the finite coordinates.
+  std::array<double, 6> box() const;
+  /// Ranges of the static arrays.
+  std::vector<container::ArrayRange> ranges() const;
+  void clear();
 
  private:
-  /// What a handle stands for.
-  struct Handle {
-    std::uint64_t number = 0;    // the caller's
-    std::uint32_t slot = kNone;  // on the active surface, once coded
-    std::uint32_t vertex = 0;    // in the piece at hand, until it is coded
+  struct Column {
+    std::uint32_t array = 0;
+    bool of_cells = false;
+    std::size_t bytes = 0, offset = 0;  // offset: in a vertex
+    std::vector<std::byte> cells{};
   };
-  /// A cell or loose vertex, and where its parts begin in the piece.
+  std::size_t count(std::size_t column) const {
+    const Column& it = columns_[column];
+    return it.of_cells ? it.cells.size() / it.bytes : vertices_.size() / vertex_bytes_;
+  }
+
+  const Schema* schema_;
+  std::vector<Column> columns_;
+  std::size_t vertex_bytes_ = 0;
+  std::vector<std::size_t> cell_bytes_;  // by block
+  std::vector<std::byte> vertices_;
+};
+
+/// What all encoders of segments do alike: where groups begin and end, their header and the numbers
+/// that others ask for.
+class SegmentEncoder {
+ public:
+  /// `schema` is checked and borrowed.
+  SegmentEncoder(const Schema& schema, const SegmentOptions& options, const SegmentStart& start);
+  virtual ~SegmentEncoder() = default;
+  SegmentEncoder(const SegmentEncoder&) = delete;
+  SegmentEncoder& operator=(const SegmentEncoder&) = delete;
+
+  /// Encodes the cells of `piece`, and adds the groups that they complete to `done`.
+  Result<void> take(const SegmentPiece& piece, std::vector<EncodedGroup>& done);
+  /// Adds the last group, if anything is left for it.
+  void end(std::vector<EncodedGroup>& done);
+
+ protected:
+  /// Where the parts of a cell or unused vertex begin in the piece.
   struct Place {
     std::size_t node = 0, vertex = 0, data = 0;
   };
 
-  void introduce(const SegmentPiece& piece, std::size_t first, std::size_t count);
-  bool code_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell, const Place& at);
-  void code_loose(const SegmentPiece& piece, std::size_t vertex);
-  void code_new_vertices(const SegmentPiece& piece, const Place& at);
-  void take_vertex(const SegmentPiece& piece, std::size_t vertex);
-  bool holds_full_bytes() const;
-  void note_active();
-  void start_group();
-  void flush_group(std::vector<EncodedGroup>& done);
+  // --- what depends on the codec
+
+  /// Encodes a cell and its new vertices, with take_vertex() for each of these. False: it cannot.
+  virtual bool encode_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
+                           const Place& at) = 0;
+  /// Encodes a vertex that no cell uses, with take_vertex().
+  virtual void encode_unused(const SegmentPiece& piece, std::size_t vertex) = 0;
+  /// Adds the streams of the group, and forgets what belongs to it.
+  virtual void encode_streams() = 0;
+
+  /// Counts vertex `index` of the piece, which the group gets, and its values.
+  void take_vertex(const SegmentPiece& piece, std::size_t index);
+  /// Raises the group's largest number of active vertices.
+  void note_active(std::uint64_t active);
+  /// The sizes and checksum of the entry come from the bytes.
+  void add_stream(container::StreamEntry entry, std::vector<std::byte> bytes);
 
   const Schema* schema_;
-  std::uint32_t group_cells_;
-  ConnectivityCodec codec_;
-  Level level_;
-  bool has_values_, tells_order_;
-  SegmentStart start_;
-  MeshStreams<RangeEncoder> streams_;
-  // of the widest stepped array: what an element has at one step
-  std::uint64_t vertex_step_bytes_ = 0, cell_step_bytes_ = 0;
-
-  std::vector<Handle> handles_;
-  CellTopology topology_;
-
-  // of the group at hand
+  const SegmentOptions options_;
+  const SegmentStart start_;
+  // the group at hand
+  EncodedGroup group_;
   GroupValues values_;
   TileEnds tile_ends_;
 
-  EncodedGroup group_;
+ private:
+  bool is_full() const;
+  void begin_group();
+  void end_group(std::vector<EncodedGroup>& done);
+
   std::uint64_t next_cell_, next_vertex_;
+  // of the widest stepped array: what an element has at one step
+  std::uint64_t vertex_step_bytes_ = 0, cell_step_bytes_ = 0;
 };
 
 }  // namespace shm

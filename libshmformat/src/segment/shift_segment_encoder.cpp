@@ -57,104 +57,54 @@ std::uint64_t distance(std::uint64_t a, std::uint64_t b) { return a < b ? b - a 
 
 ShiftSegmentEncoder::ShiftSegmentEncoder(const Schema& schema, const SegmentOptions& options,
                                          const SegmentStart& start)
-    : schema_(&schema),
-      group_cells_(options.group_cells),
-      level_(options.level),
-      has_values_(options.values),
-      tells_order_(options.tells_order),
-      numbered_by_birth_(schema.order != Order::keep),
-      start_(start),
+    : SegmentEncoder(schema, options, start),
+      numbered_by_order_(schema.order != Order::keep),
       shifts_(schema, start.segment > 0),
       columns_(difference_columns(schema)),
-      told_again_(schema, start.segment > 0),
+      decoder_(schema, start.segment > 0),
       neighbours_(schema, true, has_static_cell_arrays(schema)),
-      values_(schema),
-      next_cell_(start.first_cell),
-      next_vertex_(start.first_vertex),
       next_own_(start.first_vertex) {
-  if (has_values_ && level_ != Level::fast)
-    predicted_ = predicted_columns<SplitEncoder>(schema, columns_);
+  if (options.values && options.level != Level::fast)
+    predicted_ = predicted_columns<SplitEncoder>(schema, columns_, {});
   for (auto& column : predicted_)
     if (column) column->see_own_groups_only();
   has_rings_ = predicts() || needs_ring(schema);
-  for (const ArrayInfo& info : schema.arrays) {
-    if (!info.per_step) continue;
-    std::uint64_t& most = info.location == Location::point ? vertex_step_bytes_ : cell_step_bytes_;
-    most = std::max<std::uint64_t>(most, scalar_bytes(info.type) * info.components);
-  }
-  start_group();
 }
 
-void ShiftSegmentEncoder::start_group() {
-  group_.segment = start_.segment;
-  group_.header.first_cell = next_cell_;
-  group_.header.first_vertex = next_vertex_;
+void ShiftSegmentEncoder::encode_unused(const SegmentPiece& piece, std::size_t vertex) {
+  begin_element(false);
+  const std::uint64_t number = number_of(piece.vertices[vertex]);
+  if (!numbered_by_order_) shifts_.add_isolated(number);
+  take_numbered(piece, vertex, number);
+  note_active(active_ + 1);
 }
 
-Result<void> ShiftSegmentEncoder::take(const SegmentPiece& piece, std::vector<EncodedGroup>& done) {
-  const container::GroupHeader& group = group_.header;
-  std::size_t node = 0, vertex = 0, data = 0;
-  for (const SegmentPiece::Cell& cell : piece.cells) {
-    if (cell.block == SegmentPiece::kLoose) {
-      begin_element(false);
-      const std::uint64_t number = number_of(piece.vertices[vertex]);
-      if (!numbered_by_birth_) shifts_.add_isolated(number);
-      take_vertex(piece, vertex, number);
-      ++group_.header.loose_vertices;
-      group_.header.max_active_vertices = std::max(group.max_active_vertices, active_ + 1);
-    } else {
-      if (group.loose_vertices > 0) flush_group(done);  // they stand last in their group
-      begin_element(true);
-      code_cell(piece, cell, std::span(piece.nodes).subspan(node, cell.nodes), vertex);
-      if (has_values_) values_.add_cell(cell.block, piece.cell_data.data() + data);
-      data += values_.cell_bytes(cell.block);
-    }
-    node += cell.nodes;
-    vertex += cell.new_vertices;
-    if (group.cells >= group_cells_ || holds_full_bytes() ||
-        (group.loose_vertices > 0 && group.vertices >= kFullGroupVertices))
-      flush_group(done);
-  }
-  return {};
-}
-
-void ShiftSegmentEncoder::end(std::vector<EncodedGroup>& done) {
-  const container::GroupHeader& group = group_.header;
-  if (group.cells + group.vertices + group.imported_vertices > 0) flush_group(done);
-}
-
-bool ShiftSegmentEncoder::holds_full_bytes() const {
-  const container::GroupHeader& group = group_.header;
-  return group.decoded_bytes >= kFullGroupBytes ||
-         group.vertices * vertex_step_bytes_ >= kFullGroupBytes ||
-         group.cells * cell_step_bytes_ >= kFullGroupBytes;
-}
-
-void ShiftSegmentEncoder::code_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
-                                    std::span<const std::uint32_t> nodes, std::size_t vertex) {
+bool ShiftSegmentEncoder::encode_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
+                                      const Place& at) {
+  begin_element(true);
+  const auto nodes = std::span(piece.nodes).subspan(at.node, cell.nodes);
   CellMarks marks;
   marks.block = cell.block;
   marks.last_use = cell.last_use;
   corners_.resize(nodes.size());
+  std::size_t vertex = at.vertex;
   const std::size_t end = vertex + cell.new_vertices;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     if (vertex < end && piece.vertices[vertex].handle == nodes[i]) {
-      const SegmentPiece::Vertex& born = piece.vertices[vertex];
-      at_slot(number_of_, nodes[i]) = number_of(born);
+      const SegmentPiece::Vertex& added = piece.vertices[vertex];
+      at_slot(number_of_, nodes[i]) = number_of(added);
       marks.introduced |= std::uint64_t{1} << i;
-      if (born.imported) marks.imports |= std::uint64_t{1} << i;
-      take_vertex(piece, vertex++, number_of_[nodes[i]]);
+      if (added.imported) marks.imports |= std::uint64_t{1} << i;
+      take_numbered(piece, vertex++, number_of_[nodes[i]]);
     }
     corners_[i] = number_of_[nodes[i]];
   }
   shifts_.add_cell(marks, corners_);
   cell_blocks_.push_back(cell.block);
-  if (tells_order_) group_.cell_numbers.push_back(cell.number);
 
-  container::GroupHeader& group = group_.header;
-  if (group.cells % kNoteEvery == 0) note_lags();
+  if (group_.header.cells % kNoteEvery == 0) note_lags();
   active_ += cell.new_vertices;
-  group.max_active_vertices = std::max(group.max_active_vertices, active_);
+  note_active(active_);
   for (std::uint64_t left = cell.last_use; left != 0; left &= left - 1) {
     const auto i = static_cast<std::size_t>(std::countr_zero(left));
     bool again = false;  // a vertex may stand at several corners
@@ -162,36 +112,22 @@ void ShiftSegmentEncoder::code_cell(const SegmentPiece& piece, const SegmentPiec
       again = again || (nodes[j] == nodes[i] && (cell.last_use >> j & 1) != 0);
     active_ -= again ? 0 : 1;
   }
-  group.decoded_bytes += values_.cell_bytes(cell.block) + 8 * nodes.size();
-  ++group.cells;
-  const BlockInfo& block = schema_->blocks[cell.block];
-  group_.hexahedra += is_hexahedral(block) ? 1 : 0;
+  return true;
 }
 
-/// The number that a vertex is born with.
+/// The number that a vertex is introduced with.
 std::uint64_t ShiftSegmentEncoder::number_of(const SegmentPiece::Vertex& vertex) const {
-  if (!numbered_by_birth_) return vertex.number;
+  if (!numbered_by_order_) return vertex.number;
   return vertex.imported ? next_import_ : next_own_;
 }
 
-void ShiftSegmentEncoder::take_vertex(const SegmentPiece& piece, std::size_t index,
-                                      std::uint64_t number) {
+void ShiftSegmentEncoder::take_numbered(const SegmentPiece& piece, std::size_t index,
+                                        std::uint64_t number) {
   const SegmentPiece::Vertex& vertex = piece.vertices[index];
-  container::GroupHeader& group = group_.header;
-  group.decoded_bytes += values_.vertex_bytes();
-  if (has_values_) {
-    push_tightly(born_, number);
-    values_.add_vertex(piece.vertex_values.data() + index * values_.vertex_bytes());
-  }
-  if (vertex.imported) {
-    ++group.imported_vertices;
-    ++next_import_;
-    if (numbered_by_birth_) group_.imports.push_back({vertex.ticket, 0, {}});
-  } else {
-    ++group.vertices;
-    ++next_own_;
-    if (tells_order_) group_.born.push_back({vertex.number, vertex.ticket});
-  }
+  if (options_.values) push_tightly(introduced_, number);
+  take_vertex(piece, index);
+  ++(vertex.imported ? next_import_ : next_own_);
+  if (vertex.imported && numbered_by_order_) group_.imports.push_back({vertex.ticket, 0, {}});
 }
 
 // --- lags
@@ -208,7 +144,7 @@ void ShiftSegmentEncoder::note_lags() {
   }
 }
 
-/// Cells of rows and layers: how far from one to the next that was said by the same rare shift.
+/// Cells of rows and layers: how far from one to the next that has the same rare shift.
 std::vector<std::uint32_t> ShiftSegmentEncoder::cell_lags() const {
   std::array<std::size_t, 256> last{};  // place + 1
   std::vector<Lag> lags;
@@ -223,17 +159,9 @@ std::vector<std::uint32_t> ShiftSegmentEncoder::cell_lags() const {
 
 // --- groups
 
-void ShiftSegmentEncoder::add_stream(const container::StreamEntry& entry,
-                                     std::vector<std::byte> bytes) {
-  group_.header.streams.push_back(entry);
-  group_.header.streams.back().bytes = bytes.size();
-  group_.header.streams.back().checksum = checksum(bytes);
-  group_.streams.push_back(std::move(bytes));
-}
-
 void ShiftSegmentEncoder::begin_element(bool is_cell) {
   if (!predicts() || !tile_ends_.before(is_cell, group_.header.decoded_bytes)) return;
-  vertices_.tile_begin.push_back(born_.size());
+  vertices_.tile_begin.push_back(introduced_.size());
   cells_.tile_begin.push_back(cell_blocks_.size());
 }
 
@@ -252,23 +180,22 @@ void ShiftSegmentEncoder::find_neighbours(std::span<const std::byte> shifts) {
   const container::GroupHeader& group = group_.header;
   neighbours_.begin_group(ring_bits(), group.cells);
   if (!predicts()) return;
-  const std::size_t vertices = born_.size();
+  const std::size_t vertices = introduced_.size();
   vertices_.items.reserve(vertices);
   if (has_static_cell_arrays(*schema_)) cells_.items.reserve(group.cells);
-  told_again_.begin_group(shifts, group.cells, ~std::uint64_t{0}, scratch_.zstd);
-  std::vector<std::uint64_t> numbers(kShiftedCellsAtOnce * told_again_.most_nodes());
+  decoder_.begin_group(shifts, group.cells, ~std::uint64_t{0}, scratch_.zstd);
+  std::vector<std::uint64_t> numbers(kShiftedCellsAtOnce * decoder_.most_nodes());
   for (std::size_t left = group.cells; left > 0;) {
     const auto [marks, count] =
-        told_again_.next_cells(numbers.data(), std::min(left, kShiftedCellsAtOnce));
+        decoder_.next_cells(numbers.data(), std::min(left, kShiftedCellsAtOnce));
     if (marks == nullptr) return;  // there was no memory for the bitstream either
-    const std::size_t nodes = count * told_again_.nodes(marks->block);
+    const std::size_t nodes = count * decoder_.nodes(marks->block);
     neighbours_.add_cells(*marks, std::span(numbers).first(nodes), count, vertices_.items,
                           cells_.items);
     left -= count;
   }
-  for (std::size_t loose = vertices - static_cast<std::size_t>(group.loose_vertices);
-       loose < vertices; ++loose)
-    neighbours_.add_isolated(born_[loose], vertices_.items);
+  for (std::size_t v = vertices - static_cast<std::size_t>(group.loose_vertices); v < vertices; ++v)
+    neighbours_.add_isolated(introduced_[v], vertices_.items);
   cells_.blocks = cell_blocks_;
 }
 
@@ -280,9 +207,9 @@ void ShiftSegmentEncoder::add_columns() {
       cells.clear();
       for (std::size_t i = 0; i < cell_blocks_.size(); ++i)
         if (schema_->array_covers(values_.array(c), cell_blocks_[i]))
-          cells.push_back(next_cell_ + i);
+          cells.push_back(group_.header.first_cell + i);
     }
-    const std::span<const std::uint64_t> numbers = of_cells ? cells : born_;
+    const std::span<const std::uint64_t> numbers = of_cells ? cells : introduced_;
     if (!numbers.empty()) add_column(c, numbers);
   }
 }
@@ -293,49 +220,41 @@ void ShiftSegmentEncoder::add_column(std::size_t c, std::span<const std::uint64_
   container::StreamEntry entry;
   entry.kind = c == 0 ? StreamKind::geometry : StreamKind::array;
   entry.array = values_.array(c);
-  entry.needs = 1u << static_cast<unsigned>(StreamKind::connectivity);
+  entry.add_need(StreamKind::connectivity);
   if (predicts() && predicted_[c]) {
     predicted_[c]->make_room(neighbours_.slots());
     auto encoded = predicted_[c]->encode(of_cells ? cells_ : vertices_, values_.values(c),
-                                         values_.stride(c), level_);
-    entry.codec = stream_codec(encoded.codec);
-    if (encoded.codec == ColumnCodec::shuffled_zstd) columns_[c].forget();
+                                         values_.stride(c), options_.level);
+    entry.codec = encoded.codec;
+    if (encoded.codec == Codec::shuffled_zstd) columns_[c].forget();
     return add_stream(entry, std::move(encoded.bytes));
   }
   auto encoded = columns_[c].encode(numbers, values_.values(c), values_.stride(c),
                                     of_cells ? by_cell_ : by_vertex_, scratch_);
-  entry.codec = stream_codec(encoded.codec);
+  entry.codec = encoded.codec;
   add_stream(entry, std::move(encoded.bytes));
 }
 
-void ShiftSegmentEncoder::flush_group(std::vector<EncodedGroup>& done) {
-  // Lags of cells are told by their symbols, which go with the stream.
+void ShiftSegmentEncoder::encode_streams() {
+  // Lags of cells follow from their symbols, which go with the stream.
   by_vertex_ = chosen(lags_);
   by_cell_ = cell_lags();
   const std::vector<std::byte> shifts = shifts_.finish(scratch_.zstd);
   if (has_rings_) find_neighbours(shifts);
-  ByteWriter said;
-  said.put_u8(static_cast<std::uint8_t>(has_rings_ ? neighbours_.ring_bits() : 0));
-  said.put_bytes(shifts);
+  ByteWriter out;
+  out.put_u8(static_cast<std::uint8_t>(has_rings_ ? neighbours_.ring_bits() : 0));
+  out.put_bytes(shifts);
   container::StreamEntry connectivity;
   connectivity.kind = StreamKind::connectivity;
   connectivity.codec = container::Codec::shifts;
-  add_stream(connectivity, std::move(said.bytes));
-  if (has_values_) add_columns();
-  group_.header.box = values_.box();
-  group_.ranges = values_.ranges();
-  values_.clear();
-  born_.clear();
+  add_stream(connectivity, std::move(out.bytes));
+  if (options_.values) add_columns();
+  introduced_.clear();
   cell_blocks_.clear();
   vertices_.clear();
   cells_.clear();
-  tile_ends_ = {};
   lags_.clear();
   spreads_ = {};
-  next_cell_ += group_.header.cells;
-  next_vertex_ += group_.header.vertices;
-  done.push_back(std::exchange(group_, group_like(group_)));
-  start_group();
 }
 
 }  // namespace shm

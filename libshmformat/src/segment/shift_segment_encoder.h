@@ -9,7 +9,6 @@
 #include <span>
 #include <vector>
 
-#include "segment/group_values.h"
 #include "segment/segment_encoder.h"
 #include "shifts/difference_column.h"
 #include "shifts/shift_neighbours.h"
@@ -23,41 +22,30 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   ShiftSegmentEncoder(const Schema& schema, const SegmentOptions& options,
                       const SegmentStart& start);
 
-  Result<void> take(const SegmentPiece& piece, std::vector<EncodedGroup>& done) override;
-  void end(std::vector<EncodedGroup>& done) override;
-
  private:
-  void start_group();
-  void code_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
-                 std::span<const std::uint32_t> nodes, std::size_t first_vertex);
+  bool encode_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
+                   const Place& at) override;
+  void encode_unused(const SegmentPiece& piece, std::size_t vertex) override;
+  void encode_streams() override;
   std::uint64_t number_of(const SegmentPiece::Vertex& vertex) const;
-  void take_vertex(const SegmentPiece& piece, std::size_t index, std::uint64_t number);
+  void take_numbered(const SegmentPiece& piece, std::size_t index, std::uint64_t number);
   void note_lags();
   std::vector<std::uint32_t> cell_lags() const;
   bool predicts() const { return !predicted_.empty(); }
-  bool holds_full_bytes() const;
   void begin_element(bool is_cell);
   std::uint32_t ring_bits() const;
   void find_neighbours(std::span<const std::byte> shifts);
   void add_columns();
   void add_column(std::size_t column, std::span<const std::uint64_t> numbers);
-  void add_stream(const container::StreamEntry& entry, std::vector<std::byte> bytes);
-  void flush_group(std::vector<EncodedGroup>& done);
 
-  const Schema* schema_;
-  std::uint32_t group_cells_;
-  Level level_;
-  bool has_values_, tells_order_, numbered_by_birth_;
-  SegmentStart start_;
+  bool numbered_by_order_;
   ShiftEncoder shifts_;
   std::vector<DifferenceColumn> columns_;
   std::vector<std::unique_ptr<ValueColumn<SplitEncoder>>> predicted_;  // none for speed
-  // Cells are told again from their bitstream: keeping them takes more memory, and time.
-  ShiftDecoder told_again_;
+  // Cells are decoded again from their bitstream: keeping them takes more memory, and time.
+  ShiftDecoder decoder_;
   ShiftNeighbours neighbours_;
-  bool has_rings_ = false;  // whether groups tell neighbourhoods: for values here, or for steps
-  // of the widest stepped array: what an element has at one step
-  std::uint64_t vertex_step_bytes_ = 0, cell_step_bytes_ = 0;
+  bool has_rings_ = false;  // whether groups have neighbourhoods: for values here, or for steps
   DifferenceScratch scratch_;
 
   std::vector<std::uint64_t> number_of_;  // by handle
@@ -65,11 +53,8 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   std::uint64_t active_ = 0;
 
   // the group at hand
-  EncodedGroup group_;
-  GroupValues values_;
-  std::vector<std::uint64_t> born_;  // numbers, imported and loose ones too
+  std::vector<std::uint64_t> introduced_;  // numbers, imported and unused ones too
   std::vector<std::uint32_t> cell_blocks_;
-  TileEnds tile_ends_;
   TiledItems vertices_, cells_;
   std::vector<std::uint32_t> by_vertex_, by_cell_;  // lags, ascending
   struct Lag {
@@ -78,7 +63,6 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   std::vector<Lag> lags_;                    // between corners of cells
   std::array<std::uint32_t, 65> spreads_{};  // cells by the bit length of what their numbers span
 
-  std::uint64_t next_cell_, next_vertex_;  // of the group
   std::uint64_t next_own_, next_import_ = kFirstImport;
 };
 

@@ -280,7 +280,7 @@ auto DifferenceColumn::encode(std::span<const std::uint64_t> numbers, const std:
   const std::size_t bytes = components_.size() * width_;
   for (std::size_t e = 0; e < numbers.size(); ++e)
     std::memcpy(packed.data() + e * bytes, values + e * stride, bytes);
-  Encoded shuffled{BulkCodec::shuffled_zstd,
+  Encoded shuffled{Codec::shuffled_zstd,
                    pack_shuffled(shm::shuffled(packed, width_), kPlaneZstdLevel)};
   if (may_differ_ && differences.bytes.size() <= shuffled.bytes.size()) return differences;
   remembers_ = false;
@@ -289,12 +289,12 @@ auto DifferenceColumn::encode(std::span<const std::uint64_t> numbers, const std:
 
 // --- decoding
 
-bool DifferenceColumn::begin_group(BulkCodec codec, std::span<const std::byte> bytes,
+bool DifferenceColumn::begin_group(Codec codec, std::span<const std::byte> bytes,
                                    std::uint64_t limit, Zstd& zstd) {
   codec_ = codec;
   next_ = 0;
   const std::size_t element = components_.size() * width_;
-  if (codec == BulkCodec::differences) return read_differences(bytes, limit / element, zstd);
+  if (codec == Codec::differences) return read_differences(bytes, limit / element, zstd);
   remembers_ = false;
   auto unpacked = unpack_shuffled(bytes, width_, limit);
   if (!unpacked || unpacked->size() % element != 0) return false;
@@ -342,7 +342,7 @@ bool DifferenceColumn::decode(std::span<const std::uint64_t> numbers, std::vecto
   if (numbers.empty()) return true;
   const std::size_t bytes = components_.size() * width_;
   const std::size_t at = out.size();
-  if (codec_ == BulkCodec::shuffled_zstd) {
+  if (codec_ == Codec::shuffled_zstd) {
     const auto from = unpacked_.begin() + static_cast<std::ptrdiff_t>(next_ * bytes);
     out.insert(out.end(), from, from + static_cast<std::ptrdiff_t>(numbers.size() * bytes));
   } else {

@@ -12,13 +12,11 @@
 #include <span>
 #include <vector>
 
+#include "bytes/codec.h"
 #include "bytes/packing.h"
 #include "shifts/differences.h"
 
 namespace shm {
-
-/// How the values of a group are coded.
-enum class BulkCodec : std::uint8_t { differences, shuffled_zstd };
 
 /// Room that columns use in turn.
 struct DifferenceScratch {
@@ -34,7 +32,7 @@ class DifferenceColumn {
   DifferenceColumn(const ArrayInfo& info, bool may_differ);
 
   struct Encoded {
-    BulkCodec codec = BulkCodec::differences;
+    Codec codec = Codec::differences;
     std::vector<std::byte> bytes;
   };
   /// All values of a group, `stride` bytes apart, of the elements with these numbers, in order of
@@ -48,10 +46,11 @@ class DifferenceColumn {
 
   std::size_t element_bytes() const { return components_.size() * width_; }
   /// Whether its groups may be in this codec.
-  bool takes(BulkCodec codec) const { return may_differ_ || codec != BulkCodec::differences; }
+  bool takes(Codec codec) const {
+    return codec == Codec::shuffled_zstd || (codec == Codec::differences && may_differ_);
+  }
   /// Decoding: the values of a group, which may unpack to `limit` bytes. False for damaged data.
-  bool begin_group(BulkCodec codec, std::span<const std::byte> bytes, std::uint64_t limit,
-                   Zstd& zstd);
+  bool begin_group(Codec codec, std::span<const std::byte> bytes, std::uint64_t limit, Zstd& zstd);
   /// Decoding: a group without values.
   void begin_empty_group() { count_ = next_ = 0; }
   /// Values of the next elements of the group, packed, appended to `out`. False where the group has
@@ -98,7 +97,7 @@ class DifferenceColumn {
   std::vector<Tap> taps_;
 
   // the group that is decoded
-  BulkCodec codec_ = BulkCodec::differences;
+  Codec codec_ = Codec::differences;
   std::vector<std::byte> unpacked_;
   std::uint64_t count_ = 0, next_ = 0;
 };

@@ -36,22 +36,21 @@ Result<std::vector<std::byte>> StepChunks::decode(const container::StepHeader& h
   };
   const ArrayInfo& info = schema_->arrays[header.array];
   const std::uint64_t size = header.count * scalar_bytes(info.type) * info.components;
-  const StepReference kind = reference_kind(header);
-  const auto codec = column_codec(header.codec);
-  if (!codec) return wrong("its codec is unknown");
-  if (!may_need_elements(info) &&
-      (*codec != ColumnCodec::shuffled_zstd || kind != StepReference::nothing))
+  const StepReference kind = container::refers_to(header);
+  const Codec codec = header.codec;
+  if (!is_predicted(codec) && codec != Codec::shuffled_zstd) return wrong("its codec is unknown");
+  if (!may_need_elements(info) && (codec != Codec::shuffled_zstd || kind != StepReference::nothing))
     return wrong("has too many components for its codec");
   if (!may_need_elements(info) || elements == nullptr) {
-    if (*codec != ColumnCodec::shuffled_zstd) return wrong("its codec is not the one expected");
+    if (codec != Codec::shuffled_zstd) return wrong("its codec is not the one expected");
     auto values = unpack_shuffled(bytes, scalar_bytes(info.type), size);
     if (!values || values->size() != size) return wrong("its bytes cannot be unpacked");
     return std::move(*values);
   }
-  if (*codec == ColumnCodec::mixed && info.components > kMostTableComponents)
+  if (codec == Codec::mixed_columns && info.components > kMostTableComponents)
     return wrong("has too many components for its codec");
   if (!column_.begin(segment, kind)) return wrong("refers to something else than the group before");
-  auto values = column_.decode(*elements, *codec, bytes, size, reference);
+  auto values = column_.decode(*elements, codec, bytes, size, reference);
   if (!values || values->size() != size) return wrong("its values make no sense");
   return std::move(*values);
 }

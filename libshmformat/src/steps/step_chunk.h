@@ -13,19 +13,9 @@
 
 namespace shm {
 
-/// A complaint about the step values with this header, of an array that there is; names no place.
+/// An error in the step values with this header, of an array that there is; names no place.
 Error wrong_step_values(const Schema& schema, const container::StepHeader& header,
                         const std::string& detail, ErrorCode code = ErrorCode::corrupt);
-
-/// What the header says that its values refer to.
-inline StepReference reference_kind(const container::StepHeader& header) {
-  switch (container::refers_to(header)) {
-    case container::RefersTo::nothing: break;
-    case container::RefersTo::step_before: return StepReference::before;
-    case container::RefersTo::trend: return StepReference::trend;
-  }
-  return StepReference::nothing;
-}
 
 class StepChunks {
  public:
@@ -33,7 +23,7 @@ class StepChunks {
   StepChunks(const Schema& schema, std::uint64_t most_bytes, std::uint32_t array)
       : schema_(&schema), most_bytes_(most_bytes), column_(schema, array) {}
 
-  /// Whether values of this array are ever told by the mesh.
+  /// Whether values of this array may be predicted over the mesh.
   static bool may_need_elements(const ArrayInfo& info) {
     return info.components <= kMostStepComponents;
   }

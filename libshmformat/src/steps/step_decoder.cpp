@@ -4,7 +4,7 @@
 
 namespace shm {
 
-StepDecoder::StepDecoder(const Schema& schema, const ReadLimits& limits, TopologyReplay& topology,
+StepDecoder::StepDecoder(const Schema& schema, const ReadLimits& limits, StepTopology& topology,
                          std::vector<std::uint64_t> elements)
     : schema_(&schema),
       limits_(limits),
@@ -61,7 +61,7 @@ Result<void> StepDecoder::begin_step(const container::StepHeader& header) {
   return {};
 }
 
-/// The group must be the next one that has elements of the array, and as many as the header says.
+/// The group must be the next one that has elements of the array, and as many as the header states.
 Result<void> StepDecoder::expect_group(const container::StepHeader& header) {
   const Last& last = last_[header.array];
   if (header.count > elements_[header.array] - last.first)
@@ -81,7 +81,7 @@ Result<void> StepDecoder::expect_group(const container::StepHeader& header) {
 /// between them has neither.
 Result<StepReference> StepDecoder::reference_of(const container::StepHeader& header) const {
   const Last& last = last_[header.array];
-  const StepReference kind = reference_kind(header);
+  const StepReference kind = container::refers_to(header);
   if (kind == StepReference::nothing) {
     if (header.trend)
       return wrong_step_values(*schema_, header, "has a trend, but refers to no step");
@@ -109,9 +109,9 @@ Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& 
   last.has_referred = last.has_referred || *kind != StepReference::nothing;
   ColumnElements elements;
   if (StepChunks::may_need_elements(info)) {
-    const auto told = mesh_.elements(header.array, header.group);
-    if (!told) return told.error();
-    elements = *told;
+    const auto of_group = mesh_.elements(header.array, header.group);
+    if (!of_group) return of_group.error();
+    elements = *of_group;
   }
   const std::size_t stride = scalar_bytes(info.type) * info.components;
   const auto reference =

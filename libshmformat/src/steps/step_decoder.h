@@ -19,10 +19,10 @@ class StepDecoder {
  public:
   /// `schema` is checked, borrowed, and so is `topology`, of the whole mesh. `elements`: how many
   /// each array has.
-  StepDecoder(const Schema& schema, const ReadLimits& limits, TopologyReplay& topology,
+  StepDecoder(const Schema& schema, const ReadLimits& limits, StepTopology& topology,
               std::vector<std::uint64_t> elements);
 
-  /// The values of a chunk. Complaints name no place.
+  /// The values of a chunk. Errors name no place.
   Result<StepPiece> read(const container::StepHeader& header, std::span<const std::byte> bytes);
   /// Whether the step that began last is complete.
   bool is_complete() const { return array_ == kNone || last_[array_].first == elements_[array_]; }

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "bytes/lists.h"
-#include "steps/step_values.h"
 
 namespace shm {
 namespace {
@@ -24,7 +23,7 @@ constexpr std::uint32_t kOwn[] = {0};  // GroupElements: the block of vertices t
 
 struct StepElements::Making {
   Cover* cover;
-  ThinMaker maker;
+  SparseGroupBuilder maker;
 };
 
 CoverNumbers cover_numbers(const Schema& schema) {
@@ -43,7 +42,7 @@ CoverNumbers cover_numbers(const Schema& schema) {
   return numbers;
 }
 
-StepElements::StepElements(const Schema& schema, TopologyReplay& topology, CoverNumbers covers)
+StepElements::StepElements(const Schema& schema, StepTopology& topology, CoverNumbers covers)
     : schema_(&schema), topology_(&topology), numbers_of_covers_(std::move(covers)) {}
 
 std::span<const std::uint32_t> StepElements::covered_blocks(const Cover& cover) const {
@@ -58,27 +57,27 @@ std::size_t StepElements::Cover::nth(std::size_t group) const {
   return static_cast<std::size_t>(found - groups.begin());
 }
 
-void StepElements::leave_thick(Cover& cover) {
-  cover.is_thin = false;
-  let_go(cover.thin);
+void StepElements::make_dense(Cover& cover) {
+  cover.is_sparse = false;
+  let_go(cover.sparse);
 }
 
 void StepElements::expect(std::uint32_t array, std::uint64_t elements) {
   Cover& it = cover(array);
   it.array = array;
   const ArrayInfo& info = schema_->arrays[array];
-  // Groups that were counted before are those of a thick cover; that stays as it is, whatever is
+  // Groups that were counted before are those of a dense cover; that stays as it is, whatever is
   // expected of a later step.
   if (it.made || it.counted > 0 || info.components > kMostStepComponents) return;
   const bool covers_all = !of_points(it) && info.blocks.empty();
   const std::uint64_t all =
       of_points(it) ? topology_->vertices_in_all() : topology_->cells_in_all();
-  it.is_thin = !covers_all && elements <= all / kFew;
+  it.is_sparse = !covers_all && elements <= all / kFew;
 }
 
 Result<void> StepElements::count_up_to(Cover& it, std::size_t group) {
-  if (it.is_thin && !it.made)
-    if (auto good = make_thin((*numbers_of_covers_)[it.array]); !good) return good;
+  if (it.is_sparse && !it.made)
+    if (auto good = make_sparse((*numbers_of_covers_)[it.array]); !good) return good;
   for (; it.counted <= group; ++it.counted) {
     const auto count = topology_->count(it.array, it.counted);
     if (!count) return count.error();
@@ -106,63 +105,64 @@ Result<std::uint64_t> StepElements::count(std::uint32_t array, std::size_t group
 Result<ColumnElements> StepElements::elements(std::uint32_t array, std::size_t group) {
   Cover& it = cover(array);
   if (auto good = count_up_to(it, group); !good) return good.error();
-  if (!it.is_thin) {
-    const auto told = topology_->elements(group);
-    if (!told) return told.error();
-    return thick(array, **told);
+  if (!it.is_sparse) {
+    const auto elements = topology_->elements(group);
+    if (!elements) return elements.error();
+    return dense(array, **elements);
   }
-  const ThinGroup& thin = it.thin[it.nth(group)];
-  thin.unfold(covered_blocks(it).front(), unfolded_);
-  return ColumnElements{&unfolded_, thin.slots, thin.all_slots, thin.numbers};
+  const SparseGroup& sparse = it.sparse[it.nth(group)];
+  sparse.unfold(covered_blocks(it).front(), unfolded_);
+  return ColumnElements{&unfolded_, sparse.slots, sparse.all_slots, sparse.numbers};
 }
 
-ColumnElements StepElements::thick(std::uint32_t array, const GroupElements& told) {
-  if (of_points(cover(array))) return {&told.vertices, told.slots, 0, told.vertex_numbers};
-  if (schema_->arrays[array].blocks.empty()) return {&told.cells, told.slots, 0, told.cell_numbers};
+ColumnElements StepElements::dense(std::uint32_t array, const GroupElements& all) {
+  if (of_points(cover(array))) return {&all.vertices, all.slots, 0, all.vertex_numbers};
+  if (schema_->arrays[array].blocks.empty()) return {&all.cells, all.slots, 0, all.cell_numbers};
   numbers_.clear();
   Coverage covers(schema_->arrays[array].blocks);
-  for (std::size_t c = 0; c < told.cell_numbers.size(); ++c)
-    if (covers(told.cells.blocks[c])) numbers_.push_back(told.cell_numbers[c]);
-  return {&told.cells, told.slots, 0, numbers_};
+  for (std::size_t c = 0; c < all.cell_numbers.size(); ++c)
+    if (covers(all.cells.blocks[c])) numbers_.push_back(all.cell_numbers[c]);
+  return {&all.cells, all.slots, 0, numbers_};
 }
 
 /// All groups once, for this cover and for some of those that will be asked for next. A cover of
-/// which too much would be kept is told with the mesh, as those of many elements.
-Result<void> StepElements::make_thin(std::uint32_t wanted) {
+/// which too much would be kept is decoded with the mesh, as those of many elements.
+Result<void> StepElements::make_sparse(std::uint32_t wanted) {
   std::vector<Making> all;
   for (auto next = covers_.find(wanted); next != covers_.end() && all.size() < made_at_once_;
        ++next) {
     Cover& it = next->second;
-    if (!it.is_thin || it.made) continue;
+    if (!it.is_sparse || it.made) continue;
     it.made = true;
-    all.push_back({&it, ThinMaker(covered_blocks(it), it.thin)});
+    all.push_back({&it, SparseGroupBuilder(covered_blocks(it), it.sparse)});
   }
   made_at_once_ = std::min(2 * made_at_once_, kMostCoversAtOnce);
   Result<void> good;
   for (std::size_t g = 0; good && g < topology_->groups(); ++g) good = add_group(g, all);
   for (const auto& [cover, maker] : all) {
-    if (!good) leave_thick(*cover);
-    if (cover->is_thin) kept_bytes_ += maker.bytes();
+    if (!good) make_dense(*cover);
+    if (cover->is_sparse) kept_bytes_ += maker.bytes();
   }
-  topology_->rest();
+  topology_->release();
   return good;
 }
 
 Result<void> StepElements::add_group(std::size_t group, std::span<Making> all) {
-  const auto told = topology_->elements(group);
-  if (!told) return told.error();
+  const auto elements = topology_->elements(group);
+  if (!elements) return elements.error();
   const bool ends = group + 1 == groups() || segment_of(group + 1) != segment_of(group);
   const std::size_t most = std::max(topology_->most_kept(), kLeastKept);
   std::size_t bytes = kept_bytes_;
   for (auto& [cover, maker] : all) {
-    if (!cover->is_thin) continue;
+    if (!cover->is_sparse) continue;
     if (auto good = count_up_to(*cover, group); !good) return good;
     if (!cover->groups.empty() && cover->groups.back().group == group)
-      maker.add_group(of_points(*cover) ? (*told)->vertices : (*told)->cells, (*told)->slots,
-                      of_points(*cover) ? (*told)->vertex_numbers : (*told)->cell_numbers);
+      maker.add_group(of_points(*cover) ? (*elements)->vertices : (*elements)->cells,
+                      (*elements)->slots,
+                      of_points(*cover) ? (*elements)->vertex_numbers : (*elements)->cell_numbers);
     if (ends) maker.end_segment();
     if (bytes + maker.bytes() > most)
-      leave_thick(*cover);
+      make_dense(*cover);
     else
       bytes += maker.bytes();
   }

@@ -1,7 +1,7 @@
 // StepElements: which groups have elements of a stepped array, and which these are: what a column
-// needs of the mesh. Of arrays on few elements it is kept from step to step (thin_elements.h), so
-// that a step costs what it holds and not what the mesh holds; of the others the mesh is told
-// again. spec: "Step values"
+// needs of the mesh. Of arrays on few elements it is kept from step to step (sparse_elements.h), so
+// that a step costs what it holds and not what the mesh holds; of the others the mesh is
+// decoded again. spec: "Step values"
 #pragma once
 
 #include <cstddef>
@@ -11,10 +11,13 @@
 #include <span>
 #include <vector>
 
-#include "segment/topology_replay.h"
-#include "steps/thin_elements.h"
+#include "steps/sparse_elements.h"
+#include "steps/step_topology.h"
 
 namespace shm {
+
+/// Arrays of more components are left to zstd: columns cost memory each.
+inline constexpr std::uint32_t kMostStepComponents = 256;
 
 /// What a column needs of a group.
 struct ColumnElements {
@@ -22,7 +25,7 @@ struct ColumnElements {
   std::uint32_t slots = 0;  ///< above every slot that an item names
   /// The same of all elements of the mesh, where some are left out.
   std::uint32_t all_slots = 0;
-  /// As a Reader numbers the covered elements, where a TopologyReplay was asked for that.
+  /// As a Reader numbers the covered elements, where a StepTopology was asked for that.
   std::span<const std::uint64_t> numbers;
 };
 
@@ -39,10 +42,10 @@ class StepElements {
 
   /// `schema` is checked and borrowed, and so is `topology`, which has all its groups. `covers`:
   /// cover_numbers(schema).
-  StepElements(const Schema& schema, TopologyReplay& topology, CoverNumbers covers);
+  StepElements(const Schema& schema, StepTopology& topology, CoverNumbers covers);
 
-  /// Before all else about an array: how many elements it has in all groups. It tells only how to
-  /// go about it.
+  /// Before all else about an array: how many elements it has in all groups, by which
+  /// it is decided whether they are kept.
   void expect(std::uint32_t array, std::uint64_t elements);
   /// The nth group that has elements of the array; null where there is none up to group `last`.
   /// Valid until the next call.
@@ -60,12 +63,12 @@ class StepElements {
  private:
   /// Arrays that cover the same elements.
   struct Cover {
-    std::uint32_t array = 0;      // one of them
-    bool is_thin = false;         // their elements are few
-    bool made = false;            // what is thin of it
-    std::vector<OfGroup> groups;  // that have elements
-    std::size_t counted = 0;      // groups
-    std::vector<ThinGroup> thin;  // once made: of these groups
+    std::uint32_t array = 0;          // one of them
+    bool is_sparse = false;           // their elements are few
+    bool made = false;                // what is sparse of it
+    std::vector<OfGroup> groups;      // that have elements
+    std::size_t counted = 0;          // groups
+    std::vector<SparseGroup> sparse;  // once made: of these groups
 
     /// Of the groups that have elements the first one that is no earlier.
     std::size_t nth(std::size_t group) const;
@@ -78,13 +81,13 @@ class StepElements {
   }
   std::span<const std::uint32_t> covered_blocks(const Cover& cover) const;
   Result<void> count_up_to(Cover& cover, std::size_t group);
-  Result<void> make_thin(std::uint32_t wanted);
+  Result<void> make_sparse(std::uint32_t wanted);
   Result<void> add_group(std::size_t group, std::span<Making> all);
-  static void leave_thick(Cover& cover);
-  ColumnElements thick(std::uint32_t array, const GroupElements& told);
+  static void make_dense(Cover& cover);
+  ColumnElements dense(std::uint32_t array, const GroupElements& all);
 
   const Schema* schema_;
-  TopologyReplay* topology_;
+  StepTopology* topology_;
   CoverNumbers numbers_of_covers_;
   std::map<std::uint32_t, Cover> covers_;  // by number
   std::size_t kept_bytes_ = 0, made_at_once_ = 1;

@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "bytes/misuse.h"
+#include "bytes/errors.h"
 #include "segment/mesh_streams.h"
 #include "values/shuffled_zstd.h"
 
@@ -15,7 +15,7 @@ constexpr int kWideArrayZstdLevel = 9;  // of arrays with too many components fo
 
 }  // namespace
 
-StepEncoder::StepEncoder(const Schema& schema, TopologyReplay& topology,
+StepEncoder::StepEncoder(const Schema& schema, StepTopology& topology,
                          std::vector<std::uint64_t> elements, std::uint32_t key_steps, Level level,
                          Sink sink)
     : schema_(&schema),
@@ -76,7 +76,7 @@ StepReference StepEncoder::most_next(std::uint32_t array) const {
 
 Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   Before& before = before_[array];
-  if (step < before.next_step) return misuse("steps of an array must ascend", "steps");
+  if (step < before.next_step) return misuse_error("steps of an array must ascend", "steps");
   reference_step_ = before.next_step - 1;  // of no matter where nothing may be referred to
   most_here_ = most_next(array);
   before.next_step = step + 1;
@@ -87,10 +87,10 @@ Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   first_ = 0;
   groups_ = 0;
   count_ = 0;
-  reference_ = std::exchange(told_reference_, std::nullopt);
+  reference_ = std::exchange(given_reference_, std::nullopt);
   has_referred_ = false;
   if (reference_ && *reference_ > most_here_ && elements_[array] > 0)
-    return misuse("a step cannot refer to steps that were not given", "steps");
+    return misuse_error("a step cannot refer to steps that were not given", "steps");
   column_.emplace(*schema_, array);
   return {};
 }
@@ -98,12 +98,13 @@ Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
 /// Goes to the next group that has elements of the array.
 Result<void> StepEncoder::begin_group() {
   if (first_ == elements_[*array_])
-    return misuse("array '" + schema_->arrays[*array_].name + "' got more than its " +
-                      std::to_string(first_) + " elements at step " + std::to_string(step_),
-                  "steps");
+    return misuse_error("array '" + schema_->arrays[*array_].name + "' got more than its " +
+                            std::to_string(first_) + " elements at step " + std::to_string(step_),
+                        "steps");
   const auto next = mesh_.nth_group(*array_, groups_, mesh_.groups() - 1);
   if (!next) return next.error();
-  if (*next == nullptr) return misuse("the mesh has fewer elements than it says", "steps");
+  if (*next == nullptr)
+    return misuse_error("the mesh has fewer elements than its groups state", "steps");
   ++groups_;
   group_ = (*next)->group;
   count_ = (*next)->count;
@@ -118,7 +119,7 @@ Result<void> StepEncoder::end_group() {
   header.step = header.reference_step = step_;
   header.group = static_cast<std::uint32_t>(group_);
   header.count = count_;
-  header.codec = stream_codec(coded->codec);
+  header.codec = coded->codec;
   if (*reference_ != StepReference::nothing) {
     header.reference_step = reference_step_;
     header.trend = *reference_ == StepReference::trend;
@@ -140,7 +141,7 @@ Result<EncodedColumn> StepEncoder::encode() {
   if (info.components > kMostStepComponents) {
     reference_ = StepReference::nothing;
     return EncodedColumn{
-        ColumnCodec::shuffled_zstd,
+        Codec::shuffled_zstd,
         pack_shuffled(shuffled(pending_, scalar_bytes(info.type)), kWideArrayZstdLevel)};
   }
   const auto elements = mesh_.elements(*array_, group_);
@@ -151,7 +152,7 @@ Result<EncodedColumn> StepEncoder::encode() {
   return column_->encode(*elements, pending_, level_, reference(*reference_));
 }
 
-/// The first group of a step says what all of them refer to.
+/// The first group of a step decides what all of them refer to.
 EncodedColumn StepEncoder::choose_reference(const ColumnElements& elements) {
   EncodedColumn best;
   for (const StepReference kind :
@@ -173,10 +174,10 @@ Result<void> StepEncoder::end_step() {
   const ArrayInfo& info = schema_->arrays[*array_];
   const std::uint64_t got = first_ + pending_.size() / stride();
   if (got != elements_[*array_])
-    return misuse("array '" + info.name + "' got " + std::to_string(got) + " elements at step " +
-                      std::to_string(step_) + ", the mesh has " +
-                      std::to_string(elements_[*array_]),
-                  "steps");
+    return misuse_error("array '" + info.name + "' got " + std::to_string(got) +
+                            " elements at step " + std::to_string(step_) + ", the mesh has " +
+                            std::to_string(elements_[*array_]),
+                        "steps");
   Before& before = before_[*array_];
   before.run = has_referred_ ? before.run + 1 : 1;
   array_.reset();

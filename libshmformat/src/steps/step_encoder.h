@@ -22,7 +22,7 @@ class StepEncoder {
 
   /// `schema` is checked, borrowed, and so is `topology`, of the whole mesh. `elements`: how many
   /// each array has. At least one of `key_steps` steps refers to no other.
-  StepEncoder(const Schema& schema, TopologyReplay& topology, std::vector<std::uint64_t> elements,
+  StepEncoder(const Schema& schema, StepTopology& topology, std::vector<std::uint64_t> elements,
               std::uint32_t key_steps, Level level, Sink sink);
 
   /// What stands in the file of an array that this one has not begun: steps up to `last_step`, the
@@ -44,7 +44,7 @@ class StepEncoder {
   /// Before anything else: the topology, and `elements`, are those of a part.
   void begin_part(Part part);
   /// Of a part: what the step that begins next refers to, as another part has chosen.
-  void choose(StepReference reference) { told_reference_ = reference; }
+  void choose(StepReference reference) { given_reference_ = reference; }
   /// What the step at hand refers to, once that is known.
   std::optional<StepReference> chosen() const { return array_ ? reference_ : std::nullopt; }
   /// Begins a step that may get no values.
@@ -89,7 +89,7 @@ class StepEncoder {
   StepReference most_;
   Sink sink_;
   std::optional<Part> part_;
-  std::optional<StepReference> told_reference_;  // of the step that begins next
+  std::optional<StepReference> given_reference_;  // of the step that begins next
   std::uint64_t steps_ = 0;
   std::vector<Before> before_;  // by array
 

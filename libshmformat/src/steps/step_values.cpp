@@ -113,7 +113,7 @@ EncodedColumn StepColumn<Coder>::encode(const ColumnElements& elements,
 
 template <class Coder>
 std::optional<std::vector<std::byte>> StepColumn<Coder>::decode(
-    const ColumnElements& elements, ColumnCodec codec, std::span<const std::byte> bytes,
+    const ColumnElements& elements, Codec codec, std::span<const std::byte> bytes,
     std::uint64_t limit, std::span<const std::byte> reference) {
   const TiledItems& all = *elements.items;
   column_->make_room(elements.slots, elements.all_slots);

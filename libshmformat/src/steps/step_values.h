@@ -15,8 +15,6 @@
 
 namespace shm {
 
-/// Arrays of more components are left to zstd: columns cost memory each.
-inline constexpr std::uint32_t kMostStepComponents = 256;
 /// Values may refer to the steps before where these, of all stepped arrays together, take no more
 /// than this, since both sides hold them.
 inline constexpr std::uint64_t kMostReferenceBytes = std::uint64_t{1} << 27;
@@ -65,7 +63,7 @@ class StepColumn {
   EncodedColumn encode(const ColumnElements& elements, std::span<const std::byte> values,
                        Level level, std::span<const std::byte> reference);
   /// Decoding. `limit`: bytes of all values. Nothing for damaged data.
-  std::optional<std::vector<std::byte>> decode(const ColumnElements& elements, ColumnCodec codec,
+  std::optional<std::vector<std::byte>> decode(const ColumnElements& elements, Codec codec,
                                                std::span<const std::byte> bytes,
                                                std::uint64_t limit,
                                                std::span<const std::byte> reference);

@@ -106,8 +106,7 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
     for (std::size_t i = 0; i < references[c].size(); ++i)
       references[c][i] = load(reference + i * stride + c * width_, width_);
   }
-  const ColumnCodec codec =
-      level == Level::best && has_tables_ ? ColumnCodec::mixed : ColumnCodec::predicted;
+  const Codec codec = level == Level::best && has_tables_ ? Codec::mixed_columns : Codec::columns;
 
   // Runs and repeats are zstd's: tried where a quick look suggests that they are most of it.
   const std::vector<std::byte> planes = level == Level::best || repeats_
@@ -120,7 +119,7 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
   auto predicted = encode_predicted(elements, bits, references, level);
   if (!predicted) {
     if (sees_other_groups_) keep_values(elements, bits);
-    return {ColumnCodec::shuffled_zstd,
+    return {Codec::shuffled_zstd,
             pack_shuffled(shuffled(packed(values, stride, count), width_), kQuickZstd)};
   }
   EncodedColumn coded{codec, std::move(*predicted)};
@@ -130,7 +129,7 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
   columns_ = before;
   std::tie(reach_, matches_, class_numbers_) = models;
   if (sees_other_groups_) keep_values(elements, bits);
-  return {ColumnCodec::shuffled_zstd, std::move(under_zstd)};
+  return {Codec::shuffled_zstd, std::move(under_zstd)};
 }
 
 /// Elements that stand `stride` bytes apart, one behind the other.
@@ -313,14 +312,14 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component,
 }
 
 template <class Coder>
-bool ValueColumn<Coder>::begin_group(ColumnCodec codec, std::span<const std::byte> bytes,
+bool ValueColumn<Coder>::begin_group(Codec codec, std::span<const std::byte> bytes,
                                      std::uint64_t limit) {
   if (!takes(codec)) return false;
   codec_ = codec;
-  if (codec != ColumnCodec::shuffled_zstd) {
+  if (codec != Codec::shuffled_zstd) {
     if constexpr (Coder::kDecodes) coder_ = Coder(bytes);
     ColumnStyle style;
-    style.mixes = codec == ColumnCodec::mixed;
+    style.mixes = codec == Codec::mixed_columns;
     return code_head(coder_, style, {}, limit / (width_ * info_->components));
   }
   auto values = unpack_shuffled(bytes, width_, limit);
@@ -338,7 +337,7 @@ bool ValueColumn<Coder>::decode_tile(const TiledItems::Tile& tile, std::vector<s
   const std::size_t stride = width_ * info_->components, base = out.size();
   const std::size_t bytes = own.size() * stride;
   bits_.resize(own.size());
-  if (codec_ == ColumnCodec::shuffled_zstd) {
+  if (codec_ == Codec::shuffled_zstd) {
     if (bytes > unpacked_.size() - unpacked_at_) return false;
     const std::byte* from = unpacked_.data() + unpacked_at_;
     out.insert(out.end(), from, from + bytes);

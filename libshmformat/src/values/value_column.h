@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "bytes/codec.h"
 #include "values/scalar_column.h"
 #include "values/value_predictor.h"
 
@@ -50,14 +51,8 @@ struct TiledItems {
 // arrays of so many components, and of all static arrays so many. Frozen: part of the format.
 inline constexpr std::uint32_t kMostTableComponents = 16, kMostTableComponentsInAll = 64;
 
-/// How the values of a group are coded.
-enum class ColumnCodec : std::uint8_t {
-  predicted,      ///< components over the mesh, adaptive bits
-  mixed,          ///< the same, mixed bits
-  shuffled_zstd,  ///< bytes of all scalars by significance, under zstd
-};
 struct EncodedColumn {
-  ColumnCodec codec = ColumnCodec::predicted;
+  Codec codec = Codec::columns;
   std::vector<std::byte> bytes;
 };
 
@@ -76,7 +71,10 @@ class ValueColumn {
               bool tables = true);
 
   /// Whether its groups may be in this codec.
-  bool takes(ColumnCodec codec) const { return codec != ColumnCodec::mixed || has_tables_; }
+  bool takes(Codec codec) const {
+    return codec == Codec::columns || codec == Codec::shuffled_zstd ||
+           (codec == Codec::mixed_columns && has_tables_);
+  }
 
   /// Before a group that names these slots, where groups before may have been left out. `all`:
   /// slots of all elements, where some are left out.
@@ -93,11 +91,9 @@ class ValueColumn {
 
   /// Decoding. `bytes` are borrowed until the next call; they may unpack to `limit` bytes. False
   /// for damaged data, and for a codec that it does not take.
-  bool begin_group(ColumnCodec codec, std::span<const std::byte> bytes, std::uint64_t limit);
+  bool begin_group(Codec codec, std::span<const std::byte> bytes, std::uint64_t limit);
   /// How far the neighbourhoods of the group must look. After begin_group().
-  Reach reach() const {
-    return codec_ == ColumnCodec::shuffled_zstd ? Reach::lattice : style_.reach;
-  }
+  Reach reach() const { return codec_ == Codec::shuffled_zstd ? Reach::lattice : style_.reach; }
   /// The values of the elements of the next tile, packed, appended to `out`.
   bool decode_tile(const TiledItems::Tile& tile, std::vector<std::byte>& out,
                    const std::byte* reference = nullptr);
@@ -149,7 +145,7 @@ class ValueColumn {
   std::uint32_t groups_ = 0;            // encoded so far
   TreeModel<2> reach_;
   AdaptiveBit matches_;
-  ColumnCodec codec_ = ColumnCodec::predicted;
+  Codec codec_ = Codec::columns;
   std::vector<std::byte> unpacked_;  // decoding shuffled_zstd: values of the group, packed
   std::size_t unpacked_at_ = 0;
 };

@@ -1,7 +1,7 @@
-// TopologyReplay: which vertices and cells each group of a mesh has, and what surrounds them, told
+// StepTopology: which vertices and cells each group of a mesh has, and what surrounds them, decoded
 // again from the group's bitstreams whenever step values need it.
 // in:    groups as they stand in the file          out: neighbourhoods, tile by tile; numbers
-// keeps: the compressed topology of all groups; what it tells of all of them while that is little
+// keeps: the compressed topology of all groups; their elements while these take little
 // spec: "Step values"
 #pragma once
 
@@ -9,11 +9,11 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
 #include "container/format.h"
+#include "segment/group_decoder.h"
 #include "shm/result.h"
 #include "shm/schema.h"
 #include "values/value_column.h"
@@ -36,42 +36,39 @@ struct GroupElements {
   }
 };
 
-/// What a TopologyReplay tells. Blocks of cells come with whatever there is of cells.
-struct ReplayWants {
+/// What is needed of the elements of groups. Blocks of cells come with whatever there is of cells.
+struct ElementNeeds {
   bool vertices = false, cells = false;  ///< their neighbourhoods
   bool vertex_numbers = false, cell_numbers = false;
 
   bool any() const { return vertices || cells || vertex_numbers || cell_numbers; }
-  void add(const ReplayWants& other) {
+  void add(const ElementNeeds& other) {
     vertices |= other.vertices;
     cells |= other.cells;
     vertex_numbers |= other.vertex_numbers;
     cell_numbers |= other.cell_numbers;
   }
-  bool include(const ReplayWants& other) const {
+  bool include(const ElementNeeds& other) const {
     return vertices >= other.vertices && cells >= other.cells &&
            vertex_numbers >= other.vertex_numbers && cell_numbers >= other.cell_numbers;
   }
 };
 /// The neighbourhoods that the stepped arrays of the schema need.
-ReplayWants wants_of_steps(const Schema& schema);
+ElementNeeds needs_of_steps(const Schema& schema);
 
-class TopologyReplay {
+class StepTopology {
  public:
-  using CellBytes = std::shared_ptr<const std::vector<std::size_t>>;  ///< by block
-
-  /// What is told is kept while that of all groups takes less than this.
+  /// Elements are kept while those of all groups take less than this.
   static constexpr std::size_t kMostKept = std::size_t{64} << 20;
 
-  /// `schema` is checked and borrowed. What is told of one group and takes more than `most_bytes`
-  /// is over the limit.
-  /// `cell_bytes`: cell_data_bytes(schema), where several share it; null: found here.
-  TopologyReplay(const Schema& schema, std::uint64_t most_bytes, const ReplayWants& wants,
-                 std::size_t most_kept = kMostKept, CellBytes cell_bytes = nullptr);
-  ~TopologyReplay();
+  /// `schema` is checked and borrowed. Elements of one group that take more than `most_bytes` are
+  /// over the limit. `cell_bytes`: cell_data_bytes(schema), where several share it; null: found
+  /// here.
+  StepTopology(const Schema& schema, std::uint64_t most_bytes, const ElementNeeds& needs,
+               std::size_t most_kept = kMostKept, CellBytes cell_bytes = nullptr);
 
-  /// Whether a group with this header is told by this stream.
-  bool needs(const container::GroupHeader& header, const container::StreamEntry& stream) const;
+  /// Whether this stream of a group with this header is needed.
+  bool uses(const container::GroupHeader& header, const container::StreamEntry& stream) const;
   /// Takes note of the next group. `streams`: the bytes of those that the header lists, in order;
   /// of those that are not needed they do not matter.
   void add_group(std::uint32_t segment, const container::GroupHeader& header,
@@ -87,45 +84,41 @@ class TopologyReplay {
   /// Valid until the next call. Groups in order cost least.
   Result<const GroupElements*> elements(std::size_t group);
 
-  const ReplayWants& wants() const { return wants_; }
+  const ElementNeeds& needs() const { return needs_; }
   std::size_t most_kept() const { return most_kept_; }
   /// Of what is kept.
   std::size_t kept_bytes() const { return keeps_ ? kept_bytes_ : 0; }
   /// Frees what goes on from group to group; the next call makes it anew.
-  void rest();
+  void release();
 
  private:
-  /// What says the topology of a group.
   struct Group {
-    std::uint32_t segment = 0, cells = 0;
-    std::uint64_t first_cell = 0, first_vertex = 0, vertices = 0;
-    std::uint64_t max_active_vertices = 0, decoded_bytes = 0;
-    std::optional<container::Codec> codec;  // of the hexahedra
-    std::vector<std::byte> connectivity, corner_order, cell_numbers, vertex_numbers, imports;
+    std::uint32_t segment = 0;
+    container::GroupHeader header;  // of its streams those that are needed
+    std::vector<std::byte> streams;
     bool counted = false;
     std::map<std::uint32_t, std::uint32_t> block_cells;  // once counted
   };
-  struct Segment;
-  class Replayed;
 
-  Result<void> replay_next();
+  Result<void> decode_next();
+  Result<void> decode(const Group& group);
+  void add(const MeshBlock& block);
   std::uint64_t expected_bytes() const;
   void keep();
 
   const Schema* schema_;
   std::uint64_t most_bytes_;
-  ReplayWants wants_;
+  ElementNeeds needs_;
   std::size_t most_kept_;
-  std::size_t vertex_bytes_ = 0;  // static ones, which say where a tile ends
   CellBytes cell_bytes_;
   std::vector<Group> groups_;
   std::uint64_t cells_in_all_ = 0, vertices_in_all_ = 0;
-  std::unique_ptr<Segment> segment_;  // its coders, behind group next_ - 1
+  std::unique_ptr<GroupDecoder> decoder_;  // of the segment of group next_ - 1, behind that
   std::size_t next_ = 0;
   GroupElements elements_;  // of group next_ - 1
   bool has_elements_ = false;
 
-  bool keeps_ = true;  // all that was told so far
+  bool keeps_ = true;  // all groups so far
   std::vector<GroupElements> kept_;
   std::size_t kept_bytes_ = 0;
 };

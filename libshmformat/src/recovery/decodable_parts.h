@@ -1,7 +1,8 @@
-// Survivors: what can be decoded of a damaged file: of each segment the groups before the first
-// that is hurt, of these the arrays whose bitstreams are whole, and step values that stand for all
-// of these groups of a segment and refer to none that are lost. in:  KnownChunks        out: what
-// an index would tell of them spec: "Recovery"
+// DecodableParts: what can be decoded of a damaged file: of each segment the groups before the
+// first that is hurt, of these the arrays whose bitstreams are whole, and step values that stand
+// for all of these groups of a segment and refer to none that are lost.
+// in:  FoundChunks        out: what an index would list of them
+// spec: "Recovery"
 #pragma once
 
 #include <cstddef>
@@ -11,11 +12,11 @@
 #include <utility>
 #include <vector>
 
-#include "recovery/known_chunks.h"
+#include "recovery/found_chunks.h"
 
 namespace shm {
 
-struct Survivors {
+struct DecodableParts {
   std::vector<std::byte> beginning;  ///< file start and schema chunk
   container::Index totals;           ///< of the whole file, as far as is known; no entries
   std::uint64_t index_offset = 0;
@@ -38,12 +39,12 @@ struct Survivors {
     std::vector<container::IndexEntry> chunks;  ///< group: place in `groups`; first: in this list
   };
   std::vector<Step> steps;  ///< by array, then by step
-  /// Array and step of all step values that the index tells of.
-  std::set<std::pair<std::uint32_t, std::uint64_t>> told_steps;
+  /// Array and step of all step values that the index lists.
+  std::set<std::pair<std::uint32_t, std::uint64_t>> listed_steps;
   std::vector<container::IndexEntry> extras, step_times;
 
   /// Must hold: there is a schema.
-  static Survivors of(const KnownChunks& known);
+  static DecodableParts of(const FoundChunks& known);
 };
 
 }  // namespace shm

@@ -1,4 +1,4 @@
-// ThinElements: what the column of an array that covers few of the elements needs of them: the
+// SparseElements: what the column of an array that covers few of the elements needs of them: the
 // covered ones, and of the others those whose slots a covered one looks at. The column of these
 // gives the very values that the column of all would give.
 // in:    elements of the groups that have covered ones, in order       out: the same without most
@@ -16,7 +16,7 @@
 namespace shm {
 
 /// Of one group.
-struct ThinGroup {
+struct SparseGroup {
   /// Ends in `items` and in `skipped`; how many elements are not covered, in it and in those
   /// without covered ones before it.
   struct Tile {
@@ -32,7 +32,7 @@ struct ThinGroup {
   std::uint32_t uncovered_behind = 0;  ///< elements behind the last tile
 
   std::size_t bytes() const {
-    return sizeof(ThinGroup) + items.capacity() * sizeof(Neighbourhood) +
+    return sizeof(SparseGroup) + items.capacity() * sizeof(Neighbourhood) +
            skipped.capacity() * sizeof(std::uint32_t) + tiles.capacity() * sizeof(Tile) +
            numbers.capacity() * sizeof(std::uint64_t);
   }
@@ -54,10 +54,10 @@ class Coverage {
 };
 
 /// Makes the groups of one segment after the other. What it keeps by slot goes with it.
-class ThinMaker {
+class SparseGroupBuilder {
  public:
   /// `out` is borrowed, and so are `blocks`.
-  ThinMaker(std::span<const std::uint32_t> blocks, std::vector<ThinGroup>& out)
+  SparseGroupBuilder(std::span<const std::uint32_t> blocks, std::vector<SparseGroup>& out)
       : covers_(blocks), out_(&out) {}
 
   /// The next group that has covered elements. Of `all` either items or blocks may be missing.
@@ -81,16 +81,16 @@ class ThinMaker {
     std::uint32_t tile, slot;
   };
 
-  void add_covered(const Neighbourhood& item, ThinGroup& to);
-  void put_skipped(std::span<ThinGroup> groups);
-  void number_by_first_use(std::span<ThinGroup> groups) const;
+  void add_covered(const Neighbourhood& item, SparseGroup& to);
+  void put_skipped(std::span<SparseGroup> groups);
+  void number_by_first_use(std::span<SparseGroup> groups) const;
   std::uint32_t renumbered(Slot& slot) {
     if (slot.number == kNone) slot.number = slots_++;
     return slot.number;
   }
 
   Coverage covers_;
-  std::vector<ThinGroup>* out_;
+  std::vector<SparseGroup>* out_;
   std::size_t bytes_ = 0;
   // of the segment at hand
   std::size_t first_group_ = 0;

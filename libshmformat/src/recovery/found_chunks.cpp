@@ -1,4 +1,4 @@
-#include "recovery/known_chunks.h"
+#include "recovery/found_chunks.h"
 
 #include <algorithm>
 #include <utility>
@@ -16,9 +16,9 @@ using container::kChunkHeaderBytes;
 
 namespace {
 
-bool fits(const FoundChunk& chunk, std::uint32_t sequence, const IndexEntry& told) {
-  return chunk.header.sequence == sequence && chunk.header.kind == told.kind &&
-         chunk.bytes() == told.bytes && chunk.header.segment == told.segment;
+bool fits(const FoundChunk& chunk, std::uint32_t sequence, const IndexEntry& listed) {
+  return chunk.header.sequence == sequence && chunk.header.kind == listed.kind &&
+         chunk.bytes() == listed.bytes && chunk.header.segment == listed.segment;
 }
 
 bool holds_the_same(const FoundChunk& a, const FoundChunk& b) {
@@ -36,13 +36,13 @@ Damage damage_of(DamageKind kind, const FoundChunk& chunk, std::uint64_t size) {
 
 }  // namespace
 
-Result<KnownChunks> KnownChunks::of(RandomSource& source, const ReadLimits& limits) {
-  KnownChunks known(source, limits);
+Result<FoundChunks> FoundChunks::of(RandomSource& source, const ReadLimits& limits) {
+  FoundChunks known(source, limits);
   if (auto good = known.read(); !good) return good.error();
   return known;
 }
 
-Result<void> KnownChunks::read() {
+Result<void> FoundChunks::read() {
   auto scan = container::scan_chunks(*source_, limits_.max_chunk_bytes);
   if (!scan) return scan.error();
   scan_ = std::move(*scan);
@@ -70,7 +70,7 @@ Result<void> KnownChunks::read() {
   return {};
 }
 
-Result<std::vector<std::byte>> KnownChunks::payload_of(const FoundChunk& chunk,
+Result<std::vector<std::byte>> FoundChunks::payload_of(const FoundChunk& chunk,
                                                        std::uint64_t most) {
   const std::uint64_t begin = chunk.offset + kChunkHeaderBytes;
   // All together no more than the file.
@@ -81,8 +81,8 @@ Result<std::vector<std::byte>> KnownChunks::payload_of(const FoundChunk& chunk,
 }
 
 /// The first whole copy. Where another differs, parts of two files have come together, and what
-/// one says of values is wrong of the other's.
-Result<void> KnownChunks::find_schema() {
+/// one holds about values is wrong for the other's.
+Result<void> FoundChunks::find_schema() {
   const FoundChunk* first = nullptr;
   for (const FoundChunk& chunk : scan_.chunks) {
     if (!chunk.whole || !chunk.is(ChunkKind::schema)) continue;
@@ -114,7 +114,7 @@ Result<void> KnownChunks::find_schema() {
   return {};
 }
 
-std::vector<std::byte> KnownChunks::beginning() const {
+std::vector<std::byte> FoundChunks::beginning() const {
   ByteReader in(schema_payload_);
   container::FileStart start;
   container::get_version(in, start);
@@ -129,7 +129,7 @@ std::vector<std::byte> KnownChunks::beginning() const {
   return std::move(out.bytes);
 }
 
-Result<void> KnownChunks::find_index() {
+Result<void> FoundChunks::find_index() {
   if (scan_.chunks.empty()) return {};
   const FoundChunk& last = scan_.chunks.back();
   if (!last.whole || !last.is(ChunkKind::index)) return {};
@@ -146,7 +146,7 @@ Result<void> KnownChunks::find_index() {
 
 // --- by the index
 
-Result<void> KnownChunks::judge_by_index() {
+Result<void> FoundChunks::judge_by_index() {
   const std::vector<FoundChunk>& found = scan_.chunks;
   std::vector<std::size_t> by_number(found.size() - 1);  // whole ones alone; not the index
   for (std::size_t i = 0; i < by_number.size(); ++i) by_number[i] = i;
@@ -156,28 +156,28 @@ Result<void> KnownChunks::judge_by_index() {
   });
   std::vector<bool> taken(found.size());
   for (std::uint32_t i = 0; i < index_->entries.size(); ++i) {
-    const IndexEntry& told = index_->entries[i];
+    const IndexEntry& listed = index_->entries[i];
     const auto place = std::lower_bound(
-        found.begin(), found.end(), told.offset,
+        found.begin(), found.end(), listed.offset,
         [](const FoundChunk& it, std::uint64_t offset) { return it.offset < offset; });
     const bool there =
-        place != found.end() && place->offset == told.offset && fits(*place, i, told);
+        place != found.end() && place->offset == listed.offset && fits(*place, i, listed);
     if (there && place->whole) {
       taken[static_cast<std::size_t>(place - found.begin())] = true;
-      if (auto good = take(*place, &told); !good) return good;
+      if (auto good = take(*place, &listed); !good) return good;
       continue;
     }
     auto other = std::lower_bound(
         by_number.begin(), by_number.end(), i,
         [&](std::size_t it, std::uint32_t n) { return found[it].header.sequence < n; });
-    if (other != by_number.end() && fits(found[*other], i, told)) {
+    if (other != by_number.end() && fits(found[*other], i, listed)) {
       taken[*other] = true;
       damages_.push_back(damage_of(DamageKind::out_of_order, found[*other], source_->size()));
-      if (auto good = take(found[*other], &told); !good) return good;
+      if (auto good = take(found[*other], &listed); !good) return good;
     } else if (there) {
-      if (auto good = take(*place, &told); !good) return good;
+      if (auto good = take(*place, &listed); !good) return good;
     } else {
-      add_lost(told);
+      add_lost(listed);
     }
   }
   for (const std::size_t i : by_number)
@@ -189,38 +189,38 @@ Result<void> KnownChunks::judge_by_index() {
   return {};
 }
 
-/// What the index tells of, and nobody has seen.
-void KnownChunks::add_lost(const IndexEntry& told) {
+/// A chunk that the index lists, and that was not found.
+void FoundChunks::add_lost(const IndexEntry& listed) {
   const std::uint64_t size = source_->size();
-  Damage damage{DamageKind::damaged, container::chunk_name(told.kind), told.offset, 0};
-  damage.bytes = told.offset < size ? std::min(told.bytes, size - told.offset) : 0;
+  Damage damage{DamageKind::damaged, container::chunk_name(listed.kind), listed.offset, 0};
+  damage.bytes = listed.offset < size ? std::min(listed.bytes, size - listed.offset) : 0;
   // Where another chunk stands there, nothing of it is left.
   const auto& found = scan_.chunks;
   const auto next = std::lower_bound(
-      found.begin(), found.end(), told.offset,
+      found.begin(), found.end(), listed.offset,
       [](const FoundChunk& it, std::uint64_t offset) { return it.offset < offset; });
   const bool before = next != found.begin() && std::prev(next)->whole &&
-                      std::prev(next)->offset + std::prev(next)->bytes() > told.offset;
+                      std::prev(next)->offset + std::prev(next)->bytes() > listed.offset;
   const bool within =
-      next != found.end() && next->whole && next->offset < told.offset + damage.bytes;
+      next != found.end() && next->whole && next->offset < listed.offset + damage.bytes;
   if (before || within || damage.bytes == 0) {
     damage.kind = DamageKind::missing;
     damage.bytes = 0;
   }
-  if (told.is(ChunkKind::group)) {
-    damage.segment = told.segment;
-    damage.first_cell = told.first_cell;
-    damage.cells = told.cells;
-  } else if (told.is(ChunkKind::step_values)) {
-    damage.arrays = {told.array};
-    damage.step = told.step;
+  if (listed.is(ChunkKind::group)) {
+    damage.segment = listed.segment;
+    damage.first_cell = listed.first_cell;
+    damage.cells = listed.cells;
+  } else if (listed.is(ChunkKind::step_values)) {
+    damage.arrays = {listed.array};
+    damage.step = listed.step;
   }
   damages_.push_back(std::move(damage));
 }
 
-// --- by what chunks say of themselves
+// --- by the headers of chunks
 
-Result<void> KnownChunks::judge_by_numbers() {
+Result<void> FoundChunks::judge_by_numbers() {
   std::vector<std::size_t> order(scan_.chunks.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   const auto& found = scan_.chunks;
@@ -244,7 +244,7 @@ Result<void> KnownChunks::judge_by_numbers() {
       if (chunk.whole) damages_.push_back(damage_of(DamageKind::repeated, chunk, source_->size()));
       continue;
     }
-    if (chunk.is(ChunkKind::index) && &chunk != &found.back()) continue;  // judge_end() tells
+    if (chunk.is(ChunkKind::index) && &chunk != &found.back()) continue;  // for judge_end()
     if (chunk.offset < farthest)
       damages_.push_back(damage_of(DamageKind::out_of_order, chunk, source_->size()));
     add_gap(before, chunk);
@@ -257,13 +257,13 @@ Result<void> KnownChunks::judge_by_numbers() {
 }
 
 /// What lies between two chunks whose numbers do not follow each other, or that do not touch.
-void KnownChunks::add_gap(const FoundChunk* before, const FoundChunk& behind) {
+void FoundChunks::add_gap(const FoundChunk* before, const FoundChunk& behind) {
   const std::uint64_t end =
       before == nullptr ? container::kFileStartBytes : before->offset + before->bytes();
   const std::uint64_t chunks =
       behind.header.sequence - (before == nullptr ? 0 : std::uint64_t{before->header.sequence} + 1);
   const std::uint64_t bytes = end < behind.offset ? behind.offset - end : 0;
-  // A chunk that is hurt and seems too long has been told of already.
+  // A chunk that is hurt and seems too long is among the damages already.
   if (chunks == 0 && (bytes == 0 || (before != nullptr && !before->whole))) return;
   Damage damage{DamageKind::damaged, "chunk", std::min(end, source_->size()), bytes};
   damage.chunks = chunks;
@@ -275,7 +275,7 @@ void KnownChunks::add_gap(const FoundChunk* before, const FoundChunk& behind) {
 }
 
 /// The cells between the last group that could be read and this one.
-void KnownChunks::guess_cells(const KnownGroup& behind) {
+void FoundChunks::guess_cells(const FoundGroup& behind) {
   const std::uint64_t end = group_before_ ? group_before_->end_cell() : 0;
   for (const std::size_t i : unplaced_) {
     if (behind.entry.first_cell <= end) continue;
@@ -291,31 +291,31 @@ void KnownChunks::guess_cells(const KnownGroup& behind) {
 // --- chunks
 
 /// Takes a chunk for what is there at its number, whole or not.
-Result<void> KnownChunks::take(const FoundChunk& chunk, const IndexEntry* told) {
+Result<void> FoundChunks::take(const FoundChunk& chunk, const IndexEntry* listed) {
   std::optional<Damage> damage;
   if (!chunk.whole) damage = damage_of(DamageKind::damaged, chunk, source_->size());
   if (chunk.is(ChunkKind::group)) {
     auto looked = look_at_group(chunk);
     if (!looked) return looked.error();
-    KnownGroup& group = *looked;
+    FoundGroup& group = *looked;
     if (chunk.whole && !group.has_mesh)
       damage = damage_of(DamageKind::damaged, chunk, source_->size());
-    if (damage && told != nullptr) {
-      damage->first_cell = told->first_cell;
-      damage->cells = told->cells;
+    if (damage && listed != nullptr) {
+      damage->first_cell = listed->first_cell;
+      damage->cells = listed->cells;
     } else if (damage && group.readable) {
       damage->first_cell = group.entry.first_cell;
       damage->cells = group.entry.cells;
     }
     if (damage) damage->arrays = group.lost_arrays;
-    if (group.readable && told == nullptr) guess_cells(group);
+    if (group.readable && listed == nullptr) guess_cells(group);
     groups_.push_back(std::move(group));
   } else if (chunk.is(ChunkKind::step_values)) {
     if (chunk.whole)
       if (auto good = take_step(chunk); !good) return good;
-    if (damage && told != nullptr) {
-      damage->arrays = {told->array};
-      damage->step = told->step;
+    if (damage && listed != nullptr) {
+      damage->arrays = {listed->array};
+      damage->step = listed->step;
     }
   }
   if (damage) {
@@ -327,8 +327,8 @@ Result<void> KnownChunks::take(const FoundChunk& chunk, const IndexEntry* told) 
 }
 
 /// Which of its bitstreams are whole.
-Result<KnownGroup> KnownChunks::look_at_group(const FoundChunk& chunk) {
-  KnownGroup group;
+Result<FoundGroup> FoundChunks::look_at_group(const FoundChunk& chunk) {
+  FoundGroup group;
   group.sequence = chunk.header.sequence;
   group.entry.kind = chunk.header.kind;
   group.entry.segment = chunk.header.segment;
@@ -365,13 +365,13 @@ Result<KnownGroup> KnownChunks::look_at_group(const FoundChunk& chunk) {
   return group;
 }
 
-Result<void> KnownChunks::take_step(const FoundChunk& chunk) {
+Result<void> FoundChunks::take_step(const FoundChunk& chunk) {
   const auto bytes = payload_of(chunk, container::kMostStepHeaderBytes);
   if (!bytes) return bytes.error();
   ByteReader in(*bytes);
   container::StepHeader header;
   if (!container::get(in, header)) return {};
-  KnownStep step;
+  FoundStep step;
   step.sequence = chunk.header.sequence;
   step.entry.kind = chunk.header.kind;
   step.entry.offset = chunk.offset;
@@ -389,7 +389,7 @@ Result<void> KnownChunks::take_step(const FoundChunk& chunk) {
 
 // --- both ends
 
-void KnownChunks::judge_start() {
+void FoundChunks::judge_start() {
   const std::uint64_t bytes = std::min<std::uint64_t>(container::kFileStartBytes, source_->size());
   bool good = scan_.start.has_value();
   if (good && !schema_payload_.empty()) {
@@ -401,7 +401,7 @@ void KnownChunks::judge_start() {
   if (!good) damages_.push_back({DamageKind::damaged, "file start", 0, bytes});
 }
 
-void KnownChunks::judge_end() {
+void FoundChunks::judge_end() {
   const std::uint64_t size = source_->size();
   if (index_) {
     if (scan_.trailer) return;
@@ -422,7 +422,7 @@ void KnownChunks::judge_end() {
     damages_.push_back({DamageKind::missing, "end record", size, 0});
 }
 
-std::uint64_t KnownChunks::end_of_chunks() const {
+std::uint64_t FoundChunks::end_of_chunks() const {
   const std::uint64_t size = source_->size();
   std::uint64_t end = std::min<std::uint64_t>(container::kFileStartBytes, size);
   for (const FoundChunk& chunk : chunks_)
@@ -430,7 +430,7 @@ std::uint64_t KnownChunks::end_of_chunks() const {
   return end;
 }
 
-bool KnownChunks::ends_at_index() const {
+bool FoundChunks::ends_at_index() const {
   if (index_) return true;
   if (scan_.index_offset && *scan_.index_offset == end_of_chunks()) return true;
   return !scan_.chunks.empty() && !chunks_.empty() && scan_.chunks.back().is(ChunkKind::index) &&

@@ -1,22 +1,22 @@
-// IndexMaker: the index of a file that has lost it, from chunks that are all there. What it tells
-// of the mesh is what a Decoder counts that goes through all of it; ranges are those of the values
+// IndexBuilder: the index of a file that has lost it, from chunks that are all there. Its totals
+// of the mesh are what a Decoder counts that goes through all of it; ranges are those of the values
 // as they are restored, which are their writer's unless they are kept within a bound.
-// in:  KnownChunks     out: container::Index
+// in:  FoundChunks     out: container::Index
 // spec: "Index and trailer", "Recovery"
 #pragma once
 
 #include <cstddef>
 #include <span>
 
-#include "recovery/known_chunks.h"
+#include "recovery/found_chunks.h"
 #include "shm/reader.h"
 
 namespace shm {
 
-class IndexMaker {
+class IndexBuilder {
  public:
-  /// All is borrowed. Must hold: `known` has a schema.
-  IndexMaker(RandomSource& source, const KnownChunks& known, const ReadLimits& limits);
+  /// All is borrowed. Must hold: `found` has a schema.
+  IndexBuilder(RandomSource& source, const FoundChunks& found, const ReadLimits& limits);
 
   /// Offsets are those of a file in which all chunks stand by their numbers. Fails where a chunk is
   /// missing or hurt, or its values cannot be decoded. Once only.
@@ -29,10 +29,10 @@ class IndexMaker {
   void take(const MeshBlock& block);
 
   RandomSource* source_;
-  const KnownChunks* known_;
+  const FoundChunks* found_;
   Decoder decoder_;
   container::Index index_;
-  std::size_t groups_ = 0, steps_ = 0;  // of known_, so far
+  std::size_t groups_ = 0, steps_ = 0;  // of found_, so far
   std::size_t pieces_ = 0;              // of step values
 };
 

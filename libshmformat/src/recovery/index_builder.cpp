@@ -1,4 +1,4 @@
-#include "recovery/index_maker.h"
+#include "recovery/index_builder.h"
 
 #include <algorithm>
 #include <utility>
@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "model/mesh_totals.h"
-#include "model/value_range.h"
 
 namespace shm {
 
@@ -22,21 +21,21 @@ Error not_all(std::uint64_t offset) {
 
 }  // namespace
 
-IndexMaker::IndexMaker(RandomSource& source, const KnownChunks& known, const ReadLimits& limits)
+IndexBuilder::IndexBuilder(RandomSource& source, const FoundChunks& found, const ReadLimits& limits)
     : source_(&source),
-      known_(&known),
+      found_(&found),
       decoder_(limits),
-      index_(totals_of_nothing(*known.schema())) {}
+      index_(totals_of_nothing(*found.schema())) {}
 
-Result<container::Index> IndexMaker::make() {
-  const std::vector<std::byte> beginning = known_->beginning();
+Result<container::Index> IndexBuilder::make() {
+  const std::vector<std::byte> beginning = found_->beginning();
   IndexEntry schema;
   schema.kind = static_cast<std::uint8_t>(ChunkKind::schema);
   schema.offset = container::kFileStartBytes;
   schema.bytes = beginning.size() - container::kFileStartBytes;
   index_.entries.push_back(schema);
   if (auto good = decode(beginning); !good) return good.error();
-  for (const FoundChunk& chunk : known_->chunks()) {
+  for (const FoundChunk& chunk : found_->chunks()) {
     if (chunk.header.sequence == 0 && chunk.is(ChunkKind::schema)) continue;  // the beginning
     if (auto good = add(chunk); !good) return good.error();
   }
@@ -47,7 +46,7 @@ Result<container::Index> IndexMaker::make() {
   return made;
 }
 
-Result<void> IndexMaker::add(const FoundChunk& chunk) {
+Result<void> IndexBuilder::add(const FoundChunk& chunk) {
   auto entry = entry_of(chunk);
   if (!entry) return entry.error();
   entry->offset = index_.entries.back().offset + index_.entries.back().bytes;
@@ -65,18 +64,18 @@ Result<void> IndexMaker::add(const FoundChunk& chunk) {
 }
 
 /// All but where it stands, and which element of its array is its first.
-Result<IndexEntry> IndexMaker::entry_of(const FoundChunk& chunk) {
+Result<IndexEntry> IndexBuilder::entry_of(const FoundChunk& chunk) {
   if (!chunk.whole || chunk.header.sequence != index_.entries.size()) return not_all(chunk.offset);
   IndexEntry entry;
   entry.kind = chunk.header.kind;
   entry.bytes = chunk.bytes();
   if (chunk.is(ChunkKind::group)) {
-    const KnownGroup& group = known_->groups()[groups_++];
+    const FoundGroup& group = found_->groups()[groups_++];
     if (!container::is_known(chunk.header) || !group.readable) return not_all(chunk.offset);
     return group.entry;
   }
   if (chunk.is(ChunkKind::step_values)) {
-    const auto& steps = known_->steps();
+    const auto& steps = found_->steps();
     if (!container::is_known(chunk.header) || steps_ == steps.size() ||
         steps[steps_].sequence != chunk.header.sequence)
       return not_all(chunk.offset);
@@ -85,7 +84,7 @@ Result<IndexEntry> IndexMaker::entry_of(const FoundChunk& chunk) {
   return entry;
 }
 
-Result<void> IndexMaker::decode(std::span<const std::byte> bytes) {
+Result<void> IndexBuilder::decode(std::span<const std::byte> bytes) {
   if (auto good = decoder_.feed(bytes); !good) return good;
   while (true) {
     const auto progress = decoder_.advance();
@@ -100,8 +99,8 @@ Result<void> IndexMaker::decode(std::span<const std::byte> bytes) {
   }
 }
 
-void IndexMaker::take(const MeshBlock& block) {
-  const Schema& schema = *known_->schema();
+void IndexBuilder::take(const MeshBlock& block) {
+  const Schema& schema = *found_->schema();
   std::vector<container::ArrayRange> ranges;
   for (const container::ArrayRange& range : index_.ranges) {
     const ArrayInfo& info = schema.arrays[range.array];

@@ -1,6 +1,6 @@
 // What is kept of arrays on few elements: columns over it say the very bytes, and give the very
 // values, that columns over all elements do; whatever the mesh, its segments, groups and codecs.
-#include "steps/thin_elements.h"
+#include "steps/sparse_elements.h"
 
 #include <functional>
 
@@ -43,7 +43,7 @@ Stepped with_arrays_on_few(TestMesh mesh, Order order) {
 }
 
 /// What a file tells of its groups.
-void add_groups(std::span<const std::byte> bytes, TopologyReplay& replay) {
+void add_groups(std::span<const std::byte> bytes, StepTopology& replay) {
   for (const Chunk& chunk : take_apart(bytes).chunks) {
     if (!chunk.is(ChunkKind::group)) continue;
     const auto group = take_group_apart(chunk.payload);
@@ -86,7 +86,7 @@ struct Columns {
 };
 
 /// How many groups the array was compared in.
-std::size_t expect_same_columns(const Stepped& it, TopologyReplay& replay, StepElements& thin,
+std::size_t expect_same_columns(const Stepped& it, StepTopology& replay, StepElements& thin,
                                 StepElements& all, std::uint32_t array, std::size_t turn) {
   const ArrayInfo& info = it.mesh.schema.arrays[array];
   const StepReference kind = turn % 2 == 0 ? StepReference::nothing : StepReference::before;
@@ -130,7 +130,7 @@ std::size_t expect_same_columns(const Stepped& it) {
   EXPECT_TRUE(read);
   if (!read) return 0;
   const Schema& schema = read->schema;
-  TopologyReplay replay(schema, std::uint64_t{1} << 30, ReplayWants{true, true, true, true});
+  StepTopology replay(schema, std::uint64_t{1} << 30, ElementNeeds{true, true, true, true});
   add_groups(bytes, replay);
   StepElements thin(schema, replay, cover_numbers(schema)),
       all(schema, replay, cover_numbers(schema));
@@ -149,7 +149,7 @@ std::size_t expect_same_columns(const Stepped& it) {
   return compared;
 }
 
-TEST(ThinElements, SayWhatAllElementsSay) {
+TEST(SparseElements, SayWhatAllElementsSay) {
   SomeCases some(7);
   std::size_t compared = 0;
   for (const Order order : {Order::keep, Order::stream})
@@ -180,7 +180,7 @@ TEST(ThinElements, SayWhatAllElementsSay) {
 }
 
 // Places are taken again: the ring of cells is full, and vertices come and go.
-TEST(ThinElements, InMeshesThatTakePlacesAgain) {
+TEST(SparseElements, InMeshesThatTakePlacesAgain) {
   for (const auto codec : {ConnectivityCodec::rows, ConnectivityCodec::shifts})
     for (const std::uint32_t group_cells : {700u, 65536u}) {
       Stepped it = with_arrays_on_few(scattered(kSanitized ? 14 : 30, 2), Order::keep);
@@ -191,14 +191,14 @@ TEST(ThinElements, InMeshesThatTakePlacesAgain) {
 }
 
 // A column may change its domain so often only: by elements and slots, those that are left out too.
-TEST(ThinElements, MayChangeDomainsAsOftenAsAllElements) {
+TEST(SparseElements, MayChangeDomainsAsOftenAsAllElements) {
   Stepped it = with_arrays_on_few(scattered(kSanitized ? 13 : 24, 5), Order::stream);
   it.options.connectivity = ConnectivityCodec::rows;
   it.options.group_cells = 2;
   EXPECT_GT(expect_same_columns(it), 1000u);
 }
 
-TEST(ThinElements, AtLevelBest) {
+TEST(SparseElements, AtLevelBest) {
   Stepped it = with_arrays_on_few(scattered(8, 3), Order::stream);
   it.options.level = Level::best;
   it.options.group_cells = 90;
@@ -206,13 +206,13 @@ TEST(ThinElements, AtLevelBest) {
 }
 
 // What an index says of a step may be a lie, though no step before was one.
-TEST(ThinElements, AreNotThinLater) {
+TEST(SparseElements, AreNotThinLater) {
   Stepped it = with_arrays_on_few(scattered(9, 1), Order::keep);
   it.options.group_cells = 60;
   const Bytes bytes = written(it);
   const auto read = read_mesh(bytes);
   ASSERT_TRUE(read);
-  TopologyReplay replay(read->schema, std::uint64_t{1} << 30, ReplayWants{true, true, true, true});
+  StepTopology replay(read->schema, std::uint64_t{1} << 30, ElementNeeds{true, true, true, true});
   add_groups(bytes, replay);
   StepElements elements(read->schema, replay, cover_numbers(read->schema));
   const std::uint32_t array = 1;  // on one block
@@ -238,8 +238,8 @@ std::size_t kept_of(const Stepped& it, std::uint32_t a, std::uint64_t expected, 
   const Bytes bytes = written(it);
   const auto read = read_mesh(bytes);
   EXPECT_TRUE(read);
-  TopologyReplay replay(read->schema, std::uint64_t{1} << 30, ReplayWants{true, true, false, false},
-                        most);
+  StepTopology replay(read->schema, std::uint64_t{1} << 30, ElementNeeds{true, true, false, false},
+                      most);
   add_groups(bytes, replay);
   StepElements elements(read->schema, replay, cover_numbers(read->schema));
   elements.expect(a, expected);
@@ -256,7 +256,7 @@ std::size_t kept_of(const Stepped& it, std::uint32_t a, std::uint64_t expected, 
   return elements.kept_bytes();
 }
 
-TEST(ThinElements, AreKeptWhereTheyAreFewAndWithinALimit) {
+TEST(SparseElements, AreKeptWhereTheyAreFewAndWithinALimit) {
   Stepped it = with_arrays_on_few(scattered(40, 4), Order::keep);
   const auto array_on = [&](std::uint32_t block) {
     const auto& arrays = it.mesh.schema.arrays;

@@ -9,7 +9,7 @@
 namespace shm {
 
 /// `section`: what was called, as in the errors of files.
-inline Error misuse(std::string detail, std::string section) {
+inline Error misuse_error(std::string detail, std::string section) {
   return Error{ErrorCode::misuse, std::move(detail), std::move(section), kNoOffset, {}};
 }
 

@@ -1,4 +1,4 @@
-#include "access/held_vertices.h"
+#include "access/vertex_buffer.h"
 
 #include <cmath>
 #include <cstring>
@@ -24,7 +24,7 @@ bool is_in(const std::array<double, 6>& box, const std::array<double, 3>& point)
   return true;
 }
 
-HeldVertices::HeldVertices(const Schema& schema, std::vector<std::uint32_t> arrays)
+VertexBuffer::VertexBuffer(const Schema& schema, std::vector<std::uint32_t> arrays)
     : schema_(&schema),
       arrays_(std::move(arrays)),
       xyz_bytes_(3 * scalar_bytes(schema.coordinate_type)),
@@ -35,7 +35,7 @@ HeldVertices::HeldVertices(const Schema& schema, std::vector<std::uint32_t> arra
   }
 }
 
-bool HeldVertices::add(const MeshBlock& block, std::size_t v, bool in_box) {
+bool VertexBuffer::add(const MeshBlock& block, std::size_t v, bool in_box) {
   Vertex vertex;
   vertex.number = block.vertex_numbers[v];
   vertex.imported = block.imported[v] != 0;
@@ -59,12 +59,12 @@ bool HeldVertices::add(const MeshBlock& block, std::size_t v, bool in_box) {
   return true;
 }
 
-HeldVertices::Vertex* HeldVertices::find(std::uint64_t number) {
+VertexBuffer::Vertex* VertexBuffer::find(std::uint64_t number) {
   const auto found = vertices_.find(number);
   return found == vertices_.end() ? nullptr : &found->second;
 }
 
-void HeldVertices::remove(std::uint64_t number) {
+void VertexBuffer::remove(std::uint64_t number) {
   const auto found = vertices_.find(number);
   if (found == vertices_.end()) return;
   in_box_ -= found->second.in_box ? 1 : 0;
@@ -72,18 +72,18 @@ void HeldVertices::remove(std::uint64_t number) {
   vertices_.erase(found);
 }
 
-void HeldVertices::clear() {
+void VertexBuffer::clear() {
   vertices_.clear();
   records_.clear();
   free_.clear();
   in_box_ = 0;
 }
 
-std::array<double, 3> HeldVertices::point(const Vertex& vertex) const {
+std::array<double, 3> VertexBuffer::point(const Vertex& vertex) const {
   return point_of(records_.data() + vertex.record, schema_->coordinate_type);
 }
 
-void HeldVertices::give(const Vertex& vertex, MeshBlock& out) const {
+void VertexBuffer::give(const Vertex& vertex, MeshBlock& out) const {
   out.vertex_numbers.push_back(vertex.number);
   const std::byte* from = records_.data() + vertex.record;
   out.xyz.insert(out.xyz.end(), from, from + xyz_bytes_);

@@ -1,7 +1,9 @@
-// KnownChunks: what a damaged file holds: each chunk that is left, once, by its number, and what is
-// hurt. Where the index is whole it tells what there was; else the numbers of chunks and the heads
-// of groups do. in:  a RandomSource of which nothing need be whole     out: chunks, groups, step
-// values; damages spec: "Container", "Index and trailer", "Recovery"
+// FoundChunks: what a damaged file holds: each chunk that is left, once, by its number, and what is
+// hurt. Where the index is whole it lists what there was; else that follows from the numbers of
+// chunks and the headers of groups.
+// in:  a RandomSource of which nothing need be whole
+// out: chunks, groups, step values; damages
+// spec: "Container", "Index and trailer", "Recovery"
 #pragma once
 
 #include <cstddef>
@@ -16,7 +18,7 @@
 namespace shm {
 
 /// A group whose chunk header is whole.
-struct KnownGroup {
+struct FoundGroup {
   std::uint32_t sequence = 0;
   container::IndexEntry
       entry;  ///< by its own header, where that can be read; else place and segment
@@ -28,23 +30,23 @@ struct KnownGroup {
 };
 
 /// A whole chunk of step values.
-struct KnownStep {
+struct FoundStep {
   std::uint32_t sequence = 0;
   container::IndexEntry entry;
   std::uint64_t reference_step = 0;
 };
 
-class KnownChunks {
+class FoundChunks {
  public:
   /// `source` is borrowed during the call.
-  static Result<KnownChunks> of(RandomSource& source, const ReadLimits& limits);
+  static Result<FoundChunks> of(RandomSource& source, const ReadLimits& limits);
 
   const std::vector<Damage>& damages() const { return damages_; }
   /// Each once, by ascending number, those that are hurt too. Where there is an index, only those
-  /// that it tells of.
+  /// that it lists.
   const std::vector<container::FoundChunk>& chunks() const { return chunks_; }
-  const std::vector<KnownGroup>& groups() const { return groups_; }
-  const std::vector<KnownStep>& steps() const { return steps_; }
+  const std::vector<FoundGroup>& groups() const { return groups_; }
+  const std::vector<FoundStep>& steps() const { return steps_; }
   const std::optional<container::Index>& index() const { return index_; }
   /// Where the index really is, and how long. Must hold: there is one.
   std::uint64_t index_offset() const { return index_offset_; }
@@ -61,7 +63,7 @@ class KnownChunks {
   const std::optional<Schema>& schema() const { return schema_; }
 
  private:
-  KnownChunks(RandomSource& source, const ReadLimits& limits) : source_(&source), limits_(limits) {}
+  FoundChunks(RandomSource& source, const ReadLimits& limits) : source_(&source), limits_(limits) {}
 
   Result<void> read();
   Result<std::vector<std::byte>> payload_of(const container::FoundChunk& chunk, std::uint64_t most);
@@ -71,19 +73,19 @@ class KnownChunks {
   Result<void> judge_by_numbers();
   void judge_start();
   void judge_end();
-  Result<void> take(const container::FoundChunk& chunk, const container::IndexEntry* told);
-  Result<KnownGroup> look_at_group(const container::FoundChunk& chunk);
+  Result<void> take(const container::FoundChunk& chunk, const container::IndexEntry* listed);
+  Result<FoundGroup> look_at_group(const container::FoundChunk& chunk);
   Result<void> take_step(const container::FoundChunk& chunk);
-  void add_lost(const container::IndexEntry& told);
+  void add_lost(const container::IndexEntry& listed);
   void add_gap(const container::FoundChunk* before, const container::FoundChunk& behind);
-  void guess_cells(const KnownGroup& behind);
+  void guess_cells(const FoundGroup& behind);
 
   RandomSource* source_;
   ReadLimits limits_;
   container::ChunkScan scan_;
   std::vector<container::FoundChunk> chunks_;
-  std::vector<KnownGroup> groups_;
-  std::vector<KnownStep> steps_;
+  std::vector<FoundGroup> groups_;
+  std::vector<FoundStep> steps_;
   std::optional<container::Index> index_;
   std::uint64_t index_offset_ = 0;
   std::vector<std::byte> schema_payload_;
@@ -91,7 +93,7 @@ class KnownChunks {
   std::vector<Damage> damages_;
   // without an index
   std::vector<std::size_t> unplaced_;       // damages whose cells are not known yet
-  std::optional<KnownGroup> group_before_;  // the last readable one
+  std::optional<FoundGroup> group_before_;  // the last readable one
 };
 
 }  // namespace shm

@@ -1,4 +1,4 @@
-#include "recovery/survivors.h"
+#include "recovery/decodable_parts.h"
 
 #include <algorithm>
 #include <iterator>
@@ -17,30 +17,30 @@ using container::IndexEntry;
 
 class Gatherer {
  public:
-  explicit Gatherer(const KnownChunks& known) : known_(&known) {}
-  Survivors run();
+  explicit Gatherer(const FoundChunks& found) : found_(&found) {}
+  DecodableParts run();
 
  private:
-  const Schema& schema() const { return *known_->schema(); }
+  const Schema& schema() const { return *found_->schema(); }
 
   void gather_totals();
   void gather_by_index();
   void gather_by_numbers();
-  void add_group(const KnownGroup& group, std::uint64_t number);
-  std::uint64_t lost_before(const KnownGroup& group, std::size_t& at) const;
+  void add_group(const FoundGroup& group, std::uint64_t number);
+  std::uint64_t lost_before(const FoundGroup& group, std::size_t& at) const;
   void gather_values();
   void list_partial();
   bool covers_all(std::uint32_t array) const;
   std::uint64_t expected_chunks(std::uint32_t array, std::size_t segment);
-  bool is_complete(std::span<const KnownStep* const> run, std::size_t segment);
-  bool touches_gap(std::span<const KnownStep* const> run) const;
-  void gather_step(std::span<const KnownStep* const> of_step);
+  bool is_complete(std::span<const FoundStep* const> run, std::size_t segment);
+  bool touches_gap(std::span<const FoundStep* const> run) const;
+  void gather_step(std::span<const FoundStep* const> of_step);
   std::size_t segment_of(std::size_t group) const;
-  /// Place of a group that has survived; the number of groups where it has not.
+  /// Place of a group that can be decoded; the number of groups where it cannot.
   std::size_t place_of(std::uint64_t number) const;
 
-  const KnownChunks* known_;
-  Survivors out_;
+  const FoundChunks* found_;
+  DecodableParts out_;
   std::optional<std::uint32_t> segment_;  // of the group before
   bool broken_ = false;                   // the segment at hand
   // Without an index: which groups of the file those are from there on is not certain.
@@ -54,17 +54,17 @@ class Gatherer {
   std::vector<std::uint64_t> groups_with_vertices_, groups_with_cells_;  // before each group
 };
 
-Survivors Gatherer::run() {
-  out_.beginning = known_->beginning();
-  out_.has_index = known_->index().has_value();
-  out_.index_offset = known_->index_offset();
+DecodableParts Gatherer::run() {
+  out_.beginning = found_->beginning();
+  out_.has_index = found_->index().has_value();
+  out_.index_offset = found_->index_offset();
   if (out_.has_index)
     gather_by_index();
   else
     gather_by_numbers();
   out_.first_group.push_back(out_.groups.size());
   gather_totals();
-  for (const FoundChunk& chunk : known_->chunks()) {
+  for (const FoundChunk& chunk : found_->chunks()) {
     IndexEntry entry;
     entry.kind = chunk.header.kind;
     entry.offset = chunk.offset;
@@ -78,12 +78,12 @@ Survivors Gatherer::run() {
 }
 
 void Gatherer::gather_totals() {
-  if (known_->index()) {
-    out_.totals = *known_->index();
+  if (found_->index()) {
+    out_.totals = *found_->index();
     out_.totals.entries.clear();
   }
   out_.totals.block_cells.resize(schema().blocks.size());
-  for (const KnownGroup& group : known_->groups()) {
+  for (const FoundGroup& group : found_->groups()) {
     if (!group.readable || out_.has_index) continue;
     out_.totals.cells = std::max(out_.totals.cells, group.end_cell());
     out_.totals.vertices =
@@ -93,7 +93,7 @@ void Gatherer::gather_totals() {
 
 // --- groups
 
-void Gatherer::add_group(const KnownGroup& group, std::uint64_t number) {
+void Gatherer::add_group(const FoundGroup& group, std::uint64_t number) {
   if (out_.groups.empty() || out_.groups.back().segment != group.entry.segment) {
     out_.first_group.push_back(out_.groups.size());
     out_.lost_arrays.emplace_back();
@@ -109,36 +109,36 @@ void Gatherer::add_group(const KnownGroup& group, std::uint64_t number) {
 }
 
 void Gatherer::gather_by_index() {
-  const auto& groups = known_->groups();
+  const auto& groups = found_->groups();
   std::size_t next = 0;
   std::uint64_t number = 0;
-  const auto& entries = known_->index()->entries;
+  const auto& entries = found_->index()->entries;
   for (std::uint32_t i = 0; i < entries.size(); ++i) {
-    const IndexEntry& told = entries[i];
-    if (told.kind != static_cast<std::uint8_t>(ChunkKind::group)) continue;
-    const bool begins = !segment_ || *segment_ < told.segment;
+    const IndexEntry& listed = entries[i];
+    if (listed.kind != static_cast<std::uint8_t>(ChunkKind::group)) continue;
+    const bool begins = !segment_ || *segment_ < listed.segment;
     if (begins) broken_ = false;
-    segment_ = told.segment;
+    segment_ = listed.segment;
     while (next < groups.size() && groups[next].sequence < i) ++next;
     const bool there = next < groups.size() && groups[next].sequence == i &&
-                       groups[next].has_mesh && groups[next].entry.segment == told.segment &&
-                       groups[next].entry.first_cell == told.first_cell &&
-                       groups[next].entry.cells == told.cells &&
-                       groups[next].entry.first_vertex == told.first_vertex &&
-                       groups[next].entry.vertices == told.vertices;
+                       groups[next].has_mesh && groups[next].entry.segment == listed.segment &&
+                       groups[next].entry.first_cell == listed.first_cell &&
+                       groups[next].entry.cells == listed.cells &&
+                       groups[next].entry.first_vertex == listed.first_vertex &&
+                       groups[next].entry.vertices == listed.vertices;
     // What follows a group that is lost cannot be decoded.
     if (!there) broken_ = true;
     if (!broken_) add_group(groups[next], number);
-    if (broken_ && !out_.groups.empty() && out_.groups.back().segment == told.segment)
+    if (broken_ && !out_.groups.empty() && out_.groups.back().segment == listed.segment)
       out_.whole.back() = false;
     ++number;
   }
 }
 
-/// How many chunks between a group and the one before it are lost. `at`: of known chunks, behind
-/// the group before; moves behind this one.
-std::uint64_t Gatherer::lost_before(const KnownGroup& group, std::size_t& at) const {
-  const auto& chunks = known_->chunks();
+/// How many chunks between a group and the one before it are lost. `at`: of the chunks that were
+/// found, behind the group before; moves behind this one.
+std::uint64_t Gatherer::lost_before(const FoundGroup& group, std::size_t& at) const {
+  const auto& chunks = found_->chunks();
   // The first chunk is the schema, whether it is lost or not.
   std::uint64_t next = at == 0 ? 1 : std::uint64_t{chunks[at - 1].header.sequence} + 1, lost = 0;
   for (;; ++at) {
@@ -159,7 +159,7 @@ void Gatherer::gather_by_numbers() {
   std::size_t at = 0;
   std::uint64_t number = 0, end_cell = 0, end_vertex = 0;
   bool readable = true;  // the group before
-  for (const KnownGroup& group : known_->groups()) {
+  for (const FoundGroup& group : found_->groups()) {
     const IndexEntry& entry = group.entry;
     std::uint64_t lost = lost_before(group, at);
     // Chunks of other kinds.
@@ -222,11 +222,11 @@ void Gatherer::list_partial() {
     if (place == out_.groups.size() || !partial_.insert({it.array, place}).second) return;
     ++expected_[{it.array, segment_of(place)}];
   };
-  if (known_->index()) {
-    for (const IndexEntry& told : known_->index()->entries)
-      if (told.kind == static_cast<std::uint8_t>(ChunkKind::step_values)) add(told);
+  if (found_->index()) {
+    for (const IndexEntry& listed : found_->index()->entries)
+      if (listed.kind == static_cast<std::uint8_t>(ChunkKind::step_values)) add(listed);
   } else {
-    for (const KnownStep& step : known_->steps()) add(step.entry);
+    for (const FoundStep& step : found_->steps()) add(step.entry);
   }
 }
 
@@ -238,8 +238,8 @@ std::uint64_t Gatherer::expected_chunks(std::uint32_t array, std::size_t segment
 }
 
 /// Whether a chunk beside them is lost that may be of the same array, step and segment.
-bool Gatherer::touches_gap(std::span<const KnownStep* const> run) const {
-  const auto& chunks = known_->chunks();
+bool Gatherer::touches_gap(std::span<const FoundStep* const> run) const {
+  const auto& chunks = found_->chunks();
   const auto there = [&](std::uint32_t sequence) {
     const auto at = std::lower_bound(
         chunks.begin(), chunks.end(), sequence,
@@ -254,7 +254,7 @@ bool Gatherer::touches_gap(std::span<const KnownStep* const> run) const {
 }
 
 /// Whether these chunks are all that a segment has of its array at a step.
-bool Gatherer::is_complete(std::span<const KnownStep* const> run, std::size_t segment) {
+bool Gatherer::is_complete(std::span<const FoundStep* const> run, std::size_t segment) {
   const std::uint32_t array = run[0]->entry.array;
   if (run.size() != expected_chunks(array, segment)) return false;
   for (std::size_t i = 0; i < run.size(); ++i) {
@@ -269,10 +269,10 @@ bool Gatherer::is_complete(std::span<const KnownStep* const> run, std::size_t se
 }
 
 void Gatherer::gather_values() {
-  if (known_->index())
-    for (const IndexEntry& told : known_->index()->entries)
-      if (told.kind == static_cast<std::uint8_t>(ChunkKind::step_values))
-        out_.told_steps.insert({told.array, told.step});
+  if (found_->index())
+    for (const IndexEntry& listed : found_->index()->entries)
+      if (listed.kind == static_cast<std::uint8_t>(ChunkKind::step_values))
+        out_.listed_steps.insert({listed.array, listed.step});
   list_partial();
   groups_with_vertices_.assign(1, 0);
   groups_with_cells_.assign(1, 0);
@@ -280,11 +280,11 @@ void Gatherer::gather_values() {
     groups_with_vertices_.push_back(groups_with_vertices_.back() + (group.vertices > 0 ? 1 : 0));
     groups_with_cells_.push_back(groups_with_cells_.back() + (group.cells > 0 ? 1 : 0));
   }
-  std::vector<const KnownStep*> steps;
-  for (const KnownStep& step : known_->steps())
+  std::vector<const FoundStep*> steps;
+  for (const FoundStep& step : found_->steps())
     if (step.entry.array < schema().arrays.size() && schema().arrays[step.entry.array].per_step)
       steps.push_back(&step);
-  const auto key = [](const KnownStep* it) {
+  const auto key = [](const FoundStep* it) {
     return std::tuple(it->entry.array, it->entry.step, it->entry.group);
   };
   std::stable_sort(steps.begin(), steps.end(),
@@ -299,15 +299,15 @@ void Gatherer::gather_values() {
 }
 
 /// All chunks that are left of an array at a step, in the order of their groups.
-void Gatherer::gather_step(std::span<const KnownStep* const> of_step) {
-  Survivors::Step step;
+void Gatherer::gather_step(std::span<const FoundStep* const> of_step) {
+  DecodableParts::Step step;
   step.array = of_step[0]->entry.array;
   step.step = of_step[0]->entry.step;
-  const Survivors::Step* before =
+  const DecodableParts::Step* before =
       !out_.steps.empty() && out_.steps.back().array == step.array ? &out_.steps.back() : nullptr;
   if (before == nullptr) last_step_.clear();
-  for (const KnownStep* chunk : of_step)
-    step.refers = step.refers || chunk->entry.reference != container::RefersTo::nothing;
+  for (const FoundStep* chunk : of_step)
+    step.refers = step.refers || chunk->entry.reference != StepReference::nothing;
   const std::uint64_t unsure = first_unsure_.value_or(~std::uint64_t{0});
   std::uint64_t first = 0;
   for (std::size_t i = 0; i < of_step.size();) {
@@ -322,7 +322,7 @@ void Gatherer::gather_step(std::span<const KnownStep* const> of_step) {
     for (; end < of_step.size(); ++end) {
       const std::size_t other = place_of(of_step[end]->entry.group);
       if (other == out_.groups.size() || other >= out_.first_group[segment + 1]) break;
-      if (of_step[end]->entry.reference != container::RefersTo::nothing)
+      if (of_step[end]->entry.reference != StepReference::nothing)
         follows = follows && before != nullptr && of_step[end]->reference_step == before->step;
     }
     const auto run = of_step.subspan(i, end - i);
@@ -334,7 +334,7 @@ void Gatherer::gather_step(std::span<const KnownStep* const> of_step) {
           follows && before != nullptr && last != last_step_.end() && last->second == before->step;
     if (!follows || !is_complete(run, segment)) continue;
     last_step_[segment] = step.step;
-    for (const KnownStep* chunk : run) {
+    for (const FoundStep* chunk : run) {
       step.chunks.push_back(chunk->entry);
       step.chunks.back().group = static_cast<std::uint32_t>(place_of(chunk->entry.group));
       step.chunks.back().first = first;
@@ -346,6 +346,6 @@ void Gatherer::gather_step(std::span<const KnownStep* const> of_step) {
 
 }  // namespace
 
-Survivors Survivors::of(const KnownChunks& known) { return Gatherer(known).run(); }
+DecodableParts DecodableParts::of(const FoundChunks& found) { return Gatherer(found).run(); }
 
 }  // namespace shm

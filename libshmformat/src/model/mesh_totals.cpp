@@ -1,4 +1,4 @@
-#include "model/value_range.h"
+#include "model/mesh_totals.h"
 
 #include <algorithm>
 #include <cmath>

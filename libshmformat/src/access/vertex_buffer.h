@@ -1,5 +1,5 @@
-// HeldVertices: vertices of a segment with their values, from birth to last use, until a cell wants
-// them.
+// VertexBuffer: vertices of a segment with their values, from the cell that introduces them to
+// their last use, for the cells between these that are wanted.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ std::array<double, 3> point_of(const std::byte* xyz, ScalarType type);
 /// Whether all coordinates are finite and in the box, faces included.
 bool is_in(const std::array<double, 6>& box, const std::array<double, 3>& point);
 
-class HeldVertices {
+class VertexBuffer {
  public:
   struct Vertex {
     std::uint64_t number = 0;
@@ -27,10 +27,10 @@ class HeldVertices {
     bool imported = false, in_box = false, given = false;
   };
 
-  /// `schema` is borrowed. `arrays`: the static point arrays whose values are held.
-  HeldVertices(const Schema& schema, std::vector<std::uint32_t> arrays);
+  /// `schema` is borrowed. `arrays`: the static point arrays whose values are kept.
+  VertexBuffer(const Schema& schema, std::vector<std::uint32_t> arrays);
 
-  /// Vertex `v` of a block; false where its number is held already.
+  /// Vertex `v` of a block; false where there is one of its number.
   bool add(const MeshBlock& block, std::size_t v, bool in_box);
   /// Null where there is none of that number. Valid until the next call of add().
   Vertex* find(std::uint64_t number);
@@ -40,7 +40,7 @@ class HeldVertices {
   std::array<double, 3> point(const Vertex& vertex) const;
   /// Appends number, coordinates and values.
   void give(const Vertex& vertex, MeshBlock& out) const;
-  /// How many of those held are in the box.
+  /// How many of them are in the box.
   std::size_t in_box() const { return in_box_; }
   /// visit(vertex) for all, in no order.
   template <class Visit>

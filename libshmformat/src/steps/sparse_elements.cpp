@@ -1,4 +1,4 @@
-#include "steps/thin_elements.h"
+#include "steps/sparse_elements.h"
 
 #include <algorithm>
 #include <utility>
@@ -7,7 +7,7 @@
 
 namespace shm {
 
-void ThinGroup::unfold(std::uint32_t covered, TiledItems& out) const {
+void SparseGroup::unfold(std::uint32_t covered, TiledItems& out) const {
   out.clear();
   out.tile_begin.clear();
   std::size_t item = 0, skip = 0;
@@ -40,9 +40,9 @@ bool Coverage::operator()(std::uint32_t block) {
 /// element takes what was coded last: so it may as well be skipped at the next tile that has
 /// covered ones, in whatever group; and not at all if nobody looks at it before its slot is taken
 /// again.
-void ThinMaker::add_group(const TiledItems& all, std::uint32_t slots,
-                          std::span<const std::uint64_t> numbers) {
-  ThinGroup& to = out_->emplace_back();
+void SparseGroupBuilder::add_group(const TiledItems& all, std::uint32_t slots,
+                                   std::span<const std::uint64_t> numbers) {
+  SparseGroup& to = out_->emplace_back();
   to.all_slots = slots;
   const auto covers = [&](std::size_t i) { return all.blocks.empty() || covers_(all.blocks[i]); };
   for (std::size_t t = 0; t < all.tile_begin.size() && !all.items.empty(); ++t) {
@@ -71,44 +71,45 @@ void ThinMaker::add_group(const TiledItems& all, std::uint32_t slots,
   bytes_ += to.bytes();
 }
 
-void ThinMaker::add_covered(const Neighbourhood& item, ThinGroup& to) {
+void SparseGroupBuilder::add_covered(const Neighbourhood& item, SparseGroup& to) {
   expect_more(to.items, 1);
-  Neighbourhood& thin = to.items.emplace_back(item);
-  for (std::size_t i = 0; i < thin.at.size(); ++i) {
+  Neighbourhood& sparse = to.items.emplace_back(item);
+  for (std::size_t i = 0; i < sparse.at.size(); ++i) {
     if ((item.known >> i & 1) == 0) {
-      thin.at[i] = 0;
+      sparse.at[i] = 0;
       continue;
     }
     Slot& slot = at_slot(by_slot_, item.at[i]);
-    thin.at[i] = renumbered(slot);
+    sparse.at[i] = renumbered(slot);
     if (slot.skipped != kNone) looked_at_.push_back({slot.skipped, slot.number});
     slot.skipped = kNone;
   }
   Slot& self = at_slot(by_slot_, item.self);
-  thin.self = renumbered(self);
+  sparse.self = renumbered(self);
   self.skipped = kNone;
 }
 
-void ThinMaker::end_segment() {
+void SparseGroupBuilder::end_segment() {
   const auto groups = std::span(*out_).subspan(first_group_);
   put_skipped(groups);
   number_by_first_use(groups);
-  for (const ThinGroup& group : groups) bytes_ += group.skipped.capacity() * sizeof(std::uint32_t);
+  for (const SparseGroup& group : groups)
+    bytes_ += group.skipped.capacity() * sizeof(std::uint32_t);
   first_group_ = out_->size();
   by_slot_.clear();
   looked_at_.clear();
   slots_ = tiles_ = 0;
 }
 
-void ThinMaker::put_skipped(std::span<ThinGroup> groups) {
+void SparseGroupBuilder::put_skipped(std::span<SparseGroup> groups) {
   std::sort(looked_at_.begin(), looked_at_.end(), [](const LookedAt& a, const LookedAt& b) {
     return a.tile != b.tile ? a.tile < b.tile : a.slot < b.slot;
   });
   std::size_t next = 0;
   std::uint32_t tile = 0;
-  for (ThinGroup& group : groups) {
+  for (SparseGroup& group : groups) {
     const std::size_t begin = next;
-    for (ThinGroup::Tile& it : group.tiles) {
+    for (SparseGroup::Tile& it : group.tiles) {
       while (next < looked_at_.size() && looked_at_[next].tile == tile) ++next;
       it.skipped_end = static_cast<std::uint32_t>(next - begin);
       ++tile;
@@ -119,14 +120,14 @@ void ThinMaker::put_skipped(std::span<ThinGroup> groups) {
 }
 
 /// So that no group names more slots than all elements up to it do.
-void ThinMaker::number_by_first_use(std::span<ThinGroup> groups) const {
+void SparseGroupBuilder::number_by_first_use(std::span<SparseGroup> groups) const {
   std::vector<std::uint32_t> anew(slots_, kNone);
   std::uint32_t slots = 0;
   const auto number = [&](std::uint32_t& slot) {
     if (anew[slot] == kNone) anew[slot] = slots++;
     slot = anew[slot];
   };
-  for (ThinGroup& group : groups) {
+  for (SparseGroup& group : groups) {
     for (std::uint32_t& slot : group.skipped) number(slot);
     for (Neighbourhood& item : group.items) {
       for (std::size_t i = 0; i < item.at.size(); ++i)

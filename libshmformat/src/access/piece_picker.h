@@ -1,0 +1,78 @@
+// PiecePicker: picks the cells and vertices that a request asks for out of the blocks of segments,
+// and remembers whose values belong to them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <set>
+#include <unordered_set>
+#include <vector>
+
+#include "access/indexed_file.h"
+#include "access/piece_request.h"
+#include "access/vertex_buffer.h"
+#include "segment/mesh_streams.h"
+
+namespace shm {
+
+class PiecePicker {
+ public:
+  /// A vertex of the piece that an earlier segment owns.
+  struct Import {
+    std::size_t segment = 0;  // that imports it
+    std::array<double, 3> point{};
+  };
+  using Imports = std::map<std::uint64_t, Import>;  // by number
+
+  /// All but `parts` is borrowed.
+  PiecePicker(const IndexedFile& file, const PieceRequest& request, const DecodedParts& parts);
+
+  void begin_segment(std::size_t segment) { segment_ = segment; }
+  /// The next block of the segment, of this group; it may be moved from.
+  Result<void> pick(MeshBlock& block, std::size_t group);
+  void end_segment();
+  /// Behind all segments: whether what the request asks for has come, once.
+  Result<void> end_mesh();
+
+  /// What was picked of the last block.
+  MeshBlock& piece() { return piece_; }
+  /// How many elements have come that meet all conditions but for the box.
+  std::uint64_t found() const { return found_; }
+  /// How many vertices in the box later cells may use.
+  std::size_t waiting_in_box() const { return buffer_.in_box(); }
+
+  // Of all that was picked; numbers ascend behind end_mesh().
+  const std::vector<std::uint64_t>& vertex_numbers() const { return vertex_numbers_; }
+  const std::vector<std::uint64_t>& cell_numbers() const { return cell_numbers_; }
+  const std::vector<std::uint64_t>& block_cells() const { return block_cells_; }
+  /// Vertices of which no segment was read that owns them.
+  const Imports& imports() const { return imports_; }
+  /// Segments that own them.
+  const std::set<std::size_t>& point_segments() const { return point_segments_; }
+  const std::set<std::size_t>& cell_segments() const { return cell_segments_; }
+
+ private:
+  Result<void> take_vertices(const MeshBlock& block, std::size_t& next, std::size_t end);
+  Result<void> take_unused(const MeshBlock& block, std::size_t next);
+  Result<void> pick_cell(const MeshBlock& block, std::size_t cell);
+  void pick_cell_values(const MeshBlock& block, std::size_t cell, bool wanted);
+  void give(VertexBuffer::Vertex& vertex);
+
+  const IndexedFile* file_;
+  const PieceRequest* request_;
+  VertexBuffer buffer_;
+  std::vector<std::uint32_t> cell_arrays_;  // that are wanted
+  std::vector<std::size_t> taken_;          // of these: elements of the block at hand
+  std::size_t segment_ = 0, group_ = 0;
+  std::uint64_t found_ = 0;
+  MeshBlock piece_;
+  std::unordered_set<std::uint64_t> shared_;  // given, and other segments may have them too
+
+  std::vector<std::uint64_t> vertex_numbers_, cell_numbers_, block_cells_;
+  Imports imports_;
+  std::set<std::size_t> point_segments_, cell_segments_;
+};
+
+}  // namespace shm

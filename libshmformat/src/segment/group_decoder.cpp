@@ -1,0 +1,133 @@
+#include "segment/group_decoder.h"
+
+#include <algorithm>
+
+namespace shm {
+namespace {
+
+/// Removes the elements of `stride` bytes that are marked.
+void remove_marked(std::vector<std::byte>& values, std::span<const std::uint8_t> marked,
+                   std::size_t stride) {
+  std::size_t to = 0;
+  for (std::size_t i = 0; i < marked.size(); ++i) {
+    if (marked[i] != 0) continue;
+    std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(i * stride), stride,
+                values.begin() + static_cast<std::ptrdiff_t>(to));
+    to += stride;
+  }
+  values.resize(to);
+}
+
+}  // namespace
+
+GroupDecoder::GroupDecoder(const Schema& schema, const SegmentStart& start, DecodedParts parts,
+                           CellBytes cell_bytes)
+    : schema_(&schema),
+      start_(start),
+      parts_(std::move(parts)),
+      vertex_bytes_(3 * scalar_bytes(schema.coordinate_type) + point_data_bytes(schema)),
+      cell_bytes_(std::move(cell_bytes)) {
+  for (std::uint32_t a = 0; a < schema.arrays.size(); ++a)
+    if (!schema.arrays[a].per_step) arrays_.push_back(a);
+}
+
+Error GroupDecoder::wrong_stream(const container::StreamEntry& entry) {
+  return corrupt(container::stream_name(entry.kind) + ": unknown or out of order");
+}
+
+Error GroupDecoder::unknown_codec(const container::StreamEntry& entry) {
+  return unsupported(container::stream_name(entry.kind) + ": codec " +
+                     std::to_string(static_cast<int>(entry.codec)) + " is unknown here");
+}
+
+Result<void> GroupDecoder::begin_group(const container::GroupHeader& header) {
+  header_ = &header;
+  done_ = {};
+  left_out_.clear();
+  std::optional<ConnectivityCodec> known;
+  if (const auto codec = container::connectivity_of(header)) {
+    if (codec_ && *codec_ != *codec)
+      return corrupt("connectivity: another codec than before in this segment");
+    known = connectivity_codec(*codec);
+    if (!known) return unknown_codec(header.streams[0]);
+  } else if (header.cells > 0) {
+    return corrupt("connectivity: missing");
+  }
+  if (auto good = begin_streams(known); !good) return good;
+  if (known) codec_ = header.streams[0].codec;
+  return {};
+}
+
+Result<void> GroupDecoder::next_block(DecodedBlock& decoded) {
+  MeshBlock& block = decoded.mesh;
+  decoded.segment = start_;
+  if (codec_) decoded.connectivity = *connectivity_codec(*codec_);
+  block.first_vertex = header_->first_vertex + done_.own;
+  block.first_cell = header_->first_cell + done_.cells;
+  block.corner_begin.push_back(0);
+  block.arrays.resize(schema_->arrays.size());
+  if (auto good = decode_elements(decoded); !good) return good;
+  return decode_values(block);
+}
+
+void GroupDecoder::add_vertex(std::uint64_t number, bool imported, DecodedBlock& decoded) {
+  if (imported) decoded.imported.push_back(number);
+  if (!imported || parts_.imported_vertices) decoded.mesh.vertex_numbers.push_back(number);
+  if (parts_.imported_vertices)
+    decoded.mesh.imported.push_back(imported ? 1 : 0);
+  else if (may_import())
+    left_out_.push_back(imported ? 1 : 0);
+  ++(imported ? done_.imported : done_.own);
+  done_.bytes += vertex_bytes_;
+}
+
+void GroupDecoder::add_own_vertices(std::span<const std::uint64_t> numbers, DecodedBlock& decoded) {
+  MeshBlock& block = decoded.mesh;
+  block.vertex_numbers.insert(block.vertex_numbers.end(), numbers.begin(), numbers.end());
+  if (parts_.imported_vertices)
+    block.imported.resize(block.imported.size() + numbers.size());
+  else if (may_import())
+    left_out_.resize(left_out_.size() + numbers.size());
+  done_.own += numbers.size();
+  done_.bytes += numbers.size() * vertex_bytes_;
+}
+
+std::size_t GroupDecoder::column_of(const container::StreamEntry& entry) const {
+  if (entry.kind == container::StreamKind::geometry) return 0;
+  if (entry.kind != container::StreamKind::array) return columns();
+  const auto at = std::lower_bound(arrays_.begin(), arrays_.end(), entry.array);
+  return at != arrays_.end() && *at == entry.array
+             ? static_cast<std::size_t>(at - arrays_.begin()) + 1
+             : columns();
+}
+
+std::size_t GroupDecoder::element_bytes(std::size_t column) const {
+  if (column == 0) return 3 * scalar_bytes(schema_->coordinate_type);
+  const ArrayInfo& info = schema_->arrays[array_of(column)];
+  return scalar_bytes(info.type) * info.components;
+}
+
+/// Of the cells and vertices of the block.
+Result<void> GroupDecoder::decode_values(MeshBlock& block) {
+  const bool leaves_out = std::find(left_out_.begin(), left_out_.end(), 1) != left_out_.end();
+  for (std::size_t c = 0; c < columns(); ++c) {
+    if (!is_wanted(c)) continue;
+    std::vector<std::byte>& out = c == 0 ? block.xyz : block.arrays[array_of(c)];
+    if (!decode_column(c, block, out))
+      return corrupt((c == 0 ? "geometry" : array_stream_name(*schema_, array_of(c))) +
+                     ": its values make no sense, or are too few");
+    if (leaves_out && !of_cells(c)) remove_marked(out, left_out_, element_bytes(c));
+  }
+  left_out_.clear();
+  return {};
+}
+
+Result<DecodedBlock::GroupEnd> GroupDecoder::end_group() const {
+  if (done_.bytes != header_->decoded_bytes || done_.active != header_->max_active_vertices ||
+      done_.unused != header_->loose_vertices || done_.imported != header_->imported_vertices)
+    return corrupt("does not hold what its header states");
+  if (!is_used_up()) return corrupt("its streams hold more than the group");
+  return DecodedBlock::GroupEnd{done_.imported, done_.active, {}};
+}
+
+}  // namespace shm

@@ -1,0 +1,136 @@
+#include "segment/surface_segment_encoder.h"
+
+#include <span>
+#include <utility>
+
+#include "bytes/lists.h"
+
+namespace shm {
+
+SurfaceSegmentEncoder::SurfaceSegmentEncoder(const Schema& schema, const SegmentOptions& options,
+                                             const SegmentStart& start)
+    : SegmentEncoder(schema, options, start),
+      streams_(schema, start),
+      listed_(MeshStreams<RangeEncoder>::list(schema)) {
+  streams_.connectivity().set_codec(options.codec);
+  streams_.values().expect_level(options.level);
+}
+
+void SurfaceSegmentEncoder::introduce(const SegmentPiece& piece, std::size_t first,
+                                      std::size_t count) {
+  for (std::size_t i = first; i < first + count; ++i) {
+    const SegmentPiece::Vertex& vertex = piece.vertices[i];
+    at_slot(handles_, vertex.handle) = {vertex.number, kNone, static_cast<std::uint32_t>(i)};
+  }
+}
+
+void SurfaceSegmentEncoder::begin_element(bool is_cell) {
+  if (tile_ends_.before(is_cell, group_.header.decoded_bytes)) streams_.values().begin_tile();
+}
+
+bool SurfaceSegmentEncoder::encode_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
+                                        const Place& at) {
+  introduce(piece, at.vertex, cell.new_vertices);
+  const auto nodes = std::span(piece.nodes).subspan(at.node, cell.nodes);
+  topology_.block = cell.block;
+  topology_.slots.resize(cell.nodes);
+  topology_.numbers.assign(nodes.begin(), nodes.end());
+  topology_.last_use.resize(cell.nodes);
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    topology_.slots[i] = handles_[nodes[i]].slot;
+    if (i < 8) topology_.original[i] = handles_[nodes[i]].number;
+    topology_.last_use[i] = i < kMaxLastUse && (cell.last_use >> i & 1) != 0 ? 1 : 0;
+  }
+  begin_element(true);
+  if (!streams_.code_cell(topology_)) return false;
+  if (options_.values) streams_.values().begin_cell(topology_, active());
+  encode_new_vertices(piece, at);
+  streams_.code_cell_number(cell.number);
+  if (options_.values) streams_.values().end_cell(topology_);
+  note_active(active());
+  streams_.finish_cell(topology_);
+  return true;
+}
+
+void SurfaceSegmentEncoder::encode_new_vertices(const SegmentPiece& piece, const Place& at) {
+  if (start_.segment > 0) streams_.begin_new_vertices(topology_);
+  const auto handle_at = [&](std::uint32_t position) -> Handle& {
+    return handles_[piece.nodes[at.node + topology_.stored_position(position)]];
+  };
+  std::uint64_t number = 0;
+  streams_.code_vertex_numbers(topology_, [&](std::uint32_t position) -> std::uint64_t& {
+    number = piece.vertices[handle_at(position).vertex].number;
+    return number;
+  });
+  for (std::uint32_t position : topology_.new_positions) {
+    const std::uint32_t slot = topology_.slots[position];
+    Handle& handle = handle_at(position);
+    const SegmentPiece::Vertex& vertex = piece.vertices[handle.vertex];
+    if (start_.segment > 0) {
+      streams_.code_import(topology_, position, vertex.imported);
+      if (vertex.imported && schema_->order != Order::keep)
+        group_.imports.push_back(
+            {vertex.ticket, slot, streams_.import_stencil(topology_, position)});
+    }
+    if (options_.values) streams_.values().add_vertex(topology_, position);
+    take_vertex(piece, handle.vertex);
+    handle.slot = slot;
+  }
+}
+
+void SurfaceSegmentEncoder::encode_unused(const SegmentPiece& piece, std::size_t vertex) {
+  begin_element(false);
+  const std::uint32_t slot = streams_.connectivity().add_loose_vertex();
+  std::uint64_t number = piece.vertices[vertex].number;
+  streams_.code_unused_number(slot, number);
+  if (options_.values) streams_.values().add_unused_vertex(slot);
+  take_vertex(piece, vertex);
+  note_active(active());
+  streams_.connectivity().remove_loose_vertex(slot);
+}
+
+void SurfaceSegmentEncoder::encode_streams() {
+  for (std::size_t s = 0; s < listed_.size(); ++s) {
+    if (!streams_.holds_values(s))
+      add_symbols(s);
+    else if (options_.values)
+      add_column(s);
+  }
+  streams_.values().clear();
+}
+
+// An absent stream reads as zeros; an empty one is there to name its codec where that may be
+// another one.
+
+void SurfaceSegmentEncoder::add_symbols(std::size_t stream) {
+  using container::StreamKind;
+  std::vector<std::byte> bytes = streams_.coders()[stream].finish();
+  container::StreamEntry entry;
+  entry.kind = listed_[stream].kind;
+  if (bytes.empty() && !(entry.kind == StreamKind::connectivity && group_.header.cells > 0)) return;
+  entry.codec =
+      entry.kind >= StreamKind::vertex_numbers ? Codec::predictive : stream_codec(options_.codec);
+  if (entry.kind != StreamKind::connectivity) entry.add_need(StreamKind::connectivity);
+  // in stored order
+  if (entry.kind == StreamKind::imports ||
+      (entry.kind == StreamKind::vertex_numbers && schema_->order == Order::keep))
+    entry.add_need(StreamKind::corner_order);
+  add_stream(entry, std::move(bytes));
+}
+
+void SurfaceSegmentEncoder::add_column(std::size_t stream) {
+  using container::StreamKind;
+  const std::size_t c = streams_.column_of(stream);
+  EncodedColumn column =
+      streams_.values().encode(c, values_.values(c), values_.stride(c), options_.level);
+  if (column.bytes.empty() && column.codec == Codec::columns) return;
+  container::StreamEntry entry;
+  entry.kind = listed_[stream].kind;
+  entry.array = listed_[stream].array;
+  entry.codec = column.codec;
+  entry.add_need(StreamKind::connectivity);
+  entry.add_need(StreamKind::corner_order);  // along stored axes
+  add_stream(entry, std::move(column.bytes));
+}
+
+}  // namespace shm

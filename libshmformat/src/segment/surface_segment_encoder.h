@@ -1,0 +1,46 @@
+// SurfaceSegmentEncoder: the cells of a segment over an active surface, with neighbourhoods for the
+// values. The mirror of surface_group_decoder.h.
+// spec: "Connectivity stream", "Value columns"
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "segment/mesh_streams.h"
+#include "segment/segment_encoder.h"
+
+namespace shm {
+
+class SurfaceSegmentEncoder final : public SegmentEncoder {
+ public:
+  /// `schema` is checked and borrowed.
+  SurfaceSegmentEncoder(const Schema& schema, const SegmentOptions& options,
+                        const SegmentStart& start);
+
+ private:
+  /// What a handle stands for.
+  struct Handle {
+    std::uint64_t number = 0;    // the caller's
+    std::uint32_t slot = kNone;  // on the active surface, once encoded
+    std::uint32_t vertex = 0;    // in the piece at hand, until it is encoded
+  };
+
+  bool encode_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
+                   const Place& at) override;
+  void encode_unused(const SegmentPiece& piece, std::size_t vertex) override;
+  void encode_streams() override;
+  void introduce(const SegmentPiece& piece, std::size_t first, std::size_t count);
+  void encode_new_vertices(const SegmentPiece& piece, const Place& at);
+  void begin_element(bool is_cell);
+  void add_column(std::size_t stream);
+  void add_symbols(std::size_t stream);
+  std::uint64_t active() { return streams_.connectivity().surface().active_vertices(); }
+
+  MeshStreams<RangeEncoder> streams_;
+  std::vector<MeshStreams<RangeEncoder>::Stream> listed_;
+  std::vector<Handle> handles_;
+  CellTopology topology_;
+};
+
+}  // namespace shm

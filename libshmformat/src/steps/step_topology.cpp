@@ -1,0 +1,215 @@
+#include "steps/step_topology.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "bytes/lists.h"
+#include "segment/segment_decoder.h"
+
+namespace shm {
+
+ElementNeeds needs_of_steps(const Schema& schema) {
+  ElementNeeds needs;
+  for (const ArrayInfo& info : schema.arrays)
+    if (info.per_step) (info.location == Location::point ? needs.vertices : needs.cells) = true;
+  return needs;
+}
+
+StepTopology::StepTopology(const Schema& schema, std::uint64_t most_bytes,
+                           const ElementNeeds& needs, std::size_t most_kept, CellBytes cell_bytes)
+    : schema_(&schema),
+      most_bytes_(most_bytes),
+      needs_(needs),
+      most_kept_(most_kept),
+      cell_bytes_(cell_bytes != nullptr
+                      ? std::move(cell_bytes)
+                      : std::make_shared<const std::vector<std::size_t>>(cell_data_bytes(schema))) {
+}
+
+bool StepTopology::uses(const container::GroupHeader& header,
+                        const container::StreamEntry& stream) const {
+  using container::StreamKind;
+  const bool keep = schema_->order == Order::keep;
+  const container::StreamEntry* const first = header.streams.data();
+  switch (stream.kind) {
+    case StreamKind::connectivity:
+    case StreamKind::corner_order:
+    case StreamKind::imports: return true;
+    case StreamKind::cell_numbers: return needs_.cell_numbers && keep && schema_->delay > 0;
+    case StreamKind::vertex_numbers:
+      // A group without cells leaves open whether hexahedra of its segment are coded by numbers.
+      return keep && (needs_.vertex_numbers || header.cells == 0 ||
+                      (first->kind == StreamKind::connectivity &&
+                       first->codec == container::Codec::replay));
+    default: return false;
+  }
+}
+
+void StepTopology::add_group(std::uint32_t segment, const container::GroupHeader& header,
+                             std::span<const std::span<const std::byte>> streams) {
+  if (!needs_.any()) return;
+  Group& group = groups_.emplace_back();
+  group.segment = segment;
+  group.header = header;
+  group.header.streams.clear();
+  cells_in_all_ += header.cells;
+  vertices_in_all_ += header.vertices + header.imported_vertices;
+  for (std::size_t s = 0; s < header.streams.size() && s < streams.size(); ++s) {
+    if (!uses(header, header.streams[s])) continue;
+    group.header.streams.push_back(header.streams[s]);
+    group.header.streams.back().bytes = streams[s].size();
+    group.streams.insert(group.streams.end(), streams[s].begin(), streams[s].end());
+  }
+  group.header.streams.shrink_to_fit();
+  group.streams.shrink_to_fit();
+}
+
+Result<std::uint64_t> StepTopology::count(std::uint32_t array, std::size_t group) {
+  if (schema_->arrays[array].location == Location::point) return groups_[group].header.vertices;
+  if (schema_->arrays[array].blocks.empty()) return groups_[group].header.cells;
+  if (!groups_[group].counted)
+    if (auto good = elements(group); !good) return good.error();
+  std::uint64_t cells = 0;
+  for (const auto& [block, count] : groups_[group].block_cells)
+    if (schema_->array_covers(array, block)) cells += count;
+  return cells;
+}
+
+Result<const GroupElements*> StepTopology::elements(std::size_t group) {
+  if (group < kept_.size()) return &kept_[group];
+  const std::uint32_t segment = groups_[group].segment;
+  if (has_elements_ && group + 1 == next_) return &elements_;
+  if (!decoder_ || next_ > group || groups_[next_].segment != segment ||
+      groups_[next_ - 1].segment != segment) {
+    next_ = group;  // back or on to the first group of its segment
+    while (next_ > 0 && groups_[next_ - 1].segment == segment) --next_;
+  }
+  while (next_ <= group)
+    if (auto good = decode_next(); !good) return good.error();
+  return group < kept_.size() ? &kept_[group] : &elements_;
+}
+
+Result<void> StepTopology::decode_next() {
+  const std::size_t number = next_++;
+  Group& group = groups_[number];
+  if (number == 0 || groups_[number - 1].segment != group.segment) decoder_.reset();
+  const auto good = decode(group);
+  has_elements_ = static_cast<bool>(good);
+  if (!good) {
+    decoder_.reset();
+    return Error{good.error().code,
+                 "group " + std::to_string(number) + ": " + good.error().detail,
+                 "step values",
+                 kNoOffset,
+                 {}};
+  }
+  if (!std::exchange(group.counted, true))
+    for (std::uint32_t block : elements_.cells.blocks) ++group.block_cells[block];
+  if (keeps_ && number == kept_.size()) keep();
+  return {};
+}
+
+Result<void> StepTopology::decode(const Group& group) {
+  elements_.vertices.clear();
+  elements_.cells.clear();
+  elements_.vertex_numbers.clear();
+  elements_.cell_numbers.clear();
+  if (!decoder_) {
+    DecodedParts parts = DecodedParts::without_values();
+    // In other orders own vertices are numbered by their order; of imported ones nobody asks.
+    parts.vertex_numbers = needs_.vertex_numbers && schema_->order == Order::keep;
+    parts.imported_vertices = true;
+    parts.vertex_neighbourhoods = needs_.vertices;
+    parts.cell_neighbourhoods = needs_.cells;
+    auto made = make_group_decoder(
+        *schema_, {group.segment, group.header.first_cell, group.header.first_vertex}, parts,
+        cell_bytes_, group.header);
+    if (!made) return made.error();
+    decoder_ = std::move(*made);
+  }
+  if (auto good = decoder_->begin_group(group.header); !good) return good;
+  auto streams = std::span<const std::byte>(group.streams);
+  for (const container::StreamEntry& entry : group.header.streams) {
+    const auto bytes = streams.first(static_cast<std::size_t>(entry.bytes));
+    if (auto good = decoder_->begin_stream(entry, bytes); !good) return good;
+    streams = streams.subspan(bytes.size());
+  }
+  if (auto good = decoder_->end_streams(); !good) return good;
+  for (bool first = true; first || !decoder_->is_complete(); first = false) {
+    DecodedBlock block;
+    if (auto good = decoder_->next_block(block); !good) return good;
+    if (!first) {  // a block is a tile
+      elements_.vertices.tile_begin.push_back(elements_.vertices.items.size());
+      elements_.cells.tile_begin.push_back(elements_.cells.items.size());
+    }
+    add(block.mesh);
+    if (elements_.bytes() > most_bytes_)
+      return Error{ErrorCode::over_limit,
+                   "the neighbourhoods of its elements take more than the limit of " +
+                       std::to_string(most_bytes_) + " bytes",
+                   {},
+                   kNoOffset,
+                   {}};
+  }
+  elements_.slots = decoder_->slots();
+  const auto end = decoder_->end_group();
+  return end ? Result<void>() : end.error();
+}
+
+void StepTopology::add(const MeshBlock& block) {
+  const auto append = [](auto& to, const auto& from) {
+    expect_more(to, from.size());
+    to.insert(to.end(), from.begin(), from.end());
+  };
+  const GroupDecoder::Items items = decoder_->items();
+  if (needs_.vertices) {
+    append(elements_.vertices.items, items.vertices);
+    if (decoder_->start().segment > 0) append(elements_.vertices.blocks, block.imported);
+  }
+  if (needs_.cells) append(elements_.cells.items, items.cells);
+  if (needs_.cells || needs_.cell_numbers) append(elements_.cells.blocks, block.cell_blocks);
+  if (needs_.cell_numbers) append(elements_.cell_numbers, block.cell_numbers);
+  if (!needs_.vertex_numbers) return;
+  expect_more(elements_.vertex_numbers, block.vertex_count());
+  for (std::size_t v = 0; v < block.vertex_count(); ++v)
+    if (block.imported[v] == 0) elements_.vertex_numbers.push_back(block.vertex_numbers[v]);
+}
+
+void StepTopology::release() {
+  decoder_.reset();
+  elements_ = {};
+  has_elements_ = false;
+}
+
+/// The elements of all groups take at least so much.
+std::uint64_t StepTopology::expected_bytes() const {
+  const std::uint64_t cell = (needs_.cells ? sizeof(Neighbourhood) : 0) +
+                             (needs_.cell_numbers ? sizeof(std::uint64_t) : 0);
+  const std::uint64_t vertex = (needs_.vertices ? sizeof(Neighbourhood) : 0) +
+                               (needs_.vertex_numbers ? sizeof(std::uint64_t) : 0);
+  std::uint64_t bytes = 0;
+  for (const Group& group : groups_) {
+    bytes += group.header.cells * cell;
+    // A lying group may state more vertices than there can be numbers.
+    if (vertex > 0 && group.header.vertices > most_kept_) return group.header.vertices;
+    bytes += group.header.vertices * vertex;
+    if (bytes > most_kept_) break;
+  }
+  return bytes;
+}
+
+/// Keeps the elements of the group; none at all when they are, or will be, too many.
+void StepTopology::keep() {
+  if (kept_.empty()) keeps_ = expected_bytes() <= most_kept_;
+  kept_bytes_ += elements_.bytes();
+  keeps_ = keeps_ && kept_bytes_ <= most_kept_;
+  if (keeps_) {
+    kept_.push_back(std::move(elements_));
+    has_elements_ = false;
+  } else {
+    let_go(kept_);
+  }
+}
+
+}  // namespace shm
