@@ -374,8 +374,8 @@ void read_all(const Schema& schema, bool may_import, const Bytes& bytes, std::si
     const std::uint32_t nodes = schema.blocks[marks->block].nodes_per_cell;
     ASSERT_EQ(some.nodes, nodes);
     const std::uint64_t all = ~std::uint64_t{0} >> (64 - nodes);
-    ASSERT_EQ((marks->births | marks->last_use) & ~all, 0u);
-    ASSERT_EQ(marks->imports & ~marks->births, 0u);
+    ASSERT_EQ((marks->introduced | marks->last_use) & ~all, 0u);
+    ASSERT_EQ(marks->imports & ~marks->introduced, 0u);
     ASSERT_TRUE(may_import || marks->imports == 0);
   }
   for (int i = 0; i < 3; ++i) decoder.next_isolated();
