@@ -41,7 +41,6 @@ class Comparison {
              std::unique_ptr<SpooledSource>& spooled)
       : source_(&source),
         restored_(&restored),
-        spool_(&spool),
         progress_(progress),
         with_steps_(with_steps),
         numbers_(source, restored, spool, progress, given_order, spooled) {}
@@ -98,7 +97,6 @@ class Comparison {
 
   MeshSource* source_;
   MeshSource* restored_;
-  Spool* spool_;
   const Progress& progress_;
   bool with_steps_;  // else only what does not change with time
   NumberingSearch numbers_;
@@ -200,7 +198,7 @@ void Comparison::compare_cells() {
       compare_cell(i, source.block(), source.corners(), restored.block(), restored.corners());
     return;
   }
-  CellStore store(*spool_);
+  CellStore store(numbers_.spool());
   for (CellCursor source(*source_); source.next();) store.append(source.block(), source.corners());
   CellBatch one;
   numbers_.cells()->for_each([&](std::uint64_t at, std::uint64_t number) {

@@ -55,6 +55,8 @@ class NumberingSearch {
 
   // The source; after take() perhaps the same mesh with other numbers, which the others mean.
   MeshSource& source() { return *source_; }
+  // For what is compared: that of the search, which leaves room for a source with other numbers.
+  Spool& spool() { return *spool_; }
   // The source's number of each restored vertex, cell, element of an array; null: the same.
   NumberList* vertices() { return numbering_.vertices.get(); }
   NumberList* cells() { return numbering_.cells.get(); }
