@@ -5,7 +5,9 @@
 
 Every relative link of every document leads to a file, and its #anchor to a heading there. Every path
 in backticks that begins with a folder of this repository exists. README.md has at most 140 lines.
-docs/architecture.md has a line for every folder of sources, and each room/unit that it names exists.
+docs/architecture.md has a line for every folder of sources, each room/unit that it names exists, and
+its picture of the layers has each room above those that it may include by the table in rules_test.cpp.
+Every section of the specification that a comment of the library cites exists.
 """
 import itertools
 import re
@@ -23,6 +25,8 @@ MAP = ROOT / "docs" / "architecture.md"
 LINK = re.compile(r"!?\[(?:[^\[\]]|\[[^\]]*\])*\]\(\s*<?([^)\s>]+)>?[^)]*\)")
 CODE = re.compile(r"(?<!`)`([^`]+)`(?!`)")
 ROW = re.compile(r"\| `([a-z]+(?:/[a-z]+)?)` \|")
+ALLOWED = re.compile(r'\{"([a-z/]+)",\s*\{((?:\s*"[a-z/]+",?)*)\s*\}\}')  # in rules_test.cpp
+CITED = re.compile(r'spec: ((?:"[^"]+"[, /\n]*)+)')
 HEADING = re.compile(r"#{1,6}\s+(.*?)\s*#*$")
 
 
@@ -111,6 +115,36 @@ def faults_of_map(lines):
                 yield number, f"there is no unit {code}"
 
 
+def layers(text):
+    """The line of each room in the pictures of the layers."""
+    picture = text.partition("\n## Layers\n")[2].partition("\n## ")[0]
+    return {room: number for number, line in enumerate(picture.splitlines())
+            if line.startswith("    ") for room in line.split()}
+
+
+def faults_of_layers(text):
+    heights = layers(text)
+    table = ALLOWED.findall((ROOT / "tests/library/rules_test.cpp").read_text(encoding="utf-8"))
+    for room in sorted(set(heights) ^ {room for room, _ in table}):
+        yield 1, f"the room {room} is only in one of the picture of the layers and rules_test.cpp"
+    for room, may_include in table:
+        for lower in re.findall('"(.*?)"', may_include):
+            if heights.get(lower, 0) <= heights.get(room, 0):
+                yield 1, f"{room} may include {lower}, which the picture does not have below it"
+
+
+def faults_of_citations(text):
+    """Sections that comments of the library cite, and that `text` has not as heading or bold."""
+    sections = set(re.findall(r"^#+ (?:\d+ )?(.*)$", text, re.MULTILINE))
+    sections |= set(re.findall(r"\*\*(.*?)\.?\*\*", text))
+    for path in sorted((ROOT / "libshmformat").rglob("*.*")):
+        code = path.read_text(encoding="utf-8").replace("\n//", "\n") if path.suffix in (".h", ".cpp") else ""
+        for cited in CITED.findall(code):
+            for section in re.findall('"(.*?)"', cited):
+                if section not in sections:
+                    yield 1, f'{path.relative_to(ROOT)} cites a section "{section}"'
+
+
 def faults(document):
     text = document.read_text(encoding="utf-8")
     lines = list(prose(text))
@@ -125,6 +159,9 @@ def faults(document):
         yield README_LINES, f"more than {README_LINES} lines"
     if document == MAP:
         yield from faults_of_map(lines)
+        yield from faults_of_layers(text)
+    if document == ROOT / "spec/shm_format.md":
+        yield from faults_of_citations(text)
 
 
 def main():
