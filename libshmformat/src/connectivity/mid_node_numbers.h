@@ -1,6 +1,6 @@
 // Mid-node numbers: what the source's number of a mid node is likely to be. Programs number these
 // nodes by rules of their own, so several rules are kept, and of each how far off it was.
-// spec: "Inner nodes"
+// spec: "Mid nodes"
 #pragma once
 
 #include <array>

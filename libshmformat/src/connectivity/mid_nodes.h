@@ -5,7 +5,7 @@
 // in:    cells whose corners are known       out: symbols for "connectivity"
 // keeps: the vertices in the middle of live edges and faces, the models; the same in
 //        encoder and decoder
-// spec: "Inner nodes"
+// spec: "Mid nodes"
 #pragma once
 
 #include <array>

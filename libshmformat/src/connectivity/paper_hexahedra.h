@@ -10,7 +10,7 @@
 //   BRIDGE  f0, f1 and the opposite f3; TUNNEL follows
 // The face f0 (the gate) is looked for on the previous hexahedron, at its edges, at its vertices,
 // and only then coded by the number of a live vertex.
-// source: paper section 3.1; spec: "Paper hexahedra"
+// source: paper section 3.1; spec: "Connectivity stream", "Corner order stream"
 #pragma once
 
 #include <array>

@@ -7,7 +7,7 @@
 // Encoders and decoders have the same calls, `bit(model, value)` and `raw(value, count)`, where a
 // decoder ignores what it is given: a coder written once as a template runs both ways, so the two
 // directions cannot drift apart.
-// spec: "Adaptive bit", "Range coder", "Split coder"
+// spec: "Adaptive bit", "Range coder", "Split streams"
 #pragma once
 
 #include <algorithm>

@@ -9,7 +9,7 @@
 //
 // For a vertex the lattice is that of hexahedron corners; for a cell it is that of cells behind
 // faces. Nodes of second-order cells that are no corners see those that they lie between instead.
-// spec: "Neighbourhoods", "Inner nodes"
+// spec: "Neighbourhoods", "Mid nodes"
 #pragma once
 
 #include <array>
