@@ -1,5 +1,5 @@
 // Node layouts: where the mid nodes of second-order cells stand, which are no corners: in the
-// middle of an edge, of a quadrilateral face, or of the cell. Node orders are VTK's. spec: "Inner
+// middle of an edge, of a quadrilateral face, or of the cell. Node orders are VTK's. spec: "Mid
 // nodes"
 #pragma once
 
