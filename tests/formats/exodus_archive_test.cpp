@@ -18,22 +18,13 @@
 #include "shm/io.h"
 #include "support/exodus_files.h"
 #include "support/exodus_oddities.h"
+#include "support/exodus_oracle.h"
 #include "support/temporary_folder.h"
 
 namespace shm::converters {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Whether netCDF's own tools find two files equal; says how they differ.
-testing::AssertionResult equal_files(const std::string& a, const std::string& b) {
-  const std::string report = b + ".report";
-  const std::string command = "python3 '" SHM_SOURCE_DIR "/tests/support/exodus_oracle.py' '" + a +
-                              "' '" + b + "' > '" + report + "' 2>&1";
-  if (std::system(command.c_str()) == 0) return testing::AssertionSuccess();
-  std::ifstream in(report);
-  return testing::AssertionFailure() << a << ":\n" << std::string(std::istreambuf_iterator(in), {});
-}
 
 std::string bytes_of(const std::string& path) {
   std::ifstream in(path, std::ios::binary);

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "base/failure.h"
+#include "support/exodus_oracle.h"
 #include "support/sanitized.h"
 #include "support/temporary_folder.h"
 
@@ -28,16 +29,6 @@ namespace fs = std::filesystem;
 
 bool have_ncdump() {
   return std::system("ncdump >/dev/null 2>&1 -k /dev/null; test $? -ne 127") == 0;
-}
-
-// Whether netCDF's own tools find two files equal; says how they differ.
-testing::AssertionResult equal_files(const std::string& a, const std::string& b) {
-  const std::string report = b + ".report";
-  const std::string command = "python3 '" SHM_SOURCE_DIR "/tests/support/exodus_oracle.py' '" + a +
-                              "' '" + b + "' > '" + report + "' 2>&1";
-  if (std::system(command.c_str()) == 0) return testing::AssertionSuccess();
-  std::ifstream in(report);
-  return testing::AssertionFailure() << a << ":\n" << std::string(std::istreambuf_iterator(in), {});
 }
 
 std::vector<fs::path> corpus() {

@@ -109,13 +109,8 @@ constexpr const char* kPlain = R"(<?xml version="1.0"?>
 </VTKFile>
 )";
 
-class VtuTest : public testing::Test {
+class VtuTest : public FolderTest {
  protected:
-  std::string path(const std::string& name) const { return (directory_ / name).string(); }
-  std::string write_file(const std::string& name, const std::string& bytes) const {
-    std::ofstream(path(name), std::ios::binary) << bytes;
-    return path(name);
-  }
   std::unique_ptr<MeshSource> open_text(const std::string& bytes) {
     return open_vtu(write_file("in.vtu", bytes), spool_);
   }
@@ -168,8 +163,6 @@ class VtuTest : public testing::Test {
     return WIFEXITED(result) ? WEXITSTATUS(result) : -1;
   }
 
-  TemporaryFolder own_folder_;
-  const fs::path& directory_ = own_folder_.path();
   Spool spool_{fs::temp_directory_path().string(), std::size_t{1} << 20};
 };
 

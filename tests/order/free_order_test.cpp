@@ -45,20 +45,8 @@ bool is_permutation_of(std::uint32_t size, CellSequence order) {
   return order == all;
 }
 
-// Two blocks, slabs that alternate in z.
-MemoryMesh slabs() {
-  MemoryMesh mesh = grid_mesh(6, 5, 8);
-  mesh.add_block(CellShape::hexahedron, 8, 2);
-  mesh.mesh.block_cells.assign(2, 0);
-  for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
-    mesh.cell_blocks[c] = c / 60 % 2;
-    ++mesh.mesh.block_cells[mesh.cell_blocks[c]];
-  }
-  return mesh;
-}
-
 TEST(FreeOrder, EveryOrderingIsAPermutationAndTheSameAgain) {
-  MemoryMesh rich = rich_mesh(), two = slabs(), empty;
+  MemoryMesh rich = rich_mesh(), two = slabs_mesh(), empty;
   shuffle_mesh(two, 4, true);
   for (MemoryMesh* mesh : {&rich, &two, &empty}) {
     const auto cells = CellTable::read(*mesh);
@@ -73,7 +61,7 @@ TEST(FreeOrder, EveryOrderingIsAPermutationAndTheSameAgain) {
 }
 
 TEST(FreeOrder, GraphJoinsNeighboursAndCutsBetweenBlocks) {
-  MemoryMesh mesh = slabs();
+  MemoryMesh mesh = slabs_mesh();
   shuffle_mesh(mesh, 2, true);
   const auto cells = CellTable::read(mesh);
   CellGraph graph(*cells);
@@ -171,7 +159,7 @@ TEST(FreeOrder, DataAndReferencesFollow) {
 }
 
 TEST(FreeOrder, ShuffledMeshesComeOutSmallAndTheSame) {
-  MemoryMesh grid = grid_mesh(20, 17, 13), rich = rich_mesh(), two = slabs();
+  MemoryMesh grid = grid_mesh(20, 17, 13), rich = rich_mesh(), two = slabs_mesh();
   for (MemoryMesh* mesh : {&grid, &rich, &two}) {
     shuffle_mesh(*mesh, 6, true);
     SizeReport stream, free;

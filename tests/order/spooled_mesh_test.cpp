@@ -79,20 +79,8 @@ MemoryMesh quads() {
   return mesh;
 }
 
-// Slabs of two blocks, so that orders within blocks are tried.
-MemoryMesh slabs() {
-  MemoryMesh mesh = grid_mesh(6, 5, 8);
-  mesh.add_block(CellShape::hexahedron, 8, 2);
-  mesh.mesh.block_cells.assign(2, 0);
-  for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
-    mesh.cell_blocks[c] = c / 60 % 2;
-    ++mesh.mesh.block_cells[mesh.cell_blocks[c]];
-  }
-  return mesh;
-}
-
 TEST(SpooledMesh, SpoolAndMemoryGiveTheSameFile) {
-  MemoryMesh grid = grid_mesh(9, 8, 7), rich = rich_mesh(), two = slabs(), flat = quads();
+  MemoryMesh grid = grid_mesh(9, 8, 7), rich = rich_mesh(), two = slabs_mesh(), flat = quads();
   expect_same_file(rich);
   for (MemoryMesh* mesh : {&grid, &rich, &two, &flat}) {
     shuffle_mesh(*mesh, 5, true);

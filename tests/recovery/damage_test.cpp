@@ -11,6 +11,7 @@
 
 #include "shm/mesh_extract.h"
 #include "shm/step_reader.h"
+#include "support/counted_source.h"
 #include "support/feature_files.h"
 #include "support/file_surgery.h"
 #include "support/item_text.h"
@@ -329,19 +330,6 @@ TEST(Damage, BytesAtRandom) {
 
 /// Headers without end that each claim all that follows: not read over and over.
 TEST(Damage, ManyHeadersTakeTheirBytesOnly) {
-  class Counted final : public RandomSource {
-   public:
-    explicit Counted(const Bytes& bytes) : bytes_(bytes) {}
-    std::uint64_t size() const override { return bytes_.size(); }
-    Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override {
-      read += into.size();
-      return bytes_.read_at(offset, into);
-    }
-    std::uint64_t read = 0;
-
-   private:
-    MemoryRandomSource bytes_;
-  };
   constexpr std::size_t kHeaders = 50'000;
   ByteWriter out;
   container::put(out, container::FileStart{});
@@ -353,11 +341,11 @@ TEST(Damage, ManyHeadersTakeTheirBytesOnly) {
     header.payload_bytes = (kHeaders - 1 - i) * container::kChunkHeaderBytes;
     container::put(out, header);
   }
-  Counted source(out.bytes);
+  CountedSource source(out.bytes);
   const auto report = find_damage(source);
   ASSERT_TRUE(report);
   EXPECT_FALSE(report->complete);
-  EXPECT_LT(source.read, 60 * out.bytes.size());
+  EXPECT_LT(source.bytes, 60 * out.bytes.size());
 }
 
 /// What opening it says is wrong.

@@ -106,6 +106,18 @@ inline MemoryMesh grid_mesh(std::uint64_t nx, std::uint64_t ny, std::uint64_t nz
   return mesh;
 }
 
+// Two blocks, slabs that alternate in z.
+inline MemoryMesh slabs_mesh() {
+  MemoryMesh mesh = grid_mesh(6, 5, 8);
+  mesh.add_block(CellShape::hexahedron, 8, 2);
+  mesh.mesh.block_cells.assign(2, 0);
+  for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
+    mesh.cell_blocks[c] = c / 60 % 2;
+    ++mesh.mesh.block_cells[mesh.cell_blocks[c]];
+  }
+  return mesh;
+}
+
 // Gives the vertices other numbers, and the cells another order.
 inline void shuffle_mesh(MemoryMesh& mesh, unsigned seed, bool cells_too = false) {
   std::mt19937 random(seed);

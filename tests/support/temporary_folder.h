@@ -1,9 +1,11 @@
-// A folder of its own for a test, gone with it.
+// A folder of its own for a test, which goes with it.
 #pragma once
 
+#include <gtest/gtest.h>
 #include <stdlib.h>
 
 #include <filesystem>
+#include <fstream>
 #include <stdexcept>
 #include <string>
 
@@ -24,6 +26,22 @@ class TemporaryFolder {
 
  private:
   std::filesystem::path path_;
+};
+
+/// Tests that each write into a folder of their own.
+class FolderTest : public testing::Test {
+ protected:
+  std::string path(const std::string& name) const { return folder_ / name; }
+  std::string write_file(const std::string& name, const std::string& bytes) const {
+    std::ofstream(path(name), std::ios::binary) << bytes;
+    return path(name);
+  }
+
+ private:
+  TemporaryFolder folder_;
+
+ protected:
+  const std::filesystem::path& directory_ = folder_.path();
 };
 
 }  // namespace shm

@@ -30,19 +30,12 @@ namespace shm::converters {
 
 namespace fs = std::filesystem;
 
-class VtkTest : public testing::Test {
+class VtkTest : public FolderTest {
  protected:
-  std::string path(const std::string& name) const { return (directory_ / name).string(); }
-  std::string write_file(const std::string& name, const std::string& bytes) const {
-    std::ofstream(path(name), std::ios::binary) << bytes;
-    return path(name);
-  }
   std::unique_ptr<MeshSource> open_text(const std::string& bytes) {
     return open_vtk(write_file("in.vtk", bytes), spool_);
   }
 
-  TemporaryFolder own_folder_;
-  const fs::path& directory_ = own_folder_.path();
   Spool spool_{fs::temp_directory_path().string(), std::size_t{1} << 20};
 };
 
