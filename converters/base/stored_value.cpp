@@ -9,19 +9,7 @@ namespace {
 // Calls visit(value) with the number in its own type.
 template <class Visit>
 auto with_value(const std::byte* value, ScalarType type, Visit&& visit) {
-  switch (type) {
-    case ScalarType::int8: return visit(load<std::int8_t>(value));
-    case ScalarType::uint8: return visit(load<std::uint8_t>(value));
-    case ScalarType::int16: return visit(load<std::int16_t>(value));
-    case ScalarType::uint16: return visit(load<std::uint16_t>(value));
-    case ScalarType::int32: return visit(load<std::int32_t>(value));
-    case ScalarType::uint32: return visit(load<std::uint32_t>(value));
-    case ScalarType::int64: return visit(load<std::int64_t>(value));
-    case ScalarType::uint64: return visit(load<std::uint64_t>(value));
-    case ScalarType::float32: return visit(load<float>(value));
-    case ScalarType::float64: break;
-  }
-  return visit(load<double>(value));
+  return with_scalar(type, [&](auto zero) { return visit(load<decltype(zero)>(value)); });
 }
 
 template <class Real, class Bits>

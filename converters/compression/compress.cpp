@@ -184,7 +184,7 @@ TrialCoder trial_coder(const Schema& schema, ConnectivityCodec codec, Spool& spo
   };
 }
 
-// Whether cells come so regularly that a delay buffer could hardly save a bit: told by the first
+// Whether cells come so regularly that a delay buffer could hardly save a bit: judged by the first
 // ones, with what the level chooses.
 bool connectivity_is_free(MeshSource& mesh, const Schema& schema, const CompressOptions& options,
                           Spool& spool) {
@@ -202,7 +202,7 @@ bool connectivity_is_free(MeshSource& mesh, const Schema& schema, const Compress
   return 8 * bytes <= kBitsPerCell * static_cast<double>(sizes.cells);
 }
 
-// What find_delay says of a mesh.
+// What find_delay finds for a mesh.
 std::uint32_t tried_delay(MeshSource& mesh, const Schema& schema, const CompressOptions& options,
                           Spool& spool) {
   if (options.progress) options.progress("trying delays", 0, 1);
@@ -290,7 +290,7 @@ bool needs_corner_order(const MeshInfo& info) {
 Schema schema_for(MeshSource& mesh, const CompressOptions& options) {
   Schema schema = mesh.info().schema;
   schema.order = options.order;
-  schema.step_references = StepReference::trend;  // the Writer says less
+  schema.step_references = StepReference::trend;  // the Writer takes less where that is enough
   schema.delay = options.order == Order::free ? 0 : options.delay.value_or(0);
   schema.corner_order = options.order == Order::keep || needs_corner_order(mesh.info());
   if (rounds_something(options.lossy)) {
@@ -354,7 +354,7 @@ void replay_coding_order(MeshSource& mesh, const MeshInfo& of, CodingOrder& out,
   WriteOptions options;
   options.coding_order = &out;
   options.segment_starts = of.segment_starts;
-  // It says in which order a cell's new vertices come.
+  // It decides in which order a cell's new vertices come.
   options.segment_connectivity = of.segment_connectivity;
   if (options.segment_starts.empty()) options.restart_budget = 0;
   Writer writer = writer_to(nowhere, bare, options);

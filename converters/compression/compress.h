@@ -20,7 +20,7 @@ namespace shm::converters {
 
 struct CompressOptions {
   Order order = Order::keep;
-  // Cells in the delay buffer; none in Order::free. Nothing: in Order::stream as find_delay says,
+  // Cells in the delay buffer; none in Order::free. Nothing: in Order::stream as find_delay finds,
   // but for Level::fast.
   std::optional<std::uint32_t> delay = 0;
   Level level = Level::standard;
@@ -31,7 +31,7 @@ struct CompressOptions {
   // As in shm::WriteOptions; nothing: 1 of a mesh with one step, else as there.
   std::optional<std::uint32_t> key_steps;
   unsigned threads = 1;                 // as in shm::WriteOptions
-  CodingOrder* coding_order = nullptr;  // also hears the coding order; borrowed, may be null
+  CodingOrder* coding_order = nullptr;  // also gets the coding order; borrowed, may be null
   // Order::free: the cells in this order, instead of a search for one; borrowed, each cell once.
   const CellSequence* cell_order = nullptr;
   Progress progress;
@@ -39,12 +39,12 @@ struct CompressOptions {
 
 // The schema that the options make of a source's: order, delay, what corners must keep, what is
 // rounded and how (a pass over those values). Nothing is tried: no delay buffer unless the options
-// say one.
+// give one.
 Schema schema_for(MeshSource& mesh, const CompressOptions& options);
 
 // The same with the delay buffer that compress_mesh takes, which may be found by a trial.
 Schema schema_to_write(MeshSource& mesh, const CompressOptions& options, Spool& spool);
-// What compress_mesh tells a Writer.
+// The options that compress_mesh gives a Writer.
 WriteOptions write_options_for(const MeshSource& mesh, const CompressOptions& options);
 
 // True when something in the mesh counts on the position of corners within a cell: side sets,
@@ -52,7 +52,7 @@ WriteOptions write_options_for(const MeshSource& mesh, const CompressOptions& op
 bool needs_corner_order(const MeshInfo& info);
 
 // Writes the whole mesh to `sink`, which is not committed. In Order::free the order of cells is the
-// one that the options say, or the smallest that is known (find_free_order).
+// one that the options give, or the smallest that is known (find_free_order).
 SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions& options,
                          Spool& spool);
 
@@ -61,7 +61,7 @@ SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions
 std::optional<std::uint64_t> bytes_in_free_order(MeshSource& mesh, const CompressOptions& options,
                                                  const SizeReport& sizes, Spool& spool);
 
-// Only vertices and cells, for who wants to hear the coding order; `of`, what a .shm file says of
+// Only vertices and cells, for who wants the coding order; `of`, what a .shm file records of
 // itself, gives order, delay and segments.
 void replay_coding_order(MeshSource& mesh, const MeshInfo& of, CodingOrder& out, Spool& spool);
 

@@ -14,7 +14,7 @@ namespace shm::converters {
 namespace {
 
 // How every .shm file begins, before the bytes that catch damage by text mode (spec "Signature"):
-// a file damaged so is still one of ours, and the library says what happened to it.
+// a file damaged so is still one of ours, and the library reports what happened to it.
 constexpr unsigned char kSignature[] = {0x89, 'S', 'H', 'M'};
 
 std::uint64_t file_bytes(const std::string& path) {
@@ -24,7 +24,7 @@ std::uint64_t file_bytes(const std::string& path) {
              : 0;
 }
 
-// Passes bytes on and tells how many.
+// Passes bytes on and reports how many.
 class WatchedSource final : public ByteSource {
  public:
   WatchedSource(ByteSource& source, std::uint64_t total, Progress progress)
@@ -268,7 +268,7 @@ FileSummary summarize_stream(ByteSource& source, const std::string& name,
   WatchedSource watched(source, 0, progress);
   ReadOptions options;
   options.threads = 0;
-  options.kept_topology_bytes = std::size_t{4} << 20;  // small meshes are told once
+  options.kept_topology_bytes = std::size_t{4} << 20;  // small meshes are reported once
   Reader reader = unwrap(Reader::open(watched, {}, options), name);
   Summary summary;
   summary.schema = reader.schema();

@@ -26,7 +26,7 @@ bool looks_like_shm(std::span<const std::byte> head);
 
 class StagedMesh final : public MeshSource {
  public:
-  // Reads `source` to its end. Throws what the library says about a bad file, naming `name`, and
+  // Reads `source` to its end. Throws the library's error of a bad file, naming `name`, and
   // corrupt when the parts contradict each other. `spool` must outlive the mesh.
   StagedMesh(ByteSource& source, const std::string& name, Spool& spool,
              const ReadLimits& limits = {}, const ReadOptions& options = {});
@@ -86,7 +86,7 @@ std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
 std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
                                      const Progress& progress = {});
 
-// What a .shm file says about itself.
+// What a .shm file records about itself.
 struct FileSummary {
   MeshInfo info;
   Totals totals;

@@ -21,7 +21,7 @@ std::vector<std::byte> nans(std::size_t count) {
 }
 
 // What stands for the value of one element that is lost.
-std::vector<std::byte> nothing_of(const ArrayInfo& array) {
+std::vector<std::byte> lost_value_of(const ArrayInfo& array) {
   if (array.type == ScalarType::float32) return nans<float>(array.components);
   if (array.type == ScalarType::float64) return nans<double>(array.components);
   return std::vector<std::byte>(scalar_bytes(array.type) * array.components);
@@ -324,7 +324,7 @@ PagedArray& PieceMesh::step_values(Array& array, std::uint64_t step) {
   if (!fresh || numbers.empty()) return values;
   const bool may_lack = damaged_ && file_->had_values(array.source, step);
   if (may_lack) {
-    const auto lost = nothing_of(info);
+    const auto lost = lost_value_of(info);
     for (std::uint64_t i = 0; i < numbers.size(); ++i) values.write(i, 1, lost.data());
     lost_values_[{array.source, step}] = numbers.size();
   } else {

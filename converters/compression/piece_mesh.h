@@ -25,14 +25,14 @@ namespace shm::converters {
 inline constexpr const char* kVertexNumbers = "shm_vertex_number";
 inline constexpr const char* kCellNumbers = "shm_cell_number";
 
-// Whether an array says which vertex or cell of the source each one is: such arrays go with every
+// Whether an array holds which vertex or cell of the source each one is: such arrays go with every
 // piece.
 bool is_number_map(const ArrayInfo& array);
 
 struct PieceOptions {
   ExtractRequest request;             // `arrays` of it follows from the one below
   std::optional<std::uint64_t> step;  // this one alone
-  // A static array of 3 components of points that says where they are, of the type of coordinates:
+  // A static array of 3 components of points with their places, of the type of coordinates:
   // of that step. It and all others of its role do not become arrays of the piece.
   std::optional<std::uint32_t> points;
   // Indices of arrays, ascending; nothing: all. Number maps come along in any case.
@@ -56,7 +56,7 @@ class PieceMesh final : public MeshSource {
  public:
   // `extras` of the file: those that are no sets stay as they are; `sets` are cut to what is left,
   // and those of which nothing is left go, but for decomposed meshes. `file` and `spool` must
-  // outlive the mesh. Throws what the library says about a bad file, naming `name`.
+  // outlive the mesh. Throws the library's error of a bad file, naming `name`.
   PieceMesh(MeshExtractor& file, const PieceOptions& options, std::vector<Extra> extras,
             std::vector<TransferSet> sets, const std::string& name, Spool& spool);
 

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cstring>
+#include <type_traits>
 #include <utility>
 
+#include "base/stored_value.h"
 #include "exodus/layout.h"
 
 namespace shm::converters::exodus {
@@ -153,44 +155,25 @@ ScalarType reference_type(ScalarType stored) {
 std::optional<std::vector<std::int64_t>> integers_of(ScalarType type,
                                                      const std::vector<std::byte>& values) {
   std::vector<std::int64_t> numbers;
-  const auto append = [&]<class T>(T value) {
+  const bool good = !is_float(type) && with_scalar(type, [&](auto value) {
     for (std::size_t at = 0; at + sizeof value <= values.size(); at += sizeof value) {
       std::memcpy(&value, values.data() + at, sizeof value);
-      if (!std::in_range<std::int64_t>(value)) return false;
+      if constexpr (std::is_integral_v<decltype(value)>)
+        if (!std::in_range<std::int64_t>(value)) return false;
       numbers.push_back(static_cast<std::int64_t>(value));
     }
     return true;
-  };
-  bool good = false;
-  switch (type) {
-    case ScalarType::int8: good = append(std::int8_t{}); break;
-    case ScalarType::uint8: good = append(std::uint8_t{}); break;
-    case ScalarType::int16: good = append(std::int16_t{}); break;
-    case ScalarType::uint16: good = append(std::uint16_t{}); break;
-    case ScalarType::int32: good = append(std::int32_t{}); break;
-    case ScalarType::uint32: good = append(std::uint32_t{}); break;
-    case ScalarType::int64: good = append(std::int64_t{}); break;
-    case ScalarType::uint64: good = append(std::uint64_t{}); break;
-    case ScalarType::float32:
-    case ScalarType::float64: break;
-  }
+  });
   return good ? std::optional(std::move(numbers)) : std::nullopt;
 }
 
 bool append_integer(std::vector<std::byte>& out, ScalarType type, std::int64_t value) {
-  switch (type) {
-    case ScalarType::int8: return append_value<std::int8_t>(out, value);
-    case ScalarType::uint8: return append_value<std::uint8_t>(out, value);
-    case ScalarType::int16: return append_value<std::int16_t>(out, value);
-    case ScalarType::uint16: return append_value<std::uint16_t>(out, value);
-    case ScalarType::int32: return append_value<std::int32_t>(out, value);
-    case ScalarType::uint32: return append_value<std::uint32_t>(out, value);
-    case ScalarType::int64: return append_value<std::int64_t>(out, value);
-    case ScalarType::uint64: return append_value<std::uint64_t>(out, value);
-    case ScalarType::float32:
-    case ScalarType::float64: break;
-  }
-  return false;
+  return with_scalar(type, [&](auto zero) {
+    if constexpr (std::is_integral_v<decltype(zero)>)
+      return append_value<decltype(zero)>(out, value);
+    else
+      return false;
+  });
 }
 
 std::optional<std::vector<std::byte>> derived_values(const Skeleton& skeleton, const Layout& layout,

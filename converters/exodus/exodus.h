@@ -34,7 +34,7 @@
 //                                data. Text as uint8; netCDF strings as uint8, each ended by a
 //                                zero. With a reference: vertices or cells from 0, as above
 //   .../1, .../2, ...            further rows of a variable of more than 16 MiB, behind its first
-// A variable that can be told from the rest of the mesh is not carried twice: ids and names of
+// A variable that follows from the rest of the mesh is not carried twice: ids and names of
 // blocks and sets, names of nodal and element variables, their truth table, times, node counts of
 // polygons. Members that are numbers of no vertex or cell make their variable a plain
 // exodus/variable. What of a file is kept, and how: exodus.md.
@@ -63,7 +63,7 @@
 namespace shm::converters {
 
 // By content: `head` is the beginning of the file, up to 4096 bytes. True for any netCDF or HDF5
-// file; open_exodus tells whether it is Exodus.
+// file; open_exodus finds out whether it is Exodus.
 bool looks_like_exodus(std::span<const std::byte> head);
 
 // Arrays and cells stay in the file, which must not change; extras are read at once. `spool` must

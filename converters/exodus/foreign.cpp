@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/failure.h"
+#include "base/stored_value.h"
 #include "exodus/exodus.h"
 #include "exodus/grouping.h"
 #include "exodus/layout.h"
@@ -38,23 +39,10 @@ bool fits_float(ScalarType type) { return type == ScalarType::float32 || scalar_
 
 template <class Real>
 Real real_at(const std::byte* from, ScalarType type) {
-  const auto load = [from](auto value) {
+  return with_scalar(type, [from](auto value) {
     std::memcpy(&value, from, sizeof value);
     return static_cast<Real>(value);
-  };
-  switch (type) {
-    case ScalarType::int8: return load(std::int8_t{});
-    case ScalarType::uint8: return load(std::uint8_t{});
-    case ScalarType::int16: return load(std::int16_t{});
-    case ScalarType::uint16: return load(std::uint16_t{});
-    case ScalarType::int32: return load(std::int32_t{});
-    case ScalarType::uint32: return load(std::uint32_t{});
-    case ScalarType::int64: return load(std::int64_t{});
-    case ScalarType::uint64: return load(std::uint64_t{});
-    case ScalarType::float32: return load(float{});
-    case ScalarType::float64: break;
-  }
-  return load(double{});
+  });
 }
 
 std::string element_type(CellShape shape, std::uint32_t nodes) {
@@ -94,7 +82,7 @@ class FreeNumbers {
       number = at->second;
     }
     next_[number] = number + 1;
-    for (const std::int64_t taken : passed) next_[taken] = number + 1;  // not that way again
+    for (const std::int64_t taken : passed) next_[taken] = number + 1;  // not these again
     return number;
   }
 

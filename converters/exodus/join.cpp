@@ -249,7 +249,7 @@ void SkeletonJoin::add_variable(const Skeleton& part, const Variable& variable,
   const std::string section = "variable '" + variable.name + "'";
   if (uses(part, variable, is_of_edges_or_faces))
     refuse(file, ErrorCode::unsupported, section,
-           "tells of edges or faces, which have no numbers that parts share");
+           "has edges or faces, which have no numbers that parts share");
   Named named{variable, {}};
   for (std::size_t d = 0; d < variable.dimensions.size(); ++d)
     named.dimensions.push_back(part.dimension_name(variable, d));
@@ -262,7 +262,7 @@ void SkeletonJoin::add_variable(const Skeleton& part, const Variable& variable,
   }
   next = std::next(found->second);
   const Named& known = *found->second;
-  // Types of elements say what the nodes of a block are.
+  // Types of elements define what the nodes of a block are.
   const bool typed = variable.name.starts_with("connect");
   if (known.variable.type != variable.type || known.dimensions != named.dimensions ||
       (typed && known.variable.attributes != variable.attributes))
@@ -279,8 +279,8 @@ Skeleton SkeletonJoin::joined(const std::map<std::string, std::uint64_t>& length
     skeleton.dimensions.push_back(dimension);
   }
   for (Dimension& dimension : skeleton.dimensions) {
-    const auto told = lengths.find(dimension.name);
-    if (told != lengths.end()) dimension.length = told->second;
+    const auto known = lengths.find(dimension.name);
+    if (known != lengths.end()) dimension.length = known->second;
   }
   for (const Named& named : variables_) {
     skeleton.variables.push_back(named.variable);

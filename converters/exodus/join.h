@@ -1,6 +1,6 @@
 // SkeletonJoin: the netCDF structure of the mesh that the parts of a decomposed Exodus mesh make.
 // A variable of the parts is a variable of the mesh, in the order in which the parts have them;
-// what tells of the decomposition (Nemesis data, number maps, the order map) goes.
+// what describes the decomposition (Nemesis data, number maps, the order map) goes.
 #pragma once
 
 #include <cstddef>

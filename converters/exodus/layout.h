@@ -1,5 +1,5 @@
-// Layout: what the variables of a netCDF file mean in Exodus. Told from the structure alone, so the
-// reader finds it in a file and the writer finds the same again in a skeleton.
+// Layout: what the variables of a netCDF file mean in Exodus. Derived from the structure alone, so
+// the reader finds it in a file and the writer finds the same again in a skeleton.
 #pragma once
 
 #include <array>
@@ -69,7 +69,7 @@ Layout lay_out(const Skeleton& skeleton, const Place& place);
 // their coefficients there.
 void narrow_connectivity(const Skeleton& skeleton, Layout& layout, std::uint32_t block,
                          std::uint32_t nodes);
-// How many columns of a block may be nodes, as far as the element type tells.
+// How many columns of a block may be nodes, as far as the element type is known.
 std::uint32_t node_columns(const Skeleton& skeleton, const BlockLayout& block);
 
 CellShape shape_of(std::string_view element_type, std::uint32_t nodes);

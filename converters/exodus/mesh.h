@@ -1,4 +1,4 @@
-// ExodusMesh: an Exodus file as a mesh (exodus.h tells what becomes of what), and as the variables
+// ExodusMesh: an Exodus file as a mesh (exodus.h lists what becomes of what), and as the variables
 // that it consists of.
 #pragma once
 

@@ -18,7 +18,7 @@ bool is_atomic(int type) { return type >= NC_BYTE && type <= NC_STRING; }
 
 // Attributes of a variable, or of the file (NC_GLOBAL).
 std::vector<Attribute> read_attributes(int ncid, int variable, int count, const Place& place) {
-  // netCDF looks each up among all; it says itself that no more need be expected.
+  // netCDF looks each up among all; its manual expects no more.
   if (count > NC_MAX_ATTRS)
     place.fail(ErrorCode::over_limit, "attributes",
                "a variable or the file has " + std::to_string(count) + "; " +
@@ -183,7 +183,8 @@ void Place::fail(ErrorCode why, const std::string& section, const std::string& d
 }
 
 void Place::check(int status, const std::string& section) const {
-  if (status != NC_NOERR) fail(code, section, std::string("netCDF says: ") + nc_strerror(status));
+  if (status != NC_NOERR)
+    fail(code, section, std::string("netCDF reports: ") + nc_strerror(status));
 }
 
 int Skeleton::find_variable(std::string_view name) const {
@@ -288,7 +289,7 @@ int create_file(const Skeleton& skeleton, const Place& place) {
                         NC_CLOBBER | kModes[static_cast<std::size_t>(skeleton.kind)], &ncid),
               "creating it");
   try {
-    // Every value is written, so there is nothing to fill; variables may say otherwise.
+    // Every value is written, so there is nothing to fill; variables may ask for it.
     place.check(nc_set_fill(ncid, NC_NOFILL, &previous), "creating it");
     std::vector<int> ids;
     for (const Dimension& dimension : skeleton.dimensions) {
@@ -330,7 +331,7 @@ void ChunkCaches::touch(int ncid, const Skeleton& skeleton, int variable) {
     return;
   }
   std::uint64_t bytes = scalar_bytes(scalar_of(one.type));
-  // All chunks of a row: of an element's nodes, say. Rows are read one after the other.
+  // All chunks of a row: of an element's nodes, for example. Rows are read one after the other.
   const std::size_t rows = skeleton.dimensions[one.dimensions.front()].unlimited ? 2 : 1;
   for (std::size_t d = 0; d < one.storage.chunks.size(); ++d) {
     const std::uint64_t chunk = std::max<std::uint64_t>(one.storage.chunks[d], 1);

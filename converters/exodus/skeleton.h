@@ -1,5 +1,5 @@
-// Skeleton: everything a netCDF file says about itself except its values, as plain data.
-// Read from an open file, defined in a new one, or carried as text (exodus.h tells its lines).
+// Skeleton: everything in a netCDF file except its values, as plain data.
+// Read from an open file, defined in a new one, or carried as text (exodus.h lists its lines).
 #pragma once
 
 #include <cstddef>

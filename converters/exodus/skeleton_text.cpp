@@ -7,8 +7,10 @@
 #include <cmath>
 #include <cstring>
 #include <optional>
+#include <type_traits>
 #include <utility>
 
+#include "base/stored_value.h"
 #include "exodus/skeleton.h"
 
 namespace shm::converters::exodus {
@@ -62,9 +64,13 @@ std::string text_of(T value) {
   return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
-// Values of a type and its unsigned twin, which shows the bits of what decimals do not tell.
-template <class T, class Bits>
+// Values of a type, with their bits where decimals do not show these.
+template <class T>
 struct NumberText {
+  using Bits = std::conditional_t<
+      sizeof(T) == 8, std::uint64_t,
+      std::conditional_t<sizeof(T) == 4, std::uint32_t,
+                         std::conditional_t<sizeof(T) == 2, std::uint16_t, std::uint8_t>>>;
   static void append(std::string& out, const std::vector<std::byte>& values) {
     for (std::size_t at = 0; at + sizeof(T) <= values.size(); at += sizeof(T)) {
       T value;
@@ -97,19 +103,7 @@ struct NumberText {
 // Calls `action` with the NumberText of `type`.
 template <class Action>
 auto with_numbers(ScalarType type, Action&& action) {
-  switch (type) {
-    case ScalarType::int8: return action(NumberText<std::int8_t, std::uint8_t>());
-    case ScalarType::uint8: return action(NumberText<std::uint8_t, std::uint8_t>());
-    case ScalarType::int16: return action(NumberText<std::int16_t, std::uint16_t>());
-    case ScalarType::uint16: return action(NumberText<std::uint16_t, std::uint16_t>());
-    case ScalarType::int32: return action(NumberText<std::int32_t, std::uint32_t>());
-    case ScalarType::uint32: return action(NumberText<std::uint32_t, std::uint32_t>());
-    case ScalarType::int64: return action(NumberText<std::int64_t, std::uint64_t>());
-    case ScalarType::uint64: return action(NumberText<std::uint64_t, std::uint64_t>());
-    case ScalarType::float32: return action(NumberText<float, std::uint32_t>());
-    case ScalarType::float64: break;
-  }
-  return action(NumberText<double, std::uint64_t>());
+  return with_scalar(type, [&](auto zero) { return action(NumberText<decltype(zero)>()); });
 }
 
 std::string_view word_of(int type) {

@@ -72,7 +72,7 @@ class SkeletonWriter {
     return parts;
   }
 
-  // Whatever is missing is told before anything is written.
+  // Whatever is missing is reported before anything is written.
   void check_values() const {
     for (std::size_t v = 0; v < skeleton_.variables.size(); ++v) {
       const Variable& one = skeleton_.variables[v];
@@ -295,7 +295,7 @@ class SkeletonWriter {
     const std::uint64_t size = faces.size() / width;
     const auto wrong = [&] {
       place_.fail(ErrorCode::corrupt, section(block.faces),
-                  "it cannot be told which faces belong to which polyhedron");
+                  "it is not known which faces belong to which polyhedron");
     };
     // begins[i]: of the cell that was the i-th
     std::vector<std::uint64_t> begins(from.size() + 1, 0);
@@ -357,7 +357,7 @@ void narrow_as(const MeshInfo& info, const Skeleton& skeleton, Layout& layout) {
   }
 }
 
-// Whether the mesh still has the parts that the structure tells of.
+// Whether the mesh still has the parts that the structure lists.
 bool fits(const MeshInfo& info, const Layout& layout) {
   const Schema& schema = info.schema;
   if (info.vertices != layout.vertices || info.step_times.size() != layout.steps ||

@@ -138,9 +138,12 @@ const Format* format_of_name(std::string_view path) {
 const Format* format_of_file(const std::string& path) {
   if (path == "-") return format_named("shm");
   const std::vector<std::byte> head = head_of(path);
+  // No content is that of two formats: the one that the name promises goes first.
+  const Format* named = format_of_name(path);
+  if (named != nullptr && named->looks_like(head)) return named;
   for (const Format& format : formats())
     if (format.looks_like(head)) return &format;
-  return format_of_name(path);
+  return named;
 }
 
 std::unique_ptr<MeshSource> open_mesh(const std::string& path, Spool& spool,

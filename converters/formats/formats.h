@@ -1,5 +1,8 @@
-// Formats: the files that meshes come from and go to, as a plain list. A format is added here.
-// A file is recognised by what it holds; its name decides only when its content does not decide.
+// Formats: the files that meshes come from and go to, as a plain list. To add one: a folder with
+// its reader, its writer and format.cpp, which describes it; its line in the table of formats.cpp,
+// in the rooms of converters/CMakeLists.txt and of tests/library/rules_test.cpp; a test in
+// tests/formats. A file is recognised by what it holds; its name decides only when its content does
+// not decide.
 #pragma once
 
 #include <memory>

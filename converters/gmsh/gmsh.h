@@ -14,7 +14,7 @@
 //   gmsh:node_entity                  int32, row of gmsh/nodes/entities, when there are several
 //   gmsh:node_parameters              float64 x 3, when some nodes have parametric coordinates
 //   gmsh:tag_<i>                      int32, i-th tag of an MSH 1/2 element, on the blocks whose
-//                                     elements have it (0 and 1 only when the block does not say)
+//                                     elements have it (0 and 1 only when the block has them not)
 //   gmsh:element_node_data            $ElementNodeData: components = nodes x values, file order
 //
 // Extras:

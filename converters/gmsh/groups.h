@@ -14,7 +14,7 @@
 
 namespace shm::converters {
 
-// What sections say of names. Content that cannot be understood gives none.
+// Names and groups that sections list. Content that cannot be understood gives none.
 struct GmshNaming {
   std::map<std::pair<std::int64_t, std::int64_t>, std::string> names;  // (dimension, group)
   std::map<std::pair<std::int64_t, std::int64_t>, std::vector<std::int64_t>> groups;  // of entities
@@ -34,7 +34,7 @@ struct GmshGroup {
   std::vector<std::uint32_t> blocks;  // that belong to it
 };
 
-// Whether $Entities says more than groups, and boxes that follow from the nodes.
+// Whether $Entities has more than groups, and boxes that follow from the nodes.
 bool gmsh_entities_have_bounds(const MeshInfo& info);
 
 // Names of the groups of a mesh that came from Gmsh, by (dimension, tag), whether or not a block

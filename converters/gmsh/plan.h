@@ -1,5 +1,5 @@
 // What an MSH file is going to be like, decided before its first byte is written: as the extras
-// of a mesh from Gmsh say, or, for any other mesh, MSH 4.1 in binary.
+// of a mesh from Gmsh describe, or, for any other mesh, MSH 4.1 in binary.
 #pragma once
 
 #include <array>
@@ -73,7 +73,7 @@ class GmshExtras {
   std::string path_;
 };
 
-// `path` is for complaints. May read all cells once.
+// `path` is for errors. May read all cells once.
 GmshPlan plan_gmsh(MeshSource& mesh, const std::string& path);
 GmshPlan plan_gmsh_from_extras(const MeshInfo& info, const GmshExtras& extras);
 GmshPlan plan_gmsh_anew(MeshSource& mesh, const std::string& path);

@@ -140,7 +140,7 @@ class SectionReader {
     const double version = words.real();
     const std::int64_t type = words.integer32(), data_size = words.integer32();
     if (!words.good() || type < 0 || type > 1)
-      r_.input.fail(ErrorCode::corrupt, "the line does not say version, file type and data size");
+      r_.input.fail(ErrorCode::corrupt, "the line should have version, file type and data size");
     if (!((version >= 2 && version < 3) || (version >= 4 && version < 4.15)))
       r_.input.fail(ErrorCode::unsupported,
                     "version " + std::string(trimmed(line)) + " is not one of 1, 2.x, 4.0, 4.1");
@@ -212,7 +212,7 @@ void expect_section_end(GmshReading& reading) {
     if (text.starts_with(marker)) return;
     if (text.empty()) continue;
     if (input.at_end() && marker.starts_with(text)) break;
-    input.fail(ErrorCode::corrupt, "there is more in the section than it says");
+    input.fail(ErrorCode::corrupt, "there is more in the section than it states");
   }
   input.fail(ErrorCode::truncated, "the file ends before the line " + marker);
 }

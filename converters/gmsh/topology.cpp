@@ -62,10 +62,10 @@ class NodeReader {
       const std::uint64_t count = r_.scan.count();
       if (dimension < 0 || dimension > 3 || parametric < 0 || parametric > 1)
         r_.input.fail(ErrorCode::corrupt,
-                      "an entity block says a dimension outside 0..3, or is "
+                      "an entity block states a dimension outside 0..3, or is "
                       "neither parametric nor not");
       if (count > total - done)
-        r_.input.fail(ErrorCode::corrupt, "entity blocks hold more nodes than the section says");
+        r_.input.fail(ErrorCode::corrupt, "entity blocks hold more nodes than the section states");
       done += count;
       entities_.insert(entities_.end(), {dimension, tag, parametric});
       const std::size_t parameters = gmsh_parameters(dimension, parametric != 0, v41);
@@ -79,7 +79,7 @@ class NodeReader {
       }
     }
     if (done != total)
-      r_.input.fail(ErrorCode::corrupt, "entity blocks hold fewer nodes than the section says");
+      r_.input.fail(ErrorCode::corrupt, "entity blocks hold fewer nodes than the section states");
     finish();
   }
 
@@ -163,7 +163,8 @@ class ElementReader {
         r_.input.fail(ErrorCode::unsupported, "element type " + std::to_string(type_number) +
                                                   " has no fixed number of nodes");
       if (count > total - r_.elements.size())
-        r_.input.fail(ErrorCode::corrupt, "entity blocks hold more elements than the section says");
+        r_.input.fail(ErrorCode::corrupt,
+                      "entity blocks hold more elements than the section states");
       const std::uint64_t numbers = 1 + std::uint64_t{type.nodes};
       r_.input.expect_room(count, binary_ ? numbers * (v41 ? 8 : 4) : 2 * numbers - 1, "elements");
       const std::uint32_t block = add_block(type, v41 ? second : first);
@@ -175,7 +176,8 @@ class ElementReader {
       }
     }
     if (r_.elements.size() != total)
-      r_.input.fail(ErrorCode::corrupt, "entity blocks hold fewer elements than the section says");
+      r_.input.fail(ErrorCode::corrupt,
+                    "entity blocks hold fewer elements than the section states");
     finish();
   }
 
@@ -258,7 +260,7 @@ class ElementReader {
       r_.input.fail(ErrorCode::unsupported, "elements of type " + std::to_string(type_number) +
                                                 " are not understood in binary files");
     if (count < 1 || static_cast<std::uint64_t>(count) > most || tags < 0)
-      r_.input.fail(ErrorCode::corrupt, "a run of elements says counts that cannot be");
+      r_.input.fail(ErrorCode::corrupt, "a run of elements states counts that cannot be");
     check_tag_count(static_cast<std::uint64_t>(tags));
     r_.tags_are_referred_to |= gmsh_type_has_parent(type_number);
     for (std::int64_t i = 0; i < count; ++i) {
@@ -375,7 +377,7 @@ void read_gmsh_nodes(GmshReading& reading, bool parametric_section) {
 
 namespace {
 
-// Says once what the tags are: the start of a run, or an array.
+// Records once what the tags are: the start of a run, or an array.
 void keep_tags(GmshReading& reading, GmshTags& tags, const char* what, Location location) {
   const std::string folder = location == Location::point ? "gmsh/nodes" : "gmsh/elements";
   const auto first = tags.first_of_run();

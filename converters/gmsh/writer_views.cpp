@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "base/stored_value.h"
 #include "gmsh/writing.h"
 
 namespace shm::converters {
@@ -63,18 +64,7 @@ class Values {
 }  // namespace
 
 void widen_numbers(ScalarType type, const std::vector<std::byte>& in, std::vector<double>& out) {
-  switch (type) {
-    case ScalarType::int8: return widen_as<std::int8_t>(in, out);
-    case ScalarType::uint8: return widen_as<std::uint8_t>(in, out);
-    case ScalarType::int16: return widen_as<std::int16_t>(in, out);
-    case ScalarType::uint16: return widen_as<std::uint16_t>(in, out);
-    case ScalarType::int32: return widen_as<std::int32_t>(in, out);
-    case ScalarType::uint32: return widen_as<std::uint32_t>(in, out);
-    case ScalarType::int64: return widen_as<std::int64_t>(in, out);
-    case ScalarType::uint64: return widen_as<std::uint64_t>(in, out);
-    case ScalarType::float32: return widen_as<float>(in, out);
-    case ScalarType::float64: return widen_as<double>(in, out);
-  }
+  with_scalar(type, [&](auto zero) { widen_as<decltype(zero)>(in, out); });
 }
 
 void write_gmsh_view(GmshWriting& writing, const GmshPlannedSection& section) {

@@ -51,7 +51,7 @@ struct GmshWriting {
   const GmshExtras extras;
   Spool spool;
   GmshTagValues node_tags, element_tags;
-  std::string section = "elements";  // for complaints
+  std::string section = "elements";  // for errors
   // After look_at_gmsh_cells:
   PagedArray cell_blocks;                  // uint32, block of each cell
   std::vector<GmshType> types;             // of each group of the plan

@@ -66,11 +66,11 @@ JoinedArrays::JoinedArrays(MeshSource& source, bool join, bool distinct, const N
     if (!is_left_out(from.schema.arrays[a])) add(a, columns);
     a += columns;
   }
-  name_apart();
-  if (distinct) number_blocks_apart();
+  make_names_unique();
+  if (distinct) make_block_numbers_unique();
 }
 
-void JoinedArrays::number_blocks_apart() {
+void JoinedArrays::make_block_numbers_unique() {
   auto& blocks = info_.schema.blocks;
   std::int64_t highest = 0;
   for (const BlockInfo& block : blocks) highest = std::max(highest, block.id);
@@ -123,7 +123,7 @@ void JoinedArrays::add(std::size_t first, std::size_t columns) {
 }
 
 // Names of what had a role may be those of others.
-void JoinedArrays::name_apart() {
+void JoinedArrays::make_names_unique() {
   UniqueNames names;
   for (ArrayInfo& array : info_.schema.arrays) array.name = names.take(array.location, array.name);
 }

@@ -24,8 +24,8 @@ class JoinedArrays final : public ForwardingMesh {
  private:
   std::size_t run_of_columns(std::size_t first) const;
   void add(std::size_t first, std::size_t columns);
-  void name_apart();
-  void number_blocks_apart();
+  void make_names_unique();
+  void make_block_numbers_unique();
 
   const NumberMaps* maps_;
   std::vector<std::vector<std::size_t>> parts_;  // of each array: arrays of the source

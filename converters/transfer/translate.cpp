@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::uint64_t kPieceElements = 16384;
 
-// All stepped: a mesh of one time, which the format could only say in a word of its own.
+// All stepped: a mesh of one time, which the format has only in an extra of its own.
 class AtTime final : public ForwardingMesh {
  public:
   AtTime(MeshSource& source, double time) : ForwardingMesh(source) {
@@ -197,7 +197,7 @@ void Translation::report_arrays() {
                       std::to_string(info.step_times.size()) + ")");
 }
 
-// Blocks of one number, which an array could not tell apart.
+// Blocks of one number, which look the same in an array.
 void Translation::report_numbers(const std::vector<BlockInfo>& before) {
   const auto& now = mesh_->info().schema.blocks;
   for (std::size_t b = 0; b < now.size(); ++b)

@@ -33,7 +33,7 @@ class Numbering {
     if (!plain_) by_id_.emplace_back(id, count_);
     ++count_;
   }
-  // False when two are the same; find() tells one of them. Call once, before find().
+  // False when two are the same; find() finds one of them. Call once, before find().
   bool finish() {
     std::sort(by_id_.begin(), by_id_.end());
     return std::adjacent_find(by_id_.begin(), by_id_.end(), [](const auto& a, const auto& b) {
@@ -303,11 +303,19 @@ void UcdMesh::add_array(std::string name, std::string role, Location location, S
 }  // namespace
 
 // Five counts in the first line that is no comment; each node and cell that follows fits on a line.
+// In any case of letters; other comments of UCD may begin with the name.
+static bool is_vtk_header(std::string_view text) {
+  constexpr std::string_view kHeader = "# vtk datafile version";
+  return text.size() >= kHeader.size() &&
+         std::equal(kHeader.begin(), kHeader.end(), text.begin(),
+                    [](char a, char b) { return a == (b >= 'A' && b <= 'Z' ? b - 'A' + 'a' : b); });
+}
+
 bool looks_like_ucd(std::span<const std::byte> head) {
   std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
   if (!text.empty() && text.front() == kBinaryMagic) return true;
   while (text.starts_with('#')) {
-    if (text.starts_with("# vtk ")) return false;
+    if (text.starts_with("# vtk ") || is_vtk_header(text)) return false;
     text.remove_prefix(std::min(text.size(), text.find('\n') + 1));
   }
   const std::string_view line = text.substr(0, text.find('\n'));

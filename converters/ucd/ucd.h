@@ -7,7 +7,7 @@
 //
 // Arrays with a role:
 //   ucd:node_id, ucd:cell_id   int64, only when they do not count up from 1
-//   ucd:material               int64, only when the blocks do not say it
+//   ucd:material               int64, only when it is not that of the block
 //
 // Extras:
 //   ucd/comments               text: the lines before the counts, each begins with '#'

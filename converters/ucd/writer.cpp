@@ -5,11 +5,14 @@
 #include <limits>
 #include <optional>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "base/failure.h"
 #include "base/number_output.h"
+#include "base/stored_value.h"
+#include "mesh/extras.h"
 #include "ucd/types.h"
 #include "ucd/ucd.h"
 
@@ -31,22 +34,13 @@ T value_at(const std::byte* values, std::uint64_t index) {
 // Exactly: as the shortest decimals of integers and doubles, which readers make of them.
 void append_number(std::string& line, ScalarType type, const std::byte* values,
                    std::uint64_t index) {
-  const auto append = [&]<class T>(T value) {
+  with_scalar(type, [&](auto zero) {
+    using T = decltype(zero);
+    using Written = std::conditional_t<std::is_same_v<T, float>, double, T>;
     char text[32];
+    const Written value{value_at<T>(values, index)};
     line.append(text, std::to_chars(text, text + sizeof text, value).ptr);
-  };
-  switch (type) {
-    case ScalarType::int8: return append(value_at<std::int8_t>(values, index));
-    case ScalarType::uint8: return append(value_at<std::uint8_t>(values, index));
-    case ScalarType::int16: return append(value_at<std::int16_t>(values, index));
-    case ScalarType::uint16: return append(value_at<std::uint16_t>(values, index));
-    case ScalarType::int32: return append(value_at<std::int32_t>(values, index));
-    case ScalarType::uint32: return append(value_at<std::uint32_t>(values, index));
-    case ScalarType::int64: return append(value_at<std::int64_t>(values, index));
-    case ScalarType::uint64: return append(value_at<std::uint64_t>(values, index));
-    case ScalarType::float32: return append(double{value_at<float>(values, index)});
-    case ScalarType::float64: return append(value_at<double>(values, index));
-  }
+  });
 }
 
 class UcdWriter {
@@ -62,7 +56,7 @@ class UcdWriter {
     std::uint64_t step, read = 0;
     std::vector<std::byte> piece;
   };
-  std::string text_extra(std::string_view key) const;
+  std::string text_of(std::string_view key) const;
   std::optional<std::size_t> array_of(std::string_view role) const;
   std::vector<Column> columns(Location location) const;
   void counts(std::uint64_t node_values, std::uint64_t cell_values);
@@ -94,7 +88,7 @@ void UcdWriter::write() {
     for (const Column& column : all) sum += info_.schema.arrays[column.array].components;
     return sum;
   };
-  out_.text(text_extra("ucd/comments"));
+  out_.text(text_of("ucd/comments"));
   counts(width(of_nodes), width(of_cells));
   nodes();
   cells();
@@ -102,15 +96,13 @@ void UcdWriter::write() {
   node_data(of_nodes);
   labels(of_cells, "ucd/cell_units");
   cell_data(of_cells);
-  out_.text(text_extra("ucd/model"));
+  out_.text(text_of("ucd/model"));
   out_.finish();
 }
 
-std::string UcdWriter::text_extra(std::string_view key) const {
-  for (const Extra& extra : info_.extras)
-    if (extra.key == key && extra.type == ScalarType::uint8)
-      return {reinterpret_cast<const char*>(extra.data.data()), extra.data.size()};
-  return {};
+std::string UcdWriter::text_of(std::string_view key) const {
+  const Extra* extra = find_extra(info_, key);
+  return extra == nullptr ? std::string() : text_of_extra(*extra);
 }
 
 std::optional<std::size_t> UcdWriter::array_of(std::string_view role) const {
@@ -218,7 +210,7 @@ void UcdWriter::labels(const std::vector<Column>& columns, std::string_view unit
   for (const Column& column : columns)
     line += " " + std::to_string(info_.schema.arrays[column.array].components);
   out_.line(line);
-  const std::string units = text_extra(units_key);
+  const std::string units = text_of(units_key);
   std::size_t at = 0;
   for (const Column& column : columns) {
     const std::size_t end = std::min(units.find('\n', at), units.size());

@@ -1,4 +1,4 @@
-// CellPlan: what the files of VTK, legacy or XML, say of the cells of a mesh: their types, and
+// CellPlan: what the files of VTK, legacy or XML, have of the cells of a mesh: their types, and
 // their nodes in VTK's order or, for polyhedra, their faces.
 #pragma once
 

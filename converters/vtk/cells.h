@@ -24,7 +24,7 @@ class CellTable {
   // 5.x: `offsets` has one entry more than there are cells, or none.
   void set_offsets(Values offsets, Values connectivity);
   void set_types(Values types);
-  // Of polygonal data: the list and the number of nodes tell the type.
+  // Of polygonal data: the type follows from the list and the number of nodes.
   void set_list(EntryKind list) { list_ = list; }
 
   std::uint64_t cells() const { return cells_; }

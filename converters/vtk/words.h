@@ -30,7 +30,7 @@ inline constexpr int kPixel = 8, kVoxel = 11, kPolyhedron = 42;
 CellShape shape_of_cell_type(int type, std::uint32_t nodes);
 // VTK type for a block of another format.
 int cell_type_of_block(const BlockInfo& block);
-// Whether cells of another format have a cell type; else they become points without an order.
+// Whether cells of another format have a cell type; else they are written as sets of points.
 bool has_cell_type(const BlockInfo& block);
 // True when cells of this type have any number of nodes.
 bool has_varying_nodes(int type);
@@ -91,7 +91,7 @@ enum class EntryKind : std::uint8_t {
 inline constexpr std::size_t kEntryKinds = 31;
 std::string_view keyword(EntryKind kind);
 std::optional<EntryKind> kind_of_keyword(std::string_view upper_case_word);
-// Components that a kind always has; 0: it says so itself.
+// Components that a kind always has; 0: it states them itself.
 std::uint64_t fixed_components(EntryKind kind);
 inline bool holds_values(EntryKind kind) { return kind >= EntryKind::array; }
 // What may stand behind POINT_DATA and CELL_DATA besides FIELD.

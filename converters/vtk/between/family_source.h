@@ -26,7 +26,7 @@ class FamilySource : public SourceFormat {
   bool has_strings(const ArrayInfo& array) const override;
   std::vector<std::string> strings(const MeshInfo& info, std::size_t array) const override;
   bool is_list_of_strings(std::string_view key) const override;
-  // Adds kNewNumbering where the skeleton of the whole mesh tells that its cells are numbered so.
+  // Adds kNewNumbering where the skeleton of the whole mesh has cells that are numbered so.
   void mark_piece(const MeshInfo& whole, MeshInfo& piece) const override;
 
  protected:

@@ -213,7 +213,7 @@ class LegacyBuilder {
       }
   }
 
-  // Which kind each array shall have; those that no legacy file has are told.
+  // Which kind each array shall have; those that no legacy file has are reported.
   std::map<std::string, EntryKind> attributes_of(const Node& data, Location location) {
     std::map<std::string, EntryKind> kinds;
     for (const auto& [key, name] : data.attributes) {
@@ -264,7 +264,8 @@ class LegacyBuilder {
     const std::string name = array.attribute_or("Name", "");
     const auto word = vtu::values_word(array);
     if (!word) return;
-    if (word->kind != ValuesWord::Kind::array) return add_odd_array(array, *word, location, others);
+    if (word->kind != ValuesWord::Kind::array)
+      return add_other_values(array, *word, location, others);
     if (word->index >= info_.schema.arrays.size()) return;
     const ArrayInfo& info = info_.schema.arrays[word->index];
     const auto type = vtu::type_of_word(array.attribute_or("type", ""));
@@ -299,8 +300,8 @@ class LegacyBuilder {
   }
 
   // Values of points or cells that are no array of the mesh: they stand in the order of the file.
-  void add_odd_array(Node& array, const ValuesWord& word, Location location,
-                     std::vector<Entry>& others) {
+  void add_other_values(Node& array, const ValuesWord& word, Location location,
+                        std::vector<Entry>& others) {
     const std::uint64_t elements = location == Location::cell ? info_.cells() : info_.vertices;
     const std::size_t before = others.size(), made = parts_.made.data.size();
     if (word.kind == ValuesWord::Kind::extra && info_.schema.order == Order::keep)
@@ -334,9 +335,9 @@ class LegacyBuilder {
                 .components = components,
                 .tuples = count / components};
     if (name == kXmlTime && !info_.step_times.empty() && type->kind == ArrayKind::number) {
-      const bool said =
+      const bool known =
           count == 1 && as_double(found->data.data(), found->type) == info_.step_times.back();
-      return said ? void() : lose("field data '" + name + "' (the time of the step is)");
+      return known ? void() : lose("field data '" + name + "' (the time of the step is)");
     }
     if (name == kXmlTime && count == 1 && !has_field(kLegacyTime)) entry.name = kLegacyTime;
     const bool too_many = components > kMostNamedComponents;

@@ -1,4 +1,4 @@
-// Of a mesh that came from an XML file: what a legacy file says of it.
+// Of a mesh that came from an XML file: what a legacy file has of it.
 #pragma once
 
 #include <set>

@@ -107,7 +107,8 @@ class XmlBuilder {
     for (const Entry& entry : skeleton_->entries) add(entry);
     add_dataset();
     add_title();
-    for (Node* data : {&parts_.field, &parts_.point_data, &parts_.cell_data}) name_apart(*data);
+    for (Node* data : {&parts_.field, &parts_.point_data, &parts_.cell_data})
+      make_names_unique(*data);
     if (skeleton_->version >= "5.1" && vtk::has_renumbered_cells(info_)) parts_.version = "2.2";
     return std::move(parts_);
   }
@@ -255,7 +256,7 @@ class XmlBuilder {
 
   // Of several arrays of one name VTK keeps the last when it reads a legacy file, and mixes them up
   // when it reads an XML file.
-  void name_apart(Node& data) {
+  void make_names_unique(Node& data) {
     std::set<std::string> used;
     for (const Node& array : data.children) used.insert(array.attribute_or("Name", ""));
     std::set<std::string> taken;

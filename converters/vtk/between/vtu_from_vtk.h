@@ -1,4 +1,4 @@
-// Of a mesh that came from a legacy file: what an XML file says of it.
+// Of a mesh that came from a legacy file: what an XML file has of it.
 #pragma once
 
 #include <map>

@@ -1,5 +1,5 @@
-// What the skeleton of a mesh from an XML file says besides points and cells: its arrays of data,
-// and what only XML files can say.
+// What the skeleton of a mesh from an XML file has besides points and cells: its arrays of data,
+// and what only XML files have.
 #pragma once
 
 #include <cstdint>
@@ -46,7 +46,7 @@ class Contents {
 // are meant.
 std::optional<std::size_t> points_of_step(const MeshInfo& info, std::uint64_t step);
 
-// Whether the array says more than its name and values: names of components, keys that are no
+// Whether the array has more than its name and values: names of components, keys that are no
 // ranges.
 bool has_metadata(const Node& array);
 

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "mesh/extras.h"
-#include "vtk/legacy/parser.h"
+#include "vtk/legacy/reader.h"
 #include "vtk/strings.h"
 
 namespace shm::converters::vtk {
@@ -100,7 +100,7 @@ void Parser::values(Entry entry) {
   if (form == ValueForm::number) {
     numbers(entry, *scalar_of_word(entry.type, skeleton_.binary));
   } else {
-    odd_values(entry, form);
+    other_values(entry, form);
   }
   if (entry.kind != EntryKind::lookup_table) metadata(entry.components, entry.metadata);
   skeleton_.entries.push_back(std::move(entry));
@@ -143,7 +143,7 @@ bool Parser::is_per_element(const Entry& entry) const {
 
 // Strings, variants and bits: of points and cells they become arrays, others are kept as the bytes
 // or words that the file has.
-void Parser::odd_values(Entry& entry, ValueForm form) {
+void Parser::other_values(Entry& entry, ValueForm form) {
   const std::uint64_t count = product(entry.tuples, entry.components);
   if (form == ValueForm::bit) return bits(entry, count);
   if (form == ValueForm::string) input_.skip_line();
@@ -181,8 +181,8 @@ void Parser::bits(Entry& entry, std::uint64_t count) {
   info_.extras.push_back(text_extra(data_key(entry.index), kept));
 }
 
-// Each different string once, in a list; the array says which. So strings follow their points and
-// cells through any renumbering.
+// Each different string once, in a list; the array has their places. So strings follow their points
+// and cells through any renumbering.
 void Parser::listed_strings(Entry& entry, ValueForm form, std::uint64_t count) {
   StringLister strings(std::numeric_limits<std::uint64_t>::max());  // no more than the file has
   PagedArray values(spool_, sizeof(std::uint32_t));
@@ -200,8 +200,8 @@ void Parser::listed_strings(Entry& entry, ValueForm form, std::uint64_t count) {
 }
 
 // A variant: its type and its %-encoded text, on a line. A string, text: one %-encoded line;
-// binary: a length in 1, 2, 4 or 8 bytes, whose first two bits say which (3, 2, 1, 0), then the
-// characters.
+// binary: a length in 1, 2, 4 or 8 bytes, whose first two bits are the number of bytes (3, 2, 1,
+// 0), then the characters.
 void Parser::one_string(ValueForm form, std::string& out) {
   if (form == ValueForm::variant) {
     out.append(input_.word()).append(" ");
@@ -224,43 +224,6 @@ void Parser::one_string(ValueForm form, std::string& out) {
   const std::size_t old_size = out.size();
   out.resize(old_size + length);
   input_.bytes(reinterpret_cast<std::byte*>(out.data() + old_size), length);
-}
-
-// METADATA, when it stands here, up to the empty line that ends it. Component names may be empty
-// lines themselves, and empty lines may stand before the keys of an INFORMATION.
-void Parser::metadata(std::uint64_t components, std::string& out) {
-  if (lower_case(input_.peek_word()) != "metadata") return;
-  input_.skip_line();
-  read_metadata(components, out);
-}
-
-void Parser::read_metadata(std::uint64_t components, std::string& out) {
-  std::uint64_t keys = 0, strings = 0;
-  while (!input_.at_end()) {
-    const std::string line = input_.line();
-    const std::string lower = lower_case(line);
-    if (line.empty()) {
-      if (keys > 0 && input_.peek_word() == "NAME") continue;
-      return;
-    }
-    out.append(line).append("\n");
-    // A number alone is a value, or how many strings follow, of which some may be empty.
-    if (strings > 0 && !line.starts_with("NAME ")) {
-      for (; strings > 1; --strings) out.append(input_.line()).append("\n");
-      strings = 0;
-      continue;
-    }
-    strings = 0;
-    if (line.starts_with("DATA ")) TextInput::parse(std::string_view(line).substr(5), strings);
-    if (lower.starts_with("component_names")) {
-      for (std::uint64_t i = 0; i < components; ++i) out.append(input_.line()).append("\n");
-    } else if (lower.starts_with("information ")) {
-      const std::string_view count = std::string_view(line).substr(12);
-      TextInput::parse(count.substr(0, count.find(' ')), keys);
-    } else if (line.starts_with("NAME ") && keys > 0) {
-      --keys;
-    }
-  }
 }
 
 }  // namespace shm::converters::vtk

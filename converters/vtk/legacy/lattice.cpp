@@ -54,7 +54,7 @@ bool axis_ranges(const Entry& entry, std::array<std::int64_t, 6>& ranges) {
   return true;
 }
 
-// What an entry says of evenly spaced points.
+// What an entry has of evenly spaced points.
 void place_axes(const Entry& entry, std::array<Axis, 3>& axes) {
   std::array<std::int64_t, 6> ranges{};
   std::array<double, 3> words{};

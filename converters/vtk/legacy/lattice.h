@@ -38,7 +38,7 @@ class Lattice {
   std::array<std::uint64_t, 8> corners_{};
 };
 
-// Coordinates along one axis: told one by one, or evenly spaced ones without end.
+// Coordinates along one axis: given one by one, or evenly spaced ones without end.
 struct Axis {
   std::vector<double> values;  // empty: evenly spaced
   double origin = 0, spacing = 1;

@@ -64,7 +64,7 @@ void FilePlan::plan_from_source(const Extra& text) {
   });
 }
 
-// A renumbered mesh cannot be said as dimensions, nor moved cells as lists: it becomes an
+// A renumbered mesh does not follow from dimensions, nor moved cells from lists: it becomes an
 // unstructured grid.
 void FilePlan::settle_dataset() {
   if (skeleton_.dataset == Dataset::unstructured_grid) return;
@@ -108,7 +108,7 @@ bool FilePlan::is_lattice_of(const Lattice& lattice) {
   return same;
 }
 
-// Rounded points stand for the exact ones, which the axes tell.
+// Rounded points stand for the exact ones, which follow from the axes.
 bool FilePlan::has_points_of(const Lattice& lattice, const LatticePoints& points) {
   if (points.type != info_.schema.coordinate_type) return false;
   if (info_.schema.coordinate_quantization.lossy()) return true;

@@ -5,7 +5,7 @@
 // Blocks: one for each VTK cell type and number of nodes, in order of first appearance;
 // BlockInfo::id is the VTK cell type. Polygons, polylines, polyvertices, triangle strips, convex
 // point sets and polyhedra share one block a type when their numbers of nodes differ. Voxels and
-// pixels are stored as hexahedra and quads (corners permuted); their type tells them apart.
+// pixels are stored as hexahedra and quads (corners permuted); their type is another one.
 // Structured data have one block: hexahedra, quads where one dimension is 1, lines, a vertex.
 // Points of rectilinear and image data are made when they are read, as VTK makes them: axis values,
 // or origin + number * spacing in double; float32 when all three axes are.
@@ -69,7 +69,7 @@ std::unique_ptr<MeshSource> open_vtk(const std::string& path, Spool& spool);
 // title and arrays back as they were; where points or cells no longer are in the order that its
 // dimensions or lists state (Order::stream and free), it becomes an unstructured grid. Any other
 // mesh becomes binary version 4.2 (5.1 beyond 2^31 entries), with the last time step's values and
-// time; one from a VTU file with all that a legacy file can say of it (vtk_from_vtu.h). Throws
+// time; one from a VTU file with all that a legacy file can hold of it (vtk_from_vtu.h). Throws
 // Failure (output) when the disk fails.
 void write_vtk(MeshSource& mesh, const std::string& path);
 

@@ -6,6 +6,8 @@
 #include <unordered_set>
 #include <utility>
 
+#include "base/failure.h"
+#include "mesh/extras.h"
 #include "vtk/words.h"
 
 namespace shm::converters::vtu {
@@ -17,12 +19,6 @@ const std::byte* bytes_of(const std::vector<std::int64_t>& values) {
 
 // Points of faces that polyhedra may have: a face belongs to two of them, and rarely to more.
 constexpr std::uint64_t kMostFaceUses = 16, kFewFaceNodes = 1 << 20;
-
-Extra integer_extra(std::string key, Reference refers, const std::vector<std::int64_t>& values) {
-  Extra extra{std::move(key), ScalarType::int64, refers, {values.size()}, {}};
-  extra.data.assign(bytes_of(values), bytes_of(values) + values.size() * sizeof(std::int64_t));
-  return extra;
-}
 
 }  // namespace
 
@@ -344,10 +340,10 @@ void CellCollector::add_cells(Node& offsets, Node& connectivity, const PieceRang
       streams_.read(static_cast<std::uint64_t>(stream_begin), stream.size(),
                     reinterpret_cast<std::byte*>(stream.data()));
       if (cell != first_uses(stream)) {
-        odd_cells_.push_back(static_cast<std::int64_t>(first_cell + c));
-        odd_counts_.push_back(static_cast<std::int64_t>(cell.size()));
+        reordered_cells_.push_back(static_cast<std::int64_t>(first_cell + c));
+        reordered_counts_.push_back(static_cast<std::int64_t>(cell.size()));
         for (const std::int64_t node : cell)
-          odd_nodes_.push_back(node + static_cast<std::int64_t>(piece.first_point));
+          reordered_nodes_.push_back(node + static_cast<std::int64_t>(piece.first_point));
       }
       cell = std::move(stream);
     }
@@ -385,10 +381,12 @@ void CellCollector::finish(vtk::CellTable& table, MeshInfo& info) {
   table.set_types(vtk::Values(ScalarType::uint8, std::move(types_)));
   table.set_offsets(vtk::Values(ScalarType::int64, any ? std::move(offsets_) : std::move(none)),
                     vtk::Values(ScalarType::int64, std::move(connectivity_)));
-  if (odd_cells_.empty()) return;
-  info.extras.push_back(integer_extra("vtu/polyhedron/cells", Reference::cell, odd_cells_));
-  info.extras.push_back(integer_extra("vtu/polyhedron/counts", Reference::nothing, odd_counts_));
-  info.extras.push_back(integer_extra("vtu/polyhedron/points", Reference::vertex, odd_nodes_));
+  if (reordered_cells_.empty()) return;
+  info.extras.push_back(integers_extra("vtu/polyhedron/cells", reordered_cells_, Reference::cell));
+  info.extras.push_back(
+      integers_extra("vtu/polyhedron/counts", reordered_counts_, Reference::nothing));
+  info.extras.push_back(
+      integers_extra("vtu/polyhedron/points", reordered_nodes_, Reference::vertex));
 }
 
 }  // namespace shm::converters::vtu

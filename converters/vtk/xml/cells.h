@@ -26,7 +26,7 @@ class CellCollector {
   CellCollector(ArrayLoader& loader, Spool& spool);
   // Takes the cells of the next piece and marks their arrays.
   void add_piece(Node& cells, const PieceRange& piece);
-  // Hands the table over, and adds what it cannot say to `info`. Call once.
+  // Hands the table over, and adds what it cannot hold to `info`. Call once.
   void finish(vtk::CellTable& table, MeshInfo& info);
 
  private:
@@ -60,7 +60,7 @@ class CellCollector {
   std::uint64_t face_nodes_ = 0;      // points of the faces of all polyhedra of a piece
   PagedArray streams_, stream_ends_;  // ends: one for each cell, with those before it
   // Polyhedra whose points do not stand in the order in which their faces first use them.
-  std::vector<std::int64_t> odd_cells_, odd_counts_, odd_nodes_;
+  std::vector<std::int64_t> reordered_cells_, reordered_counts_, reordered_nodes_;
 };
 
 }  // namespace shm::converters::vtu

@@ -1,5 +1,5 @@
 // How the numbers of VTU files become bytes: the compressors that VTK knows, one block at a time,
-// base64, and what the head of a file says of them.
+// base64, and what the head of a file states of them.
 #pragma once
 
 #include <cstddef>

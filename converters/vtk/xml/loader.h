@@ -1,4 +1,4 @@
-// ArrayLoader: finds and reads the arrays of a VTU file as its tree tells of them, and notes in the
+// ArrayLoader: finds and reads the arrays of a VTU file as its tree lists them, and notes in the
 // tree what became of their numbers.
 #pragma once
 

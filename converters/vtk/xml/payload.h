@@ -20,14 +20,14 @@ namespace shm::converters::vtu {
 enum class Style : std::uint8_t { ascii, base64, raw };
 
 struct PayloadPlace {
-  std::string array;  // what complaints name
+  std::string array;  // what errors name
   Style style = Style::raw;
   std::uint64_t begin = 0, end = 0;  // in the file
 };
 
 class PayloadReader {
  public:
-  // `path`: the file of `file_bytes`, for complaints. What all arrays together take is limited by
+  // `path`: the file of `file_bytes`, for errors. What all arrays together take is limited by
   // its size: they may share their bytes, and bytes may unpack to very many (over_limit).
   PayloadReader(std::shared_ptr<vtk::RandomFile> file, std::string path, ByteForm form,
                 std::uint64_t file_bytes);

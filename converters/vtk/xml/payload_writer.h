@@ -20,14 +20,14 @@ class PayloadWriter {
   PayloadWriter(NumberOutput& out, ByteForm form) : out_(out), form_(form) {}
 
   struct Head {
-    std::string array;  // what complaints name
+    std::string array;  // what errors name
     Style style = Style::raw;
     ScalarType type = ScalarType::float64;
     bool bits = false;        // uint8 of 0 and 1
     std::uint64_t count = 0;  // of all numbers
     std::uint64_t block_bytes = kUsualBlockBytes;
   };
-  // begin(), as many numbers in host order as it said, end().
+  // begin(), as many numbers in host order as it was given, end().
   void begin(const Head& head);
   void numbers(const std::byte* values, std::size_t count);
   void end();

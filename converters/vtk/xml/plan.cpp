@@ -185,7 +185,7 @@ void VtuPlan::fit_points(Node& points) {
   });
 }
 
-// Points, and the arrays that say the cells. Where cells stand in another order, arrays of faces
+// Points, and the arrays that make the cells. Where cells stand in another order, arrays of faces
 // that were kept as they were are made anew.
 void VtuPlan::fit_cells(Node& piece, const PieceRange& range) {
   if (own_ && range.points == 0 && piece.child("Points") == nullptr) return;

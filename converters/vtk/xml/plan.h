@@ -28,7 +28,7 @@ class VtuPlan : public vtk::CellPlan {
   Document& document() { return document_; }
   const ByteForm& form() const { return form_; }
   bool raw_appended() const { return raw_appended_; }
-  // Legacy files tell the points of a polyhedron by its faces alone; VTK makes them ascend.
+  // Legacy files have the points of a polyhedron by its faces alone; VTK makes them ascend.
   bool sorts_points() const { return !own_; }
   // Points and cells of a <Piece>; null for all other nodes.
   const PieceRange* piece_of(const Node& node) const {

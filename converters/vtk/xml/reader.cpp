@@ -1,4 +1,4 @@
-// Reads VTU files: the tree first, then each array it tells of, into the spool or an extra.
+// Reads VTU files: the tree first, then each array in it, into the spool or an extra.
 #include <algorithm>
 #include <cstring>
 #include <map>
@@ -396,7 +396,7 @@ void Parser::load_column(Location location, const std::vector<std::pair<Column, 
   }
 }
 
-// Each different string once, in a list; the array says which, as in legacy files.
+// Each different string once, in a list; the array has their places, as in legacy files.
 void Parser::load_strings(Location location, const std::vector<std::pair<Column, Piece>>& parts) {
   const Column& column = parts.front().first;
   const std::size_t index = info_.schema.arrays.size();

@@ -32,9 +32,10 @@ class Buffer {
 };
 
 // Points of polyhedra that do not stand in the order of their first use (see vtu.h), by cell.
-class OddPolyhedra {
+class ReorderedPolyhedra {
  public:
-  explicit OddPolyhedra(const VtuPlan& plan) : points_(plan.integers("vtu/polyhedron/points")) {
+  explicit ReorderedPolyhedra(const VtuPlan& plan)
+      : points_(plan.integers("vtu/polyhedron/points")) {
     const auto cells = plan.integers("vtu/polyhedron/cells");
     const auto counts = plan.integers("vtu/polyhedron/counts");
     if (cells.size() != counts.size())
@@ -67,7 +68,7 @@ StagedCells::StagedCells(VtuPlan& plan, Spool& spool)
       streams_(spool, sizeof(std::int64_t)),
       stream_ends_(spool, sizeof(std::int64_t)),
       polyhedra_(plan.has_polyhedra()) {
-  const OddPolyhedra odd(plan);
+  const ReorderedPolyhedra reordered(plan);
   std::vector<std::int64_t> nodes;
   std::uint64_t cell = 0;
   plan.for_each_typed_cell([&](int type, const std::vector<std::uint64_t>& numbers) {
@@ -76,7 +77,7 @@ StagedCells::StagedCells(VtuPlan& plan, Spool& spool)
       streams_.append(nodes.size(), reinterpret_cast<const std::byte*>(nodes.data()));
       nodes = first_uses(nodes);
       if (plan.sorts_points()) std::sort(nodes.begin(), nodes.end());
-      if (const auto* own = odd.find(cell)) nodes.assign(own->begin(), own->end());
+      if (const auto* own = reordered.find(cell)) nodes.assign(own->begin(), own->end());
     }
     nodes_.append(nodes.size(), reinterpret_cast<const std::byte*>(nodes.data()));
     node_ends_.set(cell, static_cast<std::int64_t>(nodes_.size()));

@@ -1,4 +1,4 @@
-// StagedCells: the cells of a mesh as the arrays that VTU files say them with, for any piece.
+// StagedCells: the cells of a mesh as the arrays that VTU files hold them in, for any piece.
 #pragma once
 
 #include <cstdint>

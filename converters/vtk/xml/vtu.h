@@ -55,7 +55,7 @@ std::unique_ptr<MeshSource> open_vtu(const std::string& path, Spool& spool);
 // Writes `mesh` front to back. A mesh that came from VTU gets its XML, encoding and compressor
 // back as they were; any other one becomes version 1.0 (2.2 for Lagrange hexahedra of legacy 5.1),
 // appended raw, zlib, 64-bit headers, little endian, with the last time step's values and time; one
-// from a legacy file with all that XML can say of it (vtu_from_vtk.h).
+// from a legacy file with all that XML can hold of it (vtu_from_vtk.h).
 // Throws Failure (output) when the disk fails.
 void write_vtu(MeshSource& mesh, const std::string& path, Spool& spool);
 

@@ -181,7 +181,7 @@ void Writer::payload(Node& array, Style style, const PieceRange& piece, bool in_
   PayloadWriter::Head head;
   head.array = array.name + " '" + array.attribute_or("Name", "") + "'";
   head.style = style;
-  if (!word) vtk::fail_extra("vtu/skeleton", "says nothing that is known of " + head.array);
+  if (!word) vtk::fail_extra("vtu/skeleton", "has nothing that is known for " + head.array);
   head.block_bytes = word->block_bytes;
   if (type) {
     head.type = type->stored;
@@ -211,7 +211,7 @@ void Writer::array_values(const ValuesWord& word, PayloadWriter::Head head, cons
   const bool strings = info.role == vtk::kStringRole;
   if ((head.type != info.type && !strings) || info.per_step != word.step.has_value() ||
       (word.step && *word.step >= info_.step_times.size()))
-    vtk::fail_extra("vtu/skeleton", "does not say what " + head.array + " is");
+    vtk::fail_extra("vtu/skeleton", "does not define " + head.array);
   const bool of_points = info.location == Location::point;
   const std::uint64_t begin = of_points ? piece.first_point : piece.first_cell;
   const std::uint64_t total = of_points ? piece.points : piece.cells;

@@ -1,5 +1,6 @@
-// Parser: one walk through a VTK legacy file, front to back, that records in a VtkSource where
-// everything stands. Sections come in any order that VTK's own readers take.
+// Reads VTK legacy files. Parser: one walk through a file, front to back, that records in a
+// VtkSource where everything stands; numbers are fetched later. Sections come in any order that
+// VTK's own readers take.
 #pragma once
 
 #include <array>
@@ -53,7 +54,6 @@ class Parser {
  private:
   enum class Section { dataset, cell_data, point_data };
 
-  // vtk_reader.cpp
   void header();
   void dataset();
   bool section_keyword(const std::string& word);
@@ -64,8 +64,10 @@ class Parser {
   void next_line_is_binary() {
     if (skeleton_.binary) input_.skip_line();
   }
+  void metadata(std::uint64_t components, std::string& out);
+  void read_metadata(std::uint64_t components, std::string& out);
 
-  // vtk_geometry.cpp
+  // Points and cells, or the dimensions and axes that they follow from.
   bool geometry_keyword(EntryKind kind);
   void points();
   void cells(EntryKind kind);
@@ -81,7 +83,7 @@ class Parser {
   void finish_axes();
   void finish_cells();
 
-  // vtk_attributes.cpp
+  // In attributes.cpp: arrays.
   void begin_section(EntryKind kind);
   void field();
   void field_array();
@@ -91,12 +93,10 @@ class Parser {
   void numbers(Entry& entry, ScalarType type);
   bool is_per_element(const Entry& entry) const;
   void add_array(Entry& entry, Values values, std::string_view role);
-  void odd_values(Entry& entry, ValueForm form);
+  void other_values(Entry& entry, ValueForm form);
   void bits(Entry& entry, std::uint64_t count);
   void listed_strings(Entry& entry, ValueForm form, std::uint64_t count);
   void one_string(ValueForm form, std::string& out);
-  void metadata(std::uint64_t components, std::string& out);
-  void read_metadata(std::uint64_t components, std::string& out);
   std::uint64_t section_size() const;
 
   std::string path_;
