@@ -103,7 +103,7 @@ PartUses find_uses(Ranks& ranks, MeshSource& mesh, const CellRange& range, std::
   owners.send(uses, [&](const VertexUse& use) { owned->take(use); });
   uses = std::vector<VertexUse>();
   const auto known = owners.ask<VertexUse>(out.vertices.numbers(),
-                                     [&](std::uint64_t number) { return owned->of(number); });
+                                           [&](std::uint64_t number) { return owned->of(number); });
   for (const VertexUse& use : known) {
     out.last.push_back(use.last);
     out.imported.push_back(use.first < range.first);
