@@ -1,9 +1,9 @@
 // The range coder: turns yes/no decisions into bytes and back.
-//   AdaptiveBit    how likely a decision is, learnt from its past
+//   AdaptiveBit                   how likely a decision is, learnt from its past
 //   RangeEncoder, RangeDecoder    decisions with known odds
-//   SplitEncoder, SplitDecoder    the same, and beside it plain bits for those that nobody can
-//   guess,
+//   SplitEncoder, SplitDecoder    the same, and beside them plain bits for what nobody can guess,
 //                                 which cost next to nothing to read
+//
 // Encoders and decoders have the same calls, `bit(model, value)` and `raw(value, count)`, where a
 // decoder ignores what it is given: a coder written once as a template runs both ways, so the two
 // directions cannot drift apart.
@@ -97,8 +97,7 @@ class RangeEncoder {
     return value;
   }
 
-  /// The low `count` bits of value, 0..64, which nobody can guess; the rest must
-  /// be zero.
+  /// The low `count` bits of value, 0..64, each as likely as not; the rest must be zero.
   std::uint64_t raw(std::uint64_t value, int count) {
     while (count > 16) {
       count -= 16;
