@@ -1,9 +1,11 @@
 // Shifts: cells as differences. A shift is the difference of a cell from the one before it of its
 // block: what is added to its vertex numbers, and which of its vertices are new, imported, and used
 // for the last time. Shifts repeat where numbers run in rows and layers; a cell is then one byte,
-// its place in a table of shifts, and bytes go to zstd. in:    cells, with numbers out: a bitstream
-// for each group keeps: the last cell of each block, a table of shifts; changed alike in both
-// directions spec: "Shifts"
+// its place in a table of shifts, and bytes go to zstd.
+//
+// in:    cells, with numbers                     out: a bitstream for each group
+// keeps: the last cell of each block, a table of shifts; changed alike in both directions
+// spec: "Shifts"
 #pragma once
 
 #include <array>
