@@ -1,4 +1,4 @@
-// Second-order cells of all shapes that share their inner nodes, on a lattice of exact points.
+// Second-order cells of all shapes that share their mid nodes, on a lattice of exact points.
 #pragma once
 
 #include <array>

@@ -364,7 +364,7 @@ TEST(Neighbourhood, OfInnerNodes) {
     const Neighbourhood& around = it.around;
     if (position < 8) {
       EXPECT_EQ(around.kind, Neighbourhood::lattice);
-      EXPECT_FALSE(around.is_inner());
+      EXPECT_FALSE(around.is_mid_node());
     } else if (position < 20) {
       EXPECT_EQ(around.kind, Neighbourhood::midpoint);
       const auto [one, two] = kEdgeCorners[position - 8];
@@ -489,7 +489,7 @@ TEST(Neighbourhood, NamesOnlyWhatIsThere) {
         if (it.around.knows(1u << at)) {
           ASSERT_TRUE(born.contains(it.at[at])) << at;
         }
-      for (std::uint32_t a = 0; a < 3 && !it.around.is_inner(); ++a) {
+      for (std::uint32_t a = 0; a < 3 && !it.around.is_mid_node(); ++a) {
         if (it.around.knows(Neighbourhood::kBeyond << a)) {
           ASSERT_TRUE(it.around.knows(Neighbourhood::kNear << a));
           ASSERT_TRUE(edges.contains({it.at[a], it.at[kAtBeyond + a]}));

@@ -83,7 +83,7 @@ Neighbourhood NeighbourFinder::vertex(const CellTopology& cell, std::uint32_t po
     self.full = it.has_rule();
   } else if (const MidNode* node = cell.layout == nullptr ? nullptr : cell.layout->at(position);
              node != nullptr && (node->kind == MidNode::edge || node->has_middle)) {
-    look_around_inner(it, cell, *node);
+    look_around_mid_node(it, cell, *node);
   } else if (position > 0 && position <= 64 && (known_ >> (position - 1) & 1) != 0) {
     it.at[0] = cell.slots[position - 1];
     it.known = Neighbourhood::kNear;
@@ -95,8 +95,8 @@ Neighbourhood NeighbourFinder::vertex(const CellTopology& cell, std::uint32_t po
 }
 
 /// What a node lies between was known before it: corners come first, then edges, faces, the body.
-void NeighbourFinder::look_around_inner(Neighbourhood& it, const CellTopology& cell,
-                                        const MidNode& node) const {
+void NeighbourFinder::look_around_mid_node(Neighbourhood& it, const CellTopology& cell,
+                                           const MidNode& node) const {
   const bool is_edge = node.kind == MidNode::edge;
   it.kind = is_edge ? Neighbourhood::midpoint : Neighbourhood::centre;
   it.corner = node.kind == MidNode::body ? 1 : 0;

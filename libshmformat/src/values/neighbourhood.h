@@ -48,16 +48,16 @@ struct Neighbourhood {
   Kind kind = other;
 
   bool knows(std::uint32_t bits) const { return (known & bits) == bits; }
-  bool is_inner() const { return kind == midpoint || kind == centre; }
+  bool is_mid_node() const { return kind == midpoint || kind == centre; }
   /// Whether there is a rule that the value may miss by a third.
   bool has_rule() const {
     if (kind == flat) return knows(3 * kNear | kDiagonal);
     if (kind == simplex) return knows(kOpposite);
-    return is_inner() || knows(kLattice);
+    return is_mid_node() || knows(kLattice);
   }
-  /// Bits of `known` where `counts` of a lattice count, and of inner nodes what they are.
+  /// Bits of `known` where `counts` of a lattice count, and of mid nodes what they are.
   std::uint32_t traits(std::uint32_t counts = 0xffff) const {
-    if (is_inner()) return known | std::uint32_t{kind} << kKindShift;
+    if (is_mid_node()) return known | std::uint32_t{kind} << kKindShift;
     return (known & counts) | (kind > centre ? std::uint32_t{kind} << kKindShift : 0);
   }
 };
@@ -130,7 +130,7 @@ class NeighbourFinder {
                std::uint32_t except) const;
   Found across(std::uint32_t slot, std::uint32_t one, std::uint32_t two, std::uint32_t both) const;
   void look_beyond(Neighbourhood& it, Reach reach) const;
-  void look_around_inner(Neighbourhood& it, const CellTopology& cell, const MidNode& node) const;
+  void look_around_mid_node(Neighbourhood& it, const CellTopology& cell, const MidNode& node) const;
   void look_around_cell(Neighbourhood& it, Reach reach) const;
   // cells that are no hexahedra
   void look_around_corner(Neighbourhood& it, const CellTopology& cell,

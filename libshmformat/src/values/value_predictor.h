@@ -194,7 +194,7 @@ class Predictor {
       case kMeanNearMode: return mean_near(at_(kFLast));
       case kMeanLineMode: return any_line() ? mean_line() : lattice();
       case kMeanFaceMode:
-        if (is_inner())
+        if (is_mid_node())
           return has_thirds() ? lattice() + (third(0) + third(1) - third(2)) : lattice();
         return any_face() ? mean_face() : lattice();
       case kMatchMode: return at_(kFMatch);
@@ -217,7 +217,7 @@ class Predictor {
 
  private:
   double find_lattice() const {
-    if (is_inner()) return middle();
+    if (is_mid_node()) return middle();
     if (kind() == Neighbourhood::simplex) return behind_face();
     if (kind() == Neighbourhood::beside) return mean_near(at_(kFLast));
     if (knows_lattice()) return ((at_(0) + at_(1) + at_(2)) - (at_(3) + at_(4) + at_(5))) + at_(6);
@@ -229,7 +229,7 @@ class Predictor {
   }
   /// lattice also where the rule is that of corners of hexahedra.
   std::uint32_t kind() const { return known_ >> Neighbourhood::kKindShift; }
-  bool is_inner() const {
+  bool is_mid_node() const {
     return kind() == Neighbourhood::midpoint || kind() == Neighbourhood::centre;
   }
   double mean_near(double none) const {
