@@ -26,7 +26,7 @@ class SeenNeighbours {
 
  protected:
   /// Cell `number`, whose positions are these vertices. `live`: vertices on the surface.
-  void tell(const CellTopology& cell, std::uint64_t number,
+  void add(const CellTopology& cell, std::uint64_t number,
             std::span<const std::uint64_t> vertex_numbers, bool as_stored, std::uint64_t live,
             Reach reach) {
     finder_.begin_cell(cell, as_stored, live);

@@ -25,7 +25,7 @@ struct TestedCell {
   std::vector<std::uint64_t> vertices;
 };
 
-/// Tells cells to a finder as a coder does: vertices die with their last cell, and their slots go
+/// Gives cells to a finder as a coder does: vertices die with their last cell, and their slots go
 /// to new ones after a rest.
 class Walk : public SeenNeighbours {
  public:
@@ -54,7 +54,7 @@ class Walk : public SeenNeighbours {
       faces_.skip_cell();
     cell.behind = faces_.behind();
 
-    tell(cell, number, tested.vertices, true, slot_.size(), reach_);
+    add(cell, number, tested.vertices, true, slot_.size(), reach_);
     for (std::uint64_t v : tested.vertices)
       if (last_[v] == number && slot_.contains(v)) {
         faces_.forget(slot_[v]);

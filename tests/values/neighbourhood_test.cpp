@@ -72,7 +72,7 @@ class Walk : public SeenNeighbours {
       cell.last_use.assign(cell.slots.size(), 1);
     }
 
-    tell(cell, number, tested.vertices, as_stored_, slot_.size(), reach_);
+    add(cell, number, tested.vertices, as_stored_, slot_.size(), reach_);
     for (std::uint64_t v : tested.vertices)
       if (last_[v] == number && slot_.contains(v)) {
         if (reuses_) free_.push_back(slot_[v]);
