@@ -107,7 +107,7 @@ inline void mutate_header(shm::container::GroupHeader& header, Random& random) {
   switch (random() % 12) {
     case 0: header.cells += static_cast<std::uint32_t>(random() % 5) - 2; break;
     case 1: header.vertices += random() % 5 - 2; break;
-    case 2: header.loose_vertices += random() % 3 - 1; break;
+    case 2: header.unused_vertices += random() % 3 - 1; break;
     case 3: header.max_active_vertices = header.max_active_vertices * 2 + random() % 3; break;
     case 4: disturb(header.first_cell, random); break;
     case 5: disturb(header.first_vertex, random); break;

@@ -145,7 +145,7 @@ std::vector<shm::FeatureFile> more_files() {
         return writer.set_step_times(std::vector<double>{0, 1, 2, 3});
       };
       (void)write_mesh(mesh, sink, options, steps);
-      files.push_back({std::string("loose_steps_") + (of_shifts ? "shifts_" : "") +
+      files.push_back({std::string("unused_steps_") + (of_shifts ? "shifts_" : "") +
                            std::string(order_name(order)),
                        std::move(sink.bytes)});
       files.push_back(steps_on_few_cells(order, of_shifts));

@@ -28,7 +28,7 @@ struct Cell {
 };
 struct Group {
   std::vector<Cell> cells;
-  Numbers loose;
+  Numbers unused;
   bool operator==(const Group&) const = default;
 };
 
@@ -48,7 +48,7 @@ Zstd& zstd() {
 
 Bytes encode(ShiftEncoder& encoder, const Group& group) {
   for (const Cell& cell : group.cells) encoder.add_cell(cell.marks, cell.numbers);
-  for (std::uint64_t number : group.loose) encoder.add_isolated(number);
+  for (std::uint64_t number : group.unused) encoder.add_unused(number);
   EXPECT_EQ(encoder.symbols().size(), group.cells.size());
   return encoder.finish(zstd());
 }
@@ -79,7 +79,7 @@ SomeCells next_cells(ShiftDecoder& decoder, std::size_t most) {
 
 /// Nothing where the bytes make no sense.
 std::optional<Group> decode(ShiftDecoder& decoder, std::span<const std::byte> bytes,
-                            std::size_t cells, std::size_t loose = 0) {
+                            std::size_t cells, std::size_t unused = 0) {
   if (!begin(decoder, bytes, cells)) return std::nullopt;
   Group group;
   for (std::size_t most = 1; group.cells.size() < cells; most = most % 64 + 1) {
@@ -90,10 +90,10 @@ std::optional<Group> decode(ShiftDecoder& decoder, std::span<const std::byte> by
       group.cells.push_back({*some.marks, {begin, begin + some.nodes}});
     }
   }
-  for (std::size_t i = 0; i < loose; ++i) {
-    const auto number = decoder.next_isolated();
+  for (std::size_t i = 0; i < unused; ++i) {
+    const auto number = decoder.next_unused();
     if (!number) return std::nullopt;
-    group.loose.push_back(*number);
+    group.unused.push_back(*number);
   }
   if (!decoder.at_end()) return std::nullopt;
   return group;
@@ -108,7 +108,7 @@ std::vector<std::size_t> expect_back(const Schema& schema, const std::vector<Gro
   for (const Group& group : groups) {
     const Bytes bytes = encode(encoder, group);
     sizes.push_back(bytes.size());
-    const auto back = decode(decoder, bytes, group.cells.size(), group.loose.size());
+    const auto back = decode(decoder, bytes, group.cells.size(), group.unused.size());
     EXPECT_TRUE(back.has_value()) << "group " << sizes.size() - 1;
     if (back) {
       EXPECT_TRUE(*back == group) << "group " << sizes.size() - 1;
@@ -266,14 +266,14 @@ TEST(Shifts, BlocksRememberTheirOwnLastCell) {
   EXPECT_LE(expect_back(schema, {both})[0], 2000u);
 }
 
-TEST(Shifts, LooseVertices) {
+TEST(Shifts, UnusedVertices) {
   Group alone, behind = grid(3, 3, 3);
-  alone.loose = {5, 4, 1000, 0, ~std::uint64_t{0}, std::uint64_t{1} << 63, 7};
-  behind.loose = {100, 101, 102};
+  alone.unused = {5, 4, 1000, 0, ~std::uint64_t{0}, std::uint64_t{1} << 63, 7};
+  behind.unused = {100, 101, 102};
   expect_back(hexahedra(), {alone, behind, alone, behind});
   expect_back(schema_of({}), {alone, alone});
   Group many;
-  for (std::uint64_t n = 0; n < 100000; ++n) many.loose.push_back(3 * n);
+  for (std::uint64_t n = 0; n < 100000; ++n) many.unused.push_back(3 * n);
   EXPECT_LE(expect_back(hexahedra(), {many})[0], 100u);
 }
 
@@ -301,7 +301,7 @@ TEST(Shifts, Imports) {
   std::vector<Group> groups(4);
   for (Group& it : groups) {
     for (int n = 0; n < 300; ++n) it.cells.push_back(random_cell(schema, true, random));
-    it.loose = {random(), random()};
+    it.unused = {random(), random()};
   }
   expect_back(schema, groups, true);
 }
@@ -321,8 +321,8 @@ TEST(Shifts, GroupsOfAnyMake) {
         const auto at = random() % (group.cells.size() + 1);
         group.cells.insert(group.cells.begin() + static_cast<std::ptrdiff_t>(at), cell);
       }
-      group.loose.resize(random() % 4);
-      for (std::uint64_t& number : group.loose) number = random();
+      group.unused.resize(random() % 4);
+      for (std::uint64_t& number : group.unused) number = random();
     }
     SCOPED_TRACE("seed " + std::to_string(seed));
     expect_back(schema, groups, may_import);
@@ -378,7 +378,7 @@ void read_all(const Schema& schema, bool may_import, const Bytes& bytes, std::si
     ASSERT_EQ(marks->imports & ~marks->introduced, 0u);
     ASSERT_TRUE(may_import || marks->imports == 0);
   }
-  for (int i = 0; i < 3; ++i) decoder.next_isolated();
+  for (int i = 0; i < 3; ++i) decoder.next_unused();
   (void)decoder.at_end();
 }
 
@@ -393,7 +393,7 @@ SmallGroup small_group(bool may_import) {
   it.group = grid(3, 2, 2);
   std::mt19937_64 random(6);
   for (int n = 0; n < 4; ++n) it.group.cells.push_back(random_cell(it.schema, may_import, random));
-  it.group.loose = {100, 3};
+  it.group.unused = {100, 3};
   return it;
 }
 
@@ -420,7 +420,7 @@ TEST(ShiftsDamaged, EveryCut) {
       less.words.resize(size);
       const Bytes bytes = put_together(less);
       ShiftDecoder of_less(it.schema, may_import);
-      EXPECT_FALSE(decode(of_less, bytes, cells, it.group.loose.size())) << size;
+      EXPECT_FALSE(decode(of_less, bytes, cells, it.group.unused.size())) << size;
       read_all(it.schema, may_import, bytes, cells);
     }
   }
@@ -505,7 +505,7 @@ TEST(ShiftsDamaged, SymbolsMustAllBeUsed) {
   ASSERT_NE(next_cells(decoder, 9).marks, nullptr);
   EXPECT_TRUE(decoder.at_end());
   EXPECT_EQ(next_cells(decoder, 9).marks, nullptr);
-  EXPECT_FALSE(decoder.next_isolated().has_value());
+  EXPECT_FALSE(decoder.next_unused().has_value());
   EXPECT_FALSE(decoder.at_end());
 }
 

@@ -67,10 +67,10 @@ TEST(VertexNumbers, AnyNumbersComeBack) {
   cost(numbers, kTurned);
 }
 
-TEST(VertexNumbers, LooseOnesGoOnWhereTheLastLeft) {
+TEST(VertexNumbers, UnusedOnesGoOnWhereTheLastLeft) {
   RangeEncoder out;
   VertexNumbers<RangeEncoder> encoder;
-  for (std::uint64_t n = 0; n < 5000; ++n) EXPECT_EQ(encoder.code_loose(out, 0, 7 + n), 7 + n);
+  for (std::uint64_t n = 0; n < 5000; ++n) EXPECT_EQ(encoder.code_unused(out, 0, 7 + n), 7 + n);
   EXPECT_LE(out.finish().size(), 20u);
 }
 

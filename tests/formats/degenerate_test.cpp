@@ -146,7 +146,7 @@ TEST(Collapsed, FourThousandHexahedraTakeFewBits) {
   }
 }
 
-// All vertices are loose then: a group has cells and none of the vertices that a point array has.
+// All vertices are unused then: a group has cells and none of the vertices that a point array has.
 TEST(CellsWithoutNodes, BesideAPointArray) {
   TestMesh mesh;
   mesh.schema.blocks = {{1, "nothing", CellShape::polygon, 0}};

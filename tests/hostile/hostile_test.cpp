@@ -363,7 +363,7 @@ TEST(Hostile, LyingGroupHeader) {
     refused(name, [](Header& h) { h.cells = container::kMaxGroupCells + 1; });
     refused(name, [](Header& h) { h.vertices += 1; });
     refused(name, [](Header& h) { h.vertices -= 1; });
-    refused(name, [](Header& h) { h.loose_vertices = h.vertices + 1; });
+    refused(name, [](Header& h) { h.unused_vertices = h.vertices + 1; });
     refused(name, [](Header& h) { h.max_active_vertices += 1; });
     refused(name, [](Header& h) { h.max_active_vertices -= 1; });
     refused(name, [](Header& h) { h.max_active_vertices = 0; });
@@ -407,8 +407,8 @@ TEST(Hostile, LyingGroupHeader) {
   refused("keep", [](Header& h) {  // no segment before has anything to import
     h.streams.back().kind = container::StreamKind::imports;
   });
-  refused("unmarked", [](Header& h) { h.loose_vertices += 1; });
-  refused("unmarked", [](Header& h) { h.loose_vertices -= 1; });
+  refused("unmarked", [](Header& h) { h.unused_vertices += 1; });
+  refused("unmarked", [](Header& h) { h.unused_vertices -= 1; });
 }
 
 // What steps need of the mesh is derived again from its groups, without the checks of a Reader.
@@ -462,11 +462,11 @@ TEST(Hostile, ImportsOfVerticesThatAreNotThere) {
     }
 }
 
-TEST(Hostile, EndlessLooseVertices) {
+TEST(Hostile, EndlessUnusedVertices) {
   // No stream is needed for vertices that are all zero: what is stated must fit what is promised.
   FileParts parts = take_apart(file("no_cells"));
   container::GroupHeader header;
-  header.vertices = header.loose_vertices = std::uint64_t{1} << 40;
+  header.vertices = header.unused_vertices = std::uint64_t{1} << 40;
   header.max_active_vertices = 1;
   header.decoded_bytes = 12;
   ByteWriter payload;

@@ -71,7 +71,7 @@ GroupHeader any_group() {
   header.first_vertex = 2000000000000;
   header.cells = kMaxGroupCells;
   header.vertices = 300;
-  header.loose_vertices = 7;
+  header.unused_vertices = 7;
   header.max_active_vertices = 99;
   header.decoded_bytes = 123456;
   header.box = {-1, -2, -3, 1, 2, std::numeric_limits<double>::infinity()};
@@ -93,7 +93,7 @@ TEST(Container, GroupHeader) {
   EXPECT_EQ(back.first_vertex, header.first_vertex);
   EXPECT_EQ(back.cells, header.cells);
   EXPECT_EQ(back.vertices, header.vertices);
-  EXPECT_EQ(back.loose_vertices, header.loose_vertices);
+  EXPECT_EQ(back.unused_vertices, header.unused_vertices);
   EXPECT_EQ(back.max_active_vertices, header.max_active_vertices);
   EXPECT_EQ(back.decoded_bytes, header.decoded_bytes);
   EXPECT_EQ(back.box, header.box);
@@ -122,7 +122,7 @@ TEST(Container, GroupHeaderThatCannotBe) {
     EXPECT_FALSE(get(in, header));
   };
   refused([](GroupHeader& h) { h.cells = kMaxGroupCells + 1; });
-  refused([](GroupHeader& h) { h.loose_vertices = h.vertices + 1; });
+  refused([](GroupHeader& h) { h.unused_vertices = h.vertices + 1; });
 }
 
 TEST(Container, StepHeader) {

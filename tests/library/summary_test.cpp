@@ -377,7 +377,7 @@ TEST(Summary, ChunksThatNobodyKnows) {
 }
 
 // The codec of a segment is that of its cells, wherever they begin.
-TEST(Summary, AGroupOfLooseVerticesComesFirst) {
+TEST(Summary, AGroupOfUnusedVerticesComesFirst) {
   const TestMesh mesh = with_order(grid(2, 2, 2), Order::stream, true, 0);
   MemorySink sink;
   WriteOptions options;
@@ -396,7 +396,7 @@ TEST(Summary, AGroupOfLooseVerticesComesFirst) {
   ASSERT_TRUE(writer->end_mesh());
   ASSERT_TRUE(writer->finish());
   EXPECT_NE(take_apart(sink.bytes).find(ChunkKind::group, 1), nullptr);
-  expect_as_the_reader(sink.bytes, "loose vertices first");
+  expect_as_the_reader(sink.bytes, "unused vertices first");
   EXPECT_EQ(summary_of(sink.bytes)->totals.segment_connectivity,
             std::vector{ConnectivityCodec::mixed});
 }

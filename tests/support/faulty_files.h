@@ -315,9 +315,9 @@ class FaultyFiles {
     of("keep", 0, "vertices is one too large.", [](Header& h) { h.vertices += 1; });
     of("keep", 0, "vertices is one too small.", [](Header& h) { h.vertices -= 1; });
     of("keep", 0, "unused_vertices is above vertices.",
-       [](Header& h) { h.loose_vertices = h.vertices + 1; });
+       [](Header& h) { h.unused_vertices = h.vertices + 1; });
     of("unmarked", 0, "unused_vertices is one too small.",
-       [](Header& h) { h.loose_vertices -= 1; });
+       [](Header& h) { h.unused_vertices -= 1; });
     of("keep", 0, "max_active_vertices is one too large.",
        [](Header& h) { h.max_active_vertices += 1; });
     of("keep", 0, "max_active_vertices is one too small.",

@@ -65,8 +65,8 @@ class Connectivity {
   void set_number(std::uint32_t slot, std::uint64_t number);
 
   /// A vertex that no cell uses: introduced and finalized at once.
-  std::uint32_t add_loose_vertex() { return surface_.add_vertex(); }
-  void remove_loose_vertex(std::uint32_t slot) { surface_.finalize(slot); }
+  std::uint32_t add_unused_vertex() { return surface_.add_vertex(); }
+  void remove_unused_vertex(std::uint32_t slot) { surface_.finalize(slot); }
 
   const ActiveSurface& surface() const { return surface_; }
 

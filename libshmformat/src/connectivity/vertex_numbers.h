@@ -26,7 +26,7 @@ class VertexNumbers {
   /// Takes note of a vertex whose number was coded elsewhere.
   void add(std::uint32_t slot, std::uint64_t number);
   /// A vertex that no cell uses.
-  std::uint64_t code_loose(Coder& coder, std::uint32_t slot, std::uint64_t number) {
+  std::uint64_t code_unused(Coder& coder, std::uint32_t slot, std::uint64_t number) {
     return code(coder, {last_ + 1, last_ + 1}, slot, number);
   }
 

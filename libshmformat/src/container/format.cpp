@@ -105,7 +105,7 @@ void put(ByteWriter& payload, const GroupHeader& header) {
   out.put_varint(header.cells);
   out.put_varint(header.vertices);
   out.put_varint(header.imported_vertices);
-  out.put_varint(header.loose_vertices);
+  out.put_varint(header.unused_vertices);
   out.put_varint(header.max_active_vertices);
   out.put_varint(header.decoded_bytes);
   put_box(out, header.box);
@@ -129,7 +129,7 @@ bool get(ByteReader& in, GroupHeader& header) {
   header.cells = static_cast<std::uint32_t>(cells);
   header.vertices = in.get_varint();
   header.imported_vertices = in.get_varint();
-  header.loose_vertices = in.get_varint();
+  header.unused_vertices = in.get_varint();
   header.max_active_vertices = in.get_varint();
   header.decoded_bytes = in.get_varint();
   get_box(in, header.box);
@@ -147,7 +147,7 @@ bool get(ByteReader& in, GroupHeader& header) {
   }
   const std::uint32_t sum = checksum(in.since(begin));
   return in.get_u32() == sum && in.ok() && cells <= kMaxGroupCells &&
-         header.loose_vertices <= header.vertices;
+         header.unused_vertices <= header.vertices;
 }
 
 void put(ByteWriter& out, const StepHeader& header) {

@@ -137,7 +137,7 @@ struct GroupHeader {
   std::uint32_t cells = 0;              ///< 0..2^20
   std::uint64_t vertices = 0;           ///< all that are introduced in it and that its segment owns
   std::uint64_t imported_vertices = 0;  ///< introduced in it again: an earlier segment owns them
-  std::uint64_t loose_vertices = 0;     ///< the last of them, which no cell uses
+  std::uint64_t unused_vertices = 0;    ///< the last of them, which no cell uses
   std::uint64_t max_active_vertices = 0;
   std::uint64_t decoded_bytes = 0;  ///< values and corners, unpacked
   std::array<double, 6> box{};  ///< min x y z, max x y z of finite coordinates; +inf -inf if none

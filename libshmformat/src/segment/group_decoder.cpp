@@ -124,7 +124,7 @@ Result<void> GroupDecoder::decode_values(MeshBlock& block) {
 
 Result<DecodedBlock::GroupEnd> GroupDecoder::end_group() const {
   if (done_.bytes != header_->decoded_bytes || done_.active != header_->max_active_vertices ||
-      done_.unused != header_->loose_vertices || done_.imported != header_->imported_vertices)
+      done_.unused != header_->unused_vertices || done_.imported != header_->imported_vertices)
     return corrupt("does not hold what its header states");
   if (!is_used_up()) return corrupt("its streams hold more than the group");
   return DecodedBlock::GroupEnd{done_.imported, done_.active, {}};

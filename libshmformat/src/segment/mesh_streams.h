@@ -114,7 +114,7 @@ class ValueStreams {
   }
   void end_cell(const CellTopology& cell);
   void add_unused_vertex(std::uint32_t slot) {
-    if (of_vertices_) push_tightly(vertices_.items, finder_.isolated(slot));
+    if (of_vertices_) push_tightly(vertices_.items, finder_.unused(slot));
   }
 
   /// Encoding, before the first cell: values will be encoded at this level.
@@ -222,7 +222,7 @@ class MeshStreams {
   }
   void code_unused_number(std::uint32_t slot, std::uint64_t& number) {
     if (schema_->order == Order::keep)
-      number = vertex_numbers_.code_loose(streams_[kVertexNumbers], slot, number);
+      number = vertex_numbers_.code_unused(streams_[kVertexNumbers], slot, number);
   }
 
   // In segments but the first, before the values of each new vertex of a cell: whether an earlier

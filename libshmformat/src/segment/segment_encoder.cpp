@@ -83,9 +83,9 @@ Result<void> SegmentEncoder::take(const SegmentPiece& piece, std::vector<Encoded
   for (const SegmentPiece::Cell& cell : piece.cells) {
     if (cell.block == SegmentPiece::kUnused) {
       encode_unused(piece, at.vertex);
-      ++group_.header.loose_vertices;
+      ++group_.header.unused_vertices;
     } else {
-      if (group_.header.loose_vertices > 0) end_group(done);  // they stand last in their group
+      if (group_.header.unused_vertices > 0) end_group(done);  // they stand last in their group
       if (!encode_cell(piece, cell, at))
         return Error{ErrorCode::misuse,
                      "cell " + std::to_string(cell.number) +
@@ -137,7 +137,7 @@ bool SegmentEncoder::is_full() const {
   return group.cells >= options_.group_cells || group.decoded_bytes >= kFullGroupBytes ||
          group.vertices * vertex_step_bytes_ >= kFullGroupBytes ||
          group.cells * cell_step_bytes_ >= kFullGroupBytes ||
-         (group.loose_vertices > 0 && group.vertices >= kFullGroupVertices);
+         (group.unused_vertices > 0 && group.vertices >= kFullGroupVertices);
 }
 
 void SegmentEncoder::begin_group() {

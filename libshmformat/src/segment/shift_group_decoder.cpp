@@ -118,11 +118,11 @@ Result<void> ShiftGroupDecoder::decode_elements(DecodedBlock& decoded) {
   if (auto good = decode_cells(decoded); !good) return good;
   while (done_.cells == header_->cells && done_.own < header_->vertices &&
          done_.bytes - bytes_before < kTileBytes) {
-    const auto number = numbered_by_order() ? std::optional(next_own_) : shifts_.next_isolated();
-    if (!number || done_.unused == header_->loose_vertices || !introduce(*number, false, decoded))
+    const auto number = numbered_by_order() ? std::optional(next_own_) : shifts_.next_unused();
+    if (!number || done_.unused == header_->unused_vertices || !introduce(*number, false, decoded))
       return corrupt("a vertex that no cell uses makes no sense");
     ++done_.unused;
-    if (has_neighbours_) neighbours_.add_isolated(*number, vertex_items_);
+    if (has_neighbours_) neighbours_.add_unused(*number, vertex_items_);
     done_.active = std::max(done_.active, live_.count());
     live_.remove(*number);
   }

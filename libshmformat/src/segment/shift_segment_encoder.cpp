@@ -74,7 +74,7 @@ ShiftSegmentEncoder::ShiftSegmentEncoder(const Schema& schema, const SegmentOpti
 void ShiftSegmentEncoder::encode_unused(const SegmentPiece& piece, std::size_t vertex) {
   begin_element(false);
   const std::uint64_t number = number_of(piece.vertices[vertex]);
-  if (!numbered_by_order_) shifts_.add_isolated(number);
+  if (!numbered_by_order_) shifts_.add_unused(number);
   take_numbered(piece, vertex, number);
   note_active(active_ + 1);
 }
@@ -194,8 +194,9 @@ void ShiftSegmentEncoder::find_neighbours(std::span<const std::byte> shifts) {
                           cells_.items);
     left -= count;
   }
-  for (std::size_t v = vertices - static_cast<std::size_t>(group.loose_vertices); v < vertices; ++v)
-    neighbours_.add_isolated(introduced_[v], vertices_.items);
+  for (std::size_t v = vertices - static_cast<std::size_t>(group.unused_vertices); v < vertices;
+       ++v)
+    neighbours_.add_unused(introduced_[v], vertices_.items);
   cells_.blocks = cell_blocks_;
 }
 

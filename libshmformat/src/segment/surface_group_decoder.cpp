@@ -171,12 +171,12 @@ Result<void> SurfaceGroupDecoder::decode_import(std::uint32_t position, std::uin
 Result<void> SurfaceGroupDecoder::decode_unused(DecodedBlock& decoded) {
   if (!has_room_for_bytes(vertex_bytes_)) return corrupt("unpacks to more than stated");
   ++done_.unused;
-  const std::uint32_t slot = streams_.connectivity().add_loose_vertex();
+  const std::uint32_t slot = streams_.connectivity().add_unused_vertex();
   done_.active = std::max(done_.active, active());
   streams_.code_unused_number(slot, vertex_at(slot).number);
   streams_.values().add_unused_vertex(slot);
   if (auto good = decode_vertex(slot, decoded); !good) return good;
-  streams_.connectivity().remove_loose_vertex(slot);
+  streams_.connectivity().remove_unused_vertex(slot);
   vertices_[slot].owner = Owner::nobody;
   return {};
 }

@@ -80,13 +80,13 @@ void SurfaceSegmentEncoder::encode_new_vertices(const SegmentPiece& piece, const
 
 void SurfaceSegmentEncoder::encode_unused(const SegmentPiece& piece, std::size_t vertex) {
   begin_element(false);
-  const std::uint32_t slot = streams_.connectivity().add_loose_vertex();
+  const std::uint32_t slot = streams_.connectivity().add_unused_vertex();
   std::uint64_t number = piece.vertices[vertex].number;
   streams_.code_unused_number(slot, number);
   if (options_.values) streams_.values().add_unused_vertex(slot);
   take_vertex(piece, vertex);
   note_active(active());
-  streams_.connectivity().remove_loose_vertex(slot);
+  streams_.connectivity().remove_unused_vertex(slot);
 }
 
 void SurfaceSegmentEncoder::encode_streams() {

@@ -64,7 +64,7 @@ void ShiftNeighbours::add_cells(const CellMarks& marks, std::span<const std::uin
   }
 }
 
-void ShiftNeighbours::add_isolated(std::uint64_t number, std::vector<Neighbourhood>& vertices) {
+void ShiftNeighbours::add_unused(std::uint64_t number, std::vector<Neighbourhood>& vertices) {
   if (!finds_ || !of_vertices_) return;
   Neighbourhood& it = vertices.emplace_back();
   it.self = vertices_.place(number);

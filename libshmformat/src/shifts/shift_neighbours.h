@@ -50,7 +50,7 @@ class ShiftNeighbours {
   void add_cells(const CellMarks& marks, std::span<const std::uint64_t> numbers, std::size_t count,
                  std::vector<Neighbourhood>& vertices, std::vector<Neighbourhood>& cells);
   /// A vertex that no cell uses.
-  void add_isolated(std::uint64_t number, std::vector<Neighbourhood>& vertices);
+  void add_unused(std::uint64_t number, std::vector<Neighbourhood>& vertices);
 
  private:
   /// What is remembered, by number modulo the places.

@@ -100,9 +100,9 @@ void ShiftEncoder::write(const Shift& shift, std::uint32_t nodes) {
   bytes_.put_varint(shift.marks.last_use);
 }
 
-void ShiftEncoder::add_isolated(std::uint64_t number) {
-  bytes_.put_signed(static_cast<std::int64_t>(number - last_isolated_));
-  last_isolated_ = number;
+void ShiftEncoder::add_unused(std::uint64_t number) {
+  bytes_.put_signed(static_cast<std::int64_t>(number - last_unused_));
+  last_unused_ = number;
 }
 
 std::vector<std::byte> ShiftEncoder::finish(Zstd& zstd) {
@@ -171,9 +171,9 @@ const Shift* ShiftDecoder::read_shift() {
   return &table_.at(table_.add(shift_));
 }
 
-std::optional<std::uint64_t> ShiftDecoder::next_isolated() {
-  last_isolated_ += static_cast<std::uint64_t>(bytes_.get_signed());
-  return bytes_.ok() ? std::optional(last_isolated_) : std::nullopt;
+std::optional<std::uint64_t> ShiftDecoder::next_unused() {
+  last_unused_ += static_cast<std::uint64_t>(bytes_.get_signed());
+  return bytes_.ok() ? std::optional(last_unused_) : std::nullopt;
 }
 
 }  // namespace shm

@@ -90,7 +90,7 @@ class ShiftEncoder {
 
   void add_cell(const CellMarks& marks, std::span<const std::uint64_t> numbers);
   /// A vertex that no cell uses; after the cells of the group.
-  void add_isolated(std::uint64_t number);
+  void add_unused(std::uint64_t number);
   /// The group's bitstream; the next group begins.
   std::vector<std::byte> finish(Zstd& zstd);
   /// The symbol of each cell of the group.
@@ -106,9 +106,9 @@ class ShiftEncoder {
   std::vector<std::uint8_t> followed_;  // by place: what came after it the last time
   std::size_t last_place_ = 0;
   Shift shift_;
-  ByteWriter bytes_;  // new shifts, then isolated vertices
+  ByteWriter bytes_;  // new shifts, then unused vertices
   std::vector<std::uint8_t> symbols_;
-  std::uint64_t last_isolated_ = 0;
+  std::uint64_t last_unused_ = 0;
 };
 
 class ShiftDecoder {
@@ -129,7 +129,7 @@ class ShiftDecoder {
   std::uint32_t nodes(std::uint32_t block) const { return table_.nodes(block); }
   std::size_t most_nodes() const { return table_.most_nodes(); }
   /// A vertex that no cell uses; nothing for damaged data.
-  std::optional<std::uint64_t> next_isolated();
+  std::optional<std::uint64_t> next_unused();
   /// Whether the group was used up, no more and no less.
   bool at_end() const {
     return bytes_.ok() && bytes_.left() == 0 && next_symbol_ == symbols_.size();
@@ -145,7 +145,7 @@ class ShiftDecoder {
   ByteReader bytes_{{}};
   std::span<const std::byte> symbols_;
   std::size_t next_symbol_ = 0;
-  std::uint64_t last_isolated_ = 0;
+  std::uint64_t last_unused_ = 0;
 };
 
 }  // namespace shm
