@@ -208,7 +208,7 @@ TEST(RoundTrip, QuantizedCoordinates) {
   }
 }
 
-TEST(RoundTrip, EmptyAndLooseVertices) {
+TEST(RoundTrip, EmptyAndUnusedVertices) {
   MemoryMesh mesh;
   EXPECT_TRUE(round_trip(mesh, options_of(Order::keep)).equal());
   mesh.add_point(1, 2, 3);

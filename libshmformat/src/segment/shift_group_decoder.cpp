@@ -175,12 +175,13 @@ std::size_t ShiftGroupDecoder::decode_alike(DecodedBlock& decoded, std::size_t c
     neighbours_.add_cells(*marks, {numbers, count * nodes}, count, vertex_items_, cell_items_);
   const std::size_t vertices_before = block.vertex_numbers.size();
   const bool at_once = count > 1 && take_run(*marks, {numbers, count * nodes}, count, decoded);
-  const std::size_t births = at_once ? (block.vertex_numbers.size() - vertices_before) / count : 0;
+  const std::size_t introduced =
+      at_once ? (block.vertex_numbers.size() - vertices_before) / count : 0;
   for (std::size_t i = 0; i < count; ++i, ++cell) {
     if (!at_once && !introduce_and_finalize(*marks, {numbers + i * nodes, nodes}, decoded))
       return 0;
     block.vertices_before_cell[cell] =
-        at_once ? vertices_before + (i + 1) * births : block.vertex_numbers.size();
+        at_once ? vertices_before + (i + 1) * introduced : block.vertex_numbers.size();
     block.cell_numbers[cell] = block.first_cell + cell;
     block.cell_blocks[cell] = marks->block;
     block.last_use[cell] = marks->last_use;
