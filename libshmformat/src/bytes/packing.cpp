@@ -20,7 +20,7 @@ struct FreeContext {
   void operator()(ZSTD_DCtx* it) const { ZSTD_freeDCtx(it); }
 };
 
-/// The window that a frame asks for, which no decoder may have to hold beyond this. What is no
+/// The window that a frame needs, which no decoder may have to hold beyond this. What is no
 /// frame at all is left to zstd. RFC 8878, 3.1.1.1
 constexpr std::uint64_t kMostWindow = std::uint64_t{1} << 27;
 bool has_small_window(std::span<const std::byte> frame) {
@@ -41,8 +41,8 @@ bool has_small_window(std::span<const std::byte> frame) {
   return size <= kMostWindow;
 }
 
-/// zstd says by a null, or by an error of its own, that there is no more memory. Callers hear of it
-/// as of any other memory (shm/result.h).
+/// zstd returns a null, or an error of its own, where there is no more memory. Callers get what
+/// they get for any other memory (shm/result.h).
 template <class Context>
 Context* made(Context* context) {
   if (context == nullptr) throw std::bad_alloc();
@@ -104,7 +104,7 @@ std::size_t best_width(std::span<const std::byte> blob) {
   const std::size_t size = std::min(blob.size(), kSample);
   const auto sample = blob.subspan((blob.size() - size) / 2, size);
   std::size_t best = 1, least = zstd_compress(sample, kLevel).size();
-  for (const std::size_t width : {4, 8, 12, 16, 24, 32}) {  // one to four numbers, say
+  for (const std::size_t width : {4, 8, 12, 16, 24, 32}) {  // for example one to four numbers
     const std::size_t bytes = zstd_compress(in_planes(sample, width), kLevel).size();
     if (bytes >= least) continue;
     least = bytes;

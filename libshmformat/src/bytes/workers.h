@@ -7,7 +7,7 @@
 
 namespace shm {
 
-/// As many threads as the machine has, for who asks for 0; else what was asked for.
+/// As many threads as the machine has where `wanted` is 0; else `wanted`.
 unsigned thread_count(unsigned wanted);
 
 class Workers {

@@ -402,17 +402,17 @@ void RowHexahedra<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
       continue;
     }
     const auto& vertex = surface_->vertex(cell.slots[i]);
-    std::uint32_t wanted = 0;
+    std::uint32_t next_uses = 0;
     for (std::uint32_t n = 0; n < candidate_count_; ++n) {
       const Quad& quad = surface_->face(candidates_[n].face).quad;
       const std::uint32_t slot = cell.slots[i];
-      wanted += std::find(quad.begin(), quad.end(), slot) != quad.end() ? 1 : 0;
+      next_uses += std::find(quad.begin(), quad.end(), slot) != quad.end() ? 1 : 0;
     }
     auto& model =
         final_[open_faces_of_others(cell.slots[i])][std::min(vertex.face_count, 7u)]
               [std::min(vertex.uses, 8u)][(owner_finals >> b & 1) * 2 + (last_finals_ >> b & 1)]
-              [std::min(wanted, 2u)];
-    if constexpr (Coder::kMixes) about_last_use(symbols, record, b, cell.slots[i], wanted);
+              [std::min(next_uses, 2u)];
+    if constexpr (Coder::kMixes) about_last_use(symbols, record, b, cell.slots[i], next_uses);
     const bool last = symbols.bit(model, cell.last_use[i] != 0);
     cell.last_use[i] = last ? 1 : 0;
     if (last) record.finals |= static_cast<std::uint8_t>(bit(b));

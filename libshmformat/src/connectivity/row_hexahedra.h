@@ -190,7 +190,7 @@ class RowHexahedra {
   void about_stored_face(Coder& corner_order, std::uint32_t theirs) const;
   void about_stored_corner(Coder& corner_order, std::uint32_t mine) const;
   void about_last_use(Coder& symbols, const Record& record, std::uint32_t corner,
-                      std::uint32_t slot, std::uint32_t wanted) const;
+                      std::uint32_t slot, std::uint32_t next_uses) const;
   std::uint32_t live_sides(std::uint32_t cell) const;
   std::uint32_t shared_sides() const;
   std::uint32_t fans(std::uint32_t face) const;

@@ -209,7 +209,7 @@ void RowHexahedra<Coder>::about_stored_corner(Coder& corner_order, std::uint32_t
 
 template <class Coder>
 void RowHexahedra<Coder>::about_last_use(Coder& symbols, const Record& record, std::uint32_t corner,
-                                         std::uint32_t slot, std::uint32_t wanted) const {
+                                         std::uint32_t slot, std::uint32_t next_uses) const {
   const auto& vertex = surface_->vertex(slot);
   std::uint32_t sum = 0, largest = 0, open = 0;
   for (FaceCorner at = vertex.first_face; at != kNone; at = surface_->next_around(at)) {
@@ -221,15 +221,17 @@ void RowHexahedra<Coder>::about_last_use(Coder& symbols, const Record& record, s
   if (open_ != nullptr) {
     const OpenFaces::Vertex open_there = open_->vertex(slot);
     symbols.about(kFinalOfMixed, clue(open_there.bare, open_there.edges, vertex.face_count),
-                  clue(vertex.face_count, vertex.uses, open_there.bare, wanted),
-                  clue(open_faces_of_others(slot), corner, last_finals_, record.finals, wanted));
+                  clue(vertex.face_count, vertex.uses, open_there.bare, next_uses),
+                  clue(open_faces_of_others(slot), corner, last_finals_, record.finals, next_uses));
     return;
   }
   symbols.about(
       kFinal,
-      clue(vertex.face_count, vertex.uses, std::min(sum, 31u), largest, std::min(open, 3u), wanted),
-      clue(vertex.face_count, vertex.uses, std::bit_width(surface_->next_id() - vertex.id), wanted),
-      clue(vertex.face_count, vertex.uses, corner, last_finals_, record.finals, wanted));
+      clue(vertex.face_count, vertex.uses, std::min(sum, 31u), largest, std::min(open, 3u),
+           next_uses),
+      clue(vertex.face_count, vertex.uses, std::bit_width(surface_->next_id() - vertex.id),
+           next_uses),
+      clue(vertex.face_count, vertex.uses, corner, last_finals_, record.finals, next_uses));
 }
 
 template class RowHexahedra<MixingCoder<RangeEncoder>>;

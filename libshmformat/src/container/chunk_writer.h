@@ -18,7 +18,7 @@ class ChunkWriter {
   explicit ChunkWriter(ByteSink& sink) : sink_(&sink) {}
 
   Result<void> start(const FileStart& start);
-  /// Writes one chunk; `entry` says what the index tells of it (kind, offset, bytes are filled in).
+  /// Writes one chunk; `entry` is its line in the index (kind, offset, bytes are filled in).
   Result<void> write(ChunkKind kind, std::span<const std::byte> payload, IndexEntry entry = {});
   /// Writes `index` (entries are filled in) and the trailer, and commits the sink.
   Result<void> finish(Index index);
@@ -29,8 +29,8 @@ class ChunkWriter {
   /// Chunks that stand in the file already, behind those that were written: `bytes` bytes, with
   /// offsets from where they begin. Corrupt where they do not lie there one behind the other.
   Result<void> adopt(std::span<const IndexEntry> entries, std::uint64_t bytes);
-  /// What the index would tell of the chunks since the beginning or the last call, with offsets
-  /// from there; it forgets them, and where they are.
+  /// Lines of the index of the chunks since the beginning or the last call, with offsets from
+  /// there; it forgets them, and where they are.
   std::vector<IndexEntry> take_entries();
 
   /// How far a file has come.
