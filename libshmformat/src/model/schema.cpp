@@ -263,7 +263,7 @@ bool get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
   schema.coordinate_type = static_cast<ScalarType>(in.get_u8());
   get(in, schema.coordinate_quantization);
   schema.source_format = in.get_text();
-  // One more than the limits allow is enough for check_schema to say so.
+  // One more than the limits allow is enough for check_schema to refuse it.
   const std::uint64_t blocks = in.get_count(4);
   if (blocks > limits.max_blocks) {
     schema.blocks.resize(std::size_t{limits.max_blocks} + 1);
