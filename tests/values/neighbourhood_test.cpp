@@ -425,7 +425,7 @@ TEST(Neighbourhood, OfOtherCells) {
 TEST(Neighbourhood, OfUnusedVertices) {
   NeighbourFinder finder(false);
   for (std::uint32_t slot : {0u, 7u, 100000u, 7u}) {
-    const Neighbourhood it = finder.unused(slot);
+    const Neighbourhood it = finder.unused_vertex(slot);
     EXPECT_EQ(it.self, slot);
     EXPECT_EQ(it.known, 0);
     EXPECT_EQ(it.kind, Neighbourhood::other);

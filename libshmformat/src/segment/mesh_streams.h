@@ -114,7 +114,7 @@ class ValueStreams {
   }
   void end_cell(const CellTopology& cell);
   void add_unused_vertex(std::uint32_t slot) {
-    if (of_vertices_) push_tightly(vertices_.items, finder_.unused(slot));
+    if (of_vertices_) push_tightly(vertices_.items, finder_.unused_vertex(slot));
   }
 
   /// Encoding, before the first cell: values will be encoded at this level.

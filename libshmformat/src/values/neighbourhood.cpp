@@ -119,7 +119,7 @@ void NeighbourFinder::look_around_mid_node(Neighbourhood& it, const CellTopology
   it.known = static_cast<std::uint16_t>(known);
 }
 
-Neighbourhood NeighbourFinder::unused(std::uint32_t slot) {
+Neighbourhood NeighbourFinder::unused_vertex(std::uint32_t slot) {
   Neighbourhood it;
   it.self = slot;
   Vertex& self = vertex_at(slot);

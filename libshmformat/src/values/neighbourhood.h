@@ -79,8 +79,8 @@ class NeighbourFinder {
   /// Of the cell itself, after its vertices.
   Neighbourhood cell(const CellTopology& cell, Reach reach);
   void end_cell(const CellTopology& cell);
-  /// Of an unused vertex: no cell uses it.
-  Neighbourhood unused(std::uint32_t slot);
+  /// Of an unused vertex: of no cell.
+  Neighbourhood unused_vertex(std::uint32_t slot);
 
  private:
   static constexpr std::uint64_t kNever = ~std::uint64_t{0};
