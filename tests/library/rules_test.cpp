@@ -123,7 +123,7 @@ const std::vector<Tree>& trees() {
            {"vtk/legacy", {"base", "mesh", "transfer", "vtk", "vtk/between"}},
            {"vtk/xml", {"base", "mesh", "transfer", "vtk", "vtk/between"}},
            {"compression", {"base", "mesh", "order", "sets", "transfer"}},
-           {"compare", {"base", "mesh", "order", "compression", "vtk"}},
+           {"compare", {"base", "mesh", "order", "transfer", "compression"}},
            {"formats",
             {"base", "mesh", "transfer", "compression", "exodus", "gmsh", "ucd", "vtk/legacy",
              "vtk/xml"}},
