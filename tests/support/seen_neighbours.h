@@ -27,8 +27,8 @@ class SeenNeighbours {
  protected:
   /// Cell `number`, whose positions are these vertices. `live`: vertices on the surface.
   void add(const CellTopology& cell, std::uint64_t number,
-            std::span<const std::uint64_t> vertex_numbers, bool as_stored, std::uint64_t live,
-            Reach reach) {
+           std::span<const std::uint64_t> vertex_numbers, bool as_stored, std::uint64_t live,
+           Reach reach) {
     finder_.begin_cell(cell, as_stored, live);
     for (std::uint32_t position : cell.new_positions) {
       vertex_in_[cell.slots[position]] = vertex_numbers[position];

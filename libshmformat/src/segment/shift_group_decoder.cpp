@@ -119,7 +119,7 @@ Result<void> ShiftGroupDecoder::decode_elements(DecodedBlock& decoded) {
   while (done_.cells == header_->cells && done_.own < header_->vertices &&
          done_.bytes - bytes_before < kTileBytes) {
     const auto number = numbered_by_order() ? std::optional(next_own_) : shifts_.next_unused();
-    if (!number || done_.unused == header_->loose_vertices || !introduce(*number, false, decoded))
+    if (!number || done_.unused == header_->unused_vertices || !introduce(*number, false, decoded))
       return corrupt("a vertex that no cell uses makes no sense");
     ++done_.unused;
     if (has_neighbours_) neighbours_.add_unused(*number, vertex_items_);

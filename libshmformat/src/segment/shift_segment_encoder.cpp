@@ -194,7 +194,8 @@ void ShiftSegmentEncoder::find_neighbours(std::span<const std::byte> shifts) {
                           cells_.items);
     left -= count;
   }
-  for (std::size_t v = vertices - static_cast<std::size_t>(group.loose_vertices); v < vertices; ++v)
+  for (std::size_t v = vertices - static_cast<std::size_t>(group.unused_vertices); v < vertices;
+       ++v)
     neighbours_.add_unused(introduced_[v], vertices_.items);
   cells_.blocks = cell_blocks_;
 }
