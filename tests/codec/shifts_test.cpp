@@ -48,7 +48,7 @@ Zstd& zstd() {
 
 Bytes encode(ShiftEncoder& encoder, const Group& group) {
   for (const Cell& cell : group.cells) encoder.add_cell(cell.marks, cell.numbers);
-  for (std::uint64_t number : group.loose) encoder.add_unused(number);
+  for (std::uint64_t number : group.unused) encoder.add_unused(number);
   EXPECT_EQ(encoder.symbols().size(), group.cells.size());
   return encoder.finish(zstd());
 }
@@ -90,7 +90,7 @@ std::optional<Group> decode(ShiftDecoder& decoder, std::span<const std::byte> by
       group.cells.push_back({*some.marks, {begin, begin + some.nodes}});
     }
   }
-  for (std::size_t i = 0; i < loose; ++i) {
+  for (std::size_t i = 0; i < unused; ++i) {
     const auto number = decoder.next_unused();
     if (!number) return std::nullopt;
     group.unused.push_back(*number);
