@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "bytes/packing.h"
+#include "bytes/binary.h"
 #include "shm/reader.h"
 #include "support/file_surgery.h"
 

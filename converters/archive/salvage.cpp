@@ -10,7 +10,7 @@
 #include "compression/compress.h"
 #include "compression/piece_mesh.h"
 #include "formats/formats.h"
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 #include "shm/mesh_extract.h"
 #include "transfer/piece_output.h"
 #include "transfer/translate.h"

@@ -146,4 +146,22 @@ void PagedArray::write_paged(std::uint64_t byte, std::uint64_t left, const std::
   }
 }
 
+NumberTable invert(NumberList& order, std::uint64_t size, const char* what, Spool& spool) {
+  const auto fail = [&](const std::string& detail) {
+    throw Failure(Error{ErrorCode::corrupt, detail, std::string(what) + " numbers", kNoOffset, {}});
+  };
+  if (order.size() != size)
+    fail("holds " + std::to_string(order.size()) + " numbers for " + std::to_string(size));
+  NumberTable position(spool, size, size);
+  order.for_each([&](std::uint64_t at, std::uint64_t number) {
+    if (number >= size)
+      fail("number " + std::to_string(number) + " is beyond the last, " + std::to_string(size - 1));
+    if (position.get(number) != 0) fail("number " + std::to_string(number) + " occurs twice");
+    position.set(number, at + 1);
+  });
+  // Kept one too high while 0 meant "not seen".
+  for (std::uint64_t n = 0; n < size; ++n) position.set(n, position.get(n) - 1);
+  return position;
+}
+
 }  // namespace shm::converters

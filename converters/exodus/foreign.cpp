@@ -17,7 +17,7 @@
 #include "exodus/exodus.h"
 #include "exodus/grouping.h"
 #include "exodus/layout.h"
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 #include "sets/transfer_sets.h"
 
 namespace shm::converters::exodus {

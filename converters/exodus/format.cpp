@@ -7,7 +7,7 @@
 #include "exodus/foreign.h"
 #include "exodus/skeleton.h"
 #include "mesh/extra_index.h"
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 #include "sets/transfer_sets.h"
 #include "transfer/format.h"
 

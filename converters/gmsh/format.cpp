@@ -9,7 +9,7 @@
 #include "gmsh/groups.h"
 #include "gmsh/plan.h"
 #include "mesh/extra_index.h"
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 #include "transfer/format.h"
 
 namespace shm::converters {

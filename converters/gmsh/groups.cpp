@@ -7,7 +7,7 @@
 #include "base/text_input.h"
 #include "gmsh/types.h"
 #include "mesh/extra_index.h"
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 
 namespace shm::converters {
 

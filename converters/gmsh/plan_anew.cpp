@@ -10,7 +10,7 @@
 #include "gmsh/gmsh.h"
 #include "gmsh/plan.h"
 #include "gmsh/types.h"
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 
 namespace shm::converters {
 namespace {

@@ -13,6 +13,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "shm/schema.h"
@@ -90,5 +91,20 @@ class MeshSource {
   virtual void read_array(std::size_t array, std::uint64_t step, std::uint64_t first,
                           std::uint64_t count, std::byte* out) = 0;
 };
+
+// Extras of a mesh as text and integers, and extras made of these.
+
+// Null when there is none; looks at all of them (see ExtraIndex).
+const Extra* find_extra(const MeshInfo& info, std::string_view key);
+
+// Text and integers of an extra; empty when it holds something else.
+std::string text_of_extra(const Extra& extra);
+std::vector<std::int64_t> integers_of_extra(const Extra& extra);
+
+Extra text_extra(std::string key, std::string_view text);
+Extra integers_extra(std::string key, const std::vector<std::int64_t>& values,
+                     Reference refers = Reference::nothing);
+Extra integers_extra(std::string key, const std::vector<std::int32_t>& values,
+                     Reference refers = Reference::nothing);
 
 }  // namespace shm::converters

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "base/failure.h"
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 #include "sets/set_folders.h"
 
 namespace shm::converters {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 #include "sets/set_folders.h"
 
 namespace shm::converters {

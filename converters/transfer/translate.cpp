@@ -8,8 +8,8 @@
 
 #include "base/failure.h"
 #include "mesh/blocks_by_id.h"
-#include "mesh/extras.h"
 #include "mesh/forwarding_mesh.h"
+#include "mesh/mesh_source.h"
 #include "mesh/one_step.h"
 #include "sets/set_arrays.h"
 #include "sets/set_cells.h"

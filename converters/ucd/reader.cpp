@@ -9,7 +9,7 @@
 #include "base/failure.h"
 #include "base/text_input.h"
 #include "mesh/cell_store.h"
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 #include "ucd/types.h"
 #include "ucd/ucd.h"
 

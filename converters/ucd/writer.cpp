@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "base/failure.h"
-#include "base/number_output.h"
+#include "base/output_file.h"
 #include "base/stored_value.h"
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 #include "ucd/types.h"
 #include "ucd/ucd.h"
 

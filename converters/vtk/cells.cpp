@@ -3,7 +3,7 @@
 #include <cstring>
 
 #include "base/failure.h"
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 
 namespace shm::converters::vtk {
 void CellTable::set_rows(std::uint64_t cells, Values rows) {

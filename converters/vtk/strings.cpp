@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 
 namespace shm::converters::vtk {
 

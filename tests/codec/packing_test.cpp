@@ -1,4 +1,4 @@
-#include "bytes/packing.h"
+#include "bytes/binary.h"
 
 #include <gtest/gtest.h>
 

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "bytes/packing.h"
+#include "bytes/binary.h"
 
 namespace shm {
 namespace {

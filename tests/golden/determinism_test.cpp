@@ -13,7 +13,7 @@
 #include <map>
 #include <string>
 
-#include "bytes/packing.h"
+#include "bytes/binary.h"
 #include "segment/mesh_streams.h"
 #include "support/feature_files.h"
 #include "support/file_surgery.h"

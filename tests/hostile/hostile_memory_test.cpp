@@ -2,7 +2,7 @@
 #include <array>
 #include <string>
 
-#include "bytes/packing.h"
+#include "bytes/binary.h"
 #include "model/schema.h"
 #include "support/hostile.h"
 #include "support/sanitized.h"

@@ -3,7 +3,7 @@
 #include <string>
 #include <unordered_set>
 
-#include "bytes/packing.h"
+#include "bytes/binary.h"
 #include "shm/appender.h"
 #include "support/hostile.h"
 #include "support/sanitized.h"

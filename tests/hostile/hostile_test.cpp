@@ -5,7 +5,7 @@
 #include <string>
 #include <unordered_set>
 
-#include "bytes/packing.h"
+#include "bytes/binary.h"
 #include "model/schema.h"
 #include "steps/step_topology.h"
 #include "support/hostile.h"

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "bytes/packing.h"
+#include "bytes/binary.h"
 #include "container/random_chunks.h"
 #include "support/feature_files.h"
 #include "support/file_surgery.h"

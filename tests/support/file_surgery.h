@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "bytes/binary.h"
-#include "bytes/packing.h"
 #include "container/format.h"
 #include "model/schema.h"
 

@@ -18,7 +18,6 @@
 #include <vector>
 
 #include "bytes/binary.h"
-#include "bytes/packing.h"
 #include "support/sanitized.h"
 
 namespace shm {

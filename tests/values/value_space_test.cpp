@@ -1,6 +1,5 @@
 // Value spaces, translators and the choice of a domain: every value has its index, in the order of
 // the values, and comes back from it; what has none is reported to have none.
-#include "values/value_space.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include "base/stored_value.h"
 #include "base/text_input.h"
 #include "mesh/extra_index.h"
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 #include "vtk/between/family.h"
 #include "vtk/between/field_data.h"
 #include "vtk/between/xml_contents.h"

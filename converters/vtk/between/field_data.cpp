@@ -4,7 +4,7 @@
 #include <optional>
 #include <utility>
 
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 #include "vtk/between/family.h"
 #include "vtk/between/xml_contents.h"
 #include "vtk/words.h"

@@ -7,7 +7,7 @@
 
 #include "base/stored_value.h"
 #include "mesh/extra_index.h"
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 #include "vtk/between/xml_contents.h"
 #include "vtk/cell_plan.h"
 #include "vtk/strings.h"

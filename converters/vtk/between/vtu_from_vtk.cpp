@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "mesh/extra_index.h"
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 #include "vtk/cell_plan.h"
 #include "vtk/strings.h"
 #include "vtk/xml_words.h"

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "base/text_input.h"
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 #include "vtk/between/family.h"
 #include "vtk/xml_words.h"
 

@@ -2,7 +2,7 @@
 #include <limits>
 #include <utility>
 
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 #include "vtk/legacy/reader.h"
 #include "vtk/strings.h"
 

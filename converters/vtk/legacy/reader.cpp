@@ -6,7 +6,7 @@
 
 #include "base/failure.h"
 #include "base/stored_value.h"
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 #include "vtk/legacy/vtk.h"
 
 namespace shm::converters {

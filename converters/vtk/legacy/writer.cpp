@@ -4,7 +4,7 @@
 #include <span>
 #include <utility>
 
-#include "base/number_output.h"
+#include "base/output_file.h"
 #include "base/stored_value.h"
 #include "vtk/legacy/plan.h"
 #include "vtk/legacy/vtk.h"

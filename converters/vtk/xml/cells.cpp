@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "base/failure.h"
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 #include "vtk/words.h"
 
 namespace shm::converters::vtu {

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string_view>
 
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 #include "vtk/between/family.h"
 #include "vtk/between/family_source.h"
 #include "vtk/between/field_data.h"

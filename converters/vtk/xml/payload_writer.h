@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "base/number_output.h"
+#include "base/output_file.h"
 #include "shm/schema.h"
 #include "vtk/xml/codec.h"
 #include "vtk/xml/payload.h"

@@ -8,7 +8,7 @@
 
 #include "base/failure.h"
 #include "base/text_input.h"
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 #include "vtk/between/family.h"
 #include "vtk/strings.h"
 #include "vtk/xml/cells.h"

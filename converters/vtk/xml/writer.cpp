@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "base/failure.h"
-#include "base/number_output.h"
+#include "base/output_file.h"
 #include "base/stored_value.h"
 #include "vtk/strings.h"
 #include "vtk/values.h"

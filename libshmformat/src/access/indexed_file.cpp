@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "bytes/binary.h"
-#include "bytes/packing.h"
 #include "container/random_chunks.h"
 #include "model/schema.h"
 

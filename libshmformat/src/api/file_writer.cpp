@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "bytes/binary.h"
 #include "bytes/errors.h"
-#include "bytes/packing.h"
 #include "model/schema.h"
 
 namespace shm {

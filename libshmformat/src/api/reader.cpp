@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "bytes/binary.h"
-#include "bytes/packing.h"
 #include "container/format.h"
 #include "model/schema.h"
 #include "segment/mesh_decoder.h"

@@ -10,7 +10,6 @@
 #include "api/file_writer.h"
 #include "bytes/binary.h"
 #include "bytes/errors.h"
-#include "model/mesh_totals.h"
 #include "model/schema.h"
 #include "segment/mesh_encoder.h"
 

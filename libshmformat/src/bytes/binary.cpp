@@ -1,6 +1,13 @@
 #include "bytes/binary.h"
 
 #include <xxhash.h>
+#include <zstd.h>
+#include <zstd_errors.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <new>
 
 #include "shm/reader.h"
 
@@ -21,6 +28,196 @@ ReadLimits within_sizes(ReadLimits limits) {
 
 std::uint32_t checksum(std::span<const std::byte> bytes) {
   return static_cast<std::uint32_t>(XXH64(bytes.data(), bytes.size(), 0));
+}
+
+namespace {
+
+// Room for what is stated is made at once while it is no more than a small multiple of the input.
+constexpr std::uint64_t kTrustedFactor = 32, kTrustedBytes = std::uint64_t{1} << 17;
+
+struct FreeContext {
+  void operator()(ZSTD_CCtx* it) const { ZSTD_freeCCtx(it); }
+  void operator()(ZSTD_DCtx* it) const { ZSTD_freeDCtx(it); }
+};
+
+/// The window that a frame needs, which no decoder may have to hold beyond this. What is no
+/// frame at all is left to zstd. RFC 8878, 3.1.1.1
+constexpr std::uint64_t kMostWindow = std::uint64_t{1} << 27;
+bool has_small_window(std::span<const std::byte> frame) {
+  ByteReader in(frame);
+  if (in.get_u32() != ZSTD_MAGICNUMBER) return true;
+  const std::uint8_t descriptor = in.get_u8();
+  const bool single_segment = (descriptor & 0x20) != 0;
+  if (!single_segment) {
+    const std::uint8_t window = in.get_u8();
+    const std::uint64_t base = std::uint64_t{1} << (10 + (window >> 3));
+    return base + base / 8 * (window & 7) <= kMostWindow;
+  }
+  constexpr std::array<std::size_t, 4> kIdBytes = {0, 1, 2, 4}, kSizeBytes = {1, 2, 4, 8};
+  (void)in.get_bytes(kIdBytes[descriptor & 3]);
+  std::uint64_t size = 0;
+  const std::size_t bytes = kSizeBytes[descriptor >> 6];
+  for (std::size_t i = 0; i < bytes; ++i) size |= std::uint64_t{in.get_u8()} << (8 * i);
+  return size <= kMostWindow;
+}
+
+/// zstd returns a null, or an error of its own, where there is no more memory. Callers get what
+/// they get for any other memory (shm/result.h).
+template <class Context>
+Context* made(Context* context) {
+  if (context == nullptr) throw std::bad_alloc();
+  return context;
+}
+/// Whether zstd failed otherwise.
+bool failed(std::size_t result) {
+  if (ZSTD_isError(result) == 0) return false;
+  if (ZSTD_getErrorCode(result) == ZSTD_error_memory_allocation) throw std::bad_alloc();
+  return true;
+}
+
+/// For frames that state more than is believed: memory grows with what comes out.
+bool decompress_in_steps(ZSTD_DCtx* context, std::span<const std::byte> bytes, std::uint64_t size,
+                         std::vector<std::byte>& out) {
+  ZSTD_inBuffer in{bytes.data(), bytes.size(), 0};
+  out.clear();
+  while (true) {
+    const std::size_t before = out.size();
+    const std::size_t step = std::clamp<std::size_t>(before, 1 << 16, 1 << 24);
+    if (before > size) return false;
+    out.resize(before + step);
+    ZSTD_outBuffer piece{out.data() + before, step, 0};
+    const std::size_t state = ZSTD_decompressStream(context, &piece, &in);
+    out.resize(before + piece.pos);
+    if (failed(state)) return false;
+    if (state == 0) break;
+    if (piece.pos == 0 && in.pos == in.size) return false;  // ends too early
+  }
+  return in.pos == in.size && out.size() == size;
+}
+
+/// Methods of packed blobs.
+constexpr std::uint8_t kRaw = 0, kFrame = 1, kPlanes = 2;
+/// Large blobs are mostly numbers: of them, rows of equal width are looked for. The largest are
+/// packed with less effort, several times faster.
+constexpr std::size_t kPlanesFrom = std::size_t{1} << 16, kQuickFrom = std::size_t{1} << 20;
+
+/// Bytes 0, width, 2 width ..., then 1, width + 1, and so on.
+std::vector<std::byte> in_planes(std::span<const std::byte> blob, std::size_t width) {
+  std::vector<std::byte> planes;
+  planes.reserve(blob.size());
+  for (std::size_t plane = 0; plane < width; ++plane)
+    for (std::size_t at = plane; at < blob.size(); at += width) planes.push_back(blob[at]);
+  return planes;
+}
+std::vector<std::byte> from_planes(std::span<const std::byte> planes, std::size_t width) {
+  std::vector<std::byte> blob(planes.size());
+  std::size_t next = 0;
+  for (std::size_t plane = 0; plane < width; ++plane)
+    for (std::size_t at = plane; at < blob.size(); at += width) blob[at] = planes[next++];
+  return blob;
+}
+
+/// The width of planes that packs a sample best; 1: as it stands.
+std::size_t best_width(std::span<const std::byte> blob) {
+  constexpr std::size_t kSample = std::size_t{1} << 18;
+  constexpr int kLevel = 3;
+  const std::size_t size = std::min(blob.size(), kSample);
+  const auto sample = blob.subspan((blob.size() - size) / 2, size);
+  std::size_t best = 1, least = zstd_compress(sample, kLevel).size();
+  for (const std::size_t width : {4, 8, 12, 16, 24, 32}) {  // for example one to four numbers
+    const std::size_t bytes = zstd_compress(in_planes(sample, width), kLevel).size();
+    if (bytes >= least) continue;
+    least = bytes;
+    best = width;
+  }
+  return best;
+}
+
+}  // namespace
+
+struct Zstd::Contexts {
+  std::unique_ptr<ZSTD_CCtx, FreeContext> compress;
+  std::unique_ptr<ZSTD_DCtx, FreeContext> decompress;
+};
+
+Zstd::Zstd() : contexts_(std::make_unique<Contexts>()) {}
+Zstd::~Zstd() = default;
+Zstd::Zstd(Zstd&&) noexcept = default;
+Zstd& Zstd::operator=(Zstd&&) noexcept = default;
+
+void Zstd::compress(std::span<const std::byte> bytes, int level, std::vector<std::byte>& out) {
+  auto& context = contexts_->compress;
+  if (!context) context.reset(made(ZSTD_createCCtx()));
+  const std::size_t before = out.size();
+  out.resize(before + ZSTD_compressBound(bytes.size()));
+  const std::size_t n = ZSTD_compressCCtx(context.get(), out.data() + before, out.size() - before,
+                                          bytes.data(), bytes.size(), level);
+  if (failed(n)) throw std::bad_alloc();  // there is room, and it refuses nothing else
+  out.resize(before + n);
+}
+
+bool Zstd::decompress(std::span<const std::byte> bytes, std::uint64_t size,
+                      std::vector<std::byte>& out) {
+  if (!has_small_window(bytes)) return false;
+  auto& context = contexts_->decompress;
+  if (!context) context.reset(made(ZSTD_createDCtx()));
+  ZSTD_DCtx_reset(context.get(), ZSTD_reset_session_only);
+  if (size > kTrustedBytes + kTrustedFactor * bytes.size())
+    return decompress_in_steps(context.get(), bytes, size, out);
+  const std::size_t frame = ZSTD_findFrameCompressedSize(bytes.data(), bytes.size());
+  if (ZSTD_isError(frame) != 0 || frame != bytes.size()) return false;
+  if ((ByteReader(bytes).get_u32() & 0xfffffff0u) == ZSTD_MAGIC_SKIPPABLE_START) return false;
+  out.resize(static_cast<std::size_t>(size));
+  const std::size_t n =
+      ZSTD_decompressDCtx(context.get(), out.data(), out.size(), bytes.data(), bytes.size());
+  return !failed(n) && n == size;
+}
+
+std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level) {
+  std::vector<std::byte> out;
+  Zstd().compress(bytes, level, out);
+  return out;
+}
+
+std::optional<std::vector<std::byte>> zstd_decompress(std::span<const std::byte> bytes,
+                                                      std::uint64_t size) {
+  std::vector<std::byte> out;
+  if (!Zstd().decompress(bytes, size, out)) return std::nullopt;
+  return out;
+}
+
+void put_packed(ByteWriter& out, std::span<const std::byte> blob) {
+  constexpr int kStrong = 19, kQuick = 12;
+  const int level = blob.size() <= kQuickFrom ? kStrong : kQuick;
+  const std::size_t width = blob.size() >= kPlanesFrom ? best_width(blob) : 1;
+  std::vector<std::byte> packed;
+  if (blob.size() > 64)
+    packed = width > 1 ? zstd_compress(in_planes(blob, width), level) : zstd_compress(blob, level);
+  const bool smaller = !packed.empty() && packed.size() < blob.size();
+  out.put_u8(!smaller ? kRaw : width > 1 ? kPlanes : kFrame);
+  out.put_varint(blob.size());
+  if (smaller && width > 1) out.put_u8(static_cast<std::uint8_t>(width));
+  out.put_bytes(smaller ? std::span<const std::byte>(packed) : blob);
+}
+
+std::uint64_t stated_packed_size(ByteReader in) {
+  in.get_u8();
+  return in.get_varint();
+}
+
+std::optional<std::vector<std::byte>> get_packed(ByteReader& in, std::uint64_t limit) {
+  const std::uint8_t method = in.get_u8();
+  const std::uint64_t size = in.get_varint();
+  const std::size_t width = method == kPlanes ? in.get_u8() : 1;
+  const auto bytes = in.get_bytes(in.left());
+  if (!in.ok() || size > limit || method > kPlanes || width == 0) return std::nullopt;
+  if (method == kRaw) {
+    if (bytes.size() != size) return std::nullopt;
+    return std::vector<std::byte>(bytes.begin(), bytes.end());
+  }
+  auto blob = zstd_decompress(bytes, size);
+  if (blob && width > 1) blob = from_planes(*blob, width);
+  return blob;
 }
 
 }  // namespace shm

@@ -1,10 +1,16 @@
-// Schema and extras as bytes, what a schema must satisfy, and the names of what stands in it.
-// spec: "Schema", "Extras"
+// Schema and extras as bytes, what a schema must satisfy, the names of what stands in it, and
+// totals of a mesh of such a schema. spec: "Schema", "Extras"
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <span>
+#include <vector>
 
 #include "bytes/binary.h"
+#include "container/format.h"
 #include "shm/reader.h"
 #include "shm/schema.h"
 
@@ -22,5 +28,55 @@ bool has_steps(const Schema& schema);
 
 void put(ByteWriter& out, const Extra& extra);
 bool get(ByteReader& in, Extra& extra);
+
+// Totals: what the index of a file holds of its mesh (container::Index without the chunks), summed
+// up group by group, or part by part. Among it the smallest and largest finite value of each
+// component of an array. spec: "Index and trailer"
+
+/// Of no group yet: ranges of static arrays are empty.
+inline container::Index totals_of_nothing(const Schema& schema) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  container::Index totals;
+  totals.block_cells.resize(schema.blocks.size());
+  for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
+    const std::size_t n = schema.arrays[a].components;
+    if (!schema.arrays[a].per_step)
+      totals.ranges.push_back(
+          {a, std::vector<double>(n, kInfinity), std::vector<double>(n, -kInfinity)});
+  }
+  return totals;
+}
+
+/// Must hold: both are of the same arrays.
+inline void widen(std::vector<container::ArrayRange>& ranges,
+                  const std::vector<container::ArrayRange>& more) {
+  for (std::size_t r = 0; r < more.size(); ++r)
+    for (std::size_t c = 0; c < more[r].minimum.size(); ++c) {
+      ranges[r].minimum[c] = std::min(ranges[r].minimum[c], more[r].minimum[c]);
+      ranges[r].maximum[c] = std::max(ranges[r].maximum[c], more[r].maximum[c]);
+    }
+}
+
+/// Elements of an array in a mesh of such totals.
+inline std::uint64_t elements_of(const Schema& schema, const container::Index& totals,
+                                 std::uint32_t array) {
+  if (schema.arrays[array].location == Location::point) return totals.vertices;
+  std::uint64_t cells = 0;
+  for (std::uint32_t b = 0; b < totals.block_cells.size(); ++b)
+    if (schema.array_covers(array, b)) cells += totals.block_cells[b];
+  return cells;
+}
+
+struct ValueRange {
+  double minimum, maximum;  ///< infinity and its opposite where nothing is finite
+};
+/// Of `count` scalars, `stride` bytes apart. Integers are rounded to doubles.
+ValueRange range_of(ScalarType type, const std::byte* values, std::size_t count,
+                    std::size_t stride);
+
+/// Of `count` elements of an array of the schema, `stride` bytes apart.
+container::ArrayRange range_of_array(const Schema& schema, std::uint32_t array,
+                                     const std::byte* values, std::size_t count,
+                                     std::size_t stride);
 
 }  // namespace shm

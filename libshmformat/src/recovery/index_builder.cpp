@@ -5,7 +5,7 @@
 #include <variant>
 #include <vector>
 
-#include "model/mesh_totals.h"
+#include "model/schema.h"
 
 namespace shm {
 

@@ -48,6 +48,7 @@ class MeshDecoder::SegmentTask final : public MeshDecoder::Tasks::Task {
 
 MeshDecoder::MeshDecoder(const Schema& schema, const ReadLimits& limits, const ReadOptions& options)
     : schema_(&schema), limits_(limits), block_cells_(schema.blocks.size()) {
+  if (options.threads == 1) return;
   const unsigned threads = thread_count(options.threads);
   const std::size_t ahead = to_size(options.max_ahead_bytes);
   if (threads > 1) tasks_ = std::make_unique<Tasks>(threads, ahead / 4, ahead - ahead / 4);

@@ -7,7 +7,6 @@
 #include "bytes/binary.h"
 #include "bytes/errors.h"
 #include "bytes/lists.h"
-#include "model/mesh_totals.h"
 #include "model/schema.h"
 #include "shifts/shifts.h"
 
@@ -75,6 +74,7 @@ MeshEncoder::MeshEncoder(const Schema& schema, const WriteOptions& options, Grou
       cell_data_bytes_(cell_data_bytes(schema)),
       totals_(totals_of_nothing(schema)) {
   if (schema.delay > 0) reorderer_.emplace();
+  if (options.threads == 1) return;
   const unsigned threads = thread_count(options.threads);
   if (threads > 1)
     tasks_ = std::make_unique<Tasks>(threads, threads * kWaitingBytes, threads * kWaitingBytes);

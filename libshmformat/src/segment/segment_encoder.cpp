@@ -6,7 +6,7 @@
 
 #include "bytes/binary.h"
 #include "bytes/lists.h"
-#include "model/mesh_totals.h"
+#include "model/schema.h"
 
 namespace shm {
 

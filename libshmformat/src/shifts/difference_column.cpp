@@ -4,7 +4,6 @@
 #include <cstring>
 
 #include "bytes/binary.h"
-#include "bytes/packing.h"
 #include "shifts/difference_choice.h"
 #include "values/shuffled_zstd.h"
 #include "values/value_domain.h"

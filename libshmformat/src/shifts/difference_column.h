@@ -12,8 +12,8 @@
 #include <span>
 #include <vector>
 
+#include "bytes/binary.h"
 #include "bytes/codec.h"
-#include "bytes/packing.h"
 #include "shifts/differences.h"
 
 namespace shm {

@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "values/value_domain.h"
-#include "values/value_space.h"
 
 namespace shm {
 

@@ -16,7 +16,6 @@
 #include <vector>
 
 #include "bytes/binary.h"
-#include "bytes/packing.h"
 #include "shm/schema.h"
 
 namespace shm {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "values/fitting.h"
-#include "values/value_space.h"
+#include "values/value_domain.h"
 
 namespace shm {
 namespace {

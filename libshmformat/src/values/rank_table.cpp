@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "entropy/range_coder.h"
-#include "values/value_space.h"
+#include "values/value_domain.h"
 
 namespace shm {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "values/value_space.h"
+#include "values/value_domain.h"
 
 namespace shm {
 namespace {

@@ -1,7 +1,6 @@
 #include "values/shuffled_zstd.h"
 
 #include "bytes/binary.h"
-#include "bytes/packing.h"
 
 namespace shm {
 

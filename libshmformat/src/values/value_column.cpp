@@ -5,7 +5,7 @@
 #include <cstring>
 #include <tuple>
 
-#include "bytes/packing.h"
+#include "bytes/binary.h"
 #include "values/shuffled_zstd.h"
 #include "values/value_domain.h"
 

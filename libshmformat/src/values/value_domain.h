@@ -1,16 +1,199 @@
 // ValueDomain: which numbers a component of an array is made of, in one group: what its indices
-// mean. Found by the encoder, written to the stream. spec: "Value domains"
+// mean. Found by the encoder, written to the stream. And value spaces: what a residual is, the
+// difference of a value from its prediction. In each space values are whole numbers ("indices") in
+// the order of the values, and a *state* is what predictions are made of.
+//   LinearSpace   state = index: multiples of a step, decimal or binary, quantized, integers
+//   FloatSpace    state = the value; index = its place among all floating-point numbers
+//   DecimalSpace  state = the value; index = its place among numbers of some significant digits
+//   RankSpace     one of the above; index = place in a sorted table of what occurs
+// Only + - * / in a fixed order: the same bits on every machine. spec: "Value domains"
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cfloat>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "shm/schema.h"
-#include "values/value_space.h"
 
 namespace shm {
+
+// Predictions are part of the format: each operation rounds once, to the type of its operands. On
+// x86 of 32 bits that takes -msse2 -mfpmath=sse.
+static_assert(FLT_EVAL_METHOD == 0 && std::numeric_limits<double>::is_iec559 &&
+                  std::numeric_limits<float>::is_iec559,
+              "needs IEEE arithmetic without excess precision");
+
+// Indices, and what lies between them, are computed modulo 2^64: damaged data may lead anywhere.
+constexpr std::int64_t plus(std::int64_t a, std::int64_t b) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
+}
+constexpr std::int64_t minus(std::int64_t a, std::int64_t b) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
+}
+
+/// Of the magnitude.
+constexpr std::uint32_t bit_length(std::int64_t number) {
+  const auto bits = static_cast<std::uint64_t>(number);
+  return static_cast<std::uint32_t>(std::bit_width(number < 0 ? 0 - bits : bits));
+}
+
+/// Indices of LinearSpace stay within this.
+inline constexpr std::int64_t kLargestIndex = std::int64_t{1} << 53;
+
+/// 10^n for n = 0..22, exact.
+inline constexpr std::array<double, 23> kPowersOfTen = {
+    1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
+    1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+
+inline bool is_finite(double v) {
+  constexpr double kMost = std::numeric_limits<double>::max();
+  return v >= -kMost && v <= kMost;
+}
+
+/// Nearest integer, halves up, within +-2^53; 0 for NaN.
+inline std::int64_t nearest_integer(double v) {
+  constexpr auto kMost = static_cast<double>(kLargestIndex);
+  if (!(v > -kMost)) return v == v ? -kLargestIndex : 0;
+  if (v >= kMost) return kLargestIndex;
+  // v + 0.5 is not exact: not for the number below 0.5, not from 2^52 on.
+  auto down = static_cast<std::int64_t>(v);
+  if (static_cast<double>(down) > v) --down;
+  return v - static_cast<double>(down) >= 0.5 ? down + 1 : down;
+}
+
+/// Bits of a float or double as a signed integer in the order of the values; -1 for -0.0. What must
+/// come back bit by bit goes by bits alone: on x86 of 32 bits a function that returns a value sets
+/// the quiet bit of a NaN.
+template <class Bits>
+std::int64_t ordered_index_of(Bits of) {
+  using Signed = std::make_signed_t<Bits>;
+  const auto bits = static_cast<Signed>(of);
+  constexpr Signed kMagnitude = static_cast<Signed>(~(Signed{1} << (8 * sizeof(Bits) - 1)));
+  return bits >= 0 ? bits : static_cast<Signed>(~(bits & kMagnitude));
+}
+template <class Unsigned>
+Unsigned ordered_bits(std::int64_t index) {
+  using Signed = std::make_signed_t<Unsigned>;
+  const auto narrow = static_cast<Signed>(static_cast<Unsigned>(index));
+  constexpr auto kSign = static_cast<Unsigned>(Unsigned{1} << (8 * sizeof(Unsigned) - 1));
+  return narrow >= 0 ? static_cast<Unsigned>(narrow)
+                     : static_cast<Unsigned>(~static_cast<Unsigned>(narrow) | kSign);
+}
+/// The same of values whose payload does not matter where they are NaN.
+template <class T>
+std::int64_t ordered_index(T value) {
+  using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+  return ordered_index_of(std::bit_cast<Bits>(value));
+}
+template <class T>
+T ordered_value(std::int64_t index) {
+  using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+  return std::bit_cast<T>(ordered_bits<Bits>(index));
+}
+
+struct LinearSpace {
+  static std::int64_t index(double prediction) { return nearest_integer(prediction); }
+  static double state(std::int64_t index) { return static_cast<double>(index); }
+  /// What makes residuals of small and large values comparable: nothing here.
+  static std::int32_t scale(double) { return 0; }
+};
+
+template <class T>
+struct FloatSpace {
+  static std::int64_t index(double prediction) {
+    return ordered_index(static_cast<T>(prediction == prediction ? prediction : 0.0));
+  }
+  static double state(std::int64_t index) { return static_cast<double>(ordered_value<T>(index)); }
+  /// The binary exponent.
+  static std::int32_t scale(double prediction) {
+    return static_cast<std::int32_t>(std::bit_cast<std::uint64_t>(prediction) >> 52 & 0x7ff);
+  }
+};
+
+/// Numbers m * 10^k with `digits` significant digits: 10^(digits-1) <= m < 10^digits, |k| <= 22.
+struct DecimalSpace {
+  static constexpr std::int32_t kMostPower = 22;
+  std::int32_t digits = 1;  ///< 1..15
+
+  std::int64_t index(double prediction) const {
+    if (!(prediction == prediction)) return 0;
+    const double size = prediction < 0 ? -prediction : prediction;
+    const double low = kPowersOfTen[static_cast<std::size_t>(digits) - 1], high = low * 10.0;
+    std::int32_t k = -kMostPower;
+    // The smallest k for which the mantissa has no digit too many, by halving.
+    std::int32_t above = kMostPower;
+    while (k < above) {
+      const std::int32_t middle = k + (above - k) / 2;
+      if (mantissa(size, middle) < high - 0.5)
+        above = middle;
+      else
+        k = middle + 1;
+    }
+    double m = mantissa(size, k);
+    if (m < low - 0.5) return 0;  // only below the smallest one
+    if (!(m < high - 0.5)) m = high - 1.0;
+    const std::int64_t whole = std::clamp(nearest_integer(m), static_cast<std::int64_t>(low),
+                                          static_cast<std::int64_t>(high) - 1);
+    const std::int64_t place =
+        (k + kMostPower) * span() + (whole - static_cast<std::int64_t>(low)) + 1;
+    return prediction < 0 ? -place : place;
+  }
+  double state(std::int64_t index) const {
+    if (index == 0) return 0.0;
+    const std::int64_t most = (2 * kMostPower + 1) * span();
+    const std::int64_t within = std::clamp(index, -most, most);
+    const std::int64_t place = (within < 0 ? -within : within) - 1;
+    const auto k = static_cast<std::int32_t>(place / span()) - kMostPower;
+    const double m =
+        static_cast<double>(place % span()) + kPowersOfTen[static_cast<std::size_t>(digits) - 1];
+    const double size = k >= 0 ? m * kPowersOfTen[static_cast<std::size_t>(k)]
+                               : m / kPowersOfTen[static_cast<std::size_t>(-k)];
+    return index < 0 ? -size : size;
+  }
+  static std::int32_t scale(double) { return 0; }
+
+ private:
+  std::int64_t span() const {
+    return 9 * static_cast<std::int64_t>(kPowersOfTen[static_cast<std::size_t>(digits) - 1]);
+  }
+  static double mantissa(double size, std::int32_t k) {
+    return k >= 0 ? size / kPowersOfTen[static_cast<std::size_t>(k)]
+                  : size * kPowersOfTen[static_cast<std::size_t>(-k)];
+  }
+};
+
+/// Must hold: `table` ascends and is not empty.
+template <class Base>
+struct RankSpace {
+  Base base;
+  std::span<const std::int64_t> table;
+
+  std::int64_t index(double prediction) const {
+    const std::int64_t wanted = base.index(prediction);
+    const auto next = std::lower_bound(table.begin(), table.end(), wanted);
+    if (next == table.begin()) return 0;
+    auto at = next - table.begin();
+    if (next == table.end() || distance(wanted, next[-1]) <= distance(*next, wanted)) --at;
+    return at;
+  }
+  double state(std::int64_t index) const {
+    const auto last = static_cast<std::int64_t>(table.size()) - 1;
+    return base.state(table[static_cast<std::size_t>(std::clamp<std::int64_t>(index, 0, last))]);
+  }
+  std::int32_t scale(double) const { return 0; }
+
+ private:
+  static std::uint64_t distance(std::int64_t high, std::int64_t low) {
+    return static_cast<std::uint64_t>(high) - static_cast<std::uint64_t>(low);
+  }
+};
 
 enum class DomainKind : std::uint8_t {
   floats = 0,     ///< every bit pattern of the stored type

@@ -1,4 +1,4 @@
-#include "mesh/extras.h"
+#include "mesh/mesh_source.h"
 
 #include <cstring>
 #include <span>
