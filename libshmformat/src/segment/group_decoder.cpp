@@ -50,8 +50,6 @@ Result<void> GroupDecoder::begin_group(const container::GroupHeader& header) {
       return corrupt("connectivity: another codec than before in this segment");
     known = connectivity_codec(*codec);
     if (!known) return unknown_codec(header.streams[0]);
-  } else if (header.cells > 0) {
-    return corrupt("connectivity: missing");
   }
   if (auto good = begin_streams(known); !good) return good;
   if (known) codec_ = header.streams[0].codec;

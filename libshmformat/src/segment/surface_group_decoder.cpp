@@ -60,12 +60,15 @@ Result<void> SurfaceGroupDecoder::begin_column(const container::StreamEntry& ent
   return {};
 }
 
-/// Streams that are not there read as zeros.
+/// Streams that are not there read as zeros, but that of connectivity, without which there are no
+/// cells.
 Result<void> SurfaceGroupDecoder::end_streams() {
   for (std::size_t c = 0; c < columns(); ++c)
     if (is_wanted(c) && !has_stream_[c] &&
         !streams_.values().begin_column(c, Codec::columns, {}, header_->decoded_bytes))
       return corrupt("a stream that is not there makes no sense");
+  if (header_->cells > 0 && !container::connectivity_of(*header_))
+    return corrupt("connectivity: missing");
   return {};
 }
 
