@@ -109,11 +109,10 @@ void list_members(MeshSource& mesh, std::vector<TransferSet>& sets) {
       members += mesh.info().block_cells[block];
       check_members(members, mesh.info().cells());
     }
-  constexpr std::size_t kPiece = 16384;
   std::int64_t cell = 0;
   CellBatch batch;
   mesh.rewind_cells();
-  while (members > 0 && mesh.next_cells(batch, kPiece))
+  while (members > 0 && mesh.next_cells(batch, kCellsAtOnce))
     for (const std::uint32_t block : batch.blocks) {
       for (TransferSet* set : of_block[block]) set->members.push_back(cell);
       ++cell;

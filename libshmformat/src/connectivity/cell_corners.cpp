@@ -9,7 +9,7 @@ namespace shm {
 namespace {
 
 /// What happened at a corner, for contexts.
-enum Outcome : std::uint32_t { kIntroduced = 1, kRepeated = 2, kMissed = 3, kTaken = 4 };
+enum Outcome : std::uint32_t { kIntroduced = 1, kRepeats = 2, kMissed = 3, kTaken = 4 };
 
 constexpr std::uint32_t least(std::uint32_t a, std::uint32_t b) { return a < b ? a : b; }
 
@@ -133,7 +133,7 @@ std::uint32_t CellCorners<Coder>::code_missed(Coder& symbols, CellTopology& cell
     const std::uint64_t back = code_number(symbols, models_->repeat, i - 1 - it.repeats);
     if (back >= i) return 0;
     cell.slots[i] = cell.slots[i - 1 - static_cast<std::uint32_t>(back)];
-    return kRepeated;
+    return kRepeats;
   }
   std::uint64_t id = 0;
   if constexpr (!Coder::kDecodes) id = surface_->vertex(cell.slots[i]).id;
