@@ -146,7 +146,7 @@ TEST(Lossy, NamesThatDoNotFit) {
     mesh.add_array<float>({"heat", Location::cell, ScalarType::float32, 1, false, {}, "", {}},
                           {values});
   EXPECT_EQ(error_of({"heat:abs=1"}),
-            "--array: 'heat' fits several arrays; say 'point/heat' or 'cell/heat' or "
+            "--array: 'heat' fits several arrays; use 'point/heat' or 'cell/heat' or "
             "'cell/heat#2'");
   const Schema schema = schema_of(mesh, named({"cell/heat#2:abs=1", "point/heat:abs=2"}));
   EXPECT_EQ(schema.arrays[2].quantization.max_abs, 2);
