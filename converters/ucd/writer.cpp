@@ -197,8 +197,10 @@ void UcdWriter::cells() {
       ucd::to_file_order(type, corners);
       line = std::to_string(ids[i]) + " " + std::to_string(materials[i]) + " " +
              std::string(type.name);
-      for (const std::uint64_t corner : corners)
-        line += " " + std::to_string(numbers(node_ids_, corner, 1)[0]);
+      for (const std::uint64_t corner : corners) {
+        line += ' ';
+        line += std::to_string(numbers(node_ids_, corner, 1)[0]);
+      }
       out_.line(line);
     }
   }
