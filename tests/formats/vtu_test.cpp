@@ -1,4 +1,4 @@
-// VTU files: what comes back, what VTK itself says to it, and what hostile files do.
+// VTU files: what comes back, what VTK itself reads in it, and what hostile files do.
 #include "vtk/xml/vtu.h"
 
 #include <gtest/gtest.h>
@@ -15,6 +15,7 @@
 
 #include "base/failure.h"
 #include "formats/formats.h"
+#include "mesh/mesh_source.h"
 #include "support/memory_mesh.h"
 #include "support/temporary_folder.h"
 #include "vtk/legacy/vtk.h"
@@ -36,12 +37,6 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   EXPECT_NE(at, std::string::npos) << from;
   if (at != std::string::npos) text.replace(at, from.size(), to);
   return text;
-}
-
-const Extra* find_extra(const MeshInfo& info, const std::string& key) {
-  for (const Extra& extra : info.extras)
-    if (extra.key == key) return &extra;
-  return nullptr;
 }
 
 std::string text_of(const Extra* extra) {

@@ -90,12 +90,6 @@ inline void expect_same(const Snapshot& a, const Snapshot& b) {
   EXPECT_TRUE(a.arrays == b.arrays);
 }
 
-inline const Extra* find_extra(const MeshInfo& info, const std::string& key) {
-  for (const Extra& extra : info.extras)
-    if (extra.key == key) return &extra;
-  return nullptr;
-}
-
 inline std::string text_of(const Extra* extra) {
   if (extra == nullptr) return "(absent)";
   return {reinterpret_cast<const char*>(extra->data.data()), extra->data.size()};
