@@ -273,7 +273,8 @@ TEST_F(VtkTest, BrokenCountsOfStructuredDataAreRefused) {
       {ErrorCode::corrupt, lists + "CELL_TYPES 0\n"},
       {ErrorCode::truncated, lists + "POLYGONS 99999999999 99999999999\n"},
   };
-  for (const auto& [code, text] : cases) EXPECT_EQ(code_of([&] { open_text(text); }), code) << text;
+  for (const auto& [code, text] : cases)
+    EXPECT_EQ(code_of([&, &bytes = text] { open_text(bytes); }), code) << text;
 }
 
 TEST_F(VtkTest, ManyPointsTakeNoMemoryUntilTheyAreRead) {

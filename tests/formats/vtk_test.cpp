@@ -431,7 +431,8 @@ TEST_F(VtkTest, LiesAndNonsenseAreRefused) {
       {ErrorCode::corrupt, tets + "POINT_DATA 5\nEDGE_FLAGS e char\n1 2 3 4 256\n"},
       {ErrorCode::truncated, tets + "POINT_DATA 5\nPEDIGREE_IDS e string\na\nb\n"},
   };
-  for (const auto& [code, text] : cases) EXPECT_EQ(code_of([&] { open_text(text); }), code) << text;
+  for (const auto& [code, text] : cases)
+    EXPECT_EQ(code_of([&, &bytes = text] { open_text(bytes); }), code) << text;
 }
 
 TEST_F(VtkTest, CellsWithTooManyNodesAreNotSupported) {

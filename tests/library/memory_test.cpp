@@ -7,16 +7,13 @@
 #include <cstdio>
 #include <functional>
 
+#include "support/sanitized.h"
 #include "support/test_mesh.h"
 
 namespace shm {
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr bool kMeasuresMemory = false;  // a sanitizer's shadow is memory too
-#else
-constexpr bool kMeasuresMemory = true;
-#endif
+constexpr bool kMeasuresMemory = !kSanitized;  // a sanitizer's shadow is memory too
 
 /// Largest resident size of a child that does `work`, in bytes; 0 when the work failed.
 std::uint64_t peak_memory_of(const std::function<bool()>& work) {

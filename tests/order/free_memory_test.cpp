@@ -11,18 +11,14 @@
 #include "mesh/cell_table.h"
 #include "order/free_order.h"
 #include "order/spooled_mesh.h"
+#include "support/sanitized.h"
 #include "support/temporary_folder.h"
 
 namespace shm::converters {
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr std::uint64_t kSide = 12;  // a sanitizer's shadow is memory too: nothing is measured
-constexpr bool kMeasuresMemory = false;
-#else
-constexpr std::uint64_t kSide = 90;
-constexpr bool kMeasuresMemory = true;
-#endif
+constexpr bool kMeasuresMemory = !kSanitized;  // a sanitizer's shadow is memory too
+constexpr std::uint64_t kSide = kMeasuresMemory ? 90 : 12;
 
 // A block of side^3 hexahedra, numbered without order, made on the fly.
 class ScatteredBlock final : public MeshSource {
