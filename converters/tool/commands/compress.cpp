@@ -102,8 +102,8 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
           "times faster\nwhere numbers run in rows and layers, coordinates and arrays too, which "
           "may take "
           "more room\n(no delay)")
-      ->check(CLI::IsMember({"auto", "paper", "rows", "replay", "mixed", "shifts"}).description(""))
-      ->type_name("auto|paper|rows|replay|mixed|shifts");
+      ->check(CLI::IsMember(codec_names()).description(""))
+      ->type_name(CLI::detail::join(codec_names(), "|"));
   command
       ->add_option_function<std::string>(
           "--parity", [this](const std::string& text) { parity = percent_of(text); },

@@ -1,5 +1,7 @@
 #include "tool/commands/options.h"
 
+#include <algorithm>
+
 #include "formats/formats.h"
 
 namespace shm::converters {
@@ -70,12 +72,20 @@ Level level_of(const std::string& name) {
   return name == "fast" ? Level::fast : name == "best" ? Level::best : Level::standard;
 }
 
+std::vector<std::string> codec_names() {
+  std::vector<std::string> names = {"auto"};
+  for (std::uint8_t number = 1;; ++number) {
+    const std::string_view name = codec_name(static_cast<ConnectivityCodec>(number));
+    if (name == codec_name(static_cast<ConnectivityCodec>(std::uint8_t{255}))) return names;
+    names.emplace_back(name);
+  }
+}
+
 ConnectivityCodec codec_of(const std::string& name) {
-  for (const auto codec :
-       {ConnectivityCodec::paper, ConnectivityCodec::rows, ConnectivityCodec::replay,
-        ConnectivityCodec::mixed, ConnectivityCodec::shifts})
-    if (name == codec_name(codec)) return codec;
-  return ConnectivityCodec::automatic;
+  const std::vector<std::string> names = codec_names();
+  const auto at = std::find(names.begin(), names.end(), name);
+  return at == names.end() ? ConnectivityCodec::automatic
+                           : static_cast<ConnectivityCodec>(at - names.begin());
 }
 
 std::string format_names() {

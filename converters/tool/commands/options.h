@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "shm/schema.h"
 #include "tool/support.h"
@@ -26,6 +27,9 @@ void add_translation(CLI::App& command, bool& strict, std::optional<std::uint64_
 Order order_of(const std::string& name);
 Level level_of(const std::string& name);
 ConnectivityCodec codec_of(const std::string& name);
+
+// "auto", and the words of all codecs.
+std::vector<std::string> codec_names();
 
 // All formats of the table: "exodus, vtk, ... or shm".
 std::string format_names();

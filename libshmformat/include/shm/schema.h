@@ -146,7 +146,7 @@ SHM_API std::string_view order_name(Order order);
 /// How hexahedra are encoded. A Reader takes any.
 enum class ConnectivityCodec : std::uint8_t {
   automatic = 0,  ///< what the Writer's level tries
-  paper = 1,      ///< the published scheme, as a baseline (spec "Paper hexahedra")
+  paper = 1,      ///< the published scheme, as a baseline (spec "Connectivity stream")
   rows = 2,       ///< predicted from the neighbouring row (spec "Row hexahedra")
   replay = 3,     ///< repeated from cells before, numbers and all (spec "Replay hexahedra")
   mixed = 4,      ///< as rows, smaller and slower (spec "Mixed rows")

@@ -10,6 +10,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bytes/binary.h"
@@ -18,15 +19,18 @@
 
 namespace shm {
 
-/// The codecs of cells, and how callers name them.
+/// The codecs of cells, how callers name them, and the word for it.
 struct NamedCodec {
   ConnectivityCodec name;
   Codec codec;
+  std::string_view word;
 };
 inline constexpr NamedCodec kConnectivityCodecs[] = {
-    {ConnectivityCodec::paper, Codec::paper},   {ConnectivityCodec::rows, Codec::rows},
-    {ConnectivityCodec::replay, Codec::replay}, {ConnectivityCodec::mixed, Codec::mixed},
-    {ConnectivityCodec::shifts, Codec::shifts},
+    {ConnectivityCodec::paper, Codec::paper, "paper"},
+    {ConnectivityCodec::rows, Codec::rows, "rows"},
+    {ConnectivityCodec::replay, Codec::replay, "replay"},
+    {ConnectivityCodec::mixed, Codec::mixed, "mixed"},
+    {ConnectivityCodec::shifts, Codec::shifts, "shifts"},
 };
 /// Must hold: not automatic.
 constexpr Codec stream_codec(ConnectivityCodec name) {

@@ -8,6 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "container/format.h"
+
 namespace shm {
 
 std::string_view scalar_name(ScalarType type) {
@@ -53,15 +55,9 @@ std::string_view order_name(Order order) {
 }
 
 std::string_view codec_name(ConnectivityCodec codec) {
-  switch (codec) {
-    case ConnectivityCodec::automatic: return "automatic";
-    case ConnectivityCodec::paper: return "paper";
-    case ConnectivityCodec::rows: return "rows";
-    case ConnectivityCodec::replay: return "replay";
-    case ConnectivityCodec::mixed: return "mixed";
-    case ConnectivityCodec::shifts: return "shifts";
-  }
-  return "unknown";
+  for (const NamedCodec& it : kConnectivityCodecs)
+    if (it.name == codec) return it.word;
+  return codec == ConnectivityCodec::automatic ? "automatic" : "unknown";
 }
 
 namespace {
