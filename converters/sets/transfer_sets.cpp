@@ -103,11 +103,12 @@ std::vector<TransferSet> sets_in_folders(const MeshInfo& info, std::string_view 
 void list_members(MeshSource& mesh, std::vector<TransferSet>& sets) {
   std::vector<std::vector<TransferSet*>> of_block(mesh.info().schema.blocks.size());
   std::uint64_t members = 0;
+  const std::uint64_t cells = mesh.info().cells();  // a sum over all blocks
   for (TransferSet& set : sets)
     for (const std::uint32_t block : set.blocks) {
       of_block.at(block).push_back(&set);
       members += mesh.info().block_cells[block];
-      check_members(members, mesh.info().cells());
+      check_members(members, cells);
     }
   std::int64_t cell = 0;
   CellBatch batch;
