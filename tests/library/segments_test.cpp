@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstring>
 #include <string>
 #include <vector>
 
@@ -292,10 +293,9 @@ TEST(Segments, EachIsReadAlone) {
     // vertex number -> its values
     std::map<std::uint64_t, std::vector<std::byte>> values;
     const auto values_of = [](const MeshBlock& block, std::size_t v) {
-      std::vector<std::byte> all(block.xyz.begin() + static_cast<std::ptrdiff_t>(v * 24),
-                                 block.xyz.begin() + static_cast<std::ptrdiff_t>(v * 24 + 24));
-      all.insert(all.end(), block.arrays[0].begin() + static_cast<std::ptrdiff_t>(v * 8),
-                 block.arrays[0].begin() + static_cast<std::ptrdiff_t>(v * 8 + 8));
+      std::vector<std::byte> all(32);
+      std::memcpy(all.data(), &block.xyz.at(v * 24), 24);
+      std::memcpy(all.data() + 24, &block.arrays[0].at(v * 8), 8);
       return all;
     };
     for (std::size_t v = 0; v < whole->mesh.vertex_count(); ++v)
