@@ -3,29 +3,14 @@
 # takes a third of the time. Names in their unnamed namespaces must therefore differ.
 # With SHM_SEPARATE_SOURCES each source is compiled alone, so that one that lacks an include is found.
 
-set(SHM_SEPARATE_SOURCES OFF CACHE STRING
-    "Compile each source alone, without precompiled headers: OFF, library, all")
-set_property(CACHE SHM_SEPARATE_SOURCES PROPERTY STRINGS OFF library all)
-
 set(SHM_COMMON_HEADERS
     <algorithm> <array> <cmath> <cstddef> <cstdint> <cstring> <functional> <map> <memory> <optional>
     <span> <string> <string_view> <unordered_map> <utility> <variant> <vector>)
 
-function(shm_is_separate target result)
-  set(separate OFF)
-  if(SHM_SEPARATE_SOURCES STREQUAL "all")
-    set(separate ON)
-  elseif(SHM_SEPARATE_SOURCES STREQUAL "library" AND target STREQUAL "shmformat_objects")
-    set(separate ON)
-  endif()
-  set(${result} ${separate} PARENT_SCOPE)
-endfunction()
-
 # shm_precompile(TARGET [LIKE]): the common headers are compiled once for TARGET, or taken from LIKE,
 # which must have the same flags.
 function(shm_precompile target)
-  shm_is_separate(${target} separate)
-  if(separate)
+  if(SHM_SEPARATE_SOURCES)
     return()
   endif()
   if(ARGC GREATER 1)
