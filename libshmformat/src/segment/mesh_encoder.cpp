@@ -549,7 +549,10 @@ StepReference most_referred(const Schema& schema, const WriteOptions& options) {
 Result<void> check_options(const Schema& schema, const WriteOptions& options) {
   if (options.group_cells < 1 || options.group_cells > container::kMaxGroupCells)
     return misuse_error("group_cells must be 1 to 2^20", "options");
-  const auto is_codec = [](ConnectivityCodec codec) { return codec <= ConnectivityCodec::shifts; };
+  const auto is_codec = [](ConnectivityCodec codec) {
+    return codec == ConnectivityCodec::automatic ||
+           connectivity_codec(stream_codec(codec)) == codec;
+  };
   const auto& codecs = options.segment_connectivity;
   if (!is_codec(options.connectivity) || !std::all_of(codecs.begin(), codecs.end(), is_codec) ||
       options.level > Level::best)
