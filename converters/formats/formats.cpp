@@ -11,6 +11,7 @@
 #include "compression/compress.h"
 #include "compression/decompress.h"
 #include "exodus/exodus.h"
+#include "formats/unread_formats.h"
 #include "gmsh/gmsh.h"
 #include "ucd/ucd.h"
 #include "vtk/legacy/vtk.h"
@@ -143,14 +144,19 @@ const Format* format_of_file(const std::string& path) {
   if (named != nullptr && named->looks_like(head)) return named;
   for (const Format& format : formats())
     if (format.looks_like(head)) return &format;
-  return named;
+  return head.empty() || !unread_format(head).empty() ? nullptr : named;
 }
 
 std::unique_ptr<MeshSource> open_mesh(const std::string& path, Spool& spool,
                                       const Progress& progress) {
   if (const Format* format = format_of_file(path)) return format->open(path, spool, progress);
+  const std::vector<std::byte> head = head_of(path);
+  if (head.empty()) throw Failure(Error{ErrorCode::truncated, "is empty", {}, kNoOffset, path});
+  const std::string other(unread_format(head));
   throw Failure(Error{ErrorCode::unsupported,
-                      "is none of " + list_of(&Format::title) + " files",
+                      other.empty()
+                          ? "is none of " + list_of(&Format::title) + " files"
+                          : "is " + other + ", and none of " + list_of(&Format::title) + " files",
                       {},
                       kNoOffset,
                       path});
