@@ -21,3 +21,31 @@ target_link_libraries(user PRIVATE shmformat::${target})
   run("${CMAKE_COMMAND}" --build "${project}/build")
   run("${project}/build/user")
 endforeach()
+
+# With pkg-config, from a tree that was moved; and without C++20 the first line says what is missing.
+file(RENAME "${WORK}/root" "${WORK}/moved")
+file(GLOB_RECURSE description "${WORK}/moved/*/shmformat.pc")
+get_filename_component(folder "${description}" DIRECTORY)
+find_program(PKG_CONFIG pkg-config REQUIRED)
+execute_process(
+  COMMAND "${CMAKE_COMMAND}" -E env "PKG_CONFIG_PATH=${folder}" "${PKG_CONFIG}" --static --cflags --libs
+          shmformat
+  OUTPUT_VARIABLE words OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+separate_arguments(words UNIX_COMMAND "${words}")
+separate_arguments(flags UNIX_COMMAND "${FLAGS}")
+if(NOT "shmformat" IN_LIST targets) # the static library alone has all that it needs in it
+  list(APPEND flags -DSHM_STATIC)
+endif()
+run("${COMPILER}" ${flags} "${SOURCE}/readme_example.cpp" ${words} -o "${WORK}/user")
+get_filename_component(library "${folder}" DIRECTORY)
+run("${CMAKE_COMMAND}" -E env "LD_LIBRARY_PATH=${library}" "${WORK}/user")
+execute_process(
+  COMMAND "${COMPILER}" ${flags} ${words} -std=c++17 -fsyntax-only "${SOURCE}/readme_example.cpp"
+  RESULT_VARIABLE code ERROR_VARIABLE text)
+if(code EQUAL 0 OR NOT text MATCHES "libshmformat needs C\\+\\+20")
+  message(FATAL_ERROR "C++17 is not refused as it should be: ${text}")
+endif()
+file(GLOB_RECURSE licence "${WORK}/moved/share/*/LICENSE")
+if(NOT licence)
+  message(FATAL_ERROR "no licence is installed")
+endif()

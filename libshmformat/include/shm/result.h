@@ -6,6 +6,10 @@
 // it or to assign to it, and its file is not finished. What a call gives that returns is right.
 #pragma once
 
+#if __cplusplus < 202002L
+#error "libshmformat needs C++20: compile with -std=c++20"
+#endif
+
 #include <cstdint>
 #include <exception>
 #include <optional>
