@@ -55,16 +55,16 @@ RemovedOnSignals::Pause::~Pause() { ::pthread_sigmask(SIG_SETMASK, &before_, nul
 
 OutputFile::OutputFile(std::string path, const std::string& folder, FileSink::Temporary how)
     : path_(std::move(path)) {
-  // Renaming over a device or a folder would do harm, or nothing.
   std::error_code none;
   const auto status = std::filesystem::status(path_, none);
-  if (path_ != "-" && std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-    throw Failure(
-        Error{ErrorCode::output, "is there, and is no regular file", {}, kNoOffset, path_});
+  if (std::filesystem::is_directory(status))
+    throw Failure(Error{ErrorCode::output, "is a folder", {}, kNoOffset, path_});
+  is_stream_ = path_ == "-" ||
+               (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status));
   const RemovedOnSignals::Pause pause;
   sink_ = unwrap(
-      path_ == "-" ? FileSink::create_scratch(folder.empty() ? "." : folder, "standard-output", how)
-                   : FileSink::create(path_, how),
+      is_stream_ ? FileSink::create_scratch(folder.empty() ? "." : folder, "standard-output", how)
+                 : FileSink::create(path_, how),
       path_);
   if (sink_->is_named()) on_signals_.emplace(sink_->temporary().c_str());
 }
@@ -74,7 +74,7 @@ OutputFile::~OutputFile() = default;
 void OutputFile::write(std::span<const std::byte> bytes) { unwrap(sink_->write(bytes), path_); }
 
 void OutputFile::commit() {
-  if (path_ == "-") {
+  if (is_stream_) {
     const auto all = unwrap(FileRandomSource::open(temporary()), path_);
     const auto out = unwrap(FileSink::create(path_), path_);
     unwrap(out->copy(*all, 0, all->size()), path_);

@@ -1,5 +1,5 @@
 // OutputFile: a file that appears whole under its name or not at all: a FileSink (shm/io.h) that is
-// also written by name, that takes no devices, and whose temporary file, where it has a name, is
+// also written by name, and whose temporary file, where it has a name, is
 // removed by SIGINT, SIGTERM and SIGHUP after remove_outputs_on_signals().
 #pragma once
 
@@ -48,7 +48,7 @@ class RemovedOnSignals::Pause {
 class OutputFile {
  public:
   // Creates the temporary file, empty. Throws Failure (output).
-  // "-" is standard output: it gets all at commit, from a temporary file in `folder`.
+  // "-", standard output, a device and a pipe get all at commit, from a temporary file in `folder`.
   // `how`: named for libraries that take no name in /proc.
   explicit OutputFile(std::string path, const std::string& folder = {},
                       FileSink::Temporary how = FileSink::Temporary::unnamed);
@@ -82,6 +82,7 @@ class OutputFile {
   };
 
   std::string path_;
+  bool is_stream_ = false;  // nothing to rename over
   std::unique_ptr<FileSink> sink_;
   Uncommitted uncommitted_{sink_};
   std::optional<RemovedOnSignals> on_signals_;  // where the temporary file has a name

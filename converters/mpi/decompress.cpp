@@ -17,6 +17,7 @@
 #include "mesh/blocks_by_id.h"
 #include "mpi/owners.h"
 #include "shm/mesh_extract.h"
+#include "tool/destination.h"
 #include "tool/report.h"
 #include "transfer/piece_output.h"
 #include "transfer/translate.h"
@@ -96,6 +97,8 @@ void Part::open() {
   if (output_format(options_.output, options_.format).name != "exodus")
     wrong_use("ranks write the parts of a decomposed Exodus mesh: call it " + options_.output +
               ".e, or use --format exodus");
+  check_places({{options_.input}, part_name(options_.output, ranks_.size(), ranks_.rank())},
+               options_.force);
   const std::string& path = options_.input;
   require_shm(path);
   require_no_archive(path);

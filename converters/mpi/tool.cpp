@@ -49,6 +49,9 @@ ExitCode run_compress(Ranks& ranks, CompressCommand& command) {
   parts = static_cast<std::size_t>(ranks.broadcast(parts));
   const std::vector<std::string> files =
       parts > 0 ? part_files(command.input, parts) : std::vector{command.input};
+  ranks.together([&] {
+    if (ranks.first()) check_places({files, command.output, true}, command.force);
+  });
   std::unique_ptr<MeshSource> mesh;
   CompressRun run;
   const auto compress = [&](auto& source) {

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <filesystem>
 #include <span>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -14,7 +16,14 @@
 namespace shm::converters {
 namespace {
 
-constexpr const char* kStandardInput = "-";
+// Standard input, or what cannot be read twice: a pipe with a name, as <(COMMAND) of a shell is
+// one.
+bool is_read_once(const std::string& path) {
+  std::error_code none;
+  const auto status = std::filesystem::status(path, none);
+  return path == "-" || std::filesystem::is_fifo(status) ||
+         std::filesystem::is_character_file(status) || std::filesystem::is_socket(status);
+}
 
 // HDF5 takes no file by a name in /proc.
 bool needs_name(std::span<const std::byte> head) {
@@ -24,14 +33,14 @@ bool needs_name(std::span<const std::byte> head) {
 
 }  // namespace
 
-// Standard input, whose beginning has been looked at.
+// Standard input or a pipe, whose beginning has been looked at.
 class ToolInput::Stream final : public ByteSource {
  public:
-  Stream() : source_(unwrap(FileSource::open(kStandardInput), kStandardInput)) {
+  explicit Stream(const std::string& path) : source_(unwrap(FileSource::open(path), path)) {
     head_.resize(kHead);
     std::size_t size = 0;
     while (size < kHead) {
-      const std::size_t n = unwrap(source_->read(std::span(head_).subspan(size)), kStandardInput);
+      const std::size_t n = unwrap(source_->read(std::span(head_).subspan(size)), path);
       if (n == 0) break;
       size += n;
     }
@@ -54,9 +63,9 @@ class ToolInput::Stream final : public ByteSource {
   std::size_t given_ = 0;
 };
 
-ToolInput::ToolInput(CommonOptions& options, const std::string& path) : path_(path) {
-  if (path_ != kStandardInput) return;
-  stream_ = std::make_unique<Stream>();
+ToolInput::ToolInput(CommonOptions& options, const std::string& path) : name_(path), path_(path) {
+  if (!is_read_once(path_)) return;
+  stream_ = std::make_unique<Stream>(path_);
   if (looks_like_shm(stream_->head()) && !looks_like_archive(stream_->head())) return;
   const auto how =
       needs_name(stream_->head()) ? FileSink::Temporary::named : FileSink::Temporary::unnamed;
@@ -67,10 +76,11 @@ ToolInput::ToolInput(CommonOptions& options, const std::string& path) : path_(pa
     if (spool_->is_named()) on_signals_.emplace(spool_->temporary().c_str());
   }
   std::vector<std::byte> piece(std::size_t{1} << 20);
-  while (const std::size_t n = unwrap(stream_->read(piece), kStandardInput))
+  while (const std::size_t n = unwrap(stream_->read(piece), name_))
     unwrap(spool_->write(std::span(piece).first(n)));
   stream_.reset();
   path_ = options.spooled = spool_->temporary();
+  options.spooled_from = name_;
 }
 ToolInput::~ToolInput() = default;
 
@@ -82,7 +92,7 @@ void ToolInput::require_shm() const {
 
 std::unique_ptr<MeshSource> ToolInput::open(Spool& spool, const Progress& progress,
                                             unsigned threads) {
-  if (is_stream()) return stage_shm(*stream_, kStandardInput, 0, spool, progress, threads);
+  if (is_stream()) return stage_shm(*stream_, name_, 0, spool, progress, threads);
   try {
     return is_shm() ? open_shm(path_, spool, progress, threads) : open_mesh(path_, spool, progress);
   } catch (const Failure& failure) {
@@ -92,7 +102,7 @@ std::unique_ptr<MeshSource> ToolInput::open(Spool& spool, const Progress& progre
 }
 
 FileSummary ToolInput::summarize(const Progress& progress) {
-  return is_stream() ? summarize_stream(*stream_, kStandardInput, progress) : summarize_shm(path_);
+  return is_stream() ? summarize_stream(*stream_, name_, progress) : summarize_shm(path_);
 }
 
 }  // namespace shm::converters

@@ -1,6 +1,6 @@
-// The mesh that a command of the tool reads: a file, or standard input for "-". A .shm file that
-// comes through a pipe is read as it comes; anything else goes to a temporary file first, since
-// its reader needs to seek.
+// The mesh that a command of the tool reads: a file, standard input for "-", a pipe. A .shm file
+// that comes through a pipe is read as it comes; anything else goes to a temporary file first,
+// since its reader needs to seek.
 #pragma once
 
 #include <memory>
@@ -39,7 +39,7 @@ class ToolInput {
   std::unique_ptr<Stream> stream_;   // of a .shm file that comes through a pipe
   std::unique_ptr<FileSink> spool_;  // holds what came
   std::optional<RemovedOnSignals> on_signals_;
-  std::string path_;
+  std::string name_, path_;
 };
 
 }  // namespace shm::converters

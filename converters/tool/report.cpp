@@ -254,11 +254,12 @@ std::string compress_text(const CompressRun& run, const MeshInfo& info) {
   const SizeReport& sizes = run.sizes;
   std::string text = run.output + ": " + std::to_string(sizes.total_bytes) + " bytes from " +
                      std::to_string(run.input_bytes);
-  if (sizes.total_bytes > 0)
-    text +=
-        ", " +
-        fixed(static_cast<double>(run.input_bytes) / static_cast<double>(sizes.total_bytes), 2) +
-        " times smaller";
+  if (sizes.total_bytes > 0 && run.input_bytes > 0) {
+    const double ratio =
+        static_cast<double>(run.input_bytes) / static_cast<double>(sizes.total_bytes);
+    text += ratio < 1 ? ", " + fixed(1 / ratio, 2) + " times as large"
+                      : ", " + fixed(ratio, 2) + " times smaller";
+  }
   text += " (" + counts_text(info);
   const std::uint64_t connectivity = connectivity_bytes(sizes.streams);
   const std::uint64_t geometry = bytes_of(sizes.streams, "geometry");

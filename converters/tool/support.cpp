@@ -5,6 +5,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <system_error>
 
 #include "archive/archive_files.h"
 #include "base/failure.h"
@@ -46,7 +47,11 @@ void ProgressLine::wipe() {
 
 std::string spool_directory(const CommonOptions& options) {
   if (!options.temp.empty()) return options.temp;
-  if (options.output.empty() || options.output == "-")
+  std::error_code none;
+  const auto status = std::filesystem::status(options.output, none);
+  const bool is_place =
+      !std::filesystem::exists(status) || std::filesystem::is_regular_file(status);
+  if (options.output.empty() || options.output == "-" || !is_place)
     return std::filesystem::temp_directory_path().string();
   const std::filesystem::path parent = std::filesystem::path(options.output).parent_path();
   return parent.empty() ? "." : parent.string();
@@ -72,8 +77,11 @@ bool is_shm(const std::string& path) {
 }
 
 void require_shm(const std::string& path) {
-  if (!is_shm(path))
-    throw Failure(Error{ErrorCode::unsupported, "is not a .shm file", {}, kNoOffset, path});
+  if (is_shm(path)) return;
+  std::error_code none;
+  if (std::filesystem::is_empty(path, none))
+    throw Failure(Error{ErrorCode::truncated, "is empty", {}, kNoOffset, path});
+  throw Failure(Error{ErrorCode::unsupported, "is not a .shm file", {}, kNoOffset, path});
 }
 
 void require_no_archive(const std::string& path) {

@@ -30,10 +30,11 @@ ExitCode exit_code(ErrorCode code);
 struct CommonOptions {
   std::string input;                    // what messages about no other file mean
   std::string output;                   // empty: none; "-": standard output
-  std::string spooled;                  // where standard input went, if anywhere
+  std::string spooled, spooled_from;    // where what came through a pipe went, and its name
   std::string temp;                     // empty: beside the output
   std::optional<std::uint64_t> memory;  // bytes of the spool
   bool quiet = false;
+  bool force = false;  // write over the output where it is there
 };
 
 // Memory of the spool: as the user wants it, or what is usual; more where `any_order` of vertices

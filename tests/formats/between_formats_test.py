@@ -233,7 +233,7 @@ def middle(points):
 
 class BetweenFormatsTest(FolderTest):
     def convert(self, source, target, *options):
-        done = subprocess.run([SHM, "convert", "-q", self.path(source), self.path(target),
+        done = subprocess.run([SHM, "convert", "-fq", self.path(source), self.path(target),
                                *options], capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stderr)
         return done.stderr

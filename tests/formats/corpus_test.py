@@ -75,7 +75,7 @@ def check_conversions(shm, path, source_format, scratch):
         return wrong
     for other, (extension, _) in ORACLES.items():
         converted = os.path.join(scratch, "converted" + extension)
-        if other == source_format or run([shm, "convert", path, converted])[0] != 0:
+        if other == source_format or run([shm, "convert", "-f", path, converted])[0] != 0:
             continue  # cells that the other format refuses
         code, text, out = run([shm, "diff", path, converted, "--match", "--json"])
         if code not in (0, 1):
@@ -98,7 +98,7 @@ def round_trip(shm, path, source_format, scratch):
     wrong = []
     packed = os.path.join(scratch, "packed.shm")
     for order in ("stream", "free", "keep"):
-        code, text, out = run([shm, "compress", path, "-o", packed, "--order", order, "--json"])
+        code, text, out = run([shm, "compress", "-f", path, "-o", packed, "--order", order, "--json"])
         if code != 0:
             wrong.append(f"compress --order {order}: exit {code}: {text}")
             continue
@@ -118,7 +118,7 @@ def round_trip(shm, path, source_format, scratch):
         return wrong
     extension, oracle = ORACLES[source_format]
     back = os.path.join(scratch, "back" + extension)
-    code, text, _ = run([shm, "decompress", packed, "-o", back])
+    code, text, _ = run([shm, "decompress", "-f", packed, "-o", back])
     if code != 0:
         return [f"decompress: exit {code}: {text}"]
     code, text, _ = run(["/usr/bin/python3", os.path.join(os.path.dirname(HERE), "support", oracle), path, back])

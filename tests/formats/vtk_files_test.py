@@ -22,7 +22,7 @@ except ImportError:
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 import vtk_oracle
 import vtu_oracle
-from folder_test import SANITIZED, FolderTest
+from folder_test import SANITIZED, FolderTest, forced
 
 SHM = "shm"
 LARGEST_OF_CORPUS = 3 << 20
@@ -98,7 +98,7 @@ class VtkFamilyTest(FolderTest):
     maxDiff = None
 
     def shm(self, *words, code=0):
-        done = subprocess.run([SHM, *words], capture_output=True, encoding="utf-8")
+        done = subprocess.run([SHM, *forced(words)], capture_output=True, encoding="utf-8")
         self.assertEqual(done.returncode, code, done.stderr + done.stdout)
         return done
 

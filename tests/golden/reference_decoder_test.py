@@ -171,8 +171,8 @@ class BothAgree(unittest.TestCase):
     def check(self, source, options, scratch):
         """Whether the tool takes these options."""
         packed = os.path.join(scratch, "packed.shm")
-        done = subprocess.run([ARGUMENTS.shm, "compress", source, "-o", packed, *options], capture_output=True,
-                              text=True, timeout=1200)
+        done = subprocess.run([ARGUMENTS.shm, "compress", "-f", source, "-o", packed, *options],
+                              capture_output=True, text=True, timeout=1200)
         if done.returncode != 0:
             self.assertIn(done.returncode, (2, 3, 5), done.stderr)
             return False

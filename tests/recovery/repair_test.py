@@ -15,6 +15,7 @@ import tempfile
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from folder_test import forced
 from sample_meshes import hexahedra
 
 SHM = "shm"
@@ -73,7 +74,7 @@ class Repair(unittest.TestCase):
 
     @classmethod
     def shm(cls, *words, **options):
-        return subprocess.run([SHM, *words], capture_output=True, timeout=300, **options)
+        return subprocess.run([SHM, *forced(words)], capture_output=True, timeout=300, **options)
 
     def path(self, name):
         return os.path.join(self.folder.name, name)

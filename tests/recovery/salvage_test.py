@@ -27,7 +27,7 @@ if not shutil.which("ncgen"):
     sys.exit(77)
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-from folder_test import SANITIZED
+from folder_test import SANITIZED, forced
 from sample_meshes import hexahedra
 
 SHM = "shm"
@@ -186,7 +186,7 @@ class Salvage(unittest.TestCase):
 
     @staticmethod
     def shm(*words):
-        return subprocess.run([SHM, *words], capture_output=True, timeout=300)
+        return subprocess.run([SHM, *forced(words)], capture_output=True, timeout=300)
 
     def put(self, data, name="hurt.shm"):
         with open(self.path(name), "wb") as out:

@@ -7,6 +7,13 @@ import unittest
 
 SANITIZED = "SHM_SANITIZED" in os.environ  # some ten times slower: the release takes all cases
 
+WRITERS = {"append", "compress", "convert", "decompress", "extract", "join", "layout", "repair", "split"}
+
+
+def forced(words):
+    """A command of the tool that may write over what the test wrote before."""
+    return [*words, "-f"] if words and words[0] in WRITERS else list(words)
+
 
 class FolderTest(unittest.TestCase):
     """Tests that write into a folder which is gone when they end."""

@@ -7,7 +7,7 @@ import subprocess
 import sys
 import unittest
 
-from folder_test import FolderTest
+from folder_test import FolderTest, forced
 
 SHM, SHM_MPI, MAKE_MESH = "shm", "shm_mpi", "shm_make_mesh"
 CORPUS = os.environ.get("SHM_CORPUS", "")
@@ -23,12 +23,14 @@ AT_ONCE = 3  # tests: programs that start, end and wait for each other leave mos
 
 
 def shm(*arguments):
-    return subprocess.run([SHM, *map(str, arguments)], capture_output=True, text=True, timeout=600)
+    return subprocess.run([SHM, *forced([str(word) for word in arguments])], capture_output=True,
+                          text=True, timeout=600)
 
 
 def ranks(n, *arguments):
     """What n ranks do. A deadlock ends with TimeoutExpired, and thereby fails the test."""
-    return subprocess.run(["mpirun", "-n", str(n), SHM_MPI, *map(str, arguments)],
+    words = forced([str(word) for word in arguments])
+    return subprocess.run(["mpirun", "-n", str(n), SHM_MPI, *words],
                           capture_output=True, text=True, timeout=300, env=ENVIRONMENT)
 
 

@@ -11,7 +11,7 @@ import sys
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-from folder_test import SANITIZED, FolderTest
+from folder_test import SANITIZED, FolderTest, forced
 from sample_meshes import exodus_text
 
 SHM = "shm"
@@ -21,7 +21,7 @@ class AppendTest(FolderTest):
     NEEDS = ("ncgen",)
 
     def shm(self, *words, code=0, stderr=""):
-        done = subprocess.run([SHM, *words], capture_output=True, text=True, timeout=120)
+        done = subprocess.run([SHM, *forced(words)], capture_output=True, text=True, timeout=120)
         self.assertEqual(done.returncode, code, f"shm {' '.join(words)}\n{done.stdout}{done.stderr}")
         if code == 0:
             self.assertRegex(done.stderr, stderr + "$")

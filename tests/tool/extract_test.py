@@ -23,7 +23,7 @@ if not shutil.which("ncdump") or not shutil.which("ncgen"):
     sys.exit(77)
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-from folder_test import SANITIZED, FolderTest
+from folder_test import SANITIZED, FolderTest, forced
 from sample_meshes import hexahedra, wedges
 
 SHM = "shm"
@@ -140,7 +140,7 @@ class ExtractTest(FolderTest):
         self.grid.write(self.path("grid.e"))
 
     def shm(self, *words, code=0):
-        done = subprocess.run([SHM, *words], capture_output=True, text=True, timeout=120)
+        done = subprocess.run([SHM, *forced(words)], capture_output=True, text=True, timeout=120)
         self.assertEqual(done.returncode, code, f"shm {' '.join(words)}\n{done.stdout}{done.stderr}")
         return done.stdout, done.stderr
 

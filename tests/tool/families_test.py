@@ -25,7 +25,7 @@ def check(shm, name, mesh, packed):
             for bits in ((), ("--bits", "16")):
                 if bits and delay in ("1", "1000"):
                     continue  # geometry does not care how the order came about
-                report = json.loads(run(shm, "compress", mesh, "-o", packed, "--order", order,
+                report = json.loads(run(shm, "compress", "-f", mesh, "-o", packed, "--order", order,
                                         "--delay", delay, "--json", *bits))
                 run(shm, "verify", packed, "--against", mesh)
                 print(f"{name}, {order}, delay {delay}, {'16 bits' if bits else 'lossless'}: "

@@ -12,7 +12,7 @@ import time
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-from folder_test import FolderTest
+from folder_test import FolderTest, forced
 from sample_meshes import exodus_text
 
 SHM = "shm"
@@ -24,7 +24,7 @@ class KillTest(FolderTest):
     NEEDS = ("ncgen",)
 
     def shm(self, *words):
-        subprocess.run([SHM, *words, "--quiet"], check=True, cwd=self.directory.name, timeout=120,
+        subprocess.run([SHM, *forced(words), "--quiet"], check=True, cwd=self.directory.name, timeout=120,
                        stderr=subprocess.DEVNULL)
 
     def exodus(self, name, steps):
@@ -68,7 +68,7 @@ class KillTest(FolderTest):
                 break
             words, output, before, after = cases[number % len(cases)]
             self.prepare(output, before)
-            process = subprocess.Popen([SHM, *words, "--quiet"], cwd=self.directory.name,
+            process = subprocess.Popen([SHM, *forced(words), "--quiet"], cwd=self.directory.name,
                                        stderr=subprocess.DEVNULL)
             time.sleep(times[number % len(cases)] * chance.random() * 1.1)
             process.kill()

@@ -13,7 +13,7 @@ import unittest
 import numpy as np
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-from folder_test import FolderTest
+from folder_test import FolderTest, forced
 
 SHM = "shm"
 MB = 1 << 20
@@ -68,7 +68,7 @@ class MemoryUseTest(FolderTest):
     def peak(self, *words):
         """Runs the tool; gives its largest resident size in bytes, or that of this script, which a
         child begins with, if that is larger."""
-        process = subprocess.Popen([SHM, *words, "--threads", "1", "--memory", "16M", "-q"])
+        process = subprocess.Popen([SHM, *forced(words), "--threads", "1", "--memory", "16M", "-q"])
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
         self.assertEqual(process.returncode, 0, words)

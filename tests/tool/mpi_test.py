@@ -289,7 +289,7 @@ class MpiTest(RanksTest):
         self.expect_failure(4, "no/such/folder", "compress", mesh, "-o",
                             self.path("no/such/folder/out.shm"), "--segment-cells", 2000)
         os.mkdir(self.path("folder"))
-        self.expect_failure(4, "no regular file", "compress", mesh, "-o", self.path("folder"),
+        self.expect_failure(4, "is a folder", "compress", mesh, "-o", self.path("folder"),
                             "--segment-cells", 2000)
 
     # --- parts that cannot be
@@ -372,7 +372,7 @@ class MpiTest(RanksTest):
         # One rank cannot write its part: nor do the others, and what was there stays.
         os.mkdir(self.path("out.e.3.1"))
         self.write("out.e.3.0", "old")
-        self.expect_failure(4, "no regular file", "decompress", packed, "-o", self.path("out.e"))
+        self.expect_failure(4, "is a folder", "decompress", packed, "-o", self.path("out.e"))
         self.assertEqual(self.left(), ["out.e.3.0", "out.e.3.1"])
         self.assertEqual(self.bytes(self.path("out.e.3.0")), b"old")
 

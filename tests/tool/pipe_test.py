@@ -12,7 +12,7 @@ import time
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-from folder_test import SANITIZED, FolderTest
+from folder_test import SANITIZED, FolderTest, forced
 from sample_meshes import exodus_text, write_vtk
 
 SHM = "shm"
@@ -29,7 +29,7 @@ class PipeTest(FolderTest):
     def shm(self, *words, given=b"", code=0, pieces=0, cwd=None):
         """Runs the tool with bytes on standard input, `pieces` at a time; gives what it writes."""
         environment = dict(os.environ, TMPDIR=self.temp)
-        process = subprocess.Popen([SHM, *words], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        process = subprocess.Popen([SHM, *forced(words)], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE, env=environment, cwd=cwd)
         if pieces:
             try:
@@ -164,7 +164,7 @@ class PipeTest(FolderTest):
                       ["decompress", self.path("big.shm"), "-o", "-", "--format", "vtk"],
                       ["convert", big, "-", "--format", "exodus"], ["info", big]):
             with self.subTest(words):
-                process = subprocess.Popen([SHM, *words], stdout=subprocess.PIPE,
+                process = subprocess.Popen([SHM, *forced(words)], stdout=subprocess.PIPE,
                                            stderr=subprocess.PIPE)
                 process.stdout.close()
                 errors = process.stderr.read()

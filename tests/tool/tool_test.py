@@ -14,7 +14,7 @@ import time
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-from folder_test import SANITIZED, FolderTest
+from folder_test import SANITIZED, FolderTest, forced
 from sample_meshes import TWO_BLOCKS, write_vtk
 
 import xml.etree.ElementTree
@@ -30,7 +30,7 @@ class ToolTest(FolderTest):
 
     def shm(self, *words, code=0):
         """Runs the tool, checks the exit code; returns (stdout, stderr)."""
-        done = subprocess.run([SHM, *words], capture_output=True, text=True, timeout=120)
+        done = subprocess.run([SHM, *forced(words)], capture_output=True, text=True, timeout=120)
         self.assertEqual(done.returncode, code, f"shm {' '.join(words)}\n{done.stdout}{done.stderr}")
         if code in (0, 1):
             self.assertEqual(done.stderr, "")
@@ -153,8 +153,11 @@ class ToolTest(FolderTest):
             for words in (["verify", cut], ["info", cut],
                           ["decompress", cut, "-o", self.path("x.vtk")]):
                 self.assertIn(cut, self.shm(*words, code=3)[1])
-            expected = "has been cut, and has no index" if size > 16 else "the file"
+            expected = ("is empty" if size == 0 else "the file" if size <= 16
+                        else "has been cut, and has no index")
             self.assertIn(expected, self.shm("info", cut, code=3)[1])
+            if size == 0:
+                self.assertIn(expected, self.shm("verify", cut, code=3)[1])
         with open(cut, "wb") as out:
             out.write(good + b"an append that was torn")
         self.assertEqual(self.shm("info", cut)[0].splitlines()[1:],
@@ -585,7 +588,7 @@ class ToolTest(FolderTest):
         write_vtk(mesh, 25, shuffled=True)
 
         def hint(path, *options):
-            return subprocess.run([SHM, "compress", path, "-o", packed, *options], check=True,
+            return subprocess.run([SHM, "compress", "-f", path, "-o", packed, *options], check=True,
                                   capture_output=True, text=True).stderr
         self.assertRegex(hint(mesh), r"^.*shuffled.vtk: .* --order free .* \d+ % of these bytes\n$")
         self.assertEqual(hint(mesh, "--quiet"), "")
@@ -673,7 +676,7 @@ class ToolTest(FolderTest):
 
     def losses(self, *words, code=0):
         """What a conversion says that is not in its output."""
-        done = subprocess.run([SHM, *words, "-q"], capture_output=True, text=True, timeout=120)
+        done = subprocess.run([SHM, *forced(words), "-q"], capture_output=True, text=True, timeout=120)
         self.assertEqual(done.returncode, code, done.stderr)
         self.assertEqual(done.stdout, "")
         out = next(word for word in words[2:] if not word.startswith("-"))
@@ -760,7 +763,7 @@ class ToolTest(FolderTest):
         self.shm("compress", self.mesh)
         for words in (["info", packed], ["compress", self.mesh, "-o", "-"]):
             with open("/dev/full", "wb") as full:
-                done = subprocess.run([SHM, *words], stdout=full, stderr=subprocess.PIPE)
+                done = subprocess.run([SHM, *forced(words)], stdout=full, stderr=subprocess.PIPE)
             self.assertEqual(done.returncode, 4, done.stderr)
 
     def test_quiet(self):

@@ -56,6 +56,7 @@ CLI::App* AppendCommand::add_to(CLI::App& tool) {
       ->required()
       ->type_name("");
   command->add_option("-o,--output", output, "File to write (default: FILE)")->type_name("OUT.shm");
+  add_force(*command, *this);
   auto* chosen = command
                      ->add_option("--step", steps,
                                   "Step N of SOURCE, from 0, whatever its time; may be repeated\n"
@@ -128,6 +129,11 @@ ExitCode AppendCommand::report_differences(const AppendOutcome& outcome) const {
   for (const std::string& difference : outcome.differences)
     std::fprintf(stderr, "shm:   %s\n", difference.c_str());
   return kDifferent;
+}
+
+Places AppendCommand::places() {
+  if (output.empty()) return {};  // in place
+  return {{input, source, cell_order}, output, true};
 }
 
 ExitCode AppendCommand::run() {

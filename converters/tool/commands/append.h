@@ -21,6 +21,7 @@ struct AppendCommand final : Command {
   bool all = false, strict = false, json = false;
 
   CLI::App* add_to(CLI::App& tool) override;
+  Places places() override;
   ExitCode run() override;
 
  private:

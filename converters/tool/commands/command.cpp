@@ -43,6 +43,9 @@ int parse_and_run(std::span<const std::unique_ptr<Command>> commands, int argc, 
   for (const auto& [parsed, command] : added)
     if (parsed->parsed()) {
       chosen = command;
+      command->input = standard_or(command->input, STDIN_FILENO);
+      command->output = standard_or(command->output, STDOUT_FILENO);
+      check_places(command->places(), command->force);
       return command->run();
     }
   return kWrongUse;
@@ -72,7 +75,7 @@ int run_tool(std::span<const std::unique_ptr<Command>> commands, int argc, char*
   } catch (const Failure& failure) {
     Error error = failure.error();
     if (chosen != nullptr && !chosen->spooled.empty() && error.file == chosen->spooled)
-      error.file = "-";
+      error.file = chosen->spooled_from;
     if (error.file.empty() && error.code != ErrorCode::misuse) error.file = input();
     return complain(exit_code(error.code), error.message());
   } catch (const std::bad_alloc&) {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 
+#include "tool/destination.h"
 #include "tool/support.h"
 
 namespace CLI {
@@ -17,7 +18,9 @@ struct Command : CommonOptions {
   virtual ~Command() = default;
   // Adds the command with its options to `tool`, which this must outlive.
   virtual CLI::App* add_to(CLI::App& tool) = 0;
-  // Once, with the options given. Throws Failure.
+  // What it reads and writes with the options given, of which nothing may be lost. Throws Failure.
+  virtual Places places() { return {}; }
+  // Once, behind places(). Throws Failure.
   virtual ExitCode run() = 0;
 };
 

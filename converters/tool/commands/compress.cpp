@@ -61,6 +61,7 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
   command->add_option("IN", input, mesh_file_text())->required()->type_name("");
   command->add_option("-o,--output", output, "File to write (default: IN.shm)")
       ->type_name("OUT.shm");
+  add_force(*command, *this);
   add_order(*command, order);
   add_level(*command, level);
   command
@@ -184,8 +185,12 @@ SizeReport CompressCommand::write_to_file(MeshSource& mesh, const CompressOption
   return sizes;
 }
 
-ExitCode CompressCommand::run() {
+Places CompressCommand::places() {
   if (output.empty()) output = input == "-" ? "-" : input + ".shm";
+  return {{input, cell_order}, output, true};
+}
+
+ExitCode CompressCommand::run() {
   if (output == "-" && json)
     wrong_use("--json and the compressed mesh cannot both go to standard output");
   if (!cell_order.empty() && order != "free")

@@ -26,6 +26,7 @@ struct CompressCommand final : Command {
   bool json = false;
 
   CLI::App* add_to(CLI::App& tool) override;
+  Places places() override;
   ExitCode run() override;
   // What is asked for, but for progress and --cell-order. Throws Failure (misuse).
   CompressOptions how() const;

@@ -18,6 +18,7 @@ CLI::App* ConvertCommand::add_to(CLI::App& tool) {
                   "  shm convert part.e part.dat --format vtk");
   command->add_option("IN", input, mesh_file_text())->required()->type_name("");
   command->add_option("OUT", output, "File to write")->required()->type_name("");
+  add_force(*command, *this);
   add_format(*command, format);
   add_translation(*command, strict, step);
   return command;
@@ -49,8 +50,11 @@ ExitCode ConvertCommand::write(ToolInput& in) {
   return kDone;
 }
 
+Places ConvertCommand::places() {
+  return {{input}, output, output_format(output, format).name == "shm"};
+}
+
 ExitCode ConvertCommand::run() {
-  output_format(output, format);  // wrong use comes before bad input
   ToolInput in(*this);
   return write(in);
 }
@@ -62,6 +66,7 @@ CLI::App* DecompressCommand::add_to(CLI::App& tool) {
                   "  shm decompress part.shm -o part.out --format vtk");
   command->add_option("IN", input, ".shm file, - for standard input")->required()->type_name("");
   command->add_option("-o,--output", output, "File to write")->required()->type_name("OUT");
+  add_force(*command, *this);
   add_format(*command, format);
   add_translation(*command, strict, step);
   add_threads(*command, threads, "Decode segments");
@@ -69,7 +74,6 @@ CLI::App* DecompressCommand::add_to(CLI::App& tool) {
 }
 
 ExitCode DecompressCommand::run() {
-  output_format(output, format);
   ToolInput in(*this);
   in.require_shm();
   return write(in);

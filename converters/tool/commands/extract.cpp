@@ -356,6 +356,7 @@ CLI::App* ExtractCommand::add_to(CLI::App& tool) {
       ->required()
       ->type_name("");
   command->add_option("OUT", output, "File to write")->required()->type_name("");
+  add_force(*command, *this);
   add_format(*command, format);
   command
       ->add_option(
@@ -397,6 +398,10 @@ CLI::App* ExtractCommand::add_to(CLI::App& tool) {
                     "Write nothing when OUT would lack something of the piece (which is named on "
                     "standard error\nin any case): exit code 6");
   return command;
+}
+
+Places ExtractCommand::places() {
+  return {{input}, output, output_format(output, format).name == "shm"};
 }
 
 ExitCode ExtractCommand::run() {

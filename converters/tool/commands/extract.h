@@ -18,6 +18,7 @@ struct ExtractCommand final : Command {
   bool strict = false;
 
   CLI::App* add_to(CLI::App& tool) override;
+  Places places() override;
   ExitCode run() override;
 };
 

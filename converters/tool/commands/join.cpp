@@ -20,12 +20,15 @@ CLI::App* JoinCommand::add_to(CLI::App& tool) {
       "  shm join -o rounded.shm a.e.shm b.e.shm     made by shm compress, with its options");
   command->add_option("IN", inputs, "Files of format " + format_names())->required()->type_name("");
   command->add_option("-o,--output", output, "File to write")->required()->type_name("OUT.shm");
+  add_force(*command, *this);
   add_order(*command, order);
   add_level(*command, level);
   add_threads(*command, threads, "Encode segments");
   command->add_flag("--json", json, "Print the sizes as JSON");
   return command;
 }
+
+Places JoinCommand::places() { return {inputs, output, true}; }
 
 ExitCode JoinCommand::run() {
   CompressOptions how;
@@ -34,7 +37,7 @@ ExitCode JoinCommand::run() {
   how.threads = threads;
   ProgressLine line(quiet);
   how.progress = line.callback();
-  OutputFile archive(output);
+  OutputFile archive(output, spool_directory(*this));
   ByteSink& sink = archive.sink();
   const auto members = join_files(inputs, sink, how, spool_directory(*this), spool_memory(*this));
   archive.commit();

@@ -15,6 +15,7 @@ struct JoinCommand final : Command {
   bool json = false;
 
   CLI::App* add_to(CLI::App& tool) override;
+  Places places() override;
   ExitCode run() override;
 };
 

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "base/output_file.h"
-#include "formats/formats.h"
 #include "tool/commands/options.h"
+#include "tool/input.h"
 #include "tool/layout.h"
 
 namespace shm::converters {
@@ -20,17 +20,21 @@ CLI::App* LayoutCommand::add_to(CLI::App& tool) {
       "  shm layout rotor.e -o rotor.svg");
   command->add_option("IN", input, mesh_file_text())->required()->type_name("");
   command->add_option("-o,--output", output, "Picture to write")->required()->type_name("OUT.svg");
+  add_force(*command, *this);
   return command;
 }
+
+Places LayoutCommand::places() { return {{input}, output}; }
 
 ExitCode LayoutCommand::run() {
   ProgressLine line(quiet);
   Spool spool(spool_directory(*this), spool_memory(*this));
   line.show("reading " + input);
-  const auto mesh = open_mesh(input, spool, line.callback());
+  ToolInput in(*this);
+  const auto mesh = in.open(spool, line.callback());
   const Layout layout = measure_layout(*mesh, spool, line.callback());
   const std::string svg = layout_svg(layout, std::filesystem::path(input).filename().string());
-  OutputFile picture(output);
+  OutputFile picture(output, spool_directory(*this));
   picture.write(std::as_bytes(std::span(svg)));
   picture.commit();
   line.wipe();

@@ -7,6 +7,7 @@ namespace shm::converters {
 
 struct LayoutCommand final : Command {
   CLI::App* add_to(CLI::App& tool) override;
+  Places places() override;
   ExitCode run() override;
 };
 

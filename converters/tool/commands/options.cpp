@@ -23,6 +23,12 @@ CLI::App* add_command(CLI::App& tool, CommonOptions& options, const std::string&
   return command;
 }
 
+void add_force(CLI::App& command, CommonOptions& options) {
+  command.add_flag("-f,--force", options.force,
+                   "Write over a file that is there (default: ask on a terminal, else exit code "
+                   "4); never\nover what is read");
+}
+
 void add_threads(CLI::App& command, unsigned& threads, const std::string& what) {
   command.add_option("--threads", threads, what + " with N threads (default: one a core)")
       ->check(CLI::Range(1u, 1024u).description(""))

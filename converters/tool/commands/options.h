@@ -16,6 +16,7 @@ namespace shm::converters {
 CLI::App* add_command(CLI::App& tool, CommonOptions& options, const std::string& name,
                       const std::string& description, const std::string& examples);
 
+void add_force(CLI::App& command, CommonOptions& options);
 void add_threads(CLI::App& command, unsigned& threads, const std::string& what);
 void add_order(CLI::App& command, std::string& order);
 void add_level(CLI::App& command, std::string& level);

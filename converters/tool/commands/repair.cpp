@@ -240,8 +240,14 @@ CLI::App* RepairCommand::add_to(CLI::App& tool) {
                    "File to write (default: IN, where\n"
                    "nothing of it is lost)")
       ->type_name("OUT.shm");
+  add_force(*command, *this);
   command->add_flag("--json", json, "Print as JSON what was healed, and what is missing");
   return command;
+}
+
+Places RepairCommand::places() {
+  if (output.empty()) return {};  // in place
+  return {{input}, output, true};
 }
 
 ExitCode RepairCommand::run() {

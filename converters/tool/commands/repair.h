@@ -9,6 +9,7 @@ struct RepairCommand final : Command {
   bool json = false;
 
   CLI::App* add_to(CLI::App& tool) override;
+  Places places() override;
   ExitCode run() override;
 };
 

@@ -51,5 +51,6 @@ int main(int argc, char** argv) {
   ::mallopt(M_MMAP_THRESHOLD, 768 * 1024);
   shm::converters::remove_outputs_on_signals();
   std::signal(SIGPIPE, SIG_IGN);  // who writes to a pipe that is closed hears of it
+  std::signal(SIGXFSZ, SIG_IGN);  // who writes more than a quota lets through, too
   return shm::converters::run_tool(shm::converters::commands(), argc, argv);
 }

@@ -22,6 +22,7 @@ CLI::App* SplitCommand::add_to(CLI::App& tool) {
       ->check(CLI::Validator(CLI::ExistingDirectory).description(""))
       ->type_name("DIR");
   command->add_flag("--packed", packed, "As .shm files, without decompressing");
+  add_force(*command, *this);
   add_threads(*command, threads, "Decode segments");
   return command;
 }
@@ -41,6 +42,7 @@ ExitCode SplitCommand::run() {
   for (const ArchiveMember& member : wanted)
     if (const std::string path = path_of(member); !taken.insert(path).second)
       wrong_use("two members would be written to '" + path + "'; name one of them");
+  for (const std::string& path : taken) check_places({{input}, path, packed}, force);
   for (const ArchiveMember& member : wanted) {
     ProgressLine line(quiet);
     line.show("writing " + member.name);

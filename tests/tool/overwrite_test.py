@@ -1,0 +1,223 @@
+#!/usr/bin/env python3
+"""Attempts to lose data by a slip of the hand: none does. Each command, its output under every name
+that an input has, with and without --force; files that are there already; devices, pipes, quotas, full
+disks, terminals.
+
+Usage: overwrite_test.py PATH_OF_SHM
+"""
+import os
+import pty
+import resource
+import select
+import subprocess
+import sys
+import threading
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from folder_test import FolderTest
+from sample_meshes import write_vtk
+
+SHM = "shm"
+
+
+def snapshot(folder):
+    """What stands in a folder: bytes by name, of links where they lead to."""
+    found = {}
+    for path in sorted(Path(folder).rglob("*")):
+        name = str(path.relative_to(folder))
+        if path.is_symlink():
+            found[name] = os.readlink(path)
+        elif path.is_file():
+            found[name] = path.read_bytes()
+    return found
+
+
+# Words of a command: {} is the output, the other names are files of setUp(). What is read, of which
+# each attempt makes the output.
+COMMANDS = [
+    ("compress", ["compress", "mesh.vtk", "-o", "{}"], "mesh.vtk"),
+    ("convert", ["convert", "mesh.vtk", "{}", "--format", "vtu"], "mesh.vtk"),
+    ("decompress", ["decompress", "mesh.shm", "-o", "{}", "--format", "vtk"], "mesh.shm"),
+    ("append, FILE", ["append", "steps.shm", "more.vtk", "--time", "9", "-o", "{}"], "steps.shm"),
+    ("append, SOURCE", ["append", "steps.shm", "more.vtk", "--time", "9", "-o", "{}"], "more.vtk"),
+    ("join", ["join", "-o", "{}", "mesh.shm", "mesh.vtk"], "mesh.vtk"),
+    ("extract", ["extract", "mesh.shm", "{}", "--format", "vtk"], "mesh.shm"),
+    ("layout", ["layout", "mesh.vtk", "-o", "{}"], "mesh.vtk"),
+    ("repair", ["repair", "mesh.shm", "-o", "{}"], "mesh.shm"),
+]
+
+
+class OverwriteTest(FolderTest):
+    def setUp(self):
+        super().setUp()
+        self.folder = Path(self.directory.name)
+        write_vtk(self.path("mesh.vtk"), 4)
+        write_vtk(self.path("more.vtk"), 4)
+        self.run_tool("compress", "mesh.vtk", "-o", "mesh.shm", "-q")
+        self.run_tool("compress", "mesh.vtk", "-o", "steps.shm", "-q")
+
+    def run_tool(self, *words, code=0, **how):
+        how.setdefault("stdin", subprocess.DEVNULL)
+        done = subprocess.run([SHM, *words], cwd=self.folder, stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, timeout=120, **how)
+        text = done.stderr.decode(errors="replace")
+        self.assertEqual(done.returncode, code, f"shm {' '.join(words)}\n{text}")
+        return done.stdout, text
+
+    def expect_refusal(self, *words, code=4, reason="", **how):
+        before = snapshot(self.folder)
+        out, text = self.run_tool(*words, code=code, **how)
+        self.assertEqual(out, b"")
+        self.assertRegex(text, "^shm: .*" + reason)
+        self.assertEqual(snapshot(self.folder), before)
+
+    def aliases(self, name):
+        """Other names of a file of the folder: name, and the file itself."""
+        (self.folder / "beside").mkdir(exist_ok=True)
+        (self.folder / "linked").symlink_to(".")
+        (self.folder / "symbolic").symlink_to(name)
+        os.link(self.folder / name, self.folder / "hard")
+        return [name, f"./{name}", f"beside/../{name}", str(self.folder / name), "symbolic", "hard",
+                f"linked/{name}"]
+
+    def remove_aliases(self):
+        (self.folder / "beside").rmdir()
+        for name in ("linked", "symbolic", "hard"):
+            (self.folder / name).unlink()
+
+    def test_an_input_is_no_output(self):
+        attempts = 0
+        for name, words, read in COMMANDS:
+            for alias in self.aliases(read):
+                for force in ([], ["-f"]):
+                    with self.subTest(command=name, alias=alias, force=force):
+                        self.expect_refusal(*[word.format(alias) for word in words], *force,
+                                            reason="is (what is|the same file as .* which is) read")
+                        attempts += 1
+            self.remove_aliases()
+        self.assertGreaterEqual(attempts, 40)
+
+    def test_a_file_that_is_there_stays_unless_forced(self):
+        for name, words, _ in COMMANDS:
+            with self.subTest(command=name):
+                other = self.folder / "other.out"
+                other.write_text("a year of work\n")
+                words = [word.format("other.out") for word in words]
+                self.expect_refusal(*words, reason="is there already")
+                if not name.startswith("append"):
+                    self.run_tool(*words, "--force")
+                    self.assertNotEqual(other.read_bytes(), b"a year of work\n")
+                other.unlink()
+
+    def test_default_names_are_not_replaced_either(self):
+        (self.folder / "mesh.vtk.shm").write_text("older")
+        self.expect_refusal("compress", "mesh.vtk", reason="mesh.vtk.shm: is there already")
+        self.run_tool("compress", "mesh.vtk", "-f")
+
+    def test_split_replaces_nothing(self):
+        self.run_tool("join", "-o", "all.shm", "mesh.vtk", "more.vtk")
+        self.expect_refusal("split", "all.shm", reason="is there already")
+        # The last of two is there: the first is not written either.
+        (self.folder / "out").mkdir()
+        (self.folder / "out" / "more.vtk").write_text("mine")
+        self.expect_refusal("split", "all.shm", "-d", "out", reason="more.vtk: is there already")
+        # An archive with the name of its member.
+        (self.folder / "all.shm").rename(self.folder / "out" / "mesh.vtk")
+        self.expect_refusal("split", "out/mesh.vtk", "-d", "out", "-f", reason="read")
+
+    def test_standard_input_is_an_input(self):
+        with open(self.folder / "mesh.vtk", "rb") as mesh:
+            self.expect_refusal("compress", "-", "-o", "mesh.vtk", "-f", stdin=mesh, reason="read")
+        with open(self.folder / "mesh.vtk", "rb") as mesh:
+            self.expect_refusal("compress", "/dev/stdin", "-o", "mesh.vtk", "-f", stdin=mesh,
+                                reason="read")
+
+    def test_places_where_no_file_can_be(self):
+        for place, reason in [("nowhere/out.shm", "there is no folder nowhere"),
+                              ("mesh.vtk/out.shm", "cannot be written"),
+                              ("x" * 300, "too long"), ("/proc/out.shm", "")]:
+            with self.subTest(place=place[:20]):
+                self.expect_refusal("compress", "mesh.vtk", "-o", place, reason=reason)
+        (self.folder / "folder").mkdir()
+        self.expect_refusal("compress", "mesh.vtk", "-o", "folder", reason="is a folder")
+        # It is found before a mesh is read, even a wrong one.
+        self.expect_refusal("compress", "no.vtk", "-o", "nowhere/out.shm", reason="no folder")
+
+    def test_devices_and_pipes(self):
+        whole = (self.folder / "mesh.shm").read_bytes()
+        self.run_tool("compress", "mesh.vtk", "-o", "/dev/null")
+        self.assertTrue(os.path.exists("/dev/null") and not os.path.isfile("/dev/null"))
+        self.assertEqual(self.run_tool("compress", "mesh.vtk", "-o", "/dev/stdout")[0], whole)
+        os.mkfifo(self.folder / "pipe")
+        got = []
+        reader = threading.Thread(target=lambda: got.append((self.folder / "pipe").read_bytes()))
+        reader.start()
+        self.run_tool("compress", "mesh.vtk", "-o", "pipe")
+        reader.join(60)
+        self.assertEqual(got, [whole])
+        text = self.run_tool("decompress", "mesh.shm", "-o", "/dev/stdout", "--format", "vtk")[0]
+        self.assertTrue(text.startswith(b"# vtk DataFile"))
+
+    def test_a_quota_is_an_error_like_any_other(self):
+        def limited():
+            resource.setrlimit(resource.RLIMIT_FSIZE, (500, 500))
+
+        (self.folder / "old.shm").write_bytes(b"old")
+        for words in (["compress", "mesh.vtk", "-o", "old.shm", "-f"],
+                      ["convert", "mesh.vtk", "old.shm", "-f", "--format", "vtk"],
+                      ["append", "steps.shm", "more.vtk", "--time", "9"]):
+            with self.subTest(words=words):
+                before = snapshot(self.folder)
+                code = subprocess.run([SHM, *words], cwd=self.folder, preexec_fn=limited,
+                                      capture_output=True, timeout=120).returncode
+                self.assertIn(code, (1, 3, 4))
+                self.assertEqual(snapshot(self.folder), before)
+
+    def test_a_full_device(self):
+        _, text = self.run_tool("compress", "mesh.vtk", "-o", "/dev/full", code=4)
+        self.assertIn("No space left", text)
+
+    def on_terminal(self, words, answer):
+        """Runs the tool on a terminal of its own; what it showed, and its exit code."""
+        pid, terminal = pty.fork()
+        if pid == 0:
+            os.chdir(self.folder)
+            os.execvp(SHM, [SHM, *words])
+        shown = b""
+        while True:
+            try:
+                ready = select.select([terminal], [], [], 60)[0]
+                piece = os.read(terminal, 4096) if ready else b""
+            except OSError:
+                piece = b""
+            if not piece:
+                break
+            shown += piece
+            if shown.endswith(b"[y/N] "):
+                os.write(terminal, answer)
+        os.close(terminal)
+        return shown.decode(), os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+
+    def test_a_terminal_is_asked(self):
+        (self.folder / "mesh.vtk.shm").write_bytes(b"old")
+        for answer in (b"n\n", b"\n"):
+            shown, code = self.on_terminal(["compress", "mesh.vtk"], answer)
+            self.assertIn("mesh.vtk.shm is there already. Write over it? [y/N]", shown)
+            self.assertEqual(code, 4, shown)
+            self.assertEqual((self.folder / "mesh.vtk.shm").read_bytes(), b"old")
+        shown, code = self.on_terminal(["compress", "mesh.vtk"], b"y\n")
+        self.assertEqual(code, 0, shown)
+        self.assertEqual((self.folder / "mesh.vtk.shm").read_bytes(),
+                         (self.folder / "mesh.shm").read_bytes())
+
+    def test_compressed_bytes_do_not_go_to_a_terminal(self):
+        shown, code = self.on_terminal(["compress", "mesh.vtk", "-o", "-"], b"")
+        self.assertIn("is a terminal", shown)
+        self.assertEqual(code, 4)
+
+
+if __name__ == "__main__":
+    SHM = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
