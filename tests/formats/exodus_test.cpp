@@ -13,12 +13,12 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <map>
 #include <string>
 #include <vector>
 
 #include "base/failure.h"
 #include "support/exodus_oracle.h"
+#include "support/memory_mesh.h"
 #include "support/sanitized.h"
 #include "support/temporary_folder.h"
 
@@ -63,12 +63,6 @@ std::size_t array_named(const MeshInfo& info, const std::string& name) {
   return 0;
 }
 
-const Extra* extra_with(const MeshInfo& info, const std::string& key) {
-  for (const Extra& extra : info.extras)
-    if (extra.key == key) return &extra;
-  return nullptr;
-}
-
 // All cells as lists "block: corners".
 using Cells = std::vector<std::pair<std::uint32_t, std::vector<std::uint64_t>>>;
 Cells all_cells(MeshSource& mesh, std::size_t piece = 1000) {
@@ -80,55 +74,6 @@ Cells all_cells(MeshSource& mesh, std::size_t piece = 1000) {
       cells.push_back({batch.blocks[i], {batch.cell(i).begin(), batch.cell(i).end()}});
   return cells;
 }
-
-// A mesh in memory, of any format.
-class MemoryMesh final : public MeshSource {
- public:
-  MeshInfo contents;
-  std::vector<double> xyz;
-  Cells cells;
-  std::map<std::pair<std::size_t, std::uint64_t>, std::vector<std::byte>> values;  // array, step
-
-  template <class T>
-  void add_array(ArrayInfo info, const std::vector<std::vector<T>>& steps) {
-    for (std::size_t s = 0; s < steps.size(); ++s) {
-      const auto* bytes = reinterpret_cast<const std::byte*>(steps[s].data());
-      values[{contents.schema.arrays.size(), s}] = {bytes, bytes + steps[s].size() * sizeof(T)};
-    }
-    contents.schema.arrays.push_back(std::move(info));
-  }
-  void count() {
-    contents.vertices = xyz.size() / 3;
-    contents.block_cells.assign(contents.schema.blocks.size(), 0);
-    for (const auto& cell : cells) ++contents.block_cells[cell.first];
-  }
-
-  const MeshInfo& info() const override { return contents; }
-  // Not inlined: g++ 12 otherwise follows a call on another kind of mesh into this one and warns.
-  [[gnu::noinline]] void read_points(std::uint64_t first, std::uint64_t count,
-                                     std::byte* out) override {
-    for (std::uint64_t i = 0; i < 3 * count; ++i)
-      std::memcpy(out + i * sizeof(double), &xyz.at(3 * first + i), sizeof(double));
-  }
-  bool next_cells(CellBatch& out, std::size_t max_cells) override {
-    out.clear();
-    for (; out.size() < max_cells && next_ < cells.size(); ++next_) {
-      out.blocks.push_back(cells[next_].first);
-      out.corners.insert(out.corners.end(), cells[next_].second.begin(), cells[next_].second.end());
-      out.corner_begin.push_back(out.corners.size());
-    }
-    return out.size() > 0;
-  }
-  void rewind_cells() override { next_ = 0; }
-  void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
-                  std::byte* out) override {
-    const std::size_t stride = contents.array_stride(array);
-    std::memcpy(out, values.at({array, step}).data() + first * stride, count * stride);
-  }
-
- private:
-  std::size_t next_ = 0;
-};
 
 #define EX(call) ASSERT_GE((call), 0) << #call
 #define NC(call) ASSERT_EQ((call), NC_NOERR) << #call
@@ -360,14 +305,14 @@ TEST_P(RichFile, IsUnderstood) {
   EXPECT_EQ(array_values<double>(*mesh, attribute), (std::vector<double>{1.5, 0, 2.5, 1e300}));
   EXPECT_EQ(info.schema.arrays[array_named(info, "node_num_map")].role, "exodus:node_num_map");
 
-  const Extra* nodes = extra_with(info, "exodus/node_set/0/vertices");
+  const Extra* nodes = find_extra(info, "exodus/node_set/0/vertices");
   ASSERT_NE(nodes, nullptr);
   EXPECT_EQ(nodes->refers, Reference::vertex);
   EXPECT_EQ(nodes->shape, (std::vector<std::uint64_t>{3}));
-  const Extra* cells = extra_with(info, "exodus/side_set/0/cells");
+  const Extra* cells = find_extra(info, "exodus/side_set/0/cells");
   ASSERT_NE(cells, nullptr);
   EXPECT_EQ(cells->refers, Reference::cell);
-  const Extra* name = extra_with(info, "exodus/node_set/0/name");
+  const Extra* name = find_extra(info, "exodus/node_set/0/name");
   ASSERT_NE(name, nullptr);
   EXPECT_EQ(name->data.size(), std::strlen("corner nodes"));
 }
@@ -480,33 +425,33 @@ TEST(Exodus, SecondOrderNodesAreInVtkOrder) {
 // A mesh of another format: cells of two blocks alternate, polygons vary, arrays of many types.
 MemoryMesh foreign_mesh() {
   MemoryMesh mesh;
-  mesh.contents.schema.source_format = "vtk";
-  mesh.contents.schema.blocks = {{-4, "", CellShape::hexahedron, 8},
-                                 {9, "", CellShape::quad, 4},
-                                 {9, "", CellShape::polygon, 0},
-                                 {1, "", CellShape::other, 0}};
-  for (std::size_t i = 0; i < 12; ++i) mesh.xyz.insert(mesh.xyz.end(), {kX[i], kY[i], kZ[i]});
-  mesh.cells = {{0, {0, 1, 2, 3, 4, 5, 6, 7}},
-                {1, {0, 1, 2, 3}},
-                {3, {1, 2}},
-                {2, {0, 1, 2}},
-                {0, {1, 8, 9, 2, 5, 10, 11, 6}},
-                {1, {4, 5, 6, 7}},
-                {2, {4, 5, 6, 7, 0}},
-                {3, {1, 2, 3}},
-                {3, {4, 5}}};
+  mesh.mesh.schema.source_format = "vtk";
+  const std::uint32_t hexahedra = mesh.add_block(CellShape::hexahedron, 8, -4),
+                      quads = mesh.add_block(CellShape::quad, 4, 9),
+                      polygons = mesh.add_block(CellShape::polygon, 0, 9),
+                      others = mesh.add_block(CellShape::other, 0, 1);
+  for (BlockInfo& block : mesh.mesh.schema.blocks) block.name.clear();
+  for (std::size_t i = 0; i < 12; ++i) mesh.add_point(kX[i], kY[i], kZ[i]);
+  mesh.add_cell(hexahedra, {0, 1, 2, 3, 4, 5, 6, 7});
+  mesh.add_cell(quads, {0, 1, 2, 3});
+  mesh.add_cell(others, {1, 2});
+  mesh.add_cell(polygons, {0, 1, 2});
+  mesh.add_cell(hexahedra, {1, 8, 9, 2, 5, 10, 11, 6});
+  mesh.add_cell(quads, {4, 5, 6, 7});
+  mesh.add_cell(polygons, {4, 5, 6, 7, 0});
+  mesh.add_cell(others, {1, 2, 3});
+  mesh.add_cell(others, {4, 5});
   mesh.add_array<std::int32_t>({"number", Location::cell, ScalarType::int32, 1, false},
                                {{0, 1, 2, 3, 4, 5, 6, 7, 8}});
   mesh.add_array<float>({"partial", Location::cell, ScalarType::float32, 3, false, {0, 2}},
                         {{0, 1, 2, 30, 31, 32, 40, 41, 42, 60, 61, 62}});
   std::vector<std::vector<double>> steps(2, std::vector<double>(12));
   for (std::size_t i = 0; i < 12; ++i) steps[1][i] = std::sqrt(double(i));
-  mesh.contents.step_times = {0.5, 0.75};
+  mesh.mesh.step_times = {0.5, 0.75};
   mesh.add_array<double>({"heat", Location::point, ScalarType::float64, 1, true}, steps);
   mesh.add_array<std::int64_t>(
       {"tag", Location::point, ScalarType::int64, 1, false, {}, "gmsh:node_tag"},
       {std::vector<std::int64_t>(12)});
-  mesh.count();
   return mesh;
 }
 
@@ -526,7 +471,7 @@ TEST(Exodus, WritesMeshesOfOtherFormats) {
   const std::array<std::size_t, 9> order{0, 4, 1, 5, 3, 6, 2, 8, 7};
   const Cells cells = all_cells(*copy);
   for (std::size_t i = 0; i < order.size(); ++i)
-    EXPECT_EQ(cells[i].second, mesh.cells[order[i]].second) << i;
+    EXPECT_EQ(cells[i].second, mesh.cells[order[i]]) << i;
   for (std::uint64_t step = 0; step < 2; ++step) {
     const auto numbers = array_values<double>(*copy, array_named(info, "number"), step);
     for (std::size_t i = 0; i < order.size(); ++i) EXPECT_EQ(numbers[i], double(order[i]));
@@ -551,7 +496,7 @@ TEST(Exodus, WritesSameBytesAgain) {
 TEST(Exodus, RefusesPolyhedraOfOtherFormats) {
   TemporaryFolder folder;
   MemoryMesh mesh = foreign_mesh();
-  mesh.contents.schema.blocks[3].shape = CellShape::polyhedron;
+  mesh.mesh.schema.blocks[3].shape = CellShape::polyhedron;
   EXPECT_THROW(write_exodus(mesh, folder / "foreign.e"), Failure);
 }
 
@@ -577,19 +522,14 @@ TEST(Exodus, SideSetsFollowCellsThatLeftTheirBlock) {
   // The same mesh, but the second and third cells (of different blocks) have changed places.
   Spool spool(folder / ".");
   const auto source = open_exodus(folder / "first.e", spool);
-  MemoryMesh moved;
-  moved.contents = source->info();
-  moved.xyz = first.xyz;
-  moved.cells = all_cells(*source);
-  for (std::size_t a = 0; a < moved.contents.schema.arrays.size(); ++a)
-    for (std::uint64_t step = 0; step < 2; ++step) {
-      auto values = array_values<double>(*source, a, step);
-      if (moved.contents.schema.arrays[a].name == "number") std::swap(values[1], values[2]);
-      const auto* bytes = reinterpret_cast<const std::byte*>(values.data());
-      moved.values[{a, step}] = {bytes, bytes + values.size() * 8};
-    }
+  MemoryMesh moved = copy_of(*source);
+  for (std::size_t a = 0; a < moved.arrays.size(); ++a)
+    for (std::vector<std::byte>& values : moved.arrays[a])
+      if (moved.mesh.schema.arrays[a].name == "number")
+        std::swap_ranges(values.begin() + 8, values.begin() + 16, values.begin() + 16);
   std::swap(moved.cells[1], moved.cells[2]);
-  for (Extra& extra : moved.contents.extras)
+  std::swap(moved.cell_blocks[1], moved.cell_blocks[2]);
+  for (Extra& extra : moved.mesh.extras)
     if (extra.key == "exodus/side_set/0/cells") {
       const std::int32_t after[3] = {2, 1, 8};
       std::memcpy(extra.data.data(), after, sizeof after);
@@ -599,10 +539,6 @@ TEST(Exodus, SideSetsFollowCellsThatLeftTheirBlock) {
   EXPECT_TRUE(equal_files(folder / "first.e", folder / "moved.e"));
 }
 
-std::string bytes_of(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator(in), {}};
-}
 void set_bytes(const std::string& path, std::string_view bytes) {
   std::ofstream(path, std::ios::binary)
       .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
@@ -627,7 +563,7 @@ void read_all(const std::string& path) {
 TEST(Exodus, RefusesTruncatedClassicFiles) {
   TemporaryFolder folder;
   ASSERT_NO_FATAL_FAILURE(make_rich_file(folder / "rich.e", EX_LARGE_MODEL));
-  const std::string bytes = bytes_of(folder / "rich.e");
+  const std::string bytes = read_file(folder / "rich.e");
   // The last bytes may be padding.
   for (std::size_t size = 0; size + 4 < bytes.size(); size += size < 6000 ? 5 : 17) {
     set_bytes(folder / "cut.e", bytes.substr(0, size));
@@ -647,7 +583,7 @@ TEST(Exodus, RefusesTruncatedClassicFiles) {
 TEST(Exodus, RefusesTruncatedNetcdf4Files) {
   TemporaryFolder folder;
   ASSERT_NO_FATAL_FAILURE(make_rich_file(folder / "rich.e", EX_NETCDF4));
-  const std::string bytes = bytes_of(folder / "rich.e");
+  const std::string bytes = read_file(folder / "rich.e");
   for (std::size_t size = 0; size < bytes.size(); size += bytes.size() / 50) {
     set_bytes(folder / "cut.e", bytes.substr(0, size));
     EXPECT_THROW(read_all(folder / "cut.e"), Failure) << size;
@@ -657,7 +593,7 @@ TEST(Exodus, RefusesTruncatedNetcdf4Files) {
 TEST(Exodus, SurvivesDamagedClassicFiles) {
   TemporaryFolder folder;
   ASSERT_NO_FATAL_FAILURE(make_rich_file(folder / "rich.e", EX_NORMAL_MODEL));
-  const std::string bytes = bytes_of(folder / "rich.e");
+  const std::string bytes = read_file(folder / "rich.e");
   for (std::size_t at = 0; at < bytes.size(); at += at < 6000 ? 5 : 17) {
     std::string damaged = bytes;
     damaged[at] = static_cast<char>(damaged[at] ^ (at % 3 == 0 ? 0xff : 1 << at % 8));
@@ -685,30 +621,23 @@ TEST(Exodus, RefusesDamagedStructure) {
   ASSERT_NO_FATAL_FAILURE(make_rich_file(folder / "rich.e", EX_LARGE_MODEL));
   Spool spool(folder / ".");
   const auto source = open_exodus(folder / "rich.e", spool);
-  MemoryMesh mesh;
-  mesh.contents = source->info();
-  mesh.xyz.resize(36);
-  mesh.cells = all_cells(*source);
-  for (std::size_t a = 0; a < mesh.contents.schema.arrays.size(); ++a)
-    for (std::uint64_t step = 0; step < 3; ++step)
-      mesh.values[{a, step}].resize(mesh.contents.array_elements(a) *
-                                    mesh.contents.array_stride(a));
+  MemoryMesh mesh = copy_of(*source);
   EXPECT_NO_THROW(write_exodus(mesh, folder / "copy.e"));
-  const std::vector<Extra> whole = mesh.contents.extras;
+  const std::vector<Extra> whole = mesh.mesh.extras;
   for (std::size_t i = 0; i < whole[0].data.size(); i += every(3)) {
-    mesh.contents.extras[0].data[i] ^= std::byte{1};
+    mesh.mesh.extras[0].data[i] ^= std::byte{1};
     try {
       write_exodus(mesh, folder / "copy.e");
     } catch (const Failure&) {
     }
-    mesh.contents.extras[0].data[i] ^= std::byte{1};
+    mesh.mesh.extras[0].data[i] ^= std::byte{1};
   }
   for (std::size_t i = 1; i < whole.size(); ++i) {
-    mesh.contents.extras = whole;
+    mesh.mesh.extras = whole;
     if (whole[i].key.rfind("/name") == whole[i].key.size() - 5) continue;
-    mesh.contents.extras[i].data.clear();
+    mesh.mesh.extras[i].data.clear();
     EXPECT_THROW(write_exodus(mesh, folder / "copy.e"), Failure) << whole[i].key;
-    mesh.contents.extras.erase(mesh.contents.extras.begin() + static_cast<std::ptrdiff_t>(i));
+    mesh.mesh.extras.erase(mesh.mesh.extras.begin() + static_cast<std::ptrdiff_t>(i));
     EXPECT_THROW(write_exodus(mesh, folder / "copy.e"), Failure) << whole[i].key;
   }
 }

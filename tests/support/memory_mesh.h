@@ -83,6 +83,30 @@ class MemoryMesh final : public MeshSource {
   std::size_t next_ = 0;
 };
 
+// All that a mesh holds.
+inline MemoryMesh copy_of(MeshSource& from) {
+  MemoryMesh copy;
+  copy.mesh = from.info();
+  const MeshInfo& info = copy.mesh;
+  copy.points.resize(info.vertices * 3 * scalar_bytes(info.schema.coordinate_type));
+  from.read_points(0, info.vertices, copy.points.data());
+  from.rewind_cells();
+  for (CellBatch batch; from.next_cells(batch, 1000);)
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      copy.cell_blocks.push_back(batch.blocks[i]);
+      copy.cells.emplace_back(batch.cell(i).begin(), batch.cell(i).end());
+    }
+  for (std::size_t a = 0; a < info.schema.arrays.size(); ++a) {
+    auto& steps = copy.arrays.emplace_back();
+    const std::size_t count = info.schema.arrays[a].per_step ? info.step_times.size() : 1;
+    for (std::uint64_t step = 0; step < count; ++step) {
+      steps.emplace_back(info.array_elements(a) * info.array_stride(a));
+      from.read_array(a, step, 0, info.array_elements(a), steps.back().data());
+    }
+  }
+  return copy;
+}
+
 // nx x ny x nz hexahedra, cells in scanline order.
 inline MemoryMesh grid_mesh(std::uint64_t nx, std::uint64_t ny, std::uint64_t nz) {
   MemoryMesh mesh;

@@ -39,12 +39,7 @@ class VtkTest : public FolderTest {
   Spool spool_{fs::temp_directory_path().string(), std::size_t{1} << 20};
 };
 
-inline std::string read_file(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-// Everything that a MeshSource says.
+// Everything that a MeshSource holds.
 struct Snapshot {
   MeshInfo info;
   std::vector<std::byte> points;
