@@ -1,4 +1,6 @@
 # Installs the library from BUILD below WORK and builds the example against each of TARGETS.
+cmake_policy(VERSION 3.25)
+
 function(run)
   execute_process(COMMAND ${ARGN} COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
