@@ -26,8 +26,15 @@ inline constexpr bool kWatchesThreads = true;
 inline constexpr bool kWatchesThreads = false;
 #endif
 
-/// 1, or with sanitizers `n`: the distance from one case to the next.
-constexpr std::size_t every(std::size_t n) { return kSanitized ? n : 1; }
+/// The preset quick is as slow, since nothing is optimized, and takes as few cases.
+#if defined(SHM_FEW_CASES)
+inline constexpr bool kFewCases = true;
+#else
+inline constexpr bool kFewCases = kSanitized;
+#endif
+
+/// 1, or where cases are few `n`: the distance from one case to the next.
+constexpr std::size_t every(std::size_t n) { return kFewCases ? n : 1; }
 
 /// Which of very many like cases to take: the first, and from there every n-th, as they come. An n
 /// that has no divisor in common with the lengths of the loops meets all that each of them has.
