@@ -1,6 +1,6 @@
 // OutputFile: a file that appears whole under its name or not at all: a FileSink (shm/io.h) that is
-// also written by name, and whose temporary file, where it has a name, is
-// removed by SIGINT, SIGTERM and SIGHUP after remove_outputs_on_signals().
+// also written by name, and whose temporary file, where it has a name, is removed by SIGINT,
+// SIGTERM and SIGHUP after remove_outputs_on_signals(). Devices and pipes get all of it at the end.
 #pragma once
 
 #include <csignal>

@@ -1,10 +1,9 @@
 // The same input gives the same mesh groups: on every machine, with every compiler, in every
 // version that does not change the coders on purpose. It runs under g++ -O0, -O1 and -O3 (presets
-// same-gcc-O0, tsan, release) and clang -O0, -O1 and -O3 (same-clang-O0, dev, same-clang-O3), with
-// one thread and two. On a mismatch the new table is printed, to be put in place of the old one
-// where the change is meant (the commit says which stream gained or lost). What passes through zstd
-// (schema, extras, steps) may change with zstd's version and is left out; of groups of shifts what
-// goes in counts.
+// same-gcc-O0, tsan, release) and clang -O1 and -O3 (dev, same-clang-O3), with one thread and two.
+// On a mismatch the new table is printed, to be put in place of the old one where the change is
+// meant (the commit says which stream gained or lost). What passes through zstd (schema, extras,
+// steps) may change with zstd's version and is left out; of groups of shifts what goes in counts.
 #include <xxhash.h>
 #include <zstd.h>
 

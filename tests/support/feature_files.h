@@ -243,11 +243,11 @@ inline TestMesh replayed(Order order) {
 
 /// Of these arrays those of 16 components that come first have tables, and the last one.
 inline TestMesh with_tables_for_some(TestMesh mesh) {
-  for (const std::uint32_t components : {17, 16, 16, 16, 16, 13})
-    add_array(mesh,
-              array_of("a" + std::to_string(mesh.schema.arrays.size()), Location::point,
-                       ScalarType::uint8, components),
-              mesh.vertices);
+  for (const std::uint32_t components : {17, 16, 16, 16, 16, 13}) {
+    std::string name = "a";
+    name += std::to_string(mesh.schema.arrays.size());
+    add_array(mesh, array_of(name, Location::point, ScalarType::uint8, components), mesh.vertices);
+  }
   return mesh;
 }
 
