@@ -441,7 +441,8 @@ std::string info_text(const std::string& path, const MeshInfo& info, const Total
          padded(std::to_string(totals->total_bytes), 15, true) + "\n";
 }
 
-std::string sound_json(const std::string& path, const MeshInfo& info, const ParityState& parity) {
+std::string sound_json(const std::string& path, const MeshInfo& info, const ParityState& parity,
+                       std::uint64_t stray_bytes) {
   Json json;
   json["file"] = path;
   json["sound"] = true;  // the mesh
@@ -451,6 +452,7 @@ std::string sound_json(const std::string& path, const MeshInfo& info, const Pari
     json["damaged_blocks"] = parity.damaged_blocks;
     json["damaged_parity_packets"] = parity.damaged_packets;
   }
+  if (stray_bytes > 0) json["stray_bytes"] = stray_bytes;
   add_counts(json, info);
   return dump(json);
 }

@@ -47,8 +47,10 @@ std::string join_json(const std::string& output, std::uint64_t output_bytes,
 std::string join_text(const std::string& output, std::uint64_t output_bytes,
                       const std::vector<MemberReport>& members);
 
-// What verify reports: of a file that could be decoded; and of how it compares with its source.
-std::string sound_json(const std::string& path, const MeshInfo& info, const ParityState& parity);
+// What verify reports: of a file that could be decoded, with so many bytes behind its end; and of
+// how it compares with its source.
+std::string sound_json(const std::string& path, const MeshInfo& info, const ParityState& parity,
+                       std::uint64_t stray_bytes);
 std::string compare_json(const CompareReport& report, const std::string& source,
                          const std::string& restored, const MeshInfo& info);
 std::string compare_text(const CompareReport& report, const std::string& source,

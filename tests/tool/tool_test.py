@@ -56,8 +56,32 @@ class ToolTest(FolderTest):
                         "layout"):
             self.assertIn("Examples:\n  shm " + command, self.shm(command, "--help")[0])
 
+    def test_help_by_other_words(self):
+        for words in (["help"], ["-h"]):
+            self.assertEqual(self.shm(*words), self.shm("--help"))
+        for words in (["compress", "-h"], ["help", "compress"]):
+            self.assertEqual(self.shm(*words), self.shm("compress", "--help"))
+        for words in (["version"], ["-V"]):
+            self.assertEqual(self.shm(*words), self.shm("--version"))
+        alone = subprocess.run([SHM], capture_output=True, text=True, timeout=120)
+        self.assertEqual((alone.returncode, alone.stdout, alone.stderr), (2, "", self.shm("--help")[0]))
+
+    def test_slips_of_the_hand(self):
+        for words, expected in [
+                (["compres", "mesh.vtk"], "there is no command compres; did you mean compress? (see shm --help)"),
+                (["inof", "mesh.vtk"], "there is no command inof; did you mean info? (see shm --help)"),
+                (["squash"], "there is no command squash (see shm --help)"),
+                ([""], "there is no command  (see shm --help)"),
+                (["help", "verfy"], "there is no command verfy; did you mean verify? (see shm --help)"),
+                (["compress", "mesh.vtk", "--ordr", "free"],
+                 "there is no option --ordr; did you mean --order? (see shm compress --help)"),
+                (["compress", "--theads=2"],
+                 "there is no option --theads; did you mean --threads? (see shm compress --help)"),
+                (["verify", "mesh.shm", "--qqqqqqqq"], "there is no option --qqqqqqqq (see shm verify --help)")]:
+            with self.subTest(words=words):
+                self.assertEqual(self.shm(*words, code=2), ("", f"shm: {expected}\n"))
+
     def test_wrong_use(self):
-        self.shm(code=2)
         self.shm("squash", self.mesh, code=2)
         self.shm("compress", code=2)
         self.shm("compress", self.mesh, "--order", "any", code=2)
@@ -162,11 +186,16 @@ class ToolTest(FolderTest):
             out.write(good + b"an append that was torn")
         self.assertEqual(self.shm("info", cut)[0].splitlines()[1:],
                          self.shm("info", packed)[0].splitlines()[1:])
+        self.assertRegex(self.shm("verify", cut, code=1)[0],
+                         "sound, .*, but 23 bytes behind its end belong to nothing\n$")
+        self.assertEqual(json.loads(self.shm("verify", cut, "--json", code=1)[0])["stray_bytes"], 23)
         damaged = bytearray(good)
         damaged[len(good) // 2] ^= 0x10
         with open(cut, "wb") as out:
             out.write(damaged)
-        self.shm("verify", cut, code=3)
+        self.assertIn("shm repair -o OUT.shm", self.shm("verify", cut, code=3)[1])
+        self.assertIn("shm repair -o OUT.shm",
+                      self.shm("decompress", cut, "-o", self.path("x.vtk"), code=3)[1])
         # Values, at the end of the group, which is the second chunk: info does not look at them.
         third = [mark.start() for mark in re.finditer(b"SHMC", good)][2]
         damaged = bytearray(good)

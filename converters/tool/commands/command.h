@@ -20,6 +20,8 @@ struct Command : CommonOptions {
   virtual CLI::App* add_to(CLI::App& tool) = 0;
   // What it reads and writes with the options given, of which nothing may be lost. Throws Failure.
   virtual Places places() { return {}; }
+  // Whether it says itself what can be done about a damaged file.
+  virtual bool names_repair() const { return false; }
   // Once, behind places(). Throws Failure.
   virtual ExitCode run() = 0;
 };

@@ -10,6 +10,7 @@ struct RepairCommand final : Command {
 
   CLI::App* add_to(CLI::App& tool) override;
   Places places() override;
+  bool names_repair() const override { return true; }
   ExitCode run() override;
 };
 

@@ -17,6 +17,7 @@
 #include "formats/formats.h"
 #include "order/cell_order_file.h"
 #include "shm/damage.h"
+#include "shm/summary.h"
 #include "tool/commands/options.h"
 #include "tool/input.h"
 #include "tool/report.h"
@@ -35,6 +36,20 @@ ParityState parity_state(const std::string& path, const Progress& progress) {
   protected_file->check(progress);
   return {true, protected_file->shape().blocks(), protected_file->damaged_blocks().size(),
           protected_file->damaged_packets()};
+}
+
+// How many bytes stand behind the end of the mesh and are no parity: what an append left that was
+// torn, or what somebody put there.
+std::uint64_t stray_bytes(const std::string& path) {
+  const auto file = unwrap(FileRandomSource::open(path), path);
+  if (is_whole_file(*file) || ProtectedFile::open(*file)) return 0;
+  const auto summary = read_summary(*file);
+  return summary ? summary->totals.trailing_bytes : 0;
+}
+
+std::string stray_text(std::uint64_t bytes) {
+  return bytes == 0 ? std::string()
+                    : ", but " + counted(bytes, "byte") + " behind its end belong to nothing";
 }
 
 std::string parity_text(const ParityState& state) {
@@ -89,7 +104,7 @@ ExitCode VerifyCommand::verify_archive() {
     if (against.empty()) {
       line.wipe();
       if (json)
-        std::fputs(sound_json(place, restored->info(), {}).c_str(), stdout);
+        std::fputs(sound_json(place, restored->info(), {}, 0).c_str(), stdout);
       else
         print(*this, place + ": sound, " + counts_text(restored->info()) + "\n");
       continue;
@@ -168,13 +183,15 @@ ExitCode VerifyCommand::run() {
   if (against.empty()) {
     const ParityState parity =
         in.is_stream() ? ParityState() : parity_state(in.path(), line.callback());
+    const std::uint64_t stray = in.is_stream() ? 0 : stray_bytes(in.path());
     line.wipe();
     if (json)
-      std::fputs(sound_json(input, restored->info(), parity).c_str(), stdout);
+      std::fputs(sound_json(input, restored->info(), parity, stray).c_str(), stdout);
     else
-      print(*this,
-            input + ": sound, " + counts_text(restored->info()) + parity_text(parity) + "\n");
-    return parity.sound() ? kDone : kBadInput;
+      print(*this, input + ": sound, " + counts_text(restored->info()) + parity_text(parity) +
+                       stray_text(stray) + "\n");
+    if (!parity.sound()) return kBadInput;
+    return stray == 0 ? kDone : kDifferent;
   }
   line.show("reading " + against);
   const auto source = open_mesh(against, spool, line.callback());

@@ -15,6 +15,7 @@ struct VerifyCommand final : Command {
   bool json = false;
 
   CLI::App* add_to(CLI::App& tool) override;
+  bool names_repair() const override { return true; }
   ExitCode run() override;
 
  private:
