@@ -8,8 +8,8 @@
 namespace shm::converters {
 
 // The one of `known` that `word` turns into by the fewest slips of the hand (a letter too many, too
-// few, another one, or two exchanged), the first of equals; empty where that takes more than one for
-// each three letters.
+// few, another one, or two exchanged), the first of equals; empty where that takes more than one
+// for each three letters.
 std::string nearest_word(std::string_view word, std::span<const std::string> known);
 
 }  // namespace shm::converters

@@ -92,6 +92,7 @@ class ToolTest(FolderTest):
         for words in (["--delay", "5"], ["--order", "stream", "--delay", "5"]):
             self.shm("compress", self.mesh, "--codec", "shifts", *words, code=2)
         self.shm("compress", self.mesh, "--segment-cells", "0", code=2)
+        self.assertIn("at least 1M", self.shm("compress", self.mesh, "--memory", "10", code=2)[1])
         self.shm("compress", self.mesh, "--threads", "0", code=2)
         self.shm("compress", self.mesh, "--key-steps", "0", code=2)
         self.shm("compress", self.mesh, "--restart-budget", "-1", code=2)

@@ -92,7 +92,7 @@ std::vector<std::uint32_t> blocks_of(const std::vector<std::string>& wanted,
     take([](const BlockInfo& it) { return it.name; });
     if (!any) take([](const BlockInfo& it) { return std::to_string(it.id); });
     if (!any)
-      wrong_use("there is no block " + text + "; there are " +
+      wrong_use("there is no block " + text + "; ids are " +
                 listed(blocks, [](const BlockInfo& it) { return with_name(it.id, it.name); }));
   }
   return {found.begin(), found.end()};

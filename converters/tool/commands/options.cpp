@@ -18,6 +18,12 @@ CLI::App* add_command(CLI::App& tool, CommonOptions& options, const std::string&
                    "What tables of vertices, cells and values may take of it, such as 512M; the "
                    "rest is on disk\n(default: 256M; 1G for what needs them in any order)")
       ->transform(CLI::AsSizeValue(false).description(""))
+      ->check(CLI::Validator(
+          [](const std::string& bytes) {
+            constexpr std::uint64_t kLeast = 1 << 20;
+            return std::stoull(bytes) < kLeast ? bytes + " bytes are too few; at least 1M" : "";
+          },
+          ""))
       ->type_name("SIZE");
   command->add_flag("-q,--quiet", options.quiet, "No progress, and no summary at the end");
   return command;
