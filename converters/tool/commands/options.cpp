@@ -60,7 +60,9 @@ void add_level(CLI::App& command, std::string& level) {
 }
 
 void add_format(CLI::App& command, std::string& format) {
-  command.add_option("--format", format, format_names() + "; default: by name")->type_name("F");
+  std::string names;
+  for (const Format& one : formats()) names += (names.empty() ? "" : "|") + std::string(one.name);
+  command.add_option("--format", format, "Of OUT (default: by its name)")->type_name(names);
 }
 
 void add_translation(CLI::App& command, bool& strict, std::optional<std::uint64_t>& step) {

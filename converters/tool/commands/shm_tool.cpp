@@ -11,6 +11,7 @@
 
 #include "base/output_file.h"
 #include "tool/commands/append.h"
+#include "tool/commands/completion.h"
 #include "tool/commands/compress.h"
 #include "tool/commands/convert.h"
 #include "tool/commands/diff.h"
@@ -40,6 +41,7 @@ std::vector<std::unique_ptr<Command>> commands() {
   all.push_back(std::make_unique<ExtractCommand>());
   all.push_back(std::make_unique<LayoutCommand>());
   all.push_back(std::make_unique<RepairCommand>());
+  all.push_back(std::make_unique<CompletionCommand>());
   return all;
 }
 

@@ -1,0 +1,77 @@
+#!/usr/bin/env python3
+"""What shells complete of command lines of shm.
+
+Usage: completion_test.py PATH_OF_SHM
+"""
+import os
+import re
+import shutil
+import subprocess
+import sys
+import unittest
+
+SCRIPT = """
+source <("$0" completion bash)
+COMPREPLY=(left over)
+COMP_WORDS=("$@")
+COMP_CWORD=$(($# - 1))
+_shm
+printf '%s\\n' "${COMPREPLY[@]}"
+"""
+
+
+def shm(*words):
+    return subprocess.run([SHM, *words], check=True, capture_output=True, text=True, timeout=60).stdout
+
+
+class CompletionTest(unittest.TestCase):
+    def completed(self, *words):
+        """What bash offers for the last one of the words behind shm."""
+        done = subprocess.run(["bash", "-c", SCRIPT, SHM, "shm", *words], check=True,
+                              capture_output=True, text=True, timeout=60)
+        self.assertEqual(done.stderr, "")
+        return done.stdout.split()
+
+    def test_commands(self):
+        self.assertEqual(self.completed("comp"), ["compress", "completion"])
+        self.assertEqual(self.completed("help", "ver"), ["verify"])
+        self.assertEqual(self.completed("--v"), ["--version"])
+
+    def test_all_commands_and_options_of_the_help(self):
+        listed = re.findall(r"^  ([a-z]+) ", shm("--help").split("Subcommands:")[1], re.MULTILINE)
+        self.assertGreater(len(listed), 12)
+        self.assertEqual([word for word in self.completed("") if not word.startswith("-")],
+                         ["help", "version", *listed])
+        for command in listed:
+            with self.subTest(command=command):
+                options = re.findall(r"^  (?:-\w,)?(--[a-z-]+)", shm(command, "--help"), re.MULTILINE)
+                self.assertEqual(self.completed(command, "--"), options)
+
+    def test_words_of_options(self):
+        self.assertEqual(self.completed("compress", "a.e", "--order", ""), ["keep", "stream", "free"])
+        self.assertEqual(self.completed("compress", "--level", "b"), ["best"])
+        self.assertEqual(self.completed("compress", "--level", "=", "b"), ["best"])
+        self.assertEqual(self.completed("compress", "--level", "="), ["fast", "default", "best"])
+        self.assertIn("gmsh", self.completed("convert", "a.e", "--format", ""))
+        self.assertEqual(self.completed("completion", ""), ["bash", "zsh", "-h", "--help"])
+
+    def test_all_else_is_a_file(self):
+        for words in (["compress", ""], ["compress", "-o", ""], ["compress", "--cell-order", "--"]):
+            self.assertEqual(self.completed(*words), [])
+        self.assertIn("complete -o default -F _shm shm", shm("completion", "bash"))
+
+    def test_zsh_can_read_it(self):
+        script = shm("completion", "zsh")
+        self.assertTrue(script.startswith("#compdef shm\n"))
+        self.assertIn("'--order[keep\\: all numbers come back (default); stream\\: ", script)
+        self.assertIn("]:value:(keep stream free)'", script)
+        if shutil.which("zsh") is None:
+            self.skipTest("no zsh")
+        subprocess.run(["zsh", "-n"], input=script, check=True, text=True, timeout=60)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    SHM = os.path.abspath(sys.argv.pop())
+    unittest.main()
