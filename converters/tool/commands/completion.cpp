@@ -123,7 +123,7 @@ std::string for_zsh(const std::string& help) {
 }
 
 std::string argument_for_zsh(const CompletedOption& option) {
-  const std::string value = !option.has_value     ? ""
+  const std::string value = !option.has_value      ? ""
                             : option.words.empty() ? ":value:_files"
                                                    : ":value:(" + joined(option.words, " ") + ")";
   const std::string rest = "[" + for_zsh(option.help) + "]" + value + "'";

@@ -1,4 +1,5 @@
-// shm completion: what a shell completes of shm's command lines, made of the options that there are.
+// shm completion: what a shell completes of shm's command lines, made of the options that there
+// are.
 #pragma once
 
 #include <string>

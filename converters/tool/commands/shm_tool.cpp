@@ -19,6 +19,7 @@
 #include "tool/commands/info.h"
 #include "tool/commands/join.h"
 #include "tool/commands/layout.h"
+#include "tool/commands/manual.h"
 #include "tool/commands/repair.h"
 #include "tool/commands/split.h"
 #include "tool/commands/verify.h"
@@ -42,6 +43,7 @@ std::vector<std::unique_ptr<Command>> commands() {
   all.push_back(std::make_unique<LayoutCommand>());
   all.push_back(std::make_unique<RepairCommand>());
   all.push_back(std::make_unique<CompletionCommand>());
+  all.push_back(std::make_unique<ManualCommand>());
   return all;
 }
 

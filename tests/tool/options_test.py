@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""What shells complete of command lines of shm.
+"""What is made of the options that there are: what shells complete, and the manual.
 
-Usage: completion_test.py PATH_OF_SHM
+Usage: options_test.py PATH_OF_SHM
 """
 import os
 import re
@@ -24,6 +24,14 @@ def shm(*words):
     return subprocess.run([SHM, *words], check=True, capture_output=True, text=True, timeout=60).stdout
 
 
+def listed_commands():
+    return re.findall(r"^  ([a-z]+) ", shm("--help").split("Subcommands:")[1], re.MULTILINE)
+
+
+def listed_options(command):
+    return re.findall(r"^  (?:-\w,)?(--[a-z-]+)", shm(command, "--help"), re.MULTILINE)
+
+
 class CompletionTest(unittest.TestCase):
     def completed(self, *words):
         """What bash offers for the last one of the words behind shm."""
@@ -38,14 +46,13 @@ class CompletionTest(unittest.TestCase):
         self.assertEqual(self.completed("--v"), ["--version"])
 
     def test_all_commands_and_options_of_the_help(self):
-        listed = re.findall(r"^  ([a-z]+) ", shm("--help").split("Subcommands:")[1], re.MULTILINE)
+        listed = listed_commands()
         self.assertGreater(len(listed), 12)
         self.assertEqual([word for word in self.completed("") if not word.startswith("-")],
                          ["help", "version", *listed])
         for command in listed:
             with self.subTest(command=command):
-                options = re.findall(r"^  (?:-\w,)?(--[a-z-]+)", shm(command, "--help"), re.MULTILINE)
-                self.assertEqual(self.completed(command, "--"), options)
+                self.assertEqual(self.completed(command, "--"), listed_options(command))
 
     def test_words_of_options(self):
         self.assertEqual(self.completed("compress", "a.e", "--order", ""), ["keep", "stream", "free"])
@@ -68,6 +75,26 @@ class CompletionTest(unittest.TestCase):
         if shutil.which("zsh") is None:
             self.skipTest("no zsh")
         subprocess.run(["zsh", "-n"], input=script, check=True, text=True, timeout=60)
+
+
+class ManualTest(unittest.TestCase):
+    def test_it_has_all(self):
+        if shutil.which("groff") is None:
+            self.skipTest("no groff")
+        done = subprocess.run(["groff", "-man", "-Tascii", "-ww", "-P-c", "-P-bou", "-rLL=200n"],
+                              input=shm("manual"), capture_output=True, check=True, text=True,
+                              timeout=60)
+        self.assertEqual(done.stderr, "")
+        page = " ".join(done.stdout.split())
+        for command in listed_commands():
+            with self.subTest(command=command):
+                self.assertIn(f"shm {command} [OPTIONS]", page)
+                part = page[page.rindex(f"shm {command} [OPTIONS]"):]
+                place = 0
+                for option in listed_options(command):
+                    place = part.index(option, place)
+        for code in ("0 done", "7 repair salvaged", "shm compress rotor.e"):
+            self.assertIn(code, page)
 
 
 if __name__ == "__main__":
