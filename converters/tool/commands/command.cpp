@@ -51,7 +51,7 @@ std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
 // The words behind "shm", as CLI11 takes them: the last one first. `help` and `version` are what
 // --help and --version are.
 std::vector<std::string> words_of(int argc, char** argv) {
-  std::vector<std::string> words(argv + 1, argv + argc);
+  std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   if (words.empty() || words[0] == "version")
     words = {words.empty() ? "--help" : "--version"};
   else if (words[0] == "help" && words.size() < 3)
