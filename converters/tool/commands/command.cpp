@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "base/failure.h"
-#include "tool/words.h"
+#include "tool/help/words.h"
 
 #ifndef SHM_VERSION
 #define SHM_VERSION "0.9.0"

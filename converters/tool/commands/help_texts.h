@@ -1,5 +1,4 @@
-// shm completion: what a shell completes of shm's command lines, made of the options that there
-// are.
+// shm completion, shm manual: texts that are made of the options and the help of all commands.
 #pragma once
 
 #include <string>
@@ -11,6 +10,13 @@ namespace shm::converters {
 struct CompletionCommand final : Command {
   std::string shell;
   const CLI::App* all = nullptr;  // of which this is a command
+
+  CLI::App* add_to(CLI::App& tool) override;
+  ExitCode run() override;
+};
+
+struct ManualCommand final : Command {
+  const CLI::App* all = nullptr;
 
   CLI::App* add_to(CLI::App& tool) override;
   ExitCode run() override;

@@ -1,4 +1,4 @@
-#include "tool/commands/manual.h"
+#include "tool/help/manual.h"
 
 #include <CLI/CLI.hpp>
 #include <string>
@@ -67,25 +67,17 @@ std::string command_text(const CLI::App& command) {
 
 }  // namespace
 
-CLI::App* ManualCommand::add_to(CLI::App& tool) {
-  all = &tool;
-  CLI::App* command = tool.add_subcommand("manual", "Print what man shm shows: the help of all commands");
-  command->footer("Examples:\n  shm manual | man -l -");
-  return command;
-}
-
-ExitCode ManualCommand::run() {
-  const auto commands = all->get_subcommands([](const CLI::App*) { return true; });
-  std::string text = ".TH SHM 1 \"\" \"" + all->version() +
+std::string manual_page(const CLI::App& tool) {
+  const auto commands = tool.get_subcommands([](const CLI::App*) { return true; });
+  std::string text = ".TH SHM 1 \"\" \"" + tool.version() +
                      "\" \"User commands\"\n.SH NAME\nshm \\- hexahedral meshes with "
                      "their data, several times smaller\n.SH SYNOPSIS\n";
   for (const CLI::App* command : commands) text += synopsis(*command) + "\n.br\n";
   text += bold("shm --help") + " | " + bold("shm --version") + "\n.SH COMMANDS\n";
   for (const CLI::App* command : commands) text += command_text(*command);
-  text += ".SH EXIT CODES\n" + literal(all->get_footer()) + "\n.SH SEE ALSO\n" +
+  text += ".SH EXIT CODES\n" + literal(tool.get_footer()) + "\n.SH SEE ALSO\n" +
           "docs/tool.md and spec/shm_format.md, which are installed with the library.\n";
-  print(*this, text);
-  return kDone;
+  return text;
 }
 
 }  // namespace shm::converters

@@ -1,4 +1,4 @@
-#include "tool/commands/completion.h"
+#include "tool/help/completion.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -51,6 +51,13 @@ CompletedCommand completed(const CLI::App& command) {
     it.options.push_back(std::move(made));
   }
   return it;
+}
+
+std::vector<CompletedCommand> completed_commands(const CLI::App& tool) {
+  std::vector<CompletedCommand> commands;
+  for (const CLI::App* command : tool.get_subcommands([](const CLI::App*) { return true; }))
+    commands.push_back(completed(*command));
+  return commands;
 }
 
 std::string joined(const std::vector<std::string>& words, const char* between) {
@@ -169,27 +176,10 @@ std::string for_zsh(const std::vector<CompletedCommand>& commands) {
 
 }  // namespace
 
-CLI::App* CompletionCommand::add_to(CLI::App& tool) {
-  all = &tool;
-  CLI::App* command =
-      tool.add_subcommand("completion", "Print what a shell completes of command lines of shm");
-  command->footer(
-      "Examples:\n"
-      "  shm completion bash > ~/.local/share/bash-completion/completions/shm\n"
-      "  shm completion zsh > _shm                in a folder of $fpath");
-  command->add_option("SHELL", shell, "bash or zsh")
-      ->required()
-      ->check(CLI::IsMember({"bash", "zsh"}).description(""))
-      ->type_name("bash|zsh");
-  return command;
+std::string bash_completion(const CLI::App& tool) {
+  return for_bash(completed(tool), completed_commands(tool));
 }
 
-ExitCode CompletionCommand::run() {
-  std::vector<CompletedCommand> commands;
-  for (const CLI::App* command : all->get_subcommands([](const CLI::App*) { return true; }))
-    commands.push_back(completed(*command));
-  print(*this, shell == "bash" ? for_bash(completed(*all), commands) : for_zsh(commands));
-  return kDone;
-}
+std::string zsh_completion(const CLI::App& tool) { return for_zsh(completed_commands(tool)); }
 
 }  // namespace shm::converters
