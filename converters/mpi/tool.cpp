@@ -79,6 +79,16 @@ ExitCode run_compress(Ranks& ranks, CompressCommand& command) {
   return kDone;
 }
 
+// Ranks share one file, and leave it where it is.
+void leave_out_many_files(CLI::App& command) {
+  for (const char* const option : {"--recursive", "--stdout", "--rm", "--keep"})
+    command.remove_option(command.get_option(option));
+}
+void take_one_file(FileCommand& command) {
+  if (command.files.size() != 1) wrong_use("ranks share one file; IN are several");
+  command.input = command.files.front();
+}
+
 int run(Ranks& ranks, int argc, char** argv, Commands& commands) {
   CLI::App app{
       "shm_mpi compresses a mesh, and gives it back, with the ranks of an MPI program.\n"
@@ -104,6 +114,8 @@ int run(Ranks& ranks, int argc, char** argv, Commands& commands) {
       "the\n"
       "whole mesh");
   decompress->remove_option(decompress->get_option("--threads"));
+  leave_out_many_files(*compress);
+  leave_out_many_files(*decompress);
   decompress->footer(
       "Examples:\n"
       "  mpirun -n 4 shm_mpi decompress rotor.shm -o rotor.e     writes rotor.e.4.0 to "
@@ -115,8 +127,15 @@ int run(Ranks& ranks, int argc, char** argv, Commands& commands) {
     if (ranks.first()) std::fprintf(stderr, "shm_mpi: %s (see shm_mpi --help)\n", error.what());
     return kWrongUse;
   }
-  if (!decompress->parsed()) return run_compress(ranks, commands.compress);
+  if (!decompress->parsed()) {
+    ranks.together([&] { take_one_file(commands.compress); });
+    return run_compress(ranks, commands.compress);
+  }
   commands.chosen = &commands.decompress;
+  ranks.together([&] {
+    take_one_file(commands.decompress);
+    if (commands.decompress.output.empty()) wrong_use("-o names the parts to write");
+  });
   return decompress_with_ranks(ranks, commands.decompress);
 }
 

@@ -11,6 +11,7 @@
 
 #include "archive/archive_files.h"
 #include "base/failure.h"
+#include "base/unpacked.h"
 #include "formats/formats.h"
 
 namespace shm::converters {
@@ -31,16 +32,15 @@ bool needs_name(std::span<const std::byte> head) {
   return head.size() >= kHdf5.size() && std::memcmp(head.data(), kHdf5.data(), kHdf5.size()) == 0;
 }
 
-}  // namespace
-
-// Standard input or a pipe, whose beginning has been looked at.
-class ToolInput::Stream final : public ByteSource {
+// A source whose beginning has been looked at.
+class HeadedSource final : public ByteSource {
  public:
-  explicit Stream(const std::string& path) : source_(unwrap(FileSource::open(path), path)) {
+  HeadedSource(std::unique_ptr<ByteSource> source, const std::string& name)
+      : source_(std::move(source)) {
     head_.resize(kHead);
     std::size_t size = 0;
     while (size < kHead) {
-      const std::size_t n = unwrap(source_->read(std::span(head_).subspan(size)), path);
+      const std::size_t n = unwrap(source_->read(std::span(head_).subspan(size)), name);
       if (n == 0) break;
       size += n;
     }
@@ -58,21 +58,39 @@ class ToolInput::Stream final : public ByteSource {
 
  private:
   static constexpr std::size_t kHead = 16;  // enough to know .shm files, archives and HDF5
-  std::unique_ptr<FileSource> source_;
+  std::unique_ptr<ByteSource> source_;
   std::vector<std::byte> head_;
   std::size_t given_ = 0;
 };
 
+std::unique_ptr<HeadedSource> opened(const std::string& path) {
+  auto source = std::make_unique<HeadedSource>(unwrap(FileSource::open(path), path), path);
+  if (!looks_packed(source->head())) return source;
+  return std::make_unique<HeadedSource>(std::make_unique<UnpackedSource>(std::move(source), path),
+                                        path);
+}
+
+}  // namespace
+
+class ToolInput::Stream final : public ByteSource {
+ public:
+  explicit Stream(const std::string& path) : source_(opened(path)) {}
+  std::span<const std::byte> head() const { return source_->head(); }
+  Result<std::size_t> read(std::span<std::byte> into) override { return source_->read(into); }
+
+ private:
+  std::unique_ptr<HeadedSource> source_;
+};
+
 ToolInput::ToolInput(CommonOptions& options, const std::string& path) : name_(path), path_(path) {
-  if (!is_read_once(path_)) return;
+  if (!is_read_once(path_) && !is_packed(path_)) return;
   stream_ = std::make_unique<Stream>(path_);
   if (looks_like_shm(stream_->head()) && !looks_like_archive(stream_->head())) return;
   const auto how =
       needs_name(stream_->head()) ? FileSink::Temporary::named : FileSink::Temporary::unnamed;
   {
     const RemovedOnSignals::Pause pause;
-    spool_ =
-        unwrap(FileSink::create_scratch(spool_directory(options), "standard-input", how), path_);
+    spool_ = unwrap(FileSink::create_scratch(spool_directory(options), "input", how), path_);
     if (spool_->is_named()) on_signals_.emplace(spool_->temporary().c_str());
   }
   std::vector<std::byte> piece(std::size_t{1} << 20);

@@ -1,6 +1,6 @@
-// The mesh that a command of the tool reads: a file, standard input for "-", a pipe. A .shm file
-// that comes through a pipe is read as it comes; anything else goes to a temporary file first,
-// since its reader needs to seek.
+// The mesh that a command of the tool reads: a file, standard input for "-", a pipe, each as it is
+// or packed by gzip, xz or zstd. A .shm file that comes through a pipe or packed is read as it
+// comes; anything else then goes to a temporary file first, since its reader needs to seek.
 #pragma once
 
 #include <memory>

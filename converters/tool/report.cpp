@@ -250,17 +250,18 @@ std::string compress_json(const CompressRun& run, const MeshInfo& info) {
   return dump(json);
 }
 
+std::string ratio_text(std::uint64_t bytes, std::uint64_t source_bytes) {
+  const std::string text = std::to_string(bytes) + " bytes from " + std::to_string(source_bytes);
+  if (bytes == 0 || source_bytes == 0) return text;
+  const double ratio = static_cast<double>(source_bytes) / static_cast<double>(bytes);
+  return text + (ratio < 1 ? ", " + fixed(1 / ratio, 2) + " times as large"
+                           : ", " + fixed(ratio, 2) + " times smaller");
+}
+
 std::string compress_text(const CompressRun& run, const MeshInfo& info) {
   const SizeReport& sizes = run.sizes;
-  std::string text = run.output + ": " + std::to_string(sizes.total_bytes) + " bytes from " +
-                     std::to_string(run.input_bytes);
-  if (sizes.total_bytes > 0 && run.input_bytes > 0) {
-    const double ratio =
-        static_cast<double>(run.input_bytes) / static_cast<double>(sizes.total_bytes);
-    text += ratio < 1 ? ", " + fixed(1 / ratio, 2) + " times as large"
-                      : ", " + fixed(ratio, 2) + " times smaller";
-  }
-  text += " (" + counts_text(info);
+  std::string text =
+      run.output + ": " + ratio_text(sizes.total_bytes, run.input_bytes) + " (" + counts_text(info);
   const std::uint64_t connectivity = connectivity_bytes(sizes.streams);
   const std::uint64_t geometry = bytes_of(sizes.streams, "geometry");
   if (sizes.hexahedra > 0)

@@ -23,6 +23,8 @@ struct CompressRun {
   SizeReport sizes;
 };
 std::string compress_json(const CompressRun& run, const MeshInfo& info);
+// "41 bytes from 82, 2.00 times smaller".
+std::string ratio_text(std::uint64_t bytes, std::uint64_t source_bytes);
 std::string compress_text(const CompressRun& run, const MeshInfo& info);
 
 // Bits a cell of connectivity and of all numbers.

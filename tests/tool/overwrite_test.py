@@ -141,7 +141,7 @@ class OverwriteTest(FolderTest):
             with self.subTest(place=place[:20]):
                 self.expect_refusal("compress", "mesh.vtk", "-o", place, reason=reason)
         (self.folder / "folder").mkdir()
-        self.expect_refusal("compress", "mesh.vtk", "-o", "folder", reason="is a folder")
+        self.expect_refusal("convert", "mesh.vtk", "folder", "--format", "vtk", reason="is a folder")
         # It is found before a mesh is read, even a wrong one.
         self.expect_refusal("compress", "no.vtk", "-o", "nowhere/out.shm", reason="no folder")
 

@@ -8,7 +8,7 @@
 
 #include "archive/append.h"
 
-#include "tool/commands/command.h"
+#include "tool/running/command.h"
 
 namespace shm::converters {
 

@@ -4,14 +4,17 @@
 #include <charconv>
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <system_error>
 
 #include "archive/parity.h"
 #include "base/failure.h"
 #include "base/output_file.h"
+#include "base/unpacked.h"
 #include "order/cell_order_file.h"
 #include "tool/commands/options.h"
 #include "tool/input.h"
+#include "tool/removal.h"
 #include "tool/report.h"
 
 namespace shm::converters {
@@ -50,6 +53,9 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "compress", "Compress a mesh with all its data into a .shm file",
       "  shm compress rotor.e                     writes rotor.e.shm, gives back all as it was\n"
+      "  shm compress -r runs --rm                each mesh in the folder runs and below, which "
+      "goes\n"
+      "                                           once its .shm has been found to be the same\n"
       "  shm compress part.vtk -o part.shm --json sizes of all streams for a program\n"
       "  shm compress part.msh --order stream --delay 100\n"
       "                                           smaller: vertices renumbered, cells reordered\n"
@@ -58,10 +64,10 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
       "  shm compress flow.e --rel 1e-4           coordinates and fields within 1e-4 of their "
       "range\n"
       "  shm compress flow.e --abs 1e-6 --array coordinates:lossless --array point/T:abs=0.01");
-  command->add_option("IN", input, mesh_file_text())->required()->type_name("");
-  command->add_option("-o,--output", output, "File to write (default: IN.shm)")
-      ->type_name("OUT.shm");
-  add_force(*command, *this);
+  add_files(*command, *this, mesh_file_text() + ",\nas it is or packed by gzip, xz or zstd");
+  add_output(*command, *this, "File to write, or folder for IN.shm (default: IN.shm beside IN)",
+             "OUT.shm");
+  add_removal(*command, *this);
   add_order(*command, order);
   add_level(*command, level);
   command
@@ -131,7 +137,6 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
           "to put more behind it)")
       ->check(CLI::Range(std::uint32_t{1}, ~std::uint32_t{0}).description(""))
       ->type_name("N");
-  add_threads(*command, threads, "Encode segments");
   command->add_flag("--json", json, "Print the sizes as JSON");
   return command;
 }
@@ -185,17 +190,36 @@ SizeReport CompressCommand::write_to_file(MeshSource& mesh, const CompressOption
   return sizes;
 }
 
-Places CompressCommand::places() {
-  if (output.empty()) output = input == "-" ? "-" : input + ".shm";
-  return {{input, cell_order}, output, true};
+Places CompressCommand::places() { return {{input, cell_order}, output, true}; }
+
+bool CompressCommand::is_for(const Format* format) const {
+  return format != nullptr && format->name != "shm";
 }
 
-ExitCode CompressCommand::run() {
+std::string CompressCommand::why_passed_over(const std::string& path) const {
+  std::error_code none;
+  if (!output.empty() && !std::filesystem::is_directory(output, none)) return {};
+  if (!std::filesystem::is_regular_file(path, none) || !is_shm(path)) return {};
+  return "is a .shm file already; -o names another one";
+}
+
+std::string CompressCommand::output_beside(const std::string& path) const {
+  return path == "-" ? "-" : unpacked_name(path) + ".shm";
+}
+
+void CompressCommand::check_use() const {
   if (output == "-" && json)
     wrong_use("--json and the compressed mesh cannot both go to standard output");
   if (!cell_order.empty() && order != "free")
     wrong_use("--cell-order needs --order free; it is " + order);
   if (parity && !has_parity_codes()) wrong_use("--parity needs ISA-L; this shm was built without");
+  if (remove && (abs || rel || bits > 0 || !arrays.empty()))
+    wrong_use("--rm needs a file that gives all back; --abs, --rel, --bits and --array round");
+}
+
+ExitCode CompressCommand::run() {
+  check_use();
+  if (remove) check_removable(input);
   CompressOptions wanted = how();
   const auto start = std::chrono::steady_clock::now();
   ProgressLine line(quiet);
@@ -216,12 +240,14 @@ ExitCode CompressCommand::run() {
   result.sizes = output == "-" && !parity ? write_to_pipe(*mesh, wanted, spool)
                                           : write_to_file(*mesh, wanted, spool);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (remove)
+    remove_source(input, output, *this, line.callback(), given_order ? &*given_order : nullptr);
   line.wipe();
   if (json)
     std::fputs(compress_json(result, mesh->info()).c_str(), stdout);
   else
     print(*this, compress_text(result, mesh->info()));
-  if (!json && !quiet) hint_at_free_order(*mesh, wanted, result, spool);
+  if (!json && !quiet && !remove) hint_at_free_order(*mesh, wanted, result, spool);
   return kDone;
 }
 

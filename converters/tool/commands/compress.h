@@ -8,11 +8,11 @@
 
 #include "compression/compress.h"
 
-#include "tool/commands/command.h"
+#include "tool/running/command.h"
 
 namespace shm::converters {
 
-struct CompressCommand final : Command {
+struct CompressCommand final : FileCommand {
   std::string order = "keep", level = "default", codec = "auto", cell_order;
   std::optional<std::uint32_t> delay;  // none given: as a trial finds
   std::uint32_t bits = 0;
@@ -22,17 +22,19 @@ struct CompressCommand final : Command {
   std::uint64_t segment_cells = 0;
   double restart_budget = .2;  // percent
   std::optional<std::uint32_t> key_steps;
-  unsigned threads = 0;  // one for each core
-  bool json = false;
 
   CLI::App* add_to(CLI::App& tool) override;
   Places places() override;
+  bool is_for(const Format* format) const override;
+  std::string why_passed_over(const std::string& path) const override;
+  std::string output_beside(const std::string& path) const override;
   ExitCode run() override;
   // What is asked for, but for progress and --cell-order. Throws Failure (misuse).
   CompressOptions how() const;
 
  private:
   Lossy lossy() const;
+  void check_use() const;
   SizeReport write_to_pipe(MeshSource& mesh, const CompressOptions& how, Spool& spool) const;
   SizeReport write_to_file(MeshSource& mesh, const CompressOptions& how, Spool& spool) const;
 };

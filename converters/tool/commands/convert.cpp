@@ -3,9 +3,11 @@
 #include <CLI/CLI.hpp>
 
 #include "base/failure.h"
+#include "base/unpacked.h"
 #include "formats/formats.h"
 #include "tool/commands/options.h"
 #include "tool/input.h"
+#include "tool/removal.h"
 #include "tool/report.h"
 #include "transfer/translate.h"
 
@@ -45,6 +47,15 @@ ExitCode ConvertCommand::write(ToolInput& in) {
   }
   line.show("writing " + output);
   write_mesh(written, output, target, spool);
+  if (remove) {
+    if (translation && !translation->losses().empty())
+      throw Failure(Error{ErrorCode::output,
+                          "is not removed: " + output + " lacks what is listed",
+                          {},
+                          kNoOffset,
+                          input});
+    remove_source(input, output, *this, line.callback());
+  }
   line.wipe();
   print(*this, output + ": " + counts_text(written.info()) + "\n");
   return kDone;
@@ -62,15 +73,48 @@ ExitCode ConvertCommand::run() {
 CLI::App* DecompressCommand::add_to(CLI::App& tool) {
   CLI::App* command =
       add_command(tool, *this, "decompress", "Write the mesh of a .shm file in another format",
-                  "  shm decompress rotor.e.shm -o rotor.e\n"
+                  "  shm decompress rotor.e.shm               writes rotor.e\n"
+                  "  shm decompress *.shm -o restored         each into the folder restored\n"
                   "  shm decompress part.shm -o part.out --format vtk");
-  command->add_option("IN", input, ".shm file, - for standard input")->required()->type_name("");
-  command->add_option("-o,--output", output, "File to write")->required()->type_name("OUT");
-  add_force(*command, *this);
+  add_files(*command, *this, ".shm file, - for standard input");
+  add_output(*command, *this,
+             "File to write, or folder for it (default: what IN was made of, under its name "
+             "without .shm)",
+             "OUT");
+  add_removal(*command, *this);
   add_format(*command, format);
   add_translation(*command, strict, step);
-  add_threads(*command, threads, "Decode segments");
   return command;
+}
+
+Places DecompressCommand::places() {
+  if (to_stdout && format.empty() && input != "-" && is_shm(input))
+    format = summarize_shm(input).info.schema.source_format;
+  return ConvertCommand::places();
+}
+
+bool DecompressCommand::is_for(const Format* of_file) const {
+  return of_file != nullptr && of_file->name == "shm";
+}
+
+// The name of IN without .shm where that names what is written; else with the usual extension.
+std::string DecompressCommand::output_beside(const std::string& path) const {
+  constexpr std::string_view kExtension = ".shm";
+  std::string name = unpacked_name(path);
+  if (name.size() > kExtension.size() && name.ends_with(kExtension))
+    name.resize(name.size() - kExtension.size());
+  const bool is_readable = path != "-" && unpacked_name(path) == path;
+  const Format* written = format_named(format);
+  if (written == nullptr && is_readable) {
+    require_shm(path);
+    written = format_named(summarize_shm(path).info.schema.source_format);
+  }
+  const Format* const named = format_of_name(name);
+  if (path != "-" && name != path && named != nullptr && (written == nullptr || named == written))
+    return name;
+  if (path == "-" || written == nullptr || written->name == "shm")
+    wrong_use("-o names the file to write; " + path + " does not show what it was made of");
+  return name + std::string(written->extensions[0]);
 }
 
 ExitCode DecompressCommand::run() {

@@ -5,16 +5,15 @@
 #include <optional>
 #include <string>
 
-#include "tool/commands/command.h"
+#include "tool/running/command.h"
 
 namespace shm::converters {
 
 class ToolInput;
 
-struct ConvertCommand : Command {
+struct ConvertCommand : FileCommand {
   std::string format;  // empty: by name
   std::optional<std::uint64_t> step;
-  unsigned threads = 0;  // one for each core
   bool strict = false;
 
   CLI::App* add_to(CLI::App& tool) override;
@@ -27,6 +26,9 @@ struct ConvertCommand : Command {
 
 struct DecompressCommand final : ConvertCommand {
   CLI::App* add_to(CLI::App& tool) override;
+  Places places() override;
+  bool is_for(const Format* of_file) const override;
+  std::string output_beside(const std::string& path) const override;
   ExitCode run() override;
 };
 

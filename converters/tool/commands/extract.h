@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tool/commands/command.h"
+#include "tool/running/command.h"
 
 namespace shm::converters {
 

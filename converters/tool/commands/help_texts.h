@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "tool/commands/command.h"
+#include "tool/running/command.h"
 
 namespace shm::converters {
 

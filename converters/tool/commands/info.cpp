@@ -19,9 +19,7 @@ CLI::App* InfoCommand::add_to(CLI::App& tool) {
                   "Of a .shm file heads alone are read; shm verify reads all of it.",
                   "  shm info rotor.e.shm\n"
                   "  shm info rotor.e.shm --json | jq .streams");
-  command->add_option("IN", input, ".shm file (or any mesh, without sizes)")
-      ->required()
-      ->type_name("");
+  add_files(*command, *this, ".shm file (or any mesh, without sizes); of several a line each");
   command->add_flag("--json", json, "Print as JSON");
   return command;
 }
@@ -38,7 +36,9 @@ ExitCode InfoCommand::run() {
     text = (json ? archive_json : archive_text)(input, members);
   } else if (in.is_shm()) {
     const FileSummary summary = in.summarize(line.callback());
-    text = (json ? info_json : info_text)(input, summary.info, &summary.totals);
+    text = !json && is_one_of_many
+               ? input + ": " + counts_text(summary.info) + "\n"
+               : (json ? info_json : info_text)(input, summary.info, &summary.totals);
   } else {
     Spool spool(spool_directory(*this), spool_memory(*this));
     const auto mesh = in.open(spool, line.callback());

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tool/commands/command.h"
+#include "tool/running/command.h"
 
 namespace shm::converters {
 

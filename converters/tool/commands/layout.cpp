@@ -18,10 +18,14 @@ CLI::App* LayoutCommand::add_to(CLI::App& tool) {
       "Draw how coherently a mesh is stored: vertices down, cells across, a green line\n"
       "from the first to the last use of each vertex",
       "  shm layout rotor.e -o rotor.svg");
-  command->add_option("IN", input, mesh_file_text())->required()->type_name("");
-  command->add_option("-o,--output", output, "Picture to write")->required()->type_name("OUT.svg");
-  add_force(*command, *this);
+  add_files(*command, *this, mesh_file_text());
+  add_output(*command, *this,
+             "Picture to write, or folder for pictures (default: IN.svg beside IN)", "OUT.svg");
   return command;
+}
+
+std::string LayoutCommand::output_beside(const std::string& path) const {
+  return path == "-" ? "-" : path + ".svg";
 }
 
 Places LayoutCommand::places() { return {{input}, output}; }

@@ -1,13 +1,14 @@
 // shm layout: a picture of how coherently a mesh is stored.
 #pragma once
 
-#include "tool/commands/command.h"
+#include "tool/running/command.h"
 
 namespace shm::converters {
 
-struct LayoutCommand final : Command {
+struct LayoutCommand final : FileCommand {
   CLI::App* add_to(CLI::App& tool) override;
   Places places() override;
+  std::string output_beside(const std::string& path) const override;
   ExitCode run() override;
 };
 

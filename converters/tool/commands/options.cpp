@@ -29,6 +29,32 @@ CLI::App* add_command(CLI::App& tool, CommonOptions& options, const std::string&
   return command;
 }
 
+void add_files(CLI::App& command, FileCommand& options, const std::string& what) {
+  command.add_option("IN", options.files, what)->required()->type_name("");
+  command.add_flag("-r,--recursive", options.recursive,
+                   "Of a folder the files in it and in the folders below, links left out");
+  command
+      .add_option("-T,--threads", options.threads,
+                  "Work with N threads (default: one a core); of several files, small ones (32 MB) "
+                  "side by\nside")
+      ->check(CLI::Range(1u, 1024u).description(""))
+      ->type_name("N");
+}
+
+void add_output(CLI::App& command, FileCommand& options, const std::string& output,
+                const std::string& type) {
+  command.add_option("-o,--output", options.output, output)->type_name(type);
+  command.add_flag("-c,--stdout", options.to_stdout, "Write to standard output, as -o - does");
+  add_force(command, options);
+}
+
+void add_removal(CLI::App& command, FileCommand& options) {
+  CLI::Option* const remove = command.add_flag(
+      "--rm", options.remove,
+      "Remove IN once what was written of it has been read back and found to be the same mesh");
+  command.add_flag("-k,--keep", options.keep, "Keep IN, as without --rm")->excludes(remove);
+}
+
 void add_force(CLI::App& command, CommonOptions& options) {
   command.add_flag("-f,--force", options.force,
                    "Write over a file that is there (default: ask on a terminal, else exit code "
@@ -36,7 +62,7 @@ void add_force(CLI::App& command, CommonOptions& options) {
 }
 
 void add_threads(CLI::App& command, unsigned& threads, const std::string& what) {
-  command.add_option("--threads", threads, what + " with N threads (default: one a core)")
+  command.add_option("-T,--threads", threads, what + " with N threads (default: one a core)")
       ->check(CLI::Range(1u, 1024u).description(""))
       ->type_name("N");
 }
@@ -54,7 +80,9 @@ void add_order(CLI::App& command, std::string& order) {
 void add_level(CLI::App& command, std::string& level) {
   command
       .add_option("--level", level,
-                  "fast: little work for each cell; default; best: the smallest file, slower")
+                  "fast: little work for each cell; default; best: the smallest file, slower. Also "
+                  "--fast,\n"
+                  "--best, and -1 to -9: up to -3 fast, from -7 best")
       ->check(CLI::IsMember({"fast", "default", "best"}).description(""))
       ->type_name("fast|default|best");
 }

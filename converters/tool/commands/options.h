@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "shm/schema.h"
+#include "tool/running/command.h"
 #include "tool/support.h"
 
 namespace shm::converters {
@@ -16,6 +17,13 @@ namespace shm::converters {
 CLI::App* add_command(CLI::App& tool, CommonOptions& options, const std::string& name,
                       const std::string& description, const std::string& examples);
 
+// What commands of many files share: the files (`what` they are), -r, -T, and the threads (`what`
+// one does); where something is written, -o (`output` describes it), -f and -c.
+void add_files(CLI::App& command, FileCommand& options, const std::string& what);
+void add_output(CLI::App& command, FileCommand& options, const std::string& output,
+                const std::string& type);
+// --rm and -k.
+void add_removal(CLI::App& command, FileCommand& options);
 void add_force(CLI::App& command, CommonOptions& options);
 void add_threads(CLI::App& command, unsigned& threads, const std::string& what);
 void add_order(CLI::App& command, std::string& order);

@@ -1,7 +1,7 @@
 // shm repair: a damaged file as it was, or what of it is whole.
 #pragma once
 
-#include "tool/commands/command.h"
+#include "tool/running/command.h"
 
 namespace shm::converters {
 

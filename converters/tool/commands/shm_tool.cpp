@@ -22,6 +22,7 @@
 #include "tool/commands/repair.h"
 #include "tool/commands/split.h"
 #include "tool/commands/verify.h"
+#include "tool/running/run_tool.h"
 
 namespace shm::converters {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "archive/archive_files.h"
 
-#include "tool/commands/command.h"
+#include "tool/running/command.h"
 
 namespace shm::converters {
 

@@ -76,9 +76,9 @@ CLI::App* VerifyCommand::add_to(CLI::App& tool) {
                   "Decode all of a .shm file; with --against, prove that it holds the same mesh;\n"
                   "of what was rounded, print the largest error, and prove that it keeps its bound",
                   "  shm verify rotor.e.shm\n"
+                  "  shm verify -r archive                      all .shm files in a folder\n"
                   "  shm verify rotor.e.shm --against rotor.e   exit code 1 when they differ");
-  command->add_option("IN", input, ".shm file")->required()->type_name("");
-  add_threads(*command, threads, "Decode segments");
+  add_files(*command, *this, ".shm file, - for standard input");
   command->add_option("--against", against, "Mesh that IN was made of")->type_name("SOURCE");
   command->add_option("--cell-order", cell_order, "The file with which IN was made in --order free")
       ->type_name("FILE");
@@ -86,6 +86,10 @@ CLI::App* VerifyCommand::add_to(CLI::App& tool) {
       "--json", json,
       "Print as JSON whether they are equal, how many differences there are, and counts");
   return command;
+}
+
+bool VerifyCommand::is_for(const Format* format) const {
+  return format != nullptr && format->name == "shm";
 }
 
 ExitCode VerifyCommand::verify_archive() {
@@ -164,6 +168,7 @@ void VerifyCommand::fail_with_damage(const Failure& failure, const std::string& 
 
 ExitCode VerifyCommand::run() {
   if (!cell_order.empty() && against.empty()) wrong_use("--cell-order needs --against SOURCE");
+  if (!against.empty() && is_one_of_many) wrong_use("--against is of one file; IN are several");
   ToolInput in(*this);
   if (!in.is_stream() && is_archive(in.path())) {
     input = in.path();
@@ -194,7 +199,8 @@ ExitCode VerifyCommand::run() {
     return stray == 0 ? kDone : kDifferent;
   }
   line.show("reading " + against);
-  const auto source = open_mesh(against, spool, line.callback());
+  ToolInput source_file(*this, against);
+  const auto source = source_file.open(spool, line.callback());
   std::optional<CellSequence> given_order;
   if (!cell_order.empty()) given_order = read_cell_order(cell_order, source->info().cells());
   const CompareReport report = compare_meshes(*source, *restored, spool, line.callback(),

@@ -5,16 +5,15 @@
 #include <string>
 
 #include "base/failure.h"
-#include "tool/commands/command.h"
+#include "tool/running/command.h"
 
 namespace shm::converters {
 
-struct VerifyCommand final : Command {
+struct VerifyCommand final : FileCommand {
   std::string against, cell_order;
-  unsigned threads = 0;  // one for each core
-  bool json = false;
 
   CLI::App* add_to(CLI::App& tool) override;
+  bool is_for(const Format* format) const override;
   bool names_repair() const override { return true; }
   ExitCode run() override;
 

@@ -1,15 +1,13 @@
-#include "tool/commands/command.h"
+#include "tool/running/run_tool.h"
 
-#include <poll.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
-#include <new>
-#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -17,6 +15,8 @@
 
 #include "base/failure.h"
 #include "tool/help/words.h"
+#include "tool/running/failures.h"
+#include "tool/running/many_files.h"
 
 #ifndef SHM_VERSION
 #define SHM_VERSION "0.9.0"
@@ -48,21 +48,52 @@ std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
   return wrong + " (see " + name + " --help)";
 }
 
+// Habits from gzip, xz and zstd: shm -d FILE, and -1 to -9, --fast and --best.
+void follow_habits(std::vector<std::string>& words) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kCommands = {
+      {{"-z", "compress"},
+       {"--compress", "compress"},
+       {"-d", "decompress"},
+       {"--decompress", "decompress"},
+       {"-t", "verify"},
+       {"--test", "verify"},
+       {"-l", "info"},
+       {"--list", "info"}}};
+  for (const auto& [option, command] : kCommands)
+    if (words[0] == option) words[0] = command;
+  if (words[0] != "compress" && words[0] != "join") return;
+  for (std::string& word : words) {
+    if (word == "--") return;
+    if (word == "--fast" || word == "--best") word = "--level=" + word.substr(2);
+    if (word.size() == 2 && word[0] == '-' && word[1] >= '1' && word[1] <= '9')
+      word = std::string("--level=") + (word[1] <= '3'   ? "fast"
+                                        : word[1] <= '6' ? "default"
+                                                         : "best");
+  }
+}
+
 // The words behind "shm", as CLI11 takes them: the last one first. `help` and `version` are what
 // --help and --version are.
 std::vector<std::string> words_of(int argc, char** argv) {
   std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
-  if (words.empty() || words[0] == "version")
-    words = {words.empty() ? "--help" : "--version"};
-  else if (words[0] == "help" && words.size() < 3)
+  if (words.empty()) words = {"--help"};
+  if (words[0] == "version") words = {"--version"};
+  if (words[0] == "help" && words.size() < 3)
     words = words.size() == 1 ? std::vector<std::string>{"--help"}
                               : std::vector<std::string>{words[1], "--help"};
+  follow_habits(words);
   std::reverse(words.begin(), words.end());
   return words;
 }
 
+// A file that stands where a command should.
+bool is_file(const std::string& word) {
+  std::error_code none;
+  return std::filesystem::is_regular_file(word, none);
+}
+
 int parse_and_run(std::span<const std::unique_ptr<Command>> commands, int argc, char** argv,
-                  const Command*& chosen) {
+                  Command*& chosen) {
   CLI::App app{"shm compresses hexahedral meshes with their data and gives them back."};
   app.name("shm");
   app.set_version_flag("-V,--version", "shm " SHM_VERSION);
@@ -81,8 +112,10 @@ int parse_and_run(std::span<const std::unique_ptr<Command>> commands, int argc, 
   std::vector<std::string> words = words_of(argc, argv);
   const std::string& first = words.back();
   if (!first.starts_with('-') && std::find(names.begin(), names.end(), first) == names.end()) {
+    const std::string instead = is_file(first) ? "; did you mean shm compress " + first + "?"
+                                               : meant(nearest_word(first, names));
     std::fprintf(stderr, "shm: there is no command %s%s (see shm --help)\n", first.c_str(),
-                 meant(nearest_word(first, names)).c_str());
+                 instead.c_str());
     return kWrongUse;
   }
   try {
@@ -96,6 +129,8 @@ int parse_and_run(std::span<const std::unique_ptr<Command>> commands, int argc, 
   for (const auto& [parsed, command] : added)
     if (parsed->parsed()) {
       chosen = command;
+      auto* const of_files = dynamic_cast<FileCommand*>(command);
+      if (of_files != nullptr && !of_files->files.empty()) return run_on_files(*of_files);
       command->input = standard_or(command->input, STDIN_FILENO);
       command->output = standard_or(command->output, STDOUT_FILENO);
       check_places(command->places(), command->force);
@@ -104,53 +139,17 @@ int parse_and_run(std::span<const std::unique_ptr<Command>> commands, int argc, 
   return kWrongUse;
 }
 
-// Whether standard output is a pipe that nobody reads any more: `shm info x | head` is no mistake.
-bool nobody_listens() {
-  struct pollfd out = {STDOUT_FILENO, POLLOUT, 0};
-  return ::poll(&out, 1, 0) > 0 && (out.revents & POLLERR) != 0;
-}
-
-// Whether `path` is a file, and a .shm file by its beginning.
-bool is_shm_file(const std::string& path) {
-  std::error_code none;
-  try {
-    return std::filesystem::is_regular_file(path, none) && is_shm(path);
-  } catch (const Failure&) {
-    return false;
-  }
-}
-
-int complain(int code, const std::string& sentence) {
-  if (code == kBadOutput && nobody_listens()) return code;
-  std::fprintf(stderr, "shm: %s\n", sentence.c_str());
-  return code;
-}
-
 }  // namespace
 
 int run_tool(std::span<const std::unique_ptr<Command>> commands, int argc, char** argv) {
-  const Command* chosen = nullptr;
-  const auto input = [&] { return chosen != nullptr ? chosen->input : std::string(); };
-  try {
+  Command* chosen = nullptr;
+  return reported(chosen, [&] {
     const int code = parse_and_run(commands, argc, argv, chosen);
-    if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
-    return complain(kBadOutput, "standard output cannot be written");
-  } catch (const Failure& failure) {
-    Error error = failure.error();
-    if (chosen != nullptr && !chosen->spooled.empty() && error.file == chosen->spooled)
-      error.file = chosen->spooled_from;
-    if (error.file.empty() && error.code != ErrorCode::misuse) error.file = input();
-    const bool damaged = error.code == ErrorCode::corrupt || error.code == ErrorCode::truncated;
-    if (damaged && chosen != nullptr && !chosen->names_repair() && is_shm_file(error.file))
-      error.detail += "; shm verify lists what is damaged, shm repair -o OUT.shm writes the rest";
-    return complain(exit_code(error.code), error.message());
-  } catch (const std::bad_alloc&) {
-    return complain(kLimit, input() + ": needs more memory than there is");
-  } catch (const std::length_error&) {
-    return complain(kLimit, input() + ": needs more memory than there is");
-  } catch (const std::exception& error) {
-    return complain(kBadInput, input() + ": " + error.what());
-  }
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+      throw Failure(
+          Error{ErrorCode::output, "cannot be written", {}, kNoOffset, "standard output"});
+    return code;
+  });
 }
 
 }  // namespace shm::converters

@@ -1,0 +1,59 @@
+#include "tool/removal.h"
+
+#include <unistd.h>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <system_error>
+
+#include "base/failure.h"
+#include "compare/compare.h"
+#include "compare/mesh_diff.h"
+#include "tool/input.h"
+
+namespace shm::converters {
+namespace {
+
+[[noreturn]] void refuse_removal(const std::string& path, const std::string& detail) {
+  throw Failure(Error{ErrorCode::output, detail, {}, kNoOffset, path});
+}
+
+// What differs first, in words; empty: nothing.
+std::string first_difference(MeshSource& source, MeshSource& written, bool is_shm, Spool& spool,
+                             const Progress& progress, const CellSequence* cell_order) {
+  if (is_shm) {
+    const CompareReport report = compare_meshes(source, written, spool, progress, cell_order);
+    return report.equal() ? std::string() : report.first.front();
+  }
+  const MeshDiff diff = diff_meshes(source, written, {}, spool, progress);
+  return diff.equal() ? std::string() : diff.differences.front().what + " differs";
+}
+
+}  // namespace
+
+void check_removable(const std::string& path) {
+  std::error_code none;
+  const auto status = std::filesystem::symlink_status(path, none);
+  if (std::filesystem::is_symlink(status))
+    refuse_removal(path, "is a link, which --rm does not remove");
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    refuse_removal(path, "is no file that --rm could remove");
+}
+
+void remove_source(const std::string& source, const std::string& written, CommonOptions& options,
+                   const Progress& progress, const CellSequence* cell_order) {
+  Spool spool(spool_directory(options), spool_memory(options));
+  ToolInput source_file(options, source), written_file(options, written);
+  const bool compressed = written_file.is_shm();
+  const auto before = source_file.open(spool, progress);
+  const auto after = written_file.open(spool, progress);
+  const std::string difference =
+      first_difference(*before, *after, compressed, spool, progress, cell_order);
+  if (!difference.empty())
+    refuse_removal(source,
+                   "is not removed, since " + written + " does not give it back: " + difference);
+  if (::unlink(source.c_str()) != 0)
+    refuse_removal(source, std::string("cannot be removed: ") + std::strerror(errno));
+}
+
+}  // namespace shm::converters

@@ -1,0 +1,109 @@
+#include "tool/running/file_list.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <system_error>
+#include <utility>
+
+#include "base/failure.h"
+#include "base/unpacked.h"
+#include "formats/formats.h"
+
+namespace shm::converters {
+namespace {
+
+namespace fs = std::filesystem;
+
+Error refusal(ErrorCode code, std::string detail, const std::string& path) {
+  return Error{code, std::move(detail), {}, kNoOffset, path};
+}
+
+class Listing {
+ public:
+  explicit Listing(const FilePurpose& purpose) : purpose_(purpose) {}
+
+  void add(const std::string& path) {
+    std::error_code none;
+    if (!fs::is_directory(path, none)) {
+      take({path, {}, {}, {}, {}, 0}, fs::path(path).filename(), true);
+    } else if (purpose_.recursive) {
+      add_folder(path);
+    } else {
+      refuse(path, refusal(ErrorCode::misuse, "is a folder; -r takes the files in it", path));
+    }
+  }
+  FileList done() { return std::move(list_); }
+
+ private:
+  void refuse(const std::string& path, Error error) {
+    FileTask task{path, {}, {}, {}, {}, 0};
+    task.refusal = std::move(error);
+    list_.tasks.push_back(std::move(task));
+  }
+
+  // Links are not followed: they may lead anywhere, and round in circles.
+  void add_folder(const std::string& folder) {
+    std::error_code error;
+    std::vector<fs::path> files;
+    fs::recursive_directory_iterator at(folder, error), end;
+    while (!error && at != end) {
+      if (!at->is_symlink() && at->is_regular_file()) files.push_back(at->path());
+      at.increment(error);
+    }
+    if (error) refuse(folder, refusal(ErrorCode::io, "cannot be read: " + error.message(), folder));
+    std::sort(files.begin(), files.end());
+    for (const fs::path& file : files)
+      take({file.string(), {}, {}, {}, {}, 0}, file.lexically_relative(folder), false);
+  }
+
+  // `below`: its place below the folder that outputs go to.
+  void take(FileTask task, const fs::path& below, bool named) {
+    try {
+      if (!named && !purpose_.is_for(format_of(task.input))) {
+        ++list_.others;
+        return;
+      }
+      std::error_code none;
+      const std::uintmax_t bytes = fs::file_size(task.input, none);
+      task.bytes = none ? 0 : bytes;
+      if (purpose_.why_passed_over) task.passed_over = purpose_.why_passed_over(task.input);
+      if (task.passed_over.empty()) find_output(task, below);
+    } catch (const Failure& failure) {
+      task.refusal = failure.error();
+    }
+    list_.tasks.push_back(std::move(task));
+  }
+
+  static const Format* format_of(const std::string& path) {
+    return is_packed(path) ? format_of_name(unpacked_name(path)) : format_of_file(path);
+  }
+
+  void find_output(FileTask& task, const fs::path& below) {
+    task.output = purpose_.output_beside ? purpose_.output_beside(task.input) : std::string();
+    if (task.output.empty()) return;
+    if (!purpose_.folder.empty())
+      task.output =
+          (fs::path(purpose_.folder) / below.parent_path() / fs::path(task.output).filename())
+              .string();
+    const auto [first, is_new] =
+        writers_.emplace(fs::path(task.output).lexically_normal(), task.input);
+    if (!is_new)
+      throw Failure(
+          refusal(ErrorCode::output, "is what " + first->second + " becomes, too", task.output));
+  }
+
+  const FilePurpose& purpose_;
+  FileList list_;
+  std::map<fs::path, std::string> writers_;  // output -> input
+};
+
+}  // namespace
+
+FileList list_files(const std::vector<std::string>& paths, const FilePurpose& purpose) {
+  Listing listing(purpose);
+  for (const std::string& path : paths) listing.add(path);
+  return listing.done();
+}
+
+}  // namespace shm::converters
