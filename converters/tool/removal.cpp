@@ -10,6 +10,7 @@
 #include "compare/compare.h"
 #include "compare/mesh_diff.h"
 #include "tool/input.h"
+#include "tool/progress_line.h"
 
 namespace shm::converters {
 namespace {
@@ -47,8 +48,9 @@ void remove_source(const std::string& source, const std::string& written, Common
   const bool compressed = written_file.is_shm();
   const auto before = source_file.open(spool, progress);
   const auto after = written_file.open(spool, progress);
+  WatchedMesh watched(*before, progress, "comparing");
   const std::string difference =
-      first_difference(*before, *after, compressed, spool, progress, cell_order);
+      first_difference(watched, *after, compressed, spool, progress, cell_order);
   if (!difference.empty())
     refuse_removal(source,
                    "is not removed, since " + written + " does not give it back: " + difference);

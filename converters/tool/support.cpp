@@ -1,7 +1,6 @@
 #include "tool/support.h"
 
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <cstdio>
 #include <filesystem>
@@ -25,24 +24,6 @@ ExitCode exit_code(ErrorCode code) {
     case ErrorCode::unsupported: return kBadInput;
   }
   return kBadInput;
-}
-
-ProgressLine::ProgressLine(bool quiet) : shown_(!quiet && ::isatty(STDERR_FILENO) != 0) {}
-
-void ProgressLine::show(std::string_view phase, std::uint64_t done, std::uint64_t total) {
-  const auto now = std::chrono::steady_clock::now();
-  if (!shown_ || (now - last_ < std::chrono::milliseconds(100) && total != 0)) return;
-  last_ = now;
-  dirty_ = true;
-  std::fprintf(stderr, "\r\033[K%.*s", static_cast<int>(phase.size()), phase.data());
-  if (total > 0)
-    std::fprintf(stderr, " %3.0f %%",
-                 100.0 * static_cast<double>(done) / static_cast<double>(total));
-}
-
-void ProgressLine::wipe() {
-  if (dirty_) std::fputs("\r\033[K", stderr);
-  dirty_ = false;
 }
 
 std::string spool_directory(const CommonOptions& options) {

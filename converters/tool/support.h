@@ -1,14 +1,11 @@
-// What the commands of the tool shm have in common: exit codes, the line of progress, places.
+// What the commands of the tool shm have in common: exit codes, options of all, places.
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
 
-#include "base/progress.h"
 #include "shm/result.h"
 #include "transfer/losses.h"
 
@@ -40,28 +37,6 @@ struct CommonOptions {
 // Memory of the spool: as the user wants it, or what is usual; more where `any_order` of vertices
 // or cells is likely.
 std::size_t spool_memory(const CommonOptions& options, bool any_order = false);
-
-// One line on the terminal, rewritten at most ten times a second and wiped at the end.
-class ProgressLine {
- public:
-  explicit ProgressLine(bool quiet);
-  ~ProgressLine() { wipe(); }
-  ProgressLine(const ProgressLine&) = delete;
-  ProgressLine& operator=(const ProgressLine&) = delete;
-
-  Progress callback() {
-    if (!shown_) return {};
-    return [this](std::string_view phase, std::uint64_t done, std::uint64_t total) {
-      show(phase, done, total);
-    };
-  }
-  void show(std::string_view phase, std::uint64_t done = 0, std::uint64_t total = 0);
-  void wipe();
-
- private:
-  bool shown_, dirty_ = false;
-  std::chrono::steady_clock::time_point last_{};
-};
 
 // Spools go beside the output, which has room for meshes, or where the user wants them.
 std::string spool_directory(const CommonOptions& options);

@@ -7,6 +7,8 @@ import gzip
 import json
 import lzma
 import os
+import pty
+import re
 import signal
 import subprocess
 import sys
@@ -15,7 +17,7 @@ import unittest
 from pathlib import Path
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-from folder_test import FolderTest
+from folder_test import SANITIZED, FolderTest
 from sample_meshes import write_vtk
 
 SHM = "shm"
@@ -249,6 +251,38 @@ class FilesTest(FolderTest):
             self.assertEqual(self.bytes("x.shm"), self.bytes("y.shm"))
         _, text = self.shm("a.vtk", code=2)
         self.assertIn("did you mean shm compress a.vtk?", text)
+
+    def shares_on_terminal(self, *words):
+        """Percents that a terminal shows while the tool runs, in their order."""
+        pid, terminal = pty.fork()
+        if pid == 0:
+            os.chdir(self.folder)
+            os.execv(SHM, [SHM, *words])
+        shown = b""
+        while True:
+            try:
+                piece = os.read(terminal, 65536)
+            except OSError:
+                piece = b""
+            if not piece:
+                break
+            shown += piece
+        os.close(terminal)
+        self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), 0, shown)
+        self.assertIn(b"\r\x1b[K", shown)  # wiped
+        return [int(share) for share in re.findall(rb"(\d+) %", shown)]
+
+    def test_progress_only_grows(self):
+        write_vtk(self.path("large.vtk"), 24 if SANITIZED else 60)
+        for words in (["compress", "large.vtk"], ["decompress", "large.vtk.shm", "-o", "back.vtk"],
+                      ["verify", "large.vtk.shm", "--against", "large.vtk"],
+                      ["compress", "-f", "-T", "1", "a.vtk", "b.vtk", "large.vtk", "sub/c.vtk"]):
+            with self.subTest(words=words):
+                shares = self.shares_on_terminal(*words)
+                self.assertEqual(shares, sorted(shares))
+                self.assertTrue(all(share <= 100 for share in shares))
+                self.assertGreater(len(shares), 1)
+                self.assertEqual(self.shm(*words, *[f for f in ["-f"] if words[0] != "verify"])[1], "")
 
     def test_threads_change_nothing(self):
         for threads in ("1", "3"):

@@ -10,6 +10,7 @@
 #include "order/cell_order_file.h"
 #include "tool/commands/options.h"
 #include "tool/input.h"
+#include "tool/progress_line.h"
 #include "tool/report.h"
 
 namespace shm::converters {
@@ -142,7 +143,7 @@ ExitCode AppendCommand::run() {
   require_shm(input);
   require_no_archive(input);
   if (output.empty()) output = input;
-  ProgressLine line(quiet);
+  ProgressLine line(*this);
   Spool spool(spool_directory(*this), spool_memory(*this));
   line.show("reading " + source);
   ToolInput in(*this, source);

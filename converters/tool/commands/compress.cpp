@@ -14,6 +14,7 @@
 #include "order/cell_order_file.h"
 #include "tool/commands/options.h"
 #include "tool/input.h"
+#include "tool/progress_line.h"
 #include "tool/removal.h"
 #include "tool/report.h"
 
@@ -171,6 +172,32 @@ CompressOptions CompressCommand::how() const {
   return wanted;
 }
 
+// Roughly as a profile has them: a byte of a cell or a step costs as much in each of its phases.
+std::vector<ExpectedPhase> CompressCommand::phases_of(const MeshInfo& info) const {
+  const MeshBytes bytes = bytes_of_mesh(info);
+  const double cells = static_cast<double>(bytes.cells);
+  std::vector<ExpectedPhase> phases;
+  if (order == "free")
+    phases = {{"taking up cells", .1 * cells},   {"sorting vertices", .1 * cells},
+              {"numbering corners", .1 * cells}, {"sorting cells", .1 * cells},
+              {"joining faces", .4 * cells},     {"trying orders", .4 * cells}};
+  double streamed = 2 * cells + static_cast<double>(bytes.points);
+  for (std::size_t a = 0; a < bytes.arrays.size(); ++a)
+    if (!info.schema.arrays[a].per_step) streamed += static_cast<double>(bytes.arrays[a]);
+  phases.push_back({"finding last uses", .1 * cells});
+  phases.push_back({"streaming cells", streamed});
+  for (std::size_t a = 0; a < bytes.arrays.size(); ++a)
+    if (info.schema.arrays[a].per_step)
+      phases.push_back({info.schema.arrays[a].name, static_cast<double>(bytes.arrays[a])});
+  const double all = static_cast<double>(bytes.all());
+  if (parity) phases.push_back({"writing parity", .05 * all});
+  if (remove) {
+    phases.push_back({"decoding", .5 * all});
+    phases.push_back({"comparing", .2 * all});
+  }
+  return phases;
+}
+
 SizeReport CompressCommand::write_to_pipe(MeshSource& mesh, const CompressOptions& how,
                                           Spool& spool) const {
   const auto sink = unwrap(FileSink::create("-"), "-");
@@ -222,7 +249,7 @@ ExitCode CompressCommand::run() {
   if (remove) check_removable(input);
   CompressOptions wanted = how();
   const auto start = std::chrono::steady_clock::now();
-  ProgressLine line(quiet);
+  ProgressLine line(*this);
   // An incoherent mesh is read in any order: pages that go to disk would come back soon.
   Spool spool(spool_directory(*this), spool_memory(*this, order == "free"));
   line.show("reading " + input);
@@ -230,6 +257,7 @@ ExitCode CompressCommand::run() {
   const auto mesh = in.open(spool, line.callback());
 
   wanted.progress = line.callback();
+  line.expect(phases_of(mesh->info()), file_bytes(in.path()));
   std::optional<CellSequence> given_order;
   if (!cell_order.empty())
     wanted.cell_order = &given_order.emplace(read_cell_order(cell_order, mesh->info().cells()));

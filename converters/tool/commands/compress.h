@@ -8,6 +8,7 @@
 
 #include "compression/compress.h"
 
+#include "tool/progress_line.h"
 #include "tool/running/command.h"
 
 namespace shm::converters {
@@ -35,6 +36,7 @@ struct CompressCommand final : FileCommand {
  private:
   Lossy lossy() const;
   void check_use() const;
+  std::vector<ExpectedPhase> phases_of(const MeshInfo& info) const;
   SizeReport write_to_pipe(MeshSource& mesh, const CompressOptions& how, Spool& spool) const;
   SizeReport write_to_file(MeshSource& mesh, const CompressOptions& how, Spool& spool) const;
 };

@@ -7,6 +7,7 @@
 #include "formats/formats.h"
 #include "tool/commands/options.h"
 #include "tool/input.h"
+#include "tool/progress_line.h"
 #include "tool/removal.h"
 #include "tool/report.h"
 #include "transfer/translate.h"
@@ -28,8 +29,9 @@ CLI::App* ConvertCommand::add_to(CLI::App& tool) {
 
 ExitCode ConvertCommand::write(ToolInput& in) {
   const Format& target = output_format(output, format);
-  ProgressLine line(quiet);
+  ProgressLine line(*this);
   Spool spool(spool_directory(*this), spool_memory(*this));
+  line.expect({{"decoding", 1}, {"writing", 1}}, file_bytes(in.path()));
   line.show("reading " + input);
   const auto mesh = in.open(spool, line.callback(), threads);
   std::optional<Translation> translation;
@@ -39,14 +41,13 @@ ExitCode ConvertCommand::write(ToolInput& in) {
     wrong_use("--step needs a mesh from another format than that of OUT; both are " +
               std::string(target.name));
   }
-  MeshSource& written = translation ? translation->mesh() : *mesh;
+  WatchedMesh watched(translation ? translation->mesh() : *mesh, line.callback(), "writing");
   if (translation && !translation->losses().empty()) {
     line.wipe();
     report_losses(translation->losses(), output);
     if (strict) return kIncomplete;
   }
-  line.show("writing " + output);
-  write_mesh(written, output, target, spool);
+  write_mesh(watched, output, target, spool);
   if (remove) {
     if (translation && !translation->losses().empty())
       throw Failure(Error{ErrorCode::output,
@@ -57,7 +58,7 @@ ExitCode ConvertCommand::write(ToolInput& in) {
     remove_source(input, output, *this, line.callback());
   }
   line.wipe();
-  print(*this, output + ": " + counts_text(written.info()) + "\n");
+  print(*this, output + ": " + counts_text(watched.info()) + "\n");
   return kDone;
 }
 

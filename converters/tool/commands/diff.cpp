@@ -11,6 +11,7 @@
 #include "mesh/lossy.h"
 #include "tool/commands/options.h"
 #include "tool/diff_report.h"
+#include "tool/progress_line.h"
 
 namespace shm::converters {
 namespace {
@@ -119,7 +120,7 @@ ExitCode DiffCommand::run() {
   options.only = only;
   options.ignored = ignored;
   options.limit = limit;
-  ProgressLine line(quiet);
+  ProgressLine line(*this);
   // With --match, places and values are read in any order.
   Spool spool(spool_directory(*this), spool_memory(*this, match));
   line.show("reading " + input);

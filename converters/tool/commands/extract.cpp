@@ -21,6 +21,7 @@
 #include "formats/formats.h"
 #include "sets/set_cells.h"
 #include "tool/commands/options.h"
+#include "tool/progress_line.h"
 #include "tool/report.h"
 #include "transfer/piece_output.h"
 #include "transfer/translate.h"
@@ -405,7 +406,7 @@ Places ExtractCommand::places() {
 }
 
 ExitCode ExtractCommand::run() {
-  ProgressLine line(quiet);
+  ProgressLine line(*this);
   Spool spool(spool_directory(*this), spool_memory(*this));
   Extraction extraction(*this, spool);
   line.show("reading " + input);

@@ -8,6 +8,7 @@
 #include "archive/archive_files.h"
 #include "tool/commands/options.h"
 #include "tool/input.h"
+#include "tool/progress_line.h"
 #include "tool/report.h"
 
 namespace shm::converters {
@@ -25,7 +26,7 @@ CLI::App* InfoCommand::add_to(CLI::App& tool) {
 }
 
 ExitCode InfoCommand::run() {
-  ProgressLine line(quiet);
+  ProgressLine line(*this);
   std::string text;
   ToolInput in(*this);
   if (!in.is_stream() && is_archive(in.path())) {

@@ -6,6 +6,7 @@
 #include "archive/archive_files.h"
 #include "base/output_file.h"
 #include "tool/commands/options.h"
+#include "tool/progress_line.h"
 #include "tool/report.h"
 
 namespace shm::converters {
@@ -35,7 +36,7 @@ ExitCode JoinCommand::run() {
   how.order = order_of(order);
   how.level = level_of(level);
   how.threads = threads;
-  ProgressLine line(quiet);
+  ProgressLine line(*this);
   how.progress = line.callback();
   OutputFile archive(output, spool_directory(*this));
   ByteSink& sink = archive.sink();

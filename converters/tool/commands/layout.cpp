@@ -9,6 +9,7 @@
 #include "tool/commands/options.h"
 #include "tool/input.h"
 #include "tool/layout.h"
+#include "tool/progress_line.h"
 
 namespace shm::converters {
 
@@ -31,7 +32,7 @@ std::string LayoutCommand::output_beside(const std::string& path) const {
 Places LayoutCommand::places() { return {{input}, output}; }
 
 ExitCode LayoutCommand::run() {
-  ProgressLine line(quiet);
+  ProgressLine line(*this);
   Spool spool(spool_directory(*this), spool_memory(*this));
   line.show("reading " + input);
   ToolInput in(*this);

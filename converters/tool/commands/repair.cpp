@@ -20,6 +20,7 @@
 #include "base/output_file.h"
 #include "shm/damage.h"
 #include "tool/commands/options.h"
+#include "tool/progress_line.h"
 #include "tool/report.h"
 
 namespace shm::converters {
@@ -254,7 +255,7 @@ ExitCode RepairCommand::run() {
   if (output == "-" && json)
     wrong_use("--json and the .shm file cannot both go to standard output");
   if (output.empty()) output = input;
-  ProgressLine line(quiet);
+  ProgressLine line(*this);
   const Repair repair = RepairRun(*this, line).run();
   line.wipe();
   if (json)

@@ -6,6 +6,7 @@
 
 #include "base/failure.h"
 #include "tool/commands/options.h"
+#include "tool/progress_line.h"
 
 namespace shm::converters {
 
@@ -44,7 +45,7 @@ ExitCode SplitCommand::run() {
       wrong_use("two members would be written to '" + path + "'; name one of them");
   for (const std::string& path : taken) check_places({{input}, path, packed}, force);
   for (const ArchiveMember& member : wanted) {
-    ProgressLine line(quiet);
+    ProgressLine line(*this);
     line.show("writing " + member.name);
     const std::string path = path_of(member);
     if (packed || was_packed(member)) {

@@ -20,6 +20,7 @@
 #include "shm/summary.h"
 #include "tool/commands/options.h"
 #include "tool/input.h"
+#include "tool/progress_line.h"
 #include "tool/report.h"
 
 namespace shm::converters {
@@ -101,7 +102,7 @@ ExitCode VerifyCommand::verify_archive() {
   ArchiveFile archive(input);
   ExitCode code = kDone;
   for (const ArchiveMember& member : archive.members()) {
-    ProgressLine line(quiet);
+    ProgressLine line(*this);
     Spool spool(spool_directory(*this), spool_memory(*this));
     const auto restored = archive.open(member, spool, line.callback(), threads);
     const std::string place = archive.place(member);
@@ -175,9 +176,10 @@ ExitCode VerifyCommand::run() {
     return verify_archive();
   }
   in.require_shm();
-  ProgressLine line(quiet);
+  ProgressLine line(*this);
   Spool spool(spool_directory(*this), spool_memory(*this));
   std::unique_ptr<MeshSource> restored;
+  line.expect({{"decoding", 1}, {"comparing", against.empty() ? 0 : .5}}, file_bytes(in.path()));
   try {
     restored = in.open(spool, line.callback(), threads);
   } catch (const Failure& failure) {
@@ -203,7 +205,8 @@ ExitCode VerifyCommand::run() {
   const auto source = source_file.open(spool, line.callback());
   std::optional<CellSequence> given_order;
   if (!cell_order.empty()) given_order = read_cell_order(cell_order, source->info().cells());
-  const CompareReport report = compare_meshes(*source, *restored, spool, line.callback(),
+  WatchedMesh watched(*source, line.callback(), "comparing");
+  const CompareReport report = compare_meshes(watched, *restored, spool, line.callback(),
                                               given_order ? &*given_order : nullptr);
   line.wipe();
   if (json)

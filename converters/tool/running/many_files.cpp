@@ -15,6 +15,7 @@
 
 #include "archive/damage_report.h"
 #include "base/failure.h"
+#include "tool/progress_line.h"
 #include "tool/report.h"
 #include "tool/running/failures.h"
 #include "tool/running/file_list.h"
@@ -203,8 +204,23 @@ int run_on_files(FileCommand& command) {
       return command.run();
     });
   };
-  run_each(list.tasks, threads, work,
-           [&](const FileTask& task, const Printed& printed) { sum.add(task, printed); });
+  ProgressLine line(command);
+  std::uint64_t bytes = 0;
+  for (const FileTask& task : list.tasks)
+    if (task.refusal && task.passed_over.empty()) bytes += task.bytes;
+  line.expect({}, bytes);
+  const std::string of_all = " of " + counted(list.tasks.size(), "file");
+  const auto progress = [&](std::size_t ended, double share) {
+    line.show_share(std::to_string(ended) + of_all, share);
+  };
+  run_each(
+      list.tasks, threads, work,
+      [&](const FileTask& task, const Printed& printed) {
+        line.wipe();
+        sum.add(task, printed);
+      },
+      line.is_shown() ? TasksProgress(progress) : TasksProgress());
+  line.wipe();
   return sum.end(list.others, writes);
 }
 

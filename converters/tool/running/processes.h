@@ -18,12 +18,17 @@ struct Printed {
   std::string out, error;
 };
 
+// Of all tasks: how many have ended, and what share of their bytes is done.
+using TasksProgress = std::function<void(std::size_t ended, double share)>;
+
 // Runs `work` in a new process for each task that is neither refused nor passed over, with the
 // number of threads it may have, and sets the task's code to what it returns. Up to `jobs`
-// processes at a time. `done` is called for each task, in their order. Where this process ends,
+// processes at a time. `done` is called for each task, in their order,
+// `progress`, which may be empty, some ten times a second. Where this process ends,
 // they end too.
 void run_each(std::span<FileTask> tasks, unsigned jobs,
               const std::function<int(const FileTask&, unsigned threads)>& work,
-              const std::function<void(const FileTask&, const Printed&)>& done);
+              const std::function<void(const FileTask&, const Printed&)>& done,
+              const TasksProgress& progress = {});
 
 }  // namespace shm::converters
