@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <string_view>
 
 #include "mesh/vertex_compaction.h"
@@ -203,6 +204,25 @@ void add_diagram(std::string& svg, const Layout& layout, const LayoutRaster& ras
 }
 
 }  // namespace
+
+bool is_scattered(const Layout& layout) {
+  // A front through a cube of n^3 cells takes n^2; a few of them are a mesh of some parts.
+  const double front = std::cbrt(static_cast<double>(layout.vertices));
+  const double ideal = 4 * front * front;
+  return static_cast<double>(layout.width) >
+         std::max(ideal, static_cast<double>(layout.vertices) / 16);
+}
+
+std::string layout_verdict(const Layout& layout, std::optional<double> saved) {
+  constexpr double kWorthAWord = .05;
+  if (layout.cells == 0) return "there are no cells";
+  if (!is_scattered(layout)) return "cells that share vertices stand close together";
+  const std::string words = "cells that share vertices lie scattered";
+  if (!saved) return words + ": --order free may make the file much smaller";
+  if (*saved < kWorthAWord) return words + ", but --order free would save less than 5 %";
+  return words + ": --order free would save about " +
+         std::to_string(static_cast<int>(std::lround(100 * *saved))) + " %";
+}
 
 Layout measure_layout(MeshSource& mesh, Spool& spool, const Progress& progress) {
   LayoutMeter meter(mesh.info());

@@ -5,7 +5,9 @@
 // segments vertically: the width stays, and the picture shows how narrow the mesh can flow.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,7 +36,17 @@ struct Layout {
 
 Layout measure_layout(MeshSource& mesh, Spool& spool, const Progress& progress = {});
 
+// What the diagram shows, in words. `saved`: the share of the file that --order free would save,
+// where that was measured.
+std::string layout_verdict(const Layout& layout, std::optional<double> saved);
+// Whether the cells are scattered so that another order may save much.
+bool is_scattered(const Layout& layout);
+
 // A picture of both diagrams side by side. `title`: name of the mesh.
 std::string layout_svg(const Layout& layout, const std::string& title);
+
+// The same picture as PNG. Throws Failure (misuse) where the tool was built without librsvg.
+bool has_png();
+std::vector<std::byte> png_of_svg(const std::string& svg);
 
 }  // namespace shm::converters

@@ -1,7 +1,9 @@
 // What the tool reports about meshes and files, as text for people and JSON for programs.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -23,8 +25,9 @@ struct CompressRun {
   SizeReport sizes;
 };
 std::string compress_json(const CompressRun& run, const MeshInfo& info);
-// "41 bytes from 82, 2.00 times smaller".
-std::string ratio_text(std::uint64_t bytes, std::uint64_t source_bytes);
+// "41 bytes from 82, 2.00 times smaller"; `of_what` stands behind the 82.
+std::string ratio_text(std::uint64_t bytes, std::uint64_t source_bytes,
+                       const std::string& of_what = {});
 std::string compress_text(const CompressRun& run, const MeshInfo& info);
 
 // Bits a cell of connectivity and of all numbers.
@@ -33,17 +36,7 @@ double bits_a_cell(const SizeReport& sizes);
 // empty when that is not worth a word.
 std::string free_order_hint(const CompressRun& run, std::optional<std::uint64_t> free_bytes);
 
-// `totals`: null for files that are not .shm.
-std::string info_json(const std::string& path, const MeshInfo& info, const Totals* totals);
-std::string info_text(const std::string& path, const MeshInfo& info, const Totals* totals);
-
-// The same of the members of an archive, and what join made of its inputs.
-struct MemberSummary {
-  std::string name;
-  FileSummary file;
-};
-std::string archive_json(const std::string& path, const std::vector<MemberSummary>& members);
-std::string archive_text(const std::string& path, const std::vector<MemberSummary>& members);
+// What join made of its inputs.
 std::string join_json(const std::string& output, std::uint64_t output_bytes,
                       const std::vector<MemberReport>& members);
 std::string join_text(const std::string& output, std::uint64_t output_bytes,
@@ -63,5 +56,17 @@ std::string json_text(const nlohmann::json& json);
 
 // "3 vertices, 1 hexahedron, 2 other cells"
 std::string counts_text(const MeshInfo& info);
+
+// What reports are made of.
+using Json = nlohmann::ordered_json;
+std::string dump(const Json& json);
+std::string plural(std::uint64_t count, const std::string& one, const std::string& many);
+std::string fixed(double value, int digits);
+Json bits_each(std::uint64_t bytes, std::uint64_t count);  // null where there is none
+std::uint64_t bytes_of(const std::map<std::string, std::uint64_t>& streams,
+                       const std::string& kind);
+std::uint64_t connectivity_bytes(const std::map<std::string, std::uint64_t>& streams);
+std::uint64_t hexahedra_of(const MeshInfo& info);
+std::uint64_t value_count(const MeshInfo& info, std::size_t array);  // all steps and components
 
 }  // namespace shm::converters

@@ -15,6 +15,19 @@ Layout measure(MemoryMesh& mesh) {
   return measure_layout(mesh, spool);
 }
 
+TEST(Layout, HasAVerdict) {
+  Layout layout;
+  EXPECT_EQ(layout_verdict(layout, {}), "there are no cells");
+  layout.vertices = 1'000'000;
+  layout.cells = 970'299;
+  layout.width = 20'000;
+  EXPECT_NE(layout_verdict(layout, {}).find("close together"), std::string::npos);
+  layout.width = 500'000;
+  EXPECT_NE(layout_verdict(layout, .304).find("would save about 30 %"), std::string::npos);
+  EXPECT_NE(layout_verdict(layout, .01).find("less than 5 %"), std::string::npos);
+  EXPECT_NE(layout_verdict(layout, {}).find("may make"), std::string::npos);
+}
+
 TEST(Layout, WidthOfARowOfCells) {
   MemoryMesh mesh = grid_mesh(20, 1, 1);
   const Layout layout = measure(mesh);

@@ -87,7 +87,7 @@ class MemoryUseTest(FolderTest):
     def info(self):
         """How many vertices are active, and the largest resident size of shm info, in bytes. A
         program between takes this script's memory out of account."""
-        run = subprocess.run(["/usr/bin/time", "-f", "%M", SHM, "info", self.path("mesh.shm")],
+        run = subprocess.run(["/usr/bin/time", "-f", "%M", SHM, "info", "-v", self.path("mesh.shm")],
                              capture_output=True, text=True, check=True)
         width = next(line for line in run.stdout.splitlines() if line.startswith("width"))
         return int(width.split()[1]), 1024 * int(run.stderr)

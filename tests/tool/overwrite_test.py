@@ -44,7 +44,7 @@ COMMANDS = [
     ("append, SOURCE", ["append", "steps.shm", "more.vtk", "--time", "9", "-o", "{}"], "more.vtk"),
     ("join", ["join", "-o", "{}", "mesh.shm", "mesh.vtk"], "mesh.vtk"),
     ("extract", ["extract", "mesh.shm", "{}", "--format", "vtk"], "mesh.shm"),
-    ("layout", ["layout", "mesh.vtk", "-o", "{}"], "mesh.vtk"),
+    ("layout", ["layout", "drawn.svg", "-o", "{}"], "drawn.svg"),
     ("repair", ["repair", "mesh.shm", "-o", "{}"], "mesh.shm"),
 ]
 
@@ -55,6 +55,7 @@ class OverwriteTest(FolderTest):
         self.folder = Path(self.directory.name)
         write_vtk(self.path("mesh.vtk"), 4)
         write_vtk(self.path("more.vtk"), 4)
+        write_vtk(self.path("drawn.svg"), 4)  # only .svg and .png are drawn
         self.run_tool("compress", "mesh.vtk", "-o", "mesh.shm", "-q")
         self.run_tool("compress", "mesh.vtk", "-o", "steps.shm", "-q")
 
@@ -75,16 +76,17 @@ class OverwriteTest(FolderTest):
 
     def aliases(self, name):
         """Other names of a file of the folder: name, and the file itself."""
+        self.symbolic, self.hard = (kind + Path(name).suffix for kind in ("symbolic", "hard"))
         (self.folder / "beside").mkdir(exist_ok=True)
         (self.folder / "linked").symlink_to(".")
-        (self.folder / "symbolic").symlink_to(name)
-        os.link(self.folder / name, self.folder / "hard")
-        return [name, f"./{name}", f"beside/../{name}", str(self.folder / name), "symbolic", "hard",
+        (self.folder / self.symbolic).symlink_to(name)
+        os.link(self.folder / name, self.folder / self.hard)
+        return [name, f"./{name}", f"beside/../{name}", str(self.folder / name), self.symbolic, self.hard,
                 f"linked/{name}"]
 
     def remove_aliases(self):
         (self.folder / "beside").rmdir()
-        for name in ("linked", "symbolic", "hard"):
+        for name in ("linked", self.symbolic, self.hard):
             (self.folder / name).unlink()
 
     def test_an_input_is_no_output(self):
@@ -102,9 +104,9 @@ class OverwriteTest(FolderTest):
     def test_a_file_that_is_there_stays_unless_forced(self):
         for name, words, _ in COMMANDS:
             with self.subTest(command=name):
-                other = self.folder / "other.out"
+                other = self.folder / ("other.svg" if name == "layout" else "other.out")
                 other.write_text("a year of work\n")
-                words = [word.format("other.out") for word in words]
+                words = [word.format(other.name) for word in words]
                 self.expect_refusal(*words, reason="is there already")
                 if not name.startswith("append"):
                     self.run_tool(*words, "--force")
@@ -168,7 +170,7 @@ class OverwriteTest(FolderTest):
         for words in (["compress", "mesh.vtk", "-o", "old.shm", "-f"],
                       ["convert", "mesh.vtk", "old.shm", "-f", "--format", "vtk"],
                       ["decompress", "mesh.shm", "-o", "old.shm", "-f", "--format", "vtk"],
-                      ["layout", "mesh.vtk", "-o", "old.shm", "-f"]):
+                      ["layout", "mesh.vtk", "-o", "old.svg", "-f"]):
             with self.subTest(words=words):
                 self.expect_refusal(*words, reason="File too large", preexec_fn=limited)
 

@@ -8,6 +8,7 @@ import os
 import random
 import re
 import signal
+import struct
 import subprocess
 import sys
 import time
@@ -101,7 +102,7 @@ class ToolTest(FolderTest):
         self.shm("compress", self.mesh, "-o", "-", "--json", code=2)
         self.shm("convert", self.mesh, self.path("out.xyz"), code=2)
         self.shm("convert", self.mesh, self.path("out.vtk"), "--format", "stl", code=2)
-        self.shm("decompress", self.path("nothing.shm"), code=2)
+        self.shm("decompress", code=2)
         self.assert_only("mesh.vtk")
 
     def test_bad_input(self):
@@ -109,7 +110,7 @@ class ToolTest(FolderTest):
         with open(garbage, "wb") as out:
             out.write(bytes(range(256)) * 8)
         for words in (["compress", self.path("missing.e")], ["compress", garbage],
-                      ["compress", self.directory.name], ["verify", garbage],
+                      ["convert", self.directory.name, self.path("x.vtk")], ["verify", garbage],
                       ["verify", self.mesh], ["info", garbage], ["info", self.path("missing.shm")],
                       ["layout", garbage, "-o", self.path("x.svg")],
                       ["decompress", self.mesh, "-o", self.path("x.vtk")],
@@ -221,7 +222,7 @@ class ToolTest(FolderTest):
         self.shm("decompress", packed, "-o", nowhere + ".e", code=4)
         self.shm("layout", self.mesh, "-o", nowhere + ".svg", code=4)
         os.mkdir(self.path("folder.vtk"))
-        self.shm("decompress", packed, "-o", self.path("folder.vtk"), code=4)
+        self.shm("convert", packed, self.path("folder.vtk"), code=4)
         self.assert_only("mesh.vtk", "mesh.shm", "folder.vtk")
 
     def test_compress_json(self):
@@ -249,7 +250,7 @@ class ToolTest(FolderTest):
     def test_info(self):
         packed = self.path("mesh.vtk.shm")
         self.shm("compress", self.mesh)
-        text, _ = self.shm("info", packed)
+        text, _ = self.shm("info", "-v", packed)
         for word in ("216 vertices", "125 hexahedra", "'heat'", "connectivity", "geometry"):
             self.assertIn(word, text)
         report = json.loads(self.shm("info", packed, "--json")[0])
@@ -264,13 +265,13 @@ class ToolTest(FolderTest):
         packed = self.path("mesh.shm")
         for codec in ("paper", "rows", "replay", "mixed", "shifts"):
             self.shm("compress", self.mesh, "-o", packed, "--codec", codec)
-            report = json.loads(self.shm("info", packed, "--json")[0])
+            report = json.loads(self.shm("info", "-v", packed, "--json")[0])
             self.assertEqual(report["segment_codecs"], [codec])
-            self.assertIn(f"\ncodec        {codec}\n", self.shm("info", packed)[0])
+            self.assertIn(f"\ncodec        {codec}\n", self.shm("info", "-v", packed)[0])
             self.shm("compress", self.mesh, "-o", packed, "--codec", codec, "--segment-cells", "50")
-            report = json.loads(self.shm("info", packed, "--json")[0])
+            report = json.loads(self.shm("info", "-v", packed, "--json")[0])
             self.assertEqual(report["segment_codecs"], [codec] * 3)
-            self.assertIn(f"\ncodec        {codec}\n", self.shm("info", packed)[0])
+            self.assertIn(f"\ncodec        {codec}\n", self.shm("info", "-v", packed)[0])
 
     def test_segments(self):
         packed = self.path("mesh.shm")
@@ -282,7 +283,7 @@ class ToolTest(FolderTest):
                 report = json.loads(self.shm("info", packed, "--json")[0])
                 self.assertEqual(report["segment_starts"], [0, 50, 100])
                 self.assertEqual(report["imported_vertices"], json.loads(out)["imported_vertices"])
-                self.assertIn("segments     3, ", self.shm("info", packed)[0])
+                self.assertIn("segments     3, ", self.shm("info", "-v", packed)[0])
                 self.shm("verify", packed, "--against", self.mesh)
                 back = self.path("back.vtk")
                 self.shm("decompress", packed, "-o", back)
@@ -531,7 +532,7 @@ class ToolTest(FolderTest):
             sizes[order] = report["streams"]["connectivity"] + report["streams"]["geometry"]
             self.shm("verify", packed, "--against", mesh)
         self.assertLess(5 * sizes["free"], sizes["stream"])
-        self.assertIn("order        free", self.shm("info", packed)[0])
+        self.assertIn("order        free", self.shm("info", "-v", packed)[0])
         self.assertEqual(json.loads(self.shm("info", packed, "--json")[0])["order"], "free")
         self.shm("verify", packed, "--against", self.mesh, code=1)
         back = self.path("back.vtk")
@@ -791,6 +792,15 @@ class ToolTest(FolderTest):
         self.assertIn("width", self.shm("layout", self.mesh, "-o", svg)[0])
         root = xml.etree.ElementTree.parse(svg).getroot()
         self.assertTrue(root.tag.endswith("svg"))
+
+        for name in ("x.gif", "x"):
+            self.assertIn("a picture is a .svg or .png file",
+                          self.shm("layout", self.mesh, "-o", self.path(name), code=2)[1])
+        png = self.path("mesh.png")
+        self.assertIn("stand close together", self.shm("layout", self.mesh, "-o", png)[0])
+        with open(png, "rb") as picture:
+            head = picture.read(24)
+        self.assertEqual((head[:8], head[16:24]), (b"\x89PNG\r\n\x1a\n", struct.pack(">2I", 1240, 664)))
 
     def test_full_disk(self):
         packed = self.path("mesh.vtk.shm")

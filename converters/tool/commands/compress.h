@@ -28,6 +28,7 @@ struct CompressCommand final : FileCommand {
   Places places() override;
   bool is_for(const Format* format) const override;
   std::string why_passed_over(const std::string& path) const override;
+  bool changes_size() const override { return true; }
   std::string output_beside(const std::string& path) const override;
   ExitCode run() override;
   // What is asked for, but for progress and --cell-order. Throws Failure (misuse).

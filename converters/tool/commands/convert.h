@@ -28,6 +28,7 @@ struct DecompressCommand final : ConvertCommand {
   CLI::App* add_to(CLI::App& tool) override;
   Places places() override;
   bool is_for(const Format* of_file) const override;
+  bool changes_size() const override { return true; }
   std::string output_beside(const std::string& path) const override;
   ExitCode run() override;
 };

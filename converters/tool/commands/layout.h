@@ -10,6 +10,9 @@ struct LayoutCommand final : FileCommand {
   Places places() override;
   std::string output_beside(const std::string& path) const override;
   ExitCode run() override;
+
+ private:
+  bool is_png() const;
 };
 
 }  // namespace shm::converters

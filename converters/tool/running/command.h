@@ -41,6 +41,8 @@ struct FileCommand : Command {
 
   // Whether a file of a folder is for it; null: of no known format.
   virtual bool is_for(const Format* format) const { return format != nullptr; }
+  // Whether it matters how many bytes become how many.
+  virtual bool changes_size() const { return false; }
   // Why an input is left alone; empty: it is not.
   virtual std::string why_passed_over(const std::string& /*path*/) const { return {}; }
   // What is written of an input where the user names nothing; empty: nothing is written. Throws

@@ -125,7 +125,7 @@ class Sum {
     std::fflush(stdout);
   }
 
-  int end(std::uint64_t others, bool writes) const {
+  int end(std::uint64_t others) const {
     if (command_.json) {
       nlohmann::ordered_json sum = {{"files", done_ + passed_over_ + failed_},
                                     {"done", done_},
@@ -133,10 +133,10 @@ class Sum {
                                     {"failed", failed_},
                                     {"other_files", others},
                                     {"input_bytes", input_bytes_}};
-      if (writes) sum["output_bytes"] = output_bytes_;
+      if (command_.changes_size()) sum["output_bytes"] = output_bytes_;
       std::fputs((sum.dump() + "\n").c_str(), stdout);
     } else if (!command_.quiet) {
-      std::fputs(text(others, writes).c_str(), stdout);
+      std::fputs(text(others).c_str(), stdout);
     }
     return code_;
   }
@@ -154,12 +154,12 @@ class Sum {
     std::fputs(lines.c_str(), stdout);
   }
 
-  std::string text(std::uint64_t others, bool writes) const {
+  std::string text(std::uint64_t others) const {
     std::string sum =
         counted(done_ + passed_over_ + failed_, "file") + ": " + std::to_string(done_) + " done";
     if (passed_over_ > 0) sum += ", " + std::to_string(passed_over_) + " passed over";
     if (failed_ > 0) sum += ", " + std::to_string(failed_) + " failed";
-    if (writes) sum += "; " + ratio_text(output_bytes_, input_bytes_);
+    if (command_.changes_size()) sum += "; " + ratio_text(output_bytes_, input_bytes_);
     if (others > 0) sum += "; " + counted(others, "other file") + " in folders left alone";
     return sum + "\n";
   }
@@ -188,8 +188,6 @@ int run_on_files(FileCommand& command) {
     wrong_use("of several files -o is the folder for what is written; there is no folder " +
               command.output);
   FileList list = list_files(command.files, purpose_of(command));
-  const bool writes = std::any_of(list.tasks.begin(), list.tasks.end(),
-                                  [](const FileTask& task) { return !task.output.empty(); });
   check_tasks(command, list);
   Sum sum(command);
   const unsigned threads =
@@ -221,7 +219,7 @@ int run_on_files(FileCommand& command) {
       },
       line.is_shown() ? TasksProgress(progress) : TasksProgress());
   line.wipe();
-  return sum.end(list.others, writes);
+  return sum.end(list.others);
 }
 
 }  // namespace shm::converters

@@ -1,0 +1,51 @@
+// What shm info prints of a mesh: for engineers first, then for who looks at the coder.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compression/decompress.h"
+#include "mesh/mesh_source.h"
+
+namespace shm::converters {
+
+// Smallest and largest finite value of an array, over all components, elements and steps.
+struct ValueRange {
+  double least = 0, most = 0;
+  bool is_empty = true;
+  std::uint64_t not_finite = 0;
+};
+
+// What is known beside the heads of a file.
+struct InfoExtent {
+  std::optional<std::array<double, 6>> box;  // smallest x y z, largest x y z
+  std::vector<ValueRange> ranges;            // of each array; empty: not looked at
+};
+
+// Of the index of a .shm file, which is read again; so many bytes behind its end are passed over.
+std::optional<std::array<double, 6>> box_of_index(const std::string& path,
+                                                  std::uint64_t trailing_bytes);
+// Reads all points, and with `ranges` all values.
+InfoExtent measure_extent(MeshSource& mesh, bool ranges, const Progress& progress);
+
+struct InfoReport {
+  std::string path;
+  const MeshInfo& info;
+  const Totals* totals;  // null for files that are not .shm
+  InfoExtent extent;
+};
+std::string info_json(const InfoReport& report);
+// `verbose`: the coder's view, too.
+std::string info_text(const InfoReport& report, bool verbose);
+
+struct MemberSummary {
+  std::string name;
+  FileSummary file;
+};
+std::string archive_json(const std::string& path, const std::vector<MemberSummary>& members);
+std::string archive_text(const std::string& path, const std::vector<MemberSummary>& members);
+
+}  // namespace shm::converters
