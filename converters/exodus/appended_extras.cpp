@@ -41,13 +41,13 @@ std::optional<std::vector<std::byte>> rows_of(const ByKey& extras, const Skeleto
   return rows;
 }
 
-// Exodus files of which one begins where the other ended.
+// Exodus files of which one begins where the other ended, or of which some steps are left.
 class StepJoiner {
  public:
   explicit StepJoiner(const MeshInfo& old) : old_(old), old_keys_(by_key(old.extras)) {
     old_skeleton_ = skeleton_of(old_keys_);
     if (old_skeleton_.length_of(kStepDimension) != old.step_times.size())
-      does_not_fit(kSkeletonKey, "has another number of steps than times in FILE");
+      does_not_fit(kSkeletonKey, "has another number of steps than there are times");
   }
 
   AppendedExtras join(const MeshInfo& more, const std::vector<Extra>& extras,
@@ -56,12 +56,29 @@ class StepJoiner {
     new_skeleton_ = skeleton_of(new_keys_);
     if (new_skeleton_.length_of(kStepDimension) != more.step_times.size())
       does_not_fit(kSkeletonKey, "has another number of steps than times in SOURCE");
-    lengthen(steps.size());
+    set_steps(old_.step_times.size() + steps.size());
     for (const Variable& variable : old_skeleton_.variables)
       if (has_steps(old_skeleton_, variable)) grow(variable, steps);
     AppendedExtras out = result();
     add_losses(out.losses);
     return out;
+  }
+
+  // Of the old file, at some of its steps.
+  std::optional<std::vector<Extra>> chosen(StepRange steps) {
+    set_steps(steps.size());
+    for (const Variable& variable : old_skeleton_.variables) {
+      const std::string key = extra_key(variable.name);
+      if (!has_steps(old_skeleton_, variable) || !old_keys_.contains(key)) continue;
+      const auto rows =
+          variable.type == NC_STRING ? std::nullopt : rows_of(old_keys_, old_skeleton_, variable);
+      if (!rows) return std::nullopt;
+      const std::size_t row = rows->size() / old_skeleton_.length_of(kStepDimension);
+      cut_into_parts(variable, key, row,
+                     std::vector(rows->begin() + static_cast<std::ptrdiff_t>(steps.first * row),
+                                 rows->begin() + static_cast<std::ptrdiff_t>(steps.end * row)));
+    }
+    return result().extras;
   }
 
   AppendedExtras lengthened(std::uint64_t steps) {
@@ -70,16 +87,16 @@ class StepJoiner {
       if (has_steps(old_skeleton_, variable) && old_keys_.contains(key))
         does_not_fit(key, "has a value at each step, which SOURCE has not");
     }
-    lengthen(steps);
+    set_steps(old_.step_times.size() + steps);
     return result();
   }
 
  private:
-  void lengthen(std::uint64_t steps) {
+  void set_steps(std::uint64_t steps) {
     grown_ = old_skeleton_;
     const int dimension = grown_.find_dimension(kStepDimension);
     if (dimension < 0) does_not_fit(kSkeletonKey, "has no time steps");
-    grown_.dimensions[static_cast<std::size_t>(dimension)].length += steps;
+    grown_.dimensions[static_cast<std::size_t>(dimension)].length = steps;
   }
 
   // The old ones, with what has grown in their place.
@@ -193,6 +210,11 @@ AppendedExtras joined_extras(const MeshInfo& old, const MeshInfo& more,
                              const std::vector<Extra>& extras,
                              std::span<const std::uint64_t> steps) {
   return StepJoiner(old).join(more, extras, steps);
+}
+
+std::optional<std::vector<Extra>> extras_of_steps(const MeshInfo& info, StepRange steps) {
+  if (!counts_steps(info)) return info.extras;
+  return StepJoiner(info).chosen(steps);
 }
 
 AppendedExtras lengthened_extras(const MeshInfo& old, std::uint64_t steps) {

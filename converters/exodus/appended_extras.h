@@ -1,11 +1,13 @@
-// The extras of an Exodus mesh that gets more time steps.
+// The extras of an Exodus mesh that gets more time steps, or is left with some of them.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "mesh/appended_extras.h"
+#include "mesh/chosen_steps.h"
 #include "mesh/mesh_source.h"
 
 namespace shm::converters::exodus {
@@ -22,5 +24,8 @@ AppendedExtras joined_extras(const MeshInfo& old, const MeshInfo& more,
 
 // With `steps` more of a file that has nothing of this kind.
 AppendedExtras lengthened_extras(const MeshInfo& old, std::uint64_t steps);
+
+// At some of its steps; nothing where values at steps are no numbers.
+std::optional<std::vector<Extra>> extras_of_steps(const MeshInfo& info, StepRange steps);
 
 }  // namespace shm::converters::exodus

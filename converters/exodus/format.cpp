@@ -104,6 +104,10 @@ class ExodusSource final : public SourceFormat {
     return losses;
   }
 
+  std::optional<std::vector<Extra>> extras_of_steps(const MeshInfo& info,
+                                                    StepRange steps) const override {
+    return exodus::extras_of_steps(info, steps);
+  }
   bool counts_steps(const MeshInfo& info) const override { return exodus::counts_steps(info); }
   std::optional<AppendedExtras> joined_extras(const MeshInfo& old, const MeshInfo& more,
                                               const std::vector<Extra>& extras,

@@ -1,10 +1,13 @@
 // What other code may ask of Gmsh files, and of meshes that came from them.
 #include <algorithm>
+#include <map>
+#include <set>
 #include <sstream>
 #include <string_view>
 #include <utility>
 
 #include "base/failure.h"
+#include "base/text_input.h"
 #include "gmsh/gmsh.h"
 #include "gmsh/groups.h"
 #include "gmsh/plan.h"
@@ -69,6 +72,59 @@ void add_tags(const MeshInfo& info, LossList& losses) {
     losses.push_back("entities of nodes");
 }
 
+// Sections list every view at every step, and number what else belongs to them.
+class SectionsOfSteps {
+ public:
+  SectionsOfSteps(const MeshInfo& info, StepRange steps) : info_(info), steps_(steps) {
+    for (const ArrayInfo& array : info.schema.arrays)
+      if (array.per_step) stepped_.emplace(array.location == Location::point, array.name);
+    const Extra* sections = find_extra(info, kSections);
+    std::istringstream lines(sections == nullptr ? std::string() : text_of_extra(*sections));
+    std::string line;
+    for (std::size_t k = 0; std::getline(lines, line); ++k) add(k, line);
+  }
+
+  std::vector<Extra> extras() const {
+    constexpr std::string_view kSection = "gmsh/section/";
+    std::vector<Extra> extras;
+    for (const Extra& extra : info_.extras) {
+      Extra& kept =
+          extras.emplace_back(extra.key == kSections ? text_extra(kSections, list_) : extra);
+      if (!extra.key.starts_with(kSection)) continue;
+      const std::size_t end = std::min(extra.key.find('/', kSection.size()), extra.key.size());
+      const auto number = numbers_.find(extra.key.substr(kSection.size(), end - kSection.size()));
+      if (number == numbers_.end())
+        extras.pop_back();
+      else
+        kept.key = std::string(kSection) + std::to_string(number->second) + extra.key.substr(end);
+    }
+    return extras;
+  }
+
+ private:
+  void add(std::size_t number, const std::string& line) {
+    std::istringstream words(line);
+    std::string name, kind, step, array;
+    for (std::string* word : {&name, &kind, &step}) std::getline(words, *word, '\t');
+    std::getline(words, array);
+    std::string kept = line;
+    std::uint64_t at = 0;
+    if (kind == "array" && stepped_.contains({name == "NodeData", array}) &&
+        TextInput::parse(step, at)) {
+      if (at < steps_.first || at >= steps_.end) return;
+      kept = name + '\t' + kind + '\t' + std::to_string(at - steps_.first) + '\t' + array;
+    }
+    numbers_.emplace(std::to_string(number), numbers_.size());
+    list_ += kept + '\n';
+  }
+
+  const MeshInfo& info_;
+  const StepRange steps_;
+  std::set<std::pair<bool, std::string>> stepped_;  // of points, name
+  std::map<std::string, std::size_t> numbers_;      // of sections that stay: old and new
+  std::string list_;
+};
+
 class GmshSource final : public SourceFormat {
  public:
   // Physical groups, but for those that the names of their blocks are.
@@ -131,6 +187,10 @@ class GmshSource final : public SourceFormat {
     return losses;
   }
 
+  std::optional<std::vector<Extra>> extras_of_steps(const MeshInfo& info,
+                                                    StepRange steps) const override {
+    return SectionsOfSteps(info, steps).extras();
+  }
   AppendedExtras lengthened_extras(const MeshInfo&, std::uint64_t) const override {
     throw Failure(Error{ErrorCode::unsupported,
                         "lists every view at every step, which SOURCE, of another format, does not",

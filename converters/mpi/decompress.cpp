@@ -190,8 +190,8 @@ void Part::count_vertices() {
 LossList Part::translate() {
   LossList losses;
   ranks_.together([&] {
-    translation_.emplace(*piece_, std::string(format_.name), capabilities_, options_.step, spool_,
-                         blocks_);
+    translation_.emplace(*piece_, std::string(format_.name), capabilities_,
+                         options_.steps.in(whole_.step_times), spool_, blocks_);
     losses = translation_->losses();
     if (lost_vertices_ > 0)
       losses.push_back(std::to_string(lost_vertices_) + " vertices that no cell uses");

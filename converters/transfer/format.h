@@ -17,6 +17,7 @@
 #include "base/progress.h"
 #include "base/spool.h"
 #include "mesh/appended_extras.h"
+#include "mesh/chosen_steps.h"
 #include "mesh/mesh_source.h"
 #include "sets/transfer_sets.h"
 #include "transfer/losses.h"
@@ -79,6 +80,14 @@ class SourceFormat {
     return {};
   }
 
+  // Whether extras of a mesh with time steps say where the values of each stand. False where they
+  // are those of one of several files that hold one step each.
+  virtual bool describes_steps(const MeshInfo&) const { return true; }
+  // The extras of the mesh at some of its steps; nothing where it is not known which those are.
+  virtual std::optional<std::vector<Extra>> extras_of_steps(const MeshInfo& info,
+                                                            StepRange /*steps*/) const {
+    return info.extras;
+  }
   // The array that has the points at a time step; nothing where those of the mesh are meant.
   virtual std::optional<std::size_t> points_of_step(const MeshInfo&, std::uint64_t /*step*/) const {
     return {};

@@ -16,6 +16,17 @@ LossList losses_by_key(const MeshInfo& info, const Keys& used,
   return losses;
 }
 
+std::string lost_steps(std::uint64_t steps, StepRange kept, const std::string& format) {
+  const auto range = [](std::uint64_t first, std::uint64_t end) {
+    return std::to_string(first) + (first + 1 == end ? "" : " to " + std::to_string(end - 1));
+  };
+  std::string text;
+  if (kept.first > 0) text = range(0, kept.first);
+  if (kept.end < steps) text += (text.empty() ? "" : ", ") + range(kept.end, steps);
+  return (steps - kept.size() > 1 ? "time steps " : "time step ") + text + " of " +
+         std::to_string(steps) + " (a file of " + format + " holds one: --step N picks it)";
+}
+
 std::string quoted(std::string_view text) { return " '" + std::string(text) + "'"; }
 
 }  // namespace shm::converters

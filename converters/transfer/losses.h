@@ -2,12 +2,14 @@
 // anything is written. Nothing may go silently.
 #pragma once
 
+#include <cstdint>
 #include <set>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "mesh/chosen_steps.h"
 #include "mesh/mesh_source.h"
 
 namespace shm::converters {
@@ -34,6 +36,9 @@ class LossCollector {
 // Extras that are not in `used`, by their keys, but for those whose keys start with one of `known`.
 LossList losses_by_key(const MeshInfo& info, const Keys& used,
                        std::span<const std::string_view> known = {});
+
+// "time steps 0 to 7 of 9", where a file of `format` holds one, and `kept` is it.
+std::string lost_steps(std::uint64_t steps, StepRange kept, const std::string& format);
 
 std::string quoted(std::string_view text);  // " 'T'"
 

@@ -8,13 +8,14 @@
 
 #include "base/failure.h"
 #include "mesh/blocks_by_id.h"
+#include "mesh/chosen_steps.h"
 #include "mesh/forwarding_mesh.h"
 #include "mesh/mesh_source.h"
-#include "mesh/one_step.h"
 #include "sets/set_arrays.h"
 #include "sets/set_cells.h"
 #include "sets/transfer_sets.h"
 #include "transfer/joined_arrays.h"
+#include "transfer/own_steps.h"
 
 namespace shm::converters {
 namespace {
@@ -79,19 +80,6 @@ void check_filling(const MeshInfo& info) {
                         {}});
 }
 
-// "time steps 0 to 7 of 9", without step `kept`.
-std::string other_steps(std::size_t steps, std::uint64_t kept) {
-  const auto range = [](std::uint64_t first, std::uint64_t last) {
-    return first == last ? std::to_string(first)
-                         : std::to_string(first) + " to " + std::to_string(last);
-  };
-  std::string text;
-  if (kept > 0) text = range(0, kept - 1);
-  if (kept + 1 < steps) text += (text.empty() ? "" : ", ") + range(kept + 1, steps - 1);
-  const bool several = text.find_first_not_of("0123456789") != std::string::npos;
-  return (several ? "time steps " : "time step ") + text + " of " + std::to_string(steps);
-}
-
 std::string block_label(const BlockInfo& block) {
   std::string text = "block " + std::to_string(block.id);
   return block.name.empty() ? text : text + " '" + block.name + "'";
@@ -108,7 +96,7 @@ Layer& Translation::add(std::unique_ptr<Layer> layer) {
 }
 
 Translation::Translation(MeshSource& source, const std::string& format, const Capabilities& target,
-                         std::optional<std::uint64_t> step, Spool& spool,
+                         std::optional<StepRange> steps, Spool& spool,
                          const std::vector<BlocksById::Key>& blocks_elsewhere)
     : from_(source.info()),
       source_(source_format(source.info())),
@@ -116,13 +104,13 @@ Translation::Translation(MeshSource& source, const std::string& format, const Ca
       target_(target),
       mesh_(&source) {
   if (is_sibling()) {
-    choose_step(step);
+    choose_steps(steps);
     for (std::string& loss : target_.losses_of_sibling(mesh_->info()))
       losses_.push_back(std::move(loss));
     return;
   }
   if (target_.block_numbers) split_blocks(blocks_elsewhere);
-  choose_step(step);
+  choose_steps(steps);
   const std::vector<BlockInfo> blocks = mesh_->info().schema.blocks;
   add(std::make_unique<JoinedArrays>(*mesh_, source_.has_vectors_as_columns() && target.vectors,
                                      !target.block_numbers, target.maps));
@@ -135,34 +123,35 @@ Translation::Translation(MeshSource& source, const std::string& format, const Ca
   for (std::string& loss : source_.losses(from_, used_)) losses_.push_back(std::move(loss));
 }
 
-void Translation::choose_step(std::optional<std::uint64_t> step) {
-  const std::size_t steps = from_.step_times.size();
-  if (step && *step >= steps)
-    throw Failure(Error{ErrorCode::misuse,
-                        "there is no step " + std::to_string(*step) + ": the mesh has " +
-                            std::to_string(steps) + ", counted from 0",
-                        {},
-                        kNoOffset,
-                        {}});
-  if (step) {
-    take_step(*step);
-  } else if (!target_.every_step && steps > 1) {
-    take_step(steps - 1);
-    losses_.push_back(other_steps(steps, steps - 1) + " (a file of " + format_ + " holds one)");
-  } else if (steps == 0 && !is_sibling()) {
+void Translation::choose_steps(std::optional<StepRange> steps) {
+  const std::size_t count = from_.step_times.size();
+  if (!steps && !target_.every_step && count > 1) {
+    steps = StepRange{count - 1, count};
+    losses_.push_back(lost_steps(count, *steps, format_));
+  }
+  if (steps) {
+    take_steps(*steps);
+  } else if (count == 0 && !is_sibling()) {
     if (const auto time = source_.time(from_, used_)) add(std::make_unique<AtTime>(*mesh_, *time));
   }
+  // Of a series of files the extras have a time too.
+  if (count > 0 && !source_.describes_steps(from_)) source_.time(from_, used_);
 }
 
-void Translation::take_step(std::uint64_t step) {
-  const auto points = source_.points_of_step(from_, step);
+void Translation::take_steps(StepRange steps) {
+  if (is_sibling() && !source_.describes_steps(from_))
+    if (auto own = OwnSteps::of(*mesh_, steps)) {
+      add(std::move(own));
+      return;
+    }
+  const auto points = steps.size() == 1 ? source_.points_of_step(from_, steps.first) : std::nullopt;
   if (points && from_.schema.arrays[*points].type == from_.schema.coordinate_type) {
     add(std::make_unique<PointsOfStep>(*mesh_, *points));
   } else if (points) {
-    losses_.push_back("points of time step " + std::to_string(step) +
+    losses_.push_back("points of time step " + std::to_string(steps.first) +
                       " (of another type than the first ones)");
   }
-  add(std::make_unique<OneStep>(*mesh_, step));
+  add(std::make_unique<ChosenSteps>(*mesh_, steps));
 }
 
 void Translation::split_blocks(const std::vector<BlocksById::Key>& first) {

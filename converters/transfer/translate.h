@@ -15,6 +15,7 @@
 
 #include "base/spool.h"
 #include "mesh/blocks_by_id.h"
+#include "mesh/chosen_steps.h"
 #include "mesh/mesh_source.h"
 #include "transfer/format.h"
 #include "transfer/losses.h"
@@ -23,11 +24,11 @@ namespace shm::converters {
 
 class Translation {
  public:
-  // `step`: this one alone; none: all, or the last where a file holds one. `source` and
-  // `spool` must outlive the translation. `format` is the target's name, for the list.
-  // `blocks`: see BlocksById; those that other parts of a decomposed mesh have.
+  // `steps`: these alone, one where a file of the target holds one; none: all, or the last where a
+  // file holds one. `source` and `spool` must outlive the translation. `format` is the target's
+  // name, for the list. `blocks`: see BlocksById; those that other parts of a decomposed mesh have.
   Translation(MeshSource& source, const std::string& format, const Capabilities& target,
-              std::optional<std::uint64_t> step, Spool& spool,
+              std::optional<StepRange> steps, Spool& spool,
               const std::vector<BlocksById::Key>& blocks = {});
   MeshSource& mesh() { return *mesh_; }
   const MeshInfo& info() const { return mesh_->info(); }
@@ -40,8 +41,8 @@ class Translation {
   bool is_sibling() const {
     return !target_.sibling.empty() && from_.schema.source_format == target_.sibling;
   }
-  void choose_step(std::optional<std::uint64_t> step);
-  void take_step(std::uint64_t step);
+  void choose_steps(std::optional<StepRange> steps);
+  void take_steps(StepRange steps);
   void carry_sets(Spool& spool);
   void carry_title();
   void report_arrays();

@@ -1,6 +1,7 @@
 #include "tool/commands/append.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -12,6 +13,7 @@
 #include "tool/input.h"
 #include "tool/progress_line.h"
 #include "tool/report.h"
+#include "tool/step_choice.h"
 
 namespace shm::converters {
 namespace {
@@ -58,11 +60,14 @@ CLI::App* AppendCommand::add_to(CLI::App& tool) {
       ->type_name("");
   command->add_option("-o,--output", output, "File to write (default: FILE)")->type_name("OUT.shm");
   add_force(*command, *this);
-  auto* chosen = command
-                     ->add_option("--step", steps,
-                                  "Step N of SOURCE, from 0, whatever its time; may be repeated\n"
-                                  "(default: all that are later than the last one in FILE)")
-                     ->type_name("N");
+  auto* chosen =
+      command
+          ->add_option("--step", steps,
+                       "Step N of SOURCE, from 0, first or last, or the steps A, A + 1, "
+                       "..., B - 1, whatever their times;\nmay be repeated (default: all "
+                       "that are later than the last one in FILE)")
+          ->allow_extra_args(false)
+          ->type_name("N|first|last|A:B");
   command->add_flag("--all", all, "All steps of SOURCE, whatever their times")->excludes(chosen);
   command
       ->add_option(
@@ -89,10 +94,15 @@ CLI::App* AppendCommand::add_to(CLI::App& tool) {
   return command;
 }
 
-AppendHow AppendCommand::how(const Progress& progress) const {
+AppendHow AppendCommand::how(const MeshInfo& info, const Progress& progress) const {
   AppendHow wanted;
   wanted.all = all;
-  wanted.steps = steps;
+  // A source without steps stands for one.
+  const std::uint64_t count = std::max<std::uint64_t>(info.step_times.size(), 1);
+  for (const std::string& words : steps) {
+    const StepRange range = steps_named(words, count, "SOURCE");
+    for (std::uint64_t step = range.first; step < range.end; ++step) wanted.steps.push_back(step);
+  }
   wanted.time = time;
   wanted.strict = strict;
   wanted.options.level = level_of(level);
@@ -148,7 +158,7 @@ ExitCode AppendCommand::run() {
   line.show("reading " + source);
   ToolInput in(*this, source);
   const auto mesh = in.open(spool, line.callback(), threads);
-  AppendHow wanted = how(line.callback());
+  AppendHow wanted = how(mesh->info(), line.callback());
   std::optional<CellSequence> given_order;
   if (!cell_order.empty())
     wanted.cell_order = &given_order.emplace(read_cell_order(cell_order, mesh->info().cells()));

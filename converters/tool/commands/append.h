@@ -14,7 +14,7 @@ namespace shm::converters {
 
 struct AppendCommand final : Command {
   std::string source, level = "default", cell_order;
-  std::vector<std::uint64_t> steps;
+  std::vector<std::string> steps;  // see steps_named()
   std::optional<double> time;
   std::uint32_t key_steps = 0;  // as in the file
   unsigned threads = 0;         // one for each core
@@ -25,7 +25,7 @@ struct AppendCommand final : Command {
   ExitCode run() override;
 
  private:
-  AppendHow how(const Progress& progress) const;
+  AppendHow how(const MeshInfo& info, const Progress& progress) const;
   std::string json_of(const AppendOutcome& outcome) const;
   std::string text_of(const AppendOutcome& outcome) const;
   ExitCode report_differences(const AppendOutcome& outcome) const;

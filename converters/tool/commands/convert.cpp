@@ -4,13 +4,13 @@
 
 #include "base/failure.h"
 #include "base/unpacked.h"
+#include "formats/conversion.h"
 #include "formats/formats.h"
 #include "tool/commands/options.h"
 #include "tool/input.h"
 #include "tool/progress_line.h"
 #include "tool/removal.h"
 #include "tool/report.h"
-#include "transfer/translate.h"
 
 namespace shm::converters {
 
@@ -23,33 +23,34 @@ CLI::App* ConvertCommand::add_to(CLI::App& tool) {
   command->add_option("OUT", output, "File to write")->required()->type_name("");
   add_force(*command, *this);
   add_format(*command, format);
-  add_translation(*command, strict, step);
+  add_strict(*command, strict);
+  add_steps(*command, steps);
   return command;
 }
 
 ExitCode ConvertCommand::write(ToolInput& in) {
+  if (remove && (steps.time || !steps.words.empty()))
+    wrong_use("--rm needs a file that gives all back; --step and --time take some of it");
   const Format& target = output_format(output, format);
   ProgressLine line(*this);
   Spool spool(spool_directory(*this), spool_memory(*this));
   line.expect({{"decoding", 1}, {"writing", 1}}, file_bytes(in.path()));
   line.show("reading " + input);
   const auto mesh = in.open(spool, line.callback(), threads);
-  std::optional<Translation> translation;
-  if (is_foreign(mesh->info(), target)) {
-    translation.emplace(*mesh, std::string(target.name), *target.capabilities, step, spool);
-  } else if (step) {
-    wrong_use("--step needs a mesh from another format than that of OUT; both are " +
-              std::string(target.name));
-  }
-  WatchedMesh watched(translation ? translation->mesh() : *mesh, line.callback(), "writing");
-  if (translation && !translation->losses().empty()) {
+  const auto chosen = steps.in(mesh->info().step_times);
+  if (chosen && chosen->size() > 1 && holds_one_step(mesh->info(), target, true))
+    wrong_use("--step " + steps.words + " is " + std::to_string(chosen->size()) +
+              " steps, and a file of " + std::string(target.name) + " holds one");
+  Conversion conversion(*mesh, target, chosen, spool);
+  WatchedMesh watched(conversion.mesh(), line.callback(), "writing");
+  if (!conversion.losses().empty()) {
     line.wipe();
-    report_losses(translation->losses(), output);
+    report_losses(conversion.losses(), output);
     if (strict) return kIncomplete;
   }
   write_mesh(watched, output, target, spool);
   if (remove) {
-    if (translation && !translation->losses().empty())
+    if (!conversion.losses().empty())
       throw Failure(Error{ErrorCode::output,
                           "is not removed: " + output + " lacks what is listed",
                           {},
@@ -84,7 +85,8 @@ CLI::App* DecompressCommand::add_to(CLI::App& tool) {
              "OUT");
   add_removal(*command, *this);
   add_format(*command, format);
-  add_translation(*command, strict, step);
+  add_strict(*command, strict);
+  add_steps(*command, steps);
   return command;
 }
 

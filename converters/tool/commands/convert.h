@@ -1,11 +1,10 @@
 // shm convert and shm decompress: a mesh in another format.
 #pragma once
 
-#include <cstdint>
-#include <optional>
 #include <string>
 
 #include "tool/running/command.h"
+#include "tool/step_choice.h"
 
 namespace shm::converters {
 
@@ -13,7 +12,7 @@ class ToolInput;
 
 struct ConvertCommand : FileCommand {
   std::string format;  // empty: by name
-  std::optional<std::uint64_t> step;
+  StepChoice steps;
   bool strict = false;
 
   CLI::App* add_to(CLI::App& tool) override;

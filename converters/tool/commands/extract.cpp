@@ -157,7 +157,7 @@ class Extraction {
   void open();
   void choose_cells();
   void choose_set();
-  void choose_step();
+  void choose_steps();
   void stage();
 
   const ExtractCommand& options_;
@@ -170,6 +170,7 @@ class Extraction {
   MeshInfo whole_;  // of the file: schema, counts, times, extras
   std::vector<TransferSet> sets_;
   std::optional<TransferSet> wanted_set_;
+  std::optional<StepRange> steps_;
   PieceOptions how_;
   LossList losses_;
   std::vector<std::unique_ptr<MeshSource>> layers_;
@@ -246,13 +247,14 @@ void Extraction::choose_set() {
   }
 }
 
-void Extraction::choose_step() {
+void Extraction::choose_steps() {
   const std::size_t steps = whole_.step_times.size();
-  how_.step = options_.step;
-  if (how_.step && *how_.step >= steps)
-    wrong_use("there is no step " + std::to_string(*how_.step) + ": the mesh has " +
-              std::to_string(steps) + ", counted from 0");
+  steps_ = options_.steps.in(whole_.step_times);
   const bool every_step = format_.capabilities == nullptr || format_.capabilities->every_step;
+  if (steps_ && steps_->size() > 1 && !every_step)
+    wrong_use("--step " + options_.steps.words + " is " + std::to_string(steps_->size()) +
+              " steps, and a file of " + std::string(format_.name) + " holds one");
+  if (steps_ && steps_->size() == 1) how_.step = steps_->first;
   if (steps == 0 || (!how_.step && every_step)) return;
   const std::uint64_t step = how_.step.value_or(steps - 1);
   const auto points = source_format(whole_).points_of_step(whole_, step);
@@ -284,6 +286,8 @@ void Extraction::stage() {
               " is all that is asked for; the box of the mesh is " + box);
   }
   layers_.push_back(std::move(piece));
+  if (steps_ && steps_->size() > 1)
+    layers_.push_back(std::make_unique<ChosenSteps>(*piece_, *steps_));
   if (!wanted_set_ || wanted_set_->kind == TransferSet::Kind::elements) return;
   TransferSet cut = *wanted_set_;
   cut.members.clear();
@@ -298,11 +302,11 @@ void Extraction::stage() {
   }
   if (of_nodes) {
     std::sort(cut.members.begin(), cut.members.end());
-    layers_.push_back(std::make_unique<SetCells>(*piece_, std::vector{cut}, false, spool_));
+    layers_.push_back(std::make_unique<SetCells>(*layers_.back(), std::vector{cut}, false, spool_));
     return;
   }
-  auto sides = std::make_unique<SetSides>(*piece_, cut, source_format(whole_).is_flat(whole_),
-                                          piece_->cell_numbers());
+  auto sides = std::make_unique<SetSides>(
+      *layers_.back(), cut, source_format(whole_).is_flat(whole_), piece_->cell_numbers());
   if (sides->left_out() > 0)
     losses_.push_back(std::to_string(sides->left_out()) + " sides of " + cut.label() +
                       " (of cells whose sides are not known)");
@@ -313,7 +317,7 @@ bool Extraction::run(ProgressLine& line) {
   open();
   choose_cells();
   choose_set();
-  choose_step();
+  choose_steps();
   stage();
   Capabilities capabilities =
       format_.capabilities != nullptr ? *format_.capabilities : kShmCapabilities;
@@ -390,10 +394,7 @@ CLI::App* ExtractCommand::add_to(CLI::App& tool) {
           "v_z. May be\nrepeated")
       ->allow_extra_args(false)
       ->type_name("NAME");
-  command
-      ->add_option("--step", step,
-                   "Time step N alone, from 0 (default: all; the last where a file holds one)")
-      ->type_name("N");
+  add_steps(*command, steps);
   command->add_option("--part", part, "Which file of an archive")->type_name("NAME");
   command->add_flag("--strict", strict,
                     "Write nothing when OUT would lack something of the piece (which is named on "

@@ -1,12 +1,11 @@
 // shm extract: a piece of a .shm file, in any format.
 #pragma once
 
-#include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "tool/running/command.h"
+#include "tool/step_choice.h"
 
 namespace shm::converters {
 
@@ -14,7 +13,7 @@ struct ExtractCommand final : Command {
   std::string format;  // empty: by name
   std::string cells, box, set, part;
   std::vector<std::string> blocks, arrays;
-  std::optional<std::uint64_t> step;
+  StepChoice steps;
   bool strict = false;
 
   CLI::App* add_to(CLI::App& tool) override;

@@ -93,15 +93,21 @@ void add_format(CLI::App& command, std::string& format) {
   command.add_option("--format", format, "Of OUT (default: by its name)")->type_name(names);
 }
 
-void add_translation(CLI::App& command, bool& strict, std::optional<std::uint64_t>& step) {
+void add_strict(CLI::App& command, bool& strict) {
   command.add_flag("--strict", strict,
                    "Write nothing when OUT, of another format than the mesh came from, would lack "
                    "something\n(which is named on standard error in any case): exit code 6");
-  command
-      .add_option("--step", step,
-                  "Of a mesh that goes to another format: time step N alone, from 0 (default: all; "
-                  "the last\nwhere a file holds one)")
-      ->type_name("N");
+}
+
+void add_steps(CLI::App& command, StepChoice& steps) {
+  auto* step = command
+                   .add_option("--step", steps.words,
+                               "Time step N, from 0, first or last, or the steps A, A + 1, ..., B "
+                               "- 1 alone\n(default: all; the last where a file holds one)")
+                   ->type_name("N|first|last|A:B");
+  command.add_option("--time", steps.time, "The time step of this time alone")
+      ->excludes(step)
+      ->type_name("T");
 }
 
 Order order_of(const std::string& name) {

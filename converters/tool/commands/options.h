@@ -9,6 +9,7 @@
 
 #include "shm/schema.h"
 #include "tool/running/command.h"
+#include "tool/step_choice.h"
 #include "tool/support.h"
 
 namespace shm::converters {
@@ -30,7 +31,9 @@ void add_order(CLI::App& command, std::string& order);
 void add_level(CLI::App& command, std::string& level);
 void add_format(CLI::App& command, std::string& format);
 // What another format than the mesh's own cannot hold.
-void add_translation(CLI::App& command, bool& strict, std::optional<std::uint64_t>& step);
+void add_strict(CLI::App& command, bool& strict);
+// --step and --time.
+void add_steps(CLI::App& command, StepChoice& steps);
 
 // What the words of --order, --level and --codec mean.
 Order order_of(const std::string& name);

@@ -1,5 +1,7 @@
 #include "vtk/between/family_source.h"
 
+#include <cmath>
+#include <cstring>
 #include <string_view>
 
 #include "base/stored_value.h"
@@ -27,20 +29,48 @@ bool is_numbered_anew(const MeshInfo& info) {
   return contents && contents->version() >= "2.1";
 }
 
+// Field data of one number that is the time of a file; null where there is none.
+const Extra* time_of(const MeshInfo& info) {
+  const std::vector<FieldArray> arrays = field_arrays(info);
+  for (const std::string_view name : {kLegacyTime, kXmlTime})
+    for (const FieldArray& array : arrays)
+      if (array.name == name && array.form == ValueForm::number &&
+          array.values->data.size() == scalar_bytes(array.values->type))
+        return array.values;
+  return nullptr;
+}
+
+std::vector<std::byte> stored_time(double time, ScalarType type) {
+  constexpr double kMostWhole = 0x1p31;  // of a file that counts steps
+  return with_scalar(type, [&](auto zero) {
+    std::vector<std::byte> stored(sizeof zero);
+    if (is_float(type))
+      zero = static_cast<decltype(zero)>(time);
+    else if (std::fabs(time) < kMostWhole)
+      zero = static_cast<decltype(zero)>(static_cast<std::int64_t>(time));
+    std::memcpy(stored.data(), &zero, sizeof zero);
+    return stored;
+  });
+}
+
 }  // namespace
 
 std::optional<double> FamilySource::time(const MeshInfo& info, Keys& used) const {
-  const std::vector<FieldArray> arrays = field_arrays(info);
-  for (const std::string_view name : {kLegacyTime, kXmlTime})
-    for (const FieldArray& array : arrays) {
-      const Extra& values = *array.values;
-      if (array.name != name || array.form != ValueForm::number ||
-          values.data.size() != scalar_bytes(values.type))
-        continue;
-      used.insert(values.key);
-      return as_double(values.data.data(), values.type);
-    }
-  return std::nullopt;
+  const Extra* values = time_of(info);
+  if (values == nullptr) return std::nullopt;
+  used.insert(values->key);
+  return as_double(values->data.data(), values->type);
+}
+
+std::optional<std::vector<Extra>> FamilySource::extras_of_steps(const MeshInfo& info,
+                                                                StepRange steps) const {
+  if (describes_steps(info)) return std::nullopt;
+  const Extra* time = steps.size() == 1 ? time_of(info) : nullptr;
+  std::vector<Extra> extras = info.extras;
+  for (Extra& extra : extras)
+    if (time != nullptr && extra.key == time->key)
+      extra.data = stored_time(info.step_times[steps.first], extra.type);
+  return extras;
 }
 
 std::map<std::int64_t, std::string> FamilySource::block_names(const MeshInfo& info,

@@ -16,6 +16,9 @@ class FamilySource : public SourceFormat {
  public:
   // Field data of one number, whatever its type.
   std::optional<double> time(const MeshInfo& info, Keys& used) const override;
+  // Those of one file of a series, with the time of the step.
+  std::optional<std::vector<Extra>> extras_of_steps(const MeshInfo& info,
+                                                    StepRange steps) const override;
   // Field data as block_names_extra() makes them.
   std::map<std::int64_t, std::string> block_names(const MeshInfo& info, Keys& used) const override;
 

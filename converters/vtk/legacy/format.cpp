@@ -59,6 +59,8 @@ class LegacySource final : public FamilySource {
     return skeleton && skeleton->title != Skeleton().title ? skeleton->title : std::string();
   }
 
+  bool describes_steps(const MeshInfo&) const override { return false; }
+
   // The corners of a voxel run along the axes.
   bool needs_corner_order(const MeshInfo& info) const override {
     for (const BlockInfo& block : info.schema.blocks)

@@ -70,6 +70,11 @@ class XmlSource final : public vtk::FamilySource {
     return {};
   }
 
+  bool describes_steps(const MeshInfo& info) const override {
+    auto contents = Contents::of(info);
+    return contents && contents->times().size() == info.step_times.size();
+  }
+
   std::optional<std::size_t> points_of_step(const MeshInfo& info,
                                             std::uint64_t step) const override {
     return vtu::points_of_step(info, step);

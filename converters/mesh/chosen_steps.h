@@ -1,4 +1,4 @@
-// OneStep: a mesh at one of its time steps. PointsOfStep: its points there, where they move.
+// ChosenSteps: a mesh at some of its time steps. PointsOfStep: its points at one, where they move.
 #pragma once
 
 #include <cstddef>
@@ -8,20 +8,28 @@
 
 namespace shm::converters {
 
-class OneStep final : public ForwardingMesh {
+// Steps `first` to `end` - 1.
+struct StepRange {
+  std::uint64_t first = 0, end = 0;
+  std::uint64_t size() const { return end - first; }
+};
+
+class ChosenSteps : public ForwardingMesh {
  public:
-  OneStep(MeshSource& source, std::uint64_t step) : ForwardingMesh(source), step_(step) {
+  ChosenSteps(MeshSource& source, StepRange steps) : ForwardingMesh(source), first_(steps.first) {
     info_ = source.info();
-    info_.step_times = {info_.step_times[step]};
+    const auto begin = source.info().step_times.begin();
+    info_.step_times.assign(begin + static_cast<std::ptrdiff_t>(steps.first),
+                            begin + static_cast<std::ptrdiff_t>(steps.end));
   }
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override {
-    const bool stepped = info_.schema.arrays[array].per_step;
-    source_.read_array(array, stepped ? step_ : step, first, count, out);
+    const bool stepped = source_.info().schema.arrays[array].per_step;
+    source_.read_array(array, stepped ? first_ + step : step, first, count, out);
   }
 
  private:
-  const std::uint64_t step_;
+  const std::uint64_t first_;
 };
 
 class PointsOfStep final : public ForwardingMesh {
