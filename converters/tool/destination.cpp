@@ -49,9 +49,9 @@ void refuse_inputs(const std::string& path, const struct stat& output,
 }
 
 // A question on the terminal, if there is one.
-bool may_replace(const std::string& path) {
+bool may_replace(const std::string& what) {
   if (::isatty(STDIN_FILENO) == 0 || ::isatty(STDERR_FILENO) == 0) return false;
-  std::fprintf(stderr, "shm: %s is there already. Write over it? [y/N] ", path.c_str());
+  std::fprintf(stderr, "shm: %s there already. Write over it? [y/N] ", what.c_str());
   std::array<char, 16> answer{};
   if (std::fgets(answer.data(), answer.size(), stdin) == nullptr) return false;
   return answer[0] == 'y' || answer[0] == 'Y';
@@ -68,6 +68,23 @@ void check_folder(const std::string& path) {
     refuse(path, "cannot be written: " + folder + ": " + std::strerror(errno));
 }
 
+// All are asked for at once.
+void check_series(const Places& places, bool force) {
+  for (const std::string& path : places.series) {
+    const auto status = status_of(path, STDOUT_FILENO);
+    if (!status) continue;
+    if (S_ISDIR(status->st_mode)) refuse(path, "is a folder");
+    refuse_inputs(path, *status, places.inputs);
+  }
+  if (places.series.empty() || force) return;
+  const std::string& first = places.series.front();
+  const std::size_t others = places.series.size() - 1;
+  const std::string more =
+      others == 0 ? "" : " and " + std::to_string(others) + " more of " + *places.output;
+  if (!may_replace(first + more + (others == 0 ? " is" : " are")))
+    refuse(first, "is there already" + more + "; --force replaces what is written");
+}
+
 }  // namespace
 
 std::string standard_or(std::string path, int descriptor) {
@@ -79,6 +96,7 @@ std::string standard_or(std::string path, int descriptor) {
 
 void check_places(const Places& places, bool force) {
   if (!places.output) return;
+  check_series(places, force);
   const std::string& path = *places.output;
   if (path == kStandardStream && places.compressed && ::isatty(STDOUT_FILENO) != 0)
     refuse("standard output", "is a terminal, and no place for compressed bytes; -o names a file");
@@ -92,7 +110,7 @@ void check_places(const Places& places, bool force) {
   refuse_inputs(path, *status, places.inputs);
   if (path == kStandardStream || !S_ISREG(status->st_mode)) return;
   check_folder(path);
-  if (!force && !may_replace(path)) refuse(path, "is there already; --force replaces it");
+  if (!force && !may_replace(path + " is")) refuse(path, "is there already; --force replaces it");
 }
 
 }  // namespace shm::converters

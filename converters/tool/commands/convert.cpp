@@ -6,6 +6,7 @@
 #include "base/unpacked.h"
 #include "formats/conversion.h"
 #include "formats/formats.h"
+#include "series/step_files.h"
 #include "tool/commands/options.h"
 #include "tool/input.h"
 #include "tool/progress_line.h"
@@ -18,9 +19,12 @@ CLI::App* ConvertCommand::add_to(CLI::App& tool) {
   CLI::App* command =
       add_command(tool, *this, "convert", "Write a mesh of any known format in another one",
                   "  shm convert part.msh part.e\n"
-                  "  shm convert part.e part.dat --format vtk");
+                  "  shm convert part.e part.dat --format vtk\n"
+                  "  shm convert run.e 'run_%04d.vtu'           a file for each time step\n"
+                  "  shm convert run.e run.pvd                  the same, with their times\n"
+                  "  shm convert run.e last.vtk --step last");
   command->add_option("IN", input, mesh_file_text())->required()->type_name("");
-  command->add_option("OUT", output, "File to write")->required()->type_name("");
+  command->add_option("OUT", output, output_text())->required()->type_name("");
   add_force(*command, *this);
   add_format(*command, format);
   add_strict(*command, strict);
@@ -31,40 +35,81 @@ CLI::App* ConvertCommand::add_to(CLI::App& tool) {
 ExitCode ConvertCommand::write(ToolInput& in) {
   if (remove && (steps.time || !steps.words.empty()))
     wrong_use("--rm needs a file that gives all back; --step and --time take some of it");
-  const Format& target = output_format(output, format);
+  const StepFiles step_files(output, format);
   ProgressLine line(*this);
   Spool spool(spool_directory(*this), spool_memory(*this));
   line.expect({{"decoding", 1}, {"writing", 1}}, file_bytes(in.path()));
   line.show("reading " + input);
   const auto mesh = in.open(spool, line.callback(), threads);
-  const auto chosen = steps.in(mesh->info().step_times);
-  if (chosen && chosen->size() > 1 && holds_one_step(mesh->info(), target, true))
+  return step_files.is_one_file() ? write_one(*mesh, step_files.format(), spool, line)
+                                  : write_each(*mesh, step_files, spool, line);
+}
+
+// Reports what the output will lack; whether nothing is to be written then.
+bool ConvertCommand::stops_for(const LossList& losses, ProgressLine& line) const {
+  if (losses.empty()) return false;
+  line.wipe();
+  report_losses(losses, output);
+  return strict;
+}
+
+ExitCode ConvertCommand::write_one(MeshSource& mesh, const Format& target, Spool& spool,
+                                   ProgressLine& line) {
+  const auto chosen = steps.in(mesh.info().step_times);
+  if (chosen && chosen->size() > 1 && holds_one_step(mesh.info(), target, true))
     wrong_use("--step " + steps.words + " is " + std::to_string(chosen->size()) +
-              " steps, and a file of " + std::string(target.name) + " holds one");
-  Conversion conversion(*mesh, target, chosen, spool);
+              " steps, and a file of " + std::string(target.name) +
+              " holds one; a name such as out_%04d takes one file for each");
+  Conversion conversion(mesh, target, chosen, spool);
+  if (stops_for(conversion.losses(), line)) return kIncomplete;
   WatchedMesh watched(conversion.mesh(), line.callback(), "writing");
-  if (!conversion.losses().empty()) {
-    line.wipe();
-    report_losses(conversion.losses(), output);
-    if (strict) return kIncomplete;
-  }
   write_mesh(watched, output, target, spool);
-  if (remove) {
-    if (!conversion.losses().empty())
-      throw Failure(Error{ErrorCode::output,
-                          "is not removed: " + output + " lacks what is listed",
-                          {},
-                          kNoOffset,
-                          input});
-    remove_source(input, output, *this, line.callback());
-  }
+  if (remove) remove_input(conversion.losses(), line);
   line.wipe();
   print(*this, output + ": " + counts_text(watched.info()) + "\n");
   return kDone;
 }
 
+// Where all of it is in what was written.
+void ConvertCommand::remove_input(const LossList& losses, ProgressLine& line) {
+  if (!losses.empty())
+    throw Failure(Error{ErrorCode::output,
+                        "is not removed: " + output + " lacks what is listed",
+                        {},
+                        kNoOffset,
+                        input});
+  remove_source(input, output, *this, line.callback());
+}
+
+// All that is lost is known before the first file is written.
+ExitCode ConvertCommand::write_each(MeshSource& mesh, const StepFiles& step_files, Spool& spool,
+                                    ProgressLine& line) {
+  MeshInfo info = mesh.info();
+  const StepRange range = steps_in_files(info, steps.in(info.step_times));
+  LossList losses;
+  LossCollector all(&losses);
+  for (std::uint64_t step = range.first; step < range.end; ++step) {
+    const Conversion conversion(mesh, step_files.format(), step_in_file(info, step), spool);
+    for (const std::string& loss : conversion.losses()) all.add(loss);
+  }
+  if (stops_for(losses, line)) return kIncomplete;
+  step_files.begin();
+  for (std::uint64_t step = range.first; step < range.end; ++step) {
+    line.show("writing", step - range.first, range.size());
+    Conversion conversion(mesh, step_files.format(), step_in_file(info, step), spool);
+    write_mesh(conversion.mesh(), step_files.file(step), step_files.format(), spool);
+  }
+  step_files.finish(info, range, spool);
+  if (remove) remove_input(losses, line);
+  line.wipe();
+  if (!info.step_times.empty()) info.step_times.resize(range.size());
+  print(*this, step_files.files(range) + ": " + counts_text(info) + "\n");
+  return kDone;
+}
+
 Places ConvertCommand::places() {
-  return {{input}, output, output_format(output, format).name == "shm"};
+  const StepFiles step_files(output, format);
+  return {{input}, output, step_files.format().name == "shm", step_files.files_there()};
 }
 
 ExitCode ConvertCommand::run() {
@@ -79,10 +124,11 @@ CLI::App* DecompressCommand::add_to(CLI::App& tool) {
                   "  shm decompress *.shm -o restored         each into the folder restored\n"
                   "  shm decompress part.shm -o part.out --format vtk");
   add_files(*command, *this, ".shm file, - for standard input");
-  add_output(*command, *this,
-             "File to write, or folder for it (default: what IN was made of, under its name "
-             "without .shm)",
-             "OUT");
+  add_output(
+      *command, *this,
+      output_text() +
+          "; or a folder for it\n(default: what IN was made of, under its name without .shm)",
+      "OUT");
   add_removal(*command, *this);
   add_format(*command, format);
   add_strict(*command, strict);

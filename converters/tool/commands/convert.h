@@ -5,9 +5,14 @@
 
 #include "tool/running/command.h"
 #include "tool/step_choice.h"
+#include "transfer/format.h"
 
 namespace shm::converters {
 
+class MeshSource;
+class ProgressLine;
+class Spool;
+class StepFiles;
 class ToolInput;
 
 struct ConvertCommand : FileCommand {
@@ -21,6 +26,13 @@ struct ConvertCommand : FileCommand {
 
  protected:
   ExitCode write(ToolInput& in);
+
+ private:
+  ExitCode write_one(MeshSource& mesh, const Format& target, Spool& spool, ProgressLine& line);
+  ExitCode write_each(MeshSource& mesh, const StepFiles& step_files, Spool& spool,
+                      ProgressLine& line);
+  void remove_input(const LossList& losses, ProgressLine& line);
+  bool stops_for(const LossList& losses, ProgressLine& line) const;
 };
 
 struct DecompressCommand final : ConvertCommand {

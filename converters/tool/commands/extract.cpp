@@ -19,6 +19,7 @@
 #include "compression/piece_mesh.h"
 #include "compression/set_sides.h"
 #include "formats/formats.h"
+#include "series/step_files.h"
 #include "sets/set_cells.h"
 #include "tool/commands/options.h"
 #include "tool/progress_line.h"
@@ -147,7 +148,10 @@ TransferSet set_of(const std::string& text, const std::vector<TransferSet>& sets
 class Extraction {
  public:
   Extraction(const ExtractCommand& options, Spool& spool)
-      : options_(options), format_(output_format(options.output, options.format)), spool_(spool) {}
+      : options_(options),
+        files_(options.output, options.format),
+        format_(files_.format()),
+        spool_(spool) {}
 
   // False where something is lost and --strict was given.
   bool run(ProgressLine& line);
@@ -159,8 +163,11 @@ class Extraction {
   void choose_set();
   void choose_steps();
   void stage();
+  Translation translated(std::optional<StepRange> step);
+  bool write_each(ProgressLine& line);
 
   const ExtractCommand& options_;
+  const StepFiles files_;
   const Format& format_;
   Spool& spool_;
   std::unique_ptr<FileRandomSource> file_;
@@ -250,11 +257,13 @@ void Extraction::choose_set() {
 void Extraction::choose_steps() {
   const std::size_t steps = whole_.step_times.size();
   steps_ = options_.steps.in(whole_.step_times);
-  const bool every_step = format_.capabilities == nullptr || format_.capabilities->every_step;
+  const bool every_step =
+      !files_.is_one_file() || format_.capabilities == nullptr || format_.capabilities->every_step;
   if (steps_ && steps_->size() > 1 && !every_step)
     wrong_use("--step " + options_.steps.words + " is " + std::to_string(steps_->size()) +
-              " steps, and a file of " + std::string(format_.name) + " holds one");
-  if (steps_ && steps_->size() == 1) how_.step = steps_->first;
+              " steps, and a file of " + std::string(format_.name) +
+              " holds one; a name such as out_%04d takes one file for each");
+  if (steps_ && steps_->size() == 1 && files_.is_one_file()) how_.step = steps_->first;
   if (steps == 0 || (!how_.step && every_step)) return;
   const std::uint64_t step = how_.step.value_or(steps - 1);
   const auto points = source_format(whole_).points_of_step(whole_, step);
@@ -286,7 +295,7 @@ void Extraction::stage() {
               " is all that is asked for; the box of the mesh is " + box);
   }
   layers_.push_back(std::move(piece));
-  if (steps_ && steps_->size() > 1)
+  if (steps_ && steps_->size() > 1 && files_.is_one_file())
     layers_.push_back(std::make_unique<ChosenSteps>(*piece_, *steps_));
   if (!wanted_set_ || wanted_set_->kind == TransferSet::Kind::elements) return;
   TransferSet cut = *wanted_set_;
@@ -313,17 +322,22 @@ void Extraction::stage() {
   layers_.push_back(std::move(sides));
 }
 
+// Words of the source are about the whole mesh.
+Translation Extraction::translated(std::optional<StepRange> step) {
+  Capabilities capabilities =
+      format_.capabilities != nullptr ? *format_.capabilities : kShmCapabilities;
+  capabilities.sibling = {};
+  return {*layers_.back(), std::string(format_.name), capabilities, step, spool_};
+}
+
 bool Extraction::run(ProgressLine& line) {
   open();
   choose_cells();
   choose_set();
   choose_steps();
   stage();
-  Capabilities capabilities =
-      format_.capabilities != nullptr ? *format_.capabilities : kShmCapabilities;
-  capabilities.sibling = {};  // words of the source are about the whole mesh
-  Translation translation(*layers_.back(), std::string(format_.name), capabilities, std::nullopt,
-                          spool_);
+  if (!files_.is_one_file()) return write_each(line);
+  Translation translation = translated(std::nullopt);
   losses_.insert(losses_.end(), translation.losses().begin(), translation.losses().end());
   line.wipe();
   report_losses(losses_, options_.output);
@@ -332,12 +346,38 @@ bool Extraction::run(ProgressLine& line) {
   FromElsewhere mesh(translation.mesh(), whole_);
   write_mesh(mesh, options_.output, format_, spool_);
   line.wipe();
-  written_ = counts_text(mesh.info());
+  written_ = options_.output + ": " + counts_text(mesh.info());
+  return true;
+}
+
+// A file for each step.
+bool Extraction::write_each(ProgressLine& line) {
+  MeshInfo info = layers_.back()->info();
+  const StepRange range = steps_in_files(info, steps_);
+  LossCollector all(&losses_);
+  for (std::uint64_t step = range.first; step < range.end; ++step) {
+    const Translation translation = translated(step_in_file(info, step));
+    for (const std::string& loss : translation.losses()) all.add(loss);
+  }
+  line.wipe();
+  report_losses(losses_, options_.output);
+  if (options_.strict && !losses_.empty()) return false;
+  files_.begin();
+  for (std::uint64_t step = range.first; step < range.end; ++step) {
+    line.show("writing " + options_.output, step - range.first, range.size());
+    Translation translation = translated(step_in_file(info, step));
+    FromElsewhere mesh(translation.mesh(), whole_);
+    write_mesh(mesh, files_.file(step), format_, spool_);
+  }
+  files_.finish(info, range, spool_);
+  line.wipe();
+  if (!info.step_times.empty()) info.step_times.resize(range.size());
+  written_ = files_.files(range) + ": " + counts_text(info);
   return true;
 }
 
 std::string Extraction::summary() const {
-  return options_.output + ": " + written_ + "; read " + std::to_string(source_->bytes) + " of " +
+  return written_ + "; read " + std::to_string(source_->bytes) + " of " +
          std::to_string(source_->size()) + " bytes\n";
 }
 
@@ -360,7 +400,7 @@ CLI::App* ExtractCommand::add_to(CLI::App& tool) {
   command->add_option("IN", input, ".shm file that can be read anywhere")
       ->required()
       ->type_name("");
-  command->add_option("OUT", output, "File to write")->required()->type_name("");
+  command->add_option("OUT", output, output_text())->required()->type_name("");
   add_force(*command, *this);
   add_format(*command, format);
   command
@@ -403,7 +443,8 @@ CLI::App* ExtractCommand::add_to(CLI::App& tool) {
 }
 
 Places ExtractCommand::places() {
-  return {{input}, output, output_format(output, format).name == "shm"};
+  const StepFiles files(output, format);
+  return {{input}, output, files.format().name == "shm", files.files_there()};
 }
 
 ExitCode ExtractCommand::run() {

@@ -146,4 +146,10 @@ std::string format_names() {
 
 std::string mesh_file_text() { return "File of format " + format_names(); }
 
+std::string output_text() {
+  return "File to write; a name such as out_%04d.vtu is a file for each time step, with its "
+         "number,\n"
+         "out.pvd a collection of such files in a folder out, for ParaView";
+}
+
 }  // namespace shm::converters

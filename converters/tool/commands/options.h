@@ -47,5 +47,7 @@ std::vector<std::string> codec_names();
 std::string format_names();
 // The description of a file of any of them.
 std::string mesh_file_text();
+// That of an output of one mesh.
+std::string output_text();
 
 }  // namespace shm::converters
