@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include "base/failure.h"
@@ -144,9 +145,18 @@ std::vector<std::string> ForeignSteps::differences(const Progress& progress) {
   const Schema& theirs = other_.info().schema;
   for (std::size_t a = 0; a < theirs.arrays.size(); ++a)
     if (theirs.arrays[a].per_step) their_values.insert(a);
-  SomeArrays mesh(source_, stepped), other(other_, their_values);
   DiffOptions options;
-  options.with_roles = options.with_extras = false;
+  options.with_extras = false;
+  // Roles are words of one format, some of which count on the places of arrays: all stay there.
+  options.with_roles = info_.schema.source_format == theirs.source_format;
+  if (options.with_roles) {
+    constexpr std::size_t kPrefix = std::string_view("array:").size();
+    const std::vector<std::string> names = array_stream_names(info_.schema);
+    for (const std::size_t a : stepped) options.ignored.push_back(names[a].substr(kPrefix));
+    stepped.clear();
+    their_values.clear();
+  }
+  SomeArrays mesh(source_, stepped), other(other_, their_values);
   std::vector<std::string> differences = missing_;
   for (const Finding& finding : diff_meshes(mesh, other, options, spool_, progress).differences)
     if (finding.kind != "only_in_b") differences.push_back(words(finding));

@@ -1,6 +1,6 @@
-// ForeignSteps: time steps of a mesh that came from a .shm file, out of a file of another format.
-// Vertices and cells have the same numbers in both. Fields belong together by name, a vector also
-// with its components apart. A file without steps stands for one.
+// ForeignSteps: time steps of a mesh out of a file of another format, or of one that holds one
+// step. Vertices and cells have the same numbers in both. Fields belong together by name, a vector
+// also with its components apart. A file without steps stands for one.
 #pragma once
 
 #include <cstdint>

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <span>
@@ -13,6 +14,7 @@
 #include "base/failure.h"
 #include "base/unpacked.h"
 #include "formats/formats.h"
+#include "series/open_series.h"
 
 namespace shm::converters {
 namespace {
@@ -83,7 +85,10 @@ class ToolInput::Stream final : public ByteSource {
 };
 
 ToolInput::ToolInput(CommonOptions& options, const std::string& path) : name_(path), path_(path) {
-  if (!is_read_once(path_) && !is_packed(path_)) return;
+  if (!is_read_once(path_)) {
+    series_ = series_of(path_);
+    if (is_series() || !is_packed(path_)) return;
+  }
   stream_ = std::make_unique<Stream>(path_);
   if (looks_like_shm(stream_->head()) && !looks_like_archive(stream_->head())) return;
   const auto how =
@@ -102,15 +107,32 @@ ToolInput::ToolInput(CommonOptions& options, const std::string& path) : name_(pa
 }
 ToolInput::~ToolInput() = default;
 
-bool ToolInput::is_shm() const { return is_stream() || converters::is_shm(path_); }
+bool ToolInput::is_shm() const {
+  return is_stream() || (!is_series() && converters::is_shm(path_));
+}
 
 void ToolInput::require_shm() const {
+  if (is_series())
+    throw Failure(Error{
+        ErrorCode::unsupported, "is a series of files, and no .shm file", {}, kNoOffset, path_});
   if (!is_stream()) converters::require_shm(path_);
+}
+
+std::uint64_t ToolInput::bytes() const {
+  std::uint64_t sum = file_bytes(path_);
+  if (series_)
+    for (const SeriesFile& file : *series_) sum += file_bytes(file.path);
+  return sum;
+}
+
+void print_remark(const std::string& sentence) {
+  std::fprintf(stderr, "shm: %s\n", sentence.c_str());
 }
 
 std::unique_ptr<MeshSource> ToolInput::open(Spool& spool, const Progress& progress,
                                             unsigned threads) {
   if (is_stream()) return stage_shm(*stream_, name_, 0, spool, progress, threads);
+  if (is_series()) return open_series(*series_, spool, progress, print_remark);
   try {
     return is_shm() ? open_shm(path_, spool, progress, threads) : open_mesh(path_, spool, progress);
   } catch (const Failure& failure) {

@@ -1,14 +1,18 @@
 // The mesh that a command of the tool reads: a file, standard input for "-", a pipe, each as it is
 // or packed by gzip, xz or zstd. A .shm file that comes through a pipe or packed is read as it
 // comes; anything else then goes to a temporary file first, since its reader needs to seek.
+// A name of many files, and a collection, are a series of them.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/output_file.h"
 #include "compression/decompress.h"
+#include "series/series_mesh.h"
 #include "tool/support.h"
 
 namespace shm::converters {
@@ -26,6 +30,8 @@ class ToolInput {
   // A file with all of it, where is_stream() is false.
   const std::string& path() const { return path_; }
   bool is_stream() const { return stream_ != nullptr; }
+  bool is_series() const { return series_.has_value(); }
+  std::uint64_t bytes() const;  // of all files; 0 where that is not known
   bool is_shm() const;
   // Throws Failure where it is none.
   void require_shm() const;
@@ -40,6 +46,10 @@ class ToolInput {
   std::unique_ptr<FileSink> spool_;  // holds what came
   std::optional<RemovedOnSignals> on_signals_;
   std::string name_, path_;
+  std::optional<std::vector<SeriesFile>> series_;
 };
+
+// Prints what of a series is not that of its first file.
+void print_remark(const std::string& sentence);
 
 }  // namespace shm::converters

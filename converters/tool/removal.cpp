@@ -9,6 +9,7 @@
 #include "base/failure.h"
 #include "compare/compare.h"
 #include "compare/mesh_diff.h"
+#include "series/open_series.h"
 #include "tool/input.h"
 #include "tool/progress_line.h"
 
@@ -33,6 +34,7 @@ std::string first_difference(MeshSource& source, MeshSource& written, bool is_sh
 }  // namespace
 
 void check_removable(const std::string& path) {
+  if (series_of(path)) refuse_removal(path, "is a series of files, which --rm does not remove");
   std::error_code none;
   const auto status = std::filesystem::symlink_status(path, none);
   if (std::filesystem::is_symlink(status))

@@ -88,6 +88,11 @@ class SourceFormat {
                                                             StepRange /*steps*/) const {
     return info.extras;
   }
+  // Of a mesh that is one of several files with a step each: its extras without what is about the
+  // step (the time, ranges of values), so that they are those of all; whether one is about its file
+  // and may be another one in the others.
+  virtual std::vector<Extra> extras_of_series(const MeshInfo& info) const { return info.extras; }
+  virtual bool is_about_file(std::string_view /*key*/) const { return false; }
   // The array that has the points at a time step; nothing where those of the mesh are meant.
   virtual std::optional<std::size_t> points_of_step(const MeshInfo&, std::uint64_t /*step*/) const {
     return {};

@@ -1,9 +1,15 @@
-// What other code may ask of UCD files. Meshes that came from them have nothing to add.
+// What other code may ask of UCD files.
 #include "ucd/ucd.h"
 
 namespace shm::converters {
 namespace {
 
+class UcdSource final : public SourceFormat {
+ public:
+  bool describes_steps(const MeshInfo&) const override { return false; }
+};
+
+constexpr UcdSource kUcdSource;
 constexpr Capabilities kUcdCapabilities = {
     .integers = false, .block_numbers = true, .times = false, .title_bytes = 0};
 
@@ -17,6 +23,7 @@ constinit const Format kUcdFormat = {.name = "ucd",
                                                 const Progress&) { return open_ucd(path, spool); },
                                      .write = [](MeshSource& mesh, OutputFile& output,
                                                  Spool&) { write_ucd(mesh, output.temporary()); },
-                                     .capabilities = &kUcdCapabilities};
+                                     .capabilities = &kUcdCapabilities,
+                                     .source = &kUcdSource};
 
 }  // namespace shm::converters

@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 try:
     import numpy
     import vtk
-    from vtk.util.numpy_support import vtk_to_numpy
+    from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 except ImportError as missing:
     print(missing)
     sys.exit(77)
@@ -230,6 +230,249 @@ class Files(SeriesTest):
         self.shm("convert", "run.e", "50%.e", "-q")
         self.shm("convert", "run.e", "50%%.e", "-q")
         self.assertEqual(self.listed()[:2], ["50%%.e", "50%.e"])
+
+
+def grid_at(step, **how):
+    """A mesh of two hexahedra with fields at a step, as VTK has it in memory. `how`: what another
+    one has."""
+    grid = vtk.vtkUnstructuredGrid()
+    points = vtk.vtkPoints()
+    points.SetDataTypeToDouble()
+    for i in range(12):
+        points.InsertNextPoint(i // 4 + (how.get("moved", 0) if i == 5 else 0), i % 4 in (1, 2), i % 4 > 1)
+    if step > 0:
+        points.GetData().GetRange(-1)  # which VTK then writes, and others do not
+    grid.SetPoints(points)
+    for cell in range(how.get("cells", 2)):
+        corners = [4 * cell + i for i in (0, 1, 2, 3, 4, 5, 6, 7)]
+        if how.get("turned"):
+            corners = corners[4:] + corners[:4]
+        grid.InsertNextCell(vtk.VTK_HEXAHEDRON, 8, corners)
+
+    def add(data, name, values, kind=numpy.float64):
+        array = numpy_to_vtk(numpy.array(values, dtype=kind), deep=True)
+        array.SetName(name)
+        array.GetRange(-1)  # which VTK then writes
+        data.AddArray(array)
+
+    add(grid.GetPointData(), how.get("name", "T"), [i * .1 + step ** 2 for i in range(12)])
+    add(grid.GetPointData(), "v", [[i, step, -i * step] for i in range(12)], numpy.float32)
+    add(grid.GetCellData(), "material", [how.get("material", 7)] * how.get("cells", 2), numpy.int32)
+    if how.get("more"):
+        add(grid.GetCellData(), "more", [1.] * 2)
+    labels = vtk.vtkStringArray()
+    labels.SetName("label")
+    for cell in range(how.get("cells", 2)):
+        labels.InsertNextValue(how.get("label", "steel"))
+    grid.GetCellData().AddArray(labels)
+    for name in ("TimeValue", "TIME"):
+        if how.get("time", name) == name:
+            add(grid.GetFieldData(), name, [.25 * step])
+    if "cycle" in how:
+        add(grid.GetFieldData(), "CYCLE", [how["cycle"]], numpy.int32)
+    return grid
+
+
+class Meshes(SeriesTest):
+    """Files of one step each as one mesh with steps."""
+
+    def vtk_file(self, file, step, mode="appended", **how):
+        if file.endswith(".vtk"):
+            writer = vtk.vtkUnstructuredGridWriter()
+            if mode != "ascii":
+                writer.SetFileTypeToBinary()
+            how.setdefault("time", "TIME")
+        else:
+            writer = vtk.vtkXMLUnstructuredGridWriter()
+            {"appended": writer.SetDataModeToAppended, "ascii": writer.SetDataModeToAscii,
+             "binary": writer.SetDataModeToBinary}[mode]()
+            how.setdefault("time", "TimeValue")
+        writer.SetFileName(self.path(file))
+        writer.SetInputData(grid_at(step, **how))
+        writer.Write()
+        return file
+
+    def series(self, name, steps=range(5), **how):
+        for step in steps:
+            self.vtk_file(name % step, step, **how)
+
+    def read(self, name):
+        reader = (vtk.vtkUnstructuredGridReader() if name.endswith(".vtk")
+                  else vtk.vtkXMLUnstructuredGridReader())
+        reader.SetFileName(self.path(name))
+        if name.endswith(".vtk"):
+            reader.ReadAllFieldsOn()
+        reader.Update()
+        return reader.GetOutput()
+
+    def values(self, name):
+        """All that VTK finds in a file."""
+        grid = self.read(name)
+        found = {"points": vtk_to_numpy(grid.GetPoints().GetData()).tolist(),
+                 "cells": vtk_to_numpy(grid.GetCells().GetConnectivityArray()).tolist()}
+        for of, data in (("point", grid.GetPointData()), ("cell", grid.GetCellData()),
+                         ("field", grid.GetFieldData())):
+            for i in range(data.GetNumberOfArrays()):
+                array = data.GetAbstractArray(i)
+                of_numbers = not isinstance(array, vtk.vtkStringArray)
+                found[of, array.GetName()] = (
+                    array.GetDataTypeAsString(),
+                    vtk_to_numpy(array).tolist() if of_numbers
+                    else [array.GetValue(k) for k in range(array.GetNumberOfValues())])
+        return found
+
+    def test_there_and_back(self):
+        for name in ("a_%04d.vtu", "a_%d.vtk"):
+            for mode in ("appended", "binary", "ascii"):
+                with self.subTest(name=name, mode=mode):
+                    self.series(name, mode=mode)
+                    self.shm("compress", name, "-o", "a.shm", "-q", "-f")
+                    report = json.loads(self.shm("info", "a.shm", "--json"))
+                    self.assertEqual(report["step_times"], [.25 * step for step in range(5)])
+                    stepped = {a["name"]: a["per_step"] for a in report["arrays"]}
+                    self.assertEqual(stepped, {"T": True, "v": True, "material": False, "label": False})
+                    self.shm("verify", "a.shm", "--against", name)
+                    self.shm("diff", name, "a.shm")
+                    self.shm("decompress", "a.shm", "-o", "b_" + name, "-q", "-f")
+                    for step in range(5):
+                        before, after = self.values(name % step), self.values("b_" + name % step)
+                        self.assertEqual(before[("field", "TimeValue" if "vtu" in name else "TIME")][1],
+                                         [.25 * step])
+                        self.assertEqual(before, after)
+                        self.shm("diff", name % step, "b_" + name % step, "--no-extras")
+
+    def test_through_other_formats(self):
+        """The same values and times, whatever they went through."""
+        self.series("a_%d.vtu")
+        self.shm("convert", "a_%d.vtu", "a.e", "-q", stderr="strings of array 'label'")
+        self.shm("convert", "a.e", "b.pvd", "-q", stderr="")
+        self.shm("convert", "a_%d.vtu", "c_%d.vtk", "-q")
+        self.shm("convert", "c_%d.vtk", "d_%d.vtu", "-q")
+        self.assertEqual(self.times("b.pvd"), [.25 * step for step in range(5)])
+        for step in range(5):
+            before = self.values(f"a_{step}.vtu")
+            for name in (f"b/b_000{step}.vtu", f"c_{step}.vtk", f"d_{step}.vtu"):
+                after = self.values(name)
+                time = "TIME" if name.endswith("vtk") else "TimeValue"
+                self.assertEqual(after["field", time][1], [.25 * step], name)
+                for field in ("T", "v"):
+                    self.assertEqual(before["point", field][1], after["point", field][1], name)
+                self.assertEqual(before["cells"], after["cells"])
+                if not name.startswith("b"):
+                    self.assertEqual(before["cell", "label"], after["cell", "label"])
+
+    def test_one_file_of_many_steps(self):
+        """What holds one step gets the last, which is said, also within the format."""
+        self.series("a_%d.vtu")
+        self.shm("compress", "a_%d.vtu", "-o", "a.shm", "-q")
+        self.shm("decompress", "a.shm", "-o", "last.vtu", "-q", stderr="time steps 0 to 3 of 5")
+        self.shm("decompress", "a.shm", "-o", "no.vtu", "-q", "--strict", code=6, stderr="0 to 3 of 5")
+        self.shm("decompress", "a.shm", "-o", "no.vtu", "-q", "--step", "1:3", code=2, stderr="holds one")
+        self.shm("decompress", "a.shm", "-o", "third.vtu", "-q", "--time", ".5")
+        self.shm("decompress", "a.shm", "-o", "some.shm", "-q", "--step", "1:3")
+        self.assertEqual(self.values("last.vtu"), self.values("a_4.vtu"))
+        self.assertEqual(self.values("third.vtu"), self.values("a_2.vtu"))
+        self.assertEqual(self.times("some.shm"), [.25, .5])
+
+    def test_appended(self):
+        """Further files, alone or as a series, whichever way FILE was made."""
+        self.series("a_%d.vtu", range(6))
+        self.series("all_%d.vtu", range(9))
+        for order in ("keep", "stream"):
+            self.shm("compress", "a_%d.vtu", "-o", "a.shm", "-q", "-f", "--order", order)
+            self.shm("append", "a.shm", "all_6.vtu", "-q")
+            self.shm("append", "a.shm", "all_%d.vtu", "-q")
+            self.shm("verify", "a.shm", "--against", "all_%d.vtu")
+            self.assertIn("nothing to do", self.shm("append", "a.shm", "all_8.vtu"))
+            self.vtk_file("late.vtu", 9, time="none")
+            self.shm("append", "a.shm", "late.vtu", code=2, stderr="--time")
+            self.shm("append", "a.shm", "late.vtu", "-q", "--time", "9", stderr="another 'vtu/skeleton'")
+            self.assertEqual(self.times("a.shm")[-2:], [2, 9])
+            self.shm("append", "a.shm", self.vtk_file("moved.vtu", 10, moved=.5), code=1,
+                     stderr="coordinates")
+
+    def test_times(self):
+        """Of the collection; of the field data; else numbers."""
+        self.series("a_%d.vtu", (0, 2, 10))
+        self.assertEqual(self.times("a_%d.vtu"), [0, .5, 2.5])
+        self.series("b_%d.vtu", (3, 4), time="none")
+        self.assertEqual(self.times("b_%d.vtu"), [0, 1])
+        os.mkdir(self.path("far"))
+        sets = ((7.5, "a_2.vtu"), (-1, self.path("a_0.vtu")), (9, "far/../a_10.vtu"))
+        self.write("c.pvd", self.collection_of(sets))
+        self.assertEqual(self.times("c.pvd"), [-1, 7.5, 9])
+        self.shm("compress", "c.pvd", "-q")
+        self.shm("verify", "c.pvd.shm", "--against", "c.pvd")
+        self.shm("decompress", "c.pvd.shm", "-o", "d.pvd", "-q")
+        self.shm("diff", "c.pvd", "d.pvd")
+        self.assertEqual(self.values("d/d_0001.vtu")["field", "TimeValue"][1], [7.5])
+        self.vtk_file("b_5.vtu", 5)
+        self.shm("info", "b_%d.vtu", code=3, stderr="b_5.vtu: is no step of the mesh of b_3.vtu: it has a time")
+
+    @staticmethod
+    def collection_of(sets):
+        return ('<?xml version="1.0"?><VTKFile type="Collection" version="0.1"><Collection>' + "".join(
+            f'<DataSet timestep="{time}" group="" part="0" file="{file}"/>' for time, file in sets)
+            + "</Collection></VTKFile>")
+
+    def test_what_is_no_series(self):
+        """The file and the first difference are named, and nothing is written."""
+        self.series("a_%d.vtu", (0, 1))
+        for how, said in (({"moved": .5}, "coordinates: 1 of 36 differ; points that move"),
+                          ({"cells": 1}, "cells: 2, 1"), ({"turned": True}, "cells: 2 of 2 differ"),
+                          ({"name": "U"}, "it has array 'U' on points, 1 x float64"),
+                          ({"more": True}, "it has array 'more' on cells"),
+                          ({"label": "brass"}, "label"), ({"time": "none"}, "it lacks a time")):
+            self.vtk_file("a_2.vtu", 2, **how)
+            for command in (["compress", "a_%d.vtu", "-o", "a.shm"], ["info", "a_%d.vtu"],
+                            ["diff", "a_0.vtu", "a_%d.vtu"], ["convert", "a_%d.vtu", "b_%d.vtk"]):
+                self.shm(*command, code=3, stderr="a_2.vtu: is no step of the mesh of a_0.vtu: " +
+                         (said if "label" not in said else ""))
+        self.vtk_file("c_0.vtk", 0)
+        self.vtk_file("c_1.vtk", 1)
+        os.rename(self.path("c_1.vtk"), self.path("a_2.vtu"))
+        self.shm("info", "a_%d.vtu", code=3, stderr="a_2.vtu: is of another format than a_0.vtu")
+        self.shm("compress", "a_%d.vtk", "-o", "a.shm", code=3, stderr="no file of this name")
+        self.shm("compress", "c_%d.vtk", code=2, stderr="-o names")
+        self.exodus("e_0.e", range(2))
+        self.shm("info", "e_%d.e", code=3, stderr="e_0.e: holds time steps itself")
+        self.assertEqual(sorted(os.listdir(self.directory.name)),
+                         ["a_0.vtu", "a_1.vtu", "a_2.vtu", "c_0.vtk", "e_0.e"])
+
+    def test_what_is_not_kept(self):
+        """Field data are those of the first file, which is said once."""
+        for step in range(4):
+            self.vtk_file(f"a_{step}.vtk", step, cycle=100 * step)
+        done = subprocess.run([SHM, "compress", "a_%d.vtk", "-o", "a.shm", "-q"], text=True,
+                              cwd=self.directory.name, capture_output=True, check=True)
+        self.assertRegex(done.stderr, r"^shm: a_1.vtk: 'vtk/data/\d' is another one than in a_0.vtk, "
+                                      r"which stands for all\n$")
+
+    def test_hostile_collections(self):
+        self.series("a_%d.vtu", (0, 1))
+        good = [(0, "a_0.vtu"), (1, "a_1.vtu")]
+        for sets, said in (([], "lists no files"), ([*good, (2, "a_2.vtu")], "a_2.vtu: cannot be"),
+                           ([*good, (2, "")], "without a file"), ([("nan", "a_0.vtu")], "timestep is"),
+                           ([("", "a_0.vtu")], "timestep is ''"), ([*good, (3, ".")], "cannot be read"),
+                           ([*good, (1, "a_0.vtu")], "several parts"), ([(0, "b.pvd")], "b.pvd")):
+            self.write("b.pvd", self.collection_of(sets))
+            self.shm("info", "b.pvd", code=3, stderr=said)
+            self.shm("compress", "b.pvd", "-q", code=3, stderr=said)
+        text = self.collection_of(good)
+        self.write("b.pvd", text.replace("Collection>", "Other>"))
+        self.shm("info", "b.pvd", code=3, stderr="no element Collection")
+        self.write("b.pvd", '<!DOCTYPE a [<!ENTITY b "c">]>' + text)
+        self.shm("info", "b.pvd", code=3, stderr="DOCTYPE")
+        for cut in range(60, len(text) - 12, 7):
+            self.write("b.pvd", text[:cut])
+            self.shm("info", "b.pvd", code=3, stderr="b.pvd: ")
+        # What is read is not written over.
+        self.write("b.pvd", text)
+        for target in ("b.pvd", "a_0.vtu"):
+            self.shm("convert", "b.pvd", target, "-f", code=4, stderr="is read")
+        self.shm("convert", "a_%d.vtu", "a_%d.vtu", "-f", code=4, stderr="is what is read")
+        self.shm("convert", "b.pvd", "a_%d.vtu", "-f", code=4, stderr="is read")
+        self.shm("compress", "b.pvd", "-q", "-f", "-o", "a_1.vtu", code=4, stderr="is read")
 
 
 if __name__ == "__main__":

@@ -4,16 +4,21 @@
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "archive/parity.h"
 #include "base/failure.h"
 #include "base/output_file.h"
+#include "formats/conversion.h"
+#include "formats/formats.h"
 #include "order/cell_order_file.h"
+#include "series/open_series.h"
 #include "tool/commands/options.h"
 #include "tool/input.h"
 #include "tool/progress_line.h"
 #include "tool/report.h"
 #include "tool/step_choice.h"
+#include "transfer/format.h"
 
 namespace shm::converters {
 namespace {
@@ -35,6 +40,16 @@ std::optional<double> parity_to_renew(const std::string& path, const Progress& p
     throw Failure(Error{ErrorCode::corrupt, "is damaged; its parity may heal it: shm repair",
                         "parity", kNoOffset, path});
   return it->share();
+}
+
+// What the file at `path` holds, where it was made of a series of files of the format of `more`.
+std::optional<MeshInfo> series_with(const std::string& path, const MeshInfo& more) {
+  const Format* format = format_named(more.schema.source_format);
+  if (format == nullptr || !holds_one_step(more, *format, true)) return std::nullopt;
+  MeshInfo info = summarize_shm(path).info;
+  const bool is_series = !info.step_times.empty() && !source_format(info).describes_steps(info) &&
+                         info.schema.source_format == format->name;
+  return is_series ? std::optional(std::move(info)) : std::nullopt;
 }
 
 }  // namespace
@@ -144,7 +159,9 @@ ExitCode AppendCommand::report_differences(const AppendOutcome& outcome) const {
 
 Places AppendCommand::places() {
   if (output.empty()) return {};  // in place
-  return {{input, source, cell_order}, output, true};
+  Places places{files_of(source), output, true};
+  places.inputs.insert(places.inputs.end(), {input, cell_order});
+  return places;
 }
 
 ExitCode AppendCommand::run() {
@@ -157,7 +174,14 @@ ExitCode AppendCommand::run() {
   Spool spool(spool_directory(*this), spool_memory(*this));
   line.show("reading " + source);
   ToolInput in(*this, source);
-  const auto mesh = in.open(spool, line.callback(), threads);
+  auto mesh = in.open(spool, line.callback(), threads);
+  if (const auto series = series_with(input, mesh->info())) {
+    if (mesh->info().step_times.empty()) {
+      mesh = series_of_one(std::move(mesh), {source, time}, spool);
+      time.reset();
+    }
+    mesh = stepped_like(std::move(mesh), *series);
+  }
   AppendHow wanted = how(mesh->info(), line.callback());
   std::optional<CellSequence> given_order;
   if (!cell_order.empty())

@@ -12,6 +12,7 @@
 #include "base/output_file.h"
 #include "base/unpacked.h"
 #include "order/cell_order_file.h"
+#include "series/open_series.h"
 #include "tool/commands/options.h"
 #include "tool/input.h"
 #include "tool/progress_line.h"
@@ -57,6 +58,7 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
       "  shm compress -r runs --rm                each mesh in the folder runs and below, which "
       "goes\n"
       "                                           once its .shm has been found to be the same\n"
+      "  shm compress 'run_%04d.vtu' -o run.shm   a file for each time step; or run.pvd\n"
       "  shm compress part.vtk -o part.shm --json sizes of all streams for a program\n"
       "  shm compress part.msh --order stream --delay 100\n"
       "                                           smaller: vertices renumbered, cells reordered\n"
@@ -217,7 +219,11 @@ SizeReport CompressCommand::write_to_file(MeshSource& mesh, const CompressOption
   return sizes;
 }
 
-Places CompressCommand::places() { return {{input, cell_order}, output, true}; }
+Places CompressCommand::places() {
+  Places places{files_of(input), output, true};
+  places.inputs.push_back(cell_order);
+  return places;
+}
 
 bool CompressCommand::is_for(const Format* format) const {
   return format != nullptr && format->name != "shm";
@@ -231,7 +237,11 @@ std::string CompressCommand::why_passed_over(const std::string& path) const {
 }
 
 std::string CompressCommand::output_beside(const std::string& path) const {
-  return path == "-" ? "-" : unpacked_name(path) + ".shm";
+  if (path == "-") return path;
+  std::error_code none;
+  if (!std::filesystem::exists(path, none) && series_of(path))
+    wrong_use(path + " is a name of many files; -o names the .shm file");
+  return unpacked_name(path) + ".shm";
 }
 
 void CompressCommand::check_use() const {
@@ -257,14 +267,14 @@ ExitCode CompressCommand::run() {
   const auto mesh = in.open(spool, line.callback());
 
   wanted.progress = line.callback();
-  line.expect(phases_of(mesh->info()), file_bytes(in.path()));
+  line.expect(phases_of(mesh->info()), in.bytes());
   std::optional<CellSequence> given_order;
   if (!cell_order.empty())
     wanted.cell_order = &given_order.emplace(read_cell_order(cell_order, mesh->info().cells()));
   CompressRun result;
   result.input = input;
   result.output = output;
-  result.input_bytes = file_bytes(in.path());
+  result.input_bytes = in.bytes();
   result.sizes = output == "-" && !parity ? write_to_pipe(*mesh, wanted, spool)
                                           : write_to_file(*mesh, wanted, spool);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

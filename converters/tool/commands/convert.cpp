@@ -6,6 +6,7 @@
 #include "base/unpacked.h"
 #include "formats/conversion.h"
 #include "formats/formats.h"
+#include "series/open_series.h"
 #include "series/step_files.h"
 #include "tool/commands/options.h"
 #include "tool/input.h"
@@ -21,6 +22,7 @@ CLI::App* ConvertCommand::add_to(CLI::App& tool) {
                   "  shm convert part.msh part.e\n"
                   "  shm convert part.e part.dat --format vtk\n"
                   "  shm convert run.e 'run_%04d.vtu'           a file for each time step\n"
+                  "  shm convert 'run_%04d.vtu' run.e           and back\n"
                   "  shm convert run.e run.pvd                  the same, with their times\n"
                   "  shm convert run.e last.vtk --step last");
   command->add_option("IN", input, mesh_file_text())->required()->type_name("");
@@ -38,7 +40,7 @@ ExitCode ConvertCommand::write(ToolInput& in) {
   const StepFiles step_files(output, format);
   ProgressLine line(*this);
   Spool spool(spool_directory(*this), spool_memory(*this));
-  line.expect({{"decoding", 1}, {"writing", 1}}, file_bytes(in.path()));
+  line.expect({{"decoding", 1}, {"writing", 1}}, in.bytes());
   line.show("reading " + input);
   const auto mesh = in.open(spool, line.callback(), threads);
   return step_files.is_one_file() ? write_one(*mesh, step_files.format(), spool, line)
@@ -89,15 +91,17 @@ ExitCode ConvertCommand::write_each(MeshSource& mesh, const StepFiles& step_file
   LossList losses;
   LossCollector all(&losses);
   for (std::uint64_t step = range.first; step < range.end; ++step) {
-    const Conversion conversion(mesh, step_files.format(), step_in_file(info, step), spool);
+    Spool own(spool.directory(), spool.memory_budget());
+    const Conversion conversion(mesh, step_files.format(), step_in_file(info, step), own);
     for (const std::string& loss : conversion.losses()) all.add(loss);
   }
   if (stops_for(losses, line)) return kIncomplete;
   step_files.begin();
   for (std::uint64_t step = range.first; step < range.end; ++step) {
     line.show("writing", step - range.first, range.size());
-    Conversion conversion(mesh, step_files.format(), step_in_file(info, step), spool);
-    write_mesh(conversion.mesh(), step_files.file(step), step_files.format(), spool);
+    Spool own(spool.directory(), spool.memory_budget());  // what it takes on the disk goes with it
+    Conversion conversion(mesh, step_files.format(), step_in_file(info, step), own);
+    write_mesh(conversion.mesh(), step_files.file(step), step_files.format(), own);
   }
   step_files.finish(info, range, spool);
   if (remove) remove_input(losses, line);
@@ -109,7 +113,7 @@ ExitCode ConvertCommand::write_each(MeshSource& mesh, const StepFiles& step_file
 
 Places ConvertCommand::places() {
   const StepFiles step_files(output, format);
-  return {{input}, output, step_files.format().name == "shm", step_files.files_there()};
+  return {files_of(input), output, step_files.format().name == "shm", step_files.files_there()};
 }
 
 ExitCode ConvertCommand::run() {

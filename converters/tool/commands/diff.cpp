@@ -7,10 +7,11 @@
 
 #include "base/failure.h"
 #include "compare/mesh_diff.h"
-#include "formats/formats.h"
 #include "mesh/lossy.h"
+#include "series/open_series.h"
 #include "tool/commands/options.h"
 #include "tool/diff_report.h"
+#include "tool/input.h"
 #include "tool/progress_line.h"
 
 namespace shm::converters {
@@ -19,7 +20,7 @@ namespace {
 std::unique_ptr<MeshSource> open_named(const std::string& path, Spool& spool,
                                        const Progress& progress) {
   try {
-    return open_mesh(path, spool, progress);
+    return open_any(path, spool, progress, print_remark);
   } catch (const Failure& failure) {
     Error error = failure.error();
     if (error.file.empty()) error.file = path;

@@ -163,7 +163,7 @@ class Extraction {
   void choose_set();
   void choose_steps();
   void stage();
-  Translation translated(std::optional<StepRange> step);
+  Translation translated(std::optional<StepRange> step, Spool& spool);
   bool write_each(ProgressLine& line);
 
   const ExtractCommand& options_;
@@ -323,11 +323,11 @@ void Extraction::stage() {
 }
 
 // Words of the source are about the whole mesh.
-Translation Extraction::translated(std::optional<StepRange> step) {
+Translation Extraction::translated(std::optional<StepRange> step, Spool& spool) {
   Capabilities capabilities =
       format_.capabilities != nullptr ? *format_.capabilities : kShmCapabilities;
   capabilities.sibling = {};
-  return {*layers_.back(), std::string(format_.name), capabilities, step, spool_};
+  return {*layers_.back(), std::string(format_.name), capabilities, step, spool};
 }
 
 bool Extraction::run(ProgressLine& line) {
@@ -337,7 +337,7 @@ bool Extraction::run(ProgressLine& line) {
   choose_steps();
   stage();
   if (!files_.is_one_file()) return write_each(line);
-  Translation translation = translated(std::nullopt);
+  Translation translation = translated(std::nullopt, spool_);
   losses_.insert(losses_.end(), translation.losses().begin(), translation.losses().end());
   line.wipe();
   report_losses(losses_, options_.output);
@@ -356,7 +356,8 @@ bool Extraction::write_each(ProgressLine& line) {
   const StepRange range = steps_in_files(info, steps_);
   LossCollector all(&losses_);
   for (std::uint64_t step = range.first; step < range.end; ++step) {
-    const Translation translation = translated(step_in_file(info, step));
+    Spool own(spool_.directory(), spool_.memory_budget());
+    const Translation translation = translated(step_in_file(info, step), own);
     for (const std::string& loss : translation.losses()) all.add(loss);
   }
   line.wipe();
@@ -365,9 +366,11 @@ bool Extraction::write_each(ProgressLine& line) {
   files_.begin();
   for (std::uint64_t step = range.first; step < range.end; ++step) {
     line.show("writing " + options_.output, step - range.first, range.size());
-    Translation translation = translated(step_in_file(info, step));
+    Spool own(spool_.directory(),
+              spool_.memory_budget());  // what it takes on the disk goes with it
+    Translation translation = translated(step_in_file(info, step), own);
     FromElsewhere mesh(translation.mesh(), whole_);
-    write_mesh(mesh, files_.file(step), format_, spool_);
+    write_mesh(mesh, files_.file(step), format_, own);
   }
   files_.finish(info, range, spool_);
   line.wipe();

@@ -60,7 +60,7 @@ ExitCode InfoCommand::run() {
   ProgressLine line(*this);
   std::string text;
   ToolInput in(*this);
-  if (!in.is_stream() && is_archive(in.path())) {
+  if (!in.is_stream() && !in.is_series() && is_archive(in.path())) {
     ArchiveFile archive(in.path());
     std::vector<MemberSummary> members;
     for (const ArchiveMember& member : archive.members())

@@ -171,7 +171,7 @@ ExitCode VerifyCommand::run() {
   if (!cell_order.empty() && against.empty()) wrong_use("--cell-order needs --against SOURCE");
   if (!against.empty() && is_one_of_many) wrong_use("--against is of one file; IN are several");
   ToolInput in(*this);
-  if (!in.is_stream() && is_archive(in.path())) {
+  if (!in.is_stream() && !in.is_series() && is_archive(in.path())) {
     input = in.path();
     return verify_archive();
   }

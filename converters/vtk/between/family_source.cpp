@@ -40,6 +40,8 @@ const Extra* time_of(const MeshInfo& info) {
   return nullptr;
 }
 
+bool is_skeleton(std::string_view key) { return key == "vtk/skeleton" || key == "vtu/skeleton"; }
+
 std::vector<std::byte> stored_time(double time, ScalarType type) {
   constexpr double kMostWhole = 0x1p31;  // of a file that counts steps
   return with_scalar(type, [&](auto zero) {
@@ -71,6 +73,38 @@ std::optional<std::vector<Extra>> FamilySource::extras_of_steps(const MeshInfo& 
     if (time != nullptr && extra.key == time->key)
       extra.data = stored_time(info.step_times[steps.first], extra.type);
   return extras;
+}
+
+std::vector<Extra> FamilySource::extras_of_series(const MeshInfo& info) const {
+  const Extra* time = time_of(info);
+  std::vector<Extra> extras;
+  for (const Extra& extra : info.extras) {
+    if (is_skeleton(extra.key))
+      extras.push_back(text_extra(extra.key, skeleton_without_ranges(info)));
+    else
+      extras.push_back(extra);
+    if (&extra == time) extras.back().data.assign(extra.data.size(), std::byte{});
+  }
+  return extras;
+}
+
+bool FamilySource::is_about_file(std::string_view key) const {
+  return is_skeleton(key) || key.starts_with("vtk/data/") || key.starts_with("vtu/data/");
+}
+
+std::optional<AppendedExtras> FamilySource::joined_extras(const MeshInfo& old, const MeshInfo&,
+                                                          const std::vector<Extra>& extras,
+                                                          std::span<const std::uint64_t>) const {
+  if (describes_steps(old)) return std::nullopt;
+  const ExtraIndex kept(old.extras);
+  AppendedExtras joined;
+  for (const Extra& extra : extras) {
+    const Extra* found = kept.find(extra.key);
+    if (found != nullptr && *found == extra) continue;
+    if (!is_about_file(extra.key)) return std::nullopt;
+    joined.losses.push_back("another '" + extra.key + "'");
+  }
+  return joined;
 }
 
 std::map<std::int64_t, std::string> FamilySource::block_names(const MeshInfo& info,

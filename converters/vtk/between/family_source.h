@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,6 +20,13 @@ class FamilySource : public SourceFormat {
   // Those of one file of a series, with the time of the step.
   std::optional<std::vector<Extra>> extras_of_steps(const MeshInfo& info,
                                                     StepRange steps) const override;
+  std::vector<Extra> extras_of_series(const MeshInfo& info) const override;
+  // Field data and the skeleton, with titles and the order of arrays.
+  bool is_about_file(std::string_view key) const override;
+  // What is about the file that comes behind is left out.
+  std::optional<AppendedExtras> joined_extras(const MeshInfo& old, const MeshInfo& more,
+                                              const std::vector<Extra>& extras,
+                                              std::span<const std::uint64_t> steps) const override;
   // Field data as block_names_extra() makes them.
   std::map<std::int64_t, std::string> block_names(const MeshInfo& info, Keys& used) const override;
 
@@ -33,6 +41,9 @@ class FamilySource : public SourceFormat {
   void mark_piece(const MeshInfo& whole, MeshInfo& piece) const override;
 
  protected:
+  // The skeleton without ranges of values.
+  virtual std::string skeleton_without_ranges(const MeshInfo& info) const = 0;
+
   constexpr FamilySource() = default;
   ~FamilySource() = default;
 };

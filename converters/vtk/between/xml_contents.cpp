@@ -34,6 +34,11 @@ void add_markup(const Node& node, bool of_grid, LossCollector& losses) {
       add_markup(child, node.is("UnstructuredGrid"), losses);
 }
 
+void forget_all_ranges(Node& node) {
+  if (node.is_array()) return forget_ranges(node);
+  for (Node& each : node.children) forget_all_ranges(each);
+}
+
 }  // namespace
 
 std::optional<Contents> Contents::of(const MeshInfo& info) {
@@ -103,6 +108,11 @@ std::vector<double> Contents::times() {
   return times;
 }
 
+std::string Contents::without_ranges() {
+  for (Node& node : document_.nodes) forget_all_ranges(node);
+  return to_text(document_);
+}
+
 LossList Contents::markup() {
   LossList losses;
   if (const std::size_t count = pieces().size(); count > 1)
@@ -126,6 +136,14 @@ std::optional<std::size_t> points_of_step(const MeshInfo& info, std::uint64_t st
       return word->index;
   }
   return std::nullopt;
+}
+
+void forget_ranges(Node& array) {
+  array.remove_attribute("RangeMin");
+  array.remove_attribute("RangeMax");
+  std::erase_if(array.children, [](const Node& each) {
+    return each.is("InformationKey") && vtk::is_range_key(each.attribute_or("name", ""));
+  });
 }
 
 bool has_metadata(const Node& array) {

@@ -32,6 +32,8 @@ class Contents {
   Node* points();
   // Time steps of the file, and those that an array names; none when it names none.
   std::vector<double> times();
+  // The skeleton without ranges of arrays.
+  std::string without_ranges();
   // Comments, elements and the like that no reader of VTK looks at, and the split into pieces.
   LossList markup();
 
@@ -45,6 +47,9 @@ class Contents {
 // The array (role vtu:points) that has the points at a time step; nothing where those of the mesh
 // are meant.
 std::optional<std::size_t> points_of_step(const MeshInfo& info, std::uint64_t step);
+
+// Takes the ranges of its values from an array.
+void forget_ranges(Node& array);
 
 // Whether the array has more than its name and values: names of components, keys that are no
 // ranges.

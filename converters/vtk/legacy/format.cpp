@@ -25,6 +25,25 @@ bool has_more_than_ranges(const std::string& metadata) {
   return false;
 }
 
+// The lines of a METADATA without those of ranges: a key is a line NAME with what follows it, up to
+// the next one; their number stands before the first.
+std::string without_ranges(const std::string& metadata) {
+  std::istringstream lines(metadata);
+  std::string before, keys, line;
+  std::size_t count = 0;
+  bool is_key = false, kept = true;
+  while (std::getline(lines, line)) {
+    if (line.starts_with("INFORMATION ")) continue;
+    if (line.starts_with("NAME ")) {
+      is_key = true;
+      kept = !is_range_key(line);
+      count += kept;
+    }
+    if (kept) (is_key ? keys : before) += line + '\n';
+  }
+  return before + (count > 0 ? "INFORMATION " + std::to_string(count) + '\n' : "") + keys;
+}
+
 void add_losses_of_skeleton(const Skeleton& skeleton, const Keys& used, LossList& losses) {
   const std::string dataset(dataset_word(skeleton.dataset));
   if (skeleton.dataset == Dataset::polydata) losses.push_back("kind of data set (" + dataset + ")");
@@ -77,6 +96,12 @@ class LegacySource final : public FamilySource {
   }
 
  private:
+  std::string skeleton_without_ranges(const MeshInfo& info) const override {
+    auto skeleton = skeleton_of(info);
+    if (!skeleton) return {};
+    for (Entry& entry : skeleton->entries) entry.metadata = without_ranges(entry.metadata);
+    return to_text(*skeleton);
+  }
   static std::optional<Skeleton> skeleton_of(const MeshInfo& info) {
     const Extra* text = find_extra(info, "vtk/skeleton");
     return text == nullptr ? std::nullopt : parse_skeleton(text_of_extra(*text));

@@ -92,6 +92,12 @@ class XmlSource final : public vtk::FamilySource {
     }
     return losses;
   }
+
+ private:
+  std::string skeleton_without_ranges(const MeshInfo& info) const override {
+    auto contents = Contents::of(info);
+    return contents ? contents->without_ranges() : std::string();
+  }
 };
 
 constexpr XmlSource kSource;

@@ -6,6 +6,7 @@
 
 #include "vtk/between/field_data.h"
 #include "vtk/between/vtu_from_vtk.h"
+#include "vtk/between/xml_contents.h"
 #include "vtk/strings.h"
 #include "vtk/words.h"
 #include "vtk/xml/loader.h"
@@ -143,7 +144,7 @@ bool VtuPlan::fits(Node& array, Location location) {
       info.per_step != word->step.has_value() || !info.blocks.empty())
     return false;
   if (word->step && *word->step >= info_.step_times.size()) return false;
-  if (info.quantization.lossy()) forget_ranges(array);
+  if (info.quantization.lossy()) forget_ranges(array);  // they are no longer true
   placed_.insert(word->index);
   return true;
 }
@@ -153,16 +154,6 @@ bool VtuPlan::is_of_type(const ArrayInfo& info, const ArrayType& type) const {
   if (type.kind == ArrayKind::string) return info.role == vtk::kStringRole && !info.per_step;
   return info.role.empty() && (!info.per_step || !info_.step_times.empty()) &&
          type.stored == info.type;
-}
-
-// Ranges that the source states are no longer true where values were changed.
-void VtuPlan::forget_ranges(Node& array) const {
-  array.remove_attribute("RangeMin");
-  array.remove_attribute("RangeMax");
-  std::erase_if(array.children, [](const Node& each) {
-    return each.is("InformationKey") &&
-           each.attribute_or("name", "").find("_RANGE") != std::string::npos;
-  });
 }
 
 bool VtuPlan::is_written(std::size_t array) const {

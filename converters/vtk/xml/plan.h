@@ -48,7 +48,6 @@ class VtuPlan : public vtk::CellPlan {
   bool fits(Node& array, Location location);
   void fit_cells(Node& piece, const PieceRange& range);
   void fit_points(Node& points);
-  void forget_ranges(Node& array) const;
   void add_unplaced_arrays(Node& piece, Location location);
   void add_array(Node& data, std::size_t array) const;
   void add_block_ids(Node& data) const;

@@ -1,0 +1,70 @@
+#include "series/open_series.h"
+
+#include <array>
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <system_error>
+
+#include "base/failure.h"
+#include "formats/formats.h"
+#include "series/numbered_name.h"
+#include "shm/io.h"
+#include "vtk/xml/collection.h"
+
+namespace shm::converters {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_collection(const std::string& path) {
+  constexpr std::size_t kHeadBytes = 4096;
+  std::array<std::byte, kHeadBytes> head{};
+  const auto file = unwrap(FileSource::open(path), path);
+  return looks_like_collection(std::span(head).first(unwrap(file->read(head), path)));
+}
+
+// Paths are followed as ParaView does: from the folder of the collection.
+std::vector<SeriesFile> files_of_collection(const std::string& path) {
+  std::vector<SeriesFile> files;
+  for (const CollectedFile& each : read_collection(path))
+    files.push_back({(fs::path(path).parent_path() / each.file).string(), each.time});
+  return files;
+}
+
+}  // namespace
+
+std::optional<std::vector<SeriesFile>> series_of(const std::string& path) {
+  std::error_code none;
+  const auto status = fs::status(path, none);
+  if (fs::is_regular_file(status)) {
+    if (!is_collection(path)) return std::nullopt;
+    return files_of_collection(path);
+  }
+  const auto name = fs::exists(status) || path == "-" ? std::nullopt : NumberedName::of(path);
+  if (!name) return std::nullopt;
+  std::vector<SeriesFile> files;
+  for (const NumberedName::File& each : name->files()) files.push_back({each.path, {}});
+  if (files.empty())
+    throw Failure(Error{ErrorCode::io,
+                        "there is no file of this name, such as " + name->at(0),
+                        {},
+                        kNoOffset,
+                        path});
+  return files;
+}
+
+std::vector<std::string> files_of(const std::string& path) {
+  std::vector<std::string> paths = {path};
+  if (const auto series = series_of(path))
+    for (const SeriesFile& file : *series) paths.push_back(file.path);
+  return paths;
+}
+
+std::unique_ptr<MeshSource> open_any(const std::string& path, Spool& spool,
+                                     const Progress& progress, const Remark& remark) {
+  const auto series = series_of(path);
+  return series ? open_series(*series, spool, progress, remark) : open_mesh(path, spool, progress);
+}
+
+}  // namespace shm::converters
