@@ -15,9 +15,17 @@ std::unique_ptr<OwnSteps> OwnSteps::of(MeshSource& source, StepRange steps) {
 OwnSteps::OwnSteps(MeshSource& source, StepRange steps, std::vector<Extra> extras)
     : ChosenSteps(source, steps) {
   info_.extras = std::move(extras);
-  // A file that holds one step has arrays that do not change with time.
-  if (steps.size() == 1 && !source_format(source.info()).describes_steps(source.info()))
-    for (ArrayInfo& array : info_.schema.arrays) array.per_step = false;
+  const SourceFormat& format = source_format(source.info());
+  if (steps.size() > 1 || format.describes_steps(source.info())) return;
+  // A file that holds one step has arrays that do not change with time, and a time where the series
+  // had any: else its times are numbers.
+  for (ArrayInfo& array : info_.schema.arrays) array.per_step = false;
+  Keys used;
+  const std::vector<double>& times = source.info().step_times;
+  bool numbered = !format.time(source.info(), used);
+  for (std::size_t step = 0; step < times.size() && numbered; ++step)
+    numbered = times[step] == static_cast<double>(step);
+  if (numbered) info_.step_times.clear();
 }
 
 }  // namespace shm::converters

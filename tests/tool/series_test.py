@@ -406,6 +406,20 @@ class Meshes(SeriesTest):
         self.shm("decompress", "c.pvd.shm", "-o", "d.pvd", "-q")
         self.shm("diff", "c.pvd", "d.pvd")
         self.assertEqual(self.values("d/d_0001.vtu")["field", "TimeValue"][1], [7.5])
+        # What has no time comes back without, but where the collection has one.
+        self.shm("convert", "b_%d.vtu", "e_%d.vtu", "-q")
+        self.assertNotIn(("field", "TimeValue"), self.values("e_1.vtu"))
+        for name, field in (("b_%d.vtu", "TimeValue"), ("l_%d.vtk", "TIME")):
+            for how in ({}, {"cycle": 5}):
+                self.series(name, (3, 4), time="none", **how)
+                self.write("f.pvd", self.collection_of(((.5, name % 3), (8.5, name % 4))))
+                self.shm("convert", "f.pvd", "g_" + name, "-q", "-f")
+                self.shm("convert", "f.pvd", "h_%d.vtu", "-q", "-f")
+                self.assertEqual(self.times("g_" + name), [.5, 8.5])
+                before, after = self.values(name % 4), self.values("g_" + name % 1)
+                self.assertEqual(after.pop(("field", field)), ("double", [8.5]))
+                self.assertEqual(before, after)
+                self.assertEqual(self.values("h_1.vtu")["field", "TimeValue"][1], [8.5])
         self.vtk_file("b_5.vtu", 5)
         self.shm("info", "b_%d.vtu", code=3, stderr="b_5.vtu: is no step of the mesh of b_3.vtu: it has a time")
 

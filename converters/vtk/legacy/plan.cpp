@@ -62,6 +62,7 @@ void FilePlan::plan_from_source(const Extra& text) {
     if (each.kind == EntryKind::point_data) location = Location::point;
     return each.origin == Origin::array && !place_array(each, location);
   });
+  add_missing_time();
 }
 
 // A renumbered mesh does not follow from dimensions, nor moved cells from lists: it becomes an
@@ -219,24 +220,48 @@ void FilePlan::plan_for_foreign() {
   }
   if (extra(kNewNumbering) != nullptr) skeleton_.version = "5.1";
   if (const Extra* title = extra("mesh/title")) set_title(*title);
-  if (!info_.step_times.empty()) add_time();
+  if (!info_.step_times.empty()) skeleton_.entries = time_entries(0);
   add_block_names();
   add_missing_parts();
   add_block_ids();
 }
 
-void FilePlan::add_time() {
-  time_ = Extra{data_key(0), ScalarType::float64, Reference::nothing, {1, 1}, {}};
+// The time of the last step as a field of its own. `index`: of an extra that is not there.
+std::vector<Entry> FilePlan::time_entries(std::size_t index) {
+  time_ = Extra{data_key(index), ScalarType::float64, Reference::nothing, {1, 1}, {}};
   time_.data.resize(sizeof(double));
   std::memcpy(time_.data.data(), &info_.step_times.back(), sizeof(double));
   extras_[time_.key] = &time_;
-  skeleton_.entries.push_back({.kind = EntryKind::field, .name = "FieldData"});
-  skeleton_.entries.push_back({.kind = EntryKind::array,
-                               .origin = Origin::extra,
-                               .name = "TIME",
-                               .type = "double",
-                               .components = 1,
-                               .tuples = 1});
+  return {{.kind = EntryKind::field, .name = "FieldData"},
+          {.kind = EntryKind::array,
+           .origin = Origin::extra,
+           .index = index,
+           .name = std::string(kLegacyTime),
+           .type = "double",
+           .components = 1,
+           .tuples = 1}};
+}
+
+// Where the source has no time, as a file of a series whose times stand elsewhere. It goes into the
+// first field of the data set, if there is one: readers keep one alone.
+void FilePlan::add_missing_time() {
+  auto& entries = skeleton_.entries;
+  const auto end = std::find_if(entries.begin(), entries.end(), [](const Entry& each) {
+    return each.kind == EntryKind::point_data || each.kind == EntryKind::cell_data;
+  });
+  const bool has_time = std::any_of(entries.begin(), end, [](const Entry& each) {
+    return each.kind == EntryKind::array && each.name == kLegacyTime;
+  });
+  if (info_.step_times.empty() || has_time) return;
+  std::size_t index = 0;
+  while (extra(data_key(index)) != nullptr) ++index;
+  const std::vector<Entry> added = time_entries(index);
+  const auto field = std::find_if(entries.begin(), end,
+                                  [](const Entry& each) { return each.kind == EntryKind::field; });
+  if (field == end)
+    entries.insert(entries.begin(), added.begin(), added.end());
+  else
+    entries.insert(field + 1, added.back());
 }
 
 // VTK's readers take one line of at most 255 bytes.

@@ -49,7 +49,8 @@ class FilePlan : public CellPlan {
   void add_unplaced_arrays();
   void add_missing_parts();
   void set_title(const Extra& title);
-  void add_time();
+  void add_missing_time();
+  std::vector<Entry> time_entries(std::size_t index);
   void add_block_names();
   void add_block_ids();
   bool is_written(std::size_t array) const;

@@ -58,6 +58,7 @@ void VtuPlan::plan_from_source(const Extra& text) {
     vtk::fail_extra(text.key, "is not the skeleton of a VTU file");
   document_ = std::move(*parsed);
   read_head();
+  add_time(grid());
   find_pieces();
   for (Node& piece : grid().children) {
     if (!is_piece(piece)) continue;
@@ -258,6 +259,7 @@ void VtuPlan::plan_from_legacy(Node& root, Node& grid_node, Node& piece) {
   XmlParts parts = xml_of_legacy(info_, format_, nullptr);
   root.set_attribute("version", parts.version);
   if (!parts.field.children.empty()) grid_node.children.push_back(std::move(parts.field));
+  add_time(grid_node);
   piece.children = {std::move(parts.point_data), std::move(parts.cell_data)};
   if (!parts.points.children.empty()) piece.children.push_back(std::move(parts.points));
   placed_ = std::move(parts.placed);
@@ -265,11 +267,7 @@ void VtuPlan::plan_from_legacy(Node& root, Node& grid_node, Node& piece) {
 }
 
 void VtuPlan::plan_from_others(Node& grid_node, Node& piece) {
-  if (!info_.step_times.empty()) {
-    Node time = array_element("Float64", std::string(vtk::kXmlTime), 1, format_, "time");
-    time.set_attribute("NumberOfTuples", "1");
-    child_of(grid_node, "FieldData").children.push_back(std::move(time));
-  }
+  add_time(grid_node);
   piece.children = {element("PointData"), element("CellData")};
   add_block_ids(piece.children.back());
   add_strings(grid_node, vtk::kBlockNames,
@@ -279,6 +277,18 @@ void VtuPlan::plan_from_others(Node& grid_node, Node& piece) {
     ended.data.push_back({});
     add_strings(grid_node, std::string(vtk::kXmlTitle), ended);
   }
+}
+
+// That of the last step, where nothing says it.
+void VtuPlan::add_time(Node& grid) const {
+  Node* field = grid.child("FieldData");
+  if (info_.step_times.empty() || grid.attribute("TimeValues") != nullptr ||
+      (field != nullptr && array_named(*field, vtk::kXmlTime) != nullptr))
+    return;
+  if (field == nullptr) field = &*grid.children.insert(grid.children.begin(), element("FieldData"));
+  Node time = array_element("Float64", std::string(vtk::kXmlTime), 1, format_, "time");
+  time.set_attribute("NumberOfTuples", "1");
+  field->children.push_back(std::move(time));
 }
 
 void VtuPlan::add_strings(Node& grid, const std::string& name, const Extra& strings) {

@@ -50,6 +50,7 @@ class VtuPlan : public vtk::CellPlan {
   void fit_points(Node& points);
   void add_unplaced_arrays(Node& piece, Location location);
   void add_array(Node& data, std::size_t array) const;
+  void add_time(Node& grid) const;
   void add_block_ids(Node& data) const;
   void add_strings(Node& grid, const std::string& name, const Extra& strings);
   bool is_written(std::size_t array) const;
