@@ -391,6 +391,36 @@ class Meshes(SeriesTest):
             self.shm("append", "a.shm", self.vtk_file("moved.vtu", 10, moved=.5), code=1,
                      stderr="coordinates")
 
+    def test_names_beside(self):
+        """Where the user names no output."""
+        self.series("a_%d.vtu", range(2))
+        self.series("b_%d.vtk", range(2))
+        self.shm("convert", "a_%d.vtu", "c.pvd", "-q")
+        self.shm("compress", "c.pvd", "-q")
+        self.shm("compress", "a_%d.vtu", "-q", "-o", "a.shm")
+        self.shm("compress", "b_%d.vtk", "-q", "-o", "b.shm")
+        before = set(os.listdir(self.directory.name))
+        self.shm("decompress", "a.shm", "b.shm", "-q")
+        self.assertEqual(set(os.listdir(self.directory.name)) - before,
+                         {"a.pvd", "a", "b_0000.vtk", "b_0001.vtk"})
+        self.shm("decompress", "c.pvd.shm", "-q", "-f")
+        self.shm("diff", "c.pvd", "a_%d.vtu")
+        self.shm("diff", "a.pvd", "a_%d.vtu")
+
+    def test_removed(self):
+        """Sources go only where all of their steps are known to be there."""
+        self.series("a_%d.vtu", range(3))
+        for words in (["a_%d.vtu", "-o", "a.shm"], ["c.pvd"]):
+            self.write("c.pvd", self.collection_of([(step, f"a_{step}.vtu") for step in range(3)]))
+            self.shm("compress", *words, "--rm", code=4, stderr="is a series of files")
+        self.shm("compress", "a_%d.vtu", "-o", "a.shm", "-q")
+        for words, code in ((["-o", "last.vtu"], 4), (["--step", "0:2", "-o", "b_%d.vtu"], 2)):
+            self.shm("decompress", "a.shm", "--rm", "-q", *words, code=code, stderr="")
+            self.assertTrue(os.path.exists(self.path("a.shm")))
+        self.shm("decompress", "a.shm", "--rm", "-q", "-o", "b_%d.vtu")
+        self.assertFalse(os.path.exists(self.path("a.shm")))
+        self.shm("diff", "a_%d.vtu", "b_%d.vtu")
+
     def test_times(self):
         """Of the collection; of the field data; else numbers."""
         self.series("a_%d.vtu", (0, 2, 10))

@@ -150,6 +150,16 @@ bool DecompressCommand::is_for(const Format* of_file) const {
   return of_file != nullptr && of_file->name == "shm";
 }
 
+// A file for each step: a collection, or a name with their numbers.
+std::string DecompressCommand::name_of_series(const std::string& name, const Format& written) {
+  constexpr std::string_view kCollection = ".pvd";
+  if (name.ends_with(kCollection)) return name;
+  const std::string extension(written.extensions[0]);
+  const std::string stem =
+      name.ends_with(extension) ? name.substr(0, name.size() - extension.size()) : name;
+  return written.name == "vtu" ? stem + std::string(kCollection) : stem + "_%04d" + extension;
+}
+
 // The name of IN without .shm where that names what is written; else with the usual extension.
 std::string DecompressCommand::output_beside(const std::string& path) const {
   constexpr std::string_view kExtension = ".shm";
@@ -160,7 +170,11 @@ std::string DecompressCommand::output_beside(const std::string& path) const {
   const Format* written = format_named(format);
   if (written == nullptr && is_readable) {
     require_shm(path);
-    written = format_named(summarize_shm(path).info.schema.source_format);
+    const MeshInfo info = summarize_shm(path).info;
+    written = format_named(info.schema.source_format);
+    const bool is_series =
+        written != nullptr && info.step_times.size() > 1 && holds_one_step(info, *written, false);
+    if (is_series) return name_of_series(name, *written);
   }
   const Format* const named = format_of_name(name);
   if (path != "-" && name != path && named != nullptr && (written == nullptr || named == written))

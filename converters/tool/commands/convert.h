@@ -42,6 +42,9 @@ struct DecompressCommand final : ConvertCommand {
   bool changes_size() const override { return true; }
   std::string output_beside(const std::string& path) const override;
   ExitCode run() override;
+
+ private:
+  static std::string name_of_series(const std::string& name, const Format& written);
 };
 
 }  // namespace shm::converters

@@ -179,7 +179,7 @@ ExitCode VerifyCommand::run() {
   ProgressLine line(*this);
   Spool spool(spool_directory(*this), spool_memory(*this));
   std::unique_ptr<MeshSource> restored;
-  line.expect({{"decoding", 1}, {"comparing", against.empty() ? 0 : .5}}, file_bytes(in.path()));
+  line.expect({{"decoding", 1}, {"comparing", against.empty() ? 0 : .5}}, in.bytes());
   try {
     restored = in.open(spool, line.callback(), threads);
   } catch (const Failure& failure) {
