@@ -1,8 +1,10 @@
 #include "series/series_mesh.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <set>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -195,6 +197,10 @@ class SteppedLike final : public MeshSource {
 };
 
 std::unique_ptr<MeshSource> opened(const SeriesFile& file, Spool& spool) {
+  std::error_code none;
+  const auto status = std::filesystem::status(file.path, none);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    refuse(file.path, "is no file, as those of a series are");
   try {
     return open_mesh(file.path, spool);
   } catch (const Failure& failure) {

@@ -494,10 +494,11 @@ class Meshes(SeriesTest):
 
     def test_hostile_collections(self):
         self.series("a_%d.vtu", (0, 1))
+        os.mkfifo(self.path("pipe"))
         good = [(0, "a_0.vtu"), (1, "a_1.vtu")]
         for sets, said in (([], "lists no files"), ([*good, (2, "a_2.vtu")], "a_2.vtu: cannot be"),
                            ([*good, (2, "")], "without a file"), ([("nan", "a_0.vtu")], "timestep is"),
-                           ([("", "a_0.vtu")], "timestep is ''"), ([*good, (3, ".")], "cannot be read"),
+                           ([("", "a_0.vtu")], "timestep is ''"), ([*good, (3, ".")], "is no file"), ([*good, (3, "pipe")], "is no file"),
                            ([*good, (1, "a_0.vtu")], "several parts"), ([(0, "b.pvd")], "b.pvd")):
             self.write("b.pvd", self.collection_of(sets))
             self.shm("info", "b.pvd", code=3, stderr=said)
