@@ -120,7 +120,7 @@ class InfoTest(FolderTest):
         with open(self.path("strays.shm"), "wb") as out:
             out.write(self.bytes("mesh.e.shm") + b"stray")
         for command, variants in runs.items():
-            listed = set(re.findall(r"`([\w.]+)`", documented[command]))
+            listed = set(re.findall(r"`(\w[\w.]*)`", documented[command]))
             printed = set()
             for words in variants:
                 done = subprocess.run([SHM, command, *words, "--json"], cwd=self.directory.name,

@@ -278,6 +278,7 @@ ExitCode CompressCommand::run() {
   result.sizes = output == "-" && !parity ? write_to_pipe(*mesh, wanted, spool)
                                           : write_to_file(*mesh, wanted, spool);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  keep_attributes(input, output);
   if (remove)
     remove_source(input, output, *this, line.callback(), given_order ? &*given_order : nullptr);
   line.wipe();

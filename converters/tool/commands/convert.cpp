@@ -66,6 +66,7 @@ ExitCode ConvertCommand::write_one(MeshSource& mesh, const Format& target, Spool
   if (stops_for(conversion.losses(), line)) return kIncomplete;
   WatchedMesh watched(conversion.mesh(), line.callback(), "writing");
   write_mesh(watched, output, target, spool);
+  if (keeps_attributes) keep_attributes(input, output);
   if (remove) remove_input(conversion.losses(), line);
   line.wipe();
   print(*this, output + ": " + counts_text(watched.info()) + "\n");
@@ -185,6 +186,7 @@ std::string DecompressCommand::output_beside(const std::string& path) const {
 }
 
 ExitCode DecompressCommand::run() {
+  keeps_attributes = true;
   ToolInput in(*this);
   in.require_shm();
   return write(in);

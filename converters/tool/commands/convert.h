@@ -19,6 +19,7 @@ struct ConvertCommand : FileCommand {
   std::string format;  // empty: by name
   StepChoice steps;
   bool strict = false;
+  bool keeps_attributes = false;  // of IN: what is unpacked has them
 
   CLI::App* add_to(CLI::App& tool) override;
   Places places() override;
