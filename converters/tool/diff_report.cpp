@@ -7,11 +7,10 @@
 #include <utility>
 
 #include "base/stored_value.h"
+#include "tool/report.h"
 
 namespace shm::converters {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 // For the eye; JSON has all digits.
 std::string rounded(double value) {

@@ -84,7 +84,8 @@ class ToolInput::Stream final : public ByteSource {
   std::unique_ptr<HeadedSource> source_;
 };
 
-ToolInput::ToolInput(CommonOptions& options, const std::string& path) : name_(path), path_(path) {
+ToolInput::ToolInput(CommonOptions& options, const std::string& path, std::string part)
+    : name_(path), path_(path), part_(std::move(part)) {
   if (!is_read_once(path_)) {
     series_ = series_of(path_);
     if (is_series() || !is_packed(path_)) return;
@@ -125,6 +126,20 @@ std::uint64_t ToolInput::bytes() const {
   return sum;
 }
 
+const ArchiveMember& part_of(const std::vector<ArchiveMember>& members, const std::string& part,
+                             const std::string& path) {
+  constexpr std::size_t kNamed = 10;
+  if (part.empty() && members.size() == 1) return members.front();
+  std::string names;
+  for (std::size_t m = 0; m < members.size(); ++m) {
+    if (!part.empty() && members[m].name == part) return members[m];
+    if (m < kNamed) names += (m == 0 ? "" : ", ") + members[m].name;
+  }
+  if (members.size() > kNamed) names += ", ...";
+  wrong_use(part.empty() ? path + " is an archive of " + names + ": --part names one of them"
+                         : "there is no part " + part + " in " + path + "; there are " + names);
+}
+
 void print_remark(const std::string& sentence) {
   std::fprintf(stderr, "shm: %s\n", sentence.c_str());
 }
@@ -132,13 +147,13 @@ void print_remark(const std::string& sentence) {
 std::unique_ptr<MeshSource> ToolInput::open(Spool& spool, const Progress& progress,
                                             unsigned threads) {
   if (is_stream()) return stage_shm(*stream_, name_, 0, spool, progress, threads);
-  if (is_series()) return open_series(*series_, spool, progress, print_remark);
-  try {
-    return is_shm() ? open_shm(path_, spool, progress, threads) : open_mesh(path_, spool, progress);
-  } catch (const Failure& failure) {
-    if (failure.error().code == ErrorCode::unsupported) require_no_archive(path_);
-    throw;
+  if (!is_series() && is_archive(path_)) {
+    ArchiveFile archive(path_);
+    return archive.open(part_of(archive.members(), part_, path_), spool, progress, threads);
   }
+  if (!part_.empty()) wrong_use("--part needs an archive; " + path_ + " is none");
+  if (is_series()) return open_series(*series_, spool, progress, print_remark);
+  return is_shm() ? open_shm(path_, spool, progress, threads) : open_mesh(path_, spool, progress);
 }
 
 FileSummary ToolInput::summarize(const Progress& progress) {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "archive/archive_files.h"
 #include "base/output_file.h"
 #include "compression/decompress.h"
 #include "series/series_mesh.h"
@@ -22,7 +23,9 @@ class ToolInput {
   // Of standard input reads the beginning. What is spooled goes to spool_directory(options), and
   // its name to options.spooled, for messages. Throws Failure.
   explicit ToolInput(CommonOptions& options) : ToolInput(options, options.input) {}
-  ToolInput(CommonOptions& options, const std::string& path);
+  ToolInput(CommonOptions& options, const std::string& path)
+      : ToolInput(options, path, options.part) {}
+  ToolInput(CommonOptions& options, const std::string& path, std::string part);
   ~ToolInput();
   ToolInput(const ToolInput&) = delete;
   ToolInput& operator=(const ToolInput&) = delete;
@@ -36,7 +39,7 @@ class ToolInput {
   // Throws Failure where it is none.
   void require_shm() const;
 
-  // Once. Of an archive throws Failure.
+  // Once. Of an archive the part that the options name, or its only one. Throws Failure.
   std::unique_ptr<MeshSource> open(Spool& spool, const Progress& progress, unsigned threads = 0);
   FileSummary summarize(const Progress& progress);
 
@@ -45,9 +48,13 @@ class ToolInput {
   std::unique_ptr<Stream> stream_;   // of a .shm file that comes through a pipe
   std::unique_ptr<FileSink> spool_;  // holds what came
   std::optional<RemovedOnSignals> on_signals_;
-  std::string name_, path_;
+  std::string name_, path_, part_;
   std::optional<std::vector<SeriesFile>> series_;
 };
+
+// The part of an archive of that name, or its only one. Throws Failure (misuse) naming all.
+const ArchiveMember& part_of(const std::vector<ArchiveMember>& members, const std::string& part,
+                             const std::string& path);
 
 // Prints what of a series is not that of its first file.
 void print_remark(const std::string& sentence);

@@ -28,6 +28,7 @@ struct CommonOptions {
   std::string input;                    // what messages about no other file mean
   std::string output;                   // empty: none; "-": standard output
   std::string spooled, spooled_from;    // where what came through a pipe went, and its name
+  std::string part;                     // of an archive; empty: its only one
   std::string temp;                     // empty: beside the output
   std::optional<std::uint64_t> memory;  // bytes of the spool
   bool quiet = false;

@@ -1,6 +1,8 @@
 #include "tool/commands/convert.h"
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
+#include <system_error>
 
 #include "base/failure.h"
 #include "base/unpacked.h"
@@ -9,6 +11,7 @@
 #include "series/open_series.h"
 #include "series/step_files.h"
 #include "tool/commands/options.h"
+#include "tool/commands/split.h"
 #include "tool/input.h"
 #include "tool/progress_line.h"
 #include "tool/removal.h"
@@ -31,6 +34,7 @@ CLI::App* ConvertCommand::add_to(CLI::App& tool) {
   add_format(*command, format);
   add_strict(*command, strict);
   add_steps(*command, steps);
+  add_part(*command, *this);
   return command;
 }
 
@@ -138,11 +142,19 @@ CLI::App* DecompressCommand::add_to(CLI::App& tool) {
   add_format(*command, format);
   add_strict(*command, strict);
   add_steps(*command, steps);
+  add_part(*command, *this);
   return command;
 }
 
+bool DecompressCommand::splits() const {
+  std::error_code none;
+  return part.empty() && is_archive(input) && ArchiveFile(input).members().size() > 1 &&
+         std::filesystem::is_directory(output, none);
+}
+
 Places DecompressCommand::places() {
-  if (to_stdout && format.empty() && input != "-" && is_shm(input))
+  if (splits()) return {{input}, std::nullopt};
+  if (to_stdout && format.empty() && input != "-" && is_shm(input) && !is_archive(input))
     format = summarize_shm(input).info.schema.source_format;
   return ConvertCommand::places();
 }
@@ -161,12 +173,24 @@ std::string DecompressCommand::name_of_series(const std::string& name, const For
   return written.name == "vtu" ? stem + std::string(kCollection) : stem + "_%04d" + extension;
 }
 
+// The folder for all, or the file itself.
+std::string DecompressCommand::output_of_archive(const std::string& path) const {
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  const ArchiveFile archive(path);
+  if (part.empty() && archive.members().size() > 1)
+    return (folder.empty() ? std::filesystem::path(".") : folder) / "";
+  const ArchiveMember& member = part_of(archive.members(), part, path);
+  const std::filesystem::path name(member.name);
+  return (folder / (was_packed(member) ? name.stem() : name)).string();
+}
+
 // The name of IN without .shm where that names what is written; else with the usual extension.
 std::string DecompressCommand::output_beside(const std::string& path) const {
   constexpr std::string_view kExtension = ".shm";
   std::string name = unpacked_name(path);
   if (name.size() > kExtension.size() && name.ends_with(kExtension))
     name.resize(name.size() - kExtension.size());
+  if (is_archive(path)) return output_of_archive(path);
   const bool is_readable = path != "-" && unpacked_name(path) == path;
   const Format* written = format_named(format);
   if (written == nullptr && is_readable) {
@@ -186,7 +210,15 @@ std::string DecompressCommand::output_beside(const std::string& path) const {
 }
 
 ExitCode DecompressCommand::run() {
-  keeps_attributes = true;
+  if (splits()) {
+    if (remove) wrong_use("--rm removes no archive");
+    SplitCommand split;
+    static_cast<CommonOptions&>(split) = *this;
+    split.directory = output;
+    split.threads = threads;
+    return split.run();
+  }
+  keeps_attributes = part.empty();
   ToolInput in(*this);
   in.require_shm();
   return write(in);

@@ -17,13 +17,12 @@
 namespace shm::converters {
 namespace {
 
-std::unique_ptr<MeshSource> open_named(const std::string& path, Spool& spool,
-                                       const Progress& progress) {
+std::unique_ptr<MeshSource> open_named(ToolInput& in, Spool& spool, const Progress& progress) {
   try {
-    return open_any(path, spool, progress, print_remark);
+    return in.open(spool, progress);
   } catch (const Failure& failure) {
     Error error = failure.error();
-    if (error.file.empty()) error.file = path;
+    if (error.file.empty() && error.code != ErrorCode::misuse) error.file = in.path();
     throw Failure(std::move(error));
   }
 }
@@ -98,6 +97,7 @@ CLI::App* DiffCommand::add_to(CLI::App& tool) {
       ->add_option("--limit", limit,
                    "Places listed of each difference, the largest first (default: 3)")
       ->type_name("N");
+  add_part(*command, *this);
   command->add_flag("--json", json, "Print as JSON");
   return command;
 }
@@ -125,8 +125,12 @@ ExitCode DiffCommand::run() {
   // With --match, places and values are read in any order.
   Spool spool(spool_directory(*this), spool_memory(*this, match));
   line.show("reading " + input);
-  const auto mesh_a = open_named(input, spool, line.callback());
-  const auto mesh_b = open_named(b, spool, line.callback());
+  if (!part.empty() && !is_archive(input) && !is_archive(b))
+    wrong_use("--part needs an archive; A and B are none");
+  ToolInput in_a(*this, input, is_archive(input) ? part : std::string());
+  ToolInput in_b(*this, b, is_archive(b) ? part : std::string());
+  const auto mesh_a = open_named(in_a, spool, line.callback());
+  const auto mesh_b = open_named(in_b, spool, line.callback());
   const MeshDiff diff = diff_meshes(*mesh_a, *mesh_b, options, spool, line.callback());
   line.wipe();
   if (json)

@@ -197,14 +197,8 @@ void Extraction::open() {
   RandomSource* source = file_.get();
   if (is_archive(path)) {
     const ArchiveReader archive = unwrap(ArchiveReader::open(*file_), path);
-    const auto name = [](const ArchiveMember& it) { return it.name; };
-    const ArchiveMember* member = archive.find(options_.part);
-    if (options_.part.empty() || member == nullptr)
-      wrong_use(options_.part.empty() ? path + " is an archive: --part must name one of " +
-                                            listed(archive.members(), name)
-                                      : "there is no part " + options_.part + "; there are " +
-                                            listed(archive.members(), name));
-    member_ = std::make_unique<SectionSource>(*file_, member->offset, member->bytes);
+    const ArchiveMember& member = part_of(archive.members(), options_.part, path);
+    member_ = std::make_unique<SectionSource>(*file_, member.offset, member.bytes);
     source = member_.get();
   } else if (!options_.part.empty()) {
     wrong_use("--part needs an archive; " + path + " is none");

@@ -43,6 +43,7 @@ CLI::App* LayoutCommand::add_to(CLI::App& tool) {
   add_output(*command, *this,
              "Picture to write, or folder for pictures (default: IN.svg beside IN)",
              "OUT.svg|OUT.png");
+  add_part(*command, *this);
   return command;
 }
 

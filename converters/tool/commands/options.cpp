@@ -55,6 +55,10 @@ void add_removal(CLI::App& command, FileCommand& options) {
   command.add_flag("-k,--keep", options.keep, "Keep IN, as without --rm")->excludes(remove);
 }
 
+void add_part(CLI::App& command, CommonOptions& options) {
+  command.add_option("--part", options.part, "Of an archive this file")->type_name("NAME");
+}
+
 void add_force(CLI::App& command, CommonOptions& options) {
   command.add_flag("-f,--force", options.force,
                    "Write over a file that is there (default: ask on a terminal, else exit code "

@@ -25,6 +25,8 @@ void add_output(CLI::App& command, FileCommand& options, const std::string& outp
                 const std::string& type);
 // --rm and -k.
 void add_removal(CLI::App& command, FileCommand& options);
+// --part.
+void add_part(CLI::App& command, CommonOptions& options);
 void add_force(CLI::App& command, CommonOptions& options);
 void add_threads(CLI::App& command, unsigned& threads, const std::string& what);
 void add_order(CLI::App& command, std::string& order);

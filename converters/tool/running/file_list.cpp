@@ -86,6 +86,7 @@ class Listing {
       task.output =
           (fs::path(purpose_.folder) / below.parent_path() / fs::path(task.output).filename())
               .string();
+    if (task.output.ends_with('/')) return;  // many files in a folder
     const auto [first, is_new] =
         writers_.emplace(fs::path(task.output).lexically_normal(), task.input);
     if (!is_new)

@@ -69,7 +69,9 @@ void check_tasks(FileCommand& command, FileList& list) {
     if (const auto file = identity(task.input); file && task.passed_over.empty())
       inputs.insert(*file);
   for (FileTask& task : list.tasks) {
-    if (!task.refusal || !task.passed_over.empty() || task.output.empty()) continue;
+    if (!task.refusal || !task.passed_over.empty() || task.output.empty() ||
+        task.output.ends_with('/'))
+      continue;
     try {
       if (!command.output.empty() && command.recursive)
         std::filesystem::create_directories(std::filesystem::path(task.output).parent_path());
@@ -116,7 +118,7 @@ class Sum {
     std::fputs(error.c_str(), stderr);
     if (!is_failure && task.passed_over.empty()) {
       input_bytes_ += task.bytes;
-      if (!task.output.empty()) output_bytes_ += file_bytes(task.output);
+      if (!task.output.empty() && !is_folder(task.output)) output_bytes_ += file_bytes(task.output);
     }
     if (command_.json)
       print_json(task, printed, error, code);
