@@ -28,7 +28,7 @@
 #include "sets/transfer_sets.h"
 #include "support/memory_mesh.h"
 #include "support/temporary_folder.h"
-#include "tool/report.h"
+#include "tool/info_report.h"
 #include "transfer/joined_arrays.h"
 #include "transfer/losses.h"
 #include "transfer/translate.h"
@@ -519,7 +519,8 @@ TEST(Growth, WhatIsToldOfManyArrays) {
                        Totals totals;
                        for (const std::string& name : array_stream_names(info.schema))
                          totals.streams[name] = 1;
-                       EXPECT_FALSE(info_text("x.shm", info, &totals).empty());
+                       const InfoReport report{"x.shm", info, &totals, {}};
+                       EXPECT_FALSE(info_text(report, true).empty());
                      };
                    }),
             kMostGrowth);
