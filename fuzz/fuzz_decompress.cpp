@@ -23,7 +23,7 @@ using namespace shm::converters;
 
 /// As `shm decompress` does, but the file gets no name.
 void decompress(std::span<const std::byte> file, const Format& format,
-                std::optional<std::uint64_t> step) {
+                std::optional<StepRange> steps) {
   static const std::string folder = std::filesystem::temp_directory_path().string();
   static const std::string path = folder + "/shm-fuzz-" + std::to_string(::getpid());
   Spool spool(folder);
@@ -31,7 +31,7 @@ void decompress(std::span<const std::byte> file, const Format& format,
   StagedMesh mesh(source, "hostile.shm", spool, shm_fuzz::small_limits());
   std::optional<Translation> translation;
   if (is_foreign(mesh.info(), format))
-    translation.emplace(mesh, std::string(format.name), *format.capabilities, step, spool);
+    translation.emplace(mesh, std::string(format.name), *format.capabilities, steps, spool);
   OutputFile output(path, folder, format.temporary);
   format.write(translation ? translation->mesh() : mesh, output, spool);
 }
@@ -42,10 +42,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size == 0) return 0;
   const auto& all = formats();
   const std::size_t choice = data[0];
-  std::optional<std::uint64_t> step;
-  if (choice / all.size() % 4 != 0) step = choice / all.size() % 4 - 1;
+  std::optional<StepRange> steps;
+  if (const std::size_t step = choice / all.size() % 4; step != 0)
+    steps = StepRange{step - 1, step};
   try {
-    decompress(std::as_bytes(std::span(data + 1, size - 1)), all[choice % all.size()], step);
+    decompress(std::as_bytes(std::span(data + 1, size - 1)), all[choice % all.size()], steps);
   } catch (const Failure&) {
   }
   return 0;
