@@ -48,6 +48,19 @@ std::uint64_t file_bytes(const std::string& path) {
   return ::stat(path.c_str(), &status) == 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
 }
 
+std::string printable(std::string_view text) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string shown;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte >= 0x20 && byte != 0x7f)
+      shown += c;
+    else
+      shown += std::string("\\x") + kDigits[byte >> 4] + kDigits[byte & 15];
+  }
+  return shown;
+}
+
 void print(const CommonOptions& options, const std::string& text) {
   if (!options.quiet) std::fputs(text.c_str(), options.output == "-" ? stderr : stdout);
 }
@@ -76,7 +89,7 @@ void require_no_archive(const std::string& path) {
 
 void report_losses(const LossList& losses, const std::string& output) {
   for (const std::string& loss : losses)
-    std::fprintf(stderr, "shm: not in %s: %s\n", output.c_str(), loss.c_str());
+    std::fprintf(stderr, "shm: not in %s: %s\n", output.c_str(), printable(loss).c_str());
 }
 
 }  // namespace shm::converters

@@ -44,6 +44,10 @@ std::string spool_directory(const CommonOptions& options);
 
 std::uint64_t file_bytes(const std::string& path);  // 0 where there is none
 
+// Text for a terminal: names come from files, and their control characters would move its cursor,
+// or end a line. They are shown as \xNN.
+std::string printable(std::string_view text);
+
 // To standard output, or to standard error where the output itself goes there.
 void print(const CommonOptions& options, const std::string& text);
 

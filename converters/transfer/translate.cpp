@@ -233,7 +233,7 @@ void Translation::carry_title() {
   if (title.empty()) return;
   if (title.size() > target_.title_bytes)
     losses_.push_back(target_.title_bytes == 0
-                          ? "title '" + title + "'"
+                          ? "title" + quoted(title.substr(0, title.find('\0')))
                           : "title beyond " + std::to_string(target_.title_bytes) + " bytes");
   extras_.push_back(text_extra("mesh/title", title));
 }

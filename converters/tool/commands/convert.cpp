@@ -13,6 +13,7 @@
 #include "tool/commands/options.h"
 #include "tool/commands/split.h"
 #include "tool/input.h"
+#include "tool/output_name.h"
 #include "tool/progress_line.h"
 #include "tool/removal.h"
 #include "tool/report.h"
@@ -46,6 +47,11 @@ ExitCode ConvertCommand::write(ToolInput& in) {
   Spool spool(spool_directory(*this), spool_memory(*this));
   line.expect({{"decoding", 1}, {"writing", 1}}, in.bytes());
   line.show("reading " + input);
+  if (step_files.is_one_file() && !in.is_stream() && in.is_shm() && !is_archive(in.path())) {
+    // Before all of it is decoded.
+    const MeshInfo info = in.summarize(line.callback()).info;
+    check_output_name(output, step_files.format(), info, steps.in(info.step_times));
+  }
   const auto mesh = in.open(spool, line.callback(), threads);
   return step_files.is_one_file() ? write_one(*mesh, step_files.format(), spool, line)
                                   : write_each(*mesh, step_files, spool, line);
@@ -67,6 +73,7 @@ ExitCode ConvertCommand::write_one(MeshSource& mesh, const Format& target, Spool
               " steps, and a file of " + std::string(target.name) +
               " holds one; a name such as out_%04d takes one file for each");
   Conversion conversion(mesh, target, chosen, spool);
+  check_output_name(output, target, mesh.info(), chosen, conversion.losses());
   if (stops_for(conversion.losses(), line)) return kIncomplete;
   WatchedMesh watched(conversion.mesh(), line.callback(), "writing");
   write_mesh(watched, output, target, spool);

@@ -22,6 +22,7 @@
 #include "series/step_files.h"
 #include "sets/set_cells.h"
 #include "tool/commands/options.h"
+#include "tool/output_name.h"
 #include "tool/progress_line.h"
 #include "tool/report.h"
 #include "transfer/piece_output.h"
@@ -329,6 +330,7 @@ bool Extraction::run(ProgressLine& line) {
   choose_cells();
   choose_set();
   choose_steps();
+  if (files_.is_one_file()) check_output_name(options_.output, format_, whole_, steps_);
   stage();
   if (!files_.is_one_file()) return write_each(line);
   Translation translation = translated(std::nullopt, spool_);

@@ -94,7 +94,11 @@ void add_level(CLI::App& command, std::string& level) {
 void add_format(CLI::App& command, std::string& format) {
   std::string names;
   for (const Format& one : formats()) names += (names.empty() ? "" : "|") + std::string(one.name);
-  command.add_option("--format", format, "Of OUT (default: by its name)")->type_name(names);
+  command
+      .add_option("--format", format,
+                  "Of OUT (default: by its name). Refused where the name is that of a format which "
+                  "would hold\nwhat this one loses")
+      ->type_name(names);
 }
 
 void add_strict(CLI::App& command, bool& strict) {

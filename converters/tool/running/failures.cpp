@@ -33,7 +33,7 @@ bool is_shm_file(const std::string& path) {
 
 int complain(int code, const std::string& sentence) {
   if (code == kBadOutput && nobody_listens()) return code;
-  std::fprintf(stderr, "shm: %s\n", sentence.c_str());
+  std::fprintf(stderr, "shm: %s\n", printable(sentence).c_str());
   return code;
 }
 

@@ -1,0 +1,93 @@
+#!/usr/bin/env python3
+"""What an output cannot hold: it is said, and where the name of the output promises more than
+--format holds, that is an error, before the work.
+
+Usage: losses_test.py PATH_OF_SHM
+"""
+import os
+import re
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from folder_test import FolderTest
+from sample_meshes import exodus_text, write_vtk
+
+SHM = "shm"
+
+
+class LossesTest(FolderTest):
+    NEEDS = ("ncgen",)
+
+    def setUp(self):
+        super().setUp()
+        self.exodus("run.e", range(4))
+        self.run_tool("compress", "run.e", "-o", "run.shm", "-q")
+
+    def exodus(self, name, steps, **how):
+        text = self.write("text.cdl", exodus_text(steps, 3, **how))
+        subprocess.run(["ncgen", "-k", "64-bit-offset", "-o", self.path(name), text], check=True)
+
+    def run_tool(self, *words, code=0):
+        done = subprocess.run([SHM, *words], cwd=self.directory.name, capture_output=True, timeout=120)
+        self.assertEqual(done.returncode, code, f"shm {' '.join(words)}\n{done.stderr.decode()}")
+        return done.stderr.decode()
+
+    def expect_refusal(self, *words, lost):
+        before = sorted(os.listdir(self.directory.name))
+        text = self.run_tool(*words, code=2)
+        self.assertRegex(text, "^shm: .*" + lost + "; leave --format out, or give OUT a name that")
+        self.assertEqual(len(text.splitlines()), 1)
+        self.assertEqual(sorted(os.listdir(self.directory.name)), before)
+
+    def test_steps_that_the_name_promises(self):
+        for format in ("vtk", "vtu", "ucd"):
+            for words in (["convert", "run.e"], ["convert", "run.shm"], ["extract", "run.shm"]):
+                for out in ("out.e", "out.exo", "out.e.4.0", "out.msh", "out.shm"):
+                    with self.subTest(format=format, words=words, out=out):
+                        self.expect_refusal(*words, out, "--format", format, lost="3 of 4 time steps")
+            self.expect_refusal("decompress", "run.shm", "-o", "out.e", "--format", format,
+                                lost="3 of 4 time steps")
+
+    def test_it_is_found_before_values_are_decoded(self):
+        whole = Path(self.path("run.shm")).read_bytes()
+
+        def hurt(at):
+            Path(self.path("run.shm")).write_bytes(whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1:])
+            return self.run_tool("verify", "run.shm", code=3)
+
+        group = re.search(r"group of segment 0, bytes \d+-(\d+)", hurt(200))
+        hurt(int(group[1]))
+        self.run_tool("decompress", "run.shm", "-o", "out.e", code=3)
+        self.expect_refusal("decompress", "run.shm", "-o", "out.e", "--format", "vtk",
+                            lost="3 of 4 time steps")
+
+    def test_what_else_the_format_of_the_mesh_would_hold(self):
+        self.expect_refusal("convert", "run.e", "out.e", "--format", "vtk", "--step", "1",
+                            lost="which blocks array 'heat' is on .* and 1 more")
+        self.expect_refusal("convert", "run.e", "out.shm", "--format", "gmsh", lost="global variables")
+
+    def test_names_that_promise_nothing_more(self):
+        """What is lost is listed, and written."""
+        for out, words in (("out.vtk", []), ("out.vtk.4.0", []), ("out", ["--format", "vtk"]),
+                           ("out.vtu", ["--format", "vtk"]), ("out.dat", ["--format", "ucd"])):
+            text = self.run_tool("convert", "run.e", out, *words)
+            self.assertIn(f"shm: not in {out}: time steps 0 to 2 of 4", text)
+        # Nothing is lost.
+        write_vtk(self.path("mesh.vtk"), 3)
+        self.run_tool("convert", "mesh.vtk", "other.vtu", "--format", "vtk")
+
+    def test_a_title_with_zero_bytes_and_other_controls(self):
+        self.exodus("title.e", range(1), title=r"left\000right")
+        text = self.run_tool("convert", "title.e", "out.ucd")
+        self.assertIn("shm: not in out.ucd: title 'left'\n", text)
+        self.exodus("escape.e", range(1), title=r"\033[2Jgone")
+        text = self.run_tool("convert", "escape.e", "other.ucd")
+        self.assertIn(r"shm: not in other.ucd: title '\x1b[2Jgone'", text)
+
+
+if __name__ == "__main__":
+    SHM = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
