@@ -1,5 +1,10 @@
 #include "archive/damage_report.h"
 
+#include <algorithm>
+#include <map>
+#include <tuple>
+#include <utility>
+
 namespace shm::converters {
 namespace {
 
@@ -14,33 +19,160 @@ const char* kind_word(DamageKind kind) {
   return "";
 }
 
-std::string place_text(const Damage& damage) {
-  if (damage.bytes == 0) return "at byte " + std::to_string(damage.offset);
-  return "bytes " + std::to_string(damage.offset) + "-" +
-         std::to_string(damage.offset + damage.bytes - 1);
+// Damages that one line names, which are of one kind and in one kind of chunks.
+struct DamageRun {
+  DamageKind kind = DamageKind::damaged;
+  std::string section;
+  std::uint64_t chunks = 0;
+  std::optional<std::uint32_t> first_segment{}, last_segment{};
+  std::optional<std::uint64_t> first_cell{};
+  std::uint64_t cells = 0;
+  std::vector<std::uint32_t> arrays{};
+  std::set<std::uint64_t> steps{};
+  std::uint64_t begin = 0, end = 0;  // bytes
+  bool has_gaps = false;             // what is whole stands between them
+
+  explicit DamageRun(const Damage& damage)
+      : kind(damage.kind),
+        section(damage.section),
+        chunks(damage.chunks),
+        first_segment(damage.segment),
+        last_segment(damage.segment),
+        first_cell(damage.first_cell),
+        cells(damage.cells),
+        arrays(damage.arrays),
+        begin(damage.offset),
+        end(damage.offset + damage.bytes) {
+    if (damage.step) steps.insert(*damage.step);
+  }
+  void take_bytes(const DamageRun& next) {
+    chunks += next.chunks;
+    has_gaps |= next.has_gaps || next.begin != end;
+    begin = std::min(begin, next.begin);
+    end = std::max(end, next.end);
+  }
+};
+
+bool is_step_values(const Damage& damage) { return damage.step && damage.arrays.size() == 1; }
+
+// Step values: those of one array in one segment are one run; arrays that lack the same steps are
+// one, too, and so are segments in which the same is lost.
+class StepRuns {
+ public:
+  void add(const Damage& damage) {
+    const auto key = std::make_tuple(damage.kind, damage.segment, damage.arrays[0]);
+    const auto [at, fresh] = place_.try_emplace(key, runs_.size());
+    if (fresh) {
+      runs_.emplace_back(damage);
+      return;
+    }
+    runs_[at->second].take_bytes(DamageRun(damage));
+    runs_[at->second].steps.insert(*damage.step);
+  }
+
+  std::vector<DamageRun> joined() && { return join_segments(join_arrays(std::move(runs_))); }
+
+ private:
+  static std::vector<DamageRun> join_arrays(std::vector<DamageRun> runs) {
+    std::vector<DamageRun> joined;
+    std::map<std::tuple<DamageKind, std::optional<std::uint32_t>, std::set<std::uint64_t>>,
+             std::size_t>
+        places;
+    for (DamageRun& run : runs) {
+      const auto [at, fresh] =
+          places.try_emplace({run.kind, run.first_segment, run.steps}, joined.size());
+      if (fresh) {
+        joined.push_back(std::move(run));
+        continue;
+      }
+      joined[at->second].take_bytes(run);
+      joined[at->second].arrays.push_back(run.arrays[0]);
+    }
+    return joined;
+  }
+
+  static std::vector<DamageRun> join_segments(std::vector<DamageRun> runs) {
+    std::vector<DamageRun> joined;
+    std::map<std::tuple<DamageKind, std::vector<std::uint32_t>, std::set<std::uint64_t>>,
+             std::size_t>
+        places;  // of the last one
+    for (DamageRun& run : runs) {
+      const auto [at, fresh] = places.try_emplace({run.kind, run.arrays, run.steps}, joined.size());
+      DamageRun* last = fresh ? nullptr : &joined[at->second];
+      if (last != nullptr && last->last_segment && run.first_segment &&
+          *last->last_segment + 1 == *run.first_segment) {
+        last->take_bytes(run);
+        last->last_segment = run.last_segment;
+        continue;
+      }
+      at->second = joined.size();
+      joined.push_back(std::move(run));
+    }
+    return joined;
+  }
+
+  std::map<std::tuple<DamageKind, std::optional<std::uint32_t>, std::uint32_t>, std::size_t> place_;
+  std::vector<DamageRun> runs_;
+};
+
+// Whether `next`, a group, goes on where `run` ends.
+bool continues(const DamageRun& run, const DamageRun& next) {
+  return next.section == "group" && run.section == "group" && run.kind == next.kind &&
+         run.arrays == next.arrays && run.steps.empty() && run.first_cell && next.first_cell &&
+         next.cells > 0 && *run.first_cell + run.cells == *next.first_cell && run.last_segment &&
+         next.first_segment && *next.first_segment - *run.last_segment <= 1;
 }
 
-std::string line_of(const Damage& damage, const std::optional<Schema>& schema) {
-  std::string line = damage.chunks > 1 ? std::to_string(damage.chunks) + " chunks" : damage.section;
-  if (damage.kind == DamageKind::stray) line = "what belongs to nothing";
-  if (damage.segment) line += " of segment " + std::to_string(*damage.segment);
-  if (damage.step && !damage.arrays.empty())
-    line +=
-        " of " + array_label(schema, damage.arrays[0]) + " at step " + std::to_string(*damage.step);
-  line += ", " + place_text(damage) + ": ";
-  if (damage.kind != DamageKind::damaged && damage.kind != DamageKind::missing)
-    return line + kind_word(damage.kind);
-  if (!damage.step && !damage.arrays.empty()) {
-    line += "only values of ";
-    for (std::size_t i = 0; i < damage.arrays.size(); ++i)
-      line += (i > 0 ? ", " : "") + array_label(schema, damage.arrays[i]);
-    line += " ";
+std::vector<DamageRun> runs_of(const std::vector<Damage>& damages) {
+  std::vector<DamageRun> runs;
+  StepRuns of_steps;
+  for (const Damage& damage : damages) {
+    if (is_step_values(damage)) {
+      of_steps.add(damage);
+    } else if (const DamageRun next(damage); !runs.empty() && continues(runs.back(), next)) {
+      runs.back().take_bytes(next);
+      runs.back().cells += next.cells;
+      runs.back().last_segment = next.last_segment;
+    } else {
+      runs.push_back(next);
+    }
   }
-  line += kind_word(damage.kind);
-  if (damage.first_cell && damage.cells > 0)
-    line += (damage.chunks > 1 || damage.section == "chunk" ? ", within cells " : ", cells ") +
-            std::to_string(*damage.first_cell) + "-" +
-            std::to_string(*damage.first_cell + damage.cells - 1);
+  for (DamageRun& run : std::move(of_steps).joined()) runs.push_back(std::move(run));
+  std::stable_sort(runs.begin(), runs.end(),
+                   [](const DamageRun& a, const DamageRun& b) { return a.begin < b.begin; });
+  return runs;
+}
+
+std::string segments_text(const DamageRun& run) {
+  if (run.first_segment == run.last_segment) return "segment " + std::to_string(*run.first_segment);
+  return "segments " + std::to_string(*run.first_segment) + " to " +
+         std::to_string(*run.last_segment);
+}
+
+std::string place_text(const DamageRun& run) {
+  if (run.begin == run.end) return "at byte " + std::to_string(run.begin);
+  return (run.has_gaps ? "within bytes " : "bytes ") + std::to_string(run.begin) + "-" +
+         std::to_string(run.end - 1);
+}
+
+std::string line_of(const DamageRun& run, const std::optional<Schema>& schema) {
+  const bool of_steps = !run.steps.empty() && !run.arrays.empty();
+  std::string line = run.chunks == 1 || of_steps ? run.section
+                     : run.section == "group"    ? std::to_string(run.chunks) + " groups"
+                                                 : std::to_string(run.chunks) + " chunks";
+  if (run.kind == DamageKind::stray) line = "what belongs to nothing";
+  if (run.first_segment) line += " of " + segments_text(run);
+  if (of_steps) line += " of " + array_labels(schema, run.arrays) + " at " + steps_text(run.steps);
+  line += ", " + place_text(run) + ": ";
+  if (run.kind != DamageKind::damaged && run.kind != DamageKind::missing)
+    return line + kind_word(run.kind);
+  if (of_steps && run.chunks > 1) line += std::to_string(run.chunks) + " chunks ";
+  if (!of_steps && !run.arrays.empty())
+    line += "only values of " + array_labels(schema, run.arrays) + " ";
+  line += kind_word(run.kind);
+  if (run.first_cell && run.cells > 0)
+    line += (run.section == "chunk" ? ", within cells " : ", cells ") +
+            std::to_string(*run.first_cell) + "-" + std::to_string(*run.first_cell + run.cells - 1);
   return line;
 }
 
@@ -56,15 +188,42 @@ std::string array_label(const std::optional<Schema>& schema, std::uint32_t array
   return (info.location == Location::point ? "point/" : "cell/") + info.name;
 }
 
-std::vector<std::string> damage_lines(const DamageReport& report, std::size_t most) {
-  std::vector<std::string> lines;
-  for (const Damage& damage : report.damages) {
-    if (lines.size() == most) {
-      lines.push_back("... and " + std::to_string(report.damages.size() - most) +
-                      " more (--json lists all)");
+std::string array_labels(const std::optional<Schema>& schema,
+                         std::span<const std::uint32_t> arrays) {
+  constexpr std::size_t kMost = 12;
+  std::string text;
+  for (std::size_t i = 0; i < arrays.size() && i < kMost; ++i)
+    text += (i > 0 ? ", " : "") + array_label(schema, arrays[i]);
+  return arrays.size() <= kMost ? text : text + ", ... (" + std::to_string(arrays.size()) + ")";
+}
+
+std::string steps_text(const std::set<std::uint64_t>& steps) {
+  constexpr int kMostRanges = 8;
+  std::string text;
+  int ranges = 0;
+  for (auto step = steps.begin(); step != steps.end();) {
+    const std::uint64_t first = *step;
+    std::uint64_t last = first;
+    while (++step != steps.end() && *step == last + 1) last = *step;
+    if (++ranges > kMostRanges) {
+      text += ", ... (" + std::to_string(steps.size()) + ")";
       break;
     }
-    lines.push_back(line_of(damage, report.schema));
+    text += (text.empty() ? "" : ", ") + std::to_string(first) +
+            (first == last ? "" : " to " + std::to_string(last));
+  }
+  return (steps.size() == 1 ? "step " : "steps ") + text;
+}
+
+std::vector<std::string> damage_lines(const DamageReport& report, std::size_t most) {
+  const std::vector<DamageRun> runs = runs_of(report.damages);
+  std::vector<std::string> lines;
+  for (const DamageRun& run : runs) {
+    if (lines.size() == most) {
+      lines.push_back("... and " + std::to_string(runs.size() - most) + " more (--json lists all)");
+      break;
+    }
+    lines.push_back(line_of(run, report.schema));
   }
   return lines;
 }

@@ -1,8 +1,10 @@
 #include "archive/salvage.h"
 
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "archive/damage_report.h"
@@ -151,16 +153,29 @@ void Salvage::tell_static_arrays() {
 }
 
 void Salvage::tell_steps(const PieceMesh& piece) {
+  struct Lost {
+    std::set<std::uint64_t> steps;
+    std::uint64_t least = ~std::uint64_t{0}, most = 0;
+  };
+  std::map<std::uint32_t, Lost> lost;  // by array
   for (const auto& [key, count] : piece.lost_values()) {
     if (count == 0) continue;
-    const bool of_points = whole_.schema.arrays[key.first].location == Location::point;
-    report_missing("values of " + label(key.first) + " at step " + std::to_string(key.second) +
-                       " of " + std::to_string(count) + (of_points ? " vertices" : " cells") +
-                       " that are there",
-                   {{"what", "step values"},
-                    {"array", label(key.first)},
-                    {"step", key.second},
-                    {"count", count}});
+    Lost& of_array = lost[key.first];
+    of_array.steps.insert(key.second);
+    of_array.least = std::min(of_array.least, count);
+    of_array.most = std::max(of_array.most, count);
+    report_.missing_json.push_back({{"what", "step values"},
+                                    {"array", label(key.first)},
+                                    {"step", key.second},
+                                    {"count", count}});
+  }
+  for (const auto& [array, values] : lost) {
+    const bool of_points = whole_.schema.arrays[array].location == Location::point;
+    const std::string least =
+        values.least == values.most ? "" : std::to_string(values.least) + " to ";
+    report_.missing.push_back("values of " + label(array) + " at " + steps_text(values.steps) +
+                              " of " + least + std::to_string(values.most) +
+                              (of_points ? " vertices" : " cells") + " that are there");
   }
 }
 
