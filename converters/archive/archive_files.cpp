@@ -94,10 +94,22 @@ bool is_archive(const std::string& path) {
 
 bool was_packed(const ArchiveMember& member) { return member.name.ends_with(".shm"); }
 
+namespace {
+
+Result<ArchiveReader> no_archive() {
+  return Error{ErrorCode::unsupported,
+               "is no archive of several files, as shm join makes them",
+               {},
+               kNoOffset,
+               {}};
+}
+
+}  // namespace
+
 ArchiveFile::ArchiveFile(const std::string& path)
     : path_(path),
       file_(unwrap(FileRandomSource::open(path), path)),
-      list_(unwrap(ArchiveReader::open(*file_), path)) {}
+      list_(unwrap(is_archive(path) ? ArchiveReader::open(*file_) : no_archive(), path)) {}
 
 const ArchiveMember& ArchiveFile::find(const std::string& name) const {
   if (const ArchiveMember* member = list_.find(name)) return *member;

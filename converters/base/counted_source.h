@@ -1,8 +1,12 @@
-// CountedSource: passes reads on and counts their bytes.
+// CountedSource: passes reads on and counts their bytes: all of them, and those of the file, each
+// once.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
+#include <map>
 #include <span>
 
 #include "shm/io.h"
@@ -16,12 +20,27 @@ class CountedSource final : public RandomSource {
   std::uint64_t size() const override { return source_->size(); }
   Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override {
     bytes += into.size();
+    touch(offset, offset + into.size());
     return source_->read_at(offset, into);
   }
   std::uint64_t bytes = 0;
+  std::uint64_t distinct_bytes() const { return distinct_; }
 
  private:
+  void touch(std::uint64_t begin, std::uint64_t end) {
+    auto next = ranges_.upper_bound(begin);
+    if (next != ranges_.begin() && std::prev(next)->second >= begin) begin = (--next)->first;
+    for (; next != ranges_.end() && next->first <= end; next = ranges_.erase(next)) {
+      end = std::max(end, next->second);
+      distinct_ -= next->second - next->first;
+    }
+    ranges_.emplace(begin, end);
+    distinct_ += end - begin;
+  }
+
   RandomSource* source_;
+  std::map<std::uint64_t, std::uint64_t> ranges_;  // that were read: begin, end; apart
+  std::uint64_t distinct_ = 0;
 };
 
 }  // namespace shm::converters

@@ -50,8 +50,9 @@ void ExodusMesh::read_structure() {
   place_.check(nc_open(place_.file.c_str(), NC_NOWRITE, &file_.id), "opening it");
   skeleton_ = read_skeleton(file_.id, place_);
   if (skeleton_.find_dimension("num_dim") < 0)
-    place_.fail(ErrorCode::unsupported, "dimensions",
-                "is a netCDF file, but not Exodus: it has no dimension 'num_dim'");
+    place_.fail(ErrorCode::unsupported, "",
+                std::string(is_netcdf4(skeleton_.kind) ? "is an HDF5 file" : "is a netCDF file") +
+                    " without what Exodus files have: there is no dimension 'num_dim'");
   layout_ = lay_out(skeleton_, place_);
 }
 
@@ -60,7 +61,7 @@ void ExodusMesh::read_structure() {
 void ExodusMesh::check_sizes() {
   struct stat status {};
   if (::stat(place_.file.c_str(), &status) != 0) place_.fail(ErrorCode::io, "", "cannot be read");
-  const bool packed = skeleton_.kind == Kind::netcdf4 || skeleton_.kind == Kind::netcdf4_classic;
+  const bool packed = is_netcdf4(skeleton_.kind);
   most_bytes_ = static_cast<std::uint64_t>(status.st_size) * (packed ? kMostExpansion : 1);
   const auto refuse = [&](std::uint64_t values, const std::string& where) {
     place_.fail(ErrorCode::corrupt, where,

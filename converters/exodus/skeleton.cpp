@@ -66,8 +66,6 @@ void write_attributes(int ncid, int variable, const std::vector<Attribute>& attr
   }
 }
 
-bool is_netcdf4(Kind kind) { return kind == Kind::netcdf4 || kind == Kind::netcdf4_classic; }
-
 // Filters beyond those that netCDF has words for.
 std::vector<Filter> read_filters(int ncid, int id, const std::string& section, const Place& place) {
   constexpr unsigned kDeflate = 1, kShuffle = 2, kChecksum = 3;

@@ -63,6 +63,7 @@ struct Variable {
 };
 
 enum class Kind : std::uint8_t { classic, offset64, cdf5, netcdf4, netcdf4_classic };
+inline bool is_netcdf4(Kind kind) { return kind == Kind::netcdf4 || kind == Kind::netcdf4_classic; }
 
 struct Skeleton {
   Kind kind = Kind::classic;

@@ -139,6 +139,7 @@ const Format* format_of_name(std::string_view path) {
 const Format* format_of_file(const std::string& path) {
   if (path == "-") return format_named("shm");
   const std::vector<std::byte> head = head_of(path);
+  if (is_cgns(head)) return nullptr;  // a kind of HDF5 file, as those of Exodus are
   // No content is that of two formats: the one that the name promises goes first.
   const Format* named = format_of_name(path);
   if (named != nullptr && named->looks_like(head)) return named;
@@ -153,13 +154,14 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, Spool& spool,
   const std::vector<std::byte> head = head_of(path);
   if (head.empty()) throw Failure(Error{ErrorCode::truncated, "is empty", {}, kNoOffset, path});
   const std::string other(unread_format(head));
-  throw Failure(Error{ErrorCode::unsupported,
-                      other.empty()
-                          ? "is none of " + list_of(&Format::title) + " files"
-                          : "is " + other + ", and none of " + list_of(&Format::title) + " files",
-                      {},
-                      kNoOffset,
-                      path});
+  throw Failure(
+      Error{ErrorCode::unsupported,
+            other.empty()
+                ? "is no mesh of a format that is read: " + list_of(&Format::title)
+                : "is " + other + ", which is not read; " + list_of(&Format::title) + " files are",
+            {},
+            kNoOffset,
+            path});
 }
 
 const Format& output_format(const std::string& path, const std::string& format) {

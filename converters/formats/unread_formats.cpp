@@ -32,8 +32,21 @@ bool begins_with_any(const std::string& line, std::span<const std::string_view> 
 
 }  // namespace
 
+bool is_cgns(std::span<const std::byte> head) {
+  const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
+  // What stands at the root: its own name, and what the library writes there first.
+  constexpr std::array<std::string_view, 3> kWords = {"HDF5 MotherNode", " hdf5version",
+                                                      "CGNSLibraryVersion"};
+  if (text.starts_with("@(#)ADF Database")) return true;
+  return text.starts_with("\x89HDF") &&
+         std::any_of(kWords.begin(), kWords.end(), [&](std::string_view word) {
+           return text.find(word) != std::string_view::npos;
+         });
+}
+
 std::string_view unread_format(std::span<const std::byte> head) {
   const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
+  if (is_cgns(head)) return "a CGNS file";
   constexpr std::array<std::string_view, 7> kAbaqus = {
       "*HEADING", "*NODE", "*PART", "*INCLUDE", "*PREPRINT", "*PARAMETER", "*ASSEMBLY"};
   if (begins_with_any(first_line(text, "**"), kAbaqus)) return "Abaqus or CalculiX input";

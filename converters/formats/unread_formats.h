@@ -12,4 +12,7 @@ namespace shm::converters {
 // that is not known, formats that are read among them.
 std::string_view unread_format(std::span<const std::byte> head);
 
+// Whether it is one of CGNS, in HDF5 or in ADF, which came before.
+bool is_cgns(std::span<const std::byte> head);
+
 }  // namespace shm::converters

@@ -32,7 +32,8 @@ void check_output_name(const std::string& output, const Format& target, const Me
   throw Failure(Error{ErrorCode::misuse,
                       "has the name of a file of format " + std::string(named->name) +
                           ", which would hold what --format " + std::string(target.name) +
-                          " loses: " + lost + "; leave --format out, or give OUT a name that ends in " +
+                          " loses: " + lost +
+                          "; leave --format out, or give OUT a name that ends in " +
                           std::string(target.extensions[0]),
                       {},
                       kNoOffset,

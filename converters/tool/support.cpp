@@ -75,7 +75,8 @@ void require_shm(const std::string& path) {
   std::error_code none;
   if (std::filesystem::is_empty(path, none))
     throw Failure(Error{ErrorCode::truncated, "is empty", {}, kNoOffset, path});
-  throw Failure(Error{ErrorCode::unsupported, "is not a .shm file", {}, kNoOffset, path});
+  throw Failure(Error{
+      ErrorCode::unsupported, "is not a .shm file; shm compress makes one", {}, kNoOffset, path});
 }
 
 void require_no_archive(const std::string& path) {

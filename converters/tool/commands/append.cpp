@@ -93,10 +93,10 @@ CLI::App* AppendCommand::add_to(CLI::App& tool) {
       ->add_option("--key-steps", key_steps,
                    "As in compress (default: the most that FILE has from one key step to the next, "
                    "at least 8)")
-      ->check(CLI::Range(std::uint32_t{1}, ~std::uint32_t{0}).description(""))
+      ->check(whole_number(1, ~std::uint32_t{0}))
       ->type_name("N");
   command->add_option("--level", level, "As in compress")
-      ->check(CLI::IsMember({"fast", "default", "best"}).description(""))
+      ->check(one_of({"fast", "default", "best"}))
       ->type_name("fast|default|best");
   command
       ->add_option("--cell-order", cell_order, "The file with which FILE was made in --order free")

@@ -10,6 +10,7 @@
 #include "archive/parity.h"
 #include "base/failure.h"
 #include "base/output_file.h"
+#include "base/text_input.h"
 #include "base/unpacked.h"
 #include "order/cell_order_file.h"
 #include "series/open_series.h"
@@ -77,7 +78,7 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
       ->add_option("--delay", delay,
                    "Cells in the delay buffer, 0 for none\n"
                    "(default: none; in --order stream what a trial on a sample finds smaller)")
-      ->check(CLI::Range(0u, 1u << 20).description(""))
+      ->check(whole_number(0, 1u << 20))
       ->type_name("N");
   command
       ->add_option("--cell-order", cell_order,
@@ -85,7 +86,7 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
                    "line,\ninstead of a search; verify needs the file too")
       ->type_name("FILE");
   command->add_option("--bits", bits, "Round coordinates to N bits of the bounding box, 1..52")
-      ->check(CLI::Range(1u, 52u).description(""))
+      ->check(whole_number(1, 52))
       ->type_name("N");
   command
       ->add_option("--abs", abs,
@@ -112,7 +113,7 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
           "times faster\nwhere numbers run in rows and layers, coordinates and arrays too, which "
           "may take "
           "more room\n(no delay)")
-      ->check(CLI::IsMember(codec_names()).description(""))
+      ->check(one_of(codec_names()))
       ->type_name(CLI::detail::join(codec_names(), "|"));
   command
       ->add_option_function<std::string>(
@@ -124,13 +125,21 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
   command
       ->add_option("--segment-cells", segment_cells,
                    "Start afresh every N cells, for random access and threads (default: by budget)")
-      ->check(CLI::Range(std::uint64_t{1}, ~std::uint64_t{0}).description(""))
+      ->check(whole_number(1))
       ->type_name("N");
   command
       ->add_option("--restart-budget", restart_budget,
                    "Start afresh where at most P percent of the vertices have to be stored again\n"
                    "(default: 0.2; 0: never)")
-      ->check(CLI::Range(0.0, 100.0).description(""))
+      ->check(CLI::Validator(
+          [](const std::string& word) {
+            double percent = 0;
+            const bool right = TextInput::parse(std::string_view(word), percent);
+            return right && percent >= 0 && percent <= 100
+                       ? std::string()
+                       : "'" + word + "' is no number from 0 to 100";
+          },
+          ""))
       ->type_name("P");
   command
       ->add_option(
@@ -138,7 +147,7 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
           "Of N time steps in turn at least one refers to no other, so that reading can\n"
           "begin there (default: 8; 1: all, so for a mesh of one step: give 8 where shm append is\n"
           "to put more behind it)")
-      ->check(CLI::Range(std::uint32_t{1}, ~std::uint32_t{0}).description(""))
+      ->check(whole_number(1, ~std::uint32_t{0}))
       ->type_name("N");
   command->add_flag("--json", json, "Print the sizes as JSON");
   return command;

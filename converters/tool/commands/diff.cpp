@@ -96,6 +96,7 @@ CLI::App* DiffCommand::add_to(CLI::App& tool) {
   command
       ->add_option("--limit", limit,
                    "Places listed of each difference, the largest first (default: 3)")
+      ->check(whole_number(0))
       ->type_name("N");
   add_part(*command, *this);
   command->add_flag("--json", json, "Print as JSON");

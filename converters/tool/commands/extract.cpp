@@ -376,7 +376,7 @@ bool Extraction::write_each(ProgressLine& line) {
 }
 
 std::string Extraction::summary() const {
-  return written_ + "; read " + std::to_string(source_->bytes) + " of " +
+  return written_ + "; read " + std::to_string(source_->distinct_bytes()) + " of " +
          std::to_string(source_->size()) + " bytes\n";
 }
 

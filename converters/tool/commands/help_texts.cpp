@@ -17,7 +17,7 @@ CLI::App* CompletionCommand::add_to(CLI::App& tool) {
       "  shm completion zsh > _shm                in a folder of $fpath");
   command->add_option("SHELL", shell, "bash or zsh")
       ->required()
-      ->check(CLI::IsMember({"bash", "zsh"}).description(""))
+      ->check(one_of({"bash", "zsh"}))
       ->type_name("bash|zsh");
   return command;
 }

@@ -2,9 +2,53 @@
 
 #include <algorithm>
 
+#include "base/text_input.h"
 #include "formats/formats.h"
 
 namespace shm::converters {
+
+namespace {
+
+// CLI11's own words are those of programmers: "x unit not recognized", and a list of 26.
+const CLI::Validator kSize(
+    [](std::string& word) {
+      constexpr std::uint64_t kLeast = 1 << 20;
+      const std::string given = word;
+      const std::string wrong = "'" + given + "' is no size, such as 512M or 2G";
+      if (given.starts_with('-')) return wrong;
+      try {
+        CLI::AsSizeValue(false)(word);
+      } catch (const CLI::ValidationError&) {
+        return wrong;
+      }
+      return std::stoull(word) < kLeast ? word + " bytes are too few; at least 1M" : std::string();
+    },
+    "");
+
+}  // namespace
+
+CLI::Validator whole_number(std::uint64_t least, std::uint64_t most) {
+  return {
+      [least, most](const std::string& word) {
+        std::uint64_t number = 0;
+        if (TextInput::parse(std::string_view(word), number) && number >= least && number <= most)
+          return std::string();
+        return "'" + word + "' is no whole number from " + std::to_string(least) +
+               (most < ~std::uint32_t{0} ? " to " + std::to_string(most) : " on");
+      },
+      ""};
+}
+
+CLI::Validator one_of(std::vector<std::string> words) {
+  return {[words = std::move(words)](const std::string& word) {
+            if (std::find(words.begin(), words.end(), word) != words.end()) return std::string();
+            std::string list;
+            for (std::size_t i = 0; i < words.size(); ++i)
+              list += (i == 0 ? "" : i + 1 < words.size() ? ", " : " or ") + words[i];
+            return "'" + word + "' is not " + list;
+          },
+          ""};
+}
 
 CLI::App* add_command(CLI::App& tool, CommonOptions& options, const std::string& name,
                       const std::string& description, const std::string& examples) {
@@ -17,13 +61,7 @@ CLI::App* add_command(CLI::App& tool, CommonOptions& options, const std::string&
       ->add_option("--memory", options.memory,
                    "What tables of vertices, cells and values may take of it, such as 512M; the "
                    "rest is on disk\n(default: 256M; 1G for what needs them in any order)")
-      ->transform(CLI::AsSizeValue(false).description(""))
-      ->check(CLI::Validator(
-          [](const std::string& bytes) {
-            constexpr std::uint64_t kLeast = 1 << 20;
-            return std::stoull(bytes) < kLeast ? bytes + " bytes are too few; at least 1M" : "";
-          },
-          ""))
+      ->transform(kSize)
       ->type_name("SIZE");
   command->add_flag("-q,--quiet", options.quiet, "No progress, and no summary at the end");
   return command;
@@ -37,7 +75,7 @@ void add_files(CLI::App& command, FileCommand& options, const std::string& what)
       .add_option("-T,--threads", options.threads,
                   "Work with N threads (default: one a core); of several files, small ones (32 MB) "
                   "side by\nside")
-      ->check(CLI::Range(1u, 1024u).description(""))
+      ->check(whole_number(1, 1024))
       ->type_name("N");
 }
 
@@ -67,7 +105,7 @@ void add_force(CLI::App& command, CommonOptions& options) {
 
 void add_threads(CLI::App& command, unsigned& threads, const std::string& what) {
   command.add_option("-T,--threads", threads, what + " with N threads (default: one a core)")
-      ->check(CLI::Range(1u, 1024u).description(""))
+      ->check(whole_number(1, 1024))
       ->type_name("N");
 }
 
@@ -77,7 +115,7 @@ void add_order(CLI::App& command, std::string& order) {
           "--order", order,
           "keep: all numbers come back (default); stream: vertices numbered by first use;\n"
           "free: the same mesh, its cells in whatever order is smallest (needs memory or disk)")
-      ->check(CLI::IsMember({"keep", "stream", "free"}).description(""))
+      ->check(one_of({"keep", "stream", "free"}))
       ->type_name("keep|stream|free");
 }
 
@@ -87,7 +125,7 @@ void add_level(CLI::App& command, std::string& level) {
                   "fast: little work for each cell; default; best: the smallest file, slower. Also "
                   "--fast,\n"
                   "--best, and -1 to -9: up to -3 fast, from -7 best")
-      ->check(CLI::IsMember({"fast", "default", "best"}).description(""))
+      ->check(one_of({"fast", "default", "best"}))
       ->type_name("fast|default|best");
 }
 

@@ -25,6 +25,11 @@ void add_output(CLI::App& command, FileCommand& options, const std::string& outp
                 const std::string& type);
 // --rm and -k.
 void add_removal(CLI::App& command, FileCommand& options);
+
+// Checks of the word that an option is given: a whole number of this range, one of some words.
+CLI::Validator whole_number(std::uint64_t least, std::uint64_t most = ~std::uint64_t{0});
+CLI::Validator one_of(std::vector<std::string> words);
+
 // --part.
 void add_part(CLI::App& command, CommonOptions& options);
 void add_force(CLI::App& command, CommonOptions& options);

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <iostream>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -36,6 +37,8 @@ std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App& command = chosen.empty() ? app : *chosen.front();
   const std::string name = chosen.empty() ? "shm" : "shm " + command.get_name();
   std::string wrong = error.what();
+  constexpr std::string_view kNoNumber = "Could not convert: ";
+  if (wrong.starts_with(kNoNumber)) wrong = wrong.substr(kNoNumber.size()) + " is no number";
   for (const std::string& word : command.remaining()) {
     if (word.size() < 2 || word.front() != '-') continue;
     std::vector<std::string> known;
