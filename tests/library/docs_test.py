@@ -7,10 +7,12 @@ Every relative link of every document leads to a file, and its #anchor to a head
 in backticks that begins with a folder of this repository exists. README.md has at most 140 lines.
 docs/architecture.md has a line for every folder of sources, each room/unit that it names exists, and
 its picture of the layers has each room above those that it may include by the table in rules_test.cpp.
-Every section of the specification that a comment of the library cites exists.
+Every section of the specification that a comment of the library cites exists. Every claim that
+scripts/claims measures stands in its document, with that very figure.
 """
 import itertools
 import re
+import subprocess
 import sys
 from pathlib import Path
 from urllib.parse import unquote
@@ -165,12 +167,29 @@ def faults(document):
         yield from faults_of_citations(text)
 
 
+def lost_claims():
+    """Words of claims that their documents do not have, wherever these break lines."""
+    claims = subprocess.run([sys.executable, ROOT / "scripts" / "claims", "--list"], check=True,
+                            capture_output=True, text=True).stdout.splitlines()
+    if not claims:
+        yield "scripts/claims", "lists no claims"
+    for claim in claims:
+        name, _, words = claim.partition(": ")
+        figure = re.search(r"\{[^{}]*\d[^{}]*\}|\{third\}", words)
+        plain = words.replace("{", "").replace("}", "")
+        if not figure or plain not in " ".join((ROOT / name).read_text(encoding="utf-8").split()):
+            yield name, f"does not say what scripts/claims measures: {words}"
+
+
 def main():
     count = 0
     for document in documents():
         for number, reason in faults(document):
             print(f"{document.relative_to(ROOT)}:{number}: {reason}")
             count += 1
+    for name, reason in lost_claims():
+        print(f"{name}: {reason}")
+        count += 1
     return 1 if count else 0
 
 
