@@ -17,11 +17,11 @@ SHM = "shm"
 
 # Words of a call, and what the line says.
 WRONG_CALLS = [
-    ("extract mesh.shm out.vtk --step -1", "--step: '-1' is no whole number from 0 on"),
-    ("extract mesh.shm out.vtk --step 1.5", "--step: '1.5' is no whole number"),
-    ("convert mesh.vtk out.msh --step -1", "--step: '-1' is no whole number"),
-    ("decompress mesh.shm -o out.msh --step 99999999999999999999", "is no whole number"),
-    ("append mesh.shm mesh.vtk --step -1", "--step: '-1' is no whole number"),
+    ("extract mesh.shm out.vtk --step -1", "must be N, first, last or A:B"),
+    ("extract mesh.shm out.vtk --step 1.5", "must be N, first, last or A:B"),
+    ("convert mesh.vtk out.msh --step -1", "must be N, first, last or A:B"),
+    ("decompress mesh.shm -o out.msh --step 99999999999999999999", "must be N, first, last or A:B"),
+    ("append mesh.shm mesh.vtk --step -1", "must be N, first, last or A:B"),
     ("append mesh.shm mesh.vtk --time soon", "--time = soon is no number"),
     ("compress mesh.vtk --segment-cells 0", "'0' is no whole number from 1 on"),
     ("compress mesh.vtk --key-steps 0", "'0' is no whole number from 1 on"),

@@ -2,7 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
+#include <system_error>
 #include <utility>
 
 #include "base/failure.h"
@@ -126,10 +128,14 @@ ExitCode DiffCommand::run() {
   // With --match, places and values are read in any order.
   Spool spool(spool_directory(*this), spool_memory(*this, match));
   line.show("reading " + input);
-  if (!part.empty() && !is_archive(input) && !is_archive(b))
+  const auto part_in = [&](const std::string& path) {
+    std::error_code none;
+    const bool has_parts = std::filesystem::is_regular_file(path, none) && is_archive(path);
+    return has_parts ? part : std::string();
+  };
+  if (!part.empty() && part_in(input).empty() && part_in(b).empty())
     wrong_use("--part needs an archive; A and B are none");
-  ToolInput in_a(*this, input, is_archive(input) ? part : std::string());
-  ToolInput in_b(*this, b, is_archive(b) ? part : std::string());
+  ToolInput in_a(*this, input, part_in(input)), in_b(*this, b, part_in(b));
   const auto mesh_a = open_named(in_a, spool, line.callback());
   const auto mesh_b = open_named(in_b, spool, line.callback());
   const MeshDiff diff = diff_meshes(*mesh_a, *mesh_b, options, spool, line.callback());
