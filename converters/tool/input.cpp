@@ -136,7 +136,8 @@ const ArchiveMember& part_of(const std::vector<ArchiveMember>& members, const st
     if (m < kNamed) names += (m == 0 ? "" : ", ") + members[m].name;
   }
   if (members.size() > kNamed) names += ", ...";
-  wrong_use(part.empty() ? path + " is an archive of " + names + ": --part names one of them"
+  wrong_use(part.empty() ? path + " is an archive of " + names +
+                               ": --part names one of them; shm split gives back all"
                          : "there is no part " + part + " in " + path + "; there are " + names);
 }
 
