@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 #include <map>
+#include <system_error>
 #include <utility>
 
 #include "base/failure.h"
@@ -86,6 +87,8 @@ std::vector<MemberReport> join_files(const std::vector<std::string>& inputs, Byt
 }
 
 bool is_archive(const std::string& path) {
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(path, none)) return false;
   if (path == "-") return false;
   std::array<std::byte, 16> head{};
   const auto file = unwrap(FileSource::open(path), path);

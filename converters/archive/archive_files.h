@@ -30,7 +30,8 @@ std::vector<MemberReport> join_files(const std::vector<std::string>& inputs, Byt
                                      const CompressOptions& how, const std::string& spool_directory,
                                      std::size_t spool_memory);
 
-bool is_archive(const std::string& path);  // by its first bytes; false for "-"
+// By its first bytes; what is no file is none.
+bool is_archive(const std::string& path);
 
 class ArchiveFile {
  public:

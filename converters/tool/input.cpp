@@ -150,9 +150,9 @@ std::unique_ptr<MeshSource> ToolInput::open(Spool& spool, const Progress& progre
   if (is_stream()) return stage_shm(*stream_, name_, 0, spool, progress, threads);
   if (!is_series() && is_archive(path_)) {
     ArchiveFile archive(path_);
-    return archive.open(part_of(archive.members(), part_, path_), spool, progress, threads);
+    return archive.open(part_of(archive.members(), part_, name_), spool, progress, threads);
   }
-  if (!part_.empty()) wrong_use("--part needs an archive; " + path_ + " is none");
+  if (!part_.empty()) wrong_use("--part needs an archive; " + name_ + " is none");
   if (is_series()) return open_series(*series_, spool, progress, print_remark);
   return is_shm() ? open_shm(path_, spool, progress, threads) : open_mesh(path_, spool, progress);
 }

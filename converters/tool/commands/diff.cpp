@@ -2,9 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
-#include <system_error>
 #include <utility>
 
 #include "base/failure.h"
@@ -129,9 +127,7 @@ ExitCode DiffCommand::run() {
   Spool spool(spool_directory(*this), spool_memory(*this, match));
   line.show("reading " + input);
   const auto part_in = [&](const std::string& path) {
-    std::error_code none;
-    const bool has_parts = std::filesystem::is_regular_file(path, none) && is_archive(path);
-    return has_parts ? part : std::string();
+    return is_archive(path) ? part : std::string();
   };
   if (!part.empty() && part_in(input).empty() && part_in(b).empty())
     wrong_use("--part needs an archive; A and B are none");
