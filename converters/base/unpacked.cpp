@@ -3,12 +3,9 @@
 #include <archive.h>
 #include <archive_entry.h>
 
-#include <algorithm>
 #include <array>
-#include <cstdio>
-#include <filesystem>
 #include <new>
-#include <system_error>
+#include <string_view>
 #include <utility>
 
 namespace shm::converters {
@@ -16,39 +13,14 @@ namespace {
 
 constexpr std::size_t kPieceBytes = std::size_t{1} << 16;
 
-struct Packer {
-  std::string_view signature, extension;
-};
-constexpr std::array<Packer, 3> kPackers = {{{std::string_view("\x1f\x8b", 2), ".gz"},
-                                             {std::string_view("\xfd"
-                                                               "7zXZ\0",
-                                                               6),
-                                              ".xz"},
-                                             {"\x28\xb5\x2f\xfd", ".zst"}}};
+constexpr std::array<std::string_view, 3> kExtensions = {".gz", ".xz", ".zst"};
 
 }  // namespace
 
-bool looks_packed(std::span<const std::byte> head) {
-  const std::string_view bytes(reinterpret_cast<const char*>(head.data()), head.size());
-  return std::any_of(kPackers.begin(), kPackers.end(),
-                     [&](const Packer& packer) { return bytes.starts_with(packer.signature); });
-}
-
-bool is_packed(const std::string& path) {
-  std::error_code none;
-  if (!std::filesystem::is_regular_file(path, none)) return false;
-  std::FILE* file = std::fopen(path.c_str(), "rb");
-  if (file == nullptr) return false;
-  std::array<std::byte, 6> head{};
-  const std::size_t count = std::fread(head.data(), 1, head.size(), file);
-  std::fclose(file);
-  return looks_packed(std::span(head).first(count));
-}
-
 std::string unpacked_name(const std::string& path) {
-  for (const Packer& packer : kPackers)
-    if (path.size() > packer.extension.size() && path.ends_with(packer.extension))
-      return path.substr(0, path.size() - packer.extension.size());
+  for (const std::string_view extension : kExtensions)
+    if (path.size() > extension.size() && path.ends_with(extension))
+      return path.substr(0, path.size() - extension.size());
   return path;
 }
 

@@ -14,11 +14,6 @@ struct archive;
 
 namespace shm::converters {
 
-// Whether what begins so was packed by one of them; six bytes are enough.
-bool looks_packed(std::span<const std::byte> head);
-// The same of a file; false where it cannot be read, or only once.
-bool is_packed(const std::string& path);
-
 // The name that the file had before: "run.e" of "run.e.gz"; any other name as it is.
 std::string unpacked_name(const std::string& path);
 

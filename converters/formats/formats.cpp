@@ -74,6 +74,11 @@ bool is_extension(std::string_view part, std::string_view extension) {
                           part.find_first_not_of("0123456789", 2) == std::string_view::npos);
 }
 
+// CGNS files are of HDF5, too, as those of Exodus are.
+bool is_another(const Format& format, std::span<const std::byte> head) {
+  return format.name == kExodusFormat.name && is_cgns(head);
+}
+
 }  // namespace
 
 constinit const Capabilities kShmCapabilities = {
@@ -139,12 +144,11 @@ const Format* format_of_name(std::string_view path) {
 const Format* format_of_file(const std::string& path) {
   if (path == "-") return format_named("shm");
   const std::vector<std::byte> head = head_of(path);
-  if (is_cgns(head)) return nullptr;  // a kind of HDF5 file, as those of Exodus are
   // No content is that of two formats: the one that the name promises goes first.
   const Format* named = format_of_name(path);
-  if (named != nullptr && named->looks_like(head)) return named;
+  if (named != nullptr && named->looks_like(head) && !is_another(*named, head)) return named;
   for (const Format& format : formats())
-    if (format.looks_like(head)) return &format;
+    if (format.looks_like(head)) return is_another(format, head) ? nullptr : &format;
   return head.empty() || !unread_format(head).empty() ? nullptr : named;
 }
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <span>
+#include <string_view>
 #include <system_error>
 
 #include "base/failure.h"
@@ -21,7 +22,9 @@ bool is_collection(const std::string& path) {
   constexpr std::size_t kHeadBytes = 4096;
   std::array<std::byte, kHeadBytes> head{};
   const auto file = unwrap(FileSource::open(path), path);
-  return looks_like_collection(std::span(head).first(unwrap(file->read(head), path)));
+  const auto read = std::span(head).first(unwrap(file->read(head), path));
+  const std::string_view text(reinterpret_cast<const char*>(read.data()), read.size());
+  return text.find("Collection") != std::string_view::npos && looks_like_collection(read);
 }
 
 // Paths are followed as ParaView does: from the folder of the collection.

@@ -1,6 +1,5 @@
 #include "tool/destination.h"
 
-#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -93,16 +92,6 @@ std::string standard_or(std::string path, int descriptor) {
   const bool is_standard = path == (descriptor == STDIN_FILENO ? "/dev/stdin" : "/dev/stdout") ||
                            path == "/dev/fd/" + number || path == "/proc/self/fd/" + number;
   return is_standard ? std::string(kStandardStream) : path;
-}
-
-void keep_attributes(const std::string& from, const std::string& to) {
-  const auto source = status_of(from, STDIN_FILENO), made = status_of(to, STDOUT_FILENO);
-  if (from == kStandardStream || to == kStandardStream || !source || !made) return;
-  if (!S_ISREG(source->st_mode) || !S_ISREG(made->st_mode)) return;
-  // Who owns neither can do nothing about it, and has the file.
-  const std::array<struct timespec, 2> times = {source->st_atim, source->st_mtim};
-  if (::utimensat(AT_FDCWD, to.c_str(), times.data(), 0) != 0) return;
-  if (::chmod(to.c_str(), source->st_mode & 0777) != 0) return;
 }
 
 void check_places(const Places& places, bool force) {

@@ -28,8 +28,4 @@ std::string standard_or(std::string path, int descriptor);
 // can be made; where compressed bytes would go to a terminal.
 void check_places(const Places& places, bool force);
 
-// What gzip, xz and zstd keep: who may read the file, and when it was changed. Nothing where one of
-// the two is no file.
-void keep_attributes(const std::string& from, const std::string& to);
-
 }  // namespace shm::converters

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <filesystem>
 #include <span>
+#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -32,6 +33,13 @@ bool is_read_once(const std::string& path) {
 bool needs_name(std::span<const std::byte> head) {
   constexpr std::array<unsigned char, 4> kHdf5 = {0x89, 'H', 'D', 'F'};
   return head.size() >= kHdf5.size() && std::memcmp(head.data(), kHdf5.data(), kHdf5.size()) == 0;
+}
+
+bool looks_packed(std::span<const std::byte> head) {
+  const std::string_view bytes(reinterpret_cast<const char*>(head.data()), head.size());
+  constexpr std::string_view kGzip("\x1f\x8b", 2), kXz("\xfd\x37zXZ\0", 6),
+      kZstd("\x28\xb5\x2f\xfd", 4);
+  return bytes.starts_with(kGzip) || bytes.starts_with(kXz) || bytes.starts_with(kZstd);
 }
 
 // A source whose beginning has been looked at.
@@ -73,6 +81,16 @@ std::unique_ptr<HeadedSource> opened(const std::string& path) {
 }
 
 }  // namespace
+
+bool is_packed(const std::string& path) {
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(path, none)) return false;
+  const auto file = FileSource::open(path);
+  std::array<std::byte, 6> head{};
+  if (!file) return false;
+  const auto count = (*file)->read(head);
+  return count && looks_packed(std::span(head).first(*count));
+}
 
 class ToolInput::Stream final : public ByteSource {
  public:
@@ -148,13 +166,22 @@ void print_remark(const std::string& sentence) {
 std::unique_ptr<MeshSource> ToolInput::open(Spool& spool, const Progress& progress,
                                             unsigned threads) {
   if (is_stream()) return stage_shm(*stream_, name_, 0, spool, progress, threads);
-  if (!is_series() && is_archive(path_)) {
+  const auto open_part = [&]() -> std::unique_ptr<MeshSource> {
     ArchiveFile archive(path_);
     return archive.open(part_of(archive.members(), part_, name_), spool, progress, threads);
+  };
+  if (!part_.empty()) {
+    if (is_series() || !is_archive(path_))
+      wrong_use("--part needs an archive; " + name_ + " is none");
+    return open_part();
   }
-  if (!part_.empty()) wrong_use("--part needs an archive; " + name_ + " is none");
   if (is_series()) return open_series(*series_, spool, progress, print_remark);
-  return is_shm() ? open_shm(path_, spool, progress, threads) : open_mesh(path_, spool, progress);
+  try {
+    return is_shm() ? open_shm(path_, spool, progress, threads) : open_mesh(path_, spool, progress);
+  } catch (const Failure& failure) {
+    if (failure.error().code != ErrorCode::unsupported || !is_archive(path_)) throw;
+    return open_part();
+  }
 }
 
 FileSummary ToolInput::summarize(const Progress& progress) {

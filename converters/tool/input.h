@@ -52,6 +52,9 @@ class ToolInput {
   std::optional<std::vector<SeriesFile>> series_;
 };
 
+// Whether a file was packed by gzip, xz or zstd; false where it cannot be read, or only once.
+bool is_packed(const std::string& path);
+
 // The part of an archive of that name, or its only one. Throws Failure (misuse) naming all.
 const ArchiveMember& part_of(const std::vector<ArchiveMember>& members, const std::string& part,
                              const std::string& path);

@@ -1,7 +1,9 @@
 #include "tool/support.h"
 
+#include <fcntl.h>
 #include <sys/stat.h>
 
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <system_error>
@@ -59,6 +61,17 @@ std::string printable(std::string_view text) {
       shown += std::string("\\x") + kDigits[byte >> 4] + kDigits[byte & 15];
   }
   return shown;
+}
+
+void keep_attributes(const std::string& from, const std::string& to) {
+  struct stat source {
+  }, made{};
+  if (::stat(from.c_str(), &source) != 0 || ::stat(to.c_str(), &made) != 0) return;
+  if (!S_ISREG(source.st_mode) || !S_ISREG(made.st_mode)) return;
+  // Who owns neither can do nothing about it, and has the file.
+  const std::array<struct timespec, 2> times = {source.st_atim, source.st_mtim};
+  if (::utimensat(AT_FDCWD, to.c_str(), times.data(), 0) != 0) return;
+  if (::chmod(to.c_str(), source.st_mode & 0777) != 0) return;
 }
 
 void print(const CommonOptions& options, const std::string& text) {

@@ -51,6 +51,10 @@ std::string printable(std::string_view text);
 // To standard output, or to standard error where the output itself goes there.
 void print(const CommonOptions& options, const std::string& text);
 
+// What gzip, xz and zstd keep: who may read the file, and when it was changed. Nothing where one of
+// the two is no file.
+void keep_attributes(const std::string& from, const std::string& to);
+
 bool is_shm(const std::string& path);
 // Throw Failure where it is no .shm file, where it is an archive.
 void require_shm(const std::string& path);

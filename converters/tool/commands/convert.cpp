@@ -47,7 +47,9 @@ ExitCode ConvertCommand::write(ToolInput& in) {
   Spool spool(spool_directory(*this), spool_memory(*this));
   line.expect({{"decoding", 1}, {"writing", 1}}, in.bytes());
   line.show("reading " + input);
-  if (step_files.is_one_file() && !in.is_stream() && in.is_shm() && !is_archive(in.path())) {
+  const Format* const named = format_of_name(output);
+  if (step_files.is_one_file() && named != nullptr && named->name != step_files.format().name &&
+      !in.is_stream() && in.is_shm() && !is_archive(in.path())) {
     // Before all of it is decoded.
     const MeshInfo info = in.summarize(line.callback()).info;
     check_output_name(output, step_files.format(), info, steps.in(info.step_times));
@@ -72,15 +74,22 @@ ExitCode ConvertCommand::write_one(MeshSource& mesh, const Format& target, Spool
     wrong_use("--step " + steps.words + " is " + std::to_string(chosen->size()) +
               " steps, and a file of " + std::string(target.name) +
               " holds one; a name such as out_%04d takes one file for each");
-  Conversion conversion(mesh, target, chosen, spool);
-  check_output_name(output, target, mesh.info(), chosen, conversion.losses());
-  if (stops_for(conversion.losses(), line)) return kIncomplete;
-  WatchedMesh watched(conversion.mesh(), line.callback(), "writing");
-  write_mesh(watched, output, target, spool);
+  // What was of this format and is written whole goes as it is.
+  std::optional<Conversion> conversion;
+  if (chosen || is_foreign(mesh.info(), target) || mesh.info().step_times.size() > 1)
+    conversion.emplace(mesh, target, chosen, spool);
+  const LossList losses = conversion ? conversion->losses() : LossList();
+  check_output_name(output, target, mesh.info(), chosen, losses);
+  if (stops_for(losses, line)) return kIncomplete;
+  std::optional<WatchedMesh> watched;
+  MeshSource* written = conversion ? &conversion->mesh() : &mesh;
+  if (const Progress progress = line.callback())
+    written = &watched.emplace(*written, progress, "writing");
+  write_mesh(*written, output, target, spool);
   if (keeps_attributes) keep_attributes(input, output);
-  if (remove) remove_input(conversion.losses(), line);
+  if (remove) remove_input(losses, line);
   line.wipe();
-  print(*this, output + ": " + counts_text(watched.info()) + "\n");
+  print(*this, output + ": " + counts_text(written->info()) + "\n");
   return kDone;
 }
 
@@ -153,14 +162,15 @@ CLI::App* DecompressCommand::add_to(CLI::App& tool) {
   return command;
 }
 
-bool DecompressCommand::splits() const {
+bool DecompressCommand::is_to_split() const {
   std::error_code none;
   return part.empty() && is_archive(input) && ArchiveFile(input).members().size() > 1 &&
          std::filesystem::is_directory(output, none);
 }
 
 Places DecompressCommand::places() {
-  if (splits()) return {{input}, std::nullopt};
+  splits_ = is_to_split();
+  if (splits_) return {{input}, std::nullopt};
   if (to_stdout && format.empty() && input != "-" && is_shm(input) && !is_archive(input))
     format = summarize_shm(input).info.schema.source_format;
   return ConvertCommand::places();
@@ -217,7 +227,7 @@ std::string DecompressCommand::output_beside(const std::string& path) const {
 }
 
 ExitCode DecompressCommand::run() {
-  if (splits()) {
+  if (splits_) {
     if (remove) wrong_use("--rm removes no archive");
     SplitCommand split;
     static_cast<CommonOptions&>(split) = *this;

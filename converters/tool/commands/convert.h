@@ -42,13 +42,15 @@ struct DecompressCommand final : ConvertCommand {
   bool is_for(const Format* of_file) const override;
   bool changes_size() const override { return true; }
   std::string output_beside(const std::string& path) const override;
-  // Of an archive all files go into a folder, as shm split puts them there.
-  bool splits() const;
   ExitCode run() override;
 
  private:
+  // Of an archive all files go into a folder, as shm split puts them there.
+  bool is_to_split() const;
   std::string output_of_archive(const std::string& path) const;
   static std::string name_of_series(const std::string& name, const Format& written);
+
+  bool splits_ = false;  // as places() found
 };
 
 }  // namespace shm::converters

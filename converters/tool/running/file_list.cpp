@@ -9,6 +9,7 @@
 #include "base/failure.h"
 #include "base/unpacked.h"
 #include "formats/formats.h"
+#include "tool/input.h"
 
 namespace shm::converters {
 namespace {
