@@ -21,6 +21,7 @@ WRONG_CALLS = [
     ("extract mesh.shm out.vtk --step 1.5", "must be N, first, last or A:B"),
     ("convert mesh.vtk out.msh --step -1", "must be N, first, last or A:B"),
     ("decompress mesh.shm -o out.msh --step 99999999999999999999", "must be N, first, last or A:B"),
+    ("compress mesh.vtk --delay -1", "--delay: '-1' is no whole number"),
     ("append mesh.shm mesh.vtk --step -1", "must be N, first, last or A:B"),
     ("append mesh.shm mesh.vtk --time soon", "--time = soon is no number"),
     ("compress mesh.vtk --segment-cells 0", "'0' is no whole number from 1 on"),

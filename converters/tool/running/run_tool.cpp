@@ -52,7 +52,7 @@ std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
 }
 
 // Habits from gzip, xz and zstd: shm -d FILE, and -1 to -9, --fast and --best.
-void follow_habits(std::vector<std::string>& words) {
+void follow_habits(std::vector<std::string>& words, const CLI::App& app) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kCommands = {
       {{"-z", "compress"},
        {"--compress", "compress"},
@@ -65,8 +65,13 @@ void follow_habits(std::vector<std::string>& words) {
   for (const auto& [option, command] : kCommands)
     if (words[0] == option) words[0] = command;
   if (words[0] != "compress" && words[0] != "join") return;
+  const CLI::App* const command = app.get_subcommand(words[0]);
+  bool is_value = false;  // of the option before it
   for (std::string& word : words) {
     if (word == "--") return;
+    if (std::exchange(is_value, false)) continue;
+    const CLI::Option* const option = command->get_option_no_throw(word);
+    is_value = word.starts_with('-') && option != nullptr && option->get_expected_max() > 0;
     if (word == "--fast" || word == "--best") word = "--level=" + word.substr(2);
     if (word.size() == 2 && word[0] == '-' && word[1] >= '1' && word[1] <= '9')
       word = std::string("--level=") + (word[1] <= '3'   ? "fast"
@@ -77,14 +82,14 @@ void follow_habits(std::vector<std::string>& words) {
 
 // The words behind "shm", as CLI11 takes them: the last one first. `help` and `version` are what
 // --help and --version are.
-std::vector<std::string> words_of(int argc, char** argv) {
+std::vector<std::string> words_of(int argc, char** argv, const CLI::App& app) {
   std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   if (words.empty()) words = {"--help"};
   if (words[0] == "version") words = {"--version"};
   if (words[0] == "help" && words.size() < 3)
     words = words.size() == 1 ? std::vector<std::string>{"--help"}
                               : std::vector<std::string>{words[1], "--help"};
-  follow_habits(words);
+  follow_habits(words, app);
   std::reverse(words.begin(), words.end());
   return words;
 }
@@ -112,7 +117,7 @@ int parse_and_run(std::span<const std::unique_ptr<Command>> commands, int argc, 
     added.emplace_back(command->add_to(app), command.get());
     names.push_back(added.back().first->get_name());
   }
-  std::vector<std::string> words = words_of(argc, argv);
+  std::vector<std::string> words = words_of(argc, argv, app);
   const std::string& first = words.back();
   if (!first.starts_with('-') && std::find(names.begin(), names.end(), first) == names.end()) {
     const std::string instead = is_file(first) ? "; did you mean shm compress " + first + "?"
