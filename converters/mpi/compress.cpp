@@ -9,8 +9,8 @@
 
 #include "base/spool.h"
 #include "compression/mesh_feeder.h"
+#include "exodus/parts/owners.h"
 #include "mesh/coding_order.h"
-#include "mpi/owners.h"
 #include "mpi/uses.h"
 #include "shm/part_writer.h"
 

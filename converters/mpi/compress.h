@@ -6,10 +6,10 @@
 
 #include "base/spool.h"
 #include "compression/compress.h"
+#include "exodus/parts/joined_mesh.h"
+#include "exodus/parts/ranks.h"
 #include "mesh/mesh_source.h"
-#include "mpi/joined_mesh.h"
 #include "mpi/output.h"
-#include "mpi/ranks.h"
 #include "shm/writer.h"
 
 namespace shm::converters {

@@ -13,9 +13,9 @@
 #include "base/failure.h"
 #include "base/output_file.h"
 #include "compression/piece_mesh.h"
+#include "exodus/parts/owners.h"
 #include "formats/formats.h"
 #include "mesh/blocks_by_id.h"
-#include "mpi/owners.h"
 #include "shm/mesh_extract.h"
 #include "tool/destination.h"
 #include "tool/report.h"
@@ -224,11 +224,6 @@ std::string Part::summary() const {
 }
 
 }  // namespace
-
-std::string part_name(const std::string& output, std::size_t parts, std::size_t part) {
-  const std::string count = std::to_string(parts), number = std::to_string(part);
-  return output + '.' + count + '.' + std::string(count.size() - number.size(), '0') + number;
-}
 
 CellRange part_range(const std::vector<SegmentInfo>& segments, std::uint64_t cells,
                      std::size_t parts, std::size_t part) {

@@ -7,16 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "mpi/ranks.h"
+#include "exodus/parts/ranks.h"
 #include "mpi/uses.h"
 #include "shm/segment_reader.h"
 #include "tool/commands/convert.h"
 #include "transfer/losses.h"
 
 namespace shm::converters {
-
-// "out.e", 16, 3: "out.e.16.03".
-std::string part_name(const std::string& output, std::size_t parts, std::size_t part);
 
 // The cells of part `part` of `parts`: equal shares, but for ends that move to the beginning of a
 // segment where one is near, so that fewer segments are decoded twice.

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "base/output_file.h"
-#include "mpi/ranks.h"
+#include "exodus/parts/ranks.h"
 
 namespace shm::converters {
 

@@ -11,8 +11,8 @@
 #include "formats/formats.h"
 #include "mpi/compress.h"
 #include "mpi/decompress.h"
+#include "mpi/mpi_ranks.h"
 #include "mpi/output.h"
-#include "mpi/ranks.h"
 #include "tool/commands/compress.h"
 #include "tool/commands/convert.h"
 #include "tool/report.h"
@@ -146,7 +146,7 @@ int complain(const Commands& commands, Error error) {
 }
 
 int guarded_run(int argc, char** argv) {
-  Ranks ranks(&argc, &argv);
+  MpiRanks ranks(&argc, &argv);
   // After MPI has begun, which has handlers of its own.
   remove_outputs_on_signals();
   Commands commands;
@@ -157,7 +157,7 @@ int guarded_run(int argc, char** argv) {
     return exit_code(failure.error().code);
   } catch (...) {
     // One rank alone, among calls that others wait in.
-    Ranks::abort(complain(commands, current_error()));
+    MpiRanks::abort(complain(commands, current_error()));
   }
 }
 

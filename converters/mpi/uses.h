@@ -6,17 +6,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "exodus/parts/owners.h"
+#include "exodus/parts/part_files.h"
+#include "exodus/parts/ranks.h"
 #include "mesh/mesh_source.h"
-#include "mpi/owners.h"
-#include "mpi/ranks.h"
 
 namespace shm::converters {
-
-// Consecutive cells, of which a rank takes care.
-struct CellRange {
-  std::uint64_t first = 0, end = 0;
-  bool empty() const { return first == end; }
-};
 
 // From numbers of vertices to 0, 1, 2 ... in the order in which they are added. 16 to 24 bytes
 // each.

@@ -1,4 +1,4 @@
-#include "mpi/joined_structure.h"
+#include "exodus/parts/joined_structure.h"
 
 #include <algorithm>
 #include <map>
@@ -7,8 +7,8 @@
 
 #include "exodus/describe.h"
 #include "exodus/join.h"
-#include "mpi/joined_sets.h"
-#include "mpi/messages.h"
+#include "exodus/parts/joined_sets.h"
+#include "exodus/parts/messages.h"
 
 namespace shm::converters {
 namespace {

@@ -1,4 +1,4 @@
-#include "mpi/part_files.h"
+#include "exodus/parts/part_files.h"
 
 #include <algorithm>
 #include <charconv>
@@ -6,9 +6,8 @@
 #include <limits>
 #include <utility>
 
-#include "mpi/decompress.h"
-#include "mpi/messages.h"
-#include "mpi/owners.h"
+#include "exodus/parts/messages.h"
+#include "exodus/parts/owners.h"
 
 namespace shm::converters {
 namespace {
@@ -75,6 +74,11 @@ void check_range(const std::vector<PartFile>& parts, const char* map, std::uint6
 }
 
 }  // namespace
+
+std::string part_name(const std::string& whole, std::size_t parts, std::size_t part) {
+  const std::string count = std::to_string(parts), number = std::to_string(part);
+  return whole + '.' + count + '.' + std::string(count.size() - number.size(), '0') + number;
+}
 
 std::size_t count_of_parts(const std::string& name) {
   std::error_code none;

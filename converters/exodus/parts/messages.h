@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "mpi/ranks.h"
+#include "exodus/parts/ranks.h"
 
 namespace shm::converters {
 

@@ -1,10 +1,10 @@
-#include "mpi/joined_mesh.h"
+#include "exodus/parts/joined_mesh.h"
 
 #include <algorithm>
 #include <cstring>
 #include <tuple>
 
-#include "mpi/messages.h"
+#include "exodus/parts/messages.h"
 
 namespace shm::converters {
 namespace {

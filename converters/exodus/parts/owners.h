@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "mpi/ranks.h"
+#include "exodus/parts/ranks.h"
 
 namespace shm::converters {
 

@@ -1,4 +1,4 @@
-#include "mpi/joined_sets.h"
+#include "exodus/parts/joined_sets.h"
 
 #include <algorithm>
 #include <cstring>
@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "exodus/describe.h"
-#include "mpi/messages.h"
+#include "exodus/parts/messages.h"
 #include "sets/set_cells.h"
 
 namespace shm::converters {

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "exodus/join.h"
+#include "exodus/parts/part_files.h"
 #include "exodus/skeleton.h"
-#include "mpi/part_files.h"
 
 namespace shm::converters {
 

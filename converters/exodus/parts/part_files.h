@@ -11,10 +11,18 @@
 #include <vector>
 
 #include "exodus/mesh.h"
-#include "mpi/ranks.h"
+#include "exodus/parts/ranks.h"
 
 namespace shm::converters {
 
+// Consecutive cells, of which a rank takes care.
+struct CellRange {
+  std::uint64_t first = 0, end = 0;
+  bool empty() const { return first == end; }
+};
+
+// The name of a part, as decomp and nem_spread give it: "out.e", 16, 3: "out.e.16.03".
+std::string part_name(const std::string& whole, std::size_t parts, std::size_t part);
 // Of how many parts a mesh consists that is called NAME.COUNT, as rotor.e.4 of rotor.e.4.0 to
 // rotor.e.4.3; 0 where a file has that name itself, or there is no first part.
 std::size_t count_of_parts(const std::string& name);

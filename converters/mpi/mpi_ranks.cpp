@@ -1,14 +1,11 @@
-#include "mpi/ranks.h"
+#include "mpi/mpi_ranks.h"
 
 #include <mpi.h>
 
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <exception>
 #include <limits>
-#include <new>
-#include <stdexcept>
 
 #include "tool/support.h"
 
@@ -54,57 +51,31 @@ Error unpacked(const std::vector<std::byte>& bytes) {
   return error;
 }
 
-}  // namespace
-
-Error current_error() {
-  try {
-    throw;
-  } catch (const Failure& failure) {
-    return failure.error();
-  } catch (const SharedFailure& failure) {
-    return failure.error();
-  } catch (const std::bad_alloc&) {
-    return {ErrorCode::over_limit, "needs more memory than there is", {}, kNoOffset, {}};
-  } catch (const std::length_error&) {
-    return {ErrorCode::over_limit, "needs more memory than there is", {}, kNoOffset, {}};
-  } catch (const std::exception& error) {
-    return {ErrorCode::corrupt, error.what(), {}, kNoOffset, {}};
-  }
-}
-
-Ranks::Ranks(int* argc, char*** argv) {
+// Begins MPI; the rank, and how many there are.
+std::pair<std::size_t, std::size_t> place_of_process(int* argc, char*** argv) {
   MPI_Init(argc, argv);
   int rank = 0, size = 1;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   MPI_Comm_size(MPI_COMM_WORLD, &size);
-  rank_ = static_cast<std::size_t>(rank);
-  size_ = static_cast<std::size_t>(size);
+  return {static_cast<std::size_t>(rank), static_cast<std::size_t>(size)};
 }
 
-Ranks::~Ranks() {
+}  // namespace
+
+MpiRanks::MpiRanks(int* argc, char*** argv) : MpiRanks(place_of_process(argc, argv)) {}
+
+MpiRanks::~MpiRanks() {
   // mpirun ends all when one has ended with an error: not before all have come here.
   MPI_Barrier(MPI_COMM_WORLD);
   MPI_Finalize();
 }
 
-void Ranks::abort(int code) {
+void MpiRanks::abort(int code) {
   MPI_Abort(MPI_COMM_WORLD, code);
   std::abort();
 }
 
-void Ranks::together(const std::function<void()>& work) {
-  std::optional<Error> error;
-  try {
-    work();
-  } catch (const SharedFailure&) {
-    throw;  // on all ranks, which do not agree once more
-  } catch (...) {
-    error = current_error();
-  }
-  agree(error);
-}
-
-void Ranks::uninterrupted(const std::function<void()>& calls) {
+void MpiRanks::uninterrupted(const std::function<void()>& calls) {
   try {
     calls();
   } catch (const SharedFailure&) {
@@ -116,24 +87,24 @@ void Ranks::uninterrupted(const std::function<void()>& calls) {
   }
 }
 
-void Ranks::agree(const std::optional<Error>& error) {
-  const std::uint64_t failed = smallest(error ? rank_ : size_);
-  if (failed == size_) return;
+void MpiRanks::agree(const std::optional<Error>& error) {
+  const std::uint64_t failed = smallest(error ? rank() : size());
+  if (failed == size()) return;
   throw SharedFailure(
-      unpacked(broadcast(rank_ == failed ? packed(*error) : std::vector<std::byte>(), failed)));
+      unpacked(broadcast(rank() == failed ? packed(*error) : std::vector<std::byte>(), failed)));
 }
 
-std::uint64_t Ranks::largest(std::uint64_t value) {
+std::uint64_t MpiRanks::largest(std::uint64_t value) {
   MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_UINT64_T, MPI_MAX, MPI_COMM_WORLD);
   return value;
 }
 
-std::uint64_t Ranks::smallest(std::uint64_t value) {
+std::uint64_t MpiRanks::smallest(std::uint64_t value) {
   MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_UINT64_T, MPI_MIN, MPI_COMM_WORLD);
   return value;
 }
 
-auto Ranks::sums(std::vector<std::uint64_t> values) -> Sums {
+auto MpiRanks::sums(std::vector<std::uint64_t> values) -> Sums {
   const int count = static_cast<int>(values.size());
   Sums sums{std::vector<std::uint64_t>(values.size()), values};
   MPI_Exscan(values.data(), sums.before.data(), count, MPI_UINT64_T, MPI_SUM, MPI_COMM_WORLD);
@@ -142,12 +113,12 @@ auto Ranks::sums(std::vector<std::uint64_t> values) -> Sums {
   return sums;
 }
 
-std::uint64_t Ranks::broadcast(std::uint64_t value, std::size_t from) {
+std::uint64_t MpiRanks::broadcast(std::uint64_t value, std::size_t from) {
   MPI_Bcast(&value, 1, MPI_UINT64_T, static_cast<int>(from), MPI_COMM_WORLD);
   return value;
 }
 
-std::vector<std::byte> Ranks::broadcast(std::vector<std::byte> bytes, std::size_t from) {
+std::vector<std::byte> MpiRanks::broadcast(std::vector<std::byte> bytes, std::size_t from) {
   bytes.resize(broadcast(std::uint64_t{bytes.size()}, from));
   for (std::size_t at = 0; at < bytes.size(); at += kMessage)
     MPI_Bcast(bytes.data() + at, static_cast<int>(std::min(kMessage, bytes.size() - at)), MPI_BYTE,
@@ -155,8 +126,8 @@ std::vector<std::byte> Ranks::broadcast(std::vector<std::byte> bytes, std::size_
   return bytes;
 }
 
-void Ranks::gather(std::span<const std::byte> bytes,
-                   const std::function<void(std::size_t, std::vector<std::byte>)>& take) {
+void MpiRanks::gather(std::span<const std::byte> bytes,
+                      const std::function<void(std::size_t, std::vector<std::byte>)>& take) {
   if (!first()) {
     std::uint64_t size = bytes.size();
     MPI_Send(&size, 1, MPI_UINT64_T, 0, kTag, MPI_COMM_WORLD);
@@ -166,7 +137,7 @@ void Ranks::gather(std::span<const std::byte> bytes,
     return;
   }
   take(0, {bytes.begin(), bytes.end()});
-  for (std::size_t r = 1; r < size_; ++r) {
+  for (std::size_t r = 1; r < size(); ++r) {
     std::uint64_t size = 0;
     MPI_Recv(&size, 1, MPI_UINT64_T, static_cast<int>(r), kTag, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
     std::vector<std::byte> got(size);
@@ -177,13 +148,13 @@ void Ranks::gather(std::span<const std::byte> bytes,
   }
 }
 
-std::vector<std::byte> Ranks::exchange_bytes(std::span<const std::byte> packed,
-                                             std::vector<std::size_t>& bytes) {
-  std::vector<int> send(size_), receive(size_), send_at(size_), receive_at(size_);
-  for (std::size_t r = 0; r < size_; ++r) send[r] = static_cast<int>(bytes[r]);
+std::vector<std::byte> MpiRanks::exchange_bytes(std::vector<std::byte> packed,
+                                                std::vector<std::size_t>& bytes) {
+  std::vector<int> send(size()), receive(size()), send_at(size()), receive_at(size());
+  for (std::size_t r = 0; r < size(); ++r) send[r] = static_cast<int>(bytes[r]);
   MPI_Alltoall(send.data(), 1, MPI_INT, receive.data(), 1, MPI_INT, MPI_COMM_WORLD);
   std::size_t sent = 0, received = 0;
-  for (std::size_t r = 0; r < size_; ++r) {
+  for (std::size_t r = 0; r < size(); ++r) {
     send_at[r] = static_cast<int>(sent);
     receive_at[r] = static_cast<int>(received);
     sent += bytes[r];

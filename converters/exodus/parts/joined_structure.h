@@ -4,9 +4,9 @@
 #pragma once
 
 #include "exodus/layout.h"
+#include "exodus/parts/part_files.h"
 #include "exodus/skeleton.h"
 #include "mesh/mesh_source.h"
-#include "mpi/part_files.h"
 
 namespace shm::converters {
 

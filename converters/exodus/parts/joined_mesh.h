@@ -17,16 +17,15 @@
 #include <vector>
 
 #include "base/spool.h"
+#include "exodus/parts/joined_structure.h"
+#include "exodus/parts/owners.h"
+#include "exodus/parts/part_files.h"
 #include "mesh/cell_store.h"
 #include "mesh/mesh_source.h"
-#include "mpi/joined_structure.h"
-#include "mpi/owners.h"
-#include "mpi/part_files.h"
-#include "mpi/uses.h"
 
 namespace shm::converters {
 
-class JoinedMesh final : public MeshSource {
+class JoinedMesh : public MeshSource {
  public:
   // Collective. `ranks` and `spool` are borrowed. Throws SharedFailure.
   JoinedMesh(Ranks& ranks, const std::vector<std::string>& files, Spool& spool);

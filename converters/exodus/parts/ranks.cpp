@@ -1,0 +1,35 @@
+#include "exodus/parts/ranks.h"
+
+#include <exception>
+#include <new>
+#include <stdexcept>
+
+namespace shm::converters {
+
+Error current_error() {
+  try {
+    throw;
+  } catch (const Failure& failure) {
+    return failure.error();
+  } catch (const std::bad_alloc&) {
+    return {ErrorCode::over_limit, "needs more memory than there is", {}, kNoOffset, {}};
+  } catch (const std::length_error&) {
+    return {ErrorCode::over_limit, "needs more memory than there is", {}, kNoOffset, {}};
+  } catch (const std::exception& error) {
+    return {ErrorCode::corrupt, error.what(), {}, kNoOffset, {}};
+  }
+}
+
+void Ranks::together(const std::function<void()>& work) {
+  std::optional<Error> error;
+  try {
+    work();
+  } catch (const SharedFailure&) {
+    throw;  // on all ranks, which do not agree once more
+  } catch (...) {
+    error = current_error();
+  }
+  agree(error);
+}
+
+}  // namespace shm::converters

@@ -1,0 +1,42 @@
+// MpiRanks: the processes of an MPI program.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "exodus/parts/ranks.h"
+
+namespace shm::converters {
+
+class MpiRanks final : public Ranks {
+ public:
+  // Begins and ends MPI. One in a process.
+  MpiRanks(int* argc, char*** argv);
+  ~MpiRanks() override;
+  // Ends all processes at once: for what went wrong where ranks do not agree.
+  [[noreturn]] static void abort(int code);
+
+  void uninterrupted(const std::function<void()>& calls) override;
+  void agree(const std::optional<Error>& error) override;
+  std::uint64_t largest(std::uint64_t value) override;
+  std::uint64_t smallest(std::uint64_t value) override;
+  Sums sums(std::vector<std::uint64_t> values) override;
+  std::uint64_t broadcast(std::uint64_t value, std::size_t from = 0) override;
+  std::vector<std::byte> broadcast(std::vector<std::byte> bytes, std::size_t from = 0) override;
+  void gather(std::span<const std::byte> bytes,
+              const std::function<void(std::size_t, std::vector<std::byte>)>& take) override;
+
+ private:
+  using Place = std::pair<std::size_t, std::size_t>;  // rank, and of how many
+  explicit MpiRanks(Place place) : Ranks(place.first, place.second) {}
+
+  std::vector<std::byte> exchange_bytes(std::vector<std::byte> packed,
+                                        std::vector<std::size_t>& bytes) override;
+};
+
+}  // namespace shm::converters
