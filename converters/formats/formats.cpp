@@ -11,6 +11,7 @@
 #include "compression/compress.h"
 #include "compression/decompress.h"
 #include "exodus/exodus.h"
+#include "exodus/parts/merged_mesh.h"
 #include "formats/unread_formats.h"
 #include "gmsh/gmsh.h"
 #include "ucd/ucd.h"
@@ -166,6 +167,24 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, Spool& spool,
             {},
             kNoOffset,
             path});
+}
+
+std::vector<std::string> files_of_parts(const std::vector<std::string>& inputs) {
+  if (inputs.size() != 1) return inputs;
+  const std::size_t parts = count_of_parts(inputs.front());
+  return parts > 0 ? part_files(inputs.front(), parts) : inputs;
+}
+
+std::unique_ptr<MeshSource> open_merged(const std::vector<std::string>& files, Spool& spool) {
+  for (const std::string& file : files)
+    if (format_of_file(file) != format_named(kExodusFormat.name))
+      throw Failure(Error{ErrorCode::unsupported,
+                          "is no Exodus file; only these say which vertex and cell of the whole "
+                          "mesh theirs are",
+                          {},
+                          kNoOffset,
+                          file});
+  return std::make_unique<MergedMesh>(files, spool);
 }
 
 const Format& output_format(const std::string& path, const std::string& format) {

@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/output_file.h"
 #include "base/progress.h"
@@ -36,6 +37,14 @@ const Format* format_of_file(const std::string& path);
 // file, unsupported when it is of no known format.
 std::unique_ptr<MeshSource> open_mesh(const std::string& path, Spool& spool,
                                       const Progress& progress = {});
+
+// The parts of a decomposed mesh as the whole one, by the numbers that its vertices and cells have
+// there. One file NAME.COUNT that is not there means the parts
+// NAME.COUNT.0 and so on. Only Exodus files have such numbers.
+std::vector<std::string> files_of_parts(const std::vector<std::string>& inputs);
+// Throws Failure: unsupported where a part is no Exodus file or has what cannot be joined, corrupt
+// where parts contradict each other.
+std::unique_ptr<MeshSource> open_merged(const std::vector<std::string>& files, Spool& spool);
 
 // The format that write_mesh will take. Throws Failure (misuse) when neither `format` (may be
 // empty) nor the name decides.

@@ -1,26 +1,48 @@
 #include "tool/commands/join.h"
 
+#include <sys/resource.h>
+
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <cstdio>
 
 #include "archive/archive_files.h"
+#include "base/failure.h"
 #include "base/output_file.h"
+#include "formats/formats.h"
 #include "tool/commands/options.h"
 #include "tool/progress_line.h"
 #include "tool/report.h"
 
 namespace shm::converters {
+namespace {
+
+// All parts are open at once, and there may be thousands.
+void allow_many_files() {
+  rlimit files{};
+  if (getrlimit(RLIMIT_NOFILE, &files) != 0) return;
+  files.rlim_cur = files.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &files);
+}
+
+}  // namespace
 
 CLI::App* JoinCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "join",
       "Put several meshes into one .shm file: the pieces of a decomposed mesh, the files of a\n"
-      "restarted run. .shm files go in as they are, others are compressed",
+      "restarted run. .shm files go in as they are, others are compressed. With --merge the "
+      "pieces\n"
+      "become one mesh, by the numbers that their nodes and elements have in the whole",
       "  shm join -o rotor.shm rotor.e.4.0 rotor.e.4.1 rotor.e.4.2 rotor.e.4.3\n"
+      "  shm join --merge -o rotor.shm rotor.e.4    one mesh of rotor.e.4.0 to rotor.e.4.3\n"
       "  shm join -o run.shm run.e run.e-s002 run.e-s003\n"
       "  shm join -o rounded.shm a.e.shm b.e.shm     made by shm compress, with its options");
   command->add_option("IN", inputs, "Files of format " + format_names())->required()->type_name("");
   command->add_option("-o,--output", output, "File to write")->required()->type_name("OUT.shm");
+  command->add_flag("--merge", merge,
+                    "One mesh of the parts of a decomposed Exodus mesh, as epu makes it;\n"
+                    "NAME.COUNT means NAME.COUNT.0 and those that follow");
   add_force(*command, *this);
   add_order(*command, order);
   add_level(*command, level);
@@ -29,7 +51,36 @@ CLI::App* JoinCommand::add_to(CLI::App& tool) {
   return command;
 }
 
-Places JoinCommand::places() { return {inputs, output, true}; }
+Places JoinCommand::places() {
+  if (merge) {
+    const Format* format = format_of_name(output);
+    if (format != nullptr && format->name != "shm")
+      wrong_use("join writes .shm files; shm decompress writes what they were made of");
+    inputs = files_of_parts(inputs);
+  }
+  return {inputs, output, true};
+}
+
+ExitCode JoinCommand::write_merged(const CompressOptions& how, ProgressLine& line) {
+  const auto start = std::chrono::steady_clock::now();
+  allow_many_files();
+  Spool spool(spool_directory(*this), spool_memory(*this));
+  const auto mesh = open_merged(inputs, spool);
+  OutputFile file(output, spool_directory(*this));
+  CompressRun run;
+  run.sizes = compress_mesh(*mesh, file.sink(), how, spool);
+  file.commit();
+  line.wipe();
+  run.input = inputs.front();
+  run.output = output;
+  for (const std::string& path : inputs) run.input_bytes += file_bytes(path);
+  run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (json)
+    std::fputs(compress_json(run, mesh->info()).c_str(), stdout);
+  else
+    print(*this, compress_text(run, mesh->info()));
+  return kDone;
+}
 
 ExitCode JoinCommand::run() {
   CompressOptions how;
@@ -38,6 +89,7 @@ ExitCode JoinCommand::run() {
   how.threads = threads;
   ProgressLine line(*this);
   how.progress = line.callback();
+  if (merge) return write_merged(how, line);
   OutputFile archive(output, spool_directory(*this));
   ByteSink& sink = archive.sink();
   const auto members = join_files(inputs, sink, how, spool_directory(*this), spool_memory(*this));

@@ -1,9 +1,11 @@
-// shm join: several meshes into one .shm file.
+// shm join: several meshes into one .shm file, each as it is or as parts of one mesh.
 #pragma once
 
 #include <string>
 #include <vector>
 
+#include "compression/compress.h"
+#include "tool/progress_line.h"
 #include "tool/running/command.h"
 
 namespace shm::converters {
@@ -12,11 +14,15 @@ struct JoinCommand final : Command {
   std::vector<std::string> inputs;
   std::string order = "keep", level = "default";
   unsigned threads = 0;  // one for each core
+  bool merge = false;
   bool json = false;
 
   CLI::App* add_to(CLI::App& tool) override;
   Places places() override;
   ExitCode run() override;
+
+ private:
+  ExitCode write_merged(const CompressOptions& how, ProgressLine& line);
 };
 
 }  // namespace shm::converters
