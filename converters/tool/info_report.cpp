@@ -264,6 +264,11 @@ std::string array_text(const ArrayInfo& array, const ValueRange* range) {
   return text;
 }
 
+std::string_view ranges_hint(const InfoExtent& extent) {
+  if (extent.is_unreadable) return " (whose values cannot all be read: see shm verify)";
+  return extent.ranges.empty() ? " (--ranges reads their values)" : "";
+}
+
 std::string set_text(const MeshSet& set) {
   return set.kind + " " + set.id + (set.name.empty() ? "" : " " + quoted(set.name)) +
          (set.members ? ": " + plural(*set.members, "member", "members") : std::string());
@@ -395,7 +400,8 @@ std::string info_text(const InfoReport& report, bool verbose) {
           });
   const auto& ranges = report.extent.ranges;
   if (!schema.arrays.empty())
-    text += "\narrays\n" + first_of(schema.arrays, [&](std::size_t a) {
+    text += "\narrays" + std::string(ranges_hint(report.extent)) + "\n" +
+            first_of(schema.arrays, [&](std::size_t a) {
               return array_text(schema.arrays[a], ranges.empty() ? nullptr : &ranges[a]);
             });
   const std::vector<MeshSet> sets = mesh_sets(info);

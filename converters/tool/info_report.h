@@ -23,6 +23,7 @@ struct ValueRange {
 struct InfoExtent {
   std::optional<std::array<double, 6>> box;  // smallest x y z, largest x y z
   std::vector<ValueRange> ranges;            // of each array; empty: not looked at
+  bool is_unreadable = false;                // the values could not be read
 };
 
 // Of the index of a .shm file, which is read again; so many bytes behind its end are passed over.

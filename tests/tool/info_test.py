@@ -65,11 +65,11 @@ class InfoTest(FolderTest):
                          "box          x 0 to 2, y 0 to 1, z -3 to 5",
                          "time         20 steps, times 0, 0.25, 0.5, ..., 4.75",
                          "  id 7: 1 cell, hexahedron of 8 nodes",
-                         "  'T': point data, 1 x float64, each step"):
+                         "  'T': point data, 1 x float64, each step, -7 to 19, 1 not finite"):
                 self.assertIn(line + "\n", text)
             self.assertNotIn("streams", text)
-            self.assertIn("'T': point data, 1 x float64, each step, -7 to 19, 1 not finite\n",
-                          self.shm("info", "--ranges", name))
+            self.assertEqual(self.shm("info", "--ranges", name), text)
+            self.assertNotIn('"range"', self.shm("info", "--json", name))
             report = json.loads(self.shm("info", "--ranges", "--json", name))
             self.assertEqual(report["box"], [0, 0, -3, 2, 1, 5])
             array = next(a for a in report["arrays"] if a["name"] == "T")
@@ -78,6 +78,24 @@ class InfoTest(FolderTest):
         self.assertRegex(self.shm("info", "mesh.e.shm"),
                          r"size         \d+ bytes from 1504 of numbers in memory, ")
         self.assertIn("\nstreams ", self.shm("info", "-v", "mesh.e.shm"))
+
+    def test_large_values_are_read_when_asked_for(self):
+        write_vtk(self.path("large.vtk"), 60)
+        self.shm("compress", "--level", "fast", "large.vtk")
+        self.assertIn("arrays (--ranges reads their values)\n", self.shm("info", "large.vtk.shm"))
+        self.assertRegex(self.shm("info", "--ranges", "large.vtk.shm"), r"arrays\n  'heat': .* to ")
+
+    def test_values_that_cannot_be_read(self):
+        write_vtk(self.path("mesh.vtk"), 12)
+        self.shm("compress", "mesh.vtk")
+        whole = self.shm("info", "mesh.vtk.shm")
+        file = bytearray(self.bytes(self.path("mesh.vtk.shm")))
+        file[len(file) // 2] ^= 1
+        with open(self.path("mesh.vtk.shm"), "wb") as out:
+            out.write(file)
+        damaged = self.shm("info", "mesh.vtk.shm")
+        self.assertIn("arrays (whose values cannot all be read: see shm verify)\n", damaged)
+        self.assertEqual(damaged.split("arrays")[0], whole.split("arrays")[0])
 
     def test_names_move_no_cursor(self):
         self.steps(title="a\\033[2Jb\\000\\000")

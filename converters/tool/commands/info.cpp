@@ -16,12 +16,18 @@
 #include "tool/report.h"
 
 namespace shm::converters {
+namespace {
+
+// Of the numbers of a mesh: its values are read unasked where that takes no time worth a thought.
+constexpr std::uint64_t kSmallBytes = std::uint64_t{8} << 20;
+
+}  // namespace
 
 CLI::App* InfoCommand::add_to(CLI::App& tool) {
   CLI::App* command =
       add_command(tool, *this, "info",
                   "List what a mesh holds, and with -v where the bytes of a .shm file go.\n"
-                  "Of a .shm file heads alone are read, unless --ranges wants its values;\n"
+                  "Of a large .shm file heads alone are read, unless --ranges wants its values;\n"
                   "shm verify checks all of it.",
                   "  shm info rotor.e.shm\n"
                   "  shm info rotor.e.shm -v                  the coder's view, too\n"
@@ -29,9 +35,29 @@ CLI::App* InfoCommand::add_to(CLI::App& tool) {
   add_files(*command, *this, ".shm file (or any mesh, without sizes); of several a line each");
   command->add_flag("-v,--verbose", verbose,
                     "Order, codecs, segments and the bytes of each stream of a .shm file, too");
-  command->add_flag("--ranges", ranges, "Read all values, and show the range of each array");
+  command->add_flag(
+      "--ranges", ranges,
+      "Read all values, and show the range of each array; up to 8 MB are read without\n"
+      "it, too, but for --json");
   command->add_flag("--json", json, "Print as JSON; all keys are there without -v");
   return command;
+}
+
+bool InfoCommand::is_small(const MeshInfo& info) const {
+  return !json && !is_one_of_many && bytes_of_mesh(info).all() <= kSmallBytes;
+}
+
+// The ranges of a small file are more than was asked for: it may be damaged, and the rest is shown.
+InfoExtent InfoCommand::extent_of_small(ToolInput& in, const FileSummary& summary,
+                                        ProgressLine& line) const {
+  try {
+    Spool spool(spool_directory(*this), spool_memory(*this));
+    return measure_extent(*in.open(spool, line.callback()), true, line.callback());
+  } catch (const Failure&) {
+    InfoExtent extent{box_of_index(in.path(), summary.totals.trailing_bytes), {}};
+    extent.is_unreadable = true;
+    return extent;
+  }
 }
 
 std::string InfoCommand::of_mesh(ToolInput& in, ProgressLine& line) {
@@ -46,13 +72,14 @@ std::string InfoCommand::of_mesh(ToolInput& in, ProgressLine& line) {
   const Totals* const totals = summary ? &summary->totals : nullptr;
   if (summary && (!ranges || in.is_stream())) {
     if (ranges) wrong_use("--ranges needs a file that can be read twice; " + input + " is a pipe");
-    const auto box =
-        in.is_stream() ? std::nullopt : box_of_index(in.path(), totals->trailing_bytes);
-    return report(summary->info, totals, {box, {}});
+    if (in.is_stream()) return report(summary->info, totals, {});
+    if (is_small(summary->info))
+      return report(summary->info, totals, extent_of_small(in, *summary, line));
+    return report(summary->info, totals, {box_of_index(in.path(), totals->trailing_bytes), {}});
   }
   Spool spool(spool_directory(*this), spool_memory(*this));
   const auto mesh = in.open(spool, line.callback());
-  InfoExtent extent = measure_extent(*mesh, ranges, line.callback());
+  InfoExtent extent = measure_extent(*mesh, ranges || is_small(mesh->info()), line.callback());
   return report(summary ? summary->info : mesh->info(), totals, std::move(extent));
 }
 

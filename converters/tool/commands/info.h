@@ -1,6 +1,8 @@
 // shm info: what a mesh holds, and where the bytes of a .shm file go.
 #pragma once
 
+#include "compression/decompress.h"
+#include "tool/info_report.h"
 #include "tool/running/command.h"
 
 namespace shm::converters {
@@ -15,6 +17,8 @@ struct InfoCommand final : FileCommand {
   ExitCode run() override;
 
  private:
+  bool is_small(const MeshInfo& info) const;
+  InfoExtent extent_of_small(ToolInput& in, const FileSummary& summary, ProgressLine& line) const;
   std::string of_mesh(ToolInput& in, ProgressLine& line);
 };
 
