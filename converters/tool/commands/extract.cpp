@@ -22,6 +22,7 @@
 #include "series/step_files.h"
 #include "sets/set_cells.h"
 #include "tool/commands/options.h"
+#include "tool/input.h"
 #include "tool/output_name.h"
 #include "tool/progress_line.h"
 #include "tool/report.h"

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "tool/commands/options.h"
 #include "tool/help/completion.h"
 #include "tool/help/manual.h"
 
