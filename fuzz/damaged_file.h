@@ -201,10 +201,10 @@ inline void mutate_entry(shm::container::IndexEntry& entry, Random& random) {
   }
 }
 
-inline void mutate_index(Bytes& payload, Random& random, std::size_t room) {
+inline void mutate_index(Bytes& payload, std::uint8_t version, Random& random, std::size_t room) {
   shm::ByteReader in(payload);
   shm::container::Index index;
-  if (!shm::container::get(in, index, payload.size())) return mutate(payload, room);
+  if (!shm::container::get(in, index, version, payload.size())) return mutate(payload, room);
   std::uint64_t* const sums[] = {
       &index.previous_index,      &index.vertices, &index.cells,    &index.hexahedra,
       &index.max_active_vertices, &index.steps,    &index.segments, &index.imported_vertices};
@@ -244,7 +244,7 @@ inline void make_index_anew(shm::FileParts& parts) {
   if (chunk == nullptr) return;
   shm::ByteReader in(chunk->payload);
   shm::container::Index index;
-  if (!shm::container::get(in, index, chunk->payload.size())) return;
+  if (!shm::container::get(in, index, chunk->header.version, chunk->payload.size())) return;
   const auto before = static_cast<std::size_t>(chunk - parts.chunks.data());
   index.entries.resize(before);
   std::uint64_t offset = shm::container::kFileStartBytes;
@@ -359,7 +359,7 @@ inline Bytes mutated_file(std::span<const std::byte> file, Random& random, std::
   if (random() % 4 != 0) make_index_anew(parts);
   if (shm::Chunk* index = parts.find(shm::container::ChunkKind::index);
       index != nullptr && random() % 4 == 0)
-    mutate_index(index->payload, random, room);
+    mutate_index(index->payload, index->header.version, random, room);
   return shm::put_together(std::move(parts));
 }
 

@@ -2,6 +2,7 @@
 
 import ctypes
 import ctypes.util
+import os
 import struct
 
 MASK32 = 2**32 - 1
@@ -164,16 +165,25 @@ _zstd.ZSTD_freeDCtx.argtypes = [ctypes.c_void_p]
 _zstd.ZSTD_DCtx_setParameter.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_int]
 _zstd.ZSTD_decompressStream.restype = ctypes.c_size_t
 _zstd.ZSTD_decompressStream.argtypes = [ctypes.c_void_p, ctypes.POINTER(_Buffer), ctypes.POINTER(_Buffer)]
+_zstd.ZSTD_DCtx_refPrefix.argtypes = [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_size_t]
 _WINDOW_LOG_MAX = 100  # ZSTD_d_windowLogMax
+MOST_WITH_DICTIONARY = 2**20
 
 
-def zstd_frame(data, size):
-    """What one zstd frame holds, which must be `size` bytes, and all of `data`."""
+def dictionary():
+    """The bytes that stand before a blob of method 3; a file beside this text."""
+    with open(os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "dictionary.txt"), "rb") as file:
+        return file.read()
+
+
+def zstd_frame(data, size, before=b""):
+    """What one zstd frame holds, which must be `size` bytes, and all of `data`. Matches may lie in `before`."""
     data = bytes(data)
     reject_unless(data[:4] == b"\x28\xb5\x2f\xfd", "no zstd frame")  # a skippable one begins otherwise
     context = _zstd.ZSTD_createDCtx()
     try:
         _zstd.ZSTD_DCtx_setParameter(context, _WINDOW_LOG_MAX, 27)
+        _zstd.ZSTD_DCtx_refPrefix(context, before, len(before))
         piece = ctypes.create_string_buffer(2**17)
         source = _Buffer(ctypes.cast(ctypes.c_char_p(data), ctypes.c_void_p), len(data), 0)
         unpacked = bytearray()
@@ -215,6 +225,10 @@ def packed_blob(cursor):
         if len(blob) != size:
             cursor.fail("a blob of another size than stated")
         return blob
+    if method == 3:
+        if size > MOST_WITH_DICTIONARY:
+            cursor.fail("a blob too large for the dictionary")
+        return zstd_frame(cursor.rest(), size, dictionary())
     if method not in (1, 2):
         cursor.fail("an unknown method of packing")
     width = cursor.u8() if method == 2 else 1

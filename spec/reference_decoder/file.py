@@ -20,6 +20,7 @@ MOST_SEGMENTS, MOST_STEPS, MOST_PAYLOAD = 2**20, 2**20, 2**30
 @dataclass
 class Chunk:
     kind: int
+    version: int
     segment: int
     optional: bool
     known: bool
@@ -65,7 +66,7 @@ def read_file_start(data):
     if data[:8] != SIGNATURE:
         raise ShmError("another signature: this is no .shm file", "file start", 0)
     major, minor, features = struct.unpack("<HHI", data[8:16])
-    if major != 0 or minor not in (1, 9):
+    if major != 0 or minor not in (1, 9, 10):
         raise ShmError(f"unsupported: version {major}.{minor}", "file start", 8)
     if features & ~ARCHIVE:
         raise ShmError(f"unsupported: needed features {features:#x}", "file start", 12)
@@ -90,8 +91,8 @@ def read_chunk(data, at, sequence):
     payload = data[at + 32 : at + 32 + size]
     if sum_ != checksum(payload):
         raise ShmError("a checksum that does not match", "payload of a chunk", at + 32)
-    known = SCHEMA <= kind <= INDEX and version == 0 and (segment == 0 or kind == GROUP)
-    return Chunk(kind, segment, bool(flags & 1), known, at, payload)
+    known = SCHEMA <= kind <= INDEX and version <= (kind in (EXTRA, INDEX)) and (segment == 0 or kind == GROUP)
+    return Chunk(kind, version, segment, bool(flags & 1), known, at, payload)
 
 
 def read_trailer(data, at, expected):
@@ -141,7 +142,7 @@ class File:
             elif chunk.kind == STEP_TIMES:
                 yield self._step_times(chunk)
             elif chunk.kind == EXTRA:
-                yield self._extra(chunk)
+                yield from self._extras(chunk) if chunk.version else [self._extra(chunk)]
             else:
                 self._index(chunk)
                 read_trailer(self.data, at, chunk.offset)
@@ -226,18 +227,58 @@ class File:
 
     def _extra(self, chunk):
         cursor = self._blob(chunk, "extra")
-        extra = Extra(cursor.text(), cursor.u8(), cursor.u8(), cursor.list_of(cursor.varint), b"")
+        extra = self._name_of_extra(cursor)
+        count = self._shape_of_extra(extra, cursor)
+        extra.data = cursor.rest()
+        if len(extra.data) != count * SCALAR_BYTES[extra.type]:
+            cursor.fail("data that is not the product of its shape")
+        return extra
+
+    @staticmethod
+    def _name_of_extra(cursor):
+        extra = Extra(cursor.text(), cursor.u8(), cursor.u8(), [], b"")
         if not 1 <= extra.type <= 10 or extra.refers > 2 or (extra.refers and extra.type not in (5, 7)):
             cursor.fail("an unknown type or refers")
+        return extra
+
+    @staticmethod
+    def _shape_of_extra(extra, cursor):
+        extra.shape = cursor.list_of(cursor.varint)
         count = 1
         for side in extra.shape:
             count *= side
             if count >= 2**61:
                 cursor.fail("more values than a file can hold")
-        extra.data = cursor.rest()
-        if len(extra.data) != count * SCALAR_BYTES[extra.type]:
-            cursor.fail("data that is not the product of its shape")
-        return extra
+        return count
+
+    def _extras(self, chunk):
+        """Version 1: what all of them are, then the values of each."""
+        cursor = self._blob(chunk, "extra")
+        entries = cursor.varint()
+        if entries > 65536:
+            cursor.fail("more than 65536 extras in a chunk")
+        heads = []
+        for _ in range(entries):
+            extra = self._name_of_extra(cursor)
+            distance = cursor.varint()
+            count = self._shape_of_extra(extra, cursor)
+            if len(extra.shape) > 255 or distance > (65535 if 3 <= extra.type <= 8 else 0):
+                cursor.fail("a distance or shape that cannot be")
+            heads.append((extra, distance, count))
+        for extra, distance, count in heads:
+            width = SCALAR_BYTES[extra.type]
+            if distance == 0:
+                extra.data = bytes(cursor.take(count * width))
+                continue
+            if count > cursor.left():
+                cursor.fail("bytes are missing")
+            values = []
+            for i in range(count):
+                before = values[i - distance] if i >= distance else 0
+                values.append((before + cursor.svarint()) % 256**width)
+            extra.data = b"".join(value.to_bytes(width, "little") for value in values)
+        cursor.end()
+        return [extra for extra, _, _ in heads]
 
     # ------------------------------------------------------------------ 10 Index and trailer
 
@@ -249,11 +290,17 @@ class File:
                  ("hexahedra", totals.hexahedra), ("max_active_vertices", totals.max_active_vertices),
                  ("steps", totals.steps), ("segments", totals.segments),
                  ("imported_vertices", totals.imported_vertices)]
+        if chunk.version:
+            cursor = Cursor(packed_blob(cursor), chunk.base(), "index (unpacked)")
+            found = found[1:]
         for name, value in found:
             if cursor.varint() != value:
                 cursor.fail(f"{name} not as found")
         if cursor.list_of(cursor.varint) != totals.block_cells:
             cursor.fail("block_cells not as found")
+        if chunk.version:
+            self._index_columns(cursor)
+            return
         streams = cursor.list_of(lambda: (cursor.text(), cursor.varint()))
         if streams != sorted(self.stream_bytes.items()):
             cursor.fail("streams not as found")
@@ -261,6 +308,32 @@ class File:
         entries = cursor.list_of(lambda: self._entry(cursor))
         if len(entries) != len(self.entries):
             cursor.fail("more or fewer entries than chunks")
+        cursor.end()
+
+    def _index_columns(self, cursor):
+        """Version 1, behind block_cells."""
+
+        def short():
+            count = cursor.u8()
+            if count > 8:
+                cursor.fail("a number of more than 8 bytes")
+            return cursor.take(count)
+
+        cursor.list_of(lambda: (cursor.varint32(), cursor.list_of(lambda: (short(), short()))))  # ranges
+        count = cursor.varint()
+        if count != len(self.entries):
+            cursor.fail("more or fewer entries than chunks")
+        kinds = [cursor.u8() for _ in range(count)]
+        for _ in range(count):
+            cursor.varint()  # bytes
+        groups, steps = kinds.count(GROUP), kinds.count(STEP_VALUES)
+        for _ in range(4 * groups):  # segment, cells, vertices, header_bytes
+            cursor.varint()
+        for _ in range(6 * groups):  # boxes
+            short()
+        for _ in range(4 * steps):  # array, group, step, count
+            cursor.varint()
+        cursor.take(2 * steps)  # reference, codec
         cursor.end()
 
     @staticmethod

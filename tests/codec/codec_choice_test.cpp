@@ -45,10 +45,11 @@ TEST(CodecChoice, TheSmallerOneWins) {
   }
 }
 
-TEST(CodecChoice, MixedOnlyWhenAsked) {
+TEST(CodecChoice, MixedWhereItSavesMuch) {
   using enum ConnectivityCodec;
   TestMesh scrambled = shuffled(grid(12, 12, 12));
-  EXPECT_NE(codec_of(scrambled), mixed);
+  EXPECT_EQ(codec_of(scrambled), mixed);
+  EXPECT_NE(codec_of(scrambled, {.level = Level::fast}), mixed);
   WriteOptions options;
   options.connectivity = mixed;
   EXPECT_EQ(codec_of(scrambled, options), mixed);

@@ -7,6 +7,7 @@
 #include "shm/segment_reader.h"
 #include "shm/step_reader.h"
 #include "support/file_surgery.h"
+#include "support/golden_files.h"
 #include "support/sanitized.h"
 #include "support/stepped_mesh.h"
 
@@ -152,21 +153,35 @@ TEST(Appender, TheSchemaIsSaidAgainAtTheEndOnly) {
   EXPECT_EQ(take_apart(more).find(ChunkKind::schema, 2), nullptr);
 }
 
-/// The file as version 0.1 would have written it.
-Bytes of_version_0_1(const Bytes& bytes) {
-  FileParts parts = take_apart(bytes);
-  parts.start.minor = 1;
-  for (Chunk& chunk : parts.chunks)
-    if (chunk.is(ChunkKind::schema)) chunk.payload[2] = std::byte{1};
-  return put_together(std::move(parts));
-}
-
+// What comes behind is as that version has it, so that its readers read it.
 TEST(Appender, FilesOfAnOlderVersionStayOfIt) {
-  const Stepped it = waves(6);
-  constexpr std::size_t kMuch = std::size_t{1} << 20;  // the schema is written again
-  const Bytes more = appended(of_version_0_1(file_with(it, 4, kMuch)), it, 4, 6);
-  EXPECT_TRUE(more == of_version_0_1(file_with(it, 6, kMuch)));
-  EXPECT_EQ(values_of(read(more)), it.values);
+  for (const char* name : {"0.1/steps_and_extras.shm", "0.9/steps_and_extras.shm"}) {
+    const std::string text = content(golden_folder() / name);
+    const auto old_bytes = std::as_bytes(std::span(text));
+    const Bytes old(old_bytes.begin(), old_bytes.end());
+    const ReadBack before = read(old);
+    MemoryRandomSource source(old);
+    MemorySink sink;
+    auto appender = Appender::open(source, sink);
+    ASSERT_TRUE(appender) << appender.error().message();
+    const std::uint64_t step = appender->steps();
+    std::map<std::pair<std::uint32_t, std::uint64_t>, Bytes> values = values_of(before);
+    for (std::uint32_t a = 0; a < appender->schema().arrays.size(); ++a) {
+      if (!appender->schema().arrays[a].per_step) continue;
+      const Bytes last = std::prev(values.lower_bound({a + 1, 0}))->second;
+      ASSERT_TRUE(appender->add_step_values(a, step, last));
+      values[{a, step}] = last;
+    }
+    ASSERT_TRUE(appender->add_extra(extra_of("one/more", 100)));
+    ASSERT_TRUE(appender->add_extra(extra_of("and/another", 100)));
+    ASSERT_TRUE(appender->finish());
+    const FileParts parts = take_apart(sink.bytes), parts_before = take_apart(old);
+    EXPECT_EQ(parts.start, parts_before.start);
+    for (const Chunk& chunk : parts.chunks) EXPECT_EQ(chunk.header.version, 0);
+    const ReadBack after = read(sink.bytes);
+    EXPECT_TRUE(values_of(after) == values);
+    EXPECT_EQ(after.extras.size(), before.extras.size() + 2);
+  }
 }
 
 TEST(Appender, ReadersTakeItWhereverTheTimesStood) {

@@ -13,7 +13,7 @@ foreach(target IN LISTS targets)
   file(WRITE "${project}/CMakeLists.txt"
        "cmake_minimum_required(VERSION 3.25)
 project(user LANGUAGES CXX)
-find_package(shmformat 0.9 REQUIRED)
+find_package(shmformat 0.10 REQUIRED)
 add_executable(user \"${SOURCE}/readme_example.cpp\")
 target_link_libraries(user PRIVATE shmformat::${target})
 ")

@@ -318,14 +318,14 @@ TEST_F(Parity, ReadersDoNotMind) {
 
 // What earlier versions wrote heals for ever.
 TEST_F(Parity, GoldenFilesHeal) {
-  for (const char* version : {"0.1", "0.9"}) {
+  for (const char* version : {"0.1", "0.9", "0.10"}) {
     SCOPED_TRACE(version);
     std::ifstream in(SHM_SOURCE_DIR "/tests/golden/" + std::string(version) + "/parity.shm",
                      std::ios::binary);
     const std::string text(std::istreambuf_iterator<char>(in), {});
     Bytes file(text.size());
     std::transform(text.begin(), text.end(), file.begin(), [](char c) { return std::byte(c); });
-    if (std::string(version) == "0.9") {
+    if (std::string(version) == "0.10") {
       ASSERT_EQ(file, parity_file().bytes);
     }
     const Bytes whole = heal(file).healed;

@@ -48,6 +48,8 @@ class FaultyFiles {
     indices();
     ends();
     archives();
+    many_extras();
+    packed_indices();
   }
   std::vector<FaultyFile> take() { return std::move(faulty_); }
 
@@ -87,9 +89,10 @@ class FaultyFiles {
   }
   /// The index with one line for each chunk before it.
   static void recount(FileParts& parts) {
-    ByteReader in(parts.chunks.back().payload);
+    const Chunk& last = parts.chunks.back();
+    ByteReader in(last.payload);
     container::Index index;
-    container::get(in, index, 1000);
+    container::get(in, index, last.header.version, 1000);
     index.entries.resize(parts.chunks.size() - 1);
     ByteWriter out;
     container::put(out, index);
@@ -524,6 +527,9 @@ class FaultyFiles {
     const auto of = [&](const std::string& sentence, const std::function<void(Index&)>& lie) {
       add(kCorrupt, "Index: " + sentence, with_index(file("steps_and_extras"), lie));
     };
+    const auto of_old = [&](const std::string& sentence, const std::function<void(Index&)>& lie) {
+      add(kCorrupt, "Index: " + sentence, with_old_index(file("steps_and_extras"), lie));
+    };
     of("one vertex too many.", [](Index& i) { ++i.vertices; });
     of("one cell too many.", [](Index& i) { ++i.cells; });
     of("one hexahedron too many.", [](Index& i) { ++i.hexahedra; });
@@ -534,11 +540,11 @@ class FaultyFiles {
     of("one block too many.", [](Index& i) { i.block_cells.push_back(0); });
     of("no blocks.", [](Index& i) { i.block_cells.clear(); });
     of("a cell too many in a block.", [](Index& i) { ++i.block_cells[0]; });
-    of("a byte too many of a stream.", [](Index& i) { ++i.streams[0].bytes; });
-    of("a stream of another name.", [](Index& i) { i.streams[0].name += 'x'; });
-    of("a stream is missing.", [](Index& i) { i.streams.pop_back(); });
-    of("a stream too many.", [](Index& i) { i.streams.push_back({"zzz", 1}); });
-    of("streams out of order.", [](Index& i) { std::swap(i.streams[0], i.streams[1]); });
+    of_old("a byte too many of a stream.", [](Index& i) { ++i.streams[0].bytes; });
+    of_old("a stream of another name.", [](Index& i) { i.streams[0].name += 'x'; });
+    of_old("a stream is missing.", [](Index& i) { i.streams.pop_back(); });
+    of_old("a stream too many.", [](Index& i) { i.streams.push_back({"zzz", 1}); });
+    of_old("streams out of order.", [](Index& i) { std::swap(i.streams[0], i.streams[1]); });
     of("a line is missing.", [](Index& i) { i.entries.pop_back(); });
     of("a line too many.", [](Index& i) { i.entries.push_back(i.entries.back()); });
     add(kCorrupt, "Index: a byte is left over.", with("keep", [](FileParts& parts) {
@@ -603,6 +609,102 @@ class FaultyFiles {
        [](MemberList& l) { l.members[0].bytes = ~std::uint64_t{0}; });
     of("a byte of no member.", [](MemberList& l) { l.members.back().bytes -= 1; });
     of("another version than that of the file start.", [](MemberList& l) { ++l.start.minor; });
+  }
+
+  /// Chunks of version 1.
+  void many_extras() {
+    const auto of = [&](const std::string& sentence, const Bytes& payload,
+                        ErrorCode code = kCorrupt) {
+      add(code, "Extras: " + sentence, with("keep", [&](FileParts& parts) {
+            Chunk chunk = chunk_of(ChunkKind::extra, payload);
+            chunk.header.version = 1;
+            insert(parts, 1, std::move(chunk));
+            recount(parts);
+          }));
+    };
+    const auto packed = [](const Bytes& blob, Packing packing = Packing::plain) {
+      ByteWriter out;
+      put_packed(out, blob, packing);
+      return std::move(out.bytes);
+    };
+    // One: of this type, so far back, of so many values, and so many bytes of values.
+    const auto one = [&](int type, std::uint64_t distance, std::uint64_t values,
+                         std::size_t bytes) {
+      ByteWriter out;
+      out.put_varint(1);
+      out.put_text("key");
+      out.put_u8(static_cast<std::uint8_t>(type));
+      out.put_u8(0);
+      out.put_varint(distance);
+      out.put_varint(1);
+      out.put_varint(values);
+      out.put_bytes(Bytes(bytes));
+      return packed(out.bytes);
+    };
+    of("nothing stands in it.", packed({}));
+    of("of type 0.", one(0, 0, 4, 4));
+    of("bytes as differences.", one(2, 1, 4, 4));
+    of("floating-point numbers as differences.", one(10, 1, 4, 32));
+    of("differences from 65536 values back.", one(5, 65536, 4, 4));
+    of("a difference too many.", one(5, 1, 4, 5));
+    of("a difference too few.", one(5, 1, 4, 3));
+    of("a byte too many.", one(2, 0, 4, 5));
+    of("2^60 values.", one(2, 0, std::uint64_t{1} << 60, 4));
+    ByteWriter many, sides;
+    many.put_varint(65537);
+    for (int i = 0; i < 65537; ++i) many.put_bytes(extras_head());
+    of("65537 of them.", packed(many.bytes));
+    sides.put_varint(1);
+    sides.put_text("key");
+    for (const std::uint8_t byte : std::initializer_list<std::uint8_t>{2, 0, 0}) sides.put_u8(byte);
+    sides.put_varint(256);
+    for (int i = 0; i < 256; ++i) sides.put_u8(1);
+    sides.put_u8(0);
+    of("a shape of 256 sides.", packed(sides.bytes));
+    ByteWriter large;
+    large.put_u8(3);
+    large.put_varint((1u << 20) + 1);
+    large.put_bytes(zstd_compress(Bytes((1u << 20) + 1), 3));
+    of("more than 2^20 bytes that are packed with the dictionary.", large.bytes);
+    ByteWriter unknown;
+    unknown.put_u8(4);
+    unknown.put_varint(4);
+    unknown.put_bytes(Bytes(4));
+    of("a packed blob of method 4.", unknown.bytes);
+  }
+  /// Of no values.
+  static Bytes extras_head() {
+    ByteWriter out;
+    for (const std::uint8_t byte : std::initializer_list<std::uint8_t>{0, 2, 0, 0, 1, 0})
+      out.put_u8(byte);
+    return std::move(out.bytes);
+  }
+
+  void packed_indices() {
+    const auto of = [&](const std::string& sentence, const std::function<void(Bytes&)>& lie) {
+      add(kCorrupt, "Packed index: " + sentence, with("steps_and_extras", [&](FileParts& parts) {
+            Bytes& payload = parts.chunks.back().payload;
+            ByteReader in(payload);
+            Bytes blob = *get_packed(in, std::uint64_t{1} << 20);
+            lie(blob);
+            ByteWriter out;
+            put_packed(out, blob);
+            payload = std::move(out.bytes);
+          }));
+    };
+    of("a byte too many.", [](Bytes& blob) { blob.push_back(std::byte{0}); });
+    of("its last byte is missing.", [](Bytes& blob) { blob.pop_back(); });
+    of("nothing stands in it.", [](Bytes& blob) { blob.clear(); });
+    add(kCorrupt, "Packed index: a number of nine bytes.", with("no_cells", [](FileParts& parts) {
+          ByteWriter blob, out;
+          // Totals of nothing; one array of one component, the smallest value of nine bytes.
+          blob.put_bytes(Bytes(8));
+          for (const std::uint8_t byte : std::initializer_list<std::uint8_t>{1, 0, 1, 9})
+            blob.put_u8(byte);
+          blob.put_bytes(Bytes(64));
+          put_packed(out, blob.bytes, Packing::none);
+          parts.chunks.back().payload = std::move(out.bytes);
+        }));
   }
 
   std::vector<FeatureFile> files_;

@@ -14,6 +14,8 @@
 #include "bytes/binary.h"
 #include "container/format.h"
 #include "model/schema.h"
+#include "shm/io.h"
+#include "shm/summary.h"
 
 namespace shm {
 
@@ -73,19 +75,41 @@ inline std::vector<std::byte> put_together(FileParts parts, Numbering numbering 
   return std::move(out.bytes);
 }
 
-/// With another index, whose checksum is right. Must hold: the file has one.
+/// The index of version 0 that says what this one says. Must hold: it is that of `bytes`.
+inline container::Index as_version_0(container::Index index, std::span<const std::byte> bytes) {
+  if (index.version == 0) return index;
+  index.version = 0;
+  MemoryRandomSource source(bytes);
+  const auto summary = read_summary(source);
+  if (!summary) return index;
+  for (const auto& [name, size] : summary->totals.streams)
+    if (name != "container") index.streams.push_back({name, size});
+  return index;
+}
+
+/// With another index, whose checksum is right; `change` may make it one of another version. Must
+/// hold: the file has one.
 inline std::vector<std::byte> with_index(std::span<const std::byte> bytes,
                                          const std::function<void(container::Index&)>& change) {
   FileParts parts = take_apart(bytes);
   Chunk* chunk = parts.find(container::ChunkKind::index);
   ByteReader in(chunk->payload);
   container::Index index;
-  container::get(in, index, chunk->payload.size());
+  container::get(in, index, chunk->header.version, parts.chunks.size());
   change(index);
   ByteWriter out;
   container::put(out, index);
+  chunk->header.version = index.version;
   chunk->payload = std::move(out.bytes);
   return put_together(parts);
+}
+/// The same, with an index of version 0.
+inline std::vector<std::byte> with_old_index(std::span<const std::byte> bytes,
+                                             const std::function<void(container::Index&)>& change) {
+  return with_index(bytes, [&](container::Index& index) {
+    index = as_version_0(std::move(index), bytes);
+    change(index);
+  });
 }
 
 /// The n-th entry of a kind. Must hold: there are so many.

@@ -20,7 +20,7 @@
 #include "tool/running/many_files.h"
 
 #ifndef SHM_VERSION
-#define SHM_VERSION "0.9.0"
+#define SHM_VERSION "0.10.0"
 #endif
 
 namespace shm::converters {

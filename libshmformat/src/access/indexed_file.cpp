@@ -1,6 +1,7 @@
 #include "access/indexed_file.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "bytes/binary.h"
@@ -54,7 +55,7 @@ Result<std::vector<std::byte>> IndexedFile::read_chunk(const IndexEntry& entry) 
   return container::read_chunk(*source_, entry, limits_.max_chunk_bytes);
 }
 
-/// The blob of an extra or of the step times.
+/// The blob of the step times.
 Result<std::vector<std::byte>> IndexedFile::read_packed(const IndexEntry& entry) {
   const auto payload = read_chunk(entry);
   if (!payload) return payload.error();
@@ -71,11 +72,14 @@ Result<std::vector<Extra>> IndexedFile::read_extras() {
   std::vector<Extra> extras;
   for (const IndexEntry& entry : index_.entries) {
     if (entry.kind != static_cast<std::uint8_t>(ChunkKind::extra)) continue;
-    const auto blob = read_packed(entry);
-    if (!blob) return blob.error();
-    ByteReader fields(*blob);
-    if (!get(fields, extras.emplace_back()))
-      return wrong("makes no sense", container::chunk_name(entry.kind), entry.offset);
+    std::uint8_t version = 0;
+    const auto payload = container::read_chunk(*source_, entry, limits_.max_chunk_bytes, &version);
+    if (!payload) return payload.error();
+    auto some = get_extras(*payload, version, limits_.max_extra_bytes);
+    if (!some)
+      return wrong(some.error().detail, container::chunk_name(entry.kind), entry.offset,
+                   some.error().code);
+    std::move(some->begin(), some->end(), std::back_inserter(extras));
   }
   return extras;
 }
@@ -183,10 +187,12 @@ Result<void> IndexedFile::read_index() {
   const auto last = container::last_chunk(*source_, ChunkKind::index);
   if (!last) return last.error();
   index_offset_ = last->offset;
-  const auto payload = read_chunk(*last);
+  std::uint8_t version = 0;
+  const auto payload = container::read_chunk(*source_, *last, limits_.max_chunk_bytes, &version);
   if (!payload) return payload.error();
   ByteReader fields(*payload);
-  if (!container::get(fields, index_, payload->size())) return wrong_index("makes no sense");
+  if (!container::get(fields, index_, version, index_offset_ / kChunkHeaderBytes))
+    return wrong_index("makes no sense");
   return {};
 }
 

@@ -13,6 +13,7 @@
 #include "bytes/errors.h"
 #include "container/chunk_copy.h"
 #include "shm/step_reader.h"
+#include "shm/summary.h"
 
 namespace shm {
 namespace {
@@ -56,7 +57,7 @@ class __attribute__((visibility("hidden"))) Appender::Impl {
 
   void look_at_steps();
   Result<ChunkCopy> copy_of(bool with_steps, bool with_times, bool with_extras);
-  Streams streams(const ChunkCopy& copy) const;
+  Result<Streams> streams(const ChunkCopy& copy) const;
   container::Index totals() const;
   Result<void> begin();
   Result<void> begin_steps();
@@ -121,10 +122,12 @@ Result<ChunkCopy> Appender::Impl::copy_of(bool with_steps, bool with_times, bool
 }
 
 /// The bytes of the streams in the chunks that were copied, by name.
-Appender::Impl::Streams Appender::Impl::streams(const ChunkCopy& copy) const {
-  Streams streams;
-  for (const auto& [name, bytes] : file_.index().streams)
-    if (name != "extras") streams[name] = bytes;
+Result<Appender::Impl::Streams> Appender::Impl::streams(const ChunkCopy& copy) const {
+  const auto summary = read_summary(*source_, file_.limits());
+  if (!summary) return summary.error();
+  Streams streams = summary->totals.streams;
+  streams.erase("extras");
+  streams.erase("container");
   bool with_steps = false;
   for (const IndexEntry& entry : copy.state().entries) {
     if (entry.is(ChunkKind::extra) || entry.is(ChunkKind::step_times))
@@ -147,9 +150,11 @@ Result<std::unique_ptr<ByteSource>> Appender::Impl::without_steps() {
   if (!copy) return copy.error();
   auto schema_chunk = file_.read_chunk(file_.index().entries[0]);
   if (!schema_chunk) return schema_chunk.error();
+  auto copied = streams(*copy);
+  if (!copied) return copied.error();
   MemorySink tail;
   FileWriter writer(tail, schema());
-  writer.go_on(*std::move(schema_chunk), copy->state(), streams(*copy),
+  writer.go_on(*std::move(schema_chunk), copy->state(), *std::move(copied),
                reader_->step_times().size());
   if (auto finished = writer.finish(totals()); !finished) return finished.error();
   return copy->read(*source_, std::move(tail.bytes));
@@ -170,12 +175,14 @@ Result<void> Appender::Impl::begin() {
   if (!copy) return copy.error();
   auto schema_chunk = file_.read_chunk(file_.index().entries[0]);
   if (!schema_chunk) return schema_chunk.error();
+  auto copied = streams(*copy);
+  if (!copied) return copied.error();
   if (auto good = copy->write(*source_, *sink_); !good) return good;
   std::uint64_t steps = 0;
   for (const Array& array : arrays_)
     if (array.last_step) steps = std::max(steps, *array.last_step + 1);
   writer_.emplace(*sink_, schema());
-  writer_->go_on(*std::move(schema_chunk), copy->state(), streams(*copy), steps);
+  writer_->go_on(*std::move(schema_chunk), copy->state(), *std::move(copied), steps);
   return {};
 }
 

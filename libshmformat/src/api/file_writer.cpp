@@ -15,17 +15,21 @@ using container::ChunkKind;
 
 /// From this many bytes on the schema is repeated before the index, for whoever must repair.
 constexpr std::uint64_t kRepeatSchemaFrom = std::uint64_t{1} << 20;
+/// Extras are packed together up to so many bytes: no more are lost where one byte is.
+constexpr std::uint64_t kExtrasTogether = std::uint64_t{1} << 18;
 
 }  // namespace
 
 Result<void> FileWriter::start() {
-  if (auto good = chunks_.start({}); !good) return good;
+  if (auto good = chunks_.start(start_); !good) return good;
   return write_schema();
 }
 
 void FileWriter::go_on(std::vector<std::byte> schema, container::ChunkWriter::State state,
                        std::map<std::string, std::uint64_t> streams, std::uint64_t steps) {
   schema_payload_ = std::move(schema);
+  ByteReader version(schema_payload_);
+  container::get_version(version, start_);
   chunks_.go_on(std::move(state));
   stream_bytes_ = std::move(streams);
   steps_ = steps;
@@ -39,6 +43,7 @@ Result<void> FileWriter::adopt(const container::Index& part, std::uint64_t bytes
 }
 
 container::Index FileWriter::take_part(container::Index totals) {
+  totals.version = 0;  // which has the streams
   totals.entries = chunks_.take_entries();
   for (const auto& [name, bytes] : std::exchange(stream_bytes_, {}))
     totals.streams.push_back({name, bytes});
@@ -47,12 +52,20 @@ container::Index FileWriter::take_part(container::Index totals) {
 }
 
 Result<void> FileWriter::write_schema() {
-  if (!schema_payload_.empty()) return chunks_.write(ChunkKind::schema, schema_payload_);
+  if (!schema_payload_.empty()) return write(ChunkKind::schema, schema_payload_);
   ByteWriter blob, payload;
   put(blob, *schema_);
-  container::put_version(payload, {});
-  put_packed(payload, blob.bytes);
-  return chunks_.write(ChunkKind::schema, payload.bytes);
+  container::put_version(payload, start_);
+  put_packed(payload, blob.bytes, Packing::with_dictionary);
+  return write(ChunkKind::schema, payload.bytes);
+}
+
+/// All chunks but the index.
+Result<void> FileWriter::write(ChunkKind kind, std::span<const std::byte> payload,
+                               const container::IndexEntry& entry) {
+  if (kind != ChunkKind::extra)
+    if (auto good = write_extras(); !good) return good;
+  return chunks_.write(kind, payload, entry, container::version_of_chunk(kind, start_));
 }
 
 Result<void> FileWriter::write_group(std::uint32_t segment, const container::GroupHeader& header,
@@ -74,7 +87,7 @@ Result<void> FileWriter::write_group(std::uint32_t segment, const container::Gro
   entry.first_vertex = header.first_vertex;
   entry.vertices = header.vertices;
   entry.box = header.box;
-  return chunks_.write(ChunkKind::group, payload.bytes, entry);
+  return write(ChunkKind::group, payload.bytes, entry);
 }
 
 StepEncoder& FileWriter::begin_steps(StepTopology& topology, std::vector<std::uint64_t> elements,
@@ -109,18 +122,19 @@ Result<void> FileWriter::write_step_values(const container::StepHeader& header, 
   entry.group = header.group;
   entry.reference = container::refers_to(header);
   entry.codec = header.codec;
-  return chunks_.write(ChunkKind::step_values, payload.bytes, entry);
+  return write(ChunkKind::step_values, payload.bytes, entry);
 }
 
 Result<void> FileWriter::set_step_times(std::span<const double> times) {
   if (std::exchange(times_set_, true)) return misuse_error("step times were set before", "steps");
   if (auto good = end_step_array(); !good) return good;
+  if (times.empty() && container::version_of_chunk(ChunkKind::index, start_) > 0) return {};
   ByteWriter blob, payload;
   for (double time : times) blob.put_f64(time);
   put_packed(payload, blob.bytes);
   steps_ = std::max<std::uint64_t>(steps_, times.size());
   stream_bytes_["extras"] += payload.bytes.size();
-  return chunks_.write(ChunkKind::step_times, payload.bytes);
+  return write(ChunkKind::step_times, payload.bytes);
 }
 
 Result<void> FileWriter::check(const Extra& extra) {
@@ -143,15 +157,30 @@ Result<void> FileWriter::check(const Extra& extra) {
 
 Result<void> FileWriter::add_extra(const Extra& extra) {
   if (auto good = end_step_array(); !good) return good;
-  ByteWriter blob, payload;
-  put(blob, extra);
-  put_packed(payload, blob.bytes);
-  stream_bytes_["extras"] += payload.bytes.size();
-  return chunks_.write(ChunkKind::extra, payload.bytes);
+  const std::uint64_t bytes = extra.key.size() + extra.data.size();
+  if (extra_bytes_ + bytes > kExtrasTogether || extras_.size() == kMostExtras)
+    if (auto good = write_extras(); !good) return good;
+  extras_.push_back(extra);
+  extra_bytes_ += bytes;
+  return {};
+}
+
+/// Those that came since the last chunk.
+Result<void> FileWriter::write_extras() {
+  const std::vector<Extra> extras = std::exchange(extras_, {});
+  extra_bytes_ = 0;
+  const bool together = container::version_of_chunk(ChunkKind::extra, start_) > 0;
+  for (std::size_t i = 0; i < extras.size(); i += together ? extras.size() : 1) {
+    const auto payload = together ? extras_payload(extras) : extra_payload(extras[i]);
+    stream_bytes_["extras"] += payload.size();
+    if (auto good = write(ChunkKind::extra, payload); !good) return good;
+  }
+  return {};
 }
 
 Result<SizeReport> FileWriter::finish(container::Index totals) {
   if (auto good = end_step_array(); !good) return good.error();
+  if (auto good = write_extras(); !good) return good.error();
   if (chunks_.offset() >= kRepeatSchemaFrom)
     if (auto good = write_schema(); !good) return good.error();
   SizeReport report;
@@ -162,6 +191,7 @@ Result<SizeReport> FileWriter::finish(container::Index totals) {
   report.segments = totals.segments;
   report.imported_vertices = totals.imported_vertices;
   totals.steps = std::max(steps_, step_values_ ? step_values_->steps() : 0);
+  totals.version = container::version_of_chunk(ChunkKind::index, start_);
   totals.streams.clear();
   for (const auto& [name, bytes] : stream_bytes_) totals.streams.push_back({name, bytes});
   if (auto good = chunks_.finish(std::move(totals)); !good) return good.error();

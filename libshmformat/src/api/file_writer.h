@@ -49,10 +49,10 @@ class FileWriter {
   FileWriter(const FileWriter&) = delete;
   FileWriter& operator=(const FileWriter&) = delete;
 
-  /// A new file: its start and the schema.
+  /// A new file, of this version: its start and the schema.
   Result<void> start();
-  /// A file of which some chunks stand in the sink. `schema`: the payload of its schema chunk,
-  /// which may be of an older version; `streams`: their bytes, as in the index.
+  /// A file of which some chunks stand in the sink. `schema`: the payload of its schema chunk; what
+  /// follows is of its version; `streams`: their bytes, as in the index.
   void go_on(std::vector<std::byte> schema, container::ChunkWriter::State state,
              std::map<std::string, std::uint64_t> streams, std::uint64_t steps);
 
@@ -84,7 +84,8 @@ class FileWriter {
   bool has_times() const { return times_set_; }
   Result<void> set_step_times(std::span<const double> times);
   static Result<void> check(const Extra& extra);
-  /// After check().
+  /// After check(). It is written before the next chunk of another kind, with those that come
+  /// until then.
   Result<void> add_extra(const Extra& extra);
 
   /// Writes all that is left: the schema once more in a large file, the index, and the trailer.
@@ -93,6 +94,9 @@ class FileWriter {
 
  private:
   Result<void> write_schema();
+  Result<void> write(container::ChunkKind kind, std::span<const std::byte> payload,
+                     const container::IndexEntry& entry = {});
+  Result<void> write_extras();
   Result<void> write_step_values(const container::StepHeader& header, std::uint64_t first,
                                  std::span<const std::byte> bytes);
   const std::string& array_key(std::uint32_t array) const { return array_keys_[array]; }
@@ -101,6 +105,9 @@ class FileWriter {
   container::ChunkWriter chunks_;
   std::vector<std::string> array_keys_;
   std::map<std::string, std::uint64_t> stream_bytes_;
+  container::FileStart start_;
+  std::vector<Extra> extras_;  // that are still to be written
+  std::uint64_t extra_bytes_ = 0;
   std::vector<std::byte> schema_payload_;   // of the file that is gone on with, else empty
   std::optional<StepEncoder> step_values_;  // from the first ones on
   bool times_set_ = false;

@@ -24,7 +24,7 @@ class __attribute__((visibility("hidden"))) PartJoiner::Impl {
   Result<void> add(std::span<const std::byte> index, std::uint64_t bytes) {
     ByteReader in(index);
     container::Index part;
-    if (!container::get(in, part, bytes / container::kChunkHeaderBytes))
+    if (!container::get(in, part, 0, bytes / container::kChunkHeaderBytes))
       return Error{ErrorCode::corrupt, "is no index of a part", "part", kNoOffset, {}};
     if (auto good = add_totals(part); !good) return good;
     return file_.adopt(part, bytes);

@@ -3,6 +3,8 @@
 #include "shm/reader.h"
 
 #include <algorithm>
+#include <deque>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -100,6 +102,7 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   State state_ = State::start;
   std::optional<Error> error_;
   std::optional<Item> item_;
+  std::deque<Extra> extras_;          // of the chunk at hand
   std::optional<Error> error_ahead_;  // behind blocks that have not been taken yet
 
   container::FileStart start_;
@@ -133,6 +136,11 @@ std::size_t Decoder::Impl::wanted() const {
 
 Result<Decoder::Progress> Decoder::Impl::work() {
   while (!item_) {
+    if (!extras_.empty()) {
+      item_ = std::move(extras_.front());
+      extras_.pop_front();
+      break;
+    }
     const bool complete = buffer_.size() - at_ >= wanted();
     if (mesh_ && !(complete && may_read_ahead()) && mesh_->is_busy()) {
       auto block = mesh_->next_block(!may_read_ahead());
@@ -370,21 +378,17 @@ Result<void> Decoder::Impl::read_step_times(std::span<const std::byte> payload) 
 }
 
 Result<void> Decoder::Impl::read_extra(std::span<const std::byte> payload) {
-  ByteReader in(payload);
-  const auto blob = unpack(in, limits_.max_extra_bytes);
-  if (!blob) return blob.error();
-  Extra extra;
-  ByteReader fields(*blob);
-  if (!get(fields, extra)) return wrong(ErrorCode::corrupt, "makes no sense");
+  auto extras = get_extras(payload, header_.version, limits_.max_extra_bytes);
+  if (!extras) return wrong(extras.error().code, extras.error().detail);
   stream_bytes_["extras"] += payload.size();
-  item_ = std::move(extra);
+  std::move(extras->begin(), extras->end(), std::back_inserter(extras_));
   return {};
 }
 
 Result<void> Decoder::Impl::read_index(std::span<const std::byte> payload) {
   ByteReader in(payload);
   container::Index index;
-  if (!container::get(in, index, next_sequence_))
+  if (!container::get(in, index, header_.version, next_sequence_))
     return wrong(ErrorCode::corrupt, "makes no sense");
   const auto held = this->held();
   const bool same =
@@ -392,7 +396,8 @@ Result<void> Decoder::Impl::read_index(std::span<const std::byte> payload) {
       index.cells == held->cells && index.hexahedra == held->hexahedra &&
       index.max_active_vertices == held->max_active_vertices && index.steps == held->steps &&
       index.segments == held->segments && index.imported_vertices == held->imported_vertices &&
-      index.block_cells == held->block_cells && index.streams == held->streams &&
+      index.block_cells == held->block_cells &&
+      (index.version > 0 || index.streams == held->streams) &&
       index.entries.size() + 1 == next_sequence_;
   if (!same) return wrong(ErrorCode::corrupt, "does not list what the file holds");
   index_offset_ = chunk_offset_;

@@ -181,14 +181,13 @@ Result<void> Summarizer::finish() {
               index.max_active_vertices == totals_.max_active_vertices &&
               index.segments == file_.segments().size() &&
               index.imported_vertices == totals_.imported_vertices &&
-              index.steps == totals_.steps && index.previous_index == 0 &&
-              index.streams.size() == totals_.streams.size();
+              index.steps == totals_.steps && index.previous_index == 0;
+  if (index.version == 0) same = same && index.streams.size() == totals_.streams.size();
   std::uint64_t coded = 0;
   auto counted = totals_.streams.begin();
-  for (std::size_t s = 0; same && s < index.streams.size(); ++s, ++counted) {
+  for (std::size_t s = 0; same && s < index.streams.size(); ++s, ++counted)
     same = index.streams[s].name == counted->first && index.streams[s].bytes == counted->second;
-    coded += counted->second;
-  }
+  for (const auto& [name, bytes] : totals_.streams) coded += bytes;
   if (!same) return file_.wrong_index("does not list what the file holds");
   totals_.total_bytes = source_->size();
   totals_.streams["container"] = totals_.total_bytes - coded;

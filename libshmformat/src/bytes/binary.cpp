@@ -9,6 +9,7 @@
 #include <memory>
 #include <new>
 
+#include "bytes/dictionary.h"
 #include "shm/reader.h"
 
 namespace shm {
@@ -61,6 +62,13 @@ bool has_small_window(std::span<const std::byte> frame) {
   return size <= kMostWindow;
 }
 
+/// Whether all of `bytes` is one frame, which is not one to be skipped.
+bool is_one_frame(std::span<const std::byte> bytes) {
+  const std::size_t frame = ZSTD_findFrameCompressedSize(bytes.data(), bytes.size());
+  if (ZSTD_isError(frame) != 0 || frame != bytes.size()) return false;
+  return (ByteReader(bytes).get_u32() & 0xfffffff0u) != ZSTD_MAGIC_SKIPPABLE_START;
+}
+
 /// zstd returns a null, or an error of its own, where there is no more memory. Callers get what
 /// they get for any other memory (shm/result.h).
 template <class Context>
@@ -96,7 +104,9 @@ bool decompress_in_steps(ZSTD_DCtx* context, std::span<const std::byte> bytes, s
 }
 
 /// Methods of packed blobs.
-constexpr std::uint8_t kRaw = 0, kFrame = 1, kPlanes = 2;
+constexpr std::uint8_t kRaw = 0, kFrame = 1, kPlanes = 2, kWithDictionary = 3;
+/// With the dictionary only small blobs are packed: of large ones it is no part worth mentioning.
+constexpr std::uint64_t kMostWithDictionary = std::uint64_t{1} << 20;
 /// Large blobs are mostly numbers: of them, rows of equal width are looked for. The largest are
 /// packed with less effort, several times faster.
 constexpr std::size_t kPlanesFrom = std::size_t{1} << 16, kQuickFrom = std::size_t{1} << 20;
@@ -145,13 +155,15 @@ Zstd::~Zstd() = default;
 Zstd::Zstd(Zstd&&) noexcept = default;
 Zstd& Zstd::operator=(Zstd&&) noexcept = default;
 
-void Zstd::compress(std::span<const std::byte> bytes, int level, std::vector<std::byte>& out) {
+void Zstd::compress(std::span<const std::byte> bytes, int level, std::vector<std::byte>& out,
+                    std::span<const std::byte> with) {
   auto& context = contexts_->compress;
   if (!context) context.reset(made(ZSTD_createCCtx()));
   const std::size_t before = out.size();
   out.resize(before + ZSTD_compressBound(bytes.size()));
-  const std::size_t n = ZSTD_compressCCtx(context.get(), out.data() + before, out.size() - before,
-                                          bytes.data(), bytes.size(), level);
+  const std::size_t n =
+      ZSTD_compress_usingDict(context.get(), out.data() + before, out.size() - before, bytes.data(),
+                              bytes.size(), with.data(), with.size(), level);
   if (failed(n)) throw std::bad_alloc();  // there is room, and it refuses nothing else
   out.resize(before + n);
 }
@@ -164,18 +176,17 @@ bool Zstd::decompress(std::span<const std::byte> bytes, std::uint64_t size,
   ZSTD_DCtx_reset(context.get(), ZSTD_reset_session_only);
   if (size > kTrustedBytes + kTrustedFactor * bytes.size())
     return decompress_in_steps(context.get(), bytes, size, out);
-  const std::size_t frame = ZSTD_findFrameCompressedSize(bytes.data(), bytes.size());
-  if (ZSTD_isError(frame) != 0 || frame != bytes.size()) return false;
-  if ((ByteReader(bytes).get_u32() & 0xfffffff0u) == ZSTD_MAGIC_SKIPPABLE_START) return false;
+  if (!is_one_frame(bytes)) return false;
   out.resize(static_cast<std::size_t>(size));
   const std::size_t n =
       ZSTD_decompressDCtx(context.get(), out.data(), out.size(), bytes.data(), bytes.size());
   return !failed(n) && n == size;
 }
 
-std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level) {
+std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level,
+                                     std::span<const std::byte> with) {
   std::vector<std::byte> out;
-  Zstd().compress(bytes, level, out);
+  Zstd().compress(bytes, level, out, with);
   return out;
 }
 
@@ -186,18 +197,61 @@ std::optional<std::vector<std::byte>> zstd_decompress(std::span<const std::byte>
   return out;
 }
 
-void put_packed(ByteWriter& out, std::span<const std::byte> blob) {
+namespace {
+
+struct Packed {
+  std::uint8_t method = kRaw;
+  std::size_t width = 1;
+  std::vector<std::byte> bytes;
+};
+
+std::span<const std::byte> the_dictionary() { return std::as_bytes(std::span(kDictionaryText)); }
+
+/// The smallest of what the methods make of a blob.
+Packed packed(std::span<const std::byte> blob, Packing packing) {
   constexpr int kStrong = 19, kQuick = 12;
+  constexpr std::size_t kLeast = 64, kLeastWithDictionary = 16;
   const int level = blob.size() <= kQuickFrom ? kStrong : kQuick;
-  const std::size_t width = blob.size() >= kPlanesFrom ? best_width(blob) : 1;
-  std::vector<std::byte> packed;
-  if (blob.size() > 64)
-    packed = width > 1 ? zstd_compress(in_planes(blob, width), level) : zstd_compress(blob, level);
-  const bool smaller = !packed.empty() && packed.size() < blob.size();
-  out.put_u8(!smaller ? kRaw : width > 1 ? kPlanes : kFrame);
+  Packed best{kRaw, 1, {blob.begin(), blob.end()}};
+  const auto take = [&](std::uint8_t method, std::size_t width, std::vector<std::byte> bytes) {
+    if (bytes.size() < best.bytes.size()) best = {method, width, std::move(bytes)};
+  };
+  if (packing == Packing::none) return best;
+  if (blob.size() > kLeast) {
+    const std::size_t width = blob.size() >= kPlanesFrom ? best_width(blob) : 1;
+    if (width > 1)
+      take(kPlanes, width, zstd_compress(in_planes(blob, width), level));
+    else
+      take(kFrame, 1, zstd_compress(blob, level));
+  }
+  if (packing == Packing::with_dictionary && blob.size() > kLeastWithDictionary &&
+      blob.size() < kPlanesFrom)
+    take(kWithDictionary, 1, zstd_compress(blob, level, the_dictionary()));
+  return best;
+}
+
+/// Exactly `size` bytes of a frame that was made with the dictionary, or nothing.
+std::optional<std::vector<std::byte>> unpack_with_dictionary(std::span<const std::byte> bytes,
+                                                             std::uint64_t size) {
+  if (size > kMostWithDictionary || !is_one_frame(bytes)) return std::nullopt;
+  const std::unique_ptr<ZSTD_DCtx, FreeContext> context(made(ZSTD_createDCtx()));
+  std::vector<std::byte> blob(static_cast<std::size_t>(size));
+  const std::span<const std::byte> with = the_dictionary();
+  const std::size_t n =
+      ZSTD_decompress_usingDict(context.get(), blob.data(), blob.size(), bytes.data(), bytes.size(),
+                                with.data(), with.size());
+  if (failed(n) || n != size) return std::nullopt;
+  return blob;
+}
+
+}  // namespace
+
+void put_packed(ByteWriter& out, std::span<const std::byte> blob, Packing packing) {
+  const Packed it = packed(blob, packing);
+  out.put_u8(it.method);
   out.put_varint(blob.size());
-  if (smaller && width > 1) out.put_u8(static_cast<std::uint8_t>(width));
-  out.put_bytes(smaller ? std::span<const std::byte>(packed) : blob);
+  if (it.method == kPlanes) out.put_u8(static_cast<std::uint8_t>(it.width));
+  out.put_bytes(it.bytes);
 }
 
 std::uint64_t stated_packed_size(ByteReader in) {
@@ -210,11 +264,12 @@ std::optional<std::vector<std::byte>> get_packed(ByteReader& in, std::uint64_t l
   const std::uint64_t size = in.get_varint();
   const std::size_t width = method == kPlanes ? in.get_u8() : 1;
   const auto bytes = in.get_bytes(in.left());
-  if (!in.ok() || size > limit || method > kPlanes || width == 0) return std::nullopt;
+  if (!in.ok() || size > limit || method > kWithDictionary || width == 0) return std::nullopt;
   if (method == kRaw) {
     if (bytes.size() != size) return std::nullopt;
     return std::vector<std::byte>(bytes.begin(), bytes.end());
   }
+  if (method == kWithDictionary) return unpack_with_dictionary(bytes, size);
   auto blob = zstd_decompress(bytes, size);
   if (blob && width > 1) blob = from_planes(*blob, width);
   return blob;

@@ -18,8 +18,9 @@ Result<void> ChunkWriter::start(const FileStart& start) {
 }
 
 Result<void> ChunkWriter::write(ChunkKind kind, std::span<const std::byte> payload,
-                                IndexEntry entry) {
+                                IndexEntry entry, std::uint8_t version) {
   ChunkHeader header;
+  header.version = version;
   header.kind = static_cast<std::uint8_t>(kind);
   header.sequence = sequence_++;
   header.segment = entry.segment;
@@ -67,7 +68,7 @@ Result<void> ChunkWriter::finish(Index index) {
   const std::uint64_t index_offset = offset_;
   ByteWriter payload;
   container::put(payload, index);
-  if (auto good = write(ChunkKind::index, payload.bytes); !good) return good;
+  if (auto good = write(ChunkKind::index, payload.bytes, {}, index.version); !good) return good;
   ByteWriter trailer;
   put_trailer(trailer, index_offset);
   if (auto good = put(trailer.bytes); !good) return good;

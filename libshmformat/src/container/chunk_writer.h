@@ -19,7 +19,8 @@ class ChunkWriter {
 
   Result<void> start(const FileStart& start);
   /// Writes one chunk; `entry` is its line in the index (kind, offset, bytes are filled in).
-  Result<void> write(ChunkKind kind, std::span<const std::byte> payload, IndexEntry entry = {});
+  Result<void> write(ChunkKind kind, std::span<const std::byte> payload, IndexEntry entry = {},
+                     std::uint8_t version = 0);
   /// Writes `index` (entries are filled in) and the trailer, and commits the sink.
   Result<void> finish(Index index);
 

@@ -1,5 +1,8 @@
 #include "container/format.h"
 
+#include <algorithm>
+#include <bit>
+
 #include "bytes/binary.h"
 
 namespace shm::container {
@@ -94,7 +97,8 @@ HeaderState get(ByteReader& in, ChunkHeader& header) {
 }
 bool is_known(const ChunkHeader& header) {
   return header.kind >= static_cast<std::uint8_t>(ChunkKind::schema) &&
-         header.kind <= static_cast<std::uint8_t>(ChunkKind::index) && header.version == 0 &&
+         header.kind <= static_cast<std::uint8_t>(ChunkKind::index) &&
+         header.version <= version_of_chunk(static_cast<ChunkKind>(header.kind), {}) &&
          (header.segment == 0 || header.kind == static_cast<std::uint8_t>(ChunkKind::group));
 }
 
@@ -171,39 +175,78 @@ bool get(ByteReader& in, StepHeader& header) {
   return in.ok() && header.step <= 0xffffffffu && header.count >= 1 && trend <= 1;
 }
 
-void put(ByteWriter& out, const Index& index) {
-  out.put_varint(index.previous_index);
+// --- the index: line by line in version 0, packed by columns in version 1
+
+namespace {
+
+// --- of both versions
+
+void put_totals(ByteWriter& out, const Index& index) {
   for (std::uint64_t v : {index.vertices, index.cells, index.hexahedra, index.max_active_vertices,
                           index.steps, index.segments, index.imported_vertices})
     out.put_varint(v);
   out.put_varint(index.block_cells.size());
   for (std::uint64_t cells : index.block_cells) out.put_varint(cells);
-  out.put_varint(index.streams.size());
-  for (const NamedBytes& stream : index.streams) {
-    out.put_text(stream.name);
-    out.put_varint(stream.bytes);
-  }
+}
+void get_totals(ByteReader& in, Index& index) {
+  for (std::uint64_t* v :
+       {&index.vertices, &index.cells, &index.hexahedra, &index.max_active_vertices, &index.steps,
+        &index.segments, &index.imported_vertices})
+    *v = in.get_varint();
+  for (std::uint64_t n = in.get_count(1); n > 0 && in.ok(); --n)
+    index.block_cells.push_back(in.get_varint());
+}
+
+template <class PutNumber>
+void put_ranges(ByteWriter& out, const Index& index, PutNumber&& put_number) {
   out.put_varint(index.ranges.size());
   for (const ArrayRange& range : index.ranges) {
     out.put_varint(range.array);
     out.put_varint(range.minimum.size());
     for (std::size_t c = 0; c < range.minimum.size(); ++c) {
-      out.put_f64(range.minimum[c]);
-      out.put_f64(range.maximum[c]);
+      put_number(out, range.minimum[c]);
+      put_number(out, range.maximum[c]);
     }
   }
+}
+/// A number takes at least `least` bytes.
+template <class GetNumber>
+void get_ranges(ByteReader& in, Index& index, std::size_t least, GetNumber&& get_number) {
+  for (std::uint64_t n = in.get_count(2); n > 0 && in.ok(); --n) {
+    ArrayRange range;
+    range.array = in.get_varint32();
+    for (std::uint64_t c = in.get_count(2 * least); c > 0 && in.ok(); --c) {
+      range.minimum.push_back(get_number(in));
+      range.maximum.push_back(get_number(in));
+    }
+    index.ranges.push_back(std::move(range));
+  }
+}
+
+// --- version 0
+
+void put_lines(ByteWriter& out, const Index& index) {
+  const auto put_number = [](ByteWriter& to, double number) { to.put_f64(number); };
+  out.put_varint(index.previous_index);
+  put_totals(out, index);
+  out.put_varint(index.streams.size());
+  for (const NamedBytes& stream : index.streams) {
+    out.put_text(stream.name);
+    out.put_varint(stream.bytes);
+  }
+  put_ranges(out, index, put_number);
   out.put_varint(index.entries.size());
   for (const IndexEntry& entry : index.entries) {
     out.put_u8(entry.kind);
     out.put_varint(entry.offset);
     out.put_varint(entry.bytes);
-    if (entry.kind == static_cast<std::uint8_t>(ChunkKind::group)) {
+    if (entry.is(ChunkKind::group)) {
       out.put_varint(entry.segment);
       for (std::uint64_t v : {entry.first_cell, entry.cells, entry.first_vertex, entry.vertices})
         out.put_varint(v);
-      put_box(out, entry.box);
+      for (double v : entry.box) put_number(out, v);
       out.put_varint(entry.header_bytes);
-    } else if (entry.kind == static_cast<std::uint8_t>(ChunkKind::step_values)) {
+    } else if (entry.is(ChunkKind::step_values)) {
       out.put_varint(entry.array);
       for (std::uint64_t v : {entry.step, entry.first, entry.count}) out.put_varint(v);
       out.put_varint(entry.group);
@@ -212,30 +255,18 @@ void put(ByteWriter& out, const Index& index) {
     }
   }
 }
-bool get(ByteReader& in, Index& index, std::uint64_t max_entries) {
-  index = {};
+
+bool get_lines(ByteReader& in, Index& index, std::uint64_t max_entries) {
+  const auto get_number = [](ByteReader& from) { return from.get_f64(); };
   index.previous_index = in.get_varint();
-  for (std::uint64_t* v :
-       {&index.vertices, &index.cells, &index.hexahedra, &index.max_active_vertices, &index.steps,
-        &index.segments, &index.imported_vertices})
-    *v = in.get_varint();
-  for (std::uint64_t n = in.get_count(1); n > 0 && in.ok(); --n)
-    index.block_cells.push_back(in.get_varint());
+  get_totals(in, index);
   for (std::uint64_t n = in.get_count(2); n > 0 && in.ok(); --n) {
     NamedBytes stream;
     stream.name = in.get_text();
     stream.bytes = in.get_varint();
-    index.streams.push_back(stream);
+    index.streams.push_back(std::move(stream));
   }
-  for (std::uint64_t n = in.get_count(2); n > 0 && in.ok(); --n) {
-    ArrayRange range;
-    range.array = in.get_varint32();
-    for (std::uint64_t c = in.get_count(16); c > 0 && in.ok(); --c) {
-      range.minimum.push_back(in.get_f64());
-      range.maximum.push_back(in.get_f64());
-    }
-    index.ranges.push_back(range);
-  }
+  get_ranges(in, index, 8, get_number);
   const std::uint64_t entries = in.get_count(3);
   if (entries > max_entries) return false;
   for (std::uint64_t n = entries; n > 0 && in.ok(); --n) {
@@ -243,14 +274,14 @@ bool get(ByteReader& in, Index& index, std::uint64_t max_entries) {
     entry.kind = in.get_u8();
     entry.offset = in.get_varint();
     entry.bytes = in.get_varint();
-    if (entry.kind == static_cast<std::uint8_t>(ChunkKind::group)) {
+    if (entry.is(ChunkKind::group)) {
       entry.segment = in.get_varint32();
       for (std::uint64_t* v :
            {&entry.first_cell, &entry.cells, &entry.first_vertex, &entry.vertices})
         *v = in.get_varint();
-      get_box(in, entry.box);
+      for (double& v : entry.box) v = get_number(in);
       entry.header_bytes = in.get_varint();
-    } else if (entry.kind == static_cast<std::uint8_t>(ChunkKind::step_values)) {
+    } else if (entry.is(ChunkKind::step_values)) {
       entry.array = in.get_varint32();
       for (std::uint64_t* v : {&entry.step, &entry.first, &entry.count}) *v = in.get_varint();
       entry.group = in.get_varint32();
@@ -260,6 +291,154 @@ bool get(ByteReader& in, Index& index, std::uint64_t max_entries) {
     index.entries.push_back(entry);
   }
   return in.ok() && in.left() == 0;
+}
+
+// --- version 1
+
+/// A packed index is at most so large; a larger one stands as it is.
+std::uint64_t most_packed_bytes(std::uint64_t entries) {
+  return (std::uint64_t{1} << 20) + 256 * std::min<std::uint64_t>(entries, std::uint64_t{1} << 40);
+}
+
+/// How many of the bytes of a number stand there, and these, from that of the sign on: those that
+/// are left out are 0.
+void put_short(ByteWriter& out, double number) {
+  auto bits = std::bit_cast<std::uint64_t>(number);
+  const int bytes = 8 - (bits == 0 ? 8 : std::countr_zero(bits) / 8);
+  out.put_u8(static_cast<std::uint8_t>(bytes));
+  for (int i = 0; i < bytes; ++i, bits <<= 8) out.put_u8(static_cast<std::uint8_t>(bits >> 56));
+}
+double get_short(ByteReader& in) {
+  const std::uint8_t count = in.get_u8();
+  const auto bytes = in.get_bytes(count <= 8 ? count : ~std::uint64_t{0});  // fails
+  std::uint64_t bits = 0;
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    bits |= std::to_integer<std::uint64_t>(bytes[i]) << (56 - 8 * i);
+  return std::bit_cast<double>(bits);
+}
+
+/// Calls visit(entry, entry of that kind before it or null) for each entry of a kind.
+template <class Entries, class Visit>
+void for_each_of(ChunkKind kind, Entries& entries, Visit&& visit) {
+  decltype(entries.data()) before = nullptr;
+  for (auto& entry : entries)
+    if (entry.is(kind)) {
+      visit(entry, before);
+      before = &entry;
+    }
+}
+
+/// What stands in a column of groups or of step values: fields that count, and those that mostly
+/// differ little from the entry before.
+constexpr std::uint64_t IndexEntry::*kCounts[] = {&IndexEntry::cells, &IndexEntry::vertices,
+                                                  &IndexEntry::header_bytes};
+constexpr std::uint32_t IndexEntry::*kNumbers[] = {&IndexEntry::array, &IndexEntry::group};
+
+void put_difference(ByteWriter& out, std::uint64_t number, std::uint64_t before) {
+  out.put_signed(static_cast<std::int64_t>(number - before));
+}
+std::uint64_t get_difference(ByteReader& in, std::uint64_t before) {
+  return before + static_cast<std::uint64_t>(in.get_signed());
+}
+void get_difference(ByteReader& in, std::uint32_t before, std::uint32_t& number) {
+  number = static_cast<std::uint32_t>(get_difference(in, before));
+}
+
+void put_columns(ByteWriter& out, const std::vector<IndexEntry>& entries) {
+  using Before = const IndexEntry*;
+  const auto groups = [&](auto&& put_one) { for_each_of(ChunkKind::group, entries, put_one); };
+  const auto steps = [&](auto&& put_one) { for_each_of(ChunkKind::step_values, entries, put_one); };
+  out.put_varint(entries.size());
+  for (const IndexEntry& entry : entries) out.put_u8(entry.kind);
+  for (const IndexEntry& entry : entries) out.put_varint(entry.bytes);
+  groups([&](const IndexEntry& it, Before before) {
+    put_difference(out, it.segment, before == nullptr ? 0 : before->segment);
+  });
+  for (const auto field : kCounts)
+    groups([&](const IndexEntry& it, Before) { out.put_varint(it.*field); });
+  groups([&](const IndexEntry& it, Before) {
+    for (double side : it.box) put_short(out, side);
+  });
+  for (const auto field : kNumbers)
+    steps([&](const IndexEntry& it, Before before) {
+      put_difference(out, it.*field, before == nullptr ? 0 : before->*field);
+    });
+  steps([&](const IndexEntry& it, Before before) {
+    put_difference(out, it.step, before == nullptr ? 0 : before->step);
+  });
+  steps([&](const IndexEntry& it, Before) { out.put_varint(it.count); });
+  steps([&](const IndexEntry& it, Before) { out.put_u8(static_cast<std::uint8_t>(it.reference)); });
+  steps([&](const IndexEntry& it, Before) { out.put_u8(static_cast<std::uint8_t>(it.codec)); });
+}
+
+bool get_columns(ByteReader& in, std::vector<IndexEntry>& entries, std::uint64_t max_entries) {
+  using Before = const IndexEntry*;
+  const auto groups = [&](auto&& get_one) { for_each_of(ChunkKind::group, entries, get_one); };
+  const auto steps = [&](auto&& get_one) { for_each_of(ChunkKind::step_values, entries, get_one); };
+  const std::uint64_t count = in.get_count(2);
+  if (count > max_entries) return false;
+  entries.resize(static_cast<std::size_t>(count));
+  for (IndexEntry& entry : entries) entry.kind = in.get_u8();
+  std::uint64_t end = kFileStartBytes;
+  for (IndexEntry& entry : entries) {
+    entry.offset = end;
+    entry.bytes = in.get_varint();
+    if (entry.bytes > ~std::uint64_t{0} - end) return false;
+    end += entry.bytes;
+  }
+  groups([&](IndexEntry& it, Before before) {
+    get_difference(in, before == nullptr ? 0 : before->segment, it.segment);
+  });
+  for (const auto field : kCounts)
+    groups([&](IndexEntry& it, Before) { it.*field = in.get_varint(); });
+  groups([&](IndexEntry& it, Before before) {
+    it.first_cell = before == nullptr ? 0 : before->first_cell + before->cells;
+    it.first_vertex = before == nullptr ? 0 : before->first_vertex + before->vertices;
+    for (double& side : it.box) side = get_short(in);
+  });
+  for (const auto field : kNumbers)
+    steps([&](IndexEntry& it, Before before) {
+      get_difference(in, before == nullptr ? 0 : before->*field, it.*field);
+    });
+  steps([&](IndexEntry& it, Before before) {
+    it.step = get_difference(in, before == nullptr ? 0 : before->step);
+  });
+  steps([&](IndexEntry& it, Before before) {
+    const bool goes_on = before != nullptr && before->array == it.array && before->step == it.step;
+    it.count = in.get_varint();
+    it.first = goes_on ? before->first + before->count : 0;
+  });
+  steps([&](IndexEntry& it, Before) { it.reference = static_cast<StepReference>(in.get_u8()); });
+  steps([&](IndexEntry& it, Before) { it.codec = static_cast<Codec>(in.get_u8()); });
+  return in.ok() && in.left() == 0;
+}
+
+}  // namespace
+
+void put(ByteWriter& out, const Index& index) {
+  if (index.version == 0) {
+    put_lines(out, index);
+    return;
+  }
+  ByteWriter blob;
+  put_totals(blob, index);
+  put_ranges(blob, index, put_short);
+  put_columns(blob, index.entries);
+  const bool packs = blob.bytes.size() <= most_packed_bytes(index.entries.size());
+  put_packed(out, blob.bytes, packs ? Packing::with_dictionary : Packing::none);
+}
+
+bool get(ByteReader& in, Index& index, std::uint8_t version, std::uint64_t max_entries) {
+  index = {};
+  index.version = version;
+  if (version == 0) return get_lines(in, index, max_entries);
+  const std::uint64_t most = std::max<std::uint64_t>(in.left(), most_packed_bytes(max_entries));
+  const auto blob = get_packed(in, most);
+  if (!blob) return false;
+  ByteReader fields(*blob);
+  get_totals(fields, index);
+  get_ranges(fields, index, 1, get_short);
+  return get_columns(fields, index.entries, max_entries);
 }
 
 void put(ByteWriter& out, const MemberList& list) {

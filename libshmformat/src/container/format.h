@@ -52,7 +52,7 @@ namespace shm::container {
 /// Like PNG's: a byte with the high bit set, the name, CR LF, end-of-file of old systems, LF.
 inline constexpr std::array<std::uint8_t, 8> kSignature = {0x89, 'S',  'H',  'M',
                                                            '\r', '\n', 0x1a, '\n'};
-inline constexpr std::uint16_t kMajor = 0, kMinor = 9;
+inline constexpr std::uint16_t kMajor = 0, kMinor = 10;
 /// Features that a reader of one mesh must know. None so far.
 inline constexpr std::uint32_t kKnownFeatures = 0;
 /// What follows is no mesh, but whole files one after the other, and a list of them.
@@ -65,10 +65,10 @@ struct FileStart {
   std::uint32_t needed_features = 0;
   bool operator==(const FileStart&) const = default;
 };
-/// Whether this reader reads that version: 0.1 and 0.9, which have the same bytes. There was none
-/// between them.
+/// Whether this reader reads that version: 0.1 and 0.9, which have the same bytes, and 0.10. There
+/// was none between them.
 inline bool is_known_version(const FileStart& start) {
-  return start.major == kMajor && (start.minor == 1 || start.minor == kMinor);
+  return start.major == kMajor && (start.minor == 1 || start.minor == 9 || start.minor == kMinor);
 }
 inline constexpr std::size_t kFileStartBytes = 16;
 void put(ByteWriter& out, const FileStart& start);
@@ -107,6 +107,10 @@ void put(ByteWriter& out, const ChunkHeader& header);
 enum class HeaderState { good, bad_mark, bad_checksum };
 /// Must hold: `in` has kChunkHeaderBytes left.
 HeaderState get(ByteReader& in, ChunkHeader& header);
+/// Which version a chunk has in a file of that version.
+inline std::uint8_t version_of_chunk(ChunkKind kind, const FileStart& start) {
+  return start.minor >= 10 && (kind == ChunkKind::extra || kind == ChunkKind::index) ? 1 : 0;
+}
 /// Whether this reader knows how to read such a chunk of a mesh.
 bool is_known(const ChunkHeader& header);
 
@@ -205,17 +209,18 @@ struct ArrayRange {
   std::vector<double> minimum, maximum;
 };
 struct Index {
+  std::uint8_t version = version_of_chunk(ChunkKind::index, {});
   std::uint64_t previous_index = 0;  ///< offset of the index chunk before, 0 = none
   std::uint64_t vertices = 0, cells = 0, hexahedra = 0, max_active_vertices = 0, steps = 0;
   std::uint64_t segments = 0, imported_vertices = 0;
   std::vector<std::uint64_t> block_cells;
-  std::vector<NamedBytes> streams;  ///< all but the container's
+  std::vector<NamedBytes> streams;  ///< version 0: all but the container's
   std::vector<ArrayRange> ranges;
   std::vector<IndexEntry> entries;
 };
 void put(ByteWriter& out, const Index& index);
-/// `max_entries`: chunks there can be; more lines than that are damage.
-bool get(ByteReader& in, Index& index, std::uint64_t max_entries);
+/// All that is left of `in`. `max_entries`: chunks there can be; more lines than that are damage.
+bool get(ByteReader& in, Index& index, std::uint8_t version, std::uint64_t max_entries);
 
 /// One line of an archive's list of members.
 struct Member {

@@ -61,14 +61,15 @@ Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind) {
 Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const IndexEntry& entry) {
   ByteReader in(chunk);
   ChunkHeader header;
-  if (get(in, header) != HeaderState::good || header.kind != entry.kind || header.version != 0 ||
+  if (get(in, header) != HeaderState::good || header.kind != entry.kind ||
+      header.version > version_of_chunk(static_cast<ChunkKind>(header.kind), {}) ||
       header.segment != entry.segment || header.payload_bytes != entry.bytes - kChunkHeaderBytes)
     return wrong("the chunk that should stand here does not", chunk_name(entry.kind), entry.offset);
   return header;
 }
 
 Result<std::vector<std::byte>> read_chunk(RandomSource& source, const IndexEntry& entry,
-                                          std::uint64_t max_bytes) {
+                                          std::uint64_t max_bytes, std::uint8_t* version) {
   const std::string section = chunk_name(entry.kind);
   if (entry.bytes < kChunkHeaderBytes)
     return wrong("the index lists a chunk that is too short", section, entry.offset);
@@ -80,6 +81,7 @@ Result<std::vector<std::byte>> read_chunk(RandomSource& source, const IndexEntry
   if (!chunk) return chunk.error();
   const auto header = checked_header(*chunk, entry);
   if (!header) return header.error();
+  if (version != nullptr) *version = header->version;
   chunk->erase(chunk->begin(), chunk->begin() + kChunkHeaderBytes);
   if (checksum(*chunk) != header->payload_checksum)
     return wrong("checksum of the chunk does not match", section, entry.offset);

@@ -26,9 +26,10 @@ Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind);
 /// entry.bytes and chunk are at least kChunkHeaderBytes.
 Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const IndexEntry& entry);
 
-/// The payload of a whole chunk, at most `max_bytes`.
+/// The payload of a whole chunk, at most `max_bytes`; `version`, where it is asked for, is that of
+/// the chunk.
 Result<std::vector<std::byte>> read_chunk(RandomSource& source, const IndexEntry& entry,
-                                          std::uint64_t max_bytes);
+                                          std::uint64_t max_bytes, std::uint8_t* version = nullptr);
 
 /// Calls visit(header, entry) for each chunk of `entries`; an error names the index at
 /// `index_offset` unless they are all that stand between start and index, in their order.

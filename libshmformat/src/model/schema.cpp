@@ -334,41 +334,6 @@ Result<void> check_schema(const Schema& schema, const ReadLimits& limits) {
   return {};
 }
 
-void put(ByteWriter& out, const Extra& extra) {
-  out.put_text(extra.key);
-  out.put_u8(static_cast<std::uint8_t>(extra.type));
-  out.put_u8(static_cast<std::uint8_t>(extra.refers));
-  out.put_varint(extra.shape.size());
-  for (std::uint64_t side : extra.shape) out.put_varint(side);
-  const std::size_t width = scalar_bytes(extra.type);
-  std::vector<std::byte> little(extra.data.size());
-  copy_little_endian(little.data(), extra.data.data(), extra.data.size() / width, width);
-  out.put_bytes(little);
-}
-
-bool get(ByteReader& in, Extra& extra) {
-  extra.key = in.get_text();
-  extra.type = static_cast<ScalarType>(in.get_u8());
-  extra.refers = static_cast<Reference>(in.get_u8());
-  if (!is_scalar(extra.type) || extra.refers > Reference::cell) return false;
-  if (extra.refers != Reference::nothing && extra.type != ScalarType::int32 &&
-      extra.type != ScalarType::int64)
-    return false;
-  const std::size_t width = scalar_bytes(extra.type);
-  std::uint64_t values = 1;
-  for (std::uint64_t n = in.get_count(1); n > 0 && in.ok(); --n) {
-    extra.shape.push_back(in.get_varint());
-    const std::uint64_t side = extra.shape.back();
-    if (side != 0 && values > ~std::uint64_t{0} / 8 / side) return false;
-    values *= side;
-  }
-  if (!in.ok() || in.left() % width != 0 || in.left() / width != values) return false;
-  const auto bytes = in.get_bytes(in.left());
-  extra.data.resize(bytes.size());
-  copy_little_endian(extra.data.data(), bytes.data(), bytes.size() / width, width);
-  return true;
-}
-
 namespace {
 
 template <class T>
@@ -418,6 +383,222 @@ container::ArrayRange range_of_array(const Schema& schema, std::uint32_t array,
     range.maximum.push_back(one.maximum);
   }
   return range;
+}
+
+// --- extras
+namespace {
+
+// How far back the value stands that an integer is written as the difference from; 0: values as
+// they are.
+constexpr std::uint64_t kMostDistance = 65535;
+constexpr std::size_t kMostSides = 255;
+
+bool is_wide_integer(ScalarType type) {
+  return type >= ScalarType::int16 && type <= ScalarType::uint64;
+}
+
+/// Key, type, what it refers to.
+void put_name(ByteWriter& out, const Extra& extra) {
+  out.put_text(extra.key);
+  out.put_u8(static_cast<std::uint8_t>(extra.type));
+  out.put_u8(static_cast<std::uint8_t>(extra.refers));
+}
+bool get_name(ByteReader& in, Extra& extra) {
+  extra.key = in.get_text();
+  extra.type = static_cast<ScalarType>(in.get_u8());
+  extra.refers = static_cast<Reference>(in.get_u8());
+  return scalar_bytes(extra.type) != 0 && extra.refers <= Reference::cell &&
+         (extra.refers == Reference::nothing || extra.type == ScalarType::int32 ||
+          extra.type == ScalarType::int64);
+}
+
+void put_shape(ByteWriter& out, const Extra& extra) {
+  out.put_varint(extra.shape.size());
+  for (std::uint64_t side : extra.shape) out.put_varint(side);
+}
+/// False where a file cannot hold so many values.
+bool get_shape(ByteReader& in, Extra& extra, std::uint64_t& values) {
+  values = 1;
+  for (std::uint64_t n = in.get_count(1); n > 0 && in.ok(); --n) {
+    extra.shape.push_back(in.get_varint());
+    const std::uint64_t side = extra.shape.back();
+    if (side != 0 && values > ~std::uint64_t{0} / 8 / side) return false;
+    values *= side;
+  }
+  return in.ok();
+}
+
+/// Value `i` with the sign that its width gives it.
+std::int64_t integer_at(const std::vector<std::byte>& data, std::size_t i, std::size_t width) {
+  const auto as = [&]<class T>(T value) {
+    std::memcpy(&value, data.data() + i * sizeof value, sizeof value);
+    return static_cast<std::int64_t>(value);
+  };
+  return width == 2 ? as(std::int16_t{}) : width == 4 ? as(std::int32_t{}) : as(std::int64_t{});
+}
+void set_integer(std::vector<std::byte>& data, std::size_t i, std::size_t width,
+                 std::int64_t number) {
+  const auto as = [&]<class T>(T) {
+    const auto value = static_cast<T>(number);
+    std::memcpy(data.data() + i * sizeof value, &value, sizeof value);
+  };
+  if (width == 2)
+    as(std::uint16_t{});
+  else if (width == 4)
+    as(std::uint32_t{});
+  else
+    as(std::uint64_t{});
+}
+
+std::int64_t difference(std::int64_t a, std::int64_t b) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
+}
+std::int64_t sum(std::int64_t a, std::int64_t b) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
+}
+
+std::vector<std::byte> as_they_are(const Extra& extra) {
+  const std::size_t width = scalar_bytes(extra.type);
+  std::vector<std::byte> little(extra.data.size());
+  copy_little_endian(little.data(), extra.data.data(), extra.data.size() / width, width);
+  return little;
+}
+std::vector<std::byte> as_differences(const Extra& extra, std::size_t distance) {
+  const std::size_t width = scalar_bytes(extra.type), count = extra.data.size() / width;
+  ByteWriter out;
+  for (std::size_t i = 0; i < count; ++i)
+    out.put_signed(difference(integer_at(extra.data, i, width),
+                              i < distance ? 0 : integer_at(extra.data, i - distance, width)));
+  return std::move(out.bytes);
+}
+
+struct WrittenValues {
+  std::size_t distance = 0;
+  std::vector<std::byte> bytes;
+};
+
+/// Integers by the distance that zstd makes least of: 0, 1, or that of rows.
+WrittenValues written(const Extra& extra) {
+  constexpr int kLevel = 3;
+  constexpr std::uint64_t kMostColumns = 64;
+  WrittenValues best{0, as_they_are(extra)};
+  if (!is_wide_integer(extra.type) || extra.data.empty()) return best;
+  const std::uint64_t columns = extra.shape.empty() ? 1 : extra.shape.back();
+  std::size_t least = zstd_compress(best.bytes, kLevel).size();
+  const auto take = [&](std::size_t distance) {
+    std::vector<std::byte> bytes = as_differences(extra, distance);
+    const std::size_t size = zstd_compress(bytes, kLevel).size();
+    if (size >= least) return;
+    least = size;
+    best = {distance, std::move(bytes)};
+  };
+  take(1);
+  if (columns > 1 && columns <= kMostColumns) take(static_cast<std::size_t>(columns));
+  return best;
+}
+
+/// Must hold: `extra.data` has its size.
+bool read_values(ByteReader& in, Extra& extra, std::uint64_t distance) {
+  const std::size_t width = scalar_bytes(extra.type), count = extra.data.size() / width;
+  if (distance == 0) {
+    const auto bytes = in.get_bytes(extra.data.size());
+    copy_little_endian(extra.data.data(), bytes.data(), bytes.size() / width, width);
+    return in.ok();
+  }
+  for (std::size_t i = 0; i < count && in.ok(); ++i)
+    set_integer(
+        extra.data, i, width,
+        sum(in.get_signed(),
+            i < distance ? 0
+                         : integer_at(extra.data, i - static_cast<std::size_t>(distance), width)));
+  return in.ok();
+}
+
+Error wrong_extras(ErrorCode code, std::string detail) {
+  return Error{code, std::move(detail), {}, kNoOffset, {}};
+}
+
+/// Of an unpacked chunk of version 1: what all of them are, then the values of each.
+Result<std::vector<Extra>> get_many(ByteReader& in, std::uint64_t limit) {
+  const Error senseless = wrong_extras(ErrorCode::corrupt, "makes no sense");
+  const std::uint64_t count = in.get_count(5);
+  if (!in.ok() || count > kMostExtras) return senseless;
+  std::vector<Extra> extras(static_cast<std::size_t>(count));
+  std::vector<std::uint64_t> values(extras.size()), distances(extras.size());
+  for (std::size_t i = 0; i < extras.size(); ++i) {
+    if (!get_name(in, extras[i])) return senseless;
+    distances[i] = in.get_varint();
+    if (!get_shape(in, extras[i], values[i])) return senseless;
+    if (distances[i] > (is_wide_integer(extras[i].type) ? kMostDistance : 0) ||
+        extras[i].shape.size() > kMostSides)
+      return senseless;
+  }
+  for (std::size_t i = 0; i < extras.size(); ++i) {
+    const std::size_t width = scalar_bytes(extras[i].type);
+    if (values[i] > in.left() / (distances[i] == 0 ? width : 1)) return senseless;
+    if (values[i] > limit / width)
+      return wrong_extras(ErrorCode::over_limit, "its values take more than the limit");
+    limit -= values[i] * width;
+    extras[i].data.resize(static_cast<std::size_t>(values[i]) * width);
+    if (!read_values(in, extras[i], distances[i])) return senseless;
+  }
+  if (in.left() != 0) return senseless;
+  return extras;
+}
+
+}  // namespace
+
+void put(ByteWriter& out, const Extra& extra) {
+  put_name(out, extra);
+  put_shape(out, extra);
+  out.put_bytes(as_they_are(extra));
+}
+
+bool get(ByteReader& in, Extra& extra) {
+  std::uint64_t values = 0;
+  if (!get_name(in, extra) || !get_shape(in, extra, values)) return false;
+  const std::size_t width = scalar_bytes(extra.type);
+  if (in.left() % width != 0 || in.left() / width != values) return false;
+  extra.data.resize(in.left());
+  return read_values(in, extra, 0);
+}
+
+std::vector<std::byte> extra_payload(const Extra& extra) {
+  ByteWriter blob, payload;
+  put(blob, extra);
+  put_packed(payload, blob.bytes);
+  return std::move(payload.bytes);
+}
+
+std::vector<std::byte> extras_payload(std::span<const Extra> extras) {
+  ByteWriter blob, values, payload;
+  blob.put_varint(extras.size());
+  for (const Extra& extra : extras) {
+    const WrittenValues its = written(extra);
+    put_name(blob, extra);
+    blob.put_varint(its.distance);
+    put_shape(blob, extra);
+    values.put_bytes(its.bytes);
+  }
+  blob.put_bytes(values.bytes);
+  put_packed(payload, blob.bytes, Packing::with_dictionary);
+  return std::move(payload.bytes);
+}
+
+Result<std::vector<Extra>> get_extras(std::span<const std::byte> payload, std::uint8_t version,
+                                      std::uint64_t limit) {
+  ByteReader in(payload);
+  const std::uint64_t size = stated_packed_size(in);
+  if (size > limit)
+    return wrong_extras(ErrorCode::over_limit, "unpacks to " + std::to_string(size) +
+                                                   " bytes, the limit is " + std::to_string(limit));
+  const auto blob = get_packed(in, limit);
+  if (!blob) return wrong_extras(ErrorCode::corrupt, "cannot be unpacked");
+  ByteReader fields(*blob);
+  if (version > 0) return get_many(fields, limit);
+  std::vector<Extra> one(1);
+  if (!get(fields, one[0])) return wrong_extras(ErrorCode::corrupt, "makes no sense");
+  return one;
 }
 
 }  // namespace shm

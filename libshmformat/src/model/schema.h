@@ -26,8 +26,22 @@ Result<void> check_schema(const Schema& schema, const ReadLimits& limits = {});
 /// Whether it has arrays with time steps.
 bool has_steps(const Schema& schema);
 
+// Extras: one alone in a chunk of version 0, many that are packed together in one of version 1.
+// spec: "Extras"
+
 void put(ByteWriter& out, const Extra& extra);
 bool get(ByteReader& in, Extra& extra);
+
+/// The payload of a chunk of version 1. Must hold: there are at most kMostExtras.
+std::vector<std::byte> extras_payload(std::span<const Extra> extras);
+/// The payload of a chunk of version 0.
+std::vector<std::byte> extra_payload(const Extra& extra);
+inline constexpr std::size_t kMostExtras = 65536;
+
+/// Those of a chunk. Errors have no section and no offset; over_limit: they would take more than
+/// `limit` bytes.
+Result<std::vector<Extra>> get_extras(std::span<const std::byte> payload, std::uint8_t version,
+                                      std::uint64_t limit);
 
 // Totals: what the index of a file holds of its mesh (container::Index without the chunks), summed
 // up group by group, or part by part. Among it the smallest and largest finite value of each

@@ -53,12 +53,17 @@ Error not_restorable(std::string detail, std::uint64_t offset,
 }
 
 /// Nobody would miss chunks behind the last one that is known. But they took room: where it is not
-/// known that there was none, the index must fill what is left of the file.
+/// known that there was none, the index must fill what is left of the file, or nearly so.
 Result<container::Index> index_anew(RandomSource& source, const FoundChunks& found,
                                     const ReadLimits& limits) {
   if (!has_all_that_is_known(found)) return not_restorable("not all chunks are whole", kNoOffset);
   auto index = IndexBuilder(source, found, limits).make();
   if (!index) return index;
+  container::FileStart start;
+  const std::vector<std::byte> beginning = found.beginning();
+  ByteReader in(beginning);
+  if (!container::get(in, start)) return not_restorable("no schema is whole", kNoOffset);
+  index->version = container::version_of_chunk(ChunkKind::index, start);
   ByteWriter payload;
   container::put(payload, *index);
   const std::uint64_t bytes = payload.bytes.size(), end = found.end_of_chunks();
@@ -66,8 +71,11 @@ Result<container::Index> index_anew(RandomSource& source, const FoundChunks& fou
     return not_restorable("would take " + std::to_string(bytes) + " bytes, the limit is " +
                               std::to_string(limits.max_chunk_bytes),
                           end, ErrorCode::over_limit);
-  const bool fills =
-      source.size() - end == container::kChunkHeaderBytes + bytes + container::kTrailerBytes;
+  // Ranges of what is restored differ from those of what was written, and so do other versions of
+  // zstd: the index may have had some bytes more or less, but not so many as a chunk has.
+  const std::uint64_t wanted = container::kChunkHeaderBytes + bytes + container::kTrailerBytes;
+  const std::uint64_t left = source.size() - end;
+  const bool fills = std::max(left, wanted) - std::min(left, wanted) < container::kChunkHeaderBytes;
   if (!fills && !found.ends_at_index())
     return not_restorable("perhaps there were more chunks", end);
   return index;

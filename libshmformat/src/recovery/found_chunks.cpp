@@ -137,7 +137,8 @@ Result<void> FoundChunks::find_index() {
   if (!payload) return payload.error();
   ByteReader in(*payload);
   container::Index index;
-  if (!container::get(in, index, payload->size()) || index.entries.size() != last.header.sequence)
+  if (!container::get(in, index, last.header.version, last.header.sequence) ||
+      index.entries.size() != last.header.sequence)
     return {};
   index_ = std::move(index);
   index_offset_ = last.offset;

@@ -17,6 +17,8 @@ constexpr std::uint64_t kShiftBits = 1, kShiftPart = 2;
 /// that lies within a first layer, the second one: what is behind the cells of the next ones is not
 /// there yet, and shifts, which know nothing else, look worse than they are.
 constexpr std::uint64_t kShiftShare = 25, kShiftShareOfLayer = 12;
+/// Mixing saves at most so many tenths of connectivity and numbers.
+constexpr std::uint64_t kMixedSavesTenths = 4;
 
 std::unique_ptr<SegmentEncoder> make_segment_encoder(const Schema& schema,
                                                      const SegmentOptions& options,
@@ -36,17 +38,18 @@ CodecTrial trial_for(ConnectivityCodec codec, Level level) {
       return {.level = level,
               .codecs = {replay, rows},
               .shifts = CodecTrial::Shifts::for_speed,
-              .spare_share = 8,
+              .spare_share = 16,
               .spare_bits = 1};
     case Level::standard: break;
     case Level::best:
       return {.level = level,
               .codecs = {replay, rows, mixed},
+              .shifts = CodecTrial::Shifts::for_size,
               .sample_cells = 65536,
               .spare_share = 1 << 16,
               .spare_bits = 1 << 16};
   }
-  return {.level = level, .codecs = {replay, rows}, .shifts = CodecTrial::Shifts::for_size};
+  return {.level = level, .codecs = {replay, rows, mixed}, .shifts = CodecTrial::Shifts::for_size};
 }
 
 std::unique_ptr<SegmentEncoder> ChoosingEncoder::encoder_with(ConnectivityCodec codec) const {
@@ -100,19 +103,36 @@ Result<bool> ChoosingEncoder::shifts_do() const {
   if (trial_.shifts == CodecTrial::Shifts::no || sample_cells_ < trial_.sample_cells ||
       !takes_shifts(*schema_))
     return false;
-  const auto its = size_with(ConnectivityCodec::shifts);
+  const auto its = size_with(ConnectivityCodec::shifts, false);
   if (!its) return its.error();
   const std::uint64_t parts = trial_.shifts == CodecTrial::Shifts::for_size ? kShiftPart : 1;
   return 8 * its->all * parts <= kShiftBits * sample_cells_;
 }
 
+/// The fastest first. Unless speed is asked for, and felt, shifts are one like the others.
+std::vector<ConnectivityCodec> ChoosingEncoder::candidates() const {
+  std::vector<ConnectivityCodec> codecs = trial_.codecs;
+  const bool for_size = trial_.shifts == CodecTrial::Shifts::for_size;
+  if ((for_size || sample_cells_ < trial_.sample_cells) && takes_shifts(*schema_))
+    codecs.insert(codecs.begin(), ConnectivityCodec::shifts);
+  return codecs;
+}
+
 Result<ConnectivityCodec> ChoosingEncoder::smallest() const {
-  ConnectivityCodec best = trial_.codecs[0];
+  const std::vector<ConnectivityCodec> codecs = candidates();
+  ConnectivityCodec best = codecs[0];
   std::optional<Size> size;
-  for (ConnectivityCodec codec : trial_.codecs) {
+  for (ConnectivityCodec codec : codecs) {
+    if (codec == ConnectivityCodec::mixed && size && trial_.level != Level::best &&
+        size->topology * kMixedSavesTenths * trial_.spare_share < size->all * 10)
+      continue;
     const auto its = size_with(codec);
     if (!its) return its.error();
     if (size && !is_worth_it(*its, *size)) continue;
+    // Decoding mixed bits takes several times as long, of small meshes too.
+    if (size && codec == ConnectivityCodec::mixed && trial_.level != Level::best &&
+        (size->all - its->all) * trial_.spare_share <= size->all)
+      continue;
     size = *its;
     best = codec;
   }
@@ -132,7 +152,7 @@ bool ChoosingEncoder::is_worth_it(const Size& smaller, const Size& faster) const
 }
 
 Result<bool> ChoosingEncoder::shifts_are_as_small(ConnectivityCodec other) const {
-  const auto its = size_with(ConnectivityCodec::shifts, true), others = size_with(other, true);
+  const auto its = size_with(ConnectivityCodec::shifts), others = size_with(other);
   if (!its) return its.error();
   if (!others) return others.error();
   // What shifts themselves take they take at the beginning.

@@ -1,6 +1,6 @@
 // ChoosingEncoder: a SegmentEncoder that tries the codecs of hexahedra on the first cells of its
-// segment and goes on with the one that makes these smallest; values have no part in it.
-// It decides by coded cells alone: the same for any number of threads.
+// segment, with their coordinates and values, whose order a codec decides, and goes on with the
+// one that makes these smallest. It decides by these alone: the same for any number of threads.
 #pragma once
 
 #include <cstddef>
@@ -59,7 +59,8 @@ class ChoosingEncoder {
     std::uint64_t topology = 0;  ///< of these: connectivity, corner order, vertex numbers
   };
   /// Of the sample, with values at the level of the trial or without.
-  Result<Size> size_with(ConnectivityCodec codec, bool values = false) const;
+  Result<Size> size_with(ConnectivityCodec codec, bool values = true) const;
+  std::vector<ConnectivityCodec> candidates() const;
   bool is_worth_it(const Size& smaller, const Size& faster) const;
 
   const Schema* schema_;
