@@ -2,8 +2,9 @@
 
 import math
 import struct
+from bisect import bisect_left
 
-from .basics import MASK64, SCALAR_BYTES, Cursor, reject_unless, signed64, zstd_frame
+from .basics import FLOAT32, MASK64, SCALAR_BYTES, Cursor, reject_unless, signed64, zstd_frame
 from .coders import Bit, Bits, Compact, Mixer, Mixing, Models, Near, SignedCompact, SignedResidual, SplitDecoder
 from .coders import near, signed, tree
 from .domains import Domain, as_double
@@ -13,6 +14,8 @@ from .neighbourhoods import (BESIDE, BEYOND, CENTRE, DIAGONAL, FARTHER, FLAT, MI
 SHUFFLED_ZSTD, COLUMNS, MIXED_COLUMNS = 4, 9, 10
 WITH_TABLES = 16  # components at most
 MOST_CLASSES = 65535
+MOST_IN_LIST = 32768
+PARTNER = 29  # a mode
 _LATTICE_BITS = 0b1111111
 _FACES = ((0, 1), (0, 2), (1, 2))  # axes of diagonal i
 
@@ -38,6 +41,7 @@ class ComponentModels(Models):
         self.mode, self.second_mode, self.weight = Bits(), Bits(), SignedCompact()
         self.takes_second, self.escape, self.negative = Bits(), Bits(), Bits()
         self.residual = Models(Near)
+        self.is_recalled, self.rank, self.missed = Bits(), Models(Near), Near()
         self.mixed_residual = Models(SignedResidual)
 
 
@@ -53,6 +57,73 @@ class Class:
             self.weights = list(like.weights)
 
 
+class ValueList:
+    """Magnitudes so far, ascending, each with a value."""
+
+    def __init__(self):
+        self.magnitudes, self.values = [], {}
+
+    def add(self, magnitude, value):
+        if magnitude not in self.values:
+            if len(self.magnitudes) == MOST_IN_LIST:
+                self.magnitudes, self.values = [], {}
+            self.magnitudes.insert(self.rank(magnitude), magnitude)
+        self.values[magnitude] = value
+
+    def rank(self, magnitude):
+        return bisect_left(self.magnitudes, magnitude) if magnitude == magnitude else len(self.magnitudes)
+
+    def nearest(self, magnitude):
+        """None where there is none; how near is a difference of bits."""
+        at = self.rank(magnitude)
+        around = self.magnitudes[max(at - 1, 0) : at + 1]
+        return min(around, key=lambda m: abs(double_bits(m) - double_bits(magnitude)), default=None)
+
+
+class Source:
+    def __init__(self):
+        self.here = self.there = None
+        self.direction, self.trust = 1, 0
+
+
+class Recalled(ValueList):
+    """The list of recalled values: with the number of the last element of each, and the sources of classes."""
+
+    def __init__(self):
+        super().__init__()
+        self.number, self.sources = [], {}
+
+    def next_of(self, source):
+        n = len(self.number)
+        i = source.there + source.direction * (n - source.here)
+        return self.number[i] if 0 <= i < n and n - i <= MOST_IN_LIST else None
+
+    def start(self, class_, v):
+        """A rank, and whether it is by a source."""
+        source = self.sources.get(class_)
+        if source and source.trust >= 2:
+            following = self.next_of(source)
+            if following is not None:
+                return self.rank(following), 1
+        return self.rank(abs(v)), 0
+
+    def take(self, class_, k):
+        magnitude = self.magnitudes[k]
+        j, n = self.values[magnitude], len(self.number)
+        source = self.sources.get(class_)
+        if source:
+            source.trust = min(source.trust + 1, 3) if self.next_of(source) == magnitude else max(source.trust - 1, 0)
+            if abs(j - source.there) == n - source.here:
+                source.direction = 1 if j - source.there == n - source.here else -1
+        else:
+            source = self.sources[class_] = Source()
+        source.here, source.there = n, j
+
+    def note(self, magnitude):
+        self.add(magnitude, len(self.number))
+        self.number.append(magnitude)
+
+
 class Component:
     """What a column keeps of one component."""
 
@@ -62,6 +133,8 @@ class Component:
         self.reference_state, self.reference_third = {}, {}  # with references
         self.last = self.before_last = self.last_reference = self.before_last_reference = 0.0
         self.last_size = self.last_escape = self.last_negative = 0
+        self.recalled, self.last_recalled, self.rank_length, self.missed_length = {}, 0, [0, 0], 0
+        self.values_so_far, self.references_so_far = Recalled(), ValueList()
         self.classes, self.families = {}, {}
         self.matches, self.match_bits, self.values = [{}, {}, {}], 0, 0
         self.mixing = Mixing()
@@ -82,7 +155,7 @@ class Component:
 
     def skip(self, slot):
         self.state[slot], self.third[slot] = self.last, 0.0
-        self.size[slot] = self.second[slot] = 0
+        self.size[slot] = self.second[slot] = self.recalled[slot] = 0
         self.reference_state[slot], self.reference_third[slot] = self.last_reference, 0.0
 
 
@@ -206,7 +279,7 @@ class Around:
             return self.last
         if mode == 21:
             return 2.0 * self.last - self.before_last
-        if mode <= 26:
+        if mode <= 26 or mode == PARTNER:
             return others(mode)
         if mode == 27:
             return self._fitted(weights)
@@ -245,8 +318,10 @@ def towards(w):
 class Column:
     """One column, as long as it goes on: for a segment, or for the chunks of a step."""
 
-    def __init__(self, array, with_tables, referring=False):
+    def __init__(self, array, with_tables, earlier_values, referring=False):
         self.array, self.with_tables, self.referring = array, with_tables, referring
+        self.earlier_values = with_tables and earlier_values  # may be recalled, and have partners
+        self.last_mode = PARTNER if self.earlier_values else PARTNER - 1
         self.type, self.width = array.type, SCALAR_BYTES[array.type]
         self.reach_models, self.matches_model = Bits(), Bit()
         self.components = [Component(Domain(array.type, array.quantization, c)) for c in range(array.components)]
@@ -263,8 +338,10 @@ class Column:
         most_entries = decoded_bytes // self.array.element_bytes()
         domains = []
         for component in self.components:
-            component.domain.read(self.source, component.models, domains, most_entries, component.translate)
+            component.domain.read(self.source, component.models, domains, most_entries, self.earlier_values,
+                                  component.translate)
             domains.append(component.domain)
+            
         found, first = [], 0
         for elements, skipped in tiles:
             found.append(self._tile(elements, skipped, references, first))
@@ -310,10 +387,10 @@ class Column:
         if self.referring and not source.bit(models["same_input"]):
             chosen.input = 1 - chosen.input
         if not source.bit(models["same_mode"]):
-            chosen.mode = min(tree(source, models.mode, 5), 28)
+            chosen.mode = min(tree(source, models.mode, 5), self.last_mode)
         if not source.bit(models["same_second"]):
             second = tree(source, models.second_mode, 5)
-            chosen.second_mode = second if second < 29 else None
+            chosen.second_mode = second if second <= self.last_mode else None
         if 27 in (chosen.mode, chosen.second_mode) and not source.bit(models["same_weights"]):
             if source.bit(models["family_weights"]):
                 like = component.families.get(family)
@@ -371,11 +448,21 @@ class Column:
                 then = component.last_reference
             of_reference = Around(item, known, component.reference_state, component.reference_third,
                                   component.last_reference, component.before_last_reference)
+        x = as_double(self.type, reference) if self.referring else math.nan
+        may_have_partner = domain.partners and math.isfinite(x)
+        partner = self._partner(x) if may_have_partner else None
+        mode, second_mode = chosen.mode, chosen.second_mode
+        if partner is None:
+            second_mode = None if second_mode == PARTNER else second_mode
+            if mode == PARTNER:
+                mode, second_mode = second_mode or 0, None
         differs = chosen.input == 1
         used = around.minus(of_reference) if differs else around
         places = self._match_places(item, known, around, e) if self.matching else None
 
         def others(mode):
+            if mode == PARTNER:
+                return partner[0] - partner[1] if differs else partner[0]
             if not self.matching or (mode >= 25 and c == 0):
                 p = 0.0
             elif mode <= 24:
@@ -396,7 +483,7 @@ class Column:
             s = domain.state(domain.index(around.lattice()))
             return s if math.isfinite(s) else 0.0
 
-        size = second = escape = 0
+        size = second = escape = recalled = 0
         if domain.escapes:
             escape = component.last_escape = source.bit(models.escape[component.last_escape])
         if escape:
@@ -407,15 +494,15 @@ class Column:
             state = substitute()
         else:
             near_slots = [item.at[a] for a in range(3) if known >> a & 1]
-            p = predict(chosen.mode)
-            index, not_taken = domain.index(p), chosen.second_mode
-            if chosen.second_mode is not None:
-                q = predict(chosen.second_mode)
+            p = predict(mode)
+            index, not_taken = domain.index(p), second_mode
+            if second_mode is not None:
+                q = predict(second_mode)
                 if domain.index(q) != index:
                     seconds = sum(component.second.get(s, 0) for s in near_slots)
                     second = source.bit(models.takes_second[number, seconds])
                     if second:
-                        p, index, not_taken = q, domain.index(q), chosen.mode
+                        p, index, not_taken = q, domain.index(q), mode
             r, m = 0, 0
             scale = domain.scale(p)
             relative = lambda s: 0 if s == 0 else max(1, min(s - scale, 64))
@@ -424,7 +511,15 @@ class Column:
                 relative(component.last_size)
             other = 0 if c == 0 else 1 if self.before[c - 1][e][1] == 0 else 2
             context = size_class(m), other, second
-            if self.mixed:
+            may_recall = domain.recalls and not domain.table
+            if may_recall and component.values_so_far.magnitudes:
+                near_ones = sum(component.recalled.get(s, 0) for s in near_slots)
+                start, by_source = component.values_so_far.start(number, domain.as_value(p))
+                recalled = source.bit(models.is_recalled[by_source, component.last_recalled, near_ones])
+                component.last_recalled = recalled
+            if recalled:
+                r = signed64(self._recalled_index(start, by_source, number, domain.as_value(p) < 0) - index)
+            elif self.mixed:
                 self._about(mixer, item, known, number, e, index, second, relative, used, predict, not_taken)
                 r = signed(mixer, models.mixed_residual[context])
             else:
@@ -446,6 +541,8 @@ class Column:
             state = domain.state(index)
             if not math.isfinite(state):
                 state = substitute()
+            if may_recall:
+                component.values_so_far.note(abs(domain.as_value(state)))
 
         has_third = item.kind in (MIDPOINT, CENTRE)
         if not has_third:
@@ -453,7 +550,7 @@ class Column:
             has_third = known & wanted == wanted
         component.state[slot] = state
         component.third[slot] = state - around.lattice() if has_third else 0.0
-        component.size[slot], component.second[slot] = size, second
+        component.size[slot], component.second[slot], component.recalled[slot] = size, second, recalled
         component.last_size = size
         component.before_last, component.last = component.last, state
         if self.referring:
@@ -461,11 +558,43 @@ class Column:
             component.reference_third[slot] = then - of_reference.lattice() if has_third else 0.0
             component.before_last_reference, component.last_reference = component.last_reference, then
         stood = domain.as_value(state)
+        if may_have_partner:
+            component.references_so_far.add(abs(x), -stood if x < 0 else stood)
         if places:
             for table, (place, negative) in zip(component.matches, places):
                 table[place] = (stood, negative)
         kept.append((stood, size))
         return value
+
+    def _partner(self, x):
+        """P and T of an element that refers to x; None: it has no partner."""
+        references, domain = self.component.references_so_far, self.component.domain
+        near_one = references.nearest(abs(x))
+        most = 2 ** (37 if self.type == FLOAT32 else 24)
+        if near_one is None or abs(double_bits(near_one) - double_bits(abs(x))) > most:
+            return None
+        found = []
+        for value in (references.values[near_one], near_one):
+            state = domain.from_value(-value if x < 0 else value)
+            found.append(state if math.isfinite(state) else 0.0)
+        return found
+
+    def _recalled_index(self, start, by_source, class_, negative):
+        component, models, domain = self.component, self.component.models, self.component.domain
+        so_far = component.values_so_far
+        by, component.rank_length[by_source] = self._signed_length(models.rank[by_source],
+                                                                   component.rank_length[by_source])
+        rank = signed64(start + by)
+        reject_unless(0 <= rank < len(so_far.magnitudes), "a value recalled that is none")
+        so_far.take(class_, rank)
+        magnitude = so_far.magnitudes[rank]
+        base = domain.index(domain.from_value(-magnitude if negative else magnitude))
+        missed, component.missed_length = self._signed_length(models.missed, component.missed_length)
+        return signed64(base + missed)
+
+    def _signed_length(self, model, length):
+        number = self._residual(model, length)
+        return number, 64 if number == -(2**63) else abs(number).bit_length()
 
     def _residual(self, model, m):
         k = near(self.source, model, m)

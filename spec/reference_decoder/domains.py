@@ -9,6 +9,7 @@ from .basics import FLOAT32, FLOAT64, MASK32, MASK64, SCALAR_BYTES, SCALAR_CODES
 from .coders import number, signed, tree
 
 FLOATS, NARROW, BINARY, DECIMAL, DIGITS, INTEGERS, QUANTIZED = range(7)
+MORE = 7  # the kind stands behind what else there is
 _EXPONENTS = {FLOATS: (0, 0), NARROW: (0, 0), BINARY: (-971, 1074), DECIMAL: (-22, 22), DIGITS: (1, 15),
               INTEGERS: (0, 0), QUANTIZED: (0, 0)}
 TEN = [float(10**k) for k in range(23)]  # all exact
@@ -69,6 +70,7 @@ class Domain:
         if self.quantized:
             self.minimum, self.step = quantization.minimum[component], quantization.step()
         self.exponent, self.negative_zero, self.escapes, self.table = 0, 0, 1, None
+        self.recalls = self.partners = 0  # section 24
         self.kind = QUANTIZED if self.quantized else FLOATS if self.floating else INTEGERS
         self.choose()
 
@@ -194,11 +196,16 @@ class Domain:
 
     # ------------------------------------------------------------------ The domain of a group
 
-    def read(self, source, models, before, most_entries, translate):
-        """`before`: the domains of the components before; translate(old, new) when the domain becomes another."""
+    def read(self, source, models, before, most_entries, earlier_values, translate):
+        """`before`: the domains of the components before; `earlier_values`: may be recalled, and have partners;
+        translate(old, new) when the domain becomes another."""
         old_table = self.table or []
         if not source.bit(models["same_domain"]):
             kind = tree(source, models.kind, 3)
+            self.recalls = self.partners = 0
+            if kind == MORE and earlier_values:
+                self.recalls, self.partners = source.bit(models["recalls_flag"]), source.bit(models["partners_flag"])
+                kind = tree(source, models.kind, 3)
             exponent = signed(source, models.exponent) & MASK32
             exponent -= (exponent >> 31) << 32
             self.negative_zero = source.bit(models["negative_zero_flag"])

@@ -118,6 +118,7 @@ class File:
             raise ShmError("the first chunk is no schema", "chunk header", 16)
         self.schema_payload = chunk.payload
         self.schema = read_schema(chunk.payload, chunk.base(), data[8:16])
+        self.schema.earlier_values = data[10] >= 10  # the minor version
         self.entries = [(chunk.kind, 16, 32 + len(chunk.payload))]
         self.totals = Totals(block_cells=[0] * len(self.schema.blocks))
         self.groups, self.segment, self.imported = [], None, Imported()

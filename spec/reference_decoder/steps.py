@@ -93,7 +93,7 @@ class StepValues:
         if self.column is None or self.groups[group].segment != self.groups[self.group].segment:
             array = self.schema.arrays[index]
             if array.components <= IN_COLUMNS:
-                self.column = Column(array, array.components <= WITH_TABLES)
+                self.column = Column(array, array.components <= WITH_TABLES, self.schema.earlier_values)
             self.column_reference = None
         self.group = group
 

@@ -330,6 +330,54 @@ inline TestMesh special_values() {
 }
 
 /// An extra large enough for planes: faces of four vertices.
+/// Noise that is the same, but for signs and last bits, on both sides of a mirror: of the vertices
+/// of a grid that is 5 cells wide, or of its cells.
+inline std::vector<std::byte> mirrored_noise(std::uint64_t count, bool of_cells,
+                                             std::uint64_t seed) {
+  const std::uint64_t row = of_cells ? 5 : 6;
+  std::vector<std::byte> bytes;
+  for (std::uint64_t v = 0; v < count; ++v) {
+    const std::uint64_t x = v % row;
+    const bool behind = 2 * x >= row;
+    PlainRandom random(1000 * seed + 6 * (v / row) + (behind ? row - 1 - x : x));
+    const double size = 1 + static_cast<double>(random.below(1 << 30)) / (1 << 30) / 3;
+    const double value = behind ? -size * (1 + static_cast<double>(v % 3) * 0x1p-50) : size;
+    if (of_cells)
+      append(bytes, static_cast<float>(value));
+    else
+      append(bytes, value);
+  }
+  return bytes;
+}
+
+/// A static array of values that are recalled, and stepped ones whose elements have partners.
+inline std::vector<std::byte> mirrored_file(Level level) {
+  TestMesh mesh = bent_grid(5, 4, 3);
+  mesh.schema.arrays.push_back(array_of("s", Location::point, ScalarType::float64));
+  mesh.arrays.push_back(mirrored_noise(mesh.vertices, false, 0));
+  for (const auto& [name, where, type] : {std::tuple("u", Location::point, ScalarType::float64),
+                                          std::tuple("q", Location::cell, ScalarType::float32)}) {
+    ArrayInfo info = array_of(name, where, type);
+    info.per_step = true;
+    mesh.schema.arrays.push_back(info);
+  }
+  MemorySink sink;
+  WriteOptions options;
+  options.level = level;
+  options.group_cells = 40;
+  EXPECT_TRUE(write_mesh(mesh, sink, options, [&](Writer& writer) -> Result<void> {
+    for (std::uint64_t step = 0; step < 3; ++step)
+      for (const bool of_cells : {false, true})
+        if (auto good = writer.add_step_values(
+                of_cells ? 2 : 1, step,
+                mirrored_noise(of_cells ? mesh.cells.size() : mesh.vertices, of_cells, step + 1));
+            !good)
+          return good;
+    return {};
+  }));
+  return std::move(sink.bytes);
+}
+
 inline std::vector<std::byte> large_extras_file() {
   TestMesh mesh = bent_grid(2, 2, 2);
   MemorySink sink;
@@ -555,6 +603,8 @@ inline std::vector<FeatureFile> feature_files() {
   add("steps_and_extras_stream", steps_and_extras_file(stream));
   add("steps_that_stand_alone", steps_and_extras_file(keep, 1));
   add("large_extras", large_extras_file());
+  add("mirrored", mirrored_file(Level::standard));
+  add("mirrored_best", mirrored_file(Level::best));
   add("segments", segments_file(keep, true, 3, 7));
   add("segments_stream", segments_file(stream, false, 0, 6));
   add("shifts", shifts_file(Level::fast));

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <functional>
 #include <limits>
+#include <map>
 #include <optional>
 #include <random>
 #include <utility>
@@ -483,6 +484,88 @@ TEST(ValueColumn, CopiesAreFound) {
   EXPECT_LT(both, first + first / 4);
 }
 
+/// Noise that is the same, but for sign and some last bits, on both sides of a mirror.
+std::vector<double> mirrored(const Elements& elements, std::uint64_t seed, double apart) {
+  std::map<Point, double> there;
+  std::mt19937_64 random(seed);
+  std::vector<double> values;
+  for (const Point& p : elements.points) {
+    const Point folded = {std::min(p[0], 13 - p[0]), p[1], p[2]};
+    const auto [found, is_new] =
+        there.try_emplace(folded, 1 + static_cast<double>(random() % (1u << 30)) / (1u << 30) / 3);
+    const double last_bits = is_new ? 0 : apart * static_cast<double>(random() % 1000);
+    values.push_back(p[0] == folded[0] ? found->second : -found->second * (1 + last_bits));
+  }
+  return values;
+}
+
+// The other half of a mesh has about the same values, of any sign.
+TEST(ValueColumn, EarlierValuesAreRecalled) {
+  for (double apart : {0.0, 0x1p-50})
+    for (Level level : {Level::fast, Level::standard, Level::best}) {
+      std::vector<double> values = mirrored(vertices(), 4, apart);
+      for (double& v : values) v = std::fabs(v) * 1.1;
+      Plan plan;
+      plan.level = level;
+      plan.groups = {500};
+      const std::size_t bytes =
+          expect_back(info_of(ScalarType::float64), vertices(), packed(values), plan);
+      EXPECT_LT(bytes, values.size() * (apart == 0 ? 5 : 6));  // noise takes seven
+      for (double& v : values) v = static_cast<double>(static_cast<float>(v));
+      expect_back(info_of(ScalarType::float64), vertices(), packed(values), plan);
+      values[600] = std::numeric_limits<double>::quiet_NaN();
+      values[601] = -std::numeric_limits<double>::infinity();
+      values[602] = -0.0;
+      expect_back(info_of(ScalarType::float64), vertices(), packed(values), plan);
+    }
+}
+
+/// Bytes of the values with a reference; they come back.
+std::size_t expect_back_with(const ArrayInfo& info, const Elements& elements, const Bytes& values,
+                             const Bytes& reference, const Plan& plan) {
+  const std::size_t stride = scalar_bytes(info.type) * info.components;
+  Encoder encoder(info, {});
+  Decoder decoder(info, {});
+  encoder.use_reference();
+  decoder.use_reference();
+  Bytes back;
+  std::size_t bytes = 0, at = 0;
+  for_each_group(elements, plan, [&](std::size_t, const TiledItems& part) {
+    const EncodedColumn coded =
+        encoder.encode(part, values.data() + at, stride, plan.level, reference.data() + at);
+    bytes += coded.bytes.size();
+    EXPECT_TRUE(decoder.begin_group(coded.codec, coded.bytes, 1 << 24));
+    for (std::size_t t = 0; t < part.tile_begin.size(); ++t)
+      EXPECT_TRUE(decoder.decode_tile(part.tile(t), back, reference.data() + back.size()));
+    at += part.items.size() * stride;
+  });
+  EXPECT_TRUE(back == values) << scalar_name(info.type);
+  return bytes;
+}
+
+// What was the same a step ago is the same again.
+TEST(ValueColumn, PartnersAreFound) {
+  for (double apart : {0.0, 0x1p-50})
+    for (Level level : {Level::fast, Level::standard, Level::best}) {
+      Plan plan;
+      plan.level = level;
+      plan.groups = {500, 510};
+      plan.tiles = {100, 700};
+      std::vector<double> before = mirrored(vertices(), 5, apart);
+      std::vector<double> now = mirrored(vertices(), 6, apart);
+      const std::size_t bytes = expect_back_with(info_of(ScalarType::float64), vertices(),
+                                                 packed(now), packed(before), plan);
+      EXPECT_LT(bytes, now.size() * (apart == 0 ? 9 : 11) / 2);  // noise takes seven
+      before[3] = before[700] = std::numeric_limits<double>::infinity();
+      now[5] = now[800] = std::numeric_limits<double>::quiet_NaN();
+      expect_back_with(info_of(ScalarType::float64), vertices(), packed(now), packed(before), plan);
+      const std::vector<float> narrow_before(before.begin(), before.end());
+      const std::vector<float> narrow(now.begin(), now.end());
+      expect_back_with(info_of(ScalarType::float32), vertices(), packed(narrow),
+                       packed(narrow_before), plan);
+    }
+}
+
 // A lone NaN or infinity does not make its neighbours dear.
 TEST(ValueColumn, NonFiniteNeighboursDoNotSpread) {
   std::vector<double> values(vertices().size(), 1.5);
@@ -520,7 +603,7 @@ struct Victim {
 std::vector<Victim> victims() {
   std::mt19937_64 random(10);
   std::vector<Victim> all;
-  for (int kind = 0; kind < 24; ++kind) {
+  for (int kind = 0; kind < 32; ++kind) {
     Victim it;
     it.elements = grid({4, 3, 3}, kind % 2 == 1);
     it.plan = some_plan(it.elements, random);
@@ -535,7 +618,10 @@ std::vector<Victim> victims() {
           switch (kind / 8) {
             case 0: return smooth(p, c);
             case 1: return std::round(smooth(p, c) * 10) / 10;
-            default: return static_cast<double>(random() % 5) * 3.7;
+            case 2: return static_cast<double>(random() % 5) * 3.7;
+            default:  // about as large as some other one
+              return std::sqrt(3.0 + static_cast<double>(random() % 20)) *
+                     (1 + static_cast<double>(random() % 9) * 0x1p-50);
           }
         });
     it.coded = encode(it.info, it.elements, values, it.plan);
@@ -616,8 +702,8 @@ TEST(ValueColumn, DomainsChangeInProportionToElements) {
 
   // Who does not care is refused, but not before.
   const auto shared = std::make_shared<const ArrayInfo>(info);
-  ScalarColumn<SplitEncoder> careless(shared, 0);
-  ScalarColumn<SplitDecoder> reader(shared, 0);
+  ScalarColumn<SplitEncoder> careless(shared, 0, true);
+  ScalarColumn<SplitDecoder> reader(shared, 0, true);
   careless.state().make_room(kSlots - 1);
   reader.state().make_room(kSlots - 1);
   int changes = 0;

@@ -299,6 +299,7 @@ Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
   ByteReader fields(*blob);
   auto schema = std::make_unique<Schema>();
   if (!get(fields, *schema, limits_)) return wrong(ErrorCode::corrupt, "makes no sense");
+  schema->earlier_values = container::has_earlier_values(start_);
   if (auto good = check_schema(*schema, limits_); !good) {
     const bool limit = good.error().code == ErrorCode::over_limit;
     return wrong(limit ? ErrorCode::over_limit : ErrorCode::corrupt, good.error().detail);

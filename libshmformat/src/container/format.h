@@ -70,6 +70,8 @@ struct FileStart {
 inline bool is_known_version(const FileStart& start) {
   return start.major == kMajor && (start.minor == 1 || start.minor == 9 || start.minor == kMinor);
 }
+/// Whether values in a file of that version may be coded by earlier ones.
+inline bool has_earlier_values(const FileStart& start) { return start.minor >= 10; }
 inline constexpr std::size_t kFileStartBytes = 16;
 void put(ByteWriter& out, const FileStart& start);
 /// The bytes after the signature.

@@ -578,6 +578,7 @@ Result<Schema> schema_of_file(Schema schema, const WriteOptions& options) {
   if (auto good = check_schema(schema); !good) return good.error();
   if (auto good = check_options(schema, options); !good) return good.error();
   schema.step_references = std::min(schema.step_references, most_referred(schema, options));
+  schema.earlier_values = true;
   return schema;
 }
 

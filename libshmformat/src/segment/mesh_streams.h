@@ -63,17 +63,19 @@ inline constexpr std::uint64_t kTileBytes = std::uint64_t{1} << 22;
 
 /// Coordinates, as if they were an array.
 ArrayInfo coordinates_info(const Schema& schema);
-/// Calls visit(info, blocks, repeats, tables) with what makes each ValueColumn of static values:
+/// Calls visit(info, blocks, traits) with what makes each ValueColumn of static values:
 /// geometry, then the static arrays in schema order.
 template <class Visit>
 void for_each_static_column(const Schema& schema, Visit&& visit) {
-  visit(coordinates_info(schema), std::vector<std::uint32_t>(), false, true);
+  ColumnTraits traits{.repeats = false, .earlier_values = schema.earlier_values};
+  visit(coordinates_info(schema), std::vector<std::uint32_t>(), traits);
+  traits.repeats = true;
   std::uint32_t room = kMostTableComponentsInAll - 3;  // for tables
   for (const ArrayInfo& info : schema.arrays) {
     if (info.per_step) continue;
-    const bool tables = info.components <= std::min(kMostTableComponents, room);
-    if (tables) room -= info.components;
-    visit(info, info.blocks, true, tables);
+    traits.tables = info.components <= std::min(kMostTableComponents, room);
+    if (traits.tables) room -= info.components;
+    visit(info, info.blocks, traits);
   }
 }
 

@@ -45,8 +45,15 @@ std::optional<ValueDomain> ColumnModels<Coder>::code_domain(Coder& coder, const 
                                                             ValueDomain domain) {
   if (coder.bit(same_domain_, domain == now)) return now;
   DomainModels& models = domain_.get();
-  domain.kind = static_cast<DomainKind>(
-      code_tree(coder, models.kind, static_cast<std::uint32_t>(domain.kind)));
+  const auto code_kind = [&](std::uint32_t kind) { return code_tree(coder, models.kind, kind); };
+  const bool more = domain.recalls || domain.partners;
+  std::uint32_t kind = code_kind(more ? kDomainKinds : static_cast<std::uint32_t>(domain.kind));
+  if (kind == kDomainKinds && last_mode_ == kPartnerMode) {
+    domain.recalls = coder.bit(models.recalls, domain.recalls);
+    domain.partners = coder.bit(models.partners, domain.partners);
+    kind = code_kind(static_cast<std::uint32_t>(domain.kind));
+  }
+  domain.kind = static_cast<DomainKind>(kind);
   if (static_cast<std::uint32_t>(domain.kind) >= kDomainKinds) return std::nullopt;
   domain.exponent = static_cast<std::int32_t>(code_signed(coder, models.exponent, domain.exponent));
   domain.negative_zero = coder.bit(models.negative_zero, domain.negative_zero);
@@ -86,10 +93,10 @@ void ColumnModels<Coder>::code_modes(Coder& coder, std::uint32_t of_class, bool 
   if (has_reference && !coder.bit(same_input_, wanted.input == it.input))
     it.input = it.input == kStates ? kDifferences : kStates;
   if (!coder.bit(same_mode_, wanted.mode == it.mode))
-    it.mode = std::min<std::uint32_t>(code_tree(coder, mode_, wanted.mode), kModes - 1);
+    it.mode = std::min(code_tree(coder, mode_, wanted.mode), last_mode_);
   if (!coder.bit(same_second_, wanted.second == it.second)) {
     it.second = code_tree(coder, second_, wanted.second);
-    if (it.second >= kModes) it.second = kNoMode;
+    if (it.second > last_mode_) it.second = kNoMode;
   }
   std::uint16_t& last = last_coded_[tile_classes_.families[of_class]];
   if (it.mode == kFittedMode || it.second == kFittedMode)
@@ -121,6 +128,22 @@ template <class Coder>
 std::int64_t ColumnModels<Coder>::code_residual(Coder& coder, const ResidualContext& context,
                                                 bool second, std::int64_t residual) {
   return code_near_length(coder, residuals_.of(number_of(context, second)), context.mean, residual);
+}
+
+template <class Coder>
+std::int64_t ColumnModels<Coder>::code_rank(Coder& coder, bool by_source, std::int64_t by) {
+  auto& from = recall_.get().from[by_source ? 1 : 0];
+  by = code_near_length(coder, from.ranks, from.length, by);
+  from.length = bit_length(by);
+  return by;
+}
+
+template <class Coder>
+std::int64_t ColumnModels<Coder>::code_recalled(Coder& coder, std::int64_t residual) {
+  RecallModels& models = recall_.get();
+  residual = code_near_length(coder, models.residuals, models.length, residual);
+  models.length = bit_length(residual);
+  return residual;
 }
 
 template <class Coder>

@@ -25,6 +25,8 @@ namespace shm {
 template <class Coder>
 class ColumnModels {
  public:
+  /// `last`: the last mode that there is.
+  explicit ColumnModels(Mode last) : last_mode_(last) {}
   // --- a group
 
   /// The domain of the group, which is `now` before it; nothing for damage.
@@ -76,6 +78,17 @@ class ColumnModels {
   std::int64_t code_mixed_residual(Coder& coder, const ResidualContext& context, bool second,
                                    const SizesAround& sizes, std::uint32_t of_class,
                                    const OtherPredictions& others, std::int64_t residual);
+  /// Whether a value is recalled, as so many of the near ones are. `by_source`: whether it is known
+  /// which one would follow.
+  bool code_is_recalled(Coder& coder, bool by_source, std::uint32_t near, bool is) {
+    RecallModels& models = recall_.get();
+    auto& bits = models.from[by_source ? 1 : 0].is_recalled[models.last ? 1 : 0];
+    return models.last = coder.bit(bits[near], is);
+  }
+  /// Of a recalled value: by how much its rank is another one than expected, and then what the
+  /// value of that rank misses.
+  std::int64_t code_rank(Coder& coder, bool by_source, std::int64_t by);
+  std::int64_t code_recalled(Coder& coder, std::int64_t residual);
   /// Whether a zero is -0.0.
   bool code_negative_zero(Coder& coder, bool negative) {
     return last_negative_ = coder.bit(negative_[last_negative_], negative);
@@ -85,7 +98,7 @@ class ColumnModels {
   using SignedNumberModel = SignedModel<CompactNumberModel>;
   /// Of another domain.
   struct DomainModels {
-    AdaptiveBit negative_zero, escapes;
+    AdaptiveBit negative_zero, escapes, recalls, partners;
     TreeModel<3> kind;
     SignedNumberModel exponent;
   };
@@ -93,6 +106,19 @@ class ColumnModels {
   struct Mixed {
     MixingCoder<Coder> coder{1};
     LazyModels<SignedModel<ResidualModelOf<MixedBit>>> residuals;  // by context
+  };
+  /// Recalled values.
+  struct RecallModels {
+    /// Where ranks start from a prediction, or from a source.
+    struct From {
+      std::array<std::array<AdaptiveBit, 4>, 2> is_recalled{};  // by `last`, how many near ones are
+      std::uint32_t length = 0;                                 // of the last rank, in bits
+      NearModel ranks;
+    };
+    std::array<From, 2> from;
+    bool last = false;         // whether the last value was one
+    std::uint32_t length = 0;  // of what the last one missed, in bits
+    NearModel residuals;
   };
   /// Of a class of neighbourhoods.
   struct Class {
@@ -105,6 +131,7 @@ class ColumnModels {
                   std::span<const ClassModes> wanted);
   void code_weights(Coder& coder, const Weights& wanted, const Weights& family, Weights& weights);
 
+  std::uint32_t last_mode_;
   AdaptiveBit same_domain_, has_table_;
   LazyModel<DomainModels> domain_;
   LazyModel<RankTableModels> table_;
@@ -122,6 +149,7 @@ class ColumnModels {
   AdaptiveBit same_escape_;
   LazyModels<NearModel> residuals_;  // by context
   LazyModel<Mixed> mixed_;
+  LazyModel<RecallModels> recall_;
 };
 
 extern template class ColumnModels<SplitEncoder>;

@@ -1,6 +1,7 @@
 #include "values/column_state.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace shm {
 namespace {
@@ -45,7 +46,7 @@ void ColumnState::Slots::make_room(std::uint32_t slot, bool has_reference) {
   const std::size_t last = states.size() - 1;
   shm::make_room(thirds, last);
   shm::make_room(sizes, last);
-  shm::make_room(seconds, last);
+  shm::make_room(marks, last);
   if (has_reference) shm::make_room(references, last);
 }
 
@@ -55,7 +56,7 @@ void ColumnState::skip(const Neighbourhood& item) {
   slots_.states[item.self] = last_;
   slots_.thirds[item.self] = 0.0;
   slots_.sizes[item.self] = 0;
-  slots_.seconds[item.self] = 0;
+  slots_.marks[item.self] = 0;
   if (has_reference_) slots_.references[item.self] = {last_reference_, 0.0};
 }
 
@@ -101,9 +102,31 @@ void ColumnState::find_matches(TileElement& element) const {
   element.places = {keys[0].place(), keys[1].place(), keys[2].place()};
 }
 
+bool ColumnState::may_be_partners(ScalarType type, std::uint64_t one, std::uint64_t other) {
+  const std::uint64_t reach = std::uint64_t{1} << (type == ScalarType::float32 ? 37 : 24);
+  return (one < other ? other - one : one - other) <= reach;
+}
+
+void ColumnState::find_partner(TileElement& element, std::uint64_t reference) const {
+  if (!domain_.partners) return;
+  const double then = scalar_as_double(info_->type, reference);
+  if (!is_finite(then)) return;
+  element.key = {SortedValues::magnitude_of(then), true, then < 0};
+  const auto* found = references_so_far_.nearest(element.key.magnitude);
+  if (found == nullptr) return;
+  if (!may_be_partners(info_->type, element.key.magnitude, found->magnitude)) return;
+  const auto its = std::bit_cast<double>(found->magnitude);
+  const auto state = [&](double value) {
+    const double is = translator_.from_value(element.key.negative ? -value : value);
+    return is_finite(is) ? is : 0.0;
+  };
+  element.partner = {true, state(found->value), state(its)};
+}
+
 double ColumnState::farther_feature(const TileElement& element, std::uint32_t feature) const {
   if (feature < kFLast) return slots_.thirds[element.item.at[feature - kFThird]];
-  if (feature >= kFOther) return other_value(element);
+  if (feature == kFPartner) return element.partner.state;
+  if (feature == kFOther) return other_value(element);
   if (feature >= kFMatch) return match(feature - kFMatch, element);
   return feature == kFLast ? last_ : before_last_;
 }
@@ -117,6 +140,7 @@ void ColumnState::features(const TileElement& element, std::uint32_t known,
     if ((known >> (kFThird + a) & 1) != 0) states[kFThird + a] = slots_.thirds[item.at[a]];
   states[kFLast] = last_;
   states[kFBeforeLast] = before_last_;
+  states[kFPartner] = element.partner.state;
   if (!uses_matches_) return;
   for (std::uint32_t m = 0; m < kMatchKinds; ++m) states[kFMatch + m] = match(m, element);
   states[kFOther] = other_value(element);
@@ -158,6 +182,10 @@ void ColumnState::keep(const TileElement& element, double state, double lattice)
   slots_.states[item.self] = state;
   before_last_ = last_;
   last_ = state;
+  if (element.key.is) {
+    const double value = translator_.as_value(state);
+    references_so_far_.add(element.key.magnitude, element.key.negative ? -value : value);
+  }
   if (!uses_matches_) return;
   coded_.values[element.i] = translator_.as_value(state);
   matches_.remember(element.places, coded_.values[element.i]);
@@ -179,7 +207,7 @@ ColumnState::Loan::Loan(ColumnState& lender, std::span<const Neighbourhood> item
   kept_.reserve(items.size());
   for (const Neighbourhood& item : items) {
     const std::uint32_t s = item.self;
-    kept_.push_back({slots_.states[s], slots_.thirds[s], slots_.sizes[s], slots_.seconds[s],
+    kept_.push_back({slots_.states[s], slots_.thirds[s], slots_.sizes[s], slots_.marks[s],
                      lender.has_reference_ ? slots_.references[s] : Reference()});
   }
 }
@@ -192,7 +220,7 @@ void ColumnState::Loan::give_back(ColumnState& borrower) {
     slots.states[s] = kept.state;
     slots.thirds[s] = kept.third;
     slots.sizes[s] = kept.size;
-    slots.seconds[s] = kept.second;
+    slots.marks[s] = kept.marks;
     if (lender_.has_reference_) slots.references[s] = kept.reference;
   }
 }

@@ -3,6 +3,7 @@
 //   state      a value as a number of the domain at hand
 //   third      what the lattice missed at an element
 //   reference  state and third of the value that an element refers to, where there are references
+//   partner    the earlier element whose reference is as large as that of the element at hand
 // spec: "Value columns"
 #pragma once
 
@@ -15,6 +16,8 @@
 
 #include "bytes/lists.h"
 #include "values/neighbourhood.h"
+#include "values/recalled_values.h"
+#include "values/sorted_values.h"
 #include "values/value_domain.h"
 #include "values/value_predictor.h"
 
@@ -49,6 +52,15 @@ struct TileElement {
   std::size_t i;
   const Neighbourhood& item = tile.items[i];
   MatchTables::Places places{};  ///< of ColumnState::find_matches()
+  /// Of ColumnState::find_partner(): the value that the element refers to, if it can have partners.
+  struct Key {
+    std::uint64_t magnitude = 0;
+    bool is = false, negative = false;
+  } key{};
+  struct Partner {
+    bool is = false;
+    double state = 0.0, then = 0.0;  ///< of the partner, and of what it refers to
+  } partner{};
 
   std::uint32_t of_class() const { return tile.classes.of_item[i]; }
 };
@@ -104,6 +116,11 @@ class ColumnState {
 
   /// Before feature() and features().
   void find_matches(TileElement& element) const;
+  /// Whether elements that refer to values of these magnitudes may be partners: they differ by so
+  /// many units in the last place of a double at most.
+  static bool may_be_partners(ScalarType type, std::uint64_t one, std::uint64_t other);
+  /// Before feature() and features(). `reference`: bits that the element refers to.
+  void find_partner(TileElement& element, std::uint64_t reference) const;
   /// The state of a feature, which must be known.
   double feature(const TileElement& element, std::uint32_t feature) const {
     return feature < kFThird ? slots_.states[element.item.at[feature]]
@@ -118,7 +135,8 @@ class ColumnState {
     const double state = translator_.from_value(scalar_as_double(info_->type, bits));
     return is_finite(state) ? state : last_reference_;
   }
-  /// What is subtracted from a feature in a difference. `own`: the element's reference_state().
+  /// What is subtracted from a feature in a difference, but from that of the partner: `own`, the
+  /// element's reference_state(), from what has none.
   double reference_feature(const Neighbourhood& item, std::uint32_t feature, double own) const {
     if (feature < kFThird) return slots_.references[item.at[feature]].state;
     if (feature < kFLast) return slots_.references[item.at[feature - kFThird]].third;
@@ -135,8 +153,20 @@ class ColumnState {
   std::uint32_t seconds_near(const Neighbourhood& item) const {
     std::uint32_t count = 0;
     for (std::uint32_t a = 0; a < 3; ++a)
-      if ((item.known >> a & 1) != 0) count += slots_.seconds[item.at[a]];
+      if ((item.known >> a & 1) != 0) count += slots_.marks[item.at[a]] & kSecond;
     return count;
+  }
+  /// How many of them were recalled.
+  std::uint32_t recalled_near(const Neighbourhood& item) const {
+    std::uint32_t count = 0;
+    for (std::uint32_t a = 0; a < 3; ++a)
+      if ((item.known >> a & 1) != 0 && (slots_.marks[item.at[a]] & kRecalled) != 0) ++count;
+    return count;
+  }
+  /// Values so far, where the domain recalls them.
+  RecalledValues& values_so_far() { return so_far_; }
+  void add_to_values_so_far(double state) {
+    so_far_.add(SortedValues::magnitude_of(translator_.as_value(state)));
   }
 
   // --- what is kept of an element
@@ -144,8 +174,9 @@ class ColumnState {
   /// `lattice`: what the lattice predicted.
   void keep(const TileElement& element, double state, double lattice);
   void keep_reference(const Neighbourhood& item, double state);
-  void keep_residual(const TileElement& element, ResidualSize size, bool second) {
-    slots_.seconds[element.item.self] = second ? 1 : 0;
+  void keep_residual(const TileElement& element, ResidualSize size, bool second, bool recalled) {
+    slots_.marks[element.item.self] =
+        static_cast<std::uint8_t>((second ? kSecond : 0u) | (recalled ? kRecalled : 0u));
     slots_.sizes[element.item.self] = size;
     coded_.sizes[element.i] = last_size_ = size;
   }
@@ -158,10 +189,12 @@ class ColumnState {
   struct Reference {
     double state = 0, third = 0;
   };
+  // Marks: whether the second prediction was taken, and whether the value was recalled.
+  static constexpr std::uint32_t kSecond = 1, kRecalled = 2;
   struct Slots {
     std::vector<double> states, thirds;
     std::vector<ResidualSize> sizes;
-    std::vector<std::uint8_t> seconds;  // whether the second prediction was taken
+    std::vector<std::uint8_t> marks;
     std::vector<Reference> references;
 
     void make_room(std::uint32_t slot, bool has_reference);
@@ -191,6 +224,9 @@ class ColumnState {
   Slots slots_;
   CodedTile coded_;
   MatchTables matches_;
+  RecalledValues so_far_;
+  SortedValues
+      references_so_far_;  // with the values that came with them, signs as of positive ones
   // of the elements coded last
   double last_ = 0, before_last_ = 0;
   double last_reference_ = 0, before_last_reference_ = 0;
@@ -208,7 +244,7 @@ class ColumnState::Loan {
   struct Kept {
     double state, third;
     ResidualSize size;
-    std::uint8_t second;
+    std::uint8_t marks;
     Reference reference;
   };
 

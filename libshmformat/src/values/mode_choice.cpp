@@ -181,6 +181,9 @@ class Search {
     if (mode == kStayMode) return chosen_.input == kDifferences;
     if (mode == kFittedMode && !is_fittable() && !family_.weights && start_->weights == Weights{})
       return false;
+    if (mode == kPartnerMode)
+      return std::any_of(members_.begin(), members_.end(),
+                         [&](std::uint32_t m) { return all_->samples[m].has_partner; });
     if (!matches_ && mode >= kMatchMode && mode != kFittedMode) return false;
     return differs_from_lattice(mode, all_->samples[members_[0]].known);
   }
@@ -190,7 +193,9 @@ class Search {
     double sum = 0.0;
     for_each_picked(*all_, members_, looked_, chosen_.input,
                     [&](const auto& sample, const auto& predictor, double added) {
-                      const double prediction = predictor.predict(mode, weights) + added;
+                      const bool can = mode != kPartnerMode || sample.has_partner;
+                      const double prediction =
+                          predictor.predict(can ? mode : kLattice, weights) + added;
                       const double bits = cost_of(minus(*sample.index, space_->index(prediction)));
                       missed_[mode].push_back(bits);
                       sum += bits;

@@ -18,6 +18,7 @@ struct ModeSample {
   std::array<double, kFeatures> state{};
   std::optional<std::int64_t> index;
   std::uint32_t known = 0, of_class = 0;
+  bool has_partner = false;
   double reference = 0;  ///< state of the reference
 };
 /// The elements of a tile.

@@ -1,6 +1,7 @@
 #include "values/scalar_column.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "values/value_domain.h"
 
@@ -31,6 +32,25 @@ std::optional<std::int64_t> index_in(const auto& space, const ValueTranslator& t
   } else {
     return index;
   }
+}
+
+/// Whether values are recalled: not where they are ranks of a table.
+template <class Space>
+constexpr bool kMayRecall = !requires(const Space& space) {
+  space.table;
+};
+
+/// Encoder: about the bits of a recalled value beside those of its two numbers.
+constexpr std::uint32_t kRecallBits = 2;
+
+/// How an element is predicted that has no partner.
+ClassModes modes_without_partner(const ClassModes& modes) {
+  ClassModes own = modes;
+  if (own.second == kPartnerMode) own.second = kNoMode;
+  if (own.mode != kPartnerMode) return own;
+  own.mode = own.second == kNoMode ? static_cast<std::uint32_t>(kLattice) : own.second;
+  own.second = kNoMode;
+  return own;
 }
 
 }  // namespace
@@ -98,23 +118,34 @@ bool ScalarColumn<Coder>::code_values(Coder& coder, const Space& space, const Co
     TileElement element{tile, i};
     if (!looked_ahead()) state_.find_matches(element);
     double reference = 0.0;
-    if (state_.has_reference())
+    if (state_.has_reference()) {
       reference = looked_ahead() ? sample(i).reference : state_.reference_state(tile.reference[i]);
+      if (looked_ahead())
+        element.partner.is = sample(i).has_partner;
+      else
+        state_.find_partner(element, tile.reference[i]);
+    }
     const auto at = [&](std::uint32_t feature) {
       return looked_ahead() ? sample(i).state[feature] : state_.feature(element, feature);
     };
     const auto difference_at = [&](std::uint32_t feature) {
-      return looked_ahead() ? scratch_->samples.differences[i][feature]
-                            : at(feature) - state_.reference_feature(item, feature, reference);
+      if (looked_ahead()) return scratch_->samples.differences[i][feature];
+      if (feature == kFPartner) return element.partner.state - element.partner.then;
+      return at(feature) - state_.reference_feature(item, feature, reference);
     };
-    const ClassModes& modes =
+    const ClassModes& of_class =
         models_.modes(coder, element.of_class(), state_.has_reference(), scratch_->wanted);
+    ClassModes without_partner;
+    const bool has_all =
+        element.partner.is || (of_class.mode != kPartnerMode && of_class.second != kPartnerMode);
+    if (!has_all) without_partner = modes_without_partner(of_class);
+    const ClassModes& modes = has_all ? of_class : without_partner;
     const ClassPredictor predict(modes, item.traits(counts), at, difference_at, reference);
 
     const auto value = code_value(coder, space, element, predict, bits[i]);
     if (!value) return false;
 
-    state_.keep_residual(element, value->size, value->second);
+    state_.keep_residual(element, value->size, value->second, value->recalled);
     if (looked_ahead()) continue;  // the states are kept already
     if (state_.has_reference()) state_.keep_reference(item, reference);
     state_.keep(element, value->state, predict.lattice());
@@ -140,8 +171,8 @@ auto ScalarColumn<Coder>::code_value(Coder& coder, const Space& space, const Til
     return CodedValue{substitute(space, predict.lattice())};
   }
   CodedValue value;
-  const std::int64_t index = code_index(coder, space, element, predict, actual.value_or(0), value);
-  if (!code_bits(coder, space, index, bits)) return std::nullopt;
+  const auto index = code_index(coder, space, element, predict, actual.value_or(0), value);
+  if (!index || !code_bits(coder, space, *index, bits)) return std::nullopt;
   return value;
 }
 
@@ -165,14 +196,30 @@ auto ScalarColumn<Coder>::code_prediction(Coder& coder, const Space& space,
   return takes ? Prediction{second, other, true} : Prediction{first, index, false};
 }
 
-/// The residual; with the prediction it makes the index.
+/// The residual; with the prediction, or with an earlier value, it makes the index. Nothing for
+/// damage.
 template <class Coder>
 template <class Space, class Predict>
-std::int64_t ScalarColumn<Coder>::code_index(Coder& coder, const Space& space,
-                                             const TileElement& element, const Predict& predict,
-                                             std::int64_t actual, CodedValue& value) {
+std::optional<std::int64_t> ScalarColumn<Coder>::code_index(Coder& coder, const Space& space,
+                                                            const TileElement& element,
+                                                            const Predict& predict,
+                                                            std::int64_t actual,
+                                                            CodedValue& value) {
   const Prediction expected = code_prediction(coder, space, element, predict, actual);
   const std::int32_t scale = space.scale(expected.state);
+  const auto keep = [&](std::int64_t index, std::uint32_t missed) {
+    value.state = state_of(space, index, predict.lattice());
+    value.size =
+        static_cast<ResidualSize>(missed == 0 ? 0 : static_cast<std::int32_t>(missed) + scale);
+    value.second = expected.second;
+    if (kMayRecall<Space> && state_.domain().recalls) state_.add_to_values_so_far(value.state);
+    return index;
+  };
+  if (kMayRecall<Space> && state_.domain().recalls) {
+    std::int64_t index = actual;
+    if (!code_recalled(coder, space, element, expected, index, value)) return std::nullopt;
+    if (value.recalled) return keep(index, bit_length(minus(index, expected.index)));
+  }
   const ResidualContext context = state_.residual_context(element, scale);
   std::int64_t residual = Coder::kDecodes ? 0 : minus(actual, expected.index);
   if (style_.mixes) {
@@ -191,12 +238,60 @@ std::int64_t ScalarColumn<Coder>::code_index(Coder& coder, const Space& space,
   }
   const std::uint32_t length = bit_length(residual);
   if constexpr (!Coder::kDecodes) watch_.note(element.of_class(), length);
-  const std::int64_t index = plus(expected.index, residual);
-  value.state = state_of(space, index, predict.lattice());
-  value.size =
-      static_cast<ResidualSize>(length == 0 ? 0 : static_cast<std::int32_t>(length) + scale);
-  value.second = expected.second;
-  return index;
+  return keep(plus(expected.index, residual), length);
+}
+
+/// Whether the value is about as large as an earlier one, and if so by which: the rank of that
+/// among all so far, from where the prediction would stand, and what it misses. `index`: of the
+/// value; false for damage.
+template <class Coder>
+template <class Space>
+bool ScalarColumn<Coder>::code_recalled(Coder& coder, const Space& space,
+                                        const TileElement& element, const Prediction& expected,
+                                        std::int64_t& index, CodedValue& value) {
+  RecalledValues& values = state_.values_so_far();
+  if (values.empty()) return true;
+  const SortedValues& so_far = values.list();
+  const double predicted = state_.translator().as_value(expected.state);
+  const bool negative = predicted < 0;
+  const auto [start, by_source] =
+      values.start(element.of_class(), SortedValues::magnitude_of(predicted));
+  const auto from = static_cast<std::int64_t>(start);
+  const auto index_at = [&](std::size_t rank) {
+    const auto its = std::bit_cast<double>(so_far.at(rank).magnitude);
+    return space.index(state_.translator().from_value(negative ? -its : its));
+  };
+  std::size_t rank = 0;
+  if constexpr (!Coder::kDecodes) {
+    const double actual = state_.translator().as_value(space.state(index));
+    if (is_finite(actual) && (actual < 0) == negative) {
+      const std::size_t above = so_far.rank_of(SortedValues::magnitude_of(actual));
+      std::uint32_t least = 65;
+      for (std::size_t it = above == 0 ? 0 : above - 1; it < so_far.size() && it <= above; ++it) {
+        const std::uint32_t length = bit_length(minus(index, index_at(it)));
+        if (length >= least) continue;
+        least = length;
+        rank = it;
+      }
+      const std::int64_t by = minus(static_cast<std::int64_t>(rank), from);
+      const std::uint32_t besides = by == 0 && by_source ? 0 : kRecallBits;
+      value.recalled = bit_length(by) + least + besides < bit_length(minus(index, expected.index));
+    }
+  }
+  value.recalled = models_.code_is_recalled(coder, by_source, state_.recalled_near(element.item),
+                                            value.recalled);
+  if (!value.recalled) return true;
+  const std::int64_t by =
+      models_.code_rank(coder, by_source, minus(static_cast<std::int64_t>(rank), from));
+  const std::int64_t at = plus(from, by);
+  if (at < 0 || at >= static_cast<std::int64_t>(so_far.size())) return false;
+  const std::int64_t base = index_at(static_cast<std::size_t>(at));
+  values.take(element.of_class(), static_cast<std::size_t>(at));
+  const std::int64_t residual = models_.code_recalled(coder, minus(index, base));
+  index = plus(base, residual);
+  if constexpr (!Coder::kDecodes)
+    watch_.note(element.of_class(), bit_length(by) + bit_length(residual));
+  return true;
 }
 
 /// The bits of an index; false where there is none such.
@@ -246,6 +341,8 @@ void ScalarColumn<Coder>::look_ahead(const Space& space, const ColumnTile& tile,
     ModeSample& it = samples[i];
     it.known = item.traits(style_.known());
     it.of_class = element.of_class();
+    if (state_.has_reference()) state_.find_partner(element, tile.reference[i]);
+    it.has_partner = element.partner.is;
     state_.features(element, it.known, it.state);
     const auto at = [&](std::uint32_t feature) { return it.state[feature]; };
     const double lattice = Predictor(it.known, at).lattice();
@@ -257,6 +354,7 @@ void ScalarColumn<Coder>::look_ahead(const Space& space, const ColumnTile& tile,
       for (std::uint32_t f = 0; f < kFeatures; ++f)
         if (f >= kFLast || (it.known >> f & 1) != 0)
           differences[i][f] = it.state[f] - state_.reference_feature(item, f, it.reference);
+      differences[i][kFPartner] = element.partner.state - element.partner.then;
       state_.keep_reference(item, it.reference);
     }
     state_.keep(element, state, lattice);

@@ -36,8 +36,9 @@ struct ColumnStyle {
 template <class Coder>
 class ScalarColumn {
  public:
-  ScalarColumn(std::shared_ptr<const ArrayInfo> info, std::size_t component)
-      : state_(std::move(info), component) {}
+  /// `earlier_values`: whether values may be recalled and have partners.
+  ScalarColumn(std::shared_ptr<const ArrayInfo> info, std::size_t component, bool earlier_values)
+      : state_(std::move(info), component), models_(earlier_values ? kPartnerMode : kStayMode) {}
 
   /// Its scratch memory is that of another component.
   void share_scratch(const ScalarColumn& other) { scratch_ = other.scratch_; }
@@ -80,7 +81,8 @@ class ScalarColumn {
   struct CodedValue {
     double state = 0.0;
     ResidualSize size = 0;
-    bool second = false;  // whether the second mode predicted it
+    bool second = false;    // whether the second mode predicted it
+    bool recalled = false;  // whether an earlier value did
   };
   struct Prediction {
     double state = 0.0;
@@ -105,8 +107,12 @@ class ScalarColumn {
   Prediction code_prediction(Coder& coder, const Space& space, const TileElement& element,
                              const Predict& predict, std::int64_t actual);
   template <class Space, class Predict>
-  std::int64_t code_index(Coder& coder, const Space& space, const TileElement& element,
-                          const Predict& predict, std::int64_t actual, CodedValue& value);
+  std::optional<std::int64_t> code_index(Coder& coder, const Space& space,
+                                         const TileElement& element, const Predict& predict,
+                                         std::int64_t actual, CodedValue& value);
+  template <class Space>
+  bool code_recalled(Coder& coder, const Space& space, const TileElement& element,
+                     const Prediction& expected, std::int64_t& index, CodedValue& value);
   template <class Space>
   bool code_bits(Coder& coder, const Space& space, std::int64_t index, std::uint64_t& bits);
 

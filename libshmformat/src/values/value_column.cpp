@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "bytes/binary.h"
+#include "values/earlier_values.h"
 #include "values/shuffled_zstd.h"
 #include "values/value_domain.h"
 
@@ -48,15 +49,16 @@ std::span<const std::uint64_t> part_of(std::span<const std::uint64_t> references
 
 template <class Coder>
 ValueColumn<Coder>::ValueColumn(const ArrayInfo& info, std::vector<std::uint32_t> blocks,
-                                bool repeats, bool tables)
+                                const ColumnTraits& traits)
     : info_(std::make_shared<const ArrayInfo>(info)),
       blocks_(std::move(blocks)),
-      repeats_(repeats),
-      has_tables_(tables && info.components <= kMostTableComponents),
+      repeats_(traits.repeats),
+      has_tables_(traits.tables && info.components <= kMostTableComponents),
+      has_earlier_values_(has_tables_ && traits.earlier_values),
       width_(scalar_bytes(info.type)) {
   columns_.reserve(info.components);
   for (std::size_t c = 0; c < info.components; ++c) {
-    columns_.emplace_back(info_, c);
+    columns_.emplace_back(info_, c, has_earlier_values_);
     columns_[c].share_scratch(columns_[0]);
   }
 }
@@ -285,30 +287,48 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component,
       still_fits(*info_, component, plans_[component].domain, bits))
     return plans_[component];
   auto plans = domain_candidates(*info_, component, bits);
-  if constexpr (!Coder::kDecodes) {
-    std::size_t best = 0;
-    double least = 0;
-    for (std::size_t p = 0; p < plans.size() && plans.size() > 1 && !first_tile.empty(); ++p) {
-      typename ScalarColumn<Coder>::Trial column(columns_[component], first_tile, plans[p].domain);
-      const auto own = bits.first(first_tile.size());
-      std::vector<std::uint64_t> values(own.begin(), own.end());
-      Coder head, body;
-      column->begin_group(head, plans[p], std::span(columns_).first(component), bits.size());
-      classify(first_tile, style_);
-      column->set_style(style_);
-      column->code_tile(
-          body, {first_tile, tile_classes(), {}, part_of(reference, 0, values.size())}, values);
-      const double size =
-          static_cast<double>(head.finish().size()) + static_cast<double>(body.finish().size()) *
-                                                          static_cast<double>(bits.size()) /
-                                                          static_cast<double>(first_tile.size());
-      if (p > 0 && size >= least) continue;
-      least = size;
-      best = p;
-    }
-    return std::move(plans[best]);
+  std::size_t best = 0;
+  double least = -1;  // not known
+  for (std::size_t p = 0; p < plans.size() && plans.size() > 1 && !first_tile.empty(); ++p) {
+    const double size = size_by(plans[p], component, first_tile, bits, reference);
+    if (p > 0 && size >= least) continue;
+    least = size;
+    best = p;
   }
-  return std::move(plans[0]);
+  DomainPlan plan = std::move(plans[best]);
+  if (first_tile.empty() || !has_earlier_values_) return plan;
+  EarlierValues earlier(*info_, component, plan.domain, bits, reference);
+  if (!earlier.may_help()) return plan;
+  if (least < 0) least = size_by(plan, component, first_tile, bits, reference);
+  const ValueDomain without = plan.domain;
+  earlier.choose(8 * least / static_cast<double>(bits.size()), !plan.table.empty(), plan.domain);
+  // What is about to be coded anyway is no estimate.
+  if (!(plan.domain == without) && first_tile.size() == bits.size() &&
+      size_by(plan, component, first_tile, bits, reference) >= least)
+    plan.domain = without;
+  return plan;
+}
+
+template <class Coder>
+double ValueColumn<Coder>::size_by(const DomainPlan& plan, std::size_t component,
+                                   std::span<const Neighbourhood> first_tile,
+                                   std::span<const std::uint64_t> bits,
+                                   std::span<const std::uint64_t> reference) {
+  if constexpr (!Coder::kDecodes) {
+    typename ScalarColumn<Coder>::Trial column(columns_[component], first_tile, plan.domain);
+    const auto own = bits.first(first_tile.size());
+    std::vector<std::uint64_t> values(own.begin(), own.end());
+    Coder head, body;
+    column->begin_group(head, plan, std::span(columns_).first(component), bits.size());
+    classify(first_tile, style_);
+    column->set_style(style_);
+    column->code_tile(body, {first_tile, tile_classes(), {}, part_of(reference, 0, values.size())},
+                      values);
+    return static_cast<double>(head.finish().size()) + static_cast<double>(body.finish().size()) *
+                                                           static_cast<double>(bits.size()) /
+                                                           static_cast<double>(first_tile.size());
+  }
+  return 0;
 }
 
 template <class Coder>

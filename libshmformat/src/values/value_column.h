@@ -61,14 +61,19 @@ inline constexpr Reach farthest_reach(Level level) {
   return level == Level::fast ? Reach::lattice : Reach::farther;
 }
 
+struct ColumnTraits {
+  bool repeats = true;  ///< values may repeat so that zstd is better, as coordinates do not
+  bool tables = true;   ///< it has some, unless it has too many components
+  /// Values may be recalled, and have partners, where it has tables.
+  bool earlier_values = true;
+};
+
 template <class Coder>
 class ValueColumn {
  public:
-  /// `blocks`: those whose elements have a value, ascending; empty: all elements have. `repeats`:
-  /// whether values may repeat so that they are better left to zstd, as coordinates do not.
-  /// `tables`: whether it has some, unless it has too many components.
-  ValueColumn(const ArrayInfo& info, std::vector<std::uint32_t> blocks, bool repeats = true,
-              bool tables = true);
+  /// `blocks`: those whose elements have a value, ascending; empty: all elements have.
+  ValueColumn(const ArrayInfo& info, std::vector<std::uint32_t> blocks,
+              const ColumnTraits& traits = {});
 
   /// Whether its groups may be in this codec.
   bool takes(Codec codec) const {
@@ -123,6 +128,10 @@ class ValueColumn {
   DomainPlan choose_domain(std::size_t component, std::span<const Neighbourhood> first_tile,
                            std::span<const std::uint64_t> bits,
                            std::span<const std::uint64_t> reference, Level level);
+  /// About the bytes of the component by such a plan, from the first tile.
+  double size_by(const DomainPlan& plan, std::size_t component,
+                 std::span<const Neighbourhood> first_tile, std::span<const std::uint64_t> bits,
+                 std::span<const std::uint64_t> reference);
   bool covers(std::uint32_t block) const {
     return blocks_.empty() || std::binary_search(blocks_.begin(), blocks_.end(), block);
   }
@@ -131,7 +140,7 @@ class ValueColumn {
 
   std::shared_ptr<const ArrayInfo> info_;
   std::vector<std::uint32_t> blocks_;  // that have values; empty: all
-  bool repeats_, has_tables_, sees_other_groups_ = true;
+  bool repeats_, has_tables_, has_earlier_values_, sees_other_groups_ = true;
   std::size_t width_;
   std::vector<ScalarColumn<Coder>> columns_;
   std::vector<const CodedTile*> coded_tiles_;  // of the components before the one at hand

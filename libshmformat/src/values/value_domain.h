@@ -211,6 +211,9 @@ struct ValueDomain {
   std::int32_t exponent = 0;
   bool negative_zero = false;  ///< whether a zero may be -0.0 (binary, decimal, digits)
   bool escapes = false;        ///< whether some values are none of the domain, and stored in full
+  // How earlier values of the component help.
+  bool recalls = false;   ///< whether some values are about as large as an earlier one
+  bool partners = false;  ///< with a reference: whether elements may have partners
   bool operator==(const ValueDomain&) const = default;
 
   bool is_linear() const {

@@ -108,9 +108,10 @@ enum Feature : std::uint32_t {
   kFThird = 13,
   kFLast = 16,
   kFBeforeLast = 17,
-  kFMatch = 18,  // 18-20: what came when the same stood near, before, or in the other components
-  kFOther = 21,  // what the component before is here
-  kFeatures = 22
+  kFMatch = 18,    // 18-20: what came when the same stood near, before, or in the other components
+  kFOther = 21,    // what the component before is here
+  kFPartner = 22,  // what the component is at the partner
+  kFeatures = 23
 };
 
 enum Mode : std::uint32_t {
@@ -130,7 +131,8 @@ enum Mode : std::uint32_t {
   kOtherMode = 25,   // 25, 26: what the component before is here, or its negative
   kFittedMode = 27,  // weights that the encoder has fitted
   kStayMode = 28,    // nothing: of differences only
-  kModes = 29
+  kPartnerMode = 29,
+  kModes = 30
 };
 
 /// What modes are applied to: where there is a reference, one of two.
@@ -202,6 +204,7 @@ class Predictor {
       case kMatchMode + 2: return at_(kFMatch + 2);
       case kOtherMode: return at_(kFOther);
       case kOtherMode + 1: return -at_(kFOther);
+      case kPartnerMode: return at_(kFPartner);
       case kLastLineMode: return 2.0 * at_(kFLast) - at_(kFBeforeLast);
       default: return at_(kFLast);
     }

@@ -1,0 +1,125 @@
+#include "values/earlier_values.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+
+#include "values/column_state.h"
+#include "values/sorted_values.h"
+
+namespace shm {
+namespace {
+
+/// What is saved must be so large a part of all; so many of the values must be helped at all.
+constexpr double kWorthwhileShare = 0.02;
+constexpr std::uint64_t kFewestHelped = 32;  // one in so many
+/// Bits besides what is missed: of a recalled value those of its rank come on top.
+constexpr double kPartnerBits = 1.5, kRecalledBits = 4.0;
+/// What misses more is no help.
+constexpr std::uint32_t kLongestMiss = 40;
+
+/// The index that a value stands next to in a domain.
+std::int64_t index_of(const ArrayInfo& info, const ValueDomain& domain,
+                      const ValueTranslator& translator, double value) {
+  const double state = translator.from_value(value);
+  switch (domain.kind) {
+    case DomainKind::floats:
+      if (info.type == ScalarType::float64) return FloatSpace<double>::index(state);
+      [[fallthrough]];
+    case DomainKind::narrow: return FloatSpace<float>::index(state);
+    case DomainKind::digits: return DecimalSpace{domain.exponent}.index(state);
+    default: return LinearSpace::index(state);
+  }
+}
+
+/// How far, or around which place, the last values lay from their sources: those of a few classes.
+class Ways {
+ public:
+  bool goes_on(std::uint64_t here, std::uint64_t there) {
+    const bool goes = has(here - there, away_) || has(here + there, around_);
+    away_[next_ % kKept] = here - there;
+    around_[next_ % kKept] = here + there;
+    ++next_;
+    return goes;
+  }
+
+ private:
+  static constexpr std::size_t kKept = 16;
+  using Kept = std::array<std::uint64_t, kKept>;
+  static bool has(std::uint64_t way, const Kept& kept) {
+    return std::find(kept.begin(), kept.end(), way) != kept.end();
+  }
+  Kept away_{}, around_{};
+  std::size_t next_ = 0;
+};
+
+}  // namespace
+
+std::uint64_t EarlierValues::Counts::helped() const {
+  std::uint64_t sum = 0;
+  for (std::uint32_t length = 0; length <= kLongestMiss; ++length) sum += by_length[length];
+  return sum;
+}
+
+double EarlierValues::Counts::saved(double bits, double besides) const {
+  double sum = 0;
+  for (std::size_t length = 0; length <= kLongestMiss; ++length)
+    sum += static_cast<double>(by_length[length]) *
+           std::max(0.0, bits - besides - static_cast<double>(length));
+  return sum;
+}
+
+EarlierValues::EarlierValues(const ArrayInfo& info, std::size_t component,
+                             const ValueDomain& domain, std::span<const std::uint64_t> bits,
+                             std::span<const std::uint64_t> reference)
+    : values_(bits.size()) {
+  const ValueTranslator translator(info, component, domain);
+  SortedValues so_far, references;
+  Ways ways;
+  for (std::size_t i = 0; i < bits.size(); ++i) {
+    const auto index = translator.index(bits[i]);
+    if (!index) continue;
+    const double value = scalar_as_double(info.type, bits[i]);
+    if (!is_finite(value)) continue;
+    const auto missed = [&](double by) {
+      return bit_length(minus(*index, index_of(info, domain, translator, by)));
+    };
+    const std::uint64_t magnitude = SortedValues::magnitude_of(value);
+    if (const auto* found = so_far.nearest(magnitude)) {
+      const auto its = std::bit_cast<double>(found->magnitude);
+      const std::uint32_t length = missed(value < 0 ? -its : its);
+      const bool follows =
+          length <= kLongestMiss && ways.goes_on(i, static_cast<std::uint64_t>(found->value));
+      ++(follows ? followed_ : recalled_).by_length[length];
+    }
+    so_far.add(magnitude, static_cast<double>(i));
+    if (reference.empty()) continue;
+    const double then = scalar_as_double(info.type, reference[i]);
+    if (!is_finite(then)) continue;
+    const std::uint64_t key = SortedValues::magnitude_of(then);
+    const auto* found = references.nearest(key);
+    if (found != nullptr && ColumnState::may_be_partners(info.type, key, found->magnitude))
+      ++partnered_.by_length[missed(then < 0 ? -found->value : found->value)];
+    references.add(key, then < 0 ? -value : value);
+  }
+}
+
+bool EarlierValues::may_help() const {
+  return std::max(recalled_.helped() + followed_.helped(), partnered_.helped()) * kFewestHelped >=
+         values_;
+}
+
+void EarlierValues::choose(double bits, bool has_table, ValueDomain& domain) const {
+  const double least = kWorthwhileShare * bits * static_cast<double>(values_);
+  const double by_partners = partnered_.saved(bits, kPartnerBits);
+  domain.partners = by_partners > least;
+  if (has_table) return;
+  // What partners predict is not recalled.
+  const double rank = static_cast<double>(std::bit_width(std::min<std::uint64_t>(values_, SortedValues::kMost)));
+  const double by_recall =
+      recalled_.saved(bits, kRecalledBits + rank) + followed_.saved(bits, kPartnerBits);
+  domain.recalls = by_recall - (domain.partners ? by_partners : 0.0) > least;
+}
+
+}  // namespace shm
