@@ -263,14 +263,16 @@ def write_repeating(path, make, steps, cells, counts):
     file.close()
 
 
-def repeating():
-    kinds = [("symmetric", "exact", mirrored),
+REPEATING = [("symmetric", "exact", mirrored),
              ("symmetric", "rounded", lambda cells: mirrored(cells, rounded=True)),
              ("symmetric", "copied", lambda cells: mirrored(cells, copied=True)),
              ("extruded", "layers", extruded),
              ("extruded", "columns", lambda cells: extruded(cells, columns=True)),
              ("periodic", "shifted", periodic)]
-    for family, kind, make in kinds:
+
+
+def repeating():
+    for family, kind, make in REPEATING:
         for steps, cells, *counts in STEP_SIZES:
             yield Source(family, f"{kind}_steps{steps}.e", int(np.prod(cells)), steps,
                          lambda path, make=make, of=(steps, cells, counts): write_repeating(path, make, *of))
