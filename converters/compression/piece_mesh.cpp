@@ -249,9 +249,12 @@ void PieceMesh::add_number_array(Location location, const NumberMaps* maps) {
 std::optional<std::size_t> PieceMesh::factors_of_each(const MeshSet& set, bool flat) const {
   if (!has_usual_factors(set)) return std::nullopt;
   if (set.kind != MeshSet::Kind::sides) return 1;
+  constexpr std::size_t kMostSides = 64;  // more than any cell has
   std::optional<std::size_t> each;
   const auto& blocks = file_->schema().blocks;
-  for (const std::int32_t side : std::set<std::int32_t>(set.sides.begin(), set.sides.end()))
+  const std::set<std::int32_t> sides(set.sides.begin(), set.sides.end());
+  if (sides.size() > kMostSides) return std::nullopt;
+  for (const std::int32_t side : sides)
     for (std::size_t b = 0; b < blocks.size(); ++b) {
       if (file_->block_cells()[b] == 0) continue;
       const std::size_t nodes = nodes_of_side(blocks[b].shape, blocks[b].nodes_per_cell,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -53,13 +54,18 @@ std::vector<std::string> keys_that_follow(const MeshInfo& info, const Extra& tex
         from_text({reinterpret_cast<const char*>(text.data.data()), text.data.size()}, nowhere);
     const Layout layout = lay_out(skeleton, nowhere);
     const ExtraIndex extras(info.extras);
+    std::set<std::string> asked;
     for (std::size_t v = 0; v < skeleton.variables.size(); ++v) {
       const std::string& name = skeleton.variables[v].name;
       if (layout.uses[v] != Use::extra) continue;
       if (!set_factors_of(name) && !name.ends_with("_status")) continue;
       const std::string key = extra_key(name);
       const Extra* extra = extras.find(key);
-      if (extra != nullptr && extras.find(part_key(key, 1)) == nullptr &&
+      // So that no more is derived than the extra holds, and once.
+      if (extra == nullptr || !asked.insert(key).second ||
+          skeleton.size(skeleton.variables[v]) != extra->data.size() / scalar_bytes(extra->type))
+        continue;
+      if (extras.find(part_key(key, 1)) == nullptr &&
           derived_values(skeleton, layout, v, info, extras) == extra->data)
         keys.push_back(key);
     }

@@ -121,8 +121,9 @@ CellSide side_of_cell(CellShape shape, std::span<const std::uint64_t> corners, s
 
 std::size_t nodes_of_side(CellShape shape, std::uint32_t nodes_per_cell, std::uint64_t side,
                           bool flat) {
+  constexpr std::uint32_t kMostNodes = 27;  // those behind are on no side
   if (side < 1 || side > sides_of(shape, flat).size()) return 0;
-  const std::vector<std::uint64_t> corners(nodes_per_cell);
+  const std::vector<std::uint64_t> corners(std::min(nodes_per_cell, kMostNodes));
   return side_of_cell(shape, corners, side, flat).nodes.size();
 }
 

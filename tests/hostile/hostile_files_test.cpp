@@ -262,6 +262,21 @@ TEST_F(HostileFiles, WhatFollowsFromSetsIsNoMoreThanTheirMembers) {
   }
 }
 
+// What follows is made for each variable: many of one name would be much work for few bytes.
+TEST_F(HostileFiles, VariablesOfOneNameAreRefused) {
+  MemoryMesh mesh;
+  mesh.mesh.schema.source_format = "exodus";
+  mesh.mesh.extras.push_back(
+      text_extra("exodus/skeleton",
+                 "N\tnetcdf4\nD\tnum_dim\t3\nD\tn\t2\nV\tdist_fact_ns1\tdouble\t1\n"
+                 "V\tdist_fact_ns1\tdouble\t1\n"));
+  mesh.add_extra<std::int32_t>("mesh/node_set/0/members", ScalarType::int32, Reference::vertex,
+                               {0, 0});
+  const Error error = failure_of([&] { write_exodus(mesh, path("twice.e")); });
+  EXPECT_EQ(error.code, ErrorCode::corrupt);
+  EXPECT_NE(error.message().find("is there twice"), std::string::npos) << error.message();
+}
+
 TEST(Growth, LossesOfManySets) {
   EXPECT_LT(growth(3000,
                    [](std::size_t n) {
