@@ -22,6 +22,7 @@
 #include "shm/mesh_extract.h"
 #include "shm/part_writer.h"
 #include "shm/segment_reader.h"
+#include "shm/sets.h"
 #include "shm/step_reader.h"
 #include "shm/summary.h"
 
@@ -422,6 +423,7 @@ class Caller {
         shm::MemorySource source(file_);
         auto mesh = shm::read_mesh(source, shm_fuzz::small_limits());
         if (!mesh) break;
+        if (const auto sets = shm::sets_of(*mesh)) (void)shm::extras_of_sets(*sets);
         // Whatever was read can be written, or is refused; damaged sizes are refused.
         if (in_.flag() && !mesh->xyz.empty()) mesh->xyz.pop_back();
         if (in_.flag() && !mesh->corners.empty()) mesh->corners[0] = number(in_);

@@ -63,6 +63,7 @@ void Salvage::read_whole() {
   whole_.vertices = file_.vertices();
   whole_.block_cells = file_.block_cells();
   whole_.extras = unwrap(file_.extras(), name_);
+  translate_old_extras(whole_);
   std::uint64_t cells = file_.cells();
   if (damage_.cells) return;
   for (const Extra& extra : whole_.extras) {
@@ -210,8 +211,11 @@ SalvageReport Salvage::run(ByteSink& sink, const Progress& progress) {
   how.damaged = true;
   how.numbers = !damage_.complete;
   how.step_times = step_times();
-  std::vector<TransferSet> sets = take_sets(whole_);
-  PieceMesh piece(file_, how, whole_.extras, std::move(sets), name_, spool_);
+  how.flat = source_format(whole_).is_flat(whole_);
+  const std::vector<MeshSet> sets = take_sets(whole_);
+  PieceMesh piece(file_, how, whole_.extras, sets, name_, spool_);
+  for (const std::string& set : piece.without_factors())
+    report_missing("distribution factors of " + set, {{"what", "factors"}, {"set", set}});
   if (piece.info().vertices == 0 && (!damage_.vertices || *damage_.vertices > 0))
     throw Failure(Error{ErrorCode::corrupt, "nothing of the mesh is left", {}, kNoOffset, name_});
   tell_cells(piece);

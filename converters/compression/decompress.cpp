@@ -147,6 +147,7 @@ void StagedMesh::finish() {
       fail("array " + array.name, "has values of a step without a time");
   }
   if (cells_moved_) map_partial_arrays();
+  translate_old_extras(info_);
   rewind_cells();
 }
 
@@ -250,6 +251,7 @@ FileSummary file_summary(Summary&& summary) {
   out.info.segment_connectivity = out.totals.segment_connectivity;
   out.info.block_cells = out.totals.block_cells;
   out.info.block_cells.resize(out.info.schema.blocks.size());
+  translate_old_extras(out.info);
   return out;
 }
 

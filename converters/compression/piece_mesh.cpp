@@ -4,10 +4,12 @@
 #include <cstring>
 #include <limits>
 #include <numeric>
+#include <set>
 #include <span>
 #include <utility>
 
 #include "base/failure.h"
+#include "sets/set_cells.h"
 
 namespace shm::converters {
 namespace {
@@ -45,7 +47,7 @@ bool is_number_map(const ArrayInfo& array) {
 }
 
 PieceMesh::PieceMesh(MeshExtractor& file, const PieceOptions& options, std::vector<Extra> extras,
-                     std::vector<TransferSet> sets, const std::string& name, Spool& spool)
+                     const std::vector<MeshSet>& sets, const std::string& name, Spool& spool)
     : file_(&file),
       name_(name),
       spool_(&spool),
@@ -78,7 +80,7 @@ PieceMesh::PieceMesh(MeshExtractor& file, const PieceOptions& options, std::vect
   choose_blocks();
   settle();
   choose_arrays(options);
-  cut_sets(std::move(sets));
+  cut_sets(sets, options.flat);
 }
 
 bool PieceMesh::takes_array(std::uint32_t source) const {
@@ -242,19 +244,50 @@ void PieceMesh::add_number_array(Location location, const NumberMaps* maps) {
   arrays_.emplace_back().what = of_points ? Array::What::vertex_numbers : Array::What::cell_numbers;
 }
 
-void PieceMesh::cut_sets(std::vector<TransferSet> sets) {
-  std::vector<TransferSet> left;
-  for (TransferSet& set : sets) {
-    TransferSet cut = set;
-    cut.members.clear();
-    cut.sides.clear();
-    cut.blocks.clear();
-    const auto& numbers = set.kind == TransferSet::Kind::nodes ? vertex_numbers() : cell_numbers();
+// How many distribution factors belong to each member, where that is the same for all of them; else
+// nothing.
+std::optional<std::size_t> PieceMesh::factors_of_each(const MeshSet& set, bool flat) const {
+  if (!has_usual_factors(set)) return std::nullopt;
+  if (set.kind != MeshSet::Kind::sides) return 1;
+  constexpr std::size_t kMostSides = 64;  // more than any cell has
+  std::optional<std::size_t> each;
+  const auto& blocks = file_->schema().blocks;
+  const std::set<std::int32_t> sides(set.sides.begin(), set.sides.end());
+  if (sides.size() > kMostSides) return std::nullopt;
+  for (const std::int32_t side : sides)
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+      if (file_->block_cells()[b] == 0) continue;
+      const std::size_t nodes = nodes_of_side(blocks[b].shape, blocks[b].nodes_per_cell,
+                                              static_cast<std::uint64_t>(side), flat);
+      if (nodes > 0 && nodes != each.value_or(nodes)) return std::nullopt;
+      if (nodes > 0) each = nodes;
+    }
+  if (!each || *each * set.members.size() != set.factors.size()) return std::nullopt;
+  return each;
+}
+
+void PieceMesh::cut_sets(const std::vector<MeshSet>& sets, bool flat) {
+  std::vector<MeshSet> left;
+  for (const MeshSet& set : sets) {
+    MeshSet cut;
+    cut.kind = set.kind;
+    cut.id = set.id;
+    cut.name = set.name;
+    std::optional<std::size_t> each;
+    // Parts must be alike: a part may have factors of 1 alone, which are none.
+    if (!set.factors.empty()) {
+      if (!decomposed_) each = factors_of_each(set, flat);
+      if (!each) without_factors_.push_back(label_of(set));
+    }
+    const auto& numbers = set.kind == MeshSet::Kind::nodes ? vertex_numbers() : cell_numbers();
     for (std::size_t i = 0; i < set.members.size(); ++i) {
-      const auto rank = rank_of(numbers, static_cast<std::uint64_t>(set.members[i]));
+      const auto rank = rank_of(numbers, set.members[i]);
       if (!rank) continue;
-      cut.members.push_back(static_cast<std::int64_t>(*rank));
+      cut.members.push_back(*rank);
       if (!set.sides.empty()) cut.sides.push_back(set.sides[i]);
+      if (!each) continue;
+      const auto first = set.factors.begin() + static_cast<std::ptrdiff_t>(i * *each);
+      cut.factors.insert(cut.factors.end(), first, first + static_cast<std::ptrdiff_t>(*each));
     }
     for (const std::uint32_t block : set.blocks)
       if (new_blocks_.at(block) != kGone) cut.blocks.push_back(new_blocks_[block]);
@@ -262,7 +295,7 @@ void PieceMesh::cut_sets(std::vector<TransferSet> sets) {
   }
   list_members(*this, left);
   rewind_cells();
-  for (Extra& extra : extras_of_sets(left)) info_.extras.push_back(std::move(extra));
+  for (Extra& extra : set_extras(left)) info_.extras.push_back(std::move(extra));
 }
 
 // --- reading

@@ -48,6 +48,8 @@ struct PieceOptions {
   bool damaged = false;
   // Arrays of the numbers in the file; without, the piece must have all vertices and cells.
   bool numbers = true;
+  // The mesh is one of two dimensions: sides of its triangles and quads are edges.
+  bool flat = false;
   // Instead of those of the file.
   std::optional<std::vector<double>> step_times;
 };
@@ -58,7 +60,7 @@ class PieceMesh final : public MeshSource {
   // and those of which nothing is left go, but for decomposed meshes. `file` and `spool` must
   // outlive the mesh. Throws the library's error of a bad file, naming `name`.
   PieceMesh(MeshExtractor& file, const PieceOptions& options, std::vector<Extra> extras,
-            std::vector<TransferSet> sets, const std::string& name, Spool& spool);
+            const std::vector<MeshSet>& sets, const std::string& name, Spool& spool);
 
   const MeshInfo& info() const override { return info_; }
   void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override;
@@ -66,6 +68,10 @@ class PieceMesh final : public MeshSource {
   void rewind_cells() override { next_cell_ = 0; }
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
+
+  // Labels of sets whose distribution factors are left out: it is not known to which members they
+  // belong, as where cells have sides of several numbers of nodes.
+  const std::vector<std::string>& without_factors() const { return without_factors_; }
 
   // Ascending numbers in the file: element i is that of vertex or cell i.
   const std::vector<std::uint64_t>& vertex_numbers() const { return file_->vertex_numbers(); }
@@ -93,7 +99,8 @@ class PieceMesh final : public MeshSource {
   void choose_arrays(const PieceOptions& options);
   bool takes_array(std::uint32_t source) const;
   void add_number_array(Location location, const NumberMaps* maps);
-  void cut_sets(std::vector<TransferSet> sets);
+  std::optional<std::size_t> factors_of_each(const MeshSet& set, bool flat) const;
+  void cut_sets(const std::vector<MeshSet>& sets, bool flat);
   const std::vector<std::uint64_t>& elements(std::uint32_t source);
   PagedArray& step_values(Array& array, std::uint64_t step);
   std::uint64_t vertex_of(std::uint64_t number) const;
@@ -120,6 +127,7 @@ class PieceMesh final : public MeshSource {
   std::vector<Array> arrays_;
   std::uint64_t next_cell_ = 0;
   std::map<std::pair<std::uint32_t, std::uint64_t>, std::uint64_t> lost_values_;
+  std::vector<std::string> without_factors_;
 };
 
 // From numbers of the file to those of a piece, which has `sorted` of them; nothing where it has

@@ -27,7 +27,7 @@ void gather(std::span<const std::uint64_t> wanted, std::size_t stride, std::byte
 
 }  // namespace
 
-SetSides::SetSides(MeshSource& source, const TransferSet& set, bool flat,
+SetSides::SetSides(MeshSource& source, const MeshSet& set, bool flat,
                    const std::vector<std::uint64_t>& cell_numbers)
     : ForwardingMesh(source) {
   const MeshInfo& from = source.info();
@@ -52,7 +52,7 @@ SetSides::SetSides(MeshSource& source, const TransferSet& set, bool flat,
   }
 }
 
-void SetSides::find_sides(const TransferSet& set, bool flat,
+void SetSides::find_sides(const MeshSet& set, bool flat,
                           const std::vector<std::uint64_t>& cell_numbers) {
   std::vector<std::size_t> order(set.members.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
@@ -60,13 +60,13 @@ void SetSides::find_sides(const TransferSet& set, bool flat,
                    [&](std::size_t a, std::size_t b) { return set.members[a] < set.members[b]; });
   std::map<std::pair<CellShape, std::size_t>, std::uint32_t> blocks;
   std::size_t next = 0;
-  std::int64_t cell = 0;
+  std::uint64_t cell = 0;
   CellBatch batch;
   source_.rewind_cells();
   while (next < order.size() && source_.next_cells(batch, kCellsAtOnce)) {
     for (std::size_t i = 0; i < batch.size(); ++i, ++cell) {
       for (; next < order.size() && set.members[order[next]] == cell; ++next) {
-        const std::int64_t side = set.sides[order[next]];
+        const std::int32_t side = set.sides[order[next]];
         CellSide found = side_of_cell(source_.info().schema.blocks[batch.blocks[i]].shape,
                                       batch.cell(i), static_cast<std::uint64_t>(side), flat);
         if (found.nodes.empty()) {
@@ -77,12 +77,12 @@ void SetSides::find_sides(const TransferSet& set, bool flat,
         const auto [at, is_new] = blocks.try_emplace({found.shape, found.nodes.size()}, fresh);
         if (is_new) {
           const auto id = static_cast<std::int64_t>(static_cast<std::uint64_t>(set.id) + fresh);
-          info_.schema.blocks.push_back(
-              {id, set.short_name(), found.shape, static_cast<std::uint32_t>(found.nodes.size())});
+          info_.schema.blocks.push_back({id, short_name_of(set), found.shape,
+                                         static_cast<std::uint32_t>(found.nodes.size())});
           info_.block_cells.push_back(0);
         }
         ++info_.block_cells[at->second];
-        const std::uint64_t number = cell_numbers[static_cast<std::size_t>(cell)];
+        const std::uint64_t number = cell_numbers[cell];
         sides_.push_back(
             {at->second, static_cast<std::int64_t>(number), side, std::move(found.nodes)});
       }

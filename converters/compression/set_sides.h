@@ -16,7 +16,7 @@ class SetSides final : public ForwardingMesh {
   // have in the file. One block for each shape; point arrays come along, and for each side the
   // number of its cell (shm_cell_number) and its place in it from 1 (shm_side). Memory follows the
   // set.
-  SetSides(MeshSource& source, const TransferSet& set, bool flat,
+  SetSides(MeshSource& source, const MeshSet& set, bool flat,
            const std::vector<std::uint64_t>& cell_numbers);
   void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override;
   bool next_cells(CellBatch& out, std::size_t max_cells) override;
@@ -32,8 +32,7 @@ class SetSides final : public ForwardingMesh {
     std::int64_t cell = 0, side = 0;  // numbers in the file; in the cell
     std::vector<std::uint64_t> nodes;
   };
-  void find_sides(const TransferSet& set, bool flat,
-                  const std::vector<std::uint64_t>& cell_numbers);
+  void find_sides(const MeshSet& set, bool flat, const std::vector<std::uint64_t>& cell_numbers);
   void number_vertices();
 
   std::vector<Side> sides_;

@@ -58,6 +58,12 @@ class Deriver {
     else if (name == "time_whole" && is_list_of(info_.step_times.size()))
       good = std::all_of(info_.step_times.begin(), info_.step_times.end(),
                          [&](double time) { return append_real(values_, variable_.type, time); });
+    else if (name == "eb_status" && is_list_of(info_.block_cells.size()))
+      good = integers([&](std::size_t i) {
+        return std::optional<std::int64_t>(info_.block_cells[i] > 0 ? 1 : 0);
+      });
+    else if (const auto factors = set_factors_of(name))
+      good = ones(*factors);
     else
       good = set_table();
     return good ? std::optional(std::move(values_)) : std::nullopt;
@@ -121,11 +127,42 @@ class Deriver {
         return integers([&](std::size_t i) { return set_id(kind, i); });
       if (variable_.name == std::string(kind.prefix) + "_names" && is_table_of(shape_[0]))
         return names([&](std::size_t i) { return set_name(kind, i); });
+      if (kind.neutral && variable_.name == std::string(kind.prefix) + "_status" &&
+          shape_.size() == 1)
+        return integers([&](std::size_t i) { return set_status(kind, i); });
     }
     return false;
   }
+  // The extras say how many members there are, and so how many factors there can be.
+  bool ones(const SetFactors& factors) {
+    constexpr std::uint64_t kMostNodesOfSide = 9;  // of a hexahedron of 27 nodes
+    const std::uint64_t members = set_members(*factors.kind, factors.index);
+    if (shape_.size() != 1 || shape_[0] == 0) return false;
+    const bool sides = factors.kind == &kSetKinds[1];
+    if (sides ? shape_[0] > kMostNodesOfSide * members : shape_[0] != members) return false;
+    for (std::uint64_t i = 0; i < shape_[0]; ++i)
+      if (!append_real(values_, variable_.type, 1)) return false;
+    return true;
+  }
+  std::uint64_t set_members(const SetKind& kind, std::size_t index) const {
+    const std::string key = set_key(kind, index, kMembersField);
+    std::uint64_t members = 0;
+    std::size_t part = 0;
+    for (const Extra* extra; (extra = extras_.find(part_key(key, part))) != nullptr; ++part)
+      members += extra->data.size() / std::max<std::size_t>(scalar_bytes(extra->type), 1);
+    return members;
+  }
+  // Whether it has members. Of a set of which nothing is there that is not known.
+  std::optional<std::int64_t> set_status(const SetKind& kind, std::size_t index) const {
+    if (set_members(kind, index) > 0) return 1;
+    if (extras_.find(set_key(kind, index, "id")) == nullptr) return std::nullopt;
+    return 0;
+  }
   std::optional<std::int64_t> set_id(const SetKind& kind, std::size_t index) const {
     const Extra* extra = extras_.find(set_key(kind, index, "id"));
+    // As shm/sets.h has it.
+    if (extra == nullptr && kind.neutral && set_members(kind, index) > 0)
+      return static_cast<std::int64_t>(index) + 1;
     if (extra == nullptr || extra->data.size() != scalar_bytes(extra->type)) return std::nullopt;
     const auto values = integers_of(extra->type, extra->data);
     return values && !values->empty() ? std::optional(values->front()) : std::nullopt;

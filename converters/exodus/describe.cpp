@@ -63,9 +63,12 @@ class Description {
   void describe_blocks();
   void describe_arrays();
   void describe_times();
-  void read_set_labels(std::vector<Extra>& extras) const;
+  void read_set_labels(std::vector<Extra>& extras, const ExtraIndex& members) const;
+  bool lists_members(std::size_t v) const {
+    return extra_key(skeleton_.variables[v].name).ends_with("/members");
+  }
   void read_extras();
-  void read_variable(std::size_t v, const ExtraIndex& labels, std::vector<Extra>& out) const;
+  std::vector<Extra> read_variable(std::size_t v, const ExtraIndex& known) const;
   Extra read_rows(int index, std::uint64_t first, std::uint64_t count) const;
 
   const Skeleton& skeleton_;
@@ -153,7 +156,8 @@ void Description::describe_times() {
     info_.step_times[step] = as_double(values.data() + step * scalar_bytes(type), type);
 }
 
-void Description::read_set_labels(std::vector<Extra>& extras) const {
+// An id that follows from the number of its set, as shm/sets.h has it, is left out.
+void Description::read_set_labels(std::vector<Extra>& extras, const ExtraIndex& members) const {
   for (const SetKind& kind : kSetKinds) {
     const int table = skeleton_.find_variable(std::string(kind.prefix) + "_prop1");
     if (table < 0) continue;
@@ -168,8 +172,11 @@ void Description::read_set_labels(std::vector<Extra>& extras) const {
     const auto bytes = static_cast<std::ptrdiff_t>(scalar_bytes(type));
     for (std::size_t i = 0; i < shape[0]; ++i) {
       const auto begin = ids.begin() + static_cast<std::ptrdiff_t>(i) * bytes;
-      extras.push_back(
-          {set_key(kind, i, "id"), type, Reference::nothing, {1}, {begin, begin + bytes}});
+      Extra id{set_key(kind, i, "id"), type, Reference::nothing, {1}, {begin, begin + bytes}};
+      const Extra* list = kind.neutral ? members.find(set_key(kind, i, kMembersField)) : nullptr;
+      const bool known = list != nullptr && !list->data.empty() &&
+                         integers_of_extra(id).at(0) == static_cast<std::int64_t>(i) + 1;
+      if (!known) extras.push_back(std::move(id));
       if (i >= labels.size() || labels[i].empty()) continue;
       const auto* text = reinterpret_cast<const std::byte*>(labels[i].data());
       extras.push_back({set_key(kind, i, "name"),
@@ -190,19 +197,27 @@ void Description::read_extras() {
                     Reference::nothing,
                     {text.size()},
                     {bytes, bytes + text.size()}});
-  read_set_labels(extras);
-  const ExtraIndex labels(extras);
-  std::vector<Extra> values;
-  for (std::size_t v = 0; v < skeleton_.variables.size(); ++v)
-    if (layout_.uses[v] == Use::extra) read_variable(v, labels, values);
+  // What others may follow from is read first; all stand in the order of the variables.
+  std::vector<std::vector<Extra>> values(skeleton_.variables.size());
+  ExtraIndex known;
+  const auto read_all = [&](bool members) {
+    for (std::size_t v = 0; v < values.size(); ++v)
+      if (layout_.uses[v] == Use::extra && lists_members(v) == members)
+        values[v] = read_variable(v, known);
+  };
+  read_all(true);
+  for (const std::vector<Extra>& list : values) known.add(list);
+  read_set_labels(extras, known);
+  known.add(extras);
+  read_all(false);
   info_.extras = std::move(extras);
-  info_.extras.insert(info_.extras.end(), std::make_move_iterator(values.begin()),
-                      std::make_move_iterator(values.end()));
+  for (std::vector<Extra>& list : values)
+    info_.extras.insert(info_.extras.end(), std::make_move_iterator(list.begin()),
+                        std::make_move_iterator(list.end()));
 }
 
 // A variable as extras, of some rows each when it is large. Nothing when it follows from the rest.
-void Description::read_variable(std::size_t v, const ExtraIndex& labels,
-                                std::vector<Extra>& out) const {
+std::vector<Extra> Description::read_variable(std::size_t v, const ExtraIndex& known) const {
   const Variable& one = skeleton_.variables[v];
   const Reference refers = reference_of(one.name);
   const std::uint64_t count = refers == Reference::vertex ? layout_.vertices : layout_.cells;
@@ -212,8 +227,8 @@ void Description::read_variable(std::size_t v, const ExtraIndex& labels,
   bool referring = integral && refers != Reference::nothing;
   for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
     Extra part = read_rows(static_cast<int>(v), rows[i], rows[i + 1] - rows[i]);
-    if (rows.size() == 2 && derived_values(skeleton_, layout_, v, info_, labels) == part.data)
-      return;
+    if (rows.size() == 2 && derived_values(skeleton_, layout_, v, info_, known) == part.data)
+      return {};
     parts.push_back(std::move(part));
     if (referring && !refer_from_zero(parts.back(), refers, count)) {
       // What is no reference in one part is none in any.
@@ -224,10 +239,8 @@ void Description::read_variable(std::size_t v, const ExtraIndex& labels,
   }
   const bool plain = refers != Reference::nothing && !referring;
   const std::string key = plain ? plain_key(one.name) : extra_key(one.name);
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    parts[i].key = part_key(key, i);
-    out.push_back(std::move(parts[i]));
-  }
+  for (std::size_t i = 0; i < parts.size(); ++i) parts[i].key = part_key(key, i);
+  return parts;
 }
 
 // Rows of a variable: those of its first dimension.

@@ -18,15 +18,14 @@
 //
 // Extras:
 //   exodus/skeleton              text: the netCDF structure in file order (below)
-//   exodus/<kind>_set/<i>/...    kind is node, side, edge, face or elem; i counts from 0
+//   mesh/node_set/<i>/..., mesh/side_set/<i>/..., mesh/element_set/<i>/...
+//                                as in shm/sets.h and spec/registry.md; each list in the type that
+//                                the file has (members int32, or int64 when that is wider)
+//   exodus/edge_set/<i>/..., exodus/face_set/<i>/...    i counts from 0
 //     id                         integer [1]
 //     name                       text, when there is one
-//     vertices, cells, edges, faces
-//                                members; vertices and cells from 0, with references (int32, or
-//                                int64 when the file has wider integers), edges and faces as they
-//                                are in the file (from 1)
-//     sides                      local side of each cell, from 1 (side sets); orientation of each
-//                                edge or face (edge and face sets)
+//     edges, faces               members as they are in the file (from 1)
+//     sides                      orientation of each edge or face
 //     factors                    distribution factors
 //   exodus/variable/<name>       any other netCDF variable, row-major, in its own type: QA and info
 //                                records, coordinate names, properties, attribute names, global and
@@ -35,9 +34,11 @@
 //                                zero. With a reference: vertices or cells from 0, as above
 //   .../1, .../2, ...            further rows of a variable of more than 16 MiB, behind its first
 // A variable that follows from the rest of the mesh is not carried twice: ids and names of
-// blocks and sets, names of nodal and element variables, their truth table, times, node counts of
-// polygons. Members that are numbers of no vertex or cell make their variable a plain
-// exodus/variable. What of a file is kept, and how: exodus.md.
+// blocks and sets, whether they have members (eb_status ...), distribution factors of 1, names of
+// nodal and element variables, their truth table, times, node counts of polygons. Files before 0.10
+// have sets under keys of Exodus and carry more of these (old_extras.h). Members that are numbers
+// of no vertex or cell make their variable a plain exodus/variable. What of a file is kept, and
+// how: exodus.md.
 //
 // The skeleton: a line for each thing, fields separated by tabs, names and text %-encoded:
 //   N  kind                      classic, 64-bit-offset, cdf5, netcdf4 or netcdf4-classic

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <map>
@@ -36,6 +37,11 @@ struct Column {
 
 // Integers whose values a float holds, or floats.
 bool fits_float(ScalarType type) { return type == ScalarType::float32 || scalar_bytes(type) <= 2; }
+
+bool is_float_value(double value) {
+  constexpr double kMost = std::numeric_limits<float>::max();
+  return std::fabs(value) <= kMost && double{static_cast<float>(value)} == value;
+}
 
 template <class Real>
 Real real_at(const std::byte* from, ScalarType type) {
@@ -90,6 +96,14 @@ class FreeNumbers {
   std::map<std::int64_t, std::int64_t> next_;  // of each that is taken: where to go on
 };
 
+// The library refuses other numbers of factors.
+std::vector<MeshSet> sets_to_write(const MeshInfo& info) {
+  std::vector<MeshSet> sets = sets_of_extras(info);
+  for (MeshSet& set : sets)
+    if (!has_usual_factors(set)) set.factors.clear();
+  return sets;
+}
+
 class ForeignWriter {
  public:
   ForeignWriter(MeshSource& mesh, const std::string& path, Spool& spool)
@@ -97,7 +111,7 @@ class ForeignWriter {
         info_(mesh.info()),
         place_{path, ErrorCode::output},
         grouping_(mesh, spool, false),
-        sets_(sets_of_extras(info_)) {}
+        sets_(sets_to_write(info_)) {}
   ~ForeignWriter() {
     if (exoid_ >= 0) ex_close(exoid_);
   }
@@ -187,6 +201,8 @@ class ForeignWriter {
     bool small = info_.schema.coordinate_type == ScalarType::float32;
     for (const ArrayInfo& array : info_.schema.arrays)
       small &= !array.role.empty() || fits_float(array.type);
+    for (const MeshSet& set : sets_)
+      small &= std::all_of(set.factors.begin(), set.factors.end(), is_float_value);
     real_bytes_ = small ? 4 : 8;
     std::uint64_t largest = info_.vertices * static_cast<std::uint64_t>(real_bytes_);
     std::uint64_t most = std::max(info_.vertices, info_.cells());
@@ -211,7 +227,7 @@ class ForeignWriter {
     std::size_t longest = kShortNames;
     for (const auto* columns : {&nodal_, &element_})
       for (const Column& column : *columns) longest = std::max(longest, column.name.size());
-    for (const TransferSet& set : sets_)
+    for (const MeshSet& set : sets_)
       longest = std::max(longest, std::min(set.name.size(), kLongestName));
     for (const BlockInfo& block : info_.schema.blocks)
       longest = std::max(longest, std::min(block.name.size(), kLongestName));
@@ -227,10 +243,10 @@ class ForeignWriter {
     parameters.num_nodes = static_cast<std::int64_t>(info_.vertices);
     parameters.num_elem = static_cast<std::int64_t>(info_.cells());
     parameters.num_elem_blk = static_cast<std::int64_t>(grouping_.groups().size());
-    for (const TransferSet& set : sets_) {
-      auto& count = set.kind == TransferSet::Kind::nodes   ? parameters.num_node_sets
-                    : set.kind == TransferSet::Kind::sides ? parameters.num_side_sets
-                                                           : parameters.num_elem_sets;
+    for (const MeshSet& set : sets_) {
+      auto& count = set.kind == MeshSet::Kind::nodes   ? parameters.num_node_sets
+                    : set.kind == MeshSet::Kind::sides ? parameters.num_side_sets
+                                                       : parameters.num_elem_sets;
       ++count;
     }
     check(ex_put_init_ext(exoid_, &parameters), "dimensions");
@@ -274,38 +290,46 @@ class ForeignWriter {
     if (named) check(ex_put_names(exoid_, EX_ELEM_BLOCK, pointers(names).data()), "block names");
   }
 
-  static ex_entity_type kind_of(const TransferSet& set) {
-    return set.kind == TransferSet::Kind::nodes   ? EX_NODE_SET
-           : set.kind == TransferSet::Kind::sides ? EX_SIDE_SET
-                                                  : EX_ELEM_SET;
+  static ex_entity_type kind_of(const MeshSet& set) {
+    return set.kind == MeshSet::Kind::nodes   ? EX_NODE_SET
+           : set.kind == MeshSet::Kind::sides ? EX_SIDE_SET
+                                              : EX_ELEM_SET;
   }
 
   void define_sets() {
     std::map<ex_entity_type, FreeNumbers> free;
-    for (const TransferSet& set : sets_) {
+    for (const MeshSet& set : sets_) {
       const ex_entity_type kind = kind_of(set);
       const std::int64_t id = free[kind].take(
           std::clamp<std::int64_t>(set.id, 1, std::numeric_limits<std::int64_t>::max() / 2));
       set_ids_.push_back(id);
-      check(ex_put_set_param(exoid_, kind, id, static_cast<std::int64_t>(set.members.size()), 0),
-            set.label());
+      check(ex_put_set_param(exoid_, kind, id, static_cast<std::int64_t>(set.members.size()),
+                             static_cast<std::int64_t>(set.factors.size())),
+            label_of(set));
       if (!set.name.empty())
-        check(ex_put_name(exoid_, kind, id, set.name.substr(0, kLongestName).c_str()), set.label());
+        check(ex_put_name(exoid_, kind, id, set.name.substr(0, kLongestName).c_str()),
+              label_of(set));
     }
   }
 
+  template <class Real>
   void write_sets() {
     for (std::size_t s = 0; s < sets_.size(); ++s) {
-      const TransferSet& set = sets_[s];
+      const MeshSet& set = sets_[s];
       if (set.members.empty()) continue;
       std::vector<std::int64_t> members;
-      for (const std::int64_t member : set.members)
-        members.push_back(1 + (set.kind == TransferSet::Kind::nodes
-                                   ? member
-                                   : static_cast<std::int64_t>(
-                                         grouping_.position(static_cast<std::uint64_t>(member)))));
-      const void* sides = set.sides.empty() ? nullptr : set.sides.data();
-      check(ex_put_set(exoid_, kind_of(set), set_ids_[s], members.data(), sides), set.label());
+      for (const std::uint64_t member : set.members)
+        members.push_back(1 + static_cast<std::int64_t>(set.kind == MeshSet::Kind::nodes
+                                                            ? member
+                                                            : grouping_.position(member)));
+      const std::vector<std::int64_t> sides(set.sides.begin(), set.sides.end());
+      check(ex_put_set(exoid_, kind_of(set), set_ids_[s], members.data(),
+                       sides.empty() ? nullptr : sides.data()),
+            label_of(set));
+      if (set.factors.empty()) continue;
+      std::vector<Real> factors;
+      for (const double factor : set.factors) factors.push_back(static_cast<Real>(factor));
+      check(ex_put_set_dist_fact(exoid_, kind_of(set), set_ids_[s], factors.data()), label_of(set));
     }
   }
 
@@ -333,7 +357,7 @@ class ForeignWriter {
     write_points<Real>();
     write_cells();
     for (const std::size_t map : maps_) write_map(map);
-    write_sets();
+    write_sets<Real>();
     for (std::size_t step = 0; step < times_.size(); ++step) {
       const auto time = static_cast<Real>(times_[step]);
       check(ex_put_time(exoid_, static_cast<int>(step + 1), &time), "times");
@@ -521,7 +545,7 @@ class ForeignWriter {
   const MeshInfo& info_;
   Place place_;
   CellGrouping grouping_;
-  const std::vector<TransferSet> sets_;
+  const std::vector<MeshSet> sets_;
   std::vector<std::int64_t> set_ids_;
   int exoid_ = -1;
   int real_bytes_ = 8;

@@ -5,10 +5,11 @@
 #include "exodus/appended_extras.h"
 #include "exodus/exodus.h"
 #include "exodus/foreign.h"
+#include "exodus/old_extras.h"
 #include "exodus/skeleton.h"
 #include "mesh/extra_index.h"
 #include "mesh/mesh_source.h"
-#include "sets/transfer_sets.h"
+#include "sets/set_folders.h"
 #include "transfer/format.h"
 
 namespace shm::converters {
@@ -18,12 +19,13 @@ namespace {
 constexpr std::string_view kVariable = "exodus/variable/";
 constexpr const char* kSkeleton = "exodus/skeleton";
 
-// "exodus/edge_set/0/edges": the kind, id and name of its set.
+// "exodus/edge_set/0/edges": the kind, id and name of its set; empty where the key is of none.
 std::string set_of_key(const ExtraIndex& extras, const std::string& key) {
-  const std::size_t second = key.find('/', 7), third = key.find('/', second + 1);
-  if (second == std::string::npos || third == std::string::npos) return {};
-  const std::string folder = key.substr(0, third + 1);
-  std::string kind = key.substr(7, second - 7);
+  const auto set = set_folder_of(key);
+  if (!set) return {};
+  const std::string folder =
+      key.substr(0, set->format.size() + set->kind.size() + set->number.size() + 3);
+  std::string kind(set->kind);
   std::replace(kind.begin(), kind.end(), '_', ' ');
   const Extra* id = extras.find(folder + "id");
   const Extra* name = extras.find(folder + "name");
@@ -59,13 +61,6 @@ std::string label_of_key(const ExtraIndex& extras, const std::string& key) {
 
 class ExodusSource final : public SourceFormat {
  public:
-  std::vector<TransferSet> sets(const MeshInfo& info, Keys& used) const override {
-    constexpr SetKeys kKinds[] = {{TransferSet::Kind::nodes, "node_set", "vertices"},
-                                  {TransferSet::Kind::sides, "side_set", "cells"},
-                                  {TransferSet::Kind::elements, "elem_set", "cells"}};
-    return sets_in_folders(info, "exodus", kKinds, used);
-  }
-
   std::string title(const MeshInfo& info, Keys&) const override {
     const Extra* extra = find_extra(info, kSkeleton);
     if (extra == nullptr) return {};
@@ -89,6 +84,8 @@ class ExodusSource final : public SourceFormat {
     return array.role == kExodusMaps.vertices_role || array.role == kExodusMaps.cells_role;
   }
 
+  void translate_old_extras(MeshInfo& info) const override { exodus::translate_old_extras(info); }
+
   LossList losses(const MeshInfo& info, const Keys& used) const override {
     LossList losses;
     LossCollector of_variables(&losses);  // a set has several extras
@@ -96,7 +93,7 @@ class ExodusSource final : public SourceFormat {
     for (const Extra& extra : info.extras) {
       if (used.contains(extra.key) || extra.key == kSkeleton) continue;
       if (extra.key.starts_with(kVariable) && is_usual(extra)) continue;
-      if (extra.key.starts_with("exodus/"))
+      if (extra.key.starts_with("exodus/") || set_folder_of(extra.key))
         of_variables.add(label_of_key(extras, extra.key));
       else
         losses.push_back("extra" + quoted(extra.key));

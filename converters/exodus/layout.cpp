@@ -337,22 +337,33 @@ class Surveyor {
 };
 
 struct Member {
-  std::string_view prefix, kind, field;
+  std::string_view prefix;
+  const SetKind* kind;
+  std::string_view field;
   Reference refers;
 };
-constexpr std::array<Member, 12> kMembers{
-    {{"node_ns", "node_set", "vertices", Reference::vertex},
-     {"dist_fact_ns", "node_set", "factors", Reference::nothing},
-     {"elem_ss", "side_set", "cells", Reference::cell},
-     {"side_ss", "side_set", "sides", Reference::nothing},
-     {"dist_fact_ss", "side_set", "factors", Reference::nothing},
-     {"edge_es", "edge_set", "edges", Reference::nothing},
-     {"ornt_es", "edge_set", "sides", Reference::nothing},
-     {"dist_fact_es", "edge_set", "factors", Reference::nothing},
-     {"face_fs", "face_set", "faces", Reference::nothing},
-     {"ornt_fs", "face_set", "sides", Reference::nothing},
-     {"dist_fact_fs", "face_set", "factors", Reference::nothing},
-     {"elem_els", "elem_set", "cells", Reference::cell}}};
+constexpr const SetKind *kNodes = &kSetKinds[0], *kSides = &kSetKinds[1], *kEdges = &kSetKinds[2],
+                        *kFaces = &kSetKinds[3], *kElements = &kSetKinds[4];
+constexpr std::array<Member, 13> kMembers{
+    {{"node_ns", kNodes, kMembersField, Reference::vertex},
+     {"dist_fact_ns", kNodes, kFactorsField, Reference::nothing},
+     {"elem_ss", kSides, kMembersField, Reference::cell},
+     {"side_ss", kSides, "sides", Reference::nothing},
+     {"dist_fact_ss", kSides, kFactorsField, Reference::nothing},
+     {"edge_es", kEdges, "edges", Reference::nothing},
+     {"ornt_es", kEdges, "sides", Reference::nothing},
+     {"dist_fact_es", kEdges, kFactorsField, Reference::nothing},
+     {"face_fs", kFaces, "faces", Reference::nothing},
+     {"ornt_fs", kFaces, "sides", Reference::nothing},
+     {"dist_fact_fs", kFaces, kFactorsField, Reference::nothing},
+     {"elem_els", kElements, kMembersField, Reference::cell},
+     {"dist_fact_els", kElements, kFactorsField, Reference::nothing}}};
+
+const Member* member_of(std::string_view name, std::uint32_t& number) {
+  for (const Member& member : kMembers)
+    if ((number = number_after(name, member.prefix)) > 0) return &member;
+  return nullptr;
+}
 
 }  // namespace
 
@@ -492,22 +503,26 @@ std::string part_key(const std::string& key, std::size_t part) {
 std::string plain_key(std::string_view name) { return "exodus/variable/" + std::string(name); }
 
 std::string set_key(const SetKind& kind, std::size_t index, std::string_view field) {
-  return "exodus/" + std::string(kind.kind) + "/" + std::to_string(index) + "/" +
-         std::string(field);
+  return std::string(kind.folder) + std::to_string(index) + "/" + std::string(field);
+}
+
+std::optional<SetFactors> set_factors_of(std::string_view name) {
+  std::uint32_t number = 0;
+  const Member* member = member_of(name, number);
+  if (member == nullptr || !member->kind->neutral || member->field != kFactorsField)
+    return std::nullopt;
+  return SetFactors{member->kind, number - 1};
 }
 
 std::string extra_key(std::string_view name) {
-  for (const Member& member : kMembers)
-    if (const std::uint32_t number = number_after(name, member.prefix); number > 0)
-      return set_key({member.kind, {}}, number - 1, member.field);
-  if (const std::uint32_t number = number_after(name, "dist_fact_els"); number > 0)
-    return set_key({"elem_set", {}}, number - 1, "factors");
-  return plain_key(name);
+  std::uint32_t number = 0;
+  const Member* member = member_of(name, number);
+  return member == nullptr ? plain_key(name) : set_key(*member->kind, number - 1, member->field);
 }
 
 Reference reference_of(std::string_view name) {
-  for (const Member& member : kMembers)
-    if (number_after(name, member.prefix) > 0) return member.refers;
+  std::uint32_t number = 0;
+  if (const Member* member = member_of(name, number)) return member->refers;
   // Nodes of edge and face blocks, and Nemesis' lists of local nodes and elements.
   if (number_after(name, "ebconn") > 0 || number_after(name, "fbconn") > 0 || name == "node_mapi" ||
       name == "node_mapb" || name == "node_mape" || name == "n_comm_nids")

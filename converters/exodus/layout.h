@@ -104,22 +104,32 @@ std::optional<std::vector<std::int64_t>> integers_of(ScalarType type,
 // False when `type` is no integer or cannot hold the value.
 bool append_integer(std::vector<std::byte>& out, ScalarType type, std::int64_t value);
 
-// Values of a variable that follows from the rest of the mesh: ids, names, times, truth table.
+// Values of a variable that follows from the rest of the mesh: ids, names, times, truth table,
+// whether blocks and sets have members, distribution factors of 1.
 // Null when `variable` is no such one or its type cannot hold them.
 std::optional<std::vector<std::byte>> derived_values(const Skeleton& skeleton, const Layout& layout,
                                                      std::size_t variable, const MeshInfo& info,
                                                      const ExtraIndex& extras);
 
-// Sets of entities: "node_set" with "ns", and so on.
+// Sets of entities: where their extras are (those of shm/sets.h are neutral), what their variables
+// are called.
 struct SetKind {
-  std::string_view kind, prefix;
+  std::string_view folder, prefix;
+  bool neutral;
 };
-inline constexpr std::array<SetKind, 5> kSetKinds{{{"node_set", "ns"},
-                                                   {"side_set", "ss"},
-                                                   {"edge_set", "es"},
-                                                   {"face_set", "fs"},
-                                                   {"elem_set", "els"}}};
+inline constexpr std::array<SetKind, 5> kSetKinds{{{"mesh/node_set/", "ns", true},
+                                                   {"mesh/side_set/", "ss", true},
+                                                   {"exodus/edge_set/", "es", false},
+                                                   {"exodus/face_set/", "fs", false},
+                                                   {"mesh/element_set/", "els", true}}};
+inline constexpr std::string_view kMembersField = "members", kFactorsField = "factors";
 std::string set_key(const SetKind& kind, std::size_t index, std::string_view field);
+// Of a neutral set, when variable `name` has its distribution factors.
+struct SetFactors {
+  const SetKind* kind;
+  std::size_t index;
+};
+std::optional<SetFactors> set_factors_of(std::string_view name);
 
 // Row `index` of a table of names, without padding.
 std::string name_in_table(const std::vector<std::byte>& table, std::uint64_t width,

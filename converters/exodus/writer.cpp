@@ -5,7 +5,9 @@
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -74,8 +76,11 @@ class SkeletonWriter {
 
   // Whatever is missing is reported before anything is written.
   void check_values() const {
+    std::set<std::string_view> names;
     for (std::size_t v = 0; v < skeleton_.variables.size(); ++v) {
       const Variable& one = skeleton_.variables[v];
+      if (!names.insert(one.name).second)
+        place_.fail(ErrorCode::corrupt, "variable '" + one.name + "'", "is there twice");
       if (layout_.uses[v] != Use::extra || skeleton_.size(one) == 0) continue;
       const auto parts = extras_of(one);
       const auto rows = rows_of_parts(skeleton_, one);

@@ -127,17 +127,23 @@ class SectionsOfSteps {
 
 class GmshSource final : public SourceFormat {
  public:
-  // Physical groups, but for those that the names of their blocks are.
-  std::vector<TransferSet> sets(const MeshInfo& info, Keys&) const override {
-    std::vector<TransferSet> sets;
+  void translate_old_extras(MeshInfo& info) const override { add_group_sets(info); }
+
+  // Physical groups, but for those that the names of their blocks are, where there are too many of
+  // them for the extras to hold.
+  std::vector<MeshSet> sets(const MeshInfo& info, Keys&) const override {
+    std::vector<MeshSet> sets;
+    if (std::any_of(info.extras.begin(), info.extras.end(),
+                    [](const Extra& extra) { return extra.key.starts_with("mesh/element_set/"); }))
+      return sets;
     for (const GmshGroup& group : gmsh_groups(info)) {
       const bool named = !group.name.empty() &&
                          std::all_of(group.blocks.begin(), group.blocks.end(), [&](auto block) {
                            return info.schema.blocks[block].name == group.name;
                          });
       if (named || group.blocks.empty()) continue;
-      TransferSet set;
-      set.kind = TransferSet::Kind::elements;
+      MeshSet set;
+      set.kind = MeshSet::Kind::elements;
       set.id = group.tag;
       set.name = group.name;
       set.blocks = group.blocks;
@@ -146,10 +152,10 @@ class GmshSource final : public SourceFormat {
     return sets;
   }
 
-  std::vector<MeshSet> named_groups(const MeshInfo& info) const override {
+  std::vector<NamedGroup> named_groups(const MeshInfo& info) const override {
     constexpr const char* kKinds[] = {"physical point", "physical curve", "physical surface",
                                       "physical volume"};
-    std::vector<MeshSet> groups;
+    std::vector<NamedGroup> groups;
     for (const auto& [group, name] : gmsh_group_names(info))
       if (const auto [dimension, tag] = group; dimension >= 0 && dimension <= 3)
         groups.push_back({kKinds[dimension], std::to_string(tag), name, {}});

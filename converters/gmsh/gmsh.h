@@ -21,12 +21,15 @@
 //   gmsh/mesh_format       text: the line of $MeshFormat, e.g. "4.1 0 8"; "1" for MSH 1
 //   gmsh/byte_order        text: "little" or "big"; binary files only
 //   gmsh/sections          text: a line for each section, "name TAB kind TAB step TAB array";
-//                          kind is format, nodes, elements, array, list, links, ghosts, raw or
-//                          between (text between sections, no name)
+//                          kind is format, nodes, elements, array, list, links, ghosts, names,
+//                          raw or between (text between sections, no name)
 //   gmsh/nodes/first_tag, gmsh/elements/first_tag   int64, when the tags count up from it
 //   gmsh/nodes/entities    int32 [n, 3]: dimension, tag, parametric, in file order
 //   gmsh/elements/blocks   int32 [blocks, 3]: dimension, entity, type (MSH 4), or
 //                          int32 [blocks, 4]: type, number of tags, first two tags (MSH 1/2)
+//   mesh/element_set/<i>/...   physical groups to which blocks belong, as in shm/sets.h, in order
+//   of
+//                          dimension and tag; $PhysicalNames of kind names is made of these
 //   gmsh/section/<k>       uint8: content of the raw section, or text, in line k (from 0) of
 //                          gmsh/sections
 //   gmsh/section/<k>/header   text: string, real and integer tags of a data section

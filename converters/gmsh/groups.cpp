@@ -1,13 +1,16 @@
 #include "gmsh/groups.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstdlib>
+#include <utility>
 
 #include "base/failure.h"
 #include "base/text_input.h"
 #include "gmsh/types.h"
 #include "mesh/extra_index.h"
 #include "mesh/mesh_source.h"
+#include "sets/transfer_sets.h"
 
 namespace shm::converters {
 
@@ -85,6 +88,35 @@ std::string GmshNaming::block_name(std::span<const std::int32_t> row) const {
 
 namespace {
 
+// The rows of extra gmsh/elements/blocks, as many for each block; none where it is not of that
+// form.
+std::vector<std::int32_t> block_rows(const MeshInfo& info) {
+  const Extra* table = find_extra(info, "gmsh/elements/blocks");
+  const std::size_t blocks = info.schema.blocks.size();
+  if (table == nullptr || blocks == 0) return {};
+  std::vector<std::int32_t> rows;
+  for (const std::int64_t value : integers_of_extra(*table))
+    rows.push_back(static_cast<std::int32_t>(value));
+  if (rows.size() % blocks != 0) return {};
+  return rows;
+}
+
+// Of groups that are element sets in the extras; a group has elements of one dimension.
+std::vector<GmshGroup> groups_of_sets(const MeshInfo& info) {
+  const std::vector<std::int32_t> rows = block_rows(info);
+  if (rows.empty()) return {};
+  const std::size_t width = rows.size() / info.schema.blocks.size();
+  if (width != 3 && width != 4) return {};
+  std::vector<GmshGroup> groups;
+  for (MeshSet& set : sets_of_extras(info)) {
+    if (set.kind != MeshSet::Kind::elements || set.blocks.empty()) continue;
+    const std::int32_t first = rows[set.blocks[0] * width];
+    groups.push_back({width == 3 ? first : gmsh_type(first).dimension, set.id, std::move(set.name),
+                      std::move(set.blocks)});
+  }
+  return groups;
+}
+
 GmshNaming naming_of_extras(const MeshInfo& info) {
   GmshNaming naming;
   const ExtraIndex extras(info.extras);
@@ -102,9 +134,12 @@ GmshNaming naming_of_extras(const MeshInfo& info) {
   encoding.swapped = (byte_order == "big") == (std::endian::native == std::endian::little);
   const std::string list = text("gmsh/sections");
   std::size_t number_of_section = 0;
+  bool names_of_sets = false;
   for (std::size_t at = 0; at < list.size(); ++number_of_section) {
     const std::string name = list.substr(at, list.find('\t', at) - at);
     const std::string content = text("gmsh/section/" + std::to_string(number_of_section));
+    if (name == "PhysicalNames" && content.empty() && !std::exchange(names_of_sets, true))
+      naming.add_names_of_sets(info);
     if (name == "PhysicalNames") naming.add_names(content);
     if (name == "Entities") naming.add_entities(content, false, encoding, version);
     if (name == "PartitionedEntities") naming.add_entities(content, true, encoding, version);
@@ -127,14 +162,10 @@ std::map<std::pair<std::int64_t, std::int64_t>, std::string> gmsh_group_names(
 bool gmsh_entities_have_bounds(const MeshInfo& info) { return naming_of_extras(info).any_bounds; }
 
 std::vector<GmshGroup> gmsh_groups(const MeshInfo& info) {
-  const Extra* table = find_extra(info, "gmsh/elements/blocks");
   const std::size_t blocks = info.schema.blocks.size();
-  if (table == nullptr || blocks == 0) return {};
-  std::vector<std::int32_t> rows;
-  for (const std::int64_t value : integers_of_extra(*table))
-    rows.push_back(static_cast<std::int32_t>(value));
+  const std::vector<std::int32_t> rows = block_rows(info);
+  if (rows.empty()) return {};
   const std::size_t width = rows.size() / blocks;
-  if (width * blocks != rows.size()) return {};
   const GmshNaming naming = naming_of_extras(info);
   std::map<std::pair<std::int64_t, std::int64_t>, GmshGroup> groups;
   std::size_t members = 0;
@@ -160,6 +191,63 @@ std::vector<GmshGroup> gmsh_groups(const MeshInfo& info) {
   std::vector<GmshGroup> all;
   for (auto& [key, group] : groups) all.push_back(std::move(group));
   return all;
+}
+
+void GmshNaming::add_names_of_sets(const MeshInfo& info) {
+  for (GmshGroup& group : groups_of_sets(info))
+    if (!group.name.empty()) names[{group.dimension, group.tag}] = std::move(group.name);
+}
+
+std::string gmsh_names_of_sets(const MeshInfo& info) {
+  std::string lines;
+  std::size_t count = 0;
+  for (const GmshGroup& group : groups_of_sets(info)) {
+    if (group.name.empty()) continue;
+    lines += std::to_string(group.dimension) + ' ' + std::to_string(group.tag) + " \"" +
+             group.name + "\"\n";
+    ++count;
+  }
+  return std::to_string(count) + '\n' + lines;
+}
+
+void add_group_sets(MeshInfo& info) {
+  constexpr std::size_t kMostSets = 1 << 16;  // each takes some extras
+  if (std::any_of(info.extras.begin(), info.extras.end(),
+                  [](const Extra& extra) { return extra.key.starts_with("mesh/element_set/"); }))
+    return;
+  std::vector<GmshGroup> groups;
+  try {
+    groups = gmsh_groups(info);
+  } catch (const Failure&) {  // too many: who wants to know them hears of it
+    return;
+  }
+  std::vector<MeshSet> sets;
+  for (GmshGroup& group : groups) {
+    MeshSet& set = sets.emplace_back();
+    set.kind = MeshSet::Kind::elements;
+    set.id = group.tag;
+    set.name = std::move(group.name);
+    set.blocks = std::move(group.blocks);
+  }
+  if (sets.empty() || sets.size() > kMostSets) return;
+  for (Extra& extra : set_extras(sets)) info.extras.push_back(std::move(extra));
+
+  constexpr std::string_view kRaw = "PhysicalNames\traw\t", kNames = "PhysicalNames\tnames\t";
+  const auto list = std::find_if(info.extras.begin(), info.extras.end(),
+                                 [](const Extra& extra) { return extra.key == "gmsh/sections"; });
+  if (list == info.extras.end()) return;
+  std::string sections = text_of_extra(*list);
+  std::size_t number = 0, at = 0;
+  for (; sections.compare(at, kRaw.size(), kRaw) != 0; ++number) {
+    at = sections.find('\n', at);
+    if (at == std::string::npos || ++at == sections.size()) return;
+  }
+  const std::string key = "gmsh/section/" + std::to_string(number);
+  const Extra* content = find_extra(info, key);
+  if (content == nullptr || text_of_extra(*content) != gmsh_names_of_sets(info)) return;
+  sections.replace(at, kRaw.size(), kNames);
+  *list = text_extra("gmsh/sections", sections);
+  std::erase_if(info.extras, [&](const Extra& extra) { return extra.key == key; });
 }
 
 }  // namespace shm::converters

@@ -2,8 +2,10 @@
 #include "gmsh/plan.h"
 
 #include <cstring>
+#include <utility>
 
 #include "base/failure.h"
+#include "gmsh/groups.h"
 #include "gmsh/types.h"
 
 namespace shm::converters {
@@ -195,11 +197,16 @@ class PlanFromExtras {
     static const std::map<std::string, Kind> kinds = {
         {"format", Kind::format},     {"raw", Kind::raw},     {"between", Kind::between},
         {"nodes", Kind::nodes},       {"array", Kind::array}, {"list", Kind::list},
-        {"elements", Kind::elements}, {"links", Kind::links}, {"ghosts", Kind::ghosts}};
+        {"elements", Kind::elements}, {"links", Kind::links}, {"ghosts", Kind::ghosts},
+        {"names", Kind::raw}};
     const auto found = kinds.find(kind);
     if (found == kinds.end()) extras_.fail("gmsh/sections", "names a kind that does not exist");
     section.kind = found->second;
-    if (section.kind == Kind::raw || section.kind == Kind::between)
+    if (kind == "names" && std::exchange(have_names_, true))
+      extras_.fail("gmsh/sections", "has the names of groups twice");
+    if (kind == "names")
+      section.content = gmsh_names_of_sets(info_);
+    else if (section.kind == Kind::raw || section.kind == Kind::between)
       section.content = extras_.text(key);
     if (section.kind == Kind::array || section.kind == Kind::list)
       section.header = extras_.text(key + "/header");
@@ -221,6 +228,7 @@ class PlanFromExtras {
   const MeshInfo& info_;
   const GmshExtras& extras_;
   GmshPlan plan_;
+  bool have_names_ = false;
   std::map<std::pair<bool, std::string>, std::size_t> names_;  // (of points, name) -> array
 };
 

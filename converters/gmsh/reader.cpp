@@ -47,6 +47,7 @@ class SectionReader {
     finish_gmsh_data(r_);
     if (!have_format_) r_.add_text("gmsh/mesh_format", "1");
     r_.add_text("gmsh/sections", section_list());
+    add_group_sets(r_.mesh->info_);
     return std::move(r_.mesh);
   }
 

@@ -12,7 +12,9 @@ namespace shm::converters {
 // Borrows the extras. Of several with one key the first is found.
 class ExtraIndex {
  public:
-  explicit ExtraIndex(const std::vector<Extra>& extras) {
+  ExtraIndex() = default;
+  explicit ExtraIndex(const std::vector<Extra>& extras) { add(extras); }
+  void add(const std::vector<Extra>& extras) {
     for (const Extra& extra : extras) by_key_.emplace(extra.key, &extra);
   }
   // Null when there is none.

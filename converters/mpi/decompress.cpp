@@ -109,6 +109,7 @@ void Part::open() {
   whole_.block_cells = extractor_->block_cells();
   whole_.step_times = unwrap(extractor_->step_times(), path);
   whole_.extras = unwrap(extractor_->extras(), path);
+  translate_old_extras(whole_);
   capabilities_ = *format_.capabilities;
   capabilities_.sibling = {};
 }
@@ -138,9 +139,9 @@ void Part::stage() {
     how.request.cells.range = CellSelection::Range{range_.first, range_.end};
   how.request.unused_vertices |= last;
   MeshInfo of_piece = whole_;
-  std::vector<TransferSet> sets = take_sets(of_piece);
-  piece_ = std::make_unique<PieceMesh>(*extractor_, how, std::move(of_piece.extras),
-                                       std::move(sets), options_.input, spool_);
+  const std::vector<MeshSet> sets = take_sets(of_piece);
+  piece_ = std::make_unique<PieceMesh>(*extractor_, how, std::move(of_piece.extras), sets,
+                                       options_.input, spool_);
   if (piece_->info().cells() != range_.end - range_.first)
     throw Failure(Error{ErrorCode::corrupt, "names cells that are not there", "index", kNoOffset,
                         options_.input});
@@ -193,6 +194,8 @@ LossList Part::translate() {
     translation_.emplace(*piece_, std::string(format_.name), capabilities_,
                          options_.steps.in(whole_.step_times), spool_, blocks_);
     losses = translation_->losses();
+    for (const std::string& set : piece_->without_factors())
+      losses.push_back("distribution factors of " + set);
     if (lost_vertices_ > 0)
       losses.push_back(std::to_string(lost_vertices_) + " vertices that no cell uses");
   });

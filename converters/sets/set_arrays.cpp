@@ -17,41 +17,41 @@ std::uint64_t bytes_of_mesh(const MeshInfo& info) { return 24 * info.vertices + 
 
 }  // namespace
 
-SetArrays::SetArrays(MeshSource& source, const std::vector<TransferSet>& sets, Spool& spool)
+SetArrays::SetArrays(MeshSource& source, const std::vector<MeshSet>& sets, Spool& spool)
     : ForwardingMesh(source), own_arrays_(source.info().schema.arrays.size()) {
   info_ = source.info();
   UniqueNames names;
   for (const ArrayInfo& array : info_.schema.arrays) names.keep(array.location, array.name);
   std::uint64_t room = std::max(kSetBytesAllowed, kMostOfMesh * bytes_of_mesh(info_));
-  for (const TransferSet& set : sets) {
+  for (const MeshSet& set : sets) {
     ArrayInfo info;
-    info.location = set.kind == TransferSet::Kind::nodes ? Location::point : Location::cell;
+    info.location = set.kind == MeshSet::Kind::nodes ? Location::point : Location::cell;
     const std::uint64_t bytes = info.location == Location::point ? info_.vertices : info_.cells();
     if (bytes > room) {
-      left_out_.push_back(set.label() + " (the arrays of all sets would be too large)");
+      left_out_.push_back(label_of(set) + " (the arrays of all sets would be too large)");
       continue;
     }
     PagedArray marks(spool, 1);
     if (!fill(set, marks)) {
-      left_out_.push_back(set.label());
+      left_out_.push_back(label_of(set));
       continue;
     }
     room -= bytes;
     info.type = ScalarType::uint8;
-    info.name = names.take(info.location, set.short_name());
+    info.name = names.take(info.location, short_name_of(set));
     if (!set.blocks.empty()) info.blocks = set.blocks;
     info_.schema.arrays.push_back(std::move(info));
     marks_.push_back(std::move(marks));
   }
 }
 
-bool SetArrays::fill(const TransferSet& set, PagedArray& marks) {
-  constexpr std::int64_t kMostSides = 8;
+bool SetArrays::fill(const MeshSet& set, PagedArray& marks) {
+  constexpr std::int32_t kMostSides = 8;
   for (std::size_t i = 0; i < set.members.size(); ++i) {
-    const auto member = static_cast<std::uint64_t>(set.members[i]);
+    const std::uint64_t member = set.members[i];
     std::uint8_t mark = 1;
-    if (set.kind == TransferSet::Kind::sides) {
-      const std::int64_t side = set.sides[i];
+    if (set.kind == MeshSet::Kind::sides) {
+      const std::int32_t side = set.sides[i];
       if (side < 1 || side > kMostSides) return false;
       mark = static_cast<std::uint8_t>(1 << (side - 1));
       if (member < marks.size()) mark |= marks.get<std::uint8_t>(member);

@@ -14,7 +14,7 @@ namespace shm::converters {
 
 class SetArrays final : public ForwardingMesh {
  public:
-  SetArrays(MeshSource& source, const std::vector<TransferSet>& sets, Spool& spool);
+  SetArrays(MeshSource& source, const std::vector<MeshSet>& sets, Spool& spool);
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
   // Labels of the sets with a side beyond the bits that there are, and of those that would make the
@@ -22,7 +22,7 @@ class SetArrays final : public ForwardingMesh {
   const std::vector<std::string>& left_out() const { return left_out_; }
 
  private:
-  bool fill(const TransferSet& set, PagedArray& marks);
+  bool fill(const MeshSet& set, PagedArray& marks);
 
   std::size_t own_arrays_;
   std::vector<PagedArray> marks_;  // uint8, of each added array, up to the last member

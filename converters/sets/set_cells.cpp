@@ -119,15 +119,22 @@ CellSide side_of_cell(CellShape shape, std::span<const std::uint64_t> corners, s
   return found;
 }
 
-SetCells::SetCells(MeshSource& source, const std::vector<TransferSet>& sets, bool flat,
-                   Spool& spool)
+std::size_t nodes_of_side(CellShape shape, std::uint32_t nodes_per_cell, std::uint64_t side,
+                          bool flat) {
+  constexpr std::uint32_t kMostNodes = 27;  // those behind are on no side
+  if (side < 1 || side > sides_of(shape, flat).size()) return 0;
+  const std::vector<std::uint64_t> corners(std::min(nodes_per_cell, kMostNodes));
+  return side_of_cell(shape, corners, side, flat).nodes.size();
+}
+
+SetCells::SetCells(MeshSource& source, const std::vector<MeshSet>& sets, bool flat, Spool& spool)
     : ForwardingMesh(source),
       corners_(spool, sizeof(std::uint64_t)),
       own_blocks_(source.info().schema.blocks.size()),
       at_block_(own_blocks_) {
   info_ = source.info();
-  for (const TransferSet& set : sets)
-    if (set.kind == TransferSet::Kind::nodes) add_nodes(set);
+  for (const MeshSet& set : sets)
+    if (set.kind == MeshSet::Kind::nodes) add_nodes(set);
   find_sides(sets, flat);
   if (info_.schema.blocks.size() > own_blocks_) leave_arrays_on_own_blocks();
 }
@@ -149,22 +156,20 @@ void SetCells::leave_arrays_on_own_blocks() {
   }
 }
 
-void SetCells::add_block(const TransferSet& set, CellShape shape, std::uint32_t nodes) {
-  info_.schema.blocks.push_back(BlockInfo{set.id, set.short_name(), shape, nodes});
+void SetCells::add_block(const MeshSet& set, CellShape shape, std::uint32_t nodes) {
+  info_.schema.blocks.push_back(BlockInfo{set.id, short_name_of(set), shape, nodes});
   info_.block_cells.push_back(0);
 }
 
-void SetCells::add_nodes(const TransferSet& set) {
+void SetCells::add_nodes(const MeshSet& set) {
   add_block(set, CellShape::vertex, 1);
   info_.block_cells.back() = set.members.size();
-  for (const std::int64_t node : set.members) {
-    const auto corner = static_cast<std::uint64_t>(node);
-    corners_.append(1, reinterpret_cast<const std::byte*>(&corner));
-  }
+  for (const std::uint64_t node : set.members)
+    corners_.append(1, reinterpret_cast<const std::byte*>(&node));
 }
 
 // One walk over the cells for all side sets together.
-void SetCells::find_sides(const std::vector<TransferSet>& sets, bool flat) {
+void SetCells::find_sides(const std::vector<MeshSet>& sets, bool flat) {
   struct Wanted {
     std::uint64_t cell;
     std::size_t set, place;
@@ -173,10 +178,10 @@ void SetCells::find_sides(const std::vector<TransferSet>& sets, bool flat) {
   std::vector<Wanted> wanted;
   std::vector<std::vector<CellSide>> found(sets.size());
   for (std::size_t s = 0; s < sets.size(); ++s) {
-    if (sets[s].kind != TransferSet::Kind::sides) continue;
+    if (sets[s].kind != MeshSet::Kind::sides) continue;
     found[s].resize(sets[s].members.size());
     for (std::size_t i = 0; i < sets[s].members.size(); ++i)
-      wanted.push_back({static_cast<std::uint64_t>(sets[s].members[i]), s, i});
+      wanted.push_back({sets[s].members[i], s, i});
   }
   std::sort(wanted.begin(), wanted.end());
   std::size_t next = 0;
@@ -187,7 +192,7 @@ void SetCells::find_sides(const std::vector<TransferSet>& sets, bool flat) {
     for (std::size_t i = 0; i < batch.size(); ++i, ++cell) {
       for (; next < wanted.size() && wanted[next].cell == cell; ++next) {
         const Wanted& at = wanted[next];
-        const std::int64_t side = sets[at.set].sides[at.place];
+        const std::int32_t side = sets[at.set].sides[at.place];
         found[at.set][at.place] =
             side_of_cell(info_.schema.blocks[batch.blocks[i]].shape, batch.cell(i),
                          static_cast<std::uint64_t>(side), flat);
@@ -195,10 +200,10 @@ void SetCells::find_sides(const std::vector<TransferSet>& sets, bool flat) {
     }
   }
   for (std::size_t s = 0; s < sets.size(); ++s) {
-    if (sets[s].kind != TransferSet::Kind::sides) continue;
+    if (sets[s].kind != MeshSet::Kind::sides) continue;
     const auto unknown = [](const CellSide& side) { return side.nodes.empty(); };
     if (std::any_of(found[s].begin(), found[s].end(), unknown)) {
-      left_out_.push_back(sets[s].label());
+      left_out_.push_back(label_of(sets[s]));
       continue;
     }
     std::map<std::pair<CellShape, std::size_t>, std::vector<const CellSide*>> kinds;

@@ -15,7 +15,7 @@ namespace shm::converters {
 class SetCells final : public ForwardingMesh {
  public:
   // `flat`: the mesh is one of two dimensions, so the sides of its triangles and quads are edges.
-  SetCells(MeshSource& source, const std::vector<TransferSet>& sets, bool flat, Spool& spool);
+  SetCells(MeshSource& source, const std::vector<MeshSet>& sets, bool flat, Spool& spool);
   bool next_cells(CellBatch& out, std::size_t max_cells) override;
   void rewind_cells() override;
   // Labels of the sets that could not be made cells of, because a side is not known.
@@ -26,9 +26,9 @@ class SetCells final : public ForwardingMesh {
     std::uint64_t cell, side, place;  // place: among the members of all sets
   };
   void leave_arrays_on_own_blocks();
-  void add_nodes(const TransferSet& set);
-  void find_sides(const std::vector<TransferSet>& sets, bool flat);
-  void add_block(const TransferSet& set, CellShape shape, std::uint32_t nodes);
+  void add_nodes(const MeshSet& set);
+  void find_sides(const std::vector<MeshSet>& sets, bool flat);
+  void add_block(const MeshSet& set, CellShape shape, std::uint32_t nodes);
 
   PagedArray corners_;                      // of the added cells
   std::vector<std::uint64_t> added_cells_;  // of each added block
@@ -45,5 +45,8 @@ struct CellSide {
 };
 CellSide side_of_cell(CellShape shape, std::span<const std::uint64_t> corners, std::uint64_t side,
                       bool flat);
+// How many nodes that side has where cells have `nodes_per_cell`; 0 where there is no such side.
+std::size_t nodes_of_side(CellShape shape, std::uint32_t nodes_per_cell, std::uint64_t side,
+                          bool flat);
 
 }  // namespace shm::converters

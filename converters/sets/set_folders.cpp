@@ -18,19 +18,29 @@ bool is_number(std::string_view text) {
   return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
+// "members" of "mesh/node_set/3/members".
+std::string_view rest_of(std::string_view key, const SetFolder& folder) {
+  return key.substr(folder.format.size() + folder.kind.size() + folder.number.size() + 3);
+}
+
 }  // namespace
+
+std::optional<SetFolder> set_folder_of(std::string_view key) {
+  const std::string_view format = take_part(key), kind = take_part(key), number = take_part(key);
+  if (!kind.ends_with("_set") || !is_number(number) || key.empty()) return std::nullopt;
+  return SetFolder{format, kind, number};
+}
 
 std::vector<SetFolder> set_folders(const MeshInfo& info) {
   std::vector<SetFolder> folders;
   std::map<std::tuple<std::string_view, std::string_view, std::string_view>, std::size_t> places;
   for (const Extra& extra : info.extras) {
-    std::string_view what = extra.key;
-    const std::string_view format = take_part(what), kind = take_part(what),
-                           number = take_part(what);
-    if (!kind.ends_with("_set") || !is_number(number) || what.empty()) continue;
-    const auto [place, fresh] = places.try_emplace({format, kind, number}, folders.size());
-    if (fresh) folders.push_back({format, kind, number});
-    folders[place->second].extras.try_emplace(what, &extra);
+    const auto folder = set_folder_of(extra.key);
+    if (!folder) continue;
+    const auto [place, fresh] =
+        places.try_emplace({folder->format, folder->kind, folder->number}, folders.size());
+    if (fresh) folders.push_back(*folder);
+    folders[place->second].extras.try_emplace(rest_of(extra.key, *folder), &extra);
   }
   return folders;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,6 +22,9 @@ struct SetFolder {
     return found == extras.end() ? nullptr : found->second;
   }
 };
+
+// The set to which an extra of this key belongs, without its extras; nothing where it is of no set.
+std::optional<SetFolder> set_folder_of(std::string_view key);
 
 // In the order in which the sets begin. What they hold is not looked at; it refers to `info`.
 std::vector<SetFolder> set_folders(const MeshInfo& info);

@@ -1,48 +1,31 @@
-// Node sets, side sets and groups of elements of a mesh, out of its extras, in a form that no
-// format owns: what goes from one format to another.
+// Node sets, side sets and groups of elements of a mesh (shm/sets.h) on their way from one format
+// to another.
 #pragma once
 
 #include <cstdint>
 #include <set>
-#include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "mesh/mesh_source.h"
+#include "shm/sets.h"
 
 namespace shm::converters {
 
-struct TransferSet {
-  enum class Kind { nodes, sides, elements };
-  Kind kind = Kind::nodes;
-  std::int64_t id = 0;
-  std::string name;
-  std::vector<std::int64_t> members;  // vertices or cells, all of them in the mesh
-  std::vector<std::int64_t> sides;    // of each cell of a side set, from 1, as Exodus counts them
-  std::vector<std::uint32_t> blocks;  // elements: those of these blocks, instead of members
-  bool weighted = false;              // it has distribution factors other than 1
-  std::string label() const;          // "side set 3 'inlet'"
-  std::string short_name() const;     // its name, or "side_set_3"
-};
+std::string label_of(const MeshSet& set);       // "side set 3 'inlet'"
+std::string short_name_of(const MeshSet& set);  // its name, or "side_set_3"
+// Whether there can be one distribution factor for each member, or each node of each side.
+bool has_usual_factors(const MeshSet& set);
 
-// Extras "mesh/node_set/<i>/...", "mesh/side_set/<i>/..." and "mesh/element_set/<i>/..." with id,
-// name, members (references) and sides: how the sets reach a writer.
-std::vector<Extra> extras_of_sets(const std::vector<TransferSet>& sets);
-std::vector<TransferSet> sets_of_extras(const MeshInfo& info);
-std::vector<TransferSet> sets_of_extras(const MeshInfo& info, std::set<std::string>& used);
-
-// Where the extras of a format have sets of one kind: "format/<folder>/<i>/...", members in
-// ".../<members>".
-struct SetKeys {
-  TransferSet::Kind kind;
-  const char *folder, *members;
-};
-std::vector<TransferSet> sets_in_folders(const MeshInfo& info, std::string_view format,
-                                         std::span<const SetKeys> kinds,
-                                         std::set<std::string>& used);
+// How the sets reach a writer: extras_of_sets() of shm/sets.h, whose errors are thrown.
+std::vector<Extra> set_extras(const std::vector<MeshSet>& sets);
+// Those that make sense; `used` gets the keys of their extras.
+std::vector<MeshSet> sets_of_extras(const MeshInfo& info, std::set<std::string>& used);
+std::vector<MeshSet> sets_of_extras(const MeshInfo& info);
+// All that stands in the folder of a set, known or not, so that others can have its number.
+void erase_set_folders(std::vector<Extra>& extras);
 
 // Sets of whole blocks become lists of cells. Walks the cells when there are such sets.
-void list_members(MeshSource& mesh, std::vector<TransferSet>& sets);
+void list_members(MeshSource& mesh, std::vector<MeshSet>& sets);
 
 }  // namespace shm::converters

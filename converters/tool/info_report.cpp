@@ -13,7 +13,7 @@
 #include "tool/progress_line.h"
 #include "tool/report.h"
 #include "transfer/format.h"
-#include "transfer/mesh_sets.h"
+#include "transfer/named_groups.h"
 
 namespace shm::converters {
 namespace {
@@ -125,7 +125,7 @@ Json schema_json(const MeshInfo& info) {
   }
   json["step_times"] = info.step_times;
   json["sets"] = Json::array();
-  for (const MeshSet& set : mesh_sets(info)) {
+  for (const NamedGroup& set : named_groups_of(info)) {
     Json entry = {{"kind", set.kind}, {"id", set.id}, {"name", set.name}};
     entry["members"] = set.members ? Json(*set.members) : Json(nullptr);
     json["sets"].push_back(std::move(entry));
@@ -269,7 +269,7 @@ std::string_view ranges_hint(const InfoExtent& extent) {
   return extent.ranges.empty() ? " (--ranges reads their values)" : "";
 }
 
-std::string set_text(const MeshSet& set) {
+std::string set_text(const NamedGroup& set) {
   return set.kind + " " + set.id + (set.name.empty() ? "" : " " + quoted(set.name)) +
          (set.members ? ": " + plural(*set.members, "member", "members") : std::string());
 }
@@ -404,7 +404,7 @@ std::string info_text(const InfoReport& report, bool verbose) {
             first_of(schema.arrays, [&](std::size_t a) {
               return array_text(schema.arrays[a], ranges.empty() ? nullptr : &ranges[a]);
             });
-  const std::vector<MeshSet> sets = mesh_sets(info);
+  const std::vector<NamedGroup> sets = named_groups_of(info);
   if (!sets.empty())
     text += "\nsets\n" + first_of(sets, [&](std::size_t s) { return set_text(sets[s]); });
   if (verbose && report.totals != nullptr) text += "\n" + coder_text(info, *report.totals);

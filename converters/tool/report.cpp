@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "base/stored_value.h"
-#include "transfer/mesh_sets.h"
+#include "transfer/named_groups.h"
 
 namespace shm::converters {
 namespace {

@@ -1,12 +1,28 @@
 #include "transfer/format.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace shm::converters {
 
-std::vector<TransferSet> transfer_sets(const MeshInfo& info, Keys& used) {
-  std::vector<TransferSet> sets = source_format(info).sets(info, used);
-  for (TransferSet& set : sets_of_extras(info, used)) sets.push_back(std::move(set));
+void translate_old_extras(MeshInfo& info) { source_format(info).translate_old_extras(info); }
+
+namespace {
+
+// Whether a set is no more than blocks of its name.
+bool is_named_blocks(const MeshInfo& info, const MeshSet& set) {
+  return set.members.empty() && !set.blocks.empty() && !set.name.empty() &&
+         std::all_of(set.blocks.begin(), set.blocks.end(), [&](std::uint32_t block) {
+           return info.schema.blocks[block].name == set.name;
+         });
+}
+
+}  // namespace
+
+std::vector<MeshSet> transfer_sets(const MeshInfo& info, Keys& used) {
+  std::vector<MeshSet> sets = source_format(info).sets(info, used);
+  for (MeshSet& set : sets_of_extras(info, used))
+    if (!is_named_blocks(info, set)) sets.push_back(std::move(set));
   return sets;
 }
 

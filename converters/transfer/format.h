@@ -56,7 +56,7 @@ struct Capabilities {
 };
 
 // A named group of a mesh, for people to look at.
-struct MeshSet {
+struct NamedGroup {
   std::string kind;  // "node set", "side set", "physical volume", ...
   std::string id;
   std::string name;
@@ -70,10 +70,13 @@ class SourceFormat {
   SourceFormat(const SourceFormat&) = delete;
   SourceFormat& operator=(const SourceFormat&) = delete;
 
-  // Out of the extras of a mesh; `used` gets the keys of those whose content the result has.
-  virtual std::vector<TransferSet> sets(const MeshInfo&, Keys& /*used*/) const { return {}; }
+  // Extras as older versions of shm wrote them, as the reader of the format gives them now.
+  virtual void translate_old_extras(MeshInfo&) const {}
+  // Out of the extras of a mesh, beside those of shm/sets.h; `used` gets the keys of those whose
+  // content the result has.
+  virtual std::vector<MeshSet> sets(const MeshInfo&, Keys& /*used*/) const { return {}; }
   // Groups that are no node sets, side sets or sets of elements.
-  virtual std::vector<MeshSet> named_groups(const MeshInfo&) const { return {}; }
+  virtual std::vector<NamedGroup> named_groups(const MeshInfo&) const { return {}; }
   virtual std::optional<double> time(const MeshInfo&, Keys& /*used*/) const { return {}; }
   virtual std::string title(const MeshInfo&, Keys& /*used*/) const { return {}; }
   virtual std::map<std::int64_t, std::string> block_names(const MeshInfo&, Keys& /*used*/) const {
@@ -172,7 +175,11 @@ struct Format {
 const SourceFormat& source_format(const MeshInfo& info);
 const SourceFormat& format_of_role(std::string_view role);
 
-// The sets of a mesh: those of its format, and those of extras_of_sets().
-std::vector<TransferSet> transfer_sets(const MeshInfo& info, Keys& used);
+// Extras out of a .shm file of any version, as this one writes them. Wants the whole MeshInfo.
+void translate_old_extras(MeshInfo& info);
+
+// The sets of a mesh: those of shm/sets.h, but for blocks that have their name, and those of its
+// format.
+std::vector<MeshSet> transfer_sets(const MeshInfo& info, Keys& used);
 
 }  // namespace shm::converters

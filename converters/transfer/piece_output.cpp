@@ -4,14 +4,15 @@
 
 namespace shm::converters {
 
-std::vector<TransferSet> take_sets(MeshInfo& whole) {
+std::vector<MeshSet> take_sets(MeshInfo& whole) {
   Keys used;
-  std::vector<TransferSet> sets = transfer_sets(whole, used);
+  std::vector<MeshSet> sets = transfer_sets(whole, used);
   const SourceFormat& format = source_format(whole);
   std::erase_if(whole.extras, [&](const Extra& extra) {
     return (used.contains(extra.key) && extra.key != "mesh/title") ||
            format.follows_from_blocks(extra);
   });
+  erase_set_folders(whole.extras);
   return sets;
 }
 

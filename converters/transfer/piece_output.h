@@ -11,7 +11,7 @@
 namespace shm::converters {
 
 // The sets of a mesh. The extras that hold them leave it, and so do those that follow from blocks.
-std::vector<TransferSet> take_sets(MeshInfo& whole);
+std::vector<MeshSet> take_sets(MeshInfo& whole);
 
 // A mesh that its own format's writer takes for one from elsewhere, which lacks that format's
 // extras.

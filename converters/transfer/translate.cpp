@@ -239,24 +239,28 @@ void Translation::carry_title() {
 }
 
 void Translation::carry_sets(Spool& spool) {
-  std::vector<TransferSet> sets = transfer_sets(from_, used_);
-  for (const TransferSet& set : sets) report_name(set.name, set.label());
-  for (const TransferSet& set : sets)
-    if (set.weighted) losses_.push_back("distribution factors of " + set.label());
+  std::vector<MeshSet> sets = transfer_sets(from_, used_);
+  for (const MeshSet& set : sets) report_name(set.name, label_of(set));
+  for (MeshSet& set : sets) {
+    if (set.factors.empty()) continue;
+    if (target_.sets == Capabilities::Sets::sets && has_usual_factors(set)) continue;
+    losses_.push_back("distribution factors of " + label_of(set));
+    set.factors.clear();
+  }
   if (sets.empty()) return;
   LossList left_out;
   if (target_.sets == Capabilities::Sets::sets) {
     list_members(*mesh_, sets);
-    for (Extra& extra : extras_of_sets(sets)) extras_.push_back(std::move(extra));
+    for (Extra& extra : set_extras(sets)) extras_.push_back(std::move(extra));
   } else if (target_.sets == Capabilities::Sets::arrays) {
     left_out = add(std::make_unique<SetArrays>(*mesh_, sets, spool)).left_out();
   } else if (!mesh_->info().schema.blocks.empty()) {
     left_out =
         add(std::make_unique<SetCells>(*mesh_, sets, source_.is_flat(from_), spool)).left_out();
-    for (const TransferSet& set : sets)
-      if (set.kind == TransferSet::Kind::elements) left_out.push_back(set.label());
+    for (const MeshSet& set : sets)
+      if (set.kind == MeshSet::Kind::elements) left_out.push_back(label_of(set));
   } else {
-    for (const TransferSet& set : sets) left_out.push_back(set.label());
+    for (const MeshSet& set : sets) left_out.push_back(label_of(set));
   }
   losses_.insert(losses_.end(), left_out.begin(), left_out.end());
 }

@@ -305,14 +305,14 @@ TEST_P(RichFile, IsUnderstood) {
   EXPECT_EQ(array_values<double>(*mesh, attribute), (std::vector<double>{1.5, 0, 2.5, 1e300}));
   EXPECT_EQ(info.schema.arrays[array_named(info, "node_num_map")].role, "exodus:node_num_map");
 
-  const Extra* nodes = find_extra(info, "exodus/node_set/0/vertices");
+  const Extra* nodes = find_extra(info, "mesh/node_set/0/members");
   ASSERT_NE(nodes, nullptr);
   EXPECT_EQ(nodes->refers, Reference::vertex);
   EXPECT_EQ(nodes->shape, (std::vector<std::uint64_t>{3}));
-  const Extra* cells = find_extra(info, "exodus/side_set/0/cells");
+  const Extra* cells = find_extra(info, "mesh/side_set/0/members");
   ASSERT_NE(cells, nullptr);
   EXPECT_EQ(cells->refers, Reference::cell);
-  const Extra* name = find_extra(info, "exodus/node_set/0/name");
+  const Extra* name = find_extra(info, "mesh/node_set/0/name");
   ASSERT_NE(name, nullptr);
   EXPECT_EQ(name->data.size(), std::strlen("corner nodes"));
 }
@@ -530,7 +530,7 @@ TEST(Exodus, SideSetsFollowCellsThatLeftTheirBlock) {
   std::swap(moved.cells[1], moved.cells[2]);
   std::swap(moved.cell_blocks[1], moved.cell_blocks[2]);
   for (Extra& extra : moved.mesh.extras)
-    if (extra.key == "exodus/side_set/0/cells") {
+    if (extra.key == "mesh/side_set/0/members") {
       const std::int32_t after[3] = {2, 1, 8};
       std::memcpy(extra.data.data(), after, sizeof after);
     }
@@ -637,6 +637,10 @@ TEST(Exodus, RefusesDamagedStructure) {
     if (whole[i].key.rfind("/name") == whole[i].key.size() - 5) continue;
     mesh.mesh.extras[i].data.clear();
     EXPECT_THROW(write_exodus(mesh, folder / "copy.e"), Failure) << whole[i].key;
+    // Without, an id follows from the set's number, and factors are 1.
+    if (whole[i].key.starts_with("mesh/") &&
+        (whole[i].key.ends_with("/id") || whole[i].key.ends_with("/factors")))
+      continue;
     mesh.mesh.extras.erase(mesh.mesh.extras.begin() + static_cast<std::ptrdiff_t>(i));
     EXPECT_THROW(write_exodus(mesh, folder / "copy.e"), Failure) << whole[i].key;
   }

@@ -141,10 +141,10 @@ MeshInfo with_exodus_sets(std::size_t count) {
   MemoryMesh mesh = one_hexahedron();
   mesh.mesh.schema.source_format = "exodus";
   for (std::size_t i = 0; i < count; ++i) {
-    const std::string folder = "exodus/node_set/" + number(i) + "/";
+    const std::string folder = "mesh/node_set/" + number(i) + "/";
     mesh.add_extra<std::int32_t>(folder + "id", ScalarType::int32, Reference::nothing,
                                  {static_cast<std::int32_t>(i + 1)});
-    mesh.add_extra<std::int32_t>(folder + "vertices", ScalarType::int32, Reference::vertex, {0});
+    mesh.add_extra<std::int32_t>(folder + "members", ScalarType::int32, Reference::vertex, {0});
   }
   return mesh.mesh;
 }
@@ -236,11 +236,45 @@ TEST(Growth, ManySets) {
                        ASSERT_EQ(sets.size(), n);
                        MeshInfo to;
                        to.vertices = info.vertices;
-                       to.extras = extras_of_sets(sets);
+                       to.extras = set_extras(sets);
                        EXPECT_EQ(sets_of_extras(to).size(), n);
                      };
                    }),
             kMostGrowth);
+}
+
+// A skeleton states how many factors, ids and status there are; none follow from sets that are not
+// there, so nothing of that size is made.
+TEST_F(HostileFiles, WhatFollowsFromSetsIsNoMoreThanTheirMembers) {
+  for (const char* variable : {"dist_fact_ss1\tdouble", "ss_status\tint", "ss_prop1\tint"}) {
+    MemoryMesh mesh;
+    mesh.mesh.schema.source_format = "exodus";
+    mesh.mesh.extras.push_back(text_extra(
+        "exodus/skeleton", std::string("N\tnetcdf4\nD\tnum_dim\t3\nD\tmany\t1099511627776\nV\t") +
+                               variable + "\t1\n"));
+    mesh.add_extra<std::int32_t>("mesh/side_set/0/members", ScalarType::int32, Reference::cell,
+                                 {0, 0});
+    const std::uint64_t before = largest_memory();
+    const Error error = failure_of([&] { write_exodus(mesh, path("many.e")); });
+    EXPECT_EQ(error.code, ErrorCode::corrupt) << variable;
+    EXPECT_NE(error.message().find("has no values for it"), std::string::npos) << error.message();
+    EXPECT_LT(largest_memory() - before, std::uint64_t{64} << 20);
+  }
+}
+
+// What follows is made for each variable: many of one name would be much work for few bytes.
+TEST_F(HostileFiles, VariablesOfOneNameAreRefused) {
+  MemoryMesh mesh;
+  mesh.mesh.schema.source_format = "exodus";
+  mesh.mesh.extras.push_back(
+      text_extra("exodus/skeleton",
+                 "N\tnetcdf4\nD\tnum_dim\t3\nD\tn\t2\nV\tdist_fact_ns1\tdouble\t1\n"
+                 "V\tdist_fact_ns1\tdouble\t1\n"));
+  mesh.add_extra<std::int32_t>("mesh/node_set/0/members", ScalarType::int32, Reference::vertex,
+                               {0, 0});
+  const Error error = failure_of([&] { write_exodus(mesh, path("twice.e")); });
+  EXPECT_EQ(error.code, ErrorCode::corrupt);
+  EXPECT_NE(error.message().find("is there twice"), std::string::npos) << error.message();
 }
 
 TEST(Growth, LossesOfManySets) {
@@ -425,8 +459,8 @@ TEST(UniqueNamesTest, FirstNumberThatIsFree) {
 TEST_F(HostileFiles, SetsBeyondWhatArraysMayTakeAreLeftOutAndTold) {
   MemoryMesh mesh = one_hexahedron();
   mesh.mesh.vertices = std::uint64_t{1} << 20;
-  std::vector<TransferSet> sets(2000);
-  for (TransferSet& set : sets) set.members = {0};
+  std::vector<MeshSet> sets(2000);
+  for (MeshSet& set : sets) set.members = {0};
   const SetArrays arrays(mesh, sets, spool_);
   const std::size_t kept = arrays.info().schema.arrays.size();
   EXPECT_EQ(kept + arrays.left_out().size(), sets.size());
@@ -436,9 +470,9 @@ TEST_F(HostileFiles, SetsBeyondWhatArraysMayTakeAreLeftOutAndTold) {
 
 TEST_F(HostileFiles, ListsOfCellsOfGroupsAreLimited) {
   MemoryMesh mesh = with_blocks(3000);
-  std::vector<TransferSet> sets(3000);
-  for (TransferSet& set : sets) {
-    set.kind = TransferSet::Kind::elements;
+  std::vector<MeshSet> sets(3000);
+  for (MeshSet& set : sets) {
+    set.kind = MeshSet::Kind::elements;
     for (std::uint32_t b = 0; b < 3000; ++b) set.blocks.push_back(b);
   }
   expect_over_limit([&] { list_members(mesh, sets); }, "groups");

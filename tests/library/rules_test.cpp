@@ -117,7 +117,7 @@ const std::vector<Tree>& trees() {
            {"transfer", {"base", "mesh", "sets"}},
            {"exodus", {"base", "mesh", "sets", "transfer"}},
            {"exodus/parts", {"base", "mesh", "sets", "exodus"}},
-           {"gmsh", {"base", "mesh", "transfer"}},
+           {"gmsh", {"base", "mesh", "sets", "transfer"}},
            {"ucd", {"base", "mesh", "transfer"}},
            {"vtk", {"base", "mesh"}},
            {"vtk/between", {"base", "mesh", "transfer", "vtk"}},

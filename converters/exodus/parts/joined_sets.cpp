@@ -20,15 +20,6 @@ using namespace exodus;
   throw Failure(Error{code, detail, "variable '" + variable + "'", kNoOffset, file});
 }
 
-// How many nodes side `side` of a cell of a block has; 0 where there is no such side.
-std::uint64_t nodes_of_side(const BlockLayout& block, std::int64_t side, bool flat) {
-  constexpr std::int64_t kMostSides = 64;
-  if (side < 1 || side > kMostSides) return 0;
-  std::vector<std::uint64_t> corners(block.nodes_per_cell);
-  std::iota(corners.begin(), corners.end(), 0);
-  return side_of_cell(block.shape, corners, static_cast<std::uint64_t>(side), flat).nodes.size();
-}
-
 }  // namespace
 
 std::map<std::string, SetJoin> sets_of(const Skeleton& skeleton, const Place& place) {
@@ -94,7 +85,9 @@ std::vector<std::uint64_t> SetJoin::factors_of_rows(const PartFile& part,
           ends.begin();
       const auto b = static_cast<std::size_t>(at);
       const auto [found, fresh] = known.try_emplace({b, sides[i]}, 0);
-      if (fresh) found->second = nodes_of_side(blocks[b], sides[i], flat);
+      if (fresh && sides[i] > 0)
+        found->second = nodes_of_side(blocks[b].shape, blocks[b].nodes_per_cell,
+                                      static_cast<std::uint64_t>(sides[i]), flat);
       counts[i] = found->second;
     }
   }

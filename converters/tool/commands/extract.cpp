@@ -126,18 +126,18 @@ std::vector<std::uint32_t> arrays_of(const std::vector<std::string>& wanted,
   return {found.begin(), found.end()};
 }
 
-TransferSet set_of(const std::string& text, const std::vector<TransferSet>& sets) {
-  std::vector<TransferSet> found;
-  for (const TransferSet& set : sets)
+MeshSet set_of(const std::string& text, const std::vector<MeshSet>& sets) {
+  std::vector<MeshSet> found;
+  for (const MeshSet& set : sets)
     if (set.name == text) found.push_back(set);
   if (found.empty())
-    for (TransferSet set : sets) {
+    for (MeshSet set : sets) {
       std::string name = std::exchange(set.name, {});
-      if (std::to_string(set.id) != text && set.short_name() != text) continue;
+      if (std::to_string(set.id) != text && short_name_of(set) != text) continue;
       set.name = std::move(name);
       found.push_back(std::move(set));
     }
-  const auto label = [](const TransferSet& it) { return it.label(); };
+  const auto label = [](const MeshSet& it) { return label_of(it); };
   if (found.empty()) wrong_use("there is no set " + text + "; there are " + listed(sets, label));
   if (found.size() > 1)
     wrong_use("several sets are called " + text + ": " + listed(found, label) +
@@ -177,8 +177,8 @@ class Extraction {
   std::unique_ptr<CountedSource> source_;
   std::optional<MeshExtractor> extractor_;
   MeshInfo whole_;  // of the file: schema, counts, times, extras
-  std::vector<TransferSet> sets_;
-  std::optional<TransferSet> wanted_set_;
+  std::vector<MeshSet> sets_;
+  std::optional<MeshSet> wanted_set_;
   std::optional<StepRange> steps_;
   PieceOptions how_;
   LossList losses_;
@@ -212,6 +212,7 @@ void Extraction::open() {
   whole_.block_cells = extractor_->block_cells();
   whole_.step_times = unwrap(extractor_->step_times(), path);
   whole_.extras = unwrap(extractor_->extras(), path);
+  translate_old_extras(whole_);
 }
 
 void Extraction::choose_cells() {
@@ -221,6 +222,7 @@ void Extraction::choose_cells() {
   if (!options_.box.empty()) cells.box = box_of(options_.box);
   if (!options_.arrays.empty()) how_.arrays = arrays_of(options_.arrays, whole_.schema.arrays);
   if (format_.capabilities != nullptr) how_.maps = format_.capabilities->maps;
+  how_.flat = source_format(whole_).is_flat(whole_);
 }
 
 void Extraction::choose_set() {
@@ -228,13 +230,13 @@ void Extraction::choose_set() {
   if (options_.set.empty()) return;
   wanted_set_ = set_of(options_.set, sets_);
   ExtractRequest& request = how_.request;
-  std::vector<std::uint64_t> members(wanted_set_->members.begin(), wanted_set_->members.end());
+  std::vector<std::uint64_t> members = wanted_set_->members;
   std::sort(members.begin(), members.end());
   members.erase(std::unique(members.begin(), members.end()), members.end());
-  if (wanted_set_->kind == TransferSet::Kind::nodes) {
+  if (wanted_set_->kind == MeshSet::Kind::nodes) {
     if (request.cells.range || request.cells.blocks)
       wrong_use("--cells and --block are no conditions for nodes, as those of " +
-                wanted_set_->label());
+                label_of(*wanted_set_));
     request.vertices = std::move(members);
   } else if (!wanted_set_->blocks.empty()) {
     std::vector<std::uint32_t> blocks = wanted_set_->blocks;
@@ -275,6 +277,8 @@ void Extraction::stage() {
   auto piece =
       std::make_unique<PieceMesh>(*extractor_, how_, whole_.extras, sets_, options_.input, spool_);
   piece_ = piece.get();
+  for (const std::string& set : piece->without_factors())
+    losses_.push_back("distribution factors of " + set);
   if (piece->info().vertices == 0 && piece->info().cells() == 0) {
     std::string box;
     for (std::size_t c = 0; c < 6; ++c) {
@@ -293,16 +297,16 @@ void Extraction::stage() {
   layers_.push_back(std::move(piece));
   if (steps_ && steps_->size() > 1 && files_.is_one_file())
     layers_.push_back(std::make_unique<ChosenSteps>(*piece_, *steps_));
-  if (!wanted_set_ || wanted_set_->kind == TransferSet::Kind::elements) return;
-  TransferSet cut = *wanted_set_;
+  if (!wanted_set_ || wanted_set_->kind == MeshSet::Kind::elements) return;
+  MeshSet cut = *wanted_set_;
   cut.members.clear();
   cut.sides.clear();
-  const bool of_nodes = cut.kind == TransferSet::Kind::nodes;
+  const bool of_nodes = cut.kind == MeshSet::Kind::nodes;
   const auto& numbers = of_nodes ? piece_->vertex_numbers() : piece_->cell_numbers();
   for (std::size_t i = 0; i < wanted_set_->members.size(); ++i) {
-    const auto rank = rank_of(numbers, static_cast<std::uint64_t>(wanted_set_->members[i]));
+    const auto rank = rank_of(numbers, wanted_set_->members[i]);
     if (!rank) continue;
-    cut.members.push_back(static_cast<std::int64_t>(*rank));
+    cut.members.push_back(*rank);
     if (!of_nodes) cut.sides.push_back(wanted_set_->sides[i]);
   }
   if (of_nodes) {
@@ -313,7 +317,7 @@ void Extraction::stage() {
   auto sides = std::make_unique<SetSides>(
       *layers_.back(), cut, source_format(whole_).is_flat(whole_), piece_->cell_numbers());
   if (sides->left_out() > 0)
-    losses_.push_back(std::to_string(sides->left_out()) + " sides of " + cut.label() +
+    losses_.push_back(std::to_string(sides->left_out()) + " sides of " + label_of(cut) +
                       " (of cells whose sides are not known)");
   layers_.push_back(std::move(sides));
 }

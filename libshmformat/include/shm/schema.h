@@ -213,7 +213,9 @@ enum class Reference : std::uint8_t {
 /// A typed key/value pair for what the model has no word for: sets, names, maps of the source.
 /// Text is carried as uint8. References must be int32 or int64; negative ones are left alone.
 struct Extra {
-  std::string key;  ///< slash-separated path, first part is the format: "exodus/side_set/3/sides"
+  /// Slash-separated path, first part is the format: "exodus/skeleton"; "mesh" for what belongs to
+  /// none (sets.h).
+  std::string key;
   ScalarType type = ScalarType::uint8;
   Reference refers = Reference::nothing;
   std::vector<std::uint64_t> shape;  ///< row-major; the product is the number of values

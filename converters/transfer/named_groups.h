@@ -7,6 +7,6 @@
 
 namespace shm::converters {
 
-std::vector<MeshSet> mesh_sets(const MeshInfo& info);
+std::vector<NamedGroup> named_groups_of(const MeshInfo& info);
 
 }  // namespace shm::converters

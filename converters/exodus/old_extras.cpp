@@ -1,0 +1,111 @@
+#include "exodus/old_extras.h"
+
+#include <algorithm>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/failure.h"
+#include "exodus/layout.h"
+#include "exodus/skeleton.h"
+#include "mesh/extra_index.h"
+#include "sets/set_folders.h"
+
+namespace shm::converters::exodus {
+namespace {
+
+struct OldKind {
+  std::string_view kind, members;
+  const SetKind* now;
+};
+constexpr OldKind kOldKinds[] = {{"node_set", "vertices", &kSetKinds[0]},
+                                 {"side_set", "cells", &kSetKinds[1]},
+                                 {"elem_set", "cells", &kSetKinds[4]}};
+
+// Empty where it has not changed.
+std::string new_key(std::string_view key) {
+  if (!key.starts_with("exodus/")) return {};
+  const auto set = set_folder_of(key);
+  if (!set) return {};
+  for (const OldKind& old : kOldKinds) {
+    if (set->kind != old.kind) continue;
+    std::string_view field =
+        key.substr(set->format.size() + set->kind.size() + set->number.size() + 3);
+    std::string now(old.now->folder);
+    now.append(set->number).append("/");
+    if (field.starts_with(old.members)) {  // and its parts: "cells/1"
+      now.append(kMembersField);
+      field.remove_prefix(old.members.size());
+    }
+    return now.append(field);
+  }
+  return {};
+}
+
+// Variables that have followed from the rest since 0.10.
+std::vector<std::string> keys_that_follow(const MeshInfo& info, const Extra& text) {
+  const Place nowhere{{}, ErrorCode::corrupt};
+  std::vector<std::string> keys;
+  try {
+    const Skeleton skeleton =
+        from_text({reinterpret_cast<const char*>(text.data.data()), text.data.size()}, nowhere);
+    const Layout layout = lay_out(skeleton, nowhere);
+    const ExtraIndex extras(info.extras);
+    std::set<std::string> asked;
+    for (std::size_t v = 0; v < skeleton.variables.size(); ++v) {
+      const std::string& name = skeleton.variables[v].name;
+      if (layout.uses[v] != Use::extra) continue;
+      if (!set_factors_of(name) && !name.ends_with("_status")) continue;
+      const std::string key = extra_key(name);
+      const Extra* extra = extras.find(key);
+      // So that no more is derived than the extra holds, and once.
+      if (extra == nullptr || !asked.insert(key).second ||
+          skeleton.size(skeleton.variables[v]) != extra->data.size() / scalar_bytes(extra->type))
+        continue;
+      if (extras.find(part_key(key, 1)) == nullptr &&
+          derived_values(skeleton, layout, v, info, extras) == extra->data)
+        keys.push_back(key);
+    }
+  } catch (const Failure&) {  // a writer says why
+    return {};
+  }
+  std::sort(keys.begin(), keys.end());
+  return keys;
+}
+
+// "mesh/side_set/3/id" of a set that has members and, by its number, this id.
+bool is_id_that_follows(const Extra& extra, const ExtraIndex& extras) {
+  const auto set = set_folder_of(extra.key);
+  if (!set || set->format != "mesh" || !extra.key.ends_with("/id")) return false;
+  const auto id = integers_of_extra(extra);
+  if (id.size() != 1 || id[0] < 1 || std::to_string(id[0] - 1) != set->number) return false;
+  const std::string folder = extra.key.substr(0, extra.key.size() - 2);
+  const Extra* members = extras.find(folder + std::string(kMembersField));
+  return members != nullptr && !members->data.empty();
+}
+
+}  // namespace
+
+void translate_old_extras(MeshInfo& info) {
+  bool any = false;
+  for (Extra& extra : info.extras) {
+    std::string key = new_key(extra.key);
+    any |= !key.empty() || extra.key.ends_with("_status");
+    if (!key.empty()) extra.key = std::move(key);
+  }
+  const Extra* skeleton = find_extra(info, "exodus/skeleton");
+  if (!any || skeleton == nullptr) return;
+  const std::vector<std::string> follow = keys_that_follow(info, *skeleton);
+  std::vector<bool> goes;
+  const ExtraIndex extras(info.extras);
+  for (const Extra& extra : info.extras)
+    goes.push_back(std::binary_search(follow.begin(), follow.end(), extra.key) ||
+                   is_id_that_follows(extra, extras));
+  std::size_t at = 0;
+  std::erase_if(info.extras, [&](const Extra&) { return goes[at++]; });
+}
+
+}  // namespace shm::converters::exodus
