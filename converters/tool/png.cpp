@@ -1,7 +1,10 @@
+// Pictures by librsvg and cairo, which are opened when a picture is wanted: linked, their fifty
+// libraries would be most of what each start of the tool takes.
 #include "base/failure.h"
 #include "tool/layout.h"
 
 #ifdef SHM_HAS_RSVG
+#include <dlfcn.h>
 #include <librsvg/rsvg.h>
 
 #include <memory>
@@ -13,10 +16,45 @@ namespace shm::converters {
 
 namespace {
 
+/// A function of a library that is open, or null.
+template <class Function>
+Function* function_of(void* library, const char* name) {
+  return library == nullptr ? nullptr : reinterpret_cast<Function*>(::dlsym(library, name));
+}
+
+/// What is used of librsvg; the libraries it stands on are found through it, and all stay open.
+struct Rsvg {
+  void* library = ::dlopen("librsvg-2.so.2", RTLD_NOW | RTLD_LOCAL);
+#define SHM_FUNCTION(name) decltype(&::name) name = function_of<decltype(::name)>(library, #name)
+  SHM_FUNCTION(g_object_unref);
+  SHM_FUNCTION(rsvg_handle_new_from_data);
+  SHM_FUNCTION(rsvg_handle_get_intrinsic_size_in_pixels);
+  SHM_FUNCTION(rsvg_handle_render_document);
+  SHM_FUNCTION(cairo_surface_destroy);
+  SHM_FUNCTION(cairo_destroy);
+  SHM_FUNCTION(cairo_image_surface_create);
+  SHM_FUNCTION(cairo_create);
+  SHM_FUNCTION(cairo_surface_write_to_png_stream);
+#undef SHM_FUNCTION
+
+  bool is_whole() const {
+    return g_object_unref != nullptr && rsvg_handle_new_from_data != nullptr &&
+           rsvg_handle_get_intrinsic_size_in_pixels != nullptr &&
+           rsvg_handle_render_document != nullptr && cairo_surface_destroy != nullptr &&
+           cairo_destroy != nullptr && cairo_image_surface_create != nullptr &&
+           cairo_create != nullptr && cairo_surface_write_to_png_stream != nullptr;
+  }
+};
+
+const Rsvg& rsvg() {
+  static const Rsvg opened;
+  return opened;
+}
+
 struct Unreferenced {
-  void operator()(RsvgHandle* handle) const { ::g_object_unref(handle); }
-  void operator()(cairo_surface_t* surface) const { ::cairo_surface_destroy(surface); }
-  void operator()(cairo_t* context) const { ::cairo_destroy(context); }
+  void operator()(RsvgHandle* handle) const { rsvg().g_object_unref(handle); }
+  void operator()(cairo_surface_t* surface) const { rsvg().cairo_surface_destroy(surface); }
+  void operator()(cairo_t* context) const { rsvg().cairo_destroy(context); }
 };
 template <class T>
 using Owned = std::unique_ptr<T, Unreferenced>;
@@ -34,21 +72,22 @@ cairo_status_t add_bytes(void* to, const unsigned char* bytes, unsigned count) {
 
 }  // namespace
 
-bool has_png() { return true; }
+bool has_png() { return rsvg().is_whole(); }
 
 std::vector<std::byte> png_of_svg(const std::string& svg) {
-  const Owned<RsvgHandle> picture(::rsvg_handle_new_from_data(
+  const Rsvg& to = rsvg();
+  const Owned<RsvgHandle> picture(to.rsvg_handle_new_from_data(
       reinterpret_cast<const guint8*>(svg.data()), svg.size(), nullptr));
   gdouble width = 0, height = 0;
-  if (!picture || ::rsvg_handle_get_intrinsic_size_in_pixels(picture.get(), &width, &height) == 0)
+  if (!picture || to.rsvg_handle_get_intrinsic_size_in_pixels(picture.get(), &width, &height) == 0)
     no_picture();
-  const Owned<cairo_surface_t> surface(::cairo_image_surface_create(
+  const Owned<cairo_surface_t> surface(to.cairo_image_surface_create(
       CAIRO_FORMAT_RGB24, static_cast<int>(width), static_cast<int>(height)));
-  const Owned<cairo_t> context(::cairo_create(surface.get()));
+  const Owned<cairo_t> context(to.cairo_create(surface.get()));
   const RsvgRectangle whole = {0, 0, width, height};
   std::vector<std::byte> png;
-  if (::rsvg_handle_render_document(picture.get(), context.get(), &whole, nullptr) == 0 ||
-      ::cairo_surface_write_to_png_stream(surface.get(), add_bytes, &png) != CAIRO_STATUS_SUCCESS)
+  if (to.rsvg_handle_render_document(picture.get(), context.get(), &whole, nullptr) == 0 ||
+      to.cairo_surface_write_to_png_stream(surface.get(), add_bytes, &png) != CAIRO_STATUS_SUCCESS)
     no_picture();
   return png;
 }

@@ -58,7 +58,7 @@ Places LayoutCommand::places() {
       std::filesystem::exists(output, none) && !std::filesystem::is_regular_file(output, none);
   if (output != "-" && !is_device && extension != ".svg" && extension != ".png")
     wrong_use("a picture is a .svg or .png file, by its name; OUT is " + output);
-  if (is_png() && !has_png()) wrong_use("a .png needs librsvg; this shm was built without");
+  if (is_png() && !has_png()) wrong_use("a .png needs librsvg, which is not there");
   return {{input}, output};
 }
 
