@@ -4,9 +4,11 @@
 // In the model: one block for each element block, in file order; hexahedra, wedges and so on of
 // known orders have VTK's node order. HEX9, HEX16 ... are hexahedra too, other elements (BEX_HEX,
 // TETRA14 ...) have shape `other`, both in the order of the file. NSIDED blocks are polygons,
-// NFACED blocks polyhedra. Missing coordinates are 0. Every variable of numbers or characters that
-// has values for all nodes, all elements or all elements of a block, in any one of its dimensions,
-// is an array of its stored type; places in dimensions before that one are arrays of their own:
+// NFACED blocks have the shape `faces`, where all faces are used and unlike each other, else they
+// are polyhedra whose faces are extras. Missing coordinates are 0. Every variable of numbers or
+// characters that has values for all nodes, all elements or all elements of a block, in any one of
+// its dimensions, is an array of its stored type; places in dimensions before that one are arrays
+// of their own:
 //   role ""                  nodal and element variables, per step
 //   "exodus:attribute"       attrib<b>: components = attributes, on one block
 //   "exodus:node_attribute"  nattrb
@@ -27,6 +29,9 @@
 //     edges, faces               members as they are in the file (from 1)
 //     sides                      orientation of each edge or face
 //     factors                    distribution factors
+//   exodus/shared_faces_first    int32[1], and
+//   exodus/face_numbers          int32 or int64: the numbers of the faces of polyhedra, in an order
+//                                that follows from the cells (polyhedra.h); 1, 2, 3, ... if missing
 //   exodus/variable/<name>       any other netCDF variable, row-major, in its own type: QA and info
 //                                records, coordinate names, properties, attribute names, global and
 //                                set variables, edge and face blocks, assemblies, blobs, Nemesis
@@ -35,10 +40,10 @@
 //   .../1, .../2, ...            further rows of a variable of more than 16 MiB, behind its first
 // A variable that follows from the rest of the mesh is not carried twice: ids and names of
 // blocks and sets, whether they have members (eb_status ...), distribution factors of 1, names of
-// nodal and element variables, their truth table, times, node counts of polygons. Files before 0.10
-// have sets under keys of Exodus and carry more of these (old_extras.h). Members that are numbers
-// of no vertex or cell make their variable a plain exodus/variable. What of a file is kept, and
-// how: exodus.md.
+// nodal and element variables, their truth table, times, node counts of polygons, faces of
+// polyhedra. Files before 0.10 have sets under keys of Exodus and carry more of these
+// (old_extras.h). Members that are numbers of no vertex or cell make their variable a plain
+// exodus/variable. What of a file is kept, and how: exodus.md.
 //
 // The skeleton: a line for each thing, fields separated by tabs, names and text %-encoded:
 //   N  kind                      classic, 64-bit-offset, cdf5, netcdf4 or netcdf4-classic

@@ -64,9 +64,14 @@ std::string element_type(CellShape shape, std::uint32_t nodes) {
     case CellShape::wedge: return sized("WEDGE");
     case CellShape::hexahedron: return sized("HEX");
     case CellShape::polyhedron:
+    case CellShape::faces:
     case CellShape::other: break;
   }
   return sized("OTHER");
+}
+
+bool is_polyhedron(CellShape shape) {
+  return shape == CellShape::polyhedron || shape == CellShape::faces;
 }
 
 // Names as the library wants them: pointers to characters that it does not change.
@@ -159,7 +164,7 @@ class ForeignWriter {
   }
   void check_cells() const {
     for (const CellGroup& group : grouping_.groups())
-      if (block_of(group).shape == CellShape::polyhedron && group.cells > 0)
+      if (is_polyhedron(block_of(group).shape) && group.cells > 0)
         place_.fail(ErrorCode::unsupported, "block " + std::to_string(block_of(group).id),
                     "polyhedra cannot be written to Exodus without the format that they came in");
   }

@@ -23,6 +23,7 @@ enum class Use : std::uint8_t {
   connectivity,
   node_counts,  // of the polygons of a block
   array,
+  faces,  // follows from the cells, which are polyhedra (polyhedra.h)
 };
 
 struct BlockLayout {

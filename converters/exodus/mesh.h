@@ -61,6 +61,14 @@ class ExodusMesh final : public MeshSource, public VariableValues {
   void check_sizes();
   void find_nodes();
   void read_faces();
+  // Faces in the order in which they first come: their numbers, and how often they do.
+  struct FaceUses {
+    std::vector<std::int64_t> numbers;
+    std::vector<std::uint32_t> uses;
+  };
+  bool faces_follow(FaceUses& faces) const;
+  void add_face_numbers(const FaceUses& faces);
+  bool faces_are_unlike() const;
 
   const Variable& variable(int index) const {
     return skeleton_.variables[static_cast<std::size_t>(index)];

@@ -10,6 +10,7 @@
 #include "base/failure.h"
 #include "exodus/exodus.h"
 #include "exodus/mesh.h"
+#include "exodus/polyhedra.h"
 
 namespace shm::converters::exodus {
 namespace {
@@ -23,6 +24,7 @@ constexpr std::uint64_t kPiecePoints = std::uint64_t{1} << 15;
 constexpr std::uint64_t kMostExpansion = 2048;
 // A face belongs to two polyhedra, and rarely to more; each may have the nodes of many faces.
 constexpr std::uint64_t kMostFaceUses = 16, kFewFaceNodes = 1 << 20;
+constexpr std::uint64_t kMostCellFaces = kMaxNodesPerCell / 2;  // that can follow from a cell
 constexpr std::uint64_t kMostUnwritten = std::uint64_t{1} << 30;
 
 // first, first + 1, ...
@@ -40,10 +42,14 @@ ExodusMesh::ExodusMesh(const std::string& path) : place_{path, ErrorCode::corrup
   read_structure();
   check_sizes();
   find_nodes();
+  read_faces();
+  FaceUses faces;
+  const bool derived = faces_follow(faces);
+  if (derived) derive_faces(skeleton_, layout_, place_);
   info_ = describe(skeleton_, layout_, *this, place_);
+  if (derived) add_face_numbers(faces);
   for (const BlockLayout& block : layout_.blocks)
     places_.push_back(node_places(block.shape, block.nodes_per_cell));
-  read_faces();
 }
 
 void ExodusMesh::read_structure() {
@@ -164,40 +170,115 @@ void ExodusMesh::read_faces() {
                                   [](const BlockLayout& block) { return block.faces >= 0; });
   if (!wanted) return;
   face_begin_.push_back(0);
-  const std::uint64_t blocks = skeleton_.length_of("num_fa_blk");
-  const VariableIndex variables(skeleton_);
-  for (std::uint64_t b = 1; b <= blocks; ++b) {
-    const int counts = variables.find("fbepecnt" + std::to_string(b));
-    const int nodes = variables.find("fbconn" + std::to_string(b));
-    if (nodes < 0) break;
-    const auto shape = skeleton_.shape(variable(nodes));
-    const bool same_size = shape.size() == 2;
-    if (!same_size && (shape.size() != 1 || counts < 0 || variable(counts).dimensions.size() != 1))
-      place_.fail(ErrorCode::corrupt, section(nodes), "does not have the shape of a connectivity");
+  for (const FaceBlock& block : face_blocks(skeleton_, place_)) {
     std::vector<std::int64_t> sizes;
-    if (same_size)
-      sizes.assign(shape[0], static_cast<std::int64_t>(shape[1]));
+    if (block.counts < 0)
+      sizes.assign(block.faces, static_cast<std::int64_t>(block.size));
     else
-      sizes = integers(counts, 0, skeleton_.size(variable(counts)));
+      sizes = integers(block.counts, 0, block.faces);
     std::uint64_t total = 0;
     for (const std::int64_t size : sizes) {
       if (size < 0 || std::cmp_greater(size, kMaxNodesPerCell))
-        place_.fail(ErrorCode::corrupt, section(same_size ? nodes : counts),
+        place_.fail(ErrorCode::corrupt, section(block.counts < 0 ? block.nodes : block.counts),
                     "states a face of " + std::to_string(size) + " nodes");
       total += static_cast<std::uint64_t>(size);
       face_begin_.push_back(face_nodes_.size() + total);
     }
-    if (total != skeleton_.size(variable(nodes)))
-      place_.fail(ErrorCode::corrupt, section(nodes),
-                  "has " + std::to_string(skeleton_.size(variable(nodes))) +
+    if (total != skeleton_.size(variable(block.nodes)))
+      place_.fail(ErrorCode::corrupt, section(block.nodes),
+                  "has " + std::to_string(skeleton_.size(variable(block.nodes))) +
                       " nodes where its faces need " + std::to_string(total));
     const std::size_t old = face_nodes_.size();
     std::vector<long long> values(total);
     if (total > 0)
-      place_.check(nc_get_var_longlong(file_.id, nodes, values.data()), section(nodes));
+      place_.check(nc_get_var_longlong(file_.id, block.nodes, values.data()), section(block.nodes));
     face_nodes_.resize(old + total);
     std::copy(values.begin(), values.end(), face_nodes_.begin() + static_cast<std::ptrdiff_t>(old));
   }
+}
+
+// In the order where numbers go on most often; nothing where they always do.
+void ExodusMesh::add_face_numbers(const FaceUses& faces) {
+  const auto in_order = [&](bool shared_first) {
+    const auto places = face_places(faces.uses, shared_first);
+    std::vector<std::int64_t> numbers(places.size());
+    for (std::size_t f = 0; f < places.size(); ++f) numbers[places[f]] = faces.numbers[f];
+    return numbers;
+  };
+  const auto breaks = [](const std::vector<std::int64_t>& numbers) {
+    std::size_t count = numbers.front() == 1 ? 0 : 1;
+    for (std::size_t i = 1; i < numbers.size(); ++i)
+      count += numbers[i] == numbers[i - 1] + 1 ? 0 : 1;
+    return count;
+  };
+  std::vector<std::int64_t> numbers = in_order(false);
+  std::size_t least = breaks(numbers);
+  if (std::vector<std::int64_t> other = in_order(true); breaks(other) < least) {
+    least = breaks(other);
+    numbers = std::move(other);
+    info_.extras.push_back(integers_extra(kSharedFirst, std::vector<std::int32_t>{1}));
+  }
+  if (least > 0) info_.extras.push_back(integers_extra(kFaceNumbers, numbers));
+}
+
+// Whether face blocks and lists of faces follow from the cells and the order of faces, which is
+// filled: see polyhedra.h. What is wrong is said later, where cells are read.
+bool ExodusMesh::faces_follow(FaceUses& faces) const {
+  if (face_begin_.size() < 2 || !faces_are_unlike()) return false;
+  constexpr std::uint64_t kNobody = ~std::uint64_t{0};
+  std::vector<std::uint64_t> places(face_begin_.size(), kNobody);
+  for (const BlockLayout& block : layout_.blocks) {
+    if (block.faces < 0) continue;
+    const std::uint64_t all = skeleton_.size(variable(block.faces));
+    std::uint64_t at = 0, window_begin = 0;
+    std::vector<std::int64_t> window;  // of the list of faces
+    const auto next_face = [&] {
+      if (at - window_begin == window.size()) {
+        window_begin = at;
+        window = integers(block.faces, at, std::min(kPieceNodes, all - at));
+      }
+      return window[at++ - window_begin];
+    };
+    for (std::uint64_t first = 0; first < block.cells; first += kPieceCells)
+      for (const std::int64_t count :
+           integers(block.counts, first, std::min(kPieceCells, block.cells - first))) {
+        if (count < 1 || static_cast<std::uint64_t>(count) > std::min(all - at, kMostCellFaces))
+          return false;
+        std::uint64_t nodes = static_cast<std::uint64_t>(count);  // each face ends with its first
+        for (std::int64_t i = 0; i < count; ++i) {
+          const std::int64_t face = next_face();
+          if (face < 1 || std::cmp_greater_equal(face, face_begin_.size())) return false;
+          const auto f = static_cast<std::size_t>(face);
+          nodes += face_begin_[f] - face_begin_[f - 1];
+          if (places[f] == kNobody) {
+            places[f] = faces.numbers.size();
+            faces.numbers.push_back(face);
+            faces.uses.push_back(0);
+          }
+          ++faces.uses[places[f]];
+        }
+        if (nodes > kMaxNodesPerCell) return false;
+      }
+    if (at != all) return false;
+  }
+  return faces.numbers.size() + 1 == face_begin_.size();
+}
+
+// No two are the same list of nodes, and none has its first node twice.
+bool ExodusMesh::faces_are_unlike() const {
+  FaceTable table;
+  std::vector<std::uint64_t> nodes;
+  for (std::size_t f = 0; f + 1 < face_begin_.size(); ++f) {
+    nodes.clear();
+    for (auto n = face_begin_[f]; n < face_begin_[f + 1]; ++n) {
+      const std::int64_t node = face_nodes_[n];
+      if (node < 1 || std::cmp_greater(node, layout_.vertices)) return false;
+      if (n > face_begin_[f] && node == face_nodes_[face_begin_[f]]) return false;
+      nodes.push_back(static_cast<std::uint64_t>(node));
+    }
+    if (nodes.empty() || table.number_of(nodes) != f) return false;
+  }
+  return true;
 }
 
 template <class Real>
@@ -338,6 +419,7 @@ std::uint64_t ExodusMesh::take_polyhedra(CellBatch& out, std::uint64_t most) {
       const auto begin = face_begin_[static_cast<std::size_t>(face) - 1];
       for (auto n = begin; n < face_begin_[static_cast<std::size_t>(face)]; ++n)
         out.corners.push_back(vertex_of(face_nodes_[n]));
+      if (block.shape == CellShape::faces) out.corners.push_back(vertex_of(face_nodes_[begin]));
       if (out.corners.size() - out.corner_begin.back() > kMaxNodesPerCell)
         place_.fail(ErrorCode::unsupported, section(block.faces),
                     "an element has more than " + std::to_string(kMaxNodesPerCell) + " nodes");

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -17,6 +18,7 @@
 #include "exodus/foreign.h"
 #include "exodus/grouping.h"
 #include "exodus/layout.h"
+#include "exodus/polyhedra.h"
 #include "exodus/skeleton.h"
 
 namespace shm::converters {
@@ -48,6 +50,7 @@ class SkeletonWriter {
     ncid_ = create_file(skeleton_, place_);
     write_points();
     write_cells();
+    if (has_derived_faces()) write_derived_faces();
     for (std::size_t a = 0; a < layout_.arrays.size(); ++a) write_array(a);
     for (std::size_t v = 0; v < skeleton_.variables.size(); ++v)
       if (layout_.uses[v] == Use::extra) write_list(v);
@@ -290,6 +293,138 @@ class SkeletonWriter {
     return !std::is_sorted(from.begin(), from.end());
   }
 
+  bool has_derived_faces() const {
+    return std::any_of(layout_.blocks.begin(), layout_.blocks.end(), [](const BlockLayout& block) {
+      return block.faces >= 0 && block.shape == CellShape::faces;
+    });
+  }
+
+  [[noreturn]] void fail_faces(std::string detail) const {
+    place_.fail(ErrorCode::corrupt, "face blocks", std::move(detail));
+  }
+
+  // Nodes of the cells of a block, in the order of the new file.
+  struct BlockCells {
+    std::vector<std::uint64_t> nodes, ends;
+  };
+  // Face blocks, and which faces the polyhedra have: all of it follows from the cells
+  // (polyhedra.h).
+  void write_derived_faces() {
+    std::vector<BlockCells> cells(layout_.blocks.size());
+    grouping_.deal_cells(mesh_, [&](std::uint32_t b, std::uint64_t, std::uint64_t,
+                                    const std::vector<std::uint64_t>& corners,
+                                    const std::vector<std::uint32_t>& sizes) {
+      if (layout_.blocks[b].faces < 0) return;
+      BlockCells& block = cells[b];
+      block.nodes.insert(block.nodes.end(), corners.begin(), corners.end());
+      for (const std::uint32_t size : sizes)
+        block.ends.push_back((block.ends.empty() ? 0 : block.ends.back()) + size);
+    });
+    std::vector<std::vector<std::vector<std::uint64_t>>> faces_of(layout_.blocks.size());
+    FaceTable faces;
+    std::vector<std::uint32_t> uses;
+    for (std::uint32_t b = 0; b < layout_.blocks.size(); ++b)
+      if (layout_.blocks[b].faces >= 0)
+        faces_of[b] = find_faces(layout_.blocks[b], cells[b], faces, uses);
+    const std::vector<long long> numbers = face_numbers(uses);
+    write_face_blocks(faces, numbers);
+    for (std::uint32_t b = 0; b < layout_.blocks.size(); ++b) {
+      std::vector<long long> all, counts;
+      for (const auto& cell : faces_of[b]) {
+        counts.push_back(static_cast<long long>(cell.size()));
+        for (const std::uint64_t face : cell) all.push_back(numbers[face]);
+      }
+      if (layout_.blocks[b].faces < 0) continue;
+      put_integers(layout_.blocks[b].faces, all);
+      put_integers(layout_.blocks[b].counts, counts);
+    }
+  }
+
+  // Of each cell in the order of the new file. Faces come in the order that the cells had in the
+  // file they are from.
+  std::vector<std::vector<std::uint64_t>> find_faces(const BlockLayout& block,
+                                                     const BlockCells& cells, FaceTable& faces,
+                                                     std::vector<std::uint32_t>& uses) {
+    const auto from = numbers_on(index_of(block), -1);
+    std::vector<std::size_t> order(cells.ends.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    if (from.size() == order.size())
+      std::stable_sort(order.begin(), order.end(),
+                       [&](std::size_t a, std::size_t b) { return from[a] < from[b]; });
+    std::vector<std::vector<std::uint64_t>> found(cells.ends.size());
+    for (const std::size_t c : order) {
+      const auto end = cells.nodes.begin() + static_cast<std::ptrdiff_t>(cells.ends[c]);
+      auto it = cells.nodes.begin() + static_cast<std::ptrdiff_t>(c == 0 ? 0 : cells.ends[c - 1]);
+      while (it != end) {
+        const auto closed = std::find(it + 1, end, *it);
+        if (closed == end) fail_faces("a face of a polyhedron does not end with its first node");
+        const std::uint64_t face = faces.number_of(std::span(it, closed));
+        uses.resize(faces.size());
+        ++uses[face];
+        found[c].push_back(face);
+        it = closed + 1;
+      }
+    }
+    return found;
+  }
+
+  // Numbers in the file, from 1, each once.
+  std::vector<long long> face_numbers(const std::vector<std::uint32_t>& uses) const {
+    const auto places = face_places(uses, extras_.find(kSharedFirst) != nullptr);
+    const Extra* extra = extras_.find(kFaceNumbers);
+    std::optional<std::vector<std::int64_t>> own;
+    if (extra != nullptr) own = integers_of(extra->type, extra->data);
+    if (extra != nullptr && (!own || own->size() != uses.size()))
+      fail_faces("the mesh does not have a number for each face");
+    std::vector<long long> numbers;
+    std::vector<bool> taken(uses.size(), false);
+    for (const std::uint64_t place : places) {
+      const std::int64_t number = own ? (*own)[place] : static_cast<std::int64_t>(place) + 1;
+      if (number < 1 || std::cmp_greater(number, uses.size()) ||
+          taken[static_cast<std::size_t>(number) - 1])
+        fail_faces("two faces have one number, or one beyond the last");
+      taken[static_cast<std::size_t>(number) - 1] = true;
+      numbers.push_back(number);
+    }
+    return numbers;
+  }
+
+  void write_face_blocks(const FaceTable& faces, const std::vector<long long>& numbers) {
+    const std::vector<FaceBlock> blocks = face_blocks(skeleton_, place_);
+    std::uint64_t total = 0;
+    for (const FaceBlock& block : blocks) total += block.faces;
+    if (total != faces.size())
+      fail_faces("polyhedra have " + std::to_string(faces.size()) + " faces, not " +
+                 std::to_string(total));
+    std::vector<std::uint64_t> by_number(total);
+    for (std::uint64_t f = 0; f < total; ++f)
+      by_number[static_cast<std::size_t>(numbers[f]) - 1] = f;
+    std::uint64_t next = 0;
+    for (const FaceBlock& block : blocks) {
+      std::vector<long long> nodes, counts;
+      for (const std::uint64_t end = next + block.faces; next < end; ++next) {
+        const auto face = faces.nodes(by_number[next]);
+        if (block.counts < 0 && face.size() != block.size)
+          fail_faces("a face has " + std::to_string(face.size()) +
+                     " nodes in a block of faces of " + std::to_string(block.size));
+        counts.push_back(static_cast<long long>(face.size()));
+        for (const std::uint64_t node : face) nodes.push_back(static_cast<long long>(node) + 1);
+      }
+      put_integers(block.nodes, nodes);
+      if (block.counts >= 0) put_integers(block.counts, counts);
+    }
+  }
+
+  // All values of a variable.
+  void put_integers(int id, const std::vector<long long>& values) {
+    if (values.size() != skeleton_.size(variable(id)))
+      place_.fail(ErrorCode::corrupt, section(id),
+                  "has room for " + std::to_string(skeleton_.size(variable(id))) +
+                      " numbers, and the mesh has " + std::to_string(values.size()));
+    touch(id);
+    if (!values.empty()) place_.check(nc_put_var_longlong(ncid_, id, values.data()), section(id));
+  }
+
   // The faces of polyhedra that have changed places.
   void write_faces(const BlockLayout& block, const std::vector<const Extra*>& parts) {
     const auto from = numbers_on(index_of(block), -1);
@@ -362,6 +497,17 @@ void narrow_as(const MeshInfo& info, const Skeleton& skeleton, Layout& layout) {
   }
 }
 
+// Whether the blocks of polyhedra say what their faces are.
+bool has_faces(const MeshInfo& info, const Layout& layout) {
+  bool any = false, all = true;
+  for (std::size_t b = 0; b < std::min(info.schema.blocks.size(), layout.blocks.size()); ++b) {
+    if (layout.blocks[b].faces < 0) continue;
+    any = true;
+    all = all && info.schema.blocks[b].shape == CellShape::faces;
+  }
+  return any && all;
+}
+
 // Whether the mesh still has the parts that the structure lists.
 bool fits(const MeshInfo& info, const Layout& layout) {
   const Schema& schema = info.schema;
@@ -396,6 +542,7 @@ void write_exodus(MeshSource& mesh, const std::string& path) {
         from_text({reinterpret_cast<const char*>(text->data.data()), text->data.size()}, place);
     Layout layout = lay_out(skeleton, place);
     narrow_as(info, skeleton, layout);
+    if (has_faces(info, layout)) derive_faces(skeleton, layout, place);
     if (fits(info, layout)) {
       SkeletonWriter(mesh, skeleton, layout, extras, place, spool).write();
       return;

@@ -59,8 +59,13 @@ void CellPlan::load_cell_types() {
 }
 
 void CellPlan::load_polyhedra() {
-  if (std::find(block_types_.begin(), block_types_.end(), kPolyhedron) == block_types_.end())
-    return;
+  bool beside = false;  // faces travel beside the mesh
+  for (std::size_t b = 0; b < block_types_.size(); ++b) {
+    if (block_types_[b] != kPolyhedron) continue;
+    has_polyhedra_ = has_polyhedra_ || info_.block_cells[b] > 0;
+    beside = beside || info_.schema.blocks[b].shape != CellShape::faces;
+  }
+  if (!beside) return;
   const std::vector<std::int64_t> cells = integers("vtk/polyhedron/cells");
   const std::vector<std::int64_t> faces = integers("vtk/polyhedron/faces");
   face_sizes_ = integers("vtk/polyhedron/face_sizes");
@@ -107,6 +112,24 @@ void CellPlan::for_each_filled(std::size_t array, std::uint64_t step, const Valu
   });
 }
 
+// Faces that end with their first point again.
+void CellPlan::unpack_faces(std::span<const std::uint64_t> corners) {
+  numbers_.assign(1, 0);
+  for (auto from = corners.begin(); from != corners.end();) {
+    const auto end = std::find(from + 1, corners.end(), *from);
+    if (end == corners.end())
+      throw Failure(Error{ErrorCode::corrupt,
+                          "a face does not end with its first vertex",
+                          "cell " + std::to_string(cell_),
+                          kNoOffset,
+                          {}});
+    ++numbers_[0];
+    numbers_.push_back(static_cast<std::uint64_t>(end - from));
+    numbers_.insert(numbers_.end(), from, end);
+    from = end + 1;
+  }
+}
+
 void CellPlan::file_numbers(std::uint32_t block, std::span<const std::uint64_t> corners) {
   const int type = block_types_[block];
   if (type != kPolyhedron) {
@@ -114,6 +137,7 @@ void CellPlan::file_numbers(std::uint32_t block, std::span<const std::uint64_t> 
     permute_corners(type, numbers_.data(), numbers_.size());
     return;
   }
+  if (info_.schema.blocks[block].shape == CellShape::faces) return unpack_faces(corners);
   const auto cell = static_cast<std::int64_t>(cell_);
   while (next_polyhedron_ < polyhedra_.size() && polyhedra_[next_polyhedron_].cell < cell)
     ++next_polyhedron_;

@@ -27,7 +27,7 @@ class CellPlan {
   CellPlan& operator=(const CellPlan&) = delete;
 
   int block_type(std::uint32_t block) const { return block_types_[block]; }
-  bool has_polyhedra() const { return !polyhedra_.empty(); }
+  bool has_polyhedra() const { return has_polyhedra_; }
   const Extra* extra(const std::string& key) const;  // null when absent
   // Values of an int32 or int64 extra; empty when it is absent.
   std::vector<std::int64_t> integers(const std::string& key) const;
@@ -77,10 +77,12 @@ class CellPlan {
 
   void load_cell_types();
   void load_polyhedra();
+  void unpack_faces(std::span<const std::uint64_t> corners);
   void file_numbers(std::uint32_t block, std::span<const std::uint64_t> corners);
 
   std::vector<int> block_types_;
-  std::vector<Polyhedron> polyhedra_;  // by cell
+  bool has_polyhedra_ = false;
+  std::vector<Polyhedron> polyhedra_;  // of the shape polyhedron, by cell
   std::vector<std::int64_t> face_sizes_;
   std::size_t next_polyhedron_ = 0;     // of the walk under way
   std::uint64_t cell_ = 0;              // of the walk under way

@@ -1,6 +1,8 @@
 #include "vtk/cells.h"
 
+#include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "base/failure.h"
 #include "mesh/mesh_source.h"
@@ -75,6 +77,7 @@ bool CellTable::next_cell() {
     nodes_.push_back(static_cast<std::uint64_t>(node));
   }
   if (type_ == kPolyhedron) unpack_faces();
+  if (type_ == kPolyhedron && closed_faces_) closed_faces_ = close_faces();
   if (nodes_.size() > kMaxNodesPerCell) fail_size(nodes_.size());
   permute_corners(type_, nodes_.data(), nodes_.size());
   ++cell_;
@@ -113,6 +116,24 @@ void CellTable::unpack_faces() {
   nodes_.resize(to);
 }
 
+// Each face ends with its first point again, so that the list says what the faces are. False where
+// it would not, or be too long.
+bool CellTable::close_faces() {
+  std::vector<std::uint64_t> closed;
+  closed.reserve(nodes_.size() + face_sizes_.size());
+  auto from = nodes_.begin();
+  for (const std::int64_t size : face_sizes_) {
+    const auto end = from + static_cast<std::ptrdiff_t>(size);
+    if (size == 0 || std::find(from + 1, end, *from) != end) return false;
+    closed.insert(closed.end(), from, end);
+    closed.push_back(*from);
+    from = end;
+  }
+  if (closed.size() > kMaxNodesPerCell) return false;
+  nodes_ = std::move(closed);
+  return true;
+}
+
 std::uint32_t CellTable::block_of_cell() const {
   const TypeBlocks& of_type = by_type_[type_];
   if (of_type.varying) return of_type.blocks.front().index;
@@ -134,7 +155,10 @@ void CellTable::count_cell(MeshInfo& info) {
   const auto index = static_cast<std::uint32_t>(info.schema.blocks.size());
   of_type.blocks.push_back({nodes, index});
   const std::uint32_t per_cell = of_type.varying ? 0 : nodes;
-  info.schema.blocks.push_back({type_, {}, shape_of_cell_type(type_, per_cell), per_cell});
+  const CellShape shape = type_ == kPolyhedron && !closed_faces_
+                              ? CellShape::polyhedron
+                              : shape_of_cell_type(type_, per_cell);
+  info.schema.blocks.push_back({type_, {}, shape, per_cell});
   info.block_cells.push_back(1);
 }
 
@@ -144,7 +168,9 @@ bool CellTable::collect_blocks(MeshInfo& info, std::size_t others, Faces& faces)
   info.block_cells.resize(others);
   for (TypeBlocks& of_type : by_type_) of_type.blocks.clear();
   faces = {};
+  const bool closed = closed_faces_;
   while (next_cell()) {
+    if (closed_faces_ != closed) return false;
     count_cell(info);
     TypeBlocks& of_type = by_type_[type_];
     const std::size_t sizes = of_type.blocks.size();
@@ -152,7 +178,7 @@ bool CellTable::collect_blocks(MeshInfo& info, std::size_t others, Faces& faces)
       of_type.varying = true;
       return false;
     }
-    if (type_ == kPolyhedron) {
+    if (type_ == kPolyhedron && !closed_faces_) {
       faces.cells.push_back(static_cast<std::int64_t>(cell_ - 1));
       faces.counts.push_back(static_cast<std::int64_t>(face_sizes_.size()));
       faces.sizes.insert(faces.sizes.end(), face_sizes_.begin(), face_sizes_.end());

@@ -52,7 +52,9 @@ class CellTable {
   bool next_cell();  // fills type_ and nodes_ with what stands in the file
   void read_type(std::uint64_t nodes);
   void unpack_faces();
-  // Adds blocks behind the first `others`. False: start again, a type got varying.
+  bool close_faces();
+  // Adds blocks behind the first `others`. False: start again, a type got varying, or polyhedra
+  // other words.
   bool collect_blocks(MeshInfo& info, std::size_t others, Faces& faces);
   void count_cell(MeshInfo& info);
   std::uint32_t block_of_cell() const;
@@ -70,6 +72,7 @@ class CellTable {
   std::uint8_t type_ = 0;
   std::vector<std::uint64_t> nodes_;
   std::vector<std::int64_t> face_sizes_;  // of the current polyhedron
+  bool closed_faces_ = true;              // whether polyhedra have the shape `faces`
   std::array<TypeBlocks, 256> by_type_;
 };
 

@@ -86,7 +86,7 @@ constexpr CellKind kCellKinds[] = {
     {34, CellShape::triangle, 7},
     {35, CellShape::line, 4},
     {37, CellShape::pyramid, 19},
-    {kPolyhedron, CellShape::polyhedron, 0},
+    {kPolyhedron, CellShape::faces, 0},
     {kVoxel, CellShape::hexahedron, 8},
     {kPixel, CellShape::quad, 4},
 };
@@ -229,7 +229,7 @@ CellShape shape_of_cell_type(int type, std::uint32_t nodes) {
 
 int cell_type_of_block(const BlockInfo& block) {
   constexpr int kConvexPointSet = 41, kPolyVertex = 2;
-  // Face sizes of other formats are not known here: what is left of a polyhedron is its vertices.
+  // Where faces travel beside the mesh they are not known here: what is left are the vertices.
   if (block.shape == CellShape::polyhedron) return kConvexPointSet;
   for (const CellKind& kind : kCellKinds)
     if (kind.shape == block.shape && (kind.nodes == 0 || kind.nodes == block.nodes_per_cell))

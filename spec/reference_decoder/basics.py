@@ -120,9 +120,10 @@ SCALAR_CODES = (None, "b", "B", "h", "H", "i", "I", "q", "Q", "f", "d")
 SCALAR_BYTES = (None, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8)
 FLOAT32, FLOAT64 = 9, 10
 
-(OTHER, VERTEX, LINE, TRIANGLE, QUAD, POLYGON, TETRAHEDRON, PYRAMID, WEDGE, HEXAHEDRON, POLYHEDRON) = range(11)
+(OTHER, VERTEX, LINE, TRIANGLE, QUAD, POLYGON, TETRAHEDRON, PYRAMID, WEDGE, HEXAHEDRON, POLYHEDRON,
+ FACES) = range(12)
 SHAPE_NAMES = ("other", "vertex", "line", "triangle", "quad", "polygon", "tetrahedron", "pyramid", "wedge",
-               "hexahedron", "polyhedron")
+               "hexahedron", "polyhedron", "faces")
 
 # ---------------------------------------------------------------------------- 3 Checksums
 

@@ -1,9 +1,10 @@
 """Sections 19 and 20: cells, hexahedra in codec paper, nodes, last uses."""
 
-from .basics import reject, reject_unless
+from .basics import FACES, reject, reject_unless
 from .coders import Bits, Mixer, Mixing, Models, Number, RangeDecoder, Signed, choice, number, signed, tree
 from .mid_nodes import MidNodes, mid_nodes_of
 from .other_cells import OtherCells, corners_of
+from .polyhedra import Polyhedra
 from .replay import Replay
 from .rows import Rows
 from .surface import AS_STORED, CORNER_BITS, EDGE_CORNERS, FACE_CORNERS, MOST_FACES, ROTATIONS, ActiveSurface, around
@@ -25,6 +26,7 @@ class Cell:
         self.corners = corners_of(block, count)  # c of section 37; 8 for hexahedra
         self.mid = mid_nodes_of(block)  # section 36: position -> what it is in the middle of
         self.behind = [None] * 8  # section 37
+        self.by_faces = False  # section 42
         self.last_use = []  # positions
         self.number = 0
 
@@ -72,6 +74,7 @@ class Connectivity:
         self.surface = ActiveSurface()
         self.others = OtherCells(schema, self.surface)
         self.mid = MidNodes(self.surface)
+        self.polyhedra = Polyhedra(self.surface)
         self.mixing = (Mixing(), Mixing())  # of section 33: connectivity, corner_order
         self.last_block = 0
         self.last_new = 0  # last_new[1]; last_new[0] is that of codec paper
@@ -93,6 +96,7 @@ class Connectivity:
                 self.hexahedra = Rows(self.schema, self.surface, self.others)
         self.source, orders = RangeDecoder(connectivity), RangeDecoder(corner_order)
         self.others.begin_group(self.source)
+        self.polyhedra.begin_group(self.source)
         if self.codec == MIXED:
             self.hexahedra.begin_group(Mixer(self.mixing[0], self.source), Mixer(self.mixing[1], orders))
         else:
@@ -110,6 +114,15 @@ class Connectivity:
             index = number(source, self.block_number)
         reject_unless(index < len(blocks), "a cell of no block")
         self.last_block = index
+        cell = Cell(index, blocks[index], 0, self.schema.corner_order) if blocks[index].shape == FACES else None
+        if cell and self.polyhedra.code(cell, self.others.cells):
+            stated = blocks[index].nodes_per_cell
+            reject_unless(stated in (0, cell.count), "a cell of another number of nodes")
+            self.others.update_open_faces(cell)
+            for vertex in cell.v:
+                vertex.uses += 1
+            self.polyhedra.last_uses(cell)
+            return cell
         count = blocks[index].nodes_per_cell or number(source, self.node_count)
         reject_unless(count <= MOST_NODES, "a cell of too many nodes")
         cell = Cell(index, blocks[index], count, self.schema.corner_order)
@@ -194,6 +207,7 @@ class Connectivity:
     def finalize_vertex(self, vertex):
         self.others.forget_vertex(vertex)
         self.mid.forget_vertex(vertex)
+        self.polyhedra.forget_vertex(vertex)
         if self.hexahedra is None:  # an unused vertex before any cell
             self.surface.finalize(vertex)
             return

@@ -59,6 +59,7 @@ class Neighbourhoods:
         self.room = self.place = 0
         self.places, self.by_number = {}, {}
         self.last = None  # the cell before this one, if it was to be remembered
+        self.around_of = self.around = None  # of a polyhedron
 
     # ------------------------------------------------------------------ What is kept
 
@@ -81,7 +82,7 @@ class Neighbourhoods:
         this = self.this
         self.cells += 1
         self.last = None
-        if not cell.hexahedral and not (self.mixed and cell.corners):
+        if not cell.hexahedral and not (self.mixed and (cell.corners or cell.by_faces)):
             return
         self.places[this.place] = self.by_number[this.number] = self.last = this
         this.shape, this.hexahedron = plain_shape(cell.shape, cell.corners), cell.hexahedral
@@ -92,7 +93,7 @@ class Neighbourhoods:
                 uses[1 if uses[0] is not None else 0] = (this, b)
         else:
             this.slots = [vertex.slot for vertex in cell.v[: min(cell.corners, 8)]]
-        if self.mixed:
+        if self.mixed and cell.corners:
             this.sides = [self.behind_side(cell, k) for k in range(6)]
 
     def behind_side(self, cell, k):
@@ -121,6 +122,8 @@ class Neighbourhoods:
             known = lambda other: other.id not in to_come
             if cell.hexahedral and p < 8:
                 item = self._lattice(cell, p, known)
+            elif cell.by_faces:
+                item = self._polyhedron(cell, p, known)
             elif not cell.hexahedral and p < cell.corners:
                 item = self._other_corner(cell, p, known)
             elif p in cell.mid and (cell.mid[p].kind != BODY or cell.count == 27):
@@ -207,6 +210,53 @@ class Neighbourhoods:
             if h.slots[c] == x:
                 return h, c, axis
         return None
+
+    # ------------------------------------------------------------------ Of a vertex of a polyhedron
+
+    @staticmethod
+    def _corners_of_faces(cell):
+        """Vertex -> its places in the faces: before, after, and across in faces of four."""
+        around, begin, v = {}, 0, cell.v
+        while begin < len(v):
+            end = next(i for i in range(begin + 1, len(v)) if v[i] is v[begin])
+            face, n = v[begin:end], end - begin
+            for i, vertex in enumerate(face):
+                across = face[(i + 2) % 4] if n == 4 else None
+                places = around.setdefault(vertex.id, [])
+                if len(places) < 32:
+                    places.append((face[i - 1], face[(i + 1) % n], across))
+            begin = end + 1
+        return around
+
+    def _polyhedron(self, cell, p, known):
+        if self.around_of is not cell:
+            self.around_of, self.around = cell, self._corners_of_faces(cell)
+        self_, item, near = cell.v[p], Neighbourhood(cell.v[p].slot, LATTICE), []
+        faces = self.around[self_.id]
+        for before, after, _ in faces:
+            for vertex in (before, after):
+                if len(near) < 3 and known(vertex) and all(vertex is not other for other in near):
+                    item.set(NEAR + len(near), vertex.slot)
+                    near.append(vertex)
+        item.thirds(self.full)
+        diagonal = [None] * 3
+        for i, (a, b) in enumerate(((0, 1), (0, 2), (1, 2))):
+            if b < len(near):
+                for before, after, across in faces:
+                    if {before.id, after.id} == {near[a].id, near[b].id} and across and known(across):
+                        diagonal[i] = across
+                        item.set(DIAGONAL + i, across.slot)
+                        break
+        if diagonal[0] and diagonal[1]:
+            taken = {vertex.id for vertex in near + [self_]}
+            beside = {vertex.id for entry in self.around[diagonal[1].id] for vertex in entry[:2]}
+            for before, after, _ in self.around[diagonal[0].id]:
+                found = next((w for w in (before, after) if w.id not in taken and known(w) and w.id in beside), None)
+                if found:
+                    item.set(OPPOSITE, found.slot)
+                    break
+        self.full[item.slot] = item.is_full()
+        return item
 
     # ------------------------------------------------------------------ Of a corner of another cell
 
@@ -381,6 +431,11 @@ class Neighbourhoods:
         item = Neighbourhood(self.this.place)
         if cell.hexahedral:
             self._of_hexahedron(item)
+        elif cell.by_faces:
+            item.kind = BESIDE
+            beside = [h for h in map(self.by_number.get, cell.behind) if h]
+            for place, h in zip((NEAR, NEAR + 1, NEAR + 2, OPPOSITE), beside):
+                item.set(place, h.place)
         elif cell.corners:
             self._beside(cell, item)
         item.block = cell.block_index

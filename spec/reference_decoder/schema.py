@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, field
 
-from .basics import FLOAT32, FLOAT64, HEXAHEDRON, SCALAR_BYTES, Cursor, packed_blob
+from .basics import FACES, FLOAT32, FLOAT64, HEXAHEDRON, SCALAR_BYTES, Cursor, packed_blob
 
 KEEP, STREAM, FREE = range(3)
 MOST_ARRAYS, MOST_STATIC_COMPONENTS, MOST_BLOCKS = 65536, 4096, 2**20  # limits of this reader (section 26)
@@ -119,7 +119,7 @@ def _quantization(cursor, type_, components):
 
 def _block(cursor):
     block = Block(cursor.svarint(), cursor.text(), cursor.u8(), cursor.varint32())
-    if block.shape > 10 or block.nodes_per_cell > 65536:
+    if block.shape > FACES or block.nodes_per_cell > 65536:
         cursor.fail("a block that cannot be")
     return block
 

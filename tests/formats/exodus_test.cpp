@@ -277,15 +277,16 @@ TEST_P(RichFile, IsUnderstood) {
             (BlockInfo{7, "a block with a long name, longer than the old thirty-two characters",
                        CellShape::hexahedron, 8}));
   EXPECT_EQ(info.schema.blocks[2], (BlockInfo{20, "", CellShape::polygon, 0}));
-  EXPECT_EQ(info.schema.blocks[3], (BlockInfo{21, "", CellShape::polyhedron, 0}));
+  EXPECT_EQ(info.schema.blocks[3], (BlockInfo{21, "", CellShape::faces, 0}));
   for (const std::size_t piece : {1, 2, 1000}) {
     const Cells cells = all_cells(*mesh, piece);
     ASSERT_EQ(cells.size(), 5U);
     EXPECT_EQ(cells[1], (Cells::value_type{0, {1, 8, 9, 2, 5, 10, 11, 6}}));
     EXPECT_EQ(cells[2], (Cells::value_type{2, {0, 1, 2}}));
     EXPECT_EQ(cells[3], (Cells::value_type{2, {3, 4, 5, 6, 7}}));
-    EXPECT_EQ(cells[4].second.size(), 24U);
+    EXPECT_EQ(cells[4].second.size(), 30U);
     EXPECT_EQ(cells[4].second[1], 3U);
+    EXPECT_EQ(cells[4].second[4], 0U);
   }
   std::vector<double> xyz(6);
   mesh->read_points(8, 2, reinterpret_cast<std::byte*>(xyz.data()));
@@ -491,6 +492,90 @@ TEST(Exodus, WritesSameBytesAgain) {
   std::ifstream a(folder / "a.e"), b(folder / "b.e");
   EXPECT_EQ(std::string(std::istreambuf_iterator(a), {}),
             std::string(std::istreambuf_iterator(b), {}));
+}
+
+// Polyhedra by numbers of faces, from 1. Faces by numbers of nodes.
+using Lists = std::vector<std::vector<std::int64_t>>;
+void make_polyhedra(const std::string& path, const Lists& faces, const Lists& cells) {
+  ex_opts(0);
+  int memory = 8, file = 8;
+  const int id = ex_create(path.c_str(), EX_CLOBBER | EX_LARGE_MODEL, &memory, &file);
+  ASSERT_GE(id, 0);
+  ex_set_int64_status(id, EX_ALL_INT64_API);
+  ex_init_params init{};
+  init.num_dim = 3;
+  init.num_nodes = 12;
+  init.num_elem = static_cast<std::int64_t>(cells.size());
+  init.num_elem_blk = 1;
+  init.num_face = static_cast<std::int64_t>(faces.size());
+  init.num_face_blk = 1;
+  EX(ex_put_init_ext(id, &init));
+  EX(ex_put_coord(id, kX.data(), kY.data(), kZ.data()));
+  const auto put = [&](ex_entity_type type, const char* name, const Lists& lists) {
+    std::vector<int> sizes;
+    std::vector<std::int64_t> all;
+    for (const auto& list : lists) {
+      sizes.push_back(static_cast<int>(list.size()));
+      all.insert(all.end(), list.begin(), list.end());
+    }
+    const auto total = static_cast<std::int64_t>(all.size());
+    const bool of_faces = type == EX_FACE_BLOCK;
+    EX(ex_put_block(id, type, 5, name, static_cast<std::int64_t>(lists.size()),
+                    of_faces ? total : 0, 0, of_faces ? 0 : total, 0));
+    EX(ex_put_entity_count_per_polyhedra(id, type, 5, sizes.data()));
+    EX(ex_put_conn(id, type, 5, of_faces ? all.data() : nullptr, nullptr,
+                   of_faces ? nullptr : all.data()));
+  };
+  put(EX_FACE_BLOCK, "nsided", faces);
+  put(EX_ELEM_BLOCK, "nfaced", cells);
+  EX(ex_close(id));
+}
+
+// Two hexahedra that share face 4, and what may be odd about faces.
+TEST(Exodus, FacesOfPolyhedraComeBack) {
+  const Lists faces = {{1, 4, 3, 2},  {5, 6, 7, 8},    {1, 2, 6, 5},  {2, 3, 7, 6},
+                       {3, 4, 8, 7},  {4, 1, 5, 8},    {2, 3, 10, 9}, {6, 7, 12, 11},
+                       {2, 9, 11, 6}, {9, 10, 12, 11}, {10, 3, 7, 12}};
+  const Lists cells = {{1, 2, 3, 4, 5, 6}, {4, 7, 8, 9, 10, 11}};
+  const auto changed = [](Lists lists, std::size_t at, std::vector<std::int64_t> list) {
+    lists[at] = std::move(list);
+    return lists;
+  };
+  Lists unused = faces, turned = faces, shared_first = faces;
+  unused.push_back({1, 2, 3});
+  std::reverse(turned.begin(), turned.end());
+  std::rotate(shared_first.begin(), shared_first.begin() + 3, shared_first.begin() + 4);
+  struct Case {
+    Lists faces, cells;
+    CellShape shape;
+    bool numbers, shared;  // the extras that there are
+  };
+  const std::vector<Case> cases = {
+      {faces, cells, CellShape::faces, false, false},
+      {turned, {{11, 10, 9, 8, 7, 6}, {8, 5, 4, 3, 2, 1}}, CellShape::faces, true, false},
+      {shared_first, {{2, 3, 4, 1, 5, 6}, {1, 7, 8, 9, 10, 11}}, CellShape::faces, false, true},
+      {unused, cells, CellShape::polyhedron, false, false},
+      {changed(faces, 10, faces[0]), cells, CellShape::polyhedron, false, false},
+      {changed(faces, 0, {1, 4, 1, 2}), cells, CellShape::polyhedron, false, false},
+      {changed(faces, 0, {1, 1}), cells, CellShape::polyhedron, false, false},
+      {changed(faces, 2, {7}), cells, CellShape::faces, false, false},
+      {faces, {{1, 2, 3, 4, 5, 6, 6}, {4, 7, 8, 9, 10, 11}}, CellShape::faces, false, false},
+      {faces, {{1, 2, 3, 4, 5, 6}, {}}, CellShape::polyhedron, false, false},
+  };
+  TemporaryFolder folder;
+  Spool spool(folder / ".");
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    SCOPED_TRACE(i);
+    ASSERT_NO_FATAL_FAILURE(make_polyhedra(folder / "a.e", cases[i].faces, cases[i].cells));
+    const auto mesh = open_exodus(folder / "a.e", spool);
+    EXPECT_EQ(mesh->info().schema.blocks.at(0).shape, cases[i].shape);
+    EXPECT_EQ(find_extra(mesh->info(), "exodus/face_numbers") != nullptr, cases[i].numbers);
+    EXPECT_EQ(find_extra(mesh->info(), "exodus/shared_faces_first") != nullptr, cases[i].shared);
+    ASSERT_NO_THROW(round_trip(folder / "a.e", folder / "b.e"));
+    std::ifstream a(folder / "a.e"), b(folder / "b.e");
+    EXPECT_EQ(std::string(std::istreambuf_iterator(a), {}),
+              std::string(std::istreambuf_iterator(b), {}));
+  }
 }
 
 TEST(Exodus, RefusesPolyhedraOfOtherFormats) {

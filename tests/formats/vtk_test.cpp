@@ -208,15 +208,33 @@ TEST_F(VtkTest, CellKindsBecomeBlocks) {
   EXPECT_EQ(blocks[1], (BlockInfo{8, "", CellShape::quad, 4}));
   EXPECT_EQ(blocks[2], (BlockInfo{7, "", CellShape::polygon, 0}));
   EXPECT_EQ(blocks[3], (BlockInfo{12, "", CellShape::hexahedron, 8}));
-  EXPECT_EQ(blocks[4], (BlockInfo{42, "", CellShape::polyhedron, 0}));
+  EXPECT_EQ(blocks[4], (BlockInfo{42, "", CellShape::faces, 0}));
   EXPECT_EQ(all.blocks, (std::vector<std::uint32_t>{0, 1, 2, 3, 2, 4}));
   EXPECT_TRUE(std::equal(all.corners.begin(), all.corners.begin() + 8, all.corners.begin() + 15));
-  EXPECT_EQ(as<std::int64_t>(find_extra(all.info, "vtk/polyhedron/face_sizes")->data),
-            (std::vector<std::int64_t>{4, 4, 4, 4, 6}));
-  EXPECT_EQ(find_extra(all.info, "vtk/polyhedron/cells")->refers, Reference::cell);
+  EXPECT_EQ(find_extra(all.info, "vtk/polyhedron/face_sizes"), nullptr);
+  EXPECT_EQ(std::vector<std::uint64_t>(all.corners.end() - 7, all.corners.end()),
+            (std::vector<std::uint64_t>{3, 0, 4, 7, 6, 2, 3}));
   write_vtk(*mesh, path("out.vtk"));
   expect_same(all, take(*open_vtk(path("out.vtk"), spool_)));
   EXPECT_NE(read_file(path("out.vtk")).find("\n8 0 1 3 2 4 5 7 6\n4 0 1 3 2\n"), std::string::npos);
+}
+
+// A face that begins with the same point twice, one without points: faces travel beside the mesh.
+TEST_F(VtkTest, PolyhedraOfOddFacesComeBack) {
+  for (const std::string face : {"3 0 1 0", "0"}) {
+    const int numbers = face == "0" ? 1 : 4;
+    const auto mesh =
+        open_text(std::string(kHead) + "POINTS 4 float\n0 0 0 1 0 0 1 1 0 0 1 1\n" + "CELLS 2 " +
+                  std::to_string(12 + numbers) + "\n5 1 3 1 2 3\n" + std::to_string(5 + numbers) +
+                  " 2 3 0 1 2 " + face + "\nCELL_TYPES 2\n42 42\n");
+    const Snapshot all = take(*mesh);
+    EXPECT_EQ(all.info.schema.blocks.at(0), (BlockInfo{42, "", CellShape::polyhedron, 0}));
+    EXPECT_EQ(as<std::int64_t>(find_extra(all.info, "vtk/polyhedron/face_sizes")->data),
+              (std::vector<std::int64_t>{3, 3, numbers - 1}));
+    EXPECT_EQ(find_extra(all.info, "vtk/polyhedron/cells")->refers, Reference::cell);
+    write_vtk(*mesh, path("out.vtk"));
+    expect_same(all, take(*open_vtk(path("out.vtk"), spool_)));
+  }
 }
 
 TEST_F(VtkTest, EmptyMeshesAndMeshesWithoutCellsComeBack) {

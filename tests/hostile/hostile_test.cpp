@@ -299,7 +299,7 @@ TEST(Hostile, LyingSchema) {
     s.arrays[0].type = ScalarType::int64;
     s.arrays[0].quantization = Quantization::absolute(1e-6, 1);
   });
-  refused([](Schema& s) { s.blocks[0].shape = static_cast<CellShape>(11); });
+  refused([](Schema& s) { s.blocks[0].shape = static_cast<CellShape>(12); });
   refused([](Schema& s) { s.blocks[0].nodes_per_cell = kMaxNodesPerCell + 1; });
   refused([](Schema& s) { s.arrays[0].type = static_cast<ScalarType>(0); });
   refused([](Schema& s) { s.arrays[0].type = static_cast<ScalarType>(11); });

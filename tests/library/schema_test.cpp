@@ -80,7 +80,7 @@ TEST(Schema, WhatIsRefused) {
       [&](Schema& s) { s.coordinate_quantization.minimum[1] = -infinity; },
       [&](Schema& s) { s.coordinate_quantization.maximum[2] = nan; },
       [](Schema& s) { s.coordinate_quantization.maximum[2] = 1e301; },
-      [](Schema& s) { s.blocks[1].shape = static_cast<CellShape>(11); },
+      [](Schema& s) { s.blocks[1].shape = static_cast<CellShape>(12); },
       [](Schema& s) { s.blocks[1].nodes_per_cell = kMaxNodesPerCell + 1; },
       [](Schema& s) { s.arrays[0].type = static_cast<ScalarType>(11); },
       [](Schema& s) { s.arrays[0].location = static_cast<Location>(2); },

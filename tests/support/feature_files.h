@@ -2,6 +2,7 @@
 // and exact floating-point arithmetic only, so that they are the same on every machine.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -197,6 +198,83 @@ inline TestMesh every_shape() {
   for (std::uint64_t i = 0; i < 10; ++i) quadratic.corners.push_back(70 + i);
   for (TestCell* cell : {&many, &quadratic, &none, &other}) cells.push_back(*cell);
   cells.push_back({7, {70, 71, 75, 74, 73}});
+  mesh.cells = std::move(cells);
+  return mesh;
+}
+
+/// Faces of a polyhedron as its nodes: each ends with its first one.
+inline std::vector<std::uint64_t> closed_faces(
+    const std::vector<std::vector<std::uint64_t>>& faces) {
+  std::vector<std::uint64_t> nodes;
+  for (const auto& face : faces) {
+    nodes.insert(nodes.end(), face.begin(), face.end());
+    nodes.push_back(face.front());
+  }
+  return nodes;
+}
+
+/// Corners around the faces of a hexahedron.
+inline constexpr std::array<std::array<std::uint8_t, 4>, 6> kSixFaces = {
+    {{0, 3, 2, 1}, {0, 4, 7, 3}, {0, 1, 5, 4}, {1, 2, 6, 5}, {3, 7, 6, 2}, {4, 5, 6, 7}}};
+
+/// The faces of a hexahedron, each beginning at another place and in either direction.
+inline std::vector<std::vector<std::uint64_t>> hexahedron_faces(const std::vector<std::uint64_t>& v,
+                                                                PlainRandom& random) {
+  std::vector<std::vector<std::uint64_t>> faces;
+  for (const auto& at : kSixFaces) {
+    std::vector<std::uint64_t>& face = faces.emplace_back();
+    for (const std::uint8_t i : at) face.push_back(v[i]);
+    std::rotate(face.begin(), face.begin() + static_cast<std::ptrdiff_t>(random.below(4)),
+                face.end());
+    if (random.below(2) == 0) std::reverse(face.begin(), face.end());
+  }
+  random.shuffle(faces);
+  return faces;
+}
+
+/// Hexahedra told by faces, in two blocks; two that are one cell; hexahedra as such; and lists of
+/// nodes that are no faces.
+inline TestMesh polyhedra() {
+  TestMesh mesh = grid(4, 3, 4, ScalarType::float64, bent);
+  auto& blocks = mesh.schema.blocks;
+  blocks.push_back({1, "faces", CellShape::faces, 0});
+  blocks.push_back({2, "six faces", CellShape::faces, 30});
+  blocks.push_back({3, "vertices of faces", CellShape::polyhedron, 0});
+  PlainRandom random(11);
+  std::vector<TestCell> cells;
+  for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
+    const auto& v = mesh.cells[c].corners;
+    if (c < 12) {
+      cells.push_back(mesh.cells[c]);
+    } else if (c < 24 && c % 2 == 0) {  // it and the next one along x
+      const auto faces = hexahedron_faces(v, random);
+      const auto next = hexahedron_faces(mesh.cells[c + 1].corners, random);
+      const auto same = [](std::vector<std::uint64_t> a, std::vector<std::uint64_t> b) {
+        std::sort(a.begin(), a.end());
+        std::sort(b.begin(), b.end());
+        return a == b;
+      };
+      std::vector<std::vector<std::uint64_t>> all;
+      for (const auto* some : {&faces, &next})
+        for (const auto& face : *some)
+          if (std::none_of(some == &faces ? next.begin() : faces.begin(),
+                           some == &faces ? next.end() : faces.end(),
+                           [&](const auto& other) { return same(face, other); }))
+            all.push_back(face);
+      cells.push_back({1, closed_faces(all)});
+    } else if (c >= 24) {
+      cells.push_back({c % 3 == 0 ? 2u : 1u, closed_faces(hexahedron_faces(v, random))});
+    }
+  }
+  const std::vector<std::uint64_t> hexahedron = mesh.cells[0].corners;
+  cells.push_back({1, {}});
+  cells.push_back({1, hexahedron});
+  cells.push_back({1, {3, 4, 3, 5, 5}});
+  cells.push_back({1, {7, 8, 9, 8, 7}});
+  cells.push_back({1, closed_faces({{3, 4, 5}, {90, 91, 92, 93, 94}})});
+  cells.push_back({1, closed_faces({{3, 4, 5}, {5, 4, 3}, {4, 5, 3}})});
+  cells.push_back({2, std::vector<std::uint64_t>(30, 6)});
+  cells.push_back({3, hexahedron});
   mesh.cells = std::move(cells);
   return mesh;
 }
@@ -581,6 +659,11 @@ inline std::vector<FeatureFile> feature_files() {
       written(with_order(every_shape(), stream, false, 5), 30, ConnectivityCodec::mixed));
   add("every_shape_values",
       written(with_arrays_of_every_type(every_shape()), 50, ConnectivityCodec::rows, Level::best));
+  add("polyhedra", written(polyhedra()));
+  add("polyhedra_stream",
+      written(with_order(polyhedra(), stream, false, 5), 9, ConnectivityCodec::mixed, Level::best));
+  add("polyhedra_values",
+      written(with_arrays_of_every_type(polyhedra()), 40, ConnectivityCodec::rows, Level::best));
   add("second_order", written(second_order_cells()));
   add("second_order_stream", written(with_order(second_order_grid(3, 2, 2, 27), stream, true, 0), 5,
                                      ConnectivityCodec::replay));

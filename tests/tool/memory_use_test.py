@@ -22,7 +22,7 @@ MB = 1 << 20
 BASE = {"compress": 42 * MB, "verify": 27 * MB, "decompress": 27 * MB}
 FOR_ACTIVE_VERTEX = {"compress": 1100, "verify": 500, "decompress": 500}
 FOR_MEMORY_OPTION = 16 * MB
-INFO = 16 * MB
+INFO = 20 * MB
 # A mesh four times as long: tables, whose half of --memory the shorter one does not fill, and some
 # more.
 SAME = 10 * MB

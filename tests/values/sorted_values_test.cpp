@@ -16,7 +16,8 @@ std::uint64_t distance(std::uint64_t a, std::uint64_t b) { return a < b ? b - a 
 
 void expect_alike(const SortedValues& values, const Plain& plain, std::uint64_t wanted) {
   ASSERT_EQ(values.size(), plain.size());
-  const auto below = static_cast<std::size_t>(std::distance(plain.begin(), plain.lower_bound(wanted)));
+  const auto below =
+      static_cast<std::size_t>(std::distance(plain.begin(), plain.lower_bound(wanted)));
   EXPECT_EQ(values.rank_of(wanted), below);
   const auto nearest = std::min_element(plain.begin(), plain.end(), [&](auto& a, auto& b) {
     return distance(a.first, wanted) < distance(b.first, wanted);

@@ -26,6 +26,8 @@
 //                            words, one value a line (text strings, variants), or 0/1 (text bits)
 //   vtk/strings/<i>          uint8: the different strings of array i of the schema one after the
 //                            other, as vtk/data/<k> has them
+// Polyhedra have the shape `faces`. Where one has a face without points, or that has its first one
+// twice, all have the shape polyhedron, and there are
 //   vtk/polyhedron/cells     int64[n], refers to cells: the polyhedra
 //   vtk/polyhedron/faces     int64[n]: number of faces of each
 //   vtk/polyhedron/face_sizes int64: number of vertices of each face, polyhedron by polyhedron

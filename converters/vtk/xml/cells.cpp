@@ -310,6 +310,14 @@ bool CellCollector::face_tables(Node& cells, const PieceRange& piece) {
   return standard && at == face_ids.size() && used == static_cast<std::int64_t>(points.size());
 }
 
+void CellCollector::Reordered::add(std::uint64_t cell, const std::vector<std::int64_t>& points,
+                                   std::uint64_t first_point) {
+  cells.push_back(static_cast<std::int64_t>(cell));
+  counts.push_back(static_cast<std::int64_t>(points.size()));
+  for (const std::int64_t point : points)
+    nodes.push_back(point + static_cast<std::int64_t>(first_point));
+}
+
 void CellCollector::add_cells(Node& offsets, Node& connectivity, const PieceRange& piece) {
   Column ends(*this, offsets, piece.cells);
   if (ends.size() != piece.cells) loader_.fail(ErrorCode::truncated, offsets, "has too few values");
@@ -339,12 +347,10 @@ void CellCollector::add_cells(Node& offsets, Node& connectivity, const PieceRang
       std::vector<std::int64_t> stream(static_cast<std::size_t>(stream_end - stream_begin));
       streams_.read(static_cast<std::uint64_t>(stream_begin), stream.size(),
                     reinterpret_cast<std::byte*>(stream.data()));
-      if (cell != first_uses(stream)) {
-        reordered_cells_.push_back(static_cast<std::int64_t>(first_cell + c));
-        reordered_counts_.push_back(static_cast<std::int64_t>(cell.size()));
-        for (const std::int64_t node : cell)
-          reordered_nodes_.push_back(node + static_cast<std::int64_t>(piece.first_point));
-      }
+      std::vector<std::int64_t> points = first_uses(stream);
+      if (cell != points) unlike_faces_.add(first_cell + c, cell, piece.first_point);
+      std::sort(points.begin(), points.end());
+      if (cell != points) not_ascending_.add(first_cell + c, cell, piece.first_point);
       cell = std::move(stream);
     }
     add_cell(c, types_.get<std::uint8_t>(first_cell + c), cell, piece);
@@ -381,12 +387,14 @@ void CellCollector::finish(vtk::CellTable& table, MeshInfo& info) {
   table.set_types(vtk::Values(ScalarType::uint8, std::move(types_)));
   table.set_offsets(vtk::Values(ScalarType::int64, any ? std::move(offsets_) : std::move(none)),
                     vtk::Values(ScalarType::int64, std::move(connectivity_)));
-  if (reordered_cells_.empty()) return;
-  info.extras.push_back(integers_extra("vtu/polyhedron/cells", reordered_cells_, Reference::cell));
-  info.extras.push_back(
-      integers_extra("vtu/polyhedron/counts", reordered_counts_, Reference::nothing));
-  info.extras.push_back(
-      integers_extra("vtu/polyhedron/points", reordered_nodes_, Reference::vertex));
+  const bool ascending = not_ascending_.nodes.size() < unlike_faces_.nodes.size();
+  const Reordered& others = ascending ? not_ascending_ : unlike_faces_;
+  if (ascending)
+    info.extras.push_back(integers_extra("vtu/polyhedron/ascending", std::vector<std::int32_t>{1}));
+  if (others.cells.empty()) return;
+  info.extras.push_back(integers_extra("vtu/polyhedron/cells", others.cells, Reference::cell));
+  info.extras.push_back(integers_extra("vtu/polyhedron/counts", others.counts, Reference::nothing));
+  info.extras.push_back(integers_extra("vtu/polyhedron/points", others.nodes, Reference::vertex));
 }
 
 }  // namespace shm::converters::vtu

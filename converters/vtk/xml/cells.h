@@ -59,8 +59,14 @@ class CellCollector {
   // Streams of the faces of the piece under way: numbers of its own points.
   std::uint64_t face_nodes_ = 0;      // points of the faces of all polyhedra of a piece
   PagedArray streams_, stream_ends_;  // ends: one for each cell, with those before it
-  // Polyhedra whose points do not stand in the order in which their faces first use them.
-  std::vector<std::int64_t> reordered_cells_, reordered_counts_, reordered_nodes_;
+  // Polyhedra whose points stand in another order than one that all others have.
+  struct Reordered {
+    std::vector<std::int64_t> cells, counts, nodes;
+    void add(std::uint64_t cell, const std::vector<std::int64_t>& points,
+             std::uint64_t first_point);
+  };
+  // Not in the order in which their faces first use them; not ascending.
+  Reordered unlike_faces_, not_ascending_;
 };
 
 }  // namespace shm::converters::vtu

@@ -29,7 +29,7 @@ class VtuPlan : public vtk::CellPlan {
   const ByteForm& form() const { return form_; }
   bool raw_appended() const { return raw_appended_; }
   // Legacy files have the points of a polyhedron by its faces alone; VTK makes them ascend.
-  bool sorts_points() const { return !own_; }
+  bool sorts_points() const { return !own_ || extra("vtu/polyhedron/ascending") != nullptr; }
   // Points and cells of a <Piece>; null for all other nodes.
   const PieceRange* piece_of(const Node& node) const {
     const auto found = by_node_.find(&node);

@@ -14,6 +14,8 @@
 //   vtk/strings/<i>          uint8: the different strings of array i of the schema, each ended by a
 //   0 vtu/data/<k>             values of the array that the skeleton calls x<k>, in their own type;
 //                            strings as their bytes, each ended by a 0
+//   vtu/polyhedron/ascending  int32[1]: points of polyhedra ascend, but of those that follow; else
+//                            they stand in the order in which their faces first use them
 //   vtu/polyhedron/cells     int64[n], refers to cells: polyhedra whose points do not stand in the
 //                            order in which their faces first name them
 //   vtu/polyhedron/counts    int64[n]: number of points of each

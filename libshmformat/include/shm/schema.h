@@ -72,6 +72,7 @@ enum class CellShape : std::uint8_t {
   wedge = 8,
   hexahedron = 9,
   polyhedron = 10,  ///< all vertices of all faces in turn; face sizes travel beside
+  faces = 11,       ///< a polyhedron, face by face, each face closed by its first vertex again
 };
 SHM_API std::string_view shape_name(CellShape shape);
 

@@ -52,11 +52,13 @@ bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, CellTop
   cell.new_positions.clear();
   cell.face_mask = 0;
   cell.cell_slot = kNone;
+  cell.by_faces = false;
   const bool plain = cell.hexahedral && block.nodes_per_cell == 8;
   cell.layout = plain ? nullptr : node_layout(block.shape, block.nodes_per_cell);
   if (cell.layout != nullptr && !mid_nodes_) mid_nodes_.emplace(surface_);
   for (std::uint8_t i = 0; i < 8; ++i) cell.stored_corner[i] = i;
   if constexpr (!Coder::kDecodes) sort_numbers(cell);
+  if (block.shape == CellShape::faces && !code_polyhedron(symbols, cell)) return false;
   if (cell.hexahedral && !code_hexahedron(symbols, corner_order, cell)) return false;
   if constexpr (!Coder::kDecodes)
     for (const std::uint32_t position : cell.new_positions) fill_farther_repeats(cell, position);
@@ -68,7 +70,8 @@ bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, CellTop
       !others_->code(symbols, cell, block.shape, [&](std::uint32_t i) { add_vertex(cell, i); }))
     return false;
   // Of corners alone nobody reads the ids.
-  if (cell.slots.size() > corners && !code_nodes(symbols, cell, corners)) return false;
+  if (!cell.by_faces && cell.slots.size() > corners && !code_nodes(symbols, cell, corners))
+    return false;
   // A coder that finds vertices by number needs no uses, and has coded the last ones.
   const std::size_t done = cell.hexahedral && finds_by_number_ ? 8 : 0;
   for (std::size_t i = done; i < cell.slots.size(); ++i) surface_.count_use(cell.slots[i]);
@@ -76,7 +79,7 @@ bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, CellTop
     others_->take_note(cell, corners > 0 ? block.shape : CellShape::other, order_matters(block));
     cell.shape = block.shape;
     cell.corners = corners;
-    cell.behind = others_->faces().behind();
+    cell.behind = cell.by_faces ? polyhedra_->behind() : others_->faces().behind();
   }
   if (cell.slots.size() > done) code_last_use(symbols, cell);
   return true;
@@ -92,6 +95,7 @@ void Connectivity<Coder>::finish_cell(const CellTopology& cell) {
       });
     if (others_) others_->forget(slot);
     if (mid_nodes_) mid_nodes_->forget(slot);
+    if (polyhedra_) polyhedra_->forget(slot);
     surface_.finalize(slot);
   };
   std::size_t i = 0;
@@ -113,6 +117,22 @@ bool Connectivity<Coder>::code_hexahedron(Coder& symbols, Coder& corner_order, C
       [&](auto& hexahedra) { return hexahedra.code(symbols, corner_order, cell, in_order); });
 }
 
+/// Its faces and nodes, or how many nodes it has.
+template <class Coder>
+bool Connectivity<Coder>::code_polyhedron(Coder& symbols, CellTopology& cell) {
+  if (!polyhedra_) polyhedra_ = std::make_unique<Polyhedra<Coder>>(surface_);
+  const std::uint64_t number = others_->faces().next_number();
+  if (!polyhedra_->code(symbols, cell, number, [&](std::uint32_t i) { add_vertex(cell, i); }))
+    return false;
+  if (!cell.by_faces) return code_count(symbols, cell);
+  if constexpr (Coder::kDecodes) {
+    const std::uint32_t stated = schema_->blocks[cell.block].nodes_per_cell;
+    if (stated != 0 && cell.slots.size() != stated) return false;
+    cell.last_use.assign(cell.slots.size(), 0);
+  }
+  return true;
+}
+
 template <class Coder>
 bool Connectivity<Coder>::code_block(Coder& symbols, CellTopology& cell) {
   if (schema_->blocks.size() > 1 && !symbols.bit(same_block_, cell.block == last_block_)) {
@@ -124,6 +144,12 @@ bool Connectivity<Coder>::code_block(Coder& symbols, CellTopology& cell) {
   }
   if (cell.block >= schema_->blocks.size()) return false;
   last_block_ = cell.block;
+  // Of polyhedra it follows from their faces.
+  return schema_->blocks[cell.block].shape == CellShape::faces || code_count(symbols, cell);
+}
+
+template <class Coder>
+bool Connectivity<Coder>::code_count(Coder& symbols, CellTopology& cell) {
   std::uint64_t count = schema_->blocks[cell.block].nodes_per_cell;
   if (count == 0) count = code_number(symbols, node_count_, cell.slots.size());
   if (count > kMaxNodesPerCell) return false;
@@ -268,6 +294,7 @@ std::size_t Connectivity<Coder>::code_last_use_of_corners(Coder& symbols, CellTo
 
 template <class Coder>
 void Connectivity<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
+  if (cell.by_faces) return polyhedra_->code_last_use(symbols, cell);
   std::size_t i = code_last_use_of_corners(symbols, cell);
   for (; i < std::min<std::size_t>(cell.slots.size(), kMaxLastUse); ++i) {
     const auto begin = cell.slots.begin();

@@ -17,6 +17,7 @@
 #include "connectivity/mid_nodes.h"
 #include "connectivity/mixed_rows.h"
 #include "connectivity/paper_hexahedra.h"
+#include "connectivity/polyhedra.h"
 #include "connectivity/replay_hexahedra.h"
 #include "connectivity/row_hexahedra.h"
 #include "entropy/models.h"
@@ -84,6 +85,8 @@ class Connectivity {
   }
 
   bool code_block(Coder& symbols, CellTopology& cell);
+  bool code_count(Coder& symbols, CellTopology& cell);
+  bool code_polyhedron(Coder& symbols, CellTopology& cell);
   bool code_hexahedron(Coder& symbols, Coder& corner_order, CellTopology& cell);
   bool code_nodes(Coder& symbols, CellTopology& cell, std::uint32_t first_position);
   /// Whether it is coded how the corners of hexahedra of this block are stored.
@@ -104,9 +107,10 @@ class Connectivity {
   std::variant<std::unique_ptr<RowHexahedra<Coder>>, std::unique_ptr<MixedRows<Coder>>,
                std::unique_ptr<ReplayHexahedra<Coder>>, std::unique_ptr<PaperHexahedra<Coder>>>
       hexahedra_;
-  bool finds_by_number_ = false;                // what hexahedra_ does
-  std::unique_ptr<CellCorners<Coder>> others_;  // where there are blocks of other cells
-  std::optional<MidNodes<Coder>> mid_nodes_;    // where there are second-order cells
+  bool finds_by_number_ = false;                 // what hexahedra_ does
+  std::unique_ptr<CellCorners<Coder>> others_;   // where there are blocks of other cells
+  std::optional<MidNodes<Coder>> mid_nodes_;     // where there are second-order cells
+  std::unique_ptr<Polyhedra<Coder>> polyhedra_;  // where there are polyhedra told by faces
 
   // contexts
   std::uint32_t last_block_ = 0;

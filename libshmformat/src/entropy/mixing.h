@@ -125,6 +125,8 @@ class MixingCoder {
 
   /// Before coding: whose bytes. `engine` is borrowed.
   void use(Engine& engine) { engine_ = &engine; }
+  /// For what is not mixed. After use().
+  Engine& engine() { return *engine_; }
 
   /// What the decisions that follow are about. At most kMaxClues.
   template <class... Clues>

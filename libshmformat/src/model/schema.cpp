@@ -41,6 +41,7 @@ std::string_view shape_name(CellShape shape) {
     case CellShape::wedge: return "wedge";
     case CellShape::hexahedron: return "hexahedron";
     case CellShape::polyhedron: return "polyhedron";
+    case CellShape::faces: return "faces";
   }
   return "unknown";
 }
@@ -318,7 +319,7 @@ Result<void> check_schema(const Schema& schema, const ReadLimits& limits) {
       !good)
     return good;
   for (const BlockInfo& block : schema.blocks) {
-    if (block.shape > CellShape::polyhedron) return wrong("unknown cell shape");
+    if (block.shape > CellShape::faces) return wrong("unknown cell shape");
     if (block.nodes_per_cell > kMaxNodesPerCell)
       return wrong("a cell has at most " + std::to_string(kMaxNodesPerCell) + " nodes");
   }

@@ -61,7 +61,8 @@ constexpr std::uint32_t corner_count(CellShape shape, std::uint64_t nodes) {
       break;
     case CellShape::other:
     case CellShape::vertex:
-    case CellShape::polyhedron: break;
+    case CellShape::polyhedron:
+    case CellShape::faces: break;
   }
   return corners <= nodes ? static_cast<std::uint32_t>(corners) : 0;
 }
@@ -89,7 +90,8 @@ constexpr std::span<const ShapeFace> faces_of(CellShape shape, std::uint32_t cor
       return std::span(shapes::kPolygon[corners]).first(corners);
     case CellShape::other:
     case CellShape::vertex:
-    case CellShape::polyhedron: break;
+    case CellShape::polyhedron:
+    case CellShape::faces: break;
   }
   return {};
 }

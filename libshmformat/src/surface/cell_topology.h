@@ -26,7 +26,8 @@ struct CellTopology {
   bool hexahedral = false;  ///< positions 0..7 are a hexahedron's corners in the coder's frame
   /// In meshes that are not of hexahedra alone: the shape, how many of its nodes are corners with
   /// sides (surface/cell_shapes.h), and behind each side, corners as stored, the number of the cell
-  /// that has the same face (OpenFaces). Else 0 corners.
+  /// that has the same face (OpenFaces). Else 0 corners. Of polyhedra told by their faces 0
+  /// corners, and the first cells that had their faces.
   CellShape shape = CellShape::hexahedron;
   std::uint32_t corners = 0;
   std::array<std::uint64_t, OpenFaces::kMost> behind{};
@@ -49,6 +50,7 @@ struct CellTopology {
   /// Corner as stored -> position. Where there is a layout.
   std::array<std::uint8_t, 8> framed{0, 1, 2, 3, 4, 5, 6, 7};
 
+  bool by_faces = false;  ///< a polyhedron, face by face, each closed by its first vertex
   std::uint32_t cell_slot = kNone;
   std::uint8_t face_mask = 0;  ///< bit k: face k was active before this cell (but for replay)
 

@@ -60,6 +60,7 @@ class OpenFaces {
   void add_cell(const CellSides& sides, std::span<const std::uint32_t> corners);
   /// A cell that has no sides here.
   void skip_cell() { ++next_number_; }
+  std::uint64_t next_number() const { return next_number_; }
   /// Of the last cell added, by side, below kMost: the cell that had the same face; kNever: none.
   const std::array<std::uint64_t, kMost>& behind() const { return behind_; }
   /// Removes all faces of a vertex that is finalized.

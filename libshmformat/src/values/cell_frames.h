@@ -64,7 +64,8 @@ constexpr CornerFrame corner_frame(CellShape shape, std::uint32_t corners, std::
     case CellShape::hexahedron:
     case CellShape::other:
     case CellShape::vertex:
-    case CellShape::polyhedron: break;
+    case CellShape::polyhedron:
+    case CellShape::faces: break;
   }
   return it;
 }
@@ -88,7 +89,8 @@ constexpr std::array<std::uint8_t, 4> corner_neighbours(CellShape shape, std::ui
     case CellShape::polygon:
     case CellShape::other:
     case CellShape::vertex:
-    case CellShape::polyhedron: break;
+    case CellShape::polyhedron:
+    case CellShape::faces: break;
   }
   return {kNoPlace, kNoPlace, kNoPlace, kNoPlace};
 }

@@ -116,7 +116,8 @@ void EarlierValues::choose(double bits, bool has_table, ValueDomain& domain) con
   domain.partners = by_partners > least;
   if (has_table) return;
   // What partners predict is not recalled.
-  const double rank = static_cast<double>(std::bit_width(std::min<std::uint64_t>(values_, SortedValues::kMost)));
+  const double rank =
+      static_cast<double>(std::bit_width(std::min<std::uint64_t>(values_, SortedValues::kMost)));
   const double by_recall =
       recalled_.saved(bits, kRecalledBits + rank) + followed_.saved(bits, kPartnerBits);
   domain.recalls = by_recall - (domain.partners ? by_partners : 0.0) > least;

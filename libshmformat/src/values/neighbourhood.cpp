@@ -11,6 +11,9 @@ namespace {
 constexpr std::uint64_t kFirstCells = 64, kLeastCells = std::uint64_t{1} << 14,
                         kMostCells = std::uint64_t{1} << 18;
 
+/// Of a polyhedron, at a vertex: keeps every search short, also in hostile files.
+constexpr std::ptrdiff_t kMostFacesLooked = 32;
+
 /// Axes of diagonal[i].
 constexpr std::array<std::array<std::uint32_t, 2>, 3> kDiagonalAxes = {{{0, 1}, {0, 2}, {1, 2}}};
 /// Which diagonals lie along axis a, by the other axis in ascending order.
@@ -36,6 +39,7 @@ void NeighbourFinder::begin_cell(const CellTopology& cell, bool as_stored, std::
 
   known_ = ~std::uint64_t{0};
   known_corners_ = 0xff;
+  if (cell.by_faces) begin_faces(cell);
   if (cell.hexahedral)
     for (std::uint32_t i = 0; i < 8; ++i) corner_[corner_bits(cell, i)] = cell.slots[i];
   for (std::uint32_t position : cell.new_positions) {
@@ -81,6 +85,10 @@ Neighbourhood NeighbourFinder::vertex(const CellTopology& cell, std::uint32_t po
   } else if (position < cell.corners) {
     look_around_corner(it, cell, position);
     self.full = it.has_rule();
+  } else if (cell.by_faces && !faces_at(it.self).empty()) {
+    look_around_faces(it);
+    self.full = it.knows(Neighbourhood::kLattice);
+    coming_[it.self] = 0;
   } else if (const MidNode* node = cell.layout == nullptr ? nullptr : cell.layout->at(position);
              node != nullptr && (node->kind == MidNode::edge || node->has_middle)) {
     look_around_mid_node(it, cell, *node);
@@ -117,6 +125,98 @@ void NeighbourFinder::look_around_mid_node(Neighbourhood& it, const CellTopology
          corner < cell.layout->corners ? cell.framed[corner] : corner);
   }
   it.known = static_cast<std::uint16_t>(known);
+}
+
+void NeighbourFinder::begin_faces(const CellTopology& cell) {
+  around_.clear();
+  const auto& slots = cell.slots;
+  for (std::size_t begin = 0; begin < slots.size();) {
+    std::size_t n = 1;
+    while (slots[begin + n] != slots[begin]) ++n;
+    for (std::size_t i = 0; i < n; ++i)
+      around_.push_back({slots[begin + i], slots[begin + (i + n - 1) % n],
+                         slots[begin + (i + 1) % n], n == 4 ? slots[begin + (i + 2) % 4] : kNone});
+    begin += n + 1;
+  }
+  std::stable_sort(around_.begin(), around_.end(),
+                   [](const FaceCorner& a, const FaceCorner& b) { return a.slot < b.slot; });
+  for (const std::uint32_t position : cell.new_positions)
+    at_slot(coming_, slots[position]) = sequence_ + 1;
+}
+
+std::span<const NeighbourFinder::FaceCorner> NeighbourFinder::faces_at(std::uint32_t slot) const {
+  const auto before = [](const FaceCorner& it, std::uint32_t wanted) { return it.slot < wanted; };
+  const auto begin = std::lower_bound(around_.begin(), around_.end(), slot, before);
+  auto end = begin;
+  while (end != around_.end() && end->slot == slot && end - begin < kMostFacesLooked) ++end;
+  return std::span(begin, end);
+}
+
+bool NeighbourFinder::is_beside(std::uint32_t a, std::uint32_t b) const {
+  for (const FaceCorner& it : faces_at(a))
+    if (it.before == b || it.after == b) return true;
+  return false;
+}
+
+/// The first three known ones along edges of the polyhedron, and what faces of four have across.
+void NeighbourFinder::look_around_faces(Neighbourhood& it) const {
+  it.kind = Neighbourhood::lattice;
+  const auto faces = faces_at(it.self);
+  std::uint32_t near = 0, known = 0;
+  for (const FaceCorner& face : faces)
+    for (const std::uint32_t slot : {face.before, face.after}) {
+      const auto end = it.at.begin() + near;
+      if (near == 3 || !is_known(slot) || std::find(it.at.begin(), end, slot) != end) continue;
+      known |= Neighbourhood::kNear << near;
+      if (vertices_[slot].full) known |= Neighbourhood::kThird << near;
+      it.at[near++] = slot;
+    }
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    const auto [a, b] = kDiagonalAxes[i];
+    if (b >= near) continue;
+    for (const FaceCorner& face : faces) {
+      const bool between = (face.before == it.at[a] && face.after == it.at[b]) ||
+                           (face.before == it.at[b] && face.after == it.at[a]);
+      if (!between || face.across == kNone || !is_known(face.across)) continue;
+      it.at[kAtDiagonal + i] = face.across;
+      known |= Neighbourhood::kDiagonal << i;
+      break;
+    }
+  }
+  if ((known >> kAtDiagonal & 3) == 3) {
+    const std::uint32_t opposite = beside_both(it);
+    if (opposite != kNone) {
+      it.at[kAtOpposite] = opposite;
+      known |= Neighbourhood::kOpposite;
+    }
+  }
+  it.known = static_cast<std::uint16_t>(known);
+}
+
+/// The first four cells that are remembered behind its faces.
+void NeighbourFinder::look_beside_polyhedron(Neighbourhood& it, const CellTopology& cell) const {
+  it.kind = Neighbourhood::beside;
+  std::uint32_t known = 0, count = 0;
+  for (const std::uint64_t number : cell.behind) {
+    const std::uint32_t place = place_of(number);
+    if (place == kNone || count == 4) continue;
+    const std::uint32_t at = count++ < 3 ? count - 1 : kAtOpposite;
+    it.at[at] = place;
+    known |= 1u << at;
+  }
+  it.known = static_cast<std::uint16_t>(known);
+}
+
+/// What stands beside the first two diagonals and is not near, in the order of the first one's
+/// faces.
+std::uint32_t NeighbourFinder::beside_both(const Neighbourhood& it) const {
+  for (const FaceCorner& face : faces_at(it.at[kAtDiagonal]))
+    for (const std::uint32_t slot : {face.before, face.after}) {
+      if (slot == it.self || !is_known(slot)) continue;
+      if (std::find(it.at.begin(), it.at.begin() + 3, slot) != it.at.begin() + 3) continue;
+      if (is_beside(slot, it.at[kAtDiagonal + 1])) return slot;
+    }
+  return kNone;
 }
 
 Neighbourhood NeighbourFinder::unused_vertex(std::uint32_t slot) {
@@ -205,6 +305,7 @@ Neighbourhood NeighbourFinder::cell(const CellTopology& cell, Reach reach) {
   full_ = false;
   if (!cell.hexahedral) {
     if (cell.corners > 0) look_beside_cell(it, cell);
+    if (cell.by_faces) look_beside_polyhedron(it, cell);
     return it;
   }
   it.kind = Neighbourhood::lattice;
@@ -295,6 +396,11 @@ void NeighbourFinder::end_cell(const CellTopology& cell) {
     it.shape = flat_shape(cell.shape, cell.corners);
     it.corners = static_cast<std::uint8_t>(std::min(cell.corners, 8u));
     std::copy_n(cell.slots.begin(), it.corners, it.corner.begin());
+  }
+  if (cell.by_faces) {
+    it.sequence = sequence_;
+    it.shape = CellShape::faces;
+    it.corners = 0;
   }
   if (cell.hexahedral) {
     it.sequence = sequence_;

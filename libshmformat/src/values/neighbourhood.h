@@ -114,6 +114,11 @@ class NeighbourFinder {
     std::array<std::uint8_t, 6> onward{};   // the side of that cell that leads on straight
     bool full = false;
   };
+  /// A vertex in a face of the polyhedron at hand.
+  struct FaceCorner {
+    std::uint32_t slot = kNone, before = kNone, after = kNone;
+    std::uint32_t across = kNone;  ///< in a face of four
+  };
   /// A corner of a remembered hexahedron, and the axis that leads on from it.
   struct Found {
     std::uint32_t place = kNone, corner = 0, axis = 0;
@@ -132,6 +137,16 @@ class NeighbourFinder {
   void look_beyond(Neighbourhood& it, Reach reach) const;
   void look_around_mid_node(Neighbourhood& it, const CellTopology& cell, const MidNode& node) const;
   void look_around_cell(Neighbourhood& it, Reach reach) const;
+  // polyhedra told by their faces
+  void begin_faces(const CellTopology& cell);
+  void look_around_faces(Neighbourhood& it) const;
+  void look_beside_polyhedron(Neighbourhood& it, const CellTopology& cell) const;
+  std::span<const FaceCorner> faces_at(std::uint32_t slot) const;
+  std::uint32_t beside_both(const Neighbourhood& it) const;
+  bool is_beside(std::uint32_t a, std::uint32_t b) const;
+  bool is_known(std::uint32_t slot) const {
+    return slot >= coming_.size() || coming_[slot] != sequence_ + 1;
+  }
   // cells that are no hexahedra
   void look_around_corner(Neighbourhood& it, const CellTopology& cell,
                           std::uint32_t position) const;
@@ -162,6 +177,8 @@ class NeighbourFinder {
   std::uint64_t known_ = 0;                // positions whose vertices have values
   std::uint32_t known_corners_ = 0;        // the same of a hexahedron's corners, by corner bits
   std::array<Found, 6> found_{};           // behind its faces, for cell()
+  std::vector<FaceCorner> around_;         // of a polyhedron, by slot
+  std::vector<std::uint64_t> coming_;      // by slot: the cell that introduces it still, and 1
   bool full_ = false;                      // the lattice of the cell itself is known
 };
 

@@ -80,9 +80,9 @@ class RecalledValues {
     return &by_number_[static_cast<std::size_t>(next) % SortedValues::kMost];
   }
 
-  SortedValues list_;                      // with the numbers of the last elements that had them
-  std::vector<std::uint64_t> by_number_;   // the last magnitudes, by number modulo kMost
-  std::vector<Source> sources_;            // by class
+  SortedValues list_;                     // with the numbers of the last elements that had them
+  std::vector<std::uint64_t> by_number_;  // the last magnitudes, by number modulo kMost
+  std::vector<Source> sources_;           // by class
   std::uint64_t count_ = 0;
 };
 

@@ -91,9 +91,8 @@ class SortedValues {
   void merge() {
     const auto middle = static_cast<std::ptrdiff_t>(old_.size());
     old_.insert(old_.end(), recent_.begin(), recent_.end());
-    std::inplace_merge(
-        old_.begin(), old_.begin() + middle, old_.end(),
-        [](const Entry& a, const Entry& b) { return a.magnitude < b.magnitude; });
+    std::inplace_merge(old_.begin(), old_.begin() + middle, old_.end(),
+                       [](const Entry& a, const Entry& b) { return a.magnitude < b.magnitude; });
     recent_.clear();
   }
 
