@@ -105,7 +105,7 @@ bool Polyhedra<Coder>::code_face(CellTopology& cell) {
   }
   if constexpr (Coder::kDecodes) cell.slots.push_back(path_[0]);
   ++position_;
-  note_outcome(kClosed);
+  note_outcome(kCloses);
   close_face();
   return true;
 }
@@ -158,7 +158,7 @@ bool Polyhedra<Coder>::code_node(CellTopology& cell) {
                        at_most(open_edges_, 15), candidates_.size()));
     return mixing_.bit(models[i][kind], value);
   };
-  std::uint32_t outcome = kIntroduced;
+  std::uint32_t outcome = kIsNew;
   if (code_bit(kNew, is_new_, cell.slots[q] == kNone)) {
     (*add_vertex_)(q);
     if constexpr (!Coder::kDecodes) fill_repeats(cell);
@@ -171,7 +171,7 @@ bool Polyhedra<Coder>::code_node(CellTopology& cell) {
       outcome = code_taken(cell);
     } else {
       if (!code_missed(cell)) return false;
-      outcome = kMissed;
+      outcome = kIsMissed;
     }
   }
   const std::uint64_t id = surface_->vertex(cell.slots[q]).id;
@@ -197,7 +197,7 @@ std::uint32_t Polyhedra<Coder>::code_taken(CellTopology& cell) {
   }
   const Candidate& c = candidates_[r];
   cell.slots[q] = c.slot;
-  return kTaken + c.open + 4u * at_most(c.inside, 1) + 8u * c.place;
+  return kIsTaken + c.open + 4u * at_most(c.inside, 1) + 8u * c.place;
 }
 
 /// No candidate: any live vertex that is not in the face. False where damaged data have none.

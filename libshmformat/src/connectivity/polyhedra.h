@@ -47,7 +47,7 @@ class Polyhedra {
   static constexpr std::size_t kMostEdges = 32;    // of the cell, at a vertex
   enum Question : std::uint32_t { kEnd, kClose, kNew, kAmong, kWhich, kLast, kQuestions };
   /// What happened at a node, for contexts.
-  enum Outcome : std::uint32_t { kClosed = 1, kIntroduced = 2, kMissed = 3, kTaken = 4 };
+  enum Outcome : std::uint32_t { kCloses = 1, kIsNew = 2, kIsMissed = 3, kIsTaken = 4 };
 
   /// What the next node of a face may be, and why.
   struct Candidate {
