@@ -217,9 +217,18 @@ std::string_view word_of_scalar(ScalarType type) {
 }
 
 CellShape shape_of_cell_type(int type, std::uint32_t nodes) {
-  for (const CellKind& kind : kCellKinds)
-    if (kind.type == type)
-      return kind.nodes == 0 || kind.nodes == nodes ? kind.shape : CellShape::other;
+  for (const CellKind& kind : kCellKinds) {
+    if (kind.type != type) continue;
+    if (kind.nodes == 0 || kind.nodes == nodes) return kind.shape;
+    // Some writers say the linear type of cells of second order, too.
+    const bool in_order = type != kVoxel && type != kPixel;
+    const bool is_kind =
+        in_order &&
+        std::any_of(std::begin(kCellKinds), std::end(kCellKinds), [&](const CellKind& it) {
+          return it.shape == kind.shape && it.nodes == nodes;
+        });
+    return is_kind ? kind.shape : CellShape::other;
+  }
   // Lagrange and Bezier hexahedra have the corners first. With 20, 24 or 27 nodes they would pass
   // for the Lagrangian kinds above, whose other nodes stand in another order.
   const bool standard_size = nodes == 20 || nodes == 24 || nodes == 27;

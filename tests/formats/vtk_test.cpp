@@ -219,6 +219,24 @@ TEST_F(VtkTest, CellKindsBecomeBlocks) {
   EXPECT_NE(read_file(path("out.vtk")).find("\n8 0 1 3 2 4 5 7 6\n4 0 1 3 2\n"), std::string::npos);
 }
 
+// Some writers say the linear type of cells of second order: their number of nodes says what they
+// are.
+TEST_F(VtkTest, LinearTypesOfSecondOrderAreWhatTheyAre) {
+  for (const auto& [type, nodes, shape] :
+       {std::tuple(12, 20u, CellShape::hexahedron), std::tuple(13, 15u, CellShape::wedge),
+        std::tuple(12, 9u, CellShape::other), std::tuple(11, 20u, CellShape::other)}) {
+    std::string text = std::string(kHead) + "POINTS 20 float\n";
+    for (int i = 0; i < 20; ++i) text += std::to_string(i) + " 0 0 ";
+    text += "\nCELLS 1 " + std::to_string(nodes + 1) + "\n" + std::to_string(nodes);
+    for (std::uint32_t i = 0; i < nodes; ++i) text += ' ' + std::to_string(i);
+    const auto mesh = open_text(text + "\nCELL_TYPES 1\n" + std::to_string(type) + "\n");
+    const Snapshot all = take(*mesh);
+    EXPECT_EQ(all.info.schema.blocks.at(0), (BlockInfo{type, "", shape, nodes}));
+    write_vtk(*mesh, path("out.vtk"));
+    expect_same(all, take(*open_vtk(path("out.vtk"), spool_)));
+  }
+}
+
 // A face that begins with the same point twice, one without points: faces travel beside the mesh.
 TEST_F(VtkTest, PolyhedraOfOddFacesComeBack) {
   for (const std::string face : {"3 0 1 0", "0"}) {

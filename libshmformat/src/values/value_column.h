@@ -47,8 +47,9 @@ struct TiledItems {
   }
 };
 
-// Columns with tables alone have matches and mixed bits, which take up to 1.6 MB of each component:
-// arrays of so many components, and of all static arrays so many. Frozen: part of the format.
+// Columns with tables alone have matches, mixed bits and lists of earlier values, which take up to
+// 3 MB of each component: arrays of so many components, and of all static arrays so many. Frozen:
+// part of the format.
 inline constexpr std::uint32_t kMostTableComponents = 16, kMostTableComponentsInAll = 64;
 
 struct EncodedColumn {
