@@ -2,9 +2,11 @@
 // new, or one of some candidates: what continues an open face of an earlier polyhedron, an edge
 // that the cell has on one side only, or an edge of the mesh; or what continues the numbers of the
 // last cell of the block. So a face that is there costs next to nothing behind its first nodes, and
-// where a face ends, and the cell, follows as a rule. in:    the nodes of a polyhedron out:
-// decisions for "connectivity" keeps: open faces and edges, last cells, models; the same in encoder
-// and decoder spec: "Polyhedra"
+// where a face ends, and the cell, follows as a rule.
+//   in     the nodes of a polyhedron
+//   out    decisions for "connectivity"
+//   keeps  open faces and edges, last cells, models; the same in encoder and decoder
+// spec: "Polyhedra"
 #pragma once
 
 #include <array>

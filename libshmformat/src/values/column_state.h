@@ -225,8 +225,7 @@ class ColumnState {
   CodedTile coded_;
   MatchTables matches_;
   RecalledValues so_far_;
-  SortedValues
-      references_so_far_;  // with the values that came with them, signs as of positive ones
+  SortedValues references_so_far_;  // with the values that referred to them, as if to positive ones
   // of the elements coded last
   double last_ = 0, before_last_ = 0;
   double last_reference_ = 0, before_last_reference_ = 0;
