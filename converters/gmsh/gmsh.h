@@ -27,8 +27,7 @@
 //   gmsh/nodes/entities    int32 [n, 3]: dimension, tag, parametric, in file order
 //   gmsh/elements/blocks   int32 [blocks, 3]: dimension, entity, type (MSH 4), or
 //                          int32 [blocks, 4]: type, number of tags, first two tags (MSH 1/2)
-//   mesh/element_set/<i>/...   physical groups to which blocks belong, as in shm/sets.h, in order
-//   of
+//   mesh/element_set/<i>/...   physical groups to which blocks belong, as in shm/sets.h, by
 //                          dimension and tag; $PhysicalNames of kind names is made of these
 //   gmsh/section/<k>       uint8: content of the raw section, or text, in line k (from 0) of
 //                          gmsh/sections

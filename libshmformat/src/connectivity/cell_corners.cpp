@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "bytes/lists.h"
+#include "connectivity/by_chance.h"
 
 namespace shm {
 namespace {
@@ -278,14 +279,7 @@ void CellCorners<Coder>::rank(const Corner& it) {
     c.model = &which[at];
     c.chance = c.model->adaptive.probability_of_one();
   }
-  // Insertion keeps the order of equals, and is quick for so few.
-  for (std::size_t i = 1; i < candidates_.size(); ++i) {
-    const Candidate moved = candidates_[i];
-    std::size_t to = i;
-    for (; to > 0 && candidates_[to - 1].chance < moved.chance; --to)
-      candidates_[to] = candidates_[to - 1];
-    candidates_[to] = moved;
-  }
+  sort_by_chance(candidates_);
 }
 
 /// Who is behind the sides of the cell that are known now that the node at `position` is.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "bytes/lists.h"
+#include "connectivity/by_chance.h"
 
 namespace shm {
 namespace {
@@ -422,13 +423,7 @@ void Polyhedra<Coder>::rank() {
     c.model = &which[at];
     c.chance = c.model->adaptive.probability_of_one();
   }
-  for (std::size_t i = 1; i < candidates_.size(); ++i) {
-    const Candidate moved = candidates_[i];
-    std::size_t to = i;
-    for (; to > 0 && candidates_[to - 1].chance < moved.chance; --to)
-      candidates_[to] = candidates_[to - 1];
-    candidates_[to] = moved;
-  }
+  sort_by_chance(candidates_);
 }
 
 // --- after a cell

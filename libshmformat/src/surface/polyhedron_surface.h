@@ -1,7 +1,6 @@
 // PolyhedronSurface: what polyhedra of any number of faces have left open.
-//   faces  cycles of vertices of one polyhedron that no second one has closed. Gone with their
-//   first
-//          finalized vertex.
+//   faces  cycles of vertices of one polyhedron that no second one has closed. Gone with the first
+//          of them that is finalized.
 //   edges  between live vertices, and how many polyhedra had each.
 // spec: "Polyhedra"
 #pragma once

@@ -1,0 +1,21 @@
+// Candidates of a coder, the likeliest first.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace shm {
+
+/// By their `chance`; equals keep their order. Insertion is quick for so few.
+template <class Candidate>
+void sort_by_chance(std::vector<Candidate>& candidates) {
+  for (std::size_t i = 1; i < candidates.size(); ++i) {
+    const Candidate moved = candidates[i];
+    std::size_t to = i;
+    for (; to > 0 && candidates[to - 1].chance < moved.chance; --to)
+      candidates[to] = candidates[to - 1];
+    candidates[to] = moved;
+  }
+}
+
+}  // namespace shm
