@@ -84,8 +84,6 @@ class ExodusSource final : public SourceFormat {
     return array.role == kExodusMaps.vertices_role || array.role == kExodusMaps.cells_role;
   }
 
-  void translate_old_extras(MeshInfo& info) const override { exodus::translate_old_extras(info); }
-
   LossList losses(const MeshInfo& info, const Keys& used) const override {
     LossList losses;
     LossCollector of_variables(&losses);  // a set has several extras
@@ -151,6 +149,7 @@ constinit const Format kExodusFormat = {
                 Spool&) { write_exodus(mesh, output.temporary()); },
     .capabilities = &exodus::kCapabilities,
     .source = &exodus::kSource,
+    .translate_old_extras = exodus::translate_old_extras,
     .temporary = FileSink::Temporary::named};  // HDF5 looks up what a name in /proc links to
 
 }  // namespace shm::converters

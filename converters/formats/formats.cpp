@@ -125,6 +125,12 @@ const SourceFormat& format_of_role(std::string_view role) {
   return source_named(role.substr(0, role.find(':')));
 }
 
+void translate_old_extras(MeshInfo& info) {
+  const Format* format = format_named(info.schema.source_format);
+  if (format != nullptr && format->translate_old_extras != nullptr)
+    format->translate_old_extras(info);
+}
+
 const Format* format_of_name(std::string_view path) {
   const std::size_t slash = path.rfind('/');
   std::string_view name = slash == std::string_view::npos ? path : path.substr(slash + 1);

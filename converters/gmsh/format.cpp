@@ -127,8 +127,6 @@ class SectionsOfSteps {
 
 class GmshSource final : public SourceFormat {
  public:
-  void translate_old_extras(MeshInfo& info) const override { add_group_sets(info); }
-
   // Physical groups, but for those that the names of their blocks are, where there are too many of
   // them for the extras to hold.
   std::vector<MeshSet> sets(const MeshInfo& info, Keys&) const override {
@@ -233,6 +231,7 @@ constinit const Format kGmshFormat = {
     .write = [](MeshSource& mesh, OutputFile& output,
                 Spool&) { write_gmsh(mesh, output.temporary()); },
     .capabilities = &kGmshCapabilities,
-    .source = &kGmshSource};
+    .source = &kGmshSource,
+    .translate_old_extras = add_group_sets};
 
 }  // namespace shm::converters

@@ -5,8 +5,6 @@
 
 namespace shm::converters {
 
-void translate_old_extras(MeshInfo& info) { source_format(info).translate_old_extras(info); }
-
 namespace {
 
 // Whether a set is no more than blocks of its name.

@@ -70,8 +70,6 @@ class SourceFormat {
   SourceFormat(const SourceFormat&) = delete;
   SourceFormat& operator=(const SourceFormat&) = delete;
 
-  // Extras as older versions of shm wrote them, as the reader of the format gives them now.
-  virtual void translate_old_extras(MeshInfo&) const {}
   // Out of the extras of a mesh, beside those of shm/sets.h; `used` gets the keys of those whose
   // content the result has.
   virtual std::vector<MeshSet> sets(const MeshInfo&, Keys& /*used*/) const { return {}; }
@@ -166,6 +164,9 @@ struct Format {
   void (*write)(MeshSource& mesh, OutputFile& output, Spool& spool);  // commits nothing
   const Capabilities* capabilities = nullptr;                         // null: it holds everything
   const SourceFormat* source = nullptr;  // null: its meshes have nothing to add
+  // Extras as older versions of shm wrote them become those that the reader of the format gives
+  // now. Null: they are the same.
+  void (*translate_old_extras)(MeshInfo& info) = nullptr;
   FileSink::Temporary temporary = FileSink::Temporary::unnamed;  // of its files
 };
 
@@ -174,7 +175,6 @@ struct Format {
 // formats/formats.cpp.
 const SourceFormat& source_format(const MeshInfo& info);
 const SourceFormat& format_of_role(std::string_view role);
-
 // Extras out of a .shm file of any version, as this one writes them. Wants the whole MeshInfo.
 void translate_old_extras(MeshInfo& info);
 

@@ -17,7 +17,6 @@
 #include "bytes/lists.h"
 #include "values/neighbourhood.h"
 #include "values/recalled_values.h"
-#include "values/sorted_values.h"
 #include "values/value_domain.h"
 #include "values/value_predictor.h"
 

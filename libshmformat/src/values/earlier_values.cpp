@@ -6,7 +6,7 @@
 #include <cstddef>
 
 #include "values/column_state.h"
-#include "values/sorted_values.h"
+#include "values/recalled_values.h"
 
 namespace shm {
 namespace {

@@ -1,16 +1,105 @@
+// SortedValues: the magnitudes that a component has met so far, ascending, and what came with each:
+// the nearest to a given one, and the one of a given rank. For recalled values and for partners.
 // RecalledValues: the values of a component so far, by size and by number, and where the elements
 // of a class found theirs: whoever found one goes on there, forwards or backwards.
-// spec: "Recalled values"
+// spec: "Recalled values", "Partners"
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
-#include "values/sorted_values.h"
-
 namespace shm {
+
+class SortedValues {
+ public:
+  /// Frozen, part of the format: one with more begins anew, empty.
+  static constexpr std::size_t kMost = std::size_t{1} << 15;
+
+  struct Entry {
+    std::uint64_t magnitude = 0;  ///< of a double: its bits without the sign; these ascend with it
+    double value = 0.0;           ///< what came with it the last time
+  };
+
+  static std::uint64_t magnitude_of(double value) {
+    return std::bit_cast<std::uint64_t>(value) & ~(std::uint64_t{1} << 63);
+  }
+
+  std::size_t size() const { return old_.size() + recent_.size(); }
+  /// How many are below a magnitude.
+  std::size_t rank_of(std::uint64_t magnitude) const {
+    return static_cast<std::size_t>(place(old_, magnitude) + place(recent_, magnitude));
+  }
+  /// Must hold: rank < size().
+  const Entry& at(std::size_t rank) const {
+    // As many of the recent ones before it as there are places where both lists agree on the rank.
+    std::size_t low = rank > old_.size() ? rank - old_.size() : 0;
+    std::size_t high = std::min(rank, recent_.size());
+    while (low < high) {
+      const std::size_t middle = low + (high - low) / 2;
+      if (recent_[middle].magnitude < old_[rank - middle - 1].magnitude)
+        low = middle + 1;
+      else
+        high = middle;
+    }
+    const std::size_t in_old = rank - low;
+    if (in_old == old_.size()) return recent_[low];
+    if (low == recent_.size()) return old_[in_old];
+    return recent_[low].magnitude < old_[in_old].magnitude ? recent_[low] : old_[in_old];
+  }
+  /// Null where there is none; the smaller of two equally near.
+  const Entry* nearest(std::uint64_t magnitude) const {
+    const Entry* found = nullptr;
+    for (const auto* list : {&old_, &recent_}) {
+      const auto at = static_cast<std::size_t>(place(*list, magnitude));
+      for (std::size_t i = at == 0 ? 0 : at - 1; i < list->size() && i <= at; ++i)
+        if (!found || is_nearer((*list)[i].magnitude, found->magnitude, magnitude))
+          found = &(*list)[i];
+    }
+    return found;
+  }
+
+  void add(std::uint64_t magnitude, double value) {
+    for (auto* list : {&old_, &recent_}) {
+      const auto at = static_cast<std::size_t>(place(*list, magnitude));
+      if (at == list->size() || (*list)[at].magnitude != magnitude) continue;
+      (*list)[at].value = value;
+      return;
+    }
+    if (size() == kMost) clear();
+    recent_.insert(recent_.begin() + place(recent_, magnitude), {magnitude, value});
+    if (recent_.size() == kRecent) merge();
+  }
+  void clear() {
+    old_.clear();
+    recent_.clear();
+  }
+
+ private:
+  using List = std::vector<Entry>;  // ascending, no magnitude twice
+  static constexpr std::size_t kRecent = 256;
+
+  static std::ptrdiff_t place(const List& list, std::uint64_t magnitude) {
+    const auto below = [](const Entry& it, std::uint64_t m) { return it.magnitude < m; };
+    return std::lower_bound(list.begin(), list.end(), magnitude, below) - list.begin();
+  }
+  static bool is_nearer(std::uint64_t one, std::uint64_t than, std::uint64_t to) {
+    const auto distance = [to](std::uint64_t m) { return m < to ? to - m : m - to; };
+    if (distance(one) != distance(than)) return distance(one) < distance(than);
+    return one < than;
+  }
+  void merge() {
+    const auto middle = static_cast<std::ptrdiff_t>(old_.size());
+    old_.insert(old_.end(), recent_.begin(), recent_.end());
+    std::inplace_merge(old_.begin(), old_.begin() + middle, old_.end(),
+                       [](const Entry& a, const Entry& b) { return a.magnitude < b.magnitude; });
+    recent_.clear();
+  }
+
+  List old_, recent_;  // no magnitude in both
+};
 
 class RecalledValues {
  public:
