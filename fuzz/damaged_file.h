@@ -126,8 +126,9 @@ inline void mutate_header(shm::container::GroupHeader& header, Random& random) {
   }
 }
 
-inline void mutate_group(Bytes& payload, Random& random, std::size_t room) {
-  auto group = shm::take_group_apart(payload);
+inline void mutate_group(shm::Chunk& chunk, Random& random, std::size_t room) {
+  Bytes& payload = chunk.payload;
+  auto group = shm::take_group_apart(payload, chunk.header.version);
   if (!group) return mutate(payload, room);
   auto& header = group->header;
   const std::size_t streams = group->streams.size();
@@ -160,13 +161,12 @@ inline void mutate_group(Bytes& payload, Random& random, std::size_t room) {
   payload = shm::put_group_together(std::move(*group));
 }
 
-inline void mutate_step(Bytes& payload, Random& random, std::size_t room) {
-  shm::ByteReader in(payload);
-  shm::container::StepHeader header;
-  if (!shm::container::get(in, header)) return mutate(payload, room);
-  const auto rest = in.get_bytes(in.left());
-  Bytes coded(rest.begin(), rest.end());
-  switch (random() % 10) {
+inline void mutate_steps(shm::Chunk& chunk, Random& random, std::size_t room) {
+  auto parts = shm::take_steps_apart(chunk);
+  if (!parts) return mutate(chunk.payload, room);
+  const std::size_t p = random() % parts->heads.size();
+  shm::container::StepHeader& header = parts->heads[p].header;
+  switch (random() % 12) {
     case 0: disturb(header.array, random); break;
     case 1: disturb(header.step, random); break;
     case 2: disturb(header.reference_step, random); break;
@@ -174,16 +174,35 @@ inline void mutate_step(Bytes& payload, Random& random, std::size_t room) {
     case 4: disturb(header.group, random); break;
     case 5: disturb(header.count, random); break;
     case 6: header.codec = static_cast<shm::container::Codec>(random() % 14); break;
-    default: mutate_stream(coded, random, room);
+    case 7:  // twice, or not at all
+      if (random() % 2 == 0 && chunk.payload.size() < room / 2) {
+        parts->heads.push_back(parts->heads[p]);
+        parts->values.push_back(parts->values[p]);
+      } else if (parts->heads.size() > 1) {
+        parts->heads.erase(parts->heads.begin() + static_cast<std::ptrdiff_t>(p));
+        parts->values.erase(parts->values.begin() + static_cast<std::ptrdiff_t>(p));
+      }
+      break;
+    default: mutate_stream(parts->values[p], random, room);
   }
-  shm::ByteWriter out;
-  shm::container::put(out, header);
-  out.put_bytes(coded);
-  payload = std::move(out.bytes);
+  chunk.payload = shm::put_steps_together(std::move(*parts), chunk.header.version);
+}
+
+inline void mutate_part(shm::container::StepEntry& part, Random& random) {
+  switch (random() % 4) {
+    case 0: disturb(part.array, random); break;
+    case 1: disturb(random() % 2 == 0 ? part.step : part.count, random); break;
+    case 2: disturb(part.group, random); break;
+    default: part.reference = static_cast<shm::StepReference>(random() % 4);
+  }
 }
 
 inline void mutate_entry(shm::container::IndexEntry& entry, Random& random) {
-  switch (random() % 14) {
+  if (!entry.parts.empty() && random() % 2 == 0) {
+    if (random() % 8 == 0) entry.parts.resize(1 + random() % 4);
+    return mutate_part(entry.parts[random() % entry.parts.size()], random);
+  }
+  switch (random() % 10) {
     case 0: entry.kind = static_cast<std::uint8_t>(random() % 8); break;
     case 1: disturb(entry.offset, random); break;
     case 2: disturb(entry.bytes, random); break;
@@ -193,11 +212,7 @@ inline void mutate_entry(shm::container::IndexEntry& entry, Random& random) {
     case 6: disturb(entry.first_vertex, random); break;
     case 7: disturb(entry.vertices, random); break;
     case 8: entry.box[random() % 6] *= -2; break;
-    case 9: disturb(entry.header_bytes, random); break;
-    case 10: disturb(entry.array, random); break;
-    case 11: disturb(random() % 2 == 0 ? entry.step : entry.count, random); break;
-    case 12: disturb(entry.group, random); break;
-    default: entry.reference = static_cast<shm::StepReference>(random() % 4);
+    default: disturb(entry.header_bytes, random);
   }
 }
 
@@ -258,21 +273,19 @@ inline void make_index_anew(shm::FileParts& parts) {
     offset += entry.bytes;
     shm::ByteReader payload(it.payload);
     shm::container::GroupHeader group;
-    shm::container::StepHeader step;
-    if (it.is(ChunkKind::group) && shm::container::get(payload, group)) {
+    entry.parts.clear();
+    if (it.is(ChunkKind::group) && shm::container::get(payload, group, it.header.version)) {
       entry.first_cell = group.first_cell;
       entry.cells = group.cells;
       entry.first_vertex = group.first_vertex;
       entry.vertices = group.vertices;
       entry.box = group.box;
       entry.header_bytes = payload.position();
-    } else if (it.is(ChunkKind::step_values) && shm::container::get(payload, step)) {
-      entry.array = step.array;
-      entry.step = step.step;
-      entry.count = step.count;
-      entry.group = step.group;
-      entry.reference = shm::container::refers_to(step);
-      entry.codec = step.codec;
+    } else if (it.is(ChunkKind::step_values)) {
+      if (const auto parts = shm::take_steps_apart(it))
+        for (const shm::container::StepPart& part : parts->heads)
+          entry.parts.push_back(shm::container::entry_of(part.header));
+      if (entry.parts.empty()) entry.parts.resize(1);
     }
   }
   shm::ByteWriter out;
@@ -327,9 +340,9 @@ inline void mutate_chunk(shm::Chunk& chunk, Random& random, std::size_t room) {
     return;
   }
   if (random() % 32 == 0) return disturb(chunk.header.segment, random);
-  if (chunk.is(ChunkKind::group)) return mutate_group(chunk.payload, random, room);
+  if (chunk.is(ChunkKind::group)) return mutate_group(chunk, random, room);
   if (chunk.is(ChunkKind::schema)) return mutate_schema(chunk.payload, random, room);
-  if (chunk.is(ChunkKind::step_values)) return mutate_step(chunk.payload, random, room);
+  if (chunk.is(ChunkKind::step_values)) return mutate_steps(chunk, random, room);
   if (chunk.is(ChunkKind::extra) || chunk.is(ChunkKind::step_times))
     return mutate_packed(chunk.payload, 0, random, room);
   mutate(chunk.payload, room);

@@ -47,7 +47,8 @@ struct DamageRun {
   }
   void take_bytes(const DamageRun& next) {
     chunks += next.chunks;
-    has_gaps |= next.has_gaps || next.begin != end;
+    const bool same_place = next.begin == begin && next.end == end;  // another part of a chunk
+    has_gaps |= next.has_gaps || (!same_place && next.begin != end);
     begin = std::min(begin, next.begin);
     end = std::max(end, next.end);
   }

@@ -326,6 +326,11 @@ void PartCompression::write_steps() {
       write_step(a, step, chooser);
     }
   }
+  PartChunks chunks;
+  ranks_->together([&] {
+    if (writer_) chunks = checked(writer_->end_steps());
+  });
+  append(chunks);
 }
 
 // The rank with the first element broadcasts what the step refers to, as soon as it knows.

@@ -84,6 +84,12 @@ class Cursor:
     def f64(self):
         return struct.unpack("<d", self.take(8))[0]
 
+    def short_number(self):
+        count = self.u8()
+        if count > 8:
+            self.fail("a number of more than 8 bytes")
+        return struct.unpack(">d", bytes(self.take(count)) + bytes(8 - count))[0]
+
     def varint(self):
         value = 0
         for place in range(10):
@@ -166,25 +172,40 @@ _zstd.ZSTD_freeDCtx.argtypes = [ctypes.c_void_p]
 _zstd.ZSTD_DCtx_setParameter.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_int]
 _zstd.ZSTD_decompressStream.restype = ctypes.c_size_t
 _zstd.ZSTD_decompressStream.argtypes = [ctypes.c_void_p, ctypes.POINTER(_Buffer), ctypes.POINTER(_Buffer)]
-_zstd.ZSTD_DCtx_refPrefix.argtypes = [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_size_t]
+_zstd.ZSTD_DCtx_loadDictionary.argtypes = [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_size_t]
+_zstd.ZSTD_getFrameContentSize.restype = ctypes.c_ulonglong
+_zstd.ZSTD_getFrameContentSize.argtypes = [ctypes.c_char_p, ctypes.c_size_t]
 _WINDOW_LOG_MAX = 100  # ZSTD_d_windowLogMax
 MOST_WITH_DICTIONARY = 2**20
 
 
+ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+
+
 def dictionary():
-    """The bytes that stand before a blob of method 3; a file beside this text."""
-    with open(os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "dictionary.txt"), "rb") as file:
-        return file.read()
+    """That of method 3: two files beside this text."""
+    folder = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+    whole = b""
+    for name in ("dictionary_tables.bin", "dictionary.txt"):
+        with open(os.path.join(folder, name), "rb") as file:
+            whole += file.read()
+    return whole
 
 
-def zstd_frame(data, size, before=b""):
-    """What one zstd frame holds, which must be `size` bytes, and all of `data`. Matches may lie in `before`."""
+def stated_size(frame):
+    """Of the content of a zstd frame; nothing where it states none, or is no frame."""
+    size = _zstd.ZSTD_getFrameContentSize(frame, len(frame))
+    return size if size < 2**64 - 2 else None
+
+
+def zstd_frame(data, size, with_=b""):
+    """What one zstd frame holds, which must be `size` bytes, and all of `data`. `with_`: a dictionary."""
     data = bytes(data)
-    reject_unless(data[:4] == b"\x28\xb5\x2f\xfd", "no zstd frame")  # a skippable one begins otherwise
+    reject_unless(data[:4] == ZSTD_MAGIC, "no zstd frame")  # a skippable one begins otherwise
     context = _zstd.ZSTD_createDCtx()
     try:
         _zstd.ZSTD_DCtx_setParameter(context, _WINDOW_LOG_MAX, 27)
-        _zstd.ZSTD_DCtx_refPrefix(context, before, len(before))
+        _zstd.ZSTD_DCtx_loadDictionary(context, with_, len(with_))
         piece = ctypes.create_string_buffer(2**17)
         source = _Buffer(ctypes.cast(ctypes.c_char_p(data), ctypes.c_void_p), len(data), 0)
         unpacked = bytearray()
@@ -220,16 +241,18 @@ def from_planes(planes, width):
 
 def packed_blob(cursor):
     method = cursor.u8()
+    if method == 3:
+        frame = ZSTD_MAGIC + bytes(cursor.rest())
+        size = stated_size(frame)
+        if size is None or size > MOST_WITH_DICTIONARY:
+            cursor.fail("a blob of no size, or too large for the dictionary")
+        return zstd_frame(frame, size, dictionary())
     size = cursor.varint()
     if method == 0:
         blob = cursor.rest()
         if len(blob) != size:
             cursor.fail("a blob of another size than stated")
         return blob
-    if method == 3:
-        if size > MOST_WITH_DICTIONARY:
-            cursor.fail("a blob too large for the dictionary")
-        return zstd_frame(cursor.rest(), size, dictionary())
     if method not in (1, 2):
         cursor.fail("an unknown method of packing")
     width = cursor.u8() if method == 2 else 1

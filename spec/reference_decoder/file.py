@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from .basics import MASK32, SCALAR_BYTES, Cursor, ShmError, checksum, packed_blob, reject_unless
 from .group import STREAM_NAMES, GroupHeader, Imported, Segment
 from .schema import read_schema
-from .steps import StepValues
+from .steps import StepValues, read_parts
 
 # ---------------------------------------------------------------------------- 2 Container
 
@@ -14,6 +14,7 @@ SIGNATURE = b"\x89SHM\r\n\x1a\n"
 CHUNK_MARK, TRAILER_MARK = b"SHMC", b"SHME"
 SCHEMA, GROUP, STEP_VALUES, STEP_TIMES, EXTRA, INDEX, MEMBERS = 1, 2, 3, 4, 5, 6, 9
 ARCHIVE = 4  # of needed_features
+WITH_VERSION_1 = GROUP, STEP_VALUES, EXTRA, INDEX
 MOST_SEGMENTS, MOST_STEPS, MOST_PAYLOAD = 2**20, 2**20, 2**30
 
 
@@ -91,7 +92,7 @@ def read_chunk(data, at, sequence):
     payload = data[at + 32 : at + 32 + size]
     if sum_ != checksum(payload):
         raise ShmError("a checksum that does not match", "payload of a chunk", at + 32)
-    known = SCHEMA <= kind <= INDEX and version <= (kind in (EXTRA, INDEX)) and (segment == 0 or kind == GROUP)
+    known = SCHEMA <= kind <= INDEX and version <= (kind in WITH_VERSION_1) and (segment == 0 or kind == GROUP)
     return Chunk(kind, version, segment, bool(flags & 1), known, at, payload)
 
 
@@ -139,7 +140,7 @@ class File:
             elif chunk.kind == GROUP:
                 yield from self._group(chunk)
             elif chunk.kind == STEP_VALUES:
-                yield self._step_values(chunk)
+                yield from self._step_values(chunk)
             elif chunk.kind == STEP_TIMES:
                 yield self._step_times(chunk)
             elif chunk.kind == EXTRA:
@@ -167,7 +168,7 @@ class File:
                 self.segment.end()
             self.segment = Segment(self.schema, number, totals.vertices, totals.cells, self.imported)
             totals.segments += 1
-        header = GroupHeader(self.schema, number, chunk.payload, chunk.base())
+        header = GroupHeader(self.schema, chunk)
         try:
             group = self.segment.decode(header)
         except ShmError as error:
@@ -195,12 +196,13 @@ class File:
     def _step_values(self, chunk):
         if self.step_values is None:
             self.step_values = StepValues(self.schema, self.groups)
-        piece, size = self.step_values.decode(chunk.payload, chunk.base())
-        if piece.step >= MOST_STEPS:
-            raise ShmError("over limit: a step of 2^20 or more", "step values", chunk.offset)
-        self.totals.steps = max(self.totals.steps, piece.step + 1)
-        self._count_bytes(self.schema.stream_name(piece.array), size)
-        return piece
+        for part in read_parts(chunk):
+            piece = self.step_values.decode(part, chunk.base())
+            if piece.step >= MOST_STEPS:
+                raise ShmError("over limit: a step of 2^20 or more", "step values", chunk.offset)
+            self.totals.steps = max(self.totals.steps, piece.step + 1)
+            self._count_bytes(self.schema.stream_name(piece.array), len(part.data))
+            yield piece
 
     # ------------------------------------------------------------------ 8 Step times
 
@@ -313,13 +315,7 @@ class File:
 
     def _index_columns(self, cursor):
         """Version 1, behind block_cells."""
-
-        def short():
-            count = cursor.u8()
-            if count > 8:
-                cursor.fail("a number of more than 8 bytes")
-            return cursor.take(count)
-
+        short = cursor.short_number
         cursor.list_of(lambda: (cursor.varint32(), cursor.list_of(lambda: (short(), short()))))  # ranges
         count = cursor.varint()
         if count != len(self.entries):
@@ -327,14 +323,15 @@ class File:
         kinds = [cursor.u8() for _ in range(count)]
         for _ in range(count):
             cursor.varint()  # bytes
-        groups, steps = kinds.count(GROUP), kinds.count(STEP_VALUES)
+        groups = kinds.count(GROUP)
         for _ in range(4 * groups):  # segment, cells, vertices, header_bytes
             cursor.varint()
         for _ in range(6 * groups):  # boxes
             short()
-        for _ in range(4 * steps):  # array, group, step, count
+        parts = sum(cursor.varint() for _ in range(kinds.count(STEP_VALUES)))
+        for _ in range(4 * parts):  # array, group, step, count
             cursor.varint()
-        cursor.take(2 * steps)  # reference, codec
+        cursor.take(2 * parts)  # reference, codec
         cursor.end()
 
     @staticmethod

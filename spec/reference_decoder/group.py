@@ -28,12 +28,13 @@ class Stream:
 
 
 class GroupHeader:
-    def __init__(self, schema, segment, payload, base):
-        cursor = Cursor(payload, base, "group header")
+    def __init__(self, schema, chunk):
+        payload, segment = chunk.payload, chunk.segment
+        cursor = Cursor(payload, chunk.base(), "group header")
         self.first_cell, self.first_vertex, self.cells, self.vertices = (cursor.varint() for _ in range(4))
         self.imported_vertices, self.unused_vertices, self.max_active_vertices = (cursor.varint() for _ in range(3))
         self.decoded_bytes = cursor.varint()
-        self.box = [cursor.f64() for _ in range(6)]
+        self.box = [cursor.short_number() if chunk.version else cursor.f64() for _ in range(6)]
         listed = cursor.list_of(lambda: self._stream(cursor, schema))
         sums_to = cursor.at
         if cursor.u32() != checksum(payload[:sums_to]):

@@ -1,12 +1,14 @@
 """Section 7: step values."""
 
 import math
+from dataclasses import dataclass
 
-from .basics import FLOAT32, MASK32, SCALAR_BYTES, Cursor, ShmError, reject_unless
+from .basics import FLOAT32, MASK32, MASK64, SCALAR_BYTES, Cursor, ShmError, reject_unless
 from .columns import COLUMNS, MIXED_COLUMNS, SHUFFLED_ZSTD, WITH_TABLES, Column, shuffled_values
 from .domains import as_double, as_float32, bits_of
 
 IN_COLUMNS = 256  # components at most
+MOST_PARTS = 64  # in a chunk
 
 
 def trend(type_, r1, r2):
@@ -24,7 +26,58 @@ def trend(type_, r1, r2):
 class StepOfArray:
     def __init__(self, step):
         self.step, self.values = step, {}  # by group
-        self.reference = 0  # whether chunks of it refer to something
+        self.reference = 0  # whether parts of it refer to something
+
+
+@dataclass
+class Part:
+    """What the values of an array at a step in a group are, and the bytes that they are coded in."""
+    array: int = 0
+    step: int = 0
+    reference_step: int = 0
+    trend: int = 0
+    group: int = 0
+    count: int = 0
+    codec: int = 0
+    bytes: int = 0  # of version 1
+    data: bytes = b""
+
+
+def read_parts(chunk):
+    cursor = Cursor(chunk.payload, chunk.base(), "step values")
+    if chunk.version == 0:
+        return [_only_part(cursor)]
+    parts = []
+    cursor.list_of(lambda: parts.append(_head(cursor, parts[-1] if parts else Part())))
+    if not 1 <= len(parts) <= MOST_PARTS:
+        cursor.fail("step values of no parts, or of too many")
+    for part in parts:
+        part.data = cursor.take(part.bytes)
+    cursor.end()
+    return parts
+
+
+def _only_part(cursor):
+    part = Part()
+    part.array, part.step, part.reference_step = cursor.varint32(), cursor.varint(), cursor.varint()
+    part.trend, part.group, part.count = cursor.u8(), cursor.varint32(), cursor.varint()
+    part.codec, part.data = cursor.u8(), cursor.rest()
+    return part
+
+
+def _head(cursor, before):
+    part = Part()
+    part.array = (before.array + cursor.svarint()) & MASK32
+    part.step = (before.step + cursor.svarint()) & MASK64
+    part.group = (before.group + cursor.svarint()) & MASK32
+    part.count = cursor.varint()
+    reference = cursor.varint()  # 0, 2 d - 1, or 2 d of the trend
+    part.reference_step = part.step - (reference + 1) // 2
+    part.trend = int(reference > 0 and reference % 2 == 0)
+    if part.reference_step < 0:
+        cursor.fail("a reference to a step before the first")
+    part.codec, part.bytes = cursor.u8(), cursor.varint()
+    return part
 
 
 class StepPiece:
@@ -33,7 +86,7 @@ class StepPiece:
 
 
 class StepValues:
-    """The values of all stepped arrays, chunk by chunk."""
+    """The values of all stepped arrays, part by part."""
 
     def __init__(self, schema, groups):
         self.schema, self.groups = schema, groups
@@ -54,19 +107,17 @@ class StepValues:
     def _next_group(self, index, after):
         return next((g for g in range(after, len(self.groups)) if self.counts[index][g]), None)
 
-    def decode(self, payload, base):
-        cursor = Cursor(payload, base, "step values")
-        index, step, reference_step, trend_ = cursor.varint32(), cursor.varint(), cursor.varint(), cursor.u8()
-        group, count, codec = cursor.varint32(), cursor.varint(), cursor.u8()
-        data = cursor.rest()
+    def decode(self, part, base):
+        """`base`: where the payload that the part stands in begins in the file."""
+        index, step, group, count = part.array, part.step, part.group, part.count
         try:
             reject_unless(index in self.counts, "step values of no stepped array")
-            reject_unless(count > 0 and step <= MASK32 and trend_ <= 1, "step values that cannot be")
+            reject_unless(count > 0 and step <= MASK32 and part.trend <= 1, "step values that cannot be")
             array = self.schema.arrays[index]
             self._begin(index, step, group, count)
             this = self.steps[index][-1]
-            reference = self._reference(index, array, this, reference_step, trend_)
-            values = self._values(array, index, this, reference, group, count, codec, data)
+            reference = self._reference(index, array, this, part.reference_step, part.trend)
+            values = self._values(array, index, this, reference, group, count, part.codec, part.data)
         except ShmError as error:
             error.section = error.section or "step values"
             error.offset = base if error.offset is None else error.offset
@@ -75,7 +126,7 @@ class StepValues:
         if self._next_group(index, group + 1) is None:
             self.open = None
         first = sum(self.counts[index][:group])
-        return StepPiece(index, step, first, values), len(data)
+        return StepPiece(index, step, first, values)
 
     def _begin(self, index, step, group, count):
         steps = self.steps[index]
@@ -118,7 +169,7 @@ class StepValues:
             reject_unless(codec == SHUFFLED_ZSTD and reference == 0,
                           "columns, or a reference, of too many components")
             return shuffled_values(data, array, count)
-        reject_unless(self.column_reference in (None, reference), "a reference unlike that of the chunk before")
+        reject_unless(self.column_reference in (None, reference), "a reference unlike that of the part before")
         self.column_reference = reference
         this.reference = this.reference or reference
         self.column.referring = reference > 0

@@ -151,17 +151,17 @@ class Changed(unittest.TestCase):
 
 
 def stream_places(data):
-    """Where the bitstreams of groups, and step values behind their head, stand."""
+    """Where the bitstreams of groups, and step values behind their heads, stand."""
     places, at, sequence = [], 16, 0
     while True:
         chunk = reference_decoder.file.read_chunk(data, at, sequence)
         begin, end = at + 32, at + 32 + len(chunk.payload)
         if chunk.kind == reference_decoder.file.GROUP:
             schema = reference_decoder.File(data).schema
-            header = reference_decoder.group.GroupHeader(schema, chunk.segment, chunk.payload, 0)
+            header = reference_decoder.group.GroupHeader(schema, chunk)
             places += range(begin + header.header_bytes, end)
         elif chunk.kind == reference_decoder.file.STEP_VALUES:
-            places += range(min(begin + 8, end), end)
+            places += range(end - sum(len(part.data) for part in reference_decoder.steps.read_parts(chunk)), end)
         elif chunk.kind == reference_decoder.file.INDEX:
             return places or [16 + 32]
         at, sequence = end, sequence + 1

@@ -2,8 +2,10 @@
 // spec.
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <limits>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "bytes/binary.h"
@@ -82,33 +84,36 @@ GroupHeader any_group() {
 }
 
 TEST(Container, GroupHeader) {
-  const GroupHeader header = any_group();
-  ByteWriter out;
-  put(out, header);
-  ByteReader in(out.bytes);
-  GroupHeader back;
-  ASSERT_TRUE(get(in, back));
-  EXPECT_EQ(in.left(), 0u);
-  EXPECT_EQ(back.first_cell, header.first_cell);
-  EXPECT_EQ(back.first_vertex, header.first_vertex);
-  EXPECT_EQ(back.cells, header.cells);
-  EXPECT_EQ(back.vertices, header.vertices);
-  EXPECT_EQ(back.unused_vertices, header.unused_vertices);
-  EXPECT_EQ(back.max_active_vertices, header.max_active_vertices);
-  EXPECT_EQ(back.decoded_bytes, header.decoded_bytes);
-  EXPECT_EQ(back.box, header.box);
-  ASSERT_EQ(back.streams.size(), 3u);
-  for (std::size_t s = 0; s < 3; ++s) {
-    EXPECT_EQ(back.streams[s].kind, header.streams[s].kind);
-    EXPECT_EQ(back.streams[s].array, header.streams[s].array);
-    EXPECT_EQ(back.streams[s].codec, header.streams[s].codec);
-    EXPECT_EQ(back.streams[s].needs, header.streams[s].needs);
-    EXPECT_EQ(back.streams[s].bytes, header.streams[s].bytes);
-    EXPECT_EQ(back.streams[s].checksum, header.streams[s].checksum);
-  }
-  for (std::size_t size = 0; size < out.bytes.size(); ++size) {
-    ByteReader cut(std::span<const std::byte>(out.bytes).first(size));
-    EXPECT_FALSE(get(cut, back)) << size;
+  for (const std::uint8_t version : {std::uint8_t{0}, std::uint8_t{1}}) {
+    GroupHeader header = any_group();
+    header.version = version;
+    ByteWriter out;
+    put(out, header);
+    ByteReader in(out.bytes);
+    GroupHeader back;
+    ASSERT_TRUE(get(in, back, version));
+    EXPECT_EQ(in.left(), 0u);
+    EXPECT_EQ(back.first_cell, header.first_cell);
+    EXPECT_EQ(back.first_vertex, header.first_vertex);
+    EXPECT_EQ(back.cells, header.cells);
+    EXPECT_EQ(back.vertices, header.vertices);
+    EXPECT_EQ(back.unused_vertices, header.unused_vertices);
+    EXPECT_EQ(back.max_active_vertices, header.max_active_vertices);
+    EXPECT_EQ(back.decoded_bytes, header.decoded_bytes);
+    EXPECT_EQ(back.box, header.box);
+    ASSERT_EQ(back.streams.size(), 3u);
+    for (std::size_t s = 0; s < 3; ++s) {
+      EXPECT_EQ(back.streams[s].kind, header.streams[s].kind);
+      EXPECT_EQ(back.streams[s].array, header.streams[s].array);
+      EXPECT_EQ(back.streams[s].codec, header.streams[s].codec);
+      EXPECT_EQ(back.streams[s].needs, header.streams[s].needs);
+      EXPECT_EQ(back.streams[s].bytes, header.streams[s].bytes);
+      EXPECT_EQ(back.streams[s].checksum, header.streams[s].checksum);
+    }
+    for (std::size_t size = 0; size < out.bytes.size(); ++size) {
+      ByteReader cut(std::span<const std::byte>(out.bytes).first(size));
+      EXPECT_FALSE(get(cut, back, version)) << size;
+    }
   }
 }
 
@@ -119,38 +124,80 @@ TEST(Container, GroupHeaderThatCannotBe) {
     ByteWriter out;
     put(out, header);
     ByteReader in(out.bytes);
-    EXPECT_FALSE(get(in, header));
+    EXPECT_FALSE(get(in, header, header.version));
   };
   refused([](GroupHeader& h) { h.cells = kMaxGroupCells + 1; });
   refused([](GroupHeader& h) { h.unused_vertices = h.vertices + 1; });
 }
 
-TEST(Container, StepHeader) {
+std::vector<StepPart> any_parts() {
   const StepHeader header{
       3, 1 << 20, 1 << 19, true, 77, std::uint64_t{1} << 33, Codec::shuffled_zstd};
-  ByteWriter out;
-  put(out, header);
-  ByteReader in(out.bytes);
-  StepHeader back;
-  ASSERT_TRUE(get(in, back));
-  EXPECT_EQ(in.left(), 0u);
-  EXPECT_EQ(back.array, header.array);
-  EXPECT_EQ(back.step, header.step);
-  EXPECT_EQ(back.reference_step, header.reference_step);
-  EXPECT_TRUE(back.trend);
-  EXPECT_EQ(back.group, header.group);
-  EXPECT_EQ(back.count, header.count);
-  EXPECT_EQ(back.codec, header.codec);
-  for (std::size_t size = 0; size < out.bytes.size(); ++size) {
-    ByteReader cut(std::span<const std::byte>(out.bytes).first(size));
-    EXPECT_FALSE(get(cut, back)) << size;
+  StepHeader before = header, alone = header;
+  before.array = 1;
+  before.group = 0;
+  before.trend = false;
+  alone.step = alone.reference_step = 0xffffffff;
+  alone.trend = false;
+  return {{header, 5}, {before, 0}, {alone, 1000}};
+}
+
+void expect_same(const StepPart& one, const StepPart& other) {
+  const StepHeader &a = one.header, &b = other.header;
+  EXPECT_EQ(std::tie(a.array, a.step, a.reference_step, a.trend, a.group, a.count, a.codec),
+            std::tie(b.array, b.step, b.reference_step, b.trend, b.group, b.count, b.codec));
+  EXPECT_EQ(one.bytes, other.bytes);
+}
+
+TEST(Container, HeadsOfStepValues) {
+  const std::vector<StepPart> all = any_parts();
+  for (const std::uint8_t version : {std::uint8_t{0}, std::uint8_t{1}}) {
+    const auto parts = std::span(all).first(version == 0 ? 1 : all.size());
+    std::uint64_t values = 0;
+    for (const StepPart& part : parts) values += part.bytes;
+    ByteWriter out;
+    put(out, parts, version);
+    EXPECT_LE(out.bytes.size(), kMostStepHeadBytes);
+    ByteReader in(out.bytes);
+    std::vector<StepPart> back;
+    ASSERT_TRUE(get(in, back, version, out.bytes.size() + values));
+    EXPECT_EQ(in.left(), 0u);
+    ASSERT_EQ(back.size(), parts.size());
+    for (std::size_t p = 0; p < back.size(); ++p) expect_same(back[p], parts[p]);
+    for (std::size_t size = 0; size < out.bytes.size(); ++size) {
+      ByteReader cut(std::span<const std::byte>(out.bytes).first(size));
+      EXPECT_FALSE(get(cut, back, version, out.bytes.size() + values)) << size;
+    }
+    for (const std::uint64_t other : {values - 1, values + 1}) {
+      ByteReader again(out.bytes);
+      EXPECT_EQ(get(again, back, version, out.bytes.size() + other), version == 0);
+    }
   }
-  StepHeader wrong = header;
-  wrong.count = 0;
-  ByteWriter again;
-  put(again, wrong);
-  ByteReader from(again.bytes);
-  EXPECT_FALSE(get(from, back));
+}
+
+TEST(Container, HeadsOfStepValuesThatCannotBe) {
+  const auto refused = [](const std::vector<StepPart>& parts) {
+    std::uint64_t values = 0;
+    for (const StepPart& part : parts) values += part.bytes;
+    ByteWriter out;
+    put(out, parts, 1);
+    ByteReader in(out.bytes);
+    std::vector<StepPart> back;
+    return !get(in, back, 1, out.bytes.size() + values);
+  };
+  EXPECT_FALSE(refused(any_parts()));
+  EXPECT_FALSE(refused(std::vector<StepPart>(kMostStepParts, any_parts()[0])));
+  EXPECT_TRUE(refused(std::vector<StepPart>(kMostStepParts + 1, any_parts()[0])));
+  EXPECT_TRUE(refused({}));
+  const auto lies = [&](const std::function<void(StepPart&)>& lie) {
+    std::vector<StepPart> parts = any_parts();
+    lie(parts[1]);
+    return refused(parts);
+  };
+  EXPECT_TRUE(lies([](StepPart& it) { it.header.count = 0; }));
+  EXPECT_TRUE(lies([](StepPart& it) { it.header.step = std::uint64_t{1} << 32; }));
+  EXPECT_TRUE(lies([](StepPart& it) { it.header.reference_step = it.header.step + 1; }));
+  EXPECT_TRUE(lies([](StepPart& it) { it.bytes = ~std::uint64_t{0} - 2; }));
 }
 
 Index any_index() {
@@ -173,7 +220,9 @@ Index any_index() {
   steps.kind = static_cast<std::uint8_t>(ChunkKind::step_values);
   steps.offset = 1016;
   steps.bytes = 44;
-  steps.array = 9, steps.step = 10, steps.first = 11, steps.count = 12;
+  steps.parts.resize(1);
+  StepEntry& values = steps.parts[0];
+  values.array = 9, values.step = 10, values.first = 11, values.count = 12;
   extra.kind = static_cast<std::uint8_t>(ChunkKind::extra);
   extra.offset = std::uint64_t{1} << 40;
   extra.bytes = 1;
@@ -196,7 +245,7 @@ TEST(Container, IndexOfVersion0) {
   EXPECT_EQ(back.streams[1].name, "array:point/ü");
   EXPECT_EQ(back.ranges[0].maximum, index.ranges[0].maximum);
   EXPECT_EQ(back.entries[0].box, index.entries[0].box);
-  EXPECT_EQ(back.entries[1].step, 10u);
+  EXPECT_EQ(back.entries[1].parts[0].step, 10u);
   EXPECT_EQ(back.entries[2].offset, std::uint64_t{1} << 40);
   ByteReader fewer(out.bytes);
   EXPECT_FALSE(get(fewer, back, 0, 2));
@@ -215,8 +264,9 @@ TEST(Container, PackedIndex) {
   Index index = any_index();
   index.ranges[0].minimum[0] = 0.1;
   IndexEntry more = index.entries[1];
-  more.group = 1;
-  more.count = 3;
+  more.parts[0].group = 1;
+  more.parts[0].count = 3;
+  more.parts.push_back({9, 11, 0, 12, 0, StepReference::trend, Codec::shuffled_zstd});
   index.entries.insert(index.entries.begin() + 2, more);
   ByteWriter out;
   put(out, index);
@@ -232,11 +282,18 @@ TEST(Container, PackedIndex) {
   EXPECT_EQ(back.ranges[1].array, 4u);
   EXPECT_EQ(back.entries[0].box, index.entries[0].box);
   EXPECT_EQ(back.entries[0].vertices, 4u);
-  EXPECT_EQ(back.entries[1].step, 10u);
+  ASSERT_EQ(back.entries[1].parts.size(), 1u);
+  EXPECT_EQ(back.entries[1].parts[0].step, 10u);
   EXPECT_EQ(back.entries[1].offset, 1016u);
-  EXPECT_EQ(back.entries[1].first, 0u);
-  EXPECT_EQ(back.entries[2].first, 12u);
-  EXPECT_EQ(back.entries[2].group, 1u);
+  EXPECT_EQ(back.entries[1].parts[0].first, 0u);
+  ASSERT_EQ(back.entries[2].parts.size(), 2u);
+  EXPECT_EQ(back.entries[2].parts[0].first, 12u);
+  EXPECT_EQ(back.entries[2].parts[0].group, 1u);
+  EXPECT_EQ(back.entries[2].parts[1].step, 11u);
+  EXPECT_EQ(back.entries[2].parts[1].first, 0u);
+  EXPECT_EQ(back.entries[2].parts[1].group, 0u);
+  EXPECT_EQ(back.entries[2].parts[1].reference, StepReference::trend);
+  EXPECT_EQ(back.entries[2].parts[1].codec, Codec::shuffled_zstd);
   EXPECT_EQ(back.entries[3].offset, 1016u + 44 + 44);
   ByteReader fewer(out.bytes);
   EXPECT_FALSE(get(fewer, back, 1, 3));

@@ -107,13 +107,18 @@ TEST(Extras, CutOnesAreRefused) {
 }
 
 TEST(Dictionary, IsThatOfTheText) {
+  std::ifstream tables(SHM_SOURCE_DIR "/spec/dictionary_tables.bin", std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(tables)), {});
+  EXPECT_TRUE(std::equal(bytes.begin(), bytes.end(), kDictionaryTables.begin(),
+                         kDictionaryTables.end(),
+                         [](char a, std::uint8_t b) { return static_cast<std::uint8_t>(a) == b; }));
   std::ifstream in(SHM_SOURCE_DIR "/spec/dictionary.txt", std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   EXPECT_EQ(text, kDictionaryText);
 }
 
 TEST(Dictionary, PacksSmallBlobs) {
-  const std::string words = "mesh/side_set/0/members mesh/side_set/0/sides";
+  const std::string words = "mesh/node_set/0/members mesh/side_set/0/members mesh/side_set/0/sides";
   const auto blob = std::as_bytes(std::span(words));
   ByteWriter with, without;
   put_packed(with, blob, Packing::with_dictionary);

@@ -510,8 +510,7 @@ TEST(MeshExtract, ReadsWhatItNeeds) {
       std::uint64_t chunks = 0;
       with_index(bytes, [&](container::Index& index) {
         for (const IndexEntry& entry : index.entries)
-          if (entry.kind == static_cast<std::uint8_t>(ChunkKind::step_values) && entry.step == 2 &&
-              entry.group / 2 == 2)
+          if (entry.parts.size() == 1 && entry.parts[0].step == 2 && entry.parts[0].group / 2 == 2)
             chunks += entry.bytes;
       });
       source.bytes = 0;

@@ -203,6 +203,9 @@ Bytes written_in_parts(const TestMesh& mesh, WriteOptions options, std::uint64_t
     }
     file.append(std::move(coded));
   }
+  std::vector<PartChunks> rest;
+  for (auto& part : parts) rest.push_back(part.writer->end_steps().value());
+  file.append(std::move(rest));
   return file.finish(times);
 }
 

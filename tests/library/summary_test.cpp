@@ -261,14 +261,14 @@ TEST(Summary, TheIndexIsNotBelieved) {
     const auto lies = [&](const std::string& what, const std::function<void(IndexEntry&)>& lie) {
       of_entry("step " + what, ChunkKind::step_values, n, lie);
     };
-    lies("array", [](IndexEntry& e) { e.array ^= 1; });
-    lies("no array", [](IndexEntry& e) { e.array = ~0u; });
-    lies("step", [](IndexEntry& e) { e.step += 1; });
-    lies("first", [](IndexEntry& e) { e.first += 1; });
-    lies("count", [](IndexEntry& e) { e.count -= 1; });
-    lies("group", [](IndexEntry& e) { e.group += 1; });
-    lies("codec", [](IndexEntry& e) { e.codec = static_cast<container::Codec>(77); });
-    lies("reference", [](IndexEntry& e) { e.reference = static_cast<StepReference>(77); });
+    lies("array", [](IndexEntry& e) { e.parts[0].array ^= 1; });
+    lies("no array", [](IndexEntry& e) { e.parts[0].array = ~0u; });
+    lies("step", [](IndexEntry& e) { e.parts[0].step += 1; });
+    lies("first", [](IndexEntry& e) { e.parts[0].first += 1; });
+    lies("count", [](IndexEntry& e) { e.parts[0].count -= 1; });
+    lies("group", [](IndexEntry& e) { e.parts[0].group += 1; });
+    lies("codec", [](IndexEntry& e) { e.parts[0].codec = static_cast<container::Codec>(77); });
+    lies("reference", [](IndexEntry& e) { e.parts[0].reference = static_cast<StepReference>(77); });
   }
   using Index = container::Index;
   refused("vertices", [](Index& index) { index.vertices += 1; });

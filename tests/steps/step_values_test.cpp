@@ -37,8 +37,9 @@ std::vector<StepHeader> headers_of(std::span<const std::byte> bytes) {
   std::vector<StepHeader> headers;
   for (const Chunk& chunk : take_apart(bytes).chunks) {
     if (!chunk.is(ChunkKind::step_values)) continue;
-    ByteReader in(chunk.payload);
-    EXPECT_TRUE(container::get(in, headers.emplace_back()));
+    const auto parts = take_steps_apart(chunk);
+    EXPECT_TRUE(parts);
+    for (const container::StepPart& part : parts->heads) headers.push_back(part.header);
   }
   return headers;
 }
@@ -240,11 +241,11 @@ TEST(StepValues, WhatStaysCostsNothing) {
   const Bytes bytes = expect_values_back(it);
   for (const Chunk& chunk : take_apart(bytes).chunks) {
     if (!chunk.is(ChunkKind::step_values)) continue;
-    ByteReader in(chunk.payload);
-    StepHeader header;
-    ASSERT_TRUE(container::get(in, header));
-    if (header.array == 0 && header.step > 0) {
-      EXPECT_LT(chunk.payload.size(), 300u);
+    const auto parts = take_steps_apart(chunk);
+    ASSERT_TRUE(parts);
+    for (const container::StepPart& part : parts->heads) {
+      if (part.header.array != 0 || part.header.step == 0) continue;
+      EXPECT_LT(part.bytes, 300u);
     }
   }
 }
@@ -352,21 +353,15 @@ ErrorCode code_of(std::span<const std::byte> bytes, const ReadLimits& limits = {
   return {};
 }
 
-/// Changes chunk `nth` of step values.
+/// Changes chunk `nth` of step values, which has one part.
 Bytes with_chunk(std::span<const std::byte> bytes, std::size_t nth,
                  const std::function<void(StepHeader&, Bytes&)>& change) {
   FileParts parts = take_apart(bytes);
   Chunk* chunk = parts.find(ChunkKind::step_values, nth);
-  ByteReader in(chunk->payload);
-  StepHeader header;
-  EXPECT_TRUE(container::get(in, header));
-  const auto rest = in.get_bytes(in.left());
-  Bytes values(rest.begin(), rest.end());
-  change(header, values);
-  ByteWriter out;
-  container::put(out, header);
-  out.put_bytes(values);
-  chunk->payload = std::move(out.bytes);
+  auto steps = take_steps_apart(*chunk);
+  EXPECT_TRUE(steps && steps->heads.size() == 1);
+  change(steps->heads[0].header, steps->values[0]);
+  chunk->payload = put_steps_together(std::move(*steps), chunk->header.version);
   return put_together(parts);
 }
 
@@ -407,11 +402,24 @@ TEST(StepValues, LyingHeaders) {
   refused(1, [](StepHeader& h) { h.group = 0; });
   refused(5, [](StepHeader& h) { h.reference_step = h.step; });  // unlike the group before
   refused(8, [](StepHeader& h) { h.reference_step = 0; });       // not the step before
-  refused(0, [](StepHeader& h) { h.trend = true; });             // of no step
   refused(4, [](StepHeader& h) { h.trend = true; });             // of one step
   refused(9, [](StepHeader& h) { h.trend = !h.trend; });         // unlike the group before
   refused(
       0, [](StepHeader& h) { h.step = h.reference_step = 1 << 21; }, ErrorCode::over_limit);
+  // A trend of no step, which only heads of version 0 can have.
+  for (const bool trend : {false, true}) {
+    FileParts parts = take_apart(waves_file());
+    Chunk& chunk = *parts.find(ChunkKind::step_values);
+    auto steps = take_steps_apart(chunk);
+    steps->heads[0].header.trend = trend;
+    chunk.header.version = 0;
+    chunk.payload = put_steps_together(std::move(*steps), 0);
+    const Bytes bytes = put_together(parts);
+    if (trend)
+      EXPECT_EQ(code_of(bytes), ErrorCode::corrupt);
+    else
+      EXPECT_EQ(read_values(bytes), read_values(waves_file()));
+  }
 }
 
 TEST(StepValues, StepsThatAreMissing) {

@@ -51,6 +51,7 @@ class FaultyFiles {
     many_extras();
     packed_indices();
     broken_bitstreams({"polyhedra", "polyhedra_stream"});
+    parts_of_step_values();
   }
   std::vector<FaultyFile> take() { return std::move(faulty_); }
 
@@ -449,16 +450,7 @@ class FaultyFiles {
     using Header = container::StepHeader;
     const auto of = [&](const std::string& sentence, const std::function<void(Header&)>& lie) {
       add(kCorrupt, "Step values: " + sentence, with("steps_and_extras", [&](FileParts& parts) {
-            Chunk* chunk = parts.find(ChunkKind::step_values);
-            ByteReader in(chunk->payload);
-            Header header;
-            container::get(in, header);
-            const auto values = in.get_bytes(in.left());
-            lie(header);
-            ByteWriter out;
-            container::put(out, header);
-            out.put_bytes(values);
-            chunk->payload = std::move(out.bytes);
+            change_step_header(*parts.find(ChunkKind::step_values), lie);
           }));
     };
     of("of an array that is not there.", [](Header& h) { h.array = 1000; });
@@ -667,8 +659,8 @@ class FaultyFiles {
     of("a shape of 256 sides.", packed(sides.bytes));
     ByteWriter large;
     large.put_u8(3);
-    large.put_varint((1u << 20) + 1);
-    large.put_bytes(zstd_compress(Bytes((1u << 20) + 1), 3));
+    const Bytes frame = zstd_compress(Bytes((1u << 20) + 1), 3);
+    large.put_bytes(std::span(frame).subspan(4));  // without the magic number
     of("more than 2^20 bytes that are packed with the dictionary.", large.bytes);
     ByteWriter unknown;
     unknown.put_u8(4);
@@ -708,6 +700,31 @@ class FaultyFiles {
           blob.put_bytes(Bytes(64));
           put_packed(out, blob.bytes, Packing::none);
           parts.chunks.back().payload = std::move(out.bytes);
+        }));
+  }
+
+  void parts_of_step_values() {
+    const auto of = [&](const std::string& sentence, const std::function<void(StepParts&)>& lie) {
+      add(kCorrupt, "Parts of step values: " + sentence,
+          with("steps_and_extras", [&](FileParts& parts) {
+            Chunk& chunk = *parts.find(ChunkKind::step_values);
+            auto steps = take_steps_apart(chunk);
+            lie(*steps);
+            chunk.payload = put_steps_together(std::move(*steps), 1);
+          }));
+    };
+    of("there are none.", [](StepParts& it) { it = {}; });
+    of("the first one twice.", [](StepParts& it) {
+      it.heads.insert(it.heads.begin(), it.heads[0]);
+      it.values.insert(it.values.begin(), it.values[0]);
+    });
+    of("there are 65.", [](StepParts& it) {
+      it.heads.resize(65, it.heads[0]);
+      it.values.resize(65);
+    });
+    add(kCorrupt, "Parts of step values: a byte too many.",
+        with("steps_and_extras", [](FileParts& parts) {
+          parts.find(ChunkKind::step_values)->payload.push_back(std::byte{0});
         }));
   }
 

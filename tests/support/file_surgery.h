@@ -127,10 +127,12 @@ struct GroupParts {
   std::vector<std::vector<std::byte>> streams;
 };
 
-inline std::optional<GroupParts> take_group_apart(std::span<const std::byte> payload) {
+inline std::optional<GroupParts> take_group_apart(
+    std::span<const std::byte> payload,
+    std::uint8_t version = container::version_of_chunk(container::ChunkKind::group, {})) {
   GroupParts parts;
   ByteReader in(payload);
-  if (!container::get(in, parts.header)) return std::nullopt;
+  if (!container::get(in, parts.header, version)) return std::nullopt;
   for (const container::StreamEntry& entry : parts.header.streams) {
     const auto bytes = in.get_bytes(std::min<std::uint64_t>(entry.bytes, in.left()));
     parts.streams.emplace_back(bytes.begin(), bytes.end());
@@ -148,6 +150,42 @@ inline std::vector<std::byte> put_group_together(GroupParts parts) {
   container::put(out, parts.header);
   for (const auto& stream : parts.streams) out.put_bytes(stream);
   return std::move(out.bytes);
+}
+
+/// The payload of step values: heads, and the bytes of each part.
+struct StepParts {
+  std::vector<container::StepPart> heads;
+  std::vector<std::vector<std::byte>> values;
+};
+
+inline std::optional<StepParts> take_steps_apart(const Chunk& chunk) {
+  StepParts parts;
+  ByteReader in(chunk.payload);
+  if (!container::get(in, parts.heads, chunk.header.version, chunk.payload.size()))
+    return std::nullopt;
+  for (const container::StepPart& head : parts.heads) {
+    const auto bytes = in.get_bytes(head.bytes);
+    parts.values.emplace_back(bytes.begin(), bytes.end());
+  }
+  return parts;
+}
+
+/// Lengths are made anew.
+inline std::vector<std::byte> put_steps_together(StepParts parts, std::uint8_t version) {
+  for (std::size_t p = 0; p < parts.heads.size(); ++p)
+    parts.heads[p].bytes = parts.values[p].size();
+  ByteWriter out;
+  container::put(out, parts.heads, version);
+  for (const auto& values : parts.values) out.put_bytes(values);
+  return std::move(out.bytes);
+}
+
+/// Changes the head of the first part. Must hold: these are step values.
+inline void change_step_header(Chunk& chunk,
+                               const std::function<void(container::StepHeader&)>& change) {
+  auto parts = take_steps_apart(chunk);
+  change(parts->heads[0].header);
+  chunk.payload = put_steps_together(std::move(*parts), chunk.header.version);
 }
 
 /// The payload of a schema chunk.

@@ -24,7 +24,8 @@ enum class DamageKind : std::uint8_t {
   stray,         ///< bytes that belong to nothing
 };
 
-/// One chunk, or what else a file consists of, that is not what or where it was.
+/// One chunk, or what else a file consists of, that is not what or where it was. A chunk of several
+/// step values is one for each of them, at the same place; all but the first have `chunks` 0.
 struct Damage {
   DamageKind kind = DamageKind::damaged;
   /// "file start", "schema", "group", "step values", "step times", "extra", "index", "end record";

@@ -11,6 +11,7 @@
 //   mesh_chunks            place() these behind those of the part before, write them
 //   begin_steps, and for each array and step in turn:
 //     begin_step, add_step_values, end_step   one part says what the step refers to (StepReference)
+//   end_steps              of begin_steps; chunks as of a step
 // One PartJoiner, anywhere:
 //   create                 writes what stands before all parts
 //   add                    what each part tells of its chunks, in the order of the file
@@ -105,7 +106,10 @@ class SHM_API PartWriter {
   Result<void> add_step_values(std::span<const std::byte> values);
   /// Of the part that chooses: the choice, as soon as it is made, which takes a group.
   std::optional<StepReference> step_basis() const;
+  /// What is finished by now: small values wait, to stand in one chunk with others.
   Result<PartChunks> end_step();
+  /// After the last step: what still waited.
+  Result<PartChunks> end_steps();
 
  private:
   class Impl;

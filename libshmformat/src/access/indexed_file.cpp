@@ -51,8 +51,9 @@ Result<void> IndexedFile::open_damaged(std::shared_ptr<const DecodableParts> dec
   return {};
 }
 
-Result<std::vector<std::byte>> IndexedFile::read_chunk(const IndexEntry& entry) {
-  return container::read_chunk(*source_, entry, limits_.max_chunk_bytes);
+Result<std::vector<std::byte>> IndexedFile::read_chunk(const IndexEntry& entry,
+                                                       std::uint8_t* version) {
+  return container::read_chunk(*source_, entry, limits_.max_chunk_bytes, version);
 }
 
 /// The blob of the step times.
@@ -73,7 +74,7 @@ Result<std::vector<Extra>> IndexedFile::read_extras() {
   for (const IndexEntry& entry : index_.entries) {
     if (entry.kind != static_cast<std::uint8_t>(ChunkKind::extra)) continue;
     std::uint8_t version = 0;
-    const auto payload = container::read_chunk(*source_, entry, limits_.max_chunk_bytes, &version);
+    const auto payload = read_chunk(entry, &version);
     if (!payload) return payload.error();
     auto some = get_extras(*payload, version, limits_.max_extra_bytes);
     if (!some)
@@ -113,7 +114,7 @@ Result<IndexedFile::GroupHead> IndexedFile::read_group_head(std::size_t group) {
   ByteReader in(std::span<const std::byte>(*bytes).subspan(kChunkHeaderBytes));
   GroupHead head;
   head.bytes.assign(bytes->begin() + kChunkHeaderBytes, bytes->end());
-  if (!container::get(in, head.header) || in.left() != 0)
+  if (!container::get(in, head.header, chunk->version) || in.left() != 0)
     return wrong("the group header makes no sense", section, entry.offset);
   if (auto good = expect_group(group, head.header); !good) return good.error();
   std::uint64_t left = chunk->payload_bytes - entry.header_bytes;
@@ -143,10 +144,18 @@ Result<std::vector<std::byte>> IndexedFile::read_stream(std::size_t group, const
   return bytes;
 }
 
-Result<std::vector<std::byte>> IndexedFile::read_group(std::size_t group,
-                                                       const DecodedParts& parts) {
+Result<container::GroupChunk> IndexedFile::read_group(std::size_t group,
+                                                      const DecodedParts& parts) {
   const IndexEntry& entry = groups_[group];
-  if (parts.has_all_values()) return read_chunk(entry);
+  container::GroupChunk out;
+  out.offset = entry.offset;
+  out.number = group;
+  if (parts.has_all_values()) {
+    auto whole = read_chunk(entry, &out.version);
+    if (!whole) return whole.error();
+    out.payload = std::move(*whole);
+    return out;
+  }
   auto head = read_group_head(group);
   if (!head) return head.error();
   const std::uint64_t payload_bytes = entry.bytes - kChunkHeaderBytes;
@@ -154,7 +163,9 @@ Result<std::vector<std::byte>> IndexedFile::read_group(std::size_t group,
     return wrong("a chunk of " + std::to_string(entry.bytes) + " bytes, the limit is " +
                      std::to_string(limits_.max_chunk_bytes),
                  "group " + std::to_string(group), entry.offset, ErrorCode::over_limit);
-  std::vector<std::byte> payload = std::move(head->bytes);
+  out.version = head->header.version;
+  out.payload = std::move(head->bytes);
+  std::vector<std::byte>& payload = out.payload;
   const auto& streams = head->header.streams;
   const std::uint64_t begin = entry.offset + kChunkHeaderBytes;
   // Up to the last stream that is wanted: the rest of a chunk that is cut need not be there.
@@ -178,7 +189,7 @@ Result<std::vector<std::byte>> IndexedFile::read_group(std::size_t group,
     }
     s = std::max(end, s + 1);
   }
-  return payload;
+  return out;
 }
 
 // --- what is read first

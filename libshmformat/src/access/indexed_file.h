@@ -68,8 +68,9 @@ class IndexedFile {
                       : std::span<const std::uint32_t>();
   }
 
-  /// The payload of a whole chunk.
-  Result<std::vector<std::byte>> read_chunk(const container::IndexEntry& entry);
+  /// The payload of a whole chunk; `version`, where it is asked for, is that of the chunk.
+  Result<std::vector<std::byte>> read_chunk(const container::IndexEntry& entry,
+                                            std::uint8_t* version = nullptr);
   /// All of them, in the order of the file. Must hold: the entries have not been taken.
   Result<std::vector<Extra>> read_extras();
   /// Empty where the file has none. Must hold: the entries have not been taken.
@@ -88,8 +89,8 @@ class IndexedFile {
   /// The bytes of one of its bitstreams.
   Result<std::vector<std::byte>> read_stream(std::size_t group, const GroupHead& head,
                                              std::size_t stream);
-  /// The payload of a group, in which zeros stand for streams that are not wanted.
-  Result<std::vector<std::byte>> read_group(std::size_t group, const DecodedParts& parts);
+  /// A group, in whose payload zeros stand for streams that are not wanted.
+  Result<container::GroupChunk> read_group(std::size_t group, const DecodedParts& parts);
 
   /// A complaint about the bytes at `offset`.
   static Error wrong(std::string detail, std::string section, std::uint64_t offset,

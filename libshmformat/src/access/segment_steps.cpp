@@ -33,12 +33,12 @@ SegmentSteps::SegmentSteps(IndexedFile& file, const StepIndex& index, StepRefere
   if (held.at && *held.at >= key_ && *held.at <= wanted) from_ = *held.at + 1;
 }
 
-/// A column goes on from chunk to chunk: where one chunk needs the mesh, all do.
+/// A column goes on from part to part: where one part needs the mesh, all do.
 bool SegmentSteps::told_by_mesh(std::size_t at) const {
-  const auto chunks = chunks_of(at);
-  return StepChunks::may_need_elements(info()) &&
-         std::any_of(chunks.begin(), chunks.end(), [](const StepIndex::Chunk& chunk) {
-           return chunk.codec != container::Codec::shuffled_zstd;
+  const auto parts = parts_of(at);
+  return StepParts::may_need_elements(info()) &&
+         std::any_of(parts.begin(), parts.end(), [](const StepIndex::Part& part) {
+           return part.codec != container::Codec::shuffled_zstd;
          });
 }
 
@@ -50,7 +50,7 @@ bool SegmentSteps::needs_mesh() const {
 
 std::uint64_t SegmentSteps::elements() const {
   std::uint64_t elements = 0;
-  for (const StepIndex::Chunk& chunk : chunks_of(wanted_)) elements += chunk.count;
+  for (const StepIndex::Part& part : parts_of(wanted_)) elements += part.count;
   return elements;
 }
 
@@ -59,12 +59,12 @@ Result<std::vector<std::byte>> SegmentSteps::read_next(StepElements* mesh) {
     if (auto good = read_earlier_passes(mesh); !good) return good.error();
   const std::size_t nth = next_++;
   if (pass_.from == pass_.end) {  // the step is held
-    const StepIndex::Chunk& chunk = chunks_of(wanted_)[nth];
+    const StepIndex::Part& part = parts_of(wanted_)[nth];
     const std::size_t stride = scalar_bytes(info().type) * info().components;
     const auto values =
         std::span(held_->last)
-            .subspan(static_cast<std::size_t>((chunk.first - chunks_of(wanted_)[0].first) * stride),
-                     static_cast<std::size_t>(chunk.count * stride));
+            .subspan(static_cast<std::size_t>((part.first - parts_of(wanted_)[0].first) * stride),
+                     static_cast<std::size_t>(part.count * stride));
     return std::vector<std::byte>(values.begin(), values.end());
   }
   if (auto good = read_group(nth, mesh); !good) return good.error();
@@ -72,11 +72,11 @@ Result<std::vector<std::byte>> SegmentSteps::read_next(StepElements* mesh) {
   return std::move(values_);
 }
 
-/// What is held of another step can only stand for chunks that lie as those do.
+/// What is held of another step can only stand for parts that lie as those do.
 bool SegmentSteps::has_same_groups(std::size_t at) const {
-  const auto of_held = chunks_of(at), wanted = chunks_of(wanted_);
+  const auto of_held = parts_of(at), wanted = parts_of(wanted_);
   return std::equal(of_held.begin(), of_held.end(), wanted.begin(), wanted.end(),
-                    [](const StepIndex::Chunk& a, const StepIndex::Chunk& b) {
+                    [](const StepIndex::Part& a, const StepIndex::Part& b) {
                       return a.group == b.group && a.count == b.count;
                     });
 }
@@ -87,7 +87,7 @@ Result<void> SegmentSteps::read_earlier_passes(StepElements* mesh) {
     return file_->wrong_index("steps of an array have not the same groups");
   const std::size_t together =
       std::clamp<std::size_t>(kMostComponents / info().components, 1, kMostSteps);
-  const std::size_t groups = chunks_of(wanted_).size();
+  const std::size_t groups = parts_of(wanted_).size();
   for (pass_.from = from_;; pass_.from = pass_.end) {
     pass_.end = std::min(pass_.from + together, wanted_ + 1);
     begin_pass();
@@ -108,33 +108,33 @@ void SegmentSteps::begin_pass() {
   if (pass_.from < pass_.end) held_->at.reset();
 }
 
-/// The elements of the group of a chunk.
+/// The elements of the group of a part.
 Result<ColumnElements> SegmentSteps::elements_of(StepElements& mesh,
-                                                 const StepIndex::Chunk& chunk) const {
-  const std::size_t group = chunk.group - file_->first_group(segment_);
+                                                 const StepIndex::Part& part) const {
+  const std::size_t group = part.group - file_->first_group(segment_);
   const auto count = mesh.count(array_, group);
-  if (!count) return at_chunk(count.error(), file_->groups()[chunk.group].offset);
-  if (*count != chunk.count)
+  if (!count) return at_chunk(count.error(), file_->groups()[part.group].offset);
+  if (*count != part.count)
     return IndexedFile::wrong("has another number of values than elements", "step values",
-                              chunk.offset);
+                              part.offset);
   auto elements = mesh.elements(array_, group);
-  if (!elements) return at_chunk(elements.error(), file_->groups()[chunk.group].offset);
+  if (!elements) return at_chunk(elements.error(), file_->groups()[part.group].offset);
   return elements;
 }
 
 /// The values of the nth group at all steps of the pass.
 Result<void> SegmentSteps::read_group(std::size_t nth, StepElements* mesh) {
-  const StepIndex::Chunk& chunk = chunks_of(wanted_)[nth];
+  const StepIndex::Part& part = parts_of(wanted_)[nth];
   ColumnElements elements;
   if (std::find(by_mesh_.begin(), by_mesh_.end(), true) != by_mesh_.end()) {
-    const auto of_group = elements_of(*mesh, chunk);
+    const auto of_group = elements_of(*mesh, part);
     if (!of_group) return of_group.error();
     elements = *of_group;
   }
   const std::size_t stride = scalar_bytes(info().type) * info().components;
-  const auto offset = static_cast<std::size_t>(chunk.first - chunks_of(wanted_)[0].first) * stride;
+  const auto offset = static_cast<std::size_t>(part.first - parts_of(wanted_)[0].first) * stride;
   const auto held_values = [&](const std::vector<std::byte>& of) {
-    const auto size = static_cast<std::size_t>(chunk.count) * stride;
+    const auto size = static_cast<std::size_t>(part.count) * stride;
     if (of.size() < offset + size) return std::vector<std::byte>();
     const auto from = of.begin() + static_cast<std::ptrdiff_t>(offset);
     return std::vector<std::byte>(from, from + static_cast<std::ptrdiff_t>(size));
@@ -150,45 +150,52 @@ Result<void> SegmentSteps::read_group(std::size_t nth, StepElements* mesh) {
 
 Result<void> SegmentSteps::read_step(std::size_t at, std::size_t nth,
                                      const ColumnElements* elements) {
-  const auto chunks = chunks_of(at);
-  const StepIndex::Chunk& expected = chunks_of(wanted_)[nth];
-  if (nth >= chunks.size() || chunks[nth].group != expected.group ||
-      chunks[nth].count != expected.count)
+  const auto parts = parts_of(at);
+  const StepIndex::Part& expected = parts_of(wanted_)[nth];
+  if (nth >= parts.size() || parts[nth].group != expected.group ||
+      parts[nth].count != expected.count)
     return file_->wrong_index("steps of an array have not the same groups");
   two_back_ = std::exchange(one_back_, std::exchange(values_, {}));
-  auto values = decode(at, chunks[nth], by_mesh_[at - pass_.from] ? elements : nullptr);
-  if (!values) return at_chunk(values.error(), chunks[nth].offset);
+  auto values = decode(at, parts[nth], by_mesh_[at - pass_.from] ? elements : nullptr);
+  if (!values) return at_chunk(values.error(), parts[nth].offset);
   values_ = std::move(*values);
   return {};
 }
 
-Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t at, const StepIndex::Chunk& chunk,
+Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t at, const StepIndex::Part& part,
                                                     const ColumnElements* elements) {
   container::IndexEntry entry;
   entry.kind = static_cast<std::uint8_t>(container::ChunkKind::step_values);
-  entry.offset = chunk.offset;
-  entry.bytes = chunk.bytes;
-  const auto payload = file_->read_chunk(entry);
+  entry.offset = part.offset;
+  entry.bytes = part.bytes;
+  std::uint8_t version = 0;
+  const auto payload = file_->read_chunk(entry, &version);
   if (!payload) return payload.error();
   ByteReader in(*payload);
-  container::StepHeader header;
-  if (!container::get(in, header) || header.array != array_ ||
-      header.step != index_->steps(array_)[at].step ||
-      header.group != file_->group_number(chunk.group) || header.count != chunk.count ||
-      header.codec != chunk.codec || container::refers_to(header) != chunk.reference)
+  std::vector<container::StepPart> parts;
+  const bool known = container::get(in, parts, version, payload->size());
+  const auto found = std::find_if(parts.begin(), parts.end(), [&](const auto& it) {
+    return it.header.array == array_ && it.header.step == index_->steps(array_)[at].step &&
+           it.header.group == file_->group_number(part.group);
+  });
+  if (!known || found == parts.end() || found->header.count != part.count ||
+      found->header.codec != part.codec || container::refers_to(found->header) != part.reference)
     return IndexedFile::wrong("the chunk that should stand here does not", "step values",
-                              chunk.offset);
-  StepChunks& column = *columns_[at - pass_.from];
+                              part.offset);
+  for (auto before = parts.begin(); before != found; ++before) in.get_bytes(before->bytes);
+  const container::StepHeader& header = found->header;
+  StepParts& column = *columns_[at - pass_.from];
   if (auto good = column.check_size(header); !good) return good.error();
   if (auto good = check_reference(at, header); !good) return good.error();
   const StepReference kind = container::refers_to(header);
   const std::uint64_t size =
-      std::uint64_t{chunk.count} * scalar_bytes(info().type) * info().components;
+      std::uint64_t{part.count} * scalar_bytes(info().type) * info().components;
   if ((kind >= StepReference::before && one_back_.size() != size) ||
       (kind == StepReference::trend && two_back_.size() != size))
     return wrong_step_values(file_->schema(), header, "refers to other elements than it has");
   if (kind == StepReference::trend) go_on(info().type, one_back_, two_back_, trend_);
-  return column.decode(header, in.get_bytes(in.left()), file_->segment_number(segment_), elements,
+  return column.decode(header, in.get_bytes(found->bytes), file_->segment_number(segment_),
+                       elements,
                        kind == StepReference::nothing  ? std::span<const std::byte>()
                        : kind == StepReference::before ? std::span<const std::byte>(one_back_)
                                                        : std::span<const std::byte>(trend_));

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "access/step_index.h"
-#include "steps/step_chunk.h"
+#include "steps/step_parts.h"
 
 namespace shm {
 
@@ -34,16 +34,16 @@ class SegmentSteps {
   /// Whether values are predicted over the mesh.
   bool needs_mesh() const;
   /// Whether all groups have been read.
-  bool at_end() const { return next_ == chunks_of(wanted_).size(); }
+  bool at_end() const { return next_ == parts_of(wanted_).size(); }
   /// The next group that has elements of the array. Must hold: not at_end().
-  const StepIndex::Chunk& next_chunk() const { return chunks_of(wanted_)[next_]; }
+  const StepIndex::Part& next_part() const { return parts_of(wanted_)[next_]; }
 
   /// How many elements the array has in the segment, as the index states.
   std::uint64_t elements() const;
 
-  /// The elements of the group of a chunk; fails where they are another number.
-  Result<ColumnElements> elements_of(StepElements& mesh, const StepIndex::Chunk& chunk) const;
-  /// The values of next_chunk() at the wanted step. `mesh` is of the segment; null unless
+  /// The elements of the group of a part; fails where they are another number.
+  Result<ColumnElements> elements_of(StepElements& mesh, const StepIndex::Part& part) const;
+  /// The values of next_part() at the wanted step. `mesh` is of the segment; null unless
   /// needs_mesh().
   Result<std::vector<std::byte>> read_next(StepElements* mesh);
 
@@ -53,16 +53,16 @@ class SegmentSteps {
     std::size_t from, end;  // of StepIndex::steps()
   };
 
-  std::span<const StepIndex::Chunk> chunks_of(std::size_t at) const {
-    return index_->chunks(index_->steps(array_)[at], file_->first_group(segment_),
-                          file_->first_group(segment_ + 1));
+  std::span<const StepIndex::Part> parts_of(std::size_t at) const {
+    return index_->parts(index_->steps(array_)[at], file_->first_group(segment_),
+                         file_->first_group(segment_ + 1));
   }
   bool has_same_groups(std::size_t at) const;
   Result<void> read_earlier_passes(StepElements* mesh);
   void begin_pass();
   Result<void> read_group(std::size_t nth, StepElements* mesh);
   Result<void> read_step(std::size_t at, std::size_t nth, const ColumnElements* elements);
-  Result<std::vector<std::byte>> decode(std::size_t at, const StepIndex::Chunk& chunk,
+  Result<std::vector<std::byte>> decode(std::size_t at, const StepIndex::Part& part,
                                         const ColumnElements* elements);
   Result<void> check_reference(std::size_t at, const container::StepHeader& header) const;
   void hold(std::size_t offset);
@@ -75,12 +75,12 @@ class SegmentSteps {
   std::uint32_t array_;
   std::size_t segment_, wanted_, key_, from_;
   HeldSteps* held_;
-  std::size_t next_ = 0;  // of the wanted step's chunks
+  std::size_t next_ = 0;  // of the wanted step's parts
   bool begun_ = false;
 
   Pass pass_{};
-  std::vector<std::optional<StepChunks>> columns_;  // of the steps of the pass
-  std::vector<bool> by_mesh_;                       // the same
+  std::vector<std::optional<StepParts>> columns_;  // of the steps of the pass
+  std::vector<bool> by_mesh_;                      // the same
   // of the group at hand
   std::vector<std::byte> values_, one_back_, two_back_, trend_;
 };

@@ -6,6 +6,7 @@
 namespace shm {
 
 using container::IndexEntry;
+using container::StepEntry;
 
 Result<StepIndex> StepIndex::of(IndexedFile& file) {
   StepIndex index;
@@ -17,8 +18,8 @@ Result<StepIndex> StepIndex::of(IndexedFile& file) {
   }
   if (auto good = index.count_elements(file); !good) return good.error();
   for (const IndexEntry& entry : file.take_entries())
-    if (entry.kind == static_cast<std::uint8_t>(container::ChunkKind::step_values))
-      if (auto good = index.add(file, entry); !good) return good.error();
+    for (const StepEntry& part : entry.parts)
+      if (auto good = index.add(file, entry, part); !good) return good.error();
   if (auto good = index.expect_complete(file); !good) return good.error();
   index.find_keys();
   return index;
@@ -30,14 +31,14 @@ Result<void> StepIndex::add_decodable(const IndexedFile& file) {
     if (step.step >= file.limits().max_steps)
       return IndexedFile::wrong(
           "the limit is " + std::to_string(file.limits().max_steps) + " steps", "step values",
-          step.chunks.front().offset, ErrorCode::over_limit);
-    const std::size_t begin = chunks_.size();
-    for (const IndexEntry& chunk : step.chunks)
-      chunks_.push_back({chunk.offset, chunk.bytes, chunk.first, chunk.count, chunk.group,
-                         chunk.reference, chunk.codec});
-    steps_[step.array].push_back({step.step, step.refers, 0, begin, chunks_.size()});
+          step.parts.front().offset, ErrorCode::over_limit);
+    const std::size_t begin = parts_.size();
+    for (const DecodableParts::Part& it : step.parts)
+      parts_.push_back({it.offset, it.bytes, it.values.first, it.values.count, it.values.group,
+                        it.values.reference, it.values.codec});
+    steps_[step.array].push_back({step.step, step.refers, 0, begin, parts_.size()});
     elements_[step.array] =
-        std::max(elements_[step.array], chunks_.back().first + chunks_.back().count);
+        std::max(elements_[step.array], parts_.back().first + parts_.back().count);
   }
   return {};
 }
@@ -60,54 +61,55 @@ Result<void> StepIndex::count_elements(const IndexedFile& file) {
   return {};
 }
 
-Result<void> StepIndex::add(const IndexedFile& file, const IndexEntry& entry) {
+Result<void> StepIndex::add(const IndexedFile& file, const IndexEntry& entry,
+                            const StepEntry& part) {
   const Schema& schema = file.schema();
-  if (entry.array >= schema.arrays.size() || !schema.arrays[entry.array].per_step)
+  if (part.array >= schema.arrays.size() || !schema.arrays[part.array].per_step)
     return file.wrong_index("has step values of no stepped array");
-  if (entry.step >= file.limits().max_steps)
+  if (part.step >= file.limits().max_steps)
     return IndexedFile::wrong("the limit is " + std::to_string(file.limits().max_steps) + " steps",
                               "index", entry.offset, ErrorCode::over_limit);
-  std::vector<Step>& steps = steps_[entry.array];
-  const bool goes_on = !chunks_.empty() && last_array_ == entry.array && !steps.empty() &&
-                       steps.back().step == entry.step;
+  std::vector<Step>& steps = steps_[part.array];
+  const bool goes_on = !parts_.empty() && last_array_ == part.array && !steps.empty() &&
+                       steps.back().step == part.step;
   if (!goes_on) {
     if (auto good = expect_complete(file); !good) return good;
-    if (!steps.empty() && steps.back().step >= entry.step)
+    if (!steps.empty() && steps.back().step >= part.step)
       return file.wrong_index("steps of an array do not ascend");
-    steps.push_back({entry.step, false, 0, chunks_.size(), chunks_.size()});
+    steps.push_back({part.step, false, 0, parts_.size(), parts_.size()});
   }
-  last_array_ = entry.array;
-  const bool begins = steps.back().begin == chunks_.size();
-  const std::uint64_t first = begins ? 0 : chunks_.back().first + chunks_.back().count;
-  if (entry.group >= file.groups().size() || (!begins && entry.group <= chunks_.back().group) ||
-      entry.first != first || entry.count == 0 || entry.count > elements_[entry.array] - first)
+  last_array_ = part.array;
+  const bool begins = steps.back().begin == parts_.size();
+  const std::uint64_t first = begins ? 0 : parts_.back().first + parts_.back().count;
+  if (part.group >= file.groups().size() || (!begins && part.group <= parts_.back().group) ||
+      part.first != first || part.count == 0 || part.count > elements_[part.array] - first)
     return file.wrong_index("step values are not in order");
-  const IndexEntry& group = file.groups()[entry.group];
-  const ArrayInfo& info = schema.arrays[entry.array];
+  const IndexEntry& group = file.groups()[part.group];
+  const ArrayInfo& info = schema.arrays[part.array];
   const bool of_points = info.location == Location::point;
   const std::uint64_t most = of_points ? group.vertices : group.cells;
-  if (entry.count > most || (entry.count < most && info.blocks.empty()))
+  if (part.count > most || (part.count < most && info.blocks.empty()))
     return file.wrong_index("a group has another number of step values than elements");
-  steps.back().refers = steps.back().refers || entry.reference != StepReference::nothing;
-  steps.back().end = chunks_.size() + 1;
-  chunks_.push_back({entry.offset, entry.bytes, entry.first, entry.count, entry.group,
-                     entry.reference, entry.codec});
+  steps.back().refers = steps.back().refers || part.reference != StepReference::nothing;
+  steps.back().end = parts_.size() + 1;
+  parts_.push_back(
+      {entry.offset, entry.bytes, part.first, part.count, part.group, part.reference, part.codec});
   return {};
 }
 
 /// The step that began last must have all its elements.
 Result<void> StepIndex::expect_complete(const IndexedFile& file) const {
-  if (chunks_.empty() || chunks_.back().first + chunks_.back().count == elements_[last_array_])
+  if (parts_.empty() || parts_.back().first + parts_.back().count == elements_[last_array_])
     return {};
   return file.wrong_index("step values are missing");
 }
 
-std::span<const StepIndex::Chunk> StepIndex::chunks(const Step& step, std::size_t first_group,
-                                                    std::size_t end_group) const {
-  const auto all = std::span(chunks_).subspan(step.begin, step.end - step.begin);
+std::span<const StepIndex::Part> StepIndex::parts(const Step& step, std::size_t first_group,
+                                                  std::size_t end_group) const {
+  const auto all = std::span(parts_).subspan(step.begin, step.end - step.begin);
   const auto from = [&](std::size_t group) {
     return std::lower_bound(all.begin(), all.end(), group,
-                            [](const Chunk& it, std::size_t g) { return it.group < g; });
+                            [](const Part& it, std::size_t g) { return it.group < g; });
   };
   return {from(first_group), from(end_group)};
 }

@@ -1,6 +1,6 @@
-// StepIndex: what the index lists of stepped arrays: which chunks an array has at which step, and
-// from which step on it can be read. Checked in itself; what the chunks are, the reader sees.
-// spec: "Index and trailer"
+// StepIndex: what the index lists of stepped arrays: which parts of which chunks are an array at a
+// step, and from which step on it can be read. Checked in itself; what the chunks hold, the reader
+// sees. spec: "Index and trailer"
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,8 @@ namespace shm {
 
 class StepIndex {
  public:
-  struct Chunk {
+  /// A part, and the chunk that has it, with others perhaps.
+  struct Part {
     std::uint64_t offset = 0, bytes = 0;
     std::uint64_t first = 0, count = 0;  // elements
     std::uint32_t group = 0;
@@ -23,7 +24,7 @@ class StepIndex {
   };
   struct Step {
     std::uint64_t step = 0;
-    bool refers = false;  // any of its chunks
+    bool refers = false;  // any of its parts
     std::size_t key = 0;  // place of the last step up to here that refers to no other
     std::size_t begin = 0, end = 0;
   };
@@ -36,22 +37,23 @@ class StepIndex {
   /// By array; 0 of static ones.
   const std::vector<std::uint64_t>& elements() const { return elements_; }
   /// Of these groups, in order.
-  std::span<const Chunk> chunks(const Step& step, std::size_t first_group,
-                                std::size_t end_group) const;
+  std::span<const Part> parts(const Step& step, std::size_t first_group,
+                              std::size_t end_group) const;
   /// The last step at or before `steps(array)[at]` that refers to no other.
   std::size_t key_of(std::uint32_t array, std::size_t at) const { return steps_[array][at].key; }
 
  private:
   Result<void> add_decodable(const IndexedFile& file);
   Result<void> count_elements(const IndexedFile& file);
-  Result<void> add(const IndexedFile& file, const container::IndexEntry& entry);
+  Result<void> add(const IndexedFile& file, const container::IndexEntry& entry,
+                   const container::StepEntry& part);
   Result<void> expect_complete(const IndexedFile& file) const;
   void find_keys();
 
   std::vector<std::uint64_t> elements_;   // by array
   std::vector<std::vector<Step>> steps_;  // by array
-  std::vector<Chunk> chunks_;
-  std::uint32_t last_array_ = 0;  // of the chunk before, if there is one
+  std::vector<Part> parts_;
+  std::uint32_t last_array_ = 0;  // of the part before, if there is one
 };
 
 }  // namespace shm

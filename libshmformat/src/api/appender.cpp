@@ -23,6 +23,9 @@ using container::ChunkKind;
 using container::IndexEntry;
 
 constexpr std::uint32_t kLeastKeySteps = 8;
+/// A chunk of values that stand together is no larger.
+constexpr std::uint64_t kMostUnfinished =
+    container::kChunkHeaderBytes + container::kMostStepHeadBytes + container::kPartBytesTogether;
 
 }  // namespace
 
@@ -56,8 +59,10 @@ class __attribute__((visibility("hidden"))) Appender::Impl {
   };
 
   void look_at_steps();
-  Result<ChunkCopy> copy_of(bool with_steps, bool with_times, bool with_extras);
-  Result<Streams> streams(const ChunkCopy& copy) const;
+  Result<ChunkCopy> copy_of(bool with_steps, bool with_times, bool with_extras,
+                            const IndexEntry* without = nullptr);
+  Result<Streams> streams(const ChunkCopy& copy, bool with_steps) const;
+  const IndexEntry* unfinished_parts() const;
   container::Index totals() const;
   Result<void> begin();
   Result<void> begin_steps();
@@ -95,24 +100,26 @@ void Appender::Impl::look_at_steps() {
     array.run = array.last_refers ? array.run + 1 : 1;
     longest_run_ = std::max(longest_run_, array.run);
   };
-  for (const IndexEntry& entry : file_.index().entries) {
-    if (!entry.is(ChunkKind::step_values)) continue;
-    Array& array = arrays_[entry.array];
-    if (array.last_step != entry.step) {
-      if (array.last_step) end_step(array);
-      array.last_step = entry.step;
-      array.last_refers = false;
+  for (const IndexEntry& entry : file_.index().entries)
+    for (const container::StepEntry& part : entry.parts) {
+      Array& array = arrays_[part.array];
+      if (array.last_step != part.step) {
+        if (array.last_step) end_step(array);
+        array.last_step = part.step;
+        array.last_refers = false;
+      }
+      array.last_refers |= part.reference != StepReference::nothing;
     }
-    array.last_refers |= entry.reference != StepReference::nothing;
-  }
   for (Array& array : arrays_)
     if (array.last_step) end_step(array);
 }
 
 /// The schema is repeated at the end, if at all; so are the times.
-Result<ChunkCopy> Appender::Impl::copy_of(bool with_steps, bool with_times, bool with_extras) {
+Result<ChunkCopy> Appender::Impl::copy_of(bool with_steps, bool with_times, bool with_extras,
+                                          const IndexEntry* without) {
   return ChunkCopy::of(*source_, file_.index().entries, file_.index_offset(),
                        [&](const IndexEntry& entry) {
+                         if (&entry == without) return false;
                          if (entry.is(ChunkKind::schema))
                            return entry.offset == container::kFileStartBytes;
                          if (entry.is(ChunkKind::step_values)) return with_steps;
@@ -121,19 +128,31 @@ Result<ChunkCopy> Appender::Impl::copy_of(bool with_steps, bool with_times, bool
                        });
 }
 
-/// The bytes of the streams in the chunks that were copied, by name.
-Result<Appender::Impl::Streams> Appender::Impl::streams(const ChunkCopy& copy) const {
+/// The last chunk of step values, if those that come may stand in it, too; else null.
+const IndexEntry* Appender::Impl::unfinished_parts() const {
+  const auto& entries = file_.index().entries;
+  const auto last = std::find_if(entries.rbegin(), entries.rend(), [](const IndexEntry& it) {
+    return it.is(ChunkKind::step_values);
+  });
+  if (last == entries.rend() || file_.index().version == 0) return nullptr;
+  const bool waits = std::all_of(last->parts.begin(), last->parts.end(), [&](const auto& part) {
+    return part.group == 0 && part.count == reader_->elements(part.array);
+  });
+  return waits && last->bytes <= kMostUnfinished ? &*last : nullptr;
+}
+
+/// The bytes of the streams in the chunks that were copied, by name. `with_steps`: those of all
+/// step values.
+Result<Appender::Impl::Streams> Appender::Impl::streams(const ChunkCopy& copy,
+                                                        bool with_steps) const {
   const auto summary = read_summary(*source_, file_.limits());
   if (!summary) return summary.error();
   Streams streams = summary->totals.streams;
   streams.erase("extras");
   streams.erase("container");
-  bool with_steps = false;
-  for (const IndexEntry& entry : copy.state().entries) {
+  for (const IndexEntry& entry : copy.state().entries)
     if (entry.is(ChunkKind::extra) || entry.is(ChunkKind::step_times))
       streams["extras"] += entry.bytes - container::kChunkHeaderBytes;
-    with_steps |= entry.is(ChunkKind::step_values);
-  }
   for (std::uint32_t a = 0; a < arrays_.size() && !with_steps; ++a)
     if (schema().arrays[a].per_step) streams.erase(array_stream_name(schema(), a));
   return streams;
@@ -150,7 +169,7 @@ Result<std::unique_ptr<ByteSource>> Appender::Impl::without_steps() {
   if (!copy) return copy.error();
   auto schema_chunk = file_.read_chunk(file_.index().entries[0]);
   if (!schema_chunk) return schema_chunk.error();
-  auto copied = streams(*copy);
+  auto copied = streams(*copy, false);
   if (!copied) return copied.error();
   MemorySink tail;
   FileWriter writer(tail, schema());
@@ -171,18 +190,26 @@ Result<void> Appender::Impl::drop_extras() {
 /// Copies what stays.
 Result<void> Appender::Impl::begin() {
   if (writer_) return {};
-  const auto copy = copy_of(true, false, with_extras_);
+  const IndexEntry* const last = unfinished_parts();
+  const auto copy = copy_of(true, false, with_extras_, last);
   if (!copy) return copy.error();
   auto schema_chunk = file_.read_chunk(file_.index().entries[0]);
   if (!schema_chunk) return schema_chunk.error();
-  auto copied = streams(*copy);
+  auto copied = streams(*copy, true);
   if (!copied) return copied.error();
+  std::vector<std::byte> parts;
+  if (last != nullptr) {
+    auto payload = file_.read_chunk(*last);
+    if (!payload) return payload.error();
+    parts = std::move(*payload);
+  }
   if (auto good = copy->write(*source_, *sink_); !good) return good;
   std::uint64_t steps = 0;
   for (const Array& array : arrays_)
     if (array.last_step) steps = std::max(steps, *array.last_step + 1);
   writer_.emplace(*sink_, schema());
   writer_->go_on(*std::move(schema_chunk), copy->state(), *std::move(copied), steps);
+  if (last != nullptr) writer_->go_on_with_parts(last->parts, parts);
   return {};
 }
 

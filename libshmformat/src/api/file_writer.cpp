@@ -35,6 +35,16 @@ void FileWriter::go_on(std::vector<std::byte> schema, container::ChunkWriter::St
   steps_ = steps;
 }
 
+void FileWriter::go_on_with_parts(std::vector<container::StepEntry> parts,
+                                  std::span<const std::byte> payload) {
+  ByteReader in(payload);
+  container::get(in, parts_, container::version_of_chunk(ChunkKind::step_values, start_),
+                 payload.size());
+  const auto bytes = in.get_bytes(in.left());
+  part_bytes_.assign(bytes.begin(), bytes.end());
+  in_index_ = std::move(parts);
+}
+
 Result<void> FileWriter::adopt(const container::Index& part, std::uint64_t bytes) {
   if (auto good = chunks_.adopt(part.entries, bytes); !good) return good;
   for (const auto& [name, size] : part.streams) stream_bytes_[name] += size;
@@ -43,7 +53,6 @@ Result<void> FileWriter::adopt(const container::Index& part, std::uint64_t bytes
 }
 
 container::Index FileWriter::take_part(container::Index totals) {
-  totals.version = 0;  // which has the streams
   totals.entries = chunks_.take_entries();
   for (const auto& [name, bytes] : std::exchange(stream_bytes_, {}))
     totals.streams.push_back({name, bytes});
@@ -65,6 +74,8 @@ Result<void> FileWriter::write(ChunkKind kind, std::span<const std::byte> payloa
                                const container::IndexEntry& entry) {
   if (kind != ChunkKind::extra)
     if (auto good = write_extras(); !good) return good;
+  if (kind != ChunkKind::step_values)
+    if (auto good = write_parts(); !good) return good;
   return chunks_.write(kind, payload, entry, container::version_of_chunk(kind, start_));
 }
 
@@ -94,7 +105,7 @@ StepEncoder& FileWriter::begin_steps(StepTopology& topology, std::vector<std::ui
                                      std::uint32_t key_steps, Level level) {
   return step_values_.emplace(*schema_, topology, std::move(elements), key_steps, level,
                               [this](const auto& header, auto first, auto bytes) {
-                                return write_step_values(header, first, bytes);
+                                return add_part(header, first, bytes);
                               });
 }
 
@@ -108,20 +119,39 @@ Result<void> FileWriter::check_step_values(std::uint32_t array,
   return {};
 }
 
-Result<void> FileWriter::write_step_values(const container::StepHeader& header, std::uint64_t first,
-                                           std::span<const std::byte> bytes) {
-  ByteWriter payload;
-  container::put(payload, header);
-  payload.put_bytes(bytes);
+/// Small ones of the first group do that nobody needs another group for: whoever reads one array
+/// reads little else then, and parts of a mesh that are written apart have nothing in between.
+bool FileWriter::stands_with_others(const container::StepPart& part) const {
+  return container::version_of_chunk(ChunkKind::step_values, start_) > 0 &&
+         part.header.group == 0 && part.header.count == step_values_->elements(part.header.array) &&
+         part.bytes <= container::kPartBytesTogether;
+}
+
+Result<void> FileWriter::add_part(const container::StepHeader& header, std::uint64_t first,
+                                  std::span<const std::byte> bytes) {
+  if (auto good = write_extras(); !good) return good;
+  const container::StepPart part{header, bytes.size()};
+  const bool with_others = stands_with_others(part);
+  if (!with_others || parts_.size() == container::kMostStepParts ||
+      part_bytes_.size() + bytes.size() > container::kPartBytesTogether)
+    if (auto good = write_parts(); !good) return good;
+  parts_.push_back(part);
+  in_index_.push_back(container::entry_of(header));
+  in_index_.back().first = first;
+  part_bytes_.insert(part_bytes_.end(), bytes.begin(), bytes.end());
   stream_bytes_[array_key(header.array)] += bytes.size();
+  return with_others ? Result<void>() : write_parts();
+}
+
+Result<void> FileWriter::write_parts() {
+  if (parts_.empty()) return {};
+  ByteWriter payload;
+  container::put(payload, parts_, container::version_of_chunk(ChunkKind::step_values, start_));
+  payload.put_bytes(part_bytes_);
   container::IndexEntry entry;
-  entry.array = header.array;
-  entry.step = header.step;
-  entry.first = first;
-  entry.count = header.count;
-  entry.group = header.group;
-  entry.reference = container::refers_to(header);
-  entry.codec = header.codec;
+  entry.parts = std::exchange(in_index_, {});
+  parts_.clear();
+  part_bytes_.clear();
   return write(ChunkKind::step_values, payload.bytes, entry);
 }
 
@@ -157,6 +187,7 @@ Result<void> FileWriter::check(const Extra& extra) {
 
 Result<void> FileWriter::add_extra(const Extra& extra) {
   if (auto good = end_step_array(); !good) return good;
+  if (auto good = write_parts(); !good) return good;
   const std::uint64_t bytes = extra.key.size() + extra.data.size();
   if (extra_bytes_ + bytes > kExtrasTogether || extras_.size() == kMostExtras)
     if (auto good = write_extras(); !good) return good;
@@ -180,6 +211,7 @@ Result<void> FileWriter::write_extras() {
 
 Result<SizeReport> FileWriter::finish(container::Index totals) {
   if (auto good = end_step_array(); !good) return good.error();
+  if (auto good = write_parts(); !good) return good.error();
   if (auto good = write_extras(); !good) return good.error();
   if (chunks_.offset() >= kRepeatSchemaFrom)
     if (auto good = write_schema(); !good) return good.error();

@@ -56,11 +56,16 @@ class FileWriter {
   void go_on(std::vector<std::byte> schema, container::ChunkWriter::State state,
              std::map<std::string, std::uint64_t> streams, std::uint64_t steps);
 
+  /// After go_on(): step values that stood in the last chunk of such, which is not copied: small
+  /// ones that come may stand with them. `payload`: of that chunk, which is of this version.
+  void go_on_with_parts(std::vector<container::StepEntry> parts,
+                        std::span<const std::byte> payload);
+
   /// Chunks that stand in the file already, behind what was written. `part`: what a take_part()
   /// listed; its totals are not looked at. Corrupt where they are not `bytes` bytes.
   Result<void> adopt(const container::Index& part, std::uint64_t bytes);
   /// What the index lists since the beginning, or the last call, and `totals`; forgets it.
-  /// Nothing is at hand of time steps.
+  /// No array and step is at hand.
   container::Index take_part(container::Index totals);
   std::uint64_t offset() const { return chunks_.offset(); }
   std::uint32_t chunks() const { return chunks_.count(); }
@@ -79,8 +84,11 @@ class FileWriter {
                                std::span<const std::byte> values) {
     return step_values_->add(array, step, values);
   }
-  /// Ends the array and step at hand, if there is one.
+  /// Ends the array and step at hand, if there is one. Its values may still wait for others, to
+  /// stand together with them.
   Result<void> end_step_array() { return step_values_ ? step_values_->end_step() : Result<void>(); }
+  /// Writes the values that wait.
+  Result<void> write_parts();
   bool has_times() const { return times_set_; }
   Result<void> set_step_times(std::span<const double> times);
   static Result<void> check(const Extra& extra);
@@ -97,8 +105,9 @@ class FileWriter {
   Result<void> write(container::ChunkKind kind, std::span<const std::byte> payload,
                      const container::IndexEntry& entry = {});
   Result<void> write_extras();
-  Result<void> write_step_values(const container::StepHeader& header, std::uint64_t first,
-                                 std::span<const std::byte> bytes);
+  Result<void> add_part(const container::StepHeader& header, std::uint64_t first,
+                        std::span<const std::byte> bytes);
+  bool stands_with_others(const container::StepPart& part) const;
   const std::string& array_key(std::uint32_t array) const { return array_keys_[array]; }
 
   const Schema* schema_;
@@ -108,6 +117,9 @@ class FileWriter {
   container::FileStart start_;
   std::vector<Extra> extras_;  // that are still to be written
   std::uint64_t extra_bytes_ = 0;
+  std::vector<container::StepPart> parts_;      // of step values that are still to be written
+  std::vector<container::StepEntry> in_index_;  // of each
+  std::vector<std::byte> part_bytes_;
   std::vector<std::byte> schema_payload_;   // of the file that is gone on with, else empty
   std::optional<StepEncoder> step_values_;  // from the first ones on
   bool times_set_ = false;

@@ -230,10 +230,9 @@ void MeshExtractor::Impl::fill_lost(MeshBlock& block) const {
 
 Result<void> MeshExtractor::Impl::begin_group(SegmentDecoder& decoder, std::size_t group,
                                               const DecodedParts& parts) {
-  const container::IndexEntry& entry = file_.groups()[group];
-  auto payload = file_.read_group(group, parts);
-  if (!payload) return payload.error();
-  if (auto good = decoder.begin_group(std::move(*payload), entry.offset, group); !good) return good;
+  auto chunk = file_.read_group(group, parts);
+  if (!chunk) return chunk.error();
+  if (auto good = decoder.begin_group(std::move(*chunk)); !good) return good;
   return file_.expect_group(group, decoder.group());
 }
 

@@ -24,8 +24,12 @@ class __attribute__((visibility("hidden"))) PartJoiner::Impl {
   Result<void> add(std::span<const std::byte> index, std::uint64_t bytes) {
     ByteReader in(index);
     container::Index part;
-    if (!container::get(in, part, 0, bytes / container::kChunkHeaderBytes))
+    std::vector<container::NamedBytes> streams;
+    if (!container::get(in, streams) ||
+        !container::get(in, part, container::version_of_chunk(container::ChunkKind::index, {}),
+                        bytes / container::kChunkHeaderBytes))
       return Error{ErrorCode::corrupt, "is no index of a part", "part", kNoOffset, {}};
+    part.streams = std::move(streams);
     if (auto good = add_totals(part); !good) return good;
     return file_.adopt(part, bytes);
   }

@@ -117,6 +117,7 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
     std::vector<std::uint64_t> own(arrays);
     for (std::uint32_t a = 0; a < arrays; ++a) own[a] = elements_of(a);
     first_elements_ = steps.first_elements;
+    all_elements_ = steps.elements;
     if (!topology_) make_topology();
     steps_ = &file_.begin_steps(*topology_, std::move(own), key_steps_, level_);
     steps_->begin_part({steps.first_group, steps.first_elements, steps.elements});
@@ -133,6 +134,9 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
       return misuse_error("one part chooses what a step refers to: that with the first element",
                           "steps");
     if (basis) steps_->choose(*basis);
+    // Before what other parts have of it.
+    if (elements_of(array) < all_elements_[array])
+      if (auto good = file_.write_parts(); !good) return good;
     phase_ = kInStep;
     array_ = array;
     step_number_ = step;
@@ -151,8 +155,14 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
     out = take({});
     return {};
   }
+  Result<void> end_steps(PartChunks& out) {
+    phase_ = kStepsTaken;
+    if (auto good = file_.write_parts(); !good) return good;
+    out = take({});
+    return {};
+  }
 
-  enum Phase { kAdding, kEnded, kNumbered, kChunksTaken, kBetweenSteps, kInStep };
+  enum Phase { kAdding, kEnded, kNumbered, kChunksTaken, kBetweenSteps, kInStep, kStepsTaken };
 
  private:
   void make_topology() {
@@ -169,8 +179,10 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
   PartChunks take(container::Index totals) {
     PartChunks out;
     out.count = file_.chunks();
+    const container::Index part = file_.take_part(std::move(totals));
     ByteWriter index;
-    container::put(index, file_.take_part(std::move(totals)));
+    container::put(index, part.streams);
+    container::put(index, part);
     out.index = std::move(index.bytes);
     out.bytes = std::exchange(sink_.bytes, {});
     return out;
@@ -189,7 +201,7 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
   std::size_t kept_topology_bytes_;
   std::optional<StepTopology> topology_;  // where there are steps, or they have begun
   StepEncoder* steps_ = nullptr;          // from begin_steps() on
-  std::vector<std::uint64_t> first_elements_;
+  std::vector<std::uint64_t> first_elements_, all_elements_;
   std::uint32_t array_ = 0;  // of the step at hand
   std::uint64_t step_number_ = 0;
 };
@@ -255,6 +267,12 @@ std::optional<StepReference> PartWriter::step_basis() const { return impl_->step
 Result<PartChunks> PartWriter::end_step() {
   PartChunks out;
   const auto good = impl_->in_phase(Impl::kInStep, [&] { return impl_->end_step(out); });
+  if (!good) return good.error();
+  return out;
+}
+Result<PartChunks> PartWriter::end_steps() {
+  PartChunks out;
+  const auto good = impl_->in_phase(Impl::kBetweenSteps, [&] { return impl_->end_steps(out); });
   if (!good) return good.error();
   return out;
 }

@@ -67,7 +67,7 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
 
   Result<Progress> work();
   bool may_read_ahead() const;
-  Result<void> read_part();
+  Result<void> read_on();
   Result<Progress> missing();
   Result<void> read_start();
   Result<void> read_header();
@@ -76,6 +76,8 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   Result<void> read_schema(std::span<const std::byte> payload);
   void keep_topology(std::span<const std::byte> payload);
   Result<void> read_step_values(std::span<const std::byte> payload);
+  Result<void> read_part(const container::StepPart& part, std::span<const std::byte> bytes);
+  Result<void> read_next_part();
   Result<void> read_step_times(std::span<const std::byte> payload);
   Result<void> read_extra(std::span<const std::byte> payload);
   Result<void> read_index(std::span<const std::byte> payload);
@@ -102,7 +104,9 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   State state_ = State::start;
   std::optional<Error> error_;
   std::optional<Item> item_;
-  std::deque<Extra> extras_;          // of the chunk at hand
+  std::deque<Extra> extras_;               // of the chunk at hand
+  std::deque<container::StepPart> parts_;  // the same, and their bytes
+  std::vector<std::byte> part_bytes_;
   std::optional<Error> error_ahead_;  // behind blocks that have not been taken yet
 
   container::FileStart start_;
@@ -141,6 +145,10 @@ Result<Decoder::Progress> Decoder::Impl::work() {
       extras_.pop_front();
       break;
     }
+    if (!parts_.empty() && !error_ahead_) {
+      if (auto good = read_next_part(); !good) error_ahead_ = good.error();
+      continue;
+    }
     const bool complete = buffer_.size() - at_ >= wanted();
     if (mesh_ && !(complete && may_read_ahead()) && mesh_->is_busy()) {
       auto block = mesh_->next_block(!may_read_ahead());
@@ -176,12 +184,12 @@ Result<Decoder::Progress> Decoder::Impl::work() {
       break;
     }
     if (!complete) return missing();
-    if (auto good = read_part(); !good) error_ahead_ = good.error();
+    if (auto good = read_on(); !good) error_ahead_ = good.error();
   }
   return Progress::item_ready;
 }
 
-/// Whether the next part of the file may be read before all blocks have been taken: with threads,
+/// Whether more of the file may be read before all blocks have been taken: with threads,
 /// the groups to come.
 bool Decoder::Impl::may_read_ahead() const {
   if (error_ahead_ || (ended_ && buffer_.size() - at_ < wanted())) return false;
@@ -190,7 +198,7 @@ bool Decoder::Impl::may_read_ahead() const {
   return (group || state_ == State::header) && mesh_ && mesh_->wants_group();
 }
 
-Result<void> Decoder::Impl::read_part() {
+Result<void> Decoder::Impl::read_on() {
   switch (state_) {
     case State::start: return read_start();
     case State::header: return read_header();
@@ -272,7 +280,8 @@ Result<void> Decoder::Impl::read_payload() {
     case ChunkKind::group:
       if (step_values_) return wrong(ErrorCode::corrupt, "mesh groups come before step values");
       if (topology_) keep_topology(payload);
-      return mesh_->begin_group({payload.begin(), payload.end()}, header_.segment, chunk_offset_);
+      return mesh_->begin_group({{payload.begin(), payload.end()}, header_.version, chunk_offset_},
+                                header_.segment);
     case ChunkKind::step_values: return read_step_values(payload);
     case ChunkKind::step_times: return read_step_times(payload);
     case ChunkKind::extra: return read_extra(payload);
@@ -335,7 +344,7 @@ std::uint64_t Decoder::Impl::elements_of(std::uint32_t array) const {
 void Decoder::Impl::keep_topology(std::span<const std::byte> payload) {
   ByteReader in(payload);
   container::GroupHeader header;
-  if (!container::get(in, header)) return;  // who decodes the group will complain
+  if (!container::get(in, header, header_.version)) return;  // who decodes the group will complain
   std::vector<std::span<const std::byte>> streams;
   for (const container::StreamEntry& entry : header.streams)
     streams.push_back(in.get_bytes(entry.bytes));
@@ -350,9 +359,29 @@ Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload)
     step_values_.emplace(*schema_, limits_, *topology_, std::move(elements));
   }
   ByteReader in(payload);
-  container::StepHeader header;
-  if (!container::get(in, header)) return wrong(ErrorCode::corrupt, "its header makes no sense");
-  const auto bytes = in.get_bytes(in.left());
+  std::vector<container::StepPart> parts;
+  if (!container::get(in, parts, header_.version, payload.size()))
+    return wrong(ErrorCode::corrupt, "its header makes no sense");
+  if (auto good = read_part(parts[0], in.get_bytes(parts[0].bytes)); !good) return good;
+  parts_.assign(parts.begin() + 1, parts.end());
+  const auto left = in.get_bytes(in.left());
+  part_bytes_.assign(left.begin(), left.end());
+  return {};
+}
+
+Result<void> Decoder::Impl::read_next_part() {
+  const container::StepPart part = parts_.front();
+  parts_.pop_front();
+  std::uint64_t behind = part.bytes;
+  for (const container::StepPart& it : parts_) behind += it.bytes;
+  return read_part(part, std::span(part_bytes_)
+                             .last(static_cast<std::size_t>(behind))
+                             .first(static_cast<std::size_t>(part.bytes)));
+}
+
+Result<void> Decoder::Impl::read_part(const container::StepPart& part,
+                                      std::span<const std::byte> bytes) {
+  const container::StepHeader& header = part.header;
   auto piece = step_values_->read(header, bytes);
   if (!piece) return wrong(piece.error().code, piece.error().detail);
   if (array_names_.empty()) array_names_ = array_stream_names(*schema_);

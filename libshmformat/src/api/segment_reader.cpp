@@ -22,15 +22,13 @@ Result<std::vector<MeshBlock>> SegmentReader::Impl::read(std::size_t index) {
   if (index >= segments.size())
     return IndexedFile::wrong("there is no segment " + std::to_string(index), "segments", kNoOffset,
                               ErrorCode::misuse);
-  SegmentDecoder decoder(file.schema(), file.limits(), static_cast<std::uint32_t>(index),
-                         DecodedParts{.imported_vertices = true});
+  const DecodedParts parts{.imported_vertices = true};
+  SegmentDecoder decoder(file.schema(), file.limits(), static_cast<std::uint32_t>(index), parts);
   std::vector<MeshBlock> blocks;
   for (std::size_t g = file.first_group(index); g < file.first_group(index + 1); ++g) {
-    const container::IndexEntry& entry = file.groups()[g];
-    auto payload = file.read_chunk(entry);
-    if (!payload) return payload.error();
-    if (auto good = decoder.begin_group(std::move(*payload), entry.offset, g); !good)
-      return good.error();
+    auto chunk = file.read_group(g, parts);
+    if (!chunk) return chunk.error();
+    if (auto good = decoder.begin_group(std::move(*chunk)); !good) return good.error();
     if (auto good = file.expect_group(g, decoder.group()); !good) return good.error();
     while (decoder.in_group()) {
       auto block = decoder.next_block();

@@ -58,7 +58,7 @@ class __attribute__((visibility("hidden"))) StepReader::Impl {
   void end_segment();
   Result<SegmentMesh*> mesh_of(std::size_t segment, const ElementNeeds& needs);
   bool numbers_need_mesh() const;
-  Result<void> number(const StepIndex::Chunk& chunk);
+  Result<void> number(const StepIndex::Part& part);
 
   const ArrayInfo& info() const { return file_.schema().arrays[request_.array]; }
   bool of_points() const { return info().location == Location::point; }
@@ -150,10 +150,10 @@ Result<StepValues*> StepReader::Impl::next() {
 
 /// The next segment, or the one at hand, that has elements of the array.
 bool StepReader::Impl::find_segment() {
-  const auto chunks = index_.chunks(index_.steps(request_.array)[wanted_],
-                                    file_.first_group(segment_), file_.first_group(end_segment_));
-  segment_ = chunks.empty() ? end_segment_ : file_.segment_of(chunks.front().group);
-  return !chunks.empty();
+  const auto parts = index_.parts(index_.steps(request_.array)[wanted_],
+                                  file_.first_group(segment_), file_.first_group(end_segment_));
+  segment_ = parts.empty() ? end_segment_ : file_.segment_of(parts.front().group);
+  return !parts.empty();
 }
 
 Result<void> StepReader::Impl::begin_segment() {
@@ -180,13 +180,13 @@ void StepReader::Impl::end_segment() {
 }
 
 Result<void> StepReader::Impl::read_group() {
-  const StepIndex::Chunk chunk = steps_->next_chunk();
+  const StepIndex::Part part = steps_->next_part();
   auto values = steps_->read_next(mesh_ != nullptr ? &*mesh_->elements : nullptr);
   if (!values) return values.error();
-  values_.first = chunk.first;
+  values_.first = part.first;
   values_.values = std::move(*values);
   values_.numbers.clear();
-  return request_.numbers ? number(chunk) : Result<void>();
+  return request_.numbers ? number(part) : Result<void>();
 }
 
 // --- numbers
@@ -199,15 +199,15 @@ bool StepReader::Impl::numbers_need_mesh() const {
          (!info().blocks.empty() && info().blocks.size() < schema.blocks.size());
 }
 
-Result<void> StepReader::Impl::number(const StepIndex::Chunk& chunk) {
-  values_.numbers.reserve(static_cast<std::size_t>(chunk.count));
+Result<void> StepReader::Impl::number(const StepIndex::Part& part) {
+  values_.numbers.reserve(static_cast<std::size_t>(part.count));
   if (!numbers_need_mesh()) {
-    const container::IndexEntry& group = file_.groups()[chunk.group];
+    const container::IndexEntry& group = file_.groups()[part.group];
     const std::uint64_t first = of_points() ? group.first_vertex : group.first_cell;
-    for (std::uint64_t i = 0; i < chunk.count; ++i) values_.numbers.push_back(first + i);
+    for (std::uint64_t i = 0; i < part.count; ++i) values_.numbers.push_back(first + i);
     return {};
   }
-  const auto elements = steps_->elements_of(*mesh_->elements, chunk);
+  const auto elements = steps_->elements_of(*mesh_->elements, part);
   if (!elements) return elements.error();
   values_.numbers.assign(elements->numbers.begin(), elements->numbers.end());
   return {};

@@ -19,8 +19,9 @@ using container::IndexEntry;
 using container::StreamEntry;
 using container::StreamKind;
 
-/// Whether the index lists a chunk of step values as it is.
-bool is_told_by(const IndexEntry& entry, const container::StepHeader& header) {
+/// Whether the index lists a part of step values as it is.
+bool is_told_by(const container::StepEntry& entry, const container::StepPart& part) {
+  const container::StepHeader& header = part.header;
   return header.array == entry.array && header.step == entry.step && header.group == entry.group &&
          header.count == entry.count && header.codec == entry.codec &&
          container::refers_to(header) == entry.reference;
@@ -37,7 +38,7 @@ class Summarizer {
   Result<void> add_group();
   Result<void> add_streams(std::size_t group, const std::vector<StreamEntry>& streams);
   Result<void> take_codec(std::size_t group, container::Codec codec);
-  Result<void> add_step_values(const IndexEntry& entry);
+  Result<void> add_step_values(const IndexEntry& entry, std::uint8_t version);
   Result<void> finish();
 
   Error wrong_group(std::size_t group, std::string detail,
@@ -91,7 +92,7 @@ Result<void> Summarizer::add_chunk(const ChunkHeader& header, const IndexEntry& 
       case ChunkKind::group:
         if (has_step_values_) return wrong("mesh groups come before step values");
         return add_group();
-      case ChunkKind::step_values: return add_step_values(entry);
+      case ChunkKind::step_values: return add_step_values(entry, header.version);
       case ChunkKind::step_times:
       case ChunkKind::extra: totals_.streams["extras"] += header.payload_bytes; return {};
       case ChunkKind::index: return wrong("there is another one behind it");
@@ -147,23 +148,27 @@ Result<void> Summarizer::take_codec(std::size_t group, container::Codec codec) {
   return {};
 }
 
-Result<void> Summarizer::add_step_values(const IndexEntry& entry) {
+Result<void> Summarizer::add_step_values(const IndexEntry& entry, std::uint8_t version) {
   const std::uint64_t payload_bytes = entry.bytes - container::kChunkHeaderBytes;
   const std::string section = container::chunk_name(entry.kind);
-  const auto bytes =
-      container::read_bytes(*source_, entry.offset + container::kChunkHeaderBytes,
-                            std::min(payload_bytes, container::kMostStepHeaderBytes), section);
+  const auto bytes = container::read_bytes(
+      *source_, entry.offset + container::kChunkHeaderBytes,
+      std::min(payload_bytes, container::most_step_head_bytes(std::min<std::uint64_t>(
+                                  entry.parts.size(), container::kMostStepParts))),
+      section);
   if (!bytes) return bytes.error();
   ByteReader in(*bytes);
-  container::StepHeader header;
-  if (!container::get(in, header))
+  std::vector<container::StepPart> parts;
+  if (!container::get(in, parts, version, payload_bytes))
     return IndexedFile::wrong("its header makes no sense", section, entry.offset);
-  if (!is_told_by(entry, header))
+  if (!std::equal(entry.parts.begin(), entry.parts.end(), parts.begin(), parts.end(), is_told_by))
     return IndexedFile::wrong("the chunk that should stand here does not", section, entry.offset);
-  if (header.array >= array_names_.size())
-    return IndexedFile::wrong("belongs to no stepped array", section, entry.offset);
-  totals_.streams[array_names_[header.array]] += payload_bytes - in.position();
-  totals_.steps = std::max(totals_.steps, header.step + 1);
+  for (const container::StepPart& part : parts) {
+    if (part.header.array >= array_names_.size())
+      return IndexedFile::wrong("belongs to no stepped array", section, entry.offset);
+    totals_.streams[array_names_[part.header.array]] += part.bytes;
+    totals_.steps = std::max(totals_.steps, part.header.step + 1);
+  }
   has_step_values_ = true;
   return {};
 }

@@ -155,15 +155,13 @@ Zstd::~Zstd() = default;
 Zstd::Zstd(Zstd&&) noexcept = default;
 Zstd& Zstd::operator=(Zstd&&) noexcept = default;
 
-void Zstd::compress(std::span<const std::byte> bytes, int level, std::vector<std::byte>& out,
-                    std::span<const std::byte> with) {
+void Zstd::compress(std::span<const std::byte> bytes, int level, std::vector<std::byte>& out) {
   auto& context = contexts_->compress;
   if (!context) context.reset(made(ZSTD_createCCtx()));
   const std::size_t before = out.size();
   out.resize(before + ZSTD_compressBound(bytes.size()));
-  const std::size_t n =
-      ZSTD_compress_usingDict(context.get(), out.data() + before, out.size() - before, bytes.data(),
-                              bytes.size(), with.data(), with.size(), level);
+  const std::size_t n = ZSTD_compressCCtx(context.get(), out.data() + before, out.size() - before,
+                                          bytes.data(), bytes.size(), level);
   if (failed(n)) throw std::bad_alloc();  // there is room, and it refuses nothing else
   out.resize(before + n);
 }
@@ -183,10 +181,9 @@ bool Zstd::decompress(std::span<const std::byte> bytes, std::uint64_t size,
   return !failed(n) && n == size;
 }
 
-std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level,
-                                     std::span<const std::byte> with) {
+std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level) {
   std::vector<std::byte> out;
-  Zstd().compress(bytes, level, out, with);
+  Zstd().compress(bytes, level, out);
   return out;
 }
 
@@ -205,12 +202,57 @@ struct Packed {
   std::vector<std::byte> bytes;
 };
 
-std::span<const std::byte> the_dictionary() { return std::as_bytes(std::span(kDictionaryText)); }
+/// As it stands in the file of the text of the format: tables, then words.
+const std::vector<std::byte>& the_dictionary() {
+  static const std::vector<std::byte> whole = [] {
+    std::vector<std::byte> bytes;
+    for (const std::uint8_t byte : kDictionaryTables) bytes.push_back(static_cast<std::byte>(byte));
+    const auto words = std::as_bytes(std::span(kDictionaryText));
+    bytes.insert(bytes.end(), words.begin(), words.end());
+    return bytes;
+  }();
+  return whole;
+}
+
+/// What is left out of frames with the dictionary: the magic number that all frames begin with.
+constexpr std::array<std::byte, 4> kMagic = {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f},
+                                             std::byte{0xfd}};
+
+std::vector<std::byte> pack_with_dictionary(std::span<const std::byte> blob, int level) {
+  const std::unique_ptr<ZSTD_CCtx, FreeContext> context(made(ZSTD_createCCtx()));
+  const auto& dictionary = the_dictionary();
+  std::vector<std::byte> frame(ZSTD_compressBound(blob.size()));
+  const auto checked = [](std::size_t result) {
+    if (failed(result)) throw std::bad_alloc();  // there is room, and it refuses nothing else
+    return result;
+  };
+  checked(ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, level));
+  checked(ZSTD_CCtx_setParameter(context.get(), ZSTD_c_dictIDFlag, 0));
+  checked(ZSTD_CCtx_loadDictionary(context.get(), dictionary.data(), dictionary.size()));
+  frame.resize(
+      checked(ZSTD_compress2(context.get(), frame.data(), frame.size(), blob.data(), blob.size())));
+  frame.erase(frame.begin(), frame.begin() + kMagic.size());
+  return frame;
+}
+
+std::vector<std::byte> with_magic(std::span<const std::byte> bytes) {
+  std::vector<std::byte> frame(kMagic.size() + bytes.size());
+  std::copy(bytes.begin(), bytes.end(), std::copy(kMagic.begin(), kMagic.end(), frame.begin()));
+  return frame;
+}
+/// What a frame without its magic number unpacks to, if it says so.
+std::optional<std::uint64_t> stated_by_frame(std::span<const std::byte> bytes) {
+  constexpr std::size_t kMostHeader = 14;
+  const auto head = with_magic(bytes.first(std::min(bytes.size(), kMostHeader)));
+  const unsigned long long size = ZSTD_getFrameContentSize(head.data(), head.size());
+  if (size >= ZSTD_CONTENTSIZE_ERROR) return std::nullopt;
+  return size;
+}
 
 /// The smallest of what the methods make of a blob.
 Packed packed(std::span<const std::byte> blob, Packing packing) {
   constexpr int kStrong = 19, kQuick = 12;
-  constexpr std::size_t kLeast = 64, kLeastWithDictionary = 16;
+  constexpr std::size_t kLeast = 64;
   const int level = blob.size() <= kQuickFrom ? kStrong : kQuick;
   Packed best{kRaw, 1, {blob.begin(), blob.end()}};
   const auto take = [&](std::uint8_t method, std::size_t width, std::vector<std::byte> bytes) {
@@ -224,23 +266,25 @@ Packed packed(std::span<const std::byte> blob, Packing packing) {
     else
       take(kFrame, 1, zstd_compress(blob, level));
   }
-  if (packing == Packing::with_dictionary && blob.size() > kLeastWithDictionary &&
-      blob.size() < kPlanesFrom)
-    take(kWithDictionary, 1, zstd_compress(blob, level, the_dictionary()));
+  if (packing == Packing::with_dictionary && blob.size() > kLeast && blob.size() < kPlanesFrom)
+    take(kWithDictionary, 1, pack_with_dictionary(blob, level));
   return best;
 }
 
-/// Exactly `size` bytes of a frame that was made with the dictionary, or nothing.
+/// What a frame holds that was made with the dictionary: as much as it states, `limit` at most.
 std::optional<std::vector<std::byte>> unpack_with_dictionary(std::span<const std::byte> bytes,
-                                                             std::uint64_t size) {
-  if (size > kMostWithDictionary || !is_one_frame(bytes)) return std::nullopt;
+                                                             std::uint64_t limit) {
+  const std::vector<std::byte> frame = with_magic(bytes);
+  const auto size = stated_by_frame(bytes);
+  if (!size || *size > std::min(limit, kMostWithDictionary)) return std::nullopt;
+  if (!has_small_window(frame) || !is_one_frame(frame)) return std::nullopt;
   const std::unique_ptr<ZSTD_DCtx, FreeContext> context(made(ZSTD_createDCtx()));
-  std::vector<std::byte> blob(static_cast<std::size_t>(size));
-  const std::span<const std::byte> with = the_dictionary();
+  std::vector<std::byte> blob(static_cast<std::size_t>(*size));
+  const auto& with = the_dictionary();
   const std::size_t n =
-      ZSTD_decompress_usingDict(context.get(), blob.data(), blob.size(), bytes.data(), bytes.size(),
+      ZSTD_decompress_usingDict(context.get(), blob.data(), blob.size(), frame.data(), frame.size(),
                                 with.data(), with.size());
-  if (failed(n) || n != size) return std::nullopt;
+  if (failed(n) || n != *size) return std::nullopt;
   return blob;
 }
 
@@ -249,27 +293,27 @@ std::optional<std::vector<std::byte>> unpack_with_dictionary(std::span<const std
 void put_packed(ByteWriter& out, std::span<const std::byte> blob, Packing packing) {
   const Packed it = packed(blob, packing);
   out.put_u8(it.method);
-  out.put_varint(blob.size());
+  if (it.method != kWithDictionary) out.put_varint(blob.size());
   if (it.method == kPlanes) out.put_u8(static_cast<std::uint8_t>(it.width));
   out.put_bytes(it.bytes);
 }
 
 std::uint64_t stated_packed_size(ByteReader in) {
-  in.get_u8();
-  return in.get_varint();
+  if (in.get_u8() != kWithDictionary) return in.get_varint();
+  return stated_by_frame(in.get_bytes(in.left())).value_or(0);
 }
 
 std::optional<std::vector<std::byte>> get_packed(ByteReader& in, std::uint64_t limit) {
   const std::uint8_t method = in.get_u8();
+  if (method == kWithDictionary) return unpack_with_dictionary(in.get_bytes(in.left()), limit);
   const std::uint64_t size = in.get_varint();
   const std::size_t width = method == kPlanes ? in.get_u8() : 1;
   const auto bytes = in.get_bytes(in.left());
-  if (!in.ok() || size > limit || method > kWithDictionary || width == 0) return std::nullopt;
+  if (!in.ok() || size > limit || method > kPlanes || width == 0) return std::nullopt;
   if (method == kRaw) {
     if (bytes.size() != size) return std::nullopt;
     return std::vector<std::byte>(bytes.begin(), bytes.end());
   }
-  if (method == kWithDictionary) return unpack_with_dictionary(bytes, size);
   auto blob = zstd_decompress(bytes, size);
   if (blob && width > 1) blob = from_planes(*blob, width);
   return blob;

@@ -176,8 +176,8 @@ enum class Packing {
   plain,            ///< those that readers of 0.9 know
   with_dictionary,  ///< all
 };
-/// One byte of method (0 raw, 1 zstd, 2 zstd of planes, 3 zstd with the dictionary), the unpacked
-/// length, for planes how many there are, the bytes.
+/// One byte of method (0 raw, 1 zstd, 2 zstd of planes, 3 zstd with the dictionary), but for 3 the
+/// unpacked length, for planes how many there are, the bytes.
 void put_packed(ByteWriter& out, std::span<const std::byte> blob, Packing packing = Packing::plain);
 /// Takes all that is left of `in`; nothing when it is damaged or longer than `limit`.
 /// Memory grows with what really comes out, not with what the header states.
@@ -196,8 +196,7 @@ class Zstd {
   Zstd& operator=(Zstd&&) noexcept;
 
   /// Appends one frame to `out`.
-  void compress(std::span<const std::byte> bytes, int level, std::vector<std::byte>& out,
-                std::span<const std::byte> with = {});
+  void compress(std::span<const std::byte> bytes, int level, std::vector<std::byte>& out);
   /// Exactly `size` bytes into `out`; false where the one frame gives others.
   bool decompress(std::span<const std::byte> bytes, std::uint64_t size,
                   std::vector<std::byte>& out);
@@ -207,9 +206,7 @@ class Zstd {
   std::unique_ptr<Contexts> contexts_;
 };
 
-/// The last bytes of `with` stand before the first ones, for matches.
-std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level,
-                                     std::span<const std::byte> with = {});
+std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level);
 /// Exactly `size` bytes, or nothing.
 std::optional<std::vector<std::byte>> zstd_decompress(std::span<const std::byte> bytes,
                                                       std::uint64_t size);

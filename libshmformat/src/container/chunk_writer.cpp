@@ -39,15 +39,15 @@ Result<void> ChunkWriter::write(ChunkKind kind, std::span<const std::byte> paylo
 Result<void> ChunkWriter::adopt(std::span<const IndexEntry> entries, std::uint64_t bytes) {
   std::uint64_t end = 0;
   for (const IndexEntry& entry : entries) {
-    if (entry.offset != end || entry.bytes < kChunkHeaderBytes || entry.bytes > bytes - end)
+    if (entry.bytes < kChunkHeaderBytes || entry.bytes > bytes - end)
       return Error{ErrorCode::corrupt,
                    "chunks of a part do not follow each other",
                    "index",
                    offset_ + end,
                    {}};
-    end += entry.bytes;
     entries_.push_back(entry);
-    entries_.back().offset += offset_;
+    entries_.back().offset = offset_ + end;
+    end += entry.bytes;
   }
   if (end != bytes)
     return Error{

@@ -6,16 +6,6 @@
 #include "bytes/binary.h"
 
 namespace shm::container {
-namespace {
-
-void put_box(ByteWriter& out, const std::array<double, 6>& box) {
-  for (double v : box) out.put_f64(v);
-}
-void get_box(ByteReader& in, std::array<double, 6>& box) {
-  for (double& v : box) v = in.get_f64();
-}
-
-}  // namespace
 
 std::string chunk_name(std::uint8_t kind) {
   switch (static_cast<ChunkKind>(kind)) {
@@ -102,6 +92,41 @@ bool is_known(const ChunkHeader& header) {
          (header.segment == 0 || header.kind == static_cast<std::uint8_t>(ChunkKind::group));
 }
 
+// --- numbers that are short, or differ little
+
+namespace {
+
+/// How many of the bytes of a number stand there, and these, from that of the sign on: those that
+/// are left out are 0.
+void put_short(ByteWriter& out, double number) {
+  auto bits = std::bit_cast<std::uint64_t>(number);
+  const int bytes = 8 - (bits == 0 ? 8 : std::countr_zero(bits) / 8);
+  out.put_u8(static_cast<std::uint8_t>(bytes));
+  for (int i = 0; i < bytes; ++i, bits <<= 8) out.put_u8(static_cast<std::uint8_t>(bits >> 56));
+}
+double get_short(ByteReader& in) {
+  const std::uint8_t count = in.get_u8();
+  const auto bytes = in.get_bytes(count <= 8 ? count : ~std::uint64_t{0});  // fails
+  std::uint64_t bits = 0;
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    bits |= std::to_integer<std::uint64_t>(bytes[i]) << (56 - 8 * i);
+  return std::bit_cast<double>(bits);
+}
+
+void put_difference(ByteWriter& out, std::uint64_t number, std::uint64_t before) {
+  out.put_signed(static_cast<std::int64_t>(number - before));
+}
+std::uint64_t get_difference(ByteReader& in, std::uint64_t before) {
+  return before + static_cast<std::uint64_t>(in.get_signed());
+}
+void get_difference(ByteReader& in, std::uint32_t before, std::uint32_t& number) {
+  number = static_cast<std::uint32_t>(get_difference(in, before));
+}
+
+}  // namespace
+
+// --- groups
+
 void put(ByteWriter& payload, const GroupHeader& header) {
   ByteWriter out;
   out.put_varint(header.first_cell);
@@ -112,7 +137,7 @@ void put(ByteWriter& payload, const GroupHeader& header) {
   out.put_varint(header.unused_vertices);
   out.put_varint(header.max_active_vertices);
   out.put_varint(header.decoded_bytes);
-  put_box(out, header.box);
+  for (double side : header.box) header.version == 0 ? out.put_f64(side) : put_short(out, side);
   out.put_varint(header.streams.size());
   for (const StreamEntry& stream : header.streams) {
     out.put_u8(static_cast<std::uint8_t>(stream.kind));
@@ -125,8 +150,9 @@ void put(ByteWriter& payload, const GroupHeader& header) {
   out.put_u32(checksum(out.bytes));
   payload.put_bytes(out.bytes);
 }
-bool get(ByteReader& in, GroupHeader& header) {
+bool get(ByteReader& in, GroupHeader& header, std::uint8_t version) {
   const std::size_t begin = in.position();
+  header.version = version;
   header.first_cell = in.get_varint();
   header.first_vertex = in.get_varint();
   const std::uint64_t cells = in.get_varint();
@@ -136,7 +162,7 @@ bool get(ByteReader& in, GroupHeader& header) {
   header.unused_vertices = in.get_varint();
   header.max_active_vertices = in.get_varint();
   header.decoded_bytes = in.get_varint();
-  get_box(in, header.box);
+  for (double& side : header.box) side = version == 0 ? in.get_f64() : get_short(in);
   header.streams.clear();
   const std::uint64_t streams = in.get_count(8);
   for (std::uint64_t i = 0; i < streams && in.ok(); ++i) {
@@ -154,7 +180,11 @@ bool get(ByteReader& in, GroupHeader& header) {
          header.unused_vertices <= header.vertices;
 }
 
-void put(ByteWriter& out, const StepHeader& header) {
+// --- step values: one part in version 0, any number in version 1
+
+namespace {
+
+void put_only(ByteWriter& out, const StepHeader& header) {
   out.put_varint(header.array);
   out.put_varint(header.step);
   out.put_varint(header.reference_step);
@@ -163,7 +193,7 @@ void put(ByteWriter& out, const StepHeader& header) {
   out.put_varint(header.count);
   out.put_u8(static_cast<std::uint8_t>(header.codec));
 }
-bool get(ByteReader& in, StepHeader& header) {
+bool get_only(ByteReader& in, StepHeader& header) {
   header.array = in.get_varint32();
   header.step = in.get_varint();
   header.reference_step = in.get_varint();
@@ -172,10 +202,97 @@ bool get(ByteReader& in, StepHeader& header) {
   header.group = in.get_varint32();
   header.count = in.get_varint();
   header.codec = static_cast<Codec>(in.get_u8());
-  return in.ok() && header.step <= 0xffffffffu && header.count >= 1 && trend <= 1;
+  return in.ok() && trend <= 1;
+}
+
+/// 0 no other step; else how many steps back, twice, less one unless it is the trend.
+std::uint64_t reference_number(const StepHeader& header) {
+  const std::uint64_t back = header.step - header.reference_step;
+  return 2 * back - (back > 0 && !header.trend ? 1 : 0);
+}
+bool take_reference(std::uint64_t number, StepHeader& header) {
+  const std::uint64_t back = number / 2 + number % 2;
+  header.reference_step = header.step - back;
+  header.trend = number > 0 && number % 2 == 0;
+  return back <= header.step;
+}
+
+void put_part(ByteWriter& out, const StepPart& part, const StepHeader& before) {
+  const StepHeader& header = part.header;
+  put_difference(out, header.array, before.array);
+  put_difference(out, header.step, before.step);
+  put_difference(out, header.group, before.group);
+  out.put_varint(header.count);
+  out.put_varint(reference_number(header));
+  out.put_u8(static_cast<std::uint8_t>(header.codec));
+  out.put_varint(part.bytes);
+}
+bool get_part(ByteReader& in, StepPart& part, const StepHeader& before) {
+  StepHeader& header = part.header;
+  get_difference(in, before.array, header.array);
+  header.step = get_difference(in, before.step);
+  get_difference(in, before.group, header.group);
+  header.count = in.get_varint();
+  const bool refers = take_reference(in.get_varint(), header);
+  header.codec = static_cast<Codec>(in.get_u8());
+  part.bytes = in.get_varint();
+  return in.ok() && refers;
+}
+
+}  // namespace
+
+void put(ByteWriter& out, std::span<const StepPart> parts, std::uint8_t version) {
+  if (version == 0) return put_only(out, parts[0].header);
+  out.put_varint(parts.size());
+  StepHeader before;
+  for (const StepPart& part : parts) {
+    put_part(out, part, before);
+    before = part.header;
+  }
+}
+bool get(ByteReader& in, std::vector<StepPart>& parts, std::uint8_t version,
+         std::uint64_t payload_bytes) {
+  const std::uint64_t count = version == 0 ? 1 : in.get_varint();
+  if (count == 0 || count > kMostStepParts) return false;
+  parts.assign(static_cast<std::size_t>(count), {});
+  StepHeader before;
+  std::uint64_t sum = 0;
+  for (StepPart& part : parts) {
+    if (!(version == 0 ? get_only(in, part.header) : get_part(in, part, before))) return false;
+    if (part.header.step > 0xffffffffu || part.header.count == 0) return false;
+    before = part.header;
+    if (part.bytes > payload_bytes - sum) return false;
+    sum += part.bytes;
+  }
+  const std::uint64_t left = payload_bytes - std::min<std::uint64_t>(in.position(), payload_bytes);
+  if (version == 0) parts[0].bytes = sum = left;
+  return in.ok() && sum == left;
+}
+
+StepEntry entry_of(const StepHeader& header) {
+  return {header.array, header.step,       0,           header.count,
+          header.group, refers_to(header), header.codec};
 }
 
 // --- the index: line by line in version 0, packed by columns in version 1
+
+void put(ByteWriter& out, std::span<const NamedBytes> streams) {
+  out.put_varint(streams.size());
+  for (const NamedBytes& stream : streams) {
+    out.put_text(stream.name);
+    out.put_varint(stream.bytes);
+  }
+}
+bool get(ByteReader& in, std::vector<NamedBytes>& streams) {
+  streams.clear();
+  for (std::uint64_t n = in.get_count(2); n > 0 && in.ok(); --n) {
+    NamedBytes stream;
+    stream.name = in.get_text();
+    stream.bytes = in.get_varint();
+    streams.push_back(std::move(stream));
+  }
+  return in.ok();
+}
 
 namespace {
 
@@ -229,11 +346,7 @@ void put_lines(ByteWriter& out, const Index& index) {
   const auto put_number = [](ByteWriter& to, double number) { to.put_f64(number); };
   out.put_varint(index.previous_index);
   put_totals(out, index);
-  out.put_varint(index.streams.size());
-  for (const NamedBytes& stream : index.streams) {
-    out.put_text(stream.name);
-    out.put_varint(stream.bytes);
-  }
+  put(out, index.streams);
   put_ranges(out, index, put_number);
   out.put_varint(index.entries.size());
   for (const IndexEntry& entry : index.entries) {
@@ -247,11 +360,12 @@ void put_lines(ByteWriter& out, const Index& index) {
       for (double v : entry.box) put_number(out, v);
       out.put_varint(entry.header_bytes);
     } else if (entry.is(ChunkKind::step_values)) {
-      out.put_varint(entry.array);
-      for (std::uint64_t v : {entry.step, entry.first, entry.count}) out.put_varint(v);
-      out.put_varint(entry.group);
-      out.put_u8(static_cast<std::uint8_t>(entry.reference));
-      out.put_u8(static_cast<std::uint8_t>(entry.codec));
+      const StepEntry part = entry.parts.empty() ? StepEntry{} : entry.parts[0];
+      out.put_varint(part.array);
+      for (std::uint64_t v : {part.step, part.first, part.count}) out.put_varint(v);
+      out.put_varint(part.group);
+      out.put_u8(static_cast<std::uint8_t>(part.reference));
+      out.put_u8(static_cast<std::uint8_t>(part.codec));
     }
   }
 }
@@ -260,12 +374,7 @@ bool get_lines(ByteReader& in, Index& index, std::uint64_t max_entries) {
   const auto get_number = [](ByteReader& from) { return from.get_f64(); };
   index.previous_index = in.get_varint();
   get_totals(in, index);
-  for (std::uint64_t n = in.get_count(2); n > 0 && in.ok(); --n) {
-    NamedBytes stream;
-    stream.name = in.get_text();
-    stream.bytes = in.get_varint();
-    index.streams.push_back(std::move(stream));
-  }
+  get(in, index.streams);
   get_ranges(in, index, 8, get_number);
   const std::uint64_t entries = in.get_count(3);
   if (entries > max_entries) return false;
@@ -282,13 +391,14 @@ bool get_lines(ByteReader& in, Index& index, std::uint64_t max_entries) {
       for (double& v : entry.box) v = get_number(in);
       entry.header_bytes = in.get_varint();
     } else if (entry.is(ChunkKind::step_values)) {
-      entry.array = in.get_varint32();
-      for (std::uint64_t* v : {&entry.step, &entry.first, &entry.count}) *v = in.get_varint();
-      entry.group = in.get_varint32();
-      entry.reference = static_cast<StepReference>(in.get_u8());
-      entry.codec = static_cast<Codec>(in.get_u8());
+      StepEntry& part = entry.parts.emplace_back();
+      part.array = in.get_varint32();
+      for (std::uint64_t* v : {&part.step, &part.first, &part.count}) *v = in.get_varint();
+      part.group = in.get_varint32();
+      part.reference = static_cast<StepReference>(in.get_u8());
+      part.codec = static_cast<Codec>(in.get_u8());
     }
-    index.entries.push_back(entry);
+    index.entries.push_back(std::move(entry));
   }
   return in.ok() && in.left() == 0;
 }
@@ -297,84 +407,71 @@ bool get_lines(ByteReader& in, Index& index, std::uint64_t max_entries) {
 
 /// A packed index is at most so large; a larger one stands as it is.
 std::uint64_t most_packed_bytes(std::uint64_t entries) {
-  return (std::uint64_t{1} << 20) + 256 * std::min<std::uint64_t>(entries, std::uint64_t{1} << 40);
+  return (std::uint64_t{1} << 20) + 1024 * std::min<std::uint64_t>(entries, std::uint64_t{1} << 40);
 }
 
-/// How many of the bytes of a number stand there, and these, from that of the sign on: those that
-/// are left out are 0.
-void put_short(ByteWriter& out, double number) {
-  auto bits = std::bit_cast<std::uint64_t>(number);
-  const int bytes = 8 - (bits == 0 ? 8 : std::countr_zero(bits) / 8);
-  out.put_u8(static_cast<std::uint8_t>(bytes));
-  for (int i = 0; i < bytes; ++i, bits <<= 8) out.put_u8(static_cast<std::uint8_t>(bits >> 56));
-}
-double get_short(ByteReader& in) {
-  const std::uint8_t count = in.get_u8();
-  const auto bytes = in.get_bytes(count <= 8 ? count : ~std::uint64_t{0});  // fails
-  std::uint64_t bits = 0;
-  for (std::size_t i = 0; i < bytes.size(); ++i)
-    bits |= std::to_integer<std::uint64_t>(bytes[i]) << (56 - 8 * i);
-  return std::bit_cast<double>(bits);
-}
-
-/// Calls visit(entry, entry of that kind before it or null) for each entry of a kind.
+/// Calls visit(group, group before it or null) for each group.
 template <class Entries, class Visit>
-void for_each_of(ChunkKind kind, Entries& entries, Visit&& visit) {
+void for_each_group(Entries& entries, Visit&& visit) {
   decltype(entries.data()) before = nullptr;
   for (auto& entry : entries)
-    if (entry.is(kind)) {
+    if (entry.is(ChunkKind::group)) {
       visit(entry, before);
       before = &entry;
     }
 }
+/// Calls visit(part, part before it or null) for each part of all step values.
+template <class Entries, class Visit>
+void for_each_part(Entries& entries, Visit&& visit) {
+  decltype(entries.data()->parts.data()) before = nullptr;
+  for (auto& entry : entries)
+    for (auto& part : entry.parts) {
+      visit(part, before);
+      before = &part;
+    }
+}
 
 /// What stands in a column of groups or of step values: fields that count, and those that mostly
-/// differ little from the entry before.
+/// differ little from the one before.
 constexpr std::uint64_t IndexEntry::*kCounts[] = {&IndexEntry::cells, &IndexEntry::vertices,
                                                   &IndexEntry::header_bytes};
-constexpr std::uint32_t IndexEntry::*kNumbers[] = {&IndexEntry::array, &IndexEntry::group};
-
-void put_difference(ByteWriter& out, std::uint64_t number, std::uint64_t before) {
-  out.put_signed(static_cast<std::int64_t>(number - before));
-}
-std::uint64_t get_difference(ByteReader& in, std::uint64_t before) {
-  return before + static_cast<std::uint64_t>(in.get_signed());
-}
-void get_difference(ByteReader& in, std::uint32_t before, std::uint32_t& number) {
-  number = static_cast<std::uint32_t>(get_difference(in, before));
-}
+constexpr std::uint32_t StepEntry::*kNumbers[] = {&StepEntry::array, &StepEntry::group};
 
 void put_columns(ByteWriter& out, const std::vector<IndexEntry>& entries) {
-  using Before = const IndexEntry*;
-  const auto groups = [&](auto&& put_one) { for_each_of(ChunkKind::group, entries, put_one); };
-  const auto steps = [&](auto&& put_one) { for_each_of(ChunkKind::step_values, entries, put_one); };
+  using Group = const IndexEntry&;
+  using Part = const StepEntry&;
+  const auto groups = [&](auto&& put_one) { for_each_group(entries, put_one); };
+  const auto parts = [&](auto&& put_one) { for_each_part(entries, put_one); };
   out.put_varint(entries.size());
   for (const IndexEntry& entry : entries) out.put_u8(entry.kind);
   for (const IndexEntry& entry : entries) out.put_varint(entry.bytes);
-  groups([&](const IndexEntry& it, Before before) {
+  groups([&](Group it, const IndexEntry* before) {
     put_difference(out, it.segment, before == nullptr ? 0 : before->segment);
   });
   for (const auto field : kCounts)
-    groups([&](const IndexEntry& it, Before) { out.put_varint(it.*field); });
-  groups([&](const IndexEntry& it, Before) {
+    groups([&](Group it, const IndexEntry*) { out.put_varint(it.*field); });
+  groups([&](Group it, const IndexEntry*) {
     for (double side : it.box) put_short(out, side);
   });
+  for (const IndexEntry& entry : entries)
+    if (entry.is(ChunkKind::step_values)) out.put_varint(entry.parts.size());
   for (const auto field : kNumbers)
-    steps([&](const IndexEntry& it, Before before) {
+    parts([&](Part it, const StepEntry* before) {
       put_difference(out, it.*field, before == nullptr ? 0 : before->*field);
     });
-  steps([&](const IndexEntry& it, Before before) {
+  parts([&](Part it, const StepEntry* before) {
     put_difference(out, it.step, before == nullptr ? 0 : before->step);
   });
-  steps([&](const IndexEntry& it, Before) { out.put_varint(it.count); });
-  steps([&](const IndexEntry& it, Before) { out.put_u8(static_cast<std::uint8_t>(it.reference)); });
-  steps([&](const IndexEntry& it, Before) { out.put_u8(static_cast<std::uint8_t>(it.codec)); });
+  parts([&](Part it, const StepEntry*) { out.put_varint(it.count); });
+  parts([&](Part it, const StepEntry*) { out.put_u8(static_cast<std::uint8_t>(it.reference)); });
+  parts([&](Part it, const StepEntry*) { out.put_u8(static_cast<std::uint8_t>(it.codec)); });
 }
 
 bool get_columns(ByteReader& in, std::vector<IndexEntry>& entries, std::uint64_t max_entries) {
-  using Before = const IndexEntry*;
-  const auto groups = [&](auto&& get_one) { for_each_of(ChunkKind::group, entries, get_one); };
-  const auto steps = [&](auto&& get_one) { for_each_of(ChunkKind::step_values, entries, get_one); };
+  using Group = IndexEntry&;
+  using Part = StepEntry&;
+  const auto groups = [&](auto&& get_one) { for_each_group(entries, get_one); };
+  const auto parts = [&](auto&& get_one) { for_each_part(entries, get_one); };
   const std::uint64_t count = in.get_count(2);
   if (count > max_entries) return false;
   entries.resize(static_cast<std::size_t>(count));
@@ -386,30 +483,40 @@ bool get_columns(ByteReader& in, std::vector<IndexEntry>& entries, std::uint64_t
     if (entry.bytes > ~std::uint64_t{0} - end) return false;
     end += entry.bytes;
   }
-  groups([&](IndexEntry& it, Before before) {
+  groups([&](Group it, const IndexEntry* before) {
     get_difference(in, before == nullptr ? 0 : before->segment, it.segment);
   });
   for (const auto field : kCounts)
-    groups([&](IndexEntry& it, Before) { it.*field = in.get_varint(); });
-  groups([&](IndexEntry& it, Before before) {
+    groups([&](Group it, const IndexEntry*) { it.*field = in.get_varint(); });
+  groups([&](Group it, const IndexEntry* before) {
     it.first_cell = before == nullptr ? 0 : before->first_cell + before->cells;
     it.first_vertex = before == nullptr ? 0 : before->first_vertex + before->vertices;
     for (double& side : it.box) side = get_short(in);
   });
+  std::uint64_t sum = 0;  // no more parts than there are bytes for
+  constexpr std::uint64_t kLeastPartBytes = 6;
+  for (IndexEntry& entry : entries) {
+    if (!entry.is(ChunkKind::step_values)) continue;
+    const std::uint64_t of_chunk = in.get_varint();
+    if (of_chunk == 0 || of_chunk > kMostStepParts) return false;
+    sum += of_chunk;
+    if (sum > in.left() / kLeastPartBytes) return false;
+    entry.parts.resize(static_cast<std::size_t>(of_chunk));
+  }
   for (const auto field : kNumbers)
-    steps([&](IndexEntry& it, Before before) {
+    parts([&](Part it, const StepEntry* before) {
       get_difference(in, before == nullptr ? 0 : before->*field, it.*field);
     });
-  steps([&](IndexEntry& it, Before before) {
+  parts([&](Part it, const StepEntry* before) {
     it.step = get_difference(in, before == nullptr ? 0 : before->step);
   });
-  steps([&](IndexEntry& it, Before before) {
+  parts([&](Part it, const StepEntry* before) {
     const bool goes_on = before != nullptr && before->array == it.array && before->step == it.step;
     it.count = in.get_varint();
     it.first = goes_on ? before->first + before->count : 0;
   });
-  steps([&](IndexEntry& it, Before) { it.reference = static_cast<StepReference>(in.get_u8()); });
-  steps([&](IndexEntry& it, Before) { it.codec = static_cast<Codec>(in.get_u8()); });
+  parts([&](Part it, const StepEntry*) { it.reference = static_cast<StepReference>(in.get_u8()); });
+  parts([&](Part it, const StepEntry*) { it.codec = static_cast<Codec>(in.get_u8()); });
   return in.ok() && in.left() == 0;
 }
 

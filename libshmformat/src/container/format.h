@@ -111,7 +111,9 @@ enum class HeaderState { good, bad_mark, bad_checksum };
 HeaderState get(ByteReader& in, ChunkHeader& header);
 /// Which version a chunk has in a file of that version.
 inline std::uint8_t version_of_chunk(ChunkKind kind, const FileStart& start) {
-  return start.minor >= 10 && (kind == ChunkKind::extra || kind == ChunkKind::index) ? 1 : 0;
+  const bool has_version_1 = kind == ChunkKind::group || kind == ChunkKind::step_values ||
+                             kind == ChunkKind::extra || kind == ChunkKind::index;
+  return start.minor >= 10 && has_version_1 ? 1 : 0;
 }
 /// Whether this reader knows how to read such a chunk of a mesh.
 bool is_known(const ChunkHeader& header);
@@ -143,6 +145,7 @@ struct StreamEntry {
 /// The head of a group chunk's payload; the bitstreams follow it in order. It has a checksum of its
 /// own, so that a stream can be read alone.
 struct GroupHeader {
+  std::uint8_t version = version_of_chunk(ChunkKind::group, {});
   std::uint64_t first_cell = 0, first_vertex = 0;
   std::uint32_t cells = 0;              ///< 0..2^20
   std::uint64_t vertices = 0;           ///< all that are introduced in it and that its segment owns
@@ -161,9 +164,16 @@ inline std::optional<Codec> connectivity_of(const GroupHeader& header) {
   return header.streams[0].codec;
 }
 void put(ByteWriter& out, const GroupHeader& header);
-bool get(ByteReader& in, GroupHeader& header);
+bool get(ByteReader& in, GroupHeader& header, std::uint8_t version);
 
-/// The head of a step_values payload; the coded bytes follow.
+/// The chunk of a group: where it stands, and which group of the file it is.
+struct GroupChunk {
+  std::vector<std::byte> payload;
+  std::uint8_t version = 0;
+  std::uint64_t offset = 0, number = 0;
+};
+
+/// What the values of one array at one step in one group are.
 struct StepHeader {
   std::uint32_t array = 0;
   std::uint64_t step = 0;
@@ -173,16 +183,38 @@ struct StepHeader {
   std::uint64_t count = 0;           ///< elements, at least 1
   Codec codec = Codec::columns;
 };
-/// A StepHeader has at most so many bytes.
-inline constexpr std::uint64_t kMostStepHeaderBytes = 64;
 /// What the values refer to.
 inline StepReference refers_to(const StepHeader& header) {
   return header.reference_step == header.step ? StepReference::nothing
          : header.trend                       ? StepReference::trend
                                               : StepReference::before;
 }
-void put(ByteWriter& out, const StepHeader& header);
-bool get(ByteReader& in, StepHeader& header);
+/// A part of a step_values payload: what the values are, and how many bytes they are coded in.
+struct StepPart {
+  StepHeader header;
+  std::uint64_t bytes = 0;
+};
+/// So many parts may stand together, and so many bytes of them do as a rule.
+inline constexpr std::size_t kMostStepParts = 64, kPartBytesTogether = 4096;
+/// The heads of all parts; their coded bytes follow. Version 0 has one part, of all bytes left.
+void put(ByteWriter& out, std::span<const StepPart> parts, std::uint8_t version);
+/// `payload_bytes`: of the whole payload, of which `in` has at least the heads.
+bool get(ByteReader& in, std::vector<StepPart>& parts, std::uint8_t version,
+         std::uint64_t payload_bytes);
+/// The heads of so many parts take at most so many bytes.
+constexpr std::uint64_t most_step_head_bytes(std::uint64_t parts) { return 8 + 56 * parts; }
+inline constexpr std::uint64_t kMostStepHeadBytes = most_step_head_bytes(kMostStepParts);
+
+/// What the index tells of a part of a step_values chunk.
+struct StepEntry {
+  std::uint32_t array = 0;
+  std::uint64_t step = 0, first = 0, count = 0;
+  std::uint32_t group = 0;
+  StepReference reference = StepReference::nothing;
+  Codec codec = Codec::columns;
+};
+/// All but `first`.
+StepEntry entry_of(const StepHeader& header);
 
 /// One line of the index.
 struct IndexEntry {
@@ -193,12 +225,8 @@ struct IndexEntry {
   std::uint32_t segment = 0;            ///< groups
   std::uint64_t first_cell = 0, cells = 0, first_vertex = 0, vertices = 0;  ///< groups
   std::array<double, 6> box{};                                              ///< groups
-  std::uint64_t header_bytes = 0;                    ///< groups: where their streams begin
-  std::uint32_t array = 0;                           ///< step values
-  std::uint64_t step = 0, first = 0, count = 0;      ///< step values
-  std::uint32_t group = 0;                           ///< step values
-  StepReference reference = StepReference::nothing;  ///< step values
-  Codec codec = Codec::columns;                      ///< step values
+  std::uint64_t header_bytes = 0;  ///< groups: where their streams begin
+  std::vector<StepEntry> parts;    ///< step values
 };
 struct NamedBytes {
   std::string name;
@@ -220,6 +248,8 @@ struct Index {
   std::vector<ArrayRange> ranges;
   std::vector<IndexEntry> entries;
 };
+void put(ByteWriter& out, std::span<const NamedBytes> streams);
+bool get(ByteReader& in, std::vector<NamedBytes>& streams);
 void put(ByteWriter& out, const Index& index);
 /// All that is left of `in`. `max_entries`: chunks there can be; more lines than that are damage.
 bool get(ByteReader& in, Index& index, std::uint8_t version, std::uint64_t max_entries);

@@ -31,10 +31,10 @@ class Gatherer {
   void gather_values();
   void list_partial();
   bool covers_all(std::uint32_t array) const;
-  std::uint64_t expected_chunks(std::uint32_t array, std::size_t segment);
-  bool is_complete(std::span<const FoundStep* const> run, std::size_t segment);
-  bool touches_gap(std::span<const FoundStep* const> run) const;
-  void gather_step(std::span<const FoundStep* const> of_step);
+  std::uint64_t expected_parts(std::uint32_t array, std::size_t segment);
+  bool is_complete(std::span<const FoundPart* const> run, std::size_t segment);
+  bool touches_gap(std::span<const FoundPart* const> run) const;
+  void gather_step(std::span<const FoundPart* const> of_step);
   std::size_t segment_of(std::size_t group) const;
   /// Place of a group that can be decoded; the number of groups where it cannot.
   std::size_t place_of(std::uint64_t number) const;
@@ -216,7 +216,7 @@ std::size_t Gatherer::segment_of(std::size_t group) const {
 
 /// Which groups have elements of arrays that are not on all blocks.
 void Gatherer::list_partial() {
-  const auto add = [&](const IndexEntry& it) {
+  const auto add = [&](const container::StepEntry& it) {
     if (it.array >= schema().arrays.size() || covers_all(it.array)) return;
     const std::size_t place = place_of(it.group);
     if (place == out_.groups.size() || !partial_.insert({it.array, place}).second) return;
@@ -224,13 +224,13 @@ void Gatherer::list_partial() {
   };
   if (found_->index()) {
     for (const IndexEntry& listed : found_->index()->entries)
-      if (listed.kind == static_cast<std::uint8_t>(ChunkKind::step_values)) add(listed);
+      for (const container::StepEntry& part : listed.parts) add(part);
   } else {
-    for (const FoundStep& step : found_->steps()) add(step.entry);
+    for (const FoundPart& part : found_->parts()) add(part.values);
   }
 }
 
-std::uint64_t Gatherer::expected_chunks(std::uint32_t array, std::size_t segment) {
+std::uint64_t Gatherer::expected_parts(std::uint32_t array, std::size_t segment) {
   if (!covers_all(array)) return expected_[{array, segment}];
   const auto& counts = schema().arrays[array].location == Location::point ? groups_with_vertices_
                                                                           : groups_with_cells_;
@@ -238,7 +238,7 @@ std::uint64_t Gatherer::expected_chunks(std::uint32_t array, std::size_t segment
 }
 
 /// Whether a chunk beside them is lost that may be of the same array, step and segment.
-bool Gatherer::touches_gap(std::span<const FoundStep* const> run) const {
+bool Gatherer::touches_gap(std::span<const FoundPart* const> run) const {
   const auto& chunks = found_->chunks();
   const auto there = [&](std::uint32_t sequence) {
     const auto at = std::lower_bound(
@@ -247,22 +247,22 @@ bool Gatherer::touches_gap(std::span<const FoundStep* const> run) const {
     return at != chunks.end() && at->header.sequence == sequence;
   };
   for (std::size_t i = 1; i < run.size(); ++i)
-    if (run[i]->sequence != run[i - 1]->sequence + 1) return true;
+    if (run[i]->sequence > run[i - 1]->sequence + 1) return true;
   return !there(run.front()->sequence - 1) ||
          !(there(run.back()->sequence + 1) ||
            run.back()->sequence == chunks.back().header.sequence);
 }
 
-/// Whether these chunks are all that a segment has of its array at a step.
-bool Gatherer::is_complete(std::span<const FoundStep* const> run, std::size_t segment) {
-  const std::uint32_t array = run[0]->entry.array;
-  if (run.size() != expected_chunks(array, segment)) return false;
+/// Whether these parts are all that a segment has of its array at a step.
+bool Gatherer::is_complete(std::span<const FoundPart* const> run, std::size_t segment) {
+  const std::uint32_t array = run[0]->values.array;
+  if (run.size() != expected_parts(array, segment)) return false;
   for (std::size_t i = 0; i < run.size(); ++i) {
-    const IndexEntry& group = out_.groups[place_of(run[i]->entry.group)];
+    const IndexEntry& group = out_.groups[place_of(run[i]->values.group)];
     const std::uint64_t most =
         schema().arrays[array].location == Location::point ? group.vertices : group.cells;
-    if (i > 0 && run[i]->entry.group == run[i - 1]->entry.group) return false;
-    if (run[i]->entry.count > most || (covers_all(array) && run[i]->entry.count != most))
+    if (i > 0 && run[i]->values.group == run[i - 1]->values.group) return false;
+    if (run[i]->values.count > most || (covers_all(array) && run[i]->values.count != most))
       return false;
   }
   return out_.has_index || covers_all(array) || !touches_gap(run);
@@ -271,8 +271,8 @@ bool Gatherer::is_complete(std::span<const FoundStep* const> run, std::size_t se
 void Gatherer::gather_values() {
   if (found_->index())
     for (const IndexEntry& listed : found_->index()->entries)
-      if (listed.kind == static_cast<std::uint8_t>(ChunkKind::step_values))
-        out_.listed_steps.insert({listed.array, listed.step});
+      for (const container::StepEntry& part : listed.parts)
+        out_.listed_steps.insert({part.array, part.step});
   list_partial();
   groups_with_vertices_.assign(1, 0);
   groups_with_cells_.assign(1, 0);
@@ -280,39 +280,39 @@ void Gatherer::gather_values() {
     groups_with_vertices_.push_back(groups_with_vertices_.back() + (group.vertices > 0 ? 1 : 0));
     groups_with_cells_.push_back(groups_with_cells_.back() + (group.cells > 0 ? 1 : 0));
   }
-  std::vector<const FoundStep*> steps;
-  for (const FoundStep& step : found_->steps())
-    if (step.entry.array < schema().arrays.size() && schema().arrays[step.entry.array].per_step)
-      steps.push_back(&step);
-  const auto key = [](const FoundStep* it) {
-    return std::tuple(it->entry.array, it->entry.step, it->entry.group);
+  std::vector<const FoundPart*> parts;
+  for (const FoundPart& part : found_->parts())
+    if (part.values.array < schema().arrays.size() && schema().arrays[part.values.array].per_step)
+      parts.push_back(&part);
+  const auto key = [](const FoundPart* it) {
+    return std::tuple(it->values.array, it->values.step, it->values.group);
   };
-  std::stable_sort(steps.begin(), steps.end(),
+  std::stable_sort(parts.begin(), parts.end(),
                    [&](const auto* a, const auto* b) { return key(a) < key(b); });
-  for (std::size_t begin = 0, end = 0; begin < steps.size(); begin = end) {
-    const IndexEntry& first = steps[begin]->entry;
-    while (end < steps.size() && steps[end]->entry.array == first.array &&
-           steps[end]->entry.step == first.step)
+  for (std::size_t begin = 0, end = 0; begin < parts.size(); begin = end) {
+    const container::StepEntry& first = parts[begin]->values;
+    while (end < parts.size() && parts[end]->values.array == first.array &&
+           parts[end]->values.step == first.step)
       ++end;
-    gather_step(std::span(steps).subspan(begin, end - begin));
+    gather_step(std::span(parts).subspan(begin, end - begin));
   }
 }
 
-/// All chunks that are left of an array at a step, in the order of their groups.
-void Gatherer::gather_step(std::span<const FoundStep* const> of_step) {
+/// All parts that are left of an array at a step, in the order of their groups.
+void Gatherer::gather_step(std::span<const FoundPart* const> of_step) {
   DecodableParts::Step step;
-  step.array = of_step[0]->entry.array;
-  step.step = of_step[0]->entry.step;
+  step.array = of_step[0]->values.array;
+  step.step = of_step[0]->values.step;
   const DecodableParts::Step* before =
       !out_.steps.empty() && out_.steps.back().array == step.array ? &out_.steps.back() : nullptr;
   if (before == nullptr) last_step_.clear();
-  for (const FoundStep* chunk : of_step)
-    step.refers = step.refers || chunk->entry.reference != StepReference::nothing;
+  for (const FoundPart* part : of_step)
+    step.refers = step.refers || part->values.reference != StepReference::nothing;
   const std::uint64_t unsure = first_unsure_.value_or(~std::uint64_t{0});
   std::uint64_t first = 0;
   for (std::size_t i = 0; i < of_step.size();) {
-    const std::size_t place = place_of(of_step[i]->entry.group);
-    if (place == out_.groups.size() || of_step[i]->entry.group >= unsure) {
+    const std::size_t place = place_of(of_step[i]->values.group);
+    if (place == out_.groups.size() || of_step[i]->values.group >= unsure) {
       ++i;
       continue;
     }
@@ -320,9 +320,9 @@ void Gatherer::gather_step(std::span<const FoundStep* const> of_step) {
     std::size_t end = i;
     bool follows = true;
     for (; end < of_step.size(); ++end) {
-      const std::size_t other = place_of(of_step[end]->entry.group);
+      const std::size_t other = place_of(of_step[end]->values.group);
       if (other == out_.groups.size() || other >= out_.first_group[segment + 1]) break;
-      if (of_step[end]->entry.reference != StepReference::nothing)
+      if (of_step[end]->values.reference != StepReference::nothing)
         follows = follows && before != nullptr && of_step[end]->reference_step == before->step;
     }
     const auto run = of_step.subspan(i, end - i);
@@ -334,14 +334,15 @@ void Gatherer::gather_step(std::span<const FoundStep* const> of_step) {
           follows && before != nullptr && last != last_step_.end() && last->second == before->step;
     if (!follows || !is_complete(run, segment)) continue;
     last_step_[segment] = step.step;
-    for (const FoundStep* chunk : run) {
-      step.chunks.push_back(chunk->entry);
-      step.chunks.back().group = static_cast<std::uint32_t>(place_of(chunk->entry.group));
-      step.chunks.back().first = first;
-      first += chunk->entry.count;
+    for (const FoundPart* part : run) {
+      container::StepEntry values = part->values;
+      values.group = static_cast<std::uint32_t>(place_of(values.group));
+      values.first = first;
+      first += values.count;
+      step.parts.push_back({part->offset, part->bytes, values});
     }
   }
-  if (!step.chunks.empty()) out_.steps.push_back(std::move(step));
+  if (!step.parts.empty()) out_.steps.push_back(std::move(step));
 }
 
 }  // namespace

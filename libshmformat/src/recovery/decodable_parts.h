@@ -32,11 +32,16 @@ struct DecodableParts {
   /// By segment: whether nothing of it is lost, as far as is known.
   std::vector<bool> whole;
 
+  /// A part of step values, and where the chunk stands that has it.
+  struct Part {
+    std::uint64_t offset = 0, bytes = 0;
+    container::StepEntry values;
+  };
   struct Step {
     std::uint32_t array = 0;
     std::uint64_t step = 0;
-    bool refers = false;                        ///< any of its chunks, lost ones too
-    std::vector<container::IndexEntry> chunks;  ///< group: place in `groups`; first: in this list
+    bool refers = false;      ///< any of its parts, lost ones too
+    std::vector<Part> parts;  ///< group: place in `groups`; first: in this list
   };
   std::vector<Step> steps;  ///< by array, then by step
   /// Array and step of all step values that the index lists.

@@ -212,11 +212,22 @@ void FoundChunks::add_lost(const IndexEntry& listed) {
     damage.segment = listed.segment;
     damage.first_cell = listed.first_cell;
     damage.cells = listed.cells;
-  } else if (listed.is(ChunkKind::step_values)) {
-    damage.arrays = {listed.array};
-    damage.step = listed.step;
   }
-  damages_.push_back(std::move(damage));
+  add_damage(std::move(damage), listed.parts);
+}
+
+/// Of step values one for each array and step.
+void FoundChunks::add_damage(Damage damage, const std::vector<container::StepEntry>& parts) {
+  if (parts.empty()) {
+    damages_.push_back(std::move(damage));
+    return;
+  }
+  for (const container::StepEntry& part : parts) {
+    damage.arrays = {part.array};
+    damage.step = part.step;
+    damages_.push_back(damage);
+    damage.chunks = 0;
+  }
 }
 
 // --- by the headers of chunks
@@ -313,15 +324,12 @@ Result<void> FoundChunks::take(const FoundChunk& chunk, const IndexEntry* listed
     groups_.push_back(std::move(group));
   } else if (chunk.is(ChunkKind::step_values)) {
     if (chunk.whole)
-      if (auto good = take_step(chunk); !good) return good;
-    if (damage && listed != nullptr) {
-      damage->arrays = {listed->array};
-      damage->step = listed->step;
-    }
+      if (auto good = take_parts(chunk); !good) return good;
   }
   if (damage) {
     if (chunk.is(ChunkKind::group) && !damage->first_cell) unplaced_.push_back(damages_.size());
-    damages_.push_back(std::move(*damage));
+    add_damage(std::move(*damage),
+               listed == nullptr ? std::vector<container::StepEntry>() : listed->parts);
   }
   chunks_.push_back(chunk);
   return {};
@@ -340,7 +348,7 @@ Result<FoundGroup> FoundChunks::look_at_group(const FoundChunk& chunk) {
   if (!payload) return payload.error();
   ByteReader in(*payload);
   container::GroupHeader header;
-  if (!container::get(in, header)) return group;
+  if (!container::get(in, header, chunk.header.version)) return group;
   group.readable = true;
   group.entry.first_cell = header.first_cell;
   group.entry.cells = header.cells;
@@ -366,25 +374,15 @@ Result<FoundGroup> FoundChunks::look_at_group(const FoundChunk& chunk) {
   return group;
 }
 
-Result<void> FoundChunks::take_step(const FoundChunk& chunk) {
-  const auto bytes = payload_of(chunk, container::kMostStepHeaderBytes);
+Result<void> FoundChunks::take_parts(const FoundChunk& chunk) {
+  const auto bytes = payload_of(chunk, container::kMostStepHeadBytes);
   if (!bytes) return bytes.error();
   ByteReader in(*bytes);
-  container::StepHeader header;
-  if (!container::get(in, header)) return {};
-  FoundStep step;
-  step.sequence = chunk.header.sequence;
-  step.entry.kind = chunk.header.kind;
-  step.entry.offset = chunk.offset;
-  step.entry.bytes = chunk.bytes();
-  step.entry.array = header.array;
-  step.entry.step = header.step;
-  step.entry.count = header.count;
-  step.entry.group = header.group;
-  step.entry.codec = header.codec;
-  step.entry.reference = container::refers_to(header);
-  step.reference_step = header.reference_step;
-  steps_.push_back(step);
+  std::vector<container::StepPart> parts;
+  if (!container::get(in, parts, chunk.header.version, chunk.header.payload_bytes)) return {};
+  for (const container::StepPart& part : parts)
+    parts_.push_back({chunk.header.sequence, chunk.offset, chunk.bytes(),
+                      container::entry_of(part.header), part.header.reference_step});
   return {};
 }
 

@@ -29,10 +29,11 @@ struct FoundGroup {
   std::uint64_t end_cell() const { return entry.first_cell + entry.cells; }
 };
 
-/// A whole chunk of step values.
-struct FoundStep {
+/// A part of a whole chunk of step values.
+struct FoundPart {
   std::uint32_t sequence = 0;
-  container::IndexEntry entry;
+  std::uint64_t offset = 0, bytes = 0;  ///< of the chunk
+  container::StepEntry values;
   std::uint64_t reference_step = 0;
 };
 
@@ -46,7 +47,7 @@ class FoundChunks {
   /// that it lists.
   const std::vector<container::FoundChunk>& chunks() const { return chunks_; }
   const std::vector<FoundGroup>& groups() const { return groups_; }
-  const std::vector<FoundStep>& steps() const { return steps_; }
+  const std::vector<FoundPart>& parts() const { return parts_; }
   const std::optional<container::Index>& index() const { return index_; }
   /// Where the index really is, and how long. Must hold: there is one.
   std::uint64_t index_offset() const { return index_offset_; }
@@ -75,7 +76,8 @@ class FoundChunks {
   void judge_end();
   Result<void> take(const container::FoundChunk& chunk, const container::IndexEntry* listed);
   Result<FoundGroup> look_at_group(const container::FoundChunk& chunk);
-  Result<void> take_step(const container::FoundChunk& chunk);
+  Result<void> take_parts(const container::FoundChunk& chunk);
+  void add_damage(Damage damage, const std::vector<container::StepEntry>& parts);
   void add_lost(const container::IndexEntry& listed);
   void add_gap(const container::FoundChunk* before, const container::FoundChunk& behind);
   void guess_cells(const FoundGroup& behind);
@@ -85,7 +87,7 @@ class FoundChunks {
   container::ChunkScan scan_;
   std::vector<container::FoundChunk> chunks_;
   std::vector<FoundGroup> groups_;
-  std::vector<FoundStep> steps_;
+  std::vector<FoundPart> parts_;
   std::optional<container::Index> index_;
   std::uint64_t index_offset_ = 0;
   std::vector<std::byte> schema_payload_;

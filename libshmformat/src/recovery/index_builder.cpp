@@ -59,7 +59,7 @@ Result<void> IndexBuilder::add(const FoundChunk& chunk) {
     if (auto good = source_->read_at(chunk.offset + at, bytes); !good) return good;
     if (auto good = decode(bytes); !good) return good;
   }
-  if (chunk.is(ChunkKind::step_values) && pieces_ != pieces + 1) return not_all(chunk.offset);
+  if (pieces_ != pieces + index_.entries.back().parts.size()) return not_all(chunk.offset);
   return {};
 }
 
@@ -75,11 +75,11 @@ Result<IndexEntry> IndexBuilder::entry_of(const FoundChunk& chunk) {
     return group.entry;
   }
   if (chunk.is(ChunkKind::step_values)) {
-    const auto& steps = found_->steps();
-    if (!container::is_known(chunk.header) || steps_ == steps.size() ||
-        steps[steps_].sequence != chunk.header.sequence)
-      return not_all(chunk.offset);
-    return steps[steps_++].entry;
+    const auto& parts = found_->parts();
+    for (; parts_ < parts.size() && parts[parts_].sequence == chunk.header.sequence; ++parts_)
+      entry.parts.push_back(parts[parts_].values);
+    if (!container::is_known(chunk.header) || entry.parts.empty()) return not_all(chunk.offset);
+    piece_of_chunk_ = 0;
   }
   return entry;
 }
@@ -93,7 +93,8 @@ Result<void> IndexBuilder::decode(std::span<const std::byte> bytes) {
     const Item item = decoder_.take();
     if (const auto* block = std::get_if<MeshBlock>(&item)) take(*block);
     if (const auto* piece = std::get_if<StepPiece>(&item)) {
-      index_.entries.back().first = piece->first;
+      auto& parts = index_.entries.back().parts;
+      if (piece_of_chunk_ < parts.size()) parts[piece_of_chunk_++].first = piece->first;
       ++pieces_;
     }
   }

@@ -32,8 +32,8 @@ class IndexBuilder {
   const FoundChunks* found_;
   Decoder decoder_;
   container::Index index_;
-  std::size_t groups_ = 0, steps_ = 0;  // of found_, so far
-  std::size_t pieces_ = 0;              // of step values
+  std::size_t groups_ = 0, parts_ = 0;           // of found_, so far
+  std::size_t pieces_ = 0, piece_of_chunk_ = 0;  // of step values
 };
 
 }  // namespace shm

@@ -23,9 +23,8 @@ class MeshDecoder::SegmentTask final : public MeshDecoder::Tasks::Task {
   SegmentTask(const Schema& schema, const ReadLimits& limits, std::uint32_t segment)
       : segment_(segment), decoder_(schema, limits, segment) {}
 
-  Result<void> take(Group& group, const Tasks::Emit& emit) override {
-    const auto good = decoder_.begin_group(std::move(group.payload), group.offset, group.number);
-    if (!good) return good;
+  Result<void> take(container::GroupChunk& chunk, const Tasks::Emit& emit) override {
+    if (auto good = decoder_.begin_group(std::move(chunk)); !good) return good;
     while (decoder_.in_group()) {
       auto block = decoder_.next_block();
       if (!block) return block.error();
@@ -64,14 +63,13 @@ bool MeshDecoder::is_busy() const {
   return tasks_ ? !tasks_->is_idle() : segment_ != nullptr && segment_->in_group();
 }
 
-Result<void> MeshDecoder::begin_group(std::vector<std::byte> payload, std::uint32_t segment,
-                                      std::uint64_t offset) {
+Result<void> MeshDecoder::begin_group(container::GroupChunk chunk, std::uint32_t segment) {
   if (segments_begun_ == 0 || segment + 1 != segments_begun_)
-    if (auto good = begin_segment(segment, offset); !good) return good;
-  const std::uint64_t number = groups_begun_++;
-  if (!tasks_) return segment_->begin_group(std::move(payload), offset, number);
-  const std::size_t bytes = payload.size();
-  tasks_->push({std::move(payload), offset, number}, bytes);
+    if (auto good = begin_segment(segment, chunk.offset); !good) return good;
+  chunk.number = groups_begun_++;
+  if (!tasks_) return segment_->begin_group(std::move(chunk));
+  const std::size_t bytes = chunk.payload.size();
+  tasks_->push(std::move(chunk), bytes);
   return {};
 }
 

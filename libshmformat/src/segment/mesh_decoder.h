@@ -24,10 +24,8 @@ class MeshDecoder {
   /// `schema` is checked and borrowed.
   MeshDecoder(const Schema& schema, const ReadLimits& limits, const ReadOptions& options);
 
-  /// Takes the payload of a group of `segment`. `offset`: of the chunk in the file, for complaints.
-  /// Must hold: wants_group().
-  Result<void> begin_group(std::vector<std::byte> payload, std::uint32_t segment,
-                           std::uint64_t offset);
+  /// The next group, of `segment`; its number is not looked at. Must hold: wants_group().
+  Result<void> begin_group(container::GroupChunk chunk, std::uint32_t segment);
   /// Whether another group may begin before all blocks have been taken.
   bool wants_group() const { return tasks_ ? tasks_->has_room() : !is_busy(); }
   /// Whether blocks are there or coming.
@@ -53,17 +51,13 @@ class MeshDecoder {
   const std::map<std::string, std::uint64_t>& stream_bytes() const { return stream_bytes_; }
 
  private:
-  struct Group {
-    std::vector<std::byte> payload;
-    std::uint64_t offset = 0, number = 0;
-  };
   /// Either a block, or the end of a segment with the vertices that it leaves.
   struct Output {
     std::optional<DecodedBlock> block;
     std::vector<std::uint64_t> left_alive;
     std::uint32_t segment = 0;
   };
-  using Tasks = OrderedTasks<Group, Output>;
+  using Tasks = OrderedTasks<container::GroupChunk, Output>;
   class SegmentTask;
 
   Result<void> begin_segment(std::uint32_t segment, std::uint64_t offset);

@@ -39,13 +39,12 @@ Error SegmentDecoder::damaged(std::string detail, ErrorCode code) const {
       code, std::move(detail), "group " + std::to_string(group_number_), group_offset_, {}};
 }
 
-Result<void> SegmentDecoder::begin_group(std::vector<std::byte> payload, std::uint64_t offset,
-                                         std::uint64_t group) {
-  payload_ = std::move(payload);
-  group_offset_ = offset;
-  group_number_ = group;
+Result<void> SegmentDecoder::begin_group(container::GroupChunk chunk) {
+  payload_ = std::move(chunk.payload);
+  group_offset_ = chunk.offset;
+  group_number_ = chunk.number;
   ByteReader in(payload_);
-  if (!container::get(in, group_)) return damaged("the group header makes no sense");
+  if (!container::get(in, group_, chunk.version)) return damaged("the group header makes no sense");
   header_bytes_ = in.position();
   if (!decoder_) {
     start_.first_cell = next_cell_ = group_.first_cell;

@@ -31,9 +31,8 @@ class SegmentDecoder {
   SegmentDecoder(const SegmentDecoder&) = delete;  // its decoder borrows the group's header
   SegmentDecoder& operator=(const SegmentDecoder&) = delete;
 
-  /// Takes a group's payload. `offset` of the chunk and `group`, its number, are for errors.
-  Result<void> begin_group(std::vector<std::byte> payload, std::uint64_t offset,
-                           std::uint64_t group);
+  /// The next group. Where it stands, and which one it is, is for errors.
+  Result<void> begin_group(container::GroupChunk chunk);
   bool in_group() const { return in_group_; }
   /// Must hold: in_group(). Some thousand cells at most.
   Result<DecodedBlock> next_block();

@@ -57,7 +57,7 @@ Result<void> StepDecoder::begin_step(const container::StepHeader& header) {
   last.first = 0;
   last.groups = 0;
   array_ = header.array;
-  chunks_.emplace(*schema_, limits_.max_group_bytes, header.array);
+  parts_.emplace(*schema_, limits_.max_group_bytes, header.array);
   return {};
 }
 
@@ -103,12 +103,12 @@ Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& 
                                                    std::span<const std::byte> bytes) {
   Last& last = last_[header.array];
   const ArrayInfo& info = schema_->arrays[header.array];
-  if (auto good = chunks_->check_size(header); !good) return good.error();
+  if (auto good = parts_->check_size(header); !good) return good.error();
   const auto kind = reference_of(header);
   if (!kind) return kind.error();
   last.has_referred = last.has_referred || *kind != StepReference::nothing;
   ColumnElements elements;
-  if (StepChunks::may_need_elements(info)) {
+  if (StepParts::may_need_elements(info)) {
     const auto of_group = mesh_.elements(header.array, header.group);
     if (!of_group) return of_group.error();
     elements = *of_group;
@@ -117,8 +117,8 @@ Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& 
   const auto reference =
       last.values.reference(*kind, info, static_cast<std::size_t>(last.first) * stride,
                             static_cast<std::size_t>(header.count) * stride);
-  return chunks_->decode(header, bytes, mesh_.segment_of(header.group),
-                         elements.items != nullptr ? &elements : nullptr, reference);
+  return parts_->decode(header, bytes, mesh_.segment_of(header.group),
+                        elements.items != nullptr ? &elements : nullptr, reference);
 }
 
 }  // namespace shm

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "shm/reader.h"
-#include "steps/step_chunk.h"
+#include "steps/step_parts.h"
 
 namespace shm {
 
@@ -22,7 +22,7 @@ class StepDecoder {
   StepDecoder(const Schema& schema, const ReadLimits& limits, StepTopology& topology,
               std::vector<std::uint64_t> elements);
 
-  /// The values of a chunk. Errors name no place.
+  /// The values of a part. Errors name no place.
   Result<StepPiece> read(const container::StepHeader& header, std::span<const std::byte> bytes);
   /// Whether the step that began last is complete.
   bool is_complete() const { return array_ == kNone || last_[array_].first == elements_[array_]; }
@@ -53,7 +53,7 @@ class StepDecoder {
   std::vector<Last> last_;  // by array
   // the step at hand, of one array
   std::uint32_t array_ = kNone;
-  std::optional<StepChunks> chunks_;
+  std::optional<StepParts> parts_;
 };
 
 }  // namespace shm

@@ -16,7 +16,7 @@ namespace shm {
 
 class StepEncoder {
  public:
-  /// Receives a chunk: header, the number of its first element in the array, the coded bytes.
+  /// Receives a part: header, the number of its first element in the array, the coded bytes.
   using Sink = std::function<Result<void>(const container::StepHeader&, std::uint64_t,
                                           std::span<const std::byte>)>;
 
@@ -54,6 +54,10 @@ class StepEncoder {
   Result<void> add(std::uint32_t array, std::uint64_t step, std::span<const std::byte> values);
   /// Ends the step at hand, if there is one.
   Result<void> end_step();
+  /// How many elements the array has in the whole mesh.
+  std::uint64_t elements(std::uint32_t array) const {
+    return part_ ? part_->all[array] : elements_[array];
+  }
   /// Highest step + 1.
   std::uint64_t steps() const { return steps_; }
 

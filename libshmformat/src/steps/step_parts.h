@@ -1,4 +1,4 @@
-// StepChunks: the values of one stepped array at one step out of its chunks, for whoever knows
+// StepParts: the values of one stepped array at one step out of its parts, for whoever knows
 // where these stand and what they refer to. spec: "Step values"
 #pragma once
 
@@ -17,10 +17,10 @@ namespace shm {
 Error wrong_step_values(const Schema& schema, const container::StepHeader& header,
                         const std::string& detail, ErrorCode code = ErrorCode::corrupt);
 
-class StepChunks {
+class StepParts {
  public:
   /// `schema` is checked and borrowed. `most_bytes`: of the values of a group.
-  StepChunks(const Schema& schema, std::uint64_t most_bytes, std::uint32_t array)
+  StepParts(const Schema& schema, std::uint64_t most_bytes, std::uint32_t array)
       : schema_(&schema), most_bytes_(most_bytes), column_(schema, array) {}
 
   /// Whether values of this array may be predicted over the mesh.
@@ -29,8 +29,8 @@ class StepChunks {
   }
   /// Before anything is made for the values: whether a group of so many is allowed.
   Result<void> check_size(const container::StepHeader& header) const;
-  /// The values of the next chunk, of a group of `segment`. `elements`: of the group; null where
-  /// no chunk of the segment at this step needs any. `reference`: what its values refer to.
+  /// The values of the next part, of a group of `segment`. `elements`: of the group; null where
+  /// no part of the segment at this step needs any. `reference`: what its values refer to.
   Result<std::vector<std::byte>> decode(const container::StepHeader& header,
                                         std::span<const std::byte> bytes, std::uint32_t segment,
                                         const ColumnElements* elements,

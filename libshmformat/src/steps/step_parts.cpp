@@ -1,4 +1,4 @@
-#include "steps/step_chunk.h"
+#include "steps/step_parts.h"
 
 #include <utility>
 
@@ -17,7 +17,7 @@ Error wrong_step_values(const Schema& schema, const container::StepHeader& heade
                {}};
 }
 
-Result<void> StepChunks::check_size(const container::StepHeader& header) const {
+Result<void> StepParts::check_size(const container::StepHeader& header) const {
   const ArrayInfo& info = schema_->arrays[header.array];
   if (header.count <= most_bytes_ / (scalar_bytes(info.type) * info.components)) return {};
   return wrong_step_values(
@@ -26,11 +26,11 @@ Result<void> StepChunks::check_size(const container::StepHeader& header) const {
       ErrorCode::over_limit);
 }
 
-Result<std::vector<std::byte>> StepChunks::decode(const container::StepHeader& header,
-                                                  std::span<const std::byte> bytes,
-                                                  std::uint32_t segment,
-                                                  const ColumnElements* elements,
-                                                  std::span<const std::byte> reference) {
+Result<std::vector<std::byte>> StepParts::decode(const container::StepHeader& header,
+                                                 std::span<const std::byte> bytes,
+                                                 std::uint32_t segment,
+                                                 const ColumnElements* elements,
+                                                 std::span<const std::byte> reference) {
   const auto wrong = [&](const std::string& detail) {
     return wrong_step_values(*schema_, header, detail);
   };
