@@ -282,8 +282,8 @@ inline void make_index_anew(shm::FileParts& parts) {
       entry.box = group.box;
       entry.header_bytes = payload.position();
     } else if (it.is(ChunkKind::step_values)) {
-      if (const auto parts = shm::take_steps_apart(it))
-        for (const shm::container::StepPart& part : parts->heads)
+      if (const auto steps = shm::take_steps_apart(it))
+        for (const shm::container::StepPart& part : steps->heads)
           entry.parts.push_back(shm::container::entry_of(part.header));
       if (entry.parts.empty()) entry.parts.resize(1);
     }

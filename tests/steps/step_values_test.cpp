@@ -415,10 +415,11 @@ TEST(StepValues, LyingHeaders) {
     chunk.header.version = 0;
     chunk.payload = put_steps_together(std::move(*steps), 0);
     const Bytes bytes = put_together(parts);
-    if (trend)
+    if (trend) {
       EXPECT_EQ(code_of(bytes), ErrorCode::corrupt);
-    else
-      EXPECT_EQ(read_values(bytes), read_values(waves_file()));
+    } else {
+      EXPECT_TRUE(read_values(bytes) == read_values(waves_file()));
+    }
   }
 }
 
