@@ -153,6 +153,28 @@ TEST(Appender, TheSchemaIsSaidAgainAtTheEndOnly) {
   EXPECT_EQ(take_apart(more).find(ChunkKind::schema, 2), nullptr);
 }
 
+// Of a chunk of values that others may join, heads of both versions are read.
+TEST(Appender, GoesOnBehindAChunkOfVersion0) {
+  Stepped it;
+  it.mesh = with_order(grid(5, 4, 3, ScalarType::float64, warped), Order::keep, true, 0);
+  const auto a = add_stepped(it.mesh, array_of("a", Location::cell, ScalarType::float64));
+  for (std::uint64_t step = 0; step < 2; ++step)
+    it.values[{a, step}] = moving_values(it.mesh.schema.arrays[a], 60, step);
+  FileParts parts = take_apart(file_with(it, 1));
+  Chunk& chunk = *parts.find(ChunkKind::step_values);
+  auto steps = take_steps_apart(chunk);
+  ASSERT_TRUE(steps && steps->heads.size() == 1);
+  chunk.header.version = 0;
+  const std::size_t bytes = chunk.payload.size();
+  ASSERT_LT(bytes, container::kPartBytesTogether);
+  chunk.payload = put_steps_together(std::move(*steps), 0);
+  const std::size_t fewer = bytes - chunk.payload.size();
+  const Bytes file = with_index(put_together(std::move(parts)), [&](container::Index& index) {
+    entry_of(index, ChunkKind::step_values, 0).bytes -= fewer;
+  });
+  EXPECT_TRUE(values_of(read(appended(file, it, 1, 2))) == values_of(read(file_with(it, 2))));
+}
+
 // What comes behind is as that version has it, so that its readers read it.
 TEST(Appender, FilesOfAnOlderVersionStayOfIt) {
   for (const char* name : {"0.1/steps_and_extras.shm", "0.9/steps_and_extras.shm"}) {

@@ -190,27 +190,28 @@ Result<void> Appender::Impl::drop_extras() {
 /// Copies what stays.
 Result<void> Appender::Impl::begin() {
   if (writer_) return {};
-  const IndexEntry* const last = unfinished_parts();
+  const IndexEntry* last = unfinished_parts();
+  std::vector<std::byte> parts;
+  if (last != nullptr) {
+    std::uint8_t version = 0;
+    auto payload = file_.read_chunk(*last, &version);
+    if (!payload) return payload.error();
+    parts = std::move(*payload);
+    if (version != container::version_of_chunk(ChunkKind::step_values, {})) last = nullptr;
+  }
   const auto copy = copy_of(true, false, with_extras_, last);
   if (!copy) return copy.error();
   auto schema_chunk = file_.read_chunk(file_.index().entries[0]);
   if (!schema_chunk) return schema_chunk.error();
   auto copied = streams(*copy, true);
   if (!copied) return copied.error();
-  std::vector<std::byte> parts;
-  if (last != nullptr) {
-    auto payload = file_.read_chunk(*last);
-    if (!payload) return payload.error();
-    parts = std::move(*payload);
-  }
   if (auto good = copy->write(*source_, *sink_); !good) return good;
   std::uint64_t steps = 0;
   for (const Array& array : arrays_)
     if (array.last_step) steps = std::max(steps, *array.last_step + 1);
   writer_.emplace(*sink_, schema());
   writer_->go_on(*std::move(schema_chunk), copy->state(), *std::move(copied), steps);
-  if (last != nullptr) writer_->go_on_with_parts(last->parts, parts);
-  return {};
+  return last == nullptr ? Result<void>() : writer_->go_on_with_parts(parts);
 }
 
 Result<void> Appender::Impl::begin_steps() {

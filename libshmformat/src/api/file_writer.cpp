@@ -35,14 +35,14 @@ void FileWriter::go_on(std::vector<std::byte> schema, container::ChunkWriter::St
   steps_ = steps;
 }
 
-void FileWriter::go_on_with_parts(std::vector<container::StepEntry> parts,
-                                  std::span<const std::byte> payload) {
+Result<void> FileWriter::go_on_with_parts(std::span<const std::byte> payload) {
   ByteReader in(payload);
-  container::get(in, parts_, container::version_of_chunk(ChunkKind::step_values, start_),
-                 payload.size());
+  const std::uint8_t version = container::version_of_chunk(ChunkKind::step_values, start_);
+  if (!container::get(in, parts_, version, payload.size()))
+    return Error{ErrorCode::corrupt, "its header makes no sense", "step values", kNoOffset, {}};
   const auto bytes = in.get_bytes(in.left());
   part_bytes_.assign(bytes.begin(), bytes.end());
-  in_index_ = std::move(parts);
+  return {};
 }
 
 Result<void> FileWriter::adopt(const container::Index& part, std::uint64_t bytes) {
@@ -136,20 +136,22 @@ Result<void> FileWriter::add_part(const container::StepHeader& header, std::uint
       part_bytes_.size() + bytes.size() > container::kPartBytesTogether)
     if (auto good = write_parts(); !good) return good;
   parts_.push_back(part);
-  in_index_.push_back(container::entry_of(header));
-  in_index_.back().first = first;
   part_bytes_.insert(part_bytes_.end(), bytes.begin(), bytes.end());
   stream_bytes_[array_key(header.array)] += bytes.size();
-  return with_others ? Result<void>() : write_parts();
+  return with_others ? Result<void>() : write_parts(first);
 }
 
-Result<void> FileWriter::write_parts() {
+/// `first`: of the elements of each, the number in its array.
+Result<void> FileWriter::write_parts(std::uint64_t first) {
   if (parts_.empty()) return {};
   ByteWriter payload;
   container::put(payload, parts_, container::version_of_chunk(ChunkKind::step_values, start_));
   payload.put_bytes(part_bytes_);
   container::IndexEntry entry;
-  entry.parts = std::exchange(in_index_, {});
+  for (const container::StepPart& part : parts_) {
+    entry.parts.push_back(container::entry_of(part.header));
+    entry.parts.back().first = first;
+  }
   parts_.clear();
   part_bytes_.clear();
   return write(ChunkKind::step_values, payload.bytes, entry);

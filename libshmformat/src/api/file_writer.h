@@ -57,9 +57,9 @@ class FileWriter {
              std::map<std::string, std::uint64_t> streams, std::uint64_t steps);
 
   /// After go_on(): step values that stood in the last chunk of such, which is not copied: small
-  /// ones that come may stand with them. `payload`: of that chunk, which is of this version.
-  void go_on_with_parts(std::vector<container::StepEntry> parts,
-                        std::span<const std::byte> payload);
+  /// ones that come may stand with them, as they would have stood. `payload`: of that chunk, in the
+  /// version that the file's have; corrupt where it is none.
+  Result<void> go_on_with_parts(std::span<const std::byte> payload);
 
   /// Chunks that stand in the file already, behind what was written. `part`: what a take_part()
   /// listed; its totals are not looked at. Corrupt where they are not `bytes` bytes.
@@ -87,8 +87,8 @@ class FileWriter {
   /// Ends the array and step at hand, if there is one. Its values may still wait for others, to
   /// stand together with them.
   Result<void> end_step_array() { return step_values_ ? step_values_->end_step() : Result<void>(); }
-  /// Writes the values that wait.
-  Result<void> write_parts();
+  /// Writes the values that wait: each all elements of its array.
+  Result<void> write_parts() { return write_parts(0); }
   bool has_times() const { return times_set_; }
   Result<void> set_step_times(std::span<const double> times);
   static Result<void> check(const Extra& extra);
@@ -108,6 +108,7 @@ class FileWriter {
   Result<void> add_part(const container::StepHeader& header, std::uint64_t first,
                         std::span<const std::byte> bytes);
   bool stands_with_others(const container::StepPart& part) const;
+  Result<void> write_parts(std::uint64_t first);
   const std::string& array_key(std::uint32_t array) const { return array_keys_[array]; }
 
   const Schema* schema_;
@@ -117,8 +118,7 @@ class FileWriter {
   container::FileStart start_;
   std::vector<Extra> extras_;  // that are still to be written
   std::uint64_t extra_bytes_ = 0;
-  std::vector<container::StepPart> parts_;      // of step values that are still to be written
-  std::vector<container::StepEntry> in_index_;  // of each
+  std::vector<container::StepPart> parts_;  // of step values that are still to be written
   std::vector<std::byte> part_bytes_;
   std::vector<std::byte> schema_payload_;   // of the file that is gone on with, else empty
   std::optional<StepEncoder> step_values_;  // from the first ones on

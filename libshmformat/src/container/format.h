@@ -202,7 +202,7 @@ void put(ByteWriter& out, std::span<const StepPart> parts, std::uint8_t version)
 bool get(ByteReader& in, std::vector<StepPart>& parts, std::uint8_t version,
          std::uint64_t payload_bytes);
 /// The heads of so many parts take at most so many bytes.
-constexpr std::uint64_t most_step_head_bytes(std::uint64_t parts) { return 8 + 56 * parts; }
+constexpr std::uint64_t most_step_head_bytes(std::uint64_t parts) { return 16 + 64 * parts; }
 inline constexpr std::uint64_t kMostStepHeadBytes = most_step_head_bytes(kMostStepParts);
 
 /// What the index tells of a part of a step_values chunk.
