@@ -91,14 +91,18 @@ class Chunk:
 
     def __init__(self, data, at):
         self.at = at
-        self.kind, self.sequence, self.segment, payload = struct.unpack_from("<4xB3xIIQ", data, at)
+        self.kind, version, self.sequence, self.segment, payload = \
+            struct.unpack_from("<4xBB2xIIQ", data, at)
+        assert version == (1 if self.kind in (GROUP, VALUES, EXTRA, INDEX) else 0)
         self.end = at + 32 + payload
         self.place = at + 32
         if self.kind == GROUP:
             self.first_cell, _, self.cells = (self.varint(data) for _ in range(3))
             for _ in range(5):
                 self.varint(data)
-            self.place += 48
+            for _ in range(6):  # the box, of short numbers
+                count = self.byte(data)
+                self.place += count
             self.streams = []  # kind, array, offset, bytes
             for _ in range(self.varint(data)):
                 kind = self.byte(data)
@@ -113,9 +117,15 @@ class Chunk:
                 begin += stream[3]
             assert begin == self.end
         if self.kind == VALUES:
-            self.array, self.step, self.reference = (self.varint(data) for _ in range(3))
-            self.place += 1
-            self.group = self.varint(data)
+            self.parts = []  # array, step, group, whether it refers to an earlier step
+            place, size = (0, 0, 0), 0
+            for _ in range(self.varint(data)):
+                place = tuple(before + self.signed(data) for before in place)
+                self.varint(data)
+                self.parts.append((*place, self.varint(data) != 0))
+                self.byte(data)
+                size += self.varint(data)
+            assert self.place + size == self.end
 
     def byte(self, data):
         self.place += 1
@@ -129,6 +139,10 @@ class Chunk:
             shift += 7
             if byte < 128:
                 return value
+
+    def signed(self, data):
+        value = self.varint(data)
+        return value >> 1 ^ -(value & 1)
 
 
 def chunks_of(data):
@@ -224,7 +238,7 @@ class Salvage(unittest.TestCase):
         """Everything in rest.shm is what it was, and at least all that no touched chunk has is there."""
         mesh = self.mesh
         segments = {g.segment for g in self.groups} - {c.segment for c in touched if c.kind == GROUP}
-        lost = {(c.array, c.step, c.group) for c in touched if c.kind == VALUES}
+        lost = {part[:3] for c in touched if c.kind == VALUES for part in c.parts}
         for step in steps:
             out = self.path("rest.vtk")
             done = self.shm("decompress", self.path("rest.shm"), "-o", out,
@@ -257,16 +271,13 @@ class Salvage(unittest.TestCase):
     def chain(self, name, where, step, segment):
         """The chunks that a value at a step needs."""
         array = self.names.index((where, name))
-        of_step = {c.step: c for c in self.chunks
-                   if c.kind == VALUES and c.array == array and c.group == segment}
+        parts = [part for c in self.chunks if c.kind == VALUES for part in c.parts if part[0] == array]
         needed = set()
         while True:
             needed.add((array, step, segment))
-            refers = any(c.reference != c.step for c in self.chunks
-                         if c.kind == VALUES and c.array == array and c.step == step)
-            if not refers:
+            if not any(refers for _, s, _, refers in parts if s == step):
                 return needed
-            step = max(s for s in of_step if s < step)
+            step = max(s for _, s, group, _ in parts if group == segment and s < step)
 
     def test_sectors_at_random(self):
         sectors = (len(self.whole) - 1) // SECTOR + 1
@@ -317,14 +328,15 @@ class Salvage(unittest.TestCase):
     def test_verify_names_what_is_hurt(self):
         group = self.groups[5]
         values = [c for c in self.chunks if c.kind == VALUES][7]
+        [(array, step, _, _)] = values.parts
         geometry = next(s for s in group.streams if s[0] == 5)
         found = self.verify(self.hurt((geometry[2] + 9, geometry[2] + 10), (values.end - 3, values.end)))
         self.assertEqual(found, [
             {"what": "damaged", "section": "group", "offset": group.at, "bytes": group.end - group.at,
              "chunks": 1, "segment": 5, "first_cell": 5 * SEGMENT, "cells": SEGMENT},
             {"what": "damaged", "section": "step values", "offset": values.at,
-             "bytes": values.end - values.at, "chunks": 1, "step": values.step,
-             "arrays": ["/".join(self.names[values.array])]}])
+             "bytes": values.end - values.at, "chunks": 1, "step": step,
+             "arrays": ["/".join(self.names[array])]}])
         text = self.shm("verify", self.path("hurt.shm"))
         self.assertIn(b"damaged in 2 places", text.stderr)
         self.assertIn(f"cells {5 * SEGMENT}-{6 * SEGMENT - 1}".encode(), text.stderr)

@@ -704,7 +704,7 @@ class FaultyFiles {
   }
 
   void parts_of_step_values() {
-    const auto of = [&](const std::string& sentence, const std::function<void(StepParts&)>& lie) {
+    const auto of = [&](const std::string& sentence, const std::function<void(StepPayload&)>& lie) {
       add(kCorrupt, "Parts of step values: " + sentence,
           with("steps_and_extras", [&](FileParts& parts) {
             Chunk& chunk = *parts.find(ChunkKind::step_values);
@@ -713,12 +713,12 @@ class FaultyFiles {
             chunk.payload = put_steps_together(std::move(*steps), 1);
           }));
     };
-    of("there are none.", [](StepParts& it) { it = {}; });
-    of("the first one twice.", [](StepParts& it) {
+    of("there are none.", [](StepPayload& it) { it = {}; });
+    of("the first one twice.", [](StepPayload& it) {
       it.heads.insert(it.heads.begin(), it.heads[0]);
       it.values.insert(it.values.begin(), it.values[0]);
     });
-    of("there are 65.", [](StepParts& it) {
+    of("there are 65.", [](StepPayload& it) {
       it.heads.resize(65, it.heads[0]);
       it.values.resize(65);
     });

@@ -153,13 +153,13 @@ inline std::vector<std::byte> put_group_together(GroupParts parts) {
 }
 
 /// The payload of step values: heads, and the bytes of each part.
-struct StepParts {
+struct StepPayload {
   std::vector<container::StepPart> heads;
   std::vector<std::vector<std::byte>> values;
 };
 
-inline std::optional<StepParts> take_steps_apart(const Chunk& chunk) {
-  StepParts parts;
+inline std::optional<StepPayload> take_steps_apart(const Chunk& chunk) {
+  StepPayload parts;
   ByteReader in(chunk.payload);
   if (!container::get(in, parts.heads, chunk.header.version, chunk.payload.size()))
     return std::nullopt;
@@ -171,7 +171,7 @@ inline std::optional<StepParts> take_steps_apart(const Chunk& chunk) {
 }
 
 /// Lengths are made anew.
-inline std::vector<std::byte> put_steps_together(StepParts parts, std::uint8_t version) {
+inline std::vector<std::byte> put_steps_together(StepPayload parts, std::uint8_t version) {
   for (std::size_t p = 0; p < parts.heads.size(); ++p)
     parts.heads[p].bytes = parts.values[p].size();
   ByteWriter out;

@@ -47,6 +47,7 @@ inline Bytes file_of(const std::vector<std::pair<ChunkKind, Bytes>>& chunks) {
   for (const auto& [kind, payload] : chunks) {
     Chunk chunk;
     chunk.header.kind = static_cast<std::uint8_t>(kind);
+    chunk.header.version = container::version_of_chunk(kind, parts.start);
     chunk.payload = payload;
     parts.chunks.push_back(std::move(chunk));
   }

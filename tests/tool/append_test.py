@@ -107,7 +107,10 @@ class AppendTest(FolderTest):
         self.shm("append", file, self.exodus("more.e", range(7)), code=3, stderr=".")
         self.shm("repair", file)
         self.assertEqual(self.bytes(file), before)
-        for at in range(100, 1500, 277 if SANITIZED else 59):  # where append looks, and where it only copies
+        bare = self.packed(self.exodus("bare.e", range(3)))
+        self.shm("append", bare, whole)
+        end = len(self.bytes(bare)) - 16  # from there on there is parity
+        for at in range(100, end, 211 if SANITIZED else 41):  # where append looks, and where it only copies
             with open(file, "wb") as damaged:
                 damaged.write(before[:at] + bytes([before[at] ^ 1]) + before[at + 1:])
             self.shm("append", file, self.path("more.e"), code=3, stderr=".")
