@@ -46,15 +46,26 @@
 // exodus/variable. What of a file is kept, and how: exodus.md.
 //
 // The skeleton: a line for each thing, fields separated by tabs, names and text %-encoded:
-//   N  kind                      classic, 64-bit-offset, cdf5, netcdf4 or netcdf4-classic
+//   K  kind                      classic, 64-bit-offset, cdf5, netcdf4 or netcdf4-classic
 //   D  name  length  [unlimited]
 //   A  name  type  value...      of the variable above; before the first V: of the file. Text is
 //                                one value; floats are shortest decimals, or x and their bits
-//   V  name  type  dimension...  numbers of D lines, from 0
+//   V  name  type  dimension...  names of D lines
 // and for the variable above, in netCDF-4 files:
 //   S  level  shuffle  checksum  chunk...   when chunked
 //   F  filter  parameter...      another filter of HDF5
 //   O  word...                   compact, big-endian, filled (before values are written)
+// So that files with other numbers of things have the same lines, a '#' stands for a number (digits
+// as far as they go, of the %-encoded name, which has %23 for a '#' of its own):
+//   in a name of a D or V line   one more than the number at its place in the last name of such a
+//                                line that differs from this one in numbers only; 1 in the first
+//   in a dimension of a V line   the last number of the variable's name
+// A '#' is always written where it can be, but for a last number of more than 20 digits. As in
+//   D  num_side_ss#  9        num_side_ss1
+//   D  num_side_ss#  6        num_side_ss2
+//   V  elem_ss#  int  num_side_ss#
+// Files before 0.10 (and drafts of it) begin with N instead of K, have all numbers in names, and in
+// V lines the numbers of D lines, from 0; they are read as they are.
 #pragma once
 
 #include <cstddef>

@@ -45,6 +45,16 @@ std::string new_key(std::string_view key) {
   return {};
 }
 
+// Before 0.10 it had places of dimensions. Stays as it is where it makes no sense.
+void renew_skeleton(Extra& skeleton) {
+  const std::string text = text_of_extra(skeleton);
+  if (!text.starts_with("N\t")) return;
+  try {
+    skeleton = text_extra(skeleton.key, to_text(from_text(text, {{}, ErrorCode::corrupt})));
+  } catch (const Failure&) {  // a writer says why
+  }
+}
+
 // Variables that have followed from the rest since 0.10.
 std::vector<std::string> keys_that_follow(const MeshInfo& info, const Extra& text) {
   const Place nowhere{{}, ErrorCode::corrupt};
@@ -92,6 +102,7 @@ bool is_id_that_follows(const Extra& extra, const ExtraIndex& extras) {
 void translate_old_extras(MeshInfo& info) {
   bool any = false;
   for (Extra& extra : info.extras) {
+    if (extra.key == "exodus/skeleton") renew_skeleton(extra);
     std::string key = new_key(extra.key);
     any |= !key.empty() || extra.key.ends_with("_status");
     if (!key.empty()) extra.key = std::move(key);

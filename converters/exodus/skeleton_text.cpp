@@ -6,11 +6,13 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <optional>
 #include <type_traits>
 #include <utility>
 
 #include "base/stored_value.h"
+#include "exodus/numbered_names.h"
 #include "exodus/skeleton.h"
 
 namespace shm::converters::exodus {
@@ -35,17 +37,26 @@ constexpr std::array<TypeWord, 12> kTypes{{{NC_BYTE, ScalarType::int8, "byte"},
                                            {NC_STRING, ScalarType::uint8, "string"}}};
 constexpr std::array<std::string_view, 5> kKinds{"classic", "64-bit-offset", "cdf5", "netcdf4",
                                                  "netcdf4-classic"};
+// What the first line begins with: whether variables have names or places of dimensions.
+constexpr std::string_view kNamesFollow = "K", kPlacesFollow = "N";
 constexpr std::string_view kCompact = "compact", kBigEndian = "big-endian", kFilled = "filled";
 
-void append_escaped(std::string& out, std::string_view text) {
+void append_escaped(std::string& out, std::string_view text, std::string_view also = {}) {
   constexpr char kDigits[] = "0123456789ABCDEF";
   for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x20 || byte == 0x7f || c == '%')
+    if (byte < 0x20 || byte == 0x7f || c == '%' || also.find(c) != std::string_view::npos)
       out += {'%', kDigits[byte >> 4], kDigits[byte & 15]};
     else
       out += c;
   }
+}
+
+// Of a dimension or variable: '#' stands for a number.
+std::string escaped_name(std::string_view name) {
+  std::string out;
+  append_escaped(out, name, "#");
+  return out;
 }
 
 template <class T>
@@ -160,7 +171,7 @@ void append_storage(std::string& out, const Storage& storage) {
 // Reads the lines of a skeleton.
 class TextParser {
  public:
-  explicit TextParser(const Place& place) : place_(&place) {}
+  TextParser(const Place& place, std::size_t bytes) : place_(&place), bytes_(bytes) {}
 
   void line(std::string_view text) {
     ++number_;
@@ -172,7 +183,8 @@ class TextParser {
       text.remove_prefix(tab + 1);
     }
     const std::string_view head = fields_[0];
-    if (head == "N")
+    if (number_ == 1) by_name_ = head == kNamesFollow;
+    if (head == (by_name_ ? kNamesFollow : kPlacesFollow))
       kind();
     else if (head == "D")
       dimension();
@@ -207,9 +219,17 @@ class TextParser {
   }
   std::string text(std::size_t field) const {
     need(field < fields_.size());
-    auto value = unescaped(fields_[field]);
+    return unescaped_text(fields_[field]);
+  }
+  std::string unescaped_text(std::string_view text) const {
+    auto value = unescaped(text);
     need(value.has_value());
     return *value;
+  }
+  // With its numbers, still escaped.
+  std::string name(NumberedNames& names) const {
+    need(fields_.size() > 1);
+    return by_name_ ? names.expanded(fields_[1]) : std::string(fields_[1]);
   }
   int type(std::size_t field) const {
     need(field < fields_.size());
@@ -226,7 +246,9 @@ class TextParser {
   void dimension() {
     const bool unlimited = fields_.size() == 4 && fields_[3] == "unlimited";
     need(unlimited || fields_.size() == 3);
-    skeleton.dimensions.push_back({text(1), number<std::uint64_t>(2), unlimited});
+    const std::string name = this->name(dimension_names_);
+    if (by_name_) need(places_.emplace(name, skeleton.dimensions.size()).second);
+    skeleton.dimensions.push_back({unescaped_text(name), number<std::uint64_t>(2), unlimited});
   }
   void attribute() {
     Attribute attribute{text(1), type(2), {}, {}};
@@ -248,13 +270,22 @@ class TextParser {
   }
   void variable() {
     Variable variable;
-    variable.name = text(1);
+    const std::string name = this->name(variable_names_), own = last_number(name);
+    variable.name = unescaped_text(name);
     variable.type = type(2);
     for (std::size_t i = 3; i < fields_.size(); ++i) {
-      variable.dimensions.push_back(number<std::size_t>(i));
+      variable.dimensions.push_back(by_name_ ? place_of(expanded_beside(own, fields_[i]))
+                                             : number<std::size_t>(i));
       need(variable.dimensions.back() < skeleton.dimensions.size());
+      mentioned_ += skeleton.dimensions[variable.dimensions.back()].name.size();
+      need(mentioned_ / kMostGrowth <= bytes_);
     }
     skeleton.variables.push_back(std::move(variable));
+  }
+  std::size_t place_of(const std::string& dimension) const {
+    const auto found = places_.find(dimension);
+    need(found != places_.end());
+    return found->second;
   }
   void storage() {
     need(!skeleton.variables.empty());
@@ -285,9 +316,16 @@ class TextParser {
     skeleton.variables.back().storage.filters.push_back(std::move(one));
   }
 
+  // Places of dimensions with long names would be far more text, by names, than a damaged file has.
+  static constexpr std::size_t kMostGrowth = 32;
+
   const Place* place_;
+  std::size_t bytes_, mentioned_ = 0;  // of the text, and of the names that variables mention
   std::vector<std::string_view> fields_;
   std::size_t number_ = 0;
+  bool by_name_ = false;
+  NumberedNames dimension_names_, variable_names_;
+  std::map<std::string, std::size_t> places_;  // of dimensions, by escaped name
 };
 
 }  // namespace
@@ -316,23 +354,26 @@ ScalarType scalar_of(int nc_type) {
 }
 
 std::string to_text(const Skeleton& skeleton) {
-  std::string out = "N\t";
+  std::string out(kNamesFollow);
+  out += '\t';
   out += kKinds[static_cast<std::size_t>(skeleton.kind)];
   out += '\n';
+  std::vector<std::string> dimensions;
+  NumberedNames names, variable_names;
   for (const Dimension& dimension : skeleton.dimensions) {
-    out += "D\t";
-    append_escaped(out, dimension.name);
+    dimensions.push_back(escaped_name(dimension.name));
+    out += "D\t" + names.shortened(dimensions.back());
     out += '\t' + std::to_string(dimension.length);
     if (dimension.unlimited) out += "\tunlimited";
     out += '\n';
   }
   append_attributes(out, skeleton.attributes);
   for (const Variable& variable : skeleton.variables) {
-    out += "V\t";
-    append_escaped(out, variable.name);
-    out += '\t';
+    const std::string name = escaped_name(variable.name), own = last_number(name);
+    out += "V\t" + variable_names.shortened(name) + '\t';
     out += word_of(variable.type);
-    for (const std::size_t d : variable.dimensions) out += '\t' + std::to_string(d);
+    for (const std::size_t d : variable.dimensions)
+      out += '\t' + shortened_beside(own, dimensions[d]);
     out += '\n';
     append_storage(out, variable.storage);
     append_attributes(out, variable.attributes);
@@ -341,7 +382,7 @@ std::string to_text(const Skeleton& skeleton) {
 }
 
 Skeleton from_text(std::string_view text, const Place& place) {
-  TextParser parser(place);
+  TextParser parser(place, text.size());
   while (!text.empty()) {
     const std::size_t end = text.find('\n');
     parser.line(text.substr(0, end));
