@@ -117,11 +117,10 @@ inline void mutate_header(shm::container::GroupHeader& header, Random& random) {
     default:
       if (header.streams.empty()) break;
       auto& entry = header.streams[random() % header.streams.size()];
-      switch (random() % 4) {
+      switch (random() % 3) {
         case 0: entry.kind = static_cast<shm::container::StreamKind>(random() % 9); break;
         case 1: disturb(entry.array, random); break;
-        case 2: entry.codec = static_cast<shm::container::Codec>(random() % 14); break;
-        default: entry.needs ^= 1u << random() % 8;
+        default: entry.codec = static_cast<shm::container::Codec>(random() % 14);
       }
   }
 }

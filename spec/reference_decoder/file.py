@@ -315,8 +315,6 @@ class File:
 
     def _index_columns(self, cursor):
         """Version 1, behind block_cells."""
-        short = cursor.short_number
-        cursor.list_of(lambda: (cursor.varint32(), cursor.list_of(lambda: (short(), short()))))  # ranges
         count = cursor.varint()
         if count != len(self.entries):
             cursor.fail("more or fewer entries than chunks")
@@ -327,7 +325,7 @@ class File:
         for _ in range(4 * groups):  # segment, cells, vertices, header_bytes
             cursor.varint()
         for _ in range(6 * groups):  # boxes
-            short()
+            cursor.short_number()
         parts = sum(cursor.varint() for _ in range(kinds.count(STEP_VALUES)))
         for _ in range(4 * parts):  # array, group, step, count
             cursor.varint()

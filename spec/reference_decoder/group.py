@@ -35,7 +35,7 @@ class GroupHeader:
         self.imported_vertices, self.unused_vertices, self.max_active_vertices = (cursor.varint() for _ in range(3))
         self.decoded_bytes = cursor.varint()
         self.box = [cursor.short_number() if chunk.version else cursor.f64() for _ in range(6)]
-        listed = cursor.list_of(lambda: self._stream(cursor, schema))
+        listed = cursor.list_of(lambda: self._stream(cursor, schema, chunk.version))
         sums_to = cursor.at
         if cursor.u32() != checksum(payload[:sums_to]):
             cursor.fail("a checksum that does not match")
@@ -55,11 +55,12 @@ class GroupHeader:
             self.streams[kind if kind != ARRAY else (ARRAY, array)] = Stream(kind, array, codec, data)
         cursor.end()
 
-    def _stream(self, cursor, schema):
+    def _stream(self, cursor, schema, version):
         kind = cursor.u8()
         array = cursor.varint32() if kind == ARRAY else 0
         codec = cursor.u8()
-        cursor.varint32()  # needs
+        if version == 0:
+            cursor.varint32()  # needs
         size, sum_ = cursor.varint(), cursor.u32()
         if kind == ARRAY and (array >= len(schema.arrays) or schema.arrays[array].per_step):
             cursor.fail("a stream of no static array")

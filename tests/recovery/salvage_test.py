@@ -386,7 +386,7 @@ class Salvage(unittest.TestCase):
         self.assertIn(b"-o OUT.shm", refused.stderr)
 
     def test_index_of_rounded_values(self):
-        """Ranges in an index made anew are of what the file holds; all else is as it was."""
+        """Nothing in an index is of the values before they were rounded."""
         made = self.shm("compress", self.path("m.e"), "-o", self.path("rounded.shm"), "--array",
                         "attrib1:abs=1e-3")
         self.assertEqual(made.returncode, 0, made.stderr)
@@ -397,11 +397,9 @@ class Salvage(unittest.TestCase):
         data[index.at:index.at + 8] = bytes(8)
         done = self.shm("repair", self.put(data), "-o", self.path("rest.shm"))
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn(b"made anew, with ranges of the values as they are restored", done.stdout)
+        self.assertIn(b"the index, which was made anew", done.stdout)
         with open(self.path("rest.shm"), "rb") as file:
-            rest = file.read()
-        self.assertEqual(rest[:index.at], whole[:index.at])
-        self.assertNotEqual(rest, whole)
+            self.assertTrue(file.read() == whole)
         self.assertEqual(self.shm("verify", self.path("rest.shm"), "--against", self.path("m.e")).returncode, 0)
 
     def test_without_index_and_more(self):

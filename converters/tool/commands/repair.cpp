@@ -93,19 +93,12 @@ std::string salvage_text(const SalvageReport& salvaged, const CommonOptions& opt
   return text;
 }
 
-std::string new_index_text(const Schema& schema) {
-  const bool kept = std::none_of(schema.arrays.begin(), schema.arrays.end(), [](const auto& it) {
-    return !it.per_step && it.quantization.lossy();
-  });
-  const std::string text = "; every chunk was there but the index, which was made anew";
-  return text + (kept ? "\n" : ", with ranges of the values as they are restored\n");
-}
-
 std::string outcome_text(const Repair& repair, const CommonOptions& options) {
   if (repair.salvaged) return salvage_text(*repair.salvaged, options);
   if (repair.was_sound()) return options.output + ": nothing was damaged\n";
   if (repair.new_index)
-    return options.output + ": as it was" + new_index_text(*repair.damage.schema);
+    return options.output +
+           ": as it was; every chunk was there but the index, which was made anew\n";
   if (!repair.has_parity) return options.output + ": as it was; every chunk was there\n";
   return options.output + ": as it was; " + counted(repair.healed, "block") + " of " +
          std::to_string(repair.blocks) + " healed, " + counted(repair.damaged_packets, "packet") +

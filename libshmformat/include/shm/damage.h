@@ -70,10 +70,10 @@ SHM_API Result<DamageReport> find_damage(RandomSource& source, const ReadLimits&
 
 /// Writes the very bytes that the file had, from chunks that are all whole, but perhaps not in
 /// their places, repeated, or between stray bytes; what stands at the start and at the end is made
-/// anew. So is an index that is lost, from all that a Decoder finds; there the ranges of arrays
-/// that are kept within a bound are those of their values as they are restored, and these bytes may
-/// be others. Fails, and writes nothing, unless DamageReport::restorable, or
-/// DamageReport::lacks_index and the index could be made.
+/// anew. So is an index that is lost, from all that a Decoder finds; in a file of before 0.10 the
+/// ranges of arrays that are kept within a bound are those of their values as they are restored
+/// there, and these bytes may be others. Fails, and writes nothing, unless
+/// DamageReport::restorable, or DamageReport::lacks_index and the index could be made.
 SHM_API Result<void> write_in_order(RandomSource& source, ByteSink& sink,
                                     const ReadLimits& limits = {});
 

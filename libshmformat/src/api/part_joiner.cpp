@@ -42,13 +42,8 @@ class __attribute__((visibility("hidden"))) PartJoiner::Impl {
   /// Those of steps, or of no groups, have none.
   Result<void> add_totals(const container::Index& part) {
     if (part.segments == 0) return {};
-    const bool fits =
-        part.block_cells.size() == totals_.block_cells.size() &&
-        std::equal(part.ranges.begin(), part.ranges.end(), totals_.ranges.begin(),
-                   totals_.ranges.end(), [](const auto& a, const auto& b) {
-                     return a.array == b.array && a.minimum.size() == b.minimum.size();
-                   });
-    if (!fits) return Error{ErrorCode::corrupt, "has another schema", "part", kNoOffset, {}};
+    if (part.block_cells.size() != totals_.block_cells.size())
+      return Error{ErrorCode::corrupt, "has another schema", "part", kNoOffset, {}};
     totals_.vertices += part.vertices;
     totals_.cells += part.cells;
     totals_.hexahedra += part.hexahedra;
@@ -57,7 +52,6 @@ class __attribute__((visibility("hidden"))) PartJoiner::Impl {
     totals_.imported_vertices += part.imported_vertices;
     for (std::size_t b = 0; b < part.block_cells.size(); ++b)
       totals_.block_cells[b] += part.block_cells[b];
-    widen(totals_.ranges, part.ranges);
     return {};
   }
 

@@ -143,7 +143,7 @@ void put(ByteWriter& payload, const GroupHeader& header) {
     out.put_u8(static_cast<std::uint8_t>(stream.kind));
     if (stream.kind == StreamKind::array) out.put_varint(stream.array);
     out.put_u8(static_cast<std::uint8_t>(stream.codec));
-    out.put_varint(stream.needs);
+    if (header.version == 0) out.put_varint(stream.needs);
     out.put_varint(stream.bytes);
     out.put_u32(stream.checksum);
   }
@@ -164,13 +164,13 @@ bool get(ByteReader& in, GroupHeader& header, std::uint8_t version) {
   header.decoded_bytes = in.get_varint();
   for (double& side : header.box) side = version == 0 ? in.get_f64() : get_short(in);
   header.streams.clear();
-  const std::uint64_t streams = in.get_count(8);
+  const std::uint64_t streams = in.get_count(7);
   for (std::uint64_t i = 0; i < streams && in.ok(); ++i) {
     StreamEntry stream;
     stream.kind = static_cast<StreamKind>(in.get_u8());
     if (stream.kind == StreamKind::array) stream.array = in.get_varint32();
     stream.codec = static_cast<Codec>(in.get_u8());
-    stream.needs = in.get_varint32();
+    if (version == 0) stream.needs = in.get_varint32();
     stream.bytes = in.get_varint();
     stream.checksum = in.get_u32();
     header.streams.push_back(stream);
@@ -314,40 +314,36 @@ void get_totals(ByteReader& in, Index& index) {
     index.block_cells.push_back(in.get_varint());
 }
 
-template <class PutNumber>
-void put_ranges(ByteWriter& out, const Index& index, PutNumber&& put_number) {
+// --- version 0
+
+void put_ranges(ByteWriter& out, const Index& index) {
   out.put_varint(index.ranges.size());
   for (const ArrayRange& range : index.ranges) {
     out.put_varint(range.array);
     out.put_varint(range.minimum.size());
     for (std::size_t c = 0; c < range.minimum.size(); ++c) {
-      put_number(out, range.minimum[c]);
-      put_number(out, range.maximum[c]);
+      out.put_f64(range.minimum[c]);
+      out.put_f64(range.maximum[c]);
     }
   }
 }
-/// A number takes at least `least` bytes.
-template <class GetNumber>
-void get_ranges(ByteReader& in, Index& index, std::size_t least, GetNumber&& get_number) {
+void get_ranges(ByteReader& in, Index& index) {
   for (std::uint64_t n = in.get_count(2); n > 0 && in.ok(); --n) {
     ArrayRange range;
     range.array = in.get_varint32();
-    for (std::uint64_t c = in.get_count(2 * least); c > 0 && in.ok(); --c) {
-      range.minimum.push_back(get_number(in));
-      range.maximum.push_back(get_number(in));
+    for (std::uint64_t c = in.get_count(16); c > 0 && in.ok(); --c) {
+      range.minimum.push_back(in.get_f64());
+      range.maximum.push_back(in.get_f64());
     }
     index.ranges.push_back(std::move(range));
   }
 }
 
-// --- version 0
-
 void put_lines(ByteWriter& out, const Index& index) {
-  const auto put_number = [](ByteWriter& to, double number) { to.put_f64(number); };
   out.put_varint(index.previous_index);
   put_totals(out, index);
   put(out, index.streams);
-  put_ranges(out, index, put_number);
+  put_ranges(out, index);
   out.put_varint(index.entries.size());
   for (const IndexEntry& entry : index.entries) {
     out.put_u8(entry.kind);
@@ -357,7 +353,7 @@ void put_lines(ByteWriter& out, const Index& index) {
       out.put_varint(entry.segment);
       for (std::uint64_t v : {entry.first_cell, entry.cells, entry.first_vertex, entry.vertices})
         out.put_varint(v);
-      for (double v : entry.box) put_number(out, v);
+      for (double v : entry.box) out.put_f64(v);
       out.put_varint(entry.header_bytes);
     } else if (entry.is(ChunkKind::step_values)) {
       const StepEntry part = entry.parts.empty() ? StepEntry{} : entry.parts[0];
@@ -371,11 +367,10 @@ void put_lines(ByteWriter& out, const Index& index) {
 }
 
 bool get_lines(ByteReader& in, Index& index, std::uint64_t max_entries) {
-  const auto get_number = [](ByteReader& from) { return from.get_f64(); };
   index.previous_index = in.get_varint();
   get_totals(in, index);
   get(in, index.streams);
-  get_ranges(in, index, 8, get_number);
+  get_ranges(in, index);
   const std::uint64_t entries = in.get_count(3);
   if (entries > max_entries) return false;
   for (std::uint64_t n = entries; n > 0 && in.ok(); --n) {
@@ -388,7 +383,7 @@ bool get_lines(ByteReader& in, Index& index, std::uint64_t max_entries) {
       for (std::uint64_t* v :
            {&entry.first_cell, &entry.cells, &entry.first_vertex, &entry.vertices})
         *v = in.get_varint();
-      for (double& v : entry.box) v = get_number(in);
+      for (double& v : entry.box) v = in.get_f64();
       entry.header_bytes = in.get_varint();
     } else if (entry.is(ChunkKind::step_values)) {
       StepEntry& part = entry.parts.emplace_back();
@@ -529,7 +524,6 @@ void put(ByteWriter& out, const Index& index) {
   }
   ByteWriter blob;
   put_totals(blob, index);
-  put_ranges(blob, index, put_short);
   put_columns(blob, index.entries);
   const bool packs = blob.bytes.size() <= most_packed_bytes(index.entries.size());
   put_packed(out, blob.bytes, packs ? Packing::with_dictionary : Packing::none);
@@ -544,7 +538,6 @@ bool get(ByteReader& in, Index& index, std::uint8_t version, std::uint64_t max_e
   if (!blob) return false;
   ByteReader fields(*blob);
   get_totals(fields, index);
-  get_ranges(fields, index, 1, get_short);
   return get_columns(fields, index.entries, max_entries);
 }
 

@@ -136,8 +136,7 @@ struct StreamEntry {
   StreamKind kind = StreamKind::connectivity;
   std::uint32_t array = 0;  ///< only for StreamKind::array
   Codec codec = Codec::rows;
-  std::uint32_t needs = 0;  ///< bit per StreamKind that must be decoded with it
-  void add_need(StreamKind of) { needs |= 1u << static_cast<unsigned>(of); }
+  std::uint32_t needs = 0;  ///< version 0: bit per StreamKind that must be decoded with it
   std::uint64_t bytes = 0;
   std::uint32_t checksum = 0;
 };
@@ -245,7 +244,7 @@ struct Index {
   std::uint64_t segments = 0, imported_vertices = 0;
   std::vector<std::uint64_t> block_cells;
   std::vector<NamedBytes> streams;  ///< version 0: all but the container's
-  std::vector<ArrayRange> ranges;
+  std::vector<ArrayRange> ranges;   ///< version 0: of the static arrays
   std::vector<IndexEntry> entries;
 };
 void put(ByteWriter& out, std::span<const NamedBytes> streams);

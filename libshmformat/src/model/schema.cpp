@@ -371,21 +371,6 @@ ValueRange range_of(ScalarType type, const std::byte* values, std::size_t count,
   return range_as<std::uint8_t>(values, 0, stride);
 }
 
-container::ArrayRange range_of_array(const Schema& schema, std::uint32_t array,
-                                     const std::byte* values, std::size_t count,
-                                     std::size_t stride) {
-  const ArrayInfo& info = schema.arrays[array];
-  container::ArrayRange range;
-  range.array = array;
-  for (std::size_t c = 0; c < info.components; ++c) {
-    const ValueRange one = range_of(
-        info.type, count == 0 ? values : values + c * scalar_bytes(info.type), count, stride);
-    range.minimum.push_back(one.minimum);
-    range.maximum.push_back(one.maximum);
-  }
-  return range;
-}
-
 // --- extras
 namespace {
 

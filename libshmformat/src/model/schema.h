@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -44,31 +43,13 @@ Result<std::vector<Extra>> get_extras(std::span<const std::byte> payload, std::u
                                       std::uint64_t limit);
 
 // Totals: what the index of a file holds of its mesh (container::Index without the chunks), summed
-// up group by group, or part by part. Among it the smallest and largest finite value of each
-// component of an array. spec: "Index and trailer"
+// up group by group, or part by part. spec: "Index and trailer"
 
-/// Of no group yet: ranges of static arrays are empty.
+/// Of no group yet.
 inline container::Index totals_of_nothing(const Schema& schema) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   container::Index totals;
   totals.block_cells.resize(schema.blocks.size());
-  for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
-    const std::size_t n = schema.arrays[a].components;
-    if (!schema.arrays[a].per_step)
-      totals.ranges.push_back(
-          {a, std::vector<double>(n, kInfinity), std::vector<double>(n, -kInfinity)});
-  }
   return totals;
-}
-
-/// Must hold: both are of the same arrays.
-inline void widen(std::vector<container::ArrayRange>& ranges,
-                  const std::vector<container::ArrayRange>& more) {
-  for (std::size_t r = 0; r < more.size(); ++r)
-    for (std::size_t c = 0; c < more[r].minimum.size(); ++c) {
-      ranges[r].minimum[c] = std::min(ranges[r].minimum[c], more[r].minimum[c]);
-      ranges[r].maximum[c] = std::max(ranges[r].maximum[c], more[r].maximum[c]);
-    }
 }
 
 /// Elements of an array in a mesh of such totals.
@@ -87,10 +68,5 @@ struct ValueRange {
 /// Of `count` scalars, `stride` bytes apart. Integers are rounded to doubles.
 ValueRange range_of(ScalarType type, const std::byte* values, std::size_t count,
                     std::size_t stride);
-
-/// Of `count` elements of an array of the schema, `stride` bytes apart.
-container::ArrayRange range_of_array(const Schema& schema, std::uint32_t array,
-                                     const std::byte* values, std::size_t count,
-                                     std::size_t stride);
 
 }  // namespace shm

@@ -57,13 +57,13 @@ Error not_restorable(std::string detail, std::uint64_t offset,
 Result<container::Index> index_anew(RandomSource& source, const FoundChunks& found,
                                     const ReadLimits& limits) {
   if (!has_all_that_is_known(found)) return not_restorable("not all chunks are whole", kNoOffset);
-  auto index = IndexBuilder(source, found, limits).make();
-  if (!index) return index;
   container::FileStart start;
   const std::vector<std::byte> beginning = found.beginning();
   ByteReader in(beginning);
   if (!container::get(in, start)) return not_restorable("no schema is whole", kNoOffset);
-  index->version = container::version_of_chunk(ChunkKind::index, start);
+  const std::uint8_t version = container::version_of_chunk(ChunkKind::index, start);
+  auto index = IndexBuilder(source, found, limits, version).make();
+  if (!index) return index;
   ByteWriter payload;
   container::put(payload, *index);
   const std::uint64_t bytes = payload.bytes.size(), end = found.end_of_chunks();
@@ -71,8 +71,9 @@ Result<container::Index> index_anew(RandomSource& source, const FoundChunks& fou
     return not_restorable("would take " + std::to_string(bytes) + " bytes, the limit is " +
                               std::to_string(limits.max_chunk_bytes),
                           end, ErrorCode::over_limit);
-  // Ranges of what is restored differ from those of what was written, and so do other versions of
-  // zstd: the index may have had some bytes more or less, but not so many as a chunk has.
+  // Another version of zstd packs otherwise, and of version 0 ranges of what is restored differ
+  // from those of what was written: the index may have had some bytes more or less, but not so many
+  // as a chunk has.
   const std::uint64_t wanted = container::kChunkHeaderBytes + bytes + container::kTrailerBytes;
   const std::uint64_t left = source.size() - end;
   const bool fills = std::max(left, wanted) - std::min(left, wanted) < container::kChunkHeaderBytes;

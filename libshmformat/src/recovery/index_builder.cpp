@@ -1,6 +1,7 @@
 #include "recovery/index_builder.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -21,11 +22,20 @@ Error not_all(std::uint64_t offset) {
 
 }  // namespace
 
-IndexBuilder::IndexBuilder(RandomSource& source, const FoundChunks& found, const ReadLimits& limits)
-    : source_(&source),
-      found_(&found),
-      decoder_(limits),
-      index_(totals_of_nothing(*found.schema())) {}
+IndexBuilder::IndexBuilder(RandomSource& source, const FoundChunks& found, const ReadLimits& limits,
+                           std::uint8_t version)
+    : source_(&source), found_(&found), decoder_(limits) {
+  index_.version = version;
+  if (version > 0) return;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const auto& arrays = found.schema()->arrays;
+  for (std::uint32_t a = 0; a < arrays.size(); ++a) {
+    const std::size_t n = arrays[a].components;
+    if (!arrays[a].per_step)
+      index_.ranges.push_back(
+          {a, std::vector<double>(n, kInfinity), std::vector<double>(n, -kInfinity)});
+  }
+}
 
 Result<container::Index> IndexBuilder::make() {
   const std::vector<std::byte> beginning = found_->beginning();
@@ -41,6 +51,7 @@ Result<container::Index> IndexBuilder::make() {
   }
   auto made = decoder_.held();
   if (!made) return made.error();
+  made->version = index_.version;
   made->ranges = std::move(index_.ranges);
   made->entries = std::move(index_.entries);
   return made;
@@ -91,7 +102,7 @@ Result<void> IndexBuilder::decode(std::span<const std::byte> bytes) {
     if (!progress) return progress.error();
     if (*progress != Decoder::Progress::item_ready) return {};
     const Item item = decoder_.take();
-    if (const auto* block = std::get_if<MeshBlock>(&item)) take(*block);
+    if (const auto* block = std::get_if<MeshBlock>(&item)) widen_ranges(*block);
     if (const auto* piece = std::get_if<StepPiece>(&item)) {
       auto& parts = index_.entries.back().parts;
       if (piece_of_chunk_ < parts.size()) parts[piece_of_chunk_++].first = piece->first;
@@ -100,17 +111,18 @@ Result<void> IndexBuilder::decode(std::span<const std::byte> bytes) {
   }
 }
 
-void IndexBuilder::take(const MeshBlock& block) {
-  const Schema& schema = *found_->schema();
-  std::vector<container::ArrayRange> ranges;
-  for (const container::ArrayRange& range : index_.ranges) {
-    const ArrayInfo& info = schema.arrays[range.array];
+void IndexBuilder::widen_ranges(const MeshBlock& block) {
+  for (container::ArrayRange& range : index_.ranges) {
+    const ArrayInfo& info = found_->schema()->arrays[range.array];
     const std::vector<std::byte>& values = block.arrays[range.array];
-    const std::size_t stride = scalar_bytes(info.type) * info.components;
-    ranges.push_back(
-        range_of_array(schema, range.array, values.data(), values.size() / stride, stride));
+    const std::size_t width = scalar_bytes(info.type), stride = width * info.components;
+    for (std::size_t c = 0; c < info.components && !values.empty(); ++c) {
+      const ValueRange more =
+          range_of(info.type, values.data() + c * width, values.size() / stride, stride);
+      range.minimum[c] = std::min(range.minimum[c], more.minimum);
+      range.maximum[c] = std::max(range.maximum[c], more.maximum);
+    }
   }
-  widen(index_.ranges, ranges);
 }
 
 }  // namespace shm

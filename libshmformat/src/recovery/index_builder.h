@@ -1,11 +1,11 @@
 // IndexBuilder: the index of a file that has lost it, from chunks that are all there. Its totals
-// of the mesh are what a Decoder counts that goes through all of it; ranges are those of the values
-// as they are restored, which are their writer's unless they are kept within a bound.
-// in:  FoundChunks     out: container::Index
-// spec: "Index and trailer", "Recovery"
+// of the mesh are what a Decoder counts that goes through all of it; ranges, in version 0, are
+// those of the values as they are restored, which are their writer's unless they are kept within a
+// bound. in:  FoundChunks     out: container::Index spec: "Index and trailer", "Recovery"
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 #include "recovery/found_chunks.h"
@@ -16,7 +16,8 @@ namespace shm {
 class IndexBuilder {
  public:
   /// All is borrowed. Must hold: `found` has a schema.
-  IndexBuilder(RandomSource& source, const FoundChunks& found, const ReadLimits& limits);
+  IndexBuilder(RandomSource& source, const FoundChunks& found, const ReadLimits& limits,
+               std::uint8_t version);
 
   /// Offsets are those of a file in which all chunks stand by their numbers. Fails where a chunk is
   /// missing or hurt, or its values cannot be decoded. Once only.
@@ -26,7 +27,7 @@ class IndexBuilder {
   Result<void> add(const container::FoundChunk& chunk);
   Result<container::IndexEntry> entry_of(const container::FoundChunk& chunk);
   Result<void> decode(std::span<const std::byte> bytes);
-  void take(const MeshBlock& block);
+  void widen_ranges(const MeshBlock& block);
 
   RandomSource* source_;
   const FoundChunks* found_;

@@ -492,7 +492,6 @@ Result<void> MeshEncoder::finish_group(EncodedGroup& group) {
   totals_.imported_vertices += header.imported_vertices;
   totals_.hexahedra += group.hexahedra;
   totals_.max_active_vertices = std::max(totals_.max_active_vertices, header.max_active_vertices);
-  widen(totals_.ranges, group.ranges);
   return sink_(group.segment, header, group.streams);
 }
 
@@ -518,9 +517,6 @@ void MeshEncoder::code_import_numbers(EncodedGroup& group) {
   container::StreamEntry entry;
   entry.kind = StreamKind::vertex_numbers;
   entry.codec = container::Codec::predictive;
-  entry.needs = 1u << static_cast<unsigned>(StreamKind::connectivity);
-  if (header.streams[0].codec != container::Codec::shifts)  // which mark what is imported
-    entry.needs |= 1u << static_cast<unsigned>(StreamKind::imports);
   entry.bytes = bytes.size();
   entry.checksum = checksum(bytes);
   std::size_t at = 0;

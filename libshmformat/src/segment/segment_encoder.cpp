@@ -47,14 +47,6 @@ std::array<double, 6> GroupValues::box() const {
   return box;
 }
 
-std::vector<container::ArrayRange> GroupValues::ranges() const {
-  std::vector<container::ArrayRange> ranges;
-  for (std::size_t column = 1; column < columns_.size(); ++column)
-    ranges.push_back(
-        range_of_array(*schema_, array(column), values(column), count(column), stride(column)));
-  return ranges;
-}
-
 void GroupValues::clear() {
   vertices_.clear();
   for (Column& it : columns_) it.cells.clear();
@@ -149,7 +141,6 @@ void SegmentEncoder::begin_group() {
 void SegmentEncoder::end_group(std::vector<EncodedGroup>& done) {
   encode_streams();
   group_.header.box = values_.box();
-  group_.ranges = values_.ranges();
   values_.clear();
   tile_ends_ = {};
   next_cell_ += group_.header.cells;

@@ -66,8 +66,7 @@ struct EncodedGroup {
   container::GroupHeader header;
   std::vector<std::vector<std::byte>> streams;  ///< those that the header lists
   std::uint64_t hexahedra = 0;
-  std::vector<container::ArrayRange> ranges;  ///< of the static arrays
-  std::vector<std::uint64_t> cell_numbers;    ///< in coding order, if wanted
+  std::vector<std::uint64_t> cell_numbers;  ///< in coding order, if wanted
 
   struct Vertex {
     std::uint64_t number = 0;
@@ -141,8 +140,6 @@ class GroupValues {
 
   /// The box of the finite coordinates.
   std::array<double, 6> box() const;
-  /// Ranges of the static arrays.
-  std::vector<container::ArrayRange> ranges() const;
   void clear();
 
  private:

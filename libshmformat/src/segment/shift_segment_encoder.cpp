@@ -221,7 +221,6 @@ void ShiftSegmentEncoder::add_column(std::size_t c, std::span<const std::uint64_
   container::StreamEntry entry;
   entry.kind = c == 0 ? StreamKind::geometry : StreamKind::array;
   entry.array = values_.array(c);
-  entry.add_need(StreamKind::connectivity);
   if (predicts() && predicted_[c]) {
     predicted_[c]->make_room(neighbours_.slots());
     auto encoded = predicted_[c]->encode(of_cells ? cells_ : vertices_, values_.values(c),

@@ -110,11 +110,6 @@ void SurfaceSegmentEncoder::add_symbols(std::size_t stream) {
   if (bytes.empty() && !(entry.kind == StreamKind::connectivity && group_.header.cells > 0)) return;
   entry.codec =
       entry.kind >= StreamKind::vertex_numbers ? Codec::predictive : stream_codec(options_.codec);
-  if (entry.kind != StreamKind::connectivity) entry.add_need(StreamKind::connectivity);
-  // in stored order
-  if (entry.kind == StreamKind::imports ||
-      (entry.kind == StreamKind::vertex_numbers && schema_->order == Order::keep))
-    entry.add_need(StreamKind::corner_order);
   add_stream(entry, std::move(bytes));
 }
 
@@ -128,8 +123,6 @@ void SurfaceSegmentEncoder::add_column(std::size_t stream) {
   entry.kind = listed_[stream].kind;
   entry.array = listed_[stream].array;
   entry.codec = column.codec;
-  entry.add_need(StreamKind::connectivity);
-  entry.add_need(StreamKind::corner_order);  // along stored axes
   add_stream(entry, std::move(column.bytes));
 }
 
