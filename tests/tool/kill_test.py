@@ -56,10 +56,7 @@ class KillTest(FolderTest):
         ]
         times = []
         for words, output, before, _ in cases:
-            self.prepare(output, before)
-            begin = time.monotonic()
-            self.shm(*words)
-            times.append(time.monotonic() - begin)
+            times.append(min(self.time_of(words, output, before) for _ in range(2)))
         chance = random.Random(46)
         end = time.monotonic() + SECONDS
         killed = finished = left = 0
@@ -85,6 +82,12 @@ class KillTest(FolderTest):
             self.prepare(output, before)
             self.shm(*words)
         self.assertEqual([name for name in self.others() if ".e.tmp" in name], [])
+
+    def time_of(self, words, output, before):
+        self.prepare(output, before)
+        begin = time.monotonic()
+        self.shm(*words)
+        return time.monotonic() - begin
 
     def prepare(self, output, before):
         if os.path.exists(self.path(output)):
