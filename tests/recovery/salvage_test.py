@@ -108,7 +108,6 @@ class Chunk:
                 kind = self.byte(data)
                 array = self.varint(data) if kind == 6 else None
                 self.byte(data)
-                self.varint(data)
                 self.streams.append([kind, array, 0, self.varint(data)])
                 self.place += 4
             begin = self.place + 4
