@@ -175,7 +175,7 @@ std::optional<std::vector<std::byte>> ValueColumn<Coder>::encode_predicted(
   const ClassNumbers numbers = class_numbers_;  // trials number classes that are never coded
   std::vector<DomainPlan> plans;
   for (std::size_t c = 0; c < info_->components; ++c)
-    plans.push_back(choose_domain(c, first, bits[c], reference[c], level));
+    plans.push_back(choose_domain(c, elements, first, bits[c], reference[c], level));
   for (std::size_t c = 0; c < info_->components; ++c)
     if (!columns_[c].may_change_to(plans[c].domain)) {
       class_numbers_ = numbers;
@@ -277,7 +277,7 @@ bool ValueColumn<Coder>::code_component(std::size_t component, std::span<const N
 }
 
 template <class Coder>
-DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component,
+DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component, const TiledItems& elements,
                                              std::span<const Neighbourhood> first_tile,
                                              std::span<const std::uint64_t> bits,
                                              std::span<const std::uint64_t> reference,
@@ -290,7 +290,7 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component,
   std::size_t best = 0;
   double least = -1;  // not known
   for (std::size_t p = 0; p < plans.size() && plans.size() > 1 && !first_tile.empty(); ++p) {
-    const double size = size_by(plans[p], component, first_tile, bits, reference);
+    const double size = size_by(plans[p], component, elements, first_tile, bits, reference);
     if (p > 0 && size >= least) continue;
     least = size;
     best = p;
@@ -299,34 +299,42 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component,
   if (first_tile.empty() || !has_earlier_values_) return plan;
   EarlierValues earlier(*info_, component, plan.domain, bits, reference);
   if (!earlier.may_help()) return plan;
-  if (least < 0) least = size_by(plan, component, first_tile, bits, reference);
-  const ValueDomain without = plan.domain;
-  earlier.choose(8 * least / static_cast<double>(bits.size()), !plan.table.empty(), plan.domain);
-  // What is about to be coded anyway is no estimate.
-  if (!(plan.domain == without) && first_tile.size() == bits.size() &&
-      size_by(plan, component, first_tile, bits, reference) >= least)
-    plan.domain = without;
-  return plan;
+  if (least < 0) least = size_by(plan, component, elements, first_tile, bits, reference);
+  DomainPlan with = plan;
+  earlier.choose(8 * least / static_cast<double>(bits.size()), !plan.table.empty(), with.domain);
+  if (with.domain == plan.domain) return plan;
+  // What is found may be what neighbours know, too; only coding all of it tells.
+  if (first_tile.size() < bits.size())
+    least = size_by(plan, component, elements, elements.items, bits, reference);
+  return size_by(with, component, elements, elements.items, bits, reference) < least ? with : plan;
 }
 
 template <class Coder>
 double ValueColumn<Coder>::size_by(const DomainPlan& plan, std::size_t component,
-                                   std::span<const Neighbourhood> first_tile,
+                                   const TiledItems& elements, std::span<const Neighbourhood> items,
                                    std::span<const std::uint64_t> bits,
                                    std::span<const std::uint64_t> reference) {
   if constexpr (!Coder::kDecodes) {
-    typename ScalarColumn<Coder>::Trial column(columns_[component], first_tile, plan.domain);
-    const auto own = bits.first(first_tile.size());
-    std::vector<std::uint64_t> values(own.begin(), own.end());
+    typename ScalarColumn<Coder>::Trial column(columns_[component], items, plan.domain);
+    std::vector<std::uint64_t> values;
     Coder head, body;
     column->begin_group(head, plan, std::span(columns_).first(component), bits.size());
-    classify(first_tile, style_);
     column->set_style(style_);
-    column->code_tile(body, {first_tile, tile_classes(), {}, part_of(reference, 0, values.size())},
-                      values);
+    std::size_t at = 0;
+    for_each_tile(elements, [&](const TiledItems::Tile& tile) {
+      if (at > 0 && items.size() < elements.items.size()) return;  // the first one alone
+      const auto own = covered(tile);
+      if (own.empty()) return;
+      classify(own, style_);
+      const auto its = bits.subspan(at, own.size());
+      values.assign(its.begin(), its.end());
+      column->code_tile(body, {own, tile_classes(), {}, part_of(reference, at, own.size())},
+                        values);
+      at += own.size();
+    });
     return static_cast<double>(head.finish().size()) + static_cast<double>(body.finish().size()) *
                                                            static_cast<double>(bits.size()) /
-                                                           static_cast<double>(first_tile.size());
+                                                           static_cast<double>(at);
   }
   return 0;
 }

@@ -126,12 +126,14 @@ class ValueColumn {
   TileClasses tile_classes() const { return {classes_, class_numbers_.families()}; }
   bool code_component(std::size_t component, std::span<const Neighbourhood> items,
                       std::span<std::uint64_t> bits, std::span<const std::uint64_t> reference);
-  DomainPlan choose_domain(std::size_t component, std::span<const Neighbourhood> first_tile,
+  DomainPlan choose_domain(std::size_t component, const TiledItems& elements,
+                           std::span<const Neighbourhood> first_tile,
                            std::span<const std::uint64_t> bits,
                            std::span<const std::uint64_t> reference, Level level);
-  /// About the bytes of the component by such a plan, from the first tile.
-  double size_by(const DomainPlan& plan, std::size_t component,
-                 std::span<const Neighbourhood> first_tile, std::span<const std::uint64_t> bits,
+  /// The bytes of the component by such a plan: about, where `items` are the covered ones of the
+  /// first tile that has any, or all those of the group.
+  double size_by(const DomainPlan& plan, std::size_t component, const TiledItems& elements,
+                 std::span<const Neighbourhood> items, std::span<const std::uint64_t> bits,
                  std::span<const std::uint64_t> reference);
   bool covers(std::uint32_t block) const {
     return blocks_.empty() || std::binary_search(blocks_.begin(), blocks_.end(), block);
