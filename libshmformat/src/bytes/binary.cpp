@@ -1,11 +1,13 @@
 #include "bytes/binary.h"
 
 #include <xxhash.h>
+#define ZSTD_STATIC_LINKING_ONLY  // allocators
 #include <zstd.h>
 #include <zstd_errors.h>
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <memory>
 #include <new>
 
@@ -218,9 +220,46 @@ const std::vector<std::byte>& the_dictionary() {
 constexpr std::array<std::byte, 4> kMagic = {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f},
                                              std::byte{0xfd}};
 
+/// Memory that is there already for the one allocation that zstd does not check, of its dictionary
+/// made ready; smaller ones come before it.
+class DictionaryMemory {
+ public:
+  DictionaryMemory(std::size_t dictionary, int level)
+      : least_(dictionary),
+        most_(2 * ZSTD_estimateCDictSize(dictionary, level)),
+        bytes_(new std::byte[most_]) {}
+
+  ZSTD_customMem allocator() {
+    return {[](void* its, std::size_t size) {
+              return static_cast<DictionaryMemory*>(its)->allocate(size);
+            },
+            [](void* its, void* place) { static_cast<DictionaryMemory*>(its)->free(place); }, this};
+  }
+
+ private:
+  void* allocate(std::size_t size) {
+    if (void* place = std::malloc(size)) return place;
+    if (size <= least_ || size > most_ || taken_) return nullptr;
+    taken_ = true;
+    return bytes_.get();
+  }
+  void free(void* place) {
+    if (place == bytes_.get())
+      taken_ = false;
+    else
+      std::free(place);
+  }
+
+  std::size_t least_, most_;
+  std::unique_ptr<std::byte[]> bytes_;
+  bool taken_ = false;
+};
+
 std::vector<std::byte> pack_with_dictionary(std::span<const std::byte> blob, int level) {
-  const std::unique_ptr<ZSTD_CCtx, FreeContext> context(made(ZSTD_createCCtx()));
   const auto& dictionary = the_dictionary();
+  DictionaryMemory memory(dictionary.size(), level);
+  const std::unique_ptr<ZSTD_CCtx, FreeContext> context(
+      made(ZSTD_createCCtx_advanced(memory.allocator())));
   std::vector<std::byte> frame(ZSTD_compressBound(blob.size()));
   const auto checked = [](std::size_t result) {
     if (failed(result)) throw std::bad_alloc();  // there is room, and it refuses nothing else
