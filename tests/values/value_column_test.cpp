@@ -520,6 +520,25 @@ TEST(ValueColumn, EarlierValuesAreRecalled) {
     }
 }
 
+// So they are where not all blocks have a value, tile after tile: what was tried leaves no trace.
+TEST(ValueColumn, EarlierValuesOnSomeBlocks) {
+  Elements only;
+  for (std::size_t i = 0; i < cells().size(); ++i)
+    if (cells().all.blocks[i] != 1) only.points.push_back(cells().points[i]);
+  for (Level level : {Level::fast, Level::standard, Level::best}) {
+    Plan plan;
+    plan.level = level;
+    plan.covers = {1, 0, 1};
+    plan.tiles = {40, 41, 200, 500};
+    plan.groups = {600};
+    std::vector<double> values = mirrored(only, 9, 0.0);
+    for (double& v : values) v = std::fabs(v) * 1.1;
+    const std::size_t bytes =
+        expect_back(info_of(ScalarType::float64), cells(), packed(values), plan);
+    EXPECT_LT(bytes, values.size() * 6);
+  }
+}
+
 /// Bytes of the values with a reference; they come back.
 std::size_t expect_back_with(const ArrayInfo& info, const Elements& elements, const Bytes& values,
                              const Bytes& reference, const Plan& plan) {
@@ -721,6 +740,45 @@ TEST(ValueColumn, DomainsChangeInProportionToElements) {
   }
   EXPECT_GE(changes, 1);
   EXPECT_LE(changes, static_cast<int>(kMostMovesForEach) * kGroups / static_cast<int>(kSlots));
+}
+
+// Elements without a value count once, however often a writer tries what to do: else it would
+// change domains more often than readers allow.
+TEST(ValueColumn, TrialsCountNoElements) {
+  constexpr std::uint32_t kSlots = 6000000;
+  constexpr std::size_t kCovered = 64, kUncovered = 1000;
+  TiledItems group;
+  for (std::uint32_t i = 0; i < kCovered + kUncovered; ++i) {
+    Neighbourhood it;
+    it.self = i;
+    group.items.push_back(it);
+    group.blocks.push_back(i < kUncovered ? 1 : 0);
+  }
+  group.tile_begin.push_back(kUncovered + kCovered / 4);
+  const ArrayInfo info = info_of(ScalarType::float64);
+  Encoder encoder(info, {0});
+  Decoder decoder(info, {0});
+  encoder.make_room(0, kSlots);
+  decoder.make_room(0, kSlots);
+  std::mt19937_64 random(3);
+  int under_zstd = 0;
+  for (int g = 0; g < 40; ++g) {
+    std::vector<double> values;
+    for (std::size_t i = 0; i < kCovered / 4; ++i)
+      values.push_back(static_cast<double>(random() % 100000000) * (g % 2 == 0 ? .5 : 0x1p-60));
+    for (double& v : values) v = g % 2 == 0 ? v : std::sqrt(v);
+    for (std::size_t i = values.size(); i < kCovered; ++i)
+      values.push_back(values[i % (kCovered / 4)]);
+    const Bytes bytes = packed(values);
+    const EncodedColumn coded = encoder.encode(group, bytes.data(), 8, Level::standard);
+    under_zstd += coded.codec == Codec::shuffled_zstd;
+    ASSERT_TRUE(decoder.begin_group(coded.codec, coded.bytes, 1 << 20)) << g;
+    Bytes back;
+    for (std::size_t t = 0; t < group.tile_begin.size(); ++t)
+      ASSERT_TRUE(decoder.decode_tile(group.tile(t), back)) << g;
+    ASSERT_EQ(back, bytes) << g;
+  }
+  EXPECT_GT(under_zstd, 0);
 }
 
 }  // namespace

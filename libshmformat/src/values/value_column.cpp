@@ -64,18 +64,19 @@ ValueColumn<Coder>::ValueColumn(const ArrayInfo& info, std::vector<std::uint32_t
 }
 
 template <class Coder>
-std::span<const Neighbourhood> ValueColumn<Coder>::covered(const TiledItems::Tile& tile) {
+std::span<const Neighbourhood> ValueColumn<Coder>::covered(const TiledItems::Tile& tile,
+                                                           std::span<ScalarColumn<Coder>> columns) {
   const auto& [items, blocks, left_out] = tile;
   if (blocks_.empty()) return items;
   if (left_out != 0)
-    for (auto& column : columns_) column.state().count_left_out(left_out);
+    for (auto& column : columns) column.state().count_left_out(left_out);
   covered_.clear();
   for (std::size_t i = 0; i < items.size(); ++i) {
     if (covers(blocks[i])) {
       covered_.push_back(items[i]);
       continue;
     }
-    for (auto& column : columns_) column.state().skip(items[i]);
+    for (auto& column : columns) column.state().skip(items[i]);
   }
   return covered_;
 }
@@ -169,7 +170,7 @@ std::optional<std::vector<std::byte>> ValueColumn<Coder>::encode_predicted(
   std::vector<Neighbourhood> first;
   for_each_tile(elements, [&](const TiledItems::Tile& tile) {
     if (!first.empty()) return;
-    const auto own = covered(tile);
+    const auto own = covered(tile, {});
     first.assign(own.begin(), own.end());
   });
   const ClassNumbers numbers = class_numbers_;  // trials number classes that are never coded
@@ -189,7 +190,7 @@ std::optional<std::vector<std::byte>> ValueColumn<Coder>::encode_predicted(
 
   std::size_t at = 0;
   for_each_tile(elements, [&](const TiledItems::Tile& tile) {
-    const auto own = covered(tile);
+    const auto own = covered(tile, columns_);
     if (own.empty()) return;
     classify(own, style_);
     for (std::size_t c = 0; c < info_->components; ++c)
@@ -252,7 +253,7 @@ template <class Coder>
 void ValueColumn<Coder>::keep_values(const TiledItems& elements, const Bits& bits) {
   std::size_t at = 0;
   for_each_tile(elements, [&](const TiledItems::Tile& tile) {
-    const auto own = covered(tile);
+    const auto own = covered(tile, columns_);
     for (std::size_t c = 0; c < info_->components; ++c)
       columns_[c].state().keep_values(own, std::span(bits[c]).subspan(at, own.size()));
     at += own.size();
@@ -323,7 +324,7 @@ double ValueColumn<Coder>::size_by(const DomainPlan& plan, std::size_t component
     std::size_t at = 0;
     for_each_tile(elements, [&](const TiledItems::Tile& tile) {
       if (at > 0 && items.size() < elements.items.size()) return;  // the first one alone
-      const auto own = covered(tile);
+      const auto own = covered(tile, std::span(column.operator->(), 1));
       if (own.empty()) return;
       classify(own, style_);
       const auto its = bits.subspan(at, own.size());
@@ -360,7 +361,7 @@ bool ValueColumn<Coder>::begin_group(Codec codec, std::span<const std::byte> byt
 template <class Coder>
 bool ValueColumn<Coder>::decode_tile(const TiledItems::Tile& tile, std::vector<std::byte>& out,
                                      const std::byte* reference) {
-  const auto own = covered(tile);
+  const auto own = covered(tile, columns_);
   if (own.empty()) return true;
   const std::size_t stride = width_ * info_->components, base = out.size();
   const std::size_t bytes = own.size() * stride;
