@@ -339,6 +339,14 @@ TEST(PartJoiner, RefusesWhatIsNoPart) {
     EXPECT_TRUE(refuses(
         Bytes(chunks.index.begin(), chunks.index.begin() + static_cast<std::ptrdiff_t>(cut)),
         chunks.bytes.size()));
+  // A part of a mesh with one array more, of as many blocks.
+  Schema other = mesh.schema;
+  other.arrays.push_back(ArrayInfo{});
+  other.arrays.back().name = "one more";
+  auto joiner = PartJoiner::create(sink, other, options).value();
+  const auto good = joiner.add(chunks.index, chunks.bytes.size());
+  ASSERT_FALSE(good);
+  EXPECT_NE(good.error().message().find("another schema"), std::string::npos);
   chunks.bytes.pop_back();
   EXPECT_FALSE(place(chunks, 1));
 }

@@ -11,6 +11,14 @@
 #include "shm/part_writer.h"
 
 namespace shm {
+namespace {
+
+Error of_another_schema() {
+  return Error{ErrorCode::corrupt, "has another schema", "part", kNoOffset, {}};
+}
+
+}  // namespace
+
 class __attribute__((visibility("hidden"))) PartJoiner::Impl {
  public:
   Impl(ByteSink& sink, Schema schema)
@@ -25,10 +33,12 @@ class __attribute__((visibility("hidden"))) PartJoiner::Impl {
     ByteReader in(index);
     container::Index part;
     std::vector<container::NamedBytes> streams;
+    const std::uint32_t schema = in.get_u32();
     if (!container::get(in, streams) ||
         !container::get(in, part, container::version_of_chunk(container::ChunkKind::index, {}),
                         bytes / container::kChunkHeaderBytes))
       return Error{ErrorCode::corrupt, "is no index of a part", "part", kNoOffset, {}};
+    if (schema != checksum_of(schema_)) return of_another_schema();
     part.streams = std::move(streams);
     if (auto good = add_totals(part); !good) return good;
     return file_.adopt(part, bytes);
@@ -42,8 +52,7 @@ class __attribute__((visibility("hidden"))) PartJoiner::Impl {
   /// Those of steps, or of no groups, have none.
   Result<void> add_totals(const container::Index& part) {
     if (part.segments == 0) return {};
-    if (part.block_cells.size() != totals_.block_cells.size())
-      return Error{ErrorCode::corrupt, "has another schema", "part", kNoOffset, {}};
+    if (part.block_cells.size() != totals_.block_cells.size()) return of_another_schema();
     totals_.vertices += part.vertices;
     totals_.cells += part.cells;
     totals_.hexahedra += part.hexahedra;

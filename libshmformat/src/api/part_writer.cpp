@@ -181,6 +181,7 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
     out.count = file_.chunks();
     const container::Index part = file_.take_part(std::move(totals));
     ByteWriter index;
+    index.put_u32(checksum_of(schema_));
     container::put(index, part.streams);
     container::put(index, part);
     out.index = std::move(index.bytes);

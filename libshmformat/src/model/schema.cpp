@@ -253,6 +253,11 @@ void put(ByteWriter& out, const Schema& schema) {
   if (schema.step_references != StepReference::trend)
     out.put_u8(static_cast<std::uint8_t>(schema.step_references));
 }
+std::uint32_t checksum_of(const Schema& schema) {
+  ByteWriter out;
+  put(out, schema);
+  return checksum(out.bytes);
+}
 
 bool get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
   schema = {};

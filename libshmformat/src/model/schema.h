@@ -16,6 +16,8 @@
 namespace shm {
 
 void put(ByteWriter& out, const Schema& schema);
+/// Of what put() writes.
+std::uint32_t checksum_of(const Schema& schema);
 /// False when the bytes are no schema; what it means is then checked by check_schema. Stops
 /// reading where it passes the limits, so that memory stays within them.
 bool get(ByteReader& in, Schema& schema, const ReadLimits& limits);
