@@ -96,9 +96,12 @@ std::string salvage_text(const SalvageReport& salvaged, const CommonOptions& opt
 std::string outcome_text(const Repair& repair, const CommonOptions& options) {
   if (repair.salvaged) return salvage_text(*repair.salvaged, options);
   if (repair.was_sound()) return options.output + ": nothing was damaged\n";
-  if (repair.new_index)
+  if (repair.new_index) {
+    const bool others = repair.damage.has_other_ranges;
     return options.output +
-           ": as it was; every chunk was there but the index, which was made anew\n";
+           ": as it was; every chunk was there but the index, which was made anew" +
+           (others ? ", with ranges of the values as they are restored\n" : "\n");
+  }
   if (!repair.has_parity) return options.output + ": as it was; every chunk was there\n";
   return options.output + ": as it was; " + counted(repair.healed, "block") + " of " +
          std::to_string(repair.blocks) + " healed, " + counted(repair.damaged_packets, "packet") +

@@ -56,6 +56,9 @@ struct DamageReport {
   /// write_in_order() makes it anew if the values can be decoded. If `complete` is not set, there
   /// may have been other chunks at the end; then it must fit into the bytes behind the last one.
   bool lacks_index = false;
+  /// An index made anew may have other ranges of arrays that are kept within a bound: those of
+  /// their values as they are restored. In files of before 0.10.
+  bool has_other_ranges = false;
   std::optional<Schema> schema;  ///< unless all copies are lost
   std::optional<std::uint64_t> vertices, cells,
       steps;  ///< of the whole file, if the index is there
@@ -70,9 +73,8 @@ SHM_API Result<DamageReport> find_damage(RandomSource& source, const ReadLimits&
 
 /// Writes the very bytes that the file had, from chunks that are all whole, but perhaps not in
 /// their places, repeated, or between stray bytes; what stands at the start and at the end is made
-/// anew. So is an index that is lost, from all that a Decoder finds; in a file of before 0.10 the
-/// ranges of arrays that are kept within a bound are those of their values as they are restored
-/// there, and these bytes may be others. Fails, and writes nothing, unless
+/// anew. So is an index that is lost, from all that a Decoder finds; its bytes may be others where
+/// DamageReport::has_other_ranges. Fails, and writes nothing, unless
 /// DamageReport::restorable, or DamageReport::lacks_index and the index could be made.
 SHM_API Result<void> write_in_order(RandomSource& source, ByteSink& sink,
                                     const ReadLimits& limits = {});

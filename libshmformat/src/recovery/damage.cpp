@@ -2,6 +2,8 @@
 #include "shm/damage.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -52,17 +54,32 @@ Error not_restorable(std::string detail, std::uint64_t offset,
   return Error{code, std::move(detail), "index", offset, {}};
 }
 
+/// That of an index made anew; nothing where no schema is whole.
+std::optional<std::uint8_t> version_of_index(const FoundChunks& found) {
+  container::FileStart start;
+  const std::vector<std::byte> beginning = found.beginning();
+  ByteReader in(beginning);
+  if (!container::get(in, start)) return std::nullopt;
+  return container::version_of_chunk(ChunkKind::index, start);
+}
+
+/// Version 0 has ranges, of arrays within a bound those of values that the file does not hold.
+bool has_other_ranges(const FoundChunks& found) {
+  if (!found.schema() || version_of_index(found) != 0) return false;
+  const auto& arrays = found.schema()->arrays;
+  return std::any_of(arrays.begin(), arrays.end(), [](const ArrayInfo& array) {
+    return !array.per_step && array.quantization.lossy();
+  });
+}
+
 /// Nobody would miss chunks behind the last one that is known. But they took room: where it is not
 /// known that there was none, the index must fill what is left of the file, or nearly so.
 Result<container::Index> index_anew(RandomSource& source, const FoundChunks& found,
                                     const ReadLimits& limits) {
   if (!has_all_that_is_known(found)) return not_restorable("not all chunks are whole", kNoOffset);
-  container::FileStart start;
-  const std::vector<std::byte> beginning = found.beginning();
-  ByteReader in(beginning);
-  if (!container::get(in, start)) return not_restorable("no schema is whole", kNoOffset);
-  const std::uint8_t version = container::version_of_chunk(ChunkKind::index, start);
-  auto index = IndexBuilder(source, found, limits, version).make();
+  const auto version = version_of_index(found);
+  if (!version) return not_restorable("no schema is whole", kNoOffset);
+  auto index = IndexBuilder(source, found, limits, *version).make();
   if (!index) return index;
   ByteWriter payload;
   container::put(payload, *index);
@@ -147,6 +164,7 @@ Result<DamageReport> find_damage(RandomSource& source, const ReadLimits& limits)
   report.schema = found->schema();
   report.restorable = is_restorable(*found);
   report.lacks_index = !found->index() && has_all_that_is_known(*found);
+  report.has_other_ranges = report.lacks_index && has_other_ranges(*found);
   report.complete = has_all_that_is_known(*found) && found->ends_at_index();
   if (found->index()) {
     report.vertices = found->index()->vertices;

@@ -1,7 +1,8 @@
 // IndexBuilder: the index of a file that has lost it, from chunks that are all there. Its totals
-// of the mesh are what a Decoder counts that goes through all of it; ranges, in version 0, are
-// those of the values as they are restored, which are their writer's unless they are kept within a
-// bound. in:  FoundChunks     out: container::Index spec: "Index and trailer", "Recovery"
+// of the mesh are what a Decoder counts that goes through all of it. In version 0 it has ranges of
+// the values as they are restored: their writer's, unless they are kept within a bound.
+// in:  FoundChunks     out: container::Index
+// spec: "Index and trailer", "Recovery"
 #pragma once
 
 #include <cstddef>
