@@ -50,8 +50,7 @@ void ColumnState::Slots::make_room(std::uint32_t slot, bool has_reference) {
   if (has_reference) shm::make_room(references, last);
 }
 
-void ColumnState::skip(const Neighbourhood& item) {
-  ++elements_;
+void ColumnState::stand_in(const Neighbourhood& item) {
   make_room(item.self);
   slots_.states[item.self] = last_;
   slots_.thirds[item.self] = 0.0;

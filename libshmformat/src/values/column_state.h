@@ -104,7 +104,12 @@ class ColumnState {
   void count_room(std::uint32_t slot) { room_ = size_with_room(room_, slot); }
 
   /// An element that the array does not cover: takes the state of the last one.
-  void skip(const Neighbourhood& item);
+  void skip(const Neighbourhood& item) {
+    ++elements_;
+    stand_in(item);
+  }
+  /// The same before it is coded, to try something with its neighbours: it is not counted.
+  void stand_in(const Neighbourhood& item);
   /// Values that another codec has coded.
   void keep_values(std::span<const Neighbourhood> items, std::span<const std::uint64_t> bits);
 

@@ -64,19 +64,25 @@ ValueColumn<Coder>::ValueColumn(const ArrayInfo& info, std::vector<std::uint32_t
 }
 
 template <class Coder>
-std::span<const Neighbourhood> ValueColumn<Coder>::covered(const TiledItems::Tile& tile,
-                                                           std::span<ScalarColumn<Coder>> columns) {
-  const auto& [items, blocks, left_out] = tile;
-  if (blocks_.empty()) return items;
-  if (left_out != 0)
-    for (auto& column : columns) column.state().count_left_out(left_out);
+std::span<const Neighbourhood> ValueColumn<Coder>::covered(const TiledItems::Tile& tile) {
+  if (blocks_.empty()) return tile.items;
+  const auto own = covered_to_try(tile, columns_);
+  const std::uint64_t others = tile.items.size() - own.size() + tile.left_out;
+  for (auto& column : columns_) column.state().count_left_out(others);
+  return own;
+}
+
+template <class Coder>
+std::span<const Neighbourhood> ValueColumn<Coder>::covered_to_try(
+    const TiledItems::Tile& tile, std::span<ScalarColumn<Coder>> columns) {
+  if (blocks_.empty()) return tile.items;
   covered_.clear();
-  for (std::size_t i = 0; i < items.size(); ++i) {
-    if (covers(blocks[i])) {
-      covered_.push_back(items[i]);
+  for (std::size_t i = 0; i < tile.items.size(); ++i) {
+    if (covers(tile.blocks[i])) {
+      covered_.push_back(tile.items[i]);
       continue;
     }
-    for (auto& column : columns) column.state().skip(items[i]);
+    for (auto& column : columns) column.state().stand_in(tile.items[i]);
   }
   return covered_;
 }
@@ -170,7 +176,7 @@ std::optional<std::vector<std::byte>> ValueColumn<Coder>::encode_predicted(
   std::vector<Neighbourhood> first;
   for_each_tile(elements, [&](const TiledItems::Tile& tile) {
     if (!first.empty()) return;
-    const auto own = covered(tile, {});
+    const auto own = covered_to_try(tile, columns_);
     first.assign(own.begin(), own.end());
   });
   const ClassNumbers numbers = class_numbers_;  // trials number classes that are never coded
@@ -190,7 +196,7 @@ std::optional<std::vector<std::byte>> ValueColumn<Coder>::encode_predicted(
 
   std::size_t at = 0;
   for_each_tile(elements, [&](const TiledItems::Tile& tile) {
-    const auto own = covered(tile, columns_);
+    const auto own = covered(tile);
     if (own.empty()) return;
     classify(own, style_);
     for (std::size_t c = 0; c < info_->components; ++c)
@@ -253,7 +259,7 @@ template <class Coder>
 void ValueColumn<Coder>::keep_values(const TiledItems& elements, const Bits& bits) {
   std::size_t at = 0;
   for_each_tile(elements, [&](const TiledItems::Tile& tile) {
-    const auto own = covered(tile, columns_);
+    const auto own = covered(tile);
     for (std::size_t c = 0; c < info_->components; ++c)
       columns_[c].state().keep_values(own, std::span(bits[c]).subspan(at, own.size()));
     at += own.size();
@@ -324,7 +330,7 @@ double ValueColumn<Coder>::size_by(const DomainPlan& plan, std::size_t component
     std::size_t at = 0;
     for_each_tile(elements, [&](const TiledItems::Tile& tile) {
       if (at > 0 && items.size() < elements.items.size()) return;  // the first one alone
-      const auto own = covered(tile, std::span(column.operator->(), 1));
+      const auto own = covered_to_try(tile, std::span(column.operator->(), 1));
       if (own.empty()) return;
       classify(own, style_);
       const auto its = bits.subspan(at, own.size());
@@ -361,7 +367,7 @@ bool ValueColumn<Coder>::begin_group(Codec codec, std::span<const std::byte> byt
 template <class Coder>
 bool ValueColumn<Coder>::decode_tile(const TiledItems::Tile& tile, std::vector<std::byte>& out,
                                      const std::byte* reference) {
-  const auto own = covered(tile, columns_);
+  const auto own = covered(tile);
   if (own.empty()) return true;
   const std::size_t stride = width_ * info_->components, base = out.size();
   const std::size_t bytes = own.size() * stride;

@@ -138,9 +138,11 @@ class ValueColumn {
   bool covers(std::uint32_t block) const {
     return blocks_.empty() || std::binary_search(blocks_.begin(), blocks_.end(), block);
   }
-  /// Those of the tile that are covered; the others take the last state in these columns.
-  std::span<const Neighbourhood> covered(const TiledItems::Tile& tile,
-                                         std::span<ScalarColumn<Coder>> columns);
+  /// Those of the tile that are covered; the others take the last state.
+  std::span<const Neighbourhood> covered(const TiledItems::Tile& tile);
+  /// The same to try something with these columns: nothing is counted.
+  std::span<const Neighbourhood> covered_to_try(const TiledItems::Tile& tile,
+                                                std::span<ScalarColumn<Coder>> columns);
 
   std::shared_ptr<const ArrayInfo> info_;
   std::vector<std::uint32_t> blocks_;  // that have values; empty: all
