@@ -55,7 +55,8 @@ void add(ByNumber& to, const MeshBlock& block, const Schema& schema) {
   for (std::size_t v = 0; v < block.vertex_count(); ++v) {
     const auto [at, fresh] = to.vertices.try_emplace(block.vertex_numbers[v]);
     EXPECT_TRUE(fresh) << "vertex " << block.vertex_numbers[v] << " comes twice";
-    at->second.xyz = element(block.xyz, v, 3 * scalar_bytes(schema.coordinate_type));
+    if (!block.xyz.empty())
+      at->second.xyz = element(block.xyz, v, 3 * scalar_bytes(schema.coordinate_type));
     for (std::uint32_t a = 0; a < schema.arrays.size(); ++a)
       if (here(a) && of_points(a))
         at->second.values[a] = element(block.arrays[a], v, stride_of(schema.arrays[a]));
@@ -185,6 +186,8 @@ ByNumber cut(const ByNumber& whole, const std::vector<SegmentOfWhole>& segments,
       if (schema.arrays[key.first].location == Location::point ? piece.vertices.contains(number)
                                                                : piece.cells.contains(number))
         piece.steps[key][number] = value;
+  if (!request.coordinates && !request.cells.box)
+    for (auto& [number, vertex] : piece.vertices) vertex.xyz.clear();
   if (request.arrays) {
     const auto drop = [&](auto& elements) {
       for (auto& [number, one] : elements)
@@ -299,6 +302,10 @@ std::vector<ExtractRequest> requests(const ByNumber& whole, const Schema& schema
     if (!arrays.empty() && schema.arrays.empty()) continue;
     ExtractRequest few = cells(n / 4, n / 2);
     few.arrays = arrays;
+    all.push_back(few);
+    few.coordinates = false;
+    all.push_back(few);
+    few.cells = {};
     all.push_back(few);
   }
   return all;

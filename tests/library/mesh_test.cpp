@@ -90,6 +90,77 @@ TEST(WholeMesh, StreamRenumbersAllAlike) {
   EXPECT_EQ(third->cell_blocks, again.cell_blocks);
 }
 
+TEST(WholeMesh, OptionsAreThoseOfWriterAndReader) {
+  const Mesh mesh = sample(Order::stream, 30);
+  RecordedOrder order;
+  WriteOptions options;
+  options.segment_cells = 40;
+  options.level = Level::best;
+  options.coding_order = &order;
+  MemorySink sink;
+  const auto report = write_mesh(sink, mesh, options);
+  ASSERT_TRUE(report) << report.error().message();
+  EXPECT_GT(report->segments, 1u);
+  EXPECT_EQ(order.vertices.size(), mesh.vertex_count());
+  EXPECT_EQ(order.cells.size(), mesh.cell_count());
+  ReadOptions threads;
+  threads.threads = 2;
+  MemorySource alone(sink.bytes), together(sink.bytes);
+  const auto one = read_mesh(alone), two = read_mesh(together, {}, threads);
+  ASSERT_TRUE(one && two);
+  EXPECT_EQ(*one, *two);
+}
+
+// Arrays of somebody else, with numbers of 32 bits, and blocks that say how many corners there are.
+TEST(WholeMesh, ArraysOfSomebodyElseAreTheSameMesh) {
+  const Mesh mesh = sample(Order::keep, 0);
+  const std::vector<std::uint32_t> corners(mesh.corners.begin(), mesh.corners.end());
+  MeshArrays arrays;
+  arrays.xyz = mesh.xyz;
+  arrays.cells = mesh.cell_count();
+  arrays.cell_blocks = mesh.cell_blocks;
+  arrays.corners = NumberSpan(corners);
+  arrays.arrays.assign(mesh.arrays.begin(), mesh.arrays.end());
+  Mesh still = mesh;  // without what comes behind the mesh
+  still.steps.assign(mesh.steps.size(), {});
+  still.step_times.clear();
+  still.extras.clear();
+  MemorySink expected, sink;
+  ASSERT_TRUE(write_mesh(expected, still));
+  auto writer = Writer::create(sink, mesh.schema);
+  ASSERT_TRUE(writer);
+  ASSERT_TRUE(add_mesh(*writer, mesh.schema, arrays));
+  ASSERT_TRUE(writer->end_mesh());
+  ASSERT_TRUE(writer->finish());
+  EXPECT_EQ(sink.bytes, expected.bytes);
+}
+
+TEST(WholeMesh, ArraysThatDoNotFitAreMisuse) {
+  const Mesh mesh = sample(Order::keep, 0);
+  const std::vector<std::uint64_t> short_begin(3);
+  for (int fault = 0; fault < 6; ++fault) {
+    Schema schema = mesh.schema;
+    MeshArrays arrays;
+    arrays.xyz = mesh.xyz;
+    arrays.cells = mesh.cell_count();
+    arrays.cell_blocks = mesh.cell_blocks;
+    arrays.corners = NumberSpan(mesh.corners);
+    arrays.arrays.assign(mesh.arrays.begin(), mesh.arrays.end());
+    if (fault == 0) arrays.xyz = arrays.xyz.first(arrays.xyz.size() - 1);
+    if (fault == 1) arrays.cells -= 1;
+    if (fault == 2) arrays.corner_begin = NumberSpan(short_begin);
+    if (fault == 3) schema.blocks[0].nodes_per_cell = 0;
+    if (fault == 4) arrays.arrays.pop_back();
+    if (fault == 5) arrays.corners = NumberSpan(std::span(mesh.corners).first(9));
+    MemorySink sink;
+    auto writer = Writer::create(sink, schema);
+    ASSERT_TRUE(writer);
+    const auto added = add_mesh(*writer, schema, arrays);
+    ASSERT_FALSE(added) << "fault " << fault;
+    EXPECT_EQ(added.error().code, ErrorCode::misuse);
+  }
+}
+
 TEST(WholeMesh, RefusesWhatContradictsItself) {
   for (int fault = 0; fault < 5; ++fault) {
     Mesh mesh = sample(Order::keep, 0);

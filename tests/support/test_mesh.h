@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "shm/reader.h"
+#include "shm/recorded_order.h"
 #include "shm/writer.h"
 
 namespace shm {
@@ -168,13 +169,6 @@ inline Result<ReadBack> read_mesh(std::span<const std::byte> bytes) {
     if (auto* totals = std::get_if<Totals>(*item)) back.totals = *totals;
   }
 }
-
-/// The coding order of what a writer got.
-struct RecordedOrder final : CodingOrder {
-  std::vector<std::uint64_t> vertices, cells;
-  void vertex(std::uint64_t number) override { vertices.push_back(number); }
-  void cell(std::uint64_t number) override { cells.push_back(number); }
-};
 
 /// Every proper rotation and no reflection, for a hexahedron's eight corners.
 inline bool same_up_to_rotation(std::span<const std::uint64_t> a,

@@ -46,6 +46,9 @@ struct ExtractRequest {
   std::optional<std::vector<std::uint64_t>> vertices{};
   /// Indices of the static arrays whose values are wanted; nothing: of all.
   std::optional<std::vector<std::uint32_t>> arrays{};
+  /// Whether coordinates are wanted: MeshBlock::xyz is empty where they are not, and no condition
+  /// needs them.
+  bool coordinates = true;
   /// Beside cells: vertices that no cell uses, of all segments that are read for the cells and of
   /// those without cells. (The Writer codes them behind the last cell, unless it is given them
   /// before.) They come in any case where all cells are wanted.
@@ -84,6 +87,9 @@ class SHM_API MeshExtractor {
   // Of the whole file, as the index tells.
   std::uint64_t vertices() const;
   std::uint64_t cells() const;
+  std::uint64_t hexahedra() const;
+  /// Time steps: values stand at some of the steps below.
+  std::uint64_t step_count() const;
   const std::vector<std::uint64_t>& block_cells() const;
 
   /// Reads all extras of the file. Their references are to numbers of the whole mesh.

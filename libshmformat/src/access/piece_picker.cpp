@@ -34,7 +34,7 @@ PiecePicker::PiecePicker(const IndexedFile& file, const PieceRequest& request,
                          const DecodedParts& parts)
     : file_(&file),
       request_(&request),
-      buffer_(file.schema(), static_arrays(file.schema(), parts, Location::point)),
+      buffer_(file.schema(), static_arrays(file.schema(), parts, Location::point), parts.geometry),
       cell_arrays_(static_arrays(file.schema(), parts, Location::cell)),
       block_cells_(file.schema().blocks.size()) {}
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <utility>
 
 namespace shm {
@@ -24,10 +25,11 @@ bool is_in(const std::array<double, 6>& box, const std::array<double, 3>& point)
   return true;
 }
 
-VertexBuffer::VertexBuffer(const Schema& schema, std::vector<std::uint32_t> arrays)
+VertexBuffer::VertexBuffer(const Schema& schema, std::vector<std::uint32_t> arrays,
+                           bool coordinates)
     : schema_(&schema),
       arrays_(std::move(arrays)),
-      xyz_bytes_(3 * scalar_bytes(schema.coordinate_type)),
+      xyz_bytes_(coordinates ? 3 * scalar_bytes(schema.coordinate_type) : 0),
       record_bytes_(xyz_bytes_) {
   for (const std::uint32_t a : arrays_) {
     strides_.push_back(scalar_bytes(schema.arrays[a].type) * schema.arrays[a].components);
@@ -49,7 +51,7 @@ bool VertexBuffer::add(const MeshBlock& block, std::size_t v, bool in_box) {
   at->second.record = free_.back();
   free_.pop_back();
   std::byte* to = records_.data() + at->second.record;
-  std::memcpy(to, block.xyz.data() + v * xyz_bytes_, xyz_bytes_);
+  if (xyz_bytes_ > 0) std::memcpy(to, block.xyz.data() + v * xyz_bytes_, xyz_bytes_);
   to += xyz_bytes_;
   for (std::size_t i = 0; i < arrays_.size(); ++i) {
     std::memcpy(to, block.arrays[arrays_[i]].data() + v * strides_[i], strides_[i]);
@@ -80,6 +82,8 @@ void VertexBuffer::clear() {
 }
 
 std::array<double, 3> VertexBuffer::point(const Vertex& vertex) const {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  if (xyz_bytes_ == 0) return {kNan, kNan, kNan};
   return point_of(records_.data() + vertex.record, schema_->coordinate_type);
 }
 

@@ -27,8 +27,9 @@ class VertexBuffer {
     bool imported = false, in_box = false, given = false;
   };
 
-  /// `schema` is borrowed. `arrays`: the static point arrays whose values are kept.
-  VertexBuffer(const Schema& schema, std::vector<std::uint32_t> arrays);
+  /// `schema` is borrowed. `arrays`: the static point arrays whose values are kept; `coordinates`:
+  /// whether those are.
+  VertexBuffer(const Schema& schema, std::vector<std::uint32_t> arrays, bool coordinates);
 
   /// Vertex `v` of a block; false where there is one of its number.
   bool add(const MeshBlock& block, std::size_t v, bool in_box);
@@ -37,8 +38,9 @@ class VertexBuffer {
   void remove(std::uint64_t number);
   void clear();
 
+  /// NaN where coordinates are not kept.
   std::array<double, 3> point(const Vertex& vertex) const;
-  /// Appends number, coordinates and values.
+  /// Appends number, coordinates and values, as far as they are kept.
   void give(const Vertex& vertex, MeshBlock& out) const;
   /// How many of them are in the box.
   std::size_t in_box() const { return in_box_; }

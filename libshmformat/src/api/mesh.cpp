@@ -5,7 +5,9 @@
 #include <string>
 #include <utility>
 
+#include "api/positions.h"
 #include "bytes/errors.h"
+#include "shm/recorded_order.h"
 
 namespace shm {
 namespace {
@@ -15,34 +17,6 @@ Error corrupt(std::string detail) {
 }
 
 std::size_t stride_of(const ArrayInfo& info) { return scalar_bytes(info.type) * info.components; }
-
-struct RecordedOrder final : CodingOrder {
-  std::vector<std::uint64_t> vertices, cells;
-  void vertex(std::uint64_t number) override { vertices.push_back(number); }
-  void cell(std::uint64_t number) override { cells.push_back(number); }
-};
-
-/// position[number] = index of `number` in `order`; empty when `order` is no permutation.
-std::vector<std::uint64_t> inverse(const std::vector<std::uint64_t>& order) {
-  constexpr std::uint64_t kUnset = ~std::uint64_t{0};
-  std::vector<std::uint64_t> position(order.size(), kUnset);
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    if (order[i] >= order.size()) return {};
-    std::uint64_t& place = position[static_cast<std::size_t>(order[i])];
-    if (place != kUnset) return {};
-    place = i;
-  }
-  return position;
-}
-
-/// For each covered element of an array in cell order: its cell.
-std::vector<std::uint64_t> covered_cells(const Schema& schema, std::size_t array,
-                                         const std::vector<std::uint32_t>& cell_blocks) {
-  std::vector<std::uint64_t> cells;
-  for (std::size_t c = 0; c < cell_blocks.size(); ++c)
-    if (schema.array_covers(array, cell_blocks[c])) cells.push_back(c);
-  return cells;
-}
 
 /// out[i] = in[from[i]], elements of `stride` bytes.
 std::vector<std::byte> gather(const std::vector<std::byte>& in,
@@ -54,27 +28,172 @@ std::vector<std::byte> gather(const std::vector<std::byte>& in,
   return out;
 }
 
-template <class T>
-void renumber(Extra& extra, const std::vector<std::uint64_t>& position) {
-  for (std::size_t at = 0; at + sizeof(T) <= extra.data.size(); at += sizeof(T)) {
-    T number{};
-    std::memcpy(&number, extra.data.data() + at, sizeof number);
-    if (number < 0 || static_cast<std::uint64_t>(number) >= position.size()) continue;
-    number = static_cast<T>(position[static_cast<std::size_t>(number)]);
-    std::memcpy(extra.data.data() + at, &number, sizeof number);
+/// The cells of a mesh and its vertices, each before the first cell that uses it.
+class MeshFeed {
+ public:
+  MeshFeed(Writer& writer, const Schema& schema, const MeshArrays& mesh)
+      : writer_(&writer),
+        schema_(&schema),
+        mesh_(&mesh),
+        xyz_bytes_(3 * scalar_bytes(schema.coordinate_type)),
+        vertices_(xyz_bytes_ == 0 ? 0 : mesh.xyz.size() / xyz_bytes_) {}
+
+  Result<void> run() {
+    if (auto good = check_cells(); !good) return good;
+    if (auto good = check_arrays(); !good) return good;
+    return add_cells();
   }
+
+ private:
+  std::uint32_t block_of(std::size_t cell) const {
+    return mesh_->cell_blocks.empty() ? 0 : mesh_->cell_blocks[cell];
+  }
+  Result<void> check_cells();
+  Result<void> check_arrays() const;
+  Result<void> add_vertex(std::size_t v);
+  Result<void> add_cell(std::size_t cell);
+  Result<void> add_cells();
+
+  Writer* writer_;
+  const Schema* schema_;
+  const MeshArrays* mesh_;
+  std::size_t xyz_bytes_, vertices_;
+  std::vector<std::uint64_t> block_cells_;
+  std::vector<std::size_t> last_;  // cell that uses each vertex
+  std::vector<bool> added_;
+  std::vector<std::size_t> next_element_;  // of each array of cells
+  std::size_t next_corner_ = 0;
+  std::vector<std::uint64_t> corners_;  // of the cell at hand
+  std::vector<std::byte> data_;
+};
+
+/// Also notes which cell uses each vertex last.
+Result<void> MeshFeed::check_cells() {
+  const auto cells = static_cast<std::size_t>(mesh_->cells);
+  const NumberSpan& begin = mesh_->corner_begin;
+  if (xyz_bytes_ == 0 || mesh_->xyz.size() != vertices_ * xyz_bytes_)
+    return misuse_error("coordinates are not three for each vertex", "mesh");
+  if (!mesh_->cell_blocks.empty() && mesh_->cell_blocks.size() != cells)
+    return misuse_error("cell_blocks do not fit the cells", "mesh");
+  if (!begin.empty() &&
+      (begin.size() != cells + 1 || begin[0] != 0 || begin[cells] != mesh_->corners.size()))
+    return misuse_error("corner_begin does not fit cells and corners", "mesh");
+  block_cells_.assign(schema_->blocks.size(), 0);
+  last_.assign(vertices_, cells);
+  std::size_t corner = 0;
+  for (std::size_t c = 0; c < cells; ++c) {
+    const std::uint32_t block = block_of(c);
+    if (block >= schema_->blocks.size())
+      return misuse_error("a cell of no block: " + std::to_string(block), "mesh");
+    ++block_cells_[block];
+    std::uint64_t nodes = schema_->blocks[block].nodes_per_cell;
+    if (begin.empty() && nodes == 0)
+      return misuse_error("corner_begin is missing: cells have any number of corners", "mesh");
+    if (!begin.empty() && begin[c] > begin[c + 1])
+      return misuse_error("corner_begin does not fit cells and corners", "mesh");
+    if (!begin.empty()) nodes = begin[c + 1] - begin[c];
+    if (nodes > mesh_->corners.size() - corner) return misuse_error("corners are missing", "mesh");
+    for (const std::size_t end = corner + static_cast<std::size_t>(nodes); corner < end; ++corner) {
+      const std::uint64_t v = mesh_->corners[corner];
+      if (v >= vertices_)
+        return misuse_error("a corner is no vertex: " + std::to_string(v), "mesh");
+      last_[static_cast<std::size_t>(v)] = c;
+    }
+  }
+  return corner == mesh_->corners.size() ? Result<void>()
+                                         : misuse_error("corners of no cell", "mesh");
 }
 
-/// Writes one mesh; members are what several steps share.
-class MeshWriter {
- public:
-  MeshWriter(const Mesh& mesh, Writer& writer, const RecordedOrder& order)
-      : mesh_(&mesh), writer_(&writer), order_(&order) {}
+Result<void> MeshFeed::check_arrays() const {
+  if (mesh_->arrays.size() != schema_->arrays.size())
+    return misuse_error("arrays do not fit the schema", "mesh");
+  for (std::size_t a = 0; a < schema_->arrays.size(); ++a) {
+    const ArrayInfo& info = schema_->arrays[a];
+    if (info.per_step) continue;
+    std::uint64_t elements = info.location == Location::point ? vertices_ : 0;
+    for (std::uint32_t b = 0; b < block_cells_.size() && info.location == Location::cell; ++b)
+      if (schema_->array_covers(a, b)) elements += block_cells_[b];
+    const std::uint64_t bytes = elements * stride_of(info);
+    if (mesh_->arrays[a].size() != bytes)
+      return misuse_error(
+          "array '" + info.name + "' does not hold " + std::to_string(bytes) + " bytes", "mesh");
+  }
+  return {};
+}
 
+Result<void> MeshFeed::add_vertex(std::size_t v) {
+  if (added_[v]) return {};
+  added_[v] = true;
+  data_.clear();
+  for (std::size_t a = 0; a < schema_->arrays.size(); ++a) {
+    const ArrayInfo& info = schema_->arrays[a];
+    if (info.location != Location::point || info.per_step) continue;
+    const std::byte* from = mesh_->arrays[a].data() + v * stride_of(info);
+    data_.insert(data_.end(), from, from + stride_of(info));
+  }
+  return writer_->add_vertex(v, mesh_->xyz.subspan(v * xyz_bytes_, xyz_bytes_), data_);
+}
+
+Result<void> MeshFeed::add_cell(std::size_t cell) {
+  const std::uint32_t block = block_of(cell);
+  const std::uint64_t nodes = mesh_->corner_begin.empty()
+                                  ? schema_->blocks[block].nodes_per_cell
+                                  : mesh_->corner_begin[cell + 1] - mesh_->corner_begin[cell];
+  corners_.clear();
+  std::uint64_t last_use = 0;
+  for (std::uint64_t i = 0; i < nodes; ++i) {
+    corners_.push_back(mesh_->corners[next_corner_++]);
+    const auto corner = static_cast<std::size_t>(corners_.back());
+    if (auto good = add_vertex(corner); !good) return good;
+    if (i < 64 && last_[corner] == cell) last_use |= std::uint64_t{1} << i;
+  }
+  data_.clear();
+  for (std::size_t a = 0; a < schema_->arrays.size(); ++a) {
+    const ArrayInfo& info = schema_->arrays[a];
+    if (info.location != Location::cell || info.per_step || !schema_->array_covers(a, block))
+      continue;
+    const std::byte* from = mesh_->arrays[a].data() + next_element_[a]++ * stride_of(info);
+    data_.insert(data_.end(), from, from + stride_of(info));
+  }
+  return writer_->add_cell(block, corners_, last_use, data_);
+}
+
+Result<void> MeshFeed::add_cells() {
+  added_.assign(vertices_, false);
+  next_element_.assign(schema_->arrays.size(), 0);
+  for (std::size_t c = 0; c < static_cast<std::size_t>(mesh_->cells); ++c)
+    if (auto good = add_cell(c); !good) return good;
+  for (std::size_t v = 0; v < vertices_; ++v)
+    if (auto good = add_vertex(v); !good) return good;  // unused ones
+  return {};
+}
+
+/// Recorded, and passed on to who else wants to hear it.
+class PassedOrder final : public CodingOrder {
+ public:
+  PassedOrder(RecordedOrder& record, CodingOrder* other) : record_(&record), other_(other) {}
+  void vertex(std::uint64_t number) override {
+    record_->vertex(number);
+    if (other_ != nullptr) other_->vertex(number);
+  }
+  void cell(std::uint64_t number) override {
+    record_->cell(number);
+    if (other_ != nullptr) other_->cell(number);
+  }
+
+ private:
+  RecordedOrder* record_;
+  CodingOrder* other_;
+};
+
+/// What a Writer takes behind the mesh.
+class MeshRemainder {
+ public:
+  MeshRemainder(Writer& writer, const Mesh& mesh, const RecordedOrder& order)
+      : writer_(&writer), mesh_(&mesh), order_(&order) {}
+
+  Result<void> check() const;
   Result<void> write() {
-    if (auto good = check(); !good) return good;
-    if (auto good = write_cells(); !good) return good;
-    if (auto good = writer_->end_mesh(); !good) return good;
     if (auto good = write_steps(); !good) return good;
     if (!mesh_->step_times.empty())
       if (auto good = writer_->set_step_times(mesh_->step_times); !good) return good;
@@ -82,142 +201,49 @@ class MeshWriter {
   }
 
  private:
-  Result<void> check() const;
-  Result<void> write_vertex(std::size_t v);
-  Result<void> write_cells();
-  std::span<const std::uint64_t> corners_of(std::size_t cell) const {
-    const auto begin = static_cast<std::size_t>(mesh_->corner_begin[cell]);
-    const auto end = static_cast<std::size_t>(mesh_->corner_begin[cell + 1]);
-    return std::span(mesh_->corners).subspan(begin, end - begin);
-  }
   Result<void> write_steps();
   Result<void> write_extras();
-  /// Elements of an array in coding order, as numbers in the caller's order.
-  std::vector<std::uint64_t> coded_elements(std::size_t array) const;
 
-  const Mesh* mesh_;
   Writer* writer_;
+  const Mesh* mesh_;
   const RecordedOrder* order_;
-  std::vector<char> written_;
 };
 
-Result<void> MeshWriter::check() const {
-  const Schema& schema = mesh_->schema;
-  const std::uint64_t cells = mesh_->cell_count();
-  if (mesh_->corner_begin.size() != cells + 1 ||
-      mesh_->corner_begin.back() != mesh_->corners.size() ||
-      !std::is_sorted(mesh_->corner_begin.begin(), mesh_->corner_begin.end()))
-    return misuse_error("corner_begin does not fit cells and corners", "mesh");
-  for (std::uint64_t v : mesh_->corners)
-    if (v >= mesh_->vertex_count())
-      return misuse_error("a corner is no vertex: " + std::to_string(v), "mesh");
-  for (std::uint32_t b : mesh_->cell_blocks)
-    if (b >= schema.blocks.size())
-      return misuse_error("a cell of no block: " + std::to_string(b), "mesh");
-  if (mesh_->arrays.size() != schema.arrays.size())
-    return misuse_error("arrays do not fit the schema", "mesh");
-  for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
-    const ArrayInfo& info = schema.arrays[a];
-    const std::uint64_t elements = info.location == Location::point
-                                       ? mesh_->vertex_count()
-                                       : covered_cells(schema, a, mesh_->cell_blocks).size();
-    const std::uint64_t bytes = elements * stride_of(info);
-    const auto fits = [&](const std::vector<std::byte>& values) { return values.size() == bytes; };
-    const bool stepped = info.per_step && a < mesh_->steps.size();
-    if (info.per_step ? stepped && !std::all_of(mesh_->steps[a].begin(), mesh_->steps[a].end(),
-                                                [&](const auto& v) { return v.empty() || fits(v); })
-                      : !fits(mesh_->arrays[a]))
-      return misuse_error(
-          "array '" + info.name + "' does not hold " + std::to_string(bytes) + " bytes", "mesh");
-  }
-  return {};
-}
-
-Result<void> MeshWriter::write_vertex(std::size_t v) {
-  if (std::exchange(written_[v], 1) != 0) return {};
-  std::vector<std::byte> data;
-  for (std::size_t a = 0; a < mesh_->schema.arrays.size(); ++a) {
+/// Whether step values have the sizes that they must have.
+Result<void> MeshRemainder::check() const {
+  for (std::size_t a = 0; a < mesh_->steps.size() && a < mesh_->schema.arrays.size(); ++a) {
     const ArrayInfo& info = mesh_->schema.arrays[a];
-    if (info.location != Location::point || info.per_step) continue;
-    const std::byte* from = mesh_->arrays[a].data() + v * stride_of(info);
-    data.insert(data.end(), from, from + stride_of(info));
+    if (!info.per_step) continue;
+    std::uint64_t elements = info.location == Location::point ? mesh_->vertex_count() : 0;
+    for (const std::uint32_t b : mesh_->cell_blocks)
+      if (info.location == Location::cell && mesh_->schema.array_covers(a, b)) ++elements;
+    const std::uint64_t bytes = elements * stride_of(info);
+    for (const auto& values : mesh_->steps[a])
+      if (!values.empty() && values.size() != bytes)
+        return misuse_error(
+            "array '" + info.name + "' does not hold " + std::to_string(bytes) + " bytes", "mesh");
   }
-  const std::size_t bytes = 3 * scalar_bytes(mesh_->schema.coordinate_type);
-  return writer_->add_vertex(v, std::span(mesh_->xyz).subspan(v * bytes, bytes), data);
-}
-
-Result<void> MeshWriter::write_cells() {
-  const Schema& schema = mesh_->schema;
-  const auto cells = static_cast<std::size_t>(mesh_->cell_count());
-  const auto vertices = static_cast<std::size_t>(mesh_->vertex_count());
-  std::vector<std::size_t> last(vertices, cells);
-  for (std::size_t c = 0; c < cells; ++c)
-    for (const std::uint64_t corner : corners_of(c)) last[static_cast<std::size_t>(corner)] = c;
-  written_.assign(vertices, 0);
-  std::vector<std::size_t> next_element(schema.arrays.size());
-  for (std::size_t c = 0; c < cells; ++c) {
-    const auto corners = corners_of(c);
-    std::uint64_t last_use = 0;
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      const auto corner = static_cast<std::size_t>(corners[i]);
-      if (auto good = write_vertex(corner); !good) return good;
-      if (i < 64 && last[corner] == c) last_use |= std::uint64_t{1} << i;
-    }
-    std::vector<std::byte> data;
-    for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
-      const ArrayInfo& info = schema.arrays[a];
-      if (info.location != Location::cell || info.per_step ||
-          !schema.array_covers(a, mesh_->cell_blocks[c]))
-        continue;
-      const std::byte* from = mesh_->arrays[a].data() + next_element[a]++ * stride_of(info);
-      data.insert(data.end(), from, from + stride_of(info));
-    }
-    if (auto good = writer_->add_cell(mesh_->cell_blocks[c], corners, last_use, data); !good)
-      return good;
-  }
-  for (std::size_t v = 0; v < vertices; ++v)
-    if (auto good = write_vertex(v); !good) return good;  // unused ones
   return {};
 }
 
-std::vector<std::uint64_t> MeshWriter::coded_elements(std::size_t array) const {
-  if (mesh_->schema.arrays[array].location == Location::point) return order_->vertices;
-  const auto cells = covered_cells(mesh_->schema, array, mesh_->cell_blocks);
-  std::vector<std::uint64_t> element(mesh_->cell_blocks.size(), ~std::uint64_t{0});
-  for (std::size_t e = 0; e < cells.size(); ++e) element[static_cast<std::size_t>(cells[e])] = e;
-  std::vector<std::uint64_t> coded;
-  for (std::uint64_t c : order_->cells) {
-    const std::uint64_t e = element[static_cast<std::size_t>(c)];
-    if (e != ~std::uint64_t{0}) coded.push_back(e);
-  }
-  return coded;
-}
-
-Result<void> MeshWriter::write_steps() {
+Result<void> MeshRemainder::write_steps() {
   for (std::uint32_t a = 0; a < mesh_->steps.size() && a < mesh_->schema.arrays.size(); ++a) {
     if (!mesh_->schema.arrays[a].per_step) continue;
-    const auto from = coded_elements(a);
+    const auto from = order_->elements(mesh_->schema, a, mesh_->cell_blocks);
+    if (!from) return from.error();
     for (std::size_t s = 0; s < mesh_->steps[a].size(); ++s) {
       if (mesh_->steps[a][s].empty()) continue;
-      const auto values = gather(mesh_->steps[a][s], from, stride_of(mesh_->schema.arrays[a]));
+      const auto values = gather(mesh_->steps[a][s], *from, stride_of(mesh_->schema.arrays[a]));
       if (auto good = writer_->add_step_values(a, s, values); !good) return good;
     }
   }
   return {};
 }
 
-Result<void> MeshWriter::write_extras() {
-  const bool moved = mesh_->schema.order != Order::keep;
-  const auto vertices = moved ? inverse(order_->vertices) : std::vector<std::uint64_t>();
-  const auto cells = moved ? inverse(order_->cells) : std::vector<std::uint64_t>();
+Result<void> MeshRemainder::write_extras() {
   for (Extra extra : mesh_->extras) {
-    if (moved && extra.refers != Reference::nothing) {
-      const auto& position = extra.refers == Reference::vertex ? vertices : cells;
-      if (extra.type == ScalarType::int32)
-        renumber<std::int32_t>(extra, position);
-      else
-        renumber<std::int64_t>(extra, position);
-    }
+    if (mesh_->schema.order != Order::keep)
+      if (auto good = order_->renumber(extra); !good) return good;
     if (auto good = writer_->add_extra(extra); !good) return good;
   }
   return {};
@@ -293,8 +319,8 @@ void MeshCollector::reorder_values(const std::vector<std::uint64_t>& vertex_at,
 }
 
 Result<Mesh> MeshCollector::finish() {
-  const auto vertex_at = inverse(vertex_numbers_);
-  const auto cell_at = inverse(cell_numbers_);
+  const auto vertex_at = positions_in(vertex_numbers_);
+  const auto cell_at = positions_in(cell_numbers_);
   if (vertex_at.size() != vertex_numbers_.size())
     return corrupt("vertex numbers are not 0 to " + std::to_string(vertex_numbers_.size()));
   if (cell_at.size() != cell_numbers_.size())
@@ -316,18 +342,34 @@ Result<Mesh> MeshCollector::finish() {
 
 }  // namespace
 
-Result<SizeReport> write_mesh(ByteSink& sink, const Mesh& mesh) {
+Result<void> add_mesh(Writer& writer, const Schema& schema, const MeshArrays& mesh) {
+  return MeshFeed(writer, schema, mesh).run();
+}
+
+Result<SizeReport> write_mesh(ByteSink& sink, const Mesh& mesh, const WriteOptions& options) {
   RecordedOrder order;
-  WriteOptions options;
-  options.coding_order = &order;
-  auto writer = Writer::create(sink, mesh.schema, options);
+  PassedOrder passed(order, options.coding_order);
+  WriteOptions own = options;
+  own.coding_order = &passed;
+  auto writer = Writer::create(sink, mesh.schema, own);
   if (!writer) return writer.error();
-  if (auto good = MeshWriter(mesh, *writer, order).write(); !good) return good.error();
+  MeshRemainder remainder(*writer, mesh, order);
+  if (auto good = remainder.check(); !good) return good.error();
+  MeshArrays arrays;
+  arrays.xyz = mesh.xyz;
+  arrays.cells = mesh.cell_count();
+  arrays.cell_blocks = mesh.cell_blocks;
+  arrays.corner_begin = NumberSpan(mesh.corner_begin);
+  arrays.corners = NumberSpan(mesh.corners);
+  arrays.arrays.assign(mesh.arrays.begin(), mesh.arrays.end());
+  if (auto good = add_mesh(*writer, mesh.schema, arrays); !good) return good.error();
+  if (auto good = writer->end_mesh(); !good) return good.error();
+  if (auto good = remainder.write(); !good) return good.error();
   return writer->finish();
 }
 
-Result<Mesh> read_mesh(ByteSource& source, const ReadLimits& limits) {
-  auto reader = Reader::open(source, limits);
+Result<Mesh> read_mesh(ByteSource& source, const ReadLimits& limits, const ReadOptions& options) {
+  auto reader = Reader::open(source, limits, options);
   if (!reader) return reader.error();
   MeshCollector collector(reader->schema());
   while (true) {

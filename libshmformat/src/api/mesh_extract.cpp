@@ -122,6 +122,7 @@ Result<void> MeshExtractor::Impl::begin(const ExtractRequest& request) {
   if (!checked) return checked.error();
   request_.emplace(std::move(*checked));
   wanted_ = {};
+  wanted_.geometry = request.coordinates || request.cells.box;
   if (request.arrays) {
     wanted_.arrays.emplace(schema().arrays.size());
     for (const std::uint32_t array : *request.arrays) (*wanted_.arrays)[array] = true;
@@ -441,6 +442,8 @@ bool MeshExtractor::had_values(std::uint32_t array, std::uint64_t step) const {
 }
 std::uint64_t MeshExtractor::vertices() const { return impl_->file().index().vertices; }
 std::uint64_t MeshExtractor::cells() const { return impl_->file().index().cells; }
+std::uint64_t MeshExtractor::hexahedra() const { return impl_->file().index().hexahedra; }
+std::uint64_t MeshExtractor::step_count() const { return impl_->file().index().steps; }
 const std::vector<std::uint64_t>& MeshExtractor::block_cells() const {
   return impl_->file().index().block_cells;
 }

@@ -1,0 +1,76 @@
+#include "shm/recorded_order.h"
+
+#include <cstring>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "api/positions.h"
+#include "bytes/errors.h"
+
+namespace shm {
+namespace {
+
+constexpr std::uint64_t kUnset = ~std::uint64_t{0};
+
+Error not_counted(std::size_t vertices) {
+  return misuse_error(
+      "vertices are not numbered from 0 to " + std::to_string(vertices - 1) + ", each once",
+      "coding order");
+}
+
+template <class T>
+void replace(std::span<std::byte> values, const std::vector<std::uint64_t>& position) {
+  for (std::size_t at = 0; at + sizeof(T) <= values.size(); at += sizeof(T)) {
+    T number{};
+    std::memcpy(&number, values.data() + at, sizeof number);
+    if (number < 0 || static_cast<std::uint64_t>(number) >= position.size()) continue;
+    number = static_cast<T>(position[static_cast<std::size_t>(number)]);
+    std::memcpy(values.data() + at, &number, sizeof number);
+  }
+}
+
+}  // namespace
+
+Result<std::vector<std::uint64_t>> RecordedOrder::elements(
+    const Schema& schema, std::size_t array, std::span<const std::uint32_t> cell_blocks) const {
+  if (array >= schema.arrays.size())
+    return misuse_error("no array " + std::to_string(array), "coding order");
+  const ArrayInfo& info = schema.arrays[array];
+  if (info.location == Location::point) {
+    if (positions_in(vertices).size() != vertices.size()) return not_counted(vertices.size());
+    return vertices;
+  }
+  if (info.blocks.empty()) return cells;
+  if (cell_blocks.size() != cells.size())
+    return misuse_error("blocks of " + std::to_string(cell_blocks.size()) + " cells, of " +
+                            std::to_string(cells.size()),
+                        "coding order");
+  std::vector<std::uint64_t> element(cells.size(), kUnset);
+  std::uint64_t count = 0;
+  for (std::size_t c = 0; c < cells.size(); ++c)
+    if (schema.array_covers(array, cell_blocks[c])) element[c] = count++;
+  std::vector<std::uint64_t> coded;
+  coded.reserve(static_cast<std::size_t>(count));
+  for (const std::uint64_t c : cells)
+    if (element[static_cast<std::size_t>(c)] != kUnset)
+      coded.push_back(element[static_cast<std::size_t>(c)]);
+  return coded;
+}
+
+Result<void> RecordedOrder::renumber(Extra& extra) const {
+  if (extra.refers == Reference::nothing) return {};
+  const bool of_vertices = extra.refers == Reference::vertex;
+  const auto& order = of_vertices ? vertices : cells;
+  const auto position = positions_in(order);
+  if (position.size() != order.size()) return not_counted(order.size());
+  if (extra.type == ScalarType::int32)
+    replace<std::int32_t>(extra.data, position);
+  else if (extra.type == ScalarType::int64)
+    replace<std::int64_t>(extra.data, position);
+  else
+    return misuse_error("references are int32 or int64", extra.key);
+  return {};
+}
+
+}  // namespace shm
