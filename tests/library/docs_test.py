@@ -19,7 +19,7 @@ from urllib.parse import unquote
 
 ROOT = Path(__file__).resolve().parents[2]
 README_LINES = 140
-FOLDERS = (".ci", "bench", "cmake", "converters", "docs", "fuzz", "libshmformat", "scripts", "spec",
+FOLDERS = (".ci", "bench", "bindings", "cmake", "converters", "docs", "fuzz", "libshmformat", "scripts", "spec",
            "tests")
 SOURCES = ("libshmformat/src", "converters")  # of which architecture.md is the map
 MAP = ROOT / "docs" / "architecture.md"

@@ -237,6 +237,19 @@ TEST(Rules, TheCodersKnowNoChunks) {
         EXPECT_FALSE(says(source.code, word)) << source.path << " says " << word;
 }
 
+// Who embeds the C interface gets what every program gets that has the library.
+TEST(Rules, TheCInterfaceStandsOnThePublicHeaders) {
+  for (const Source& source : sources_in("bindings/c")) {
+    for (const std::string& header : source.quoted) {
+      const bool own = fs::exists(fs::path(SHM_SOURCE_DIR) / "bindings/c/src" / header);
+      EXPECT_TRUE(own || header == "shmformat.h" || header.starts_with("shm/"))
+          << source.path << " includes " << header;
+    }
+    for (const char* word : {"printf", "fprintf", "cout", "cerr", "getenv", "setlocale", "exit"})
+      EXPECT_FALSE(says(source.code, word)) << source.path << " says " << word;
+  }
+}
+
 const std::set<std::string>& system_headers() {
   static const std::set<std::string> headers = {
       "unistd.h",  "fcntl.h",    "dirent.h", "pthread.h", "signal.h", "csignal", "termios.h",

@@ -1,0 +1,37 @@
+#include "ends.h"
+
+#include <algorithm>
+#include <cstring>
+#include <string>
+
+namespace shmf {
+
+shm::Result<void> CallbackSource::read_at(std::uint64_t offset, std::span<std::byte> into) {
+  if (offset > source_.bytes || into.size() > source_.bytes - offset)
+    return shm::Error{shm::ErrorCode::truncated, "the file ends before", "", offset, {}};
+  if (into.empty()) return {};
+  char why[256] = {};
+  const std::lock_guard lock(mutex_);
+  if (source_.read_at(source_.context, offset, into.data(), into.size(), why, sizeof why) == 0)
+    return {};
+  why[sizeof why - 1] = 0;
+  return shm::Error{
+      shm::ErrorCode::io, why[0] != 0 ? why : "the source gave no bytes", "", offset, {}};
+}
+
+shm::Result<void> CallbackSink::write(std::span<const std::byte> bytes) {
+  if (bytes.empty() || write_(context_, bytes.data(), bytes.size()) == 0) return {};
+  return shm::Error{shm::ErrorCode::output, "the bytes were not taken", "", shm::kNoOffset, {}};
+}
+
+shm::Result<void> Watch::tell(double done, double all) {
+  if (run_.progress == nullptr) return {};
+  const double now = all > 0 ? std::min(done / all, 1.0) : 1.0;
+  constexpr double kStep = 1.0 / 256;  // nobody sees less
+  if (now < 1 && now < told_ + kStep) return {};
+  told_ = now;
+  if (run_.progress(run_.context, now) == 0) return {};
+  return shm::Error{kCancelled, "the caller wanted no more", "", shm::kNoOffset, {}};
+}
+
+}  // namespace shmf

@@ -1,0 +1,86 @@
+// An open file: what a shmf_file is.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "errors.h"
+#include "shm/archive.h"
+#include "shm/io.h"
+#include "shm/mesh_extract.h"
+#include "shm/sets.h"
+#include "shm/step_reader.h"
+#include "shmformat.h"
+
+namespace shmf {
+
+/// The cells that shmf_read() is to give, and how many there are of what.
+struct Piece {
+  shm::CellSelection cells;
+  bool whole = true;     ///< all of an undamaged file: numbers are those of the file, from 0
+  bool counted = false;  ///< the members below are known
+  std::uint64_t vertex_count = 0, cell_count = 0, corner_count = 0;
+  std::vector<std::uint64_t> block_cells;
+  /// Unless it is whole: the numbers in the file, ascending.
+  std::vector<std::uint64_t> vertices, numbers;
+};
+
+shm::ReadLimits limits_of(const shmf_open_options& options);
+/// What a schema tells; counts are 0.
+shmf_info info_of(const shm::Schema& schema);
+shm::Result<shmf_block> block_of(const shm::Schema& schema, std::uint32_t block);
+shm::Result<shmf_array> array_of(const shm::Schema& schema, std::uint32_t array);
+shmf_extra extra_of(const shm::Extra& extra);
+/// Cells of the blocks that an array of cells covers.
+std::uint64_t covered_cells(const shm::Schema& schema, std::uint32_t array,
+                            const std::vector<std::uint64_t>& block_cells);
+
+}  // namespace shmf
+
+struct shmf_file {
+  // In this order: what is below borrows what is above.
+  std::string name;                           // for messages; may be empty
+  std::shared_ptr<shm::RandomSource> source;  // of the whole file, or of the archive
+  std::optional<shm::SectionSource> section;  // of a member
+  std::optional<shm::ArchiveReader> archive;
+  shm::ReadLimits limits;
+  bool damaged = false;
+  std::optional<shm::MeshExtractor> mesh;  // nothing in an archive
+  std::optional<shm::StepReader> steps;    // opened where it is needed
+
+  std::optional<std::vector<double>> times;
+  std::vector<std::uint64_t> array_steps;
+  std::optional<std::vector<shm::Extra>> extras;
+  std::optional<std::vector<shm::MeshSet>> sets;
+  shmf::Piece piece;
+
+  shm::RandomSource& bytes() {
+    return section ? static_cast<shm::RandomSource&>(*section) : *source;
+  }
+  const shm::Schema& schema() const { return mesh->schema(); }
+  shm::Result<shm::StepReader*> step_reader();
+  shm::Result<void> read_extras();
+  shm::Result<void> read_sets();
+  shm::Result<void> count_piece(const shmf_run_options& run);
+};
+
+namespace shmf {
+
+/// guarded(), where `call` wants an open mesh; errors get the name of the file.
+template <class Call>
+shmf_status with_mesh(const shmf_file* file, shmf_error* error, Call&& call) noexcept {
+  return guarded(error, [&]() -> shm::Result<void> {
+    if (file == nullptr) return misuse("the file is NULL");
+    if (!file->mesh) return misuse("an archive: open a member of it");
+    auto done = call();
+    if (done) return {};
+    shm::Error why = done.error();
+    if (why.file.empty()) why.file = file->name;
+    return why;
+  });
+}
+
+}  // namespace shmf

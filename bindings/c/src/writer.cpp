@@ -1,0 +1,556 @@
+// Writing: what the mesh is made of, its vertices and cells, what comes behind them.
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "ends.h"
+#include "errors.h"
+#include "shm/mesh.h"
+#include "shm/recorded_order.h"
+#include "shm/sets.h"
+#include "shm/writer.h"
+#include "structs.h"
+
+namespace shmf {
+namespace {
+
+using shm::Result;
+
+enum class Stage { schema, mesh, behind_mesh, finished };
+
+std::string text_of(const char* text) { return text == nullptr ? std::string() : text; }
+
+template <class T>
+std::span<const T> list_of(const T* first, std::uint64_t count) {
+  return {first, first == nullptr ? 0 : static_cast<std::size_t>(count)};
+}
+
+std::size_t stride_of(const shm::ArrayInfo& info) {
+  return shm::scalar_bytes(info.type) * info.components;
+}
+
+}  // namespace
+}  // namespace shmf
+
+struct shmf_writer {
+  shm::Schema schema;
+  shm::WriteOptions options;
+  std::unique_ptr<shm::ByteSink> sink;
+  std::string name;  // for messages; may be empty
+  shm::RecordedOrder order;
+  std::optional<shm::Writer> writer;  // behind the schema
+  shmf::Stage stage = shmf::Stage::schema;
+  bool keeps_blocks = false;               // an array at steps is on some blocks only
+  std::vector<std::uint32_t> cell_blocks;  // where it does
+  bool has_sets = false;
+  /// Elements of the array whose values came last, in coding order.
+  std::optional<std::uint32_t> ordered_array;
+  std::vector<std::uint64_t> coded_elements;
+  std::optional<shm::Error> failed;
+
+  shm::Result<void> begin_mesh();
+  shm::Result<void> end_mesh();
+  shm::Result<void> add_values(std::uint32_t array, std::uint64_t step,
+                               std::span<const std::byte> values);
+  /// Static arrays of the elements that are added, packed: bytes of one element.
+  std::size_t element_bytes(shm::Location location, std::uint32_t block) const;
+};
+
+using shm::Result;
+using shmf::misuse;
+using shmf::Stage;
+
+/// The schema is complete.
+Result<void> shmf_writer::begin_mesh() {
+  if (stage == Stage::mesh) return {};
+  if (stage != Stage::schema) return misuse("the mesh has ended");
+  bool stepped = false;
+  for (const shm::ArrayInfo& array : schema.arrays) {
+    stepped = stepped || array.per_step;
+    keeps_blocks = keeps_blocks || (array.per_step && !array.blocks.empty());
+  }
+  if (stepped || schema.order != shm::Order::keep) options.coding_order = &order;
+  auto created = shm::Writer::create(*sink, schema, options);
+  if (!created) return created.error();
+  writer.emplace(std::move(*created));
+  stage = Stage::mesh;
+  return {};
+}
+
+Result<void> shmf_writer::end_mesh() {
+  if (stage == Stage::behind_mesh) return {};
+  if (stage == Stage::finished) return misuse("the file is finished");
+  if (auto good = begin_mesh(); !good) return good;
+  if (auto good = writer->end_mesh(); !good) return good;
+  stage = Stage::behind_mesh;
+  return {};
+}
+
+std::size_t shmf_writer::element_bytes(shm::Location location, std::uint32_t block) const {
+  std::size_t bytes = 0;
+  for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
+    const shm::ArrayInfo& info = schema.arrays[a];
+    if (info.per_step || info.location != location) continue;
+    if (location == shm::Location::point || schema.array_covers(a, block))
+      bytes += shmf::stride_of(info);
+  }
+  return bytes;
+}
+
+/// Brings values into coding order, some at a time.
+Result<void> shmf_writer::add_values(std::uint32_t array, std::uint64_t step,
+                                     std::span<const std::byte> values) {
+  if (array >= schema.arrays.size()) return misuse("no array " + std::to_string(array));
+  const shm::ArrayInfo& info = schema.arrays[array];
+  if (!info.per_step) return misuse("array '" + info.name + "' is not per step");
+  if (ordered_array != array) {
+    auto elements = order.elements(schema, array, cell_blocks);
+    if (!elements) return elements.error();
+    coded_elements = std::move(*elements);
+    ordered_array = array;
+  }
+  const std::size_t stride = shmf::stride_of(info);
+  if (values.size() != coded_elements.size() * stride)
+    return misuse("array '" + info.name + "' has " + std::to_string(coded_elements.size()) +
+                  " elements, which take " + std::to_string(coded_elements.size() * stride) +
+                  " bytes");
+  constexpr std::size_t kBytesAtOnce = std::size_t{1} << 20;
+  std::vector<std::byte> some;
+  for (std::size_t i = 0; i < coded_elements.size(); ++i) {
+    const auto from = static_cast<std::size_t>(coded_elements[i]) * stride;
+    some.insert(some.end(), values.begin() + static_cast<std::ptrdiff_t>(from),
+                values.begin() + static_cast<std::ptrdiff_t>(from + stride));
+    if (some.size() < kBytesAtOnce && i + 1 < coded_elements.size()) continue;
+    if (auto good = writer->add_step_values(array, step, some); !good) return good;
+    some.clear();
+  }
+  // Of no elements, too, the writer is told that there are none.
+  return coded_elements.empty() ? writer->add_step_values(array, step, {}) : Result<void>();
+}
+
+namespace shmf {
+namespace {
+
+/// guarded(); the first failure of a writer is that of all later calls.
+template <class Call>
+shmf_status with_writer(shmf_writer* writer, shmf_error* error, Call&& call) noexcept {
+  return guarded(error, [&]() -> Result<void> {
+    if (writer == nullptr) return misuse("the writer is NULL");
+    if (writer->failed) return *writer->failed;
+    // What throws leaves it failed.
+    writer->failed = shm::Error{kNoMemory, "out of memory before", "", shm::kNoOffset, {}};
+    auto done = call();
+    if (done) {
+      writer->failed.reset();
+      return {};
+    }
+    shm::Error why = done.error();
+    if (why.file.empty()) why.file = writer->name;
+    writer->failed = why;
+    return why;
+  });
+}
+
+Result<shm::Quantization> bound_of(double error, shm::ScalarType type, std::uint32_t components) {
+  if (error == 0) return shm::Quantization();
+  if (!(error > 0) || !(error < 1e300)) return misuse("an error bound is above 0 and below 1e300");
+  if (!shm::is_float(type)) return misuse("an error bound of values that are no floats");
+  return shm::Quantization::absolute(error, components);
+}
+
+Result<std::unique_ptr<shmf_writer>> writer_with(const shmf_write_options& options) {
+  auto made = std::make_unique<shmf_writer>();
+  if (options.order < SHMF_ORDER_KEEP || options.order > SHMF_ORDER_FREE)
+    return misuse("no order " + std::to_string(options.order));
+  constexpr std::array kLevels = {shm::Level::standard, shm::Level::fast, shm::Level::best};
+  if (options.level < SHMF_LEVEL_DEFAULT || options.level > SHMF_LEVEL_BEST)
+    return misuse("no level " + std::to_string(options.level));
+  if (options.coordinate_type != 0 && options.coordinate_type != SHMF_FLOAT32 &&
+      options.coordinate_type != SHMF_FLOAT64)
+    return misuse("coordinates are float32 or float64");
+  shm::Schema& schema = made->schema;
+  schema.order = static_cast<shm::Order>(options.order);
+  schema.coordinate_type =
+      options.coordinate_type == SHMF_FLOAT32 ? shm::ScalarType::float32 : shm::ScalarType::float64;
+  schema.source_format = text_of(options.source_format);
+  auto bound = bound_of(options.coordinate_error, schema.coordinate_type, 3);
+  if (!bound) return bound.error();
+  schema.coordinate_quantization = std::move(*bound);
+  made->options.level = kLevels[static_cast<std::size_t>(options.level)];
+  made->options.threads = options.threads == SHMF_ALL_THREADS ? 0
+                          : options.threads == 0              ? 1
+                                                              : options.threads;
+  made->options.segment_cells = options.segment_cells;
+  if (options.key_steps != 0) made->options.key_steps = options.key_steps;
+  return made;
+}
+
+/// Gives the caller a writer whose sink is what `open(writer, options)` opens, or null.
+template <class Open>
+shmf_status give_writer(const shmf_write_options* options, shmf_writer** writer, shmf_error* error,
+                        Open&& open) noexcept {
+  return guarded(error, [&]() -> Result<void> {
+    if (writer == nullptr) return misuse("nowhere to put the handle");
+    *writer = nullptr;
+    const auto own = taken_or_default(options, "options");
+    if (!own) return own.error();
+    auto made = writer_with(*own);
+    if (!made) return made.error();
+    if (auto good = open(**made, *own); !good) return good;
+    *writer = made->release();
+    return {};
+  });
+}
+
+Result<shm::NumberSpan> numbers_of(const shmf_target& from) {
+  const std::size_t width = shmf_type_bytes(from.type);
+  const bool is_number = from.type >= SHMF_INT32 && from.type <= SHMF_UINT64;
+  if (!is_number) return misuse("numbers are integers of 32 or 64 bits");
+  if (reinterpret_cast<std::uintptr_t>(from.data) % width != 0)
+    return misuse("memory that is not aligned for its type");
+  const auto count = static_cast<std::size_t>(from.bytes / width);
+  // A negative number is one that no mesh has.
+  if (width == 4)
+    return shm::NumberSpan(std::span(static_cast<const std::uint32_t*>(from.data), count));
+  return shm::NumberSpan(std::span(static_cast<const std::uint64_t*>(from.data), count));
+}
+
+/// A whole mesh from the arrays of a caller.
+class ArraysOfCaller {
+ public:
+  explicit ArraysOfCaller(const shm::Schema& schema) : schema_(&schema) {
+    mesh_.arrays.resize(schema.arrays.size());
+  }
+  Result<void> take(const shmf_target& from);
+  Result<const shm::MeshArrays*> finish();
+
+ private:
+  Result<void> take_values(const shmf_target& from);
+
+  const shm::Schema* schema_;
+  shm::MeshArrays mesh_;
+  bool has_corners_ = false;
+};
+
+Result<void> ArraysOfCaller::take(const shmf_target& from) {
+  if (from.data == nullptr && from.bytes > 0) return misuse("data is NULL");
+  const auto bytes =
+      std::span(static_cast<const std::byte*>(from.data), static_cast<std::size_t>(from.bytes));
+  switch (from.what) {
+    case SHMF_POINTS:
+      if (from.type != static_cast<std::int32_t>(schema_->coordinate_type))
+        return misuse("points are not of the coordinate type");
+      mesh_.xyz = bytes;
+      return {};
+    case SHMF_CORNERS:
+    case SHMF_CORNER_BEGIN: {
+      auto numbers = numbers_of(from);
+      if (!numbers) return numbers.error();
+      (from.what == SHMF_CORNERS ? mesh_.corners : mesh_.corner_begin) = *numbers;
+      has_corners_ = has_corners_ || from.what == SHMF_CORNERS;
+      return {};
+    }
+    case SHMF_CELL_BLOCKS:
+      if (from.type != SHMF_INT32 && from.type != SHMF_UINT32)
+        return misuse("blocks are integers of 32 bits");
+      if (reinterpret_cast<std::uintptr_t>(from.data) % sizeof(std::uint32_t) != 0)
+        return misuse("memory that is not aligned for its type");
+      mesh_.cell_blocks = std::span(static_cast<const std::uint32_t*>(from.data),
+                                    static_cast<std::size_t>(from.bytes / sizeof(std::uint32_t)));
+      return {};
+    case SHMF_VALUES: return take_values(from);
+    default: return misuse("nothing to write that is called " + std::to_string(from.what));
+  }
+}
+
+Result<void> ArraysOfCaller::take_values(const shmf_target& from) {
+  if (from.array >= schema_->arrays.size()) return misuse("no array " + std::to_string(from.array));
+  const shm::ArrayInfo& info = schema_->arrays[from.array];
+  if (info.per_step) return misuse("values of array '" + info.name + "' come after the mesh");
+  if (from.type != static_cast<std::int32_t>(info.type))
+    return misuse("values of array '" + info.name + "' are not of its type");
+  mesh_.arrays[from.array] =
+      std::span(static_cast<const std::byte*>(from.data), static_cast<std::size_t>(from.bytes));
+  return {};
+}
+
+/// How many cells that are.
+Result<const shm::MeshArrays*> ArraysOfCaller::finish() {
+  if (!mesh_.corner_begin.empty()) {
+    mesh_.cells = mesh_.corner_begin.size() - 1;
+  } else if (!mesh_.cell_blocks.empty()) {
+    mesh_.cells = mesh_.cell_blocks.size();
+  } else if (!mesh_.corners.empty()) {
+    const std::uint32_t nodes = schema_->blocks.empty() ? 0 : schema_->blocks[0].nodes_per_cell;
+    if (nodes == 0) return misuse("corner_begin is missing: cells have any number of corners");
+    if (mesh_.corners.size() % nodes != 0)
+      return misuse("corners are not " + std::to_string(nodes) + " for each cell");
+    mesh_.cells = mesh_.corners.size() / nodes;
+  }
+  return &mesh_;
+}
+
+Result<shm::Extra> extra_from(const shmf_extra& from) {
+  if (from.key == nullptr) return misuse("an extra without a key");
+  if (from.dimensions > 0 && from.shape == nullptr) return misuse("the shape is NULL");
+  if (from.bytes > 0 && from.data == nullptr) return misuse("data is NULL");
+  if (shmf_type_bytes(from.type) == 0) return misuse("no type " + std::to_string(from.type));
+  if (from.refers < SHMF_REFERS_TO_NOTHING || from.refers > SHMF_REFERS_TO_CELLS)
+    return misuse("no reference " + std::to_string(from.refers));
+  shm::Extra extra;
+  extra.key = from.key;
+  extra.type = static_cast<shm::ScalarType>(from.type);
+  extra.refers = static_cast<shm::Reference>(from.refers);
+  const auto shape = list_of(from.shape, from.dimensions);
+  extra.shape.assign(shape.begin(), shape.end());
+  const auto data = list_of(static_cast<const std::byte*>(from.data), from.bytes);
+  extra.data.assign(data.begin(), data.end());
+  return extra;
+}
+
+Result<shm::MeshSet> set_from(const shmf_set& from) {
+  if (from.kind < SHMF_NODE_SET || from.kind > SHMF_ELEMENT_SET)
+    return misuse("no kind of set " + std::to_string(from.kind));
+  if ((from.members > 0 && from.numbers == nullptr) ||
+      (from.block_count > 0 && from.blocks == nullptr) ||
+      (from.factor_count > 0 && from.factors == nullptr) ||
+      (from.members > 0 && from.kind == SHMF_SIDE_SET && from.sides == nullptr))
+    return misuse("a list of a set is NULL");
+  shm::MeshSet set;
+  set.kind = static_cast<shm::MeshSet::Kind>(from.kind);
+  set.id = from.id;
+  set.name = text_of(from.name);
+  const auto copy = [](auto& to, const auto* first, std::uint64_t count) {
+    const auto list = list_of(first, count);
+    to.assign(list.begin(), list.end());
+  };
+  copy(set.members, from.numbers, from.members);
+  if (from.kind == SHMF_SIDE_SET) copy(set.sides, from.sides, from.members);
+  copy(set.blocks, from.blocks, from.block_count);
+  copy(set.factors, from.factors, from.factor_count);
+  return set;
+}
+
+Result<void> add_extra(shmf_writer& writer, shm::Extra extra) {
+  if (writer.schema.order != shm::Order::keep)
+    if (auto good = writer.order.renumber(extra); !good) return good;
+  return writer.writer->add_extra(extra);
+}
+
+}  // namespace
+}  // namespace shmf
+
+using shmf::with_writer;
+
+shmf_status shmf_writer_path(const char* path, const shmf_write_options* options,
+                             shmf_writer** writer, shmf_error* error) {
+  const auto open = [&](shmf_writer& made, const shmf_write_options& own) -> Result<void> {
+    if (path == nullptr) return misuse("the path is NULL");
+    std::error_code ignored;
+    if (own.replace == 0 && std::filesystem::symlink_status(path, ignored).type() !=
+                                std::filesystem::file_type::not_found)
+      return shm::Error{shm::ErrorCode::output, "is there already", "", shm::kNoOffset, path};
+    auto sink = shm::FileSink::create(shmf::path_of(path));
+    if (!sink) return sink.error();
+    made.sink = std::move(*sink);
+    made.name = path;
+    return {};
+  };
+  return shmf::give_writer(options, writer, error, open);
+}
+
+shmf_status shmf_writer_sink(int (*write)(void* context, const void* bytes, uint64_t count),
+                             void* context, const shmf_write_options* options, shmf_writer** writer,
+                             shmf_error* error) {
+  return shmf::give_writer(options, writer, error,
+                           [&](shmf_writer& made, const shmf_write_options&) -> Result<void> {
+                             if (write == nullptr) return misuse("write is NULL");
+                             made.sink = std::make_unique<shmf::CallbackSink>(write, context);
+                             return {};
+                           });
+}
+
+shmf_status shmf_writer_block(shmf_writer* writer, const shmf_block* block, shmf_error* error) {
+  return with_writer(writer, error, [&]() -> Result<void> {
+    if (writer->stage != Stage::schema) return misuse("blocks come before the mesh");
+    const auto own = shmf::taken(block, "the block");
+    if (!own) return own.error();
+    if (own->shape < SHMF_OTHER || own->shape > SHMF_FACES)
+      return misuse("no shape " + std::to_string(own->shape));
+    writer->schema.blocks.push_back({own->id, shmf::text_of(own->name),
+                                     static_cast<shm::CellShape>(own->shape), own->nodes_per_cell});
+    return {};
+  });
+}
+
+shmf_status shmf_writer_array(shmf_writer* writer, const shmf_array* array, shmf_error* error) {
+  return with_writer(writer, error, [&]() -> Result<void> {
+    if (writer->stage != Stage::schema) return misuse("arrays come before the mesh");
+    const auto own = shmf::taken(array, "the array");
+    if (!own) return own.error();
+    if (own->location != SHMF_POINT_DATA && own->location != SHMF_CELL_DATA)
+      return misuse("no location " + std::to_string(own->location));
+    if (shmf_type_bytes(own->type) == 0) return misuse("no type " + std::to_string(own->type));
+    if (own->block_count > 0 && own->blocks == nullptr) return misuse("the blocks are NULL");
+    shm::ArrayInfo info;
+    info.name = shmf::text_of(own->name);
+    info.role = shmf::text_of(own->role);
+    info.location = static_cast<shm::Location>(own->location);
+    info.type = static_cast<shm::ScalarType>(own->type);
+    info.components = own->components == 0 ? 1 : own->components;
+    info.per_step = own->per_step != 0;
+    const auto blocks = shmf::list_of(own->blocks, own->block_count);
+    info.blocks.assign(blocks.begin(), blocks.end());
+    auto bound = shmf::bound_of(own->error, info.type, info.components);
+    if (!bound) return bound.error();
+    info.quantization = std::move(*bound);
+    writer->schema.arrays.push_back(std::move(info));
+    return {};
+  });
+}
+
+shmf_status shmf_writer_mesh(shmf_writer* writer, const shmf_target* arrays, size_t count,
+                             shmf_error* error) {
+  return with_writer(writer, error, [&]() -> Result<void> {
+    if (writer->stage != Stage::schema) return misuse("a mesh has begun before");
+    if (arrays == nullptr && count > 0) return misuse("the arrays are NULL");
+    shmf::ArraysOfCaller own(writer->schema);
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::string name = "array " + std::to_string(i);
+      const auto from = shmf::taken(shmf::at(arrays, i), name.c_str());
+      if (!from) return from.error();
+      if (auto good = own.take(*from); !good) return misuse(good.error().detail, name);
+    }
+    const auto mesh = own.finish();
+    if (!mesh) return mesh.error();
+    if (auto good = writer->begin_mesh(); !good) return good;
+    if (auto good = shm::add_mesh(*writer->writer, writer->schema, **mesh); !good) return good;
+    if (writer->keeps_blocks) {
+      const auto& blocks = (*mesh)->cell_blocks;
+      writer->cell_blocks.assign(blocks.begin(), blocks.end());
+      writer->cell_blocks.resize(static_cast<std::size_t>((*mesh)->cells));  // left out: all of 0
+    }
+    return writer->end_mesh();
+  });
+}
+
+shmf_status shmf_writer_vertices(shmf_writer* writer, uint64_t count, const uint64_t* numbers,
+                                 const void* xyz, const void* values, shmf_error* error) {
+  return with_writer(writer, error, [&]() -> Result<void> {
+    if (auto good = writer->begin_mesh(); !good) return good;
+    const std::size_t data_bytes = writer->element_bytes(shm::Location::point, 0);
+    if (count > 0 && (numbers == nullptr || xyz == nullptr)) return misuse("vertices are NULL");
+    if (count > 0 && (values == nullptr) != (data_bytes == 0))
+      return misuse("values of vertices take " + std::to_string(data_bytes) + " bytes each");
+    const std::size_t xyz_bytes = 3 * shm::scalar_bytes(writer->schema.coordinate_type);
+    const auto* point = static_cast<const std::byte*>(xyz);
+    const auto* data = static_cast<const std::byte*>(values);
+    for (std::uint64_t v = 0; v < count; ++v) {
+      const std::span<const std::byte> own(data, data_bytes);
+      if (auto good = writer->writer->add_vertex(numbers[v], {point, xyz_bytes}, own); !good)
+        return good;
+      point += xyz_bytes;
+      if (data != nullptr) data += data_bytes;
+    }
+    return {};
+  });
+}
+
+shmf_status shmf_writer_cells(shmf_writer* writer, uint64_t count, uint32_t block, uint32_t nodes,
+                              const uint64_t* corners, const uint64_t* last_use, const void* values,
+                              shmf_error* error) {
+  return with_writer(writer, error, [&]() -> Result<void> {
+    if (auto good = writer->begin_mesh(); !good) return good;
+    if (block >= writer->schema.blocks.size()) return misuse("no block " + std::to_string(block));
+    const std::size_t data_bytes = writer->element_bytes(shm::Location::cell, block);
+    if (count > 0 && nodes > 0 && corners == nullptr) return misuse("corners are NULL");
+    if (count > 0 && (values == nullptr) != (data_bytes == 0))
+      return misuse("values of these cells take " + std::to_string(data_bytes) + " bytes each");
+    const auto* data = static_cast<const std::byte*>(values);
+    for (std::uint64_t c = 0; c < count; ++c) {
+      const auto good = writer->writer->add_cell(block, std::span(corners, nodes),
+                                                 last_use == nullptr ? 0 : last_use[c],
+                                                 std::span(data, data_bytes));
+      if (!good) return good;
+      if (corners != nullptr) corners += nodes;
+      if (data != nullptr) data += data_bytes;
+    }
+    if (writer->keeps_blocks)
+      writer->cell_blocks.insert(writer->cell_blocks.end(), static_cast<std::size_t>(count), block);
+    return {};
+  });
+}
+
+shmf_status shmf_writer_values(shmf_writer* writer, uint32_t array, uint64_t step,
+                               const void* values, uint64_t bytes, shmf_error* error) {
+  return with_writer(writer, error, [&]() -> Result<void> {
+    if (auto good = writer->end_mesh(); !good) return good;
+    if (values == nullptr && bytes > 0) return misuse("the values are NULL");
+    return writer->add_values(array, step,
+                              shmf::list_of(static_cast<const std::byte*>(values), bytes));
+  });
+}
+
+shmf_status shmf_writer_times(shmf_writer* writer, const double* times, uint64_t count,
+                              shmf_error* error) {
+  return with_writer(writer, error, [&]() -> Result<void> {
+    if (auto good = writer->end_mesh(); !good) return good;
+    if (times == nullptr && count > 0) return misuse("the times are NULL");
+    return writer->writer->set_step_times(shmf::list_of(times, count));
+  });
+}
+
+shmf_status shmf_writer_extra(shmf_writer* writer, const shmf_extra* extra, shmf_error* error) {
+  return with_writer(writer, error, [&]() -> Result<void> {
+    if (auto good = writer->end_mesh(); !good) return good;
+    const auto own = shmf::taken(extra, "the extra");
+    if (!own) return own.error();
+    auto made = shmf::extra_from(*own);
+    if (!made) return made.error();
+    return shmf::add_extra(*writer, std::move(*made));
+  });
+}
+
+shmf_status shmf_writer_sets(shmf_writer* writer, const shmf_set* sets, uint64_t count,
+                             shmf_error* error) {
+  return with_writer(writer, error, [&]() -> Result<void> {
+    if (auto good = writer->end_mesh(); !good) return good;
+    if (sets == nullptr && count > 0) return misuse("the sets are NULL");
+    if (std::exchange(writer->has_sets, true)) return misuse("sets come once, all together");
+    std::vector<shm::MeshSet> all;
+    for (std::uint64_t i = 0; i < count; ++i) {
+      const auto own = shmf::taken(shmf::at(sets, static_cast<std::size_t>(i)), "a set");
+      if (!own) return own.error();
+      auto set = shmf::set_from(*own);
+      if (!set) return set.error();
+      all.push_back(std::move(*set));
+    }
+    auto extras = shm::extras_of_sets(all);
+    if (!extras) return extras.error();
+    for (shm::Extra& extra : *extras)
+      if (auto good = shmf::add_extra(*writer, std::move(extra)); !good) return good;
+    return {};
+  });
+}
+
+shmf_status shmf_writer_finish(shmf_writer* writer, uint64_t* bytes, shmf_error* error) {
+  return with_writer(writer, error, [&]() -> Result<void> {
+    if (auto good = writer->end_mesh(); !good) return good;
+    const auto report = writer->writer->finish();
+    if (!report) return report.error();
+    writer->stage = Stage::finished;
+    if (bytes != nullptr) *bytes = report->total_bytes;
+    return {};
+  });
+}
+
+void shmf_writer_free(shmf_writer* writer) { delete writer; }

@@ -1,0 +1,978 @@
+// The C interface: what it reads is what the library reads, of every golden file; what it writes,
+// too; and what it says where it is called wrongly.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <numeric>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "shm/archive.h"
+#include "shm/mesh.h"
+#include "shm/sets.h"
+#include "shmformat.h"
+#include "support/golden_files.h"
+#include "support/stepped_mesh.h"
+#include "support/temporary_folder.h"
+
+namespace shm {
+namespace {
+
+struct Closing {
+  void operator()(shmf_file* file) const { shmf_close(file); }
+  void operator()(shmf_writer* writer) const { shmf_writer_free(writer); }
+  void operator()(shmf_decoder* decoder) const { shmf_decoder_free(decoder); }
+};
+using File = std::unique_ptr<shmf_file, Closing>;
+using CWriter = std::unique_ptr<shmf_writer, Closing>;
+using CDecoder = std::unique_ptr<shmf_decoder, Closing>;
+
+std::span<const std::byte> bytes_of(const std::string& text) {
+  return std::as_bytes(std::span(text));
+}
+
+File opened(std::span<const std::byte> bytes, bool damaged = false) {
+  shmf_error why{};
+  shmf_file* file = nullptr;
+  shmf_open_options options{};
+  options.struct_size = sizeof options;
+  options.damaged = damaged ? 1 : 0;
+  EXPECT_EQ(shmf_open_memory(bytes.data(), bytes.size(), &options, &file, &why), SHMF_OK)
+      << why.message;
+  return File(file);
+}
+
+/// A target with memory of its own, and some behind it that must be left alone.
+struct Wanted {
+  static constexpr std::size_t kBehind = 16;
+  shmf_target target{};
+  std::vector<std::uint64_t> memory;
+
+  Wanted(std::int32_t what, std::int32_t type, std::uint32_t array = 0, std::uint64_t step = 0,
+         std::uint32_t flags = 0) {
+    target.struct_size = sizeof target;
+    target.what = what;
+    target.type = type;
+    target.array = array;
+    target.step = step;
+    target.flags = flags;
+  }
+  /// What it took.
+  Bytes bytes() const {
+    const auto all = std::as_bytes(std::span(memory));
+    return {all.begin(), all.begin() + static_cast<std::ptrdiff_t>(target.used)};
+  }
+  template <class T>
+  std::vector<T> values() const {
+    std::vector<T> out(target.used / sizeof(T));
+    if (!out.empty()) std::memcpy(out.data(), memory.data(), out.size() * sizeof(T));
+    return out;
+  }
+};
+
+/// Asks how much there is, then reads it all in one call.
+shmf_status read_all(shmf_file* file, std::vector<Wanted>& wanted, shmf_error& why) {
+  std::vector<shmf_target> targets;
+  for (const Wanted& it : wanted) targets.push_back(it.target);
+  if (const auto status = shmf_read(file, targets.data(), targets.size(), nullptr, &why))
+    return status;
+  constexpr std::uint64_t kUntouched = 0x5a5a5a5a5a5a5a5a;
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const std::uint64_t used = targets[i].used;
+    wanted[i].memory.assign(static_cast<std::size_t>(used + 7) / 8 + Wanted::kBehind, kUntouched);
+    targets[i].data = wanted[i].memory.data();
+    targets[i].bytes = used;
+  }
+  const auto status = shmf_read(file, targets.data(), targets.size(), nullptr, &why);
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    wanted[i].target = targets[i];
+    const auto& memory = wanted[i].memory;
+    for (std::size_t w = memory.size() - Wanted::kBehind; w < memory.size(); ++w)
+      EXPECT_EQ(memory[w], kUntouched) << "target " << i;
+  }
+  return status;
+}
+
+template <class T>
+Bytes raw(const std::vector<T>& values) {
+  const auto bytes = std::as_bytes(std::span(values));
+  return {bytes.begin(), bytes.end()};
+}
+
+/// Everything of a file by the C interface is what read_mesh() says.
+void expect_same(shmf_file* file, const Mesh& mesh) {
+  shmf_error why{};
+  shmf_info info{};
+  info.struct_size = sizeof info;
+  ASSERT_EQ(shmf_get_info(file, &info, &why), SHMF_OK) << why.message;
+  EXPECT_EQ(info.vertices, mesh.vertex_count());
+  EXPECT_EQ(info.cells, mesh.cell_count());
+  EXPECT_EQ(info.source_format, mesh.schema.source_format);
+  ASSERT_EQ(info.blocks, mesh.schema.blocks.size());
+  ASSERT_EQ(info.arrays, mesh.schema.arrays.size());
+  shmf_counts counts{};
+  counts.struct_size = sizeof counts;
+  ASSERT_EQ(shmf_select(file, nullptr, nullptr, &counts, &why), SHMF_OK) << why.message;
+  EXPECT_EQ(counts.corners, mesh.corners.size());
+
+  const auto coordinates = static_cast<std::int32_t>(mesh.schema.coordinate_type);
+  std::vector<Wanted> wanted{{SHMF_POINTS, coordinates},
+                             {SHMF_CORNERS, SHMF_UINT64},
+                             {SHMF_CORNER_BEGIN, SHMF_INT64},
+                             {SHMF_CELL_BLOCKS, SHMF_UINT32},
+                             {SHMF_CELL_NUMBERS, SHMF_INT64}};
+  std::vector<Bytes> expected{mesh.xyz, raw(mesh.corners), raw(mesh.corner_begin),
+                              raw(mesh.cell_blocks)};
+  std::vector<std::uint64_t> numbers(mesh.cell_count());
+  std::iota(numbers.begin(), numbers.end(), 0);
+  expected.push_back(raw(numbers));
+  for (std::uint32_t a = 0; a < mesh.schema.arrays.size(); ++a) {
+    const ArrayInfo& array = mesh.schema.arrays[a];
+    shmf_array told{};
+    told.struct_size = sizeof told;
+    ASSERT_EQ(shmf_get_array(file, a, &told, &why), SHMF_OK) << why.message;
+    EXPECT_EQ(told.name, array.name);
+    EXPECT_EQ(std::vector(told.blocks, told.blocks + told.block_count), array.blocks);
+    EXPECT_EQ(told.error > 0, array.quantization.lossy());
+    const auto type = static_cast<std::int32_t>(array.type);
+    const std::uint64_t* steps = nullptr;
+    std::uint64_t count = 0;
+    ASSERT_EQ(shmf_get_steps(file, a, &steps, &count, &why), SHMF_OK) << why.message;
+    EXPECT_EQ(count > 0, array.per_step && !mesh.steps[a].empty());
+    if (!array.per_step) {
+      wanted.emplace_back(SHMF_VALUES, type, a);
+      expected.push_back(mesh.arrays[a]);
+    }
+    for (std::uint64_t s = 0; s < count; ++s) {
+      wanted.emplace_back(SHMF_VALUES, type, a, steps[s]);
+      expected.push_back(mesh.steps[a][steps[s]]);
+    }
+  }
+  ASSERT_EQ(read_all(file, wanted, why), SHMF_OK) << why.message;
+  for (std::size_t i = 0; i < wanted.size(); ++i)
+    EXPECT_EQ(wanted[i].bytes(), expected[i]) << "target " << i;
+
+  const double* times = nullptr;
+  std::uint64_t count = 0;
+  ASSERT_EQ(shmf_get_times(file, &times, &count, &why), SHMF_OK) << why.message;
+  EXPECT_EQ(std::vector(times, times + count), mesh.step_times);
+  ASSERT_EQ(shmf_extra_count(file, &count, &why), SHMF_OK) << why.message;
+  ASSERT_EQ(count, mesh.extras.size());
+  for (std::uint64_t i = 0; i < count; ++i) {
+    shmf_extra extra{};
+    extra.struct_size = sizeof extra;
+    ASSERT_EQ(shmf_get_extra(file, i, &extra, &why), SHMF_OK) << why.message;
+    EXPECT_EQ(extra.key, mesh.extras[i].key);
+    EXPECT_EQ(std::vector(extra.shape, extra.shape + extra.dimensions), mesh.extras[i].shape);
+    const auto* data = static_cast<const std::byte*>(extra.data);
+    EXPECT_EQ(Bytes(data, data + extra.bytes), mesh.extras[i].data);
+  }
+  const auto sets = sets_of(mesh);
+  const auto status = shmf_set_count(file, &count, &why);
+  ASSERT_EQ(status == SHMF_OK, static_cast<bool>(sets));
+  EXPECT_TRUE(!sets || count == sets->size());
+  EXPECT_EQ(shmf_verify(file, nullptr, &why), SHMF_OK) << why.message;
+}
+
+void expect_same(std::span<const std::byte> bytes, const File& file) {
+  MemorySource source(bytes);
+  const auto mesh = read_mesh(source);
+  if (mesh) {
+    expect_same(file.get(), *mesh);
+    return;
+  }
+  // The numbers of one file's vertices are not those from 0 on: there are no whole arrays of it.
+  EXPECT_EQ(mesh.error().code, ErrorCode::corrupt);
+  std::vector<Wanted> wanted{{SHMF_POINTS, SHMF_FLOAT64}};
+  shmf_error why{};
+  EXPECT_EQ(read_all(file.get(), wanted, why), SHMF_CORRUPT);
+}
+
+TEST(CInterface, EveryGoldenFileReadsAsAWholeMesh) {
+  int members = 0;
+  for (const auto& path : golden_files()) {
+    SCOPED_TRACE(path);
+    const std::string bytes = content(path);
+    const File file = opened(bytes_of(bytes));
+    ASSERT_TRUE(file);
+    if (shmf_member_count(file.get()) == 0) {
+      expect_same(bytes_of(bytes), file);
+      continue;
+    }
+    MemoryRandomSource source(bytes_of(bytes));
+    const auto archive = ArchiveReader::open(source);
+    ASSERT_TRUE(archive);
+    for (std::uint32_t m = 0; m < shmf_member_count(file.get()); ++m) {
+      const ArchiveMember& member = archive->members()[m];
+      EXPECT_EQ(shmf_member_name(file.get(), m), member.name);
+      shmf_file* one = nullptr;
+      shmf_error why{};
+      ASSERT_EQ(shmf_open_member(file.get(), m, nullptr, &one, &why), SHMF_OK) << why.message;
+      expect_same(bytes_of(bytes).subspan(member.offset, member.bytes), File(one));
+      ++members;
+    }
+    shmf_info info{};
+    info.struct_size = sizeof info;
+    EXPECT_EQ(shmf_get_info(file.get(), &info, nullptr), SHMF_MISUSE);
+  }
+  EXPECT_GT(members, 0);
+}
+
+/// Points and cells of two blocks, arrays of all kinds, steps.
+Bytes two_blocks_file(Order order = Order::keep, std::uint64_t segment_cells = 0) {
+  Mesh mesh;
+  const TestMesh from = grid(9, 8, 7, ScalarType::float64, warped, porous);
+  mesh.schema = from.schema;
+  mesh.schema.order = order;
+  mesh.schema.blocks.push_back({7, "wedges", CellShape::wedge, 6});
+  mesh.xyz = from.xyz;
+  for (std::size_t c = 0; c < from.cells.size(); ++c) {
+    const bool other = c % 3 == 0;
+    mesh.cell_blocks.push_back(other ? 1 : 0);
+    const auto& corners = from.cells[c].corners;
+    mesh.corners.insert(mesh.corners.end(), corners.begin(), corners.begin() + (other ? 6 : 8));
+    mesh.corner_begin.push_back(mesh.corners.size());
+  }
+  for (std::uint32_t kind = 0; kind < 6; ++kind) {
+    const bool of_points = kind % 3 == 0;
+    ArrayInfo info =
+        array_of("a" + std::to_string(kind), of_points ? Location::point : Location::cell,
+                 ScalarType::float64, 1 + kind % 2);
+    info.per_step = kind >= 3;
+    if (kind % 3 == 2) info.blocks = {1};
+    const std::uint64_t elements = of_points       ? mesh.vertex_count()
+                                   : kind % 3 == 1 ? mesh.cell_count()
+                                                   : (mesh.cell_count() + 2) / 3;
+    mesh.schema.arrays.push_back(info);
+    mesh.arrays.push_back(info.per_step ? Bytes() : moving_values(info, elements, kind));
+    mesh.steps.emplace_back();
+    for (std::uint64_t s = 0; s < 3 && info.per_step; ++s)
+      mesh.steps.back().push_back(moving_values(info, elements, s));
+  }
+  mesh.step_times = {0, .5, 1};
+  WriteOptions options;
+  options.segment_cells = segment_cells;
+  MemorySink sink;
+  const auto report = write_mesh(sink, mesh, options);
+  EXPECT_TRUE(report) << report.error().message();
+  return sink.bytes;
+}
+
+/// What a selection gives is what the whole mesh has there.
+void expect_piece(std::span<const std::byte> bytes, const shmf_selection& selection) {
+  MemorySource source(bytes);
+  const auto mesh = read_mesh(source);
+  ASSERT_TRUE(mesh);
+  const File file = opened(bytes);
+  shmf_error why{};
+  shmf_counts counts{};
+  counts.struct_size = sizeof counts;
+  ASSERT_EQ(shmf_select(file.get(), &selection, nullptr, &counts, &why), SHMF_OK) << why.message;
+  ASSERT_GT(counts.cells, 0u);
+  ASSERT_LT(counts.cells, mesh->cell_count());
+  std::vector<Wanted> wanted{
+      {SHMF_POINTS, SHMF_FLOAT64},       {SHMF_CORNERS, SHMF_INT32},
+      {SHMF_CORNER_BEGIN, SHMF_INT32},   {SHMF_VERTEX_NUMBERS, SHMF_INT64},
+      {SHMF_CELL_NUMBERS, SHMF_UINT64},  {SHMF_CELL_BLOCKS, SHMF_INT32},
+      {SHMF_VALUES, SHMF_FLOAT64, 0},    {SHMF_VALUES, SHMF_FLOAT64, 1},
+      {SHMF_VALUES, SHMF_FLOAT64, 2},    {SHMF_VALUES, SHMF_FLOAT64, 2, 0, SHMF_FILL},
+      {SHMF_VALUES, SHMF_FLOAT64, 3, 1}, {SHMF_VALUES, SHMF_FLOAT64, 4, 2},
+      {SHMF_VALUES, SHMF_FLOAT64, 5, 1}, {SHMF_VALUES, SHMF_FLOAT64, 5, 1, SHMF_FILL}};
+  ASSERT_EQ(read_all(file.get(), wanted, why), SHMF_OK) << why.message;
+  const auto vertices = wanted[3].values<std::uint64_t>(),
+             cells = wanted[4].values<std::uint64_t>();
+  ASSERT_EQ(vertices.size(), counts.vertices);
+  ASSERT_EQ(cells.size(), counts.cells);
+  EXPECT_TRUE(std::is_sorted(vertices.begin(), vertices.end()));
+  EXPECT_TRUE(std::is_sorted(cells.begin(), cells.end()));
+
+  const auto copied = [](Bytes& to, const Bytes& from, std::uint64_t i, std::size_t stride) {
+    const auto* at = from.data() + i * stride;
+    to.insert(to.end(), at, at + stride);
+  };
+  Bytes points;
+  for (const std::uint64_t v : vertices) copied(points, mesh->xyz, v, 24);
+  EXPECT_EQ(wanted[0].bytes(), points);
+  const auto corners = wanted[1].values<std::int32_t>(), begin = wanted[2].values<std::int32_t>();
+  std::vector<std::uint64_t> element(mesh->cell_count());  // of the arrays on block 1
+  std::uint64_t next = 0;
+  for (std::size_t c = 0; c < element.size(); ++c)
+    if (mesh->cell_blocks[c] == 1) element[c] = next++;
+  Bytes blocks, whole, some, filled, step_whole, step_some, step_filled;
+  const auto nothing = [](Bytes& to, std::size_t scalars) {
+    for (std::size_t i = 0; i < scalars; ++i) append(to, std::numeric_limits<double>::quiet_NaN());
+  };
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const std::uint64_t c = cells[i];
+    ASSERT_EQ(static_cast<std::uint64_t>(begin[i + 1] - begin[i]),
+              mesh->corner_begin[c + 1] - mesh->corner_begin[c]);
+    for (std::int32_t k = begin[i]; k < begin[i + 1]; ++k)
+      ASSERT_EQ(vertices[static_cast<std::size_t>(corners[static_cast<std::size_t>(k)])],
+                mesh->corners[mesh->corner_begin[c] + static_cast<std::uint64_t>(k - begin[i])]);
+    append(blocks, mesh->cell_blocks[c]);
+    copied(whole, mesh->arrays[1], c, 16);
+    copied(step_whole, mesh->steps[4][2], c, 8);
+    if (mesh->cell_blocks[c] == 1) {
+      for (Bytes* to : {&some, &filled}) copied(*to, mesh->arrays[2], element[c], 8);
+      for (Bytes* to : {&step_some, &step_filled}) copied(*to, mesh->steps[5][1], element[c], 16);
+    } else {
+      nothing(filled, 1);
+      nothing(step_filled, 2);
+    }
+  }
+  EXPECT_EQ(wanted[5].bytes(), blocks);
+  Bytes of_points, step_points;
+  for (const std::uint64_t v : vertices) {
+    copied(of_points, mesh->arrays[0], v, 8);
+    copied(step_points, mesh->steps[3][1], v, 16);
+  }
+  EXPECT_EQ(wanted[6].bytes(), of_points);
+  EXPECT_EQ(wanted[7].bytes(), whole);
+  EXPECT_EQ(wanted[8].bytes(), some);
+  EXPECT_EQ(wanted[9].bytes(), filled);
+  EXPECT_EQ(wanted[10].bytes(), step_points);
+  EXPECT_EQ(wanted[11].bytes(), step_whole);
+  EXPECT_EQ(wanted[12].bytes(), step_some);
+  EXPECT_EQ(wanted[13].bytes(), step_filled);
+}
+
+TEST(CInterface, PiecesAreWhatTheWholeHasThere) {
+  for (const auto& [order, segment_cells] :
+       {std::pair(Order::keep, 0), {Order::keep, 50}, {Order::stream, 50}}) {
+    const Bytes bytes = two_blocks_file(order, static_cast<std::uint64_t>(segment_cells));
+    shmf_selection selection{};
+    selection.struct_size = sizeof selection;
+    selection.first_cell = 40;
+    selection.end_cell = 100;
+    expect_piece(bytes, selection);
+    const std::uint32_t block = 1;
+    selection.blocks = &block;
+    selection.block_count = 1;
+    expect_piece(bytes, selection);
+    selection.first_cell = selection.end_cell = 0;
+    expect_piece(bytes, selection);
+    selection.blocks = nullptr;
+    selection.block_count = 0;
+    selection.has_box = 1;
+    const double box[6] = {-1e9, -1e9, -1e9, .4, 1e9, 1e9};
+    std::copy(box, box + 6, selection.box);
+    expect_piece(bytes, selection);
+  }
+}
+
+TEST(CInterface, ValuesComeInOtherTypes) {
+  const Bytes bytes = two_blocks_file();
+  const File file = opened(bytes);
+  shmf_error why{};
+  std::vector<Wanted> wanted{{SHMF_POINTS, SHMF_FLOAT64},       {SHMF_POINTS, SHMF_FLOAT32},
+                             {SHMF_CORNERS, SHMF_UINT32},       {SHMF_CORNERS, SHMF_INT64},
+                             {SHMF_VALUES, SHMF_FLOAT64, 3, 2}, {SHMF_VALUES, SHMF_FLOAT32, 3, 2},
+                             {SHMF_CELL_TYPES, SHMF_UINT8},     {SHMF_CELL_BLOCKS, SHMF_UINT32}};
+  ASSERT_EQ(read_all(file.get(), wanted, why), SHMF_OK) << why.message;
+  const auto narrow = [](const Wanted& wide) {
+    std::vector<float> out;
+    for (const double v : wide.values<double>()) out.push_back(static_cast<float>(v));
+    return raw(out);
+  };
+  EXPECT_EQ(wanted[1].bytes(), narrow(wanted[0]));
+  EXPECT_EQ(wanted[5].bytes(), narrow(wanted[4]));
+  const auto few = wanted[2].values<std::uint32_t>();
+  const auto many = wanted[3].values<std::int64_t>();
+  EXPECT_TRUE(std::equal(few.begin(), few.end(), many.begin(), many.end()));
+  const auto types = wanted[6].values<std::uint8_t>();
+  const auto blocks = wanted[7].values<std::uint32_t>();
+  ASSERT_EQ(types.size(), blocks.size());
+  for (std::size_t c = 0; c < types.size(); ++c) EXPECT_EQ(types[c], blocks[c] == 1 ? 13 : 12);
+}
+
+TEST(CInterface, WrongTargetsAreMisuseBeforeAnyIsFilled) {
+  const Bytes bytes = two_blocks_file();
+  const File file = opened(bytes);
+  std::vector<std::uint64_t> memory(100000, 7);
+  const auto refused = [&](Wanted wanted, std::uint64_t room, const std::string& word) {
+    std::vector<shmf_target> targets(2);
+    targets[0] = Wanted(SHMF_POINTS, SHMF_FLOAT64).target;
+    targets[0].data = memory.data();
+    targets[0].bytes = memory.size() * 8;
+    targets[1] = wanted.target;
+    targets[1].data = memory.data() + 50000;
+    targets[1].bytes = room;
+    shmf_error why{};
+    EXPECT_EQ(shmf_read(file.get(), targets.data(), 2, nullptr, &why), SHMF_MISUSE) << word;
+    EXPECT_NE(std::string(why.message).find("target 1"), std::string::npos) << why.message;
+    EXPECT_NE(std::string(why.detail).find(word), std::string::npos) << why.detail;
+    EXPECT_EQ(std::count(memory.begin(), memory.end(), 7), std::ptrdiff_t{100000});
+    return targets[1].used;
+  };
+  const std::uint64_t corners = refused({SHMF_CORNERS, SHMF_INT64}, 100, "room for 100 bytes");
+  EXPECT_GT(corners, 100u);
+  refused({SHMF_CORNERS, SHMF_INT64}, corners - 1, "room for");
+  refused({SHMF_CORNERS, SHMF_INT16}, 400000, "integers of 32 or 64 bits");
+  refused({SHMF_POINTS, SHMF_INT32}, 400000, "float32 or float64");
+  refused({SHMF_CELL_TYPES, SHMF_INT32}, 400000, "uint8");
+  refused({SHMF_VALUES, SHMF_INT32, 0}, 400000, "another type");
+  refused({SHMF_VALUES, SHMF_FLOAT64, 6}, 400000, "no array 6");
+  refused({SHMF_VALUES, SHMF_FLOAT64, 0, 1}, 400000, "a step of an array");
+  refused({99, SHMF_FLOAT64}, 400000, "nothing that is called 99");
+  refused({SHMF_POINTS, 0}, 400000, "no type 0");
+}
+
+// A caller may have been compiled with a header that knew fewer members, or will know more.
+TEST(CInterface, StructsMayBeShorterAndLonger) {
+  const Bytes bytes = two_blocks_file();
+  const File file = opened(bytes);
+  struct {
+    size_t struct_size;
+    std::uint64_t vertices, untouched;
+  } shorter{16, 0, 5};
+  ASSERT_EQ(shmf_get_info(file.get(), reinterpret_cast<shmf_info*>(&shorter), nullptr), SHMF_OK);
+  EXPECT_EQ(shorter.struct_size, 16u);
+  EXPECT_GT(shorter.vertices, 0u);
+  EXPECT_EQ(shorter.untouched, 5u);
+  struct {
+    shmf_info known;
+    std::uint64_t untouched;
+  } longer{{}, 5};
+  longer.known.struct_size = sizeof longer;
+  ASSERT_EQ(shmf_get_info(file.get(), &longer.known, nullptr), SHMF_OK);
+  EXPECT_EQ(longer.known.struct_size, sizeof longer);
+  EXPECT_EQ(longer.known.vertices, shorter.vertices);
+  EXPECT_EQ(longer.untouched, 5u);
+  shmf_info none{};
+  shmf_error why{};
+  EXPECT_EQ(shmf_get_info(file.get(), &none, &why), SHMF_MISUSE);
+  EXPECT_NE(std::string(why.detail).find("struct_size"), std::string::npos);
+  EXPECT_EQ(shmf_get_info(file.get(), nullptr, &why), SHMF_MISUSE);
+}
+
+/// A source that counts, and fails where it is told to.
+struct Fetched {
+  std::span<const std::byte> bytes;
+  std::uint64_t reads = 0, read_bytes = 0, fails_at = ~std::uint64_t{0};
+  int closed = 0;
+
+  shmf_source source() {
+    shmf_source out{};
+    out.struct_size = sizeof out;
+    out.context = this;
+    out.bytes = bytes.size();
+    out.read_at = [](void* context, std::uint64_t offset, void* into, std::uint64_t count,
+                     char* why, size_t why_bytes) {
+      auto& own = *static_cast<Fetched*>(context);
+      EXPECT_LE(offset + count, own.bytes.size());
+      if (own.reads++ >= own.fails_at) {
+        std::strncpy(why, "the line is dead", why_bytes);
+        return 1;
+      }
+      own.read_bytes += count;
+      std::memcpy(into, own.bytes.data() + offset, count);
+      return 0;
+    };
+    out.close = [](void* context) { ++static_cast<Fetched*>(context)->closed; };
+    return out;
+  }
+};
+
+TEST(CInterface, SourcesAreClosedOnceAndMayFailAnywhere) {
+  const Bytes bytes = two_blocks_file();
+  std::uint64_t reads = 1;
+  for (std::uint64_t fails_at = 0; fails_at <= reads; ++fails_at) {
+    Fetched fetched{bytes};
+    fetched.fails_at = fails_at;
+    const shmf_source source = fetched.source();
+    shmf_file* file = nullptr;
+    shmf_error why{};
+    shmf_status status = shmf_open_source(&source, nullptr, &file, &why);
+    EXPECT_EQ(file == nullptr, status != SHMF_OK);
+    if (status == SHMF_OK) {
+      EXPECT_EQ(fetched.closed, 0);
+      std::vector<Wanted> wanted{{SHMF_POINTS, SHMF_FLOAT64},
+                                 {SHMF_VALUES, SHMF_FLOAT64, 1},
+                                 {SHMF_VALUES, SHMF_FLOAT64, 4, 1}};
+      status = read_all(file, wanted, why);
+    }
+    shmf_close(file);
+    EXPECT_EQ(fetched.closed, 1);
+    reads = std::max(reads, fetched.reads);
+    if (fails_at < fetched.reads) {
+      EXPECT_EQ(status, SHMF_IO);
+      EXPECT_STREQ(why.detail, "the line is dead");
+    } else {
+      EXPECT_EQ(status, SHMF_OK) << why.message;
+    }
+  }
+  EXPECT_GT(reads, 5u);
+}
+
+// What nobody wants is not fetched.
+TEST(CInterface, OnlyWhatIsWantedIsRead) {
+  const Bytes bytes = two_blocks_file();
+  const auto fetched_for = [&](std::vector<Wanted> wanted) {
+    Fetched fetched{bytes};
+    const shmf_source source = fetched.source();
+    shmf_file* file = nullptr;
+    shmf_error why{};
+    EXPECT_EQ(shmf_open_source(&source, nullptr, &file, &why), SHMF_OK) << why.message;
+    EXPECT_EQ(read_all(file, wanted, why), SHMF_OK) << why.message;
+    shmf_close(file);
+    return fetched.read_bytes;
+  };
+  const auto nothing = fetched_for({});
+  const auto corners = fetched_for({{SHMF_CORNERS, SHMF_INT32}});
+  const auto points = fetched_for({{SHMF_POINTS, SHMF_FLOAT64}});
+  const auto values = fetched_for({{SHMF_VALUES, SHMF_FLOAT64, 1}});
+  EXPECT_LT(nothing, bytes.size() / 4);
+  EXPECT_LT(corners + 1000, points);
+  EXPECT_LT(corners + 500, values);
+}
+
+TEST(CInterface, ACallerMayEndARun) {
+  const Bytes bytes = two_blocks_file();
+  const File file = opened(bytes);
+  std::vector<double> told;
+  shmf_run_options run{};
+  run.struct_size = sizeof run;
+  run.context = &told;
+  run.progress = [](void* context, double done) {
+    static_cast<std::vector<double>*>(context)->push_back(done);
+    return 0;
+  };
+  ASSERT_EQ(shmf_verify(file.get(), &run, nullptr), SHMF_OK);
+  ASSERT_FALSE(told.empty());
+  EXPECT_EQ(told.back(), 1.0);
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  run.progress = [](void*, double) { return 1; };
+  shmf_error why{};
+  EXPECT_EQ(shmf_verify(file.get(), &run, &why), SHMF_CANCELLED);
+  EXPECT_EQ(why.status, SHMF_CANCELLED);
+  std::vector<double> points(100000);
+  shmf_target target = Wanted(SHMF_POINTS, SHMF_FLOAT64).target;
+  target.data = points.data();
+  target.bytes = points.size() * 8;
+  EXPECT_EQ(shmf_read(file.get(), &target, 1, &run, &why), SHMF_CANCELLED);
+  EXPECT_EQ(shmf_read(file.get(), &target, 1, nullptr, &why), SHMF_OK);
+}
+
+// Of a file that lost its end, what is left of it.
+TEST(CInterface, DamagedFilesGiveWhatIsWhole) {
+  const Bytes bytes = two_blocks_file();
+  const File whole = opened(bytes);
+  const auto cut = std::span(bytes).first(bytes.size() - 200);
+  shmf_file* none = nullptr;
+  shmf_error why{};
+  EXPECT_EQ(shmf_open_memory(cut.data(), cut.size(), nullptr, &none, &why), SHMF_TRUNCATED);
+  EXPECT_EQ(none, nullptr);
+  const File left = opened(cut, true);
+  ASSERT_TRUE(left);
+  std::vector<Wanted> wanted{
+      {SHMF_POINTS, SHMF_FLOAT64}, {SHMF_CORNERS, SHMF_INT64}, {SHMF_VALUES, SHMF_FLOAT64, 1}};
+  std::vector<Wanted> again = wanted;
+  ASSERT_EQ(read_all(whole.get(), wanted, why), SHMF_OK) << why.message;
+  ASSERT_EQ(read_all(left.get(), again, why), SHMF_OK) << why.message;
+  for (std::size_t i = 0; i < wanted.size(); ++i) EXPECT_EQ(wanted[i].bytes(), again[i].bytes());
+  EXPECT_EQ(shmf_verify(left.get(), nullptr, &why), SHMF_MISUSE);
+}
+
+// Every faulty file is refused by an open or a verify, or by reading all of it.
+TEST(CInterface, EveryFaultyFileIsRefused) {
+  for (const auto& entry : std::filesystem::directory_iterator(faulty_folder())) {
+    if (entry.path().extension() != ".shm") continue;
+    SCOPED_TRACE(entry.path());
+    const std::string bytes = content(entry.path());
+    shmf_error why{};
+    shmf_file* file = nullptr;
+    shmf_status status = shmf_open_memory(bytes.data(), bytes.size(), nullptr, &file, &why);
+    const File owner(file);
+    if (status == SHMF_OK && shmf_member_count(file) == 0)
+      status = shmf_verify(file, nullptr, &why);
+    if (status == SHMF_OK && shmf_member_count(file) > 0) continue;  // a member is wrong
+    EXPECT_NE(status, SHMF_OK);
+    EXPECT_GT(std::strlen(why.message), 10u);
+  }
+}
+
+/// All of a stream, in pieces of `piece` bytes.
+std::map<std::int32_t, int> decoded(std::span<const std::byte> bytes, std::size_t piece, Bytes& xyz,
+                                    shmf_status& status) {
+  shmf_decoder* handle = nullptr;
+  EXPECT_EQ(shmf_decoder_new(nullptr, &handle, nullptr), SHMF_OK);
+  const CDecoder decoder(handle);
+  std::map<std::int32_t, int> kinds;
+  shmf_info info{};
+  info.struct_size = sizeof info;
+  EXPECT_EQ(shmf_decoder_info(handle, &info, nullptr), SHMF_MISUSE);
+  while (true) {
+    shmf_item item{};
+    item.struct_size = sizeof item;
+    shmf_error why{};
+    status = shmf_decoder_next(handle, &item, &why);
+    if (status != SHMF_OK) return kinds;
+    if (item.kind != SHMF_NEED_INPUT) ++kinds[item.kind];
+    if (item.kind == SHMF_END) return kinds;
+    if (item.kind == SHMF_NEED_INPUT) {
+      const auto some = bytes.first(std::min(piece, bytes.size()));
+      bytes = bytes.subspan(some.size());
+      status = shmf_decoder_feed(handle, some.data(), some.size(), &why);
+      if (status != SHMF_OK) return kinds;
+    }
+    if (item.kind == SHMF_MESH) {
+      EXPECT_EQ(shmf_decoder_info(handle, &info, nullptr), SHMF_OK);
+      const auto* points = static_cast<const std::byte*>(item.xyz);
+      xyz.insert(xyz.end(), points, points + item.vertices * 24);
+    }
+  }
+}
+
+TEST(CInterface, StreamsComeInPiecesOfAnySize) {
+  const Bytes bytes = two_blocks_file(Order::stream);
+  MemorySource source(bytes);
+  const auto mesh = read_mesh(source);
+  ASSERT_TRUE(mesh);
+  for (const std::size_t piece : {std::size_t{1}, std::size_t{777}, bytes.size()}) {
+    Bytes xyz;
+    shmf_status status{};
+    const auto kinds = decoded(bytes, piece, xyz, status);
+    EXPECT_EQ(status, SHMF_OK);
+    EXPECT_EQ(xyz, mesh->xyz);
+    EXPECT_EQ(kinds.at(SHMF_END), 1);
+    EXPECT_EQ(kinds.at(SHMF_TIMES), 1);
+    EXPECT_GE(kinds.at(SHMF_STEP), 9);
+  }
+  Bytes xyz;
+  shmf_status status{};
+  decoded(std::span(bytes).first(bytes.size() / 2), 1000, xyz, status);
+  EXPECT_EQ(status, SHMF_TRUNCATED);
+}
+
+// --- writing
+
+/// Gives `writer` the schema of a mesh.
+void declare(shmf_writer* writer, const Schema& schema) {
+  shmf_error why{};
+  for (const BlockInfo& block : schema.blocks) {
+    shmf_block own{};
+    own.struct_size = sizeof own;
+    own.id = block.id;
+    own.name = block.name.c_str();
+    own.shape = static_cast<std::int32_t>(block.shape);
+    own.nodes_per_cell = block.nodes_per_cell;
+    ASSERT_EQ(shmf_writer_block(writer, &own, &why), SHMF_OK) << why.message;
+  }
+  for (const ArrayInfo& array : schema.arrays) {
+    shmf_array own{};
+    own.struct_size = sizeof own;
+    own.name = array.name.c_str();
+    own.role = array.role.c_str();
+    own.location = static_cast<std::int32_t>(array.location);
+    own.type = static_cast<std::int32_t>(array.type);
+    own.components = array.components;
+    own.per_step = array.per_step ? 1 : 0;
+    own.blocks = array.blocks.empty() ? nullptr : array.blocks.data();
+    own.block_count = static_cast<std::uint32_t>(array.blocks.size());
+    ASSERT_EQ(shmf_writer_array(writer, &own, &why), SHMF_OK) << why.message;
+  }
+}
+
+/// A writer whose file comes into `out`.
+CWriter writer_into(Bytes& out, const shmf_write_options& options) {
+  shmf_writer* writer = nullptr;
+  shmf_error why{};
+  const auto write = [](void* context, const void* bytes, std::uint64_t count) {
+    auto& to = *static_cast<Bytes*>(context);
+    const auto* from = static_cast<const std::byte*>(bytes);
+    to.insert(to.end(), from, from + count);
+    return 0;
+  };
+  EXPECT_EQ(shmf_writer_sink(write, &out, &options, &writer, &why), SHMF_OK) << why.message;
+  return CWriter(writer);
+}
+
+shmf_target given(std::int32_t what, std::int32_t type, const Bytes& bytes,
+                  std::uint32_t array = 0) {
+  shmf_target target = Wanted(what, type, array).target;
+  target.data = const_cast<std::byte*>(bytes.data());
+  target.bytes = bytes.size();
+  return target;
+}
+
+/// Steps, times and extras of a mesh.
+void write_rest(shmf_writer* writer, const Mesh& mesh) {
+  shmf_error why{};
+  for (std::uint32_t a = 0; a < mesh.steps.size(); ++a)
+    for (std::uint64_t s = 0; s < mesh.steps[a].size(); ++s)
+      ASSERT_EQ(
+          shmf_writer_values(writer, a, s, mesh.steps[a][s].data(), mesh.steps[a][s].size(), &why),
+          SHMF_OK)
+          << why.message;
+  ASSERT_EQ(shmf_writer_times(writer, mesh.step_times.data(), mesh.step_times.size(), &why),
+            SHMF_OK)
+      << why.message;
+  for (const Extra& extra : mesh.extras) {
+    shmf_extra own{};
+    own.struct_size = sizeof own;
+    own.key = extra.key.c_str();
+    own.type = static_cast<std::int32_t>(extra.type);
+    own.refers = static_cast<std::int32_t>(extra.refers);
+    own.shape = extra.shape.data();
+    own.dimensions = static_cast<std::uint32_t>(extra.shape.size());
+    own.data = extra.data.data();
+    own.bytes = extra.data.size();
+    ASSERT_EQ(shmf_writer_extra(writer, &own, &why), SHMF_OK) << why.message;
+  }
+}
+
+Mesh sample(Order order) {
+  const Bytes bytes = two_blocks_file();
+  MemorySource source(bytes);
+  Mesh mesh = std::move(*read_mesh(source));
+  mesh.schema.order = order;
+  Extra set{"test/vertices", ScalarType::int64, Reference::vertex, {3}, {}};
+  for (const std::int64_t v : {5, 0, 17}) append(set.data, v);
+  mesh.extras.push_back(set);
+  return mesh;
+}
+
+TEST(CInterface, WhatItWritesIsWhatTheLibraryWrites) {
+  for (const Order order : {Order::keep, Order::stream, Order::free})
+    for (const bool narrow : {false, true}) {
+      const Mesh mesh = sample(order);
+      MemorySink expected;
+      ASSERT_TRUE(write_mesh(expected, mesh));
+      shmf_write_options options{};
+      options.struct_size = sizeof options;
+      options.order = static_cast<std::int32_t>(order);
+      options.threads = narrow ? 2 : 0;
+      Bytes out;
+      const CWriter writer = writer_into(out, options);
+      declare(writer.get(), mesh.schema);
+      const Bytes few = raw(std::vector<std::int32_t>(mesh.corners.begin(), mesh.corners.end()));
+      const Bytes many = raw(mesh.corners), begin = raw(mesh.corner_begin),
+                  blocks = raw(mesh.cell_blocks);
+      std::vector<shmf_target> arrays{
+          given(SHMF_POINTS, SHMF_FLOAT64, mesh.xyz),
+          given(SHMF_CORNERS, narrow ? SHMF_INT32 : SHMF_UINT64, narrow ? few : many),
+          given(SHMF_CELL_BLOCKS, SHMF_INT32, blocks)};
+      // Blocks say how many corners their cells have.
+      if (!narrow) arrays.push_back(given(SHMF_CORNER_BEGIN, SHMF_INT64, begin));
+      for (std::uint32_t a = 0; a < mesh.arrays.size(); ++a)
+        if (!mesh.schema.arrays[a].per_step)
+          arrays.push_back(given(SHMF_VALUES, static_cast<std::int32_t>(mesh.schema.arrays[a].type),
+                                 mesh.arrays[a], a));
+      shmf_error why{};
+      ASSERT_EQ(shmf_writer_mesh(writer.get(), arrays.data(), arrays.size(), &why), SHMF_OK)
+          << why.message;
+      write_rest(writer.get(), mesh);
+      std::uint64_t size = 0;
+      ASSERT_EQ(shmf_writer_finish(writer.get(), &size, &why), SHMF_OK) << why.message;
+      EXPECT_EQ(size, out.size());
+      EXPECT_TRUE(out == expected.bytes) << order_name(order) << (narrow ? ", narrow" : "");
+    }
+}
+
+TEST(CInterface, PieceByPieceIsTheSameFile) {
+  const Mesh mesh = sample(Order::keep);
+  MemorySink expected;
+  ASSERT_TRUE(write_mesh(expected, mesh));
+  shmf_write_options options{};
+  options.struct_size = sizeof options;
+  Bytes out;
+  const CWriter writer = writer_into(out, options);
+  declare(writer.get(), mesh.schema);
+  std::vector<std::size_t> last(mesh.vertex_count());
+  for (std::size_t c = 0; c < mesh.cell_count(); ++c)
+    for (std::uint64_t k = mesh.corner_begin[c]; k < mesh.corner_begin[c + 1]; ++k)
+      last[mesh.corners[k]] = c;
+  std::vector<char> added(mesh.vertex_count());
+  shmf_error why{};
+  std::uint64_t element = 0;  // of the array on block 1
+  const auto add = [&](std::uint64_t v) {
+    if (std::exchange(added[v], 1) != 0) return;
+    ASSERT_EQ(shmf_writer_vertices(writer.get(), 1, &v, mesh.xyz.data() + v * 24,
+                                   mesh.arrays[0].data() + v * 8, &why),
+              SHMF_OK)
+        << why.message;
+  };
+  for (std::size_t c = 0; c < mesh.cell_count(); ++c) {
+    const std::uint64_t begin = mesh.corner_begin[c], count = mesh.corner_begin[c + 1] - begin;
+    std::uint64_t last_use = 0;
+    for (std::uint64_t i = 0; i < count; ++i) {
+      const std::uint64_t v = mesh.corners[begin + i];
+      add(v);
+      if (last[v] == c) last_use |= std::uint64_t{1} << i;
+    }
+    Bytes values(mesh.arrays[1].begin() + static_cast<std::ptrdiff_t>(c * 16),
+                 mesh.arrays[1].begin() + static_cast<std::ptrdiff_t>(c * 16 + 16));
+    if (mesh.cell_blocks[c] == 1) {
+      const auto* from = mesh.arrays[2].data() + element++ * 8;
+      values.insert(values.end(), from, from + 8);
+    }
+    ASSERT_EQ(
+        shmf_writer_cells(writer.get(), 1, mesh.cell_blocks[c], static_cast<std::uint32_t>(count),
+                          mesh.corners.data() + begin, &last_use, values.data(), &why),
+        SHMF_OK)
+        << why.message;
+  }
+  for (std::uint64_t v = 0; v < mesh.vertex_count(); ++v) add(v);
+  write_rest(writer.get(), mesh);
+  ASSERT_EQ(shmf_writer_finish(writer.get(), nullptr, &why), SHMF_OK) << why.message;
+  EXPECT_TRUE(out == expected.bytes);
+}
+
+TEST(CInterface, SetsGoInAndOut) {
+  shmf_write_options options{};
+  options.struct_size = sizeof options;
+  Bytes out;
+  const CWriter writer = writer_into(out, options);
+  const Mesh mesh = sample(Order::keep);
+  declare(writer.get(), mesh.schema);
+  const Bytes corners = raw(mesh.corners), begin = raw(mesh.corner_begin),
+              blocks = raw(mesh.cell_blocks);
+  std::vector<shmf_target> arrays{
+      given(SHMF_POINTS, SHMF_FLOAT64, mesh.xyz), given(SHMF_CORNERS, SHMF_UINT64, corners),
+      given(SHMF_CORNER_BEGIN, SHMF_UINT64, begin), given(SHMF_CELL_BLOCKS, SHMF_UINT32, blocks)};
+  for (std::uint32_t a = 0; a < 3; ++a)
+    arrays.push_back(given(SHMF_VALUES, SHMF_FLOAT64, mesh.arrays[a], a));
+  shmf_error why{};
+  ASSERT_EQ(shmf_writer_mesh(writer.get(), arrays.data(), arrays.size(), &why), SHMF_OK)
+      << why.message;
+  const std::uint64_t nodes[] = {3, 1, 4}, cells[] = {10, 20};
+  const std::int32_t sides[] = {6, 1};
+  const std::uint32_t some = 1;
+  std::vector<shmf_set> sets(3);
+  for (shmf_set& set : sets) set.struct_size = sizeof set;
+  sets[0].kind = SHMF_NODE_SET;
+  sets[0].id = 9;
+  sets[0].name = "inlet";
+  sets[0].members = 3;
+  sets[0].numbers = nodes;
+  sets[1].kind = SHMF_SIDE_SET;
+  sets[1].members = 2;
+  sets[1].numbers = cells;
+  sets[1].sides = sides;
+  sets[2].kind = SHMF_ELEMENT_SET;
+  sets[2].blocks = &some;
+  sets[2].block_count = 1;
+  ASSERT_EQ(shmf_writer_sets(writer.get(), sets.data(), sets.size(), &why), SHMF_OK) << why.message;
+  ASSERT_EQ(shmf_writer_finish(writer.get(), nullptr, &why), SHMF_OK) << why.message;
+  const File file = opened(out);
+  std::uint64_t count = 0;
+  ASSERT_EQ(shmf_set_count(file.get(), &count, &why), SHMF_OK) << why.message;
+  ASSERT_EQ(count, 3u);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    shmf_set set{};
+    set.struct_size = sizeof set;
+    ASSERT_EQ(shmf_get_set(file.get(), i, &set, &why), SHMF_OK) << why.message;
+    EXPECT_EQ(set.kind, sets[i].kind);
+    EXPECT_EQ(set.id, sets[i].id);
+    EXPECT_STREQ(set.name, sets[i].name == nullptr ? "" : sets[i].name);
+    ASSERT_EQ(set.members, sets[i].members);
+    EXPECT_TRUE(std::equal(set.numbers, set.numbers + set.members, sets[i].numbers));
+    if (i == 1) {
+      EXPECT_TRUE(std::equal(set.sides, set.sides + 2, sides));
+    }
+    ASSERT_EQ(set.block_count, sets[i].block_count);
+    if (i == 2) {
+      EXPECT_EQ(set.blocks[0], 1u);
+    }
+  }
+}
+
+using CWriterOfPaths = FolderTest;
+
+TEST_F(CWriterOfPaths, NothingIsReplacedUnaskedAndNothingHalfDoneIsLeft) {
+  const std::string name = path("mesh.shm");
+  const auto one_vertex = [](shmf_writer* writer) {
+    const std::uint64_t number = 0;
+    const double xyz[3] = {1, 2, 3};
+    return shmf_writer_vertices(writer, 1, &number, xyz, nullptr, nullptr);
+  };
+  shmf_writer* writer = nullptr;
+  shmf_error why{};
+  ASSERT_EQ(shmf_writer_path(name.c_str(), nullptr, &writer, &why), SHMF_OK) << why.message;
+  EXPECT_EQ(one_vertex(writer), SHMF_OK);
+  EXPECT_FALSE(std::filesystem::exists(name));
+  shmf_writer_free(writer);  // without finish
+  EXPECT_TRUE(std::filesystem::is_empty(std::filesystem::path(name).parent_path()));
+
+  ASSERT_EQ(shmf_writer_path(name.c_str(), nullptr, &writer, &why), SHMF_OK) << why.message;
+  EXPECT_EQ(one_vertex(writer), SHMF_OK);
+  EXPECT_EQ(shmf_writer_finish(writer, nullptr, &why), SHMF_OK) << why.message;
+  EXPECT_EQ(one_vertex(writer), SHMF_MISUSE);
+  shmf_writer_free(writer);
+  shmf_file* file = nullptr;
+  ASSERT_EQ(shmf_open_path(name.c_str(), nullptr, &file, &why), SHMF_OK) << why.message;
+  shmf_close(file);
+
+  EXPECT_EQ(shmf_writer_path(name.c_str(), nullptr, &writer, &why), SHMF_OUTPUT);
+  EXPECT_EQ(writer, nullptr);
+  EXPECT_NE(std::string(why.message).find(name), std::string::npos);
+  shmf_write_options options{};
+  options.struct_size = sizeof options;
+  options.replace = 1;
+  EXPECT_EQ(shmf_writer_path(name.c_str(), &options, &writer, &why), SHMF_OK) << why.message;
+  shmf_writer_free(writer);
+  EXPECT_EQ(shmf_open_path(path("none").c_str(), nullptr, &file, &why), SHMF_IO);
+  EXPECT_NE(std::string(why.message).find("none"), std::string::npos);
+}
+
+TEST(CInterface, TheFirstFailureOfAWriterStays) {
+  shmf_write_options options{};
+  options.struct_size = sizeof options;
+  Bytes out;
+  const CWriter writer = writer_into(out, options);
+  const std::uint64_t number = 0, none = 5;
+  const double xyz[3] = {1, 2, 3};
+  shmf_error why{}, later{};
+  ASSERT_EQ(shmf_writer_vertices(writer.get(), 1, &number, xyz, nullptr, &why), SHMF_OK);
+  EXPECT_EQ(shmf_writer_cells(writer.get(), 1, 0, 1, &none, nullptr, nullptr, &why), SHMF_MISUSE);
+  EXPECT_EQ(shmf_writer_finish(writer.get(), nullptr, &later), SHMF_MISUSE);
+  EXPECT_STREQ(why.message, later.message);
+  shmf_writer* other = nullptr;
+  const auto full = [](void*, const void*, std::uint64_t) { return 1; };
+  ASSERT_EQ(shmf_writer_sink(full, nullptr, nullptr, &other, &why), SHMF_OK);
+  const CWriter owner(other);
+  EXPECT_EQ(shmf_writer_finish(other, nullptr, &why), SHMF_OUTPUT);
+}
+
+TEST(CInterface, WordsAndNumbersAreThose) {
+  EXPECT_EQ(shmf_version(), static_cast<std::uint32_t>(SHMF_VERSION));
+  EXPECT_EQ(std::string(shmf_version_string()), std::to_string(SHMF_VERSION_MAJOR) + "." +
+                                                    std::to_string(SHMF_VERSION_MINOR) + "." +
+                                                    std::to_string(SHMF_VERSION_PATCH));
+  EXPECT_EQ(static_cast<int>(ErrorCode::output), static_cast<int>(SHMF_OUTPUT));
+  EXPECT_EQ(static_cast<int>(ScalarType::float64), static_cast<int>(SHMF_FLOAT64));
+  EXPECT_EQ(static_cast<int>(CellShape::faces), static_cast<int>(SHMF_FACES));
+  EXPECT_EQ(static_cast<int>(Order::free), static_cast<int>(SHMF_ORDER_FREE));
+  EXPECT_EQ(static_cast<int>(MeshSet::Kind::elements), static_cast<int>(SHMF_ELEMENT_SET));
+  EXPECT_STREQ(shmf_status_name(SHMF_CORRUPT), "corrupt");
+  EXPECT_STREQ(shmf_status_name(-1), "unknown");
+  EXPECT_STREQ(shmf_status_name(10), "unknown");
+  EXPECT_EQ(shmf_type_bytes(SHMF_FLOAT32), 4u);
+  EXPECT_EQ(shmf_type_bytes(11), 0u);
+  EXPECT_EQ(shmf_vtk_cell_type(SHMF_HEXAHEDRON, 20), 25);
+  EXPECT_EQ(shmf_vtk_cell_type(SHMF_HEXAHEDRON, 21), 2);
+}
+
+TEST(CInterface, NullIsMisuseEverywhere) {
+  shmf_error why{};
+  EXPECT_EQ(shmf_open_path(nullptr, nullptr, nullptr, &why), SHMF_MISUSE);
+  shmf_file* file = nullptr;
+  EXPECT_EQ(shmf_open_path(nullptr, nullptr, &file, &why), SHMF_MISUSE);
+  EXPECT_EQ(shmf_open_source(nullptr, nullptr, &file, &why), SHMF_MISUSE);
+  EXPECT_EQ(shmf_read(nullptr, nullptr, 0, nullptr, &why), SHMF_MISUSE);
+  EXPECT_EQ(shmf_verify(nullptr, nullptr, nullptr), SHMF_MISUSE);
+  EXPECT_EQ(shmf_find_array(nullptr, 0, "x"), -1);
+  EXPECT_EQ(shmf_member_count(nullptr), 0u);
+  EXPECT_EQ(shmf_decoder_next(nullptr, nullptr, &why), SHMF_MISUSE);
+  EXPECT_EQ(shmf_writer_finish(nullptr, nullptr, &why), SHMF_MISUSE);
+  shmf_close(nullptr);
+  shmf_decoder_free(nullptr);
+  shmf_writer_free(nullptr);
+}
+
+}  // namespace
+}  // namespace shm

@@ -1,0 +1,128 @@
+#!/usr/bin/env python3
+"""The C interface as C programs have it.
+
+    c_library_test.py LIBSHMFORMAT_C.SO
+
+The header is C99 and C++11 without a warning, alone and beside the headers of POSIX shared memory, and
+the example in its head is a program that does what it says. The library exports shmf_* of one version,
+all that the header declares and nothing else, and is small.
+"""
+import re
+import shutil
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+ROOT = Path(__file__).resolve().parents[2]
+INCLUDE = ROOT / "bindings" / "c" / "include"
+HEADER = INCLUDE / "shmformat.h"
+EXAMPLES = ROOT / "bindings" / "c" / "examples"
+MESH = ROOT / "tests" / "golden" / "0.10" / "keep.shm"
+MOST_BYTES = 2_500_000
+LIBRARY = None
+
+# What stands around the example in the head of the header.
+PROGRAM = r"""
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <unistd.h>
+#include "shmformat.h"
+
+int main(int argc, char **argv) {
+  if (argc < 2 || chdir(argv[1]) != 0) return 99;
+%s
+  printf("%%" PRIu64 " %%" PRIu64 " %%g %%d\n", n.vertices, n.cells, ((double *)want[0].data)[0],
+         (int)((int32_t *)want[1].data)[n.corners - 1]);
+  free(want[0].data);
+  free(want[1].data);
+  return why.status;
+}
+"""
+
+
+def run(*command, **more):
+    return subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False, **more)
+
+
+class Library(unittest.TestCase):
+    def setUp(self):
+        self.folder = TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.path = Path(self.folder.name)
+
+    def compiles(self, compiler, standard, text, name, *more):
+        source = self.path / name
+        source.write_text(text, encoding="utf-8")
+        done = run(compiler, f"-std={standard}", "-pedantic", "-Wall", "-Wextra", "-Werror", "-D_POSIX_C_SOURCE=200809L",
+                   f"-I{INCLUDE}", source, *more)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_header_is_c99_and_cplusplus11(self):
+        beside = "#include <sys/ipc.h>\n#include <sys/mman.h>\n#include <sys/shm.h>\n"
+        text = '#include "shmformat.h"\n#include "shmformat.h"\nint main(void) { return shmf_version() == 0; }\n'
+        for before in ("", beside):
+            self.compiles("gcc", "c99", "#define _XOPEN_SOURCE 700\n" + before + text, "a.c", "-fsyntax-only")
+            self.compiles("g++", "c++11", before + text, "a.cpp", "-fsyntax-only")
+        self.compiles("gcc", "c99", text + beside, "b.c", "-D_XOPEN_SOURCE=700", "-fsyntax-only")
+
+    def test_the_example_of_the_header_works(self):
+        header = HEADER.read_text(encoding="utf-8")
+        example = re.search(r"Example: points and hexahedra of a file\n(.*?)\n   Conventions", header, re.S)[1]
+        text = PROGRAM % re.sub(r"^   ", "", example, flags=re.M)
+        # A struct that is begun and not ended in braces is filled with zeros, as the example means.
+        self.compiles("gcc", "c99", text, "example.c", "-Wno-missing-field-initializers", LIBRARY,
+                      f"-Wl,-rpath,{LIBRARY.parent}", "-o", self.path / "example")
+        shutil.copy(MESH, self.path / "run.shm")
+        done = run(self.path / "example", self.path)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        text = MESH.with_suffix(".txt").read_text(encoding="utf-8")
+        vertices, cells = (int(re.search(rf"{word} (\d+)", text)[1]) for word in ("vertices", "cells"))
+        self.assertEqual(done.stdout.split()[:2], [str(vertices), str(cells)])
+        (self.path / "run.shm").write_bytes(b"not a mesh, but long enough to be looked at")
+        done = run(self.path / "example", self.path)
+        self.assertIn(done.returncode, (2, 3))  # SHMF_TRUNCATED, SHMF_CORRUPT
+        self.assertIn("run.shm", done.stderr)
+
+    def example(self, name, *arguments):
+        """What an example prints."""
+        text = (EXAMPLES / f"{name}.c").read_text(encoding="utf-8")
+        self.assertLessEqual(text.count("\n"), 60)
+        self.compiles("gcc", "c99", text, f"{name}.c", "-Wno-missing-field-initializers", LIBRARY,
+                      f"-Wl,-rpath,{LIBRARY.parent}", "-o", self.path / name)
+        return run(self.path / name, *arguments)
+
+    def test_the_examples_write_and_read(self):
+        bar = self.path / "bar.shm"
+        done = self.example("write_steps", bar)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        again = self.example("write_steps", bar)
+        self.assertEqual(again.returncode, 7)  # SHMF_OUTPUT: nothing is replaced unasked
+        self.assertIn("is there already", again.stderr)
+        done = self.example("first_array", bar)
+        self.assertEqual(done.stdout, "404 vertices, 100 cells\ntemperature: 300 to 310\n", done.stderr)
+        self.assertEqual(self.example("first_array", self.path / "none").returncode, 1)  # SHMF_IO
+
+    def test_it_exports_its_interface_and_nothing_else(self):
+        listed = run("nm", "-D", "--defined-only", LIBRARY).stdout
+        names = {line.split()[2] for line in listed.splitlines()} - {"SHMF_1"}
+        declared = set(re.findall(r"\b(shmf_\w+)\(", re.sub(r"/\*.*?\*/", "", HEADER.read_text(encoding="utf-8"),
+                                                            flags=re.S)))
+        self.assertEqual(names, {f"{name}@@SHMF_1" for name in declared})
+        self.assertGreater(len(declared), 40)
+
+    def test_it_is_small(self):
+        run("strip", "-o", self.path / "stripped.so", LIBRARY)
+        self.assertLessEqual((self.path / "stripped.so").stat().st_size, MOST_BYTES)
+
+    def test_its_name_has_its_own_version(self):
+        dynamic = run("readelf", "-d", LIBRARY).stdout
+        self.assertRegex(dynamic, r"SONAME.*\[libshmformat_c\.so\.1\]")
+        self.assertNotRegex(dynamic, r"NEEDED.*libshmformat\b")
+
+
+if __name__ == "__main__":
+    LIBRARY = Path(sys.argv.pop(1)).resolve()
+    unittest.main()
