@@ -86,6 +86,14 @@ class Library(unittest.TestCase):
         self.assertIn(done.returncode, (2, 3))  # SHMF_TRUNCATED, SHMF_CORRUPT
         self.assertIn("run.shm", done.stderr)
 
+    def test_the_readme_compiles(self):
+        text = (ROOT / "README.md").read_text(encoding="utf-8")
+        code = re.search(r"```c\n(.*?)```", text, re.S)[1]
+        self.assertLessEqual(code.count("\n"), 5)
+        text = ('#include "shmformat.h"\nvoid f(shmf_target *targets);\nvoid f(shmf_target *targets) {\n  shmf_file *file;\n'
+                f"  shmf_counts counts = {{sizeof counts}};\n  shmf_error why;\n{code}}}\n")
+        self.compiles("gcc", "c99", text, "readme.c", "-Wno-missing-field-initializers", "-c", "-o", self.path / "o")
+
     def example(self, name, *arguments):
         """What an example prints."""
         text = (EXAMPLES / f"{name}.c").read_text(encoding="utf-8")

@@ -1,0 +1,22 @@
+"""Hexahedral meshes in .shm files, as NumPy arrays.
+
+    import shmformat
+
+    with shmformat.open("run.shm") as mesh:
+        mesh.points                      # float64 or float32, (vertices, 3)
+        mesh.cells.connectivity          # vertex numbers, cell after cell, as VTK has them
+        mesh.point_data["u"][4]          # an array at time step 4; decoded when it is asked for
+        part = mesh.select(box=(0, 0, 0, 1, 1, 1))
+
+    shmformat.write("cube.shm", points, hexahedra)
+
+Every array belongs to NumPy, and the library writes into it; meanwhile other threads of Python run.
+What goes wrong is an Error, with a code, a section and an offset.
+"""
+from ._library import Error, library_version
+from ._mesh import Archive, Arrays, Block, Cells, Data, Extra, Mesh, Segment, Set, Steps, open
+from ._write import write
+
+__version__ = library_version()
+__all__ = ["Archive", "Arrays", "Block", "Cells", "Data", "Error", "Extra", "Mesh", "Segment", "Set",
+           "Steps", "open", "write"]

@@ -1,0 +1,115 @@
+"""The C library, by its own header: cffi parses it, so there is no compiler and no version of Python here.
+
+The library is the file that SHMFORMAT_LIBRARY names; else libshmformat_c.so.1 beside this module; else
+the one that the loader finds. The header is shmformat.h beside this module, or that of the source tree.
+"""
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+import cffi
+import numpy as np
+
+_HERE = Path(__file__).resolve().parent
+_NAME = "libshmformat_c.so.1"
+
+ffi = cffi.FFI()
+
+
+def _declarations() -> str:
+    """The header without what is the preprocessor's."""
+    for path in (_HERE / "shmformat.h", _HERE.parents[1] / "c" / "include" / "shmformat.h"):
+        if path.exists():
+            break
+    else:
+        raise ImportError("shmformat.h is neither beside the module nor in its source tree")
+    text = re.sub(r"/\*.*?\*/", " ", path.read_text(encoding="utf-8"), flags=re.S)
+    text = re.sub(r"^\s*#(?:.*\\\n)*.*$", "", text, flags=re.M)
+    text = re.sub(r'extern\s+"C"\s*\{', "", text).replace("SHMF_API", "")
+    return text[:text.rindex("}")] if text.count("}") > text.count("{") else text
+
+
+def _loaded() -> Any:
+    ffi.cdef(_declarations())
+    named = os.environ.get("SHMFORMAT_LIBRARY")
+    beside = _HERE / _NAME
+    path = named or (str(beside) if beside.exists() else _NAME)
+    try:
+        return ffi.dlopen(path)
+    except OSError as why:
+        raise ImportError(f"{path} cannot be loaded: {why}. SHMFORMAT_LIBRARY may name the library.") from why
+
+
+lib = _loaded()
+
+
+def library_version() -> str:
+    return ffi.string(lib.shmf_version_string()).decode()
+
+
+class Error(Exception):
+    """Why a call failed.
+
+    code: a word: "io", "truncated", "corrupt", "unsupported", "over limit", "misuse", "output", "no memory"
+          or "cancelled".
+    section: the part of the file, or "".
+    offset: bytes from the start of the file, or None.
+    detail: one sentence, without file and place; str() has all.
+    """
+
+    def __init__(self, code: str, detail: str, section: str = "", offset: int | None = None, message: str = ""):
+        super().__init__(message or detail)
+        self.code = code
+        self.detail = detail
+        self.section = section
+        self.offset = offset
+
+
+def text(chars: Any) -> str:
+    """Names in files need not be UTF-8."""
+    return ffi.string(chars).decode("utf-8", "surrogateescape") if chars != ffi.NULL else ""
+
+
+def encoded(name: str | os.PathLike[str]) -> bytes:
+    return os.fsencode(name) if isinstance(name, os.PathLike) else name.encode("utf-8", "surrogateescape")
+
+
+def struct(name: str) -> Any:
+    """A struct of the interface, which says its size."""
+    made = ffi.new(f"shmf_{name}*")
+    made.struct_size = ffi.sizeof(f"shmf_{name}")
+    return made
+
+
+def check(call: Any, *arguments: Any) -> None:
+    """Calls a function of the interface, whose last argument is the error; raises what it tells."""
+    why = ffi.new("shmf_error*")
+    status = call(*arguments, why)
+    if status == lib.SHMF_OK:
+        return
+    if status == lib.SHMF_NO_MEMORY:
+        raise MemoryError(text(why.message))
+    offset = None if why.offset == 2**64 - 1 else int(why.offset)
+    raise Error(text(lib.shmf_status_name(status)), text(why.detail), text(why.section), offset, text(why.message))
+
+
+DTYPES = {lib.SHMF_INT8: np.dtype(np.int8), lib.SHMF_UINT8: np.dtype(np.uint8),
+          lib.SHMF_INT16: np.dtype(np.int16), lib.SHMF_UINT16: np.dtype(np.uint16),
+          lib.SHMF_INT32: np.dtype(np.int32), lib.SHMF_UINT32: np.dtype(np.uint32),
+          lib.SHMF_INT64: np.dtype(np.int64), lib.SHMF_UINT64: np.dtype(np.uint64),
+          lib.SHMF_FLOAT32: np.dtype(np.float32), lib.SHMF_FLOAT64: np.dtype(np.float64)}
+TYPES = {dtype: number for number, dtype in DTYPES.items()}
+
+SHAPES = ("other", "vertex", "line", "triangle", "quad", "polygon", "tetrahedron", "pyramid", "wedge",
+          "hexahedron", "polyhedron", "faces")
+
+
+def copied(data: Any, count: int, dtype: Any) -> np.ndarray:
+    """`count` numbers of the library, in memory of NumPy."""
+    out = np.empty(count, dtype)
+    if count:
+        ffi.memmove(ffi.from_buffer(out), data, out.nbytes)
+    return out

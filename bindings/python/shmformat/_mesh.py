@@ -1,0 +1,529 @@
+"""Reading: a mesh whose arrays are decoded when they are asked for."""
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, BinaryIO, Callable, Union
+
+import numpy as np
+
+from ._library import DTYPES, SHAPES, TYPES, Error, check, copied, encoded, ffi, lib, struct, text
+
+Source = Union[str, "os.PathLike[str]", bytes, bytearray, memoryview, BinaryIO]
+
+
+@dataclass(frozen=True)
+class Block:
+    """A set of cells that share a shape: an element block of Exodus, an entity of Gmsh."""
+    id: int
+    name: str
+    shape: str  # "hexahedron", ...
+    nodes_per_cell: int  # 0: varies
+    cells: int
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A run of cells that can be decoded alone."""
+    first_cell: int
+    cells: int
+    first_vertex: int
+    vertices: int
+    bytes: int
+    box: tuple[float, ...]  # smallest x y z, largest x y z
+
+
+@dataclass(frozen=True)
+class Set:
+    """A named group of vertices, sides or cells. Numbers are those of the whole mesh."""
+    kind: str  # "node", "side" or "element"
+    id: int
+    name: str
+    numbers: np.ndarray
+    sides: np.ndarray | None = None  # of side sets: from 1, as Exodus counts
+    blocks: np.ndarray | None = None  # of element sets: all of their cells belong to it, too
+    factors: np.ndarray | None = None  # distribution factors where they are not all 1
+
+
+@dataclass(frozen=True)
+class Extra:
+    """What the model has no word for."""
+    key: str
+    values: np.ndarray
+    refers: str  # "nothing", "vertices" or "cells"
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Cells as VTK has them: cell i has the vertices connectivity[offsets[i]:offsets[i + 1]]."""
+    offsets: np.ndarray
+    connectivity: np.ndarray
+    types: np.ndarray  # VTK's cell types
+    blocks: np.ndarray  # index of the block of each cell
+
+    def __len__(self) -> int:
+        return len(self.types)
+
+
+@dataclass
+class Arrays:
+    """What Mesh.read() gives."""
+    points: np.ndarray | None = None
+    cells: Cells | None = None
+    point_data: dict[str, np.ndarray] = field(default_factory=dict)
+    cell_data: dict[str, np.ndarray] = field(default_factory=dict)
+
+
+class Steps(Mapping):
+    """An array at time steps: steps[4] is decoded when it is asked for."""
+
+    def __init__(self, mesh: Mesh, array: int):
+        self._mesh, self._array = mesh, array
+        self._steps = mesh._steps_of(array)
+
+    def __getitem__(self, step: int) -> np.ndarray:
+        if step not in self._steps:
+            raise KeyError(step)
+        return self._mesh._values(self._array, step)
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(self._steps)
+
+    def __len__(self) -> int:
+        return len(self._steps)
+
+
+class Data(Mapping):
+    """Arrays by name: an ndarray, or Steps where there are time steps. Of several arrays of a name the first."""
+
+    def __init__(self, mesh: Mesh, location: int):
+        self._mesh = mesh
+        self._arrays: dict[str, int] = {}
+        for index, array in enumerate(mesh._arrays):
+            if array.location == location:
+                self._arrays.setdefault(text(array.name), index)
+
+    def __getitem__(self, name: str) -> np.ndarray | Steps:
+        index = self._arrays[name]
+        if self._mesh._arrays[index].per_step:
+            return Steps(self._mesh, index)
+        return self._mesh._values(index, 0)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._arrays)
+
+    def __len__(self) -> int:
+        return len(self._arrays)
+
+    def role(self, name: str) -> str:
+        """"" for data; else what the source calls it, as "exodus:node_num_map"."""
+        return text(self._mesh._arrays[self._arrays[name]].role)
+
+    def error(self, name: str) -> float:
+        """0 where it is lossless; else the most that a value differs from its source."""
+        return float(self._mesh._arrays[self._arrays[name]].error)
+
+
+class _Handle:
+    """A shmf_file, and what must live as long."""
+
+    def __init__(self, file: Any, *keep: Any):
+        self.file = file
+        self.keep = keep
+        self.error: BaseException | None = None  # that a callback raised
+        self.selected: Any = None  # the Mesh whose cells the file has selected
+
+    def close(self) -> None:
+        if self.file is not None:
+            lib.shmf_close(self.file)
+        self.file, self.keep = None, ()
+
+    def __del__(self) -> None:
+        self.close()
+
+    def __call__(self, call: Any, *arguments: Any) -> None:
+        if self.file is None:
+            raise ValueError("the mesh is closed")
+        try:
+            check(call, self.file, *arguments)
+        except Error as why:
+            raised, self.error = self.error, None
+            if raised is not None:
+                raise why from raised
+            raise
+
+
+def _options(damaged: bool) -> Any:
+    options = struct("open_options")
+    options.damaged = damaged
+    return options
+
+
+def _opened(source: Source, damaged: bool) -> _Handle:
+    file = ffi.new("shmf_file**")
+    options = _options(damaged)
+    if isinstance(source, (str, os.PathLike)):
+        check(lib.shmf_open_path, encoded(source), options, file)
+        return _Handle(file[0])
+    if isinstance(source, (bytes, bytearray, memoryview)):
+        buffer = ffi.from_buffer(source)
+        check(lib.shmf_open_memory, buffer, len(buffer), options, file)
+        return _Handle(file[0], buffer)
+    return _opened_object(source, options, file)
+
+
+def _opened_object(source: BinaryIO, options: Any, file: Any) -> _Handle:
+    """A file object that can be sought in, borrowed."""
+    handle = _Handle(None)
+
+    def read_at(_: Any, offset: int, into: Any, count: int, why: Any, why_bytes: int) -> int:
+        try:
+            source.seek(offset)
+            left = memoryview(ffi.buffer(into, count))
+            while left:
+                some = source.read(len(left))
+                if not some:
+                    raise EOFError("the file is shorter than it was")
+                left[:len(some)] = some
+                left = left[len(some):]
+            return 0
+        except BaseException as raised:  # nothing may pass through C
+            handle.error = raised
+            sentence = str(raised).encode("utf-8", "replace")[:why_bytes - 1] + b"\0"
+            ffi.memmove(why, sentence, len(sentence))
+            return 1
+
+    own = struct("source")
+    own.bytes = source.seek(0, io.SEEK_END)
+    own.read_at = callback = ffi.callback(
+        "int(void*, uint64_t, void*, uint64_t, char*, size_t)", read_at, error=1)
+    try:
+        check(lib.shmf_open_source, own, options, file)
+    except Error as why:
+        raise why from handle.error
+    handle.file, handle.keep = file[0], (callback, source)
+    return handle
+
+
+def open(source: Source, *, damaged: bool = False) -> Mesh | Archive:
+    """Opens a .shm file: a path, bytes, or a file object that can be sought in.
+
+    Reads the end of the file, its index and its schema. With `damaged` a hurt file gives what of it is
+    whole; values that are lost are NaN, integers 0. An archive of several files is an Archive.
+    """
+    handle = _opened(source, damaged)
+    members = lib.shmf_member_count(handle.file)
+    return Archive(handle, members, damaged) if members else Mesh(handle)
+
+
+class Archive(Mapping):
+    """The files in an archive, by name; archive[name] opens one."""
+
+    def __init__(self, handle: _Handle, members: int, damaged: bool):
+        self._handle, self._damaged = handle, damaged
+        self._members = {text(lib.shmf_member_name(handle.file, m)): m for m in range(members)}
+
+    def __getitem__(self, name: str) -> Mesh:
+        file = ffi.new("shmf_file**")
+        self._handle(lib.shmf_open_member, self._members[name], _options(self._damaged), file)
+        return Mesh(_Handle(file[0], self._handle))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._members)
+
+    def __len__(self) -> int:
+        return len(self._members)
+
+    def __enter__(self) -> Archive:
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Meshes that were opened from it stay open."""
+        self._handle = _Handle(None)
+
+
+class Mesh:
+    """A mesh in a file, or some cells of one. Arrays are decoded when they are asked for, and belong to NumPy.
+
+    One mesh is used by one thread at a time; meshes that were opened apart are independent. What select()
+    gives shares the file, and counts as the same.
+    """
+
+    def __init__(self, handle: _Handle, selection: Any = None, keep: Any = None):
+        self._handle, self._selection, self._keep = handle, selection, keep
+        self._points: np.ndarray | None = None
+        self._cells: Cells | None = None
+        self._info = struct("info")
+        handle(lib.shmf_get_info, self._info)
+        self._arrays = [self._told("array", lib.shmf_get_array, i) for i in range(self._info.arrays)]
+        self._counted: Any = None
+
+    def __enter__(self) -> Mesh:
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Closes the file. Arrays that were read stay."""
+        self._handle.close()
+
+    def __repr__(self) -> str:
+        piece = "some of " if self._selection else ""
+        return f"<shmformat.Mesh: {piece}{self._info.vertices} vertices, {self._info.cells} cells>"
+
+    def _told(self, kind: str, call: Any, index: int) -> Any:
+        own = struct(kind)
+        self._handle(call, index, own)
+        return own
+
+    # --- what it holds, of the whole file
+
+    @property
+    def blocks(self) -> list[Block]:
+        told = (self._told("block", lib.shmf_get_block, i) for i in range(self._info.blocks))
+        return [Block(b.id, text(b.name), SHAPES[b.shape], b.nodes_per_cell, b.cells) for b in told]
+
+    @property
+    def segments(self) -> list[Segment]:
+        told = (self._told("segment", lib.shmf_get_segment, i) for i in range(self._info.segments))
+        return [Segment(s.first_cell, s.cells, s.first_vertex, s.vertices, s.bytes, tuple(s.box)) for s in told]
+
+    @property
+    def step_count(self) -> int:
+        return int(self._info.steps)
+
+    @property
+    def step_times(self) -> np.ndarray:
+        """Of each time step; empty where the file does not say."""
+        times, count = ffi.new("double**"), ffi.new("uint64_t*")
+        self._handle(lib.shmf_get_times, ffi.cast("const double**", times), count)
+        return copied(times[0], count[0], np.float64)
+
+    @property
+    def source_format(self) -> str:
+        """"exodus", "vtk", "gmsh", or whatever made the mesh; may be empty."""
+        return text(self._info.source_format)
+
+    @property
+    def coordinate_error(self) -> float:
+        """0 where coordinates are lossless; else the most that one differs from its source."""
+        return float(self._info.coordinate_error)
+
+    @property
+    def point_data(self) -> Data:
+        return Data(self, lib.SHMF_POINT_DATA)
+
+    @property
+    def cell_data(self) -> Data:
+        """An element for each cell; NaN (integers: 0) where its block has no values."""
+        return Data(self, lib.SHMF_CELL_DATA)
+
+    @property
+    def extras(self) -> list[Extra]:
+        count = ffi.new("uint64_t*")
+        self._handle(lib.shmf_extra_count, count)
+        told = (self._told("extra", lib.shmf_get_extra, i) for i in range(count[0]))
+        return [self._extra(extra) for extra in told]
+
+    @staticmethod
+    def _extra(extra: Any) -> Extra:
+        dtype = DTYPES[extra.type]
+        shape = [extra.shape[i] for i in range(extra.dimensions)]
+        values = copied(extra.data, extra.bytes // dtype.itemsize, dtype).reshape(shape)
+        return Extra(text(extra.key), values, ("nothing", "vertices", "cells")[extra.refers])
+
+    @property
+    def sets(self) -> list[Set]:
+        count = ffi.new("uint64_t*")
+        self._handle(lib.shmf_set_count, count)
+        sets = []
+        for i in range(count[0]):
+            told = self._told("set", lib.shmf_get_set, i)
+            sides = copied(told.sides, told.members, np.int32) if told.sides != ffi.NULL else None
+            blocks = copied(told.blocks, told.block_count, np.uint32) if told.block_count else None
+            factors = copied(told.factors, told.factor_count, np.float64) if told.factor_count else None
+            sets.append(Set(("node", "side", "element")[told.kind], told.id, text(told.name),
+                            copied(told.numbers, told.members, np.uint64), sides, blocks, factors))
+        return sets
+
+    # --- which cells
+
+    def select(self, *, cells: tuple[int, int] | None = None, blocks: Sequence[int] | None = None,
+               box: Sequence[float] | None = None) -> Mesh:
+        """The cells that meet all conditions, with their vertices, numbered anew in their old order.
+
+        cells: (first, end) by number; blocks: indices into `blocks`; box: smallest x y z, largest x y z, of
+        which a cell has a vertex. All are of the whole file, also where this is a piece itself.
+        """
+        selection = struct("selection")
+        keep = None
+        if cells is not None:
+            selection.first_cell, selection.end_cell = cells
+            if tuple(cells) == (0, 0):
+                blocks = ()  # no cells; to the library it would be no condition
+        if blocks is not None:
+            listed = sorted(set(blocks))
+            keep = ffi.new("uint32_t[]", listed or [0])
+            selection.blocks, selection.block_count = keep, len(listed)
+        if box is not None:
+            selection.has_box, selection.box = 1, list(box)
+        return Mesh(self._handle, selection, keep)
+
+    def _count(self) -> Any:
+        """Selects the piece, unless it is the one that the file has selected."""
+        if self._counted is None or self._handle.selected is not self:
+            self._counted = struct("counts")
+            self._handle(lib.shmf_select, self._selection or ffi.NULL, ffi.NULL, self._counted)
+            self._handle.selected = self
+        return self._counted
+
+    @property
+    def vertex_count(self) -> int:
+        return int(self._count().vertices)
+
+    @property
+    def cell_count(self) -> int:
+        return int(self._count().cells)
+
+    @property
+    def vertex_numbers(self) -> np.ndarray:
+        """Of each vertex: its number in the whole file."""
+        return self._read([(lib.SHMF_VERTEX_NUMBERS, np.empty(self.vertex_count, np.int64), 0, 0)])[0]
+
+    @property
+    def cell_numbers(self) -> np.ndarray:
+        return self._read([(lib.SHMF_CELL_NUMBERS, np.empty(self.cell_count, np.int64), 0, 0)])[0]
+
+    # --- arrays
+
+    @property
+    def points(self) -> np.ndarray:
+        """(vertices, 3), of the type that the file has. Read once."""
+        if self._points is None:
+            self._points = self.read(cells=False).points
+        return self._points
+
+    @property
+    def cells(self) -> Cells:
+        """Read once."""
+        if self._cells is None:
+            self._cells = self.read(points=False).cells
+        return self._cells
+
+    def read(self, *, points: bool = True, cells: bool = True, point_data: Sequence[str] = (),
+             cell_data: Sequence[str] = (), step: int | None = None, out: Mapping[str, np.ndarray] | None = None,
+             progress: Callable[[float], Any] | None = None) -> Arrays:
+        """Several arrays in one pass over the file, which costs less than one after the other.
+
+        step: of arrays with time steps. out: arrays to fill by name, "points", "offsets", "connectivity",
+        "types", "blocks", or that of a point or cell array, instead of new ones: contiguous, of the right
+        shape. Points may be float32 or float64 there, offsets and connectivity integers of 32 or 64 bits.
+        progress: called now and then with what is done, from 0 to 1.
+        """
+        counts = self._count()
+        left = dict(out or {})
+        index = np.int32 if max(counts.vertices, counts.corners) < 2**31 else np.int64
+        wanted: list[tuple[int, np.ndarray, int, int]] = []
+
+        def want(what: int, name: str, shape: tuple[int, ...], dtype: Any, array: int = 0, at: int = 0) -> np.ndarray:
+            into = left.pop(name, None)
+            if into is None:
+                into = np.empty(shape, dtype)
+            elif into.shape != shape:
+                raise ValueError(f"out['{name}'] has the shape {into.shape}, not {shape}")
+            wanted.append((what, into, array, at))
+            return into
+
+        result = Arrays()
+        if points:
+            result.points = want(lib.SHMF_POINTS, "points", (counts.vertices, 3), DTYPES[self._info.coordinate_type])
+        if cells:
+            result.cells = Cells(want(lib.SHMF_CORNER_BEGIN, "offsets", (counts.cells + 1,), index),
+                                 want(lib.SHMF_CORNERS, "connectivity", (counts.corners,), index),
+                                 want(lib.SHMF_CELL_TYPES, "types", (counts.cells,), np.uint8),
+                                 want(lib.SHMF_CELL_BLOCKS, "blocks", (counts.cells,), np.uint32))
+        for names, data, values in ((point_data, self.point_data, result.point_data),
+                                    (cell_data, self.cell_data, result.cell_data)):
+            for name in names:
+                array = data._arrays[name]
+                told = self._arrays[array]
+                if told.per_step and step is None:
+                    raise ValueError(f"'{name}' has time steps: say which")
+                values[name] = want(lib.SHMF_VALUES, name, self._shape(array), DTYPES[told.type], array,
+                                    step if told.per_step else 0)
+        if left:
+            raise ValueError(f"nothing to read that is called {', '.join(map(repr, left))}")
+        self._read(wanted, progress)
+        return result
+
+    def _shape(self, array: int) -> tuple[int, ...]:
+        told, counts = self._arrays[array], self._count()
+        elements = counts.vertices if told.location == lib.SHMF_POINT_DATA else counts.cells
+        return (elements,) if told.components == 1 else (elements, told.components)
+
+    def _steps_of(self, array: int) -> list[int]:
+        steps, count = ffi.new("uint64_t**"), ffi.new("uint64_t*")
+        self._handle(lib.shmf_get_steps, array, ffi.cast("const uint64_t**", steps), count)
+        return [int(steps[0][i]) for i in range(count[0])]
+
+    def _values(self, array: int, step: int) -> np.ndarray:
+        into = np.empty(self._shape(array), DTYPES[self._arrays[array].type])
+        return self._read([(lib.SHMF_VALUES, into, array, step)])[0]
+
+    def _read(self, wanted: list[tuple[int, np.ndarray, int, int]],
+              progress: Callable[[float], Any] | None = None) -> list[np.ndarray]:
+        """Fills arrays: (what, array, index of the array in the file, step) each."""
+        self._count()
+        targets = ffi.new("shmf_target[]", len(wanted))
+        buffers = []
+        for target, (what, into, array, step) in zip(targets, wanted):
+            if not into.flags.c_contiguous or not into.flags.writeable or into.dtype not in TYPES:
+                raise ValueError("arrays are filled that are contiguous, writeable and of plain numbers")
+            buffers.append(ffi.from_buffer(into.reshape(-1).view(np.uint8)) if into.size else ffi.NULL)
+            target.struct_size = ffi.sizeof("shmf_target")
+            target.what, target.type, target.array, target.step = what, TYPES[into.dtype], array, step
+            target.flags = lib.SHMF_FILL
+            target.data, target.bytes = buffers[-1], into.nbytes
+        with _Watched(progress) as run:
+            self._handle(lib.shmf_read, targets, len(wanted), run.options)
+        return [into for _, into, _, _ in wanted]
+
+    def verify(self, progress: Callable[[float], Any] | None = None) -> None:
+        """Decodes all of the file and keeps nothing; raises an Error where anything is wrong with it."""
+        with _Watched(progress) as run:
+            self._handle(lib.shmf_verify, run.options)
+
+
+class _Watched:
+    """A run that tells how far it is. What `progress` raises ends the run, and comes out of it."""
+
+    def __init__(self, progress: Callable[[float], Any] | None):
+        self._raised: BaseException | None = None
+        self.options = ffi.NULL
+        if progress is None:
+            return
+
+        def told(_: Any, done: float) -> int:
+            try:
+                progress(done)
+                return 0
+            except BaseException as raised:  # nothing may pass through C
+                self._raised = raised
+                return 1
+
+        self._callback = ffi.callback("int(void*, double)", told, error=1)
+        self.options = struct("run_options")
+        self.options.progress = self._callback
+
+    def __enter__(self) -> _Watched:
+        return self
+
+    def __exit__(self, kind: Any, *_: Any) -> None:
+        if self._raised is not None and kind is Error:
+            raise self._raised

@@ -1,0 +1,214 @@
+"""Writing whole meshes."""
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any, BinaryIO, Union
+
+import numpy as np
+
+from ._library import SHAPES, TYPES, Error, check, encoded, ffi, lib, struct
+from ._mesh import Block, Cells, Extra, Set
+
+_LEVELS = {"default": 0, "fast": 1, "best": 2}
+_ORDERS = {"keep": 0, "stream": 1, "free": 2}
+
+Target = Union[str, "os.PathLike[str]", BinaryIO]
+Values = Union[np.ndarray, Mapping[int, np.ndarray]]
+
+
+class _Writer:
+    """A shmf_writer, and the memory that its calls borrow."""
+
+    def __init__(self, to: Target, options: Any):
+        self._raised: BaseException | None = None
+        self._keep: list[Any] = []
+        writer = ffi.new("shmf_writer**")
+        if isinstance(to, (str, os.PathLike)):
+            check(lib.shmf_writer_path, encoded(to), options, writer)
+        else:
+            def taken(_: Any, data: Any, count: int) -> int:
+                try:
+                    to.write(ffi.buffer(data, count)[:])
+                    return 0
+                except BaseException as raised:  # nothing may pass through C
+                    self._raised = raised
+                    return 1
+
+            callback = ffi.callback("int(void*, const void*, uint64_t)", taken, error=1)
+            self._keep.append(callback)
+            check(lib.shmf_writer_sink, callback, ffi.NULL, options, writer)
+        self._writer = ffi.gc(writer[0], lib.shmf_writer_free)
+
+    def __call__(self, call: Any, *arguments: Any) -> None:
+        try:
+            check(call, self._writer, *arguments)
+        except Error as why:
+            raise why from self._raised
+
+    def close(self) -> None:
+        ffi.release(self._writer)
+
+    def kept(self, data: Any) -> Any:
+        """A pointer for C to something that lives as long as the writer."""
+        if isinstance(data, str):
+            data = encoded(data)
+        if isinstance(data, bytes):
+            pointer = ffi.new("char[]", data)
+        elif data.size == 0:
+            return ffi.NULL
+        else:
+            pointer = ffi.from_buffer(data.reshape(-1).view(np.uint8))
+        self._keep.append((pointer, data))
+        return pointer
+
+
+def _plain(values: Any, dtype: Any = None) -> np.ndarray:
+    """Contiguous, in the byte order of this machine, of a type that a file can have."""
+    array = np.ascontiguousarray(values, dtype)
+    array = array.astype(array.dtype.newbyteorder("="), copy=False)
+    if array.dtype not in TYPES:
+        raise TypeError(f"values of the type {array.dtype}")
+    return array
+
+
+def _numbers(values: Any) -> np.ndarray:
+    array = _plain(values)
+    if array.dtype.kind not in "iu":
+        raise TypeError(f"vertex numbers are integers, not {array.dtype}")
+    return array if array.dtype.itemsize in (4, 8) else array.astype(np.int64)
+
+
+def _target(what: int, values: np.ndarray, writer: _Writer, array: int = 0) -> Any:
+    made = struct("target")
+    made.what, made.type, made.array = what, TYPES[values.dtype], array
+    made.data = ffi.cast("void*", writer.kept(values))
+    made.bytes = values.nbytes
+    return made
+
+
+def _first_step(values: Values) -> np.ndarray:
+    return next(iter(values.values())) if isinstance(values, Mapping) else values
+
+
+def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block] | None = None,
+          point_data: Mapping[str, Values] | None = None, cell_data: Mapping[str, Values] | None = None,
+          step_times: Sequence[float] | None = None, sets: Sequence[Set] = (), extras: Sequence[Extra] = (),
+          order: str = "keep", level: str = "default", threads: int = 1, coordinate_error: float = 0,
+          errors: Mapping[str, float] | None = None, source_format: str = "", replace: bool = False) -> int:
+    """Writes a mesh, and returns the bytes of the file.
+
+    to: a path, which appears whole or not at all (a file of that name stays, unless `replace`), or a file
+    object. points: (n, 3), float64 or float32. cells: an (n, 8) array of hexahedra, or Cells, of whose
+    `types` nothing is taken: what they are say the `blocks`. point_data, cell_data: an array with an element
+    for each vertex or cell, or a mapping from time steps to such arrays. order: "keep", "stream" or "free".
+    level: "fast", "default" or "best". threads: 0 is one for each core. coordinate_error, errors (by name of
+    the array): the most that a value may differ; 0 is lossless.
+    """
+    options = struct("write_options")
+    options.order, options.level = _ORDERS[order], _LEVELS[level]
+    options.threads = threads if threads else 2**32 - 1
+    options.coordinate_error, options.replace = coordinate_error, replace
+    name = ffi.new("char[]", encoded(source_format))
+    options.source_format = name
+    xyz = _plain(points)
+    if xyz.dtype.kind != "f":
+        xyz = xyz.astype(np.float64)
+    if xyz.ndim != 2 or xyz.shape[1] != 3:
+        raise ValueError(f"points have the shape {xyz.shape}, not (n, 3)")
+    options.coordinate_type = TYPES[xyz.dtype]
+    writer = _Writer(to, options)
+    try:
+        arrays = [_target(lib.SHMF_POINTS, xyz, writer)] + _cell_targets(cells, blocks, writer)
+        stepped: list[tuple[int, Mapping[int, np.ndarray]]] = []
+        index = 0
+        for location, data in ((lib.SHMF_POINT_DATA, point_data or {}), (lib.SHMF_CELL_DATA, cell_data or {})):
+            for key, values in data.items():
+                one = _plain(_first_step(values))
+                if one.ndim not in (1, 2):
+                    raise ValueError(f"'{key}' has {one.ndim} dimensions, not 1 or 2")
+                made = struct("array")
+                made.name, made.location, made.type = writer.kept(key), location, TYPES[one.dtype]
+                made.components = one.shape[1] if one.ndim == 2 else 1
+                made.per_step = isinstance(values, Mapping)
+                made.error = (errors or {}).get(key, 0)
+                writer(lib.shmf_writer_array, made)
+                if isinstance(values, Mapping):
+                    stepped.append((index, values))
+                else:
+                    arrays.append(_target(lib.SHMF_VALUES, one, writer, index))
+                index += 1
+        listed = ffi.new("shmf_target[]", [target[0] for target in arrays])
+        writer(lib.shmf_writer_mesh, listed, len(arrays))
+        for array, steps in stepped:
+            dtype = _plain(_first_step(steps)).dtype
+            for step in sorted(steps):
+                values = _plain(steps[step], dtype)
+                data = ffi.from_buffer(values.reshape(-1).view(np.uint8)) if values.size else ffi.NULL
+                writer(lib.shmf_writer_values, array, step, data, values.nbytes)
+        if step_times is not None:
+            times = _plain(step_times, np.float64)
+            writer(lib.shmf_writer_times, ffi.from_buffer("double[]", times), len(times))
+        _write_sets(sets, writer)
+        for extra in extras:
+            _write_extra(extra, writer)
+        size = ffi.new("uint64_t*")
+        writer(lib.shmf_writer_finish, size)
+        return int(size[0])
+    finally:
+        writer.close()
+
+
+def _cell_targets(cells: Cells | Any, blocks: Sequence[Block] | None, writer: _Writer) -> list[Any]:
+    """Declares the blocks; gives what is to be written of cells."""
+    if isinstance(cells, Cells):
+        corners = _numbers(cells.connectivity)
+        more = [_target(lib.SHMF_CORNER_BEGIN, _numbers(cells.offsets), writer),
+                _target(lib.SHMF_CELL_BLOCKS, _plain(cells.blocks, np.uint32), writer)]
+        if blocks is None:
+            raise ValueError("the blocks of the cells are missing")
+    else:
+        corners = _numbers(cells)
+        more = []
+        if corners.ndim != 2 or corners.shape[1] != 8:
+            raise ValueError(f"hexahedra have the shape {corners.shape}, not (n, 8)")
+        blocks = blocks or [Block(1, "", "hexahedron", 8, len(corners))]
+    for block in blocks:
+        made = struct("block")
+        made.id, made.name = block.id, writer.kept(block.name)
+        made.shape, made.nodes_per_cell = SHAPES.index(block.shape), block.nodes_per_cell
+        writer(lib.shmf_writer_block, made)
+    return [_target(lib.SHMF_CORNERS, corners, writer)] + more
+
+
+def _write_sets(sets: Sequence[Set], writer: _Writer) -> None:
+    if not sets:
+        return
+    listed = ffi.new("shmf_set[]", len(sets))
+    for made, own in zip(listed, sets):
+        made.struct_size = ffi.sizeof("shmf_set")
+        made.kind = ("node", "side", "element").index(own.kind)
+        made.id, made.name, made.members = own.id, writer.kept(own.name), len(own.numbers)
+        made.numbers = ffi.cast("uint64_t*", writer.kept(_plain(own.numbers, np.uint64)))
+        if own.sides is not None:
+            if len(own.sides) != len(own.numbers):
+                raise ValueError("a side set has as many sides as cells")
+            made.sides = ffi.cast("int32_t*", writer.kept(_plain(own.sides, np.int32)))
+        if own.blocks is not None:
+            made.block_count = len(own.blocks)
+            made.blocks = ffi.cast("uint32_t*", writer.kept(_plain(own.blocks, np.uint32)))
+        if own.factors is not None:
+            made.factor_count = len(own.factors)
+            made.factors = ffi.cast("double*", writer.kept(_plain(own.factors, np.float64)))
+    writer(lib.shmf_writer_sets, listed, len(sets))
+
+
+def _write_extra(extra: Extra, writer: _Writer) -> None:
+    values = _plain(extra.values)
+    made = struct("extra")
+    shape = ffi.new("uint64_t[]", list(values.shape) or [1])
+    made.key, made.type = writer.kept(extra.key), TYPES[values.dtype]
+    made.refers = ("nothing", "vertices", "cells").index(extra.refers)
+    made.shape, made.dimensions = shape, values.ndim
+    made.data, made.bytes = ffi.cast("void*", writer.kept(values)), values.nbytes
+    writer(lib.shmf_writer_extra, made)
