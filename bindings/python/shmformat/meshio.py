@@ -1,0 +1,136 @@
+"""meshio reads and writes .shm files once this module is imported.
+
+    import meshio
+    import shmformat.meshio
+
+    mesh = meshio.read("run.shm")
+    meshio.write("again.shm", mesh)
+
+A cell block is a run of cells of one block and one type, as in meshio's own readers. Of arrays with time
+steps it has the values of the first step that has some, as of Exodus files; read(path, step=...) gives
+others. Node sets are point_sets, element sets cell_sets; side sets have no place in meshio.
+"""
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import meshio
+import numpy as np
+
+from . import Block, Cells, Mesh, Set, Steps
+from . import open as open_shm
+from . import write as write_shm
+
+# By shape and nodes; types are VTK's.
+_KINDS = {("vertex", 1): ("vertex", 1), ("line", 2): ("line", 3), ("line", 3): ("line3", 21), ("line", 4): ("line4", 35),
+          ("triangle", 3): ("triangle", 5), ("triangle", 6): ("triangle6", 22), ("triangle", 7): ("triangle7", 34),
+          ("quad", 4): ("quad", 9), ("quad", 8): ("quad8", 23), ("quad", 9): ("quad9", 28),
+          ("tetrahedron", 4): ("tetra", 10), ("tetrahedron", 10): ("tetra10", 24),
+          ("pyramid", 5): ("pyramid", 14), ("pyramid", 13): ("pyramid13", 27),
+          ("wedge", 6): ("wedge", 13), ("wedge", 15): ("wedge15", 26), ("wedge", 18): ("wedge18", 32),
+          ("hexahedron", 8): ("hexahedron", 12), ("hexahedron", 20): ("hexahedron20", 25),
+          ("hexahedron", 24): ("hexahedron24", 33), ("hexahedron", 27): ("hexahedron27", 29)}
+_NAMES = {number: name for name, number in _KINDS.values()}
+_SHAPES = {name: kind for kind, (name, _) in _KINDS.items()}
+_POLYGON = 7
+# meshio's linear wedges are turned inside out against VTK's.
+_ORDERS = {"wedge": [0, 2, 1, 3, 5, 4]}
+
+
+def _runs(cells: Cells) -> list[tuple[int, int]]:
+    """Cells of one block, one type and one number of nodes: first and end of each run."""
+    if not len(cells):
+        return []
+    sizes = np.diff(cells.offsets)
+    differs = np.zeros(len(cells) - 1, bool)
+    for of_cells in (cells.blocks, cells.types, sizes):
+        differs |= of_cells[1:] != of_cells[:-1]
+    ends = np.flatnonzero(differs) + 1
+    return list(zip([0, *ends.tolist()], [*ends.tolist(), len(cells)]))
+
+
+def _cell_block(cells: Cells, first: int, end: int) -> meshio.CellBlock:
+    kind = int(cells.types[first])
+    name = "polygon" if kind == _POLYGON else _NAMES.get(kind)
+    if name is None:
+        raise meshio.ReadError(f"meshio has no cells of VTK's type {kind}")
+    corners = cells.connectivity[cells.offsets[first]:cells.offsets[end]].reshape(end - first, -1)
+    return meshio.CellBlock(name, corners[:, _ORDERS[name]] if name in _ORDERS else corners)
+
+
+def _values(data: Any, name: str, step: int | None) -> np.ndarray | None:
+    values = data[name]
+    if not isinstance(values, Steps):
+        return values
+    step = next(iter(values), None) if step is None else step
+    return values[step] if step in values else None
+
+
+def _sets(mesh: Mesh, cells: Cells, runs: list[tuple[int, int]]) -> tuple[dict[str, Any], dict[str, Any]]:
+    points: dict[str, Any] = {}
+    groups: dict[str, Any] = {}
+    for own in mesh.sets:
+        name = own.name or f"{own.kind}_set_{own.id}"
+        if own.kind == "node":
+            points[name] = own.numbers.astype(np.int64)
+        elif own.kind == "element":
+            inside = np.zeros(len(cells), bool)
+            inside[own.numbers.astype(np.int64)] = True
+            if own.blocks is not None:
+                inside |= np.isin(cells.blocks, own.blocks)
+            groups[name] = [np.flatnonzero(inside[first:end]) for first, end in runs]
+    return points, groups
+
+
+def read(filename: str | os.PathLike[str], step: int | None = None) -> meshio.Mesh:
+    """A mesh for meshio, of values at a step: arrays that have none there are left out."""
+    with open_shm(filename) as mesh:
+        if not isinstance(mesh, Mesh):
+            raise meshio.ReadError(f"{filename} is an archive of several meshes")
+        whole = mesh.read()
+        runs = _runs(whole.cells)
+        point_data = {name: _values(mesh.point_data, name, step) for name in mesh.point_data}
+        cell_data = {name: _values(mesh.cell_data, name, step) for name in mesh.cell_data}
+        point_sets, cell_sets = _sets(mesh, whole.cells, runs)
+    return meshio.Mesh(whole.points, [_cell_block(whole.cells, first, end) for first, end in runs],
+                       point_data={name: values for name, values in point_data.items() if values is not None},
+                       cell_data={name: [values[first:end] for first, end in runs]
+                                  for name, values in cell_data.items() if values is not None},
+                       point_sets=point_sets, cell_sets=cell_sets)
+
+
+def _block(index: int, block: meshio.CellBlock) -> Block:
+    if block.type == "polygon":
+        return Block(index + 1, "", "polygon", 0, len(block))
+    if block.type not in _SHAPES:
+        raise meshio.WriteError(f".shm files have no cells that meshio calls '{block.type}'")
+    shape, nodes = _SHAPES[block.type]
+    return Block(index + 1, "", shape, nodes, len(block))
+
+
+def write(filename: str | os.PathLike[str], mesh: meshio.Mesh, level: str = "default") -> None:
+    """Each cell block is a block. As meshio's writers do, it replaces a file of that name."""
+    points = np.asarray(mesh.points)
+    if points.shape[1] == 2:
+        points = np.column_stack([points, np.zeros(len(points), points.dtype)])
+    blocks = [_block(i, block) for i, block in enumerate(mesh.cells)]
+    corners = [np.asarray(block.data)[:, _ORDERS[block.type]] if block.type in _ORDERS else np.asarray(block.data)
+               for block in mesh.cells]
+    sizes = [np.full(len(own), own.shape[1], np.int64) for own in corners]
+    empty = [np.zeros(0, np.int64)]
+    counts = [len(own) for own in corners]
+    cells = Cells(np.concatenate([[0], np.cumsum(np.concatenate(sizes or empty))]),
+                  np.concatenate([own.reshape(-1) for own in corners] or empty), np.zeros(sum(counts), np.uint8),
+                  np.repeat(np.arange(len(counts), dtype=np.uint32), counts))
+    first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    sets = [Set("node", i + 1, name, np.asarray(numbers)) for i, (name, numbers) in enumerate(mesh.point_sets.items())]
+    for i, (name, groups) in enumerate(mesh.cell_sets.items()):
+        numbers = [np.asarray(group, np.int64) + first[b] for b, group in enumerate(groups) if group is not None]
+        sets.append(Set("element", i + 1, name, np.concatenate(numbers or empty)))
+    write_shm(filename, points, cells, blocks=blocks, point_data=mesh.point_data,
+              cell_data={name: np.concatenate(values) for name, values in mesh.cell_data.items()}, sets=sets,
+              level=level, replace=True)
+
+
+meshio.register_format("shm", [".shm"], read, {"shm": write})
