@@ -106,6 +106,11 @@ void read_some(shmf_file* file, std::mt19937& random, std::uint32_t arrays,
     selection.blocks = &block;
     selection.block_count = 1;
   }
+  const std::uint64_t numbers[] = {1, 3, 4, random() % 40};
+  if (random() % 4 == 0) {
+    selection.numbers = numbers;
+    selection.number_count = 4;
+  }
   if (random() % 2 == 0) {
     selection.has_box = 1;
     const double box[6] = {-.5, -.5, -.5, .5, .5, random() % 8 * .25};

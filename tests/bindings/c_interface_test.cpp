@@ -361,6 +361,11 @@ TEST(CInterface, PiecesAreWhatTheWholeHasThere) {
     const double box[6] = {-1e9, -1e9, -1e9, .4, 1e9, 1e9};
     std::copy(box, box + 6, selection.box);
     expect_piece(bytes, selection);
+    const std::uint64_t numbers[] = {0, 3, 50, 51, 200};
+    selection.has_box = 0;
+    selection.numbers = numbers;
+    selection.number_count = 5;
+    expect_piece(bytes, selection);
   }
 }
 

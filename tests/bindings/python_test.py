@@ -117,6 +117,8 @@ class Reading(FolderTest):
                                            mesh.cells.connectivity[80:160]))
             self.assertEqual(mesh.select(cells=(0, 0)).cell_count, 0)
             self.assertEqual(mesh.select(blocks=[0]).cell_count, 50)
+            self.assertEqual(mesh.select(numbers=[7, 3, 7]).cell_data["n"].tolist(), [3, 7])
+            self.assertEqual(mesh.select(numbers=[]).cell_count, 0)
 
     def test_paths_bytes_and_file_objects_are_the_same(self):
         data = (GOLDEN / "keep.shm").read_bytes()

@@ -337,7 +337,9 @@ typedef struct shmf_selection {
   const uint32_t* blocks;        /* indices, ascending; NULL: no condition */
   uint32_t block_count;
   int32_t has_box;
-  double box[6]; /* smallest x y z, largest x y z: cells with a vertex in it */
+  double box[6];           /* smallest x y z, largest x y z: cells with a vertex in it */
+  const uint64_t* numbers; /* the cells one by one, ascending; NULL: no condition */
+  uint64_t number_count;
 } shmf_selection;
 
 typedef struct shmf_counts {

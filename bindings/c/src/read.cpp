@@ -456,6 +456,9 @@ Result<shm::CellSelection> selection_of(const shmf_selection* selection) {
   if (own->first_cell != 0 || own->end_cell != 0) cells.range = {own->first_cell, own->end_cell};
   if (own->blocks == nullptr && own->block_count > 0) return misuse("the blocks are NULL");
   if (own->blocks != nullptr) cells.blocks.emplace(own->blocks, own->blocks + own->block_count);
+  if (own->numbers == nullptr && own->number_count > 0) return misuse("the numbers are NULL");
+  if (own->numbers != nullptr)
+    cells.numbers.emplace(own->numbers, own->numbers + own->number_count);
   if (own->has_box != 0) {
     cells.box.emplace();
     std::copy(std::begin(own->box), std::end(own->box), cells.box->begin());

@@ -354,23 +354,27 @@ class Mesh:
 
     # --- which cells
 
-    def select(self, *, cells: tuple[int, int] | None = None, blocks: Sequence[int] | None = None,
-               box: Sequence[float] | None = None) -> Mesh:
+    def select(self, *, cells: tuple[int, int] | None = None, numbers: Any = None,
+               blocks: Sequence[int] | None = None, box: Sequence[float] | None = None) -> Mesh:
         """The cells that meet all conditions, with their vertices, numbered anew in their old order.
 
-        cells: (first, end) by number; blocks: indices into `blocks`; box: smallest x y z, largest x y z, of
+        cells: (first, end) by number; numbers: one by one; blocks: indices into `blocks`; box: smallest x y z, largest x y z, of
         which a cell has a vertex. All are of the whole file, also where this is a piece itself.
         """
         selection = struct("selection")
-        keep = None
+        keep = []
         if cells is not None:
             selection.first_cell, selection.end_cell = cells
             if tuple(cells) == (0, 0):
                 blocks = ()  # no cells; to the library it would be no condition
         if blocks is not None:
             listed = sorted(set(blocks))
-            keep = ffi.new("uint32_t[]", listed or [0])
-            selection.blocks, selection.block_count = keep, len(listed)
+            keep.append(ffi.new("uint32_t[]", listed or [0]))
+            selection.blocks, selection.block_count = keep[-1], len(listed)
+        if numbers is not None:
+            ascending = np.unique(np.asarray(numbers, np.uint64))
+            keep += [ascending, ffi.from_buffer("uint64_t[]", ascending) if len(ascending) else ffi.new("uint64_t[1]")]
+            selection.numbers, selection.number_count = keep[-1], len(ascending)
         if box is not None:
             selection.has_box, selection.box = 1, list(box)
         return Mesh(self._handle, selection, keep)

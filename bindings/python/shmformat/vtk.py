@@ -1,0 +1,345 @@
+"""A reader and a writer for VTK's pipelines (python3-vtk9).
+
+    reader = shmformat.vtk.Reader()
+    reader.SetFileName("run.shm")
+    reader.Update()
+    grid = reader.GetOutput()
+
+Arrays are VTK's own memory, which the library fills: nothing is copied, and nothing belongs to NumPy.
+Arrays that are switched off are not read. Pieces, for pipelines in parallel, are runs of segments.
+"""
+from __future__ import annotations
+
+import bisect
+from typing import Any
+
+import numpy as np
+from vtkmodules.util.numpy_support import get_vtk_array_type, vtk_to_numpy
+from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
+from vtkmodules.vtkCommonCore import (vtkDataArray, vtkDataArraySelection, vtkIdTypeArray, vtkPoints,
+                                      vtkTypeInt32Array, vtkTypeInt64Array)
+from vtkmodules.vtkCommonDataModel import (vtkCellArray, vtkPartitionedDataSetCollection,
+                                           vtkUnstructuredGrid)
+from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
+
+from . import Block, Cells, Mesh
+from . import open as open_shm
+from . import write as write_shm
+from ._library import DTYPES, lib, text
+
+_POLYHEDRON, _CONVEX_POINT_SET = 42, 41
+# By VTK's cell type: shape and nodes; 0 nodes: any number of them.
+_SHAPES = {1: ("vertex", 1), 3: ("line", 2), 5: ("triangle", 3), 7: ("polygon", 0), 9: ("quad", 4),
+           10: ("tetrahedron", 4), 12: ("hexahedron", 8), 13: ("wedge", 6), 14: ("pyramid", 5),
+           21: ("line", 3), 22: ("triangle", 6), 23: ("quad", 8), 24: ("tetrahedron", 10),
+           25: ("hexahedron", 20), 26: ("wedge", 15), 27: ("pyramid", 13), 28: ("quad", 9),
+           29: ("hexahedron", 27), 32: ("wedge", 18), 33: ("hexahedron", 24), 34: ("triangle", 7),
+           35: ("line", 4), 37: ("pyramid", 19)}
+
+
+def _array(dtype: np.dtype, count: int, components: int = 1) -> tuple[Any, np.ndarray]:
+    """An array of VTK's, and its memory for NumPy."""
+    made = vtkDataArray.CreateDataArray(get_vtk_array_type(dtype))
+    made.SetNumberOfComponents(components)
+    made.SetNumberOfTuples(count)
+    if count == 0:
+        return made, np.empty((0, components), dtype)
+    return made, vtk_to_numpy(made)
+
+
+class _Wanted:
+    """What is read of a mesh in one pass, into arrays of VTK's."""
+
+    def __init__(self, mesh: Mesh):
+        self._mesh = mesh
+        self._wanted: list[tuple[int, np.ndarray, int, int]] = []
+        self.point_data: list[Any] = []
+        self.cell_data: list[Any] = []
+        index = np.dtype(np.int32 if max(mesh.vertex_count, mesh._count().corners) < 2**31 else np.int64)
+        points = self._want(lib.SHMF_POINTS, DTYPES[mesh._info.coordinate_type], mesh.vertex_count, 3)
+        self.points = vtkPoints()
+        self.points.SetData(points)
+        self._index = vtkTypeInt32Array if index.itemsize == 4 else vtkTypeInt64Array
+        self.offsets = self._want(lib.SHMF_CORNER_BEGIN, index, mesh.cell_count + 1)
+        self.corners = self._want(lib.SHMF_CORNERS, index, mesh._count().corners)
+        self.types = self._want(lib.SHMF_CELL_TYPES, np.dtype(np.uint8), mesh.cell_count)
+        self.blocks = self._want(lib.SHMF_CELL_BLOCKS, np.dtype(np.int32), mesh.cell_count)
+        self.blocks.SetName("block")
+
+    def _want(self, what: int, dtype: np.dtype, count: int, components: int = 1, array: int = 0, step: int = 0) -> Any:
+        made, memory = _array(dtype, count, components)
+        self._wanted.append((what, memory, array, step))
+        return made
+
+    def add(self, array: int, step: int) -> None:
+        told = self._mesh._arrays[array]
+        of_points = told.location == lib.SHMF_POINT_DATA
+        count = self._mesh.vertex_count if of_points else self._mesh.cell_count
+        made = self._want(lib.SHMF_VALUES, DTYPES[told.type], count, told.components, array, step)
+        made.SetName(text(told.name))
+        (self.point_data if of_points else self.cell_data).append(made)
+
+    def read(self) -> vtkUnstructuredGrid:
+        self._mesh._read(self._wanted)
+        grid = vtkUnstructuredGrid()
+        grid.SetPoints(self.points)
+        kinds = vtk_to_numpy(self.types) if self.types.GetNumberOfTuples() else np.empty(0, np.uint8)
+        if (kinds == _POLYHEDRON).any():
+            self._set_polyhedra(grid, kinds)
+        else:
+            cells = vtkCellArray()
+            cells.SetData(self._owned(self.offsets), self._owned(self.corners))
+            grid.SetCells(self.types, cells)
+        for to, arrays in ((grid.GetPointData(), self.point_data), (grid.GetCellData(), [self.blocks, *self.cell_data])):
+            for array in arrays:
+                to.AddArray(array)
+        return grid
+
+    def _owned(self, array: Any) -> Any:
+        """As the type that a vtkCellArray keeps without a copy."""
+        made = self._index()
+        made.ShallowCopy(array)
+        return made
+
+    def _set_polyhedra(self, grid: vtkUnstructuredGrid, kinds: np.ndarray) -> None:
+        """Faces stand one after the other, each closed by its first vertex; VTK wants them counted. A cell that
+        is no such list is given as the points that it has."""
+        offsets, corners = vtk_to_numpy(self.offsets), vtk_to_numpy(self.corners)
+        cells, faces, places = vtkCellArray(), vtkIdTypeArray(), vtkIdTypeArray()
+        for index, (kind, first, end) in enumerate(zip(kinds.tolist(), offsets[:-1], offsets[1:])):
+            own = corners[first:end].tolist()
+            listed = _faces(own) if kind == _POLYHEDRON else None
+            nodes = own if kind != _POLYHEDRON else list(dict.fromkeys(own))
+            cells.InsertNextCell(len(nodes), nodes)
+            if listed is None:
+                places.InsertNextValue(-1)
+                if kind == _POLYHEDRON:
+                    kinds[index] = _CONVEX_POINT_SET
+                continue
+            places.InsertNextValue(faces.GetNumberOfValues())
+            for number in [len(listed), *(word for face in listed for word in (len(face), *face))]:
+                faces.InsertNextValue(number)
+        grid.SetCells(self.types, cells, places, faces)
+
+
+def _faces(closed: list[int]) -> list[list[int]] | None:
+    faces: list[list[int]] = []
+    at = 0
+    while at < len(closed):
+        try:
+            end = closed.index(closed[at], at + 1)
+        except ValueError:
+            return None
+        faces.append(closed[at:end])
+        at = end + 1
+    return faces
+
+
+class Reader(VTKPythonAlgorithmBase):
+    """A .shm file as a vtkUnstructuredGrid; with blocks=True as a vtkPartitionedDataSetCollection: a grid for each
+    block, for each node set (vertices), and for each element set.
+
+    GetPointDataArraySelection() and GetCellDataArraySelection() list the arrays, once UpdateInformation() was
+    called, and switch them off. The cell array "block" is the index of each cell's block.
+    """
+
+    def __init__(self, blocks: bool = False):
+        super().__init__(nInputPorts=0, nOutputPorts=1,
+                         outputType="vtkPartitionedDataSetCollection" if blocks else "vtkUnstructuredGrid")
+        self._blocks = blocks
+        self._name: str | None = None
+        self._mesh: Mesh | None = None
+        self._selections = (vtkDataArraySelection(), vtkDataArraySelection())  # of points, of cells
+        for selection in self._selections:
+            selection.AddObserver("ModifiedEvent", lambda *_: self.Modified())
+
+    def SetFileName(self, name: str) -> None:
+        if name != self._name:
+            self._name, self._mesh = name, None
+            for selection in self._selections:
+                selection.RemoveAllArrays()
+            self.Modified()
+
+    def GetFileName(self) -> str | None:
+        return self._name
+
+    def GetOutput(self) -> Any:
+        return self.GetOutputDataObject(0)
+
+    def GetPointDataArraySelection(self) -> vtkDataArraySelection:
+        return self._selections[0]
+
+    def GetCellDataArraySelection(self) -> vtkDataArraySelection:
+        return self._selections[1]
+
+    def _opened(self) -> Mesh:
+        if self._mesh is None:
+            if self._name is None:
+                raise ValueError("SetFileName() comes first")
+            mesh = open_shm(self._name)
+            if not isinstance(mesh, Mesh):
+                raise ValueError(f"{self._name} is an archive of several meshes")
+            self._mesh = mesh
+            for array in mesh._arrays:
+                self._selections[array.location].AddArray(text(array.name))
+        return self._mesh
+
+    def _times(self) -> list[float]:
+        """Of each step; where the file does not say, its number."""
+        mesh = self._opened()
+        times = mesh.step_times.tolist()
+        return times if len(times) >= mesh.step_count else list(map(float, range(mesh.step_count)))
+
+    def RequestInformation(self, request: Any, inputs: Any, outputs: Any) -> int:
+        information, times = outputs.GetInformationObject(0), self._times()
+        information.Remove(Pipeline.TIME_STEPS())
+        information.Remove(Pipeline.TIME_RANGE())
+        for time in times:
+            information.Append(Pipeline.TIME_STEPS(), time)
+        for time in (times[0], times[-1]) if times else ():
+            information.Append(Pipeline.TIME_RANGE(), time)
+        information.Set(vtkAlgorithm.CAN_HANDLE_PIECE_REQUEST(), 1)
+        return 1
+
+    def RequestData(self, request: Any, inputs: Any, outputs: Any) -> int:
+        information = outputs.GetInformationObject(0)
+        mesh, times = self._opened(), self._times()
+        step = 0
+        if times and information.Has(Pipeline.UPDATE_TIME_STEP()):
+            step = max(bisect.bisect_right(times, information.Get(Pipeline.UPDATE_TIME_STEP())) - 1, 0)
+        piece, first, end = self._piece(mesh, information)
+        if self._blocks:
+            out = vtkPartitionedDataSetCollection.GetData(outputs, 0)
+            self._collect(mesh, (first, end), step, out)
+        else:
+            out = vtkUnstructuredGrid.GetData(outputs, 0)
+            out.ShallowCopy(self._grid(piece, step))
+        if times:
+            out.GetInformation().Set(out.DATA_TIME_STEP(), times[step])
+        return 1
+
+    @staticmethod
+    def _piece(mesh: Mesh, information: Any) -> tuple[Mesh, int, int]:
+        """What of the mesh is asked for, and its cells: those of some segments."""
+        pieces = information.Get(Pipeline.UPDATE_NUMBER_OF_PIECES()) or 1
+        number = information.Get(Pipeline.UPDATE_PIECE_NUMBER()) or 0
+        if pieces <= 1:
+            return mesh, 0, mesh.cell_count
+        segments = mesh.segments
+        own = segments[len(segments) * number // pieces:len(segments) * (number + 1) // pieces]
+        first, end = (own[0].first_cell, own[-1].first_cell + own[-1].cells) if own else (0, 0)
+        return mesh.select(cells=(first, end)), first, end
+
+    def _grid(self, mesh: Mesh, step: int) -> vtkUnstructuredGrid:
+        wanted = _Wanted(mesh)
+        for index, array in enumerate(mesh._arrays):
+            if not self._selections[array.location].ArrayIsEnabled(text(array.name)):
+                continue
+            if not array.per_step or step in mesh._steps_of(index):
+                wanted.add(index, step if array.per_step else 0)
+        return wanted.read()
+
+    def _collect(self, mesh: Mesh, cells: tuple[int, int], step: int, out: vtkPartitionedDataSetCollection) -> None:
+        parts = [(block.name or f"block {block.id}", self._grid(mesh.select(cells=cells, blocks=[index]), step))
+                 for index, block in enumerate(mesh.blocks)]
+        for own in mesh.sets:
+            name = own.name or f"{own.kind} set {own.id}"
+            if own.kind == "element":
+                numbers = own.numbers
+                if own.blocks is not None:
+                    of_blocks = mesh.select(blocks=own.blocks.tolist()).cell_numbers
+                    numbers = np.union1d(numbers, of_blocks.astype(np.uint64))
+                parts.append((name, self._grid(mesh.select(cells=cells, numbers=numbers), step)))
+            elif own.kind == "node" and cells[0] == 0:  # of several pieces the first has them
+                parts.append((name, _vertices(mesh.points[own.numbers])))
+        out.SetNumberOfPartitionedDataSets(len(parts))
+        for index, (name, part) in enumerate(parts):
+            out.SetPartition(index, 0, part)
+            out.GetMetaData(index).Set(out.NAME(), name)
+
+
+def _vertices(xyz: np.ndarray) -> vtkUnstructuredGrid:
+    """A cell for each point."""
+    array, memory = _array(xyz.dtype, len(xyz), 3)
+    memory[...] = xyz
+    points = vtkPoints()
+    points.SetData(array)
+    grid = vtkUnstructuredGrid()
+    grid.SetPoints(points)
+    cells = vtkCellArray()
+    for index in range(len(xyz)):
+        cells.InsertNextCell(1, [index])
+    grid.SetCells(1, cells)
+    return grid
+
+
+class Writer:
+    """Writes a vtkUnstructuredGrid, and replaces a file of that name as VTK's writers do.
+
+    Cells are blocks by their cell array of integers "block", where there is one, and by their types. VTK's
+    polyhedra, and types that .shm files have not, are a ValueError.
+    """
+
+    def __init__(self) -> None:
+        self._name: str | None = None
+        self._input: Any = None
+        self._producer: Any = None
+        self.level = "default"
+
+    def SetFileName(self, name: str) -> None:
+        self._name = name
+
+    def GetFileName(self) -> str | None:
+        return self._name
+
+    def SetInputData(self, grid: vtkUnstructuredGrid) -> None:
+        self._input, self._producer = grid, None
+
+    def SetInputConnection(self, port: Any) -> None:
+        self._producer = port
+
+    def Write(self) -> int:
+        """Returns the bytes of the file."""
+        if self._producer is not None:
+            algorithm = self._producer.GetProducer()
+            algorithm.Update()
+            self._input = algorithm.GetOutputDataObject(self._producer.GetIndex())
+        if self._name is None or self._input is None:
+            raise ValueError("SetFileName() and SetInputData() come first")
+        grid = self._input
+        cells, blocks = _cells_of(grid)
+        points = vtk_to_numpy(grid.GetPoints().GetData()) if grid.GetNumberOfPoints() else np.empty((0, 3))
+        return write_shm(self._name, points, cells, blocks=blocks, point_data=_data_of(grid.GetPointData()),
+                         cell_data=_data_of(grid.GetCellData(), "block"), level=self.level, replace=True)
+
+
+def _cells_of(grid: vtkUnstructuredGrid) -> tuple[Cells, list[Block]]:
+    count = grid.GetNumberOfCells()
+    if count == 0:
+        nothing = np.zeros(0, np.int64)
+        return Cells(np.zeros(1, np.int64), nothing, nothing.astype(np.uint8), nothing.astype(np.uint32)), []
+    types = vtk_to_numpy(grid.GetCellTypesArray())
+    unknown = set(np.unique(types).tolist()) - set(_SHAPES)
+    if unknown:
+        raise ValueError(f"no cells of VTK's type {min(unknown)} can be written")
+    named = grid.GetCellData().GetArray("block")
+    keys = np.column_stack([vtk_to_numpy(named) if named is not None else np.zeros(count, int), types]).astype(np.int64)
+    kinds, blocks = np.unique(keys, axis=0, return_inverse=True)
+    offsets = vtk_to_numpy(grid.GetCells().GetOffsetsArray())
+    corners = vtk_to_numpy(grid.GetCells().GetConnectivityArray())
+    listed = [Block(index + 1, "", *_SHAPES[int(kind)], int((blocks == index).sum()))
+              for index, (_, kind) in enumerate(kinds.tolist())]
+    return Cells(offsets, corners, types, blocks.reshape(-1).astype(np.uint32)), listed
+
+
+def _data_of(data: Any, without: str = "") -> dict[str, np.ndarray]:
+    """Arrays of numbers that have a name; of several of a name the first."""
+    arrays: dict[str, np.ndarray] = {}
+    for index in range(data.GetNumberOfArrays()):
+        array = data.GetArray(index)  # None for strings
+        if array is None or not array.GetName() or array.GetName() in (without, *arrays):
+            continue
+        values = vtk_to_numpy(array)
+        arrays[array.GetName()] = values if values.dtype.kind in "iuf" else values.astype(np.int64)
+    return arrays
