@@ -24,6 +24,22 @@ target_link_libraries(user PRIVATE shmformat::${target})
   run("${project}/build/user")
 endforeach()
 
+# A C program, against the C interface.
+if("shmformat" IN_LIST targets)
+  set(project "${WORK}/c")
+  file(WRITE "${project}/CMakeLists.txt"
+       "cmake_minimum_required(VERSION 3.25)
+project(user LANGUAGES C)
+find_package(shmformat 0.10 REQUIRED)
+add_executable(user \"${EXAMPLES}/write_steps.c\")
+target_link_libraries(user PRIVATE shmformat::c)
+")
+  run("${CMAKE_COMMAND}" -S "${project}" -B "${project}/build" -G Ninja
+      "-DCMAKE_PREFIX_PATH=${WORK}/root")
+  run("${CMAKE_COMMAND}" --build "${project}/build")
+  run("${project}/build/user" "${WORK}/bar.shm")
+endif()
+
 # With pkg-config, from a tree that was moved; and without C++20 the first line says what is missing.
 file(RENAME "${WORK}/root" "${WORK}/moved")
 file(GLOB_RECURSE description "${WORK}/moved/*/shmformat.pc")
@@ -46,6 +62,15 @@ execute_process(
   RESULT_VARIABLE code ERROR_VARIABLE text)
 if(code EQUAL 0 OR NOT text MATCHES "libshmformat needs C\\+\\+20")
   message(FATAL_ERROR "C++17 is not refused as it should be: ${text}")
+endif()
+if("shmformat" IN_LIST targets)
+  execute_process(
+    COMMAND "${CMAKE_COMMAND}" -E env "PKG_CONFIG_PATH=${folder}" "${PKG_CONFIG}" --cflags --libs
+            shmformat-c
+    OUTPUT_VARIABLE words OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+  separate_arguments(words UNIX_COMMAND "${words}")
+  run(cc "${EXAMPLES}/first_array.c" ${words} -o "${WORK}/first_array")
+  run("${CMAKE_COMMAND}" -E env "LD_LIBRARY_PATH=${library}" "${WORK}/first_array" "${WORK}/bar.shm")
 endif()
 file(GLOB_RECURSE licence "${WORK}/moved/share/*/LICENSE")
 if(NOT licence)
