@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, BinaryIO, Callable, Union
@@ -10,6 +11,7 @@ from typing import Any, BinaryIO, Callable, Union
 import numpy as np
 
 from ._library import DTYPES, SHAPES, TYPES, Error, check, copied, encoded, ffi, lib, struct, text
+from ._remote import Remote, open_url
 
 Source = Union[str, "os.PathLike[str]", bytes, bytearray, memoryview, BinaryIO]
 
@@ -132,13 +134,16 @@ class _Handle:
     def __init__(self, file: Any, *keep: Any):
         self.file = file
         self.keep = keep
+        self.remote: Remote | None = None  # that is closed with it
         self.error: BaseException | None = None  # that a callback raised
         self.selected: Any = None  # the Mesh whose cells the file has selected
 
     def close(self) -> None:
         if self.file is not None:
             lib.shmf_close(self.file)
-        self.file, self.keep = None, ()
+        if self.remote is not None:
+            self.remote.close()
+        self.file, self.keep, self.remote = None, (), None
 
     def __del__(self) -> None:
         self.close()
@@ -164,6 +169,15 @@ def _options(damaged: bool) -> Any:
 def _opened(source: Source, damaged: bool) -> _Handle:
     file = ffi.new("shmf_file**")
     options = _options(damaged)
+    if isinstance(source, str) and re.match(r"[a-z][a-z0-9+.-]+://", source):
+        remote = open_url(source)
+        try:
+            handle = _opened_ranges(remote.size, remote.read_into, remote, options, file)
+        except BaseException:
+            remote.close()
+            raise
+        handle.remote = remote
+        return handle
     if isinstance(source, (str, os.PathLike)):
         check(lib.shmf_open_path, encoded(source), options, file)
         return _Handle(file[0])
@@ -176,18 +190,27 @@ def _opened(source: Source, damaged: bool) -> _Handle:
 
 def _opened_object(source: BinaryIO, options: Any, file: Any) -> _Handle:
     """A file object that can be sought in, borrowed."""
+
+    def read_into(offset: int, into: memoryview) -> None:
+        source.seek(offset)
+        while into:
+            some = source.read(len(into))
+            if not some:
+                raise EOFError("the file is shorter than it was")
+            into[:len(some)] = some
+            into = into[len(some):]
+
+    return _opened_ranges(source.seek(0, io.SEEK_END), read_into, source, options, file)
+
+
+def _opened_ranges(size: int, read_into: Callable[[int, memoryview], None], source: Any, options: Any,
+                   file: Any) -> _Handle:
+    """Bytes that a function of Python gives. What it raises is the cause of the Error."""
     handle = _Handle(None)
 
     def read_at(_: Any, offset: int, into: Any, count: int, why: Any, why_bytes: int) -> int:
         try:
-            source.seek(offset)
-            left = memoryview(ffi.buffer(into, count))
-            while left:
-                some = source.read(len(left))
-                if not some:
-                    raise EOFError("the file is shorter than it was")
-                left[:len(some)] = some
-                left = left[len(some):]
+            read_into(offset, memoryview(ffi.buffer(into, count)).cast("B"))
             return 0
         except BaseException as raised:  # nothing may pass through C
             handle.error = raised
@@ -196,7 +219,7 @@ def _opened_object(source: BinaryIO, options: Any, file: Any) -> _Handle:
             return 1
 
     own = struct("source")
-    own.bytes = source.seek(0, io.SEEK_END)
+    own.bytes = size
     own.read_at = callback = ffi.callback(
         "int(void*, uint64_t, void*, uint64_t, char*, size_t)", read_at, error=1)
     try:
@@ -208,7 +231,10 @@ def _opened_object(source: BinaryIO, options: Any, file: Any) -> _Handle:
 
 
 def open(source: Source, *, damaged: bool = False) -> Mesh | Archive:
-    """Opens a .shm file: a path, bytes, or a file object that can be sought in.
+    """Opens a .shm file: a path, a URL, bytes, or a file object that can be sought in.
+
+    Of a URL it reads what is asked for, by ranges, as the server must give them; protocols beside http and
+    https are those of fsspec, where it is installed.
 
     Reads the end of the file, its index and its schema. With `damaged` a hurt file gives what of it is
     whole; values that are lost are NaN, integers 0. An archive of several files is an Archive.

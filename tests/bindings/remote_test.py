@@ -1,0 +1,184 @@
+#!/usr/bin/env python3
+"""Files on a server: few requests, only for what is wanted, and named errors.
+
+    remote_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool
+
+The server is one of this test, which counts what it is asked for, and can be told to misbehave.
+"""
+import http.server
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+LIBRARY, SHM = (str(Path(path).resolve()) for path in sys.argv[1:3])
+del sys.argv[1:3]
+os.environ["SHMFORMAT_LIBRARY"] = LIBRARY
+sys.path.insert(0, str(ROOT / "bindings" / "python"))
+import shmformat  # noqa: E402
+
+MAKE_MESH = Path(SHM).with_name("shm_make_mesh")
+
+
+class Handler(http.server.BaseHTTPRequestHandler):
+    protocol_version = "HTTP/1.1"
+
+    def do_GET(self):
+        server = self.server
+        server.asked.append((self.path, self.headers.get("Range")))
+        if self.path == "/moved":
+            return self.answer(302, b"", {"Location": "/mesh.shm"})
+        if self.path == "/round":
+            return self.answer(302, b"", {"Location": "/round"})
+        data = server.files.get(self.path)
+        if data is None:
+            return self.answer(404, b"none")
+        wanted = re.fullmatch(r"bytes=(\d*)-(\d*)", self.headers.get("Range", ""))
+        if server.mode == "no ranges" or wanted is None:
+            return self.answer(200, data)
+        if server.mode == "fails" and len(server.asked) > server.good:
+            self.close_connection = True
+            self.send_response(206)
+            self.send_header("Content-Length", "1000")
+            self.end_headers()
+            return self.wfile.write(b"half")
+        first = max(len(data) - int(wanted[2]), 0) if not wanted[1] else int(wanted[1])
+        last = len(data) - 1 if not wanted[1] or not wanted[2] else min(int(wanted[2]), len(data) - 1)
+        body = data[first:last + 1]
+        server.given += len(body)
+        if server.mode == "others":
+            first += 1
+        tag = f'"{server.version}"'
+        return self.answer(206, body, {"Content-Range": f"bytes {first}-{last}/{len(data)}", "ETag": tag})
+
+    def answer(self, status, body, more=None):
+        self.send_response(status)
+        for name, value in {"Content-Length": str(len(body)), **(more or {})}.items():
+            self.send_header(name, value)
+        self.end_headers()
+        self.wfile.write(body)
+
+    def log_message(self, *_):
+        pass
+
+    def setup(self):
+        super().setup()
+        self.server.connections += 1
+
+
+class Server(http.server.ThreadingHTTPServer):
+    def handle_error(self, *_):
+        pass  # connections that are closed while it answers
+
+
+class Remote(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        """A mesh of some megabytes in several segments, with three fields of which one is static."""
+        cls.folder = tempfile.TemporaryDirectory()
+        source, packed = (os.path.join(cls.folder.name, name) for name in ("a.vtk", "a.shm"))
+        subprocess.run([MAKE_MESH, "ogrid", "90000", source, "--double"], capture_output=True, check=True)
+        subprocess.run([SHM, "compress", "--level", "fast", "--segment-cells", "12000", source, "-o", packed],
+                       capture_output=True, check=True)
+        cls.data = Path(packed).read_bytes()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def setUp(self):
+        self.server = Server(("127.0.0.1", 0), Handler)
+        self.server.files = {"/mesh.shm": self.data, "/empty": b"", "/text": b"no mesh at all " * 99}
+        self.server.asked, self.server.given, self.server.connections = [], 0, 0
+        self.server.mode, self.server.good, self.server.version = "", 0, 1
+        threading.Thread(target=self.server.serve_forever, daemon=True).start()
+        self.addCleanup(self.server.server_close)
+        self.addCleanup(self.server.shutdown)
+        self.url = f"http://127.0.0.1:{self.server.server_port}"
+
+    def open(self, name="/mesh.shm"):
+        mesh = shmformat.open(self.url + name)
+        self.addCleanup(mesh.close)
+        return mesh
+
+    def fails(self, words, call):
+        with self.assertRaises(shmformat.Error) as caught:
+            call()
+        self.assertEqual(caught.exception.code, "io")
+        self.assertIn(words, str(caught.exception))
+
+    def test_opening_takes_three_requests_at_most_and_all_is_what_it_is(self):
+        self.assertGreater(len(self.data), 1 << 20)
+        mesh = self.open()
+        self.assertLessEqual(len(self.server.asked), 3)
+        here = shmformat.open(self.data)
+        self.assertTrue(np.array_equal(mesh.points, here.points))
+        self.assertTrue(np.array_equal(mesh.cells.connectivity, here.cells.connectivity))
+        for name in here.cell_data:
+            self.assertTrue(np.array_equal(mesh.cell_data[name], here.cell_data[name]), name)
+        self.assertEqual(self.server.connections, 1)
+
+    def test_what_is_not_wanted_is_not_fetched(self):
+        mesh = self.open()
+        before = self.server.given
+        mesh.read(points=False)
+        self.assertLess(self.server.given - before, len(self.data) / 2)
+        one = self.open().select(cells=(30000, 30100))
+        before, asked = self.server.given, len(self.server.asked)
+        one.read()
+        self.assertLess(self.server.given - before, len(self.data) / 2)
+        self.assertLess(len(self.server.asked) - asked, 20)
+
+    def test_reading_on_takes_few_requests(self):
+        mesh = self.open()
+        mesh.verify()
+        self.assertLess(len(self.server.asked), 10 + len(self.data) // (1 << 20) * 2)
+
+    def test_other_places_are_followed(self):
+        self.assertEqual(self.open("/moved").cell_count, shmformat.open(self.data).cell_count)
+        self.fails("without end", lambda: self.open("/round"))
+
+    def test_errors_are_named(self):
+        self.fails("404 Not Found", lambda: self.open("/none"))
+        self.fails("empty", lambda: self.open("/empty"))
+        self.fails("the connection failed", lambda: shmformat.open("http://127.0.0.1:1/mesh.shm"))
+        with self.assertRaises(shmformat.Error) as caught:
+            self.open("/text")
+        self.assertIn(caught.exception.code, ("corrupt", "truncated"))
+        for mode, words in (("no ranges", "no ranges of files"), ("others", "other bytes")):
+            self.server.mode = mode
+            self.fails(words, self.open)
+
+    def test_a_server_that_fails_half_way_is_told(self):
+        mesh = self.open()
+        self.server.mode, self.server.good = "fails", len(self.server.asked)
+        self.fails("the connection failed", mesh.verify)
+        self.server.mode = ""
+        mesh.verify()  # and once it is well again, so is the mesh
+
+    def test_a_file_that_changes_is_told(self):
+        mesh = self.open()
+        self.server.version = 2
+        self.fails("has changed", mesh.verify)
+
+    def test_other_protocols_are_those_of_fsspec(self):
+        try:
+            import fsspec  # noqa: F401
+        except ImportError:
+            self.fails("without fsspec only http and https", lambda: shmformat.open("memory://mesh.shm"))
+            return
+        with fsspec.open("memory://mesh.shm", "wb") as file:
+            file.write(self.data)
+        self.assertEqual(shmformat.open("memory://mesh.shm").cell_count, shmformat.open(self.data).cell_count)
+        self.fails("cannot be opened", lambda: shmformat.open("memory://none.shm"))
+
+
+if __name__ == "__main__":
+    unittest.main()
