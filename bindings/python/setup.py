@@ -1,0 +1,61 @@
+"""Puts the C library and its header into the package. One wheel does for every Python of a platform:
+
+    SHMFORMAT_LIBRARY=build/release/bindings/c/libshmformat_c.so python3 -m build --no-isolation --wheel bindings/python
+
+The library is the file that SHMFORMAT_LIBRARY names, else that of the release build of the source tree. Where
+there is neither, the package uses the one that the loader finds.
+"""
+import os
+import re
+import shutil
+from pathlib import Path
+
+from setuptools import Distribution, setup
+from setuptools.command.build_py import build_py
+from setuptools.command.sdist import sdist
+from wheel.bdist_wheel import bdist_wheel
+
+HERE = Path(__file__).resolve().parent
+NAMED = os.environ.get("SHMFORMAT_LIBRARY")
+LIBRARY = Path(NAMED or HERE.parents[1] / "build" / "release" / "bindings" / "c" / "libshmformat_c.so.1")
+# In a source distribution it stands in the package.
+HEADER = next(path for path in (HERE / "shmformat" / "shmformat.h", HERE.parent / "c" / "include" / "shmformat.h")
+              if path.exists())
+
+
+def version():
+    text = HEADER.read_text(encoding="utf-8")
+    return ".".join(re.search(rf"#define SHMF_VERSION_{part} (\d+)", text)[1] for part in ("MAJOR", "MINOR", "PATCH"))
+
+
+class WithLibrary(build_py):
+    def run(self):
+        super().run()
+        into = Path(self.build_lib) / "shmformat"
+        shutil.copyfile(HEADER, into / HEADER.name)
+        if NAMED or LIBRARY.exists():
+            shutil.copyfile(LIBRARY, into / "libshmformat_c.so.1")
+
+
+class WithHeader(sdist):
+    def make_release_tree(self, base_dir, files):
+        super().make_release_tree(base_dir, files)
+        shutil.copyfile(HEADER, Path(base_dir) / "shmformat" / HEADER.name)
+
+
+class OfThePlatform(bdist_wheel):
+    def finalize_options(self):
+        super().finalize_options()
+        self.root_is_pure = False
+
+    def get_tag(self):
+        return "py3", "none", super().get_tag()[2]
+
+
+class Binary(Distribution):
+    def has_ext_modules(self):
+        return True
+
+
+setup(version=version(), distclass=Binary,
+      cmdclass={"build_py": WithLibrary, "sdist": WithHeader, "bdist_wheel": OfThePlatform})

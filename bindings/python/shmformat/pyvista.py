@@ -1,0 +1,26 @@
+"""PyVista reads and writes .shm files: the entry points `pyvista.readers` and `pyvista.writers` name these.
+
+Not tested where PyVista cannot be imported, as on Debian 12; it stands on shmformat.vtk, which is.
+"""
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from . import vtk
+
+
+def read(filename: str | os.PathLike[str], **_: Any) -> Any:
+    """A pyvista.UnstructuredGrid."""
+    import pyvista
+    reader = vtk.Reader()
+    reader.SetFileName(os.fspath(filename))
+    reader.Update()
+    return pyvista.wrap(reader.GetOutput())
+
+
+def write(dataset: Any, filename: str | os.PathLike[str], **_: Any) -> None:
+    writer = vtk.Writer()
+    writer.SetFileName(os.fspath(filename))
+    writer.SetInputData(dataset)
+    writer.Write()
