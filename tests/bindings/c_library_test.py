@@ -19,6 +19,7 @@ ROOT = Path(__file__).resolve().parents[2]
 INCLUDE = ROOT / "bindings" / "c" / "include"
 HEADER = INCLUDE / "shmformat.h"
 EXAMPLES = ROOT / "bindings" / "c" / "examples"
+FORTRAN = ROOT / "bindings" / "fortran"
 MESH = ROOT / "tests" / "golden" / "0.10" / "keep.shm"
 MOST_BYTES = 2_500_000
 LIBRARY = None
@@ -112,6 +113,30 @@ class Library(unittest.TestCase):
         done = self.example("first_array", bar)
         self.assertEqual(done.stdout, "404 vertices, 100 cells\ntemperature: 300 to 310\n", done.stderr)
         self.assertEqual(self.example("first_array", self.path / "none").returncode, 1)  # SHMF_IO
+
+    def test_fortran_writes_and_reads(self):
+        bar = self.path / "bar.shm"
+        sources = [FORTRAN / "shmformat.f90", FORTRAN / "examples" / "write_steps.f90"]
+        self.assertLess(sources[1].read_text(encoding="utf-8").count("\n"), 60)
+        done = run("gfortran", "-std=f2003", "-pedantic", "-Wall", "-Wextra", "-Werror", f"-J{self.path}", *sources, LIBRARY,
+                   f"-Wl,-rpath,{LIBRARY.parent}", "-o", self.path / "write_steps")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        done = run(self.path / "write_steps", bar)
+        self.assertEqual((done.stdout.strip(), done.stderr), ("temperature:  300.0 to 310.0", ""))
+        again = run(self.path / "write_steps", bar)
+        self.assertNotEqual(again.returncode, 0)
+        self.assertIn("is there already", again.stderr)
+
+    def test_fortran_has_the_sizes_and_numbers_of_c(self):
+        module = (FORTRAN / "shmformat.f90").read_text(encoding="utf-8")
+        sizes = re.findall(r"type, bind\(c\) :: (\w+)\n\s+integer\(c_size_t\) :: struct_size = (\d+)", module)
+        numbers = [pair for line in re.findall(r"parameter :: ((?:.*&\n)*.*)", module)
+                   for pair in re.findall(r"(SHMF_\w+) = (\d+)", line)]
+        self.assertGreater(len(sizes), 5)
+        self.assertGreater(len(numbers), 40)
+        checks = [f"_Static_assert(sizeof({name}) == {size}, \"{name}\");" for name, size in sizes]
+        checks += [f"_Static_assert({name} == {number}, \"{name}\");" for name, number in numbers]
+        self.compiles("gcc", "c11", '#include "shmformat.h"\n' + "\n".join(checks) + "\n", "sizes.c", "-fsyntax-only")
 
     def test_it_exports_its_interface_and_nothing_else(self):
         listed = run("nm", "-D", "--defined-only", LIBRARY).stdout
