@@ -355,25 +355,23 @@ SHMF_API shmf_status shmf_select(shmf_file* file, const shmf_selection* selectio
                                  const shmf_run_options* run, shmf_counts* counts,
                                  shmf_error* error);
 
+/* Numbers have an integer type of 32 or 64 bits. */
 typedef enum shmf_what {
-  SHMF_POINTS = 1,  /* 3 * vertices; SHMF_FLOAT32 or SHMF_FLOAT64, rounded or widened as asked */
-  SHMF_CORNERS = 2, /* corners: vertex numbers, cell after cell; an integer type of 32 or 64 bits */
-  SHMF_CORNER_BEGIN = 3, /* cells + 1: where in the corners each cell begins; likewise */
-  SHMF_CELL_BLOCKS = 4,  /* cells: index of the block; SHMF_UINT32 or SHMF_INT32 */
-  SHMF_CELL_TYPES = 5,   /* cells: VTK's cell types; SHMF_UINT8 */
-  SHMF_VERTEX_NUMBERS =
-      6,                 /* vertices: number in the whole mesh; an integer type of 32 or 64 bits */
-  SHMF_CELL_NUMBERS = 7, /* cells: likewise */
-  SHMF_VALUES =
-      8 /* of an array at a step (0 where it is not per step): elements * components, of its own
-           type or, where that is SHMF_FLOAT64, of SHMF_FLOAT32. Of cell data, elements are those
-           cells of the selection that have it, in their order; see SHMF_FILL. */
+  SHMF_POINTS = 1,         /* 3 * vertices; SHMF_FLOAT32 or SHMF_FLOAT64, rounded or widened */
+  SHMF_CORNERS = 2,        /* corners: numbers of vertices, cell after cell */
+  SHMF_CORNER_BEGIN = 3,   /* cells + 1: numbers of corners, with which each cell begins */
+  SHMF_CELL_BLOCKS = 4,    /* cells: index of the block; SHMF_UINT32 or SHMF_INT32 */
+  SHMF_CELL_TYPES = 5,     /* cells: VTK's cell types; SHMF_UINT8 */
+  SHMF_VERTEX_NUMBERS = 6, /* vertices: numbers in the whole mesh */
+  SHMF_CELL_NUMBERS = 7,   /* cells: likewise */
+  /* Of an array at a step (0 where it is not per step): elements * components, of its own type or,
+     where that is SHMF_FLOAT64, of SHMF_FLOAT32. Of cell data, elements are those cells of the
+     selection that have it, in their order; see SHMF_FILL. */
+  SHMF_VALUES = 8
 } shmf_what;
 
-enum {
-  SHMF_FILL = 1 /* SHMF_VALUES of cell data: an element for each cell, NaN (integers: 0) where it
-                   has no values */
-};
+/* SHMF_VALUES of cell data: an element for each cell, NaN (integers: 0) where it has no values. */
+enum { SHMF_FILL = 1 };
 
 /* One array that is wanted. */
 typedef struct shmf_target {
