@@ -56,7 +56,7 @@ TEST(ExodusArchive, EverythingComesBackEqual) {
     ASSERT_NO_THROW(archive_and_restore(path, copy));
     EXPECT_TRUE(equal_files(path, copy));
     ASSERT_NO_THROW(archive_and_restore(path, again));
-    EXPECT_TRUE(read_file(copy) == read_file(again));
+    EXPECT_TRUE(file_content(copy) == file_content(again));
   }
 }
 
@@ -71,7 +71,7 @@ TEST(ExodusArchive, WhatTheManualDoesNotNameComesBackEqual) {
     ASSERT_NO_THROW(archive_and_restore(path, copy));
     EXPECT_TRUE(equal_files(path, copy));
     ASSERT_NO_THROW(archive_and_restore(path, again));
-    EXPECT_TRUE(read_file(copy) == read_file(again));
+    EXPECT_TRUE(file_content(copy) == file_content(again));
   }
 }
 
@@ -145,7 +145,7 @@ TEST(ExodusArchive, LargeVariablesAreCarriedInParts) {
   }
   EXPECT_EQ(parts, 2u);
   ASSERT_NO_THROW(archive_and_restore(path, copy));
-  EXPECT_TRUE(read_file(path) == read_file(copy));
+  EXPECT_TRUE(file_content(path) == file_content(copy));
 }
 
 // Files with next to nothing in them, and values that were never written.

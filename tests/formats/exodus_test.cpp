@@ -648,7 +648,7 @@ void read_all(const std::string& path) {
 TEST(Exodus, RefusesTruncatedClassicFiles) {
   TemporaryFolder folder;
   ASSERT_NO_FATAL_FAILURE(make_rich_file(folder / "rich.e", EX_LARGE_MODEL));
-  const std::string bytes = read_file(folder / "rich.e");
+  const std::string bytes = file_content(folder / "rich.e");
   // The last bytes may be padding.
   for (std::size_t size = 0; size + 4 < bytes.size(); size += size < 6000 ? 5 : 17) {
     set_bytes(folder / "cut.e", bytes.substr(0, size));
@@ -668,7 +668,7 @@ TEST(Exodus, RefusesTruncatedClassicFiles) {
 TEST(Exodus, RefusesTruncatedNetcdf4Files) {
   TemporaryFolder folder;
   ASSERT_NO_FATAL_FAILURE(make_rich_file(folder / "rich.e", EX_NETCDF4));
-  const std::string bytes = read_file(folder / "rich.e");
+  const std::string bytes = file_content(folder / "rich.e");
   for (std::size_t size = 0; size < bytes.size(); size += bytes.size() / 50) {
     set_bytes(folder / "cut.e", bytes.substr(0, size));
     EXPECT_THROW(read_all(folder / "cut.e"), Failure) << size;
@@ -678,7 +678,7 @@ TEST(Exodus, RefusesTruncatedNetcdf4Files) {
 TEST(Exodus, SurvivesDamagedClassicFiles) {
   TemporaryFolder folder;
   ASSERT_NO_FATAL_FAILURE(make_rich_file(folder / "rich.e", EX_NORMAL_MODEL));
-  const std::string bytes = read_file(folder / "rich.e");
+  const std::string bytes = file_content(folder / "rich.e");
   for (std::size_t at = 0; at < bytes.size(); at += at < 6000 ? 5 : 17) {
     std::string damaged = bytes;
     damaged[at] = static_cast<char>(damaged[at] ^ (at % 3 == 0 ? 0xff : 1 << at % 8));

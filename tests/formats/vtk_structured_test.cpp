@@ -78,7 +78,7 @@ std::vector<std::string> all_files() {
 }
 
 std::string dataset_of(const std::string& file) {
-  const std::string bytes = read_file(file);
+  const std::string bytes = file_content(file);
   const std::size_t at = bytes.find("DATASET ") + 8;
   return bytes.substr(at, bytes.find('\n', at) - at);
 }
@@ -93,10 +93,10 @@ TEST_F(VtkTest, StructuredFilesComeBackAsWhatTheyWere) {
     const auto again = open_vtk(path("out.vtk"), spool_);
     expect_same(before, take(*again));
     if (text.find("BINARY") != std::string::npos) {
-      EXPECT_EQ(read_file(path("out.vtk")), text);
+      EXPECT_EQ(file_content(path("out.vtk")), text);
     }
     write_vtk(*again, path("again.vtk"));
-    EXPECT_EQ(read_file(path("out.vtk")), read_file(path("again.vtk")));
+    EXPECT_EQ(file_content(path("out.vtk")), file_content(path("again.vtk")));
   }
 }
 
@@ -111,7 +111,7 @@ TEST_F(VtkTest, OldImagesMeanWhatTheyShould) {
   EXPECT_EQ(std::vector(points.begin() + 33, points.end()),
             (std::vector<double>{1 + 2 * 0.1, 2 + 0.25, 3 - 1}));
   write_vtk(*open_text(old_image()), path("out.vtk"));
-  EXPECT_TRUE(read_file(path("out.vtk"))
+  EXPECT_TRUE(file_content(path("out.vtk"))
                   .starts_with("# vtk DataFile Version 1.0\nsmall\nASCII\nDATASET "
                                "STRUCTURED_POINTS\nORIGIN 1 2. 3e0\nASPECT_RATIO 0.1 .25 -1\n"
                                "DIMENSIONS 3 2 2\nPOINT_DATA 12\n"));
@@ -174,8 +174,9 @@ TEST_F(VtkTest, PolygonsAreNumberedAsVtkDoes) {
   EXPECT_EQ(all.corners.front(), 4U);
   write_vtk(*open_text(polygons()), path("out.vtk"));
   EXPECT_EQ(dataset_of(path("out.vtk")), "POLYDATA");
-  EXPECT_NE(read_file(path("out.vtk")).find("\nTRIANGLE_STRIPS 1 6\n5 0 1 3 2 4\nPOLYGONS 3 13\n"),
-            std::string::npos);
+  EXPECT_NE(
+      file_content(path("out.vtk")).find("\nTRIANGLE_STRIPS 1 6\n5 0 1 3 2 4\nPOLYGONS 3 13\n"),
+      std::string::npos);
 }
 
 TEST_F(VtkTest, RenumberedMeshesBecomeUnstructured) {
@@ -322,7 +323,7 @@ TEST_F(VtkTest, VtkAgreesWithWhatWeWriteOfItsStructuredSamples) {
     const auto restored = through_shm(*mesh, Order::keep, spool_);
     write_vtk(*restored, path("out/" + name));
     if (name.find("BINARY") != std::string::npos) {
-      EXPECT_EQ(read_file(path("out/" + name)), read_file(file.path().string()));
+      EXPECT_EQ(file_content(path("out/" + name)), file_content(file.path().string()));
     }
     BentExtra plain(*restored, "vtk/skeleton", "4.2\nt\nASCII\n");
     write_vtk(plain, path("cells/" + name));

@@ -114,7 +114,7 @@ TEST_F(VtkTest, EverythingInTextComesBack) {
   expect_same(before, take(*open_vtk(path("out.vtk"), spool_)));
   // Written by us, read and written by us: not a byte moves.
   write_vtk(*open_vtk(path("out.vtk"), spool_), path("again.vtk"));
-  EXPECT_EQ(read_file(path("out.vtk")), read_file(path("again.vtk")));
+  EXPECT_EQ(file_content(path("out.vtk")), file_content(path("again.vtk")));
 }
 
 TEST_F(VtkTest, EverythingInTextMeansWhatItShould) {
@@ -156,7 +156,7 @@ TEST_F(VtkTest, StringsAndBitsFollowARenumbering) {
   write_vtk(*mesh, path("out.vtk"));
   expect_same(before, take(*open_vtk(path("out.vtk"), spool_)));
   write_vtk(*through_shm(*mesh, Order::stream, spool_), path("out.vtk"));
-  const std::string out = read_file(path("out.vtk"));
+  const std::string out = file_content(path("out.vtk"));
   EXPECT_NE(out.find("POINTS 5 float\n4 0 0\n3 0 0\n2 0 0\n1 0 0\n0 0 0\n"), std::string::npos);
   EXPECT_NE(out.find("names string\nfour%20\nzero\n\none\nzero\n"), std::string::npos);
   EXPECT_NE(out.find("bits 1 5 bit\n0\n0\n1\n1\n0\n"), std::string::npos);
@@ -174,9 +174,9 @@ TEST_F(VtkTest, LineEndsOfWindowsChangeNothing) {
 TEST_F(VtkTest, BinaryComesBackByteForByte) {
   for (const std::string& bytes : {binary_classic(), binary_offsets()}) {
     write_vtk(*open_text(bytes), path("out.vtk"));
-    const std::string out = read_file(path("out.vtk"));
+    const std::string out = file_content(path("out.vtk"));
     write_vtk(*open_vtk(path("out.vtk"), spool_), path("again.vtk"));
-    EXPECT_EQ(out, read_file(path("again.vtk")));
+    EXPECT_EQ(out, file_content(path("again.vtk")));
     expect_same(take(*open_text(bytes)), take(*open_vtk(path("out.vtk"), spool_)));
   }
   const Snapshot all = take(*open_text(binary_classic()));
@@ -216,7 +216,8 @@ TEST_F(VtkTest, CellKindsBecomeBlocks) {
             (std::vector<std::uint64_t>{3, 0, 4, 7, 6, 2, 3}));
   write_vtk(*mesh, path("out.vtk"));
   expect_same(all, take(*open_vtk(path("out.vtk"), spool_)));
-  EXPECT_NE(read_file(path("out.vtk")).find("\n8 0 1 3 2 4 5 7 6\n4 0 1 3 2\n"), std::string::npos);
+  EXPECT_NE(file_content(path("out.vtk")).find("\n8 0 1 3 2 4 5 7 6\n4 0 1 3 2\n"),
+            std::string::npos);
 }
 
 // Some writers say the linear type of cells of second order: their number of nodes says what they

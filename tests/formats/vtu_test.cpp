@@ -119,7 +119,7 @@ class VtuTest : public FolderTest {
     EXPECT_EQ(before->info().schema, after->info().schema);
     EXPECT_EQ(before->info().extras, after->info().extras);
     EXPECT_EQ(all_of(*before), all_of(*after));
-    return read_file(path("back.vtu"));
+    return file_content(path("back.vtu"));
   }
   void expect_failure(const std::string& text, ErrorCode code, const std::string& words) {
     try {
@@ -366,7 +366,7 @@ TEST_F(VtuTest, MeshesOfOtherFormatsAreWrittenAppendedAndCompressed) {
   MemoryMesh mesh = grid_mesh(3, 2, 2);
   mesh.mesh.schema.source_format = "";
   write_mesh(mesh, path("grid.vtu"), *format_named("vtu"), spool_);
-  const std::string text = read_file(path("grid.vtu"));
+  const std::string text = file_content(path("grid.vtu"));
   for (const char* part : {"version=\"1.0\"", "header_type=\"UInt64\"", "vtkZLibDataCompressor",
                            "<AppendedData encoding=\"raw\">"})
     EXPECT_NE(text.find(part), std::string::npos) << part;
@@ -510,7 +510,7 @@ TEST_F(VtuTest, EveryTruncationAndEveryFlippedByteIsAMeshOrAFailure) {
   MemoryMesh mesh = grid_mesh(2, 1, 1);
   mesh.mesh.schema.source_format = "";
   write_mesh(mesh, path("grid.vtu"), *format_named("vtu"), spool_);
-  files.push_back(read_file(path("grid.vtu")));
+  files.push_back(file_content(path("grid.vtu")));
   files.push_back(tetrahedra("version=\"1.0\"", point_array("faces", kTwoPolyhedra, "Int64") +
                                                     point_array("faceoffsets", "17 34", "Int64")));
   for (const std::string& file : files) {

@@ -125,6 +125,33 @@ TEST_F(FileIo, WhoFinishesAFileCommitsIt) {
   EXPECT_EQ(write_mesh(mesh, **sink).error().code, ErrorCode::output);
 }
 
+// Also what comes to be there while the file is written.
+TEST_F(FileIo, NothingIsReplacedWhereThatIsRefused) {
+  using enum FileSink::Existing;
+  for (const auto how : {FileSink::Temporary::unnamed, FileSink::Temporary::named}) {
+    auto sink = FileSink::create(path("a"), how, refuse);
+    ASSERT_TRUE(sink) << sink.error().message();
+    ASSERT_TRUE((*sink)->write(bytes("first")));
+    auto late = FileSink::create(path("a"), how, refuse);
+    ASSERT_TRUE(late);
+    ASSERT_TRUE((*sink)->commit());
+    const auto refused = (*late)->commit();
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::output);
+    EXPECT_EQ(refused.error().detail, "is there already");
+    EXPECT_EQ(FileSink::create(path("a"), how, refuse).error().detail, "is there already");
+    late->reset();
+    sink->reset();
+    EXPECT_EQ(content(path("a")), "first");
+    EXPECT_EQ(files(), 1u);
+    fs::remove(path("a"));
+    fs::create_symlink("nowhere", path("a"));
+    EXPECT_EQ(FileSink::create(path("a"), how, refuse).error().detail, "is there already");
+    fs::remove(path("a"));
+  }
+  EXPECT_TRUE(FileSink::create("/dev/null", FileSink::Temporary::unnamed, refuse));
+}
+
 TEST_F(FileIo, NothingIsLeftWithoutCommit) {
   auto sink = FileSink::create(path("a"));
   ASSERT_TRUE(sink);

@@ -1,6 +1,12 @@
 // The whole-mesh door: what goes in comes out, in both orders.
 #include "shm/mesh.h"
 
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include "shm/version.h"
+#include "support/temporary_folder.h"
 #include "support/test_mesh.h"
 
 namespace shm {
@@ -159,6 +165,87 @@ TEST(WholeMesh, ArraysThatDoNotFitAreMisuse) {
     ASSERT_FALSE(added) << "fault " << fault;
     EXPECT_EQ(added.error().code, ErrorCode::misuse);
   }
+}
+
+std::vector<std::array<double, 3>> cube_points() {
+  return {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 2}, {0, 1, 1}};
+}
+
+TEST(WholeMesh, IsMadeOfVectorsAndGivesThemBack) {
+  const std::vector<std::array<std::uint64_t, 8>> cells{{0, 1, 2, 3, 4, 5, 6, 7}};
+  Mesh mesh = Mesh::of_hexahedra(cube_points(), cells);
+  const std::vector<std::int16_t> material{7};
+  const std::vector<float> velocity(24, .5F);
+  const auto m = mesh.add_array<std::int16_t>("m", Location::cell, material);
+  const auto u = mesh.add_array<float>("u", Location::point, velocity, 3);
+  for (const std::size_t step : {std::size_t{0}, std::size_t{2}})
+    mesh.add_step<double>("t", Location::cell, step, std::vector{1.0 + static_cast<double>(step)});
+  const auto back = there_and_back(mesh);
+  ASSERT_TRUE(back) << back.error().message();
+  EXPECT_EQ(back->hexahedra(), cells);
+  EXPECT_TRUE(back->hexahedra(1).empty());
+  EXPECT_EQ(back->bounds(), (std::array<double, 6>{0, 0, 0, 1, 1, 2}));
+  EXPECT_EQ(back->points_as<float>()[20], 2);
+  EXPECT_EQ(back->find_array(Location::cell, "m"), m);
+  EXPECT_EQ(back->find_array(Location::point, "u"), u);
+  EXPECT_EQ(back->find_array(Location::point, "m"), std::nullopt);
+  EXPECT_EQ(back->values_as<double>(m), std::vector{7.0});
+  EXPECT_EQ(back->values_as<float>(u), velocity);
+  const auto t = back->find_array(Location::cell, "t");
+  ASSERT_TRUE(t);
+  EXPECT_EQ(back->values_as<int>(*t), std::vector{1});
+  EXPECT_TRUE(back->values_as<int>(*t, 1).empty());
+  EXPECT_EQ(back->values_as<int>(*t, 2), std::vector{3});
+  EXPECT_TRUE(back->values_as<int>(*t, 9).empty());
+  EXPECT_TRUE(back->values(99).empty());
+  EXPECT_EQ(Mesh().bounds()[0], std::numeric_limits<double>::infinity());
+}
+
+TEST(WholeMesh, NumbersOfEveryTypeAreConverted) {
+  const auto as_doubles = []<class T>(T value) {
+    const std::vector<T> values{value, T{2}};
+    return numbers_as<double>(scalar_type_of<T>(), std::as_bytes(std::span(values)));
+  };
+  EXPECT_EQ(as_doubles(std::int8_t{-3}), (std::vector{-3.0, 2.0}));
+  EXPECT_EQ(as_doubles(std::uint8_t{200}), (std::vector{200.0, 2.0}));
+  EXPECT_EQ(as_doubles(std::int16_t{-300}), (std::vector{-300.0, 2.0}));
+  EXPECT_EQ(as_doubles(std::uint16_t{60000}), (std::vector{60000.0, 2.0}));
+  EXPECT_EQ(as_doubles(std::int32_t{-70000}), (std::vector{-70000.0, 2.0}));
+  EXPECT_EQ(as_doubles(std::uint32_t{4000000000}), (std::vector{4e9, 2.0}));
+  EXPECT_EQ(as_doubles(std::int64_t{-5}), (std::vector{-5.0, 2.0}));
+  EXPECT_EQ(as_doubles(std::uint64_t{5}), (std::vector{5.0, 2.0}));
+  EXPECT_EQ(as_doubles(.5F), (std::vector{.5, 2.0}));
+  EXPECT_EQ(as_doubles(.25), (std::vector{.25, 2.0}));
+}
+
+TEST(WholeMesh, FilesAreWrittenAndReadByName) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "mesh.shm";
+  const Mesh mesh = sample(Order::keep, 0);
+  ASSERT_TRUE(write_file(path, mesh));
+  const auto back = read_file(path);
+  ASSERT_TRUE(back) << back.error().message();
+  EXPECT_EQ(*back, mesh);
+  EXPECT_EQ(write_file(path, mesh).error().detail, "is there already");
+  EXPECT_TRUE(write_file(path, mesh, {}, FileSink::Existing::replace));
+  EXPECT_EQ(read_file(folder / "none").error().code, ErrorCode::io);
+  std::ofstream(folder / "other") << "no mesh at all, but long enough to be looked at";
+  const auto other = read_file(folder / "other");
+  ASSERT_FALSE(other);
+  EXPECT_EQ(other.error().file, folder / "other");
+  Mesh wrong = mesh;
+  wrong.corners[0] = mesh.vertex_count();
+  EXPECT_EQ(write_file(folder / "wrong", wrong).error().code, ErrorCode::misuse);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 2);
+}
+
+TEST(WholeMesh, VersionsAreOne) {
+  EXPECT_EQ(library_version(), Version());
+  std::ifstream in(std::string(SHM_SOURCE_DIR) + "/CMakeLists.txt");
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const std::string version = std::to_string(kVersionMajor) + "." + std::to_string(kVersionMinor) +
+                              "." + std::to_string(kVersionPatch);
+  EXPECT_NE(text.find("VERSION " + version + "\n"), std::string::npos);
 }
 
 TEST(WholeMesh, RefusesWhatContradictsItself) {

@@ -1,24 +1,20 @@
-// Writes a mesh of one hexahedron to memory and reads it back.
+// Writes a hexahedron with a temperature to a file, and reads both back.
 #include <iostream>
-#include <span>
 
-#include "shm/mesh.h"
+#include "shm/shm.h"
 
 int main() {
-  const double xyz[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
-                            {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
-  const auto bytes = std::as_bytes(std::span(xyz));
-  shm::Mesh cube;
-  cube.schema.blocks.resize(1);  // a block holds hexahedra of 8 nodes unless you change it
-  cube.xyz.assign(bytes.begin(), bytes.end());
-  cube.cell_blocks = {0};
-  cube.corner_begin = {0, 8};
-  cube.corners = {0, 1, 2, 3, 4, 5, 6, 7};
+  const std::vector<std::array<double, 3>> points{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                                                  {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+  const std::vector<std::array<std::uint64_t, 8>> hexahedra{{0, 1, 2, 3, 4, 5, 6, 7}};
+  auto cube = shm::Mesh::of_hexahedra(points, hexahedra);
+  cube.add_array<double>("temperature", shm::Location::cell, std::vector{300.0});
+  const auto written = shm::write_file("cube.shm", cube, {}, shm::FileSink::Existing::replace);
+  if (!written) return std::cerr << written.error().message() << '\n', 1;
 
-  shm::MemorySink file;  // or shm::FileSink::create("cube.shm")
-  if (!shm::write_mesh(file, cube)) return 1;
-  shm::MemorySource source(file.bytes);
-  const auto mesh = shm::read_mesh(source);  // where it fails, mesh.error().message() is why
-  if (!mesh || *mesh != cube) return 1;
-  std::cout << mesh->vertex_count() << " vertices, " << mesh->cell_count() << " cells\n";
+  const auto mesh = shm::read_file("cube.shm");
+  if (!mesh) return std::cerr << mesh.error().message() << '\n', 1;
+  std::cout << mesh->vertex_count() << " vertices, " << mesh->hexahedra().size() << " hexahedra";
+  if (const auto array = mesh->find_array(shm::Location::cell, "temperature"))
+    std::cout << ", " << mesh->values_as<float>(*array)[0] << " degrees\n";
 }

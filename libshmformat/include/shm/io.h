@@ -77,9 +77,13 @@ class SHM_API NullSink final : public ByteSink {
 class SHM_API FileSink final : public ByteSink {
  public:
   enum class Temporary : std::uint8_t { unnamed, named };
-  /// `how`: named, even where it need not be.
+  enum class Existing : std::uint8_t { replace, refuse };
+  /// `how`: named, even where it need not be. `existing`: what happens where there is something of
+  /// that name, now or when it is committed: refused, it stays as it is, and that is
+  /// ErrorCode::output.
   static Result<std::unique_ptr<FileSink>> create(const std::string& path,
-                                                  Temporary how = Temporary::unnamed);
+                                                  Temporary how = Temporary::unnamed,
+                                                  Existing existing = Existing::replace);
   /// A file for a while, which never gets a name of its own: for this user alone, in `folder`.
   /// `name` tells, where it has a temporary name, whose it is. commit() does nothing.
   static Result<std::unique_ptr<FileSink>> create_scratch(const std::string& folder,
@@ -105,6 +109,7 @@ class SHM_API FileSink final : public ByteSink {
   void pass_permissions_on() const;
   Result<void> flush() const;
   Result<void> link();
+  Result<void> rename_temporary() const;
   Result<void> rename_copy(const Error& why);
   /// Of a file that is replaced.
   struct Permissions {
@@ -114,6 +119,7 @@ class SHM_API FileSink final : public ByteSink {
   bool named_ = false;    // there is a temporary file to remove
   bool scratch_ = false;  // never gets a name
   bool committed_ = false;
+  bool replaces_ = true;  // what has its name when it is committed
   std::optional<Permissions> permissions_;
   std::string path_, temporary_;
 };

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "shm/result.h"
@@ -44,6 +45,16 @@ constexpr std::size_t scalar_bytes(ScalarType type) {
     case ScalarType::float64: return 8;
   }
   return 0;
+}
+/// The scalar type of T: an integer or a floating-point number of 1, 2, 4 or 8 bytes.
+template <class T>
+constexpr ScalarType scalar_type_of() {
+  static_assert(std::is_arithmetic_v<T> && !std::is_same_v<T, bool> && sizeof(T) <= 8);
+  if constexpr (std::is_floating_point_v<T>)
+    return sizeof(T) == 4 ? ScalarType::float32 : ScalarType::float64;
+  constexpr int kUnsigned = std::is_unsigned_v<T> ? 1 : 0;
+  constexpr int kLog = sizeof(T) == 1 ? 0 : sizeof(T) == 2 ? 1 : sizeof(T) == 4 ? 2 : 3;
+  return static_cast<ScalarType>(1 + 2 * kLog + kUnsigned);
 }
 constexpr bool is_float(ScalarType type) {
   return type == ScalarType::float32 || type == ScalarType::float64;

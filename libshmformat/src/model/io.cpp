@@ -107,6 +107,10 @@ std::string own_name(const std::string& path, const std::string& machine, int at
 }
 constexpr int kMostAttempts = 100;
 
+Error taken_error(const std::string& path) {
+  return Error{ErrorCode::output, "is there already", {}, kNoOffset, path};
+}
+
 /// So that the name is on the disk, too. Some folders cannot be opened, some not flushed.
 void flush_folder(const std::string& folder) {
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -151,9 +155,11 @@ Result<void> NullSink::write(std::span<const std::byte> more) {
 
 // --- files that appear whole
 
-Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path, Temporary how) {
+Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path, Temporary how,
+                                                   Existing existing) {
   std::unique_ptr<FileSink> sink(new FileSink());
   sink->path_ = path;
+  sink->replaces_ = existing == Existing::replace;
   if (path == "-") {
     sink->descriptor_ = STDOUT_FILENO;
     return sink;
@@ -166,6 +172,7 @@ Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path, Temp
     if (sink->descriptor_ < 0) return system_error(ErrorCode::output, "cannot be opened", path);
     return sink;
   }
+  if (!sink->replaces_ && ::lstat(path.c_str(), &status) == 0) return taken_error(path);
   if (!exists && ::lstat(path.c_str(), &status) == 0) {
     errno = ENOENT;
     return system_error(ErrorCode::output, "is a symbolic link that leads nowhere", path);
@@ -246,8 +253,8 @@ Result<void> FileSink::commit() {
   if (path_ == "-" || scratch_ || committed_) return {};
   if (auto good = flush(); !good) return good;
   pass_permissions_on();
-  if (named_ && ::rename(temporary_.c_str(), path_.c_str()) != 0)
-    return system_error(ErrorCode::output, "cannot be given its name", path_);
+  if (named_)
+    if (auto good = rename_temporary(); !good) return good;
   if (!named_ && !temporary_.empty())
     if (auto good = link(); !good) return good;
   named_ = false;
@@ -291,6 +298,7 @@ Result<void> FileSink::link() {
   bool taken = errno == EEXIST;
   const Error error = system_error(ErrorCode::output, "cannot be given its name", path_);
   if (!taken) return rename_copy(error);
+  if (!replaces_) return taken_error(path_);
   const std::string machine = name_of_machine();
   for (int attempt = 0; attempt < kMostAttempts && taken; ++attempt) {
     const std::string beside = own_name(path_, machine, attempt);
@@ -306,6 +314,21 @@ Result<void> FileSink::link() {
     ::unlink(beside.c_str());
     return why;
   }
+  return system_error(ErrorCode::output, "cannot be given its name", path_);
+}
+
+/// Gives a file with a temporary name its own. Where nothing may be replaced a second name is made,
+/// which fails where it is taken; file systems without second names are asked before.
+Result<void> FileSink::rename_temporary() const {
+  if (!replaces_) {
+    if (::link(temporary_.c_str(), path_.c_str()) == 0) {
+      ::unlink(temporary_.c_str());
+      return {};
+    }
+    struct stat status {};
+    if (errno == EEXIST || ::lstat(path_.c_str(), &status) == 0) return taken_error(path_);
+  }
+  if (::rename(temporary_.c_str(), path_.c_str()) == 0) return {};
   return system_error(ErrorCode::output, "cannot be given its name", path_);
 }
 
@@ -325,9 +348,7 @@ Result<void> FileSink::rename_copy(const Error& why) {
   if (auto good = copy(**whole, 0, (*whole)->size()); !good) return good;
   if (auto good = flush(); !good) return good;
   pass_permissions_on();
-  if (::rename(temporary_.c_str(), path_.c_str()) != 0)
-    return system_error(ErrorCode::output, "cannot be given its name", path_);
-  return {};
+  return rename_temporary();
 }
 
 // --- reading

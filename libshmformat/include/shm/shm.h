@@ -1,0 +1,20 @@
+// All of the library's headers. Each is the manual of what it declares.
+#pragma once
+
+#include "shm/appender.h"
+#include "shm/archive.h"
+#include "shm/damage.h"
+#include "shm/io.h"
+#include "shm/mesh.h"
+#include "shm/mesh_extract.h"
+#include "shm/part_writer.h"
+#include "shm/reader.h"
+#include "shm/recorded_order.h"
+#include "shm/result.h"
+#include "shm/schema.h"
+#include "shm/segment_reader.h"
+#include "shm/sets.h"
+#include "shm/step_reader.h"
+#include "shm/summary.h"
+#include "shm/version.h"
+#include "shm/writer.h"
