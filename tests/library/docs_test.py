@@ -19,8 +19,8 @@ from urllib.parse import unquote
 
 ROOT = Path(__file__).resolve().parents[2]
 README_LINES = 140
-FOLDERS = (".ci", "bench", "bindings", "cmake", "converters", "docs", "fuzz", "libshmformat", "scripts", "spec",
-           "tests")
+FOLDERS = (".ci", "bench", "bindings", "cmake", "converters", "docs", "fuzz", "libshmformat", "packaging",
+           "scripts", "spec", "tests")
 SOURCES = ("libshmformat/src", "converters")  # of which architecture.md is the map
 MAP = ROOT / "docs" / "architecture.md"
 
