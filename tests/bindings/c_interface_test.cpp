@@ -924,6 +924,53 @@ TEST_F(CWriterOfPaths, NothingIsReplacedUnaskedAndNothingHalfDoneIsLeft) {
   EXPECT_NE(std::string(why.message).find("none"), std::string::npos);
 }
 
+// Steps behind those of a file are the file that had them from the first.
+TEST_F(CWriterOfPaths, StepsAreAppended) {
+  for (const Order order : {Order::keep, Order::stream}) {
+    const Mesh mesh = sample(order);
+    Mesh fewer = mesh;
+    for (auto& steps : fewer.steps)
+      if (!steps.empty()) steps.resize(1);
+    fewer.step_times.resize(1);
+    const std::string name = path("mesh.shm");
+    ASSERT_TRUE(shm::write_file(name, fewer, {}, FileSink::Existing::replace));
+    shmf_writer* writer = nullptr;
+    shmf_error why{};
+    ASSERT_EQ(shmf_writer_append(name.c_str(), nullptr, &writer, &why), SHMF_OK) << why.message;
+    const CWriter owner(writer);
+    // In order stream the numbers are those that readers see.
+    const auto old = read_file(name);
+    ASSERT_TRUE(old);
+    const auto whole = [&] {
+      MemorySink sink;
+      EXPECT_TRUE(write_mesh(sink, mesh));
+      MemorySource source(sink.bytes);
+      return *read_mesh(source);
+    }();
+    for (std::uint32_t a = 0; a < whole.steps.size(); ++a)
+      for (std::uint64_t s = 1; s < whole.steps[a].size(); ++s) {
+        const Bytes& values = whole.steps[a][s];
+        ASSERT_EQ(shmf_writer_values(writer, a, s, values.data(), values.size(), &why), SHMF_OK)
+            << why.message;
+      }
+    ASSERT_EQ(shmf_writer_times(writer, mesh.step_times.data(), mesh.step_times.size(), &why),
+              SHMF_OK)
+        << why.message;
+    EXPECT_EQ(*read_file(name), *old);  // until it is finished
+    ASSERT_EQ(shmf_writer_finish(writer, nullptr, &why), SHMF_OK) << why.message;
+    const auto longer = read_file(name);
+    ASSERT_TRUE(longer) << longer.error().message();
+    EXPECT_EQ(*longer, whole);
+  }
+  shmf_writer* writer = nullptr;
+  EXPECT_EQ(shmf_writer_append(path("none").c_str(), nullptr, &writer, nullptr), SHMF_IO);
+  ASSERT_EQ(shmf_writer_append(path("mesh.shm").c_str(), nullptr, &writer, nullptr), SHMF_OK);
+  const CWriter owner(writer);
+  const std::uint64_t number = 0;
+  const double xyz[3] = {1, 2, 3};
+  EXPECT_EQ(shmf_writer_vertices(writer, 1, &number, xyz, nullptr, nullptr), SHMF_MISUSE);
+}
+
 TEST(CInterface, TheFirstFailureOfAWriterStays) {
   shmf_write_options options{};
   options.struct_size = sizeof options;

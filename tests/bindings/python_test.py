@@ -268,6 +268,26 @@ class Writing(FolderTest):
         self.assertEqual(mesh.point_data.error("v"), 1e-3)
         self.assertEqual(mesh.coordinate_error, 1e-4)
 
+    def test_steps_are_appended(self):
+        points, cells = bar(20)
+        path = self.path("bar.shm")
+        steps = {s: np.full(20, float(s)) for s in range(4)}
+        shmformat.write(path, points, cells, cell_data={"p": {0: steps[0]}}, step_times=[0])
+        shmformat.append(path, cell_data={"p": {s: steps[s] for s in (1, 3)}}, step_times=[0, 1, 2, 3])
+        mesh = shmformat.open(path)
+        self.assertEqual({s: mesh.cell_data["p"][s].tolist() for s in mesh.cell_data["p"]},
+                         {s: steps[s].tolist() for s in (0, 1, 3)})
+        self.assertEqual(mesh.step_times.tolist(), [0, 1, 2, 3])
+        before = path.read_bytes()
+        with self.assertRaises(shmformat.Error):
+            shmformat.append(path, cell_data={"p": {2: steps[2]}})  # not behind the last one
+        with self.assertRaises(shmformat.Error):
+            shmformat.append(path, cell_data={"p": {4: steps[2][:5]}})
+        with self.assertRaises(KeyError):
+            shmformat.append(path, cell_data={"q": {4: steps[2]}})
+        self.assertEqual(path.read_bytes(), before)
+        self.assertEqual(os.listdir(self.folder.name), ["bar.shm"])
+
     def test_nothing_is_replaced_unasked_and_nothing_half_done_stays(self):
         points, cells = bar(3)
         path = self.path("bar.shm")

@@ -11,6 +11,7 @@
      shmf_decoder_new, _feed, _next, _free
    Writing
      shmf_writer_path, _sink             to a file, or anything that takes bytes
+     shmf_writer_append                  more time steps for a file that is there
      shmf_writer_block, _array           what the mesh is made of, then
      shmf_writer_mesh                    all of it at once, or
      shmf_writer_vertices, _cells        piece by piece, in memory that follows the surface
@@ -491,6 +492,12 @@ SHMF_API shmf_status shmf_writer_sink(int (*write)(void* context, const void* by
                                                    uint64_t count),
                                       void* context, const shmf_write_options* options,
                                       shmf_writer** writer, shmf_error* error);
+
+/* More time steps for a file that is there, which stays as it is until shmf_writer_finish() puts
+   the longer one in its place. What follows are shmf_writer_values(), _times() (of all steps, the
+   old ones included) and _extra(). Of `options`, level and key_steps are looked at. */
+SHMF_API shmf_status shmf_writer_append(const char* path, const shmf_write_options* options,
+                                        shmf_writer** writer, shmf_error* error);
 
 /* What the mesh is made of, before its first vertex. Strings and lists are copied; the first block
    has index 0, the first array, too. After the first failure of a writer's call all others fail for

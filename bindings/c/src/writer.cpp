@@ -2,19 +2,20 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
-#include <system_error>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "ends.h"
 #include "errors.h"
+#include "shm/appender.h"
 #include "shm/mesh.h"
+#include "shm/reader.h"
 #include "shm/recorded_order.h"
 #include "shm/sets.h"
 #include "shm/writer.h"
@@ -48,6 +49,9 @@ struct shmf_writer {
   std::string name;  // for messages; may be empty
   shm::RecordedOrder order;
   std::optional<shm::Writer> writer;  // behind the schema
+  // Or steps for a file that is there.
+  std::unique_ptr<shm::FileRandomSource> old;
+  std::optional<shm::Appender> appender;
   shmf::Stage stage = shmf::Stage::schema;
   bool keeps_blocks = false;               // an array at steps is on some blocks only
   std::vector<std::uint32_t> cell_blocks;  // where it does
@@ -61,6 +65,13 @@ struct shmf_writer {
   shm::Result<void> end_mesh();
   shm::Result<void> add_values(std::uint32_t array, std::uint64_t step,
                                std::span<const std::byte> values);
+  shm::Result<void> add_coded_values(std::uint32_t array, std::uint64_t step,
+                                     std::span<const std::byte> values) {
+    return appender ? appender->add_step_values(array, step, values)
+                    : writer->add_step_values(array, step, values);
+  }
+  shm::Result<void> add_extra(shm::Extra extra);
+  shm::Result<void> read_order();
   /// Static arrays of the elements that are added, packed: bytes of one element.
   std::size_t element_bytes(shm::Location location, std::uint32_t block) const;
 };
@@ -130,11 +141,50 @@ Result<void> shmf_writer::add_values(std::uint32_t array, std::uint64_t step,
     some.insert(some.end(), values.begin() + static_cast<std::ptrdiff_t>(from),
                 values.begin() + static_cast<std::ptrdiff_t>(from + stride));
     if (some.size() < kBytesAtOnce && i + 1 < coded_elements.size()) continue;
-    if (auto good = writer->add_step_values(array, step, some); !good) return good;
+    if (auto good = add_coded_values(array, step, some); !good) return good;
     some.clear();
   }
   // Of no elements, too, the writer is told that there are none.
-  return coded_elements.empty() ? writer->add_step_values(array, step, {}) : Result<void>();
+  return coded_elements.empty() ? add_coded_values(array, step, {}) : Result<void>();
+}
+
+/// Numbers in it are those of the calls; of a file that is there they are what readers see.
+Result<void> shmf_writer::add_extra(shm::Extra extra) {
+  if (appender) return appender->add_extra(extra);
+  if (schema.order != shm::Order::keep)
+    if (auto good = order.renumber(extra); !good) return good;
+  return writer->add_extra(extra);
+}
+
+/// In which order the old file has its vertices and cells, and the block of each cell.
+Result<void> shmf_writer::read_order() {
+  auto mesh = appender->without_steps();
+  if (!mesh) return mesh.error();
+  auto reader = shm::Reader::open(**mesh);
+  if (!reader) return reader.error();
+  std::vector<std::uint32_t> coded_blocks;
+  const auto add = [](auto& to, const auto& from) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
+  while (true) {
+    const auto item = reader->next();
+    if (!item) return item.error();
+    if (*item == nullptr) break;
+    const auto* block = std::get_if<shm::MeshBlock>(*item);
+    if (block == nullptr) continue;
+    add(order.vertices, block->vertex_numbers);
+    add(order.cells, block->cell_numbers);
+    add(coded_blocks, block->cell_blocks);
+  }
+  cell_blocks.resize(coded_blocks.size());
+  for (std::size_t i = 0; i < coded_blocks.size(); ++i) {
+    if (order.cells[i] >= coded_blocks.size())
+      return shmf::corrupt("has cell " + std::to_string(order.cells[i]) + ", of " +
+                               std::to_string(coded_blocks.size()),
+                           "mesh");
+    cell_blocks[static_cast<std::size_t>(order.cells[i])] = coded_blocks[i];
+  }
+  return {};
 }
 
 namespace shmf {
@@ -340,12 +390,6 @@ Result<shm::MeshSet> set_from(const shmf_set& from) {
   return set;
 }
 
-Result<void> add_extra(shmf_writer& writer, shm::Extra extra) {
-  if (writer.schema.order != shm::Order::keep)
-    if (auto good = writer.order.renumber(extra); !good) return good;
-  return writer.writer->add_extra(extra);
-}
-
 }  // namespace
 }  // namespace shmf
 
@@ -355,14 +399,42 @@ shmf_status shmf_writer_path(const char* path, const shmf_write_options* options
                              shmf_writer** writer, shmf_error* error) {
   const auto open = [&](shmf_writer& made, const shmf_write_options& own) -> Result<void> {
     if (path == nullptr) return misuse("the path is NULL");
-    std::error_code ignored;
-    if (own.replace == 0 && std::filesystem::symlink_status(path, ignored).type() !=
-                                std::filesystem::file_type::not_found)
-      return shm::Error{shm::ErrorCode::output, "is there already", "", shm::kNoOffset, path};
-    auto sink = shm::FileSink::create(shmf::path_of(path));
+    auto sink = shm::FileSink::create(
+        shmf::path_of(path), shm::FileSink::Temporary::unnamed,
+        own.replace != 0 ? shm::FileSink::Existing::replace : shm::FileSink::Existing::refuse);
     if (!sink) return sink.error();
     made.sink = std::move(*sink);
     made.name = path;
+    return {};
+  };
+  return shmf::give_writer(options, writer, error, open);
+}
+
+shmf_status shmf_writer_append(const char* path, const shmf_write_options* options,
+                               shmf_writer** writer, shmf_error* error) {
+  const auto open = [&](shmf_writer& made, const shmf_write_options& own) -> Result<void> {
+    if (path == nullptr) return misuse("the path is NULL");
+    const std::string name = shmf::path_of(path);
+    made.name = path;
+    const auto named = [&](shm::Error why) {
+      if (why.file.empty()) why.file = path;
+      return why;
+    };
+    auto old = shm::FileRandomSource::open(name);
+    if (!old) return old.error();
+    auto sink = shm::FileSink::create(name);
+    if (!sink) return sink.error();
+    made.old = std::move(*old);
+    made.sink = std::move(*sink);
+    shm::AppendOptions how;
+    how.level = made.options.level;
+    how.key_steps = own.key_steps;
+    auto appender = shm::Appender::open(*made.old, *made.sink, how);
+    if (!appender) return named(appender.error());
+    made.appender.emplace(std::move(*appender));
+    made.schema = made.appender->schema();
+    if (auto good = made.read_order(); !good) return named(good.error());
+    made.stage = Stage::behind_mesh;
     return {};
   };
   return shmf::give_writer(options, writer, error, open);
@@ -505,7 +577,9 @@ shmf_status shmf_writer_times(shmf_writer* writer, const double* times, uint64_t
   return with_writer(writer, error, [&]() -> Result<void> {
     if (auto good = writer->end_mesh(); !good) return good;
     if (times == nullptr && count > 0) return misuse("the times are NULL");
-    return writer->writer->set_step_times(shmf::list_of(times, count));
+    const auto all = shmf::list_of(times, count);
+    return writer->appender ? writer->appender->set_step_times(all)
+                            : writer->writer->set_step_times(all);
   });
 }
 
@@ -516,7 +590,7 @@ shmf_status shmf_writer_extra(shmf_writer* writer, const shmf_extra* extra, shmf
     if (!own) return own.error();
     auto made = shmf::extra_from(*own);
     if (!made) return made.error();
-    return shmf::add_extra(*writer, std::move(*made));
+    return writer->add_extra(std::move(*made));
   });
 }
 
@@ -525,6 +599,7 @@ shmf_status shmf_writer_sets(shmf_writer* writer, const shmf_set* sets, uint64_t
   return with_writer(writer, error, [&]() -> Result<void> {
     if (auto good = writer->end_mesh(); !good) return good;
     if (sets == nullptr && count > 0) return misuse("the sets are NULL");
+    if (writer->appender) return misuse("the sets of a file that is there stay");
     if (std::exchange(writer->has_sets, true)) return misuse("sets come once, all together");
     std::vector<shm::MeshSet> all;
     for (std::uint64_t i = 0; i < count; ++i) {
@@ -537,7 +612,7 @@ shmf_status shmf_writer_sets(shmf_writer* writer, const shmf_set* sets, uint64_t
     auto extras = shm::extras_of_sets(all);
     if (!extras) return extras.error();
     for (shm::Extra& extra : *extras)
-      if (auto good = shmf::add_extra(*writer, std::move(extra)); !good) return good;
+      if (auto good = writer->add_extra(std::move(extra)); !good) return good;
     return {};
   });
 }
@@ -545,7 +620,7 @@ shmf_status shmf_writer_sets(shmf_writer* writer, const shmf_set* sets, uint64_t
 shmf_status shmf_writer_finish(shmf_writer* writer, uint64_t* bytes, shmf_error* error) {
   return with_writer(writer, error, [&]() -> Result<void> {
     if (auto good = writer->end_mesh(); !good) return good;
-    const auto report = writer->writer->finish();
+    const auto report = writer->appender ? writer->appender->finish() : writer->writer->finish();
     if (!report) return report.error();
     writer->stage = Stage::finished;
     if (bytes != nullptr) *bytes = report->total_bytes;

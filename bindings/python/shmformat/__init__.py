@@ -15,8 +15,8 @@ What goes wrong is an Error, with a code, a section and an offset.
 """
 from ._library import Error, library_version
 from ._mesh import Archive, Arrays, Block, Cells, Data, Extra, Mesh, Segment, Set, Steps, open
-from ._write import write
+from ._write import append, write
 
 __version__ = library_version()
 __all__ = ["Archive", "Arrays", "Block", "Cells", "Data", "Error", "Extra", "Mesh", "Segment", "Set",
-           "Steps", "open", "write"]
+           "Steps", "append", "open", "write"]

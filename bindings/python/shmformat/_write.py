@@ -7,8 +7,9 @@ from typing import Any, BinaryIO, Union
 
 import numpy as np
 
-from ._library import SHAPES, TYPES, Error, check, encoded, ffi, lib, struct
-from ._mesh import Block, Cells, Extra, Set
+from ._library import DTYPES, SHAPES, TYPES, Error, check, encoded, ffi, lib, struct
+from ._mesh import Block, Cells, Extra, Mesh, Set
+from ._mesh import open as open_shm
 
 _LEVELS = {"default": 0, "fast": 1, "best": 2}
 _ORDERS = {"keep": 0, "stream": 1, "free": 2}
@@ -20,11 +21,13 @@ Values = Union[np.ndarray, Mapping[int, np.ndarray]]
 class _Writer:
     """A shmf_writer, and the memory that its calls borrow."""
 
-    def __init__(self, to: Target, options: Any):
+    def __init__(self, to: Target, options: Any, append: bool = False):
         self._raised: BaseException | None = None
         self._keep: list[Any] = []
         writer = ffi.new("shmf_writer**")
-        if isinstance(to, (str, os.PathLike)):
+        if append:
+            check(lib.shmf_writer_append, encoded(to), options, writer)
+        elif isinstance(to, (str, os.PathLike)):
             check(lib.shmf_writer_path, encoded(to), options, writer)
         else:
             def taken(_: Any, data: Any, count: int) -> int:
@@ -141,14 +144,8 @@ def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block
         listed = ffi.new("shmf_target[]", [target[0] for target in arrays])
         writer(lib.shmf_writer_mesh, listed, len(arrays))
         for array, steps in stepped:
-            dtype = _plain(_first_step(steps)).dtype
-            for step in sorted(steps):
-                values = _plain(steps[step], dtype)
-                data = ffi.from_buffer(values.reshape(-1).view(np.uint8)) if values.size else ffi.NULL
-                writer(lib.shmf_writer_values, array, step, data, values.nbytes)
-        if step_times is not None:
-            times = _plain(step_times, np.float64)
-            writer(lib.shmf_writer_times, ffi.from_buffer("double[]", times), len(times))
+            _write_steps(array, steps, _plain(_first_step(steps)).dtype, writer)
+        _write_times(step_times, writer)
         _write_sets(sets, writer)
         for extra in extras:
             _write_extra(extra, writer)
@@ -157,6 +154,49 @@ def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block
         return int(size[0])
     finally:
         writer.close()
+
+
+def append(path: str | os.PathLike[str], *, point_data: Mapping[str, Mapping[int, np.ndarray]] | None = None,
+           cell_data: Mapping[str, Mapping[int, np.ndarray]] | None = None, step_times: Sequence[float] | None = None,
+           level: str = "default") -> int:
+    """Adds time steps to a file, and returns its bytes. It stays as it is until the longer one takes its place.
+
+    point_data, cell_data: of arrays that the file has, a mapping from new steps to values, in the numbers that
+    a Mesh of the file has. step_times: of all steps, the old ones included.
+    """
+    wanted: list[tuple[int, np.dtype, Mapping[int, np.ndarray]]] = []
+    with open_shm(path) as mesh:
+        if not isinstance(mesh, Mesh):
+            raise ValueError(f"{path} is an archive of several meshes")
+        for data, values in ((mesh.point_data, point_data or {}), (mesh.cell_data, cell_data or {})):
+            for name, steps in values.items():
+                index = data._arrays[name]
+                wanted.append((index, DTYPES[mesh._arrays[index].type], steps))
+    options = struct("write_options")
+    options.level = _LEVELS[level]
+    writer = _Writer(path, options, append=True)
+    try:
+        for index, dtype, steps in wanted:
+            _write_steps(index, steps, dtype, writer)
+        _write_times(step_times, writer)
+        size = ffi.new("uint64_t*")
+        writer(lib.shmf_writer_finish, size)
+        return int(size[0])
+    finally:
+        writer.close()
+
+
+def _write_steps(array: int, steps: Mapping[int, np.ndarray], dtype: np.dtype, writer: _Writer) -> None:
+    for step in sorted(steps):
+        values = _plain(steps[step], dtype)
+        data = ffi.from_buffer(values.reshape(-1).view(np.uint8)) if values.size else ffi.NULL
+        writer(lib.shmf_writer_values, array, step, data, values.nbytes)
+
+
+def _write_times(times: Sequence[float] | None, writer: _Writer) -> None:
+    if times is not None:
+        all_of = _plain(times, np.float64)
+        writer(lib.shmf_writer_times, ffi.from_buffer("double[]", all_of), len(all_of))
 
 
 def _cell_targets(cells: Cells | Any, blocks: Sequence[Block] | None, writer: _Writer) -> list[Any]:
