@@ -15,6 +15,7 @@
 #include "shm/mesh.h"
 #include "shm/sets.h"
 #include "shmformat.h"
+#include "support/file_surgery.h"
 #include "support/golden_files.h"
 #include "support/stepped_mesh.h"
 #include "support/temporary_folder.h"
@@ -426,6 +427,64 @@ TEST(CInterface, WrongTargetsAreMisuseBeforeAnyIsFilled) {
   refused({SHMF_POINTS, 0}, 400000, "no type 0");
 }
 
+// The index says how many cells each block has, and with it how much room an array takes.
+TEST(CInterface, AnIndexThatLiesAboutBlocksIsCorrupt) {
+  const Bytes bytes = two_blocks_file();
+  for (const int more : {-1, 1}) {
+    const Bytes lying = with_index(bytes, [&](container::Index& index) {
+      index.block_cells[0] += static_cast<std::uint64_t>(more);
+      index.block_cells[1] -= static_cast<std::uint64_t>(more);
+    });
+    const File file = opened(lying);
+    for (const std::uint32_t array : {2u, 5u}) {  // static, and at steps: both on block 1
+      std::vector<Wanted> wanted{{SHMF_VALUES, SHMF_FLOAT64, array}};
+      shmf_error why{};
+      EXPECT_EQ(read_all(file.get(), wanted, why), SHMF_CORRUPT) << array << ", " << more;
+    }
+  }
+}
+
+TEST(CInterface, ASelectionThatFailsLeavesTheOneBefore) {
+  const Bytes bytes = two_blocks_file();
+  const File file = opened(bytes);
+  shmf_selection selection{};
+  selection.struct_size = sizeof selection;
+  selection.first_cell = 10;
+  selection.end_cell = 20;
+  shmf_counts counts{};
+  counts.struct_size = sizeof counts;
+  ASSERT_EQ(shmf_select(file.get(), &selection, nullptr, &counts, nullptr), SHMF_OK);
+  shmf_selection wrong = selection;
+  wrong.end_cell = std::uint64_t{1} << 40;
+  EXPECT_NE(shmf_select(file.get(), &wrong, nullptr, nullptr, nullptr), SHMF_OK);
+  shmf_target numbers = Wanted(SHMF_CELL_NUMBERS, SHMF_INT64).target;
+  ASSERT_EQ(shmf_read(file.get(), &numbers, 1, nullptr, nullptr), SHMF_OK);
+  EXPECT_EQ(numbers.used, counts.cells * 8);
+}
+
+TEST(CInterface, CallsFromWithinACallAreMisuse) {
+  const Bytes bytes = two_blocks_file();
+  const File file = opened(bytes);
+  struct Nested {
+    shmf_file* file;
+    int calls = 0;
+  } nested{file.get()};
+  shmf_run_options run{};
+  run.struct_size = sizeof run;
+  run.context = &nested;
+  run.progress = [](void* context, double) {
+    auto& own = *static_cast<Nested*>(context);
+    ++own.calls;
+    shmf_error why{};
+    EXPECT_EQ(shmf_select(own.file, nullptr, nullptr, nullptr, &why), SHMF_MISUSE);
+    EXPECT_NE(std::string(why.detail).find("busy"), std::string::npos);
+    return 0;
+  };
+  EXPECT_EQ(shmf_verify(file.get(), &run, nullptr), SHMF_OK);
+  EXPECT_GT(nested.calls, 0);
+  EXPECT_EQ(shmf_verify(file.get(), nullptr, nullptr), SHMF_OK);
+}
+
 // A caller may have been compiled with a header that knew fewer members, or will know more.
 TEST(CInterface, StructsMayBeShorterAndLonger) {
   const Bytes bytes = two_blocks_file();
@@ -511,6 +570,14 @@ TEST(CInterface, SourcesAreClosedOnceAndMayFailAnywhere) {
     }
   }
   EXPECT_GT(reads, 5u);
+  Fetched fetched{bytes};
+  shmf_source source = fetched.source();
+  EXPECT_EQ(shmf_open_source(&source, nullptr, nullptr, nullptr), SHMF_MISUSE);
+  EXPECT_EQ(fetched.closed, 1);
+  source.read_at = nullptr;
+  shmf_file* file = nullptr;
+  EXPECT_EQ(shmf_open_source(&source, nullptr, &file, nullptr), SHMF_MISUSE);
+  EXPECT_EQ(fetched.closed, 2);
 }
 
 // What nobody wants is not fetched.

@@ -181,6 +181,53 @@ class Reading(FolderTest):
             mesh.read(progress=enough)
         self.assertEqual(len(mesh.points), 36)
 
+    def test_what_ends_the_program_is_no_error(self):
+        class Broken(io.BytesIO):
+            def read(self, *arguments):
+                raise KeyboardInterrupt
+
+        with self.assertRaises(KeyboardInterrupt):
+            shmformat.open(Broken((GOLDEN / "keep.shm").read_bytes()))
+
+    def test_a_mesh_that_is_read_is_left_alone(self):
+        mesh = shmformat.open(GOLDEN / "keep.shm")
+        part = mesh.select(cells=(0, 2))
+        with self.assertRaises(shmformat.Error) as caught:
+            mesh.read(progress=lambda done: part.cell_count)
+        self.assertIn("busy", str(caught.exception))
+        with self.assertRaises(ValueError):
+            mesh.read(progress=lambda done: mesh.close())
+        self.assertEqual(len(mesh.points), 36)
+
+    def test_a_selection_that_fails_leaves_the_others(self):
+        mesh = shmformat.open(GOLDEN / "keep.shm")
+        points = mesh.points
+        with self.assertRaises(shmformat.Error):
+            mesh.select(cells=(0, 10**9)).points
+        self.assertEqual(len(mesh.cells), 12)
+        self.assertTrue(np.array_equal(mesh.read(cells=False).points, points))
+
+    def test_a_closed_mesh_knows_its_arrays(self):
+        with shmformat.open(GOLDEN / "steps_and_extras.shm") as mesh:
+            pass
+        self.assertEqual(list(mesh.cell_data), ["p", "n"])
+        self.assertEqual(mesh.cell_data.role("p"), "")
+        self.assertEqual(mesh.source_format, "")
+
+    def test_looking_for_a_name_decodes_nothing(self):
+        class Counting(io.BytesIO):
+            reads = 0
+
+            def read(self, *arguments):
+                Counting.reads += 1
+                return super().read(*arguments)
+
+        mesh = shmformat.open(Counting((GOLDEN / "steps_and_extras.shm").read_bytes()))
+        steps = mesh.cell_data["p"]
+        before = Counting.reads
+        self.assertTrue("p" in mesh.cell_data and "q" not in mesh.cell_data and 3 in steps and 2 not in steps)
+        self.assertEqual(Counting.reads, before)
+
     def test_other_threads_run_meanwhile(self):
         points, cells = bar(20000)
         values = np.sin(np.arange(len(points)))
@@ -321,6 +368,24 @@ class Writing(FolderTest):
             self.assertRaises(TypeError, wrong)
         with self.assertRaises(shmformat.Error):
             shmformat.write(io.BytesIO(), points, cells, point_data={"v": np.zeros(15)})
+        with self.assertRaises(TypeError):  # halves are no integers
+            shmformat.write(io.BytesIO(), points, cells, cell_data={"v": {0: np.zeros(3, int), 1: np.full(3, .5)}})
+        with self.assertRaises(ValueError):
+            shmformat.write("a\0b", points, cells)
+
+    def test_sinks_may_take_less_than_they_are_given(self):
+        class Slow(io.RawIOBase):
+            def __init__(self):
+                self.data = bytearray()
+
+            def write(self, data):
+                self.data += bytes(data[:7])
+                return min(len(data), 7)
+
+        points, cells = bar(3)
+        slow = Slow()
+        self.assertEqual(shmformat.write(slow, points, cells), len(slow.data))
+        shmformat.open(bytes(slow.data)).verify()
 
 
 class AgainstVTK(FolderTest):

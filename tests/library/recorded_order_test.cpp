@@ -44,6 +44,10 @@ TEST(RecordedOrder, NumbersMustBeThoseFromZeroOn) {
     EXPECT_EQ(order.elements(schema, 0, {}).error().code, ErrorCode::misuse);
     Extra extra{"k", ScalarType::int32, Reference::vertex, {0}, {}};
     EXPECT_EQ(order.renumber(extra).error().code, ErrorCode::misuse);
+    order.cells = numbers;
+    const std::vector<std::uint32_t> blocks(numbers.size(), 1);
+    for (const std::size_t array : {1u, 2u})
+      EXPECT_EQ(order.elements(schema, array, blocks).error().code, ErrorCode::misuse);
   }
 }
 

@@ -49,6 +49,7 @@
    - Strings are UTF-8 and end with 0; of names that have a 0 in them what stands before it.
    Pointers that a handle gives live as long as the handle, or as the call says.
    - Handles are independent. One handle is used by one thread at a time; any thread may do so.
+     Functions of the caller, as progress(), may call nothing of the handle that calls them.
    - Every byte of a file is taken for hostile. Memory follows limits and the bytes that are there.
    - No function prints, exits, touches the locale, signals or the environment, or lets a C++
    exception out. Where memory runs out the status says so, and nothing leaks.
@@ -210,6 +211,7 @@ SHMF_API void shmf_close(shmf_file* file);
    archive there is nothing but members; other calls are SHMF_MISUSE. It may be closed before its
    members. */
 SHMF_API uint32_t shmf_member_count(const shmf_file* archive);
+SHMF_API int32_t shmf_is_archive(const shmf_file* file); /* 1: it is one, perhaps of nothing */
 SHMF_API const char* shmf_member_name(const shmf_file* archive,
                                       uint32_t member); /* NULL: none such */
 SHMF_API shmf_status shmf_open_member(const shmf_file* archive, uint32_t member,
@@ -439,7 +441,7 @@ typedef struct shmf_item {
   const double* times;
   uint64_t time_count;
   /* SHMF_EXTRA */
-  shmf_extra extra;
+  const shmf_extra* extra;
 } shmf_item;
 
 /* options->damaged is SHMF_MISUSE. */

@@ -19,6 +19,7 @@ struct shmf_decoder {
   // Of its arrays.
   std::vector<const void*> values;
   std::vector<std::uint64_t> bytes;
+  shmf_extra extra{};
 };
 
 namespace shmf {
@@ -65,10 +66,11 @@ void fill(shmf_item& item, const shm::StepTimes& times, shmf_decoder&) {
   item.time_count = times.times.size();
 }
 
-void fill(shmf_item& item, const shm::Extra& extra, shmf_decoder&) {
+void fill(shmf_item& item, const shm::Extra& extra, shmf_decoder& decoder) {
   item.kind = SHMF_EXTRA;
-  item.extra = extra_of(extra);
-  item.extra.struct_size = sizeof item.extra;
+  decoder.extra = extra_of(extra);
+  decoder.extra.struct_size = sizeof decoder.extra;
+  item.extra = &decoder.extra;
 }
 
 /// Nothing that a caller of this interface has not got.

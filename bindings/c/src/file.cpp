@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <iterator>
 #include <span>
 #include <utility>
@@ -164,8 +165,16 @@ Result<void> shmf_file::read_extras() {
 Result<void> shmf_file::read_sets() {
   if (sets) return {};
   if (auto good = read_extras(); !good) return good;
-  auto all =
-      shm::sets_of_extras(*extras, {mesh->vertices(), mesh->cells(), schema().blocks.size()});
+  shm::SetBounds bounds{mesh->vertices(), mesh->cells(), schema().blocks.size()};
+  if (damaged) {  // nobody may know how many there were, and a set that is hurt hides no other
+    bounds.vertices = bounds.cells = ~std::uint64_t{0};
+    std::vector<shm::MeshSet> whole;
+    for (const shm::SetPlace& place : shm::find_sets(*extras))
+      if (auto set = shm::read_set(*extras, place, bounds)) whole.push_back(std::move(*set));
+    sets.emplace(std::move(whole));
+    return {};
+  }
+  auto all = shm::sets_of_extras(*extras, bounds);
   if (!all) return all.error();
   sets.emplace(std::move(*all));
   return {};
@@ -197,25 +206,25 @@ shmf_status shmf_open_memory(const void* bytes, uint64_t count, const shmf_open_
 
 shmf_status shmf_open_source(const shmf_source* source, const shmf_open_options* options,
                              shmf_file** file, shmf_error* error) {
-  return shmf::give_handle(file, error, [&]() -> Result<shmf::FilePointer> {
-    const auto own = taken(source, "the source");
-    if (!own) return own.error();
-    if (own->read_at == nullptr) return misuse("the source has no read_at()");
-    // From here on the source is closed, whatever happens.
-    struct Closing {
-      const shmf_source* of;
-      ~Closing() {
-        if (of != nullptr && of->close != nullptr) of->close(of->context);
-      }
-    } closing{&*own};
+  shmf_source own{};
+  if (source != nullptr && source->struct_size >= sizeof(std::size_t))
+    std::memcpy(&own, source, std::min(source->struct_size, sizeof own));
+  bool closes = false;  // by itself, when it is destroyed
+  const auto status = shmf::give_handle(file, error, [&]() -> Result<shmf::FilePointer> {
+    if (const auto good = taken(source, "the source"); !good) return good.error();
+    if (own.read_at == nullptr) return misuse("the source has no read_at()");
     auto made = std::make_unique<shmf_file>();
-    made->source = std::make_shared<shmf::CallbackSource>(*own);
-    closing.of = nullptr;
+    made->source = std::make_shared<shmf::CallbackSource>(own);
+    closes = true;
     return shmf::opened(std::move(made), options);
   });
+  if (!closes && own.close != nullptr) own.close(own.context);
+  return status;
 }
 
 void shmf_close(shmf_file* file) { delete file; }
+
+int32_t shmf_is_archive(const shmf_file* file) { return file != nullptr && file->archive ? 1 : 0; }
 
 uint32_t shmf_member_count(const shmf_file* archive) {
   if (archive == nullptr || !archive->archive) return 0;

@@ -1,6 +1,7 @@
 // An open file: what a shmf_file is.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -56,6 +57,7 @@ struct shmf_file {
   std::optional<std::vector<shm::Extra>> extras;
   std::optional<std::vector<shm::MeshSet>> sets;
   shmf::Piece piece;
+  mutable std::atomic<bool> busy = false;  // with a call
 
   shm::RandomSource& bytes() {
     return section ? static_cast<shm::RandomSource&>(*section) : *source;
@@ -69,12 +71,19 @@ struct shmf_file {
 
 namespace shmf {
 
-/// guarded(), where `call` wants an open mesh; errors get the name of the file.
+/// guarded(), where `call` wants an open mesh; errors get the name of the file. Of calls from
+/// within a function of the caller's, or from another thread at the same time, the second is
+/// misuse.
 template <class Call>
 shmf_status with_mesh(const shmf_file* file, shmf_error* error, Call&& call) noexcept {
   return guarded(error, [&]() -> shm::Result<void> {
     if (file == nullptr) return misuse("the file is NULL");
     if (!file->mesh) return misuse("an archive: open a member of it");
+    if (file->busy.exchange(true)) return misuse("the file is busy with another call");
+    struct Leaving {
+      std::atomic<bool>& busy;
+      ~Leaving() { busy = false; }
+    } leaving{file->busy};
     auto done = call();
     if (done) return {};
     shm::Error why = done.error();

@@ -57,7 +57,8 @@ class MeshPass {
                       std::span<Filled> cells);
   Result<void> append_corners(const MeshBlock& block, std::size_t first, std::size_t end,
                               Target& target);
-  void append_values(const MeshBlock& block, std::size_t first, std::size_t end, Filled& filled);
+  Result<void> append_values(const MeshBlock& block, std::size_t first, std::size_t end,
+                             Filled& filled);
   Result<void> append_waiting();
   MeshBlock alone(const MeshBlock& block, std::size_t cell);
   /// Whether `cell` of a block comes `ahead` behind the next one that is missing.
@@ -113,9 +114,12 @@ Result<void> MeshPass::run(Watch& watch, double all) {
   if (vertices_done_ != piece().vertex_count || next_cell_ != piece().cell_count ||
       next_corner_ != piece().corner_count)
     return corrupt("counts more than there is", "index");
-  for (Filled& filled : cells_)
+  for (Filled& filled : cells_) {
     if (filled.target->what() == SHMF_CORNER_BEGIN)
       filled.target->put_number(next_cell_, next_corner_);
+    if (filled.target->what() == SHMF_VALUES && filled.count != filled.target->elements())
+      return corrupt("counts more cells of a block than there are", "index");
+  }
   return {};
 }
 
@@ -240,7 +244,9 @@ Result<void> MeshPass::append(const MeshBlock& block, std::size_t first, std::si
         for (std::size_t c = first; c < end; ++c)
           target.put_number(next_cell_ + (c - first), block.cell_numbers[c]);
         break;
-      default: append_values(block, first, end, filled); break;
+      default:
+        if (auto good = append_values(block, first, end, filled); !good) return good;
+        break;
     }
   }
   if (keep_blocks_)
@@ -267,8 +273,9 @@ Result<void> MeshPass::append_corners(const MeshBlock& block, std::size_t first,
   return {};
 }
 
-void MeshPass::append_values(const MeshBlock& block, std::size_t first, std::size_t end,
-                             Filled& filled) {
+/// The index may count cells of other blocks than there are: the room is for what it counts.
+Result<void> MeshPass::append_values(const MeshBlock& block, std::size_t first, std::size_t end,
+                                     Filled& filled) {
   Target& target = *filled.target;
   const std::byte* values = block.arrays[target.array()].data();
   for (std::size_t c = first; c < end;) {  // runs that have values, or have none
@@ -276,6 +283,8 @@ void MeshPass::append_values(const MeshBlock& block, std::size_t first, std::siz
     std::size_t behind = c + 1;
     while (behind < end && covers(filled, block.cell_blocks[behind]) == has) ++behind;
     const std::size_t count = behind - c;
+    if ((has || target.fills()) && count > target.elements() - filled.count)
+      return corrupt("counts fewer cells of a block than there are", "index");
     if (has) {
       target.put_values(filled.count, values + filled.taken * target.stride(), count);
       filled.taken += count;
@@ -285,6 +294,7 @@ void MeshPass::append_values(const MeshBlock& block, std::size_t first, std::siz
     filled.count += has || target.fills() ? count : 0;
     c = behind;
   }
+  return {};
 }
 
 /// Values of stepped arrays.
@@ -538,8 +548,18 @@ shmf_status shmf_select(shmf_file* file, const shmf_selection* selection,
     shmf::Piece piece;
     piece.cells = std::move(*cells);
     piece.whole = piece.cells.all() && !file->damaged;
-    file->piece = std::move(piece);
+    // Where counting fails, or memory does, what was selected before still is.
+    struct Restoring {
+      shmf::Piece& of;
+      shmf::Piece old;
+      bool counted = false;
+      ~Restoring() {
+        if (!counted) std::swap(of, old);
+      }
+    } restoring{file->piece, std::move(piece)};
+    std::swap(file->piece, restoring.old);
     if (auto good = file->count_piece(*watched); !good) return good;
+    restoring.counted = true;
     if (counts == nullptr) return {};
     shmf_counts own{};
     own.vertices = file->piece.vertex_count;

@@ -92,7 +92,7 @@ Result<void> Target::fit(const shmf_target& own, const shmf_file& file) {
       from_ = file.schema().coordinate_type;
       return {};
     case SHMF_CORNERS: return numbers(piece.corner_count, piece.vertex_count);
-    case SHMF_CORNER_BEGIN: return numbers(piece.cell_count + 1, piece.corner_count);
+    case SHMF_CORNER_BEGIN: return numbers(piece.cell_count + 1, piece.corner_count + 1);
     case SHMF_CELL_BLOCKS:
       if (shm::scalar_bytes(to_) != 4) return misuse("blocks are integers of 32 bits");
       return numbers(piece.cell_count, file.schema().blocks.size());

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import cffi
 import numpy as np
@@ -74,7 +74,17 @@ def text(chars: Any) -> str:
 
 
 def encoded(name: str | os.PathLike[str]) -> bytes:
-    return os.fsencode(name) if isinstance(name, os.PathLike) else name.encode("utf-8", "surrogateescape")
+    chars = os.fsencode(name) if isinstance(name, os.PathLike) else name.encode("utf-8", "surrogateescape")
+    if b"\0" in chars:
+        raise ValueError(f"a name with a 0 in it: {name!r}")
+    return chars
+
+
+def raise_with(why: Error, raised: BaseException | None) -> NoReturn:
+    """What a callback raised is the cause of the error; what is to end the program ends it."""
+    if raised is not None and not isinstance(raised, Exception):
+        raise raised
+    raise why from raised
 
 
 def struct(name: str) -> Any:

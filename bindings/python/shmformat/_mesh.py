@@ -10,7 +10,8 @@ from typing import Any, BinaryIO, Callable, Union
 
 import numpy as np
 
-from ._library import DTYPES, SHAPES, TYPES, Error, check, copied, encoded, ffi, lib, struct, text
+from ._library import (DTYPES, SHAPES, TYPES, Error, check, copied, encoded, ffi, lib, raise_with, struct,
+                       text)
 from ._remote import Remote, open_url
 
 Source = Union[str, "os.PathLike[str]", bytes, bytearray, memoryview, BinaryIO]
@@ -78,6 +79,23 @@ class Arrays:
     cell_data: dict[str, np.ndarray] = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class _Array:
+    """What the file says of an array; nothing of it is the library's."""
+    name: str
+    role: str
+    location: int
+    type: int
+    components: int
+    per_step: bool
+    error: float
+
+    @staticmethod
+    def of(told: Any) -> _Array:
+        return _Array(text(told.name), text(told.role), told.location, told.type, told.components,
+                      bool(told.per_step), told.error)
+
+
 class Steps(Mapping):
     """An array at time steps: steps[4] is decoded when it is asked for."""
 
@@ -89,6 +107,9 @@ class Steps(Mapping):
         if step not in self._steps:
             raise KeyError(step)
         return self._mesh._values(self._array, step)
+
+    def __contains__(self, step: object) -> bool:
+        return step in self._steps
 
     def __iter__(self) -> Iterator[int]:
         return iter(self._steps)
@@ -105,7 +126,10 @@ class Data(Mapping):
         self._arrays: dict[str, int] = {}
         for index, array in enumerate(mesh._arrays):
             if array.location == location:
-                self._arrays.setdefault(text(array.name), index)
+                self._arrays.setdefault(array.name, index)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._arrays
 
     def __getitem__(self, name: str) -> np.ndarray | Steps:
         index = self._arrays[name]
@@ -121,11 +145,11 @@ class Data(Mapping):
 
     def role(self, name: str) -> str:
         """"" for data; else what the source calls it, as "exodus:node_num_map"."""
-        return text(self._mesh._arrays[self._arrays[name]].role)
+        return self._mesh._arrays[self._arrays[name]].role
 
     def error(self, name: str) -> float:
         """0 where it is lossless; else the most that a value differs from its source."""
-        return float(self._mesh._arrays[self._arrays[name]].error)
+        return self._mesh._arrays[self._arrays[name]].error
 
 
 class _Handle:
@@ -136,9 +160,13 @@ class _Handle:
         self.keep = keep
         self.remote: Remote | None = None  # that is closed with it
         self.error: BaseException | None = None  # that a callback raised
-        self.selected: Any = None  # the Mesh whose cells the file has selected
+        self.origin = self  # where callbacks leave what they raise
+        self.selected: Any = None  # the token of the Mesh whose cells the file has selected
+        self._calls = 0
 
     def close(self) -> None:
+        if self._calls > 0:
+            raise ValueError("the mesh is being read")
         if self.file is not None:
             lib.shmf_close(self.file)
         if self.remote is not None:
@@ -151,13 +179,14 @@ class _Handle:
     def __call__(self, call: Any, *arguments: Any) -> None:
         if self.file is None:
             raise ValueError("the mesh is closed")
+        self._calls += 1
         try:
             check(call, self.file, *arguments)
         except Error as why:
-            raised, self.error = self.error, None
-            if raised is not None:
-                raise why from raised
-            raise
+            raised, self.origin.error = self.origin.error, None
+            raise_with(why, raised)
+        finally:
+            self._calls -= 1
 
 
 def _options(damaged: bool) -> Any:
@@ -225,7 +254,7 @@ def _opened_ranges(size: int, read_into: Callable[[int, memoryview], None], sour
     try:
         check(lib.shmf_open_source, own, options, file)
     except Error as why:
-        raise why from handle.error
+        raise_with(why, handle.error)
     handle.file, handle.keep = file[0], (callback, source)
     return handle
 
@@ -240,8 +269,9 @@ def open(source: Source, *, damaged: bool = False) -> Mesh | Archive:
     whole; values that are lost are NaN, integers 0. An archive of several files is an Archive.
     """
     handle = _opened(source, damaged)
-    members = lib.shmf_member_count(handle.file)
-    return Archive(handle, members, damaged) if members else Mesh(handle)
+    if not lib.shmf_is_archive(handle.file):
+        return Mesh(handle)
+    return Archive(handle, lib.shmf_member_count(handle.file), damaged)
 
 
 class Archive(Mapping):
@@ -254,7 +284,12 @@ class Archive(Mapping):
     def __getitem__(self, name: str) -> Mesh:
         file = ffi.new("shmf_file**")
         self._handle(lib.shmf_open_member, self._members[name], _options(self._damaged), file)
-        return Mesh(_Handle(file[0], self._handle))
+        member = _Handle(file[0], self._handle)
+        member.origin = self._handle
+        return Mesh(member)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._members
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._members)
@@ -286,8 +321,10 @@ class Mesh:
         self._cells: Cells | None = None
         self._info = struct("info")
         handle(lib.shmf_get_info, self._info)
-        self._arrays = [self._told("array", lib.shmf_get_array, i) for i in range(self._info.arrays)]
+        self._source_format = text(self._info.source_format)
+        self._arrays = [_Array.of(self._told("array", lib.shmf_get_array, i)) for i in range(self._info.arrays)]
         self._counted: Any = None
+        self._token = object()
 
     def __enter__(self) -> Mesh:
         return self
@@ -334,7 +371,7 @@ class Mesh:
     @property
     def source_format(self) -> str:
         """"exodus", "vtk", "gmsh", or whatever made the mesh; may be empty."""
-        return text(self._info.source_format)
+        return self._source_format
 
     @property
     def coordinate_error(self) -> float:
@@ -407,10 +444,10 @@ class Mesh:
 
     def _count(self) -> Any:
         """Selects the piece, unless it is the one that the file has selected."""
-        if self._counted is None or self._handle.selected is not self:
-            self._counted = struct("counts")
-            self._handle(lib.shmf_select, self._selection or ffi.NULL, ffi.NULL, self._counted)
-            self._handle.selected = self
+        if self._counted is None or self._handle.selected is not self._token:
+            counted = struct("counts")
+            self._handle(lib.shmf_select, self._selection or ffi.NULL, ffi.NULL, counted)
+            self._counted, self._handle.selected = counted, self._token
         return self._counted
 
     @property

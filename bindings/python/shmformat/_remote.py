@@ -39,7 +39,7 @@ class _Http:
     """A file on a server, over one connection. The first request fetches its end, and tells its size."""
 
     def __init__(self, url: str):
-        self._url = url
+        self._url = self._first_url = url
         self._connection: http.client.HTTPConnection | None = None
         self._version: str | None = None  # that the first answer told of
         try:
@@ -53,6 +53,8 @@ class _Http:
         self._version = self._version_of(headers)
 
     def _total(self, status: int, headers: http.client.HTTPMessage) -> int:
+        if status == 200 and self.tail:
+            return len(self.tail)  # all of a small file
         if status == 200:
             raise _error(self._url, "the server gives no ranges of files")
         found = re.fullmatch(r"bytes (\d+)-(\d+)/(\d+)", headers.get("Content-Range", ""))
@@ -88,18 +90,23 @@ class _Http:
             try:
                 self._connection.request("GET", target, headers={"Range": wanted, "Accept-Encoding": "identity"})
                 answer = self._connection.getresponse()
-                if answer.status == 200 and wanted[6:] != "0-":
-                    self.close()  # all of a file that may be large
+                if answer.status == 200 and int(answer.headers.get("Content-Length") or _BLOCK + 1) > _BLOCK:
+                    self.close()  # all of a large file
                     return answer.status, answer.headers, b""
                 return answer.status, answer.headers, answer.read()
-            except (OSError, http.client.HTTPException) as why:
+            except (OSError, ValueError, http.client.HTTPException) as why:
                 self.close()
                 if fresh:  # else the server had closed a connection that was idle
                     raise _error(self._url, f"the connection failed: {why or type(why).__name__}") from why
         raise AssertionError("unreachable")
 
     def fetch(self, first: int, end: int) -> bytes:
-        status, headers, body = self._request(f"bytes={first}-{end - 1}")
+        wanted = f"bytes={first}-{end - 1}"
+        status, headers, body = self._request(wanted)
+        if status in (301, 302, 303, 307, 308, 401, 403) and self._url != self._first_url:
+            self.close()  # where it was sent to may be for a while only
+            self._url = self._first_url
+            status, headers, body = self._follow(wanted)
         if status == 200:
             raise _error(self._url, "the server gives no ranges of files any more")
         if status in (206, 412, 416) and self._version_of(headers) not in (None, self._version):

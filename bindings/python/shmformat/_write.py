@@ -7,7 +7,7 @@ from typing import Any, BinaryIO, Union
 
 import numpy as np
 
-from ._library import DTYPES, SHAPES, TYPES, Error, check, encoded, ffi, lib, struct
+from ._library import DTYPES, SHAPES, TYPES, Error, check, encoded, ffi, lib, raise_with, struct
 from ._mesh import Block, Cells, Extra, Mesh, Set
 from ._mesh import open as open_shm
 
@@ -32,7 +32,10 @@ class _Writer:
         else:
             def taken(_: Any, data: Any, count: int) -> int:
                 try:
-                    to.write(ffi.buffer(data, count)[:])
+                    left = memoryview(ffi.buffer(data, count)[:])
+                    while left:  # raw files may take less
+                        taken_now = to.write(left)
+                        left = left[len(left) if taken_now is None else taken_now:]
                     return 0
                 except BaseException as raised:  # nothing may pass through C
                     self._raised = raised
@@ -47,7 +50,7 @@ class _Writer:
         try:
             check(call, self._writer, *arguments)
         except Error as why:
-            raise why from self._raised
+            raise_with(why, self._raised)
 
     def close(self) -> None:
         ffi.release(self._writer)
@@ -68,8 +71,14 @@ class _Writer:
 
 def _plain(values: Any, dtype: Any = None) -> np.ndarray:
     """Contiguous, in the byte order of this machine, of a type that a file can have."""
-    array = np.ascontiguousarray(values, dtype)
+    array = np.asarray(values, order="C")
     array = array.astype(array.dtype.newbyteorder("="), copy=False)
+    if dtype is not None and array.dtype != dtype:
+        own = array.astype(dtype)
+        # Floats may be rounded; else numbers must be the same.
+        if not (array.dtype.kind == "f" and own.dtype.kind == "f") and not np.array_equal(own, array):
+            raise TypeError(f"values of the type {array.dtype} are no {own.dtype}")
+        array = own
     if array.dtype not in TYPES:
         raise TypeError(f"values of the type {array.dtype}")
     return array

@@ -26,7 +26,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline 
 from . import Block, Cells, Mesh
 from . import open as open_shm
 from . import write as write_shm
-from ._library import DTYPES, lib, text
+from ._library import DTYPES, lib
 
 _POLYHEDRON, _CONVEX_POINT_SET = 42, 41
 # By VTK's cell type: shape and nodes; 0 nodes: any number of them.
@@ -77,7 +77,7 @@ class _Wanted:
         of_points = told.location == lib.SHMF_POINT_DATA
         count = self._mesh.vertex_count if of_points else self._mesh.cell_count
         made = self._want(lib.SHMF_VALUES, DTYPES[told.type], count, told.components, array, step)
-        made.SetName(text(told.name))
+        made.SetName(told.name)
         (self.point_data if of_points else self.cell_data).append(made)
 
     def read(self) -> vtkUnstructuredGrid:
@@ -182,7 +182,7 @@ class Reader(VTKPythonAlgorithmBase):
                 raise ValueError(f"{self._name} is an archive of several meshes")
             self._mesh = mesh
             for array in mesh._arrays:
-                self._selections[array.location].AddArray(text(array.name))
+                self._selections[array.location].AddArray(array.name)
         return self._mesh
 
     def _times(self) -> list[float]:
@@ -234,7 +234,7 @@ class Reader(VTKPythonAlgorithmBase):
     def _grid(self, mesh: Mesh, step: int) -> vtkUnstructuredGrid:
         wanted = _Wanted(mesh)
         for index, array in enumerate(mesh._arrays):
-            if not self._selections[array.location].ArrayIsEnabled(text(array.name)):
+            if not self._selections[array.location].ArrayIsEnabled(array.name):
                 continue
             if not array.per_step or step in mesh._steps_of(index):
                 wanted.add(index, step if array.per_step else 0)

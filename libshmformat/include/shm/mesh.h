@@ -88,6 +88,7 @@ struct Mesh {
   /// where there are none.
   template <class T>
   std::vector<T> values_as(std::size_t array, std::size_t step = 0) const {
+    if (array >= schema.arrays.size()) return {};
     return numbers_as<T>(schema.arrays[array].type, values(array, step));
   }
   /// The same as they stand here.

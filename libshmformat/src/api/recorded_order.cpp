@@ -41,6 +41,8 @@ Result<std::vector<std::uint64_t>> RecordedOrder::elements(
     if (positions_in(vertices).size() != vertices.size()) return not_counted(vertices.size());
     return vertices;
   }
+  if (positions_in(cells).size() != cells.size())
+    return misuse_error("cells are not numbered from 0 on, each once", "coding order");
   if (info.blocks.empty()) return cells;
   if (cell_blocks.size() != cells.size())
     return misuse_error("blocks of " + std::to_string(cell_blocks.size()) + " cells, of " +

@@ -317,10 +317,15 @@ Result<void> FileSink::link() {
   return system_error(ErrorCode::output, "cannot be given its name", path_);
 }
 
-/// Gives a file with a temporary name its own. Where nothing may be replaced a second name is made,
-/// which fails where it is taken; file systems without second names are asked before.
+/// Gives a file with a temporary name its own. Where nothing may be replaced the system is told so,
+/// or a second name is made, which fails where it is taken; where neither can be done it is asked
+/// before.
 Result<void> FileSink::rename_temporary() const {
   if (!replaces_) {
+#ifdef RENAME_NOREPLACE
+    if (::renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, path_.c_str(), RENAME_NOREPLACE) == 0)
+      return {};
+#endif
     if (::link(temporary_.c_str(), path_.c_str()) == 0) {
       ::unlink(temporary_.c_str());
       return {};
