@@ -8,8 +8,9 @@
 
 #include "shmformat.h"
 
-static int failed(const shmf_error* why) {
+static int failed(shmf_file* file, const shmf_error* why) {
   fprintf(stderr, "%s\n", why->message);
+  shmf_close(file); /* NULL where it is not open */
   return why->status;
 }
 
@@ -23,24 +24,25 @@ int main(int argc, char** argv) {
   uint64_t count;
 
   if (argc != 2) return fprintf(stderr, "usage: first_array FILE.shm\n"), SHMF_MISUSE;
-  if (shmf_open_path(argv[1], NULL, &file, &why) != SHMF_OK) return failed(&why);
-  if (shmf_get_info(file, &info, &why) != SHMF_OK) return failed(&why);
+  if (shmf_open_path(argv[1], NULL, &file, &why) != SHMF_OK) return failed(file, &why);
+  if (shmf_get_info(file, &info, &why) != SHMF_OK) return failed(file, &why);
   printf("%" PRIu64 " vertices, %" PRIu64 " cells\n", info.vertices, info.cells);
 
   want.what = SHMF_VALUES;
   for (; want.array < info.arrays; ++want.array) {
-    if (shmf_get_array(file, want.array, &array, &why) != SHMF_OK) return failed(&why);
+    if (shmf_get_array(file, want.array, &array, &why) != SHMF_OK) return failed(file, &why);
     if (array.type == SHMF_FLOAT64 || array.type == SHMF_FLOAT32) break;
   }
   if (want.array == info.arrays) return puts("no array of floats"), shmf_close(file), 0;
-  if (shmf_get_steps(file, want.array, &steps, &count, &why) != SHMF_OK) return failed(&why);
+  if (shmf_get_steps(file, want.array, &steps, &count, &why) != SHMF_OK) return failed(file, &why);
   if (count > 0) want.step = steps[count - 1];
 
   want.type = array.type;
-  if (shmf_read(file, &want, 1, NULL, &why) != SHMF_OK) return failed(&why); /* how much is it? */
+  if (shmf_read(file, &want, 1, NULL, &why) != SHMF_OK)
+    return failed(file, &why); /* how much is it? */
   want.data = malloc(want.used);
   want.bytes = want.used;
-  if (shmf_read(file, &want, 1, NULL, &why) != SHMF_OK) return failed(&why);
+  if (shmf_read(file, &want, 1, NULL, &why) != SHMF_OK) return failed(file, &why);
 
   double least = 0, most = 0;
   for (uint64_t i = 0; i < want.used / shmf_type_bytes(want.type); ++i) {
