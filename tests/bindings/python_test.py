@@ -28,8 +28,6 @@ os.environ["SHMFORMAT_LIBRARY"] = LIBRARY
 sys.path.insert(0, str(ROOT / "bindings" / "python"))
 import shmformat  # noqa: E402
 
-MOST_BYTES_OF_SOURCES = 3 << 20  # larger ones are read by the tests of the tool
-
 
 def bar(cells):
     """Points and hexahedra of a bar."""
@@ -390,29 +388,13 @@ class Writing(FolderTest):
 
 class AgainstVTK(FolderTest):
     def test_corpus_files_are_what_vtk_reads(self):
-        corpus = os.environ.get("SHM_CORPUS", "")
-        if not os.path.isdir(corpus):
-            self.skipTest("SHM_CORPUS names no folder")
         from vtkmodules.util.numpy_support import vtk_to_numpy
-        from vtkmodules.vtkIOLegacy import vtkUnstructuredGridReader
-        from vtkmodules.vtkCommonCore import vtkLogger
-        vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+        from vtk_corpus import corpus, unstructured_grids
+        if not corpus():
+            self.skipTest("SHM_CORPUS names no folder")
         compared = fields = 0
-        for source in sorted(Path(corpus).rglob("*.vtk")):
-            with source.open("rb") as file:
-                head = file.read(1 << 12)
-            if source.stat().st_size > MOST_BYTES_OF_SOURCES or b"UNSTRUCTURED_GRID" not in head:
-                continue
-            packed = self.path("packed.shm")
-            done = subprocess.run([SHM, "compress", "--level", "fast", "-f", str(source), "-o", str(packed)],
-                                  capture_output=True, text=True, check=False)
-            self.assertEqual(done.returncode, 0, done.stderr)
-            reader = vtkUnstructuredGridReader()
-            reader.SetFileName(str(source))
-            for all_of in ("Scalars", "Vectors", "Normals", "Tensors", "TCoords", "Fields", "ColorScalars"):
-                getattr(reader, f"ReadAll{all_of}On")()
-            reader.Update()
-            grid = reader.GetOutput()
+        packed = self.path("packed.shm")
+        for source, grid in unstructured_grids(SHM, packed):
             with self.subTest(source=source.name), shmformat.open(packed) as mesh:
                 fields += self.compare(mesh, grid, vtk_to_numpy)
                 compared += 1

@@ -193,8 +193,8 @@ typedef struct shmf_source {
       void* context); /* may be NULL; called once, by shmf_close() or where opening fails */
 } shmf_source;
 
-/* Read the end of the file, its index and its schema: some kilobytes, whatever the mesh. `options`
-   may be NULL. On failure *file is NULL. */
+/* Read the end of the file, its index and its schema: a line for each chunk of it, and no values.
+   `options` may be NULL. On failure *file is NULL. */
 SHMF_API shmf_status shmf_open_path(const char* path, const shmf_open_options* options,
                                     shmf_file** file, shmf_error* error);
 /* `bytes` are borrowed until the file and all members opened from it are closed. */

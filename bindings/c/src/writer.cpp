@@ -1,8 +1,5 @@
 // Writing: what the mesh is made of, its vertices and cells, what comes behind them.
 #include <array>
-#include <cmath>
-#include <cstring>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -288,7 +285,6 @@ class ArraysOfCaller {
 
   const shm::Schema* schema_;
   shm::MeshArrays mesh_;
-  bool has_corners_ = false;
 };
 
 Result<void> ArraysOfCaller::take(const shmf_target& from) {
@@ -306,7 +302,6 @@ Result<void> ArraysOfCaller::take(const shmf_target& from) {
       auto numbers = numbers_of(from);
       if (!numbers) return numbers.error();
       (from.what == SHMF_CORNERS ? mesh_.corners : mesh_.corner_begin) = *numbers;
-      has_corners_ = has_corners_ || from.what == SHMF_CORNERS;
       return {};
     }
     case SHMF_CELL_BLOCKS:

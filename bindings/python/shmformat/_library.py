@@ -27,9 +27,8 @@ def _declarations() -> str:
     else:
         raise ImportError("shmformat.h is neither beside the module nor in its source tree")
     text = re.sub(r"/\*.*?\*/", " ", path.read_text(encoding="utf-8"), flags=re.S)
-    text = re.sub(r"^\s*#(?:.*\\\n)*.*$", "", text, flags=re.M)
-    text = re.sub(r'extern\s+"C"\s*\{', "", text).replace("SHMF_API", "")
-    return text[:text.rindex("}")] if text.count("}") > text.count("{") else text
+    text = re.sub(r"^#ifdef __cplusplus$.*?^#endif$", "", text, flags=re.S | re.M)
+    return re.sub(r"^\s*#.*$", "", text, flags=re.M).replace("SHMF_API", "")
 
 
 def _loaded() -> Any:
@@ -115,6 +114,18 @@ TYPES = {dtype: number for number, dtype in DTYPES.items()}
 
 SHAPES = ("other", "vertex", "line", "triangle", "quad", "polygon", "tetrahedron", "pyramid", "wedge",
           "hexahedron", "polyhedron", "faces")
+
+
+# Cells of a fixed number of nodes that VTK has a type for.
+KINDS = (("vertex", 1), ("line", 2), ("line", 3), ("line", 4), ("triangle", 3), ("triangle", 6), ("triangle", 7), ("quad", 4),
+         ("quad", 8), ("quad", 9), ("tetrahedron", 4), ("tetrahedron", 10), ("pyramid", 5), ("pyramid", 13), ("pyramid", 19),
+         ("wedge", 6), ("wedge", 15), ("wedge", 18), ("hexahedron", 8), ("hexahedron", 20), ("hexahedron", 24),
+         ("hexahedron", 27))
+POLYGON, CONVEX_POINT_SET, POLYHEDRON = 7, 41, 42  # of VTK, with any number of nodes
+
+
+def vtk_type(shape: str, nodes: int) -> int:
+    return int(lib.shmf_vtk_cell_type(SHAPES.index(shape), nodes))
 
 
 def copied(data: Any, count: int, dtype: Any) -> np.ndarray:

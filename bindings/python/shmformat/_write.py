@@ -52,6 +52,12 @@ class _Writer:
         except Error as why:
             raise_with(why, self._raised)
 
+    def finish(self) -> int:
+        """The bytes of the file."""
+        size = ffi.new("uint64_t*")
+        self(lib.shmf_writer_finish, size)
+        return int(size[0])
+
     def close(self) -> None:
         ffi.release(self._writer)
 
@@ -158,9 +164,7 @@ def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block
         _write_sets(sets, writer)
         for extra in extras:
             _write_extra(extra, writer)
-        size = ffi.new("uint64_t*")
-        writer(lib.shmf_writer_finish, size)
-        return int(size[0])
+        return writer.finish()
     finally:
         writer.close()
 
@@ -188,9 +192,7 @@ def append(path: str | os.PathLike[str], *, point_data: Mapping[str, Mapping[int
         for index, dtype, steps in wanted:
             _write_steps(index, steps, dtype, writer)
         _write_times(step_times, writer)
-        size = ffi.new("uint64_t*")
-        writer(lib.shmf_writer_finish, size)
-        return int(size[0])
+        return writer.finish()
     finally:
         writer.close()
 

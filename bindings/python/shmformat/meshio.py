@@ -21,19 +21,17 @@ import numpy as np
 from . import Block, Cells, Mesh, Set, Steps
 from . import open as open_shm
 from . import write as write_shm
+from ._library import KINDS, POLYGON, vtk_type
 
-# By shape and nodes; types are VTK's.
-_KINDS = {("vertex", 1): ("vertex", 1), ("line", 2): ("line", 3), ("line", 3): ("line3", 21), ("line", 4): ("line4", 35),
-          ("triangle", 3): ("triangle", 5), ("triangle", 6): ("triangle6", 22), ("triangle", 7): ("triangle7", 34),
-          ("quad", 4): ("quad", 9), ("quad", 8): ("quad8", 23), ("quad", 9): ("quad9", 28),
-          ("tetrahedron", 4): ("tetra", 10), ("tetrahedron", 10): ("tetra10", 24),
-          ("pyramid", 5): ("pyramid", 14), ("pyramid", 13): ("pyramid13", 27),
-          ("wedge", 6): ("wedge", 13), ("wedge", 15): ("wedge15", 26), ("wedge", 18): ("wedge18", 32),
-          ("hexahedron", 8): ("hexahedron", 12), ("hexahedron", 20): ("hexahedron20", 25),
-          ("hexahedron", 24): ("hexahedron24", 33), ("hexahedron", 27): ("hexahedron27", 29)}
-_NAMES = {number: name for name, number in _KINDS.values()}
-_SHAPES = {name: kind for kind, (name, _) in _KINDS.items()}
-_POLYGON = 7
+
+def _name(shape: str, nodes: int) -> str:
+    """What meshio calls it: the fewest nodes of a shape go without saying."""
+    fewest = min(n for s, n in KINDS if s == shape)
+    return ("tetra" if shape == "tetrahedron" else shape) + ("" if nodes == fewest else str(nodes))
+
+
+_SHAPES = {_name(*kind): kind for kind in KINDS if kind != ("pyramid", 19)}  # which meshio has not
+_NAMES = {vtk_type(*kind): name for name, kind in _SHAPES.items()}
 # meshio's linear wedges are turned inside out against VTK's.
 _ORDERS = {"wedge": [0, 2, 1, 3, 5, 4]}
 
@@ -52,7 +50,7 @@ def _runs(cells: Cells) -> list[tuple[int, int]]:
 
 def _cell_block(cells: Cells, first: int, end: int) -> meshio.CellBlock:
     kind = int(cells.types[first])
-    name = "polygon" if kind == _POLYGON else _NAMES.get(kind)
+    name = "polygon" if kind == POLYGON else _NAMES.get(kind)
     if name is None:
         raise meshio.ReadError(f"meshio has no cells of VTK's type {kind}")
     corners = cells.connectivity[cells.offsets[first]:cells.offsets[end]].reshape(end - first, -1)

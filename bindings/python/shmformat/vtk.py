@@ -26,16 +26,10 @@ from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline 
 from . import Block, Cells, Mesh
 from . import open as open_shm
 from . import write as write_shm
-from ._library import DTYPES, lib
+from ._library import CONVEX_POINT_SET, DTYPES, KINDS, POLYGON, POLYHEDRON, lib, vtk_type
 
-_POLYHEDRON, _CONVEX_POINT_SET = 42, 41
 # By VTK's cell type: shape and nodes; 0 nodes: any number of them.
-_SHAPES = {1: ("vertex", 1), 3: ("line", 2), 5: ("triangle", 3), 7: ("polygon", 0), 9: ("quad", 4),
-           10: ("tetrahedron", 4), 12: ("hexahedron", 8), 13: ("wedge", 6), 14: ("pyramid", 5),
-           21: ("line", 3), 22: ("triangle", 6), 23: ("quad", 8), 24: ("tetrahedron", 10),
-           25: ("hexahedron", 20), 26: ("wedge", 15), 27: ("pyramid", 13), 28: ("quad", 9),
-           29: ("hexahedron", 27), 32: ("wedge", 18), 33: ("hexahedron", 24), 34: ("triangle", 7),
-           35: ("line", 4), 37: ("pyramid", 19)}
+_SHAPES = {vtk_type(*kind): kind for kind in KINDS} | {POLYGON: ("polygon", 0)}
 
 
 def _array(dtype: np.dtype, count: int, components: int = 1) -> tuple[Any, np.ndarray]:
@@ -85,7 +79,7 @@ class _Wanted:
         grid = vtkUnstructuredGrid()
         grid.SetPoints(self.points)
         kinds = vtk_to_numpy(self.types) if self.types.GetNumberOfTuples() else np.empty(0, np.uint8)
-        if (kinds == _POLYHEDRON).any():
+        if (kinds == POLYHEDRON).any():
             self._set_polyhedra(grid, kinds)
         else:
             cells = vtkCellArray()
@@ -109,13 +103,13 @@ class _Wanted:
         cells, faces, places = vtkCellArray(), vtkIdTypeArray(), vtkIdTypeArray()
         for index, (kind, first, end) in enumerate(zip(kinds.tolist(), offsets[:-1], offsets[1:])):
             own = corners[first:end].tolist()
-            listed = _faces(own) if kind == _POLYHEDRON else None
-            nodes = own if kind != _POLYHEDRON else list(dict.fromkeys(own))
+            listed = _faces(own) if kind == POLYHEDRON else None
+            nodes = own if kind != POLYHEDRON else list(dict.fromkeys(own))
             cells.InsertNextCell(len(nodes), nodes)
             if listed is None:
                 places.InsertNextValue(-1)
-                if kind == _POLYHEDRON:
-                    kinds[index] = _CONVEX_POINT_SET
+                if kind == POLYHEDRON:
+                    kinds[index] = CONVEX_POINT_SET
                 continue
             places.InsertNextValue(faces.GetNumberOfValues())
             for number in [len(listed), *(word for face in listed for word in (len(face), *face))]:
