@@ -1,76 +1,26 @@
 #include "segment/mesh_decoder.h"
-#include "bytes/binary.h"
 
 #include <algorithm>
 #include <utility>
 
 namespace shm {
-namespace {
-
-std::size_t bytes_of(const MeshBlock& block) {
-  std::size_t bytes = block.xyz.size() + block.imported.size() + 4 * block.cell_blocks.size();
-  for (const auto* numbers : {&block.vertex_numbers, &block.cell_numbers, &block.corner_begin,
-                              &block.corners, &block.last_use, &block.vertices_before_cell})
-    bytes += 8 * numbers->size();
-  for (const auto& values : block.arrays) bytes += values.size();
-  return bytes;
-}
-
-}  // namespace
-
-class MeshDecoder::SegmentTask final : public MeshDecoder::Tasks::Task {
- public:
-  SegmentTask(const Schema& schema, const ReadLimits& limits, std::uint32_t segment)
-      : segment_(segment), decoder_(schema, limits, segment) {}
-
-  Result<void> take(container::GroupChunk& chunk, const Tasks::Emit& emit) override {
-    if (auto good = decoder_.begin_group(std::move(chunk)); !good) return good;
-    while (decoder_.in_group()) {
-      auto block = decoder_.next_block();
-      if (!block) return block.error();
-      const std::size_t bytes = bytes_of(block->mesh);
-      emit({std::move(*block), {}, segment_}, bytes);
-    }
-    return {};
-  }
-  Result<void> end(const Tasks::Emit& emit) override {
-    auto alive = decoder_.alive();
-    const std::size_t bytes = alive.size() * 8;
-    emit({std::nullopt, std::move(alive), segment_}, bytes);
-    return {};
-  }
-
- private:
-  std::uint32_t segment_;
-  SegmentDecoder decoder_;
-};
 
 MeshDecoder::MeshDecoder(const Schema& schema, const ReadLimits& limits, const ReadOptions& options)
-    : schema_(&schema), limits_(limits), block_cells_(schema.blocks.size()) {
-  if (options.threads == 1) return;
-  const unsigned threads = thread_count(options.threads);
-  const std::size_t ahead = to_size(options.max_ahead_bytes);
-  if (threads > 1) tasks_ = std::make_unique<Tasks>(threads, ahead / 4, ahead - ahead / 4);
-  if (tasks_ && !tasks_->has_threads()) tasks_.reset();
-}
+    : schema_(&schema),
+      limits_(limits),
+      queue_(schema, limits, options),
+      block_cells_(schema.blocks.size()) {}
 
 Error MeshDecoder::damaged(std::string detail, std::uint64_t group, std::uint64_t offset,
                            ErrorCode code) const {
   return Error{code, std::move(detail), "group " + std::to_string(group), offset, {}};
 }
 
-bool MeshDecoder::is_busy() const {
-  return tasks_ ? !tasks_->is_idle() : segment_ != nullptr && segment_->in_group();
-}
-
 Result<void> MeshDecoder::begin_group(container::GroupChunk chunk, std::uint32_t segment) {
   if (segments_begun_ == 0 || segment + 1 != segments_begun_)
     if (auto good = begin_segment(segment, chunk.offset); !good) return good;
   chunk.number = groups_begun_++;
-  if (!tasks_) return segment_->begin_group(std::move(chunk));
-  const std::size_t bytes = chunk.payload.size();
-  tasks_->push(std::move(chunk), bytes);
-  return {};
+  return queue_.add_group(std::move(chunk));
 }
 
 Result<void> MeshDecoder::begin_segment(std::uint32_t segment, std::uint64_t offset) {
@@ -81,31 +31,18 @@ Result<void> MeshDecoder::begin_segment(std::uint32_t segment, std::uint64_t off
                        " segments, which is the limit",
                    groups_begun_, offset, ErrorCode::over_limit);
   ++segments_begun_;
-  if (tasks_) {
-    tasks_->begin(std::make_unique<SegmentTask>(*schema_, limits_, segment));
-  } else {
-    if (segment_) leave(segment_->alive(), segment - 1);
-    segment_ = std::make_unique<SegmentDecoder>(*schema_, limits_, segment);
-  }
+  queue_.begin_segment(segment, segment);
   return {};
 }
 
 Result<std::optional<MeshBlock>> MeshDecoder::next_block(bool wait) {
-  if (tasks_) return next_from_threads(wait);
-  if (!is_busy()) return std::optional<MeshBlock>();
-  auto block = segment_->next_block();
-  if (!block) return block.error();
-  if (auto good = join(*block); !good) return good.error();
-  return std::optional<MeshBlock>(std::move(block->mesh));
-}
-
-Result<std::optional<MeshBlock>> MeshDecoder::next_from_threads(bool wait) {
+  using Wait = DecodingQueue::Wait;
   while (true) {
-    auto output = tasks_->next(wait ? Tasks::Wait::for_output : Tasks::Wait::no);
+    auto output = queue_.next(wait ? Wait::for_output : Wait::no);
     if (!output) return output.error();
     if (!*output) return std::optional<MeshBlock>();
     if (!(*output)->block) {
-      leave((*output)->left_alive, (*output)->segment);
+      leave((*output)->left_alive, static_cast<std::uint32_t>((*output)->segment));
       continue;
     }
     DecodedBlock& block = *(*output)->block;

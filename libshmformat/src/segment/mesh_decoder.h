@@ -7,14 +7,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
-#include "bytes/ordered_tasks.h"
-#include "segment/segment_decoder.h"
+#include "segment/decoding_queue.h"
 #include "shm/reader.h"
 
 namespace shm {
@@ -27,9 +25,9 @@ class MeshDecoder {
   /// The next group, of `segment`; its number is not looked at. Must hold: wants_group().
   Result<void> begin_group(container::GroupChunk chunk, std::uint32_t segment);
   /// Whether another group may begin before all blocks have been taken.
-  bool wants_group() const { return tasks_ ? tasks_->has_room() : !is_busy(); }
+  bool wants_group() const { return queue_.wants_group(); }
   /// Whether blocks are there or coming.
-  bool is_busy() const;
+  bool is_busy() const { return queue_.is_busy(); }
   /// The next block, some thousand cells at most. Null when nothing is there yet and `wait` is not
   /// set, or nothing is coming.
   Result<std::optional<MeshBlock>> next_block(bool wait);
@@ -51,17 +49,7 @@ class MeshDecoder {
   const std::map<std::string, std::uint64_t>& stream_bytes() const { return stream_bytes_; }
 
  private:
-  /// Either a block, or the end of a segment with the vertices that it leaves.
-  struct Output {
-    std::optional<DecodedBlock> block;
-    std::vector<std::uint64_t> left_alive;
-    std::uint32_t segment = 0;
-  };
-  using Tasks = OrderedTasks<container::GroupChunk, Output>;
-  class SegmentTask;
-
   Result<void> begin_segment(std::uint32_t segment, std::uint64_t offset);
-  Result<std::optional<MeshBlock>> next_from_threads(bool wait);
   void leave(const std::vector<std::uint64_t>& alive, std::uint32_t segment);
   Result<void> join(const DecodedBlock& block);
   Result<void> check_imports(const DecodedBlock& block);
@@ -73,8 +61,7 @@ class MeshDecoder {
   ReadLimits limits_;
   std::uint64_t groups_begun_ = 0;
   std::uint32_t segments_begun_ = 0;
-  std::unique_ptr<SegmentDecoder> segment_;  // without threads
-  std::unique_ptr<Tasks> tasks_;             // with threads
+  DecodingQueue queue_;
 
   /// Vertices that a later segment may import, and the last segment that did.
   std::unordered_map<std::uint64_t, std::uint32_t> alive_;
