@@ -43,19 +43,17 @@ Result<void> PiecePicker::pick(MeshBlock& block, std::size_t group) {
   group_ = group;
   if (request_->all()) {
     piece_ = std::move(block);
-    piece_.first_vertex = vertex_numbers_.size();
-    piece_.first_cell = cell_numbers_.size();
+    piece_.first_vertex = vertices_.set.size();
+    piece_.first_cell = cells_.set.size();
     std::fill(piece_.last_use.begin(), piece_.last_use.end(), 0);
-    vertex_numbers_.insert(vertex_numbers_.end(), piece_.vertex_numbers.begin(),
-                           piece_.vertex_numbers.end());
-    cell_numbers_.insert(cell_numbers_.end(), piece_.cell_numbers.begin(),
-                         piece_.cell_numbers.end());
+    for (const std::uint64_t number : piece_.vertex_numbers) vertices_.set.add(number);
+    for (const std::uint64_t number : piece_.cell_numbers) cells_.set.add(number);
     for (const std::uint32_t b : piece_.cell_blocks) ++block_cells_[b];
     return {};
   }
   empty(piece_, file_->schema().arrays.size());
-  piece_.first_vertex = vertex_numbers_.size();
-  piece_.first_cell = cell_numbers_.size();
+  piece_.first_vertex = vertices_.set.size();
+  piece_.first_cell = cells_.set.size();
   taken_.assign(cell_arrays_.size(), 0);
   std::size_t vertex = 0;
   for (std::size_t cell = 0; cell < block.cell_count(); ++cell) {
@@ -143,7 +141,7 @@ Result<void> PiecePicker::pick_cell(const MeshBlock& block, std::size_t cell) {
     piece_.cell_blocks.push_back(in_block);
     piece_.last_use.push_back(0);
     piece_.vertices_before_cell.push_back(piece_.vertex_count());
-    cell_numbers_.push_back(number);
+    cells_.set.add(number);
     ++block_cells_[in_block];
     cell_segments_.insert(segment_);
   }
@@ -173,7 +171,7 @@ void PiecePicker::give(VertexBuffer::Vertex& vertex) {
     return;
   }
   buffer_.give(vertex, piece_);
-  vertex_numbers_.push_back(vertex.number);
+  vertices_.set.add(vertex.number);
   if (vertex.imported)
     imports_.emplace(vertex.number, Import{segment_, buffer_.point(vertex)});
   else
@@ -194,14 +192,11 @@ Result<void> PiecePicker::end_mesh() {
                ? misuse_error(std::to_string(expected - found_) + " of the vertices are not there",
                               "piece")
                : file_->wrong_index("counts cells that are not there");
-  for (auto* numbers : {&vertex_numbers_, &cell_numbers_}) {
-    std::sort(numbers->begin(), numbers->end());
-    const auto twice = std::adjacent_find(numbers->begin(), numbers->end());
-    if (twice != numbers->end())
-      return IndexedFile::wrong(std::string(numbers == &cell_numbers_ ? "cell " : "vertex ") +
+  for (Numbers* numbers : {&vertices_, &cells_})
+    if (const auto twice = numbers->set.twice())
+      return IndexedFile::wrong(std::string(numbers == &cells_ ? "cell " : "vertex ") +
                                     std::to_string(*twice) + " is there twice",
                                 "mesh", kNoOffset);
-  }
   shared_.clear();
   return {};
 }

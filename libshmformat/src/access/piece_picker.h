@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "access/indexed_file.h"
+#include "access/number_set.h"
 #include "access/piece_request.h"
 #include "access/vertex_buffer.h"
 #include "segment/mesh_streams.h"
@@ -43,9 +44,11 @@ class PiecePicker {
   /// How many vertices in the box later cells may use.
   std::size_t waiting_in_box() const { return buffer_.in_box(); }
 
-  // Of all that was picked; numbers ascend behind end_mesh().
-  const std::vector<std::uint64_t>& vertex_numbers() const { return vertex_numbers_; }
-  const std::vector<std::uint64_t>& cell_numbers() const { return cell_numbers_; }
+  // Of all that was picked.
+  std::uint64_t vertex_count() const { return vertices_.set.size(); }
+  /// Ascending. Must hold: end_mesh() was called.
+  const std::vector<std::uint64_t>& vertex_numbers() { return vertices_.all(); }
+  const std::vector<std::uint64_t>& cell_numbers() { return cells_.all(); }
   const std::vector<std::uint64_t>& block_cells() const { return block_cells_; }
   /// Vertices of which no segment was read that owns them.
   const Imports& imports() const { return imports_; }
@@ -59,6 +62,15 @@ class PiecePicker {
   Result<void> pick_cell(const MeshBlock& block, std::size_t cell);
   void pick_cell_values(const MeshBlock& block, std::size_t cell, bool wanted);
   void give(VertexBuffer::Vertex& vertex);
+  /// Numbers, as a list once it is asked for.
+  struct Numbers {
+    const std::vector<std::uint64_t>& all() {
+      if (list.size() != set.size()) list = set.numbers();
+      return list;
+    }
+    NumberSet set;
+    std::vector<std::uint64_t> list;
+  };
 
   const IndexedFile* file_;
   const PieceRequest* request_;
@@ -70,7 +82,8 @@ class PiecePicker {
   MeshBlock piece_;
   std::unordered_set<std::uint64_t> shared_;  // given, and other segments may have them too
 
-  std::vector<std::uint64_t> vertex_numbers_, cell_numbers_, block_cells_;
+  Numbers vertices_, cells_;
+  std::vector<std::uint64_t> block_cells_;
   Imports imports_;
   std::set<std::size_t> point_segments_, cell_segments_;
 };
