@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "access/number_set.h"
 #include "shifts/shifts.h"
 #include "support/counted_source.h"
 #include "support/file_surgery.h"
@@ -203,9 +204,12 @@ ByNumber cut(const ByNumber& whole, const std::vector<SegmentOfWhole>& segments,
 }
 
 /// Of all stepped arrays all steps, too.
-Result<ByNumber> extracted(MeshExtractor& file, const ExtractRequest& request) {
+Result<ByNumber> extracted(MeshExtractor& file, const ExtractRequest& request,
+                           unsigned threads = 1) {
   ByNumber piece;
-  if (auto good = file.begin(request); !good) return good.error();
+  ReadOptions options;
+  options.threads = threads;
+  if (auto good = file.begin(request, options); !good) return good.error();
   while (true) {
     const auto part = file.next();
     if (!part) return part.error();
@@ -328,6 +332,10 @@ void expect_pieces(const Bytes& bytes) {
     EXPECT_EQ(piece->vertices.size(), expected.vertices.size());
     EXPECT_EQ(piece->cells.size(), expected.cells.size());
     EXPECT_TRUE(*piece == expected);
+    if (nth % 5 != 0) continue;
+    const auto by_threads = extracted(*file, request, 3);
+    ASSERT_TRUE(by_threads) << by_threads.error().message();
+    EXPECT_TRUE(*by_threads == expected) << "with threads";
   }
 }
 
@@ -414,6 +422,84 @@ TEST(MeshExtract, ExtrasAndTimesAreThoseOfTheFile) {
     EXPECT_EQ(*file->step_times(), back->times);
     EXPECT_EQ(*file->steps(0), (std::vector<std::uint64_t>{0, 1, 3}));
   }
+}
+
+TEST(MeshExtract, SourcesAreToldWhatWillBeRead) {
+  Stepped it = with_steps(two_blocks(), Order::keep);
+  it.options.segment_cells = 30;
+  it.options.group_cells = 11;
+  const Bytes bytes = written(it);
+  ExtractRequest all, corners = cells(5, 40);
+  corners.coordinates = false;
+  corners.arrays.emplace();
+  ExtractRequest in_box;
+  in_box.cells.box = {0, 0, 0, .5, .5, .5};
+  for (const ExtractRequest& request : {all, corners, in_box}) {
+    ToldSource source(bytes);
+    auto file = MeshExtractor::open(source);
+    ASSERT_TRUE(file);
+    ASSERT_TRUE(file->step_reader());  // reads the step times
+    source.untold = 0;
+    ASSERT_TRUE(extracted(*file, request));
+    EXPECT_EQ(source.untold, 0u);
+    EXPECT_GT(source.calls, 1u);
+  }
+}
+
+TEST(MeshExtract, ThreadsStopWhereItIsDamaged) {
+  TestMesh mesh = bent_grid(6, 6, 6);
+  WriteOptions options;
+  options.segment_cells = 20;
+  options.group_cells = 10;
+  Bytes bytes = cut_file(mesh, options);
+  for (std::size_t at = bytes.size() / 4; at < bytes.size() / 4 + 16; ++at)
+    bytes[at] ^= std::byte{0x55};
+  for (const unsigned threads : {1u, 3u}) {
+    MemoryRandomSource source(bytes);
+    auto file = MeshExtractor::open(source);
+    ASSERT_TRUE(file);
+    ReadOptions how;
+    how.threads = threads;
+    ASSERT_TRUE(file->begin({}, how));
+    std::uint64_t whole = 0;
+    auto part = file->next();
+    for (; part && *part != nullptr; part = file->next()) whole += (*part)->cell_count();
+    ASSERT_FALSE(part);
+    EXPECT_EQ(part.error().code, ErrorCode::corrupt);
+    EXPECT_GT(whole, 20u);  // what comes before it comes
+    EXPECT_LT(whole, 216u);
+    EXPECT_EQ(file->next().error().detail, part.error().detail);
+    ExtractRequest before = cells(0, 20);
+    EXPECT_TRUE(extracted(*file, before, threads));  // the next piece may be whole
+  }
+}
+
+TEST(NumberSet, HasAllNumbersAndTellsWhichIsThereTwice) {
+  std::mt19937_64 random(3);
+  for (const std::uint64_t most : {10ull, 1000ull, 1ull << 24, ~0ull}) {
+    std::set<std::uint64_t> expected;
+    NumberSet numbers;
+    for (int i = 0; i < 3000; ++i) {
+      const std::uint64_t number = most == ~0ull ? random() : random() % most;
+      if (expected.insert(number).second) numbers.add(number);
+    }
+    EXPECT_EQ(numbers.twice(), std::nullopt);
+    EXPECT_EQ(numbers.size(), expected.size());
+    const auto all = numbers.numbers();
+    EXPECT_TRUE(std::equal(all.begin(), all.end(), expected.begin(), expected.end()));
+    const std::uint64_t again = *std::next(expected.begin(), expected.size() / 2);
+    numbers.add(again);
+    EXPECT_EQ(numbers.twice(), again);
+  }
+  // A number may come before there is room for its bit, and again behind that.
+  NumberSet grown;
+  constexpr std::uint64_t kFar = 64 * (1 << 14) + 640;
+  grown.add(kFar);
+  for (std::uint64_t number = 0; number < 100; ++number) grown.add(number);
+  EXPECT_EQ(grown.twice(), std::nullopt);
+  EXPECT_EQ(grown.numbers().back(), kFar);
+  grown.add(kFar);
+  EXPECT_EQ(grown.twice(), kFar);
 }
 
 TEST(MeshExtract, NoMesh) {

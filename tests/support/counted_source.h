@@ -1,6 +1,7 @@
 // Files in memory that watch what is read of them.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -23,6 +24,29 @@ class CountedSource final : public RandomSource {
 
  private:
   MemoryRandomSource source_;
+};
+
+/// Counts the bytes that are read without having been told of.
+class ToldSource final : public RandomSource {
+ public:
+  explicit ToldSource(std::span<const std::byte> file) : source_(file) {}
+  std::uint64_t size() const override { return source_.size(); }
+  void prefetch(std::span<const ByteRange> ranges) override {
+    ++calls;
+    told_.insert(told_.end(), ranges.begin(), ranges.end());
+  }
+  Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override {
+    for (std::uint64_t byte = offset; byte < offset + into.size(); ++byte)
+      untold += std::none_of(told_.begin(), told_.end(), [&](const ByteRange& range) {
+        return byte >= range.offset && byte - range.offset < range.bytes;
+      });
+    return source_.read_at(offset, into);
+  }
+  std::uint64_t untold = 0, calls = 0;
+
+ private:
+  MemoryRandomSource source_;
+  std::vector<ByteRange> told_;
 };
 
 /// Remembers which bytes were read.

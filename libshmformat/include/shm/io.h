@@ -139,6 +139,11 @@ class SHM_API FileSource final : public ByteSource {
   std::string path_;
 };
 
+/// Some bytes of a source.
+struct ByteRange {
+  std::uint64_t offset = 0, bytes = 0;
+};
+
 /// Gives bytes from anywhere.
 class SHM_API RandomSource {
  public:
@@ -146,6 +151,10 @@ class SHM_API RandomSource {
   virtual std::uint64_t size() const = 0;
   /// Fills `into` with the bytes from `offset` on, or fails.
   virtual Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) = 0;
+  /// What will be read next, mostly in this order: told before, so that a source whose bytes are
+  /// far away can fetch them together. It need not; most do nothing. They need not be there, and
+  /// may not be read in the end.
+  virtual void prefetch(std::span<const ByteRange> ranges);
 };
 
 /// Reads borrowed memory, which must outlive the source.
@@ -189,6 +198,7 @@ class SHM_API SectionSource final : public RandomSource, public ByteSource {
   std::uint64_t size() const override { return bytes_; }
   Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override;
   Result<std::size_t> read(std::span<std::byte> into) override;
+  void prefetch(std::span<const ByteRange> ranges) override;
 
  private:
   RandomSource* whole_;

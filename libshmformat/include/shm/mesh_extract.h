@@ -1,9 +1,9 @@
 // MeshExtractor: a piece of a mesh out of a .shm file: some of its cells with their vertices and
 // values. Beside index and schema it reads the segments that may have such cells, of these only the
 // streams that are wanted, and of stepped arrays only the steps that are asked for.
-// Memory: one chunk group, the vertices that wait for their last use, and 8 to 16 bytes for each
-// vertex and cell of the piece; for steps also what a StepReader takes.
-// spec: "Segments", "Index and trailer"
+// Memory: one chunk group (with threads: what ReadOptions say), the vertices that wait for their
+// last use, and 8 to 16 bytes for each vertex and cell of the piece; for steps also what a
+// StepReader takes. spec: "Segments", "Index and trailer"
 #pragma once
 
 #include <array>
@@ -99,9 +99,15 @@ class SHM_API MeshExtractor {
   /// The steps at which a stepped array has values, ascending.
   Result<std::vector<std::uint64_t>> steps(std::uint32_t array);
 
-  /// What next() is to give; drops the piece before. ErrorCode::misuse where the request names what
-  /// the file has not.
-  Result<void> begin(const ExtractRequest& request);
+  /// The reader of its steps, over the same index; made by the first call that needs it, it lives
+  /// as long as this.
+  Result<StepReader*> step_reader();
+
+  /// What next() is to give; drops the piece before. Tells the source what will be read, as far as
+  /// the index knows. Of the options those that concern threads are looked at; the source is read
+  /// in the caller's thread all the same, and with threads more of it than is needed in the end,
+  /// perhaps. ErrorCode::misuse where the request names what the file has not.
+  Result<void> begin(const ExtractRequest& request, const ReadOptions& options = {});
   /// The next part of the piece; null at the end. Valid until the next call. Parts come segment by
   /// segment, not always in order; numbers are those of the whole mesh. Each cell comes once, each
   /// vertex once, before or with the first cell that uses it (vertices that no cell uses only

@@ -19,7 +19,7 @@
 
 namespace shm {
 
-struct DecodableParts;
+class IndexedFile;
 
 struct StepRequest {
   std::uint32_t array = 0;  ///< a stepped one
@@ -74,8 +74,8 @@ class SHM_API StepReader {
   friend class MeshExtractor;
   class Impl;
   explicit StepReader(std::unique_ptr<Impl> impl);
-  static Result<StepReader> open(RandomSource& source, const ReadLimits& limits,
-                                 std::shared_ptr<const DecodableParts> decodable);
+  /// Of a file that is open.
+  static Result<StepReader> of(std::shared_ptr<IndexedFile> file);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -21,15 +21,13 @@ Result<void> IndexedFile::open() {
 }
 
 Result<void> IndexedFile::open_damaged() {
+  const ByteRange all{0, source_->size()};
+  source_->prefetch({&all, 1});
   const auto known = FoundChunks::of(*source_, limits_);
   if (!known) return known.error();
   if (!known->schema())
     return wrong("no copy of it is whole, and nothing can be read without", "schema", kNoOffset);
-  return open_damaged(std::make_shared<const DecodableParts>(DecodableParts::of(*known)));
-}
-
-Result<void> IndexedFile::open_damaged(std::shared_ptr<const DecodableParts> decodable) {
-  decodable_ = std::move(decodable);
+  decodable_ = std::make_unique<const DecodableParts>(DecodableParts::of(*known));
   index_offset_ = decodable_->index_offset;
   index_ = decodable_->totals;
   for (const auto* entries : {&decodable_->extras, &decodable_->step_times})
@@ -49,6 +47,14 @@ Result<void> IndexedFile::open_damaged(std::shared_ptr<const DecodableParts> dec
   if (decoder_.schema() == nullptr)
     return advanced ? wrong("makes no sense", "schema", kNoOffset) : advanced.error();
   return {};
+}
+
+std::vector<IndexEntry> IndexedFile::take_step_entries() {
+  std::vector<IndexEntry> taken, left;
+  for (IndexEntry& entry : index_.entries)
+    (entry.is(ChunkKind::step_values) ? taken : left).push_back(std::move(entry));
+  index_.entries = std::move(left);
+  return taken;
 }
 
 Result<std::vector<std::byte>> IndexedFile::read_chunk(const IndexEntry& entry,
@@ -100,7 +106,35 @@ Result<std::vector<double>> IndexedFile::read_step_times() {
   return times;
 }
 
+void IndexedFile::prefetch_groups(std::span<const std::size_t> groups) {
+  std::vector<ByteRange> ranges;
+  for (const std::size_t group : groups)
+    ranges.push_back({groups_[group].offset, groups_[group].bytes});
+  source_->prefetch(ranges);
+}
+
+void IndexedFile::prefetch_streams(std::span<const std::size_t> groups, const WantsStream& wants) {
+  constexpr std::size_t kMostHeads = 1 << 14;
+  heads_.clear();
+  if (groups.size() > kMostHeads) return;
+  std::vector<ByteRange> ranges;
+  for (const std::size_t group : groups)
+    ranges.push_back({groups_[group].offset, kChunkHeaderBytes + groups_[group].header_bytes});
+  source_->prefetch(ranges);
+  ranges.clear();
+  for (const std::size_t group : groups) {
+    auto head = read_group_head(group);
+    if (!head) return;
+    for (std::size_t s = 0; s < head->header.streams.size(); ++s)
+      if (wants(head->header, head->header.streams[s]))
+        ranges.push_back({head->stream_offset[s], head->header.streams[s].bytes});
+    heads_.emplace(group, std::move(*head));
+  }
+  source_->prefetch(ranges);
+}
+
 Result<IndexedFile::GroupHead> IndexedFile::read_group_head(std::size_t group) {
+  if (auto ahead = heads_.extract(group)) return std::move(ahead.mapped());
   const IndexEntry& entry = groups_[group];
   const std::string section = "group " + std::to_string(group);
   if (entry.bytes < kChunkHeaderBytes || entry.header_bytes > entry.bytes - kChunkHeaderBytes ||

@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -32,16 +34,16 @@ class IndexedFile {
   /// A damaged file: goes through all of it, and has what can be decoded of it. Segments and groups
   /// are counted among those that are left.
   Result<void> open_damaged();
-  /// The same, found before.
-  Result<void> open_damaged(std::shared_ptr<const DecodableParts> decodable);
   /// Null unless the file is damaged.
-  const std::shared_ptr<const DecodableParts>& decodable() const { return decodable_; }
+  const DecodableParts* decodable() const { return decodable_.get(); }
   const Schema& schema() const { return *decoder_.schema(); }
   const ReadLimits& limits() const { return limits_; }
-  /// Its totals of the whole file; its entries until they are taken.
+  /// Its totals of the whole file, and its entries.
   const container::Index& index() const { return index_; }
   std::uint64_t index_offset() const { return index_offset_; }
-  std::vector<container::IndexEntry> take_entries() { return std::exchange(index_.entries, {}); }
+  /// Those of step values, which it no longer has then.
+  std::vector<container::IndexEntry> take_step_entries();
+  RandomSource& source() { return *source_; }
 
   const std::vector<SegmentInfo>& segments() const { return segments_; }
   const std::vector<container::IndexEntry>& groups() const { return groups_; }
@@ -71,9 +73,9 @@ class IndexedFile {
   /// The payload of a whole chunk; `version`, where it is asked for, is that of the chunk.
   Result<std::vector<std::byte>> read_chunk(const container::IndexEntry& entry,
                                             std::uint8_t* version = nullptr);
-  /// All of them, in the order of the file. Must hold: the entries have not been taken.
+  /// All of them, in the order of the file.
   Result<std::vector<Extra>> read_extras();
-  /// Empty where the file has none. Must hold: the entries have not been taken.
+  /// Empty where the file has none.
   Result<std::vector<double>> read_step_times();
   /// Fails unless the groups follow each other, and add up to the totals of the index.
   Result<void> expect_totals() const;
@@ -86,6 +88,13 @@ class IndexedFile {
     std::vector<std::uint64_t> stream_offset;  ///< in the file, of each stream of the header
   };
   Result<GroupHead> read_group_head(std::size_t group);
+  /// Tells the source that these groups will be read, whole.
+  void prefetch_groups(std::span<const std::size_t> groups);
+  /// Tells it which bitstreams of these groups will be. For that their heads are read, and kept for
+  /// read_group_head(), which also complains of them. Of very many groups nothing is told.
+  using WantsStream =
+      std::function<bool(const container::GroupHeader&, const container::StreamEntry&)>;
+  void prefetch_streams(std::span<const std::size_t> groups, const WantsStream& wants);
   /// The bytes of one of its bitstreams.
   Result<std::vector<std::byte>> read_stream(std::size_t group, const GroupHead& head,
                                              std::size_t stream);
@@ -116,7 +125,8 @@ class IndexedFile {
   std::vector<SegmentInfo> segments_;
   std::vector<container::IndexEntry> groups_;
   std::vector<std::size_t> first_group_;  // of each segment, and behind them
-  std::shared_ptr<const DecodableParts> decodable_;
+  std::unique_ptr<const DecodableParts> decodable_;
+  std::unordered_map<std::size_t, GroupHead> heads_;  // read ahead, by group
 };
 
 }  // namespace shm

@@ -12,7 +12,7 @@
 #include "access/piece_picker.h"
 #include "access/piece_request.h"
 #include "bytes/errors.h"
-#include "segment/segment_decoder.h"
+#include "segment/decoding_queue.h"
 
 namespace shm {
 namespace {
@@ -38,32 +38,43 @@ bool has(const std::vector<std::uint64_t>& numbers, std::uint64_t number) {
 
 class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
  public:
-  Impl(RandomSource& source, const ReadLimits& limits) : source_(&source), file_(source, limits) {}
+  Impl(RandomSource& source, const ReadLimits& limits)
+      : file_(std::make_shared<IndexedFile>(source, limits)) {}
 
   Result<void> open();
-  Result<void> open_damaged() { return file_.open_damaged(); }
-  IndexedFile& file() { return file_; }
+  Result<void> open_damaged() { return file_->open_damaged(); }
+  IndexedFile& file() { return *file_; }
   Result<StepReader*> steps();
 
-  Result<void> begin(const ExtractRequest& request);
+  Result<void> begin(const ExtractRequest& request, const ReadOptions& options);
   Result<MeshBlock*> next();
   /// None before begin().
-  const std::vector<std::uint64_t>& numbers(const std::vector<std::uint64_t>& (PiecePicker::*of)()
-                                                const) const {
+  const std::vector<std::uint64_t>& numbers(
+      const std::vector<std::uint64_t>& (PiecePicker::*of)()) {
     return picker_ ? ((*picker_).*of)() : no_numbers_;
   }
   Result<void> begin_values(std::uint32_t array, std::uint64_t step);
   Result<StepValues*> next_values();
 
  private:
-  const Schema& schema() const { return file_.schema(); }
+  /// The groups of a segment that may have something.
+  struct Groups {
+    std::size_t next = 0, end = 0;
+    std::size_t end_box = 0;  // behind the last one with vertices in the box
+  };
+
+  const Schema& schema() const { return file_->schema(); }
 
   // the mesh
+  void want(const ExtractRequest& request);
+  void prefetch_visits();
   Result<MeshBlock*> next_part();
+  Result<std::optional<DecodingQueue::Output>> next_output();
   DecodedParts parts_of(std::size_t segment) const;
-  void fill_lost(MeshBlock& block) const;
+  void fill_lost(MeshBlock& block, std::size_t segment) const;
+  Groups groups_of(std::size_t segment) const;
+  Result<bool> add_next_group();
   Result<bool> begin_visit();
-  Result<void> begin_group(SegmentDecoder& decoder, std::size_t group, const DecodedParts& parts);
   template <class Visit>
   Result<void> walk(std::size_t segment, Visit&& visit);
   Result<bool> has_any(std::size_t segment);
@@ -74,21 +85,25 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
   Result<void> find_owners(PiecePicker::Imports& left, bool by_box, std::vector<bool>& seen);
   Result<bool> next_segment_values();
 
-  RandomSource* source_;
-  IndexedFile file_;
+  std::shared_ptr<IndexedFile> file_;
   std::optional<StepReader> steps_;
 
   std::optional<PieceRequest> request_;
   DecodedParts wanted_;
   std::vector<PieceRequest::Visit> visits_;
   std::size_t next_visit_ = 0;
-  std::unique_ptr<SegmentDecoder> decoder_;  // of the segment at hand
-  std::size_t segment_ = 0, next_group_ = 0, end_group_ = 0;
-  std::size_t end_box_group_ = 0;  // behind the last group with vertices in the box
+  // what is read next
+  std::optional<std::size_t> reading_;  // this segment
+  Groups groups_;                       // of it
+  bool all_read_ = false;
+  std::optional<Error> error_ahead_;  // behind blocks that have not been taken yet
+  // what is taken
+  std::optional<std::size_t> segment_;  // that the picker is at
   std::optional<PiecePicker> picker_;
   const std::vector<std::uint64_t> no_numbers_;
   bool done_ = false;
   std::optional<Error> error_;
+  std::unique_ptr<DecodingQueue> queue_;  // its threads look at the file
 
   // the values at hand
   std::set<std::size_t> owner_segments_;  // of the vertices of the piece
@@ -102,13 +117,13 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
 };
 
 Result<void> MeshExtractor::Impl::open() {
-  if (auto good = file_.open(); !good) return good;
-  return file_.expect_totals();
+  if (auto good = file_->open(); !good) return good;
+  return file_->expect_totals();
 }
 
 Result<StepReader*> MeshExtractor::Impl::steps() {
   if (!steps_) {
-    auto reader = StepReader::open(*source_, file_.limits(), file_.decodable());
+    auto reader = StepReader::of(file_);
     if (!reader) return reader.error();
     steps_.emplace(std::move(*reader));
   }
@@ -117,24 +132,57 @@ Result<StepReader*> MeshExtractor::Impl::steps() {
 
 // --- the mesh
 
-Result<void> MeshExtractor::Impl::begin(const ExtractRequest& request) {
-  auto checked = PieceRequest::of(request, file_);
+Result<void> MeshExtractor::Impl::begin(const ExtractRequest& request, const ReadOptions& options) {
+  auto checked = PieceRequest::of(request, *file_);
   if (!checked) return checked.error();
+  queue_.reset();
   request_.emplace(std::move(*checked));
-  wanted_ = {};
-  wanted_.geometry = request.coordinates || request.cells.box;
-  if (request.arrays) {
-    wanted_.arrays.emplace(schema().arrays.size());
-    for (const std::uint32_t array : *request.arrays) (*wanted_.arrays)[array] = true;
-  }
-  picker_.emplace(file_, *request_, wanted_);
+  want(request);
+  picker_.emplace(*file_, *request_, wanted_);
   visits_ = request_->visits();
   next_visit_ = 0;
-  decoder_.reset();
-  done_ = false;
+  reading_.reset();
+  segment_.reset();
+  all_read_ = done_ = false;
+  error_ahead_.reset();
   error_.reset();
   owners_known_ = in_values_ = false;
+  prefetch_visits();
+  queue_ = std::make_unique<DecodingQueue>(
+      schema(), file_->limits(), options,
+      [this](std::uint64_t group, const container::GroupHeader& header) {
+        return file_->expect_group(static_cast<std::size_t>(group), header);
+      });
   return {};
+}
+
+void MeshExtractor::Impl::want(const ExtractRequest& request) {
+  wanted_ = {};
+  wanted_.imported_vertices = !request_->all();
+  wanted_.geometry = request.coordinates || request.cells.box;
+  if (!request.arrays) return;
+  std::vector<bool> arrays(schema().arrays.size());
+  for (const std::uint32_t array : *request.arrays) arrays[array] = true;
+  bool all = true;
+  for (std::size_t a = 0; a < arrays.size(); ++a)
+    all = all && (arrays[a] || schema().arrays[a].per_step);
+  if (!all) wanted_.arrays = std::move(arrays);
+}
+
+/// Tells the source what the visits will read, where that is known.
+void MeshExtractor::Impl::prefetch_visits() {
+  std::vector<std::size_t> all;
+  for (const PieceRequest::Visit& visit : visits_) {
+    if (visit.probe) continue;
+    const Groups groups = groups_of(visit.segment);
+    for (std::size_t g = groups.next; g < groups.end; ++g) all.push_back(g);
+  }
+  if (wanted_.has_all_values())
+    file_->prefetch_groups(all);
+  else
+    file_->prefetch_streams(all, [this](const auto&, const container::StreamEntry& stream) {
+      return wanted_.includes(stream);
+    });
 }
 
 Result<MeshBlock*> MeshExtractor::Impl::next() {
@@ -148,27 +196,58 @@ Result<MeshBlock*> MeshExtractor::Impl::next() {
 
 Result<MeshBlock*> MeshExtractor::Impl::next_part() {
   while (true) {
-    if (decoder_ && decoder_->in_group()) {
-      auto block = decoder_->next_block();
-      if (!block) return block.error();
-      fill_lost(block->mesh);
-      if (auto good = picker_->pick(block->mesh, next_group_ - 1); !good) return good.error();
-      MeshBlock& piece = picker_->piece();
-      if (piece.vertex_count() > 0 || piece.cell_count() > 0) return &piece;
-    } else if (decoder_ && next_group_ < end_group_ && !needs_no_more()) {
-      if (auto good = begin_group(*decoder_, next_group_++, parts_of(segment_)); !good)
-        return good.error();
-    } else {
-      if (decoder_) picker_->end_segment();
-      decoder_.reset();
-      const auto more = begin_visit();
-      if (!more) return more.error();
-      if (*more) continue;
+    auto output = next_output();
+    if (!output) return output.error();
+    if (!*output) {
+      if (error_ahead_) return *error_ahead_;
       if (auto good = picker_->end_mesh(); !good) return good.error();
       done_ = true;
       return nullptr;
     }
+    const std::size_t segment = (*output)->segment;
+    if (segment_ != segment) picker_->begin_segment(segment);
+    segment_ = segment;
+    if (!(*output)->block) {
+      picker_->end_segment();
+      segment_.reset();
+      continue;
+    }
+    MeshBlock& block = (*output)->block->mesh;
+    fill_lost(block, segment);
+    if (auto good = picker_->pick(block, static_cast<std::size_t>((*output)->group)); !good)
+      return good.error();
+    MeshBlock& piece = picker_->piece();
+    if (piece.vertex_count() > 0 || piece.cell_count() > 0) return &piece;
   }
+}
+
+/// Nothing at the end. With threads, groups are read while there is room for them.
+Result<std::optional<DecodingQueue::Output>> MeshExtractor::Impl::next_output() {
+  using Wait = DecodingQueue::Wait;
+  while (true) {
+    while (!all_read_ && queue_->wants_group()) {
+      const auto more = add_next_group();
+      if (!more) error_ahead_ = more.error();
+      if (more && *more) continue;
+      all_read_ = true;
+      if (!error_ahead_) queue_->end();
+    }
+    auto output = queue_->next(all_read_ ? Wait::for_output : Wait::for_output_or_room);
+    if (!output || *output || all_read_) return output;
+  }
+}
+
+/// Reads the next group and has it decoded; false where there is none.
+Result<bool> MeshExtractor::Impl::add_next_group() {
+  if (reading_ && (groups_.next == groups_.end || needs_no_more())) reading_.reset();
+  if (!reading_) {
+    const auto more = begin_visit();
+    if (!more || !*more) return more;
+  }
+  auto chunk = file_->read_group(groups_.next++, parts_of(*reading_));
+  if (!chunk) return chunk.error();
+  if (auto good = queue_->add_group(std::move(*chunk)); !good) return good.error();
+  return true;
 }
 
 /// The next segment that may have something; false where there is none.
@@ -177,36 +256,41 @@ Result<bool> MeshExtractor::Impl::begin_visit() {
     const PieceRequest::Visit visit = visits_[next_visit_++];
     // Segments without cells are visited for vertices that no cell uses.
     if (picker_->found() >= request_->expected() &&
-        !(request_->wants_unused() && file_.segments()[visit.segment].cells == 0))
+        !(request_->wants_unused() && file_->segments()[visit.segment].cells == 0))
       continue;
     if (visit.probe) {
       const auto any = has_any(visit.segment);
       if (!any) return any.error();
       if (!*any) continue;
     }
-    segment_ = visit.segment;
-    next_group_ = file_.first_group(segment_);
-    end_group_ = file_.first_group(segment_ + 1);
-    while (!request_->wants_unused() && end_group_ > next_group_ &&
-           !request_->may_be_in_group(file_.groups()[end_group_ - 1]))
-      --end_group_;
-    end_box_group_ = end_group_;
-    while (end_box_group_ > next_group_ &&
-           !request_->may_be_in_box(file_.groups()[end_box_group_ - 1].box))
-      --end_box_group_;
-    decoder_ = std::make_unique<SegmentDecoder>(schema(), file_.limits(),
-                                                file_.segment_number(segment_), parts_of(segment_));
-    picker_->begin_segment(segment_);
+    groups_ = groups_of(visit.segment);
+    const bool nothing_in_box =
+        request_->box() && groups_.next == groups_.end_box && !request_->wants_unused();
+    if (groups_.next == groups_.end || nothing_in_box) continue;
+    reading_ = visit.segment;
+    queue_->begin_segment(visit.segment, file_->segment_number(visit.segment),
+                          parts_of(visit.segment));
     return true;
   }
   return false;
 }
 
+auto MeshExtractor::Impl::groups_of(std::size_t segment) const -> Groups {
+  Groups groups{file_->first_group(segment), file_->first_group(segment + 1), 0};
+  while (!request_->wants_unused() && groups.end > groups.next &&
+         !request_->may_be_in_group(file_->groups()[groups.end - 1]))
+    --groups.end;
+  groups.end_box = groups.end;
+  while (groups.end_box > groups.next &&
+         !request_->may_be_in_box(file_->groups()[groups.end_box - 1].box))
+    --groups.end_box;
+  return groups;
+}
+
 /// What is wanted, and not lost.
 DecodedParts MeshExtractor::Impl::parts_of(std::size_t segment) const {
-  const auto lost = file_.lost_arrays(segment);
+  const auto lost = file_->lost_arrays(segment);
   DecodedParts parts = wanted_;
-  parts.imported_vertices = !request_->all();
   if (lost.empty()) return parts;
   if (!parts.arrays) parts.arrays.emplace(schema().arrays.size(), true);
   for (const std::uint32_t array : lost)
@@ -215,8 +299,8 @@ DecodedParts MeshExtractor::Impl::parts_of(std::size_t segment) const {
 }
 
 /// Wanted values that are lost become NaN, and integers 0.
-void MeshExtractor::Impl::fill_lost(MeshBlock& block) const {
-  for (const std::uint32_t a : file_.lost_arrays(segment_)) {
+void MeshExtractor::Impl::fill_lost(MeshBlock& block, std::size_t segment) const {
+  for (const std::uint32_t a : file_->lost_arrays(segment)) {
     if (a >= schema().arrays.size() || schema().arrays[a].per_step || !wanted_.includes_array(a))
       continue;
     const ArrayInfo& info = schema().arrays[a];
@@ -229,22 +313,17 @@ void MeshExtractor::Impl::fill_lost(MeshBlock& block) const {
   }
 }
 
-Result<void> MeshExtractor::Impl::begin_group(SegmentDecoder& decoder, std::size_t group,
-                                              const DecodedParts& parts) {
-  auto chunk = file_.read_group(group, parts);
-  if (!chunk) return chunk.error();
-  if (auto good = decoder.begin_group(std::move(*chunk)); !good) return good;
-  return file_.expect_group(group, decoder.group());
-}
-
 /// The cells and the numbers of a whole segment, without values, until visit(block) is false.
 template <class Visit>
 Result<void> MeshExtractor::Impl::walk(std::size_t segment, Visit&& visit) {
   DecodedParts parts = DecodedParts::without_values();
   parts.imported_vertices = true;
-  SegmentDecoder decoder(schema(), file_.limits(), file_.segment_number(segment), parts);
-  for (std::size_t g = file_.first_group(segment); g < file_.first_group(segment + 1); ++g) {
-    if (auto good = begin_group(decoder, g, parts); !good) return good;
+  SegmentDecoder decoder(schema(), file_->limits(), file_->segment_number(segment), parts);
+  for (std::size_t g = file_->first_group(segment); g < file_->first_group(segment + 1); ++g) {
+    auto chunk = file_->read_group(g, parts);
+    if (!chunk) return chunk.error();
+    if (auto good = decoder.begin_group(std::move(*chunk)); !good) return good;
+    if (auto good = file_->expect_group(g, decoder.group()); !good) return good;
     while (decoder.in_group()) {
       const auto block = decoder.next_block();
       if (!block) return block.error();
@@ -271,12 +350,13 @@ Result<bool> MeshExtractor::Impl::has_any(std::size_t segment) {
   return any;
 }
 
-/// Whether the groups to come of the segment at hand can have nothing.
+/// Whether the groups to come of the segment that is read can have nothing.
 bool MeshExtractor::Impl::needs_no_more() const {
   if (request_->wants_unused()) return false;
   if (picker_->found() >= request_->expected()) return true;
-  if (!request_->box() || picker_->waiting_in_box() > 0) return false;
-  return next_group_ >= end_box_group_;
+  if (!request_->box() || groups_.next < groups_.end_box) return false;
+  // The picker must have seen all that was read.
+  return !queue_->is_busy() && segment_ == reading_ && picker_->waiting_in_box() == 0;
 }
 
 // --- steps
@@ -285,7 +365,7 @@ bool MeshExtractor::Impl::needs_no_more() const {
 Result<void> MeshExtractor::Impl::find_all_owners() {
   if (owners_known_) return {};
   owner_segments_ = picker_->point_segments();
-  const auto& segments = file_.segments();
+  const auto& segments = file_->segments();
   if (schema().order != Order::keep) {
     for (const auto& [number, import] : picker_->imports()) {
       const auto behind = std::upper_bound(
@@ -305,7 +385,7 @@ Result<void> MeshExtractor::Impl::find_all_owners() {
     if (by_box && left.size() > kMostLooks / (segments.size() + 1)) continue;
     if (auto good = find_owners(left, by_box, seen); !good) return good.error();
   }
-  owners_known_ = left.empty() || file_.decodable();
+  owners_known_ = left.empty() || file_->decodable() != nullptr;
   if (owners_known_) return {};
   return IndexedFile::wrong(
       "imports vertex " + std::to_string(left.begin()->first) + ", which no earlier segment has",
@@ -319,7 +399,7 @@ Result<void> MeshExtractor::Impl::find_owners(PiecePicker::Imports& left, bool b
   std::size_t segment = 0;
   for (const auto& [number, import] : left) segment = std::max(segment, import.segment);
   while (segment-- > 0 && !left.empty()) {
-    const auto box = request_->widened(file_.segments()[segment].box);
+    const auto box = request_->widened(file_->segments()[segment].box);
     if (seen[segment] || (by_box && std::none_of(left.begin(), left.end(), [&](const auto& it) {
                             return it.second.segment > segment && is_in(box, it.second.point);
                           })))
@@ -348,7 +428,7 @@ Result<void> MeshExtractor::Impl::begin_values(std::uint32_t array, std::uint64_
   array_ = array;
   step_ = step;
   values_left_ = 0;
-  if (of_points) values_left_ = picker_->vertex_numbers().size();
+  if (of_points) values_left_ = picker_->vertex_count();
   const auto& block_cells = picker_->block_cells();
   for (std::uint32_t b = 0; b < block_cells.size() && !of_points; ++b)
     if (schema().array_covers(array, b)) values_left_ += block_cells[b];
@@ -406,7 +486,7 @@ Result<StepValues*> MeshExtractor::Impl::next_values() {
     values_left_ -= values_.numbers.size();
     if (!values_.numbers.empty()) return &values_;
   }
-  if (info != nullptr && values_left_ > 0 && !file_.decodable())
+  if (info != nullptr && values_left_ > 0 && !file_->decodable())
     return IndexedFile::wrong("lacks values of elements of the piece", "step values", kNoOffset);
   return nullptr;
 }
@@ -437,8 +517,9 @@ std::uint32_t MeshExtractor::segment_number(std::size_t segment) const {
   return impl_->file().segment_number(segment);
 }
 bool MeshExtractor::had_values(std::uint32_t array, std::uint64_t step) const {
-  const auto& decodable = impl_->file().decodable();
-  return decodable && (!decodable->has_index || decodable->listed_steps.contains({array, step}));
+  const DecodableParts* decodable = impl_->file().decodable();
+  return decodable != nullptr &&
+         (!decodable->has_index || decodable->listed_steps.contains({array, step}));
 }
 std::uint64_t MeshExtractor::vertices() const { return impl_->file().index().vertices; }
 std::uint64_t MeshExtractor::cells() const { return impl_->file().index().cells; }
@@ -458,7 +539,10 @@ Result<std::vector<std::uint64_t>> MeshExtractor::steps(std::uint32_t array) {
   if (!reader) return reader.error();
   return (*reader)->steps(array);
 }
-Result<void> MeshExtractor::begin(const ExtractRequest& request) { return impl_->begin(request); }
+Result<StepReader*> MeshExtractor::step_reader() { return impl_->steps(); }
+Result<void> MeshExtractor::begin(const ExtractRequest& request, const ReadOptions& options) {
+  return impl_->begin(request, options);
+}
 Result<MeshBlock*> MeshExtractor::next() { return impl_->next(); }
 const std::vector<std::uint64_t>& MeshExtractor::vertex_numbers() const {
   return impl_->numbers(&PiecePicker::vertex_numbers);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -35,23 +36,22 @@ struct SegmentMesh {
 
 class __attribute__((visibility("hidden"))) StepReader::Impl {
  public:
-  Impl(RandomSource& source, const ReadLimits& limits) : file_(source, limits) {}
+  explicit Impl(std::shared_ptr<IndexedFile> file) : file_(std::move(file)) {}
 
-  /// `decodable`: of a damaged file; null: the file is whole.
-  Result<void> open(std::shared_ptr<const DecodableParts> decodable);
-  Result<void> open_damaged();
-  const IndexedFile& file() const { return file_; }
+  /// Must hold: the file is open.
+  Result<void> open();
+  const IndexedFile& file() const { return *file_; }
   const StepIndex& index() const { return index_; }
   const std::vector<double>& step_times() const { return times_; }
   bool is_stepped(std::uint32_t array) const {
-    return array < file_.schema().arrays.size() && file_.schema().arrays[array].per_step;
+    return array < file_->schema().arrays.size() && file_->schema().arrays[array].per_step;
   }
 
   Result<void> begin(const StepRequest& request);
   Result<StepValues*> next();
 
  private:
-  Result<void> read_steps();
+  void prefetch_parts();
   bool find_segment();
   Result<void> begin_segment();
   Result<void> read_group();
@@ -60,10 +60,10 @@ class __attribute__((visibility("hidden"))) StepReader::Impl {
   bool numbers_need_mesh() const;
   Result<void> number(const StepIndex::Part& part);
 
-  const ArrayInfo& info() const { return file_.schema().arrays[request_.array]; }
+  const ArrayInfo& info() const { return file_->schema().arrays[request_.array]; }
   bool of_points() const { return info().location == Location::point; }
 
-  IndexedFile file_;
+  std::shared_ptr<IndexedFile> file_;
   StepIndex index_;
   std::vector<double> times_;
   StepReference most_ = StepReference::nothing;
@@ -83,27 +83,16 @@ class __attribute__((visibility("hidden"))) StepReader::Impl {
   StepValues values_;
 };
 
-Result<void> StepReader::Impl::open(std::shared_ptr<const DecodableParts> decodable) {
-  if (auto good = decodable ? file_.open_damaged(std::move(decodable)) : file_.open(); !good)
-    return good;
-  return read_steps();
-}
-
-Result<void> StepReader::Impl::open_damaged() {
-  if (auto good = file_.open_damaged(); !good) return good;
-  return read_steps();
-}
-
-Result<void> StepReader::Impl::read_steps() {
-  auto times = file_.read_step_times();
+Result<void> StepReader::Impl::open() {
+  auto times = file_->read_step_times();
   if (!times) return times.error();
   times_ = std::move(*times);
-  auto index = StepIndex::of(file_);
+  auto index = StepIndex::of(*file_);
   if (!index) return index.error();
   index_ = std::move(*index);
-  most_ = most_reference(file_.schema(), index_.elements());
-  cell_bytes_ = std::make_shared<const std::vector<std::size_t>>(cell_data_bytes(file_.schema()));
-  covers_ = cover_numbers(file_.schema());
+  most_ = most_reference(file_->schema(), index_.elements());
+  cell_bytes_ = std::make_shared<const std::vector<std::size_t>>(cell_data_bytes(file_->schema()));
+  covers_ = cover_numbers(file_->schema());
   return {};
 }
 
@@ -113,7 +102,7 @@ Result<void> StepReader::Impl::begin(const StepRequest& request) {
   segment_ = end_segment_ = 0;
   if (!is_stepped(request.array))
     return misuse_error("array " + std::to_string(request.array) + " is no stepped array", "steps");
-  if (request.segment && *request.segment >= file_.segments().size())
+  if (request.segment && *request.segment >= file_->segments().size())
     return misuse_error("there is no segment " + std::to_string(*request.segment), "steps");
   request_ = request;
   const auto& steps = index_.steps(request.array);
@@ -128,8 +117,32 @@ Result<void> StepReader::Impl::begin(const StepRequest& request) {
   }
   wanted_ = static_cast<std::size_t>(found - steps.begin());
   segment_ = request.segment.value_or(0);
-  end_segment_ = request.segment ? segment_ + 1 : file_.segments().size();
+  end_segment_ = request.segment ? segment_ + 1 : file_->segments().size();
+  prefetch_parts();
   return {};
+}
+
+/// Tells the source which chunks of step values will be read.
+void StepReader::Impl::prefetch_parts() {
+  constexpr std::size_t kMostRanges = 1 << 14;
+  const std::uint32_t array = request_.array;
+  const auto& steps = index_.steps(array);
+  std::vector<ByteRange> ranges;
+  for (std::size_t segment = segment_; segment < end_segment_; ++segment) {
+    std::size_t from = index_.key_of(array, wanted_);
+    const auto held = held_.find({array, segment});
+    if (held != held_.end() && held->second.at && *held->second.at >= from &&
+        *held->second.at <= wanted_)
+      from = *held->second.at + 1;
+    for (std::size_t at = from; at <= wanted_; ++at)
+      for (const StepIndex::Part& part :
+           index_.parts(steps[at], file_->first_group(segment), file_->first_group(segment + 1))) {
+        if (!ranges.empty() && ranges.back().offset == part.offset) continue;
+        ranges.push_back({part.offset, part.bytes});
+        if (ranges.size() > kMostRanges) return;
+      }
+  }
+  file_->source().prefetch(ranges);
 }
 
 Result<StepValues*> StepReader::Impl::next() {
@@ -151,13 +164,13 @@ Result<StepValues*> StepReader::Impl::next() {
 /// The next segment, or the one at hand, that has elements of the array.
 bool StepReader::Impl::find_segment() {
   const auto parts = index_.parts(index_.steps(request_.array)[wanted_],
-                                  file_.first_group(segment_), file_.first_group(end_segment_));
-  segment_ = parts.empty() ? end_segment_ : file_.segment_of(parts.front().group);
+                                  file_->first_group(segment_), file_->first_group(end_segment_));
+  segment_ = parts.empty() ? end_segment_ : file_->segment_of(parts.front().group);
   return !parts.empty();
 }
 
 Result<void> StepReader::Impl::begin_segment() {
-  steps_.emplace(file_, index_, most_, request_.array, segment_, wanted_,
+  steps_.emplace(*file_, index_, most_, request_.array, segment_, wanted_,
                  held_[{request_.array, segment_}]);
   ElementNeeds needs;
   (of_points() ? needs.vertices : needs.cells) = steps_->needs_mesh();
@@ -192,7 +205,7 @@ Result<void> StepReader::Impl::read_group() {
 // --- numbers
 
 bool StepReader::Impl::numbers_need_mesh() const {
-  const Schema& schema = file_.schema();
+  const Schema& schema = file_->schema();
   if (!request_.numbers) return false;
   if (of_points()) return schema.order == Order::keep;
   return (schema.order == Order::keep && schema.delay > 0) ||
@@ -202,7 +215,7 @@ bool StepReader::Impl::numbers_need_mesh() const {
 Result<void> StepReader::Impl::number(const StepIndex::Part& part) {
   values_.numbers.reserve(static_cast<std::size_t>(part.count));
   if (!numbers_need_mesh()) {
-    const container::IndexEntry& group = file_.groups()[part.group];
+    const container::IndexEntry& group = file_->groups()[part.group];
     const std::uint64_t first = of_points() ? group.first_vertex : group.first_cell;
     for (std::uint64_t i = 0; i < part.count; ++i) values_.numbers.push_back(first + i);
     return {};
@@ -227,15 +240,21 @@ Result<SegmentMesh*> StepReader::Impl::mesh_of(std::size_t segment, const Elemen
   }
   constexpr std::size_t kMost = StepTopology::kMostKept;
   SegmentMesh& mesh = meshes_
-                          .try_emplace(segment, file_.schema(), file_.limits().max_group_bytes, all,
-                                       kMost - std::min(kept_bytes_, kMost), cell_bytes_)
+                          .try_emplace(segment, file_->schema(), file_->limits().max_group_bytes,
+                                       all, kMost - std::min(kept_bytes_, kMost), cell_bytes_)
                           .first->second;
-  for (std::size_t g = file_.first_group(segment); g < file_.first_group(segment + 1); ++g)
-    if (auto good = add_group(file_, g, mesh.topology); !good) {
+  std::vector<std::size_t> groups(file_->first_group(segment + 1) - file_->first_group(segment));
+  std::iota(groups.begin(), groups.end(), file_->first_group(segment));
+  file_->prefetch_streams(
+      groups, [&](const container::GroupHeader& header, const container::StreamEntry& stream) {
+        return mesh.topology.uses(header, stream);
+      });
+  for (const std::size_t g : groups)
+    if (auto good = add_group(*file_, g, mesh.topology); !good) {
       meshes_.erase(segment);
       return good.error();
     }
-  mesh.elements.emplace(file_.schema(), mesh.topology, covers_);
+  mesh.elements.emplace(file_->schema(), mesh.topology, covers_);
   return &mesh;
 }
 
@@ -247,17 +266,18 @@ StepReader& StepReader::operator=(StepReader&&) noexcept = default;
 StepReader::~StepReader() = default;
 
 Result<StepReader> StepReader::open(RandomSource& source, const ReadLimits& limits) {
-  return open(source, limits, nullptr);
-}
-Result<StepReader> StepReader::open(RandomSource& source, const ReadLimits& limits,
-                                    std::shared_ptr<const DecodableParts> decodable) {
-  auto impl = std::make_unique<Impl>(source, limits);
-  if (auto good = impl->open(std::move(decodable)); !good) return good.error();
-  return StepReader(std::move(impl));
+  auto file = std::make_shared<IndexedFile>(source, limits);
+  if (auto good = file->open(); !good) return good.error();
+  return of(std::move(file));
 }
 Result<StepReader> StepReader::open_damaged(RandomSource& source, const ReadLimits& limits) {
-  auto impl = std::make_unique<Impl>(source, limits);
-  if (auto good = impl->open_damaged(); !good) return good.error();
+  auto file = std::make_shared<IndexedFile>(source, limits);
+  if (auto good = file->open_damaged(); !good) return good.error();
+  return of(std::move(file));
+}
+Result<StepReader> StepReader::of(std::shared_ptr<IndexedFile> file) {
+  auto impl = std::make_unique<Impl>(std::move(file));
+  if (auto good = impl->open(); !good) return good.error();
   return StepReader(std::move(impl));
 }
 const Schema& StepReader::schema() const { return impl_->file().schema(); }

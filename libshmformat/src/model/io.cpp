@@ -386,6 +386,14 @@ Result<void> MemoryRandomSource::read_at(std::uint64_t offset, std::span<std::by
   return {};
 }
 
+void RandomSource::prefetch(std::span<const ByteRange> /*ranges*/) {}
+
+void SectionSource::prefetch(std::span<const ByteRange> ranges) {
+  std::vector<ByteRange> moved(ranges.begin(), ranges.end());
+  for (ByteRange& range : moved) range.offset += offset_;
+  whole_->prefetch(moved);
+}
+
 Result<void> SectionSource::read_at(std::uint64_t offset, std::span<std::byte> into) {
   if (offset > bytes_ || into.size() > bytes_ - offset)
     return Error{ErrorCode::truncated, "ends before it should", {}, offset_ + bytes_, {}};
