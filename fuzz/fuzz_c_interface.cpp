@@ -42,6 +42,9 @@ struct Fetched {
     own.read_at = [](void* context, std::uint64_t offset, void* into, std::uint64_t count, char*,
                      size_t) { return static_cast<Fetched*>(context)->read(offset, into, count); };
     own.close = [](void* context) { ++static_cast<Fetched*>(context)->closed; };
+    own.prefetch = [](void* context, const shmf_range* ranges, size_t count) {
+      expect(context != nullptr && count > 0 && ranges[count - 1].bytes + 1 > 0);
+    };
     return own;
   }
   int read(std::uint64_t offset, void* into, std::uint64_t count) {
@@ -146,6 +149,7 @@ void ask(shmf_file* file, std::mt19937& random) {
   std::uint64_t ended = random() % 40;
   auto run = sized<shmf_run_options>();
   run.context = &ended;
+  run.threads = random() % 4;
   run.progress = [](void* context, double done) {
     expect(done >= 0 && done <= 1);
     return (*static_cast<std::uint64_t*>(context))-- == 0 ? 1 : 0;

@@ -391,6 +391,7 @@ TEST(CInterface, StructsMayBeShorterAndLonger) {
 struct Fetched {
   std::span<const std::byte> bytes;
   std::uint64_t reads = 0, read_bytes = 0, fails_at = ~std::uint64_t{0};
+  std::uint64_t told = 0;
   int closed = 0;
 
   shmf_source source() {
@@ -411,6 +412,9 @@ struct Fetched {
       return 0;
     };
     out.close = [](void* context) { ++static_cast<Fetched*>(context)->closed; };
+    out.prefetch = [](void* context, const shmf_range* ranges, size_t count) {
+      for (size_t i = 0; i < count; ++i) static_cast<Fetched*>(context)->told += ranges[i].bytes;
+    };
     return out;
   }
 };
@@ -463,8 +467,10 @@ TEST(CInterface, OnlyWhatIsWantedIsRead) {
     shmf_file* file = nullptr;
     shmf_error why{};
     EXPECT_EQ(shmf_open_source(&source, nullptr, &file, &why), SHMF_OK) << why.message;
+    const std::uint64_t opened = fetched.read_bytes;
     EXPECT_EQ(read_all(file, wanted, why), SHMF_OK) << why.message;
     shmf_close(file);
+    EXPECT_EQ(fetched.told, fetched.read_bytes - opened);
     return fetched.read_bytes;
   };
   const auto nothing = fetched_for({});
@@ -474,6 +480,31 @@ TEST(CInterface, OnlyWhatIsWantedIsRead) {
   EXPECT_LT(nothing, bytes.size() / 4);
   EXPECT_LT(corners + 1000, points);
   EXPECT_LT(corners + 500, values);
+}
+
+TEST(CInterface, ThreadsGiveTheSame) {
+  const Bytes bytes = two_blocks_file();
+  std::vector<std::vector<double>> read;
+  for (const std::uint32_t threads : {0u, 1u, 3u, SHMF_ALL_THREADS}) {
+    const File file = opened(bytes);
+    shmf_run_options run{};
+    run.struct_size = sizeof run;
+    run.threads = threads;
+    shmf_counts counts{};
+    counts.struct_size = sizeof counts;
+    ASSERT_EQ(shmf_select(file.get(), nullptr, &run, &counts, nullptr), SHMF_OK);
+    std::vector<double> points(counts.vertices * 3);
+    shmf_target target{};
+    target.struct_size = sizeof target;
+    target.what = SHMF_POINTS;
+    target.type = SHMF_FLOAT64;
+    target.data = points.data();
+    target.bytes = points.size() * sizeof(double);
+    ASSERT_EQ(shmf_read(file.get(), &target, 1, &run, nullptr), SHMF_OK);
+    EXPECT_EQ(shmf_verify(file.get(), &run, nullptr), SHMF_OK);
+    read.push_back(std::move(points));
+  }
+  for (const auto& points : read) EXPECT_EQ(points, read.front());
 }
 
 TEST(CInterface, ACallerMayEndARun) {

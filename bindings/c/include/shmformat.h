@@ -78,8 +78,7 @@
 extern "C" {
 #endif
 
-/* ---- Version and errors
- * ------------------------------------------------------------------------------------- */
+/* ---- Version and errors ---------------------------------------------------------------------- */
 
 #define SHMF_VERSION_MAJOR 0
 #define SHMF_VERSION_MINOR 10
@@ -118,8 +117,7 @@ typedef struct shmf_error {
   char message[528]; /* all of it for people: "run.shm: group 3, geometry, at byte 812: ..." */
 } shmf_error;
 
-/* ---- Words of the format (numbers are those of the file)
- * ------------------------------------------------------ */
+/* ---- Words of the format (numbers are those of the file) ------------------------------------- */
 
 typedef enum shmf_type {
   SHMF_INT8 = 1,
@@ -161,9 +159,7 @@ enum { SHMF_REFERS_TO_NOTHING = 0, SHMF_REFERS_TO_VERTICES = 1, SHMF_REFERS_TO_C
 enum { SHMF_LEVEL_DEFAULT = 0, SHMF_LEVEL_FAST = 1, SHMF_LEVEL_BEST = 2 };
 enum { SHMF_NODE_SET = 0, SHMF_SIDE_SET = 1, SHMF_ELEMENT_SET = 2 }; /* kind of a set */
 
-/* ---- Opening
- * ---------------------------------------------------------------------------------------------------
- */
+/* ---- Opening --------------------------------------------------------------------------------- */
 
 typedef struct shmf_file shmf_file;
 
@@ -179,6 +175,10 @@ typedef struct shmf_open_options {
   uint64_t max_active_vertices, max_chunk_bytes, max_group_bytes, max_extra_bytes, max_steps;
 } shmf_open_options;
 
+typedef struct shmf_range {
+  uint64_t offset, bytes;
+} shmf_range;
+
 /* Bytes from anywhere: ranges of a URL, object stores, another container. Called in the thread of
    the call that needs them, one at a time, never for bytes beyond `bytes`. */
 typedef struct shmf_source {
@@ -189,8 +189,12 @@ typedef struct shmf_source {
      and `why` may then be filled with a sentence, at most `why_bytes` with its 0. */
   int (*read_at)(void* context, uint64_t offset, void* into, uint64_t count, char* why,
                  size_t why_bytes);
-  void (*close)(
-      void* context); /* may be NULL; called once, by shmf_close() or where opening fails */
+  /* May be NULL; called once, by shmf_close() or where opening fails. */
+  void (*close)(void* context);
+  /* May be NULL. Ranges that read_at() will be asked for next, mostly in this order: told before,
+     so that a source whose bytes are far away can fetch them together. They need not be there, and
+     may not be asked for in the end. The list lives for the call. */
+  void (*prefetch)(void* context, const shmf_range* ranges, size_t count);
 } shmf_source;
 
 /* Read the end of the file, its index and its schema: a line for each chunk of it, and no values.
@@ -218,8 +222,7 @@ SHMF_API shmf_status shmf_open_member(const shmf_file* archive, uint32_t member,
                                       const shmf_open_options* options, shmf_file** file,
                                       shmf_error* error);
 
-/* ---- What a file holds
- * ----------------------------------------------------------------------------------------- */
+/* ---- What a file holds ----------------------------------------------------------------------- */
 
 typedef struct shmf_info {
   size_t struct_size;
@@ -321,8 +324,7 @@ typedef struct shmf_set {
 SHMF_API shmf_status shmf_set_count(shmf_file* file, uint64_t* count, shmf_error* error);
 SHMF_API shmf_status shmf_get_set(shmf_file* file, uint64_t set, shmf_set* info, shmf_error* error);
 
-/* ---- Whole arrays, of all or of some cells
- * ----------------------------------------------------------------------- */
+/* ---- Whole arrays, of all or of some cells --------------------------------------------------- */
 
 /* What runs long reports now and then, in the caller's thread, how much is done, from 0 to 1.
    Anything but 0 that it returns ends the call with SHMF_CANCELLED. NULL where no struct or no
@@ -331,7 +333,12 @@ typedef struct shmf_run_options {
   size_t struct_size;
   int (*progress)(void* context, double done);
   void* context;
+  /* That decode segments beside the caller's: 0, 1: none; SHMF_ALL_THREADS: one for each core. Time
+     steps are decoded by the caller's. What comes back is the same for any number. */
+  uint32_t threads;
+  uint32_t reserved;
 } shmf_run_options;
+#define SHMF_ALL_THREADS UINT32_MAX
 
 /* Cells that meet every condition that is there. */
 typedef struct shmf_selection {
@@ -400,8 +407,7 @@ SHMF_API shmf_status shmf_read(shmf_file* file, shmf_target* targets, size_t cou
    is good. Not for archives or damaged files. */
 SHMF_API shmf_status shmf_verify(shmf_file* file, const shmf_run_options* run, shmf_error* error);
 
-/* ---- A stream, in pieces
- * ------------------------------------------------------------------------------------------ */
+/* ---- A stream, in pieces --------------------------------------------------------------------- */
 
 typedef struct shmf_decoder shmf_decoder;
 
@@ -462,9 +468,7 @@ SHMF_API shmf_status shmf_decoder_array(const shmf_decoder* decoder, uint32_t ar
 /* NULL is allowed. */
 SHMF_API void shmf_decoder_free(shmf_decoder* decoder);
 
-/* ---- Writing
- * ------------------------------------------------------------------------------------------------------
- */
+/* ---- Writing --------------------------------------------------------------------------------- */
 
 typedef struct shmf_writer shmf_writer;
 
@@ -483,7 +487,6 @@ typedef struct shmf_write_options {
   uint32_t key_steps; /* of an array's steps one in so many refers to no other; 0: by the library,
                          1: all */
 } shmf_write_options;
-#define SHMF_ALL_THREADS UINT32_MAX
 
 /* The file appears whole under its name when shmf_writer_finish() succeeds, or not at all.
    `options` may be NULL. On failure *writer is NULL. */

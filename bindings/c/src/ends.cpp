@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <string>
+#include <vector>
 
 namespace shmf {
 
@@ -17,6 +18,15 @@ shm::Result<void> CallbackSource::read_at(std::uint64_t offset, std::span<std::b
   why[sizeof why - 1] = 0;
   return shm::Error{
       shm::ErrorCode::io, why[0] != 0 ? why : "the source gave no bytes", "", offset, {}};
+}
+
+void CallbackSource::prefetch(std::span<const shm::ByteRange> ranges) {
+  if (source_.prefetch == nullptr || ranges.empty()) return;
+  std::vector<shmf_range> told;
+  told.reserve(ranges.size());
+  for (const shm::ByteRange& range : ranges) told.push_back({range.offset, range.bytes});
+  const std::lock_guard lock(mutex_);
+  source_.prefetch(source_.context, told.data(), told.size());
 }
 
 shm::Result<void> CallbackSink::write(std::span<const std::byte> bytes) {

@@ -30,6 +30,7 @@ class CallbackSource final : public shm::RandomSource {
   CallbackSource& operator=(const CallbackSource&) = delete;
   std::uint64_t size() const override { return source_.bytes; }
   shm::Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override;
+  void prefetch(std::span<const shm::ByteRange> ranges) override;
 
  private:
   shmf_source source_;

@@ -144,16 +144,6 @@ using shmf::misuse;
 using shmf::taken;
 using shmf::with_mesh;
 
-shm::Result<shm::StepReader*> shmf_file::step_reader() {
-  if (!steps) {
-    auto reader = damaged ? shm::StepReader::open_damaged(bytes(), limits)
-                          : shm::StepReader::open(bytes(), limits);
-    if (!reader) return reader.error();
-    steps.emplace(std::move(*reader));
-  }
-  return &*steps;
-}
-
 Result<void> shmf_file::read_extras() {
   if (extras) return {};
   auto all = mesh->extras();

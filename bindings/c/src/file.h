@@ -13,7 +13,6 @@
 #include "shm/io.h"
 #include "shm/mesh_extract.h"
 #include "shm/sets.h"
-#include "shm/step_reader.h"
 #include "shmformat.h"
 
 namespace shmf {
@@ -50,7 +49,6 @@ struct shmf_file {
   shm::ReadLimits limits;
   bool damaged = false;
   std::optional<shm::MeshExtractor> mesh;  // nothing in an archive
-  std::optional<shm::StepReader> steps;    // opened where it is needed
 
   std::optional<std::vector<double>> times;
   std::vector<std::uint64_t> array_steps;
@@ -63,7 +61,6 @@ struct shmf_file {
     return section ? static_cast<shm::RandomSource&>(*section) : *source;
   }
   const shm::Schema& schema() const { return mesh->schema(); }
-  shm::Result<shm::StepReader*> step_reader();
   shm::Result<void> read_extras();
   shm::Result<void> read_sets();
   shm::Result<void> count_piece(const shmf_run_options& run);

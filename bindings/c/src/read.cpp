@@ -20,6 +20,13 @@ namespace {
 using shm::MeshBlock;
 using shm::Result;
 
+shm::ReadOptions read_options(const shmf_run_options& run) {
+  shm::ReadOptions options;
+  options.threads = run.threads == SHMF_ALL_THREADS ? 0 : std::max(run.threads, 1u);
+  options.max_ahead_bytes = std::uint64_t{32} << 20;  // beside the caller's arrays
+  return options;
+}
+
 /// Which of the piece's elements has this number in the file; nothing where none has.
 std::optional<std::uint64_t> position(const std::vector<std::uint64_t>& numbers, bool whole,
                                       std::uint64_t count, std::uint64_t number) {
@@ -34,7 +41,7 @@ class MeshPass {
  public:
   /// All is borrowed. `keep_blocks`: cell_blocks() is asked for.
   MeshPass(shmf_file& file, std::span<Target> targets, bool coordinates, bool keep_blocks);
-  Result<void> run(Watch& watch, double all);
+  Result<void> run(Watch& watch, double all, const shm::ReadOptions& options);
 
   /// Index of the block of each cell.
   const std::vector<std::uint32_t>& cell_blocks() const { return cell_blocks_; }
@@ -96,12 +103,12 @@ MeshPass::MeshPass(shmf_file& file, std::span<Target> targets, bool coordinates,
                                                : vtk_cell_type(block.shape, block.nodes_per_cell));
 }
 
-Result<void> MeshPass::run(Watch& watch, double all) {
+Result<void> MeshPass::run(Watch& watch, double all, const shm::ReadOptions& options) {
   shm::ExtractRequest request;
   request.cells = piece().cells;
   request.arrays = arrays_;
   request.coordinates = coordinates_;
-  if (auto good = file_->mesh->begin(request); !good) return good;
+  if (auto good = file_->mesh->begin(request, options); !good) return good;
   while (true) {
     const auto part = file_->mesh->next();
     if (!part) return part.error();
@@ -356,7 +363,7 @@ Result<void> StepPass::read(std::uint32_t array, std::uint64_t step, std::span<T
 
   shm::StepReader* reader = nullptr;
   if (piece.whole) {
-    const auto opened = file_->step_reader();
+    const auto opened = file_->mesh->step_reader();
     if (!opened) return opened.error();
     reader = *opened;
   }
@@ -437,7 +444,7 @@ Result<void> read_targets(shmf_file& file, std::span<Target> targets, const shmf
   const double all = in_mesh + static_cast<double>(step_pass.elements());
   Watch watch(run);
   if (mesh)
-    if (auto good = mesh_pass.run(watch, all); !good) return good;
+    if (auto good = mesh_pass.run(watch, all, read_options(run)); !good) return good;
   if (auto good = step_pass.run(watch, in_mesh, all); !good) return good;
   return watch.tell(1, 1);
 }
@@ -483,10 +490,9 @@ Result<void> count_by_decoding(shmf_file& file, const shmf_run_options& run) {
   request.cells = piece.cells;
   request.arrays.emplace();
   request.coordinates = false;
-  if (auto good = file.mesh->begin(request); !good) return good;
+  if (auto good = file.mesh->begin(request, read_options(run)); !good) return good;
   Watch watch(run);
-  std::uint64_t cells = 0;
-  piece.corner_count = 0;
+  piece.vertex_count = piece.cell_count = piece.corner_count = 0;
   piece.block_cells.assign(file.schema().blocks.size(), 0);
   while (true) {
     const auto part = file.mesh->next();
@@ -494,13 +500,12 @@ Result<void> count_by_decoding(shmf_file& file, const shmf_run_options& run) {
     if (*part == nullptr) break;
     piece.corner_count += (*part)->corners.size();
     for (const std::uint32_t b : (*part)->cell_blocks) ++piece.block_cells[b];
-    cells += (*part)->cell_count();
+    piece.vertex_count += (*part)->vertex_count();
+    piece.cell_count += (*part)->cell_count();
     const auto good =
-        watch.tell(static_cast<double>(cells), static_cast<double>(file.mesh->cells()));
+        watch.tell(static_cast<double>(piece.cell_count), static_cast<double>(file.mesh->cells()));
     if (!good) return good;
   }
-  piece.vertex_count = file.mesh->vertex_numbers().size();
-  piece.cell_count = file.mesh->cell_numbers().size();
   if (piece.whole) return {};
   piece.vertices = file.mesh->vertex_numbers();
   piece.numbers = file.mesh->cell_numbers();
@@ -596,8 +601,10 @@ shmf_status shmf_verify(shmf_file* file, const shmf_run_options* run, shmf_error
     const auto watched = shmf::taken_or_default(run, "run");
     if (!watched) return watched.error();
     shmf::Watch watch(*watched);
+    const shm::ByteRange all{0, file->bytes().size()};
+    file->bytes().prefetch({&all, 1});
     shmf::CountingSource source(file->bytes());
-    auto reader = shm::Reader::open(source, file->limits);
+    auto reader = shm::Reader::open(source, file->limits, shmf::read_options(*watched));
     if (!reader) return reader.error();
     while (true) {
       const auto item = reader->next();
