@@ -6,13 +6,15 @@ import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, BinaryIO, Callable, Union
+from typing import TYPE_CHECKING, Any, BinaryIO, Callable, Union
 
 import numpy as np
 
 from ._library import (DTYPES, SHAPES, TYPES, Error, check, copied, encoded, ffi, lib, raise_with, struct,
                        text)
-from ._remote import Remote, open_url
+
+if TYPE_CHECKING:
+    from ._remote import Remote
 
 Source = Union[str, "os.PathLike[str]", bytes, bytearray, memoryview, BinaryIO]
 
@@ -199,9 +201,11 @@ def _opened(source: Source, damaged: bool) -> _Handle:
     file = ffi.new("shmf_file**")
     options = _options(damaged)
     if isinstance(source, str) and re.match(r"[a-z][a-z0-9+.-]+://", source):
+        from ._remote import open_url  # what it needs of Python is large, and most files are here
+
         remote = open_url(source)
         try:
-            handle = _opened_ranges(remote.size, remote.read_into, remote, options, file)
+            handle = _opened_ranges(remote.size, remote.read_into, remote, options, file, remote.tell)
         except BaseException:
             remote.close()
             raise
@@ -233,8 +237,9 @@ def _opened_object(source: BinaryIO, options: Any, file: Any) -> _Handle:
 
 
 def _opened_ranges(size: int, read_into: Callable[[int, memoryview], None], source: Any, options: Any,
-                   file: Any) -> _Handle:
-    """Bytes that a function of Python gives. What it raises is the cause of the Error."""
+                   file: Any, tell: Callable[[Sequence[tuple[int, int]]], None] | None = None) -> _Handle:
+    """Bytes that a function of Python gives. What it raises is the cause of the Error. tell: wants to know what
+    will be read next: (first byte, the one behind the last) each."""
     handle = _Handle(None)
 
     def read_at(_: Any, offset: int, into: Any, count: int, why: Any, why_bytes: int) -> int:
@@ -251,11 +256,16 @@ def _opened_ranges(size: int, read_into: Callable[[int, memoryview], None], sour
     own.bytes = size
     own.read_at = callback = ffi.callback(
         "int(void*, uint64_t, void*, uint64_t, char*, size_t)", read_at, error=1)
+    told = None
+    if tell is not None:
+        told = own.prefetch = ffi.callback(
+            "void(void*, const shmf_range*, size_t)",
+            lambda _, ranges, count: tell([(r.offset, r.offset + r.bytes) for r in ranges[0:count]]))
     try:
         check(lib.shmf_open_source, own, options, file)
     except Error as why:
         raise_with(why, handle.error)
-    handle.file, handle.keep = file[0], (callback, source)
+    handle.file, handle.keep = file[0], (callback, told, source)
     return handle
 
 
@@ -485,13 +495,14 @@ class Mesh:
 
     def read(self, *, points: bool = True, cells: bool = True, point_data: Sequence[str] = (),
              cell_data: Sequence[str] = (), step: int | None = None, out: Mapping[str, np.ndarray] | None = None,
-             progress: Callable[[float], Any] | None = None) -> Arrays:
+             progress: Callable[[float], Any] | None = None, threads: int = 1) -> Arrays:
         """Several arrays in one pass over the file, which costs less than one after the other.
 
         step: of arrays with time steps. out: arrays to fill by name, "points", "offsets", "connectivity",
         "types", "blocks", or that of a point or cell array, instead of new ones: contiguous, of the right
         shape. Points may be float32 or float64 there, offsets and connectivity integers of 32 or 64 bits.
-        progress: called now and then with what is done, from 0 to 1.
+        progress: called now and then with what is done, from 0 to 1. threads: that decode; 0 is one for each
+        core.
         """
         counts = self._count()
         left = dict(out or {})
@@ -526,7 +537,7 @@ class Mesh:
                                     step if told.per_step else 0)
         if left:
             raise ValueError(f"nothing to read that is called {', '.join(map(repr, left))}")
-        self._read(wanted, progress)
+        self._read(wanted, progress, threads)
         return result
 
     def _shape(self, array: int) -> tuple[int, ...]:
@@ -544,7 +555,7 @@ class Mesh:
         return self._read([(lib.SHMF_VALUES, into, array, step)])[0]
 
     def _read(self, wanted: list[tuple[int, np.ndarray, int, int]],
-              progress: Callable[[float], Any] | None = None) -> list[np.ndarray]:
+              progress: Callable[[float], Any] | None = None, threads: int = 1) -> list[np.ndarray]:
         """Fills arrays: (what, array, index of the array in the file, step) each."""
         self._count()
         targets = ffi.new("shmf_target[]", len(wanted))
@@ -557,22 +568,23 @@ class Mesh:
             target.what, target.type, target.array, target.step = what, TYPES[into.dtype], array, step
             target.flags = lib.SHMF_FILL
             target.data, target.bytes = buffers[-1], into.nbytes
-        with _Watched(progress) as run:
+        with _Run(progress, threads) as run:
             self._handle(lib.shmf_read, targets, len(wanted), run.options)
         return [into for _, into, _, _ in wanted]
 
-    def verify(self, progress: Callable[[float], Any] | None = None) -> None:
+    def verify(self, progress: Callable[[float], Any] | None = None, threads: int = 1) -> None:
         """Decodes all of the file and keeps nothing; raises an Error where anything is wrong with it."""
-        with _Watched(progress) as run:
+        with _Run(progress, threads) as run:
             self._handle(lib.shmf_verify, run.options)
 
 
-class _Watched:
-    """A run that tells how far it is. What `progress` raises ends the run, and comes out of it."""
+class _Run:
+    """What runs long: with threads, and telling how far it is. What `progress` raises ends it, and comes out of it."""
 
-    def __init__(self, progress: Callable[[float], Any] | None):
+    def __init__(self, progress: Callable[[float], Any] | None, threads: int):
         self._raised: BaseException | None = None
-        self.options = ffi.NULL
+        self.options = struct("run_options")
+        self.options.threads = threads if threads else 2**32 - 1  # SHMF_ALL_THREADS
         if progress is None:
             return
 
@@ -585,10 +597,9 @@ class _Watched:
                 return 1
 
         self._callback = ffi.callback("int(void*, double)", told, error=1)
-        self.options = struct("run_options")
         self.options.progress = self._callback
 
-    def __enter__(self) -> _Watched:
+    def __enter__(self) -> _Run:
         return self
 
     def __exit__(self, kind: Any, *_: Any) -> None:

@@ -1,7 +1,7 @@
 """Files that are far away: bytes by ranges, of a URL, with what was fetched kept for a while.
 
-Reads that are near each other become one request: blocks of 64 KB are fetched, and more of them ahead
-where reading goes on front to back. Through fsspec where it is installed, which knows many protocols;
+The library tells what it will read: ranges less than 64 KB apart are fetched as one, and several in one
+request where the server can do that. Through fsspec where it is installed, which knows many protocols;
 else http and https with what Python has, over one connection.
 """
 from __future__ import annotations
@@ -9,15 +9,19 @@ from __future__ import annotations
 import http.client
 import re
 import urllib.parse
-from collections import OrderedDict
+from bisect import bisect_right
+from collections.abc import Sequence
 from typing import Protocol
 
 from ._library import Error
 
-_BLOCK = 1 << 16
-_MOST_AHEAD = 64  # blocks
-_MOST_KEPT = 1024  # blocks
+_NEAR = 1 << 16  # ranges that are not so far apart are one
+_MOST_AT_ONCE = 16 << 20  # bytes of what is told before
+_MOST_RANGES = 64  # of a request
+_MOST_KEPT = 64 << 20  # bytes
 _MOST_REDIRECTS = 5
+
+Range = tuple[int, int]  # first byte, and the one behind the last
 
 
 def _error(url: str, sentence: str) -> Error:
@@ -29,8 +33,8 @@ class Ranges(Protocol):
 
     size: int
 
-    def fetch(self, first: int, end: int) -> bytes:
-        """Bytes first to end, end left out."""
+    def fetch(self, ranges: Sequence[Range]) -> list[bytes]:
+        """The bytes of each range; they ascend and do not touch."""
 
     def close(self) -> None: ...
 
@@ -42,8 +46,9 @@ class _Http:
         self._url = self._first_url = url
         self._connection: http.client.HTTPConnection | None = None
         self._version: str | None = None  # that the first answer told of
+        self._gives_many = True  # ranges in one request, as far as is known
         try:
-            status, headers, self.tail = self._follow(f"bytes=-{_BLOCK}")
+            status, headers, self.tail = self._follow(f"bytes=-{_NEAR}")
             if status == 416 or (status == 200 and headers.get("Content-Length") == "0"):
                 raise _error(url, "the file is empty")
             self.size = self._total(status, headers)
@@ -90,7 +95,7 @@ class _Http:
             try:
                 self._connection.request("GET", target, headers={"Range": wanted, "Accept-Encoding": "identity"})
                 answer = self._connection.getresponse()
-                if answer.status == 200 and int(answer.headers.get("Content-Length") or _BLOCK + 1) > _BLOCK:
+                if answer.status == 200 and int(answer.headers.get("Content-Length") or _NEAR + 1) > _NEAR:
                     self.close()  # all of a large file
                     return answer.status, answer.headers, b""
                 return answer.status, answer.headers, answer.read()
@@ -100,22 +105,48 @@ class _Http:
                     raise _error(self._url, f"the connection failed: {why or type(why).__name__}") from why
         raise AssertionError("unreachable")
 
-    def fetch(self, first: int, end: int) -> bytes:
-        wanted = f"bytes={first}-{end - 1}"
+    def fetch(self, ranges: Sequence[Range]) -> list[bytes]:
+        if len(ranges) > 1 and self._gives_many:
+            bodies = self._fetch_many(ranges)
+            if bodies is not None:
+                return bodies
+            self._gives_many = False
+        return [self._fetch(first, end) for first, end in ranges]
+
+    def _answer(self, wanted: str) -> tuple[int, http.client.HTTPMessage, bytes]:
         status, headers, body = self._request(wanted)
         if status in (301, 302, 303, 307, 308, 401, 403) and self._url != self._first_url:
             self.close()  # where it was sent to may be for a while only
             self._url = self._first_url
             status, headers, body = self._follow(wanted)
-        if status == 200:
-            raise _error(self._url, "the server gives no ranges of files any more")
         if status in (206, 412, 416) and self._version_of(headers) not in (None, self._version):
             raise _error(self._url, "the file on the server has changed")
+        return status, headers, body
+
+    def _fetch(self, first: int, end: int) -> bytes:
+        status, headers, body = self._answer(f"bytes={first}-{end - 1}")
+        if status == 200:
+            raise _error(self._url, "the server gives no ranges of files any more")
         if status != 206:
             raise _error(self._url, f"the server answers {status} {http.client.responses.get(status, '')}".rstrip())
         if headers.get("Content-Range") != f"bytes {first}-{end - 1}/{self.size}" or len(body) != end - first:
             raise _error(self._url, "the server gives other bytes than it was asked for")
         return body
+
+    def _fetch_many(self, ranges: Sequence[Range]) -> list[bytes] | None:
+        """In one request; None where the server gives one range at a time."""
+        status, headers, body = self._answer("bytes=" + ",".join(f"{first}-{end - 1}" for first, end in ranges))
+        if status != 206 or headers.get_content_type() != "multipart/byteranges":
+            return None
+        bodies, at = [], 0
+        for first, end in ranges:  # a part each: headers, an empty line, the bytes
+            begin = body.find(b"\r\n\r\n", at) + 4
+            wanted = rb"(?i)content-range:\s*bytes %d-%d/%d\s" % (first, end - 1, self.size)
+            if begin < 4 or not re.search(wanted, body[at:begin]) or len(body) - begin < end - first:
+                return None
+            at = begin + end - first
+            bodies.append(body[begin:at])
+        return bodies
 
     def close(self) -> None:
         if self._connection is not None:
@@ -136,62 +167,70 @@ class _Fsspec:
         except Exception as why:  # of any protocol, of any kind
             raise _error(url, f"cannot be opened: {why or type(why).__name__}") from why
 
-    def fetch(self, first: int, end: int) -> bytes:
-        (body,) = self._system.cat_ranges([self._path], [first], [end], on_error="raise")
-        if len(body) != end - first:
+    def fetch(self, ranges: Sequence[Range]) -> list[bytes]:
+        firsts, ends = zip(*ranges)
+        bodies = self._system.cat_ranges([self._path] * len(ranges), list(firsts), list(ends), on_error="raise")
+        if any(len(body) != end - first for body, (first, end) in zip(bodies, ranges)):
             raise _error(self._url, "gives other bytes than it was asked for")
-        return body
+        return bodies
 
     def close(self) -> None:
         pass
 
 
 class Remote:
-    """Reads anywhere, and keeps the blocks that were read last."""
+    """Reads anywhere, and keeps what was fetched last."""
 
     def __init__(self, ranges: Ranges, tail: bytes = b""):
         self._ranges = ranges
         self.size = ranges.size
-        self._blocks: OrderedDict[int, bytes] = OrderedDict()
-        self._next = -1  # block behind the last that was read
-        self._ahead = 0
-        first = self.size - len(tail)
-        for block in range(-(-first // _BLOCK), -(-self.size // _BLOCK) if tail else 0):
-            self._blocks[block] = tail[block * _BLOCK - first:(block + 1) * _BLOCK - first]
-        self._tail, self._tail_first = tail, first
+        self._kept: list[tuple[int, bytes]] = []  # first byte, and the bytes; the oldest first
+        self._told: list[Range] = []  # ascending, and apart
+        if tail:
+            self._kept.append((self.size - len(tail), tail))
+
+    def tell(self, ranges: Sequence[Range]) -> None:
+        """What will be read next."""
+        runs: list[Range] = []
+        for first, end in sorted(ranges):
+            end = min(end, self.size)
+            if runs and first < runs[-1][1] + _NEAR:
+                runs[-1] = (runs[-1][0], max(runs[-1][1], end))
+            elif first < end:
+                runs.append((first, end))
+        self._told = [(first, end) for first, end in runs if not self._find(first, end - first)]
 
     def read_into(self, offset: int, into: memoryview) -> None:
-        if offset >= self._tail_first and self._tail:  # of a block whose beginning was not fetched, too
-            into[:] = self._tail[offset - self._tail_first:offset - self._tail_first + len(into)]
-            return
-        first, end = offset // _BLOCK, -(-(offset + len(into)) // _BLOCK)
-        self._fetch(first, end)
-        for block in range(first, end):
-            begin = max(offset, block * _BLOCK)
-            until = min(offset + len(into), (block + 1) * _BLOCK)
-            into[begin - offset:until - offset] = self._blocks[block][begin - block * _BLOCK:until - block * _BLOCK]
-        while len(self._blocks) > max(_MOST_KEPT, end - first):
-            self._blocks.popitem(last=False)
+        kept = self._find(offset, len(into))
+        if kept is None:
+            self._fetch(offset, offset + len(into))
+            kept = self._find(offset, len(into))
+            assert kept is not None
+        first, body = kept
+        into[:] = body[offset - first:offset - first + len(into)]
+
+    def _find(self, offset: int, count: int) -> tuple[int, bytes] | None:
+        for first, body in reversed(self._kept):
+            if first <= offset and offset + count <= first + len(body):
+                return first, body
+        return None
 
     def _fetch(self, first: int, end: int) -> None:
-        """Blocks that are missing, and more of them where reading goes on."""
-        missing = [block for block in range(first, end) if block not in self._blocks]
-        goes_on = first in (self._next, self._next - 1)
-        self._ahead = min(max(2 * self._ahead, 1), _MOST_AHEAD) if goes_on and missing else (self._ahead if goes_on else 0)
-        self._next = end
-        if missing:
-            last = missing[-1] + 1
-            for _ in range(self._ahead):
-                if last * _BLOCK >= self.size or last in self._blocks:
-                    break
-                last += 1
-            begin, until = missing[0] * _BLOCK, min(last * _BLOCK, self.size)
-            body = self._ranges.fetch(begin, until)
-            for block in range(missing[0], last):
-                at = (block - missing[0]) * _BLOCK
-                self._blocks[block] = body[at:at + _BLOCK]
-        for block in range(first, end):
-            self._blocks.move_to_end(block)
+        """These bytes, with those that will be read behind them."""
+        at = bisect_right(self._told, first, key=lambda told: told[0]) - 1
+        told_end = self._told[at][1] if at >= 0 else 0
+        ranges = [(first, max(end, min(told_end, first + _MOST_AT_ONCE)))]
+        room = _MOST_AT_ONCE - (ranges[0][1] - ranges[0][0])
+        for told in self._told[at + 1:]:
+            room -= told[1] - told[0]
+            if room < 0 or told[0] <= ranges[-1][1] or len(ranges) == _MOST_RANGES:
+                break
+            ranges.append(told)
+        if len(ranges) == 1:  # more costs nothing
+            ranges = [(first, max(ranges[0][1], min(first + _NEAR, self.size)))]
+        self._kept += zip((begin for begin, _ in ranges), self._ranges.fetch(ranges))
+        while sum(len(body) for _, body in self._kept[:-len(ranges)]) > _MOST_KEPT:
+            del self._kept[0]
 
     def close(self) -> None:
         self._ranges.close()
