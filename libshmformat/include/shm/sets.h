@@ -1,5 +1,5 @@
 // Sets of a mesh: nodes, sides of cells, or cells that have a number and a name together. In a file
-// they are extras "mesh/node_set/<i>/...", "mesh/side_set/<i>/..." and "mesh/element_set/<i>/...",
+// they are extras "mesh/node_set/I/...", "mesh/side_set/I/..." and "mesh/element_set/I/...",
 // whatever format they came from (spec/registry.md, "Open names"); here extras become sets, and
 // sets extras. Files before 0.10 have sets under keys of their source format, which these functions
 // pass over: `shm compress old.shm -o new.shm` gives them the others.
@@ -70,7 +70,7 @@ SHM_API Result<std::vector<Extra>> extras_of_sets(std::span<const MeshSet> sets)
 /// Where one set stands: which of the extras hold it.
 struct SetPlace {
   MeshSet::Kind kind = MeshSet::Kind::nodes;
-  std::uint64_t number = 0;  ///< of its folder: the <i> in its keys
+  std::uint64_t number = 0;  ///< of its folder: the I in its keys
   std::vector<std::size_t>
       extras;  ///< indices, ascending; what is not known in a folder is no part
 };
