@@ -16,6 +16,8 @@
 #include <vector>
 
 #include "bytes/binary.h"
+#include "bytes/packing.h"
+#include "bytes/unpacking.h"
 #include "shm/reader.h"
 #include "support/file_surgery.h"
 

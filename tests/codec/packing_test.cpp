@@ -1,4 +1,6 @@
+#include "bytes/packing.h"
 #include "bytes/binary.h"
+#include "bytes/unpacking.h"
 
 #include <gtest/gtest.h>
 

@@ -14,6 +14,8 @@
 #include <vector>
 
 #include "bytes/binary.h"
+#include "bytes/packing.h"
+#include "bytes/unpacking.h"
 
 namespace shm {
 namespace {
@@ -41,8 +43,12 @@ Schema hexahedra() { return schema_of({8}); }
 
 constexpr std::uint64_t kNoLimit = std::uint64_t{1} << 30;
 
-Zstd& zstd() {
-  static Zstd it;
+ZstdCompressor& packing() {
+  static ZstdCompressor it;
+  return it;
+}
+ZstdDecompressor& unpacking() {
+  static ZstdDecompressor it;
   return it;
 }
 
@@ -50,11 +56,11 @@ Bytes encode(ShiftEncoder& encoder, const Group& group) {
   for (const Cell& cell : group.cells) encoder.add_cell(cell.marks, cell.numbers);
   for (std::uint64_t number : group.unused) encoder.add_unused(number);
   EXPECT_EQ(encoder.symbols().size(), group.cells.size());
-  return encoder.finish(zstd());
+  return encoder.finish(packing());
 }
 bool begin(ShiftDecoder& decoder, std::span<const std::byte> bytes, std::size_t cells,
            std::uint64_t limit = kNoLimit) {
-  return decoder.begin_group(bytes, static_cast<std::uint32_t>(cells), limit, zstd());
+  return decoder.begin_group(bytes, static_cast<std::uint32_t>(cells), limit, unpacking());
 }
 
 /// Cells of one shift.

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "bytes/binary.h"
+#include "bytes/packing.h"
 #include "model/schema.h"
 #include "support/hostile.h"
 #include "support/sanitized.h"

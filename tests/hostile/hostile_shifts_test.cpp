@@ -4,6 +4,8 @@
 #include <unordered_set>
 
 #include "bytes/binary.h"
+#include "bytes/packing.h"
+#include "bytes/unpacking.h"
 #include "shm/appender.h"
 #include "support/hostile.h"
 #include "support/sanitized.h"

@@ -6,6 +6,7 @@
 #include <unordered_set>
 
 #include "bytes/binary.h"
+#include "bytes/packing.h"
 #include "model/schema.h"
 #include "steps/step_topology.h"
 #include "support/hostile.h"

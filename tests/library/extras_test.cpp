@@ -12,6 +12,8 @@
 #include <random>
 
 #include "bytes/dictionary.h"
+#include "bytes/packing.h"
+#include "bytes/unpacking.h"
 
 namespace shm {
 namespace {

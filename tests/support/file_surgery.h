@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "bytes/binary.h"
+#include "bytes/packing.h"
 #include "container/format.h"
 #include "model/schema.h"
 #include "shm/io.h"

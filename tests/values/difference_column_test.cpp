@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "bytes/binary.h"
+#include "bytes/packing.h"
 #include "support/sanitized.h"
 
 namespace shm {
@@ -49,11 +50,13 @@ DifferenceScratch& scratch() {
 }
 
 DifferenceColumn::Encoded encode(DifferenceColumn& column, const Group& group, std::size_t stride) {
-  return column.encode(group.numbers, group.values.data(), stride, group.lags, scratch());
+  static ZstdCompressor packing;
+  return column.encode(group.numbers, group.values.data(), stride, group.lags, scratch(), packing);
 }
 bool begin(DifferenceColumn& column, Codec codec, std::span<const std::byte> bytes,
            std::uint64_t limit = kNoLimit) {
-  return column.begin_group(codec, bytes, limit, scratch().zstd);
+  static ZstdDecompressor unpacking;
+  return column.begin_group(codec, bytes, limit, unpacking);
 }
 bool decode_some(DifferenceColumn& column, std::span<const std::uint64_t> numbers, Bytes& out) {
   return column.decode(numbers, out, scratch());

@@ -6,6 +6,7 @@
 
 #include "bytes/binary.h"
 #include "bytes/errors.h"
+#include "bytes/packing.h"
 #include "model/schema.h"
 
 namespace shm {

@@ -4,6 +4,8 @@
 #include <bit>
 
 #include "bytes/binary.h"
+#include "bytes/packing.h"
+#include "bytes/unpacking.h"
 
 namespace shm::container {
 

@@ -8,6 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "bytes/packing.h"
+#include "bytes/unpacking.h"
 #include "container/format.h"
 
 namespace shm {

@@ -78,7 +78,7 @@ Result<void> ShiftGroupDecoder::begin_connectivity(std::span<const std::byte> by
   // A shift takes at most ten bytes for each node of a new cell, and for the number of an unused
   // vertex, of which they count for eight and twelve.
   const std::uint64_t most = 3 * decoded_bytes + 64 * std::uint64_t{header_->cells};
-  if (!shifts_.begin_group(in.get_bytes(in.left()), header_->cells, most, scratch_.zstd))
+  if (!shifts_.begin_group(in.get_bytes(in.left()), header_->cells, most, zstd_))
     return corrupt("connectivity: cannot be unpacked");
   return {};
 }
@@ -97,7 +97,7 @@ Result<void> ShiftGroupDecoder::begin_column(const container::StreamEntry& entry
   is_predicted_[column] = predicted ? 1 : 0;
   if (predicted) predicted_[column]->make_room(neighbours_.slots());
   if (predicted ? predicted_[column]->begin_group(entry.codec, bytes, decoded_bytes)
-                : columns_[column].begin_group(entry.codec, bytes, decoded_bytes, scratch_.zstd))
+                : columns_[column].begin_group(entry.codec, bytes, decoded_bytes, zstd_))
     return {};
   return corrupt((column == 0 ? "geometry" : array_stream_name(*schema_, entry.array)) +
                  ": cannot be unpacked");

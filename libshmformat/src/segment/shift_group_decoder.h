@@ -62,6 +62,7 @@ class ShiftGroupDecoder final : public GroupDecoder {
   ShiftNeighbours neighbours_;
   bool has_neighbours_ = false;  // the group at hand
   DifferenceScratch scratch_;
+  ZstdDecompressor zstd_;
   std::size_t next_column_ = 0;
   std::size_t most_cell_bytes_ = 0;
   LiveNumbers live_;

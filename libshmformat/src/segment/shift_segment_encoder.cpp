@@ -183,7 +183,7 @@ void ShiftSegmentEncoder::find_neighbours(std::span<const std::byte> shifts) {
   const std::size_t vertices = introduced_.size();
   vertices_.items.reserve(vertices);
   if (has_static_cell_arrays(*schema_)) cells_.items.reserve(group.cells);
-  decoder_.begin_group(shifts, group.cells, ~std::uint64_t{0}, scratch_.zstd);
+  decoder_.begin_group(shifts, group.cells, ~std::uint64_t{0}, unpacking_);
   std::vector<std::uint64_t> numbers(kShiftedCellsAtOnce * decoder_.most_nodes());
   for (std::size_t left = group.cells; left > 0;) {
     const auto [marks, count] =
@@ -230,7 +230,7 @@ void ShiftSegmentEncoder::add_column(std::size_t c, std::span<const std::uint64_
     return add_stream(entry, std::move(encoded.bytes));
   }
   auto encoded = columns_[c].encode(numbers, values_.values(c), values_.stride(c),
-                                    of_cells ? by_cell_ : by_vertex_, scratch_);
+                                    of_cells ? by_cell_ : by_vertex_, scratch_, packing_);
   entry.codec = encoded.codec;
   add_stream(entry, std::move(encoded.bytes));
 }
@@ -239,7 +239,7 @@ void ShiftSegmentEncoder::encode_streams() {
   // Lags of cells follow from their symbols, which go with the stream.
   by_vertex_ = chosen(lags_);
   by_cell_ = cell_lags();
-  const std::vector<std::byte> shifts = shifts_.finish(scratch_.zstd);
+  const std::vector<std::byte> shifts = shifts_.finish(packing_);
   if (has_rings_) find_neighbours(shifts);
   ByteWriter out;
   out.put_u8(static_cast<std::uint8_t>(has_rings_ ? neighbours_.ring_bits() : 0));

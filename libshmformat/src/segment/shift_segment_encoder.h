@@ -47,6 +47,8 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   ShiftNeighbours neighbours_;
   bool has_rings_ = false;  // whether groups have neighbourhoods: for values here, or for steps
   DifferenceScratch scratch_;
+  ZstdCompressor packing_;
+  ZstdDecompressor unpacking_;
 
   std::vector<std::uint64_t> number_of_;  // by handle
   std::vector<std::uint64_t> corners_;    // of the cell at hand

@@ -211,7 +211,8 @@ void DifferenceColumn::round_to_quantized(std::span<const ValueDomain> domains,
 
 std::vector<std::byte> DifferenceColumn::encode_differences(std::span<const std::uint64_t> numbers,
                                                             std::span<const std::uint32_t> lags,
-                                                            DifferenceScratch& scratch) {
+                                                            DifferenceScratch& scratch,
+                                                            ZstdCompressor& zstd) {
   const std::span bits = std::span(scratch.words).first(components_.size());
   const std::span indices = std::span(scratch.indices).first(components_.size());
   const std::vector<ValueDomain> domains = choose_domains(bits);
@@ -256,13 +257,13 @@ std::vector<std::byte> DifferenceColumn::encode_differences(std::span<const std:
       for (std::size_t e = 0; e < numbers.size(); ++e)
         planes[at + b * numbers.size() + e] = static_cast<std::byte>(residuals[c][e] >> 8 * b);
   }
-  scratch.zstd.compress(planes, kPlaneZstdLevel, out.bytes);
+  zstd.compress(planes, kPlaneZstdLevel, out.bytes);
   return std::move(out.bytes);
 }
 
 auto DifferenceColumn::encode(std::span<const std::uint64_t> numbers, const std::byte* values,
                               std::size_t stride, std::span<const std::uint32_t> lags,
-                              DifferenceScratch& scratch) -> Encoded {
+                              DifferenceScratch& scratch, ZstdCompressor& zstd) -> Encoded {
   scratch.words.resize(std::max(scratch.words.size(), components_.size()));
   scratch.indices.resize(scratch.words.size());
   for (std::size_t c = 0; c < components_.size(); ++c) {
@@ -271,7 +272,7 @@ auto DifferenceColumn::encode(std::span<const std::uint64_t> numbers, const std:
   }
   Encoded differences;
   if (may_differ_) {
-    differences.bytes = encode_differences(numbers, lags, scratch);
+    differences.bytes = encode_differences(numbers, lags, scratch, zstd);
     if (is_float(info_->type)) return differences;
   }
   // Whole numbers may be names of materials: which repeat, and are not evenly spaced.
@@ -289,7 +290,7 @@ auto DifferenceColumn::encode(std::span<const std::uint64_t> numbers, const std:
 // --- decoding
 
 bool DifferenceColumn::begin_group(Codec codec, std::span<const std::byte> bytes,
-                                   std::uint64_t limit, Zstd& zstd) {
+                                   std::uint64_t limit, ZstdDecompressor& zstd) {
   codec_ = codec;
   next_ = 0;
   const std::size_t element = components_.size() * width_;
@@ -303,7 +304,7 @@ bool DifferenceColumn::begin_group(Codec codec, std::span<const std::byte> bytes
 }
 
 bool DifferenceColumn::read_differences(std::span<const std::byte> bytes, std::uint64_t most,
-                                        Zstd& zstd) {
+                                        ZstdDecompressor& zstd) {
   ByteReader in(bytes);
   count_ = in.get_varint();
   if (!in.ok() || count_ == 0 || count_ > most) return false;

@@ -14,13 +14,14 @@
 
 #include "bytes/binary.h"
 #include "bytes/codec.h"
+#include "bytes/packing.h"
+#include "bytes/unpacking.h"
 #include "shifts/differences.h"
 
 namespace shm {
 
 /// Room that columns use in turn.
 struct DifferenceScratch {
-  Zstd zstd;
   std::vector<std::vector<std::uint64_t>> words;   // by component
   std::vector<std::vector<std::int64_t>> indices;  // by component
   std::vector<std::byte> planes;
@@ -39,7 +40,7 @@ class DifferenceColumn {
   /// coding. `lags`: where to look for a prediction, the likeliest first.
   Encoded encode(std::span<const std::uint64_t> numbers, const std::byte* values,
                  std::size_t stride, std::span<const std::uint32_t> lags,
-                 DifferenceScratch& scratch);
+                 DifferenceScratch& scratch, ZstdCompressor& zstd);
 
   /// Encoding: another column has coded the group, in shuffled_zstd.
   void forget() { remembers_ = false; }
@@ -50,7 +51,8 @@ class DifferenceColumn {
     return codec == Codec::shuffled_zstd || (codec == Codec::differences && may_differ_);
   }
   /// Decoding: the values of a group, which may unpack to `limit` bytes. False for damaged data.
-  bool begin_group(Codec codec, std::span<const std::byte> bytes, std::uint64_t limit, Zstd& zstd);
+  bool begin_group(Codec codec, std::span<const std::byte> bytes, std::uint64_t limit,
+                   ZstdDecompressor& zstd);
   /// Decoding: a group without values.
   void begin_empty_group() { count_ = next_ = 0; }
   /// Values of the next elements of the group, packed, appended to `out`. False where the group has
@@ -76,8 +78,9 @@ class DifferenceColumn {
                           std::span<std::vector<std::uint64_t>> bits) const;
   std::vector<std::byte> encode_differences(std::span<const std::uint64_t> numbers,
                                             std::span<const std::uint32_t> lags,
-                                            DifferenceScratch& scratch);
-  bool read_differences(std::span<const std::byte> bytes, std::uint64_t most, Zstd& zstd);
+                                            DifferenceScratch& scratch, ZstdCompressor& zstd);
+  bool read_differences(std::span<const std::byte> bytes, std::uint64_t most,
+                        ZstdDecompressor& zstd);
   void read_residuals(std::size_t c, std::span<std::uint64_t> out) const;
   /// For each element, predicts its components and takes what is to be remembered of them:
   /// code(differences, element, component, predicted index) -> index.

@@ -105,7 +105,7 @@ void ShiftEncoder::add_unused(std::uint64_t number) {
   last_unused_ = number;
 }
 
-std::vector<std::byte> ShiftEncoder::finish(Zstd& zstd) {
+std::vector<std::byte> ShiftEncoder::finish(ZstdCompressor& zstd) {
   ByteWriter out;
   out.put_varint(bytes_.bytes.size());
   bytes_.put_bytes(std::as_bytes(std::span(symbols_)));
@@ -119,7 +119,7 @@ ShiftDecoder::ShiftDecoder(const Schema& schema, bool may_import)
     : table_(schema), may_import_(may_import) {}
 
 bool ShiftDecoder::begin_group(std::span<const std::byte> bytes, std::uint32_t cells,
-                               std::uint64_t limit, Zstd& zstd) {
+                               std::uint64_t limit, ZstdDecompressor& zstd) {
   ByteReader in(bytes);
   const std::uint64_t before = in.get_varint();  // bytes before the symbols
   if (!in.ok() || before > limit) return false;

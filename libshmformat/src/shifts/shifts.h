@@ -16,6 +16,8 @@
 #include <vector>
 
 #include "bytes/binary.h"
+#include "bytes/packing.h"
+#include "bytes/unpacking.h"
 #include "shm/schema.h"
 
 namespace shm {
@@ -91,7 +93,7 @@ class ShiftEncoder {
   /// A vertex that no cell uses; after the cells of the group.
   void add_unused(std::uint64_t number);
   /// The group's bitstream; the next group begins.
-  std::vector<std::byte> finish(Zstd& zstd);
+  std::vector<std::byte> finish(ZstdCompressor& zstd);
   /// The symbol of each cell of the group.
   std::span<const std::uint8_t> symbols() const { return symbols_; }
 
@@ -116,7 +118,7 @@ class ShiftDecoder {
 
   /// `bytes` of a group with so many cells; may unpack to `limit` bytes. False for damaged data.
   bool begin_group(std::span<const std::byte> bytes, std::uint32_t cells, std::uint64_t limit,
-                   Zstd& zstd);
+                   ZstdDecompressor& zstd);
   /// The next cells of the group that have one shift: at least one, at most `most`, which is
   /// above 0; null for damaged data. Their numbers go to `numbers`, which has room for those of any
   /// block.

@@ -1,6 +1,8 @@
 #include "values/shuffled_zstd.h"
 
 #include "bytes/binary.h"
+#include "bytes/packing.h"
+#include "bytes/unpacking.h"
 
 namespace shm {
 

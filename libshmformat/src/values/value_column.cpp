@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "bytes/binary.h"
+#include "bytes/packing.h"
 #include "values/earlier_values.h"
 #include "values/shuffled_zstd.h"
 #include "values/value_domain.h"

@@ -1,0 +1,44 @@
+// Blobs are packed: as they stand or under zstd, whichever is smaller; large ones also with their
+// bytes in planes, small ones with the dictionary. The mirror of unpacking.h, which needs nothing of
+// this. spec: "Packed blobs"
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "bytes/binary.h"
+
+namespace shm {
+
+/// Which methods a blob may be packed by.
+enum class Packing {
+  none,             ///< as it stands
+  plain,            ///< those that readers of 0.9 know
+  with_dictionary,  ///< all
+};
+/// One byte of method (0 raw, 1 zstd, 2 zstd of planes, 3 zstd with the dictionary), but for 3 the
+/// unpacked length, for planes how many there are, the bytes.
+void put_packed(ByteWriter& out, std::span<const std::byte> blob, Packing packing = Packing::plain);
+
+/// A context of zstd that is used again: making one costs as much as packing some kilobytes. Where
+/// zstd has no memory, std::bad_alloc.
+class ZstdCompressor {
+ public:
+  ZstdCompressor();
+  ~ZstdCompressor();
+  ZstdCompressor(ZstdCompressor&&) noexcept;
+  ZstdCompressor& operator=(ZstdCompressor&&) noexcept;
+
+  /// Appends one frame to `out`.
+  void compress(std::span<const std::byte> bytes, int level, std::vector<std::byte>& out);
+
+ private:
+  struct Context;
+  std::unique_ptr<Context> context_;  // from the first call on
+};
+
+std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level);
+
+}  // namespace shm
