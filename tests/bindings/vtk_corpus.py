@@ -1,12 +1,14 @@
-"""Unstructured grids of the corpus, as VTK's own reader has them and as .shm files."""
+"""Files of the corpus, as VTK's own readers have them and as .shm files."""
 import os
 import subprocess
 from pathlib import Path
 
 from vtkmodules.vtkCommonCore import vtkLogger
+from vtkmodules.vtkIOExodus import vtkExodusIIReader
 from vtkmodules.vtkIOLegacy import vtkUnstructuredGridReader
 
 MOST_BYTES_OF_SOURCES = 3 << 20  # larger ones are read by the tests of the tool
+MOST_BYTES_OF_EXODUS = 1 << 20
 
 
 def corpus():
@@ -31,3 +33,36 @@ def unstructured_grids(shm, packed):
             getattr(reader, f"ReadAll{all_of}On")()
         reader.Update()
         yield source, reader.GetOutput()
+
+
+def exodus_files(shm, packed):
+    """The path of each Exodus file; meanwhile `packed` is what the tool `shm` makes of it."""
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+    for source in sorted((corpus() / "exodus").iterdir()):
+        if source.stat().st_size > MOST_BYTES_OF_EXODUS:
+            continue
+        subprocess.run([shm, "compress", "--level", "fast", "-f", str(source), "-o", str(packed)], check=True,
+                       stdout=subprocess.DEVNULL)
+        yield source
+
+
+class Exodus:
+    """What VTK's reader finds in a file. `sets`: grids by kind and number, none where there is nothing."""
+
+    def __init__(self, name):
+        reader = vtkExodusIIReader()
+        reader.SetFileName(name)
+        reader.ApplyDisplacementsOff()
+        reader.UpdateInformation()
+        kinds = {"node": (reader.NODE_SET, "Node Sets"), "side": (reader.SIDE_SET, "Side Sets"),
+                 "element": (reader.ELEM_SET, "Element Sets")}
+        for number, _ in kinds.values():
+            for i in range(reader.GetNumberOfObjects(number)):
+                reader.SetObjectStatus(number, i, 1)
+        reader.Update()
+        out = reader.GetOutput()
+        groups = {out.GetMetaData(i).Get(out.NAME()): out.GetBlock(i) for i in range(out.GetNumberOfBlocks())
+                  if out.GetMetaData(i) is not None}
+        self.sets = {(kind, reader.GetObjectId(number, i)): groups[group].GetBlock(i)
+                     for kind, (number, group) in kinds.items() for i in range(reader.GetNumberOfObjects(number))}
+        self._reader = reader  # owns them

@@ -3,10 +3,12 @@
 
     vtk_python_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool
 
-Arrays are VTK's own and outlive the reader; arrays that are switched off are not read; steps, pieces and
-blocks are those of the file. Unstructured grids of the corpus (SHM_CORPUS) are what VTK reads itself.
+Arrays are VTK's own and outlive the reader; arrays that are switched off are not read; steps, pieces, blocks
+and sets are those of the file. Unstructured grids of the corpus (SHM_CORPUS) are what VTK reads itself, and so
+are sets of its Exodus files; sides of all shapes are those that VTK's reader of Exodus files finds.
 """
 import gc
+import itertools
 import os
 import subprocess
 import sys
@@ -14,8 +16,10 @@ import tempfile
 import unittest
 from pathlib import Path
 
+import netCDF4
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkGenericCell
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
 from vtkmodules.vtkFiltersGeneral import vtkWarpVector
 
@@ -26,10 +30,11 @@ os.environ["SHMFORMAT_LIBRARY"] = LIBRARY
 sys.path.insert(0, str(ROOT / "bindings" / "python"))
 import shmformat  # noqa: E402
 import shmformat.vtk  # noqa: E402
-from vtk_corpus import corpus, unstructured_grids  # noqa: E402
+from shmformat._library import KINDS, vtk_type  # noqa: E402
+from vtk_corpus import Exodus, corpus, exodus_files, unstructured_grids  # noqa: E402
 
 
-class Vtk(unittest.TestCase):
+class Case(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
         self.addCleanup(self.folder.cleanup)
@@ -54,6 +59,8 @@ class Vtk(unittest.TestCase):
         reader.Update()
         return reader
 
+
+class Vtk(Case):
     def test_arrays_are_vtks_and_outlive_the_reader(self):
         reader = self.read(self.bar())
         grid = reader.GetOutput()
@@ -130,17 +137,6 @@ class Vtk(unittest.TestCase):
                 numbers += vtk_to_numpy(array).tolist() if reader.GetOutput().GetNumberOfCells() else []
             self.assertEqual(numbers, list(range(50)), pieces)
 
-    def test_blocks_and_sets_are_parts(self):
-        sets = [shmformat.Set("node", 3, "left", np.array([0, 1, 2, 3])),
-                shmformat.Set("element", 4, "", np.array([5, 7]))]
-        out = self.read(self.bar(sets=sets), blocks=True).GetOutput()
-        names = [out.GetMetaData(i).Get(out.NAME()) for i in range(out.GetNumberOfPartitionedDataSets())]
-        self.assertEqual(names, ["block 1", "left", "element set 4"])
-        parts = [out.GetPartition(i, 0) for i in range(3)]
-        self.assertEqual([part.GetNumberOfCells() for part in parts], [50, 4, 2])
-        self.assertEqual(parts[1].GetBounds(), (0, 0, 0, 1, 0, 1))
-        self.assertEqual(vtk_to_numpy(parts[2].GetCellData().GetArray("n")).tolist(), [5, 7])
-
     def test_polyhedra_have_their_faces(self):
         grid = self.read(str(ROOT / "tests" / "golden" / "0.10" / "polyhedra.shm")).GetOutput()
         kinds = [grid.GetCellType(i) for i in range(grid.GetNumberOfCells())]
@@ -199,6 +195,214 @@ class Vtk(unittest.TestCase):
                 compared += 1
         self.assertGreater(compared, 20)
         self.assertGreater(fields, 30)
+
+
+def sides_of(grid):
+    """(types, where the points of each cell begin, points cell by cell) of a grid, which may be none; as floats of 32
+    bits, which is what VTK's reader of Exodus files has."""
+    if grid is None or grid.GetNumberOfCells() == 0:
+        return np.zeros(0, np.uint8), np.zeros(1, int), np.zeros((0, 3), np.float32)
+    points = vtk_to_numpy(grid.GetPoints().GetData()).astype(np.float32)
+    offsets, corners = (vtk_to_numpy(getattr(grid.GetCells(), get)()) for get in ("GetOffsetsArray", "GetConnectivityArray"))
+    return vtk_to_numpy(grid.GetCellTypesArray()), offsets, points[corners]
+
+
+def one_by_one(types, offsets, points):
+    return [(kind, points[begin:end]) for kind, begin, end in zip(types, offsets, offsets[1:])]
+
+
+class Sets(Case):
+    def parts(self, reader):
+        """What is in the collection by the groups of its assembly."""
+        out = reader.GetOutput()
+        assembly = out.GetDataAssembly()
+        parts = {}
+        for group in assembly.GetChildNodes(0, False):
+            for node in assembly.GetChildNodes(group, False):
+                index, = assembly.GetDataSetIndices(node)
+                name = out.GetMetaData(index).Get(out.NAME())
+                self.assertEqual(assembly.GetAttributeOrDefault(node, "label", ""), name)
+                parts[assembly.GetNodeName(group), name] = out.GetPartition(index, 0)
+        self.assertEqual(len(parts), out.GetNumberOfPartitionedDataSets())
+        return parts
+
+    SETS = (shmformat.Set("node", 3, "left", np.array([0, 1, 2, 3])), shmformat.Set("element", 4, "", np.array([5, 7])),
+            shmformat.Set("side", 7, "ends", np.array([49, 0, 20]), np.array([6, 5, 1])))
+
+    def test_blocks_and_sets_are_parts(self):
+        parts = self.parts(self.read(self.bar(sets=self.SETS), blocks=True, sets=True))
+        self.assertEqual(list(parts), [("element_blocks", "block 1"), ("node_sets", "left"), ("side_sets", "ends"),
+                                       ("element_sets", "element set 4")])
+        block, left, ends, some = parts.values()
+        self.assertEqual([part.GetNumberOfCells() for part in parts.values()], [50, 4, 3, 2])
+        self.assertEqual(left.GetBounds(), (0, 0, 0, 1, 0, 1))
+        self.assertEqual(vtk_to_numpy(left.GetPointData().GetArray("v")).tolist(), self.points[:4].tolist())
+        self.assertEqual(vtk_to_numpy(some.GetCellData().GetArray("n")).tolist(), [5, 7])
+        self.assertIsNotNone(block.GetCellData().GetArray("t"))
+        # Sides in the order of the set: the last face, the first one, and one along the bar.
+        self.assertEqual([ends.GetCell(i).GetBounds()[:2] for i in range(3)], [(5, 5), (0, 0), (2, 2.1)])
+        self.assertEqual([ends.GetCellType(i) for i in range(3)], [9, 9, 9])
+        self.assertEqual(ends.GetNumberOfPoints(), 12)
+        for name, values in (("shm_cell_number", [49, 0, 20]), ("shm_side", [6, 5, 1])):
+            self.assertEqual(vtk_to_numpy(ends.GetCellData().GetArray(name)).tolist(), values)
+        same = vtk_to_numpy(ends.GetPoints().GetData())
+        self.assertTrue(np.array_equal(vtk_to_numpy(ends.GetPointData().GetArray("v")), same))
+
+    def test_they_are_switched_on_and_off(self):
+        reader = shmformat.vtk.Reader(blocks=True)
+        reader.SetFileName(self.bar(sets=self.SETS))
+        reader.Update()
+        self.assertEqual(list(self.parts(reader)), [("element_blocks", "block 1")])  # sets are off at first
+        reader.GetSideSetSelection().EnableArray("ends")
+        reader.GetElementBlockSelection().DisableAllArrays()
+        reader.GetPointDataArraySelection().DisableArray("v")
+        reader.Update()
+        parts = self.parts(reader)
+        self.assertEqual(list(parts), [("side_sets", "ends")])
+        arrays = parts["side_sets", "ends"].GetPointData()
+        self.assertEqual([arrays.GetArrayName(i) for i in range(arrays.GetNumberOfArrays())], ["same"])
+        reader.GetNodeSetSelection().EnableAllArrays()
+        reader.GetElementSetSelection().EnableAllArrays()
+        reader.GetSideSetSelection().DisableAllArrays()
+        reader.Update()
+        self.assertEqual([group for group, _ in self.parts(reader)], ["node_sets", "element_sets"])
+
+    def test_empty_sets_and_sides_that_are_not_there(self):
+        nothing = np.zeros(0, np.int64)
+        sets = [shmformat.Set("node", 1, "n", nothing), shmformat.Set("side", 2, "s", nothing, nothing),
+                shmformat.Set("side", 3, "wrong", np.array([1, 2, 3]), np.array([7, 2, 99])),
+                shmformat.Set("element", 4, "e", nothing)]
+        parts = self.parts(self.read(self.bar(sets=sets), blocks=True, sets=True))
+        self.assertEqual([part.GetNumberOfCells() for part in parts.values()], [50, 0, 0, 1, 0])
+        wrong = parts["side_sets", "wrong"].GetCellData()
+        self.assertEqual(vtk_to_numpy(wrong.GetArray("shm_cell_number")).tolist(), [2])
+
+    def test_pieces_of_sets_make_the_whole(self):
+        members = np.array([3, 40, 11, 25, 12, 49])
+        sets = [shmformat.Set("side", 1, "s", members, np.array([1, 2, 3, 4, 1, 6])), self.SETS[0]]
+        done = subprocess.run([SHM, "compress", "-f", "--segment-cells", "12", self.bar(sets=sets), "-o", self.path("a.shm")],
+                              capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        numbers, nodes = [], 0
+        for piece in range(3):
+            reader = shmformat.vtk.Reader(blocks=True, sets=True)
+            reader.SetFileName(self.path("a.shm"))
+            reader.UpdatePiece(piece, 3, 0)
+            parts = self.parts(reader)
+            own = parts["side_sets", "s"].GetCellData().GetArray("shm_cell_number")
+            self.assertLess(own.GetNumberOfTuples(), len(members))
+            numbers += vtk_to_numpy(own).tolist() if own.GetNumberOfTuples() else []
+            nodes += parts["node_sets", "left"].GetNumberOfCells()
+        self.assertEqual(sorted(numbers), sorted(members))
+        self.assertEqual(nodes, 4)
+
+    CORNERS = {3: 2, 5: 3, 9: 4, 21: 2, 22: 3, 23: 4, 28: 4}  # of sides, by their type
+
+    def all_sides(self, kinds):
+        """A file with a cell of each kind, and for each a side set of all of its sides; the cells' points, which are
+        anywhere, but those on edges in the middle of them."""
+        sides = {"triangle": 5, "quad": 6, "tetrahedron": 4, "pyramid": 5, "wedge": 5, "hexahedron": 6}
+        points = np.random.default_rng(5).random((sum(nodes for _, nodes in kinds), 3)).astype(np.float32)
+        offsets = np.cumsum([0] + [nodes for _, nodes in kinds])
+        for kind, begin in zip(kinds, offsets):
+            cell = self.cell(kind)
+            for ids in (cell.GetEdge(edge).GetPointIds() for edge in range(cell.GetNumberOfEdges())):
+                if ids.GetNumberOfIds() == 3:
+                    a, b, middle = (begin + ids.GetId(at) for at in range(3))
+                    points[middle] = (points[a] + points[b]) / 2
+        sets = [shmformat.Set("side", i + 1, f"set{i}", np.full(sides[shape], i), np.arange(sides[shape]) + 1)
+                for i, (shape, _) in enumerate(kinds)]
+        blocks = [shmformat.Block(i + 1, "", *kind, 1) for i, kind in enumerate(kinds)]
+        index = np.arange(len(kinds), dtype=np.uint32)
+        cells = shmformat.Cells(offsets, np.arange(offsets[-1]), index.astype(np.uint8), index)
+        shmformat.write(self.path("all.shm"), points, cells, blocks=blocks, sets=sets)
+        return [points[begin:end] for begin, end in zip(offsets, offsets[1:])]
+
+    @staticmethod
+    def cell(kind):
+        cell = vtkGenericCell()
+        cell.SetCellType(vtk_type(*kind))
+        for at in range(cell.GetNumberOfPoints()):
+            cell.GetPointIds().SetId(at, at)
+        return cell
+
+    @staticmethod
+    def points_of_face(cell, face):
+        ids = cell.GetFace(face).GetPointIds()  # of the next face, too, once that is asked for
+        return [ids.GetId(at) for at in range(ids.GetNumberOfIds())]
+
+    def test_sides_are_those_of_vtks_exodus_reader(self):
+        shapes = ("tetrahedron", "pyramid", "wedge", "hexahedron", "quad", "triangle")
+        unknown_to_it = (("triangle", 7), ("pyramid", 19), ("wedge", 18), ("hexahedron", 24))
+        kinds = [kind for kind in KINDS if kind[0] in shapes and kind not in unknown_to_it]
+        self.all_sides(kinds)
+        subprocess.run([SHM, "convert", self.path("all.shm"), self.path("all.e")], check=True, stdout=subprocess.DEVNULL)
+        with netCDF4.Dataset(self.path("all.e"), "a") as file:  # sides of what Exodus calls a quad are edges alone
+            for name in file.variables:
+                if name.startswith("connect"):
+                    word = file[name].elem_type
+                    file[name].elem_type = word.replace("QUAD", "SHELL").replace("TRI", "TRISHELL")
+        parts = self.parts(self.read(self.path("all.shm"), blocks=True, sets=True))
+        exodus = Exodus(self.path("all.e"))
+        for i, kind in enumerate(kinds):
+            own, theirs = (one_by_one(*sides_of(grid)) for grid in (parts["side_sets", f"set{i}"], exodus.sets["side", i + 1]))
+            self.assertEqual(len(own), len(theirs), kind)
+            for (side_type, nodes), (_, expected) in zip(own, theirs):
+                corners = self.CORNERS[side_type]
+                # It begins some sides at another corner, and leaves the nodes on their edges where they were.
+                begun = [np.roll(nodes[:corners], by, axis=0) for by in range(corners if corners > 2 else 1)]
+                self.assertTrue(any(np.array_equal(one, expected[:corners]) for one in begun), (kind, nodes, expected))
+                for some in (slice(corners, 2 * corners), slice(2 * corners, None)):
+                    self.assertEqual(sorted(nodes[some].tolist()), sorted(expected[some].tolist()), kind)
+                if len(nodes) > corners:
+                    edges = nodes[corners:2 * corners]
+                    middles = (nodes[:corners] + np.roll(nodes[:corners], -1, axis=0)) / 2
+                    self.assertTrue(np.allclose(edges, middles[:len(edges)]), kind)
+
+    def test_sides_that_it_does_not_know_are_faces_of_vtks_cells(self):
+        kinds = [("wedge", 18), ("hexahedron", 24)]
+        of_cells = self.all_sides(kinds)
+        parts = self.parts(self.read(self.path("all.shm"), blocks=True, sets=True))
+        for i, kind in enumerate(kinds):
+            cell = self.cell(kind)
+            faces = map(self.points_of_face, itertools.repeat(cell), range(cell.GetNumberOfFaces()))
+            expected = [of_cells[i][face] for face in faces]
+            own = [nodes for _, nodes in one_by_one(*sides_of(parts["side_sets", f"set{i}"]))]
+            self.assertEqual(*({frozenset(map(tuple, nodes.tolist())) for nodes in sides} for sides in (expected, own)), kind)
+
+    def test_sets_of_the_corpus_are_those_that_vtk_reads(self):
+        if not corpus():
+            self.skipTest("SHM_CORPUS names no folder")
+        compared = {"node": 0, "side": 0}
+        for source in exodus_files(SHM, self.path("a.shm")):
+            if source.name == "libmesh__nontrivial_elem_num_map.exo":
+                continue  # quads in space, sides of which are edges to Exodus, and those of shells to .shm files
+            with self.subTest(source=source.name):
+                parts, exodus = self.read_sets(), Exodus(str(source))
+                self.assertEqual(set(parts), set(exodus.sets))
+                for key, part in parts.items():
+                    (types, *own), (their_types, *theirs) = sides_of(part), sides_of(exodus.sets[key])
+                    self.assertTrue(all(map(np.array_equal, own, theirs)), key)
+                    # It takes edges of three nodes for triangles.
+                    self.assertTrue(((types == their_types) | (types == 21) & (their_types == 5)).all(), key)
+                    if len(types):
+                        self.assertEqual(part.GetNumberOfPoints(), exodus.sets[key].GetNumberOfPoints(), key)
+                        compared[key[0]] += 1
+        self.assertGreater(compared["side"], 150)
+        self.assertGreater(compared["node"], 80)
+
+    def read_sets(self):
+        """Of a.shm, by kind and number."""
+        sets = shmformat.open(self.path("a.shm")).sets
+        reader = shmformat.vtk.Reader(blocks=True, sets=True)
+        reader.SetFileName(self.path("a.shm"))
+        reader.UpdateInformation()
+        reader.GetElementBlockSelection().DisableAllArrays()
+        reader.Update()
+        out = reader.GetOutput()
+        self.assertEqual(out.GetNumberOfPartitionedDataSets(), len(sets))
+        in_order = sorted(sets, key=lambda own: ("node", "side", "element").index(own.kind))
+        return {(own.kind, own.id): out.GetPartition(i, 0) for i, own in enumerate(in_order)}
 
 
 if __name__ == "__main__":

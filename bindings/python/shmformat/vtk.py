@@ -5,12 +5,13 @@
     reader.Update()
     grid = reader.GetOutput()
 
-Arrays are VTK's own memory, which the library fills: nothing is copied, and nothing belongs to NumPy.
-Arrays that are switched off are not read. Pieces, for pipelines in parallel, are runs of segments.
+Arrays are VTK's own memory, which the library fills: nothing belongs to NumPy, and nothing but the points and
+values of node sets and side sets is copied. Arrays, blocks and sets that are switched off are not read. Pieces, for pipelines in parallel, are runs of segments.
 """
 from __future__ import annotations
 
 import bisect
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,18 +19,22 @@ from vtkmodules.util.numpy_support import get_vtk_array_type, vtk_to_numpy
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonCore import (vtkDataArray, vtkDataArraySelection, vtkIdTypeArray, vtkPoints,
                                       vtkTypeInt32Array, vtkTypeInt64Array)
-from vtkmodules.vtkCommonDataModel import (vtkCellArray, vtkPartitionedDataSetCollection,
+from vtkmodules.vtkCommonDataModel import (vtkCellArray, vtkDataAssembly, vtkPartitionedDataSetCollection,
                                            vtkUnstructuredGrid)
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
 
-from . import Block, Cells, Mesh
+from . import Arrays, Block, Cells, Mesh, Set
 from . import open as open_shm
 from . import write as write_shm
 from ._library import CONVEX_POINT_SET, DTYPES, KINDS, POLYGON, POLYHEDRON, lib, vtk_type
+from ._sides import is_flat, sides_as_cells
 
 # By VTK's cell type: shape and nodes; 0 nodes: any number of them.
 _SHAPES = {vtk_type(*kind): kind for kind in KINDS} | {POLYGON: ("polygon", 0)}
+
+# The groups of a collection, as VTK's reader of Exodus files (vtkIOSSReader) calls them.
+_GROUPS = {"block": "element_blocks", "node": "node_sets", "side": "side_sets", "element": "element_sets"}
 
 
 def _array(dtype: np.dtype, count: int, components: int = 1) -> tuple[Any, np.ndarray]:
@@ -38,8 +43,39 @@ def _array(dtype: np.dtype, count: int, components: int = 1) -> tuple[Any, np.nd
     made.SetNumberOfComponents(components)
     made.SetNumberOfTuples(count)
     if count == 0:
-        return made, np.empty((0, components), dtype)
+        return made, np.empty((0, components) if components > 1 else 0, dtype)
     return made, vtk_to_numpy(made)
+
+
+def _filled(values: np.ndarray, name: str | None = None) -> Any:
+    """A copy in an array of VTK's."""
+    made, memory = _array(values.dtype, len(values), values.shape[1] if values.ndim == 2 else 1)
+    memory[...] = values
+    made.SetName(name)
+    return made
+
+
+def _cell_array(offsets: Any, corners: Any) -> vtkCellArray:
+    """Of arrays of a type that a vtkCellArray may keep without a copy, under another name of it."""
+    own = vtkTypeInt32Array if offsets.GetDataTypeSize() == 4 else vtkTypeInt64Array
+    kept = own(), own()
+    for made, array in zip(kept, (offsets, corners)):
+        made.ShallowCopy(array)
+    cells = vtkCellArray()
+    cells.SetData(*kept)
+    return cells
+
+
+def _grid_of(points: np.ndarray, cells: Cells, point_data: dict[str, np.ndarray]) -> vtkUnstructuredGrid:
+    """Copies of arrays of NumPy's."""
+    xyz = vtkPoints()
+    xyz.SetData(_filled(points))
+    grid = vtkUnstructuredGrid()
+    grid.SetPoints(xyz)
+    grid.SetCells(_filled(cells.types), _cell_array(_filled(cells.offsets), _filled(cells.connectivity)))
+    for name, values in point_data.items():
+        grid.GetPointData().AddArray(_filled(values, name))
+    return grid
 
 
 class _Wanted:
@@ -54,7 +90,6 @@ class _Wanted:
         points = self._want(lib.SHMF_POINTS, DTYPES[mesh._info.coordinate_type], mesh.vertex_count, 3)
         self.points = vtkPoints()
         self.points.SetData(points)
-        self._index = vtkTypeInt32Array if index.itemsize == 4 else vtkTypeInt64Array
         self.offsets = self._want(lib.SHMF_CORNER_BEGIN, index, mesh.cell_count + 1)
         self.corners = self._want(lib.SHMF_CORNERS, index, mesh._count().corners)
         self.types = self._want(lib.SHMF_CELL_TYPES, np.dtype(np.uint8), mesh.cell_count)
@@ -82,19 +117,11 @@ class _Wanted:
         if (kinds == POLYHEDRON).any():
             self._set_polyhedra(grid, kinds)
         else:
-            cells = vtkCellArray()
-            cells.SetData(self._owned(self.offsets), self._owned(self.corners))
-            grid.SetCells(self.types, cells)
+            grid.SetCells(self.types, _cell_array(self.offsets, self.corners))
         for to, arrays in ((grid.GetPointData(), self.point_data), (grid.GetCellData(), [self.blocks, *self.cell_data])):
             for array in arrays:
                 to.AddArray(array)
         return grid
-
-    def _owned(self, array: Any) -> Any:
-        """As the type that a vtkCellArray keeps without a copy."""
-        made = self._index()
-        made.ShallowCopy(array)
-        return made
 
     def _set_polyhedra(self, grid: vtkUnstructuredGrid, kinds: np.ndarray) -> None:
         """Faces stand one after the other, each closed by its first vertex; VTK wants them counted. A cell that
@@ -132,26 +159,36 @@ def _faces(closed: list[int]) -> list[list[int]] | None:
 
 class Reader(VTKPythonAlgorithmBase):
     """A .shm file as a vtkUnstructuredGrid; with blocks=True as a vtkPartitionedDataSetCollection: a grid for each
-    block, for each node set (vertices), and for each element set.
+    block, node set (vertices), side set (edges and faces) and element set (cells), and an assembly with a group for
+    each kind of them, as vtkIOSSReader has.
 
     GetPointDataArraySelection() and GetCellDataArraySelection() list the arrays, once UpdateInformation() was
-    called, and switch them off. The cell array "block" is the index of each cell's block.
+    called, and switch them off; in collections GetElementBlockSelection(), GetNodeSetSelection(),
+    GetSideSetSelection() and GetElementSetSelection() do so for blocks and sets. Sets are off at first, unless
+    sets=True, since the cells that they need are decoded once more.
+
+    The cell array "block" is the index of each cell's block. Sides have the cell arrays "shm_cell_number", the number
+    of their cell in the file, and "shm_side", which of its sides they are, from 1; they are not there for cells
+    whose sides are not known: lines, polygons and polyhedra.
     """
 
-    def __init__(self, blocks: bool = False):
+    def __init__(self, blocks: bool = False, sets: bool = False):
         super().__init__(nInputPorts=0, nOutputPorts=1,
                          outputType="vtkPartitionedDataSetCollection" if blocks else "vtkUnstructuredGrid")
-        self._blocks = blocks
+        self._blocks, self._sets_at_first = blocks, sets
         self._name: str | None = None
         self._mesh: Mesh | None = None
+        self._sets: list[Set] = []
+        self._flat: bool | None = None
         self._selections = (vtkDataArraySelection(), vtkDataArraySelection())  # of points, of cells
-        for selection in self._selections:
+        self._parts = {kind: vtkDataArraySelection() for kind in _GROUPS}
+        for selection in (*self._selections, *self._parts.values()):
             selection.AddObserver("ModifiedEvent", lambda *_: self.Modified())
 
     def SetFileName(self, name: str) -> None:
         if name != self._name:
             self._name, self._mesh = name, None
-            for selection in self._selections:
+            for selection in (*self._selections, *self._parts.values()):
                 selection.RemoveAllArrays()
             self.Modified()
 
@@ -167,6 +204,18 @@ class Reader(VTKPythonAlgorithmBase):
     def GetCellDataArraySelection(self) -> vtkDataArraySelection:
         return self._selections[1]
 
+    def GetElementBlockSelection(self) -> vtkDataArraySelection:
+        return self._parts["block"]
+
+    def GetNodeSetSelection(self) -> vtkDataArraySelection:
+        return self._parts["node"]
+
+    def GetSideSetSelection(self) -> vtkDataArraySelection:
+        return self._parts["side"]
+
+    def GetElementSetSelection(self) -> vtkDataArraySelection:
+        return self._parts["element"]
+
     def _opened(self) -> Mesh:
         if self._mesh is None:
             if self._name is None:
@@ -174,9 +223,13 @@ class Reader(VTKPythonAlgorithmBase):
             mesh = open_shm(self._name)
             if not isinstance(mesh, Mesh):
                 raise ValueError(f"{self._name} is an archive of several meshes")
-            self._mesh = mesh
+            self._mesh, self._sets, self._flat = mesh, mesh.sets, None
             for array in mesh._arrays:
                 self._selections[array.location].AddArray(array.name)
+            for block in mesh.blocks:
+                self._parts["block"].AddArray(_name_of(block))
+            for own in self._sets:
+                self._parts[own.kind].AddArray(_name_of(own), self._sets_at_first)
         return self._mesh
 
     def _times(self) -> list[float]:
@@ -225,47 +278,101 @@ class Reader(VTKPythonAlgorithmBase):
         first, end = (own[0].first_cell, own[-1].first_cell + own[-1].cells) if own else (0, 0)
         return mesh.select(cells=(first, end)), first, end
 
+    def _arrays_at(self, mesh: Mesh, step: int) -> list[int]:
+        """Those that are wanted and have values at the step."""
+        return [index for index, array in enumerate(mesh._arrays)
+                if self._selections[array.location].ArrayIsEnabled(array.name)
+                and (not array.per_step or step in mesh._steps_of(index))]
+
     def _grid(self, mesh: Mesh, step: int) -> vtkUnstructuredGrid:
         wanted = _Wanted(mesh)
-        for index, array in enumerate(mesh._arrays):
-            if not self._selections[array.location].ArrayIsEnabled(array.name):
-                continue
-            if not array.per_step or step in mesh._steps_of(index):
-                wanted.add(index, step if array.per_step else 0)
+        for index in self._arrays_at(mesh, step):
+            wanted.add(index, step if mesh._arrays[index].per_step else 0)
         return wanted.read()
 
     def _collect(self, mesh: Mesh, cells: tuple[int, int], step: int, out: vtkPartitionedDataSetCollection) -> None:
-        parts = [(block.name or f"block {block.id}", self._grid(mesh.select(cells=cells, blocks=[index]), step))
-                 for index, block in enumerate(mesh.blocks)]
-        for own in mesh.sets:
-            name = own.name or f"{own.kind} set {own.id}"
-            if own.kind == "element":
-                numbers = own.numbers
-                if own.blocks is not None:
-                    of_blocks = mesh.select(blocks=own.blocks.tolist()).cell_numbers
-                    numbers = np.union1d(numbers, of_blocks.astype(np.uint64))
-                parts.append((name, self._grid(mesh.select(cells=cells, numbers=numbers), step)))
-            elif own.kind == "node" and cells[0] == 0:  # of several pieces the first has them
-                parts.append((name, _vertices(mesh.points[own.numbers])))
-        out.SetNumberOfPartitionedDataSets(len(parts))
-        for index, (name, part) in enumerate(parts):
-            out.SetPartition(index, 0, part)
-            out.GetMetaData(index).Set(out.NAME(), name)
+        """Fills the collection, and the assembly that says what is what."""
+        assembly = vtkDataAssembly()
+        assembly.SetRootNodeName("shm")
+        next_part = 0
+        for kind, group in _GROUPS.items():
+            parts = self._parts_of(kind, mesh, cells, step)
+            node = assembly.AddNode(group) if parts else -1
+            for name, part in parts:
+                out.SetPartition(next_part, 0, part)
+                out.GetMetaData(next_part).Set(out.NAME(), name)
+                own = assembly.AddNode(vtkDataAssembly.MakeValidNodeName(name), node)
+                assembly.SetAttribute(own, "label", name)
+                assembly.AddDataSetIndex(own, next_part)
+                next_part += 1
+        out.SetDataAssembly(assembly)
+
+    def _parts_of(self, kind: str, mesh: Mesh, cells: tuple[int, int], step: int) -> list[tuple[str, vtkUnstructuredGrid]]:
+        chosen = self._parts[kind].ArrayIsEnabled
+        if kind == "block":
+            return [(_name_of(block), self._grid(mesh.select(cells=cells, blocks=[index]), step))
+                    for index, block in enumerate(mesh.blocks) if chosen(_name_of(block))]
+        sets = [own for own in self._sets if own.kind == kind and chosen(_name_of(own))]
+        if not sets:
+            return []
+        make = {"node": self._node_sets, "side": self._side_sets, "element": self._element_sets}[kind]
+        return list(zip(map(_name_of, sets), make(sets, mesh, cells, step)))
+
+    def _points_of(self, mesh: Mesh, step: int, cells: bool) -> Arrays:
+        """Points and their values in memory of NumPy's, from which sets copy."""
+        names = [mesh._arrays[index].name for index in self._arrays_at(mesh, step)
+                 if mesh._arrays[index].location == lib.SHMF_POINT_DATA]
+        return mesh.read(cells=cells, point_data=list(dict.fromkeys(names)), step=step)
+
+    def _node_sets(self, sets: list[Set], mesh: Mesh, cells: tuple[int, int], step: int) -> list[vtkUnstructuredGrid]:
+        """A vertex for each node. Of several pieces the first has them."""
+        if cells[0] != 0:
+            return [vtkUnstructuredGrid() for _ in sets]
+        all_of = self._points_of(mesh, step, cells=False)
+        made = []
+        for own in sets:
+            count = len(own.numbers)
+            vertices = Cells(np.arange(count + 1), np.arange(count), np.full(count, vtk_type("vertex", 1), np.uint8),
+                             np.zeros(count, np.uint32))
+            made.append(_grid_of(all_of.points[own.numbers], vertices,
+                                 {name: values[own.numbers] for name, values in all_of.point_data.items()}))
+        return made
+
+    def _side_sets(self, sets: list[Set], mesh: Mesh, cells: tuple[int, int], step: int) -> list[vtkUnstructuredGrid]:
+        """The cells of all sets are decoded in one pass."""
+        if self._flat is None:
+            self._flat = is_flat(mesh)
+        numbers = np.unique(np.concatenate([own.numbers for own in sets])).astype(np.int64)
+        numbers = numbers[(numbers >= cells[0]) & (numbers < cells[1])]
+        all_of = self._points_of(mesh.select(numbers=numbers), step, cells=True)
+        shapes = [block.shape for block in mesh.blocks]
+        made = []
+        for own in sets:
+            inside = np.flatnonzero(np.isin(own.numbers, numbers))
+            rows = np.searchsorted(numbers, own.numbers[inside].astype(np.int64))
+            numbers_of_sides = np.zeros(0, np.int32) if own.sides is None else own.sides[inside]  # None: an empty set
+            sides, known = sides_as_cells(all_of.cells, shapes, rows, numbers_of_sides, self._flat)
+            used, corners = np.unique(sides.connectivity, return_inverse=True)
+            grid = _grid_of(all_of.points[used], replace(sides, connectivity=corners),
+                            {name: values[used] for name, values in all_of.point_data.items()})
+            for name, values in (("shm_cell_number", own.numbers[inside]), ("shm_side", numbers_of_sides)):
+                grid.GetCellData().AddArray(_filled(values[known].astype(np.int64), name))
+            made.append(grid)
+        return made
+
+    def _element_sets(self, sets: list[Set], mesh: Mesh, cells: tuple[int, int], step: int) -> list[vtkUnstructuredGrid]:
+        made = []
+        for own in sets:
+            numbers = own.numbers
+            if own.blocks is not None:
+                of_blocks = mesh.select(blocks=own.blocks.tolist()).cell_numbers
+                numbers = np.union1d(numbers, of_blocks.astype(np.uint64))
+            made.append(self._grid(mesh.select(cells=cells, numbers=numbers), step))
+        return made
 
 
-def _vertices(xyz: np.ndarray) -> vtkUnstructuredGrid:
-    """A cell for each point."""
-    array, memory = _array(xyz.dtype, len(xyz), 3)
-    memory[...] = xyz
-    points = vtkPoints()
-    points.SetData(array)
-    grid = vtkUnstructuredGrid()
-    grid.SetPoints(points)
-    cells = vtkCellArray()
-    for index in range(len(xyz)):
-        cells.InsertNextCell(1, [index])
-    grid.SetCells(1, cells)
-    return grid
+def _name_of(part: Block | Set) -> str:
+    return part.name or (f"block {part.id}" if isinstance(part, Block) else f"{part.kind} set {part.id}")
 
 
 class Writer:

@@ -1,0 +1,100 @@
+"""Sides of cells, as Exodus counts them from 1: which of a cell's nodes a side has.
+
+As converters/sets/set_cells.cpp knows them, with which `shm extract --set` and files of other formats are made;
+tests compare the two.
+"""
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from ._library import vtk_type
+from ._mesh import Cells, Mesh
+
+# By shape the corners of each side, as the Exodus manual counts sides.
+_SIDES: dict[str, tuple[tuple[int, ...], ...]] = {
+    # In three dimensions these are shells: a front, a back, then edges.
+    "triangle": ((0, 1, 2), (0, 2, 1), (0, 1), (1, 2), (2, 0)),
+    "quad": ((0, 1, 2, 3), (0, 3, 2, 1), (0, 1), (1, 2), (2, 3), (3, 0)),
+    "tetrahedron": ((0, 1, 3), (1, 2, 3), (0, 3, 2), (0, 2, 1)),
+    "pyramid": ((0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4), (0, 3, 2, 1)),
+    "wedge": ((0, 1, 4, 3), (1, 2, 5, 4), (0, 3, 5, 2), (0, 2, 1), (3, 4, 5)),
+    "hexahedron": ((0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (0, 4, 7, 3), (0, 3, 2, 1), (4, 5, 6, 7)),
+}
+_CORNERS = {"triangle": 3, "quad": 4, "tetrahedron": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
+
+# Nodes of second order stand behind the corners: first in the middle of these edges, in VTK's order.
+_EDGES: dict[str, tuple[tuple[int, int], ...]] = {
+    "triangle": ((0, 1), (1, 2), (2, 0)),
+    "quad": ((0, 1), (1, 2), (2, 3), (3, 0)),
+    "tetrahedron": ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)),
+    "pyramid": ((0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4)),
+    "wedge": ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
+    "hexahedron": ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
+}
+# Then in the middle of these quads. Triangles are given without a node in their middle.
+_MIDDLES: dict[str, tuple[tuple[int, ...], ...]] = {
+    "quad": ((0, 1, 2, 3),),
+    "pyramid": ((0, 1, 2, 3),),
+    "wedge": ((0, 1, 3, 4), (1, 2, 4, 5), (0, 2, 3, 5)),
+    "hexahedron": ((0, 3, 4, 7), (1, 2, 5, 6), (0, 1, 4, 5), (2, 3, 6, 7), (0, 1, 2, 3), (4, 5, 6, 7)),
+}
+_SHAPE_OF_SIDE = {2: "line", 3: "triangle", 4: "quad"}  # by corners
+
+
+def is_flat(mesh: Mesh) -> bool:
+    """Whether the mesh has two dimensions, as files from Exodus say."""
+    return any(extra.key == "exodus/skeleton" and b"\nD\tnum_dim\t2\n" in extra.values.tobytes() for extra in mesh.extras)
+
+
+@lru_cache(maxsize=None)
+def side_of(shape: str, nodes: int, side: int, flat: bool) -> tuple[str, tuple[int, ...]]:
+    """The shape of a side, and its nodes as places in the cell, in VTK's order; no nodes: there is no such side.
+
+    flat: the mesh has two dimensions, so that sides of triangles and quads are edges.
+    """
+    sides = _SIDES.get(shape, ())
+    if flat and shape in ("triangle", "quad"):
+        sides = sides[2:]
+    if side < 1 or side > len(sides) or nodes < _CORNERS[shape]:
+        return "other", ()
+    corners, edges = sides[side - 1], _EDGES[shape]
+    first_edge = _CORNERS[shape]
+    first_middle = first_edge + len(edges)
+    kind = _SHAPE_OF_SIDE[len(corners)]
+    if nodes < first_middle:
+        return kind, corners
+    around = list(zip(corners, corners[1:] + corners[:1]))[:1 if kind == "line" else None]
+    found = list(corners)
+    for a, b in around:
+        found.append(first_edge + (edges.index((a, b)) if (a, b) in edges else edges.index((b, a))))
+    middle = tuple(sorted(corners))
+    middles = _MIDDLES.get(shape, ())
+    if middle in middles and first_middle + middles.index(middle) < nodes:
+        found.append(first_middle + middles.index(middle))
+    return kind, tuple(found)
+
+
+def sides_as_cells(cells: Cells, shapes: list[str], rows: np.ndarray, sides: np.ndarray,
+                   flat: bool) -> tuple[Cells, np.ndarray]:
+    """Sides of the cells in `rows`, in their order, and which of the given ones these are: unknown ones are left out.
+
+    shapes: of the blocks.
+    """
+    begin = np.asarray(cells.offsets, np.int64)[rows]
+    size = np.asarray(cells.offsets, np.int64)[rows + 1] - begin
+    keys = np.column_stack([cells.blocks[rows], size, sides]).astype(np.int64)
+    groups, group_of = np.unique(keys, axis=0, return_inverse=True)
+    found = [side_of(shapes[block], size, side, flat) for block, size, side in groups.tolist()]
+    lengths = np.array([len(places) for _, places in found], np.int64)
+    types = np.array([vtk_type(shape, len(places)) if places else 0 for shape, places in found], np.uint8)
+    group_of = group_of.reshape(-1)
+    known = np.flatnonzero(lengths[group_of])
+    group_of, begin = group_of[known], begin[known]
+    offsets = np.concatenate([[0], np.cumsum(lengths[group_of])])
+    nodes = np.empty(offsets[-1], np.int64)
+    for group in np.unique(group_of).tolist():
+        own, places = np.flatnonzero(group_of == group), np.array(found[group][1])
+        nodes[offsets[own][:, None] + np.arange(len(places))] = cells.connectivity[begin[own][:, None] + places]
+    return Cells(offsets, nodes, types[group_of], keys[known, 0]), known
