@@ -19,7 +19,7 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkCommonDataModel import vtkGenericCell
+from vtkmodules.vtkCommonDataModel import vtkGenericCell, vtkPolyData
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
 from vtkmodules.vtkFiltersGeneral import vtkWarpVector
 
@@ -239,6 +239,7 @@ class Sets(Case):
         self.assertEqual(vtk_to_numpy(left.GetPointData().GetArray("v")).tolist(), self.points[:4].tolist())
         self.assertEqual(vtk_to_numpy(some.GetCellData().GetArray("n")).tolist(), [5, 7])
         self.assertIsNotNone(block.GetCellData().GetArray("t"))
+        self.assertEqual(vtk_to_numpy(some.GetPointData().GetGlobalIds()).tolist(), list(range(20, 36)))
         # Sides in the order of the set: the last face, the first one, and one along the bar.
         self.assertEqual([ends.GetCell(i).GetBounds()[:2] for i in range(3)], [(5, 5), (0, 0), (2, 2.1)])
         self.assertEqual([ends.GetCellType(i) for i in range(3)], [9, 9, 9])
@@ -266,6 +267,42 @@ class Sets(Case):
         reader.GetSideSetSelection().DisableAllArrays()
         reader.Update()
         self.assertEqual([group for group, _ in self.parts(reader)], ["node_sets", "element_sets"])
+
+    def test_a_collection_is_written_as_one_mesh(self):
+        x, y, z = np.meshgrid(np.arange(5.), np.arange(2.), np.arange(2.), indexing="ij")
+        points = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
+        cells = np.arange(4)[:, None] * 4 + [0, 4, 6, 2, 1, 5, 7, 3]
+        as_blocks = shmformat.Cells(np.arange(5) * 8, cells.reshape(-1), np.full(4, 12, np.uint8),
+                                    np.array([0, 0, 1, 1], np.uint32))
+        blocks = [shmformat.Block(3, "stone", "hexahedron", 8, 2), shmformat.Block(9, "", "hexahedron", 8, 2)]
+        shmformat.write(self.path("two.shm"), points, as_blocks, blocks=blocks, sets=self.SETS[:1],
+                        point_data={"v": points}, cell_data={"n": np.arange(4)})
+        collection = self.read(self.path("two.shm"), blocks=True, sets=True).GetOutput()
+        writer = shmformat.vtk.Writer()
+        writer.SetFileName(self.path("back.shm"))
+        writer.SetInputData(collection)
+        writer.Write()
+        with shmformat.open(self.path("back.shm")) as back:
+            self.assertTrue(np.array_equal(back.points, points))  # vertices between the blocks are one again
+            self.assertTrue(np.array_equal(back.cells.connectivity, as_blocks.connectivity))
+            self.assertEqual([(block.name, block.cells) for block in back.blocks], [("stone", 2), ("", 2)])
+            self.assertEqual(back.blocks[1].id, 9)
+            self.assertEqual((back.sets, list(back.point_data), list(back.cell_data)), ([], ["v"], ["n"]))
+            self.assertTrue(np.array_equal(back.point_data["v"], points))
+            self.assertEqual(back.cell_data["n"].tolist(), [0, 1, 2, 3])
+        values = vtk_to_numpy(collection.GetPartition(1, 0).GetPointData().GetArray("v"))
+        values += 1  # what differs between the blocks stays apart
+        writer.Write()
+        self.assertEqual(len(shmformat.open(self.path("back.shm")).points), 24)
+        values -= 1
+        collection.GetPartition(0, 0).GetPointData().SetGlobalIds(None)
+        collection.GetPartition(0, 0).GetPointData().RemoveArray("v")
+        writer.Write()
+        with shmformat.open(self.path("back.shm")) as back:
+            self.assertEqual((len(back.points), list(back.point_data)), (24, []))
+        writer.SetInputData(vtkPolyData())
+        with self.assertRaisesRegex(ValueError, "vtkPolyData"):
+            writer.Write()
 
     def test_empty_sets_and_sides_that_are_not_there(self):
         nothing = np.zeros(0, np.int64)

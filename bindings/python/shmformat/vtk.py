@@ -11,7 +11,9 @@ values of node sets and side sets is copied. Arrays, blocks and sets that are sw
 from __future__ import annotations
 
 import bisect
-from dataclasses import replace
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,8 +21,8 @@ from vtkmodules.util.numpy_support import get_vtk_array_type, vtk_to_numpy
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonCore import (vtkDataArray, vtkDataArraySelection, vtkIdTypeArray, vtkPoints,
                                       vtkTypeInt32Array, vtkTypeInt64Array)
-from vtkmodules.vtkCommonDataModel import (vtkCellArray, vtkDataAssembly, vtkPartitionedDataSetCollection,
-                                           vtkUnstructuredGrid)
+from vtkmodules.vtkCommonDataModel import (vtkCellArray, vtkDataAssembly, vtkDataObject, vtkMultiBlockDataSet,
+                                           vtkPartitionedDataSet, vtkPartitionedDataSetCollection, vtkUnstructuredGrid)
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
 
@@ -35,6 +37,7 @@ _SHAPES = {vtk_type(*kind): kind for kind in KINDS} | {POLYGON: ("polygon", 0)}
 
 # The groups of a collection, as VTK's reader of Exodus files (vtkIOSSReader) calls them.
 _GROUPS = {"block": "element_blocks", "node": "node_sets", "side": "side_sets", "element": "element_sets"}
+VERTEX_NUMBERS = "shm_vertex_number"  # as the tool calls them in pieces
 
 
 def _array(dtype: np.dtype, count: int, components: int = 1) -> tuple[Any, np.ndarray]:
@@ -95,11 +98,20 @@ class _Wanted:
         self.types = self._want(lib.SHMF_CELL_TYPES, np.dtype(np.uint8), mesh.cell_count)
         self.blocks = self._want(lib.SHMF_CELL_BLOCKS, np.dtype(np.int32), mesh.cell_count)
         self.blocks.SetName("block")
+        self.numbers: Any = None
 
     def _want(self, what: int, dtype: np.dtype, count: int, components: int = 1, array: int = 0, step: int = 0) -> Any:
         made, memory = _array(dtype, count, components)
         self._wanted.append((what, memory, array, step))
         return made
+
+    def add_numbers(self) -> None:
+        """Global ids of the points: which vertices of the file they are."""
+        self.numbers = vtkIdTypeArray()
+        self.numbers.SetName(VERTEX_NUMBERS)
+        self.numbers.SetNumberOfTuples(self._mesh.vertex_count)
+        if self._mesh.vertex_count:
+            self._wanted.append((lib.SHMF_VERTEX_NUMBERS, vtk_to_numpy(self.numbers), 0, 0))
 
     def add(self, array: int, step: int) -> None:
         told = self._mesh._arrays[array]
@@ -121,6 +133,8 @@ class _Wanted:
         for to, arrays in ((grid.GetPointData(), self.point_data), (grid.GetCellData(), [self.blocks, *self.cell_data])):
             for array in arrays:
                 to.AddArray(array)
+        if self.numbers is not None:
+            grid.GetPointData().SetGlobalIds(self.numbers)
         return grid
 
     def _set_polyhedra(self, grid: vtkUnstructuredGrid, kinds: np.ndarray) -> None:
@@ -167,14 +181,14 @@ class Reader(VTKPythonAlgorithmBase):
     GetSideSetSelection() and GetElementSetSelection() do so for blocks and sets. Sets are off at first, unless
     sets=True, since the cells that they need are decoded once more.
 
+    Points of blocks and element sets have global ids, "shm_vertex_number": a vertex of several blocks is known by it.
     The cell array "block" is the index of each cell's block. Sides have the cell arrays "shm_cell_number", the number
     of their cell in the file, and "shm_side", which of its sides they are, from 1; they are not there for cells
     whose sides are not known: lines, polygons and polyhedra.
     """
 
     def __init__(self, blocks: bool = False, sets: bool = False):
-        super().__init__(nInputPorts=0, nOutputPorts=1,
-                         outputType="vtkPartitionedDataSetCollection" if blocks else "vtkUnstructuredGrid")
+        super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkDataObject")
         self._blocks, self._sets_at_first = blocks, sets
         self._name: str | None = None
         self._mesh: Mesh | None = None
@@ -194,6 +208,12 @@ class Reader(VTKPythonAlgorithmBase):
 
     def GetFileName(self) -> str | None:
         return self._name
+
+    def SetBlocks(self, blocks: bool) -> None:
+        """Whether the output is a collection."""
+        if blocks != self._blocks:
+            self._blocks = blocks
+            self.Modified()
 
     def GetOutput(self) -> Any:
         return self.GetOutputDataObject(0)
@@ -237,6 +257,14 @@ class Reader(VTKPythonAlgorithmBase):
         mesh = self._opened()
         times = mesh.step_times.tolist()
         return times if len(times) >= mesh.step_count else list(map(float, range(mesh.step_count)))
+
+    def RequestDataObject(self, request: Any, inputs: Any, outputs: Any) -> int:
+        made = vtkPartitionedDataSetCollection() if self._blocks else vtkUnstructuredGrid()
+        information = outputs.GetInformationObject(0)
+        there = information.Get(vtkDataObject.DATA_OBJECT())
+        if there is None or not there.IsA(made.GetClassName()):
+            information.Set(vtkDataObject.DATA_OBJECT(), made)
+        return 1
 
     def RequestInformation(self, request: Any, inputs: Any, outputs: Any) -> int:
         information, times = outputs.GetInformationObject(0), self._times()
@@ -286,6 +314,8 @@ class Reader(VTKPythonAlgorithmBase):
 
     def _grid(self, mesh: Mesh, step: int) -> vtkUnstructuredGrid:
         wanted = _Wanted(mesh)
+        if self._blocks and VERTEX_NUMBERS not in mesh.point_data:  # pieces have those of the file that they are from
+            wanted.add_numbers()
         for index in self._arrays_at(mesh, step):
             wanted.add(index, step if mesh._arrays[index].per_step else 0)
         return wanted.read()
@@ -380,6 +410,10 @@ class Writer:
 
     Cells are blocks by their cell array of integers "block", where there is one, and by their types. VTK's
     polyhedra, and types that .shm files have not, are a ValueError.
+
+    Of a collection of grids each is a block, but those in groups of sets: sets are not written. Arrays are those that
+    all grids have. Points that are the same vertex by their global ids are one, if all else of them is the same,
+    too; without global ids each grid keeps its own points.
     """
 
     def __init__(self) -> None:
@@ -394,8 +428,8 @@ class Writer:
     def GetFileName(self) -> str | None:
         return self._name
 
-    def SetInputData(self, grid: vtkUnstructuredGrid) -> None:
-        self._input, self._producer = grid, None
+    def SetInputData(self, data: vtkDataObject) -> None:
+        self._input, self._producer = data, None
 
     def SetInputConnection(self, port: Any) -> None:
         self._producer = port
@@ -408,11 +442,104 @@ class Writer:
             self._input = algorithm.GetOutputDataObject(self._producer.GetIndex())
         if self._name is None or self._input is None:
             raise ValueError("SetFileName() and SetInputData() come first")
-        grid = self._input
-        cells, blocks = _cells_of(grid)
-        points = vtk_to_numpy(grid.GetPoints().GetData()) if grid.GetNumberOfPoints() else np.empty((0, 3))
-        return write_shm(self._name, points, cells, blocks=blocks, point_data=_data_of(grid.GetPointData()),
-                         cell_data=_data_of(grid.GetCellData(), "block"), level=self.level, replace=True)
+        one = _merged(_joined(list(_leaves(self._input))))
+        return write_shm(self._name, one.points, one.cells, blocks=one.blocks, point_data=one.point_data,
+                         cell_data=one.cell_data, level=self.level, replace=True)
+
+
+def _leaves(data: Any, name: str = "") -> Iterator[tuple[str, vtkUnstructuredGrid]]:
+    """The grids in a collection, without those of sets, and their names."""
+    if data is None:
+        return
+    if isinstance(data, vtkUnstructuredGrid):
+        yield name, data
+    elif isinstance(data, vtkPartitionedDataSetCollection):
+        of_sets = _in_groups_of_sets(data.GetDataAssembly())
+        for index in range(data.GetNumberOfPartitionedDataSets()):
+            if index not in of_sets:
+                yield from _leaves(data.GetPartitionedDataSet(index), _name_in(data, index) or name)
+    elif isinstance(data, vtkMultiBlockDataSet):
+        for index in range(data.GetNumberOfBlocks()):
+            yield from _leaves(data.GetBlock(index), _name_in(data, index) or name)
+    elif isinstance(data, vtkPartitionedDataSet):
+        for index in range(data.GetNumberOfPartitions()):
+            yield from _leaves(data.GetPartitionAsDataObject(index), name)
+    else:
+        raise ValueError(f"a {data.GetClassName()} is no unstructured grid, and cannot be written")
+
+
+def _name_in(data: Any, index: int) -> str | None:
+    return data.GetMetaData(index).Get(data.NAME()) if data.HasMetaData(index) else None
+
+
+def _in_groups_of_sets(assembly: vtkDataAssembly | None) -> set[int]:
+    if assembly is None:
+        return set()
+    groups = [node for node in assembly.GetChildNodes(0, False) if assembly.GetNodeName(node).endswith("_sets")]
+    return {index for node in groups for index in assembly.GetDataSetIndices(node)}
+
+
+@dataclass(frozen=True)
+class _Joined:
+    """What is written of a grid, or of several as one."""
+    points: np.ndarray
+    cells: Cells
+    blocks: list[Block]
+    point_data: dict[str, np.ndarray]
+    cell_data: dict[str, np.ndarray]
+    vertices: np.ndarray | None  # global ids of the points
+
+
+def _joined(leaves: list[tuple[str, vtkUnstructuredGrid]]) -> _Joined:
+    """Grids one after the other, each with its own points."""
+    leaves = [(name, grid) for name, grid in leaves if grid.GetNumberOfPoints()] or [("", vtkUnstructuredGrid())]
+    grids = [grid for _, grid in leaves]
+    made = [_cells_of(grid) for grid in grids]
+    blocks: list[Block] = []
+    of_cells = []
+    for (name, _), (cells, listed) in zip(leaves, made):
+        of_cells.append(cells.blocks + np.uint32(len(blocks)))
+        blocks += [_named(block, name, blocks) for block in listed]
+    points = [vtk_to_numpy(grid.GetPoints().GetData()) if grid.GetNumberOfPoints() else np.empty((0, 3)) for grid in grids]
+    first_point, first_corner = (np.cumsum([0] + [len(part) for part in parts[:-1]])
+                                 for parts in (points, [cells.connectivity for cells, _ in made]))
+    cells = Cells(np.concatenate([[0]] + [cells.offsets[1:] + first for (cells, _), first in zip(made, first_corner)]),
+                  np.concatenate([cells.connectivity + first for (cells, _), first in zip(made, first_point)]),
+                  np.concatenate([cells.types for cells, _ in made]), np.concatenate(of_cells))
+    ids = [grid.GetPointData().GetGlobalIds() for grid in grids]
+    known = len(ids) > 1 and all(own is not None for own in ids)
+    point_data = _common([_data_of(grid.GetPointData(), VERTEX_NUMBERS if own is not None else "")
+                          for grid, own in zip(grids, ids)])
+    return _Joined(np.concatenate(points), cells, blocks, point_data,
+                   _common([_data_of(grid.GetCellData(), "block") for grid in grids]),
+                   np.concatenate([vtk_to_numpy(own) for own in ids]) if known else None)
+
+
+def _named(block: Block, name: str, others: list[Block]) -> Block:
+    """A block with the name of its grid, or with the number that Reader makes a name of; numbers are told apart."""
+    number = re.fullmatch(r"block (\d+)", name)
+    wanted = int(number[1]) if number else block.id
+    used = {other.id for other in others}
+    return replace(block, id=wanted if wanted not in used else max(used) + 1, name="" if number else name)
+
+
+def _common(parts: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    """Arrays that all have, with as many components."""
+    return {name: np.concatenate([part[name] for part in parts]) for name, first in parts[0].items()
+            if all(name in part and part[name].shape[1:] == first.shape[1:] for part in parts)}
+
+
+def _merged(joined: _Joined) -> _Joined:
+    """Points of the same global id as one, unless they differ otherwise."""
+    if joined.vertices is None:
+        return joined
+    _, first, vertex_of = np.unique(joined.vertices, return_index=True, return_inverse=True)
+    for values in (joined.points, *joined.point_data.values()):
+        if not np.array_equal(values[first][vertex_of], values, equal_nan=values.dtype.kind == "f"):
+            return joined
+    return replace(joined, points=joined.points[first], vertices=None,
+                   cells=replace(joined.cells, connectivity=vertex_of[joined.cells.connectivity]),
+                   point_data={name: values[first] for name, values in joined.point_data.items()})
 
 
 def _cells_of(grid: vtkUnstructuredGrid) -> tuple[Cells, list[Block]]:
