@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -46,7 +47,10 @@ class Wheel(unittest.TestCase):
         self.run_in(sys.executable, "-m", "build", "--no-isolation", "--outdir", self.path,
                     self.path / "bindings" / "python")
         (wheel,), (sources,) = self.path.glob("*.whl"), self.path.glob("*.tar.gz")
-        self.assertIn("shmformat/shmformat.h", self.run_in("tar", "tzf", sources))
+        listed = self.run_in("tar", "tzf", sources)
+        for name in ("shmformat/shmformat.h", "shmformat_paraview.py"):
+            self.assertIn(name, listed)
+        self.assertIn("shmformat_paraview.py", zipfile.ZipFile(wheel).namelist())
         self.assertRegex(wheel.name, r"^shmformat-\d+\.\d+\.\d+-py3-none-linux_\w+\.whl$")
         version = re.search(r"-(\d+\.\d+\.\d+)-", wheel.name)[1]
         self.run_in(sys.executable, "-m", "venv", "--system-site-packages", self.path / "new")

@@ -6,7 +6,8 @@
     grid = reader.GetOutput()
 
 Arrays are VTK's own memory, which the library fills: nothing belongs to NumPy, and nothing but the points and
-values of node sets and side sets is copied. Arrays, blocks and sets that are switched off are not read. Pieces, for pipelines in parallel, are runs of segments.
+values of node sets and side sets is copied. Arrays, blocks and sets that are switched off are not read. Pieces,
+for pipelines in parallel, are runs of segments.
 """
 from __future__ import annotations
 
