@@ -333,6 +333,7 @@ class Sets(Case):
         self.assertEqual(sorted(numbers), sorted(members))
         self.assertEqual(nodes, 4)
 
+    SHAPES = ("triangle", "quad", "tetrahedron", "pyramid", "wedge", "hexahedron")
     CORNERS = {3: 2, 5: 3, 9: 4, 21: 2, 22: 3, 23: 4, 28: 4}  # of sides, by their type
 
     def all_sides(self, kinds):
@@ -369,9 +370,8 @@ class Sets(Case):
         return [ids.GetId(at) for at in range(ids.GetNumberOfIds())]
 
     def test_sides_are_those_of_vtks_exodus_reader(self):
-        shapes = ("tetrahedron", "pyramid", "wedge", "hexahedron", "quad", "triangle")
         unknown_to_it = (("triangle", 7), ("pyramid", 19), ("wedge", 18), ("hexahedron", 24))
-        kinds = [kind for kind in KINDS if kind[0] in shapes and kind not in unknown_to_it]
+        kinds = [kind for kind in KINDS if kind[0] in self.SHAPES and kind not in unknown_to_it]
         self.all_sides(kinds)
         subprocess.run([SHM, "convert", self.path("all.shm"), self.path("all.e")], check=True, stdout=subprocess.DEVNULL)
         with netCDF4.Dataset(self.path("all.e"), "a") as file:  # sides of what Exodus calls a quad are edges alone
@@ -395,6 +395,18 @@ class Sets(Case):
                     edges = nodes[corners:2 * corners]
                     middles = (nodes[:corners] + np.roll(nodes[:corners], -1, axis=0)) / 2
                     self.assertTrue(np.allclose(edges, middles[:len(edges)]), kind)
+
+    def test_sides_are_those_that_the_tool_takes_out(self):
+        kinds = [kind for kind in KINDS if kind[0] in self.SHAPES]
+        self.all_sides(kinds)
+        parts = self.parts(self.read(self.path("all.shm"), blocks=True, sets=True))
+        for i, kind in enumerate(kinds):
+            subprocess.run([SHM, "extract", "-f", self.path("all.shm"), self.path("set.shm"), "--set", f"set{i}"], check=True,
+                           stdout=subprocess.DEVNULL)
+            taken_out = self.read(self.path("set.shm")).GetOutput()
+            (types, *own), (_, *theirs) = sides_of(parts["side_sets", f"set{i}"]), sides_of(taken_out)
+            self.assertTrue(all(map(np.array_equal, own, theirs)), kind)
+            self.assertEqual(types.tolist(), [taken_out.GetCellType(side) for side in range(len(types))], kind)
 
     def test_sides_that_it_does_not_know_are_faces_of_vtks_cells(self):
         kinds = [("wedge", 18), ("hexahedron", 24)]

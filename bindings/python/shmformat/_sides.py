@@ -1,7 +1,6 @@
 """Sides of cells, as Exodus counts them from 1: which of a cell's nodes a side has.
 
-As converters/sets/set_cells.cpp knows them, with which `shm extract --set` and files of other formats are made;
-tests compare the two.
+As converters/sets/set_cells.cpp knows them, of which `shm extract --set` makes cells; a test compares the two.
 """
 from __future__ import annotations
 
