@@ -75,6 +75,14 @@ class Meshio(unittest.TestCase):
             shmformat.meshio.read(ROOT / "tests" / "golden" / "0.10" / "polyhedra.shm")
         with self.assertRaises(meshio.ReadError):
             shmformat.meshio.read(ROOT / "tests" / "golden" / "0.10" / "archive.shm")
+        wedge = [shmformat.Block(1, "", "wedge", 15, 1)]
+        one = shmformat.Cells(np.array([0, 15]), np.arange(15), np.array([26], np.uint8), np.zeros(1, np.uint32))
+        shmformat.write(self.path("wedge.shm"), np.random.default_rng(4).random((15, 3)), one, blocks=wedge)
+        try:  # newer ones have such cells
+            self.assertEqual(shmformat.meshio.read(self.path("wedge.shm")).cells[0].type, "wedge15")
+        except meshio.ReadError as why:
+            self.assertIn("wedge15", str(why))
+        os.unlink(self.path("wedge.shm"))
         mesh = meshio.Mesh(np.zeros((64, 3)), [("hexahedron64", np.arange(64)[None, :])])
         with self.assertRaises(meshio.WriteError):
             meshio.write(self.path("a.shm"), mesh)

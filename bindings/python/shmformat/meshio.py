@@ -54,7 +54,10 @@ def _cell_block(cells: Cells, first: int, end: int) -> meshio.CellBlock:
     if name is None:
         raise meshio.ReadError(f"meshio has no cells of VTK's type {kind}")
     corners = cells.connectivity[cells.offsets[first]:cells.offsets[end]].reshape(end - first, -1)
-    return meshio.CellBlock(name, corners[:, _ORDERS[name]] if name in _ORDERS else corners)
+    try:
+        return meshio.CellBlock(name, corners[:, _ORDERS[name]] if name in _ORDERS else corners)
+    except KeyError as why:  # meshio 5.0 has no wedges of 15 nodes, triangles of 7 ...
+        raise meshio.ReadError(f"this meshio has no cells that it calls '{name}'") from why
 
 
 def _values(data: Any, name: str, step: int | None) -> np.ndarray | None:
