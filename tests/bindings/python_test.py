@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
-"""The Python package: what it reads is what VTK reads of the source; what it writes comes back.
+"""The Python package: its arrays are those of NumPy, and what it writes comes back.
 
     python_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool
 
-Golden files of all kinds are read by another way, the program shm_text, in golden tests; here arrays are
-those of NumPy, right in shape, type and owner, and errors are told. Legacy VTK files of the corpus (the
-folder in SHM_CORPUS) become .shm, and both are read: points, cells and fields are equal bit for bit.
+Golden files of all kinds are read by another way, the program shm_text, in golden tests, and what others read of the corpus
+is compared in corpus_readers_test.py; here arrays are right in shape, type and owner, and errors are told.
 """
 import gc
 import io
@@ -384,47 +383,6 @@ class Writing(FolderTest):
         slow = Slow()
         self.assertEqual(shmformat.write(slow, points, cells), len(slow.data))
         shmformat.open(bytes(slow.data)).verify()
-
-
-class AgainstVTK(FolderTest):
-    def test_corpus_files_are_what_vtk_reads(self):
-        from vtkmodules.util.numpy_support import vtk_to_numpy
-        from vtk_corpus import corpus, unstructured_grids
-        if not corpus():
-            self.skipTest("SHM_CORPUS names no folder")
-        compared = fields = 0
-        packed = self.path("packed.shm")
-        for source, grid in unstructured_grids(SHM, packed):
-            with self.subTest(source=source.name), shmformat.open(packed) as mesh:
-                fields += self.compare(mesh, grid, vtk_to_numpy)
-                compared += 1
-        self.assertGreater(compared, 20)
-        self.assertGreater(fields, 40)
-
-    def compare(self, mesh, grid, vtk_to_numpy):
-        """Points, cells and fields bit for bit; returns how many fields."""
-        fields = 0
-        points = vtk_to_numpy(grid.GetPoints().GetData())
-        self.assertEqual(mesh.points.astype(points.dtype).tobytes(), points.tobytes())
-        cells = mesh.cells
-        types = vtk_to_numpy(grid.GetCellTypesArray())
-        plain = ~np.isin(types, (11, 8, 42))  # voxels, pixels: VTK's own order; polyhedra: faces
-        if plain.all():
-            self.assertTrue(np.array_equal(cells.offsets, vtk_to_numpy(grid.GetCells().GetOffsetsArray())))
-            self.assertTrue(np.array_equal(cells.connectivity, vtk_to_numpy(grid.GetCells().GetConnectivityArray())))
-        for data, own in ((mesh.point_data, grid.GetPointData()), (mesh.cell_data, grid.GetCellData())):
-            for i in range(own.GetNumberOfArrays()):
-                array, name = own.GetAbstractArray(i), own.GetArrayName(i)
-                if name not in data or not hasattr(array, "GetDataTypeSize") or array.IsA("vtkBitArray") \
-                        or not array.IsNumeric():
-                    continue
-                expected = vtk_to_numpy(array)
-                got = data[name]
-                if got.dtype.itemsize != expected.dtype.itemsize or got.size != expected.size:
-                    continue  # of several of a name the first
-                self.assertEqual(got.tobytes(), expected.tobytes(), name)
-                fields += 1
-        return fields
 
 
 if __name__ == "__main__":

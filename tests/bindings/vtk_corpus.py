@@ -1,14 +1,12 @@
-"""Files of the corpus, as VTK's own readers have them and as .shm files."""
+"""Exodus files of the corpus, as VTK's own reader has their sets and as .shm files."""
 import os
 import subprocess
 from pathlib import Path
 
 from vtkmodules.vtkCommonCore import vtkLogger
 from vtkmodules.vtkIOExodus import vtkExodusIIReader
-from vtkmodules.vtkIOLegacy import vtkUnstructuredGridReader
 
-MOST_BYTES_OF_SOURCES = 3 << 20  # larger ones are read by the tests of the tool
-MOST_BYTES_OF_EXODUS = 1 << 20
+MOST_BYTES = 1 << 20
 
 
 def corpus():
@@ -17,29 +15,11 @@ def corpus():
     return Path(folder) if os.path.isdir(folder) else None
 
 
-def unstructured_grids(shm, packed):
-    """(path, what VTK reads) of each legacy VTK file; meanwhile `packed` is what the tool `shm` makes of it."""
-    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-    for source in sorted(corpus().rglob("*.vtk")):
-        with source.open("rb") as file:
-            head = file.read(1 << 12)
-        if source.stat().st_size > MOST_BYTES_OF_SOURCES or b"UNSTRUCTURED_GRID" not in head:
-            continue
-        subprocess.run([shm, "compress", "--level", "fast", "-f", str(source), "-o", str(packed)], check=True,
-                       stdout=subprocess.DEVNULL)
-        reader = vtkUnstructuredGridReader()
-        reader.SetFileName(str(source))
-        for all_of in ("Scalars", "Vectors", "Normals", "Tensors", "TCoords", "Fields", "ColorScalars"):
-            getattr(reader, f"ReadAll{all_of}On")()
-        reader.Update()
-        yield source, reader.GetOutput()
-
-
 def exodus_files(shm, packed):
     """The path of each Exodus file; meanwhile `packed` is what the tool `shm` makes of it."""
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
     for source in sorted((corpus() / "exodus").iterdir()):
-        if source.stat().st_size > MOST_BYTES_OF_EXODUS:
+        if source.stat().st_size > MOST_BYTES:
             continue
         subprocess.run([shm, "compress", "--level", "fast", "-f", str(source), "-o", str(packed)], check=True,
                        stdout=subprocess.DEVNULL)
