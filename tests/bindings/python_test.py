@@ -4,7 +4,8 @@
     python_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool
 
 Golden files of all kinds are read by another way, the program shm_text, in golden tests, and what others read of the corpus
-is compared in corpus_readers_test.py; here arrays are right in shape, type and owner, and errors are told.
+is compared in corpus_readers_test.py; here arrays are right in shape, type and owner, bytes are counted where they come
+from, and errors are told.
 """
 import gc
 import io
@@ -34,6 +35,16 @@ def bar(cells):
     corner = np.tile(np.arange(4), cells + 1)
     points = np.column_stack([x, (corner == 1) | (corner == 2), corner >= 2]).astype(np.float64)
     return points, (np.arange(cells)[:, None] * 4 + np.arange(8)).astype(np.int32)
+
+
+class Counted(io.BytesIO):
+    """A file that counts the bytes that it gives."""
+    given = 0
+
+    def read(self, *arguments):
+        some = super().read(*arguments)
+        self.given += len(some)
+        return some
 
 
 class FolderTest(unittest.TestCase):
@@ -84,6 +95,60 @@ class Reading(FolderTest):
             with self.assertRaises(shmformat.Error) as caught:
                 mesh.read(out={"points": np.zeros((36, 3), np.int64)})
             self.assertEqual(caught.exception.code, "misuse")
+
+    def test_memory_of_the_caller_is_filled_where_it_is(self):
+        """Parts of larger arrays, of which the rest is left alone; and nothing else is anybody's but NumPy's."""
+        data = (GOLDEN / "steps_and_extras.shm").read_bytes()
+        with shmformat.open(data) as mesh:
+            room, values = np.full((72, 3), 7.), np.full((4, 12), 7, np.float32)
+            result = mesh.read(cell_data=["p"], step=1, out={"points": room[18:54], "p": values[2]})
+            self.assertTrue(np.shares_memory(result.points, room) and np.shares_memory(result.cell_data["p"], values))
+            self.assertTrue(np.array_equal(room[18:54], mesh.points) and np.array_equal(values[2], mesh.cell_data["p"][1]))
+            self.assertTrue((room[:18] == 7).all() and (room[54:] == 7).all() and (values[[0, 1, 3]] == 7).all())
+            part, cells = mesh.select(cells=(2, 9)), mesh.cells
+            own = [mesh.points, cells.offsets, cells.connectivity, cells.types, cells.blocks, mesh.cell_data["p"][1],
+                   mesh.cell_data["p"][1], part.points, part.cells.connectivity, part.cell_numbers, part.vertex_numbers,
+                   mesh.step_times, *(one.numbers for one in mesh.sets), *(extra.values for extra in mesh.extras)]
+        for i, array in enumerate(own):
+            base = array if array.base is None else array.base  # a reshaped one has its memory from another
+            self.assertTrue(base.flags.owndata and array.flags.writeable, i)
+            self.assertFalse(np.shares_memory(array, np.frombuffer(data, np.uint8)), i)
+            for other in own[:i]:
+                self.assertFalse(np.shares_memory(array, other), i)
+
+    def hundred_arrays(self, steps):
+        """A file with an array of cells a hundred times, 4000 bytes at each step that do not compress; and one of them."""
+        points, cells = bar(500)  # of fewer cells several steps are one chunk
+        values = np.random.default_rng(2).random((100, steps, 500))
+        shmformat.write(self.path("a.shm"), points, cells, step_times=np.arange(float(steps)), level="fast",
+                        cell_data={f"a{i}": dict(enumerate(own)) for i, own in enumerate(values)})
+        return self.path("a.shm"), values[50]
+
+    def test_one_step_of_one_array_takes_its_own_bytes(self):
+        """Index and schema are read to open the file, and again by what reads steps, twice."""
+        made, values = self.hundred_arrays(4)
+        subprocess.run([SHM, "compress", "-q", "--level", "fast", "--key-steps", "1", made, "-o", self.path("b.shm")],
+                       check=True)
+        source = Counted(self.path("b.shm").read_bytes())
+        mesh = shmformat.open(source)
+        opened = source.given
+        self.assertLess(opened, 4096)
+        self.assertTrue(np.array_equal(mesh.cell_data["a50"][2], values[2]))
+        self.assertLess(source.given, 3 * opened + 4000 + 256)  # and heads of chunks of the mesh
+        for step in (3, 1):
+            before = source.given
+            self.assertTrue(np.array_equal(mesh.cell_data["a50"][step], values[step]))
+            self.assertLess(source.given - before, 4000)
+        self.assertLess(source.given, len(source.getvalue()) / 50)
+
+    def test_steps_that_refer_to_others_take_those_of_their_array(self):
+        made, values = self.hundred_arrays(10)
+        source = Counted(made.read_bytes())
+        mesh = shmformat.open(source)
+        for step in (7, 9):  # of eight one refers to no other
+            before = source.given
+            self.assertTrue(np.array_equal(mesh.cell_data["a50"][step], values[step]))
+            self.assertLess(source.given - before, 8 * 4000)
 
     def test_steps_are_those_that_have_values(self):
         with shmformat.open(GOLDEN / "steps_and_extras.shm") as mesh:
