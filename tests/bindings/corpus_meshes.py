@@ -44,6 +44,7 @@ class Seen:
     steps: list = field(default_factory=list)
     blocks: np.ndarray | None = None  # index of the block of each cell
     sets: list | None = None  # (number, name, members)
+    times: np.ndarray | None = None  # of the steps
     block_ids: np.ndarray | None = None  # of each cell: what its block is called in the source
     first: bool = False  # `steps` has the first one alone
     more: bool = False  # there may be arrays that no .shm file has
@@ -76,7 +77,7 @@ def by_python(path):
         steps = [{(place, name): values[step] if hasattr(values, "keys") else values for place, name, values in arrays
                   if not hasattr(values, "keys") or step in values} for step in range(max(mesh.step_count, 1))]
         return Seen(mesh.points, cells.offsets, cells.connectivity, cells.types, steps, blocks=cells.blocks,
-                    sets=[(own.id, own.name, own.numbers) for own in mesh.sets],
+                    sets=[(own.id, own.name, own.numbers) for own in mesh.sets], times=mesh.step_times,
                     block_ids=np.array([block.id for block in mesh.blocks], np.int64)[cells.blocks])
 
 
@@ -91,14 +92,18 @@ def by_our_vtk(path):
     reader = shmformat.vtk.Reader()
     reader.SetFileName(str(path))
     reader.UpdateInformation()
-    information = reader.GetOutputInformation(0)
+    times = times_of(reader)
     steps = []
-    for step in range(max(information.Length(Pipeline.TIME_STEPS()), 1)):
-        if information.Has(Pipeline.TIME_STEPS()):
-            reader.UpdateTimeStep(information.Get(Pipeline.TIME_STEPS(), step))
-        reader.Update()
+    for time in times.tolist() or [None]:
+        reader.Update() if time is None else reader.UpdateTimeStep(time)
         steps.append(arrays_of(reader.GetOutput(), without="block"))
-    return from_grid(reader.GetOutput(), steps, blocks=vtk_to_numpy(reader.GetOutput().GetCellData().GetArray("block")))
+    blocks = vtk_to_numpy(reader.GetOutput().GetCellData().GetArray("block"))
+    return from_grid(reader.GetOutput(), steps, blocks=blocks, times=times)
+
+
+def times_of(reader):
+    information, key = reader.GetOutputInformation(0), Pipeline.TIME_STEPS()
+    return np.array([information.Get(key, i) for i in range(information.Length(key))], float)
 
 
 def by_our_meshio(path, steps):
@@ -215,6 +220,7 @@ def by_vtks_exodus(path):
     reader.SetSqueezePoints(False)
     reader.GenerateObjectIdCellArrayOn()
     reader.UpdateInformation()
+    times = times_of(reader)
     reader.SetAllArrayStatus(reader.ELEM_BLOCK, 1)
     reader.SetAllArrayStatus(reader.NODAL, 1)
     for block in range(reader.GetNumberOfObjects(reader.ELEM_BLOCK)):
@@ -235,7 +241,7 @@ def by_vtks_exodus(path):
     parts = [from_grid(grid, []) for grid in grids]
     sizes = np.concatenate([np.diff(part.offsets) for part in parts])
     return Seen(parts[0].points, np.concatenate([[0], np.cumsum(sizes)]), np.concatenate([p.corners for p in parts]),
-                np.concatenate([part.types for part in parts]), steps, joined=True)
+                np.concatenate([part.types for part in parts]), steps, times=times, joined=True)
 
 
 def grids_of(tree):
@@ -331,8 +337,8 @@ def from_meshio(meshes):
 
 
 def differences(seen, mesh, roles=frozenset()):
-    """Sentences, each behind what it is about: "points", "cells", "sets" or "arrays". `mesh` is what Python reads of the
-    .shm file; `roles` are arrays of it that others need not have."""
+    """Sentences, each behind what it is about: "points", "cells", "sets", "times" or "arrays". `mesh` is what Python reads
+    of the .shm file; `roles` are arrays of it that others need not have."""
     wrong = []
     points = native(np.asarray(seen.points))
     if mesh.points.shape != points.shape or mesh.points.astype(points.dtype).tobytes() != points.tobytes():
@@ -343,6 +349,8 @@ def differences(seen, mesh, roles=frozenset()):
             wrong.append(("cells", f"{name} differ, {len(theirs)} against {len(ours)}"))
     if seen.sets is not None and not same_sets(seen.sets, mesh.sets):
         wrong.append(("sets", "differ"))
+    if seen.times is not None and seen.times.tobytes() != mesh.times.tobytes():
+        wrong.append(("times", f"{seen.times} against {mesh.times}"))
     if not seen.first and len(seen.steps) != len(mesh.steps):
         wrong.append(("arrays", f"{len(seen.steps)} time steps against {len(mesh.steps)}"))
     for step, (theirs, ours) in enumerate(zip(seen.steps, mesh.steps)):
