@@ -44,6 +44,12 @@ int main(int argc, char **argv) {
 """
 
 
+def program_of_the_header():
+    header = HEADER.read_text(encoding="utf-8")
+    example = re.search(r"Example: points and hexahedra of a file\n(.*?)\n   Conventions", header, re.S)[1]
+    return PROGRAM % re.sub(r"^   ", "", example, flags=re.M)
+
+
 def run(*command, **more):
     return subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False, **more)
 
@@ -70,11 +76,8 @@ class Library(unittest.TestCase):
         self.compiles("gcc", "c99", text + beside, "b.c", "-D_XOPEN_SOURCE=700", "-fsyntax-only")
 
     def test_the_example_of_the_header_works(self):
-        header = HEADER.read_text(encoding="utf-8")
-        example = re.search(r"Example: points and hexahedra of a file\n(.*?)\n   Conventions", header, re.S)[1]
-        text = PROGRAM % re.sub(r"^   ", "", example, flags=re.M)
         # A struct that is begun and not ended in braces is filled with zeros, as the example means.
-        self.compiles("gcc", "c99", text, "example.c", "-Wno-missing-field-initializers", LIBRARY,
+        self.compiles("gcc", "c99", program_of_the_header(), "example.c", "-Wno-missing-field-initializers", LIBRARY,
                       f"-Wl,-rpath,{LIBRARY.parent}", "-o", self.path / "example")
         shutil.copy(MESH, self.path / "run.shm")
         done = run(self.path / "example", self.path)

@@ -4,10 +4,10 @@
     corpus_readers_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool; SHM_CORPUS: folder of the corpus
 
 Each file is compressed once. What the Python package reads of it, all arrays at all steps, is compared, bit for bit, with
-what others read of the source (VTK, meshio, Gmsh); with what a pipeline of VTK, meshio and a program in C (read_all.c) read
-of the same .shm file; and with what VTK reads of the .vtu files that `shm decompress` writes. Points are compared in the
-precision that a reader gives. What a reader refuses, or has otherwise for a reason, stands in corpus_exceptions.tsv; what
-stands there in vain is a failure. Exit code 77 (skipped) where there is no corpus.
+what others read of the source (VTK, meshio, Gmsh); with what a pipeline of VTK, meshio and programs in C (read_all.c, and
+the example of the header) read of the same .shm file; and with what VTK reads of the .vtu files that `shm decompress`
+writes. Points are compared in the precision that a reader gives. What a reader refuses, or has otherwise for a reason,
+stands in corpus_exceptions.tsv; what stands there in vain is a failure. Exit code 77 (skipped) where there is no corpus.
 As `pytest corpus_readers_test.py` it takes the paths of SHMFORMAT_LIBRARY and SHM_TOOL, or those of build/release.
 """
 import multiprocessing
@@ -29,13 +29,15 @@ else:
     SHM = os.environ.get("SHM_TOOL", str(BUILT / "bin" / "shm"))
 os.environ["SHMFORMAT_LIBRARY"] = LIBRARY
 sys.path[:0] = [str(HERE), str(ROOT / "bindings" / "python")]
+from c_library_test import program_of_the_header  # noqa: E402
+
 CORPUS = Path(os.environ.get("SHM_CORPUS") or "/nowhere")
 EXCEPTIONS = HERE / "corpus_exceptions.tsv"
 SKIPPED = "SHM_CORPUS names no folder, so no corpus file was read"
 # Readers of others, by what `shm info` calls the format.
 OTHERS = {"exodus": ("vtk", "meshio"), "vtk": ("vtk", "meshio"), "vtu": ("vtk", "meshio"), "ucd": ("vtk", "meshio"),
           "gmsh": ("gmsh", "meshio")}
-PROGRAM = None  # read_all
+PROGRAMS = None  # folder of read_all and of the example in the head of shmformat.h
 
 
 def run(*command):
@@ -52,13 +54,20 @@ def decompressed(packed, steps, folder):
     return sorted(folder.iterdir())
 
 
+def header_example(folder, mesh):
+    """What the example prints of FOLDER/run.shm: counts, the first coordinate and the last corner."""
+    expected = "%d %d %g %d\n" % (len(mesh.points), len(mesh.types), mesh.points[0, 0], mesh.corners[-1])
+    printed = run(PROGRAMS / "example", folder).decode()
+    return [] if printed == expected else [("all", f"it prints {printed!r}, not {expected!r}")]
+
+
 def compare_file(name):
     """Of one file, by reader: what differs, as pairs of a word and a sentence; ("all", ...) where it reads nothing."""
     import corpus_meshes as meshes
     import shmformat
     source, found = CORPUS / name, {}
     with tempfile.TemporaryDirectory() as scratch:
-        packed = Path(scratch) / "packed.shm"
+        packed = Path(scratch) / "run.shm"
         run(SHM, "compress", "-q", "-T", "1", "--level", "fast", source, "-o", packed)
         mesh, roles = meshes.by_python(packed), meshes.roles_of(packed)
         with shmformat.open(packed) as file:
@@ -67,7 +76,7 @@ def compare_file(name):
                 "gmsh": lambda: meshes.by_gmsh(source, mesh),
                 "shmformat.vtk": lambda: meshes.by_our_vtk(packed),
                 "shmformat.meshio": lambda: meshes.by_our_meshio(packed, len(mesh.steps)),
-                "read_all": lambda: meshes.by_c(run(PROGRAM, packed), len(mesh.steps)),
+                "read_all": lambda: meshes.by_c(run(PROGRAMS / "read_all", packed), len(mesh.steps)),
                 "shm decompress": lambda: meshes.by_vtu(decompressed(packed, steps, Path(scratch) / "vtu"))}
         for reader in (*OTHERS[kind], "shmformat.vtk", "shmformat.meshio", "read_all", "shm decompress"):
             ours = reader in ("shmformat.vtk", "shmformat.meshio", "read_all")
@@ -75,6 +84,7 @@ def compare_file(name):
                 found[reader] = meshes.differences(ways[reader](), mesh, frozenset() if ours else roles)
             except meshes.Refused as why:
                 found[reader] = [("all", f"refused: {why}")]
+        found["header example"] = header_example(scratch, mesh)
     return found
 
 
@@ -95,15 +105,18 @@ def exceptions():
 class Corpus(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        global PROGRAM
+        global PROGRAMS
         if not CORPUS.is_dir():
             raise unittest.SkipTest(SKIPPED)
         files = sorted((path for path in CORPUS.glob("*/*") if path.is_file()), key=lambda path: -path.stat().st_size)
         cls.names = [path.relative_to(CORPUS).as_posix() for path in files]
         with tempfile.TemporaryDirectory() as folder:
-            PROGRAM = Path(folder) / "read_all"
-            run("gcc", "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1", f"-I{ROOT / 'bindings/c/include'}",
-                HERE / "read_all.c", LIBRARY, f"-Wl,-rpath,{Path(LIBRARY).parent}", "-o", PROGRAM)
+            PROGRAMS = Path(folder)
+            (PROGRAMS / "example.c").write_text(program_of_the_header(), encoding="utf-8")
+            for source, more in ((HERE / "read_all.c", []), (PROGRAMS / "example.c", ["-Wno-missing-field-initializers"])):
+                run("gcc", "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-D_POSIX_C_SOURCE=200809L", *more, "-O1",
+                    f"-I{ROOT / 'bindings/c/include'}", source, LIBRARY, f"-Wl,-rpath,{Path(LIBRARY).parent}", "-o",
+                    PROGRAMS / source.stem)
             with multiprocessing.get_context("fork").Pool(min(os.cpu_count() or 1, 2)) as pool:
                 cls.found = dict(zip(cls.names, pool.map(compare_or_tell, cls.names, chunksize=1)))
         cls.excepted = exceptions()

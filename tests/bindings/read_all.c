@@ -2,7 +2,6 @@
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
-
 #include "shmformat.h"
 
 static shmf_error why;
@@ -51,17 +50,17 @@ static int put_mesh(shmf_file* file, const shmf_info* info, shmf_array* arrays) 
 static int put_steps(shmf_file* file, uint32_t index, const shmf_array* array) {
   const uint64_t* steps;
   uint64_t count = 1;
-  int status = SHMF_OK;
-  for (uint64_t i = 0; i < count && status == SHMF_OK; ++i) {
+  for (uint64_t i = 0; i < count; ++i) {
     shmf_target one = want(SHMF_VALUES, array->type, index);
     if (shmf_get_steps(file, index, &steps, &count, &why) != SHMF_OK) return why.status;
     if (i == count) break;
     one.step = steps[i];
-    status = read_targets(file, &one, 1);
+    const int status = read_targets(file, &one, 1);
     if (status == SHMF_OK) printf("step "), put(kPlaces[array->location], &one, array->name);
     free(one.data);
+    if (status != SHMF_OK) return status;
   }
-  return status;
+  return SHMF_OK;
 }
 
 static int put_sets(shmf_file* file) {
@@ -79,8 +78,9 @@ static int put_sets(shmf_file* file) {
 int main(int argc, char** argv) {
   shmf_file* file = NULL;
   shmf_info info = {.struct_size = sizeof info};
-  if (argc != 2) return fprintf(stderr, "usage: read_all FILE.shm\n"), SHMF_MISUSE;
-  int status = shmf_open_path(argv[1], NULL, &file, &why);
+  const shmf_open_options how = {.struct_size = sizeof how, .damaged = argc > 2};
+  if (argc < 2) return fprintf(stderr, "usage: read_all FILE.shm [damaged]\n"), SHMF_MISUSE;
+  int status = shmf_open_path(argv[1], &how, &file, &why);
   if (status == SHMF_OK) status = shmf_get_info(file, &info, &why);
   shmf_array* arrays = calloc((size_t)info.arrays + 1, sizeof *arrays);
   if (arrays == NULL) status = SHMF_NO_MEMORY;
