@@ -1,0 +1,391 @@
+// Files where the system is POSIX. The only source of the library that meets the operating system.
+#include <dirent.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <sys/utsname.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstdlib>
+#include <cstring>
+#include <string_view>
+#include <utility>
+
+#include "bytes/binary.h"
+#include "shm/io.h"
+
+namespace shm {
+namespace {
+
+Error system_error(ErrorCode code, const std::string& what, const std::string& path) {
+  return Error{code, what + ": " + std::strerror(errno), {}, kNoOffset, path};
+}
+
+/// A pipe with a name waits for its other end, and a signal may come meanwhile.
+int open_patiently(const std::string& path, int flags) {
+  while (true) {
+    const int descriptor = ::open(path.c_str(), flags | O_CLOEXEC);
+    if (descriptor >= 0 || errno != EINTR) return descriptor;
+  }
+}
+
+std::string folder_of(const std::string& path) {
+  const std::size_t slash = path.rfind('/');
+  return slash == std::string::npos ? "." : path.substr(0, slash + 1);
+}
+
+/// ".NAME.tmp" beside the file; of a long name its beginning.
+std::string temporary_name(const std::string& path) {
+  constexpr std::size_t kLongest = 200;  // bytes; numbers follow
+  const std::size_t slash = path.rfind('/');
+  const std::size_t name = slash == std::string::npos ? 0 : slash + 1;
+  return path.substr(0, name) + "." + path.substr(name, kLongest) + ".tmp";
+}
+
+/// Says among which processes this one has its number: those of a machine, or of a part of it.
+std::string name_of_machine() {
+  struct utsname names {};
+  (void)::uname(&names);
+  std::string text = names.nodename;
+  text.resize(text.size() + 64);
+  (void)::readlink("/proc/self/ns/pid", text.data() + text.size() - 64, 64);
+  // Machines may be called alike.
+  if (const int boot = ::open("/proc/sys/kernel/random/boot_id", O_RDONLY | O_CLOEXEC); boot >= 0) {
+    text.resize(text.size() + 36);
+    (void)!::read(boot, text.data() + text.size() - 36, 36);
+    ::close(boot);
+  }
+  const std::uint32_t number = checksum(std::as_bytes(std::span(text)));
+  char digits[8];
+  const auto end = std::to_chars(digits, digits + sizeof digits, number, 16).ptr;
+  return {digits, end};
+}
+
+/// Whether the process is gone that has left `name`, the rest of a temporary name: PID-MACHINE,
+/// and perhaps -N. Of another machine that is not known: then whether it may be.
+enum class Process { lives, may_be_gone, gone };
+Process process_of(std::string_view name, std::string_view machine) {
+  pid_t process = 0;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), process);
+  if (error != std::errc() || process <= 0) return Process::lives;
+  name.remove_prefix(static_cast<std::size_t>(end - name.data()));
+  if (!name.starts_with('-')) return Process::lives;
+  name.remove_prefix(1);
+  if (name.substr(0, name.find('-')) != machine) return Process::may_be_gone;
+  return ::kill(process, 0) != 0 && errno == ESRCH ? Process::gone : Process::lives;
+}
+
+/// Removes what killed processes have left for the same path; what another machine's may have left,
+/// once it is old.
+void remove_leftovers(const std::string& path, const std::string& machine, std::int64_t now) {
+  constexpr std::int64_t kOld = 3600;  // seconds
+  const std::string folder = folder_of(path), start = temporary_name(path);
+  const std::string_view head = std::string_view(start).substr(start.rfind('/') + 1);
+  DIR* directory = ::opendir(folder.c_str());
+  if (directory == nullptr) return;
+  while (const dirent* entry = ::readdir(directory)) {
+    const std::string_view name = entry->d_name;
+    if (!name.starts_with(head)) continue;
+    const Process process = process_of(name.substr(head.size()), machine);
+    struct stat status {};
+    const int at = ::dirfd(directory);
+    if (process == Process::lives ||
+        ::fstatat(at, entry->d_name, &status, AT_SYMLINK_NOFOLLOW) != 0 || !S_ISREG(status.st_mode))
+      continue;
+    if (process == Process::gone || status.st_mtime < now - kOld) ::unlinkat(at, entry->d_name, 0);
+  }
+  ::closedir(directory);
+}
+
+/// ".NAME.tmpPID-MACHINE", and -N where that is taken.
+std::string own_name(const std::string& path, const std::string& machine, int attempt) {
+  return temporary_name(path) + std::to_string(::getpid()) + "-" + machine +
+         (attempt > 0 ? "-" + std::to_string(attempt) : "");
+}
+constexpr int kMostAttempts = 100;
+
+Error taken_error(const std::string& path) {
+  return Error{ErrorCode::output, "is there already", {}, kNoOffset, path};
+}
+
+/// So that the name is on the disk, too. Some folders cannot be opened, some not flushed.
+void flush_folder(const std::string& folder) {
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  ::fsync(descriptor);
+  ::close(descriptor);
+}
+
+}  // namespace
+
+// --- files that appear whole
+
+Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path, Temporary how,
+                                                   Existing existing) {
+  std::unique_ptr<FileSink> sink(new FileSink());
+  sink->path_ = path;
+  sink->replaces_ = existing == Existing::replace;
+  if (path == "-") {
+    sink->descriptor_ = STDOUT_FILENO;
+    return sink;
+  }
+  // A device or a pipe is written as it is: there is nothing to rename over.
+  struct stat status {};
+  const bool exists = ::stat(path.c_str(), &status) == 0;
+  if (exists && !S_ISREG(status.st_mode)) {
+    sink->descriptor_ = open_patiently(path, O_WRONLY);
+    if (sink->descriptor_ < 0) return system_error(ErrorCode::output, "cannot be opened", path);
+    return sink;
+  }
+  if (!sink->replaces_ && ::lstat(path.c_str(), &status) == 0) return taken_error(path);
+  if (!exists && ::lstat(path.c_str(), &status) == 0) {
+    errno = ENOENT;
+    return system_error(ErrorCode::output, "is a symbolic link that leads nowhere", path);
+  }
+  if (exists) {
+    sink->permissions_ = Permissions{status.st_mode & 0777u, status.st_gid};
+    if (char* real = ::realpath(path.c_str(), nullptr); real != nullptr) {
+      sink->path_ = real;
+      std::free(real);
+    }
+  }
+  if (auto good = sink->create_temporary(how); !good) return good.error();
+  return sink;
+}
+
+Result<std::unique_ptr<FileSink>> FileSink::create_scratch(const std::string& folder,
+                                                           const std::string& name, Temporary how) {
+  std::unique_ptr<FileSink> sink(new FileSink());
+  sink->scratch_ = true;
+  sink->path_ = folder + "/" + name;
+  if (auto good = sink->create_temporary(how); !good) return good.error();
+  return sink;
+}
+
+Result<void> FileSink::create_temporary(Temporary how) {
+  if (how == Temporary::unnamed)
+    descriptor_ =
+        ::open(folder_of(path_).c_str(), O_RDWR | O_TMPFILE | O_CLOEXEC, scratch_ ? 0600 : 0666);
+  if (descriptor_ >= 0) {
+    temporary_ = "/proc/self/fd/" + std::to_string(descriptor_);
+    if (::access(temporary_.c_str(), F_OK) != 0) ::close(std::exchange(descriptor_, -1));
+  }
+  return descriptor_ >= 0 ? Result<void>() : create_named();
+}
+
+Result<void> FileSink::create_named() {
+  const std::string machine = name_of_machine();
+  // A killed process may have left its file under the same name.
+  for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+    temporary_ = own_name(path_, machine, attempt);
+    descriptor_ =
+        ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, scratch_ ? 0600 : 0666);
+    if (descriptor_ >= 0 || errno != EEXIST) break;
+  }
+  named_ = descriptor_ >= 0;
+  if (!named_) return system_error(ErrorCode::output, "cannot be created", path_);
+  struct stat status {};  // whose clock is that of the other files
+  if (::fstat(descriptor_, &status) == 0) remove_leftovers(path_, machine, status.st_mtime);
+  return {};
+}
+
+FileSink::~FileSink() {
+  if (path_ == "-") return;
+  if (descriptor_ >= 0) ::close(descriptor_);
+  if (named_) ::unlink(temporary_.c_str());
+}
+
+Result<void> FileSink::write(std::span<const std::byte> bytes) {
+  if (committed_)
+    return Error{ErrorCode::misuse, "is written after its commit()", {}, kNoOffset, path_};
+  while (!bytes.empty()) {
+    const ssize_t n = ::write(descriptor_, bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return system_error(ErrorCode::output, "cannot be written", path_);
+    bytes = bytes.subspan(static_cast<std::size_t>(n));
+  }
+  return {};
+}
+
+Result<void> FileSink::copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes) {
+  std::uint64_t done = 0;
+  if (const auto* file = dynamic_cast<const FileRandomSource*>(&from))
+    done = file->copy_to(descriptor_, offset, bytes);
+  return ByteSink::copy(from, offset + done, bytes - done);
+}
+
+Result<void> FileSink::commit() {
+  if (path_ == "-" || scratch_ || committed_) return {};
+  if (auto good = flush(); !good) return good;
+  pass_permissions_on();
+  if (named_)
+    if (auto good = rename_temporary(); !good) return good;
+  if (!named_ && !temporary_.empty())
+    if (auto good = link(); !good) return good;
+  named_ = false;
+  if (::close(std::exchange(descriptor_, -1)) != 0)
+    return system_error(ErrorCode::output, "cannot be closed", path_);
+  if (!temporary_.empty()) flush_folder(folder_of(path_));
+  committed_ = true;
+  return {};
+}
+
+/// At the end, since who writes by name opens the file anew. Without the group its bits would be
+/// another group's.
+void FileSink::pass_permissions_on() const {
+  if (!permissions_) return;
+  const int file = named_ ? ::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC) : descriptor_;
+  if (file < 0) return;
+  struct stat status {};
+  const bool same = ::fstat(file, &status) == 0 && status.st_gid == permissions_->group;
+  const bool passed = same || ::fchown(file, ~uid_t{0}, permissions_->group) == 0;
+  (void)::fchmod(file, permissions_->mode & (passed ? 0777u : 0707u));
+  if (named_) ::close(file);
+}
+
+/// Flushing any descriptor of a file flushes all of it. Who wrote by name may have replaced the
+/// file, which leaves ours behind. Some file systems cannot flush (EINVAL); that is no failed
+/// write.
+Result<void> FileSink::flush() const {
+  const int file = named_ ? ::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC) : descriptor_;
+  const bool flushed = file >= 0 && (::fsync(file) == 0 || errno == EINVAL);
+  const Error error = system_error(ErrorCode::output, "cannot be flushed", path_);
+  if (named_ && file >= 0) ::close(file);
+  return flushed ? Result<void>() : error;
+}
+
+/// Gives a file without a name its own: at once where that is free, else over a name beside.
+Result<void> FileSink::link() {
+  const auto link_as = [this](const std::string& name) {
+    return ::linkat(AT_FDCWD, temporary_.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
+  };
+  if (link_as(path_)) return {};
+  bool taken = errno == EEXIST;
+  const Error error = system_error(ErrorCode::output, "cannot be given its name", path_);
+  if (!taken) return rename_copy(error);
+  if (!replaces_) return taken_error(path_);
+  const std::string machine = name_of_machine();
+  for (int attempt = 0; attempt < kMostAttempts && taken; ++attempt) {
+    const std::string beside = own_name(path_, machine, attempt);
+    if (!link_as(beside)) {
+      taken = errno == EEXIST;
+      continue;
+    }
+    // What a process has left that was killed between these two calls.
+    struct stat status {};
+    if (::fstat(descriptor_, &status) == 0) remove_leftovers(path_, machine, status.st_mtime);
+    if (::rename(beside.c_str(), path_.c_str()) == 0) return {};
+    const Error why = system_error(ErrorCode::output, "cannot be given its name", path_);
+    ::unlink(beside.c_str());
+    return why;
+  }
+  return system_error(ErrorCode::output, "cannot be given its name", path_);
+}
+
+/// Gives a file with a temporary name its own. Where nothing may be replaced the system is told so,
+/// or a second name is made, which fails where it is taken; where neither can be done it is asked
+/// before.
+Result<void> FileSink::rename_temporary() const {
+  if (!replaces_) {
+#ifdef RENAME_NOREPLACE
+    if (::renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, path_.c_str(), RENAME_NOREPLACE) == 0)
+      return {};
+#endif
+    if (::link(temporary_.c_str(), path_.c_str()) == 0) {
+      ::unlink(temporary_.c_str());
+      return {};
+    }
+    struct stat status {};
+    if (errno == EEXIST || ::lstat(path_.c_str(), &status) == 0) return taken_error(path_);
+  }
+  if (::rename(temporary_.c_str(), path_.c_str()) == 0) return {};
+  return system_error(ErrorCode::output, "cannot be given its name", path_);
+}
+
+/// Where a file without a name cannot get one, as in some containers and on some file systems: a
+/// copy that has one. `why`: what kept the file itself from it.
+Result<void> FileSink::rename_copy(const Error& why) {
+  const auto whole = FileRandomSource::open(temporary_);
+  if (!whole) return why;
+  const int unnamed = descriptor_;
+  const std::string in_proc = temporary_;
+  if (!create_named()) {
+    descriptor_ = unnamed;
+    temporary_ = in_proc;
+    return why;
+  }
+  ::close(unnamed);
+  if (auto good = copy(**whole, 0, (*whole)->size()); !good) return good;
+  if (auto good = flush(); !good) return good;
+  pass_permissions_on();
+  return rename_temporary();
+}
+
+// --- reading
+
+Result<std::unique_ptr<FileSource>> FileSource::open(const std::string& path) {
+  std::unique_ptr<FileSource> source(new FileSource());
+  source->path_ = path;
+  source->descriptor_ = path == "-" ? STDIN_FILENO : open_patiently(path, O_RDONLY);
+  if (source->descriptor_ < 0) return system_error(ErrorCode::io, "cannot be opened", path);
+  return source;
+}
+
+FileSource::~FileSource() {
+  if (descriptor_ >= 0 && path_ != "-") ::close(descriptor_);
+}
+
+Result<std::size_t> FileSource::read(std::span<std::byte> into) {
+  while (true) {
+    const ssize_t n = ::read(descriptor_, into.data(), into.size());
+    if (n >= 0) return static_cast<std::size_t>(n);
+    if (errno != EINTR) return system_error(ErrorCode::io, "cannot be read", path_);
+  }
+}
+
+Result<std::unique_ptr<FileRandomSource>> FileRandomSource::open(const std::string& path) {
+  std::unique_ptr<FileRandomSource> source(new FileRandomSource());
+  source->path_ = path;
+  source->descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (source->descriptor_ < 0) return system_error(ErrorCode::io, "cannot be opened", path);
+  const off_t end = ::lseek(source->descriptor_, 0, SEEK_END);
+  if (end < 0) return system_error(ErrorCode::io, "cannot be sought in", path);
+  source->size_ = static_cast<std::uint64_t>(end);
+  return source;
+}
+
+FileRandomSource::~FileRandomSource() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+Result<void> FileRandomSource::read_at(std::uint64_t offset, std::span<std::byte> into) {
+  while (!into.empty()) {
+    const ssize_t n = ::pread(descriptor_, into.data(), into.size(), static_cast<off_t>(offset));
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return system_error(ErrorCode::io, "cannot be read", path_);
+    if (n == 0) return Error{ErrorCode::truncated, "ends before it should", {}, offset, path_};
+    offset += static_cast<std::uint64_t>(n);
+    into = into.subspan(static_cast<std::size_t>(n));
+  }
+  return {};
+}
+
+std::uint64_t FileRandomSource::copy_to(int descriptor, std::uint64_t offset,
+                                        std::uint64_t bytes) const {
+  constexpr std::uint64_t kMost = std::uint64_t{1} << 30;
+  auto from = static_cast<off64_t>(offset);
+  std::uint64_t done = 0;
+  while (done < bytes) {
+    const auto wanted = static_cast<std::size_t>(std::min(kMost, bytes - done));
+    const ssize_t n = ::copy_file_range(descriptor_, &from, descriptor, nullptr, wanted, 0);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) break;
+    done += static_cast<std::uint64_t>(n);
+  }
+  return done;
+}
+
+}  // namespace shm
