@@ -1,4 +1,4 @@
-// Files where the system is POSIX. The only source of the library that meets the operating system.
+// Files where the system is POSIX. Beside it io_windows.cpp alone meets an operating system.
 #include <dirent.h>
 #include <fcntl.h>
 #include <signal.h>
@@ -8,13 +8,12 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cstdlib>
 #include <cstring>
 #include <string_view>
 #include <utility>
 
-#include "bytes/binary.h"
+#include "model/temporary_names.h"
 #include "shm/io.h"
 
 namespace shm {
@@ -32,17 +31,15 @@ int open_patiently(const std::string& path, int flags) {
   }
 }
 
-std::string folder_of(const std::string& path) {
+/// Where the name begins of the file that is meant.
+std::size_t name_in(const std::string& path) {
   const std::size_t slash = path.rfind('/');
-  return slash == std::string::npos ? "." : path.substr(0, slash + 1);
+  return slash == std::string::npos ? 0 : slash + 1;
 }
 
-/// ".NAME.tmp" beside the file; of a long name its beginning.
-std::string temporary_name(const std::string& path) {
-  constexpr std::size_t kLongest = 200;  // bytes; numbers follow
-  const std::size_t slash = path.rfind('/');
-  const std::size_t name = slash == std::string::npos ? 0 : slash + 1;
-  return path.substr(0, name) + "." + path.substr(name, kLongest) + ".tmp";
+std::string folder_of(const std::string& path) {
+  const std::size_t name = name_in(path);
+  return name == 0 ? "." : path.substr(0, name);
 }
 
 /// Says among which processes this one has its number: those of a machine, or of a part of it.
@@ -58,32 +55,25 @@ std::string name_of_machine() {
     (void)!::read(boot, text.data() + text.size() - 36, 36);
     ::close(boot);
   }
-  const std::uint32_t number = checksum(std::as_bytes(std::span(text)));
-  char digits[8];
-  const auto end = std::to_chars(digits, digits + sizeof digits, number, 16).ptr;
-  return {digits, end};
+  return machine_name(text);
 }
 
-/// Whether the process is gone that has left `name`, the rest of a temporary name: PID-MACHINE,
-/// and perhaps -N. Of another machine that is not known: then whether it may be.
+/// Whether the process is gone that has left `name`, the rest of a temporary name. Of another
+/// machine that is not known: then whether it may be.
 enum class Process { lives, may_be_gone, gone };
 Process process_of(std::string_view name, std::string_view machine) {
-  pid_t process = 0;
-  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), process);
-  if (error != std::errc() || process <= 0) return Process::lives;
-  name.remove_prefix(static_cast<std::size_t>(end - name.data()));
-  if (!name.starts_with('-')) return Process::lives;
-  name.remove_prefix(1);
-  if (name.substr(0, name.find('-')) != machine) return Process::may_be_gone;
-  return ::kill(process, 0) != 0 && errno == ESRCH ? Process::gone : Process::lives;
+  const auto maker = maker_of(name, machine);
+  if (!maker) return Process::lives;
+  if (!maker->here) return Process::may_be_gone;
+  return ::kill(maker->process, 0) != 0 && errno == ESRCH ? Process::gone : Process::lives;
 }
 
 /// Removes what killed processes have left for the same path; what another machine's may have left,
 /// once it is old.
 void remove_leftovers(const std::string& path, const std::string& machine, std::int64_t now) {
   constexpr std::int64_t kOld = 3600;  // seconds
-  const std::string folder = folder_of(path), start = temporary_name(path);
-  const std::string_view head = std::string_view(start).substr(start.rfind('/') + 1);
+  const std::string folder = folder_of(path), front = temporary_front(path, name_in(path));
+  const std::string_view head = std::string_view(front).substr(name_in(front));
   DIR* directory = ::opendir(folder.c_str());
   if (directory == nullptr) return;
   while (const dirent* entry = ::readdir(directory)) {
@@ -100,12 +90,9 @@ void remove_leftovers(const std::string& path, const std::string& machine, std::
   ::closedir(directory);
 }
 
-/// ".NAME.tmpPID-MACHINE", and -N where that is taken.
 std::string own_name(const std::string& path, const std::string& machine, int attempt) {
-  return temporary_name(path) + std::to_string(::getpid()) + "-" + machine +
-         (attempt > 0 ? "-" + std::to_string(attempt) : "");
+  return temporary_name(path, name_in(path), ::getpid(), machine, attempt);
 }
-constexpr int kMostAttempts = 100;
 
 Error taken_error(const std::string& path) {
   return Error{ErrorCode::output, "is there already", {}, kNoOffset, path};
