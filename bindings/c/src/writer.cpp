@@ -36,6 +36,26 @@ std::size_t stride_of(const shm::ArrayInfo& info) {
   return shm::scalar_bytes(info.type) * info.components;
 }
 
+/// Takes the place of the file that is read meanwhile, and closes that one before: not all systems
+/// replace a file that is open. After commit() nobody reads it any more.
+class SuccessorSink final : public shm::ByteSink {
+ public:
+  SuccessorSink(std::unique_ptr<shm::ByteSink> sink, std::unique_ptr<shm::FileRandomSource>& old)
+      : sink_(std::move(sink)), old_(&old) {}
+  Result<void> write(std::span<const std::byte> bytes) override { return sink_->write(bytes); }
+  Result<void> copy(shm::RandomSource& from, std::uint64_t offset, std::uint64_t bytes) override {
+    return sink_->copy(from, offset, bytes);
+  }
+  Result<void> commit() override {
+    old_->reset();
+    return sink_->commit();
+  }
+
+ private:
+  std::unique_ptr<shm::ByteSink> sink_;
+  std::unique_ptr<shm::FileRandomSource>* old_;
+};
+
 }  // namespace
 }  // namespace shmf
 
@@ -420,7 +440,7 @@ shmf_status shmf_writer_append(const char* path, const shmf_write_options* optio
     auto sink = shm::FileSink::create(name);
     if (!sink) return sink.error();
     made.old = std::move(*old);
-    made.sink = std::move(*sink);
+    made.sink = std::make_unique<shmf::SuccessorSink>(std::move(*sink), made.old);
     shm::AppendOptions how;
     how.level = made.options.level;
     how.key_steps = own.key_steps;

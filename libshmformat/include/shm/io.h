@@ -1,4 +1,5 @@
-// Where bytes come from and go to. Two interfaces of one call each, and the usual ends.
+// Where bytes come from and go to. Two interfaces of one call each, and the usual ends. Names of
+// files are the system's bytes; on Windows they are UTF-8.
 #pragma once
 
 #include <cstddef>
@@ -72,8 +73,9 @@ class SHM_API NullSink final : public ByteSink {
 /// numbers of process and machine, and removed when it is destroyed without commit(); what a killed
 /// process has left, the next create() with a name for the same path removes (after an hour, where
 /// that was on another machine). A file that is replaced passes its permissions and, where that is
-/// allowed, its group on; of a symbolic link the file that it leads to is replaced. "-" is standard
-/// output (commit does nothing).
+/// allowed, its group on (Windows has neither); of a symbolic link the file that it leads to is
+/// replaced. On Windows a file that somebody has open is replaced only where its file system can do
+/// that. "-" is standard output (commit does nothing).
 class SHM_API FileSink final : public ByteSink {
  public:
   enum class Temporary : std::uint8_t { unnamed, named };

@@ -17,7 +17,7 @@
 #include <utility>
 #include <variant>
 
-#if defined(SHM_STATIC)
+#if defined(SHM_STATIC) || defined(_WIN32)
 #define SHM_API
 #else
 #define SHM_API __attribute__((visibility("default")))
