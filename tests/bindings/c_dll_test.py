@@ -1,0 +1,67 @@
+#!/usr/bin/env python3
+"""The C library for Windows, as C programs have it there.
+
+    c_dll_test.py SHMFORMAT_C.DLL IMPORT_LIBRARY RUNNER
+
+RUNNER runs a program for Windows here. The library exports all functions that the header declares and
+nothing else, and needs none but the system's libraries. The examples are C for its
+compiler, too: what one of them writes, and does not replace unasked, the other reads.
+"""
+import re
+import shutil
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+ROOT = Path(__file__).resolve().parents[2]
+HEADER = ROOT / "bindings" / "c" / "include" / "shmformat.h"
+EXAMPLES = ROOT / "bindings" / "c" / "examples"
+TOOLS = "x86_64-w64-mingw32-"
+SYSTEM = {"advapi32.dll", "kernel32.dll", "msvcrt.dll"}
+
+
+def run(*command, **more):
+    return subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False, **more)
+
+
+class Dll(unittest.TestCase):
+    def setUp(self):
+        folder = TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.path = Path(folder.name)
+        shutil.copy(LIBRARY, self.path)
+
+    def test_exports_what_the_header_declares_and_nothing_else(self):
+        listed = run(TOOLS + "objdump", "-p", LIBRARY).stdout
+        table = listed[listed.index("[Ordinal/Name Pointer] Table"):]
+        exported = set(re.findall(r"^\s*\[\s*\d+\] (\w+)$", table, re.MULTILINE))
+        declared = set(re.findall(r"^SHMF_API .*?(shmf_\w+)\(", HEADER.read_text(encoding="utf-8"), re.MULTILINE))
+        self.assertGreater(len(declared), 40)
+        self.assertEqual(exported, declared)
+        needed = {name.lower() for name in re.findall(r"DLL Name: (\S+)", listed)}
+        self.assertLessEqual(needed, SYSTEM)
+
+    def example(self, name, *arguments):
+        program = self.path / f"{name}.exe"
+        done = run(TOOLS + "gcc-posix", "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror",
+                   "-Wno-missing-field-initializers", "-I", HEADER.parent,
+                   EXAMPLES / f"{name}.c", IMPORT_LIBRARY, "-o", program)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        done = run(RUNNER, program, *arguments, cwd=self.path)
+        return done.returncode, done.stdout, done.stderr
+
+    def test_the_examples_write_and_read(self):
+        self.assertEqual(self.example("write_steps", "bar.shm"), (0, "", ""))
+        code, _, why = self.example("write_steps", "bar.shm")
+        self.assertEqual(code, 7)  # SHMF_OUTPUT
+        self.assertIn("is there already", why)
+        self.assertEqual(self.example("first_array", "bar.shm"),
+                         (0, "404 vertices, 100 cells\ntemperature: 300 to 310\n", ""))
+
+
+if __name__ == "__main__":
+    LIBRARY, IMPORT_LIBRARY, RUNNER = (Path(word).resolve() for word in sys.argv[1:4])
+    del sys.argv[1:4]
+    unittest.main()
