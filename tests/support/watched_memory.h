@@ -10,6 +10,12 @@
 #include <functional>
 #include <new>
 
+#if defined(_WIN32)
+inline std::size_t malloc_usable_size(void* memory) {
+  return memory == nullptr ? 0 : ::_msize(memory);
+}
+#endif
+
 namespace {
 
 // The largest single allocation since it was last set to zero.

@@ -1,0 +1,136 @@
+// Files as Windows alone has them: names of UTF-16, line ends, devices, what is read-only.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <io.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "shm/io.h"
+#include "support/file_fixture.h"
+
+namespace shm {
+namespace {
+
+void write_whole(const std::string& path, std::string_view text) {
+  auto sink = FileSink::create(path);
+  ASSERT_TRUE(sink) << sink.error().message();
+  ASSERT_TRUE((*sink)->write(std::as_bytes(std::span(text))));
+  const auto committed = (*sink)->commit();
+  ASSERT_TRUE(committed) << committed.error().message();
+}
+
+std::string read_whole(ByteSource& source) {
+  std::string text(1000, '\0');
+  std::size_t size = 0;
+  while (true) {
+    const auto more = source.read(std::as_writable_bytes(std::span(text)).subspan(size));
+    EXPECT_TRUE(more) << more.error().message();
+    if (!more || *more == 0) break;
+    size += *more;
+  }
+  text.resize(size);
+  return text;
+}
+
+TEST_F(FileIo, NamesAreUtf8) {
+  // Not put together by std::filesystem, which takes no characters of four bytes here.
+  const std::string name = folder_.string() + "/Gew\xC3\xB6lbe \xE7\xB6\xB2\xE6\xA0\xBC \xF0\x9F\xA7\x8A.shm";
+  write_whole(name, "vault");
+  EXPECT_TRUE(fs::exists(folder_ / L"Gew\u00F6lbe \u7DB2\u683C \xD83E\xDDCA.shm"));
+  auto source = FileSource::open(name);
+  ASSERT_TRUE(source);
+  EXPECT_EQ(read_whole(**source), "vault");
+  EXPECT_EQ(FileSource::open(folder_.string() + "/no UTF-8 \xFF").error().code, ErrorCode::io);
+  EXPECT_EQ(FileSink::create(folder_.string() + "/no UTF-8 \xFF").error().code, ErrorCode::output);
+  EXPECT_EQ(files(), 1u);
+}
+
+TEST_F(FileIo, DevicesAreWritten) {
+  for (const auto existing : {FileSink::Existing::replace, FileSink::Existing::refuse}) {
+    auto device = FileSink::create("NUL", FileSink::Temporary::unnamed, existing);
+    ASSERT_TRUE(device) << device.error().message();
+    EXPECT_TRUE((*device)->temporary().empty());
+    EXPECT_TRUE((*device)->write(std::vector<std::byte>(100)));
+    EXPECT_TRUE((*device)->commit());
+  }
+  EXPECT_FALSE(FileRandomSource::open("NUL"));
+}
+
+TEST_F(FileIo, WhatIsReadOnlyStays) {
+  std::ofstream(path("a")) << "before";
+  fs::permissions(path("a"), fs::perms::owner_write, fs::perm_options::remove);
+  EXPECT_EQ(FileSink::create(path("a")).error().detail, "is read-only");
+  fs::permissions(path("a"), fs::perms::owner_write, fs::perm_options::add);
+  EXPECT_EQ(content(path("a")), "before");
+}
+
+TEST_F(FileIo, ScratchFilesGoWithTheirSinks) {
+  for (const bool commit : {false, true}) {
+    auto sink = FileSink::create_scratch(folder_.string(), "standard-input");
+    ASSERT_TRUE(sink);
+    ASSERT_TRUE((*sink)->write(bytes("scratch")));
+    EXPECT_EQ(content((*sink)->temporary()), "scratch");
+    if (commit) {
+      EXPECT_TRUE((*sink)->commit());
+    }
+    sink->reset();
+    EXPECT_EQ(files(), 0u);
+  }
+}
+
+/// A file in place of one of the standard streams.
+class InPlaceOf {
+ public:
+  InPlaceOf(int stream, const std::string& path, int flags)
+      : stream_(stream), before_(::_dup(stream)) {
+    const int file = ::_open(path.c_str(), flags, 0600);
+    ::_dup2(file, stream);
+    ::_close(file);
+  }
+  ~InPlaceOf() {
+    ::_dup2(before_, stream_);
+    ::_close(before_);
+  }
+  InPlaceOf(const InPlaceOf&) = delete;
+  InPlaceOf& operator=(const InPlaceOf&) = delete;
+
+ private:
+  int stream_, before_;
+};
+
+// No line end is translated, and Control-Z ends nothing.
+TEST_F(FileIo, StandardStreamsAreBinary) {
+  const std::string text = "a\nb\r\nc\x1A" "d\n";
+  {
+    const InPlaceOf output(1, path("out"), _O_WRONLY | _O_CREAT | _O_TEXT);
+    auto sink = FileSink::create("-");
+    EXPECT_TRUE(sink && (*sink)->write(bytes(text)) && (*sink)->commit());
+  }
+  EXPECT_EQ(content(path("out")), text);
+  const InPlaceOf input(0, path("out"), _O_RDONLY | _O_TEXT);
+  auto source = FileSource::open("-");
+  ASSERT_TRUE(source);
+  EXPECT_EQ(read_whole(**source), text);
+}
+
+// The end of a pipe is no error.
+TEST_F(FileIo, PipesEndWhereTheyAreClosed) {
+  int ends[2];
+  ASSERT_EQ(::_pipe(ends, 4096, _O_BINARY), 0);
+  ASSERT_EQ(::_write(ends[1], "piped", 5), 5);
+  ::_close(ends[1]);
+  const int before = ::_dup(0);
+  ::_dup2(ends[0], 0);
+  ::_close(ends[0]);
+  auto source = FileSource::open("-");
+  EXPECT_EQ(read_whole(**source), "piped");
+  ::_dup2(before, 0);
+  ::_close(before);
+}
+
+}  // namespace
+}  // namespace shm
