@@ -1,10 +1,13 @@
 # What the toolchain files of this folder share. They set SHM_PROCESSOR, SHM_TRIPLET and, where this
-# machine cannot run it by itself, SHM_EMULATOR. Foreign libraries (zstd, xxHash, GoogleTest) are in
+# machine cannot run it by itself, SHM_EMULATOR; where the system is not Linux, SHM_SYSTEM, too. Foreign libraries (zstd, xxHash, GoogleTest) are in
 # build/machines, which scripts/other-machines fills; those of C and C++ come with Debian's cross
 # compilers.
 get_filename_component(SHM_SYSROOT "${CMAKE_CURRENT_LIST_DIR}/../../build/machines" ABSOLUTE)
 string(APPEND SHM_SYSROOT /${SHM_TRIPLET})
-set(CMAKE_SYSTEM_NAME Linux)
+if(NOT SHM_SYSTEM)
+  set(SHM_SYSTEM Linux)
+endif()
+set(CMAKE_SYSTEM_NAME ${SHM_SYSTEM})
 set(CMAKE_SYSTEM_PROCESSOR ${SHM_PROCESSOR})
 set(CMAKE_C_COMPILER ${SHM_TRIPLET}-gcc)
 set(CMAKE_CXX_COMPILER ${SHM_TRIPLET}-g++)
