@@ -9,6 +9,9 @@ import shutil
 import subprocess
 import sys
 import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
 
 SCRIPT = """
 source <("$0" completion bash)
@@ -61,6 +64,7 @@ class CompletionTest(unittest.TestCase):
         self.assertEqual(self.completed("compress", "--level", "="), ["fast", "default", "best"])
         self.assertIn("gmsh", self.completed("convert", "a.e", "--format", ""))
         self.assertEqual(self.completed("completion", ""), ["bash", "zsh", "-h", "--help"])
+        self.assertEqual(self.completed("manual", "e"), ["extract"])
 
     def test_all_else_is_a_file(self):
         for words in (["compress", ""], ["compress", "-o", ""], ["compress", "--cell-order", "--"]):
@@ -78,14 +82,17 @@ class CompletionTest(unittest.TestCase):
 
 
 class ManualTest(unittest.TestCase):
-    def test_it_has_all(self):
+    def shown(self, roff):
+        """What man shows, with single spaces."""
         if shutil.which("groff") is None:
             self.skipTest("no groff")
         done = subprocess.run(["groff", "-man", "-Tascii", "-ww", "-P-c", "-P-bou", "-rLL=200n"],
-                              input=shm("manual"), capture_output=True, check=True, text=True,
-                              timeout=60)
+                              input=roff, capture_output=True, check=True, text=True, timeout=60)
         self.assertEqual(done.stderr, "")
-        page = " ".join(done.stdout.split())
+        return " ".join(done.stdout.split())
+
+    def test_it_has_all(self):
+        page = self.shown(shm("manual"))
         for command in listed_commands():
             with self.subTest(command=command):
                 self.assertIn(f"shm {command} [OPTIONS]", page)
@@ -95,6 +102,35 @@ class ManualTest(unittest.TestCase):
                     place = part.index(option, place)
         for code in ("0 done", "7 repair salvaged", "shm compress rotor.e"):
             self.assertIn(code, page)
+
+    def test_each_command_has_a_page_that_is_installed(self):
+        build = (ROOT / "converters" / "tool" / "CMakeLists.txt").read_text(encoding="utf-8")
+        installed = re.search(r"foreach\(command ([^)]*)\)", build)[1].split()
+        self.assertEqual(installed, sorted(listed_commands()))
+        for command in installed:
+            with self.subTest(command=command):
+                page = self.shown(shm("manual", command))
+                self.assertRegex(page, rf"NAME shm-{command} - [a-z][^.]*(\.shm[^.]*)?[^.] SYNOPSIS shm {command} \[OPTIONS\]")
+                place = page.index(" OPTIONS ")
+                for option in listed_options(command):
+                    place = page.index(option, place)
+                place = page.index(f" EXAMPLES shm {command} ", place)
+                self.assertIn("EXIT CODES", page[place:])
+        self.assertIn("NOTES Exact: of one type", self.shown(shm("manual", "diff")))
+        wrong = subprocess.run([SHM, "manual", "compres"], capture_output=True, text=True, timeout=60)
+        self.assertEqual(wrong.returncode, 2)
+
+    def test_the_page_of_the_format_says_what_the_specification_says(self):
+        page = self.shown((ROOT / "packaging" / "shm.5").read_text(encoding="utf-8"))
+        text = (ROOT / "spec" / "shm_format.md").read_text(encoding="utf-8")
+        self.assertIn(f"format {re.search('version ([0-9.]+)', text)[1]} ", page)
+        signature = re.search(r"\| signature \| [^|]*\| `([0-9a-f ]*)`", text)[1]
+        self.assertIn(f"The signature, {signature}.", page)
+        self.assertIn("SHMC", page)
+        kinds = re.findall(r"^\| (\d+) \| (\w+) \| section", text.split("\n## 3 ")[0], re.MULTILINE)
+        self.assertEqual(len(kinds), 7)
+        for number, name in kinds:
+            self.assertRegex(page, rf"\b{number} {name}\b")
 
 
 if __name__ == "__main__":

@@ -32,12 +32,24 @@ CLI::App* ManualCommand::add_to(CLI::App& tool) {
   all = &tool;
   CLI::App* command =
       tool.add_subcommand("manual", "Print what man shm shows: the help of all commands");
-  command->footer("Examples:\n  shm manual | man -l -");
+  command->footer(
+      "Examples:\n"
+      "  shm manual | man -l -\n"
+      "  shm manual compress | man -l -           of one command, as man shm-compress");
+  std::vector<std::string> names;  // this is the last one, so these are all
+  std::string type;
+  for (const CLI::App* other : tool.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(other->get_name());
+    type += (type.empty() ? "" : "|") + names.back();
+  }
+  command->add_option("COMMAND", one, "The page of this command alone")
+      ->check(one_of(names))
+      ->type_name(type);
   return command;
 }
 
 ExitCode ManualCommand::run() {
-  print(*this, manual_page(*all));
+  print(*this, one.empty() ? manual_page(*all) : manual_page(*all, *all->get_subcommand(one)));
   return kDone;
 }
 

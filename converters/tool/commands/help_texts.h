@@ -16,6 +16,7 @@ struct CompletionCommand final : Command {
 };
 
 struct ManualCommand final : Command {
+  std::string one;  // of the commands; empty: all
   const CLI::App* all = nullptr;
 
   CLI::App* add_to(CLI::App& tool) override;

@@ -1,6 +1,8 @@
 #include "tool/help/manual.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
 #include <string>
 #include <vector>
 
@@ -57,27 +59,72 @@ std::string synopsis(const CLI::App& command) {
   return line;
 }
 
-std::string command_text(const CLI::App& command) {
+std::string description_text(const CLI::App& command) {
   const std::string description = command.get_description();
-  std::string text = ".SS " + command.get_name() + "\n" + synopsis(command) + "\n.PP\n" +
-                     literal(description) + (description.ends_with('.') ? "\n" : ".\n");
+  return literal(description) + (description.ends_with('.') ? "\n" : ".\n");
+}
+
+std::string options_text(const CLI::App& command) {
+  std::string text;
   for (const CLI::Option* option : command.get_options()) text += option_text(*option);
-  return text + block(command.get_footer());
+  return text;
+}
+
+std::string command_text(const CLI::App& command) {
+  return ".SS " + command.get_name() + "\n" + synopsis(command) + "\n.PP\n" +
+         description_text(command) + options_text(command) + block(command.get_footer());
+}
+
+// By which whatis and apropos find a page: what is described first, without capital and full stop.
+std::string short_text(const CLI::App& command) {
+  std::string text = command.get_description() + ". ";
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  text.resize(std::min({text.find(". "), text.find("; "), text.find(": ")}));
+  text[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(text[0])));
+  return text;
+}
+
+// The examples, and what else the help ends with.
+std::string footer_text(const std::string& footer) {
+  const std::string heading = "Examples:\n";
+  const std::size_t end = std::min(footer.find("\n\n"), footer.size());
+  std::string text = ".SH EXAMPLES\n" + block(footer.substr(heading.size(), end - heading.size()));
+  if (end < footer.size()) text += ".SH NOTES\n" + block(footer.substr(end + 2));
+  return text;
+}
+
+std::string head(const CLI::App& tool, const std::string& name, const std::string& what) {
+  std::string title = name;
+  for (char& c : title) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return ".TH " + title + " 1 \"\" \"" + tool.version() + "\" \"User commands\"\n.SH NAME\n" +
+         literal(name) + " \\- " + literal(what) + "\n.SH SYNOPSIS\n";
+}
+
+// "shm(1)", as pages are cited.
+std::string page(const std::string& name, int section) {
+  return bold(name) + "(" + std::to_string(section) + ")";
 }
 
 }  // namespace
 
 std::string manual_page(const CLI::App& tool) {
   const auto commands = tool.get_subcommands([](const CLI::App*) { return true; });
-  std::string text = ".TH SHM 1 \"\" \"" + tool.version() +
-                     "\" \"User commands\"\n.SH NAME\nshm \\- hexahedral meshes with "
-                     "their data, several times smaller\n.SH SYNOPSIS\n";
+  std::string text = head(tool, "shm", "hexahedral meshes with their data, several times smaller");
   for (const CLI::App* command : commands) text += synopsis(*command) + "\n.br\n";
   text += bold("shm --help") + " | " + bold("shm --version") + "\n.SH COMMANDS\n";
   for (const CLI::App* command : commands) text += command_text(*command);
-  text += ".SH EXIT CODES\n" + literal(tool.get_footer()) + "\n.SH SEE ALSO\n" +
-          "docs/tool.md and spec/shm_format.md, which are installed with the library.\n";
-  return text;
+  text += ".SH EXIT CODES\n" + literal(tool.get_footer()) + "\n.SH SEE ALSO\n";
+  for (const CLI::App* command : commands) text += page("shm-" + command->get_name(), 1) + ",\n";
+  return text + page("shm", 5) +
+         "; docs/tool.md and spec/shm_format.md, which are installed with the library.\n";
+}
+
+std::string manual_page(const CLI::App& tool, const CLI::App& command) {
+  return head(tool, "shm-" + command.get_name(), short_text(command)) + synopsis(command) +
+         "\n.SH DESCRIPTION\n" + description_text(command) + ".SH OPTIONS\n" +
+         options_text(command) + footer_text(command.get_footer()) + ".SH EXIT CODES\n" +
+         literal(tool.get_footer()) + "\n.SH SEE ALSO\n" + page("shm", 1) + ", " + page("shm", 5) +
+         "\n";
 }
 
 }  // namespace shm::converters

@@ -1,4 +1,4 @@
-// The page that man shows of a tool, made of the help of all its commands.
+// The pages that man shows of a tool: one made of the help of all its commands, and one of each.
 #pragma once
 
 #include <string>
@@ -11,5 +11,6 @@ namespace shm::converters {
 
 // In roff, with the macros of man.
 std::string manual_page(const CLI::App& tool);
+std::string manual_page(const CLI::App& tool, const CLI::App& command);
 
 }  // namespace shm::converters
