@@ -51,9 +51,6 @@ execute_process(
   OUTPUT_VARIABLE words OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
 separate_arguments(words UNIX_COMMAND "${words}")
 separate_arguments(flags UNIX_COMMAND "${FLAGS}")
-if(NOT "shmformat" IN_LIST targets) # the static library alone has all that it needs in it
-  list(APPEND flags -DSHM_STATIC)
-endif()
 run("${COMPILER}" ${flags} "${SOURCE}/readme_example.cpp" ${words} -o "${WORK}/user")
 get_filename_component(library "${folder}" DIRECTORY)
 run("${CMAKE_COMMAND}" -E env "LD_LIBRARY_PATH=${library}" "${WORK}/user")
