@@ -1,0 +1,8 @@
+# What differs between the packages and the archive: read by cpack, once for each.
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "") # each package has its own
+if(CPACK_GENERATOR STREQUAL "TGZ")
+  set(CPACK_COMPONENTS_ALL archive)
+  set(CPACK_ARCHIVE_COMPONENT_INSTALL ON)
+  set(CPACK_COMPONENT_INCLUDE_TOPLEVEL_DIRECTORY ON)
+  set(CPACK_STRIP_FILES OFF) # packaging/bundle does, before it looks for libraries
+endif()
