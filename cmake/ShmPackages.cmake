@@ -128,6 +128,7 @@ function(shm_python_package)
   set(folder lib/python3/dist-packages)
   set(files FILES_MATCHING PATTERN "*.py" PATTERN py.typed PATTERN __pycache__ EXCLUDE)
   install(DIRECTORY "${python}/shmformat" DESTINATION ${folder} COMPONENT python ${files})
+  install(FILES "${python}/shmformat_paraview.py" DESTINATION ${folder} COMPONENT python)
   install(FILES "${PROJECT_SOURCE_DIR}/bindings/c/include/shmformat.h" DESTINATION ${folder}/shmformat
           COMPONENT python)
   find_program(SHM_DEBIAN_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)
@@ -143,6 +144,7 @@ function(shm_python_package)
   install(DIRECTORY "${CMAKE_CURRENT_BINARY_DIR}/${about}" DESTINATION ${folder} COMPONENT python)
 
   install(DIRECTORY "${python}/shmformat" DESTINATION lib/python COMPONENT archive EXCLUDE_FROM_ALL ${files})
+  install(FILES "${python}/shmformat_paraview.py" DESTINATION lib/python COMPONENT archive EXCLUDE_FROM_ALL)
   install(FILES "${PROJECT_SOURCE_DIR}/bindings/c/include/shmformat.h" DESTINATION lib/python/shmformat
           COMPONENT archive EXCLUDE_FROM_ALL)
 endfunction()
