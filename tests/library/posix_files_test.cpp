@@ -57,9 +57,10 @@ TEST_F(FileIo, LinksStayAndLeadToTheNewFile) {
   }
   fs::create_symlink("nowhere", path("lost"));
   EXPECT_FALSE(FileSink::create(path("lost")));
-  EXPECT_EQ(
-      FileSink::create(path("lost"), FileSink::Temporary::unnamed, FileSink::Existing::refuse).error().detail,
-      "is there already");
+  EXPECT_EQ(FileSink::create(path("lost"), FileSink::Temporary::unnamed, FileSink::Existing::refuse)
+                .error()
+                .detail,
+            "is there already");
 }
 
 TEST_F(FileIo, ScratchFilesAreForTheUserAlone) {
@@ -124,7 +125,8 @@ TEST_F(FileIo, DevicesAreWritten) {
   EXPECT_TRUE((*device)->write(std::vector<std::byte>(100)));
   EXPECT_TRUE((*device)->commit());
   EXPECT_TRUE(fs::is_character_file("/dev/null"));  // not renamed over
-  EXPECT_TRUE(FileSink::create("/dev/null", FileSink::Temporary::unnamed, FileSink::Existing::refuse));
+  EXPECT_TRUE(
+      FileSink::create("/dev/null", FileSink::Temporary::unnamed, FileSink::Existing::refuse));
 }
 
 // --- pipes and sockets

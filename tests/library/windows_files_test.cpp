@@ -38,7 +38,8 @@ std::string read_whole(ByteSource& source) {
 
 TEST_F(FileIo, NamesAreUtf8) {
   // Not put together by std::filesystem, which takes no characters of four bytes here.
-  const std::string name = folder_.string() + "/Gew\xC3\xB6lbe \xE7\xB6\xB2\xE6\xA0\xBC \xF0\x9F\xA7\x8A.shm";
+  const std::string name =
+      folder_.string() + "/Gew\xC3\xB6lbe \xE7\xB6\xB2\xE6\xA0\xBC \xF0\x9F\xA7\x8A.shm";
   write_whole(name, "vault");
   EXPECT_TRUE(fs::exists(folder_ / L"Gew\u00F6lbe \u7DB2\u683C \xD83E\xDDCA.shm"));
   auto source = FileSource::open(name);
@@ -104,7 +105,9 @@ class InPlaceOf {
 
 // No line end is translated, and Control-Z ends nothing.
 TEST_F(FileIo, StandardStreamsAreBinary) {
-  const std::string text = "a\nb\r\nc\x1A" "d\n";
+  const std::string text =
+      "a\nb\r\nc\x1A"
+      "d\n";
   {
     const InPlaceOf output(1, path("out"), _O_WRONLY | _O_CREAT | _O_TEXT);
     auto sink = FileSink::create("-");

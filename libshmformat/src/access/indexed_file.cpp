@@ -63,6 +63,19 @@ Result<std::vector<std::byte>> IndexedFile::read_chunk(const IndexEntry& entry,
   return container::read_chunk(*source_, entry, limits_.max_chunk_bytes, version);
 }
 
+auto IndexedFile::read_chunk_of_parts(const IndexEntry& entry) -> Result<Payload> {
+  constexpr std::size_t kSmall = std::size_t{1} << 16;
+  if (kept_offset_ == kNoOffset || kept_offset_ != entry.offset ||
+      kept_.size() + kChunkHeaderBytes != entry.bytes) {
+    kept_offset_ = kNoOffset;
+    auto payload = read_chunk(entry, &kept_version_);
+    if (!payload) return payload.error();
+    kept_ = std::move(*payload);
+    if (kept_.size() <= kSmall) kept_offset_ = entry.offset;
+  }
+  return Payload{kept_, kept_version_};
+}
+
 /// The blob of the step times.
 Result<std::vector<std::byte>> IndexedFile::read_packed(const IndexEntry& entry) {
   const auto payload = read_chunk(entry);

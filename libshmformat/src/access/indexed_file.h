@@ -73,6 +73,13 @@ class IndexedFile {
   /// The payload of a whole chunk; `version`, where it is asked for, is that of the chunk.
   Result<std::vector<std::byte>> read_chunk(const container::IndexEntry& entry,
                                             std::uint8_t* version = nullptr);
+  /// The same of a chunk with several parts, which is read for each of them: a small one is kept
+  /// for the next call. The payload lives until then.
+  struct Payload {
+    std::span<const std::byte> bytes;
+    std::uint8_t version = 0;
+  };
+  Result<Payload> read_chunk_of_parts(const container::IndexEntry& entry);
   /// All of them, in the order of the file.
   Result<std::vector<Extra>> read_extras();
   /// Empty where the file has none.
@@ -127,6 +134,9 @@ class IndexedFile {
   std::vector<std::size_t> first_group_;  // of each segment, and behind them
   std::unique_ptr<const DecodableParts> decodable_;
   std::unordered_map<std::size_t, GroupHead> heads_;  // read ahead, by group
+  std::vector<std::byte> kept_;                       // of read_chunk_of_parts()
+  std::uint64_t kept_offset_ = kNoOffset;  // of its chunk; kNoOffset: not to be used again
+  std::uint8_t kept_version_ = 0;
 };
 
 }  // namespace shm

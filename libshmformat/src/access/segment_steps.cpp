@@ -168,12 +168,11 @@ Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t at, const StepIn
   entry.kind = static_cast<std::uint8_t>(container::ChunkKind::step_values);
   entry.offset = part.offset;
   entry.bytes = part.bytes;
-  std::uint8_t version = 0;
-  const auto payload = file_->read_chunk(entry, &version);
+  const auto payload = file_->read_chunk_of_parts(entry);
   if (!payload) return payload.error();
-  ByteReader in(*payload);
+  ByteReader in(payload->bytes);
   std::vector<container::StepPart> parts;
-  const bool known = container::get(in, parts, version, payload->size());
+  const bool known = container::get(in, parts, payload->version, payload->bytes.size());
   const auto found = std::find_if(parts.begin(), parts.end(), [&](const auto& it) {
     return it.header.array == array_ && it.header.step == index_->steps(array_)[at].step &&
            it.header.group == file_->group_number(part.group);

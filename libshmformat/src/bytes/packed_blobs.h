@@ -31,8 +31,8 @@ inline const std::vector<std::byte>& the_dictionary() {
 }
 
 /// What is left out of frames with the dictionary: the magic number that all frames begin with.
-inline constexpr std::array<std::byte, 4> kMagic = {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f},
-                                             std::byte{0xfd}};
+inline constexpr std::array<std::byte, 4> kMagic = {std::byte{0x28}, std::byte{0xb5},
+                                                    std::byte{0x2f}, std::byte{0xfd}};
 
 /// zstd returns a null, or an error of its own, where there is no more memory. Callers get what
 /// they get for any other memory (shm/result.h).

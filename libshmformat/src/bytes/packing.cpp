@@ -24,7 +24,8 @@ ZstdCompressor::~ZstdCompressor() = default;
 ZstdCompressor::ZstdCompressor(ZstdCompressor&&) noexcept = default;
 ZstdCompressor& ZstdCompressor::operator=(ZstdCompressor&&) noexcept = default;
 
-void ZstdCompressor::compress(std::span<const std::byte> bytes, int level, std::vector<std::byte>& out) {
+void ZstdCompressor::compress(std::span<const std::byte> bytes, int level,
+                              std::vector<std::byte>& out) {
   if (!context_) context_ = std::make_unique<Context>();
   const std::size_t before = out.size();
   out.resize(before + ZSTD_compressBound(bytes.size()));

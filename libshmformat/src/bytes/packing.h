@@ -1,6 +1,6 @@
 // Blobs are packed: as they stand or under zstd, whichever is smaller; large ones also with their
-// bytes in planes, small ones with the dictionary. The mirror of unpacking.h, which needs nothing of
-// this. spec: "Packed blobs"
+// bytes in planes, small ones with the dictionary. The mirror of unpacking.h, which needs nothing
+// of this. spec: "Packed blobs"
 #pragma once
 
 #include <cstddef>

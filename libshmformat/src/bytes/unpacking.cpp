@@ -77,7 +77,7 @@ ZstdDecompressor::ZstdDecompressor(ZstdDecompressor&&) noexcept = default;
 ZstdDecompressor& ZstdDecompressor::operator=(ZstdDecompressor&&) noexcept = default;
 
 bool ZstdDecompressor::decompress(std::span<const std::byte> bytes, std::uint64_t size,
-                      std::vector<std::byte>& out) {
+                                  std::vector<std::byte>& out) {
   if (!has_small_window(bytes)) return false;
   if (!context_) context_ = std::make_unique<Context>();
   ZSTD_DCtx_reset(context_->zstd, ZSTD_reset_session_only);
@@ -128,8 +128,8 @@ std::optional<std::vector<std::byte>> unpack_with_dictionary(std::span<const std
   const auto size = stated_by_frame(bytes);
   if (!size || *size > std::min(limit, kMostWithDictionary)) return std::nullopt;
   if (!has_small_window(frame) || !is_one_frame(frame)) return std::nullopt;
-  const std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context(made_by_zstd(ZSTD_createDCtx()),
-                                                                     &ZSTD_freeDCtx);
+  const std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context(
+      made_by_zstd(ZSTD_createDCtx()), &ZSTD_freeDCtx);
   std::vector<std::byte> blob(static_cast<std::size_t>(*size));
   const auto& with = the_dictionary();
   const std::size_t n =

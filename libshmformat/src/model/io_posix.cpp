@@ -48,7 +48,7 @@ std::string name_of_machine() {
   (void)::uname(&names);
   std::string text = names.nodename;
   text.resize(text.size() + 64);
-  (void)::readlink("/proc/self/ns/pid", text.data() + text.size() - 64, 64);
+  (void)!::readlink("/proc/self/ns/pid", text.data() + text.size() - 64, 64);
   // Machines may be called alike.
   if (const int boot = ::open("/proc/sys/kernel/random/boot_id", O_RDONLY | O_CLOEXEC); boot >= 0) {
     text.resize(text.size() + 36);
