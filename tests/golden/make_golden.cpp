@@ -22,12 +22,12 @@ namespace {
 /// False when it cannot be written; true also when it was there.
 bool write_new(const std::filesystem::path& path, const char* bytes, std::size_t size) {
   if (std::filesystem::exists(path)) {
-    std::printf("kept  %s\n", path.c_str());
+    std::printf("kept  %s\n", path.string().c_str());
     return true;
   }
   std::ofstream out(path, std::ios::binary);
   out.write(bytes, static_cast<std::streamsize>(size));
-  std::printf("wrote %s\n", path.c_str());
+  std::printf("wrote %s\n", path.string().c_str());
   return static_cast<bool>(out.flush());
 }
 
