@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
+#include "library/file_fixture.h"
 #include "shm/appender.h"
 #include "shm/archive.h"
 #include "shm/damage.h"
 #include "shm/io.h"
-#include "support/file_fixture.h"
 #include "support/test_mesh.h"
 
 namespace shm {

@@ -18,8 +18,8 @@
 #include <variant>
 #include <vector>
 
+#include "library/file_fixture.h"
 #include "shm/io.h"
-#include "support/file_fixture.h"
 #include "support/test_mesh.h"
 
 namespace {

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "library/file_fixture.h"
 #include "shm/io.h"
-#include "support/file_fixture.h"
 
 namespace shm {
 namespace {
