@@ -1,6 +1,5 @@
 #include "bytes/packing.h"
 #include "bytes/binary.h"
-#include "bytes/unpacking.h"
 
 #include <gtest/gtest.h>
 

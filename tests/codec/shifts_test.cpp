@@ -15,7 +15,6 @@
 
 #include "bytes/binary.h"
 #include "bytes/packing.h"
-#include "bytes/unpacking.h"
 
 namespace shm {
 namespace {

@@ -14,7 +14,7 @@
 #include <string>
 
 #include "bytes/binary.h"
-#include "bytes/unpacking.h"
+#include "bytes/packing.h"
 #include "segment/mesh_streams.h"
 #include "support/feature_files.h"
 #include "support/file_surgery.h"

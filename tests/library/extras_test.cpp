@@ -13,7 +13,6 @@
 
 #include "bytes/dictionary.h"
 #include "bytes/packing.h"
-#include "bytes/unpacking.h"
 
 namespace shm {
 namespace {

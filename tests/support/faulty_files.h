@@ -12,7 +12,6 @@
 
 #include "bytes/binary.h"
 #include "bytes/packing.h"
-#include "bytes/unpacking.h"
 #include "container/random_chunks.h"
 #include "support/feature_files.h"
 #include "support/file_surgery.h"

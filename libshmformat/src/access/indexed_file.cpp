@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "bytes/binary.h"
-#include "bytes/unpacking.h"
+#include "bytes/packing.h"
 #include "container/random_chunks.h"
 #include "model/schema.h"
 

@@ -12,7 +12,7 @@
 #include "access/piece_picker.h"
 #include "access/piece_request.h"
 #include "bytes/errors.h"
-#include "segment/decoding_queue.h"
+#include "segment/segment_decoder.h"
 
 namespace shm {
 namespace {

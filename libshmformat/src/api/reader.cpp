@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "bytes/binary.h"
-#include "bytes/unpacking.h"
+#include "bytes/packing.h"
 #include "container/format.h"
 #include "model/schema.h"
 #include "segment/mesh_decoder.h"

@@ -10,12 +10,12 @@ template <class Coder>
 Connectivity<Coder>::Connectivity(const Schema& schema) : schema_(&schema) {
   for (const BlockInfo& block : schema.blocks)
     if (!is_hexahedral(block) && !others_) others_ = std::make_unique<CellCorners<Coder>>(surface_);
-  set_codec(ConnectivityCodec::rows);
 }
 
 template <class Coder>
 void Connectivity<Coder>::set_codec(ConnectivityCodec codec) {
   const OpenFaces* const open = others_ ? &others_->faces() : nullptr;
+  has_codec_ = true;
   switch (codec) {
     case ConnectivityCodec::paper:
       hexahedra_ = std::make_unique<PaperHexahedra<Coder>>(surface_);
@@ -46,6 +46,7 @@ void Connectivity<Coder>::set_number(std::uint32_t slot, std::uint64_t number) {
 
 template <class Coder>
 bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, CellTopology& cell) {
+  if (!has_codec_) set_codec(ConnectivityCodec::rows);
   if (!code_block(symbols, cell)) return false;
   const BlockInfo& block = schema_->blocks[cell.block];
   cell.hexahedral = is_hexahedral(block);

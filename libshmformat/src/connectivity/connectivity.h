@@ -107,6 +107,7 @@ class Connectivity {
   std::variant<std::unique_ptr<RowHexahedra<Coder>>, std::unique_ptr<MixedRows<Coder>>,
                std::unique_ptr<ReplayHexahedra<Coder>>, std::unique_ptr<PaperHexahedra<Coder>>>
       hexahedra_;
+  bool has_codec_ = false;
   bool finds_by_number_ = false;                 // what hexahedra_ does
   std::unique_ptr<CellCorners<Coder>> others_;   // where there are blocks of other cells
   std::optional<MidNodes<Coder>> mid_nodes_;     // where there are second-order cells

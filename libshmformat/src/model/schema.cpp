@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "bytes/packing.h"
-#include "bytes/unpacking.h"
 #include "container/format.h"
 
 namespace shm {

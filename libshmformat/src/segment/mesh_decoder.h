@@ -12,7 +12,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "segment/decoding_queue.h"
+#include "segment/segment_decoder.h"
 #include "shm/reader.h"
 
 namespace shm {

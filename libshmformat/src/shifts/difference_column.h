@@ -15,7 +15,6 @@
 #include "bytes/binary.h"
 #include "bytes/codec.h"
 #include "bytes/packing.h"
-#include "bytes/unpacking.h"
 #include "shifts/differences.h"
 
 namespace shm {

@@ -17,7 +17,6 @@
 
 #include "bytes/binary.h"
 #include "bytes/packing.h"
-#include "bytes/unpacking.h"
 #include "shm/schema.h"
 
 namespace shm {

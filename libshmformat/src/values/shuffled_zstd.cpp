@@ -2,7 +2,6 @@
 
 #include "bytes/binary.h"
 #include "bytes/packing.h"
-#include "bytes/unpacking.h"
 
 namespace shm {
 
