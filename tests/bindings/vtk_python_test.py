@@ -10,6 +10,7 @@ those that VTK's reader of Exodus files finds. (What else it reads of the corpus
 import gc
 import itertools
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -136,6 +137,15 @@ class Vtk(Case):
                 array = reader.GetOutput().GetCellData().GetArray("n")
                 numbers += vtk_to_numpy(array).tolist() if reader.GetOutput().GetNumberOfCells() else []
             self.assertEqual(numbers, list(range(50)), pieces)
+
+    def test_the_example_of_the_readme_runs(self):
+        text = (ROOT / "README.md").read_text(encoding="utf-8")
+        code = re.findall(r"```python\n(.*?)```", text, re.S)[1]
+        self.assertLessEqual(code.count("\n"), 5)
+        os.rename(self.bar(), self.path("run.shm"))
+        done = subprocess.run([sys.executable, "-c", code], cwd=self.folder.name, capture_output=True, text=True, check=False,
+                              env={**os.environ, "PYTHONPATH": str(ROOT / "bindings" / "python")})
+        self.assertEqual((done.stdout, done.stderr), ("dict_keys(['hexahedron'])\n1\n", ""))
 
     def test_polyhedra_have_their_faces(self):
         grid = self.read(str(ROOT / "tests" / "golden" / "0.10" / "polyhedra.shm")).GetOutput()
