@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstring>
+#include <numeric>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -249,6 +251,39 @@ Result<void> MeshRemainder::write_extras() {
   return {};
 }
 
+/// The numbers of vertices or cells as they come. Nothing is kept while they come in order.
+class ComingNumbers {
+ public:
+  void add(const std::vector<std::uint64_t>& numbers) {
+    for (const std::uint64_t number : numbers) {
+      if (in_order_ && number == count_) {
+        ++count_;
+        continue;
+      }
+      if (in_order_) {
+        in_order_ = false;
+        numbers_.resize(static_cast<std::size_t>(count_));
+        std::iota(numbers_.begin(), numbers_.end(), std::uint64_t{0});
+      }
+      numbers_.push_back(number);
+    }
+  }
+  bool in_order() const { return in_order_; }
+  /// Where each number stands; they are given up for that. Fails unless they are 0, 1 and so on.
+  /// Must hold: not in_order().
+  Result<std::vector<std::uint64_t>> positions(const char* kind) {
+    const std::vector<std::uint64_t> numbers = std::exchange(numbers_, {});
+    auto positions = positions_in(numbers);
+    if (!positions.empty()) return positions;
+    return corrupt(std::string(kind) + " numbers are not 0 to " + std::to_string(numbers.size()));
+  }
+
+ private:
+  bool in_order_ = true;
+  std::uint64_t count_ = 0;  // while they are in order
+  std::vector<std::uint64_t> numbers_;
+};
+
 /// Joins the items of a file, in coding order.
 class MeshCollector {
  public:
@@ -264,7 +299,8 @@ class MeshCollector {
     if (auto* times = std::get_if<StepTimes>(&item)) mesh_.step_times = std::move(times->times);
     if (auto* extra = std::get_if<Extra>(&item)) mesh_.extras.push_back(std::move(*extra));
   }
-  /// Back from coding order to the numbers that vertices and cells carry.
+  /// Back from coding order to the numbers that vertices and cells carry. One array at a time is
+  /// there twice.
   Result<Mesh> finish();
 
  private:
@@ -273,8 +309,8 @@ class MeshCollector {
       to.insert(to.end(), from.begin(), from.end());
     };
     const std::uint64_t base = mesh_.corners.size();
-    add(vertex_numbers_, block.vertex_numbers);
-    add(cell_numbers_, block.cell_numbers);
+    vertices_.add(block.vertex_numbers);
+    cells_.add(block.cell_numbers);
     add(mesh_.xyz, block.xyz);
     add(mesh_.cell_blocks, block.cell_blocks);
     add(mesh_.corners, block.corners);
@@ -288,55 +324,64 @@ class MeshCollector {
     auto& values = steps[static_cast<std::size_t>(piece.step)];
     values.insert(values.end(), piece.values.begin(), piece.values.end());
   }
-  void reorder_values(const std::vector<std::uint64_t>& vertex_at,
-                      const std::vector<std::uint64_t>& cell_at,
-                      const std::vector<std::uint32_t>& coded_blocks);
+  Result<void> reorder_vertices();
+  Result<void> reorder_cells();
+  /// Element i of an array becomes what element from[i] is.
+  void reorder(std::size_t array, const std::vector<std::uint64_t>& from);
 
   Mesh mesh_;
-  std::vector<std::uint64_t> vertex_numbers_, cell_numbers_;
+  ComingNumbers vertices_, cells_;
 };
 
-void MeshCollector::reorder_values(const std::vector<std::uint64_t>& vertex_at,
-                                   const std::vector<std::uint64_t>& cell_at,
-                                   const std::vector<std::uint32_t>& coded_blocks) {
-  for (std::size_t a = 0; a < mesh_.arrays.size(); ++a) {
-    const ArrayInfo& info = mesh_.schema.arrays[a];
-    std::vector<std::uint64_t> from = vertex_at;
-    if (info.location == Location::cell) {
-      std::vector<std::uint64_t> element(coded_blocks.size());
-      std::uint64_t count = 0;
-      for (std::size_t c = 0; c < coded_blocks.size(); ++c)
-        if (mesh_.schema.array_covers(a, coded_blocks[c])) element[c] = count++;
-      from.clear();
-      for (std::size_t c = 0; c < cell_at.size(); ++c)
-        if (mesh_.schema.array_covers(a, mesh_.cell_blocks[c]))
-          from.push_back(element[static_cast<std::size_t>(cell_at[c])]);
-    }
-    if (!info.per_step) mesh_.arrays[a] = gather(mesh_.arrays[a], from, stride_of(info));
-    for (auto& values : mesh_.steps[a])
-      if (!values.empty()) values = gather(values, from, stride_of(info));
-  }
+void MeshCollector::reorder(std::size_t array, const std::vector<std::uint64_t>& from) {
+  const ArrayInfo& info = mesh_.schema.arrays[array];
+  if (!info.per_step) mesh_.arrays[array] = gather(mesh_.arrays[array], from, stride_of(info));
+  for (auto& values : mesh_.steps[array])
+    if (!values.empty()) values = gather(values, from, stride_of(info));
 }
 
-Result<Mesh> MeshCollector::finish() {
-  const auto vertex_at = positions_in(vertex_numbers_);
-  const auto cell_at = positions_in(cell_numbers_);
-  if (vertex_at.size() != vertex_numbers_.size())
-    return corrupt("vertex numbers are not 0 to " + std::to_string(vertex_numbers_.size()));
-  if (cell_at.size() != cell_numbers_.size())
-    return corrupt("cell numbers are not 0 to " + std::to_string(cell_numbers_.size()));
-  mesh_.xyz = gather(mesh_.xyz, vertex_at, 3 * scalar_bytes(mesh_.schema.coordinate_type));
+Result<void> MeshCollector::reorder_vertices() {
+  const auto from = vertices_.positions("vertex");
+  if (!from) return from.error();
+  mesh_.xyz = gather(mesh_.xyz, *from, 3 * scalar_bytes(mesh_.schema.coordinate_type));
+  for (std::size_t a = 0; a < mesh_.arrays.size(); ++a)
+    if (mesh_.schema.arrays[a].location == Location::point) reorder(a, *from);
+  return {};
+}
+
+Result<void> MeshCollector::reorder_cells() {
+  const auto from = cells_.positions("cell");
+  if (!from) return from.error();
   const auto coded_blocks = std::exchange(mesh_.cell_blocks, {});
   const auto coded_begin = std::exchange(mesh_.corner_begin, {0});
   const auto coded_corners = std::exchange(mesh_.corners, {});
-  for (std::uint64_t coded : cell_at) {
+  for (std::uint64_t coded : *from) {
     const auto at = static_cast<std::size_t>(coded);
     mesh_.cell_blocks.push_back(coded_blocks[at]);
     for (std::uint64_t i = coded_begin[at]; i < coded_begin[at + 1]; ++i)
       mesh_.corners.push_back(coded_corners[static_cast<std::size_t>(i)]);
     mesh_.corner_begin.push_back(mesh_.corners.size());
   }
-  reorder_values(vertex_at, cell_at, coded_blocks);
+  std::vector<std::uint64_t> element(coded_blocks.size()), from_element;
+  for (std::size_t a = 0; a < mesh_.arrays.size(); ++a) {
+    if (mesh_.schema.arrays[a].location != Location::cell) continue;
+    std::uint64_t count = 0;
+    for (std::size_t c = 0; c < coded_blocks.size(); ++c)
+      if (mesh_.schema.array_covers(a, coded_blocks[c])) element[c] = count++;
+    from_element.clear();
+    for (std::size_t c = 0; c < from->size(); ++c)
+      if (mesh_.schema.array_covers(a, mesh_.cell_blocks[c]))
+        from_element.push_back(element[static_cast<std::size_t>((*from)[c])]);
+    reorder(a, from_element);
+  }
+  return {};
+}
+
+Result<Mesh> MeshCollector::finish() {
+  if (!vertices_.in_order())
+    if (auto good = reorder_vertices(); !good) return good.error();
+  if (!cells_.in_order())
+    if (auto good = reorder_cells(); !good) return good.error();
   return std::move(mesh_);
 }
 
@@ -369,15 +414,19 @@ Result<SizeReport> write_mesh(ByteSink& sink, const Mesh& mesh, const WriteOptio
 }
 
 Result<Mesh> read_mesh(ByteSource& source, const ReadLimits& limits, const ReadOptions& options) {
-  auto reader = Reader::open(source, limits, options);
-  if (!reader) return reader.error();
-  MeshCollector collector(reader->schema());
-  while (true) {
-    auto item = reader->next();
-    if (!item) return item.error();
-    if (*item == nullptr) return collector.finish();
-    collector.take(**item);
+  std::optional<MeshCollector> collector;
+  {
+    auto reader = Reader::open(source, limits, options);
+    if (!reader) return reader.error();
+    collector.emplace(reader->schema());
+    while (true) {
+      auto item = reader->next();
+      if (!item) return item.error();
+      if (*item == nullptr) break;
+      collector->take(**item);
+    }
   }
+  return collector->finish();
 }
 
 }  // namespace shm
