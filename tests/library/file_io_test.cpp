@@ -9,15 +9,17 @@
 #include <string>
 #include <vector>
 
-#include "library/file_fixture.h"
 #include "shm/appender.h"
 #include "shm/archive.h"
 #include "shm/damage.h"
 #include "shm/io.h"
+#include "support/temporary_folder.h"
 #include "support/test_mesh.h"
 
 namespace shm {
 namespace {
+
+namespace fs = std::filesystem;
 
 TEST_F(FileIo, AppearsWithCommit) {
   auto sink = FileSink::create(path("a"));
@@ -27,9 +29,9 @@ TEST_F(FileIo, AppearsWithCommit) {
   ASSERT_TRUE((*sink)->write(bytes("two")));
   EXPECT_FALSE(fs::exists(path("a")));
   ASSERT_TRUE((*sink)->commit());
-  EXPECT_EQ(content(path("a")), "one two");
+  EXPECT_EQ(file_content(path("a")), "one two");
   sink->reset();
-  EXPECT_EQ(content(path("a")), "one two");
+  EXPECT_EQ(file_content(path("a")), "one two");
   EXPECT_EQ(files(), 1u);
 }
 
@@ -39,24 +41,24 @@ TEST_F(FileIo, WhoFinishesAFileCommitsIt) {
   auto sink = FileSink::create(path("mesh.shm"));
   ASSERT_TRUE(sink);
   ASSERT_TRUE(write_mesh(mesh, **sink));
-  const std::string written = content(path("mesh.shm"));
+  const std::string written = file_content(path("mesh.shm"));
   EXPECT_FALSE(written.empty());
   EXPECT_TRUE((*sink)->commit()) << "once more does nothing";
   EXPECT_EQ((*sink)->write(bytes("more")).error().code, ErrorCode::misuse);
   sink->reset();
-  EXPECT_EQ(content(path("mesh.shm")), written);
+  EXPECT_EQ(file_content(path("mesh.shm")), written);
 
   auto old = FileRandomSource::open(path("mesh.shm"));
   ASSERT_TRUE(old);
   sink = FileSink::create(path("again.shm"));
   ASSERT_TRUE(write_in_order(**old, **sink));
-  EXPECT_EQ(content(path("again.shm")), written);
+  EXPECT_EQ(file_content(path("again.shm")), written);
 
   sink = FileSink::create(path("appended.shm"));
   auto appender = Appender::open(**old, **sink);
   ASSERT_TRUE(appender);
   ASSERT_TRUE(appender->finish());
-  EXPECT_EQ(content(path("appended.shm")), written);
+  EXPECT_EQ(file_content(path("appended.shm")), written);
 
   sink = FileSink::create(path("archive.shm"));
   auto archive = ArchiveWriter::create(**sink);
@@ -66,7 +68,7 @@ TEST_F(FileIo, WhoFinishesAFileCommitsIt) {
   ASSERT_TRUE(write_mesh(mesh, **member));
   EXPECT_FALSE(fs::exists(path("archive.shm"))) << "a member is not yet all of it";
   ASSERT_TRUE(archive->finish());
-  EXPECT_TRUE(content(path("archive.shm")).find(written) != std::string::npos);
+  EXPECT_TRUE(file_content(path("archive.shm")).find(written) != std::string::npos);
 
   sink = FileSink::create(path("taken"));
   fs::create_directories(path("taken/b"));
@@ -90,7 +92,7 @@ TEST_F(FileIo, NothingIsReplacedWhereThatIsRefused) {
     EXPECT_EQ(FileSink::create(path("a"), how, refuse).error().detail, "is there already");
     late->reset();
     sink->reset();
-    EXPECT_EQ(content(path("a")), "first");
+    EXPECT_EQ(file_content(path("a")), "first");
     EXPECT_EQ(files(), 1u);
     fs::remove(path("a"));
   }
@@ -122,16 +124,15 @@ TEST_F(FileIo, NamedTemporaries) {
     }
     sink->reset();
     EXPECT_EQ(files(), 1u);
-    EXPECT_EQ(content(path("a")), commit ? "named" : "before");
+    EXPECT_EQ(file_content(path("a")), commit ? "named" : "before");
   }
 }
 
 // Of a process that is gone; of another machine's when an hour old; nothing else.
 TEST_F(FileIo, LeftoversAreRemoved) {
   const auto leave = [&](const std::string& name, int hours) {
-    std::ofstream(path(name.c_str())) << "left";
-    fs::last_write_time(path(name.c_str()),
-                        fs::file_time_type::clock::now() - std::chrono::hours(hours));
+    std::ofstream(path(name)) << "left";
+    fs::last_write_time(path(name), fs::file_time_type::clock::now() - std::chrono::hours(hours));
   };
   auto first = FileSink::create(path("a"), FileSink::Temporary::named);
   ASSERT_TRUE(first);
@@ -158,7 +159,7 @@ TEST_F(FileIo, LeftoversAreRemoved) {
   ASSERT_TRUE(sink);
   ASSERT_TRUE((*sink)->commit());
   std::set<std::string> left;
-  for (const auto& entry : fs::directory_iterator(folder_))
+  for (const auto& entry : fs::directory_iterator(directory_))
     left.insert(entry.path().filename().string());
   left.erase("a");
   EXPECT_EQ(left, others);
@@ -173,8 +174,8 @@ TEST_F(FileIo, NamesBesideThatAreTakenStay) {
   ASSERT_TRUE(sink);
   ASSERT_TRUE((*sink)->write(bytes("after")));
   ASSERT_TRUE((*sink)->commit());
-  EXPECT_EQ(content(path("a")), "after");
-  EXPECT_EQ(content(path(".a.tmp")), "mine");
+  EXPECT_EQ(file_content(path("a")), "after");
+  EXPECT_EQ(file_content(path(".a.tmp")), "mine");
   EXPECT_EQ(files(), 2u);
 }
 
@@ -182,11 +183,11 @@ TEST_F(FileIo, LongNamesAreReplaced) {
   const std::string name(250, 'n');
   for (const char* text : {"one", "two"})
     for (const auto how : {FileSink::Temporary::unnamed, FileSink::Temporary::named}) {
-      auto sink = FileSink::create(path(name.c_str()), how);
+      auto sink = FileSink::create(path(name), how);
       ASSERT_TRUE(sink);
       ASSERT_TRUE((*sink)->write(bytes(text)));
       ASSERT_TRUE((*sink)->commit());
-      EXPECT_EQ(content(path(name.c_str())), text);
+      EXPECT_EQ(file_content(path(name)), text);
     }
 }
 
@@ -210,7 +211,7 @@ TEST_F(FileIo, CopiesFromFilesAndMemory) {
   }
   ASSERT_TRUE((*into_file)->commit());
   const std::string wanted = "begin " + text.substr(5, text.size() - 10) + text.substr(3, 4);
-  EXPECT_EQ(content(path("b")).substr(0, wanted.size()), wanted);
+  EXPECT_EQ(file_content(path("b")).substr(0, wanted.size()), wanted);
   EXPECT_TRUE(std::equal(wanted.begin(), wanted.end(),
                          reinterpret_cast<const char*>(into_memory.bytes.data())));
 }
@@ -221,14 +222,14 @@ TEST_F(FileIo, WhatWasThereStaysUntilCommit) {
     auto sink = FileSink::create(path("a"));
     ASSERT_TRUE(sink);
     ASSERT_TRUE((*sink)->write(bytes("after")));
-    EXPECT_EQ(content(path("a")), "before");
+    EXPECT_EQ(file_content(path("a")), "before");
   }
-  EXPECT_EQ(content(path("a")), "before");
+  EXPECT_EQ(file_content(path("a")), "before");
   auto sink = FileSink::create(path("a"));
   ASSERT_TRUE(sink);
   ASSERT_TRUE((*sink)->write(bytes("after")));
   ASSERT_TRUE((*sink)->commit());
-  EXPECT_EQ(content(path("a")), "after");
+  EXPECT_EQ(file_content(path("a")), "after");
   EXPECT_EQ(files(), 1u);
 }
 
@@ -277,7 +278,7 @@ TEST_F(FileIo, CannotBeRead) {
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().code, ErrorCode::io);
   EXPECT_EQ(missing.error().file, path("missing"));
-  auto folder = FileSource::open(folder_.string());
+  auto folder = FileSource::open(directory_.string());
   std::vector<std::byte> piece(3);
   if (folder) {
     EXPECT_EQ((*folder)->read(piece).error().code, ErrorCode::io);

@@ -10,6 +10,7 @@
 #include <atomic>
 #include <cerrno>
 #include <csignal>
+#include <filesystem>
 #include <fstream>
 #include <random>
 #include <string>
@@ -18,8 +19,8 @@
 #include <variant>
 #include <vector>
 
-#include "library/file_fixture.h"
 #include "shm/io.h"
+#include "support/temporary_folder.h"
 #include "support/test_mesh.h"
 
 namespace {
@@ -43,6 +44,8 @@ extern "C" int linkat(int from_folder, const char* from, int to_folder, const ch
 namespace shm {
 namespace {
 
+namespace fs = std::filesystem;
+
 TEST_F(FileIo, LinksStayAndLeadToTheNewFile) {
   fs::create_directory(path("real"));
   std::ofstream(path("real/a")) << "before";
@@ -53,7 +56,7 @@ TEST_F(FileIo, LinksStayAndLeadToTheNewFile) {
     ASSERT_TRUE((*sink)->write(bytes("after")));
     ASSERT_TRUE((*sink)->commit());
     EXPECT_TRUE(fs::is_symlink(path("link")));
-    EXPECT_EQ(content(path("real/a")), "after");
+    EXPECT_EQ(file_content(path("real/a")), "after");
   }
   fs::create_symlink("nowhere", path("lost"));
   EXPECT_FALSE(FileSink::create(path("lost")));
@@ -66,13 +69,13 @@ TEST_F(FileIo, LinksStayAndLeadToTheNewFile) {
 TEST_F(FileIo, ScratchFilesAreForTheUserAlone) {
   std::ofstream(path("standard-input")) << "another's";
   for (const auto how : {FileSink::Temporary::unnamed, FileSink::Temporary::named}) {
-    auto sink = FileSink::create_scratch(folder_.string(), "standard-input", how);
+    auto sink = FileSink::create_scratch(directory_.string(), "standard-input", how);
     ASSERT_TRUE(sink);
     EXPECT_EQ(fs::status((*sink)->temporary()).permissions(),
               fs::perms::owner_read | fs::perms::owner_write);
     EXPECT_TRUE((*sink)->commit());
   }
-  EXPECT_EQ(content(path("standard-input")), "another's");
+  EXPECT_EQ(file_content(path("standard-input")), "another's");
   EXPECT_EQ(files(), 1u);
 }
 
@@ -100,7 +103,7 @@ TEST_F(FileIo, FilesThatCannotBeLinkedAreCopied) {
       linkat_fails_with = 0;
       ASSERT_TRUE(committed) << committed.error().message();
       sink->reset();
-      EXPECT_EQ(content(name), text);
+      EXPECT_EQ(file_content(name), text);
       fs::permissions(name, fs::perms::owner_read | fs::perms::owner_write);
     }
     // The old file's, which the new one has got.
@@ -111,7 +114,7 @@ TEST_F(FileIo, FilesThatCannotBeLinkedAreCopied) {
   // Where there is no room for another name either, the first error is reported.
   auto sink = FileSink::create(path("none"));
   ASSERT_TRUE(sink);
-  fs::remove_all(folder_);
+  fs::remove_all(directory_);
   linkat_fails_with = EPERM;
   const auto committed = (*sink)->commit();
   linkat_fails_with = 0;

@@ -9,11 +9,13 @@
 #include <utility>
 #include <vector>
 
-#include "library/file_fixture.h"
 #include "shm/io.h"
+#include "support/temporary_folder.h"
 
 namespace shm {
 namespace {
+
+namespace fs = std::filesystem;
 
 void write_whole(const std::string& path, std::string_view text) {
   auto sink = FileSink::create(path);
@@ -39,14 +41,15 @@ std::string read_whole(ByteSource& source) {
 TEST_F(FileIo, NamesAreUtf8) {
   // Not put together by std::filesystem, which takes no characters of four bytes here.
   const std::string name =
-      folder_.string() + "/Gew\xC3\xB6lbe \xE7\xB6\xB2\xE6\xA0\xBC \xF0\x9F\xA7\x8A.shm";
+      directory_.string() + "/Gew\xC3\xB6lbe \xE7\xB6\xB2\xE6\xA0\xBC \xF0\x9F\xA7\x8A.shm";
   write_whole(name, "vault");
-  EXPECT_TRUE(fs::exists(folder_ / L"Gew\u00F6lbe \u7DB2\u683C \xD83E\xDDCA.shm"));
+  EXPECT_TRUE(fs::exists(directory_ / L"Gew\u00F6lbe \u7DB2\u683C \xD83E\xDDCA.shm"));
   auto source = FileSource::open(name);
   ASSERT_TRUE(source);
   EXPECT_EQ(read_whole(**source), "vault");
-  EXPECT_EQ(FileSource::open(folder_.string() + "/no UTF-8 \xFF").error().code, ErrorCode::io);
-  EXPECT_EQ(FileSink::create(folder_.string() + "/no UTF-8 \xFF").error().code, ErrorCode::output);
+  EXPECT_EQ(FileSource::open(directory_.string() + "/no UTF-8 \xFF").error().code, ErrorCode::io);
+  EXPECT_EQ(FileSink::create(directory_.string() + "/no UTF-8 \xFF").error().code,
+            ErrorCode::output);
   EXPECT_EQ(files(), 1u);
 }
 
@@ -66,15 +69,15 @@ TEST_F(FileIo, WhatIsReadOnlyStays) {
   fs::permissions(path("a"), fs::perms::owner_write, fs::perm_options::remove);
   EXPECT_EQ(FileSink::create(path("a")).error().detail, "is read-only");
   fs::permissions(path("a"), fs::perms::owner_write, fs::perm_options::add);
-  EXPECT_EQ(content(path("a")), "before");
+  EXPECT_EQ(file_content(path("a")), "before");
 }
 
 TEST_F(FileIo, ScratchFilesGoWithTheirSinks) {
   for (const bool commit : {false, true}) {
-    auto sink = FileSink::create_scratch(folder_.string(), "standard-input");
+    auto sink = FileSink::create_scratch(directory_.string(), "standard-input");
     ASSERT_TRUE(sink);
     ASSERT_TRUE((*sink)->write(bytes("scratch")));
-    EXPECT_EQ(content((*sink)->temporary()), "scratch");
+    EXPECT_EQ(file_content((*sink)->temporary()), "scratch");
     if (commit) {
       EXPECT_TRUE((*sink)->commit());
     }
@@ -113,7 +116,7 @@ TEST_F(FileIo, StandardStreamsAreBinary) {
     auto sink = FileSink::create("-");
     EXPECT_TRUE(sink && (*sink)->write(bytes(text)) && (*sink)->commit());
   }
-  EXPECT_EQ(content(path("out")), text);
+  EXPECT_EQ(file_content(path("out")), text);
   const InPlaceOf input(0, path("out"), _O_RDONLY | _O_TEXT);
   auto source = FileSource::open("-");
   ASSERT_TRUE(source);

@@ -3,11 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <cstddef>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <random>
+#include <span>
 #include <string>
+#include <string_view>
 
 namespace shm {
 
@@ -47,6 +50,18 @@ class FolderTest : public testing::Test {
 
  protected:
   const std::filesystem::path& directory_ = folder_.path();
+};
+
+/// Tests of single files.
+class FileIo : public FolderTest {
+ protected:
+  std::size_t files() const {
+    return static_cast<std::size_t>(
+        std::distance(std::filesystem::directory_iterator(directory_), {}));
+  }
+  static std::span<const std::byte> bytes(std::string_view text) {
+    return std::as_bytes(std::span(text));
+  }
 };
 
 }  // namespace shm
