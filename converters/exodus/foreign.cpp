@@ -51,14 +51,13 @@ Real real_at(const std::byte* from, ScalarType type) {
   });
 }
 
-// `shell`: triangles and quads have a front and a back as sides, and not edges alone.
-std::string element_type(CellShape shape, std::uint32_t nodes, bool shell) {
+std::string element_type(CellShape shape, std::uint32_t nodes) {
   const auto sized = [nodes](const char* family) { return family + std::to_string(nodes); };
   switch (shape) {
     case CellShape::vertex: return "SPHERE";
     case CellShape::line: return sized("BAR");
-    case CellShape::triangle: return sized(shell ? "TRISHELL" : "TRI");
-    case CellShape::quad: return sized(shell ? "SHELL" : "QUAD");
+    case CellShape::triangle: return sized("TRI");
+    case CellShape::quad: return sized("QUAD");
     case CellShape::polygon: return "NSIDED";
     case CellShape::tetrahedron: return sized("TETRA");
     case CellShape::pyramid: return sized("PYRAMID");
@@ -276,26 +275,8 @@ class ForeignWriter {
     }
   }
 
-  // Groups of which side sets have sides: what is written has three dimensions, and sides of
-  // triangles and quads are counted there as those of shells.
-  std::vector<bool> find_shells() {
-    const auto& groups = grouping_.groups();
-    std::vector<bool> shells(groups.size());
-    for (const MeshSet& set : sets_) {
-      if (set.kind != MeshSet::Kind::sides) continue;
-      for (const std::uint64_t member : set.members) {
-        const auto behind = std::upper_bound(
-            groups.begin(), groups.end(), grouping_.position(member),
-            [](std::uint64_t cell, const CellGroup& group) { return cell < group.first_cell; });
-        shells[static_cast<std::size_t>(behind - groups.begin()) - 1] = true;
-      }
-    }
-    return shells;
-  }
-
   void define_blocks() {
     choose_ids();
-    const std::vector<bool> shells = find_shells();
     std::vector<std::string> names;
     bool named = false;
     for (std::size_t g = 0; g < ids_.size(); ++g) {
@@ -304,7 +285,7 @@ class ForeignWriter {
       const std::string section = "element block " + std::to_string(ids_[g]);
       const std::uint64_t nodes = is_polygons(group) ? group.nodes : group.nodes_per_cell;
       check(ex_put_block(exoid_, EX_ELEM_BLOCK, ids_[g],
-                         element_type(block.shape, group.nodes_per_cell, shells[g]).c_str(),
+                         element_type(block.shape, group.nodes_per_cell).c_str(),
                          static_cast<std::int64_t>(group.cells), static_cast<std::int64_t>(nodes),
                          0, 0, 0),
             section);
