@@ -58,6 +58,8 @@ class Handler(http.server.BaseHTTPRequestHandler):
         server.given += len(body)
         if server.mode == "others":
             first += 1
+        if server.mode == "all at once":
+            body += bytes(1 << 20)
         tag = f'"{server.version}"'
         return self.answer(206, body, {"Content-Range": f"bytes {first}-{last}/{len(data)}", "ETag": tag})
 
@@ -186,6 +188,30 @@ class Remote(unittest.TestCase):
         told.tell([(400000, 400010), (0, 10), (65000, 65010), (130000, 130010)])
         told.read_into(5, memoryview(bytearray(5)))
         self.assertEqual(Counted.asked, [[(5, 130010), (400000, 400010)]])
+
+    def test_what_was_fetched_is_not_fetched_again(self):
+        from shmformat._remote import Remote
+
+        class Counted:
+            size = 20 << 20
+            given = 0
+
+            def fetch(self, ranges):
+                Counted.given += sum(end - first for first, end in ranges)
+                return [bytes(end - first) for first, end in ranges]
+
+        told = Remote(Counted())
+        told.tell([(8 << 20, 20 << 20)])
+        for at in range(40):  # of which nothing was told
+            told.read_into(at << 17, memoryview(bytearray(200)))
+        for at in range(8, 20):
+            told.read_into(at << 20, memoryview(bytearray(1 << 20)))
+        self.assertLess(Counted.given, 16 << 20)
+
+    def test_a_server_that_gives_too_much_is_told(self):
+        mesh = self.open()
+        self.server.mode = "all at once"
+        self.fails("other bytes", mesh.verify)
 
     def test_reading_on_takes_few_requests(self):
         asked, _, _ = self.asks(self.open().verify)

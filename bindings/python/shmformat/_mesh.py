@@ -258,9 +258,13 @@ def _opened_ranges(size: int, read_into: Callable[[int, memoryview], None], sour
         "int(void*, uint64_t, void*, uint64_t, char*, size_t)", read_at, error=1)
     told = None
     if tell is not None:
-        told = own.prefetch = ffi.callback(
-            "void(void*, const shmf_range*, size_t)",
-            lambda _, ranges, count: tell([(r.offset, r.offset + r.bytes) for r in ranges[0:count]]))
+        def prefetch(_: Any, ranges: Any, count: int) -> None:
+            try:
+                tell([(one.offset, one.offset + one.bytes) for one in ranges[0:count]])
+            except BaseException as raised:  # nothing may pass through C
+                handle.error = raised
+
+        told = own.prefetch = ffi.callback("void(void*, const shmf_range*, size_t)", prefetch)
     try:
         check(lib.shmf_open_source, own, options, file)
     except Error as why:

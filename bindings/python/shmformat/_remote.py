@@ -18,7 +18,9 @@ from ._library import Error
 _NEAR = 1 << 16  # ranges that are not so far apart are one
 _MOST_AT_ONCE = 16 << 20  # bytes of what is told before
 _MOST_RANGES = 64  # of a request
+_MOST_OF_HEADERS = 1 << 12  # bytes, of a part of an answer
 _MOST_KEPT = 64 << 20  # bytes
+_MOST_PIECES = 1 << 12  # that are kept
 _MOST_REDIRECTS = 5
 
 Range = tuple[int, int]  # first byte, and the one behind the last
@@ -74,16 +76,17 @@ class _Http:
     def _version_of(headers: http.client.HTTPMessage) -> str | None:
         return headers.get("ETag") or headers.get("Last-Modified")
 
-    def _follow(self, wanted: str) -> tuple[int, http.client.HTTPMessage, bytes]:
+    def _follow(self, wanted: str, most: int = _NEAR) -> tuple[int, http.client.HTTPMessage, bytes]:
         for _ in range(_MOST_REDIRECTS):
-            status, headers, body = self._request(wanted)
+            status, headers, body = self._request(wanted, most)
             if status not in (301, 302, 303, 307, 308) or not headers.get("Location"):
                 return status, headers, body
             self.close()
             self._url = urllib.parse.urljoin(self._url, headers["Location"])
         raise _error(self._url, "the server sends from one place to another without end")
 
-    def _request(self, wanted: str) -> tuple[int, http.client.HTTPMessage, bytes]:
+    def _request(self, wanted: str, most: int = _NEAR) -> tuple[int, http.client.HTTPMessage, bytes]:
+        """`most`: bytes of a body that are read; of a longer one, one more is."""
         parts = urllib.parse.urlsplit(self._url)
         if parts.scheme not in ("http", "https") or not parts.netloc:
             raise _error(self._url, "without fsspec only http and https can be read")
@@ -98,7 +101,12 @@ class _Http:
                 if answer.status == 200 and int(answer.headers.get("Content-Length") or _NEAR + 1) > _NEAR:
                     self.close()  # all of a large file
                     return answer.status, answer.headers, b""
-                return answer.status, answer.headers, answer.read()
+                body = answer.read(most + 1)
+                if len(body) > most:
+                    self.close()
+                elif answer.length:
+                    raise http.client.IncompleteRead(body, answer.length)
+                return answer.status, answer.headers, body
             except (OSError, ValueError, http.client.HTTPException) as why:
                 self.close()
                 if fresh:  # else the server had closed a connection that was idle
@@ -113,18 +121,18 @@ class _Http:
             self._gives_many = False
         return [self._fetch(first, end) for first, end in ranges]
 
-    def _answer(self, wanted: str) -> tuple[int, http.client.HTTPMessage, bytes]:
-        status, headers, body = self._request(wanted)
+    def _answer(self, wanted: str, most: int) -> tuple[int, http.client.HTTPMessage, bytes]:
+        status, headers, body = self._request(wanted, most)
         if status in (301, 302, 303, 307, 308, 401, 403) and self._url != self._first_url:
             self.close()  # where it was sent to may be for a while only
             self._url = self._first_url
-            status, headers, body = self._follow(wanted)
+            status, headers, body = self._follow(wanted, most)
         if status in (206, 412, 416) and self._version_of(headers) not in (None, self._version):
             raise _error(self._url, "the file on the server has changed")
         return status, headers, body
 
     def _fetch(self, first: int, end: int) -> bytes:
-        status, headers, body = self._answer(f"bytes={first}-{end - 1}")
+        status, headers, body = self._answer(f"bytes={first}-{end - 1}", end - first)
         if status == 200:
             raise _error(self._url, "the server gives no ranges of files any more")
         if status != 206:
@@ -135,7 +143,8 @@ class _Http:
 
     def _fetch_many(self, ranges: Sequence[Range]) -> list[bytes] | None:
         """In one request; None where the server gives one range at a time."""
-        status, headers, body = self._answer("bytes=" + ",".join(f"{first}-{end - 1}" for first, end in ranges))
+        most = sum(end - first + _MOST_OF_HEADERS for first, end in ranges) + _MOST_OF_HEADERS
+        status, headers, body = self._answer("bytes=" + ",".join(f"{first}-{end - 1}" for first, end in ranges), most)
         if status != 206 or headers.get_content_type() != "multipart/byteranges":
             return None
         bodies, at = [], 0
@@ -185,6 +194,7 @@ class Remote:
         self._ranges = ranges
         self.size = ranges.size
         self._kept: list[tuple[int, bytes]] = []  # first byte, and the bytes; the oldest first
+        self._kept_bytes = len(tail)
         self._told: list[Range] = []  # ascending, and apart
         if tail:
             self._kept.append((self.size - len(tail), tail))
@@ -222,15 +232,28 @@ class Remote:
         ranges = [(first, max(end, min(told_end, first + _MOST_AT_ONCE)))]
         room = _MOST_AT_ONCE - (ranges[0][1] - ranges[0][0])
         for told in self._told[at + 1:]:
+            if self._find(told[0], told[1] - told[0]):
+                continue
             room -= told[1] - told[0]
             if room < 0 or told[0] <= ranges[-1][1] or len(ranges) == _MOST_RANGES:
                 break
             ranges.append(told)
         if len(ranges) == 1:  # more costs nothing
             ranges = [(first, max(ranges[0][1], min(first + _NEAR, self.size)))]
-        self._kept += zip((begin for begin, _ in ranges), self._ranges.fetch(ranges))
-        while sum(len(body) for _, body in self._kept[:-len(ranges)]) > _MOST_KEPT:
-            del self._kept[0]
+        bodies = self._ranges.fetch(ranges)
+        self._kept += zip((begin for begin, _ in ranges), bodies)
+        self._kept_bytes += sum(map(len, bodies))
+        while self._kept_bytes > _MOST_KEPT or len(self._kept) > _MOST_PIECES:
+            if len(self._kept) == len(ranges):
+                break
+            self._kept_bytes -= len(self._kept.pop(0)[1])
+        self._told = [left for told in self._told for left in self._without(told, ranges[0])]
+
+    @staticmethod
+    def _without(told: Range, fetched: Range) -> list[Range]:
+        """What is left of a range."""
+        parts = (told[0], min(told[1], fetched[0])), (max(told[0], fetched[1]), told[1])
+        return [(first, end) for first, end in parts if first < end]
 
     def close(self) -> None:
         self._ranges.close()
