@@ -204,11 +204,12 @@ ByNumber cut(const ByNumber& whole, const std::vector<SegmentOfWhole>& segments,
 }
 
 /// Of all stepped arrays all steps, too.
-Result<ByNumber> extracted(MeshExtractor& file, const ExtractRequest& request,
-                           unsigned threads = 1) {
+Result<ByNumber> extracted(MeshExtractor& file, const ExtractRequest& request, unsigned threads = 1,
+                           std::uint64_t ahead = ReadOptions().max_ahead_bytes) {
   ByNumber piece;
   ReadOptions options;
   options.threads = threads;
+  options.max_ahead_bytes = ahead;
   if (auto good = file.begin(request, options); !good) return good.error();
   while (true) {
     const auto part = file.next();
@@ -471,6 +472,52 @@ TEST(MeshExtract, ThreadsStopWhereItIsDamaged) {
     EXPECT_EQ(file->next().error().detail, part.error().detail);
     ExtractRequest before = cells(0, 20);
     EXPECT_TRUE(extracted(*file, before, threads));  // the next piece may be whole
+  }
+}
+
+// A group that one thread would not have read fails for nobody.
+TEST(MeshExtract, ThreadsFailWhereOneDoes) {
+  const TestMesh mesh = two_blocks();
+  WriteOptions options;
+  options.segment_cells = 15;
+  options.group_cells = 6;
+  const Bytes whole = cut_file(mesh, options);
+  const auto all = requests(whole_of(whole), mesh.schema);
+  std::size_t failed = 0, good = 0;
+  for (std::size_t at = 40; at < whole.size(); at += 151) {
+    Bytes bytes = whole;
+    bytes[at] ^= std::byte{0x10};
+    MemoryRandomSource source(bytes);
+    auto file = MeshExtractor::open(source);
+    if (!file) continue;
+    for (std::size_t r = at % 3; r < all.size(); r += 3) {
+      const auto one = extracted(*file, all[r]);
+      for (const std::uint64_t ahead : {std::uint64_t{0}, ReadOptions().max_ahead_bytes}) {
+        const auto several = extracted(*file, all[r], 3, ahead);
+        ASSERT_EQ(bool(one), bool(several)) << "byte " << at << ", request " << r;
+        if (one)
+          EXPECT_TRUE(*one == *several) << "byte " << at << ", request " << r;
+        else
+          EXPECT_EQ(one.error().detail, several.error().detail);
+      }
+      ++(one ? good : failed);
+    }
+  }
+  EXPECT_GT(failed, 20u);
+  EXPECT_GT(good, 20u);
+}
+
+TEST(MeshExtract, WhatIsWrongWithStepsIsToldEachTime) {
+  const Bytes bytes = steps_and_extras_file(Order::keep);
+  MemoryRandomSource source(bytes);
+  ReadLimits limits;
+  limits.max_steps = 2;
+  auto file = MeshExtractor::open(source, limits);
+  ASSERT_TRUE(file);
+  for (int i = 0; i < 3; ++i) {
+    const auto steps = file->steps(0);
+    ASSERT_FALSE(steps);
+    EXPECT_EQ(steps.error().code, ErrorCode::over_limit);
   }
 }
 

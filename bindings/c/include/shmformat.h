@@ -192,8 +192,8 @@ typedef struct shmf_source {
   /* May be NULL; called once, by shmf_close() or where opening fails. */
   void (*close)(void* context);
   /* May be NULL. Ranges that read_at() will be asked for next, mostly in this order: told before,
-     so that a source whose bytes are far away can fetch them together. They need not be there, and
-     may not be asked for in the end. The list lives for the call. */
+     so that a source whose bytes are far away can fetch them together. They may not be asked for in
+     the end. The list lives for the call. */
   void (*prefetch)(void* context, const shmf_range* ranges, size_t count);
 } shmf_source;
 

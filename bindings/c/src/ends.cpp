@@ -21,10 +21,12 @@ shm::Result<void> CallbackSource::read_at(std::uint64_t offset, std::span<std::b
 }
 
 void CallbackSource::prefetch(std::span<const shm::ByteRange> ranges) {
-  if (source_.prefetch == nullptr || ranges.empty()) return;
+  if (source_.prefetch == nullptr) return;
   std::vector<shmf_range> told;
-  told.reserve(ranges.size());
-  for (const shm::ByteRange& range : ranges) told.push_back({range.offset, range.bytes});
+  for (const shm::ByteRange& range : ranges)
+    if (range.offset < source_.bytes && range.bytes > 0)
+      told.push_back({range.offset, std::min(range.bytes, source_.bytes - range.offset)});
+  if (told.empty()) return;
   const std::lock_guard lock(mutex_);
   source_.prefetch(source_.context, told.data(), told.size());
 }

@@ -168,7 +168,8 @@ SHM_API Result<SizeReport> write_mesh(ByteSink& sink, const Mesh& mesh,
                                       const WriteOptions& options = {});
 
 /// Reads a whole file. Order::keep: everything in the original numbering; else in the order of
-/// the stream. Memory is that of the mesh and half as much; `limits` bound a hostile file.
+/// the stream. Memory is that of the mesh and half as much, and of all corners twice where cells
+/// were moved by a delay; `limits` bound a hostile file.
 SHM_API Result<Mesh> read_mesh(ByteSource& source, const ReadLimits& limits = {},
                                const ReadOptions& options = {});
 

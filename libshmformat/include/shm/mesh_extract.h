@@ -100,13 +100,14 @@ class SHM_API MeshExtractor {
   Result<std::vector<std::uint64_t>> steps(std::uint32_t array);
 
   /// The reader of its steps, over the same index; made by the first call that needs it, it lives
-  /// as long as this.
+  /// as long as this. A request to it drops what begin_values() began, and the other way round.
   Result<StepReader*> step_reader();
 
   /// What next() is to give; drops the piece before. Tells the source what will be read, as far as
   /// the index knows. Of the options those that concern threads are looked at; the source is read
-  /// in the caller's thread all the same, and with threads more of it than is needed in the end,
-  /// perhaps. ErrorCode::misuse where the request names what the file has not.
+  /// in the caller's thread all the same. What comes, and what fails, is the same for any number of
+  /// threads; those of pieces that are looked for (by a box, or in other order than the file's)
+  /// work on one group at a time. ErrorCode::misuse where the request names what the file has not.
   Result<void> begin(const ExtractRequest& request, const ReadOptions& options = {});
   /// The next part of the piece; null at the end. Valid until the next call. Parts come segment by
   /// segment, not always in order; numbers are those of the whole mesh. Each cell comes once, each

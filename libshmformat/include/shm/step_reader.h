@@ -76,6 +76,8 @@ class SHM_API StepReader {
   explicit StepReader(std::unique_ptr<Impl> impl);
   /// Of a file that is open.
   static Result<StepReader> of(std::shared_ptr<IndexedFile> file);
+  /// Fails where begin() would.
+  Result<void> expect(std::uint32_t array, std::uint64_t step) const;
   std::unique_ptr<Impl> impl_;
 };
 

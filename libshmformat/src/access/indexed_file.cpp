@@ -50,12 +50,10 @@ Result<void> IndexedFile::open_damaged() {
   return {};
 }
 
-std::vector<IndexEntry> IndexedFile::take_step_entries() {
-  std::vector<IndexEntry> taken, left;
-  for (IndexEntry& entry : index_.entries)
-    (entry.is(ChunkKind::step_values) ? taken : left).push_back(std::move(entry));
-  index_.entries = std::move(left);
-  return taken;
+void IndexedFile::drop_step_entries() {
+  std::erase_if(index_.entries,
+                [](const IndexEntry& entry) { return entry.is(ChunkKind::step_values); });
+  index_.entries.shrink_to_fit();
 }
 
 Result<std::vector<std::byte>> IndexedFile::read_chunk(const IndexEntry& entry,
@@ -121,6 +119,7 @@ Result<std::vector<double>> IndexedFile::read_step_times() {
 }
 
 void IndexedFile::prefetch_groups(std::span<const std::size_t> groups) {
+  heads_.clear();
   std::vector<ByteRange> ranges;
   for (const std::size_t group : groups)
     ranges.push_back({groups_[group].offset, groups_[group].bytes});
@@ -128,9 +127,10 @@ void IndexedFile::prefetch_groups(std::span<const std::size_t> groups) {
 }
 
 void IndexedFile::prefetch_streams(std::span<const std::size_t> groups, const WantsStream& wants) {
-  constexpr std::size_t kMostHeads = 1 << 14;
+  constexpr std::size_t kMostHeads = 1 << 14, kMostBytes = std::size_t{1} << 22;
   heads_.clear();
   if (groups.size() > kMostHeads) return;
+  std::size_t held = 0;
   std::vector<ByteRange> ranges;
   for (const std::size_t group : groups)
     ranges.push_back({groups_[group].offset, kChunkHeaderBytes + groups_[group].header_bytes});
@@ -139,6 +139,8 @@ void IndexedFile::prefetch_streams(std::span<const std::size_t> groups, const Wa
   for (const std::size_t group : groups) {
     auto head = read_group_head(group);
     if (!head) return;
+    held += head->bytes.size();
+    if (held > kMostBytes) break;
     for (std::size_t s = 0; s < head->header.streams.size(); ++s)
       if (wants(head->header, head->header.streams[s]))
         ranges.push_back({head->stream_offset[s], head->header.streams[s].bytes});

@@ -41,8 +41,8 @@ class IndexedFile {
   /// Its totals of the whole file, and its entries.
   const container::Index& index() const { return index_; }
   std::uint64_t index_offset() const { return index_offset_; }
-  /// Those of step values, which it no longer has then.
-  std::vector<container::IndexEntry> take_step_entries();
+  /// Those of step values, when they are held elsewhere.
+  void drop_step_entries();
   RandomSource& source() { return *source_; }
 
   const std::vector<SegmentInfo>& segments() const { return segments_; }

@@ -1,5 +1,5 @@
 // NumberSet: which numbers there are, each once. A bit each where they lie close together, as those
-// of a whole mesh do, and never more than 24 bytes for each and 128 KiB.
+// of a whole mesh do, and never more than 32 bytes for each and 256 KiB.
 #pragma once
 
 #include <algorithm>

@@ -17,11 +17,12 @@ Result<StepIndex> StepIndex::of(IndexedFile& file) {
     return index;
   }
   if (auto good = index.count_elements(file); !good) return good.error();
-  for (const IndexEntry& entry : file.take_step_entries())
+  for (const IndexEntry& entry : file.index().entries)
     for (const StepEntry& part : entry.parts)
       if (auto good = index.add(file, entry, part); !good) return good.error();
   if (auto good = index.expect_complete(file); !good) return good.error();
   index.find_keys();
+  file.drop_step_entries();
   return index;
 }
 

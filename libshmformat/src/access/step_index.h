@@ -29,8 +29,8 @@ class StepIndex {
     std::size_t begin = 0, end = 0;
   };
 
-  /// `file` is open; its entries of step values are taken. Of a damaged file: the step values that
-  /// are left.
+  /// `file` is open; its entries of step values go where this succeeds. Of a damaged file: the step
+  /// values that are left.
   static Result<StepIndex> of(IndexedFile& file);
 
   const std::vector<Step>& steps(std::uint32_t array) const { return steps_[array]; }

@@ -353,14 +353,17 @@ Result<void> MeshCollector::reorder_cells() {
   const auto from = cells_.positions("cell");
   if (!from) return from.error();
   const auto coded_blocks = std::exchange(mesh_.cell_blocks, {});
-  const auto coded_begin = std::exchange(mesh_.corner_begin, {0});
-  const auto coded_corners = std::exchange(mesh_.corners, {});
-  for (std::uint64_t coded : *from) {
-    const auto at = static_cast<std::size_t>(coded);
-    mesh_.cell_blocks.push_back(coded_blocks[at]);
-    for (std::uint64_t i = coded_begin[at]; i < coded_begin[at + 1]; ++i)
-      mesh_.corners.push_back(coded_corners[static_cast<std::size_t>(i)]);
-    mesh_.corner_begin.push_back(mesh_.corners.size());
+  {
+    const auto coded_begin = std::exchange(mesh_.corner_begin, {0});
+    const auto coded_corners = std::exchange(mesh_.corners, {});
+    mesh_.corners.reserve(coded_corners.size());
+    for (std::uint64_t coded : *from) {
+      const auto at = static_cast<std::size_t>(coded);
+      mesh_.cell_blocks.push_back(coded_blocks[at]);
+      for (std::uint64_t i = coded_begin[at]; i < coded_begin[at + 1]; ++i)
+        mesh_.corners.push_back(coded_corners[static_cast<std::size_t>(i)]);
+      mesh_.corner_begin.push_back(mesh_.corners.size());
+    }
   }
   std::vector<std::uint64_t> element(coded_blocks.size()), from_element;
   for (std::size_t a = 0; a < mesh_.arrays.size(); ++a) {

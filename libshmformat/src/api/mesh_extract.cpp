@@ -79,6 +79,10 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
   Result<void> walk(std::size_t segment, Visit&& visit);
   Result<bool> has_any(std::size_t segment);
   bool needs_no_more() const;
+  /// Whether all that is asked for has come.
+  bool has_all() const {
+    return !request_->wants_unused() && picker_->found() >= request_->expected();
+  }
 
   // steps
   Result<void> find_all_owners();
@@ -96,9 +100,11 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
   std::optional<std::size_t> reading_;  // this segment
   Groups groups_;                       // of it
   bool all_read_ = false;
+  bool runs_ahead_ = false;           // what will be read does not depend on what is taken
   std::optional<Error> error_ahead_;  // behind blocks that have not been taken yet
   // what is taken
   std::optional<std::size_t> segment_;  // that the picker is at
+  bool in_group_ = false;               // and whether blocks of its group are to come
   std::optional<PiecePicker> picker_;
   const std::vector<std::uint64_t> no_numbers_;
   bool done_ = false;
@@ -143,16 +149,19 @@ Result<void> MeshExtractor::Impl::begin(const ExtractRequest& request, const Rea
   next_visit_ = 0;
   reading_.reset();
   segment_.reset();
-  all_read_ = done_ = false;
+  all_read_ = done_ = in_group_ = false;
   error_ahead_.reset();
   error_.reset();
   owners_known_ = in_values_ = false;
-  prefetch_visits();
+  runs_ahead_ = request_->all() || (!request_->wants_unused() && !request_->box() &&
+                                    std::none_of(visits_.begin(), visits_.end(),
+                                                 [](const auto& it) { return it.probe; }));
   queue_ = std::make_unique<DecodingQueue>(
       schema(), file_->limits(), options,
       [this](std::uint64_t group, const container::GroupHeader& header) {
         return file_->expect_group(static_cast<std::size_t>(group), header);
       });
+  prefetch_visits();
   return {};
 }
 
@@ -186,9 +195,9 @@ void MeshExtractor::Impl::prefetch_visits() {
 }
 
 Result<MeshBlock*> MeshExtractor::Impl::next() {
-  if (!request_) return misuse_error("begin() comes first", "piece");
   if (error_) return *error_;
   if (done_) return nullptr;
+  if (!queue_) return misuse_error("begin() comes first", "piece");
   auto part = next_part();
   if (!part) error_ = part.error();
   return part;
@@ -197,9 +206,13 @@ Result<MeshBlock*> MeshExtractor::Impl::next() {
 Result<MeshBlock*> MeshExtractor::Impl::next_part() {
   while (true) {
     auto output = next_output();
-    if (!output) return output.error();
-    if (!*output) {
-      if (error_ahead_) return *error_ahead_;
+    // What threads have read beyond that nobody asked for, nor for its errors.
+    const bool enough = !in_group_ && has_all();
+    if (!output && !enough) return output.error();
+    if (enough || !*output) {
+      if (error_ahead_ && !enough) return *error_ahead_;
+      if (segment_) picker_->end_segment();
+      queue_.reset();
       if (auto good = picker_->end_mesh(); !good) return good.error();
       done_ = true;
       return nullptr;
@@ -212,6 +225,7 @@ Result<MeshBlock*> MeshExtractor::Impl::next_part() {
       segment_.reset();
       continue;
     }
+    in_group_ = !(*output)->block->group_end;
     MeshBlock& block = (*output)->block->mesh;
     fill_lost(block, segment);
     if (auto good = picker_->pick(block, static_cast<std::size_t>((*output)->group)); !good)
@@ -221,18 +235,20 @@ Result<MeshBlock*> MeshExtractor::Impl::next_part() {
   }
 }
 
-/// Nothing at the end. With threads, groups are read while there is room for them.
+/// Nothing at the end. With threads, groups are read while there is room for them, unless it
+/// depends on the blocks before whether they are needed.
 Result<std::optional<DecodingQueue::Output>> MeshExtractor::Impl::next_output() {
   using Wait = DecodingQueue::Wait;
   while (true) {
-    while (!all_read_ && queue_->wants_group()) {
+    while (!all_read_ && queue_->wants_group() && (runs_ahead_ || !queue_->is_busy())) {
       const auto more = add_next_group();
       if (!more) error_ahead_ = more.error();
       if (more && *more) continue;
       all_read_ = true;
       if (!error_ahead_) queue_->end();
     }
-    auto output = queue_->next(all_read_ ? Wait::for_output : Wait::for_output_or_room);
+    const bool may_read = !all_read_ && runs_ahead_;
+    auto output = queue_->next(may_read ? Wait::for_output_or_room : Wait::for_output);
     if (!output || *output || all_read_) return output;
   }
 }
@@ -353,10 +369,9 @@ Result<bool> MeshExtractor::Impl::has_any(std::size_t segment) {
 /// Whether the groups to come of the segment that is read can have nothing.
 bool MeshExtractor::Impl::needs_no_more() const {
   if (request_->wants_unused()) return false;
-  if (picker_->found() >= request_->expected()) return true;
+  if (has_all()) return true;
   if (!request_->box() || groups_.next < groups_.end_box) return false;
-  // The picker must have seen all that was read.
-  return !queue_->is_busy() && segment_ == reading_ && picker_->waiting_in_box() == 0;
+  return segment_ == reading_ && picker_->waiting_in_box() == 0;
 }
 
 // --- steps
@@ -422,7 +437,9 @@ Result<void> MeshExtractor::Impl::begin_values(std::uint32_t array, std::uint64_
   const auto reader = steps();
   if (!reader) return reader.error();
   // Fails where there is no such array or step.
-  if (auto good = (*reader)->begin({array, step}); !good) return good;
+  const auto known =
+      request_->all() ? (*reader)->begin({array, step}) : (*reader)->expect(array, step);
+  if (!known) return known;
   const ArrayInfo& info = schema().arrays[array];
   const bool of_points = info.location == Location::point;
   array_ = array;
@@ -472,6 +489,8 @@ Result<StepValues*> MeshExtractor::Impl::next_values() {
       return &values_;
     }
     const std::size_t stride = scalar_bytes(info->type) * info->components;
+    if ((*values)->values.size() != (*values)->numbers.size() * stride)
+      return misuse_error("the reader of steps was asked for others meanwhile", "piece");
     const auto& members =
         info->location == Location::point ? picker_->vertex_numbers() : picker_->cell_numbers();
     values_ = {};

@@ -47,6 +47,7 @@ class __attribute__((visibility("hidden"))) StepReader::Impl {
     return array < file_->schema().arrays.size() && file_->schema().arrays[array].per_step;
   }
 
+  Result<std::optional<std::size_t>> find(std::uint32_t array, std::uint64_t step) const;
   Result<void> begin(const StepRequest& request);
   Result<StepValues*> next();
 
@@ -96,52 +97,57 @@ Result<void> StepReader::Impl::open() {
   return {};
 }
 
+/// Which of the array's steps it is; nothing where the array has no elements.
+Result<std::optional<std::size_t>> StepReader::Impl::find(std::uint32_t array,
+                                                          std::uint64_t step) const {
+  if (!is_stepped(array))
+    return misuse_error("array " + std::to_string(array) + " is no stepped array", "steps");
+  const auto& steps = index_.steps(array);
+  const auto found = std::lower_bound(
+      steps.begin(), steps.end(), step,
+      [](const StepIndex::Step& it, std::uint64_t wanted) { return it.step < wanted; });
+  if (found != steps.end() && found->step == step)
+    return std::optional(static_cast<std::size_t>(found - steps.begin()));
+  if (index_.elements(array) == 0) return std::optional<std::size_t>();
+  return misuse_error("array '" + file_->schema().arrays[array].name + "' has no values at step " +
+                          std::to_string(step),
+                      "steps");
+}
+
 Result<void> StepReader::Impl::begin(const StepRequest& request) {
   error_.reset();
   end_segment();
   segment_ = end_segment_ = 0;
-  if (!is_stepped(request.array))
-    return misuse_error("array " + std::to_string(request.array) + " is no stepped array", "steps");
-  if (request.segment && *request.segment >= file_->segments().size())
+  const auto found = find(request.array, request.step);
+  if (request.segment && *request.segment >= file_->segments().size() && is_stepped(request.array))
     return misuse_error("there is no segment " + std::to_string(*request.segment), "steps");
+  if (!found) return found.error();
   request_ = request;
-  const auto& steps = index_.steps(request.array);
-  const auto found = std::lower_bound(
-      steps.begin(), steps.end(), request.step,
-      [](const StepIndex::Step& it, std::uint64_t step) { return it.step < step; });
-  if (found == steps.end() || found->step != request.step) {
-    if (index_.elements(request.array) == 0) return {};
-    return misuse_error(
-        "array '" + info().name + "' has no values at step " + std::to_string(request.step),
-        "steps");
-  }
-  wanted_ = static_cast<std::size_t>(found - steps.begin());
+  if (!*found) return {};
+  wanted_ = **found;
   segment_ = request.segment.value_or(0);
   end_segment_ = request.segment ? segment_ + 1 : file_->segments().size();
   prefetch_parts();
   return {};
 }
 
-/// Tells the source which chunks of step values will be read.
+/// Tells the source which chunks of step values will be read, as far as they are not very many.
 void StepReader::Impl::prefetch_parts() {
   constexpr std::size_t kMostRanges = 1 << 14;
-  const std::uint32_t array = request_.array;
-  const auto& steps = index_.steps(array);
+  const auto& steps = index_.steps(request_.array);
+  std::size_t from = index_.key_of(request_.array, wanted_);
+  const auto held = held_.find({request_.array, segment_});
+  if (held != held_.end() && held->second.at && *held->second.at >= from &&
+      *held->second.at <= wanted_)
+    from = *held->second.at + 1;
   std::vector<ByteRange> ranges;
-  for (std::size_t segment = segment_; segment < end_segment_; ++segment) {
-    std::size_t from = index_.key_of(array, wanted_);
-    const auto held = held_.find({array, segment});
-    if (held != held_.end() && held->second.at && *held->second.at >= from &&
-        *held->second.at <= wanted_)
-      from = *held->second.at + 1;
-    for (std::size_t at = from; at <= wanted_; ++at)
-      for (const StepIndex::Part& part :
-           index_.parts(steps[at], file_->first_group(segment), file_->first_group(segment + 1))) {
-        if (!ranges.empty() && ranges.back().offset == part.offset) continue;
-        ranges.push_back({part.offset, part.bytes});
-        if (ranges.size() > kMostRanges) return;
-      }
-  }
+  for (std::size_t at = from; at <= wanted_ && at - from < kMostRanges; ++at)
+    for (const StepIndex::Part& part :
+         index_.parts(steps[at], file_->first_group(segment_), file_->first_group(end_segment_))) {
+      if (!ranges.empty() && ranges.back().offset == part.offset) continue;
+      if (ranges.size() == kMostRanges) break;
+      ranges.push_back({part.offset, part.bytes});
+    }
   file_->source().prefetch(ranges);
 }
 
@@ -291,6 +297,10 @@ std::vector<std::uint64_t> StepReader::steps(std::uint32_t array) const {
   if (impl_->is_stepped(array))
     for (const StepIndex::Step& it : impl_->index().steps(array)) steps.push_back(it.step);
   return steps;
+}
+Result<void> StepReader::expect(std::uint32_t array, std::uint64_t step) const {
+  const auto found = impl_->find(array, step);
+  return found ? Result<void>() : found.error();
 }
 Result<void> StepReader::begin(const StepRequest& request) { return impl_->begin(request); }
 Result<StepValues*> StepReader::next() { return impl_->next(); }

@@ -49,8 +49,10 @@ Result<void> MemoryRandomSource::read_at(std::uint64_t offset, std::span<std::by
 void RandomSource::prefetch(std::span<const ByteRange> /*ranges*/) {}
 
 void SectionSource::prefetch(std::span<const ByteRange> ranges) {
-  std::vector<ByteRange> moved(ranges.begin(), ranges.end());
-  for (ByteRange& range : moved) range.offset += offset_;
+  std::vector<ByteRange> moved;
+  for (const ByteRange& range : ranges)
+    if (range.offset < bytes_)
+      moved.push_back({offset_ + range.offset, std::min(range.bytes, bytes_ - range.offset)});
   whole_->prefetch(moved);
 }
 

@@ -175,7 +175,9 @@ DecodingQueue::DecodingQueue(const Schema& schema, const ReadLimits& limits,
   if (options.threads == 1) return;
   const unsigned threads = thread_count(options.threads);
   const std::size_t ahead = to_size(options.max_ahead_bytes);
-  if (threads > 1) tasks_ = std::make_unique<Tasks>(threads, ahead / 4, ahead - ahead / 4);
+  if (threads > 1)
+    tasks_ =
+        std::make_unique<Tasks>(threads, std::max<std::size_t>(ahead / 4, 1), ahead - ahead / 4);
   if (tasks_ && !tasks_->has_threads()) tasks_.reset();
 }
 

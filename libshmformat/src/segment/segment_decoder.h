@@ -89,7 +89,7 @@ class DecodingQueue {
   using Tasks = OrderedTasks<container::GroupChunk, Output>;
 
  public:
-  /// Looks at the header of a group before it is decoded, in any thread.
+  /// Looks at the header of a group before its blocks are decoded, in any thread.
   using Check =
       std::function<Result<void>(std::uint64_t group, const container::GroupHeader& header)>;
 
