@@ -33,9 +33,12 @@ class NumberSet {
     std::sort(far_.begin(), far_.end());
     const auto again = std::adjacent_find(far_.begin(), far_.end());
     if (!twice_ && again != far_.end()) twice_ = *again;
-    for (const std::uint64_t number : far_)
-      if (!twice_ && number / 64 < bits_.size() && (bits_[number / 64] >> (number % 64) & 1) != 0)
+    for (const std::uint64_t number : far_) {
+      const std::uint64_t word = number / 64;
+      if (!twice_ && word < bits_.size() &&
+          (bits_[static_cast<std::size_t>(word)] >> (number % 64) & 1) != 0)
         twice_ = number;
+    }
     return twice_;
   }
   /// All, ascending. Must hold: twice() was called, and there is none.
