@@ -5,7 +5,6 @@
 #include <map>
 #include <set>
 
-#include "access/number_set.h"
 #include "shifts/shifts.h"
 #include "support/counted_source.h"
 #include "support/file_surgery.h"
@@ -519,34 +518,6 @@ TEST(MeshExtract, WhatIsWrongWithStepsIsToldEachTime) {
     ASSERT_FALSE(steps);
     EXPECT_EQ(steps.error().code, ErrorCode::over_limit);
   }
-}
-
-TEST(NumberSet, HasAllNumbersAndTellsWhichIsThereTwice) {
-  std::mt19937_64 random(3);
-  for (const std::uint64_t most : {10ull, 1000ull, 1ull << 24, ~0ull}) {
-    std::set<std::uint64_t> expected;
-    NumberSet numbers;
-    for (int i = 0; i < 3000; ++i) {
-      const std::uint64_t number = most == ~0ull ? random() : random() % most;
-      if (expected.insert(number).second) numbers.add(number);
-    }
-    EXPECT_EQ(numbers.twice(), std::nullopt);
-    EXPECT_EQ(numbers.size(), expected.size());
-    const auto all = numbers.numbers();
-    EXPECT_TRUE(std::equal(all.begin(), all.end(), expected.begin(), expected.end()));
-    const std::uint64_t again = *std::next(expected.begin(), expected.size() / 2);
-    numbers.add(again);
-    EXPECT_EQ(numbers.twice(), again);
-  }
-  // A number may come before there is room for its bit, and again behind that.
-  NumberSet grown;
-  constexpr std::uint64_t kFar = 64 * (1 << 14) + 640;
-  grown.add(kFar);
-  for (std::uint64_t number = 0; number < 100; ++number) grown.add(number);
-  EXPECT_EQ(grown.twice(), std::nullopt);
-  EXPECT_EQ(grown.numbers().back(), kFar);
-  grown.add(kFar);
-  EXPECT_EQ(grown.twice(), kFar);
 }
 
 TEST(MeshExtract, NoMesh) {
