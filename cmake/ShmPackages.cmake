@@ -1,5 +1,5 @@
 # With SHM_PACKAGES what is installed is cut into four Debian packages and an archive that runs where it is
-# unpacked; cpack makes them (decision 0073). Without it one component, library, has all of the library,
+# unpacked; cpack makes them (decision 0072). Without it one component, library, has all of the library,
 # and tool the tool.
 
 set(SHM_RUNTIME_COMPONENT library) # of what programs need that are linked to the C interface
