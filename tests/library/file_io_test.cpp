@@ -273,6 +273,24 @@ TEST_F(FileIo, ReadsInPieces) {
   EXPECT_EQ(*(*source)->read(piece), 0u);
 }
 
+TEST_F(FileIo, IsReadAnywhereWhileItIsRead) {
+  std::ofstream(path("a")) << "0123456789";
+  std::vector<std::byte> piece(3), other(4);
+  auto source = FileSource::open(path("a"));
+  ASSERT_TRUE(source);
+  ASSERT_EQ(*(*source)->read(piece), 3u);
+  const auto anywhere = (*source)->anywhere();
+  ASSERT_TRUE(anywhere) << anywhere.error().message();
+  EXPECT_EQ((*anywhere)->size(), 10u);
+  ASSERT_TRUE((*anywhere)->read_at(6, other));
+  EXPECT_EQ(static_cast<char>(other[0]), '6');
+  EXPECT_EQ((*anywhere)->read_at(7, other).error().code, ErrorCode::truncated);
+  ASSERT_EQ(*(*source)->read(piece), 3u);
+  EXPECT_EQ(static_cast<char>(piece[0]), '3');
+  source->reset();
+  EXPECT_TRUE((*anywhere)->read_at(0, other));
+}
+
 TEST_F(FileIo, CannotBeRead) {
   const auto missing = FileSource::open(path("missing"));
   ASSERT_FALSE(missing);

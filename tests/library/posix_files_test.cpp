@@ -247,6 +247,7 @@ TEST_F(FileIo, MeshesGoThroughPipes) {
   });
   auto source = FileSource::open(path("pipe"));
   ASSERT_TRUE(source) << source.error().message();
+  EXPECT_EQ((*source)->anywhere().error().code, ErrorCode::io);
   EXPECT_EQ(counts(**source, 1).first, 30000u);
   writer.join();
   EXPECT_GT(Alarms::count, 0);

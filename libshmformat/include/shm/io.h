@@ -14,6 +14,7 @@
 
 namespace shm {
 
+class FileRandomSource;
 class RandomSource;
 
 /// Takes bytes, front to back. Implement it to write anywhere; the library never seeks.
@@ -134,6 +135,9 @@ class SHM_API FileSource final : public ByteSource {
   FileSource(const FileSource&) = delete;
   FileSource& operator=(const FileSource&) = delete;
   Result<std::size_t> read(std::span<std::byte> into) override;
+  /// The same open file, all of it, to be read anywhere; it goes its own way. An error where it
+  /// cannot be sought in, as a pipe.
+  Result<std::unique_ptr<FileRandomSource>> anywhere() const;
 
  private:
   FileSource() = default;
@@ -185,6 +189,7 @@ class SHM_API FileRandomSource final : public RandomSource {
   std::uint64_t copy_to(int descriptor, std::uint64_t offset, std::uint64_t bytes) const;
 
  private:
+  friend class FileSource;
   FileRandomSource() = default;
   int descriptor_ = -1;
   std::uint64_t size_ = 0;

@@ -6,19 +6,6 @@
 #include "shm/mesh.h"
 
 namespace shm {
-namespace {
-
-/// With the name of the file, where an error has none.
-template <class T>
-Result<T> of_file(Result<T> result, const std::string& path) {
-  if (result || !result.error().file.empty()) return result;
-  Error error = result.error();
-  error.file = path;
-  return error;
-}
-
-}  // namespace
-
 std::array<double, 6> Mesh::bounds() const {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   std::array<double, 6> box{kInfinity, kInfinity, kInfinity, -kInfinity, -kInfinity, -kInfinity};
@@ -99,20 +86,6 @@ void Mesh::add_at(const std::string& name, Location location, ScalarType type,
   auto& of_array = steps[array];
   if (of_array.size() <= step) of_array.resize(step + 1);
   of_array[step].assign(values.begin(), values.end());
-}
-
-Result<SizeReport> write_file(const std::string& path, const Mesh& mesh,
-                              const WriteOptions& options, FileSink::Existing existing) {
-  auto sink = FileSink::create(path, FileSink::Temporary::unnamed, existing);
-  if (!sink) return sink.error();
-  return of_file(write_mesh(**sink, mesh, options), path);
-}
-
-Result<Mesh> read_file(const std::string& path, const ReadLimits& limits,
-                       const ReadOptions& options) {
-  auto source = FileSource::open(path);
-  if (!source) return source.error();
-  return of_file(read_mesh(**source, limits, options), path);
 }
 
 }  // namespace shm

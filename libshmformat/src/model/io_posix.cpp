@@ -333,6 +333,18 @@ Result<std::size_t> FileSource::read(std::span<std::byte> into) {
   }
 }
 
+Result<std::unique_ptr<FileRandomSource>> FileSource::anywhere() const {
+  struct stat status {};
+  if (::fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode))
+    return Error{ErrorCode::io, "cannot be sought in", {}, kNoOffset, path_};
+  std::unique_ptr<FileRandomSource> source(new FileRandomSource());
+  source->path_ = path_;
+  source->size_ = static_cast<std::uint64_t>(status.st_size);
+  source->descriptor_ = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);
+  if (source->descriptor_ < 0) return system_error(ErrorCode::io, "cannot be opened", path_);
+  return source;
+}
+
 Result<std::unique_ptr<FileRandomSource>> FileRandomSource::open(const std::string& path) {
   std::unique_ptr<FileRandomSource> source(new FileRandomSource());
   source->path_ = path;

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -362,16 +363,38 @@ Result<std::size_t> FileSource::read(std::span<std::byte> into) {
   return std::size_t{0};
 }
 
+namespace {
+
+/// Of a file that can be sought in; nothing of another.
+std::optional<std::uint64_t> size_of(int descriptor) {
+  const HANDLE file = handle_of(descriptor);
+  LARGE_INTEGER size{};
+  if (::GetFileType(file) != FILE_TYPE_DISK || ::GetFileSizeEx(file, &size) == 0)
+    return std::nullopt;
+  return static_cast<std::uint64_t>(size.QuadPart);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<FileRandomSource>> FileSource::anywhere() const {
+  const auto size = size_of(descriptor_);
+  if (!size) return Error{ErrorCode::io, "cannot be sought in", {}, kNoOffset, path_};
+  std::unique_ptr<FileRandomSource> source(new FileRandomSource());
+  source->path_ = path_;
+  source->size_ = *size;
+  source->descriptor_ = ::_dup(descriptor_);
+  if (source->descriptor_ < 0) return system_error(ErrorCode::io, "cannot be opened", path_);
+  return source;
+}
+
 Result<std::unique_ptr<FileRandomSource>> FileRandomSource::open(const std::string& path) {
   std::unique_ptr<FileRandomSource> source(new FileRandomSource());
   source->path_ = path;
   source->descriptor_ = descriptor_of(open_handle(path, GENERIC_READ, OPEN_EXISTING));
   if (source->descriptor_ < 0) return system_error(ErrorCode::io, "cannot be opened", path);
-  const HANDLE file = handle_of(source->descriptor_);
-  LARGE_INTEGER size{};
-  if (::GetFileType(file) != FILE_TYPE_DISK || ::GetFileSizeEx(file, &size) == 0)
-    return Error{ErrorCode::io, "cannot be sought in", {}, kNoOffset, path};
-  source->size_ = static_cast<std::uint64_t>(size.QuadPart);
+  const auto size = size_of(source->descriptor_);
+  if (!size) return Error{ErrorCode::io, "cannot be sought in", {}, kNoOffset, path};
+  source->size_ = *size;
   return source;
 }
 

@@ -1,24 +1,15 @@
-#include "shm/mesh.h"
-
-#include <algorithm>
+// add_mesh(), write_mesh() and write_file(): a whole mesh to a Writer and to a file.
 #include <cstring>
-#include <numeric>
-#include <optional>
 #include <string>
 #include <utility>
 
-#include "api/positions.h"
+#include "api/mesh_parts.h"
 #include "bytes/errors.h"
+#include "shm/mesh.h"
 #include "shm/recorded_order.h"
 
 namespace shm {
 namespace {
-
-Error corrupt(std::string detail) {
-  return Error{ErrorCode::corrupt, std::move(detail), "mesh", kNoOffset, {}};
-}
-
-std::size_t stride_of(const ArrayInfo& info) { return scalar_bytes(info.type) * info.components; }
 
 /// out[i] = in[from[i]], elements of `stride` bytes.
 std::vector<std::byte> gather(const std::vector<std::byte>& in,
@@ -251,143 +242,6 @@ Result<void> MeshRemainder::write_extras() {
   return {};
 }
 
-/// The numbers of vertices or cells as they come. Nothing is kept while they come in order.
-class ComingNumbers {
- public:
-  void add(const std::vector<std::uint64_t>& numbers) {
-    for (const std::uint64_t number : numbers) {
-      if (in_order_ && number == count_) {
-        ++count_;
-        continue;
-      }
-      if (in_order_) {
-        in_order_ = false;
-        numbers_.resize(static_cast<std::size_t>(count_));
-        std::iota(numbers_.begin(), numbers_.end(), std::uint64_t{0});
-      }
-      numbers_.push_back(number);
-    }
-  }
-  bool in_order() const { return in_order_; }
-  /// Where each number stands; they are given up for that. Fails unless they are 0, 1 and so on.
-  /// Must hold: not in_order().
-  Result<std::vector<std::uint64_t>> positions(const char* kind) {
-    const std::vector<std::uint64_t> numbers = std::exchange(numbers_, {});
-    auto positions = positions_in(numbers);
-    if (!positions.empty()) return positions;
-    return corrupt(std::string(kind) + " numbers are not 0 to " + std::to_string(numbers.size()));
-  }
-
- private:
-  bool in_order_ = true;
-  std::uint64_t count_ = 0;  // while they are in order
-  std::vector<std::uint64_t> numbers_;
-};
-
-/// Joins the items of a file, in coding order.
-class MeshCollector {
- public:
-  explicit MeshCollector(const Schema& schema) {
-    mesh_.schema = schema;
-    mesh_.arrays.resize(schema.arrays.size());
-    mesh_.steps.resize(schema.arrays.size());
-  }
-
-  void take(Item& item) {
-    if (auto* block = std::get_if<MeshBlock>(&item)) take(*block);
-    if (auto* piece = std::get_if<StepPiece>(&item)) take(*piece);
-    if (auto* times = std::get_if<StepTimes>(&item)) mesh_.step_times = std::move(times->times);
-    if (auto* extra = std::get_if<Extra>(&item)) mesh_.extras.push_back(std::move(*extra));
-  }
-  /// Back from coding order to the numbers that vertices and cells carry. One array at a time is
-  /// there twice.
-  Result<Mesh> finish();
-
- private:
-  void take(const MeshBlock& block) {
-    const auto add = [](auto& to, const auto& from) {
-      to.insert(to.end(), from.begin(), from.end());
-    };
-    const std::uint64_t base = mesh_.corners.size();
-    vertices_.add(block.vertex_numbers);
-    cells_.add(block.cell_numbers);
-    add(mesh_.xyz, block.xyz);
-    add(mesh_.cell_blocks, block.cell_blocks);
-    add(mesh_.corners, block.corners);
-    for (std::size_t i = 1; i < block.corner_begin.size(); ++i)
-      mesh_.corner_begin.push_back(base + block.corner_begin[i]);
-    for (std::size_t a = 0; a < block.arrays.size(); ++a) add(mesh_.arrays[a], block.arrays[a]);
-  }
-  void take(const StepPiece& piece) {
-    auto& steps = mesh_.steps[piece.array];
-    if (steps.size() <= piece.step) steps.resize(static_cast<std::size_t>(piece.step) + 1);
-    auto& values = steps[static_cast<std::size_t>(piece.step)];
-    values.insert(values.end(), piece.values.begin(), piece.values.end());
-  }
-  Result<void> reorder_vertices();
-  Result<void> reorder_cells();
-  /// Element i of an array becomes what element from[i] is.
-  void reorder(std::size_t array, const std::vector<std::uint64_t>& from);
-
-  Mesh mesh_;
-  ComingNumbers vertices_, cells_;
-};
-
-void MeshCollector::reorder(std::size_t array, const std::vector<std::uint64_t>& from) {
-  const ArrayInfo& info = mesh_.schema.arrays[array];
-  if (!info.per_step) mesh_.arrays[array] = gather(mesh_.arrays[array], from, stride_of(info));
-  for (auto& values : mesh_.steps[array])
-    if (!values.empty()) values = gather(values, from, stride_of(info));
-}
-
-Result<void> MeshCollector::reorder_vertices() {
-  const auto from = vertices_.positions("vertex");
-  if (!from) return from.error();
-  mesh_.xyz = gather(mesh_.xyz, *from, 3 * scalar_bytes(mesh_.schema.coordinate_type));
-  for (std::size_t a = 0; a < mesh_.arrays.size(); ++a)
-    if (mesh_.schema.arrays[a].location == Location::point) reorder(a, *from);
-  return {};
-}
-
-Result<void> MeshCollector::reorder_cells() {
-  const auto from = cells_.positions("cell");
-  if (!from) return from.error();
-  const auto coded_blocks = std::exchange(mesh_.cell_blocks, {});
-  {
-    const auto coded_begin = std::exchange(mesh_.corner_begin, {0});
-    const auto coded_corners = std::exchange(mesh_.corners, {});
-    mesh_.corners.reserve(coded_corners.size());
-    for (std::uint64_t coded : *from) {
-      const auto at = static_cast<std::size_t>(coded);
-      mesh_.cell_blocks.push_back(coded_blocks[at]);
-      for (std::uint64_t i = coded_begin[at]; i < coded_begin[at + 1]; ++i)
-        mesh_.corners.push_back(coded_corners[static_cast<std::size_t>(i)]);
-      mesh_.corner_begin.push_back(mesh_.corners.size());
-    }
-  }
-  std::vector<std::uint64_t> element(coded_blocks.size()), from_element;
-  for (std::size_t a = 0; a < mesh_.arrays.size(); ++a) {
-    if (mesh_.schema.arrays[a].location != Location::cell) continue;
-    std::uint64_t count = 0;
-    for (std::size_t c = 0; c < coded_blocks.size(); ++c)
-      if (mesh_.schema.array_covers(a, coded_blocks[c])) element[c] = count++;
-    from_element.clear();
-    for (std::size_t c = 0; c < from->size(); ++c)
-      if (mesh_.schema.array_covers(a, mesh_.cell_blocks[c]))
-        from_element.push_back(element[static_cast<std::size_t>((*from)[c])]);
-    reorder(a, from_element);
-  }
-  return {};
-}
-
-Result<Mesh> MeshCollector::finish() {
-  if (!vertices_.in_order())
-    if (auto good = reorder_vertices(); !good) return good.error();
-  if (!cells_.in_order())
-    if (auto good = reorder_cells(); !good) return good.error();
-  return std::move(mesh_);
-}
-
 }  // namespace
 
 Result<void> add_mesh(Writer& writer, const Schema& schema, const MeshArrays& mesh) {
@@ -416,20 +270,11 @@ Result<SizeReport> write_mesh(ByteSink& sink, const Mesh& mesh, const WriteOptio
   return writer->finish();
 }
 
-Result<Mesh> read_mesh(ByteSource& source, const ReadLimits& limits, const ReadOptions& options) {
-  std::optional<MeshCollector> collector;
-  {
-    auto reader = Reader::open(source, limits, options);
-    if (!reader) return reader.error();
-    collector.emplace(reader->schema());
-    while (true) {
-      auto item = reader->next();
-      if (!item) return item.error();
-      if (*item == nullptr) break;
-      collector->take(**item);
-    }
-  }
-  return collector->finish();
+Result<SizeReport> write_file(const std::string& path, const Mesh& mesh,
+                              const WriteOptions& options, FileSink::Existing existing) {
+  auto sink = FileSink::create(path, FileSink::Temporary::unnamed, existing);
+  if (!sink) return sink.error();
+  return of_file(write_mesh(**sink, mesh, options), path);
 }
 
 }  // namespace shm
