@@ -127,6 +127,19 @@ void Values::read(std::uint64_t first, std::uint64_t count, std::byte* out) {
   swap_from_file(out, count, bytes, true);
 }
 
+bool Values::equals(Values& other) {
+  if (type_ != other.type_ || size_ != other.size_) return false;
+  const std::size_t width = scalar_bytes(type_);
+  std::vector<std::byte> own(kPieceValues * width), its(own.size());
+  for (std::uint64_t first = 0; first < size_; first += kPieceValues) {
+    const std::uint64_t n = std::min(size_ - first, kPieceValues);
+    read(first, n, own.data());
+    other.read(first, n, its.data());
+    if (std::memcmp(own.data(), its.data(), n * width) != 0) return false;
+  }
+  return true;
+}
+
 std::int64_t IntegerCursor::next() {
   if (position_ == buffer_end_) fill();
   return buffer_[position_++ - buffer_first_];

@@ -49,6 +49,8 @@ class Values {
   std::uint64_t size() const { return size_; }
   std::uint64_t offset() const { return offset_; }  // in the file, of the first number
   void read(std::uint64_t first, std::uint64_t count, std::byte* out);
+  // Whether both have the same numbers, bit by bit, of the same type.
+  bool equals(Values& other);
 
  private:
   ScalarType type_ = ScalarType::float64;

@@ -117,6 +117,26 @@ TEST_F(VtkTest, EverythingInTextComesBack) {
   EXPECT_EQ(file_content(path("out.vtk")), file_content(path("again.vtk")));
 }
 
+TEST_F(VtkTest, AnArrayWithSeveralRolesIsOne) {
+  const std::string points = kTwoTets + std::string("POINT_DATA 5\n");
+  const std::string ones = " float\n1 2 3\n4 5 6\n7 8 9\n10 11 12\n13 14 15\n";
+  const std::string others = " float\n1 2 3\n4 5 6\n7 8 9\n10 11 12\n13 14 -15\n";
+  const auto arrays = [&](const std::string& data) {
+    const auto mesh = open_text(kHead + points + data);
+    const Snapshot before = take(*mesh);
+    write_vtk(*mesh, path("out.vtk"));
+    expect_same(before, take(*open_vtk(path("out.vtk"), spool_)));
+    const std::string written = file_content(path("out.vtk"));
+    EXPECT_EQ(written.substr(written.find("POINT_DATA")),
+              (points + data).substr(points.find("POINT_DATA")));
+    return before.info.schema.arrays.size();
+  };
+  EXPECT_EQ(arrays("VECTORS v" + ones + "NORMALS v" + ones), 1U);
+  EXPECT_EQ(arrays("VECTORS v" + ones + "NORMALS v" + others), 2U);
+  EXPECT_EQ(arrays("VECTORS v" + ones + "NORMALS w" + ones), 2U);
+  EXPECT_EQ(arrays("VECTORS v" + ones + "VECTORS v" + ones), 2U);  // in one role
+}
+
 TEST_F(VtkTest, EverythingInTextMeansWhatItShould) {
   const auto mesh = open_text(everything_in_text());
   const Snapshot all = take(*mesh);

@@ -180,12 +180,12 @@ class LegacyBuilder {
     std::vector<Entry> named, others;
     Node* first = contents_.first_data(location);
     if (first != nullptr) {
-      std::map<std::string, EntryKind> kinds = attributes_of(*first, location);
+      Roles roles = roles_of(*first, location);
       of_other_steps_ = of_other_steps(*first);
       for (Node& array : first->children)
-        if (array.is_array()) add_array(array, location, kinds, named, others);
-      for (const auto& [name, kind] : kinds)
-        if (kind != EntryKind::array) lose("attribute of " + quoted_array(name));
+        if (array.is_array()) add_array(array, location, roles, named, others);
+      for (const auto& [name, kinds] : roles)
+        if (!kinds.empty()) lose("attribute of " + quoted_array(name));
     }
     report_other_pieces(location, first);
     const bool of_cells = location == Location::cell;
@@ -213,9 +213,11 @@ class LegacyBuilder {
       }
   }
 
-  // Which kind each array shall have; those that no legacy file has are reported.
-  std::map<std::string, EntryKind> attributes_of(const Node& data, Location location) {
-    std::map<std::string, EntryKind> kinds;
+  using Roles = std::map<std::string, std::set<EntryKind>>;  // by the name of an array
+
+  // Those that no legacy file has are reported.
+  Roles roles_of(const Node& data, Location location) {
+    Roles roles;
     for (const auto& [key, name] : data.attributes) {
       const std::string_view role = key;
       const auto is_key = [role](const Attribute& attribute) { return attribute.name == role; };
@@ -232,12 +234,12 @@ class LegacyBuilder {
         const bool may_be_strings = attribute.kind == EntryKind::pedigree_ids;
         fits = attribute.name == key && array->components >= attribute.least &&
                array->components <= attribute.most && (array->role.empty() || may_be_strings) &&
-               kinds.emplace(name, attribute.kind).second;
+               roles[name].insert(attribute.kind).second;
         if (fits) break;
       }
       if (!fits) lose("attribute " + key + " of " + quoted_array(name));
     }
-    return kinds;
+    return roles;
   }
 
   bool is_written(std::size_t array) const {
@@ -259,8 +261,8 @@ class LegacyBuilder {
     return others;
   }
 
-  void add_array(Node& array, Location location, std::map<std::string, EntryKind>& kinds,
-                 std::vector<Entry>& named, std::vector<Entry>& others) {
+  void add_array(Node& array, Location location, Roles& roles, std::vector<Entry>& named,
+                 std::vector<Entry>& others) {
     const std::string name = array.attribute_or("Name", "");
     const auto word = vtu::values_word(array);
     if (!word) return;
@@ -289,14 +291,13 @@ class LegacyBuilder {
           text_extra(strings_key(word->index), recoded(list == nullptr ? "" : text_of_extra(*list),
                                                        StringForm::zeros, StringForm::lengths)));
     }
-    const auto kind = kinds.find(name);
-    if (kind == kinds.end() || kind->second == EntryKind::array) {
-      others.push_back(std::move(entry));
-      return;
+    const std::set<EntryKind> kinds = std::exchange(roles[name], {});
+    if (kinds.empty()) others.push_back(entry);
+    for (const EntryKind kind : kinds) {  // once for each, as VTK does it
+      entry.kind = kind;
+      entry.second = kind == EntryKind::scalars ? "default" : "";
+      named.push_back(entry);
     }
-    entry.kind = std::exchange(kind->second, EntryKind::array);
-    if (entry.kind == EntryKind::scalars) entry.second = "default";
-    named.push_back(std::move(entry));
   }
 
   // Values of points or cells that are no array of the mesh: they stand in the order of the file.

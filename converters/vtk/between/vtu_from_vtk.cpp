@@ -155,9 +155,11 @@ class XmlBuilder {
     if (form == ValueForm::variant) return lose("variants of " + quoted_array(info.name));
     const bool strings = form == ValueForm::string;
     if (strings != (info.role == vtk::kStringRole) || (!strings && !info.role.empty()) ||
-        (form == ValueForm::bit && info.type != ScalarType::uint8) ||
-        !parts_.placed.insert(entry.index).second)
+        (form == ValueForm::bit && info.type != ScalarType::uint8))
       return;
+    Node& data = info.location == Location::cell ? parts_.cell_data : parts_.point_data;
+    if (!parts_.placed.insert(entry.index).second)
+      return set_role(valid_name(info.name), entry.kind, data);
     const std::string type = strings                  ? "String"
                              : form == ValueForm::bit ? "Bit"
                                                       : std::string(word_of_type(info.type));
@@ -168,8 +170,7 @@ class XmlBuilder {
       add_strings(entry.index, info.name);
     }
     add_metadata(array, entry.metadata, info.components, info.quantization.lossy());
-    put(std::move(array), entry.kind,
-        info.location == Location::cell ? parts_.cell_data : parts_.point_data);
+    put(std::move(array), entry.kind, data);
   }
 
   void add_strings(std::size_t array, const std::string& name) {
@@ -245,13 +246,16 @@ class XmlBuilder {
     });
   }
 
-  // Of several arrays with one role VTK takes the first.
   void put(Node array, EntryKind kind, Node& data) {
-    const std::string name = array.attribute_or("Name", "");
+    set_role(array.attribute_or("Name", ""), kind, data);
+    data.children.push_back(std::move(array));
+  }
+
+  // Of several arrays with one role VTK takes the first.
+  void set_role(const std::string& array, EntryKind kind, Node& data) {
     for (const vtk::Attribute& attribute : vtk::kAttributes)
       if (kind == attribute.kind && data.attribute(attribute.name) == nullptr)
-        data.set_attribute(attribute.name, name);
-    data.children.push_back(std::move(array));
+        data.set_attribute(attribute.name, array);
   }
 
   // Of several arrays of one name VTK keeps the last when it reads a legacy file, and mixes them up

@@ -130,8 +130,27 @@ void Parser::add_array(Entry& entry, Values column_values, std::string_view role
   array.type = column_values.type();
   array.components = static_cast<std::uint32_t>(entry.components);
   array.role = role;
+  if (const auto before = written_before(entry.kind, array, column_values)) {
+    entry.index = *before;
+    return;
+  }
   source_.arrays_.push_back(std::move(column_values));
   info_.schema.arrays.push_back(std::move(array));
+}
+
+// An array with several roles stands in a file once for each, as VTK writes it: SCALARS and VECTORS
+// of one name and with the same values are one array here. Its index, where it has come before.
+std::optional<std::size_t> Parser::written_before(EntryKind kind, const ArrayInfo& array,
+                                                  Values& values) {
+  const auto& arrays = info_.schema.arrays;
+  for (std::size_t a = 0; a < arrays.size(); ++a)
+    if (arrays[a] == array && array.role.empty() && !roles_.contains({a, kind}) &&
+        source_.arrays_[a].equals(values)) {
+      roles_.emplace(a, kind);
+      return a;
+    }
+  roles_.emplace(arrays.size(), kind);
+  return std::nullopt;
 }
 
 bool Parser::is_per_element(const Entry& entry) const {

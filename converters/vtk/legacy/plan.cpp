@@ -165,7 +165,9 @@ bool FilePlan::place_array(const Entry& entry, Location location) {
                     entry.tuples == tuples && (fixed == 0 || fixed == array.components) &&
                     (form == ValueForm::number || array.blocks.empty()) &&
                     array_type_of_word(entry.type, skeleton_.binary) == array.type;
-  return fits && placed_.insert(entry.index).second;
+  if (!fits || !roles_.emplace(entry.index, entry.kind).second) return false;
+  placed_.insert(entry.index);
+  return true;
 }
 
 bool FilePlan::is_written(std::size_t array) const {

@@ -60,6 +60,7 @@ class FilePlan : public CellPlan {
   Extra time_, names_;
   MadeExtras made_;               // for values that stand otherwise in the source
   std::set<std::size_t> placed_;  // arrays that the skeleton has a place for
+  std::set<std::pair<std::size_t, EntryKind>> roles_;  // an array may stand once in each
   std::vector<CellList> lists_;
 };
 

@@ -8,7 +8,9 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/spool.h"
@@ -93,6 +95,7 @@ class Parser {
   void numbers(Entry& entry, ScalarType type);
   bool is_per_element(const Entry& entry) const;
   void add_array(Entry& entry, Values values, std::string_view role);
+  std::optional<std::size_t> written_before(EntryKind kind, const ArrayInfo& array, Values& values);
   void other_values(Entry& entry, ValueForm form);
   void bits(Entry& entry, std::uint64_t count);
   void listed_strings(Entry& entry, ValueForm form, std::uint64_t count);
@@ -110,6 +113,7 @@ class Parser {
   std::array<bool, kEntryKinds> seen_{};  // of sections that stand in a file once
   bool saw_types_ = false;
   std::size_t data_count_ = 0;
+  std::set<std::pair<std::size_t, EntryKind>> roles_;  // of each array
 };
 
 }  // namespace shm::converters::vtk

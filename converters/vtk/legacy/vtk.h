@@ -43,7 +43,9 @@
 //   <KIND> <ref> <name> <type> <components> <tuples> [<lookup table>]
 //                                   KIND: SCALARS, VECTORS, ..., X_COORDINATES, ... or ARRAY for
 //                                   one of a FIELD;
-//                                   ref: a<i> is array i of the schema, x<k> is vtk/data/<k>
+//                                   ref: a<i> is array i of the schema, x<k> is vtk/data/<k>;
+//                                   an array may stand once in each kind, as VTK writes those that
+//                                   are scalars and vectors
 //   NULL_ARRAY                      a gap in a FIELD
 //   |<text>                         METADATA of the array above
 // Names are %-encoded as they stand in the file.
