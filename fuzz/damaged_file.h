@@ -268,7 +268,7 @@ inline void make_index_anew(shm::FileParts& parts) {
     shm::container::IndexEntry& entry = index.entries[c];
     entry.kind = it.header.kind;
     entry.offset = offset;
-    entry.bytes = shm::container::kChunkHeaderBytes + it.payload.size();
+    entry.bytes = it.bytes();
     entry.segment = it.header.segment;
     offset += entry.bytes;
     shm::ByteReader payload(it.payload);
@@ -355,8 +355,7 @@ inline void mutate_file(shm::FileParts& parts, Random& random, std::size_t room)
   switch (random() % 16) {
     case 0: chunks.erase(place); break;
     case 1:
-      if (chunks[at].payload.size() + shm::container::kChunkHeaderBytes < room)
-        chunks.insert(place, shm::Chunk(*place));
+      if (chunks[at].bytes() < room) chunks.insert(place, shm::Chunk(*place));
       break;
     case 2: std::swap(chunks[at], chunks[random() % chunks.size()]); break;
     default: mutate_chunk(chunks[at], random, room);

@@ -52,7 +52,7 @@ bool find_list(std::span<const std::byte> file, List& out) {
   if (!shm::container::get_trailer(end, begin) || begin >= file.size()) return false;
   shm::ByteReader in(file.subspan(static_cast<std::size_t>(begin)));
   shm::container::ChunkHeader header;
-  if (in.left() < shm::container::kChunkHeaderBytes + shm::container::kTrailerBytes) return false;
+  if (in.left() < shm::container::kLongHeaderBytes + shm::container::kTrailerBytes) return false;
   if (shm::container::get(in, header) != shm::container::HeaderState::good) return false;
   shm::ByteReader payload(in.get_bytes(in.left() - shm::container::kTrailerBytes));
   out.begin = static_cast<std::size_t>(begin);

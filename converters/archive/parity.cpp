@@ -290,6 +290,19 @@ std::unique_ptr<ProtectedFile> ProtectedFile::open(RandomSource& file) {
   return it->find() ? std::move(it) : nullptr;
 }
 
+namespace {
+
+/// Of the chunk that begins so, with its header, which is short or long; 0 where none does.
+std::uint64_t bytes_of_chunk(std::span<const std::byte, 32> beginning) {
+  const bool is_long = std::memcmp(beginning.data(), "SHMC", 4) == 0;
+  if (!is_long && std::memcmp(beginning.data(), "SHMc", 4) != 0) return 0;
+  const std::size_t header = is_long ? 32 : 22;
+  if (get(&beginning[header - 4], 4) != checksum(beginning.first(header - 4))) return 0;
+  return header + (is_long ? get(&beginning[16], 8) : get(&beginning[5], 3));
+}
+
+}  // namespace
+
 bool is_whole_file(RandomSource& file) {
   constexpr std::string_view kSignature = "\x89SHM\r\n\x1a\n", kEnd = "SHME";
   std::array<std::byte, 8> start;
@@ -305,8 +318,7 @@ bool is_whole_file(RandomSource& file) {
       file.size() - index < header.size() + trailer.size())
     return false;
   unwrap(file.read_at(index, header), {});
-  return get(&header[28], 4) == checksum(std::span(header).first(28)) &&
-         get(&header[16], 8) == file.size() - index - header.size() - trailer.size();
+  return bytes_of_chunk(header) == file.size() - index - trailer.size();
 }
 
 double ProtectedFile::share() const {

@@ -11,7 +11,7 @@ from .steps import StepValues, read_parts
 # ---------------------------------------------------------------------------- 2 Container
 
 SIGNATURE = b"\x89SHM\r\n\x1a\n"
-CHUNK_MARK, TRAILER_MARK = b"SHMC", b"SHME"
+SHORT_MARK, LONG_MARK, TRAILER_MARK = b"SHMc", b"SHMC", b"SHME"
 SCHEMA, GROUP, STEP_VALUES, STEP_TIMES, EXTRA, INDEX, MEMBERS = 1, 2, 3, 4, 5, 6, 9
 ARCHIVE = 4  # of needed_features
 WITH_VERSION_1 = GROUP, STEP_VALUES, EXTRA, INDEX
@@ -26,11 +26,18 @@ class Chunk:
     optional: bool
     known: bool
     offset: int
+    header_bytes: int
     payload: bytes
 
     def base(self):
         """Where the payload begins in the file."""
-        return self.offset + 32
+        return self.offset + self.header_bytes
+
+    def bytes(self):
+        return self.header_bytes + len(self.payload)
+
+    def end(self):
+        return self.offset + self.bytes()
 
 
 @dataclass
@@ -75,25 +82,31 @@ def read_file_start(data):
 
 
 def read_chunk(data, at, sequence):
-    if len(data) - at < 32:
+    size_of_header = 32 if data[at : at + 4] == LONG_MARK else 22
+    if len(data) - at < size_of_header:
         raise ShmError("truncated", "chunk header", at)
-    header = data[at : at + 32]
-    mark, kind, version, flags, _, number, segment, size, sum_, own_sum = struct.unpack("<4sBBBBIIQII", header)
-    if mark != CHUNK_MARK:
-        raise ShmError("no chunk", "chunk header", at)
-    if own_sum != checksum(header[:28]):
+    header = data[at : at + size_of_header]
+    if size_of_header == 32:
+        _, kind, version, flags, _, number, segment, size, sum_, own_sum = struct.unpack("<4sBBBBIIQII", header)
+    else:
+        mark, what, number, segment, sum_, own_sum = struct.unpack("<4sIIHII", header)
+        kind, version, flags, size = what & 15, what >> 4 & 7, what >> 7 & 1, what >> 8
+        if mark != SHORT_MARK:
+            raise ShmError("no chunk", "chunk header", at)
+    if own_sum != checksum(header[:-4]):
         raise ShmError("a checksum that does not match", "chunk header", at)
     if number != sequence & MASK32:
         raise ShmError("a chunk out of sequence", "chunk header", at)
     if size > MOST_PAYLOAD:
         raise ShmError("over limit: a payload of more than 2^30 bytes", "chunk header", at)
-    if len(data) - at - 32 < size:
+    at += size_of_header
+    if len(data) - at < size:
         raise ShmError("truncated", "payload of a chunk", len(data))
-    payload = data[at + 32 : at + 32 + size]
+    payload = data[at : at + size]
     if sum_ != checksum(payload):
-        raise ShmError("a checksum that does not match", "payload of a chunk", at + 32)
+        raise ShmError("a checksum that does not match", "payload of a chunk", at)
     known = SCHEMA <= kind <= INDEX and version <= (kind in WITH_VERSION_1) and (segment == 0 or kind == GROUP)
-    return Chunk(kind, version, segment, bool(flags & 1), known, at, payload)
+    return Chunk(kind, version, segment, bool(flags & 1), known, at - size_of_header, size_of_header, payload)
 
 
 def read_trailer(data, at, expected):
@@ -120,17 +133,17 @@ class File:
         self.schema_payload = chunk.payload
         self.schema = read_schema(chunk.payload, chunk.base(), data[8:16])
         self.schema.earlier_values = data[10] >= 10  # the minor version
-        self.entries = [(chunk.kind, 16, 32 + len(chunk.payload))]
+        self.entries = [(chunk.kind, 16, chunk.bytes())]
         self.totals = Totals(block_cells=[0] * len(self.schema.blocks))
         self.groups, self.segment, self.imported = [], None, Imported()
         self.step_values, self.step_times = None, None
         self.stream_bytes = {}
 
     def items(self):
-        at, sequence = 16 + 32 + len(self.schema_payload), 1
+        at, sequence = self.entries[0][1] + self.entries[0][2], 1
         while True:
             chunk = read_chunk(self.data, at, sequence)
-            at, sequence = at + 32 + len(chunk.payload), sequence + 1
+            at, sequence = chunk.end(), sequence + 1
             if not chunk.known:
                 if not chunk.optional:
                     raise ShmError(f"unsupported: chunk of kind {chunk.kind}", "chunk header", chunk.offset)
@@ -151,7 +164,7 @@ class File:
                 self.totals.trailing_bytes = len(self.data) - at - 16
                 yield self.totals
                 return
-            self.entries.append((chunk.kind, chunk.offset, 32 + len(chunk.payload)))
+            self.entries.append((chunk.kind, chunk.offset, chunk.bytes()))
 
     def _count_bytes(self, name, count):
         self.stream_bytes[name] = self.stream_bytes.get(name, 0) + count
@@ -370,7 +383,7 @@ def read_archive(data):
     chunk = read_chunk(data, at, 0)
     if chunk.kind != MEMBERS or chunk.segment:
         raise ShmError("no members chunk where the trailer points to", "members", at)
-    read_trailer(data, at + 32 + len(chunk.payload), at)  # the same again, where there is parity between (section 40)
+    read_trailer(data, chunk.end(), at)  # the same again, where there is parity between (section 40)
     cursor = Cursor(chunk.payload, chunk.base(), "members")
     if cursor.take(8) != data[8:16]:
         cursor.fail("not the version and features of the file start")

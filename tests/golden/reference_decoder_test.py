@@ -155,7 +155,7 @@ def stream_places(data):
     places, at, sequence = [], 16, 0
     while True:
         chunk = reference_decoder.file.read_chunk(data, at, sequence)
-        begin, end = at + 32, at + 32 + len(chunk.payload)
+        begin, end = chunk.base(), chunk.end()
         if chunk.kind == reference_decoder.file.GROUP:
             schema = reference_decoder.File(data).schema
             header = reference_decoder.group.GroupHeader(schema, chunk)
@@ -163,7 +163,7 @@ def stream_places(data):
         elif chunk.kind == reference_decoder.file.STEP_VALUES:
             places += range(end - sum(len(part.data) for part in reference_decoder.steps.read_parts(chunk)), end)
         elif chunk.kind == reference_decoder.file.INDEX:
-            return places or [16 + 32]
+            return places or [16 + 22]
         at, sequence = end, sequence + 1
 
 

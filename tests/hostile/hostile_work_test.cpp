@@ -138,13 +138,14 @@ Bytes with_unknown_chunks(const Bytes& file, std::uint64_t count) {
   Chunk unknown;
   unknown.header.kind = 200;
   unknown.header.flags = container::kChunkOptional;
+  unknown.header.is_long = true;
   const auto index = parts.chunks.end() - 1;
   parts.chunks.insert(index, static_cast<std::size_t>(count), unknown);
   const Bytes longer = put_together(parts);
   return with_index(longer, [&](container::Index& it) {
     container::IndexEntry entry;
     entry.kind = unknown.header.kind;
-    entry.bytes = container::kChunkHeaderBytes;
+    entry.bytes = unknown.bytes();
     const container::IndexEntry& last = it.entries.back();
     entry.offset = last.offset + last.bytes;
     for (std::uint64_t n = 0; n < count; ++n, entry.offset += entry.bytes)

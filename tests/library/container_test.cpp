@@ -40,31 +40,65 @@ TEST(Container, FileStart) {
   }
 }
 
-TEST(Container, ChunkHeader) {
-  ChunkHeader header{3, 4, 1, 0x11121314, 0x21222324, 0x3132333435363738, 0x41424344};
+void expect_chunk_header(const ChunkHeader& header, const std::vector<std::byte>& expected) {
   ByteWriter out;
   put(out, header);
-  ASSERT_EQ(out.bytes.size(), kChunkHeaderBytes);
-  const auto expected = bytes_of({'S',  'H',  'M',  'C',  3,    4,    1,    0,    0x14, 0x13,
-                                  0x12, 0x11, 0x24, 0x23, 0x22, 0x21, 0x38, 0x37, 0x36, 0x35,
-                                  0x34, 0x33, 0x32, 0x31, 0x44, 0x43, 0x42, 0x41});
+  ASSERT_EQ(out.bytes.size(), header.bytes());
+  ASSERT_EQ(expected.size(), header.bytes() - 4);
   EXPECT_TRUE(std::equal(expected.begin(), expected.end(), out.bytes.begin()));
+  EXPECT_EQ(header_bytes(out.bytes), header.bytes());
   ChunkHeader back;
   ByteReader in(out.bytes);
   EXPECT_EQ(get(in, back), HeaderState::good);
-  EXPECT_EQ(back.kind, 3);
-  EXPECT_EQ(back.version, 4);
-  EXPECT_EQ(back.flags, 1);
+  EXPECT_EQ(in.left(), 0u);
+  EXPECT_EQ(back.kind, header.kind);
+  EXPECT_EQ(back.version, header.version);
+  EXPECT_EQ(back.flags, header.flags);
+  EXPECT_EQ(back.is_long, header.is_long);
   EXPECT_EQ(back.sequence, header.sequence);
   EXPECT_EQ(back.segment, header.segment);
   EXPECT_EQ(back.payload_bytes, header.payload_bytes);
   EXPECT_EQ(back.payload_checksum, header.payload_checksum);
-  for (std::size_t i = 0; i < kChunkHeaderBytes; ++i) {
+  for (std::size_t i = 0; i < header.bytes(); ++i) {
     auto wrong = out.bytes;
     wrong[i] ^= std::byte{0x10};
     ByteReader again(wrong);
     EXPECT_EQ(get(again, back), i < 4 ? HeaderState::bad_mark : HeaderState::bad_checksum) << i;
   }
+  auto other_mark = out.bytes;
+  other_mark[3] ^= std::byte{0x20};
+  other_mark.resize(kLongHeaderBytes);
+  ByteReader again(other_mark);
+  EXPECT_EQ(get(again, back), HeaderState::bad_checksum);
+  for (std::size_t cut = kShortHeaderBytes; cut < header.bytes(); ++cut) {
+    ByteReader of_less(std::span(out.bytes).first(cut));
+    EXPECT_EQ(get(of_less, back), HeaderState::bad_checksum) << cut;
+  }
+}
+
+TEST(Container, ChunkHeaders) {
+  const ChunkHeader longer{3, 4, 1, true, 0x11121314, 0x21222324, 0x3132333435363738, 0x41424344};
+  expect_chunk_header(longer, bytes_of({'S',  'H',  'M',  'C',  3,    4,    1,    0,    0x14, 0x13,
+                                        0x12, 0x11, 0x24, 0x23, 0x22, 0x21, 0x38, 0x37, 0x36, 0x35,
+                                        0x34, 0x33, 0x32, 0x31, 0x44, 0x43, 0x42, 0x41}));
+  const ChunkHeader shorter{3, 4, 1, false, 0x11121314, 0x2122, 0x313233, 0x41424344};
+  expect_chunk_header(shorter, bytes_of({'S', 'H', 'M', 'c', 0xc3, 0x33, 0x32, 0x31, 0x14, 0x13,
+                                         0x12, 0x11, 0x22, 0x21, 0x44, 0x43, 0x42, 0x41}));
+}
+
+TEST(Container, WhatDoesNotFitHasALongHeader) {
+  const auto is_long = [](auto&& change, std::uint16_t minor = kMinor) {
+    ChunkHeader header{15, 7, 1, false, ~0u, 0xffff, 0xffffff, ~0u};
+    change(header);
+    return has_long_header(header, FileStart{kMajor, minor, 0});
+  };
+  EXPECT_FALSE(is_long([](ChunkHeader&) {}));
+  EXPECT_TRUE(is_long([](ChunkHeader&) {}, 9));
+  EXPECT_TRUE(is_long([](ChunkHeader& it) { ++it.kind; }));
+  EXPECT_TRUE(is_long([](ChunkHeader& it) { ++it.version; }));
+  EXPECT_TRUE(is_long([](ChunkHeader& it) { ++it.flags; }));
+  EXPECT_TRUE(is_long([](ChunkHeader& it) { ++it.segment; }));
+  EXPECT_TRUE(is_long([](ChunkHeader& it) { ++it.payload_bytes; }));
 }
 
 GroupHeader any_group() {
@@ -337,7 +371,7 @@ TEST(ChunkWriter, NumbersChecksumsAndRemembers) {
   ASSERT_TRUE(writer.start({}));
   ASSERT_TRUE(writer.write(ChunkKind::schema, payload));
   ASSERT_TRUE(writer.write(ChunkKind::extra, {}));
-  EXPECT_EQ(writer.offset(), 16u + 32 + 3 + 32);
+  EXPECT_EQ(writer.offset(), 16u + 22 + 3 + 22);
   ASSERT_TRUE(writer.finish({}));
   EXPECT_EQ(writer.offset(), sink.bytes.size());
   const FileParts parts = take_apart(sink.bytes);
@@ -354,8 +388,8 @@ TEST(ChunkWriter, NumbersChecksumsAndRemembers) {
   ASSERT_TRUE(get(in, index, parts.chunks[2].header.version, 2));
   ASSERT_EQ(index.entries.size(), 2u);
   EXPECT_EQ(index.entries[0].offset, 16u);
-  EXPECT_EQ(index.entries[0].bytes, 35u);
-  EXPECT_EQ(index.entries[1].offset, 51u);
+  EXPECT_EQ(index.entries[0].bytes, 25u);
+  EXPECT_EQ(index.entries[1].offset, 41u);
   EXPECT_EQ(put_together(parts), sink.bytes);
 }
 

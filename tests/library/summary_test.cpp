@@ -7,6 +7,8 @@
 #include <optional>
 #include <random>
 
+#include "shm/damage.h"
+#include "shm/mesh_extract.h"
 #include "support/counted_source.h"
 #include "support/file_surgery.h"
 #include "support/golden_files.h"
@@ -188,7 +190,7 @@ TEST(Summary, CutFilesAreWalkedByTheirHeadersAlone) {
   const std::size_t chunks = take_apart(bytes).chunks.size();
   CountedSource source{std::span(bytes).first(bytes.size() - 1)};
   EXPECT_FALSE(read_summary(source));
-  EXPECT_LE(source.bytes, container::kChunkHeaderBytes * (chunks + 1));
+  EXPECT_LE(source.bytes, container::kLongHeaderBytes * (chunks + 1));
 }
 
 TEST(Summary, BytesBehindATornAppendAreTold) {
@@ -204,8 +206,7 @@ TEST(Summary, BytesBehindATornAppendAreTold) {
 TEST(Summary, ACutFileWithDamageIsNoWalk) {
   Bytes bytes = small_file();
   bytes.resize(bytes.size() - 1);
-  const std::size_t second = container::kFileStartBytes + container::kChunkHeaderBytes +
-                             take_apart(bytes).chunks[0].payload.size();
+  const std::size_t second = container::kFileStartBytes + take_apart(bytes).chunks[0].bytes();
   bytes[second + 3] ^= std::byte{1};
   const auto summary = summary_of(bytes);
   ASSERT_FALSE(summary);
@@ -299,7 +300,7 @@ Bytes with_places(FileParts parts, const std::function<void(container::Index&)>&
     std::uint64_t at = container::kFileStartBytes;
     for (std::size_t c = 0; c < index.entries.size(); ++c) {
       index.entries[c].offset = at;
-      index.entries[c].bytes = container::kChunkHeaderBytes + parts.chunks[c].payload.size();
+      index.entries[c].bytes = parts.chunks[c].bytes();
       at += index.entries[c].bytes;
     }
   });
@@ -355,12 +356,38 @@ TEST(Summary, HeadersThatLieAreFound) {
   });
 }
 
+TEST(Summary, LongHeadersAreReadWhereShortOnesWouldDo) {
+  for (const bool all : {true, false}) {
+    FileParts parts = take_apart(small_file());
+    for (std::size_t c = 0; c < parts.chunks.size(); ++c)
+      parts.chunks[c].header.is_long = all || c % 2 == 1;
+    const Bytes bytes = with_places(std::move(parts), [](container::Index&) {});
+    expect_as_the_reader(bytes, all ? "all" : "every other");
+    MemoryRandomSource source(bytes);
+    auto extractor = MeshExtractor::open(source);
+    ASSERT_TRUE(extractor) << extractor.error().message();
+    ASSERT_TRUE(extractor->begin({.arrays = std::vector<std::uint32_t>()}));
+    std::uint64_t cells = 0;
+    while (true) {
+      const auto block = extractor->next();
+      ASSERT_TRUE(block) << block.error().message();
+      if (*block == nullptr) break;
+      cells += (*block)->cell_count();
+    }
+    EXPECT_EQ(cells, extractor->cells());
+    const auto report = find_damage(source);
+    ASSERT_TRUE(report);
+    EXPECT_TRUE(report->complete && report->damages.empty());
+  }
+}
+
 TEST(Summary, ChunksThatNobodyKnows) {
   for (const bool optional : {true, false}) {
     FileParts parts = take_apart(small_file());
     Chunk chunk;
     chunk.header.kind = 50;
     chunk.header.flags = optional ? container::kChunkOptional : 0;
+    chunk.header.is_long = true;
     chunk.payload.resize(9);
     parts.chunks.insert(parts.chunks.begin() + 1, chunk);
     const Bytes bytes = with_places(std::move(parts), [](container::Index& index) {

@@ -37,7 +37,7 @@ std::vector<std::pair<std::size_t, std::size_t>> places(const Bytes& bytes) {
   std::vector<std::pair<std::size_t, std::size_t>> out;
   std::size_t at = container::kFileStartBytes;
   for (const Chunk& chunk : take_apart(bytes).chunks) {
-    out.emplace_back(at, at + container::kChunkHeaderBytes + chunk.payload.size());
+    out.emplace_back(at, at + chunk.bytes());
     at = out.back().second;
   }
   return out;
@@ -338,8 +338,8 @@ TEST(Damage, ManyHeadersTakeTheirBytesOnly) {
     container::ChunkHeader header;
     header.kind = static_cast<std::uint8_t>(ChunkKind::group);
     header.sequence = static_cast<std::uint32_t>(i * 85'000);
-    header.segment = static_cast<std::uint32_t>(i * 7);
-    header.payload_bytes = (kHeaders - 1 - i) * container::kChunkHeaderBytes;
+    header.segment = static_cast<std::uint32_t>(i % 7);
+    header.payload_bytes = (kHeaders - 1 - i) * header.bytes();
     container::put(out, header);
   }
   CountedSource source(out.bytes);
@@ -429,8 +429,8 @@ TEST(Damage, ALostExtraAmongGroupsIsNoGroup) {
   const auto clear = [&](std::size_t from, std::size_t count) {
     std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(from), count, std::byte{0});
   };
-  clear(at[group].first + container::kChunkHeaderBytes, 20);
-  clear(at[group + 1].first, container::kChunkHeaderBytes);
+  clear(at[group].first + container::kShortHeaderBytes, 20);
+  clear(at[group + 1].first, container::kShortHeaderBytes);
   bytes.resize(at.back().first);
   const auto left = left_of(bytes);
   ASSERT_TRUE(left) << left.error().message();

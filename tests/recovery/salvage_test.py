@@ -91,11 +91,12 @@ class Chunk:
 
     def __init__(self, data, at):
         self.at = at
-        self.kind, version, self.sequence, self.segment, payload = \
-            struct.unpack_from("<4xBB2xIIQ", data, at)
+        mark, what, self.sequence, self.segment = struct.unpack_from("<4sIIH", data, at)
+        assert mark == b"SHMc"
+        self.kind, version, payload = what & 15, what >> 4 & 7, what >> 8
         assert version == (1 if self.kind in (GROUP, VALUES, EXTRA, INDEX) else 0)
-        self.end = at + 32 + payload
-        self.place = at + 32
+        self.place = at + 22
+        self.end = self.place + payload
         if self.kind == GROUP:
             self.first_cell, _, self.cells = (self.varint(data) for _ in range(3))
             for _ in range(5):
@@ -360,12 +361,12 @@ class Salvage(unittest.TestCase):
         """Nothing that holds values is lost: the very bytes come back."""
         schema, index = self.chunks[0], self.chunks[-1]
         for ranges, sections in (([(0, 8)], ["file start"]),
-                                 ([(schema.at, schema.at + 20)], ["schema"]),
-                                 ([(schema.at + 40, schema.at + 41)], ["schema"]),
+                                 ([(schema.at, schema.at + 15)], ["schema"]),
+                                 ([(schema.at + 30, schema.at + 31)], ["schema"]),
                                  ([(0, schema.end)], ["file start", "schema"]),
                                  ([(index.end, index.end + 16)], ["end record"]),
-                                 ([(index.at, index.at + 32)], ["index"]),
-                                 ([(index.at + 50, index.at + 51)], ["index"]),
+                                 ([(index.at, index.at + 22)], ["index"]),
+                                 ([(index.at + 40, index.at + 41)], ["index"]),
                                  ([(index.at, index.end + 16)], ["index", "end record"])):
             data = self.hurt(*ranges)
             self.assertEqual([d["section"] for d in self.verify(data)], sections)
@@ -374,7 +375,7 @@ class Salvage(unittest.TestCase):
             self.assertEqual(report["new_index"], "index" in sections)
             self.same_bytes()
         # In place where nothing is lost, and not elsewhere.
-        for hurt in ((index.end, index.end + 16), (index.at, index.at + 32)):
+        for hurt in ((index.end, index.end + 16), (index.at, index.at + 22)):
             path = self.put(self.hurt(hurt))
             self.assertEqual(self.shm("repair", path).returncode, 0)
             with open(path, "rb") as file:
@@ -409,7 +410,7 @@ class Salvage(unittest.TestCase):
                        [(self.groups[0].at, self.groups[0].at + 5), (group.at, group.at + 4),
                         (self.groups[-1].at, self.groups[-1].at + 5)],
                        [(group.at, self.groups[11].at + 40)]):
-            data = self.hurt((index.at, index.at + 32), *ranges)
+            data = self.hurt((index.at, index.at + 22), *ranges)
             touched = [c for c in self.chunks if self.whole[c.at:c.end] != data[c.at:c.end]]
             self.repair(data, 7)
             self.compare(touched)
@@ -432,7 +433,7 @@ class Salvage(unittest.TestCase):
         swapped = pieces[:]
         swapped[4], swapped[12] = swapped[12], swapped[4]
         swapped = start + b"".join(swapped) + trailer
-        stray = start + b"".join(pieces[:7]) + b"SHMC no chunk" + b"".join(pieces[7:]) + trailer
+        stray = start + b"".join(pieces[:7]) + b"SHMc no chunk and SHMC none" + b"".join(pieces[7:]) + trailer
         for data, kind in ((twice, "repeated"), (swapped, "out of order"), (stray, "out of order")):
             self.assertIn(kind, [d["what"] for d in self.verify(data)])
             self.assertEqual(self.repair(data, 0)["outcome"], "healed")

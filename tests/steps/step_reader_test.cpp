@@ -215,7 +215,7 @@ struct Places {
     std::size_t at = container::kFileStartBytes;
     bool schema = false;
     for (const Chunk& chunk : parts.chunks) {
-      const std::size_t end = at + container::kChunkHeaderBytes + chunk.payload.size();
+      const std::size_t end = at + chunk.bytes();
       if (chunk.is(ChunkKind::schema) && !std::exchange(schema, true)) mark(0, end, "head");
       if (chunk.is(ChunkKind::step_times)) mark(at, end, "head");
       if (chunk.is(ChunkKind::index)) mark(at, file.size(), "head");

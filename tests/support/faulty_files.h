@@ -140,10 +140,10 @@ class FaultyFiles {
     constexpr std::size_t kFirst = container::kFileStartBytes;
     flipped("The sync mark of a chunk is another one.", kFirst);
     flipped("A flipped bit in a chunk header, which its checksum detects.", kFirst + 6);
-    flipped("The header checksum of a chunk is another one.", kFirst + 28);
+    flipped("The header checksum of a chunk is another one.", kFirst + 18);
     flipped("A flipped bit in a payload, which its checksum detects.",
-            kFirst + container::kChunkHeaderBytes + 9);
-    add(kTruncated, "The file ends within a chunk header.", first_bytes("keep", kFirst + 20));
+            kFirst + container::kShortHeaderBytes + 9);
+    add(kTruncated, "The file ends within a chunk header.", first_bytes("keep", kFirst + 15));
     add(kTruncated, "The file ends within a payload.", first_bytes("keep", kFirst + 40));
     const auto as_numbered = Numbering::as_they_are;
     add(kCorrupt, "The sequence of the second chunk is 2.",
@@ -464,7 +464,7 @@ class FaultyFiles {
     of("of step 2^40.", [](Header& h) { h.step = h.reference_step = std::uint64_t{1} << 40; });
     of("they refer to the step behind.", [](Header& h) { h.reference_step += 1; });
     add(kCorrupt, "Step values: the first chunk is missing.",
-        with("steps_and_extras", [](FileParts& parts) {
+        with("shifts_steps", [](FileParts& parts) {
           const auto at = std::find_if(parts.chunks.begin(), parts.chunks.end(),
                                        [](auto& it) { return it.is(ChunkKind::step_values); });
           parts.chunks.erase(at);

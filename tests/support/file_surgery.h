@@ -27,6 +27,7 @@ struct Chunk {
   bool is(container::ChunkKind kind) const {
     return header.kind == static_cast<std::uint8_t>(kind);
   }
+  std::size_t bytes() const { return header.bytes() + payload.size(); }
 };
 
 struct FileParts {
@@ -45,7 +46,7 @@ inline FileParts take_apart(std::span<const std::byte> bytes) {
   FileParts parts;
   ByteReader in(bytes);
   container::get(in, parts.start);
-  while (in.left() >= container::kChunkHeaderBytes) {
+  while (in.left() >= container::kShortHeaderBytes) {
     Chunk chunk;
     if (container::get(in, chunk.header) == container::HeaderState::bad_mark) break;
     const auto payload =
@@ -68,6 +69,7 @@ inline std::vector<std::byte> put_together(FileParts parts, Numbering numbering 
     if (numbering == Numbering::anew) chunk.header.sequence = sequence++;
     chunk.header.payload_bytes = chunk.payload.size();
     chunk.header.payload_checksum = checksum(chunk.payload);
+    chunk.header.is_long |= container::has_long_header(chunk.header, parts.start);
     last_offset = out.bytes.size();
     container::put(out, chunk.header);
     out.put_bytes(chunk.payload);

@@ -126,7 +126,7 @@ class ManualTest(unittest.TestCase):
         self.assertIn(f"format {re.search('version ([0-9.]+)', text)[1]} ", page)
         signature = re.search(r"\| signature \| [^|]*\| `([0-9a-f ]*)`", text)[1]
         self.assertIn(f"The signature, {signature}.", page)
-        self.assertIn("SHMC", page)
+        self.assertIn("SHMc", page)
         kinds = re.findall(r"^\| (\d+) \| (\w+) \| section", text.split("\n## 3 ")[0], re.MULTILINE)
         self.assertEqual(len(kinds), 7)
         for number, name in kinds:

@@ -199,7 +199,7 @@ class ToolTest(FolderTest):
         self.assertIn("shm repair -o OUT.shm",
                       self.shm("decompress", cut, "-o", self.path("x.vtk"), code=3)[1])
         # Values, at the end of the group, which is the second chunk: info does not look at them.
-        third = [mark.start() for mark in re.finditer(b"SHMC", good)][2]
+        third = [mark.start() for mark in re.finditer(b"SHMc", good)][2]
         damaged = bytearray(good)
         damaged[third - 1] ^= 0x10
         with open(cut, "wb") as out:

@@ -135,8 +135,8 @@ class SHM_API FileSource final : public ByteSource {
   FileSource(const FileSource&) = delete;
   FileSource& operator=(const FileSource&) = delete;
   Result<std::size_t> read(std::span<std::byte> into) override;
-  /// The same open file, all of it, to be read anywhere; it goes its own way. An error where it
-  /// cannot be sought in, as a pipe.
+  /// The same file, all of it, to be read anywhere, independently of this. An error where it cannot
+  /// be sought in, as a pipe.
   Result<std::unique_ptr<FileRandomSource>> anywhere() const;
 
  private:

@@ -13,7 +13,8 @@ namespace shm {
 
 using container::ChunkKind;
 using container::IndexEntry;
-using container::kChunkHeaderBytes;
+using container::kLongHeaderBytes;
+using container::kShortHeaderBytes;
 
 Result<void> IndexedFile::open() {
   if (auto good = read_index(); !good) return good;
@@ -43,6 +44,7 @@ Result<void> IndexedFile::open_damaged() {
     for (std::size_t g = first_group_[s]; g < first_group_[s + 1]; ++g) add_to_segment(groups_[g]);
   }
   decoder_ = Decoder(limits_);
+  look_at_beginning(decodable_->beginning);
   if (auto good = decoder_.feed(decodable_->beginning); !good) return good;
   const auto advanced = decoder_.advance();
   if (decoder_.schema() == nullptr)
@@ -63,12 +65,12 @@ Result<std::vector<std::byte>> IndexedFile::read_chunk(const IndexEntry& entry,
 
 auto IndexedFile::read_chunk_of_parts(const IndexEntry& entry) -> Result<Payload> {
   constexpr std::size_t kSmall = std::size_t{1} << 16;
-  if (kept_offset_ == kNoOffset || kept_offset_ != entry.offset ||
-      kept_.size() + kChunkHeaderBytes != entry.bytes) {
+  if (kept_offset_ == kNoOffset || kept_offset_ != entry.offset || kept_bytes_ != entry.bytes) {
     kept_offset_ = kNoOffset;
     auto payload = read_chunk(entry, &kept_version_);
     if (!payload) return payload.error();
     kept_ = std::move(*payload);
+    kept_bytes_ = entry.bytes;
     if (kept_.size() <= kSmall) kept_offset_ = entry.offset;
   }
   return Payload{kept_, kept_version_};
@@ -126,6 +128,15 @@ void IndexedFile::prefetch_groups(std::span<const std::size_t> groups) {
   source_->prefetch(ranges);
 }
 
+/// Of the headers of the chunk and of the group, where the first has the form that writers give it.
+std::uint64_t IndexedFile::head_bytes(const IndexEntry& group) const {
+  container::ChunkHeader header;
+  header.segment = group.segment;
+  header.payload_bytes = group.bytes - std::min<std::uint64_t>(group.bytes, kShortHeaderBytes);
+  header.is_long = has_long_headers_ || container::has_long_header(header, {});
+  return std::min(group.bytes, header.bytes() + group.header_bytes);
+}
+
 void IndexedFile::prefetch_streams(std::span<const std::size_t> groups, const WantsStream& wants) {
   constexpr std::size_t kMostHeads = 1 << 14, kMostBytes = std::size_t{1} << 22;
   heads_.clear();
@@ -133,7 +144,7 @@ void IndexedFile::prefetch_streams(std::span<const std::size_t> groups, const Wa
   std::size_t held = 0;
   std::vector<ByteRange> ranges;
   for (const std::size_t group : groups)
-    ranges.push_back({groups_[group].offset, kChunkHeaderBytes + groups_[group].header_bytes});
+    ranges.push_back({groups_[group].offset, head_bytes(groups_[group])});
   source_->prefetch(ranges);
   ranges.clear();
   for (const std::size_t group : groups) {
@@ -153,17 +164,25 @@ Result<IndexedFile::GroupHead> IndexedFile::read_group_head(std::size_t group) {
   if (auto ahead = heads_.extract(group)) return std::move(ahead.mapped());
   const IndexEntry& entry = groups_[group];
   const std::string section = "group " + std::to_string(group);
-  if (entry.bytes < kChunkHeaderBytes || entry.header_bytes > entry.bytes - kChunkHeaderBytes ||
+  if (entry.bytes < kShortHeaderBytes || entry.header_bytes > entry.bytes - kShortHeaderBytes ||
       entry.header_bytes > limits_.max_chunk_bytes)
     return wrong("the index has no length of its header", section, entry.offset);
-  const auto bytes = container::read_bytes(*source_, entry.offset,
-                                           kChunkHeaderBytes + entry.header_bytes, section);
+  auto bytes = container::read_bytes(*source_, entry.offset, head_bytes(entry), section);
   if (!bytes) return bytes.error();
+  const std::uint64_t all = container::header_bytes(*bytes) + entry.header_bytes;
+  if (bytes->size() < all && all <= entry.bytes) {  // a long header, where a short one would do
+    bytes = container::read_bytes(*source_, entry.offset, all, section);
+    if (!bytes) return bytes.error();
+  }
   const auto chunk = container::checked_header(*bytes, entry);
   if (!chunk) return chunk.error();
-  ByteReader in(std::span<const std::byte>(*bytes).subspan(kChunkHeaderBytes));
+  if (entry.header_bytes > chunk->payload_bytes || bytes->size() < all)
+    return wrong("the index has no length of its header", section, entry.offset);
   GroupHead head;
-  head.bytes.assign(bytes->begin() + kChunkHeaderBytes, bytes->end());
+  head.payload_offset = entry.offset + chunk->bytes();
+  const auto begin = bytes->begin() + static_cast<std::ptrdiff_t>(chunk->bytes());
+  head.bytes.assign(begin, begin + static_cast<std::ptrdiff_t>(entry.header_bytes));
+  ByteReader in(head.bytes);
   if (!container::get(in, head.header, chunk->version) || in.left() != 0)
     return wrong("the group header makes no sense", section, entry.offset);
   if (auto good = expect_group(group, head.header); !good) return good.error();
@@ -208,8 +227,7 @@ Result<container::GroupChunk> IndexedFile::read_group(std::size_t group,
   }
   auto head = read_group_head(group);
   if (!head) return head.error();
-  const std::uint64_t payload_bytes = entry.bytes - kChunkHeaderBytes;
-  if (payload_bytes > limits_.max_chunk_bytes)
+  if (entry.offset + entry.bytes - head->payload_offset > limits_.max_chunk_bytes)
     return wrong("a chunk of " + std::to_string(entry.bytes) + " bytes, the limit is " +
                      std::to_string(limits_.max_chunk_bytes),
                  "group " + std::to_string(group), entry.offset, ErrorCode::over_limit);
@@ -217,7 +235,7 @@ Result<container::GroupChunk> IndexedFile::read_group(std::size_t group,
   out.payload = std::move(head->bytes);
   std::vector<std::byte>& payload = out.payload;
   const auto& streams = head->header.streams;
-  const std::uint64_t begin = entry.offset + kChunkHeaderBytes;
+  const std::uint64_t begin = head->payload_offset;
   // Up to the last stream that is wanted: the rest of a chunk that is cut need not be there.
   std::uint64_t needed = payload.size();
   for (std::size_t s = 0; s < streams.size(); ++s)
@@ -252,7 +270,7 @@ Result<void> IndexedFile::read_index() {
   const auto payload = container::read_chunk(*source_, *last, limits_.max_chunk_bytes, &version);
   if (!payload) return payload.error();
   ByteReader fields(*payload);
-  if (!container::get(fields, index_, version, index_offset_ / kChunkHeaderBytes))
+  if (!container::get(fields, index_, version, index_offset_ / kShortHeaderBytes))
     return wrong_index("makes no sense");
   return {};
 }
@@ -319,6 +337,12 @@ Result<void> IndexedFile::expect_totals() const {
 }
 
 /// The first chunk, and what stands before it, through a Decoder, which checks it.
+/// Which form the headers of chunks have, as that of the first, from the start of the file on.
+void IndexedFile::look_at_beginning(std::span<const std::byte> bytes) {
+  const auto first = bytes.subspan(std::min(bytes.size(), container::kFileStartBytes));
+  has_long_headers_ = container::header_bytes(first) == kLongHeaderBytes;
+}
+
 Result<void> IndexedFile::read_schema() {
   if (index_.entries.empty() ||
       index_.entries[0].kind != static_cast<std::uint8_t>(ChunkKind::schema) ||
@@ -333,6 +357,7 @@ Result<void> IndexedFile::read_schema() {
   for (std::uint64_t at = 0; at < end; at += piece.size()) {
     piece.resize(static_cast<std::size_t>(std::min(kPiece, end - at)));
     if (auto good = source_->read_at(at, piece); !good) return good;
+    if (at == 0) look_at_beginning(piece);
     if (auto good = decoder_.feed(piece); !good) return good;
     if (auto progress = decoder_.advance(); !progress) return progress.error();
   }

@@ -92,6 +92,7 @@ class IndexedFile {
   struct GroupHead {
     std::vector<std::byte> bytes;  ///< as they stand in the payload
     container::GroupHeader header;
+    std::uint64_t payload_offset = 0;          ///< in the file
     std::vector<std::uint64_t> stream_offset;  ///< in the file, of each stream of the header
   };
   Result<GroupHead> read_group_head(std::size_t group);
@@ -118,6 +119,8 @@ class IndexedFile {
   }
 
  private:
+  std::uint64_t head_bytes(const container::IndexEntry& group) const;
+  void look_at_beginning(std::span<const std::byte> bytes);
   Result<void> read_index();
   Result<void> read_schema();
   Result<void> list_groups();
@@ -129,6 +132,7 @@ class IndexedFile {
   Decoder decoder_;  // of the schema
   std::uint64_t index_offset_ = 0;
   container::Index index_;
+  bool has_long_headers_ = false;  // of chunks, where short ones would do
   std::vector<SegmentInfo> segments_;
   std::vector<container::IndexEntry> groups_;
   std::vector<std::size_t> first_group_;  // of each segment, and behind them
@@ -136,6 +140,7 @@ class IndexedFile {
   std::unordered_map<std::size_t, GroupHead> heads_;  // read ahead, by group
   std::vector<std::byte> kept_;                       // of read_chunk_of_parts()
   std::uint64_t kept_offset_ = kNoOffset;  // of its chunk; kNoOffset: not to be used again
+  std::uint64_t kept_bytes_ = 0;           // of its chunk
   std::uint8_t kept_version_ = 0;
 };
 

@@ -25,7 +25,7 @@ using container::IndexEntry;
 constexpr std::uint32_t kLeastKeySteps = 8;
 /// A chunk of values that stand together is no larger.
 constexpr std::uint64_t kMostUnfinished =
-    container::kChunkHeaderBytes + container::kMostStepHeadBytes + container::kPartBytesTogether;
+    container::kLongHeaderBytes + container::kMostStepHeadBytes + container::kPartBytesTogether;
 
 }  // namespace
 
@@ -150,9 +150,10 @@ Result<Appender::Impl::Streams> Appender::Impl::streams(const ChunkCopy& copy,
   Streams streams = summary->totals.streams;
   streams.erase("extras");
   streams.erase("container");
-  for (const IndexEntry& entry : copy.state().entries)
-    if (entry.is(ChunkKind::extra) || entry.is(ChunkKind::step_times))
-      streams["extras"] += entry.bytes - container::kChunkHeaderBytes;
+  const auto& entries = copy.state().entries;
+  for (std::size_t i = 0; i < entries.size(); ++i)
+    if (entries[i].is(ChunkKind::extra) || entries[i].is(ChunkKind::step_times))
+      streams["extras"] += copy.payload_bytes()[i];
   for (std::uint32_t a = 0; a < arrays_.size() && !with_steps; ++a)
     if (schema().arrays[a].per_step) streams.erase(array_stream_name(schema(), a));
   return streams;

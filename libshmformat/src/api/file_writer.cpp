@@ -31,7 +31,7 @@ void FileWriter::go_on(std::vector<std::byte> schema, container::ChunkWriter::St
   schema_payload_ = std::move(schema);
   ByteReader version(schema_payload_);
   container::get_version(version, start_);
-  chunks_.go_on(std::move(state));
+  chunks_.go_on(std::move(state), start_);
   stream_bytes_ = std::move(streams);
   steps_ = steps;
 }

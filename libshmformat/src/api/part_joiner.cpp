@@ -36,7 +36,7 @@ class __attribute__((visibility("hidden"))) PartJoiner::Impl {
     const std::uint32_t schema = in.get_u32();
     if (!container::get(in, streams) ||
         !container::get(in, part, container::version_of_chunk(container::ChunkKind::index, {}),
-                        bytes / container::kChunkHeaderBytes))
+                        bytes / container::kShortHeaderBytes))
       return Error{ErrorCode::corrupt, "is no index of a part", "part", kNoOffset, {}};
     if (schema != checksum_of(schema_)) return of_another_schema();
     part.streams = std::move(streams);

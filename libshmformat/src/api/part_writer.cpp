@@ -46,10 +46,10 @@ Result<void> place(PartChunks& chunks, std::uint32_t first) {
   std::span<std::byte> left(chunks.bytes);
   while (!left.empty()) {
     container::ChunkHeader header;
-    ByteReader in(left.first(std::min(left.size(), container::kChunkHeaderBytes)));
-    if (left.size() < container::kChunkHeaderBytes ||
+    ByteReader in(left);
+    if (left.size() < container::kShortHeaderBytes ||
         container::get(in, header) != container::HeaderState::good ||
-        header.payload_bytes > left.size() - container::kChunkHeaderBytes)
+        header.payload_bytes > left.size() - header.bytes())
       return Error{ErrorCode::corrupt,
                    "are no chunks of a part",
                    "part",
@@ -59,8 +59,7 @@ Result<void> place(PartChunks& chunks, std::uint32_t first) {
     ByteWriter out;
     container::put(out, header);
     std::copy(out.bytes.begin(), out.bytes.end(), left.begin());
-    left =
-        left.subspan(container::kChunkHeaderBytes + static_cast<std::size_t>(header.payload_bytes));
+    left = left.subspan(static_cast<std::size_t>(header.chunk_bytes()));
   }
   return {};
 }

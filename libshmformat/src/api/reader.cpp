@@ -89,6 +89,7 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
     return Error{code, std::move(detail), section_, chunk_offset_, {}};
   }
   std::size_t wanted() const;
+  std::size_t header_wanted() const;
   std::span<const std::byte> consume(std::size_t count) {
     const auto view = std::span<const std::byte>(buffer_).subspan(at_, count);
     at_ += count;
@@ -131,12 +132,19 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
 std::size_t Decoder::Impl::wanted() const {
   switch (state_) {
     case State::start: return container::kFileStartBytes;
-    case State::header: return container::kChunkHeaderBytes;
+    case State::header: return header_wanted();
     case State::payload: return static_cast<std::size_t>(header_.payload_bytes);
     case State::trailer: return container::kTrailerBytes;
     case State::behind_end: break;
   }
   return 0;
+}
+
+/// Its mark tells how long a header is.
+std::size_t Decoder::Impl::header_wanted() const {
+  const auto there = std::span<const std::byte>(buffer_).subspan(at_);
+  return there.size() < container::kShortHeaderBytes ? container::kShortHeaderBytes
+                                                     : container::header_bytes(there);
 }
 
 Result<Decoder::Progress> Decoder::Impl::work() {
@@ -247,7 +255,7 @@ Result<void> Decoder::Impl::read_start() {
 Result<void> Decoder::Impl::read_header() {
   chunk_offset_ = offset_;
   section_ = "chunk header";
-  ByteReader in(consume(container::kChunkHeaderBytes));
+  ByteReader in(consume(wanted()));
   switch (container::get(in, header_)) {
     case container::HeaderState::good: break;
     case container::HeaderState::bad_mark: return wrong(ErrorCode::corrupt, "no chunk begins here");

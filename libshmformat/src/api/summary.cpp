@@ -38,7 +38,7 @@ class Summarizer {
   Result<void> add_group();
   Result<void> add_streams(std::size_t group, const std::vector<StreamEntry>& streams);
   Result<void> take_codec(std::size_t group, container::Codec codec);
-  Result<void> add_step_values(const IndexEntry& entry, std::uint8_t version);
+  Result<void> add_step_values(const ChunkHeader& header, const IndexEntry& entry);
   Result<void> finish();
 
   Error wrong_group(std::size_t group, std::string detail,
@@ -92,7 +92,7 @@ Result<void> Summarizer::add_chunk(const ChunkHeader& header, const IndexEntry& 
       case ChunkKind::group:
         if (has_step_values_) return wrong("mesh groups come before step values");
         return add_group();
-      case ChunkKind::step_values: return add_step_values(entry, header.version);
+      case ChunkKind::step_values: return add_step_values(header, entry);
       case ChunkKind::step_times:
       case ChunkKind::extra: totals_.streams["extras"] += header.payload_bytes; return {};
       case ChunkKind::index: return wrong("there is another one behind it");
@@ -148,18 +148,17 @@ Result<void> Summarizer::take_codec(std::size_t group, container::Codec codec) {
   return {};
 }
 
-Result<void> Summarizer::add_step_values(const IndexEntry& entry, std::uint8_t version) {
-  const std::uint64_t payload_bytes = entry.bytes - container::kChunkHeaderBytes;
+Result<void> Summarizer::add_step_values(const ChunkHeader& header, const IndexEntry& entry) {
   const std::string section = container::chunk_name(entry.kind);
   const auto bytes = container::read_bytes(
-      *source_, entry.offset + container::kChunkHeaderBytes,
-      std::min(payload_bytes, container::most_step_head_bytes(std::min<std::uint64_t>(
-                                  entry.parts.size(), container::kMostStepParts))),
+      *source_, entry.offset + header.bytes(),
+      std::min(header.payload_bytes, container::most_step_head_bytes(std::min<std::uint64_t>(
+                                         entry.parts.size(), container::kMostStepParts))),
       section);
   if (!bytes) return bytes.error();
   ByteReader in(*bytes);
   std::vector<container::StepPart> parts;
-  if (!container::get(in, parts, version, payload_bytes))
+  if (!container::get(in, parts, header.version, header.payload_bytes))
     return IndexedFile::wrong("its header makes no sense", section, entry.offset);
   if (!std::equal(entry.parts.begin(), entry.parts.end(), parts.begin(), parts.end(), is_told_by))
     return IndexedFile::wrong("the chunk that should stand here does not", section, entry.offset);

@@ -27,13 +27,13 @@ void ChunkCopy::add(ChunkHeader header, const IndexEntry& entry) {
     header.sequence = state_.sequence;
     ByteWriter out;
     put(out, header);
-    pieces_.push_back(
-        {std::move(out.bytes), entry.offset + kChunkHeaderBytes, header.payload_bytes});
+    pieces_.push_back({std::move(out.bytes), entry.offset + header.bytes(), header.payload_bytes});
   } else if (pieces_.back().offset + pieces_.back().bytes == entry.offset) {
     pieces_.back().bytes += entry.bytes;
   } else {
     pieces_.push_back({{}, entry.offset, entry.bytes});
   }
+  payload_bytes_.push_back(header.payload_bytes);
   state_.entries.push_back(entry);
   state_.entries.back().offset = state_.offset;
   state_.offset += entry.bytes;

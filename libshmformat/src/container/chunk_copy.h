@@ -26,6 +26,8 @@ class ChunkCopy {
   Result<void> write(RandomSource& source, ByteSink& sink) const;
   /// For a ChunkWriter that writes behind them.
   const ChunkWriter::State& state() const { return state_; }
+  /// Of their payloads, by entry of the state.
+  const std::vector<std::uint64_t>& payload_bytes() const { return payload_bytes_; }
   /// Their bytes and then `tail`. `source` is borrowed.
   std::unique_ptr<ByteSource> read(RandomSource& source, std::vector<std::byte> tail) const;
 
@@ -40,6 +42,7 @@ class ChunkCopy {
 
   std::vector<Piece> pieces_;
   ChunkWriter::State state_;
+  std::vector<std::uint64_t> payload_bytes_;
 };
 
 }  // namespace shm::container

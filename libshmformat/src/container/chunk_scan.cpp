@@ -8,7 +8,7 @@
 namespace shm::container {
 namespace {
 
-constexpr std::string_view kMark = "SHMC";
+constexpr std::string_view kMarks = "SHM";  // both marks begin so
 constexpr std::uint64_t kWindowBytes = std::uint64_t{1} << 20;
 /// A chunk that nothing follows may be no chunk: so many times the file is read to find out.
 constexpr std::uint64_t kMostLooks = 4;
@@ -89,8 +89,8 @@ Result<void> Scanner::read_end() {
 
 Result<std::optional<ChunkHeader>> Scanner::header_at(std::uint64_t at) {
   std::optional<ChunkHeader> found;
-  if (at > size_ || size_ - at < kChunkHeaderBytes) return found;
-  std::vector<std::byte> bytes(kChunkHeaderBytes);
+  if (at > size_ || size_ - at < kShortHeaderBytes) return found;
+  std::vector<std::byte> bytes(std::min<std::uint64_t>(kLongHeaderBytes, size_ - at));
   if (auto good = source_->read_at(at, bytes); !good) return good.error();
   ByteReader in(bytes);
   ChunkHeader header;
@@ -118,14 +118,14 @@ Result<bool> Scanner::is_followed(const FoundChunk& chunk) {
 Result<bool> Scanner::is_whole(const FoundChunk& chunk) {
   if (chunk.header.payload_bytes > max_chunk_bytes_) return false;
   std::vector<std::byte> payload(static_cast<std::size_t>(chunk.header.payload_bytes));
-  if (auto good = source_->read_at(chunk.offset + kChunkHeaderBytes, payload); !good)
+  if (auto good = source_->read_at(chunk.offset + chunk.header.bytes(), payload); !good)
     return good.error();
   return checksum(payload) == chunk.header.payload_checksum;
 }
 
 Result<std::uint64_t> Scanner::take(std::uint64_t at, const ChunkHeader& header) {
   FoundChunk chunk{at, header, false, 0};
-  const std::uint64_t behind_header = at + kChunkHeaderBytes;
+  const std::uint64_t behind_header = at + header.bytes();
   const bool fits = header.payload_bytes <= size_ - behind_header;
   bool followed = false;
   if (fits) {
@@ -155,10 +155,12 @@ Result<std::uint64_t> Scanner::take(std::uint64_t at, const ChunkHeader& header)
   return end;
 }
 
-/// Bytes from `at` on, at least a header's, from what was read last where they are there.
+/// Bytes from `at` on, at least a long header's or all there are, from what was read last where
+/// they are there.
 Result<std::span<const std::byte>> Scanner::window_at(std::uint64_t at) {
+  const std::uint64_t least = std::min<std::uint64_t>(kLongHeaderBytes, size_ - at);
   const bool there = at >= window_begin_ && at - window_begin_ < window_.size() &&
-                     (window_.size() - (at - window_begin_) >= kChunkHeaderBytes);
+                     window_.size() - (at - window_begin_) >= least;
   if (!there) {
     window_begin_ = at;
     window_.resize(static_cast<std::size_t>(std::min(kWindowBytes, size_ - at)));
@@ -168,17 +170,19 @@ Result<std::span<const std::byte>> Scanner::window_at(std::uint64_t at) {
 }
 
 Result<std::uint64_t> Scanner::next_mark(std::uint64_t at) {
-  while (at < size_ && size_ - at >= kChunkHeaderBytes) {
+  while (at < size_ && size_ - at >= kShortHeaderBytes) {
     const auto window = window_at(at);
     if (!window) return window.error();
     const std::string_view text(reinterpret_cast<const char*>(window->data()), window->size());
-    for (auto found = text.find(kMark); found != text.npos; found = text.find(kMark, found + 1)) {
-      if (window->size() - found < kChunkHeaderBytes) break;
-      ByteReader in(window->subspan(found, kChunkHeaderBytes));
+    for (auto found = text.find(kMarks); found != text.npos; found = text.find(kMarks, found + 1)) {
+      if (window->size() - found < kShortHeaderBytes) break;
+      ByteReader in(window->subspan(found));
       ChunkHeader header;
       if (get(in, header) == HeaderState::good) return at + found;
     }
-    at += window->size() - (kChunkHeaderBytes - 1);  // headers may lie across
+    // Headers may lie across.
+    const bool to_the_end = at + window->size() == size_;
+    at += to_the_end ? window->size() : window->size() - (kLongHeaderBytes - 1);
   }
   return size_;
 }

@@ -21,7 +21,7 @@ struct FoundChunk {
   /// not as long as its header states.
   std::uint64_t room = 0;
 
-  std::uint64_t bytes() const { return kChunkHeaderBytes + header.payload_bytes; }
+  std::uint64_t bytes() const { return header.chunk_bytes(); }
   bool is(ChunkKind kind) const { return header.kind == static_cast<std::uint8_t>(kind); }
 };
 

@@ -12,6 +12,7 @@ Result<void> ChunkWriter::put(std::span<const std::byte> bytes) {
 }
 
 Result<void> ChunkWriter::start(const FileStart& start) {
+  start_ = start;
   ByteWriter out;
   container::put(out, start);
   return put(out.bytes);
@@ -26,9 +27,10 @@ Result<void> ChunkWriter::write(ChunkKind kind, std::span<const std::byte> paylo
   header.segment = entry.segment;
   header.payload_bytes = payload.size();
   header.payload_checksum = checksum(payload);
+  header.is_long = has_long_header(header, start_);
   entry.kind = header.kind;
   entry.offset = offset_;
-  entry.bytes = kChunkHeaderBytes + payload.size();
+  entry.bytes = header.chunk_bytes();
   entries_.push_back(entry);
   ByteWriter out;
   container::put(out, header);
@@ -39,7 +41,7 @@ Result<void> ChunkWriter::write(ChunkKind kind, std::span<const std::byte> paylo
 Result<void> ChunkWriter::adopt(std::span<const IndexEntry> entries, std::uint64_t bytes) {
   std::uint64_t end = 0;
   for (const IndexEntry& entry : entries) {
-    if (entry.bytes < kChunkHeaderBytes || entry.bytes > bytes - end)
+    if (entry.bytes < kShortHeaderBytes || entry.bytes > bytes - end)
       return Error{ErrorCode::corrupt,
                    "chunks of a part do not follow each other",
                    "index",

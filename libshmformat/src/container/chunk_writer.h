@@ -40,8 +40,9 @@ class ChunkWriter {
     std::uint32_t sequence = 0;
     std::vector<IndexEntry> entries;
   };
-  /// Writes behind chunks that stand in the sink.
-  void go_on(State state) {
+  /// Writes behind chunks that stand in the sink, in a file of that version.
+  void go_on(State state, const FileStart& start) {
+    start_ = start;
     offset_ = state.offset;
     sequence_ = state.sequence;
     entries_ = std::move(state.entries);
@@ -51,6 +52,7 @@ class ChunkWriter {
   Result<void> put(std::span<const std::byte> bytes);
 
   ByteSink* sink_;
+  FileStart start_;
   std::uint64_t offset_ = 0;
   std::uint32_t sequence_ = 0;
   std::vector<IndexEntry> entries_;

@@ -56,35 +56,67 @@ bool get(ByteReader& in, FileStart& start) {
   return good && in.ok();
 }
 
+bool has_long_header(const ChunkHeader& header, const FileStart& start) {
+  return start.minor < 10 || header.kind >= 16 || header.version >= 8 ||
+         header.flags > kChunkOptional || header.segment >= 1u << 16 ||
+         header.payload_bytes >= 1u << 24;
+}
+
+std::size_t header_bytes(std::span<const std::byte> beginning) {
+  ByteReader in(beginning);
+  return in.get_u32() == kLongMark ? kLongHeaderBytes : kShortHeaderBytes;
+}
+
 void put(ByteWriter& out, const ChunkHeader& header) {
   ByteWriter head;
-  head.put_u32(kSyncMark);
-  head.put_u8(header.kind);
-  head.put_u8(header.version);
-  head.put_u8(header.flags);
-  head.put_u8(0);
-  head.put_u32(header.sequence);
-  head.put_u32(header.segment);
-  head.put_u64(header.payload_bytes);
+  head.put_u32(header.is_long ? kLongMark : kShortMark);
+  if (header.is_long) {
+    head.put_u8(header.kind);
+    head.put_u8(header.version);
+    head.put_u8(header.flags);
+    head.put_u8(0);
+    head.put_u32(header.sequence);
+    head.put_u32(header.segment);
+    head.put_u64(header.payload_bytes);
+  } else {
+    const auto what = static_cast<unsigned>(header.kind | header.version << 4 | header.flags << 7);
+    head.put_u32(what | static_cast<std::uint32_t>(header.payload_bytes) << 8);
+    head.put_u32(header.sequence);
+    head.put_u16(static_cast<std::uint16_t>(header.segment));
+  }
   head.put_u32(header.payload_checksum);
   head.put_u32(checksum(head.bytes));
   out.put_bytes(head.bytes);
 }
+
 HeaderState get(ByteReader& in, ChunkHeader& header) {
-  const auto bytes = in.get_bytes(kChunkHeaderBytes);
+  ByteReader ahead = in;
+  header.is_long = ahead.get_u32() == kLongMark;
+  const auto bytes = in.get_bytes(std::min<std::size_t>(header.bytes(), in.left()));
   ByteReader head(bytes);
-  if (head.get_u32() != kSyncMark) return HeaderState::bad_mark;
-  header.kind = head.get_u8();
-  header.version = head.get_u8();
-  header.flags = head.get_u8();
-  head.get_u8();  // zero; the checksum covers it
-  header.sequence = head.get_u32();
-  header.segment = head.get_u32();
-  header.payload_bytes = head.get_u64();
+  const std::uint32_t mark = head.get_u32();
+  if (mark != kLongMark && mark != kShortMark) return HeaderState::bad_mark;
+  if (header.is_long) {
+    header.kind = head.get_u8();
+    header.version = head.get_u8();
+    header.flags = head.get_u8();
+    head.get_u8();  // zero; the checksum covers it
+    header.sequence = head.get_u32();
+    header.segment = head.get_u32();
+    header.payload_bytes = head.get_u64();
+  } else {
+    const std::uint32_t what = head.get_u32();
+    header.kind = what & 15;
+    header.version = what >> 4 & 7;
+    header.flags = what >> 7 & 1;
+    header.payload_bytes = what >> 8;
+    header.sequence = head.get_u32();
+    header.segment = head.get_u16();
+  }
   header.payload_checksum = head.get_u32();
   const std::uint32_t stated = head.get_u32();
-  return stated == checksum(bytes.first(kChunkHeaderBytes - 4)) ? HeaderState::good
-                                                                : HeaderState::bad_checksum;
+  return head.ok() && stated == checksum(bytes.first(bytes.size() - 4)) ? HeaderState::good
+                                                                        : HeaderState::bad_checksum;
 }
 bool is_known(const ChunkHeader& header) {
   return header.kind >= static_cast<std::uint8_t>(ChunkKind::schema) &&

@@ -91,7 +91,10 @@ enum class ChunkKind : std::uint8_t {
 };
 std::string chunk_name(std::uint8_t kind);
 
-inline constexpr std::uint32_t kSyncMark = 0x434d4853;  // "SHMC"
+// Headers of chunks are short or long, and their mark tells which.
+inline constexpr std::uint32_t kShortMark = 0x634d4853;  // "SHMc"
+inline constexpr std::uint32_t kLongMark = 0x434d4853;   // "SHMC"
+inline constexpr std::size_t kShortHeaderBytes = 22, kLongHeaderBytes = 32;
 inline constexpr std::uint8_t kChunkOptional =
     1;  ///< flag: a reader may skip what it does not know
 
@@ -99,16 +102,26 @@ struct ChunkHeader {
   std::uint8_t kind = 0;
   std::uint8_t version = 0;
   std::uint8_t flags = 0;
+  bool is_long = false;        ///< as the file has it, or shall have it
   std::uint32_t sequence = 0;  ///< 0, 1, 2, ... through the file
   std::uint32_t segment = 0;   ///< groups: 0, 0, ..., 1, 1, ...; all other kinds: 0
   std::uint64_t payload_bytes = 0;
   std::uint32_t payload_checksum = 0;
+
+  std::size_t bytes() const { return is_long ? kLongHeaderBytes : kShortHeaderBytes; }
+  /// With its payload.
+  std::uint64_t chunk_bytes() const { return bytes() + payload_bytes; }
 };
-inline constexpr std::size_t kChunkHeaderBytes = 32;
+/// Whether a file of that version has the header in its long form, but for its number: all before
+/// 0.10 have, and chunks that are large.
+bool has_long_header(const ChunkHeader& header, const FileStart& start);
 void put(ByteWriter& out, const ChunkHeader& header);
 enum class HeaderState { good, bad_mark, bad_checksum };
-/// Must hold: `in` has kChunkHeaderBytes left.
+/// Takes its bytes from `in`, where it is good, else some. Must hold: kShortHeaderBytes are left; a
+/// long one that is cut has a bad checksum.
 HeaderState get(ByteReader& in, ChunkHeader& header);
+/// How many bytes tell the header that begins so; of what begins none, kShortHeaderBytes.
+std::size_t header_bytes(std::span<const std::byte> beginning);
 /// Which version a chunk has in a file of that version.
 inline std::uint8_t version_of_chunk(ChunkKind kind, const FileStart& start) {
   const bool has_version_1 = kind == ChunkKind::group || kind == ChunkKind::step_values ||

@@ -1,5 +1,7 @@
 #include "container/random_chunks.h"
 
+#include <algorithm>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -11,6 +13,20 @@ namespace {
 Error wrong(std::string detail, std::string section, std::uint64_t offset,
             ErrorCode code = ErrorCode::corrupt) {
   return Error{code, std::move(detail), std::move(section), offset, {}};
+}
+
+/// The header at `at`, before `end`; nothing where there is none.
+Result<std::optional<ChunkHeader>> header_at(RandomSource& source, std::uint64_t at,
+                                             std::uint64_t end, const std::string& section) {
+  std::optional<ChunkHeader> found;
+  if (at > end || end - at < kShortHeaderBytes) return found;
+  const auto bytes =
+      read_bytes(source, at, std::min<std::uint64_t>(kLongHeaderBytes, end - at), section);
+  if (!bytes) return bytes.error();
+  ByteReader in(*bytes);
+  ChunkHeader header;
+  if (get(in, header) == HeaderState::good) found = header;
+  return found;
 }
 
 }  // namespace
@@ -25,7 +41,7 @@ Result<std::vector<std::byte>> read_bytes(RandomSource& source, std::uint64_t of
 }
 
 Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind) {
-  constexpr std::uint64_t kLeast = kFileStartBytes + kChunkHeaderBytes + kTrailerBytes;
+  constexpr std::uint64_t kLeast = kFileStartBytes + kShortHeaderBytes + kTrailerBytes;
   const std::uint64_t size = source.size();
   if (size < kLeast)
     return wrong("the file is too short to have an end record", "end record", size,
@@ -43,18 +59,13 @@ Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind) {
   last.bytes = end - last.offset;
   // Where parity stands behind the first trailer, this is a copy of that: the chunk's header has
   // its length. What it is whoever reads it checks.
-  if (last.bytes < kChunkHeaderBytes) return last;
-  const auto head = read_bytes(source, last.offset, kChunkHeaderBytes, chunk_name(last.kind));
-  if (!head) return head.error();
-  ByteReader fields(*head);
-  ChunkHeader header;
-  if (get(fields, header) != HeaderState::good ||
-      header.payload_bytes >= last.bytes - kChunkHeaderBytes)
-    return last;
-  const auto behind = read_bytes(source, last.offset + kChunkHeaderBytes + header.payload_bytes,
-                                 kTrailerBytes, "end record");
+  const auto header = header_at(source, last.offset, end, chunk_name(last.kind));
+  if (!header) return header.error();
+  if (!*header || (*header)->chunk_bytes() >= last.bytes) return last;
+  const auto behind =
+      read_bytes(source, last.offset + (*header)->chunk_bytes(), kTrailerBytes, "end record");
   if (!behind) return behind.error();
-  if (*behind == tail) last.bytes = kChunkHeaderBytes + header.payload_bytes;
+  if (*behind == tail) last.bytes = (*header)->chunk_bytes();
   return last;
 }
 
@@ -63,7 +74,7 @@ Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const Index
   ChunkHeader header;
   if (get(in, header) != HeaderState::good || header.kind != entry.kind ||
       header.version > version_of_chunk(static_cast<ChunkKind>(header.kind), {}) ||
-      header.segment != entry.segment || header.payload_bytes != entry.bytes - kChunkHeaderBytes)
+      header.segment != entry.segment || header.chunk_bytes() != entry.bytes)
     return wrong("the chunk that should stand here does not", chunk_name(entry.kind), entry.offset);
   return header;
 }
@@ -71,18 +82,20 @@ Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const Index
 Result<std::vector<std::byte>> read_chunk(RandomSource& source, const IndexEntry& entry,
                                           std::uint64_t max_bytes, std::uint8_t* version) {
   const std::string section = chunk_name(entry.kind);
-  if (entry.bytes < kChunkHeaderBytes)
+  if (entry.bytes < kShortHeaderBytes)
     return wrong("the index lists a chunk that is too short", section, entry.offset);
-  if (entry.bytes - kChunkHeaderBytes > max_bytes)
-    return wrong("a chunk of " + std::to_string(entry.bytes) + " bytes, the limit is " +
-                     std::to_string(max_bytes),
-                 section, entry.offset, ErrorCode::over_limit);
+  const Error too_large = wrong("a chunk of " + std::to_string(entry.bytes) +
+                                    " bytes, the limit is " + std::to_string(max_bytes),
+                                section, entry.offset, ErrorCode::over_limit);
+  if (entry.bytes > kLongHeaderBytes && entry.bytes - kLongHeaderBytes > max_bytes)
+    return too_large;
   auto chunk = read_bytes(source, entry.offset, entry.bytes, section);
   if (!chunk) return chunk.error();
   const auto header = checked_header(*chunk, entry);
   if (!header) return header.error();
+  if (header->payload_bytes > max_bytes) return too_large;
   if (version != nullptr) *version = header->version;
-  chunk->erase(chunk->begin(), chunk->begin() + kChunkHeaderBytes);
+  chunk->erase(chunk->begin(), chunk->begin() + static_cast<std::ptrdiff_t>(header->bytes()));
   if (checksum(*chunk) != header->payload_checksum)
     return wrong("checksum of the chunk does not match", section, entry.offset);
   return std::move(*chunk);
@@ -94,18 +107,16 @@ Result<void> for_each_chunk(RandomSource& source, std::span<const IndexEntry> en
   std::uint64_t end = kFileStartBytes;
   std::uint32_t sequence = 0;
   for (const IndexEntry& entry : entries) {
-    if (entry.offset != end || end > index_offset || entry.bytes < kChunkHeaderBytes ||
+    if (entry.offset != end || end > index_offset || entry.bytes < kShortHeaderBytes ||
         entry.bytes > index_offset - end)
       return wrong_index;
     const std::string section = chunk_name(entry.kind);
-    const auto bytes = read_bytes(source, entry.offset, kChunkHeaderBytes, section);
-    if (!bytes) return bytes.error();
-    ByteReader in(*bytes);
-    ChunkHeader header;
-    if (get(in, header) != HeaderState::good || header.kind != entry.kind ||
-        header.sequence != sequence++ || header.payload_bytes != entry.bytes - kChunkHeaderBytes)
+    const auto header = header_at(source, entry.offset, source.size(), section);
+    if (!header) return header.error();
+    if (!*header || (*header)->kind != entry.kind || (*header)->sequence != sequence++ ||
+        (*header)->chunk_bytes() != entry.bytes)
       return wrong("the chunk that should stand here does not", section, entry.offset);
-    if (auto good = visit(header, entry); !good) return good;
+    if (auto good = visit(**header, entry); !good) return good;
     end += entry.bytes;
   }
   return end == index_offset ? Result<void>() : Result<void>(wrong_index);
@@ -124,19 +135,18 @@ Result<std::uint64_t> bytes_of_file(RandomSource& source) {
         chunk_name(kind), size, ErrorCode::truncated);
   };
   for (std::uint64_t at = kFileStartBytes, chunks = 0;; ++chunks) {
-    if (at >= size || size - at < kChunkHeaderBytes)
+    if (at >= size || size - at < kShortHeaderBytes)
       return wrong("the file has been cut, and has no index: it ends behind " +
                        std::to_string(chunks) + " whole chunks",
                    "chunk header", size, ErrorCode::truncated);
-    const auto bytes = read_bytes(source, at, kChunkHeaderBytes, "chunk header");
-    if (!bytes) return bytes.error();
-    ByteReader in(*bytes);
-    ChunkHeader header;
-    if (get(in, header) != HeaderState::good || header.sequence != chunks)
+    const auto read = header_at(source, at, size, "chunk header");
+    if (!read) return read.error();
+    if (!*read || (*read)->sequence != chunks)
       return wrong("no chunk begins here, and the file does not end with an end record",
                    "chunk header", at);
+    const ChunkHeader& header = **read;
     const std::uint64_t begin = at;
-    at += kChunkHeaderBytes;
+    at += header.bytes();
     if (header.payload_bytes > size - at) return cut(header.kind, begin);
     at += header.payload_bytes;
     if (header.kind != static_cast<std::uint8_t>(ChunkKind::index)) continue;

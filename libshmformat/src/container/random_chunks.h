@@ -23,7 +23,7 @@ Result<std::vector<std::byte>> read_bytes(RandomSource& source, std::uint64_t of
 Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind);
 
 /// The header of the chunk that `entry` lists and that begins with `chunk`. Must hold:
-/// entry.bytes and chunk are at least kChunkHeaderBytes.
+/// entry.bytes and chunk are at least kShortHeaderBytes.
 Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const IndexEntry& entry);
 
 /// The payload of a whole chunk, at most `max_bytes`; `version`, where it is asked for, is that of

@@ -376,15 +376,11 @@ std::optional<std::uint64_t> size_of(int descriptor) {
 
 }  // namespace
 
+/// By its name: what shares the open file shares its position, too.
 Result<std::unique_ptr<FileRandomSource>> FileSource::anywhere() const {
-  const auto size = size_of(descriptor_);
-  if (!size) return Error{ErrorCode::io, "cannot be sought in", {}, kNoOffset, path_};
-  std::unique_ptr<FileRandomSource> source(new FileRandomSource());
-  source->path_ = path_;
-  source->size_ = *size;
-  source->descriptor_ = ::_dup(descriptor_);
-  if (source->descriptor_ < 0) return system_error(ErrorCode::io, "cannot be opened", path_);
-  return source;
+  if (path_ == "-" || !size_of(descriptor_))
+    return Error{ErrorCode::io, "cannot be sought in", {}, kNoOffset, path_};
+  return FileRandomSource::open(path_);
 }
 
 Result<std::unique_ptr<FileRandomSource>> FileRandomSource::open(const std::string& path) {

@@ -55,17 +55,19 @@ Error not_restorable(std::string detail, std::uint64_t offset,
 }
 
 /// That of an index made anew; nothing where no schema is whole.
-std::optional<std::uint8_t> version_of_index(const FoundChunks& found) {
+std::optional<container::FileStart> start_of(const FoundChunks& found) {
   container::FileStart start;
   const std::vector<std::byte> beginning = found.beginning();
   ByteReader in(beginning);
   if (!container::get(in, start)) return std::nullopt;
-  return container::version_of_chunk(ChunkKind::index, start);
+  return start;
 }
 
 /// Version 0 has ranges, of arrays within a bound those of values that the file does not hold.
 bool has_other_ranges(const FoundChunks& found) {
-  if (!found.schema() || version_of_index(found) != 0) return false;
+  const auto start = start_of(found);
+  if (!found.schema() || !start || container::version_of_chunk(ChunkKind::index, *start) != 0)
+    return false;
   const auto& arrays = found.schema()->arrays;
   return std::any_of(arrays.begin(), arrays.end(), [](const ArrayInfo& array) {
     return !array.per_step && array.quantization.lossy();
@@ -77,9 +79,10 @@ bool has_other_ranges(const FoundChunks& found) {
 Result<container::Index> index_anew(RandomSource& source, const FoundChunks& found,
                                     const ReadLimits& limits) {
   if (!has_all_that_is_known(found)) return not_restorable("not all chunks are whole", kNoOffset);
-  const auto version = version_of_index(found);
-  if (!version) return not_restorable("no schema is whole", kNoOffset);
-  auto index = IndexBuilder(source, found, limits, *version).make();
+  const auto start = start_of(found);
+  if (!start) return not_restorable("no schema is whole", kNoOffset);
+  const std::uint8_t version = container::version_of_chunk(ChunkKind::index, *start);
+  auto index = IndexBuilder(source, found, limits, version).make();
   if (!index) return index;
   ByteWriter payload;
   container::put(payload, *index);
@@ -91,9 +94,12 @@ Result<container::Index> index_anew(RandomSource& source, const FoundChunks& fou
   // Another version of zstd packs otherwise, and of version 0 ranges of what is restored differ
   // from those of what was written: the index may have had some bytes more or less, but not so many
   // as a chunk has.
-  const std::uint64_t wanted = container::kChunkHeaderBytes + bytes + container::kTrailerBytes;
+  ChunkHeader header;
+  header.payload_bytes = bytes;
+  header.is_long = container::has_long_header(header, *start);
+  const std::uint64_t wanted = header.chunk_bytes() + container::kTrailerBytes;
   const std::uint64_t left = source.size() - end;
-  const bool fills = std::max(left, wanted) - std::min(left, wanted) < container::kChunkHeaderBytes;
+  const bool fills = std::max(left, wanted) - std::min(left, wanted) < header.bytes();
   if (!fills && !found.ends_at_index())
     return not_restorable("perhaps there were more chunks", end);
   return index;
@@ -105,8 +111,12 @@ Result<void> write_chunks(RandomSource& source, const FoundChunks& found,
                           std::span<const IndexEntry> entries, ByteSink& sink) {
   const std::vector<std::byte> beginning = found.beginning();
   if (auto good = sink.write(beginning); !good) return good;
-  const auto schema_again =
-      std::span(beginning).subspan(container::kFileStartBytes + container::kChunkHeaderBytes);
+  ByteReader in(beginning);
+  container::FileStart start;
+  ChunkHeader first;
+  container::get(in, start);
+  container::get(in, first);
+  const auto schema_again = in.get_bytes(in.left());
   const auto& chunks = found.chunks();
   std::size_t next = 0;
   for (std::uint32_t i = 1; i < entries.size(); ++i) {
@@ -118,11 +128,8 @@ Result<void> write_chunks(RandomSource& source, const FoundChunks& found,
     }
     if (!entries[i].is(ChunkKind::schema))
       return not_restorable("not all chunks are whole", entries[i].offset);
-    ChunkHeader header;
-    header.kind = entries[i].kind;
+    ChunkHeader header = first;
     header.sequence = i;
-    header.payload_bytes = schema_again.size();
-    header.payload_checksum = checksum(schema_again);
     ByteWriter out;
     container::put(out, header);
     out.put_bytes(schema_again);
@@ -150,7 +157,8 @@ Result<void> write_with_new_index(RandomSource& source, const FoundChunks& found
   if (auto good = write_chunks(source, found, entries, sink); !good) return good;
   container::ChunkWriter end(sink);
   end.go_on({entries.back().offset + entries.back().bytes,
-             static_cast<std::uint32_t>(entries.size()), entries});
+             static_cast<std::uint32_t>(entries.size()), entries},
+            *start_of(found));
   return end.finish(std::move(*index));
 }
 

@@ -12,7 +12,6 @@ using container::ChunkHeader;
 using container::ChunkKind;
 using container::FoundChunk;
 using container::IndexEntry;
-using container::kChunkHeaderBytes;
 
 namespace {
 
@@ -72,10 +71,10 @@ Result<void> FoundChunks::read() {
 
 Result<std::vector<std::byte>> FoundChunks::payload_of(const FoundChunk& chunk,
                                                        std::uint64_t most) {
-  const std::uint64_t begin = chunk.offset + kChunkHeaderBytes;
+  const std::uint64_t begin = chunk.offset + chunk.header.bytes();
   // All together no more than the file.
   std::vector<std::byte> payload(static_cast<std::size_t>(
-      std::min({most, chunk.header.payload_bytes, chunk.room - kChunkHeaderBytes})));
+      std::min({most, chunk.header.payload_bytes, chunk.room - chunk.header.bytes()})));
   if (auto good = source_->read_at(begin, payload); !good) return good.error();
   return payload;
 }
@@ -124,6 +123,7 @@ std::vector<std::byte> FoundChunks::beginning() const {
   header.kind = static_cast<std::uint8_t>(ChunkKind::schema);
   header.payload_bytes = schema_payload_.size();
   header.payload_checksum = checksum(schema_payload_);
+  header.is_long = container::has_long_header(header, start);
   container::put(out, header);
   out.put_bytes(schema_payload_);
   return std::move(out.bytes);
