@@ -137,14 +137,14 @@ TEST(CodecChoice, FastTakesShiftsWhereTheyTakeNoRoom) {
 
 TEST(CodecChoice, DefaultTakesShiftsWhereValuesAreAsSmall) {
   using enum ConnectivityCodec;
-  const TestMesh large = bent_grid(26, 26, 26);
+  const TestMesh large = bent_grid(33, 33, 33);
   EXPECT_EQ(codec_of(large, {}), shifts);
   SizeReport by_number, over_surface;
   expect_round_trip(large, {}, &by_number);
   expect_round_trip(large, {.connectivity = replay}, &over_surface);
   EXPECT_LE(by_number.streams.at("geometry") * 100, over_surface.streams.at("geometry") * 101);
   // Where time is not felt, where rows are none, and where they are but for every hundredth cell.
-  EXPECT_NE(codec_of(bent_grid(25, 25, 26), {}), shifts);
+  EXPECT_NE(codec_of(bent_grid(31, 32, 33), {}), shifts);
   EXPECT_NE(codec_of(shuffled(large), {}), shifts);
   TestMesh disturbed = large;
   for (std::size_t i = 0; i + 50 < disturbed.cells.size(); i += 100)

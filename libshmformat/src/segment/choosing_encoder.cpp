@@ -49,7 +49,10 @@ CodecTrial trial_for(ConnectivityCodec codec, Level level) {
               .spare_share = 1 << 16,
               .spare_bits = 1 << 16};
   }
-  return {.level = level, .codecs = {replay, rows, mixed}, .shifts = CodecTrial::Shifts::for_size};
+  return {.level = level,
+          .codecs = {replay, rows, mixed},
+          .shifts = CodecTrial::Shifts::for_size,
+          .sample_cells = 32768};
 }
 
 std::unique_ptr<SegmentEncoder> ChoosingEncoder::encoder_with(ConnectivityCodec codec) const {
