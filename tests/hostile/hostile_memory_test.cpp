@@ -33,6 +33,7 @@ TEST(Hostile, StatedSizesAllocateNothing) {
   container::put(start, parts.start);
   container::ChunkHeader header;
   header.kind = static_cast<std::uint8_t>(ChunkKind::schema);
+  header.is_long = true;
   header.payload_bytes = std::uint64_t{1} << 32;
   container::put(start, header);
   largest_allocation = 0;

@@ -295,26 +295,41 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component, const TiledI
       still_fits(*info_, component, plans_[component].domain, bits))
     return plans_[component];
   auto plans = domain_candidates(*info_, component, bits);
-  std::size_t best = 0;
-  double least = -1;  // not known
-  for (std::size_t p = 0; p < plans.size() && plans.size() > 1 && !first_tile.empty(); ++p) {
-    const double size = size_by(plans[p], component, elements, first_tile, bits, reference);
-    if (p > 0 && size >= least) continue;
-    least = size;
-    best = p;
+  // The best of all, and of those without a table, which alone can recall values.
+  std::size_t best = 0, best_without = plans.size();
+  std::vector<double> sizes(plans.size(), -1);  // not known
+  for (std::size_t p = 0; p < plans.size(); ++p) {
+    if (plans.size() > 1 && !first_tile.empty())
+      sizes[p] = size_by(plans[p], component, elements, first_tile, bits, reference);
+    if (sizes[p] < sizes[best]) best = p;
+    if (plans[p].table.empty() && (best_without == plans.size() || sizes[p] < sizes[best_without]))
+      best_without = p;
   }
   DomainPlan plan = std::move(plans[best]);
   if (first_tile.empty() || !has_earlier_values_) return plan;
-  EarlierValues earlier(*info_, component, plan.domain, bits, reference);
-  if (!earlier.may_help()) return plan;
-  if (least < 0) least = size_by(plan, component, elements, first_tile, bits, reference);
-  DomainPlan with = plan;
-  earlier.choose(8 * least / static_cast<double>(bits.size()), !plan.table.empty(), with.domain);
-  if (with.domain == plan.domain) return plan;
-  // What is found may be what neighbours know, too; only coding all of it tells.
-  if (first_tile.size() < bits.size())
-    least = size_by(plan, component, elements, elements.items, bits, reference);
-  return size_by(with, component, elements, elements.items, bits, reference) < least ? with : plan;
+  double least = sizes[best];
+  const bool is_sample = first_tile.size() < bits.size();
+  const auto try_with = [&](const DomainPlan& without, double size) {
+    EarlierValues earlier(*info_, component, without.domain, bits, reference);
+    if (!earlier.may_help()) return;
+    if (size < 0) size = size_by(without, component, elements, first_tile, bits, reference);
+    if (least < 0) least = size;
+    DomainPlan with = without;
+    earlier.choose(8 * size / static_cast<double>(bits.size()), !without.table.empty(),
+                   with.domain);
+    if (with.domain == without.domain) return;
+    // What is found may be what neighbours know, too; only coding all of it tells.
+    if (is_sample) least = size_by(plan, component, elements, elements.items, bits, reference);
+    const double its = size_by(with, component, elements, elements.items, bits, reference);
+    if (its >= least) return;
+    least = its;
+    plan = std::move(with);
+  };
+  const DomainPlan chosen = plan;
+  try_with(chosen, sizes[best]);
+  if (best_without < plans.size() && best_without != best)
+    try_with(plans[best_without], sizes[best_without]);
+  return plan;
 }
 
 template <class Coder>
