@@ -354,6 +354,7 @@ inline void mutate_file(shm::FileParts& parts, Random& random, std::size_t room)
   const auto place = chunks.begin() + static_cast<std::ptrdiff_t>(at);
   switch (random() % 16) {
     case 0: chunks.erase(place); break;
+    case 3: place->header.is_long = !place->header.is_long; break;
     case 1:
       if (chunks[at].bytes() < room) chunks.insert(place, shm::Chunk(*place));
       break;

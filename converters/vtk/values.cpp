@@ -130,7 +130,7 @@ void Values::read(std::uint64_t first, std::uint64_t count, std::byte* out) {
 bool Values::equals(Values& other) {
   if (type_ != other.type_ || size_ != other.size_) return false;
   const std::size_t width = scalar_bytes(type_);
-  std::vector<std::byte> own(kPieceValues * width), its(own.size());
+  std::vector<std::byte> own(std::min(size_, kPieceValues) * width), its(own.size());
   for (std::uint64_t first = 0; first < size_; first += kPieceValues) {
     const std::uint64_t n = std::min(size_ - first, kPieceValues);
     read(first, n, own.data());

@@ -153,7 +153,7 @@ TEST(Memory, AMeshTakesThreeTenthsMoreToReadIt) {
   const std::uint64_t mesh = n * n * n * (64 + 8 + 4 + 8) + (n + 1) * (n + 1) * (n + 1) * (12 + 8);
   std::printf("a mesh of %.1f MB takes %.1f MB to read\n", megabytes(mesh), megabytes(read));
   if (kMeasuresMemory) {
-    EXPECT_LE(read, mesh * 13 / 10);
+    EXPECT_LE(read, mesh * 13 / 10 + (4u << 20));  // and the program
   }
 }
 

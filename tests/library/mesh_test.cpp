@@ -201,6 +201,29 @@ TEST(WholeMesh, IsMadeOfVectorsAndGivesThemBack) {
   EXPECT_EQ(Mesh().bounds()[0], std::numeric_limits<double>::infinity());
 }
 
+TEST(WholeMesh, NumbersThatDoNotCountAreRefused) {
+  for (const std::size_t odd : {0u, 3u, 7u})
+    for (const std::uint64_t number : {std::uint64_t{1} << 32, std::uint64_t{9}}) {
+      Schema schema;
+      schema.coordinate_type = ScalarType::float32;
+      schema.blocks.push_back({1, "", CellShape::hexahedron, 8});
+      MemorySink sink;
+      auto writer = Writer::create(sink, schema);
+      ASSERT_TRUE(writer);
+      std::array<std::uint64_t, 8> corners{0, 1, 2, 3, 4, 5, 6, 7};
+      corners[odd] = number;
+      const std::array<float, 3> xyz{};
+      for (const std::uint64_t corner : corners)
+        ASSERT_TRUE(writer->add_vertex(corner, std::as_bytes(std::span(xyz))));
+      ASSERT_TRUE(writer->add_cell(0, corners, 0xff));
+      ASSERT_TRUE(writer->end_mesh() && writer->finish());
+      MemorySource source(sink.bytes);
+      const auto mesh = read_mesh(source);
+      ASSERT_FALSE(mesh) << odd << " " << number;
+      EXPECT_EQ(mesh.error().code, ErrorCode::corrupt);
+    }
+}
+
 TEST(WholeMesh, NumbersOfEveryTypeAreConverted) {
   const auto as_doubles = []<class T>(T value) {
     const std::vector<T> values{value, T{2}};

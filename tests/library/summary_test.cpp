@@ -356,6 +356,34 @@ TEST(Summary, HeadersThatLieAreFound) {
   });
 }
 
+/// A payload so long that header and payload are as short as the index says.
+TEST(Summary, LengthsDoNotWrap) {
+  FileParts parts = take_apart(small_file());
+  Chunk unknown;
+  unknown.header.kind = 200;
+  unknown.header.flags = container::kChunkOptional;
+  unknown.header.is_long = true;
+  parts.chunks.insert(parts.chunks.begin() + 1, unknown);
+  Bytes bytes = with_places(parts, [](container::Index& index) {
+    IndexEntry entry;
+    entry.kind = 200;
+    index.entries.insert(index.entries.begin() + 1, entry);
+  });
+  // A byte less of it, and of what the index says of it.
+  parts = take_apart(bytes);
+  const std::size_t at = container::kFileStartBytes + parts.chunks[0].bytes();
+  parts.chunks[1].header.payload_bytes = ~std::uint64_t{0};
+  ByteWriter header;
+  container::put(header, parts.chunks[1].header);
+  bytes = with_index(bytes, [](container::Index& index) {
+    --index.entries[1].bytes;
+    for (std::size_t c = 2; c < index.entries.size(); ++c) --index.entries[c].offset;
+  });
+  std::copy(header.bytes.begin(), header.bytes.end(),
+            bytes.begin() + static_cast<std::ptrdiff_t>(at));
+  EXPECT_FALSE(summary_of(bytes));
+}
+
 TEST(Summary, LongHeadersAreReadWhereShortOnesWouldDo) {
   for (const bool all : {true, false}) {
     FileParts parts = take_apart(small_file());
@@ -378,6 +406,15 @@ TEST(Summary, LongHeadersAreReadWhereShortOnesWouldDo) {
     const auto report = find_damage(source);
     ASSERT_TRUE(report);
     EXPECT_TRUE(report->complete && report->damages.empty());
+    // Without its trailer it comes back.
+    const Bytes cut(bytes.begin(), bytes.end() - container::kTrailerBytes);
+    MemoryRandomSource of_cut(cut);
+    const auto healed = find_damage(of_cut);
+    ASSERT_TRUE(healed);
+    EXPECT_TRUE(healed->restorable);
+    MemorySink sink;
+    ASSERT_TRUE(write_in_order(of_cut, sink));
+    EXPECT_EQ(sink.bytes, bytes);
   }
 }
 

@@ -142,14 +142,17 @@ void Parser::add_array(Entry& entry, Values column_values, std::string_view role
 // of one name and with the same values are one array here. Its index, where it has come before.
 std::optional<std::size_t> Parser::written_before(EntryKind kind, const ArrayInfo& array,
                                                   Values& values) {
+  constexpr std::size_t kMostOfAName = 4;  // who has more has them for another reason
   const auto& arrays = info_.schema.arrays;
-  for (std::size_t a = 0; a < arrays.size(); ++a)
+  auto& of_name = named_[{array.location, array.name}];
+  for (const std::size_t a : of_name)
     if (arrays[a] == array && array.role.empty() && !roles_.contains({a, kind}) &&
         source_.arrays_[a].equals(values)) {
       roles_.emplace(a, kind);
       return a;
     }
   roles_.emplace(arrays.size(), kind);
+  if (of_name.size() < kMostOfAName) of_name.push_back(arrays.size());
   return std::nullopt;
 }
 

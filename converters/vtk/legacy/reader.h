@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -114,6 +115,8 @@ class Parser {
   bool saw_types_ = false;
   std::size_t data_count_ = 0;
   std::set<std::pair<std::size_t, EntryKind>> roles_;  // of each array
+  // Arrays of a name: the first few.
+  std::map<std::pair<Location, std::string>, std::vector<std::size_t>> named_;
 };
 
 }  // namespace shm::converters::vtk

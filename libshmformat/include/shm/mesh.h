@@ -176,7 +176,8 @@ SHM_API Result<Mesh> read_mesh(ByteSource& source, const ReadLimits& limits = {}
 /// The same of files. A file appears whole or not at all; one that is there already stays, unless
 /// it may be replaced. Errors name the file. Where the file can be sought in, its index tells how
 /// large the mesh will be: reading takes the mesh, what a Reader takes, and 4 bytes for each vertex
-/// and cell (a million hexahedra with two fields: 1.3 times the mesh).
+/// and cell that comes out of order, in the end 12 (a million hexahedra with two fields: 1.3 times
+/// the mesh).
 SHM_API Result<SizeReport> write_file(const std::string& path, const Mesh& mesh,
                                       const WriteOptions& options = {},
                                       FileSink::Existing existing = FileSink::Existing::refuse);

@@ -336,13 +336,13 @@ Result<void> IndexedFile::expect_totals() const {
                             : wrong_index("its groups do not add up to its totals");
 }
 
-/// The first chunk, and what stands before it, through a Decoder, which checks it.
 /// Which form the headers of chunks have, as that of the first, from the start of the file on.
 void IndexedFile::look_at_beginning(std::span<const std::byte> bytes) {
   const auto first = bytes.subspan(std::min(bytes.size(), container::kFileStartBytes));
   has_long_headers_ = container::header_bytes(first) == kLongHeaderBytes;
 }
 
+/// The first chunk, and what stands before it, through a Decoder, which checks it.
 Result<void> IndexedFile::read_schema() {
   if (index_.entries.empty() ||
       index_.entries[0].kind != static_cast<std::uint8_t>(ChunkKind::schema) ||

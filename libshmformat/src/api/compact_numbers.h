@@ -20,47 +20,51 @@ class CompactNumbers {
   /// `count` zeros, to be set to numbers below `count`.
   static CompactNumbers zeros(std::size_t count) {
     CompactNumbers numbers;
-    if (count <= kNarrow)
-      numbers.narrow_.resize(count);
-    else
+    numbers.is_wide_ = count > kMostNarrow;
+    if (numbers.is_wide_)
       numbers.wide_.resize(count);
+    else
+      numbers.narrow_.resize(count);
     return numbers;
   }
 
-  std::size_t size() const { return wide_.empty() ? narrow_.size() : wide_.size(); }
-  std::size_t capacity() const { return wide_.empty() ? narrow_.capacity() : wide_.capacity(); }
+  std::size_t size() const { return is_wide_ ? wide_.size() : narrow_.size(); }
+  std::size_t capacity() const { return is_wide_ ? wide_.capacity() : narrow_.capacity(); }
   void reserve(std::size_t count) {
-    if (wide_.empty())
-      narrow_.reserve(count);
-    else
+    if (is_wide_)
       wide_.reserve(count);
+    else
+      narrow_.reserve(count);
   }
   /// Must hold for both: i < size().
-  std::uint64_t operator[](std::size_t i) const { return wide_.empty() ? narrow_[i] : wide_[i]; }
+  std::uint64_t operator[](std::size_t i) const { return is_wide_ ? wide_[i] : narrow_[i]; }
   void set(std::size_t i, std::uint64_t number) {
-    if (number > kNarrow) widen();
-    if (wide_.empty())
-      narrow_[i] = static_cast<std::uint32_t>(number);
-    else
+    if (number > kMostNarrow) widen();
+    if (is_wide_)
       wide_[i] = number;
+    else
+      narrow_[i] = static_cast<std::uint32_t>(number);
   }
   void push_back(std::uint64_t number) {
-    if (number > kNarrow) widen();
-    if (wide_.empty())
-      narrow_.push_back(static_cast<std::uint32_t>(number));
-    else
+    if (number > kMostNarrow) widen();
+    if (is_wide_)
       wide_.push_back(number);
+    else
+      narrow_.push_back(static_cast<std::uint32_t>(number));
   }
 
  private:
-  static constexpr std::uint64_t kNarrow = std::numeric_limits<std::uint32_t>::max();
+  static constexpr std::uint64_t kMostNarrow = std::numeric_limits<std::uint32_t>::max();
   void widen() {
-    if (!wide_.empty()) return;
+    if (is_wide_) return;
+    is_wide_ = true;
     wide_.assign(narrow_.begin(), narrow_.end());
-    narrow_ = {};
+    narrow_ = std::vector<std::uint32_t>();
   }
+
+  bool is_wide_ = false;  // all are in wide_, since one needs it; else all in narrow_
   std::vector<std::uint32_t> narrow_;
-  std::vector<std::uint64_t> wide_;  // all of them, once one needs it
+  std::vector<std::uint64_t> wide_;
 };
 
 }  // namespace shm

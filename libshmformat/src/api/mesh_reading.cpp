@@ -21,6 +21,7 @@ Error corrupt(std::string detail) {
 /// What element from[i] was becomes element i, of `stride` bytes, for all i, without a second copy.
 /// Must hold: `from` is all numbers from 0 on, each once.
 void move_elements(void* elements, const CompactNumbers& from, std::size_t stride) {
+  if (stride == 0) return;
   auto* const bytes = static_cast<std::byte*>(elements);
   const auto element = [&](std::size_t i) { return bytes + i * stride; };
   std::vector<std::byte> first(stride);  // of a cycle
@@ -41,12 +42,15 @@ void move_elements(void* elements, const CompactNumbers& from, std::size_t strid
 }
 
 /// Room for `size` elements, and for all that are told, at once: what grows step by step is there
-/// twice, and leaves holes. But what is told may be a lie, and gets a multiple of what has come.
+/// twice, and leaves holes. But what is told may be a lie, and gets a multiple of what has come, a
+/// small one where that is much.
 template <class Values>
 void make_room(Values& values, std::uint64_t size, std::uint64_t told) {
-  constexpr std::uint64_t kTimes = 256, kMost = std::numeric_limits<std::ptrdiff_t>::max() / 8;
-  if (size > values.capacity() && size < told && told <= kMost)
-    values.reserve(static_cast<std::size_t>(std::min(told, size * kTimes)));
+  constexpr std::uint64_t kMost = std::numeric_limits<std::size_t>::max() / 256;
+  constexpr std::uint64_t kMuch = std::uint64_t{1} << 24;  // elements
+  if (size <= values.capacity() || size >= told || told > kMost) return;
+  const std::uint64_t room = std::max(std::min(size * 256, kMuch), size * 4);
+  values.reserve(static_cast<std::size_t>(std::min(told, room)));
 }
 
 template <class T>
@@ -107,7 +111,7 @@ ToldSizes told_sizes(const FileSource& file, const ReadLimits& limits) {
   auto source = file.anywhere();
   if (!source) return {};
   IndexedFile indexed(**source, limits);
-  if (!indexed.open()) return {};
+  if (!indexed.open() || !indexed.expect_totals()) return {};
   return {indexed.index().vertices, indexed.index().block_cells};
 }
 

@@ -90,7 +90,8 @@ Result<void> Scanner::read_end() {
 Result<std::optional<ChunkHeader>> Scanner::header_at(std::uint64_t at) {
   std::optional<ChunkHeader> found;
   if (at > size_ || size_ - at < kShortHeaderBytes) return found;
-  std::vector<std::byte> bytes(std::min<std::uint64_t>(kLongHeaderBytes, size_ - at));
+  std::vector<std::byte> bytes(
+      static_cast<std::size_t>(std::min<std::uint64_t>(kLongHeaderBytes, size_ - at)));
   if (auto good = source_->read_at(at, bytes); !good) return good.error();
   ByteReader in(bytes);
   ChunkHeader header;

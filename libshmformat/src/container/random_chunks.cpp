@@ -61,7 +61,8 @@ Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind) {
   // its length. What it is whoever reads it checks.
   const auto header = header_at(source, last.offset, end, chunk_name(last.kind));
   if (!header) return header.error();
-  if (!*header || (*header)->chunk_bytes() >= last.bytes) return last;
+  if (!*header || (*header)->payload_bytes >= last.bytes || (*header)->chunk_bytes() >= last.bytes)
+    return last;
   const auto behind =
       read_bytes(source, last.offset + (*header)->chunk_bytes(), kTrailerBytes, "end record");
   if (!behind) return behind.error();
@@ -74,7 +75,8 @@ Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const Index
   ChunkHeader header;
   if (get(in, header) != HeaderState::good || header.kind != entry.kind ||
       header.version > version_of_chunk(static_cast<ChunkKind>(header.kind), {}) ||
-      header.segment != entry.segment || header.chunk_bytes() != entry.bytes)
+      header.segment != entry.segment || header.payload_bytes > entry.bytes ||
+      header.chunk_bytes() != entry.bytes)
     return wrong("the chunk that should stand here does not", chunk_name(entry.kind), entry.offset);
   return header;
 }
@@ -111,10 +113,10 @@ Result<void> for_each_chunk(RandomSource& source, std::span<const IndexEntry> en
         entry.bytes > index_offset - end)
       return wrong_index;
     const std::string section = chunk_name(entry.kind);
-    const auto header = header_at(source, entry.offset, source.size(), section);
+    const auto header = header_at(source, entry.offset, entry.offset + entry.bytes, section);
     if (!header) return header.error();
     if (!*header || (*header)->kind != entry.kind || (*header)->sequence != sequence++ ||
-        (*header)->chunk_bytes() != entry.bytes)
+        (*header)->payload_bytes > entry.bytes || (*header)->chunk_bytes() != entry.bytes)
       return wrong("the chunk that should stand here does not", section, entry.offset);
     if (auto good = visit(**header, entry); !good) return good;
     end += entry.bytes;

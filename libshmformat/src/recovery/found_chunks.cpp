@@ -99,6 +99,7 @@ Result<void> FoundChunks::find_schema() {
     auto payload = payload_of(chunk, limits_.max_chunk_bytes);
     if (!payload) return payload.error();
     schema_payload_ = std::move(*payload);
+    has_long_headers_ = chunk.header.is_long;
     Decoder decoder(limits_);
     if (auto good = decoder.feed(beginning()); !good) return good;
     const auto advanced = decoder.advance();
@@ -123,7 +124,7 @@ std::vector<std::byte> FoundChunks::beginning() const {
   header.kind = static_cast<std::uint8_t>(ChunkKind::schema);
   header.payload_bytes = schema_payload_.size();
   header.payload_checksum = checksum(schema_payload_);
-  header.is_long = container::has_long_header(header, start);
+  header.is_long = has_long_headers_ || container::has_long_header(header, start);
   container::put(out, header);
   out.put_bytes(schema_payload_);
   return std::move(out.bytes);

@@ -91,6 +91,7 @@ class FoundChunks {
   std::optional<container::Index> index_;
   std::uint64_t index_offset_ = 0;
   std::vector<std::byte> schema_payload_;
+  bool has_long_headers_ = false;  // the schema, where a short one would do
   std::optional<Schema> schema_;
   std::vector<Damage> damages_;
   // without an index

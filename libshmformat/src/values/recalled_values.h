@@ -92,6 +92,8 @@ class SortedValues {
   }
   void merge() {
     const auto middle = static_cast<std::ptrdiff_t>(old_.size());
+    if (old_.capacity() < old_.size() + kRecent && 2 * old_.size() >= kMost / 2)
+      old_.reserve(kMost);
     old_.insert(old_.end(), recent_.begin(), recent_.end());
     std::inplace_merge(old_.begin(), old_.begin() + middle, old_.end(),
                        [](const Entry& a, const Entry& b) { return a.magnitude < b.magnitude; });

@@ -308,7 +308,7 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component, const TiledI
   DomainPlan plan = std::move(plans[best]);
   if (first_tile.empty() || !has_earlier_values_) return plan;
   double least = sizes[best];
-  const bool is_sample = first_tile.size() < bits.size();
+  bool of_all = first_tile.size() == bits.size();  // whether that is of all elements
   const auto try_with = [&](const DomainPlan& without, double size) {
     EarlierValues earlier(*info_, component, without.domain, bits, reference);
     if (!earlier.may_help()) return;
@@ -319,7 +319,8 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component, const TiledI
                    with.domain);
     if (with.domain == without.domain) return;
     // What is found may be what neighbours know, too; only coding all of it tells.
-    if (is_sample) least = size_by(plan, component, elements, elements.items, bits, reference);
+    if (!of_all) least = size_by(plan, component, elements, elements.items, bits, reference);
+    of_all = true;
     const double its = size_by(with, component, elements, elements.items, bits, reference);
     if (its >= least) return;
     least = its;
