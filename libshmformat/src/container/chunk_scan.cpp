@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "bytes/binary.h"
+#include "container/random_chunks.h"
 
 namespace shm::container {
 namespace {
@@ -26,8 +27,9 @@ class Scanner {
  private:
   Result<void> read_start();
   Result<void> read_end();
-  /// The header at `at`; nothing where there is none.
-  Result<std::optional<ChunkHeader>> header_at(std::uint64_t at);
+  Result<std::optional<ChunkHeader>> header_at(std::uint64_t at) {
+    return container::header_at(*source_, at, size_, "chunk header");
+  }
   /// Whether a trailer is at `at`, that of the chunk at `index_offset`.
   Result<bool> is_trailer(std::uint64_t at, std::uint64_t index_offset);
   /// Whether something that may follow the chunk is at its end.
@@ -85,18 +87,6 @@ Result<void> Scanner::read_end() {
   std::uint64_t offset = 0;
   if (get_trailer(in, offset) && offset < size_) scan_.index_offset = offset;
   return {};
-}
-
-Result<std::optional<ChunkHeader>> Scanner::header_at(std::uint64_t at) {
-  std::optional<ChunkHeader> found;
-  if (at > size_ || size_ - at < kShortHeaderBytes) return found;
-  std::vector<std::byte> bytes(
-      static_cast<std::size_t>(std::min<std::uint64_t>(kLongHeaderBytes, size_ - at)));
-  if (auto good = source_->read_at(at, bytes); !good) return good.error();
-  ByteReader in(bytes);
-  ChunkHeader header;
-  if (get(in, header) == HeaderState::good) found = header;
-  return found;
 }
 
 Result<bool> Scanner::is_trailer(std::uint64_t at, std::uint64_t index_offset) {

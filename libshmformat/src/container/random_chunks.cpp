@@ -1,7 +1,6 @@
 #include "container/random_chunks.h"
 
 #include <algorithm>
-#include <optional>
 #include <string>
 #include <utility>
 
@@ -15,7 +14,17 @@ Error wrong(std::string detail, std::string section, std::uint64_t offset,
   return Error{code, std::move(detail), std::move(section), offset, {}};
 }
 
-/// The header at `at`, before `end`; nothing where there is none.
+}  // namespace
+
+Result<std::vector<std::byte>> read_bytes(RandomSource& source, std::uint64_t offset,
+                                          std::uint64_t bytes, const std::string& section) {
+  if (offset > source.size() || bytes > source.size() - offset)
+    return wrong("the index points beyond the file", section, offset);
+  std::vector<std::byte> out(static_cast<std::size_t>(bytes));
+  if (auto good = source.read_at(offset, out); !good) return good.error();
+  return out;
+}
+
 Result<std::optional<ChunkHeader>> header_at(RandomSource& source, std::uint64_t at,
                                              std::uint64_t end, const std::string& section) {
   std::optional<ChunkHeader> found;
@@ -27,17 +36,6 @@ Result<std::optional<ChunkHeader>> header_at(RandomSource& source, std::uint64_t
   ChunkHeader header;
   if (get(in, header) == HeaderState::good) found = header;
   return found;
-}
-
-}  // namespace
-
-Result<std::vector<std::byte>> read_bytes(RandomSource& source, std::uint64_t offset,
-                                          std::uint64_t bytes, const std::string& section) {
-  if (offset > source.size() || bytes > source.size() - offset)
-    return wrong("the index points beyond the file", section, offset);
-  std::vector<std::byte> out(static_cast<std::size_t>(bytes));
-  if (auto good = source.read_at(offset, out); !good) return good.error();
-  return out;
 }
 
 Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind) {

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,6 +18,10 @@ namespace shm::container {
 /// `bytes` bytes from `offset` on, where a list has something; `section` is for messages.
 Result<std::vector<std::byte>> read_bytes(RandomSource& source, std::uint64_t offset,
                                           std::uint64_t bytes, const std::string& section);
+
+/// The header of a chunk at `at`, all of it before `end`; nothing where there is none.
+Result<std::optional<ChunkHeader>> header_at(RandomSource& source, std::uint64_t at,
+                                             std::uint64_t end, const std::string& section);
 
 /// The place of the last chunk, of kind `kind`, to which the trailer points. Nobody has checked it.
 /// ErrorCode::truncated where there is no trailer at the very end.

@@ -54,7 +54,7 @@ Error not_restorable(std::string detail, std::uint64_t offset,
   return Error{code, std::move(detail), "index", offset, {}};
 }
 
-/// That of an index made anew; nothing where no schema is whole.
+/// Which version the file has, as its schema says; nothing where none is whole.
 std::optional<container::FileStart> start_of(const FoundChunks& found) {
   container::FileStart start;
   const std::vector<std::byte> beginning = found.beginning();
