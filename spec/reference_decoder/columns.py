@@ -15,6 +15,7 @@ SHUFFLED_ZSTD, COLUMNS, MIXED_COLUMNS = 4, 9, 10
 WITH_TABLES = 16  # components at most
 MOST_CLASSES = 65535
 MOST_IN_LIST = 32768
+FARTHEST_COPY = 65536
 PARTNER = 29  # a mode
 _LATTICE_BITS = 0b1111111
 _FACES = ((0, 1), (0, 2), (1, 2))  # axes of diagonal i
@@ -122,6 +123,46 @@ class Recalled(ValueList):
     def note(self, magnitude):
         self.add(magnitude, len(self.number))
         self.number.append(magnitude)
+
+
+class ClassCopies:
+    """Of a class how far back its copies stood, and how its last element was told."""
+
+    __slots__ = ("last", "before_last", "told")
+
+    def __init__(self):
+        self.last = self.before_last = self.told = 0
+
+
+class Copies:
+    """Which elements are as an earlier one, since copies began."""
+
+    def __init__(self, components):
+        self.classes, self.told, self.count, self.following = Models(ClassCopies), 0, 0, 0
+        self.again, self.copied, self.before, self.other = Bits(), Bits(), Bits(), SignedCompact()
+        self.values = [[] for _ in range(components)]  # the bits of all elements
+
+    def decode(self, source, number):
+        """How far back the one stands that the next element is as; 0: its values are coded."""
+        it = self.classes[number]
+        model = it.told, self.told
+        back = 0
+        if it.last and source.bit(self.again[model]):
+            back, told = it.last, 1
+        elif source.bit(self.copied[model]):
+            if it.before_last and source.bit(self.before[model]):
+                back, told = it.before_last, 2
+            else:
+                back, told = self.count - signed64(self.following + signed(source, self.other)), 3
+            reject_unless(0 < back <= min(FARTHEST_COPY, self.count), "a copy of no element")
+            it.last, it.before_last = back, it.last
+        else:
+            told = 0
+        it.told = self.told = told
+        if back:
+            self.following = self.count - back + 1
+        self.count += 1
+        return back
 
 
 class Component:
@@ -318,8 +359,11 @@ def towards(w):
 class Column:
     """One column, as long as it goes on: for a segment, or for the chunks of a step."""
 
-    def __init__(self, array, with_tables, earlier_values, referring=False):
+    def __init__(self, array, with_tables, earlier_values, referring=False, copies=False):
         self.array, self.with_tables, self.referring = array, with_tables, referring
+        self.may_copy = with_tables and earlier_values and copies and array.components > 1 \
+            and array.quantization.bits == 0
+        self.copies_model, self.copies = Bit(), None
         self.earlier_values = with_tables and earlier_values  # may be recalled, and have partners
         self.last_mode = PARTNER if self.earlier_values else PARTNER - 1
         self.type, self.width = array.type, SCALAR_BYTES[array.type]
@@ -335,6 +379,8 @@ class Column:
         self.source, self.mixed = SplitDecoder(data), codec == MIXED_COLUMNS
         self.reach = min(tree(self.source, self.reach_models, 2), 2)
         self.matching = bool(self.source.bit(self.matches_model)) and self.with_tables
+        copying = self.may_copy and self.source.bit(self.copies_model)
+        self.copies = (self.copies or Copies(len(self.components))) if copying else None
         most_entries = decoded_bytes // self.array.element_bytes()
         domains = []
         for component in self.components:
@@ -354,6 +400,8 @@ class Column:
             for component in self.components:
                 component.skip(item.slot)
         values = [0] * (len(elements) * count)
+        numbers = [self._number(item) for item in elements]
+        backs = [self.copies.decode(self.source, number) if self.copies else 0 for number in numbers]
         self.before = []  # of each component: (value, size) of each element of this tile
         for c, component in enumerate(self.components):
             self.c, self.component = c, component
@@ -368,19 +416,50 @@ class Column:
             kept = []
             for e, item in enumerate(elements):
                 reference = references[(first + e) * count + c] if references is not None else None
-                values[e * count + c] = self._element(item, e, reference, mixer, kept)
+                if backs[e]:
+                    value = self._copy(item, numbers[e], e, self.copies.values[c][-backs[e]], kept)
+                else:
+                    value = self._element(item, numbers[e], e, reference, mixer, kept)
+                values[e * count + c] = value
+                if self.copies:
+                    self.copies.values[c].append(value)
             self.before.append(kept)
         return values
 
     # ------------------------------------------------------------------ Classes
 
+    def _known(self, item):
+        """What is known of an element that counts."""
+        known = item.known
+        if item.kind not in (MIDPOINT, CENTRE):
+            if self.reach < 2:
+                known &= ~0b1110000000000
+            if self.reach < 1:
+                known &= ~0b0001110000000
+        return known
+
+    def _number(self, item):
+        """Of the class of an element."""
+        known = self._known(item)
+        key = (item.kind, item.corner, known & 0b1110001111111111)
+        number = self.keys.get(key)
+        if number is None:
+            number = self.keys[key] = min(len(self.keys), MOST_CLASSES - 1)
+            if number == len(self.families):
+                self.families.append((item.kind, item.corner, known & _LATTICE_BITS))
+        return number
+
+    def _class_as_it_is(self, key):
+        classes = self.component.classes
+        if key not in classes:
+            classes[key] = Class(self.families_before.get(self.families[key]))
+        return classes[key]
+
     def _class(self, key):
         """`key`: the number of the class."""
         component, models, source = self.component, self.component.models, self.source
         family = self.families[key]
-        chosen = component.classes.get(key)
-        if chosen is None:
-            chosen = component.classes[key] = Class(self.families_before.get(family))
+        chosen = self._class_as_it_is(key)
         if key in self.decoded:
             return chosen
         self.decoded.add(key)
@@ -422,22 +501,10 @@ class Column:
 
     # ------------------------------------------------------------------ An element
 
-    def _element(self, item, e, reference, mixer, kept):
+    def _element(self, item, number, e, reference, mixer, kept):
         component, source, c = self.component, self.source, self.c
         domain, models, slot = component.domain, component.models, item.slot
-        known = item.known
-        if item.kind not in (MIDPOINT, CENTRE):
-            if self.reach < 2:
-                known &= ~0b1110000000000
-            if self.reach < 1:
-                known &= ~0b0001110000000
-        key = (item.kind, item.corner, known & 0b1110001111111111)
-        family = item.kind, item.corner, known & _LATTICE_BITS
-        number = self.keys.get(key)
-        if number is None:
-            number = self.keys[key] = min(len(self.keys), MOST_CLASSES - 1)
-            if number == len(self.families):
-                self.families.append(family)
+        known = self._known(item)
         chosen = self._class(number)
 
         around = Around(item, known, component.state, component.third, component.last, component.before_last)
@@ -544,10 +611,7 @@ class Column:
             if may_recall:
                 component.values_so_far.note(abs(domain.as_value(state)))
 
-        has_third = item.kind in (MIDPOINT, CENTRE)
-        if not has_third:
-            wanted = {FLAT: 0b1011, SIMPLEX: 0b1000000}.get(item.kind, _LATTICE_BITS)
-            has_third = known & wanted == wanted
+        has_third = self._has_third(item, known)
         component.state[slot] = state
         component.third[slot] = state - around.lattice() if has_third else 0.0
         component.size[slot], component.second[slot], component.recalled[slot] = size, second, recalled
@@ -564,6 +628,33 @@ class Column:
             for table, (place, negative) in zip(component.matches, places):
                 table[place] = (stood, negative)
         kept.append((stood, size))
+        return value
+
+    @staticmethod
+    def _has_third(item, known):
+        wanted = {FLAT: 0b1011, SIMPLEX: 0b1000000}.get(item.kind, _LATTICE_BITS)
+        return item.kind in (MIDPOINT, CENTRE) or known & wanted == wanted
+
+    def _copy(self, item, number, e, value, kept):
+        """An element that is as an earlier one: nothing of it is coded."""
+        component, domain, slot = self.component, self.component.domain, item.slot
+        self._class_as_it_is(number)
+        known = self._known(item)
+        around = Around(item, known, component.state, component.third, component.last, component.before_last)
+        places = self._match_places(item, known, around, e) if self.matching else []
+        state = domain.from_value(as_double(self.type, value))
+        if not math.isfinite(state):
+            state = domain.state(domain.index(around.lattice()))
+        if not math.isfinite(state):
+            state = 0.0
+        component.state[slot] = state
+        component.third[slot] = state - around.lattice() if self._has_third(item, known) else 0.0
+        component.size[slot], component.second[slot], component.recalled[slot] = component.last_size, 0, 0
+        component.before_last, component.last = component.last, state
+        stood = domain.as_value(state)
+        for table, (place, negative) in zip(component.matches, places):
+            table[place] = (stood, negative)
+        kept.append((stood, component.last_size))
         return value
 
     def _partner(self, x):
@@ -621,6 +712,7 @@ class Column:
     # ------------------------------------------------------------------ Values in shuffled_zstd
 
     def note(self, tiles, values):
+        self.copies = None
         """What a column keeps of a group in another codec; `values`: of each tile."""
         count = len(self.components)
         for (elements, skipped), bits in zip(tiles, values):

@@ -168,8 +168,9 @@ class Segment:
         self.cell_number = Signed()
         self.imported = set()
         tables = columns_with_tables(schema)
-        self.columns = {-1: Column(schema.coordinates(), True, schema.earlier_values)}
-        self.columns.update({i: Column(array, i in tables, schema.earlier_values) for i, array in schema.static_arrays()})
+        self.columns = {-1: Column(schema.coordinates(), True, schema.earlier_values, copies=True)}
+        self.columns.update({i: Column(array, i in tables, schema.earlier_values, copies=True)
+                             for i, array in schema.static_arrays()})
         self.differences = {i: Differences(self.columns[i].array) for i in columns_of_differences(schema)}
         self.cell_arrays = any(array.location == CELL for array in schema.arrays)
         self.vertex_bytes = 3 * SCALAR_BYTES[schema.coordinate_type]

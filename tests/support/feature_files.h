@@ -110,6 +110,28 @@ inline void append_point(TestMesh& mesh, const std::array<double, 3>& point) {
   ++mesh.vertices;
 }
 
+/// Each cell with vertices of its own, and an array that is the same at some of those that share a
+/// place.
+inline TestMesh broken(const TestMesh& from) {
+  TestMesh mesh;
+  mesh.schema = from.schema;
+  mesh.schema.arrays = {array_of("velocity", Location::point, ScalarType::float32)};
+  mesh.schema.arrays[0].components = 3;
+  mesh.arrays.resize(1);
+  const std::size_t bytes = from.xyz.size() / static_cast<std::size_t>(from.vertices);
+  for (TestCell cell : from.cells) {
+    for (std::uint64_t& corner : cell.corners) {
+      const std::byte* xyz = &from.xyz[static_cast<std::size_t>(corner) * bytes];
+      mesh.xyz.insert(mesh.xyz.end(), xyz, xyz + bytes);
+      PlainRandom random(corner % 7 == 0 ? 1000 + mesh.vertices : corner);
+      for (int c = 0; c < 3; ++c) append(mesh.arrays[0], static_cast<float>(random.below(1 << 20)));
+      corner = mesh.vertices++;
+    }
+    mesh.cells.push_back(std::move(cell));
+  }
+  return mesh;
+}
+
 /// Hexahedra around an axis whose first and last layer meet, at made-up points.
 inline TestMesh exact_ring(std::uint64_t around, std::uint64_t out, std::uint64_t up) {
   TestMesh mesh = ring(around, out, up, ScalarType::float64);
@@ -688,6 +710,12 @@ inline std::vector<FeatureFile> feature_files() {
   add("large_extras", large_extras_file());
   add("mirrored", mirrored_file(Level::standard));
   add("mirrored_best", mirrored_file(Level::best));
+  add("broken", written(broken(bent_grid(6, 4, 3, ScalarType::float64)), 40));
+  add("broken_stream", written(with_order(broken(bent_grid(5, 4, 2)), stream, false, 0), 65536,
+                               ConnectivityCodec::rows, Level::best));
+  add("broken_shapes", written(broken(mixed_cells())));
+  add("shifts_broken", written(broken(bent_grid(6, 4, 3, ScalarType::float64)), 40,
+                               ConnectivityCodec::shifts, Level::standard));
   add("segments", segments_file(keep, true, 3, 7));
   add("segments_stream", segments_file(stream, false, 0, 6));
   add("shifts", shifts_file(Level::fast));

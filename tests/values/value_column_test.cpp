@@ -106,6 +106,7 @@ struct Plan {
   std::vector<std::size_t> groups, tiles;  // where they end, but for the last
   std::vector<char> covers;
   Level level = Level::standard;
+  bool copies = true;
   /// Of each group, where not all are encoded alike.
   std::function<Level(std::size_t)> level_of;
 };
@@ -148,7 +149,7 @@ void for_each_group(const Elements& elements, const Plan& plan, Visit&& visit) {
 Coded encode(const ArrayInfo& info, const Elements& elements, const Bytes& values,
              const Plan& plan) {
   const std::size_t stride = scalar_bytes(info.type) * info.components;
-  Encoder encoder(info, covered_blocks(plan));
+  Encoder encoder(info, covered_blocks(plan), {.copies = plan.copies});
   Coded coded;
   std::size_t at = 0;
   for_each_group(elements, plan, [&](std::size_t g, const TiledItems& part) {
@@ -164,7 +165,7 @@ Coded encode(const ArrayInfo& info, const Elements& elements, const Bytes& value
 /// Nothing where the bytes make no sense.
 std::optional<Bytes> decode(const ArrayInfo& info, const Elements& elements, const Coded& coded,
                             const Plan& plan, std::uint64_t limit = 1 << 24) {
-  Decoder decoder(info, covered_blocks(plan));
+  Decoder decoder(info, covered_blocks(plan), {.copies = plan.copies});
   Bytes back;
   bool good = true;
   for_each_group(elements, plan, [&](std::size_t g, const TiledItems& part) {
@@ -517,6 +518,62 @@ TEST(ValueColumn, EarlierValuesAreRecalled) {
       values[601] = -std::numeric_limits<double>::infinity();
       values[602] = -0.0;
       expect_back(info_of(ScalarType::float64), vertices(), packed(values), plan);
+    }
+}
+
+/// Values of three components; of nine elements in ten each is as one that stands so far before it,
+/// by where it stands in its cell.
+std::vector<double> standing_again(const Elements& elements, std::mt19937_64& random) {
+  std::vector<double> values;
+  for (std::size_t i = 0; i < elements.size(); ++i) {
+    const std::size_t back = 20 + elements.all.items[i].corner % 5;
+    const bool again = i >= back && random() % 10 != 0;
+    for (std::size_t c = 0; c < 3; ++c)
+      values.push_back(again ? values[3 * (i - back) + c]
+                             : std::sqrt(static_cast<double>(random() % 100000007)));
+  }
+  return values;
+}
+
+// Whole elements that stood before cost next to nothing, in later groups too.
+TEST(ValueColumn, ElementsThatStoodBeforeAreCopied) {
+  const ArrayInfo info = info_of(ScalarType::float64, 3);
+  for (Level level : {Level::fast, Level::standard, Level::best}) {
+    std::mt19937_64 random(5);
+    const Bytes values = packed(standing_again(vertices(), random));
+    Plan plan;
+    plan.level = level;
+    plan.groups = {400, 401, 800};
+    plan.tiles = {100, 500, 700};
+    const std::size_t bytes = expect_back(info, vertices(), values, plan);
+    const std::size_t told = vertices().size() / 10 + 24;  // the elements that are not
+    EXPECT_LT(bytes, told * 3 * 7 + vertices().size() / 8 * 2);
+    plan.copies = false;
+    EXPECT_GT(expect_back(info, vertices(), values, plan), bytes + vertices().size() / 4);
+  }
+}
+
+// In whatever groups and tiles, between groups of other values, NaNs and numbers of other kinds.
+TEST(ValueColumn, CopiesOfAllKindsOfValues) {
+  std::mt19937_64 random(6);
+  for (const Elements* elements : {&vertices(), &cells()})
+    for (int round = 0; round < 12; ++round) {
+      Plan plan = some_plan(*elements, random);
+      std::vector<double> values = standing_again(*elements, random);
+      if (round % 2 == 0)
+        for (double& v : values) v = std::round(v) / 8;
+      for (std::size_t i = 0; round % 3 == 0 && i < values.size(); ++i) {
+        if (i / 700 % 2 == 1)
+          values[i] = smooth(elements->points[i / 3], static_cast<std::uint32_t>(i % 3));
+        if (i % 50 == 7) values[i] = std::numeric_limits<double>::quiet_NaN();
+      }
+      plan.level_of = [](std::size_t g) { return static_cast<Level>(g % 3); };
+      expect_back(info_of(ScalarType::float64, 3), *elements, packed(values), plan);
+      std::vector<std::int16_t> whole;
+      for (double v : values) whole.push_back(static_cast<std::int16_t>(std::fmod(v, 3000)));
+      for (std::int16_t& v : whole)
+        if (v == std::numeric_limits<std::int16_t>::min()) v = 0;
+      expect_back(info_of(ScalarType::int16, 3), *elements, packed(whole), plan);
     }
 }
 

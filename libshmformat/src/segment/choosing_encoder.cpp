@@ -19,6 +19,8 @@ constexpr std::uint64_t kShiftBits = 1, kShiftPart = 2;
 constexpr std::uint64_t kShiftShare = 25, kShiftShareOfLayer = 12;
 /// Mixing saves at most so many tenths of connectivity and numbers.
 constexpr std::uint64_t kMixedSavesTenths = 4;
+/// What a bitstream takes in the header of its group, about.
+constexpr std::uint64_t kStreamHeadBytes = 8;
 
 std::unique_ptr<SegmentEncoder> make_segment_encoder(const Schema& schema,
                                                      const SegmentOptions& options,
@@ -183,7 +185,7 @@ auto ChoosingEncoder::size_with(ConnectivityCodec codec, bool values) const -> R
   Size size;
   for (const EncodedGroup& group : groups)
     for (const container::StreamEntry& stream : group.header.streams) {
-      size.all += stream.bytes;
+      size.all += stream.bytes + kStreamHeadBytes;
       if (stream.kind == StreamKind::connectivity || stream.kind == StreamKind::corner_order ||
           stream.kind == StreamKind::vertex_numbers)
         size.topology += stream.bytes;

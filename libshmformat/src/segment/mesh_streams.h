@@ -67,7 +67,7 @@ ArrayInfo coordinates_info(const Schema& schema);
 /// geometry, then the static arrays in schema order.
 template <class Visit>
 void for_each_static_column(const Schema& schema, Visit&& visit) {
-  ColumnTraits traits{.repeats = false, .earlier_values = schema.earlier_values};
+  ColumnTraits traits{.repeats = false, .earlier_values = schema.earlier_values, .copies = true};
   visit(coordinates_info(schema), std::vector<std::uint32_t>(), traits);
   traits.repeats = true;
   std::uint32_t room = kMostTableComponentsInAll - 3;  // for tables

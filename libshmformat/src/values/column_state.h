@@ -43,6 +43,11 @@ struct ColumnTile {
   std::span<const CodedTile* const> before;  ///< of the components before this one
   /// Bits that the values refer to; empty unless use_reference() was called.
   std::span<const std::uint64_t> reference;
+  /// How many elements before each one its value stood already, which is not coded; 0: it is.
+  /// Empty: none did.
+  std::span<const std::uint32_t> back;
+  /// Decoding, where `back` has any: bits of the elements before the tile, the last one behind.
+  std::span<const std::uint64_t> history;
 };
 
 /// The element of a tile that is coded.
@@ -62,6 +67,7 @@ struct TileElement {
   } partner{};
 
   std::uint32_t of_class() const { return tile.classes.of_item[i]; }
+  std::uint32_t back() const { return tile.back.empty() ? 0 : tile.back[i]; }
 };
 
 /// How large a residual is likely to be, by the sizes of others as they look from its prediction.
@@ -178,6 +184,8 @@ class ColumnState {
   /// `lattice`: what the lattice predicted.
   void keep(const TileElement& element, double state, double lattice);
   void keep_reference(const Neighbourhood& item, double state);
+  /// Of an element that is a copy: as large as the one that was coded last.
+  void keep_copied(const TileElement& element) { keep_residual(element, last_size_, false, false); }
   void keep_residual(const TileElement& element, ResidualSize size, bool second, bool recalled) {
     slots_.marks[element.item.self] =
         static_cast<std::uint8_t>((second ? kSecond : 0u) | (recalled ? kRecalled : 0u));

@@ -123,4 +123,99 @@ void EarlierValues::choose(double bits, bool has_table, ValueDomain& domain) con
   domain.recalls = by_recall - (domain.partners ? by_partners : 0.0) > least;
 }
 
+// --- copies
+
+namespace {
+
+/// Elements before a group and in it.
+class Elements {
+ public:
+  Elements(std::span<const std::vector<std::uint64_t>> bits,
+           std::span<const std::vector<std::uint64_t>> history)
+      : bits_(bits), history_(history), before_(history.empty() ? 0 : history[0].size()) {}
+
+  std::size_t before() const { return before_; }
+  std::size_t size() const { return before_ + bits_[0].size(); }
+  bool are_equal(std::size_t one, std::size_t other) const {
+    for (std::size_t c = 0; c < bits_.size(); ++c)
+      if (at(c, one) != at(c, other)) return false;
+    return true;
+  }
+  std::uint64_t hash(std::size_t i) const {
+    std::uint64_t sum = 0;
+    for (std::size_t c = 0; c < bits_.size(); ++c) {
+      sum = (sum ^ at(c, i)) * 0x9e3779b97f4a7c15u;
+      sum ^= sum >> 29;
+    }
+    return sum;
+  }
+
+ private:
+  std::uint64_t at(std::size_t c, std::size_t i) const {
+    return i < before_ ? history_[c][i] : bits_[c][i - before_];
+  }
+
+  std::span<const std::vector<std::uint64_t>> bits_, history_;
+  std::size_t before_;
+};
+
+/// Of each element of a group the next one that stands alike: itself where there is none.
+std::vector<std::uint32_t> next_alike(std::span<const Neighbourhood> items) {
+  constexpr std::size_t kPlaces = 64;
+  std::vector<std::uint32_t> next(items.size());
+  std::array<std::uint32_t, kPlaces> last;
+  last.fill(kNone);
+  for (auto i = static_cast<std::uint32_t>(items.size()); i-- > 0;) {
+    std::uint32_t& it = last[(items[i].corner | std::size_t{items[i].kind} << 3) % kPlaces];
+    next[i] = it == kNone ? i : it;
+    it = i;
+  }
+  return next;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> find_copies(std::span<const Neighbourhood> items,
+                                       std::span<const std::vector<std::uint64_t>> bits,
+                                       std::span<const std::vector<std::uint64_t>> history,
+                                       std::uint32_t farthest) {
+  constexpr std::uint32_t kLongestRun = 32, kMostLooks = 16;
+  const Elements all(bits, history);
+  std::vector<std::uint32_t> back(items.size()), wanted(items.size());
+  const std::vector<std::uint32_t> next = next_alike(items);
+  // Earlier elements with the same hash, the last one first.
+  std::vector<std::uint32_t> heads(std::bit_ceil(all.size() + 1), kNone), chain(all.size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    std::uint32_t& head = heads[static_cast<std::size_t>(all.hash(i)) & (heads.size() - 1)];
+    chain[i] = head;
+    head = static_cast<std::uint32_t>(i);
+    if (i < all.before()) continue;
+    const std::size_t item = i - all.before();
+    const auto is_copy = [&](std::uint32_t by) { return by <= i && all.are_equal(i, i - by); };
+    std::uint32_t& found = back[item];
+    if (wanted[item] > 0 && is_copy(wanted[item])) {
+      found = wanted[item];
+    } else {
+      std::uint32_t longest = 0, looks = 0;
+      for (std::uint32_t at = chain[i]; at != kNone && looks < kMostLooks;
+           at = chain[at], ++looks) {
+        const auto by = static_cast<std::uint32_t>(i - at);
+        if (by > farthest) break;
+        if (!is_copy(by)) continue;
+        std::uint32_t run = 1;
+        for (std::size_t like = item; run < kLongestRun && next[like] != like; ++run) {
+          like = next[like];
+          const std::size_t its = like + all.before();
+          if (!all.are_equal(its, its - by)) break;
+        }
+        if (run <= longest) continue;
+        longest = run;
+        found = by;
+      }
+    }
+    if (next[item] != item) wanted[next[item]] = found > 0 ? found : wanted[item];
+  }
+  return back;
+}
+
 }  // namespace shm

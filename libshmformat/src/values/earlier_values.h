@@ -1,10 +1,13 @@
-// EarlierValues: encoder only: whether recalled values or partners save enough in a group.
+// Encoder only: what of a group has been there before.
+//   EarlierValues   whether recalled values or partners save enough
+//   find_copies     elements that are as an earlier one in all components
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "values/neighbourhood.h"
 #include "values/value_domain.h"
 
 namespace shm {
@@ -34,5 +37,14 @@ class EarlierValues {
   Counts recalled_, followed_, partnered_;  // followed: recalled ones that follow the one before
   std::uint64_t values_ = 0;
 };
+
+/// Of each element how far back one with the same bits stands, in the group or before it: as far as
+/// at the last like element, where that is possible, or else where that goes on for longest. 0: at
+/// most `farthest` back there is none. `bits`, `history`: by component; `history` ends where the
+/// group begins.
+std::vector<std::uint32_t> find_copies(std::span<const Neighbourhood> items,
+                                       std::span<const std::vector<std::uint64_t>> bits,
+                                       std::span<const std::vector<std::uint64_t>> history,
+                                       std::uint32_t farthest);
 
 }  // namespace shm

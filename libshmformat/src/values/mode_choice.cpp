@@ -50,12 +50,14 @@ struct Members {
   /// `set_of`: the set of a sample.
   template <class SetOf>
   Members(const ModeSamples& all, std::size_t sets, SetOf&& set_of) : begin(sets + 1) {
-    for (const ModeSample& it : all.samples) ++begin[set_of(it) + 1];
+    for (const ModeSample& it : all.samples)
+      if (!it.copied) ++begin[set_of(it) + 1];
     for (std::size_t s = 0; s < sets; ++s) begin[s + 1] += begin[s];
-    order.resize(all.samples.size());
+    order.resize(begin[sets]);
     auto next = begin;
     for (std::size_t i = 0; i < all.samples.size(); ++i)
-      order[next[set_of(all.samples[i])]++] = static_cast<std::uint32_t>(i);
+      if (!all.samples[i].copied)
+        order[next[set_of(all.samples[i])]++] = static_cast<std::uint32_t>(i);
   }
   std::span<const std::uint32_t> of(std::size_t s) const {
     return std::span(order).subspan(begin[s], begin[s + 1] - begin[s]);

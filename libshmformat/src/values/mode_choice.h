@@ -19,6 +19,7 @@ struct ModeSample {
   std::optional<std::int64_t> index;
   std::uint32_t known = 0, of_class = 0;
   bool has_partner = false;
+  bool copied = false;   ///< not predicted at all
   double reference = 0;  ///< state of the reference
 };
 /// The elements of a tile.

@@ -34,6 +34,13 @@ std::optional<std::int64_t> index_in(const auto& space, const ValueTranslator& t
   }
 }
 
+/// The state of a value that is not coded here, and need be none of the domain.
+double state_of_copy(const auto& space, const ColumnState& column, std::uint64_t bits,
+                     double lattice) {
+  const double state = column.translator().from_value(scalar_as_double(column.info().type, bits));
+  return is_finite(state) ? state : substitute(space, lattice);
+}
+
 /// Whether values are recalled: not where they are ranks of a table.
 template <class Space>
 constexpr bool kMayRecall = !requires(const Space& space) {
@@ -117,6 +124,16 @@ bool ScalarColumn<Coder>::code_values(Coder& coder, const Space& space, const Co
     const Neighbourhood& item = tile.items[i];
     TileElement element{tile, i};
     if (!looked_ahead()) state_.find_matches(element);
+    if (const std::uint32_t back = element.back(); back > 0) {
+      if constexpr (Coder::kDecodes)
+        bits[i] = back <= i ? bits[i - back] : tile.history[tile.history.size() - (back - i)];
+      state_.keep_copied(element);
+      if (looked_ahead()) continue;
+      const auto feature = [&](std::uint32_t f) { return state_.feature(element, f); };
+      const double lattice = Predictor(item.traits(counts), feature).lattice();
+      state_.keep(element, state_of_copy(space, state_, bits[i], lattice), lattice);
+      continue;
+    }
     double reference = 0.0;
     if (state_.has_reference()) {
       reference = looked_ahead() ? sample(i).reference : state_.reference_state(tile.reference[i]);
@@ -346,9 +363,11 @@ void ScalarColumn<Coder>::look_ahead(const Space& space, const ColumnTile& tile,
     state_.features(element, it.known, it.state);
     const auto at = [&](std::uint32_t feature) { return it.state[feature]; };
     const double lattice = Predictor(it.known, at).lattice();
-    it.index = index_in(space, state_.translator(), bits[i]);
-    const double state =
-        it.index ? state_of(space, *it.index, lattice) : substitute(space, lattice);
+    it.copied = element.back() > 0;
+    it.index = it.copied ? std::nullopt : index_in(space, state_.translator(), bits[i]);
+    const double state = it.copied  ? state_of_copy(space, state_, bits[i], lattice)
+                         : it.index ? state_of(space, *it.index, lattice)
+                                    : substitute(space, lattice);
     if (state_.has_reference()) {
       it.reference = state_.reference_state(tile.reference[i]);
       for (std::uint32_t f = 0; f < kFeatures; ++f)

@@ -24,6 +24,7 @@ struct ColumnStyle {
   bool matches = true;           ///< whether they look at matches, and at other components
   bool mixes = false;            ///< whether bits are mixed
   bool hurries = false;          ///< encoding: modes are kept while they do well
+  bool copies = false;           ///< whether elements may be copies of earlier ones
   /// Bits of Neighbourhood::known that count.
   std::uint32_t known() const {
     constexpr std::uint32_t kNearest = Neighbourhood::kLattice | 7 * Neighbourhood::kThird;

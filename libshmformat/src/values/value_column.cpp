@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
-#include <tuple>
+#include <utility>
 
 #include "bytes/binary.h"
 #include "bytes/packing.h"
@@ -18,6 +18,8 @@ namespace {
 constexpr std::size_t kWorthFarShare = 20;
 constexpr std::uint32_t kGroupsKept = 8;
 constexpr int kQuickZstd = 9;
+// Copies are tried where one element in so many can be one.
+constexpr std::size_t kFewestCopies = 8;
 
 std::uint64_t load(const std::byte* at, std::size_t width) {
   std::uint64_t bits = 0;
@@ -40,10 +42,10 @@ void for_each_tile(const TiledItems& elements, Visit&& visit) {
   for (std::size_t t = 0; t < elements.tile_begin.size(); ++t) visit(elements.tile(t));
 }
 
-/// Some of the references; nothing where there are none.
-std::span<const std::uint64_t> part_of(std::span<const std::uint64_t> references, std::size_t at,
-                                       std::size_t count) {
-  return references.empty() ? references : references.subspan(at, count);
+/// Some of what there is for each element, references for instance; nothing where there is none.
+template <class T>
+std::span<const T> part_of(const std::vector<T>& all, std::size_t at, std::size_t count) {
+  return std::span<const T>(all).subspan(all.empty() ? 0 : at, all.empty() ? 0 : count);
 }
 
 }  // namespace
@@ -56,12 +58,15 @@ ValueColumn<Coder>::ValueColumn(const ArrayInfo& info, std::vector<std::uint32_t
       repeats_(traits.repeats),
       has_tables_(traits.tables && info.components <= kMostTableComponents),
       has_earlier_values_(has_tables_ && traits.earlier_values),
+      has_copies_(has_earlier_values_ && traits.copies && info.components > 1 &&
+                  info.quantization.bits == 0),
       width_(scalar_bytes(info.type)) {
   columns_.reserve(info.components);
   for (std::size_t c = 0; c < info.components; ++c) {
     columns_.emplace_back(info_, c, has_earlier_values_);
     columns_[c].share_scratch(columns_[0]);
   }
+  forget_history();
 }
 
 template <class Coder>
@@ -124,10 +129,11 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
                                             : std::vector<std::byte>();
   const std::size_t quick = planes.empty() ? 0 : zstd_compress(planes, 1).size();
   const bool may_repeat = !planes.empty() && (level == Level::best || quick * 6 < planes.size());
-  const auto before = may_repeat ? columns_ : std::vector<ScalarColumn<Coder>>();
-  const auto models = std::tuple(reach_, matches_, class_numbers_);
+  std::optional<State> before;
+  if (may_repeat) before = state();
   auto predicted = encode_predicted(elements, bits, references, level);
   if (!predicted) {
+    forget_history();
     if (sees_other_groups_) keep_values(elements, bits);
     return {Codec::shuffled_zstd,
             pack_shuffled(shuffled(packed(values, stride, count), width_), kQuickZstd)};
@@ -136,8 +142,8 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
   if (!may_repeat || (level != Level::best && quick > 2 * coded.bytes.size())) return coded;
   std::vector<std::byte> under_zstd = pack_shuffled(planes, level == Level::fast ? kQuickZstd : 19);
   if (under_zstd.size() >= coded.bytes.size()) return coded;
-  columns_ = before;
-  std::tie(reach_, matches_, class_numbers_) = models;
+  restore(std::move(*before));
+  forget_history();
   if (sees_other_groups_) keep_values(elements, bits);
   return {Codec::shuffled_zstd, std::move(under_zstd)};
 }
@@ -161,6 +167,8 @@ bool ValueColumn<Coder>::code_head(Coder& coder, ColumnStyle style,
   style_.reach = static_cast<Reach>(
       std::min(code_tree(coder, reach_, static_cast<std::uint32_t>(style.reach)), 2u));
   style_.matches = coder.bit(matches_, style.matches) && has_tables_;
+  style_.copies = has_copies_ && coder.bit(copies_, style.copies);
+  if (!style_.copies) forget_history();
   for (std::size_t c = 0; c < columns_.size(); ++c) {
     columns_[c].set_style(style_);
     if (!columns_[c].begin_group(coder, plans.empty() ? DomainPlan() : plans[c],
@@ -173,6 +181,82 @@ bool ValueColumn<Coder>::code_head(Coder& coder, ColumnStyle style,
 template <class Coder>
 std::optional<std::vector<std::byte>> ValueColumn<Coder>::encode_predicted(
     const TiledItems& elements, Bits& bits, const Bits& reference, Level level) {
+  back_ = copies_among(elements, bits);
+  if (back_.empty()) return encode_as_told(elements, bits, reference, level);
+  // Whether they are worth their flags only coding both ways tells.
+  State before = state();
+  const std::vector<DomainPlan> plans = plans_;
+  auto with_copies = encode_as_told(elements, bits, reference, level);
+  if (!with_copies) return with_copies;
+  State after = state();
+  std::vector<DomainPlan> its_plans = std::exchange(plans_, plans);
+  restore(std::move(before));
+  --groups_;
+  back_.clear();
+  auto without = encode_as_told(elements, bits, reference, level);
+  if (without && without->size() <= with_copies->size()) return without;
+  if (!without) ++groups_;
+  restore(std::move(after));
+  plans_ = std::move(its_plans);
+  return with_copies;
+}
+
+template <class Coder>
+std::vector<std::uint32_t> ValueColumn<Coder>::copies_among(const TiledItems& elements,
+                                                            const Bits& bits) {
+  if (!has_copies_) return {};
+  std::vector<Neighbourhood> items;
+  for (std::size_t i = 0; i < elements.items.size(); ++i)
+    if (elements.blocks.empty() || covers(elements.blocks[i])) items.push_back(elements.items[i]);
+  auto back = find_copies(items, bits, history_, CopiedElements<Coder>::kFarthest);
+  const auto none = static_cast<std::size_t>(std::count(back.begin(), back.end(), 0u));
+  if ((back.size() - none) * kFewestCopies < back.size() || back.empty()) back.clear();
+  return back;
+}
+
+template <class Coder>
+std::vector<std::uint64_t> ValueColumn<Coder>::coded_ones(
+    std::span<const std::uint64_t> bits) const {
+  std::vector<std::uint64_t> coded(bits.begin(), bits.end());
+  if (back_.empty()) return coded;
+  coded.clear();
+  for (std::size_t i = 0; i < bits.size(); ++i)
+    if (back_[i] == 0) coded.push_back(bits[i]);
+  return coded;
+}
+
+template <class Coder>
+void ValueColumn<Coder>::restore(State&& state) {
+  columns_ = std::move(state.columns);
+  reach_ = state.reach;
+  matches_ = state.matches;
+  copies_ = state.copies;
+  class_numbers_ = std::move(state.class_numbers);
+  copied_ = std::move(state.copied);
+  history_ = std::move(state.history);
+}
+
+template <class Coder>
+void ValueColumn<Coder>::forget_history() {
+  if (!has_copies_) return;
+  copied_ = {};
+  history_.assign(info_->components, {});
+}
+
+template <class Coder>
+void ValueColumn<Coder>::keep_history(std::size_t component, std::span<const std::uint64_t> bits) {
+  if (!style_.copies) return;
+  auto& its = history_[component];
+  constexpr std::size_t kFarthest = CopiedElements<Coder>::kFarthest;
+  its.insert(its.end(), bits.begin(), bits.end());
+  if (its.size() > 2 * kFarthest) its.erase(its.begin(), its.end() - kFarthest);
+}
+
+template <class Coder>
+std::optional<std::vector<std::byte>> ValueColumn<Coder>::encode_as_told(const TiledItems& elements,
+                                                                         Bits& bits,
+                                                                         const Bits& reference,
+                                                                         Level level) {
   // The first tile that has any.
   std::vector<Neighbourhood> first;
   for_each_tile(elements, [&](const TiledItems::Tile& tile) {
@@ -200,9 +284,12 @@ std::optional<std::vector<std::byte>> ValueColumn<Coder>::encode_predicted(
     const auto own = covered(tile);
     if (own.empty()) return;
     classify(own, style_);
+    const auto its = part_of(back_, at, own.size());
+    std::vector<std::uint32_t> back(its.begin(), its.end());
+    if (style_.copies) copied_.code(coder_, classes_, back);
     for (std::size_t c = 0; c < info_->components; ++c)
       code_component(c, own, std::span(bits[c]).subspan(at, own.size()),
-                     part_of(reference[c], at, own.size()));
+                     part_of(reference[c], at, own.size()), back);
     at += own.size();
   });
   if constexpr (Coder::kDecodes)
@@ -220,9 +307,10 @@ ColumnStyle ValueColumn<Coder>::choose_style(std::span<const Neighbourhood> firs
   ColumnStyle full;
   full.mixes = level == Level::best && has_tables_;
   full.matches = has_tables_;
-  if (level == Level::fast) return {farthest_reach(level), false, false, true};
+  full.copies = !back_.empty();
+  if (level == Level::fast) return {farthest_reach(level), false, false, true, full.copies};
   if (level == Level::best || groups_ == 0 || first_tile.empty()) return full;
-  const ColumnStyle lean{Reach::lattice, false, false};
+  const ColumnStyle lean{Reach::lattice, false, false, false, full.copies};
   const std::size_t least = size_with(full, first_tile, bits, reference, plans);
   const std::size_t its = size_with(lean, first_tile, bits, reference, plans);
   return its <= least || (its - least) * kWorthFarShare <= its ? lean : full;
@@ -245,9 +333,10 @@ std::size_t ValueColumn<Coder>::size_with(const ColumnStyle& style,
       column->begin_group(head, plans[c], std::span(columns_).first(c), bits[c].size());
       const auto own = std::span(bits[c]).first(first_tile.size());
       std::vector<std::uint64_t> values(own.begin(), own.end());
-      column->code_tile(
-          body, {first_tile, tile_classes(), before, part_of(reference[c], 0, values.size())},
-          values);
+      column->code_tile(body,
+                        {first_tile, tile_classes(), before,
+                         part_of(reference[c], 0, values.size()), part_of(back_, 0, values.size())},
+                        values);
       coded[c] = column->coded_tile();
       before.push_back(&coded[c]);
     }
@@ -277,24 +366,29 @@ void ValueColumn<Coder>::classify(std::span<const Neighbourhood> items, const Co
 template <class Coder>
 bool ValueColumn<Coder>::code_component(std::size_t component, std::span<const Neighbourhood> items,
                                         std::span<std::uint64_t> bits,
-                                        std::span<const std::uint64_t> reference) {
+                                        std::span<const std::uint64_t> reference,
+                                        std::span<const std::uint32_t> back) {
   coded_tiles_.clear();
   for (std::size_t c = 0; c < component; ++c) coded_tiles_.push_back(&columns_[c].coded_tile());
-  return columns_[component].code_tile(coder_, {items, tile_classes(), coded_tiles_, reference},
-                                       bits);
+  ColumnTile tile{items, tile_classes(), coded_tiles_, reference, back};
+  if (style_.copies) tile.history = history_[component];
+  if (!columns_[component].code_tile(coder_, tile, bits)) return false;
+  keep_history(component, bits);
+  return true;
 }
 
 template <class Coder>
 DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component, const TiledItems& elements,
                                              std::span<const Neighbourhood> first_tile,
-                                             std::span<const std::uint64_t> bits,
-                                             std::span<const std::uint64_t> reference,
+                                             const std::vector<std::uint64_t>& bits,
+                                             const std::vector<std::uint64_t>& reference,
                                              Level level) {
+  const std::vector<std::uint64_t> coded = coded_ones(bits);
   // What was right for the group before is right again, as a rule.
   if (level != Level::best && groups_ % kGroupsKept != 0 && plans_[component].table.empty() &&
-      still_fits(*info_, component, plans_[component].domain, bits))
+      still_fits(*info_, component, plans_[component].domain, coded))
     return plans_[component];
-  auto plans = domain_candidates(*info_, component, bits);
+  auto plans = domain_candidates(*info_, component, coded);
   // The best of all, and of those without a table, which alone can recall values.
   std::size_t best = 0, best_without = plans.size();
   std::vector<double> sizes(plans.size(), -1);  // not known
@@ -310,12 +404,12 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component, const TiledI
   double least = sizes[best];
   bool of_all = first_tile.size() == bits.size();  // whether that is of all elements
   const auto try_with = [&](const DomainPlan& without, double size) {
-    EarlierValues earlier(*info_, component, without.domain, bits, reference);
+    EarlierValues earlier(*info_, component, without.domain, coded, reference);
     if (!earlier.may_help()) return;
     if (size < 0) size = size_by(without, component, elements, first_tile, bits, reference);
     if (least < 0) least = size;
     DomainPlan with = without;
-    earlier.choose(8 * size / static_cast<double>(bits.size()), !without.table.empty(),
+    earlier.choose(8 * size / static_cast<double>(coded.size()), !without.table.empty(),
                    with.domain);
     if (with.domain == without.domain) return;
     // What is found may be what neighbours know, too; only coding all of it tells.
@@ -336,8 +430,8 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component, const TiledI
 template <class Coder>
 double ValueColumn<Coder>::size_by(const DomainPlan& plan, std::size_t component,
                                    const TiledItems& elements, std::span<const Neighbourhood> items,
-                                   std::span<const std::uint64_t> bits,
-                                   std::span<const std::uint64_t> reference) {
+                                   const std::vector<std::uint64_t>& bits,
+                                   const std::vector<std::uint64_t>& reference) {
   if constexpr (!Coder::kDecodes) {
     typename ScalarColumn<Coder>::Trial column(columns_[component], items, plan.domain);
     std::vector<std::uint64_t> values;
@@ -350,9 +444,14 @@ double ValueColumn<Coder>::size_by(const DomainPlan& plan, std::size_t component
       const auto own = covered_to_try(tile, std::span(column.operator->(), 1));
       if (own.empty()) return;
       classify(own, style_);
-      const auto its = bits.subspan(at, own.size());
+      const auto its = part_of(bits, at, own.size());
       values.assign(its.begin(), its.end());
-      column->code_tile(body, {own, tile_classes(), {}, part_of(reference, at, own.size())},
+      column->code_tile(body,
+                        {own,
+                         tile_classes(),
+                         {},
+                         part_of(reference, at, own.size()),
+                         part_of(back_, at, own.size())},
                         values);
       at += own.size();
     });
@@ -368,6 +467,7 @@ bool ValueColumn<Coder>::begin_group(Codec codec, std::span<const std::byte> byt
                                      std::uint64_t limit) {
   if (!takes(codec)) return false;
   codec_ = codec;
+  if (codec == Codec::shuffled_zstd) forget_history();
   if (codec != Codec::shuffled_zstd) {
     if constexpr (Coder::kDecodes) coder_ = Coder(bytes);
     ColumnStyle style;
@@ -403,11 +503,13 @@ bool ValueColumn<Coder>::decode_tile(const TiledItems::Tile& tile, std::vector<s
   }
   out.resize(base + bytes);
   classify(own, style_);
+  back_.assign(style_.copies ? own.size() : 0, 0);
+  if (style_.copies && !copied_.code(coder_, classes_, back_)) return false;
   for (std::size_t c = 0; c < info_->components; ++c) {
     reference_bits_.resize(reference == nullptr ? 0 : own.size());
     for (std::size_t i = 0; i < reference_bits_.size(); ++i)
       reference_bits_[i] = load(reference + i * stride + c * width_, width_);
-    if (!code_component(c, own, bits_, reference_bits_)) return false;
+    if (!code_component(c, own, bits_, reference_bits_, back_)) return false;
     std::byte* to = out.data() + base + c * width_;
     for (std::size_t i = 0; i < own.size(); ++i) store(to + i * stride, bits_[i], width_);
   }

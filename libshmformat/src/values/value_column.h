@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "bytes/codec.h"
+#include "values/copied_elements.h"
 #include "values/scalar_column.h"
 #include "values/value_predictor.h"
 
@@ -67,6 +68,9 @@ struct ColumnTraits {
   bool tables = true;   ///< it has some, unless it has too many components
   /// Values may be recalled, and have partners, where it has tables.
   bool earlier_values = true;
+  /// Elements of several components may be copies of earlier ones, where values may be recalled and
+  /// are not quantized.
+  bool copies = false;
 };
 
 template <class Coder>
@@ -112,6 +116,17 @@ class ValueColumn {
   /// Nothing, and nothing is kept, where components would change their domains too often.
   std::optional<std::vector<std::byte>> encode_predicted(const TiledItems& elements, Bits& bits,
                                                          const Bits& reference, Level level);
+  /// The same, with copies where back_ has any.
+  std::optional<std::vector<std::byte>> encode_as_told(const TiledItems& elements, Bits& bits,
+                                                       const Bits& reference, Level level);
+  /// Encoding: for each covered element how far back one stands that it may copy; empty where few
+  /// can.
+  std::vector<std::uint32_t> copies_among(const TiledItems& elements, const Bits& bits);
+  /// Of a component the values that no copies take.
+  std::vector<std::uint64_t> coded_ones(std::span<const std::uint64_t> bits) const;
+  /// Nothing before the group that comes can be copied.
+  void forget_history();
+  void keep_history(std::size_t component, std::span<const std::uint64_t> bits);
   /// Values that another codec has coded.
   void keep_values(const TiledItems& elements, const Bits& bits);
   /// What a group begins with: the style, then the domain of each component. `plans` when encoding.
@@ -125,16 +140,17 @@ class ValueColumn {
   void classify(std::span<const Neighbourhood> items, const ColumnStyle& style);
   TileClasses tile_classes() const { return {classes_, class_numbers_.families()}; }
   bool code_component(std::size_t component, std::span<const Neighbourhood> items,
-                      std::span<std::uint64_t> bits, std::span<const std::uint64_t> reference);
+                      std::span<std::uint64_t> bits, std::span<const std::uint64_t> reference,
+                      std::span<const std::uint32_t> back);
   DomainPlan choose_domain(std::size_t component, const TiledItems& elements,
                            std::span<const Neighbourhood> first_tile,
-                           std::span<const std::uint64_t> bits,
-                           std::span<const std::uint64_t> reference, Level level);
+                           const std::vector<std::uint64_t>& bits,
+                           const std::vector<std::uint64_t>& reference, Level level);
   /// The bytes of the component by such a plan: about, where `items` are the covered ones of the
   /// first tile that has any, or all those of the group.
   double size_by(const DomainPlan& plan, std::size_t component, const TiledItems& elements,
-                 std::span<const Neighbourhood> items, std::span<const std::uint64_t> bits,
-                 std::span<const std::uint64_t> reference);
+                 std::span<const Neighbourhood> items, const std::vector<std::uint64_t>& bits,
+                 const std::vector<std::uint64_t>& reference);
   bool covers(std::uint32_t block) const {
     return blocks_.empty() || std::binary_search(blocks_.begin(), blocks_.end(), block);
   }
@@ -144,9 +160,23 @@ class ValueColumn {
   std::span<const Neighbourhood> covered_to_try(const TiledItems::Tile& tile,
                                                 std::span<ScalarColumn<Coder>> columns);
 
+  /// What coding a group changes.
+  struct State {
+    std::vector<ScalarColumn<Coder>> columns;
+    TreeModel<2> reach;
+    AdaptiveBit matches, copies;
+    ClassNumbers class_numbers;
+    CopiedElements<Coder> copied;
+    Bits history;
+  };
+  State state() const {
+    return {columns_, reach_, matches_, copies_, class_numbers_, copied_, history_};
+  }
+  void restore(State&& state);
+
   std::shared_ptr<const ArrayInfo> info_;
   std::vector<std::uint32_t> blocks_;  // that have values; empty: all
-  bool repeats_, has_tables_, has_earlier_values_, sees_other_groups_ = true;
+  bool repeats_, has_tables_, has_earlier_values_, has_copies_, sees_other_groups_ = true;
   std::size_t width_;
   std::vector<ScalarColumn<Coder>> columns_;
   std::vector<const CodedTile*> coded_tiles_;  // of the components before the one at hand
@@ -159,7 +189,10 @@ class ValueColumn {
   std::vector<DomainPlan> plans_;       // encoding: of the group before
   std::uint32_t groups_ = 0;            // encoded so far
   TreeModel<2> reach_;
-  AdaptiveBit matches_;
+  AdaptiveBit matches_, copies_;
+  CopiedElements<Coder> copied_;
+  std::vector<std::uint32_t> back_;  // encoding: of the group; decoding: of the tile; or empty
+  Bits history_;                     // what may be copied, where there are copies
   Codec codec_ = Codec::columns;
   std::vector<std::byte> unpacked_;  // decoding shuffled_zstd: values of the group, packed
   std::size_t unpacked_at_ = 0;
