@@ -94,6 +94,50 @@ def straight_annulus(ni, nj, nk):
     return points.reshape(-1, 3), lattice(ni, nj, nk, closed=True)
 
 
+CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0],
+                    [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
+SIDES = [(0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (0, 3, 7, 4)]
+EDGES = [(0, 1), (0, 3), (0, 4), (1, 2), (1, 5), (2, 3), (2, 6), (3, 7), (4, 5), (4, 7), (5, 6),
+         (6, 7)]
+
+
+def cut_into_eight(n, levels, with_cut=False):
+    """n * n * n hexahedra, of which those near two planes are cut into eight, `levels` times. As in
+    LaGriT what is made stands behind all others, and what is cut gets 19 vertices of its own, in
+    its middle and those of its sides and edges: equal ones of its neighbours are not joined.
+    with_cut: cells that were cut are there, too, as they are until they are taken out."""
+    size = 1 << levels
+    points = np.rint(grid(n)[0] * n * size).astype(np.int64)
+    corners = lattice(n, n, n)
+    whole = np.ones(len(corners), bool)
+    first = 0  # of the cells that may be cut
+    middles = np.array([np.mean(CORNERS[list(of)], 0) * 2 for of in (range(8), *SIDES, *EDGES)])
+    local = np.concatenate([CORNERS * 2, middles.astype(np.int64)])
+    place = {tuple(at): i for i, at in enumerate(local)}
+    eight = [[place[tuple(at)] for at in CORNERS + child]
+             for child in CORNERS[[0, 1, 3, 2, 4, 5, 7, 6]]]
+    for _ in range(levels):
+        centre = points[corners[first:]].mean(1) / size
+        near = np.zeros(len(centre), bool)
+        for normal, distance in (((1, .3, .2), .41 * n), ((.2, 1, -.4), .3 * n)):
+            normal = np.array(normal) / np.linalg.norm(normal)
+            edge = (points[corners[first:, 1]] - points[corners[first:, 0]])[:, 0] / size
+            near |= np.abs(centre @ normal - distance) < .87 * edge
+        cut = first + np.flatnonzero(near)
+        whole[cut] = False
+        low = points[corners[cut, 0]]
+        half = (points[corners[cut, 1]] - low)[:, :1] // 2
+        new = len(points) + np.arange(19 * len(cut)).reshape(-1, 19)
+        points = np.concatenate([points, (low[:, None] + half[:, None] * local[8:]).reshape(-1, 3)])
+        made = np.concatenate([corners[cut], new], 1)[:, eight].reshape(-1, 8)
+        first = len(corners)
+        corners = np.concatenate([corners, made])
+        whole = np.concatenate([whole, np.ones(len(made), bool)])
+    corners = corners if with_cut else corners[whole]
+    used, numbers = np.unique(corners, return_inverse=True)
+    return points[used] / (n * size), numbers.reshape(-1, 8)
+
+
 def text_born(values, digits=8):
     """What comes back from decimal text of so many significant digits."""
     text = np.char.mod(f"%.{digits}g", values.ravel())
