@@ -8,7 +8,7 @@ from .schema import KEEP
 class Past:
     """What is kept of a hexahedron."""
 
-    __slots__ = ("number", "next", "marks", "guessed", "beside")
+    __slots__ = ("number", "next", "marks", "strays", "guessed", "beside")
 
 
 class Replay:
@@ -20,6 +20,9 @@ class Replay:
         self.largest = MASK64
         self.marks_shift = self.hits = self.last_place = self.last_kind = 0
         self.top = [0] * 8
+        self.following, self.may_follow = False, schema.earlier_values
+        self.last_stray = self.stray_step = 0
+        self.followers = [0] * 4096
         self.hit, self.place, self.distance, self.old_shift = Bits(), Models(Bits), Signed(), Bits()
         self.beside, self.as_guessed, self.same = Models(Bits), Bits(), Bits()
         self.kind, self.previous, self.earlier = Models(Bits), Models(Bits), Models(Bits)
@@ -67,7 +70,7 @@ class Replay:
 
     def hexahedron(self, cell):
         source, distances = self.source, self.distances
-        self.cell = cell
+        self.cell, self.strays = cell, 0
         if not self.keep:
             self.largest = (self.surface.next_id - 1) & MASK64
         by = self.beside_of(distances[0])
@@ -79,6 +82,9 @@ class Replay:
             following = self.resolve(numbers)
         else:
             p = tree(source, self.place[self.last_place], 3)
+            if p == 7 and self.may_follow and not self.following:
+                self.following = True
+                p = tree(source, self.place[self.last_place], 3)
             reject_unless(p < 7, "an unknown place of a distance")
             self.last_place = p
             b = tree(source, self.beside[p], 3)
@@ -112,19 +118,29 @@ class Replay:
         self.marks = marks
         self.remember(numbers, following, marks, h, by)
 
+    def likely(self):
+        return self.past(self.distances[0]).strays if self.reaches(self.distances[0]) else 0
+
+    def place_of_follower(self, c):
+        factor = 0x9E3779B97F4A7C15
+        return (((self.stray_step * factor & MASK64) ^ c) * factor & MASK64) >> 52
+
     def corners(self, number_):
         source = self.source
         n = state = shift = 0
         previous = self.past(1).number if self.kept else [0] * 8
+        likely = self.likely() if self.following else 0
         for c in range(8):
-            if source.bit(self.same[c, state]):
+            if source.bit(self.same[likely >> c & 1, c, state]):
                 state = 1 if n > 0 else 0
                 continue
             k = tree(source, self.kind[c, self.last_kind], 3)
             reject_unless(k < 7, "an unknown kind of corner")
             self.last_kind = k
             old = number_[c]
-            if k == 0:
+            if k == 0 and n == 0 and self.following:
+                new = self.last_stray + self.followers[self.place_of_follower(c)]
+            elif k == 0:
                 new = old + shift
             elif k == 1:
                 new = self.largest + 1
@@ -145,6 +161,7 @@ class Replay:
             self.top[c] = max(self.top[c], new)
             n += 1
             state = 2
+            self.strays |= 1 << c
 
     def resolve(self, numbers):
         following = 0
@@ -171,6 +188,13 @@ class Replay:
             moved = plain ^ self.past(by).marks ^ self.past(d + by).marks
             if plain != moved and marks in (plain, moved):
                 self.marks_shift = int(marks == moved)
+        strays = self.strays or self.likely()
+        if self.following:
+            for c in range(8):
+                if strays >> c & 1:
+                    step = (numbers[c] - self.last_stray) & MASK64
+                    self.followers[self.place_of_follower(c)] = step
+                    self.last_stray, self.stray_step = numbers[c], step
         if self.kept == self.room:
             if self.room == 0:
                 self.room = 64
@@ -178,6 +202,7 @@ class Replay:
                 self.room *= 2
         past = self.ring[self.count] = Past()
         past.number, past.next, past.marks, past.guessed, past.beside = numbers, following, marks, h, by
+        past.strays = strays
         self.count += 1
         if self.kept < self.room:
             self.kept += 1

@@ -53,7 +53,7 @@ class FaultyFiles {
     packed_indices();
     broken_bitstreams({"polyhedra", "polyhedra_stream"});
     parts_of_step_values();
-    broken_bitstreams({"broken", "shifts_broken"});
+    broken_bitstreams({"broken", "shifts_broken", "replay_strays"});
   }
   std::vector<FaultyFile> take() { return std::move(faulty_); }
 

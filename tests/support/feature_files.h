@@ -700,6 +700,9 @@ inline std::vector<FeatureFile> feature_files() {
   add("special_values", written(special_values()));
   add("replay_keep", written(replayed(Order::keep), 65536, ConnectivityCodec::replay));
   add("replay_stream", written(replayed(Order::stream), 20, ConnectivityCodec::replay));
+  add("replay_strays", written(cut_into_eight(3), 65536, ConnectivityCodec::replay));
+  add("replay_strays_stream",
+      written(with_order(cut_into_eight(3), stream, true, 0), 100, ConnectivityCodec::replay));
   add("mixed_rows", written(shuffled(bent_grid(4, 4, 3)), 20, ConnectivityCodec::mixed));
   add("mixed_rows_stream",
       written(with_order(mixed_cells(), stream, false, 3), 65536, ConnectivityCodec::mixed));

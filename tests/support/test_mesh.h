@@ -331,6 +331,65 @@ inline bool porous(std::uint64_t i, std::uint64_t j, std::uint64_t k) {
   return (i * 7 + j * 13 + k * 29) % 11 < 3;
 }
 
+/// A cube of n * n * n hexahedra, of which those that `porous` picks are cut into eight, and so are
+/// some of what came of it: what was cut is gone, its eight stand behind all others, and each cell
+/// that was cut has vertices of its own in the middle of its edges, faces and itself.
+inline TestMesh cut_into_eight(std::uint64_t n, ScalarType type = ScalarType::float32) {
+  constexpr std::array<std::array<std::size_t, 3>, 8> kCorners = {
+      {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}}};
+  struct Piece {
+    std::array<std::uint64_t, 3> place{};
+    std::uint64_t size = 0;
+    std::vector<std::uint64_t> corners;
+    bool cut = false;
+  };
+  const std::uint64_t finest = 4;
+  TestMesh mesh = grid(n, n, n, type);
+  std::vector<std::array<std::uint64_t, 3>> places;
+  for (std::uint64_t v = 0; v < mesh.vertices; ++v)
+    places.push_back(
+        {v % (n + 1) * finest, v / (n + 1) % (n + 1) * finest, v / (n + 1) / (n + 1) * finest});
+  std::vector<Piece> pieces;
+  for (const TestCell& cell : mesh.cells)
+    pieces.push_back({places[cell.corners[0]], finest, cell.corners});
+  for (std::uint64_t size = finest; size > 1; size /= 2) {
+    const std::size_t count = pieces.size();
+    for (std::size_t p = 0; p < count; ++p) {
+      const Piece whole = pieces[p];
+      const auto& at = whole.place;
+      if (whole.size != size || !porous(at[0] / size, at[1] / size, at[2] / size)) continue;
+      pieces[p].cut = true;
+      std::array<std::array<std::array<std::uint64_t, 3>, 3>, 3> vertex{};  // by z, y and x
+      for (std::size_t c = 0; c < 8; ++c)
+        vertex[2 * kCorners[c][2]][2 * kCorners[c][1]][2 * kCorners[c][0]] = whole.corners[c];
+      for (std::size_t z = 0; z < 3; ++z)
+        for (std::size_t y = 0; y < 3; ++y)
+          for (std::size_t x = 0; x < 3; ++x)
+            if (x == 1 || y == 1 || z == 1) {
+              vertex[z][y][x] = places.size();
+              places.push_back({at[0] + x * size / 2, at[1] + y * size / 2, at[2] + z * size / 2});
+            }
+      for (std::size_t child = 0; child < 8; ++child) {
+        const std::size_t x = child & 1, y = child >> 1 & 1, z = child >> 2;
+        Piece piece{
+            {at[0] + x * size / 2, at[1] + y * size / 2, at[2] + z * size / 2}, size / 2, {}};
+        for (const auto& corner : kCorners)
+          piece.corners.push_back(vertex[z + corner[2]][y + corner[1]][x + corner[0]]);
+        pieces.push_back(std::move(piece));
+      }
+    }
+  }
+  mesh.cells.clear();
+  for (Piece& piece : pieces)
+    if (!piece.cut) mesh.cells.push_back({0, std::move(piece.corners)});
+  std::vector<std::array<double, 3>> points;
+  for (const auto& place : places)
+    points.push_back({static_cast<double>(place[0]), static_cast<double>(place[1]),
+                      static_cast<double>(place[2])});
+  mesh.set_points(points);
+  return mesh;
+}
+
 /// The grid wrapped around an axis: a ring whose first and last layers meet.
 inline TestMesh ring(std::uint64_t around, std::uint64_t out, std::uint64_t up, ScalarType type) {
   TestMesh mesh;

@@ -198,8 +198,8 @@ struct Schema {
   /// The most that step values refer to; both sides hold so many steps of all stepped arrays. A
   /// Writer says less where WriteOptions::key_steps lets nothing refer to so much.
   StepReference step_references = StepReference::trend;
-  /// Whether values may be coded by earlier ones: not in files of versions 0.9 and 0.1. Readers set
-  /// it; a Writer sets it for each new file, whatever it is here.
+  /// Whether values may be coded by earlier ones, and what else came with them: not in files of
+  /// versions 0.9 and 0.1. Readers set it; a Writer sets it for each new file, whatever it is here.
   bool earlier_values = true;
   bool operator==(const Schema&) const = default;
 

@@ -10,6 +10,7 @@ namespace {
 
 constexpr std::uint64_t kEarlierCells = 256;  // frozen: part of the format
 constexpr std::uint64_t kLeastSlots = 1024;
+constexpr std::uint32_t kRepeatedStrays = 4;  // encoder: cells, before strays are followed
 constexpr std::uint64_t kSearch = 64;  // encoder: how far from a known distance a new one is sought
 
 constexpr std::uint8_t bit(std::uint32_t i) { return static_cast<std::uint8_t>(1u << i); }
@@ -24,7 +25,7 @@ bool ReplayHexahedra<Coder>::code(Coder& symbols, Coder&, CellTopology& cell, bo
     take(cell, number, marks);
   else
     number.fill(0);
-  next_ = 0;
+  next_ = strays_ = 0;
   if (!keep_) largest_ = surface_->next_id() - 1;
   beside_now_ = beside_of(distances_[0]);
   const bool model_hit = reaches(distances_[0]) && past(distances_[0]).guessed;
@@ -179,8 +180,17 @@ std::size_t ReplayHexahedra<Coder>::step_key(const Numbers& number) const {
 
 template <class Coder>
 bool ReplayHexahedra<Coder>::code_choice_of_guess(Coder& symbols, Choice& choice) {
-  choice.place = code_tree(symbols, place_[last_place_], choice.place);
-  if (choice.place > kDistances) return false;
+  const bool may_begin = may_follow_ && !follows_strays_;
+  const bool begins = !Coder::kDecodes && may_begin && repeated_strays_ >= kRepeatedStrays;
+  std::uint32_t place =
+      code_tree(symbols, place_[last_place_], begins ? kFollowStrays : choice.place);
+  if (place == kFollowStrays && may_begin) {
+    follows_strays_ = true;
+    followers_.resize(std::size_t{1} << kFollowerBits);
+    place = code_tree(symbols, place_[last_place_], choice.place);
+  }
+  if (place > kDistances) return false;
+  choice.place = place;
   last_place_ = choice.place;
   choice.beside = code_tree(symbols, beside_[choice.place], choice.beside);
   const std::uint64_t before = distances_[0];
@@ -207,13 +217,15 @@ bool ReplayHexahedra<Coder>::code_corners(Coder& symbols, const Guess& guess, Nu
   std::uint32_t differ = 0, state = 0;
   std::uint64_t step = 0;
   const Numbers previous = kept() > 0 ? numbers(1) : Numbers{};
+  const std::uint8_t likely = follows_strays_ ? likely_strays() : std::uint8_t{0};
   for (std::uint32_t c = 0; c < 8; ++c) {
-    if (symbols.bit(same_[c][state], number[c] == guess.number[c])) {
+    if (symbols.bit(same_[likely >> c & 1][c][state], number[c] == guess.number[c])) {
       number[c] = guess.number[c];
       state = differ > 0 ? 1 : 0;
       continue;
     }
-    const std::uint64_t expected = guess.number[c] + step;
+    const std::uint64_t moved = guess.number[c] + step;
+    const std::uint64_t expected = differ > 0 || !follows_strays_ ? moved : next_stray(c);
     std::uint32_t kind = kStep, corner = 0;
     std::uint64_t age = 0;
     if constexpr (!Coder::kDecodes) {
@@ -221,8 +233,8 @@ bool ReplayHexahedra<Coder>::code_corners(Coder& symbols, const Guess& guess, Nu
         return static_cast<std::uint32_t>(std::find(list.begin(), list.end(), number[c]) -
                                           list.begin());
       };
-      if (differ > 0 && number[c] == expected) {
-        kind = kSameStep;
+      if (number[c] == expected && (differ > 0 || follows_strays_)) {
+        kind = kExpected;
       } else if (number[c] == largest_ + 1) {
         kind = kBeyond;
       } else if (number[c] == top_[c] + 1) {
@@ -233,7 +245,7 @@ bool ReplayHexahedra<Coder>::code_corners(Coder& symbols, const Guess& guess, Nu
         const auto far = [](std::uint64_t d) {
           return static_cast<std::int64_t>(d) < 0 ? 0 - d : d;
         };
-        const std::uint64_t a = far(number[c] - previous[c]), b = far(number[c] - expected);
+        const std::uint64_t a = far(number[c] - previous[c]), b = far(number[c] - moved);
         if (a < b) kind = kFromPrevious;
         if (std::min(a, b) > 7)
           for (std::uint64_t n = 0; n < kEarlierCells && n + 2 <= kept(); ++n)
@@ -247,7 +259,7 @@ bool ReplayHexahedra<Coder>::code_corners(Coder& symbols, const Guess& guess, Nu
     kind = code_tree(symbols, kind_[c][last_kind_], kind);
     last_kind_ = kind;
     switch (kind) {
-      case kSameStep: number[c] = expected; break;
+      case kExpected: number[c] = expected; break;
       case kBeyond: number[c] = largest_ + 1; break;
       case kTop: number[c] = top_[c] + 1; break;
       case kPrevious: number[c] = previous[code_tree(symbols, previous_[c], corner)]; break;
@@ -258,7 +270,7 @@ bool ReplayHexahedra<Coder>::code_corners(Coder& symbols, const Guess& guess, Nu
         break;
       case kFromPrevious:
       case kStep: {
-        const std::uint64_t from = kind == kStep ? expected : previous[c];
+        const std::uint64_t from = kind == kStep ? moved : previous[c];
         auto& model = step_[kind == kFromPrevious ? 2 : differ > 0 ? 1 : 0];
         number[c] = from + static_cast<std::uint64_t>(code_signed(
                                symbols, model, static_cast<std::int64_t>(number[c] - from)));
@@ -268,6 +280,7 @@ bool ReplayHexahedra<Coder>::code_corners(Coder& symbols, const Guess& guess, Nu
     }
     step = number[c] - guess.number[c];
     top_[c] = std::max(top_[c], number[c]);
+    strays_ |= bit(c);
     ++differ;
     state = 2;
   }
@@ -398,7 +411,12 @@ void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number, s
     const std::uint8_t away = static_cast<std::uint8_t>(marks ^ past(distances_[0]).marks);
     if (moved != 0 && (away == 0 || away == moved)) marks_shift_ = away != 0;
   }
+  if (!follows_strays_ && (strays_ & likely_strays()) != 0) ++repeated_strays_;
+  // In a cell that was as guessed those of its model cell go on.
+  if (strays_ == 0) strays_ = likely_strays();
+  if (follows_strays_) follow_strays(number);
   Past& it = remember(cell, number);
+  it.strays = strays_;
   it.next = next_;
   it.marks = marks;
   it.guessed = (hits_ & 1) != 0;
@@ -411,6 +429,23 @@ void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number, s
     bool first = true;
     for (std::uint32_t j = 0; j < c; ++j) first = first && cell.slots[j] != cell.slots[c];
     cell.last_use[c] = first ? 1 : 0;
+  }
+}
+
+template <class Coder>
+std::size_t ReplayHexahedra<Coder>::place_of_follower(std::uint64_t step, std::size_t corner) {
+  constexpr std::uint64_t kFactor = 0x9e3779b97f4a7c15u;
+  return static_cast<std::size_t>(((step * kFactor) ^ corner) * kFactor >> (64 - kFollowerBits));
+}
+
+template <class Coder>
+void ReplayHexahedra<Coder>::follow_strays(const Numbers& number) {
+  for (std::uint32_t left = strays_; left != 0; left &= left - 1) {
+    const auto c = static_cast<std::size_t>(std::countr_zero(left));
+    const std::uint64_t step = number[c] - last_stray_;
+    followers_[place_of_follower(stray_step_, c)] = step;
+    last_stray_ = number[c];
+    stray_step_ = step;
   }
 }
 

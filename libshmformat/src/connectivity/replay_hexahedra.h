@@ -9,6 +9,11 @@
 // numbers are the source's own (Order::keep) or stream numbers; a number that no live vertex has
 // is a new vertex. So numbers, order and corner order come back at no cost, and no face is ever
 // looked at. What is not so is coded corner by corner.
+//
+// Cells that a refinement made have corners of the refined cell among new ones: such a corner
+// strays from what the model cell lets expect, and stands where it stood in the model cell. Where
+// that is seen, strays are followed: which corners are likely to be some, and their numbers, each a
+// step from the stray before, which repeats what came after an equal step before.
 // spec: "Replay hexahedra"
 #pragma once
 
@@ -79,8 +84,9 @@ template <class Coder>
 class ReplayHexahedra {
  public:
   /// `surface` is borrowed. `keep`: corners are coded by the source's numbers, in
-  /// cell.original; else by stream numbers.
-  ReplayHexahedra(ActiveSurface& surface, bool keep) : surface_(&surface), keep_(keep) {}
+  /// cell.original; else by stream numbers. `strays`: whether those may be followed.
+  ReplayHexahedra(ActiveSurface& surface, bool keep, bool strays)
+      : surface_(&surface), keep_(keep), may_follow_(strays) {}
 
   /// Codes corners as stored, and which of them are used last, of one hexahedron. False when
   /// decoding damaged data, or when two live vertices have the same number.
@@ -94,14 +100,17 @@ class ReplayHexahedra {
   using Numbers = std::array<std::uint64_t, 8>;
   using Slots = std::array<std::uint32_t, 8>;
   static constexpr std::size_t kMissSlots = 1024;
-  static constexpr std::uint32_t kDistances = 6;  // as many as trees of 3 bits can choose from
-  enum Kind : std::uint8_t { kSameStep, kBeyond, kTop, kPrevious, kEarlier, kFromPrevious, kStep };
+  static constexpr std::uint32_t kDistances = 6;     // as many as trees of 3 bits can choose from
+  static constexpr std::uint32_t kFollowStrays = 7;  // in place of a place: once, from here on
+  static constexpr int kFollowerBits = 12;           // frozen: part of the format
+  enum Kind : std::uint8_t { kExpected, kBeyond, kTop, kPrevious, kEarlier, kFromPrevious, kStep };
 
   using Halves = std::array<std::uint32_t, 8>;
   struct Past {
     Halves number{};           // the lower half of each
     std::uint8_t next = 0;     // corners that introduced the number above the largest
     std::uint8_t marks = 0;    // corners that it used last, as coded
+    std::uint8_t strays = 0;   // corners that were not as guessed; if none, its model cell's
     bool guessed = false;      // all of it was as expected
     std::uint32_t beside = 1;  // distance of the cell whose shift it had
   };
@@ -158,10 +167,20 @@ class ReplayHexahedra {
   std::uint32_t find(std::uint64_t number, std::uint32_t corner);
   std::uint32_t find_anywhere(std::uint64_t number) const;
   void finish(CellTopology& cell, const Numbers& number, std::uint8_t marks);
+  /// Corners that are likely not to be as guessed, once the model cell is known.
+  std::uint8_t likely_strays() const {
+    return reaches(distances_[0]) ? past(distances_[0]).strays : std::uint8_t{0};
+  }
+  static std::size_t place_of_follower(std::uint64_t step, std::size_t corner);
+  // While strays are followed.
+  std::uint64_t next_stray(std::size_t corner) const {
+    return last_stray_ + followers_[place_of_follower(stray_step_, corner)];
+  }
+  void follow_strays(const Numbers& number);
   Past& remember(const CellTopology& cell, const Numbers& number);
 
   ActiveSurface* surface_;
-  bool keep_;
+  bool keep_, may_follow_;
 
   LastRing<Past> pasts_;
   LastRing<Halves> upper_;      // of their numbers, from the first one on that has any
@@ -180,7 +199,14 @@ class ReplayHexahedra {
   Numbers top_{};  // largest number of each corner, where it was not as expected
   std::array<std::array<Source, 2>, 8> sources_{};  // decoder: the one that was right last first
   std::uint8_t next_ = 0;                           // of the hexahedron at hand
+  std::uint8_t strays_ = 0;                         // of the hexahedron at hand
   std::uint64_t beside_now_ = 1;
+  bool follows_strays_ = false;
+  std::uint32_t repeated_strays_ = 0;  // encoder: cells with strays where they were likely
+  // The number of the last stray, its step from the one before it, and by a step and a corner which
+  // step came next there.
+  std::uint64_t last_stray_ = 0, stray_step_ = 0;
+  std::vector<std::uint64_t> followers_;  // empty until strays are followed
 
   // contexts
   std::uint32_t hits_ = 0;
@@ -193,7 +219,7 @@ class ReplayHexahedra {
   AdaptiveBit old_shift_;
   std::array<TreeModel<3>, kDistances + 1> beside_;
   std::array<AdaptiveBit, kDistances + 1> as_guessed_;
-  std::array<std::array<AdaptiveBit, 3>, 8> same_;
+  std::array<std::array<std::array<AdaptiveBit, 3>, 8>, 2> same_;  // by likely_strays() first
   std::array<std::array<TreeModel<3>, 8>, 8> kind_;
   std::array<TreeModel<3>, 8> previous_, earlier_;
   std::array<NumberModel, 8> age_;

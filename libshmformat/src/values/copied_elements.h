@@ -22,8 +22,7 @@ class CopiedElements {
 
   /// Of each element of a tile, of such classes, how far back its copy stands; 0: it is none.
   /// False for damage.
-  bool code(Coder& coder, std::span<const std::uint16_t> classes,
-            std::span<std::uint32_t> back) {
+  bool code(Coder& coder, std::span<const std::uint16_t> classes, std::span<std::uint32_t> back) {
     for (std::size_t i = 0; i < classes.size(); ++i)
       if (!code_one(coder, classes[i], back[i])) return false;
     return true;
@@ -70,7 +69,8 @@ class CopiedElements {
   }
   /// From the element that follows the last one that was copied. 0 for damage.
   std::uint32_t code_other(Coder& coder, std::uint32_t wanted) {
-    const auto by = code_signed(coder, other_, static_cast<std::int64_t>(here_ - wanted - following_));
+    const auto by =
+        code_signed(coder, other_, static_cast<std::int64_t>(here_ - wanted - following_));
     const std::uint64_t back = here_ - following_ - static_cast<std::uint64_t>(by);
     return back <= kFarthest ? static_cast<std::uint32_t>(back) : 0;
   }
