@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "damaged_file.h"
+#include "shm/boundary_surface.h"
 #include "shm/damage.h"
 #include "shm/mesh_extract.h"
 #include "shm/segment_reader.h"
@@ -113,6 +114,26 @@ void read_pieces(shm::Result<shm::MeshExtractor> reader, std::uint8_t which) {
   }
 }
 
+/// A surface that is sound, by the index and front to back.
+void find_boundary(const std::vector<std::byte>& bytes, std::uint8_t which) {
+  const shm::ReadLimits limits = shm_fuzz::small_limits();
+  shm::BoundaryOptions options;
+  options.max_bytes = std::uint64_t{1} << 26;
+  for (std::uint32_t a = 0; a < which % 4u; ++a) options.arrays.push_back({a, which / 64u});
+  shm::MemoryRandomSource anywhere(bytes);
+  shm::MemorySource stream(bytes);
+  for (const auto& surface : {shm::read_boundary(anywhere, options, limits),
+                              shm::read_boundary(stream, options, limits)}) {
+    if (!surface) continue;
+    if (surface->face_begin.size() != surface->face_count() + 1 ||
+        surface->face_begin.back() != surface->corners.size() ||
+        !std::is_sorted(surface->face_begin.begin(), surface->face_begin.end()))
+      std::abort();
+    for (const std::uint32_t corner : surface->corners)
+      if (corner >= surface->vertex_count()) std::abort();
+  }
+}
+
 /// What a report says of healing must be so; with an index made anew if all can be decoded.
 void judge(shm::RandomSource& source) {
   const shm::ReadLimits limits = shm_fuzz::small_limits();
@@ -148,6 +169,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   read_steps(shm::StepReader::open_damaged(source, limits));
   read_pieces(shm::MeshExtractor::open(source, limits), data[0]);
   read_pieces(shm::MeshExtractor::open_damaged(source, limits), data[0]);
+  find_boundary(bytes, data[0]);
   judge(source);
   return 0;
 }

@@ -113,7 +113,8 @@ class SHM_API MeshExtractor {
   /// segment, not always in order; numbers are those of the whole mesh. Each cell comes once, each
   /// vertex once, before or with the first cell that uses it (vertices that no cell uses only
   /// where all cells are wanted, or ExtractRequest::unused_vertices). In a part, first_vertex and
-  /// first_cell count within the piece, last_use is 0, `imported` is empty, and arrays that are not
+  /// first_cell count within the piece, last_use is 0 (unless the piece is all cells of an
+  /// undamaged file: then it is as a Reader gives it), `imported` is empty, and arrays that are not
   /// wanted are.
   Result<MeshBlock*> next();
 

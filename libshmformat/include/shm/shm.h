@@ -3,6 +3,7 @@
 
 #include "shm/appender.h"
 #include "shm/archive.h"
+#include "shm/boundary_surface.h"
 #include "shm/damage.h"
 #include "shm/io.h"
 #include "shm/mesh.h"

@@ -45,7 +45,6 @@ Result<void> PiecePicker::pick(MeshBlock& block, std::size_t group) {
     piece_ = std::move(block);
     piece_.first_vertex = vertices_.set.size();
     piece_.first_cell = cells_.set.size();
-    std::fill(piece_.last_use.begin(), piece_.last_use.end(), 0);
     for (const std::uint64_t number : piece_.vertex_numbers) vertices_.set.add(number);
     for (const std::uint64_t number : piece_.cell_numbers) cells_.set.add(number);
     for (const std::uint32_t b : piece_.cell_blocks) ++block_cells_[b];

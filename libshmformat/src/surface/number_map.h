@@ -66,6 +66,8 @@ class IdMap {
     --count_;
   }
   std::size_t size() const { return count_; }
+  /// Bytes that it takes.
+  std::uint64_t memory() const { return entries_.capacity() * sizeof(Entry); }
 
  private:
   struct Entry {
@@ -121,6 +123,11 @@ class NumberMap {
     table_.erase(number / kLine);
     free_.push_back(line);
     found_at(number / kLine).line = kNone;
+  }
+  /// Bytes that it takes.
+  std::uint64_t memory() const {
+    return table_.memory() + lines_.capacity() * sizeof(Line) + counts_.capacity() +
+           free_.capacity() * sizeof(std::uint32_t);
   }
 
  private:
