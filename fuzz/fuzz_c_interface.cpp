@@ -143,6 +143,29 @@ void read_some(shmf_file* file, std::mt19937& random, std::uint32_t arrays,
   }
 }
 
+void find_boundary(shmf_file* file, std::mt19937& random, const shmf_run_options* run) {
+  const auto array = static_cast<std::uint32_t>(random() % 4);
+  const std::uint32_t arrays[] = {array, 0};
+  const std::uint64_t steps[] = {random() % 3, 0};
+  auto options = sized<shmf_boundary_options>();
+  options.arrays = arrays;
+  options.steps = random() % 2 == 0 ? steps : nullptr;
+  options.array_count = random() % 3;
+  options.max_bytes = 1 << 24;
+  shmf_boundary* boundary = nullptr;
+  shmf_error why{};
+  const auto status = shmf_find_boundary(file, &options, run, &boundary, &why);
+  expect((status == SHMF_OK) == (boundary != nullptr));
+  expect(status == SHMF_OK || why.message[0] != 0);
+  auto surface = sized<shmf_surface>();
+  if (boundary == nullptr) return;
+  expect(shmf_get_surface(boundary, &surface, nullptr) == SHMF_OK);
+  expect(surface.face_begin[surface.faces] == surface.corners);
+  for (std::uint64_t i = 0; i < surface.corners; ++i)
+    expect(surface.face_corners[i] < surface.vertices);
+  shmf_boundary_free(boundary);
+}
+
 void ask(shmf_file* file, std::mt19937& random) {
   auto info = sized<shmf_info>();
   const bool known = shmf_get_info(file, &info, nullptr) == SHMF_OK;
@@ -165,7 +188,7 @@ void ask(shmf_file* file, std::mt19937& random) {
     auto segment = sized<shmf_segment>();
     auto extra = sized<shmf_extra>();
     auto set = sized<shmf_set>();
-    switch (random() % 9) {
+    switch (random() % 10) {
       case 0: shmf_get_block(file, i, &block, nullptr); break;
       case 1: shmf_get_array(file, i, &array, nullptr); break;
       case 2: shmf_get_segment(file, i, &segment, nullptr); break;
@@ -177,6 +200,7 @@ void ask(shmf_file* file, std::mt19937& random) {
       case 5: shmf_get_extra(file, i, &extra, nullptr); break;
       case 6: shmf_get_set(file, i, &set, nullptr); break;
       case 7: shmf_verify(file, watched, nullptr); break;
+      case 8: find_boundary(file, random, watched); break;
       default: read_some(file, random, known ? info.arrays : 3, watched);
     }
   }

@@ -74,6 +74,14 @@ TEST(CFailures, ReadingTellsOfEachAllocationThatFails) {
     if (status == SHMF_OK) status = shmf_read(file, want, 2, nullptr, &why);
     if (status == SHMF_OK) status = shmf_extra_count(file, &count, &why);
     if (status == SHMF_OK) status = shmf_verify(file, nullptr, &why);
+    const std::uint32_t array = 0;
+    shmf_boundary_options options = {};
+    options.struct_size = sizeof options;
+    options.arrays = &array;
+    options.array_count = 1;
+    shmf_boundary* boundary = nullptr;
+    if (status == SHMF_OK) status = shmf_find_boundary(file, &options, nullptr, &boundary, &why);
+    shmf_boundary_free(boundary);
     shmf_close(file);
     EXPECT_EQ(why.status, status);
     return status;

@@ -21,10 +21,12 @@ struct Closing {
   void operator()(shmf_file* file) const { shmf_close(file); }
   void operator()(shmf_writer* writer) const { shmf_writer_free(writer); }
   void operator()(shmf_decoder* decoder) const { shmf_decoder_free(decoder); }
+  void operator()(shmf_boundary* boundary) const { shmf_boundary_free(boundary); }
 };
 using File = std::unique_ptr<shmf_file, Closing>;
 using CWriter = std::unique_ptr<shmf_writer, Closing>;
 using CDecoder = std::unique_ptr<shmf_decoder, Closing>;
+using CBoundary = std::unique_ptr<shmf_boundary, Closing>;
 
 inline std::span<const std::byte> bytes_of(const std::string& text) {
   return std::as_bytes(std::span(text));

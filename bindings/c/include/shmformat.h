@@ -5,6 +5,7 @@
      shmf_get_info, _block, _array ...   what it holds; no value is decoded
      shmf_select                         which cells: all (as after opening), or some of them
      shmf_read                           arrays into the caller's memory, all in one pass
+     shmf_find_boundary, shmf_get_surface    the faces that one cell alone has, to be drawn
      shmf_verify                         whether all of it can be decoded
      shmf_close
    Reading a stream (pipe, socket, download) in memory that follows the active surface
@@ -406,6 +407,55 @@ SHMF_API shmf_status shmf_read(shmf_file* file, shmf_target* targets, size_t cou
 /* Decodes everything once and keeps nothing: SHMF_OK says that every checksum and every bitstream
    is good. Not for archives or damaged files. */
 SHMF_API shmf_status shmf_verify(shmf_file* file, const shmf_run_options* run, shmf_error* error);
+
+/* ---- The boundary surface -------------------------------------------------------------------- */
+
+/* Sides of volume cells that one cell alone has, and all cells of fewer dimensions themselves. */
+typedef struct shmf_boundary shmf_boundary;
+
+typedef struct shmf_boundary_options {
+  size_t struct_size;
+  /* Indices of arrays whose values are carried along, and the step of each that is per step (NULL:
+     0). */
+  const uint32_t* arrays;
+  const uint64_t* steps;
+  size_t array_count;
+  uint64_t max_bytes; /* what the surface, and the search for it, may take: more is SHMF_OVER_LIMIT;
+                         0: 4 GiB */
+} shmf_boundary_options;
+
+/* Of the cells that shmf_select() was asked for, in one pass: memory follows the active surface and
+   the boundary, of pieces and damaged files the piece. What of cells comes, and how degenerate ones
+   count, is in shm/boundary_surface.h. An array without values at its step is SHMF_MISUSE.
+   `options` and `run` may be NULL. On failure *boundary is NULL. It needs the file no more. */
+SHMF_API shmf_status shmf_find_boundary(shmf_file* file, const shmf_boundary_options* options,
+                                        const shmf_run_options* run, shmf_boundary** boundary,
+                                        shmf_error* error);
+
+/* Pointers live as long as the boundary. */
+typedef struct shmf_surface {
+  size_t struct_size;
+  uint64_t vertices, faces, corners;
+  uint64_t left_out; /* cells of which no face is known: SHMF_OTHER, SHMF_POLYHEDRON ... */
+  const uint64_t* vertex_numbers; /* of the vertices that faces use: numbers in the whole mesh */
+  const void* xyz;                /* 3 * vertices, of the coordinate type */
+  const uint64_t* face_begin;     /* faces + 1: the corners with which each face begins */
+  /* Indices of vertices, from 0, counter-clockwise seen from outside; 2 of a line, 1 of a point. */
+  const uint32_t* face_corners;
+  const uint64_t* cell_numbers; /* of the cell of each face, in the whole mesh */
+  const uint32_t* cell_blocks;
+  const uint32_t* sides; /* which side of its cell a face is, as in shmf_set; 0: the cell itself */
+  /* Of options->arrays: an element for each vertex, or for each face (NaN, integers 0, where its
+     cell has no values), of the array's own type. */
+  const void* const* array_values;
+  const uint64_t* array_bytes;
+  int32_t coordinate_type; /* a shmf_type */
+  int32_t reserved;
+} shmf_surface;
+SHMF_API shmf_status shmf_get_surface(const shmf_boundary* boundary, shmf_surface* surface,
+                                      shmf_error* error);
+/* NULL is allowed. */
+SHMF_API void shmf_boundary_free(shmf_boundary* boundary);
 
 /* ---- A stream, in pieces --------------------------------------------------------------------- */
 

@@ -36,6 +36,13 @@ shm::Result<void> CallbackSink::write(std::span<const std::byte> bytes) {
   return shm::Error{shm::ErrorCode::output, "the bytes were not taken", "", shm::kNoOffset, {}};
 }
 
+shm::ReadOptions read_options(const shmf_run_options& run) {
+  shm::ReadOptions options;
+  options.threads = run.threads == SHMF_ALL_THREADS ? 0 : std::max(run.threads, 1u);
+  options.max_ahead_bytes = std::uint64_t{32} << 20;  // beside the caller's arrays
+  return options;
+}
+
 shm::Result<void> Watch::tell(double done, double all) {
   if (run_.progress == nullptr) return {};
   const double now = all > 0 ? std::min(done / all, 1.0) : 1.0;

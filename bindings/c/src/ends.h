@@ -9,6 +9,7 @@
 
 #include "errors.h"
 #include "shm/io.h"
+#include "shm/reader.h"
 #include "shmformat.h"
 
 namespace shmf {
@@ -47,6 +48,9 @@ class CallbackSink final : public shm::ByteSink {
   Write write_;
   void* context_;
 };
+
+/// With as many threads as the caller wants.
+shm::ReadOptions read_options(const shmf_run_options& run);
 
 /// Tells the caller how far a run is.
 class Watch {

@@ -20,13 +20,6 @@ namespace {
 using shm::MeshBlock;
 using shm::Result;
 
-shm::ReadOptions read_options(const shmf_run_options& run) {
-  shm::ReadOptions options;
-  options.threads = run.threads == SHMF_ALL_THREADS ? 0 : std::max(run.threads, 1u);
-  options.max_ahead_bytes = std::uint64_t{32} << 20;  // beside the caller's arrays
-  return options;
-}
-
 /// Which of the piece's elements has this number in the file; nothing where none has.
 std::optional<std::uint64_t> position(const std::vector<std::uint64_t>& numbers, bool whole,
                                       std::uint64_t count, std::uint64_t number) {

@@ -1,0 +1,187 @@
+// The boundary surface of a file's cells, and what a caller sees of it.
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "ends.h"
+#include "file.h"
+#include "shm/boundary_surface.h"
+#include "structs.h"
+
+struct shmf_boundary {
+  shm::BoundarySurface surface;
+  // Of its arrays.
+  std::vector<const void*> values;
+  std::vector<std::uint64_t> bytes;
+};
+
+namespace shmf {
+namespace {
+
+using shm::Result;
+
+Result<shm::BoundaryOptions> options_of(const shmf_boundary_options* options,
+                                        const shm::Schema& schema) {
+  const auto own = taken_or_default(options, "options");
+  if (!own) return own.error();
+  if (own->arrays == nullptr && own->array_count > 0) return misuse("the arrays are NULL");
+  shm::BoundaryOptions wanted;
+  for (std::size_t i = 0; i < own->array_count; ++i) {
+    if (own->arrays[i] >= schema.arrays.size())
+      return misuse("no array " + std::to_string(own->arrays[i]));
+    wanted.arrays.push_back({own->arrays[i], own->steps == nullptr ? 0 : own->steps[i]});
+  }
+  if (own->max_bytes != 0) wanted.max_bytes = own->max_bytes;
+  return wanted;
+}
+
+/// One pass over the selected cells, then one over each step that is wanted.
+class BoundaryPass {
+ public:
+  /// All is borrowed.
+  BoundaryPass(shmf_file& file, const shm::BoundaryOptions& options, const shmf_run_options& run)
+      : file_(&file), run_(run), watch_(run) {
+    for (const shm::BoundaryArray& it : options.arrays)
+      (file.schema().arrays[it.array].per_step ? steps_ : static_).push_back(it);
+    all_ = static_cast<double>(file.mesh->cells()) * static_cast<double>(1 + steps_.size());
+  }
+
+  Result<shm::BoundarySurface> run(shm::BoundaryFinder finder);
+
+ private:
+  Result<void> expect_steps();
+  Result<void> read_mesh(shm::BoundaryFinder& finder);
+  Result<void> read_step(const shm::BoundaryArray& wanted, shm::BoundaryFinder& finder);
+  /// Whether numbers are those of the file, and steps need no piece.
+  bool is_whole() const { return file_->piece.cells.all() && !file_->damaged; }
+
+  shmf_file* file_;
+  shmf_run_options run_;
+  Watch watch_;
+  std::vector<shm::BoundaryArray> static_, steps_;
+  double done_ = 0, all_ = 0;
+};
+
+Result<shm::BoundarySurface> BoundaryPass::run(shm::BoundaryFinder finder) {
+  if (auto good = expect_steps(); !good) return good.error();
+  if (auto good = read_mesh(finder); !good) return good.error();
+  done_ = static_cast<double>(file_->mesh->cells());
+  for (const shm::BoundaryArray& wanted : steps_) {
+    if (auto good = watch_.tell(done_, all_); !good) return good.error();
+    if (auto good = read_step(wanted, finder); !good) return good.error();
+    done_ += static_cast<double>(file_->mesh->cells());
+  }
+  if (auto good = watch_.tell(1, 1); !good) return good.error();
+  return finder.finish();
+}
+
+/// What has no values at its step fails before the mesh is read.
+Result<void> BoundaryPass::expect_steps() {
+  if (!is_whole() || steps_.empty()) return {};
+  const auto reader = file_->mesh->step_reader();
+  if (!reader) return reader.error();
+  for (const shm::BoundaryArray& wanted : steps_)
+    if (auto good = (*reader)->begin({wanted.array, wanted.step, std::nullopt, false}); !good)
+      return good;
+  return {};
+}
+
+Result<void> BoundaryPass::read_mesh(shm::BoundaryFinder& finder) {
+  shm::ExtractRequest request;
+  request.cells = file_->piece.cells;
+  request.arrays.emplace();
+  for (const shm::BoundaryArray& wanted : static_) request.arrays->push_back(wanted.array);
+  std::sort(request.arrays->begin(), request.arrays->end());
+  request.arrays->erase(std::unique(request.arrays->begin(), request.arrays->end()),
+                        request.arrays->end());
+  if (auto good = file_->mesh->begin(request, read_options(run_)); !good) return good;
+  while (true) {
+    const auto block = file_->mesh->next();
+    if (!block) return block.error();
+    if (*block == nullptr) return {};
+    if (auto good = finder.add(**block); !good) return good;
+    done_ += static_cast<double>((*block)->cell_count());
+    if (auto good = watch_.tell(done_, all_); !good) return good;
+  }
+}
+
+Result<void> BoundaryPass::read_step(const shm::BoundaryArray& wanted,
+                                     shm::BoundaryFinder& finder) {
+  shm::StepReader* reader = nullptr;
+  if (is_whole()) {
+    const auto opened = file_->mesh->step_reader();
+    if (!opened) return opened.error();
+    reader = *opened;
+  }
+  auto good = reader != nullptr ? reader->begin({wanted.array, wanted.step, std::nullopt, false})
+                                : file_->mesh->begin_values(wanted.array, wanted.step);
+  if (!good) return good;
+  // A piece may have none of them, and of a damaged file they may be lost.
+  if (auto none = finder.add(wanted.array, wanted.step, shm::StepValues()); !none) return none;
+  while (true) {
+    const auto values = reader != nullptr ? reader->next() : file_->mesh->next_values();
+    if (!values) return values.error();
+    if (*values == nullptr) return {};
+    if (auto added = finder.add(wanted.array, wanted.step, **values); !added) return added;
+  }
+}
+
+}  // namespace
+}  // namespace shmf
+
+using shm::Result;
+using shmf::misuse;
+
+shmf_status shmf_find_boundary(shmf_file* file, const shmf_boundary_options* options,
+                               const shmf_run_options* run, shmf_boundary** boundary,
+                               shmf_error* error) {
+  if (boundary != nullptr) *boundary = nullptr;
+  return shmf::with_mesh(file, error, [&]() -> Result<void> {
+    if (boundary == nullptr) return misuse("nowhere to put the handle");
+    const auto watched = shmf::taken_or_default(run, "run");
+    if (!watched) return watched.error();
+    const auto wanted = shmf::options_of(options, file->schema());
+    if (!wanted) return wanted.error();
+    auto finder = shm::BoundaryFinder::create(file->schema(), *wanted);
+    if (!finder) return finder.error();
+    auto surface = shmf::BoundaryPass(*file, *wanted, *watched).run(std::move(*finder));
+    if (!surface) return surface.error();
+    auto made = std::make_unique<shmf_boundary>();
+    made->surface = std::move(*surface);
+    for (const auto& values : made->surface.arrays) {
+      made->values.push_back(values.data());
+      made->bytes.push_back(values.size());
+    }
+    *boundary = made.release();
+    return {};
+  });
+}
+
+shmf_status shmf_get_surface(const shmf_boundary* boundary, shmf_surface* surface,
+                             shmf_error* error) {
+  return shmf::guarded(error, [&]() -> Result<void> {
+    if (boundary == nullptr) return misuse("the boundary is NULL");
+    const shm::BoundarySurface& from = boundary->surface;
+    shmf_surface own{};
+    own.vertices = from.vertex_count();
+    own.faces = from.face_count();
+    own.corners = from.corners.size();
+    own.left_out = from.left_out;
+    own.vertex_numbers = from.vertex_numbers.data();
+    own.xyz = from.xyz.data();
+    own.face_begin = from.face_begin.data();
+    own.face_corners = from.corners.data();
+    own.cell_numbers = from.cell_numbers.data();
+    own.cell_blocks = from.blocks.data();
+    own.sides = from.sides.data();
+    own.array_values = boundary->values.data();
+    own.array_bytes = boundary->bytes.data();
+    own.coordinate_type = static_cast<std::int32_t>(from.coordinate_type);
+    return shmf::give(surface, own, "the surface");
+  });
+}
+
+void shmf_boundary_free(shmf_boundary* boundary) { delete boundary; }
