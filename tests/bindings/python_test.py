@@ -322,6 +322,71 @@ class Reading(FolderTest):
         self.assertGreater(during, 5)
 
 
+class Boundary(FolderTest):
+    def faces(self, found):
+        return [tuple(found.vertex_numbers[found.connectivity[first:end]]) for first, end in zip(found.offsets, found.offsets[1:])]
+
+    def test_it_has_the_faces_of_a_bar(self):
+        points, hexahedra = bar(5)
+        shmformat.write(self.path("bar.shm"), points, hexahedra, point_data={"u": points * 2, "i": np.arange(24, dtype=np.int16)},
+                        cell_data={"p": np.arange(5.) * .5})
+        with shmformat.open(self.path("bar.shm")) as mesh:
+            found = mesh.boundary(point_data=["i", "u"], cell_data=["p"])
+            alone = mesh.boundary()
+        for array in (found.points, found.offsets, found.connectivity, found.vertex_numbers, found.cell_numbers, found.blocks,
+                      found.sides, *found.point_data.values(), *found.cell_data.values()):
+            self.assertTrue(array.flags.owndata and array.flags.c_contiguous and array.flags.writeable)
+        self.assertEqual(len(found), 22)
+        self.assertEqual(found.left_out, 0)
+        self.assertEqual(sorted(found.vertex_numbers), list(range(24)))
+        np.testing.assert_array_equal(found.points, points[found.vertex_numbers])
+        np.testing.assert_array_equal(found.point_data["u"], points[found.vertex_numbers] * 2)
+        np.testing.assert_array_equal(found.point_data["i"], found.vertex_numbers)
+        np.testing.assert_array_equal(found.cell_data["p"], found.cell_numbers * .5)
+        self.assertEqual([sum(found.cell_numbers == c) for c in range(5)], [5, 4, 4, 4, 5])
+        side = ((0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (0, 4, 7, 3), (0, 3, 2, 1), (4, 5, 6, 7))
+        for face, cell, number in zip(self.faces(found), found.cell_numbers, found.sides):
+            self.assertEqual(set(face), set(hexahedra[cell][list(side[number - 1])]))
+        self.assertEqual(self.faces(alone), self.faces(found))
+        self.assertEqual((alone.point_data, alone.cell_data), ({}, {}))
+
+    def test_pieces_have_their_own(self):
+        points, hexahedra = bar(9)
+        shmformat.write(self.path("bar.shm"), points, hexahedra)
+        with shmformat.open(self.path("bar.shm")) as mesh:
+            piece = mesh.select(cells=(3, 5))
+            found = piece.boundary()
+            self.assertEqual(len(found), 10)
+            self.assertEqual(sorted(set(found.cell_numbers)), [3, 4])
+            self.assertEqual(sorted(found.vertex_numbers), list(range(12, 24)))
+            self.assertEqual(len(mesh.boundary(threads=2)), 38)  # the piece is not in its way
+            self.assertEqual(len(piece.boundary()), 10)
+
+    def test_values_at_steps(self):
+        with shmformat.open(GOLDEN / "steps_and_extras.shm") as mesh:
+            found = mesh.boundary(cell_data=["p", "n"], step=3)
+            np.testing.assert_array_equal(found.cell_data["p"], mesh.cell_data["p"][3][found.cell_numbers])
+            np.testing.assert_array_equal(found.cell_data["n"], mesh.cell_data["n"][3][found.cell_numbers])
+            with self.assertRaises(ValueError):
+                mesh.boundary(cell_data=["p"])
+            with self.assertRaises(KeyError):
+                mesh.boundary(point_data=["none"])
+            with self.assertRaises(shmformat.Error) as raised:
+                mesh.boundary(cell_data=["p"], step=77)
+            self.assertEqual(raised.exception.code, "misuse")
+            with self.assertRaises(shmformat.Error) as raised:
+                mesh.boundary(max_bytes=100)
+            self.assertEqual(raised.exception.code, "over limit")
+
+    def test_progress_may_end_it(self):
+        with shmformat.open(GOLDEN / "steps_and_extras.shm") as mesh:
+            told = []
+            mesh.boundary(progress=told.append)
+            self.assertEqual(told[-1], 1)
+            with self.assertRaises(ZeroDivisionError):
+                mesh.boundary(progress=lambda done: 1 / 0)
+
+
 class Readme(FolderTest):
     def test_its_example_runs(self):
         text = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -7,6 +7,7 @@
         mesh.cells.connectivity          # vertex numbers, cell after cell, as VTK has them
         mesh.point_data["u"][4]          # an array at time step 4; decoded when it is asked for
         part = mesh.select(box=(0, 0, 0, 1, 1, 1))
+        mesh.boundary(cell_data=["p"], step=4)  # the faces that one cell alone has
 
     shmformat.write("cube.shm", points, hexahedra)
 
@@ -14,9 +15,9 @@ Every array belongs to NumPy, and the library writes into it; meanwhile other th
 What goes wrong is an Error, with a code, a section and an offset.
 """
 from ._library import Error, library_version
-from ._mesh import Archive, Arrays, Block, Cells, Data, Extra, Mesh, Segment, Set, Steps, open
+from ._mesh import Archive, Arrays, Block, Boundary, Cells, Data, Extra, Mesh, Segment, Set, Steps, open
 from ._write import append, write
 
 __version__ = library_version()
-__all__ = ["Archive", "Arrays", "Block", "Cells", "Data", "Error", "Extra", "Mesh", "Segment", "Set",
-           "Steps", "append", "open", "write"]
+__all__ = ["Archive", "Arrays", "Block", "Boundary", "Cells", "Data", "Error", "Extra", "Mesh", "Segment",
+           "Set", "Steps", "append", "open", "write"]

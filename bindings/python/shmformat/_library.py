@@ -128,9 +128,9 @@ def vtk_type(shape: str, nodes: int) -> int:
     return int(lib.shmf_vtk_cell_type(SHAPES.index(shape), nodes))
 
 
-def copied(data: Any, count: int, dtype: Any) -> np.ndarray:
-    """`count` numbers of the library, in memory of NumPy."""
-    out = np.empty(count, dtype)
-    if count:
+def copied(data: Any, shape: int | tuple[int, ...], dtype: Any) -> np.ndarray:
+    """Numbers of the library, in memory of NumPy."""
+    out = np.empty(shape, dtype)
+    if out.size:
         ffi.memmove(ffi.from_buffer(out), data, out.nbytes)
     return out

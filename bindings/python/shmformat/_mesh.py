@@ -82,6 +82,25 @@ class Arrays:
 
 
 @dataclass(frozen=True)
+class Boundary:
+    """What Mesh.boundary() gives: face i has the points connectivity[offsets[i]:offsets[i + 1]], counter-clockwise seen
+    from outside; 2 of a line, 1 of a vertex."""
+    points: np.ndarray  # (n, 3): those that faces use
+    offsets: np.ndarray
+    connectivity: np.ndarray
+    vertex_numbers: np.ndarray  # of each point, in the whole file
+    cell_numbers: np.ndarray  # of each face: its cell, in the whole file
+    blocks: np.ndarray  # index of the block of that
+    sides: np.ndarray  # which side of it, from 1, as Exodus counts; 0: the cell itself
+    left_out: int  # cells of which no face is known
+    point_data: dict[str, np.ndarray] = field(default_factory=dict)
+    cell_data: dict[str, np.ndarray] = field(default_factory=dict)  # an element for each face
+
+    def __len__(self) -> int:
+        return len(self.cell_numbers)
+
+
+@dataclass(frozen=True)
 class _Array:
     """What the file says of an array; nothing of it is the library's."""
     name: str
@@ -542,6 +561,46 @@ class Mesh:
         if left:
             raise ValueError(f"nothing to read that is called {', '.join(map(repr, left))}")
         self._read(wanted, progress, threads)
+        return result
+
+    def boundary(self, *, point_data: Sequence[str] = (), cell_data: Sequence[str] = (), step: int | None = None,
+                 max_bytes: int = 0, progress: Callable[[float], Any] | None = None, threads: int = 1) -> Boundary:
+        """The sides that one volume cell alone has, and cells of fewer dimensions themselves: what is seen of the mesh,
+        or of this piece, from outside. Memory follows the active surface and what is found; of a piece, the piece.
+
+        point_data, cell_data: arrays that are carried along; step: of those with time steps. max_bytes: what it may take, 0 is
+        4 GiB. progress and threads as of read().
+        """
+        names = [(self.point_data, name) for name in point_data] + [(self.cell_data, name) for name in cell_data]
+        arrays = [data._arrays[name] for data, name in names]
+        for array in arrays:
+            if self._arrays[array].per_step and step is None:
+                raise ValueError(f"'{self._arrays[array].name}' has time steps: say which")
+        if self._selection is not None or self._handle.selected is not None:  # else the file has all cells selected
+            self._count()
+        options, made, surface = struct("boundary_options"), ffi.new("shmf_boundary**"), struct("surface")
+        listed = ffi.new("uint32_t[]", arrays or [0]), ffi.new("uint64_t[]", [step or 0] * max(len(arrays), 1))
+        options.arrays, options.steps = listed
+        options.array_count, options.max_bytes = len(arrays), max_bytes
+        with _Run(progress, threads) as run:
+            self._handle(lib.shmf_find_boundary, options, run.options, made)
+        boundary = ffi.gc(made[0], lib.shmf_boundary_free)
+        check(lib.shmf_get_surface, boundary, surface)
+        index = np.int32 if max(surface.vertices, surface.corners) < 2**31 else np.int64
+        result = Boundary(
+            points=copied(surface.xyz, (surface.vertices, 3), DTYPES[surface.coordinate_type]),
+            offsets=copied(surface.face_begin, surface.faces + 1, np.int64).astype(index, copy=False),
+            connectivity=copied(surface.face_corners, surface.corners, np.uint32).astype(index),
+            vertex_numbers=copied(surface.vertex_numbers, surface.vertices, np.int64),
+            cell_numbers=copied(surface.cell_numbers, surface.faces, np.int64),
+            blocks=copied(surface.cell_blocks, surface.faces, np.uint32),
+            sides=copied(surface.sides, surface.faces, np.int32), left_out=int(surface.left_out))
+        for at, ((_, name), array) in enumerate(zip(names, arrays)):
+            told = self._arrays[array]
+            count = surface.vertices if told.location == lib.SHMF_POINT_DATA else surface.faces
+            shape = (count,) if told.components == 1 else (count, told.components)
+            into = result.point_data if at < len(point_data) else result.cell_data
+            into[name] = copied(surface.array_values[at], shape, DTYPES[told.type])
         return result
 
     def _shape(self, array: int) -> tuple[int, ...]:
