@@ -12,7 +12,6 @@ shm::Result<void> CallbackSource::read_at(std::uint64_t offset, std::span<std::b
     return shm::Error{shm::ErrorCode::truncated, "the file ends before", "", offset, {}};
   if (into.empty()) return {};
   char why[256] = {};
-  const std::lock_guard lock(mutex_);
   if (source_.read_at(source_.context, offset, into.data(), into.size(), why, sizeof why) == 0)
     return {};
   why[sizeof why - 1] = 0;
@@ -27,7 +26,6 @@ void CallbackSource::prefetch(std::span<const shm::ByteRange> ranges) {
     if (range.offset < source_.bytes && range.bytes > 0)
       told.push_back({range.offset, std::min(range.bytes, source_.bytes - range.offset)});
   if (told.empty()) return;
-  const std::lock_guard lock(mutex_);
   source_.prefetch(source_.context, told.data(), told.size());
 }
 

@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <mutex>
 #include <span>
 #include <string>
 
@@ -35,7 +34,6 @@ class CallbackSource final : public shm::RandomSource {
 
  private:
   shmf_source source_;
-  std::mutex mutex_;  // members of an archive, in threads of their own, share one source
 };
 
 class CallbackSink final : public shm::ByteSink {

@@ -204,8 +204,10 @@ shmf_status shmf_open_source(const shmf_source* source, const shmf_open_options*
     if (const auto good = taken(source, "the source"); !good) return good.error();
     if (own.read_at == nullptr) return misuse("the source has no read_at()");
     auto made = std::make_unique<shmf_file>();
-    made->source = std::make_shared<shmf::CallbackSource>(own);
+    auto bytes = std::make_unique<shmf::CallbackSource>(own);
     closes = true;
+    // Members of an archive, in threads of their own, share one source.
+    made->source = std::make_shared<shm::SharedSource>(std::move(bytes));
     return shmf::opened(std::move(made), options);
   });
   if (!closes && own.close != nullptr) own.close(own.context);

@@ -174,6 +174,22 @@ class SHM_API MemoryRandomSource final : public RandomSource {
   std::span<const std::byte> bytes_;
 };
 
+/// Another source, for several threads: they are let to it one at a time.
+class SHM_API SharedSource final : public RandomSource {
+ public:
+  explicit SharedSource(std::unique_ptr<RandomSource> source);
+  ~SharedSource() override;
+  SharedSource(const SharedSource&) = delete;
+  SharedSource& operator=(const SharedSource&) = delete;
+  std::uint64_t size() const override;
+  Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override;
+  void prefetch(std::span<const ByteRange> ranges) override;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
 /// Reads a file that can be sought in.
 class SHM_API FileRandomSource final : public RandomSource {
  public:

@@ -7,18 +7,16 @@
 // throws (only std::bad_alloc in this library) comes out of the caller's next(), in its turn.
 #pragma once
 
-#include <condition_variable>
 #include <cstddef>
 #include <deque>
-#include <exception>
 #include <functional>
 #include <list>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "bytes/threads.h"
 #include "bytes/workers.h"
 #include "shm/result.h"
 
@@ -104,7 +102,7 @@ class OrderedTasks {
   /// The next output, or what went wrong in its place; null when there is none yet, or none under
   /// way.
   Result<std::optional<Out>> next(Wait wait) {
-    std::unique_lock lock(mutex_);
+    Lock lock(mutex_);
     if (wait != Wait::no)
       wake_caller_.wait(lock, [&] {
         return has_output() || !is_under_way() ||
@@ -112,7 +110,7 @@ class OrderedTasks {
       });
     if (!has_output()) return std::optional<Out>();
     Job& job = jobs_.front();
-    if (job.outputs.empty() && job.thrown) std::rethrow_exception(job.thrown);
+    if (job.outputs.empty() && job.thrown) throw_again(job.thrown);
     if (job.outputs.empty()) return *job.error;
     std::optional<Out> out = std::move(job.outputs.front().first);
     out_bytes_ -= job.outputs.front().second;
@@ -129,7 +127,7 @@ class OrderedTasks {
     std::deque<std::pair<Out, std::size_t>> outputs;
     bool running = false, ended = false, closed = false;  // closed: its end() was called
     std::optional<Error> error;
-    std::exception_ptr thrown;
+    Thrown thrown;
 
     bool failed() const { return error || thrown; }
     bool is_done() const { return closed && !running && outputs.empty() && !failed(); }
@@ -159,7 +157,7 @@ class OrderedTasks {
   }
 
   void work() {
-    std::unique_lock lock(mutex_);
+    Lock lock(mutex_);
     while (!stopping_) {
       Job* job = next_job();
       if (job == nullptr) {
@@ -186,11 +184,11 @@ class OrderedTasks {
         wake_caller_.notify_one();
       };
       Result<void> result;
-      std::exception_ptr thrown;
+      Thrown thrown;
       try {
         result = in ? job->task->take(*in, emit) : job->task->end(emit);
       } catch (...) {
-        thrown = std::current_exception();
+        thrown = caught();
       }
       lock.lock();
       if (in && spares_.size() < spares_.capacity()) spares_.push_back(std::move(*in));
@@ -205,8 +203,8 @@ class OrderedTasks {
   static constexpr std::size_t kSpares = 16;
 
   std::size_t in_limit_, out_limit_;
-  mutable std::mutex mutex_;
-  std::condition_variable wake_workers_, wake_caller_;
+  mutable Mutex mutex_;
+  Condition wake_workers_, wake_caller_;
   std::list<Job> jobs_;  // oldest first; their addresses stay
   std::vector<In> spares_;
   std::size_t in_bytes_ = 0, out_bytes_ = 0;

@@ -6,10 +6,12 @@
 namespace shm {
 
 unsigned thread_count(unsigned wanted) {
-  return wanted != 0 ? wanted : std::max(1u, std::thread::hardware_concurrency());
+  if (!kHasThreads) return 1;
+  return wanted != 0 ? wanted : std::max(1u, Thread::hardware_concurrency());
 }
 
 Workers::Workers(unsigned count, const std::function<void()>& work) {
+  if (!kHasThreads) return;
   threads_.reserve(count);
   try {
     while (threads_.size() < count) threads_.emplace_back(work);
@@ -18,7 +20,7 @@ Workers::Workers(unsigned count, const std::function<void()>& work) {
 }
 
 Workers::~Workers() {
-  for (std::thread& thread : threads_) thread.join();
+  for (Thread& thread : threads_) thread.join();
 }
 
 }  // namespace shm

@@ -2,17 +2,20 @@
 #pragma once
 
 #include <functional>
-#include <thread>
 #include <vector>
+
+#include "bytes/threads.h"
 
 namespace shm {
 
-/// As many threads as the machine has where `wanted` is 0; else `wanted`.
+/// As many threads as the machine has where `wanted` is 0; else `wanted`. In a build without
+/// threads 1.
 unsigned thread_count(unsigned wanted);
 
 class Workers {
  public:
-  /// Starts up to `count` threads that each do `work`; fewer where the system has no more.
+  /// Starts up to `count` threads that each do `work`; fewer where the system has no more,
+  /// none in a build without threads.
   Workers(unsigned count, const std::function<void()>& work);
   /// Must hold: `work` returns by itself soon.
   ~Workers();
@@ -22,7 +25,7 @@ class Workers {
   std::size_t count() const { return threads_.size(); }
 
  private:
-  std::vector<std::thread> threads_;
+  std::vector<Thread> threads_;
 };
 
 }  // namespace shm

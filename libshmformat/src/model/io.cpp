@@ -2,7 +2,10 @@
 #include "shm/io.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
+
+#include "bytes/threads.h"
 
 namespace shm {
 
@@ -47,6 +50,29 @@ Result<void> MemoryRandomSource::read_at(std::uint64_t offset, std::span<std::by
 }
 
 void RandomSource::prefetch(std::span<const ByteRange> /*ranges*/) {}
+
+struct SharedSource::Impl {
+  std::unique_ptr<RandomSource> source;
+  Mutex mutex;
+};
+
+SharedSource::SharedSource(std::unique_ptr<RandomSource> source) : impl_(new Impl) {
+  impl_->source = std::move(source);
+}
+
+SharedSource::~SharedSource() = default;
+
+std::uint64_t SharedSource::size() const { return impl_->source->size(); }
+
+Result<void> SharedSource::read_at(std::uint64_t offset, std::span<std::byte> into) {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->source->read_at(offset, into);
+}
+
+void SharedSource::prefetch(std::span<const ByteRange> ranges) {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->source->prefetch(ranges);
+}
 
 void SectionSource::prefetch(std::span<const ByteRange> ranges) {
   std::vector<ByteRange> moved;
