@@ -1,6 +1,7 @@
 # A room is a folder of sources; its CMakeLists.txt is one call of shm_room. The sources of a room are
 # compiled as one translation unit, with common headers that are compiled once: a build from nothing
 # takes a third of the time. Names in their unnamed namespaces must therefore differ.
+# Rooms that SHM_SMALL_ROOMS lists are compiled for size, each source alone.
 # With SHM_SEPARATE_SOURCES each source is compiled alone, so that one that lacks an include is found.
 
 set(SHM_COMMON_HEADERS
@@ -37,4 +38,9 @@ function(shm_room target)
   file(RELATIVE_PATH room "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_SOURCE_DIR}")
   string(REPLACE "/" "_" room "${room}")
   set_source_files_properties(${sources} TARGET_DIRECTORY ${target} PROPERTIES UNITY_GROUP ${room})
+  get_filename_component(name "${CMAKE_CURRENT_SOURCE_DIR}" NAME)
+  if(name IN_LIST SHM_SMALL_ROOMS)
+    set_source_files_properties(${sources} TARGET_DIRECTORY ${target}
+                                PROPERTIES COMPILE_OPTIONS -Oz SKIP_PRECOMPILE_HEADERS ON)
+  endif()
 endfunction()

@@ -1,0 +1,107 @@
+// An Engine in a worker, by the same calls.
+import { ShmError, unpacked } from "./errors.js";
+
+export class Remote {
+  /** Takes what Engine() takes. */
+  constructor(...open) {
+    this.open = open;
+    this.calls = new Map(); // that are under way, the oldest first
+    this.ids = 0;
+    this.worker = null;
+    this.ended = false;
+  }
+
+  static canBe() {
+    return typeof Worker === "function" || globalThis.process?.versions?.node !== undefined;
+  }
+
+  async call(name, argument, { signal, progress } = {}) {
+    if (this.ended) throw new ShmError("misuse", "the file is closed");
+    signal?.throwIfAborted();
+    this.worker ??= this.start();
+    const id = this.ids++;
+    const abort = () => this.abort(id, signal.reason);
+    signal?.addEventListener("abort", abort);
+    try {
+      return await new Promise((resolve, reject) => {
+        const message = { id, name, argument, watched: progress !== undefined };
+        this.calls.set(id, { message, resolve, reject, progress });
+        this.post(message);
+      });
+    } finally {
+      signal?.removeEventListener("abort", abort);
+      this.calls.delete(id);
+      if (this.calls.size === 0) (await this.worker)?.unref?.();
+    }
+  }
+
+  /** In Node.js a worker that has nothing to do keeps no program from its end. */
+  async start() {
+    let worker;
+    // Both words stand in the calls as bundlers look for them.
+    if (typeof Worker === "function") {
+      worker = new Worker(new URL("./worker.js", import.meta.url), { type: "module" });
+      worker.onmessage = ({ data }) => this.take(worker, data);
+      worker.onerror = ({ message }) => this.fail(worker, message ?? "it cannot be loaded");
+    } else {
+      const threads = await import("node:worker_threads");
+      worker = new threads.Worker(new URL("./worker.js", import.meta.url));
+      worker.on("message", (data) => this.take(worker, data));
+      worker.on("error", (error) => this.fail(worker, error.message));
+    }
+    worker.postMessage({ open: this.open });
+    this.running = worker;
+    return worker;
+  }
+
+  async post(message) {
+    const worker = await this.worker;
+    worker?.ref?.();
+    worker?.postMessage(message);
+  }
+
+  take(worker, { id, result, error, progress }) {
+    const call = worker === this.running ? this.calls.get(id) : undefined;
+    if (progress !== undefined) call?.progress(progress);
+    else if (error !== undefined) call?.reject(unpacked(error));
+    else call?.resolve(result);
+  }
+
+  /** What decodes cannot be told: then it ends, and the other calls begin again in a new worker. */
+  abort(id, reason) {
+    const isRunning = this.calls.keys().next().value === id;
+    this.calls.get(id)?.reject(reason);
+    this.calls.delete(id);
+    if (!isRunning) {
+      this.post({ dropped: id });
+      return;
+    }
+    this.stop();
+    if (this.calls.size === 0) return;
+    this.worker = this.start();
+    for (const { message } of this.calls.values()) this.post(message);
+  }
+
+  fail(worker, sentence) {
+    if (worker !== this.running) return;
+    this.stop();
+    this.rejectAll(new ShmError("io", `the worker failed: ${sentence}`));
+  }
+
+  rejectAll(error) {
+    for (const { reject } of this.calls.values()) reject(error);
+    this.calls.clear();
+  }
+
+  async stop() {
+    const { worker } = this;
+    this.worker = this.running = null;
+    await (await worker)?.terminate();
+  }
+
+  async end() {
+    this.ended = true;
+    this.rejectAll(new ShmError("misuse", "the file was closed"));
+    await this.stop();
+  }
+}

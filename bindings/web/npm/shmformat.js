@@ -1,0 +1,114 @@
+// The package: opens .shm files and reads them, in a worker where there are workers. What functions
+// take and give is told in shmformat.d.ts.
+import { Engine } from "./engine.js";
+import { ShmError } from "./errors.js";
+import { Remote } from "./remote.js";
+
+export { ShmError };
+
+let compiled;
+
+/** The decoder, compiled once: from the file beside this one, or from `wasm`. */
+function moduleOf(wasm) {
+  if (wasm instanceof WebAssembly.Module) return wasm;
+  if (wasm instanceof ArrayBuffer || ArrayBuffer.isView(wasm)) return WebAssembly.compile(wasm);
+  if (wasm !== undefined) return compiledFrom(urlOf(wasm));
+  if (compiled === undefined) {
+    compiled = compiledFrom(new URL("./shmformat.wasm", import.meta.url));
+    compiled.catch(() => { compiled = undefined; });
+  }
+  return compiled;
+}
+
+async function compiledFrom(url) {
+  if (url.protocol === "file:") {
+    const { readFile } = await import("node:fs/promises");
+    return WebAssembly.compile(await readFile(url));
+  }
+  const answer = await fetch(url);
+  if (!answer.ok) throw new ShmError("io", `${url}: the server answers ${answer.status}`);
+  // Not every server knows the type that compileStreaming() wants.
+  return WebAssembly.compile(await answer.arrayBuffer());
+}
+
+function urlOf(source) {
+  return source instanceof URL ? source : new URL(source, globalThis.location?.href);
+}
+
+/** What a worker can be told: a URL that is whole, or a Blob. */
+async function sourceOf(source) {
+  if (source instanceof Blob) return source;
+  if (source instanceof ArrayBuffer || ArrayBuffer.isView(source)) return new Blob([source]);
+  if (typeof source !== "string" && !(source instanceof URL)) {
+    throw new TypeError("a file is an ArrayBuffer, a view of one, a Blob or a URL");
+  }
+  const isPath = globalThis.process?.versions?.node !== undefined && typeof source === "string"
+    && !/^[a-z][a-z0-9+.-]+:/i.test(source);
+  if (!isPath) return urlOf(source).href;
+  const { pathToFileURL } = await import("node:url");
+  return pathToFileURL(source).href;
+}
+
+/** An open mesh: what it holds, and calls that read it. */
+class Mesh {
+  #engine;
+  constructor(engine, told) {
+    this.#engine = engine;
+    Object.assign(this, told);
+  }
+
+  read({ signal, progress, ...wanted } = {}) {
+    return this.#engine.call("read", { points: true, cells: true, ...wanted },
+      { signal, progress });
+  }
+  segments(run) {
+    return this.#engine.call("segments", undefined, run);
+  }
+  sets(run) {
+    return this.#engine.call("sets", undefined, run);
+  }
+  extras(run) {
+    return this.#engine.call("extras", undefined, run);
+  }
+  async verify(run) {
+    await this.#engine.call("verify", undefined, run);
+  }
+  close() {
+    return this.#engine.end();
+  }
+}
+
+/** An archive: the names of its files. */
+class Archive {
+  #open;
+  constructor(open, members) {
+    this.#open = open;
+    this.members = members;
+  }
+
+  open(name, { signal } = {}) {
+    const member = this.members.indexOf(name);
+    if (member < 0) throw new ShmError("misuse", `no member ${name}`);
+    const [module, source, options] = this.#open;
+    return opened([module, source, { ...options, member }], signal);
+  }
+}
+
+async function opened(open, signal) {
+  const [, , { worker = Remote.canBe() }] = open;
+  const engine = worker ? new Remote(...open) : new Engine(...open);
+  try {
+    const told = await engine.call("describe", undefined, { signal });
+    if (told.archive === undefined) return new Mesh(engine, told);
+    await engine.end();
+    return new Archive(open, told.archive);
+  } catch (error) {
+    await engine.end();
+    throw error;
+  }
+}
+
+export async function open(source, { signal, wasm, ...options } = {}) {
+  signal?.throwIfAborted();
+  return opened([await moduleOf(wasm), await sourceOf(source), options], signal);
+}

@@ -1,0 +1,325 @@
+// Bytes that are somewhere else: parts of a Blob, ranges of a URL. WebAssembly cannot wait for them.
+// So what is not here yet makes the decoder's call fail, is fetched, and the call is made again; the
+// library tells most ranges before it reads the first of them, so that this happens a few times.
+import { ShmError } from "./errors.js";
+
+const NEAR = 1 << 16; // ranges that are not so far apart are fetched as one
+const MOST_AT_ONCE = 6; // requests
+const MOST_KEPT = 64 << 20; // bytes that stay from one call to the next
+const MOST_WHOLE = 256 << 20; // bytes of a file on a server that gives no ranges
+const MOST_GUESSED = 16 << 20; // bytes that are fetched at once though nobody told of them
+
+/** A range of bytes: [first, behind the last]. */
+
+class BlobBytes {
+  constructor(blob) {
+    this.blob = blob;
+    this.size = blob.size;
+    this.name = blob.name ?? "";
+  }
+
+  async fetch([first, end], signal) {
+    let bytes;
+    try {
+      bytes = new Uint8Array(await this.blob.slice(first, end).arrayBuffer());
+    } catch (cause) {
+      throw new ShmError("io", `the Blob cannot be read: ${cause.message}`, { cause });
+    }
+    signal?.throwIfAborted();
+    if (bytes.length !== end - first) throw new ShmError("io", "the Blob is shorter than it was");
+    return bytes;
+  }
+
+  async close() {}
+}
+
+/** A file on the disk of the machine that runs Node.js. */
+class FileBytes {
+  static async open(url) {
+    const { open } = await import("node:fs/promises");
+    const file = new FileBytes();
+    file.name = decodeURIComponent(url.pathname);
+    try {
+      file.handle = await open(url);
+      file.size = (await file.handle.stat()).size;
+    } catch (cause) {
+      throw new ShmError("io", `${file.name}: cannot be opened: ${cause.message}`, { cause });
+    }
+    return file;
+  }
+
+  async fetch([first, end], signal) {
+    const bytes = new Uint8Array(end - first);
+    for (let at = 0; at < bytes.length;) {
+      const { bytesRead } = await this.handle.read(bytes, at, bytes.length - at, first + at);
+      if (bytesRead === 0) throw new ShmError("io", `${this.name}: is shorter than it was`);
+      at += bytesRead;
+    }
+    signal?.throwIfAborted();
+    return bytes;
+  }
+
+  close() {
+    return this.handle.close();
+  }
+}
+
+/** A file on a server. The first request fetches its front, and tells its size. */
+class UrlBytes {
+  static async open(url, signal) {
+    const file = new UrlBytes();
+    file.url = file.name = url.href;
+    const answer = await file.request([0, NEAR], signal);
+    if (answer.status === 200) {
+      file.whole = await file.body(answer, MOST_WHOLE, signal);
+      file.size = file.whole.length;
+      return file;
+    }
+    if (answer.status === 416) throw file.error("the file is empty");
+    if (answer.status !== 206) throw file.error(`the server answers ${answer.status}`);
+    file.front = await file.body(answer, NEAR, signal);
+    file.version = UrlBytes.versionOf(answer);
+    file.size = await file.total(answer, signal);
+    if (file.front.length !== Math.min(NEAR, file.size)) throw file.otherBytes();
+    return file;
+  }
+
+  /** Of several origins a server may not let pages see Content-Range: then HEAD tells. */
+  async total(answer, signal) {
+    const told = /^bytes (\d+)-(\d+)\/(\d+)$/.exec(answer.headers.get("Content-Range") ?? "");
+    if (told !== null) {
+      if (Number(told[1]) !== 0 || Number(told[2]) + 1 !== this.front.length) {
+        throw this.otherBytes();
+      }
+      return Number(told[3]);
+    }
+    if (answer.headers.has("Content-Range")) throw this.otherBytes();
+    if (this.front.length < NEAR) return this.front.length;
+    const head = await this.ask({ method: "HEAD" }, signal);
+    const size = head.headers.get("Content-Length");
+    if (!head.ok || size === null || !/^\d+$/.test(size)) {
+      throw this.error("the server does not say how long the file is");
+    }
+    return Number(size);
+  }
+
+  error(sentence, cause) {
+    return new ShmError("io", `${this.name}: ${sentence}`, { detail: sentence, cause });
+  }
+  otherBytes() {
+    return this.error("the server gives other bytes than it was asked for");
+  }
+  static versionOf(answer) {
+    return answer.headers.get("ETag") ?? answer.headers.get("Last-Modified");
+  }
+
+  async ask(how, signal) {
+    try {
+      return await fetch(this.url, { ...how, signal });
+    } catch (cause) {
+      signal?.throwIfAborted();
+      throw this.error(`the connection failed: ${cause.cause?.message ?? cause.message}`, cause);
+    }
+  }
+  request([first, end], signal) {
+    return this.ask({ headers: { Range: `bytes=${first}-${end - 1}` } }, signal);
+  }
+
+  /** Of a body that is longer than `most` no more is read. */
+  async body(answer, most, signal) {
+    const pieces = [];
+    let length = 0;
+    const reader = answer.body?.getReader();
+    try {
+      for (let piece; reader && !(piece = await reader.read()).done;) {
+        length += piece.value.length;
+        if (length > most) {
+          await reader.cancel();
+          throw answer.status === 206 ? this.otherBytes() : this.error(
+            `the server gives no ranges of files, and this one has more than ${most} bytes`);
+        }
+        pieces.push(piece.value);
+      }
+    } catch (cause) {
+      signal?.throwIfAborted();
+      if (cause instanceof ShmError) throw cause;
+      throw this.error(`the connection failed: ${cause.cause?.message ?? cause.message}`, cause);
+    }
+    const bytes = new Uint8Array(length);
+    let at = 0;
+    for (const piece of pieces) {
+      bytes.set(piece, at);
+      at += piece.length;
+    }
+    return bytes;
+  }
+
+  async fetch([first, end], signal) {
+    if (this.whole) return this.whole.subarray(first, end);
+    if (end <= this.front.length) return this.front.slice(first, end);
+    const answer = await this.request([first, end], signal);
+    const version = UrlBytes.versionOf(answer);
+    if ([206, 412, 416].includes(answer.status) && version !== null && version !== this.version) {
+      await answer.body?.cancel();
+      throw this.error("the file on the server has changed");
+    }
+    if (answer.status !== 206) {
+      await answer.body?.cancel();
+      throw this.error(answer.status === 200 ? "the server gives no ranges of files any more"
+        : `the server answers ${answer.status}`);
+    }
+    const range = answer.headers.get("Content-Range");
+    const bytes = await this.body(answer, end - first, signal);
+    if ((range !== null && range !== `bytes ${first}-${end - 1}/${this.size}`)
+        || bytes.length !== end - first) {
+      throw this.otherBytes();
+    }
+    return bytes;
+  }
+
+  async close() {}
+}
+
+/** What a source is, as the bytes that can be fetched of it. */
+function opened(source, signal) {
+  if (typeof source !== "string") return new BlobBytes(source);
+  const url = new URL(source);
+  return url.protocol === "file:" ? FileBytes.open(url) : UrlBytes.open(url, signal);
+}
+
+/** Pieces of bytes by their place, ascending and apart; the oldest are dropped first. */
+class Pieces {
+  constructor() {
+    this.pieces = []; // {first, end, bytes, age}
+    this.bytes = 0;
+    this.age = 0;
+  }
+
+  /** The first piece that ends behind `at`. */
+  find(at) {
+    let low = 0;
+    let high = this.pieces.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.pieces[middle].end > at) high = middle;
+      else low = middle + 1;
+    }
+    return low;
+  }
+
+  /** What of a range is not here. */
+  gaps(first, end) {
+    const gaps = [];
+    let at = first;
+    for (let i = this.find(first); i < this.pieces.length && this.pieces[i].first < end; ++i) {
+      if (this.pieces[i].first > at) gaps.push([at, this.pieces[i].first]);
+      at = this.pieces[i].end;
+    }
+    if (at < end) gaps.push([at, end]);
+    return gaps;
+  }
+
+  add(first, bytes) {
+    this.pieces.splice(this.find(first), 0,
+      { first, end: first + bytes.length, bytes, age: this.age++ });
+    this.bytes += bytes.length;
+  }
+
+  /** Fills `into` with bytes that are all here. */
+  copy(first, into) {
+    let at = first;
+    for (let i = this.find(first); at < first + into.length; ++i) {
+      const piece = this.pieces[i];
+      const end = Math.min(piece.end, first + into.length);
+      into.set(piece.bytes.subarray(at - piece.first, end - piece.first), at - first);
+      at = end;
+    }
+  }
+
+  shrink(most) {
+    if (this.bytes <= most) return;
+    for (const piece of [...this.pieces].sort((a, b) => a.age - b.age)) {
+      if (this.bytes <= most) break;
+      this.pieces.splice(this.pieces.indexOf(piece), 1);
+      this.bytes -= piece.bytes.length;
+    }
+  }
+}
+
+/** A file whose bytes are read where they are here, and fetched between calls where they are not. */
+export class Source {
+  static async open(source, signal) {
+    const it = new Source();
+    it.from = await opened(source, signal);
+    it.size = it.from.size;
+    it.name = it.from.name;
+    it.kept = new Pieces();
+    it.told = [];
+    it.missing = null; // the range that the last call wanted and did not get
+    it.misses = 0;
+    return it;
+  }
+
+  /** What will be read next: [{offset, bytes}]. */
+  tell(ranges) {
+    for (const { offset, bytes } of ranges) this.told.push([offset, offset + bytes]);
+  }
+
+  /** Fills `into`, or remembers what is missing; whether it was filled. */
+  read(offset, into) {
+    if (this.kept.gaps(offset, offset + into.length).length > 0) {
+      this.missing ??= [offset, offset + into.length];
+      return false;
+    }
+    this.kept.copy(offset, into);
+    return true;
+  }
+
+  begin() {
+    this.told = [];
+    this.missing = null;
+  }
+
+  /** Fetches what was missing, with what it will be read with. */
+  async fetchMissing(signal) {
+    const [first, end] = this.missing;
+    const wanted = this.told.some(([from, to]) => from <= first && end <= to)
+      ? [...this.told, [first, end]] : [this.guessed(first, end)];
+    const gaps = Source.merged(wanted).flatMap(([from, to]) => this.kept.gaps(from, to));
+    const next = gaps.values();
+    const fetchSome = async () => {
+      for (const gap of next) this.kept.add(gap[0], await this.from.fetch(gap, signal));
+    };
+    const done = await Promise.allSettled(
+      Array.from({ length: Math.min(MOST_AT_ONCE, gaps.length) }, fetchSome));
+    for (const one of done) if (one.status === "rejected") throw one.reason;
+  }
+
+  /** More than was asked for, and the more the oftener: what is beside will be read, too. */
+  guessed(first, end) {
+    const least = Math.min(MOST_GUESSED, NEAR * 2 ** this.misses++);
+    const to = Math.min(this.size, Math.max(end, first + least));
+    return [Math.max(0, Math.min(first, to - least)), to];
+  }
+
+  static merged(ranges) {
+    const runs = [];
+    for (const [first, end] of [...ranges].sort((a, b) => a[0] - b[0])) {
+      const last = runs.at(-1);
+      if (last !== undefined && first < last[1] + NEAR) last[1] = Math.max(last[1], end);
+      else if (first < end) runs.push([first, end]);
+    }
+    return runs;
+  }
+
+  /** After a call: most of what was fetched may go. */
+  end() {
+    this.begin();
+    this.misses = 0;
+    this.kept.shrink(MOST_KEPT);
+  }
+
+  close() {
+    return this.from.close();
+  }
+}

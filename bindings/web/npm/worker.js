@@ -1,0 +1,39 @@
+// An Engine in a thread of its own, in browsers and in Node.js. In: {open: [module, source,
+// options]}, then {id, name, argument, watched} for a call and {dropped: id} for one that nobody
+// waits for any more. Out: {id, result}, {id, error} or {id, progress}.
+import { Engine, buffersOf } from "./engine.js";
+import { packed } from "./errors.js";
+
+let engine;
+const controllers = new Map();
+
+async function take(post, { open, id, name, argument, watched, dropped }) {
+  if (open !== undefined) {
+    engine = new Engine(...open);
+    return;
+  }
+  if (dropped !== undefined) {
+    controllers.get(dropped)?.abort();
+    return;
+  }
+  const controller = new AbortController();
+  controllers.set(id, controller);
+  try {
+    const progress = watched ? (done) => post({ id, progress: done }) : undefined;
+    const result = await engine.call(name, argument, { signal: controller.signal, progress });
+    post({ id, result }, buffersOf(result));
+  } catch (error) {
+    post({ id, error: packed(error) });
+  } finally {
+    controllers.delete(id);
+  }
+}
+
+if (typeof globalThis.postMessage === "function") {
+  globalThis.onmessage = ({ data }) =>
+    take((message, moved = []) => globalThis.postMessage(message, moved), data);
+} else {
+  const { parentPort } = await import("node:worker_threads");
+  parentPort.on("message", (data) =>
+    take((message, moved = []) => parentPort.postMessage(message, moved), data));
+}
