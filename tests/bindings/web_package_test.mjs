@@ -1,0 +1,312 @@
+// What the web package does around the decoder: workers, Blobs, servers, what is ended early.
+//
+//     node web_package_test.mjs PACKAGE MESH GOLDEN
+//
+// MESH: a file of 40000 hexahedra in a bar with "pressure" (points, 3 steps) and "heat" (cells), larger than
+// many requests; GOLDEN: the folder of golden files. web_test.py makes the mesh and runs this.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { createServer } from "node:http";
+import test, { after, before } from "node:test";
+import { pathToFileURL } from "node:url";
+
+const [folder, mesh, golden] = process.argv.slice(2);
+const { open, ShmError } = await import(pathToFileURL(`${folder}/shmformat.js`));
+const { Engine } = await import(pathToFileURL(`${folder}/engine.js`));
+const content = readFileSync(mesh);
+const CELLS = 40000;
+
+/** Gives one file, by ranges, and counts. `mode`: how it misbehaves. */
+const server = createServer((request, response) => {
+  const asked = /^bytes=(\d+)-(\d+)$/.exec(request.headers.range ?? "");
+  counted.requests += 1;
+  const { mode } = counted;
+  const headers = { ETag: counted.version };
+  if (request.method === "HEAD") {
+    response.writeHead(200, { ...headers, "Content-Length": content.length }).end();
+    return;
+  }
+  if (request.url !== "/mesh.shm") {
+    response.writeHead(404).end("none");
+    return;
+  }
+  if (mode === "no ranges" || asked === null) {
+    response.writeHead(200, { "Content-Length": content.length }).end(content);
+    return;
+  }
+  const [first, last] = [Number(asked[1]), Math.min(Number(asked[2]), content.length - 1)];
+  let body = content.subarray(first, last + 1);
+  counted.bytes += body.length;
+  if (mode === "longer") body = Buffer.concat([body, Buffer.alloc(1 << 20)]);
+  if (mode === "half" && first > 0) {
+    response.writeHead(206, { ...headers, "Content-Length": body.length });
+    response.write(body.subarray(0, 10));
+    setTimeout(() => response.destroy(), 5);
+    return;
+  }
+  const at = mode === "others" && first > 0 ? first + 1 : first;
+  if (mode !== "hides") headers["Content-Range"] = `bytes ${at}-${last}/${content.length}`;
+  response.writeHead(206, headers);
+  if (mode === "waits" && first > 0) return;
+  response.end(body);
+});
+const counted = { requests: 0, bytes: 0, mode: "", version: '"1"' };
+let url;
+
+function begin(mode = "") {
+  Object.assign(counted, { requests: 0, bytes: 0, mode, version: '"1"' });
+}
+
+before(async () => {
+  await new Promise((done) => { server.listen(0, "127.0.0.1", done); });
+  url = `http://127.0.0.1:${server.address().port}/mesh.shm`;
+});
+after(() => {
+  server.closeAllConnections?.();
+  server.close();
+});
+
+/** With a worker and without. */
+function both(name, run) {
+  for (const worker of [true, false]) {
+    test(`${name}, ${worker ? "in a worker" : "in this thread"}`, { timeout: 60000 },
+      () => run({ worker }));
+  }
+}
+const failsWith = (status, words) => (error) => {
+  assert.ok(error instanceof ShmError, `${error}`);
+  assert.equal(error.status, status);
+  assert.match(error.message, words);
+  return true;
+};
+
+both("a file is told of when it is open", async (options) => {
+  const file = await open(content, options);
+  assert.equal(file.cellCount, CELLS);
+  assert.equal(file.vertexCount, 4 * CELLS + 4);
+  assert.deepEqual(file.times, [.5, 1, 2]);
+  assert.deepEqual(file.arrays.map(({ name, location, steps }) => [name, location, steps]),
+    [["pressure", "point", [0, 1, 2]], ["heat", "cell", null]]);
+  assert.deepEqual(file.blocks.map(({ shape, cells }) => [shape, cells]), [["hexahedron", CELLS]]);
+  await file.close();
+  await assert.rejects(file.read(), failsWith("misuse", /the file is closed/));
+});
+
+both("all is read in one pass, with what is done", async (options) => {
+  const file = await open(new Blob([content]), options);
+  const told = [];
+  const got = await file.read({ arrays: [{ name: "pressure", step: 1 }, { name: "heat" }],
+    progress: (done) => told.push(done) });
+  assert.ok(got.points instanceof Float64Array);
+  assert.equal(got.points.length, 3 * (4 * CELLS + 4));
+  assert.ok(got.cells.connectivity instanceof Uint32Array);
+  assert.deepEqual([...got.cells.connectivity.subarray(-8)],
+    [0, 1, 2, 3, 4, 5, 6, 7].map((i) => 4 * (CELLS - 1) + i));
+  assert.deepEqual(got.arrays.map(({ name, step, values }) => [name, step, values.length]),
+    [["pressure", 1, 4 * CELLS + 4], ["heat", null, CELLS]]);
+  assert.ok(got.arrays[0].values.every((value) => value >= 0 && value < 1));
+  assert.equal(told.at(-1), 1);
+  assert.ok(told.length > 3 && told.every((done, i) => i === 0 || done >= told[i - 1]));
+  await file.close();
+});
+
+both("a piece has numbers of its own", async (options) => {
+  const file = await open(content, options);
+  const all = await file.read({ points: "float32", cells: false });
+  assert.ok(all.points instanceof Float32Array);
+  const got = await file.read({ select: { cells: [100, 110] }, numbers: true, points: "float32" });
+  assert.equal(got.cellCount, 10);
+  assert.deepEqual([...got.cellNumbers], Array.from({ length: 10 }, (_, i) => 100 + i));
+  assert.deepEqual([...got.vertexNumbers], Array.from({ length: 44 }, (_, i) => 400 + i));
+  assert.deepEqual(got.points, all.points.slice(1200, 1200 + 132));
+  const boxed = await file.read({ points: false, select: { box: [50.5, -1, -1, 51.5, 2, 2] } });
+  assert.equal(boxed.cellCount, 2);
+  const none = await file.read({ select: { cells: [0, 0] } });
+  assert.equal(none.cellCount, 0);
+  const some = await file.read({ points: false, select: { numbers: [7, 3, 7] } });
+  assert.equal(some.cellCount, 2);
+  await file.close();
+});
+
+both("of a URL only what is wanted is fetched, by few requests", async (options) => {
+  begin();
+  const file = await open(url, options);
+  assert.ok(counted.requests <= 3, `${counted.requests} requests`);
+  assert.ok(counted.bytes <= 3 << 16);
+  begin();
+  const far = await file.read({ points: false, cells: false, arrays: [{ name: "pressure", step: 2 }] });
+  assert.ok(counted.bytes < content.length / 2, `${counted.bytes} of ${content.length} bytes`);
+  assert.ok(counted.requests <= 12, `${counted.requests} requests`);
+  await file.close();
+  const near = await open(content, options);
+  const own = await near.read({ points: false, cells: false, arrays: [{ name: "pressure", step: 2 }] });
+  assert.deepEqual(far, own);
+  assert.deepEqual(await near.segments(), await near.segments());
+  await near.close();
+});
+
+both("all of a URL", async (options) => {
+  begin();
+  const file = await open(new URL(url), options);
+  const far = await file.read({ arrays: [{ name: "heat" }] });
+  const { requests } = counted;
+  assert.ok(requests <= 16, `${requests} requests`);
+  await file.read({ arrays: [{ name: "heat" }] });
+  assert.equal(counted.requests, requests); // it is kept
+  await file.verify();
+  await file.close();
+  const near = await open(mesh, options);
+  assert.deepEqual(far, await near.read({ arrays: [{ name: "heat" }] }));
+  await near.close();
+});
+
+both("a server that gives no ranges gives all", async (options) => {
+  begin("no ranges");
+  const file = await open(url, options);
+  assert.equal((await file.read()).cellCount, CELLS);
+  assert.equal(counted.requests, 1);
+  await file.close();
+});
+
+both("a server that hides the size of a range is asked for it", async (options) => {
+  begin("hides");
+  const file = await open(url, options);
+  assert.equal((await file.read()).cellCount, CELLS);
+  await file.close();
+});
+
+both("servers that misbehave are told of", async (options) => {
+  begin("longer");
+  await assert.rejects(open(url, options), failsWith("io", /other bytes than it was asked for/));
+  begin("others");
+  await assert.rejects(open(url, options), failsWith("io", /other bytes than it was asked for/));
+  begin("half");
+  await assert.rejects(open(url, options), failsWith("io", /mesh\.shm: the connection failed/));
+  begin();
+  const file = await open(url, options);
+  counted.version = '"2"';
+  await assert.rejects(file.read(), failsWith("io", /the file on the server has changed/));
+  begin();
+  assert.equal((await file.read()).cellCount, CELLS); // what failed is over
+  await file.close();
+  await assert.rejects(open(`${url}x`, options), failsWith("io", /the server answers 404/));
+  await assert.rejects(open("http://127.0.0.1:9/x.shm", options), failsWith("io", /failed/));
+});
+
+both("errors carry the sentence of the library, and the place", async (options) => {
+  const hurt = new Uint8Array(content);
+  hurt[content.length / 2 | 0] ^= 1;
+  const file = await open(hurt, options);
+  await assert.rejects(file.verify(), (error) => {
+    failsWith("corrupt", /checksum/)(error);
+    assert.ok(error.offset > 0 && error.section !== "" && error.detail !== "");
+    return true;
+  });
+  const whole = await file.read({ points: false, cells: false, select: { cells: [0, 1] },
+    arrays: [] });
+  assert.equal(whole.cellCount, 1);
+  await assert.rejects(file.read({ arrays: [{ name: "none" }] }), failsWith("misuse", /no array none/));
+  await assert.rejects(file.read({ arrays: [{ name: "pressure" }] }), failsWith("misuse", /say which/));
+  await assert.rejects(file.read({ arrays: [{ name: "pressure", step: 9 }] }),
+    failsWith("misuse", /no values at step 9/));
+  await file.close();
+  const damaged = await open(hurt, { ...options, damaged: true });
+  assert.ok((await damaged.read()).cellCount > 0);
+  await damaged.close();
+  await assert.rejects(open(new Uint8Array(100), options), failsWith("truncated", /does not end with an end record/));
+  await assert.rejects(open(new Uint8Array(0), options), failsWith("truncated", /./));
+  await assert.rejects(open(`${mesh}.none`, options), failsWith("io", /cannot be opened/));
+  await assert.rejects(open(7, options), TypeError);
+  const limits = { maxArrays: 1 };
+  await assert.rejects(open(content, { ...options, limits }), failsWith("over limit", /./));
+});
+
+both("members of an archive", async (options) => {
+  const archive = await open(`${golden}/0.10/archive.shm`, options);
+  assert.ok(archive.members.length > 1);
+  for (const name of archive.members) {
+    const member = await archive.open(name);
+    const got = await member.read();
+    assert.equal(got.vertexCount, member.vertexCount);
+    await member.close();
+  }
+  assert.throws(() => archive.open("none"), failsWith("misuse", /no member none/));
+});
+
+both("sets and extras", async (options) => {
+  const file = await open(`${golden}/0.10/steps_and_extras.shm`, options);
+  const extras = await file.extras();
+  assert.ok(extras.length > 0);
+  for (const { shape, values } of extras) {
+    assert.equal(shape.reduce((product, length) => product * length, 1), values.length);
+  }
+  assert.ok(Array.isArray(await file.sets()));
+  await file.close();
+});
+
+test("what is aborted while it waits for a server", async () => {
+  for (const worker of [true, false]) {
+    begin();
+    const file = await open(url, { worker });
+    begin("waits");
+    const signal = AbortSignal.timeout(50);
+    await assert.rejects(file.read({ signal }), { name: "TimeoutError" });
+    begin();
+    assert.equal((await file.read()).cellCount, CELLS);
+    const over = AbortSignal.abort();
+    await assert.rejects(file.read({ signal: over }), { name: "AbortError" });
+    await assert.rejects(open(url, { signal: over }), { name: "AbortError" });
+    await file.close();
+  }
+});
+
+test("what is aborted while it decodes ends alone", async () => {
+  const file = await open(content);
+  const controller = new AbortController();
+  const first = file.read({ signal: controller.signal, progress: () => controller.abort() });
+  const second = file.read({ points: false });
+  await assert.rejects(first, { name: "AbortError" });
+  assert.equal((await second).cellCount, CELLS);
+  const waiting = new AbortController();
+  const third = file.read();
+  const fourth = file.read({ signal: waiting.signal });
+  waiting.abort();
+  await assert.rejects(fourth, { name: "AbortError" });
+  assert.equal((await third).cellCount, CELLS);
+  await file.close();
+});
+
+test("a file that is closed lets go of what is under way", async () => {
+  const file = await open(content);
+  const reading = file.read();
+  const done = assert.rejects(reading, failsWith("misuse", /the file was closed/));
+  await file.close();
+  await done;
+});
+
+both("several calls at once", async (options) => {
+  const file = await open(url, options);
+  const all = await Promise.all([0, 1, 2].map((step) =>
+    file.read({ points: false, cells: false, arrays: [{ name: "pressure", step }] })));
+  assert.deepEqual(all.map(({ arrays }) => arrays[0].step), [0, 1, 2]);
+  assert.notDeepEqual(all[0].arrays[0].values, all[1].arrays[0].values);
+  await file.close();
+});
+
+test("memory that runs out is told of, and the next call has a decoder of its own", async () => {
+  const wasm = await WebAssembly.compile(readFileSync(`${folder}/shmformat.wasm`));
+  const engine = new Engine(wasm, new Blob([content]), {});
+  for (const left of [0, 1 << 16, 1 << 20, 16 << 20]) {
+    await engine.call("describe");
+    const instance = engine.wasm;
+    const room = instance.malloc(Math.max(left, 1));
+    for (let bytes = 1 << 30; bytes >= 16;) if (instance.malloc(bytes) === 0) bytes >>= 1;
+    if (left > 0) instance.free(room);
+    await assert.rejects(engine.call("read", { points: true, cells: true, arrays: [{ name: "heat" }] }),
+      failsWith("no memory", /^out of memory/));
+    const got = await engine.call("read", { points: true, select: { cells: [0, 5] } });
+    assert.equal(got.cellCount, 5);
+    assert.notEqual(engine.wasm, instance);
+  }
+  await engine.end();
+});
