@@ -29,10 +29,11 @@ class CopiedElements {
   }
 
  private:
-  enum Outcome : std::uint8_t { kNone, kAgain, kBefore, kOther };
+  /// No copy; as far back as the last one of the class, or the one before; farther or nearer.
+  enum Outcome : std::uint8_t { kOwn, kAgain, kBefore, kOther };
   struct Class {
     std::uint32_t last = 0, before_last = 0;  // how far back; of two different ones, 0: none
-    Outcome outcome = kNone;
+    Outcome outcome = kOwn;
   };
   struct Models {
     AdaptiveBit again, copied, before;
@@ -43,7 +44,7 @@ class CopiedElements {
     Class& it = classes_[of_class];
     Models& models = models_[it.outcome][outcome_];
     const std::uint32_t wanted = back;
-    Outcome outcome = kNone;
+    Outcome outcome = kOwn;
     back = 0;
     if (it.last > 0 && coder.bit(models.again, wanted == it.last)) {
       outcome = kAgain;
@@ -60,7 +61,7 @@ class CopiedElements {
       it.last = back;
     }
     it.outcome = outcome_ = outcome;
-    if (outcome != kNone) {
+    if (outcome != kOwn) {
       if (back == 0 || back > kFarthest || back > here_) return false;
       following_ = here_ - back + 1;
     }
@@ -78,7 +79,7 @@ class CopiedElements {
   std::vector<Class> classes_;
   std::array<std::array<Models, 4>, 4> models_;  // by the outcome in the class, and at the last one
   SignedModel<CompactNumberModel> other_;
-  Outcome outcome_ = kNone;
+  Outcome outcome_ = kOwn;
   std::uint64_t here_ = 0, following_ = 0;  // elements so far; the one after the last source
 };
 
