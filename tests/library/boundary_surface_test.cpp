@@ -5,9 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
+#include <functional>
+#include <limits>
 #include <map>
+#include <random>
 #include <set>
 #include <string>
 #include <utility>

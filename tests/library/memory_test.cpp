@@ -1,6 +1,6 @@
-// 5 million hexahedra, made on the fly, go through the Writer and back through the Reader, each in
-// a process of its own within 64 MB of resident memory. A million of them with two fields as a Mesh
-// take 1.3 times their memory while they are read.
+// 5 million hexahedra, made on the fly, go through the Writer and back through the Reader, and to
+// their boundary surface, each in a process of its own within 64 MB of resident memory. A million
+// of them with two fields as a Mesh take 1.3 times their memory while they are read.
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <functional>
 
+#include "shm/boundary_surface.h"
 #include "shm/mesh.h"
 #include "support/sanitized.h"
 #include "support/test_mesh.h"
@@ -117,16 +118,24 @@ TEST(Memory, FiveMillionHexahedraIn64Megabytes) {
       }
       return cells == n * n * n;
     });
+    const std::uint64_t bounded = peak_memory_of([&] {
+      const auto source = FileRandomSource::open(path);
+      if (!source) return false;
+      const auto surface = read_boundary(**source);
+      return surface && surface->face_count() == 6 * n * n;
+    });
     ::unlink(path.c_str());
     ASSERT_GT(written, 0u);
     ASSERT_GT(read, 0u);
-    std::printf("%llu hexahedra, order %s: %.1f MB to write, %.1f MB to read\n",
+    ASSERT_GT(bounded, 0u);
+    std::printf("%llu hexahedra, order %s: %.1f MB to write, %.1f to read, %.1f for the boundary\n",
                 static_cast<unsigned long long>(n * n * n),
                 order == Order::keep ? "keep" : "stream", static_cast<double>(written) / 1048576.0,
-                static_cast<double>(read) / 1048576.0);
+                static_cast<double>(read) / 1048576.0, static_cast<double>(bounded) / 1048576.0);
     if (!kMeasuresMemory) continue;
     EXPECT_LE(written, kLimit);
     EXPECT_LE(read, kLimit);
+    EXPECT_LE(bounded, kLimit);
   }
 }
 
