@@ -113,6 +113,7 @@ const std::vector<Tree>& trees() {
       {"converters",
        {
            {"base", {}},
+           {"picture", {"base"}},
            {"mesh", {"base"}},
            {"order", {"base", "mesh"}},
            {"sets", {"base", "mesh"}},

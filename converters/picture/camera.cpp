@@ -1,0 +1,169 @@
+#include "picture/camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace shm::converters {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// So that one looks at the plane of x and y from above, with x to the right, and at others from
+// before and from the right.
+Vector facing(Vector normal) {
+  std::size_t along = 0;
+  for (std::size_t i = 1; i < 3; ++i)
+    if (std::fabs(normal[i]) > std::fabs(normal[along])) along = i;
+  const bool turned = along == 1 ? normal[1] > 0 : normal[along] < 0;
+  if (turned)
+    for (double& part : normal) part = -part;
+  return normal;
+}
+
+}  // namespace
+
+std::optional<Vector> unit(const Vector& vector) {
+  const double most = std::max({std::fabs(vector[0]), std::fabs(vector[1]), std::fabs(vector[2])});
+  for (const double part : vector)
+    if (!std::isfinite(part)) return std::nullopt;
+  if (most == 0) return std::nullopt;
+  // Squares of what is very large or very small would be no numbers, or 0.
+  Vector scaled = {vector[0] / most, vector[1] / most, vector[2] / most};
+  const double length = std::sqrt(dot(scaled, scaled));
+  for (double& part : scaled) part /= length;
+  return scaled;
+}
+
+Vector normal_of(std::span<const Vector> polygon) {
+  Vector sum{};
+  for (std::size_t i = 2; i < polygon.size(); ++i) {
+    const Vector part = cross(minus(polygon[i - 1], polygon[0]), minus(polygon[i], polygon[0]));
+    for (std::size_t c = 0; c < 3; ++c) sum[c] += part[c];
+  }
+  return sum;
+}
+
+Camera::Camera(const Surface& surface, const std::optional<Vector>& view, const PictureFrame& frame)
+    : surface_(surface) {
+  measure();
+  std::optional<Vector> from = view;
+  if (!from) from = normal_of_plane();
+  turn(unit(from.value_or(kUsualView)).value_or(*unit(kUsualView)));
+  fit(frame);
+}
+
+void Camera::measure() {
+  Vector least = {kInfinity, kInfinity, kInfinity}, most = {-kInfinity, -kInfinity, -kInfinity};
+  for (std::size_t v = 0; v < surface_.vertices(); ++v) {
+    const Vector at = {surface_.coordinate(v, 0), surface_.coordinate(v, 1),
+                       surface_.coordinate(v, 2)};
+    if (!std::isfinite(at[0]) || !std::isfinite(at[1]) || !std::isfinite(at[2])) continue;
+    for (std::size_t i = 0; i < 3; ++i) {
+      least[i] = std::min(least[i], at[i]);
+      most[i] = std::max(most[i], at[i]);
+    }
+  }
+  half_ = 0;
+  for (std::size_t i = 0; i < 3 && least[0] <= most[0]; ++i) {
+    // Halves first: sums and differences of the largest numbers are infinite.
+    middle_[i] = least[i] / 2 + most[i] / 2;
+    half_ = std::max(half_, most[i] / 2 - least[i] / 2);
+  }
+  if (!(half_ > 0)) half_ = 1;
+}
+
+bool Camera::place(std::span<const std::uint32_t> face, std::vector<Vector>& out) const {
+  out.clear();
+  for (const std::uint32_t corner : face) {
+    const auto at = place(corner);
+    if (!at) return false;
+    out.push_back(*at);
+  }
+  return true;
+}
+
+std::optional<Vector> Camera::place(std::uint32_t vertex) const {
+  Vector at;
+  for (std::size_t i = 0; i < 3; ++i) {
+    at[i] = surface_.coordinate(vertex, i);
+    if (!std::isfinite(at[i])) return std::nullopt;
+    // Halves of the smallest numbers may be off by as much as the mesh is large.
+    at[i] = std::clamp((at[i] - middle_[i]) / half_, -2.0, 2.0);
+  }
+  return at;
+}
+
+// The normal of the largest polygon, where all vertices are in its plane.
+std::optional<Vector> Camera::normal_of_plane() const {
+  constexpr double kThick = 1e-6;
+  Vector normal{};
+  std::vector<Vector> polygon;
+  for (std::size_t f = 0; f < surface_.faces(); ++f) {
+    if (surface_.face(f).size() < 3 || !place(surface_.face(f), polygon)) continue;
+    const Vector of_face = normal_of(polygon);
+    if (dot(of_face, of_face) > dot(normal, normal)) normal = of_face;
+  }
+  // Without polygons: the axis along which there is nothing.
+  std::array<std::optional<Vector>, 4> tried = {unit(normal), Vector{0, 0, 1}, Vector{0, 1, 0},
+                                                Vector{1, 0, 0}};
+  std::array<double, 4> least, most;
+  least.fill(kInfinity);
+  most.fill(-kInfinity);
+  for (std::size_t v = 0; v < surface_.vertices(); ++v) {
+    const auto at = place(static_cast<std::uint32_t>(v));
+    if (!at) continue;
+    for (std::size_t t = 0; t < tried.size(); ++t) {
+      if (!tried[t]) continue;
+      const double along = dot(*tried[t], *at);
+      least[t] = std::min(least[t], along);
+      most[t] = std::max(most[t], along);
+    }
+  }
+  for (std::size_t t = 0; t < tried.size(); ++t)
+    if (tried[t] && most[t] - least[t] <= kThick) return facing(*tried[t]);
+  return std::nullopt;
+}
+
+void Camera::turn(const Vector& view) {
+  view_ = view;
+  // z is up, and where one looks along it y.
+  constexpr double kAlong = .999;
+  const Vector above = std::fabs(view[2]) > kAlong ? Vector{0, 1, 0} : Vector{0, 0, 1};
+  right_ = unit(cross(above, view_)).value_or(Vector{1, 0, 0});
+  up_ = cross(view_, right_);
+}
+
+void Camera::fit(const PictureFrame& frame) {
+  constexpr double kNarrow = 1e-9;  // of the mesh: no reason to enlarge anything
+  std::array<double, 2> least = {kInfinity, kInfinity}, most = {-kInfinity, -kInfinity};
+  for (std::size_t v = 0; v < surface_.vertices(); ++v) {
+    const auto at = place(static_cast<std::uint32_t>(v));
+    if (!at) continue;
+    const std::array<double, 2> on = {dot(*at, right_), dot(*at, up_)};
+    for (std::size_t i = 0; i < 2; ++i) {
+      least[i] = std::min(least[i], on[i]);
+      most[i] = std::max(most[i], on[i]);
+    }
+  }
+  if (!(least[0] <= most[0])) least = most = {0, 0};
+  constexpr auto kPlaces = static_cast<double>(kSubSamples * kSamples);  // to a pixel
+  const double width = frame.width * kPlaces, height = frame.height * kPlaces;
+  scale_ = std::min(width / std::max(most[0] - least[0], kNarrow),
+                    height / std::max(most[1] - least[1], kNarrow));
+  left_ = frame.left * kPlaces + width / 2 - scale_ * (least[0] / 2 + most[0] / 2);
+  top_ = frame.top * kPlaces + height / 2 + scale_ * (least[1] / 2 + most[1] / 2);
+}
+
+RasterPoint Camera::seen(const Vector& place) const {
+  // Never far off the frame, whatever numbers have come.
+  static constexpr double kFar = 1 << 24;
+  const auto whole = [](double number) {
+    return static_cast<std::int64_t>(std::clamp(number, -kFar, kFar) + kFar + .5) -
+           static_cast<std::int64_t>(kFar);
+  };
+  return {whole(left_ + scale_ * dot(place, right_)), whole(top_ - scale_ * dot(place, up_)),
+          dot(place, view_), 0};
+}
+
+}  // namespace shm::converters

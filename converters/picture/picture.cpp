@@ -1,0 +1,199 @@
+#include "picture/picture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace shm::converters {
+namespace {
+
+// Of values that are finite.
+std::optional<ShownRange> range_of(std::span<const double> values) {
+  ShownRange range{std::numeric_limits<double>::infinity(),
+                   -std::numeric_limits<double>::infinity()};
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    range.least = std::min(range.least, value);
+    range.greatest = std::max(range.greatest, value);
+  }
+  if (!(range.least <= range.greatest)) return std::nullopt;
+  return range;
+}
+
+// 0 for the least value, 1 for the greatest; NaN for what is not finite. Of one value: the middle.
+double share_of(double value, const std::optional<ShownRange>& range) {
+  if (!range || !std::isfinite(value)) return std::numeric_limits<double>::quiet_NaN();
+  // Differences of the largest numbers are infinite, and halves of the smallest ones are 0.
+  const double whole = range->greatest - range->least;
+  if (std::isfinite(whole)) return whole == 0 ? .5 : (value - range->least) / whole;
+  return (value / 2 - range->least / 2) / (range->greatest / 2 - range->least / 2);
+}
+
+class Painter {
+ public:
+  Painter(const Surface& surface, const PictureOptions& options, const Colouring* colouring,
+          const std::optional<ShownRange>& range, const PictureFrame& frame)
+      : surface_(surface),
+        options_(options),
+        colouring_(colouring),
+        range_(range),
+        camera_(surface, options.view, frame),
+        raster_(options.width, options.height) {
+    const Vector &right = camera_.right(), &up = camera_.up(), &view = camera_.view();
+    for (std::size_t i = 0; i < 3; ++i) lamp_[i] = -.4 * right[i] + .6 * up[i] + .7 * view[i];
+    lamp_ = unit(lamp_).value_or(view);
+  }
+
+  const Raster& raster() const { return raster_; }
+
+  // False where there is nothing to draw of it.
+  bool add_face(std::size_t f) {
+    if (!see(f)) return false;
+    const std::size_t corners = seen_.size();
+    Paint paint = paint_of(f);
+    if (corners == 0) return false;
+    if (corners == 1) {
+      raster_.add_point(seen_[0], paint);
+      return true;
+    }
+    if (corners == 2) {
+      paint.light = kLightOfLines;
+      raster_.add_line(seen_[0], seen_[1], paint);
+      return true;
+    }
+    const auto normal = unit(normal_of(places_));
+    if (!normal) return false;
+    paint.light = light_on(*normal);
+    paint.outline_light = light_of_outline();
+    for (std::size_t i = 1; i + 1 < corners; ++i) {
+      unsigned outlines = 0;
+      if (paint.outline_light < 256)
+        outlines = (i == 1 ? 1U : 0U) | 2U | (i + 2 == corners ? 4U : 0U);
+      raster_.add_triangle({seen_[0], seen_[i], seen_[i + 1]}, paint, outlines);
+    }
+    return true;
+  }
+
+  // Of a polygon.
+  void add_edges(std::size_t f) {
+    if (surface_.face(f).size() < 3 || !see(f)) return;
+    Paint paint = paint_of(f);
+    paint.light = kLightOfLines;
+    for (std::size_t i = 0; i < seen_.size(); ++i)
+      raster_.add_line(seen_[i], seen_[i + 1 < seen_.size() ? i + 1 : 0], paint);
+  }
+
+ private:
+  static constexpr std::uint32_t kLightOfLines = 200;
+
+  // Where its corners are; false where that is nowhere. The least place comes first, from whichever
+  // corner on the surface has them: the same face looks the same.
+  bool see(std::size_t f) {
+    const auto face = surface_.face(f);
+    if (!camera_.place(face, places_)) return false;
+    const auto least = std::min_element(places_.begin(), places_.end());
+    const auto turn = static_cast<std::size_t>(least - places_.begin());
+    std::rotate(places_.begin(), least, places_.end());
+    seen_.clear();
+    for (std::size_t i = 0; i < face.size(); ++i) {
+      seen_.push_back(camera_.seen(places_[i]));
+      if (colouring_ == nullptr || !colouring_->of_points) continue;
+      const std::uint32_t vertex = face[(i + turn) % face.size()];
+      seen_.back().share = share_of(colouring_->values[vertex], range_);
+    }
+    return true;
+  }
+
+  Paint paint_of(std::size_t f) const {
+    Paint paint;
+    if (colouring_ == nullptr)
+      paint.colour = block_colour(surface_.blocks[f]);
+    else if (colouring_->of_points)
+      paint.by_value = true;
+    else
+      paint.colour = value_colour(share_of(colouring_->values[f], range_));
+    return paint;
+  }
+
+  // A lamp where one looks from, a weaker one over the left shoulder, so that the sides of a box
+  // differ, and some light everywhere. Values are read by their colours: there is less shade.
+  std::uint32_t light_on(const Vector& normal) const {
+    const double facing = dot(normal, camera_.view());
+    const double sideways = std::max(0.0, (facing < 0 ? -1 : 1) * dot(normal, lamp_));
+    const double shade = colouring_ == nullptr ? .6 : .4;
+    const double light = 1 - shade * (1 - .6 * std::fabs(facing) - .4 * sideways);
+    return static_cast<std::uint32_t>(std::clamp(light, 0.0, 1.0) * 256 + .5);
+  }
+
+  // 256: there is none.
+  std::uint32_t light_of_outline() const {
+    constexpr double kDark = 150, kNarrow = 4, kWide = 8;  // of 256; pixels
+    if (options_.edges) return 256 - static_cast<std::uint32_t>(kDark);
+    std::int64_t area = 0;  // twice
+    double longest = 0;
+    for (std::size_t i = 0; i < seen_.size(); ++i) {
+      const RasterPoint &a = seen_[i], &b = seen_[i + 1 < seen_.size() ? i + 1 : 0];
+      area += (a.x - seen_[0].x) * (b.y - seen_[0].y) - (a.y - seen_[0].y) * (b.x - seen_[0].x);
+      const auto across = static_cast<double>(b.x - a.x), down = static_cast<double>(b.y - a.y);
+      longest = std::max(longest, across * across + down * down);
+    }
+    if (longest == 0) return 256;
+    const double width = std::fabs(static_cast<double>(area)) / 2 / std::sqrt(longest) /
+                         static_cast<double>(kSubSamples * kSamples);
+    const double share = std::clamp((width - kNarrow) / (kWide - kNarrow), 0.0, 1.0);
+    return 256 - static_cast<std::uint32_t>(share * kDark + .5);
+  }
+
+  const Surface& surface_;
+  const PictureOptions& options_;
+  const Colouring* colouring_;
+  const std::optional<ShownRange>& range_;
+  Camera camera_;
+  Raster raster_;
+  Vector lamp_{};
+  std::vector<Vector> places_;  // of the corners of one face
+  std::vector<RasterPoint> seen_;
+};
+
+}  // namespace
+
+Result<Picture> draw_picture(const Surface& surface, const PictureOptions& options,
+                             const Colouring* colouring, const Progress& progress) {
+  constexpr std::size_t kFacesAtOnce = 4096;
+  Picture picture;
+  if (colouring != nullptr) picture.range = range_of(colouring->values);
+  const std::uint32_t strip =
+      colouring == nullptr ? 0 : legend_height(options.width, options.height);
+  const std::uint32_t margin =
+      std::max<std::uint32_t>(2, std::min(options.width, options.height - strip) / 24);
+  Painter painter(
+      surface, options, colouring, picture.range,
+      {margin, margin, options.width - 2 * margin, options.height - strip - 2 * margin});
+  const auto each_face = [&](auto&& draw) -> Result<void> {
+    for (std::size_t f = 0; f < surface.faces(); ++f) {
+      draw(f);
+      if (painter.raster().work() > options.most_work)
+        return Error{ErrorCode::over_limit,
+                     "too many faces lie over each other: drawing stopped at face " +
+                         std::to_string(f) + " of " + std::to_string(surface.faces()),
+                     {},
+                     kNoOffset,
+                     {}};
+      if (progress && f % kFacesAtOnce == 0) progress("drawing", f, surface.faces());
+    }
+    return {};
+  };
+  if (auto drawn = each_face(
+          [&](std::size_t f) { ++(painter.add_face(f) ? picture.drawn : picture.skipped); });
+      !drawn)
+    return drawn.error();
+  if (painter.raster().is_empty())
+    if (auto drawn = each_face([&](std::size_t f) { painter.add_edges(f); }); !drawn)
+      return drawn.error();
+  picture.image = painter.raster().image(picture.covered);
+  if (colouring != nullptr) draw_legend(picture.image, {colouring->name, picture.range});
+  return picture;
+}
+
+}  // namespace shm::converters
