@@ -21,6 +21,7 @@
 #include "formats/formats.h"
 #include "series/step_files.h"
 #include "sets/set_cells.h"
+#include "tool/array_choice.h"
 #include "tool/commands/options.h"
 #include "tool/input.h"
 #include "tool/output_name.h"
@@ -105,15 +106,12 @@ std::vector<std::uint32_t> blocks_of(const std::vector<std::string>& wanted,
 // point/NAME, cell/NAME, or NAME of both; v also means v_x, v_y, v_z.
 std::vector<std::uint32_t> arrays_of(const std::vector<std::string>& wanted,
                                      const std::vector<ArrayInfo>& arrays) {
-  const auto label = [](const ArrayInfo& it) {
-    return (it.location == Location::point ? "point/" : "cell/") + it.name;
-  };
   std::set<std::uint32_t> found;
   for (const std::string& text : wanted) {
     bool any = false;
     const auto take = [&](const std::string& name) {
       for (std::uint32_t a = 0; a < arrays.size(); ++a)
-        if (arrays[a].name == name || label(arrays[a]) == name) {
+        if (arrays[a].name == name || array_label(arrays[a]) == name) {
           found.insert(a);
           any = true;
         }
@@ -121,7 +119,7 @@ std::vector<std::uint32_t> arrays_of(const std::vector<std::string>& wanted,
     take(text);
     if (!any)
       for (const char* axis : {"_x", "_y", "_z"}) take(text + axis);
-    if (!any) wrong_use("there is no array " + text + "; there are " + listed(arrays, label));
+    if (!any) wrong_use("there is no array " + text + "; there are " + listed(arrays, array_label));
   }
   return {found.begin(), found.end()};
 }

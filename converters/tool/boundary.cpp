@@ -1,0 +1,276 @@
+#include "tool/boundary.h"
+
+#include <algorithm>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <utility>
+
+#include "base/failure.h"
+#include "mesh/forwarding_mesh.h"
+#include "mesh/vertex_compaction.h"
+
+namespace shm::converters {
+namespace {
+
+// What is no number is nowhere.
+bool is_in(const HalfSpace& space, const std::array<double, 3>& place) {
+  double along = 0;
+  for (std::size_t i = 0; i < 3; ++i) along += space.normal[i] * place[i];
+  return along <= space.most;
+}
+
+// Coordinates of a mesh, asked for one vertex at a time.
+class VertexPlaces {
+ public:
+  VertexPlaces(MeshSource& mesh, const Spool& spool)
+      : type_(mesh.info().schema.coordinate_type),
+        bytes_(3 * scalar_bytes(type_)),
+        cache_(mesh.info().vertices, bytes_, spool.memory_budget() / 8,
+               [&mesh](std::uint64_t first, std::uint64_t count, std::byte* out) {
+                 mesh.read_points(first, count, out);
+               }) {}
+  // Valid until the next one.
+  std::span<const std::byte> operator[](std::uint64_t vertex) { return {cache_[vertex], bytes_}; }
+  std::array<double, 3> place(std::uint64_t vertex) {
+    const std::byte* const from = cache_[vertex];
+    std::array<double, 3> at{};
+    for (std::size_t i = 0; i < 3; ++i)
+      at[i] = type_ == ScalarType::float32 ? number_at<float>(from, i) : number_at<double>(from, i);
+    return at;
+  }
+
+ private:
+  template <class T>
+  static double number_at(const std::byte* from, std::size_t i) {
+    T number;
+    std::memcpy(&number, from + i * sizeof number, sizeof number);
+    return static_cast<double>(number);
+  }
+
+  ScalarType type_;
+  std::size_t bytes_;
+  PageCache cache_;
+};
+
+// The cells whose middle is in a half space, and which ones of the mesh's these are.
+class KeptCells final : public ForwardingMesh {
+ public:
+  // Borrows all.
+  KeptCells(MeshSource& mesh, const std::optional<HalfSpace>& kept, const Spool& spool)
+      : ForwardingMesh(mesh), kept_(kept) {
+    info_ = mesh.info();
+    if (kept_) places_.emplace(mesh, spool);
+  }
+
+  bool next_cells(CellBatch& out, std::size_t max_cells) override {
+    if (!kept_) {
+      first_ += std::exchange(count_, 0);
+      const bool any = source_.next_cells(out, max_cells);
+      count_ = out.size();
+      return any;
+    }
+    out.clear();
+    numbers_.clear();
+    while (out.size() == 0 && source_.next_cells(all_, max_cells)) {
+      for (std::size_t i = 0; i < all_.size(); ++i) {
+        const auto corners = all_.cell(i);
+        if (!is_kept(first_ + i, corners)) continue;
+        out.blocks.push_back(all_.blocks[i]);
+        out.corners.insert(out.corners.end(), corners.begin(), corners.end());
+        out.corner_begin.push_back(out.corners.size());
+        numbers_.push_back(first_ + i);
+      }
+      first_ += all_.size();
+    }
+    return out.size() > 0;
+  }
+  void rewind_cells() override {
+    source_.rewind_cells();
+    first_ = count_ = 0;
+  }
+  // Of cell `index` of the batch that came last.
+  std::uint64_t number(std::size_t index) const { return kept_ ? numbers_[index] : first_ + index; }
+
+ private:
+  bool is_kept(std::uint64_t cell, std::span<const std::uint64_t> corners) {
+    std::array<double, 3> sum{};
+    for (const std::uint64_t corner : corners) {
+      require_vertex(cell, corner, info_.vertices);
+      const auto place = places_->place(corner);
+      for (std::size_t i = 0; i < 3; ++i) sum[i] += place[i];
+    }
+    for (double& part : sum) part /= static_cast<double>(corners.size());
+    return is_in(*kept_, sum);
+  }
+
+  const std::optional<HalfSpace>& kept_;
+  std::optional<VertexPlaces> places_;
+  CellBatch all_;
+  std::vector<std::uint64_t> numbers_;
+  std::uint64_t first_ = 0, count_ = 0;  // of the batch that came last, or is still to come
+};
+
+// A mesh on its way into a BoundaryFinder.
+class BoundaryFeeder final : public CompactedMesh {
+ public:
+  BoundaryFeeder(KeptCells& cells, MeshSource& mesh, BoundaryFinder& finder, const Spool& spool)
+      : cells_(&cells), finder_(&finder), places_(mesh, spool) {
+    block_.corner_begin = {0};
+  }
+
+  void begin_batch(const CellBatch&, std::uint64_t) override { flush(); }
+  void vertex(std::uint64_t number, std::uint64_t last_cell) override {
+    if (last_cell == kNeverUsed) return;
+    const auto place = places_[number];
+    block_.vertex_numbers.push_back(number);
+    block_.xyz.insert(block_.xyz.end(), place.begin(), place.end());
+  }
+  void cell(const CellBatch& batch, std::size_t index, std::uint64_t last_use,
+            std::uint64_t) override {
+    const auto corners = batch.cell(index);
+    block_.cell_numbers.push_back(cells_->number(index));
+    block_.cell_blocks.push_back(batch.blocks[index]);
+    block_.corners.insert(block_.corners.end(), corners.begin(), corners.end());
+    block_.corner_begin.push_back(block_.corners.size());
+    block_.last_use.push_back(last_use);
+    block_.vertices_before_cell.push_back(block_.vertex_count());
+  }
+  void flush() {
+    if (block_.cell_count() == 0) return;
+    unwrap(finder_->add(block_));
+    const std::uint64_t first_vertex = block_.first_vertex + block_.vertex_count();
+    const std::uint64_t first_cell = block_.first_cell + block_.cell_count();
+    block_ = {};
+    block_.corner_begin = {0};
+    block_.first_vertex = first_vertex;
+    block_.first_cell = first_cell;
+  }
+
+ private:
+  KeptCells* cells_;
+  BoundaryFinder* finder_;
+  VertexPlaces places_;
+  MeshBlock block_;
+};
+
+std::vector<std::byte> values_of_vertices(MeshSource& mesh, const BoundaryArray& array,
+                                          const std::vector<std::uint64_t>& vertices,
+                                          const Spool& spool) {
+  const std::size_t stride = mesh.info().array_stride(array.array);
+  const std::uint64_t step = mesh.info().schema.arrays[array.array].per_step ? array.step : 0;
+  PageCache cache(mesh.info().vertices, stride, spool.memory_budget() / 8,
+                  [&](std::uint64_t first, std::uint64_t count, std::byte* out) {
+                    mesh.read_array(array.array, step, first, count, out);
+                  });
+  std::vector<std::byte> values;
+  values.reserve(vertices.size() * stride);
+  for (const std::uint64_t vertex : vertices) {
+    const std::byte* const value = cache[vertex];
+    values.insert(values.end(), value, value + stride);
+  }
+  return values;
+}
+
+// What stands for a value that there is not.
+std::vector<std::byte> no_value(const ArrayInfo& array) {
+  std::vector<std::byte> value(scalar_bytes(array.type) * array.components);
+  const auto fill = [&]<class T>(T number) {
+    for (std::size_t c = 0; c < array.components; ++c)
+      std::memcpy(value.data() + c * sizeof number, &number, sizeof number);
+  };
+  if (array.type == ScalarType::float32) fill(std::numeric_limits<float>::quiet_NaN());
+  if (array.type == ScalarType::float64) fill(std::numeric_limits<double>::quiet_NaN());
+  return value;
+}
+
+// Faces come in the order of their cells: one pass over both.
+std::vector<std::byte> values_of_faces(MeshSource& mesh, const BoundaryArray& array,
+                                       const std::vector<std::uint64_t>& cells) {
+  const Schema& schema = mesh.info().schema;
+  const ArrayInfo& info = schema.arrays[array.array];
+  const std::size_t stride = mesh.info().array_stride(array.array);
+  const std::uint64_t step = info.per_step ? array.step : 0;
+  const std::vector<std::byte> none = no_value(info);
+  std::vector<std::byte> values, piece;
+  values.reserve(cells.size() * stride);
+  CellBatch batch;
+  std::uint64_t first_cell = 0, first_value = 0;
+  std::size_t face = 0;
+  for (mesh.rewind_cells(); face < cells.size() && mesh.next_cells(batch, kCellsAtOnce);
+       first_cell += batch.size()) {
+    const auto covers = [&](std::uint32_t block) {
+      return schema.array_covers(array.array, block);
+    };
+    const auto covered = static_cast<std::uint64_t>(
+        std::count_if(batch.blocks.begin(), batch.blocks.end(), covers));
+    piece.resize(static_cast<std::size_t>(covered) * stride);
+    if (face < cells.size() && cells[face] < first_cell + batch.size())
+      mesh.read_array(array.array, step, first_value, covered, piece.data());
+    first_value += covered;
+    const std::byte* value = piece.data();
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      const bool is_covered = covers(batch.blocks[i]);
+      for (; face < cells.size() && cells[face] == first_cell + i; ++face) {
+        const std::byte* const from = is_covered ? value : none.data();
+        values.insert(values.end(), from, from + stride);
+      }
+      if (is_covered) value += stride;
+    }
+  }
+  values.resize(cells.size() * stride);
+  return values;
+}
+
+}  // namespace
+
+BoundarySurface boundary_of_mesh(MeshSource& mesh, const std::vector<BoundaryArray>& arrays,
+                                 const std::optional<HalfSpace>& kept, Spool& spool,
+                                 const Progress& progress) {
+  Schema without_arrays = mesh.info().schema;
+  without_arrays.arrays.clear();
+  BoundaryFinder finder = unwrap(BoundaryFinder::create(without_arrays));
+  {
+    KeptCells cells(mesh, kept, spool);
+    BoundaryFeeder feeder(cells, mesh, finder, spool);
+    stream_compacted(cells, spool, feeder, progress);
+    feeder.flush();
+  }
+  BoundarySurface surface = unwrap(finder.finish());
+  for (const BoundaryArray& array : arrays) {
+    const bool of_points = mesh.info().schema.arrays[array.array].location == Location::point;
+    surface.arrays.push_back(
+        of_points ? values_of_vertices(mesh, array, surface.vertex_numbers, spool)
+                  : values_of_faces(mesh, array, surface.cell_numbers));
+  }
+  return surface;
+}
+
+BoundarySurface points_of_mesh(MeshSource& mesh, const std::vector<BoundaryArray>& arrays,
+                               const std::optional<HalfSpace>& kept, const Spool& spool) {
+  constexpr std::uint64_t kMostPoints = 1 << 20;
+  const MeshInfo& info = mesh.info();
+  VertexPlaces places(mesh, spool);
+  BoundarySurface surface;
+  surface.coordinate_type = info.schema.coordinate_type;
+  surface.face_begin = {0};
+  for (std::uint64_t v = 0; v < info.vertices; v += info.vertices / kMostPoints + 1) {
+    if (kept && !is_in(*kept, places.place(v))) continue;
+    const auto place = places[v];
+    surface.corners.push_back(static_cast<std::uint32_t>(surface.vertex_numbers.size()));
+    surface.vertex_numbers.push_back(v);
+    surface.xyz.insert(surface.xyz.end(), place.begin(), place.end());
+    surface.face_begin.push_back(surface.corners.size());
+  }
+  surface.cell_numbers.assign(surface.corners.size(), kNoCell);
+  surface.blocks.assign(surface.corners.size(), 0);
+  surface.sides.assign(surface.corners.size(), 0);
+  for (const BoundaryArray& array : arrays) {
+    surface.arrays.emplace_back();
+    if (info.schema.arrays[array.array].location == Location::point)
+      surface.arrays.back() = values_of_vertices(mesh, array, surface.vertex_numbers, spool);
+  }
+  return surface;
+}
+
+}  // namespace shm::converters
