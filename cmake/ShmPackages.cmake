@@ -71,8 +71,8 @@ documents.")
   shm_package(tool shmformat-tools science "compressed hexahedral meshes, the tool shm" "${about}
 .
 This package has the tool shm, which compresses Exodus II, VTK, Gmsh and AVS
-UCD files and gives them back, verifies, compares, repairs, joins and splits
-them. Desktops and file(1) know .shm files by it.")
+UCD files and gives them back, verifies, compares, repairs, joins, splits and
+draws them. Desktops and file(1) know .shm files by it.")
   shm_package(python python3-shmformat python "compressed hexahedral meshes, for Python" "${about}
 .
 This package has the Python module shmformat: NumPy arrays out of .shm files

@@ -3,9 +3,13 @@
 
     file_type_test.py SHM
 
-By packaging/shm.magic and packaging/shm.xml; archives and versions, too, and other files are none.
+By packaging/shm.magic and packaging/shm.xml, and packaging/shm.thumbnailer draws it; archives and versions, too, and other files are none.
 """
+import configparser
 import os
+import re
+import shlex
+import struct
 import subprocess
 import sys
 import tempfile
@@ -46,8 +50,29 @@ class FileType(unittest.TestCase):
             self.assertIn(b"=\0\x08" + signature, magic)
             self.assertTrue((mime / "application" / "vnd.shmformat.xml").exists())
 
+    def test_desktops_draw_thumbnails(self):
+        entry = configparser.ConfigParser(interpolation=None)
+        entry.optionxform = str
+        entry.read(ROOT / "packaging" / "shm.thumbnailer")
+        entry = entry["Thumbnailer Entry"]
+        self.assertEqual(entry["MimeType"], TYPE + ";")
+        self.assertEqual(entry["TryExec"], "shm")
+        with tempfile.TemporaryDirectory() as name:
+            picture = Path(name) / "thumbnail"
+            picture.write_bytes(b"")  # who asks for it has made it
+            values = {"%i": str(GOLDEN / "0.10" / "keep.shm"), "%o": str(picture), "%s": "128", "%%": "%"}
+            words = [re.sub("%.", lambda found: values[found[0]], word) for word in shlex.split(entry["Exec"])]
+            self.assertEqual(words[0], "shm")
+            done = subprocess.run([SHM, *words[1:]], capture_output=True, text=True)
+            if "without libpng" in done.stderr:
+                self.skipTest("this shm was built without libpng")
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
+            head = picture.read_bytes()[:24]
+            self.assertEqual((head[:8], head[16:24]), (b"\x89PNG\r\n\x1a\n", struct.pack(">2I", 128, 128)))
+
 
 if __name__ == "__main__":
+    SHM = os.path.abspath(sys.argv[1])
     del sys.argv[1:]
     os.environ["LC_ALL"] = "C"
     unittest.main()

@@ -45,6 +45,7 @@ COMMANDS = [
     ("join", ["join", "-o", "{}", "mesh.shm", "mesh.vtk"], "mesh.vtk"),
     ("extract", ["extract", "mesh.shm", "{}", "--format", "vtk"], "mesh.shm"),
     ("layout", ["layout", "drawn.svg", "-o", "{}"], "drawn.svg"),
+    ("preview", ["preview", "mesh.vtk", "-o", "{}"], "mesh.vtk"),
     ("repair", ["repair", "mesh.shm", "-o", "{}"], "mesh.shm"),
 ]
 
@@ -170,7 +171,8 @@ class OverwriteTest(FolderTest):
         for words in (["compress", "mesh.vtk", "-o", "old.shm", "-f"],
                       ["convert", "mesh.vtk", "old.shm", "-f", "--format", "vtk"],
                       ["decompress", "mesh.shm", "-o", "old.shm", "-f", "--format", "vtk"],
-                      ["layout", "mesh.vtk", "-o", "old.svg", "-f"]):
+                      ["layout", "mesh.vtk", "-o", "old.svg", "-f"],
+                      ["preview", "mesh.vtk", "-o", "old.png", "-f"]):
             with self.subTest(words=words):
                 self.expect_refusal(*words, reason="File too large", preexec_fn=limited)
 
@@ -178,6 +180,8 @@ class OverwriteTest(FolderTest):
         for name, words in [("mesh.vtk", ["compress", "{}", "-o", "-"]),
                             ("mesh.shm", ["decompress", "{}", "-o", "-", "--format", "vtk"]),
                             ("mesh.shm", ["info", "{}", "--json"]),
+                            ("mesh.vtk", ["preview", "{}", "-o", "-"]),
+                            ("mesh.shm", ["preview", "{}", "-o", "-"]),
                             ("mesh.vtk", ["layout", "{}", "-o", "-"])]:
             with self.subTest(words=words):
                 with open(self.folder / name, "rb") as source:

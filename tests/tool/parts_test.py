@@ -38,6 +38,9 @@ class PartsTest(FolderTest):
         self.shm("diff", "both.shm", "b.vtk", "--part", "a.vtk", code=1)
         self.shm("layout", "both.shm", "--part", "a.vtk")
         self.assertTrue(os.path.exists(self.path("both.shm.svg")))
+        self.shm("preview", "both.shm", "--part", "a.vtk")
+        self.shm("preview", "a.vtk")
+        self.assertEqual(self.bytes("both.shm.png"), self.bytes("a.vtk.png"))
         self.shm("join", "-o", "one.shm", "b.vtk")
         self.shm("diff", "one.shm", "b.vtk")
 
@@ -54,7 +57,7 @@ class PartsTest(FolderTest):
 
     def test_which_of_them(self):
         for words in (["convert", "both.shm", "x.vtu"], ["diff", "both.shm", "a.vtk"],
-                      ["layout", "both.shm"], ["decompress", "both.shm", "-o", "x.vtk"],
+                      ["layout", "both.shm"], ["preview", "both.shm"], ["decompress", "both.shm", "-o", "x.vtk"],
                       ["extract", "both.shm", "x.vtk"]):
             with self.subTest(words=words):
                 self.assertIn("is an archive of a.vtk, b.vtk: --part names one of them",

@@ -54,7 +54,7 @@ class ToolTest(FolderTest):
         self.assertIn("compress", self.shm("--help")[0])
         self.assertRegex(self.shm("--version")[0], r"^shm \d+\.\d+\.\d+\n$")
         for command in ("compress", "decompress", "append", "convert", "extract", "verify", "diff", "info",
-                        "layout"):
+                        "layout", "preview"):
             self.assertIn("Examples:\n  shm " + command, self.shm(command, "--help")[0])
 
     def test_help_by_other_words(self):
@@ -113,6 +113,7 @@ class ToolTest(FolderTest):
                       ["convert", self.directory.name, self.path("x.vtk")], ["verify", garbage],
                       ["verify", self.mesh], ["info", garbage], ["info", self.path("missing.shm")],
                       ["layout", garbage, "-o", self.path("x.svg")],
+                      ["preview", garbage, "-o", self.path("x.png")],
                       ["decompress", self.mesh, "-o", self.path("x.vtk")],
                       ["convert", garbage, self.path("x.vtk")]):
             _, error = self.shm(*words, code=3)

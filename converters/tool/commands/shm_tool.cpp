@@ -19,6 +19,7 @@
 #include "tool/commands/info.h"
 #include "tool/commands/join.h"
 #include "tool/commands/layout.h"
+#include "tool/commands/preview.h"
 #include "tool/commands/repair.h"
 #include "tool/commands/split.h"
 #include "tool/commands/verify.h"
@@ -40,6 +41,7 @@ std::vector<std::unique_ptr<Command>> commands() {
   all.push_back(std::make_unique<JoinCommand>());
   all.push_back(std::make_unique<SplitCommand>());
   all.push_back(std::make_unique<ExtractCommand>());
+  all.push_back(std::make_unique<PreviewCommand>());
   all.push_back(std::make_unique<LayoutCommand>());
   all.push_back(std::make_unique<RepairCommand>());
   all.push_back(std::make_unique<CompletionCommand>());

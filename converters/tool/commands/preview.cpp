@@ -1,0 +1,394 @@
+#include "tool/commands/preview.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "archive/archive_files.h"
+#include "base/failure.h"
+#include "base/output_file.h"
+#include "base/text_input.h"
+#include "picture/picture.h"
+#include "picture/png.h"
+#include "shm/mesh.h"
+#include "shm/mesh_extract.h"
+#include "tool/array_choice.h"
+#include "tool/boundary.h"
+#include "tool/commands/options.h"
+#include "tool/input.h"
+#include "tool/progress_line.h"
+#include "tool/report.h"
+
+namespace shm::converters {
+namespace {
+
+// --- what the words of the options mean
+
+// So many finite numbers with commas between them; nothing where there are others.
+template <std::size_t N>
+std::optional<std::array<double, N>> numbers_of(std::string_view text) {
+  std::array<double, N> numbers{};
+  for (std::size_t i = 0; i < N; ++i) {
+    const std::size_t comma = text.find(',');
+    if ((comma == std::string_view::npos) != (i + 1 == N) ||
+        !TextInput::parse(text.substr(0, comma), numbers[i]) || !std::isfinite(numbers[i]))
+      return std::nullopt;
+    if (comma != std::string_view::npos) text.remove_prefix(comma + 1);
+  }
+  return numbers;
+}
+
+void set_size(const std::string& text, PictureOptions& options) {
+  const std::size_t x = text.find('x');
+  const auto is_size = [](std::uint32_t pixels) {
+    return pixels >= kLeastPixels && pixels <= kMostPixels;
+  };
+  if (x == std::string::npos ||
+      !TextInput::parse(std::string_view(text).substr(0, x), options.width) ||
+      !TextInput::parse(std::string_view(text).substr(x + 1), options.height) ||
+      !is_size(options.width) || !is_size(options.height))
+    wrong_use("--size " + text + ": must be WxH, each " + std::to_string(kLeastPixels) + " to " +
+              std::to_string(kMostPixels) + " pixels");
+}
+
+PictureOptions picture_options(const PreviewCommand& command) {
+  PictureOptions options;
+  options.edges = command.edges;
+  if (!command.size.empty()) set_size(command.size, options);
+  if (command.view.empty()) return options;
+  options.view = numbers_of<3>(command.view);
+  if (!options.view || *options.view == Vector{0, 0, 0})
+    wrong_use("--view " + command.view + ": must be three numbers, X,Y,Z, not all of them 0");
+  return options;
+}
+
+std::optional<HalfSpace> half_space(const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  const std::size_t colon = text.find(':');
+  const auto normal = numbers_of<3>(std::string_view(text).substr(0, colon));
+  const auto most = colon == std::string::npos
+                        ? std::nullopt
+                        : numbers_of<1>(std::string_view(text).substr(colon + 1));
+  if (!normal || !most)
+    wrong_use("--clip " + text + ": must be X,Y,Z:D, what is left is x*X + y*Y + z*Z <= D");
+  return HalfSpace{*normal, most->front()};
+}
+
+// --- what is shown
+
+// Tells how much of a file has been read.
+class WatchedSource final : public RandomSource {
+ public:
+  WatchedSource(RandomSource& source, Progress progress)
+      : source_(&source), progress_(std::move(progress)) {}
+  std::uint64_t size() const override { return source_->size(); }
+  Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override {
+    read_ += into.size();
+    if (progress_) progress_("reading", std::min(read_, size()), size());
+    return source_->read_at(offset, into);
+  }
+  void prefetch(std::span<const ByteRange> ranges) override { source_->prefetch(ranges); }
+
+ private:
+  RandomSource* source_;
+  Progress progress_;
+  std::uint64_t read_ = 0;
+};
+
+struct Shown {
+  Schema schema;
+  BoundarySurface boundary;
+  std::optional<ArrayChoice> array;
+  bool only_points = false;  // vertices, since there is no face
+};
+
+std::vector<BoundaryArray> wanted_arrays(const std::optional<ArrayChoice>& choice) {
+  std::vector<BoundaryArray> wanted;
+  if (!choice) return wanted;
+  for (const auto& layer : choice->layers)
+    for (const std::uint32_t array : layer) wanted.push_back({array, choice->step.value_or(0)});
+  return wanted;
+}
+
+class Preview {
+ public:
+  Preview(const PreviewCommand& command, ToolInput& in, Spool& spool, ProgressLine& line)
+      : command_(command), in_(in), spool_(spool), line_(line) {}
+
+  Shown shown() {
+    const std::optional<HalfSpace> kept = half_space(command_.clip);
+    // Read anywhere a .shm file gives its boundary without a stop on the disk.
+    if (in_.is_shm() && !in_.is_stream() && !kept) return of_file();
+    line_.expect({{"decoding", 4}, {"finding last uses", 1}, {"streaming cells", 4}, {"drawing", 1}},
+                 in_.bytes());
+    const auto mesh = in_.open(spool_, line_.callback(), command_.threads);
+    Shown shown;
+    shown.schema = mesh->info().schema;
+    choose_array(mesh->info().step_times.size(), shown);
+    shown.boundary =
+        boundary_of_mesh(*mesh, wanted_arrays(shown.array), kept, spool_, line_.callback());
+    show_points(*mesh, kept, shown);
+    return shown;
+  }
+
+ private:
+  void choose_array(std::uint64_t steps, Shown& shown) const {
+    if (!command_.array.empty())
+      shown.array = array_named(command_.array, "--array", shown.schema, steps);
+  }
+
+  // Where there is no face.
+  void show_points(MeshSource& mesh, const std::optional<HalfSpace>& kept, Shown& shown) const {
+    if (shown.boundary.face_count() > 0) return;
+    const std::uint64_t left_out = shown.boundary.left_out;
+    shown.boundary = points_of_mesh(mesh, wanted_arrays(shown.array), kept, spool_);
+    shown.boundary.left_out = left_out;
+    shown.only_points = true;
+  }
+
+  Shown of_file() {
+    line_.expect({{"reading", 9}, {"drawing", 1}}, in_.bytes());
+    const std::string& path = in_.path();
+    const auto file = unwrap(FileRandomSource::open(path), path);
+    RandomSource* source = file.get();
+    std::optional<SectionSource> member;
+    if (is_archive(path)) {
+      const ArchiveReader archive = unwrap(ArchiveReader::open(*file), path);
+      const ArchiveMember& one = part_of(archive.members(), command_.part, command_.input);
+      member.emplace(*file, one.offset, one.bytes);
+      source = &*member;
+    } else if (!command_.part.empty()) {
+      wrong_use("--part needs an archive; " + command_.input + " is none");
+    }
+    WatchedSource watched(*source, line_.callback());
+    Shown shown;
+    {
+      const MeshExtractor opened = unwrap(MeshExtractor::open(watched), path);
+      shown.schema = opened.schema();
+      choose_array(opened.step_count(), shown);
+    }
+    BoundaryOptions options;
+    options.arrays = wanted_arrays(shown.array);
+    ReadOptions reading;
+    reading.threads = command_.threads;
+    reading.max_ahead_bytes = std::uint64_t{64} << 20;
+    shown.boundary = unwrap(read_boundary(watched, options, {}, reading), path);
+    if (shown.boundary.face_count() == 0)
+      show_points(*in_.open(spool_, line_.callback(), command_.threads), std::nullopt, shown);
+    return shown;
+  }
+
+  const PreviewCommand& command_;
+  ToolInput& in_;
+  Spool& spool_;
+  ProgressLine& line_;
+};
+
+// The length of a vector that may be very long or very short.
+double length_of(const std::vector<double>& parts) {
+  if (parts.size() == 1) return parts[0];
+  double most = 0, sum = 0;
+  for (const double part : parts) {
+    if (!std::isfinite(part)) return std::numeric_limits<double>::quiet_NaN();
+    most = std::max(most, std::fabs(part));
+  }
+  if (most == 0) return 0;
+  for (const double part : parts) sum += part / most * (part / most);
+  return most * std::sqrt(sum);
+}
+
+// A number for each vertex, or for each face: NaN where there is none. Frees the arrays.
+std::vector<double> values_of(Shown& shown) {
+  const Schema& schema = shown.schema;
+  BoundarySurface& boundary = shown.boundary;
+  const bool of_points = shown.array->location == Location::point;
+  const std::size_t count = of_points ? boundary.vertex_count() : boundary.face_count();
+  std::vector<double> values(count, std::numeric_limits<double>::quiet_NaN());
+  std::vector<bool> has_value(count);
+  std::size_t place = 0;
+  for (const auto& layer : shown.array->layers) {
+    std::vector<std::vector<double>> numbers;
+    for (const std::uint32_t array : layer) {
+      auto bytes = std::exchange(boundary.arrays[place++], {});
+      numbers.push_back(numbers_as<double>(schema.arrays[array].type, bytes));
+    }
+    std::vector<double> parts;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (has_value[i]) continue;
+      parts.clear();
+      bool is_covered = true;
+      for (std::size_t a = 0; a < layer.size(); ++a) {
+        is_covered =
+            is_covered && (of_points || schema.array_covers(layer[a], boundary.blocks[i]));
+        const std::size_t components = schema.arrays[layer[a]].components;
+        for (std::size_t c = 0; c < components && (i + 1) * components <= numbers[a].size(); ++c)
+          parts.push_back(numbers[a][i * components + c]);
+      }
+      if (!is_covered || parts.empty()) continue;
+      values[i] = length_of(parts);
+      has_value[i] = true;
+    }
+  }
+  return values;
+}
+
+// --- what is said of it
+
+Json range_json(const Shown& shown, const Picture& picture) {
+  if (!shown.array) return nullptr;
+  Json array = {{"name", shown.array->name},
+                {"location", shown.array->location == Location::point ? "point" : "cell"},
+                {"step", nullptr},
+                {"least", nullptr},
+                {"greatest", nullptr}};
+  if (shown.array->step) array["step"] = *shown.array->step;
+  if (picture.range) array["least"] = picture.range->least;
+  if (picture.range) array["greatest"] = picture.range->greatest;
+  return array;
+}
+
+std::string preview_json(const PreviewCommand& command, const Shown& shown, const Picture& picture,
+                         std::size_t bytes) {
+  return dump({{"input", command.input},
+               {"output", command.output},
+               {"output_bytes", bytes},
+               {"width", picture.image.width},
+               {"height", picture.image.height},
+               {"covered_pixels", picture.covered},
+               {"vertices", shown.boundary.vertex_count()},
+               {"faces", shown.only_points ? 0 : shown.boundary.face_count()},
+               {"faces_skipped", picture.skipped},
+               {"cells_left_out", shown.boundary.left_out},
+               {"array", range_json(shown, picture)}});
+}
+
+std::string preview_text(const PreviewCommand& command, const Shown& shown,
+                         const Picture& picture) {
+  std::string text = command.output + ": " + std::to_string(picture.image.width) + " x " +
+                     std::to_string(picture.image.height) + " pixels, " +
+                     std::to_string(picture.covered) + " of them covered by " +
+                     (shown.only_points ? plural(shown.boundary.face_count(), "vertex", "vertices")
+                                        : plural(shown.boundary.face_count(), "face", "faces"));
+  if (picture.skipped > 0) text += " (" + std::to_string(picture.skipped) + " not drawn)";
+  if (shown.array) {
+    text += "; " + printable(shown.array->name);
+    if (shown.array->step) text += " at step " + std::to_string(*shown.array->step);
+    text += picture.range ? " from " + legend_number(picture.range->least) + " to " +
+                                legend_number(picture.range->greatest)
+                          : " has no finite values";
+  }
+  return text + "\n";
+}
+
+std::string legend_name(const ArrayChoice& array) {
+  return array.step ? array.name + " @ " + std::to_string(*array.step) : array.name;
+}
+
+}  // namespace
+
+CLI::App* PreviewCommand::add_to(CLI::App& tool) {
+  CLI::App* command = add_command(
+      tool, *this, "preview",
+      "Draw a mesh as it looks from outside: the faces that one cell alone has, cells\n"
+      "without volume, lines and points; where there are none, its vertices. Each element block has\n"
+      "its colour, or values have",
+      "  shm preview rotor.e.shm                  writes rotor.e.shm.png\n"
+      "  shm preview rotor.e -o rotor.png --array temperature@last\n"
+      "  shm preview rotor.e.shm -o cut.png --clip 1,0,0:0.5 --array point/v --size 1600x1200\n"
+      "\n"
+      "JSON: input, output, output_bytes, width, height, covered_pixels (of the mesh), vertices,\n"
+      "faces, faces_skipped (without an area, or with a vertex that is not finite), "
+      "cells_left_out\n"
+      "(whose shape is not known), array (name, location, step, least, greatest; or null).");
+  add_files(*command, *this, mesh_file_text());
+  add_output(*command, *this,
+             "Picture to write, or folder for pictures (default: IN.png beside IN)", "OUT.png");
+  command->add_option("--size", size, "Pixels across and down, 16 to 4096 (default: 1024x768)")
+      ->type_name("WxH");
+  command
+      ->add_option("--view", view,
+                   "From where one looks: the direction from the mesh to the eye; z is up\n"
+                   "(default: 1,-2,1; a mesh in a plane is looked at from its normal)")
+      ->type_name("X,Y,Z");
+  command
+      ->add_option("--array", array,
+                   "Colours show this array, with a legend: NAME, point/NAME or cell/NAME, v for "
+                   "v_x, v_y, v_z;\nof vectors the length. @ a time step: N, from 0, first or last "
+                   "(default: last)")
+      ->type_name("NAME[@STEP]");
+  command
+      ->add_option("--clip", clip,
+                   "Cells alone whose middle is where x*X + y*Y + z*Z <= D: what is inside is seen")
+      ->type_name("X,Y,Z:D");
+  command->add_flag("--edges", edges,
+                    "Dark edges around all faces (default: around those some pixels wide)");
+  add_part(*command, *this);
+  command->add_flag("--json", json, "Print as JSON");
+  return command;
+}
+
+std::string PreviewCommand::output_beside(const std::string& path) const {
+  return path == "-" ? "-" : path + ".png";
+}
+
+Places PreviewCommand::places() {
+  constexpr std::array<std::string_view, 7> kOthers = {".svg",  ".jpg", ".jpeg", ".gif",
+                                                       ".webp", ".pdf", ".shm"};
+  if (!can_make_png()) wrong_use("a picture needs libpng; this shm was built without libpng");
+  const std::string extension = std::filesystem::path(output).extension().string();
+  if (std::find(kOthers.begin(), kOthers.end(), extension) != kOthers.end())
+    wrong_use("a picture is a .png file; OUT is " + output);
+  if (output == "-" && json)
+    wrong_use("--json and the picture cannot both go to standard output");
+  (void)picture_options(*this);
+  (void)half_space(clip);
+  return {{input}, output, true};
+}
+
+ExitCode PreviewCommand::run() {
+  ProgressLine line(*this);
+  Spool spool(spool_directory(*this), spool_memory(*this));
+  line.show("reading " + input);
+  ToolInput in(*this);
+  Shown shown = Preview(*this, in, spool, line).shown();
+  Surface surface;
+  surface.coordinate_type = shown.boundary.coordinate_type;
+  surface.xyz = shown.boundary.xyz;
+  surface.face_begin = shown.boundary.face_begin;
+  surface.corners = shown.boundary.corners;
+  surface.blocks = shown.boundary.blocks;
+  std::vector<double> values;
+  std::optional<Colouring> colouring;
+  if (shown.array) {
+    values = values_of(shown);
+    colouring = Colouring{legend_name(*shown.array), shown.array->location == Location::point,
+                          values};
+  }
+  const Picture picture = unwrap(draw_picture(surface, picture_options(*this),
+                                              colouring ? &*colouring : nullptr, line.callback()),
+                                 input);
+  const std::vector<std::byte> png = unwrap(png_of(picture.image), output);
+  OutputFile file(output, spool_directory(*this));
+  file.write(png);
+  file.commit();
+  line.wipe();
+  if (shown.boundary.left_out > 0)
+    print_remark("not in " + output + ": " +
+                 plural(shown.boundary.left_out, "cell", "cells") + " whose shape is not known");
+  if (json)
+    std::fputs(preview_json(*this, shown, picture, png.size()).c_str(), stdout);
+  else
+    print(*this, preview_text(*this, shown, picture));
+  return kDone;
+}
+
+}  // namespace shm::converters
