@@ -37,9 +37,8 @@ bool choose_called(const std::string& name, const Schema& schema, ArrayChoice& c
     wrong_use("there are point/" + name + " and cell/" + name + ": name one of them");
   choice.location = of_points ? Location::point : Location::cell;
   for (auto& part : parts) {
-    std::erase_if(part, [&](std::uint32_t a) {
-      return schema.arrays[a].location != choice.location;
-    });
+    std::erase_if(part,
+                  [&](std::uint32_t a) { return schema.arrays[a].location != choice.location; });
     for (std::size_t i = 0; i < part.size(); ++i) {
       if (i == choice.layers.size()) choice.layers.emplace_back();
       choice.layers[i].push_back(part[i]);

@@ -202,8 +202,8 @@ std::vector<std::byte> values_of_faces(MeshSource& mesh, const BoundaryArray& ar
     const auto covers = [&](std::uint32_t block) {
       return schema.array_covers(array.array, block);
     };
-    const auto covered = static_cast<std::uint64_t>(
-        std::count_if(batch.blocks.begin(), batch.blocks.end(), covers));
+    const auto covered =
+        static_cast<std::uint64_t>(std::count_if(batch.blocks.begin(), batch.blocks.end(), covers));
     piece.resize(static_cast<std::size_t>(covered) * stride);
     if (face < cells.size() && cells[face] < first_cell + batch.size())
       mesh.read_array(array.array, step, first_value, covered, piece.data());
@@ -239,9 +239,9 @@ BoundarySurface boundary_of_mesh(MeshSource& mesh, const std::vector<BoundaryArr
   BoundarySurface surface = unwrap(finder.finish());
   for (const BoundaryArray& array : arrays) {
     const bool of_points = mesh.info().schema.arrays[array.array].location == Location::point;
-    surface.arrays.push_back(
-        of_points ? values_of_vertices(mesh, array, surface.vertex_numbers, spool)
-                  : values_of_faces(mesh, array, surface.cell_numbers));
+    surface.arrays.push_back(of_points
+                                 ? values_of_vertices(mesh, array, surface.vertex_numbers, spool)
+                                 : values_of_faces(mesh, array, surface.cell_numbers));
   }
   return surface;
 }

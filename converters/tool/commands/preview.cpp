@@ -128,8 +128,9 @@ class Preview {
     const std::optional<HalfSpace> kept = half_space(command_.clip);
     // Read anywhere a .shm file gives its boundary without a stop on the disk.
     if (in_.is_shm() && !in_.is_stream() && !kept) return of_file();
-    line_.expect({{"decoding", 4}, {"finding last uses", 1}, {"streaming cells", 4}, {"drawing", 1}},
-                 in_.bytes());
+    line_.expect(
+        {{"decoding", 4}, {"finding last uses", 1}, {"streaming cells", 4}, {"drawing", 1}},
+        in_.bytes());
     const auto mesh = in_.open(spool_, line_.callback(), command_.threads);
     Shown shown;
     shown.schema = mesh->info().schema;
@@ -227,8 +228,7 @@ std::vector<double> values_of(Shown& shown) {
       parts.clear();
       bool is_covered = true;
       for (std::size_t a = 0; a < layer.size(); ++a) {
-        is_covered =
-            is_covered && (of_points || schema.array_covers(layer[a], boundary.blocks[i]));
+        is_covered = is_covered && (of_points || schema.array_covers(layer[a], boundary.blocks[i]));
         const std::size_t components = schema.arrays[layer[a]].components;
         for (std::size_t c = 0; c < components && (i + 1) * components <= numbers[a].size(); ++c)
           parts.push_back(numbers[a][i * components + c]);
@@ -299,7 +299,8 @@ CLI::App* PreviewCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "preview",
       "Draw a mesh as it looks from outside: the faces that one cell alone has, cells\n"
-      "without volume, lines and points; where there are none, its vertices. Each element block has\n"
+      "without volume, lines and points; where there are none, its vertices. Each element block "
+      "has\n"
       "its colour, or values have",
       "  shm preview rotor.e.shm                  writes rotor.e.shm.png\n"
       "  shm preview rotor.e -o rotor.png --array temperature@last\n"
@@ -347,8 +348,7 @@ Places PreviewCommand::places() {
   const std::string extension = std::filesystem::path(output).extension().string();
   if (std::find(kOthers.begin(), kOthers.end(), extension) != kOthers.end())
     wrong_use("a picture is a .png file; OUT is " + output);
-  if (output == "-" && json)
-    wrong_use("--json and the picture cannot both go to standard output");
+  if (output == "-" && json) wrong_use("--json and the picture cannot both go to standard output");
   (void)picture_options(*this);
   (void)half_space(clip);
   return {{input}, output, true};
@@ -370,8 +370,8 @@ ExitCode PreviewCommand::run() {
   std::optional<Colouring> colouring;
   if (shown.array) {
     values = values_of(shown);
-    colouring = Colouring{legend_name(*shown.array), shown.array->location == Location::point,
-                          values};
+    colouring =
+        Colouring{legend_name(*shown.array), shown.array->location == Location::point, values};
   }
   const Picture picture = unwrap(draw_picture(surface, picture_options(*this),
                                               colouring ? &*colouring : nullptr, line.callback()),
@@ -382,8 +382,8 @@ ExitCode PreviewCommand::run() {
   file.commit();
   line.wipe();
   if (shown.boundary.left_out > 0)
-    print_remark("not in " + output + ": " +
-                 plural(shown.boundary.left_out, "cell", "cells") + " whose shape is not known");
+    print_remark("not in " + output + ": " + plural(shown.boundary.left_out, "cell", "cells") +
+                 " whose shape is not known");
   if (json)
     std::fputs(preview_json(*this, shown, picture, png.size()).c_str(), stdout);
   else
