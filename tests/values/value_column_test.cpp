@@ -570,9 +570,8 @@ TEST(ValueColumn, CopiesOfAllKindsOfValues) {
       plan.level_of = [](std::size_t g) { return static_cast<Level>(g % 3); };
       expect_back(info_of(ScalarType::float64, 3), *elements, packed(values), plan);
       std::vector<std::int16_t> whole;
-      for (double v : values) whole.push_back(static_cast<std::int16_t>(std::fmod(v, 3000)));
-      for (std::int16_t& v : whole)
-        if (v == std::numeric_limits<std::int16_t>::min()) v = 0;
+      for (double v : values)
+        whole.push_back(static_cast<std::int16_t>(std::isnan(v) ? -3000 : std::fmod(v, 3000)));
       expect_back(info_of(ScalarType::int16, 3), *elements, packed(whole), plan);
     }
 }
