@@ -449,6 +449,7 @@ class FailingTask final : public OrderedTasks<int, int>::Task {
 
 TEST(OrderedTasks, NoMemoryComesOutInItsTurn) {
   OrderedTasks<int, int> tasks(2, 1 << 20, 1 << 20);
+  if (!tasks.has_threads()) GTEST_SKIP() << "without threads nothing is done by them";
   for (int task = 0; task < 3; ++task) {
     tasks.begin(std::make_unique<FailingTask>());
     tasks.push(task, 4);
