@@ -130,7 +130,7 @@ class Native:
         piece.first_cell = self.info.cells // 3
         piece.end_cell = min(piece.first_cell + 20, self.info.cells)
         self.read("piece", "piece", still, mesh=True, numbers=True, selection=piece)
-        lib.shmf_select(self.mesh, ffi.NULL, ffi.NULL, ffi.NULL, ffi.NULL)
+        self.attempt("boundary", lambda: self.put_boundary([i for i, _ in still]))
         for i in range(self.info.segments):
             s = self.told("segment", lib.shmf_get_segment, i)
             self.put("segment", s.first_cell, s.cells, s.first_vertex, s.vertices, s.bytes, doubles(*s.box))
@@ -176,6 +176,27 @@ class Native:
         for (label, *_), got in zip(wanted, values):
             numbers = label in ("connectivity", "offsets", "vertex numbers", "cell numbers")
             self.put(f"{prefix} {label}", wide(got) if numbers else hashed(got))
+
+    def put_boundary(self, arrays):
+        made, options, surface = ffi.new("shmf_boundary**"), struct("boundary_options"), struct("surface")
+        listed = ffi.new("uint32_t[]", arrays or [0])
+        options.arrays, options.array_count = listed, len(arrays)
+        check(lib.shmf_select, self.mesh, ffi.NULL, ffi.NULL, ffi.NULL)
+        check(lib.shmf_find_boundary, self.mesh, options, ffi.NULL, made)
+        boundary = ffi.gc(made[0], lib.shmf_boundary_free)
+        check(lib.shmf_get_surface, boundary, surface)
+        s = surface
+
+        def values(at):
+            dtype = DTYPES[self.arrays[arrays[at]][1]]
+            return hashed(copied(s.array_values[at], s.array_bytes[at] // dtype.itemsize, dtype))
+
+        self.put("boundary", s.vertices, s.faces, s.left_out,
+                 hashed(copied(s.xyz, 3 * s.vertices, DTYPES[s.coordinate_type])),
+                 wide(copied(s.face_corners, s.corners, np.uint32)), wide(copied(s.face_begin, s.faces + 1, np.uint64)),
+                 wide(copied(s.vertex_numbers, s.vertices, np.uint64)), wide(copied(s.cell_numbers, s.faces, np.uint64)),
+                 hashed(copied(s.cell_blocks, s.faces, np.uint32)), hashed(copied(s.sides, s.faces, np.uint32)),
+                 *map(values, range(len(arrays))))
 
     def put_sets(self):
         count = ffi.new("uint64_t*")

@@ -128,6 +128,25 @@ both("a piece has numbers of its own", async (options) => {
   await file.close();
 });
 
+both("the boundary surface", async (options) => {
+  const file = await open(content, options);
+  const arrays = [{ name: "pressure", step: 2 }, { name: "heat" }];
+  const got = await file.boundary({ arrays });
+  assert.equal(got.faceCount, 4 * CELLS + 2); // of a bar
+  assert.equal(got.vertexCount, file.vertexCount);
+  assert.equal(got.offsets.at(-1), 4 * got.faceCount);
+  assert.equal(got.arrays[0].values.length, got.vertexCount);
+  assert.equal(got.arrays[1].values.length, got.faceCount);
+  const all = await file.read({ cells: false, arrays: [arrays[1]] });
+  assert.ok(got.cellNumbers.every((cell, face) =>
+    all.arrays[0].values[cell] === got.arrays[1].values[face]));
+  const piece = await file.boundary({ select: { cells: [10, 13] } });
+  assert.equal(piece.faceCount, 4 * 3 + 2);
+  await assert.rejects(file.boundary({ maxBytes: 1000 }), failsWith("over limit", /./));
+  await assert.rejects(file.boundary({ arrays: [{ name: "pressure" }] }), failsWith("misuse", /say which/));
+  await file.close();
+});
+
 both("of a URL only what is wanted is fetched, by few requests", async (options) => {
   begin();
   const file = await open(url, options);
@@ -274,6 +293,46 @@ test("what is aborted while it decodes ends alone", async () => {
   await assert.rejects(fourth, { name: "AbortError" });
   assert.equal((await third).cellCount, CELLS);
   await file.close();
+});
+
+test("workers as browsers have them, and pages that forbid them", async () => {
+  const { Worker } = await import("node:worker_threads");
+  let made = 0;
+  globalThis.Worker = class {
+    constructor(where, { type }) {
+      assert.equal(type, "module");
+      made += 1;
+      this.worker = new Worker(where);
+      this.worker.on("message", (data) => this.onmessage({ data }));
+    }
+    postMessage(message) {
+      this.worker.postMessage(message);
+    }
+    terminate() {
+      this.worker.terminate();
+    }
+  };
+  try {
+    const file = await open(content);
+    assert.equal((await file.read()).cellCount, CELLS);
+    await file.close();
+    assert.equal(made, 1);
+    globalThis.Worker = class {
+      constructor() {
+        throw new Error("not allowed here");
+      }
+    };
+    await assert.rejects(open(content), failsWith("io", /cannot be started: not allowed here/));
+    globalThis.Worker = class {
+      postMessage() {
+        setTimeout(() => this.onerror({ message: "no such script" }), 1);
+      }
+      terminate() {}
+    };
+    await assert.rejects(open(content), failsWith("io", /the worker failed: no such script/));
+  } finally {
+    delete globalThis.Worker;
+  }
 });
 
 test("a file that is closed lets go of what is under way", async () => {

@@ -92,6 +92,12 @@ async function readMesh(mesh, bare) {
   const piece = { cells: [first, Math.min(first + 20, mesh.cellCount)] };
   await attempt("piece", () => mesh.read({ arrays: still, select: piece, numbers: true }),
     (got) => put("piece", got));
+  await attempt("boundary", () => mesh.boundary({ arrays: still }), (got) => {
+    lines.push(["boundary", [got.vertexCount, got.faceCount, got.leftOut, hashed(got.points),
+      wide(got.connectivity), wide(got.offsets), wide(got.vertexNumbers), wide(got.cellNumbers),
+      hashed(got.blocks), hashed(got.sides), ...got.arrays.map(({ values }) => hashed(values))]
+      .join(" ")]);
+  });
   await attempt("segments", () => mesh.segments(), (segments) => {
     for (const { firstCell, cells, firstVertex, vertices, bytes, box } of segments) {
       lines.push(["segment",

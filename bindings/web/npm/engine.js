@@ -472,6 +472,56 @@ const CALLS = {
     return result;
   },
 
+  /** The sides that one cell alone has, and cells of fewer dimensions themselves. */
+  boundary(engine, scratch, wanted) {
+    const { exports } = engine.wasm;
+    const arrays = Array.from(wanted.arrays ?? [], (one) => {
+      const array = found(engine.arrays(scratch), one);
+      return { ...array, step: array.steps === null ? null : one.step };
+    });
+    engine.select(scratch, wanted.select);
+    const options = scratch.struct("shmf_boundary_options", {
+      arrays: scratch.array(Uint32Array.from(arrays, ({ index }) => index)),
+      steps: scratch.array(BigUint64Array.from(arrays, ({ step }) => BigInt(step ?? 0))),
+      array_count: arrays.length,
+      max_bytes: wanted.maxBytes ?? 0,
+    });
+    const handle = scratch.array(new Uint32Array(1));
+    engine.status(scratch, "shmf_find_boundary", engine.file, options, engine.runOptions(scratch),
+      handle);
+    const boundary = engine.wasm.view().getUint32(handle, true);
+    try {
+      const place = scratch.struct("shmf_surface");
+      engine.status(scratch, "shmf_get_surface", boundary, place);
+      const told = readStruct(engine.wasm.view(), "shmf_surface", place);
+      const [vertices, faces, corners] = [told.vertices, told.faces, told.corners].map(toNumber);
+      const copied = (Type, pointer, count) => engine.wasm.copied(Type, pointer, count);
+      const offsets = copied(BigUint64Array, told.face_begin, faces + 1);
+      return {
+        vertexCount: vertices,
+        faceCount: faces,
+        leftOut: toNumber(told.left_out),
+        points: copied(TYPES[told.coordinate_type], told.xyz, 3 * vertices),
+        connectivity: copied(Uint32Array, told.face_corners, corners),
+        offsets: narrowed(offsets),
+        vertexNumbers: narrowed(copied(BigUint64Array, told.vertex_numbers, vertices)),
+        cellNumbers: narrowed(copied(BigUint64Array, told.cell_numbers, faces)),
+        blocks: copied(Uint32Array, told.cell_blocks, faces),
+        sides: copied(Uint32Array, told.sides, faces),
+        arrays: arrays.map(({ index, name, location, type, components, step }, i) => {
+          const view = engine.wasm.view();
+          const Type = TYPES[TYPE_NAMES.indexOf(type)];
+          const bytes = toNumber(view.getBigUint64(told.array_bytes + 8 * i, true));
+          const values = copied(Type, view.getUint32(told.array_values + 4 * i, true),
+            bytes / Type.BYTES_PER_ELEMENT);
+          return { index, name, location, components, step, values };
+        }),
+      };
+    } finally {
+      exports.shmf_boundary_free(boundary);
+    }
+  },
+
   sets(engine, scratch) {
     const count = scratch.bytes(8);
     engine.status(scratch, "shmf_set_count", engine.file, count);

@@ -31,14 +31,14 @@ export class Remote {
     } finally {
       signal?.removeEventListener("abort", abort);
       this.calls.delete(id);
-      if (this.calls.size === 0) (await this.worker)?.unref?.();
+      if (this.calls.size === 0) this.running?.unref?.();
     }
   }
 
   /** In Node.js a worker that has nothing to do keeps no program from its end. */
   async start() {
     let worker;
-    // Both words stand in the calls as bundlers look for them.
+    // Bundlers look for these very words.
     if (typeof Worker === "function") {
       worker = new Worker(new URL("./worker.js", import.meta.url), { type: "module" });
       worker.onmessage = ({ data }) => this.take(worker, data);
@@ -55,9 +55,15 @@ export class Remote {
   }
 
   async post(message) {
-    const worker = await this.worker;
-    worker?.ref?.();
-    worker?.postMessage(message);
+    try {
+      const worker = await this.worker;
+      worker?.ref?.();
+      worker?.postMessage(message);
+    } catch (cause) { // a policy of the page may forbid it
+      this.worker = null;
+      const error = new ShmError("io", `the worker cannot be started: ${cause.message}`, { cause });
+      this.calls.get(message.id)?.reject(error);
+    }
   }
 
   take(worker, { id, result, error, progress }) {
@@ -96,7 +102,11 @@ export class Remote {
   async stop() {
     const { worker } = this;
     this.worker = this.running = null;
-    await (await worker)?.terminate();
+    try {
+      await (await worker)?.terminate();
+    } catch {
+      // It never began.
+    }
   }
 
   async end() {

@@ -165,6 +165,39 @@ export interface Arrays {
   readonly cellNumbers?: Numbers;
 }
 
+export interface WantedBoundary extends LongRun {
+  /** That are carried along. */
+  arrays?: Iterable<Pick<WantedArray, "index" | "name" | "location" | "step">>;
+  /** Of these cells; of all where it is left out. */
+  select?: Selection;
+  /** What the surface, and the search for it, may take; 0: 4 GiB. */
+  maxBytes?: number;
+}
+
+/** Face i has the points connectivity[offsets[i]] to [offsets[i + 1]], counter-clockwise seen from
+ *  outside; 2 of a line, 1 of a vertex. */
+export interface Boundary {
+  readonly vertexCount: number;
+  readonly faceCount: number;
+  /** Cells of which no face is known, as polyhedra. */
+  readonly leftOut: number;
+  /** 3 * vertices: those that faces use. */
+  readonly points: Float32Array | Float64Array;
+  readonly connectivity: Uint32Array;
+  /** faces + 1. */
+  readonly offsets: Numbers;
+  /** Of each vertex, in the whole mesh. */
+  readonly vertexNumbers: Numbers;
+  /** Of each face: its cell, in the whole mesh. */
+  readonly cellNumbers: Numbers;
+  /** Index of the block of that. */
+  readonly blocks: Uint32Array;
+  /** Which side of it, from 1, as Exodus counts; 0: the cell itself. */
+  readonly sides: Uint32Array;
+  /** In the order in which they were wanted: an element for each vertex, or for each face. */
+  readonly arrays: ReadArray[];
+}
+
 export interface Segment {
   readonly firstCell: number;
   readonly cells: number;
@@ -221,6 +254,9 @@ export interface Mesh {
 
   /** Points, cells and arrays: what is not wanted is neither fetched nor decoded. */
   read(wanted?: Wanted): Promise<Arrays>;
+  /** What is seen from outside: the sides that one volume cell alone has, and cells of fewer dimensions
+   *  themselves. In one pass; memory follows the active surface and what is found. */
+  boundary(wanted?: WantedBoundary): Promise<Boundary>;
   /** Runs of cells that can be decoded alone. */
   segments(run?: Run): Promise<Segment[]>;
   sets(run?: Run): Promise<MeshSet[]>;

@@ -61,6 +61,9 @@ class Mesh {
     return this.#engine.call("read", { points: true, cells: true, ...wanted },
       { signal, progress });
   }
+  boundary({ signal, progress, ...wanted } = {}) {
+    return this.#engine.call("boundary", wanted, { signal, progress });
+  }
   segments(run) {
     return this.#engine.call("segments", undefined, run);
   }

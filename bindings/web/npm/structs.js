@@ -51,6 +51,12 @@ export const LAYOUTS = {
   shmf_counts: layout("u32 struct_size", "u64 vertices", "u64 cells", "u64 corners"),
   shmf_target: layout("u32 struct_size", "i32 what", "i32 type", "u32 array", "u32 flags",
     "u64 step", "pointer data", "u64 bytes", "u64 used"),
+  shmf_boundary_options: layout("u32 struct_size", "pointer arrays", "pointer steps",
+    "u32 array_count", "u64 max_bytes"),
+  shmf_surface: layout("u32 struct_size", "u64 vertices", "u64 faces", "u64 corners",
+    "u64 left_out", "pointer vertex_numbers", "pointer xyz", "pointer face_begin",
+    "pointer face_corners", "pointer cell_numbers", "pointer cell_blocks", "pointer sides",
+    "pointer array_values", "pointer array_bytes", "i32 coordinate_type", "i32 reserved"),
 };
 
 /** A number of 64 bits as a Number: counts and offsets that files of this world have. */
