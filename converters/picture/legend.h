@@ -6,12 +6,9 @@
 #include <string>
 
 #include "picture/image.h"
+#include "picture/shown_range.h"
 
 namespace shm::converters {
-
-struct ShownRange {
-  double least = 0, greatest = 0;  // finite
-};
 
 struct Legend {
   std::string name;                 // of the array; UTF-8, or any bytes

@@ -13,6 +13,7 @@
 #include "picture/camera.h"
 #include "picture/image.h"
 #include "picture/legend.h"
+#include "picture/shown_range.h"
 #include "picture/surface.h"
 #include "shm/result.h"
 
