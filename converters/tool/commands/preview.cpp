@@ -6,27 +6,21 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <limits>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <string_view>
-#include <utility>
 #include <vector>
 
-#include "archive/archive_files.h"
 #include "base/failure.h"
 #include "base/output_file.h"
 #include "base/text_input.h"
 #include "picture/picture.h"
 #include "picture/png.h"
-#include "shm/mesh.h"
-#include "shm/mesh_extract.h"
-#include "tool/array_choice.h"
 #include "tool/boundary.h"
 #include "tool/commands/options.h"
 #include "tool/input.h"
 #include "tool/progress_line.h"
 #include "tool/report.h"
+#include "tool/shown_boundary.h"
 
 namespace shm::converters {
 namespace {
@@ -83,181 +77,10 @@ std::optional<HalfSpace> half_space(const std::string& text) {
   return HalfSpace{*normal, most->front()};
 }
 
-// --- what is shown
-
-// Tells how much of a file has been read.
-class WatchedSource final : public RandomSource {
- public:
-  WatchedSource(RandomSource& source, Progress progress)
-      : source_(&source), progress_(std::move(progress)) {}
-  std::uint64_t size() const override { return source_->size(); }
-  Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override {
-    read_ += into.size();
-    if (progress_) progress_("reading", std::min(read_, size()), size());
-    return source_->read_at(offset, into);
-  }
-  void prefetch(std::span<const ByteRange> ranges) override { source_->prefetch(ranges); }
-
- private:
-  RandomSource* source_;
-  Progress progress_;
-  std::uint64_t read_ = 0;
-};
-
-struct Shown {
-  Schema schema;
-  BoundarySurface boundary;
-  std::optional<ArrayChoice> array;
-  bool only_points = false;  // vertices, since there is no face
-};
-
-std::vector<BoundaryArray> wanted_arrays(const std::optional<ArrayChoice>& choice) {
-  std::vector<BoundaryArray> wanted;
-  if (!choice) return wanted;
-  for (const auto& layer : choice->layers)
-    for (const std::uint32_t array : layer) wanted.push_back({array, choice->step.value_or(0)});
-  return wanted;
-}
-
-class Preview {
- public:
-  Preview(const PreviewCommand& command, ToolInput& in, Spool& spool, ProgressLine& line)
-      : command_(command), in_(in), spool_(spool), line_(line) {}
-
-  Shown shown() {
-    const std::optional<HalfSpace> kept = half_space(command_.clip);
-    // Read anywhere a .shm file gives its boundary without a stop on the disk.
-    if (in_.is_shm() && !in_.is_stream() && !kept) return of_file();
-    line_.expect(
-        {{"decoding", 4}, {"finding last uses", 1}, {"streaming cells", 4}, {"drawing", 1}},
-        in_.bytes());
-    const auto mesh = in_.open(spool_, line_.callback(), command_.threads);
-    Shown shown;
-    shown.schema = mesh->info().schema;
-    choose_array(mesh->info().step_times.size(), shown);
-    shown.boundary =
-        boundary_of_mesh(*mesh, wanted_arrays(shown.array), kept, spool_, line_.callback());
-    show_points(*mesh, kept, shown);
-    return shown;
-  }
-
- private:
-  void choose_array(std::uint64_t steps, Shown& shown) const {
-    if (!command_.array.empty())
-      shown.array = array_named(command_.array, "--array", shown.schema, steps);
-  }
-
-  // Where there is no face.
-  void show_points(MeshSource& mesh, const std::optional<HalfSpace>& kept, Shown& shown) const {
-    if (shown.boundary.face_count() > 0) return;
-    const std::uint64_t left_out = shown.boundary.left_out;
-    shown.boundary = points_of_mesh(mesh, wanted_arrays(shown.array), kept, spool_);
-    shown.boundary.left_out = left_out;
-    shown.only_points = true;
-  }
-
-  Shown of_file() {
-    line_.expect({{"reading", 9}, {"drawing", 1}}, in_.bytes());
-    const std::string& path = in_.path();
-    const auto file = unwrap(FileRandomSource::open(path), path);
-    RandomSource* source = file.get();
-    std::optional<SectionSource> member;
-    if (is_archive(path)) {
-      const ArchiveReader archive = unwrap(ArchiveReader::open(*file), path);
-      const ArchiveMember& one = part_of(archive.members(), command_.part, command_.input);
-      member.emplace(*file, one.offset, one.bytes);
-      source = &*member;
-    } else if (!command_.part.empty()) {
-      wrong_use("--part needs an archive; " + command_.input + " is none");
-    }
-    WatchedSource watched(*source, line_.callback());
-    Shown shown;
-    {
-      const MeshExtractor opened = unwrap(MeshExtractor::open(watched), path);
-      shown.schema = opened.schema();
-      choose_array(opened.step_count(), shown);
-    }
-    BoundaryOptions options;
-    options.arrays = wanted_arrays(shown.array);
-    ReadOptions reading;
-    reading.threads = command_.threads;
-    reading.max_ahead_bytes = std::uint64_t{64} << 20;
-    shown.boundary = unwrap(read_boundary(watched, options, {}, reading), path);
-    if (shown.boundary.face_count() == 0)
-      show_points(*in_.open(spool_, line_.callback(), command_.threads), std::nullopt, shown);
-    return shown;
-  }
-
-  const PreviewCommand& command_;
-  ToolInput& in_;
-  Spool& spool_;
-  ProgressLine& line_;
-};
-
-// The length of a vector that may be very long or very short.
-double length_of(const std::vector<double>& parts) {
-  if (parts.size() == 1) return parts[0];
-  double most = 0, sum = 0;
-  for (const double part : parts) {
-    if (!std::isfinite(part)) return std::numeric_limits<double>::quiet_NaN();
-    most = std::max(most, std::fabs(part));
-  }
-  if (most == 0) return 0;
-  for (const double part : parts) sum += part / most * (part / most);
-  return most * std::sqrt(sum);
-}
-
-// A number for each vertex, or for each face: NaN where there is none. Frees the arrays.
-std::vector<double> values_of(Shown& shown) {
-  const Schema& schema = shown.schema;
-  BoundarySurface& boundary = shown.boundary;
-  const bool of_points = shown.array->location == Location::point;
-  const std::size_t count = of_points ? boundary.vertex_count() : boundary.face_count();
-  std::vector<double> values(count, std::numeric_limits<double>::quiet_NaN());
-  std::vector<bool> has_value(count);
-  std::size_t place = 0;
-  for (const auto& layer : shown.array->layers) {
-    std::vector<std::vector<double>> numbers;
-    for (const std::uint32_t array : layer) {
-      auto bytes = std::exchange(boundary.arrays[place++], {});
-      numbers.push_back(numbers_as<double>(schema.arrays[array].type, bytes));
-    }
-    std::vector<double> parts;
-    for (std::size_t i = 0; i < count; ++i) {
-      if (has_value[i]) continue;
-      parts.clear();
-      bool is_covered = true;
-      for (std::size_t a = 0; a < layer.size(); ++a) {
-        is_covered = is_covered && (of_points || schema.array_covers(layer[a], boundary.blocks[i]));
-        const std::size_t components = schema.arrays[layer[a]].components;
-        for (std::size_t c = 0; c < components && (i + 1) * components <= numbers[a].size(); ++c)
-          parts.push_back(numbers[a][i * components + c]);
-      }
-      if (!is_covered || parts.empty()) continue;
-      values[i] = length_of(parts);
-      has_value[i] = true;
-    }
-  }
-  return values;
-}
-
 // --- what is said of it
 
-Json range_json(const Shown& shown, const Picture& picture) {
-  if (!shown.array) return nullptr;
-  Json array = {{"name", shown.array->name},
-                {"location", shown.array->location == Location::point ? "point" : "cell"},
-                {"step", nullptr},
-                {"least", nullptr},
-                {"greatest", nullptr}};
-  if (shown.array->step) array["step"] = *shown.array->step;
-  if (picture.range) array["least"] = picture.range->least;
-  if (picture.range) array["greatest"] = picture.range->greatest;
-  return array;
-}
-
-std::string preview_json(const PreviewCommand& command, const Shown& shown, const Picture& picture,
-                         std::size_t bytes) {
+std::string preview_json(const PreviewCommand& command, const ShownBoundary& shown,
+                         const Picture& picture, std::size_t bytes) {
   return dump({{"input", command.input},
                {"output", command.output},
                {"output_bytes", bytes},
@@ -268,10 +91,10 @@ std::string preview_json(const PreviewCommand& command, const Shown& shown, cons
                {"faces", shown.only_points ? 0 : shown.boundary.face_count()},
                {"faces_skipped", picture.skipped},
                {"cells_left_out", shown.boundary.left_out},
-               {"array", range_json(shown, picture)}});
+               {"array", array_json(shown, picture.range)}});
 }
 
-std::string preview_text(const PreviewCommand& command, const Shown& shown,
+std::string preview_text(const PreviewCommand& command, const ShownBoundary& shown,
                          const Picture& picture) {
   std::string text = command.output + ": " + std::to_string(picture.image.width) + " x " +
                      std::to_string(picture.image.height) + " pixels, " +
@@ -359,13 +182,13 @@ ExitCode PreviewCommand::run() {
   Spool spool(spool_directory(*this), spool_memory(*this));
   line.show("reading " + input);
   ToolInput in(*this);
-  Shown shown = Preview(*this, in, spool, line).shown();
-  Surface surface;
-  surface.coordinate_type = shown.boundary.coordinate_type;
-  surface.xyz = shown.boundary.xyz;
-  surface.face_begin = shown.boundary.face_begin;
-  surface.corners = shown.boundary.corners;
-  surface.blocks = shown.boundary.blocks;
+  ShownBoundary shown = shown_boundary(*this, in, spool, line,
+                                       {.array = array,
+                                        .kept = half_space(clip),
+                                        .points_instead = true,
+                                        .threads = threads,
+                                        .next = "drawing"});
+  const Surface surface = shown.surface();
   std::vector<double> values;
   std::optional<Colouring> colouring;
   if (shown.array) {
