@@ -114,6 +114,7 @@ const std::vector<Tree>& trees() {
        {
            {"base", {}},
            {"picture", {"base"}},
+           {"openmesh", {"base", "picture"}},
            {"mesh", {"base"}},
            {"order", {"base", "mesh"}},
            {"sets", {"base", "mesh"}},
@@ -139,8 +140,8 @@ const std::vector<Tree>& trees() {
            {"tool/help", {}},
            {"tool/running", {"base", "transfer", "formats", "archive", "tool", "tool/help"}},
            {"tool/commands",
-            {"base", "picture", "mesh", "order", "sets", "transfer", "compression", "compare",
-             "formats", "archive", "series", "tool", "tool/help", "tool/running"}},
+            {"base", "picture", "openmesh", "mesh", "order", "sets", "transfer", "compression",
+             "compare", "formats", "archive", "series", "tool", "tool/help", "tool/running"}},
            {"mpi",
             {"base", "mesh", "sets", "transfer", "exodus", "exodus/parts", "compression", "formats",
              "tool", "tool/commands"}},
