@@ -7,7 +7,7 @@ import unittest
 
 SANITIZED = "SHM_SANITIZED" in os.environ  # some ten times slower: the release takes all cases
 
-WRITERS = {"append", "compress", "convert", "decompress", "extract", "join", "layout", "preview", "repair", "split"}
+WRITERS = {"append", "compress", "convert", "decompress", "extract", "join", "layout", "preview", "repair", "split", "surface"}
 
 
 def forced(words):

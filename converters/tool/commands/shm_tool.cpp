@@ -22,6 +22,7 @@
 #include "tool/commands/preview.h"
 #include "tool/commands/repair.h"
 #include "tool/commands/split.h"
+#include "tool/commands/surface.h"
 #include "tool/commands/verify.h"
 #include "tool/running/run_tool.h"
 
@@ -42,6 +43,7 @@ std::vector<std::unique_ptr<Command>> commands() {
   all.push_back(std::make_unique<SplitCommand>());
   all.push_back(std::make_unique<ExtractCommand>());
   all.push_back(std::make_unique<PreviewCommand>());
+  all.push_back(std::make_unique<SurfaceCommand>());
   all.push_back(std::make_unique<LayoutCommand>());
   all.push_back(std::make_unique<RepairCommand>());
   all.push_back(std::make_unique<CompletionCommand>());
