@@ -1,0 +1,80 @@
+// What is in a file, as tables. All words of a file become text, never markup.
+import { bytesText, countText, nameText, plural, valueText } from "./numbers.js";
+
+const MOST_ROWS = 500; // of a table; of what is left the number
+
+/** An element with words, or other elements, in it. */
+export function element(tag, ...inside) {
+  const made = document.createElement(tag);
+  made.append(...inside);
+  return made;
+}
+
+/** rows: lists of a word or a number for each head. Numbers stand at the right. */
+function table(caption, heads, rows) {
+  const cell = (tag) => (inside) => {
+    const made = element(tag, typeof inside === "number" ? countText(inside) : inside);
+    if (typeof inside === "number") made.className = "number";
+    return made;
+  };
+  const body = rows.slice(0, MOST_ROWS).map((row) => element("tr", ...row.map(cell("td"))));
+  if (rows.length > MOST_ROWS) {
+    const rest = element("td", `and ${countText(rows.length - MOST_ROWS)} more`);
+    rest.colSpan = heads.length;
+    body.push(element("tr", rest));
+  }
+  const head = heads.map((word) => {
+    const made = cell("th")(word);
+    made.scope = "col";
+    return made;
+  });
+  return element("table", element("caption", caption), element("thead", element("tr", ...head)),
+    element("tbody", ...body));
+}
+
+function stepsText(array, times) {
+  if (array.steps === null) return "";
+  return `${countText(array.steps.length)} of ${countText(times.length)}`;
+}
+
+/** What the file says of itself. */
+export function factsOf(mesh) {
+  const rows = [["vertices", mesh.vertexCount], ["cells", mesh.cellCount],
+    ["of them hexahedra", mesh.hexahedronCount], ["bytes", mesh.fileBytes],
+    ["segments", mesh.segmentCount], ["coordinates", mesh.coordinateError > 0
+      ? `${mesh.coordinateType}, within ${valueText(mesh.coordinateError)}`
+      : `${mesh.coordinateType}, lossless`], ["order", mesh.order]];
+  if (mesh.sourceFormat !== "") rows.push(["from", nameText(mesh.sourceFormat)]);
+  if (mesh.cellCount > 0) {
+    rows.push(["bytes for each cell", valueText(mesh.fileBytes / mesh.cellCount)]);
+  }
+  if (mesh.times.length > 0) {
+    rows.push(["time steps", mesh.times.length], ["times",
+      `${valueText(mesh.times[0])} to ${valueText(mesh.times[mesh.times.length - 1])}`]);
+  }
+  const parts = [table("The mesh", ["", ""], rows),
+    table("Blocks", ["id", "name", "shape", "cells"], mesh.blocks.map((block) =>
+      [String(block.id), nameText(block.name), block.shape, block.cells]))];
+  if (mesh.arrays.length > 0) {
+    parts.push(table("Arrays", ["name", "of", "type", "steps"], mesh.arrays.map((array) => [
+      nameText(array.role === "" ? array.name : `${array.name} (${array.role})`), array.location,
+      (array.components === 1 ? array.type : `${array.components} ${array.type}`)
+        + (array.error > 0 ? `, within ${valueText(array.error)}` : ""),
+      stepsText(array, mesh.times)])));
+  }
+  return parts;
+}
+
+/** Of what sets() gives. */
+export function setsOf(sets) {
+  if (sets.length === 0) return [element("p", "There are no sets.")];
+  return [table(plural(sets.length, "set", "sets"), ["kind", "id", "name", "members"],
+    sets.map(({ kind, id, name, numbers }) => [kind, String(id), nameText(name), numbers.length]))];
+}
+
+/** Of what segments() gives: each can be read alone. */
+export function segmentsOf(segments) {
+  return [table(plural(segments.length, "segment", "segments"), ["", "cells", "vertices", "bytes"],
+    segments.map(({ cells, vertices, bytes }, i) =>
+      [String(i), cells, vertices, bytesText(bytes)]))];
+}

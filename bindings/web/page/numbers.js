@@ -1,0 +1,45 @@
+// Numbers as people read them: the same on every machine, whatever its language.
+
+/** Six digits, as printf's %g has them. */
+export function valueText(value) {
+  if (Number.isNaN(value)) return "no number";
+  if (!Number.isFinite(value)) return value < 0 ? "-inf" : "inf";
+  if (value === 0) return "0";
+  const [digits, exponent] = value.toExponential(5).split("e");
+  const power = Number(exponent);
+  const plain = (text) => (text.includes(".") ? text.replace(/\.?0+$/, "") : text);
+  if (power >= -4 && power < 6) return plain(value.toFixed(5 - power));
+  const sign = power < 0 ? "-" : "+";
+  return `${plain(digits)}e${sign}${String(Math.abs(power)).padStart(2, "0")}`;
+}
+
+/** A count: "1,234,567". Of a Number or a BigInt. */
+export function countText(count) {
+  return String(count).replace(/\B(?=(\d{3})+$)/g, ",");
+}
+
+/** "1 cell", "2 cells". */
+export function plural(count, one, many) {
+  return `${countText(count)} ${count === 1 ? one : many}`;
+}
+
+/** Bytes, thousands of them: "940 bytes", "12.3 kB". */
+export function bytesText(bytes) {
+  if (bytes < 1000) return plural(bytes, "byte", "bytes");
+  let size = bytes / 1000;
+  let unit = 0;
+  while (size >= 999.5 && unit < 3) {
+    size /= 1000;
+    ++unit;
+  }
+  const digits = size < 9.995 ? 2 : size < 99.95 ? 1 : 0;
+  return `${size.toFixed(digits)} ${["kB", "MB", "GB", "TB"][unit]}`;
+}
+
+/** A name out of a file for one line: control characters, and those that turn the direction of
+ *  what follows, are shown as what they are; what is long is cut. */
+export function nameText(name, most = 80) {
+  const shown = Array.from(name, (one) => (/[\p{Cc}\p{Cf}\p{Zl}\p{Zp}]/u.test(one)
+    ? `\\u${one.codePointAt(0).toString(16).padStart(4, "0")}` : one));
+  return shown.length <= most ? shown.join("") : `${shown.slice(0, most - 1).join("")}…`;
+}

@@ -1,0 +1,196 @@
+// Surface: what the package's boundary() gives, as a graphics card takes it. Numbers out of a file
+// may be any numbers: what is not finite is not drawn, and shown as no value.
+
+/** Coordinates of the mesh as all that is drawn goes by them: from the middle, -1..1 along the
+ *  largest side of what is finite. */
+export function frameOf(points) {
+  const least = [Infinity, Infinity, Infinity];
+  const most = [-Infinity, -Infinity, -Infinity];
+  for (let v = 0; v < points.length; v += 3) {
+    if (!Number.isFinite(points[v]) || !Number.isFinite(points[v + 1])
+        || !Number.isFinite(points[v + 2])) continue;
+    for (let i = 0; i < 3; ++i) {
+      if (points[v + i] < least[i]) least[i] = points[v + i];
+      if (points[v + i] > most[i]) most[i] = points[v + i];
+    }
+  }
+  const isEmpty = least[0] > most[0];
+  if (isEmpty) return { middle: [0, 0, 0], half: 1, least: [0, 0, 0], most: [0, 0, 0], isEmpty };
+  // Halves first: sums and differences of the largest numbers are infinite.
+  const middle = least.map((from, i) => from / 2 + most[i] / 2);
+  const half = Math.max(...least.map((from, i) => most[i] / 2 - from / 2));
+  return { middle, half: half > 0 ? half : 1, least, most, isEmpty };
+}
+
+/** One coordinate in a frame. Halves of the smallest numbers may be off by the size of the mesh. */
+export function inFrame(frame, axis, coordinate) {
+  return Math.min(Math.max((coordinate - frame.middle[axis]) / frame.half, -2), 2);
+}
+
+/** A box of a frame's coordinates, as camera.js takes it. */
+export function boxOf(frame) {
+  return { least: frame.least.map((at, i) => inFrame(frame, i, at)),
+    most: frame.most.map((at, i) => inFrame(frame, i, at)) };
+}
+
+/** 4 numbers for each vertex: where it is, and 1; 0 where it is nowhere. */
+export function placesOf(frame, points) {
+  const count = points.length / 3;
+  const places = new Float32Array(4 * count);
+  for (let v = 0; v < count; ++v) {
+    if (!Number.isFinite(points[3 * v]) || !Number.isFinite(points[3 * v + 1])
+        || !Number.isFinite(points[3 * v + 2])) continue;
+    for (let i = 0; i < 3; ++i) places[4 * v + i] = inFrame(frame, i, points[3 * v + i]);
+    places[4 * v + 3] = 1;
+  }
+  return places;
+}
+
+// Bits of a corner's second number, above that of its face: which edges of its triangle, from each
+// corner to the next one, are edges of the polygon.
+const EDGE = 29;
+export const MOST_FACES = 2 ** EDGE;
+
+/** Which corner of a polygon its fan begins at: the least x, then y, then z, so that the picture is
+ *  that of the mesh, whatever the order of corners. */
+function fanCorner(points, connectivity, from, end) {
+  let best = from;
+  for (let i = from + 1; i < end; ++i) {
+    for (let axis = 0; axis < 3; ++axis) {
+      const difference = points[3 * connectivity[i] + axis] - points[3 * connectivity[best] + axis];
+      if (difference < 0) best = i;
+      if (difference !== 0) break;
+    }
+  }
+  return best;
+}
+
+/** Two numbers for each corner of what is drawn: its vertex, and its face with EDGE's bits; three
+ *  corners a triangle, two a line, one a point. A polygon with a vertex that is nowhere is left
+ *  out. offsets: Numbers, Uint32Array or BigUint64Array. */
+export function cornersOf({ points, connectivity, offsets, faceCount }, places) {
+  if (faceCount > MOST_FACES) throw new RangeError(`${faceCount} faces are more than can be drawn`);
+  const begin = (f) => Number(offsets[f]);
+  const isSomewhere = (f) => {
+    for (let i = begin(f); i < begin(f + 1); ++i) {
+      if (places[4 * connectivity[i] + 3] === 0) return false;
+    }
+    return true;
+  };
+  const counts = { triangles: 0, lines: 0, points: 0 };
+  for (let f = 0; f < faceCount; ++f) {
+    const corners = begin(f + 1) - begin(f);
+    if (corners >= 3) counts.triangles += corners - 2;
+    else if (corners === 2) ++counts.lines;
+    else if (corners === 1) ++counts.points;
+  }
+  const drawn = { triangles: new Uint32Array(6 * counts.triangles),
+    lines: new Uint32Array(4 * counts.lines), points: new Uint32Array(2 * counts.points),
+    faces: 0 };
+  const ends = { triangles: 0, lines: 0, points: 0 };
+  const put = (kind, corner, face) => {
+    drawn[kind][ends[kind]++] = connectivity[corner];
+    drawn[kind][ends[kind]++] = face;
+  };
+  for (let f = 0; f < faceCount; ++f) {
+    const [from, end] = [begin(f), begin(f + 1)];
+    const corners = end - from;
+    if (corners === 0 || !isSomewhere(f)) continue;
+    ++drawn.faces;
+    if (corners === 1) {
+      put("points", from, f);
+    } else if (corners === 2) {
+      put("lines", from, f);
+      put("lines", from + 1, f);
+    } else {
+      const first = fanCorner(points, connectivity, from, end);
+      for (let i = 1; i + 1 < corners; ++i) {
+        const edges = (i === 1 ? 1 : 0) | 2 | (i + 2 === corners ? 4 : 0);
+        const face = (f | (edges << EDGE)) >>> 0;
+        put("triangles", first, face);
+        put("triangles", from + ((first - from + i) % corners), face);
+        put("triangles", from + ((first - from + i + 1) % corners), face);
+      }
+    }
+  }
+  for (const kind of Object.keys(ends)) drawn[kind] = drawn[kind].subarray(0, ends[kind]);
+  return drawn;
+}
+
+/** The length of a vector that may be very long or very short; of one number that number. */
+function lengthOf(values, from, components) {
+  let most = 0;
+  for (let c = 0; c < components; ++c) {
+    const part = Math.abs(Number(values[from + c]));
+    if (!Number.isFinite(part)) return NaN;
+    if (part > most) most = part;
+  }
+  if (most === 0) return 0;
+  let sum = 0;
+  for (let c = 0; c < components; ++c) sum += (Number(values[from + c]) / most) ** 2;
+  return most * Math.sqrt(sum);
+}
+
+/** A number for each element of an array. component: which one, or null: the length of all. */
+export function numbersOf(values, components, component) {
+  const count = Math.floor(values.length / components);
+  const numbers = new Float64Array(count);
+  for (let i = 0; i < count; ++i) {
+    if (components === 1) numbers[i] = Number(values[i]);
+    else if (component !== null) numbers[i] = Number(values[i * components + component]);
+    else numbers[i] = lengthOf(values, i * components, components);
+  }
+  return numbers;
+}
+
+/** Arrays of cells that share a name, each on blocks of its own, as one. `blocks`: the block of
+ *  each face; a part's blocks, null: all. */
+export function joined(parts, blocks) {
+  const numbers = new Float64Array(blocks.length).fill(NaN);
+  for (const part of [...parts].reverse()) {
+    const covered = part.blocks === null ? null : new Set(part.blocks);
+    for (let f = 0; f < blocks.length; ++f) {
+      if (covered === null || covered.has(blocks[f])) numbers[f] = part.numbers[f];
+    }
+  }
+  return numbers;
+}
+
+/** Of the finite numbers: {least, greatest}; null where there are none. */
+export function rangeOf(numbers) {
+  let least = Infinity;
+  let greatest = -Infinity;
+  for (const number of numbers) {
+    if (!Number.isFinite(number)) continue;
+    if (number < least) least = number;
+    if (number > greatest) greatest = number;
+  }
+  return least <= greatest ? { least, greatest } : null;
+}
+
+/** 0 for the least number, 1 for the greatest; NaN for what is not finite. Of one number: the
+ *  middle. */
+export function shareOf(number, range) {
+  if (range === null || !Number.isFinite(number)) return NaN;
+  const whole = range.greatest - range.least;
+  if (Number.isFinite(whole)) return whole === 0 ? 0.5 : (number - range.least) / whole;
+  return (number / 2 - range.least / 2) / (range.greatest / 2 - range.least / 2);
+}
+
+/** Of each number, for the card, which has no NaN that is one everywhere: -1 then. */
+export function sharesOf(numbers, range) {
+  const shares = new Float32Array(numbers.length);
+  for (let i = 0; i < numbers.length; ++i) {
+    const share = shareOf(numbers[i], range);
+    shares[i] = Number.isNaN(share) ? -1 : Math.min(Math.max(share, 0), 1);
+  }
+  return shares;
+}
+
+/** The direction that looks at a mesh without thickness from its side; null where it has some. */
+export function viewOfPlane(frame) {
+  const sides = frame.most.map((to, i) => to / 2 - frame.least[i] / 2);
+  const flat = sides.findIndex((side) => side <= 1e-6 * frame.half);
+  if (frame.isEmpty || flat < 0) return null;
+  return [[1, 0, 0], [0, -1, 0], [0, 0, 1]][sides[2] <= 1e-6 * frame.half ? 2 : flat];
+}
