@@ -46,6 +46,7 @@ COMMANDS = [
     ("extract", ["extract", "mesh.shm", "{}", "--format", "vtk"], "mesh.shm"),
     ("layout", ["layout", "drawn.svg", "-o", "{}"], "drawn.svg"),
     ("preview", ["preview", "mesh.vtk", "-o", "{}"], "mesh.vtk"),
+    ("view", ["view", "mesh.vtk", "-o", "{}", "--page", "page.html"], "mesh.vtk"),
     ("repair", ["repair", "mesh.shm", "-o", "{}"], "mesh.shm"),
 ]
 
@@ -56,6 +57,8 @@ class OverwriteTest(FolderTest):
         self.folder = Path(self.directory.name)
         write_vtk(self.path("mesh.vtk"), 4)
         write_vtk(self.path("more.vtk"), 4)
+        Path(self.path("page.html")).write_text(
+            '<script type="application/octet-stream" id="file" data-name=""></script>', encoding="ascii")
         write_vtk(self.path("drawn.svg"), 4)  # only .svg and .png are drawn
         self.run_tool("compress", "mesh.vtk", "-o", "mesh.shm", "-q")
         self.run_tool("compress", "mesh.vtk", "-o", "steps.shm", "-q")

@@ -24,6 +24,7 @@
 #include "tool/commands/split.h"
 #include "tool/commands/surface.h"
 #include "tool/commands/verify.h"
+#include "tool/commands/view.h"
 #include "tool/running/run_tool.h"
 
 namespace shm::converters {
@@ -44,6 +45,7 @@ std::vector<std::unique_ptr<Command>> commands() {
   all.push_back(std::make_unique<ExtractCommand>());
   all.push_back(std::make_unique<PreviewCommand>());
   all.push_back(std::make_unique<SurfaceCommand>());
+  all.push_back(std::make_unique<ViewCommand>());
   all.push_back(std::make_unique<LayoutCommand>());
   all.push_back(std::make_unique<RepairCommand>());
   all.push_back(std::make_unique<CompletionCommand>());

@@ -1,0 +1,23 @@
+// shm view: a page that shows a mesh in a browser.
+#pragma once
+
+#include <string>
+
+#include "tool/running/command.h"
+
+namespace shm::converters {
+
+struct ViewCommand final : FileCommand {
+  std::string page, level = "default";
+
+  CLI::App* add_to(CLI::App& tool) override;
+  Places places() override;
+  std::string output_beside(const std::string& path) const override;
+  ExitCode run() override;
+
+ private:
+  // For people: the name of the file, or of the part.
+  std::string shown_name() const;
+};
+
+}  // namespace shm::converters
