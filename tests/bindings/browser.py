@@ -1,0 +1,164 @@
+"""Chromium without a screen, driven by its own pipe: messages of the DevTools protocol, each ended by a zero byte."""
+import base64
+import json
+import os
+import select
+import shutil
+import struct
+import subprocess
+import tempfile
+import time
+import zlib
+
+PROGRAM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+
+
+class Browser:
+    """One page. Whatever its console reports as an error, or it throws, is in `errors`."""
+
+    def __init__(self, width=900, height=600, dark=False):
+        self.folder = tempfile.mkdtemp(prefix="shm-browser-")
+        to_read, self.write = os.pipe()
+        self.read, to_write = os.pipe()
+        # It reads from descriptor 3, and writes to 4.
+        self.process = subprocess.Popen(
+            ["bash", "-c", f'exec 3<&{to_read} 4>&{to_write}; exec "$0" "$@"', PROGRAM, "--headless=new", "--no-sandbox",
+             "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--remote-debugging-pipe", "--no-first-run",
+             "--disable-background-networking", "--disable-component-update", "--disable-extensions",
+             f"--window-size={width},{height}", f"--user-data-dir={self.folder}", "about:blank"],
+            pass_fds=(to_read, to_write), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        os.close(to_read)
+        os.close(to_write)
+        self.pending, self.ids, self.session, self.errors, self.answers = b"", 0, None, [], {}
+        target = self.call("Target.createTarget", url="about:blank", width=width, height=height)["targetId"]
+        self.session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        for domain in ("Page", "Runtime", "Log", "Network"):
+            self.call(f"{domain}.enable")
+        if dark:
+            self.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.terminate()
+        try:
+            self.process.wait(20)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+        os.close(self.write)
+        os.close(self.read)
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def take(self, timeout):
+        """The next message; None where none came."""
+        while b"\0" not in self.pending:
+            if not select.select([self.read], [], [], timeout)[0]:
+                return None
+            got = os.read(self.read, 1 << 20)
+            if not got:
+                raise RuntimeError("the browser ended")
+            self.pending += got
+        message, self.pending = self.pending.split(b"\0", 1)
+        message = json.loads(message)
+        method, told = message.get("method"), message.get("params", {})
+        if method == "Runtime.exceptionThrown":
+            details = told["exceptionDetails"]
+            self.errors.append(details.get("exception", {}).get("description", details["text"]))
+        elif method == "Runtime.consoleAPICalled" and told["type"] in ("error", "warning", "assert"):
+            self.errors.append(" ".join(str(one.get("value", one.get("description"))) for one in told["args"]))
+        elif method == "Log.entryAdded" and told["entry"]["level"] in ("error", "warning"):
+            self.errors.append(f"{told['entry']['text']} {told['entry'].get('url', '')}")
+        elif "id" in message:
+            self.answers[message["id"]] = message
+        return message
+
+    def call(self, method, **parameters):
+        self.ids += 1
+        mine = self.ids
+        message = {"id": mine, "method": method, "params": parameters}
+        if self.session:
+            message["sessionId"] = self.session
+        os.write(self.write, json.dumps(message).encode() + b"\0")
+        end = time.monotonic() + 120
+        while mine not in self.answers:
+            if self.take(max(end - time.monotonic(), 0)) is None:
+                raise RuntimeError(f"{method}: no answer")
+        answer = self.answers.pop(mine)
+        if "error" in answer:
+            raise RuntimeError(f"{method}: {answer['error']['message']}")
+        return answer["result"]
+
+    def go(self, url):
+        self.call("Page.navigate", url=url)
+
+    def run(self, script):
+        """The value of an expression, of a promise what it becomes."""
+        got = self.call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
+        if "exceptionDetails" in got:
+            raise RuntimeError(got["exceptionDetails"].get("exception", {}).get("description", script))
+        return got["result"].get("value")
+
+    def wait(self, script, timeout=60, what=None):
+        """Seconds until it is true."""
+        began = time.monotonic()
+        while not self.run(script):
+            if time.monotonic() - began > timeout:
+                raise RuntimeError(f"{what or script}: not in {timeout} seconds; {self.errors}")
+            time.sleep(0.02)
+        return time.monotonic() - began
+
+    def key(self, key, shift=False):
+        for kind in ("keyDown", "keyUp"):
+            text = {"text": key} if len(key) == 1 and kind == "keyDown" else {}
+            self.call("Input.dispatchKeyEvent", type=kind, key=key, modifiers=8 if shift else 0, **text)
+
+    def drag(self, start, end, button="left"):
+        buttons = {"left": 1, "right": 2}[button]
+        steps = [("mousePressed", start, buttons)]
+        steps += [("mouseMoved", [start[i] + (end[i] - start[i]) * share / 4 for i in (0, 1)], buttons)
+                  for share in (1, 2, 3, 4)]
+        steps.append(("mouseReleased", end, 0))
+        for kind, (x, y), held in steps:
+            self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button=button, buttons=held, clickCount=1)
+
+    def picture(self, selector):
+        """Pixels where an element is, as (width, height, list of (r, g, b))."""
+        box = self.run(f"(() => {{ const b = document.querySelector({json.dumps(selector)}).getBoundingClientRect();"
+                       " return [b.left, b.top, b.width, b.height]; })()")
+        # Two frames later all is drawn.
+        self.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        png = self.call("Page.captureScreenshot", clip=dict(zip(("x", "y", "width", "height"), box), scale=1))["data"]
+        return pixels(base64.b64decode(png))
+
+
+def pixels(png):
+    """Of a PNG file with 8 bits and 3 or 4 parts."""
+    at, packed = 8, b""
+    while at < len(png):
+        length, kind = struct.unpack(">I4s", png[at:at + 8])
+        body = png[at + 8:at + 8 + length]
+        if kind == b"IHDR":
+            width, height, depth, colours = struct.unpack(">IIBB", body[:10])
+        elif kind == b"IDAT":
+            packed += body
+        at += 12 + length
+    parts = {2: 3, 6: 4}[colours]
+    if depth != 8:
+        raise ValueError(f"{depth} bits")
+    raw, before, found = zlib.decompress(packed), bytearray(width * parts), []
+    for row in range(height):
+        begin = row * (width * parts + 1)
+        kind, line = raw[begin], bytearray(raw[begin + 1:begin + 1 + width * parts])
+        for i in range(width * parts if kind else 0):
+            left = line[i - parts] if i >= parts else 0
+            above, corner = before[i], before[i - parts] if i >= parts else 0
+            if kind == 4:
+                guess = min((left, above, corner), key=lambda one: abs(left + above - corner - one))
+            else:
+                guess = (left, above, (left + above) // 2)[kind - 1]
+            line[i] = line[i] + guess & 255
+        before = line
+        found += [tuple(line[i:i + 3]) for i in range(0, len(line), parts)]
+    return width, height, found

@@ -1,0 +1,263 @@
+#!/usr/bin/env python3
+"""The page shm.html in Chromium, without a screen: what it draws of real meshes, and what it fetches.
+
+    page_in_browser.py PAGE SHM FOLDER HEXAHEDRA SECOND_ORDER MIXED
+
+PAGE: shm.html; SHM: the tool; FOLDER: where files may be left; then three .shm files: of hexahedra, of second order, of
+several shapes. Prints what it measures; scripts/test-web calls it. Needs the program chromium.
+"""
+import functools
+import http.server
+import json
+import subprocess
+import sys
+import threading
+import unittest
+from collections import Counter
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from browser import PROGRAM, Browser  # noqa: E402
+
+MOST_SECONDS = 2.0  # until 35 thousand hexahedra are seen
+PAGE = SHM = FOLDER = None
+MESHES = {}
+
+
+def bent_bar(path, side, steps=()):
+    """A legacy VTK file of side x side x 4 side hexahedra, curved; and .vtu of steps would be a series: none here."""
+    nodes = [(x, y, z) for z in range(4 * side + 1) for y in range(side + 1) for x in range(side + 1)]
+    lines = ["# vtk DataFile Version 3.0", "bar", "ASCII", "DATASET UNSTRUCTURED_GRID", f"POINTS {len(nodes)} double"]
+    lines += [f"{x + z * z / (16 * side)} {y + x * y / (9 * side)} {z}" for x, y, z in nodes]
+    row, layer = side + 1, (side + 1) ** 2
+    cells = []
+    for z in range(4 * side):
+        for y in range(side):
+            for x in range(side):
+                a = z * layer + y * row + x
+                cells.append(f"8 {a} {a + 1} {a + 1 + row} {a + row} "
+                             f"{a + layer} {a + 1 + layer} {a + 1 + row + layer} {a + row + layer}")
+    lines += [f"CELLS {len(cells)} {9 * len(cells)}", *cells, f"CELL_TYPES {len(cells)}", *["12"] * len(cells)]
+    lines += [f"POINT_DATA {len(nodes)}", "SCALARS height double 1", "LOOKUP_TABLE default"]
+    lines += [str(z + x / 10) for x, y, z in nodes]
+    path.write_text("\n".join(lines) + "\n", encoding="ascii")
+    return len(cells)
+
+
+class Ranges(http.server.SimpleHTTPRequestHandler):
+    """A server that gives ranges, to pages of every origin, and counts bytes of bodies."""
+    sent = 0
+
+    def do_GET(self):
+        if self.headers.get("Range") is None:
+            return super().do_GET()
+        data = Path(self.translate_path(self.path)).read_bytes()
+        first, last = (int(part) for part in self.headers["Range"].removeprefix("bytes=").split("-"))
+        body = data[first:last + 1]
+        self.send_response(206)
+        self.send_header("Content-Range", f"bytes {first}-{first + len(body) - 1}/{len(data)}")
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        Ranges.sent += len(body)
+        self.wfile.write(body)
+        return None
+
+    def do_OPTIONS(self):
+        self.send_response(204)
+        self.end_headers()
+
+    def end_headers(self):
+        self.send_header("Access-Control-Allow-Origin", "*")
+        self.send_header("Access-Control-Allow-Headers", "Range")
+        self.send_header("Access-Control-Expose-Headers", "Content-Range, ETag")
+        super().end_headers()
+
+    def log_message(self, *_):
+        pass
+
+
+class Page(unittest.TestCase):
+    def setUp(self):
+        self.browser = Browser()
+        self.addCleanup(self.browser.__exit__)
+        self.browser.go(PAGE.as_uri())
+        self.browser.wait("document.readyState === 'complete' && document.querySelector('#triad line').getAttribute('x2')")
+
+    def shown(self):
+        return int(self.browser.run("document.body.dataset.shown ?? 0"))
+
+    def open(self, path):
+        before = self.shown()
+        root = self.browser.call("DOM.getDocument")["root"]["nodeId"]
+        node = self.browser.call("DOM.querySelector", nodeId=root, selector="#file-input")["nodeId"]
+        self.browser.call("DOM.setFileInputFiles", files=[str(path)], nodeId=node)
+        return self.seen(before)
+
+    def seen(self, before):
+        return self.browser.wait(f"Number(document.body.dataset.shown ?? 0) > {before} "
+                                 "|| !document.getElementById('error').hidden && document.getElementById('error').textContent")
+
+    def choose(self, control, value):
+        before = self.shown()
+        self.browser.run(f"(() => {{ const c = document.getElementById({json.dumps(control)}); "
+                         f"c.value = {json.dumps(value)}; c.dispatchEvent(new Event('change', {{bubbles: true}})); "
+                         "c.dispatchEvent(new Event('input', {bubbles: true})); })()")
+        self.seen(before)
+
+    def text(self, name="summary"):
+        return self.browser.run(f"document.getElementById({json.dumps(name)}).textContent")
+
+    def drawn(self):
+        """Colours of the picture, without its ground, as often as they are there."""
+        _, _, found = self.browser.picture("#picture")
+        counts = Counter(found)
+        ground = (255, 255, 255)
+        self.assertGreater(counts[ground], 1000)
+        del counts[ground]
+        return counts
+
+    def no_errors(self):
+        self.assertEqual(self.browser.errors, [])
+
+    def facts(self, path):
+        return json.loads(subprocess.run([SHM, "info", "--json", path], capture_output=True, check=True).stdout)
+
+    def test_real_meshes_are_drawn_and_turned(self):
+        for kind, path in MESHES.items():
+            with self.subTest(kind):
+                seconds = self.open(path)
+                self.assertTrue(self.browser.run("document.getElementById('error').hidden"), self.text("error"))
+                words = self.text()
+                print(f"{kind}: {words} ({seconds:.2f} s)")
+                info = self.facts(path)
+                self.assertIn(f"{info['vertices']:,} vert", words)
+                self.assertIn(f"{info['cells']:,} cell", words)
+                drawn = self.drawn()
+                self.assertGreater(sum(drawn.values()), 20_000)
+                self.assertGreater(len(drawn), 8)
+                pictures = {json.dumps(sorted(drawn.items()))}
+                self.browser.run("document.getElementById('picture').focus()")
+                self.browser.drag((300, 300), (420, 350))
+                pictures.add(json.dumps(sorted(self.drawn().items())))
+                for key in ("ArrowLeft", "1", "5"):
+                    self.browser.key(key)
+                    pictures.add(json.dumps(sorted(self.drawn().items())))
+                self.assertEqual(len(pictures), 5)
+                self.no_errors()
+
+    def test_35_thousand_hexahedra_are_seen_soon(self):
+        source, packed = FOLDER / "bar.vtk", FOLDER / "bar.shm"
+        cells = bent_bar(source, 21)
+        subprocess.run([SHM, "compress", source, "-fqo", packed], check=True)
+        seconds = self.open(packed)
+        print(f"{cells} hexahedra are seen after {seconds:.2f} s")
+        self.assertIn(f"{cells:,} cells", self.text())
+        faces = 2 * 21 * 21 + 4 * 21 * 84
+        self.assertIn(f"{faces:,} faces", self.text())
+        self.assertLess(seconds, MOST_SECONDS)
+        # Values, and the colours of their legend.
+        before = self.drawn()
+        self.choose("array", "0")
+        self.assertIn("Colours: height, 0 to 86.1", self.text())
+        self.assertEqual(self.text("legend-greatest"), "86.1")
+        yellow = sum(count for (red, green, blue), count in self.drawn().items() if red > 2 * blue and green > 2 * blue)
+        self.assertGreater(yellow, 300)
+        self.assertNotEqual(before, self.drawn())
+        # Cut: fewer cells, whose insides are seen.
+        self.choose("clip", "2")
+        self.assertRegex(self.text(), r"Cut across z at 42\.")
+        self.assertIn(f"{2 * 21 * 21 + 4 * 21 * 43:,} faces", self.text())
+        self.choose("clip", "")
+        self.assertIn(f"{faces:,} faces", self.text())
+        self.no_errors()
+
+    def test_steps_and_blocks(self):
+        path = MESHES["steps"]
+        self.open(path)
+        self.choose("array", "0")
+        self.assertIn("at step", self.text())
+        pictures = set()
+        for place in range(3):
+            self.choose("step", str(place))
+            self.assertRegex(self.text(), rf"at step {place}\b")
+            pictures.add(json.dumps(sorted(self.drawn().items())))
+        self.assertGreater(len(pictures), 1)
+        before = self.shown()
+        self.browser.key("]")
+        self.seen(before)
+        self.assertRegex(self.text(), r"at step 3\b")
+        before = self.shown()
+        self.browser.run("document.querySelector('#blocks input').click()")
+        self.seen(before)
+        self.assertIn("1 block off", self.text())
+        self.no_errors()
+
+    def test_what_is_no_file_is_told_by_the_library(self):
+        cases = {"foreign.shm": b"solid cube\n" * 20, "cut.shm": MESHES["hexahedra"].read_bytes()[:-100], "empty.shm": b""}
+        for name, content in cases.items():
+            path = FOLDER / name
+            path.write_bytes(content)
+            self.open(path)
+            theirs = self.text("error")
+            done = subprocess.run([SHM, "info", path], capture_output=True, text=True, check=False)
+            print(f"{name}: {theirs}")
+            sentence = done.stderr.splitlines()[0].rpartition(f"{name}: ")[2]
+            self.assertIn(sentence, theirs)
+            self.assertIn("No file is open", self.text())
+        self.open(MESHES["hexahedra"])
+        self.assertTrue(self.browser.run("document.getElementById('error').hidden"))
+        self.no_errors()
+
+    def test_words_of_a_file_are_text(self):
+        source = FOLDER / "<img src=x onerror=alert(1)>.vtk"
+        bent_bar(source, 1)
+        source.write_text(source.read_text().replace("height", "<b>&amp;\"'"))
+        page = FOLDER / "marked.html"
+        subprocess.run([SHM, "view", source, "-fqo", page, "--page", PAGE], check=True)
+        self.browser.go(page.as_uri())
+        self.browser.wait("Number(document.body.dataset.shown ?? 0) > 0")
+        self.assertIn("<img src=x onerror=alert(1)>.vtk", self.text())
+        self.assertIn("<b>&amp;\"'", self.text("array"))
+        self.assertEqual(self.browser.run("document.querySelectorAll('img, b').length"), 0)
+        self.assertGreater(sum(self.drawn().values()), 5000)
+        self.no_errors()
+
+    def test_of_a_server_only_the_segment_is_fetched(self):
+        source, packed = FOLDER / "long.vtk", FOLDER / "long.shm"
+        cells = bent_bar(source, 40)
+        subprocess.run([SHM, "compress", source, "-fqo", packed, "--segment-cells", "32000"], check=True)
+        whole = packed.stat().st_size
+        server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Ranges, directory=str(FOLDER)))
+        self.addCleanup(server.server_close)
+        self.addCleanup(server.shutdown)
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        address = f"http://127.0.0.1:{server.server_address[1]}/long.shm"
+        for segment, part in (("", 1.0), ("&segment=4", 0.5)):
+            Ranges.sent = 0
+            self.browser.go(f"{PAGE.as_uri()}?url={address}{segment}")
+            self.browser.wait("Number(document.body.dataset.shown ?? 0) > 0")
+            print(f"of {whole} bytes on a server{segment and ', for a segment'}: {Ranges.sent} were fetched")
+            self.assertIn(f"{cells:,} cells", self.text())
+            self.assertLess(Ranges.sent, part * whole + (1 << 17))
+            self.assertGreater(sum(self.drawn().values()), 5000)
+        self.assertIn("Segment 4 of", self.text())
+        self.assertLess(Ranges.sent, whole // 2)
+        self.no_errors()
+
+
+def main():
+    global PAGE, SHM, FOLDER
+    if len(sys.argv) < 8:
+        sys.exit(__doc__)
+    if PROGRAM is None:
+        print("chromium is not there: the page was not tried")
+        sys.exit(77)
+    PAGE, SHM, FOLDER = (Path(path).resolve() for path in sys.argv[1:4])
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    for kind, path in zip(("hexahedra", "second order", "mixed", "steps"), sys.argv[4:8]):
+        MESHES[kind] = Path(path).resolve()
+    unittest.main(argv=sys.argv[:1] + sys.argv[8:])
+
+
+if __name__ == "__main__":
+    main()
