@@ -31,7 +31,8 @@ class ViewTest(FolderTest):
         self.shm("compress", "mesh.vtk", "-qo", "mesh.shm")
 
     def shm(self, *words, code=0, program=None, stdin=b""):
-        done = subprocess.run([program or SHM, *words], cwd=self.directory.name, capture_output=True, timeout=60, input=stdin)
+        done = subprocess.run([program or SHM, *words], cwd=self.directory.name, capture_output=True, timeout=60,
+                              input=stdin)
         self.assertEqual(done.returncode, code, f"shm {words}\n{done.stdout}{done.stderr}")
         return done.stdout, done.stderr.decode()
 

@@ -5,8 +5,8 @@
 
 PAGE: the folder of index.html, style.css and main.js; MODULES: that of the web package's JavaScript; PACKAGE: the web
 package as it is built, with shmformat.wasm, LICENSE and licences/. Modules become functions in one script, in the
-order in which they need each other; the decoder is packed by gzip. The same sources give the same bytes, as far as zlib does. The page's policy names script and style by
-their hashes: nothing else is run.
+order in which they need each other; the decoder is packed by gzip. The same sources give the same bytes, as far as
+zlib does. The page's policy names script and style by their hashes: nothing else is run.
 """
 import base64
 import hashlib

@@ -16,6 +16,11 @@ const LARGE = 64e6; // bytes of a file on a server, of which its first segment i
 const MOST_BLOCKS = 1000; // that are listed
 const MOST_VERTICES = 4e6; // that are drawn where there are no faces
 
+/** A surface without faces. */
+const NOTHING = { vertexCount: 0, faceCount: 0, leftOut: 0, points: new Float32Array(0),
+  connectivity: new Uint32Array(0), offsets: new Uint32Array(1), blocks: new Uint32Array(0),
+  arrays: null };
+
 const $ = (id) => document.getElementById(id);
 const state = {
   name: "", archive: null, mesh: null, segments: [], choices: [], opening: 0,
@@ -124,11 +129,12 @@ async function readSurface(mesh, choice, step) {
     segment: state.segment === null ? null : state.segments[state.segment] }, mesh.blocks.length);
   const parts = choice === null ? [] : choice.parts.map((index) => (step === null ? { index }
     : { index, step }));
+  // An empty list of blocks would be none at all.
+  if (select?.blocks?.length === 0) return NOTHING;
   const progress = (done) => { $("progress").value = done; };
   const surface = await mesh.boundary({ arrays: parts, select, progress });
   if (surface.faceCount > 0) return surface;
   const ofPoints = choice !== null && choice.location === "point" ? parts : [];
-  // Vertices in blocks that are off, too, where all are; without cells there are none in a piece.
   if (mesh.cellCount > 0 && mesh.vertexCount > MOST_VERTICES && select === undefined) {
     throw new Error(`${plural(mesh.vertexCount, "vertex", "vertices")} and no faces: `
       + "choose a segment, or cut");
@@ -182,6 +188,7 @@ let isStale = false; // and another is wanted behind it
 
 /** Shows what is chosen now: one reading at a time, and the last choice at last. */
 function look() {
+  if (state.mesh === null) return Promise.resolve();
   isStale = true;
   looking ??= (async () => {
     try {
@@ -255,6 +262,7 @@ async function openFile(source, name, segment = null) {
   } catch (error) {
     if (mine !== state.opening) return;
     await forget();
+    $("welcome").hidden = false;
     fail(error);
   } finally {
     if (looking === null) $("progress").hidden = true;
@@ -272,7 +280,7 @@ async function openMember(member) {
 /** Nothing is shown any more. */
 async function forget() {
   const before = state.mesh;
-  Object.assign(state, { mesh: null, surface: null, frame: null, first: null });
+  Object.assign(state, { mesh: null, surface: null, frame: null, first: null, choice: null });
   for (const id of ["controls", "facts-more", "sets-more", "segments-more"]) $(id).hidden = true;
   $("legend").hidden = true;
   $("summary").textContent = "No file is open.";
