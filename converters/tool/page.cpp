@@ -86,8 +86,7 @@ std::string empty_page(const std::string& path) {
   }
   const std::size_t place = page.find(kPlace);
   if (place == std::string::npos || page.find(kPlace, place + 1) != std::string::npos)
-    throw Failure(
-        Error{ErrorCode::corrupt, "it has no place for a file", "page", kNoOffset, path});
+    throw Failure(Error{ErrorCode::corrupt, "it has no place for a file", "page", kNoOffset, path});
   return page;
 }
 
