@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "mesh/vertex_compaction.h"
+#include "tool/support.h"
 
 namespace shm::converters {
 namespace {
@@ -107,21 +108,6 @@ std::string percent(std::uint64_t part, std::uint64_t whole) {
   return std::string(text,
                      std::to_chars(text, text + 32, share, std::chars_format::fixed, digits).ptr) +
          " %";
-}
-
-std::string escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '&')
-      out += "&amp;";
-    else if (static_cast<unsigned char>(c) >= 0x20)
-      out += c;
-  }
-  return out;
 }
 
 constexpr std::string_view kGreens[] = {"", "#c9ead3", "#8fd0a5", "#46ad6d", "#137a3e"};
@@ -240,7 +226,7 @@ std::string layout_svg(const Layout& layout, const std::string& title) {
       ".h{font-size:15px;font-weight:600;fill:#1d2730}.l{font-size:13px;fill:#46525e}"
       ".n{font-size:12px;fill:#6a7682}</style>\n"
       "<rect width=\"1240\" height=\"664\" fill=\"#fbfcfd\"/>\n";
-  add_text(svg, kLeft, 38, "class=\"t\"", escaped(title));
+  add_text(svg, kLeft, 38, "class=\"t\"", escaped_markup(title));
   add_text(svg, kLeft, 62, "class=\"s\"",
            grouped(layout.vertices) + " vertices, " + grouped(layout.cells) +
                " cells; a line runs from the first to the last cell that uses a vertex (darker: "

@@ -46,20 +46,6 @@ std::string found_page() {
             (above / "share/shmformat").string() + "; --page names one");
 }
 
-std::string escaped(std::string_view text) {
-  std::string out;
-  for (const char one : text) {
-    switch (one) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += one;
-    }
-  }
-  return out;
-}
-
 void add_base64(std::span<const std::byte> bytes, std::string& out) {
   constexpr std::string_view kDigits =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -93,7 +79,7 @@ std::string empty_page(const std::string& path) {
 FileInPage::FileInPage(const std::string& page, const std::string& name, ByteSink& out)
     : page_(page), out_(out) {
   head_ = page.substr(0, page.find(kPlace) + kPlace.size() - kNameEnd.size());
-  head_ += escaped(printable(name)) + "\">";
+  head_ += escaped_markup(printable(name)) + "\">";
 }
 
 Result<void> FileInPage::put(std::string_view text) {

@@ -63,6 +63,19 @@ std::string printable(std::string_view text) {
   return shown;
 }
 
+std::string escaped_markup(std::string_view text) {
+  std::string out;
+  for (const char one : text) switch (one) {
+      case '&': out += "&amp;"; break;
+      case '<': out += "&lt;"; break;
+      case '>': out += "&gt;"; break;
+      case '"': out += "&quot;"; break;
+      default:
+        if (static_cast<unsigned char>(one) >= 0x20) out += one;
+    }
+  return out;
+}
+
 void keep_attributes(const std::string& from, const std::string& to) {
   struct stat source {
   }, made{};

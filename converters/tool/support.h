@@ -47,6 +47,8 @@ std::uint64_t file_bytes(const std::string& path);  // 0 where there is none
 // Text for a terminal: names come from files, and their control characters would move its cursor,
 // or end a line. They are shown as \xNN.
 std::string printable(std::string_view text);
+/// As text, or in an attribute, of SVG and HTML; without control characters.
+std::string escaped_markup(std::string_view text);
 
 // To standard output, or to standard error where the output itself goes there.
 void print(const CommonOptions& options, const std::string& text);
