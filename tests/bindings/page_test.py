@@ -141,10 +141,10 @@ class Page(unittest.TestCase):
                 self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_place_for_a_file(self):
-        """As `shm view` looks for it (converters/tool/page.cpp)."""
+        """As `shm view` looks for it (converters/tool/shown/page.cpp)."""
         place = '<script type="application/octet-stream" id="file" data-name=""></script>'
         self.assertEqual(self.text.count(place), 1)
-        self.assertIn(place, (ROOT / "converters" / "tool" / "page.cpp").read_text(encoding="utf-8"))
+        self.assertIn(place, (ROOT / "converters" / "tool" / "shown" / "page.cpp").read_text(encoding="utf-8"))
 
     def test_words_of_the_page_have_elements(self):
         """Whatever main.js looks for by its id is there, once; labels name what there is."""

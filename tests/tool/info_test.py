@@ -132,7 +132,8 @@ class InfoTest(FolderTest):
                 "info": [["mesh.e.shm", "--ranges"], ["mesh.e"], ["mesh.vtk.shm"], ["all.shm"]],
                 "verify": [["mesh.e.shm"], ["mesh.e.shm", "--against", "mesh.e"], ["strays.shm"]],
                 "join": [["-o", "all.shm", "mesh.vtk", "mesh.e", "-f"]],
-                "preview": [["mesh.vtk", "-f"], ["mesh.e", "-f", "--array", "T@0"]]}
+                "preview": [["mesh.vtk", "-f"], ["mesh.e", "-f", "--array", "T@0"]],
+                "surface": [["mesh.vtk", "-f"], ["mesh.e", "-f", "--array", "T@0"]]}
         self.assertEqual(sorted(documented), sorted(runs))
         self.shm("join", "-o", "all.shm", "mesh.vtk", "mesh.e")
         self.shm("compress", "mesh.vtk")

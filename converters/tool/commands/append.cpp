@@ -13,10 +13,10 @@
 #include "formats/formats.h"
 #include "order/cell_order_file.h"
 #include "series/open_series.h"
-#include "tool/commands/options.h"
 #include "tool/input.h"
 #include "tool/progress_line.h"
 #include "tool/report.h"
+#include "tool/running/options.h"
 #include "tool/step_choice.h"
 #include "transfer/format.h"
 

@@ -14,11 +14,11 @@
 #include "base/unpacked.h"
 #include "order/cell_order_file.h"
 #include "series/open_series.h"
-#include "tool/commands/options.h"
 #include "tool/input.h"
 #include "tool/progress_line.h"
 #include "tool/removal.h"
 #include "tool/report.h"
+#include "tool/running/options.h"
 
 namespace shm::converters {
 namespace {

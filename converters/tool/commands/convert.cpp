@@ -10,13 +10,13 @@
 #include "formats/formats.h"
 #include "series/open_series.h"
 #include "series/step_files.h"
-#include "tool/commands/options.h"
 #include "tool/commands/split.h"
 #include "tool/input.h"
 #include "tool/output_name.h"
 #include "tool/progress_line.h"
 #include "tool/removal.h"
 #include "tool/report.h"
+#include "tool/running/options.h"
 
 namespace shm::converters {
 

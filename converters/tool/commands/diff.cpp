@@ -9,10 +9,10 @@
 #include "compare/mesh_diff.h"
 #include "mesh/lossy.h"
 #include "series/open_series.h"
-#include "tool/commands/options.h"
 #include "tool/diff_report.h"
 #include "tool/input.h"
 #include "tool/progress_line.h"
+#include "tool/running/options.h"
 
 namespace shm::converters {
 namespace {

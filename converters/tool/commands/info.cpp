@@ -9,11 +9,11 @@
 
 #include "archive/archive_files.h"
 #include "base/failure.h"
-#include "tool/commands/options.h"
 #include "tool/info_report.h"
 #include "tool/input.h"
 #include "tool/progress_line.h"
 #include "tool/report.h"
+#include "tool/running/options.h"
 
 namespace shm::converters {
 namespace {

@@ -10,9 +10,9 @@
 #include "base/failure.h"
 #include "base/output_file.h"
 #include "formats/formats.h"
-#include "tool/commands/options.h"
 #include "tool/progress_line.h"
 #include "tool/report.h"
+#include "tool/running/options.h"
 
 namespace shm::converters {
 namespace {

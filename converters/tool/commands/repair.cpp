@@ -19,9 +19,9 @@
 #include "base/lenient_source.h"
 #include "base/output_file.h"
 #include "shm/damage.h"
-#include "tool/commands/options.h"
 #include "tool/progress_line.h"
 #include "tool/report.h"
+#include "tool/running/options.h"
 
 namespace shm::converters {
 namespace {

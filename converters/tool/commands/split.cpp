@@ -5,8 +5,8 @@
 #include <set>
 
 #include "base/failure.h"
-#include "tool/commands/options.h"
 #include "tool/progress_line.h"
+#include "tool/running/options.h"
 
 namespace shm::converters {
 

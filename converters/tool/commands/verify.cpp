@@ -18,10 +18,10 @@
 #include "order/cell_order_file.h"
 #include "shm/damage.h"
 #include "shm/summary.h"
-#include "tool/commands/options.h"
 #include "tool/input.h"
 #include "tool/progress_line.h"
 #include "tool/report.h"
+#include "tool/running/options.h"
 
 namespace shm::converters {
 namespace {

@@ -1,4 +1,4 @@
-#include "tool/boundary.h"
+#include "tool/shown/boundary.h"
 
 #include <algorithm>
 #include <cstring>

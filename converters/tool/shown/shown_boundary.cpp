@@ -1,4 +1,4 @@
-#include "tool/shown_boundary.h"
+#include "tool/shown/shown_boundary.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "tool/page.h"
+#include "tool/shown/page.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -32,7 +32,7 @@ std::optional<std::string> text_of(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
   text << file.rdbuf();
-  if (!file || !text) return std::nullopt;
+  if (!file) return std::nullopt;
   return text.str();
 }
 

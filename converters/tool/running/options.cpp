@@ -1,4 +1,4 @@
-#include "tool/commands/options.h"
+#include "tool/running/options.h"
 
 #include <algorithm>
 

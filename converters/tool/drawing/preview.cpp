@@ -1,4 +1,4 @@
-#include "tool/commands/preview.h"
+#include "tool/drawing/preview.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -15,12 +15,12 @@
 #include "base/text_input.h"
 #include "picture/picture.h"
 #include "picture/png.h"
-#include "tool/boundary.h"
-#include "tool/commands/options.h"
 #include "tool/input.h"
 #include "tool/progress_line.h"
 #include "tool/report.h"
-#include "tool/shown_boundary.h"
+#include "tool/running/options.h"
+#include "tool/shown/boundary.h"
+#include "tool/shown/shown_boundary.h"
 
 namespace shm::converters {
 namespace {

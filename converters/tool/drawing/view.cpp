@@ -1,4 +1,4 @@
-#include "tool/commands/view.h"
+#include "tool/drawing/view.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -10,11 +10,11 @@
 #include "base/output_file.h"
 #include "compression/compress.h"
 #include "shm/mesh_extract.h"
-#include "tool/commands/options.h"
 #include "tool/input.h"
-#include "tool/page.h"
 #include "tool/progress_line.h"
 #include "tool/report.h"
+#include "tool/running/options.h"
+#include "tool/shown/page.h"
 
 namespace shm::converters {
 namespace {

@@ -1,4 +1,4 @@
-#include "tool/array_choice.h"
+#include "tool/shown/array_choice.h"
 
 #include <algorithm>
 

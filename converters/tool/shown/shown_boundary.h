@@ -12,11 +12,11 @@
 #include "picture/surface.h"
 #include "shm/boundary_surface.h"
 #include "shm/schema.h"
-#include "tool/array_choice.h"
-#include "tool/boundary.h"
 #include "tool/input.h"
 #include "tool/progress_line.h"
 #include "tool/report.h"
+#include "tool/shown/array_choice.h"
+#include "tool/shown/boundary.h"
 #include "tool/support.h"
 
 namespace shm::converters {

@@ -1,10 +1,10 @@
-#include "tool/commands/help_texts.h"
+#include "tool/running/help_texts.h"
 
 #include <CLI/CLI.hpp>
 
-#include "tool/commands/options.h"
 #include "tool/help/completion.h"
 #include "tool/help/manual.h"
+#include "tool/running/options.h"
 
 namespace shm::converters {
 

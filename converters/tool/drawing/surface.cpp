@@ -1,4 +1,4 @@
-#include "tool/commands/surface.h"
+#include "tool/drawing/surface.h"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -11,11 +11,11 @@
 #include "openmesh/surface_file.h"
 #include "picture/colours.h"
 #include "picture/shown_range.h"
-#include "tool/commands/options.h"
 #include "tool/input.h"
 #include "tool/progress_line.h"
 #include "tool/report.h"
-#include "tool/shown_boundary.h"
+#include "tool/running/options.h"
+#include "tool/shown/shown_boundary.h"
 
 namespace shm::converters {
 namespace {

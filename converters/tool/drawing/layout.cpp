@@ -1,4 +1,4 @@
-#include "tool/commands/layout.h"
+#include "tool/drawing/layout.h"
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
@@ -10,10 +10,10 @@
 #include "base/failure.h"
 #include "base/output_file.h"
 #include "compression/compress.h"
-#include "tool/commands/options.h"
 #include "tool/input.h"
 #include "tool/layout.h"
 #include "tool/progress_line.h"
+#include "tool/running/options.h"
 
 namespace shm::converters {
 namespace {
