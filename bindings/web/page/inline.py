@@ -19,8 +19,10 @@ from pathlib import Path
 IMPORT = re.compile(r"^import (\{[^}]*\})\s*from \"(\.[^\"]+)\";\n", re.M)
 EXPORT = re.compile(r"^export (?=(?:async )?(?:function|class|const) (\w+))", re.M)
 EXPORTED = re.compile(r"^export \{([^}]*)\};\n", re.M)
-# Where the package starts its worker, as bundlers look for it.
-WORKER = 'new URL("./worker.js", import.meta.url)'
+# Where the package starts its worker in browsers, and in Node.js, as bundlers look for it. The page's is no module:
+# of a Blob of a page from file:// Chromium starts no other.
+WORKER = 'new URL("./worker.js", import.meta.url), { type: "module" }'
+NODES_WORKER = 'new URL("./worker.js", import.meta.url)'
 # What the page has in itself, and gives to the package: it is never looked for.
 DECODER = 'new URL("./shmformat.wasm", import.meta.url)'
 
@@ -56,7 +58,7 @@ def module(path, done, into):
 
 
 def script_of(entry, worker_url=None):
-    """One script of a module and all that it imports. The entry stands last, in no function: it may await."""
+    """One script of a module and all that it imports. The entry stands last, in no function."""
     modules = []
     module(entry.resolve(), set(), modules)
     names = [name_of(path) for path, _, _ in modules]
@@ -65,9 +67,9 @@ def script_of(entry, worker_url=None):
     script = ""
     for path, source, exports in modules[:-1]:
         if path.name == "remote.js":
-            if source.count(WORKER) != 2 or worker_url is None:
-                fail(f"{path}: {WORKER} was expected twice")
-            source = source.replace(WORKER, worker_url)
+            if source.count(WORKER) != 1 or source.count(NODES_WORKER) != 2 or worker_url is None:
+                fail(f"{path}: {WORKER} and {NODES_WORKER} were expected, each once")
+            source = source.replace(WORKER, worker_url).replace(NODES_WORKER, "null")
         source = source.replace(DECODER, "null")
         script += f"const {name_of(path)} = (() => {{\n{source}return {{ {', '.join(exports)} }};\n}})();\n"
     script += modules[-1][1]
@@ -108,7 +110,8 @@ def main():
     inside = {
         "style": style,
         "script": script,
-        "worker": "\n" + script_of(modules / "worker.js"),
+        # Its module awaits, which scripts that are no modules do in functions alone.
+        "worker": f"\n(async () => {{\n\"use strict\";\n{script_of(modules / 'worker.js')}}})();\n",
         "licences": licences(package),
         "decoder": packed((package / "shmformat.wasm").read_bytes()),
         "policy": f"default-src 'none'; script-src {hash_of(script)} 'wasm-unsafe-eval'; style-src {hash_of(style)}; "
