@@ -243,7 +243,7 @@ async function openFile(source, name, segment = null) {
   $("progress").removeAttribute("value");
   $("progress").hidden = false;
   try {
-    const file = await opened(source);
+    const file = await opened(source, name);
     if (mine !== state.opening) {
       await file.close?.();
       return;

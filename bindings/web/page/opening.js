@@ -2,6 +2,8 @@
 // (`shm view`). And what opens a file with them.
 import { open } from "../npm/shmformat.js";
 
+// Of every .shm file.
+const SIGNATURE = [0x89, 0x53, 0x48, 0x4d, 0x0d, 0x0a, 0x1a, 0x0a];
 const PIECE = 1 << 20; // characters of base64 at a time; a multiple of 4
 
 /** Base64 of an element as a Blob. Throws Error where it is none. */
@@ -46,7 +48,16 @@ export function fileInside() {
   return { name: element.dataset.name, source };
 }
 
+/** A file of another kind says so at its beginning; the decoder begins at the end. */
+async function checkBeginning(file, name) {
+  const first = new Uint8Array(await file.slice(0, SIGNATURE.length).arrayBuffer());
+  if (first.length > 0 && SIGNATURE.some((byte, i) => byte !== first[i])) {
+    throw new Error(`${name}: this is no .shm file`);
+  }
+}
+
 /** A Mesh or an Archive of the package. `source`: a Blob, or a URL that is whole. */
-export async function opened(source) {
+export async function opened(source, name) {
+  if (source instanceof Blob) await checkBeginning(source, name);
   return open(source, { wasm: await decoder() });
 }
