@@ -79,7 +79,7 @@ class Decoder(unittest.TestCase):
             lines.append(f'_Static_assert(sizeof({name}) == {layout["bytes"]}, "{name}");')
             for member, field in layout["fields"].items():
                 lines.append(f'_Static_assert(offsetof({name}, {member}) == {field["offset"]}, "{name}.{member}");')
-                kind = {"i32": "int32_t", "u32": "uint32_t", "i64": "int64_t", "u64": "uint64_t", "f64": "double"}
+                kind = {"i32": "int32_t", "u32": "uint32_t: 1, size_t", "i64": "int64_t", "u64": "uint64_t", "f64": "double"}
                 if field["type"] in kind and member != "struct_size" and field["count"] == 0:
                     lines.append(f'_Static_assert(_Generic((({name}*)0)->{member}, {kind[field["type"]]}: 1, default: 0), '
                                  f'"type of {name}.{member}");')
