@@ -10,6 +10,7 @@ Needs the program chromium.
 import functools
 import http.server
 import json
+import random
 import subprocess
 import sys
 import threading
@@ -27,12 +28,14 @@ MESHES = {}
 FOREIGN, EMPTY, CUT = "this is no .shm file", "the file is too short", "end record"
 
 
-def bent_bar(path, side, warmer=0):
+def bent_bar(path, side, warmer=0, rough=0):
     """A legacy VTK file of side x side x 4 side hexahedra, curved; values of vertices that are so much more above the
-    middle. Returns how many cells it has."""
+    middle. Rough ones have places that nothing predicts. Returns how many cells it has."""
+    chance = random.Random(side)
     nodes = [(x, y, z) for z in range(4 * side + 1) for y in range(side + 1) for x in range(side + 1)]
     lines = ["# vtk DataFile Version 3.0", "bar", "ASCII", "DATASET UNSTRUCTURED_GRID", f"POINTS {len(nodes)} double"]
-    lines += [f"{x + z * z / (16 * side)} {y + x * y / (9 * side)} {z}" for x, y, z in nodes]
+    lines += [f"{x + z * z / (16 * side) + rough * chance.random()} {y + x * y / (9 * side)} {z}"
+              for x, y, z in nodes]
     row, layer = side + 1, (side + 1) ** 2
     cells = []
     for z in range(4 * side):
@@ -235,7 +238,7 @@ class Page(unittest.TestCase):
 
     def test_of_a_server_only_the_segment_is_fetched(self):
         source, packed = FOLDER / "long.vtk", FOLDER / "long.shm"
-        cells = bent_bar(source, 40)
+        cells = bent_bar(source, 40, rough=.1)
         subprocess.run([SHM, "compress", source, "-fqo", packed, "--segment-cells", "32000"], check=True)
         whole = packed.stat().st_size
         server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Ranges, directory=str(FOLDER)))
