@@ -9,6 +9,7 @@ import subprocess
 import tempfile
 import time
 import zlib
+from pathlib import Path
 
 PROGRAM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
@@ -109,6 +110,24 @@ class Browser:
                 raise RuntimeError(f"{what or script}: not in {timeout} seconds; {self.errors}")
             time.sleep(0.02)
         return time.monotonic() - began
+
+    def processor_seconds(self):
+        """What all its processes have taken that are still there."""
+        of, taken = {}, {}
+        for stat in Path("/proc").glob("[0-9]*/stat"):
+            try:
+                words = stat.read_text().rpartition(")")[2].split()
+            except OSError:
+                continue  # it has ended
+            of[int(stat.parent.name)] = int(words[1])
+            taken[int(stat.parent.name)] = int(words[11]) + int(words[12])
+        total = 0
+        for process in taken:
+            above = process
+            while above in of and above != self.process.pid:
+                above = of[above]
+            total += taken[process] if above == self.process.pid else 0
+        return total / os.sysconf("SC_CLK_TCK")
 
     def key(self, key, shift=False):
         for kind in ("keyDown", "keyUp"):

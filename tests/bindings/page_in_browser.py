@@ -24,17 +24,18 @@ from browser import PROGRAM, Browser  # noqa: E402
 MOST_SECONDS = 2.0  # until 35 thousand hexahedra are seen
 PAGE = SHM = FOLDER = None
 MESHES = {}
+FOUND = 1 << 18  # bytes by which the package finds what it wants: the front, and guesses at the end
 # What the library says of a file of another kind, one without bytes, one without an end.
 FOREIGN, EMPTY, CUT = "this is no .shm file", "the file is too short", "end record"
 
 
 def bent_bar(path, side, warmer=0, rough=0):
     """A legacy VTK file of side x side x 4 side hexahedra, curved; values of vertices that are so much more above the
-    middle. Rough ones have places that nothing predicts. Returns how many cells it has."""
+    middle, and coordinates that are off by up to so much. Returns how many cells it has."""
     chance = random.Random(side)
     nodes = [(x, y, z) for z in range(4 * side + 1) for y in range(side + 1) for x in range(side + 1)]
     lines = ["# vtk DataFile Version 3.0", "bar", "ASCII", "DATASET UNSTRUCTURED_GRID", f"POINTS {len(nodes)} double"]
-    lines += [f"{x + z * z / (16 * side) + rough * chance.random()} {y + x * y / (9 * side)} {z}"
+    lines += [f"{x + z * z / (16 * side) + rough * chance.random()} {y + x * y / (9 * side) + rough * chance.random()} {z}"
               for x, y, z in nodes]
     row, layer = side + 1, (side + 1) ** 2
     cells = []
@@ -161,12 +162,14 @@ class Page(unittest.TestCase):
         source, packed = FOLDER / "bar.vtk", FOLDER / "bar.shm"
         cells = bent_bar(source, 21)
         subprocess.run([SHM, "compress", source, "-fqo", packed], check=True)
+        before = self.browser.processor_seconds()
         seconds = self.open(packed)
-        print(f"{cells} hexahedra are seen after {seconds:.2f} s")
+        processor = self.browser.processor_seconds() - before
+        print(f"{cells} hexahedra are seen after {seconds:.2f} s, {processor:.2f} s of processors")
         self.assertIn(f"{cells:,} cells", self.text())
         faces = 2 * 21 * 21 + 4 * 21 * 84
         self.assertIn(f"{faces:,} faces", self.text())
-        self.assertLess(seconds, MOST_SECONDS)
+        self.assertLess(min(seconds, processor), MOST_SECONDS)  # others may use the machine, too
         # Values, and the colours of their legend.
         before = self.drawn()
         self.choose("array", "0")
@@ -238,23 +241,23 @@ class Page(unittest.TestCase):
 
     def test_of_a_server_only_the_segment_is_fetched(self):
         source, packed = FOLDER / "long.vtk", FOLDER / "long.shm"
-        cells = bent_bar(source, 40, rough=.1)
-        subprocess.run([SHM, "compress", source, "-fqo", packed, "--segment-cells", "32000"], check=True)
+        cells = bent_bar(source, 32, rough=.25)
+        subprocess.run([SHM, "compress", source, "-fqo", packed, "--segment-cells", str(cells // 8)], check=True)
         whole = packed.stat().st_size
+        self.assertGreater(whole, 1_500_000)
         server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Ranges, directory=str(FOLDER)))
         self.addCleanup(server.server_close)
         self.addCleanup(server.shutdown)
         threading.Thread(target=server.serve_forever, daemon=True).start()
         address = f"http://127.0.0.1:{server.server_address[1]}/long.shm"
-        for segment, part in (("", 1.0), ("&segment=4", 0.5)):
+        for segment, part in (("", 1), ("&segment=4", 1 / 8)):
             Ranges.sent = 0
             self.go(f"{PAGE.as_uri()}?url={address}{segment}")
             print(f"of {whole} bytes on a server{segment and ', for a segment'}: {Ranges.sent} were fetched")
             self.assertIn(f"{cells:,} cells", self.text())
-            self.assertLess(Ranges.sent, part * whole + (1 << 17))
+            self.assertLess(Ranges.sent, part * whole + FOUND)
             self.assertGreater(sum(self.drawn().values()), 5000)
         self.assertIn("Segment 4 of", self.text())
-        self.assertLess(Ranges.sent, whole // 2)
         self.no_errors()
 
 
