@@ -52,7 +52,8 @@ test("a box fits the picture, whichever side of that is larger", () => {
     }
   }
   // What has no size is not infinitely large.
-  const point = camera.fitted(camera.cameraFrom([1, 1, 1]), { least: [0, 0, 0], most: [0, 0, 0] }, 1);
+  const none = { least: [0, 0, 0], most: [0, 0, 0] };
+  const point = camera.fitted(camera.cameraFrom([1, 1, 1]), none, 1);
   assert.ok(Number.isFinite(point.scale));
 });
 
@@ -67,7 +68,8 @@ test("moving follows the pointer, and zooming leaves what is under it", () => {
   const after = seen(camera.moved(made, 0.25, -0.125), [0.1, 0.2, 0.3], 2);
   near([after[0] - before[0], after[1] - before[1]], [0.25 / 2, -0.125]);
   const fixed = [before[0] * 2, before[1]];
-  near(seen(camera.zoomed(made, 1.7, ...fixed), [0.1, 0.2, 0.3], 2).slice(0, 2), before.slice(0, 2));
+  const enlarged = seen(camera.zoomed(made, 1.7, ...fixed), [0.1, 0.2, 0.3], 2);
+  near(enlarged.slice(0, 2), before.slice(0, 2));
   assert.equal(camera.zoomed(made, 1e30).zoom, 1e5);
   assert.equal(camera.turned(made, 0, 100).high, Math.PI / 2);
   assert.ok(camera.moved(made, 1e30, -1e30).target.every((part) => Math.abs(part) <= 10));
@@ -86,21 +88,23 @@ test("colours are those of shm preview", () => {
   // As tests/picture has them of converters/picture.
   const told = JSON.parse(process.env.SHM_COLOURS);
   assert.equal(told.blocks.length, 21);
-  told.blocks.forEach((colour, i) => assert.deepEqual(colours.blockColour(i), colour, `block ${i}`));
+  told.blocks.forEach((colour, i) => assert.deepEqual(colours.blockColour(i), colour));
   assert.deepEqual(colours.blockColour(21), colours.blockColour(0));
   assert.equal(told.values.length, 16);
   told.values.forEach((colour, i) => assert.deepEqual(colours.valueColour(i / 15), colour));
   assert.deepEqual(colours.valueColour(NaN), told.none);
   assert.deepEqual(colours.valueColour(-5), colours.valueColour(0));
   const table = colours.valueTable();
-  const light = (i) => 0.2126 * table[4 * i] + 0.7152 * table[4 * i + 1] + 0.0722 * table[4 * i + 2];
+  const light = (i) => [0.2126, 0.7152, 0.0722].reduce((sum, part, c) =>
+    sum + part * table[4 * i + c], 0);
   for (let i = 1; i < 256; ++i) assert.ok(light(i) > light(i - 1) - 1.1, `lightness at ${i}`);
 });
 
 test("numbers are written as %g has them", () => {
-  const cases = [[0, "0"], [-0, "0"], [1 / 3, "0.333333"], [-1.5e300, "-1.5e+300"], [100000, "100000"],
-    [1000000, "1e+06"], [999999.5, "1e+06"], [0.0001, "0.0001"], [0.00001234567, "1.23457e-05"],
-    [42, "42"], [1234.5678, "1234.57"], [Infinity, "inf"], [NaN, "no number"], [5e-324, "4.94066e-324"]];
+  const cases = [[0, "0"], [-0, "0"], [1 / 3, "0.333333"], [-1.5e300, "-1.5e+300"],
+    [100000, "100000"], [1000000, "1e+06"], [999999.5, "1e+06"], [0.0001, "0.0001"],
+    [0.00001234567, "1.23457e-05"], [42, "42"], [1234.5678, "1234.57"], [Infinity, "inf"],
+    [NaN, "no number"], [5e-324, "4.94066e-324"]];
   for (const [number, text] of cases) assert.equal(numbers.valueText(number), text);
   assert.equal(numbers.countText(1234567), "1,234,567");
   assert.equal(numbers.countText(12345678901234567890n), "12,345,678,901,234,567,890");
@@ -135,9 +139,11 @@ test("a polygon becomes a fan around its least corner, with its edges", () => {
 
 test("faces with a vertex that is nowhere are left out, lines and vertices are drawn", () => {
   const points = Float32Array.of(0, 0, 0, 1, 0, 0, 0, 1, 0, NaN, 0, 0, 0, 0, Infinity);
-  const made = surface.cornersOf({ points, faceCount: 4, connectivity: Uint32Array.of(0, 1, 3, 0, 1, 2, 4),
-    offsets: BigUint64Array.of(0n, 3n, 5n, 6n, 7n) }, surface.placesOf(surface.frameOf(points), points));
-  assert.deepEqual([made.triangles.length, made.lines.length, made.points.length, made.faces], [0, 4, 2, 2]);
+  const faces = { points, faceCount: 4, connectivity: Uint32Array.of(0, 1, 3, 0, 1, 2, 4),
+    offsets: BigUint64Array.of(0n, 3n, 5n, 6n, 7n) };
+  const made = surface.cornersOf(faces, surface.placesOf(surface.frameOf(points), points));
+  assert.deepEqual([made.triangles.length, made.lines.length, made.points.length, made.faces],
+    [0, 4, 2, 2]);
   assert.deepEqual([...made.lines], [0, 1, 1, 1]);
   assert.ok(surface.frameOf(new Float64Array(0)).isEmpty);
 });
@@ -151,7 +157,8 @@ test("the largest and the smallest numbers have a place", () => {
   assert.ok(surface.placesOf(surface.frameOf(tiny), tiny).every((part) => Math.abs(part) <= 2));
   const range = surface.rangeOf([-large, NaN, large, Infinity]);
   assert.deepEqual([-large, 0, large].map((number) => surface.shareOf(number, range)), [0, 0.5, 1]);
-  assert.deepEqual([...surface.sharesOf([1, NaN, 3, 2], { least: 1, greatest: 3 })], [0, -1, 1, 0.5]);
+  const shares = surface.sharesOf([1, NaN, 3, 2], { least: 1, greatest: 3 });
+  assert.deepEqual([...shares], [0, -1, 1, 0.5]);
   assert.equal(surface.shareOf(7, { least: 7, greatest: 7 }), 0.5);
   assert.equal(surface.rangeOf([NaN]), null);
 });
@@ -167,14 +174,14 @@ test("of vectors the length is shown, or a component", () => {
 });
 
 test("arrays of one name on blocks of their own are one", () => {
-  const array = (index, name, blocks, more = {}) => ({ index, name, blocks, role: "", location: "cell",
-    components: 1, steps: [0, 1], ...more });
+  const array = (index, name, blocks, more = {}) => ({ index, name, blocks, role: "",
+    location: "cell", components: 1, steps: [0, 1], ...more });
   const listed = choices.colourings([array(0, "heat", [0]), array(1, "heat", [2]),
-    array(2, "map", null, { role: "exodus:node_num_map" }), array(3, "heat", null, { location: "point" }),
-    array(4, "heat", [1], { steps: null })]);
+    array(2, "map", null, { role: "exodus:node_num_map" }),
+    array(3, "heat", null, { location: "point" }), array(4, "heat", [1], { steps: null })]);
   assert.deepEqual(listed.map(({ parts }) => parts), [[0, 1], [3], [4]]);
-  const joined = surface.joined([{ blocks: [0], numbers: [1, 2, 3] }, { blocks: [2], numbers: [4, 5, 6] }],
-    Uint32Array.of(0, 1, 2));
+  const parts = [{ blocks: [0], numbers: [1, 2, 3] }, { blocks: [2], numbers: [4, 5, 6] }];
+  const joined = surface.joined(parts, Uint32Array.of(0, 1, 2));
   assert.deepEqual([...joined], [1, NaN, 6]);
 });
 
@@ -182,11 +189,13 @@ test("what is chosen becomes a selection", () => {
   const none = { hidden: new Set(), segment: null, clip: null };
   assert.equal(choices.selection(none, 3), undefined);
   assert.deepEqual(choices.selection({ ...none, hidden: new Set([1]) }, 3), { blocks: [0, 2] });
-  assert.deepEqual(choices.selection({ ...none, segment: { firstCell: 5, cells: 7 } }, 3), { cells: [5, 12] });
-  const { box } = choices.selection({ ...none, clip: { axis: 1, from: 0.5, sign: 1 } }, 3);
+  const segment = { firstCell: 5, cells: 7 };
+  assert.deepEqual(choices.selection({ ...none, segment }, 3), { cells: [5, 12] });
+  const clip = { axis: 1, from: 0.5, sign: 1 };
+  const { box } = choices.selection({ ...none, clip }, 3);
   assert.equal(box[4], 0.5);
   assert.ok(box.every(Number.isFinite));
-  assert.equal(choices.selection({ ...none, clip: { axis: 1, from: 0.5, sign: -1 } }, 3).box[1], 0.5);
+  assert.equal(choices.selection({ ...none, clip: { ...clip, sign: -1 } }, 3).box[1], 0.5);
   assert.equal(choices.nearStep([0, 4, 8], 5), 1);
   assert.equal(choices.nearStep([3], 0), 0);
 });
@@ -197,7 +206,8 @@ test("only addresses of the web are fetched", () => {
   assert.deepEqual(choices.wantedOf("?url=../run.shm&segment=3", base),
     { url: "https://example.org/run.shm", segment: 3 });
   for (const url of ["file:///etc/passwd", "javascript:alert(1)", "data:,x", "blob:null/1"]) {
-    assert.throws(() => choices.wantedOf(`?url=${encodeURIComponent(url)}`, base), /only http and https/);
+    const search = `?url=${encodeURIComponent(url)}`;
+    assert.throws(() => choices.wantedOf(search, base), /only http and https/);
   }
   assert.throws(() => choices.wantedOf("?url=http%3A%2F%2F", base), /is no address/);
   assert.equal(choices.wantedOf("?url=a&segment=-1", base).segment, null);
