@@ -52,7 +52,8 @@ class OutlineQuadrics final : public OpenMesh::Decimater::ModBaseT<MeshType> {
     if (turns_any(collapse)) return static_cast<float>(Base::ILLEGAL_COLLAPSE);
     Quadric sum = this->mesh().property(quadrics_, collapse.v0);
     sum += this->mesh().property(quadrics_, collapse.v1);
-    return static_cast<float>(std::max(0.0, sum(collapse.p1)));
+    const double length = (collapse.p1 - collapse.p0).sqrnorm();
+    return static_cast<float>(std::max(0.0, sum(collapse.p1)) + kShortFirst * length);
   }
 
   void postprocess_collapse(const CollapseInfo& collapse) override {
@@ -62,6 +63,10 @@ class OutlineQuadrics final : public OpenMesh::Decimater::ModBaseT<MeshType> {
  private:
   using Place = typename MeshType::Point;
   using Quadric = OpenMesh::Geometry::QuadricT<double>;
+
+  // Where all is plane, short edges go first. Else one vertex would take in all others, one by one,
+  // and have ever more faces that each time are looked through.
+  static constexpr double kShortFirst = 1e-9;
 
   static Place normal_of(const Place& a, const Place& b, const Place& c) {
     return (b - a) % (c - a);

@@ -47,8 +47,8 @@ struct WrittenSurface {
 };
 
 // Polygons as polygons_of() makes them of the surface, front to back into `out`, which is left to
-// the caller to commit. Some 400 bytes a face beside the surface, 700 where it is decimated. The
-// same bytes for the same surface. Not thread safe: OpenMesh's writers are one for all.
+// the caller to commit. Some 400 bytes a face beside the surface. The same bytes for the same
+// surface. Not thread safe: OpenMesh's writers are one for all.
 //   ErrorCode::unsupported: this build has no OpenMesh; over_limit: the surface is too large for
 //   it;
 // misuse: colours, and another format than PLY; and what `out` says.

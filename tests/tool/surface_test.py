@@ -367,6 +367,18 @@ class SurfaceTest(FolderTest):
         self.assertEqual(len(ply.faces), 2)
         self.assertEqual(set(ply.points), {(0, 0, 0), (10, 0, 0), (10, 10, 0), (0, 10, 0)})
 
+    def test_no_vertex_of_a_plane_takes_in_all_others(self):
+        m = 41
+        points = [(x, y, 0) for y in range(m) for x in range(m)]
+        quads = [[y * m + x, y * m + x + 1, y * m + x + m + 1, y * m + x + m] for y in range(m - 1) for x in range(m - 1)]
+        self.grid("sheet.vtk", quads, points, kinds=9)
+        ply, _ = self.ply("sheet.vtk", "--decimate", "200")
+        uses = [0] * len(ply.points)
+        for face in ply.faces:
+            for vertex in face:
+                uses[vertex] += 1
+        self.assertLessEqual(max(uses), 20)
+
     def test_places(self):
         self.shm("surface", "mesh.vtk")
         before = self.bytes("mesh.vtk.ply")

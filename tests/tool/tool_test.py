@@ -54,7 +54,7 @@ class ToolTest(FolderTest):
         self.assertIn("compress", self.shm("--help")[0])
         self.assertRegex(self.shm("--version")[0], r"^shm \d+\.\d+\.\d+\n$")
         for command in ("compress", "decompress", "append", "convert", "extract", "verify", "diff", "info",
-                        "layout", "preview", "view"):
+                        "layout", "preview", "surface", "view"):
             self.assertIn("Examples:\n  shm " + command, self.shm(command, "--help")[0])
 
     def test_help_by_other_words(self):
