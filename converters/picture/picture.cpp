@@ -138,6 +138,9 @@ class Painter {
 Result<Picture> draw_picture(const Surface& surface, const PictureOptions& options,
                              const Colouring* colouring, const Progress& progress) {
   constexpr std::size_t kFacesAtOnce = 4096;
+  constexpr std::uint64_t kCoverings = 1000, kAnyWork = std::uint64_t{1} << 30;
+  const std::uint64_t samples = std::uint64_t{options.width} * options.height * kSamples * kSamples;
+  const std::uint64_t most_work = options.most_work.value_or(kCoverings * samples + kAnyWork);
   Picture picture;
   if (colouring != nullptr) picture.range = range_of(colouring->values);
   const std::uint32_t strip =
@@ -150,7 +153,7 @@ Result<Picture> draw_picture(const Surface& surface, const PictureOptions& optio
   const auto each_face = [&](auto&& draw) -> Result<void> {
     for (std::size_t f = 0; f < surface.faces(); ++f) {
       draw(f);
-      if (painter.raster().work() > options.most_work)
+      if (painter.raster().work() > most_work)
         return Error{ErrorCode::over_limit,
                      "too many faces lie over each other: drawing stopped at face " +
                          std::to_string(f) + " of " + std::to_string(surface.faces()),

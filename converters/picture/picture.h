@@ -26,9 +26,9 @@ struct PictureOptions {
   std::optional<Vector> view;                // from where one looks; nothing: as Camera has it
   // Dark edges around all polygons; false: around those that are some pixels wide.
   bool edges = false;
-  // Samples that may be looked at, as Raster::work() counts them: half a minute, in which a picture
-  // of 1024 x 768 pixels is covered five thousand times.
-  std::uint64_t most_work = std::uint64_t{1} << 34;
+  // Samples and rows that may be looked at, as Raster::work() counts them. Nothing: a thousand
+  // times all samples of the picture, and 2^30, which is a second or two.
+  std::optional<std::uint64_t> most_work;
 };
 
 // What faces are coloured by instead of their blocks. What is not finite is grey.
