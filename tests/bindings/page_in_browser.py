@@ -21,7 +21,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from browser import PROGRAM, Browser  # noqa: E402
 
-MOST_SECONDS = 2.0  # until 35 thousand hexahedra are seen
+MOST_SECONDS = 2.0  # until 35 thousand hexahedra are seen, by the clock of the wall, on two cores
 PAGE = SHM = FOLDER = None
 MESHES = {}
 FOUND = 1 << 18  # bytes by which the package finds what it wants: the front, and guesses at the end
@@ -165,11 +165,11 @@ class Page(unittest.TestCase):
         before = self.browser.processor_seconds()
         seconds = self.open(packed)
         processor = self.browser.processor_seconds() - before
-        print(f"{cells} hexahedra are seen after {seconds:.2f} s, {processor:.2f} s of processors")
+        print(f"{cells} hexahedra are seen after {seconds:.2f} s, of at most {MOST_SECONDS}; {processor:.2f} s of processors")
         self.assertIn(f"{cells:,} cells", self.text())
         faces = 2 * 21 * 21 + 4 * 21 * 84
         self.assertIn(f"{faces:,} faces", self.text())
-        self.assertLess(min(seconds, processor), MOST_SECONDS)  # others may use the machine, too
+        self.assertLess(seconds, MOST_SECONDS)
         # Values, and the colours of their legend.
         before = self.drawn()
         self.choose("array", "0")
