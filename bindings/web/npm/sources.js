@@ -3,7 +3,11 @@
 // library tells most ranges before it reads the first of them, so that this happens a few times.
 import { ShmError } from "./errors.js";
 
-const NEAR = 1 << 16; // ranges that are not so far apart are fetched as one
+const FRONT = 1 << 12; // bytes that are fetched first: what the file is, and its schema as a rule
+const END = 1 << 14; // bytes that are fetched beside one that nobody told of: the index as a rule
+const NEAR = 1 << 11; // ranges that are not so far apart are fetched as one
+const NEAR_OF_MANY = 1 << 16; // and where there would be many, those that are not so far apart
+const MANY = 24;
 const MOST_AT_ONCE = 6; // requests
 const MOST_KEPT = 64 << 20; // bytes that stay from one call to the next
 const MOST_WHOLE = 256 << 20; // bytes of a file on a server that gives no ranges
@@ -69,18 +73,18 @@ class UrlBytes {
   static async open(url, signal) {
     const file = new UrlBytes();
     file.url = file.name = url.href;
-    const answer = await file.request([0, NEAR], signal);
+    const answer = await file.request([0, FRONT], signal);
+    if (answer.status === 416) throw file.error("the file is empty");
     if (answer.status === 200) {
       file.whole = await file.body(answer, MOST_WHOLE, signal);
       file.size = file.whole.length;
       return file;
     }
-    if (answer.status === 416) throw file.error("the file is empty");
     if (answer.status !== 206) throw file.error(`the server answers ${answer.status}`);
-    file.front = await file.body(answer, NEAR, signal);
+    file.front = await file.body(answer, FRONT, signal);
     file.version = UrlBytes.versionOf(answer);
     file.size = await file.total(answer, signal);
-    if (file.front.length !== Math.min(NEAR, file.size)) throw file.otherBytes();
+    if (file.front.length !== Math.min(FRONT, file.size)) throw file.otherBytes();
     return file;
   }
 
@@ -94,7 +98,7 @@ class UrlBytes {
       return Number(told[3]);
     }
     if (answer.headers.has("Content-Range")) throw this.otherBytes();
-    if (this.front.length < NEAR) return this.front.length;
+    if (this.front.length < FRONT) return this.front.length;
     const head = await this.ask({ method: "HEAD" }, signal);
     const size = head.headers.get("Content-Length");
     if (!head.ok || size === null || !/^\d+$/.test(size)) {
@@ -156,7 +160,6 @@ class UrlBytes {
 
   async fetch([first, end], signal) {
     if (this.whole) return this.whole.subarray(first, end);
-    if (end <= this.front.length) return this.front.slice(first, end);
     const answer = await this.request([first, end], signal);
     const version = UrlBytes.versionOf(answer);
     if ([206, 412, 416].includes(answer.status) && version !== null && version !== this.version) {
@@ -254,6 +257,7 @@ export class Source {
     it.size = it.from.size;
     it.name = it.from.name;
     it.kept = new Pieces();
+    if (it.from.front !== undefined) it.kept.add(0, it.from.front);
     it.told = [];
     it.missing = null; // the range that the last call wanted and did not get
     it.misses = 0;
@@ -283,30 +287,41 @@ export class Source {
   /** Fetches what was missing, with what it will be read with. */
   async fetchMissing(signal) {
     const [first, end] = this.missing;
-    const wanted = this.told.some(([from, to]) => from <= first && end <= to)
-      ? [...this.told, [first, end]] : [this.guessed(first, end)];
-    const gaps = Source.merged(wanted).flatMap(([from, to]) => this.kept.gaps(from, to));
-    const next = gaps.values();
+    // What is read at once may have been told of in parts.
+    const isTold = Source.merged(this.told, 0).some(([from, to]) => from <= first && end <= to);
+    const wanted = isTold ? this.told : [this.guessed(first, end)];
+    const gaps = wanted.flatMap(([from, to]) => this.kept.gaps(from, to));
+    let near = NEAR;
+    let runs = Source.merged(gaps, near);
+    while (runs.length > MANY && near < NEAR_OF_MANY) runs = Source.merged(gaps, near *= 2);
+    const next = runs.values();
     const fetchSome = async () => {
-      for (const gap of next) this.kept.add(gap[0], await this.from.fetch(gap, signal));
+      for (const [from, to] of next) {
+        const bytes = await this.from.fetch([from, to], signal);
+        // Between gaps there may be what is here already.
+        for (const [first, end] of this.kept.gaps(from, to)) {
+          this.kept.add(first, bytes.subarray(first - from, end - from));
+        }
+      }
     };
     const done = await Promise.allSettled(
-      Array.from({ length: Math.min(MOST_AT_ONCE, gaps.length) }, fetchSome));
+      Array.from({ length: Math.min(MOST_AT_ONCE, runs.length) }, fetchSome));
     for (const one of done) if (one.status === "rejected") throw one.reason;
   }
 
   /** More than was asked for, and the more the oftener: what is beside will be read, too. */
   guessed(first, end) {
-    const least = Math.min(MOST_GUESSED, NEAR * 2 ** this.misses++);
+    const least = Math.min(MOST_GUESSED, END * 2 ** this.misses++);
     const to = Math.min(this.size, Math.max(end, first + least));
     return [Math.max(0, Math.min(first, to - least)), to];
   }
 
-  static merged(ranges) {
+  /** Those of a list that are closer than `near` as one, ascending. */
+  static merged(ranges, near) {
     const runs = [];
     for (const [first, end] of [...ranges].sort((a, b) => a[0] - b[0])) {
       const last = runs.at(-1);
-      if (last !== undefined && first < last[1] + NEAR) last[1] = Math.max(last[1], end);
+      if (last !== undefined && first <= last[1] + near) last[1] = Math.max(last[1], end);
       else if (first < end) runs.push([first, end]);
     }
     return runs;
