@@ -27,6 +27,8 @@ MESHES = {}
 FOUND = 24 << 10  # bytes by which the package finds what it wants: the front of the file, and its end
 # What the library says of a file of another kind, one without bytes, one without an end.
 FOREIGN, EMPTY, CUT = "this is no .shm file", "the file is too short", "end record"
+# And the package of a server.
+NO_FILE, CLOSED = "there is no such file: the server answers 404", "the connection failed"
 
 
 def bent_bar(path, side, warmer=0, rough=0):
@@ -53,12 +55,17 @@ def bent_bar(path, side, warmer=0, rough=0):
 
 
 class Ranges(http.server.SimpleHTTPRequestHandler):
-    """A server that gives ranges, to pages of every origin, and counts requests and bytes of bodies."""
+    """A server that gives ranges, to pages of every origin, and counts requests and bytes of bodies. What lies below
+    /whole/ it gives as a whole, below /closed/ to its own pages alone."""
     sent = requests = 0
 
     def do_GET(self):
         Ranges.requests += 1
-        if self.headers.get("Range") is None:
+        kind, _, rest = self.path.lstrip("/").partition("/")
+        if kind in ("whole", "closed"):
+            self.path = f"/{rest}"
+        self.is_closed = kind == "closed"
+        if self.headers.get("Range") is None or kind == "whole" or not Path(self.translate_path(self.path)).exists():
             return super().do_GET()
         data = Path(self.translate_path(self.path)).read_bytes()
         first, last = (int(part) for part in self.headers["Range"].removeprefix("bytes=").split("-"))
@@ -76,7 +83,8 @@ class Ranges(http.server.SimpleHTTPRequestHandler):
         self.end_headers()
 
     def end_headers(self):
-        self.send_header("Access-Control-Allow-Origin", "*")
+        if not getattr(self, "is_closed", False):
+            self.send_header("Access-Control-Allow-Origin", "*")
         self.send_header("Access-Control-Allow-Headers", "Range")
         self.send_header("Access-Control-Expose-Headers", "Content-Range, ETag")
         super().end_headers()
@@ -266,6 +274,22 @@ class Page(unittest.TestCase):
             self.assertGreater(sum(self.drawn().values()), 5000)
         self.assertIn("Segment 4 of", self.text())
         self.no_errors()
+
+    def test_servers_that_give_all_or_nothing(self):
+        (FOLDER / "foreign.shm").write_bytes(b"solid cube\n" * 9999)
+        (FOLDER / "server.shm").write_bytes(MESHES["hexahedra"].read_bytes())
+        at = self.serve()
+        self.go(f"{PAGE.as_uri()}?url={at}/whole/server.shm")
+        self.assertIn("hexahedra", self.text("facts"))
+        self.assertGreater(sum(self.drawn().values()), 5000)
+        self.no_errors()
+        for name, sentence in (("foreign.shm", FOREIGN), ("whole/foreign.shm", FOREIGN), ("none.shm", NO_FILE),
+                               ("closed/server.shm", CLOSED)):
+            self.browser.go(f"{PAGE.as_uri()}?url={at}/{name}")
+            self.browser.wait(f"location.href.endsWith({json.dumps(name)}) "
+                              "&& document.getElementById('error')?.hidden === false")
+            print(f"{name}: {self.text('error')}")
+            self.assertIn(f"/{name}: {sentence}", self.text("error"))
 
 
 def main():

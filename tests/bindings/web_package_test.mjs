@@ -14,20 +14,22 @@ const [folder, mesh, golden] = process.argv.slice(2);
 const { open, ShmError } = await import(pathToFileURL(`${folder}/shmformat.js`));
 const { Engine } = await import(pathToFileURL(`${folder}/engine.js`));
 const content = readFileSync(mesh);
+const files = { "/mesh.shm": content, "/foreign": Buffer.alloc(1 << 20, "solid cube\n") };
 const CELLS = 40000;
 
-/** Gives one file, by ranges, and counts. `mode`: how it misbehaves. */
+/** Gives files, by ranges, and counts. `mode`: how it misbehaves. */
 const server = createServer((request, response) => {
   const asked = /^bytes=(\d+)-(\d+)$/.exec(request.headers.range ?? "");
   counted.requests += 1;
   const { mode } = counted;
+  const content = files[request.url];
   const headers = { ETag: counted.version };
   if (request.method === "HEAD") {
     response.writeHead(200, { ...headers, "Content-Length": content.length }).end();
     return;
   }
-  if (request.url !== "/mesh.shm") {
-    response.writeHead(404).end("none");
+  if (content === undefined) {
+    response.writeHead(request.url === "/secret" ? 403 : 404).end("none");
     return;
   }
   if (mode === "no ranges" || asked === null) {
@@ -188,6 +190,18 @@ both("a server that gives no ranges gives all", async (options) => {
   await file.close();
 });
 
+both("a file of another kind on a server is told by its front", async (options) => {
+  for (const mode of ["", "no ranges"]) {
+    begin(mode);
+    const foreign = url.replace("mesh.shm", "foreign");
+    await assert.rejects(open(foreign, options),
+      failsWith("corrupt", /foreign: this is no .shm file$/));
+    assert.equal(counted.requests, 1);
+    await assert.rejects(open(foreign, { ...options, damaged: true }), ShmError);
+    assert.ok(counted.requests > 1);
+  }
+});
+
 both("a server that hides the size of a range is asked for it", async (options) => {
   begin("hides");
   const file = await open(url, options);
@@ -209,7 +223,9 @@ both("servers that misbehave are told of", async (options) => {
   begin();
   assert.equal((await file.read()).cellCount, CELLS); // what failed is over
   await file.close();
-  await assert.rejects(open(`${url}x`, options), failsWith("io", /the server answers 404/));
+  await assert.rejects(open(`${url}x`, options), failsWith("io", /no such file: the server answers 404$/));
+  await assert.rejects(open(url.replace("mesh.shm", "secret"), options),
+    failsWith("io", /refuses to give it: it answers 403$/));
   await assert.rejects(open("http://127.0.0.1:9/x.shm", options), failsWith("io", /failed/));
 });
 

@@ -141,7 +141,7 @@ export class Engine {
   async attempt(name, argument, run) {
     if (!Object.hasOwn(CALLS, name)) throw new TypeError(`no call ${name}`);
     run.signal?.throwIfAborted();
-    this.source ??= await Source.open(this.from, run.signal);
+    this.source ??= await Source.open(this.from, this.options.damaged === true, run.signal);
     this.run = { ...run, told: 0, from: 0, share: 1 };
     const kept = {}; // what a call has done already, when it is made again
     try {

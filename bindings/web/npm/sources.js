@@ -13,6 +13,9 @@ const MOST_KEPT = 64 << 20; // bytes that stay from one call to the next
 const MOST_WHOLE = 256 << 20; // bytes of a file on a server that gives no ranges
 const MOST_GUESSED = 16 << 20; // bytes that are fetched at once though nobody told of them
 
+/** What every .shm file begins with. */
+const SIGNATURE = [0x89, 0x53, 0x48, 0x4d, 0x0d, 0x0a, 0x1a, 0x0a];
+
 /** A range of bytes: [first, behind the last]. */
 
 class BlobBytes {
@@ -68,20 +71,26 @@ class FileBytes {
   }
 }
 
-/** A file on a server. The first request fetches its front, and tells its size. */
+/** A file on a server. The first request fetches its front, and tells its size; where there are no
+ *  ranges it fetches all. A file of another kind is refused by its front, unless `isDamaged`. */
 class UrlBytes {
-  static async open(url, signal) {
+  static async open(url, isDamaged, signal) {
     const file = new UrlBytes();
     file.url = file.name = url.href;
+    const check = (first) => {
+      if (!isDamaged && SIGNATURE.some((byte, i) => i < first.length && byte !== first[i])) {
+        throw file.error("this is no .shm file", { status: "corrupt" });
+      }
+    };
     const answer = await file.request([0, FRONT], signal);
     if (answer.status === 416) throw file.error("the file is empty");
     if (answer.status === 200) {
-      file.whole = await file.body(answer, MOST_WHOLE, signal);
+      file.whole = await file.body(answer, MOST_WHOLE, signal, check);
       file.size = file.whole.length;
       return file;
     }
-    if (answer.status !== 206) throw file.error(`the server answers ${answer.status}`);
-    file.front = await file.body(answer, FRONT, signal);
+    await file.expect(answer);
+    file.front = await file.body(answer, FRONT, signal, check);
     file.version = UrlBytes.versionOf(answer);
     file.size = await file.total(answer, signal);
     if (file.front.length !== Math.min(FRONT, file.size)) throw file.otherBytes();
@@ -107,8 +116,29 @@ class UrlBytes {
     return Number(size);
   }
 
-  error(sentence, cause) {
-    return new ShmError("io", `${this.name}: ${sentence}`, { detail: sentence, cause });
+  error(sentence, { status = "io", cause } = {}) {
+    return new ShmError(status, `${this.name}: ${sentence}`, { detail: sentence, cause });
+  }
+  /** Throws unless an answer has a range in it. */
+  async expect(answer) {
+    const { status } = answer;
+    if (status === 206) return;
+    await answer.body?.cancel();
+    if (status === 404 || status === 410) {
+      throw this.error(`there is no such file: the server answers ${status}`);
+    }
+    if (status === 401 || status === 403) {
+      throw this.error(`the server refuses to give it: it answers ${status}`);
+    }
+    throw this.error(`the server answers ${status}`);
+  }
+  /** Browsers tell a page no more of a server of another origin. */
+  failed(cause) {
+    const { origin } = globalThis.location ?? {};
+    const isOther = origin !== undefined && origin !== new URL(this.url).origin;
+    return this.error(`the connection failed: ${cause.cause?.message ?? cause.message}`
+      + (isOther ? ", or the server lets no page of another origin have the file (CORS)" : ""),
+    { cause });
   }
   otherBytes() {
     return this.error("the server gives other bytes than it was asked for");
@@ -122,23 +152,24 @@ class UrlBytes {
       return await fetch(this.url, { ...how, signal });
     } catch (cause) {
       signal?.throwIfAborted();
-      throw this.error(`the connection failed: ${cause.cause?.message ?? cause.message}`, cause);
+      throw this.failed(cause);
     }
   }
   request([first, end], signal) {
     return this.ask({ headers: { Range: `bytes=${first}-${end - 1}` } }, signal);
   }
 
-  /** Of a body that is longer than `most` no more is read. */
-  async body(answer, most, signal) {
+  /** Of a body that is longer than `most` no more is read; nor where check(its first bytes)
+   *  throws. */
+  async body(answer, most, signal, check) {
     const pieces = [];
     let length = 0;
     const reader = answer.body?.getReader();
     try {
       for (let piece; reader && !(piece = await reader.read()).done;) {
+        if (length === 0) check?.(piece.value);
         length += piece.value.length;
         if (length > most) {
-          await reader.cancel();
           throw answer.status === 206 ? this.otherBytes() : this.error(
             `the server gives no ranges of files, and this one has more than ${most} bytes`);
         }
@@ -146,8 +177,11 @@ class UrlBytes {
       }
     } catch (cause) {
       signal?.throwIfAborted();
-      if (cause instanceof ShmError) throw cause;
-      throw this.error(`the connection failed: ${cause.cause?.message ?? cause.message}`, cause);
+      if (cause instanceof ShmError) {
+        await reader.cancel();
+        throw cause;
+      }
+      throw this.failed(cause);
     }
     const bytes = new Uint8Array(length);
     let at = 0;
@@ -166,11 +200,11 @@ class UrlBytes {
       await answer.body?.cancel();
       throw this.error("the file on the server has changed");
     }
-    if (answer.status !== 206) {
+    if (answer.status === 200) {
       await answer.body?.cancel();
-      throw this.error(answer.status === 200 ? "the server gives no ranges of files any more"
-        : `the server answers ${answer.status}`);
+      throw this.error("the server gives no ranges of files any more");
     }
+    await this.expect(answer);
     const range = answer.headers.get("Content-Range");
     const bytes = await this.body(answer, end - first, signal);
     if ((range !== null && range !== `bytes ${first}-${end - 1}/${this.size}`)
@@ -184,10 +218,10 @@ class UrlBytes {
 }
 
 /** What a source is, as the bytes that can be fetched of it. */
-function opened(source, signal) {
+function opened(source, isDamaged, signal) {
   if (typeof source !== "string") return new BlobBytes(source);
   const url = new URL(source);
-  return url.protocol === "file:" ? FileBytes.open(url) : UrlBytes.open(url, signal);
+  return url.protocol === "file:" ? FileBytes.open(url) : UrlBytes.open(url, isDamaged, signal);
 }
 
 /** Pieces of bytes by their place, ascending and apart; the oldest are dropped first. */
@@ -251,9 +285,10 @@ class Pieces {
 
 /** A file whose bytes are read where they are here, and fetched between calls where they are not. */
 export class Source {
-  static async open(source, signal) {
+  /** `isDamaged`: what may be a .shm file is taken as one. */
+  static async open(source, isDamaged, signal) {
     const it = new Source();
-    it.from = await opened(source, signal);
+    it.from = await opened(source, isDamaged, signal);
     it.size = it.from.size;
     it.name = it.from.name;
     it.kept = new Pieces();
