@@ -26,10 +26,10 @@ MANY = 40  # colours, of which a palette has fewer
 
 
 def decoded(png):
-    """Rows of pixels of a PNG of 8 bits for each of red, green and blue."""
+    """Rows of pixels of a PNG of 8 bits for each of red, green and blue, or with a palette."""
     if png[:8] != b"\x89PNG\r\n\x1a\n":
         raise ValueError("no PNG")
-    at, packed = 8, b""
+    at, packed, palette = 8, b"", []
     while at < len(png):
         size, kind = struct.unpack(">I4s", png[at:at + 8])
         body = png[at + 8:at + 8 + size]
@@ -37,22 +37,28 @@ def decoded(png):
             raise ValueError("a sum of " + kind.decode() + " is wrong")
         if kind == b"IHDR":
             width, height, *how = struct.unpack(">2I5B", body)
-            if how != [8, 2, 0, 0, 0]:
+            if how not in ([8, 2, 0, 0, 0], [8, 3, 0, 0, 0]):
                 raise ValueError(f"another kind of PNG: {how}")
+        if kind == b"PLTE":
+            palette = [tuple(body[i:i + 3]) for i in range(0, size, 3)]
         packed += body if kind == b"IDAT" else b""
         at += 12 + size
-    lines, stride, before = zlib.decompress(packed), 3 * width, bytearray(3 * width)
+    if bool(palette) != (how[1] == 3):
+        raise ValueError("a palette that is missing, or for nothing")
+    step = 1 if palette else 3  # bytes of a pixel
+    lines, stride, before = zlib.decompress(packed), step * width, bytearray(step * width)
     rows = []
     for y in range(height):
         kind, *_ = line = lines[y * (stride + 1):(y + 1) * (stride + 1)]
         now = bytearray(line[1:])
-        for i in range(stride):
-            left, corner = (now[i - 3], before[i - 3]) if i >= 3 else (0, 0)
+        for i in range(stride if kind else 0):
+            left, corner = (now[i - step], before[i - step]) if i >= step else (0, 0)
             above = before[i]
             guess = left + above - corner
             paeth = min((left, above, corner), key=lambda value: abs(guess - value))
             now[i] = now[i] + (0, left, above, (left + above) // 2, paeth)[kind] & 255
-        rows.append([tuple(now[i:i + 3]) for i in range(0, stride, 3)])
+        rows.append([palette[i] for i in now] if palette else
+                    [tuple(now[i:i + 3]) for i in range(0, stride, 3)])
         before = now
     return rows
 
