@@ -44,12 +44,13 @@ Vector normal_of(std::span<const Vector> polygon) {
   return sum;
 }
 
-Camera::Camera(const Surface& surface, const std::optional<Vector>& view, const PictureFrame& frame)
+Camera::Camera(const Surface& surface, const std::optional<Vector>& view, std::size_t up,
+               const PictureFrame& frame)
     : surface_(surface) {
   measure();
   std::optional<Vector> from = view;
   if (!from) from = normal_of_plane();
-  turn(unit(from.value_or(kUsualView)).value_or(*unit(kUsualView)));
+  turn(unit(from.value_or(kUsualViews[up])).value_or(*unit(kUsualViews[up])), up);
   fit(frame);
 }
 
@@ -125,11 +126,13 @@ std::optional<Vector> Camera::normal_of_plane() const {
   return std::nullopt;
 }
 
-void Camera::turn(const Vector& view) {
+void Camera::turn(const Vector& view, std::size_t up) {
   view_ = view;
-  // z is up, and where one looks along it y.
   constexpr double kAlong = .999;
-  const Vector above = std::fabs(view[2]) > kAlong ? Vector{0, 1, 0} : Vector{0, 0, 1};
+  // Where one looks along the axis that goes up, y does, or z in its stead.
+  if (std::fabs(view[up]) > kAlong) up = up == 1 ? 2 : 1;
+  Vector above{};
+  above[up] = 1;
   right_ = unit(cross(above, view_)).value_or(Vector{1, 0, 0});
   up_ = cross(view_, right_);
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -29,8 +30,9 @@ Vector normal_of(std::span<const Vector> polygon);
 // Of length 1; nothing where it has no length or one that is no number.
 std::optional<Vector> unit(const Vector& vector);
 
-// From which one looks where nobody says it: from the right, from before, and from above.
-inline constexpr Vector kUsualView = {1, -2, 1};
+// From which one looks where nobody says it, by which axis goes up: from the right, from before,
+// and from above.
+inline constexpr std::array<Vector, 3> kUsualViews = {{{1, -1, 2}, {1, 1, 2}, {1, -2, 1}}};
 
 // The part of a picture that the mesh may fill, in pixels.
 struct PictureFrame {
@@ -40,8 +42,10 @@ struct PictureFrame {
 class Camera {
  public:
   // Looks at the vertices of `surface` that are finite. `view`: from where, of any length but 0;
-  // nothing: kUsualView, or what a surface that lies in a plane has for a normal.
-  Camera(const Surface& surface, const std::optional<Vector>& view, const PictureFrame& frame);
+  // nothing: kUsualViews, or what a surface that lies in a plane has for a normal. `up`: 0 to 2,
+  // the axis that goes up on the picture.
+  Camera(const Surface& surface, const std::optional<Vector>& view, std::size_t up,
+         const PictureFrame& frame);
 
   // Coordinates as all that is drawn goes by them: from the middle of the mesh, -1..1 along its
   // largest side. Nothing where one is not finite.
@@ -59,7 +63,7 @@ class Camera {
  private:
   void measure();
   std::optional<Vector> normal_of_plane() const;
-  void turn(const Vector& view);
+  void turn(const Vector& view, std::size_t up);
   void fit(const PictureFrame& frame);
 
   const Surface& surface_;

@@ -15,7 +15,7 @@ class Painter {
         options_(options),
         colouring_(colouring),
         range_(range),
-        camera_(surface, options.view, frame),
+        camera_(surface, options.view, options.up, frame),
         raster_(options.width, options.height) {
     const Vector &right = camera_.right(), &up = camera_.up(), &view = camera_.view();
     for (std::size_t i = 0; i < 3; ++i) lamp_[i] = -.4 * right[i] + .6 * up[i] + .7 * view[i];

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -24,6 +25,7 @@ inline constexpr std::uint32_t kLeastPixels = 16;  // of a picture, across and d
 struct PictureOptions {
   std::uint32_t width = 1024, height = 768;  // kLeastPixels..kMostPixels
   std::optional<Vector> view;                // from where one looks; nothing: as Camera has it
+  std::size_t up = 2;                        // the axis that goes up on the picture, 0..2
   // Dark edges around all polygons; false: around those that are some pixels wide.
   bool edges = false;
   // Samples and rows that may be looked at, as Raster::work() counts them. Nothing: a thousand

@@ -269,6 +269,37 @@ TEST(Picture, FacesTooNarrowForSamplesAreDrawnByTheirEdges) {
   EXPECT_GT(draw(sheet, small(Vector{1, 0, 0})).covered, 50u);
 }
 
+TEST(Picture, AnyAxisGoesUp) {
+  // The same box with its axes in turn looks the same when another axis goes up: x to the right,
+  // and up the axis behind it.
+  const DrawnSurface box = DrawnSurface::box(1, {3, 1, 2});  // seen from -y: 3 wide, 2 high
+  const Picture upright = draw(box, small(Vector{0, -1, 0}));
+  const auto covered = [](std::array<double, 3> sides, Vector from, std::size_t up) {
+    PictureOptions options = small(from);
+    options.up = up;
+    return draw(DrawnSurface::box(1, sides), options).covered;
+  };
+  EXPECT_EQ(covered({3, 2, 1}, {0, 0, 1}, 1), upright.covered);
+  EXPECT_EQ(covered({2, 3, 1}, {0, 0, 1}, 0), upright.covered);
+  EXPECT_NE(covered({2, 3, 1}, {0, 0, 1}, 1), upright.covered);
+  // Looked at along the axis that goes up: y goes up, and along y z does.
+  EXPECT_EQ(covered({3, 2, 1}, {0, 0, 1}, 2), upright.covered);
+  EXPECT_EQ(covered({3, 1, 2}, {0, -1, 0}, 1), upright.covered);
+  EXPECT_EQ(covered({1, 2, 3}, {1, 0, 0}, 0), upright.covered);
+  // Nobody says from where: from above, and so that three sides are seen.
+  for (std::size_t up = 0; up < 3; ++up) {
+    PictureOptions options = small();
+    options.up = up;
+    DrawnSurface marked = DrawnSurface::box(1, {1, 1, 1});
+    for (std::size_t f = 0; f < marked.blocks.size(); ++f)
+      marked.blocks[f] = f == 2 * up + 1 ? 1 : 0;  // the side above, of six
+    const Image image = draw(marked, options).image;
+    const Rgb above = image.at(80, 30), below = image.at(60, 80);
+    EXPECT_TRUE(is_like(above, block_colour(1))) << up;
+    EXPECT_TRUE(is_like(below, block_colour(0))) << up;
+  }
+}
+
 TEST(Picture, HostileCoordinates) {
   const std::vector<double> numbers = {0,       -0.0,     1,      -1,        1e300,      -1e300,
                                        1.7e308, -1.7e308, 5e-324, kInfinity, -kInfinity, kNaN};
@@ -287,6 +318,7 @@ TEST(Picture, HostileCoordinates) {
     const Colouring colouring{"v", turn % 2 == 0, values};
     PictureOptions options = small();
     if (turn % 5 == 0) options.view = Vector{any(), any(), any()};
+    options.up = static_cast<std::size_t>(turn) % 3;
     options.edges = turn % 7 == 0;
     const Picture picture = draw(mesh, options, turn % 4 == 0 ? nullptr : &colouring);
     EXPECT_EQ(picture.drawn + picture.skipped, 12u);

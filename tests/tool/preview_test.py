@@ -151,6 +151,20 @@ class PreviewTest(FolderTest):
         self.assertEqual(above.colours[WHITE], picture.colours[WHITE])
         self.assertNotEqual(self.drawn("mesh.vtk", "--view=-1,2,1")[0].rows, self.drawn("mesh.vtk")[0].rows)
 
+    def test_which_axis_goes_up(self):
+        # Layers of two blocks, the second one above the first.
+        self.ncgen("two.e", exodus_text([0, 1], 4))
+        orange = (230, 159, 0)
+        for up, at in (("z", (.5, .2)), ("y", (.2, .5))):
+            picture, _ = self.drawn("two.e", "--up", up, "--view=1,0,0", "--size", "120x120")
+            self.assertTrue(is_like(picture.pixel(*at), orange), (up, picture.pixel(*at)))
+        self.drawn("mesh.vtk")
+        plain = self.bytes("out.png")
+        self.drawn("mesh.vtk", "--up", "z")
+        self.assertEqual(self.bytes("out.png"), plain)
+        for up in ("w", "", "0,1,0", "-z"):
+            self.refused("mesh.vtk", f"--up={up}", reason="--up")
+
     def test_edges(self):
         write_vtk(self.path("fine.vtk"), 24)
         plain, _ = self.drawn("fine.vtk", "--size", "100x100", "--view=0,-1,0")

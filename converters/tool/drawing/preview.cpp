@@ -58,6 +58,7 @@ PictureOptions picture_options(const PreviewCommand& command) {
   PictureOptions options;
   options.edges = command.edges;
   if (!command.size.empty()) set_size(command.size, options);
+  if (!command.up.empty()) options.up = static_cast<std::size_t>(command.up[0] - 'x');
   if (command.view.empty()) return options;
   options.view = numbers_of<3>(command.view);
   if (!options.view || *options.view == Vector{0, 0, 0})
@@ -140,9 +141,13 @@ CLI::App* PreviewCommand::add_to(CLI::App& tool) {
       ->type_name("WxH");
   command
       ->add_option("--view", view,
-                   "From where one looks: the direction from the mesh to the eye; z is up\n"
-                   "(default: 1,-2,1; a mesh in a plane is looked at from its normal)")
+                   "From where one looks: the direction from the mesh to the eye (default: from "
+                   "before, above\nand the right, 1,-2,1; a mesh in a plane is looked at from its "
+                   "normal)")
       ->type_name("X,Y,Z");
+  command->add_option("--up", up, "The axis that goes up on the picture (default: z)")
+      ->check(one_of({"x", "y", "z"}))
+      ->type_name("x|y|z");
   command
       ->add_option("--array", array,
                    "Colours show this array, with a legend: NAME, point/NAME or cell/NAME, v for "

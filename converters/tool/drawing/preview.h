@@ -8,7 +8,7 @@
 namespace shm::converters {
 
 struct PreviewCommand final : FileCommand {
-  std::string size, view, array, clip;
+  std::string size, view, up, array, clip;
   bool edges = false;
 
   CLI::App* add_to(CLI::App& tool) override;
