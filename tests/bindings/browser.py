@@ -143,6 +143,24 @@ class Browser:
         for kind, (x, y), held in steps:
             self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button=button, buttons=held, clickCount=1)
 
+    def touch(self, *fingers):
+        """Fingers, each a list of places as long as the others: down, moved, and up."""
+        for i, places in enumerate(zip(*fingers)):
+            self.call("Input.dispatchTouchEvent", type="touchMove" if i else "touchStart",
+                      touchPoints=[{"x": x, "y": y, "id": finger} for finger, (x, y) in enumerate(places)])
+        self.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+
+    def wheel(self, place, lines):
+        self.call("Input.dispatchMouseEvent", type="mouseWheel", x=place[0], y=place[1], deltaX=0, deltaY=lines)
+
+    def named_controls(self):
+        """(role, name) of each control that programs for blind people are told of."""
+        self.call("Accessibility.enable")
+        controls = {"button", "checkbox", "combobox", "slider", "textbox", "image", "DisclosureTriangle", "link", "radio"}
+        return [(node["role"]["value"], node.get("name", {}).get("value", ""))
+                for node in self.call("Accessibility.getFullAXTree")["nodes"]
+                if not node["ignored"] and node["role"]["value"] in controls]
+
     def picture(self, selector):
         """Pixels where an element is, as (width, height, list of (r, g, b))."""
         box = self.run(f"(() => {{ const b = document.querySelector({json.dumps(selector)}).getBoundingClientRect();"

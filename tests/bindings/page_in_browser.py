@@ -11,6 +11,7 @@ import functools
 import http.server
 import json
 import random
+import shutil
 import subprocess
 import sys
 import threading
@@ -29,6 +30,26 @@ FOUND = 24 << 10  # bytes by which the package finds what it wants: the front of
 FOREIGN, EMPTY, CUT = "this is no .shm file", "the file is too short", "end record"
 # And the package of a server.
 NO_FILE, CLOSED = "there is no such file: the server answers 404", "the connection failed"
+
+# How much lighter than the other the lighter one is of each text and its ground, as WCAG has it.
+CONTRASTS = """(() => {
+  const parts = (colour) => colour.match(/[\\d.]+/g).map(Number);
+  const light = (colour) => parts(colour).slice(0, 3).map((part) => part / 255)
+    .map((part) => (part <= .04045 ? part / 12.92 : ((part + .055) / 1.055) ** 2.4))
+    .reduce((sum, part, i) => sum + part * [.2126, .7152, .0722][i], 0);
+  const ground = (one) => {
+    const { backgroundColor: colour } = getComputedStyle(one);
+    return (parts(colour)[3] ?? 1) > 0 ? colour : ground(one.parentElement);
+  };
+  for (const more of document.querySelectorAll("details")) more.open = true;
+  return [...document.querySelectorAll("aside *, #legend *, #welcome *, dialog *, #error")]
+    .filter((one) => [...one.childNodes].some((node) => node.nodeType === 3 && node.data.trim() !== ""))
+    .filter((one) => !one.disabled)
+    .map((one) => {
+      const [a, b] = [light(getComputedStyle(one).color), light(ground(one))].sort((x, y) => y - x);
+      return [`${one.tagName} ${one.id} ${one.textContent.slice(0, 20)}`, (a + .05) / (b + .05)];
+    });
+})()"""
 
 
 def bent_bar(path, side, warmer=0, rough=0):
@@ -52,6 +73,25 @@ def bent_bar(path, side, warmer=0, rough=0):
     lines += [str(z + x / 10 + (warmer if z > 2 * side else 0)) for x, y, z in nodes]
     path.write_text("\n".join(lines) + "\n", encoding="ascii")
     return len(cells)
+
+
+@functools.cache
+def long_file():
+    """A file of 131 thousand hexahedra in eight segments, of more than a megabyte, and how many they are."""
+    source, packed = FOLDER / "long.vtk", FOLDER / "long.shm"
+    cells = bent_bar(source, 32, rough=.25)
+    subprocess.run([SHM, "compress", source, "-fqo", packed, "--segment-cells", str(cells // 8)], check=True)
+    return packed, cells
+
+
+@functools.cache
+def steps_file():
+    """One with values at four time steps."""
+    for step in range(4):
+        bent_bar(FOLDER / f"run_{step}.vtk", 4, 5 * step)
+    packed = FOLDER / "run.shm"
+    subprocess.run([SHM, "compress", FOLDER / "run_%d.vtk", "-fqo", packed], check=True)
+    return packed
 
 
 class Ranges(http.server.SimpleHTTPRequestHandler):
@@ -203,12 +243,134 @@ class Page(unittest.TestCase):
         self.assertIn(f"{faces:,} faces", self.text())
         self.no_errors()
 
-    def test_steps_and_blocks(self):
-        for step in range(4):
-            bent_bar(FOLDER / f"run_{step}.vtk", 4, 5 * step)
-        packed = FOLDER / "run.shm"
-        subprocess.run([SHM, "compress", FOLDER / "run_%d.vtk", "-fqo", packed], check=True)
+    def seen_from(self):
+        """Where the axes point, and how many pixels of the picture are of the mesh, and of the frame of its focus."""
+        self.browser.run("document.getElementById('picture').focus()")
+        return (self.browser.run("[...document.querySelectorAll('#triad line')].map((one) => "
+                                 "[one.getAttribute('x2'), one.getAttribute('y2')]).join()"), sum(self.drawn().values()))
+
+    def test_fingers_wheel_and_keys(self):
+        self.open(MESHES["hexahedra"])
+        axes, size = self.seen_from()
+        self.browser.touch([(300, 300), (340, 320), (380, 340)])
+        turned, _ = self.seen_from()
+        self.assertNotEqual(turned, axes)
+
+        def press(key, shift=False):
+            self.browser.key(key, shift)
+            return self.seen_from()
+
+        self.assertEqual(press("7"), (axes, size))
+        self.browser.touch([(300, 280), (300, 260), (300, 240)], [(300, 320), (300, 340), (300, 360)])
+        axes_now, larger = self.seen_from()
+        self.assertEqual(axes_now, axes)  # two fingers turn nothing
+        self.assertGreater(larger, 1.5 * size)
+        self.assertEqual(press("f"), (axes, size))
+        self.browser.wheel((330, 300), -200)
+        _, larger = self.seen_from()
+        self.assertGreater(larger, 1.2 * size)
+        self.browser.wheel((330, 300), 200)
+        self.assertAlmostEqual(self.seen_from()[1], size, delta=.02 * size)
+        # The same without hands on it.
+        press("f")
+        self.assertGreater(press("+")[1], 1.2 * size)
+        self.assertEqual(press("-"), (axes, size))
+        before = self.browser.picture("#picture")
+        self.assertEqual(press("ArrowRight", shift=True)[0], axes)
+        self.assertNotEqual(self.browser.picture("#picture"), before)
+        self.assertEqual(press("f"), (axes, size))
+        self.assertNotEqual(press("ArrowUp")[0], axes)
+        self.assertEqual(press("7"), (axes, size))
+        before = self.browser.picture("#picture")
+        press("e")
+        self.assertFalse(self.browser.run("document.getElementById('edges').checked"))
+        self.assertNotEqual(self.browser.picture("#picture"), before)
+        before = self.shown()
+        press("c")
+        self.seen(before)
+        self.assertIn("Cut across x", self.text())
+        press("?")
+        self.assertTrue(self.browser.run("document.getElementById('help').open"))
+        self.browser.run("document.getElementById('help').close()")
+        self.no_errors()
+
+    def test_controls_have_names_and_are_reached_by_keys(self):
+        self.open(steps_file())
+        self.choose("array", "0")
+        self.choose("clip", "0")
+        named = self.browser.named_controls()
+        self.assertGreater(len(named), 12)
+        self.assertEqual([role for role, name in named if not name.strip()], [], named)
+        wanted = set(self.browser.run("[...document.querySelectorAll('#picture, input, select, button, summary')]"
+                                      ".filter((one) => one.getClientRects().length > 0 && !one.disabled)"
+                                      ".map((one, i) => (one.dataset.i = String(i)))"))
+        self.browser.run("document.activeElement.blur()")
+        reached = set()
+        for _ in range(len(wanted) + 2):
+            self.browser.key("Tab")
+            reached.add(self.browser.run("document.activeElement.dataset.i"))
+        self.assertGreaterEqual(reached, wanted)
+
+    def test_lost_cards_come_back(self):
+        self.open(MESHES["second order"])
+        before = self.drawn()
+        self.browser.run("globalThis.card = document.getElementById('picture').getContext('webgl2')"
+                         ".getExtension('WEBGL_lose_context'); card.loseContext()")
+        self.browser.wait("!document.getElementById('error').hidden")
+        self.assertIn("comes back", self.text("error"))
+        for axis, words in (("1", "Cut across y"), ("", "faces")):  # what is chosen meanwhile is seen then
+            self.choose("clip", axis)
+            self.browser.wait(f"/{words}[^C]*$/.test(document.getElementById('summary').textContent)")
+            self.assertIn("comes back", self.text("error"))
+            self.assertFalse(self.browser.run("document.getElementById('error').hidden"))
+        self.browser.run("card.restoreContext()")
+        self.browser.wait("document.getElementById('error').hidden")
+        self.assertEqual(self.drawn(), before)
+        self.no_errors()
+
+    def test_files_of_an_archive(self):
+        packed = FOLDER / "archive.shm"
+        subprocess.run([SHM, "join", MESHES["hexahedra"], MESHES["mixed"], "-fqo", packed], check=True)
         self.open(packed)
+        for member, kind in enumerate(("hexahedra", "mixed")):
+            self.choose("member", str(member))
+            self.assertIn(f"{self.facts(MESHES[kind])['cells']:,} cells", self.text())
+            self.assertGreater(sum(self.drawn().values()), 5000)
+        self.no_errors()
+
+    def test_words_are_read_in_light_and_in_darkness(self):
+        self.open(MESHES["mixed"])
+        for scheme in ("light", "dark"):
+            self.browser.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+            ratios = self.browser.run(CONTRASTS)
+            self.assertGreater(len(ratios), 15)
+            self.assertEqual([one for one in ratios if one[1] < 4.5], [], scheme)
+            width, _, found = self.browser.picture("#picture")
+            self.assertEqual(min(found[width // 2]) > 200, scheme == "light")
+        self.no_errors()
+
+    def test_more_than_there_is_memory_for(self):
+        package = FOLDER / "small"
+        shutil.copytree(PAGE.parent, package, dirs_exist_ok=True)
+        decoder = (package / "shmformat.wasm").read_bytes()
+        # The most pages of 64 KiB that its memory may have: 144 where they were 65536.
+        at = decoder.index(bytes([0x80, 0x80, 0x04]), 8)
+        (package / "shmformat.wasm").write_bytes(decoder[:at] + bytes([0x90, 0x81, 0x00]) + decoder[at + 3:])
+        source = Path(__file__).resolve().parents[2] / "bindings" / "web"
+        page = package / "small.html"
+        subprocess.run([sys.executable, source / "page" / "inline.py", source / "page", source / "npm", package, page],
+                       check=True)
+        self.browser.go(page.as_uri())
+        self.browser.wait("document.querySelector('#triad line[x2]') !== null && location.href.endsWith('small.html')")
+        self.open(long_file()[0])
+        self.assertIn("long.shm: this needs more memory than there is for a page", self.text("error"))
+        self.open(MESHES["hexahedra"])
+        self.assertTrue(self.browser.run("document.getElementById('error').hidden"))
+        self.assertGreater(sum(self.drawn().values()), 5000)
+        self.no_errors()
+
+    def test_steps_and_blocks(self):
+        self.open(steps_file())
         self.choose("array", "0")
         self.assertRegex(self.text(), r"at step 3, 0 to 31\.4\.")
         pictures = set()
@@ -257,9 +419,7 @@ class Page(unittest.TestCase):
         self.no_errors()
 
     def test_of_a_server_only_the_segment_is_fetched(self):
-        source, packed = FOLDER / "long.vtk", FOLDER / "long.shm"
-        cells = bent_bar(source, 32, rough=.25)
-        subprocess.run([SHM, "compress", source, "-fqo", packed, "--segment-cells", str(cells // 8)], check=True)
+        packed, cells = long_file()
         whole = packed.stat().st_size
         self.assertGreater(whole, 1_500_000)
         address = f"{self.serve()}/long.shm"

@@ -163,9 +163,11 @@ export class Drawing {
     return texture;
   }
 
-  /** A list as a texture, rows of WIDE. Throws RangeError where it is too long. */
+  /** A list as a texture, rows of WIDE. Throws RangeError where it is too long. Of a card that is
+   *  lost nothing is wanted: when it is back all lists are made anew. */
   list(name, values) {
     const { gl } = this;
+    if (this.isLost) return;
     const { unit, parts, internal, format, type, Type } = kindsOf(gl)[name];
     const rows = Math.max(Math.ceil(values.length / parts / WIDE), 1);
     if (rows > gl.getParameter(gl.MAX_TEXTURE_SIZE)) {
@@ -219,13 +221,16 @@ export class Drawing {
     });
   }
 
+  get isLost() {
+    return this.gl.isContextLost();
+  }
   get aspect() {
     return Math.max(this.canvas.clientWidth, 1) / Math.max(this.canvas.clientHeight, 1);
   }
 
   draw() {
     const { gl, canvas, surface, set } = this;
-    if (gl.isContextLost()) return;
+    if (this.isLost) return;
     const density = Math.min(globalThis.devicePixelRatio ?? 1, 3);
     const width = Math.max(Math.round(canvas.clientWidth * density), 1);
     const height = Math.max(Math.round(canvas.clientHeight * density), 1);

@@ -32,8 +32,17 @@ let drawing = null;
 
 // --- what is said
 
-function fail(error) {
-  $("error").textContent = nameText(String(error?.message ?? error), 2000);
+/** Of the decoder, or of a list of the page's own that was too long. */
+function isOfMemory(error) {
+  return error?.status === "no memory"
+    || (error instanceof RangeError && /allocation|array length|memory|too large/i.test(error.message));
+}
+
+function fail(error, name = state.name) {
+  const sentence = String(error?.message ?? error);
+  $("error").textContent = nameText(isOfMemory(error) ? `${nameText(name)}: this needs more memory `
+    + "than there is for a page: choose a segment or fewer blocks, or make a smaller file of it by "
+    + `shm extract (${sentence})` : sentence, 2000);
   $("error").hidden = false;
 }
 
@@ -212,7 +221,7 @@ async function lookOnce(mesh, choice, place) {
   try {
     const read = await readSurface(mesh, choice, step);
     if (mesh !== state.mesh || choice !== state.choice) return;
-    $("error").hidden = true;
+    if (!drawing.isLost) $("error").hidden = true;
     putSurface(read);
     // Cells as a whole, where they are cut.
     if (state.clip === clip) drawing.change({ clip: null });
@@ -263,7 +272,7 @@ async function openFile(source, name, segment = null) {
     if (mine !== state.opening) return;
     await forget();
     $("welcome").hidden = false;
-    fail(error);
+    fail(error, name);
   } finally {
     if (looking === null) $("progress").hidden = true;
   }
