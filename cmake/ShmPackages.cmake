@@ -40,6 +40,24 @@ macro(shm_package component package section summary description)
   list(APPEND CPACK_COMPONENTS_ALL ${component})
 endmacro()
 
+# shm_loaded_packages(RESULT): the Debian packages of the libraries that the tool opens, "a, b".
+function(shm_loaded_packages result)
+  get_property(libraries GLOBAL PROPERTY SHM_LOADED_LIBRARIES)
+  set(packages "")
+  foreach(library IN LISTS libraries)
+    # Folders of /usr are known by their older names, too.
+    string(REGEX REPLACE "^/usr/" "/" older "${library}")
+    execute_process(COMMAND dpkg-query -S "/usr${older}" "${older}" OUTPUT_VARIABLE found ERROR_QUIET)
+    if(NOT found MATCHES "^([^:]+):")
+      message(FATAL_ERROR "no Debian package has ${library}")
+    endif()
+    list(APPEND packages "${CMAKE_MATCH_1}")
+  endforeach()
+  list(REMOVE_DUPLICATES packages)
+  list(JOIN packages ", " packages)
+  set(${result} "${packages}" PARENT_SCOPE)
+endfunction()
+
 # The last thing in CMakeLists.txt: includes CPack.
 macro(shm_packages)
   set(CPACK_PACKAGE_CONTACT "libshmformat authors <authors@shmformat.invalid>"
@@ -106,7 +124,8 @@ and into them, and plugins for meshio and VTK.")
   set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS
       "libshmformat-c1 ${same}, libzstd-dev, libxxhash-dev, pkg-config")
   set(CPACK_DEBIAN_TOOL_PACKAGE_SHLIBDEPS ON)
-  # Opened when there is a picture to draw.
+  # Opened when there is such a file; and where a picture is to be drawn.
+  shm_loaded_packages(CPACK_DEBIAN_TOOL_PACKAGE_DEPENDS)
   set(CPACK_DEBIAN_TOOL_PACKAGE_SUGGESTS librsvg2-2)
   set(CPACK_DEBIAN_TOOL_PACKAGE_CONTROL_EXTRA "${debian}/tools/postinst;${debian}/tools/postrm;${debian}/tools/triggers")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
@@ -161,8 +180,9 @@ function(shm_archive)
   install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" "${PROJECT_SOURCE_DIR}/CHANGELOG.md"
                 "${PROJECT_SOURCE_DIR}/packaging/ARCHIVE.md"
           DESTINATION share/doc/shmformat ${into})
+  get_property(loaded GLOBAL PROPERTY SHM_LOADED_LIBRARIES)
   install(CODE "execute_process(COMMAND \"${PROJECT_SOURCE_DIR}/packaging/bundle\"
-                                        \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}\"
+                                        \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}\" ${loaded}
                                 COMMAND_ERROR_IS_FATAL ANY)"
           ${into})
 endfunction()

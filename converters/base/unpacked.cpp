@@ -8,8 +8,37 @@
 #include <string_view>
 #include <utility>
 
+#include "base/loaded_library.h"
+
 namespace shm::converters {
 namespace {
+
+// What is called of libarchive. Throws Failure where it does not load.
+struct ArchiveFunctions {
+#ifdef SHM_ARCHIVE_LIBRARY
+  LoadedLibrary library{SHM_ARCHIVE_LIBRARY};
+#define SHM_FUNCTION(name) decltype(&::name) name = library.find<decltype(::name)>(#name)
+#else
+#define SHM_FUNCTION(name) decltype(&::name) name = &::name
+#endif
+  SHM_FUNCTION(archive_error_string);
+  SHM_FUNCTION(archive_read_data);
+  SHM_FUNCTION(archive_read_free);
+  SHM_FUNCTION(archive_read_new);
+  SHM_FUNCTION(archive_read_next_header);
+  SHM_FUNCTION(archive_read_open);
+  SHM_FUNCTION(archive_read_support_filter_gzip);
+  SHM_FUNCTION(archive_read_support_filter_xz);
+  SHM_FUNCTION(archive_read_support_filter_zstd);
+  SHM_FUNCTION(archive_read_support_format_raw);
+#undef SHM_FUNCTION
+};
+
+// Opened by the first call.
+const ArchiveFunctions& libarchive() {
+  static const ArchiveFunctions functions;
+  return functions;
+}
 
 constexpr std::size_t kPieceBytes = std::size_t{1} << 16;
 
@@ -24,18 +53,20 @@ std::string unpacked_name(const std::string& path) {
   return path;
 }
 
-void UnpackedSource::Closed::operator()(archive* reader) const { ::archive_read_free(reader); }
+void UnpackedSource::Closed::operator()(archive* reader) const {
+  libarchive().archive_read_free(reader);
+}
 
 UnpackedSource::UnpackedSource(std::unique_ptr<ByteSource> packed, std::string name)
     : packed_(std::move(packed)),
       name_(std::move(name)),
       piece_(kPieceBytes),
-      reader_(::archive_read_new()) {
+      reader_(libarchive().archive_read_new()) {
   if (reader_ == nullptr) throw std::bad_alloc();
-  ::archive_read_support_filter_gzip(reader_.get());
-  ::archive_read_support_filter_xz(reader_.get());
-  ::archive_read_support_filter_zstd(reader_.get());
-  ::archive_read_support_format_raw(reader_.get());
+  libarchive().archive_read_support_filter_gzip(reader_.get());
+  libarchive().archive_read_support_filter_xz(reader_.get());
+  libarchive().archive_read_support_filter_zstd(reader_.get());
+  libarchive().archive_read_support_format_raw(reader_.get());
 }
 UnpackedSource::~UnpackedSource() = default;
 
@@ -55,7 +86,7 @@ Error UnpackedSource::error() const {
   if (!refusal_) return refusal_.error();
   if (at_end_)
     return {ErrorCode::truncated, "ends before what is packed in it does", {}, kNoOffset, name_};
-  const char* const words = ::archive_error_string(reader_.get());
+  const char* const words = libarchive().archive_error_string(reader_.get());
   return {ErrorCode::corrupt,
           std::string("does not unpack: ") + (words != nullptr ? words : "unknown"),
           {},
@@ -67,12 +98,12 @@ Result<std::size_t> UnpackedSource::read(std::span<std::byte> into) {
   if (!begun_) {
     begun_ = true;
     archive_entry* entry = nullptr;
-    int state = ::archive_read_open(reader_.get(), this, nullptr, give, nullptr);
-    if (state == ARCHIVE_OK) state = ::archive_read_next_header(reader_.get(), &entry);
+    int state = libarchive().archive_read_open(reader_.get(), this, nullptr, give, nullptr);
+    if (state == ARCHIVE_OK) state = libarchive().archive_read_next_header(reader_.get(), &entry);
     if (state == ARCHIVE_EOF) return std::size_t{0};  // nothing was packed
     if (state != ARCHIVE_OK) return error();
   }
-  const la_ssize_t count = ::archive_read_data(reader_.get(), into.data(), into.size());
+  const la_ssize_t count = libarchive().archive_read_data(reader_.get(), into.data(), into.size());
   if (count < 0) return error();
   return static_cast<std::size_t>(count);
 }

@@ -19,7 +19,7 @@ std::string unpacked_name(const std::string& path);
 
 class UnpackedSource final : public ByteSource {
  public:
-  // `name` is for messages.
+  // `name` is for messages. Throws Failure where libarchive does not load.
   UnpackedSource(std::unique_ptr<ByteSource> packed, std::string name);
   ~UnpackedSource() override;
   UnpackedSource(const UnpackedSource&) = delete;

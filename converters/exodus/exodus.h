@@ -42,7 +42,7 @@
 // blocks and sets, whether they have members (eb_status ...), distribution factors of 1, names of
 // nodal and element variables, their truth table, times, node counts of polygons, faces of
 // polyhedra. Files before 0.10 have sets under keys of Exodus and carry more of these
-// (old_extras.h). Members that are numbers of no vertex or cell make their variable a plain
+// (old_extras.cpp). Members that are numbers of no vertex or cell make their variable a plain
 // exodus/variable. What of a file is kept, and how: exodus.md.
 //
 // The skeleton: a line for each thing, fields separated by tabs, names and text %-encoded:

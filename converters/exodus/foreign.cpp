@@ -1,8 +1,5 @@
 #include "exodus/foreign.h"
 
-#include <exodusII.h>
-#include <netcdf.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,6 +15,7 @@
 #include "exodus/exodus.h"
 #include "exodus/grouping.h"
 #include "exodus/layout.h"
+#include "exodus/netcdf.h"
 #include "mesh/mesh_source.h"
 #include "sets/transfer_sets.h"
 
@@ -222,6 +220,8 @@ class ForeignWriter {
   }
 
   void create() {
+    open_netcdf(place_.file, ErrorCode::output);
+    open_exodus_library(place_.file, ErrorCode::output);
     ex_opts(0);  // or it prints
     int memory_bytes = real_bytes_, file_bytes = real_bytes_;
     int mode = EX_CLOBBER | EX_ALL_INT64_API | (netcdf4_ ? EX_NETCDF4 : EX_LARGE_MODEL);

@@ -5,7 +5,8 @@
 #include "exodus/appended_extras.h"
 #include "exodus/exodus.h"
 #include "exodus/foreign.h"
-#include "exodus/old_extras.h"
+#include "exodus/layout.h"
+#include "exodus/netcdf.h"
 #include "exodus/skeleton.h"
 #include "mesh/extra_index.h"
 #include "mesh/mesh_source.h"
@@ -150,6 +151,7 @@ constinit const Format kExodusFormat = {
     .capabilities = &exodus::kCapabilities,
     .source = &exodus::kSource,
     .translate_old_extras = exodus::translate_old_extras,
-    .temporary = FileSink::Temporary::named};  // HDF5 looks up what a name in /proc links to
+    .temporary = FileSink::Temporary::named,  // HDF5 looks up what a name in /proc links to
+    .load = [] { exodus::netcdf(); }};
 
 }  // namespace shm::converters

@@ -2,8 +2,6 @@
 // that it consists of.
 #pragma once
 
-#include <netcdf.h>
-
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -11,6 +9,7 @@
 
 #include "exodus/describe.h"
 #include "exodus/layout.h"
+#include "exodus/netcdf.h"
 #include "exodus/skeleton.h"
 #include "mesh/mesh_source.h"
 

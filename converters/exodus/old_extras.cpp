@@ -1,5 +1,3 @@
-#include "exodus/old_extras.h"
-
 #include <algorithm>
 #include <optional>
 #include <set>

@@ -1,5 +1,3 @@
-#include <netcdf.h>
-
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 #include "base/failure.h"
 #include "exodus/exodus.h"
 #include "exodus/mesh.h"
+#include "exodus/netcdf.h"
 #include "exodus/polyhedra.h"
 
 namespace shm::converters::exodus {
@@ -53,6 +52,7 @@ ExodusMesh::ExodusMesh(const std::string& path) : place_{path, ErrorCode::corrup
 }
 
 void ExodusMesh::read_structure() {
+  open_netcdf(place_.file, ErrorCode::unsupported);
   place_.check(nc_open(place_.file.c_str(), NC_NOWRITE, &file_.id), "opening it");
   skeleton_ = read_skeleton(file_.id, place_);
   if (skeleton_.find_dimension("num_dim") < 0)

@@ -1,8 +1,5 @@
 #include "exodus/skeleton.h"
 
-#include <netcdf.h>
-#include <netcdf_filter.h>
-
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -10,6 +7,7 @@
 #include <set>
 
 #include "base/failure.h"
+#include "exodus/netcdf.h"
 
 namespace shm::converters::exodus {
 namespace {
@@ -283,6 +281,7 @@ int create_file(const Skeleton& skeleton, const Place& place) {
   constexpr std::array<int, 5> kModes{0, NC_64BIT_OFFSET, NC_64BIT_DATA, NC_NETCDF4,
                                       NC_NETCDF4 | NC_CLASSIC_MODEL};
   int ncid = -1, previous = 0;
+  open_netcdf(place.file, ErrorCode::output);
   place.check(nc_create(place.file.c_str(),
                         NC_CLOBBER | kModes[static_cast<std::size_t>(skeleton.kind)], &ncid),
               "creating it");

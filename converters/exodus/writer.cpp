@@ -1,5 +1,3 @@
-#include <netcdf.h>
-
 #include <algorithm>
 #include <cstring>
 #include <limits>
@@ -18,6 +16,7 @@
 #include "exodus/foreign.h"
 #include "exodus/grouping.h"
 #include "exodus/layout.h"
+#include "exodus/netcdf.h"
 #include "exodus/polyhedra.h"
 #include "exodus/skeleton.h"
 

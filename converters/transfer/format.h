@@ -168,6 +168,9 @@ struct Format {
   // now. Null: they are the same.
   void (*translate_old_extras)(MeshInfo& info) = nullptr;
   FileSink::Temporary temporary = FileSink::Temporary::unnamed;  // of its files
+  // Opens the libraries that its files need, as open() and write() do anyway; for who forks. Null:
+  // it needs none but those that the program is linked to. Throws Failure.
+  void (*load)() = nullptr;
 };
 
 // Of the format that a mesh came from, or that a role "format:..." belongs to; one that has nothing

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/failure.h"
-#include "exodus/old_extras.h"
+#include "exodus/layout.h"
 #include "exodus/skeleton.h"
 #include "support/memory_mesh.h"
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -15,6 +16,7 @@
 
 #include "archive/damage_report.h"
 #include "base/failure.h"
+#include "formats/formats.h"
 #include "tool/progress_line.h"
 #include "tool/report.h"
 #include "tool/running/failures.h"
@@ -101,6 +103,21 @@ std::string on_lines(const std::string& text) {
     lines += document.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
   }
   return lines;
+}
+
+// What each of several processes would do for itself: the libraries of formats are opened where
+// names promise some files of theirs. One that does not load is reported with its file.
+void load_libraries(const FileList& list) {
+  std::map<const Format*, std::size_t> files;
+  for (const FileTask& task : list.tasks)
+    for (const std::string& path : {task.input, task.output})
+      if (const Format* format = format_of_name(path);
+          format != nullptr && format->load != nullptr && ++files[format] == 2) {
+        try {
+          format->load();
+        } catch (const Failure&) {
+        }
+      }
 }
 
 class Sum {
@@ -213,6 +230,7 @@ int run_on_files(FileCommand& command) {
   const auto progress = [&](std::size_t ended, double share) {
     line.show_share(std::to_string(ended) + of_all, share);
   };
+  load_libraries(list);
   run_each(
       list.tasks, threads, work,
       [&](const FileTask& task, const Printed& printed) {

@@ -1,0 +1,39 @@
+#include "base/loaded_library.h"
+
+#include <dlfcn.h>
+
+#include <string_view>
+
+#include "base/failure.h"
+
+namespace shm::converters {
+namespace {
+
+// What the loader complained of last: "libx.so.1: cannot open shared object file: ...".
+[[noreturn]] void not_loaded(const std::string& name) {
+  const char* const words = ::dlerror();
+  std::string_view why = words != nullptr ? words : "unknown";
+  if (why.starts_with(name + ": ")) why.remove_prefix(name.size() + 2);
+  throw Failure(Error{ErrorCode::unsupported,
+                      "needs " + name + ", which does not load: " + std::string(why),
+                      {},
+                      kNoOffset,
+                      {}});
+}
+
+}  // namespace
+
+// Its names are there for all that is loaded later, as if it were linked: filters of HDF5 count on
+// that.
+LoadedLibrary::LoadedLibrary(const char* name)
+    : name_(name), library_(::dlopen(name, RTLD_LAZY | RTLD_GLOBAL)) {
+  if (library_ == nullptr) not_loaded(name_);
+}
+
+void* LoadedLibrary::address(const char* function) const {
+  void* const found = ::dlsym(library_, function);
+  if (found == nullptr) not_loaded(name_);
+  return found;
+}
+
+}  // namespace shm::converters
