@@ -103,11 +103,11 @@ class Painter {
     return static_cast<std::uint32_t>(std::clamp(light, 0.0, 1.0) * 256 + .5);
   }
 
-  // 256: there is none.
+  // 256: there is none. Where all are wanted they are lighter around narrow faces: most samples of
+  // these are edges, and would be a dark spot.
   std::uint32_t light_of_outline() const {
-    constexpr double kDark = 150, kNarrow = 4, kWide = 8;  // of 256; pixels
-    if (options_.edges) return 256 - static_cast<std::uint32_t>(kDark);
-    std::int64_t area = 0;  // twice
+    constexpr double kDark = 150, kLeast = .25, kNarrow = 4, kWide = 8;  // of 256; of it; pixels
+    std::int64_t area = 0;                                               // twice
     double longest = 0;
     for (std::size_t i = 0; i < seen_.size(); ++i) {
       const RasterPoint &a = seen_[i], &b = seen_[i + 1 < seen_.size() ? i + 1 : 0];
@@ -118,7 +118,9 @@ class Painter {
     if (longest == 0) return 256;
     const double width = std::fabs(static_cast<double>(area)) / 2 / std::sqrt(longest) /
                          static_cast<double>(kSubSamples * kSamples);
-    const double share = std::clamp((width - kNarrow) / (kWide - kNarrow), 0.0, 1.0);
+    const double share = options_.edges
+                             ? std::clamp(width / kNarrow, kLeast, 1.0)
+                             : std::clamp((width - kNarrow) / (kWide - kNarrow), 0.0, 1.0);
     return 256 - static_cast<std::uint32_t>(share * kDark + .5);
   }
 

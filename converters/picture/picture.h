@@ -26,7 +26,8 @@ struct PictureOptions {
   std::uint32_t width = 1024, height = 768;  // kLeastPixels..kMostPixels
   std::optional<Vector> view;                // from where one looks; nothing: as Camera has it
   std::size_t up = 2;                        // the axis that goes up on the picture, 0..2
-  // Dark edges around all polygons; false: around those that are some pixels wide.
+  // Edges around all polygons, lighter ones around narrow ones; false: around those alone that are
+  // some pixels wide.
   bool edges = false;
   // Samples and rows that may be looked at, as Raster::work() counts them. Nothing: a thousand
   // times all samples of the picture, and 2^30, which is a second or two.

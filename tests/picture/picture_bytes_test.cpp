@@ -98,11 +98,11 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"bent box, cell data, small", 0x682a174f48f455fb},
     {"bent box, large numbers", 0xa68e3cad04193624},
     {"bent box, small", 0xedfca2a33c6c1f2c},
-    {"fine box, edges", 0x4df92aee9742d663},
+    {"fine box, edges", 0xe9eec678af349bd9},
     {"fine box, from below", 0x64764e2579418d59},
     {"fine box, point data", 0xda578a61f1e1e37b},
     {"scattered", 0xc6cfbf222359d467},
-    {"scattered, edges, small", 0x81ffe147bab4e391},
+    {"scattered, edges, small", 0x20ed81bab1e79bc1},
     {"sheet", 0x2f5b6e3bb19afa78},
 };
 

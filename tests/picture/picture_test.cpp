@@ -240,6 +240,23 @@ TEST(Picture, FacesLookTheSameFromWhicheverCornerOn) {
   EXPECT_EQ(draw(turned, small(), &colouring).image.pixels, picture.image.pixels);
 }
 
+TEST(Picture, EdgesOfNarrowFacesAreNoDarkSpot) {
+  const auto green = [](const DrawnSurface& mesh, bool edges) {
+    PictureOptions options = small(Vector{0, -1, 0});
+    options.edges = edges;
+    const Image image = draw(mesh, options).image;
+    std::uint64_t sum = 0;
+    for (const Rgb pixel : image.pixels) sum += pixel == kBackground ? 0 : pixel.green;
+    return sum;
+  };
+  // Faces of one pixel, two, and four.
+  for (const std::uint32_t n : {110, 55, 27}) {
+    const DrawnSurface box = DrawnSurface::box(n, {1, 1, 1});
+    EXPECT_LT(green(box, true), green(box, false)) << n;
+    EXPECT_GT(green(box, true), green(box, false) * 7 / 10) << n;
+  }
+}
+
 TEST(Picture, PointsAndEdgesAreSeen) {
   DrawnSurface mesh;
   const std::uint32_t a = mesh.add_vertex(0, 0, 0), b = mesh.add_vertex(1, 0, 0),

@@ -159,7 +159,7 @@ CLI::App* PreviewCommand::add_to(CLI::App& tool) {
                    "Cells alone whose middle is where x*X + y*Y + z*Z <= D: what is inside is seen")
       ->type_name("X,Y,Z:D");
   command->add_flag("--edges", edges,
-                    "Dark edges around all faces (default: around those some pixels wide)");
+                    "Edges around all faces (default: around those some pixels wide)");
   add_part(*command, *this);
   command->add_flag("--json", json, "Print as JSON");
   return command;
