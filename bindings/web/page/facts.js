@@ -10,11 +10,13 @@ export function element(tag, ...inside) {
   return made;
 }
 
-/** rows: lists of a word or a number for each head. Numbers stand at the right. */
+/** rows: lists of a word or a number for each head. Numbers stand at the right, and what has no
+ *  head but the first. */
 function table(caption, heads, rows) {
-  const cell = (tag) => (inside) => {
+  const isRight = (i) => (heads[i] === "" ? i > 0 : typeof rows[0]?.[i] === "number");
+  const cell = (tag) => (inside, i) => {
     const made = element(tag, typeof inside === "number" ? countText(inside) : inside);
-    if (typeof inside === "number") made.className = "number";
+    made.className = isRight(i) ? "number" : heads[i] === "name" ? "name" : "";
     return made;
   };
   const body = rows.slice(0, MOST_ROWS).map((row) => element("tr", ...row.map(cell("td"))));
@@ -23,8 +25,8 @@ function table(caption, heads, rows) {
     rest.colSpan = heads.length;
     body.push(element("tr", rest));
   }
-  const head = heads.map((word) => {
-    const made = cell("th")(word);
+  const head = heads.map((word, i) => {
+    const made = cell("th")(word, i);
     made.scope = "col";
     return made;
   });
@@ -34,7 +36,8 @@ function table(caption, heads, rows) {
 
 function stepsText(array, times) {
   if (array.steps === null) return "";
-  return `${countText(array.steps.length)} of ${countText(times.length)}`;
+  const count = countText(array.steps.length);
+  return array.steps.length === times.length ? count : `${count} of ${countText(times.length)}`;
 }
 
 /** What the file says of itself. */
