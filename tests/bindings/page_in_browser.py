@@ -222,7 +222,8 @@ class Page(unittest.TestCase):
         before = self.browser.processor_seconds()
         seconds = self.open(packed)
         processor = self.browser.processor_seconds() - before
-        print(f"{cells} hexahedra are seen after {seconds:.2f} s, of at most {MOST_SECONDS}; {processor:.2f} s of processors")
+        print(f"{cells} hexahedra are seen after {seconds:.2f} s, of at most {MOST_SECONDS}; "
+              f"{processor:.2f} s of processors")
         self.assertIn(f"{cells:,} cells", self.text())
         faces = 2 * 21 * 21 + 4 * 21 * 84
         self.assertIn(f"{faces:,} faces", self.text())
@@ -232,6 +233,8 @@ class Page(unittest.TestCase):
         self.choose("array", "0")
         self.assertIn("Colours: height, 0 to 86.1", self.text())
         self.assertEqual(self.text("legend-greatest"), "86.1")
+        # The mesh makes room for it.
+        self.assertEqual([one for one in self.browser.picture("#legend-name")[2] if max(one) - min(one) > 40], [])
         yellow = sum(count for (red, green, blue), count in self.drawn().items() if min(red, green) > 2 * blue)
         self.assertGreater(yellow, 300)
         self.assertNotEqual(before, self.drawn())
@@ -295,6 +298,11 @@ class Page(unittest.TestCase):
         self.no_errors()
 
     def test_controls_have_names_and_are_reached_by_keys(self):
+        self.browser.run("document.activeElement.blur()")
+        self.browser.key("Tab")
+        self.browser.key("Tab")
+        self.assertEqual(self.browser.run("getComputedStyle(document.querySelector('#file-input:focus-visible + "
+                                          "label[for=file-input]')).outlineStyle"), "solid")
         self.open(steps_file())
         self.choose("array", "0")
         self.choose("clip", "0")

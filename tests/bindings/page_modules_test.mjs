@@ -51,6 +51,14 @@ test("a box fits the picture, whichever side of that is larger", () => {
       assert.ok(most > 0.919 && most < 0.921, `${view} at ${aspect}: ${most}`);
     }
   }
+  // What is kept free below it is free.
+  const tall = { ...box, most: [1, 0.5, 9] };
+  const lifted = camera.fitted(camera.cameraFrom([0, -1, 0]), tall, 2, .25);
+  const [low, high] = [0, 9].map((z) => seen(lifted, [0, 0, z], 2)[1]);
+  near([low, high], [.25 - .92 * .75, .25 + .92 * .75]);
+  const place = seen(lifted, [1, 0, 3], 2);
+  near(seen(camera.zoomed(lifted, 2, 2 * place[0], place[1]), [1, 0, 3], 2).slice(0, 2),
+    place.slice(0, 2));
   // What has no size is not infinitely large.
   const none = { least: [0, 0, 0], most: [0, 0, 0] };
   const point = camera.fitted(camera.cameraFrom([1, 1, 1]), none, 1);

@@ -26,7 +26,7 @@ const state = {
   name: "", archive: null, mesh: null, segments: [], choices: [], opening: 0,
   hidden: new Set(), segment: null, clip: null, choice: null, place: 0, component: null,
   range: null, frame: null, surface: null, camera: cameraFrom(USUAL_VIEW), first: null,
-  isPlaying: false,
+  isFitted: false, isPlaying: false,
 };
 let drawing = null;
 
@@ -35,7 +35,8 @@ let drawing = null;
 /** Of the decoder, or of a list of the page's own that was too long. */
 function isOfMemory(error) {
   return error?.status === "no memory"
-    || (error instanceof RangeError && /allocation|array length|memory|too large/i.test(error.message));
+    || (error instanceof RangeError
+      && /allocation|array length|memory|too large/i.test(error.message));
 }
 
 function fail(error, name = state.name) {
@@ -48,7 +49,7 @@ function fail(error, name = state.name) {
 
 function describe() {
   const { mesh, surface, choice } = state;
-  const words = [`${nameText(state.name)}: ${plural(mesh.vertexCount, "vertex", "vertices")}, `
+  const words = [`${plural(mesh.vertexCount, "vertex", "vertices")}, `
     + `${plural(mesh.cellCount, "cell", "cells")}, `
     + `${plural(mesh.blocks.length, "block", "blocks")}, ${bytesText(mesh.fileBytes)}.`];
   if (surface !== null) {
@@ -73,15 +74,19 @@ function describe() {
       : `Colours: ${nameText(choice.name)}${step}, ${valueText(state.range.least)} to `
         + `${valueText(state.range.greatest)}.`);
   }
-  const text = words.join(" ");
-  $("summary").textContent = text;
+  $("summary").replaceChildren(element("strong", nameText(state.name)), " ", words.join(" "));
   $("picture").setAttribute("aria-label", `Picture of the mesh in ${nameText(state.name)}`);
 }
 
 function drawLegend() {
   const { choice, range, component } = state;
+  const isNew = $("legend").hidden !== (choice === null);
   $("legend").hidden = choice === null;
-  if (choice === null) return;
+  if (choice !== null) fillLegend(choice, range, component);
+  if (isNew && state.isFitted) fit();
+}
+
+function fillLegend(choice, range, component) {
   const part = choice.components === 1 ? "" : component === null ? ", length"
     : `, component ${component + 1}`;
   const step = choice.steps === null ? "" : ` @ ${choice.steps[state.place]}`;
@@ -115,10 +120,15 @@ function setCamera(camera) {
   drawTriad();
 }
 function changeCamera(how) {
+  state.isFitted = false;
   if (state.surface !== null) setCamera(how(state.camera));
 }
 function fit() {
-  changeCamera((camera) => fitted(camera, boxOf(state.surface.bounds), drawing.aspect));
+  const legend = $("legend").hidden ? 0 : $("legend").offsetHeight + 24;
+  const below = Math.min(legend / Math.max($("picture").clientHeight, 1), 0.5);
+  changeCamera((camera) =>
+    fitted(camera, boxOf(state.surface.bounds), drawing.aspect, below));
+  state.isFitted = true;
 }
 
 // --- what is shown
@@ -290,8 +300,10 @@ async function openMember(member) {
 async function forget() {
   const before = state.mesh;
   Object.assign(state, { mesh: null, surface: null, frame: null, first: null, choice: null });
-  for (const id of ["controls", "facts-more", "sets-more", "segments-more"]) $(id).hidden = true;
-  $("legend").hidden = true;
+  for (const id of ["controls", "facts-more", "sets-more", "segments-more", "legend"]) {
+    $(id).hidden = true;
+  }
+  $("triad").toggleAttribute("hidden", true);
   $("summary").textContent = "No file is open.";
   const none = new Uint32Array(0);
   drawing.show({ places: new Float32Array(0), blocks: new Uint8Array(0),
@@ -311,6 +323,7 @@ async function showMesh(mesh, segment, isRemote) {
     segment: segments.length === 0 ? null : segment ?? (isLarge ? 0 : null), clip: null,
     choice: null, place: 0, component: null, range: null });
   document.title = `${nameText(state.name)}: a mesh`;
+  $("triad").toggleAttribute("hidden", false);
   fillControls();
   await look();
 }
@@ -321,7 +334,7 @@ function fillControls() {
     option(String(i), `${nameText(choice.name)} (${choice.location})`)));
   $("component").hidden = $("step-line").hidden = $("hold-line").hidden = true;
   $("clip").value = "";
-  $("clip-at").disabled = true;
+  $("clip-more").hidden = true;
   $("segment-line").hidden = segments.length === 0;
   $("segment").replaceChildren(option("", "all"), ...segments.map((one, i) =>
     option(String(i), `${i}: ${plural(one.cells, "cell", "cells")}, ${bytesText(one.bytes)}`)));
@@ -429,7 +442,7 @@ async function play() {
 function chooseClip(isMoving) {
   if (state.frame === null) return;
   const axis = $("clip").value;
-  $("clip-at").disabled = axis === "";
+  $("clip-more").hidden = axis === "";
   if (axis === "") {
     state.clip = null;
   } else {
@@ -481,7 +494,7 @@ function connectControls() {
     state.frame = null; // a part may be small in the whole
     state.clip = null;
     $("clip").value = "";
-    $("clip-at").disabled = true;
+    $("clip-more").hidden = true;
     drawing.change({ clip: null });
     look();
   });
@@ -527,8 +540,7 @@ function connectKeys() {
     if (how !== null) {
       changeCamera(how);
     } else if (side !== undefined) {
-      changeCamera((camera) => ({ ...camera, ...cameraFrom(side), zoom: camera.zoom,
-        scale: camera.scale, target: camera.target }));
+      changeCamera((camera) => ({ ...camera, ...cameraFrom(side) }));
       fit();
     } else if (Object.hasOwn(KEYS, key.toLowerCase())) {
       KEYS[key.toLowerCase()]();
