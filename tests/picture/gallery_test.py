@@ -18,6 +18,9 @@ from importlib.util import module_from_spec, spec_from_loader
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "support"))
+from folder_test import lacks
+
 MOST_BYTES = 900_000  # of all pictures
 DRAWN = ("mug-late", "biplane", "loose")  # steps and values, many blocks, a palette
 
@@ -79,7 +82,7 @@ class GalleryTest(unittest.TestCase):
         corpus = os.environ.get("SHM_CORPUS")
         if not corpus:
             self.skipTest("SHM_CORPUS is not set")
-        if b"without libpng" in subprocess.run([SHM, "preview", "-", "-o", "-"], capture_output=True, input=b"").stderr:
+        if lacks(SHM, "preview"):
             self.skipTest("this shm was built without libpng")
         some = [shown for shown in gallery.ALL if shown.name in DRAWN]
         self.assertEqual(len(some), len(DRAWN))

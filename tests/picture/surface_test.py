@@ -15,7 +15,7 @@ import unittest
 from pathlib import Path
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-from folder_test import SANITIZED, FolderTest
+from folder_test import SANITIZED, FolderTest, lacks
 from sample_meshes import exodus_text, hexahedra, write_vtk
 
 SHM = "shm"
@@ -260,15 +260,40 @@ class SurfaceTest(FolderTest):
         self.refused("v.vtk", "-o", "x.ply", "--array", "q", reason="there is no array q")
 
     def test_steps(self):
-        self.ncgen("steps.e", exodus_text([0, 1], 2))
+        self.ncgen("steps.e", exodus_text([0, 1, 2], 2))
+        self.shm("compress", "steps.e", "-q")
         arrays = json.loads(self.shm("info", "steps.e", "--json"))["arrays"]
-        stepped = [array["name"] for array in arrays if array.get("per_step")]
-        for name in stepped[:1]:
-            first, report = self.ply("steps.e", "--array", name + "@first")
-            self.assertEqual(report["array"]["step"], 0)
-            last, report = self.ply("steps.e", "--array", name)
-            self.assertEqual(report["array"]["step"], 1)
-            self.assertEqual(first.faces, last.faces)
+        names = {array["location"]: array["name"] for array in arrays if array.get("per_step")}
+        self.assertEqual(sorted(names), ["cell", "point"])
+        for name in ("steps.e", "steps.e.shm"):
+            colours, surfaces = {}, {}
+            for step, number in (("@first", 0), ("@0", 0), ("@1", 1), ("@last", 2), ("", 2)):
+                ply, report = self.ply(name, "--array", "point/" + names["point"] + step)
+                self.assertEqual(report["array"]["step"], number)
+                colours.setdefault(number, set()).add(tuple(ply.colours("vertex")))
+                surfaces.setdefault(number, set()).add((tuple(ply.points), str(ply.faces)))
+            # One mesh, and other colours at each step, however it is named.
+            self.assertEqual([len(one) for one in colours.values()], [1, 1, 1])
+            self.assertEqual(len(set.union(*colours.values())), 3)
+            self.assertEqual(len(set.union(*surfaces.values())), 1)
+            # What has the least value is violet, and what has the greatest yellow, at each of them: u of
+            # exodus_text by the number of the vertex, which is known by where it stands.
+            for step in range(3):
+                ply, report = self.ply(name, "--array", f"{names['point']}@{step}")
+                vertex = [round(x / .25) + 3 * round(y / .25) + 9 * round(z / .25) for x, y, z in ply.points]
+                self.assertEqual(sorted(vertex), [v for v in range(27) if v != 13])
+                value = [v % 97 * .01 + step * (.5 + v % 5) if names["point"] == "u" else
+                         v % 97 * .02 + step * (.5 + v % 5) for v in vertex]
+                self.assertAlmostEqual(report["array"]["least"], min(value), 5)
+                self.assertAlmostEqual(report["array"]["greatest"], max(value), 5)
+                shown = ply.colours("vertex")
+                self.assertEqual(shown[value.index(min(value))], FIRST)
+                self.assertEqual(shown[value.index(max(value))], LAST)
+            # Values of cells, which all grow alike: the range tells the steps apart.
+            least = [self.ply(name, "--array", f"cell/{names['cell']}@{step}")[1]["array"]["least"]
+                     for step in range(3)]
+            self.assertEqual([number - least[0] for number in least], [0, .125, .25])
+        self.refused("steps.e", "-o", "x.ply", "--array", names["point"] + "@3", reason="there is no step 3")
 
     def test_edges_of_four_faces_are_taken_apart(self):
         # Two hexahedra that touch along an edge, and two that touch at a vertex.
@@ -462,7 +487,7 @@ class SurfaceTest(FolderTest):
 
 if __name__ == "__main__":
     SHM = os.path.abspath(sys.argv.pop(1))
-    if b"without OpenMesh" in subprocess.run([SHM, "surface", "-", "-o", "-"], capture_output=True, input=b"").stderr:
+    if lacks(SHM, "surface"):
         print("this shm was built without OpenMesh")
         sys.exit(77)
     unittest.main()

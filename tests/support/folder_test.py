@@ -1,5 +1,6 @@
 """What Python tests of the tool share: a folder of its own for each, and ncgen."""
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -7,7 +8,15 @@ import unittest
 
 SANITIZED = "SHM_SANITIZED" in os.environ  # some ten times slower: the release takes all cases
 
-WRITERS = {"append", "compress", "convert", "decompress", "extract", "join", "layout", "preview", "repair", "split", "surface"}
+WRITERS = {"append", "compress", "convert", "decompress", "extract", "join", "layout", "preview", "repair", "split",
+           "surface", "view"}
+
+
+def lacks(tool, command):
+    """The library of which a command says that the tool was built without it; or nothing."""
+    text = subprocess.run([tool, command, "-", "-o", "-"], capture_output=True, text=True, input="").stderr
+    found = re.search(r"this shm was built without (\w+)", text)
+    return found and found[1]
 
 
 def forced(words):

@@ -9,7 +9,7 @@ import sys
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-from folder_test import FolderTest
+from folder_test import FolderTest, lacks
 from sample_meshes import write_vtk
 
 SHM = "shm"
@@ -21,6 +21,7 @@ class PartsTest(FolderTest):
         write_vtk(self.path("a.vtk"), 3)
         write_vtk(self.path("b.vtk"), 4)
         os.mkdir(self.path("out"))
+        self.write("page.html", '<script type="application/octet-stream" id="file" data-name=""></script>')
         self.shm("join", "-o", "both.shm", "a.vtk", "b.vtk")
 
     def shm(self, *words, code=0):
@@ -28,6 +29,11 @@ class PartsTest(FolderTest):
                               timeout=60, stdin=subprocess.DEVNULL)
         self.assertEqual(done.returncode, code, f"shm {' '.join(words)}\n{done.stdout}{done.stderr}")
         return done.stdout + done.stderr
+
+    def drawing(self):
+        """Commands that this tool was built with, and what their files are called."""
+        return [(command, extension) for command, extension in (("preview", ".png"), ("surface", ".ply"))
+                if not lacks(SHM, command)]
 
     def test_one_of_them(self):
         self.shm("decompress", "both.shm", "--part", "b.vtk", "-o", "out")
@@ -38,9 +44,14 @@ class PartsTest(FolderTest):
         self.shm("diff", "both.shm", "b.vtk", "--part", "a.vtk", code=1)
         self.shm("layout", "both.shm", "--part", "a.vtk")
         self.assertTrue(os.path.exists(self.path("both.shm.svg")))
-        self.shm("preview", "both.shm", "--part", "a.vtk")
-        self.shm("preview", "a.vtk")
-        self.assertEqual(self.bytes("both.shm.png"), self.bytes("a.vtk.png"))
+        for command, extension in self.drawing():
+            self.shm(command, "both.shm", "--part", "a.vtk")
+            self.shm(command, "a.vtk")
+            self.assertEqual(self.bytes("both.shm" + extension), self.bytes("a.vtk" + extension))
+            self.assertGreater(len(self.bytes("a.vtk" + extension)), 100)
+        self.shm("view", "both.shm", "--part", "a.vtk", "--page", "page.html", "-o", "part.html")
+        self.shm("view", "both.shm", "--page", "page.html", "-o", "both.html")
+        self.assertLess(len(self.bytes("part.html")), len(self.bytes("both.html")))
         self.shm("join", "-o", "one.shm", "b.vtk")
         self.shm("diff", "one.shm", "b.vtk")
 
@@ -57,7 +68,7 @@ class PartsTest(FolderTest):
 
     def test_which_of_them(self):
         for words in (["convert", "both.shm", "x.vtu"], ["diff", "both.shm", "a.vtk"],
-                      ["layout", "both.shm"], ["preview", "both.shm"], ["decompress", "both.shm", "-o", "x.vtk"],
+                      ["layout", "both.shm"], *([command, "both.shm"] for command, _ in self.drawing()), ["decompress", "both.shm", "-o", "x.vtk"],
                       ["extract", "both.shm", "x.vtk"]):
             with self.subTest(words=words):
                 self.assertIn("is an archive of a.vtk, b.vtk: --part names one of them",
