@@ -4,9 +4,12 @@
 import { ShmError } from "./errors.js";
 
 const FRONT = 1 << 12; // bytes that are fetched first: what the file is, and its schema as a rule
-const END = 1 << 14; // bytes that are fetched beside one that nobody told of: the index as a rule
-const NEAR = 1 << 11; // ranges that are not so far apart are fetched as one
-const NEAR_OF_MANY = 1 << 16; // and where there would be many, those that are not so far apart
+// guess: bytes that are fetched with one that nobody told of, of a server's file the index as a
+// rule; near: ranges that are not so far apart are fetched as one. What is here costs little, and
+// each fetch a call that is made again.
+const FAR = { guess: 1 << 14, near: 1 << 11 };
+const HERE = { guess: 1 << 20, near: 1 << 16 };
+const NEAR_OF_MANY = 1 << 16; // near, where there would be many ranges
 const MANY = 24;
 const MOST_AT_ONCE = 6; // requests
 const MOST_KEPT = 64 << 20; // bytes that stay from one call to the next
@@ -291,6 +294,7 @@ export class Source {
     it.from = await opened(source, isDamaged, signal);
     it.size = it.from.size;
     it.name = it.from.name;
+    it.reach = it.from instanceof UrlBytes ? FAR : HERE;
     it.kept = new Pieces();
     if (it.from.front !== undefined) it.kept.add(0, it.from.front);
     it.told = [];
@@ -326,7 +330,7 @@ export class Source {
     const isTold = Source.merged(this.told, 0).some(([from, to]) => from <= first && end <= to);
     const wanted = isTold ? this.told : [this.guessed(first, end)];
     const gaps = wanted.flatMap(([from, to]) => this.kept.gaps(from, to));
-    let near = NEAR;
+    let { near } = this.reach;
     let runs = Source.merged(gaps, near);
     while (runs.length > MANY && near < NEAR_OF_MANY) runs = Source.merged(gaps, near *= 2);
     const next = runs.values();
@@ -346,7 +350,7 @@ export class Source {
 
   /** More than was asked for, and the more the oftener: what is beside will be read, too. */
   guessed(first, end) {
-    const least = Math.min(MOST_GUESSED, END * 2 ** this.misses++);
+    const least = Math.min(MOST_GUESSED, this.reach.guess * 2 ** this.misses++);
     const to = Math.min(this.size, Math.max(end, first + least));
     return [Math.max(0, Math.min(first, to - least)), to];
   }
