@@ -1,10 +1,10 @@
 // Pictures by librsvg and cairo, which are opened when a picture is wanted: linked, their fifty
 // libraries would be most of what each start of the tool takes.
 #include "base/failure.h"
+#include "base/loaded_library.h"
 #include "tool/layout.h"
 
 #ifdef SHM_HAS_RSVG
-#include <dlfcn.h>
 #include <librsvg/rsvg.h>
 
 #include <memory>
@@ -16,16 +16,11 @@ namespace shm::converters {
 
 namespace {
 
-/// A function of a library that is open, or null.
-template <class Function>
-Function* function_of(void* library, const char* name) {
-  return library == nullptr ? nullptr : reinterpret_cast<Function*>(::dlsym(library, name));
-}
-
-/// What is used of librsvg; the libraries it stands on are found through it, and all stay open.
+// What is used of librsvg; the libraries it stands on are found through it. Throws Failure where it
+// does not load.
 struct Rsvg {
-  void* library = ::dlopen("librsvg-2.so.2", RTLD_NOW | RTLD_LOCAL);
-#define SHM_FUNCTION(name) decltype(&::name) name = function_of<decltype(::name)>(library, #name)
+  LoadedLibrary library{"librsvg-2.so.2"};
+#define SHM_FUNCTION(name) decltype(&::name) name = library.find<decltype(::name)>(#name)
   SHM_FUNCTION(g_object_unref);
   SHM_FUNCTION(rsvg_handle_new_from_data);
   SHM_FUNCTION(rsvg_handle_get_intrinsic_size_in_pixels);
@@ -36,14 +31,6 @@ struct Rsvg {
   SHM_FUNCTION(cairo_create);
   SHM_FUNCTION(cairo_surface_write_to_png_stream);
 #undef SHM_FUNCTION
-
-  bool is_whole() const {
-    return g_object_unref != nullptr && rsvg_handle_new_from_data != nullptr &&
-           rsvg_handle_get_intrinsic_size_in_pixels != nullptr &&
-           rsvg_handle_render_document != nullptr && cairo_surface_destroy != nullptr &&
-           cairo_destroy != nullptr && cairo_image_surface_create != nullptr &&
-           cairo_create != nullptr && cairo_surface_write_to_png_stream != nullptr;
-  }
 };
 
 const Rsvg& rsvg() {
@@ -72,7 +59,14 @@ cairo_status_t add_bytes(void* to, const unsigned char* bytes, unsigned count) {
 
 }  // namespace
 
-bool has_png() { return rsvg().is_whole(); }
+bool has_png() {
+  try {
+    rsvg();
+    return true;
+  } catch (const Failure&) {
+    return false;
+  }
+}
 
 std::vector<std::byte> png_of_svg(const std::string& svg) {
   const Rsvg& to = rsvg();
