@@ -1,14 +1,20 @@
 // pieces_bench FILE: what a MeshExtractor reads of a .shm file for pieces of it. JSON on standard
 // output: bytes of index and schema, and for each segment its own bytes, those that are read for
 // its cells with all static arrays, with coordinates alone, and for its first cell.
+// pieces_bench FILE --way WAY: reads all of it in one thread, and prints cells or faces. WAY is
+// reader (all that a Reader gives), cells (a MeshExtractor without arrays), boundary (the boundary
+// surface), values (with the first array that has no steps), or stream (the same by a Reader).
 #include <cstdint>
 #include <cstdio>
 #include <string>
+#include <variant>
 
 #include "base/counted_source.h"
 #include "bench_mesh.h"
 #include "options.h"
+#include "shm/boundary_surface.h"
 #include "shm/mesh_extract.h"
+#include "shm/reader.h"
 
 namespace shm::bench {
 namespace {
@@ -31,8 +37,51 @@ std::uint64_t read_piece(converters::CountedSource& source, MeshExtractor& file,
   return source.bytes - before;
 }
 
+/// The first array without steps.
+BoundaryOptions with_values(const Schema& schema) {
+  for (std::uint32_t a = 0; a < schema.arrays.size(); ++a)
+    if (!schema.arrays[a].per_step) return {.arrays = {{a, 0}}};
+  throw std::runtime_error("the file has no array without steps");
+}
+
+/// Cells, or faces of the boundary.
+std::uint64_t read_whole(const std::string& path, const std::string& way) {
+  if (way == "reader" || way == "stream") {
+    const auto source = unwrapped(FileSource::open(path));
+    if (way == "stream") {
+      const auto opened = unwrapped(FileRandomSource::open(path));
+      const BoundaryOptions options = with_values(unwrapped(MeshExtractor::open(*opened)).schema());
+      return unwrapped(read_boundary(static_cast<ByteSource&>(*source), options)).face_count();
+    }
+    Reader reader = unwrapped(Reader::open(*source));
+    std::uint64_t cells = 0;
+    while (const Item* item = unwrapped(reader.next()))
+      if (const auto* block = std::get_if<MeshBlock>(item)) cells += block->cell_count();
+    return cells;
+  }
+  const auto source = unwrapped(FileRandomSource::open(path));
+  if (way == "boundary") return unwrapped(read_boundary(*source)).face_count();
+  MeshExtractor file = unwrapped(MeshExtractor::open(*source));
+  if (way == "values")
+    return unwrapped(read_boundary(*source, with_values(file.schema()))).face_count();
+  if (way != "cells") throw std::runtime_error("there is no way " + way);
+  ExtractRequest request;
+  request.arrays.emplace();
+  if (const auto begun = file.begin(request); !begun)
+    throw std::runtime_error(begun.error().message());
+  std::uint64_t cells = 0;
+  while (const MeshBlock* part = unwrapped(file.next())) cells += part->cell_count();
+  return cells;
+}
+
 int run(int argc, char** argv) {
-  const auto opened = unwrapped(FileRandomSource::open(parse_options(argc, argv, {})));
+  std::string way;
+  const std::string path = parse_options(argc, argv, {{"--way", way}});
+  if (!way.empty()) {
+    std::printf("%llu\n", static_cast<unsigned long long>(read_whole(path, way)));
+    return 0;
+  }
+  const auto opened = unwrapped(FileRandomSource::open(path));
   converters::CountedSource source(*opened);
   MeshExtractor file = unwrapped(MeshExtractor::open(source));
   std::printf("{\"file\": %llu, \"index\": %llu, \"cells\": %llu, \"segments\": [",
