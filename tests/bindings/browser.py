@@ -102,7 +102,7 @@ class Browser:
             raise RuntimeError(got["exceptionDetails"].get("exception", {}).get("description", script))
         return got["result"].get("value")
 
-    def wait(self, script, timeout=180, what=None):
+    def wait(self, script, timeout=60, what=None):
         """Seconds until it is true."""
         began = time.monotonic()
         while not self.run(script):
