@@ -117,15 +117,11 @@ def wavefront(text):
 
 
 class SurfaceTest(FolderTest):
+    timeout = 600  # where surfaces of the corpus are decimated
+
     def setUp(self):
         super().setUp()
         write_vtk(self.path("mesh.vtk"), 4)
-
-    def shm(self, *words, code=0, **how):
-        done = subprocess.run([SHM, *words], cwd=self.directory.name, capture_output=True, timeout=600, **how)
-        text = done.stdout + done.stderr if code else done.stdout
-        self.assertEqual(done.returncode, code, f"shm {words}\n{done.stdout[:500]}{done.stderr}")
-        return text
 
     def written(self, name, *words, out="out.ply"):
         """The bytes of the file, and what the report says."""
@@ -486,7 +482,7 @@ class SurfaceTest(FolderTest):
 
 
 if __name__ == "__main__":
-    SHM = os.path.abspath(sys.argv.pop(1))
+    SHM = FolderTest.tool = os.path.abspath(sys.argv.pop(1))
     if lacks(SHM, "surface"):
         print("this shm was built without OpenMesh")
         sys.exit(77)

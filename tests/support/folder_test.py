@@ -28,6 +28,14 @@ class FolderTest(unittest.TestCase):
     """Tests that write into a folder which is gone when they end."""
 
     NEEDS = ()  # programs without which they are skipped
+    tool, timeout = "shm", 120  # and seconds that a run of it may take
+
+    def shm(self, *words, code=0, **how):
+        """What the tool prints, as bytes; where it is to fail, its complaint too."""
+        done = subprocess.run([self.tool, *words], cwd=self.directory.name, capture_output=True,
+                              timeout=self.timeout, **how)
+        self.assertEqual(done.returncode, code, f"shm {words}\n{done.stdout[:500]}{done.stderr}")
+        return done.stdout + done.stderr if code else done.stdout
 
     def setUp(self):
         for program in self.NEEDS:

@@ -87,12 +87,6 @@ class PreviewTest(FolderTest):
         super().setUp()
         write_vtk(self.path("mesh.vtk"), 4)
 
-    def shm(self, *words, code=0, **how):
-        done = subprocess.run([SHM, *words], cwd=self.directory.name, capture_output=True, timeout=120, **how)
-        text = done.stdout + done.stderr if code else done.stdout
-        self.assertEqual(done.returncode, code, f"shm {words}\n{done.stdout[:500]}{done.stderr}")
-        return text
-
     def drawn(self, name, *words, code=0):
         """The picture, a small one, and what the report says."""
         if "--size" not in words:
@@ -408,7 +402,7 @@ class PreviewTest(FolderTest):
 
 
 if __name__ == "__main__":
-    SHM = os.path.abspath(sys.argv.pop(1))
+    SHM = FolderTest.tool = os.path.abspath(sys.argv.pop(1))
     if lacks(SHM, "preview"):
         print("this shm was built without libpng")
         sys.exit(77)
