@@ -9,6 +9,7 @@
 
 #include "base/failure.h"
 #include "shm/summary.h"
+#include "transfer/format.h"
 
 namespace shm::converters {
 namespace {
