@@ -15,7 +15,7 @@
 
 #include "bytes/binary.h"
 #include "bytes/packing.h"
-#include "segment/mesh_streams.h"
+#include "groups/mesh_streams.h"
 #include "support/feature_files.h"
 #include "support/file_surgery.h"
 

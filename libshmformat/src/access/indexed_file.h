@@ -16,8 +16,8 @@
 
 #include "bytes/binary.h"
 #include "container/format.h"
+#include "groups/mesh_streams.h"
 #include "recovery/decodable_parts.h"
-#include "segment/mesh_streams.h"
 #include "shm/reader.h"
 #include "shm/segment_reader.h"
 

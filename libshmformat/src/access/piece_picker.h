@@ -14,7 +14,7 @@
 #include "access/number_set.h"
 #include "access/piece_request.h"
 #include "access/vertex_buffer.h"
-#include "segment/mesh_streams.h"
+#include "groups/mesh_streams.h"
 
 namespace shm {
 

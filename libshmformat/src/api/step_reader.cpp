@@ -13,7 +13,7 @@
 #include "access/segment_steps.h"
 #include "access/step_index.h"
 #include "bytes/errors.h"
-#include "segment/mesh_streams.h"
+#include "groups/mesh_streams.h"
 
 namespace shm {
 namespace {

@@ -8,7 +8,7 @@
 #include "access/indexed_file.h"
 #include "access/step_index.h"
 #include "container/random_chunks.h"
-#include "segment/mesh_streams.h"
+#include "groups/mesh_streams.h"
 
 namespace shm {
 namespace {

@@ -3,8 +3,8 @@
 #include <bit>
 #include <optional>
 
-#include "segment/shift_segment_encoder.h"
-#include "segment/surface_segment_encoder.h"
+#include "groups/shift_segment_encoder.h"
+#include "groups/surface_segment_encoder.h"
 #include "shifts/shifts.h"
 
 namespace shm {

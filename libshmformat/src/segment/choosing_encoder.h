@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "segment/segment_encoder.h"
+#include "groups/segment_encoder.h"
 
 namespace shm {
 

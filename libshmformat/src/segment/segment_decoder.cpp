@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "bytes/binary.h"
-#include "segment/shift_group_decoder.h"
-#include "segment/surface_group_decoder.h"
+#include "groups/shift_group_decoder.h"
+#include "groups/surface_group_decoder.h"
 
 namespace shm {
 

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "bytes/ordered_tasks.h"
-#include "segment/group_decoder.h"
+#include "groups/group_decoder.h"
 #include "shm/reader.h"
 
 namespace shm {

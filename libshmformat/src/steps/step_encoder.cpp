@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "bytes/errors.h"
-#include "segment/mesh_streams.h"
+#include "groups/mesh_streams.h"
 #include "values/shuffled_zstd.h"
 
 namespace shm {

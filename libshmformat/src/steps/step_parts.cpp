@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "segment/mesh_streams.h"
+#include "groups/mesh_streams.h"
 #include "values/shuffled_zstd.h"
 
 namespace shm {

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "container/format.h"
-#include "segment/group_decoder.h"
+#include "groups/group_decoder.h"
 #include "shm/result.h"
 #include "shm/schema.h"
 #include "values/value_column.h"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "container/format.h"
-#include "segment/mesh_streams.h"
+#include "groups/mesh_streams.h"
 #include "shifts/difference_column.h"
 #include "shm/schema.h"
 

@@ -1,4 +1,4 @@
-#include "segment/segment_encoder.h"
+#include "groups/segment_encoder.h"
 
 #include <algorithm>
 #include <string>

@@ -11,7 +11,7 @@
 
 #include "connectivity/number_column.h"
 #include "entropy/range_coder.h"
-#include "segment/group_decoder.h"
+#include "groups/group_decoder.h"
 #include "shifts/difference_column.h"
 #include "shifts/shift_neighbours.h"
 #include "shifts/shifts.h"

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "segment/segment_encoder.h"
+#include "groups/segment_encoder.h"
 #include "shifts/difference_column.h"
 #include "shifts/shift_neighbours.h"
 #include "shifts/shifts.h"

@@ -1,4 +1,4 @@
-#include "segment/difference_columns.h"
+#include "groups/difference_columns.h"
 
 namespace shm {
 

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "segment/mesh_streams.h"
-#include "segment/segment_encoder.h"
+#include "groups/mesh_streams.h"
+#include "groups/segment_encoder.h"
 
 namespace shm {
 

@@ -1,4 +1,4 @@
-#include "segment/surface_group_decoder.h"
+#include "groups/surface_group_decoder.h"
 
 #include <algorithm>
 #include <string>

@@ -1,11 +1,11 @@
-#include "segment/shift_group_decoder.h"
+#include "groups/shift_group_decoder.h"
 
 #include <algorithm>
 #include <bit>
 #include <string>
 #include <utility>
 
-#include "segment/difference_columns.h"
+#include "groups/difference_columns.h"
 
 namespace shm {
 

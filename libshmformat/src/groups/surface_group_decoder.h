@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "segment/group_decoder.h"
-#include "segment/mesh_streams.h"
+#include "groups/group_decoder.h"
+#include "groups/mesh_streams.h"
 
 namespace shm {
 

@@ -1,4 +1,4 @@
-#include "segment/surface_segment_encoder.h"
+#include "groups/surface_segment_encoder.h"
 
 #include <span>
 #include <utility>

@@ -11,7 +11,7 @@
 
 #include "bytes/lists.h"
 #include "container/format.h"
-#include "segment/mesh_streams.h"
+#include "groups/mesh_streams.h"
 #include "shm/result.h"
 #include "shm/schema.h"
 

@@ -1,4 +1,4 @@
-#include "segment/mesh_streams.h"
+#include "groups/mesh_streams.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "segment/group_decoder.h"
+#include "groups/group_decoder.h"
 
 #include <algorithm>
 

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "segment/mesh_streams.h"
+#include "groups/mesh_streams.h"
 #include "shm/reader.h"
 #include "shm/result.h"
 

@@ -1,4 +1,4 @@
-#include "segment/shift_segment_encoder.h"
+#include "groups/shift_segment_encoder.h"
 
 #include <algorithm>
 #include <bit>
@@ -7,7 +7,7 @@
 
 #include "bytes/binary.h"
 #include "bytes/lists.h"
-#include "segment/difference_columns.h"
+#include "groups/difference_columns.h"
 
 namespace shm {
 namespace {
