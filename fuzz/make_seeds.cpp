@@ -68,7 +68,7 @@ std::vector<Golden> golden_files(const path& folder) {
 }
 
 /// Steps of an array on few cells, in several segments and groups.
-shm::FeatureFile steps_on_few_cells(shm::Order order, bool of_shifts) {
+shm::FeatureFile steps_on_few_cells(shm::Order order, shm::ConnectivityCodec codec) {
   shm::TestMesh mesh = shm::bent_grid(4, 4, 3);
   mesh.schema.blocks.push_back({2, "few", shm::CellShape::hexahedron, 8});
   for (std::size_t c = 2; c < mesh.cells.size(); c += 5) mesh.cells[c].block = 1;
@@ -86,9 +86,10 @@ shm::FeatureFile steps_on_few_cells(shm::Order order, bool of_shifts) {
   it.options.group_cells = 8;
   it.options.segment_cells = 16;
   it.options.key_steps = 3;
-  if (of_shifts) it.options.connectivity = shm::ConnectivityCodec::shifts;
-  return {std::string("few_cells_") + std::string(shm::order_name(order)) +
-              (of_shifts ? "_shifts" : ""),
+  it.options.connectivity = codec;
+  if (codec == shm::ConnectivityCodec::patterns) it.options.level = shm::Level::fast;
+  return {std::string("few_cells_") + std::string(shm::order_name(order)) + "_" +
+              std::string(codec_name(codec)),
           written(it)};
 }
 
@@ -120,7 +121,9 @@ std::vector<shm::FeatureFile> more_files() {
     files.push_back({"zeros", std::move(sink.bytes)});
   }
   for (const shm::Order order : {shm::Order::keep, shm::Order::stream})
-    for (const bool of_shifts : {false, true}) {  // steps of vertices that no cell uses
+    for (const auto codec :
+         {shm::ConnectivityCodec::automatic, shm::ConnectivityCodec::shifts,
+          shm::ConnectivityCodec::patterns}) {  // steps of vertices that no cell uses
       shm::TestMesh mesh = with_order(shm::bent_grid(4, 3, 3), order, order == shm::Order::keep, 0);
       for (int i = 0; i < 3; ++i) append_point(mesh, {2, i + .5, -1});
       for (const shm::Location location : {shm::Location::point, shm::Location::cell}) {
@@ -132,7 +135,7 @@ std::vector<shm::FeatureFile> more_files() {
       shm::WriteOptions options;
       options.group_cells = 6;
       options.segment_cells = 12;
-      if (of_shifts) options.connectivity = shm::ConnectivityCodec::shifts;
+      options.connectivity = codec;
       const auto steps = [&](shm::Writer& writer) -> shm::Result<void> {
         for (const std::uint32_t array : {0u, 1u})
           for (std::uint64_t step = 0; step < 4; ++step) {
@@ -145,10 +148,10 @@ std::vector<shm::FeatureFile> more_files() {
         return writer.set_step_times(std::vector<double>{0, 1, 2, 3});
       };
       (void)write_mesh(mesh, sink, options, steps);
-      files.push_back({std::string("unused_steps_") + (of_shifts ? "shifts_" : "") +
+      files.push_back({std::string("unused_steps_") + std::string(codec_name(codec)) + "_" +
                            std::string(order_name(order)),
                        std::move(sink.bytes)});
-      files.push_back(steps_on_few_cells(order, of_shifts));
+      files.push_back(steps_on_few_cells(order, codec));
       add_damaged(shm::FeatureFile(files.back()), files);
     }
   return files;

@@ -19,6 +19,7 @@ It holds the file, and all neighbourhoods of a file with time steps, in memory.
     15, 16         surface.py       34, 35, 39  shifts.py
     19, 20         connectivity.py  36          mid_nodes.py
                                     37          other_cells.py
+                                    43, 44      patterns.py
 
 What sections 26 and 27 limit and reject stands where it acts. All of it is raised as ShmError. Section 40 is for who
 heals files, and is not here.

@@ -9,7 +9,7 @@ from .replay import Replay
 from .rows import Rows
 from .surface import AS_STORED, CORNER_BITS, EDGE_CORNERS, FACE_CORNERS, MOST_FACES, ROTATIONS, ActiveSurface, around
 
-PAPER, ROWS, REPLAY, MIXED, SHIFTS = 1, 6, 7, 8, 11
+PAPER, ROWS, REPLAY, MIXED, SHIFTS, PATTERNS = 1, 6, 7, 8, 11, 13
 MOST_NODES = 65536
 
 

@@ -3,8 +3,9 @@
 from .basics import MASK64, SCALAR_BYTES, Cursor, ShmError, checksum, reject_unless
 from .coders import RangeDecoder, Signed, signed
 from .columns import COLUMNS, MIXED_COLUMNS, SHUFFLED_ZSTD, Column, columns_with_tables, shuffled_values
-from .connectivity import MIXED, PAPER, REPLAY, ROWS, SHIFTS, Connectivity
+from .connectivity import MIXED, PAPER, PATTERNS, REPLAY, ROWS, SHIFTS, Connectivity
 from .neighbourhoods import Neighbourhood, Neighbourhoods
+from .patterns import TERMS, Patterns, Terms, columns_of_terms
 from .schema import CELL, KEEP, POINT
 from .shifts import Differences, NeighboursByNumber, Shifts, columns_of_differences
 from .vertex_numbers import Imports, VertexNumbers
@@ -64,10 +65,11 @@ class GroupHeader:
         size, sum_ = cursor.varint(), cursor.u32()
         if kind == ARRAY and (array >= len(schema.arrays) or schema.arrays[array].per_step):
             cursor.fail("a stream of no static array")
-        allowed = {CONNECTIVITY: (PAPER, ROWS, REPLAY, MIXED, SHIFTS), CORNER_ORDER: (PAPER, ROWS, REPLAY, MIXED),
-                   CELL_NUMBERS: (PAPER, ROWS, REPLAY, MIXED), VERTEX_NUMBERS: (PREDICTIVE,), IMPORTS: (PREDICTIVE,),
-                   GEOMETRY: (SHUFFLED_ZSTD, COLUMNS, MIXED_COLUMNS, DIFFERENCES),
-                   ARRAY: (SHUFFLED_ZSTD, COLUMNS, MIXED_COLUMNS, DIFFERENCES)}
+        allowed = {CONNECTIVITY: (PAPER, ROWS, REPLAY, MIXED, SHIFTS, PATTERNS),
+                   CORNER_ORDER: (PAPER, ROWS, REPLAY, MIXED), CELL_NUMBERS: (PAPER, ROWS, REPLAY, MIXED),
+                   VERTEX_NUMBERS: (PREDICTIVE,), IMPORTS: (PREDICTIVE,),
+                   GEOMETRY: (SHUFFLED_ZSTD, COLUMNS, MIXED_COLUMNS, DIFFERENCES, TERMS),
+                   ARRAY: (SHUFFLED_ZSTD, COLUMNS, MIXED_COLUMNS, DIFFERENCES, TERMS)}
         if kind not in allowed:
             cursor.fail("a stream of no kind that is known")
         if codec not in allowed[kind]:
@@ -101,6 +103,7 @@ class Tile:
         self.cells = []  # (number, block, corners as stored, bits of last use)
         self.vertices_before_cell = []
         self.vertex_difference_numbers = []  # section 34, of all vertices
+        self.vertex_terms = []  # section 44, of all vertices: slot, slots of the terms
         self.bytes = 0
         self.xyz, self.arrays = [], {}  # own vertices only
 
@@ -132,6 +135,8 @@ class Group:
 
     def __init__(self, segment, header, tiles):
         self.segment, self.header, self.tiles = segment, header, tiles
+        stream = header.streams.get(CONNECTIVITY)
+        self.patterned = stream is not None and stream.codec == PATTERNS
 
     def elements(self, array):
         """How many elements of a stepped array it has."""
@@ -163,7 +168,7 @@ class Segment:
         self.connectivity = Connectivity(schema)
         self.neighbourhoods = Neighbourhoods(schema, self.connectivity.surface)
         self.numbers, self.imports = VertexNumbers(), Imports()
-        self.codec, self.shifts = None, None
+        self.codec, self.shifts, self.patterns = None, None, None
         self.next_vertex, self.next_cell, self.next_number = first_vertex, first_cell, first_cell
         self.cell_number = Signed()
         self.imported = set()
@@ -172,6 +177,7 @@ class Segment:
         self.columns.update({i: Column(array, i in tables, schema.earlier_values, copies=True)
                              for i, array in schema.static_arrays()})
         self.differences = {i: Differences(self.columns[i].array) for i in columns_of_differences(schema)}
+        self.terms = {i: Terms(self.columns[i].array) for i in columns_of_terms(schema)}
         self.cell_arrays = any(array.location == CELL for array in schema.arrays)
         self.vertex_bytes = 3 * SCALAR_BYTES[schema.coordinate_type]
         self.vertex_bytes += sum(a.element_bytes() for _, a in schema.static_arrays() if a.location == POINT)
@@ -191,8 +197,8 @@ class Segment:
             reject_unless(IMPORTS not in header.streams, "imports in segment 0")
         if stream:
             reject_unless(self.codec in (None, stream.codec), "another codec than before in the segment")
-            reject_unless(stream.codec != SHIFTS or self.codec == SHIFTS or not self.begun,
-                          "shifts that begin behind the first group of their segment")
+            reject_unless(stream.codec not in (SHIFTS, PATTERNS) or self.codec == stream.codec or not self.begun,
+                          "shifts or patterns that begin behind the first group of their segment")
             self.codec = stream.codec
         self.begun = True
         for kind in (CORNER_ORDER, CELL_NUMBERS):
@@ -202,9 +208,10 @@ class Segment:
         self.header, self.tiles = header, []
         self.vertices = self.own = self.imported_count = self.active = self.bytes = 0
         self._new_tile()
-        shifted = self.codec == SHIFTS
-        if shifted:
+        if self.codec == SHIFTS:
             self._shifted_topology(header)
+        elif self.codec == PATTERNS:
+            self._patterned_topology(header)
         else:
             self._topology(header)
         reject_unless(self.active == header.max_active_vertices, "max_active_vertices is not as stated")
@@ -212,7 +219,7 @@ class Segment:
         reject_unless(self.imported_count == header.imported_vertices, "imported vertices are not as stated")
         self.tiles = [tile for tile in self.tiles if tile.items or tile.cells]
         for i, column in self.columns.items():
-            self._values(i, column, header, shifted)
+            self._values(i, column, header)
         return Group(self.number, header, self.tiles)
 
     def _new_tile(self):
@@ -315,6 +322,8 @@ class Segment:
         """What the segment leaves alive for later ones."""
         if self.shifts:
             self.all_imported.left_alive.update(vertex.given for vertex in self.shifts.live.values())
+        elif self.patterns:
+            self.all_imported.left_alive.update(vertex.number for vertex in self.patterns.live.values())
         else:
             live = self.connectivity.surface.by_id.values()
             self.all_imported.left_alive.update(vertex.number for vertex in live)
@@ -375,32 +384,80 @@ class Segment:
         reject_unless(number < self.first_vertex, "an imported vertex of this segment")
         return number
 
+    # ------------------------------------------------------------------ A group of patterns
+
+    def _patterned_topology(self, header):
+        schema = self.schema
+        if self.patterns is None:
+            takes = schema.delay == 0 and all(1 <= block.nodes_per_cell <= 64 for block in schema.blocks)
+            reject_unless(takes, "patterns in a schema that does not take them")
+            self.patterns = Patterns(schema, self.number, self.first_vertex)
+        patterns, stream = self.patterns, header.streams.get(CONNECTIVITY)
+        reject_unless(stream, "a group of patterns without connectivity")
+        allowed = {CONNECTIVITY, GEOMETRY} | {(ARRAY, i) for i, _ in schema.static_arrays()}
+        if not self.keep and self.number > 0:
+            allowed.add(VERTEX_NUMBERS)
+        reject_unless(set(header.streams) <= allowed, "a stream that segments with patterns do not have")
+        patterns.begin_group(stream.data, header)
+        self.numbers.begin_group(header.data(VERTEX_NUMBERS))
+        for _ in range(header.cells):
+            if len(self.tile.cells) >= TILE_CELLS or self.tile.bytes >= TILE_BYTES:
+                self._new_tile()
+            cell = patterns.cell(self._imported_by_shifts)
+            self._see_active(len(patterns.live))
+            for vertex, terms in cell.new:
+                self.tile.vertex_terms.append((vertex.slot, terms))
+                self._add_vertex(Neighbourhood(0), vertex.number, vertex.imported)
+            item = Neighbourhood(0)
+            item.block = cell.block_index
+            self.tile.cell_items.append(item)
+            corners = [vertex.number for vertex in cell.v]
+            for vertex in patterns.finalize(cell):
+                self._forget_number(vertex.number)
+            self._add_cell(self.next_cell, cell.block_index, corners, cell.last_use)
+        reject_unless(header.vertices - self.own == header.unused_vertices, "unused_vertices are not as stated")
+        while self.own < header.vertices:
+            if self.tile.bytes >= TILE_BYTES:
+                self._new_tile()
+            number = patterns.unused()
+            self._see_active(len(patterns.live) + 1)
+            self.tile.vertex_terms.append((None, ()))
+            self._add_vertex(Neighbourhood(0), number, False)
+        patterns.end_group()
+
     # ------------------------------------------------------------------ Values
 
-    def _values(self, i, column, header, shifted):
+    def _values(self, i, column, header):
         """Geometry (i = -1) or a static array."""
         array = column.array
         tiles = [tile.elements(array) for tile in self.tiles]
         elements = sum(len(tile[0]) for tile in tiles)
         stream = header.streams.get(GEOMETRY if i < 0 else (ARRAY, i))
-        if shifted and stream is None:
+        shifted, patterned = self.codec == SHIFTS, self.codec == PATTERNS
+        if (shifted or patterned) and stream is None:
             reject_unless(elements == 0, "too few values")
             return
         codec, data = (stream.codec, stream.data) if stream else (COLUMNS, b"")
         reject_unless(codec != MIXED_COLUMNS or column.with_tables, "mixed columns of an array without tables")
         if codec == DIFFERENCES or (shifted and codec in (COLUMNS, MIXED_COLUMNS)):
             reject_unless(shifted and i in self.differences, "a codec that is not for this column")
+        reject_unless(codec in (TERMS, SHUFFLED_ZSTD) if patterned else codec != TERMS,
+                      "a codec that is not for this segment")
+        reject_unless(codec != TERMS or i in self.terms, "terms of too many components")
         try:
             if codec == DIFFERENCES:
                 numbers = [n for tile in self.tiles for n in self._difference_numbers(tile, array)]
                 found = self._deal_out(self.differences[i].decode(data, numbers, header.decoded_bytes), array, tiles)
+            elif codec == TERMS:
+                terms = [term for tile in self.tiles for term in self._terms(tile, array)]
+                found = self._deal_out(self.terms[i].decode(data, terms, header.decoded_bytes), array, tiles)
             elif codec == SHUFFLED_ZSTD:
-                most = elements * array.element_bytes() if shifted else header.decoded_bytes
+                most = elements * array.element_bytes() if shifted or patterned else header.decoded_bytes
                 found = self._deal_out(shuffled_values(data, array, elements, most), array, tiles)
-                if not shifted:
-                    column.note(tiles, found)
-                elif i in self.differences:
+                if i in self.differences and shifted:
                     self.differences[i].forget()
+                elif not shifted and not patterned:
+                    column.note(tiles, found)
             else:
                 reject_unless(not shifted or self.shifts.group_ring_bits, "columns without neighbourhoods")
                 found = column.decode(data, codec, tiles, header.decoded_bytes)
@@ -418,6 +475,12 @@ class Segment:
         if array.location == POINT:
             return tile.vertex_difference_numbers
         return [tile.first_cell + k for k, cell in enumerate(tile.cells) if array.covers(cell[1])]
+
+    @staticmethod
+    def _terms(tile, array):
+        if array.location == POINT:
+            return tile.vertex_terms
+        return [(None, ()) for cell in tile.cells if array.covers(cell[1])]
 
     @staticmethod
     def _deal_out(values, array, tiles):

@@ -241,6 +241,43 @@ def taps_of(factors):
     return sorted(((-count, back) for back, count in polynomial.items() if back and count), key=lambda tap: -tap[1])
 
 
+def domain_of_differences(array, component, kind, exponent):
+    """Rejects one that is not for such an array."""
+    domain = Domain(array.type, array.quantization, component)
+    floats = kind == FLOATS and domain.floating and exponent == 0  # also of quantized arrays
+    good = floats or (kind < 7 and kind != DIGITS and domain.may_be(kind, exponent))
+    reject_unless(good, "a domain that is not for such an array")
+    domain.kind, domain.exponent = kind, exponent
+    domain.choose()
+    return domain
+
+
+def widest_residual(domain):
+    """In bytes."""
+    own = SCALAR_BYTES[domain.type]
+    return {FLOATS: own, INTEGERS: own, NARROW: 4}.get(domain.kind, 8)
+
+
+def from_residual(domain, p, r):
+    """The bits of the value, and what is kept of it."""
+    if domain.kind in (FLOATS, NARROW):
+        width = domain.own_width
+        d = domain.plain_index(p) + r
+        kept = as_double(domain.own_type, from_ordered(d, width))
+        return domain.value(d), kept
+    index = signed_of(domain, p + r)
+    return domain.value(index), index
+
+
+def signed_of(domain, number):
+    """What the integer type of the values holds of a whole number; in other domains 64 bits, signed."""
+    width = domain.width if domain.kind == INTEGERS else 64
+    index = number & ((1 << width) - 1)
+    if not (domain.kind == INTEGERS and domain.type in (2, 4, 6, 8)) and index >> (width - 1):
+        index -= 1 << width
+    return index
+
+
 class Differences:
     """A column in codec 12."""
 
@@ -267,15 +304,9 @@ class Differences:
             factors.append((lag, order))
         domains, widths = [], []
         for c in range(array.components):
-            domain = Domain(array.type, array.quantization, c)
             kind, exponent, width = cursor.u8(), cursor.svarint(), cursor.u8()
-            floats = kind == FLOATS and domain.floating and exponent == 0  # also of quantized arrays
-            good = floats or (kind < 7 and kind != DIGITS and domain.may_be(kind, exponent))
-            reject_unless(good, "a domain that is not for such an array")
-            domain.kind, domain.exponent = kind, exponent
-            domain.choose()
-            most = {FLOATS: SCALAR_BYTES[array.type], INTEGERS: SCALAR_BYTES[array.type], NARROW: 4}.get(kind, 8)
-            reject_unless(width <= most, "residuals that are too wide")
+            domain = domain_of_differences(array, c, kind, exponent)
+            reject_unless(width <= widest_residual(domain), "residuals that are too wide")
             domains.append(domain)
             widths.append(width)
         kinds = {-1 if domain.is_linear() else domain.kind for domain in domains}
@@ -325,24 +356,10 @@ class Differences:
                 guesses = self.last
             last = []
             for c in range(components):
-                value, kept = self._value(domains[c], guesses[c], unzigzag(residuals[c][e]))
+                value, kept = from_residual(domains[c], guesses[c], unzigzag(residuals[c][e]))
                 self.ring[c][n & mask] = kept
                 last.append(kept)
                 values.append(value)
             self.last = last
             self.known[n & mask] = n
         return values
-
-    @staticmethod
-    def _value(domain, p, r):
-        """The bits of the value, and what is kept of it."""
-        if domain.kind in (FLOATS, NARROW):
-            width = domain.own_width
-            d = domain.plain_index(p) + r
-            kept = as_double(domain.own_type, from_ordered(d, width))
-            return domain.value(d), kept
-        width = domain.width if domain.kind == INTEGERS else 64
-        index = (p + r) & ((1 << width) - 1)
-        if not (domain.kind == INTEGERS and domain.type in (2, 4, 6, 8)) and index >> (width - 1):
-            index -= 1 << width
-        return domain.value(index), index

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from .basics import FLOAT32, MASK32, MASK64, SCALAR_BYTES, Cursor, ShmError, reject_unless
 from .columns import COLUMNS, MIXED_COLUMNS, SHUFFLED_ZSTD, WITH_TABLES, Column, shuffled_values
 from .domains import as_double, as_float32, bits_of
+from .patterns import TERMS, Terms
 
 IN_COLUMNS = 256  # components at most
 MOST_PARTS = 64  # in a chunk
@@ -169,9 +170,16 @@ class StepValues:
             reject_unless(codec == SHUFFLED_ZSTD and reference == 0,
                           "columns, or a reference, of too many components")
             return shuffled_values(data, array, count)
+        this.reference = this.reference or reference
+        if codec == TERMS:
+            elements = [(None, ())] * count
+            references = self._references(index, array, group, reference)
+            return Terms(array).decode(data, elements, count * array.element_bytes(), references)
+        if self.groups[group].patterned:
+            reject_unless(codec == SHUFFLED_ZSTD, "columns without neighbourhoods")
+            return shuffled_values(data, array, count)
         reject_unless(self.column_reference in (None, reference), "a reference unlike that of the part before")
         self.column_reference = reference
-        this.reference = this.reference or reference
         self.column.referring = reference > 0
         if codec == SHUFFLED_ZSTD:
             values = shuffled_values(data, array, count)
@@ -183,11 +191,15 @@ class StepValues:
             return values
         reject_unless(codec == COLUMNS or (codec == MIXED_COLUMNS and array.components <= WITH_TABLES),
                       "a codec that is not for this array")
-        references = None
-        if reference:
-            steps = self.steps[index]
-            references = steps[-2].values[group]
-            if reference == 2:
-                references = [trend(array.type, r1, r2) for r1, r2 in zip(references, steps[-3].values[group])]
+        references = self._references(index, array, group, reference)
         found = self.column.decode(data, codec, tiles, count * array.element_bytes(), references)
         return [value for tile in found for value in tile]
+
+    def _references(self, index, array, group, reference):
+        if not reference:
+            return None
+        steps = self.steps[index]
+        references = steps[-2].values[group]
+        if reference == 2:
+            references = [trend(array.type, r1, r2) for r1, r2 in zip(references, steps[-3].values[group])]
+        return references

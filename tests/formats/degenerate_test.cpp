@@ -53,12 +53,13 @@ TEST_P(EveryFamily, ThroughWriterAndReader) {
   SomeCases some(5);
   for (const auto codec :
        {ConnectivityCodec::automatic, ConnectivityCodec::paper, ConnectivityCodec::rows,
-        ConnectivityCodec::replay, ConnectivityCodec::mixed, ConnectivityCodec::shifts})
+        ConnectivityCodec::replay, ConnectivityCodec::mixed, ConnectivityCodec::shifts,
+        ConnectivityCodec::patterns})
     for (const std::uint32_t delay : {0u, 7u, 300u}) {
       copy.schema.delay = delay;
       copy.schema.order = Order::keep;
       copy.schema.corner_order = true;
-      if (codec == ConnectivityCodec::shifts && !takes_shifts(copy.schema)) continue;
+      if (codec >= ConnectivityCodec::shifts && !takes_shifts(copy.schema)) continue;
       expect_round_trips(copy, codec, some);
       copy.schema.order = Order::stream;
       copy.schema.corner_order = false;

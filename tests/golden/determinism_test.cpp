@@ -3,7 +3,8 @@
 // same-gcc-O0, tsan, release) and clang -O1 and -O3 (dev, same-clang-O3), with one thread and two.
 // On a mismatch the new table is printed, to be put in place of the old one where the change is
 // meant (the commit says which stream gained or lost). What passes through zstd (schema, extras,
-// steps) may change with zstd's version and is left out; of groups of shifts what goes in counts.
+// steps) may change with zstd's version and is left out; of groups of shifts and patterns what goes
+// in counts.
 #include <xxhash.h>
 #include <zstd.h>
 
@@ -38,6 +39,43 @@ std::vector<std::byte> unpacked(const std::vector<std::byte>& stream) {
   return all;
 }
 
+/// A stream of planes with each of them as if it had not been packed.
+std::vector<std::byte> with_planes_unpacked(const std::vector<std::byte>& stream) {
+  constexpr std::array kMagic = {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f},
+                                 std::byte{0xfd}};
+  ByteWriter all;
+  auto from = stream.begin();
+  while (true) {
+    const auto frame = std::search(from, stream.end(), kMagic.begin(), kMagic.end());
+    const auto left = std::span(frame, stream.end());
+    const std::size_t size =
+        left.empty() ? 0 : ZSTD_findFrameCompressedSize(left.data(), left.size());
+    ByteWriter length;
+    length.put_varint(size);
+    const auto behind = std::span(from, frame);
+    const bool is_plane = size > 0 && ZSTD_isError(size) == 0 &&
+                          behind.size() >= length.bytes.size() &&
+                          std::equal(length.bytes.begin(), length.bytes.end(),
+                                     behind.last(length.bytes.size()).begin());
+    if (!is_plane) {
+      const auto end = left.empty() ? frame : frame + 1;
+      all.put_bytes(std::span(from, end));
+      if (left.empty()) return std::move(all.bytes);
+      from = end;
+      continue;
+    }
+    const auto content =
+        zstd_decompress(left.first(size), ZSTD_getFrameContentSize(left.data(), size));
+    EXPECT_TRUE(content.has_value());
+    all.put_bytes(behind.first(behind.size() - length.bytes.size()));
+    if (content) {
+      all.put_varint(content->size());
+      all.put_bytes(*content);
+    }
+    from = frame + static_cast<std::ptrdiff_t>(size);
+  }
+}
+
 std::uint64_t hash_of(const std::vector<std::byte>& file) {
   std::vector<std::byte> groups;
   for (const Chunk& chunk : take_apart(file).chunks) {
@@ -49,6 +87,12 @@ std::uint64_t hash_of(const std::vector<std::byte>& file) {
         if (group->header.streams[s].kind != container::StreamKind::vertex_numbers &&
             !is_predicted(group->header.streams[s].codec))
           group->streams[s] = unpacked(group->streams[s]);
+    if (group && !group->streams.empty() &&
+        group->header.streams[0].codec == container::Codec::patterns)
+      for (std::size_t s = 0; s < group->streams.size(); ++s)
+        group->streams[s] = group->header.streams[s].codec == container::Codec::shuffled_zstd
+                                ? unpacked(group->streams[s])
+                                : with_planes_unpacked(group->streams[s]);
     const auto bytes = group ? put_group_together(std::move(*group)) : chunk.payload;
     groups.insert(groups.end(), bytes.begin(), bytes.end());
   }
@@ -130,6 +174,14 @@ std::vector<FeatureFile> larger_files() {
   add_shifts("large shifts, arrays", with_arrays_of_every_type(bent_grid(9, 9, 9)));
   add_shifts("large shifts, quantized", coarse);
   add_shifts("large shifts, stream", with_order(bent_grid(16, 15, 14), stream, false, 0));
+  const auto add_patterns = [&](const char* name, const TestMesh& mesh) {
+    files.push_back({name, written(mesh, 1500, ConnectivityCodec::patterns, Level::fast)});
+  };
+  add_patterns("large patterns", shuffled(bent_grid(16, 15, 14)));
+  add_patterns("large patterns, arrays", with_arrays_of_every_type(bent_grid(9, 9, 9)));
+  add_patterns("large patterns, quantized", coarse);
+  add_patterns("large patterns, stream",
+               with_order(bent_grid(16, 15, 14, ScalarType::float64), stream, false, 0));
   return files;
 }
 
@@ -195,6 +247,16 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"shifts_mixed_columns", 0xebbde17e646a5062},
     {"shifts_steps", 0x8870ad648b59ec14},
     {"shifts_columns_quads", 0x4ca65920619bae2a},
+    {"patterns", 0xcf4f177dd64fa372},
+    {"patterns_stream", 0x846475e0e384fb81},
+    {"patterns_shuffled", 0xf43127e57047d5d5},
+    {"patterns_shapes", 0x3862c6cb19ce7e9f},
+    {"patterns_second_order", 0xea64bdeaa25d2478},
+    {"patterns_broken", 0x3bb011e2d98714a8},
+    {"patterns_arrays", 0x9621a5871910d5df},
+    {"patterns_quantized", 0xad0048cb44a12b02},
+    {"patterns_special_values", 0xb77878d63f662a51},
+    {"patterns_steps", 0x2a6dec9b8adee057},
     {"large grid", 0xd8b8be98a0cbacce},
     {"large grid, doubles, groups", 0x45a814b746a12f8e},
     {"large grid, shuffled, stream, delay", 0xdd1a4800814c9110},
@@ -217,6 +279,10 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"large shifts, quantized, columns", 0x2d424f01eacb5aa0},
     {"large shifts, stream", 0x884dbf7bfa267dae},
     {"large shifts, stream, columns", 0xbd1797e1d1bbe8e7},
+    {"large patterns", 0xf482dd2ca9c02d0e},
+    {"large patterns, arrays", 0x30a407bbffedbcca},
+    {"large patterns, quantized", 0xd2bea7244e5476f0},
+    {"large patterns, stream", 0x184ead34196d7c3f},
 };
 
 std::vector<FeatureFile> all_files() {

@@ -41,6 +41,8 @@ SETTINGS = [options.split() for options in (
     "--order keep --codec paper --delay 3", "--order keep --codec mixed --segment-cells 17",
     "--order stream --level default --segment-cells 23", "--order keep --codec shifts --segment-cells 40",
     "--order stream --codec shifts --level best --segment-cells 31", "--order free --level best --key-steps 1",
+    "--order keep --codec patterns", "--order stream --level fast --segment-cells 41 --key-steps 3",
+    "--order stream --codec patterns --segment-cells 29",
     "--order keep --rel 1e-3", "--order stream --bits 12 --level best")]
 SECONDS = 25  # of the small ones together
 LARGEST = 60000  # bytes of a small one
@@ -236,7 +238,7 @@ class Generated(BothAgree):
                     joined[v] = v + chance.choice((1, m, m * m))
             corners = [x + m * (y + m * z) for z in range(n) for y in range(n) for x in range(n)]
             cells = [[joined[up + v] for up in (c, c + m * m) for v in (0, 1, m + 1, m)] for c in corners]
-            self.check_hexahedra(points, cells, ("rows", "mixed", "replay", "paper"))
+            self.check_hexahedra(points, cells, ("rows", "mixed", "replay", "paper", "patterns"))
 
     def test_a_range_too_small_for_a_step(self):
         """Whose step is 0: division by it is IEEE 754's."""

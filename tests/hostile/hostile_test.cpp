@@ -33,7 +33,8 @@ TEST(Hostile, WholeFilesAreReadInPiecesOfAnySize) {
 bool is_thorough(const FeatureFile& feature) {
   return feature.name == "one_hexahedron" || feature.name == "stream_turned" ||
          feature.name == "arrays_on_some_blocks" || feature.name == "steps_and_extras" ||
-         feature.name == "shifts_quantized" || feature.name == "shifts_columns_quads";
+         feature.name == "shifts_quantized" || feature.name == "shifts_columns_quads" ||
+         feature.name == "patterns_special_values" || feature.name == "patterns_steps";
 }
 
 /// Bytes from one place where a file is hurt to the next. What unpacks to much takes long.

@@ -416,8 +416,10 @@ TEST(BoundarySurface, OfMeshesOfAllKinds) {
         options.group_cells = 5;
         expect_counted(with_order(mesh, order, corner_order, delay), options);
         if (!takes_shifts(with_order(mesh, order, corner_order, delay).schema)) continue;
-        options.connectivity = ConnectivityCodec::shifts;
-        expect_counted(with_order(mesh, order, corner_order, delay), options);
+        for (const auto codec : {ConnectivityCodec::shifts, ConnectivityCodec::patterns}) {
+          options.connectivity = codec;
+          expect_counted(with_order(mesh, order, corner_order, delay), options);
+        }
       }
 }
 

@@ -371,10 +371,11 @@ TEST(MeshExtract, PiecesAreThoseOfTheWholeMesh) {
     for (const auto& [order, delay, codec] :
          {std::tuple(Order::keep, 0u, automatic), std::tuple(Order::keep, 6u, automatic),
           std::tuple(Order::stream, 0u, replay), std::tuple(Order::stream, 4u, automatic),
-          std::tuple(Order::keep, 0u, shifts), std::tuple(Order::stream, 0u, shifts)})
+          std::tuple(Order::keep, 0u, shifts), std::tuple(Order::stream, 0u, shifts),
+          std::tuple(Order::keep, 0u, patterns), std::tuple(Order::stream, 0u, patterns)})
       for (const std::uint64_t segment_cells : {3u, 20u, 1000u}) {
         const TestMesh mesh = with_order(family.mesh, order, true, delay);
-        if (codec == shifts && !takes_shifts(mesh.schema)) continue;
+        if (codec >= shifts && !takes_shifts(mesh.schema)) continue;
         if (some.skips_next()) continue;
         SCOPED_TRACE(std::string(family.name) + ", order " + std::to_string(int(order)) +
                      ", delay " + std::to_string(delay) + ", codec " +

@@ -262,21 +262,26 @@ TEST(PartWriter, CellsThatAreShifts) {
           const TestMesh mesh = with_order(family, order, true, 0);
           ASSERT_TRUE(takes_shifts(mesh.schema));
           WriteOptions options;
-          options.connectivity = ConnectivityCodec::shifts;
           options.segment_cells = cells;
           options.group_cells = 4;
-          MemorySink alone;
-          ASSERT_TRUE(write_mesh(mesh, alone, options));
-          EXPECT_TRUE(written_in_parts(mesh, options, segments) == alone.bytes);
+          for (const auto codec : {ConnectivityCodec::shifts, ConnectivityCodec::patterns}) {
+            options.connectivity = codec;
+            MemorySink alone;
+            ASSERT_TRUE(write_mesh(mesh, alone, options));
+            EXPECT_TRUE(written_in_parts(mesh, options, segments) == alone.bytes);
+          }
         }
 }
 
-TEST(PartWriter, StepsOverShiftsToo) {
-  for (const Order order : {Order::keep, Order::stream})
+TEST(PartWriter, StepsOverShiftsAndPatternsToo) {
+  for (const auto& [order, codec] : {std::pair(Order::keep, ConnectivityCodec::shifts),
+                                     std::pair(Order::stream, ConnectivityCodec::shifts),
+                                     std::pair(Order::keep, ConnectivityCodec::patterns),
+                                     std::pair(Order::stream, ConnectivityCodec::patterns)})
     for (const std::uint32_t key_steps : {1u, 2u, 8u}) {
       SCOPED_TRACE(key_steps);
       Stepped it = with_steps(used_only(two_blocks()), order);
-      it.options.connectivity = ConnectivityCodec::shifts;
+      it.options.connectivity = codec;
       it.options.key_steps = key_steps;
       it.options.segment_cells = 7;
       it.options.group_cells = 5;

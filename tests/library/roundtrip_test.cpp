@@ -12,19 +12,20 @@ void expect_one_of_some(SomeCases& some, const TestMesh& mesh, const WriteOption
   if (!some.skips_next()) expect_round_trip(mesh, options);
 }
 
-/// As shifts, where they do: without delay, in segments or one.
-void expect_as_shifts(TestMesh mesh) {
+/// As shifts or patterns, where they do: without delay, in segments or one.
+void expect_in_fast_codec(TestMesh mesh, ConnectivityCodec codec) {
   mesh.schema.delay = 0;
   if (!takes_shifts(mesh.schema)) return;
   SomeCases some(4);
   for (const Order order : {Order::keep, Order::stream, Order::free})
     for (const Level level : {Level::fast, Level::standard, Level::best}) {
-      SCOPED_TRACE("shifts, order " + std::to_string(static_cast<int>(order)) + ", level " +
+      SCOPED_TRACE(std::string(codec_name(codec)) + ", order " +
+                   std::to_string(static_cast<int>(order)) + ", level " +
                    std::to_string(static_cast<int>(level)));
       mesh.schema.order = order;
       mesh.schema.corner_order = order != Order::free;
       WriteOptions options;
-      options.connectivity = ConnectivityCodec::shifts;
+      options.connectivity = codec;
       options.level = level;
       expect_one_of_some(some, mesh, options);
       options.group_cells = 100;
@@ -36,7 +37,8 @@ void expect_as_shifts(TestMesh mesh) {
 
 /// Both orders, with and without corner order, and the delay buffers of interest.
 void expect_all_modes(TestMesh mesh) {
-  expect_as_shifts(mesh);
+  expect_in_fast_codec(mesh, ConnectivityCodec::shifts);
+  expect_in_fast_codec(mesh, ConnectivityCodec::patterns);
   SomeCases some(5);
   for (std::uint32_t delay : {0u, 1u, 50u, 1000u}) {
     mesh.schema.delay = delay;
@@ -227,7 +229,8 @@ TEST(RoundTrip, QuadraticAndMixedCells) {
   // Shifts are for cells of as many nodes each.
   std::erase_if(mesh.cells, [](const TestCell& cell) { return cell.block == 4; });
   mesh.schema.blocks[4].nodes_per_cell = 64;
-  expect_as_shifts(mesh);
+  expect_in_fast_codec(mesh, ConnectivityCodec::shifts);
+  expect_in_fast_codec(mesh, ConnectivityCodec::patterns);
 }
 
 ArrayInfo array_info(const char* name, Location location, ScalarType type, std::uint32_t components,
@@ -280,6 +283,8 @@ TEST(RoundTrip, QuantizedValuesKeepThePromise) {
   for (const auto& [type, codec] : {std::pair(ScalarType::float32, ConnectivityCodec::automatic),
                                     std::pair(ScalarType::float64, ConnectivityCodec::automatic),
                                     std::pair(ScalarType::float32, ConnectivityCodec::shifts),
+                                    std::pair(ScalarType::float32, ConnectivityCodec::patterns),
+                                    std::pair(ScalarType::float64, ConnectivityCodec::patterns),
                                     std::pair(ScalarType::float64, ConnectivityCodec::shifts)})
     for (std::uint32_t bits : {1u, 8u, 12u, 16u, 24u, 40u, 52u}) {
       TestMesh mesh = grid(9, 8, 7, type, warped);
@@ -468,10 +473,8 @@ TEST(RoundTrip, RandomSmallMeshes) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     WriteOptions options;
     options.group_cells = static_cast<std::uint32_t>(1 + random() % 20);
-    options.connectivity = static_cast<ConnectivityCodec>(seed % 6);
-    if (options.connectivity == ConnectivityCodec::shifts && !takes_shifts(mesh.schema)) {
-      mesh.schema.delay = 0;
-    }
+    options.connectivity = static_cast<ConnectivityCodec>(seed % 7);
+    if (options.connectivity >= ConnectivityCodec::shifts) mesh.schema.delay = 0;
     expect_round_trip(mesh, options);
     options.segment_cells = 7;
     expect_round_trip(mesh, options);

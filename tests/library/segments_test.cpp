@@ -71,15 +71,18 @@ TEST(Segments, RoundTripsCutAnywhere) {
         for (std::size_t s = 0; s < report.segments; ++s)
           EXPECT_EQ(back->totals.segment_starts[s], s * cells);
         if (!takes_shifts(mesh.schema)) continue;
-        options.connectivity = ConnectivityCodec::shifts;
-        SizeReport as_shifts;
-        expect_round_trip(mesh, options, &as_shifts);
-        EXPECT_EQ(as_shifts.segments, report.segments);
-        EXPECT_EQ(as_shifts.imported_vertices, report.imported_vertices);
-        EXPECT_EQ(as_shifts.max_active_vertices, report.max_active_vertices);
+        for (const auto codec : {ConnectivityCodec::shifts, ConnectivityCodec::patterns}) {
+          options.connectivity = codec;
+          SizeReport fast;
+          expect_round_trip(mesh, options, &fast);
+          EXPECT_EQ(fast.segments, report.segments);
+          EXPECT_EQ(fast.imported_vertices, report.imported_vertices);
+          EXPECT_EQ(fast.max_active_vertices, report.max_active_vertices);
+        }
         // Some segments so, some otherwise: vertices pass from one kind to the other.
         using enum ConnectivityCodec;
-        options.segment_connectivity = {rows, shifts, replay, shifts, shifts, paper};
+        options.segment_connectivity = {rows,   shifts, patterns, shifts,
+                                        shifts, paper,  patterns, replay};
         expect_round_trip(mesh, options);
       }
 }
@@ -182,8 +185,11 @@ TEST(Segments, AnyNumberOfThreadsWritesTheSameBytes) {
           }
         };
         expect_same();
-        options.connectivity = ConnectivityCodec::shifts;
-        if (takes_shifts(mesh.schema)) expect_same();
+        if (!takes_shifts(mesh.schema)) continue;
+        for (const auto codec : {ConnectivityCodec::shifts, ConnectivityCodec::patterns}) {
+          options.connectivity = codec;
+          expect_same();
+        }
       }
 }
 
@@ -346,7 +352,7 @@ class SegmentsReadAlone : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(SegmentsReadAlone, DamageIsNoticed) {
   const auto bytes = std::string(GetParam()) == "shifts"
-                         ? shifts_file(Level::standard)
+                         ? rows_of_cells(ConnectivityCodec::shifts, Level::standard)
                          : segments_file(Order::stream, false, 0, 6);
   const auto read_all = [](std::span<const std::byte> file) -> Result<std::size_t> {
     MemoryRandomSource source(file);

@@ -58,7 +58,7 @@ TEST(StepValues, WhateverTheMeshAndItsPieces) {
   for (const Order order : {Order::keep, Order::stream})
     for (const auto codec :
          {ConnectivityCodec::paper, ConnectivityCodec::rows, ConnectivityCodec::replay,
-          ConnectivityCodec::mixed, ConnectivityCodec::shifts})
+          ConnectivityCodec::mixed, ConnectivityCodec::shifts, ConnectivityCodec::patterns})
       for (const std::uint64_t segment_cells : {0u, 33u})
         for (const std::uint32_t group_cells : {14u, 65536u})
           for (int family = 0; family < 4; ++family) {
@@ -68,7 +68,7 @@ TEST(StepValues, WhateverTheMeshAndItsPieces) {
                                     : family == 2 ? every_shape()
                                                   : replayed(order),
                                     order);
-            if (codec == ConnectivityCodec::shifts && !takes_shifts(it.mesh.schema)) continue;
+            if (codec >= ConnectivityCodec::shifts && !takes_shifts(it.mesh.schema)) continue;
             it.options.connectivity = codec;
             it.options.level = family % 2 == 0 ? Level::standard : Level::fast;
             it.options.segment_cells = segment_cells;
@@ -85,15 +85,28 @@ TEST(StepValues, OverShiftsToo) {
   Stepped it = waves(3);
   it.options.connectivity = ConnectivityCodec::rows;
   const std::size_t over_surface = expect_values_back(it).size();
-  for (const Level level : {Level::fast, Level::standard}) {
+  it.options.connectivity = ConnectivityCodec::shifts;
+  const Bytes bytes = expect_values_back(it);
+  for (const StepHeader& header : headers_of(bytes))
+    EXPECT_EQ(header.codec, container::Codec::columns);
+  EXPECT_LE(bytes.size() * 20, over_surface * 21);
+}
+
+// At level fast, and where there are no neighbourhoods, no mesh is asked for.
+TEST(StepValues, InTerms) {
+  Stepped it = waves(5);
+  for (const auto& [codec, level] : {std::pair(ConnectivityCodec::patterns, Level::standard),
+                                     std::pair(ConnectivityCodec::shifts, Level::fast),
+                                     std::pair(ConnectivityCodec::rows, Level::fast)}) {
+    it.options.connectivity = codec;
     it.options.level = level;
-    it.options.connectivity = ConnectivityCodec::shifts;
+    it.options.key_steps = 1;
+    const std::size_t alone = expect_values_back(it).size();
+    it.options.key_steps = 5;
     const Bytes bytes = expect_values_back(it);
     for (const StepHeader& header : headers_of(bytes))
-      EXPECT_EQ(header.codec, container::Codec::columns);
-    if (level == Level::standard) {
-      EXPECT_LE(bytes.size() * 20, over_surface * 21);
-    }
+      EXPECT_EQ(header.codec, container::Codec::terms);
+    EXPECT_LT(bytes.size(), alone);
   }
 }
 

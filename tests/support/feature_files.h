@@ -589,8 +589,8 @@ inline std::vector<std::byte> segments_file(Order order, bool corner_order, std:
   return std::move(sink.bytes);
 }
 
-/// Steps over shifts, at vertices and cells, in two segments.
-inline std::vector<std::byte> shifts_steps_file() {
+/// Steps at vertices and cells, in two segments of cells in this codec.
+inline std::vector<std::byte> steps_over(ConnectivityCodec codec, Level level) {
   TestMesh mesh = bent_grid(4, 3, 4);
   for (const Location location : {Location::point, Location::cell}) {
     ArrayInfo info = array_of("w", location, ScalarType::float32);
@@ -602,7 +602,8 @@ inline std::vector<std::byte> shifts_steps_file() {
   WriteOptions options;
   options.group_cells = 12;
   options.segment_cells = 24;
-  options.connectivity = ConnectivityCodec::shifts;
+  options.connectivity = codec;
+  options.level = level;
   const auto steps = [&](Writer& writer) -> Result<void> {
     for (const std::uint32_t array : {0u, 1u})
       for (std::uint64_t step = 0; step < 3; ++step) {
@@ -636,9 +637,10 @@ inline TestMesh quads_in_rows() {
   return mesh;
 }
 
-/// Cells that are shifts, in two segments of several groups, with values at vertices and cells, and
+/// Cells in this codec, in two segments of several groups, with values at vertices and cells, and
 /// two vertices that no cell uses: one between cells, one at the end.
-inline std::vector<std::byte> shifts_file(Level level, Order order = Order::keep) {
+inline std::vector<std::byte> rows_of_cells(ConnectivityCodec codec, Level level,
+                                            Order order = Order::keep) {
   const int row = order == Order::keep ? 4 : 8;
   TestMesh mesh = with_order(bent_grid(row, 3, 4), order, order == Order::keep, 0);
   for (int i = 0; i < 2; ++i) append_point(mesh, {2, i + .5, -1});
@@ -649,9 +651,23 @@ inline std::vector<std::byte> shifts_file(Level level, Order order = Order::keep
   options.group_cells = static_cast<std::uint32_t>(3 * row);
   options.segment_cells = options.group_cells * 2;
   options.level = level;
-  options.connectivity = ConnectivityCodec::shifts;
+  options.connectivity = codec;
   EXPECT_TRUE(write_mesh(mesh, sink, options));
   return std::move(sink.bytes);
+}
+
+/// Without delay, and without cells of any number of nodes or of many; their blocks are there, of
+/// triangles.
+inline TestMesh with_few_nodes(TestMesh mesh) {
+  mesh.schema.delay = 0;
+  for (BlockInfo& block : mesh.schema.blocks) {
+    if (block.nodes_per_cell > 0 && block.nodes_per_cell <= 64) continue;
+    const auto b = static_cast<std::uint32_t>(&block - mesh.schema.blocks.data());
+    std::erase_if(mesh.cells, [&](const TestCell& cell) { return cell.block == b; });
+    block.shape = CellShape::triangle;
+    block.nodes_per_cell = 3;
+  }
+  return mesh;
 }
 
 inline std::vector<FeatureFile> feature_files() {
@@ -721,8 +737,8 @@ inline std::vector<FeatureFile> feature_files() {
                                ConnectivityCodec::shifts, Level::standard));
   add("segments", segments_file(keep, true, 3, 7));
   add("segments_stream", segments_file(stream, false, 0, 6));
-  add("shifts", shifts_file(Level::fast));
-  add("shifts_stream", shifts_file(Level::fast, stream));
+  add("shifts", rows_of_cells(ConnectivityCodec::shifts, Level::fast));
+  add("shifts_stream", rows_of_cells(ConnectivityCodec::shifts, Level::fast, stream));
   // More shifts than the table holds.
   add("shifts_shuffled", written(shuffled(bent_grid(7, 7, 6, ScalarType::float64)), 200,
                                  ConnectivityCodec::shifts, Level::fast));
@@ -732,13 +748,27 @@ inline std::vector<FeatureFile> feature_files() {
   add("shifts_special_values",
       written(special_values(), 65536, ConnectivityCodec::shifts, Level::fast));
   // Values over neighbourhoods that are found by number.
-  add("shifts_columns", shifts_file(Level::standard));
+  add("shifts_columns", rows_of_cells(ConnectivityCodec::shifts, Level::standard));
   add("shifts_columns_arrays", written(with_arrays_of_every_type(bent_grid(2, 2, 2)), 5,
                                        ConnectivityCodec::shifts, Level::standard));
   add("shifts_mixed_columns", written(with_arrays_of_every_type(bent_grid(3, 3, 2)), 7,
                                       ConnectivityCodec::shifts, Level::best));
-  add("shifts_steps", shifts_steps_file());
+  add("shifts_steps", steps_over(ConnectivityCodec::shifts, Level::standard));
   add("shifts_columns_quads", written(quads_in_rows(), 20, ConnectivityCodec::shifts));
+  const auto patterns = ConnectivityCodec::patterns;
+  add("patterns", rows_of_cells(patterns, Level::fast));
+  add("patterns_stream", rows_of_cells(patterns, Level::fast, stream));
+  add("patterns_shuffled",
+      written(shuffled(bent_grid(5, 5, 4, ScalarType::float64)), 30, patterns, Level::fast));
+  add("patterns_shapes", written(with_few_nodes(second_order_cells()), 30, patterns, Level::fast));
+  add("patterns_second_order",
+      written(with_order(second_order_grid(3, 2, 2, 27), stream, true, 0), 5, patterns));
+  add("patterns_broken", written(broken(bent_grid(5, 4, 3)), 20, patterns, Level::fast));
+  add("patterns_arrays",
+      written(with_arrays_of_every_type(bent_grid(3, 3, 3)), 7, patterns, Level::fast));
+  add("patterns_quantized", written(quantized(), 5, patterns, Level::fast));
+  add("patterns_special_values", written(special_values(), 65536, patterns, Level::fast));
+  add("patterns_steps", steps_over(patterns, Level::fast));
   return files;
 }
 

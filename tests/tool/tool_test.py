@@ -264,7 +264,7 @@ class ToolTest(FolderTest):
 
     def test_info_tells_the_codec(self):
         packed = self.path("mesh.shm")
-        for codec in ("paper", "rows", "replay", "mixed", "shifts"):
+        for codec in ("paper", "rows", "replay", "mixed", "shifts", "patterns"):
             self.shm("compress", self.mesh, "-o", packed, "--codec", codec)
             report = json.loads(self.shm("info", "-v", packed, "--json")[0])
             self.assertEqual(report["segment_codecs"], [codec])

@@ -166,14 +166,17 @@ enum class ConnectivityCodec : std::uint8_t {
   /// values, which take more room (spec "Shifts"). Any order without delay, cells of 1 to 64
   /// nodes, no stepped array of more than 32 components.
   shifts = 5,
+  /// Where in the cells before its vertices stand: for speed on meshes of any kind (spec
+  /// "Patterns"). Any order without delay, cells of 1 to 64 nodes.
+  patterns = 6,
 };
-/// "automatic", "paper", "rows", "replay", "mixed", "shifts".
+/// "automatic", "paper", "rows", "replay", "mixed", "shifts", "patterns".
 SHM_API std::string_view codec_name(ConnectivityCodec codec);
 
 /// How much work a Writer puts into small files. No level needs a Reader of its own: every
 /// bitstream names its codec.
 enum class Level : std::uint8_t {
-  fast = 0,      ///< shifts where they do; else replay, or rows where they save much
+  fast = 0,      ///< shifts where they do; else patterns, or rows where there can be none
   standard = 1,  ///< replay or rows: what is smallest, or nearly so and faster
   best = 2,      ///< the smallest of these and mixed, at half the speed of rows or less
 };

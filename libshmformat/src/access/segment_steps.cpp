@@ -37,9 +37,8 @@ SegmentSteps::SegmentSteps(IndexedFile& file, const StepIndex& index, StepRefere
 bool SegmentSteps::told_by_mesh(std::size_t at) const {
   const auto parts = parts_of(at);
   return StepParts::may_need_elements(info()) &&
-         std::any_of(parts.begin(), parts.end(), [](const StepIndex::Part& part) {
-           return part.codec != container::Codec::shuffled_zstd;
-         });
+         std::any_of(parts.begin(), parts.end(),
+                     [](const StepIndex::Part& part) { return is_predicted(part.codec); });
 }
 
 bool SegmentSteps::needs_mesh() const {

@@ -17,6 +17,8 @@ enum class Codec : std::uint8_t {
   mixed_columns = 10,  ///< values: as columns, with a mix of predictions
   shifts = 11,         ///< cells: the cell before, moved; with their numbers
   differences = 12,    ///< values: along the numbers of shifts, under zstd
+  patterns = 13,       ///< cells: where in the cells before their vertices stand, under zstd
+  terms = 14,          ///< values: from others of the cell, under zstd; with patterns
 };
 
 /// Whether values in this codec are predicted over neighbourhoods.

@@ -40,6 +40,12 @@ void expect_more(std::vector<T>& list, std::size_t count) {
   const std::size_t size = list.size() + count;
   if (size > list.capacity()) list.reserve(std::max(size, list.size() + list.size() / 8 + 16));
 }
+/// The same for what is written much more often than it is kept: it grows by half.
+template <class T>
+void expect_more_soon(std::vector<T>& list, std::size_t count) {
+  const std::size_t size = list.size() + count;
+  if (size > list.capacity()) list.reserve(std::max(size, list.size() + list.size() / 2 + 16));
+}
 template <class T>
 void push_tightly(std::vector<T>& list, const T& element) {
   expect_more(list, 1);

@@ -21,7 +21,8 @@ void Connectivity<Coder>::set_codec(ConnectivityCodec codec) {
       hexahedra_ = std::make_unique<PaperHexahedra<Coder>>(surface_);
       break;
     case ConnectivityCodec::automatic:
-    case ConnectivityCodec::shifts:  // which need no surface
+    case ConnectivityCodec::shifts:
+    case ConnectivityCodec::patterns:  // which need no surface
     case ConnectivityCodec::rows:
       hexahedra_ = std::make_unique<RowHexahedra<Coder>>(surface_, open);
       break;

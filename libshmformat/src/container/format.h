@@ -31,6 +31,7 @@ inline constexpr NamedCodec kConnectivityCodecs[] = {
     {ConnectivityCodec::replay, Codec::replay, "replay"},
     {ConnectivityCodec::mixed, Codec::mixed, "mixed"},
     {ConnectivityCodec::shifts, Codec::shifts, "shifts"},
+    {ConnectivityCodec::patterns, Codec::patterns, "patterns"},
 };
 /// Must hold: not automatic.
 constexpr Codec stream_codec(ConnectivityCodec name) {

@@ -3,8 +3,10 @@
 #include <bit>
 #include <optional>
 
+#include "groups/pattern_segment_encoder.h"
 #include "groups/shift_segment_encoder.h"
 #include "groups/surface_segment_encoder.h"
+#include "patterns/pattern_cells.h"
 #include "shifts/shifts.h"
 
 namespace shm {
@@ -27,21 +29,21 @@ std::unique_ptr<SegmentEncoder> make_segment_encoder(const Schema& schema,
                                                      const SegmentStart& start) {
   if (options.codec == ConnectivityCodec::shifts)
     return std::make_unique<ShiftSegmentEncoder>(schema, options, start);
+  if (options.codec == ConnectivityCodec::patterns)
+    return std::make_unique<PatternSegmentEncoder>(schema, options, start);
   return std::make_unique<SurfaceSegmentEncoder>(schema, options, start);
 }
 
 }  // namespace
 
-CodecTrial trial_for(ConnectivityCodec codec, Level level) {
+CodecTrial trial_for(const Schema& schema, ConnectivityCodec codec, Level level) {
   using enum ConnectivityCodec;
   if (codec != automatic) return {.level = level, .codecs = {codec}};
   switch (level) {
     case Level::fast:
       return {.level = level,
-              .codecs = {replay, rows},
-              .shifts = CodecTrial::Shifts::for_speed,
-              .spare_share = 16,
-              .spare_bits = 1};
+              .codecs = {takes_patterns(schema) ? patterns : rows},
+              .shifts = CodecTrial::Shifts::for_speed};
     case Level::standard: break;
     case Level::best:
       return {.level = level,
@@ -65,7 +67,8 @@ std::unique_ptr<SegmentEncoder> ChoosingEncoder::encoder_with(ConnectivityCodec 
 ChoosingEncoder::ChoosingEncoder(const Schema& schema, std::uint32_t group_cells,
                                  const CodecTrial& trial, const SegmentStart& start)
     : schema_(&schema), group_cells_(group_cells), trial_(trial), start_(start) {
-  if (trial.codecs.size() == 1) encoder_ = encoder_with(trial.codecs[0]);
+  if (trial.codecs.size() == 1 && trial.shifts == CodecTrial::Shifts::no)
+    encoder_ = encoder_with(trial.codecs[0]);
 }
 
 Result<void> ChoosingEncoder::take(const SegmentPiece& piece, std::vector<EncodedGroup>& done) {
@@ -114,11 +117,10 @@ Result<bool> ChoosingEncoder::shifts_do() const {
   return 8 * its->all * parts <= kShiftBits * sample_cells_;
 }
 
-/// The fastest first. Unless speed is asked for, and felt, shifts are one like the others.
+/// The fastest first. Where size matters, shifts are one like the others.
 std::vector<ConnectivityCodec> ChoosingEncoder::candidates() const {
   std::vector<ConnectivityCodec> codecs = trial_.codecs;
-  const bool for_size = trial_.shifts == CodecTrial::Shifts::for_size;
-  if ((for_size || sample_cells_ < trial_.sample_cells) && takes_shifts(*schema_))
+  if (trial_.shifts == CodecTrial::Shifts::for_size && takes_shifts(*schema_))
     codecs.insert(codecs.begin(), ConnectivityCodec::shifts);
   return codecs;
 }
@@ -126,6 +128,7 @@ std::vector<ConnectivityCodec> ChoosingEncoder::candidates() const {
 Result<ConnectivityCodec> ChoosingEncoder::smallest() const {
   const std::vector<ConnectivityCodec> codecs = candidates();
   ConnectivityCodec best = codecs[0];
+  if (codecs.size() == 1) return best;
   std::optional<Size> size;
   for (ConnectivityCodec codec : codecs) {
     if (codec == ConnectivityCodec::mixed && size && trial_.level != Level::best &&

@@ -34,7 +34,7 @@ struct CodecTrial {
 };
 
 /// What to try at a level, the fastest first; a codec that is not automatic alone.
-CodecTrial trial_for(ConnectivityCodec codec, Level level);
+CodecTrial trial_for(const Schema& schema, ConnectivityCodec codec, Level level);
 
 class ChoosingEncoder {
  public:

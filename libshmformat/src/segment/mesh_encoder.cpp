@@ -8,6 +8,7 @@
 #include "bytes/errors.h"
 #include "bytes/lists.h"
 #include "model/schema.h"
+#include "patterns/pattern_cells.h"
 #include "shifts/shifts.h"
 
 namespace shm {
@@ -253,7 +254,7 @@ CodecTrial MeshEncoder::trial() const {
   const ConnectivityCodec codec =
       codecs.empty() ? options_.connectivity
                      : codecs[std::min<std::size_t>(start_.segment, codecs.size() - 1)];
-  CodecTrial trial = trial_for(codec, options_.level);
+  CodecTrial trial = trial_for(*schema_, codec, options_.level);
   trial.with_order = schema_->order != Order::keep || options_.coding_order != nullptr;
   return trial;
 }
@@ -560,6 +561,11 @@ Result<void> check_options(const Schema& schema, const WriteOptions& options) {
     return misuse_error(
         "shifts are for cells of 1 to 64 nodes without delay, and steps of 32 components",
         "options");
+  const bool patterns =
+      options.connectivity == ConnectivityCodec::patterns ||
+      std::find(codecs.begin(), codecs.end(), ConnectivityCodec::patterns) != codecs.end();
+  if (patterns && !takes_patterns(schema))
+    return misuse_error("patterns are for cells of 1 to 64 nodes without delay", "options");
   if (!(options.restart_budget >= 0))
     return misuse_error("restart_budget must be 0 or more", "options");
   if (options.key_steps < 1) return misuse_error("key_steps must be 1 or more", "options");

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "bytes/binary.h"
+#include "groups/pattern_group_decoder.h"
 #include "groups/shift_group_decoder.h"
 #include "groups/surface_group_decoder.h"
 
@@ -14,7 +15,18 @@ Result<std::unique_ptr<GroupDecoder>> make_group_decoder(const Schema& schema,
                                                          const DecodedParts& parts,
                                                          CellBytes cell_bytes,
                                                          const container::GroupHeader& header) {
-  if (container::connectivity_of(header) != container::Codec::shifts)
+  const auto codec = container::connectivity_of(header);
+  if (codec == container::Codec::patterns) {
+    if (takes_patterns(schema))
+      return std::unique_ptr<GroupDecoder>(
+          std::make_unique<PatternGroupDecoder>(schema, start, parts, std::move(cell_bytes)));
+    return Error{ErrorCode::unsupported,
+                 "connectivity: codec patterns needs cells of 1 to 64 nodes and no delay",
+                 {},
+                 kNoOffset,
+                 {}};
+  }
+  if (codec != container::Codec::shifts)
     return std::unique_ptr<GroupDecoder>(
         std::make_unique<SurfaceGroupDecoder>(schema, start, parts, std::move(cell_bytes)));
   if (!takes_shifts(schema))

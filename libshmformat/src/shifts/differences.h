@@ -87,6 +87,8 @@ struct WholeDifferences {
   static Sum add(Sum sum, Sum weight, std::uint64_t remembered) {
     return sum + weight * remembered;
   }
+  /// Half of it, rounded down.
+  static Sum half(Sum sum) { return static_cast<Sum>(static_cast<std::int64_t>(sum) >> 1); }
   /// The index that a sum predicts, or what is remembered of a value.
   static std::int64_t index(Sum sum) { return static_cast<std::int64_t>(sum); }
   static Sum sum_of(std::uint64_t remembered) { return remembered; }
@@ -116,6 +118,7 @@ struct FloatDifferences {
   static Sum add(Sum sum, Sum weight, std::uint64_t remembered) {
     return sum + weight * std::bit_cast<double>(remembered);
   }
+  static Sum half(Sum sum) { return sum * 0.5; }
   static std::int64_t index(Sum sum) { return FloatSpace<T>::index(sum); }
   static Sum sum_of(std::uint64_t remembered) { return std::bit_cast<double>(remembered); }
   static std::uint64_t residual(std::int64_t value, std::int64_t predicted) {

@@ -56,6 +56,7 @@ class StepElements {
   Result<ColumnElements> elements(std::uint32_t array, std::size_t group);
 
   std::uint32_t segment_of(std::size_t group) const { return topology_->segment_of(group); }
+  bool has_neighbourhoods(std::size_t group) const { return topology_->has_neighbourhoods(group); }
   std::size_t groups() const { return topology_->groups(); }
   /// Of what is kept of arrays on few elements.
   std::size_t kept_bytes() const { return kept_bytes_; }

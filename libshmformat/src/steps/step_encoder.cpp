@@ -144,6 +144,7 @@ Result<EncodedColumn> StepEncoder::encode() {
         Codec::shuffled_zstd,
         pack_shuffled(shuffled(pending_, scalar_bytes(info.type)), kWideArrayZstdLevel)};
   }
+  if (level_ == Level::fast || !mesh_.has_neighbourhoods(group_)) return encode_in_terms();
   const auto elements = mesh_.elements(*array_, group_);
   if (!elements) return elements.error();
   if (!reference_ && most_here_ != StepReference::nothing) return choose_reference(*elements);
@@ -167,6 +168,41 @@ EncodedColumn StepEncoder::choose_reference(const ColumnElements& elements) {
     column_ = std::move(column);
   }
   return best;
+}
+
+EncodedColumn StepEncoder::encode_in_terms() {
+  if (!reference_ && most_here_ != StepReference::nothing) return choose_terms();
+  if (!reference_) reference_ = StepReference::nothing;
+  return encode_terms(schema_->arrays[*array_], pending_, reference(*reference_), scratch_).column;
+}
+
+/// The first group of a step decides what all of them refer to: to what the step before did, unless
+/// that takes a quarter more than when it was chosen.
+EncodedColumn StepEncoder::choose_terms() {
+  Before& before = before_[*array_];
+  const auto with = [&](StepReference kind) {
+    return encode_terms(schema_->arrays[*array_], pending_, reference(kind), scratch_);
+  };
+  if (before.liked_bytes > 0 && before.liked <= most_here_) {
+    StepTerms coded = with(before.liked);
+    if (coded.column.bytes.size() <= before.liked_bytes + before.liked_bytes / 4) {
+      reference_ = coded.refers ? before.liked : StepReference::nothing;
+      return std::move(coded.column);
+    }
+  }
+  StepTerms best = with(StepReference::before);
+  before.liked = StepReference::before;
+  if (most_here_ >= StepReference::trend) {
+    StepTerms trend = with(StepReference::trend);
+    if (trend.column.bytes.size() < best.column.bytes.size()) {
+      best = std::move(trend);
+      before.liked = StepReference::trend;
+    }
+  }
+  // What could not refer to a trend yet is chosen again.
+  before.liked_bytes = most_here_ == most_ ? best.column.bytes.size() : 0;
+  reference_ = best.refers ? before.liked : StepReference::nothing;
+  return std::move(best.column);
 }
 
 Result<void> StepEncoder::end_step() {

@@ -67,6 +67,8 @@ class StepEncoder {
     std::uint64_t next_step = 0;  ///< the first that may come
     std::uint32_t run = 0;        ///< steps since one that refers to no other, it included
     StepMemory values;
+    StepReference liked = StepReference::nothing;  ///< in terms, when it was last chosen,
+    std::size_t liked_bytes = 0;                   ///< and what the first group took
   };
   using Column = StepColumn<SplitEncoder>;
 
@@ -76,6 +78,8 @@ class StepEncoder {
   Result<void> end_group();
   Result<EncodedColumn> encode();
   EncodedColumn choose_reference(const ColumnElements& elements);
+  EncodedColumn encode_in_terms();
+  EncodedColumn choose_terms();
   std::span<const std::byte> reference(StepReference kind) {
     return before_[*array_].values.reference(kind, schema_->arrays[*array_],
                                              static_cast<std::size_t>(first_) * stride(),
@@ -109,6 +113,7 @@ class StepEncoder {
   std::size_t group_ = 0;    // the one at hand
   std::uint64_t count_ = 0;  // elements of the group at hand; 0: none is begun
   std::vector<std::byte> pending_;
+  TermScratch scratch_;
 };
 
 }  // namespace shm

@@ -38,9 +38,15 @@ Result<std::vector<std::byte>> StepParts::decode(const container::StepHeader& he
   const std::uint64_t size = header.count * scalar_bytes(info.type) * info.components;
   const StepReference kind = container::refers_to(header);
   const Codec codec = header.codec;
-  if (!is_predicted(codec) && codec != Codec::shuffled_zstd) return wrong("its codec is unknown");
+  if (!is_predicted(codec) && codec != Codec::shuffled_zstd && codec != Codec::terms)
+    return wrong("its codec is unknown");
   if (!may_need_elements(info) && (codec != Codec::shuffled_zstd || kind != StepReference::nothing))
     return wrong("has too many components for its codec");
+  if (codec == Codec::terms) {
+    auto values = decode_terms(info, bytes, header.count, reference, scratch_);
+    if (!values) return wrong("its values make no sense");
+    return std::move(*values);
+  }
   if (!may_need_elements(info) || elements == nullptr) {
     if (codec != Codec::shuffled_zstd) return wrong("its codec is not the one expected");
     auto values = unpack_shuffled(bytes, scalar_bytes(info.type), size);

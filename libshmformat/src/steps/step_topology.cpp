@@ -65,6 +65,10 @@ void StepTopology::add_group(std::uint32_t segment, const container::GroupHeader
   group.streams.shrink_to_fit();
 }
 
+bool StepTopology::has_neighbourhoods(std::size_t group) const {
+  return container::connectivity_of(groups_[group].header) != container::Codec::patterns;
+}
+
 Result<std::uint64_t> StepTopology::count(std::uint32_t array, std::size_t group) {
   if (schema_->arrays[array].location == Location::point) return groups_[group].header.vertices;
   if (schema_->arrays[array].blocks.empty()) return groups_[group].header.cells;

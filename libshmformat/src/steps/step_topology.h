@@ -75,6 +75,8 @@ class StepTopology {
                  std::span<const std::span<const std::byte>> streams);
   std::size_t groups() const { return groups_.size(); }
   std::uint32_t segment_of(std::size_t group) const { return groups_[group].segment; }
+  /// Whether its elements come with what surrounds them: not where cells are patterns.
+  bool has_neighbourhoods(std::size_t group) const;
   /// As the headers of all groups state them; imported vertices each time.
   std::uint64_t cells_in_all() const { return cells_in_all_; }
   std::uint64_t vertices_in_all() const { return vertices_in_all_; }

@@ -85,6 +85,36 @@ std::span<const std::byte> StepMemory::reference(StepReference kind, const Array
   return trend_;
 }
 
+// --- terms
+
+StepTerms encode_terms(const ArrayInfo& info, std::span<const std::byte> values,
+                       std::span<const std::byte> reference, TermScratch& scratch) {
+  TermColumn column(info, true);
+  TermColumn::Elements elements;
+  elements.count = values.size() / column.element_bytes();
+  elements.reference = reference;
+  auto bytes = column.encode_terms(elements, values.data(), column.element_bytes(), scratch);
+  return {column.refers(), {Codec::terms, std::move(bytes)}};
+}
+
+std::optional<std::vector<std::byte>> decode_terms(const ArrayInfo& info,
+                                                   std::span<const std::byte> bytes,
+                                                   std::uint64_t count,
+                                                   std::span<const std::byte> reference,
+                                                   TermScratch& scratch) {
+  TermColumn column(info, true);
+  TermColumn::Elements elements;
+  elements.count = to_size(count);
+  elements.reference = reference;
+  std::vector<std::byte> values;
+  if (!column.begin_group(Codec::terms, bytes, count * column.element_bytes(), scratch) ||
+      !column.decode(elements, values, scratch) || !column.at_end())
+    return std::nullopt;
+  return values;
+}
+
+// --- columns
+
 template <class Coder>
 bool StepColumn<Coder>::begin(std::uint32_t segment, StepReference reference) {
   const bool goes_on = column_ && segment == segment_;

@@ -1,0 +1,178 @@
+#include "groups/pattern_group_decoder.h"
+
+#include <algorithm>
+#include <bit>
+#include <string>
+#include <utility>
+
+#include "bytes/lists.h"
+
+namespace shm {
+
+using container::StreamKind;
+
+PatternGroupDecoder::PatternGroupDecoder(const Schema& schema, const SegmentStart& start,
+                                         const DecodedParts& parts, CellBytes cell_bytes)
+    : GroupDecoder(schema, start, parts, std::move(cell_bytes)),
+      patterns_(schema, schema.order == Order::keep, may_import()),
+      finder_(schema),
+      columns_(term_columns(schema)),
+      next_own_(start.first_vertex) {}
+
+// --- streams
+
+Result<void> PatternGroupDecoder::begin_streams(std::optional<ConnectivityCodec> codec) {
+  if (!codec) return corrupt("connectivity: missing");
+  next_column_ = 0;
+  import_coder_ = RangeDecoder(std::span<const std::byte>());
+  for (TermColumn& column : columns_) column.begin_empty_group();
+  return {};
+}
+
+Result<void> PatternGroupDecoder::begin_stream(const container::StreamEntry& entry,
+                                               std::span<const std::byte> bytes) {
+  const auto place = static_cast<std::size_t>(&entry - header_->streams.data());
+  // No caller's limit lets counts of bytes wrap.
+  const std::uint64_t decoded_bytes = std::min(header_->decoded_bytes, std::uint64_t{1} << 56);
+  if (entry.kind == StreamKind::connectivity) {
+    if (place != 0) return wrong_stream(entry);
+    // A node counts for eight bytes, a vertex for twelve and more; a number takes ten at most.
+    if (patterns_.begin_group(bytes, header_->cells, decoded_bytes / 8, 10 * decoded_bytes,
+                              scratch_.unpacking))
+      return {};
+    return corrupt("connectivity: cannot be unpacked");
+  }
+  if (entry.kind != StreamKind::vertex_numbers) return begin_column(entry, bytes, decoded_bytes);
+  if (place != 1 || !numbered_by_order() || !may_import()) return wrong_stream(entry);
+  if (entry.codec != container::Codec::predictive) return unknown_codec(entry);
+  import_coder_ = RangeDecoder(bytes);
+  return {};
+}
+
+Result<void> PatternGroupDecoder::begin_column(const container::StreamEntry& entry,
+                                               std::span<const std::byte> bytes,
+                                               std::uint64_t decoded_bytes) {
+  const std::size_t column = column_of(entry);
+  if (column >= columns() || column < next_column_) return wrong_stream(entry);
+  if (!columns_[column].takes(entry.codec)) return unknown_codec(entry);
+  next_column_ = column + 1;
+  if (columns_[column].begin_group(entry.codec, bytes, decoded_bytes, scratch_)) return {};
+  return corrupt((column == 0 ? "geometry" : array_stream_name(*schema_, entry.array)) +
+                 ": cannot be unpacked");
+}
+
+bool PatternGroupDecoder::is_used_up() const {
+  return patterns_.at_end() && std::all_of(columns_.begin(), columns_.end(),
+                                           [](const auto& column) { return column.at_end(); });
+}
+
+std::vector<std::uint64_t> PatternGroupDecoder::alive() const {
+  std::vector<std::uint64_t> numbers;
+  for (std::uint32_t slot = 0; slot < patterns_.slot_count(); ++slot) {
+    const PatternHistory::Vertex& vertex = patterns_.vertex(slot);
+    if (vertex.live && !vertex.imported) numbers.push_back(vertex.number);
+  }
+  return numbers;
+}
+
+// --- cells and vertices
+
+Result<void> PatternGroupDecoder::decode_elements(DecodedBlock& decoded) {
+  terms_.clear();
+  const std::uint64_t bytes_before = done_.bytes;
+  if (auto good = decode_cells(decoded); !good) return good;
+  while (done_.cells == header_->cells && done_.own < header_->vertices &&
+         done_.bytes - bytes_before < kTileBytes) {
+    const auto number = numbered_by_order() ? std::optional(next_own_) : patterns_.next_unused();
+    if (!number || done_.unused == header_->unused_vertices || !has_room_for_bytes(vertex_bytes_))
+      return corrupt("a vertex that no cell uses makes no sense");
+    ++next_own_;
+    ++done_.unused;
+    terms_.push_back({patterns_.slot_count(), 0, {}});
+    add_vertex(*number, false, decoded);
+    done_.active = std::max(done_.active, patterns_.live() + 1);
+  }
+  return has_room_for_bytes(0) ? Result<void>() : corrupt("unpacks to more than stated");
+}
+
+Result<void> PatternGroupDecoder::decode_cells(DecodedBlock& decoded) {
+  MeshBlock& block = decoded.mesh;
+  const auto most =
+      static_cast<std::size_t>(std::min<std::uint64_t>(header_->cells - done_.cells, kTileCells));
+  const std::uint64_t bytes_before = done_.bytes;
+  block.corners.resize(most * patterns_.stride());
+  const auto make_room = [&](std::size_t cells) {
+    for (auto* it : {&block.vertices_before_cell, &block.cell_numbers, &block.last_use})
+      it->resize(cells);
+    block.cell_blocks.resize(cells);
+    block.corner_begin.resize(cells + 1);
+  };
+  make_room(most);
+  std::size_t cells = 0;
+  for (; cells < most && done_.bytes - bytes_before < kTileBytes; ++cells)
+    if (!decode_cell(decoded, cells))
+      return corrupt("connectivity: cell " + std::to_string(block.first_cell + cells) +
+                     " makes no sense");
+  make_room(cells);
+  block.corners.resize(static_cast<std::size_t>(block.corner_begin[cells]));
+  return {};
+}
+
+bool PatternGroupDecoder::decode_cell(DecodedBlock& decoded, std::size_t at) {
+  MeshBlock& block = decoded.mesh;
+  const auto corners = static_cast<std::size_t>(block.corner_begin[at]);
+  const PatternCell* const cell = patterns_.next_cell(
+      block.corners.data() + corners, [&](std::uint32_t kind, PatternHistory::Vertex& vertex) {
+        return introduce(kind, vertex, decoded);
+      });
+  if (cell == nullptr) return false;
+  done_.bytes += 8 * cell->slots.size() + (*cell_bytes_)[cell->block];
+  finder_.add_cell(*cell, terms_);
+  done_.active = std::max(done_.active, patterns_.live());
+  if (done_.active > header_->max_active_vertices) return false;
+  patterns_.end_cell([&](const PatternHistory::Vertex& vertex) {
+    if (vertex.imported) decoded.finalized_imports.push_back(vertex.number);
+  });
+  block.vertices_before_cell[at] = block.vertex_numbers.size();
+  block.cell_numbers[at] = header_->first_cell + done_.cells;
+  block.cell_blocks[at] = cell->block;
+  block.last_use[at] = cell->last_use;
+  block.corner_begin[at + 1] = corners + cell->slots.size();
+  ++done_.cells;
+  return has_room_for_bytes(0);
+}
+
+/// Gives a new vertex its number.
+bool PatternGroupDecoder::introduce(std::uint32_t kind, PatternHistory::Vertex& vertex,
+                                    DecodedBlock& decoded) {
+  if (!has_room_for_vertex(vertex.imported) || !has_room_for_bytes(vertex_bytes_)) return false;
+  if (!numbered_by_order()) {
+    const auto number = patterns_.next_number(kind);
+    if (!number) return false;
+    vertex.number = *number;
+  } else if (!vertex.imported) {
+    vertex.number = next_own_++;
+  } else if (parts_.vertex_numbers) {
+    vertex.number = import_numbers_.code(import_coder_, {}, 0, 0);
+    if (vertex.number >= start_.first_vertex) return false;
+  }
+  add_vertex(vertex.number, vertex.imported, decoded);
+  return true;
+}
+
+// --- values
+
+bool PatternGroupDecoder::decode_column(std::size_t column, const MeshBlock& block,
+                                        std::vector<std::byte>& out) {
+  TermColumn::Elements elements;
+  if (of_cells(column)) {
+    elements.count = static_cast<std::size_t>(
+        std::count_if(block.cell_blocks.begin(), block.cell_blocks.end(),
+                      [&](std::uint32_t b) { return schema_->array_covers(array_of(column), b); }));
+  } else {
+    elements = {terms_, terms_.size(), patterns_.slot_count() + 1};
+  }
+  return columns_[column].decode(elements, out, scratch_);
+}
+
+}  // namespace shm

@@ -1,0 +1,56 @@
+// PatternGroupDecoder: the groups of a segment whose cells are patterns. The mirror of
+// pattern_segment_encoder.h.
+// spec: "Patterns", "Values by terms"
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "connectivity/number_column.h"
+#include "entropy/range_coder.h"
+#include "groups/group_decoder.h"
+#include "groups/term_columns.h"
+#include "patterns/patterns.h"
+#include "patterns/vertex_terms.h"
+
+namespace shm {
+
+class PatternGroupDecoder final : public GroupDecoder {
+ public:
+  /// `schema` takes patterns.
+  PatternGroupDecoder(const Schema& schema, const SegmentStart& start, const DecodedParts& parts,
+                      CellBytes cell_bytes);
+
+  Result<void> begin_stream(const container::StreamEntry& entry,
+                            std::span<const std::byte> bytes) override;
+  std::vector<std::uint64_t> alive() const override;
+  Items items() const override { return {}; }
+  std::uint32_t slots() const override { return patterns_.slot_count(); }
+
+ private:
+  Result<void> begin_streams(std::optional<ConnectivityCodec> codec) override;
+  Result<void> begin_column(const container::StreamEntry& entry, std::span<const std::byte> bytes,
+                            std::uint64_t decoded_bytes);
+  Result<void> decode_elements(DecodedBlock& decoded) override;
+  bool decode_column(std::size_t column, const MeshBlock& block,
+                     std::vector<std::byte>& out) override;
+  bool is_used_up() const override;
+  Result<void> decode_cells(DecodedBlock& decoded);
+  bool decode_cell(DecodedBlock& decoded, std::size_t cell);
+  bool introduce(std::uint32_t kind, PatternHistory::Vertex& vertex, DecodedBlock& decoded);
+
+  PatternDecoder patterns_;
+  TermFinder finder_;
+  std::vector<TermColumn> columns_;
+  TermScratch scratch_;
+  std::size_t next_column_ = 0;
+
+  std::uint64_t next_own_;  // where vertices are numbered by their order
+  NumberColumn<RangeDecoder> import_numbers_;
+  RangeDecoder import_coder_{std::span<const std::byte>()};
+
+  std::vector<VertexTerms> terms_;  // of the block at hand
+};
+
+}  // namespace shm

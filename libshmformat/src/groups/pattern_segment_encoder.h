@@ -1,0 +1,42 @@
+// PatternSegmentEncoder: the cells of a segment as patterns, values by the terms of their vertices.
+// No active surface, no neighbourhoods: for speed, on meshes of any kind.
+// spec: "Patterns", "Values by terms"
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "groups/segment_encoder.h"
+#include "groups/term_columns.h"
+#include "patterns/patterns.h"
+#include "patterns/vertex_terms.h"
+
+namespace shm {
+
+class PatternSegmentEncoder final : public SegmentEncoder {
+ public:
+  /// `schema` is checked, borrowed, and takes patterns.
+  PatternSegmentEncoder(const Schema& schema, const SegmentOptions& options,
+                        const SegmentStart& start);
+
+ private:
+  bool encode_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
+                   const Place& at) override;
+  void encode_unused(const SegmentPiece& piece, std::size_t vertex) override;
+  void encode_streams() override;
+  void take(const SegmentPiece& piece, std::size_t index);
+
+  PatternEncoder patterns_;
+  TermFinder finder_;
+  std::vector<TermColumn> columns_;
+  TermScratch scratch_;
+
+  // the cell at hand
+  std::vector<std::uint64_t> numbers_;
+
+  // the group at hand
+  std::vector<VertexTerms> vertices_;
+  std::vector<std::uint32_t> cell_blocks_;
+};
+
+}  // namespace shm

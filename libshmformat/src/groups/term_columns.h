@@ -1,0 +1,16 @@
+// The value columns of a segment whose cells are patterns: one for the coordinates, one for each
+// static array.
+// spec: "Values by terms"
+#pragma once
+
+#include <vector>
+
+#include "patterns/term_column.h"
+#include "shm/schema.h"
+
+namespace shm {
+
+/// Column 0 is geometry, the others the static arrays in schema order.
+std::vector<TermColumn> term_columns(const Schema& schema);
+
+}  // namespace shm

@@ -1,0 +1,55 @@
+#include "patterns/byte_planes.h"
+
+#include <algorithm>
+
+namespace shm {
+namespace {
+
+constexpr int kPlaneZstdLevel = 1;
+
+}  // namespace
+
+void put_plane(ByteWriter& out, std::span<const std::byte> plane, ZstdCompressor& zstd) {
+  if (std::all_of(plane.begin(), plane.end(), [](std::byte it) { return it == std::byte{0}; }))
+    return out.put_varint(0);
+  std::vector<std::byte> packed;
+  zstd.compress(plane, kPlaneZstdLevel, packed);
+  const bool pays = packed.size() < plane.size();
+  const std::span<const std::byte> bytes = pays ? std::span<const std::byte>(packed) : plane;
+  out.put_varint(bytes.size());
+  out.put_bytes(bytes);
+}
+
+bool get_plane(ByteReader& in, std::uint64_t size, std::vector<std::byte>& plane,
+               ZstdDecompressor& zstd) {
+  const auto bytes = in.get_bytes(in.get_varint());
+  if (!in.ok() || bytes.size() > size) return false;
+  if (!bytes.empty() && bytes.size() < size) return zstd.decompress(bytes, size, plane);
+  if (bytes.empty())
+    plane.assign(to_size(size), std::byte{0});
+  else
+    plane.assign(bytes.begin(), bytes.end());
+  return true;
+}
+
+void put_numbers(ByteWriter& out, std::span<const std::uint32_t> numbers,
+                 std::vector<std::byte>& room, ZstdCompressor& zstd) {
+  const std::uint32_t planes = plane_count(numbers);
+  out.put_u8(static_cast<std::uint8_t>(planes));
+  put_planes(out, numbers, planes, room, zstd);
+}
+
+bool get_numbers(ByteReader& in, std::uint64_t count, std::vector<std::uint32_t>& numbers,
+                 std::vector<std::byte>& room, ZstdDecompressor& zstd) {
+  const std::uint32_t planes = in.get_u8();
+  if (!in.ok() || planes > 4) return false;
+  numbers.assign(to_size(count), 0);
+  for (std::uint32_t b = 0; b < planes; ++b) {
+    if (!get_plane(in, count, room, zstd)) return false;
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+      numbers[i] |= std::to_integer<std::uint32_t>(room[i]) << 8 * b;
+  }
+  return true;
+}
+
+}  // namespace shm

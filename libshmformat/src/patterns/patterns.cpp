@@ -1,0 +1,350 @@
+#include "patterns/patterns.h"
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+
+#include "patterns/byte_planes.h"
+
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+
+namespace shm {
+namespace {
+
+using namespace pattern_source;
+
+/// The cells that a segment's history begins with, and how many nodes in so many may stand farther
+/// back before it becomes twice as long.
+constexpr std::uint32_t kFirstHistoryBits = 16;
+constexpr std::uint64_t kMissedShare = 64;
+
+/// Cells ahead whose patterns are asked for.
+constexpr std::size_t kAhead = 8;
+inline void prefetch([[maybe_unused]] const std::uint8_t* bytes) {
+#if defined(__GNUC__)
+  __builtin_prefetch(bytes);
+#endif
+}
+
+std::uint32_t words_of_uses(std::uint32_t nodes) { return (nodes + 31) / 32; }
+
+/// Where `slot` stands first in the row, or `nodes`.
+std::uint32_t place_in(const std::uint32_t* row, std::uint32_t nodes, std::uint32_t slot) {
+#if defined(__SSE2__)
+  if (nodes == 8) {
+    const __m128i wanted = _mm_set1_epi32(static_cast<int>(slot));
+    const auto at = [&](std::size_t i) {
+      return _mm_cmpeq_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(row + i)), wanted);
+    };
+    const auto found = static_cast<std::uint32_t>(
+        _mm_movemask_epi8(_mm_packs_epi16(_mm_packs_epi32(at(0), at(4)), _mm_setzero_si128())));
+    return found == 0 ? 8 : static_cast<std::uint32_t>(std::countr_zero(found));
+  }
+#endif
+  for (std::uint32_t i = 0; i < nodes; ++i)
+    if (row[i] == slot) return i;
+  return nodes;
+}
+
+std::vector<std::uint32_t> nodes_by_block(const Schema& schema) {
+  std::vector<std::uint32_t> nodes;
+  for (const BlockInfo& block : schema.blocks) nodes.push_back(block.nodes_per_cell);
+  return nodes;
+}
+
+}  // namespace
+
+// --- encoding
+
+PatternEncoder::PatternEncoder(const Schema& schema, bool numbered)
+    : numbered_(numbered),
+      history_(most_nodes(schema)),
+      nodes_(nodes_by_block(schema)),
+      patterns_(schema.blocks.size()) {
+  history_.reach(kFirstHistoryBits);
+}
+
+void PatternEncoder::add_cell(const PatternCell& cell, std::span<const std::uint32_t> handles,
+                              std::span<const std::uint64_t> numbers) {
+  const auto nodes = static_cast<std::uint32_t>(handles.size());
+  slots_.resize(nodes);
+  ops_.resize(2 * nodes);
+  for (std::uint32_t i = 0; i < nodes; ++i)
+    slots_[i] = (cell.introduced >> i & 1) != 0
+                    ? at_slot(slot_of_, handles[i]) = history_.introduce()
+                    : slot_of_[handles[i]];
+  references_ = {};
+  again_ = 0;
+  PatternHistory::Users users;
+  auto number = numbers.begin();
+  for (std::uint32_t i = 0; i < nodes; ++i) {
+    Op op;
+    if ((cell.introduced >> i & 1) != 0) {
+      op = {kNew, (cell.imports >> i & 1) != 0 ? new_vertex::kImported : 0};
+      if (numbered_) {
+        if (*number != last_number_ + 1) {
+          op.node |= new_vertex::kNumbered;
+          numbers_.put_signed(static_cast<std::int64_t>(*number - last_number_));
+        }
+        last_number_ = *number++;
+      }
+    } else {
+      op = find(cell.introduced, i, users);
+      if (history_.vertex(slots_[i]).last == history_.next()) again_ |= std::uint64_t{1} << i;
+    }
+    history_.use(history_.vertex(slots_[i]), i, users);
+    ops_[2 * i] = static_cast<std::uint8_t>(op.source);
+    ops_[2 * i + 1] = static_cast<std::uint8_t>(op.node);
+  }
+  history_.add_cell(slots_.data(), nodes, references_);
+  for (std::uint64_t left = cell.last_use; left != 0; left &= left - 1) {
+    const std::uint32_t slot = slots_[static_cast<std::size_t>(std::countr_zero(left))];
+    if (history_.is_live(slot)) history_.finalize(slot);
+  }
+  if (runs_.empty() || runs_.back().block != cell.block) runs_.push_back({cell.block, 0});
+  ++runs_.back().cells;
+  ids_.push_back(pattern_of(cell.block, nodes));
+  for (std::uint32_t w = 0; w < words_of_uses(history_.stride()); ++w)
+    last_use_.push_back(static_cast<std::uint32_t>(cell.last_use >> 32 * w));
+}
+
+/// Where the vertex of a node stands that is not new. `introduced`: nodes of the cell.
+auto PatternEncoder::find(std::uint64_t introduced, std::uint32_t node,
+                          const PatternHistory::Users& users) -> Op {
+  const std::uint32_t slot = slots_[node], stride = history_.stride();
+  const std::uint32_t before = history_.next() - 1;
+  std::uint32_t at = place_in(history_.row(before), stride, slot);
+  if (at < stride) return {kBefore, at};
+  const PatternHistory::References& on = history_.references();
+  for (std::uint32_t i = 0; i < on.count; ++i) {
+    const std::uint32_t cell = on.cells[i] + 1;
+    if (cell == before || cell == history_.next()) continue;
+    at = place_in(history_.row(cell), stride, slot);
+    if (at == stride) continue;
+    references_.add(cell);
+    return {kOn + i, at};
+  }
+  for (std::uint32_t j = 0; j < std::min(node, kUsersOf); ++j) {
+    if ((introduced >> j & 1) != 0) continue;
+    for (std::uint32_t second = 0; second < 2; ++second) {
+      const std::uint32_t cell = users.cells[2 * j + second];
+      if (cell == before) continue;
+      at = place_in(history_.row(cell), stride, slot);
+      if (at == stride) continue;
+      references_.add(cell);
+      return {kUsers + 2 * j + second, at};
+    }
+  }
+  const std::uint32_t user = history_.vertex(slot).last;
+  if (user == history_.next()) return {kHere, place_in(slots_.data(), node, slot)};
+  if (!history_.remembers(user)) {
+    ++missed_;
+    slot_list_.push_back(slot);
+    return {kSlot, 0};
+  }
+  references_.add(user);
+  distances_.push_back(history_.next() - user);
+  return {kFar, place_in(history_.row(user), stride, slot)};
+}
+
+/// The number of the cell's pattern among those of its block.
+std::uint32_t PatternEncoder::pattern_of(std::uint32_t block, std::uint32_t nodes) {
+  Patterns& patterns = patterns_[block];
+  const std::size_t bytes = 2 * nodes;
+  const auto is = [&](std::uint32_t pattern) {
+    return std::memcmp(patterns.ops.data() + pattern * bytes, ops_.data(), bytes) == 0;
+  };
+  if (!patterns.uses.empty() && is(patterns.last)) {
+    ++patterns.uses[patterns.last];
+    return patterns.last;
+  }
+  std::uint64_t key = 0;
+  for (std::size_t i = 0; i < bytes; i += 8) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, ops_.data() + i, std::min<std::size_t>(8, bytes - i));
+    key = (key ^ word) * 0x9e3779b97f4a7c15u;
+    key ^= key >> 29;
+  }
+  const auto [begin, end] = patterns.by_key.equal_range(key);
+  for (auto it = begin; it != end; ++it)
+    if (is(it->second)) {
+      ++patterns.uses[it->second];
+      return patterns.last = it->second;
+    }
+  patterns.last = static_cast<std::uint32_t>(patterns.uses.size());
+  patterns.by_key.emplace(key, patterns.last);
+  patterns.uses.push_back(1);
+  patterns.ops.insert(patterns.ops.end(), ops_.begin(), ops_.end());
+  return patterns.last;
+}
+
+void PatternEncoder::add_unused(std::uint64_t number) {
+  if (!numbered_) return;
+  numbers_.put_signed(static_cast<std::int64_t>(number - last_number_));
+  last_number_ = number;
+}
+
+std::vector<std::byte> PatternEncoder::finish(ZstdCompressor& zstd) {
+  ByteWriter out;
+  std::vector<std::byte> room;
+  out.put_u8(static_cast<std::uint8_t>(history_.bits()));
+  out.put_varint(runs_.size());
+  for (const Run& run : runs_) {
+    out.put_varint(run.block);
+    out.put_varint(run.cells);
+  }
+  // What is used most comes first, so that most of the numbers are small.
+  std::vector<std::vector<std::uint32_t>> places(patterns_.size());
+  for (std::uint32_t b = 0; b < patterns_.size(); ++b) {
+    Patterns& patterns = patterns_[b];
+    if (patterns.uses.empty()) continue;
+    const std::size_t count = patterns.uses.size(), bytes = 2 * nodes_[b];
+    std::vector<std::uint32_t> order(count);
+    std::iota(order.begin(), order.end(), 0);
+    std::sort(order.begin(), order.end(), [&](std::uint32_t x, std::uint32_t y) {
+      if (patterns.uses[x] != patterns.uses[y]) return patterns.uses[x] > patterns.uses[y];
+      return std::memcmp(patterns.ops.data() + x * bytes, patterns.ops.data() + y * bytes, bytes) <
+             0;
+    });
+    places[b].resize(count);
+    for (std::size_t i = 0; i < count; ++i) places[b][order[i]] = static_cast<std::uint32_t>(i);
+    out.put_varint(count);
+    room.resize(count * bytes);
+    for (std::size_t k = 0; k < bytes; ++k)
+      for (std::size_t i = 0; i < count; ++i)
+        room[k * count + i] = std::byte{patterns.ops[order[i] * bytes + k]};
+    put_plane(out, room, zstd);
+  }
+  std::size_t cell = 0;
+  for (const Run& run : runs_)
+    for (std::uint32_t i = 0; i < run.cells; ++i, ++cell)
+      ids_[cell] = places[run.block][ids_[cell]];
+  for (auto* list : {&ids_, &last_use_, &distances_, &slot_list_}) {
+    if (list == &distances_ || list == &slot_list_) out.put_varint(list->size());
+    put_numbers(out, std::span<const std::uint32_t>(*list), room, zstd);
+  }
+  out.put_varint(numbers_.bytes.size());
+  put_plane(out, numbers_.bytes, zstd);
+
+  if (missed_ * kMissedShare > ids_.size() && history_.may_reach(history_.bits() + 1))
+    history_.reach(history_.bits() + 1);
+  missed_ = 0;
+  patterns_.assign(patterns_.size(), {});
+  runs_.clear();
+  ids_.clear();
+  last_use_.clear();
+  distances_.clear();
+  slot_list_.clear();
+  numbers_.bytes.clear();
+  return std::move(out.bytes);
+}
+
+// --- decoding
+
+PatternDecoder::PatternDecoder(const Schema& schema, bool numbered, bool may_import)
+    : numbered_(numbered),
+      may_import_(may_import),
+      history_(most_nodes(schema)),
+      nodes_(nodes_by_block(schema)),
+      slots_(history_.stride()),
+      words_of_uses_(words_of_uses(history_.stride())),
+      patterns_(schema.blocks.size()) {}
+
+bool PatternDecoder::begin_group(std::span<const std::byte> bytes, std::uint32_t cells,
+                                 std::uint64_t nodes, std::uint64_t most_number_bytes,
+                                 ZstdDecompressor& zstd) {
+  ByteReader in(bytes);
+  const std::uint8_t bits = in.get_u8();
+  if (!in.ok() || !history_.may_reach(bits) || bits < history_.bits()) return false;
+  history_.reach(bits);
+  runs_.clear();
+  std::vector<std::uint64_t> of_block(nodes_.size());
+  std::uint64_t left = cells;
+  for (std::uint64_t count = in.get_count(2); count > 0; --count) {
+    const std::uint64_t block = in.get_varint(), run = in.get_varint();
+    if (!in.ok() || block >= nodes_.size() || run == 0 || run > left) return false;
+    runs_.push_back({static_cast<std::uint32_t>(block), static_cast<std::uint32_t>(run)});
+    of_block[static_cast<std::size_t>(block)] += run;
+    left -= run;
+  }
+  if (!in.ok() || left != 0) return false;
+  std::vector<std::byte> planes;
+  for (std::size_t b = 0; b < nodes_.size(); ++b) {
+    patterns_[b].clear();
+    if (of_block[b] == 0) continue;
+    const std::uint64_t count = in.get_varint(), each = 2 * nodes_[b];
+    if (!in.ok() || count == 0 || count > of_block[b] || of_block[b] * nodes_[b] > nodes ||
+        !get_plane(in, count * each, planes, zstd))
+      return false;
+    patterns_[b].resize(planes.size());
+    for (std::size_t k = 0; k < each; ++k)
+      for (std::size_t i = 0; i < count; ++i)
+        patterns_[b][i * each + k] = std::to_integer<std::uint8_t>(planes[k * count + i]);
+    for (std::size_t at = 0; at < planes.size(); at += 2) {
+      const std::size_t node = at / 2 % nodes_[b];
+      const std::uint8_t source = patterns_[b][at], where = patterns_[b][at + 1];
+      if (source >= kCount) return false;
+      if (source == kNew
+              ? where > new_vertex::kMost || (!numbered_ && (where & new_vertex::kNumbered) != 0) ||
+                    (!may_import_ && (where & new_vertex::kImported) != 0)
+              : where >= history_.stride())
+        return false;
+      if (source == kHere && where >= node) return false;
+      if (source >= kUsers && source < kFar && (source - kUsers) / 2 >= node) return false;
+    }
+  }
+  const std::uint64_t uses = std::uint64_t{cells} * words_of_uses(history_.stride());
+  if (!get_numbers(in, cells, ids_, planes, zstd) ||
+      !get_numbers(in, uses, last_use_, planes, zstd))
+    return false;
+  for (auto* list : {&distances_, &slot_list_}) {
+    const std::uint64_t count = in.get_varint();
+    if (!in.ok() || count > nodes || !get_numbers(in, count, *list, planes, zstd)) return false;
+  }
+  const std::uint64_t count = in.get_varint();
+  if (!in.ok() || count > most_number_bytes || !get_plane(in, count, numbers_bytes_, zstd) ||
+      in.left() != 0)
+    return false;
+  history_.expect(cells);
+  numbers_ = ByteReader(numbers_bytes_);
+  run_ = in_run_ = 0;
+  next_id_ = next_use_ = next_distance_ = next_slot_ = 0;
+  return true;
+}
+
+bool PatternDecoder::begin_cell() {
+  if (next_id_ == ids_.size()) return false;
+  if (in_run_ == runs_[run_].cells) {
+    ++run_;
+    in_run_ = 0;
+  }
+  ++in_run_;
+  const std::uint32_t block = runs_[run_].block, nodes = nodes_[block];
+  const std::size_t at = std::size_t{ids_[next_id_++]} * 2 * nodes;
+  if (at >= patterns_[block].size()) return false;
+  // Patterns come from all over a list that is longer than the nearest cache.
+  if (next_id_ + kAhead < ids_.size())
+    prefetch(patterns_[block].data() + std::size_t{ids_[next_id_ + kAhead]} * 2 * nodes);
+  ops_ = patterns_[block].data() + at;
+  cell_.block = block;
+  cell_.introduced = cell_.again = cell_.imports = 0;
+  cell_.last_use = last_use_[next_use_++];
+  for (std::uint32_t w = 1; w < words_of_uses_; ++w)
+    cell_.last_use |= std::uint64_t{last_use_[next_use_++]} << 32 * w;
+  cell_.slots = std::span(slots_).first(nodes);
+  return nodes == 64 || cell_.last_use >> nodes == 0;
+}
+
+std::optional<std::uint64_t> PatternDecoder::next_unused() {
+  last_number_ += static_cast<std::uint64_t>(numbers_.get_signed());
+  return numbers_.ok() ? std::optional(last_number_) : std::nullopt;
+}
+
+bool PatternDecoder::at_end() const {
+  return next_id_ == ids_.size() && next_distance_ == distances_.size() &&
+         next_slot_ == slot_list_.size() && numbers_.ok() && numbers_.left() == 0;
+}
+
+}  // namespace shm

@@ -1,0 +1,220 @@
+// Patterns: cells as places in a list of patterns, lists of what patterns leave open, all under
+// zstd. For speed, on meshes of any kind; no active surface of faces, no models.
+//
+// in:    cells, by vertices      out: a bitstream for each group
+// keeps: slots of live vertices, the last cells; changed alike in both directions
+// spec: "Patterns"
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "bytes/binary.h"
+#include "bytes/packing.h"
+#include "patterns/pattern_cells.h"
+
+namespace shm {
+
+class PatternEncoder {
+ public:
+  /// `numbered`: whether vertices come with numbers of their own.
+  PatternEncoder(const Schema& schema, bool numbered);
+
+  /// `handles`: what the caller calls the vertices, free again behind the cell that uses one last.
+  /// `numbers`: of those that the cell introduces, in order of nodes. Slots of the cell are valid
+  /// until the next one.
+  void add_cell(const PatternCell& cell, std::span<const std::uint32_t> handles,
+                std::span<const std::uint64_t> numbers);
+  std::span<const std::uint32_t> slots() const { return slots_; }
+  /// As PatternCell has it.
+  std::uint64_t again() const { return again_; }
+  /// A vertex that no cell uses; after the cells of the group.
+  void add_unused(std::uint64_t number);
+  /// The group's bitstream; the next group begins.
+  std::vector<std::byte> finish(ZstdCompressor& zstd);
+
+  std::uint64_t live() const { return history_.live(); }
+  /// Above every slot.
+  std::uint32_t slot_count() const { return history_.slots(); }
+
+ private:
+  struct Op {
+    std::uint32_t source = 0, node = 0;
+  };
+  Op find(std::uint64_t introduced, std::uint32_t node, const PatternHistory::Users& users);
+  std::uint32_t pattern_of(std::uint32_t block, std::uint32_t nodes);
+
+  bool numbered_;
+  PatternHistory history_;
+  std::vector<std::uint32_t> nodes_;    // by block
+  std::vector<std::uint32_t> slot_of_;  // by handle
+  std::vector<std::uint32_t> slots_;    // of the cell at hand
+  std::uint64_t again_ = 0;             // likewise
+  PatternHistory::References references_;
+  std::uint64_t last_number_ = ~std::uint64_t{0};
+
+  /// The patterns of a block in the group at hand.
+  struct Patterns {
+    std::unordered_multimap<std::uint64_t, std::uint32_t> by_key;
+    std::vector<std::uint8_t> ops;    // source and node, by pattern and node
+    std::vector<std::uint32_t> uses;  // by pattern
+    std::uint32_t last = 0;
+  };
+  std::vector<Patterns> patterns_;  // by block
+  std::vector<std::uint8_t> ops_;   // of the cell at hand
+  struct Run {
+    std::uint32_t block = 0, cells = 0;
+  };
+  std::vector<Run> runs_;
+  std::vector<std::uint32_t> ids_;       // by cell
+  std::vector<std::uint32_t> last_use_;  // by cell, words of 32 nodes
+  std::vector<std::uint32_t> distances_, slot_list_;
+  ByteWriter numbers_;
+  std::uint64_t missed_ = 0;  // nodes whose vertex is remembered by none of the last cells
+};
+
+class PatternDecoder {
+ public:
+  PatternDecoder(const Schema& schema, bool numbered, bool may_import);
+
+  /// `bytes` of a group with so many cells, which have `nodes` nodes at most; numbers may take
+  /// `most_number_bytes`. False for damaged data.
+  bool begin_group(std::span<const std::byte> bytes, std::uint32_t cells, std::uint64_t nodes,
+                   std::uint64_t most_number_bytes, ZstdDecompressor& zstd);
+  /// The next cell; null for damaged data. `numbers` takes those of its vertices, by node. Of each
+  /// vertex that is new: introduce(kind, vertex), which sets its number; false for damaged data.
+  /// Last uses are still to come: end_cell().
+  template <class Introduce>
+  const PatternCell* next_cell(std::uint64_t* numbers, Introduce&& introduce) {
+    if (!begin_cell()) return nullptr;
+    const auto nodes = static_cast<std::uint32_t>(cell_.slots.size());
+    return (nodes == 8 ? decode_nodes<8>(8, numbers, introduce)
+                       : decode_nodes<0>(nodes, numbers, introduce))
+               ? &cell_
+               : nullptr;
+  }
+  std::size_t stride() const { return history_.stride(); }
+  /// The number of a new vertex, where they come with numbers.
+  std::optional<std::uint64_t> next_number(std::uint32_t kind) {
+    if ((kind & new_vertex::kNumbered) == 0) return ++last_number_;
+    return next_unused();
+  }
+  /// Finalizes the vertices that the cell uses last; calls visit(vertex) before.
+  template <class Visit>
+  void end_cell(Visit&& visit) {
+    for (std::uint64_t left = cell_.last_use; left != 0; left &= left - 1) {
+      const std::uint32_t slot = slots_[static_cast<std::size_t>(std::countr_zero(left))];
+      if (!history_.is_live(slot)) continue;  // it stands at several nodes
+      visit(history_.vertex(slot));
+      history_.finalize(slot);
+    }
+  }
+  /// Of a vertex that no cell uses; nothing for damaged data.
+  std::optional<std::uint64_t> next_unused();
+  bool at_end() const;
+
+  std::uint64_t live() const { return history_.live(); }
+  const PatternHistory::Vertex& vertex(std::uint32_t slot) const { return history_.vertex(slot); }
+  std::uint32_t slot_count() const { return history_.slots(); }
+
+ private:
+  bool begin_cell();
+  template <std::uint32_t kNodes, class Introduce>
+  bool decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, Introduce& introduce);
+
+  bool numbered_, may_import_;
+  PatternHistory history_;
+  std::vector<std::uint32_t> nodes_;  // by block
+  PatternCell cell_;
+  std::vector<std::uint32_t> slots_;
+  std::uint32_t words_of_uses_;
+  const std::uint8_t* ops_ = nullptr;  // of the cell at hand: source and node, by node
+  std::uint64_t last_number_ = ~std::uint64_t{0};
+
+  // the group at hand
+  struct Run {
+    std::uint32_t block = 0, cells = 0;
+  };
+  std::vector<Run> runs_;
+  std::size_t run_ = 0;
+  std::uint32_t in_run_ = 0;
+  std::vector<std::vector<std::uint8_t>> patterns_;  // by block
+  std::vector<std::uint32_t> ids_, last_use_, distances_, slot_list_;
+  std::size_t next_id_ = 0, next_use_ = 0, next_distance_ = 0, next_slot_ = 0;
+  std::vector<std::byte> numbers_bytes_;
+  ByteReader numbers_{{}};
+};
+
+/// kNodes: how many there are; 0: any number.
+template <std::uint32_t kNodes, class Introduce>
+bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers,
+                                  Introduce& introduce) {
+  using namespace pattern_source;
+  const std::uint32_t count = kNodes > 0 ? kNodes : nodes;
+  std::uint32_t* const slots = slots_.data();
+  const std::uint32_t cell = history_.next();
+  // By source: the cells whose rows they name. A cell that is to come has none.
+  std::array<std::uint32_t, kFar + 1> cells;
+  const PatternHistory::References& on = history_.references();
+  cells[kBefore] = cell - 1;
+  for (std::uint32_t i = 0; i < kOnCount; ++i)
+    cells[kOn + i] = i < on.count ? on.cells[i] + 1 : cell;
+  std::array<std::uint32_t, kMostPatternNodes> referred;  // in order of nodes
+  std::uint32_t referred_count = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::uint32_t source = ops_[2 * i], node = ops_[2 * i + 1];
+    std::uint32_t slot = 0;
+    if (source == kNew) {
+      slots[i] = slot = history_.introduce();
+      PatternHistory::Vertex& vertex = history_.vertex(slot);
+      cell_.introduced |= std::uint64_t{1} << i;
+      vertex.imported = (node & new_vertex::kImported) != 0;
+      if (vertex.imported) cell_.imports |= std::uint64_t{1} << i;
+      if (!introduce(node, vertex)) return false;
+      if (i < kUsersOf) cells[kUsers + 2 * i] = cells[kUsers + 2 * i + 1] = cell;
+      numbers[i] = vertex.number;
+      continue;
+    }
+    if (source <= kFar) {
+      if (source == kFar) {
+        if (next_distance_ == distances_.size()) return false;
+        cells[kFar] = cell - distances_[next_distance_++];
+      }
+      const std::uint32_t from = cells[source];
+      slot = history_.row(from)[node];
+      referred[referred_count] = from;
+      referred_count += source == kBefore ? 0 : 1;
+    } else if (source == kHere) {
+      slot = slots[node];
+    } else {
+      if (next_slot_ == slot_list_.size()) return false;
+      slot = slot_list_[next_slot_++];
+    }
+    if (!history_.is_live(slot)) return false;
+    slots[i] = slot;
+    PatternHistory::Vertex& vertex = history_.vertex(slot);
+    if (i < kUsersOf) {
+      cells[kUsers + 2 * i] = vertex.last;
+      cells[kUsers + 2 * i + 1] = vertex.before;
+    }
+    // Whatever told it: a slot of an earlier cell may be that of a vertex which is new here.
+    const bool again = vertex.last == cell;
+    cell_.again |= static_cast<std::uint64_t>(again) << i;
+    vertex.before = again ? vertex.before : vertex.last;
+    vertex.last = cell;
+    numbers[i] = vertex.number;
+  }
+  PatternHistory::References references;
+  for (std::uint32_t i = 0; i < referred_count && references.count < kOnCount; ++i)
+    references.add(referred[i]);
+  history_.add_cell(slots, count, references);
+  return true;
+}
+
+}  // namespace shm

@@ -1,0 +1,58 @@
+// Vertex terms: which vertices a new one is predicted from, within the cell that introduces it: the
+// others of a hexahedron, of a quadrilateral, of an edge.
+// spec: "Values by terms"
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "patterns/pattern_cells.h"
+#include "shm/schema.h"
+
+namespace shm {
+
+/// Most terms of a vertex. Frozen: part of the format.
+inline constexpr std::uint32_t kMostTerms = 7;
+
+/// A new vertex, and the slots of those that it is predicted from:
+///   7   the corners of a hexahedron: three neighbours, minus three across faces, plus the opposite
+///   3   of a quadrilateral: both neighbours, minus the opposite
+///   2   the middle of both
+///   1   that one;     0   the element before
+struct VertexTerms {
+  std::uint32_t slot = 0;
+  std::uint32_t count = 0;
+  std::array<std::uint32_t, kMostTerms> slots{};
+};
+
+class TermFinder {
+ public:
+  explicit TermFinder(const Schema& schema);
+
+  /// Of the vertices that the cell introduces, in order of its nodes, appended to `terms`.
+  void add_cell(const PatternCell& cell, std::vector<VertexTerms>& terms);
+
+ private:
+  struct Recipe {
+    std::uint8_t node = 0, count = 0;
+    std::array<std::uint8_t, kMostTerms> nodes{};
+  };
+  struct Block {
+    CellShape shape = CellShape::other;
+    std::uint32_t nodes = 0, corners = 0;
+    std::unordered_map<std::uint64_t, std::vector<Recipe>> recipes;  // by what is introduced
+    std::uint64_t last_introduced = 0;
+    const std::vector<Recipe>* last = nullptr;
+  };
+  static Recipe recipe_of(const Block& block, std::uint32_t node, std::uint64_t known);
+  static std::vector<Recipe> recipes_of(const Block& block, const PatternCell& cell);
+  const std::vector<Recipe>& known_recipes_of(Block& block, const PatternCell& cell);
+
+  std::vector<Block> blocks_;
+  std::vector<Recipe> recipes_;  // of a cell with a vertex at several nodes
+};
+
+}  // namespace shm

@@ -1,0 +1,91 @@
+// Values told by terms: what a group takes over from the one before is the same in both directions.
+#include "patterns/term_column.h"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstring>
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace shm {
+namespace {
+
+using Bytes = std::vector<std::byte>;
+
+/// New vertices from this slot on, each of which has the one before for its term, the first one
+/// slot 0, too.
+std::vector<VertexTerms> chain(std::uint32_t first, std::uint32_t count) {
+  std::vector<VertexTerms> vertices(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    vertices[i].slot = first + i;
+    if (first + i == 0) continue;
+    vertices[i].count = 1;
+    vertices[i].slots[0] = i == 0 ? 0 : first + i - 1;
+  }
+  return vertices;
+}
+
+/// Encodes groups of one column, and decodes them; all bits must come back. Returns their codecs.
+template <class T>
+std::vector<Codec> there_and_back(ScalarType type, const std::vector<std::vector<T>>& groups) {
+  ArrayInfo info;
+  info.type = type;
+  TermColumn encoder(info, true), decoder(info, true);
+  TermScratch scratch;
+  std::vector<Codec> codecs;
+  std::uint32_t slots = 0;
+  for (const std::vector<T>& values : groups) {
+    const auto count = static_cast<std::uint32_t>(values.size());
+    const std::vector<VertexTerms> vertices = chain(slots, count);
+    slots += count;
+    const TermColumn::Elements elements{vertices, count, slots};
+    const auto bytes = std::as_bytes(std::span(values));
+    const auto encoded = encoder.encode(elements, bytes.data(), sizeof(T), scratch);
+    codecs.push_back(encoded.codec);
+    Bytes decoded;
+    EXPECT_TRUE(decoder.begin_group(encoded.codec, encoded.bytes, bytes.size(), scratch));
+    EXPECT_TRUE(decoder.decode(elements, decoded, scratch)) << "group " << codecs.size();
+    EXPECT_TRUE(decoder.at_end());
+    EXPECT_EQ(decoded, Bytes(bytes.begin(), bytes.end())) << "group " << codecs.size();
+  }
+  return codecs;
+}
+
+/// One of these in turn, in no order that terms would show.
+template <class T>
+std::vector<T> some_of(std::span<const T> words, std::size_t count) {
+  std::vector<T> values;
+  std::uint32_t state = 1;
+  for (std::size_t i = 0; i < count; ++i) {
+    state = state * 1664525 + 1013904223;
+    values.push_back(words[(state >> 16) % words.size()]);
+  }
+  return values;
+}
+
+TEST(TermColumn, StatesBehindAShuffledGroupAreTranslatedToATable) {
+  // Of 0 the rank is 1, and so it is of the vertices that the shuffled group left.
+  using Limits = std::numeric_limits<std::int64_t>;
+  const std::vector<std::int64_t> words{Limits::min(), 0, 1, Limits::max() / 2, Limits::max()};
+  std::vector<std::int64_t> names;
+  for (int i = 0; i < 200; ++i)
+    names.push_back((i & 1) != 0 ? 0x123456789abcdef : -0x76543210fedcba);
+  const auto codecs =
+      there_and_back<std::int64_t>(ScalarType::int64, {names, some_of<std::int64_t>(words, 300)});
+  EXPECT_EQ(codecs, (std::vector<Codec>{Codec::shuffled_zstd, Codec::terms}));
+}
+
+TEST(TermColumn, NansPassFromTableToTable) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<double> words{0.0, -0.0, 1.5, nan, 1e300, -2.25, 1 / 3.0};
+  std::vector<double> first = some_of<double>(words, 200);
+  first.front() = first.back() = nan;
+  const auto codecs =
+      there_and_back<double>(ScalarType::float64, {first, some_of<double>(words, 200)});
+  EXPECT_EQ(codecs, (std::vector<Codec>{Codec::terms, Codec::terms}));
+}
+
+}  // namespace
+}  // namespace shm
