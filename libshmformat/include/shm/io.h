@@ -53,6 +53,8 @@ class SHM_API MemorySource final : public ByteSource {
  public:
   explicit MemorySource(std::span<const std::byte> bytes) : left_(bytes) {}
   Result<std::size_t> read(std::span<std::byte> into) override;
+  /// What has not been read.
+  std::span<const std::byte> left() const { return left_; }
 
  private:
   std::span<const std::byte> left_;

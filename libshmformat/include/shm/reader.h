@@ -124,6 +124,9 @@ class SHM_API Decoder {
   Result<Progress> advance();
   /// Must hold: advance() returned item_ready. Moves the item out.
   Item take();
+  /// Gives back a block that nobody needs any more: its room is taken for a block to come. Who
+  /// does without it loses time alone.
+  void reuse(MeshBlock&& block);
   /// Null until the file header has been decoded; then valid for the decoder's life.
   const Schema* schema() const;
 

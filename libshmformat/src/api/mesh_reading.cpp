@@ -107,12 +107,14 @@ struct ToldSizes {
   std::vector<std::uint64_t> block_cells;
 };
 
-ToldSizes told_sizes(const FileSource& file, const ReadLimits& limits) {
-  auto source = file.anywhere();
-  if (!source) return {};
-  IndexedFile indexed(**source, limits);
+ToldSizes told_sizes(RandomSource& source, const ReadLimits& limits) {
+  IndexedFile indexed(source, limits);
   if (!indexed.open() || !indexed.expect_totals()) return {};
   return {indexed.index().vertices, indexed.index().block_cells};
+}
+ToldSizes told_sizes(const FileSource& file, const ReadLimits& limits) {
+  const auto source = file.anywhere();
+  return source ? told_sizes(**source, limits) : ToldSizes();
 }
 
 /// Joins the items of a file, in coding order.
@@ -274,7 +276,12 @@ Result<Mesh> read(ByteSource& source, const ReadLimits& limits, const ReadOption
 }  // namespace
 
 Result<Mesh> read_mesh(ByteSource& source, const ReadLimits& limits, const ReadOptions& options) {
-  return read(source, limits, options, {});
+  ToldSizes told;
+  if (const auto* const memory = dynamic_cast<const MemorySource*>(&source)) {
+    MemoryRandomSource anywhere(memory->left());
+    told = told_sizes(anywhere, limits);
+  }
+  return read(source, limits, options, told);
 }
 
 Result<Mesh> read_file(const std::string& path, const ReadLimits& limits,

@@ -59,6 +59,9 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
     item_.reset();
     return item;
   }
+  void reuse(MeshBlock&& block) {
+    if (mesh_) mesh_->reuse(std::move(block));
+  }
   const Schema* schema() const { return schema_ ? schema_.get() : nullptr; }
   const std::optional<Error>& error() const { return error_; }
   Result<container::Index> held() const;
@@ -491,6 +494,7 @@ Result<void> Decoder::feed(std::span<const std::byte> bytes) {
 void Decoder::end_of_input() { impl_->end_of_input(); }
 Result<Decoder::Progress> Decoder::advance() { return impl_->advance(); }
 Item Decoder::take() { return impl_->take(); }
+void Decoder::reuse(MeshBlock&& block) { impl_->reuse(std::move(block)); }
 const Schema* Decoder::schema() const { return impl_->schema(); }
 Result<container::Index> Decoder::held() const { return impl_->held(); }
 
@@ -512,6 +516,8 @@ class __attribute__((visibility("hidden"))) Reader::Impl {
     return {};
   }
   Result<Item*> next() {
+    if (auto* const block = item_ ? std::get_if<MeshBlock>(&*item_) : nullptr)
+      decoder_.reuse(std::move(*block));
     item_.reset();
     while (true) {
       auto progress = decoder_.advance();

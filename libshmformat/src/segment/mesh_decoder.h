@@ -31,6 +31,8 @@ class MeshDecoder {
   /// The next block, some thousand cells at most. Null when nothing is there yet and `wait` is not
   /// set, or nothing is coming.
   Result<std::optional<MeshBlock>> next_block(bool wait);
+  /// Takes the room of a block that was taken, for one to come.
+  void reuse(MeshBlock&& block) { queue_.reuse(std::move(block)); }
 
   // What the blocks taken so far hold.
   std::uint64_t vertices() const { return vertices_; }

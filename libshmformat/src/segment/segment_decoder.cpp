@@ -115,8 +115,25 @@ Result<void> SegmentDecoder::begin_streams() {
   return {};
 }
 
-Result<DecodedBlock> SegmentDecoder::next_block() {
+namespace {
+
+/// Empties it, but for the room that it takes.
+void clear(MeshBlock& block) {
+  for (auto* numbers : {&block.vertex_numbers, &block.cell_numbers, &block.corner_begin,
+                        &block.corners, &block.last_use, &block.vertices_before_cell})
+    numbers->clear();
+  block.xyz.clear();
+  block.cell_blocks.clear();
+  block.imported.clear();
+  for (auto& values : block.arrays) values.clear();
+}
+
+}  // namespace
+
+Result<DecodedBlock> SegmentDecoder::next_block(MeshBlock&& room) {
   DecodedBlock decoded;
+  decoded.mesh = std::move(room);
+  clear(decoded.mesh);
   decoded.offset = group_offset_;
   if (auto good = decoder_->next_block(decoded); !good) return placed(good.error());
   if (!decoder_->is_complete()) return decoded;
@@ -238,7 +255,7 @@ Result<std::optional<DecodingQueue::Output>> DecodingQueue::next(Wait wait) {
   if (tasks_) return tasks_->next(wait);
   if (left_) return std::exchange(left_, std::nullopt);
   if (!segment_ || !segment_->decoder.in_group()) return std::optional<Output>();
-  auto block = segment_->decoder.next_block();
+  auto block = segment_->decoder.next_block(std::exchange(room_, {}));
   if (!block) return block.error();
   return std::optional<Output>({segment_->segment, segment_->group, std::move(*block), {}});
 }

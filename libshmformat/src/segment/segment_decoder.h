@@ -38,8 +38,8 @@ class SegmentDecoder {
   /// The next group. Where it stands, and which one it is, is for errors.
   Result<void> begin_group(container::GroupChunk chunk);
   bool in_group() const { return in_group_; }
-  /// Must hold: in_group(). Some thousand cells at most.
-  Result<DecodedBlock> next_block();
+  /// Must hold: in_group(). Some thousand cells at most. `room`: a block whose room it takes.
+  Result<DecodedBlock> next_block(MeshBlock&& room = {});
 
   /// The header of the group that began last.
   const container::GroupHeader& group() const { return group_; }
@@ -114,6 +114,10 @@ class DecodingQueue {
   /// The next output. Nothing where none is there yet and it is not waited for, where another group
   /// may be added, or where nothing is coming.
   Result<std::optional<Output>> next(Wait wait);
+  /// Takes the room of a block that was taken, for one to come; not with threads.
+  void reuse(MeshBlock&& block) {
+    if (!tasks_) room_ = std::move(block);
+  }
 
  private:
   class SegmentTask;
@@ -131,6 +135,7 @@ class DecodingQueue {
   Check check_;
   std::unique_ptr<Segment> segment_;  // without threads
   std::optional<Output> left_;        // the same: the end of the one before
+  MeshBlock room_;                    // the same
   std::unique_ptr<Tasks> tasks_;      // with threads
 };
 
