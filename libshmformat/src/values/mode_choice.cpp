@@ -9,17 +9,27 @@ namespace shm {
 namespace {
 
 // Elements of a class that are looked at before its modes are chosen, in each tile.
-constexpr std::size_t kLookAt = 256, kFitAt = 512, kFewestToFit = 40;
+constexpr std::size_t kLookAt = 256, kFitAt = 256, kFewestToFit = 40;
+// Before that: by all modes, and how many of these go on.
+constexpr std::size_t kFirstLooks = 32, kKeptAlone = 3, kKeptBeside = 2;
 // Tiles for which the modes of a large class are kept.
 constexpr std::uint32_t kMostTilesKept = 8;
 // About what it costs to code another mode, and weights, in bits.
 constexpr double kModeBits = 5.0, kWeightsBits = 250.0;
 
-/// About the bits of a residual.
-double cost_of(std::int64_t residual) {
+constexpr std::uint32_t kCostParts = 10;
+
+/// About the bits of a residual, in parts of one.
+std::uint32_t cost_of(std::int64_t residual) {
   const std::uint32_t length = bit_length(residual);
-  return length == 0 ? 0.3 : 1.7 + static_cast<double>(length);
+  return length == 0 ? 3 : 17 + length * kCostParts;
 }
+
+/// A feature of an element.
+struct FeatureAt {
+  const std::array<double, kFeatures>* of = nullptr;
+  double operator()(std::uint32_t feature) const { return (*of)[feature]; }
+};
 
 /// Whether a mode may predict anything else than the lattice where these bits are known.
 bool differs_from_lattice(std::uint32_t mode, std::uint32_t known) {
@@ -115,19 +125,21 @@ class FamilyFits {
       if (shares(classes.of(c).size(), modes[c])) sharing_[families[c]] += classes.of(c).size();
   }
 
-  struct Fit {
-    std::optional<Weights> weights;
-    double bits = 0;  ///< what coding them costs the class
-  };
-  /// No weights: the class is not one of those that share, or the family is too small.
-  Fit of(std::uint32_t of_class, std::size_t size, const ClassModes& start, std::uint32_t input) {
+  /// Whether the class is one of those that share, and they are enough.
+  bool has(std::uint32_t of_class, std::size_t size, const ClassModes& start) const {
+    return shares(size, start) && sharing_[families_[of_class]] >= kFewestToFit;
+  }
+  /// What coding them costs the class. Must hold: has().
+  double bits(std::uint32_t of_class, std::size_t size) const {
+    return kWeightsBits * static_cast<double>(size) /
+           static_cast<double>(sharing_[families_[of_class]]);
+  }
+  /// Must hold: has().
+  const Weights& weights(std::uint32_t of_class, std::uint32_t input) {
     const std::uint16_t family = families_[of_class];
-    const auto members = members_.of(family);
-    if (!shares(size, start) || members.size() < kFewestToFit) return {};
-    std::optional<Weights>& weights = weights_[input][family];
-    if (!weights) weights = fit_members(*space_, *all_, members, input);
-    return {weights,
-            kWeightsBits * static_cast<double>(size) / static_cast<double>(sharing_[family])};
+    std::optional<Weights>& its = weights_[input][family];
+    if (!its) its = fit_members(*space_, *all_, members_.of(family), input);
+    return *its;
   }
 
  private:
@@ -144,33 +156,42 @@ class FamilyFits {
   std::array<std::vector<std::optional<Weights>>, 2> weights_;  // by input, by family
 };
 
-/// Searches the modes of one class, for one input.
+/// Searches the modes of one class, for one input: all of them at a few of its elements, and at more
+/// of these the ones that came out well, alone or beside the first.
 template <class Space>
 class Search {
  public:
-  /// `members`: not empty. `start`: how the class is predicted now.
+  /// `members`: of the class, not empty. `start`: how it is predicted now.
   Search(const Space& space, const ModeSamples& all, std::span<const std::uint32_t> members,
-         const ClassModes& start, std::uint32_t input, bool matches,
-         const typename FamilyFits<Space>::Fit& family)
+         std::uint32_t of_class, const ClassModes& start, std::uint32_t input, bool matches,
+         FamilyFits<Space>& families)
       : space_(&space),
         all_(&all),
         members_(members),
+        of_class_(of_class),
         start_(&start),
         matches_(matches),
-        family_(family) {
+        families_(&families) {
     chosen_.input = input;
     chosen_.weights = start.weights;
-    looked_ = std::min(members.size(), kLookAt);
-    scale_ = static_cast<double>(members.size()) / static_cast<double>(looked_);
+    pick();
   }
 
   void run() {
     for (std::uint32_t mode = 0; mode < kModes; ++mode) {
-      tried_[mode] = is_worth_trying(mode);
-      if (!tried_[mode]) continue;
-      cost_[mode] = mode == kFittedMode ? fit() : look(mode, chosen_.weights);
+      tried_[mode] = mode != kFittedMode && is_worth_trying(mode);
+      if (tried_[mode]) look_on(mode);
     }
     choose_first();
+    if (is_worth_trying(kFittedMode)) fit();
+    choose_first();
+    if (looked_ < picked_) {
+      keep_the_best();
+      looked_ = picked_;
+      for (std::uint32_t mode = 0; mode < kModes; ++mode)
+        if (tried_[mode]) look_on(mode);
+      choose_first();
+    }
     choose_second();
   }
   const ClassModes& chosen() const { return chosen_; }
@@ -178,10 +199,35 @@ class Search {
   double bits() const { return bits_; }
 
  private:
+  /// An element that is looked at.
+  struct Pick {
+    const ModeSample* sample = nullptr;
+    FeatureAt at;
+    double lattice = 0.0, added = 0.0;  // added: to predictions
+  };
+
+  /// Those with an index of some that are spread over all; so are the first of them.
+  void pick() {
+    const std::size_t most = std::min(members_.size(), kLookAt);
+    const std::size_t apart = most > kFirstLooks ? kLookAt / kFirstLooks : 1;
+    for (std::size_t begin = 0; begin < apart; ++begin)
+      for (std::size_t i = begin; i < most; i += apart) {
+        const std::uint32_t its =
+            members_[static_cast<std::size_t>(std::uint64_t{i} * members_.size() / most)];
+        const ModeSample& sample = all_->samples[its];
+        if (!sample.index) continue;
+        const bool differs = chosen_.input == kDifferences;
+        const FeatureAt at{differs ? &all_->differences[its] : &sample.state};
+        picks_[picked_++] = {&sample, at, Predictor(sample.known, at).lattice(),
+                             differs ? sample.reference : 0.0};
+      }
+    looked_ = std::min(picked_, kFirstLooks);
+  }
   bool is_fittable() const { return members_.size() >= kFewestToFit; }
+  bool has_family() const { return families_->has(of_class_, members_.size(), *start_); }
   bool is_worth_trying(std::uint32_t mode) const {
     if (mode == kStayMode) return chosen_.input == kDifferences;
-    if (mode == kFittedMode && !is_fittable() && !family_.weights && start_->weights == Weights{})
+    if (mode == kFittedMode && !is_fittable() && !has_family() && start_->weights == Weights{})
       return false;
     if (mode == kPartnerMode)
       return std::any_of(members_.begin(), members_.end(),
@@ -189,62 +235,118 @@ class Search {
     if (!matches_ && mode >= kMatchMode && mode != kFittedMode) return false;
     return differs_from_lattice(mode, all_->samples[members_[0]].known);
   }
-  /// What a mode misses, in bits.
-  double look(std::uint32_t mode, const Weights& weights) {
-    missed_[mode].clear();
-    double sum = 0.0;
-    for_each_picked(*all_, members_, looked_, chosen_.input,
-                    [&](const auto& sample, const auto& predictor, double added) {
-                      const bool can = mode != kPartnerMode || sample.has_partner;
-                      const double prediction =
-                          predictor.predict(can ? mode : kLattice, weights) + added;
-                      const double bits = cost_of(minus(*sample.index, space_->index(prediction)));
-                      missed_[mode].push_back(bits);
-                      sum += bits;
-                    });
-    return sum * scale_;
+  /// Looks what a mode misses at the elements that are to be looked at and have not been by it.
+  void look_on(std::uint32_t mode) {
+    Looks& its = looks_[mode];
+    for (; its.count < looked_; ++its.count) {
+      const Pick& pick = picks_[its.count];
+      const bool can = mode != kPartnerMode || pick.sample->has_partner;
+      const double prediction = Predictor(pick.sample->known, pick.at, pick.lattice)
+                                    .predict(can ? mode : kLattice, chosen_.weights) +
+                                pick.added;
+      const std::uint32_t cost = cost_of(minus(*pick.sample->index, space_->index(prediction)));
+      its.missed[its.count] = static_cast<std::uint16_t>(cost);
+      its.sum += cost;
+    }
   }
-  /// What the fitted mode misses, with the weights as they are or with those of the class or its
-  /// family.
-  double fit() {
-    double least = 1e300, to_code = 0.0;
+  /// Bits of the class in a mode, without what choosing it costs.
+  double bits_in(std::uint32_t mode) const { return bits_of(looks_[mode].sum); }
+  double bits_of(std::uint64_t looked) const {
+    return looked_ == 0 ? 0.0
+                        : static_cast<double>(looked) / kCostParts *
+                              static_cast<double>(members_.size()) / static_cast<double>(looked_);
+  }
+
+  /// The fitted mode, with the weights as they are or with those of the class or its family; unless
+  /// what is found already is so good that weights cannot pay.
+  void fit() {
+    double least = 1e300;
+    Weights best = chosen_.weights;
     const auto rate = [&](const Weights& weights, double bits) {
-      const double cost = look(kFittedMode, weights) + bits;
+      looks_[kFittedMode].count = 0;
+      looks_[kFittedMode].sum = 0;
+      chosen_.weights = weights;
+      look_on(kFittedMode);
+      const double cost = bits_in(kFittedMode) + bits;
       if (cost >= least) return;
       least = cost;
-      to_code = bits;
-      chosen_.weights = weights;
+      to_code_ = bits;
+      best = weights;
     };
     if (!(start_->weights == Weights{})) rate(start_->weights, 0.0);
-    if (family_.weights) rate(*family_.weights, family_.bits);
-    if (is_fittable()) rate(fit_members(*space_, *all_, members_, chosen_.input), kWeightsBits);
-    return look(kFittedMode, chosen_.weights) + to_code;
+    const double bits = bits_in(chosen_.mode);
+    if (has_family())
+      if (const double its = families_->bits(of_class_, members_.size()); its < bits)
+        rate(families_->weights(of_class_, chosen_.input), its);
+    if (is_fittable() && bits > kWeightsBits)
+      rate(fit_members(*space_, *all_, members_, chosen_.input), kWeightsBits);
+    tried_[kFittedMode] = least < 1e300;
+    if (tried_[kFittedMode]) rate(best, to_code_);
+    chosen_.weights = best;
   }
   void choose_first() {
     const auto with_change = [&](std::uint32_t mode) {
-      return cost_[mode] + (start_->mode == mode ? 0.0 : kModeBits);
+      return bits_in(mode) + (mode == kFittedMode ? to_code_ : 0.0) +
+             (start_->mode == mode ? 0.0 : kModeBits);
     };
     chosen_.mode = kLattice;
     for (std::uint32_t mode = 0; mode < kModes; ++mode)
       if (tried_[mode] && with_change(mode) < with_change(chosen_.mode)) chosen_.mode = mode;
   }
+
+  /// What is missed where another mode is taken instead of the first one when it is better.
+  struct Beside {
+    std::uint64_t sum = 0;
+    std::size_t taken = 0;
+  };
+  Beside beside_first(std::uint32_t mode) const {
+    const Looks &first = looks_[chosen_.mode], &its = looks_[mode];
+    Beside beside;
+    for (std::size_t i = 0; i < looked_; ++i) {
+      const bool better = its.missed[i] + kCostParts < first.missed[i];
+      beside.taken += better ? 1 : 0;
+      beside.sum += better ? its.missed[i] : first.missed[i];
+    }
+    return beside;
+  }
+  /// Goes on with the modes that miss least, those that miss least beside the first one, and how
+  /// the class is predicted now.
+  void keep_the_best() {
+    std::array<bool, kModes> kept{};
+    std::array<std::uint64_t, kModes> sums{};
+    const auto keep_least = [&](std::size_t count) {
+      for (; count > 0; --count) {
+        std::uint32_t least = kNoMode;
+        for (std::uint32_t mode = 0; mode < kModes; ++mode)
+          if (tried_[mode] && !kept[mode] && (least == kNoMode || sums[mode] < sums[least]))
+            least = mode;
+        if (least == kNoMode) return;
+        kept[least] = true;
+      }
+    };
+    for (std::uint32_t mode : {static_cast<std::uint32_t>(kLattice), start_->mode, start_->second})
+      if (mode < kModes) kept[mode] = tried_[mode];
+    kept[chosen_.mode] = true;
+    for (std::uint32_t mode = 0; mode < kModes; ++mode) sums[mode] = looks_[mode].sum;
+    keep_least(kKeptAlone);
+    for (std::uint32_t mode = 0; mode < kModes; ++mode)
+      if (tried_[mode]) sums[mode] = beside_first(mode).sum;
+    keep_least(kKeptBeside);
+    tried_ = kept;
+  }
   /// A mode for where the first one is wrong, if it saves more than it costs to mark these places.
   void choose_second() {
-    const auto& first = missed_[chosen_.mode];
     chosen_.second = kNoMode;
-    bits_ = cost_[chosen_.mode] + (start_->second == kNoMode ? 0.0 : kModeBits);
+    bits_ = bits_in(chosen_.mode) + (chosen_.mode == kFittedMode ? to_code_ : 0.0) +
+            (start_->second == kNoMode ? 0.0 : kModeBits);
     for (std::uint32_t mode = 0; mode < kModes; ++mode) {
       if (!tried_[mode] || mode == chosen_.mode) continue;
-      double sum = 0.0;
-      std::size_t taken = 0;
-      for (std::size_t i = 0; i < first.size(); ++i) {
-        const bool better = missed_[mode][i] + 1.0 < first[i];
-        taken += better ? 1 : 0;
-        sum += better ? missed_[mode][i] : first[i];
-      }
-      if (taken == 0) continue;
+      const Beside beside = beside_first(mode);
+      if (beside.taken == 0) continue;
       const bool codes_weights = mode == kFittedMode && !(chosen_.weights == start_->weights);
-      const double its = (sum + binary_entropy(taken, first.size())) * scale_ +
+      const double its = bits_of(beside.sum) +
+                         binary_entropy(beside.taken, looked_) *
+                             static_cast<double>(members_.size()) / static_cast<double>(looked_) +
                          (start_->second == mode ? 0.0 : kModeBits) +
                          (codes_weights ? kWeightsBits : 0.0);
       if (its >= bits_) continue;
@@ -254,20 +356,26 @@ class Search {
     bits_ += start_->mode == chosen_.mode ? 0.0 : kModeBits;
   }
 
+  /// What a mode misses, in parts of a bit.
+  struct Looks {
+    std::size_t count = 0;
+    std::uint64_t sum = 0;
+    std::array<std::uint16_t, kLookAt> missed;  // those before `count`
+  };
+
   const Space* space_;
   const ModeSamples* all_;
   std::span<const std::uint32_t> members_;
+  std::uint32_t of_class_;
   const ClassModes* start_;
   bool matches_;
-  typename FamilyFits<Space>::Fit family_;
-  std::size_t looked_ = 0;
-  double scale_ = 1.0;  // members for each that is looked at
+  FamilyFits<Space>* families_;
+  std::array<Pick, kLookAt> picks_;
+  std::size_t picked_ = 0, looked_ = 0;
   ClassModes chosen_;
-  double bits_ = 0.0;
-  // by mode
-  std::array<bool, kModes> tried_{};
-  std::array<double, kModes> cost_{};
-  std::array<std::vector<double>, kModes> missed_;  // bits, by sample
+  double bits_ = 0.0, to_code_ = 0.0;  // to_code_: weights
+  std::array<bool, kModes> tried_{};   // by mode
+  std::array<Looks, kModes> looks_;    // by mode
 };
 
 }  // namespace
@@ -282,13 +390,11 @@ void choose_modes(const Space& space, const ModeSamples& samples,
     const auto its = members.of(c);
     if (its.empty()) continue;
     const ClassModes start = modes[c];
-    Search alone(space, samples, its, start, kStates, matches,
-                 fits.of(c, its.size(), start, kStates));
+    Search alone(space, samples, its, c, start, kStates, matches, fits);
     alone.run();
     modes[c] = alone.chosen();
     if (samples.differences.empty()) continue;
-    Search difference(space, samples, its, start, kDifferences, matches,
-                      fits.of(c, its.size(), start, kDifferences));
+    Search difference(space, samples, its, c, start, kDifferences, matches, fits);
     difference.run();
     if (difference.bits() < alone.bits()) modes[c] = difference.chosen();
   }

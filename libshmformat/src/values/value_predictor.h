@@ -171,6 +171,9 @@ template <class At>
 class Predictor {
  public:
   Predictor(std::uint32_t known, const At& at) : known_(known), at_(at), lattice_(find_lattice()) {}
+  /// Where lattice() is known.
+  Predictor(std::uint32_t known, const At& at, double lattice)
+      : known_(known), at_(at), lattice_(lattice) {}
 
   double predict(std::uint32_t mode, const Weights& weights) const {
     if (mode == kLattice) return lattice();
