@@ -837,5 +837,22 @@ TEST(ValueColumn, TrialsCountNoElements) {
   EXPECT_GT(under_zstd, 0);
 }
 
+TEST(ValueColumn, SamplesAreSpreadOverTheGroup) {
+  for (const std::size_t of : {1u, 100u, 1024u, 5000u, 65536u, 1000000u}) {
+    std::size_t taken = 0, in_first_half = 0;
+    for (std::size_t place = 0; place < of; ++place) {
+      if (!DomainSample::takes(place, of)) continue;
+      ++taken;
+      in_first_half += place < of / 2 ? 1 : 0;
+    }
+    if (of <= 1024) {
+      EXPECT_EQ(taken, of);
+      continue;
+    }
+    EXPECT_NEAR(static_cast<double>(taken), 1024.0, 64.0) << of;
+    EXPECT_NEAR(static_cast<double>(in_first_half), 512.0, 64.0) << of;
+  }
+}
+
 }  // namespace
 }  // namespace shm

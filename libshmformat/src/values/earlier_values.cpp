@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "values/column_state.h"
+#include "values/mode_choice.h"
 #include "values/recalled_values.h"
 
 namespace shm {
@@ -14,8 +15,10 @@ namespace {
 /// What is saved must be so large a part of all; so many of the values must be helped at all.
 constexpr double kWorthwhileShare = 0.02;
 constexpr std::uint64_t kFewestHelped = 32;  // one in so many
-/// Bits besides what is missed: of a recalled value those of its rank come on top.
-constexpr double kPartnerBits = 1.5, kRecalledBits = 4.0;
+/// Bits besides what is missed.
+constexpr double kPartnerBits = 1.5;
+/// Recalled values save less than they seem to, since their models have to be learnt.
+constexpr double kRecallTrust = 0.85, kLearningBits = 400.0;
 /// What misses more is no help.
 constexpr std::uint32_t kLongestMiss = 40;
 
@@ -56,24 +59,10 @@ class Ways {
 
 }  // namespace
 
-std::uint64_t EarlierValues::Counts::helped() const {
-  std::uint64_t sum = 0;
-  for (std::uint32_t length = 0; length <= kLongestMiss; ++length) sum += by_length[length];
-  return sum;
-}
-
-double EarlierValues::Counts::saved(double bits, double besides) const {
-  double sum = 0;
-  for (std::size_t length = 0; length <= kLongestMiss; ++length)
-    sum += static_cast<double>(by_length[length]) *
-           std::max(0.0, bits - besides - static_cast<double>(length));
-  return sum;
-}
-
 EarlierValues::EarlierValues(const ArrayInfo& info, std::size_t component,
                              const ValueDomain& domain, std::span<const std::uint64_t> bits,
                              std::span<const std::uint64_t> reference)
-    : values_(bits.size()) {
+    : missed_(bits.size(), Missed{kNothing, kNothing, false}), magnitudes_(bits.size()) {
   const ValueTranslator translator(info, component, domain);
   SortedValues so_far, references;
   Ways ways;
@@ -85,13 +74,15 @@ EarlierValues::EarlierValues(const ArrayInfo& info, std::size_t component,
     const auto missed = [&](double by) {
       return bit_length(minus(*index, index_of(info, domain, translator, by)));
     };
-    const std::uint64_t magnitude = SortedValues::magnitude_of(value);
+    const std::uint64_t magnitude = magnitudes_[i] = SortedValues::magnitude_of(value);
     if (const auto* found = so_far.nearest(magnitude)) {
       const auto its = std::bit_cast<double>(found->magnitude);
       const std::uint32_t length = missed(value < 0 ? -its : its);
       const bool follows =
           length <= kLongestMiss && ways.goes_on(i, static_cast<std::uint64_t>(found->value));
-      ++(follows ? followed_ : recalled_).by_length[length];
+      missed_[i].recalled = static_cast<std::uint8_t>(length);
+      missed_[i].follows = follows;
+      recallable_ += length <= kLongestMiss ? 1 : 0;
     }
     so_far.add(magnitude, static_cast<double>(i));
     if (reference.empty()) continue;
@@ -99,28 +90,92 @@ EarlierValues::EarlierValues(const ArrayInfo& info, std::size_t component,
     if (!is_finite(then)) continue;
     const std::uint64_t key = SortedValues::magnitude_of(then);
     const auto* found = references.nearest(key);
-    if (found != nullptr && ColumnState::may_be_partners(info.type, key, found->magnitude))
-      ++partnered_.by_length[missed(then < 0 ? -found->value : found->value)];
+    if (found != nullptr && ColumnState::may_be_partners(info.type, key, found->magnitude)) {
+      const std::uint32_t length = missed(then < 0 ? -found->value : found->value);
+      missed_[i].partnered = static_cast<std::uint8_t>(length);
+      partners_ += length <= kLongestMiss ? 1 : 0;
+    }
     references.add(key, then < 0 ? -value : value);
   }
 }
 
 bool EarlierValues::may_help() const {
-  return std::max(recalled_.helped() + followed_.helped(), partnered_.helped()) * kFewestHelped >=
-         values_;
+  return std::max(recallable_, partners_) * kFewestHelped >= missed_.size();
 }
 
-void EarlierValues::choose(double bits, bool has_table, ValueDomain& domain) const {
-  const double least = kWorthwhileShare * bits * static_cast<double>(values_);
-  const double by_partners = partnered_.saved(bits, kPartnerBits);
+namespace {
+
+/// Of how many bits something is, by how often it came.
+struct Lengths {
+  void add(std::uint32_t length) {
+    ++count[length];
+    ++all;
+  }
+  /// Bits of that, and of the length.
+  double bits(std::uint32_t length) const {
+    return static_cast<double>(length) + bits_of_one(count[length], all);
+  }
+  std::array<std::uint64_t, 65> count{};
+  std::uint64_t all = 0;
+};
+
+}  // namespace
+
+double EarlierValues::choose(std::span<const Value> values, bool has_table,
+                             ValueDomain& domain) const {
+  std::vector<std::uint64_t> ascending = magnitudes_;
+  std::sort(ascending.begin(), ascending.end());
+  ascending.erase(std::unique(ascending.begin(), ascending.end()), ascending.end());
+  const auto rank_of = [&](std::uint64_t magnitude) {
+    return std::lower_bound(ascending.begin(), ascending.end(), magnitude) - ascending.begin();
+  };
+  // As the coder decides it. By how many of the values so far a prediction is wrong, is not known
+  // but for those of all.
+  constexpr std::uint32_t kNotRecalled = 255;
+  std::vector<std::uint32_t> ranks(values.size(), kNotRecalled);
+  Lengths of_ranks, of_followed, of_misses;
+  for (std::size_t v = 0; v < values.size(); ++v) {
+    const Value& value = values[v];
+    const Missed& it = missed_[value.place];
+    if (it.recalled > kLongestMiss) continue;
+    std::uint32_t rank = 0;
+    if (!it.follows) {
+      const std::int64_t by =
+          rank_of(SortedValues::magnitude_of(value.predicted)) - rank_of(magnitudes_[value.place]);
+      rank = bit_length(by * static_cast<std::int64_t>(value.place) /
+                        static_cast<std::int64_t>(missed_.size()));
+    }
+    if (rank + it.recalled + (it.follows ? 0 : 2) >= value.length) continue;
+    ranks[v] = rank;
+    (it.follows ? of_followed : of_ranks).add(rank);
+    of_misses.add(it.recalled);
+  }
+  double all = 0, by_partners = 0, by_recall = 0, by_recall_besides = 0;
+  for (std::size_t v = 0; v < values.size(); ++v) {
+    const Value& value = values[v];
+    const Missed& it = missed_[value.place];
+    double by_partner = 0, by_earlier = 0;
+    if (it.partnered <= kLongestMiss)
+      by_partner = std::max(0.0, value.bits - kPartnerBits - static_cast<double>(it.partnered));
+    if (ranks[v] != kNotRecalled)
+      by_earlier = value.bits - (it.follows ? of_followed : of_ranks).bits(ranks[v]) -
+                   of_misses.bits(it.recalled);
+    all += value.bits;
+    by_partners += by_partner;
+    by_recall += by_earlier;
+    by_recall_besides += std::max(0.0, by_earlier - by_partner);
+  }
+  const double least = kWorthwhileShare * all;
   domain.partners = by_partners > least;
-  if (has_table) return;
+  const double saved = domain.partners ? by_partners : 0.0;
+  if (has_table) return saved;
   // What partners predict is not recalled.
-  const double rank =
-      static_cast<double>(std::bit_width(std::min<std::uint64_t>(values_, SortedValues::kMost)));
-  const double by_recall =
-      recalled_.saved(bits, kRecalledBits + rank) + followed_.saved(bits, kPartnerBits);
-  domain.recalls = by_recall - (domain.partners ? by_partners : 0.0) > least;
+  const double by = domain.partners ? by_recall_besides : by_recall;
+  const double recalls =
+      (by - binary_entropy(of_misses.all, values.size())) * kRecallTrust -
+      kLearningBits * static_cast<double>(values.size()) / static_cast<double>(missed_.size());
+  domain.recalls = recalls > least;
+  return domain.recalls ? saved + recalls : saved;
 }
 
 // --- copies

@@ -21,21 +21,28 @@ class EarlierValues {
 
   /// Whether choose() may choose anything.
   bool may_help() const;
-  /// Sets recalls and partners of the domain. `bits`: what a value takes without them.
-  /// `has_table`: whether values are ranks of one.
-  void choose(double bits, bool has_table, ValueDomain& domain) const;
+  /// One of the values as it would be coded without.
+  struct Value {
+    std::uint32_t place = 0;   ///< which one of all it is
+    double predicted = 0;      ///< by the elements around it
+    double bits = 0;           ///< that it takes
+    std::uint32_t length = 0;  ///< of its residual
+  };
+  /// Sets recalls and partners of the domain by some of the values. `has_table`: whether values are
+  /// ranks of one. Returns how many of their bits are saved, about.
+  double choose(std::span<const Value> values, bool has_table, ValueDomain& domain) const;
 
  private:
-  struct Counts {
-    std::vector<std::uint64_t> by_length = std::vector<std::uint64_t>(65);  // of what is missed
-
-    std::uint64_t helped() const;
-    /// Bits saved where one takes so many besides what it misses.
-    double saved(double bits, double besides) const;
+  /// What is missed at a value by an earlier one, in bits.
+  struct Missed {
+    std::uint8_t recalled, partnered;
+    bool follows;  // the one that was recalled before
   };
+  static constexpr std::uint8_t kNothing = 255;  // there is no earlier one
 
-  Counts recalled_, followed_, partnered_;  // followed: recalled ones that follow the one before
-  std::uint64_t values_ = 0;
+  std::vector<Missed> missed_;                   // by value
+  std::vector<std::uint64_t> magnitudes_;        // by value
+  std::uint64_t recallable_ = 0, partners_ = 0;  // values that may be helped
 };
 
 /// Of each element how far back one with the same bits stands, in the group or before it: as far as

@@ -1,6 +1,7 @@
 #include "values/mode_choice.h"
 
 #include <algorithm>
+#include <array>
 
 #include "values/fitting.h"
 #include "values/value_domain.h"
@@ -156,8 +157,8 @@ class FamilyFits {
   std::array<std::vector<std::optional<Weights>>, 2> weights_;  // by input, by family
 };
 
-/// Searches the modes of one class, for one input: all of them at a few of its elements, and at more
-/// of these the ones that came out well, alone or beside the first.
+/// Searches the modes of one class, for one input: all of them at a few of its elements, and at
+/// more of these the ones that came out well, alone or beside the first.
 template <class Space>
 class Search {
  public:
@@ -446,6 +447,129 @@ bool ModeWatch::does_worse(std::span<const std::uint32_t> count, std::size_t ele
     if (++it.tiles_since >= kMostTilesKept && count[c] * 8 > elements) worse = true;
   }
   return worse;
+}
+
+// --- domains
+
+namespace {
+
+/// An escape: the bits of the value, and what tells that it is one.
+constexpr double kEscapeBits = 8.0;
+
+/// The elements of a sample with the states and indices of another domain.
+template <class Space>
+ModeSamples in_domain(const ArrayInfo& info, std::size_t component, const DomainPlan& plan,
+                      const Space& space, const DomainSample& sample) {
+  const ValueTranslator from(info, component, sample.domain);
+  const ValueTranslator to(info, component, plan.domain);
+  const bool same = plan.domain.has_states_of(sample.domain);
+  const auto translate = [&](double& state) {
+    if (same) return;
+    const double moved = to.from_value(from.as_value(state));
+    state = is_finite(moved) ? moved : 0.0;
+  };
+  ModeSamples its = sample.elements;
+  for (std::size_t i = 0; i < its.samples.size(); ++i) {
+    ModeSample& it = its.samples[i];
+    for (std::uint32_t f = 0; f < kFeatures; ++f) {
+      if (f < kFLast && (it.known >> f & 1) == 0) continue;
+      translate(it.state[f]);
+      if (!its.differences.empty()) translate(its.differences[i][f]);
+    }
+    translate(it.reference);
+    if (!it.copied) it.index = index_in(space, to, sample.bits[i]);
+  }
+  return its;
+}
+
+/// What the modes miss at an element.
+constexpr std::uint8_t kEscape = 254, kCopied = 255;
+struct ElementMiss {
+  std::uint8_t length = kCopied;  // in bits, or one of the above
+  bool second = false;            // whether it is of the second mode
+  bool may_be_second = false;     // whether that is told
+};
+
+template <class Space>
+DomainEstimate estimate(const ArrayInfo& info, std::size_t component, const DomainPlan& plan,
+                        const Space& space, const DomainSample& sample,
+                        std::span<const std::uint16_t> families, bool matches,
+                        std::vector<ClassModes>& modes) {
+  const ModeSamples elements = in_domain(info, component, plan, space, sample);
+  if (modes.empty()) {
+    modes.resize(families.size());
+    choose_modes(space, elements, families, matches, modes);
+  }
+
+  const ValueTranslator translator(info, component, plan.domain);
+  DomainEstimate found;
+  found.predicted.resize(elements.samples.size());
+  found.by_element.resize(elements.samples.size());
+  found.lengths.resize(elements.samples.size());
+  std::vector<ElementMiss> missed(elements.samples.size());
+  std::array<std::uint64_t, 65> lengths{};
+  std::uint64_t coded = 0, marked = 0, seconds = 0;
+  for (std::size_t i = 0; i < missed.size(); ++i) {
+    const ModeSample& it = elements.samples[i];
+    if (it.copied) continue;
+    if (!it.index) {
+      missed[i].length = kEscape;
+      continue;
+    }
+    const ClassModes& its = modes[it.of_class];
+    const bool differs = its.input == kDifferences;
+    const auto& features = differs ? elements.differences[i] : it.state;
+    const auto at = [&](std::uint32_t feature) { return features[feature]; };
+    const Predictor predictor(it.known, at);
+    const auto predict = [&](std::uint32_t mode) {
+      const bool can = mode != kPartnerMode || it.has_partner;
+      return predictor.predict(can ? mode : kLattice, its.weights) + (differs ? it.reference : 0.0);
+    };
+    found.predicted[i] = predict(its.mode);
+    const std::int64_t first = space.index(found.predicted[i]);
+    std::uint32_t length = bit_length(minus(*it.index, first));
+    if (its.second != kNoMode) {
+      const double second = predict(its.second);
+      const std::int64_t other = space.index(second);
+      missed[i].may_be_second = other != first;
+      const std::uint32_t its_length = bit_length(minus(*it.index, other));
+      missed[i].second = its_length + 1 < length;
+      if (missed[i].second) {
+        length = its_length;
+        found.predicted[i] = second;
+      }
+      marked += missed[i].may_be_second ? 1 : 0;
+      seconds += missed[i].second ? 1 : 0;
+    }
+    found.predicted[i] = translator.as_value(found.predicted[i]);
+    missed[i].length = static_cast<std::uint8_t>(length);
+    ++lengths[length];
+    ++coded;
+  }
+
+  for (std::size_t i = 0; i < missed.size(); ++i) {
+    const ElementMiss& it = missed[i];
+    double& bits = found.by_element[i];
+    if (it.length == kCopied) continue;
+    if (it.length == kEscape)
+      bits = static_cast<double>(8 * scalar_bytes(info.type)) + kEscapeBits;
+    else
+      bits = bits_of_one(lengths[it.length], coded) + static_cast<double>(it.length);
+    if (it.length < kEscape) found.lengths[i] = it.length;
+    if (it.may_be_second) bits += bits_of_one(it.second ? seconds : marked - seconds, marked);
+    found.bits += bits;
+  }
+  return found;
+}
+
+}  // namespace
+
+DomainEstimate estimate_plan(const ArrayInfo& info, std::size_t component, const DomainPlan& plan,
+                             const DomainSample& sample, std::span<const std::uint16_t> families,
+                             bool matches, std::vector<ClassModes>& modes) {
+  return with_space(info, plan.domain, plan.table, [&](const auto& space) {
+    return estimate(info, component, plan, space, sample, families, matches, modes);
+  });
 }
 
 }  // namespace shm

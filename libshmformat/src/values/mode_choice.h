@@ -1,14 +1,20 @@
-// Mode choice: with which predictors the classes of a tile are coded. Encoder only: it looks at all
-// elements of the tile before it codes any.
+// Encoder only.
+//   choose_modes    with which predictors the classes of a tile are coded: it looks at elements of
+//   the
+//                   tile before any is coded
+//   ModeWatch       when they are chosen anew
+//   estimate_plan   what a group would take in a domain, by some of its elements
 #pragma once
 
 #include <array>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "values/value_domain.h"
 #include "values/value_predictor.h"
 
 namespace shm {
@@ -61,6 +67,44 @@ class ModeWatch {
   std::vector<Record> records_;  // by class
 };
 
+// --- domains
+//
+// The rule: of the domains that come into question (domain_candidates()) a component takes the one
+// in which some thousand elements, spread over the group, would take the fewest bits, with the
+// table where there is one. None of them is coded: they are predicted in the modes that suit them,
+// and the lengths of what these miss, their entropy and the marks of second modes are counted.
+// Modes are chosen in the first domain alone; they suit the others.
+
+/// Some elements of a group as one component sees them.
+struct DomainSample {
+  ValueDomain domain;  ///< whose numbers the states are
+  ModeSamples elements;
+  std::vector<std::uint64_t> bits;    ///< values, by element
+  std::vector<std::uint32_t> places;  ///< by element: which one of the group it is; they ascend
+
+  /// Whether one element of a group of so many is taken: some thousand of them, spread over all
+  /// without a period.
+  static bool takes(std::size_t place, std::size_t of) {
+    constexpr std::uint64_t kElements = 1024;
+    const std::uint32_t turn = static_cast<std::uint32_t>(place) * 0x9e3779b1u;
+    return turn * std::uint64_t{of} < kElements << 32;
+  }
+};
+
+/// About the bits of the elements of a sample, without the ones that are copied.
+struct DomainEstimate {
+  double bits = 0;                     ///< in sum
+  std::vector<double> by_element;      ///< of copied ones 0
+  std::vector<std::uint32_t> lengths;  ///< of the residuals, by element; of copied ones 0
+  std::vector<double> predicted;  ///< value that its class predicts, by element; of copied ones 0
+};
+
+/// Where the values are coded by such a plan. `families`: by class; `matches`: as in
+/// choose_modes(); `modes`: by class, or empty: then they are chosen.
+DomainEstimate estimate_plan(const ArrayInfo& info, std::size_t component, const DomainPlan& plan,
+                             const DomainSample& sample, std::span<const std::uint16_t> families,
+                             bool matches, std::vector<ClassModes>& modes);
+
 // Bits that yes/no decisions take, from integers only: what an encoder decides by them is the same
 // with every C library.
 
@@ -77,6 +121,14 @@ constexpr std::uint32_t log2_steps(std::uint32_t n) {
     steps |= bit;
   }
   return steps;
+}
+
+/// Bits of a decision that came `count` times among `all`. Must hold: count <= all < 2^32.
+constexpr double bits_of_one(std::uint64_t count, std::uint64_t all) {
+  if (count == 0) return 0.0;
+  return static_cast<double>(log2_steps(static_cast<std::uint32_t>(all)) -
+                             log2_steps(static_cast<std::uint32_t>(count))) /
+         65536.0;
 }
 
 /// Bits of `taken` yes among `count` decisions. Must hold: taken <= count < 2^32.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "values/rank_table.h"
 #include "values/value_domain.h"
 
 namespace shm {
@@ -18,20 +19,6 @@ double substitute(const auto& space, double lattice) {
 double state_of(const auto& space, std::int64_t index, double lattice) {
   const double state = space.state(index);
   return is_finite(state) ? state : substitute(space, lattice);
-}
-
-/// The index of a value in a space, nothing where it has none.
-std::optional<std::int64_t> index_in(const auto& space, const ValueTranslator& translator,
-                                     std::uint64_t bits) {
-  const auto index = translator.index(bits);
-  if constexpr (requires { space.table; }) {
-    if (!index) return index;
-    const auto found = std::lower_bound(space.table.begin(), space.table.end(), *index);
-    if (found == space.table.end() || *found != *index) return std::nullopt;
-    return found - space.table.begin();
-  } else {
-    return index;
-  }
 }
 
 /// The state of a value that is not coded here, and need be none of the domain.
@@ -76,30 +63,35 @@ bool ScalarColumn<Coder>::begin_group(Coder& coder, const DomainPlan& plan,
     table_.clear();
     return true;
   }
-  std::vector<std::int64_t> known;
-  add_known_entries(table_, domain->kind, known);
-  for (const ScalarColumn& other : before)
-    if (other.state_.domain().has_states_of(*domain))
-      add_known_entries(other.table_, domain->kind, known);
+  std::vector<std::int64_t> known = known_entries(*domain, before);
   table_ = plan.table;
   return models_.code_table(coder, domain->kind, std::move(known), most_entries, table_);
 }
 
 template <class Coder>
-template <class Visit>
-bool ScalarColumn<Coder>::with_space(Visit&& visit) {
-  const auto ranked = [&](const auto& base) {
-    if (table_.empty()) return visit(base);
-    return visit(RankSpace<std::remove_cvref_t<decltype(base)>>{base, table_});
-  };
-  switch (state_.domain().kind) {
-    case DomainKind::floats:
-      if (info().type == ScalarType::float32) return ranked(FloatSpace<float>());
-      return ranked(FloatSpace<double>());
-    case DomainKind::narrow: return ranked(FloatSpace<float>());
-    case DomainKind::digits: return ranked(DecimalSpace{state_.domain().exponent});
-    default: return ranked(LinearSpace());
+std::vector<std::int64_t> ScalarColumn<Coder>::known_entries(
+    const ValueDomain& domain, std::span<const ScalarColumn<Coder>> before) const {
+  std::vector<std::int64_t> known;
+  add_known_entries(table_, domain.kind, known);
+  for (const ScalarColumn& other : before)
+    if (other.state_.domain().has_states_of(domain))
+      add_known_entries(other.table_, domain.kind, known);
+  return known;
+}
+
+template <class Coder>
+std::size_t ScalarColumn<Coder>::table_bytes(const DomainPlan& plan,
+                                             std::span<const ScalarColumn<Coder>> before) const {
+  if constexpr (!Coder::kDecodes) {
+    if (plan.table.empty()) return 0;
+    Coder coder;
+    RankTableModels models;
+    std::vector<std::int64_t> table = plan.table;
+    code_rank_table(coder, models, plan.domain.kind, known_entries(plan.domain, before),
+                    table.size(), table);
+    return coder.finish().size();
   }
+  return 0;
 }
 
 template <class Coder>
@@ -107,7 +99,7 @@ bool ScalarColumn<Coder>::code_tile(Coder& coder, const ColumnTile& tile,
                                     std::span<std::uint64_t> bits) {
   state_.begin_tile(tile);
   models_.begin_tile(tile.classes);
-  return with_space([&](const auto& space) {
+  return with_space(info(), state_.domain(), table_, [&](const auto& space) {
     if constexpr (!Coder::kDecodes) choose_modes(space, tile, bits);
     return code_values(coder, space, tile, bits);
   });
@@ -351,33 +343,69 @@ void ScalarColumn<Coder>::look_ahead(const Space& space, const ColumnTile& tile,
   auto& [samples, differences] = scratch_->samples;
   samples.resize(tile.items.size());
   if (state_.has_reference()) differences.resize(tile.items.size());
-  for (std::size_t i = 0; i < tile.items.size(); ++i) {
-    const Neighbourhood& item = tile.items[i];
-    TileElement element{tile, i};
-    state_.find_matches(element);
-    ModeSample& it = samples[i];
-    it.known = item.traits(style_.known());
-    it.of_class = element.of_class();
-    if (state_.has_reference()) state_.find_partner(element, tile.reference[i]);
-    it.has_partner = element.partner.is;
-    state_.features(element, it.known, it.state);
-    const auto at = [&](std::uint32_t feature) { return it.state[feature]; };
-    const double lattice = Predictor(it.known, at).lattice();
-    it.copied = element.back() > 0;
-    it.index = it.copied ? std::nullopt : index_in(space, state_.translator(), bits[i]);
-    const double state = it.copied  ? state_of_copy(space, state_, bits[i], lattice)
-                         : it.index ? state_of(space, *it.index, lattice)
-                                    : substitute(space, lattice);
-    if (state_.has_reference()) {
-      it.reference = state_.reference_state(tile.reference[i]);
-      for (std::uint32_t f = 0; f < kFeatures; ++f)
-        if (f >= kFLast || (it.known >> f & 1) != 0)
-          differences[i][f] = it.state[f] - state_.reference_feature(item, f, it.reference);
-      differences[i][kFPartner] = element.partner.state - element.partner.then;
-      state_.keep_reference(item, it.reference);
-    }
-    state_.keep(element, state, lattice);
+  for (std::size_t i = 0; i < tile.items.size(); ++i)
+    look_at(space, tile, i, bits[i], samples[i],
+            state_.has_reference() ? &differences[i] : nullptr);
+}
+
+/// One element of these.
+template <class Coder>
+template <class Space>
+void ScalarColumn<Coder>::look_at(const Space& space, const ColumnTile& tile, std::size_t i,
+                                  std::uint64_t bits, ModeSample& it,
+                                  std::array<double, kFeatures>* differences) {
+  const Neighbourhood& item = tile.items[i];
+  TileElement element{tile, i};
+  state_.find_matches(element);
+  it.known = item.traits(style_.known());
+  it.of_class = element.of_class();
+  if (state_.has_reference()) state_.find_partner(element, tile.reference[i]);
+  it.has_partner = element.partner.is;
+  state_.features(element, it.known, it.state);
+  const auto at = [&](std::uint32_t feature) { return it.state[feature]; };
+  const double lattice = Predictor(it.known, at).lattice();
+  it.copied = element.back() > 0;
+  it.index = it.copied ? std::nullopt : index_in(space, state_.translator(), bits);
+  const double state = it.copied  ? state_of_copy(space, state_, bits, lattice)
+                       : it.index ? state_of(space, *it.index, lattice)
+                                  : substitute(space, lattice);
+  if (state_.has_reference()) {
+    it.reference = state_.reference_state(tile.reference[i]);
+    for (std::uint32_t f = 0; f < kFeatures; ++f)
+      if (f >= kFLast || (it.known >> f & 1) != 0)
+        (*differences)[f] = it.state[f] - state_.reference_feature(item, f, it.reference);
+    (*differences)[kFPartner] = element.partner.state - element.partner.then;
+    state_.keep_reference(item, it.reference);
   }
+  state_.keep(element, state, lattice);
+}
+
+template <class Coder>
+void ScalarColumn<Coder>::survey(const ColumnTile& tile, std::span<const std::uint64_t> bits,
+                                 std::size_t place, std::size_t of, DomainSample& sample) {
+  state_.begin_tile(tile);
+  sample.domain = state_.domain();
+  with_space(info(), state_.domain(), {}, [&](const auto& space) {
+    for (std::size_t i = 0; i < tile.items.size(); ++i) {
+      if (DomainSample::takes(place + i, of)) {
+        if (state_.has_reference()) sample.elements.differences.emplace_back();
+        look_at(space, tile, i, bits[i], sample.elements.samples.emplace_back(),
+                state_.has_reference() ? &sample.elements.differences.back() : nullptr);
+        sample.bits.push_back(bits[i]);
+        sample.places.push_back(static_cast<std::uint32_t>(place + i));
+        continue;
+      }
+      TileElement element{tile, i};
+      state_.find_matches(element);
+      const auto at = [&](std::uint32_t feature) { return state_.feature(element, feature); };
+      const double lattice = Predictor(element.item.traits(style_.known()), at).lattice();
+      const double state = state_of_copy(space, state_, bits[i], lattice);
+      if (state_.has_reference())
+        state_.keep_reference(element.item, state_.reference_state(tile.reference[i]));
+      state_.keep(element, state, lattice);
+    }
+    return true;
+  });
 }
 
 template class ScalarColumn<SplitEncoder>;

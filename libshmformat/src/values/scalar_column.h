@@ -64,6 +64,15 @@ class ScalarColumn {
   /// What the last tile held.
   const CodedTile& coded_tile() const { return state_.coded_tile(); }
 
+  // Encoding: what domains are chosen by.
+  /// Takes note of the values of a tile without coding them, the first of which is the element
+  /// `place` of a group `of` so many, and adds to the sample what it takes of them.
+  void survey(const ColumnTile& tile, std::span<const std::uint64_t> bits, std::size_t place,
+              std::size_t of, DomainSample& sample);
+  /// About the bytes of the table of a plan. `before`: as in begin_group().
+  std::size_t table_bytes(const DomainPlan& plan,
+                          std::span<const ScalarColumn<Coder>> before) const;
+
   /// What it keeps of its elements.
   ColumnState& state() { return state_; }
 
@@ -91,13 +100,16 @@ class ScalarColumn {
     bool second = false;
   };
 
-  template <class Visit>
-  bool with_space(Visit&& visit);
   template <class Space>
   void choose_modes(const Space& space, const ColumnTile& tile,
                     std::span<const std::uint64_t> bits);
   template <class Space>
   void look_ahead(const Space& space, const ColumnTile& tile, std::span<const std::uint64_t> bits);
+  template <class Space>
+  void look_at(const Space& space, const ColumnTile& tile, std::size_t i, std::uint64_t bits,
+               ModeSample& it, std::array<double, kFeatures>* differences);
+  std::vector<std::int64_t> known_entries(const ValueDomain& domain,
+                                          std::span<const ScalarColumn<Coder>> before) const;
   template <class Space>
   bool code_values(Coder& coder, const Space& space, const ColumnTile& tile,
                    std::span<std::uint64_t> bits);

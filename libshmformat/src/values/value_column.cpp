@@ -267,7 +267,7 @@ std::optional<std::vector<std::byte>> ValueColumn<Coder>::encode_as_told(const T
   const ClassNumbers numbers = class_numbers_;  // trials number classes that are never coded
   std::vector<DomainPlan> plans;
   for (std::size_t c = 0; c < info_->components; ++c)
-    plans.push_back(choose_domain(c, elements, first, bits[c], reference[c], level));
+    plans.push_back(choose_domain(c, elements, bits[c], reference[c], level));
   for (std::size_t c = 0; c < info_->components; ++c)
     if (!columns_[c].may_change_to(plans[c].domain)) {
       class_numbers_ = numbers;
@@ -377,9 +377,9 @@ bool ValueColumn<Coder>::code_component(std::size_t component, std::span<const N
   return true;
 }
 
+/// As mode_choice.h and earlier_values.h have it.
 template <class Coder>
 DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component, const TiledItems& elements,
-                                             std::span<const Neighbourhood> first_tile,
                                              const std::vector<std::uint64_t>& bits,
                                              const std::vector<std::uint64_t>& reference,
                                              Level level) {
@@ -389,77 +389,77 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component, const TiledI
       still_fits(*info_, component, plans_[component].domain, coded))
     return plans_[component];
   auto plans = domain_candidates(*info_, component, coded);
-  // The best of all, and of those without a table, which alone can recall values.
-  std::size_t best = 0, best_without = plans.size();
-  std::vector<double> sizes(plans.size(), -1);  // not known
+  if (coded.empty() || (plans.size() == 1 && !has_earlier_values_)) return std::move(plans[0]);
+  const DomainSample sample = survey(component, elements, bits, reference);
+  const double scale = static_cast<double>(bits.size()) / static_cast<double>(sample.bits.size());
+  std::vector<DomainEstimate> estimates;
+  std::vector<ClassModes> modes;
+  std::vector<double> sizes;                          // of the group, in bits
+  std::size_t best = 0, best_without = plans.size();  // without a table: it alone can recall values
   for (std::size_t p = 0; p < plans.size(); ++p) {
-    if (plans.size() > 1 && !first_tile.empty())
-      sizes[p] = size_by(plans[p], component, elements, first_tile, bits, reference);
+    estimates.push_back(estimate_plan(*info_, component, plans[p], sample,
+                                      class_numbers_.families(), style_.matches, modes));
+    const std::size_t table =
+        columns_[component].table_bytes(plans[p], std::span(columns_).first(component));
+    sizes.push_back(estimates[p].bits * scale + 8.0 * static_cast<double>(table));
     if (sizes[p] < sizes[best]) best = p;
     if (plans[p].table.empty() && (best_without == plans.size() || sizes[p] < sizes[best_without]))
       best_without = p;
   }
-  DomainPlan plan = std::move(plans[best]);
-  if (first_tile.empty() || !has_earlier_values_) return plan;
-  double least = sizes[best];
-  bool of_all = first_tile.size() == bits.size();  // whether that is of all elements
-  const auto try_with = [&](const DomainPlan& without, double size) {
-    EarlierValues earlier(*info_, component, without.domain, coded, reference);
-    if (!earlier.may_help()) return;
-    if (size < 0) size = size_by(without, component, elements, first_tile, bits, reference);
-    if (least < 0) least = size;
-    DomainPlan with = without;
-    earlier.choose(8 * size / static_cast<double>(coded.size()), !without.table.empty(),
-                   with.domain);
-    if (with.domain == without.domain) return;
-    // What is found may be what neighbours know, too; only coding all of it tells.
-    if (!of_all) least = size_by(plan, component, elements, elements.items, bits, reference);
-    of_all = true;
-    const double its = size_by(with, component, elements, elements.items, bits, reference);
-    if (its >= least) return;
-    least = its;
-    plan = std::move(with);
-  };
-  const DomainPlan chosen = plan;
-  try_with(chosen, sizes[best]);
-  if (best_without < plans.size() && best_without != best)
-    try_with(plans[best_without], sizes[best_without]);
-  return plan;
+  if (!has_earlier_values_) return std::move(plans[best]);
+  std::vector<std::size_t> tried{best};
+  if (best_without < plans.size() && best_without != best) tried.push_back(best_without);
+  for (std::size_t p : tried) {
+    EarlierValues earlier(*info_, component, plans[p].domain, coded, reference);
+    if (!earlier.may_help()) continue;
+    const auto values = coded_values(sample, estimates[p]);
+    sizes[p] -= scale * earlier.choose(values, !plans[p].table.empty(), plans[p].domain);
+  }
+  if (best_without < plans.size() && sizes[best_without] < sizes[best]) best = best_without;
+  return std::move(plans[best]);
 }
 
+/// Those of the sample that are coded, by their places among all that are.
 template <class Coder>
-double ValueColumn<Coder>::size_by(const DomainPlan& plan, std::size_t component,
-                                   const TiledItems& elements, std::span<const Neighbourhood> items,
-                                   const std::vector<std::uint64_t>& bits,
-                                   const std::vector<std::uint64_t>& reference) {
+std::vector<EarlierValues::Value> ValueColumn<Coder>::coded_values(
+    const DomainSample& sample, const DomainEstimate& estimate) const {
+  std::vector<EarlierValues::Value> values;
+  std::size_t at = 0, copied = 0;
+  for (std::size_t s = 0; s < sample.places.size(); ++s) {
+    for (; at < sample.places[s]; ++at) copied += !back_.empty() && back_[at] > 0 ? 1 : 0;
+    if (!back_.empty() && back_[at] > 0) continue;
+    values.push_back({static_cast<std::uint32_t>(at - copied), estimate.predicted[s],
+                      estimate.by_element[s], estimate.lengths[s]});
+  }
+  return values;
+}
+
+/// Elements of the group that are spread over it, as the component sees them.
+template <class Coder>
+DomainSample ValueColumn<Coder>::survey(std::size_t component, const TiledItems& elements,
+                                        const std::vector<std::uint64_t>& bits,
+                                        const std::vector<std::uint64_t>& reference) {
+  DomainSample sample;
   if constexpr (!Coder::kDecodes) {
-    typename ScalarColumn<Coder>::Trial column(columns_[component], items, plan.domain);
-    std::vector<std::uint64_t> values;
-    Coder head, body;
-    column->begin_group(head, plan, std::span(columns_).first(component), bits.size());
+    typename ScalarColumn<Coder>::Trial column(columns_[component], elements.items,
+                                               widest_domain(*info_));
     column->set_style(style_);
+    column->state().change_domain(widest_domain(*info_));
     std::size_t at = 0;
     for_each_tile(elements, [&](const TiledItems::Tile& tile) {
-      if (at > 0 && items.size() < elements.items.size()) return;  // the first one alone
       const auto own = covered_to_try(tile, std::span(column.operator->(), 1));
       if (own.empty()) return;
       classify(own, style_);
-      const auto its = part_of(bits, at, own.size());
-      values.assign(its.begin(), its.end());
-      column->code_tile(body,
-                        {own,
-                         tile_classes(),
-                         {},
-                         part_of(reference, at, own.size()),
-                         part_of(back_, at, own.size())},
-                        values);
+      column->survey({own,
+                      tile_classes(),
+                      {},
+                      part_of(reference, at, own.size()),
+                      part_of(back_, at, own.size())},
+                     part_of(bits, at, own.size()), at, bits.size(), sample);
       at += own.size();
     });
-    return static_cast<double>(head.finish().size()) + static_cast<double>(body.finish().size()) *
-                                                           static_cast<double>(bits.size()) /
-                                                           static_cast<double>(at);
   }
-  return 0;
+  return sample;
 }
 
 template <class Coder>

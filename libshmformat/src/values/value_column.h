@@ -13,6 +13,8 @@
 
 #include "bytes/codec.h"
 #include "values/copied_elements.h"
+#include "values/earlier_values.h"
+#include "values/mode_choice.h"
 #include "values/scalar_column.h"
 #include "values/value_predictor.h"
 
@@ -143,14 +145,13 @@ class ValueColumn {
                       std::span<std::uint64_t> bits, std::span<const std::uint64_t> reference,
                       std::span<const std::uint32_t> back);
   DomainPlan choose_domain(std::size_t component, const TiledItems& elements,
-                           std::span<const Neighbourhood> first_tile,
                            const std::vector<std::uint64_t>& bits,
                            const std::vector<std::uint64_t>& reference, Level level);
-  /// The bytes of the component by such a plan: about, where `items` are the covered ones of the
-  /// first tile that has any, or all those of the group.
-  double size_by(const DomainPlan& plan, std::size_t component, const TiledItems& elements,
-                 std::span<const Neighbourhood> items, const std::vector<std::uint64_t>& bits,
-                 const std::vector<std::uint64_t>& reference);
+  std::vector<EarlierValues::Value> coded_values(const DomainSample& sample,
+                                                 const DomainEstimate& estimate) const;
+  DomainSample survey(std::size_t component, const TiledItems& elements,
+                      const std::vector<std::uint64_t>& bits,
+                      const std::vector<std::uint64_t>& reference);
   bool covers(std::uint32_t block) const {
     return blocks_.empty() || std::binary_search(blocks_.begin(), blocks_.end(), block);
   }

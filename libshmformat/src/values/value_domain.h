@@ -259,6 +259,39 @@ constexpr std::uint64_t negative_zero(ScalarType type) {
   return type == ScalarType::float32 ? 0x80000000u : std::uint64_t{1} << 63;
 }
 
+/// The index of a value in a space, nothing where it has none.
+std::optional<std::int64_t> index_in(const auto& space, const ValueTranslator& translator,
+                                     std::uint64_t bits) {
+  const auto index = translator.index(bits);
+  if constexpr (requires { space.table; }) {
+    if (!index) return index;
+    const auto found = std::lower_bound(space.table.begin(), space.table.end(), *index);
+    if (found == space.table.end() || *found != *index) return std::nullopt;
+    return found - space.table.begin();
+  } else {
+    return index;
+  }
+}
+
+/// Calls visit(space): that of a domain, or of ranks in it where there is a table, which is
+/// borrowed.
+template <class Visit>
+auto with_space(const ArrayInfo& info, const ValueDomain& domain,
+                std::span<const std::int64_t> table, Visit&& visit) {
+  const auto ranked = [&](const auto& base) {
+    if (table.empty()) return visit(base);
+    return visit(RankSpace<std::remove_cvref_t<decltype(base)>>{base, table});
+  };
+  switch (domain.kind) {
+    case DomainKind::floats:
+      if (info.type == ScalarType::float32) return ranked(FloatSpace<float>());
+      return ranked(FloatSpace<double>());
+    case DomainKind::narrow: return ranked(FloatSpace<float>());
+    case DomainKind::digits: return ranked(DecimalSpace{domain.exponent});
+    default: return ranked(LinearSpace());
+  }
+}
+
 // --- encoder: what the numbers of a component may be made of
 
 /// How a group's values of one component are to be coded. Made by the encoder.
@@ -275,6 +308,12 @@ std::vector<DomainPlan> domain_candidates(const ArrayInfo& info, std::size_t com
 /// is much smaller than floating-point numbers. Must hold: there are some.
 ValueDomain evenly_spaced_domain(const ArrayInfo& info, std::size_t component,
                                  std::span<const std::uint64_t> bits);
+
+/// The one that has all values of such arrays, as far as it can be.
+inline ValueDomain widest_domain(const ArrayInfo& info) {
+  if (!is_float(info.type)) return {DomainKind::integers};
+  return {info.quantization.bits > 0 ? DomainKind::quantized : DomainKind::floats};
+}
 
 /// Whether these values are of a domain, without escapes unless `domain` has them.
 bool still_fits(const ArrayInfo& info, std::size_t component, const ValueDomain& domain,
