@@ -1,7 +1,9 @@
 #include "segment/choosing_encoder.h"
 
+#include <algorithm>
+#include <array>
 #include <bit>
-#include <optional>
+#include <span>
 
 #include "groups/pattern_segment_encoder.h"
 #include "groups/shift_segment_encoder.h"
@@ -21,6 +23,20 @@ constexpr std::uint64_t kShiftBits = 1, kShiftPart = 2;
 constexpr std::uint64_t kShiftShare = 25, kShiftShareOfLayer = 12;
 /// Mixing saves at most so many tenths of connectivity and numbers.
 constexpr std::uint64_t kMixedSavesTenths = 4;
+/// A round before the last one, which is on all of the sample.
+struct Round {
+  std::size_t pieces;   ///< of the sample, of 1024 cells each, as a rule
+  std::uint64_t share;  ///< who is larger than the smallest by one part in so many drops out,
+  std::uint64_t bytes;  ///< and by so many bytes: what codecs learn first they learn at any length
+  bool values;          ///< whether codecs code their own
+  bool mixes;           ///< not on few cells: mixing has not learnt what it will save
+};
+constexpr std::array<Round, 3> kRounds = {
+    {{1, 10, 256, false, false}, {3, 20, 256, true, true}, {10, 50, 128, true, true}}};
+/// Shifts may be larger by so many times as much: what they save comes with the next rows.
+constexpr std::uint64_t kShiftPatience = 2;
+/// Mixing that saves so many times what is asked for, or one part in so many, is decided.
+constexpr std::uint64_t kClearly = 2;
 /// What a bitstream takes in the header of its group, about.
 constexpr std::uint64_t kStreamHeadBytes = 8;
 
@@ -111,10 +127,10 @@ Result<bool> ChoosingEncoder::shifts_do() const {
   if (trial_.shifts == CodecTrial::Shifts::no || sample_cells_ < trial_.sample_cells ||
       !takes_shifts(*schema_))
     return false;
-  const auto its = size_with(ConnectivityCodec::shifts, false);
+  const auto its = size_with(ConnectivityCodec::shifts, sample_.size(), false);
   if (!its) return its.error();
   const std::uint64_t parts = trial_.shifts == CodecTrial::Shifts::for_size ? kShiftPart : 1;
-  return 8 * its->all * parts <= kShiftBits * sample_cells_;
+  return 8 * its->all() * parts <= kShiftBits * sample_cells_;
 }
 
 /// The fastest first. Where size matters, shifts are one like the others.
@@ -126,46 +142,121 @@ std::vector<ConnectivityCodec> ChoosingEncoder::candidates() const {
 }
 
 Result<ConnectivityCodec> ChoosingEncoder::smallest() const {
-  const std::vector<ConnectivityCodec> codecs = candidates();
-  ConnectivityCodec best = codecs[0];
-  if (codecs.size() == 1) return best;
-  std::optional<Size> size;
-  for (ConnectivityCodec codec : codecs) {
-    if (codec == ConnectivityCodec::mixed && size && trial_.level != Level::best &&
-        size->topology * kMixedSavesTenths * trial_.spare_share < size->all * 10)
-      continue;
-    const auto its = size_with(codec);
-    if (!its) return its.error();
-    if (size && !is_worth_it(*its, *size)) continue;
-    // Decoding mixed bits takes several times as long, of small meshes too.
-    if (size && codec == ConnectivityCodec::mixed && trial_.level != Level::best &&
-        (size->all - its->all) * trial_.spare_share <= size->all)
-      continue;
-    size = *its;
-    best = codec;
+  std::vector<Runner> runners;
+  for (ConnectivityCodec codec : candidates()) runners.push_back({codec, {}});
+  for (const Round& round : kRounds) {
+    if (runners.size() == 1 || sample_.size() < 2 * round.pieces) break;
+    const bool values = round.values && have_values_of_their_own(runners) > 1;
+    if (auto good = run(runners, round.pieces, values, round.mixes); !good) return good.error();
+    std::uint64_t least = runners[0].size.all();
+    for (const Runner& it : runners) least = std::min(least, it.size.all());
+    std::erase_if(runners, [&](const Runner& it) {
+      const std::uint64_t times = it.codec == ConnectivityCodec::shifts ? kShiftPatience : 1;
+      return it.size.all() > least + least * times / round.share + round.bytes;
+    });
+    if (round.mixes) settle_mixing(runners);
   }
-  return best;
+  if (runners.size() == 1) return runners[0].codec;
+  const bool values = trial_.level == Level::best || runners[0].size.values == 0;
+  if (auto good = run(runners, sample_.size(), values, true); !good) return good.error();
+  return best_of(runners);
+}
+
+/// How many of them: values of mixed rows are those of rows.
+std::size_t ChoosingEncoder::have_values_of_their_own(std::span<const Runner> runners) {
+  return static_cast<std::size_t>(std::count_if(runners.begin(), runners.end(), [](auto& it) {
+    return it.codec != ConnectivityCodec::mixed;
+  }));
+}
+
+/// Each on so many pieces, with its own values or without; mixed rows, unless they cannot pay or
+/// are not asked for. What is not coded is estimated.
+Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t pieces, bool values,
+                                  bool mixes) const {
+  using enum ConnectivityCodec;
+  const std::uint64_t bytes = value_bytes(pieces);
+  const Runner* rows_or_first = &runners[0];
+  for (const Runner& it : runners)
+    if (it.codec == rows) rows_or_first = &it;
+  for (Runner& it : runners) {
+    const bool is_mixed_rows = it.codec == mixed && rows_or_first->codec == rows;
+    if (is_mixed_rows && !(mixes && mixing_can_pay(rows_or_first->size))) {
+      it.size = rows_or_first->size;
+      continue;
+    }
+    const Size before = it.size;
+    const bool codes_values =
+        !is_mixed_rows && (values || (before.values == 0 && &it == rows_or_first));
+    const auto its = size_with(it.codec, pieces, codes_values);
+    if (!its) return its.error();
+    it.size = *its;
+    it.size.value_bytes = bytes;
+    if (!codes_values && before.value_bytes > 0)
+      it.size.values = before.values * bytes / before.value_bytes;
+    if (is_mixed_rows) it.size.values = rows_or_first->size.values;
+  }
+  // In the first round the neighbours of a vertex are about the same for all of them.
+  for (Runner& it : runners)
+    if (it.size.values == 0) it.size.values = rows_or_first->size.values;
+  return {};
+}
+
+/// Of two that differ by what mixing saves alone, one drops out where that is clear.
+void ChoosingEncoder::settle_mixing(std::vector<Runner>& runners) const {
+  const auto find = [&](ConnectivityCodec codec) {
+    return std::find_if(runners.begin(), runners.end(),
+                        [&](const Runner& it) { return it.codec == codec; });
+  };
+  const auto rows = find(ConnectivityCodec::rows), mixed = find(ConnectivityCodec::mixed);
+  if (rows == runners.end() || mixed == runners.end()) return;
+  const std::uint64_t all = rows->size.all(), its = mixed->size.all();
+  const std::uint64_t saved = (all - std::min(all, its)) * trial_.spare_share;
+  if (!mixing_can_pay(rows->size) || saved * kClearly < all)
+    runners.erase(mixed);
+  else if (saved > all * kClearly)
+    runners.erase(rows);
+}
+
+/// Whether mixing may save what is felt: it takes several times as long to decode.
+bool ChoosingEncoder::mixing_can_pay(const Size& other) const {
+  return trial_.level == Level::best ||
+         other.topology * kMixedSavesTenths * trial_.spare_share >= other.all() * 10;
+}
+
+/// Must hold: there are some, the fastest first.
+ConnectivityCodec ChoosingEncoder::best_of(std::span<const Runner> runners) const {
+  const Runner* best = &runners[0];
+  for (const Runner& it : runners.subspan(1)) {
+    if (!is_worth_it(it.size, best->size)) continue;
+    // Decoding mixed bits takes several times as long, of small meshes too.
+    if (it.codec == ConnectivityCodec::mixed && trial_.level != Level::best &&
+        (best->size.all() - it.size.all()) * trial_.spare_share <= best->size.all())
+      continue;
+    best = &it;
+  }
+  return best->codec;
 }
 
 bool ChoosingEncoder::is_worth_it(const Size& smaller, const Size& faster) const {
-  if (smaller.all >= faster.all) return false;
+  if (smaller.all() >= faster.all()) return false;
   if (sample_cells_ < trial_.sample_cells) return true;  // time is no matter
   const auto is_felt = [&](std::uint64_t bytes) {
     return 8 * bytes * trial_.spare_bits > sample_cells_;
   };
-  const std::uint64_t saved = faster.all - smaller.all;
+  const std::uint64_t saved = faster.all() - smaller.all();
   if (!is_felt(saved)) return false;
-  return saved * trial_.spare_share > faster.all ||
+  return saved * trial_.spare_share > faster.all() ||
          (smaller.topology < faster.topology && is_felt(faster.topology - smaller.topology));
 }
 
 Result<bool> ChoosingEncoder::shifts_are_as_small(ConnectivityCodec other) const {
-  const auto its = size_with(ConnectivityCodec::shifts), others = size_with(other);
+  const auto its = size_with(ConnectivityCodec::shifts, sample_.size(), true);
+  const auto others = size_with(other, sample_.size(), true);
   if (!its) return its.error();
   if (!others) return others.error();
   // What shifts themselves take they take at the beginning.
   const std::uint64_t share = lies_in_a_layer() ? kShiftShareOfLayer : kShiftShare;
-  return its->all - its->topology <= others->all + others->all / share;
+  return its->all() - its->topology <= others->all() + others->all() / share;
 }
 
 /// Nearly each cell of the sample has left a vertex that later ones use.
@@ -177,23 +268,35 @@ bool ChoosingEncoder::lies_in_a_layer() const {
   return alive * 8 >= static_cast<std::int64_t>(sample_cells_) * 7;
 }
 
-auto ChoosingEncoder::size_with(ConnectivityCodec codec, bool values) const -> Result<Size> {
+auto ChoosingEncoder::size_with(ConnectivityCodec codec, std::size_t pieces, bool values) const
+    -> Result<Size> {
   using container::StreamKind;
   const auto encoder = make_segment_encoder(
       *schema_, SegmentOptions{group_cells_, codec, trial_.level, values, false}, start_);
   std::vector<EncodedGroup> groups;
-  for (const SegmentPiece& piece : sample_)
+  for (const SegmentPiece& piece : std::span(sample_).first(pieces))
     if (auto good = encoder->take(piece, groups); !good) return good.error();
   encoder->end(groups);
   Size size;
   for (const EncodedGroup& group : groups)
     for (const container::StreamEntry& stream : group.header.streams) {
-      size.all += stream.bytes + kStreamHeadBytes;
-      if (stream.kind == StreamKind::connectivity || stream.kind == StreamKind::corner_order ||
-          stream.kind == StreamKind::vertex_numbers)
-        size.topology += stream.bytes;
+      const bool of_values =
+          stream.kind == StreamKind::geometry || stream.kind == StreamKind::array;
+      const bool of_topology = stream.kind == StreamKind::connectivity ||
+                               stream.kind == StreamKind::corner_order ||
+                               stream.kind == StreamKind::vertex_numbers;
+      (of_values ? size.values : of_topology ? size.topology : size.besides) += stream.bytes;
+      (of_values ? size.values : size.besides) += kStreamHeadBytes;
     }
   return size;
+}
+
+/// What the values of so many pieces take before they are coded.
+std::uint64_t ChoosingEncoder::value_bytes(std::size_t pieces) const {
+  std::uint64_t bytes = 0;
+  for (const SegmentPiece& piece : std::span(sample_).first(pieces))
+    bytes += piece.vertex_values.size() + piece.cell_data.size();
+  return bytes;
 }
 
 }  // namespace shm

@@ -1,11 +1,17 @@
 // ChoosingEncoder: a SegmentEncoder that tries the codecs of hexahedra on the first cells of its
 // segment, with their coordinates and values, whose order a codec decides, and goes on with the
 // one that makes these smallest. It decides by these alone: the same for any number of threads.
+//
+// The codecs race. In the first round all of them code the connectivity of a few cells, and one of
+// them the values; in the next ones those that were not clearly larger code more cells, with values
+// where these differ; in the last one those that are still close code the connectivity of the whole
+// sample, and at level best its values. Values that are not coded are taken to grow as they did.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "groups/segment_encoder.h"
@@ -54,13 +60,28 @@ class ChoosingEncoder {
   Result<bool> shifts_do() const;
   Result<bool> shifts_are_as_small(ConnectivityCodec other) const;
   bool lies_in_a_layer() const;
+  /// Bytes of pieces of the sample.
   struct Size {
-    std::uint64_t all = 0;
-    std::uint64_t topology = 0;  ///< of these: connectivity, corner order, vertex numbers
+    std::uint64_t topology = 0;     ///< connectivity, corner order, vertex numbers
+    std::uint64_t values = 0;       ///< coordinates and arrays, with the heads of their streams
+    std::uint64_t besides = 0;      ///< imports, and other heads
+    std::uint64_t value_bytes = 0;  ///< before they are coded; not always stated
+    std::uint64_t all() const { return topology + values + besides; }
   };
-  /// Of the sample, with values at the level of the trial or without.
-  Result<Size> size_with(ConnectivityCodec codec, bool values = true) const;
+  /// With values at the level of the trial or without.
+  Result<Size> size_with(ConnectivityCodec codec, std::size_t pieces, bool values) const;
+  std::uint64_t value_bytes(std::size_t pieces) const;
   std::vector<ConnectivityCodec> candidates() const;
+  /// A codec in the race, and what it made in the last round.
+  struct Runner {
+    ConnectivityCodec codec = ConnectivityCodec::rows;
+    Size size;
+  };
+  static std::size_t have_values_of_their_own(std::span<const Runner> runners);
+  Result<void> run(std::vector<Runner>& runners, std::size_t pieces, bool values, bool mixes) const;
+  void settle_mixing(std::vector<Runner>& runners) const;
+  bool mixing_can_pay(const Size& other) const;
+  ConnectivityCodec best_of(std::span<const Runner> runners) const;
   bool is_worth_it(const Size& smaller, const Size& faster) const;
 
   const Schema* schema_;
