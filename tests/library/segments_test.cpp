@@ -3,7 +3,11 @@
 
 #include <algorithm>
 #include <cstring>
+#include <filesystem>
+#include <iterator>
 #include <string>
+#include <system_error>
+#include <thread>
 #include <vector>
 
 #include "bytes/ordered_tasks.h"
@@ -453,9 +457,11 @@ class FailingTask final : public OrderedTasks<int, int>::Task {
   Result<void> end(const OrderedTasks<int, int>::Emit&) override { return {}; }
 };
 
-TEST(OrderedTasks, NoMemoryComesOutInItsTurn) {
-  OrderedTasks<int, int> tasks(2, 1 << 20, 1 << 20);
-  if (!tasks.has_threads()) GTEST_SKIP() << "without threads nothing is done by them";
+// By threads, and where the system has none.
+class OrderedTasksBy : public testing::TestWithParam<unsigned> {};
+
+TEST_P(OrderedTasksBy, NoMemoryComesOutInItsTurn) {
+  OrderedTasks<int, int> tasks(GetParam(), {.in = 1 << 20, .out = 1 << 20, .alone = 0});
   for (int task = 0; task < 3; ++task) {
     tasks.begin(std::make_unique<FailingTask>());
     tasks.push(task, 4);
@@ -470,6 +476,121 @@ TEST(OrderedTasks, NoMemoryComesOutInItsTurn) {
   }
   EXPECT_THROW((void)tasks.next(wait), std::bad_alloc);
   EXPECT_THROW((void)tasks.next(wait), std::bad_alloc);
+}
+
+INSTANTIATE_TEST_SUITE_P(Threads, OrderedTasksBy, testing::Values(2u, 0u));
+
+// Says in which thread it was worked on.
+class WhereTask final : public OrderedTasks<int, std::thread::id>::Task {
+ public:
+  Result<void> take(int&, const OrderedTasks<int, std::thread::id>::Emit& emit) override {
+    emit(std::this_thread::get_id(), 4);
+    return {};
+  }
+  Result<void> end(const OrderedTasks<int, std::thread::id>::Emit&) override { return {}; }
+};
+
+using WhereTasks = OrderedTasks<int, std::thread::id>;
+
+/// The next output, or none.
+std::thread::id next_of(WhereTasks& tasks, WhereTasks::Wait wait = WhereTasks::Wait::for_output) {
+  const auto out = tasks.next(wait);
+  return out && *out ? **out : std::thread::id();
+}
+
+TEST(OrderedTasks, ThreadsBeginWhenThereIsMoreToDo) {
+  WhereTasks tasks(2, {.in = 1 << 20, .out = 1 << 20, .alone = 12});
+  const auto none = std::thread::id(), here = std::this_thread::get_id();
+  tasks.begin(std::make_unique<WhereTask>());
+  tasks.push(0, 4);
+  EXPECT_EQ(next_of(tasks, WhereTasks::Wait::no), here);
+  tasks.push(1, 4);
+  EXPECT_EQ(next_of(tasks), here);
+  EXPECT_EQ(next_of(tasks), none);
+  tasks.push(2, 4);
+  const auto other = next_of(tasks);
+  EXPECT_NE(other, none);
+  EXPECT_EQ(other != here, kHasThreads);
+  tasks.end();
+  EXPECT_EQ(next_of(tasks), none);
+  EXPECT_TRUE(tasks.is_idle());
+}
+
+TEST(OrderedTasks, ThreadsBeginWithASecondTask) {
+  WhereTasks tasks(2, {.in = 1 << 20, .out = 1 << 20, .alone = 1 << 20});
+  const auto none = std::thread::id(), here = std::this_thread::get_id();
+  for (int i = 0; i < 2; ++i) {  // one after the other is done
+    tasks.begin(std::make_unique<WhereTask>());
+    tasks.push(i, 4);
+    tasks.end();
+    EXPECT_EQ(next_of(tasks), here);
+    EXPECT_EQ(next_of(tasks), none);
+  }
+  for (int i = 0; i < 2; ++i) {
+    tasks.begin(std::make_unique<WhereTask>());
+    tasks.push(i, 4);
+  }
+  tasks.end();
+  for (int i = 0; i < 2; ++i) {
+    const auto other = next_of(tasks);
+    EXPECT_NE(other, none);
+    EXPECT_EQ(other != here, kHasThreads);
+  }
+  EXPECT_EQ(next_of(tasks), none);
+}
+
+// --- threads of the process
+
+std::ptrdiff_t threads_now() {
+  std::error_code none;
+  const std::filesystem::directory_iterator threads("/proc/self/task", none);
+  return std::distance(begin(threads), end(threads));
+}
+
+/// Counts the threads of this process whenever something is written.
+class ThreadCountingSink final : public ByteSink {
+ public:
+  Result<void> write(std::span<const std::byte> bytes) override {
+    most = std::max(most, threads_now());
+    written.insert(written.end(), bytes.begin(), bytes.end());
+    return {};
+  }
+  std::ptrdiff_t most = 0;
+  std::vector<std::byte> written;
+};
+
+/// The most threads while a Reader gives all of a file.
+std::ptrdiff_t threads_to_read(std::span<const std::byte> bytes) {
+  MemorySource source(bytes);
+  auto reader = Reader::open(source, {}, {.threads = 2});
+  std::ptrdiff_t most = 0;
+  while (reader) {
+    const auto item = reader->next();
+    EXPECT_TRUE(item);
+    most = std::max(most, threads_now());
+    if (!item || *item == nullptr) return most;
+  }
+  ADD_FAILURE() << "cannot be opened";
+  return most;
+}
+
+TEST(Segments, ThreadsBeginWhereThereIsWorkForThem) {
+  const std::ptrdiff_t before = threads_now();
+  if (before == 0 || !kHasThreads) GTEST_SKIP() << "nothing tells how many threads there are";
+  WriteOptions options;
+  options.threads = 2;
+  ThreadCountingSink small, in_two, large;
+  ASSERT_TRUE(write_mesh(bent_grid(5, 5, 5), small, options));
+  options.group_cells = 1000;
+  ASSERT_TRUE(write_mesh(grid(20, 20, 20, ScalarType::float32, bent, porous), large, options));
+  options.segment_cells = 63;
+  ASSERT_TRUE(write_mesh(bent_grid(5, 5, 5), in_two, options));
+  EXPECT_EQ(small.most, before);
+  EXPECT_EQ(in_two.most, before + 2);
+  EXPECT_EQ(large.most, before + 2);
+  EXPECT_EQ(threads_to_read(small.written), before);
+  EXPECT_EQ(threads_to_read(in_two.written), before + 2);
+  EXPECT_EQ(threads_to_read(large.written), before + 2);
 }
 
 }  // namespace

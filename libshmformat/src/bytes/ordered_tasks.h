@@ -3,10 +3,14 @@
 // in:    inputs for the newest task           out: outputs, task after task
 // keeps: inputs that wait for their task, outputs that wait for their turn, both within limits
 // One thread, the caller's, begins tasks, gives inputs and takes outputs; within a task nothing
-// happens at once. Outputs depend on the inputs alone, not on the number of threads. What a task
-// throws (only std::bad_alloc in this library) comes out of the caller's next(), in its turn.
+// happens at once. As long as there is one task with little to do, and where the system has no more
+// threads, next() does it: to begin threads, and to have memory in each, takes as long as a small
+// mesh.
+// Outputs depend on the inputs alone, not on the number of threads. What a task throws (only
+// std::bad_alloc in this library) comes out of the caller's next(), in its turn.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <deque>
 #include <functional>
@@ -36,11 +40,14 @@ class OrderedTasks {
     virtual Result<void> end(const Emit& emit) = 0;
   };
 
-  /// Bytes of inputs and of outputs that may wait; what is at hand comes on top.
-  OrderedTasks(unsigned threads, std::size_t in_limit, std::size_t out_limit)
-      : in_limit_(in_limit), out_limit_(out_limit) {
+  struct Limits {
+    std::size_t in = 0, out = 0;  ///< bytes that may wait; what is at hand comes on top
+    /// Threads begin with a second task that finds one before it, or with so many bytes of inputs.
+    std::size_t alone = 0;
+  };
+  /// Up to so many threads.
+  OrderedTasks(unsigned threads, const Limits& limits) : wanted_(threads), limits_(limits) {
     spares_.reserve(kSpares);
-    workers_ = std::make_unique<Workers>(threads, [this] { work(); });
   }
   ~OrderedTasks() {
     {
@@ -53,17 +60,21 @@ class OrderedTasks {
   OrderedTasks(const OrderedTasks&) = delete;
   OrderedTasks& operator=(const OrderedTasks&) = delete;
 
-  /// Without any nothing will ever be done.
-  bool has_threads() const { return workers_->count() > 0; }
-
   /// Ends the newest task, if there is one, and begins the next.
   void begin(std::unique_ptr<Task> task) {
     end();
-    const std::lock_guard lock(mutex_);
-    jobs_.emplace_back();
-    jobs_.back().task = std::move(task);
+    std::size_t count = 0;
+    {
+      const std::lock_guard lock(mutex_);
+      jobs_.emplace_back();
+      jobs_.back().task = std::move(task);
+      count = jobs_.size();
+    }
+    if (count > 1) begin_threads();
   }
   void push(In in, std::size_t bytes) {
+    pushed_ += std::min(bytes, limits_.alone - pushed_);
+    if (pushed_ == limits_.alone) begin_threads();
     {
       const std::lock_guard lock(mutex_);
       in_bytes_ += bytes;
@@ -90,7 +101,7 @@ class OrderedTasks {
 
   bool has_room() const {
     const std::lock_guard lock(mutex_);
-    return in_bytes_ < in_limit_;
+    return in_bytes_ < limits_.in;
   }
   /// Nothing is under way, and next() has nothing.
   bool is_idle() {
@@ -100,14 +111,21 @@ class OrderedTasks {
 
   enum class Wait { no, for_output, for_output_or_room };
   /// The next output, or what went wrong in its place; null when there is none yet, or none under
-  /// way.
+  /// way. Without threads it never is under way afterwards.
   Result<std::optional<Out>> next(Wait wait) {
     Lock lock(mutex_);
-    if (wait != Wait::no)
+    if (!has_threads()) {
+      while (!has_output()) {
+        Job* job = next_job();
+        if (job == nullptr) break;
+        work_on(*job, lock);
+      }
+    } else if (wait != Wait::no) {
       wake_caller_.wait(lock, [&] {
         return has_output() || !is_under_way() ||
-               (wait == Wait::for_output_or_room && in_bytes_ < in_limit_);
+               (wait == Wait::for_output_or_room && in_bytes_ < limits_.in);
       });
+    }
     if (!has_output()) return std::optional<Out>();
     Job& job = jobs_.front();
     if (job.outputs.empty() && job.thrown) throw_again(job.thrown);
@@ -150,66 +168,75 @@ class OrderedTasks {
   /// The oldest task that can go on. The first one always can when its outputs have been taken.
   Job* next_job() {
     for (Job& job : jobs_) {
-      const bool may = out_bytes_ < out_limit_ || (&job == &jobs_.front() && job.outputs.empty());
+      const bool may = out_bytes_ < limits_.out || (&job == &jobs_.front() && job.outputs.empty());
       if (!job.running && job.has_work() && may) return &job;
     }
     return nullptr;
   }
 
+  bool has_threads() const { return workers_ && workers_->count() > 0; }
+  void begin_threads() {
+    if (!workers_) workers_ = std::make_unique<Workers>(wanted_, [this] { work(); });
+  }
+
   void work() {
     Lock lock(mutex_);
     while (!stopping_) {
-      Job* job = next_job();
-      if (job == nullptr) {
+      if (Job* job = next_job())
+        work_on(*job, lock);
+      else
         wake_workers_.wait(lock);
-        continue;
-      }
-      job->running = true;
-      std::optional<In> in;
-      if (job->inputs.empty()) {
-        job->closed = true;
-      } else {
-        in = std::move(job->inputs.front().first);
-        in_bytes_ -= job->inputs.front().second;
-        job->inputs.pop_front();
-      }
-      lock.unlock();
-      wake_caller_.notify_one();
-      const Emit emit = [&](Out out, std::size_t bytes) {
-        {
-          const std::lock_guard guard(mutex_);
-          out_bytes_ += bytes;
-          job->outputs.emplace_back(std::move(out), bytes);
-        }
-        wake_caller_.notify_one();
-      };
-      Result<void> result;
-      Thrown thrown;
-      try {
-        result = in ? job->task->take(*in, emit) : job->task->end(emit);
-      } catch (...) {
-        thrown = caught();
-      }
-      lock.lock();
-      if (in && spares_.size() < spares_.capacity()) spares_.push_back(std::move(*in));
-      if (!result) job->error = result.error();
-      job->thrown = thrown;
-      job->running = false;
-      wake_workers_.notify_all();
-      wake_caller_.notify_one();
     }
+  }
+  /// Its next input, or its end. `lock` is held before and afterwards, but not meanwhile.
+  void work_on(Job& job, Lock& lock) {
+    job.running = true;
+    std::optional<In> in;
+    if (job.inputs.empty()) {
+      job.closed = true;
+    } else {
+      in = std::move(job.inputs.front().first);
+      in_bytes_ -= job.inputs.front().second;
+      job.inputs.pop_front();
+    }
+    lock.unlock();
+    wake_caller_.notify_one();
+    const Emit emit = [&](Out out, std::size_t bytes) {
+      {
+        const std::lock_guard guard(mutex_);
+        out_bytes_ += bytes;
+        job.outputs.emplace_back(std::move(out), bytes);
+      }
+      wake_caller_.notify_one();
+    };
+    Result<void> result;
+    Thrown thrown;
+    try {
+      result = in ? job.task->take(*in, emit) : job.task->end(emit);
+    } catch (...) {
+      thrown = caught();
+    }
+    lock.lock();
+    if (in && spares_.size() < spares_.capacity()) spares_.push_back(std::move(*in));
+    if (!result) job.error = result.error();
+    job.thrown = thrown;
+    job.running = false;
+    wake_workers_.notify_all();
+    wake_caller_.notify_one();
   }
 
   static constexpr std::size_t kSpares = 16;
 
-  std::size_t in_limit_, out_limit_;
+  unsigned wanted_;
+  Limits limits_;
+  std::size_t pushed_ = 0;  // bytes, up to limits_.alone
   mutable Mutex mutex_;
   Condition wake_workers_, wake_caller_;
   std::list<Job> jobs_;  // oldest first; their addresses stay
   std::vector<In> spares_;
   std::size_t in_bytes_ = 0, out_bytes_ = 0;
   bool stopping_ = false;
-  std::unique_ptr<Workers> workers_;  // last: its threads use all of the above
+  std::unique_ptr<Workers> workers_;  // null: not yet. Last: its threads use all of the above
 };
 
 }  // namespace shm

@@ -25,6 +25,9 @@ constexpr std::uint64_t kLeastSegmentCells = 131072;
 // Waiting pieces of cells, for each thread.
 constexpr std::size_t kWaitingBytes = std::size_t{64} << 20;
 
+// Pieces of the first segment that are coded before there are threads: some hundred cells.
+constexpr std::size_t kAlonePieceBytes = std::size_t{32} << 10;
+
 using Tasks = OrderedTasks<SegmentPiece, EncodedGroup>;
 
 class SegmentTask final : public Tasks::Task {
@@ -78,8 +81,9 @@ MeshEncoder::MeshEncoder(const Schema& schema, const WriteOptions& options, Grou
   if (options.threads == 1) return;
   const unsigned threads = thread_count(options.threads);
   if (threads > 1)
-    tasks_ = std::make_unique<Tasks>(threads, threads * kWaitingBytes, threads * kWaitingBytes);
-  if (tasks_ && !tasks_->has_threads()) tasks_.reset();
+    tasks_ = std::make_unique<Tasks>(threads, Tasks::Limits{.in = threads * kWaitingBytes,
+                                                            .out = threads * kWaitingBytes,
+                                                            .alone = kAlonePieceBytes});
 }
 
 void MeshEncoder::begin_part(const SegmentStart& start) {

@@ -9,6 +9,12 @@
 #include "groups/surface_group_decoder.h"
 
 namespace shm {
+namespace {
+
+// Groups of the first segment that are decoded before there are threads: about a millisecond.
+constexpr std::size_t kAloneBytes = std::size_t{4} << 10;
+
+}  // namespace
 
 Result<std::unique_ptr<GroupDecoder>> make_group_decoder(const Schema& schema,
                                                          const SegmentStart& start,
@@ -206,8 +212,9 @@ DecodingQueue::DecodingQueue(const Schema& schema, const ReadLimits& limits,
   const std::size_t ahead = to_size(options.max_ahead_bytes);
   if (threads > 1)
     tasks_ =
-        std::make_unique<Tasks>(threads, std::max<std::size_t>(ahead / 4, 1), ahead - ahead / 4);
-  if (tasks_ && !tasks_->has_threads()) tasks_.reset();
+        std::make_unique<Tasks>(threads, Tasks::Limits{.in = std::max<std::size_t>(ahead / 4, 1),
+                                                       .out = ahead - ahead / 4,
+                                                       .alone = kAloneBytes});
 }
 
 void DecodingQueue::begin_segment(std::size_t segment, std::uint32_t number, DecodedParts parts) {
