@@ -7,11 +7,9 @@
 //                     second dimension
 // "SZ-like" is ours, for want of a package: what a value adds to the restored one before it, in
 // steps of two bounds; planes of these through zstd -19; a value that would miss is kept exactly.
-#include <blosc.h>
 #include <fpzip.h>
 #include <lzma.h>
 #include <zfp.h>
-#include <zstd.h>
 
 #include <charconv>
 #include <cmath>
@@ -27,12 +25,10 @@
 
 #include "measure.h"
 #include "options.h"
+#include "raw_packers.h"
 
 namespace shm::bench {
 namespace {
-
-using Bytes = std::span<const std::byte>;
-using Room = std::span<std::byte>;
 
 /// Values of `steps` times, each with all elements, each with all components.
 struct RawArray {
@@ -48,11 +44,6 @@ struct Peer {
   std::size_t room;  ///< bytes that the packed array may take
   std::function<std::size_t(Bytes, Room)> encode, decode;
 };
-
-std::size_t checked(std::size_t bytes, bool good) {
-  if (!good) throw std::runtime_error("a compressor fails");
-  return bytes;
-}
 
 /// Bytes of one significance together.
 void to_planes(Bytes in, std::size_t width, std::byte* out) {
@@ -80,15 +71,6 @@ void from_components(std::span<const T> in, std::size_t components, std::byte* o
   for (std::size_t c = 0; c < components; ++c)
     for (std::size_t i = 0; i < count; ++i)
       std::memcpy(out + (i * components + c) * sizeof(T), &in[c * count + i], sizeof(T));
-}
-
-std::size_t zstd_pack(Bytes in, Room out, int level) {
-  const auto size = ZSTD_compress(out.data(), out.size(), in.data(), in.size(), level);
-  return checked(size, !ZSTD_isError(size));
-}
-std::size_t zstd_unpack(Bytes in, Room out) {
-  const auto size = ZSTD_decompress(out.data(), out.size(), in.data(), in.size());
-  return checked(size, !ZSTD_isError(size));
 }
 
 Peer zstd_peer(const RawArray& array, int level, bool shuffle) {
@@ -135,15 +117,8 @@ Peer xz_peer(const RawArray& array) {
 
 Peer blosc_peer(const RawArray& array) {
   return {"blosc shuffle zstd", array.bytes.size() + BLOSC_MAX_OVERHEAD,
-          [width = array.value_bytes](Bytes in, Room out) {
-            const int size = blosc_compress_ctx(5, BLOSC_SHUFFLE, width, in.size(), in.data(),
-                                                out.data(), out.size(), "zstd", 0, 1);
-            return checked(static_cast<std::size_t>(size), size > 0);
-          },
-          [](Bytes in, Room out) {
-            const int size = blosc_decompress_ctx(in.data(), out.data(), out.size(), 1);
-            return checked(static_cast<std::size_t>(size), size >= 0);
-          }};
+          [width = array.value_bytes](Bytes in, Room out) { return blosc_pack(in, width, out); },
+          blosc_unpack};
 }
 
 template <class T>

@@ -1,4 +1,4 @@
-"""Ratio against speed of the rows of bench/values: coordinates and fields, as SVG and PNG."""
+"""Ratio against speed, as SVG and PNG: of coordinates and fields of bench/values, and of others."""
 import statistics
 
 import matplotlib
@@ -109,12 +109,17 @@ def figure_of(rows, title, path):
     plt.close(figure)
 
 
-def draw(rows, folder):
-    folder.mkdir(parents=True, exist_ok=True)
+def draw_one(rows, title, path):
+    """`path`: without .svg and .png."""
+    path.parent.mkdir(parents=True, exist_ok=True)
     with plt.rc_context(STYLE):
-        for table, what in (("coordinates", "Coordinates, lossless"),
-                            ("fields", "Fields of floating-point numbers, lossless")):
-            its = [row for row in rows if row["table"] == table and "integers" not in row["group"]]
-            if its:
-                subjects = len({row["subject"] for row in its})
-                figure_of(its, f"{what}: {subjects} arrays of bench/values", folder / table)
+        figure_of(rows, title, path)
+
+
+def draw(rows, folder):
+    for table, what in (("coordinates", "Coordinates, lossless"),
+                        ("fields", "Fields of floating-point numbers, lossless")):
+        its = [row for row in rows if row["table"] == table and "integers" not in row["group"]]
+        if its:
+            subjects = len({row["subject"] for row in its})
+            draw_one(its, f"{what}: {subjects} arrays of bench/values", folder / table)

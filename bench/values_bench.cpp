@@ -1,5 +1,5 @@
 // values_bench [--level fast|default|best]... [--seconds S] [--stepped NAME]... [--like FILE.shm]
-//              [--sizes | --dump FOLDER | --beside-zstd] MESH
+//              [--sizes | --dump FOLDER] MESH
 // What the values of a mesh of any format cost in a .shm file: lines of JSON on standard output.
 // From memory to memory through Writer and Reader, order kept, one thread, processor time; all is
 // decoded and compared.
@@ -15,11 +15,7 @@
 //   --sizes         all arrays in one file; no times
 //   --no-arrays     the mesh alone
 //   --dump FOLDER   nothing but the raw arrays, for other compressors; one line for each
-//   --beside-zstd   the mesh alone, beside zstd -3 on int32 corners and coordinates, in turn
-#include <zstd.h>
-
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -33,6 +29,7 @@
 
 #include "array_mesh.h"
 #include "bench_mesh.h"
+#include "levels.h"
 #include "measure.h"
 #include "options.h"
 #include "shm/reader.h"
@@ -42,9 +39,6 @@ namespace {
 
 using nlohmann::json;
 using Arrays = std::vector<const MeshArray*>;
-
-constexpr std::array<std::pair<const char*, Level>, 3> kLevels = {
-    {{"fast", Level::fast}, {"default", Level::standard}, {"best", Level::best}}};
 
 std::string full_name(const ArrayInfo& info) {
   return (info.location == Location::point ? "point/" : "cell/") + info.name;
@@ -217,80 +211,6 @@ void tell_sizes(const ArrayMesh& mesh, const char* name, Level level) {
   print({{"level", name}, {"arrays", arrays}});
 }
 
-// Beside zstd
-
-/// The raw arrays through zstd -3.
-struct ZstdMesh {
-  std::vector<std::vector<std::byte>> raw, packed, back;
-  Seconds quickest{};
-  std::uint64_t write_memory = 0, read_memory = 0;
-
-  explicit ZstdMesh(const ArrayMesh& mesh) {
-    std::vector<std::byte> corners(mesh.corners.size() * sizeof(std::int32_t));
-    for (std::size_t i = 0; i < mesh.corners.size(); ++i) {
-      const auto corner = static_cast<std::int32_t>(mesh.corners[i]);
-      std::memcpy(corners.data() + i * sizeof corner, &corner, sizeof corner);
-    }
-    raw = {std::move(corners), mesh.xyz};
-    for (const auto& part : raw) {
-      packed.emplace_back(ZSTD_compressBound(part.size()));
-      back.emplace_back(part.size());
-    }
-  }
-  std::size_t raw_bytes() const { return raw[0].size() + raw[1].size(); }
-  std::size_t packed_bytes() const { return sizes_[0] + sizes_[1]; }
-  void run(bool first) {
-    const auto pack = [&] {
-      for (std::size_t i = 0; i < raw.size(); ++i)
-        sizes_[i] = good(
-            ZSTD_compress(packed[i].data(), packed[i].size(), raw[i].data(), raw[i].size(), 3));
-    };
-    const auto unpack = [&] {
-      for (std::size_t i = 0; i < raw.size(); ++i)
-        good(ZSTD_decompress(back[i].data(), back[i].size(), packed[i].data(), sizes_[i]));
-    };
-    if (first) {
-      write_memory = memory_of(pack) + packed_bytes();  // the room is there before
-      read_memory = memory_of(unpack);
-      if (back != raw) throw std::runtime_error("zstd: came back different");
-    } else {
-      quickest = {std::min(quickest.write, seconds_of(pack)),
-                  std::min(quickest.read, seconds_of(unpack))};
-    }
-  }
-
- private:
-  static std::size_t good(std::size_t code) {
-    if (ZSTD_isError(code)) throw std::runtime_error(ZSTD_getErrorName(code));
-    return code;
-  }
-  std::array<std::size_t, 2> sizes_{};
-};
-
-void beside_zstd(const ArrayMesh& mesh, const std::vector<std::size_t>& levels, double seconds) {
-  ZstdMesh zstd(mesh);
-  std::vector<Variant> ours(levels.size(), Variant{&mesh, {}});
-  const double start = processor_seconds();
-  for (int round = 0; round < 4 || processor_seconds() - start < seconds; ++round) {
-    zstd.run(round == 0);
-    for (std::size_t i = 0; i < levels.size(); ++i)
-      ours[i].run(kLevels[levels[i]].second, round == 0);
-  }
-  const auto tell = [&](const std::string& name, std::uint64_t bytes, const auto& it) {
-    print({{"name", name},
-           {"hexahedra", mesh.cells()},
-           {"raw_bytes", zstd.raw_bytes()},
-           {"bytes", bytes},
-           {"encode_s", it.quickest.write},
-           {"decode_s", it.quickest.read},
-           {"encode_memory", it.write_memory},
-           {"decode_memory", it.read_memory}});
-  };
-  tell("zstd -3, raw arrays", zstd.packed_bytes(), zstd);
-  for (std::size_t i = 0; i < levels.size(); ++i)
-    tell(std::string("shm ") + kLevels[levels[i]].first, ours[i].sizes.total_bytes, ours[i]);
-}
-
 // Raw arrays
 
 void write_raw(const std::string& path, std::span<const std::vector<std::byte>> parts) {
@@ -363,7 +283,7 @@ int run(int argc, char** argv) {
   std::string like, folder;
   std::vector<std::string> level_names, stepped;
   double seconds = .3;
-  bool only_sizes = false, no_arrays = false, with_zstd = false;
+  bool only_sizes = false, no_arrays = false;
   const std::string path = parse_options(argc, argv,
                                          {{"--level", level_names},
                                           {"--seconds", seconds},
@@ -371,22 +291,14 @@ int run(int argc, char** argv) {
                                           {"--like", like},
                                           {"--dump", folder},
                                           {"--sizes", only_sizes},
-                                          {"--no-arrays", no_arrays},
-                                          {"--beside-zstd", with_zstd}});
-  std::vector<std::size_t> levels;
-  for (std::size_t l = 0; l < kLevels.size(); ++l)
-    if (level_names.empty() ||
-        std::ranges::find(level_names, kLevels[l].first) != level_names.end())
-      levels.push_back(l);
-  if (levels.empty()) throw std::runtime_error("--level: fast, default or best");
+                                          {"--no-arrays", no_arrays}});
+  const std::vector<std::size_t> levels = levels_named(level_names);
   ArrayMesh mesh = load_arrays(path);
   if (no_arrays) mesh.arrays.clear();
   for (const std::string& name : stepped) join_steps(mesh, name);
   if (!like.empty()) quantize_like(mesh, like);
   if (!folder.empty()) {
     dump(mesh, folder);
-  } else if (with_zstd) {
-    beside_zstd(mesh, levels, seconds);
   } else {
     for (const std::size_t level : levels) {
       const auto& [name, what] = kLevels[level];

@@ -1,0 +1,46 @@
+// Other compressors of raw arrays, from memory to memory in this thread: zstd and, where it is
+// there, Blosc.
+#pragma once
+
+#include <zstd.h>
+#ifdef SHM_HAS_BLOSC
+#include <blosc.h>
+#endif
+
+#include <cstddef>
+#include <span>
+#include <stdexcept>
+
+namespace shm::bench {
+
+using Bytes = std::span<const std::byte>;
+using Room = std::span<std::byte>;
+
+inline std::size_t checked(std::size_t bytes, bool good) {
+  if (!good) throw std::runtime_error("a compressor fails");
+  return bytes;
+}
+
+inline std::size_t zstd_pack(Bytes in, Room out, int level) {
+  const auto size = ZSTD_compress(out.data(), out.size(), in.data(), in.size(), level);
+  return checked(size, !ZSTD_isError(size));
+}
+inline std::size_t zstd_unpack(Bytes in, Room out) {
+  const auto size = ZSTD_decompress(out.data(), out.size(), in.data(), in.size());
+  return checked(size, !ZSTD_isError(size));
+}
+
+#ifdef SHM_HAS_BLOSC
+/// Byte planes in blocks, and zstd at Blosc's level 5, in this thread.
+inline std::size_t blosc_pack(Bytes in, std::size_t width, Room out) {
+  const int size = blosc_compress_ctx(5, BLOSC_SHUFFLE, width, in.size(), in.data(), out.data(),
+                                      out.size(), "zstd", 0, 1);
+  return checked(static_cast<std::size_t>(size), size > 0);
+}
+inline std::size_t blosc_unpack(Bytes in, Room out) {
+  const int size = blosc_decompress_ctx(in.data(), out.data(), out.size(), 1);
+  return checked(static_cast<std::size_t>(size), size >= 0);
+}
+#endif
+
+}  // namespace shm::bench

@@ -1,0 +1,309 @@
+// speed_bench [--level fast|default|best]... [--turns N] [--seconds S] MESH
+// The hexahedra of a mesh of any format from memory to memory, one thread: ours at each level,
+// order kept, and other compressors of the raw arrays, which are int32 corners, one hexahedron
+// after the other, and coordinates as they are stored. Lines of JSON on standard output: the mesh,
+// then each method with its bytes and the least processor seconds of its runs.
+//   zstd -3        each of the two arrays
+//   column delta   the arrays column by column (eight of corners, three of coordinates): what a
+//                  number differs from the one before it, of coordinates of the bits, unless they
+//                  are smaller as they stand; zigzag, byte planes, zstd -3. Which way is smaller is
+//                  found out before, and costs no time
+//   blosc          each of the arrays: byte planes in blocks, zstd; where libblosc was there
+// All methods take turns on the mesh, so that what disturbs one disturbs all: N turns (8), fewer
+// where a method has had S seconds (1), one at least; what takes less than a millisecond is done
+// several times in its turn. After the first turn what came back is compared. Ours go from a Mesh
+// to a MemorySink and back, and make the Mesh; the others fill memory that is there.
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bench_mesh.h"
+#include "levels.h"
+#include "measure.h"
+#include "options.h"
+#include "raw_packers.h"
+#include "shm/mesh.h"
+
+namespace shm::bench {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kTurn = 1e-3;  // seconds at least, each way
+
+/// Something that packs a mesh.
+class Method {
+ public:
+  explicit Method(std::string name) : name_(std::move(name)) {}
+  virtual ~Method() = default;
+  Method(const Method&) = delete;
+  Method& operator=(const Method&) = delete;
+
+  /// Unless it has had so many seconds.
+  void take_turn(double seconds) {
+    const bool first = spent_ == 0;
+    if (!first && spent_ >= seconds) return;
+    encode_s_ = std::min(encode_s_, least([this] { pack(); }));
+    decode_s_ = std::min(decode_s_, least([this] { unpack(); }));
+    if (first && !came_back()) throw std::runtime_error(name_ + ": came back different");
+  }
+  virtual json told() const {
+    return {{"name", name_}, {"encode_s", encode_s_}, {"decode_s", decode_s_}};
+  }
+
+ protected:
+  virtual void pack() = 0;
+  virtual void unpack() = 0;
+  virtual void forget() = 0;  ///< what the last of these made
+  virtual bool came_back() const = 0;
+
+ private:
+  double least(const std::function<void()>& run) {
+    double best = 1e300, spent = 0;
+    do {
+      forget();
+      const double took = seconds_of(run);
+      best = std::min(best, took);
+      spent += took;
+    } while (spent < kTurn);
+    spent_ += spent;
+    return best;
+  }
+
+  std::string name_;
+  double encode_s_ = 1e300, decode_s_ = 1e300, spent_ = 0;
+};
+
+// Ours
+
+class Ours final : public Method {
+ public:
+  Ours(const Mesh& mesh, const char* name, Level level)
+      : Method(std::string("shm ") + name), mesh_(&mesh) {
+    options_.level = level;
+    options_.threads = 1;
+    sink_.bytes.reserve(mesh.xyz.size() + sizeof(std::int32_t) * mesh.corners.size());
+  }
+  json told() const override {
+    json line = Method::told();
+    line["bytes"] = bytes_;
+    return line;
+  }
+
+ private:
+  void pack() override {
+    sink_.bytes.clear();
+    bytes_ = unwrap(write_mesh(sink_, *mesh_, options_)).total_bytes;
+  }
+  void unpack() override {
+    MemorySource source(sink_.bytes);
+    ReadOptions options;
+    options.threads = 1;
+    back_ = unwrap(read_mesh(source, {}, options));
+  }
+  void forget() override { back_ = {}; }
+  bool came_back() const override {
+    return back_.corners == mesh_->corners && back_.xyz == mesh_->xyz;
+  }
+
+  const Mesh* mesh_;
+  WriteOptions options_;
+  MemorySink sink_;
+  Mesh back_;
+  std::uint64_t bytes_ = 0;
+};
+
+// Others
+
+/// Numbers of `width` bytes, 4 or 8, in rows of `columns`.
+struct RawArray {
+  std::vector<std::byte> bytes;
+  std::size_t width = 4, columns = 1;
+};
+
+struct Packer {
+  std::string name;
+  std::function<std::size_t(std::size_t)> room;  ///< bytes that so many may take
+  std::function<std::size_t(const RawArray&, Room)> pack;
+  std::function<void(const RawArray&, Bytes, Room)> unpack;  ///< the array: what it is like
+};
+
+class Others final : public Method {
+ public:
+  Others(const std::array<RawArray, 2>& mesh, Packer packer)
+      : Method(packer.name), mesh_(&mesh), packer_(std::move(packer)) {
+    for (std::size_t i = 0; i < mesh.size(); ++i) {
+      packed_[i].resize(packer_.room(mesh[i].bytes.size()));
+      back_[i].resize(mesh[i].bytes.size());
+    }
+  }
+  json told() const override {
+    json line = Method::told();
+    line["bytes"] = sizes_[0] + sizes_[1];
+    line["connectivity_bytes"] = sizes_[0];
+    return line;
+  }
+
+ private:
+  void pack() override {
+    for (std::size_t i = 0; i < mesh_->size(); ++i)
+      sizes_[i] = packer_.pack((*mesh_)[i], packed_[i]);
+  }
+  void unpack() override {
+    for (std::size_t i = 0; i < mesh_->size(); ++i)
+      packer_.unpack((*mesh_)[i], Bytes(packed_[i]).first(sizes_[i]), back_[i]);
+  }
+  void forget() override {}
+  bool came_back() const override {
+    return back_[0] == (*mesh_)[0].bytes && back_[1] == (*mesh_)[1].bytes;
+  }
+
+  const std::array<RawArray, 2>* mesh_;
+  Packer packer_;
+  std::array<std::vector<std::byte>, 2> packed_, back_;
+  std::array<std::size_t, 2> sizes_{};
+};
+
+/// Column after column, each number as what it differs from the one before it or as it stands, in
+/// planes of one byte of each number.
+template <class T>
+void to_column_planes(const RawArray& array, bool differences, std::byte* out) {
+  const std::size_t count = array.bytes.size() / sizeof(T);
+  std::size_t at = 0;
+  for (std::size_t column = 0; column < array.columns; ++column) {
+    T last = 0;
+    for (std::size_t i = column; i < count; i += array.columns, ++at) {
+      T value;
+      std::memcpy(&value, array.bytes.data() + i * sizeof value, sizeof value);
+      const auto difference = static_cast<std::make_signed_t<T>>(static_cast<T>(value - last));
+      const T told = differences ? static_cast<T>(static_cast<T>(difference) << 1 ^
+                                                  static_cast<T>(difference >> (8 * sizeof(T) - 1)))
+                                 : value;
+      for (std::size_t b = 0; b < sizeof(T); ++b)
+        out[b * count + at] = static_cast<std::byte>(told >> 8 * b);
+      last = value;
+    }
+  }
+}
+template <class T>
+void from_column_planes(const RawArray& like, bool differences, const std::byte* in, Room out) {
+  const std::size_t count = out.size() / sizeof(T);
+  std::size_t at = 0;
+  for (std::size_t column = 0; column < like.columns; ++column) {
+    T last = 0;
+    for (std::size_t i = column; i < count; i += like.columns, ++at) {
+      T told = 0;
+      for (std::size_t b = 0; b < sizeof(T); ++b)
+        told |= static_cast<T>(static_cast<T>(in[b * count + at]) << 8 * b);
+      last =
+          differences ? static_cast<T>(last + static_cast<T>(told >> 1 ^ (0 - (told & 1)))) : told;
+      std::memcpy(out.data() + i * sizeof last, &last, sizeof last);
+    }
+  }
+}
+
+/// `scratch`: has room for the largest array.
+Packer column_packer(std::shared_ptr<std::vector<std::byte>> scratch, bool differ) {
+  // Corners always differ.
+  const auto differences = [=](const RawArray& array) { return differ || array.columns == 8; };
+  return {"column delta", ZSTD_compressBound,
+          [=](const RawArray& array, Room out) {
+            const auto to = array.width == 8 ? to_column_planes<std::uint64_t>
+                                             : to_column_planes<std::uint32_t>;
+            to(array, differences(array), scratch->data());
+            return zstd_pack(Bytes(*scratch).first(array.bytes.size()), out, 3);
+          },
+          [=](const RawArray& like, Bytes in, Room out) {
+            zstd_unpack(in, Room(*scratch).first(out.size()));
+            const auto from = like.width == 8 ? from_column_planes<std::uint64_t>
+                                              : from_column_planes<std::uint32_t>;
+            from(like, differences(like), scratch->data(), out);
+          }};
+}
+/// With coordinates the way in which they are smaller.
+Packer column_packer(const std::array<RawArray, 2>& mesh) {
+  const auto scratch = std::make_shared<std::vector<std::byte>>(
+      std::max(mesh[0].bytes.size(), mesh[1].bytes.size()));
+  std::vector<std::byte> packed(ZSTD_compressBound(mesh[1].bytes.size()));
+  const auto size = [&](bool differ) {
+    return column_packer(scratch, differ).pack(mesh[1], packed);
+  };
+  return column_packer(scratch, size(true) < size(false));
+}
+
+std::vector<Packer> packers(const std::array<RawArray, 2>& mesh) {
+  std::vector<Packer> all;
+  all.push_back({"zstd -3", ZSTD_compressBound,
+                 [](const RawArray& array, Room out) { return zstd_pack(array.bytes, out, 3); },
+                 [](const RawArray&, Bytes in, Room out) { zstd_unpack(in, out); }});
+  all.push_back(column_packer(mesh));
+#ifdef SHM_HAS_BLOSC
+  all.push_back(
+      {"blosc", [](std::size_t bytes) { return bytes + BLOSC_MAX_OVERHEAD; },
+       [](const RawArray& array, Room out) { return blosc_pack(array.bytes, array.width, out); },
+       [](const RawArray&, Bytes in, Room out) { blosc_unpack(in, out); }});
+#endif
+  return all;
+}
+
+// The mesh, as each of them wants it
+
+Mesh whole_mesh(const BenchMesh& from) {
+  Mesh mesh;
+  mesh.schema = hexahedra_schema();
+  mesh.schema.coordinate_type = from.coordinate_type;
+  mesh.xyz = from.xyz;
+  mesh.cell_blocks.assign(from.hexahedra(), 0);
+  mesh.corner_begin.resize(from.hexahedra() + 1);
+  for (std::size_t c = 0; c < mesh.corner_begin.size(); ++c) mesh.corner_begin[c] = 8 * c;
+  mesh.corners.assign(from.corners.begin(), from.corners.end());
+  return mesh;
+}
+
+std::array<RawArray, 2> raw_arrays(const BenchMesh& mesh) {
+  const Bytes corners = std::as_bytes(std::span(mesh.corners));
+  return {{{{corners.begin(), corners.end()}, sizeof(std::int32_t), 8},
+           {mesh.xyz, scalar_bytes(mesh.coordinate_type), 3}}};
+}
+
+int run(int argc, char** argv) {
+  std::vector<std::string> level_names;
+  std::size_t turns = 8;
+  double seconds = 1;
+  const std::string path = parse_options(
+      argc, argv, {{"--level", level_names}, {"--turns", turns}, {"--seconds", seconds}});
+  const BenchMesh loaded = load_hexahedra(path, true);
+  if (loaded.hexahedra() == 0) throw std::runtime_error(path + ": no hexahedra");
+  const Mesh mesh = whole_mesh(loaded);
+  const std::array<RawArray, 2> raw = raw_arrays(loaded);
+  std::vector<std::unique_ptr<Method>> methods;
+  for (const std::size_t level : levels_named(level_names))
+    methods.push_back(std::make_unique<Ours>(mesh, kLevels[level].first, kLevels[level].second));
+  for (Packer& packer : packers(raw)) methods.push_back(std::make_unique<Others>(raw, packer));
+
+  for (std::size_t turn = 0; turn < std::max<std::size_t>(turns, 1); ++turn)
+    for (const auto& method : methods) method->take_turn(seconds);
+
+  std::printf("%s\n", json{{"hexahedra", loaded.hexahedra()},
+                           {"vertices", loaded.vertices},
+                           {"raw_bytes", raw[0].bytes.size() + raw[1].bytes.size()}}
+                          .dump()
+                          .c_str());
+  for (const auto& method : methods) std::printf("%s\n", method->told().dump().c_str());
+  return 0;
+}
+
+}  // namespace
+}  // namespace shm::bench
+
+int main(int argc, char** argv) {
+  return shm::bench::run_reporting("speed_bench", shm::bench::run, argc, argv);
+}
