@@ -1,0 +1,113 @@
+#!/usr/bin/env python3
+"""Encoding and decoding take as many instructions as they did.
+
+    instructions_test.py [PROGRAM LIBRARY] [--renew]     (exit code 77, skipped: no valgrind)
+
+PROGRAM is counted_coding, LIBRARY the shared library that it runs with, both as they are released;
+those of build/release, where none are named. callgrind counts the instructions of LIBRARY alone:
+those of zstd, xxHash and the C library go by what the processor can do, and by their versions. They
+are the same in every run, however busy the machine is. bench/instructions.csv has what they were; a
+figure may be 5 % larger or smaller. --renew writes the figures of now there.
+"""
+import argparse
+import csv
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+LEDGER, RELEASE = ROOT / "bench" / "instructions.csv", ROOT / "build" / "release"
+COLUMNS = ["mesh", "hexahedra", "level", "way", "instructions"]
+WITHIN = .05
+COUNTED = "counted_run"  # a function of PROGRAM
+
+
+def instructions_of(profile, library):
+    """Of the functions of `library`, those that they call left out, in a file by callgrind."""
+    total, ours, of_call = 0, False, False
+    with open(profile, encoding="utf-8", errors="replace") as lines:
+        for line in lines:
+            if line.startswith("ob="):
+                ours = os.path.realpath(line[3:].strip()) == library
+            elif line.startswith("calls="):
+                of_call = True  # the next line has what the called function took
+            elif line[:1].isdigit():
+                if ours and not of_call:
+                    total += int(line.split()[1])
+                of_call = False
+    return total
+
+
+def count(program, library):
+    """(mesh, hexahedra, level, way) -> instructions"""
+    with tempfile.TemporaryDirectory() as folder:
+        profile = Path(folder) / "profile"
+        run = subprocess.run(
+            ["valgrind", "--quiet", "--tool=callgrind", f"--callgrind-out-file={profile}",
+             "--compress-strings=no", "--compress-pos=no",
+             f"--toggle-collect={COUNTED}", f"--dump-after={COUNTED}", program],
+            stdout=subprocess.PIPE, text=True, check=True)
+        whats = [tuple(line.split(",")) for line in run.stdout.splitlines()]
+        counted = {what: instructions_of(f"{profile}.{place}", os.path.realpath(library))
+                   for place, what in enumerate(whats, 1)}
+    if not counted or not all(counted.values()):
+        sys.exit(f"{program} does not run with {library}: none of its instructions were counted")
+    return counted
+
+
+def read_ledger():
+    with open(LEDGER, newline="", encoding="utf-8") as file:
+        header, *rows = csv.reader(file)
+    assert header == COLUMNS, f"{LEDGER} has other columns than {', '.join(COLUMNS)}"
+    return {tuple(row[:-1]): int(row[-1]) for row in rows}
+
+
+def write_ledger(counted):
+    with open(LEDGER, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        writer.writerows([*what, figure] for what, figure in counted.items())
+
+
+def faults(counted, before):
+    """What is said of each figure that is not as it was."""
+    for what in [*before, *(new for new in counted if new not in before)]:
+        mesh, hexahedra, level, way = what
+        name = f"{mesh}, {hexahedra} hexahedra, level {level}, {way}"
+        if what not in counted or what not in before:
+            yield f"{name}: only {'in the ledger' if what in before else 'counted now'}"
+        elif abs(counted[what] - before[what]) > WITHIN * before[what]:
+            more = 100 * (counted[what] / before[what] - 1)
+            yield (f"{name}: {before[what]} -> {counted[what]} instructions, {more:+.1f} %, which is "
+                   f"not within {100 * WITHIN:g} %")
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("program", nargs="?", default=RELEASE / "bin" / "counted_coding")
+    parser.add_argument("library", nargs="?",
+                        default=RELEASE / "libshmformat" / "libshmformat.so")
+    parser.add_argument("--renew", action="store_true")
+    options = parser.parse_args()
+    if not shutil.which("valgrind"):
+        print("no valgrind")
+        return 77
+    counted = count(options.program, options.library)
+    if options.renew:
+        write_ledger(counted)
+        return 0
+    found = list(faults(counted, read_ledger()))
+    for fault in found:
+        print(fault)
+    if found:
+        print(f"Where that is meant, {' '.join(sys.argv)} --renew writes bench/{LEDGER.name} anew")
+    else:
+        print(f"{len(counted)} figures are those of bench/{LEDGER.name}")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
