@@ -81,8 +81,8 @@ def faults(counted, before):
             yield f"{name}: only {'in the ledger' if what in before else 'counted now'}"
         elif abs(counted[what] - before[what]) > WITHIN * before[what]:
             more = 100 * (counted[what] / before[what] - 1)
-            yield (f"{name}: {before[what]} -> {counted[what]} instructions, {more:+.1f} %, which is "
-                   f"not within {100 * WITHIN:g} %")
+            yield (f"{name}: {before[what]} -> {counted[what]} instructions, {more:+.1f} %, "
+                   f"which is not within {100 * WITHIN:g} %")
 
 
 def main():
@@ -103,7 +103,8 @@ def main():
     for fault in found:
         print(fault)
     if found:
-        print(f"Where that is meant, {' '.join(sys.argv)} --renew writes bench/{LEDGER.name} anew")
+        again = f"python3 {' '.join(sys.argv)} --renew"
+        print(f"Where that is meant, {again} writes bench/{LEDGER.name} anew")
     else:
         print(f"{len(counted)} figures are those of bench/{LEDGER.name}")
     return 1 if found else 0
