@@ -5,6 +5,7 @@
 
 #include "api/mesh_parts.h"
 #include "bytes/errors.h"
+#include "model/schema.h"
 #include "shm/mesh.h"
 #include "shm/recorded_order.h"
 
@@ -43,7 +44,8 @@ class MeshFeed {
   }
   Result<void> check_cells();
   Result<void> check_arrays() const;
-  Result<void> add_vertex(std::size_t v);
+  Result<void> add_vertex(std::size_t v) { return added_[v] ? Result<void>() : add_new_vertex(v); }
+  Result<void> add_new_vertex(std::size_t v);
   Result<void> add_cell(std::size_t cell);
   Result<void> add_cells();
 
@@ -114,8 +116,7 @@ Result<void> MeshFeed::check_arrays() const {
   return {};
 }
 
-Result<void> MeshFeed::add_vertex(std::size_t v) {
-  if (added_[v]) return {};
+Result<void> MeshFeed::add_new_vertex(std::size_t v) {
   added_[v] = true;
   data_.clear();
   for (std::size_t a = 0; a < schema_->arrays.size(); ++a) {
@@ -132,12 +133,13 @@ Result<void> MeshFeed::add_cell(std::size_t cell) {
   const std::uint64_t nodes = mesh_->corner_begin.empty()
                                   ? schema_->blocks[block].nodes_per_cell
                                   : mesh_->corner_begin[cell + 1] - mesh_->corner_begin[cell];
-  corners_.clear();
+  corners_.resize(static_cast<std::size_t>(nodes));
   std::uint64_t last_use = 0;
-  for (std::uint64_t i = 0; i < nodes; ++i) {
-    corners_.push_back(mesh_->corners[next_corner_++]);
-    const auto corner = static_cast<std::size_t>(corners_.back());
-    if (auto good = add_vertex(corner); !good) return good;
+  for (std::size_t i = 0; i < corners_.size(); ++i) {
+    corners_[i] = mesh_->corners[next_corner_++];
+    const auto corner = static_cast<std::size_t>(corners_[i]);
+    if (!added_[corner])
+      if (auto good = add_new_vertex(corner); !good) return good;
     if (i < 64 && last_[corner] == cell) last_use |= std::uint64_t{1} << i;
   }
   data_.clear();
@@ -252,7 +254,9 @@ Result<SizeReport> write_mesh(ByteSink& sink, const Mesh& mesh, const WriteOptio
   RecordedOrder order;
   PassedOrder passed(order, options.coding_order);
   WriteOptions own = options;
-  own.coding_order = &passed;
+  // Numbers that are kept need no order, but where steps are gathered by it.
+  const bool is_used = mesh.schema.order != Order::keep || has_steps(mesh.schema);
+  if (is_used) own.coding_order = &passed;
   auto writer = Writer::create(sink, mesh.schema, own);
   if (!writer) return writer.error();
   MeshRemainder remainder(*writer, mesh, order);

@@ -68,15 +68,14 @@ Result<void> GroupDecoder::next_block(DecodedBlock& decoded) {
   return decode_values(block);
 }
 
-void GroupDecoder::add_vertex(std::uint64_t number, bool imported, DecodedBlock& decoded) {
+/// Adds a number, and whether it is imported, as the parts say.
+void GroupDecoder::note_import(std::uint64_t number, bool imported, DecodedBlock& decoded) {
   if (imported) decoded.imported.push_back(number);
   if (!imported || parts_.imported_vertices) decoded.mesh.vertex_numbers.push_back(number);
   if (parts_.imported_vertices)
     decoded.mesh.imported.push_back(imported ? 1 : 0);
   else if (may_import())
     left_out_.push_back(imported ? 1 : 0);
-  ++(imported ? done_.imported : done_.own);
-  done_.bytes += vertex_bytes_;
 }
 
 void GroupDecoder::add_own_vertices(std::span<const std::uint64_t> numbers, DecodedBlock& decoded) {

@@ -116,7 +116,14 @@ class GroupDecoder {
   }
   /// Adds a vertex to the block, unless it is imported and left out. Must hold:
   /// has_room_for_vertex().
-  void add_vertex(std::uint64_t number, bool imported, DecodedBlock& decoded);
+  void add_vertex(std::uint64_t number, bool imported, DecodedBlock& decoded) {
+    if (may_import() || parts_.imported_vertices)
+      note_import(number, imported, decoded);
+    else
+      decoded.mesh.vertex_numbers.push_back(number);
+    ++(imported ? done_.imported : done_.own);
+    done_.bytes += vertex_bytes_;
+  }
   void add_own_vertices(std::span<const std::uint64_t> numbers, DecodedBlock& decoded);
 
   // Columns of values: 0 is geometry, the others are the static arrays in schema order.
@@ -152,6 +159,7 @@ class GroupDecoder {
   Progress done_;
 
  private:
+  void note_import(std::uint64_t number, bool imported, DecodedBlock& decoded);
   Result<void> decode_values(MeshBlock& block);
   std::size_t element_bytes(std::size_t column) const;
 

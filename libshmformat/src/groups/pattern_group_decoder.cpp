@@ -14,10 +14,9 @@ using container::StreamKind;
 PatternGroupDecoder::PatternGroupDecoder(const Schema& schema, const SegmentStart& start,
                                          const DecodedParts& parts, CellBytes cell_bytes)
     : GroupDecoder(schema, start, parts, std::move(cell_bytes)),
-      patterns_(schema, schema.order == Order::keep, may_import()),
+      patterns_(schema, schema.order == Order::keep, may_import(), start.first_vertex),
       finder_(schema),
-      columns_(term_columns(schema)),
-      next_own_(start.first_vertex) {}
+      columns_(term_columns(schema)) {}
 
 // --- streams
 
@@ -83,10 +82,9 @@ Result<void> PatternGroupDecoder::decode_elements(DecodedBlock& decoded) {
   if (auto good = decode_cells(decoded); !good) return good;
   while (done_.cells == header_->cells && done_.own < header_->vertices &&
          done_.bytes - bytes_before < kTileBytes) {
-    const auto number = numbered_by_order() ? std::optional(next_own_) : patterns_.next_unused();
+    const auto number = patterns_.next_unused();
     if (!number || done_.unused == header_->unused_vertices || !has_room_for_bytes(vertex_bytes_))
       return corrupt("a vertex that no cell uses makes no sense");
-    ++next_own_;
     ++done_.unused;
     terms_.push_back({patterns_.slot_count(), 0, {}});
     add_vertex(*number, false, decoded);
@@ -121,11 +119,11 @@ Result<void> PatternGroupDecoder::decode_cells(DecodedBlock& decoded) {
 bool PatternGroupDecoder::decode_cell(DecodedBlock& decoded, std::size_t at) {
   MeshBlock& block = decoded.mesh;
   const auto corners = static_cast<std::size_t>(block.corner_begin[at]);
+  std::uint64_t* const numbers = block.corners.data() + corners;
   const PatternCell* const cell = patterns_.next_cell(
-      block.corners.data() + corners, [&](std::uint32_t kind, PatternHistory::Vertex& vertex) {
-        return introduce(kind, vertex, decoded);
-      });
+      numbers, [&](PatternHistory::Vertex& vertex) { return import_vertex(vertex); });
   if (cell == nullptr) return false;
+  if (cell->introduced != 0 && !add_vertices(*cell, numbers, decoded)) return false;
   done_.bytes += 8 * cell->slots.size() + (*cell_bytes_)[cell->block];
   finder_.add_cell(*cell, terms_);
   done_.active = std::max(done_.active, patterns_.live());
@@ -142,21 +140,22 @@ bool PatternGroupDecoder::decode_cell(DecodedBlock& decoded, std::size_t at) {
   return has_room_for_bytes(0);
 }
 
-/// Gives a new vertex its number.
-bool PatternGroupDecoder::introduce(std::uint32_t kind, PatternHistory::Vertex& vertex,
-                                    DecodedBlock& decoded) {
-  if (!has_room_for_vertex(vertex.imported) || !has_room_for_bytes(vertex_bytes_)) return false;
-  if (!numbered_by_order()) {
-    const auto number = patterns_.next_number(kind);
-    if (!number) return false;
-    vertex.number = *number;
-  } else if (!vertex.imported) {
-    vertex.number = next_own_++;
-  } else if (parts_.vertex_numbers) {
-    vertex.number = import_numbers_.code(import_coder_, {}, 0, 0);
-    if (vertex.number >= start_.first_vertex) return false;
+/// Gives an imported vertex its number, where vertices are numbered by their order.
+bool PatternGroupDecoder::import_vertex(PatternHistory::Vertex& vertex) {
+  if (!parts_.vertex_numbers) return true;
+  vertex.number = import_numbers_.code(import_coder_, {}, 0, 0);
+  return vertex.number < start_.first_vertex;
+}
+
+/// Those that the cell introduces. `numbers`: of its vertices, by node.
+bool PatternGroupDecoder::add_vertices(const PatternCell& cell, const std::uint64_t* numbers,
+                                       DecodedBlock& decoded) {
+  for (std::uint64_t left = cell.introduced; left != 0; left &= left - 1) {
+    const auto node = static_cast<std::size_t>(std::countr_zero(left));
+    const bool imported = (cell.imports >> node & 1) != 0;
+    if (!has_room_for_vertex(imported) || !has_room_for_bytes(vertex_bytes_)) return false;
+    add_vertex(numbers[node], imported, decoded);
   }
-  add_vertex(vertex.number, vertex.imported, decoded);
   return true;
 }
 

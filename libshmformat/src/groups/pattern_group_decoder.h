@@ -38,7 +38,8 @@ class PatternGroupDecoder final : public GroupDecoder {
   bool is_used_up() const override;
   Result<void> decode_cells(DecodedBlock& decoded);
   bool decode_cell(DecodedBlock& decoded, std::size_t cell);
-  bool introduce(std::uint32_t kind, PatternHistory::Vertex& vertex, DecodedBlock& decoded);
+  bool import_vertex(PatternHistory::Vertex& vertex);
+  bool add_vertices(const PatternCell& cell, const std::uint64_t* numbers, DecodedBlock& decoded);
 
   PatternDecoder patterns_;
   TermFinder finder_;
@@ -46,7 +47,6 @@ class PatternGroupDecoder final : public GroupDecoder {
   TermScratch scratch_;
   std::size_t next_column_ = 0;
 
-  std::uint64_t next_own_;  // where vertices are numbered by their order
   NumberColumn<RangeDecoder> import_numbers_;
   RangeDecoder import_coder_{std::span<const std::byte>()};
 

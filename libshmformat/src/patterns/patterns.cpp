@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <numeric>
 
 #include "patterns/byte_planes.h"
 
@@ -149,6 +148,13 @@ auto PatternEncoder::find(std::uint64_t introduced, std::uint32_t node,
   return {kFar, place_in(history_.row(user), stride, slot)};
 }
 
+void PatternEncoder::Patterns::grow() {
+  if (2 * (keys.size() + 1) <= table.size()) return;
+  table.assign(std::max<std::size_t>(2 * table.size(), 64), 0);
+  for (std::uint32_t pattern = 0; pattern < keys.size(); ++pattern)
+    table[find(keys[pattern], [](std::uint32_t) { return false; })] = pattern + 1;
+}
+
 /// The number of the cell's pattern among those of its block.
 std::uint32_t PatternEncoder::pattern_of(std::uint32_t block, std::uint32_t nodes) {
   Patterns& patterns = patterns_[block];
@@ -167,14 +173,16 @@ std::uint32_t PatternEncoder::pattern_of(std::uint32_t block, std::uint32_t node
     key = (key ^ word) * 0x9e3779b97f4a7c15u;
     key ^= key >> 29;
   }
-  const auto [begin, end] = patterns.by_key.equal_range(key);
-  for (auto it = begin; it != end; ++it)
-    if (is(it->second)) {
-      ++patterns.uses[it->second];
-      return patterns.last = it->second;
-    }
+  patterns.grow();
+  std::uint32_t& found = patterns.table[patterns.find(key, is)];
+  if (found != 0) {
+    patterns.last = found - 1;
+    ++patterns.uses[patterns.last];
+    return patterns.last;
+  }
   patterns.last = static_cast<std::uint32_t>(patterns.uses.size());
-  patterns.by_key.emplace(key, patterns.last);
+  found = patterns.last + 1;
+  patterns.keys.push_back(key);
   patterns.uses.push_back(1);
   patterns.ops.insert(patterns.ops.end(), ops_.begin(), ops_.end());
   return patterns.last;
@@ -195,26 +203,39 @@ std::vector<std::byte> PatternEncoder::finish(ZstdCompressor& zstd) {
     out.put_varint(run.block);
     out.put_varint(run.cells);
   }
-  // What is used most comes first, so that most of the numbers are small.
+  // What is used most comes first, so that most of the numbers are small; of others that which
+  // begins with the lowest bytes.
+  struct Place {
+    std::uint32_t uses, pattern;
+    std::uint64_t first;  // eight bytes, the first one highest
+  };
+  std::vector<Place> order;
   std::vector<std::vector<std::uint32_t>> places(patterns_.size());
   for (std::uint32_t b = 0; b < patterns_.size(); ++b) {
     Patterns& patterns = patterns_[b];
     if (patterns.uses.empty()) continue;
     const std::size_t count = patterns.uses.size(), bytes = 2 * nodes_[b];
-    std::vector<std::uint32_t> order(count);
-    std::iota(order.begin(), order.end(), 0);
-    std::sort(order.begin(), order.end(), [&](std::uint32_t x, std::uint32_t y) {
-      if (patterns.uses[x] != patterns.uses[y]) return patterns.uses[x] > patterns.uses[y];
-      return std::memcmp(patterns.ops.data() + x * bytes, patterns.ops.data() + y * bytes, bytes) <
-             0;
+    order.clear();
+    for (std::uint32_t p = 0; p < count; ++p) {
+      std::uint64_t first = 0;
+      for (std::size_t k = 0; k < std::min<std::size_t>(bytes, 8); ++k)
+        first = first << 8 | patterns.ops[p * bytes + k];
+      order.push_back({patterns.uses[p], p, first});
+    }
+    std::sort(order.begin(), order.end(), [&](const Place& x, const Place& y) {
+      if (x.uses != y.uses) return x.uses > y.uses;
+      if (x.first != y.first) return x.first < y.first;
+      return std::memcmp(patterns.ops.data() + x.pattern * bytes,
+                         patterns.ops.data() + y.pattern * bytes, bytes) < 0;
     });
     places[b].resize(count);
-    for (std::size_t i = 0; i < count; ++i) places[b][order[i]] = static_cast<std::uint32_t>(i);
+    for (std::size_t i = 0; i < count; ++i)
+      places[b][order[i].pattern] = static_cast<std::uint32_t>(i);
     out.put_varint(count);
     room.resize(count * bytes);
     for (std::size_t k = 0; k < bytes; ++k)
       for (std::size_t i = 0; i < count; ++i)
-        room[k * count + i] = std::byte{patterns.ops[order[i] * bytes + k]};
+        room[k * count + i] = std::byte{patterns.ops[order[i].pattern * bytes + k]};
     put_plane(out, room, zstd);
   }
   std::size_t cell = 0;
@@ -243,13 +264,15 @@ std::vector<std::byte> PatternEncoder::finish(ZstdCompressor& zstd) {
 
 // --- decoding
 
-PatternDecoder::PatternDecoder(const Schema& schema, bool numbered, bool may_import)
+PatternDecoder::PatternDecoder(const Schema& schema, bool numbered, bool may_import,
+                               std::uint64_t first_vertex)
     : numbered_(numbered),
       may_import_(may_import),
       history_(most_nodes(schema)),
       nodes_(nodes_by_block(schema)),
       slots_(history_.stride()),
       words_of_uses_(words_of_uses(history_.stride())),
+      next_own_(first_vertex),
       patterns_(schema.blocks.size()) {}
 
 bool PatternDecoder::begin_group(std::span<const std::byte> bytes, std::uint32_t cells,
@@ -279,21 +302,14 @@ bool PatternDecoder::begin_group(std::span<const std::byte> bytes, std::uint32_t
         !get_plane(in, count * each, planes, zstd))
       return false;
     patterns_[b].resize(planes.size());
-    for (std::size_t k = 0; k < each; ++k)
-      for (std::size_t i = 0; i < count; ++i)
-        patterns_[b][i * each + k] = std::to_integer<std::uint8_t>(planes[k * count + i]);
-    for (std::size_t at = 0; at < planes.size(); at += 2) {
-      const std::size_t node = at / 2 % nodes_[b];
-      const std::uint8_t source = patterns_[b][at], where = patterns_[b][at + 1];
-      if (source >= kCount) return false;
-      if (source == kNew
-              ? where > new_vertex::kMost || (!numbered_ && (where & new_vertex::kNumbered) != 0) ||
-                    (!may_import_ && (where & new_vertex::kImported) != 0)
-              : where >= history_.stride())
-        return false;
-      if (source == kHere && where >= node) return false;
-      if (source >= kUsers && source < kFar && (source - kUsers) / 2 >= node) return false;
-    }
+    std::uint8_t* op = patterns_[b].data();
+    const auto patterns = static_cast<std::size_t>(count);
+    for (std::size_t i = 0; i < patterns; ++i)
+      for (std::uint32_t node = 0; node < nodes_[b]; ++node, op += 2) {
+        op[0] = std::to_integer<std::uint8_t>(planes[2 * node * patterns + i]);
+        op[1] = std::to_integer<std::uint8_t>(planes[(2 * node + 1) * patterns + i]);
+        if (!may_be(op[0], op[1], node)) return false;
+      }
   }
   const std::uint64_t uses = std::uint64_t{cells} * words_of_uses(history_.stride());
   if (!get_numbers(in, cells, ids_, planes, zstd) ||
@@ -312,6 +328,17 @@ bool PatternDecoder::begin_group(std::span<const std::byte> bytes, std::uint32_t
   run_ = in_run_ = 0;
   next_id_ = next_use_ = next_distance_ = next_slot_ = 0;
   return true;
+}
+
+/// Whether a node of a pattern may have this source, with this place.
+bool PatternDecoder::may_be(std::uint32_t source, std::uint32_t place, std::uint32_t node) const {
+  if (source >= kCount) return false;
+  if (source == kNew)
+    return place <= new_vertex::kMost && (numbered_ || (place & new_vertex::kNumbered) == 0) &&
+           (may_import_ || (place & new_vertex::kImported) == 0);
+  if (place >= history_.stride()) return false;
+  if (source == kHere) return place < node;
+  return source < kUsers || source >= kFar || (source - kUsers) / 2 < node;
 }
 
 bool PatternDecoder::begin_cell() {
@@ -338,6 +365,7 @@ bool PatternDecoder::begin_cell() {
 }
 
 std::optional<std::uint64_t> PatternDecoder::next_unused() {
+  if (!numbered_) return next_own_++;
   last_number_ += static_cast<std::uint64_t>(numbers_.get_signed());
   return numbers_.ok() ? std::optional(last_number_) : std::nullopt;
 }

@@ -12,7 +12,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 #include "bytes/binary.h"
@@ -61,10 +60,22 @@ class PatternEncoder {
 
   /// The patterns of a block in the group at hand.
   struct Patterns {
-    std::unordered_multimap<std::uint64_t, std::uint32_t> by_key;
-    std::vector<std::uint8_t> ops;    // source and node, by pattern and node
-    std::vector<std::uint32_t> uses;  // by pattern
+    std::vector<std::uint32_t> table;  // pattern + 1 by key, open addressing; 0: none
+    std::vector<std::uint64_t> keys;   // by pattern
+    std::vector<std::uint8_t> ops;     // source and node, by pattern and node
+    std::vector<std::uint32_t> uses;   // by pattern
     std::uint32_t last = 0;
+
+    /// Where in the table a pattern with this key stands that `is` accepts, or will stand.
+    template <class Is>
+    std::size_t find(std::uint64_t key, Is&& is) const {
+      std::size_t at = static_cast<std::size_t>(key >> 32) & (table.size() - 1);
+      while (table[at] != 0 && !(keys[table[at] - 1] == key && is(table[at] - 1)))
+        at = (at + 1) & (table.size() - 1);
+      return at;
+    }
+    /// Room for one more.
+    void grow();
   };
   std::vector<Patterns> patterns_;  // by block
   std::vector<std::uint8_t> ops_;   // of the cell at hand
@@ -81,30 +92,26 @@ class PatternEncoder {
 
 class PatternDecoder {
  public:
-  PatternDecoder(const Schema& schema, bool numbered, bool may_import);
+  /// `first_vertex`: the number of the first own vertex, where they are numbered by their order.
+  PatternDecoder(const Schema& schema, bool numbered, bool may_import, std::uint64_t first_vertex);
 
   /// `bytes` of a group with so many cells, which have `nodes` nodes at most; numbers may take
   /// `most_number_bytes`. False for damaged data.
   bool begin_group(std::span<const std::byte> bytes, std::uint32_t cells, std::uint64_t nodes,
                    std::uint64_t most_number_bytes, ZstdDecompressor& zstd);
   /// The next cell; null for damaged data. `numbers` takes those of its vertices, by node. Of each
-  /// vertex that is new: introduce(kind, vertex), which sets its number; false for damaged data.
-  /// Last uses are still to come: end_cell().
-  template <class Introduce>
-  const PatternCell* next_cell(std::uint64_t* numbers, Introduce&& introduce) {
+  /// imported vertex, where they are numbered by their order: import(vertex), which sets its
+  /// number; false for damaged data. Last uses are still to come: end_cell().
+  template <class Import>
+  const PatternCell* next_cell(std::uint64_t* numbers, Import&& import) {
     if (!begin_cell()) return nullptr;
     const auto nodes = static_cast<std::uint32_t>(cell_.slots.size());
-    return (nodes == 8 ? decode_nodes<8>(8, numbers, introduce)
-                       : decode_nodes<0>(nodes, numbers, introduce))
+    return (nodes == 8 ? decode_nodes<8>(8, numbers, import)
+                       : decode_nodes<0>(nodes, numbers, import))
                ? &cell_
                : nullptr;
   }
   std::size_t stride() const { return history_.stride(); }
-  /// The number of a new vertex, where they come with numbers.
-  std::optional<std::uint64_t> next_number(std::uint32_t kind) {
-    if ((kind & new_vertex::kNumbered) == 0) return ++last_number_;
-    return next_unused();
-  }
   /// Finalizes the vertices that the cell uses last; calls visit(vertex) before.
   template <class Visit>
   void end_cell(Visit&& visit) {
@@ -124,9 +131,19 @@ class PatternDecoder {
   std::uint32_t slot_count() const { return history_.slots(); }
 
  private:
+  bool may_be(std::uint32_t source, std::uint32_t place, std::uint32_t node) const;
   bool begin_cell();
-  template <std::uint32_t kNodes, class Introduce>
-  bool decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, Introduce& introduce);
+  template <std::uint32_t kNodes, class Import>
+  bool decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, Import& import);
+  void give_number(std::uint32_t kind, PatternHistory::Vertex& vertex) {
+    if (numbered_) {
+      const bool is_told = (kind & new_vertex::kNumbered) != 0;
+      last_number_ += is_told ? static_cast<std::uint64_t>(numbers_.get_signed()) : 1;
+      vertex.number = last_number_;
+    } else if (!vertex.imported) {
+      vertex.number = next_own_++;
+    }
+  }
 
   bool numbered_, may_import_;
   PatternHistory history_;
@@ -135,7 +152,7 @@ class PatternDecoder {
   std::vector<std::uint32_t> slots_;
   std::uint32_t words_of_uses_;
   const std::uint8_t* ops_ = nullptr;  // of the cell at hand: source and node, by node
-  std::uint64_t last_number_ = ~std::uint64_t{0};
+  std::uint64_t last_number_ = ~std::uint64_t{0}, next_own_;
 
   // the group at hand
   struct Run {
@@ -152,9 +169,8 @@ class PatternDecoder {
 };
 
 /// kNodes: how many there are; 0: any number.
-template <std::uint32_t kNodes, class Introduce>
-bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers,
-                                  Introduce& introduce) {
+template <std::uint32_t kNodes, class Import>
+bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, Import& import) {
   using namespace pattern_source;
   const std::uint32_t count = kNodes > 0 ? kNodes : nodes;
   std::uint32_t* const slots = slots_.data();
@@ -175,8 +191,11 @@ bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers,
       PatternHistory::Vertex& vertex = history_.vertex(slot);
       cell_.introduced |= std::uint64_t{1} << i;
       vertex.imported = (node & new_vertex::kImported) != 0;
-      if (vertex.imported) cell_.imports |= std::uint64_t{1} << i;
-      if (!introduce(node, vertex)) return false;
+      give_number(node, vertex);
+      if (vertex.imported) {
+        cell_.imports |= std::uint64_t{1} << i;
+        if (!numbered_ && !import(vertex)) return false;
+      }
       if (i < kUsersOf) cells[kUsers + 2 * i] = cells[kUsers + 2 * i + 1] = cell;
       numbers[i] = vertex.number;
       continue;
@@ -214,7 +233,7 @@ bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers,
   for (std::uint32_t i = 0; i < referred_count && references.count < kOnCount; ++i)
     references.add(referred[i]);
   history_.add_cell(slots, count, references);
-  return true;
+  return numbers_.ok();
 }
 
 }  // namespace shm

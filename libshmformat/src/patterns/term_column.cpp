@@ -10,6 +10,7 @@
 #include "patterns/byte_planes.h"
 #include "patterns/linear_indices.h"
 #include "shifts/difference_values.h"
+#include "surface/number_map.h"
 #include "values/shuffled_zstd.h"
 
 namespace shm {
@@ -56,10 +57,58 @@ std::uint64_t state_of(const Differences& differences, std::int64_t index) {
   return state;
 }
 
+/// Numbers of `width` bytes from as many planes, each so far behind the one before.
+template <std::uint32_t kWidth>
+void get_words(const std::byte* planes, std::size_t distance, std::span<std::uint64_t> words) {
+  for (std::size_t e = 0; e < words.size(); ++e) {
+    std::uint64_t word = 0;
+    for (std::uint32_t b = 0; b < kWidth; ++b)
+      word |= std::to_integer<std::uint64_t>(planes[b * distance + e]) << 8 * b;
+    words[e] = word;
+  }
+}
+void get_words(const std::byte* planes, std::size_t distance, std::uint32_t width,
+               std::span<std::uint64_t> words) {
+  switch (width) {
+    case 1: get_words<1>(planes, distance, words); break;
+    case 2: get_words<2>(planes, distance, words); break;
+    case 3: get_words<3>(planes, distance, words); break;
+    case 4: get_words<4>(planes, distance, words); break;
+    case 5: get_words<5>(planes, distance, words); break;
+    case 6: get_words<6>(planes, distance, words); break;
+    case 7: get_words<7>(planes, distance, words); break;
+    default: get_words<8>(planes, distance, words);
+  }
+}
+
 /// How many entries are below the index.
 std::uint64_t rank_of(std::span<const std::int64_t> table, std::int64_t index) {
   return static_cast<std::uint64_t>(std::lower_bound(table.begin(), table.end(), index) -
                                     table.begin());
+}
+
+/// Each that occurs, once; nothing where they are more than `most`.
+std::vector<std::int64_t> distinct(std::span<const std::int64_t> indices, std::size_t most) {
+  const Scatter place_of;
+  std::vector<std::int64_t> found;
+  std::vector<std::uint32_t> table(1024);  // place in `found` + 1, open addressing; 0: none
+  const auto place = [&](std::int64_t index) -> std::uint32_t& {
+    const std::size_t mask = table.size() - 1;
+    std::size_t at = static_cast<std::size_t>(place_of(static_cast<std::uint64_t>(index))) & mask;
+    while (table[at] != 0 && found[table[at] - 1] != index) at = (at + 1) & mask;
+    return table[at];
+  };
+  for (const std::int64_t index : indices) {
+    std::uint32_t& its = place(index);
+    if (its != 0) continue;
+    if (found.size() == most) return {};
+    found.push_back(index);
+    its = static_cast<std::uint32_t>(found.size());
+    if (2 * found.size() < table.size()) continue;
+    table.assign(2 * table.size(), 0);
+    for (std::uint32_t i = 0; i < found.size(); ++i) place(found[i]) = i + 1;
+  }
+  return found;
 }
 
 /// All values that occur, where a sample says that many come again; else nothing.
@@ -68,16 +117,12 @@ std::vector<std::int64_t> table_of(std::span<const std::int64_t> indices) {
   const std::size_t step = std::max<std::size_t>(indices.size() / kRepeatSamples, 1);
   std::vector<std::int64_t> sample;
   for (std::size_t i = 0; i < indices.size(); i += step) sample.push_back(indices[i]);
-  const auto make_unique = [](std::vector<std::int64_t>& of) {
-    std::sort(of.begin(), of.end());
-    of.erase(std::unique(of.begin(), of.end()), of.end());
-  };
   const std::size_t sampled = sample.size();
-  make_unique(sample);
+  std::sort(sample.begin(), sample.end());
+  sample.erase(std::unique(sample.begin(), sample.end()), sample.end());
   if ((sampled - sample.size()) * kRepeatShare <= sampled) return {};
-  std::vector<std::int64_t> table(indices.begin(), indices.end());
-  make_unique(table);
-  if (table.size() * 4 > indices.size() * 3) table.clear();
+  std::vector<std::int64_t> table = distinct(indices, indices.size() / 4 * 3);
+  std::sort(table.begin(), table.end());
   return table;
 }
 
@@ -191,23 +236,32 @@ void TermColumn::walk(Known known, Predictor predictor, const Elements& elements
     last = state_of(differences, code(differences, e, differences.index(sum)));
   };
   if (elements.vertices.empty()) {
-    std::uint64_t before = 0;  // what the last reference is
-    for (std::size_t e = 0; e < elements.count; ++e) {
-      switch (predictor) {
-        case Predictor::nothing: take(e, differences.sum_of(0)); break;
-        case Predictor::reference:
-          take(e, differences.sum_of(state_of(differences, references[e])));
-          break;
-        case Predictor::change: {
+    // Of nothing and of a reference the state says what the index says, and elements do not wait
+    // for each other.
+    std::int64_t index = 0;
+    switch (predictor) {
+      case Predictor::nothing:
+        for (std::size_t e = 0; e < elements.count; ++e) index = code(differences, e, 0);
+        break;
+      case Predictor::reference:
+        for (std::size_t e = 0; e < elements.count; ++e)
+          index = code(differences, e, references[e]);
+        break;
+      case Predictor::change: {
+        std::uint64_t before = 0;  // what the last reference is
+        for (std::size_t e = 0; e < elements.count; ++e) {
           const std::uint64_t its = state_of(differences, references[e]);
           const Sum on = Differences::add(differences.sum_of(its), one, last);
           take(e, Differences::add(on, minus, before));
           before = its;
-          break;
         }
-        default: take(e, differences.sum_of(last));
+        break;
       }
+      default:
+        for (std::size_t e = 0; e < elements.count; ++e) take(e, differences.sum_of(last));
     }
+    if (predictor == Predictor::nothing || predictor == Predictor::reference)
+      last = state_of(differences, index);
   }
   for (std::size_t e = 0; e < elements.vertices.size(); ++e) {
     const VertexTerms& it = elements.vertices[e];
@@ -240,20 +294,29 @@ void TermColumn::refer(std::size_t c, const Elements& elements,
   words.resize(elements.count);
   references.resize(elements.count);
   load(elements.reference.data() + c * width_, element_bytes(), width_, words);
-  const ValueTranslator translator(*info_, c, component.domain);
-  with_differences(info_->type, component.domain.kind, [&](const auto& differences) {
-    for (std::size_t e = 0; e < words.size(); ++e) {
-      if (component.domain.kind == DomainKind::integers) {
-        references[e] = WholeDifferences::of(info_->type).within(words[e]);
-        continue;
+  if (component.domain.kind == DomainKind::integers) {
+    const auto whole = WholeDifferences::of(info_->type);
+    for (std::size_t e = 0; e < words.size(); ++e) references[e] = whole.within(words[e]);
+  } else if (component.domain.kind == DomainKind::floats) {
+    with_translation(*info_, c, component.domain, [&](auto&& index_of, auto&&) {
+      const bool narrow = info_->type == ScalarType::float32;
+      const std::uint64_t infinity = narrow ? 0x7f800000 : 0x7ff0000000000000;
+      const std::uint64_t sign = narrow ? 0x80000000 : 0x8000000000000000;
+      for (std::size_t e = 0; e < words.size(); ++e)
+        references[e] = (words[e] & ~sign) > infinity ? 0 : index_of(words[e]);  // of a NaN 0
+    });
+  } else {
+    const ValueTranslator translator(*info_, c, component.domain);
+    with_differences(info_->type, component.domain.kind, [&](const auto& differences) {
+      for (std::size_t e = 0; e < words.size(); ++e) {
+        const double value = scalar_as_double(info_->type, words[e]);
+        if constexpr (std::is_same_v<decltype(differences.sum_of(0)), double>)
+          references[e] = differences.index(value);
+        else
+          references[e] = static_cast<std::int64_t>(translator.from_value(value));
       }
-      const double value = scalar_as_double(info_->type, words[e]);
-      if constexpr (std::is_same_v<decltype(differences.sum_of(0)), double>)
-        references[e] = differences.index(value);
-      else
-        references[e] = static_cast<std::int64_t>(translator.from_value(value));
-    }
-  });
+    });
+  }
   if (component.table.empty()) return;
   for (std::int64_t& it : references) it = static_cast<std::int64_t>(rank_of(component.table, it));
 }
@@ -531,12 +594,12 @@ bool TermColumn::decode_component(std::size_t c, const Elements& elements, std::
     if (elements.reference.empty()) return false;
     refer(c, elements, scratch.references, words);
   }
-  words.assign(elements.count, 0);
-  for (std::uint32_t b = 0; b < component.width; ++b) {
-    const std::byte* const plane = unpacked_.data() + component.planes + b * count_ + next_;
-    for (std::size_t e = 0; e < words.size(); ++e)
-      words[e] |= std::to_integer<std::uint64_t>(plane[e]) << 8 * b;
-  }
+  words.resize(elements.count);
+  if (component.width == 0)
+    std::fill(words.begin(), words.end(), 0);  // there may be no bytes at all
+  else
+    get_words(unpacked_.data() + component.planes + next_, static_cast<std::size_t>(count_),
+              component.width, words);
   const std::uint64_t entries = component.table.size();
   bool within = true;
   for_each_value(component, elements, scratch.references,

@@ -83,11 +83,13 @@ auto TermFinder::recipes_of(const Block& block, const PatternCell& cell) -> std:
 auto TermFinder::known_recipes_of(Block& block, const PatternCell& cell)
     -> const std::vector<Recipe>& {
   if (cell.again != 0) return recipes_ = recipes_of(block, cell);
-  if (block.last != nullptr && block.last_introduced == cell.introduced) return *block.last;
+  const bool is_first = cell.introduced < block.of_first_eight.size();
+  if (is_first)
+    if (const auto* const known = block.of_first_eight[static_cast<std::size_t>(cell.introduced)])
+      return *known;
   const auto [it, is_new] = block.recipes.try_emplace(cell.introduced);
   if (is_new) it->second = recipes_of(block, cell);
-  block.last_introduced = cell.introduced;
-  block.last = &it->second;
+  if (is_first) block.of_first_eight[static_cast<std::size_t>(cell.introduced)] = &it->second;
   return it->second;
 }
 

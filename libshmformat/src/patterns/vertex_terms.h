@@ -44,8 +44,7 @@ class TermFinder {
     CellShape shape = CellShape::other;
     std::uint32_t nodes = 0, corners = 0;
     std::unordered_map<std::uint64_t, std::vector<Recipe>> recipes;  // by what is introduced
-    std::uint64_t last_introduced = 0;
-    const std::vector<Recipe>* last = nullptr;
+    std::array<const std::vector<Recipe>*, 256> of_first_eight{};    // where these nodes are all
   };
   static Recipe recipe_of(const Block& block, std::uint32_t node, std::uint64_t known);
   static std::vector<Recipe> recipes_of(const Block& block, const PatternCell& cell);

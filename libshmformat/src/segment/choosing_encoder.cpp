@@ -17,6 +17,7 @@ namespace {
 /// Shifts do where a cell takes no more bits; where size matters, a part of one: then numbers run
 /// on undisturbed.
 constexpr std::uint64_t kShiftBits = 1, kShiftPart = 2;
+constexpr std::size_t kFirstPieces = 3;
 /// Where size matters, values over their numbers may take one part in so many more. Of a sample
 /// that lies within a first layer, the second one: what is behind the cells of the next ones is not
 /// there yet, and shifts, which know nothing else, look worse than they are.
@@ -127,10 +128,14 @@ Result<bool> ChoosingEncoder::shifts_do() const {
   if (trial_.shifts == CodecTrial::Shifts::no || sample_cells_ < trial_.sample_cells ||
       !takes_shifts(*schema_))
     return false;
-  const auto its = size_with(ConnectivityCodec::shifts, sample_.size(), false);
-  if (!its) return its.error();
   const std::uint64_t parts = trial_.shifts == CodecTrial::Shifts::for_size ? kShiftPart : 1;
-  return 8 * its->all() * parts <= kShiftBits * sample_cells_;
+  // Where the first cells alone take more than all may, the others need not be seen.
+  for (const std::size_t pieces : {std::min(kFirstPieces, sample_.size()), sample_.size()}) {
+    const auto its = size_with(ConnectivityCodec::shifts, pieces, false);
+    if (!its) return its.error();
+    if (8 * its->all() * parts > kShiftBits * sample_cells_) return false;
+  }
+  return true;
 }
 
 /// The fastest first. Where size matters, shifts are one like the others.
