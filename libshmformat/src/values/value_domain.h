@@ -74,17 +74,19 @@ inline std::int64_t nearest_integer(double v) {
 template <class Bits>
 std::int64_t ordered_index_of(Bits of) {
   using Signed = std::make_signed_t<Bits>;
+  constexpr int kTop = 8 * sizeof(Bits) - 1;
+  constexpr auto kMagnitude = static_cast<Signed>(~(Bits{1} << kTop));
   const auto bits = static_cast<Signed>(of);
-  constexpr Signed kMagnitude = static_cast<Signed>(~(Signed{1} << (8 * sizeof(Bits) - 1)));
-  return bits >= 0 ? bits : static_cast<Signed>(~(bits & kMagnitude));
+  // Without a branch: signs of fields change from value to value.
+  return static_cast<Signed>(bits ^ (bits >> kTop & kMagnitude));
 }
 template <class Unsigned>
 Unsigned ordered_bits(std::int64_t index) {
   using Signed = std::make_signed_t<Unsigned>;
+  constexpr int kTop = 8 * sizeof(Unsigned) - 1;
+  constexpr auto kMagnitude = static_cast<Signed>(~(Unsigned{1} << kTop));
   const auto narrow = static_cast<Signed>(static_cast<Unsigned>(index));
-  constexpr auto kSign = static_cast<Unsigned>(Unsigned{1} << (8 * sizeof(Unsigned) - 1));
-  return narrow >= 0 ? static_cast<Unsigned>(narrow)
-                     : static_cast<Unsigned>(~static_cast<Unsigned>(narrow) | kSign);
+  return static_cast<Unsigned>(narrow ^ (narrow >> kTop & kMagnitude));
 }
 /// The same of values whose payload does not matter where they are NaN.
 template <class T>
