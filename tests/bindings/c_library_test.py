@@ -21,7 +21,7 @@ HEADER = INCLUDE / "shmformat.h"
 EXAMPLES = ROOT / "bindings" / "c" / "examples"
 FORTRAN = ROOT / "bindings" / "fortran"
 MESH = ROOT / "tests" / "golden" / "0.10" / "keep.shm"
-MOST_BYTES = 2_750_000
+MOST_BYTES = 2_500_000
 LIBRARY = None
 
 # What stands around the example in the head of the header.
