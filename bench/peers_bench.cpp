@@ -46,17 +46,6 @@ struct Peer {
 };
 
 /// Bytes of one significance together.
-void to_planes(Bytes in, std::size_t width, std::byte* out) {
-  const std::size_t count = in.size() / width;
-  for (std::size_t b = 0; b < width; ++b)
-    for (std::size_t i = 0; i < count; ++i) out[b * count + i] = in[i * width + b];
-}
-void from_planes(Bytes in, std::size_t width, std::byte* out) {
-  const std::size_t count = in.size() / width;
-  for (std::size_t b = 0; b < width; ++b)
-    for (std::size_t i = 0; i < count; ++i) out[i * width + b] = in[b * count + i];
-}
-
 /// One component after the other, each with all its steps.
 template <class T>
 void to_components(Bytes in, std::size_t components, T* out) {

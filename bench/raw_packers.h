@@ -30,6 +30,18 @@ inline std::size_t zstd_unpack(Bytes in, Room out) {
   return checked(size, !ZSTD_isError(size));
 }
 
+/// All first bytes of numbers of `width` bytes, then all second ones; and back.
+inline void to_planes(Bytes in, std::size_t width, std::byte* out) {
+  const std::size_t count = in.size() / width;
+  for (std::size_t b = 0; b < width; ++b)
+    for (std::size_t i = 0; i < count; ++i) out[b * count + i] = in[i * width + b];
+}
+inline void from_planes(Bytes in, std::size_t width, std::byte* out) {
+  const std::size_t count = in.size() / width;
+  for (std::size_t b = 0; b < width; ++b)
+    for (std::size_t i = 0; i < count; ++i) out[i * width + b] = in[b * count + i];
+}
+
 #ifdef SHM_HAS_BLOSC
 /// Byte planes in blocks, and zstd at Blosc's level 5, in this thread.
 inline std::size_t blosc_pack(Bytes in, std::size_t width, Room out) {

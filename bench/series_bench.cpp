@@ -1,7 +1,9 @@
-// series_bench [--steps N] [--key-steps N] [--travel N] [--every N] [--fast] MESH: what a time
-// series of five float32 fields takes in one file, and in a file for each step (every N-th of them
-// is written, and stands for N); and what reading one array at one step takes. JSON on standard
-// output. The series is written beside MESH, and removed.
+// series_bench [--steps N] [--key-steps N] [--travel N] [--every N] [--fast] [--speed] MESH: what a
+// time series of five float32 fields takes in one file, and in a file for each step (every N-th of
+// them is written, and stands for N); and what reading one array at one step takes. JSON on
+// standard output. The series is written beside MESH, and removed. --speed: instead what the steps
+// alone take from memory to memory, one thread, beside zstd -3 of the values of each array at each
+// step, as they are and as byte planes.
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -18,7 +20,9 @@
 #include "array_mesh.h"
 #include "base/counted_source.h"
 #include "bench_mesh.h"
+#include "measure.h"
 #include "options.h"
+#include "raw_packers.h"
 #include "shm/step_reader.h"
 
 namespace shm::bench {
@@ -198,16 +202,90 @@ void tell_reading(const char* what, RandomSource& file, const StepRequest& reque
   std::fflush(stdout);
 }
 
+/// What the raw values of each array at each step take under zstd -3, there and back.
+template <class Pack, class Unpack>
+void tell_zstd(const char* name, std::span<const MeshArray> arrays, Pack&& pack, Unpack&& unpack) {
+  std::size_t bytes = 0;
+  double in = 0, out = 0;
+  const auto take = [&](const std::vector<std::byte>& raw) {
+    std::vector<std::byte> packed(ZSTD_compressBound(raw.size())), back(raw.size());
+    std::size_t size = 0;
+    in += seconds_of([&] { size = pack(raw, packed); });
+    out += seconds_of([&] { unpack(Bytes(packed).first(size), back); });
+    if (back != raw) throw std::runtime_error("zstd gives something else back");
+    bytes += size;
+  };
+  for (const MeshArray& array : arrays)
+    for (const std::vector<std::byte>& raw : array.steps) take(raw);
+  std::printf(",\n  \"%s\": {\"bytes\": %zu, \"in_s\": %.3f, \"out_s\": %.3f}", name, bytes, in,
+              out);
+}
+
+/// The steps alone: the series less the mesh.
+void tell_speed(const ArrayMesh& mesh, const Fields& fields, std::uint64_t steps,
+                const std::function<double(std::uint64_t)>& time_of, Level level) {
+  std::vector<MeshArray> arrays;
+  std::vector<const MeshArray*> all;
+  std::size_t raw = 0;
+  for (std::size_t a = 0; const ArrayInfo& info : Fields::infos(true)) {
+    arrays.push_back({info, {}});
+    for (std::uint64_t step = 0; step < steps; ++step)
+      raw += arrays.back().steps.emplace_back(fields.values(a, time_of(step))).size();
+    ++a;
+  }
+  for (const MeshArray& array : arrays) all.push_back(&array);
+  struct Took {
+    std::size_t bytes = 0;
+    double in = 0, out = 0;
+  };
+  const auto with = [&](std::span<const MeshArray* const> of) {
+    Took took;
+    MemorySink sink;
+    took.in = quickest(0, [&] {
+      sink = {};
+      write(mesh, of, sink, level);
+    });
+    ReadBack back(mesh, of);
+    took.out = quickest(0, [&] { read(sink.bytes, back); });
+    took.bytes = sink.bytes.size();
+    for (std::size_t a = 0; a < of.size(); ++a)
+      if (back.arrays[a] != of[a]->steps) throw std::runtime_error("other values come back");
+    return took;
+  };
+  const Took alone = with({}), series = with(all);
+  std::printf(
+      ",\n  \"raw_bytes\": %zu,\n  \"shm\": {\"bytes\": %zu, \"in_s\": %.3f, \"out_s\": %.3f}", raw,
+      series.bytes - alone.bytes, series.in - alone.in, series.out - alone.out);
+  tell_zstd(
+      "zstd -3", arrays, [](Bytes from, Room to) { return zstd_pack(from, to, 3); }, zstd_unpack);
+  std::vector<std::byte> planes;
+  tell_zstd(
+      "planes, zstd -3", arrays,
+      [&](Bytes from, Room to) {
+        planes.resize(from.size());
+        to_planes(from, 4, planes.data());
+        return zstd_pack(planes, to, 3);
+      },
+      [&](Bytes from, Room to) {
+        planes.resize(to.size());
+        const std::size_t size = zstd_unpack(from, planes);
+        from_planes(planes, 4, to.data());
+        return size;
+      });
+  std::printf("}\n");
+}
+
 int run(int argc, char** argv) {
   std::uint64_t steps = 100, every = 1, travel = 20;
   std::uint32_t key_steps = 8;
-  bool fast = false;
+  bool fast = false, speed = false;
   const std::string path = parse_options(argc, argv,
                                          {{"--steps", steps},
                                           {"--key-steps", key_steps},
                                           {"--every", every},
                                           {"--travel", travel},
-                                          {"--fast", fast}});
+                                          {"--fast", fast},
+                                          {"--speed", speed}});
   if (steps < 2 || key_steps == 0 || every == 0 || every > steps)
     throw std::runtime_error("nothing is asked");
   const Level level = fast ? Level::fast : Level::standard;
@@ -221,6 +299,10 @@ int run(int argc, char** argv) {
               static_cast<unsigned long long>(mesh.vertices), mesh.cells(),
               static_cast<unsigned long long>(steps), key_steps);
 
+  if (speed) {
+    tell_speed(mesh, fields, steps, time_of, level);
+    return 0;
+  }
   const std::string series = path + ".series.shm";
   WriteOptions options;
   options.key_steps = key_steps;

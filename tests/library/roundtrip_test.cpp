@@ -2,6 +2,8 @@
 #include <limits>
 
 #include "shifts/shifts.h"
+#include "support/feature_files.h"
+#include "support/file_surgery.h"
 #include "support/sanitized.h"
 #include "support/test_mesh.h"
 
@@ -387,6 +389,26 @@ TEST(RoundTrip, StepsTimesAndExtras) {
 
 // Vertices whose numbers want the same place in the table of those that are alive: when one goes
 // the other takes its place, and is still found.
+// Cells that are farther back than is remembered at first: more are, from the next group on.
+TEST(RoundTrip, PatternsThatReachFarBack) {
+  TestMesh mesh;
+  mesh.schema.blocks = {{1, "lines", CellShape::line, 2}};
+  constexpr std::uint64_t kLines = 70000;
+  for (std::uint64_t v = 0; v <= kLines; ++v) append_point(mesh, {static_cast<double>(v), 0, 0});
+  for (int pass = 0; pass < 3; ++pass)
+    for (std::uint64_t v = 0; v < kLines; ++v) mesh.cells.push_back({0, {v, v + 1}});
+  WriteOptions options;
+  options.connectivity = ConnectivityCodec::patterns;
+  options.group_cells = kLines;
+  options.restart_budget = 0;  // one segment
+  const FileParts parts = take_apart(expect_round_trip(mesh, options));
+  std::vector<int> bits;
+  for (const Chunk& chunk : parts.chunks)
+    if (chunk.is(container::ChunkKind::group))
+      bits.push_back(std::to_integer<int>(take_group_apart(chunk.payload)->streams[0][0]));
+  EXPECT_EQ(bits, (std::vector<int>{16, 16, 17}));
+}
+
 TEST(RoundTrip, ShiftsOfNumbersThatCollide) {
   std::vector<std::uint64_t> numbers;
   for (std::uint64_t word = 0; numbers.size() < 4; ++word)

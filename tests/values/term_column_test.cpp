@@ -7,7 +7,10 @@
 #include <cstring>
 #include <limits>
 #include <span>
+#include <string>
 #include <vector>
+
+#include "groups/term_columns.h"
 
 namespace shm {
 namespace {
@@ -85,6 +88,67 @@ TEST(TermColumn, NansPassFromTableToTable) {
   const auto codecs =
       there_and_back<double>(ScalarType::float64, {first, some_of<double>(words, 200)});
   EXPECT_EQ(codecs, (std::vector<Codec>{Codec::terms, Codec::terms}));
+}
+
+/// Elements without terms, with a reference; all bits must come back. Whether it was referred to.
+bool refers(const std::vector<float>& values, const std::vector<float>& reference) {
+  ArrayInfo info;
+  info.type = ScalarType::float32;
+  TermColumn encoder(info, true), decoder(info, true);
+  TermScratch scratch;
+  TermColumn::Elements elements;
+  elements.count = values.size();
+  elements.reference = std::as_bytes(std::span(reference));
+  const auto bytes = std::as_bytes(std::span(values));
+  const Bytes encoded = encoder.encode_terms(elements, bytes.data(), 4, scratch);
+  Bytes decoded;
+  EXPECT_TRUE(decoder.begin_group(Codec::terms, encoded, bytes.size(), scratch));
+  EXPECT_TRUE(decoder.decode(elements, decoded, scratch));
+  EXPECT_EQ(decoded, Bytes(bytes.begin(), bytes.end()));
+  EXPECT_EQ(decoder.refers(), encoder.refers());
+  // Without what it refers to it cannot be decoded; what refers to nothing can.
+  elements.reference = {};
+  decoded.clear();
+  EXPECT_TRUE(decoder.begin_group(Codec::terms, encoded, bytes.size(), scratch));
+  EXPECT_EQ(decoder.decode(elements, decoded, scratch), !encoder.refers());
+  return encoder.refers();
+}
+
+TEST(TermColumn, ReferencesAreTakenWhereTheyHelp) {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  std::vector<float> before, now, shifted;
+  std::uint32_t state = 5;
+  for (int i = 0; i < 400; ++i) {
+    state = state * 1664525 + 1013904223;
+    before.push_back(static_cast<float>(state >> 8) * 0x1p-20f);
+    now.push_back(before.back() + 0x1p-18f);
+    shifted.push_back(before.back() + 100 + static_cast<float>(i) * .25f);
+  }
+  EXPECT_TRUE(refers(now, before));
+  EXPECT_TRUE(refers(shifted, before));  // by the change of the element before
+  now[7] = before[8] = kNan;
+  EXPECT_TRUE(refers(now, before));
+  std::vector<float> ramp(400), noise = before;
+  for (int i = 0; i < 400; ++i) ramp[static_cast<std::size_t>(i)] = static_cast<float>(i) * 1e-3f;
+  EXPECT_FALSE(refers(ramp, noise));
+}
+
+// Each component takes memory for every live vertex.
+TEST(TermColumn, WideArraysAreLeftToZstd) {
+  Schema schema;
+  schema.blocks = {{1, "", CellShape::hexahedron, 8}};
+  for (const std::uint32_t components : {28u, 2u, 1u}) {  // 3 are of the coordinates
+    ArrayInfo& info = schema.arrays.emplace_back();
+    info.name = "a" + std::to_string(components);
+    info.type = ScalarType::float32;
+    info.components = components;
+  }
+  const std::vector<TermColumn> columns = term_columns(schema);
+  ASSERT_EQ(columns.size(), 4u);
+  EXPECT_TRUE(columns[0].takes(Codec::terms) && columns[1].takes(Codec::terms));
+  EXPECT_FALSE(columns[2].takes(Codec::terms));
+  EXPECT_TRUE(columns[3].takes(Codec::terms));
+  for (const TermColumn& column : columns) EXPECT_TRUE(column.takes(Codec::shuffled_zstd));
 }
 
 }  // namespace

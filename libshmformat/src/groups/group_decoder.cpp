@@ -89,6 +89,26 @@ void GroupDecoder::add_own_vertices(std::span<const std::uint64_t> numbers, Deco
   done_.bytes += numbers.size() * vertex_bytes_;
 }
 
+void GroupDecoder::resize_cells(std::size_t cells, MeshBlock& block) {
+  for (auto* it : {&block.vertices_before_cell, &block.cell_numbers, &block.last_use})
+    it->resize(cells);
+  block.cell_blocks.resize(cells);
+  block.corner_begin.resize(cells + 1);
+}
+
+std::size_t GroupDecoder::make_room_for_cells(std::size_t nodes, MeshBlock& block) const {
+  const auto most =
+      static_cast<std::size_t>(std::min<std::uint64_t>(header_->cells - done_.cells, kTileCells));
+  block.corners.resize(most * nodes);
+  resize_cells(most, block);
+  return most;
+}
+
+void GroupDecoder::keep_cells(std::size_t cells, MeshBlock& block) {
+  resize_cells(cells, block);
+  block.corners.resize(static_cast<std::size_t>(block.corner_begin[cells]));
+}
+
 std::size_t GroupDecoder::column_of(const container::StreamEntry& entry) const {
   if (entry.kind == container::StreamKind::geometry) return 0;
   if (entry.kind != container::StreamKind::array) return columns();

@@ -125,6 +125,11 @@ class GroupDecoder {
     done_.bytes += vertex_bytes_;
   }
   void add_own_vertices(std::span<const std::uint64_t> numbers, DecodedBlock& decoded);
+  /// Makes room in a new block for as many cells as it may have, of so many nodes at most; how many
+  /// these are.
+  std::size_t make_room_for_cells(std::size_t nodes, MeshBlock& block) const;
+  /// So many it has; their corners must be told.
+  static void keep_cells(std::size_t cells, MeshBlock& block);
 
   // Columns of values: 0 is geometry, the others are the static arrays in schema order.
   std::size_t columns() const { return arrays_.size() + 1; }
@@ -160,6 +165,7 @@ class GroupDecoder {
 
  private:
   void note_import(std::uint64_t number, bool imported, DecodedBlock& decoded);
+  static void resize_cells(std::size_t cells, MeshBlock& block);
   Result<void> decode_values(MeshBlock& block);
   std::size_t element_bytes(std::size_t column) const;
 

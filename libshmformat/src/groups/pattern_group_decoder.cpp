@@ -95,24 +95,14 @@ Result<void> PatternGroupDecoder::decode_elements(DecodedBlock& decoded) {
 
 Result<void> PatternGroupDecoder::decode_cells(DecodedBlock& decoded) {
   MeshBlock& block = decoded.mesh;
-  const auto most =
-      static_cast<std::size_t>(std::min<std::uint64_t>(header_->cells - done_.cells, kTileCells));
   const std::uint64_t bytes_before = done_.bytes;
-  block.corners.resize(most * patterns_.stride());
-  const auto make_room = [&](std::size_t cells) {
-    for (auto* it : {&block.vertices_before_cell, &block.cell_numbers, &block.last_use})
-      it->resize(cells);
-    block.cell_blocks.resize(cells);
-    block.corner_begin.resize(cells + 1);
-  };
-  make_room(most);
+  const std::size_t most = make_room_for_cells(patterns_.stride(), block);
   std::size_t cells = 0;
   for (; cells < most && done_.bytes - bytes_before < kTileBytes; ++cells)
     if (!decode_cell(decoded, cells))
       return corrupt("connectivity: cell " + std::to_string(block.first_cell + cells) +
                      " makes no sense");
-  make_room(cells);
-  block.corners.resize(static_cast<std::size_t>(block.corner_begin[cells]));
+  keep_cells(cells, block);
   return {};
 }
 

@@ -131,17 +131,8 @@ Result<void> ShiftGroupDecoder::decode_elements(DecodedBlock& decoded) {
 
 Result<void> ShiftGroupDecoder::decode_cells(DecodedBlock& decoded) {
   MeshBlock& block = decoded.mesh;
-  const auto most =
-      static_cast<std::size_t>(std::min<std::uint64_t>(header_->cells - done_.cells, kTileCells));
   const std::uint64_t bytes_before = done_.bytes;
-  block.corners.resize(most * shifts_.most_nodes());
-  const auto make_room = [&](std::size_t cells) {
-    for (auto* it : {&block.vertices_before_cell, &block.cell_numbers, &block.last_use})
-      it->resize(cells);
-    block.cell_blocks.resize(cells);
-    block.corner_begin.resize(cells + 1);
-  };
-  make_room(most);
+  const std::size_t most = make_room_for_cells(shifts_.most_nodes(), block);
   std::size_t cells = 0;
   if (most > 0 && schema_->blocks.empty()) return corrupt("connectivity: a cell of no block");
   while (cells < most && done_.bytes - bytes_before < kTileBytes) {
@@ -155,8 +146,7 @@ Result<void> ShiftGroupDecoder::decode_cells(DecodedBlock& decoded) {
                      " makes no sense");
     cells += more;
   }
-  make_room(cells);
-  block.corners.resize(static_cast<std::size_t>(block.corner_begin[cells]));
+  keep_cells(cells, block);
   if (!imports_.empty()) name_imports(block.corners);
   return has_room_for_bytes(0) ? Result<void>() : corrupt("unpacks to more than stated");
 }

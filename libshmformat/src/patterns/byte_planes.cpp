@@ -44,12 +44,7 @@ bool get_numbers(ByteReader& in, std::uint64_t count, std::vector<std::uint32_t>
   const std::uint32_t planes = in.get_u8();
   if (!in.ok() || planes > 4) return false;
   numbers.assign(to_size(count), 0);
-  for (std::uint32_t b = 0; b < planes; ++b) {
-    if (!get_plane(in, count, room, zstd)) return false;
-    for (std::size_t i = 0; i < numbers.size(); ++i)
-      numbers[i] |= std::to_integer<std::uint32_t>(room[i]) << 8 * b;
-  }
-  return true;
+  return get_planes(in, planes, std::span(numbers), room, zstd);
 }
 
 }  // namespace shm

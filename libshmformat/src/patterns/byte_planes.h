@@ -41,6 +41,18 @@ void put_planes(ByteWriter& out, std::span<const Word> numbers, std::uint32_t pl
   }
 }
 
+/// Adds `planes` bytes to each number, which are 0; false for damaged data.
+template <class Word>
+bool get_planes(ByteReader& in, std::uint32_t planes, std::span<Word> numbers,
+                std::vector<std::byte>& room, ZstdDecompressor& zstd) {
+  for (std::uint32_t b = 0; b < planes; ++b) {
+    if (!get_plane(in, numbers.size(), room, zstd)) return false;
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+      numbers[i] |= std::to_integer<Word>(room[i]) << 8 * b;
+  }
+  return true;
+}
+
 /// Numbers, with how many bytes each has.
 void put_numbers(ByteWriter& out, std::span<const std::uint32_t> numbers,
                  std::vector<std::byte>& room, ZstdCompressor& zstd);

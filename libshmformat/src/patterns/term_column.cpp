@@ -555,11 +555,7 @@ bool TermColumn::read_table(ByteReader& in, std::vector<std::int64_t>& table,
   const std::uint8_t width = in.get_u8();
   if (!in.ok() || entries == 0 || entries > count_ || width > 8) return false;
   std::vector<std::uint64_t> gaps(to_size(entries - 1));
-  for (std::uint32_t b = 0; b < width; ++b) {
-    if (!get_plane(in, gaps.size(), scratch.bytes, scratch.unpacking)) return false;
-    for (std::size_t i = 0; i < gaps.size(); ++i)
-      gaps[i] |= std::to_integer<std::uint64_t>(scratch.bytes[i]) << 8 * b;
-  }
+  if (!get_planes(in, width, std::span(gaps), scratch.bytes, scratch.unpacking)) return false;
   for (const std::uint64_t gap : gaps) {
     const std::int64_t next = plus(table.back(), static_cast<std::int64_t>(gap));
     if (next <= table.back()) return false;
