@@ -276,12 +276,12 @@ Result<Mesh> read(ByteSource& source, const ReadLimits& limits, const ReadOption
 }  // namespace
 
 Result<Mesh> read_mesh(ByteSource& source, const ReadLimits& limits, const ReadOptions& options) {
-  ToldSizes told;
-  if (const auto* const memory = dynamic_cast<const MemorySource*>(&source)) {
-    MemoryRandomSource anywhere(memory->left());
-    told = told_sizes(anywhere, limits);
-  }
-  return read(source, limits, options, told);
+  return read(source, limits, options, {});
+}
+
+Result<Mesh> read_mesh(MemorySource& source, const ReadLimits& limits, const ReadOptions& options) {
+  MemoryRandomSource anywhere(source.left());
+  return read(source, limits, options, told_sizes(anywhere, limits));
 }
 
 Result<Mesh> read_file(const std::string& path, const ReadLimits& limits,
