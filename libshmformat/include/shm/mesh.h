@@ -169,8 +169,8 @@ SHM_API Result<SizeReport> write_mesh(ByteSink& sink, const Mesh& mesh,
 
 /// Reads a whole file. Order::keep: everything in the original numbering; else in the order of
 /// the stream. Memory is that of the mesh and half as much, and of all corners twice where cells of
-/// several shapes were moved by a delay; `limits` bound a hostile file. Of bytes in memory the index
-/// tells how large the mesh will be, as for read_file().
+/// several shapes were moved by a delay; `limits` bound a hostile file. Of bytes in memory the
+/// index tells how large the mesh will be, as for read_file().
 SHM_API Result<Mesh> read_mesh(ByteSource& source, const ReadLimits& limits = {},
                                const ReadOptions& options = {});
 SHM_API Result<Mesh> read_mesh(MemorySource& source, const ReadLimits& limits = {},

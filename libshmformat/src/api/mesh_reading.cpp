@@ -41,16 +41,23 @@ void move_elements(void* elements, const CompactNumbers& from, std::size_t strid
   }
 }
 
-/// Room for `size` elements, and for all that are told, at once: what grows step by step is there
-/// twice, and leaves holes. But what is told may be a lie, and gets a multiple of what has come, a
-/// small one where that is much.
-template <class Values>
-void make_room(Values& values, std::uint64_t size, std::uint64_t told) {
+/// What is told may be a lie: it is believed as far as a multiple of what has come, a small one
+/// where that is much. Of `size` elements that have come and `told` in all, those for which room is
+/// made.
+std::uint64_t believed(std::uint64_t size, std::uint64_t told) {
   constexpr std::uint64_t kMost = std::numeric_limits<std::size_t>::max() / 256;
   constexpr std::uint64_t kMuch = std::uint64_t{1} << 24;  // elements
-  if (size <= values.capacity() || size >= told || told > kMost) return;
-  const std::uint64_t room = std::max(std::min(size * 256, kMuch), size * 4);
-  values.reserve(static_cast<std::size_t>(std::min(told, room)));
+  if (size >= told || told > kMost) return size;
+  return std::min(told, std::max(std::min(size * 256, kMuch), size * 4));
+}
+
+/// Room for `size` elements, and for all that are told, at once: what grows step by step is there
+/// twice, and leaves holes.
+template <class Values>
+void make_room(Values& values, std::uint64_t size, std::uint64_t told) {
+  if (size <= values.capacity()) return;
+  const std::uint64_t room = believed(size, told);
+  if (room > size) values.reserve(static_cast<std::size_t>(room));
 }
 
 template <class T>
@@ -78,10 +85,12 @@ class ComingNumbers {
     }
   }
   bool in_order() const { return in_order_; }
+  /// As they came; they are given up. Must hold: not in_order().
+  CompactNumbers take() { return std::exchange(numbers_, {}); }
   /// Where each number stands; they are given up for that. Fails unless they are 0, 1 and so on.
   /// Must hold: not in_order().
   Result<CompactNumbers> positions(const char* kind) {
-    const CompactNumbers numbers = std::exchange(numbers_, {});
+    const CompactNumbers numbers = take();
     CompactNumbers positions = CompactNumbers::zeros(numbers.size());
     std::vector<bool> seen(numbers.size());
     for (std::size_t i = 0; i < numbers.size(); ++i) {
@@ -99,6 +108,52 @@ class ComingNumbers {
   bool in_order_ = true;
   std::uint64_t count_ = 0;  // while they are in order
   CompactNumbers numbers_;
+};
+
+/// The places of vertices that come out of order, where it is known how many there will be: each
+/// value goes to its place as it comes.
+class VertexPlaces {
+ public:
+  explicit VertexPlaces(std::uint64_t vertices) : taken_(static_cast<std::size_t>(vertices)) {}
+  /// The next ones; not where one of them has no place, or one that is taken.
+  template <class Numbers>
+  void take(const Numbers& numbers) {
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      const auto number = static_cast<std::size_t>(numbers[i]);
+      if (numbers[i] >= taken_.size() || taken_[number]) {
+        make_sense_ = false;
+        return;
+      }
+      taken_[number] = true;
+      ++count_;
+    }
+  }
+  /// Each has come, once.
+  bool are_taken() const { return make_sense_ && count_ == taken_.size(); }
+  /// Must hold: the numbers were taken last. `values`: `stride` bytes of each.
+  template <class Numbers>
+  void put(const Numbers& numbers, const std::vector<std::byte>& values, std::size_t stride,
+           std::vector<std::byte>& all) const {
+    if (!make_sense_ || values.empty()) return;
+    switch (stride) {
+      case 12: return put_as<12>(numbers, values.data(), stride, all.data());
+      case 24: return put_as<24>(numbers, values.data(), stride, all.data());
+      default: return put_as<0>(numbers, values.data(), stride, all.data());
+    }
+  }
+
+ private:
+  template <std::size_t kStride, class Numbers>
+  static void put_as(const Numbers& numbers, const std::byte* values, std::size_t any,
+                     std::byte* all) {
+    const std::size_t stride = kStride > 0 ? kStride : any;
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+      std::memcpy(all + static_cast<std::size_t>(numbers[i]) * stride, values + i * stride, stride);
+  }
+
+  std::vector<bool> taken_;
+  std::size_t count_ = 0;
+  bool make_sense_ = true;
 };
 
 /// How large a mesh will be, as the index of its file tells; nothing where nobody does.
@@ -126,9 +181,17 @@ class MeshCollector {
       told_cells_ += told.block_cells[b];
       told_corners_ += told.block_cells[b] * schema.blocks[b].nodes_per_cell;
     }
-    told_vertices_ = told.vertices;
+    if (told.vertices <= kMostTold) told_vertices_ = told.vertices;
     for (std::size_t a = 0; a < schema.arrays.size(); ++a)
       told_array_bytes_.push_back(told_elements(a, told) * stride_of(schema.arrays[a]));
+    vertex_columns_.push_back({std::nullopt, 3 * scalar_bytes(schema.coordinate_type)});
+    for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
+      if (schema.arrays[a].location != Location::point) continue;
+      if (schema.arrays[a].per_step)
+        may_have_places_ = false;
+      else
+        vertex_columns_.push_back({a, stride_of(schema.arrays[a])});
+    }
     mesh_.arrays.resize(schema.arrays.size());
     mesh_.steps.resize(schema.arrays.size());
   }
@@ -145,9 +208,8 @@ class MeshCollector {
  private:
   void take(const MeshBlock& block) {
     const std::uint64_t base = mesh_.corners.size();
-    vertices_.add(block.vertex_numbers, told_vertices_);
+    take_vertices(block);
     cells_.add(block.cell_numbers, told_cells_);
-    add(mesh_.xyz, block.xyz, told_vertices_ * 3 * scalar_bytes(mesh_.schema.coordinate_type));
     add(mesh_.cell_blocks, block.cell_blocks, told_cells_);
     add(mesh_.corners, block.corners, told_corners_);
     if (!block.corner_begin.empty()) {
@@ -156,8 +218,21 @@ class MeshCollector {
       add(mesh_.corner_begin, begin_, told_cells_ + 1);
     }
     for (std::size_t a = 0; a < block.arrays.size(); ++a)
-      add(mesh_.arrays[a], block.arrays[a], told_array_bytes_[a]);
+      if (mesh_.schema.arrays[a].location == Location::cell)
+        add(mesh_.arrays[a], block.arrays[a], told_array_bytes_[a]);
   }
+  void take_vertices(const MeshBlock& block);
+  /// Static values of vertices.
+  struct VertexColumn {
+    std::optional<std::size_t> array;  // nothing: coordinates
+    std::size_t stride = 0;
+  };
+  /// Of a mesh or a block.
+  template <class Values>
+  static auto& values_of(Values& from, const VertexColumn& column) {
+    return column.array ? from.arrays[*column.array] : from.xyz;
+  }
+  void give_places();
   void take(const StepPiece& piece) {
     auto& steps = mesh_.steps[piece.array];
     if (steps.size() <= piece.step) steps.resize(static_cast<std::size_t>(piece.step) + 1);
@@ -173,7 +248,11 @@ class MeshCollector {
 
   Mesh mesh_;
   ComingNumbers vertices_, cells_;
-  std::vector<std::uint64_t> begin_;  // of the block at hand
+  std::optional<VertexPlaces> places_;  // then vertices_ knows of no more
+  bool may_have_places_ = true;         // steps are put in order behind the last one
+  std::vector<VertexColumn> vertex_columns_;
+  std::vector<std::uint64_t> begin_;                                  // of the block at hand
+  static constexpr std::uint64_t kMostTold = std::uint64_t{1} << 40;  // or products would wrap
   std::uint64_t told_vertices_ = 0, told_cells_ = 0, told_corners_ = 0;
   std::vector<std::uint64_t> told_array_bytes_;  // of all elements, by array
 };
@@ -184,6 +263,37 @@ std::uint64_t MeshCollector::told_elements(std::size_t array, const ToldSizes& t
   for (std::uint32_t b = 0; b < told.block_cells.size(); ++b)
     if (mesh_.schema.array_covers(array, b)) cells += told.block_cells[b];
   return cells;
+}
+
+void MeshCollector::take_vertices(const MeshBlock& block) {
+  if (places_) {
+    places_->take(block.vertex_numbers);
+    for (const VertexColumn& column : vertex_columns_)
+      places_->put(block.vertex_numbers, values_of(block, column), column.stride,
+                   values_of(mesh_, column));
+    return;
+  }
+  vertices_.add(block.vertex_numbers, told_vertices_);
+  for (const VertexColumn& column : vertex_columns_)
+    add(values_of(mesh_, column), values_of(block, column), told_vertices_ * column.stride);
+  if (may_have_places_ && !vertices_.in_order()) give_places();
+}
+
+/// Where it is to be believed how many vertices will come.
+void MeshCollector::give_places() {
+  for (const VertexColumn& column : vertex_columns_) {
+    const std::uint64_t told = told_vertices_ * column.stride;
+    if (told == 0 || believed(values_of(mesh_, column).size(), told) != told) return;
+  }
+  const CompactNumbers numbers = vertices_.take();
+  places_.emplace(told_vertices_);
+  places_->take(numbers);
+  for (const VertexColumn& column : vertex_columns_) {
+    auto& all = values_of(mesh_, column);
+    const auto values = std::exchange(all, {});
+    all.resize(static_cast<std::size_t>(told_vertices_ * column.stride));
+    places_->put(numbers, values, column.stride, all);
+  }
 }
 
 void MeshCollector::reorder(std::size_t array, const CompactNumbers& from) {
@@ -249,8 +359,11 @@ Result<void> MeshCollector::reorder_cells() {
 }
 
 Result<Mesh> MeshCollector::finish() {
-  if (!vertices_.in_order())
+  if (places_) {
+    if (!places_->are_taken()) return corrupt("vertex numbers are not those that the index tells");
+  } else if (!vertices_.in_order()) {
     if (auto good = reorder_vertices(); !good) return good.error();
+  }
   if (!cells_.in_order())
     if (auto good = reorder_cells(); !good) return good.error();
   return std::move(mesh_);
