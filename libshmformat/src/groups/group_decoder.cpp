@@ -96,9 +96,10 @@ void GroupDecoder::resize_cells(std::size_t cells, MeshBlock& block) {
   block.corner_begin.resize(cells + 1);
 }
 
-std::size_t GroupDecoder::make_room_for_cells(std::size_t nodes, MeshBlock& block) const {
+std::size_t GroupDecoder::make_room_for_cells(std::uint64_t cells, std::size_t nodes,
+                                              MeshBlock& block) const {
   const auto most =
-      static_cast<std::size_t>(std::min<std::uint64_t>(header_->cells - done_.cells, kTileCells));
+      static_cast<std::size_t>(std::min<std::uint64_t>(header_->cells - done_.cells, cells));
   block.corners.resize(most * nodes);
   resize_cells(most, block);
   return most;

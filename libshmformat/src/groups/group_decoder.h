@@ -125,9 +125,9 @@ class GroupDecoder {
     done_.bytes += vertex_bytes_;
   }
   void add_own_vertices(std::span<const std::uint64_t> numbers, DecodedBlock& decoded);
-  /// Makes room in a new block for as many cells as it may have, of so many nodes at most; how many
-  /// these are.
-  std::size_t make_room_for_cells(std::size_t nodes, MeshBlock& block) const;
+  /// Makes room in a new block for `cells`, or those that are left, of so many nodes at most; how
+  /// many these are.
+  std::size_t make_room_for_cells(std::uint64_t cells, std::size_t nodes, MeshBlock& block) const;
   /// So many it has; their corners must be told.
   static void keep_cells(std::size_t cells, MeshBlock& block);
 

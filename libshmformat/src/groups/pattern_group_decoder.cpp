@@ -11,6 +11,13 @@ namespace shm {
 
 using container::StreamKind;
 
+namespace {
+
+/// Not a tile: no values depend on where a block ends, and the nearer cache holds a small one.
+constexpr std::uint64_t kBlockCells = 1024;
+
+}  // namespace
+
 PatternGroupDecoder::PatternGroupDecoder(const Schema& schema, const SegmentStart& start,
                                          const DecodedParts& parts, CellBytes cell_bytes)
     : GroupDecoder(schema, start, parts, std::move(cell_bytes)),
@@ -67,10 +74,8 @@ bool PatternGroupDecoder::is_used_up() const {
 
 std::vector<std::uint64_t> PatternGroupDecoder::alive() const {
   std::vector<std::uint64_t> numbers;
-  for (std::uint32_t slot = 0; slot < patterns_.slot_count(); ++slot) {
-    const PatternHistory::Vertex& vertex = patterns_.vertex(slot);
-    if (vertex.live && !vertex.imported) numbers.push_back(vertex.number);
-  }
+  for (std::uint32_t slot = 0; slot < patterns_.slot_count(); ++slot)
+    if (patterns_.is_own(slot)) numbers.push_back(patterns_.number(slot));
   return numbers;
 }
 
@@ -96,7 +101,7 @@ Result<void> PatternGroupDecoder::decode_elements(DecodedBlock& decoded) {
 Result<void> PatternGroupDecoder::decode_cells(DecodedBlock& decoded) {
   MeshBlock& block = decoded.mesh;
   const std::uint64_t bytes_before = done_.bytes;
-  const std::size_t most = make_room_for_cells(patterns_.stride(), block);
+  const std::size_t most = make_room_for_cells(kBlockCells, patterns_.stride(), block);
   std::size_t cells = 0;
   for (; cells < most && done_.bytes - bytes_before < kTileBytes; ++cells)
     if (!decode_cell(decoded, cells))
@@ -118,9 +123,7 @@ bool PatternGroupDecoder::decode_cell(DecodedBlock& decoded, std::size_t at) {
   finder_.add_cell(*cell, terms_);
   done_.active = std::max(done_.active, patterns_.live());
   if (done_.active > header_->max_active_vertices) return false;
-  patterns_.end_cell([&](const PatternHistory::Vertex& vertex) {
-    if (vertex.imported) decoded.finalized_imports.push_back(vertex.number);
-  });
+  patterns_.end_cell([&](std::uint64_t number) { decoded.finalized_imports.push_back(number); });
   block.vertices_before_cell[at] = block.vertex_numbers.size();
   block.cell_numbers[at] = header_->first_cell + done_.cells;
   block.cell_blocks[at] = cell->block;

@@ -116,7 +116,7 @@ class GroupValues {
 
   /// Coordinates, then the point arrays in schema order, packed.
   void add_vertex(const std::byte* values) {
-    expect_more(vertices_, vertex_bytes_);
+    expect_more_soon(vertices_, vertex_bytes_);
     vertices_.insert(vertices_.end(), values, values + vertex_bytes_);
   }
   /// The cell arrays that cover the block, in schema order, packed.

@@ -132,7 +132,7 @@ Result<void> ShiftGroupDecoder::decode_elements(DecodedBlock& decoded) {
 Result<void> ShiftGroupDecoder::decode_cells(DecodedBlock& decoded) {
   MeshBlock& block = decoded.mesh;
   const std::uint64_t bytes_before = done_.bytes;
-  const std::size_t most = make_room_for_cells(shifts_.most_nodes(), block);
+  const std::size_t most = make_room_for_cells(kTileCells, shifts_.most_nodes(), block);
   std::size_t cells = 0;
   if (most > 0 && schema_->blocks.empty()) return corrupt("connectivity: a cell of no block");
   while (cells < most && done_.bytes - bytes_before < kTileBytes) {

@@ -7,6 +7,15 @@
 namespace shm {
 namespace {
 
+double power_of_two(std::int32_t exponent) {
+  return std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52);
+}
+
+/// With powers that are normal numbers, and products that are.
+bool is_usual_binary(const ValueDomain& domain) {
+  return domain.kind == DomainKind::binary && domain.exponent >= -900 && domain.exponent <= 900;
+}
+
 /// `unit(d)` is the value of index d; scale(value) is near the index.
 template <class Bits, class Scale, class Unit>
 bool indices_as(std::span<const std::uint64_t> bits, std::span<std::int64_t> indices,
@@ -35,22 +44,23 @@ bool indices_as(std::span<const std::uint64_t> bits, const ValueDomain& domain,
     return indices_as<Bits>(
         bits, indices, [ten](double v) { return v * ten; }, [ten](double d) { return d / ten; });
   }
-  if (domain.kind != DomainKind::binary || domain.exponent < -900 || domain.exponent > 900)
-    return false;
-  const auto power = [](std::int32_t of) {
-    return std::bit_cast<double>(static_cast<std::uint64_t>(1023 + of) << 52);
-  };
+  if (!is_usual_binary(domain)) return false;
   return indices_as<Bits>(
-      bits, indices, [by = power(domain.exponent)](double v) { return v * by; },
-      [by = power(-domain.exponent)](double d) { return d * by; });
+      bits, indices, [by = power_of_two(domain.exponent)](double v) { return v * by; },
+      [by = power_of_two(-domain.exponent)](double d) { return d * by; });
 }
 
-template <class Bits>
-void decimals_as(double ten, std::span<std::uint64_t> words) {
-  using Float = std::conditional_t<sizeof(Bits) == 4, float, double>;
-  for (std::uint64_t& it : words)
-    it = std::bit_cast<Bits>(
-        static_cast<Float>(static_cast<double>(static_cast<std::int64_t>(it)) / ten));
+template <class Unit>
+void values_as(ScalarType type, std::span<std::uint64_t> words, const Unit& unit) {
+  const auto value = [&](std::uint64_t word) {
+    return unit(static_cast<double>(static_cast<std::int64_t>(word)));
+  };
+  if (type == ScalarType::float32) {
+    for (std::uint64_t& it : words)
+      it = std::bit_cast<std::uint32_t>(static_cast<float>(value(it)));
+  } else {
+    for (std::uint64_t& it : words) it = std::bit_cast<std::uint64_t>(value(it));
+  }
 }
 
 }  // namespace
@@ -62,12 +72,15 @@ bool linear_indices(ScalarType type, std::span<const std::uint64_t> bits, const 
 }
 
 bool linear_values(ScalarType type, const ValueDomain& domain, std::span<std::uint64_t> words) {
-  if (domain.kind != DomainKind::decimal || domain.exponent < 0) return false;
-  const double ten = kPowersOfTen[static_cast<std::size_t>(domain.exponent)];
-  if (type == ScalarType::float32)
-    decimals_as<std::uint32_t>(ten, words);
+  if (is_usual_binary(domain))
+    values_as(type, words, [by = power_of_two(-domain.exponent)](double d) { return d * by; });
+  else if (domain.kind == DomainKind::decimal && domain.exponent >= 0)
+    values_as(type, words,
+              [ten = kPowersOfTen[static_cast<std::size_t>(domain.exponent)]](double d) {
+                return d / ten;
+              });
   else
-    decimals_as<std::uint64_t>(ten, words);
+    return false;
   return true;
 }
 

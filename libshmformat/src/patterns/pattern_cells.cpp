@@ -41,16 +41,4 @@ void PatternHistory::expect(std::uint64_t cells) {
   rows_.resize(size, kNone);
 }
 
-void PatternHistory::add_cell(const std::uint32_t* slots, std::uint32_t nodes,
-                              const References& references) {
-  const std::size_t at = place(next_);
-  if (at >= rows_.size()) expect(64 + remembered_ / 2);
-  std::uint32_t* const row = rows_.data() + at;
-  for (std::uint32_t i = 0; i < nodes; ++i) row[i] = slots[i];
-  for (std::uint32_t i = nodes; i < stride_; ++i) row[i] = kNone;
-  references_ = references;
-  ++next_;
-  if (remembered_ <= mask_) ++remembered_;
-}
-
 }  // namespace shm

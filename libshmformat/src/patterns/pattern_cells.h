@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <vector>
 
@@ -80,29 +81,37 @@ class PatternHistory {
     std::uint32_t last = 0,
                   before = 0;  ///< cells that used it; the one that introduces it at first
     std::uint64_t number = 0;  ///< decoding: what the source calls it
-    bool live = false, imported = false;
   };
+  enum class State : std::uint8_t { finalized, own, imported };
   /// Of a vertex that the cell at hand introduces; its slot.
-  std::uint32_t introduce() {
+  std::uint32_t introduce(State state = State::own) {
     std::uint32_t slot = static_cast<std::uint32_t>(vertices_.size());
     if (free_.empty()) {
       expect_more_soon(vertices_, 1);
       vertices_.emplace_back();
+      states_.emplace_back();
     } else {
       slot = free_.back();
       free_.pop_back();
     }
-    vertices_[slot] = {next_, next_, 0, true, false};
+    vertices_[slot] = {next_, next_, 0};
+    states_[slot] = state;
     ++live_;
     return slot;
   }
   void finalize(std::uint32_t slot) {
-    vertices_[slot].live = false;
+    states_[slot] = State::finalized;
     --live_;
     free_.push_back(slot);
   }
-  bool is_live(std::uint32_t slot) const { return slot < vertices_.size() && vertices_[slot].live; }
+  bool is_live(std::uint32_t slot) const {
+    return slot < states_.size() && states_[slot] != State::finalized;
+  }
+  State state(std::uint32_t slot) const { return states_[slot]; }
   Vertex& vertex(std::uint32_t slot) { return vertices_[slot]; }
+  // By slot, until one is introduced.
+  std::span<Vertex> vertices() { return vertices_; }
+  std::span<const State> states() const { return states_; }
   const Vertex& vertex(std::uint32_t slot) const { return vertices_[slot]; }
   std::uint64_t live() const { return live_; }
   /// Above every slot.
@@ -126,10 +135,30 @@ class PatternHistory {
     vertex.last = next_;
   }
   bool remembers(std::uint32_t cell) const { return next_ - cell - 1 < remembered_; }
-  /// Slots by node, kNone where it has no more; of a cell that is not remembered kNone throughout.
-  const std::uint32_t* row(std::uint32_t cell) const {
-    return remembers(cell) ? rows_.data() + place(cell) : nobody_.data();
-  }
+  /// The rows of cells, until one is added: slots by node, kNone where the cell has no more; of a
+  /// cell that is not remembered kNone throughout. kStride: that of the history; 0: any.
+  template <std::uint32_t kStride>
+  class Rows {
+   public:
+    explicit Rows(const PatternHistory& of)
+        : rows_(of.rows_.data()),
+          nobody_(of.nobody_.data()),
+          stride_(of.stride_),
+          first_(of.first_),
+          mask_(of.mask_),
+          next_(of.next_),
+          remembered_(of.remembered_) {}
+    const std::uint32_t* row(std::uint32_t cell) const {
+      return next_ - cell - 1 < remembered_
+                 ? rows_ + std::size_t{(cell - first_) & mask_} * (kStride > 0 ? kStride : stride_)
+                 : nobody_;
+    }
+
+   private:
+    const std::uint32_t *rows_, *nobody_;
+    std::uint32_t stride_, first_, mask_, next_, remembered_;
+  };
+  const std::uint32_t* row(std::uint32_t cell) const { return Rows<0>(*this).row(cell); }
   /// What the cell before referred to, `count` of them.
   struct References {
     std::array<std::uint32_t, pattern_source::kOnCount> cells{};
@@ -142,8 +171,23 @@ class PatternHistory {
   };
   const References& references() const { return references_; }
 
-  /// The cell at hand is whole, each of its nodes used: `slots` by node.
-  void add_cell(const std::uint32_t* slots, std::uint32_t nodes, const References& references);
+  /// The cell at hand is whole, each of its nodes used: `slots` by node. kStride: as many nodes as
+  /// the most; 0: any number.
+  template <std::uint32_t kStride = 0>
+  void add_cell(const std::uint32_t* slots, std::uint32_t nodes, const References& references) {
+    const std::size_t at = place(next_);
+    if (at >= rows_.size()) expect(64 + remembered_ / 2);
+    std::uint32_t* const row = rows_.data() + at;
+    if constexpr (kStride > 0) {
+      std::memcpy(row, slots, kStride * sizeof(std::uint32_t));
+    } else {
+      for (std::uint32_t i = 0; i < nodes; ++i) row[i] = slots[i];
+      for (std::uint32_t i = nodes; i < stride_; ++i) row[i] = kNone;
+    }
+    references_ = references;
+    ++next_;
+    if (remembered_ <= mask_) ++remembered_;
+  }
 
  private:
   std::size_t place(std::uint32_t cell) const {
@@ -158,6 +202,7 @@ class PatternHistory {
   std::vector<std::uint32_t> nobody_;
   References references_;
   std::vector<Vertex> vertices_;
+  std::vector<State> states_;  // by slot, too: looked at much more often than changed
   std::vector<std::uint32_t> free_;
   std::uint64_t live_ = 0;
 };

@@ -29,10 +29,11 @@ inline void prefetch([[maybe_unused]] const std::uint8_t* bytes) {
 
 std::uint32_t words_of_uses(std::uint32_t nodes) { return (nodes + 31) / 32; }
 
-/// Where `slot` stands first in the row, or `nodes`.
-std::uint32_t place_in(const std::uint32_t* row, std::uint32_t nodes, std::uint32_t slot) {
+/// Where `slot` stands first in the row, or `nodes`. kNodes: as many; 0: any number.
+template <std::uint32_t kNodes>
+inline std::uint32_t place_in(const std::uint32_t* row, std::uint32_t nodes, std::uint32_t slot) {
 #if defined(__SSE2__)
-  if (nodes == 8) {
+  if constexpr (kNodes == 8) {
     const __m128i wanted = _mm_set1_epi32(static_cast<int>(slot));
     const auto at = [&](std::size_t i) {
       return _mm_cmpeq_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(row + i)), wanted);
@@ -74,6 +75,27 @@ void PatternEncoder::add_cell(const PatternCell& cell, std::span<const std::uint
     slots_[i] = (cell.introduced >> i & 1) != 0
                     ? at_slot(slot_of_, handles[i]) = history_.introduce()
                     : slot_of_[handles[i]];
+  if (nodes == 8 && history_.stride() == 8)
+    find_nodes<8>(cell, numbers);
+  else
+    find_nodes<0>(cell, numbers);
+  for (std::uint64_t left = cell.last_use; left != 0; left &= left - 1) {
+    const std::uint32_t slot = slots_[static_cast<std::size_t>(std::countr_zero(left))];
+    if (history_.is_live(slot)) history_.finalize(slot);
+  }
+  if (runs_.empty() || runs_.back().block != cell.block) runs_.push_back({cell.block, 0});
+  ++runs_.back().cells;
+  ids_.push_back(pattern_of(cell.block, nodes));
+  for (std::uint32_t w = 0; w < words_of_uses(history_.stride()); ++w)
+    last_use_.push_back(static_cast<std::uint32_t>(cell.last_use >> 32 * w));
+}
+
+/// The cell's pattern, and what it leaves open. kNodes: how many it has, as many as in a row of the
+/// history; 0: any number.
+template <std::uint32_t kNodes>
+void PatternEncoder::find_nodes(const PatternCell& cell, std::span<const std::uint64_t> numbers) {
+  const std::uint32_t nodes = kNodes > 0 ? kNodes : static_cast<std::uint32_t>(slots_.size());
+  const PatternHistory::Rows<kNodes> rows(history_);
   references_ = {};
   again_ = 0;
   PatternHistory::Users users;
@@ -90,37 +112,29 @@ void PatternEncoder::add_cell(const PatternCell& cell, std::span<const std::uint
         last_number_ = *number++;
       }
     } else {
-      op = find(cell.introduced, i, users);
+      op = find(rows, cell.introduced, i, users);
       if (history_.vertex(slots_[i]).last == history_.next()) again_ |= std::uint64_t{1} << i;
     }
     history_.use(history_.vertex(slots_[i]), i, users);
     ops_[2 * i] = static_cast<std::uint8_t>(op.source);
     ops_[2 * i + 1] = static_cast<std::uint8_t>(op.node);
   }
-  history_.add_cell(slots_.data(), nodes, references_);
-  for (std::uint64_t left = cell.last_use; left != 0; left &= left - 1) {
-    const std::uint32_t slot = slots_[static_cast<std::size_t>(std::countr_zero(left))];
-    if (history_.is_live(slot)) history_.finalize(slot);
-  }
-  if (runs_.empty() || runs_.back().block != cell.block) runs_.push_back({cell.block, 0});
-  ++runs_.back().cells;
-  ids_.push_back(pattern_of(cell.block, nodes));
-  for (std::uint32_t w = 0; w < words_of_uses(history_.stride()); ++w)
-    last_use_.push_back(static_cast<std::uint32_t>(cell.last_use >> 32 * w));
+  history_.add_cell<kNodes>(slots_.data(), nodes, references_);
 }
 
 /// Where the vertex of a node stands that is not new. `introduced`: nodes of the cell.
-auto PatternEncoder::find(std::uint64_t introduced, std::uint32_t node,
-                          const PatternHistory::Users& users) -> Op {
-  const std::uint32_t slot = slots_[node], stride = history_.stride();
+template <std::uint32_t kNodes>
+auto PatternEncoder::find(const PatternHistory::Rows<kNodes>& rows, std::uint64_t introduced,
+                          std::uint32_t node, const PatternHistory::Users& users) -> Op {
+  const std::uint32_t slot = slots_[node], stride = kNodes > 0 ? kNodes : history_.stride();
   const std::uint32_t before = history_.next() - 1;
-  std::uint32_t at = place_in(history_.row(before), stride, slot);
+  std::uint32_t at = place_in<kNodes>(rows.row(before), stride, slot);
   if (at < stride) return {kBefore, at};
   const PatternHistory::References& on = history_.references();
   for (std::uint32_t i = 0; i < on.count; ++i) {
     const std::uint32_t cell = on.cells[i] + 1;
     if (cell == before || cell == history_.next()) continue;
-    at = place_in(history_.row(cell), stride, slot);
+    at = place_in<kNodes>(rows.row(cell), stride, slot);
     if (at == stride) continue;
     references_.add(cell);
     return {kOn + i, at};
@@ -130,14 +144,14 @@ auto PatternEncoder::find(std::uint64_t introduced, std::uint32_t node,
     for (std::uint32_t second = 0; second < 2; ++second) {
       const std::uint32_t cell = users.cells[2 * j + second];
       if (cell == before) continue;
-      at = place_in(history_.row(cell), stride, slot);
+      at = place_in<kNodes>(rows.row(cell), stride, slot);
       if (at == stride) continue;
       references_.add(cell);
       return {kUsers + 2 * j + second, at};
     }
   }
   const std::uint32_t user = history_.vertex(slot).last;
-  if (user == history_.next()) return {kHere, place_in(slots_.data(), node, slot)};
+  if (user == history_.next()) return {kHere, place_in<0>(slots_.data(), node, slot)};
   if (!history_.remembers(user)) {
     ++missed_;
     slot_list_.push_back(slot);
@@ -145,7 +159,7 @@ auto PatternEncoder::find(std::uint64_t introduced, std::uint32_t node,
   }
   references_.add(user);
   distances_.push_back(history_.next() - user);
-  return {kFar, place_in(history_.row(user), stride, slot)};
+  return {kFar, place_in<kNodes>(rows.row(user), stride, slot)};
 }
 
 void PatternEncoder::Patterns::grow() {
@@ -356,7 +370,7 @@ bool PatternDecoder::begin_cell() {
     prefetch(patterns_[block].data() + std::size_t{ids_[next_id_ + kAhead]} * 2 * nodes);
   ops_ = patterns_[block].data() + at;
   cell_.block = block;
-  cell_.introduced = cell_.again = cell_.imports = 0;
+  cell_.imports = 0;
   cell_.last_use = last_use_[next_use_++];
   for (std::uint32_t w = 1; w < words_of_uses_; ++w)
     cell_.last_use |= std::uint64_t{last_use_[next_use_++]} << 32 * w;

@@ -46,7 +46,11 @@ class PatternEncoder {
   struct Op {
     std::uint32_t source = 0, node = 0;
   };
-  Op find(std::uint64_t introduced, std::uint32_t node, const PatternHistory::Users& users);
+  template <std::uint32_t kNodes>
+  void find_nodes(const PatternCell& cell, std::span<const std::uint64_t> numbers);
+  template <std::uint32_t kNodes>
+  Op find(const PatternHistory::Rows<kNodes>& rows, std::uint64_t introduced, std::uint32_t node,
+          const PatternHistory::Users& users);
   std::uint32_t pattern_of(std::uint32_t block, std::uint32_t nodes);
 
   bool numbered_;
@@ -106,19 +110,20 @@ class PatternDecoder {
   const PatternCell* next_cell(std::uint64_t* numbers, Import&& import) {
     if (!begin_cell()) return nullptr;
     const auto nodes = static_cast<std::uint32_t>(cell_.slots.size());
-    return (nodes == 8 ? decode_nodes<8>(8, numbers, import)
-                       : decode_nodes<0>(nodes, numbers, import))
+    return (nodes == 8 && stride() == 8 ? decode_nodes<8>(8, numbers, import)
+                                        : decode_nodes<0>(nodes, numbers, import))
                ? &cell_
                : nullptr;
   }
   std::size_t stride() const { return history_.stride(); }
-  /// Finalizes the vertices that the cell uses last; calls visit(vertex) before.
+  /// Finalizes the vertices that the cell uses last; calls visit(number) of imported ones.
   template <class Visit>
   void end_cell(Visit&& visit) {
     for (std::uint64_t left = cell_.last_use; left != 0; left &= left - 1) {
       const std::uint32_t slot = slots_[static_cast<std::size_t>(std::countr_zero(left))];
       if (!history_.is_live(slot)) continue;  // it stands at several nodes
-      visit(history_.vertex(slot));
+      if (history_.state(slot) == PatternHistory::State::imported)
+        visit(history_.vertex(slot).number);
       history_.finalize(slot);
     }
   }
@@ -127,7 +132,11 @@ class PatternDecoder {
   bool at_end() const;
 
   std::uint64_t live() const { return history_.live(); }
-  const PatternHistory::Vertex& vertex(std::uint32_t slot) const { return history_.vertex(slot); }
+  /// Whether a live vertex has the slot that the segment owns, and its number.
+  bool is_own(std::uint32_t slot) const {
+    return history_.state(slot) == PatternHistory::State::own;
+  }
+  std::uint64_t number(std::uint32_t slot) const { return history_.vertex(slot).number; }
   std::uint32_t slot_count() const { return history_.slots(); }
 
  private:
@@ -140,7 +149,7 @@ class PatternDecoder {
       const bool is_told = (kind & new_vertex::kNumbered) != 0;
       last_number_ += is_told ? static_cast<std::uint64_t>(numbers_.get_signed()) : 1;
       vertex.number = last_number_;
-    } else if (!vertex.imported) {
+    } else if ((kind & new_vertex::kImported) == 0) {
       vertex.number = next_own_++;
     }
   }
@@ -168,13 +177,18 @@ class PatternDecoder {
   ByteReader numbers_{{}};
 };
 
-/// kNodes: how many there are; 0: any number.
+/// kNodes: how many there are, as many as in a row of the history; 0: any number.
 template <std::uint32_t kNodes, class Import>
 bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, Import& import) {
   using namespace pattern_source;
   const std::uint32_t count = kNodes > 0 ? kNodes : nodes;
+  const PatternHistory::Rows<kNodes> rows(history_);
+  std::span<PatternHistory::Vertex> vertices = history_.vertices();
+  std::span<const PatternHistory::State> states = history_.states();
+  const std::uint8_t* const ops = ops_;
   std::uint32_t* const slots = slots_.data();
   const std::uint32_t cell = history_.next();
+  std::uint64_t introduced = 0, again = 0;
   // By source: the cells whose rows they name. A cell that is to come has none.
   std::array<std::uint32_t, kFar + 1> cells;
   const PatternHistory::References& on = history_.references();
@@ -184,15 +198,18 @@ bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, I
   std::array<std::uint32_t, kMostPatternNodes> referred;  // in order of nodes
   std::uint32_t referred_count = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
-    const std::uint32_t source = ops_[2 * i], node = ops_[2 * i + 1];
+    const std::uint32_t source = ops[2 * i], node = ops[2 * i + 1];
     std::uint32_t slot = 0;
     if (source == kNew) {
-      slots[i] = slot = history_.introduce();
-      PatternHistory::Vertex& vertex = history_.vertex(slot);
-      cell_.introduced |= std::uint64_t{1} << i;
-      vertex.imported = (node & new_vertex::kImported) != 0;
+      const bool imported = (node & new_vertex::kImported) != 0;
+      slots[i] = slot = history_.introduce(imported ? PatternHistory::State::imported
+                                                    : PatternHistory::State::own);
+      vertices = history_.vertices();
+      states = history_.states();
+      PatternHistory::Vertex& vertex = vertices[slot];
+      introduced |= std::uint64_t{1} << i;
       give_number(node, vertex);
-      if (vertex.imported) {
+      if (imported) {
         cell_.imports |= std::uint64_t{1} << i;
         if (!numbered_ && !import(vertex)) return false;
       }
@@ -206,7 +223,7 @@ bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, I
         cells[kFar] = cell - distances_[next_distance_++];
       }
       const std::uint32_t from = cells[source];
-      slot = history_.row(from)[node];
+      slot = rows.row(from)[node];
       referred[referred_count] = from;
       referred_count += source == kBefore ? 0 : 1;
     } else if (source == kHere) {
@@ -215,24 +232,26 @@ bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, I
       if (next_slot_ == slot_list_.size()) return false;
       slot = slot_list_[next_slot_++];
     }
-    if (!history_.is_live(slot)) return false;
+    if (slot >= states.size() || states[slot] == PatternHistory::State::finalized) return false;
     slots[i] = slot;
-    PatternHistory::Vertex& vertex = history_.vertex(slot);
+    PatternHistory::Vertex& vertex = vertices[slot];
     if (i < kUsersOf) {
       cells[kUsers + 2 * i] = vertex.last;
       cells[kUsers + 2 * i + 1] = vertex.before;
     }
     // Whatever told it: a slot of an earlier cell may be that of a vertex which is new here.
-    const bool again = vertex.last == cell;
-    cell_.again |= static_cast<std::uint64_t>(again) << i;
-    vertex.before = again ? vertex.before : vertex.last;
+    const bool is_again = vertex.last == cell;
+    again |= static_cast<std::uint64_t>(is_again) << i;
+    vertex.before = is_again ? vertex.before : vertex.last;
     vertex.last = cell;
     numbers[i] = vertex.number;
   }
+  cell_.introduced = introduced;
+  cell_.again = again;
   PatternHistory::References references;
   for (std::uint32_t i = 0; i < referred_count && references.count < kOnCount; ++i)
     references.add(referred[i]);
-  history_.add_cell(slots, count, references);
+  history_.add_cell<kNodes>(slots, count, references);
   return numbers_.ok();
 }
 

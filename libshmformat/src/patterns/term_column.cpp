@@ -1,6 +1,7 @@
 #include "patterns/term_column.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -161,19 +162,22 @@ template <class D>
 class TermColumn::Direct {
  public:
   using Differences = D;
-  Direct(const Differences& differences, Component& component)
-      : differences_(differences), component_(&component), states_(component.states.data()) {}
+  /// `states`: of the component, so far apart.
+  Direct(const Differences& differences, Component& component, std::uint64_t* states,
+         std::size_t apart)
+      : differences_(differences), component_(&component), states_(states), apart_(apart) {}
 
   const Differences& differences() const { return differences_; }
   std::uint64_t last() const { return component_->last; }
   void set_last(std::uint64_t of) { component_->last = of; }
-  std::uint64_t term(std::uint32_t slot) const { return states_[slot]; }
-  void set(std::uint32_t slot, std::uint64_t of) { states_[slot] = of; }
+  std::uint64_t term(std::uint32_t slot) const { return states_[slot * apart_]; }
+  void set(std::uint32_t slot, std::uint64_t of) { states_[slot * apart_] = of; }
 
  private:
   Differences differences_;
   Component* component_;
   std::uint64_t* states_;
+  std::size_t apart_;
 };
 
 /// With a table: ranks. That of a vertex of an earlier group is found where it is first asked for.
@@ -181,20 +185,25 @@ template <class Differences_>
 class TermColumn::Ranked {
  public:
   using Differences = WholeDifferences;
-  Ranked(const Differences_& of_states, Component& component, std::uint32_t group)
-      : of_states_(of_states), component_(&component), group_(std::uint64_t{group} << 32) {}
+  Ranked(const Differences_& of_states, Component& component, std::uint64_t* states,
+         std::size_t apart, std::uint32_t group)
+      : of_states_(of_states),
+        component_(&component),
+        states_(states),
+        apart_(apart),
+        group_(std::uint64_t{group} << 32) {}
 
   Differences differences() const { return {}; }
   std::uint64_t last() const { return rank(component_->last); }
   void set_last(std::uint64_t of) { component_->last = state(of); }
   std::uint64_t term(std::uint32_t slot) {
     std::uint64_t& its = component_->ranks[slot];
-    if ((its & ~std::uint64_t{0xffffffff}) != group_) its = group_ | rank(component_->states[slot]);
+    if ((its & ~std::uint64_t{0xffffffff}) != group_) its = group_ | rank(states_[slot * apart_]);
     return its & 0xffffffff;
   }
   void set(std::uint32_t slot, std::uint64_t of) {
     component_->ranks[slot] = group_ | of;
-    component_->states[slot] = state(of);
+    states_[slot * apart_] = state(of);
   }
 
  private:
@@ -207,21 +216,47 @@ class TermColumn::Ranked {
 
   Differences_ of_states_;
   Component* component_;
+  std::uint64_t* states_;
+  std::size_t apart_;
   std::uint64_t group_;
 };
 
 template <class Code>
-void TermColumn::for_each_value(Component& component, const Elements& elements,
+void TermColumn::for_each_value(std::size_t c, const Elements& elements,
                                 std::span<const std::int64_t> references, Code&& code) {
+  Component& component = components_[c];
+  std::uint64_t* const states = states_.data() + c;
+  const std::size_t apart = components_.size();
   with_differences(info_->type, component.domain.kind, [&](const auto& differences) {
     using Differences = std::remove_cvref_t<decltype(differences)>;
     if (component.table.empty())
-      walk(Direct<Differences>(differences, component), component.predictor, elements, references,
-           code);
+      walk(Direct<Differences>(differences, component, states, apart), component.predictor,
+           elements, references, code);
     else
-      walk(Ranked<Differences>(differences, component, group_), component.predictor, elements,
-           references, code);
+      walk(Ranked<Differences>(differences, component, states, apart, group_), component.predictor,
+           elements, references, code);
   });
+}
+
+/// Of a vertex that has terms, by component; term(slot, component) is what is kept of one.
+template <class Differences, std::size_t kCount, class Term>
+auto sums_of_terms(const VertexTerms& it, const Term& term) {
+  std::array<typename Differences::Sum, kCount> sums;
+  for (std::size_t c = 0; c < kCount; ++c) sums[c] = Differences::sum_of(term(it.slots[0], c));
+  const auto add = [&](std::int64_t weight, std::uint32_t t) {
+    for (std::size_t c = 0; c < kCount; ++c)
+      sums[c] = Differences::add(sums[c], Differences::weight(weight), term(it.slots[t], c));
+  };
+  switch (it.count) {
+    case 7: add(1, 1), add(1, 2), add(-1, 3), add(-1, 4), add(-1, 5), add(1, 6); break;
+    case 3: add(1, 1), add(-1, 2); break;
+    case 2:
+      add(1, 1);
+      for (auto& sum : sums) sum = Differences::half(sum);
+      break;
+    default: break;
+  }
+  return sums;
 }
 
 template <class Known, class Code>
@@ -266,20 +301,9 @@ void TermColumn::walk(Known known, Predictor predictor, const Elements& elements
   for (std::size_t e = 0; e < elements.vertices.size(); ++e) {
     const VertexTerms& it = elements.vertices[e];
     Sum sum = differences.sum_of(predictor == Predictor::nothing ? 0 : last);
-    if (predictor == Predictor::terms && it.count > 0) {
-      const auto add = [&](Sum weight, std::uint32_t term) {
-        sum = Differences::add(sum, weight, known.term(it.slots[term]));
-      };
-      sum = differences.sum_of(known.term(it.slots[0]));
-      switch (it.count) {
-        case 7:
-          add(one, 1), add(one, 2), add(minus, 3), add(minus, 4), add(minus, 5), add(one, 6);
-          break;
-        case 3: add(one, 1), add(minus, 2); break;
-        case 2: add(one, 1), sum = Differences::half(sum); break;
-        default: break;
-      }
-    }
+    if (predictor == Predictor::terms && it.count > 0)
+      sum = sums_of_terms<Differences, 1>(
+          it, [&](std::uint32_t slot, std::size_t) { return known.term(slot); })[0];
     take(e, sum);
     known.set(it.slot, last);
   }
@@ -323,10 +347,9 @@ void TermColumn::refer(std::size_t c, const Elements& elements,
 
 void TermColumn::make_room_for_slots(const Elements& elements) {
   if (elements.slots == 0) return;
-  for (Component& component : components_) {
-    make_room(component.states, elements.slots - 1);
+  make_room(states_, std::size_t{elements.slots} * components_.size() - 1);
+  for (Component& component : components_)
     if (!component.table.empty()) make_room(component.ranks, elements.slots - 1);
-  }
 }
 
 // --- encoding
@@ -407,7 +430,7 @@ void TermColumn::encode_component(std::size_t c, const Elements& elements, const
 
   const auto residuals_with = [&](Predictor predictor, std::span<const std::int64_t> of) {
     component.predictor = predictor;
-    for_each_value(component, elements, scratch.references,
+    for_each_value(c, elements, scratch.references,
                    [&](const auto& differences, std::size_t e, std::int64_t predicted) {
                      words[e] = differences.residual(of[e], predicted);
                      return of[e];
@@ -416,7 +439,7 @@ void TermColumn::encode_component(std::size_t c, const Elements& elements, const
   std::vector<std::int64_t> table = table_of(indices);
   const std::uint64_t last = component.last;
   // Slots are used again within a group.
-  const auto states = table.empty() ? std::vector<std::uint64_t>() : component.states;
+  const auto states = table.empty() ? std::vector<std::uint64_t>() : states_;
   const Predictor first = !elements.vertices.empty()    ? Predictor::terms
                           : !elements.reference.empty() ? Predictor::reference
                                                         : Predictor::last;
@@ -435,13 +458,13 @@ void TermColumn::encode_component(std::size_t c, const Elements& elements, const
     component.table = std::move(table);
     make_room_for_slots(elements);
     component.last = last;
-    component.states = states;
+    states_ = states;
     if (!elements.reference.empty()) refer(c, elements, scratch.references, words);
     residuals_with(first, ranks);
     if (residual_bits(words) + table_bits(component.table) >= bits) {
       component.table.clear();
       component.last = last;
-      component.states = states;
+      states_ = states;
       if (!elements.reference.empty()) refer(c, elements, scratch.references, words);
       residuals_with(best, indices);
     }
@@ -476,8 +499,12 @@ auto TermColumn::encode(const Elements& elements, const std::byte* values, std::
                         TermScratch& scratch) -> Encoded {
   Encoded terms;
   std::vector<Component> before;
+  std::vector<std::uint64_t> states_before;
   if (may_have_terms_) {
-    if (!is_float(info_->type)) before = components_;
+    if (!is_float(info_->type)) {
+      before = components_;
+      states_before = states_;
+    }
     terms.bytes = encode_terms(elements, values, stride, scratch);
     if (is_float(info_->type)) return terms;
   }
@@ -488,7 +515,10 @@ auto TermColumn::encode(const Elements& elements, const std::byte* values, std::
   Encoded shuffled{Codec::shuffled_zstd,
                    pack_shuffled(shm::shuffled(packed, width_), kShuffledZstdLevel)};
   if (may_have_terms_ && terms.bytes.size() <= shuffled.bytes.size()) return terms;
-  if (may_have_terms_) components_ = std::move(before);
+  if (may_have_terms_) {
+    components_ = std::move(before);
+    states_ = std::move(states_before);
+  }
   return shuffled;
 }
 
@@ -575,8 +605,12 @@ bool TermColumn::decode(const Elements& elements, std::vector<std::byte>& out,
     out.insert(out.end(), from, from + static_cast<std::ptrdiff_t>(count * bytes));
   } else {
     out.resize(at + count * bytes);
-    for (std::size_t c = 0; c < components_.size(); ++c)
-      if (!decode_component(c, elements, out.data() + at + c * width_, scratch)) return false;
+    if (can_decode_together(elements)) {
+      decode_together(elements, out.data() + at, scratch);
+    } else {
+      for (std::size_t c = 0; c < components_.size(); ++c)
+        if (!decode_component(c, elements, out.data() + at + c * width_, scratch)) return false;
+    }
   }
   next_ += count;
   return true;
@@ -591,14 +625,10 @@ bool TermColumn::decode_component(std::size_t c, const Elements& elements, std::
     refer(c, elements, scratch.references, words);
   }
   words.resize(elements.count);
-  if (component.width == 0)
-    std::fill(words.begin(), words.end(), 0);  // there may be no bytes at all
-  else
-    get_words(unpacked_.data() + component.planes + next_, static_cast<std::size_t>(count_),
-              component.width, words);
+  take_residuals(component, words);
   const std::uint64_t entries = component.table.size();
   bool within = true;
-  for_each_value(component, elements, scratch.references,
+  for_each_value(c, elements, scratch.references,
                  [&](const auto& differences, std::size_t e, std::int64_t predicted) {
                    words[e] = static_cast<std::uint64_t>(differences.value(words[e], predicted));
                    if (entries > 0 && words[e] >= entries) {
@@ -611,12 +641,73 @@ bool TermColumn::decode_component(std::size_t c, const Elements& elements, std::
   if (entries > 0)
     for (std::uint64_t& it : words)
       it = static_cast<std::uint64_t>(component.table[static_cast<std::size_t>(it)]);
-  if (!linear_values(info_->type, component.domain, words))
-    with_translation(*info_, c, component.domain, [&](auto&&, auto&& bits_of) {
-      for (std::uint64_t& it : words) it = bits_of(static_cast<std::int64_t>(it));
-    });
-  save(words, out, element_bytes(), width_);
+  save_values(c, words, out);
   return true;
+}
+
+/// Whether components of vertices do alike, by terms alone.
+bool TermColumn::can_decode_together(const Elements& elements) const {
+  const bool narrow = components_[0].domain.kind == DomainKind::narrow;
+  const bool floats = components_[0].domain.kind == DomainKind::floats;
+  return !elements.vertices.empty() && components_.size() == kTogether && is_float(info_->type) &&
+         std::all_of(components_.begin(), components_.end(), [&](const Component& it) {
+           return it.predictor == Predictor::terms && it.table.empty() &&
+                  (it.domain.kind == DomainKind::narrow) == narrow &&
+                  (it.domain.kind == DomainKind::floats) == floats;
+         });
+}
+
+/// What decode_component() does, of all of them in one pass: they have the same terms.
+void TermColumn::decode_together(const Elements& elements, std::byte* out, TermScratch& scratch) {
+  const std::size_t count = elements.count;
+  scratch.words.resize(kTogether * count);
+  std::array<std::span<std::uint64_t>, kTogether> words;
+  for (std::size_t c = 0; c < kTogether; ++c) {
+    words[c] = std::span(scratch.words).subspan(c * count, count);
+    take_residuals(components_[c], words[c]);
+  }
+  with_differences(info_->type, components_[0].domain.kind, [&](const auto& differences) {
+    using Differences = std::remove_cvref_t<decltype(differences)>;
+    std::uint64_t* const states = states_.data();
+    std::array<std::uint64_t, kTogether> last;
+    for (std::size_t c = 0; c < kTogether; ++c) last[c] = components_[c].last;
+    for (std::size_t e = 0; e < count; ++e) {
+      const VertexTerms& it = elements.vertices[e];
+      std::array<typename Differences::Sum, kTogether> sums;
+      if (it.count == 0)
+        for (std::size_t c = 0; c < kTogether; ++c) sums[c] = Differences::sum_of(last[c]);
+      else
+        sums = sums_of_terms<Differences, kTogether>(it, [&](std::uint32_t slot, std::size_t c) {
+          return states[std::size_t{slot} * kTogether + c];
+        });
+      for (std::size_t c = 0; c < kTogether; ++c) {
+        const std::int64_t index = differences.value(words[c][e], differences.index(sums[c]));
+        words[c][e] = static_cast<std::uint64_t>(index);
+        states[std::size_t{it.slot} * kTogether + c] = last[c] = state_of(differences, index);
+      }
+    }
+    for (std::size_t c = 0; c < kTogether; ++c) components_[c].last = last[c];
+  });
+  for (std::size_t c = 0; c < kTogether; ++c) save_values(c, words[c], out + c * width_);
+}
+
+void TermColumn::take_residuals(const Component& component, std::span<std::uint64_t> words) const {
+  if (component.width == 0)
+    std::fill(words.begin(), words.end(), 0);  // there may be no bytes at all
+  else
+    get_words(unpacked_.data() + component.planes + next_, static_cast<std::size_t>(count_),
+              component.width, words);
+}
+
+/// `indices` become the bits of the values.
+void TermColumn::save_values(std::size_t c, std::span<std::uint64_t> indices,
+                             std::byte* out) const {
+  const ValueDomain& domain = components_[c].domain;
+  if (!linear_values(info_->type, domain, indices))
+    with_translation(*info_, c, domain, [&](auto&&, auto&& bits_of) {
+      for (std::uint64_t& it : indices) it = bits_of(static_cast<std::int64_t>(it));
+    });
+  save(indices, out, element_bytes(), width_);
 }
 
 }  // namespace shm

@@ -86,9 +86,8 @@ class TermColumn {
   static constexpr std::uint8_t kPredictors = 5;
   struct Component {
     // what groups leave to the next
-    std::vector<std::uint64_t> states;  // by slot: bits of a double, or an index
-    std::vector<std::uint64_t> ranks;   // by slot: group << 32 | rank; as far as there are tables
-    std::uint64_t last = 0;             // state of the element before
+    std::vector<std::uint64_t> ranks;  // by slot: group << 32 | rank; as far as there are tables
+    std::uint64_t last = 0;            // state of the element before
     ValueDomain domain;
     // the group at hand
     Predictor predictor = Predictor::last;
@@ -104,7 +103,7 @@ class TermColumn {
   // For each element: code(differences, element, predicted) -> index, or rank where there is a
   // table. `references`: their indices, where the predictor asks.
   template <class Code>
-  void for_each_value(Component& component, const Elements& elements,
+  void for_each_value(std::size_t c, const Elements& elements,
                       std::span<const std::int64_t> references, Code&& code);
   template <class Known, class Code>
   static void walk(Known known, Predictor predictor, const Elements& elements,
@@ -125,11 +124,18 @@ class TermColumn {
   bool read_table(ByteReader& in, std::vector<std::int64_t>& table, TermScratch& scratch) const;
   bool decode_component(std::size_t c, const Elements& elements, std::byte* out,
                         TermScratch& scratch);
+  static constexpr std::size_t kTogether = 3;
+  bool can_decode_together(const Elements& elements) const;
+  void decode_together(const Elements& elements, std::byte* out, TermScratch& scratch);
+  void take_residuals(const Component& component, std::span<std::uint64_t> words) const;
+  void save_values(std::size_t c, std::span<std::uint64_t> indices, std::byte* out) const;
 
   std::shared_ptr<const ArrayInfo> info_;
   bool may_have_terms_;
   std::size_t width_;
   std::vector<Component> components_;
+  // What groups leave to the next: by slot and component, bits of a double, or an index.
+  std::vector<std::uint64_t> states_;
   std::uint32_t group_ = 0;  // for ranks; of the column
 
   // the group that is decoded
