@@ -274,17 +274,18 @@ class Component:
     def values(self, domain, predictor, residuals, elements, references):
         """The bits of the values of elements: (slot, terms). `references`: bits of values, or none."""
         here, values = ComponentGroup(self, domain), []
-        ref_before = here.zero
+        change = 0
         for e, (z, (slot, terms)) in enumerate(zip(residuals, elements)):
+            r = unzigzag(z)
             if predictor == 0:
                 p = here.zero
             elif predictor in (3, 4):
-                p = ref = here.of_reference(references[e])
+                p = here.of_reference(references[e])
                 if predictor == 4:
-                    p, ref_before = ref + here.last - ref_before, ref
+                    r = change = change + r
             else:
                 p = here.predicted(terms) if predictor == 2 and terms else here.last
-            values.append(here.take(slot, p, unzigzag(z)))
+            values.append(here.take(slot, p, r))
         self.last = here.last_bits
         return values
 

@@ -257,6 +257,7 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"patterns_quantized", 0xad0048cb44a12b02},
     {"patterns_special_values", 0xb77878d63f662a51},
     {"patterns_steps", 0x2a6dec9b8adee057},
+    {"patterns_steps_that_rise", 0xacb476df78007f33},
     {"large grid", 0x80ad87b812a8e379},
     {"large grid, doubles, groups", 0x1ff7c8f795d14727},
     {"large grid, shuffled, stream, delay", 0xdd1a4800814c9110},

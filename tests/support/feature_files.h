@@ -619,6 +619,47 @@ inline std::vector<std::byte> steps_over(ConnectivityCodec codec, Level level) {
   return std::move(sink.bytes);
 }
 
+/// Steps of values that are noise, but rise alike from step to step: by terms, of changes.
+inline std::vector<std::byte> steps_that_rise() {
+  TestMesh mesh = bent_grid(6, 5, 4);
+  ArrayInfo points = array_of("p", Location::point, ScalarType::float32);
+  ArrayInfo cells = array_of("c", Location::cell, ScalarType::float64);
+  cells.components = 3;
+  for (ArrayInfo* info : {&points, &cells}) {
+    info->per_step = true;
+    mesh.schema.arrays.push_back(*info);
+    mesh.arrays.emplace_back();
+  }
+  MemorySink sink;
+  WriteOptions options;
+  options.group_cells = 80;
+  options.connectivity = ConnectivityCodec::patterns;
+  options.level = Level::fast;
+  const auto steps = [&](Writer& writer) -> Result<void> {
+    for (std::uint64_t step = 0; step < 3; ++step)
+      for (const std::uint32_t array : {0u, 1u}) {
+        std::vector<std::byte> values;
+        std::uint32_t noise = 7;
+        const std::uint64_t count = array == 0 ? mesh.vertices : 3 * mesh.cells.size();
+        for (std::uint64_t e = 0; e < count; ++e) {
+          noise = noise * 1664525 + 1013904223;
+          // Between 64 and 100, where all such numbers are as far apart.
+          const double value = 64 + static_cast<double>(noise) * 0x1p-27 +
+                               static_cast<double>(step) * 1.375 +
+                               static_cast<double>(e / 7) * 0x1p-16;
+          if (array == 0)
+            append(values, static_cast<float>(value));
+          else
+            append(values, value / 3);
+        }
+        if (auto good = writer.add_step_values(array, step, values); !good) return good;
+      }
+    return {};
+  };
+  EXPECT_TRUE(write_mesh(mesh, sink, options, steps));
+  return std::move(sink.bytes);
+}
+
 /// Quads in rows, lines along one side, and values at both.
 /// Without a layer coordinates are 0 / 0: a NaN whose sign is another on other machines, and golden
 /// files have that of x86.
@@ -769,6 +810,7 @@ inline std::vector<FeatureFile> feature_files() {
   add("patterns_quantized", written(quantized(), 5, patterns, Level::fast));
   add("patterns_special_values", written(special_values(), 65536, patterns, Level::fast));
   add("patterns_steps", steps_over(patterns, Level::fast));
+  add("patterns_steps_that_rise", steps_that_rise());
   return files;
 }
 

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <span>
@@ -120,17 +122,84 @@ TEST(TermColumn, ReferencesAreTakenWhereTheyHelp) {
   std::uint32_t state = 5;
   for (int i = 0; i < 400; ++i) {
     state = state * 1664525 + 1013904223;
-    before.push_back(static_cast<float>(state >> 8) * 0x1p-20f);
-    now.push_back(before.back() + 0x1p-18f);
+    before.push_back(1024 + static_cast<float>(state >> 8) * 0x1p-20f);
+    now.push_back(before.back() + 0x1p-10f);
     shifted.push_back(before.back() + 100 + static_cast<float>(i) * .25f);
   }
   EXPECT_TRUE(refers(now, before));
   EXPECT_TRUE(refers(shifted, before));  // by the change of the element before
   now[7] = before[8] = kNan;
   EXPECT_TRUE(refers(now, before));
-  std::vector<float> ramp(400), noise = before;
-  for (int i = 0; i < 400; ++i) ramp[static_cast<std::size_t>(i)] = static_cast<float>(i) * 1e-3f;
+  std::vector<float> ramp, noise;
+  for (const float it : before) {
+    ramp.push_back(static_cast<float>(ramp.size()) * 1e-3f);
+    noise.push_back(it - 1024);
+  }
   EXPECT_FALSE(refers(ramp, noise));
+}
+
+/// Values of three components, which differ little from those before, with all that is special.
+template <class T>
+std::vector<T> special_walk(std::size_t count, std::uint32_t seed) {
+  using Limits = std::numeric_limits<T>;
+  const std::vector<T> special{T(-0.0),
+                               Limits::quiet_NaN(),
+                               Limits::infinity(),
+                               -Limits::infinity(),
+                               Limits::denorm_min(),
+                               Limits::lowest()};
+  std::vector<T> values;
+  T at = 1;
+  for (std::size_t i = 0; i < 3 * count; ++i) {
+    seed = seed * 1664525 + 1013904223;
+    at += static_cast<T>(static_cast<std::int32_t>(seed) / 65536) / 65536;
+    values.push_back(seed % 37 == 0 ? special[seed / 37 % special.size()] : at);
+  }
+  return values;
+}
+
+/// In pieces of some hundred and some thousand; all bits must come back.
+template <class T>
+void expect_back_in_pieces(ScalarType type, bool of_vertices) {
+  constexpr std::size_t kCount = 5000;
+  ArrayInfo info;
+  info.type = type;
+  info.components = 3;
+  TermColumn encoder(info, true), decoder(info, true);
+  TermScratch scratch;
+  const std::vector<T> reference = special_walk<T>(kCount, 1);
+  std::vector<T> values = special_walk<T>(kCount, 2);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (i % 50 != 0) values[i] = reference[i] * T(1.25);
+  const std::vector<VertexTerms> vertices = chain(0, kCount);
+  const auto elements = [&](std::size_t first, std::size_t count) {
+    TermColumn::Elements of;
+    of.count = count;
+    if (of_vertices) {
+      of.vertices = std::span(vertices).subspan(first, count);
+      of.slots = static_cast<std::uint32_t>(kCount);
+    } else {
+      of.reference = std::as_bytes(std::span(reference).subspan(3 * first, 3 * count));
+    }
+    return of;
+  };
+  const auto bytes = std::as_bytes(std::span(values));
+  const Bytes encoded =
+      encoder.encode_terms(elements(0, kCount), bytes.data(), 3 * sizeof(T), scratch);
+  EXPECT_EQ(encoder.refers(), !of_vertices);
+  Bytes decoded;
+  ASSERT_TRUE(decoder.begin_group(Codec::terms, encoded, bytes.size(), scratch));
+  for (std::size_t first = 0, count = 300; first < kCount; first += count, count = 1900)
+    ASSERT_TRUE(decoder.decode(elements(first, std::min(count, kCount - first)), decoded, scratch));
+  EXPECT_TRUE(decoder.at_end());
+  EXPECT_EQ(decoded, Bytes(bytes.begin(), bytes.end()));
+}
+
+TEST(TermColumn, ComponentsComeBackInPieces) {
+  for (const bool of_vertices : {false, true}) {
+    expect_back_in_pieces<float>(ScalarType::float32, of_vertices);
+    expect_back_in_pieces<double>(ScalarType::float64, of_vertices);
+  }
 }
 
 // Each component takes memory for every live vertex.

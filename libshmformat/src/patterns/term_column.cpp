@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "patterns/byte_planes.h"
+#include "patterns/float_values.h"
 #include "patterns/linear_indices.h"
 #include "shifts/difference_values.h"
 #include "surface/number_map.h"
@@ -231,10 +232,10 @@ void TermColumn::for_each_value(std::size_t c, const Elements& elements,
     using Differences = std::remove_cvref_t<decltype(differences)>;
     if (component.table.empty())
       walk(Direct<Differences>(differences, component, states, apart), component.predictor,
-           elements, references, code);
+           elements, references, component.change, code);
     else
       walk(Ranked<Differences>(differences, component, states, apart, group_), component.predictor,
-           elements, references, code);
+           elements, references, component.change, code);
   });
 }
 
@@ -261,11 +262,10 @@ auto sums_of_terms(const VertexTerms& it, const Term& term) {
 
 template <class Known, class Code>
 void TermColumn::walk(Known known, Predictor predictor, const Elements& elements,
-                      std::span<const std::int64_t> references, Code& code) {
+                      std::span<const std::int64_t> references, std::uint64_t& change, Code& code) {
   const auto differences = known.differences();
   using Differences = typename Known::Differences;
   using Sum = typename Differences::Sum;
-  const Sum one = Differences::weight(1), minus = Differences::weight(-1);
   std::uint64_t last = known.last();
   const auto take = [&](std::size_t e, Sum sum) {
     last = state_of(differences, code(differences, e, differences.index(sum)));
@@ -283,19 +283,20 @@ void TermColumn::walk(Known known, Predictor predictor, const Elements& elements
           index = code(differences, e, references[e]);
         break;
       case Predictor::change: {
-        std::uint64_t before = 0;  // what the last reference is
+        // What an index differs by from its reference, as that of the element before did.
+        std::uint64_t by = change;
         for (std::size_t e = 0; e < elements.count; ++e) {
-          const std::uint64_t its = state_of(differences, references[e]);
-          const Sum on = Differences::add(differences.sum_of(its), one, last);
-          take(e, Differences::add(on, minus, before));
-          before = its;
+          const auto its = static_cast<std::uint64_t>(references[e]);
+          index = code(differences, e, static_cast<std::int64_t>(its + by));
+          by = static_cast<std::uint64_t>(index) - its;
         }
+        change = by;
         break;
       }
       default:
         for (std::size_t e = 0; e < elements.count; ++e) take(e, differences.sum_of(last));
     }
-    if (predictor == Predictor::nothing || predictor == Predictor::reference)
+    if (predictor == Predictor::nothing || predictor >= Predictor::reference)
       last = state_of(differences, index);
   }
   for (std::size_t e = 0; e < elements.vertices.size(); ++e) {
@@ -395,17 +396,16 @@ auto TermColumn::choose_predictor(const Component& component, const Elements& el
     if (other >= Predictor::reference && elements.reference.empty()) continue;
     std::uint64_t sum = 0;
     with_differences(info_->type, component.domain.kind, [&](const auto& differences) {
-      const auto state = [&](std::int64_t index) {
-        return differences.sum_of(state_of(differences, index));
-      };
       for (std::size_t e = kSampleStep; e < indices.size(); e += kSampleStep) {
-        auto from = differences.sum_of(0);
-        if (other == Predictor::last) from = state(indices[e - 1]);
-        if (other >= Predictor::reference) from = state(references[e]);
+        std::int64_t from = 0;
+        if (other == Predictor::last)
+          from = differences.index(differences.sum_of(state_of(differences, indices[e - 1])));
+        if (other >= Predictor::reference) from = references[e];
         if (other == Predictor::change)
-          from = from + state(indices[e - 1]) - state(references[e - 1]);
-        sum += static_cast<std::uint64_t>(
-            std::bit_width(differences.residual(indices[e], differences.index(from))));
+          from = static_cast<std::int64_t>(static_cast<std::uint64_t>(from) +
+                                           static_cast<std::uint64_t>(indices[e - 1]) -
+                                           static_cast<std::uint64_t>(references[e - 1]));
+        sum += static_cast<std::uint64_t>(std::bit_width(differences.residual(indices[e], from)));
       }
     });
     if (sum * kSampleStep >= bits) continue;
@@ -430,6 +430,7 @@ void TermColumn::encode_component(std::size_t c, const Elements& elements, const
 
   const auto residuals_with = [&](Predictor predictor, std::span<const std::int64_t> of) {
     component.predictor = predictor;
+    component.change = 0;
     for_each_value(c, elements, scratch.references,
                    [&](const auto& differences, std::size_t e, std::int64_t predicted) {
                      words[e] = differences.residual(of[e], predicted);
@@ -569,6 +570,7 @@ bool TermColumn::read_heads(ByteReader& in) {
     component.domain = {static_cast<DomainKind>(kind), static_cast<std::int32_t>(exponent)};
     component.predictor = static_cast<Predictor>(predictor);
     component.width = width;
+    component.change = 0;
     component.table.clear();
     if (!may_be(*info_, component.domain)) return false;
     if ((head & kTableBit) != 0) component.table.push_back(0);
@@ -622,6 +624,10 @@ bool TermColumn::decode_component(std::size_t c, const Elements& elements, std::
   std::vector<std::uint64_t>& words = scratch.words;
   if (component.predictor >= Predictor::reference) {
     if (elements.reference.empty()) return false;
+    if (component.table.empty() && component.domain.kind == DomainKind::floats) {
+      decode_floats(c, elements, out);
+      return true;
+    }
     refer(c, elements, scratch.references, words);
   }
   words.resize(elements.count);
@@ -643,6 +649,19 @@ bool TermColumn::decode_component(std::size_t c, const Elements& elements, std::
       it = static_cast<std::uint64_t>(component.table[static_cast<std::size_t>(it)]);
   save_values(c, words, out);
   return true;
+}
+
+/// The same of floats as they are stored, which are most of those of steps. Must hold: there is a
+/// reference, and no table.
+void TermColumn::decode_floats(std::size_t c, const Elements& elements, std::byte* out) {
+  Component& component = components_[c];
+  const FloatResiduals residuals{unpacked_.data() + component.planes + next_,
+                                 static_cast<std::size_t>(count_), component.width};
+  const std::int64_t last = shm::decode_floats(
+      info_->type, residuals, component.predictor == Predictor::change, component.change,
+      {elements.reference.data() + c * width_, out, element_bytes(), elements.count});
+  with_differences(info_->type, component.domain.kind,
+                   [&](const auto& differences) { component.last = state_of(differences, last); });
 }
 
 /// Whether components of vertices do alike, by terms alone.

@@ -81,7 +81,7 @@ class TermColumn {
     last,
     terms,      ///< vertices only
     reference,  ///< where there is one, as the next
-    change,     ///< of the element before, since its reference
+    change,     ///< what the element before is more than its reference
   };
   static constexpr std::uint8_t kPredictors = 5;
   struct Component {
@@ -94,6 +94,7 @@ class TermColumn {
     std::vector<std::int64_t> table;  // of indices, ascending; empty: none
     std::uint32_t width = 0;          // bytes of a residual
     std::size_t planes = 0;           // where they begin
+    std::uint64_t change = 0;         // what the element before is more than its reference
   };
   template <class Differences>
   class Direct;
@@ -107,7 +108,7 @@ class TermColumn {
                       std::span<const std::int64_t> references, Code&& code);
   template <class Known, class Code>
   static void walk(Known known, Predictor predictor, const Elements& elements,
-                   std::span<const std::int64_t> references, Code& code);
+                   std::span<const std::int64_t> references, std::uint64_t& change, Code& code);
   void refer(std::size_t c, const Elements& elements, std::vector<std::int64_t>& references,
              std::vector<std::uint64_t>& words) const;
   void make_room_for_slots(const Elements& elements);
@@ -125,6 +126,7 @@ class TermColumn {
   bool decode_component(std::size_t c, const Elements& elements, std::byte* out,
                         TermScratch& scratch);
   static constexpr std::size_t kTogether = 3;
+  void decode_floats(std::size_t c, const Elements& elements, std::byte* out);
   bool can_decode_together(const Elements& elements) const;
   void decode_together(const Elements& elements, std::byte* out, TermScratch& scratch);
   void take_residuals(const Component& component, std::span<std::uint64_t> words) const;

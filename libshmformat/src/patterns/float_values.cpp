@@ -1,0 +1,107 @@
+#include "patterns/float_values.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <type_traits>
+
+#include "values/value_domain.h"
+
+namespace shm {
+namespace {
+
+constexpr std::size_t kBlock = 512;  // its words fit into the nearest cache
+template <class Bits>
+using Block = std::array<Bits, kBlock>;
+
+template <class Bits, std::uint32_t kWidth>
+void residuals_as(const std::byte* planes, std::size_t distance, std::size_t count,
+                  Block<Bits>& words) {
+  for (std::size_t i = 0; i < count; ++i) {
+    Bits word = 0;
+    for (std::uint32_t b = 0; b < kWidth; ++b)
+      word |= static_cast<Bits>(std::to_integer<Bits>(planes[b * distance + i]) << 8 * b);
+    words[i] = static_cast<Bits>(word >> 1) ^ static_cast<Bits>(0 - (word & 1));
+  }
+}
+
+template <class Bits>
+void take_residuals(const FloatResiduals& from, std::size_t first, std::size_t count,
+                    Block<Bits>& words) {
+  const auto as = [&]<std::uint32_t kWidth>() {
+    residuals_as<Bits, kWidth>(from.planes + first, from.distance, count, words);
+  };
+  switch (from.width) {
+    case 0: words.fill(0); return;
+    case 1: return as.template operator()<1>();
+    case 2: return as.template operator()<2>();
+    case 3: return as.template operator()<3>();
+    case 4: return as.template operator()<4>();
+    default: break;
+  }
+  if constexpr (sizeof(Bits) == 8) {
+    switch (from.width) {
+      case 5: return as.template operator()<5>();
+      case 6: return as.template operator()<6>();
+      case 7: return as.template operator()<7>();
+      default: return as.template operator()<8>();
+    }
+  }
+}
+
+/// Places of the references, of a NaN 0.
+template <class Bits>
+void take_places(const std::byte* from, std::size_t stride, std::size_t count,
+                 Block<Bits>& places) {
+  constexpr Bits kInfinity = sizeof(Bits) == 4 ? Bits{0x7f800000} : Bits(0x7ff0000000000000u);
+  constexpr Bits kSign = Bits{1} << (8 * sizeof(Bits) - 1);
+  if (stride == sizeof(Bits))
+    std::memcpy(places.data(), from, count * sizeof(Bits));
+  else
+    for (std::size_t i = 0; i < count; ++i)
+      std::memcpy(&places[i], from + i * stride, sizeof(Bits));
+  for (std::size_t i = 0; i < count; ++i) {
+    const Bits bits = places[i];
+    const auto place = static_cast<Bits>(ordered_index_of(bits));
+    places[i] = (bits & static_cast<Bits>(~kSign)) > kInfinity ? Bits{0} : place;
+  }
+}
+
+template <class Bits>
+std::int64_t decode(const FloatResiduals& residuals, bool changes, std::uint64_t& change,
+                    const FloatPlaces& at) {
+  Block<Bits> words, places;
+  auto by = static_cast<Bits>(change);
+  for (std::size_t first = 0; first < at.count; first += kBlock) {
+    const std::size_t count = std::min(kBlock, at.count - first);
+    take_residuals(residuals, first, count, words);
+    take_places(at.reference + first * at.stride, at.stride, count, places);
+    if (changes) {
+      for (std::size_t i = 0; i < count; ++i) words[i] = by = static_cast<Bits>(by + words[i]);
+    } else {
+      by = words[count - 1];
+    }
+    for (std::size_t i = 0; i < count; ++i)
+      words[i] = ordered_bits<Bits>(static_cast<std::int64_t>(places[i] + words[i]));
+    std::byte* const to = at.values + first * at.stride;
+    if (at.stride == sizeof(Bits))
+      std::memcpy(to, words.data(), count * sizeof(Bits));
+    else
+      for (std::size_t i = 0; i < count; ++i)
+        std::memcpy(to + i * at.stride, &words[i], sizeof(Bits));
+  }
+  change = by;
+  Bits last;
+  std::memcpy(&last, at.values + (at.count - 1) * at.stride, sizeof last);
+  return ordered_index_of(last);
+}
+
+}  // namespace
+
+std::int64_t decode_floats(ScalarType type, const FloatResiduals& residuals, bool changes,
+                           std::uint64_t& change, const FloatPlaces& at) {
+  return type == ScalarType::float32 ? decode<std::uint32_t>(residuals, changes, change, at)
+                                     : decode<std::uint64_t>(residuals, changes, change, at);
+}
+
+}  // namespace shm
