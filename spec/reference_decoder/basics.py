@@ -177,6 +177,7 @@ _zstd.ZSTD_getFrameContentSize.restype = ctypes.c_ulonglong
 _zstd.ZSTD_getFrameContentSize.argtypes = [ctypes.c_char_p, ctypes.c_size_t]
 _WINDOW_LOG_MAX = 100  # ZSTD_d_windowLogMax
 MOST_WITH_DICTIONARY = 2**20
+MOST_ANYWAY, MOST_FOR_EACH_BYTE = 2**24, 256
 
 
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
@@ -239,7 +240,9 @@ def from_planes(planes, width):
     return bytes(blob)
 
 
-def packed_blob(cursor):
+def packed_blob(cursor, bounded=False):
+    """`bounded`: whether it may unpack to no more than the format allows."""
+    packed = cursor.left()
     method = cursor.u8()
     if method == 3:
         frame = ZSTD_MAGIC + bytes(cursor.rest())
@@ -248,6 +251,8 @@ def packed_blob(cursor):
             cursor.fail("a blob of no size, or too large for the dictionary")
         return zstd_frame(frame, size, dictionary())
     size = cursor.varint()
+    if bounded and size > MOST_ANYWAY + MOST_FOR_EACH_BYTE * packed:
+        cursor.fail("a blob that unpacks to more than its bytes may")
     if method == 0:
         blob = cursor.rest()
         if len(blob) != size:

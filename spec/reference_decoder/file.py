@@ -222,7 +222,8 @@ class File:
     def _blob(self, chunk, section):
         cursor = Cursor(chunk.payload, chunk.base(), section)
         try:
-            blob = packed_blob(cursor)
+            bounded = self.data[10] >= 10 and (chunk.kind != EXTRA or chunk.version > 0)
+            blob = packed_blob(cursor, bounded)
         except ShmError as error:
             error.section, error.offset = section, chunk.base()
             raise
@@ -235,6 +236,8 @@ class File:
         cursor = self._blob(chunk, "step times")
         if cursor.left() % 8:
             cursor.fail("bytes that are no multiple of 8")
+        if cursor.left() // 8 > MOST_STEPS:
+            cursor.fail("over limit: more than 2^20 step times")
         self.step_times = [cursor.f64() for _ in range(cursor.left() // 8)]
         self.totals.steps = max(self.totals.steps, len(self.step_times))
         return StepTimes(self.step_times)

@@ -142,7 +142,8 @@ def read_schema(payload, base, file_start):
     cursor = Cursor(payload, base, "schema")
     if cursor.take(8) != file_start:
         cursor.fail("not the version and features of the file start")
-    cursor = Cursor(packed_blob(cursor), base, "schema (unpacked)")
+    bounded = file_start[2] >= 10  # the minor version
+    cursor = Cursor(packed_blob(cursor, bounded), base, "schema (unpacked)")
     order, corner_order, delay, coordinate_type = cursor.u8(), _bool(cursor), cursor.varint32(), cursor.u8()
     if order > FREE or (order == KEEP and not corner_order):
         cursor.fail("an order that cannot be")

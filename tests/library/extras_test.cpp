@@ -95,10 +95,12 @@ TEST(Extras, IntegersAreDifferences) {
 TEST(Extras, StayWithinTheLimit) {
   const std::vector<Extra> one = {
       extra_of("zeros", ScalarType::int64, {1000}, std::vector<std::int64_t>(1000))};
-  EXPECT_TRUE(get_extras(extras_payload(one), 1, 8100));
-  const auto over = get_extras(extras_payload(one), 1, 7999);
-  ASSERT_FALSE(over);
-  EXPECT_EQ(over.error().code, ErrorCode::over_limit);
+  EXPECT_TRUE(get_extras(extras_payload(one), 1, bytes_of(one[0])));
+  for (const std::uint64_t limit : {bytes_of(one[0]) - 1, std::uint64_t{7999}, std::uint64_t{0}}) {
+    const auto over = get_extras(extras_payload(one), 1, limit);
+    ASSERT_FALSE(over);
+    EXPECT_EQ(over.error().code, ErrorCode::over_limit);
+  }
 }
 
 TEST(Extras, CutOnesAreRefused) {

@@ -54,6 +54,7 @@ class FaultyFiles {
     broken_bitstreams({"polyhedra", "polyhedra_stream"});
     parts_of_step_values();
     broken_bitstreams({"broken", "shifts_broken", "replay_strays"});
+    large_blobs();
   }
   std::vector<FaultyFile> take() { return std::move(faulty_); }
 
@@ -731,6 +732,30 @@ class FaultyFiles {
     add(kCorrupt, "Parts of step values: a byte too many.",
         with("steps_and_extras", [](FileParts& parts) {
           parts.find(ChunkKind::step_values)->payload.push_back(std::byte{0});
+        }));
+  }
+
+  /// Blobs of more zeros than their bytes may unpack to.
+  void large_blobs() {
+    constexpr std::uint64_t kZeros = (std::uint64_t{1} << 24) + (std::uint64_t{1} << 19);
+    const auto of = [&](const std::string& sentence, ChunkKind kind, std::uint8_t version) {
+      add(kCorrupt, sentence + " of 2^24 + 2^19 bytes, packed into 600.",
+          with("keep", [&](FileParts& parts) {
+            Chunk chunk = chunk_of(kind, packed_zeros({}, kZeros));
+            chunk.header.version = version;
+            insert(parts, 1, std::move(chunk));
+            recount(parts);
+          }));
+    };
+    of("Step times:", ChunkKind::step_times, 0);
+    of("Extras: a blob", ChunkKind::extra, 1);
+    add(kCorrupt, "Schema: a blob of 2^24 + 2^19 bytes, packed into 600.",
+        with("keep", [&](FileParts& parts) {
+          ByteWriter payload;
+          container::put_version(payload, parts.start);
+          payload.put_bytes(packed_zeros({}, kZeros));
+          parts.chunks[0].payload = std::move(payload.bytes);
+          recount(parts);
         }));
   }
 

@@ -191,6 +191,31 @@ inline void change_step_header(Chunk& chunk,
   chunk.payload = put_steps_together(std::move(*parts), chunk.header.version);
 }
 
+/// A packed blob of method 1: `head`, then so many zeros, in runs of 128 KB of four bytes each.
+inline std::vector<std::byte> packed_zeros(std::span<const std::byte> head, std::uint64_t zeros) {
+  constexpr std::uint64_t kRun = std::uint64_t{1} << 17;
+  ByteWriter out;
+  out.put_u8(1);
+  out.put_varint(head.size() + zeros);
+  out.put_u32(0xfd2fb528u);
+  out.put_u8(0xc0);  // eight bytes of size, a window
+  out.put_u8(7 << 3);
+  out.put_u64(head.size() + zeros);
+  const auto put_block = [&](std::uint32_t type, std::uint64_t size, bool last) {
+    const auto header = static_cast<std::uint32_t>(size << 3 | type << 1 | (last ? 1u : 0u));
+    for (int i = 0; i < 3; ++i) out.put_u8(static_cast<std::uint8_t>(header >> (8 * i)));
+  };
+  if (!head.empty()) put_block(0, head.size(), zeros == 0);
+  out.put_bytes(head);
+  for (std::uint64_t left = zeros; left > 0;) {
+    const std::uint64_t run = std::min(left, kRun);
+    left -= run;
+    put_block(1, run, left == 0);
+    out.put_u8(0);
+  }
+  return std::move(out.bytes);
+}
+
 /// The payload of a schema chunk.
 inline std::vector<std::byte> schema_payload(std::span<const std::byte> blob) {
   ByteWriter payload;

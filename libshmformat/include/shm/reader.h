@@ -30,11 +30,25 @@ struct ReadLimits {
   /// One chunk group, unpacked; of step values also its neighbourhoods.
   std::uint64_t max_group_bytes = std::uint64_t{1} << 30;
   std::uint64_t max_extra_bytes = std::uint64_t{1} << 30;  ///< one extra, unpacked
+  /// What values of active vertices and cells take in a segment, beside 512 bytes for each byte of
+  /// it so far; where all but few are alike they take nothing.
+  std::uint64_t max_column_bytes = std::uint64_t{1} << 25;
+  /// Budget of all that a file holds beside its mesh and values, as it is in memory: schema, step
+  /// times and extras together. To it come 256 bytes for each byte of the file, which is more than
+  /// a Writer's files take.
+  std::uint64_t max_unpacked_bytes = std::uint64_t{1} << 26;
   std::uint32_t max_arrays = 65536;
   std::uint32_t max_static_components = 4096;  ///< of all arrays without time steps together
   std::uint32_t max_blocks = 1 << 20;
   std::uint64_t max_steps = 1 << 20;
   std::uint32_t max_segments = 1 << 20;
+  // What comes out: without limit, since few bytes may truly be many cells. Of a file that is
+  // opened by its index the counts are those of all of it, and refused at once.
+  std::uint64_t max_vertices = ~std::uint64_t{0};
+  std::uint64_t max_cells = ~std::uint64_t{0};
+  /// A Decoder or Reader: coordinates, values, those of steps too, and eight bytes for each corner
+  /// of a cell.
+  std::uint64_t max_decoded_bytes = ~std::uint64_t{0};
 };
 
 /// How a Reader works. What it yields is the same in every case.

@@ -22,9 +22,9 @@ struct Summary {
 /// values no more: these heads must be what the index says, and all that the file has. Bytes behind
 /// a torn append are counted in `totals`. `source` is borrowed during the call. Damage of
 /// bitstreams is not found, and how many cells each block has stands in the index alone: whoever
-/// must know reads with a Reader. Of `limits`, max_active_vertices and max_group_bytes are not
-/// looked at, so a file can be reported that is too large to be read. ErrorCode::truncated where
-/// the file has been cut.
+/// must know reads with a Reader. Of `limits`, max_active_vertices, max_group_bytes and those of
+/// what comes out are not looked at, so a file can be reported that is too large to be read.
+/// ErrorCode::truncated where the file has been cut.
 SHM_API Result<Summary> read_summary(RandomSource& source, const ReadLimits& limits = {});
 
 }  // namespace shm

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <tuple>
 #include <utility>
 
 #include "bytes/binary.h"
@@ -16,8 +17,21 @@ using container::IndexEntry;
 using container::kLongHeaderBytes;
 using container::kShortHeaderBytes;
 
+/// What its totals tell.
+Result<void> IndexedFile::expect_limits() const {
+  for (const auto& [count, limit, what] :
+       {std::tuple(index_.vertices, limits_.max_vertices, " vertices"),
+        std::tuple(index_.cells, limits_.max_cells, " cells")})
+    if (count > limit)
+      return wrong(
+          "has " + std::to_string(count) + what + ", the limit is " + std::to_string(limit),
+          "index", index_offset_, ErrorCode::over_limit);
+  return {};
+}
+
 Result<void> IndexedFile::open() {
   if (auto good = read_index(); !good) return good;
+  if (auto good = expect_limits(); !good) return good;
   if (auto good = list_groups(); !good) return good;
   return read_schema();
 }
@@ -32,6 +46,7 @@ Result<void> IndexedFile::open_damaged() {
   decodable_ = std::make_unique<const DecodableParts>(DecodableParts::of(*known));
   index_offset_ = decodable_->index_offset;
   index_ = decodable_->totals;
+  if (auto good = expect_limits(); !good) return good;
   for (const auto* entries : {&decodable_->extras, &decodable_->step_times})
     index_.entries.insert(index_.entries.end(), entries->begin(), entries->end());
   groups_ = decodable_->groups;
@@ -82,24 +97,38 @@ Result<std::vector<std::byte>> IndexedFile::read_packed(const IndexEntry& entry)
   if (!payload) return payload.error();
   ByteReader in(*payload);
   const std::string section = container::chunk_name(entry.kind);
-  if (stated_packed_size(in) > limits_.max_extra_bytes)
+  const std::uint64_t size = stated_packed_size(in);
+  if (has_bounded_blobs() && size > most_unpacked(in.left()))
+    return wrong("unpacks to more than its bytes may", section, entry.offset);
+  const std::uint64_t limit =
+      std::min(most_bytes_of_times(limits_), budget().left(source_->size()));
+  if (size > limit)
     return wrong("unpacks to more than the limit", section, entry.offset, ErrorCode::over_limit);
-  auto blob = get_packed(in, limits_.max_extra_bytes);
+  auto blob = get_packed(in, limit);
   if (!blob) return wrong("cannot be unpacked", section, entry.offset);
   return std::move(*blob);
 }
 
+UnpackBudget IndexedFile::budget() const {
+  UnpackBudget budget(limits_.max_unpacked_bytes);
+  budget.take(bytes_of(schema()));
+  return budget;
+}
+
 Result<std::vector<Extra>> IndexedFile::read_extras() {
   std::vector<Extra> extras;
+  UnpackBudget budget = this->budget();
   for (const IndexEntry& entry : index_.entries) {
     if (entry.kind != static_cast<std::uint8_t>(ChunkKind::extra)) continue;
     std::uint8_t version = 0;
     const auto payload = read_chunk(entry, &version);
     if (!payload) return payload.error();
-    auto some = get_extras(*payload, version, limits_.max_extra_bytes);
+    auto some = get_extras(*payload, version,
+                           std::min(limits_.max_extra_bytes, budget.left(source_->size())));
     if (!some)
       return wrong(some.error().detail, container::chunk_name(entry.kind), entry.offset,
                    some.error().code);
+    for (const Extra& extra : *some) budget.take(bytes_of(extra));
     std::move(some->begin(), some->end(), std::back_inserter(extras));
   }
   return extras;

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "bytes/binary.h"
+#include "bytes/packing.h"
 #include "container/format.h"
 #include "groups/mesh_streams.h"
 #include "recovery/decodable_parts.h"
@@ -122,10 +123,15 @@ class IndexedFile {
   std::uint64_t head_bytes(const container::IndexEntry& group) const;
   void look_at_beginning(std::span<const std::byte> bytes);
   Result<void> read_index();
+  Result<void> expect_limits() const;
   Result<void> read_schema();
   Result<void> list_groups();
   void add_to_segment(const container::IndexEntry& entry);
   Result<std::vector<std::byte>> read_packed(const container::IndexEntry& entry);
+  /// Without what the schema takes. Who reads again gets what was there.
+  UnpackBudget budget() const;
+  /// Files that have earlier values have bounded blobs (container::has_bounded_blobs()).
+  bool has_bounded_blobs() const { return schema().earlier_values; }
 
   RandomSource* source_;
   ReadLimits limits_;

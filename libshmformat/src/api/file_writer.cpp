@@ -205,7 +205,13 @@ Result<void> FileWriter::write_extras() {
   extra_bytes_ = 0;
   const bool together = container::version_of_chunk(ChunkKind::extra, start_) > 0;
   for (std::size_t i = 0; i < extras.size(); i += together ? extras.size() : 1) {
-    const auto payload = together ? extras_payload(extras) : extra_payload(extras[i]);
+    auto payload = together ? extras_payload(extras) : extra_payload(extras[i]);
+    // What a reader has no budget for is packed so that it has.
+    std::uint64_t bytes = 0;
+    for (const Extra& extra : extras) bytes += bytes_of(extra);
+    if (together && bytes > budget_.left(chunks_.offset() + payload.size()))
+      payload = extras_payload(extras, Packing::bounded);
+    budget_.take(bytes);
     stream_bytes_["extras"] += payload.size();
     if (auto good = write(ChunkKind::extra, payload); !good) return good;
   }

@@ -12,7 +12,9 @@
 #include <vector>
 
 #include "bytes/errors.h"
+#include "bytes/packing.h"
 #include "container/chunk_writer.h"
+#include "shm/reader.h"
 #include "shm/writer.h"
 #include "steps/step_encoder.h"
 
@@ -116,7 +118,8 @@ class FileWriter {
   std::vector<std::string> array_keys_;
   std::map<std::string, std::uint64_t> stream_bytes_;
   container::FileStart start_;
-  std::vector<Extra> extras_;  // that are still to be written
+  UnpackBudget budget_{ReadLimits().max_unpacked_bytes};  // of who reads it
+  std::vector<Extra> extras_;                             // that are still to be written
   std::uint64_t extra_bytes_ = 0;
   std::vector<container::StepPart> parts_;  // of step values that are still to be written
   std::vector<std::byte> part_bytes_;

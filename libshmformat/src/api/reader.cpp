@@ -29,7 +29,7 @@ constexpr std::size_t kReadBytes = std::size_t{1} << 16;  // at once
 class __attribute__((visibility("hidden"))) Decoder::Impl {
  public:
   Impl(const ReadLimits& limits, const ReadOptions& options)
-      : limits_(within_sizes(limits)), options_(options) {}
+      : limits_(within_sizes(limits)), options_(options), budget_(limits_.max_unpacked_bytes) {}
 
   void feed(std::span<const std::byte> bytes) {
     if (state_ == State::behind_end) {  // counted, not kept
@@ -72,6 +72,8 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   Result<Progress> work();
   bool may_read_ahead() const;
   Result<void> read_on();
+  Result<void> count_block(const MeshBlock& block);
+  Result<void> count_bytes(std::uint64_t bytes);
   Result<Progress> missing();
   Result<void> read_start();
   Result<void> read_header();
@@ -102,6 +104,7 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
 
   ReadLimits limits_;
   ReadOptions options_;
+  UnpackBudget budget_;
   std::vector<std::byte> buffer_;
   std::size_t at_ = 0;        // consumed bytes of buffer_
   std::uint64_t offset_ = 0;  // consumed bytes of the file
@@ -125,6 +128,7 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   std::optional<StepTopology> topology_;    // where there are steps
   std::optional<StepDecoder> step_values_;  // from the first ones on
   std::uint64_t steps_ = 0, index_offset_ = 0;
+  std::uint64_t decoded_bytes_ = 0;
   bool step_times_read_ = false;
   std::map<std::string, std::uint64_t> stream_bytes_;
   std::vector<std::string> array_names_;  // of their streams, once there are step values
@@ -166,6 +170,7 @@ Result<Decoder::Progress> Decoder::Impl::work() {
       auto block = mesh_->next_block(!may_read_ahead());
       if (!block) return block.error();
       if (*block) {
+        if (auto good = count_block(**block); !good) return good.error();
         item_ = std::move(**block);
         break;
       }
@@ -218,6 +223,27 @@ Result<void> Decoder::Impl::read_on() {
     case State::trailer: return read_trailer();
     case State::behind_end: break;
   }
+  return {};
+}
+
+/// What has come out is within the limits.
+Result<void> Decoder::Impl::count_block(const MeshBlock& block) {
+  const auto over = [&](std::uint64_t limit, const std::string& what) {
+    return wrong(ErrorCode::over_limit,
+                 "has more " + what + " than the limit of " + std::to_string(limit));
+  };
+  if (mesh_->vertices() > limits_.max_vertices) return over(limits_.max_vertices, "vertices");
+  if (mesh_->cells() > limits_.max_cells) return over(limits_.max_cells, "cells");
+  std::uint64_t bytes = block.xyz.size() + 8 * std::uint64_t{block.corners.size()};
+  for (const auto& values : block.arrays) bytes += values.size();
+  return count_bytes(bytes);
+}
+
+Result<void> Decoder::Impl::count_bytes(std::uint64_t bytes) {
+  if (bytes > limits_.max_decoded_bytes - decoded_bytes_)
+    return wrong(ErrorCode::over_limit, "holds more than the limit of " +
+                                            std::to_string(limits_.max_decoded_bytes) + " bytes");
+  decoded_bytes_ += bytes;
   return {};
 }
 
@@ -319,7 +345,11 @@ Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
   if (!blob) return blob.error();
   ByteReader fields(*blob);
   auto schema = std::make_unique<Schema>();
-  if (!get(fields, *schema, limits_)) return wrong(ErrorCode::corrupt, "makes no sense");
+  ReadLimits limits = limits_;
+  limits.max_unpacked_bytes = budget_.left(offset_);
+  if (auto good = get(fields, *schema, limits); !good)
+    return wrong(good.error().code, good.error().detail);
+  budget_.take(bytes_of(*schema));
   schema->earlier_values = container::has_earlier_values(start_);
   if (auto good = check_schema(*schema, limits_); !good) {
     const bool limit = good.error().code == ErrorCode::over_limit;
@@ -334,8 +364,12 @@ Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
   return {};
 }
 
+/// A packed blob, which is not kept. It takes no more than `limit`, and than there is budget for.
 Result<std::vector<std::byte>> Decoder::Impl::unpack(ByteReader& in, std::uint64_t limit) const {
   const std::uint64_t size = stated_packed_size(in);
+  if (container::has_bounded_blobs(start_) && size > most_unpacked(in.left()))
+    return wrong(ErrorCode::corrupt, "unpacks to more than its bytes may");
+  limit = std::min(limit, budget_.left(offset_));
   if (size > limit)
     return wrong(ErrorCode::over_limit, "unpacks to " + std::to_string(size) +
                                             " bytes, the limit is " + std::to_string(limit));
@@ -396,6 +430,7 @@ Result<void> Decoder::Impl::read_part(const container::StepPart& part,
   const container::StepHeader& header = part.header;
   auto piece = step_values_->read(header, bytes);
   if (!piece) return wrong(piece.error().code, piece.error().detail);
+  if (auto good = count_bytes(piece->values.size()); !good) return good;
   if (array_names_.empty()) array_names_ = array_stream_names(*schema_);
   stream_bytes_[array_names_[header.array]] += bytes.size();
   steps_ = std::max(steps_, header.step + 1);
@@ -407,10 +442,12 @@ Result<void> Decoder::Impl::read_step_times(std::span<const std::byte> payload) 
   if (std::exchange(step_times_read_, true))
     return wrong(ErrorCode::corrupt, "there are step times already");
   ByteReader in(payload);
-  const auto blob = unpack(in, limits_.max_extra_bytes);
+  const auto blob = unpack(in, most_bytes_of_times(limits_));
   if (!blob) return blob.error();
   if (blob->size() % 8 != 0) return wrong(ErrorCode::corrupt, "ends within a number");
   StepTimes times;
+  times.times.reserve(blob->size() / 8);
+  budget_.take(blob->size());
   ByteReader values(*blob);
   while (values.left() > 0) values.get_f64(times.times.emplace_back());
   steps_ = std::max<std::uint64_t>(steps_, times.times.size());
@@ -420,8 +457,10 @@ Result<void> Decoder::Impl::read_step_times(std::span<const std::byte> payload) 
 }
 
 Result<void> Decoder::Impl::read_extra(std::span<const std::byte> payload) {
-  auto extras = get_extras(payload, header_.version, limits_.max_extra_bytes);
+  auto extras = get_extras(payload, header_.version,
+                           std::min(limits_.max_extra_bytes, budget_.left(offset_)));
   if (!extras) return wrong(extras.error().code, extras.error().detail);
+  for (const Extra& extra : *extras) budget_.take(bytes_of(extra));
   stream_bytes_["extras"] += payload.size();
   std::move(extras->begin(), extras->end(), std::back_inserter(extras_));
   return {};

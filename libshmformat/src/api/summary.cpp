@@ -219,7 +219,9 @@ Result<Summary> read_summary(RandomSource& source, const ReadLimits& limits) {
   const auto bytes = container::bytes_of_file(source);
   if (!bytes) return bytes.error();
   SectionSource file(source, 0, *bytes);
-  auto summary = Summarizer(file, limits).run();
+  ReadLimits of_heads = limits;  // nothing comes out
+  of_heads.max_vertices = of_heads.max_cells = ReadLimits().max_cells;
+  auto summary = Summarizer(file, of_heads).run();
   if (summary) summary->totals.trailing_bytes = source.size() - *bytes;
   return summary;
 }

@@ -11,8 +11,8 @@ namespace shm {
 ReadLimits within_sizes(ReadLimits limits) {
   if constexpr (sizeof(std::size_t) < sizeof(std::uint64_t)) {
     constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
-    for (std::uint64_t* it :
-         {&limits.max_chunk_bytes, &limits.max_group_bytes, &limits.max_extra_bytes})
+    for (std::uint64_t* it : {&limits.max_chunk_bytes, &limits.max_group_bytes,
+                              &limits.max_extra_bytes, &limits.max_unpacked_bytes})
       *it = std::min(*it, kMostBytes);
     // Some 100 bytes are kept of each.
     limits.max_active_vertices =

@@ -196,10 +196,33 @@ Packed packed(std::span<const std::byte> blob, Packing packing) {
   return best;
 }
 
+/// Of windows of a KB a block is no more than that, and takes four bytes at least: what is packed
+/// so unpacks to at most 256 times its bytes.
+Packed packed_within_bound(std::span<const std::byte> blob, std::size_t width) {
+  constexpr int kLevel = 12, kWindowLog = 10;
+  static_assert((1 << kWindowLog) / 4 == kMostUnpackedEach);
+  const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(
+      made_by_zstd(ZSTD_createCCtx()), &ZSTD_freeCCtx);
+  const auto checked = [](std::size_t result) {
+    if (zstd_failed(result)) throw std::bad_alloc();  // there is room, and it refuses nothing else
+    return result;
+  };
+  checked(ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kLevel));
+  checked(ZSTD_CCtx_setParameter(context.get(), ZSTD_c_windowLog, kWindowLog));
+  const auto planes = in_planes(blob, width);
+  std::vector<std::byte> frame(ZSTD_compressBound(planes.size()));
+  frame.resize(checked(
+      ZSTD_compress2(context.get(), frame.data(), frame.size(), planes.data(), planes.size())));
+  if (frame.size() >= blob.size()) return {kRaw, 1, {blob.begin(), blob.end()}};
+  return {width > 1 ? kPlanes : kFrame, width, std::move(frame)};
+}
+
 }  // namespace
 
 void put_packed(ByteWriter& out, std::span<const std::byte> blob, Packing packing) {
-  const Packed it = packed(blob, packing);
+  Packed it = packed(blob, packing);
+  if (packing == Packing::bounded || blob.size() > most_unpacked(it.bytes.size()))
+    it = packed_within_bound(blob, it.width);
   out.put_u8(it.method);
   if (it.method != kWithDictionary) out.put_varint(blob.size());
   if (it.method == kPlanes) out.put_u8(static_cast<std::uint8_t>(it.width));

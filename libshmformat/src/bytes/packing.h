@@ -19,10 +19,39 @@ enum class Packing {
   none,             ///< as it stands
   plain,            ///< those that readers of 0.9 know
   with_dictionary,  ///< all
+  bounded,          ///< those of plain, so that it unpacks to at most 256 times its bytes
 };
 /// One byte of method (0 raw, 1 zstd, 2 zstd of planes, 3 zstd with the dictionary), but for 3 the
-/// unpacked length, for planes how many there are, the bytes.
+/// unpacked length, for planes how many there are, the bytes. No more is made of it than
+/// most_unpacked() of these.
 void put_packed(ByteWriter& out, std::span<const std::byte> blob, Packing packing = Packing::plain);
+
+/// What a blob of so many packed bytes may unpack to in files of 0.10. Frozen: part of the format.
+inline constexpr std::uint64_t kMostUnpackedEach = 256;
+inline constexpr std::uint64_t most_unpacked(std::uint64_t packed) {
+  constexpr std::uint64_t kAnyway = std::uint64_t{1} << 24;
+  return kAnyway + kMostUnpackedEach * packed;
+}
+
+/// What a file holds beside its mesh and values takes no more memory than there is budget for.
+class UnpackBudget {
+ public:
+  /// `most`: ReadLimits::max_unpacked_bytes.
+  explicit UnpackBudget(std::uint64_t most) : most_(most) {}
+
+  /// What is left where the file has so many bytes, or so many have been read of it.
+  std::uint64_t left(std::uint64_t file_bytes) const {
+    constexpr std::uint64_t kAll = ~std::uint64_t{0};
+    const std::uint64_t more =
+        file_bytes > kAll / kMostUnpackedEach ? kAll : file_bytes * kMostUnpackedEach;
+    const std::uint64_t all = most_ > kAll - more ? kAll : most_ + more;
+    return all - std::min(taken_, all);
+  }
+  void take(std::uint64_t bytes) { taken_ += std::min(bytes, ~taken_); }
+
+ private:
+  std::uint64_t most_, taken_ = 0;
+};
 
 /// A context of zstd that is used again: making one costs as much as packing some kilobytes. Where
 /// zstd has no memory, std::bad_alloc.

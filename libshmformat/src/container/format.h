@@ -73,6 +73,8 @@ inline bool is_known_version(const FileStart& start) {
 }
 /// Whether values in a file of that version may be coded by earlier ones.
 inline bool has_earlier_values(const FileStart& start) { return start.minor >= 10; }
+/// Whether blobs unpack to no more than most_unpacked() (bytes/packing.h).
+inline bool has_bounded_blobs(const FileStart& start) { return start.minor >= 10; }
 inline constexpr std::size_t kFileStartBytes = 16;
 void put(ByteWriter& out, const FileStart& start);
 /// The bytes after the signature.

@@ -260,33 +260,69 @@ std::uint32_t checksum_of(const Schema& schema) {
   return checksum(out.bytes);
 }
 
-bool get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
+namespace {
+
+std::uint64_t bytes_of(const BlockInfo& block) { return sizeof block + block.name.size(); }
+std::uint64_t bytes_of(const ArrayInfo& array) {
+  return sizeof array + array.name.size() + array.role.size() +
+         array.blocks.size() * sizeof array.blocks[0] +
+         (array.quantization.minimum.size() + array.quantization.maximum.size()) * sizeof(double);
+}
+
+Error too_many_blocks(const ReadLimits& limits) {
+  return wrong("more element blocks than the limit of " + std::to_string(limits.max_blocks),
+               ErrorCode::over_limit);
+}
+Error too_many_arrays(const ReadLimits& limits) {
+  return wrong("more arrays than the limit of " + std::to_string(limits.max_arrays),
+               ErrorCode::over_limit);
+}
+
+}  // namespace
+
+std::uint64_t bytes_of(const Schema& schema) {
+  std::uint64_t bytes = sizeof schema + schema.source_format.size();
+  for (const BlockInfo& block : schema.blocks) bytes += bytes_of(block);
+  for (const ArrayInfo& array : schema.arrays) bytes += bytes_of(array);
+  return bytes;
+}
+
+Result<void> get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
   schema = {};
+  const Error senseless = wrong("makes no sense", ErrorCode::corrupt);
+  std::uint64_t room = limits.max_unpacked_bytes;
+  const auto takes = [&](std::uint64_t bytes) {
+    if (bytes > room) return false;
+    room -= bytes;
+    return true;
+  };
+  const Error too_large = wrong("takes more than the limit of " + std::to_string(room) + " bytes",
+                                ErrorCode::over_limit);
   schema.order = static_cast<Order>(in.get_u8());
   schema.corner_order = in.get_flag();
   schema.delay = in.get_varint32();
   schema.coordinate_type = static_cast<ScalarType>(in.get_u8());
   get(in, schema.coordinate_quantization);
   schema.source_format = in.get_text();
-  // One more than the limits allow is enough for check_schema to refuse it.
   const std::uint64_t blocks = in.get_count(4);
-  if (blocks > limits.max_blocks) {
-    schema.blocks.resize(std::size_t{limits.max_blocks} + 1);
-    return in.ok();
-  }
+  if (blocks > limits.max_blocks) return too_many_blocks(limits);
+  // What only one element takes is as much as its bytes, or little.
+  if (!takes(sizeof schema + schema.source_format.size() + blocks * sizeof(BlockInfo)))
+    return too_large;
+  schema.blocks.reserve(static_cast<std::size_t>(blocks));
   for (std::uint64_t n = blocks; n > 0 && in.ok(); --n) {
     BlockInfo block;
     block.id = in.get_signed();
     block.name = in.get_text();
     block.shape = static_cast<CellShape>(in.get_u8());
     block.nodes_per_cell = in.get_varint32();
+    if (!takes(bytes_of(block) - sizeof block)) return too_large;
     schema.blocks.push_back(std::move(block));
   }
   const std::uint64_t arrays = in.get_count(8);
-  if (arrays > limits.max_arrays) {
-    schema.arrays.resize(std::size_t{limits.max_arrays} + 1);
-    return in.ok();
-  }
+  if (arrays > limits.max_arrays) return too_many_arrays(limits);
+  if (!takes(arrays * sizeof(ArrayInfo))) return too_large;
+  schema.arrays.reserve(static_cast<std::size_t>(arrays));
   for (std::uint64_t n = arrays; n > 0 && in.ok(); --n) {
     ArrayInfo array;
     array.name = in.get_text();
@@ -294,27 +330,27 @@ bool get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
     array.type = static_cast<ScalarType>(in.get_u8());
     array.components = in.get_varint32();
     array.per_step = in.get_flag();
-    for (std::uint64_t b = in.get_count(1); b > 0 && in.ok(); --b)
+    const std::uint64_t covered = in.get_count(1);
+    if (covered > room / sizeof array.blocks[0]) return too_large;
+    array.blocks.reserve(static_cast<std::size_t>(covered));
+    for (std::uint64_t b = covered; b > 0 && in.ok(); --b)
       array.blocks.push_back(in.get_varint32());
     array.role = in.get_text();
     get(in, array.quantization);
+    if (!takes(bytes_of(array) - sizeof array)) return too_large;
     schema.arrays.push_back(std::move(array));
   }
   if (in.ok() && in.left() > 0) {
     const std::uint8_t references = in.get_u8();
-    if (references >= static_cast<std::uint8_t>(StepReference::trend)) return false;
+    if (references >= static_cast<std::uint8_t>(StepReference::trend)) return senseless;
     schema.step_references = static_cast<StepReference>(references);
   }
-  return in.ok() && in.left() == 0;
+  return in.ok() && in.left() == 0 ? Result<void>() : Result<void>(senseless);
 }
 
 Result<void> check_schema(const Schema& schema, const ReadLimits& limits) {
-  if (schema.blocks.size() > limits.max_blocks)
-    return wrong("more element blocks than the limit of " + std::to_string(limits.max_blocks),
-                 ErrorCode::over_limit);
-  if (schema.arrays.size() > limits.max_arrays)
-    return wrong("more arrays than the limit of " + std::to_string(limits.max_arrays),
-                 ErrorCode::over_limit);
+  if (schema.blocks.size() > limits.max_blocks) return too_many_blocks(limits);
+  if (schema.arrays.size() > limits.max_arrays) return too_many_arrays(limits);
   if (schema.order > Order::free) return wrong("unknown order");
   if (schema.order == Order::keep && !schema.corner_order)
     return wrong("order keep includes the order of corners");
@@ -513,8 +549,11 @@ Error wrong_extras(ErrorCode code, std::string detail) {
 /// Of an unpacked chunk of version 1: what all of them are, then the values of each.
 Result<std::vector<Extra>> get_many(ByteReader& in, std::uint64_t limit) {
   const Error senseless = wrong_extras(ErrorCode::corrupt, "makes no sense");
+  const Error too_large = wrong_extras(
+      ErrorCode::over_limit, "takes more than the limit of " + std::to_string(limit) + " bytes");
   const std::uint64_t count = in.get_count(5);
   if (!in.ok() || count > kMostExtras) return senseless;
+  if (count > limit / sizeof(Extra)) return too_large;
   std::vector<Extra> extras(static_cast<std::size_t>(count));
   std::vector<std::uint64_t> values(extras.size()), distances(extras.size());
   for (std::size_t i = 0; i < extras.size(); ++i) {
@@ -524,12 +563,13 @@ Result<std::vector<Extra>> get_many(ByteReader& in, std::uint64_t limit) {
     if (distances[i] > (is_wide_integer(extras[i].type) ? kMostDistance : 0) ||
         extras[i].shape.size() > kMostSides)
       return senseless;
+    if (bytes_of(extras[i]) > limit) return too_large;
+    limit -= bytes_of(extras[i]);
   }
   for (std::size_t i = 0; i < extras.size(); ++i) {
     const std::size_t width = scalar_bytes(extras[i].type);
     if (values[i] > in.left() / (distances[i] == 0 ? width : 1)) return senseless;
-    if (values[i] > limit / width)
-      return wrong_extras(ErrorCode::over_limit, "its values take more than the limit");
+    if (values[i] > limit / width) return too_large;
     limit -= values[i] * width;
     extras[i].data.resize(static_cast<std::size_t>(values[i]) * width);
     if (!read_values(in, extras[i], distances[i])) return senseless;
@@ -539,6 +579,11 @@ Result<std::vector<Extra>> get_many(ByteReader& in, std::uint64_t limit) {
 }
 
 }  // namespace
+
+std::uint64_t bytes_of(const Extra& extra) {
+  return sizeof extra + extra.key.size() + extra.shape.size() * sizeof extra.shape[0] +
+         extra.data.size();
+}
 
 void put(ByteWriter& out, const Extra& extra) {
   put_name(out, extra);
@@ -562,18 +607,19 @@ std::vector<std::byte> extra_payload(const Extra& extra) {
   return std::move(payload.bytes);
 }
 
-std::vector<std::byte> extras_payload(std::span<const Extra> extras) {
+std::vector<std::byte> extras_payload(std::span<const Extra> extras, Packing packing) {
   ByteWriter blob, values, payload;
   blob.put_varint(extras.size());
   for (const Extra& extra : extras) {
-    const WrittenValues its = written(extra);
+    const WrittenValues its =
+        packing == Packing::bounded ? WrittenValues{0, as_they_are(extra)} : written(extra);
     put_name(blob, extra);
     blob.put_varint(its.distance);
     put_shape(blob, extra);
     values.put_bytes(its.bytes);
   }
   blob.put_bytes(values.bytes);
-  put_packed(payload, blob.bytes, Packing::with_dictionary);
+  put_packed(payload, blob.bytes, packing);
   return std::move(payload.bytes);
 }
 
@@ -581,6 +627,8 @@ Result<std::vector<Extra>> get_extras(std::span<const std::byte> payload, std::u
                                       std::uint64_t limit) {
   ByteReader in(payload);
   const std::uint64_t size = stated_packed_size(in);
+  if (version > 0 && size > most_unpacked(payload.size()))
+    return wrong_extras(ErrorCode::corrupt, "unpacks to more than its bytes may");
   if (size > limit)
     return wrong_extras(ErrorCode::over_limit, "unpacks to " + std::to_string(size) +
                                                    " bytes, the limit is " + std::to_string(limit));

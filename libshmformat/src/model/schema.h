@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bytes/binary.h"
+#include "bytes/packing.h"
 #include "container/format.h"
 #include "shm/reader.h"
 #include "shm/schema.h"
@@ -18,9 +19,13 @@ namespace shm {
 void put(ByteWriter& out, const Schema& schema);
 /// Of what put() writes.
 std::uint32_t checksum_of(const Schema& schema);
-/// False when the bytes are no schema; what it means is then checked by check_schema. Stops
-/// reading where it passes the limits, so that memory stays within them.
-bool get(ByteReader& in, Schema& schema, const ReadLimits& limits);
+/// Corrupt when the bytes are no schema; what it means is then checked by check_schema. Over_limit,
+/// before there is memory for it, where it has more blocks or arrays than the limits allow, or
+/// takes more than their max_unpacked_bytes.
+Result<void> get(ByteReader& in, Schema& schema, const ReadLimits& limits);
+/// Bytes that they take in memory.
+std::uint64_t bytes_of(const Schema& schema);
+std::uint64_t bytes_of(const Extra& extra);
 /// Fails with what is wrong with a schema, ErrorCode::misuse or over_limit.
 Result<void> check_schema(const Schema& schema, const ReadLimits& limits = {});
 
@@ -33,8 +38,10 @@ bool has_steps(const Schema& schema);
 void put(ByteWriter& out, const Extra& extra);
 bool get(ByteReader& in, Extra& extra);
 
-/// The payload of a chunk of version 1. Must hold: there are at most kMostExtras.
-std::vector<std::byte> extras_payload(std::span<const Extra> extras);
+/// The payload of a chunk of version 1. Must hold: there are at most kMostExtras. Packing::bounded:
+/// no extra takes more in memory than in the blob.
+std::vector<std::byte> extras_payload(std::span<const Extra> extras,
+                                      Packing packing = Packing::with_dictionary);
 /// The payload of a chunk of version 0.
 std::vector<std::byte> extra_payload(const Extra& extra);
 inline constexpr std::size_t kMostExtras = 65536;
@@ -43,6 +50,11 @@ inline constexpr std::size_t kMostExtras = 65536;
 /// `limit` bytes.
 Result<std::vector<Extra>> get_extras(std::span<const std::byte> payload, std::uint8_t version,
                                       std::uint64_t limit);
+
+/// Of the blob of step times.
+inline std::uint64_t most_bytes_of_times(const ReadLimits& limits) {
+  return std::min(limits.max_extra_bytes / 8, limits.max_steps) * 8;
+}
 
 // Totals: what the index of a file holds of its mesh (container::Index without the chunks), summed
 // up group by group, or part by part. spec: "Index and trailer"
