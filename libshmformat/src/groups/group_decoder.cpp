@@ -131,9 +131,17 @@ Result<void> GroupDecoder::decode_values(MeshBlock& block) {
   for (std::size_t c = 0; c < columns(); ++c) {
     if (!is_wanted(c)) continue;
     std::vector<std::byte>& out = c == 0 ? block.xyz : block.arrays[array_of(c)];
-    if (!decode_column(c, block, out))
+    if (!decode_column(c, block, out)) {
+      if (is_out_of_memory())
+        return Error{ErrorCode::over_limit,
+                     "values of its active vertices and cells take more memory than the limit for "
+                     "so few bytes",
+                     {},
+                     kNoOffset,
+                     {}};
       return corrupt((c == 0 ? "geometry" : array_stream_name(*schema_, array_of(c))) +
                      ": its values make no sense, or are too few");
+    }
     if (leaves_out && !of_cells(c)) remove_marked(out, left_out_, element_bytes(c));
   }
   left_out_.clear();

@@ -62,6 +62,8 @@ class GroupDecoder {
                                     std::span<const std::byte> bytes) = 0;
   /// Behind the last stream.
   virtual Result<void> end_streams() { return {}; }
+  /// What columns may keep by slot from here on, in bytes; beyond `plenty` they are sparing.
+  virtual void allow_memory(std::uint64_t /*bytes*/, std::uint64_t /*plenty*/) {}
 
   /// The next block, some thousand cells or vertices that no cell uses: a tile. Must hold:
   /// !is_complete(), or the group is empty.
@@ -97,6 +99,8 @@ class GroupDecoder {
   virtual Result<void> begin_streams(std::optional<ConnectivityCodec> codec) = 0;
   /// Cells and vertices of the next block, but for their values.
   virtual Result<void> decode_elements(DecodedBlock& decoded) = 0;
+  /// Whether a decode_column() failed since columns would keep more than was allowed.
+  virtual bool is_out_of_memory() const { return false; }
   /// The values of these. False for damaged data.
   virtual bool decode_column(std::size_t column, const MeshBlock& block,
                              std::vector<std::byte>& out) = 0;

@@ -66,6 +66,11 @@ ValueStreams<Coder>::ValueStreams(const Schema& schema, const DecodedParts& part
     auto& column = columns_.emplace_back();
     if (included[columns_.size() - 1]) column.emplace(what...);
   });
+  if constexpr (Coder::kDecodes) {
+    memory_ = std::make_unique<ColumnMemory>();
+    for (auto& column : columns_)
+      if (column) column->use_memory(*memory_);
+  }
 }
 
 template <class Coder>

@@ -140,6 +140,9 @@ class ValueStreams {
                     std::uint64_t limit);
   /// Values of what came since the last tile, appended to `out`; false for damaged data.
   bool decode_tile(std::size_t column, std::vector<std::byte>& out);
+  /// Of what the columns keep by slot.
+  ColumnMemory& memory() { return *memory_; }
+  const ColumnMemory& memory() const { return *memory_; }
   /// What came since the last tile.
   std::span<const Neighbourhood> vertices() const { return vertices_.items; }
   std::span<const Neighbourhood> cells() const { return cells_.items; }
@@ -158,6 +161,7 @@ class ValueStreams {
   Reach least_vertex_reach_ = Reach::lattice, least_cell_reach_ = Reach::lattice;
   Reach vertex_reach_ = Reach::farther, cell_reach_ = Reach::farther;
   TiledItems vertices_, cells_;
+  std::unique_ptr<ColumnMemory> memory_;  // decoding
   std::vector<std::optional<ValueColumn<Coder>>> columns_;
   std::vector<bool> is_of_cells_;  // by column
 };

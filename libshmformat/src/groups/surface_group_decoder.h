@@ -21,6 +21,9 @@ class SurfaceGroupDecoder final : public GroupDecoder {
   Result<void> begin_stream(const container::StreamEntry& entry,
                             std::span<const std::byte> bytes) override;
   Result<void> end_streams() override;
+  void allow_memory(std::uint64_t bytes, std::uint64_t plenty) override {
+    streams_.values().memory().allow(bytes, plenty);
+  }
   std::vector<std::uint64_t> alive() const override;
   Items items() const override { return {streams_.values().vertices(), streams_.values().cells()}; }
   std::uint32_t slots() const override { return slots_; }
@@ -37,6 +40,7 @@ class SurfaceGroupDecoder final : public GroupDecoder {
   Result<void> begin_column(const container::StreamEntry& entry, std::size_t column,
                             std::span<const std::byte> bytes);
   Result<void> decode_elements(DecodedBlock& decoded) override;
+  bool is_out_of_memory() const override { return streams_.values().memory().is_refused(); }
   bool decode_column(std::size_t column, const MeshBlock& block,
                      std::vector<std::byte>& out) override;
   Result<void> decode_cell(DecodedBlock& decoded);

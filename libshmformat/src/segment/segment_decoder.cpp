@@ -64,6 +64,7 @@ Result<void> SegmentDecoder::begin_group(container::GroupChunk chunk) {
   ByteReader in(payload_);
   if (!container::get(in, group_, chunk.version)) return damaged("the group header makes no sense");
   header_bytes_ = in.position();
+  segment_bytes_ += payload_.size();
   if (!decoder_) {
     start_.first_cell = next_cell_ = group_.first_cell;
     start_.first_vertex = next_vertex_ = group_.first_vertex;
@@ -76,6 +77,10 @@ Result<void> SegmentDecoder::begin_group(container::GroupChunk chunk) {
     decoder_ = std::move(*made);
   }
   if (auto good = decoder_->begin_group(group_); !good) return placed(good.error());
+  constexpr std::uint64_t kColumnBytesEach = 512;
+  const std::uint64_t more = segment_bytes_ * kColumnBytesEach;
+  decoder_->allow_memory(limits_.max_column_bytes + std::min(more, ~limits_.max_column_bytes),
+                         limits_.max_column_bytes / 4);
   if (auto good = begin_streams(); !good) return good;
   next_cell_ += group_.cells;
   next_vertex_ += group_.vertices;

@@ -64,6 +64,7 @@ class SegmentDecoder {
   std::vector<std::byte> payload_;
   container::GroupHeader group_;
   std::size_t header_bytes_ = 0;
+  std::uint64_t segment_bytes_ = 0;  // of its groups so far
   bool in_group_ = false;
   std::uint64_t group_offset_ = 0, group_number_ = 0;
   std::map<std::string, std::uint64_t> stream_bytes_;

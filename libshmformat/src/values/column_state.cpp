@@ -25,13 +25,20 @@ ColumnState::ColumnState(std::shared_ptr<const ArrayInfo> info, std::size_t comp
 void ColumnState::change_domain(const ValueDomain& domain) {
   const ValueTranslator next(*info_, component_, domain);
   if (!domain.has_states_of(domain_)) {
-    moved_ += room_ > 0 ? room_ : slots_.states.size();
+    moved_ += room_ > 0 ? room_ : is_folded_ ? folded_slots_ : slots_.states.size();
     const auto translate = [&](double state) {
       const double moved = next.from_value(translator_.as_value(state));
       return is_finite(moved) ? moved : 0.0;
     };
     for (double& state : slots_.states) state = translate(state);
     for (Reference& it : slots_.references) it = {translate(it.state), 0.0};
+    const auto translate_kept = [&](KeptElement& it) {
+      it.state = translate(it.state);
+      it.third = 0.0;
+      if (has_reference_) it.reference = {translate(it.reference.state), 0.0};
+    };
+    translate_kept(common_);
+    for (auto& [slot, it] : apart_) translate_kept(it);
     for (double* state : {&last_, &before_last_, &last_reference_, &before_last_reference_})
       *state = translate(*state);
     std::fill(slots_.thirds.begin(), slots_.thirds.end(), 0.0);
@@ -40,7 +47,7 @@ void ColumnState::change_domain(const ValueDomain& domain) {
   translator_ = next;
 }
 
-void ColumnState::Slots::make_room(std::uint32_t slot, bool has_reference) {
+void ColumnSlots::make_room(std::uint32_t slot, bool has_reference) {
   if (slot < states.size()) return;
   shm::make_room(states, slot);
   const std::size_t last = states.size() - 1;
@@ -50,8 +57,139 @@ void ColumnState::Slots::make_room(std::uint32_t slot, bool has_reference) {
   if (has_reference) shm::make_room(references, last);
 }
 
+// --- where memory is tight
+
+namespace {
+
+bool same(const KeptElement& a, const KeptElement& b) {
+  const auto bits = [](double value) { return std::bit_cast<std::uint64_t>(value); };
+  return bits(a.state) == bits(b.state) && bits(a.third) == bits(b.third) && a.size == b.size &&
+         a.marks == b.marks && bits(a.reference.state) == bits(b.reference.state) &&
+         bits(a.reference.third) == bits(b.reference.third);
+}
+
+constexpr std::size_t kMostApart = 32;
+
+}  // namespace
+
+std::uint64_t ColumnState::bytes_of_slots(std::size_t slots) const {
+  const std::size_t each =
+      2 * sizeof(double) + sizeof(ResidualSize) + 1 + (has_reference_ ? sizeof(Reference) : 0);
+  return std::uint64_t{slots} * each;
+}
+
+/// Must hold: it does not borrow. A slot that has room was named by an element before: what has
+/// none holds nothing that anybody looks at.
+bool ColumnState::make_room_in_memory(std::uint32_t slot) {
+  if (memory_->is_refused()) return false;
+  if (is_folded_) {
+    folded_slots_ = std::max(folded_slots_, size_with_room(folded_slots_, slot));
+    return true;
+  }
+  const std::size_t now = slots_.states.size(), then = size_with_room(now, slot);
+  if (memory_->is_tight() && fold()) {
+    folded_slots_ = then;
+    return true;
+  }
+  if (!memory_->take(bytes_of_slots(then - now))) return false;
+  slots_.make_room(slot, has_reference_);
+  return true;
+}
+
+/// Keeps what is not alike apart; nothing changes where that is much.
+bool ColumnState::fold() {
+  const std::size_t count = slots_.states.size();
+  common_ = count == 0 ? KeptElement() : slots_.at(static_cast<std::uint32_t>(count - 1));
+  apart_.clear();
+  for (std::uint32_t s = 0; s < count; ++s) {
+    const KeptElement kept = slots_.at(s);
+    if (same(kept, common_)) continue;
+    if (apart_.size() == kMostApart) {
+      apart_.clear();
+      return false;
+    }
+    apart_.emplace_back(s, kept);
+  }
+  memory_->give_back(bytes_of_slots(count));
+  slots_ = {};
+  folded_slots_ = count;
+  is_folded_ = true;
+  return true;
+}
+
+/// All slots again, unless memory is refused.
+void ColumnState::unfold() {
+  if (!memory_->take(bytes_of_slots(folded_slots_))) return;
+  is_folded_ = false;
+  if (folded_slots_ > 0) {
+    const auto last = static_cast<std::uint32_t>(folded_slots_ - 1);
+    slots_.make_room(last, has_reference_);
+    for (std::uint32_t s = 0; s <= last; ++s) slots_.set(s, common_);
+  }
+  for (const auto& [slot, kept] : apart_) slots_.set(slot, kept);
+  apart_.clear();
+}
+
+/// For the elements of a tile and all that they look at.
+void ColumnState::borrow_slots(std::span<const Neighbourhood> items) {
+  slots_ = std::move(memory_->for_tile_);
+  borrows_ = true;
+  if (has_reference_ && slots_.references.size() < slots_.states.size())
+    slots_.references.resize(slots_.states.size());
+  if (folded_slots_ > 0)
+    slots_.make_room(static_cast<std::uint32_t>(folded_slots_ - 1), has_reference_);
+  for (const Neighbourhood& item : items) {
+    slots_.set(item.self, common_);
+    for (const std::uint32_t slot : item.at)
+      if (slot < folded_slots_) slots_.set(slot, common_);
+  }
+  for (const auto& [slot, kept] : apart_) slots_.set(slot, kept);
+}
+
+bool ColumnState::give_slots_back(std::span<const Neighbourhood> items) {
+  borrows_ = false;
+  ColumnSlots borrowed = std::move(slots_);
+  slots_ = {};
+  // Of the first tile the last one is as good as any.
+  if (elements_ == items.size() && !items.empty()) common_ = borrowed.at(items.back().self);
+  for (const Neighbourhood& item : items) {
+    const KeptElement kept = borrowed.at(item.self);
+    if (is_folded_)
+      keep_apart(item.self, kept);
+    else
+      slots_.set(item.self, kept);
+    if (memory_->is_refused()) return false;
+  }
+  memory_->for_tile_ = std::move(borrowed);
+  return true;
+}
+
+/// What a slot holds from now on. Must hold: it is folded.
+void ColumnState::keep_apart(std::uint32_t slot, const KeptElement& kept) {
+  const auto at = std::lower_bound(apart_.begin(), apart_.end(), slot,
+                                   [](const auto& it, std::uint32_t s) { return it.first < s; });
+  const bool is_there = at != apart_.end() && at->first == slot;
+  if (same(kept, common_)) {
+    if (is_there) apart_.erase(at);
+    return;
+  }
+  if (is_there)
+    at->second = kept;
+  else
+    apart_.insert(at, {slot, kept});
+  if (apart_.size() > kMostApart) unfold();
+}
+
+// --- what is kept
+
 void ColumnState::stand_in(const Neighbourhood& item) {
-  make_room(item.self);
+  if (!make_room(item.self)) return;
+  if (is_folded_ && !borrows_) {
+    KeptElement kept;
+    kept.state = last_;
+    if (has_reference_) kept.reference = {last_reference_, 0.0};
+    return keep_apart(item.self, kept);
+  }
   slots_.states[item.self] = last_;
   slots_.thirds[item.self] = 0.0;
   slots_.sizes[item.self] = 0;
@@ -61,6 +199,12 @@ void ColumnState::stand_in(const Neighbourhood& item) {
 
 void ColumnState::keep_values(std::span<const Neighbourhood> items,
                               std::span<const std::uint64_t> bits) {
+  if (memory_ != nullptr) {
+    std::uint32_t most_slot = 0;
+    for (const Neighbourhood& item : items) most_slot = std::max(most_slot, item.self);
+    if (!items.empty() && !make_room(most_slot)) return;
+    if (is_folded_) borrow_slots(items);
+  }
   for (std::size_t i = 0; i < items.size(); ++i) {
     const double value = translator_.from_value(scalar_as_double(info_->type, bits[i]));
     skip(items[i]);
@@ -73,9 +217,10 @@ void ColumnState::keep_values(std::span<const Neighbourhood> items,
     before_last_reference_ = last_reference_;
     last_reference_ = last_;
   }
+  end_tile(items);
 }
 
-void ColumnState::begin_tile(const ColumnTile& tile) {
+bool ColumnState::begin_tile(const ColumnTile& tile) {
   elements_ += tile.items.size();
   coded_.sizes.resize(tile.items.size());
   if (uses_matches_) {
@@ -84,7 +229,9 @@ void ColumnState::begin_tile(const ColumnTile& tile) {
   }
   std::uint32_t most_slot = 0;
   for (const Neighbourhood& item : tile.items) most_slot = std::max(most_slot, item.self);
-  make_room(most_slot);
+  if (!make_room(most_slot)) return false;
+  if (is_folded_) borrow_slots(tile.items);
+  return true;
 }
 
 void ColumnState::find_matches(TileElement& element) const {
@@ -205,23 +352,13 @@ ColumnState::Loan::Loan(ColumnState& lender, std::span<const Neighbourhood> item
   lender.slots_ = {};
   kept_.reserve(items.size());
   for (const Neighbourhood& item : items) {
-    const std::uint32_t s = item.self;
-    kept_.push_back({slots_.states[s], slots_.thirds[s], slots_.sizes[s], slots_.marks[s],
-                     lender.has_reference_ ? slots_.references[s] : Reference()});
+    kept_.push_back(slots_.at(item.self));
   }
 }
 
 void ColumnState::Loan::give_back(ColumnState& borrower) {
-  Slots& slots = lender_.slots_ = std::move(borrower.slots_);
-  for (std::size_t i = 0; i < items_.size(); ++i) {
-    const std::uint32_t s = items_[i].self;
-    const Kept& kept = kept_[i];
-    slots.states[s] = kept.state;
-    slots.thirds[s] = kept.third;
-    slots.sizes[s] = kept.size;
-    slots.marks[s] = kept.marks;
-    if (lender_.has_reference_) slots.references[s] = kept.reference;
-  }
+  lender_.slots_ = std::move(borrower.slots_);
+  for (std::size_t i = 0; i < items_.size(); ++i) lender_.slots_.set(items_[i].self, kept_[i]);
 }
 
 }  // namespace shm

@@ -82,6 +82,66 @@ struct SizesAround {
   std::uint32_t before = 0, two_before = 0;  ///< of the components before
 };
 
+/// What a column keeps of an element.
+struct KeptElement {
+  struct Reference {
+    double state = 0, third = 0;
+  };
+  double state = 0, third = 0;
+  ResidualSize size = 0;
+  std::uint8_t marks = 0;
+  Reference reference;
+};
+
+/// What a column keeps by slot.
+struct ColumnSlots {
+  std::vector<double> states, thirds;
+  std::vector<ResidualSize> sizes;
+  std::vector<std::uint8_t> marks;
+  std::vector<KeptElement::Reference> references;
+
+  void make_room(std::uint32_t slot, bool has_reference);
+  KeptElement at(std::uint32_t slot) const {
+    return {states[slot], thirds[slot], sizes[slot], marks[slot],
+            references.empty() ? KeptElement::Reference() : references[slot]};
+  }
+  void set(std::uint32_t slot, const KeptElement& kept) {
+    states[slot] = kept.state;
+    thirds[slot] = kept.third;
+    sizes[slot] = kept.size;
+    marks[slot] = kept.marks;
+    if (!references.empty()) references[slot] = kept.reference;
+  }
+};
+
+/// Decoding: the memory of all columns of a segment. Where it becomes tight, a column in which all
+/// slots but a few hold the same keeps these few alone, and borrows slots for the tile at hand;
+/// what of that is more than was allowed is refused. It changes no values.
+class ColumnMemory {
+ public:
+  /// What may be taken from here on, with what is taken already; it is tight beyond `plenty`.
+  void allow(std::uint64_t bytes, std::uint64_t plenty) {
+    most_ = bytes;
+    plenty_ = plenty;
+  }
+  bool is_tight() const { return taken_ >= plenty_; }
+  /// False, now and ever after, where there is not so much.
+  bool take(std::uint64_t bytes) {
+    if (bytes > most_ - std::min(taken_, most_)) is_refused_ = true;
+    if (!is_refused_) taken_ += bytes;
+    return !is_refused_;
+  }
+  void give_back(std::uint64_t bytes) { taken_ -= bytes; }
+  bool is_refused() const { return is_refused_; }
+
+ private:
+  friend class ColumnState;
+
+  std::uint64_t most_ = ~std::uint64_t{0}, plenty_ = most_, taken_ = 0;
+  bool is_refused_ = false;
+  ColumnSlots for_tile_;
+};
+
 class ColumnState {
  public:
   ColumnState(std::shared_ptr<const ArrayInfo> info, std::size_t component);
@@ -103,7 +163,15 @@ class ColumnState {
   }
   void change_domain(const ValueDomain& domain);
 
-  void make_room(std::uint32_t slot) { slots_.make_room(slot, has_reference_); }
+  /// Decoding, before the first element. It is borrowed.
+  void use_memory(ColumnMemory& memory) { memory_ = &memory; }
+  /// False where there is no memory for it.
+  bool make_room(std::uint32_t slot) {
+    if (slot < slots_.states.size()) return true;
+    if (memory_ != nullptr) return make_room_in_memory(slot);
+    slots_.make_room(slot, has_reference_);
+    return true;
+  }
   // Where elements were left out that no covered one looks at: as if they had been skipped, and as
   // if there were room for this slot.
   void count_left_out(std::uint64_t elements) { elements_ += elements; }
@@ -119,7 +187,12 @@ class ColumnState {
   /// Values that another codec has coded.
   void keep_values(std::span<const Neighbourhood> items, std::span<const std::uint64_t> bits);
 
-  void begin_tile(const ColumnTile& tile);
+  /// False where there is no memory for it.
+  bool begin_tile(const ColumnTile& tile);
+  /// Decoding: behind the values of a tile. False where there is no memory for them.
+  bool end_tile(std::span<const Neighbourhood> items) {
+    return !borrows_ || give_slots_back(items);
+  }
   const CodedTile& coded_tile() const { return coded_; }
 
   // --- what predictions are made of
@@ -198,19 +271,17 @@ class ColumnState {
   class Loan;
 
  private:
-  struct Reference {
-    double state = 0, third = 0;
-  };
+  using Reference = KeptElement::Reference;
   // Marks: whether the second prediction was taken, and whether the value was recalled.
   static constexpr std::uint32_t kSecond = 1, kRecalled = 2;
-  struct Slots {
-    std::vector<double> states, thirds;
-    std::vector<ResidualSize> sizes;
-    std::vector<std::uint8_t> marks;
-    std::vector<Reference> references;
 
-    void make_room(std::uint32_t slot, bool has_reference);
-  };
+  bool make_room_in_memory(std::uint32_t slot);
+  bool fold();
+  void unfold();
+  void borrow_slots(std::span<const Neighbourhood> items);
+  bool give_slots_back(std::span<const Neighbourhood> items);
+  void keep_apart(std::uint32_t slot, const KeptElement& kept);
+  std::uint64_t bytes_of_slots(std::size_t slots) const;
 
   double farther_feature(const TileElement& element, std::uint32_t feature) const;
   double match(std::uint32_t kind, const TileElement& element) const {
@@ -233,7 +304,13 @@ class ColumnState {
   std::size_t room_ = 0;        // slots of all elements, where some are left out
   std::uint64_t moved_ = 0;     // slots that were translated into another domain, in all
 
-  Slots slots_;
+  ColumnSlots slots_;
+  // Where memory is tight: that all slots hold the same, but for few; and how many slots there are.
+  ColumnMemory* memory_ = nullptr;
+  bool is_folded_ = false, borrows_ = false;
+  KeptElement common_;
+  std::vector<std::pair<std::uint32_t, KeptElement>> apart_;  // by slot
+  std::size_t folded_slots_ = 0;
   CodedTile coded_;
   MatchTables matches_;
   RecalledValues so_far_;
@@ -252,17 +329,10 @@ class ColumnState::Loan {
   void give_back(ColumnState& borrower);
 
  private:
-  struct Kept {
-    double state, third;
-    ResidualSize size;
-    std::uint8_t marks;
-    Reference reference;
-  };
-
   ColumnState& lender_;
   std::span<const Neighbourhood> items_;
-  std::vector<Kept> kept_;  // by item
-  Slots slots_;
+  std::vector<KeptElement> kept_;  // by item
+  ColumnSlots slots_;
 };
 
 }  // namespace shm

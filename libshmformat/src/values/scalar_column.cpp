@@ -97,12 +97,13 @@ std::size_t ScalarColumn<Coder>::table_bytes(const DomainPlan& plan,
 template <class Coder>
 bool ScalarColumn<Coder>::code_tile(Coder& coder, const ColumnTile& tile,
                                     std::span<std::uint64_t> bits) {
-  state_.begin_tile(tile);
+  if (!state_.begin_tile(tile)) return false;
   models_.begin_tile(tile.classes);
-  return with_space(info(), state_.domain(), table_, [&](const auto& space) {
+  const bool good = with_space(info(), state_.domain(), table_, [&](const auto& space) {
     if constexpr (!Coder::kDecodes) choose_modes(space, tile, bits);
     return code_values(coder, space, tile, bits);
   });
+  return good && state_.end_tile(tile.items);
 }
 
 // --- values: predict from the neighbourhood, encode the residual, keep the decoded value

@@ -499,7 +499,7 @@ bool ValueColumn<Coder>::decode_tile(const TiledItems::Tile& tile, std::vector<s
         bits_[i] = load(from + i * stride + c * width_, width_);
       columns_[c].state().keep_values(own, bits_);
     }
-    return true;
+    return memory_ == nullptr || !memory_->is_refused();
   }
   out.resize(base + bytes);
   classify(own, style_);

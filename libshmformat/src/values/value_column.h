@@ -93,6 +93,12 @@ class ValueColumn {
   void make_room(std::uint32_t slots, std::uint32_t all = 0);
   /// Before the first element: all groups will come with a reference.
   void use_reference();
+  /// Decoding, before the first element: what it keeps by slot takes of this memory, which is
+  /// borrowed. Where that is refused, decode_tile() fails.
+  void use_memory(ColumnMemory& memory) {
+    memory_ = &memory;
+    for (auto& column : columns_) column.state().use_memory(memory);
+  }
   /// Encoding: nothing is kept of groups that are not in a codec of columns.
   void see_own_groups_only() { sees_other_groups_ = false; }
 
@@ -180,6 +186,7 @@ class ValueColumn {
   bool repeats_, has_tables_, has_earlier_values_, has_copies_, sees_other_groups_ = true;
   std::size_t width_;
   std::vector<ScalarColumn<Coder>> columns_;
+  const ColumnMemory* memory_ = nullptr;       // decoding, if it is bounded
   std::vector<const CodedTile*> coded_tiles_;  // of the components before the one at hand
   std::vector<Neighbourhood> covered_;
   std::vector<std::uint64_t> bits_, reference_bits_;

@@ -1,0 +1,233 @@
+// Files that ask for much: small ones with right checksums whose counts are large, one for each
+// field that counts something.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "support/feature_files.h"
+#include "support/file_surgery.h"
+#include "support/test_mesh.h"
+
+namespace shm {
+
+/// Lengths and the list of chunks in the index are made anew, so that what was changed is found
+/// through it, too. Must hold: the index is the last chunk, and of version 1.
+inline std::vector<std::byte> put_together_with_index(FileParts parts) {
+  Chunk& last = parts.chunks.back();
+  ByteReader in(last.payload);
+  container::Index index;
+  container::get(in, index, last.header.version, parts.chunks.size());
+  std::vector<container::IndexEntry> groups;
+  for (const auto& entry : index.entries)
+    if (entry.is(container::ChunkKind::group)) groups.push_back(entry);
+  std::vector<container::IndexEntry> entries;
+  for (Chunk& chunk : parts.chunks) {
+    if (&chunk == &last) break;
+    container::IndexEntry entry;
+    if (chunk.is(container::ChunkKind::group)) {
+      entry = groups.at(0);
+      groups.erase(groups.begin());
+      const auto group = take_group_apart(chunk.payload);
+      ByteWriter header;
+      container::put(header, group->header);
+      entry.header_bytes = header.bytes.size();
+    }
+    chunk.header.payload_bytes = chunk.payload.size();
+    chunk.header.is_long |= container::has_long_header(chunk.header, parts.start);
+    entry.kind = chunk.header.kind;
+    entry.bytes = chunk.header.bytes() + chunk.payload.size();
+    entries.push_back(std::move(entry));
+  }
+  index.entries = std::move(entries);
+  ByteWriter out;
+  container::put(out, index);
+  last.payload = std::move(out.bytes);
+  return put_together(std::move(parts));
+}
+
+/// A mesh of so many hexahedra along each side, and more chunks before its index.
+inline std::vector<std::byte> asking_mesh(
+    const std::vector<std::pair<container::ChunkKind, std::vector<std::byte>>>& chunks,
+    std::uint8_t version_of_extras = 1) {
+  MemorySink sink;
+  const auto report = write_mesh(grid(2, 2, 2), sink);
+  EXPECT_TRUE(report);
+  FileParts parts = take_apart(sink.bytes);
+  for (const auto& [kind, payload] : chunks) {
+    Chunk chunk;
+    chunk.header.kind = static_cast<std::uint8_t>(kind);
+    chunk.header.version = kind == container::ChunkKind::extra
+                               ? version_of_extras
+                               : container::version_of_chunk(kind, parts.start);
+    chunk.payload = payload;
+    parts.chunks.insert(parts.chunks.end() - 1, std::move(chunk));
+  }
+  return put_together_with_index(std::move(parts));
+}
+
+/// The same with another schema.
+inline std::vector<std::byte> asking_schema(std::span<const std::byte> packed) {
+  MemorySink sink;
+  EXPECT_TRUE(write_mesh(grid(2, 2, 2), sink));
+  FileParts parts = take_apart(sink.bytes);
+  ByteWriter payload;
+  container::put_version(payload, parts.start);
+  payload.put_bytes(packed);
+  parts.chunks[0].payload = std::move(payload.bytes);
+  return put_together_with_index(std::move(parts));
+}
+/// Of a schema up to where its blocks begin.
+inline ByteWriter schema_head() {
+  ByteWriter head;
+  Schema schema;
+  put(head, schema);
+  head.bytes.resize(head.bytes.size() - 2);  // no blocks, no arrays
+  return head;
+}
+
+/// Two sheets of hexahedra, whose vertices in between are all alive at once, with an array of which
+/// no stream is there: its values are zeros.
+inline std::vector<std::byte> asking_columns(std::uint32_t side, Location location,
+                                             std::uint32_t components) {
+  TestMesh mesh = grid(side, side, 2);
+  MemorySink sink;
+  WriteOptions options;
+  options.connectivity = ConnectivityCodec::rows;
+  options.group_cells = 400;  // each a tile, with the array too
+  EXPECT_TRUE(write_mesh(mesh, sink, options));
+  FileParts parts = take_apart(sink.bytes);
+  mesh.schema.arrays.push_back(array_of("zeros", location, ScalarType::uint8, components));
+  ByteWriter blob, payload;
+  put(blob, mesh.schema);
+  container::put_version(payload, parts.start);
+  put_packed(payload, blob.bytes);
+  parts.chunks[0].payload = std::move(payload.bytes);
+  for (Chunk& chunk : parts.chunks) {
+    if (!chunk.is(container::ChunkKind::group)) continue;
+    auto group = take_group_apart(chunk.payload);
+    group->header.decoded_bytes +=
+        components * (location == Location::point ? group->header.vertices : group->header.cells);
+    chunk.payload = put_group_together(*group);
+  }
+  return put_together_with_index(std::move(parts));
+}
+
+struct AskingFile {
+  std::string name;
+  std::vector<std::byte> bytes;
+};
+
+inline std::vector<AskingFile> asking_files() {
+  using container::ChunkKind;
+  constexpr std::uint64_t kMany = std::uint64_t{500} << 20;
+  const auto extra_head = [](std::uint8_t version, std::uint64_t values) {
+    ByteWriter head;
+    if (version > 0) head.put_varint(1);
+    head.put_text("test/zeros");
+    head.put_u8(static_cast<std::uint8_t>(ScalarType::uint8));
+    head.put_u8(0);
+    if (version > 0) head.put_varint(0);
+    head.put_varint(1);
+    head.put_varint(values);
+    return head.bytes;
+  };
+  std::vector<AskingFile> files;
+  for (const std::uint8_t version : {std::uint8_t{0}, std::uint8_t{1}}) {
+    const auto payload = packed_zeros(extra_head(version, kMany), kMany);
+    files.push_back({"extras of version " + std::to_string(version),
+                     asking_mesh({8, {ChunkKind::extra, payload}}, version)});
+    const auto small = packed_zeros(extra_head(version, 1 << 20), 1 << 20);
+    files.push_back({"small extras of version " + std::to_string(version),
+                     asking_mesh({2000, {ChunkKind::extra, small}}, version)});
+  }
+  {  // a byte of difference each, which are eight in memory
+    constexpr std::uint64_t kValues = std::uint64_t{60} << 20;
+    ByteWriter head;
+    head.put_varint(1);
+    head.put_text("test/map");
+    head.put_u8(static_cast<std::uint8_t>(ScalarType::int64));
+    head.put_u8(0);
+    head.put_varint(1);
+    head.put_varint(1);
+    head.put_varint(kValues);
+    files.push_back({"differences of extras",
+                     asking_mesh({4, {ChunkKind::extra, packed_zeros(head.bytes, kValues)}})});
+  }
+  {  // of no name, no values, and no shape: five bytes
+    ByteWriter blob, payload;
+    blob.put_varint(kMostExtras);
+    for (std::size_t i = 0; i < kMostExtras; ++i) {
+      blob.put_u8(0);
+      blob.put_u8(static_cast<std::uint8_t>(ScalarType::uint8));
+      blob.put_u8(0);
+      blob.put_u8(0);
+      blob.put_u8(1);
+      blob.put_u8(0);
+    }
+    put_packed(payload, blob.bytes);
+    files.push_back({"empty extras", asking_mesh({500, {ChunkKind::extra, payload.bytes}})});
+  }
+  {  // as many sides as there may be
+    ByteWriter blob, payload;
+    constexpr std::size_t kExtras = 20000;
+    blob.put_varint(kExtras);
+    for (std::size_t i = 0; i < kExtras; ++i) {
+      blob.put_u8(0);
+      blob.put_u8(static_cast<std::uint8_t>(ScalarType::uint8));
+      blob.put_u8(0);
+      blob.put_u8(0);
+      blob.put_varint(255);
+      blob.bytes.resize(blob.bytes.size() + 255);
+    }
+    put_packed(payload, blob.bytes);
+    files.push_back({"shapes of extras", asking_mesh({50, {ChunkKind::extra, payload.bytes}})});
+  }
+  files.push_back(
+      {"step times",
+       asking_mesh({{ChunkKind::step_times, packed_zeros({}, std::uint64_t{800} << 20)}})});
+  {
+    ByteWriter head = schema_head();
+    head.bytes.pop_back();  // the length of source_format
+    head.put_varint(std::uint64_t{900} << 20);
+    files.push_back({"source format", asking_schema(packed_zeros(head.bytes,
+                                                                 (std::uint64_t{900} << 20) + 2))});
+  }
+  for (const std::uint64_t blocks : {std::uint64_t{1} << 20, std::uint64_t{500000}}) {
+    ByteWriter head = schema_head();
+    head.put_varint(blocks);
+    files.push_back({std::to_string(blocks) + " blocks",
+                     asking_schema(packed_zeros(head.bytes, 4 * blocks + 1))});
+  }
+  for (const bool ranges : {false, true}) {  // of many components, or on many blocks
+    ByteWriter head = schema_head();
+    head.put_varint(0);
+    head.put_varint(1);
+    head.put_u8(0);
+    head.put_u8(static_cast<std::uint8_t>(Location::cell));
+    head.put_u8(static_cast<std::uint8_t>(ScalarType::float32));
+    head.put_varint(65535);
+    head.put_u8(1);
+    constexpr std::uint64_t kCount = std::uint64_t{100} << 20;
+    head.put_varint(ranges ? 0 : kCount);
+    files.push_back({ranges ? "ranges" : "blocks of an array",
+                     asking_schema(packed_zeros(head.bytes, 2 * kCount))});
+  }
+  {
+    Schema schema = grid(2, 2, 2).schema;
+    schema.arrays.assign(65536, array_of("", Location::cell, ScalarType::float64, 65535));
+    for (ArrayInfo& array : schema.arrays) array.per_step = true;
+    ByteWriter blob, packed;
+    put(blob, schema);
+    put_packed(packed, blob.bytes);
+    files.push_back({"stepped arrays", asking_schema(packed.bytes)});
+  }
+  files.push_back({"components of vertices", asking_columns(66, Location::point, 4096)});
+  files.push_back({"components of cells", asking_columns(66, Location::cell, 4096)});
+  return files;
+}
+
+}  // namespace shm
