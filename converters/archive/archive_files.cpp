@@ -66,7 +66,7 @@ std::map<std::string, std::string> member_names(const std::vector<std::string>& 
 
 std::vector<MemberReport> join_files(const std::vector<std::string>& inputs, ByteSink& sink,
                                      const CompressOptions& how, const std::string& spool_directory,
-                                     std::size_t spool_memory) {
+                                     std::size_t spool_memory, const MeshLimits& limits) {
   const auto names = member_names(inputs);
   ArchiveWriter archive = unwrap(ArchiveWriter::create(sink));
   std::vector<MemberReport> report;
@@ -76,7 +76,7 @@ std::vector<MemberReport> join_files(const std::vector<std::string>& inputs, Byt
     if (format != nullptr && format->name == "shm") {
       copy_all(*unwrap(FileSource::open(input), input), input, member);
     } else {
-      Spool spool(spool_directory, spool_memory);
+      Spool spool(spool_directory, spool_memory, limits);
       const auto mesh = open_mesh(input, spool, how.progress);
       compress_mesh(*mesh, member, how, spool);
     }

@@ -28,7 +28,7 @@ struct MemberReport {
 // inputs have the same name.
 std::vector<MemberReport> join_files(const std::vector<std::string>& inputs, ByteSink& sink,
                                      const CompressOptions& how, const std::string& spool_directory,
-                                     std::size_t spool_memory);
+                                     std::size_t spool_memory, const MeshLimits& limits = {});
 
 // By its first bytes; what is no file is none.
 bool is_archive(const std::string& path);

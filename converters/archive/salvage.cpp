@@ -10,6 +10,7 @@
 #include "archive/damage_report.h"
 #include "base/failure.h"
 #include "compression/compress.h"
+#include "compression/decompress.h"
 #include "compression/piece_mesh.h"
 #include "formats/formats.h"
 #include "mesh/mesh_source.h"
@@ -29,7 +30,7 @@ class Salvage {
       : damage_(damage),
         name_(name),
         spool_(spool),
-        file_(unwrap(MeshExtractor::open_damaged(file), name)) {}
+        file_(unwrap(MeshExtractor::open_damaged(file, read_limits(spool)), name)) {}
 
   SalvageReport run(ByteSink& sink, const Progress& progress);
 

@@ -19,9 +19,10 @@ namespace {
 
 }  // namespace
 
-Spool::Spool(std::string directory, std::size_t memory_budget)
+Spool::Spool(std::string directory, std::size_t memory_budget, const MeshLimits& limits)
     : directory_(directory.empty() ? "." : std::move(directory)),
       memory_budget_(memory_budget),
+      limits_(limits),
       frames_(kPageBytes, kStartBytes,
               memory_budget - memory_budget / 4 - kept_topology_bytes(*this)),
       small_room_(memory_budget) {}

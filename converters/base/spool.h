@@ -96,6 +96,12 @@ class PageFrames {
 };
 
 // Where pages of many arrays live. Shares one memory budget and one temporary file. For one thread.
+// What a mesh may come to that goes through a spool; more is over_limit.
+struct MeshLimits {
+  std::uint64_t most = ~std::uint64_t{0};   // of cells, and of vertices
+  std::uint64_t bytes = ~std::uint64_t{0};  // of its numbers
+};
+
 class Spool {
  public:
   static constexpr std::size_t kPageBytes = 64 * 1024;
@@ -106,13 +112,15 @@ class Spool {
   // `directory`: where the temporary file is made when it is first needed. `memory_budget`: bytes
   // that pages here take at most, with what others hold beside them: half of it is for pages, a
   // quarter for caches, a quarter for what the library keeps.
-  explicit Spool(std::string directory, std::size_t memory_budget = kUsualBudget);
+  explicit Spool(std::string directory, std::size_t memory_budget = kUsualBudget,
+                 const MeshLimits& limits = {});
   ~Spool();
   const std::string& directory() const { return directory_; }
   Spool(const Spool&) = delete;
   Spool& operator=(const Spool&) = delete;
 
   std::size_t memory_budget() const { return memory_budget_; }
+  const MeshLimits& limits() const { return limits_; }
   // Bytes of the pages that were ever written.
   std::uint64_t paged_bytes() const { return pages_written_ * kPageBytes; }
   std::size_t resident_bytes() const { return frames_.resident_bytes(); }
@@ -136,6 +144,7 @@ class Spool {
 
   std::string directory_;
   std::size_t memory_budget_;
+  MeshLimits limits_;
   PageFrames frames_;
   int descriptor_ = -1;
   std::size_t small_room_;          // bytes that small arrays may still take

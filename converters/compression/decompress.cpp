@@ -220,6 +220,15 @@ void StagedMesh::fail(const std::string& section, const std::string& detail) con
   throw Failure(Error{ErrorCode::corrupt, detail, section, kNoOffset, name_});
 }
 
+ReadLimits read_limits(const Spool& spool) {
+  ReadLimits limits;
+  limits.max_unpacked_bytes = spool.memory_budget() / 4;
+  limits.max_column_bytes = spool.memory_budget() / 8;
+  limits.max_vertices = limits.max_cells = spool.limits().most;
+  limits.max_decoded_bytes = spool.limits().bytes;
+  return limits;
+}
+
 std::unique_ptr<StagedMesh> stage_shm(ByteSource& source, const std::string& name,
                                       std::uint64_t total, Spool& spool, const Progress& progress,
                                       unsigned threads) {
@@ -227,7 +236,7 @@ std::unique_ptr<StagedMesh> stage_shm(ByteSource& source, const std::string& nam
   ReadOptions options;
   options.threads = threads;
   options.kept_topology_bytes = kept_topology_bytes(spool);
-  return std::make_unique<StagedMesh>(watched, name, spool, ReadLimits(), options);
+  return std::make_unique<StagedMesh>(watched, name, spool, read_limits(spool), options);
 }
 std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
                                      const Progress& progress, unsigned threads) {

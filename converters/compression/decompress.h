@@ -75,6 +75,9 @@ class StagedMesh final : public MeshSource {
   bool mesh_done_ = false;
 };
 
+// What a file may ask for that goes through a spool.
+ReadLimits read_limits(const Spool& spool);
+
 // Stages a .shm file of `total` bytes (0: not known), called `name` in messages. `threads` decode,
 // 0 for one on each core.
 std::unique_ptr<StagedMesh> stage_shm(ByteSource& source, const std::string& name,

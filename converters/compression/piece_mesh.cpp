@@ -80,6 +80,7 @@ PieceMesh::PieceMesh(MeshExtractor& file, const PieceOptions& options, std::vect
   choose_blocks();
   settle();
   choose_arrays(options);
+  require_within(spool.limits(), info_, name);
   cut_sets(sets, options.flat);
 }
 
@@ -93,7 +94,13 @@ bool PieceMesh::takes_array(std::uint32_t source) const {
 
 void PieceMesh::stage(const ExtractRequest& request) {
   unwrap(file_->begin(request), name_);
-  while (const MeshBlock* part = unwrap(file_->next(), name_)) add_part(*part);
+  std::uint64_t bytes = 0;
+  while (const MeshBlock* part = unwrap(file_->next(), name_)) {
+    add_part(*part);
+    bytes += part->xyz.size() + part->corners.size() * sizeof part->corners[0];
+    for (const auto& [array, values] : staged_) bytes += part->arrays[array].size();
+    require_within(spool_->limits(), arrived_vertices_.size(), arrived_cells_.size(), bytes, name_);
+  }
 }
 
 void PieceMesh::add_part(const MeshBlock& part) {

@@ -161,7 +161,11 @@ const Format* format_of_file(const std::string& path) {
 
 std::unique_ptr<MeshSource> open_mesh(const std::string& path, Spool& spool,
                                       const Progress& progress) {
-  if (const Format* format = format_of_file(path)) return format->open(path, spool, progress);
+  if (const Format* format = format_of_file(path)) {
+    auto mesh = format->open(path, spool, progress);
+    require_within(spool.limits(), mesh->info(), path);
+    return mesh;
+  }
   const std::vector<std::byte> head = head_of(path);
   if (head.empty()) throw Failure(Error{ErrorCode::truncated, "is empty", {}, kNoOffset, path});
   const std::string other(unread_format(head));

@@ -1,8 +1,11 @@
 #include "mesh/mesh_source.h"
 
+#include <algorithm>
 #include <cstring>
 #include <span>
 #include <utility>
+
+#include "base/failure.h"
 
 namespace shm::converters {
 namespace {
@@ -15,7 +18,42 @@ Extra extra_of(std::string key, ScalarType type, Reference refers, std::span<con
   return extra;
 }
 
+// `count` times `each`, or the most that there is where it is more.
+std::uint64_t times(std::uint64_t count, std::uint64_t each) {
+  return each > 0 && count > ~std::uint64_t{0} / each ? ~std::uint64_t{0} : count * each;
+}
+
 }  // namespace
+
+void require_within(const MeshLimits& limits, std::uint64_t vertices, std::uint64_t cells,
+                    std::uint64_t bytes, const std::string& name) {
+  const auto require = [&](std::uint64_t count, std::uint64_t limit, const std::string& what) {
+    if (count > limit)
+      throw Failure(Error{ErrorCode::over_limit,
+                          "has more " + what + " than the limit of " + std::to_string(limit),
+                          {},
+                          kNoOffset,
+                          name});
+  };
+  require(vertices, limits.most, "vertices");
+  require(cells, limits.most, "cells");
+  require(bytes, limits.bytes, "bytes of numbers");
+}
+
+void require_within(const MeshLimits& limits, const MeshInfo& info, const std::string& name) {
+  std::uint64_t bytes = times(info.vertices, 3 * scalar_bytes(info.schema.coordinate_type));
+  const auto add = [&](std::uint64_t more) { bytes += std::min(more, ~bytes); };
+  std::uint64_t cells = 0;
+  for (std::size_t b = 0; b < info.schema.blocks.size(); ++b) {
+    cells += info.block_cells[b];
+    add(times(info.block_cells[b], 8 * std::uint64_t{info.schema.blocks[b].nodes_per_cell}));
+  }
+  for (std::size_t a = 0; a < info.schema.arrays.size(); ++a) {
+    const std::uint64_t steps = info.schema.arrays[a].per_step ? info.step_times.size() : 1;
+    add(times(times(info.array_elements(a), info.array_stride(a)), steps));
+  }
+  require_within(limits, info.vertices, cells, bytes, name);
+}
 
 const Extra* find_extra(const MeshInfo& info, std::string_view key) {
   for (const Extra& extra : info.extras)

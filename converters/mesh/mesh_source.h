@@ -16,6 +16,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/spool.h"
 #include "shm/schema.h"
 
 namespace shm::converters {
@@ -91,6 +92,13 @@ class MeshSource {
   virtual void read_array(std::size_t array, std::uint64_t step, std::uint64_t first,
                           std::uint64_t count, std::byte* out) = 0;
 };
+
+// Throws Failure, over_limit, where the mesh called `name` has more than `limits` allow; cells of
+// any number of nodes count as having none.
+void require_within(const MeshLimits& limits, const MeshInfo& info, const std::string& name);
+// The same of what there is of it. `bytes`: of its numbers.
+void require_within(const MeshLimits& limits, std::uint64_t vertices, std::uint64_t cells,
+                    std::uint64_t bytes, const std::string& name);
 
 // Extras of a mesh as text and integers, and extras made of these.
 

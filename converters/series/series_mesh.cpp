@@ -217,7 +217,7 @@ std::unique_ptr<MeshSource> open_series(std::span<const SeriesFile> files, Spool
   auto series = std::make_unique<SeriesMesh>(opened(files.front(), spool), files.front(), spool);
   for (std::size_t i = 1; i < files.size(); ++i) {
     if (progress) progress("reading the series", i, files.size());
-    Spool own(spool.directory(), spool.memory_budget());
+    Spool own(spool.directory(), spool.memory_budget(), spool.limits());
     const auto mesh = opened(files[i], own);
     series->add(*mesh, files[i], own, remark);
   }

@@ -45,7 +45,7 @@ void check_removable(const std::string& path) {
 
 void remove_source(const std::string& source, const std::string& written, CommonOptions& options,
                    const Progress& progress, const CellSequence* cell_order) {
-  Spool spool(spool_directory(options), spool_memory(options));
+  Spool spool(spool_directory(options), spool_memory(options), mesh_limits(options));
   ToolInput source_file(options, source), written_file(options, written);
   const bool compressed = written_file.is_shm();
   const auto before = source_file.open(spool, progress);

@@ -45,6 +45,13 @@ std::size_t spool_memory(const CommonOptions& options, bool any_order) {
   return options.memory ? *options.memory : any_order ? kAnyOrder : Spool::kUsualBudget;
 }
 
+MeshLimits mesh_limits(const CommonOptions& options) {
+  MeshLimits limits;
+  if (options.max_cells) limits.most = *options.max_cells;
+  if (options.max_output) limits.bytes = *options.max_output;
+  return limits;
+}
+
 std::uint64_t file_bytes(const std::string& path) {
   struct stat status {};
   return ::stat(path.c_str(), &status) == 0 ? static_cast<std::uint64_t>(status.st_size) : 0;

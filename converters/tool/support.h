@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "base/spool.h"
 #include "shm/result.h"
 #include "transfer/losses.h"
 
@@ -31,6 +32,7 @@ struct CommonOptions {
   std::string part;                     // of an archive; empty: its only one
   std::string temp;                     // empty: beside the output
   std::optional<std::uint64_t> memory;  // bytes of the spool
+  std::optional<std::uint64_t> max_output, max_cells;  // of a mesh: bytes of its numbers; cells
   bool quiet = false;
   bool force = false;  // write over the output where it is there
 };
@@ -38,6 +40,8 @@ struct CommonOptions {
 // Memory of the spool: as the user wants it, or what is usual; more where `any_order` of vertices
 // or cells is likely.
 std::size_t spool_memory(const CommonOptions& options, bool any_order = false);
+
+MeshLimits mesh_limits(const CommonOptions& options);
 
 // Spools go beside the output, which has room for meshes, or where the user wants them.
 std::string spool_directory(const CommonOptions& options);

@@ -171,7 +171,7 @@ ExitCode AppendCommand::run() {
   require_no_archive(input);
   if (output.empty()) output = input;
   ProgressLine line(*this);
-  Spool spool(spool_directory(*this), spool_memory(*this));
+  Spool spool(spool_directory(*this), spool_memory(*this), mesh_limits(*this));
   line.show("reading " + source);
   ToolInput in(*this, source);
   auto mesh = in.open(spool, line.callback(), threads);

@@ -270,7 +270,7 @@ ExitCode CompressCommand::run() {
   const auto start = std::chrono::steady_clock::now();
   ProgressLine line(*this);
   // An incoherent mesh is read in any order: pages that go to disk would come back soon.
-  Spool spool(spool_directory(*this), spool_memory(*this, order == "free"));
+  Spool spool(spool_directory(*this), spool_memory(*this, order == "free"), mesh_limits(*this));
   line.show("reading " + input);
   ToolInput in(*this);
   const auto mesh = in.open(spool, line.callback());

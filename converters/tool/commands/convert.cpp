@@ -44,7 +44,7 @@ ExitCode ConvertCommand::write(ToolInput& in) {
     wrong_use("--rm needs a file that gives all back; --step and --time take some of it");
   const StepFiles step_files(output, format);
   ProgressLine line(*this);
-  Spool spool(spool_directory(*this), spool_memory(*this));
+  Spool spool(spool_directory(*this), spool_memory(*this), mesh_limits(*this));
   line.expect({{"decoding", 1}, {"writing", 1}}, in.bytes());
   line.show("reading " + input);
   const Format* const named = format_of_name(output);
@@ -112,7 +112,7 @@ ExitCode ConvertCommand::write_each(MeshSource& mesh, const StepFiles& step_file
   LossList losses;
   LossCollector all(&losses);
   for (std::uint64_t step = range.first; step < range.end; ++step) {
-    Spool own(spool.directory(), spool.memory_budget());
+    Spool own(spool.directory(), spool.memory_budget(), spool.limits());
     const Conversion conversion(mesh, step_files.format(), step_in_file(info, step), own);
     for (const std::string& loss : conversion.losses()) all.add(loss);
   }
@@ -120,7 +120,8 @@ ExitCode ConvertCommand::write_each(MeshSource& mesh, const StepFiles& step_file
   step_files.begin();
   for (std::uint64_t step = range.first; step < range.end; ++step) {
     line.show("writing", step - range.first, range.size());
-    Spool own(spool.directory(), spool.memory_budget());  // what it takes on the disk goes with it
+    Spool own(spool.directory(), spool.memory_budget(),
+              spool.limits());  // what it takes on the disk goes with it
     Conversion conversion(mesh, step_files.format(), step_in_file(info, step), own);
     write_mesh(conversion.mesh(), step_files.file(step), step_files.format(), own);
   }

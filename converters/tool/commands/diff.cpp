@@ -124,7 +124,7 @@ ExitCode DiffCommand::run() {
   options.limit = limit;
   ProgressLine line(*this);
   // With --match, places and values are read in any order.
-  Spool spool(spool_directory(*this), spool_memory(*this, match));
+  Spool spool(spool_directory(*this), spool_memory(*this, match), mesh_limits(*this));
   line.show("reading " + input);
   const auto part_in = [&](const std::string& path) {
     return is_archive(path) ? part : std::string();

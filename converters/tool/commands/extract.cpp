@@ -355,7 +355,7 @@ bool Extraction::write_each(ProgressLine& line) {
   const StepRange range = steps_in_files(info, steps_);
   LossCollector all(&losses_);
   for (std::uint64_t step = range.first; step < range.end; ++step) {
-    Spool own(spool_.directory(), spool_.memory_budget());
+    Spool own(spool_.directory(), spool_.memory_budget(), spool_.limits());
     const Translation translation = translated(step_in_file(info, step), own);
     for (const std::string& loss : translation.losses()) all.add(loss);
   }
@@ -365,8 +365,8 @@ bool Extraction::write_each(ProgressLine& line) {
   files_.begin();
   for (std::uint64_t step = range.first; step < range.end; ++step) {
     line.show("writing " + options_.output, step - range.first, range.size());
-    Spool own(spool_.directory(),
-              spool_.memory_budget());  // what it takes on the disk goes with it
+    // What it takes on the disk goes with it.
+    Spool own(spool_.directory(), spool_.memory_budget(), spool_.limits());
     Translation translation = translated(step_in_file(info, step), own);
     FromElsewhere mesh(translation.mesh(), whole_);
     write_mesh(mesh, files_.file(step), format_, own);
@@ -451,7 +451,7 @@ Places ExtractCommand::places() {
 
 ExitCode ExtractCommand::run() {
   ProgressLine line(*this);
-  Spool spool(spool_directory(*this), spool_memory(*this));
+  Spool spool(spool_directory(*this), spool_memory(*this), mesh_limits(*this));
   Extraction extraction(*this, spool);
   line.show("reading " + input);
   if (!extraction.run(line)) return kIncomplete;

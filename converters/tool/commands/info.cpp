@@ -51,7 +51,7 @@ bool InfoCommand::is_small(const MeshInfo& info) const {
 InfoExtent InfoCommand::extent_of_small(ToolInput& in, const FileSummary& summary,
                                         ProgressLine& line) const {
   try {
-    Spool spool(spool_directory(*this), spool_memory(*this));
+    Spool spool(spool_directory(*this), spool_memory(*this), mesh_limits(*this));
     return measure_extent(*in.open(spool, line.callback()), true, line.callback());
   } catch (const Failure&) {
     InfoExtent extent{box_of_index(in.path(), summary.totals.trailing_bytes), {}};
@@ -77,7 +77,7 @@ std::string InfoCommand::of_mesh(ToolInput& in, ProgressLine& line) {
       return report(summary->info, totals, extent_of_small(in, *summary, line));
     return report(summary->info, totals, {box_of_index(in.path(), totals->trailing_bytes), {}});
   }
-  Spool spool(spool_directory(*this), spool_memory(*this));
+  Spool spool(spool_directory(*this), spool_memory(*this), mesh_limits(*this));
   const auto mesh = in.open(spool, line.callback());
   InfoExtent extent = measure_extent(*mesh, ranges || is_small(mesh->info()), line.callback());
   return report(summary ? summary->info : mesh->info(), totals, std::move(extent));

@@ -64,7 +64,7 @@ Places JoinCommand::places() {
 ExitCode JoinCommand::write_merged(const CompressOptions& how, ProgressLine& line) {
   const auto start = std::chrono::steady_clock::now();
   allow_many_files();
-  Spool spool(spool_directory(*this), spool_memory(*this));
+  Spool spool(spool_directory(*this), spool_memory(*this), mesh_limits(*this));
   const auto mesh = open_merged(inputs, spool);
   OutputFile file(output, spool_directory(*this));
   CompressRun run;
@@ -92,7 +92,8 @@ ExitCode JoinCommand::run() {
   if (merge) return write_merged(how, line);
   OutputFile archive(output, spool_directory(*this));
   ByteSink& sink = archive.sink();
-  const auto members = join_files(inputs, sink, how, spool_directory(*this), spool_memory(*this));
+  const auto members = join_files(inputs, sink, how, spool_directory(*this), spool_memory(*this),
+                                  mesh_limits(*this));
   archive.commit();
   line.wipe();
   const std::uint64_t bytes = file_bytes(output);

@@ -203,7 +203,7 @@ void RepairRun::salvage_rest() {
   if (is_same_file(options_.input, options_.output))
     fail_unhealed("it cannot be given back as it was; -o OUT.shm writes what of it is whole");
   OutputFile output(options_.output, spool_directory(options_));
-  Spool spool(spool_directory(options_), spool_memory(options_));
+  Spool spool(spool_directory(options_), spool_memory(options_), mesh_limits(options_));
   repair_.salvaged =
       salvage(*source_, repair_.damage, options_.input, output.sink(), spool, line_.callback());
   if (repair_.has_parity && source_ == &protected_->healed() && has_parity_codes())

@@ -51,7 +51,7 @@ ExitCode SplitCommand::run() {
     if (packed || was_packed(member)) {
       archive.copy(member, path);
     } else {
-      Spool spool(temp.empty() ? directory : temp, spool_memory(*this));
+      Spool spool(temp.empty() ? directory : temp, spool_memory(*this), mesh_limits(*this));
       archive.restore(member, path, spool, line.callback(), threads);
     }
     line.wipe();

@@ -103,7 +103,7 @@ ExitCode VerifyCommand::verify_archive() {
   ExitCode code = kDone;
   for (const ArchiveMember& member : archive.members()) {
     ProgressLine line(*this);
-    Spool spool(spool_directory(*this), spool_memory(*this));
+    Spool spool(spool_directory(*this), spool_memory(*this), mesh_limits(*this));
     const auto restored = archive.open(member, spool, line.callback(), threads);
     const std::string place = archive.place(member);
     if (against.empty()) {
@@ -177,7 +177,7 @@ ExitCode VerifyCommand::run() {
   }
   in.require_shm();
   ProgressLine line(*this);
-  Spool spool(spool_directory(*this), spool_memory(*this));
+  Spool spool(spool_directory(*this), spool_memory(*this), mesh_limits(*this));
   std::unique_ptr<MeshSource> restored;
   line.expect({{"decoding", 1}, {"comparing", against.empty() ? 0 : .5}}, in.bytes());
   try {

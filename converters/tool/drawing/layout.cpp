@@ -66,7 +66,7 @@ bool LayoutCommand::is_png() const { return output.ends_with(".png"); }
 
 ExitCode LayoutCommand::run() {
   ProgressLine line(*this);
-  Spool spool(spool_directory(*this), spool_memory(*this));
+  Spool spool(spool_directory(*this), spool_memory(*this), mesh_limits(*this));
   line.expect({{"finding last uses", 1}, {"streaming cells", 2}}, 0);
   line.show("reading " + input);
   ToolInput in(*this);

@@ -184,7 +184,7 @@ Places PreviewCommand::places() {
 
 ExitCode PreviewCommand::run() {
   ProgressLine line(*this);
-  Spool spool(spool_directory(*this), spool_memory(*this));
+  Spool spool(spool_directory(*this), spool_memory(*this), mesh_limits(*this));
   line.show("reading " + input);
   ToolInput in(*this);
   ShownBoundary shown = shown_boundary(*this, in, spool, line,

@@ -142,7 +142,7 @@ Places SurfaceCommand::places() {
 
 ExitCode SurfaceCommand::run() {
   ProgressLine line(*this);
-  Spool spool(spool_directory(*this), spool_memory(*this));
+  Spool spool(spool_directory(*this), spool_memory(*this), mesh_limits(*this));
   line.show("reading " + input);
   ToolInput in(*this);
   ShownRequest request;

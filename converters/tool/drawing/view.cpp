@@ -83,7 +83,7 @@ std::string ViewCommand::shown_name() const {
 ExitCode ViewCommand::run() {
   const std::string empty = empty_page(page);
   ProgressLine line(*this);
-  Spool spool(spool_directory(*this), spool_memory(*this));
+  Spool spool(spool_directory(*this), spool_memory(*this), mesh_limits(*this));
   line.show("reading " + input);
   ToolInput in(*this);
   OutputFile file(output, spool_directory(*this));

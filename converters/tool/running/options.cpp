@@ -63,6 +63,16 @@ CLI::App* add_command(CLI::App& tool, CommonOptions& options, const std::string&
                    "rest is on disk\n(default: 256M; 1G for what needs them in any order)")
       ->transform(kSize)
       ->type_name("SIZE");
+  command
+      ->add_option("--max-output", options.max_output,
+                   "Refuse a mesh whose numbers take more than SIZE, with exit code 5")
+      ->transform(kSize)
+      ->type_name("SIZE");
+  command
+      ->add_option("--max-cells", options.max_cells,
+                   "Refuse a mesh of more than N cells, or of more than N vertices")
+      ->check(whole_number(1, ~std::uint64_t{0}))
+      ->type_name("N");
   command->add_flag("-q,--quiet", options.quiet, "No progress, and no summary at the end");
   return command;
 }

@@ -11,6 +11,7 @@
 
 #include "archive/archive_files.h"
 #include "base/failure.h"
+#include "compression/decompress.h"
 #include "shm/mesh.h"
 #include "shm/mesh_extract.h"
 
@@ -98,9 +99,10 @@ class ShownReader {
       wrong_use("--part needs an archive; " + options_.input + " is none");
     }
     WatchedSource watched(*source, line_.callback());
+    const ReadLimits limits = read_limits(spool_);
     ShownBoundary shown;
     {
-      const MeshExtractor opened = unwrap(MeshExtractor::open(watched), path);
+      const MeshExtractor opened = unwrap(MeshExtractor::open(watched, limits), path);
       shown.schema = opened.schema();
       choose_array(opened.step_count(), shown);
     }
@@ -109,7 +111,7 @@ class ShownReader {
     ReadOptions reading;
     reading.threads = request_.threads;
     reading.max_ahead_bytes = std::uint64_t{64} << 20;
-    shown.boundary = unwrap(read_boundary(watched, options, {}, reading), path);
+    shown.boundary = unwrap(read_boundary(watched, options, limits, reading), path);
     if (request_.points_instead && shown.boundary.face_count() == 0)
       show_points(*in_.open(spool_, line_.callback(), request_.threads), std::nullopt, shown);
     return shown;

@@ -170,6 +170,11 @@ void Parser::find_pieces(Node& grid) {
     pieces_.push_back({&each, next});
     next.first_point += next.points;
     next.first_cell += next.cells;
+    // Before anything is unpacked.
+    if (std::max(next.first_point, next.first_cell) > spool_.limits().most)
+      loader_.fail(ErrorCode::over_limit, each,
+                   "makes it more points or cells than the limit of " +
+                       std::to_string(spool_.limits().most));
   }
   info_.vertices = next.first_point;
 }
