@@ -574,9 +574,10 @@ TEST(CInterface, EveryFaultyFileIsRefused) {
 
 /// All of a stream, in pieces of `piece` bytes.
 std::map<std::int32_t, int> decoded(std::span<const std::byte> bytes, std::size_t piece, Bytes& xyz,
-                                    shmf_status& status) {
+                                    shmf_status& status,
+                                    const shmf_open_options* options = nullptr) {
   shmf_decoder* handle = nullptr;
-  EXPECT_EQ(shmf_decoder_new(nullptr, &handle, nullptr), SHMF_OK);
+  EXPECT_EQ(shmf_decoder_new(options, &handle, nullptr), SHMF_OK);
   const CDecoder decoder(handle);
   std::map<std::int32_t, int> kinds;
   shmf_info info{};
@@ -623,6 +624,27 @@ TEST(CInterface, StreamsComeInPiecesOfAnySize) {
   shmf_status status{};
   decoded(std::span(bytes).first(bytes.size() / 2), 1000, xyz, status);
   EXPECT_EQ(status, SHMF_TRUNCATED);
+}
+
+TEST(CInterface, WhatComesOutMayBeLimited) {
+  const Bytes bytes = two_blocks_file();
+  using Limit = std::uint64_t shmf_open_options::*;
+  for (const Limit limit : {&shmf_open_options::max_cells, &shmf_open_options::max_vertices,
+                            &shmf_open_options::max_decoded_bytes})
+    for (const bool enough : {false, true}) {
+      shmf_open_options options{};
+      options.struct_size = sizeof options;
+      options.*limit = enough ? 1000000 : 3;
+      Bytes xyz;
+      shmf_status status{};
+      decoded(bytes, bytes.size(), xyz, status, &options);
+      EXPECT_EQ(status, enough ? SHMF_OK : SHMF_OVER_LIMIT);
+      shmf_file* file = nullptr;
+      const bool by_index = limit != &shmf_open_options::max_decoded_bytes;
+      EXPECT_EQ(shmf_open_memory(bytes.data(), bytes.size(), &options, &file, nullptr),
+                enough || !by_index ? SHMF_OK : SHMF_OVER_LIMIT);
+      shmf_close(file);
+    }
 }
 
 TEST(CInterface, WordsAndNumbersAreThose) {

@@ -206,6 +206,18 @@ class Reading(FolderTest):
         for mesh in meshes.values():  # they outlive the archive
             self.assertEqual(len(mesh.points), mesh.vertex_count)
 
+    def test_cells_and_vertices_may_be_limited(self):
+        cells = shmformat.open(GOLDEN / "keep.shm").cell_count
+        shmformat.open(GOLDEN / "keep.shm", max_cells=cells, max_vertices=1000)
+        for limit in ({"max_cells": cells - 1}, {"max_vertices": 1}):
+            with self.assertRaises(shmformat.Error) as caught:
+                shmformat.open(GOLDEN / "keep.shm", **limit)
+            self.assertEqual(caught.exception.code, "over limit")
+        with shmformat.open(GOLDEN / "archive.shm", max_cells=1) as archive, self.assertRaises(shmformat.Error):
+            archive[next(iter(archive))]
+        with self.assertRaises(ValueError):
+            shmformat.open(GOLDEN / "keep.shm", max_cells=0)
+
     def test_errors_say_what_and_where(self):
         with self.assertRaises(shmformat.Error) as caught:
             shmformat.open(self.path("none.shm"))

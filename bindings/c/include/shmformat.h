@@ -174,6 +174,9 @@ typedef struct shmf_open_options {
   int32_t damaged;
   uint32_t max_arrays, max_static_components, max_blocks, max_segments;
   uint64_t max_active_vertices, max_chunk_bytes, max_group_bytes, max_extra_bytes, max_steps;
+  /* Since 0.10. Of what comes out there is no limit unless one is given; max_decoded_bytes is of
+     streams in pieces. */
+  uint64_t max_unpacked_bytes, max_column_bytes, max_vertices, max_cells, max_decoded_bytes;
 } shmf_open_options;
 
 typedef struct shmf_range {

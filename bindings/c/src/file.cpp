@@ -70,6 +70,11 @@ shm::ReadLimits limits_of(const shmf_open_options& options) {
   set(limits.max_group_bytes, options.max_group_bytes);
   set(limits.max_extra_bytes, options.max_extra_bytes);
   set(limits.max_steps, options.max_steps);
+  set(limits.max_unpacked_bytes, options.max_unpacked_bytes);
+  set(limits.max_column_bytes, options.max_column_bytes);
+  set(limits.max_vertices, options.max_vertices);
+  set(limits.max_cells, options.max_cells);
+  set(limits.max_decoded_bytes, options.max_decoded_bytes);
   set(limits.max_arrays, options.max_arrays);
   set(limits.max_static_components, options.max_static_components);
   set(limits.max_blocks, options.max_blocks);

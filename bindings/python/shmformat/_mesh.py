@@ -210,15 +210,19 @@ class _Handle:
             self._calls -= 1
 
 
-def _options(damaged: bool) -> Any:
+def _options(wanted: Mapping[str, int | None]) -> Any:
     options = struct("open_options")
-    options.damaged = damaged
+    for name, value in wanted.items():
+        if value is not None:
+            if name != "damaged" and value < 1:
+                raise ValueError(f"{name} is at least 1")
+            setattr(options, name, value)
     return options
 
 
-def _opened(source: Source, damaged: bool) -> _Handle:
+def _opened(source: Source, wanted: Mapping[str, int | None]) -> _Handle:
     file = ffi.new("shmf_file**")
-    options = _options(damaged)
+    options = _options(wanted)
     if isinstance(source, str) and re.match(r"[a-z][a-z0-9+.-]+://", source):
         from ._remote import open_url  # what it needs of Python is large, and most files are here
 
@@ -292,31 +296,34 @@ def _opened_ranges(size: int, read_into: Callable[[int, memoryview], None], sour
     return handle
 
 
-def open(source: Source, *, damaged: bool = False) -> Mesh | Archive:
+def open(source: Source, *, damaged: bool = False, max_cells: int | None = None,
+         max_vertices: int | None = None) -> Mesh | Archive:
     """Opens a .shm file: a path, a URL, bytes, or a file object that can be sought in.
 
     Of a URL it reads what is asked for, by ranges, as the server must give them; protocols beside http and
     https are those of fsspec, where it is installed.
 
     Reads the end of the file, its index and its schema. With `damaged` a hurt file gives what of it is
-    whole; values that are lost are NaN, integers 0. An archive of several files is an Archive.
+    whole; values that are lost are NaN, integers 0. An archive of several files is an Archive. A file of more
+    cells or vertices than are given is an Error, "over limit": few bytes may be very many.
     """
-    handle = _opened(source, damaged)
+    wanted = {"damaged": damaged, "max_cells": max_cells, "max_vertices": max_vertices}
+    handle = _opened(source, wanted)
     if not lib.shmf_is_archive(handle.file):
         return Mesh(handle)
-    return Archive(handle, lib.shmf_member_count(handle.file), damaged)
+    return Archive(handle, lib.shmf_member_count(handle.file), wanted)
 
 
 class Archive(Mapping):
     """The files in an archive, by name; archive[name] opens one."""
 
-    def __init__(self, handle: _Handle, members: int, damaged: bool):
-        self._handle, self._damaged = handle, damaged
+    def __init__(self, handle: _Handle, members: int, wanted: Mapping[str, int | None]):
+        self._handle, self._wanted = handle, wanted
         self._members = {text(lib.shmf_member_name(handle.file, m)): m for m in range(members)}
 
     def __getitem__(self, name: str) -> Mesh:
         file = ffi.new("shmf_file**")
-        self._handle(lib.shmf_open_member, self._members[name], _options(self._damaged), file)
+        self._handle(lib.shmf_open_member, self._members[name], _options(self._wanted), file)
         member = _Handle(file[0], self._handle)
         member.origin = self._handle
         return Mesh(member)
