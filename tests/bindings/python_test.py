@@ -213,7 +213,7 @@ class Reading(FolderTest):
             with self.assertRaises(shmformat.Error) as caught:
                 shmformat.open(GOLDEN / "keep.shm", **limit)
             self.assertEqual(caught.exception.code, "over limit")
-        with shmformat.open(GOLDEN / "archive.shm", max_cells=1) as archive, self.assertRaises(shmformat.Error):
+        with shmformat.open(GOLDEN / "archive.shm", max_vertices=1) as archive, self.assertRaises(shmformat.Error):
             archive[next(iter(archive))]
         with self.assertRaises(ValueError):
             shmformat.open(GOLDEN / "keep.shm", max_cells=0)
