@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Small files that ask for much: no command of the tool takes more than 300 MB for one of them at its defaults.
+"""Small files that ask for much: eight commands of the tool take no more than 300 MB for one of them at their defaults.
 
 Usage: asking_files_test.py PATH_OF_SHM PATH_OF_MAKE_ASKING
 """
