@@ -186,15 +186,14 @@ inline std::vector<AskingFile> asking_files() {
     put_packed(payload, blob.bytes);
     files.push_back({"shapes of extras", asking_mesh({50, {ChunkKind::extra, payload.bytes}})});
   }
-  files.push_back(
-      {"step times",
-       asking_mesh({{ChunkKind::step_times, packed_zeros({}, std::uint64_t{800} << 20)}})});
+  files.push_back({"step times", asking_mesh({{ChunkKind::step_times,
+                                               packed_zeros({}, std::uint64_t{800} << 20)}})});
   {
     ByteWriter head = schema_head();
     head.bytes.pop_back();  // the length of source_format
     head.put_varint(std::uint64_t{900} << 20);
-    files.push_back({"source format", asking_schema(packed_zeros(head.bytes,
-                                                                 (std::uint64_t{900} << 20) + 2))});
+    files.push_back(
+        {"source format", asking_schema(packed_zeros(head.bytes, (std::uint64_t{900} << 20) + 2))});
   }
   for (const std::uint64_t blocks : {std::uint64_t{1} << 20, std::uint64_t{500000}}) {
     ByteWriter head = schema_head();

@@ -1,13 +1,13 @@
 // Small files that ask for much get little memory, however they are read; honest ones get all.
 #include <string>
 
+#include "hostile/asking_files.h"
 #include "shm/appender.h"
 #include "shm/damage.h"
 #include "shm/mesh.h"
 #include "shm/mesh_extract.h"
 #include "shm/segment_reader.h"
 #include "shm/step_reader.h"
-#include "hostile/asking_files.h"
 #include "support/hostile.h"
 #include "support/watched_memory.h"
 
@@ -111,7 +111,8 @@ TEST(Budget, IsTheCallers) {
   EXPECT_FALSE(of(1, kMega / 2));
 }
 
-// Numbers that count up, as sets of all cells of a large mesh do, and are large where they are read.
+// Numbers that count up, as sets of all cells of a large mesh do, and are large where they are
+// read.
 TEST(Budget, HasRoomForWhatAWriterWrites) {
   constexpr std::uint64_t kValues = 3000000, kExtras = 5;
   Extra extra;
