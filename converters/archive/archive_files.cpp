@@ -124,26 +124,26 @@ std::string ArchiveFile::place(const ArchiveMember& member) const {
   return path_ + ": " + member.name;
 }
 
-SectionSource ArchiveFile::section(const ArchiveMember& member) {
+SectionSource ArchiveFile::bytes(const ArchiveMember& member) {
   return {*file_, member.offset, member.bytes};
 }
 
 std::unique_ptr<StagedMesh> ArchiveFile::open(const ArchiveMember& member, Spool& spool,
                                               const Progress& progress, unsigned threads) {
-  SectionSource bytes = section(member);
-  return stage_shm(bytes, place(member), member.bytes, spool, progress, threads);
+  SectionSource stored = bytes(member);
+  return stage_shm(stored, place(member), member.bytes, spool, progress, threads);
 }
 
 FileSummary ArchiveFile::summarize(const ArchiveMember& member) {
-  SectionSource bytes = section(member);
-  return summarize_shm(bytes, place(member));
+  SectionSource stored = bytes(member);
+  return summarize_shm(stored, place(member));
 }
 
 void ArchiveFile::copy(const ArchiveMember& member, const std::string& path) {
-  SectionSource bytes = section(member);
+  SectionSource stored = bytes(member);
   OutputFile output(path);
   ByteSink& sink = output.sink();
-  copy_all(bytes, place(member), sink);
+  copy_all(stored, place(member), sink);
   output.commit();
 }
 

@@ -49,10 +49,10 @@ class ArchiveFile {
   void restore(const ArchiveMember& member, const std::string& path, Spool& spool,
                const Progress& progress, unsigned threads);
   std::string place(const ArchiveMember& member) const;  // "FILE: NAME", for messages
+  // A view of it as it stands, as long as this lives.
+  SectionSource bytes(const ArchiveMember& member);
 
  private:
-  SectionSource section(const ArchiveMember& member);
-
   std::string path_;
   std::unique_ptr<FileRandomSource> file_;
   ArchiveReader list_;

@@ -212,7 +212,8 @@ std::string sound_json(const std::string& path, const MeshInfo& info, const Pari
 }
 
 std::string compare_json(const CompareReport& report, const std::string& source,
-                         const std::string& restored, const MeshInfo& info) {
+                         const std::string& restored, const MeshInfo& info,
+                         std::uint64_t stray_bytes) {
   Json json;
   json["file"] = restored;
   json["sound"] = true;
@@ -225,12 +226,13 @@ std::string compare_json(const CompareReport& report, const std::string& source,
     json["quantized"].push_back({{"what", error.what},
                                  {"largest_error", error.largest},
                                  {"promised_error", error.promised}});
+  if (stray_bytes > 0) json["stray_bytes"] = stray_bytes;
   add_counts(json, info);
   return dump(json);
 }
 
 std::string compare_text(const CompareReport& report, const std::string& source,
-                         const std::string& restored) {
+                         const std::string& restored, std::uint64_t stray_bytes) {
   std::string text;
   if (report.equal()) {
     text = restored + ": " + (report.measured.empty() ? "equal to " : "within its promise of ") +
@@ -245,6 +247,8 @@ std::string compare_text(const CompareReport& report, const std::string& source,
   for (const MeasuredError& error : report.measured)
     text += "  " + error.what + ": largest error " + number_text(error.largest) + ", promised " +
             number_text(error.promised) + "\n";
+  if (stray_bytes > 0)
+    text += "  " + plural(stray_bytes, "byte", "bytes") + " behind its end belong to nothing\n";
   return text;
 }
 

@@ -47,9 +47,10 @@ std::string join_text(const std::string& output, std::uint64_t output_bytes,
 std::string sound_json(const std::string& path, const MeshInfo& info, const ParityState& parity,
                        std::uint64_t stray_bytes);
 std::string compare_json(const CompareReport& report, const std::string& source,
-                         const std::string& restored, const MeshInfo& info);
+                         const std::string& restored, const MeshInfo& info,
+                         std::uint64_t stray_bytes);
 std::string compare_text(const CompareReport& report, const std::string& source,
-                         const std::string& restored);
+                         const std::string& restored, std::uint64_t stray_bytes);
 
 // Names come from files and need not be UTF-8.
 std::string json_text(const nlohmann::json& json);

@@ -2,8 +2,9 @@
 
 import struct
 from dataclasses import dataclass
+from itertools import accumulate, islice
 
-from .basics import MASK32, SCALAR_BYTES, Cursor, ShmError, checksum, packed_blob, reject_unless
+from .basics import MASK32, MASK64, SCALAR_BYTES, Cursor, ShmError, checksum, packed_blob, reject_unless
 from .group import STREAM_NAMES, GroupHeader, Imported, Segment
 from .schema import read_schema
 from .steps import StepValues, read_parts
@@ -133,7 +134,7 @@ class File:
         self.schema_payload = chunk.payload
         self.schema = read_schema(chunk.payload, chunk.base(), data[8:16])
         self.schema.earlier_values = data[10] >= 10  # the minor version
-        self.entries = [(chunk.kind, 16, chunk.bytes())]
+        self.entries = [(chunk.kind, 16, chunk.bytes(), None)]  # what each chunk is, in the order of the file
         self.totals = Totals(block_cells=[0] * len(self.schema.blocks))
         self.groups, self.segment, self.imported = [], None, Imported()
         self.step_values, self.step_times = None, None
@@ -144,6 +145,7 @@ class File:
         while True:
             chunk = read_chunk(self.data, at, sequence)
             at, sequence = chunk.end(), sequence + 1
+            self.listed = None  # of a group or step values, what the index has besides
             if not chunk.known:
                 if not chunk.optional:
                     raise ShmError(f"unsupported: chunk of kind {chunk.kind}", "chunk header", chunk.offset)
@@ -164,7 +166,7 @@ class File:
                 self.totals.trailing_bytes = len(self.data) - at - 16
                 yield self.totals
                 return
-            self.entries.append((chunk.kind, chunk.offset, chunk.bytes()))
+            self.entries.append((chunk.kind, chunk.offset, chunk.bytes(), self.listed))
 
     def _count_bytes(self, name, count):
         self.stream_bytes[name] = self.stream_bytes.get(name, 0) + count
@@ -188,6 +190,8 @@ class File:
             error.section = error.section or "group"
             error.offset = chunk.base() if error.offset is None else error.offset
             raise
+        self.listed = [number, header.first_cell, header.cells, header.first_vertex, header.vertices, header.box,
+                       header.header_bytes]
         totals.vertices += header.vertices
         totals.imported_vertices += header.imported_vertices
         totals.max_active_vertices = max(totals.max_active_vertices, header.max_active_vertices)
@@ -209,12 +213,15 @@ class File:
     def _step_values(self, chunk):
         if self.step_values is None:
             self.step_values = StepValues(self.schema, self.groups)
+        self.listed = []
         for part in read_parts(chunk):
             piece = self.step_values.decode(part, chunk.base())
             if piece.step >= MOST_STEPS:
                 raise ShmError("over limit: a step of 2^20 or more", "step values", chunk.offset)
             self.totals.steps = max(self.totals.steps, piece.step + 1)
             self._count_bytes(self.schema.stream_name(piece.array), len(part.data))
+            reference = 0 if part.reference_step == part.step else 1 + part.trend
+            self.listed.append([part.array, part.step, piece.first, part.count, part.group, reference, part.codec])
             yield piece
 
     # ------------------------------------------------------------------ 8 Step times
@@ -325,9 +332,16 @@ class File:
             cursor.fail("streams not as found")
         cursor.list_of(lambda: (cursor.varint32(), cursor.list_of(lambda: (cursor.f64(), cursor.f64()))))  # ranges
         entries = cursor.list_of(lambda: self._entry(cursor))
+        cursor.end()
+        self._expect_entries(cursor, entries)
+
+    def _expect_entries(self, cursor, entries):
         if len(entries) != len(self.entries):
             cursor.fail("more or fewer entries than chunks")
-        cursor.end()
+        for number, (stated, found) in enumerate(zip(entries, self.entries)):
+            # What a chunk holds that this reader does not know, it cannot say.
+            if stated[:3] != found[:3] or (found[3] is not None and stated[3] != found[3]):
+                cursor.fail(f"entry {number} is not of the chunk at byte {found[1]}")
 
     def _index_columns(self, cursor):
         """Version 1, behind block_cells."""
@@ -335,35 +349,52 @@ class File:
         if count != len(self.entries):
             cursor.fail("more or fewer entries than chunks")
         kinds = [cursor.u8() for _ in range(count)]
-        for _ in range(count):
-            cursor.varint()  # bytes
+        offset, entries = 16, []
+        for kind in kinds:
+            size = cursor.varint()
+            entries.append([kind, offset, size, None])
+            offset += size
         groups = kinds.count(GROUP)
-        for _ in range(4 * groups):  # segment, cells, vertices, header_bytes
-            cursor.varint()
-        for _ in range(6 * groups):  # boxes
-            cursor.short_number()
-        parts = sum(cursor.varint() for _ in range(kinds.count(STEP_VALUES)))
-        for _ in range(4 * parts):  # array, group, step, count
-            cursor.varint()
-        cursor.take(2 * parts)  # reference, codec
+        segments = self._differences(cursor, groups, MASK32)
+        cells, vertices, header_bytes = ([cursor.varint() for _ in range(groups)] for _ in range(3))
+        boxes = [[cursor.short_number() for _ in range(6)] for _ in range(groups)]
+        before_cells, before_vertices = [0, *accumulate(cells)], [0, *accumulate(vertices)]
+        of_group = zip(segments, before_cells, cells, before_vertices, vertices, boxes, header_bytes)
+        parts = [cursor.varint() for _ in range(kinds.count(STEP_VALUES))]
+        arrays, in_groups = (self._differences(cursor, sum(parts), MASK32) for _ in range(2))
+        steps = self._differences(cursor, sum(parts), MASK64)
+        counts = [cursor.varint() for _ in range(sum(parts))]
+        references, codecs = ([cursor.u8() for _ in range(sum(parts))] for _ in range(2))
         cursor.end()
+        firsts = []
+        for i, count in enumerate(counts):
+            goes_on = i > 0 and (arrays[i], steps[i]) == (arrays[i - 1], steps[i - 1])
+            firsts.append(firsts[-1] + counts[i - 1] if goes_on else 0)
+        of_part = zip(arrays, steps, firsts, counts, in_groups, references, codecs)
+        of_chunk = iter(parts)
+        for entry in entries:
+            if entry[0] == GROUP:
+                entry[3] = list(next(of_group))
+            elif entry[0] == STEP_VALUES:
+                entry[3] = [list(part) for part in islice(of_part, next(of_chunk))]
+        self._expect_entries(cursor, [tuple(entry) for entry in entries])
+
+    @staticmethod
+    def _differences(cursor, count, mask):
+        values = (cursor.svarint() for _ in range(count))
+        return list(accumulate(values, lambda a, b: (a + b) & mask, initial=0))[1:]
 
     @staticmethod
     def _entry(cursor):
         entry = cursor.u8(), cursor.varint(), cursor.varint()
+        listed = None
         if entry[0] == GROUP:
-            cursor.varint32()
-            for _ in range(4):
-                cursor.varint()
-            cursor.take(48)
-            cursor.varint()
+            listed = [cursor.varint32(), *(cursor.varint() for _ in range(4))]
+            listed += [[cursor.f64() for _ in range(6)], cursor.varint()]
         elif entry[0] == STEP_VALUES:
-            cursor.varint32()
-            for _ in range(3):
-                cursor.varint()
-            cursor.varint32()
-            cursor.take(2)
-        return entry
+            part = [cursor.varint32(), *(cursor.varint() for _ in range(3))]
+            listed = [[*part, cursor.varint32(), cursor.u8(), cursor.u8()]]
+        return *entry, listed
 
 
 # ---------------------------------------------------------------------------- 38 Archive

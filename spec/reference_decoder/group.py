@@ -1,9 +1,12 @@
 """Sections 6, 17 and 18: groups, segments, tiles."""
 
+import math
+
 from .basics import MASK64, SCALAR_BYTES, Cursor, ShmError, checksum, reject_unless
 from .coders import RangeDecoder, Signed, signed
 from .columns import COLUMNS, MIXED_COLUMNS, SHUFFLED_ZSTD, Column, columns_with_tables, shuffled_values
 from .connectivity import MIXED, PAPER, PATTERNS, REPLAY, ROWS, SHIFTS, Connectivity
+from .domains import as_double
 from .neighbourhoods import Neighbourhood, Neighbourhoods
 from .patterns import TERMS, Patterns, Terms, columns_of_terms
 from .schema import CELL, KEEP, POINT
@@ -206,6 +209,7 @@ class Segment:
                 reject_unless(stream, "a stream without connectivity before it")
                 reject_unless(header.streams[kind].codec == self.codec, "streams of different codecs")
         self.header, self.tiles = header, []
+        self.finite = [[], [], []]  # coordinates of all vertices, by axis
         self.vertices = self.own = self.imported_count = self.active = self.bytes = 0
         self._new_tile()
         if self.codec == SHIFTS:
@@ -220,7 +224,16 @@ class Segment:
         self.tiles = [tile for tile in self.tiles if tile.items or tile.cells]
         for i, column in self.columns.items():
             self._values(i, column, header)
+        reject_unless(self._box_fits(header.box), "a box that is not that of its vertices")
         return Group(self.number, header, self.tiles)
+
+    def _box_fits(self, stated):
+        """Stated is the box of the coordinates as they were before they were rounded."""
+        quantization = self.schema.coordinates().quantization
+        by = quantization.promise(self.schema.coordinate_type) if quantization.bits else 0
+        found = [min(side, default=math.inf) for side in self.finite] + [max(side, default=-math.inf)
+                                                                         for side in self.finite]
+        return all(a == b or abs(a - b) <= by for a, b in zip(stated, found))
 
     def _new_tile(self):
         self.tile = Tile(self.next_vertex, self.next_cell)
@@ -467,6 +480,9 @@ class Segment:
             raise
         for tile, values in zip(self.tiles, found):
             if i < 0:
+                for c in range(3):
+                    numbers = [as_double(array.type, bits) for bits in values[c::3]]
+                    self.finite[c] += [number for number in numbers if math.isfinite(number)]
                 tile.xyz = tile.only_own(array, values)
             else:
                 tile.arrays[i] = tile.only_own(array, values)

@@ -25,6 +25,13 @@ class Quantization:
         side = max(high - low for low, high in zip(self.minimum, self.maximum))
         return side / (2**self.bits - 1) if side else 1.0
 
+    def promise(self, type_):
+        """By how much a restored value may differ, section 23."""
+        if self.bits == BOUND:
+            return self.max_abs
+        largest = max(abs(value) for value in self.minimum + self.maximum)
+        return self.step() / 2 + largest * (2**-23 if type_ == FLOAT32 else 2**-51)
+
 
 @dataclass
 class Block:

@@ -55,6 +55,7 @@ class FaultyFiles {
     parts_of_step_values();
     broken_bitstreams({"broken", "shifts_broken", "replay_strays"});
     large_blobs();
+    entries_of_indices();
   }
   std::vector<FaultyFile> take() { return std::move(faulty_); }
 
@@ -92,18 +93,6 @@ class FaultyFiles {
   static void insert(FileParts& parts, std::size_t at, Chunk chunk) {
     parts.chunks.insert(parts.chunks.begin() + static_cast<std::ptrdiff_t>(at), std::move(chunk));
   }
-  /// The index with one line for each chunk before it.
-  static void recount(FileParts& parts) {
-    const Chunk& last = parts.chunks.back();
-    ByteReader in(last.payload);
-    container::Index index;
-    container::get(in, index, last.header.version, 1000);
-    index.entries.resize(parts.chunks.size() - 1);
-    ByteWriter out;
-    container::put(out, index);
-    parts.chunks.back().payload = std::move(out.bytes);
-  }
-
   void starts() {
     add(kTruncated, "The file is empty.", {});
     add(kTruncated, "The file ends within its first 16 bytes.", first_bytes("keep", 15));
@@ -172,7 +161,7 @@ class FaultyFiles {
     add(kUnsupported, "A private chunk (kind 255) that is not optional.",
         with("keep", [&](auto& it) {
           insert(it, 1, unknown);
-          recount(it);
+          list_anew(it);
         }));
     add(kUnsupported, "A group of version 255.",
         with("keep", [](auto& it) { it.chunks[1].header.version = 255; }));
@@ -246,7 +235,7 @@ class FaultyFiles {
     }
     add(kCorrupt, "A later schema differs from the first.", with("groups", [&](auto& it) {
           insert(it, 2, take_apart(file("mixed_cells")).chunks[0]);
-          recount(it);
+          list_anew(it);
         }));
   }
 
@@ -255,7 +244,7 @@ class FaultyFiles {
     const auto extra = [&](const char* sentence, Bytes payload, ErrorCode code = kCorrupt) {
       add(code, std::string("A packed blob: ") + sentence, with("keep", [&](auto& it) {
             insert(it, 1, chunk_of(ChunkKind::extra, std::move(payload)));
-            recount(it);
+            list_anew(it);
           }));
     };
     const Bytes blob = extra_blob(2, 0, {200}, 200);
@@ -385,7 +374,7 @@ class FaultyFiles {
           }));
     add(kCorrupt, "A group behind step values.", with("steps_and_extras", [](FileParts& parts) {
           insert(parts, parts.chunks.size() - 1, *parts.find(ChunkKind::group));
-          recount(parts);
+          list_anew(parts);
         }));
   }
 
@@ -474,7 +463,7 @@ class FaultyFiles {
           const auto at = std::find_if(parts.chunks.begin(), parts.chunks.end(),
                                        [](auto& it) { return it.is(ChunkKind::step_values); });
           parts.chunks.erase(at);
-          recount(parts);
+          list_anew(parts);
         }));
     const auto times = [&](const std::string& sentence, std::size_t bytes, int count) {
       ByteWriter out;
@@ -482,7 +471,7 @@ class FaultyFiles {
       add(kCorrupt, "Step times: " + sentence, with("keep", [&](FileParts& parts) {
             for (int n = 0; n < count; ++n)
               insert(parts, 1, chunk_of(ChunkKind::step_times, out.bytes));
-            recount(parts);
+            list_anew(parts);
           }));
     };
     times("their bytes are not a multiple of 8.", 15, 1);
@@ -507,7 +496,7 @@ class FaultyFiles {
       put_packed(payload, blob);
       add(kCorrupt, "Extra: " + sentence, with("keep", [&](FileParts& parts) {
             insert(parts, 1, chunk_of(ChunkKind::extra, payload.bytes));
-            recount(parts);
+            list_anew(parts);
           }));
     };
     of("nothing stands in it.", {});
@@ -622,7 +611,7 @@ class FaultyFiles {
             Chunk chunk = chunk_of(ChunkKind::extra, payload);
             chunk.header.version = 1;
             insert(parts, 1, std::move(chunk));
-            recount(parts);
+            list_anew(parts);
           }));
     };
     const auto packed = [](const Bytes& blob, Packing packing = Packing::plain) {
@@ -683,6 +672,59 @@ class FaultyFiles {
     return std::move(out.bytes);
   }
 
+  /// What the entries say, field by field.
+  void entries_of_indices() {
+    using container::IndexEntry;
+    using container::StepEntry;
+    const auto of = [&](ChunkKind kind, const std::string& sentence, auto lie) {
+      add(kCorrupt, "Index: " + sentence,
+          with_index(file("steps_and_extras"),
+                     [&](container::Index& index) { lie(entry_of(index, kind, 0)); }));
+    };
+    const auto of_old = [&](ChunkKind kind, const std::string& sentence, auto lie) {
+      add(kCorrupt, "Old index: " + sentence,
+          with_old_index(file("steps_and_extras"),
+                         [&](container::Index& index) { lie(entry_of(index, kind, 0)); }));
+    };
+    const auto group = ChunkKind::group, steps = ChunkKind::step_values;
+    of(group, "another kind.", [](IndexEntry& it) { it.kind = 7; });
+    of(group, "a byte too many of a group.", [](IndexEntry& it) { ++it.bytes; });
+    of(group, "another segment.", [](IndexEntry& it) { ++it.segment; });
+    of(group, "a cell too many of a group.", [](IndexEntry& it) { ++it.cells; });
+    of(group, "a vertex too many of a group.", [](IndexEntry& it) { ++it.vertices; });
+    of(group, "another length of a group header.", [](IndexEntry& it) { ++it.header_bytes; });
+    of(group, "another box of a group.", [](IndexEntry& it) { it.box[3] += 1; });
+    of_old(group, "another offset.", [](IndexEntry& it) { ++it.offset; });
+    of_old(group, "another first cell.", [](IndexEntry& it) { ++it.first_cell; });
+    of_old(group, "another first vertex.", [](IndexEntry& it) { ++it.first_vertex; });
+    of_old(group, "another box of a group.", [](IndexEntry& it) { it.box[0] -= 1; });
+    of(steps, "another array of step values.", [](IndexEntry& it) { ++it.parts[0].array; });
+    of(steps, "another step.", [](IndexEntry& it) { ++it.parts[0].step; });
+    of(steps, "another group of step values.", [](IndexEntry& it) { ++it.parts[0].group; });
+    of(steps, "another count of step values.", [](IndexEntry& it) { ++it.parts[0].count; });
+    of(steps, "another reference.", [](IndexEntry& it) {
+      it.parts[0].reference = it.parts[0].reference == StepReference::nothing
+                                  ? StepReference::before
+                                  : StepReference::nothing;
+    });
+    of(steps, "another codec of step values.", [](IndexEntry& it) {
+      it.parts[0].codec =
+          it.parts[0].codec == Codec::columns ? Codec::shuffled_zstd : Codec::columns;
+    });
+    of_old(steps, "another first element of step values.",
+           [](IndexEntry& it) { ++it.parts[0].first; });
+    Bytes bytes = with("keep", [](FileParts& parts) {
+      Chunk& chunk = *parts.find(ChunkKind::group);
+      auto apart = take_group_apart(chunk.payload, chunk.header.version);
+      std::swap(apart->header.box[0], apart->header.box[3]);
+      chunk.payload = put_group_together(std::move(*apart));
+    });
+    add(kCorrupt, "Group and index: a box that is not that of the vertices.",
+        with_index(bytes, [](container::Index& index) {
+          auto& box = entry_of(index, ChunkKind::group, 0).box;
+          std::swap(box[0], box[3]);
+        }));
+  }
   void packed_indices() {
     const auto of = [&](const std::string& sentence, const std::function<void(Bytes&)>& lie) {
       add(kCorrupt, "Packed index: " + sentence, with("steps_and_extras", [&](FileParts& parts) {

@@ -106,15 +106,6 @@ inline std::vector<std::byte> with_index(std::span<const std::byte> bytes,
   chunk->payload = std::move(out.bytes);
   return put_together(parts);
 }
-/// The same, with an index of version 0.
-inline std::vector<std::byte> with_old_index(std::span<const std::byte> bytes,
-                                             const std::function<void(container::Index&)>& change) {
-  return with_index(bytes, [&](container::Index& index) {
-    index = as_version_0(std::move(index), bytes);
-    change(index);
-  });
-}
-
 /// The n-th entry of a kind. Must hold: there are so many.
 inline container::IndexEntry& entry_of(container::Index& index, container::ChunkKind kind,
                                        std::size_t n) {
@@ -214,6 +205,82 @@ inline std::vector<std::byte> packed_zeros(std::span<const std::byte> head, std:
     out.put_u8(0);
   }
   return std::move(out.bytes);
+}
+
+/// The index again, with a line for each chunk before it that says what there is, as far as that
+/// can be read; totals stay. Must hold: there is an index.
+inline void list_anew(FileParts& parts) {
+  Chunk& last = parts.chunks.back();
+  ByteReader in(last.payload);
+  container::Index index;
+  container::get(in, index, last.header.version, parts.chunks.size() + (std::size_t{1} << 20));
+  index.entries.clear();
+  std::uint64_t offset = container::kFileStartBytes, cells = 0, vertices = 0;
+  container::StepEntry before;
+  for (std::size_t c = 0; c + 1 < parts.chunks.size(); ++c) {
+    Chunk& chunk = parts.chunks[c];
+    chunk.header.payload_bytes = chunk.payload.size();
+    chunk.header.is_long |= container::has_long_header(chunk.header, parts.start);
+    container::IndexEntry entry;
+    entry.kind = chunk.header.kind;
+    entry.offset = offset;
+    entry.bytes = chunk.bytes();
+    offset += entry.bytes;
+    const auto group = chunk.is(container::ChunkKind::group)
+                           ? take_group_apart(chunk.payload, chunk.header.version)
+                           : std::nullopt;
+    if (group) {
+      entry.segment = chunk.header.segment;
+      entry.first_cell = std::exchange(cells, cells + group->header.cells);
+      entry.cells = group->header.cells;
+      entry.first_vertex = std::exchange(vertices, vertices + group->header.vertices);
+      entry.vertices = group->header.vertices;
+      entry.box = group->header.box;
+      entry.header_bytes = chunk.payload.size();
+      for (const auto& stream : group->streams) entry.header_bytes -= stream.size();
+    }
+    const auto steps =
+        chunk.is(container::ChunkKind::step_values) ? take_steps_apart(chunk) : std::nullopt;
+    for (std::size_t p = 0; steps && p < steps->heads.size(); ++p) {
+      container::StepEntry part = container::entry_of(steps->heads[p].header);
+      if (before.count > 0 && before.array == part.array && before.step == part.step)
+        part.first = before.first + before.count;
+      entry.parts.push_back(before = part);
+    }
+    index.entries.push_back(std::move(entry));
+  }
+  ByteWriter out;
+  container::put(out, index);
+  last.payload = std::move(out.bytes);
+}
+
+/// Each part of step values in a chunk of its own, as indices of version 0 want them.
+inline std::vector<std::byte> with_parts_apart(std::span<const std::byte> bytes) {
+  FileParts parts = take_apart(bytes);
+  std::vector<Chunk> chunks;
+  for (Chunk& chunk : parts.chunks) {
+    const auto steps =
+        chunk.is(container::ChunkKind::step_values) ? take_steps_apart(chunk) : std::nullopt;
+    for (std::size_t p = 0; steps && p < steps->heads.size(); ++p) {
+      chunk.payload =
+          put_steps_together({{steps->heads[p]}, {steps->values[p]}}, chunk.header.version);
+      chunks.push_back(chunk);
+    }
+    if (!steps) chunks.push_back(std::move(chunk));
+  }
+  parts.chunks = std::move(chunks);
+  list_anew(parts);
+  return put_together(std::move(parts));
+}
+
+/// As with_index(), with an index of version 0.
+inline std::vector<std::byte> with_old_index(std::span<const std::byte> bytes,
+                                             const std::function<void(container::Index&)>& change) {
+  const std::vector<std::byte> apart = with_parts_apart(bytes);
+  return with_index(apart, [&](container::Index& index) {
+    index = as_version_0(std::move(index), apart);
+    change(index);
+  });
 }
 
 /// The payload of a schema chunk.

@@ -192,6 +192,13 @@ class ToolTest(FolderTest):
         self.assertRegex(self.shm("verify", cut, code=1)[0],
                          "sound, .*, but 23 bytes behind its end belong to nothing\n$")
         self.assertEqual(json.loads(self.shm("verify", cut, "--json", code=1)[0])["stray_bytes"], 23)
+        against = self.shm("verify", cut, "--against", self.mesh, code=1)[0]
+        self.assertRegex(against, "(?s)equal to .*\n  23 bytes behind its end belong to nothing\n$")
+        archive = self.path("torn_archive.shm")
+        self.shm("join", "-o", archive, packed, cut)
+        self.assertRegex(self.shm("verify", archive, code=1)[0],
+                         "(?s)sound, [^\n]*[a-z]\n.*sound, .*, but 23 bytes behind its end belong to nothing\n$")
+        os.remove(archive)
         damaged = bytearray(good)
         damaged[len(good) // 2] ^= 0x10
         with open(cut, "wb") as out:
@@ -213,6 +220,23 @@ class ToolTest(FolderTest):
             out.write(damaged)
         self.assertIn("index", self.shm("info", cut, code=3)[1])
         self.assert_only("mesh.vtk", "mesh.vtk.shm", "cut.shm")
+
+    def test_an_index_that_lies_is_damage(self):
+        """Faulty files of tests/golden whose index, or box, is another one, under right checksums."""
+        folder = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "golden", "faulty")
+        with open(os.path.join(folder, "list.txt"), encoding="utf-8") as lines:
+            lies = [line.split(" ", 2) for line in lines if re.search(" [Ii]ndex: another | a box that is not ", line)]
+        self.assertGreater(len(lies), 12)
+        for number, _, sentence in lies:
+            with self.subTest(sentence):
+                lying, healed = os.path.join(folder, number + ".shm"), self.path(number + ".shm")
+                error = self.shm("verify", lying, code=3)[1]
+                if "box" in sentence and "Group" in sentence:
+                    self.assertIn("its box is not that of its vertices", error)
+                    continue
+                self.assertRegex(error, "index, at byte [0-9]+: entry [0-9]+, of the .* at byte [0-9]+, has another ")
+                self.shm("repair", lying, "-o", healed)
+                self.shm("verify", healed)
 
     def test_output_that_cannot_be_written(self):
         packed = self.path("mesh.shm")

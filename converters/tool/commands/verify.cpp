@@ -41,11 +41,14 @@ ParityState parity_state(const std::string& path, const Progress& progress) {
 
 // How many bytes stand behind the end of the mesh and are no parity: what an append left that was
 // torn, or what somebody put there.
-std::uint64_t stray_bytes(const std::string& path) {
-  const auto file = unwrap(FileRandomSource::open(path), path);
-  if (is_whole_file(*file) || ProtectedFile::open(*file)) return 0;
-  const auto summary = read_summary(*file);
+std::uint64_t stray_bytes(RandomSource& file) {
+  if (is_whole_file(file) || ProtectedFile::open(file)) return 0;
+  const auto summary = read_summary(file);
   return summary ? summary->totals.trailing_bytes : 0;
+}
+
+std::uint64_t stray_bytes(const ToolInput& in) {
+  return in.is_stream() ? 0 : stray_bytes(*unwrap(FileRandomSource::open(in.path()), in.path()));
 }
 
 std::string stray_text(std::uint64_t bytes) {
@@ -106,12 +109,16 @@ ExitCode VerifyCommand::verify_archive() {
     Spool spool(spool_directory(*this), spool_memory(*this), mesh_limits(*this));
     const auto restored = archive.open(member, spool, line.callback(), threads);
     const std::string place = archive.place(member);
+    SectionSource bytes = archive.bytes(member);
+    const std::uint64_t stray = stray_bytes(bytes);
+    if (stray > 0) code = kDifferent;
     if (against.empty()) {
       line.wipe();
       if (json)
-        std::fputs(sound_json(place, restored->info(), {}, 0).c_str(), stdout);
+        std::fputs(sound_json(place, restored->info(), {}, stray).c_str(), stdout);
       else
-        print(*this, place + ": sound, " + counts_text(restored->info()) + "\n");
+        print(*this,
+              place + ": sound, " + counts_text(restored->info()) + stray_text(stray) + "\n");
       continue;
     }
     const std::string path = source_of_member(member, against);
@@ -119,9 +126,9 @@ ExitCode VerifyCommand::verify_archive() {
     const CompareReport report = compare_meshes(*source, *restored, spool, line.callback());
     line.wipe();
     if (json)
-      std::fputs(compare_json(report, path, place, restored->info()).c_str(), stdout);
+      std::fputs(compare_json(report, path, place, restored->info(), stray).c_str(), stdout);
     else
-      print(*this, compare_text(report, path, place));
+      print(*this, compare_text(report, path, place, stray));
     if (!report.equal()) code = kDifferent;
   }
   return code;
@@ -187,10 +194,10 @@ ExitCode VerifyCommand::run() {
     line.wipe();
     fail_with_damage(failure, in.path());
   }
+  const std::uint64_t stray = stray_bytes(in);
   if (against.empty()) {
     const ParityState parity =
         in.is_stream() ? ParityState() : parity_state(in.path(), line.callback());
-    const std::uint64_t stray = in.is_stream() ? 0 : stray_bytes(in.path());
     line.wipe();
     if (json)
       std::fputs(sound_json(input, restored->info(), parity, stray).c_str(), stdout);
@@ -210,10 +217,10 @@ ExitCode VerifyCommand::run() {
                                               given_order ? &*given_order : nullptr);
   line.wipe();
   if (json)
-    std::fputs(compare_json(report, against, input, restored->info()).c_str(), stdout);
+    std::fputs(compare_json(report, against, input, restored->info(), stray).c_str(), stdout);
   else
-    print(*this, compare_text(report, against, input));
-  return report.equal() ? kDone : kDifferent;
+    print(*this, compare_text(report, against, input, stray));
+  return report.equal() && stray == 0 ? kDone : kDifferent;
 }
 
 }  // namespace shm::converters

@@ -10,6 +10,7 @@
 
 #include "bytes/binary.h"
 #include "bytes/packing.h"
+#include "container/chunk_list.h"
 #include "container/format.h"
 #include "model/schema.h"
 #include "segment/mesh_decoder.h"
@@ -80,7 +81,7 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   Result<void> read_payload();
   Result<void> read_trailer();
   Result<void> read_schema(std::span<const std::byte> payload);
-  void keep_topology(std::span<const std::byte> payload);
+  void look_at_group(std::span<const std::byte> payload);
   Result<void> read_step_values(std::span<const std::byte> payload);
   Result<void> read_part(const container::StepPart& part, std::span<const std::byte> bytes);
   Result<void> read_next_part();
@@ -119,6 +120,7 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
 
   container::FileStart start_;
   ChunkHeader header_;
+  container::ChunkList chunks_;  // that were read
   std::uint64_t chunk_offset_ = 0;
   std::string section_ = "signature";
   std::uint32_t next_sequence_ = 0;
@@ -310,19 +312,20 @@ Result<void> Decoder::Impl::read_payload() {
   if (checksum(payload) != header_.payload_checksum)
     return wrong(ErrorCode::corrupt, "checksum of the chunk does not match");
   if (!container::is_known(header_)) {
+    chunks_.add(header_);
     if ((header_.flags & container::kChunkOptional) != 0) return {};
     return wrong(ErrorCode::unsupported, "this reader does not know it, and the file needs it");
   }
   switch (static_cast<ChunkKind>(header_.kind)) {
-    case ChunkKind::schema: return read_schema(payload);
+    case ChunkKind::schema: chunks_.add(header_); return read_schema(payload);
     case ChunkKind::group:
       if (step_values_) return wrong(ErrorCode::corrupt, "mesh groups come before step values");
-      if (topology_) keep_topology(payload);
+      look_at_group(payload);
       return mesh_->begin_group({{payload.begin(), payload.end()}, header_.version, chunk_offset_},
                                 header_.segment);
     case ChunkKind::step_values: return read_step_values(payload);
-    case ChunkKind::step_times: return read_step_times(payload);
-    case ChunkKind::extra: return read_extra(payload);
+    case ChunkKind::step_times: chunks_.add(header_); return read_step_times(payload);
+    case ChunkKind::extra: chunks_.add(header_); return read_extra(payload);
     case ChunkKind::index: return read_index(payload);
     case ChunkKind::members: break;  // of archives, refused above
   }
@@ -386,11 +389,13 @@ std::uint64_t Decoder::Impl::elements_of(std::uint32_t array) const {
   return cells;
 }
 
-/// Step values need the topology again.
-void Decoder::Impl::keep_topology(std::span<const std::byte> payload) {
+/// For the index; and step values need the topology again.
+void Decoder::Impl::look_at_group(std::span<const std::byte> payload) {
   ByteReader in(payload);
   container::GroupHeader header;
   if (!container::get(in, header, header_.version)) return;  // who decodes the group will complain
+  chunks_.add_group(header_, header, in.position());
+  if (!topology_) return;
   std::vector<std::span<const std::byte>> streams;
   for (const container::StreamEntry& entry : header.streams)
     streams.push_back(in.get_bytes(entry.bytes));
@@ -408,6 +413,7 @@ Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload)
   std::vector<container::StepPart> parts;
   if (!container::get(in, parts, header_.version, payload.size()))
     return wrong(ErrorCode::corrupt, "its header makes no sense");
+  chunks_.add_step_values(header_, parts);
   if (auto good = read_part(parts[0], in.get_bytes(parts[0].bytes)); !good) return good;
   parts_.assign(parts.begin() + 1, parts.end());
   const auto left = in.get_bytes(in.left());
@@ -478,9 +484,10 @@ Result<void> Decoder::Impl::read_index(std::span<const std::byte> payload) {
       index.max_active_vertices == held->max_active_vertices && index.steps == held->steps &&
       index.segments == held->segments && index.imported_vertices == held->imported_vertices &&
       index.block_cells == held->block_cells &&
-      (index.version > 0 || index.streams == held->streams) &&
-      index.entries.size() + 1 == next_sequence_;
+      (index.version > 0 || index.streams == held->streams);
   if (!same) return wrong(ErrorCode::corrupt, "does not list what the file holds");
+  if (const auto difference = chunks_.difference(index.entries))
+    return wrong(ErrorCode::corrupt, *difference);
   index_offset_ = chunk_offset_;
   section_ = "end record";
   state_ = State::trailer;

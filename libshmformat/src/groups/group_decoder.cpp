@@ -1,6 +1,9 @@
 #include "groups/group_decoder.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
 
 namespace shm {
 namespace {
@@ -16,6 +19,40 @@ void remove_marked(std::vector<std::byte>& values, std::span<const std::uint8_t>
     to += stride;
   }
   values.resize(to);
+}
+
+/// The ranges of x, y and z in one go, which range_of() takes three for. Nothing where a number is
+/// infinite, which these have no place for.
+template <class T>
+std::optional<std::array<ValueRange, 3>> quick_box(std::span<const std::byte> xyz) {
+  constexpr T kInfinity = std::numeric_limits<T>::infinity();
+  std::array<T, 3> least, most;
+  least.fill(kInfinity);
+  most.fill(-kInfinity);
+  for (std::size_t at = 0; at + sizeof least <= xyz.size(); at += sizeof least) {
+    std::array<T, 3> point;
+    std::memcpy(point.data(), xyz.data() + at, sizeof point);
+    for (std::size_t c = 0; c < 3; ++c) {  // no NaN is less or more
+      least[c] = point[c] < least[c] ? point[c] : least[c];
+      most[c] = point[c] > most[c] ? point[c] : most[c];
+    }
+  }
+  std::array<ValueRange, 3> box{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (least[c] == -kInfinity || most[c] == kInfinity) return std::nullopt;
+    box[c] = {static_cast<double>(least[c]), static_cast<double>(most[c])};
+  }
+  return box;
+}
+
+std::array<ValueRange, 3> box_of(ScalarType type, std::span<const std::byte> xyz) {
+  const bool is_float = type == ScalarType::float32;
+  if (const auto quick = is_float ? quick_box<float>(xyz) : quick_box<double>(xyz)) return *quick;
+  std::array<ValueRange, 3> box{};
+  const std::size_t width = scalar_bytes(type);
+  for (std::size_t c = 0; c < 3; ++c)
+    box[c] = range_of(type, xyz.data() + c * width, xyz.size() / (3 * width), 3 * width);
+  return box;
 }
 
 }  // namespace
@@ -42,7 +79,9 @@ Error GroupDecoder::unknown_codec(const container::StreamEntry& entry) {
 
 Result<void> GroupDecoder::begin_group(const container::GroupHeader& header) {
   header_ = &header;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   done_ = {};
+  done_.box.fill({kInfinity, -kInfinity});
   left_out_.clear();
   std::optional<ConnectivityCodec> known;
   if (const auto codec = container::connectivity_of(header)) {
@@ -142,6 +181,7 @@ Result<void> GroupDecoder::decode_values(MeshBlock& block) {
       return corrupt((c == 0 ? "geometry" : array_stream_name(*schema_, array_of(c))) +
                      ": its values make no sense, or are too few");
     }
+    if (c == 0) widen_box(out);  // imported vertices are in it
     if (leaves_out && !of_cells(c)) remove_marked(out, left_out_, element_bytes(c));
   }
   left_out_.clear();
@@ -153,7 +193,30 @@ Result<DecodedBlock::GroupEnd> GroupDecoder::end_group() const {
       done_.unused != header_->unused_vertices || done_.imported != header_->imported_vertices)
     return corrupt("does not hold what its header states");
   if (!is_used_up()) return corrupt("its streams hold more than the group");
-  return DecodedBlock::GroupEnd{done_.imported, done_.active, {}};
+  return DecodedBlock::GroupEnd{done_.imported, done_.active, has_its_box(), {}};
+}
+
+void GroupDecoder::widen_box(std::span<const std::byte> xyz) {
+  const auto more = box_of(schema_->coordinate_type, xyz);
+  for (std::size_t c = 0; c < 3; ++c) {
+    done_.box[c].minimum = std::min(done_.box[c].minimum, more[c].minimum);
+    done_.box[c].maximum = std::max(done_.box[c].maximum, more[c].maximum);
+  }
+}
+
+/// Of coordinates that are kept within a bound, as near as that: the header has those of before.
+bool GroupDecoder::has_its_box() const {
+  if (!parts_.geometry) return true;
+  const Quantization& rounded = schema_->coordinate_quantization;
+  const double by = rounded.lossy() ? rounded.max_error(schema_->coordinate_type) : 0;
+  const auto fits = [by](double stated, double found) {
+    return stated == found || std::abs(stated - found) <= by;
+  };
+  for (std::size_t c = 0; c < 3; ++c)
+    if (!fits(header_->box[c], done_.box[c].minimum) ||
+        !fits(header_->box[3 + c], done_.box[c].maximum))
+      return false;
+  return true;
 }
 
 }  // namespace shm

@@ -4,6 +4,7 @@
 // spec: "Segments", "Decoding a group"
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "groups/mesh_streams.h"
+#include "model/schema.h"
 #include "shm/reader.h"
 #include "shm/result.h"
 
@@ -33,6 +35,8 @@ struct DecodedBlock {
   /// Comes with the last block of a group.
   struct GroupEnd {
     std::uint64_t imported_vertices = 0, max_active_vertices = 0;
+    /// Whether the box in the header is that of the coordinates, as far as these were decoded.
+    bool has_its_box = true;
     std::map<std::string, std::uint64_t> stream_bytes;  ///< by the names of SizeReport
   };
   std::optional<GroupEnd> group_end;
@@ -90,6 +94,7 @@ class GroupDecoder {
   /// How much of a group has been decoded, and the largest number of active vertices in it.
   struct Progress {
     std::uint64_t cells = 0, own = 0, imported = 0, unused = 0, bytes = 0, active = 0;
+    std::array<ValueRange, 3> box{};  ///< of the coordinates, by axis
   };
 
   // --- what depends on the codec
@@ -171,6 +176,8 @@ class GroupDecoder {
   void note_import(std::uint64_t number, bool imported, DecodedBlock& decoded);
   static void resize_cells(std::size_t cells, MeshBlock& block);
   Result<void> decode_values(MeshBlock& block);
+  void widen_box(std::span<const std::byte> xyz);
+  bool has_its_box() const;
   std::size_t element_bytes(std::size_t column) const;
 
   std::vector<std::uint32_t> arrays_;   // of the columns, from 1 on

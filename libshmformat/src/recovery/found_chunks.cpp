@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "bytes/binary.h"
+#include "container/chunk_list.h"
 #include "container/random_chunks.h"
 
 namespace shm {
@@ -141,9 +142,46 @@ Result<void> FoundChunks::find_index() {
   if (!container::get(in, index, last.header.version, last.header.sequence) ||
       index.entries.size() != last.header.sequence)
     return {};
+  const auto lies = is_contradicted(index);
+  if (!lies) return lies.error();
+  if (*lies) return {};
   index_ = std::move(index);
   index_offset_ = last.offset;
   return {};
+}
+
+/// Whether all chunks are there, and the index lists others: then it is the index that is wrong.
+Result<bool> FoundChunks::is_contradicted(const container::Index& index) {
+  container::ChunkList list;
+  std::uint64_t end = container::kFileStartBytes;
+  for (std::size_t i = 0; i + 1 < scan_.chunks.size(); ++i) {
+    const FoundChunk& chunk = scan_.chunks[i];
+    if (!chunk.whole || chunk.header.sequence != i || chunk.offset != end) return false;
+    end += chunk.bytes();
+  }
+  if (end != scan_.chunks.back().offset) return false;
+  for (std::size_t i = 0; i + 1 < scan_.chunks.size(); ++i) {
+    const FoundChunk& chunk = scan_.chunks[i];
+    const bool is_group = chunk.is(ChunkKind::group), has_steps = chunk.is(ChunkKind::step_values);
+    if (!container::is_known(chunk.header) || !(is_group || has_steps)) {
+      list.add(chunk.header);
+      continue;
+    }
+    const auto payload =
+        payload_of(chunk, is_group ? limits_.max_chunk_bytes : container::kMostStepHeadBytes);
+    if (!payload) return payload.error();
+    ByteReader in(*payload);
+    container::GroupHeader group;
+    std::vector<container::StepPart> parts;
+    if (is_group ? !container::get(in, group, chunk.header.version)
+                 : !container::get(in, parts, chunk.header.version, chunk.header.payload_bytes))
+      return false;  // which is damage of its own
+    if (is_group)
+      list.add_group(chunk.header, group, in.position());
+    else
+      list.add_step_values(chunk.header, parts);
+  }
+  return list.difference(index.entries).has_value();
 }
 
 // --- by the index

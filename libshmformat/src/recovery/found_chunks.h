@@ -70,6 +70,7 @@ class FoundChunks {
   Result<std::vector<std::byte>> payload_of(const container::FoundChunk& chunk, std::uint64_t most);
   Result<void> find_schema();
   Result<void> find_index();
+  Result<bool> is_contradicted(const container::Index& index);
   Result<void> judge_by_index();
   Result<void> judge_by_numbers();
   void judge_start();

@@ -56,7 +56,8 @@ void MeshDecoder::leave(const std::vector<std::uint64_t>& alive, std::uint32_t s
   for (std::uint64_t number : alive) alive_.insert_or_assign(number, segment);
 }
 
-/// Checks that the block goes on where the last one ended, and counts it.
+/// Checks that the block goes on where the last one ended, and counts it. Who reads parts alone, of
+/// a damaged file even, goes without the box: it is no reason to withhold what is whole.
 Result<void> MeshDecoder::join(const DecodedBlock& block) {
   if (block.segment.segment == segment_starts_.size()) {
     if (block.segment.first_cell != cells_ || block.segment.first_vertex != vertices_)
@@ -67,6 +68,8 @@ Result<void> MeshDecoder::join(const DecodedBlock& block) {
     segment_connectivity_.back() = block.connectivity;  // unused vertices came first
   }
   if (auto good = check_imports(block); !good) return good;
+  if (block.group_end && !block.group_end->has_its_box)
+    return damaged("its box is not that of its vertices", groups_, block.offset);
   count(block);
   return {};
 }

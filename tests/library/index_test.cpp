@@ -1,0 +1,263 @@
+// Whoever reads all of a file holds each entry of its index against what stands there: every field
+// that lies, in every entry, under checksums that fit, in both versions.
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <functional>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "shm/damage.h"
+#include "shm/reader.h"
+#include "support/file_surgery.h"
+#include "support/item_text.h"
+#include "support/sanitized.h"
+#include "support/stepped_mesh.h"
+
+namespace shm {
+namespace {
+
+using container::ChunkKind;
+using container::Index;
+using container::IndexEntry;
+using container::StepEntry;
+
+/// Small, but with all kinds of chunks, several segments, groups, steps and parts; and vertices
+/// that no cell uses, and some that are not finite.
+Bytes small_file(Quantization coordinates = {}) {
+  TestMesh mesh = grid(4, 3, 3, ScalarType::float64, warped);
+  mesh.schema.coordinate_quantization = std::move(coordinates);
+  mesh.schema.blocks.push_back({2, "others", CellShape::hexahedron, 8});
+  for (std::size_t c = 0; c < mesh.cells.size(); ++c) mesh.cells[c].block = c / 9 % 2 == 0;
+  Stepped it = with_steps(std::move(mesh), Order::keep);
+  it.options.group_cells = 9;
+  it.options.segment_cells = 18;
+  MemorySink sink;
+  const auto report = write_mesh(it.mesh, sink, it.options, [&](Writer& writer) -> Result<void> {
+    for (const auto& [key, values] : it.values)
+      if (auto good = writer.add_step_values(key.first, key.second, values); !good) return good;
+    const double times[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
+    if (auto good = writer.set_step_times(times); !good) return good;
+    return writer.add_extra({"title", ScalarType::uint8, Reference::nothing, {5}, Bytes(5)});
+  });
+  EXPECT_TRUE(report) << (report ? "" : report.error().message());
+  return std::move(sink.bytes);
+}
+
+Result<void> read_all(std::span<const std::byte> bytes, unsigned threads = 1) {
+  MemorySource source(bytes);
+  ReadOptions options;
+  options.threads = threads;
+  auto reader = Reader::open(source, {}, options);
+  if (!reader) return reader.error();
+  while (true) {
+    const auto item = reader->next();
+    if (!item) return item.error();
+    if (*item == nullptr) return {};
+  }
+}
+
+template <class T>
+T other(T value) {
+  if constexpr (std::is_enum_v<T>)
+    return static_cast<T>(static_cast<std::uint8_t>(value) ^ 1);
+  else if constexpr (std::is_floating_point_v<T>)
+    return std::isfinite(value) ? std::nextafter(value, 1e300) : 0;
+  else
+    return value + 1;
+}
+
+struct Lie {
+  std::string field;
+  std::function<void(IndexEntry&)> tell;
+  bool old_only = false;  // version 1 has sums in its place
+};
+
+/// All that can be told of such an entry and is another thing than what is there.
+std::vector<Lie> lies_about(const IndexEntry& entry) {
+  std::vector<Lie> lies;
+  const auto add = [&](const char* field, auto IndexEntry::*member, bool old_only = false) {
+    lies.push_back({field, [=](IndexEntry& it) { it.*member = other(it.*member); }, old_only});
+  };
+  add("kind", &IndexEntry::kind);
+  add("offset", &IndexEntry::offset, true);
+  add("bytes", &IndexEntry::bytes);
+  if (entry.is(ChunkKind::group)) {
+    add("segment", &IndexEntry::segment);
+    add("first_cell", &IndexEntry::first_cell, true);
+    add("cells", &IndexEntry::cells);
+    add("first_vertex", &IndexEntry::first_vertex, true);
+    add("vertices", &IndexEntry::vertices);
+    add("header_bytes", &IndexEntry::header_bytes);
+    for (std::size_t c = 0; c < 6; ++c) {
+      lies.push_back({"box", [c](IndexEntry& it) { it.box[c] = other(it.box[c]); }});
+      lies.push_back({"box: NaN", [c](IndexEntry& it) {
+                        it.box[c] = std::numeric_limits<double>::quiet_NaN();
+                      }});
+    }
+  }
+  for (std::size_t p = 0; p < entry.parts.size(); ++p) {
+    const auto add_part = [&](const char* field, auto StepEntry::*member, bool old_only = false) {
+      lies.push_back({"part " + std::to_string(p) + ": " + field,
+                      [=](IndexEntry& it) { it.parts[p].*member = other(it.parts[p].*member); },
+                      old_only});
+    };
+    add_part("array", &StepEntry::array);
+    add_part("step", &StepEntry::step);
+    add_part("first", &StepEntry::first, true);
+    add_part("count", &StepEntry::count);
+    add_part("group", &StepEntry::group);
+    add_part("reference", &StepEntry::reference);
+    add_part("codec", &StepEntry::codec);
+  }
+  return lies;
+}
+
+Index index_of(std::span<const std::byte> bytes) {
+  Index index;
+  with_index(bytes, [&](Index& it) { index = it; });
+  return index;
+}
+
+/// Files with steps in which several parts stand together, and each alone.
+std::vector<std::pair<std::string, Bytes>> true_files() {
+  std::vector<std::pair<std::string, Bytes>> files;
+  for (const Bytes& bytes : {small_file(), written(waves(3))}) {
+    files.emplace_back("version 1", bytes);
+    files.emplace_back("version 0", with_old_index(bytes, [](Index&) {}));
+  }
+  return files;
+}
+
+TEST(IndexEntries, EachFieldOfEachIsHeldAgainstWhatIsThere) {
+  std::size_t groups = 0, parts = 0, together = 0, lies = 0;
+  for (const auto& [name, bytes] : true_files()) {
+    ASSERT_TRUE(read_all(bytes)) << name << read_all(bytes).error().message();
+    const Index index = index_of(bytes);
+    for (std::size_t i = 0; i < index.entries.size(); ++i) {
+      groups += index.entries[i].is(ChunkKind::group) ? 1 : 0;
+      parts += index.entries[i].parts.size();
+      together += index.entries[i].parts.size() > 1 ? 1 : 0;
+      for (const Lie& lie : lies_about(index.entries[i])) {
+        if ((lie.old_only && index.version > 0) || ++lies % every(5) != 0) continue;
+        const Bytes lying = with_index(bytes, [&](Index& it) { lie.tell(it.entries[i]); });
+        for (const unsigned threads : {1u, 3u}) {
+          if (threads > 1 && lies % 8 != 0) continue;
+          const auto read = read_all(lying, threads);
+          const std::string what = name + ", entry " + std::to_string(i) + ": " + lie.field;
+          ASSERT_FALSE(read) << what;
+          EXPECT_EQ(read.error().code, ErrorCode::corrupt) << what;
+          EXPECT_EQ(read.error().section, "index") << what << read.error().message();
+          EXPECT_NE(read.error().offset, kNoOffset) << what;
+        }
+      }
+    }
+  }
+  EXPECT_GE(lies, 2000u);
+  EXPECT_GE(groups, 8u);
+  EXPECT_GE(parts, 40u);
+  EXPECT_GE(together, 1u);
+}
+
+TEST(IndexEntries, TheEntryAndItsFieldAreNamed) {
+  const Bytes lying = with_index(
+      small_file(), [](Index& index) { entry_of(index, ChunkKind::group, 1).box[4] += 1; });
+  const auto read = read_all(lying);
+  ASSERT_FALSE(read);
+  EXPECT_NE(read.error().detail.find("of the group at byte "), std::string::npos);
+  EXPECT_NE(read.error().detail.find("another box"), std::string::npos) << read.error().message();
+}
+
+TEST(IndexEntries, ChunksThatAReaderMaySkipAreListedToo) {
+  FileParts parts = take_apart(small_file());
+  Chunk unknown;
+  unknown.header.kind = 11;
+  unknown.header.flags = container::kChunkOptional;
+  unknown.payload = Bytes(7);
+  parts.chunks.insert(parts.chunks.end() - 1, unknown);
+  list_anew(parts);
+  const Bytes bytes = put_together(std::move(parts));
+  const auto read = read_all(bytes);
+  EXPECT_TRUE(read) << read.error().message();
+  EXPECT_FALSE(read_all(with_index(bytes, [](Index& index) { ++index.entries.back().bytes; })));
+  EXPECT_FALSE(read_all(with_index(bytes, [](Index& index) { ++index.entries.back().kind; })));
+}
+
+// --- boxes, of coordinates
+
+/// The box of a group and that of the index moved together, which agree then.
+Bytes with_other_box(std::span<const std::byte> bytes, std::size_t group,
+                     const std::function<void(std::array<double, 6>&)>& change) {
+  FileParts parts = take_apart(bytes);
+  Chunk& chunk = *parts.find(ChunkKind::group, group);
+  auto apart = take_group_apart(chunk.payload, chunk.header.version);
+  const std::size_t before = chunk.bytes();
+  change(apart->header.box);
+  const auto box = apart->header.box;
+  chunk.payload = put_group_together(std::move(*apart));
+  const std::uint64_t longer = chunk.bytes() - before;
+  return with_index(put_together(std::move(parts)), [&](Index& index) {
+    IndexEntry& entry = entry_of(index, ChunkKind::group, group);
+    entry.box = box;
+    entry.bytes += longer;  // boxes are as long as their numbers
+    entry.header_bytes += longer;
+  });
+}
+
+TEST(IndexBoxes, AreHeldAgainstTheCoordinates) {
+  const Bytes bytes = small_file();
+  ASSERT_TRUE(read_all(with_other_box(bytes, 1, [](auto&) {})));
+  for (const std::size_t group : {0u, 1u, 2u, 3u})
+    for (std::size_t c = 0; c < 6; ++c)
+      for (const double by : {-.5, -1e-12, 1e-12, .5}) {
+        const Bytes lying = with_other_box(bytes, group, [&](auto& box) { box[c] += by; });
+        for (const unsigned threads : {1u, 3u}) {
+          if (threads > 1 && c != 4) continue;
+          const auto read = read_all(lying, threads);
+          ASSERT_FALSE(read) << group << ' ' << c << ' ' << by;
+          EXPECT_EQ(read.error().code, ErrorCode::corrupt);
+          EXPECT_EQ(read.error().section, "group " + std::to_string(group));
+        }
+      }
+}
+
+TEST(IndexBoxes, OfRoundedCoordinatesMayDifferByTheBound) {
+  Quantization bound;
+  bound.bits = Quantization::kAbsolute;
+  bound.max_abs = bound.spacing = 1e-3;
+  bound.minimum = {0, 0, 0};
+  const Bytes bytes = small_file(bound);
+  const auto read = read_all(bytes);
+  ASSERT_TRUE(read) << read.error().message();
+  for (std::size_t c = 0; c < 6; ++c)
+    for (const double by : {-2.1e-3, 2.1e-3})
+      EXPECT_FALSE(read_all(with_other_box(bytes, 2, [&](auto& box) { box[c] += by; })));
+}
+
+// --- what is made of it
+
+TEST(IndexEntries, AnIndexThatLiesIsMadeAnew) {
+  const Bytes bytes = small_file();
+  std::size_t lies = 0;
+  const Index index = index_of(bytes);
+  for (std::size_t i = 0; i < index.entries.size(); i += 4)
+    for (const Lie& lie : lies_about(index.entries[i])) {
+      if (lie.old_only || ++lies % every(5) != 0) continue;
+      const Bytes lying = with_index(bytes, [&](Index& it) { lie.tell(it.entries[i]); });
+      MemoryRandomSource source(lying);
+      const auto damage = find_damage(source);
+      ASSERT_TRUE(damage) << lie.field << damage.error().message();
+      ASSERT_FALSE(damage->damages.empty()) << i << lie.field;
+      EXPECT_EQ(damage->damages[0].section, "index") << i << lie.field;
+      MemorySink healed;
+      const auto good = write_in_order(source, healed);
+      ASSERT_TRUE(good) << i << lie.field << good.error().message();
+      EXPECT_EQ(healed.bytes, bytes) << i << lie.field;
+    }
+  EXPECT_GT(lies, 50u);
+}
+
+}  // namespace
+}  // namespace shm
