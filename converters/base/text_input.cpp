@@ -22,6 +22,7 @@ bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 TextInput::TextInput(const std::string& path) : path_(path), buffer_(kBufferBytes) {
   file_ = std::fopen(path.c_str(), "rb");
   struct stat status {};
+  if (file_ == nullptr && errno == ENOMEM) throw std::bad_alloc();
   if (file_ == nullptr || ::fstat(::fileno(file_), &status) != 0)
     throw Failure(Error{
         ErrorCode::io, std::string("cannot open: ") + std::strerror(errno), {}, kNoOffset, path});

@@ -43,12 +43,13 @@ const SourceFormat& source_named(std::string_view name) {
 }
 
 std::vector<std::byte> head_of(const std::string& path) {
-  std::FILE* file = std::fopen(path.c_str(), "rb");
   std::vector<std::byte> head(kHeadBytes);
+  std::FILE* file = std::fopen(path.c_str(), "rb");
   const std::size_t count = file != nullptr ? std::fread(head.data(), 1, head.size(), file) : 0;
   const bool failed = file == nullptr || (count == 0 && std::ferror(file) != 0);
   const int error = errno;
   if (file != nullptr) std::fclose(file);
+  if (failed && error == ENOMEM) throw std::bad_alloc();
   if (failed)
     throw Failure(Error{ErrorCode::io,
                         std::string("cannot be read: ") + std::strerror(error),

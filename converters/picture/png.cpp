@@ -99,7 +99,7 @@ bool write_rows(png_structp png, png_infop about, const Image& image, const Form
   return true;
 }
 
-// Empty where libpng gave up.
+// Empty where libpng gave up: for want of memory, since it has room for all that it may write.
 std::vector<std::byte> file_of(const Image& image, const Form& form) {
   png_image size{};  // for the most bytes that there may be
   size.width = image.width;
@@ -130,7 +130,8 @@ Result<std::vector<std::byte>> png_of(const Image& image) {
     if (filtered.size() < file.size()) file = std::move(filtered);
   }
   if (file.empty())
-    return Error{ErrorCode::output, "the picture cannot be written", {}, kNoOffset, {}};
+    return Error{
+        ErrorCode::over_limit, "the picture needs more memory than there is", {}, kNoOffset, {}};
   return file;
 }
 

@@ -8,6 +8,7 @@
 #include <librsvg/rsvg.h>
 
 #include <memory>
+#include <new>
 #endif
 
 namespace shm::converters {
@@ -53,7 +54,11 @@ using Owned = std::unique_ptr<T, Unreferenced>;
 cairo_status_t add_bytes(void* to, const unsigned char* bytes, unsigned count) {
   auto& png = *static_cast<std::vector<std::byte>*>(to);
   const auto* const first = reinterpret_cast<const std::byte*>(bytes);
-  png.insert(png.end(), first, first + count);
+  try {  // nothing may be thrown through cairo
+    png.insert(png.end(), first, first + count);
+  } catch (...) {
+    return CAIRO_STATUS_NO_MEMORY;
+  }
   return CAIRO_STATUS_SUCCESS;
 }
 
@@ -80,9 +85,11 @@ std::vector<std::byte> png_of_svg(const std::string& svg) {
   const Owned<cairo_t> context(to.cairo_create(surface.get()));
   const RsvgRectangle whole = {0, 0, width, height};
   std::vector<std::byte> png;
-  if (to.rsvg_handle_render_document(picture.get(), context.get(), &whole, nullptr) == 0 ||
-      to.cairo_surface_write_to_png_stream(surface.get(), add_bytes, &png) != CAIRO_STATUS_SUCCESS)
+  if (to.rsvg_handle_render_document(picture.get(), context.get(), &whole, nullptr) == 0)
     no_picture();
+  const auto written = to.cairo_surface_write_to_png_stream(surface.get(), add_bytes, &png);
+  if (written == CAIRO_STATUS_NO_MEMORY) throw std::bad_alloc();
+  if (written != CAIRO_STATUS_SUCCESS) no_picture();
   return png;
 }
 

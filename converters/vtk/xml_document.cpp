@@ -127,6 +127,7 @@ void TreeBuilder::fail(ErrorCode code, std::string detail) const {
 
 void TreeBuilder::fail_parse() const {
   const XML_Error error = XML_GetErrorCode(parser_.get());
+  if (error == XML_ERROR_NO_MEMORY) throw std::bad_alloc();
   const bool ended = error == XML_ERROR_NO_ELEMENTS || error == XML_ERROR_UNCLOSED_TOKEN ||
                      error == XML_ERROR_UNCLOSED_CDATA_SECTION || error == XML_ERROR_PARTIAL_CHAR;
   if (ended || position() >= fed_) fail(ErrorCode::truncated, "the file ends within its XML");

@@ -10,11 +10,15 @@
 
 namespace {
 
-// So many allocations more succeed; negative: all do.
+// So many allocations more succeed; negative: all do. Behind them one fails, or all do.
 long allowed = -1;
+bool for_good = true;
 
 void* taken(std::size_t bytes) {
-  if (allowed == 0) throw std::bad_alloc();
+  if (allowed == 0) {
+    if (!for_good) allowed = -1;
+    throw std::bad_alloc();
+  }
   if (allowed > 0) --allowed;
   void* memory = std::malloc(bytes > 0 ? bytes : 1);
   if (memory == nullptr) throw std::bad_alloc();
@@ -37,19 +41,26 @@ void* taken(std::size_t bytes) {
 namespace shm {
 namespace {
 
-/// Calls `work` again and again, with more and more memory, until it succeeds.
+/// Calls `work` again and again, with more and more memory, until it has enough; the allocation
+/// that fails is one alone, or all that follow fail, too.
 template <class Work>
 void with_little_memory(Work&& work) {
-  int refused = 0;
-  for (long n = 0;; n += 1 + n / 16) {
-    allowed = n;
-    const shmf_status status = work();
-    allowed = -1;
-    if (status == SHMF_OK) break;
-    ASSERT_EQ(status, SHMF_NO_MEMORY) << "allocation " << n;
-    ++refused;
+  for (const bool all : {true, false}) {
+    int refused = 0;
+    for (long n = 0;; n += 1 + n / 16) {
+      allowed = n;
+      for_good = all;
+      const shmf_status status = work();
+      const bool enough = allowed > 0;
+      allowed = -1;
+      // Who can go on without that one does.
+      ASSERT_TRUE(status == SHMF_NO_MEMORY || (status == SHMF_OK && (enough || !all)))
+          << "allocation " << n << ", status " << status;
+      refused += status == SHMF_NO_MEMORY ? 1 : 0;
+      if (enough) break;
+    }
+    EXPECT_GT(refused, 20);
   }
-  EXPECT_GT(refused, 20);
 }
 
 TEST(CFailures, ReadingTellsOfEachAllocationThatFails) {

@@ -77,6 +77,7 @@ struct shmf_writer {
   std::optional<std::uint32_t> ordered_array;
   std::vector<std::uint64_t> coded_elements;
   std::optional<shm::Error> failed;
+  bool ran_out = false;  // of memory
 
   shm::Result<void> begin_mesh();
   shm::Result<void> end_mesh();
@@ -213,11 +214,12 @@ shmf_status with_writer(shmf_writer* writer, shmf_error* error, Call&& call) noe
   return guarded(error, [&]() -> Result<void> {
     if (writer == nullptr) return misuse("the writer is NULL");
     if (writer->failed) return *writer->failed;
-    // What throws leaves it failed.
-    writer->failed = shm::Error{kNoMemory, "out of memory before", "", shm::kNoOffset, {}};
+    if (writer->ran_out)
+      return shm::Error{kNoMemory, "out of memory before", "", shm::kNoOffset, {}};
+    writer->ran_out = true;  // what throws leaves it so
     auto done = call();
     if (done) {
-      writer->failed.reset();
+      writer->ran_out = false;
       return {};
     }
     shm::Error why = done.error();

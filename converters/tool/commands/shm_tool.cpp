@@ -7,7 +7,6 @@
 
 #include <csignal>
 #include <memory>
-#include <vector>
 
 #include "base/output_file.h"
 #include "tool/commands/append.h"
@@ -31,8 +30,8 @@ namespace shm::converters {
 namespace {
 
 // As `shm --help` lists them.
-std::vector<std::unique_ptr<Command>> commands() {
-  std::vector<std::unique_ptr<Command>> all;
+Commands commands() {
+  Commands all;
   all.push_back(std::make_unique<CompressCommand>());
   all.push_back(std::make_unique<DecompressCommand>());
   all.push_back(std::make_unique<AppendCommand>());
@@ -62,5 +61,5 @@ int main(int argc, char** argv) {
   shm::converters::remove_outputs_on_signals();
   std::signal(SIGPIPE, SIG_IGN);  // who writes to a pipe that is closed hears of it
   std::signal(SIGXFSZ, SIG_IGN);  // who writes more than a quota lets through, too
-  return shm::converters::run_tool(shm::converters::commands(), argc, argv);
+  return shm::converters::run_tool(shm::converters::commands, argc, argv);
 }

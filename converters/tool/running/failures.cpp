@@ -8,6 +8,7 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <system_error>
 
 #include "base/failure.h"
@@ -37,12 +38,22 @@ int complain(int code, const std::string& sentence) {
   return code;
 }
 
-}  // namespace
+// Asks for no memory, since there may be none for good.
+int complain_of_memory(const Command* chosen) noexcept {
+  std::fputs("shm: ", stderr);
+  for (const char c : chosen != nullptr ? std::string_view(chosen->input) : std::string_view()) {
+    const auto byte = static_cast<unsigned char>(c);
+    std::fputc(byte >= 0x20 && byte != 0x7f ? c : '?', stderr);
+  }
+  std::fputs(": needs more memory than there is\n", stderr);
+  return kLimit;
+}
 
-int reported(const Command* const& chosen, const std::function<int()>& work) {
+// What is being handled.
+int complain_of_failure(const Command* chosen) {
   const auto input = [&] { return chosen != nullptr ? chosen->input : std::string(); };
   try {
-    return work();
+    throw;
   } catch (const Failure& failure) {
     Error error = failure.error();
     if (chosen != nullptr && !chosen->spooled.empty() && error.file == chosen->spooled)
@@ -53,11 +64,21 @@ int reported(const Command* const& chosen, const std::function<int()>& work) {
       error.detail += "; shm verify lists what is damaged, shm repair -o OUT.shm writes the rest";
     return complain(exit_code(error.code), error.message());
   } catch (const std::bad_alloc&) {
-    return complain(kLimit, input() + ": needs more memory than there is");
+    throw;
   } catch (const std::length_error&) {
-    return complain(kLimit, input() + ": needs more memory than there is");
+    throw;
   } catch (const std::exception& error) {
     return complain(kBadInput, input() + ": " + error.what());
+  }
+}
+
+}  // namespace
+
+int code_of_failure(const Command* chosen) noexcept {
+  try {
+    return complain_of_failure(chosen);
+  } catch (...) {  // memory: what is thrown, or for a sentence about it
+    return complain_of_memory(chosen);
   }
 }
 

@@ -33,6 +33,7 @@ using ScratchFile = std::unique_ptr<std::FILE, CloseFile>;
 
 ScratchFile scratch() {
   ScratchFile file(std::tmpfile());
+  if (!file && errno == ENOMEM) throw std::bad_alloc();
   if (!file)
     throw Failure(Error{ErrorCode::output, "no temporary file can be made", {}, kNoOffset, {}});
   return file;
@@ -87,7 +88,10 @@ class Processes {
   ~Processes() {
     for (const Running& one : begun_)
       if (one.process > 0) ::kill(one.process, SIGTERM);
-    while (running_ > 0) wait_for_one();
+    // Nothing is shown or kept of them, which could take memory that there is not.
+    for (const Running& one : begun_)
+      while (one.process > 0 && ::waitpid(one.process, nullptr, 0) < 0 && errno == EINTR) {
+      }
   }
   Processes(const Processes&) = delete;
   Processes& operator=(const Processes&) = delete;

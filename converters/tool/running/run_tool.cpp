@@ -70,8 +70,10 @@ void follow_habits(std::vector<std::string>& words, const CLI::App& app) {
   for (std::string& word : words) {
     if (word == "--") return;
     if (std::exchange(is_value, false)) continue;
-    const CLI::Option* const option = command->get_option_no_throw(word);
-    is_value = word.starts_with('-') && option != nullptr && option->get_expected_max() > 0;
+    // Not by get_option_no_throw(), which ends the program where memory runs out.
+    for (const CLI::Option* const option : command->get_options())
+      if (word.starts_with('-') && option->check_name(word))
+        is_value = option->get_expected_max() > 0;
     if (word == "--fast" || word == "--best") word = "--level=" + word.substr(2);
     if (word.size() == 2 && word[0] == '-' && word[1] >= '1' && word[1] <= '9')
       word = std::string("--level=") + (word[1] <= '3'   ? "fast"
@@ -100,8 +102,7 @@ bool is_file(const std::string& word) {
   return std::filesystem::is_regular_file(word, none);
 }
 
-int parse_and_run(std::span<const std::unique_ptr<Command>> commands, int argc, char** argv,
-                  Command*& chosen) {
+int parse_and_run(const Commands& commands, int argc, char** argv, Command*& chosen) {
   CLI::App app{"shm compresses hexahedral meshes with their data and gives them back."};
   app.name("shm");
   app.set_version_flag("-V,--version", "shm " SHM_VERSION);
@@ -149,10 +150,12 @@ int parse_and_run(std::span<const std::unique_ptr<Command>> commands, int argc, 
 
 }  // namespace
 
-int run_tool(std::span<const std::unique_ptr<Command>> commands, int argc, char** argv) {
+int run_tool(Commands (*commands)(), int argc, char** argv) noexcept {
+  Commands all;
   Command* chosen = nullptr;
   return reported(chosen, [&] {
-    const int code = parse_and_run(commands, argc, argv, chosen);
+    all = commands();
+    const int code = parse_and_run(all, argc, argv, chosen);
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
       throw Failure(
           Error{ErrorCode::output, "cannot be written", {}, kNoOffset, "standard output"});

@@ -2,14 +2,16 @@
 #pragma once
 
 #include <memory>
-#include <span>
+#include <vector>
 
 #include "tool/running/command.h"
 
 namespace shm::converters {
 
-// Runs the one that the arguments name, and reports on standard error what goes wrong. Gives the
-// exit code.
-int run_tool(std::span<const std::unique_ptr<Command>> commands, int argc, char** argv);
+using Commands = std::vector<std::unique_ptr<Command>>;
+
+// Runs the one that the arguments name, and reports on standard error what goes wrong, memory for
+// the commands themselves included. Gives the exit code.
+int run_tool(Commands (*commands)(), int argc, char** argv) noexcept;
 
 }  // namespace shm::converters

@@ -4,6 +4,8 @@
 #include <lzma.h>
 #include <zlib.h>
 
+#include <new>
+
 #include "base/failure.h"
 
 namespace shm::converters::vtu {
@@ -19,9 +21,10 @@ constexpr std::string_view kBase64Digits =
 
 bool inflate_block(const std::vector<std::byte>& block, std::byte* out, std::size_t size) {
   uLongf made = size;
-  return ::uncompress(reinterpret_cast<Bytef*>(out), &made,
-                      reinterpret_cast<const Bytef*>(block.data()), block.size()) == Z_OK &&
-         made == size;
+  const int result = ::uncompress(reinterpret_cast<Bytef*>(out), &made,
+                                  reinterpret_cast<const Bytef*>(block.data()), block.size());
+  if (result == Z_MEM_ERROR) throw std::bad_alloc();
+  return result == Z_OK && made == size;
 }
 
 bool lz4_block(const std::vector<std::byte>& block, std::byte* out, std::size_t size) {
@@ -37,6 +40,7 @@ bool lzma_block(const std::vector<std::byte>& block, std::byte* out, std::size_t
   const lzma_ret result = ::lzma_stream_buffer_decode(
       &memory, 0, nullptr, reinterpret_cast<const std::uint8_t*>(block.data()), &in_at,
       block.size(), reinterpret_cast<std::uint8_t*>(out), &out_at, size);
+  if (result == LZMA_MEM_ERROR) throw std::bad_alloc();
   return result == LZMA_OK && out_at == size;
 }
 
@@ -46,9 +50,10 @@ bool lzma_block(const std::vector<std::byte>& block, std::byte* out, std::size_t
 
 std::size_t deflate_block(const std::byte* values, std::size_t size, std::vector<std::byte>& out) {
   uLongf made = out.size();
-  if (::compress2(reinterpret_cast<Bytef*>(out.data()), &made,
-                  reinterpret_cast<const Bytef*>(values), size, kZlibLevel) != Z_OK)
-    fail_compress();
+  const int result = ::compress2(reinterpret_cast<Bytef*>(out.data()), &made,
+                                 reinterpret_cast<const Bytef*>(values), size, kZlibLevel);
+  if (result == Z_MEM_ERROR) throw std::bad_alloc();
+  if (result != Z_OK) fail_compress();
   return made;
 }
 
@@ -69,10 +74,11 @@ std::size_t make_lzma_block(const std::byte* values, std::size_t size,
     options.dict_size /= 2;
   lzma_filter filters[2] = {{LZMA_FILTER_LZMA2, &options}, {LZMA_VLI_UNKNOWN, nullptr}};
   std::size_t made = 0;
-  if (::lzma_stream_buffer_encode(
-          filters, LZMA_CHECK_CRC32, nullptr, reinterpret_cast<const std::uint8_t*>(values), size,
-          reinterpret_cast<std::uint8_t*>(out.data()), &made, out.size()) != LZMA_OK)
-    fail_compress();
+  const lzma_ret result = ::lzma_stream_buffer_encode(
+      filters, LZMA_CHECK_CRC32, nullptr, reinterpret_cast<const std::uint8_t*>(values), size,
+      reinterpret_cast<std::uint8_t*>(out.data()), &made, out.size());
+  if (result == LZMA_MEM_ERROR) throw std::bad_alloc();
+  if (result != LZMA_OK) fail_compress();
   return made;
 }
 

@@ -1,0 +1,107 @@
+// Memory that runs out, for a program that this is loaded into (LD_PRELOAD): after so many calls of
+// operator new, SHM_ALLOCATIONS, the next one fails, and with SHM_FOR_GOOD=1 all that follow do.
+// They count from main() on: what libraries do when they are loaded nobody can answer for.
+// With SHM_MALLOC=1 those of malloc, calloc and realloc count as well, which C libraries call.
+// SHM_COUNT names a file to which a program that ends writes how many there were.
+#include <dlfcn.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <new>
+
+namespace {
+
+long number_in(const char* name, long otherwise) {
+  const char* text = std::getenv(name);
+  return text == nullptr ? otherwise : std::atol(text);
+}
+
+std::atomic<bool> is_running{false};
+std::atomic<long> allocations{0};
+
+// Of main(), before it runs; what the loader wants it does not have to wait for.
+long allowed = -1;
+bool for_good = false, with_malloc = false;
+
+bool fails() {
+  if (!is_running) return false;
+  const long before = allocations++;
+  const bool now = allowed >= 0 && (for_good ? before >= allowed : before == allowed);
+  if (now) errno = ENOMEM;
+  return now;
+}
+
+void write_count() {
+  is_running = false;
+  const char* path = std::getenv("SHM_COUNT");
+  std::FILE* file = path == nullptr ? nullptr : std::fopen(path, "w");
+  if (file == nullptr) return;
+  std::fprintf(file, "%ld\n", allocations.load());
+  std::fclose(file);
+}
+
+extern "C" void* __libc_malloc(std::size_t bytes);
+extern "C" void* __libc_calloc(std::size_t count, std::size_t bytes);
+extern "C" void* __libc_realloc(void* memory, std::size_t bytes);
+
+void* taken(std::size_t bytes) { return fails() ? nullptr : __libc_malloc(bytes > 0 ? bytes : 1); }
+
+void* taken(std::size_t bytes, std::align_val_t alignment) {
+  void* memory = nullptr;
+  if (fails()) return nullptr;
+  return ::posix_memalign(&memory, static_cast<std::size_t>(alignment), bytes) == 0 ? memory
+                                                                                    : nullptr;
+}
+
+void* or_throw(void* memory) {
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+
+}  // namespace
+
+using Main = int (*)(int, char**, char**);
+static Main program = nullptr;
+static int run(int argc, char** argv, char** environment) {
+  allowed = number_in("SHM_ALLOCATIONS", -1);
+  for_good = number_in("SHM_FOR_GOOD", 0) != 0;
+  with_malloc = number_in("SHM_MALLOC", 0) != 0;
+  std::atexit(write_count);
+  is_running = true;
+  return program(argc, argv, environment);
+}
+extern "C" int __libc_start_main(Main main, int argc, char** argv, void (*begin)(), void (*end)(),
+                                 void (*of_loader)(), void* stack) {
+  using Start = int (*)(Main, int, char**, void (*)(), void (*)(), void (*)(), void*);
+  program = main;
+  const auto start = reinterpret_cast<Start>(::dlsym(RTLD_NEXT, "__libc_start_main"));
+  return start(run, argc, argv, begin, end, of_loader, stack);
+}
+
+extern "C" void* malloc(std::size_t bytes) {
+  return with_malloc && fails() ? nullptr : __libc_malloc(bytes);
+}
+extern "C" void* calloc(std::size_t count, std::size_t bytes) {
+  return with_malloc && fails() ? nullptr : __libc_calloc(count, bytes);
+}
+extern "C" void* realloc(void* memory, std::size_t bytes) {
+  return with_malloc && fails() ? nullptr : __libc_realloc(memory, bytes);
+}
+
+using Alignment = std::align_val_t;
+void* operator new(std::size_t n) { return or_throw(taken(n)); }
+void* operator new[](std::size_t n) { return or_throw(taken(n)); }
+void* operator new(std::size_t n, const std::nothrow_t&) noexcept { return taken(n); }
+void* operator new[](std::size_t n, const std::nothrow_t&) noexcept { return taken(n); }
+void* operator new(std::size_t n, Alignment a) { return or_throw(taken(n, a)); }
+void* operator new[](std::size_t n, Alignment a) { return or_throw(taken(n, a)); }
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete[](void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+void operator delete[](void* p, std::size_t) noexcept { std::free(p); }
+void operator delete(void* p, Alignment) noexcept { std::free(p); }
+void operator delete[](void* p, Alignment) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t, Alignment) noexcept { std::free(p); }
+void operator delete[](void* p, std::size_t, Alignment) noexcept { std::free(p); }
