@@ -28,8 +28,29 @@ namespace {
 // What linkat fails with, in place of doing its work; 0: it does it.
 int linkat_fails_with = 0;
 int refused_links = 0;
+// The same of close() of a file, and of fsync() of a folder.
+int close_fails_with = 0, folder_fails_with = 0;
+
+bool is_of(int descriptor, mode_t type) {
+  struct stat status {};
+  return ::fstat(descriptor, &status) == 0 && (status.st_mode & S_IFMT) == type;
+}
 
 }  // namespace
+
+extern "C" int close(int descriptor) {
+  const bool fails = close_fails_with != 0 && is_of(descriptor, S_IFREG);
+  const int done = static_cast<int>(::syscall(SYS_close, descriptor));
+  if (!fails) return done;
+  errno = close_fails_with;
+  return -1;
+}
+extern "C" int fsync(int descriptor) {
+  if (folder_fails_with == 0 || !is_of(descriptor, S_IFDIR))
+    return static_cast<int>(::syscall(SYS_fsync, descriptor));
+  errno = folder_fails_with;
+  return -1;
+}
 
 // In place of libc's, as file systems and containers that lack it.
 extern "C" int linkat(int from_folder, const char* from, int to_folder, const char* to,
@@ -120,6 +141,45 @@ TEST_F(FileIo, FilesThatCannotBeLinkedAreCopied) {
   linkat_fails_with = 0;
   ASSERT_FALSE(committed);
   EXPECT_EQ(committed.error().code, ErrorCode::output);
+}
+
+TEST_F(FileIo, WhatFailsToCloseGetsNoName) {
+  for (const auto how : {FileSink::Temporary::unnamed, FileSink::Temporary::named})
+    for (const bool is_linked : {true, false}) {
+      std::ofstream(path("a")) << "before";
+      auto sink = FileSink::create(path("a"), how);
+      ASSERT_TRUE(sink);
+      ASSERT_TRUE((*sink)->write(bytes("after")));
+      linkat_fails_with = is_linked ? 0 : EPERM;
+      close_fails_with = EDQUOT;
+      const auto done = (*sink)->commit();
+      close_fails_with = linkat_fails_with = 0;
+      ASSERT_FALSE(done);
+      EXPECT_EQ(done.error().code, ErrorCode::output);
+      EXPECT_NE(done.error().detail.find("cannot be closed"), std::string::npos);
+      sink->reset();
+      EXPECT_EQ(file_content(path("a")), "before");
+      EXPECT_EQ(files(), 1u);
+    }
+}
+
+TEST_F(FileIo, AFolderThatCannotBeFlushedIsSaidToBeThat) {
+  for (const auto how : {FileSink::Temporary::unnamed, FileSink::Temporary::named}) {
+    auto sink = FileSink::create(path("a"), how);
+    ASSERT_TRUE(sink);
+    ASSERT_TRUE((*sink)->write(bytes("after")));
+    folder_fails_with = EIO;
+    const auto done = (*sink)->commit();
+    folder_fails_with = 0;
+    ASSERT_FALSE(done);
+    EXPECT_EQ(done.error().code, ErrorCode::output);
+    EXPECT_TRUE(done.error().detail.starts_with("is written, but the folder cannot be flushed"));
+    EXPECT_TRUE((*sink)->commit());  // there is nothing more to do
+    sink->reset();
+    EXPECT_EQ(file_content(path("a")), "after");
+    EXPECT_EQ(files(), 1u);
+    fs::remove(path("a"));
+  }
 }
 
 TEST_F(FileIo, DevicesAreWritten) {

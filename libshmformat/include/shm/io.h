@@ -99,7 +99,8 @@ class SHM_API FileSink final : public ByteSink {
   FileSink& operator=(const FileSink&) = delete;
   Result<void> write(std::span<const std::byte> bytes) override;
   Result<void> copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes) override;
-  /// Once it has succeeded it does nothing, and nothing more can be written.
+  /// Once it has succeeded it does nothing, and nothing more can be written. All that can fail is
+  /// done before the file has its name, but for flushing the folder: that error says so.
   Result<void> commit() override;
 
   /// By what name this process may open the file until commit(), and write it instead of here; of
@@ -113,6 +114,7 @@ class SHM_API FileSink final : public ByteSink {
   Result<void> create_named();
   void pass_permissions_on() const;
   Result<void> flush() const;
+  Result<void> close();
   Result<void> link();
   Result<void> rename_temporary() const;
   Result<void> rename_copy(const Error& why);

@@ -98,12 +98,18 @@ Error taken_error(const std::string& path) {
   return Error{ErrorCode::output, "is there already", {}, kNoOffset, path};
 }
 
-/// So that the name is on the disk, too. Some folders cannot be opened, some not flushed.
-void flush_folder(const std::string& folder) {
-  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return;
-  ::fsync(descriptor);
+/// So that the name of `path` is on the disk, too. Some folders cannot be opened, some not flushed
+/// (EINVAL).
+Result<void> flush_folder(const std::string& path) {
+  const int descriptor = ::open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return {};
+  const bool flushed = ::fsync(descriptor) == 0 || errno == EINVAL;
+  const Error error = system_error(ErrorCode::output,
+                                   "is written, but the folder cannot be flushed: until the system "
+                                   "does, the name may be lost",
+                                   path);
   ::close(descriptor);
+  return flushed ? Result<void>() : error;
 }
 
 }  // namespace
@@ -208,16 +214,26 @@ Result<void> FileSink::commit() {
   if (path_ == "-" || scratch_ || committed_) return {};
   if (auto good = flush(); !good) return good;
   pass_permissions_on();
-  if (named_)
-    if (auto good = rename_temporary(); !good) return good;
-  if (!named_ && !temporary_.empty())
+  // Some file systems say only now that they have not taken all.
+  if (named_ || temporary_.empty()) {
+    if (auto good = close(); !good) return good;
+    if (named_)
+      if (auto good = rename_temporary(); !good) return good;
+  } else {
+    if (const int again = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);
+        again >= 0 && ::close(again) != 0)
+      return system_error(ErrorCode::output, "cannot be closed", path_);
     if (auto good = link(); !good) return good;
+    (void)close();  // which has been tried
+  }
   named_ = false;
-  if (::close(std::exchange(descriptor_, -1)) != 0)
-    return system_error(ErrorCode::output, "cannot be closed", path_);
-  if (!temporary_.empty()) flush_folder(folder_of(path_));
   committed_ = true;
-  return {};
+  return temporary_.empty() ? Result<void>() : flush_folder(path_);
+}
+
+Result<void> FileSink::close() {
+  if (descriptor_ < 0 || ::close(std::exchange(descriptor_, -1)) == 0) return {};
+  return system_error(ErrorCode::output, "cannot be closed", path_);
 }
 
 /// At the end, since who writes by name opens the file anew. Without the group its bits would be
@@ -308,6 +324,7 @@ Result<void> FileSink::rename_copy(const Error& why) {
   if (auto good = copy(**whole, 0, (*whole)->size()); !good) return good;
   if (auto good = flush(); !good) return good;
   pass_permissions_on();
+  if (auto good = close(); !good) return good;
   return rename_temporary();
 }
 

@@ -300,13 +300,19 @@ Result<void> FileSink::commit() {
   if (path_ == "-" || scratch_ || committed_) return {};
   if (named_) {
     if (auto good = flush(); !good) return good;
+    if (auto good = close(); !good) return good;
     if (auto good = rename_temporary(); !good) return good;
     named_ = false;
+  } else if (auto good = close(); !good) {
+    return good;
   }
-  if (::_close(std::exchange(descriptor_, -1)) != 0)
-    return system_error(ErrorCode::output, "cannot be closed", path_);
   committed_ = true;
   return {};
+}
+
+Result<void> FileSink::close() {
+  if (descriptor_ < 0 || ::_close(std::exchange(descriptor_, -1)) == 0) return {};
+  return system_error(ErrorCode::output, "cannot be closed", path_);
 }
 
 /// By name, since who wrote by name may have replaced the file, which leaves ours behind. Some file
