@@ -73,14 +73,16 @@ std::vector<MemberReport> join_files(const std::vector<std::string>& inputs, Byt
   for (const std::string& input : inputs) {
     CountingSink member(*unwrap(archive.add_member(names.at(input))));
     const Format* format = format_of_file(input);
-    if (format != nullptr && format->name == "shm") {
+    const bool is_packed = format != nullptr && format->name == "shm";
+    if (is_packed) {
       copy_all(*unwrap(FileSource::open(input), input), input, member);
     } else {
       Spool spool(spool_directory, spool_memory, limits);
       const auto mesh = open_mesh(input, spool, how.progress);
       compress_mesh(*mesh, member, how, spool);
     }
-    report.push_back({names.at(input), std::filesystem::file_size(input), member.bytes});
+    report.push_back(
+        {names.at(input), std::filesystem::file_size(input), member.bytes, !is_packed});
   }
   unwrap(archive.finish());
   return report;

@@ -21,6 +21,7 @@ namespace shm::converters {
 struct MemberReport {
   std::string name;
   std::uint64_t input_bytes = 0, bytes = 0;
+  bool is_decoded = true;  // else it went in as it is, sound or not
 };
 
 // Writes `inputs`, compressed by `how` where they are no .shm files yet, as an archive into

@@ -22,6 +22,14 @@
 namespace shm::converters::exodus {
 namespace {
 
+// Behind those of blocks there is room for new ones.
+Capabilities::MostNumbers most_numbers_of(bool is_wide) {
+  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 2;
+  constexpr std::int64_t kNarrow = std::numeric_limits<std::int32_t>::max();
+  return is_wide ? Capabilities::MostNumbers{kMost, kMost}
+                 : Capabilities::MostNumbers{kNarrow / 2, kNarrow};
+}
+
 // A variable of 64-bit offset files has less than 4 GiB (for each record, if it has records).
 constexpr std::uint64_t kMostVariableBytes = (std::uint64_t{1} << 32) - 4;
 constexpr std::size_t kShortNames = 32;  // what every reader allows for
@@ -109,6 +117,14 @@ std::vector<MeshSet> sets_to_write(const MeshInfo& info) {
 
 class ForeignWriter {
  public:
+  // Numbers that take files of 64 bits.
+  static bool has_wide_maps(const MeshInfo& info) {
+    return std::any_of(info.schema.arrays.begin(), info.schema.arrays.end(),
+                       [](const ArrayInfo& it) {
+                         return it.type == ScalarType::int64 && (is_map(it) || is_original_map(it));
+                       });
+  }
+
   ForeignWriter(MeshSource& mesh, const std::string& path, Spool& spool)
       : mesh_(mesh),
         info_(mesh.info()),
@@ -214,8 +230,7 @@ class ForeignWriter {
           {largest, group.nodes * 4, group.cells * static_cast<std::uint64_t>(real_bytes_)});
       most = std::max(most, group.nodes);
     }
-    wide_ = most > std::numeric_limits<std::int32_t>::max();
-    for (const std::size_t map : maps_) wide_ |= info_.schema.arrays[map].type == ScalarType::int64;
+    wide_ = most > std::numeric_limits<std::int32_t>::max() || has_wide_maps(info_);
     netcdf4_ = wide_ || largest > kMostVariableBytes;
   }
 
@@ -261,8 +276,7 @@ class ForeignWriter {
 
   // The source's ids where they are positive and the first of their kind, else new ones.
   void choose_ids() {
-    const std::int64_t most = wide_ ? std::numeric_limits<std::int64_t>::max() / 2
-                                    : std::numeric_limits<std::int32_t>::max() / 2;
+    const std::int64_t most = most_numbers_of(wide_).block;
     std::int64_t highest = 0;
     for (const BlockInfo& block : info_.schema.blocks)
       if (block.id <= most) highest = std::max(highest, block.id);
@@ -302,11 +316,16 @@ class ForeignWriter {
   }
 
   void define_sets() {
+    const std::int64_t most = most_numbers_of(wide_).set;
     std::map<ex_entity_type, FreeNumbers> free;
+    std::map<ex_entity_type, std::int64_t> highest;
+    for (const MeshSet& set : sets_)
+      if (set.id <= most) highest[kind_of(set)] = std::max(highest[kind_of(set)], set.id);
     for (const MeshSet& set : sets_) {
       const ex_entity_type kind = kind_of(set);
-      const std::int64_t id = free[kind].take(
-          std::clamp<std::int64_t>(set.id, 1, std::numeric_limits<std::int64_t>::max() / 2));
+      const std::int64_t behind = highest[kind] < most ? highest[kind] + 1 : 1;
+      const std::int64_t id =
+          free[kind].take(set.id > most ? behind : std::max<std::int64_t>(set.id, 1));
       set_ids_.push_back(id);
       check(ex_put_set_param(exoid_, kind, id, static_cast<std::int64_t>(set.members.size()),
                              static_cast<std::int64_t>(set.factors.size())),
@@ -562,6 +581,12 @@ class ForeignWriter {
 };
 
 }  // namespace
+
+Capabilities::MostNumbers most_numbers(const MeshInfo& info) {
+  constexpr std::uint64_t kMost = std::numeric_limits<std::int32_t>::max();
+  return most_numbers_of(info.vertices > kMost || info.cells() > kMost ||
+                         ForeignWriter::has_wide_maps(info));
+}
 
 void write_foreign(MeshSource& mesh, const std::string& path, Spool& spool) {
   ForeignWriter(mesh, path, spool).write();

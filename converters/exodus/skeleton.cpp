@@ -179,8 +179,10 @@ void Place::fail(ErrorCode why, const std::string& section, const std::string& d
 }
 
 void Place::check(int status, const std::string& section) const {
+  // Names are those of a source, whoever finds that they are none.
   if (status != NC_NOERR)
-    fail(code, section, std::string("netCDF reports: ") + nc_strerror(status));
+    fail(status == NC_EBADNAME ? ErrorCode::corrupt : code, section,
+         std::string("netCDF reports: ") + nc_strerror(status));
 }
 
 int Skeleton::find_variable(std::string_view name) const {

@@ -181,8 +181,10 @@ std::string join_json(const std::string& output, std::uint64_t output_bytes,
                       const std::vector<MemberReport>& members) {
   Json json = {{"output", output}, {"output_bytes", output_bytes}, {"members", Json::array()}};
   for (const MemberReport& member : members)
-    json["members"].push_back(
-        {{"name", member.name}, {"input_bytes", member.input_bytes}, {"bytes", member.bytes}});
+    json["members"].push_back({{"name", member.name},
+                               {"input_bytes", member.input_bytes},
+                               {"bytes", member.bytes},
+                               {"decoded", member.is_decoded}});
   return dump(json);
 }
 
@@ -190,9 +192,15 @@ std::string join_text(const std::string& output, std::uint64_t output_bytes,
                       const std::vector<MemberReport>& members) {
   std::uint64_t input_bytes = 0;
   for (const MemberReport& member : members) input_bytes += member.input_bytes;
-  return output + ": " + plural(members.size(), "file", "files") + ", " +
-         std::to_string(input_bytes) + " to " + std::to_string(output_bytes) + " bytes (" +
-         fixed(static_cast<double>(input_bytes) / static_cast<double>(output_bytes), 1) + "x)\n";
+  std::string text =
+      output + ": " + plural(members.size(), "file", "files") + ", " + std::to_string(input_bytes) +
+      " to " + std::to_string(output_bytes) + " bytes (" +
+      fixed(static_cast<double>(input_bytes) / static_cast<double>(output_bytes), 1) + "x)\n";
+  for (const MemberReport& member : members)
+    if (!member.is_decoded)
+      text += "  " + member.name + " went in as it is, and was not decoded (shm verify " + output +
+              ")\n";
+  return text;
 }
 
 std::string sound_json(const std::string& path, const MeshInfo& info, const ParityState& parity,

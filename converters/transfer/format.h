@@ -44,6 +44,11 @@ struct Capabilities {
   bool partial_arrays = false;  // cell arrays on some blocks; else NaN or 0 on the others
   bool block_numbers = false;   // blocks of its own; else their numbers are an array
   bool positive_numbers = false, unique_numbers = false;
+  // What blocks and sets may have at most; null: any.
+  struct MostNumbers {
+    std::int64_t block, set;
+  };
+  MostNumbers (*most_numbers)(const MeshInfo& info) = nullptr;
   bool times = true;                                // of steps, even when no array has any
   std::size_t title_bytes = ~std::size_t{0};        // most
   const NumberMaps* maps = nullptr;                 // that are maps there, too

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "base/failure.h"
@@ -198,12 +199,17 @@ void Translation::report_numbers(const std::vector<BlockInfo>& before) {
 void Translation::report_blocks() {
   const MeshInfo& info = mesh_->info();
   std::set<std::int64_t> used;
+  std::optional<std::int64_t> most;
+  if (target_.most_numbers != nullptr) most = target_.most_numbers(info).block;
   bool fit = true;
   for (std::size_t b = 0; b < info.schema.blocks.size(); ++b) {
     const BlockInfo& block = info.schema.blocks[b];
     fit &= !target_.positive_numbers || block.id > 0;
     fit &= !target_.unique_numbers || used.insert(block.id).second;
     report_name(block.name, block_label(block));
+    if (most && block.id > *most)
+      losses_.push_back("number of " + block_label(block) + ", which is above " +
+                        std::to_string(*most));
     if (target_.block != nullptr && info.block_cells[b] > 0 && !target_.block(block))
       losses_.push_back("cells of " + block_label(block) + " as what they are (" +
                         std::string(shape_name(block.shape)) + " with " +
@@ -240,7 +246,13 @@ void Translation::carry_title() {
 
 void Translation::carry_sets(Spool& spool) {
   std::vector<MeshSet> sets = transfer_sets(from_, used_);
-  for (const MeshSet& set : sets) report_name(set.name, label_of(set));
+  for (const MeshSet& set : sets) {
+    report_name(set.name, label_of(set));
+    if (target_.most_numbers == nullptr) continue;
+    const std::int64_t most = target_.most_numbers(mesh_->info()).set;
+    if (set.id > most)
+      losses_.push_back("number of " + label_of(set) + ", which is above " + std::to_string(most));
+  }
   for (MeshSet& set : sets) {
     if (set.factors.empty()) continue;
     if (target_.sets == Capabilities::Sets::sets && has_usual_factors(set)) continue;

@@ -51,6 +51,28 @@ class LossesTest(FolderTest):
             self.expect_refusal("decompress", "run.shm", "-o", "out.e", "--format", format,
                                 lost="3 of 4 time steps")
 
+    def test_numbers_that_are_too_large_for_exodus(self):
+        """A physical tag of Gmsh is a set's number there, of 32 bits: a larger one gets another, and that is said."""
+        corners = [(n & 1, n >> 1 & 1, n >> 2) for n in range(8)]
+        for tag, fits in ((2**31 - 1, True), (2**31, False), (2**32, False)):
+            self.write("far.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 0 1\n"
+                       f"1 0 0 0 1 1 1 1 {tag} 0\n$EndEntities\n$Nodes\n1 8 1 8\n3 1 0 8\n" +
+                       "".join(f"{n + 1}\n" for n in range(8)) + "".join("%d %d %d\n" % xyz for xyz in corners) +
+                       "$EndNodes\n$Elements\n1 1 1 1\n3 1 5 1\n1 1 2 4 3 5 6 8 7\n$EndElements\n")
+            said = self.run_tool("convert", "far.msh", "far.e", "-f")
+            self.assertEqual(said, "" if fits else "shm: not in far.e: number of element set "
+                             f"{tag}, which is above {2**31 - 1}\n")
+            if not fits:
+                self.run_tool("convert", "far.msh", "strict.e", "--strict", code=6)
+
+    def test_names_that_netcdf_does_not_take_are_bad_input(self):
+        """Of a source: the classic header is read without a look at them."""
+        plain = Path(self.path("run.e")).read_bytes()
+        self.assertIn(b"num_nodes", plain)
+        Path(self.path("odd.e")).write_bytes(plain.replace(b"time_step", b"time/step").replace(b"len_line", b"len/line"))
+        self.run_tool("compress", "odd.e", "-o", "odd.shm", "-q")
+        self.run_tool("decompress", "odd.shm", "-o", "back.e", code=3)
+
     def test_it_is_found_before_values_are_decoded(self):
         whole = Path(self.path("run.shm")).read_bytes()
 
