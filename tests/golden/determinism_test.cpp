@@ -215,7 +215,7 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"tables_for_some", 0xc0232e6bb78c0923},
     {"mixed_columns", 0x14458dd5ed6f036d},
     {"quantized", 0x6182f441af8a9489},
-    {"bounded", 0x1f6b572ae4c25eba},
+    {"bounded", 0x7bd3546c3384216c},
     {"special_values", 0x3a5a87b7f5a4d79d},
     {"replay_keep", 0xb9909ad329f54142},
     {"replay_stream", 0x5d0ae3f2ed181b1c},

@@ -107,6 +107,9 @@ class RangeEncoder {
     return value;
   }
 
+  /// Bytes so far, but for a few that are not certain yet.
+  std::uint64_t size() const { return bytes_.size() + pending_; }
+
   /// Ends the stream and hands it out; the encoder is ready for the next one.
   std::vector<std::byte> finish() {
     // Any number in [low, low + range) will do; range >= 2^24, so one ends in 24 zero bits.

@@ -126,6 +126,15 @@ class ValueStreams {
   void begin_tile();
   EncodedColumn encode(std::size_t column, const std::byte* values, std::size_t stride,
                        Level level);
+  /// Encoding: as those of ValueColumn, of what came so far of the group.
+  std::uint64_t about_bytes(std::size_t column, const std::byte* values, std::size_t stride,
+                            std::vector<DomainChoice>& choices) {
+    return columns_[column]->about_bytes(elements_of(column), values, stride, choices);
+  }
+  std::uint64_t bytes_if_coded(std::size_t column, const std::byte* values, std::size_t stride,
+                               Level level) {
+    return columns_[column]->bytes_if_coded(elements_of(column), values, stride, level);
+  }
 
   // Column 0 is geometry, the others are the static arrays in schema order.
 

@@ -57,6 +57,10 @@ void PatternSegmentEncoder::encode_unused(const SegmentPiece& piece, std::size_t
   if (options_.values) vertices_.push_back({patterns_.slot_count(), 0, {}});
 }
 
+/// Nobody compares patterns with anything.
+void PatternSegmentEncoder::add_size_at_hand(SegmentSize&) {}
+std::uint64_t PatternSegmentEncoder::values_at_hand(ValueChoices*) { return 0; }
+
 void PatternSegmentEncoder::encode_streams() {
   container::StreamEntry connectivity;
   connectivity.kind = StreamKind::connectivity;

@@ -54,6 +54,16 @@ void GroupValues::clear() {
 
 // --- groups
 
+void SegmentSize::add(container::StreamKind kind, std::uint64_t bytes) {
+  using container::StreamKind;
+  constexpr std::uint64_t kStreamHeadBytes = 8;  // in the header of its group, about
+  const bool of_values = kind == StreamKind::geometry || kind == StreamKind::array;
+  const bool of_topology = kind == StreamKind::connectivity || kind == StreamKind::corner_order ||
+                           kind == StreamKind::vertex_numbers;
+  (of_values ? values : of_topology ? topology : besides) += bytes;
+  (of_values ? values : besides) += kStreamHeadBytes;
+}
+
 SegmentEncoder::SegmentEncoder(const Schema& schema, const SegmentOptions& options,
                                const SegmentStart& start)
     : schema_(&schema),
@@ -140,6 +150,7 @@ void SegmentEncoder::begin_group() {
 
 void SegmentEncoder::end_group(std::vector<EncodedGroup>& done) {
   encode_streams();
+  for (const container::StreamEntry& it : group_.header.streams) finished_.add(it.kind, it.bytes);
   group_.header.box = values_.box();
   values_.clear();
   tile_ends_ = {};
@@ -149,9 +160,19 @@ void SegmentEncoder::end_group(std::vector<EncodedGroup>& done) {
   begin_group();
 }
 
+SegmentSize SegmentEncoder::size() {
+  SegmentSize size = finished_;
+  if (has_group()) add_size_at_hand(size);
+  return size;
+}
+
 void SegmentEncoder::end(std::vector<EncodedGroup>& done) {
+  if (has_group()) end_group(done);
+}
+
+bool SegmentEncoder::has_group() const {
   const container::GroupHeader& group = group_.header;
-  if (group.cells + group.vertices + group.imported_vertices > 0) end_group(done);
+  return group.cells + group.vertices + group.imported_vertices > 0;
 }
 
 }  // namespace shm

@@ -95,6 +95,19 @@ inline EncodedGroup group_like(const EncodedGroup& before) {
   return group;
 }
 
+/// About the bytes of a segment so far.
+struct SegmentSize {
+  std::uint64_t topology = 0;  ///< connectivity, corner order, vertex numbers
+  std::uint64_t values = 0;    ///< coordinates and arrays, with the heads of their streams
+  std::uint64_t besides = 0;   ///< imports, and other heads
+  std::uint64_t all() const { return topology + values + besides; }
+
+  /// Of a stream of so many bytes, with its head.
+  void add(container::StreamKind kind, std::uint64_t bytes);
+};
+/// By column: in which domains its values would be coded.
+using ValueChoices = std::vector<std::vector<DomainChoice>>;
+
 /// How a segment is coded.
 struct SegmentOptions {
   std::uint32_t group_cells = 65536;
@@ -176,6 +189,16 @@ class SegmentEncoder {
   /// Adds the last group, if anything is left for it.
   void end(std::vector<EncodedGroup>& done);
 
+  /// About what the segment takes so far, without the values of the group at hand.
+  SegmentSize size();
+  /// About what these take. `choices`: as ValueColumn::about_bytes() has them, by column.
+  std::uint64_t about_values(ValueChoices& choices) {
+    choices.resize(values_.columns());
+    return has_group() ? values_at_hand(&choices) : 0;
+  }
+  /// Just what they would take if the group ended here. It costs as much as to code them.
+  std::uint64_t values_if_coded() { return has_group() ? values_at_hand(nullptr) : 0; }
+
  protected:
   /// Where the parts of a cell or unused vertex begin in the piece.
   struct Place {
@@ -191,6 +214,10 @@ class SegmentEncoder {
   virtual void encode_unused(const SegmentPiece& piece, std::size_t vertex) = 0;
   /// Adds the streams of the group, and forgets what belongs to it.
   virtual void encode_streams() = 0;
+  /// Adds what the streams of the group take so far but for values.
+  virtual void add_size_at_hand(SegmentSize& size) = 0;
+  /// What its values would take: estimated, or, without `choices`, by coding them.
+  virtual std::uint64_t values_at_hand(ValueChoices* choices) = 0;
 
   /// Counts vertex `index` of the piece, which the group gets, and its values.
   void take_vertex(const SegmentPiece& piece, std::size_t index);
@@ -209,9 +236,11 @@ class SegmentEncoder {
 
  private:
   bool is_full() const;
+  bool has_group() const;  // whether anything is in the one at hand
   void begin_group();
   void end_group(std::vector<EncodedGroup>& done);
 
+  SegmentSize finished_;  // of groups that are
   std::uint64_t next_cell_, next_vertex_;
   // of the widest stepped array: what an element has at one step
   std::uint64_t vertex_step_bytes_ = 0, cell_step_bytes_ = 0;

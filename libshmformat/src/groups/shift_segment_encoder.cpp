@@ -200,17 +200,19 @@ void ShiftSegmentEncoder::find_neighbours(std::span<const std::byte> shifts) {
   cells_.blocks = cell_blocks_;
 }
 
-void ShiftSegmentEncoder::add_columns() {
+/// Of the cells that have a value in the column.
+std::vector<std::uint64_t> ShiftSegmentEncoder::numbers_of_cells(std::size_t column) const {
   std::vector<std::uint64_t> cells;
+  for (std::size_t i = 0; i < cell_blocks_.size(); ++i)
+    if (schema_->array_covers(values_.array(column), cell_blocks_[i]))
+      cells.push_back(group_.header.first_cell + i);
+  return cells;
+}
+
+void ShiftSegmentEncoder::add_columns() {
   for (std::size_t c = 0; c < columns_.size(); ++c) {
-    const bool of_cells = values_.of_cells(c);
-    if (of_cells) {
-      cells.clear();
-      for (std::size_t i = 0; i < cell_blocks_.size(); ++i)
-        if (schema_->array_covers(values_.array(c), cell_blocks_[i]))
-          cells.push_back(group_.header.first_cell + i);
-    }
-    const std::span<const std::uint64_t> numbers = of_cells ? cells : introduced_;
+    const auto cells = values_.of_cells(c) ? numbers_of_cells(c) : std::vector<std::uint64_t>();
+    const std::span<const std::uint64_t> numbers = values_.of_cells(c) ? cells : introduced_;
     if (!numbers.empty()) add_column(c, numbers);
   }
 }
@@ -235,10 +237,51 @@ void ShiftSegmentEncoder::add_column(std::size_t c, std::span<const std::uint64_
   add_stream(entry, std::move(encoded.bytes));
 }
 
-void ShiftSegmentEncoder::encode_streams() {
-  // Lags of cells follow from their symbols, which go with the stream.
+void ShiftSegmentEncoder::choose_lags() {
   by_vertex_ = chosen(lags_);
   by_cell_ = cell_lags();
+}
+
+void ShiftSegmentEncoder::add_size_at_hand(SegmentSize& size) {
+  size.add(StreamKind::connectivity, 1 + shifts_.packed(packing_).size());
+}
+
+std::uint64_t ShiftSegmentEncoder::values_at_hand(ValueChoices* choices) {
+  // What the group begins with is kept for when it ends.
+  const ShiftDecoder decoder = decoder_;
+  const ShiftNeighbours neighbours = neighbours_;
+  if (has_rings_) find_neighbours(shifts_.packed(packing_));
+  choose_lags();
+  std::uint64_t bytes = 0;
+  for (std::size_t c = 0; c < columns_.size(); ++c) {
+    const bool of_cells = values_.of_cells(c);
+    if (predicts() && predicted_[c]) {
+      predicted_[c]->make_room(neighbours_.slots());
+      const TiledItems& elements = of_cells ? cells_ : vertices_;
+      const std::byte* values = values_.values(c);
+      const std::size_t stride = values_.stride(c);
+      bytes += choices ? predicted_[c]->about_bytes(elements, values, stride, (*choices)[c])
+                       : predicted_[c]->bytes_if_coded(elements, values, stride, options_.level);
+      continue;
+    }
+    const auto numbers = of_cells ? numbers_of_cells(c) : introduced_;
+    DifferenceColumn column = columns_[c];
+    if (!numbers.empty())
+      bytes += column
+                   .encode(numbers, values_.values(c), values_.stride(c),
+                           of_cells ? by_cell_ : by_vertex_, scratch_, packing_)
+                   .bytes.size();
+  }
+  decoder_ = decoder;
+  neighbours_ = neighbours;
+  vertices_.items.clear();
+  cells_.items.clear();
+  cells_.blocks.clear();
+  return bytes;
+}
+
+void ShiftSegmentEncoder::encode_streams() {
+  choose_lags();  // those of cells follow from their symbols, which go with the stream
   const std::vector<std::byte> shifts = shifts_.finish(packing_);
   if (has_rings_) find_neighbours(shifts);
   ByteWriter out;

@@ -27,6 +27,8 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
                    const Place& at) override;
   void encode_unused(const SegmentPiece& piece, std::size_t vertex) override;
   void encode_streams() override;
+  void add_size_at_hand(SegmentSize& size) override;
+  std::uint64_t values_at_hand(ValueChoices* choices) override;
   std::uint64_t number_of(const SegmentPiece::Vertex& vertex) const;
   void take_numbered(const SegmentPiece& piece, std::size_t index, std::uint64_t number);
   void note_lags();
@@ -36,6 +38,8 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   std::uint32_t ring_bits() const;
   void find_neighbours(std::span<const std::byte> shifts);
   void add_columns();
+  void choose_lags();
+  std::vector<std::uint64_t> numbers_of_cells(std::size_t column) const;
   void add_column(std::size_t column, std::span<const std::uint64_t> numbers);
 
   bool numbered_by_order_;

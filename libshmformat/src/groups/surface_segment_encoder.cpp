@@ -99,6 +99,23 @@ void SurfaceSegmentEncoder::encode_streams() {
   streams_.values().clear();
 }
 
+void SurfaceSegmentEncoder::add_size_at_hand(SegmentSize& size) {
+  for (std::size_t s = 0; s < listed_.size(); ++s)
+    if (const std::uint64_t bytes = streams_.coders()[s].size(); bytes > 0)
+      size.add(listed_[s].kind, bytes);
+}
+
+std::uint64_t SurfaceSegmentEncoder::values_at_hand(ValueChoices* choices) {
+  std::uint64_t bytes = 0;
+  for (std::size_t c = 0; c < values_.columns(); ++c) {
+    const std::byte* values = values_.values(c);
+    const std::size_t stride = values_.stride(c);
+    bytes += choices ? streams_.values().about_bytes(c, values, stride, (*choices)[c])
+                     : streams_.values().bytes_if_coded(c, values, stride, options_.level);
+  }
+  return bytes;
+}
+
 // An absent stream reads as zeros; an empty one is there to name its codec where that may be
 // another one.
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <iterator>
 #include <span>
+#include <utility>
 
 #include "groups/pattern_segment_encoder.h"
 #include "groups/shift_segment_encoder.h"
@@ -38,8 +40,6 @@ constexpr std::array<Round, 3> kRounds = {
 constexpr std::uint64_t kShiftPatience = 2;
 /// Mixing that saves so many times what is asked for, or one part in so many, is decided.
 constexpr std::uint64_t kClearly = 2;
-/// What a bitstream takes in the header of its group, about.
-constexpr std::uint64_t kStreamHeadBytes = 8;
 
 std::unique_ptr<SegmentEncoder> make_segment_encoder(const Schema& schema,
                                                      const SegmentOptions& options,
@@ -92,48 +92,63 @@ Result<void> ChoosingEncoder::take(const SegmentPiece& piece, std::vector<Encode
   if (encoder_) return encoder_->take(piece, done);
   sample_.push_back(piece);
   sample_cells_ += piece.cells.size();
-  return sample_cells_ >= trial_.sample_cells ? choose(done) : Result<void>();
+  return sample_cells_ >= trial_.sample_cells ? choose(false, done) : Result<void>();
 }
 
 Result<void> ChoosingEncoder::end(std::vector<EncodedGroup>& done) {
   if (!encoder_)
-    if (auto good = choose(done); !good) return good;
+    if (auto good = choose(true, done); !good) return good;
   encoder_->end(done);
   return {};
 }
 
-Result<void> ChoosingEncoder::choose(std::vector<EncodedGroup>& done) {
-  const Result<bool> shifts = shifts_do();
-  if (!shifts) return shifts.error();
+Result<void> ChoosingEncoder::choose(bool is_over, std::vector<EncodedGroup>& done) {
   using enum CodecTrial::Shifts;
-  auto best = *shifts && trial_.shifts == for_speed
-                  ? Result<ConnectivityCodec>(ConnectivityCodec::shifts)
-                  : smallest();
-  if (!best) return best.error();
-  if (*shifts && trial_.shifts == for_size) {
-    const Result<bool> take_them = shifts_are_as_small(*best);
+  if (trial_.shifts == for_speed) {
+    const Result<bool> take_them = shifts_do(shifts_);
     if (!take_them) return take_them.error();
-    if (*take_them) best = ConnectivityCodec::shifts;
+    if (*take_them) return go_on_with(shifts_, done);
   }
-  encoder_ = encoder_with(*best);
-  for (const SegmentPiece& piece : sample_)
-    if (auto good = encoder_->take(piece, done); !good) return good;
+  Result<Runner> best = smallest(is_over);
+  if (!best) return best.error();
+  if (trial_.shifts == for_size && best->codec != ConnectivityCodec::shifts) {
+    const Result<bool> may = shifts_do(shifts_);
+    const Result<bool> take_them = may && *may ? shifts_are_as_small(shifts_, *best) : may;
+    if (!take_them) return take_them.error();
+    if (*take_them) return go_on_with(shifts_, done);
+  }
+  return go_on_with(*best, done);
+}
+
+/// Codes as many pieces of the sample as it has not.
+Result<void> ChoosingEncoder::advance(Runner& runner, std::size_t pieces) const {
+  if (!runner.encoder) runner.encoder = encoder_with(runner.codec);
+  for (; runner.taken < pieces; ++runner.taken)
+    if (auto good = runner.encoder->take(sample_[runner.taken], runner.done); !good) return good;
+  return {};
+}
+
+Result<void> ChoosingEncoder::go_on_with(Runner& runner, std::vector<EncodedGroup>& done) {
+  if (auto good = advance(runner, sample_.size()); !good) return good;
+  std::move(runner.done.begin(), runner.done.end(), std::back_inserter(done));
+  encoder_ = std::move(runner.encoder);
+  shifts_ = {};
   sample_ = {};
   return {};
 }
 
 /// Whether shifts come into question: they take no room, and the segment is one on which time is
 /// felt.
-Result<bool> ChoosingEncoder::shifts_do() const {
+Result<bool> ChoosingEncoder::shifts_do(Runner& shifts) const {
   if (trial_.shifts == CodecTrial::Shifts::no || sample_cells_ < trial_.sample_cells ||
       !takes_shifts(*schema_))
     return false;
   const std::uint64_t parts = trial_.shifts == CodecTrial::Shifts::for_size ? kShiftPart : 1;
   // Where the first cells alone take more than all may, the others need not be seen.
   for (const std::size_t pieces : {std::min(kFirstPieces, sample_.size()), sample_.size()}) {
-    const auto its = size_with(ConnectivityCodec::shifts, pieces, false);
-    if (!its) return its.error();
-    if (8 * its->all() * parts > kShiftBits * sample_cells_) return false;
+    if (auto good = advance(shifts, pieces); !good) return good.error();
+    const SegmentSize its = shifts.encoder->size();
+    if (8 * (its.topology + its.besides) * parts > kShiftBits * sample_cells_) return false;
   }
   return true;
 }
@@ -146,25 +161,59 @@ std::vector<ConnectivityCodec> ChoosingEncoder::candidates() const {
   return codecs;
 }
 
-Result<ConnectivityCodec> ChoosingEncoder::smallest() const {
+auto ChoosingEncoder::smallest(bool is_over) -> Result<Runner> {
   std::vector<Runner> runners;
-  for (ConnectivityCodec codec : candidates()) runners.push_back({codec, {}});
-  for (const Round& round : kRounds) {
+  for (ConnectivityCodec codec : candidates()) runners.push_back({codec});
+  for (std::size_t r = 0; r < kRounds.size(); ++r) {
+    const Round& round = kRounds[r];
     if (runners.size() == 1 || sample_.size() < 2 * round.pieces) break;
-    const bool values = round.values && have_values_of_their_own(runners) > 1;
+    const bool is_last = r + 1 == kRounds.size() || sample_.size() < 2 * kRounds[r + 1].pieces;
+    const Values values = !round.values || have_values_of_their_own(runners) == 1 ? Values::grown
+                          : is_last ? Values::estimated_last
+                                    : Values::estimated;
     if (auto good = run(runners, round.pieces, values, round.mixes); !good) return good.error();
     std::uint64_t least = runners[0].size.all();
     for (const Runner& it : runners) least = std::min(least, it.size.all());
-    std::erase_if(runners, [&](const Runner& it) {
-      const std::uint64_t times = it.codec == ConnectivityCodec::shifts ? kShiftPatience : 1;
-      return it.size.all() > least + least * times / round.share + round.bytes;
-    });
-    if (round.mixes) settle_mixing(runners);
+    for (ConnectivityCodec codec : candidates()) {
+      const Runner* it = find(runners, codec);
+      const std::uint64_t times = codec == ConnectivityCodec::shifts ? kShiftPatience : 1;
+      if (it && it->size.all() > least + least * times / round.share + round.bytes)
+        drop(runners, codec);
+    }
+    // What mixing saves of many cells it saves of the others.
+    if (round.mixes) settle_mixing(runners, r + 1 == kRounds.size() && trial_.level != Level::best);
   }
-  if (runners.size() == 1) return runners[0].codec;
-  const bool values = trial_.level == Level::best || runners[0].size.values == 0;
-  if (auto good = run(runners, sample_.size(), values, true); !good) return good.error();
-  return best_of(runners);
+  if (runners.size() == 1) return std::move(runners[0]);
+  return finish_race(runners, is_over);
+}
+
+/// On all of the sample.
+auto ChoosingEncoder::finish_race(std::vector<Runner>& runners, bool is_over) -> Result<Runner> {
+  const bool ends = is_over && trial_.level == Level::best;
+  const bool is_first = runners[0].size.values == 0;
+  if (is_first || ends) {
+    const Values values = ends ? Values::grown : Values::estimated;
+    if (auto good = run(runners, sample_.size(), values, true); !good) return good.error();
+    if (ends) settle_mixing(runners, true);
+    for (Runner& it : runners) {
+      if (!ends || runners.size() == 1) break;
+      it.encoder->end(it.done);
+      it.size = it.encoder->size();
+    }
+    return std::move(best_of(runners));
+  }
+  // Two at a time: there is no room for what all of them have coded.
+  while (runners.size() > 1) {
+    std::vector<Runner> two;
+    for (Runner& it : std::span(runners).first(2)) two.push_back(std::move(it));
+    if (auto good = run(two, sample_.size(), Values::grown, true); !good) return good.error();
+    runners.erase(runners.begin());
+    runners[0] = std::move(best_of(two));
+    if (Runner* its_shifts = find(two, ConnectivityCodec::shifts);
+        its_shifts && its_shifts->encoder)
+      shifts_ = std::move(*its_shifts);
+  }
+  return std::move(runners[0]);
 }
 
 /// How many of them: values of mixed rows are those of rows.
@@ -174,75 +223,103 @@ std::size_t ChoosingEncoder::have_values_of_their_own(std::span<const Runner> ru
   }));
 }
 
-/// Each on so many pieces, with its own values or without; mixed rows, unless they cannot pay or
-/// are not asked for. What is not coded is estimated.
-Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t pieces, bool values,
+/// Null: it has left.
+auto ChoosingEncoder::find(std::span<Runner> runners, ConnectivityCodec codec) -> Runner* {
+  const auto at = std::find_if(runners.begin(), runners.end(),
+                               [&](const Runner& it) { return it.codec == codec; });
+  return at == runners.end() ? nullptr : &*at;
+}
+
+void ChoosingEncoder::drop(std::vector<Runner>& runners, ConnectivityCodec codec) {
+  Runner* its = find(runners, codec);
+  if (codec == ConnectivityCodec::shifts) shifts_ = std::move(*its);
+  runners.erase(runners.begin() + (its - runners.data()));
+}
+
+/// Just what its values take so far.
+std::uint64_t ChoosingEncoder::coded_values(Runner& runner) {
+  return runner.encoder->size().values + runner.encoder->values_if_coded();
+}
+
+/// Each goes on to so many pieces, and its values are estimated or not; mixed rows only if they can
+/// pay and are asked for. Values that are not estimated have grown as those of all.
+Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t pieces, Values values,
                                   bool mixes) const {
   using enum ConnectivityCodec;
   const std::uint64_t bytes = value_bytes(pieces);
-  const Runner* rows_or_first = &runners[0];
-  for (const Runner& it : runners)
-    if (it.codec == rows) rows_or_first = &it;
+  Runner* first = find(runners, rows);  // whose values are always known; never shifts
+  if (!first) first = &runners.back();
+  ValueChoices choices;
+  const auto size_of = [&](Runner& it, bool estimates) -> Result<void> {
+    if (auto good = advance(it, pieces); !good) return good;
+    const SegmentSize before = std::exchange(it.size, it.encoder->size());
+    if (estimates)
+      it.size.values += it.encoder->about_values(choices);
+    else if (it.value_bytes > 0)
+      it.size.values = before.values * bytes / it.value_bytes;
+    it.value_bytes = bytes;
+    return {};
+  };
+  // Estimates do not tell values over numbers well enough from those over a surface.
+  const bool codes =
+      find(runners, shifts) &&
+      (trial_.level == Level::best ? values != Values::grown : values == Values::estimated_last);
+  const bool estimates = values != Values::grown && !codes;
+  if (auto good = size_of(*first, estimates || first->size.values == 0); !good) return good;
+  if (codes) first->size.values = coded_values(*first);
   for (Runner& it : runners) {
-    const bool is_mixed_rows = it.codec == mixed && rows_or_first->codec == rows;
-    if (is_mixed_rows && !(mixes && mixing_can_pay(rows_or_first->size))) {
-      it.size = rows_or_first->size;
+    if (&it == first) continue;
+    const bool is_mixed_rows = it.codec == mixed && first->codec == rows;
+    if (is_mixed_rows && !(mixes && mixing_can_pay(first->size))) {
+      it.size = first->size;
+      it.value_bytes = first->value_bytes;
       continue;
     }
-    const Size before = it.size;
-    const bool codes_values =
-        !is_mixed_rows && (values || (before.values == 0 && &it == rows_or_first));
-    const auto its = size_with(it.codec, pieces, codes_values);
-    if (!its) return its.error();
-    it.size = *its;
-    it.size.value_bytes = bytes;
-    if (!codes_values && before.value_bytes > 0)
-      it.size.values = before.values * bytes / before.value_bytes;
-    if (is_mixed_rows) it.size.values = rows_or_first->size.values;
+    if (auto good = size_of(it, estimates && !is_mixed_rows); !good) return good;
+    if (codes && !is_mixed_rows) it.size.values = coded_values(it);
+    // In the first round the neighbours of a vertex are about the same for all of them.
+    if (is_mixed_rows || it.size.values == 0) it.size.values = first->size.values;
   }
-  // In the first round the neighbours of a vertex are about the same for all of them.
-  for (Runner& it : runners)
-    if (it.size.values == 0) it.size.values = rows_or_first->size.values;
   return {};
 }
 
-/// Of two that differ by what mixing saves alone, one drops out where that is clear.
-void ChoosingEncoder::settle_mixing(std::vector<Runner>& runners) const {
-  const auto find = [&](ConnectivityCodec codec) {
-    return std::find_if(runners.begin(), runners.end(),
-                        [&](const Runner& it) { return it.codec == codec; });
-  };
-  const auto rows = find(ConnectivityCodec::rows), mixed = find(ConnectivityCodec::mixed);
-  if (rows == runners.end() || mixed == runners.end()) return;
-  const std::uint64_t all = rows->size.all(), its = mixed->size.all();
+/// Of two that differ by what mixing saves alone, one drops out where that is clear, or finally.
+void ChoosingEncoder::settle_mixing(std::vector<Runner>& runners, bool finally) {
+  using enum ConnectivityCodec;
+  Runner *its_rows = find(runners, rows), *its_mixed = find(runners, mixed);
+  if (!its_rows || !its_mixed) return;
+  if (finally) return drop(runners, is_better(*its_mixed, *its_rows) ? rows : mixed);
+  const std::uint64_t all = its_rows->size.all(), its = its_mixed->size.all();
   const std::uint64_t saved = (all - std::min(all, its)) * trial_.spare_share;
-  if (!mixing_can_pay(rows->size) || saved * kClearly < all)
-    runners.erase(mixed);
+  if (!mixing_can_pay(its_rows->size) || saved * kClearly < all)
+    drop(runners, mixed);
   else if (saved > all * kClearly)
-    runners.erase(rows);
+    drop(runners, rows);
 }
 
 /// Whether mixing may save what is felt: it takes several times as long to decode.
-bool ChoosingEncoder::mixing_can_pay(const Size& other) const {
+bool ChoosingEncoder::mixing_can_pay(const SegmentSize& other) const {
   return trial_.level == Level::best ||
          other.topology * kMixedSavesTenths * trial_.spare_share >= other.all() * 10;
 }
 
 /// Must hold: there are some, the fastest first.
-ConnectivityCodec ChoosingEncoder::best_of(std::span<const Runner> runners) const {
-  const Runner* best = &runners[0];
-  for (const Runner& it : runners.subspan(1)) {
-    if (!is_worth_it(it.size, best->size)) continue;
-    // Decoding mixed bits takes several times as long, of small meshes too.
-    if (it.codec == ConnectivityCodec::mixed && trial_.level != Level::best &&
-        (best->size.all() - it.size.all()) * trial_.spare_share <= best->size.all())
-      continue;
-    best = &it;
-  }
-  return best->codec;
+auto ChoosingEncoder::best_of(std::span<Runner> runners) const -> Runner& {
+  Runner* best = &runners[0];
+  for (Runner& it : runners.subspan(1))
+    if (is_better(it, *best)) best = &it;
+  return *best;
 }
 
-bool ChoosingEncoder::is_worth_it(const Size& smaller, const Size& faster) const {
+/// `faster`: another one, which is.
+bool ChoosingEncoder::is_better(const Runner& it, const Runner& faster) const {
+  if (!is_worth_it(it.size, faster.size)) return false;
+  // Decoding mixed bits takes several times as long, of small meshes too.
+  return it.codec != ConnectivityCodec::mixed || trial_.level == Level::best ||
+         (faster.size.all() - it.size.all()) * trial_.spare_share > faster.size.all();
+}
+
+bool ChoosingEncoder::is_worth_it(const SegmentSize& smaller, const SegmentSize& faster) const {
   if (smaller.all() >= faster.all()) return false;
   if (sample_cells_ < trial_.sample_cells) return true;  // time is no matter
   const auto is_felt = [&](std::uint64_t bytes) {
@@ -254,14 +331,24 @@ bool ChoosingEncoder::is_worth_it(const Size& smaller, const Size& faster) const
          (smaller.topology < faster.topology && is_felt(faster.topology - smaller.topology));
 }
 
-Result<bool> ChoosingEncoder::shifts_are_as_small(ConnectivityCodec other) const {
-  const auto its = size_with(ConnectivityCodec::shifts, sample_.size(), true);
-  const auto others = size_with(other, sample_.size(), true);
-  if (!its) return its.error();
-  if (!others) return others.error();
+Result<bool> ChoosingEncoder::shifts_are_as_small(Runner& shifts, Runner& other) const {
+  ValueChoices choices;
+  for (Runner* it : {&other, &shifts}) {
+    if (auto good = advance(*it, sample_.size()); !good) return good.error();
+    it->size = it->encoder->size();
+    it->size.values += it->encoder->about_values(choices);
+  }
   // What shifts themselves take they take at the beginning.
   const std::uint64_t share = lies_in_a_layer() ? kShiftShareOfLayer : kShiftShare;
-  return its->all() - its->topology <= others->all() + others->all() / share;
+  const auto are_as_small = [&] {
+    return shifts.size.all() - shifts.size.topology <= other.size.all() + other.size.all() / share;
+  };
+  if (!are_as_small()) return false;
+  for (Runner* it : {&other, &shifts}) {
+    it->size = it->encoder->size();
+    it->size.values += it->encoder->values_if_coded();
+  }
+  return are_as_small();
 }
 
 /// Nearly each cell of the sample has left a vertex that later ones use.
@@ -271,29 +358,6 @@ bool ChoosingEncoder::lies_in_a_layer() const {
     for (const SegmentPiece::Cell& cell : piece.cells)
       alive += std::int64_t{cell.new_vertices} - std::popcount(cell.last_use);
   return alive * 8 >= static_cast<std::int64_t>(sample_cells_) * 7;
-}
-
-auto ChoosingEncoder::size_with(ConnectivityCodec codec, std::size_t pieces, bool values) const
-    -> Result<Size> {
-  using container::StreamKind;
-  const auto encoder = make_segment_encoder(
-      *schema_, SegmentOptions{group_cells_, codec, trial_.level, values, false}, start_);
-  std::vector<EncodedGroup> groups;
-  for (const SegmentPiece& piece : std::span(sample_).first(pieces))
-    if (auto good = encoder->take(piece, groups); !good) return good.error();
-  encoder->end(groups);
-  Size size;
-  for (const EncodedGroup& group : groups)
-    for (const container::StreamEntry& stream : group.header.streams) {
-      const bool of_values =
-          stream.kind == StreamKind::geometry || stream.kind == StreamKind::array;
-      const bool of_topology = stream.kind == StreamKind::connectivity ||
-                               stream.kind == StreamKind::corner_order ||
-                               stream.kind == StreamKind::vertex_numbers;
-      (of_values ? size.values : of_topology ? size.topology : size.besides) += stream.bytes;
-      (of_values ? size.values : size.besides) += kStreamHeadBytes;
-    }
-  return size;
 }
 
 /// What the values of so many pieces take before they are coded.

@@ -2,10 +2,12 @@
 // segment, with their coordinates and values, whose order a codec decides, and goes on with the
 // one that makes these smallest. It decides by these alone: the same for any number of threads.
 //
-// The codecs race. In the first round all of them code the connectivity of a few cells, and one of
-// them the values; in the next ones those that were not clearly larger code more cells, with values
-// where these differ; in the last one those that are still close code the connectivity of the whole
-// sample, and at level best its values. Values that are not coded are taken to grow as they did.
+// The codecs race. In the first round all of them code the connectivity of a few cells; in the next
+// ones those that were not clearly larger go on to more cells, and those that are still close to
+// the end of the sample. The winner goes on from there: its cells are not coded twice. What values
+// take is estimated, for one codec in the first round, then for each where they differ, and then
+// taken to grow as they did. They are coded to see what they take only beside shifts, which
+// estimates do not tell from others well, and at level best where the sample is all of the segment.
 #pragma once
 
 #include <cstddef>
@@ -54,35 +56,46 @@ class ChoosingEncoder {
   Result<void> end(std::vector<EncodedGroup>& done);
 
  private:
-  Result<void> choose(std::vector<EncodedGroup>& done);
-  std::unique_ptr<SegmentEncoder> encoder_with(ConnectivityCodec codec) const;
-  Result<ConnectivityCodec> smallest() const;
-  Result<bool> shifts_do() const;
-  Result<bool> shifts_are_as_small(ConnectivityCodec other) const;
-  bool lies_in_a_layer() const;
-  /// Bytes of pieces of the sample.
-  struct Size {
-    std::uint64_t topology = 0;     ///< connectivity, corner order, vertex numbers
-    std::uint64_t values = 0;       ///< coordinates and arrays, with the heads of their streams
-    std::uint64_t besides = 0;      ///< imports, and other heads
-    std::uint64_t value_bytes = 0;  ///< before they are coded; not always stated
-    std::uint64_t all() const { return topology + values + besides; }
-  };
-  /// With values at the level of the trial or without.
-  Result<Size> size_with(ConnectivityCodec codec, std::size_t pieces, bool values) const;
-  std::uint64_t value_bytes(std::size_t pieces) const;
-  std::vector<ConnectivityCodec> candidates() const;
-  /// A codec in the race, and what it made in the last round.
+  /// A codec in the race. What it has coded is kept: that of the winner is what is written.
   struct Runner {
     ConnectivityCodec codec = ConnectivityCodec::rows;
-    Size size;
+    std::unique_ptr<SegmentEncoder> encoder{};
+    std::size_t taken = 0;  ///< pieces of the sample
+    std::vector<EncodedGroup> done{};
+    SegmentSize size{};             ///< about, in the last round
+    std::uint64_t value_bytes = 0;  ///< of its values, before they are coded
   };
+
+  /// What values of the runners take in a round.
+  enum class Values : std::uint8_t {
+    grown,  ///< as those of all have since the round before
+    estimated,
+    estimated_last,  ///< for the last time
+  };
+
+  /// `is_over`: the sample is all of the segment.
+  Result<void> choose(bool is_over, std::vector<EncodedGroup>& done);
+  std::unique_ptr<SegmentEncoder> encoder_with(ConnectivityCodec codec) const;
+  Result<void> advance(Runner& runner, std::size_t pieces) const;
+  Result<void> go_on_with(Runner& runner, std::vector<EncodedGroup>& done);
+  Result<Runner> smallest(bool is_over);
+  Result<Runner> finish_race(std::vector<Runner>& runners, bool is_over);
+  Result<bool> shifts_do(Runner& shifts) const;
+  Result<bool> shifts_are_as_small(Runner& shifts, Runner& other) const;
+  bool lies_in_a_layer() const;
+  std::uint64_t value_bytes(std::size_t pieces) const;
+  std::vector<ConnectivityCodec> candidates() const;
   static std::size_t have_values_of_their_own(std::span<const Runner> runners);
-  Result<void> run(std::vector<Runner>& runners, std::size_t pieces, bool values, bool mixes) const;
-  void settle_mixing(std::vector<Runner>& runners) const;
-  bool mixing_can_pay(const Size& other) const;
-  ConnectivityCodec best_of(std::span<const Runner> runners) const;
-  bool is_worth_it(const Size& smaller, const Size& faster) const;
+  static Runner* find(std::span<Runner> runners, ConnectivityCodec codec);
+  static std::uint64_t coded_values(Runner& runner);
+  Result<void> run(std::vector<Runner>& runners, std::size_t pieces, Values values,
+                   bool mixes) const;
+  void drop(std::vector<Runner>& runners, ConnectivityCodec codec);
+  void settle_mixing(std::vector<Runner>& runners, bool finally);
+  bool mixing_can_pay(const SegmentSize& other) const;
+  Runner& best_of(std::span<Runner> runners) const;
+  bool is_better(const Runner& it, const Runner& faster) const;
+  bool is_worth_it(const SegmentSize& smaller, const SegmentSize& faster) const;
 
   const Schema* schema_;
   std::uint32_t group_cells_;
@@ -90,7 +103,8 @@ class ChoosingEncoder {
   SegmentStart start_;
   std::vector<SegmentPiece> sample_;
   std::size_t sample_cells_ = 0;
-  std::unique_ptr<SegmentEncoder> encoder_;  // once chosen
+  Runner shifts_{ConnectivityCodec::shifts};  // where they have left the race
+  std::unique_ptr<SegmentEncoder> encoder_;   // once chosen
 };
 
 }  // namespace shm

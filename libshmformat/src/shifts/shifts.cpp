@@ -105,14 +105,19 @@ void ShiftEncoder::add_unused(std::uint64_t number) {
   last_unused_ = number;
 }
 
-std::vector<std::byte> ShiftEncoder::finish(ZstdCompressor& zstd) {
-  ByteWriter out;
+std::vector<std::byte> ShiftEncoder::packed(ZstdCompressor& zstd) const {
+  ByteWriter all = bytes_, out;
   out.put_varint(bytes_.bytes.size());
-  bytes_.put_bytes(std::as_bytes(std::span(symbols_)));
-  zstd.compress(bytes_.bytes, kShiftZstdLevel, out.bytes);
+  all.put_bytes(std::as_bytes(std::span(symbols_)));
+  zstd.compress(all.bytes, kShiftZstdLevel, out.bytes);
+  return std::move(out.bytes);
+}
+
+std::vector<std::byte> ShiftEncoder::finish(ZstdCompressor& zstd) {
+  std::vector<std::byte> out = packed(zstd);
   bytes_.bytes.clear();
   symbols_.clear();
-  return std::move(out.bytes);
+  return out;
 }
 
 ShiftDecoder::ShiftDecoder(const Schema& schema, bool may_import)

@@ -91,6 +91,8 @@ class ShiftEncoder {
   void add_cell(const CellMarks& marks, std::span<const std::uint64_t> numbers);
   /// A vertex that no cell uses; after the cells of the group.
   void add_unused(std::uint64_t number);
+  /// The group's bitstream so far.
+  std::vector<std::byte> packed(ZstdCompressor& zstd) const;
   /// The group's bitstream; the next group begins.
   std::vector<std::byte> finish(ZstdCompressor& zstd);
   /// The symbol of each cell of the group.

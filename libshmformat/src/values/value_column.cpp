@@ -109,18 +109,9 @@ template <class Coder>
 EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::byte* values,
                                          std::size_t stride, Level level,
                                          const std::byte* reference) {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < elements.items.size(); ++i)
-    count += elements.blocks.empty() || covers(elements.blocks[i]) ? 1 : 0;
-  Bits bits(info_->components), references(info_->components);
-  for (std::size_t c = 0; c < info_->components; ++c) {
-    bits[c].resize(count);
-    for (std::size_t i = 0; i < count; ++i)
-      bits[c][i] = load(values + i * stride + c * width_, width_);
-    references[c].resize(reference == nullptr ? 0 : count);
-    for (std::size_t i = 0; i < references[c].size(); ++i)
-      references[c][i] = load(reference + i * stride + c * width_, width_);
-  }
+  const std::size_t count = covered_count(elements);
+  Bits bits = bits_of(values, stride, count);
+  const Bits references = bits_of(reference, stride, reference == nullptr ? 0 : count);
   const Codec codec = level == Level::best && has_tables_ ? Codec::mixed_columns : Codec::columns;
 
   // Runs and repeats are zstd's: tried where a quick look suggests that they are most of it.
@@ -146,6 +137,25 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
   forget_history();
   if (sees_other_groups_) keep_values(elements, bits);
   return {Codec::shuffled_zstd, std::move(under_zstd)};
+}
+
+template <class Coder>
+std::size_t ValueColumn<Coder>::covered_count(const TiledItems& elements) const {
+  if (elements.blocks.empty()) return elements.items.size();
+  return static_cast<std::size_t>(std::count_if(elements.blocks.begin(), elements.blocks.end(),
+                                                [&](std::uint32_t it) { return covers(it); }));
+}
+
+template <class Coder>
+auto ValueColumn<Coder>::bits_of(const std::byte* values, std::size_t stride,
+                                 std::size_t count) const -> Bits {
+  Bits bits(info_->components);
+  for (std::size_t c = 0; c < info_->components; ++c) {
+    bits[c].resize(count);
+    for (std::size_t i = 0; i < count; ++i)
+      bits[c][i] = load(values + i * stride + c * width_, width_);
+  }
+  return bits;
 }
 
 /// Elements that stand `stride` bytes apart, one behind the other.
@@ -390,33 +400,103 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component, const TiledI
     return plans_[component];
   auto plans = domain_candidates(*info_, component, coded);
   if (coded.empty() || (plans.size() == 1 && !has_earlier_values_)) return std::move(plans[0]);
+  return best_domain(component, elements, bits, reference, std::move(plans)).plan;
+}
+
+/// Of these, and whether it recalls values and has partners.
+template <class Coder>
+DomainChoice ValueColumn<Coder>::best_domain(std::size_t component, const TiledItems& elements,
+                                             const std::vector<std::uint64_t>& bits,
+                                             const std::vector<std::uint64_t>& reference,
+                                             std::vector<DomainPlan> plans) {
   const DomainSample sample = survey(component, elements, bits, reference);
   const double scale = static_cast<double>(bits.size()) / static_cast<double>(sample.bits.size());
   std::vector<DomainEstimate> estimates;
   std::vector<ClassModes> modes;
-  std::vector<double> sizes;                          // of the group, in bits
+  std::vector<DomainChoice> choices;
   std::size_t best = 0, best_without = plans.size();  // without a table: it alone can recall values
   for (std::size_t p = 0; p < plans.size(); ++p) {
     estimates.push_back(estimate_plan(*info_, component, plans[p], sample,
                                       class_numbers_.families(), style_.matches, modes));
     const std::size_t table =
         columns_[component].table_bytes(plans[p], std::span(columns_).first(component));
-    sizes.push_back(estimates[p].bits * scale + 8.0 * static_cast<double>(table));
-    if (sizes[p] < sizes[best]) best = p;
-    if (plans[p].table.empty() && (best_without == plans.size() || sizes[p] < sizes[best_without]))
+    const double all = estimates[p].bits * scale + 8.0 * static_cast<double>(table);
+    choices.push_back(
+        {std::move(plans[p]), all, estimates[p].bits / static_cast<double>(sample.bits.size())});
+    if (all < choices[best].bits) best = p;
+    if (choices[p].plan.table.empty() &&
+        (best_without == plans.size() || all < choices[best_without].bits))
       best_without = p;
   }
-  if (!has_earlier_values_) return std::move(plans[best]);
+  if (!has_earlier_values_) return std::move(choices[best]);
+  const std::vector<std::uint64_t> coded = coded_ones(bits);
   std::vector<std::size_t> tried{best};
   if (best_without < plans.size() && best_without != best) tried.push_back(best_without);
   for (std::size_t p : tried) {
-    EarlierValues earlier(*info_, component, plans[p].domain, coded, reference);
+    DomainPlan& plan = choices[p].plan;
+    EarlierValues earlier(*info_, component, plan.domain, coded, reference);
     if (!earlier.may_help()) continue;
     const auto values = coded_values(sample, estimates[p]);
-    sizes[p] -= scale * earlier.choose(values, !plans[p].table.empty(), plans[p].domain);
+    choices[p].bits -= scale * earlier.choose(values, !plan.table.empty(), plan.domain);
   }
-  if (best_without < plans.size() && sizes[best_without] < sizes[best]) best = best_without;
-  return std::move(plans[best]);
+  if (best_without < plans.size() && choices[best_without].bits < choices[best].bits)
+    best = best_without;
+  return std::move(choices[best]);
+}
+
+/// As if there were no copies: elements are copies whatever their neighbours are.
+template <class Coder>
+std::uint64_t ValueColumn<Coder>::about_bytes(const TiledItems& elements, const std::byte* values,
+                                              std::size_t stride,
+                                              std::vector<DomainChoice>& choices) {
+  const std::size_t count = covered_count(elements);
+  if (count == 0) return 0;
+  const Bits bits = bits_of(values, stride, count);
+  const ClassNumbers numbers = class_numbers_;
+  back_.clear();
+  double sum = 0;
+  for (std::size_t c = 0; c < info_->components; ++c) {
+    if (c == choices.size())
+      choices.push_back(
+          best_domain(c, elements, bits[c], {}, domain_candidates(*info_, c, bits[c])));
+    else
+      rescale(choices[c], c, elements, bits[c]);
+    sum += choices[c].bits;
+  }
+  class_numbers_ = numbers;
+  const auto bytes = static_cast<std::uint64_t>(std::max(sum, 0.0) / 8);
+  if (!repeats_) return bytes;
+  const auto planes = shuffled(packed(values, stride, count), width_);
+  return std::min<std::uint64_t>(bytes, zstd_compress(planes, 1).size());
+}
+
+/// To what it takes among these elements.
+template <class Coder>
+void ValueColumn<Coder>::rescale(DomainChoice& choice, std::size_t component,
+                                 const TiledItems& elements,
+                                 const std::vector<std::uint64_t>& bits) {
+  const DomainSample sample = survey(component, elements, bits, {});
+  std::vector<ClassModes> modes;
+  const double its = estimate_plan(*info_, component, choice.plan, sample,
+                                   class_numbers_.families(), style_.matches, modes)
+                         .bits /
+                     static_cast<double>(sample.bits.size());
+  if (choice.sampled_bits > 0) choice.bits *= its / choice.sampled_bits;
+  if (its > 0) choice.sampled_bits = its;
+}
+
+template <class Coder>
+std::uint64_t ValueColumn<Coder>::bytes_if_coded(const TiledItems& elements,
+                                                 const std::byte* values, std::size_t stride,
+                                                 Level level) {
+  State before = state();
+  const std::vector<DomainPlan> plans = plans_;
+  const std::uint32_t groups = groups_;
+  const std::size_t bytes = encode(elements, values, stride, level).bytes.size();
+  restore(std::move(before));
+  plans_ = plans;
+  groups_ = groups;
+  return bytes;
 }
 
 /// Those of the sample that are coded, by their places among all that are.

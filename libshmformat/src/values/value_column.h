@@ -60,6 +60,13 @@ struct EncodedColumn {
   std::vector<std::byte> bytes;
 };
 
+/// In which domain a component would be coded, and about what it would take.
+struct DomainChoice {
+  DomainPlan plan;
+  double bits = 0;          ///< of the group, with the table
+  double sampled_bits = 0;  ///< of an element of the sample, without earlier values
+};
+
 /// How far the styles of a level look at most: what a finder must see before any style is chosen.
 inline constexpr Reach farthest_reach(Level level) {
   return level == Level::fast ? Reach::lattice : Reach::farther;
@@ -106,6 +113,14 @@ class ValueColumn {
   /// Encoding: all values of a group, of the covered elements in order, `stride` bytes apart.
   EncodedColumn encode(const TiledItems& elements, const std::byte* values, std::size_t stride,
                        Level level, const std::byte* reference = nullptr);
+  /// Encoding: about the bytes that encode() would return; the column is as it was. `choices`, by
+  /// component: on input empty, or what was found for the same values among other neighbours, which
+  /// makes it cheap.
+  std::uint64_t about_bytes(const TiledItems& elements, const std::byte* values, std::size_t stride,
+                            std::vector<DomainChoice>& choices);
+  /// Encoding: just the bytes that encode() would return; the column is as it was.
+  std::uint64_t bytes_if_coded(const TiledItems& elements, const std::byte* values,
+                               std::size_t stride, Level level);
 
   /// Decoding. `bytes` are borrowed until the next call; they may unpack to `limit` bytes. False
   /// for damaged data, and for a codec that it does not take.
@@ -119,6 +134,9 @@ class ValueColumn {
  private:
   using Bits = std::vector<std::vector<std::uint64_t>>;  // by component
 
+  std::size_t covered_count(const TiledItems& elements) const;
+  /// By component, of `count` elements that stand `stride` bytes apart.
+  Bits bits_of(const std::byte* values, std::size_t stride, std::size_t count) const;
   std::vector<std::byte> packed(const std::byte* values, std::size_t stride,
                                 std::size_t count) const;
   /// Nothing, and nothing is kept, where components would change their domains too often.
@@ -153,6 +171,12 @@ class ValueColumn {
   DomainPlan choose_domain(std::size_t component, const TiledItems& elements,
                            const std::vector<std::uint64_t>& bits,
                            const std::vector<std::uint64_t>& reference, Level level);
+  DomainChoice best_domain(std::size_t component, const TiledItems& elements,
+                           const std::vector<std::uint64_t>& bits,
+                           const std::vector<std::uint64_t>& reference,
+                           std::vector<DomainPlan> plans);
+  void rescale(DomainChoice& choice, std::size_t component, const TiledItems& elements,
+               const std::vector<std::uint64_t>& bits);
   std::vector<EarlierValues::Value> coded_values(const DomainSample& sample,
                                                  const DomainEstimate& estimate) const;
   DomainSample survey(std::size_t component, const TiledItems& elements,
