@@ -786,7 +786,7 @@ class FaultyFiles {
             Chunk chunk = chunk_of(kind, packed_zeros({}, kZeros));
             chunk.header.version = version;
             insert(parts, 1, std::move(chunk));
-            recount(parts);
+            list_anew(parts);
           }));
     };
     of("Step times:", ChunkKind::step_times, 0);
@@ -797,7 +797,7 @@ class FaultyFiles {
           container::put_version(payload, parts.start);
           payload.put_bytes(packed_zeros({}, kZeros));
           parts.chunks[0].payload = std::move(payload.bytes);
-          recount(parts);
+          list_anew(parts);
         }));
   }
 
