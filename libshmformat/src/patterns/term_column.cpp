@@ -226,7 +226,7 @@ template <class Code>
 void TermColumn::for_each_value(std::size_t c, const Elements& elements,
                                 std::span<const std::int64_t> references, Code&& code) {
   Component& component = components_[c];
-  std::uint64_t* const states = states_.data() + c;
+  std::uint64_t* const states = states_.empty() ? nullptr : states_.data() + c;
   const std::size_t apart = components_.size();
   with_differences(info_->type, component.domain.kind, [&](const auto& differences) {
     using Differences = std::remove_cvref_t<decltype(differences)>;
