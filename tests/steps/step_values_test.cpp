@@ -427,6 +427,7 @@ TEST(StepValues, LyingHeaders) {
     steps->heads[0].header.trend = trend;
     chunk.header.version = 0;
     chunk.payload = put_steps_together(std::move(*steps), 0);
+    list_anew(parts);
     const Bytes bytes = put_together(parts);
     if (trend) {
       EXPECT_EQ(code_of(bytes), ErrorCode::corrupt);
