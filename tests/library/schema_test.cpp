@@ -155,9 +155,10 @@ TEST(Schema, ReadingStopsAtTheLimits) {
     (arrays ? limits.max_arrays : limits.max_blocks) = 2;
     Schema back;
     ByteReader in(out.bytes);
-    ASSERT_TRUE(get(in, back, limits));
-    EXPECT_EQ(arrays ? back.arrays.size() : back.blocks.size(), 3u);
-    EXPECT_EQ(check_schema(back, limits).error().code, ErrorCode::over_limit);
+    const auto good = get(in, back, limits);
+    ASSERT_FALSE(good);
+    EXPECT_EQ(good.error().code, ErrorCode::over_limit);
+    EXPECT_LE(arrays ? back.arrays.size() : back.blocks.size(), 3u);
   }
 }
 
