@@ -262,9 +262,15 @@ std::uint32_t checksum_of(const Schema& schema) {
 
 namespace {
 
-std::uint64_t bytes_of(const BlockInfo& block) { return sizeof block + block.name.size(); }
+// What each takes in memory before its lists and texts, or more: the same on all machines, so that
+// all refuse the same files.
+constexpr std::uint64_t kSchemaBytes = 256, kBlockBytes = 64, kArrayBytes = 256, kExtraBytes = 128;
+static_assert(sizeof(Schema) <= kSchemaBytes && sizeof(BlockInfo) <= kBlockBytes &&
+              sizeof(ArrayInfo) <= kArrayBytes && sizeof(Extra) <= kExtraBytes);
+
+std::uint64_t bytes_of(const BlockInfo& block) { return kBlockBytes + block.name.size(); }
 std::uint64_t bytes_of(const ArrayInfo& array) {
-  return sizeof array + array.name.size() + array.role.size() +
+  return kArrayBytes + array.name.size() + array.role.size() +
          array.blocks.size() * sizeof array.blocks[0] +
          (array.quantization.minimum.size() + array.quantization.maximum.size()) * sizeof(double);
 }
@@ -281,7 +287,7 @@ Error too_many_arrays(const ReadLimits& limits) {
 }  // namespace
 
 std::uint64_t bytes_of(const Schema& schema) {
-  std::uint64_t bytes = sizeof schema + schema.source_format.size();
+  std::uint64_t bytes = kSchemaBytes + schema.source_format.size();
   for (const BlockInfo& block : schema.blocks) bytes += bytes_of(block);
   for (const ArrayInfo& array : schema.arrays) bytes += bytes_of(array);
   return bytes;
@@ -307,8 +313,7 @@ Result<void> get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
   const std::uint64_t blocks = in.get_count(4);
   if (blocks > limits.max_blocks) return too_many_blocks(limits);
   // What only one element takes is as much as its bytes, or little.
-  if (!takes(sizeof schema + schema.source_format.size() + blocks * sizeof(BlockInfo)))
-    return too_large;
+  if (!takes(kSchemaBytes + schema.source_format.size() + blocks * kBlockBytes)) return too_large;
   schema.blocks.reserve(static_cast<std::size_t>(blocks));
   for (std::uint64_t n = blocks; n > 0 && in.ok(); --n) {
     BlockInfo block;
@@ -316,12 +321,12 @@ Result<void> get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
     block.name = in.get_text();
     block.shape = static_cast<CellShape>(in.get_u8());
     block.nodes_per_cell = in.get_varint32();
-    if (!takes(bytes_of(block) - sizeof block)) return too_large;
+    if (!takes(bytes_of(block) - kBlockBytes)) return too_large;
     schema.blocks.push_back(std::move(block));
   }
   const std::uint64_t arrays = in.get_count(8);
   if (arrays > limits.max_arrays) return too_many_arrays(limits);
-  if (!takes(arrays * sizeof(ArrayInfo))) return too_large;
+  if (!takes(arrays * kArrayBytes)) return too_large;
   schema.arrays.reserve(static_cast<std::size_t>(arrays));
   for (std::uint64_t n = arrays; n > 0 && in.ok(); --n) {
     ArrayInfo array;
@@ -337,7 +342,7 @@ Result<void> get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
       array.blocks.push_back(in.get_varint32());
     array.role = in.get_text();
     get(in, array.quantization);
-    if (!takes(bytes_of(array) - sizeof array)) return too_large;
+    if (!takes(bytes_of(array) - kArrayBytes)) return too_large;
     schema.arrays.push_back(std::move(array));
   }
   if (in.ok() && in.left() > 0) {
@@ -553,7 +558,7 @@ Result<std::vector<Extra>> get_many(ByteReader& in, std::uint64_t limit) {
       ErrorCode::over_limit, "takes more than the limit of " + std::to_string(limit) + " bytes");
   const std::uint64_t count = in.get_count(5);
   if (!in.ok() || count > kMostExtras) return senseless;
-  if (count > limit / sizeof(Extra)) return too_large;
+  if (count > limit / kExtraBytes) return too_large;
   std::vector<Extra> extras(static_cast<std::size_t>(count));
   std::vector<std::uint64_t> values(extras.size()), distances(extras.size());
   for (std::size_t i = 0; i < extras.size(); ++i) {
@@ -581,7 +586,7 @@ Result<std::vector<Extra>> get_many(ByteReader& in, std::uint64_t limit) {
 }  // namespace
 
 std::uint64_t bytes_of(const Extra& extra) {
-  return sizeof extra + extra.key.size() + extra.shape.size() * sizeof extra.shape[0] +
+  return kExtraBytes + extra.key.size() + extra.shape.size() * sizeof extra.shape[0] +
          extra.data.size();
 }
 

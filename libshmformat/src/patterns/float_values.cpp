@@ -14,39 +14,17 @@ constexpr std::size_t kBlock = 512;  // its words fit into the nearest cache
 template <class Bits>
 using Block = std::array<Bits, kBlock>;
 
-template <class Bits, std::uint32_t kWidth>
-void residuals_as(const std::byte* planes, std::size_t distance, std::size_t count,
-                  Block<Bits>& words) {
-  for (std::size_t i = 0; i < count; ++i) {
-    Bits word = 0;
-    for (std::uint32_t b = 0; b < kWidth; ++b)
-      word |= static_cast<Bits>(std::to_integer<Bits>(planes[b * distance + i]) << 8 * b);
-    words[i] = static_cast<Bits>(word >> 1) ^ static_cast<Bits>(0 - (word & 1));
-  }
-}
-
 template <class Bits>
 void take_residuals(const FloatResiduals& from, std::size_t first, std::size_t count,
                     Block<Bits>& words) {
-  const auto as = [&]<std::uint32_t kWidth>() {
-    residuals_as<Bits, kWidth>(from.planes + first, from.distance, count, words);
-  };
-  switch (from.width) {
-    case 0: words.fill(0); return;
-    case 1: return as.template operator()<1>();
-    case 2: return as.template operator()<2>();
-    case 3: return as.template operator()<3>();
-    case 4: return as.template operator()<4>();
-    default: break;
+  words.fill(0);
+  for (std::uint32_t b = 0; b < from.width; ++b) {
+    const std::byte* const plane = from.planes + b * from.distance + first;
+    for (std::size_t i = 0; i < count; ++i)
+      words[i] = static_cast<Bits>(words[i] | std::to_integer<Bits>(plane[i]) << 8 * b);
   }
-  if constexpr (sizeof(Bits) == 8) {
-    switch (from.width) {
-      case 5: return as.template operator()<5>();
-      case 6: return as.template operator()<6>();
-      case 7: return as.template operator()<7>();
-      default: return as.template operator()<8>();
-    }
-  }
+  for (std::size_t i = 0; i < count; ++i)
+    words[i] = static_cast<Bits>(words[i] >> 1) ^ static_cast<Bits>(0 - (words[i] & 1));
 }
 
 /// Places of the references, of a NaN 0.

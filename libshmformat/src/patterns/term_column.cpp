@@ -60,26 +60,13 @@ std::uint64_t state_of(const Differences& differences, std::int64_t index) {
 }
 
 /// Numbers of `width` bytes from as many planes, each so far behind the one before.
-template <std::uint32_t kWidth>
-void get_words(const std::byte* planes, std::size_t distance, std::span<std::uint64_t> words) {
-  for (std::size_t e = 0; e < words.size(); ++e) {
-    std::uint64_t word = 0;
-    for (std::uint32_t b = 0; b < kWidth; ++b)
-      word |= std::to_integer<std::uint64_t>(planes[b * distance + e]) << 8 * b;
-    words[e] = word;
-  }
-}
 void get_words(const std::byte* planes, std::size_t distance, std::uint32_t width,
                std::span<std::uint64_t> words) {
-  switch (width) {
-    case 1: get_words<1>(planes, distance, words); break;
-    case 2: get_words<2>(planes, distance, words); break;
-    case 3: get_words<3>(planes, distance, words); break;
-    case 4: get_words<4>(planes, distance, words); break;
-    case 5: get_words<5>(planes, distance, words); break;
-    case 6: get_words<6>(planes, distance, words); break;
-    case 7: get_words<7>(planes, distance, words); break;
-    default: get_words<8>(planes, distance, words);
+  std::fill(words.begin(), words.end(), 0);
+  for (std::uint32_t b = 0; b < width; ++b) {
+    const std::byte* const plane = planes + b * distance;
+    for (std::size_t e = 0; e < words.size(); ++e)
+      words[e] |= std::to_integer<std::uint64_t>(plane[e]) << 8 * b;
   }
 }
 
@@ -655,8 +642,10 @@ bool TermColumn::decode_component(std::size_t c, const Elements& elements, std::
 /// reference, and no table.
 void TermColumn::decode_floats(std::size_t c, const Elements& elements, std::byte* out) {
   Component& component = components_[c];
-  const FloatResiduals residuals{unpacked_.data() + component.planes + next_,
-                                 static_cast<std::size_t>(count_), component.width};
+  // Of no width there may be no bytes at all.
+  const FloatResiduals residuals{
+      component.width == 0 ? nullptr : unpacked_.data() + component.planes + next_,
+      static_cast<std::size_t>(count_), component.width};
   const std::int64_t last = shm::decode_floats(
       info_->type, residuals, component.predictor == Predictor::change, component.change,
       {elements.reference.data() + c * width_, out, element_bytes(), elements.count});
@@ -711,11 +700,10 @@ void TermColumn::decode_together(const Elements& elements, std::byte* out, TermS
 }
 
 void TermColumn::take_residuals(const Component& component, std::span<std::uint64_t> words) const {
-  if (component.width == 0)
-    std::fill(words.begin(), words.end(), 0);  // there may be no bytes at all
-  else
-    get_words(unpacked_.data() + component.planes + next_, static_cast<std::size_t>(count_),
-              component.width, words);
+  // Of no width there may be no bytes at all.
+  const std::byte* const planes =
+      component.width == 0 ? nullptr : unpacked_.data() + component.planes + next_;
+  get_words(planes, static_cast<std::size_t>(count_), component.width, words);
 }
 
 /// `indices` become the bits of the values.
