@@ -43,6 +43,11 @@ export interface OpenOptions extends Run {
     maxGroupBytes?: number;
     maxExtraBytes?: number;
     maxSteps?: number;
+    maxUnpackedBytes?: number;
+    maxColumnBytes?: number;
+    maxVertices?: number;
+    maxCells?: number;
+    maxDecodedBytes?: number;
   };
   /** False: decodes in this thread. Else in a worker, where there are workers. */
   worker?: boolean;
