@@ -41,6 +41,10 @@ constexpr std::uint64_t kShiftPatience = 2;
 /// Mixing that saves so many times what is asked for, or one part in so many, is decided.
 constexpr std::uint64_t kClearly = 2;
 
+/// Components of static arrays, more of which are in no race: each that takes part keeps what it
+/// has of all of them, and what cells take is little beside it.
+constexpr std::uint64_t kMostRacing = 512;
+
 std::unique_ptr<SegmentEncoder> make_segment_encoder(const Schema& schema,
                                                      const SegmentOptions& options,
                                                      const SegmentStart& start) {
@@ -156,6 +160,11 @@ Result<bool> ChoosingEncoder::shifts_do(Runner& shifts) const {
 /// The fastest first. Where size matters, shifts are one like the others.
 std::vector<ConnectivityCodec> ChoosingEncoder::candidates() const {
   std::vector<ConnectivityCodec> codecs = trial_.codecs;
+  std::uint64_t components = 0;
+  for (const ArrayInfo& array : schema_->arrays)
+    components += array.per_step ? 0 : array.components;
+  if (components > kMostRacing && std::count(codecs.begin(), codecs.end(), ConnectivityCodec::rows))
+    return {ConnectivityCodec::rows};
   if (trial_.shifts == CodecTrial::Shifts::for_size && takes_shifts(*schema_))
     codecs.insert(codecs.begin(), ConnectivityCodec::shifts);
   return codecs;
