@@ -12,10 +12,11 @@ namespace {
 
 // So many allocations more succeed; negative: all do. Behind them one fails, or all do.
 long allowed = -1;
-bool for_good = true;
+bool for_good = true, has_failed = false;
 
 void* taken(std::size_t bytes) {
   if (allowed == 0) {
+    has_failed = true;
     if (!for_good) allowed = -1;
     throw std::bad_alloc();
   }
@@ -50,8 +51,9 @@ void with_little_memory(Work&& work) {
     for (long n = 0;; n += 1 + n / 16) {
       allowed = n;
       for_good = all;
+      has_failed = false;
       const shmf_status status = work();
-      const bool enough = allowed > 0;
+      const bool enough = !has_failed;
       allowed = -1;
       // Who can go on without that one does.
       ASSERT_TRUE(status == SHMF_NO_MEMORY || (status == SHMF_OK && (enough || !all)))
