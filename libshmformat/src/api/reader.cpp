@@ -113,7 +113,8 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   State state_ = State::start;
   std::optional<Error> error_;
   std::optional<Item> item_;
-  std::deque<Extra> extras_;               // of the chunk at hand
+  std::vector<Extra> extras_;  // of the chunk at hand
+  std::size_t next_extra_ = 0;
   std::deque<container::StepPart> parts_;  // the same, and their bytes
   std::vector<std::byte> part_bytes_;
   std::optional<Error> error_ahead_;  // behind blocks that have not been taken yet
@@ -158,9 +159,8 @@ std::size_t Decoder::Impl::header_wanted() const {
 
 Result<Decoder::Progress> Decoder::Impl::work() {
   while (!item_) {
-    if (!extras_.empty()) {
-      item_ = std::move(extras_.front());
-      extras_.pop_front();
+    if (next_extra_ < extras_.size()) {
+      item_ = std::move(extras_[next_extra_++]);
       break;
     }
     if (!parts_.empty() && !error_ahead_) {
@@ -468,7 +468,8 @@ Result<void> Decoder::Impl::read_extra(std::span<const std::byte> payload) {
   if (!extras) return wrong(extras.error().code, extras.error().detail);
   for (const Extra& extra : *extras) budget_.take(bytes_of(extra));
   stream_bytes_["extras"] += payload.size();
-  std::move(extras->begin(), extras->end(), std::back_inserter(extras_));
+  extras_ = std::move(*extras);  // those of the last one have been taken
+  next_extra_ = 0;
   return {};
 }
 
