@@ -121,6 +121,14 @@ struct AskingFile {
   std::vector<std::byte> bytes;
 };
 
+/// What an extra of bytes without a name begins with, among many: key, type, reference, distance.
+inline void put_unnamed(ByteWriter& blob) {
+  blob.put_text("");
+  blob.put_u8(static_cast<std::uint8_t>(ScalarType::uint8));
+  blob.put_u8(0);
+  blob.put_varint(0);
+}
+
 inline std::vector<AskingFile> asking_files() {
   using container::ChunkKind;
   constexpr std::uint64_t kMany = std::uint64_t{500} << 20;
@@ -161,10 +169,7 @@ inline std::vector<AskingFile> asking_files() {
     ByteWriter blob, payload;
     blob.put_varint(kMostExtras);
     for (std::size_t i = 0; i < kMostExtras; ++i) {
-      blob.put_u8(0);
-      blob.put_u8(static_cast<std::uint8_t>(ScalarType::uint8));
-      blob.put_u8(0);
-      blob.put_u8(0);
+      put_unnamed(blob);
       blob.put_u8(1);
       blob.put_u8(0);
     }
@@ -176,10 +181,7 @@ inline std::vector<AskingFile> asking_files() {
     constexpr std::size_t kExtras = 20000;
     blob.put_varint(kExtras);
     for (std::size_t i = 0; i < kExtras; ++i) {
-      blob.put_u8(0);
-      blob.put_u8(static_cast<std::uint8_t>(ScalarType::uint8));
-      blob.put_u8(0);
-      blob.put_u8(0);
+      put_unnamed(blob);
       blob.put_varint(255);
       blob.bytes.resize(blob.bytes.size() + 255);
     }

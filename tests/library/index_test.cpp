@@ -24,28 +24,6 @@ using container::Index;
 using container::IndexEntry;
 using container::StepEntry;
 
-/// Small, but with all kinds of chunks, several segments, groups, steps and parts; and vertices
-/// that no cell uses, and some that are not finite.
-Bytes small_file(Quantization coordinates = {}) {
-  TestMesh mesh = grid(4, 3, 3, ScalarType::float64, warped);
-  mesh.schema.coordinate_quantization = std::move(coordinates);
-  mesh.schema.blocks.push_back({2, "others", CellShape::hexahedron, 8});
-  for (std::size_t c = 0; c < mesh.cells.size(); ++c) mesh.cells[c].block = c / 9 % 2 == 0;
-  Stepped it = with_steps(std::move(mesh), Order::keep);
-  it.options.group_cells = 9;
-  it.options.segment_cells = 18;
-  MemorySink sink;
-  const auto report = write_mesh(it.mesh, sink, it.options, [&](Writer& writer) -> Result<void> {
-    for (const auto& [key, values] : it.values)
-      if (auto good = writer.add_step_values(key.first, key.second, values); !good) return good;
-    const double times[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
-    if (auto good = writer.set_step_times(times); !good) return good;
-    return writer.add_extra({"title", ScalarType::uint8, Reference::nothing, {5}, Bytes(5)});
-  });
-  EXPECT_TRUE(report) << (report ? "" : report.error().message());
-  return std::move(sink.bytes);
-}
-
 Result<void> read_all(std::span<const std::byte> bytes, unsigned threads = 1) {
   MemorySource source(bytes);
   ReadOptions options;
@@ -124,7 +102,7 @@ Index index_of(std::span<const std::byte> bytes) {
 /// Files with steps in which several parts stand together, and each alone.
 std::vector<std::pair<std::string, Bytes>> true_files() {
   std::vector<std::pair<std::string, Bytes>> files;
-  for (const Bytes& bytes : {small_file(), written(waves(3))}) {
+  for (const Bytes& bytes : {small_file(ScalarType::float64), written(waves(3))}) {
     files.emplace_back("version 1", bytes);
     files.emplace_back("version 0", with_old_index(bytes, [](Index&) {}));
   }
@@ -162,8 +140,9 @@ TEST(IndexEntries, EachFieldOfEachIsHeldAgainstWhatIsThere) {
 }
 
 TEST(IndexEntries, TheEntryAndItsFieldAreNamed) {
-  const Bytes lying = with_index(
-      small_file(), [](Index& index) { entry_of(index, ChunkKind::group, 1).box[4] += 1; });
+  const Bytes lying = with_index(small_file(ScalarType::float64), [](Index& index) {
+    entry_of(index, ChunkKind::group, 1).box[4] += 1;
+  });
   const auto read = read_all(lying);
   ASSERT_FALSE(read);
   EXPECT_NE(read.error().detail.find("of the group at byte "), std::string::npos);
@@ -171,7 +150,7 @@ TEST(IndexEntries, TheEntryAndItsFieldAreNamed) {
 }
 
 TEST(IndexEntries, ChunksThatAReaderMaySkipAreListedToo) {
-  FileParts parts = take_apart(small_file());
+  FileParts parts = take_apart(small_file(ScalarType::float64));
   Chunk unknown;
   unknown.header.kind = 11;
   unknown.header.flags = container::kChunkOptional;
@@ -207,7 +186,7 @@ Bytes with_other_box(std::span<const std::byte> bytes, std::size_t group,
 }
 
 TEST(IndexBoxes, AreHeldAgainstTheCoordinates) {
-  const Bytes bytes = small_file();
+  const Bytes bytes = small_file(ScalarType::float64);
   ASSERT_TRUE(read_all(with_other_box(bytes, 1, [](auto&) {})));
   for (const std::size_t group : {0u, 1u, 2u, 3u})
     for (std::size_t c = 0; c < 6; ++c)
@@ -228,7 +207,7 @@ TEST(IndexBoxes, OfRoundedCoordinatesMayDifferByTheBound) {
   bound.bits = Quantization::kAbsolute;
   bound.max_abs = bound.spacing = 1e-3;
   bound.minimum = {0, 0, 0};
-  const Bytes bytes = small_file(bound);
+  const Bytes bytes = small_file(ScalarType::float64, bound);
   const auto read = read_all(bytes);
   ASSERT_TRUE(read) << read.error().message();
   for (std::size_t c = 0; c < 6; ++c)
@@ -239,7 +218,7 @@ TEST(IndexBoxes, OfRoundedCoordinatesMayDifferByTheBound) {
 // --- what is made of it
 
 TEST(IndexEntries, AnIndexThatLiesIsMadeAnew) {
-  const Bytes bytes = small_file();
+  const Bytes bytes = small_file(ScalarType::float64);
   std::size_t lies = 0;
   const Index index = index_of(bytes);
   for (std::size_t i = 0; i < index.entries.size(); i += 4)

@@ -72,24 +72,9 @@ void expect_as_the_reader(std::span<const std::byte> bytes, const std::string& n
   expect_same(*summary, *expected, name);
 }
 
-/// Small, but with all kinds of chunks, several segments, groups and steps.
+/// The last step has no time.
 Bytes small_file() {
-  TestMesh mesh = grid(4, 3, 3, ScalarType::float32, warped);
-  mesh.schema.blocks.push_back({2, "others", CellShape::hexahedron, 8});
-  for (std::size_t c = 0; c < mesh.cells.size(); ++c) mesh.cells[c].block = c / 9 % 2 == 0;
-  Stepped it = with_steps(std::move(mesh), Order::keep);
-  it.options.group_cells = 9;
-  it.options.segment_cells = 18;
-  MemorySink sink;
-  const auto report = write_mesh(it.mesh, sink, it.options, [&](Writer& writer) -> Result<void> {
-    for (const auto& [key, values] : it.values)
-      if (auto good = writer.add_step_values(key.first, key.second, values); !good) return good;
-    const double times[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, std::numeric_limits<double>::quiet_NaN()};
-    if (auto good = writer.set_step_times(times); !good) return good;
-    return writer.add_extra({"title", ScalarType::uint8, Reference::nothing, {5}, Bytes(5)});
-  });
-  EXPECT_TRUE(report) << (report ? "" : report.error().message());
-  return std::move(sink.bytes);
+  return shm::small_file(ScalarType::float32, {}, std::numeric_limits<double>::quiet_NaN());
 }
 
 TEST(Summary, OfEveryFeatureIsWhatTheReaderTells) {

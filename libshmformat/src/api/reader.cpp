@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <deque>
-#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -93,6 +92,10 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   Result<std::vector<std::byte>> unpack(ByteReader& in, std::uint64_t limit) const;
   Error wrong(ErrorCode code, std::string detail) const {
     return Error{code, std::move(detail), section_, chunk_offset_, {}};
+  }
+  /// Of what all chunks together came to: no one of them is the place.
+  static Error over_total(std::string detail) {
+    return Error{ErrorCode::over_limit, std::move(detail), "mesh", kNoOffset, {}};
   }
   std::size_t wanted() const;
   std::size_t header_wanted() const;
@@ -231,8 +234,7 @@ Result<void> Decoder::Impl::read_on() {
 /// What has come out is within the limits.
 Result<void> Decoder::Impl::count_block(const MeshBlock& block) {
   const auto over = [&](std::uint64_t limit, const std::string& what) {
-    return wrong(ErrorCode::over_limit,
-                 "has more " + what + " than the limit of " + std::to_string(limit));
+    return over_total("has more " + what + " than the limit of " + std::to_string(limit));
   };
   if (mesh_->vertices() > limits_.max_vertices) return over(limits_.max_vertices, "vertices");
   if (mesh_->cells() > limits_.max_cells) return over(limits_.max_cells, "cells");
@@ -243,8 +245,8 @@ Result<void> Decoder::Impl::count_block(const MeshBlock& block) {
 
 Result<void> Decoder::Impl::count_bytes(std::uint64_t bytes) {
   if (bytes > limits_.max_decoded_bytes - decoded_bytes_)
-    return wrong(ErrorCode::over_limit, "holds more than the limit of " +
-                                            std::to_string(limits_.max_decoded_bytes) + " bytes");
+    return over_total("holds more than the limit of " + std::to_string(limits_.max_decoded_bytes) +
+                      " bytes");
   decoded_bytes_ += bytes;
   return {};
 }

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
+
+#include "groups/coordinate_box.h"
 
 namespace shm {
 namespace {
@@ -19,40 +20,6 @@ void remove_marked(std::vector<std::byte>& values, std::span<const std::uint8_t>
     to += stride;
   }
   values.resize(to);
-}
-
-/// The ranges of x, y and z in one go, which range_of() takes three for. Nothing where a number is
-/// infinite, which these have no place for.
-template <class T>
-std::optional<std::array<ValueRange, 3>> quick_box(std::span<const std::byte> xyz) {
-  constexpr T kInfinity = std::numeric_limits<T>::infinity();
-  std::array<T, 3> least, most;
-  least.fill(kInfinity);
-  most.fill(-kInfinity);
-  for (std::size_t at = 0; at + sizeof least <= xyz.size(); at += sizeof least) {
-    std::array<T, 3> point;
-    std::memcpy(point.data(), xyz.data() + at, sizeof point);
-    for (std::size_t c = 0; c < 3; ++c) {  // no NaN is less or more
-      least[c] = point[c] < least[c] ? point[c] : least[c];
-      most[c] = point[c] > most[c] ? point[c] : most[c];
-    }
-  }
-  std::array<ValueRange, 3> box{};
-  for (std::size_t c = 0; c < 3; ++c) {
-    if (least[c] == -kInfinity || most[c] == kInfinity) return std::nullopt;
-    box[c] = {static_cast<double>(least[c]), static_cast<double>(most[c])};
-  }
-  return box;
-}
-
-std::array<ValueRange, 3> box_of(ScalarType type, std::span<const std::byte> xyz) {
-  const bool is_float = type == ScalarType::float32;
-  if (const auto quick = is_float ? quick_box<float>(xyz) : quick_box<double>(xyz)) return *quick;
-  std::array<ValueRange, 3> box{};
-  const std::size_t width = scalar_bytes(type);
-  for (std::size_t c = 0; c < 3; ++c)
-    box[c] = range_of(type, xyz.data() + c * width, xyz.size() / (3 * width), 3 * width);
-  return box;
 }
 
 }  // namespace
@@ -197,7 +164,8 @@ Result<DecodedBlock::GroupEnd> GroupDecoder::end_group() const {
 }
 
 void GroupDecoder::widen_box(std::span<const std::byte> xyz) {
-  const auto more = box_of(schema_->coordinate_type, xyz);
+  const std::size_t stride = 3 * scalar_bytes(schema_->coordinate_type);
+  const auto more = box_of(schema_->coordinate_type, xyz.data(), xyz.size() / stride, stride);
   for (std::size_t c = 0; c < 3; ++c) {
     done_.box[c].minimum = std::min(done_.box[c].minimum, more[c].minimum);
     done_.box[c].maximum = std::max(done_.box[c].maximum, more[c].maximum);

@@ -6,6 +6,7 @@
 
 #include "bytes/binary.h"
 #include "bytes/lists.h"
+#include "groups/coordinate_box.h"
 #include "model/schema.h"
 
 namespace shm {
@@ -37,12 +38,10 @@ void GroupValues::add_cell(std::uint32_t block, const std::byte* values) {
 
 std::array<double, 6> GroupValues::box() const {
   std::array<double, 6> box{};
-  const std::size_t width = scalar_bytes(schema_->coordinate_type);
+  const auto ranges = box_of(schema_->coordinate_type, vertices_.data(), count(0), vertex_bytes_);
   for (std::size_t c = 0; c < 3; ++c) {
-    const std::byte* first = count(0) == 0 ? nullptr : vertices_.data() + c * width;
-    const ValueRange range = range_of(schema_->coordinate_type, first, count(0), vertex_bytes_);
-    box[c] = range.minimum;
-    box[3 + c] = range.maximum;
+    box[c] = ranges[c].minimum;
+    box[3 + c] = ranges[c].maximum;
   }
   return box;
 }
