@@ -355,8 +355,8 @@ class PreviewTest(FolderTest):
     def test_faulty_files(self):
         os.remove(self.path("mesh.vtk"))
         # What is wrong with what a picture of blocks does not need, and is not read for one.
-        unseen = re.compile("Index: |Step values: |Parts of step values: |A group behind step values"
-                            "|The sequence of the second chunk|Of the last group .*: stream array"
+        unseen = re.compile("(Old index|Group and index|Index): |Step (times|values): "
+                            "|Parts of step values: |A group behind step values|The sequence of the second chunk|Of the last group .*: stream array"
                             "|Extras: a blob")
         lines = [line.split(" ", 2) for line in (GOLDEN / "faulty" / "list.txt").read_text().splitlines()]
         self.assertGreater(len(lines), 150)
