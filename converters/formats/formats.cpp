@@ -23,11 +23,6 @@ namespace {
 
 constexpr std::size_t kHeadBytes = 4096;
 
-void write_shm(MeshSource& mesh, OutputFile& output, Spool& spool) {
-  ByteSink& sink = output.sink();
-  compress_mesh(mesh, sink, {}, spool);
-}
-
 std::string list_of(std::string_view Format::*word) {
   std::string list;
   for (const Format& each : formats()) list += (list.empty() ? "" : ", ") + std::string(each.*word);
@@ -103,7 +98,7 @@ std::span<const Format> formats() {
        .extensions = {".shm"},
        .looks_like = looks_like_shm,
        .open = open_shm,
-       .write = write_shm},
+       .write = nullptr},
   };
   return all;
 }
@@ -219,7 +214,10 @@ void write_mesh(MeshSource& mesh, const std::string& path, const Format& format,
   }
   OutputFile output(path, spool.directory(), format.temporary);
   try {
-    format.write(mesh, output, spool);
+    if (format.write == nullptr)
+      compress_mesh(mesh, output.sink(), {}, spool);
+    else
+      format.write(mesh, output.temporary(), spool);
   } catch (const Failure& failure) {
     Error error = failure.error();
     if (error.file == output.temporary()) error.file = path;

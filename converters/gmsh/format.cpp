@@ -228,8 +228,7 @@ constinit const Format kGmshFormat = {
     .looks_like = looks_like_gmsh,
     .open = [](const std::string& path, Spool& spool,
                const Progress&) { return open_gmsh(path, spool); },
-    .write = [](MeshSource& mesh, OutputFile& output,
-                Spool&) { write_gmsh(mesh, output.temporary()); },
+    .write = [](MeshSource& mesh, const std::string& path, Spool&) { write_gmsh(mesh, path); },
     .capabilities = &kGmshCapabilities,
     .source = &kGmshSource,
     .translate_old_extras = add_group_sets};

@@ -166,9 +166,10 @@ struct Format {
   bool (*looks_like)(std::span<const std::byte> head);  // up to 4096 bytes
   std::unique_ptr<MeshSource> (*open)(const std::string& path, Spool& spool,
                                       const Progress& progress);
-  void (*write)(MeshSource& mesh, OutputFile& output, Spool& spool);  // commits nothing
-  const Capabilities* capabilities = nullptr;                         // null: it holds everything
-  const SourceFormat* source = nullptr;  // null: its meshes have nothing to add
+  // Null: .shm, which write_mesh() gives out as it comes.
+  void (*write)(MeshSource& mesh, const std::string& path, Spool& spool);
+  const Capabilities* capabilities = nullptr;  // null: it holds everything
+  const SourceFormat* source = nullptr;        // null: its meshes have nothing to add
   // Extras as older versions of shm wrote them become those that the reader of the format gives
   // now. Null: they are the same.
   void (*translate_old_extras)(MeshInfo& info) = nullptr;

@@ -15,15 +15,15 @@ constexpr Capabilities kUcdCapabilities = {
 
 }  // namespace
 
-constinit const Format kUcdFormat = {.name = "ucd",
-                                     .title = "UCD",
-                                     .extensions = {".ucd", ".inp"},
-                                     .looks_like = looks_like_ucd,
-                                     .open = [](const std::string& path, Spool& spool,
-                                                const Progress&) { return open_ucd(path, spool); },
-                                     .write = [](MeshSource& mesh, OutputFile& output,
-                                                 Spool&) { write_ucd(mesh, output.temporary()); },
-                                     .capabilities = &kUcdCapabilities,
-                                     .source = &kUcdSource};
+constinit const Format kUcdFormat = {
+    .name = "ucd",
+    .title = "UCD",
+    .extensions = {".ucd", ".inp"},
+    .looks_like = looks_like_ucd,
+    .open = [](const std::string& path, Spool& spool,
+               const Progress&) { return open_ucd(path, spool); },
+    .write = [](MeshSource& mesh, const std::string& path, Spool&) { write_ucd(mesh, path); },
+    .capabilities = &kUcdCapabilities,
+    .source = &kUcdSource};
 
 }  // namespace shm::converters

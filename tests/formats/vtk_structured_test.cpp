@@ -89,13 +89,13 @@ TEST_F(VtkTest, StructuredFilesComeBackAsWhatTheyWere) {
     const auto mesh = open_text(text);
     const Snapshot before = take(*mesh);
     const auto restored = through_shm(*mesh, Order::keep, spool_);
-    write_vtk(*restored, path("out.vtk"));
+    write_vtk(*restored, path("out.vtk"), spool_);
     const auto again = open_vtk(path("out.vtk"), spool_);
     expect_same(before, take(*again));
     if (text.find("BINARY") != std::string::npos) {
       EXPECT_EQ(file_content(path("out.vtk")), text);
     }
-    write_vtk(*again, path("again.vtk"));
+    write_vtk(*again, path("again.vtk"), spool_);
     EXPECT_EQ(file_content(path("out.vtk")), file_content(path("again.vtk")));
   }
 }
@@ -110,7 +110,7 @@ TEST_F(VtkTest, OldImagesMeanWhatTheyShould) {
   const auto points = as<double>(all.points);
   EXPECT_EQ(std::vector(points.begin() + 33, points.end()),
             (std::vector<double>{1 + 2 * 0.1, 2 + 0.25, 3 - 1}));
-  write_vtk(*open_text(old_image()), path("out.vtk"));
+  write_vtk(*open_text(old_image()), path("out.vtk"), spool_);
   EXPECT_TRUE(file_content(path("out.vtk"))
                   .starts_with("# vtk DataFile Version 1.0\nsmall\nASCII\nDATASET "
                                "STRUCTURED_POINTS\nORIGIN 1 2. 3e0\nASPECT_RATIO 0.1 .25 -1\n"
@@ -172,7 +172,7 @@ TEST_F(VtkTest, PolygonsAreNumberedAsVtkDoes) {
   for (const std::uint32_t block : all.blocks) types.push_back(all.info.schema.blocks[block].id);
   EXPECT_EQ(types, (std::vector<std::int64_t>{1, 2, 3, 4, 5, 9, 5, 6}));
   EXPECT_EQ(all.corners.front(), 4U);
-  write_vtk(*open_text(polygons()), path("out.vtk"));
+  write_vtk(*open_text(polygons()), path("out.vtk"), spool_);
   EXPECT_EQ(dataset_of(path("out.vtk")), "POLYDATA");
   EXPECT_NE(
       file_content(path("out.vtk")).find("\nTRIANGLE_STRIPS 1 6\n5 0 1 3 2 4\nPOLYGONS 3 13\n"),
@@ -182,7 +182,7 @@ TEST_F(VtkTest, PolygonsAreNumberedAsVtkDoes) {
 TEST_F(VtkTest, RenumberedMeshesBecomeUnstructured) {
   for (const std::string& text : {old_image(), old_rectilinear(), old_grid()}) {
     const auto restored = through_shm(*open_text(text), Order::stream, spool_);
-    write_vtk(*restored, path("out.vtk"));
+    write_vtk(*restored, path("out.vtk"), spool_);
     EXPECT_EQ(dataset_of(path("out.vtk")), "UNSTRUCTURED_GRID");
     const Snapshot all = take(*open_vtk(path("out.vtk"), spool_));
     const MeshInfo before = open_text(text)->info();
@@ -198,7 +198,7 @@ TEST_F(VtkTest, SkeletonsThatDoNotFitAreNotFollowed) {
   const auto written = [&](const std::string& text, const std::string& skeleton) {
     const auto mesh = open_text(text);
     BentExtra pretender(*mesh, "vtk/skeleton", "4.2\nt\nASCII\n" + skeleton);
-    write_vtk(pretender, path("out.vtk"));
+    write_vtk(pretender, path("out.vtk"), spool_);
     take(*open_vtk(path("out.vtk"), spool_));
     return dataset_of(path("out.vtk"));
   };
@@ -321,12 +321,12 @@ TEST_F(VtkTest, VtkAgreesWithWhatWeWriteOfItsStructuredSamples) {
     SCOPED_TRACE(name);
     const auto mesh = open_vtk(file.path().string(), spool_);
     const auto restored = through_shm(*mesh, Order::keep, spool_);
-    write_vtk(*restored, path("out/" + name));
+    write_vtk(*restored, path("out/" + name), spool_);
     if (name.find("BINARY") != std::string::npos) {
       EXPECT_EQ(file_content(path("out/" + name)), file_content(file.path().string()));
     }
     BentExtra plain(*restored, "vtk/skeleton", "4.2\nt\nASCII\n");
-    write_vtk(plain, path("cells/" + name));
+    write_vtk(plain, path("cells/" + name), spool_);
   }
   ASSERT_TRUE(run_oracle("--folders " + path("in") + ' ' + path("out"), &status));
   EXPECT_EQ(status, 0);

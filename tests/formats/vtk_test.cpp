@@ -110,10 +110,10 @@ TEST_F(VtkTest, RecognizesItsFiles) {
 TEST_F(VtkTest, EverythingInTextComesBack) {
   const auto mesh = open_text(everything_in_text());
   const Snapshot before = take(*mesh);
-  write_vtk(*mesh, path("out.vtk"));
+  write_vtk(*mesh, path("out.vtk"), spool_);
   expect_same(before, take(*open_vtk(path("out.vtk"), spool_)));
   // Written by us, read and written by us: not a byte moves.
-  write_vtk(*open_vtk(path("out.vtk"), spool_), path("again.vtk"));
+  write_vtk(*open_vtk(path("out.vtk"), spool_), path("again.vtk"), spool_);
   EXPECT_EQ(file_content(path("out.vtk")), file_content(path("again.vtk")));
 }
 
@@ -124,7 +124,7 @@ TEST_F(VtkTest, AnArrayWithSeveralRolesIsOne) {
   const auto arrays = [&](const std::string& data) {
     const auto mesh = open_text(kHead + points + data);
     const Snapshot before = take(*mesh);
-    write_vtk(*mesh, path("out.vtk"));
+    write_vtk(*mesh, path("out.vtk"), spool_);
     expect_same(before, take(*open_vtk(path("out.vtk"), spool_)));
     const std::string written = file_content(path("out.vtk"));
     EXPECT_EQ(written.substr(written.find("POINT_DATA")),
@@ -173,9 +173,9 @@ TEST_F(VtkTest, StringsAndBitsFollowARenumbering) {
   const Snapshot before = take(*mesh);
   EXPECT_EQ(as<std::uint32_t>(before.arrays[0]), (std::vector<std::uint32_t>{0, 1, 2, 0, 3}));
   EXPECT_EQ(text_of(find_extra(before.info, "vtk/strings/0")), "zero\none\n\nfour%20\n");
-  write_vtk(*mesh, path("out.vtk"));
+  write_vtk(*mesh, path("out.vtk"), spool_);
   expect_same(before, take(*open_vtk(path("out.vtk"), spool_)));
-  write_vtk(*through_shm(*mesh, Order::stream, spool_), path("out.vtk"));
+  write_vtk(*through_shm(*mesh, Order::stream, spool_), path("out.vtk"), spool_);
   const std::string out = file_content(path("out.vtk"));
   EXPECT_NE(out.find("POINTS 5 float\n4 0 0\n3 0 0\n2 0 0\n1 0 0\n0 0 0\n"), std::string::npos);
   EXPECT_NE(out.find("names string\nfour%20\nzero\n\none\nzero\n"), std::string::npos);
@@ -193,9 +193,9 @@ TEST_F(VtkTest, LineEndsOfWindowsChangeNothing) {
 
 TEST_F(VtkTest, BinaryComesBackByteForByte) {
   for (const std::string& bytes : {binary_classic(), binary_offsets()}) {
-    write_vtk(*open_text(bytes), path("out.vtk"));
+    write_vtk(*open_text(bytes), path("out.vtk"), spool_);
     const std::string out = file_content(path("out.vtk"));
-    write_vtk(*open_vtk(path("out.vtk"), spool_), path("again.vtk"));
+    write_vtk(*open_vtk(path("out.vtk"), spool_), path("again.vtk"), spool_);
     EXPECT_EQ(out, file_content(path("again.vtk")));
     expect_same(take(*open_text(bytes)), take(*open_vtk(path("out.vtk"), spool_)));
   }
@@ -234,7 +234,7 @@ TEST_F(VtkTest, CellKindsBecomeBlocks) {
   EXPECT_EQ(find_extra(all.info, "vtk/polyhedron/face_sizes"), nullptr);
   EXPECT_EQ(std::vector<std::uint64_t>(all.corners.end() - 7, all.corners.end()),
             (std::vector<std::uint64_t>{3, 0, 4, 7, 6, 2, 3}));
-  write_vtk(*mesh, path("out.vtk"));
+  write_vtk(*mesh, path("out.vtk"), spool_);
   expect_same(all, take(*open_vtk(path("out.vtk"), spool_)));
   EXPECT_NE(file_content(path("out.vtk")).find("\n8 0 1 3 2 4 5 7 6\n4 0 1 3 2\n"),
             std::string::npos);
@@ -253,7 +253,7 @@ TEST_F(VtkTest, LinearTypesOfSecondOrderAreWhatTheyAre) {
     const auto mesh = open_text(text + "\nCELL_TYPES 1\n" + std::to_string(type) + "\n");
     const Snapshot all = take(*mesh);
     EXPECT_EQ(all.info.schema.blocks.at(0), (BlockInfo{type, "", shape, nodes}));
-    write_vtk(*mesh, path("out.vtk"));
+    write_vtk(*mesh, path("out.vtk"), spool_);
     expect_same(all, take(*open_vtk(path("out.vtk"), spool_)));
   }
 }
@@ -271,7 +271,7 @@ TEST_F(VtkTest, PolyhedraOfOddFacesComeBack) {
     EXPECT_EQ(as<std::int64_t>(find_extra(all.info, "vtk/polyhedron/face_sizes")->data),
               (std::vector<std::int64_t>{3, 3, numbers - 1}));
     EXPECT_EQ(find_extra(all.info, "vtk/polyhedron/cells")->refers, Reference::cell);
-    write_vtk(*mesh, path("out.vtk"));
+    write_vtk(*mesh, path("out.vtk"), spool_);
     expect_same(all, take(*open_vtk(path("out.vtk"), spool_)));
   }
 }
@@ -283,7 +283,7 @@ TEST_F(VtkTest, EmptyMeshesAndMeshesWithoutCellsComeBack) {
         head + "POINTS 0 float\nCELLS 0 0\nCELL_TYPES 0\nPOINT_DATA 0\nSCALARS a int\n"
                "LOOKUP_TABLE default\n"}) {
     const Snapshot before = take(*open_text(text));
-    write_vtk(*open_text(text), path("out.vtk"));
+    write_vtk(*open_text(text), path("out.vtk"), spool_);
     expect_same(before, take(*open_vtk(path("out.vtk"), spool_)));
   }
 }
@@ -301,7 +301,7 @@ TEST_F(VtkTest, BentListsOfStringsAreRefused) {
                                 "\nDATASET UNSTRUCTURED_GRID\nPOINTS 2 float\n" + points +
                                 "POINT_DATA 2\nPEDIGREE_IDS p string\n" + values);
     BentExtra bent(*mesh, "vtk/strings/0", list);
-    write_vtk(bent, path("out.vtk"));
+    write_vtk(bent, path("out.vtk"), spool_);
   };
   with_list("ASCII", "a\nb\n");
   with_list("BINARY",
@@ -374,7 +374,7 @@ class ForeignMesh : public MeshSource {
 
 TEST_F(VtkTest, MeshesOfOtherFormatsGetPlainFiles) {
   ForeignMesh mesh;
-  write_vtk(mesh, path("out.vtk"));
+  write_vtk(mesh, path("out.vtk"), spool_);
   const Snapshot all = take(*open_vtk(path("out.vtk"), spool_));
   EXPECT_TRUE(
       text_of(find_extra(all.info, "vtk/skeleton")).starts_with("4.2\nvtk output\nBINARY\n"));
@@ -432,11 +432,12 @@ TEST_F(VtkTest, BentExtrasAreRefused) {
   };
   for (const auto& extras : cases) {
     BentMesh mesh(extras);
-    EXPECT_THROW(write_vtk(mesh, path("out.vtk")), Failure) << extras[0].second;
+    EXPECT_THROW(write_vtk(mesh, path("out.vtk"), spool_), Failure) << extras[0].second;
   }
   BentMesh moved({{"vtk/skeleton", head + "CELL_DATA\nFIELD f 2\nARRAY a0 a int 1 2\n"
                                           "ARRAY a99 a int 1 2\nSCALARS a2 m int 1 2 t\n"}});
-  write_vtk(moved, path("out.vtk"));  // arrays that are not where they were are still written
+  write_vtk(moved, path("out.vtk"),
+            spool_);  // arrays that are not where they were are still written
   EXPECT_EQ(open_vtk(path("out.vtk"), spool_)->info().schema.arrays.size(), 3U);
 }
 
@@ -551,8 +552,8 @@ TEST_F(VtkTest, FlippedBytesAreSurvived) {
 TEST_F(VtkTest, FullDisksAreReported) {
   if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   const auto mesh = open_text(everything_in_text());
-  EXPECT_EQ(code_of([&] { write_vtk(*mesh, "/dev/full"); }), ErrorCode::output);
-  EXPECT_EQ(code_of([&] { write_vtk(*mesh, path("no/such/folder")); }), ErrorCode::output);
+  EXPECT_EQ(code_of([&] { write_vtk(*mesh, "/dev/full", spool_); }), ErrorCode::output);
+  EXPECT_EQ(code_of([&] { write_vtk(*mesh, path("no/such/folder"), spool_); }), ErrorCode::output);
   EXPECT_EQ(code_of([&] { open_vtk(path("absent.vtk"), spool_); }), ErrorCode::io);
 }
 
@@ -564,7 +565,7 @@ TEST_F(VtkTest, VtkAgreesWithWhatWeWriteOfItsSamples) {
       if (!run_oracle("--sample " + kind + path("in.vtk"), &status))
         GTEST_SKIP() << "/usr/bin/python3 has no module vtk";
       ASSERT_EQ(status, 0);
-      write_vtk(*open_vtk(path("in.vtk"), spool_), path("out.vtk"));
+      write_vtk(*open_vtk(path("in.vtk"), spool_), path("out.vtk"), spool_);
       ASSERT_TRUE(run_oracle(path("in.vtk") + ' ' + path("out.vtk"), &status));
       EXPECT_EQ(status, 0) << kind;
     }
@@ -580,7 +581,7 @@ TEST_F(VtkTest, CorpusComesBack) {
     if (++files % every(3) != 0) continue;
     SCOPED_TRACE(file.path().filename().string());
     const auto mesh = open_vtk(file.path().string(), spool_);
-    write_vtk(*mesh, path("out.vtk"));
+    write_vtk(*mesh, path("out.vtk"), spool_);
     expect_same(take(*mesh), take(*open_vtk(path("out.vtk"), spool_)));
     int status = 0;
     const bool asked = run_oracle("'" + file.path().string() + "' " + path("out.vtk"), &status);

@@ -124,8 +124,7 @@ constinit const Format kVtkFormat = {.name = "vtk",
                                      .looks_like = looks_like_vtk,
                                      .open = [](const std::string& path, Spool& spool,
                                                 const Progress&) { return open_vtk(path, spool); },
-                                     .write = [](MeshSource& mesh, OutputFile& output,
-                                                 Spool&) { write_vtk(mesh, output.temporary()); },
+                                     .write = write_vtk,
                                      .capabilities = &vtk::kCapabilities,
                                      .source = &vtk::kSource};
 

@@ -75,7 +75,7 @@ std::unique_ptr<MeshSource> open_vtk(const std::string& path, Spool& spool);
 // mesh becomes binary version 4.2 (5.1 beyond 2^31 entries), with the last time step's values and
 // time; one from a VTU file with all that a legacy file can hold of it (vtk_from_vtu.h). Throws
 // Failure (output) when the disk fails.
-void write_vtk(MeshSource& mesh, const std::string& path);
+void write_vtk(MeshSource& mesh, const std::string& path, Spool& spool);
 
 extern const Format kVtkFormat;
 

@@ -350,6 +350,8 @@ void Writer::cell_types() {
 }  // namespace
 }  // namespace vtk
 
-void write_vtk(MeshSource& mesh, const std::string& path) { vtk::Writer(mesh, path).write(); }
+void write_vtk(MeshSource& mesh, const std::string& path, Spool&) {
+  vtk::Writer(mesh, path).write();
+}
 
 }  // namespace shm::converters

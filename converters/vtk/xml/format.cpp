@@ -109,16 +109,14 @@ constexpr Capabilities kCapabilities = {.sets = Capabilities::Sets::arrays,
 }  // namespace
 }  // namespace vtu
 
-constinit const Format kVtuFormat = {
-    .name = "vtu",
-    .title = "VTU",
-    .extensions = {".vtu"},
-    .looks_like = looks_like_vtu,
-    .open = [](const std::string& path, Spool& spool,
-               const Progress&) { return open_vtu(path, spool); },
-    .write = [](MeshSource& mesh, OutputFile& output,
-                Spool& spool) { write_vtu(mesh, output.temporary(), spool); },
-    .capabilities = &vtu::kCapabilities,
-    .source = &vtu::kSource};
+constinit const Format kVtuFormat = {.name = "vtu",
+                                     .title = "VTU",
+                                     .extensions = {".vtu"},
+                                     .looks_like = looks_like_vtu,
+                                     .open = [](const std::string& path, Spool& spool,
+                                                const Progress&) { return open_vtu(path, spool); },
+                                     .write = write_vtu,
+                                     .capabilities = &vtu::kCapabilities,
+                                     .source = &vtu::kSource};
 
 }  // namespace shm::converters
