@@ -135,10 +135,71 @@ TEST(WholeMesh, ArraysOfSomebodyElseAreTheSameMesh) {
   ASSERT_TRUE(write_mesh(expected, still));
   auto writer = Writer::create(sink, mesh.schema);
   ASSERT_TRUE(writer);
-  ASSERT_TRUE(add_mesh(*writer, mesh.schema, arrays));
+  ASSERT_TRUE(writer->add_mesh(arrays));
   ASSERT_TRUE(writer->end_mesh());
   ASSERT_TRUE(writer->finish());
   EXPECT_EQ(sink.bytes, expected.bytes);
+}
+
+// Many in one call, or one in each: the same file.
+TEST(WholeMesh, BatchesAreAsSingleCalls) {
+  Schema schema;
+  schema.order = Order::stream;
+  schema.blocks.push_back({1, "row", CellShape::hexahedron, 8});
+  schema.arrays.push_back({"height", Location::point, ScalarType::float32, 1});
+  schema.arrays.push_back({"part", Location::cell, ScalarType::uint16, 1});
+  constexpr std::size_t kCells = 5, kVertices = 4 * (kCells + 1);
+  std::vector<std::uint64_t> numbers, corners, last_uses(kCells, 0x0f);
+  std::vector<double> xyz;
+  std::vector<float> heights;
+  std::vector<std::uint16_t> parts;
+  last_uses.back() = 0xff;
+  for (std::size_t v = 0; v < kVertices; ++v) {
+    numbers.push_back(100 + v);
+    xyz.insert(xyz.end(), {v % 4 == 1 || v % 4 == 2 ? 1.0 : 0.0, v % 4 >= 2 ? 1.0 : 0.0,
+                           static_cast<double>(v / 4)});
+    heights.push_back(static_cast<float>(v) / 3);
+  }
+  for (std::size_t c = 0; c < kCells; ++c) {
+    for (std::size_t i = 0; i < 8; ++i) corners.push_back(100 + 4 * c + i);
+    parts.push_back(static_cast<std::uint16_t>(c * c));
+  }
+  const auto points = std::as_bytes(std::span(xyz)),
+             of_vertices = std::as_bytes(std::span(heights)),
+             of_cells = std::as_bytes(std::span(parts));
+  MemorySink one, many;
+  auto writer = Writer::create(one, schema);
+  for (std::size_t v = 0; v < kVertices; ++v)
+    ASSERT_TRUE(
+        writer->add_vertex(numbers[v], points.subspan(24 * v, 24), of_vertices.subspan(4 * v, 4)));
+  for (std::size_t c = 0; c < kCells; ++c)
+    ASSERT_TRUE(writer->add_cell(0, std::span(corners).subspan(8 * c, 8), last_uses[c],
+                                 of_cells.subspan(2 * c, 2)));
+  ASSERT_TRUE(writer->finish());
+  writer = Writer::create(many, schema);
+  ASSERT_TRUE(writer->add_vertices(numbers, points, of_vertices));
+  ASSERT_TRUE(writer->add_cells(0, 2, std::span(corners).first(16), std::span(last_uses).first(2),
+                                of_cells.first(4)));
+  ASSERT_TRUE(writer->add_cells(0, kCells - 2, std::span(corners).subspan(16),
+                                std::span(last_uses).subspan(2), of_cells.subspan(4)));
+  ASSERT_TRUE(writer->finish());
+  EXPECT_EQ(one.bytes, many.bytes);
+
+  for (int fault = 0; fault < 6; ++fault) {
+    MemorySink sink;
+    writer = Writer::create(sink, schema);
+    Result<void> added;
+    if (fault == 0) added = writer->add_vertices(numbers, points.first(24), of_vertices);
+    if (fault == 1) added = writer->add_vertices(numbers, points, of_vertices.first(4));
+    if (fault >= 2) ASSERT_TRUE(writer->add_vertices(numbers, points, of_vertices));
+    if (fault == 2) added = writer->add_cells(1, kCells, corners, last_uses, of_cells);
+    if (fault == 3) added = writer->add_cells(0, kCells - 1, corners, {}, of_cells.first(8));
+    if (fault == 4)
+      added = writer->add_cells(0, kCells, corners, std::span(last_uses).first(1), of_cells);
+    if (fault == 5) added = writer->add_mesh({});
+    ASSERT_FALSE(added) << "fault " << fault;
+    EXPECT_EQ(added.error().code, ErrorCode::misuse);
+  }
 }
 
 TEST(WholeMesh, ArraysThatDoNotFitAreMisuse) {
@@ -161,7 +222,7 @@ TEST(WholeMesh, ArraysThatDoNotFitAreMisuse) {
     MemorySink sink;
     auto writer = Writer::create(sink, schema);
     ASSERT_TRUE(writer);
-    const auto added = add_mesh(*writer, schema, arrays);
+    const auto added = writer->add_mesh(arrays);
     ASSERT_FALSE(added) << "fault " << fault;
     EXPECT_EQ(added.error().code, ErrorCode::misuse);
   }

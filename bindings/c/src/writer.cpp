@@ -522,7 +522,7 @@ shmf_status shmf_writer_mesh(shmf_writer* writer, const shmf_target* arrays, siz
     const auto mesh = own.finish();
     if (!mesh) return mesh.error();
     if (auto good = writer->begin_mesh(); !good) return good;
-    if (auto good = shm::add_mesh(*writer->writer, writer->schema, **mesh); !good) return good;
+    if (auto good = writer->writer->add_mesh(**mesh); !good) return good;
     if (writer->keeps_blocks) {
       const auto& blocks = (*mesh)->cell_blocks;
       writer->cell_blocks.assign(blocks.begin(), blocks.end());
@@ -541,16 +541,10 @@ shmf_status shmf_writer_vertices(shmf_writer* writer, uint64_t count, const uint
     if (count > 0 && (values == nullptr) != (data_bytes == 0))
       return misuse("values of vertices take " + std::to_string(data_bytes) + " bytes each");
     const std::size_t xyz_bytes = 3 * shm::scalar_bytes(writer->schema.coordinate_type);
-    const auto* point = static_cast<const std::byte*>(xyz);
-    const auto* data = static_cast<const std::byte*>(values);
-    for (std::uint64_t v = 0; v < count; ++v) {
-      const std::span<const std::byte> own(data, data_bytes);
-      if (auto good = writer->writer->add_vertex(numbers[v], {point, xyz_bytes}, own); !good)
-        return good;
-      point += xyz_bytes;
-      if (data != nullptr) data += data_bytes;
-    }
-    return {};
+    return writer->writer->add_vertices(
+        shmf::list_of(numbers, count),
+        shmf::list_of(static_cast<const std::byte*>(xyz), count * xyz_bytes),
+        shmf::list_of(static_cast<const std::byte*>(values), count * data_bytes));
   });
 }
 
@@ -564,15 +558,11 @@ shmf_status shmf_writer_cells(shmf_writer* writer, uint64_t count, uint32_t bloc
     if (count > 0 && nodes > 0 && corners == nullptr) return misuse("corners are NULL");
     if (count > 0 && (values == nullptr) != (data_bytes == 0))
       return misuse("values of these cells take " + std::to_string(data_bytes) + " bytes each");
-    const auto* data = static_cast<const std::byte*>(values);
-    for (std::uint64_t c = 0; c < count; ++c) {
-      const auto good = writer->writer->add_cell(block, std::span(corners, nodes),
-                                                 last_use == nullptr ? 0 : last_use[c],
-                                                 std::span(data, data_bytes));
-      if (!good) return good;
-      if (corners != nullptr) corners += nodes;
-      if (data != nullptr) data += data_bytes;
-    }
+    const auto good = writer->writer->add_cells(
+        block, static_cast<std::size_t>(count), shmf::list_of(corners, count * nodes),
+        shmf::list_of(last_use, last_use == nullptr ? 0 : count),
+        shmf::list_of(static_cast<const std::byte*>(values), count * data_bytes));
+    if (!good) return good;
     if (writer->keeps_blocks)
       writer->cell_blocks.insert(writer->cell_blocks.end(), static_cast<std::size_t>(count), block);
     return {};

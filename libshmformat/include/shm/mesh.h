@@ -136,6 +136,11 @@ class NumberSpan {
   std::uint64_t operator[](std::size_t i) const {
     return narrow_ != nullptr ? narrow_[i] : wide_[i];
   }
+  /// Calls `use` with a pointer to the first number, of the type that they have.
+  template <class Use>
+  decltype(auto) visit(Use&& use) const {
+    return narrow_ != nullptr ? use(narrow_) : use(wide_);
+  }
 
  private:
   const std::uint32_t* narrow_ = nullptr;
@@ -143,7 +148,7 @@ class NumberSpan {
   std::size_t size_ = 0;
 };
 
-/// Vertices and cells in arrays of somebody else, as in a Mesh. All is borrowed.
+/// Vertices and cells in arrays of somebody else, as in a Mesh: for Writer::add_mesh().
 struct MeshArrays {
   std::span<const std::byte> xyz;  ///< 3 coordinates for each vertex
   std::uint64_t cells = 0;
@@ -152,12 +157,6 @@ struct MeshArrays {
   NumberSpan corners;
   std::vector<std::span<const std::byte>> arrays;  ///< as Mesh::arrays
 };
-
-/// Gives a Writer of `schema` a whole mesh: vertices are interleaved with cells and finalized as
-/// early as possible (vertex compaction). Neither end_mesh() nor what comes behind it is called.
-/// ErrorCode::misuse where sizes contradict each other, or numbers name what there is not. Takes 9
-/// bytes for each vertex meanwhile.
-SHM_API Result<void> add_mesh(Writer& writer, const Schema& schema, const MeshArrays& mesh);
 
 /// Writes a whole mesh: vertices are interleaved with cells and finalized as early as possible
 /// (vertex compaction). Except in Order::keep, references in extras are renumbered as a Reader

@@ -17,6 +17,8 @@
 
 namespace shm {
 
+struct MeshArrays;  // shm/mesh.h
+
 /// Hears in which order vertices and cells are coded: the order of step values, of stream
 /// numbers, and of what a Reader will yield. Called from inside Writer calls, in the caller's
 /// thread, group by group: its vertices, then its cells.
@@ -73,7 +75,7 @@ struct SizeReport {
 };
 
 /// Order of calls: create; then any mix of add_vertex and add_cell, where a vertex comes before
-/// the first cell that uses it; then end_mesh; then steps and extras; then finish.
+/// the first cell that uses it, or add_mesh; then end_mesh; then steps and extras; then finish.
 /// After the first error every call returns that error. Not thread safe; distinct Writers are
 /// independent. Values are raw bytes of the declared scalar type in host byte order.
 class SHM_API Writer {
@@ -99,6 +101,21 @@ class SHM_API Writer {
   /// `data`: the static cell arrays that cover this block, in order, packed.
   Result<void> add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                         std::uint64_t last_use = 0, std::span<const std::byte> data = {});
+  // Many in one call, of which each is done as above.
+  /// `xyz` and `data`: of all of them, one after the other.
+  Result<void> add_vertices(std::span<const std::uint64_t> numbers, std::span<const std::byte> xyz,
+                            std::span<const std::byte> data = {});
+  /// `cells` of one block, with as many corners each. `last_uses`: one for each of them, or none.
+  Result<void> add_cells(std::uint32_t block, std::size_t cells,
+                         std::span<const std::uint64_t> corners,
+                         std::span<const std::uint64_t> last_uses = {},
+                         std::span<const std::byte> data = {});
+  /// A whole mesh, its vertices with numbers from 0 on: interleaved with the cells, and finalized
+  /// as early as possible (vertex compaction). Nothing was added before; only end_mesh() and what
+  /// comes behind it follow. ErrorCode::misuse where sizes contradict each other, or numbers name
+  /// what there is not. `mesh` is borrowed for the call. Takes 8 bytes for each vertex meanwhile.
+  Result<void> add_mesh(const MeshArrays& mesh);
+
   /// Codes what is pending, unused vertices last. No vertices or cells after it.
   Result<void> end_mesh();
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "api/file_writer.h"
+#include "api/mesh_feed.h"
 #include "bytes/binary.h"
 #include "bytes/errors.h"
 #include "model/schema.h"
@@ -45,6 +46,16 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
   }
 
   MeshEncoder& mesh() { return mesh_; }
+  Result<void> add_vertices(std::span<const std::uint64_t> numbers, std::span<const std::byte> xyz,
+                            std::span<const std::byte> data);
+  Result<void> add_cells(std::uint32_t block, std::size_t cells,
+                         std::span<const std::uint64_t> corners,
+                         std::span<const std::uint64_t> last_uses, std::span<const std::byte> data);
+  Result<void> add_mesh(const MeshArrays& mesh) {
+    if (!mesh_.is_new())
+      return misuse_error("a whole mesh, and something was added before", "mesh");
+    return feed_mesh(mesh_, schema_, mesh);
+  }
   Result<void> end_mesh() {
     mesh_ended_ = true;
     return mesh_.end();
@@ -77,6 +88,41 @@ Result<void> Writer::Impl::write_group(std::uint32_t segment, const container::G
     topology_->add_group(segment, header,
                          std::vector<std::span<const std::byte>>(streams.begin(), streams.end()));
   return file_.write_group(segment, header, streams);
+}
+
+Result<void> Writer::Impl::add_vertices(std::span<const std::uint64_t> numbers,
+                                        std::span<const std::byte> xyz,
+                                        std::span<const std::byte> data) {
+  const std::size_t xyz_bytes = 3 * scalar_bytes(schema_.coordinate_type);
+  const std::size_t data_bytes = point_data_bytes(schema_);
+  if (xyz.size() / xyz_bytes != numbers.size() || xyz.size() % xyz_bytes != 0 ||
+      data.size() != numbers.size() * data_bytes)
+    return misuse_error("values of vertices do not fit their number", "mesh");
+  for (std::size_t v = 0; v < numbers.size(); ++v)
+    if (auto good = mesh_.add_vertex(numbers[v], xyz.subspan(v * xyz_bytes, xyz_bytes),
+                                     data.subspan(v * data_bytes, data_bytes));
+        !good)
+      return good;
+  return {};
+}
+
+Result<void> Writer::Impl::add_cells(std::uint32_t block, std::size_t cells,
+                                     std::span<const std::uint64_t> corners,
+                                     std::span<const std::uint64_t> last_uses,
+                                     std::span<const std::byte> data) {
+  if (block >= schema_.blocks.size()) return misuse_error("cells of an unknown block", "mesh");
+  const std::size_t data_bytes = cell_data_bytes(schema_)[block];
+  const std::size_t nodes = cells == 0 ? 0 : corners.size() / cells;
+  if (cells * nodes != corners.size() || data.size() != cells * data_bytes ||
+      (!last_uses.empty() && last_uses.size() != cells))
+    return misuse_error("corners, last uses and data do not fit each other", "mesh");
+  for (std::size_t c = 0; c < cells; ++c)
+    if (auto good = mesh_.add_cell(block, corners.subspan(c * nodes, nodes),
+                                   last_uses.empty() ? 0 : last_uses[c],
+                                   data.subspan(c * data_bytes, data_bytes));
+        !good)
+      return good;
+  return {};
 }
 
 Result<void> Writer::Impl::add_step_values(std::uint32_t array, std::uint64_t step,
@@ -138,6 +184,28 @@ Result<void> Writer::add_cell(std::uint32_t block, std::span<const std::uint64_t
   return impl_->calls().run([&]() -> Result<void> {
     if (auto good = impl_->expect_mesh_open(); !good) return good;
     return impl_->mesh().add_cell(block, corners, last_use, data);
+  });
+}
+Result<void> Writer::add_vertices(std::span<const std::uint64_t> numbers,
+                                  std::span<const std::byte> xyz, std::span<const std::byte> data) {
+  return impl_->calls().run([&]() -> Result<void> {
+    if (auto good = impl_->expect_mesh_open(); !good) return good;
+    return impl_->add_vertices(numbers, xyz, data);
+  });
+}
+Result<void> Writer::add_cells(std::uint32_t block, std::size_t cells,
+                               std::span<const std::uint64_t> corners,
+                               std::span<const std::uint64_t> last_uses,
+                               std::span<const std::byte> data) {
+  return impl_->calls().run([&]() -> Result<void> {
+    if (auto good = impl_->expect_mesh_open(); !good) return good;
+    return impl_->add_cells(block, cells, corners, last_uses, data);
+  });
+}
+Result<void> Writer::add_mesh(const MeshArrays& mesh) {
+  return impl_->calls().run([&]() -> Result<void> {
+    if (auto good = impl_->expect_mesh_open(); !good) return good;
+    return impl_->add_mesh(mesh);
   });
 }
 Result<void> Writer::end_mesh() {

@@ -25,7 +25,7 @@ void PatternSegmentEncoder::take(const SegmentPiece& piece, std::size_t index) {
 
 bool PatternSegmentEncoder::encode_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
                                         const Place& at) {
-  const auto nodes = std::span(piece.nodes).subspan(at.node, cell.nodes);
+  const auto nodes = piece.nodes_of(cell, at.node);
   PatternCell coded;
   coded.block = cell.block;
   coded.last_use = cell.last_use;

@@ -29,8 +29,7 @@ GroupValues::GroupValues(const Schema& schema)
 void GroupValues::add_cell(std::uint32_t block, const std::byte* values) {
   for (Column& it : columns_) {
     if (!it.of_cells || !schema_->array_covers(it.array, block)) continue;
-    expect_more_soon(it.cells, it.bytes);
-    it.cells.insert(it.cells.end(), values, values + it.bytes);
+    it.cells.append(values, it.bytes);
     values += it.bytes;
   }
 }

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "bytes/lists.h"
@@ -42,9 +43,13 @@ struct SegmentPiece {
   };
   std::vector<Cell> cells;
   std::vector<Vertex> vertices;
-  std::vector<std::uint32_t> nodes;
-  std::vector<std::byte> vertex_values;  ///< coordinates, then static point data
-  std::vector<std::byte> cell_data;
+  ShortRuns<std::uint32_t> nodes;
+  ShortRuns<std::byte> vertex_values;  ///< coordinates, then static point data
+  ShortRuns<std::byte> cell_data;
+
+  std::span<const std::uint32_t> nodes_of(const Cell& cell, std::size_t at) const {
+    return {nodes.data() + at, cell.nodes};
+  }
 
   bool empty() const { return cells.empty(); }
   std::size_t bytes() const {
@@ -128,10 +133,7 @@ class GroupValues {
   std::size_t cell_bytes(std::uint32_t block) const { return cell_bytes_[block]; }
 
   /// Coordinates, then the point arrays in schema order, packed.
-  void add_vertex(const std::byte* values) {
-    expect_more_soon(vertices_, vertex_bytes_);
-    vertices_.insert(vertices_.end(), values, values + vertex_bytes_);
-  }
+  void add_vertex(const std::byte* values) { vertices_.append(values, vertex_bytes_); }
   /// The cell arrays that cover the block, in schema order, packed.
   void add_cell(std::uint32_t block, const std::byte* values);
 
@@ -160,7 +162,7 @@ class GroupValues {
     std::uint32_t array = 0;
     bool of_cells = false;
     std::size_t bytes = 0, offset = 0;  // offset: in a vertex
-    std::vector<std::byte> cells{};
+    ShortRuns<std::byte> cells{};
   };
   std::size_t count(std::size_t column) const {
     const Column& it = columns_[column];
@@ -171,7 +173,7 @@ class GroupValues {
   std::vector<Column> columns_;
   std::size_t vertex_bytes_ = 0;
   std::vector<std::size_t> cell_bytes_;  // by block
-  std::vector<std::byte> vertices_;
+  ShortRuns<std::byte> vertices_;
 };
 
 /// What all encoders of segments do alike: where groups begin and end, their header and the numbers

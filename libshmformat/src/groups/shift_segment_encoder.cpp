@@ -82,7 +82,7 @@ void ShiftSegmentEncoder::encode_unused(const SegmentPiece& piece, std::size_t v
 bool ShiftSegmentEncoder::encode_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
                                       const Place& at) {
   begin_element(true);
-  const auto nodes = std::span(piece.nodes).subspan(at.node, cell.nodes);
+  const auto nodes = piece.nodes_of(cell, at.node);
   CellMarks marks;
   marks.block = cell.block;
   marks.last_use = cell.last_use;

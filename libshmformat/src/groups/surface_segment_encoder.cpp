@@ -31,7 +31,7 @@ void SurfaceSegmentEncoder::begin_element(bool is_cell) {
 bool SurfaceSegmentEncoder::encode_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
                                         const Place& at) {
   introduce(piece, at.vertex, cell.new_vertices);
-  const auto nodes = std::span(piece.nodes).subspan(at.node, cell.nodes);
+  const auto nodes = piece.nodes_of(cell, at.node);
   topology_.block = cell.block;
   topology_.slots.resize(cell.nodes);
   topology_.numbers.assign(nodes.begin(), nodes.end());

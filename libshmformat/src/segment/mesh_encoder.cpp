@@ -100,10 +100,17 @@ Result<void> MeshEncoder::add_vertex(std::uint64_t number, std::span<const std::
                             std::to_string(xyz.size() + data.size()) +
                             " bytes of values, the schema has " + std::to_string(values_bytes_),
                         "mesh");
-  const auto entry =
-      static_cast<std::uint32_t>(free_entries_.empty() ? entries_.size() : free_entries_.back());
+  const std::uint32_t entry = next_entry();
   if (!by_number_.insert(number, entry))
     return misuse_error("vertex " + std::to_string(number) + " is added twice", "mesh");
+  enter_vertex(number, xyz.data(), data.data());
+  entries_[entry].named = true;
+  return {};
+}
+
+std::uint32_t MeshEncoder::enter_vertex(std::uint64_t number, const std::byte* xyz,
+                                        const std::byte* data) {
+  const std::uint32_t entry = next_entry();
   if (free_entries_.empty()) {
     push_tightly(entries_, Entry());
     push_tightly(in_segment_, kNone);
@@ -116,9 +123,9 @@ Result<void> MeshEncoder::add_vertex(std::uint64_t number, std::span<const std::
   in_segment_[entry] = kNone;
   entries_[entry].number = number;
   std::byte* values = values_.data() + entry * values_bytes_;
-  std::copy(xyz.begin(), xyz.end(), values);
-  std::copy(data.begin(), data.end(), values + xyz_bytes_);
-  return {};
+  copy_few(values, xyz, xyz_bytes_);
+  copy_few(values + xyz_bytes_, data, values_bytes_ - xyz_bytes_);
+  return entry;
 }
 
 Result<void> MeshEncoder::add_imported_vertex(std::uint64_t number, std::span<const std::byte> xyz,
@@ -155,8 +162,6 @@ Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uin
                             std::to_string(cell_data_bytes_[block]),
                         "mesh");
   cell_entries_.resize(corners.size());
-  std::uint64_t introduced = 0;
-  bool gives = false;  // vertices to the segment
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const std::uint32_t entry = by_number_.find(corners[i]);
     if (entry == kNone)
@@ -164,6 +169,15 @@ Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uin
                               ", which was never added or is finalized",
                           "mesh");
     cell_entries_[i] = entry;
+  }
+  return enter_cell(block, cell_entries_, last_use, data);
+}
+
+Result<void> MeshEncoder::enter_cell(std::uint32_t block, std::span<const std::uint32_t> entries,
+                                     std::uint64_t last_use, std::span<const std::byte> data) {
+  std::uint64_t introduced = 0;
+  bool gives = false;  // vertices to the segment
+  for (const std::uint32_t entry : entries) {
     if (in_segment_[entry] == start_.segment) continue;
     gives = true;
     introduced += entries_[entry].used ? 0 : 1;
@@ -179,25 +193,25 @@ Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uin
   ++totals_.block_cells[block];
   run_.introduced += introduced;
   live_ += introduced;
-  const std::size_t markable = std::min<std::size_t>(corners.size(), kMaxLastUse);
+  const std::size_t markable = std::min<std::size_t>(entries.size(), kMaxLastUse);
   if (markable < kMaxLastUse) last_use &= (std::uint64_t{1} << markable) - 1;
   for (std::uint64_t left = last_use; left != 0; left &= left - 1) {
-    Entry& entry = entries_[cell_entries_[static_cast<std::size_t>(std::countr_zero(left))]];
+    Entry& entry = entries_[entries[static_cast<std::size_t>(std::countr_zero(left))]];
     if (entry.ends) continue;
     entry.ends = true;
     // Its number is free from here on, though it may wait for its last cell.
-    by_number_.erase(entry.number);
+    if (entry.named) by_number_.erase(entry.number);
     --live_;
   }
   const std::uint64_t number = totals_.cells++;
-  if (schema_->delay == 0) return code(number, block, cell_entries_, data, gives, last_use);
-  for (std::uint32_t e : cell_entries_) ++entries_[e].waiting;
-  return delay(block, number, data);
+  if (schema_->delay == 0) return code(number, block, entries, data, gives, last_use);
+  for (std::uint32_t e : entries) ++entries_[e].waiting;
+  return delay(block, entries, number, data);
 }
 
-/// Puts the cell of cell_entries_ into the delay buffer, and codes what falls out of it.
-Result<void> MeshEncoder::delay(std::uint32_t block, std::uint64_t number,
-                                std::span<const std::byte> data) {
+/// Puts the cell into the delay buffer, and codes what falls out of it.
+Result<void> MeshEncoder::delay(std::uint32_t block, std::span<const std::uint32_t> entries,
+                                std::uint64_t number, std::span<const std::byte> data) {
   std::uint32_t handle = static_cast<std::uint32_t>(cells_.size());
   if (free_cells_.empty()) {
     cells_.emplace_back();
@@ -209,7 +223,7 @@ Result<void> MeshEncoder::delay(std::uint32_t block, std::uint64_t number,
   cell.block = block;
   cell.number = number;
   cell.data.assign(data.begin(), data.end());
-  cell.entries = cell_entries_;
+  cell.entries.assign(entries.begin(), entries.end());
   if (is_hexahedral(schema_->blocks[block])) {
     SpiralReorderer::Corners eight{};
     // Numbers, not entries: these are soon given to other vertices, which would look like
@@ -324,8 +338,8 @@ Result<void> MeshEncoder::code(std::uint64_t number, std::uint32_t block,
   cell.new_vertices = static_cast<std::uint32_t>(piece_.vertices.size() - vertices_before);
   if (may_end != 0) cell.last_use = end_vertices(entries, may_end);
   piece_.cells.push_back(cell);
-  for (std::uint32_t e : entries) piece_.nodes.push_back(e);
-  if (!data.empty()) piece_.cell_data.insert(piece_.cell_data.end(), data.begin(), data.end());
+  piece_.nodes.append(entries.data(), entries.size());
+  piece_.cell_data.append(data.data(), data.size());
   ++given_cells_;
   return piece_is_full() ? pass_piece_on() : Result<void>();
 }
@@ -364,8 +378,7 @@ void MeshEncoder::give_vertex(std::uint32_t e) {
   vertex.ticket = entry.ticket;
   in_segment_[e] = start_.segment;
   piece_.vertices.push_back(vertex);
-  const std::byte* values = values_.data() + e * values_bytes_;
-  piece_.vertex_values.insert(piece_.vertex_values.end(), values, values + values_bytes_);
+  piece_.vertex_values.append(values_.data() + e * values_bytes_, values_bytes_);
 }
 
 std::uint32_t MeshEncoder::new_ticket() {
@@ -388,8 +401,7 @@ Result<void> MeshEncoder::code_unused(std::uint32_t e) {
   vertex.handle = e;
   piece_.vertices.push_back(vertex);
   ++given_vertices_;
-  const std::byte* values = values_.data() + e * values_bytes_;
-  piece_.vertex_values.insert(piece_.vertex_values.end(), values, values + values_bytes_);
+  piece_.vertex_values.append(values_.data() + e * values_bytes_, values_bytes_);
   by_number_.erase(entries_[e].number);
   push_tightly(free_entries_, e);
   return piece_is_full() ? pass_piece_on() : Result<void>();

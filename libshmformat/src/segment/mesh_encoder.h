@@ -43,6 +43,16 @@ class MeshEncoder {
                                  std::span<const std::byte> data);
   Result<void> add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                         std::uint64_t last_use, std::span<const std::byte> data);
+  /// Nothing has been added.
+  bool is_new() const { return totals_.cells == 0 && entries_.empty(); }
+
+  // The same for who knows vertices by place: no numbers are looked up, nor checked.
+  /// Returns the entry by which cells use the vertex until they end it; values have their sizes.
+  std::uint32_t enter_vertex(std::uint64_t number, const std::byte* xyz, const std::byte* data);
+  /// add_cell() of entered vertices that have not ended, and sizes that fit.
+  Result<void> enter_cell(std::uint32_t block, std::span<const std::uint32_t> entries,
+                          std::uint64_t last_use, std::span<const std::byte> data);
+
   Result<void> end();
   /// Gives out all groups that are complete by now: which these are depends on calls alone.
   Result<void> catch_up();
@@ -61,6 +71,7 @@ class MeshEncoder {
     std::uint32_t waiting : 30 = 0;  // uses by cells in the delay buffer
     bool used : 1 = false;           // by a cell
     bool ends : 1 = false;           // no cell will use it but those waiting
+    bool named = false;              // by_number_ has it
   };
   struct WaitingCell {
     std::uint64_t number = 0;
@@ -74,7 +85,12 @@ class MeshEncoder {
     std::uint64_t introduced = 0;  // vertices that no cell used before
   };
 
-  Result<void> delay(std::uint32_t block, std::uint64_t number, std::span<const std::byte> data);
+  std::uint32_t next_entry() const {
+    return static_cast<std::uint32_t>(free_entries_.empty() ? entries_.size()
+                                                            : free_entries_.back());
+  }
+  Result<void> delay(std::uint32_t block, std::span<const std::uint32_t> entries,
+                     std::uint64_t number, std::span<const std::byte> data);
   Result<void> code_waiting();
   Result<void> code_all_waiting();
   bool cut_is_due(std::uint32_t block) const;

@@ -1,0 +1,202 @@
+#include "api/mesh_feed.h"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "api/mesh_parts.h"
+#include "bytes/errors.h"
+#include "bytes/lists.h"
+
+namespace shm {
+namespace {
+
+/// Corners are numbers of that type.
+template <class Corner>
+class MeshFeed {
+ public:
+  MeshFeed(MeshEncoder& encoder, const Schema& schema, const MeshArrays& mesh,
+           const Corner* corners)
+      : encoder_(&encoder),
+        schema_(&schema),
+        mesh_(&mesh),
+        corners_(corners),
+        xyz_bytes_(3 * scalar_bytes(schema.coordinate_type)),
+        next_element_(schema.arrays.size()) {}
+
+  Result<void> run() {
+    if (auto good = check_cells(); !good) return good;
+    if (auto good = check_arrays(); !good) return good;
+    return add_cells();
+  }
+
+ private:
+  struct Vertex {
+    std::uint32_t entry = kNone;  // none yet
+    std::uint32_t uses = 0;       // that are still to come
+  };
+  /// Of a vertex with so many: it does not end.
+  static constexpr std::uint32_t kEndless = std::numeric_limits<std::uint32_t>::max();
+
+  std::uint32_t block_of(std::size_t cell) const {
+    return mesh_->cell_blocks.empty() ? 0 : mesh_->cell_blocks[cell];
+  }
+  Result<void> check_cells();
+  Result<void> check_arrays() const;
+  const std::byte* data_of_vertex(std::size_t v);
+  const std::byte* data_of_cell(std::uint32_t block);
+  Result<void> add_cell(std::size_t cell);
+  Result<void> add_cells();
+
+  MeshEncoder* encoder_;
+  const Schema* schema_;
+  const MeshArrays* mesh_;
+  const Corner* corners_;
+  std::size_t xyz_bytes_;
+  std::vector<std::uint64_t> block_cells_;
+  std::vector<Vertex> vertices_;
+  std::vector<std::size_t> next_element_;  // of each array of cells
+  std::size_t next_corner_ = 0;
+  std::vector<std::uint32_t> entries_;  // of the cell at hand
+  std::vector<std::byte> data_;
+};
+
+/// Also counts the uses of each vertex.
+template <class Corner>
+Result<void> MeshFeed<Corner>::check_cells() {
+  const auto cells = static_cast<std::size_t>(mesh_->cells);
+  const NumberSpan& begin = mesh_->corner_begin;
+  if (mesh_->xyz.size() % xyz_bytes_ != 0)
+    return misuse_error("coordinates are not three for each vertex", "mesh");
+  if (!mesh_->cell_blocks.empty() && mesh_->cell_blocks.size() != cells)
+    return misuse_error("cell_blocks do not fit the cells", "mesh");
+  if (!begin.empty() &&
+      (begin.size() != cells + 1 || begin[0] != 0 || begin[cells] != mesh_->corners.size()))
+    return misuse_error("corner_begin does not fit cells and corners", "mesh");
+  block_cells_.assign(schema_->blocks.size(), 0);
+  vertices_.resize(mesh_->xyz.size() / xyz_bytes_);
+  std::size_t corner = 0;
+  for (std::size_t c = 0; c < cells; ++c) {
+    const std::uint32_t block = block_of(c);
+    if (block >= schema_->blocks.size())
+      return misuse_error("a cell of no block: " + std::to_string(block), "mesh");
+    ++block_cells_[block];
+    std::uint64_t nodes = schema_->blocks[block].nodes_per_cell;
+    if (begin.empty() && nodes == 0)
+      return misuse_error("corner_begin is missing: cells have any number of corners", "mesh");
+    if (!begin.empty()) {
+      if (begin[c] > begin[c + 1])
+        return misuse_error("corner_begin does not fit cells and corners", "mesh");
+      if (nodes != 0 && begin[c + 1] - begin[c] != nodes)
+        return misuse_error("cell " + std::to_string(c) + " has not as many corners as its block says",
+                            "mesh");
+      nodes = begin[c + 1] - begin[c];
+    }
+    if (nodes > mesh_->corners.size() - corner) return misuse_error("corners are missing", "mesh");
+    if (nodes > kMaxNodesPerCell)
+      return misuse_error("a cell with " + std::to_string(nodes) + " corners", "mesh");
+    for (const std::size_t end = corner + static_cast<std::size_t>(nodes); corner < end; ++corner) {
+      const Corner v = corners_[corner];
+      if (v >= vertices_.size())
+        return misuse_error("a corner is no vertex: " + std::to_string(v), "mesh");
+      std::uint32_t& uses = vertices_[static_cast<std::size_t>(v)].uses;
+      uses += uses == kEndless ? 0 : 1;
+    }
+  }
+  return corner == mesh_->corners.size() ? Result<void>()
+                                         : misuse_error("corners of no cell", "mesh");
+}
+
+template <class Corner>
+Result<void> MeshFeed<Corner>::check_arrays() const {
+  if (mesh_->arrays.size() != schema_->arrays.size())
+    return misuse_error("arrays do not fit the schema", "mesh");
+  for (std::size_t a = 0; a < schema_->arrays.size(); ++a) {
+    const ArrayInfo& info = schema_->arrays[a];
+    if (info.per_step) continue;
+    std::uint64_t elements = info.location == Location::point ? vertices_.size() : 0;
+    for (std::uint32_t b = 0; b < block_cells_.size() && info.location == Location::cell; ++b)
+      if (schema_->array_covers(a, b)) elements += block_cells_[b];
+    const std::uint64_t bytes = elements * stride_of(info);
+    if (mesh_->arrays[a].size() != bytes)
+      return misuse_error(
+          "array '" + info.name + "' does not hold " + std::to_string(bytes) + " bytes", "mesh");
+  }
+  return {};
+}
+
+/// Values of static arrays, packed.
+template <class Corner>
+const std::byte* MeshFeed<Corner>::data_of_vertex(std::size_t v) {
+  data_.clear();
+  for (std::size_t a = 0; a < schema_->arrays.size(); ++a) {
+    const ArrayInfo& info = schema_->arrays[a];
+    if (info.location != Location::point || info.per_step) continue;
+    const std::byte* from = mesh_->arrays[a].data() + v * stride_of(info);
+    data_.insert(data_.end(), from, from + stride_of(info));
+  }
+  return data_.data();
+}
+template <class Corner>
+const std::byte* MeshFeed<Corner>::data_of_cell(std::uint32_t block) {
+  data_.clear();
+  for (std::size_t a = 0; a < schema_->arrays.size(); ++a) {
+    const ArrayInfo& info = schema_->arrays[a];
+    if (info.location != Location::cell || info.per_step || !schema_->array_covers(a, block))
+      continue;
+    const std::byte* from = mesh_->arrays[a].data() + next_element_[a]++ * stride_of(info);
+    data_.insert(data_.end(), from, from + stride_of(info));
+  }
+  return data_.data();
+}
+
+template <class Corner>
+Result<void> MeshFeed<Corner>::add_cell(std::size_t cell) {
+  const std::uint32_t block = block_of(cell);
+  const std::size_t nodes =
+      mesh_->corner_begin.empty()
+          ? schema_->blocks[block].nodes_per_cell
+          : static_cast<std::size_t>(mesh_->corner_begin[cell + 1] - mesh_->corner_begin[cell]);
+  const Corner* const corners = corners_ + next_corner_;
+  entries_.resize(nodes);
+  std::uint64_t last_use = 0;
+  for (std::size_t i = 0; i < nodes; ++i) {
+    const auto v = static_cast<std::size_t>(corners[i]);
+    Vertex& vertex = vertices_[v];
+    if (vertex.entry == kNone)
+      vertex.entry =
+          encoder_->enter_vertex(v, mesh_->xyz.data() + v * xyz_bytes_, data_of_vertex(v));
+    entries_[i] = vertex.entry;
+    if (vertex.uses == kEndless || --vertex.uses > 0) continue;
+    for (std::size_t j = std::min<std::size_t>(i + 1, kMaxLastUse); j-- > 0;)
+      if (entries_[j] == entries_[i]) last_use |= std::uint64_t{1} << j;
+  }
+  next_corner_ += nodes;
+  const std::byte* data = data_of_cell(block);
+  return encoder_->enter_cell(block, entries_, last_use, {data, data_.size()});
+}
+
+template <class Corner>
+Result<void> MeshFeed<Corner>::add_cells() {
+  for (std::size_t c = 0; c < static_cast<std::size_t>(mesh_->cells); ++c)
+    if (auto good = add_cell(c); !good) return good;
+  for (std::size_t v = 0; v < vertices_.size(); ++v) {
+    if (vertices_[v].entry != kNone) continue;  // no cell uses it
+    const std::byte* data = data_of_vertex(v);
+    const auto good = encoder_->add_vertex(v, mesh_->xyz.subspan(v * xyz_bytes_, xyz_bytes_),
+                                           {data, data_.size()});
+    if (!good) return good;
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> feed_mesh(MeshEncoder& encoder, const Schema& schema, const MeshArrays& mesh) {
+  return mesh.corners.visit([&](const auto* corners) {
+    return MeshFeed(encoder, schema, mesh, corners).run();
+  });
+}
+
+}  // namespace shm
